@@ -1,0 +1,223 @@
+//! Roads and where they meet: OpenStreetMap's ways cut at shared nodes, in local metres.
+
+use crate::geometry::{Point, Polyline};
+use crate::osm::{Tags, Text};
+
+use super::cross_section::CrossSection;
+
+/// Which side of the road people drive on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DrivingSide {
+    /// As in Japan and the United Kingdom.
+    Left,
+    /// As in Germany and the United States.
+    Right,
+}
+
+/// Index of a road in [`RoadNetwork::roads`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct RoadIx(pub u32);
+
+/// Index of an intersection in [`RoadNetwork::intersections`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct IntersectionIx(pub u32);
+
+/// One of the two ends of a road's line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum End {
+    /// Where the line begins.
+    Start,
+    /// Where the line ends.
+    End,
+}
+
+/// A road where it meets an intersection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct RoadEnd {
+    /// The road.
+    pub road: RoadIx,
+    /// Which of its ends.
+    pub end: End,
+}
+
+/// What a road is in the road hierarchy, from `highway`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum RoadClass {
+    /// `motorway`.
+    Motorway,
+    /// `trunk`.
+    Trunk,
+    /// `primary`.
+    Primary,
+    /// `secondary`.
+    Secondary,
+    /// `tertiary`.
+    Tertiary,
+    /// `unclassified`, and `road`.
+    Unclassified,
+    /// `residential`.
+    Residential,
+    /// `living_street`.
+    LivingStreet,
+    /// `service`.
+    Service,
+    /// `track`.
+    Track,
+}
+
+/// What identifies a road from one build to the next, whatever changes elsewhere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct RoadKey {
+    /// Id of the OpenStreetMap way.
+    pub way: i64,
+    /// Id of the node where this piece of the way begins.
+    pub first: i64,
+    /// Id of the node where it ends.
+    pub last: i64,
+    /// Tells apart pieces of one way between the same two nodes: 0 for the first.
+    pub turn: u32,
+}
+
+/// Something on the road at a node that is not an intersection, or at the node of the intersection itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Feature {
+    /// Distance along the road's line, metres.
+    pub station: f64,
+    /// Id of the OpenStreetMap node.
+    pub node: i64,
+    /// What it is.
+    pub kind: FeatureKind,
+}
+
+/// The kinds of [`Feature`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum FeatureKind {
+    /// People cross here; whether lights protect them.
+    Crossing {
+        /// `crossing=traffic_signals` or its like.
+        signals: bool,
+        /// Painted: `crossing=marked|zebra|uncontrolled|traffic_signals` or `crossing:markings` other than `no`.
+        marked: bool,
+    },
+    /// Lights for vehicles that travel as given (`Both` where the tags do not tell).
+    Signals(super::cross_section::Travel),
+    /// A stop sign for vehicles that travel as given.
+    Stop(super::cross_section::Travel),
+    /// A give-way sign for vehicles that travel as given.
+    GiveWay(super::cross_section::Travel),
+}
+
+/// A piece of road between two intersections.
+#[derive(Clone, Debug)]
+pub struct Road {
+    /// What identifies it from one build to the next.
+    pub key: RoadKey,
+    /// The OpenStreetMap ways it was made from.
+    pub ways: Vec<i64>,
+    /// Intersection where its line begins.
+    pub from: IntersectionIx,
+    /// Intersection where its line ends.
+    pub to: IntersectionIx,
+    /// The middle of the whole cross-section, in local metres.
+    pub line: Polyline,
+    /// What lies across it, left to right along the line.
+    pub section: CrossSection,
+    /// Class from `highway`.
+    pub class: RoadClass,
+    /// Whether it is a `_link`.
+    pub link: bool,
+    /// Vertical level: `layer`, else 1 on a bridge, -1 in a tunnel, else 0.
+    pub level: f64,
+    /// `junction=roundabout` or `circular`.
+    pub roundabout: bool,
+    /// Whether the public may drive here; `false` gives `location=private`.
+    pub public: bool,
+    /// `name`, else `ref`.
+    pub name: Option<Text>,
+    /// km/h per direction of travel (forward, backward), from `maxspeed*`, else a default of class and country.
+    pub speed: [f64; 2],
+    /// Crossings, lights and signs by station.
+    pub features: Vec<Feature>,
+    /// All tags of the way.
+    pub tags: Tags,
+}
+
+impl Road {
+    /// The intersection at one end.
+    pub fn intersection(&self, end: End) -> IntersectionIx {
+        match end {
+            End::Start => self.from,
+            End::End => self.to,
+        }
+    }
+
+    /// Half the width of the whole cross-section.
+    pub fn half_width(&self) -> f64 {
+        self.section.width() / 2.0
+    }
+}
+
+/// Where roads meet, change or end.
+#[derive(Clone, Debug)]
+pub struct Intersection {
+    /// Ids of the OpenStreetMap nodes it was made from, ascending; one unless it was merged.
+    pub nodes: Vec<i64>,
+    /// Mean of its nodes.
+    pub position: Point,
+    /// The road ends that meet here, clockwise seen from above, starting at the smallest [`RoadKey`]. A loop appears
+    /// twice.
+    pub arms: Vec<RoadEnd>,
+    /// Whether the extract ends here: at least one way goes on outside.
+    pub map_edge: bool,
+    /// Whether lights rule it: a `traffic_signals` node in it, or on its arms where the tags place them there.
+    pub signals: bool,
+    /// `highway=stop` with `stop=all`, or stop signs on every arm.
+    pub all_way_stop: bool,
+    /// `highway=mini_roundabout`, `turning_circle`, `turning_loop`.
+    pub circle: Option<Text>,
+    /// A crossing on the node itself.
+    pub crossing: bool,
+}
+
+/// A turn restriction between roads.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TurnRestriction {
+    /// Id of the relation.
+    pub relation: i64,
+    /// Where the turn begins: the road ends at the intersection where the `from` way arrives.
+    pub from: RoadEnd,
+    /// Roads in between, in order; empty for a `via` node.
+    pub via: Vec<RoadIx>,
+    /// The first road end after the turn.
+    pub to: RoadEnd,
+    /// `true` for `only_*`: every other way on is prohibited; `false` for `no_*`.
+    pub only: bool,
+}
+
+/// Roads, and where they meet.
+#[derive(Clone, Debug)]
+pub struct RoadNetwork {
+    /// Which side people drive on.
+    pub side: DrivingSide,
+    /// ISO 3166-1 code of the country, where it is known: conventions follow it.
+    pub country: Option<Text>,
+    /// In order of their keys.
+    pub roads: Vec<Road>,
+    /// In order of their smallest node id.
+    pub intersections: Vec<Intersection>,
+    /// Prohibited and mandatory turns.
+    pub restrictions: Vec<TurnRestriction>,
+}
+
+impl RoadNetwork {
+    /// The road of this index.
+    pub fn road(&self, ix: RoadIx) -> &Road {
+        &self.roads[ix.0 as usize]
+    }
+
+    /// The intersection of this index.
+    pub fn intersection(&self, ix: IntersectionIx) -> &Intersection {
+        &self.intersections[ix.0 as usize]
+    }
+}

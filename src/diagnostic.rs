@@ -1,0 +1,271 @@
+//! What is wrong, where, and what to do about it. Knows no rule and no output format.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::Point;
+use crate::osm::Text;
+use crate::projection::LonLat;
+
+/// How bad the consequence is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Severity {
+    /// A review hint.
+    Info,
+    /// Degraded behaviour, or a requirement broken.
+    Warning,
+    /// The map does not load, Autoware crashes, or a rule of the road is unsafe or without effect.
+    Error,
+}
+
+impl fmt::Display for Severity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Info => "info",
+            Self::Warning => "warning",
+            Self::Error => "error",
+        })
+    }
+}
+
+/// What a finding speaks about. Ids are those of the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "kebab-case", tag = "kind", content = "id")]
+pub enum Subject {
+    /// The map as a whole.
+    Map,
+    /// A Lanelet2 point: a node of the file.
+    Point(i64),
+    /// A Lanelet2 linestring: a way without `area=yes`.
+    LineString(i64),
+    /// A Lanelet2 polygon: a way with `area=yes`.
+    Polygon(i64),
+    /// A relation with `type=lanelet`.
+    Lanelet(i64),
+    /// A relation with `type=regulatory_element`.
+    RegulatoryElement(i64),
+    /// An element of the file that has no part in Lanelet2, or an OpenStreetMap node that is built from.
+    Node(i64),
+    /// See [`Subject::Node`].
+    Way(i64),
+    /// See [`Subject::Node`].
+    Relation(i64),
+}
+
+impl Subject {
+    /// The word for the kind of primitive, as messages use it.
+    pub fn kind(self) -> &'static str {
+        match self {
+            Self::Map => "map",
+            Self::Point(_) => "point",
+            Self::LineString(_) => "linestring",
+            Self::Polygon(_) => "polygon",
+            Self::Lanelet(_) => "lanelet",
+            Self::RegulatoryElement(_) => "regulatory element",
+            Self::Node(_) => "node",
+            Self::Way(_) => "way",
+            Self::Relation(_) => "relation",
+        }
+    }
+
+    /// The id in the file; `None` for the map as a whole.
+    pub fn id(self) -> Option<i64> {
+        match self {
+            Self::Map => None,
+            Self::Point(id)
+            | Self::LineString(id)
+            | Self::Polygon(id)
+            | Self::Lanelet(id)
+            | Self::RegulatoryElement(id)
+            | Self::Node(id)
+            | Self::Way(id)
+            | Self::Relation(id) => Some(id),
+        }
+    }
+}
+
+impl fmt::Display for Subject {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.id() {
+            None => f.write_str(self.kind()),
+            Some(id) => write!(f, "{} {id}", self.kind()),
+        }
+    }
+}
+
+/// Where to look, in local metres.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub enum Place {
+    /// Nowhere in particular; the subject's own geometry is drawn.
+    #[default]
+    Unknown,
+    /// One spot.
+    Point(Point),
+    /// Along a line.
+    Line(Vec<Point>),
+    /// An area; the ring is not closed.
+    Polygon(Vec<Point>),
+}
+
+/// What was measured, and the limit it was held against.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Measure {
+    /// The measured value.
+    pub value: f64,
+    /// The threshold of the rule.
+    pub limit: f64,
+    /// `m`, `m2`, `deg`, `%`, `1`.
+    pub unit: &'static str,
+}
+
+/// Another primitive that has a part in a finding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub struct Related {
+    /// The primitive.
+    pub subject: Subject,
+    /// Its part in the finding, in a word or two: `yield`, `stop line`, `intersection area`.
+    pub part: &'static str,
+}
+
+/// One machine-made change to the map. Each variant's sentence names its fields.
+#[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs)]
+pub enum Edit {
+    /// Set a tag, whatever it was.
+    SetTag { on: Subject, key: Text, value: Text },
+    /// Remove a tag.
+    RemoveTag { on: Subject, key: Text },
+    /// Add a member to a relation.
+    AddMember { on: Subject, role: Text, member: Subject },
+    /// Remove every member with this role and target from a relation.
+    RemoveMember { on: Subject, role: Text, member: Subject },
+    /// Give a member another role.
+    SetRole { on: Subject, member: Subject, from: Text, to: Text },
+    /// Replace point `from` by point `to` wherever it is used.
+    MergePoints { from: i64, to: i64 },
+    /// Insert a point into a way before the given position.
+    InsertVertex { way: Subject, position: usize, point: i64 },
+    /// Remove the vertex at the given position of a way.
+    RemoveVertex { way: Subject, position: usize },
+    /// Use another way as a bound of a lanelet.
+    ReplaceWay { lanelet: i64, from: i64, to: i64 },
+    /// Remove an element that nothing needs any more, with every reference to it.
+    Remove { subject: Subject },
+    /// Create a relation with a fresh id and let the lanelets refer to it.
+    CreateRegulatoryElement { subtype: Text, members: Vec<(Text, Subject)>, referrers: Vec<i64> },
+}
+
+/// How to mend a finding by machine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fix {
+    /// What it does, in one line.
+    pub title: String,
+    /// Whether it can be applied without a look.
+    pub safe: bool,
+    /// The edits, in order.
+    pub edits: Vec<Edit>,
+}
+
+/// One place where a map breaks a requirement, as the rule says it. Knows neither number nor severity.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// The fault's slug inside its rule, such as `lane-node-missing`.
+    pub fault: &'static str,
+    /// The primitive to look at first.
+    pub subject: Subject,
+    /// The others, each with its part.
+    pub related: Vec<Related>,
+    /// What to draw.
+    pub place: Place,
+    /// Value and threshold, where the rule measures.
+    pub measure: Option<Measure>,
+    /// What is wrong, in one line that stands alone.
+    pub message: String,
+    /// The edits that mend it, where a program can.
+    pub fix: Option<Fix>,
+    /// A severity other than the fault's own, where the rule grades by size.
+    pub severity: Option<Severity>,
+}
+
+impl Finding {
+    /// A finding with the parts that every one has; the rest is added by the methods below.
+    pub fn new(fault: &'static str, subject: Subject, message: impl Into<String>) -> Self {
+        Self {
+            fault,
+            subject,
+            related: Vec::new(),
+            place: Place::Unknown,
+            measure: None,
+            message: message.into(),
+            fix: None,
+            severity: None,
+        }
+    }
+
+    /// Adds a primitive that has a part in it.
+    #[must_use]
+    pub fn with(mut self, subject: Subject, part: &'static str) -> Self {
+        self.related.push(Related { subject, part });
+        self
+    }
+
+    /// Says where to look.
+    #[must_use]
+    pub fn at(mut self, place: Place) -> Self {
+        self.place = place;
+        self
+    }
+
+    /// Says what was measured and the limit.
+    #[must_use]
+    pub fn measured(mut self, value: f64, limit: f64, unit: &'static str) -> Self {
+        self.measure = Some(Measure { value, limit, unit });
+        self
+    }
+
+    /// Says how a program mends it.
+    #[must_use]
+    pub fn fixed_by(mut self, title: impl Into<String>, safe: bool, edits: Vec<Edit>) -> Self {
+        self.fix = Some(Fix { title: title.into(), safe, edits });
+        self
+    }
+
+    /// Grades it otherwise than the fault's own severity.
+    #[must_use]
+    pub fn graded(mut self, severity: Severity) -> Self {
+        self.severity = Some(severity);
+        self
+    }
+}
+
+/// A place in a source file.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct SourceSpan {
+    /// Which of the map's files, by its index in `OsmData::sources`.
+    pub file: u32,
+    /// Byte offset of the element's `<`.
+    pub start: u64,
+    /// Byte offset behind the element's last `>`.
+    pub end: u64,
+}
+
+/// A finding with everything a report shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Diagnostic {
+    /// Rule and slug: `vm-03-08/lane-node-missing`, `load/missing-ref`.
+    pub code: String,
+    /// After the user's configuration.
+    pub severity: Severity,
+    /// What the rule said.
+    pub finding: Finding,
+    /// How to mend it, in words, from the rule's document.
+    pub help: Option<String>,
+    /// Where the subject stands in the file.
+    pub span: Option<SourceSpan>,
+    /// Middle of the place, or of the subject's geometry.
+    pub lonlat: Option<LonLat>,
+    /// The same in local metres.
+    pub local: Option<Point>,
+}

@@ -1,0 +1,60 @@
+//! Plane geometry in metres; knows no road and no lanelet.
+//!
+//! Points and vectors are nalgebra's; [`Polyline`] is a list of points with stations along it. What needs a sweep
+//! line (areas of overlap, unions, validity) goes through `geo` in [`polygon`].
+
+pub mod polygon;
+pub mod polyline;
+
+pub use polyline::Polyline;
+
+/// A place in the plane: east, north.
+pub type Point = nalgebra::Point2<f64>;
+/// A displacement in the plane.
+pub type Vector = nalgebra::Vector2<f64>;
+
+/// Turned by 90 degrees to the left.
+pub fn left_of(v: Vector) -> Vector {
+    Vector::new(-v.y, v.x)
+}
+
+/// The z component of the cross product: positive when `b` turns left of `a`.
+pub fn cross(a: Vector, b: Vector) -> f64 {
+    a.x * b.y - a.y * b.x
+}
+
+/// Signed angle from `a` to `b` in radians, left positive, in (-pi, pi].
+pub fn angle_between(a: Vector, b: Vector) -> f64 {
+    cross(a, b).atan2(a.dot(&b))
+}
+
+/// Twice the signed area of a triangle: positive when `c` lies left of the line from `a` to `b`. Exact in sign.
+pub fn orientation(a: Point, b: Point, c: Point) -> f64 {
+    use geo::{Coord, Kernel};
+    let coord = |p: Point| Coord { x: p.x, y: p.y };
+    match geo::kernels::RobustKernel::orient2d(coord(a), coord(b), coord(c)) {
+        geo::Orientation::CounterClockwise => cross(b - a, c - a).abs().max(f64::MIN_POSITIVE),
+        geo::Orientation::Clockwise => -cross(b - a, c - a).abs().max(f64::MIN_POSITIVE),
+        geo::Orientation::Collinear => 0.0,
+    }
+}
+
+/// Where the segments `a`-`b` and `c`-`d` cross: parameters along each in 0..=1 and the point. `None` if parallel
+/// or apart.
+pub fn segment_crossing(a: Point, b: Point, c: Point, d: Point) -> Option<(f64, f64, Point)> {
+    let (s, t, p) = line_crossing(a, b - a, c, d - c)?;
+    ((0.0..=1.0).contains(&s) && (0.0..=1.0).contains(&t)).then_some((s, t, p))
+}
+
+/// Where the infinite lines through `p` along `u` and through `q` along `v` cross, with the parameter along each;
+/// `None` if they are parallel.
+pub fn line_crossing(p: Point, u: Vector, q: Point, v: Vector) -> Option<(f64, f64, Point)> {
+    let det = cross(u, v);
+    if det.abs() < 1e-12 * u.norm() * v.norm() || det == 0.0 {
+        return None;
+    }
+    let w = q - p;
+    let s = cross(w, v) / det;
+    let t = cross(w, u) / det;
+    Some((s, t, p + u * s))
+}

@@ -1,0 +1,202 @@
+//! A line of points, measured by station: the distance along it from its first point.
+
+use super::{Point, Vector, left_of, line_crossing};
+
+/// Two or more points, no two neighbours closer than [`Polyline::MERGE`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Polyline {
+    points: Vec<Point>,
+}
+
+/// The nearest place on a line to some point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Projection {
+    /// Distance along the line, metres.
+    pub station: f64,
+    /// Signed distance: positive to the left of the line.
+    pub offset: f64,
+    /// The place on the line.
+    pub point: Point,
+    /// Index of the segment it lies on.
+    pub segment: usize,
+}
+
+impl Polyline {
+    /// Points closer together than this (metres) become one.
+    pub const MERGE: f64 = 1e-6;
+
+    /// A line through these points; `None` if fewer than two distinct ones are left.
+    pub fn new(points: impl IntoIterator<Item = Point>) -> Option<Self> {
+        let mut kept: Vec<Point> = Vec::new();
+        for p in points {
+            if kept.last().is_none_or(|last: &Point| (p - last).norm() > Self::MERGE) {
+                kept.push(p);
+            }
+        }
+        (kept.len() >= 2).then_some(Self { points: kept })
+    }
+
+    /// The points.
+    pub fn points(&self) -> &[Point] {
+        &self.points
+    }
+
+    /// The first point.
+    pub fn first(&self) -> Point {
+        self.points[0]
+    }
+
+    /// The last point.
+    pub fn last(&self) -> Point {
+        self.points[self.points.len() - 1]
+    }
+
+    /// Its length in metres.
+    pub fn length(&self) -> f64 {
+        self.segments().map(|(a, b)| (b - a).norm()).sum()
+    }
+
+    /// The segments in order.
+    pub fn segments(&self) -> impl DoubleEndedIterator<Item = (Point, Point)> + ExactSizeIterator + '_ {
+        self.points.windows(2).map(|w| (w[0], w[1]))
+    }
+
+    /// The same line from its last point to its first.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        Self { points: self.points.iter().rev().copied().collect() }
+    }
+
+    /// The point at `station`, held to the ends.
+    pub fn at(&self, station: f64) -> Point {
+        self.locate(station).0
+    }
+
+    /// The unit direction at `station`; at a vertex, that of the segment behind it.
+    pub fn direction(&self, station: f64) -> Vector {
+        let segment = self.locate(station).1;
+        (self.points[segment + 1] - self.points[segment]).normalize()
+    }
+
+    /// Point and segment index at `station`.
+    fn locate(&self, station: f64) -> (Point, usize) {
+        let mut left = station.max(0.0);
+        let last = self.points.len() - 2;
+        for (i, (a, b)) in self.segments().enumerate() {
+            let length = (b - a).norm();
+            if left < length || i == last {
+                let t = (left / length).min(1.0);
+                return (a + (b - a) * t, i);
+            }
+            left -= length;
+        }
+        (self.last(), last)
+    }
+
+    /// The stations of all points.
+    pub fn stations(&self) -> Vec<f64> {
+        let mut sum = 0.0;
+        let mut stations = vec![0.0];
+        for (a, b) in self.segments() {
+            sum += (b - a).norm();
+            stations.push(sum);
+        }
+        stations
+    }
+
+    /// The part between two stations, held to the ends; `None` if nothing is left.
+    pub fn cut(&self, from: f64, to: f64) -> Option<Self> {
+        let (from, to) = (from.max(0.0), to.min(self.length()));
+        if to - from <= Self::MERGE {
+            return None;
+        }
+        let mut points = vec![self.at(from)];
+        for (p, s) in self.points.iter().zip(self.stations()) {
+            if s > from && s < to {
+                points.push(*p);
+            }
+        }
+        points.push(self.at(to));
+        Self::new(points)
+    }
+
+    /// The nearest place to `p` on the line.
+    pub fn project(&self, p: Point) -> Projection {
+        let mut best: Option<(f64, Projection)> = None;
+        let mut start = 0.0;
+        for (segment, (a, b)) in self.segments().enumerate() {
+            let d = b - a;
+            let length = d.norm();
+            let t = ((p - a).dot(&d) / (length * length)).clamp(0.0, 1.0);
+            let foot = a + d * t;
+            let distance = (p - foot).norm();
+            if best.as_ref().is_none_or(|(b, _)| distance < *b) {
+                let side = super::cross(d, p - a);
+                let offset = if side < 0.0 { -distance } else { distance };
+                best = Some((distance, Projection { station: start + t * length, offset, point: foot, segment }));
+            }
+            start += length;
+        }
+        match best {
+            Some((_, projection)) => projection,
+            None => Projection { station: 0.0, offset: 0.0, point: self.points[0], segment: 0 },
+        }
+    }
+
+    /// Distance to `p` in metres.
+    pub fn distance(&self, p: Point) -> f64 {
+        self.project(p).offset.abs()
+    }
+
+    /// The line moved sideways by `offset` metres (left positive): miter joins up to `miter_limit` times the offset,
+    /// bevels beyond. May cross itself where it bends more sharply than the offset allows.
+    pub fn offset(&self, offset: f64, miter_limit: f64) -> Option<Self> {
+        let shifted: Vec<(Point, Point)> = self
+            .segments()
+            .map(|(a, b)| {
+                let n = left_of((b - a).normalize()) * offset;
+                (a + n, b + n)
+            })
+            .collect();
+        let mut points = vec![shifted[0].0];
+        for (pair, corner) in shifted.windows(2).zip(&self.points[1..]) {
+            let ((a, b), (c, d)) = (pair[0], pair[1]);
+            match line_crossing(a, b - a, c, d - c) {
+                Some((_, _, p)) if (p - corner).norm() <= miter_limit * offset.abs() => points.push(p),
+                _ => points.extend([b, c]),
+            }
+        }
+        points.push(shifted[shifted.len() - 1].1);
+        Self::new(points)
+    }
+
+    /// Points at most `step` metres apart, evenly spread over the whole length; the ends stay, the corners need not.
+    #[must_use]
+    pub fn resampled(&self, step: f64) -> Self {
+        let length = self.length();
+        let pieces = (length / step).ceil().max(1.0) as usize;
+        self.resampled_to(pieces + 1)
+    }
+
+    /// `count` points (at least two), evenly spread over the whole length; the ends stay, the corners need not.
+    #[must_use]
+    pub fn resampled_to(&self, count: usize) -> Self {
+        let pieces = count.max(2) - 1;
+        let stations = self.stations();
+        let length = stations[stations.len() - 1];
+        let mut points = Vec::with_capacity(pieces + 1);
+        let mut segment = 0;
+        for i in 0..=pieces {
+            let s = length * i as f64 / pieces as f64;
+            while segment + 2 < stations.len() && stations[segment + 1] < s {
+                segment += 1;
+            }
+            let (a, b) = (self.points[segment], self.points[segment + 1]);
+            let t = ((s - stations[segment]) / (stations[segment + 1] - stations[segment])).clamp(0.0, 1.0);
+            points.push(a + (b - a) * t);
+        }
+        points[0] = self.first();
+        points[pieces] = self.last();
+        Self { points }
+    }
+}

@@ -1,0 +1,239 @@
+//! THE WAIST: a map in Lanelet2's words. The builder makes one, the rules judge one, the reports draw one.
+//!
+//! Five shelves hold the primitives, each keyed by an id of its own type. References between primitives are ids and
+//! always resolve: what does not resolve is reported while reading ([`from_osm`]) and left out, as Autoware's loader
+//! does.
+
+mod attributes;
+mod shelf;
+
+pub use attributes::{Attributes, RoadType, TurnDirection};
+pub use shelf::{Shelf, Shelved};
+
+use serde::Serialize;
+
+use crate::diagnostic::SourceSpan;
+use crate::geometry::Point as PlanePoint;
+use crate::osm::Text;
+use crate::projection::LonLat;
+
+macro_rules! ids {
+    ($($(#[$doc:meta])* $name:ident),* $(,)?) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+        pub struct $name(pub i64);
+
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                self.0.fmt(f)
+            }
+        }
+    )*};
+}
+
+ids! {
+    /// Id of a [`Point`]: a node of the file.
+    PointId,
+    /// Id of a [`LineString`]: a way without `area=yes`.
+    LineStringId,
+    /// Id of a [`Polygon`]: a way with `area=yes`.
+    PolygonId,
+    /// Id of a [`Lanelet`]: a relation with `type=lanelet`.
+    LaneletId,
+    /// Id of a [`RegulatoryElement`]: a relation with `type=regulatory_element`.
+    RegulatoryElementId,
+}
+
+/// A point: shared by id, never by place.
+#[derive(Clone, Debug)]
+pub struct Point {
+    /// Its id.
+    pub id: PointId,
+    /// East, north in local metres, as the projector or `local_x`/`local_y` gives them.
+    pub position: PlanePoint,
+    /// Ellipsoidal height in metres (`ele`); `None` if the file has none, which loads as 0.
+    pub ele: Option<f64>,
+    /// As written; `None` if absent, which loads as 0, 0.
+    pub lonlat: Option<LonLat>,
+    /// `local_x` and `local_y` as written, each where its tag exists and is a number.
+    pub local: [Option<f64>; 2],
+    /// The other tags (`ele`, `local_x`, `local_y` are left out).
+    pub attributes: Attributes,
+    /// Where it stands in the file.
+    pub span: Option<SourceSpan>,
+}
+
+/// A line of two or more points, without area.
+#[derive(Clone, Debug)]
+pub struct LineString {
+    /// Its id.
+    pub id: LineStringId,
+    /// In file order; a lanelet may use it turned around.
+    pub points: Vec<PointId>,
+    /// Its tags.
+    pub attributes: Attributes,
+    /// Where it stands in the file.
+    pub span: Option<SourceSpan>,
+}
+
+/// A closed outline; the first point is not repeated.
+#[derive(Clone, Debug)]
+pub struct Polygon {
+    /// Its id.
+    pub id: PolygonId,
+    /// In file order.
+    pub points: Vec<PointId>,
+    /// Its tags.
+    pub attributes: Attributes,
+    /// Where it stands in the file.
+    pub span: Option<SourceSpan>,
+}
+
+/// A linestring as a lanelet uses it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Bound {
+    /// The linestring.
+    pub line: LineStringId,
+    /// Whether it runs against the lanelet's direction, by the loader's `align`.
+    pub inverted: bool,
+}
+
+/// A directed piece of lane between two bounds.
+#[derive(Clone, Debug)]
+pub struct Lanelet {
+    /// Its id.
+    pub id: LaneletId,
+    /// On the left in the direction of travel.
+    pub left: Bound,
+    /// On the right in the direction of travel.
+    pub right: Bound,
+    /// An explicit centre line, if it has one.
+    pub centerline: Option<LineStringId>,
+    /// The elements it refers to, in file order.
+    pub regulatory_elements: Vec<RegulatoryElementId>,
+    /// Its tags.
+    pub attributes: Attributes,
+    /// Where it stands in the file.
+    pub span: Option<SourceSpan>,
+}
+
+/// What a member of a regulatory element is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Target {
+    /// A node.
+    Point(PointId),
+    /// A way without `area=yes`.
+    LineString(LineStringId),
+    /// A way with `area=yes`.
+    Polygon(PolygonId),
+    /// A relation with `type=lanelet`.
+    Lanelet(LaneletId),
+}
+
+/// One member of a regulatory element.
+#[derive(Clone, Debug)]
+pub struct Member {
+    /// `refers`, `ref_line`, `yield`, ...
+    pub role: Text,
+    /// What it points to.
+    pub target: Target,
+}
+
+/// A rule of the road and the primitives it speaks about.
+#[derive(Clone, Debug)]
+pub struct RegulatoryElement {
+    /// Its id.
+    pub id: RegulatoryElementId,
+    /// `traffic_light`, `right_of_way`, ...
+    pub subtype: Text,
+    /// In file order.
+    pub members: Vec<Member>,
+    /// Its tags, `type` and `subtype` included.
+    pub attributes: Attributes,
+    /// Where it stands in the file.
+    pub span: Option<SourceSpan>,
+}
+
+impl RegulatoryElement {
+    /// The targets of one role, in file order.
+    pub fn role<'a>(&'a self, role: &'a str) -> impl Iterator<Item = Target> + 'a {
+        self.members.iter().filter(move |m| m.role == role).map(|m| m.target)
+    }
+
+    /// The lanelets of one role, in file order.
+    pub fn lanelets<'a>(&'a self, role: &'a str) -> impl Iterator<Item = LaneletId> + 'a {
+        self.role(role).filter_map(|t| match t {
+            Target::Lanelet(id) => Some(id),
+            _ => None,
+        })
+    }
+
+    /// The linestrings of one role, in file order.
+    pub fn linestrings<'a>(&'a self, role: &'a str) -> impl Iterator<Item = LineStringId> + 'a {
+        self.role(role).filter_map(|t| match t {
+            Target::LineString(id) => Some(id),
+            _ => None,
+        })
+    }
+}
+
+/// A map: five shelves of primitives.
+#[derive(Clone, Debug, Default)]
+pub struct LaneletMap {
+    /// `format_version` of `MetaInfo`, as written.
+    pub format_version: Option<Text>,
+    /// Points by id.
+    pub points: Shelf<Point>,
+    /// Linestrings by id.
+    pub linestrings: Shelf<LineString>,
+    /// Polygons by id.
+    pub polygons: Shelf<Polygon>,
+    /// Lanelets by id.
+    pub lanelets: Shelf<Lanelet>,
+    /// Regulatory elements by id.
+    pub regulatory_elements: Shelf<RegulatoryElement>,
+}
+
+macro_rules! shelved {
+    ($($item:ident => $id:ident),* $(,)?) => {$(
+        impl Shelved for $item {
+            type Id = $id;
+
+            fn id(&self) -> $id {
+                self.id
+            }
+        }
+    )*};
+}
+
+shelved! {
+    Point => PointId,
+    LineString => LineStringId,
+    Polygon => PolygonId,
+    Lanelet => LaneletId,
+    RegulatoryElement => RegulatoryElementId,
+}
+
+impl LaneletMap {
+    /// The points of a bound in the lanelet's direction of travel.
+    pub fn bound_points(&self, bound: Bound) -> impl DoubleEndedIterator<Item = &Point> + '_ {
+        let ids: &[PointId] = self.linestrings.get(bound.line).map_or(&[], |l| &l.points);
+        let count = ids.len();
+        (0..count).filter_map(move |i| {
+            let id = if bound.inverted { ids[count - 1 - i] } else { ids[i] };
+            self.points.get(id)
+        })
+    }
+
+    /// Where the points of a bound lie, in the lanelet's direction of travel.
+    pub fn bound_line(&self, bound: Bound) -> Vec<PlanePoint> {
+        self.bound_points(bound).map(|p| p.position).collect()
+    }
+
+    /// The outline of a lanelet: left bound, then the right bound backwards; not closed.
+    pub fn outline(&self, lanelet: &Lanelet) -> Vec<PlanePoint> {
+        let mut ring = self.bound_line(lanelet.left);
+        ring.extend(self.bound_points(lanelet.right).rev().map(|p| p.position));
+        ring
+    }
+}

@@ -1,0 +1,25 @@
+//! Builds Autoware-ready Lanelet2 maps from road centre lines and holds any Lanelet2 map against Autoware's
+//! vector-map requirements.
+//!
+//! The crate is an hourglass; data flows down and never calls back:
+//!
+//! ```text
+//! floor 4   main, cli                                 arguments in, exit code out
+//! floor 3   builder | rules | fix | report            four wings that never meet
+//! floor 2   lanelet (the waist), requirement, settings  the map in Lanelet2's words; a document of rules/ parsed
+//! floor 1   osm, projection, geometry, diagnostic     know nothing of ours
+//! ```
+//!
+//! Units, said once: metres, seconds, radians; speeds as maps write them (km/h); coordinates in the plane are
+//! east, north. Angles turn counter-clockwise, so a left turn is positive.
+
+pub mod builder;
+pub mod diagnostic;
+pub mod geometry;
+pub mod lanelet;
+pub mod osm;
+pub mod projection;
+pub mod report;
+pub mod requirement;
+pub mod rules;
+pub mod settings;

@@ -1,0 +1,215 @@
+//! OpenStreetMap's data model and file formats: the only place that knows XML and PBF.
+//!
+//! [`OsmData`] holds what a file says, in file order, with the byte position of each element; it judges nothing
+//! about roads or lanelets.
+
+mod read;
+mod tags;
+
+pub use read::{ReadError, read_bytes, read_file, read_files};
+pub use tags::{Tags, Text};
+
+use rustc_hash::FxHashMap;
+
+use crate::diagnostic::SourceSpan;
+use crate::projection::LonLat;
+
+/// The kind of an element.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum ElementKind {
+    /// A point.
+    Node,
+    /// A list of nodes.
+    Way,
+    /// A list of members.
+    Relation,
+}
+
+impl std::fmt::Display for ElementKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Node => "node",
+            Self::Way => "way",
+            Self::Relation => "relation",
+        })
+    }
+}
+
+/// A point with tags.
+#[derive(Clone, Debug)]
+pub struct Node {
+    /// The id; may be negative (JOSM).
+    pub id: i64,
+    /// `None` if `lat` or `lon` is absent, not a number or out of range.
+    pub position: Option<LonLat>,
+    /// Tags in file order.
+    pub tags: Tags,
+    /// Where it stands in the file.
+    pub span: SourceSpan,
+}
+
+/// A list of nodes with tags.
+#[derive(Clone, Debug)]
+pub struct Way {
+    /// The id; may be negative (JOSM).
+    pub id: i64,
+    /// Node ids in order; they need not exist.
+    pub nodes: Vec<i64>,
+    /// Tags in file order.
+    pub tags: Tags,
+    /// Where it stands in the file.
+    pub span: SourceSpan,
+}
+
+/// One member of a relation.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Member {
+    /// Kind of the target.
+    pub kind: ElementKind,
+    /// Id of the target; it need not exist.
+    pub id: i64,
+    /// The role.
+    pub role: Text,
+}
+
+/// A list of members with tags.
+#[derive(Clone, Debug)]
+pub struct Relation {
+    /// The id; may be negative (JOSM).
+    pub id: i64,
+    /// Members in order.
+    pub members: Vec<Member>,
+    /// Tags in file order.
+    pub tags: Tags,
+    /// Where it stands in the file.
+    pub span: SourceSpan,
+}
+
+/// Something odd that reading could pass over.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Oddity {
+    /// Short name of its kind: `duplicate-id`, `bad-number`, `bad-attribute`, `unknown-element`.
+    pub kind: OddityKind,
+    /// The element it is about, where it has an id.
+    pub element: Option<(ElementKind, i64)>,
+    /// One line.
+    pub message: String,
+    /// Where it stands.
+    pub span: SourceSpan,
+}
+
+/// The kinds of [`Oddity`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum OddityKind {
+    /// The same id twice within one kind; both are kept in the lists, lookups find the last.
+    DuplicateId,
+    /// A coordinate that is absent, not a number or out of range.
+    BadCoordinate,
+    /// An element without a usable id, a reference or member without target: passed over.
+    BadElement,
+}
+
+/// One file that was read.
+#[derive(Clone, Debug)]
+pub struct Source {
+    /// As given by the user.
+    pub name: String,
+    /// The whole text, unpacked; empty for PBF.
+    pub text: String,
+}
+
+/// `<MetaInfo>` of an Autoware map.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct MetaInfo {
+    /// `format_version` as written.
+    pub format_version: Option<Text>,
+    /// `map_version` as written.
+    pub map_version: Option<Text>,
+}
+
+/// What one or several files say.
+#[derive(Debug, Default)]
+pub struct OsmData {
+    /// The files, in reading order.
+    pub sources: Vec<Source>,
+    /// The last `<MetaInfo>` seen.
+    pub meta: Option<MetaInfo>,
+    /// `generator` of the last `<osm>`.
+    pub generator: Option<Text>,
+    /// Elements in file order, without those of `action="delete"`.
+    pub nodes: Vec<Node>,
+    /// See [`OsmData::nodes`].
+    pub ways: Vec<Way>,
+    /// See [`OsmData::nodes`].
+    pub relations: Vec<Relation>,
+    /// What reading passed over.
+    pub oddities: Vec<Oddity>,
+    node_index: FxHashMap<i64, u32>,
+    way_index: FxHashMap<i64, u32>,
+    relation_index: FxHashMap<i64, u32>,
+}
+
+impl OsmData {
+    /// The node of this id; the last one where an id repeats.
+    pub fn node(&self, id: i64) -> Option<&Node> {
+        self.node_index.get(&id).map(|&i| &self.nodes[i as usize])
+    }
+
+    /// The way of this id; the last one where an id repeats.
+    pub fn way(&self, id: i64) -> Option<&Way> {
+        self.way_index.get(&id).map(|&i| &self.ways[i as usize])
+    }
+
+    /// The relation of this id; the last one where an id repeats.
+    pub fn relation(&self, id: i64) -> Option<&Relation> {
+        self.relation_index.get(&id).map(|&i| &self.relations[i as usize])
+    }
+
+    /// Whether the element exists.
+    pub fn contains(&self, kind: ElementKind, id: i64) -> bool {
+        match kind {
+            ElementKind::Node => self.node_index.contains_key(&id),
+            ElementKind::Way => self.way_index.contains_key(&id),
+            ElementKind::Relation => self.relation_index.contains_key(&id),
+        }
+    }
+
+    /// Adds a node; a repeated id is noted as an oddity.
+    pub fn push_node(&mut self, node: Node) {
+        let (id, span) = (node.id, node.span.clone());
+        let at = self.nodes.len() as u32;
+        self.nodes.push(node);
+        if self.node_index.insert(id, at).is_some() {
+            self.repeated(ElementKind::Node, id, span);
+        }
+    }
+
+    /// Adds a way; a repeated id is noted as an oddity.
+    pub fn push_way(&mut self, way: Way) {
+        let (id, span) = (way.id, way.span.clone());
+        let at = self.ways.len() as u32;
+        self.ways.push(way);
+        if self.way_index.insert(id, at).is_some() {
+            self.repeated(ElementKind::Way, id, span);
+        }
+    }
+
+    /// Adds a relation; a repeated id is noted as an oddity.
+    pub fn push_relation(&mut self, relation: Relation) {
+        let (id, span) = (relation.id, relation.span.clone());
+        let at = self.relations.len() as u32;
+        self.relations.push(relation);
+        if self.relation_index.insert(id, at).is_some() {
+            self.repeated(ElementKind::Relation, id, span);
+        }
+    }
+
+    fn repeated(&mut self, kind: ElementKind, id: i64, span: SourceSpan) {
+        self.oddities.push(Oddity {
+            kind: OddityKind::DuplicateId,
+            element: Some((kind, id)),
+            message: format!("{kind} id {id} is used twice"),
+            span,
+        });
+    }
+}

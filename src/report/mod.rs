@@ -1,0 +1,1 @@
+//! Diagnostics and maps made readable: for people, for CI, for other programs.

@@ -1,0 +1,1 @@
+//! The rules: one number, one document, one predicate each.
