@@ -144,6 +144,14 @@ pub struct Road {
 }
 
 impl Road {
+    /// The OpenStreetMap node at one end.
+    pub fn node(&self, end: End) -> i64 {
+        match end {
+            End::Start => self.key.first,
+            End::End => self.key.last,
+        }
+    }
+
     /// The intersection at one end.
     pub fn intersection(&self, end: End) -> IntersectionIx {
         match end {
@@ -178,6 +186,25 @@ pub struct Intersection {
     pub circle: Option<Text>,
     /// A crossing on the node itself.
     pub crossing: bool,
+    /// The roads that lie inside, where several nodes were merged into one intersection: their ground belongs to the
+    /// outline, nobody queues on them.
+    pub inner: Vec<InnerRoad>,
+    /// Which arm leads to which, where several nodes were merged: what the inner roads and the restrictions between
+    /// them allow. `None`: every arm leads to every other, within the restrictions.
+    pub passages: Option<Vec<(RoadEnd, RoadEnd)>>,
+}
+
+/// A road that became part of a merged intersection.
+#[derive(Clone, Debug)]
+pub struct InnerRoad {
+    /// What identified it; `first` and `last` are nodes of the intersection.
+    pub key: RoadKey,
+    /// The OpenStreetMap ways it was made from.
+    pub ways: Vec<i64>,
+    /// The middle of its cross-section, in local metres, from node `first` to node `last`.
+    pub line: Polyline,
+    /// What lay across it.
+    pub section: CrossSection,
 }
 
 /// A turn restriction between roads.
