@@ -8,6 +8,7 @@
 //! Widths come before the outline (the cut-back needs the roads' edges), lane borders after it (they end at the cut).
 //! Everything speaks of near and far, never of left and right, except where a tag or a role does.
 
+pub mod consolidate;
 pub mod cross_section;
 pub mod outline;
 pub mod road_network;

@@ -1,0 +1,93 @@
+//! One physical intersection, drawn as several nodes and short roads, becomes one.
+//!
+//! OpenStreetMap draws the crossing of two dual carriageways as four nodes, a dogleg as two, a channelised turn as a
+//! handful. Vehicles do not stop between them, so Autoware wants one intersection. A round decides for every road
+//! whether it lies inside an intersection ([`decide`]), contracts what it found ([`contract`]), and looks again, for
+//! a merged intersection cuts its neighbours back further; the rounds end when nothing changes.
+
+mod contract;
+mod decide;
+mod passages;
+
+use crate::builder::road_network::{RoadKey, RoadNetwork};
+
+pub use decide::{Reason, Verdict};
+
+/// What a user wants of one road, whatever the decision would be.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Wish {
+    /// The OpenStreetMap way.
+    pub way: i64,
+    /// `true`: it lies inside an intersection; `false`: it does not.
+    pub merge: bool,
+}
+
+/// Limits of the decision, metres unless said otherwise.
+#[derive(Clone, Debug)]
+pub struct ConsolidateOptions {
+    /// A road with less than this left between its two cuts has no room for a vehicle to wait: it lies inside.
+    pub short: f64,
+    /// As `short`, for a road between two signalised nodes: less than two waiting cars.
+    pub short_between_signals: f64,
+    /// As `short`, for a road across the median of a dual carriageway: less than three waiting cars.
+    pub short_across_median: f64,
+    /// A road tagged `junction=intersection` longer than this is a tagging mistake.
+    pub tagged: f64,
+    /// No merged intersection reaches further than this across; beyond, it is a network of its own.
+    pub reach: f64,
+    /// More rounds than this mean that the decision does not settle.
+    pub rounds: usize,
+    /// Roads that the user decided.
+    pub wishes: Vec<Wish>,
+}
+
+impl Default for ConsolidateOptions {
+    fn default() -> Self {
+        Self {
+            short: 5.0,
+            short_between_signals: 12.0,
+            short_across_median: 18.0,
+            tagged: 60.0,
+            reach: 90.0,
+            rounds: 8,
+            wishes: Vec::new(),
+        }
+    }
+}
+
+/// Why a road was merged, or was not although something spoke for it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MergeNote {
+    /// The road.
+    pub key: RoadKey,
+    /// Whether it became part of an intersection.
+    pub merged: bool,
+    /// What decided.
+    pub reason: Reason,
+    /// Metres between its two cuts.
+    pub left: f64,
+}
+
+/// Merges until nothing changes. `kept` gives, for a network, the stations between which each road remains after the
+/// intersections' outlines are cut off ([`crate::builder::outline::Outlines::kept`]).
+pub fn consolidate(
+    mut network: RoadNetwork,
+    options: &ConsolidateOptions,
+    kept: impl Fn(&RoadNetwork) -> Vec<[f64; 2]>,
+) -> (RoadNetwork, Vec<MergeNote>) {
+    let mut notes: Vec<MergeNote> = Vec::new();
+    for _ in 0..options.rounds {
+        let kept = kept(&network);
+        let verdicts = decide::decide(&network, &kept, options);
+        let (next, round) = contract::contract(&network, &verdicts, options);
+        let changed = round.iter().any(|note| note.merged);
+        notes.retain(|note| note.merged);
+        notes.extend(round);
+        match next {
+            Some(next) if changed => network = next,
+            _ => break,
+        }
+    }
+    notes.sort_by_key(|note| note.key);
+    (network, notes)
+}
