@@ -7,6 +7,9 @@
 
 mod contract;
 mod decide;
+mod divided;
+mod edit;
+mod join;
 mod passages;
 
 use crate::builder::road_network::{RoadKey, RoadNetwork};
@@ -76,6 +79,7 @@ pub fn consolidate(
     kept: impl Fn(&RoadNetwork) -> Vec<[f64; 2]>,
 ) -> (RoadNetwork, Vec<MergeNote>) {
     let mut notes: Vec<MergeNote> = Vec::new();
+    network = join::join_alike(divided::join_around_islands(join::join_alike(network)));
     for _ in 0..options.rounds {
         let kept = kept(&network);
         let verdicts = decide::decide(&network, &kept, options);

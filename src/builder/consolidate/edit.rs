@@ -1,0 +1,128 @@
+//! A network while roads are joined two by two: what named the old roads is renamed once, at the end.
+
+use rustc_hash::FxHashMap;
+
+use crate::builder::road_network::{End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
+
+/// A network under change. Indices of intersections stay until [`Edit::finish`]; a joined road takes a new index.
+pub struct Edit {
+    network: RoadNetwork,
+    gone: Vec<bool>,
+    /// For each end of a road that is gone: the end that took its place, if any did.
+    renames: FxHashMap<RoadEnd, Option<RoadEnd>>,
+}
+
+impl Edit {
+    /// Starts with the whole network.
+    pub fn new(network: RoadNetwork) -> Self {
+        let gone = vec![false; network.roads.len()];
+        Self { network, gone, renames: FxHashMap::default() }
+    }
+
+    /// The road of this index, gone or not.
+    pub fn road(&self, ix: RoadIx) -> &Road {
+        self.network.road(ix)
+    }
+
+    /// The intersection of this index with its arms as they are by now.
+    pub fn intersection(&self, ix: IntersectionIx) -> &Intersection {
+        self.network.intersection(ix)
+    }
+
+    /// All intersections.
+    pub fn intersections(&self) -> impl Iterator<Item = IntersectionIx> + use<> {
+        (0..self.network.intersections.len() as u32).map(IntersectionIx)
+    }
+
+    /// Puts `road` in the place of two roads. `place` tells which end of it takes the place of an end of theirs.
+    pub fn join(&mut self, old: [RoadIx; 2], road: Road, place: impl Fn(RoadEnd) -> Option<End>) {
+        let new = RoadIx(self.network.roads.len() as u32);
+        let mut touched = vec![];
+        for ix in old {
+            self.gone[ix.0 as usize] = true;
+            touched.extend([self.road(ix).from, self.road(ix).to]);
+            for end in [End::Start, End::End] {
+                let end = RoadEnd { road: ix, end };
+                self.renames.insert(end, place(end).map(|end| RoadEnd { road: new, end }));
+            }
+        }
+        touched.sort();
+        touched.dedup();
+        self.network.roads.push(road);
+        self.gone.push(false);
+        for ix in touched {
+            let arms = std::mem::take(&mut self.network.intersections[ix.0 as usize].arms);
+            let mut arms: Vec<RoadEnd> = arms.into_iter().filter_map(|arm| self.renamed(arm)).collect();
+            arms.dedup();
+            if arms.len() > 1 && arms.first() == arms.last() {
+                arms.pop();
+            }
+            self.network.intersections[ix.0 as usize].arms = arms;
+        }
+    }
+
+    /// What an end is called by now; `None` if nothing took its place.
+    fn renamed(&self, mut end: RoadEnd) -> Option<RoadEnd> {
+        while let Some(next) = self.renames.get(&end) {
+            end = (*next)?;
+        }
+        Some(end)
+    }
+
+    /// The network that is left, its roads in order of their keys, without intersections that have no road.
+    pub fn finish(self) -> RoadNetwork {
+        let mut order: Vec<usize> = (0..self.network.roads.len()).filter(|i| !self.gone[*i]).collect();
+        order.sort_by_key(|i| self.network.roads[*i].key);
+        let place: FxHashMap<RoadIx, RoadIx> =
+            order.iter().enumerate().map(|(new, old)| (RoadIx(*old as u32), RoadIx(new as u32))).collect();
+        let renamed = |end: RoadEnd| {
+            let end = self.renamed(end)?;
+            Some(RoadEnd { road: *place.get(&end.road)?, end: end.end })
+        };
+        let mut intersections = Vec::new();
+        let mut moved: FxHashMap<IntersectionIx, IntersectionIx> = FxHashMap::default();
+        for (i, old) in self.network.intersections.iter().enumerate() {
+            if old.arms.is_empty() {
+                continue;
+            }
+            let mut intersection = old.clone();
+            intersection.arms = old.arms.iter().filter_map(|arm| renamed(*arm)).collect();
+            intersection.passages = old.passages.as_ref().map(|passages| {
+                let mut passages: Vec<_> =
+                    passages.iter().filter_map(|(a, b)| Some((renamed(*a)?, renamed(*b)?))).collect();
+                passages.sort();
+                passages.dedup();
+                passages
+            });
+            moved.insert(IntersectionIx(i as u32), IntersectionIx(intersections.len() as u32));
+            intersections.push(intersection);
+        }
+        let roads = order
+            .iter()
+            .map(|i| {
+                let mut road = self.network.roads[*i].clone();
+                road.from = moved[&road.from];
+                road.to = moved[&road.to];
+                road
+            })
+            .collect();
+        let restrictions = self
+            .network
+            .restrictions
+            .iter()
+            .filter_map(|r| {
+                let mut via = Vec::new();
+                for road in &r.via {
+                    // A road that was joined lives on under both its ends, or under one of them.
+                    let [start, end] = [End::Start, End::End].map(|end| renamed(RoadEnd { road: *road, end }));
+                    via.push(start.or(end)?.road);
+                }
+                via.dedup();
+                let mut r = r.clone();
+                (r.from, r.to, r.via) = (renamed(r.from)?, renamed(r.to)?, via);
+                Some(r)
+            })
+            .collect();
+        RoadNetwork { roads, intersections, restrictions, ..self.network }
+    }
+}
