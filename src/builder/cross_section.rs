@@ -1,5 +1,9 @@
 //! The lanes of a road as an ordered cross-section, read from OpenStreetMap's tags.
 
+mod read;
+
+pub(crate) use read::{Layout, layout};
+
 use super::road_network::RoadClass;
 
 /// What a strip of the road is for.

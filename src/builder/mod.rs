@@ -10,5 +10,6 @@
 
 pub mod consolidate;
 pub mod cross_section;
+pub mod driving_side;
 pub mod outline;
 pub mod road_network;

@@ -1,5 +1,13 @@
 //! Roads and where they meet: OpenStreetMap's ways cut at shared nodes, in local metres.
 
+mod arms;
+mod pieces;
+mod read;
+mod select;
+
+pub(crate) use read::is_roundabout;
+pub use read::{Network, NetworkError, NetworkOptions, ToMetres, road_network};
+
 use crate::geometry::{Point, Polyline};
 use crate::osm::{Tags, Text};
 

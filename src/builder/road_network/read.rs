@@ -1,0 +1,270 @@
+//! The stage itself: from OpenStreetMap's elements to roads and intersections.
+
+use rustc_hash::FxHashMap;
+
+use crate::builder::cross_section::{Layout, layout};
+use crate::builder::driving_side;
+use crate::diagnostic::{Finding, Severity, Subject};
+use crate::geometry::{Point, Polyline};
+use crate::osm::{OsmData, Tags, Text};
+use crate::projection::LonLat;
+
+use super::arms::{Ray, clockwise};
+use super::pieces::{Piece, pieces};
+use super::select::{Access, Drivable, Verdict, judge, ways};
+use super::{DrivingSide, End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
+
+/// From longitude and latitude to local metres, for many places at once, in their order.
+pub type ToMetres<'a> = &'a dyn Fn(&[LonLat]) -> Vec<Point>;
+
+/// Vertices closer than this (metres) to the line through their neighbours are dropped: below a mapper's accuracy.
+const SIMPLIFY: f64 = 0.03;
+
+/// Miter joins reach this many times the offset when a line is moved sideways.
+const SHIFT_MITER: f64 = 3.0;
+
+/// What a user may decide about the network.
+#[derive(Clone, Debug, Default)]
+pub struct NetworkOptions {
+    /// Which side people drive on; from the place where absent.
+    pub driving_side: Option<DrivingSide>,
+    /// ISO 3166-1 code of the country; from the place where absent.
+    pub country: Option<Text>,
+}
+
+/// What the stage returns.
+#[derive(Clone, Debug)]
+pub struct Network {
+    /// Roads and intersections.
+    pub network: RoadNetwork,
+    /// What was guessed, left out or passed over; subjects are OpenStreetMap's elements.
+    pub notes: Vec<Finding>,
+}
+
+/// Why there is no network.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NetworkError {
+    /// Nothing to drive on.
+    #[error("there is no drivable road in the input ({ways} ways, {left_out} left out as not drivable)")]
+    NoRoad {
+        /// Ways in the data.
+        ways: usize,
+        /// Of these, roads that were left out for a reason.
+        left_out: usize,
+    },
+}
+
+/// Reads the road network out of the data.
+pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOptions) -> Result<Network, NetworkError> {
+    let mut notes = Vec::new();
+    let drivable = drivable(osm, &mut notes);
+    let Places { positions, middle } = places(osm, &drivable, to_metres);
+    let pieces = pieces(&drivable, &positions, &mut notes);
+    if pieces.is_empty() {
+        let left_out = notes.iter().filter(|note| note.fault == "way-skipped").count();
+        return Err(NetworkError::NoRoad { ways: osm.ways.len(), left_out });
+    }
+    let place = driving_side::of_place(middle);
+    let side = options.driving_side.unwrap_or(place.side);
+    let country = options.country.clone().or(place.country);
+
+    let layouts = layouts(&drivable, &pieces, side, &mut notes);
+    let mut nodes: Vec<i64> = pieces.iter().flat_map(|p| [p.nodes[0], p.nodes[p.nodes.len() - 1]]).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let index: FxHashMap<i64, IntersectionIx> = nodes.iter().zip(0..).map(|(id, i)| (*id, IntersectionIx(i))).collect();
+
+    let mut roads = Vec::with_capacity(pieces.len());
+    let mut centres = Vec::with_capacity(pieces.len());
+    for piece in &pieces {
+        let Some(centre) = Polyline::new(simplified(piece, &positions)) else { continue };
+        let layout = &layouts[&piece.way];
+        roads.push(road(piece, &drivable[piece.way], layout, &centre, &index));
+        centres.push(centre);
+    }
+    let intersections = intersections(osm, &nodes, &positions, &pieces, &roads, &centres);
+    let network = RoadNetwork { side, country, roads, intersections, restrictions: Vec::new() };
+    Ok(Network { network, notes })
+}
+
+/// The ways to drive on, with a note for every road that is left out.
+fn drivable<'a>(osm: &'a OsmData, notes: &mut Vec<Finding>) -> Vec<Drivable<'a>> {
+    let mut drivable = Vec::new();
+    for way in ways(osm) {
+        match judge(way) {
+            Verdict::Road(road) => drivable.push(road),
+            Verdict::LeftOut(why) => {
+                let message = format!("way {} is not built: {why}", way.id);
+                notes.push(Finding::new("way-skipped", Subject::Way(way.id), message).graded(Severity::Info));
+            }
+            Verdict::NoRoad => {}
+        }
+    }
+    drivable
+}
+
+struct Places {
+    positions: FxHashMap<i64, Point>,
+    middle: LonLat,
+}
+
+/// Where the ways' nodes lie in the plane, and the middle of them all.
+fn places(osm: &OsmData, drivable: &[Drivable<'_>], to_metres: ToMetres<'_>) -> Places {
+    let mut ids: Vec<i64> = drivable.iter().flat_map(|d| d.way.nodes.iter().copied()).collect();
+    ids.sort_unstable();
+    ids.dedup();
+    let (ids, places): (Vec<i64>, Vec<LonLat>) =
+        ids.into_iter().filter_map(|id| Some((id, osm.node(id)?.position?))).unzip();
+    let points = to_metres(&places);
+    let finite = |p: &Point| p.x.is_finite() && p.y.is_finite();
+    let positions = ids.into_iter().zip(points).filter(|(_, p)| finite(p)).collect();
+    Places { positions, middle: middle(&places) }
+}
+
+/// The middle of the box around the places.
+fn middle(places: &[LonLat]) -> LonLat {
+    let range = |values: &mut dyn Iterator<Item = f64>| {
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        (low + high) / 2.0
+    };
+    LonLat { lon: range(&mut places.iter().map(|p| p.lon)), lat: range(&mut places.iter().map(|p| p.lat)) }
+}
+
+/// The cross-section of every way that has a piece.
+fn layouts(
+    drivable: &[Drivable<'_>],
+    pieces: &[Piece],
+    side: DrivingSide,
+    notes: &mut Vec<Finding>,
+) -> FxHashMap<usize, Layout> {
+    let mut used: Vec<usize> = pieces.iter().map(|piece| piece.way).collect();
+    used.sort_unstable();
+    used.dedup();
+    used.into_iter()
+        .map(|i| {
+            let way = &drivable[i];
+            let bus_road = way.access == Access::Bus;
+            (i, layout(way.way.id, &way.way.tags, way.class, way.link, bus_road, side, notes))
+        })
+        .collect()
+}
+
+/// The piece's points without those that tell nothing, ends kept (Douglas and Peucker's method).
+fn simplified(piece: &Piece, positions: &FxHashMap<i64, Point>) -> Vec<Point> {
+    let points: Vec<Point> = piece.nodes.iter().filter_map(|id| positions.get(id).copied()).collect();
+    let mut keep = vec![false; points.len()];
+    let mut open = vec![(0, points.len().saturating_sub(1))];
+    while let Some((a, b)) = open.pop() {
+        keep[a] = true;
+        keep[b] = true;
+        let farthest = (a + 1..b)
+            .map(|i| (i, distance_to_segment(points[i], points[a], points[b])))
+            .max_by(|x, y| x.1.total_cmp(&y.1));
+        if let Some((i, distance)) = farthest
+            && distance > SIMPLIFY
+        {
+            open.extend([(a, i), (i, b)]);
+        }
+    }
+    points.into_iter().zip(keep).filter_map(|(p, keep)| keep.then_some(p)).collect()
+}
+
+fn distance_to_segment(p: Point, a: Point, b: Point) -> f64 {
+    match Polyline::new([a, b]) {
+        Some(segment) => segment.distance(p),
+        None => (p - a).norm(),
+    }
+}
+
+fn road(
+    piece: &Piece,
+    way: &Drivable<'_>,
+    layout: &Layout,
+    centre: &Polyline,
+    index: &FxHashMap<i64, IntersectionIx>,
+) -> Road {
+    let tags = &way.way.tags;
+    let (first, last) = (piece.nodes[0], piece.nodes[piece.nodes.len() - 1]);
+    let line = if layout.shift == 0.0 { None } else { centre.offset(layout.shift, SHIFT_MITER) };
+    Road {
+        key: RoadKey { way: way.way.id, first, last, turn: piece.turn },
+        ways: vec![way.way.id],
+        from: index[&first],
+        to: index[&last],
+        line: line.unwrap_or_else(|| centre.clone()),
+        section: layout.section.clone(),
+        class: way.class,
+        link: way.link,
+        level: level(tags),
+        roundabout: is_roundabout(tags),
+        public: way.access != Access::Private,
+        name: tags.get("name").or_else(|| tags.get("ref")).map(Text::from),
+        speed: [50.0, 50.0],
+        features: Vec::new(),
+        tags: tags.clone(),
+    }
+}
+
+/// Whether the way is a ring that is driven round.
+pub(crate) fn is_roundabout(tags: &Tags) -> bool {
+    matches!(tags.get("junction"), Some("roundabout" | "circular"))
+}
+
+/// Vertical level: `layer`, else 1 on a bridge, -1 in a tunnel, else 0.
+fn level(tags: &Tags) -> f64 {
+    if let Some(layer) = tags.get("layer").and_then(|v| v.trim().parse::<f64>().ok())
+        && layer.is_finite()
+    {
+        return layer;
+    }
+    let set = |key| tags.get(key).is_some_and(|v| v != "no");
+    match () {
+        () if set("bridge") => 1.0,
+        // A passage through a building stays on the ground.
+        () if set("tunnel") && !tags.is("tunnel", "building_passage") => -1.0,
+        () => 0.0,
+    }
+}
+
+fn intersections(
+    osm: &OsmData,
+    nodes: &[i64],
+    positions: &FxHashMap<i64, Point>,
+    pieces: &[Piece],
+    roads: &[Road],
+    centres: &[Polyline],
+) -> Vec<Intersection> {
+    let mut rays: Vec<Vec<(RoadEnd, Ray<(RoadKey, End)>)>> = nodes.iter().map(|_| Vec::new()).collect();
+    for ((road, centre), ix) in roads.iter().zip(centres).zip(0..) {
+        for (end, at, line) in [(End::Start, road.from, centre.clone()), (End::End, road.to, centre.reversed())] {
+            rays[at.0 as usize].push((RoadEnd { road: RoadIx(ix), end }, Ray { line, key: (road.key, end) }));
+        }
+    }
+    let mut edges: FxHashMap<i64, ()> = FxHashMap::default();
+    for piece in pieces {
+        let ends = [piece.nodes[0], piece.nodes[piece.nodes.len() - 1]];
+        edges.extend(ends.into_iter().zip(piece.edge).filter(|(_, edge)| *edge).map(|(id, _)| (id, ())));
+    }
+    nodes
+        .iter()
+        .zip(rays)
+        .map(|(&id, rays)| {
+            let position = positions[&id];
+            let (ends, rays): (Vec<RoadEnd>, Vec<Ray<_>>) = rays.into_iter().unzip();
+            let arms = clockwise(position, &rays).into_iter().map(|i| ends[i]).collect();
+            let highway = osm.node(id).and_then(|node| node.tags.get("highway"));
+            Intersection {
+                nodes: vec![id],
+                position,
+                arms,
+                map_edge: edges.contains_key(&id),
+                signals: highway == Some("traffic_signals"),
+                all_way_stop: false,
+                circle: highway
+                    .filter(|v| matches!(*v, "mini_roundabout" | "turning_circle" | "turning_loop"))
+                    .map(Text::from),
+                crossing: highway == Some("crossing"),
+            }
+        })
+        .collect()
+}
