@@ -234,7 +234,8 @@ fn intersections(
     roads: &[Road],
     centres: &[Polyline],
 ) -> Vec<Intersection> {
-    let mut rays: Vec<Vec<(RoadEnd, Ray<(RoadKey, End)>)>> = nodes.iter().map(|_| Vec::new()).collect();
+    type Rays = Vec<(RoadEnd, Ray<(RoadKey, End)>)>;
+    let mut rays: Vec<Rays> = nodes.iter().map(|_| Vec::new()).collect();
     for ((road, centre), ix) in roads.iter().zip(centres).zip(0..) {
         for (end, at, line) in [(End::Start, road.from, centre.clone()), (End::End, road.to, centre.reversed())] {
             rays[at.0 as usize].push((RoadEnd { road: RoadIx(ix), end }, Ray { line, key: (road.key, end) }));
@@ -264,6 +265,8 @@ fn intersections(
                     .filter(|v| matches!(*v, "mini_roundabout" | "turning_circle" | "turning_loop"))
                     .map(Text::from),
                 crossing: highway == Some("crossing"),
+                inner: Vec::new(),
+                passages: Vec::new(),
             }
         })
         .collect()
