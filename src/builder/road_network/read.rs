@@ -266,7 +266,7 @@ fn intersections(
                     .map(Text::from),
                 crossing: highway == Some("crossing"),
                 inner: Vec::new(),
-                passages: Vec::new(),
+                passages: None,
             }
         })
         .collect()
