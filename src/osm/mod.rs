@@ -3,6 +3,7 @@
 //! [`OsmData`] holds what a file says, in file order, with the byte position of each element; it judges nothing
 //! about roads or lanelets.
 
+mod pbf;
 mod read;
 mod tags;
 

@@ -7,6 +7,7 @@ use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
+use super::pbf;
 use super::{ElementKind, Member, MetaInfo, Node, Oddity, OddityKind, OsmData, Relation, Source, Tags, Text, Way};
 use crate::diagnostic::SourceSpan;
 use crate::projection::LonLat;
@@ -40,6 +41,14 @@ pub enum ReadError {
         /// Offset of the first byte that is not UTF-8.
         offset: usize,
     },
+    /// PBF that cannot be decoded.
+    #[error("{name} is not a usable PBF file: {message}")]
+    Pbf {
+        /// The file.
+        name: String,
+        /// What is wrong.
+        message: String,
+    },
     /// XML, or something else, that is broken at a place.
     #[error("{name}:{line}:{column}: {message}")]
     Broken {
@@ -67,6 +76,7 @@ impl ReadError {
             Self::Io { .. } => "give the path of a readable file",
             Self::Empty { .. } => "the file has no content; was its download or export cut off?",
             Self::NotText { .. } => "expected OpenStreetMap XML in UTF-8 (.osm, .osm.gz)",
+            Self::Pbf { .. } => "the file is damaged or cut off; download it again, or convert it to .osm",
             Self::Broken { help, .. } => help,
         }
     }
@@ -87,8 +97,11 @@ pub fn read_files(paths: &[PathBuf]) -> Result<OsmData, ReadError> {
     Ok(data)
 }
 
-/// Adds the content of one file, unpacked where it is gzip, to `data`.
+/// Adds the content of one file, XML (unpacked where it is gzip) or PBF, to `data`.
 pub fn read_bytes(data: &mut OsmData, name: &str, bytes: Vec<u8>) -> Result<(), ReadError> {
+    if pbf::is_pbf(&bytes) {
+        return pbf::read(data, name, &bytes);
+    }
     let bytes = if bytes.starts_with(&[0x1f, 0x8b]) { unpack(name, &bytes)? } else { bytes };
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err(ReadError::Empty { name: name.to_owned() });

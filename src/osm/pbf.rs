@@ -1,0 +1,106 @@
+//! Reads OpenStreetMap PBF: blobs are decoded in parallel and kept in file order.
+//!
+//! PBF keeps coordinates in whole nanodegrees; divided by 1e9 they are the same numbers that the XML of the same
+//! extract gives, to the last bit.
+
+use std::io::Cursor;
+
+use osmpbf::{BlobDecode, BlobReader, Element, PrimitiveBlock, RelMemberType};
+use rayon::prelude::*;
+
+use super::read::{MAX_REFERENCES, ReadError};
+use super::{ElementKind, Member, Node, OsmData, Relation, Source, Tags, Text, Way};
+use crate::diagnostic::SourceSpan;
+use crate::projection::LonLat;
+
+/// Whether these bytes begin like a PBF file: a length, then a blob header that names its type `OSMHeader`.
+pub fn is_pbf(bytes: &[u8]) -> bool {
+    bytes.len() > 20 && bytes[0] == 0 && bytes[4..24.min(bytes.len())].windows(9).any(|w| w == b"OSMHeader")
+}
+
+/// Adds the content of a PBF file to `data`.
+pub fn read(data: &mut OsmData, name: &str, bytes: &[u8]) -> Result<(), ReadError> {
+    let file = data.sources.len() as u32;
+    let damaged = |error: osmpbf::Error| ReadError::Pbf { name: name.to_owned(), message: error.to_string() };
+    let blobs = BlobReader::new(Cursor::new(bytes)).collect::<Result<Vec<_>, _>>().map_err(damaged)?;
+    let parts: Vec<Result<Part, osmpbf::Error>> = blobs
+        .par_iter()
+        .map(|blob| match blob.decode()? {
+            BlobDecode::OsmData(block) => Part::of(&block, file),
+            BlobDecode::OsmHeader(_) | BlobDecode::Unknown(_) => Ok(Part::default()),
+        })
+        .collect();
+    for part in parts {
+        let part = part.map_err(damaged)?;
+        if let Some(message) = part.too_long {
+            return Err(ReadError::Pbf { name: name.to_owned(), message });
+        }
+        part.nodes.into_iter().for_each(|node| data.push_node(node));
+        part.ways.into_iter().for_each(|way| data.push_way(way));
+        part.relations.into_iter().for_each(|relation| data.push_relation(relation));
+    }
+    data.sources.push(Source { name: name.to_owned(), text: String::new() });
+    Ok(())
+}
+
+/// What one blob holds.
+#[derive(Default)]
+struct Part {
+    nodes: Vec<Node>,
+    ways: Vec<Way>,
+    relations: Vec<Relation>,
+    too_long: Option<String>,
+}
+
+impl Part {
+    fn of(block: &PrimitiveBlock, file: u32) -> Result<Self, osmpbf::Error> {
+        let mut part = Self::default();
+        let span = SourceSpan { file, start: 0, end: 0 };
+        let mut failed = None;
+        block.for_each_element(|element| {
+            let outcome = part.push(element, &span);
+            failed = failed.take().or(outcome.err());
+        });
+        failed.map_or(Ok(part), Err)
+    }
+
+    fn push(&mut self, element: Element<'_>, span: &SourceSpan) -> Result<(), osmpbf::Error> {
+        let span = span.clone();
+        match element {
+            Element::Node(n) => {
+                let (position, tags) = (place(n.nano_lon(), n.nano_lat()), n.tags().collect());
+                self.nodes.push(Node { id: n.id(), position, tags, span });
+            }
+            Element::DenseNode(n) => {
+                let (position, tags) = (place(n.nano_lon(), n.nano_lat()), n.tags().collect());
+                self.nodes.push(Node { id: n.id(), position, tags, span });
+            }
+            Element::Way(w) => {
+                if w.raw_refs().len() > MAX_REFERENCES {
+                    self.too_long = Some(format!("way {} has more than {MAX_REFERENCES} nodes", w.id()));
+                    return Ok(());
+                }
+                self.ways.push(Way { id: w.id(), nodes: w.refs().collect(), tags: w.tags().collect(), span });
+            }
+            Element::Relation(r) => {
+                let mut members = Vec::new();
+                for m in r.members() {
+                    let kind = match m.member_type {
+                        RelMemberType::Node => ElementKind::Node,
+                        RelMemberType::Way => ElementKind::Way,
+                        RelMemberType::Relation => ElementKind::Relation,
+                    };
+                    members.push(Member { kind, id: m.member_id, role: Text::from(m.role()?) });
+                }
+                self.relations.push(Relation { id: r.id(), members, tags: r.tags().collect::<Tags>(), span });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// From nanodegrees; `None` off the Earth.
+fn place(lon: i64, lat: i64) -> Option<LonLat> {
+    let position = LonLat { lon: lon as f64 / 1e9, lat: lat as f64 / 1e9 };
+    ((-180.0..=180.0).contains(&position.lon) && (-90.0..=90.0).contains(&position.lat)).then_some(position)
+}
