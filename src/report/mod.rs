@@ -1,1 +1,3 @@
 //! Diagnostics and maps made readable: for people, for CI, for other programs.
+
+pub mod draw;

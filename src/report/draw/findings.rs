@@ -1,0 +1,134 @@
+//! Findings on the map: what they are about glows, a pin stands where to look.
+
+use super::canvas::Canvas;
+use super::lanes::positions;
+use crate::diagnostic::{Diagnostic, Place, Subject};
+use crate::geometry::Point;
+use crate::lanelet::{LaneletId, LaneletMap, LineStringId, PointId, PolygonId, RegulatoryElementId, Target};
+
+/// What a finding is about, as shapes.
+enum Shape {
+    Spot(Point),
+    Line(Vec<Point>),
+    Area(Vec<Point>),
+}
+
+/// More pins than this get no words: they would cover each other.
+const MAX_WORDED: usize = 60;
+
+/// Draws the glows of all findings, then all pins, the worst on top.
+pub fn findings(canvas: &mut Canvas, map: &LaneletMap, diagnostics: &[Diagnostic], worded: bool) {
+    let mut sorted: Vec<&Diagnostic> = diagnostics.iter().collect();
+    sorted.sort_by_key(|d| d.severity);
+    for diagnostic in &sorted {
+        for shape in shapes(map, diagnostic) {
+            glow(canvas, &shape, diagnostic);
+        }
+    }
+    let pins: Vec<(Point, &Diagnostic)> =
+        sorted.iter().filter_map(|d| Some((spot(map, d)?, *d))).filter(|(p, _)| canvas.view.sees([p])).collect();
+    let worded = worded && pins.len() <= MAX_WORDED;
+    for (at, diagnostic) in pins {
+        pin(canvas, at, diagnostic, worded);
+    }
+}
+
+fn glow(canvas: &mut Canvas, shape: &Shape, diagnostic: &Diagnostic) {
+    let (class, title) = (diagnostic.severity.to_string(), title(diagnostic));
+    match shape {
+        Shape::Spot(p) => canvas.disc(&format!("veil {class}"), *p, 7.0, &title),
+        Shape::Line(points) => canvas.line(&format!("glow {class}"), points, &title),
+        Shape::Area(ring) => canvas.area(&format!("veil {class}"), ring, &title),
+    }
+}
+
+/// A drop whose tip touches the place.
+fn pin(canvas: &mut Canvas, at: Point, diagnostic: &Diagnostic, worded: bool) {
+    const DROP: [(f64, f64); 9] = [
+        (0.0, 0.0),
+        (-5.2, -9.5),
+        (-6.0, -13.0),
+        (-4.3, -17.3),
+        (0.0, -19.0),
+        (4.3, -17.3),
+        (6.0, -13.0),
+        (5.2, -9.5),
+        (0.0, 0.0),
+    ];
+    let east = crate::geometry::Vector::new(1.0, 0.0);
+    canvas.stamp(&format!("pin {}", diagnostic.severity), at, east, &DROP, &title(diagnostic));
+    if worded {
+        let text = match diagnostic.finding.subject.id() {
+            Some(id) => format!("{} {id}", diagnostic.code),
+            None => diagnostic.code.clone(),
+        };
+        canvas.words("found", at, 27.0, &text, 7.0);
+    }
+}
+
+fn title(diagnostic: &Diagnostic) -> String {
+    format!("{} {}: {}", diagnostic.severity, diagnostic.code, diagnostic.finding.message)
+}
+
+/// Where the pin stands.
+fn spot(map: &LaneletMap, diagnostic: &Diagnostic) -> Option<Point> {
+    let middle = |points: &[Point]| points.get(points.len() / 2).copied();
+    let own = match &diagnostic.finding.place {
+        Place::Point(p) => Some(*p),
+        Place::Line(points) => middle(points),
+        Place::Polygon(ring) => mean(ring),
+        Place::Unknown => None,
+    };
+    own.or_else(|| {
+        shapes(map, diagnostic).into_iter().find_map(|shape| match shape {
+            Shape::Spot(p) => Some(p),
+            Shape::Line(points) => middle(&points),
+            Shape::Area(ring) => mean(&ring),
+        })
+    })
+    .or(diagnostic.local)
+}
+
+fn mean(points: &[Point]) -> Option<Point> {
+    let sum = points.iter().fold(nalgebra::Vector2::zeros(), |sum, p| sum + p.coords);
+    (!points.is_empty()).then(|| Point::from(sum / points.len() as f64))
+}
+
+/// The finding's place, then its subject.
+fn shapes(map: &LaneletMap, diagnostic: &Diagnostic) -> Vec<Shape> {
+    let place = match &diagnostic.finding.place {
+        Place::Unknown => None,
+        Place::Point(p) => Some(Shape::Spot(*p)),
+        Place::Line(points) => Some(Shape::Line(points.clone())),
+        Place::Polygon(ring) => Some(Shape::Area(ring.clone())),
+    };
+    place.into_iter().chain(of_subject(map, diagnostic.finding.subject)).collect()
+}
+
+fn of_subject(map: &LaneletMap, subject: Subject) -> Vec<Shape> {
+    let point = |id| map.points.get(PointId(id)).map(|p| Shape::Spot(p.position));
+    let line = |id| map.linestrings.get(LineStringId(id)).map(|l| Shape::Line(positions(map, &l.points)));
+    let polygon = |id| map.polygons.get(PolygonId(id)).map(|p| Shape::Area(positions(map, &p.points)));
+    let lanelet = |id| map.lanelets.get(LaneletId(id)).map(|l| Shape::Area(map.outline(l)));
+    match subject {
+        Subject::Map => Vec::new(),
+        Subject::Point(id) | Subject::Node(id) => point(id).into_iter().collect(),
+        Subject::LineString(id) => line(id).into_iter().collect(),
+        Subject::Polygon(id) => polygon(id).into_iter().collect(),
+        Subject::Way(id) => line(id).or_else(|| polygon(id)).into_iter().collect(),
+        Subject::Lanelet(id) => lanelet(id).into_iter().collect(),
+        Subject::Relation(id) if map.lanelets.contains(LaneletId(id)) => lanelet(id).into_iter().collect(),
+        Subject::RegulatoryElement(id) | Subject::Relation(id) => map
+            .regulatory_elements
+            .get(RegulatoryElementId(id))
+            .into_iter()
+            .flat_map(|element| &element.members)
+            .filter_map(|member| match member.target {
+                Target::Point(id) => point(id.0),
+                Target::LineString(id) => line(id.0),
+                Target::Polygon(id) => polygon(id.0),
+                Target::Lanelet(id) => lanelet(id.0),
+            })
+            .collect(),
+    }
+}

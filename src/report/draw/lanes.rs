@@ -1,0 +1,152 @@
+//! Surfaces, markings and direction arrows.
+
+use super::canvas::Canvas;
+use super::style::{self, Stroke};
+use crate::geometry::{Point, Polyline};
+use crate::lanelet::{Lanelet, LaneletMap, LineString, RoadType};
+
+/// Below this many pixels per metre, arrows and invisible bounds are left out: they would only be noise.
+const DETAIL_SCALE: f64 = 1.5;
+/// A zebra's stripe and the gap behind it, metres each; half a metre is common all over the world.
+const ZEBRA_STRIPE: f64 = 0.5;
+/// One arrow on a plain lane every so many metres.
+const ARROW_SPACING: f64 = 25.0;
+/// Points along a centre line, metres apart.
+const CENTRE_STEP: f64 = 0.8;
+
+/// Fills the areas of polygons of one kind.
+pub fn polygons(canvas: &mut Canvas, map: &LaneletMap, intersections: bool) {
+    for polygon in &map.polygons {
+        let class = style::area(&polygon.attributes);
+        if (class == "box") == intersections {
+            let ring = positions(map, &polygon.points);
+            let kind = polygon.attributes.get("type").unwrap_or("polygon");
+            canvas.area(class, &ring, &format!("{kind} {}", polygon.id));
+        }
+    }
+}
+
+/// Fills the lanelets: plain ones, or those of an intersection, which lie on top and shine through.
+pub fn surfaces(canvas: &mut Canvas, map: &LaneletMap, turning: bool) {
+    for lanelet in map.lanelets.iter().filter(|l| style::turn(&l.attributes).is_some() == turning) {
+        let ring = map.outline(lanelet);
+        let class = style::surface(&lanelet.attributes);
+        canvas.area(if turning { class.to_owned() } else { format!("{class} seam") }.as_str(), &ring, &title(lanelet));
+        if RoadType::of(&lanelet.attributes) == RoadType::Crosswalk {
+            zebra(canvas, map, lanelet);
+        }
+    }
+}
+
+/// The stripes of a crosswalk: each reaches from bound to bound.
+fn zebra(canvas: &mut Canvas, map: &LaneletMap, lanelet: &Lanelet) {
+    if canvas.view.scale < DETAIL_SCALE || !canvas.view.sees(&map.outline(lanelet)) {
+        return;
+    }
+    let bounds = (Polyline::new(map.bound_line(lanelet.left)), Polyline::new(map.bound_line(lanelet.right)));
+    let (Some(left), Some(right)) = bounds else { return };
+    let length = left.length().max(right.length());
+    let pairs = (length / ZEBRA_STRIPE).floor().clamp(1.0, MAX_STEPS) as usize;
+    let (left, right) = (left.resampled_to(pairs + 1), right.resampled_to(pairs + 1));
+    for i in (0..pairs).step_by(2) {
+        let (l, r) = (left.points(), right.points());
+        canvas.area("zebra", &[l[i], l[i + 1], r[i + 1], r[i]], "");
+    }
+}
+
+/// Most pieces one line is cut into, however long bad data makes it.
+const MAX_STEPS: f64 = 10_000.0;
+
+/// Draws every linestring by its type: bounds, kerbs, stop lines.
+pub fn markings(canvas: &mut Canvas, map: &LaneletMap) {
+    let (over, under): (Vec<_>, Vec<_>) =
+        map.linestrings.iter().partition(|l| matches!(style::stroke(&l.attributes), Stroke::Single("stop")));
+    for line in under.into_iter().chain(over) {
+        marking(canvas, map, line);
+    }
+}
+
+fn marking(canvas: &mut Canvas, map: &LaneletMap, line: &LineString) {
+    /// Half the distance between the two lines of a double line, metres.
+    const HALF_GAP: f64 = 0.13;
+    let points = positions(map, &line.points);
+    let kind = line.attributes.get("type").unwrap_or("linestring");
+    let title = match line.attributes.get("subtype") {
+        Some(subtype) => format!("{kind} {subtype} {}", line.id),
+        None => format!("{kind} {}", line.id),
+    };
+    match style::stroke(&line.attributes) {
+        Stroke::Single("virtual") if canvas.view.scale < DETAIL_SCALE => {}
+        Stroke::Single(class) => canvas.line(class, &points, &title),
+        Stroke::Double(left, right) => {
+            let beside = (HALF_GAP * canvas.view.scale).max(0.8);
+            canvas.line_beside(left, &points, beside, &title);
+            canvas.line_beside(right, &points, -beside, &title);
+        }
+        Stroke::Elsewhere => {}
+    }
+}
+
+/// Draws where traffic goes: the whole path of a turn, small arrows on a plain lane.
+pub fn arrows(canvas: &mut Canvas, map: &LaneletMap) {
+    if canvas.view.scale < DETAIL_SCALE {
+        return;
+    }
+    for lanelet in &map.lanelets {
+        let walked = matches!(
+            RoadType::of(&lanelet.attributes),
+            RoadType::Crosswalk | RoadType::Walkway | RoadType::PedestrianLane | RoadType::Shoulder
+        );
+        if walked || !canvas.view.sees(&map.outline(lanelet)) {
+            continue;
+        }
+        let Some(centre) = centre_line(map, lanelet) else { continue };
+        let class = style::arrow(&lanelet.attributes);
+        canvas.line(&format!("path {class}"), centre.points(), &title(lanelet));
+        let length = centre.length();
+        let stations: Vec<f64> = if class == "plain" {
+            let count = (length / ARROW_SPACING).round().clamp(1.0, MAX_STEPS) as usize;
+            (0..count).map(|i| length * (i as f64 + 0.5) / count as f64).collect()
+        } else {
+            // Off the middle, where all paths of an intersection cross.
+            vec![length * 0.8]
+        };
+        for station in stations {
+            tip(canvas, &centre, station, class);
+        }
+    }
+}
+
+fn tip(canvas: &mut Canvas, centre: &Polyline, station: f64, class: &str) {
+    let s = (canvas.view.scale * 0.55).clamp(2.5, 16.0);
+    let shape: &[(f64, f64)] = &[(1.3 * s, 0.0), (-0.9 * s, -0.8 * s), (-0.45 * s, 0.0), (-0.9 * s, 0.8 * s)];
+    canvas.stamp(&format!("tip {class}"), centre.at(station), centre.direction(station), shape, "");
+}
+
+/// The midpoints between both bounds, evenly cut.
+pub fn centre_line(map: &LaneletMap, lanelet: &Lanelet) -> Option<Polyline> {
+    let left = Polyline::new(map.bound_line(lanelet.left))?;
+    let right = Polyline::new(map.bound_line(lanelet.right))?;
+    let pieces = (left.length().max(right.length()) / CENTRE_STEP).ceil().clamp(1.0, MAX_STEPS) as usize;
+    let (left, right) = (left.resampled_to(pieces + 1), right.resampled_to(pieces + 1));
+    Polyline::new(left.points().iter().zip(right.points()).map(|(l, r)| nalgebra::center(l, r)))
+}
+
+/// Where the points of a way lie.
+pub fn positions(map: &LaneletMap, ids: &[crate::lanelet::PointId]) -> Vec<Point> {
+    ids.iter().filter_map(|&id| map.points.get(id)).map(|p| p.position).collect()
+}
+
+fn title(lanelet: &Lanelet) -> String {
+    let mut title = format!("lanelet {}", lanelet.id);
+    for key in ["subtype", "turn_direction", "speed_limit"] {
+        if let Some(value) = lanelet.attributes.get(key) {
+            title.push_str(" · ");
+            title.push_str(value);
+        }
+    }
+    for id in &lanelet.regulatory_elements {
+        title.push_str(&format!(" · rule {id}"));
+    }
+    title
+}

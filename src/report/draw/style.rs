@@ -1,0 +1,203 @@
+//! How things look: the colours, and the width of each line at a scale.
+
+use std::fmt::Write;
+
+use crate::lanelet::{Attributes, RoadType, TurnDirection};
+
+/// How a linestring is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stroke {
+    /// One line of a class.
+    Single(&'static str),
+    /// Two lines side by side, left one first, in the linestring's own direction.
+    Double(&'static str, &'static str),
+    /// By something else than a line along its points.
+    Elsewhere,
+}
+
+/// How a linestring of these tags is drawn.
+pub fn stroke(attributes: &Attributes) -> Stroke {
+    let subtype = attributes.get("subtype").unwrap_or_default();
+    match attributes.get("type").unwrap_or_default() {
+        "line_thin" => match subtype {
+            "dashed" => Stroke::Single("paint thin dashed"),
+            "solid_solid" => Stroke::Double("paint thin", "paint thin"),
+            "solid_dashed" => Stroke::Double("paint thin", "paint thin dashed"),
+            "dashed_solid" => Stroke::Double("paint thin dashed", "paint thin"),
+            _ => Stroke::Single("paint thin"),
+        },
+        "line_thick" if subtype == "dashed" => Stroke::Single("paint thick dashed"),
+        "line_thick" => Stroke::Single("paint thick"),
+        "virtual" => Stroke::Single("virtual"),
+        "road_border" | "curbstone" | "road_boarder" => Stroke::Single("kerb"),
+        "guard_rail" | "wall" | "fence" => Stroke::Single("barrier"),
+        "stop_line" => Stroke::Single("stop"),
+        "pedestrian_marking" | "zebra_marking" | "bike_marking" => Stroke::Single("paint thin zebra-edge"),
+        "guide_line" => Stroke::Single("paint thin dashed"),
+        "traffic_light" | "light_bulbs" | "traffic_sign" => Stroke::Elsewhere,
+        _ => Stroke::Single("other"),
+    }
+}
+
+/// The class of a lanelet's surface.
+pub fn surface(attributes: &Attributes) -> &'static str {
+    match (RoadType::of(attributes), turn(attributes)) {
+        (RoadType::Road, Some(TurnDirection::Left)) => "turn left",
+        (RoadType::Road, Some(TurnDirection::Straight)) => "turn straight",
+        (RoadType::Road, Some(TurnDirection::Right)) => "turn right",
+        (RoadType::Road, None)
+            if attributes.is("participant:bicycle", "yes") && !attributes.has("participant:vehicle") =>
+        {
+            "bicycle"
+        }
+        (RoadType::Road, None) => "road",
+        (RoadType::Shoulder, _) => "shoulder",
+        (RoadType::PedestrianLane | RoadType::Walkway, _) => "walk",
+        (RoadType::BicycleLane, _) => "bicycle",
+        (RoadType::Crosswalk, _) => "crossing",
+        (RoadType::Other, _) => "unknown",
+    }
+}
+
+/// The class of a lanelet's direction arrow.
+pub fn arrow(attributes: &Attributes) -> &'static str {
+    match turn(attributes) {
+        Some(TurnDirection::Left) => "left",
+        Some(TurnDirection::Straight) => "straight",
+        Some(TurnDirection::Right) => "right",
+        None => "plain",
+    }
+}
+
+/// The class of a polygon.
+pub fn area(attributes: &Attributes) -> &'static str {
+    match attributes.get("type").unwrap_or_default() {
+        "intersection_area" => "box",
+        "hatched_road_markings" => "hatched",
+        "no_stopping_area" | "no_parking_area" | "no_obstacle_segmentation_area" => "forbidden",
+        "detection_area" => "watched",
+        "crosswalk_polygon" => "zebra-outline",
+        "speed_bump" => "bump",
+        _ => "lot",
+    }
+}
+
+/// What `turn_direction` says.
+pub fn turn(attributes: &Attributes) -> Option<TurnDirection> {
+    attributes.get("turn_direction").and_then(TurnDirection::parse)
+}
+
+/// The style sheet for a scale in pixels per metre. Widths are those of real paint, but never too thin to see.
+pub fn sheet(scale: f64) -> String {
+    let wide = |metres: f64, least: f64| (metres * scale).max(least);
+    let dash = |metres: f64, least: f64| wide(metres, least);
+    let (thin, thick) = (wide(0.15, 0.7), wide(0.3, 1.1));
+    let mut css = String::from(FLAT);
+    for (class, width) in [
+        (".thin", thin),
+        (".thick", thick),
+        (".kerb", wide(0.22, 0.9)),
+        (".barrier", wide(0.3, 1.1)),
+        (".stop", wide(0.4, 1.3)),
+        (".virtual", wide(0.07, 0.5)),
+        (".other", wide(0.08, 0.6)),
+        (".path", wide(0.12, 0.7)),
+        (".box", wide(0.1, 0.9)),
+        (".lamp-body", wide(0.32, 2.2)),
+        (".glow", wide(0.9, 4.0)),
+    ] {
+        let _ = writeln!(css, "{class}{{stroke-width:{width:.2}}}");
+    }
+    for (class, on, off) in [
+        (".dashed", dash(1.6, 3.0), dash(1.6, 3.0)),
+        (".zebra-edge", dash(0.4, 1.0), dash(0.4, 1.0)),
+        (".virtual", dash(0.35, 1.5), dash(0.35, 1.5)),
+        (".box", dash(0.9, 3.0), dash(0.45, 2.0)),
+        (".barrier", dash(0.9, 3.0), dash(0.25, 1.0)),
+    ] {
+        let _ = writeln!(css, "{class}{{stroke-dasharray:{on:.1} {off:.1}}}");
+    }
+    css
+}
+
+/// What does not depend on the scale. The hues of the turns are told apart by the colour-blind too.
+const FLAT: &str = "\
+path,circle,rect{fill:none;stroke-linejoin:round}
+.ground{fill:#eceee8}
+.road{fill:#6a717b}
+.shoulder{fill:#8b9099}
+.walk{fill:#d9d2c0}
+.bicycle{fill:#8a6a66}
+.crossing{fill:#5c626b;fill-opacity:.55}
+.unknown{fill:#a9adb3}
+.turn{fill-opacity:.34}
+.turn.left{fill:#f2a63b}
+.turn.straight{fill:#5fb6ef}
+.turn.right{fill:#43c790}
+.seam{stroke:#4c525a;stroke-opacity:.35;stroke-width:.6}
+.box{fill:#565c65;stroke:#f4d35e}
+.hatched{fill:#b9bdc3;stroke:#fff;stroke-width:1}
+.forbidden{fill:#d64550;fill-opacity:.22;stroke:#d64550;stroke-width:.8}
+.watched{fill:#3d7fd6;fill-opacity:.2;stroke:#3d7fd6;stroke-width:.8}
+.zebra-outline{stroke:#fff;stroke-opacity:.6;stroke-width:.8}
+.bump{fill:#e7c24a;fill-opacity:.6}
+.lot{fill:#c5c9c2;fill-opacity:.7;stroke:#a4a99f;stroke-width:.6}
+.paint{stroke:#fff}
+.zebra{fill:#fff;fill-opacity:.88}
+.kerb{stroke:#24282d;stroke-linecap:round}
+.barrier{stroke:#3b2f63}
+.stop{stroke:#ff4b4b}
+.virtual{stroke:#cfe0f5;stroke-opacity:.75}
+.other{stroke:#8d6cc9}
+.path{stroke-opacity:.95}
+.path.left{stroke:#ffb84d}.tip.left{fill:#ffb84d}
+.path.straight{stroke:#7cc8ff}.tip.straight{fill:#7cc8ff}
+.path.right{stroke:#58e0a6}.tip.right{fill:#58e0a6}
+.path.plain{stroke:none}.tip.plain{fill:#fff;fill-opacity:.5}
+.lamp-body{stroke:#17191c;stroke-linecap:round}
+.lamp-rim{fill:#17191c}
+.red{fill:#ff5148}.yellow{fill:#ffc933}.green{fill:#35d07f}.white{fill:#fff}
+.sign{fill:#2f6fd0;stroke:#fff;stroke-width:1}
+.halt{fill:#d62839;stroke:#fff;stroke-width:1}
+.halo{stroke:#fff;stroke-opacity:.85;stroke-linecap:round}
+.pen{stroke:#1d2024;stroke-linecap:round}
+.id-turn .pen{stroke:#123a5a}.id-area .pen{stroke:#7a5b00}.id-rule .pen{stroke:#8b1a5b}
+.glow{stroke-opacity:.45;stroke-linecap:round}
+.glow.error{stroke:#e01e37}.glow.warning{stroke:#ff8c1a}.glow.info{stroke:#2f80ed}
+.veil{fill-opacity:.28}
+.veil.error{fill:#e01e37}.veil.warning{fill:#ff8c1a}.veil.info{fill:#2f80ed}
+.pin{stroke:#fff;stroke-width:1.4}
+.pin.error{fill:#e01e37}.pin.warning{fill:#f27d0c}.pin.info{fill:#2f80ed}
+.found .pen{stroke:#1d2024}
+.rule{stroke:#1d2024;stroke-width:1.4}
+.card{fill:#fff;fill-opacity:.86}
+.swatch.left{fill:#f2a63b}.swatch.straight{fill:#5fb6ef}.swatch.right{fill:#43c790}
+";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tags(pairs: &[(&str, &str)]) -> Attributes {
+        pairs.iter().copied().collect()
+    }
+
+    #[test]
+    fn a_double_line_keeps_its_order() {
+        let dashed_left = stroke(&tags(&[("type", "line_thin"), ("subtype", "dashed_solid")]));
+        assert_eq!(dashed_left, Stroke::Double("paint thin dashed", "paint thin"));
+    }
+
+    #[test]
+    fn turns_have_their_hue() {
+        let left = tags(&[("subtype", "road"), ("turn_direction", "left")]);
+        assert_eq!(surface(&left), "turn left");
+        assert_eq!(surface(&tags(&[("subtype", "road"), ("turn_direction", "up")])), "road");
+    }
+
+    #[test]
+    fn thin_paint_stays_visible() {
+        assert!(sheet(0.1).contains(".thin{stroke-width:0.70}"));
+        assert!(sheet(20.0).contains(".thin{stroke-width:3.00}"));
+    }
+}

@@ -1,0 +1,115 @@
+//! A lane, an intersection lanelet and a finding on a sheet.
+
+use super::*;
+use crate::diagnostic::{Finding, Severity, Subject};
+use crate::lanelet::{Attributes, Bound, Lanelet, LineString, Point as MapPoint};
+
+fn tags(pairs: &[(&str, &str)]) -> Attributes {
+    pairs.iter().copied().collect()
+}
+
+/// One lane of 3 m by 20 m that goes north, with a road border on the right.
+fn lane(subtype: &str, turn: Option<&str>) -> LaneletMap {
+    let mut map = LaneletMap::default();
+    for (id, x, y) in [(1, 0.0, 0.0), (2, 0.0, 20.0), (3, 3.0, 0.0), (4, 3.0, 20.0)] {
+        map.points.insert(MapPoint {
+            id: PointId(id),
+            position: Point::new(x, y),
+            ele: Some(0.0),
+            lonlat: None,
+            local: [None, None],
+            attributes: Attributes::new(),
+            span: None,
+        });
+    }
+    for (id, points, kind) in [(11, [1, 2], "line_thin"), (12, [3, 4], "road_border")] {
+        map.linestrings.insert(LineString {
+            id: LineStringId(id),
+            points: points.map(PointId).to_vec(),
+            attributes: tags(&[("type", kind), ("subtype", "solid")]),
+            span: None,
+        });
+    }
+    let mut attributes = tags(&[("type", "lanelet"), ("subtype", subtype)]);
+    if let Some(turn) = turn {
+        attributes.push("turn_direction", turn);
+    }
+    map.lanelets.insert(Lanelet {
+        id: LaneletId(21),
+        left: Bound { line: LineStringId(11), inverted: false },
+        right: Bound { line: LineStringId(12), inverted: false },
+        centerline: None,
+        regulatory_elements: Vec::new(),
+        attributes,
+        span: None,
+    });
+    map
+}
+
+fn error_on(subject: Subject) -> Diagnostic {
+    Diagnostic {
+        code: "vm-03-02/turn-missing".to_owned(),
+        severity: Severity::Error,
+        finding: Finding::new("turn-missing", subject, "Lanelet 21 has no turn_direction."),
+        help: None,
+        span: None,
+        lonlat: None,
+        local: None,
+    }
+}
+
+#[test]
+fn surface_marking_and_arrow_are_drawn() {
+    let svg = svg(&lane("road", None), &[], &Options::default()).unwrap();
+    for class in ["road seam", "paint thin", "kerb", "tip plain"] {
+        assert!(svg.contains(&format!("class=\"{class}\"")), "{class} is missing in {svg}");
+    }
+    assert!(!svg.contains("class=\"swatch"), "no turn, no hue to explain");
+}
+
+#[test]
+fn a_turn_shows_its_hue() {
+    let svg = svg(&lane("road", Some("left")), &[], &Options::default()).unwrap();
+    assert!(svg.contains("class=\"turn left\"") && svg.contains("class=\"path left\""));
+    assert!(svg.contains("class=\"swatch left\""));
+}
+
+#[test]
+fn a_crosswalk_has_stripes() {
+    let svg = svg(&lane("crosswalk", None), &[], &Options::default()).unwrap();
+    assert_eq!(svg.matches("class=\"zebra\"").count(), 20, "20 m of half-metre stripes and gaps");
+}
+
+#[test]
+fn a_finding_glows_and_has_a_pin() {
+    let svg = svg(&lane("road", None), &[error_on(Subject::Lanelet(21))], &Options::default()).unwrap();
+    assert!(svg.contains("class=\"veil error\"") && svg.contains("class=\"pin error\""));
+    assert!(svg.contains("Lanelet 21 has no turn_direction."));
+}
+
+#[test]
+fn the_same_map_gives_the_same_bytes() {
+    let options = Options { ids: true, ..Options::default() };
+    let draw = || png(&lane("road", Some("right")), &[error_on(Subject::LineString(12))], &options).unwrap();
+    let picture = draw();
+    assert!(picture.starts_with(b"\x89PNG"));
+    assert!(picture == draw());
+}
+
+#[test]
+fn pictures_that_cannot_be_are_refused() {
+    let map = lane("road", None);
+    let draw = |focus, scale| png(&map, &[], &Options { focus, scale, ..Options::default() });
+    assert!(matches!(draw(Focus::Whole, Some(10_000.0)), Err(DrawError::TooLarge { .. })));
+    assert!(matches!(draw(Focus::Primitive(99), None), Err(DrawError::NoSuchId(99))));
+    assert!(matches!(draw(Focus::Whole, Some(0.0)), Err(DrawError::NotPositive { .. })));
+    assert!(matches!(draw(Focus::Around(Point::new(0.0, 0.0), f64::NAN), None), Err(DrawError::NotPositive { .. })));
+    assert!(matches!(svg(&LaneletMap::default(), &[], &Options::default()), Err(DrawError::Empty)));
+}
+
+#[test]
+fn one_primitive_can_be_looked_at() {
+    let map = lane("road", None);
+    let around = view(&map, &Options { focus: Focus::Primitive(21), ..Options::default() }).unwrap();
+    assert_eq!((around.min, around.max), (Point::new(-20.0, -20.0), Point::new(23.0, 40.0)));
+}
