@@ -26,16 +26,32 @@ pub fn polygons(canvas: &mut Canvas, map: &LaneletMap, intersections: bool) {
     }
 }
 
-/// Fills the lanelets: plain ones, or those of an intersection, which lie on top and shine through.
-pub fn surfaces(canvas: &mut Canvas, map: &LaneletMap, turning: bool) {
-    for lanelet in map.lanelets.iter().filter(|l| style::turn(&l.attributes).is_some() == turning) {
-        let ring = map.outline(lanelet);
-        let class = style::surface(&lanelet.attributes);
-        canvas.area(if turning { class.to_owned() } else { format!("{class} seam") }.as_str(), &ring, &title(lanelet));
-        if RoadType::of(&lanelet.attributes) == RoadType::Crosswalk {
-            zebra(canvas, map, lanelet);
-        }
+/// Fills all lanelets but crosswalks; turns as the road they run over.
+pub fn surfaces(canvas: &mut Canvas, map: &LaneletMap) {
+    for lanelet in map.lanelets.iter().filter(|l| !is_crosswalk(l)) {
+        let class =
+            if style::turn(&lanelet.attributes).is_some() { "road" } else { style::surface(&lanelet.attributes) };
+        canvas.area(&format!("{class} seam"), &map.outline(lanelet), &title(lanelet));
     }
+}
+
+/// Lays the hues of the turns over the road; where turns cross, both shine through.
+pub fn turns(canvas: &mut Canvas, map: &LaneletMap) {
+    for lanelet in map.lanelets.iter().filter(|l| style::turn(&l.attributes).is_some()) {
+        canvas.area(style::surface(&lanelet.attributes), &map.outline(lanelet), &title(lanelet));
+    }
+}
+
+/// Draws the crosswalks, which lie on top of everything that drives.
+pub fn crosswalks(canvas: &mut Canvas, map: &LaneletMap) {
+    for lanelet in map.lanelets.iter().filter(|l| is_crosswalk(l)) {
+        canvas.area(style::surface(&lanelet.attributes), &map.outline(lanelet), &title(lanelet));
+        zebra(canvas, map, lanelet);
+    }
+}
+
+fn is_crosswalk(lanelet: &Lanelet) -> bool {
+    RoadType::of(&lanelet.attributes) == RoadType::Crosswalk
 }
 
 /// The stripes of a crosswalk: each reaches from bound to bound.

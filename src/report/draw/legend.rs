@@ -9,6 +9,8 @@ use crate::lanelet::{LaneletMap, Target, TurnDirection};
 
 /// Height of letters in pixels.
 const LETTER: f64 = 8.0;
+/// How far behind the middle of a lane its id stands, metres.
+const BEHIND_ARROW: f64 = 2.5;
 /// Distance of the legend from the edge of the sheet, pixels.
 const INSET: f64 = 14.0;
 
@@ -23,8 +25,9 @@ pub fn ids(canvas: &mut Canvas, map: &LaneletMap) {
     for lanelet in &map.lanelets {
         let Some(centre) = centre_line(map, lanelet) else { continue };
         let turning = style::turn(&lanelet.attributes).is_some();
-        // The paths of an intersection fan out toward their ends.
-        let station = centre.length() * if turning { 0.68 } else { 0.5 };
+        // The paths of an intersection fan out toward their ends; a plain lane has its arrow in the middle.
+        let length = centre.length();
+        let station = if turning { length * 0.68 } else { (length * 0.5 + BEHIND_ARROW).min(length) };
         let class = if turning { "id-turn" } else { "id-lane" };
         canvas.words(class, centre.at(station), 0.0, &lanelet.id.to_string(), height);
     }

@@ -102,9 +102,10 @@ impl DrawError {
 pub fn svg(map: &LaneletMap, diagnostics: &[Diagnostic], options: &Options) -> Result<String, DrawError> {
     let mut canvas = Canvas::new(view(map, options)?);
     layer(&mut canvas, "areas", |c| lanes::polygons(c, map, false));
-    layer(&mut canvas, "lanes", |c| lanes::surfaces(c, map, false));
+    layer(&mut canvas, "lanes", |c| lanes::surfaces(c, map));
     layer(&mut canvas, "intersections", |c| lanes::polygons(c, map, true));
-    layer(&mut canvas, "turns", |c| lanes::surfaces(c, map, true));
+    layer(&mut canvas, "turns", |c| lanes::turns(c, map));
+    layer(&mut canvas, "crosswalks", |c| lanes::crosswalks(c, map));
     layer(&mut canvas, "markings", |c| lanes::markings(c, map));
     layer(&mut canvas, "arrows", |c| lanes::arrows(c, map));
     layer(&mut canvas, "signals", |c| signals::signals(c, map));

@@ -32,7 +32,7 @@ pub fn stroke(attributes: &Attributes) -> Stroke {
         "road_border" | "curbstone" | "road_boarder" => Stroke::Single("kerb"),
         "guard_rail" | "wall" | "fence" => Stroke::Single("barrier"),
         "stop_line" => Stroke::Single("stop"),
-        "pedestrian_marking" | "zebra_marking" | "bike_marking" => Stroke::Single("paint thin zebra-edge"),
+        "pedestrian_marking" | "zebra_marking" | "bike_marking" => Stroke::Single("zebra-edge"),
         "guide_line" => Stroke::Single("paint thin dashed"),
         "traffic_light" | "light_bulbs" | "traffic_sign" => Stroke::Elsewhere,
         _ => Stroke::Single("other"),
@@ -103,6 +103,7 @@ pub fn sheet(scale: f64) -> String {
         (".other", wide(0.08, 0.6)),
         (".path", wide(0.12, 0.7)),
         (".box", wide(0.1, 0.9)),
+        (".zebra-edge", wide(0.08, 0.5)),
         (".lamp-body", wide(0.32, 2.2)),
         (".glow", wide(0.9, 4.0)),
     ] {
@@ -110,7 +111,6 @@ pub fn sheet(scale: f64) -> String {
     }
     for (class, on, off) in [
         (".dashed", dash(1.6, 3.0), dash(1.6, 3.0)),
-        (".zebra-edge", dash(0.4, 1.0), dash(0.4, 1.0)),
         (".virtual", dash(0.35, 1.5), dash(0.35, 1.5)),
         (".box", dash(0.9, 3.0), dash(0.45, 2.0)),
         (".barrier", dash(0.9, 3.0), dash(0.25, 1.0)),
@@ -128,7 +128,7 @@ path,circle,rect{fill:none;stroke-linejoin:round}
 .shoulder{fill:#8b9099}
 .walk{fill:#d9d2c0}
 .bicycle{fill:#8a6a66}
-.crossing{fill:#5c626b;fill-opacity:.55}
+.crossing{fill:#2f343b;fill-opacity:.3}
 .unknown{fill:#a9adb3}
 .turn{fill-opacity:.34}
 .turn.left{fill:#f2a63b}
@@ -143,7 +143,8 @@ path,circle,rect{fill:none;stroke-linejoin:round}
 .bump{fill:#e7c24a;fill-opacity:.6}
 .lot{fill:#c5c9c2;fill-opacity:.7;stroke:#a4a99f;stroke-width:.6}
 .paint{stroke:#fff}
-.zebra{fill:#fff;fill-opacity:.88}
+.zebra{fill:#fff;fill-opacity:.62}
+.zebra-edge{stroke:#fff;stroke-opacity:.7}
 .kerb{stroke:#24282d;stroke-linecap:round}
 .barrier{stroke:#3b2f63}
 .stop{stroke:#ff4b4b}
