@@ -1,0 +1,41 @@
+# The commands of this project. `make demo` and `make test` need a fresh Debian with git, make, a C compiler and Rust.
+
+CARGO ?= cargo
+RUN = $(CARGO) run --quiet --locked --
+DEMO = sample_maps/crossing_right.osm
+
+.PHONY: help demo test soak lint deps clean
+
+help:
+	@echo "make demo   build the program, turn $(DEMO) into a Lanelet2 map, check and draw it"
+	@echo "make test   formatting, lints and all tests (a slice of the long ones)"
+	@echo "make soak   the long tests whole"
+	@echo "make lint   formatting and lints alone"
+	@echo "make deps   install what PROJ's build needs, or say what is missing"
+
+demo: deps
+	$(CARGO) build --locked
+	$(RUN) build $(DEMO) -o out/demo
+	$(RUN) check out/demo
+	$(RUN) draw out/demo -o out/demo/picture.svg
+	$(RUN) draw out/demo -o out/demo/picture.png
+	@echo
+	@echo "The map:     $(CURDIR)/out/demo/lanelet2_map.osm"
+	@echo "Its picture: $(CURDIR)/out/demo/picture.png (picture.svg to zoom and point at)"
+
+test: deps
+	@CARGO="$(CARGO)" scripts/test.sh
+
+soak: deps
+	@CARGO="$(CARGO)" LANEWRIGHT_SOAK=1 scripts/test.sh
+
+lint: deps
+	$(CARGO) fmt --check
+	$(CARGO) clippy --locked --all-targets -- -D warnings
+
+deps:
+	@scripts/deps.sh
+
+clean:
+	rm -rf out
+	$(CARGO) clean
