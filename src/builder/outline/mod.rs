@@ -1,8 +1,26 @@
 //! The outline of every intersection, and how far each road is cut back for it.
+//!
+//! The method is A/B Street's (Dustin Carlino, "Intersection geometry"): thicken each road, find where the edges of
+//! any two roads that meet collide, trim each road back to its farthest collision along a perpendicular of its centre
+//! line, and walk the trimmed ends and the collisions clockwise into one polygon.
 
+mod collide;
+mod general;
+mod terminus;
+#[cfg(test)]
+mod tests;
+mod thicken;
+mod trim;
+mod walk;
+
+use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::Point;
 
-use super::road_network::RoadEnd;
+use super::road_network::{End, Intersection, RoadEnd, RoadNetwork};
+
+use general::Star;
+use thicken::{Arm, Side};
+use walk::Corner;
 
 /// Which method made an outline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
@@ -42,9 +60,11 @@ pub struct Outline {
     pub case: Case,
     /// The cuts in clockwise order, the order of the intersection's arms.
     pub cuts: Vec<Cut>,
-    /// `corners[i]` runs clockwise from `cuts[i]` to the next cut, both ends included: the kerb between two roads.
+    /// `corners[i]` runs clockwise from the left end of `cuts[i]` to the right end of the next cut, both included: the
+    /// kerb between two roads.
     pub corners: Vec<Vec<Point>>,
-    /// The whole ring, clockwise, not closed: each cut's left end... corner chain... next cut.
+    /// The whole ring, clockwise, not closed: each cut from right to left, then the corner to the next cut. Empty at
+    /// the edge of the map, where nothing is cut off.
     pub ring: Vec<Point>,
 }
 
@@ -53,6 +73,171 @@ pub struct Outline {
 pub struct Outlines {
     /// Per road: the stations of its line between which it remains, start and end.
     pub kept: Vec<[f64; 2]>,
+    /// Per road: the stations between which it would remain if both its ends got what they ask for. The first is
+    /// beyond the second where the road lies inside what its ends need.
+    pub wanted: Vec<[f64; 2]>,
     /// Per intersection.
     pub intersections: Vec<Outline>,
+}
+
+/// Sizes that shape the outlines, metres.
+#[derive(Clone, Debug)]
+pub struct OutlineOptions {
+    /// Radius of the kerb between two roads that meet at a right angle.
+    pub kerb_radius: f64,
+    /// A kerb's curve begins at most so far from the collision of the two edges.
+    pub kerb_reach: f64,
+    /// Distance between a cut and the collision that decided it, so that corners never fall together.
+    pub margin: f64,
+    /// Every road is cut back at least so far where it meets another.
+    pub least_trim: f64,
+    /// What remains of a road at least, where it is long enough.
+    pub least_road: f64,
+}
+
+impl Default for OutlineOptions {
+    fn default() -> Self {
+        Self { kerb_radius: 4.0, kerb_reach: 4.0, margin: 0.2, least_trim: 0.5, least_road: 1.5 }
+    }
+}
+
+/// The outline of every intersection of the network, with a finding for each that could not be made as it should.
+pub fn outlines(network: &RoadNetwork, options: &OutlineOptions) -> (Outlines, Vec<Finding>) {
+    let plans: Vec<Plan> = network.intersections.iter().map(|i| plan(network, i, options)).collect();
+    let mut wanted: Vec<[f64; 2]> = network.roads.iter().map(|road| [0.0, road.line.length()]).collect();
+    for plan in &plans {
+        for (arm, trim) in plan.arms.iter().zip(&plan.star.trims) {
+            let stations = &mut wanted[arm.at.road.0 as usize];
+            match arm.at.end {
+                End::Start => stations[0] = *trim,
+                End::End => stations[1] -= *trim,
+            }
+        }
+    }
+    let kept: Vec<[f64; 2]> = network
+        .roads
+        .iter()
+        .zip(&wanted)
+        .map(|(road, [from, to])| {
+            let length = road.line.length();
+            trim::share(length, [*from, length - to], options.least_road)
+        })
+        .collect();
+    let mut findings = Vec::new();
+    let intersections = plans
+        .iter()
+        .zip(&network.intersections)
+        .map(|(plan, intersection)| close(network, intersection, plan, &kept, &mut findings))
+        .collect();
+    (Outlines { kept, wanted, intersections }, findings)
+}
+
+/// What is to be done at one intersection before the roads' other ends are known.
+struct Plan {
+    case: Case,
+    arms: Vec<Arm>,
+    star: Star,
+}
+
+fn plan(network: &RoadNetwork, intersection: &Intersection, options: &OutlineOptions) -> Plan {
+    let arms: Vec<Arm> = intersection.arms.iter().map(|at| Arm::new(network, *at)).collect();
+    match arms.as_slice() {
+        [_] if intersection.map_edge => {
+            Plan { case: Case::MapEdge, arms, star: Star { trims: vec![0.0], corners: vec![Corner::Open] } }
+        }
+        [arm] => {
+            let star = Star { trims: vec![terminus::dead_end(arm, options)], corners: vec![Corner::Open] };
+            Plan { case: Case::DeadEnd, arms, star }
+        }
+        _ => {
+            let star = general::star(&arms, options);
+            let case = match arms.len() {
+                2 => Case::Degenerate,
+                _ if intersection.nodes.len() > 1 => Case::Merged,
+                _ => Case::General,
+            };
+            Plan { case, arms, star }
+        }
+    }
+}
+
+/// Closes the ring with the cuts as they came out.
+fn close(
+    network: &RoadNetwork,
+    intersection: &Intersection,
+    plan: &Plan,
+    kept: &[[f64; 2]],
+    findings: &mut Vec<Finding>,
+) -> Outline {
+    let trims: Vec<f64> = plan
+        .arms
+        .iter()
+        .map(|arm| {
+            let [from, to] = kept[arm.at.road.0 as usize];
+            match arm.at.end {
+                End::Start => from,
+                End::End => arm.length - to,
+            }
+        })
+        .collect();
+    let cuts: Vec<Cut> = plan.arms.iter().zip(&trims).map(|(arm, trim)| walk::cut(arm, *trim)).collect();
+    if matches!(plan.case, Case::MapEdge) || cuts.is_empty() {
+        return Outline { case: plan.case, corners: vec![Vec::new(); cuts.len()], cuts, ring: Vec::new() };
+    }
+    for rounded in [true, false] {
+        let corners = corners(plan, &trims, rounded);
+        let ring = walk::ring(&cuts, &corners);
+        if walk::is_simple(&ring) {
+            return Outline { case: plan.case, cuts, corners, ring };
+        }
+    }
+    findings.push(failure(network, intersection));
+    fallback(cuts)
+}
+
+fn corners(plan: &Plan, trims: &[f64], rounded: bool) -> Vec<Vec<Point>> {
+    let n = plan.arms.len();
+    (0..n)
+        .map(|i| {
+            let next = (i + 1) % n;
+            let (a, b) = (&plan.arms[i], &plan.arms[next]);
+            let corner = fitted(a, b, [trims[i], trims[next]], plan.star.corners[i], rounded);
+            match corner {
+                Some(corner) => walk::corner(a, b, [trims[i], trims[next]], corner),
+                None => vec![walk::cut(a, trims[i]).left, walk::cut(b, trims[next]).right],
+            }
+        })
+        .collect()
+}
+
+/// The corner with a curve that begins before the cuts; `None` if the collision itself lies beyond a cut.
+fn fitted(a: &Arm, b: &Arm, trims: [f64; 2], corner: Corner, rounded: bool) -> Option<Corner> {
+    let Corner::Collision { point, along, tangent } = corner else { return Some(corner) };
+    let room_a = a.right.project(a.corner(trims[0], Side::Right)).station - along[0];
+    let room_b = b.left.project(b.corner(trims[1], Side::Left)).station - along[1];
+    let room = room_a.min(room_b);
+    let tangent = if rounded { tangent.min(room) } else { 0.0 };
+    (room >= 0.0).then_some(Corner::Collision { point, along, tangent })
+}
+
+/// A shape for the intersection whose own could not be made: the convex hull of its cuts.
+fn fallback(cuts: Vec<Cut>) -> Outline {
+    let corners = (0..cuts.len()).map(|i| vec![cuts[i].left, cuts[(i + 1) % cuts.len()].right]).collect();
+    let ring = crate::geometry::polygon::convex_hull(cuts.iter().flat_map(|cut| [cut.left, cut.right]));
+    Outline { case: Case::Fallback, cuts, corners, ring }
+}
+
+fn failure(network: &RoadNetwork, intersection: &Intersection) -> Finding {
+    let node = intersection.nodes.first().copied().unwrap_or_default();
+    let mut finding = Finding::new(
+        "outline-fallback",
+        Subject::Node(node),
+        format!("no simple outline fits the {} roads that meet at node {node}", intersection.arms.len()),
+    )
+    .at(Place::Point(intersection.position))
+    .graded(Severity::Warning);
+    for arm in &intersection.arms {
+        finding = finding.with(Subject::Way(network.road(arm.road).key.way), "road");
+    }
+    finding
 }

@@ -1,0 +1,94 @@
+//! Finds where the edges of two roads that meet collide.
+
+use crate::geometry::{Point, Polyline, segment_crossing};
+
+use super::thicken::{Arm, Side};
+
+/// Steps, metres, in which the gap between two roads is looked for.
+const STEP: f64 = 2.0;
+/// Two collisions closer together than this (metres) belong to one overlap.
+const NEAR: f64 = 4.0;
+
+/// A place where an edge of one arm crosses an edge of another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Collision {
+    /// Where.
+    pub point: Point,
+    /// Edge of the first arm.
+    pub a: Side,
+    /// Edge of the second arm.
+    pub b: Side,
+    /// Foot of its perpendicular on each centre line, as a station from the intersection outwards.
+    pub stations: [f64; 2],
+    /// Distance along each edge from its begin.
+    pub along: [f64; 2],
+}
+
+/// The collisions of two arms that belong to the overlap at the intersection: those beyond a gap, where the roads
+/// meet a second time, are left out. Sorted from the intersection outwards.
+pub fn collisions(a: &Arm, b: &Arm) -> Vec<Collision> {
+    let mut found = Vec::new();
+    for sa in [Side::Left, Side::Right] {
+        for sb in [Side::Left, Side::Right] {
+            for (along_a, along_b, point) in crossings(a.edge(sa), b.edge(sb)) {
+                let stations = [foot(a, point), foot(b, point)];
+                found.push(Collision { point, a: sa, b: sb, stations, along: [along_a, along_b] });
+            }
+        }
+    }
+    found.sort_by(|p, q| (p.stations[0] + p.stations[1]).total_cmp(&(q.stations[0] + q.stations[1])));
+    let connected = (0..found.len())
+        .take_while(|&i| {
+            let before = if i == 0 { [0.0, 0.0] } else { found[i - 1].stations };
+            !apart(a, b, before[0], found[i].stations[0]) && !apart(b, a, before[1], found[i].stations[1])
+        })
+        .count();
+    found.truncate(connected);
+    found
+}
+
+/// Station of the perpendicular foot of `point` on the arm's centre line. Where the perpendicular misses the line (at
+/// a bend, or beyond an end), the nearest place on it.
+fn foot(arm: &Arm, point: Point) -> f64 {
+    arm.line.project(point).station
+}
+
+/// Whether somewhere between two stations of `a` the roads lie clear of each other.
+fn apart(a: &Arm, b: &Arm, from: f64, to: f64) -> bool {
+    if to - from < NEAR {
+        return false;
+    }
+    let steps = ((to - from) / STEP).ceil() as usize;
+    (1..steps).any(|i| {
+        let p = a.line.at(from + (to - from) * i as f64 / steps as f64);
+        b.line.distance(p) > a.half + b.half
+    })
+}
+
+/// Where two lines cross: distance along each, and the point.
+fn crossings(a: &Polyline, b: &Polyline) -> Vec<(f64, f64, Point)> {
+    let mut found = Vec::new();
+    let mut along_a = 0.0;
+    for (p, q) in a.segments() {
+        let length_a = (q - p).norm();
+        let mut along_b = 0.0;
+        for (r, s) in b.segments() {
+            let length_b = (s - r).norm();
+            if boxes_touch(p, q, r, s)
+                && let Some((t, u, point)) = segment_crossing(p, q, r, s)
+            {
+                found.push((along_a + t * length_a, along_b + u * length_b, point));
+            }
+            along_b += length_b;
+        }
+        along_a += length_a;
+    }
+    found
+}
+
+fn boxes_touch(p: Point, q: Point, r: Point, s: Point) -> bool {
+    p.x.min(q.x) <= r.x.max(s.x)
+        && r.x.min(s.x) <= p.x.max(q.x)
+        && p.y.min(q.y) <= r.y.max(s.y)
+        && r.y.min(s.y) <= p.y.max(q.y)
+}

@@ -1,0 +1,103 @@
+//! Stars of roads: A/B Street's general method.
+//!
+//! Every road is trimmed back to the farthest place where one of its edges collides with an edge of any other road at
+//! the intersection; the trimmed ends and the collisions between neighbours, walked clockwise, are the outline.
+
+use std::f64::consts::{PI, TAU};
+
+use crate::geometry::{angle_between, line_crossing};
+
+use super::OutlineOptions;
+use super::collide::{Collision, collisions};
+use super::thicken::{Arm, Side};
+use super::walk::Corner;
+
+/// What the method found at one intersection.
+#[derive(Clone, Debug)]
+pub struct Star {
+    /// Per arm: how far it must be trimmed, metres from the begin of its line.
+    pub trims: Vec<f64>,
+    /// Per arm: the corner between it and the next one clockwise.
+    pub corners: Vec<Corner>,
+}
+
+/// Collides the arms, given in clockwise order.
+pub fn star(arms: &[Arm], options: &OutlineOptions) -> Star {
+    let n = arms.len();
+    let mut trims = vec![0.0_f64; n];
+    let mut corners = vec![Corner::Open; n];
+    for i in 0..n {
+        for j in i + 1..n {
+            let found = collisions(&arms[i], &arms[j]);
+            for c in &found {
+                trims[i] = trims[i].max(c.stations[0]);
+                trims[j] = trims[j].max(c.stations[1]);
+            }
+            if j == i + 1 {
+                corners[i] = between(&arms[i], &arms[j], &found, false, options);
+            }
+            if i == 0 && j == n - 1 {
+                corners[j] = between(&arms[j], &arms[i], &found, true, options);
+            }
+        }
+    }
+    for i in 0..n {
+        let next = (i + 1) % n;
+        if let Corner::Collision { along, tangent, .. } = corners[i] {
+            let right = arms[i].right.at(along[0] + tangent);
+            let left = arms[next].left.at(along[1] + tangent);
+            trims[i] = trims[i].max(arms[i].line.project(right).station);
+            trims[next] = trims[next].max(arms[next].line.project(left).station);
+        }
+    }
+    if let [a, b] = arms {
+        let taper = (a.half - b.half).abs();
+        trims.iter_mut().for_each(|trim| *trim = trim.max(taper));
+    }
+    for trim in &mut trims {
+        *trim = (*trim + options.margin).max(options.least_trim);
+    }
+    Star { trims, corners }
+}
+
+/// The corner from `a` clockwise to `b`: the farthest collision of the edges that face each other.
+fn between(a: &Arm, b: &Arm, found: &[Collision], swapped: bool, options: &OutlineOptions) -> Corner {
+    let facing = found.iter().rev().find(|c| match swapped {
+        false => c.a == Side::Right && c.b == Side::Left,
+        true => c.a == Side::Left && c.b == Side::Right,
+    });
+    let Some(c) = facing else { return apart(a, b) };
+    let along = if swapped { [c.along[1], c.along[0]] } else { c.along };
+    let leaving = [a.right.direction(along[0]), b.left.direction(along[1])];
+    let opening = angle_between(leaving[0], leaving[1]).abs();
+    // A kerb of this radius touches both edges so far from their collision.
+    let tangent = (options.kerb_radius / (opening / 2.0).tan()).min(options.kerb_reach);
+    Corner::Collision { point: c.point, along, tangent }
+}
+
+/// The corner from `a` clockwise to `b` whose edges do not collide: open where the arms lie a half turn or more apart;
+/// else one road is so much wider that the other's edge begins inside it, and only its own edge, drawn back beyond its
+/// begin, meets the other.
+fn apart(a: &Arm, b: &Arm) -> Corner {
+    if gap(a, b) >= PI {
+        return Corner::Open;
+    }
+    let (p, q) = (a.right.first(), b.left.first());
+    let (u, v) = (a.right.direction(0.0), b.left.direction(0.0));
+    let reach = a.half.max(b.half);
+    match line_crossing(p, u, q, v) {
+        Some((s, t, point)) if s.min(t) >= -reach && s <= 2.0 * reach && t <= 2.0 * reach => {
+            Corner::Collision { point, along: [s.max(0.0), t.max(0.0)], tangent: 0.0 }
+        }
+        _ => Corner::Chord,
+    }
+}
+
+/// The angle from `a` clockwise to `b`, in 0..2 pi, between the directions in which they leave.
+fn gap(a: &Arm, b: &Arm) -> f64 {
+    let look = |arm: &Arm| arm.line.at(LOOK.min(arm.length)) - arm.line.first();
+    (-angle_between(look(a), look(b))).rem_euclid(TAU)
+}
+
+/// Distance, metres, over which the direction of an arm is taken.
+const LOOK: f64 = 5.0;
