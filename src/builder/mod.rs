@@ -11,5 +11,6 @@
 pub mod consolidate;
 pub mod cross_section;
 pub mod driving_side;
+pub mod geojson;
 pub mod outline;
 pub mod road_network;

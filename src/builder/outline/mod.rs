@@ -19,6 +19,7 @@ use crate::geometry::Point;
 use super::road_network::{End, Intersection, RoadEnd, RoadNetwork};
 
 use general::Star;
+pub use thicken::MITER_LIMIT;
 use thicken::{Arm, Side};
 use walk::Corner;
 
