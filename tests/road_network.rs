@@ -1,5 +1,7 @@
 //! The road network of every extract in `../shared/corpus/osm`, and what must hold for any network.
 
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
 use std::path::PathBuf;
 use std::time::Instant;
 

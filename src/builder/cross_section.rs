@@ -1,8 +1,16 @@
 //! The lanes of a road as an ordered cross-section, read from OpenStreetMap's tags.
 
+mod buses;
+mod flow;
+mod lanes;
+mod per_lane;
+mod placement;
 mod read;
+mod sides;
+#[cfg(test)]
+mod tests;
 
-pub(crate) use read::{Layout, layout};
+pub(crate) use read::{Facts, Layout, layout};
 
 use super::road_network::RoadClass;
 
@@ -99,6 +107,13 @@ pub struct Strip {
     pub width_guessed: bool,
 }
 
+impl Strip {
+    /// A strip without arrows and of which no tag tells whether its lane may be left.
+    pub fn plain(kind: StripKind, travel: Travel, width: f64, width_guessed: bool) -> Self {
+        Self { kind, travel, width, arrows: Arrows::NONE, change: [None, None], width_guessed }
+    }
+}
+
 /// The strips of a road from left to right, seen along its line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CrossSection {
@@ -130,5 +145,18 @@ pub fn default_lane_width(class: RoadClass) -> f64 {
         RoadClass::Motorway | RoadClass::Trunk => 3.5,
         RoadClass::Service | RoadClass::Track => 2.75,
         _ => 3.0,
+    }
+}
+
+/// Widths that a single lane can have, metres; other values of a tag are passed over.
+pub(crate) const LANE_WIDTHS: std::ops::RangeInclusive<f64> = 2.0..=6.0;
+
+/// A lane is drawn no narrower than this, metres, however little a tagged total width leaves for it: what a car (a
+/// lorry on the great roads) needs.
+pub fn minimum_lane_width(class: RoadClass) -> f64 {
+    match class {
+        RoadClass::Motorway => 3.25,
+        RoadClass::Trunk => 3.0,
+        _ => 2.4,
     }
 }

@@ -14,3 +14,5 @@ pub mod driving_side;
 pub mod geojson;
 pub mod outline;
 pub mod road_network;
+pub(crate) mod speed;
+pub(crate) mod tags;

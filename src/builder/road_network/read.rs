@@ -2,8 +2,9 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::builder::cross_section::{Layout, layout};
+use crate::builder::cross_section::{Facts, Layout, layout};
 use crate::builder::driving_side;
+use crate::builder::speed::limit;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::{Point, Polyline};
 use crate::osm::{OsmData, Tags, Text};
@@ -79,7 +80,7 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
     for piece in &pieces {
         let Some(centre) = Polyline::new(simplified(piece, &positions)) else { continue };
         let layout = &layouts[&piece.way];
-        roads.push(road(piece, &drivable[piece.way], layout, &centre, &index));
+        roads.push(road(piece, &drivable[piece.way], layout, country.as_deref(), &centre, &index));
         centres.push(centre);
     }
     let intersections = intersections(osm, &nodes, &positions, &pieces, &roads, &centres);
@@ -143,8 +144,15 @@ fn layouts(
     used.into_iter()
         .map(|i| {
             let way = &drivable[i];
-            let bus_road = way.access == Access::Bus;
-            (i, layout(way.way.id, &way.way.tags, way.class, way.link, bus_road, side, notes))
+            let facts = Facts {
+                way: way.way.id,
+                tags: &way.way.tags,
+                class: way.class,
+                link: way.link,
+                bus_road: way.access == Access::Bus,
+                side,
+            };
+            (i, layout(&facts, notes))
         })
         .collect()
 }
@@ -180,6 +188,7 @@ fn road(
     piece: &Piece,
     way: &Drivable<'_>,
     layout: &Layout,
+    country: Option<&str>,
     centre: &Polyline,
     index: &FxHashMap<i64, IntersectionIx>,
 ) -> Road {
@@ -199,7 +208,7 @@ fn road(
         roundabout: is_roundabout(tags),
         public: way.access != Access::Private,
         name: tags.get("name").or_else(|| tags.get("ref")).map(Text::from),
-        speed: [50.0, 50.0],
+        speed: limit(tags, way.class, way.link, country),
         features: Vec::new(),
         tags: tags.clone(),
     }

@@ -1,0 +1,200 @@
+//! What lies beside the lanes on one side: bicycle lanes, parking, shoulder, sidewalk.
+
+use crate::builder::road_network::{DrivingSide, RoadClass};
+use crate::builder::tags::{metres, metres_under};
+
+use super::flow::Flow;
+use super::read::Facts;
+use super::{Strip, StripKind, Travel};
+
+/// A painted bicycle lane, metres.
+pub(super) const BICYCLE_LANE: f64 = 1.5;
+/// A bicycle track behind a kerb, metres.
+pub(super) const BICYCLE_TRACK: f64 = 2.0;
+/// `buffer=yes` beside a bicycle lane, metres.
+pub(super) const BUFFER: f64 = 0.5;
+/// Cars parked along the road, metres.
+pub(super) const PARKING_PARALLEL: f64 = 2.2;
+/// Cars parked askew, metres.
+pub(super) const PARKING_DIAGONAL: f64 = 4.5;
+/// Cars parked across, metres.
+pub(super) const PARKING_PERPENDICULAR: f64 = 5.0;
+/// A tagged shoulder of a motorway or trunk road, wide enough to stop on, metres.
+pub(super) const SHOULDER_MOTORWAY: f64 = 2.5;
+/// A tagged shoulder elsewhere, metres.
+pub(super) const SHOULDER: f64 = 1.0;
+/// A sidewalk, metres.
+pub(super) const SIDEWALK: f64 = 1.5;
+
+/// Widths of strips beside the lanes that can be true, metres.
+const PLAUSIBLE: std::ops::RangeInclusive<f64> = 0.3..=8.0;
+
+/// The strips on one side of the lanes, each list from the lanes outwards.
+#[derive(Debug, Default)]
+pub(super) struct SideStrips {
+    /// On the carriageway: what `width` measures.
+    pub carriageway: Vec<Strip>,
+    /// Beyond it.
+    pub beyond: Vec<Strip>,
+}
+
+/// One side of a way and the names of its tags.
+struct Side<'a> {
+    facts: &'a Facts<'a>,
+    /// `left` or `right`.
+    name: &'static str,
+    /// Which way traffic beside this side runs.
+    travel: Travel,
+    /// Whether this is the near side of the only direction, or either side of a two-way road.
+    near: bool,
+}
+
+/// Reads one side: the left for `Backward`, the right for `Forward`.
+pub(super) fn side_strips(facts: &Facts<'_>, flow: Flow, which: Travel) -> SideStrips {
+    let right = which == Travel::Forward;
+    let own = if right == (facts.side == DrivingSide::Right) { Travel::Forward } else { Travel::Backward };
+    let only = match flow {
+        Flow::Forward => Some(Travel::Forward),
+        Flow::Backward => Some(Travel::Backward),
+        _ => None,
+    };
+    let side = Side {
+        facts,
+        name: if right { "right" } else { "left" },
+        travel: only.unwrap_or(own),
+        near: only.is_none_or(|only| only == own),
+    };
+    let mut strips = SideStrips::default();
+    side.bicycle(flow, own, &mut strips);
+    side.parking(&mut strips);
+    // Outward beyond the carriageway: shoulder, parking bay, bicycle track, sidewalk.
+    strips.beyond.sort_by_key(|strip| match strip.kind {
+        StripKind::Shoulder => 0,
+        StripKind::Parking => 1,
+        _ => 2,
+    });
+    if let Some(shoulder) = side.shoulder() {
+        strips.beyond.insert(0, shoulder);
+    }
+    strips.beyond.extend(side.sidewalk());
+    strips
+}
+
+impl Side<'_> {
+    /// The value of `prefix:left` (or right), else `prefix:both`, with an optional subkey.
+    fn get(&self, prefix: &str, subkey: &str) -> Option<&str> {
+        let tags = self.facts.tags;
+        tags.get(&format!("{prefix}:{}{subkey}", self.name)).or_else(|| tags.get(&format!("{prefix}:both{subkey}")))
+    }
+
+    /// A width under `prefix:left:width`, `prefix:both:width` or `prefix:width`.
+    fn width(&self, prefix: &str) -> Option<f64> {
+        let own = self.get(prefix, ":width").and_then(metres);
+        own.or_else(|| metres_under(self.facts.tags, [format!("{prefix}:width").as_str()]))
+            .filter(|width| PLAUSIBLE.contains(width))
+    }
+
+    fn strip(&self, kind: StripKind, tagged: Option<f64>, default: f64) -> Strip {
+        Strip::plain(kind, self.travel, tagged.unwrap_or(default), tagged.is_none())
+    }
+
+    fn bicycle(&self, flow: Flow, own: Travel, strips: &mut SideStrips) {
+        let all = self.facts.tags.get("cycleway");
+        let value = match (self.get("cycleway", ""), all) {
+            (Some(value), _) => value,
+            // On a one-way road `opposite_*` lies on the far side, all else on the near side.
+            (None, Some(value)) if value.starts_with("opposite") != self.near || !flow.is_oneway() => value,
+            _ => return,
+        };
+        let against = value.starts_with("opposite") || self.rides_against(flow);
+        let on_carriageway = match value {
+            "lane" | "opposite_lane" => true,
+            "track" | "opposite_track" => false,
+            _ => return,
+        };
+        let default = if on_carriageway { BICYCLE_LANE } else { BICYCLE_TRACK };
+        let mut lane = self.strip(StripKind::Bicycle, self.width("cycleway"), default);
+        if against {
+            lane.travel = own;
+        }
+        if self.get("cycleway", ":oneway") == Some("no") {
+            lane.travel = Travel::Both;
+        }
+        let list = if on_carriageway { &mut strips.carriageway } else { &mut strips.beyond };
+        let (inner, outer) = if self.name == "right" { ("left", "right") } else { ("right", "left") };
+        list.extend(self.buffer(inner));
+        list.push(lane);
+        list.extend(self.buffer(outer));
+    }
+
+    /// Whether bicycles on the far side of a one-way road ride against its traffic.
+    fn rides_against(&self, flow: Flow) -> bool {
+        let said = self.get("cycleway", ":oneway");
+        flow.is_oneway()
+            && !self.near
+            && (said == Some("-1") || said.is_none() && self.facts.tags.is("oneway:bicycle", "no"))
+    }
+
+    /// A painted buffer on one edge of the bicycle lane.
+    fn buffer(&self, edge: &str) -> Option<Strip> {
+        let value = [format!(":buffer:{edge}"), ":buffer:both".to_owned(), ":buffer".to_owned()]
+            .iter()
+            .find_map(|subkey| self.get("cycleway", subkey))?;
+        if value == "no" {
+            return None;
+        }
+        let width = metres(value).filter(|width| PLAUSIBLE.contains(width));
+        Some(self.strip(StripKind::Buffer, width, BUFFER))
+    }
+
+    fn parking(&self, strips: &mut SideStrips) {
+        let (place, orientation) = match self.get("parking", "") {
+            Some(place) => (place, self.get("parking", ":orientation").unwrap_or("parallel")),
+            None => {
+                let Some(kind) = self.get("parking:lane", "") else { return };
+                let place = self.get("parking:lane", &format!(":{kind}")).unwrap_or("lane");
+                match kind {
+                    "parallel" | "diagonal" | "perpendicular" => (place, kind),
+                    "marked" => ("lane", "parallel"),
+                    _ => return,
+                }
+            }
+        };
+        let default = match orientation {
+            "diagonal" => PARKING_DIAGONAL,
+            "perpendicular" => PARKING_PERPENDICULAR,
+            _ => PARKING_PARALLEL,
+        };
+        let width = self.width("parking").or_else(|| self.width("parking:lane"));
+        let strip = self.strip(StripKind::Parking, width, default);
+        match place {
+            "lane" | "yes" | "on_street" | "painted_area_only" | "marked" => strips.carriageway.push(strip),
+            "half_on_kerb" => strips.carriageway.push(Strip { width: strip.width / 2.0, ..strip }),
+            "street_side" | "lay_by" => strips.beyond.push(strip),
+            _ => {}
+        }
+    }
+
+    fn shoulder(&self) -> Option<Strip> {
+        let here = match (self.get("shoulder", ""), self.facts.tags.get("shoulder")) {
+            (Some(value), _) => value != "no",
+            (None, Some("both")) => true,
+            (None, Some("yes")) => self.near,
+            (None, Some(value)) => value == self.name,
+            (None, None) => false,
+        };
+        let wide = self.facts.class <= RoadClass::Trunk;
+        let default = if wide { SHOULDER_MOTORWAY } else { SHOULDER };
+        here.then(|| self.strip(StripKind::Shoulder, self.width("shoulder"), default))
+    }
+
+    fn sidewalk(&self) -> Option<Strip> {
+        let here = match (self.get("sidewalk", ""), self.facts.tags.get("sidewalk")) {
+            (Some(value), _) => value == "yes",
+            (None, Some("both" | "yes")) => true,
+            (None, Some(value)) => value == self.name,
+            (None, None) => false,
+        };
+        here.then(|| self.strip(StripKind::Sidewalk, self.width("sidewalk"), SIDEWALK))
+    }
+}
