@@ -1,0 +1,121 @@
+//! What can drift is held here: imports run downward, the rules' table, documents and folders agree, the page of the
+//! command line shows what the program says.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// All files under `dir` with this extension, sorted.
+fn files(dir: &Path, extension: &str) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(dir).into_iter().flatten().flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            found.extend(files(&path, extension));
+        } else if path.extension().is_some_and(|e| e == extension) {
+            found.push(path);
+        }
+    }
+    found.sort();
+    found
+}
+
+/// The table of `docs/architecture.md`: who may import whom. A cell names modules in backquotes or plain, by commas.
+fn allowed() -> BTreeMap<String, BTreeSet<String>> {
+    let page = fs::read_to_string(root().join("docs/architecture.md")).unwrap();
+    let mut table: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    let words = |cell: &str| -> Vec<String> {
+        cell.split(',').map(|word| word.trim().trim_matches('`').to_owned()).filter(|word| !word.is_empty()).collect()
+    };
+    for row in page.lines().skip_while(|l| !l.starts_with("| module |")).skip(2).take_while(|l| l.starts_with('|')) {
+        let cells: Vec<&str> = row.trim_matches('|').split('|').map(str::trim).collect();
+        let modules = words(cells[0]);
+        let imports = if cells[1] == "each other" { modules.clone() } else { words(cells[1]) };
+        for module in &modules {
+            table.insert(module.clone(), imports.iter().cloned().collect());
+        }
+    }
+    table
+}
+
+/// The modules of ours that a text names: `crate::x`, and each `x` of `use crate::{x, ...}`. Tests at the end of a file
+/// may import what they like.
+fn imports(text: &str) -> BTreeSet<String> {
+    let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+    let code: String = text.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n");
+    let word = |s: &str| s.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
+    let mut found = BTreeSet::new();
+    for rest in code.split("crate::").skip(1) {
+        match rest.strip_prefix('{') {
+            Some(list) => {
+                let list = list.split(';').next().unwrap_or_default();
+                let mut depth = 0;
+                let mut start = true;
+                for (i, c) in list.char_indices() {
+                    match c {
+                        '{' => depth += 1,
+                        '}' => depth -= 1,
+                        ',' if depth == 0 => start = true,
+                        c if start && depth == 0 && c.is_alphabetic() => {
+                            found.insert(word(&list[i..]));
+                            start = false;
+                        }
+                        _ => {}
+                    }
+                }
+            }
+            None => {
+                found.insert(word(rest));
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn imports_run_downward() {
+    let allowed = allowed();
+    assert!(allowed.len() >= 9, "the table of docs/architecture.md was not found");
+    let source = root().join("src");
+    let mut faults = Vec::new();
+    for path in files(&source, "rs") {
+        let relative = path.strip_prefix(&source).unwrap();
+        let module = relative.components().next().unwrap().as_os_str().to_string_lossy().replace(".rs", "");
+        if ["lib", "main", "cli"].contains(&module.as_str()) || relative.ends_with("tests.rs") {
+            continue;
+        }
+        let Some(may) = allowed.get(&module) else {
+            faults.push(format!("{module} is not in the table of docs/architecture.md"));
+            continue;
+        };
+        for import in imports(&fs::read_to_string(&path).unwrap()) {
+            if allowed.contains_key(&import) && import != module && !may.contains(&import) {
+                faults.push(format!("src/{} imports {import}, which {module} may not", relative.display()));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "imports run upward or sideways:\n{}", faults.join("\n"));
+}
+
+#[test]
+fn every_file_says_what_it_is() {
+    let mut faults = Vec::new();
+    for dir in ["src", "tests", "examples", "benches"] {
+        for path in files(&root().join(dir), "rs") {
+            if !fs::read_to_string(&path).unwrap().starts_with("//!") {
+                faults.push(path.strip_prefix(root()).unwrap().display().to_string());
+            }
+        }
+    }
+    assert!(faults.is_empty(), "the first line must be `//! what the file is`:\n{}", faults.join("\n"));
+}
+
+#[test]
+fn imports_are_found() {
+    let found = imports("use crate::{a::B, c::{d, E}, f};\nuse crate::g::h;\nfn x() -> crate::i::J {}\n// crate::no\n");
+    assert_eq!(found.into_iter().collect::<Vec<_>>(), ["a", "c", "f", "g", "i"]);
+}
