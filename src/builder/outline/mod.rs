@@ -6,6 +6,7 @@
 
 mod collide;
 mod general;
+mod merged;
 mod terminus;
 #[cfg(test)]
 mod tests;
@@ -19,6 +20,7 @@ use crate::geometry::Point;
 use super::road_network::{End, Intersection, RoadEnd, RoadNetwork};
 
 use general::Star;
+use merged::Ground;
 pub use thicken::MITER_LIMIT;
 use thicken::{Arm, Side};
 use walk::Corner;
@@ -104,17 +106,7 @@ impl Default for OutlineOptions {
 
 /// The outline of every intersection of the network, with a finding for each that could not be made as it should.
 pub fn outlines(network: &RoadNetwork, options: &OutlineOptions) -> (Outlines, Vec<Finding>) {
-    let plans: Vec<Plan> = network.intersections.iter().map(|i| plan(network, i, options)).collect();
-    let mut wanted: Vec<[f64; 2]> = network.roads.iter().map(|road| [0.0, road.line.length()]).collect();
-    for plan in &plans {
-        for (arm, trim) in plan.arms.iter().zip(&plan.star.trims) {
-            let stations = &mut wanted[arm.at.road.0 as usize];
-            match arm.at.end {
-                End::Start => stations[0] = *trim,
-                End::End => stations[1] -= *trim,
-            }
-        }
-    }
+    let (plans, wanted) = plans(network, options);
     let kept: Vec<[f64; 2]> = network
         .roads
         .iter()
@@ -133,31 +125,60 @@ pub fn outlines(network: &RoadNetwork, options: &OutlineOptions) -> (Outlines, V
     (Outlines { kept, wanted, intersections }, findings)
 }
 
+/// The stations between which each road would remain if both its ends got what they ask for: what consolidation
+/// decides by.
+pub fn wanted(network: &RoadNetwork, options: &OutlineOptions) -> Vec<[f64; 2]> {
+    plans(network, options).1
+}
+
+fn plans(network: &RoadNetwork, options: &OutlineOptions) -> (Vec<Plan>, Vec<[f64; 2]>) {
+    let plans: Vec<Plan> = network.intersections.iter().map(|i| plan(network, i, options)).collect();
+    let mut wanted: Vec<[f64; 2]> = network.roads.iter().map(|road| [0.0, road.line.length()]).collect();
+    for plan in &plans {
+        for (arm, trim) in plan.arms.iter().zip(&plan.star.trims) {
+            let stations = &mut wanted[arm.at.road.0 as usize];
+            match arm.at.end {
+                End::Start => stations[0] = *trim,
+                End::End => stations[1] -= *trim,
+            }
+        }
+    }
+    (plans, wanted)
+}
+
 /// What is to be done at one intersection before the roads' other ends are known.
 struct Plan {
     case: Case,
     arms: Vec<Arm>,
     star: Star,
+    /// Where several nodes were merged.
+    ground: Option<Ground>,
 }
 
 fn plan(network: &RoadNetwork, intersection: &Intersection, options: &OutlineOptions) -> Plan {
     let arms: Vec<Arm> = intersection.arms.iter().map(|at| Arm::new(network, *at)).collect();
+    if let Some(ground) = Ground::new(network, intersection) {
+        let star = Star { trims: ground.trims(options), corners: Vec::new() };
+        return Plan { case: Case::Merged, arms, star, ground: Some(ground) };
+    }
     match arms.as_slice() {
-        [_] if intersection.map_edge => {
-            Plan { case: Case::MapEdge, arms, star: Star { trims: vec![0.0], corners: vec![Corner::Open] } }
-        }
+        [_] if intersection.map_edge => Plan {
+            case: Case::MapEdge,
+            arms,
+            star: Star { trims: vec![0.0], corners: vec![Corner::Open] },
+            ground: None,
+        },
         [arm] => {
             let star = Star { trims: vec![terminus::dead_end(arm, options)], corners: vec![Corner::Open] };
-            Plan { case: Case::DeadEnd, arms, star }
+            Plan { case: Case::DeadEnd, arms, star, ground: None }
         }
         _ => {
             let star = general::star(&arms, options);
             let case = match arms.len() {
                 2 => Case::Degenerate,
-                _ if intersection.nodes.len() > 1 => Case::Merged,
                 _ => Case::General,
             };
-            Plan { case, arms, star }
+            Plan { case, arms, star, ground: None }
         }
     }
 }
@@ -186,7 +207,11 @@ fn close(
         return Outline { case: plan.case, corners: vec![Vec::new(); cuts.len()], cuts, ring: Vec::new() };
     }
     for rounded in [true, false] {
-        let corners = corners(plan, &trims, rounded);
+        let corners = match &plan.ground {
+            Some(ground) => ground.corners(&trims, &cuts),
+            None => Some(corners(plan, &trims, rounded)),
+        };
+        let Some(corners) = corners else { break };
         let ring = walk::ring(&cuts, &corners);
         if walk::is_simple(&ring) {
             return Outline { case: plan.case, cuts, corners, ring };
