@@ -1,0 +1,118 @@
+//! PROJ: one transformation per thread and frame, made when first needed.
+//!
+//! Frames are given as pipelines with their own ellipsoid, never as EPSG codes: those need PROJ's database, and
+//! `PROJ_DATA` of a foreign installation (conda, QGIS, ROS) would put a wrong one in its place.
+
+use std::cell::RefCell;
+
+use proj::Proj;
+use rayon::prelude::*;
+
+use super::LonLat;
+use crate::geometry::{Point, Vector};
+
+/// A plane that PROJ knows how to reach.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Frame {
+    /// UTM; northings go below zero in the south.
+    Utm {
+        /// 1..=60.
+        zone: u8,
+    },
+    /// Transverse Mercator.
+    Mercator {
+        /// Its zero, on the central meridian.
+        origin: LonLat,
+        /// Scale on the central meridian.
+        scale_factor: f32,
+    },
+}
+
+/// Points that one thread takes at a time: a few milliseconds of work.
+const CHUNK: usize = 1 << 14;
+
+/// More frames than this in one thread are not worth keeping: a map needs one, or two at a zone's border.
+const KEPT: usize = 8;
+
+thread_local! {
+    static MADE: RefCell<Vec<(Frame, Option<Proj>)>> = const { RefCell::new(Vec::new()) };
+}
+
+impl Frame {
+    fn definition(self) -> String {
+        let plane = match self {
+            Self::Utm { zone } => format!("+proj=utm +zone={zone}"),
+            Self::Mercator { origin, scale_factor } => {
+                // Widened without rounding, as C++ does.
+                let k = f64::from(scale_factor);
+                format!("+proj=tmerc +lon_0={} +lat_0=0 +k={k}", origin.lon)
+            }
+        };
+        format!("+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad +step {plane} +ellps=WGS84")
+    }
+
+    /// What this frame says of the place that is to be zero.
+    pub(super) fn offset(self, origin: LonLat) -> Option<Vector> {
+        let at = self.forward(&[origin]).pop()??;
+        // The central meridian is straight, so the east of its points is exactly 0.
+        Some(if matches!(self, Self::Mercator { .. }) { Vector::new(0.0, at.y) } else { at.coords })
+    }
+
+    /// East and north of each place.
+    pub(super) fn forward(self, places: &[LonLat]) -> Vec<Option<Point>> {
+        let run = |chunk: &[LonLat]| {
+            let pairs = chunk.iter().map(|p| (p.lon, p.lat)).collect();
+            let done = self.transform(pairs, false);
+            done.into_iter().map(|pair| pair.map(|(x, y)| Point::new(x, y))).collect::<Vec<_>>()
+        };
+        in_chunks(places, run)
+    }
+
+    /// The place of each point.
+    pub(super) fn inverse(self, points: &[Point]) -> Vec<Option<LonLat>> {
+        let run = |chunk: &[Point]| {
+            let pairs = chunk.iter().map(|p| (p.x, p.y)).collect();
+            let done = self.transform(pairs, true);
+            done.into_iter().map(|pair| pair.map(|(lon, lat)| LonLat { lon, lat })).collect::<Vec<_>>()
+        };
+        in_chunks(points, run)
+    }
+
+    fn transform(self, mut pairs: Vec<(f64, f64)>, back: bool) -> Vec<Option<(f64, f64)>> {
+        with_proj(self, |proj| {
+            let Some(proj) = proj else { return vec![None; pairs.len()] };
+            let before = pairs.clone();
+            let finite = |(x, y): (f64, f64)| (x.is_finite() && y.is_finite()).then_some((x, y));
+            match proj.project_array(&mut pairs, back) {
+                Ok(_) => pairs.into_iter().map(finite).collect(),
+                // One bad point spoils the batch: take them one by one.
+                Err(_) => before.into_iter().map(|p| proj.project(p, back).ok().and_then(finite)).collect(),
+            }
+        })
+    }
+}
+
+fn in_chunks<T: Sync, R: Send>(items: &[T], run: impl Fn(&[T]) -> Vec<R> + Sync + Send) -> Vec<R> {
+    if items.len() <= CHUNK {
+        return run(items);
+    }
+    let parts: Vec<Vec<R>> = items.par_chunks(CHUNK).map(run).collect();
+    parts.into_iter().flatten().collect()
+}
+
+fn with_proj<R>(frame: Frame, use_it: impl FnOnce(Option<&Proj>) -> R) -> R {
+    MADE.with(|made| {
+        let mut made = made.borrow_mut();
+        let at = match made.iter().position(|(f, _)| *f == frame) {
+            Some(at) => at,
+            None => {
+                if made.len() == KEPT {
+                    made.remove(0);
+                }
+                made.push((frame, Proj::new(&frame.definition()).ok()));
+                made.len() - 1
+            }
+        };
+        use_it(made[at].1.as_ref())
+    })
+}
