@@ -1,9 +1,14 @@
 //! Roads and where they meet: OpenStreetMap's ways cut at shared nodes, in local metres.
 
 mod arms;
+mod control;
+mod features;
 mod pieces;
 mod read;
+mod restriction;
 mod select;
+#[cfg(test)]
+mod tests;
 
 pub(crate) use read::is_roundabout;
 pub use read::{Network, NetworkError, NetworkOptions, ToMetres, road_network};

@@ -11,9 +11,12 @@ use crate::osm::{OsmData, Tags, Text};
 use crate::projection::LonLat;
 
 use super::arms::{Ray, clockwise};
+use super::control;
+use super::features::{self, NodeFeatures};
 use super::pieces::{Piece, pieces};
+use super::restriction::restrictions;
 use super::select::{Access, Drivable, Verdict, judge, ways};
-use super::{DrivingSide, End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
+use super::{DrivingSide, End, FeatureKind, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
 
 /// From longitude and latitude to local metres, for many places at once, in their order.
 pub type ToMetres<'a> = &'a dyn Fn(&[LonLat]) -> Vec<Point>;
@@ -75,16 +78,21 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
     nodes.dedup();
     let index: FxHashMap<i64, IntersectionIx> = nodes.iter().zip(0..).map(|(id, i)| (*id, IntersectionIx(i))).collect();
 
+    let at_nodes = NodeFeatures::new(osm);
     let mut roads = Vec::with_capacity(pieces.len());
     let mut centres = Vec::with_capacity(pieces.len());
     for piece in &pieces {
         let Some(centre) = Polyline::new(simplified(piece, &positions)) else { continue };
         let layout = &layouts[&piece.way];
-        roads.push(road(piece, &drivable[piece.way], layout, country.as_deref(), &centre, &index));
+        let mut road = road(piece, &drivable[piece.way], layout, country.as_deref(), &centre, &index);
+        road.features = features::along(piece, &road, &positions, &at_nodes);
+        roads.push(road);
         centres.push(centre);
     }
-    let intersections = intersections(osm, &nodes, &positions, &pieces, &roads, &centres);
-    let network = RoadNetwork { side, country, roads, intersections, restrictions: Vec::new() };
+    let intersections = intersections(osm, &at_nodes, &nodes, &positions, &pieces, &roads, &centres);
+    let mut network = RoadNetwork { side, country, roads, intersections, restrictions: Vec::new() };
+    control::assign(&mut network, &mut notes);
+    network.restrictions = restrictions(osm, &network, &mut notes);
     Ok(Network { network, notes })
 }
 
@@ -237,6 +245,7 @@ fn level(tags: &Tags) -> f64 {
 
 fn intersections(
     osm: &OsmData,
+    at_nodes: &NodeFeatures<'_>,
     nodes: &[i64],
     positions: &FxHashMap<i64, Point>,
     pieces: &[Piece],
@@ -269,11 +278,11 @@ fn intersections(
                 arms,
                 map_edge: edges.contains_key(&id),
                 signals: highway == Some("traffic_signals"),
-                all_way_stop: false,
+                all_way_stop: highway == Some("stop") && osm.node(id).is_some_and(|node| node.tags.is("stop", "all")),
                 circle: highway
                     .filter(|v| matches!(*v, "mini_roundabout" | "turning_circle" | "turning_loop"))
                     .map(Text::from),
-                crossing: highway == Some("crossing"),
+                crossing: at_nodes.at(id).iter().any(|kind| matches!(kind, FeatureKind::Crossing { .. })),
                 inner: Vec::new(),
                 passages: None,
             }
