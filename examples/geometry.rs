@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use lanewright::builder::consolidate::{ConsolidateOptions, consolidate};
 use lanewright::builder::geojson::geometry_geojson;
-use lanewright::builder::outline::{OutlineOptions, outlines};
+use lanewright::builder::outline::{OutlineOptions, outlines, remaining};
 use lanewright::builder::road_network::{NetworkOptions, road_network};
 use lanewright::geometry::Point;
 use lanewright::osm::read_file;
@@ -28,7 +28,7 @@ fn write(input: &Path, out: &Path, merge: bool) -> Result<(), Box<dyn std::error
     let mut network = road_network(&data, &plane, &NetworkOptions::default())?.network;
     let options = OutlineOptions::default();
     if merge {
-        network = consolidate(network, &ConsolidateOptions::default(), |n| outlines(n, &options).0.wanted).0;
+        network = consolidate(network, &ConsolidateOptions::default(), |n| remaining(n, &options)).0;
     }
     let (outlines, findings) = outlines(&network, &options);
     let text = geometry_geojson(&network, &outlines, None)?;

@@ -1,7 +1,7 @@
 //! Whether a road lies inside an intersection: whether no vehicle waits on it.
 
 use crate::builder::cross_section::Travel;
-use crate::builder::road_network::{End, FeatureKind, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
+use crate::builder::road_network::{End, FeatureKind, IntersectionIx, Road, RoadClass, RoadEnd, RoadIx, RoadNetwork};
 use crate::geometry::Vector;
 
 use super::ConsolidateOptions;
@@ -98,7 +98,8 @@ fn stops_inside(road: &Road) -> bool {
 }
 
 /// Whether the road joins the two carriageways of one divided road: at each of its ends a one-way street passes
-/// across it, the two run in opposite directions, and nothing tells their names apart.
+/// across it, the two run in opposite directions, and nothing tells their names apart. The aisles of a car park look
+/// like that too, so service roads do not count.
 fn crosses_median(network: &RoadNetwork, road: &Road) -> bool {
     let chord = (road.line.last() - road.line.first()).normalize();
     let here = carriageways(network, road.from, road, chord);
@@ -129,7 +130,8 @@ fn carriageways(network: &RoadNetwork, at: IntersectionIx, besides: &Road, chord
         .filter(|arm| network.road(arm.road).key != besides.key)
         .filter_map(|arm| {
             let direction = one_way_direction(network, *arm)?;
-            (direction.dot(&chord).abs() < ACROSS).then_some(Carriageway { road: arm.road, direction })
+            let street = network.road(arm.road).class < RoadClass::Service;
+            (street && direction.dot(&chord).abs() < ACROSS).then_some(Carriageway { road: arm.road, direction })
         })
         .collect()
 }

@@ -16,6 +16,8 @@ use super::walk::Corner;
 #[derive(Clone, Debug)]
 pub struct Star {
     /// Per arm: how far it must be trimmed, metres from the begin of its line.
+    pub least: Vec<f64>,
+    /// Per arm: how far it should be trimmed, so that the kerbs have room for their curves.
     pub trims: Vec<f64>,
     /// Per arm: the corner between it and the next one clockwise.
     pub corners: Vec<Corner>,
@@ -41,6 +43,7 @@ pub fn star(arms: &[Arm], options: &OutlineOptions) -> Star {
             }
         }
     }
+    let mut least = trims.clone();
     for i in 0..n {
         let next = (i + 1) % n;
         if let Corner::Collision { along, tangent, .. } = corners[i] {
@@ -52,12 +55,12 @@ pub fn star(arms: &[Arm], options: &OutlineOptions) -> Star {
     }
     if let [a, b] = arms {
         let taper = (a.half - b.half).abs();
-        trims.iter_mut().for_each(|trim| *trim = trim.max(taper));
+        trims.iter_mut().chain(&mut least).for_each(|trim| *trim = trim.max(taper));
     }
-    for trim in &mut trims {
+    for trim in trims.iter_mut().chain(&mut least) {
         *trim = (*trim + options.margin).max(options.least_trim);
     }
-    Star { trims, corners }
+    Star { least, trims, corners }
 }
 
 /// The corner from `a` clockwise to `b`: the farthest collision of the edges that face each other.

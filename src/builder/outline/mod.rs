@@ -76,9 +76,6 @@ pub struct Outline {
 pub struct Outlines {
     /// Per road: the stations of its line between which it remains, start and end.
     pub kept: Vec<[f64; 2]>,
-    /// Per road: the stations between which it would remain if both its ends got what they ask for. The first is
-    /// beyond the second where the road lies inside what its ends need.
-    pub wanted: Vec<[f64; 2]>,
     /// Per intersection.
     pub intersections: Vec<Outline>,
 }
@@ -106,14 +103,17 @@ impl Default for OutlineOptions {
 
 /// The outline of every intersection of the network, with a finding for each that could not be made as it should.
 pub fn outlines(network: &RoadNetwork, options: &OutlineOptions) -> (Outlines, Vec<Finding>) {
-    let (plans, wanted) = plans(network, options);
+    let plans = plans(network, options);
+    let least = stations(network, &plans, |star| &star.least);
+    let wanted = stations(network, &plans, |star| &star.trims);
     let kept: Vec<[f64; 2]> = network
         .roads
         .iter()
-        .zip(&wanted)
-        .map(|(road, [from, to])| {
+        .zip(least.iter().zip(&wanted))
+        .map(|(road, (least, wanted))| {
             let length = road.line.length();
-            trim::share(length, [*from, length - to], options.least_road)
+            let trims = |[from, to]: &[f64; 2]| [*from, length - to];
+            trim::share(length, trims(least), trims(wanted), options.least_road)
         })
         .collect();
     let mut findings = Vec::new();
@@ -122,28 +122,33 @@ pub fn outlines(network: &RoadNetwork, options: &OutlineOptions) -> (Outlines, V
         .zip(&network.intersections)
         .map(|(plan, intersection)| close(network, intersection, plan, &kept, &mut findings))
         .collect();
-    (Outlines { kept, wanted, intersections }, findings)
+    (Outlines { kept, intersections }, findings)
 }
 
-/// The stations between which each road would remain if both its ends got what they ask for: what consolidation
-/// decides by.
-pub fn wanted(network: &RoadNetwork, options: &OutlineOptions) -> Vec<[f64; 2]> {
-    plans(network, options).1
+/// The stations between which each road remains at the most: after what its ends must have, without the room that
+/// kerbs would like. Consolidation decides by them. The first is beyond the second where the road lies inside what
+/// its ends need.
+pub fn remaining(network: &RoadNetwork, options: &OutlineOptions) -> Vec<[f64; 2]> {
+    stations(network, &plans(network, options), |star| &star.least)
 }
 
-fn plans(network: &RoadNetwork, options: &OutlineOptions) -> (Vec<Plan>, Vec<[f64; 2]>) {
-    let plans: Vec<Plan> = network.intersections.iter().map(|i| plan(network, i, options)).collect();
-    let mut wanted: Vec<[f64; 2]> = network.roads.iter().map(|road| [0.0, road.line.length()]).collect();
-    for plan in &plans {
-        for (arm, trim) in plan.arms.iter().zip(&plan.star.trims) {
-            let stations = &mut wanted[arm.at.road.0 as usize];
+fn plans(network: &RoadNetwork, options: &OutlineOptions) -> Vec<Plan> {
+    network.intersections.iter().map(|i| plan(network, i, options)).collect()
+}
+
+/// Per road the stations between which it remains if each end is trimmed as its star says.
+fn stations(network: &RoadNetwork, plans: &[Plan], trims: impl Fn(&Star) -> &[f64]) -> Vec<[f64; 2]> {
+    let mut stations: Vec<[f64; 2]> = network.roads.iter().map(|road| [0.0, road.line.length()]).collect();
+    for plan in plans {
+        for (arm, trim) in plan.arms.iter().zip(trims(&plan.star)) {
+            let [from, to] = &mut stations[arm.at.road.0 as usize];
             match arm.at.end {
-                End::Start => stations[0] = *trim,
-                End::End => stations[1] -= *trim,
+                End::Start => *from = *trim,
+                End::End => *to -= *trim,
             }
         }
     }
-    (plans, wanted)
+    stations
 }
 
 /// What is to be done at one intersection before the roads' other ends are known.
@@ -158,18 +163,20 @@ struct Plan {
 fn plan(network: &RoadNetwork, intersection: &Intersection, options: &OutlineOptions) -> Plan {
     let arms: Vec<Arm> = intersection.arms.iter().map(|at| Arm::new(network, *at)).collect();
     if let Some(ground) = Ground::new(network, intersection) {
-        let star = Star { trims: ground.trims(options), corners: Vec::new() };
+        let trims = ground.trims(options);
+        let star = Star { least: trims.clone(), trims, corners: Vec::new() };
         return Plan { case: Case::Merged, arms, star, ground: Some(ground) };
     }
     match arms.as_slice() {
         [_] if intersection.map_edge => Plan {
             case: Case::MapEdge,
             arms,
-            star: Star { trims: vec![0.0], corners: vec![Corner::Open] },
+            star: Star { least: vec![0.0], trims: vec![0.0], corners: vec![Corner::Open] },
             ground: None,
         },
         [arm] => {
-            let star = Star { trims: vec![terminus::dead_end(arm, options)], corners: vec![Corner::Open] };
+            let trims = vec![terminus::dead_end(arm, options)];
+            let star = Star { least: trims.clone(), trims, corners: vec![Corner::Open] };
             Plan { case: Case::DeadEnd, arms, star, ground: None }
         }
         _ => {

@@ -1,16 +1,21 @@
 //! How much of each road remains between the cuts at its two ends.
 
-/// Shares a road of `length` between the trims that its two ends ask for, so that at least `least` remains where the
-/// road is long enough: trims that meet are shortened in proportion.
-pub fn share(length: f64, wanted: [f64; 2], least: f64) -> [f64; 2] {
-    let [start, end] = wanted;
-    if length - start - end >= least {
-        return [start, length - end];
-    }
+/// Shares a road of `length` between the trims that its two ends want, so that `remains` is left of it: where it is
+/// too short they give up the room for their kerbs in proportion, down to the `least` they need, and where even that
+/// is too much, in proportion again.
+pub fn share(length: f64, least: [f64; 2], wanted: [f64; 2], remains: f64) -> [f64; 2] {
+    let sum = |trims: [f64; 2]| trims[0] + trims[1];
     // A road no longer than twice what should remain keeps its middle half.
-    let remains = least.min(length / 2.0);
-    let scale = (length - remains) / (start + end);
-    [start * scale, length - end * scale]
+    let room = length - remains.min(length / 2.0);
+    let trims = if sum(wanted) <= room {
+        wanted
+    } else if sum(least) <= room {
+        let given = (room - sum(least)) / (sum(wanted) - sum(least));
+        [0, 1].map(|i| least[i] + (wanted[i] - least[i]) * given)
+    } else {
+        least.map(|trim| trim * room / sum(least))
+    };
+    [trims[0], length - trims[1]]
 }
 
 #[cfg(test)]
@@ -19,13 +24,18 @@ mod tests {
 
     #[test]
     fn long_roads_keep_their_trims() {
-        assert_eq!(share(50.0, [5.0, 7.0], 1.0), [5.0, 43.0]);
+        assert_eq!(share(50.0, [2.0, 3.0], [5.0, 7.0], 1.0), [5.0, 43.0]);
+    }
+
+    #[test]
+    fn kerbs_give_up_their_room_first() {
+        assert_eq!(share(11.0, [4.0, 4.0], [6.0, 8.0], 1.0), [4.0 + 2.0 / 3.0, 11.0 - 4.0 - 4.0 / 3.0]);
     }
 
     #[test]
     fn trims_that_meet_are_shortened_in_proportion() {
-        assert_eq!(share(10.0, [12.0, 6.0], 1.0), [6.0, 7.0]);
-        let [from, to] = share(0.5, [3.0, 1.0], 1.0);
+        assert_eq!(share(10.0, [12.0, 6.0], [14.0, 9.0], 1.0), [6.0, 7.0]);
+        let [from, to] = share(0.5, [3.0, 1.0], [3.0, 1.0], 1.0);
         assert!(from > 0.0 && to < 0.5 && to - from > 0.2);
     }
 }
