@@ -5,6 +5,7 @@
 
 pub mod polygon;
 pub mod polyline;
+pub mod ring;
 
 pub use polyline::Polyline;
 

@@ -49,4 +49,12 @@ pub fn convex_hull(points: impl IntoIterator<Item = Point>) -> Vec<Point> {
     let mut hull = chain(&mut points.iter().copied());
     hull.extend(chain(&mut points.iter().rev().copied()));
     hull
+
+/// The largest piece of `a` that `b` does not cover, as a ring that is not closed; `None` if nothing is left.
+pub fn largest_outside(a: &[Point], b: &[Point]) -> Option<Vec<Point>> {
+    let rest = to_geo(a).difference(&to_geo(b));
+    let largest = rest.into_iter().max_by(|x, y| x.unsigned_area().total_cmp(&y.unsigned_area()))?;
+    let mut ring: Vec<Point> = largest.exterior().coords().map(|c| Point::new(c.x, c.y)).collect();
+    ring.pop();
+    Some(ring)
 }

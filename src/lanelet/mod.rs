@@ -5,6 +5,8 @@
 //! does.
 
 mod attributes;
+pub mod index;
+pub mod locate;
 mod shelf;
 
 pub use attributes::{Attributes, RoadType, TurnDirection};

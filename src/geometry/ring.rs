@@ -1,0 +1,129 @@
+//! Whether a ring is simple, and where not.
+
+use rstar::primitives::{GeomWithData, Rectangle};
+use rstar::{AABB, RTree};
+
+use super::{Point, orientation};
+
+/// One way in which a ring is no simple polygon. Indices are positions in the ring.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RingFault {
+    /// Fewer than three distinct places.
+    TooFew(usize),
+    /// A coordinate that is no number.
+    NotFinite(usize),
+    /// The outline turns back on itself at this vertex.
+    Spike(usize),
+    /// The edges that start at these vertices meet though they are no neighbours.
+    Crossing(usize, usize, Point),
+}
+
+/// The faults of a ring (not closed), at most `limit` of them. A vertex where the outline turns by more than
+/// 180 degrees less `spike` degrees is a spike. Neighbours at the same place count as one.
+pub fn faults(ring: &[Point], spike: f64, limit: usize) -> Vec<RingFault> {
+    if let Some(bad) = ring.iter().position(|p| !(p.x.is_finite() && p.y.is_finite())) {
+        return vec![RingFault::NotFinite(bad)];
+    }
+    let mut kept: Vec<usize> = Vec::with_capacity(ring.len());
+    for (i, p) in ring.iter().enumerate() {
+        if kept.last().is_none_or(|&last| ring[last] != *p) {
+            kept.push(i);
+        }
+    }
+    while kept.len() > 1 && ring[kept[0]] == ring[kept[kept.len() - 1]] {
+        kept.pop();
+    }
+    let count = kept.len();
+    if count < 3 {
+        return vec![RingFault::TooFew(count)];
+    }
+    let at = |i: usize| ring[kept[i % count]];
+    let mut found: Vec<RingFault> = (0..count)
+        .filter(|&i| {
+            let (before, here, behind) = (at(i + count - 1), at(i), at(i + 1));
+            super::angle_between(before - here, behind - here).abs().to_degrees() < spike
+        })
+        .map(|i| RingFault::Spike(kept[i]))
+        .take(limit)
+        .collect();
+    let edges = (0..count)
+        .map(|i| {
+            let (a, b) = (at(i), at(i + 1));
+            GeomWithData::new(Rectangle::from_corners([a.x, a.y], [b.x, b.y]), i)
+        })
+        .collect();
+    let tree: RTree<GeomWithData<Rectangle<[f64; 2]>, usize>> = RTree::bulk_load(edges);
+    for i in 0..count {
+        if found.len() >= limit {
+            break;
+        }
+        let (a, b) = (at(i), at(i + 1));
+        let reach = AABB::from_corners([a.x, a.y], [b.x, b.y]);
+        let mut others: Vec<usize> = tree
+            .locate_in_envelope_intersecting(&reach)
+            .map(|edge| edge.data)
+            .filter(|&j| j > i + 1 && !(i == 0 && j == count - 1))
+            .collect();
+        others.sort_unstable();
+        for j in others {
+            if found.len() < limit
+                && let Some(place) = meeting(a, b, at(j), at(j + 1))
+            {
+                found.push(RingFault::Crossing(kept[i], kept[j], place));
+            }
+        }
+    }
+    found
+}
+
+/// Whether a ring is a simple polygon; see [`faults`].
+pub fn is_simple(ring: &[Point]) -> bool {
+    faults(ring, 0.0, 1).is_empty()
+}
+
+/// Where two segments meet, ends included.
+fn meeting(a: Point, b: Point, c: Point, d: Point) -> Option<Point> {
+    let sides = [orientation(a, b, c), orientation(a, b, d), orientation(c, d, a), orientation(c, d, b)];
+    if sides[0] * sides[1] < 0.0 && sides[2] * sides[3] < 0.0 {
+        return super::line_crossing(a, b - a, c, d - c).map(|(_, _, p)| p).or(Some(a));
+    }
+    let on = |p: Point, q: Point, r: Point| (r - p).dot(&(r - q)) <= 0.0;
+    [(c, a, b), (d, a, b), (a, c, d), (b, c, d)]
+        .into_iter()
+        .zip(sides)
+        .find(|&((r, p, q), side)| side == 0.0 && on(p, q, r))
+        .map(|((r, _, _), _)| r)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ring(points: &[(f64, f64)]) -> Vec<Point> {
+        points.iter().map(|&(x, y)| Point::new(x, y)).collect()
+    }
+
+    #[test]
+    fn a_square_is_simple_either_way_round() {
+        let mut square = ring(&[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]);
+        assert!(is_simple(&square));
+        square.reverse();
+        assert!(is_simple(&square));
+    }
+
+    #[test]
+    fn a_bow_tie_crosses_in_the_middle() {
+        let bow = ring(&[(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0)]);
+        assert_eq!(faults(&bow, 1.0, 9), [RingFault::Crossing(0, 2, Point::new(1.0, 1.0))]);
+    }
+
+    #[test]
+    fn a_touch_a_spike_and_a_line_are_found() {
+        let touch = ring(&[(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (2.0, 0.0), (0.0, 4.0)]);
+        assert!(matches!(faults(&touch, 1.0, 1)[0], RingFault::Crossing(0, ..)));
+        let spike = ring(&[(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (8.0, 4.01), (3.9, 4.0)]);
+        assert_eq!(faults(&spike, 1.0, 9), [RingFault::Spike(3)]);
+        assert_eq!(faults(&ring(&[(0.0, 0.0), (1.0, 0.0), (0.0, 0.0)]), 1.0, 9), [RingFault::TooFew(2)]);
+        assert_eq!(faults(&ring(&[(0.0, f64::NAN)]), 1.0, 9), [RingFault::NotFinite(0)]);
+    }
+}

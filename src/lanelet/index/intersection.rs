@@ -1,0 +1,324 @@
+//! Intersections: their lanelets and their approaches.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use rstar::AABB;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::lane::extent;
+use super::{Conflict, Edge, Lane, LaneTree, Thresholds};
+use crate::geometry::{Point, Vector, angle_between, polygon, ring};
+use crate::lanelet::{LaneletMap, PolygonId};
+
+/// A lanelet that is part of an intersection: one movement from one approach to another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Member {
+    /// By its position in `MapIndex::lanes`.
+    pub lane: usize,
+    /// Whether its tag `intersection_area` names the area.
+    pub declared: bool,
+    /// Share of its area inside the intersection area, 0..=1; 1 where the intersection has none.
+    pub cover: f64,
+}
+
+/// One crossing or junction.
+#[derive(Clone, Debug)]
+pub struct Intersection {
+    /// Its `intersection_area`; `None` where lanelets with `turn_direction` conflict outside every area.
+    pub area: Option<PolygonId>,
+    /// The outline of the area, as the file has it, without a repeated last point; empty if there is no area.
+    pub ring: Vec<Point>,
+    /// Middle of the area, or of its lanelets.
+    pub middle: Point,
+    /// Mean height of the area's points, metres.
+    pub height: f64,
+    /// Its lanelets, by their position.
+    pub members: Vec<Member>,
+    /// Other lanelets that its area touches, with the share of their area inside, by their position.
+    pub touched: Vec<(usize, f64)>,
+    /// Its approaches, clockwise from north as seen from the middle.
+    pub arms: Vec<Arm>,
+}
+
+/// One road leg of an intersection.
+#[derive(Clone, Debug)]
+pub struct Arm {
+    /// Where lanelets of the intersection start or end.
+    pub edges: Vec<ArmEdge>,
+    /// Mean heading of the lanelets that start here; `None` if none does.
+    pub heading_in: Option<Vector>,
+    /// The side of the intersection on which it lies: `N`, `NE`, ...
+    pub compass: &'static str,
+    /// The approach opposite, by its position in `Intersection::arms`.
+    pub opposite: Option<usize>,
+}
+
+/// One lane of an approach at the intersection's border.
+#[derive(Clone, Debug)]
+pub struct ArmEdge {
+    /// The border, left and right in the direction of travel.
+    pub edge: Edge,
+    /// Whether lanelets of the intersection start here; else they end here.
+    pub inward: bool,
+    /// Those lanelets, by their position in `MapIndex::lanes`.
+    pub lanes: Vec<usize>,
+}
+
+/// All intersections: one for each `intersection_area`, then the clusters without one.
+pub(super) fn intersections(
+    map: &LaneletMap,
+    lanes: &[Lane],
+    tree: &LaneTree,
+    conflicts: &[Vec<Conflict>],
+    thresholds: &Thresholds,
+) -> Vec<Intersection> {
+    let mut found: Vec<Intersection> = map
+        .polygons
+        .as_slice()
+        .par_iter()
+        .filter(|polygon| polygon.attributes.is("type", "intersection_area"))
+        .map(|polygon| of_area(map, polygon, lanes, tree, thresholds))
+        .collect();
+    add_far_members(map, lanes, &mut found);
+    found.extend(clusters(map, lanes, conflicts, &found));
+    for intersection in &mut found {
+        intersection.members.sort_by_key(|member| member.lane);
+        intersection.arms = arms(lanes, intersection, thresholds);
+    }
+    found
+}
+
+/// The id that a lanelet's tag names, if it is a number.
+pub fn declared_area(map: &LaneletMap, lane: &Lane) -> Option<PolygonId> {
+    map.lanelets.get(lane.id)?.attributes.get("intersection_area")?.parse().ok().map(PolygonId)
+}
+
+fn of_area(
+    map: &LaneletMap,
+    area: &crate::lanelet::Polygon,
+    lanes: &[Lane],
+    tree: &LaneTree,
+    thresholds: &Thresholds,
+) -> Intersection {
+    let points: Vec<_> = area.points.iter().filter_map(|&id| map.points.get(id)).collect();
+    let closed = points.len() > 1 && points[0].id == points[points.len() - 1].id;
+    let open = &points[..points.len() - usize::from(closed)];
+    let outline: Vec<Point> = open.iter().map(|p| p.position).collect();
+    let height = open.iter().map(|p| p.ele.unwrap_or(0.0)).sum::<f64>() / open.len().max(1) as f64;
+    let [low, high] = extent(&outline);
+    let mut near: Vec<usize> = if low.x <= high.x {
+        let reach = AABB::from_corners([low.x, low.y], [high.x, high.y]);
+        tree.locate_in_envelope_intersecting(&reach).map(|found| found.data).collect()
+    } else {
+        Vec::new()
+    };
+    near.sort_unstable();
+    let (mut members, mut touched) = (Vec::new(), Vec::new());
+    for lane in near {
+        let cover = match lanes[lane].simple && lanes[lane].area > 0.0 {
+            true => polygon::overlap(&lanes[lane].outline, &outline) / lanes[lane].area,
+            false => 0.0,
+        };
+        let declared = declared_area(map, &lanes[lane]) == Some(area.id);
+        let middle = (lanes[lane].heights[0] + lanes[lane].heights[1]) / 2.0;
+        let inside = cover >= thresholds.cover
+            && lanes[lane].area > thresholds.least_area
+            && (middle - height).abs() <= thresholds.grade_separation;
+        if lanes[lane].is_drivable() && (declared || inside) {
+            members.push(Member { lane, declared, cover });
+        } else if declared || cover > 0.0 {
+            touched.push((lane, cover));
+        }
+    }
+    let middle = if low.x <= high.x { nalgebra::center(&low, &high) } else { Point::origin() };
+    Intersection { area: Some(area.id), middle, height, ring: outline, members, touched, arms: Vec::new() }
+}
+
+/// Lanelets that name an area which they do not even come near.
+fn add_far_members(map: &LaneletMap, lanes: &[Lane], found: &mut [Intersection]) {
+    let by_area: FxHashMap<PolygonId, usize> =
+        found.iter().enumerate().filter_map(|(at, one)| Some((one.area?, at))).collect();
+    let mut known = FxHashSet::default();
+    for (intersection, one) in found.iter().enumerate() {
+        known.extend(one.members.iter().map(|member| (intersection, member.lane)));
+        known.extend(one.touched.iter().map(|&(lane, _)| (intersection, lane)));
+    }
+    for (at, lane) in lanes.iter().enumerate() {
+        let Some(&intersection) = declared_area(map, lane).and_then(|area| by_area.get(&area)) else { continue };
+        if known.contains(&(intersection, at)) {
+            continue;
+        }
+        let one = &mut found[intersection];
+        if lane.is_drivable() {
+            one.members.push(Member { lane: at, declared: true, cover: 0.0 });
+        } else {
+            one.touched.push((at, 0.0));
+        }
+    }
+}
+
+/// Lanelets with `turn_direction` outside every area, together where they conflict, start or end together. A lanelet
+/// that conflicts with none is no intersection: it only sets the blinker where a lane branches off.
+fn clusters(
+    map: &LaneletMap,
+    lanes: &[Lane],
+    conflicts: &[Vec<Conflict>],
+    known: &[Intersection],
+) -> Vec<Intersection> {
+    let mut taken = vec![false; lanes.len()];
+    for member in known.iter().flat_map(|intersection| &intersection.members) {
+        taken[member.lane] = true;
+    }
+    let free: Vec<usize> = (0..lanes.len())
+        .filter(|&at| !taken[at] && lanes[at].is_drivable())
+        .filter(|&at| map.lanelets.get(lanes[at].id).is_some_and(|l| l.attributes.has("turn_direction")))
+        .collect();
+    let mut groups = Groups::new(lanes.len());
+    let mut at_edge = FxHashMap::default();
+    for &at in &free {
+        for key in [(true, lanes[at].start.ids), (false, lanes[at].end.ids)] {
+            let first = *at_edge.entry(key).or_insert(at);
+            groups.join(first, at);
+        }
+    }
+    let is_free: FxHashSet<usize> = free.iter().copied().collect();
+    let mut conflicting = FxHashSet::default();
+    for &at in &free {
+        for conflict in conflicts[at].iter().filter(|c| c.real && is_free.contains(&c.other)) {
+            groups.join(at, conflict.other);
+            conflicting.insert(at);
+        }
+    }
+    let mut order: Vec<usize> = Vec::new();
+    let mut by_root: FxHashMap<usize, Vec<usize>> = FxHashMap::default();
+    for &at in &free {
+        let root = groups.root(at);
+        let list = by_root.entry(root).or_default();
+        if list.is_empty() {
+            order.push(root);
+        }
+        list.push(at);
+    }
+    let clusters = order.into_iter().filter_map(|root| by_root.remove(&root));
+    clusters
+        .filter(|cluster| cluster.iter().any(|at| conflicting.contains(at)))
+        .map(|cluster| {
+            let points: Vec<Point> = cluster.iter().flat_map(|&at| lanes[at].extent).collect();
+            let [low, high] = extent(&points);
+            Intersection {
+                area: None,
+                ring: Vec::new(),
+                middle: nalgebra::center(&low, &high),
+                height: 0.0,
+                members: cluster.into_iter().map(|lane| Member { lane, declared: false, cover: 1.0 }).collect(),
+                touched: Vec::new(),
+                arms: Vec::new(),
+            }
+        })
+        .collect()
+}
+
+/// Edges of one road leg: those that share a point, and those that lie on one line across the road.
+fn arms(lanes: &[Lane], intersection: &Intersection, thresholds: &Thresholds) -> Vec<Arm> {
+    let mut edges: Vec<ArmEdge> = Vec::new();
+    let mut by_ids = FxHashMap::default();
+    for member in &intersection.members {
+        let lane = &lanes[member.lane];
+        for (edge, inward) in [(lane.start, true), (lane.end, false)] {
+            let at = *by_ids.entry((edge.ids, inward)).or_insert_with(|| {
+                edges.push(ArmEdge { edge, inward, lanes: Vec::new() });
+                edges.len() - 1
+            });
+            edges[at].lanes.push(member.lane);
+        }
+    }
+    let mut groups = Groups::new(edges.len());
+    for a in 0..edges.len() {
+        for b in a + 1..edges.len() {
+            if same_arm(&edges[a].edge, &edges[b].edge, thresholds) {
+                groups.join(a, b);
+            }
+        }
+    }
+    let mut by_root: BTreeMap<usize, Vec<ArmEdge>> = BTreeMap::new();
+    for (at, edge) in edges.into_iter().enumerate() {
+        by_root.entry(groups.root(at)).or_default().push(edge);
+    }
+    let mut arms: Vec<(f64, Arm)> =
+        by_root.into_values().map(|edges| arm(lanes, intersection.middle, edges)).collect();
+    arms.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut arms: Vec<Arm> = arms.into_iter().map(|(_, arm)| arm).collect();
+    let opposites = opposites(&arms, thresholds.opposite);
+    for (arm, opposite) in arms.iter_mut().zip(opposites) {
+        arm.opposite = opposite;
+    }
+    arms
+}
+
+fn same_arm(a: &Edge, b: &Edge, thresholds: &Thresholds) -> bool {
+    let angle = a.angle_to(b);
+    if a.touches(b) {
+        return angle <= thresholds.arm_corner;
+    }
+    angle <= thresholds.arm_angle
+        && (a.middle() - b.middle()).norm() <= thresholds.arm_reach
+        && a.distance_from_line(b.middle()) <= thresholds.arm_line
+        && b.distance_from_line(a.middle()) <= thresholds.arm_line
+}
+
+/// An approach, with its bearing (degrees clockwise from north) as seen from the middle.
+fn arm(lanes: &[Lane], middle: Point, edges: Vec<ArmEdge>) -> (f64, Arm) {
+    const NAMES: [&str; 8] = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
+    let sum = edges.iter().map(|e| e.edge.middle().coords).sum::<Vector>() / edges.len().max(1) as f64;
+    let away = Point::from(sum) - middle;
+    let bearing = away.x.atan2(away.y).to_degrees().rem_euclid(360.0);
+    let compass = NAMES[((bearing / 45.0).round() as usize) % NAMES.len()];
+    let headings = edges.iter().filter(|e| e.inward).flat_map(|e| &e.lanes).filter_map(|&lane| lanes[lane].heading_in());
+    let heading_in = headings.sum::<Vector>().try_normalize(1e-9);
+    (bearing, Arm { edges, heading_in, compass, opposite: None })
+}
+
+/// For every approach the one whose traffic comes toward it: each must be the other's best.
+fn opposites(arms: &[Arm], most: f64) -> Vec<Option<usize>> {
+    let off = |a: usize, b: usize| -> Option<f64> {
+        let angle = angle_between(arms[a].heading_in?, arms[b].heading_in?).abs().to_degrees();
+        Some(180.0 - angle).filter(|off| *off <= most)
+    };
+    let best = |a: usize| {
+        let others = (0..arms.len()).filter(|&b| b != a).filter_map(|b| Some((b, off(a, b)?)));
+        others.min_by(|x, y| x.1.total_cmp(&y.1)).map(|(b, _)| b)
+    };
+    let bests: Vec<Option<usize>> = (0..arms.len()).map(best).collect();
+    (0..arms.len()).map(|a| bests[a].filter(|&b| bests[b] == Some(a))).collect()
+}
+
+/// Disjoint sets.
+struct Groups(Vec<usize>);
+
+impl Groups {
+    fn new(count: usize) -> Self {
+        Self((0..count).collect())
+    }
+
+    fn root(&mut self, mut at: usize) -> usize {
+        while self.0[at] != at {
+            self.0[at] = self.0[self.0[at]];
+            at = self.0[at];
+        }
+        at
+    }
+
+    /// The smaller root stays, so that the order of the groups is that of their first items.
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.0[a.max(b)] = a.min(b);
+    }
+}
+
+impl Intersection {
+    /// Whether its area is a simple polygon.
+    pub fn is_simple(&self) -> bool {
+        ring::is_simple(&self.ring)
+    }
+}

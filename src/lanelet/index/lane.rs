@@ -1,0 +1,215 @@
+//! A lanelet with its geometry in the direction of travel.
+
+use crate::geometry::{Point, Polyline, Vector, angle_between, polygon, ring};
+use crate::lanelet::{Bound, Lanelet, LaneletId, LaneletMap, LineStringId, PointId, RoadType};
+
+/// Step along a lanelet at which headings are compared, metres: short enough for the sharpest turn, long enough that
+/// the hand of a drawer does not count as a bend.
+pub const STEP: f64 = 1.0;
+
+/// Length at both ends over which a lanelet's heading is taken, metres.
+const HEADING_REACH: f64 = 2.0;
+
+/// No bound is cut into more pieces than this for its centre line, so that a broken coordinate costs no memory.
+const MOST_PIECES: f64 = 10_000.0;
+
+/// One end of a lanelet: the line between the last points of its two bounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edge {
+    /// The points, left and right in the direction of travel.
+    pub ids: [PointId; 2],
+    /// Where they lie.
+    pub points: [Point; 2],
+}
+
+impl Edge {
+    /// Its middle.
+    pub fn middle(&self) -> Point {
+        nalgebra::center(&self.points[0], &self.points[1])
+    }
+
+    /// From left to right.
+    pub fn across(&self) -> Vector {
+        self.points[1] - self.points[0]
+    }
+
+    /// Whether both have a point in common.
+    pub fn touches(&self, other: &Self) -> bool {
+        self.ids.iter().any(|id| other.ids.contains(id))
+    }
+
+    /// Angle between the two lines, degrees, 0..=90.
+    pub fn angle_to(&self, other: &Self) -> f64 {
+        let angle = angle_between(self.across(), other.across()).abs().to_degrees();
+        angle.min(180.0 - angle)
+    }
+
+    /// Distance of `p` from the infinite line, metres; from the middle where the edge has no length.
+    pub fn distance_from_line(&self, p: Point) -> f64 {
+        let along = self.across();
+        match along.norm() {
+            length if length > Polyline::MERGE => (crate::geometry::cross(along, p - self.points[0]) / length).abs(),
+            _ => (p - self.middle()).norm(),
+        }
+    }
+}
+
+/// A lanelet as the rules see it: bounds in the direction of travel, outline, centre line.
+#[derive(Clone, Debug)]
+pub struct Lane {
+    /// Its id.
+    pub id: LaneletId,
+    /// The way of each bound, left and right.
+    pub bounds: [LineStringId; 2],
+    /// The left bound, from start to end.
+    pub left: Vec<Point>,
+    /// The right bound, from start to end.
+    pub right: Vec<Point>,
+    /// Left bound, then the right bound backwards; not closed.
+    pub outline: Vec<Point>,
+    /// Area of the outline, square metres.
+    pub area: f64,
+    /// South-west and north-east corner of the outline.
+    pub extent: [Point; 2],
+    /// Lowest and highest point, metres.
+    pub heights: [f64; 2],
+    /// Midway between the bounds; `None` if there is nothing to halve.
+    pub center: Option<Polyline>,
+    /// Where it starts.
+    pub start: Edge,
+    /// Where it ends.
+    pub end: Edge,
+    /// Its `subtype`.
+    pub kind: RoadType,
+    /// Whether Autoware's routing graph for vehicles holds it.
+    pub vehicle: bool,
+    /// Whether its outline is a simple polygon, so that areas of overlap mean something.
+    pub simple: bool,
+}
+
+impl Lane {
+    /// From a lanelet of the map; `None` if a bound has fewer than two points or a coordinate is no number.
+    pub fn new(map: &LaneletMap, lanelet: &Lanelet) -> Option<Self> {
+        let edge = |left: &crate::lanelet::Point, right: &crate::lanelet::Point| Edge {
+            ids: [left.id, right.id],
+            points: [left.position, right.position],
+        };
+        let ends = |bound: Bound| {
+            let mut points = map.bound_points(bound);
+            Some((points.next()?, points.next_back()?))
+        };
+        let ((left_first, left_last), (right_first, right_last)) = (ends(lanelet.left)?, ends(lanelet.right)?);
+        let (left, right) = (map.bound_line(lanelet.left), map.bound_line(lanelet.right));
+        let outline = map.outline(lanelet);
+        if !outline.iter().all(|p| p.x.is_finite() && p.y.is_finite()) {
+            return None;
+        }
+        let heights = [lanelet.left, lanelet.right]
+            .into_iter()
+            .flat_map(|bound| map.bound_points(bound))
+            .map(|p| p.ele.unwrap_or(0.0))
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], z| [low.min(z), high.max(z)]);
+        Some(Self {
+            id: lanelet.id,
+            bounds: [lanelet.left.line, lanelet.right.line],
+            area: polygon::signed_area(&outline).abs(),
+            extent: extent(&outline),
+            heights,
+            center: center_line(&left, &right),
+            start: edge(left_first, right_first),
+            end: edge(left_last, right_last),
+            kind: RoadType::of(&lanelet.attributes),
+            vehicle: drivable_by_vehicle(lanelet),
+            simple: ring::is_simple(&outline),
+            left,
+            right,
+            outline,
+        })
+    }
+
+    /// Whether a car or a bicycle is meant to drive here: `road` and `bicycle_lane`.
+    pub fn is_drivable(&self) -> bool {
+        self.vehicle || matches!(self.kind, RoadType::Road | RoadType::BicycleLane)
+    }
+
+    /// By how much it turns from start to end, degrees, left positive: the sum of the changes of heading of the
+    /// centre line, so that a full loop is 360.
+    pub fn turn(&self) -> f64 {
+        let Some(center) = &self.center else { return 0.0 };
+        let steps: Vec<Vector> = center.segments().map(|(a, b)| b - a).collect();
+        steps.windows(2).map(|pair| angle_between(pair[0], pair[1])).sum::<f64>().to_degrees()
+    }
+
+    /// Heading where it starts, over the first metres.
+    pub fn heading_in(&self) -> Option<Vector> {
+        let center = self.center.as_ref()?;
+        (center.at(HEADING_REACH) - center.first()).try_normalize(Polyline::MERGE)
+    }
+
+    /// Heading where it ends, over the last metres.
+    pub fn heading_out(&self) -> Option<Vector> {
+        let center = self.center.as_ref()?;
+        (center.last() - center.at(center.length() - HEADING_REACH)).try_normalize(Polyline::MERGE)
+    }
+
+    /// Length of the centre line, metres.
+    pub fn length(&self) -> f64 {
+        self.center.as_ref().map_or(0.0, Polyline::length)
+    }
+}
+
+/// South-west and north-east corner.
+pub fn extent(points: &[Point]) -> [Point; 2] {
+    let far = f64::INFINITY;
+    points.iter().fold([Point::new(far, far), Point::new(-far, -far)], |[low, high], p| [low.inf(p), high.sup(p)])
+}
+
+/// Midpoints of both bounds, each cut into the same number of pieces of about [`STEP`].
+fn center_line(left: &[Point], right: &[Point]) -> Option<Polyline> {
+    let longest = [left, right].into_iter().filter_map(|bound| Polyline::new(bound.iter().copied()));
+    let longest = longest.map(|line| line.length()).fold(0.0, f64::max);
+    let pieces = (longest / STEP).ceil().clamp(1.0, MOST_PIECES);
+    let spread = |bound: &[Point]| match Polyline::new(bound.iter().copied()) {
+        Some(line) => line.resampled_to(pieces as usize + 1).points().to_vec(),
+        // A bound of no length is one place, as often as needed.
+        None => vec![bound.first().copied().unwrap_or_default(); pieces as usize + 1],
+    };
+    let (left, right) = (spread(left), spread(right));
+    Polyline::new(left.iter().zip(&right).map(|(a, b)| nalgebra::center(a, b)))
+}
+
+/// Whether Autoware's vehicle routing takes it: participants, where any is named, decide alone; else the subtype.
+fn drivable_by_vehicle(lanelet: &Lanelet) -> bool {
+    let mut named = lanelet.attributes.iter().filter(|(key, _)| key.starts_with("participant")).peekable();
+    if named.peek().is_some() {
+        let yes = |value: &str| matches!(value, "yes" | "true" | "1");
+        return named.any(|(key, value)| matches!(key, "participant" | "participant:vehicle") && yes(value));
+    }
+    matches!(lanelet.attributes.get("subtype"), None | Some("road" | "highway" | "play_street" | "exit"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quarter_circle_turns_by_90_degrees() {
+        let arc = |radius: f64| -> Vec<Point> {
+            (0..=30).map(|i| f64::to_radians(3.0 * f64::from(i))).map(|a| Point::new(radius * a.cos(), radius * a.sin())).collect()
+        };
+        // Counter-clockwise: the inner arc is the left bound.
+        let center = center_line(&arc(8.5), &arc(11.5)).unwrap();
+        let steps: Vec<Vector> = center.segments().map(|(a, b)| b - a).collect();
+        let turn: f64 = steps.windows(2).map(|w| angle_between(w[0], w[1])).sum();
+        assert!((84.0..=90.0).contains(&turn.to_degrees()), "{}", turn.to_degrees());
+    }
+
+    #[test]
+    fn the_line_of_an_edge_is_infinite() {
+        let edge = Edge { ids: [PointId(1), PointId(2)], points: [Point::new(0.0, 0.0), Point::new(3.0, 0.0)] };
+        assert_eq!(edge.distance_from_line(Point::new(20.0, 0.4)), 0.4);
+        let turned = Edge { ids: [PointId(2), PointId(3)], points: [Point::new(3.0, 0.0), Point::new(0.0, 3.0)] };
+        assert!((edge.angle_to(&turned) - 45.0).abs() < 1e-9);
+        assert!(edge.touches(&turned));
+    }
+}

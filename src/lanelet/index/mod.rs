@@ -1,0 +1,169 @@
+//! What the rules ask of a map, made once: who follows whom, who shares a way, who conflicts, what is an
+//! intersection, which approach a lane belongs to, on which side people drive.
+
+mod conflict;
+mod intersection;
+mod lane;
+mod queries;
+mod side;
+mod thresholds;
+
+pub use conflict::Conflict;
+pub use intersection::{Arm, ArmEdge, Intersection, Member, declared_area};
+pub use lane::{Edge, Lane, STEP, extent};
+pub use queries::{allows_lane_change, is_road_border};
+pub use side::{DrivingSide, SideVotes};
+pub use thresholds::Thresholds;
+
+use rayon::prelude::*;
+use rstar::RTree;
+use rstar::primitives::{GeomWithData, Rectangle};
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::{LaneletId, LaneletMap, LineStringId, PointId, RegulatoryElementId};
+use crate::geometry::Point;
+use crate::settings::Settings;
+
+/// Rectangles of lanes, each with the lane's position.
+pub(crate) type LaneTree = RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>;
+
+/// A map with everything that rules look up. Lanelets that did not load as they should are no lanes: the geometric
+/// rules pass over them, so that one broken bound does not raise ten findings.
+#[derive(Debug)]
+pub struct MapIndex<'m> {
+    /// The map.
+    pub map: &'m LaneletMap,
+    /// What the user, or the builder, knows beyond it.
+    pub settings: &'m Settings,
+    /// The numbers that the shared notions were made with.
+    pub thresholds: Thresholds,
+    /// The sound lanelets in the map's order.
+    pub lanes: Vec<Lane>,
+    /// For every lane those that its outline overlaps, siblings, followers and neighbours left out.
+    pub conflicts: Vec<Vec<Conflict>>,
+    /// The intersections, those with an area first, in the map's order.
+    pub intersections: Vec<Intersection>,
+    /// On which side people drive.
+    pub side: SideVotes,
+    tree: LaneTree,
+    by_id: FxHashMap<LaneletId, usize>,
+    starting: FxHashMap<[PointId; 2], Vec<usize>>,
+    ending: FxHashMap<[PointId; 2], Vec<usize>>,
+    way_users: FxHashMap<LineStringId, Vec<usize>>,
+    referrers: FxHashMap<RegulatoryElementId, Vec<LaneletId>>,
+    intersections_of: Vec<Vec<usize>>,
+    touching: Vec<Vec<usize>>,
+}
+
+impl<'m> MapIndex<'m> {
+    /// Indexes a map. The lanelets of `broken` are passed over.
+    pub fn new(
+        map: &'m LaneletMap,
+        broken: &FxHashSet<LaneletId>,
+        settings: &'m Settings,
+        thresholds: Thresholds,
+    ) -> Self {
+        let lanes: Vec<Lane> = map
+            .lanelets
+            .as_slice()
+            .par_iter()
+            .filter(|lanelet| !broken.contains(&lanelet.id))
+            .filter_map(|lanelet| Lane::new(map, lanelet))
+            .collect();
+        let boxes = lanes.iter().enumerate().map(|(at, lane)| {
+            let [low, high] = lane.extent;
+            GeomWithData::new(Rectangle::from_corners([low.x, low.y], [high.x, high.y]), at)
+        });
+        let tree = RTree::bulk_load(boxes.collect());
+        let conflicts = conflict::conflicts(map, &lanes, &tree, &thresholds);
+        let intersections = intersection::intersections(map, &lanes, &tree, &conflicts, &thresholds);
+        let side = side::votes(&lanes, &intersections, settings);
+        let mut referrers: FxHashMap<RegulatoryElementId, Vec<LaneletId>> = FxHashMap::default();
+        for lanelet in &map.lanelets {
+            for &element in &lanelet.regulatory_elements {
+                referrers.entry(element).or_default().push(lanelet.id);
+            }
+        }
+        let mut intersections_of = vec![Vec::new(); lanes.len()];
+        let mut touching = vec![Vec::new(); lanes.len()];
+        for (at, intersection) in intersections.iter().enumerate() {
+            for member in &intersection.members {
+                intersections_of[member.lane].push(at);
+                touching[member.lane].push(at);
+            }
+            for &(lane, _) in &intersection.touched {
+                touching[lane].push(at);
+            }
+        }
+        Self {
+            by_id: lanes.iter().enumerate().map(|(at, lane)| (lane.id, at)).collect(),
+            starting: grouped(lanes.iter().enumerate().map(|(at, lane)| (lane.start.ids, at))),
+            ending: grouped(lanes.iter().enumerate().map(|(at, lane)| (lane.end.ids, at))),
+            way_users: grouped(lanes.iter().enumerate().flat_map(|(at, lane)| lane.bounds.map(|way| (way, at)))),
+            map,
+            settings,
+            thresholds,
+            lanes,
+            conflicts,
+            intersections,
+            side,
+            tree,
+            referrers,
+            intersections_of,
+            touching,
+        }
+    }
+
+    /// Position of a lanelet in `lanes`; `None` if it is broken or not there.
+    pub fn lane(&self, id: LaneletId) -> Option<usize> {
+        self.by_id.get(&id).copied()
+    }
+
+    /// Lanes that start with the points with which this one ends, by position.
+    pub fn followers(&self, lane: usize) -> &[usize] {
+        self.starting.get(&self.lanes[lane].end.ids).map_or(&[], Vec::as_slice)
+    }
+
+    /// Lanes that end with the points with which this one starts, by position.
+    pub fn predecessors(&self, lane: usize) -> &[usize] {
+        self.ending.get(&self.lanes[lane].start.ids).map_or(&[], Vec::as_slice)
+    }
+
+    /// Other lanes that start with the same points.
+    pub fn siblings(&self, lane: usize) -> impl Iterator<Item = usize> + '_ {
+        let same = self.starting.get(&self.lanes[lane].start.ids).map_or(&[][..], Vec::as_slice);
+        same.iter().copied().filter(move |&other| other != lane)
+    }
+
+    /// Lanes that have this way as a bound.
+    pub fn users_of(&self, way: LineStringId) -> &[usize] {
+        self.way_users.get(&way).map_or(&[], Vec::as_slice)
+    }
+
+    /// Lanelets that refer to this element.
+    pub fn referrers(&self, element: RegulatoryElementId) -> &[LaneletId] {
+        self.referrers.get(&element).map_or(&[], Vec::as_slice)
+    }
+
+    /// Intersections that a lane is part of, by position: more than one where areas overlap.
+    pub fn intersections_of(&self, lane: usize) -> &[usize] {
+        &self.intersections_of[lane]
+    }
+
+    /// Lanes whose rectangle meets the one between two corners, by position.
+    pub fn lanes_near(&self, low: Point, high: Point) -> Vec<usize> {
+        let reach = rstar::AABB::from_corners([low.x, low.y], [high.x, high.y]);
+        let mut found: Vec<usize> = self.tree.locate_in_envelope_intersecting(&reach).map(|one| one.data).collect();
+        found.sort_unstable();
+        found
+    }
+}
+
+/// Values by key, each list in the order of the input.
+fn grouped<K: std::hash::Hash + Eq>(pairs: impl Iterator<Item = (K, usize)>) -> FxHashMap<K, Vec<usize>> {
+    let mut groups: FxHashMap<K, Vec<usize>> = FxHashMap::default();
+    for (key, value) in pairs {
+        groups.entry(key).or_default().push(value);
+    }
+    groups
+}

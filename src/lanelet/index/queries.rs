@@ -1,0 +1,84 @@
+//! What rules ask about single primitives.
+
+use super::{Intersection, Lane, MapIndex};
+use crate::lanelet::{LaneletId, LineString, Polygon, PolygonId, RegulatoryElement, TurnDirection};
+
+impl MapIndex<'_> {
+    /// The elements of one subtype that a lanelet refers to, in file order.
+    pub fn elements<'a>(
+        &'a self,
+        lanelet: LaneletId,
+        subtype: &'a str,
+    ) -> impl Iterator<Item = &'a RegulatoryElement> + 'a {
+        let lanelet = self.map.lanelets.get(lanelet);
+        let ids = lanelet.into_iter().flat_map(|lanelet| &lanelet.regulatory_elements);
+        ids.filter_map(|&id| self.map.regulatory_elements.get(id)).filter(move |element| element.subtype == subtype)
+    }
+
+    /// Whether a signal rules a lanelet for Autoware: exactly one traffic light, and that with a stop line.
+    pub fn is_signalised(&self, lanelet: LaneletId) -> bool {
+        let mut lights = self.elements(lanelet, "traffic_light");
+        match (lights.next(), lights.next()) {
+            (Some(light), None) => light.linestrings("ref_line").next().is_some(),
+            _ => false,
+        }
+    }
+
+    /// The `turn_direction` of a lane, if it is one of the three words.
+    pub fn turn_direction(&self, lane: usize) -> Option<TurnDirection> {
+        TurnDirection::parse(self.map.lanelets.get(self.lanes[lane].id)?.attributes.get("turn_direction")?)
+    }
+
+    /// The label that fits a turn (degrees, left positive) that is straight up to `straight`: beyond `u_turn` the far
+    /// turn's, whichever way the lane bends, where the driving side is known.
+    pub fn label_for(&self, turn: f64, straight: f64, u_turn: f64) -> TurnDirection {
+        match self.side.side {
+            Some(side) if turn.abs() > u_turn => side.far_turn(),
+            _ if turn > straight => TurnDirection::Left,
+            _ if turn < -straight => TurnDirection::Right,
+            _ => TurnDirection::Straight,
+        }
+    }
+
+    /// A polygon, if it is an intersection area.
+    pub fn intersection_area(&self, id: PolygonId) -> Option<&Polygon> {
+        self.map.polygons.get(id).filter(|polygon| polygon.attributes.is("type", "intersection_area"))
+    }
+
+    /// Whether two lanes are part of one intersection, by place or because their tags name the same area.
+    pub fn in_same_intersection(&self, x: usize, y: usize) -> Option<&Intersection> {
+        let common = self.intersections_of(x).iter().find(|at| self.intersections_of(y).contains(at))?;
+        self.intersections.get(*common)
+    }
+
+    /// Intersections whose area touches a lane, or of which it is part.
+    pub fn intersections_touching(&self, lane: usize) -> impl Iterator<Item = &Intersection> + '_ {
+        self.touching[lane].iter().filter_map(|&at| self.intersections.get(at))
+    }
+
+    /// Whether a lane conflicts, as the rules see it, with a lane other than its siblings.
+    pub fn has_real_conflict(&self, lane: usize) -> bool {
+        self.conflicts[lane].iter().any(|conflict| conflict.real)
+    }
+
+    /// The lane of an id; `None` if the lanelet is broken or not there.
+    pub fn lane_of(&self, id: LaneletId) -> Option<&Lane> {
+        self.lane(id).map(|at| &self.lanes[at])
+    }
+}
+
+/// Whether a line is the border of the carriageway: by `type`, or by `subtype` as the requirement's text has it.
+pub fn is_road_border(line: &LineString) -> bool {
+    line.attributes.is("type", "road_border") || line.attributes.is("subtype", "road_border")
+}
+
+/// Whether Autoware lets a vehicle change lanes across a line: by its tag, else by its paint.
+pub fn allows_lane_change(line: &LineString) -> bool {
+    match line.attributes.get("lane_change") {
+        Some(value) => matches!(value, "yes" | "true" | "1"),
+        None => {
+            matches!(line.attributes.get("type"), Some("line_thin" | "line_thick"))
+                && line.attributes.is("subtype", "dashed")
+        }
+    }
+}

@@ -1,0 +1,235 @@
+//! vm-03-02: lanelets of an intersection say where they turn, and their bounds are not painted.
+
+use std::collections::BinaryHeap;
+
+use rustc_hash::FxHashSet;
+use serde::Deserialize;
+
+use super::Rule;
+use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
+use crate::lanelet::index::{Lane, MapIndex, allows_lane_change};
+use crate::lanelet::{Attributes, LineString, TurnDirection};
+
+/// See `rules/vm-03-02.md`.
+pub struct TurnDirectionAndBounds;
+
+/// See the document.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    straight: f64,
+    surely_straight: f64,
+    surely_turning: f64,
+    u_turn: f64,
+    blinker_distance: f64,
+    blinker_time: f64,
+    default_speed: f64,
+}
+
+impl Rule for TurnDirectionAndBounds {
+    type Params = Params;
+
+    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        for lanelet in &map.map.lanelets {
+            let subject = Subject::Lanelet(lanelet.id.0);
+            if let Some(value) = lanelet.attributes.get("turn_direction")
+                && TurnDirection::parse(value).is_none()
+            {
+                let message = format!("turn_direction={value} of lanelet {} is not left, right or straight.", lanelet.id);
+                let finding = Finding::new("turn-invalid", subject, message);
+                findings.push(match map.lane(lanelet.id) {
+                    Some(lane) => relabelled(map, params, lane, finding),
+                    None => finding,
+                });
+            }
+            if let Some(value) = lanelet.attributes.get("turn_signal_distance")
+                && turn_signal_distance(&lanelet.attributes).is_none()
+            {
+                let message = format!(
+                    "turn_signal_distance={value} of lanelet {} is not a number of metres, 0 or more.",
+                    lanelet.id
+                );
+                findings.push(Finding::new("turn-signal-distance", subject, message));
+            }
+        }
+        for lane in 0..map.lanes.len() {
+            if !map.intersections_of(lane).is_empty() {
+                findings.extend(judge_label(map, params, lane));
+                findings.extend(judge_bounds(map, &map.lanes[lane]));
+                findings.extend(judge_blinker(map, params, lane));
+            }
+        }
+        findings
+    }
+}
+
+fn judge_label(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
+    let lane = &map.lanes[at];
+    let subject = Subject::Lanelet(lane.id.0);
+    let turn = lane.turn();
+    let attributes = &map.map.lanelets.get(lane.id)?.attributes;
+    if !attributes.has("turn_direction") {
+        let message = format!("Intersection lanelet {} has no turn_direction (it turns {turn:.0} deg).", lane.id);
+        return Some(relabelled(map, params, at, Finding::new("turn-missing", subject, message)));
+    }
+    let label = map.turn_direction(at)?;
+    let is_far = map.side.side.is_none_or(|side| side.far_turn() == label);
+    if turn.abs() > params.u_turn && is_far && label != TurnDirection::Straight {
+        return None;
+    }
+    let toward = match label {
+        TurnDirection::Left => turn,
+        TurnDirection::Straight => -turn.abs(),
+        TurnDirection::Right => -turn,
+    };
+    let severity = match label {
+        TurnDirection::Straight => (toward < -params.surely_turning).then_some(Severity::Warning),
+        _ if toward < -params.surely_turning => Some(Severity::Error),
+        _ => (turn.abs() < params.surely_straight).then_some(Severity::Warning),
+    }?;
+    let message = format!("turn_direction={}, but lanelet {} turns {turn:.0} deg.", label.as_str(), lane.id);
+    let limit = if turn.abs() < params.surely_straight { params.surely_straight } else { params.surely_turning };
+    let finding = Finding::new("turn-mismatch", subject, message).measured(turn, limit, "deg").graded(severity);
+    Some(relabelled(map, params, at, finding))
+}
+
+/// Adds the centre line and the label that fits.
+fn relabelled(map: &MapIndex, params: &Params, at: usize, finding: Finding) -> Finding {
+    let lane = &map.lanes[at];
+    let label = map.label_for(lane.turn(), params.straight, params.u_turn).as_str();
+    let on = Subject::Lanelet(lane.id.0);
+    let edits = vec![Edit::SetTag { on, key: "turn_direction".into(), value: label.into() }];
+    let finding = match &lane.center {
+        Some(center) => finding.at(Place::Line(center.points().to_vec())),
+        None => finding,
+    };
+    finding.fixed_by(format!("set turn_direction={label}"), true, edits)
+}
+
+fn judge_bounds(map: &MapIndex, lane: &Lane) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let sides = [("left", &lane.left), ("right", &lane.right)];
+    for (way, (side, points)) in lane.bounds.into_iter().zip(sides) {
+        let Some(line) = map.map.linestrings.get(way) else { continue };
+        let subject = Subject::Lanelet(lane.id.0);
+        let found = |fault, message: String| {
+            Finding::new(fault, subject, message)
+                .with(Subject::LineString(way.0), side)
+                .at(Place::Line(points.clone()))
+        };
+        if let Some(kind) = unwanted_type(line) {
+            let message = format!(
+                "{side} bound {way} of intersection lanelet {} has {kind}; expected type virtual or road_border.",
+                lane.id
+            );
+            let finding = found("bound-type", message);
+            findings.push(if is_painted(line) { finding } else { retyped(finding, Subject::LineString(way.0)) });
+        }
+        if allows_lane_change(line) {
+            let message = format!("{side} bound {way} of intersection lanelet {} allows a lane change.", lane.id);
+            let on = Subject::LineString(way.0);
+            let edits = vec![Edit::SetTag { on, key: "lane_change".into(), value: "no".into() }];
+            findings.push(found("lane-change-in-ia", message).fixed_by("set lane_change=no", true, edits));
+        }
+    }
+    findings
+}
+
+fn retyped(finding: Finding, on: Subject) -> Finding {
+    let edits = vec![Edit::SetTag { on, key: "type".into(), value: "virtual".into() }];
+    finding.fixed_by("set type=virtual", false, edits)
+}
+
+/// What is written instead of `virtual` or `road_border`; `None` if it is one of them.
+fn unwanted_type(line: &LineString) -> Option<String> {
+    match line.attributes.get("type") {
+        Some("virtual" | "road_border") => None,
+        Some(_) if line.attributes.is("subtype", "road_border") => Some("road_border as subtype".to_owned()),
+        Some(kind) => Some(format!("type {kind}")),
+        None => Some("no type".to_owned()),
+    }
+}
+
+fn is_painted(line: &LineString) -> bool {
+    matches!(line.attributes.get("type"), Some("line_thin" | "line_thick" | "pedestrian_marking" | "bike_marking"))
+}
+
+/// Whether the blinker for a turn would start inside a turn to the other side: walks back over the predecessors, the
+/// nearest first.
+fn judge_blinker(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
+    let turn = map.turn_direction(at)?;
+    let opposite = match turn {
+        TurnDirection::Left => TurnDirection::Right,
+        TurnDirection::Right => TurnDirection::Left,
+        TurnDirection::Straight => return None,
+    };
+    let lane = &map.lanes[at];
+    let attributes = &map.map.lanelets.get(lane.id)?.attributes;
+    let reach = turn_signal_distance(attributes).unwrap_or_else(|| {
+        let speed = speed_limit(attributes).unwrap_or(params.default_speed) / 3.6;
+        params.blinker_distance + params.blinker_time * speed
+    });
+    let mut seen = FxHashSet::from_iter([at]);
+    let mut open = BinaryHeap::from([(std::cmp::Reverse(Metres(0.0)), at)]);
+    while let Some((std::cmp::Reverse(Metres(gap)), next)) = open.pop() {
+        if gap >= reach {
+            break;
+        }
+        for &before in map.predecessors(next) {
+            if !seen.insert(before) {
+                continue;
+            }
+            if map.turn_direction(before) == Some(opposite) && !map.intersections_of(before).is_empty() {
+                let other = map.lanes[before].id;
+                let message = format!(
+                    "The blinker for lanelet {} starts {reach:.0} m ahead, inside the opposite turn {other} that ends {gap:.1} m before it.",
+                    lane.id
+                );
+                let value = format!("{:.1}", (gap * 10.0).floor() / 10.0);
+                let on = Subject::Lanelet(lane.id.0);
+                let edits =
+                    vec![Edit::SetTag { on, key: "turn_signal_distance".into(), value: value.as_str().into() }];
+                let finding = Finding::new("turn-signal-overlap", on, message)
+                    .with(Subject::Lanelet(other.0), "opposite turn")
+                    .measured(gap, reach, "m");
+                return Some(finding.fixed_by(format!("set turn_signal_distance={value}"), true, edits));
+            }
+            let farther = gap + map.lanes[before].length();
+            if farther < reach {
+                open.push((std::cmp::Reverse(Metres(farther)), before));
+            }
+        }
+    }
+    None
+}
+
+/// The tag's value in metres, if it is a number and not negative.
+fn turn_signal_distance(attributes: &Attributes) -> Option<f64> {
+    attributes.get("turn_signal_distance")?.trim().parse().ok().filter(|d: &f64| d.is_finite() && *d >= 0.0)
+}
+
+/// The tag's value in km/h, with or without its unit.
+fn speed_limit(attributes: &Attributes) -> Option<f64> {
+    let value = attributes.get("speed_limit")?.trim();
+    let end = value.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(value.len());
+    value[..end].parse().ok().filter(|speed: &f64| speed.is_finite())
+}
+
+/// A distance that can be ordered.
+#[derive(Clone, Copy, PartialEq)]
+struct Metres(f64);
+
+impl Eq for Metres {}
+
+impl PartialOrd for Metres {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Metres {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}
