@@ -49,6 +49,7 @@ pub fn convex_hull(points: impl IntoIterator<Item = Point>) -> Vec<Point> {
     let mut hull = chain(&mut points.iter().copied());
     hull.extend(chain(&mut points.iter().rev().copied()));
     hull
+}
 
 /// The largest piece of `a` that `b` does not cover, as a ring that is not closed; `None` if nothing is left.
 pub fn largest_outside(a: &[Point], b: &[Point]) -> Option<Vec<Point>> {

@@ -165,3 +165,27 @@ fn diagnostic(map: &MapIndex, config: &Config, requirement: &Requirement, findin
         finding,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::requirement::Check;
+
+    #[test]
+    fn every_document_parses_and_its_defaults_fit_the_rule() {
+        let map = crate::lanelet::LaneletMap::default();
+        let settings = crate::settings::Settings::default();
+        let index = MapIndex::new(&map, &Default::default(), &settings, Default::default());
+        for row in table().unwrap() {
+            let Requirement { id, check, .. } = &row.requirement;
+            assert_eq!(row.predicate.is_none(), *check == Check::Manual, "{id}");
+            if let Some(predicate) = row.predicate {
+                assert_eq!(
+                    predicate(&index, row.requirement.defaults()).map_err(|e| e.to_string()),
+                    Ok(Vec::new()),
+                    "{id}"
+                );
+            }
+        }
+    }
+}

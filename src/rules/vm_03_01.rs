@@ -108,8 +108,11 @@ fn turn_without_area(map: &MapIndex, lanelet: &Lanelet, covers: &[Cover]) -> Opt
     lanelet.attributes.get("turn_direction").filter(|value| !value.is_empty())?;
     let conflicts = map.lane(lanelet.id).is_some_and(|lane| map.has_real_conflict(lane));
     let message = format!("Lanelet {} has turn_direction but belongs to no intersection area.", lanelet.id);
-    let finding = Finding::new("turn-without-ia", Subject::Lanelet(lanelet.id.0), message)
-        .graded(if conflicts { Severity::Error } else { Severity::Warning });
+    let finding = Finding::new("turn-without-ia", Subject::Lanelet(lanelet.id.0), message).graded(if conflicts {
+        Severity::Error
+    } else {
+        Severity::Warning
+    });
     Some(match covers.first() {
         Some(&(area, share)) if share > 0.0 => finding
             .with(Subject::Polygon(area.0), "nearest intersection area")
@@ -123,7 +126,8 @@ fn judge_area(map: &MapIndex, intersection: &Intersection) -> Vec<Finding> {
     let subject = Subject::Polygon(area.0);
     let mut findings = Vec::new();
     if area_id(&area.to_string()).is_none() {
-        let message = format!("Intersection area {area} has an id that Autoware cannot read: it must be 1..={}.", i32::MAX);
+        let message =
+            format!("Intersection area {area} has an id that Autoware cannot read: it must be 1..={}.", i32::MAX);
         findings.push(Finding::new("ia-id-range", subject, message));
     }
     if intersection.members.is_empty() {

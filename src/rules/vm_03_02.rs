@@ -36,7 +36,8 @@ impl Rule for TurnDirectionAndBounds {
             if let Some(value) = lanelet.attributes.get("turn_direction")
                 && TurnDirection::parse(value).is_none()
             {
-                let message = format!("turn_direction={value} of lanelet {} is not left, right or straight.", lanelet.id);
+                let message =
+                    format!("turn_direction={value} of lanelet {} is not left, right or straight.", lanelet.id);
                 let finding = Finding::new("turn-invalid", subject, message);
                 findings.push(match map.lane(lanelet.id) {
                     Some(lane) => relabelled(map, params, lane, finding),
@@ -56,7 +57,9 @@ impl Rule for TurnDirectionAndBounds {
         for lane in 0..map.lanes.len() {
             if !map.intersections_of(lane).is_empty() {
                 findings.extend(judge_label(map, params, lane));
-                findings.extend(judge_bounds(map, &map.lanes[lane]));
+                if map.has_area(lane) {
+                    findings.extend(judge_bounds(map, &map.lanes[lane]));
+                }
                 findings.extend(judge_blinker(map, params, lane));
             }
         }
@@ -70,7 +73,7 @@ fn judge_label(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
     let turn = lane.turn();
     let attributes = &map.map.lanelets.get(lane.id)?.attributes;
     if !attributes.has("turn_direction") {
-        let message = format!("Intersection lanelet {} has no turn_direction (it turns {turn:.0} deg).", lane.id);
+        let message = format!("Intersection lanelet {} has no turn_direction (it turns {} deg).", lane.id, whole(turn));
         return Some(relabelled(map, params, at, Finding::new("turn-missing", subject, message)));
     }
     let label = map.turn_direction(at)?;
@@ -88,10 +91,19 @@ fn judge_label(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
         _ if toward < -params.surely_turning => Some(Severity::Error),
         _ => (turn.abs() < params.surely_straight).then_some(Severity::Warning),
     }?;
-    let message = format!("turn_direction={}, but lanelet {} turns {turn:.0} deg.", label.as_str(), lane.id);
+    // Outside every area a label without a bend may be there for the blinker alone, where lanes branch or join.
+    if severity == Severity::Warning && !map.has_area(at) {
+        return None;
+    }
+    let message = format!("turn_direction={}, but lanelet {} turns {} deg.", label.as_str(), lane.id, whole(turn));
     let limit = if turn.abs() < params.surely_straight { params.surely_straight } else { params.surely_turning };
     let finding = Finding::new("turn-mismatch", subject, message).measured(turn, limit, "deg").graded(severity);
     Some(relabelled(map, params, at, finding))
+}
+
+/// Whole degrees, without a negative zero.
+fn whole(turn: f64) -> i64 {
+    turn.round() as i64
 }
 
 /// Adds the centre line and the label that fits.
@@ -114,9 +126,7 @@ fn judge_bounds(map: &MapIndex, lane: &Lane) -> Vec<Finding> {
         let Some(line) = map.map.linestrings.get(way) else { continue };
         let subject = Subject::Lanelet(lane.id.0);
         let found = |fault, message: String| {
-            Finding::new(fault, subject, message)
-                .with(Subject::LineString(way.0), side)
-                .at(Place::Line(points.clone()))
+            Finding::new(fault, subject, message).with(Subject::LineString(way.0), side).at(Place::Line(points.clone()))
         };
         if let Some(kind) = unwanted_type(line) {
             let message = format!(
@@ -188,8 +198,7 @@ fn judge_blinker(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> 
                 );
                 let value = format!("{:.1}", (gap * 10.0).floor() / 10.0);
                 let on = Subject::Lanelet(lane.id.0);
-                let edits =
-                    vec![Edit::SetTag { on, key: "turn_signal_distance".into(), value: value.as_str().into() }];
+                let edits = vec![Edit::SetTag { on, key: "turn_signal_distance".into(), value: value.as_str().into() }];
                 let finding = Finding::new("turn-signal-overlap", on, message)
                     .with(Subject::Lanelet(other.0), "opposite turn")
                     .measured(gap, reach, "m");

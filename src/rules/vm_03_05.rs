@@ -64,8 +64,7 @@ fn ends_inside(map: &MapIndex, params: &Params, lane: usize, intersection: &Inte
 fn finding(map: &MapIndex, lane: usize, follower: usize, area: Option<PolygonId>) -> Finding {
     let (first, second) = (&map.lanes[lane], &map.lanes[follower]);
     let area_name = area.map_or("the intersection".to_owned(), |area| format!("area {area}"));
-    let message =
-        format!("Lanelets {} and {} form one movement of {area_name}; merge them.", first.id, second.id);
+    let message = format!("Lanelets {} and {} form one movement of {area_name}; merge them.", first.id, second.id);
     let finding = Finding::new("divided", Subject::Lanelet(first.id.0), message)
         .with(Subject::Lanelet(second.id.0), "second piece")
         .at(Place::Line(first.end.points.to_vec()));

@@ -152,21 +152,15 @@ fn judge_vertices(map: &MapIndex, params: &Params, area: &Polygon, borders: &Bor
         .collect()
 }
 
-/// Every end point of the bounds of a lanelet must be a vertex, by id. Each point is said once, with the first
-/// lanelet that ends there.
-fn judge_lane_ends(
-    map: &MapIndex,
-    params: &Params,
-    area: &Polygon,
-    intersection: &Intersection,
-) -> Vec<Finding> {
-    let mut known: FxHashSet<PointId> = area.points.iter().copied().collect();
+/// Every end point of the bounds of a lanelet must be a vertex, by id.
+fn judge_lane_ends(map: &MapIndex, params: &Params, area: &Polygon, intersection: &Intersection) -> Vec<Finding> {
+    let vertices: FxHashSet<PointId> = area.points.iter().copied().collect();
     let mut findings = Vec::new();
     for member in &intersection.members {
         let lane = &map.lanes[member.lane];
         for Edge { ids, points } in [lane.start, lane.end] {
             for (id, place) in ids.into_iter().zip(points) {
-                if known.insert(id) {
+                if !vertices.contains(&id) {
                     findings.push(lane_node_missing(params, area, intersection, lane.id, id, place));
                 }
             }
@@ -207,8 +201,7 @@ fn judge_cut(params: &Params, area: &Polygon, arm: &Arm) -> Option<Finding> {
     let vertices: FxHashSet<PointId> = area.points.iter().copied().collect();
     let mut seen = FxHashSet::default();
     let ends = arm.edges.iter().flat_map(|edge| edge.edge.ids.into_iter().zip(edge.edge.points));
-    let cut: Vec<(PointId, Point)> =
-        ends.filter(|(id, _)| vertices.contains(id) && seen.insert(*id)).collect();
+    let cut: Vec<(PointId, Point)> = ends.filter(|(id, _)| vertices.contains(id) && seen.insert(*id)).collect();
     let (id, off) = farthest_from_line(&cut)?;
     if off <= params.cut {
         return None;

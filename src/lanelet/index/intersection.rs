@@ -245,8 +245,7 @@ fn arms(lanes: &[Lane], intersection: &Intersection, thresholds: &Thresholds) ->
     for (at, edge) in edges.into_iter().enumerate() {
         by_root.entry(groups.root(at)).or_default().push(edge);
     }
-    let mut arms: Vec<(f64, Arm)> =
-        by_root.into_values().map(|edges| arm(lanes, intersection.middle, edges)).collect();
+    let mut arms: Vec<(f64, Arm)> = by_root.into_values().map(|edges| arm(lanes, intersection.middle, edges)).collect();
     arms.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut arms: Vec<Arm> = arms.into_iter().map(|(_, arm)| arm).collect();
     let opposites = opposites(&arms, thresholds.opposite);
@@ -274,7 +273,8 @@ fn arm(lanes: &[Lane], middle: Point, edges: Vec<ArmEdge>) -> (f64, Arm) {
     let away = Point::from(sum) - middle;
     let bearing = away.x.atan2(away.y).to_degrees().rem_euclid(360.0);
     let compass = NAMES[((bearing / 45.0).round() as usize) % NAMES.len()];
-    let headings = edges.iter().filter(|e| e.inward).flat_map(|e| &e.lanes).filter_map(|&lane| lanes[lane].heading_in());
+    let headings =
+        edges.iter().filter(|e| e.inward).flat_map(|e| &e.lanes).filter_map(|&lane| lanes[lane].heading_in());
     let heading_in = headings.sum::<Vector>().try_normalize(1e-9);
     (bearing, Arm { edges, heading_in, compass, opposite: None })
 }

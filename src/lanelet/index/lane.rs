@@ -195,7 +195,10 @@ mod tests {
     #[test]
     fn a_quarter_circle_turns_by_90_degrees() {
         let arc = |radius: f64| -> Vec<Point> {
-            (0..=30).map(|i| f64::to_radians(3.0 * f64::from(i))).map(|a| Point::new(radius * a.cos(), radius * a.sin())).collect()
+            (0..=30)
+                .map(|i| f64::to_radians(3.0 * f64::from(i)))
+                .map(|a| Point::new(radius * a.cos(), radius * a.sin()))
+                .collect()
         };
         // Counter-clockwise: the inner arc is the left bound.
         let center = center_line(&arc(8.5), &arc(11.5)).unwrap();
@@ -207,7 +210,7 @@ mod tests {
     #[test]
     fn the_line_of_an_edge_is_infinite() {
         let edge = Edge { ids: [PointId(1), PointId(2)], points: [Point::new(0.0, 0.0), Point::new(3.0, 0.0)] };
-        assert_eq!(edge.distance_from_line(Point::new(20.0, 0.4)), 0.4);
+        assert!((edge.distance_from_line(Point::new(20.0, 0.4)) - 0.4).abs() < 1e-12);
         let turned = Edge { ids: [PointId(2), PointId(3)], points: [Point::new(3.0, 0.0), Point::new(0.0, 3.0)] };
         assert!((edge.angle_to(&turned) - 45.0).abs() < 1e-9);
         assert!(edge.touches(&turned));

@@ -45,6 +45,11 @@ impl MapIndex<'_> {
         self.map.polygons.get(id).filter(|polygon| polygon.attributes.is("type", "intersection_area"))
     }
 
+    /// Whether a lane is part of an intersection that has an area.
+    pub fn has_area(&self, lane: usize) -> bool {
+        self.intersections_of(lane).iter().any(|&at| self.intersections[at].area.is_some())
+    }
+
     /// Whether two lanes are part of one intersection, by place or because their tags name the same area.
     pub fn in_same_intersection(&self, x: usize, y: usize) -> Option<&Intersection> {
         let common = self.intersections_of(x).iter().find(|at| self.intersections_of(y).contains(at))?;

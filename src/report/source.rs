@@ -1,0 +1,146 @@
+//! The map's files with their line starts, so that a byte offset becomes a line at once.
+
+use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan as Span, SpanContents};
+
+use crate::diagnostic::SourceSpan;
+
+/// More bytes than this around a label are not shown: some programs write a whole map on one line.
+const MOST_CONTEXT: usize = 300;
+
+/// All files of a map.
+#[derive(Debug)]
+pub struct Sources<'a> {
+    files: Vec<SourceFile<'a>>,
+}
+
+/// A place in a file, as editors count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Position<'a> {
+    /// The file's name as the user gave it.
+    pub name: &'a str,
+    /// From 1.
+    pub line: usize,
+    /// In characters, from 1.
+    pub column: usize,
+}
+
+/// One file.
+#[derive(Debug)]
+pub(super) struct SourceFile<'a> {
+    name: &'a str,
+    text: &'a str,
+    /// Offset of the first byte of each line.
+    lines: Vec<usize>,
+}
+
+impl<'a> Sources<'a> {
+    /// From names and texts, in the order of `SourceSpan::file`.
+    pub fn new(files: impl IntoIterator<Item = (&'a str, &'a str)>) -> Self {
+        let files = files.into_iter().map(|(name, text)| {
+            let breaks = text.bytes().enumerate().filter(|&(_, b)| b == b'\n').map(|(at, _)| at + 1);
+            SourceFile { name, text, lines: std::iter::once(0).chain(breaks).collect() }
+        });
+        Self { files: files.collect() }
+    }
+
+    /// Where an element stands; `None` for an unknown file or one without text.
+    pub fn position(&self, span: &SourceSpan) -> Option<Position<'a>> {
+        let file = self.file(span)?;
+        let (line, column) = file.position(file.clip(span.start));
+        Some(Position { name: file.name, line: line + 1, column: column + 1 })
+    }
+
+    /// The file of a span, if its text is known.
+    pub(super) fn file(&self, span: &SourceSpan) -> Option<&SourceFile<'a>> {
+        self.files.get(span.file as usize).filter(|file| !file.text.is_empty())
+    }
+}
+
+impl SourceFile<'_> {
+    /// An offset held to the text and to the start of a character.
+    fn clip(&self, offset: u64) -> usize {
+        let mut at = usize::try_from(offset).unwrap_or(usize::MAX).min(self.text.len());
+        while !self.text.is_char_boundary(at) {
+            at -= 1;
+        }
+        at
+    }
+
+    /// Line and column in characters, from 0.
+    fn position(&self, offset: usize) -> (usize, usize) {
+        let line = self.lines.partition_point(|&start| start <= offset).saturating_sub(1);
+        let start = self.lines.get(line).copied().unwrap_or(0);
+        (line, self.text.get(start..offset).map_or(0, |before| before.chars().count()))
+    }
+
+    /// Offset and length of an element's first line, which is its opening tag.
+    pub(super) fn first_line(&self, span: &SourceSpan) -> (usize, usize) {
+        let start = self.clip(span.start);
+        let end = self.clip(span.end).max(start);
+        let element = self.text.get(start..end).unwrap_or_default();
+        let length = element.find('\n').unwrap_or(element.len()).min(MOST_CONTEXT);
+        (start, self.clip((start + length) as u64) - start)
+    }
+}
+
+impl SourceCode for SourceFile<'_> {
+    /// miette's own reader counts lines from the first byte of the file for every label; this one looks them up.
+    fn read_span<'a>(
+        &'a self,
+        span: &Span,
+        lines_before: usize,
+        lines_after: usize,
+    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
+        let (start, end) = (span.offset(), span.offset().saturating_add(span.len()));
+        if end > self.text.len() {
+            return Err(MietteError::OutOfBounds);
+        }
+        let line_of = |offset: usize| self.lines.partition_point(|&first| first <= offset).saturating_sub(1);
+        let first = self.lines.get(line_of(start).saturating_sub(lines_before)).copied().unwrap_or(0);
+        // The context ends before the line break of its last line.
+        let behind = self.lines.get(line_of(end) + lines_after + 1).map_or(self.text.len(), |next| next - 1);
+        let from = self.clip(first.max(start.saturating_sub(MOST_CONTEXT)) as u64);
+        let to = self.clip(behind.min(end.saturating_add(MOST_CONTEXT)).max(end) as u64);
+        let (line, column) = self.position(from);
+        let data = self.text.get(from..to).ok_or(MietteError::OutOfBounds)?.as_bytes();
+        let lines = self.lines.len();
+        let contents =
+            MietteSpanContents::new_named(self.name.to_owned(), data, (from, to - from).into(), line, column, lines);
+        Ok(Box::new(contents))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn span(start: u64, end: u64) -> SourceSpan {
+        SourceSpan { file: 0, start, end }
+    }
+
+    #[test]
+    fn offsets_become_lines_and_columns() {
+        let sources = Sources::new([("a.osm", "<a>\n  é<b/>\n</a>\n")]);
+        let at = |offset| sources.position(&span(offset, offset)).map(|p| (p.line, p.column));
+        assert_eq!(at(0), Some((1, 1)));
+        assert_eq!(at(4), Some((2, 1)));
+        assert_eq!(at(8), Some((2, 4)), "é is one character of two bytes");
+        assert_eq!(at(9_999), Some((4, 1)), "held to the text");
+        assert_eq!(sources.position(&SourceSpan { file: 1, start: 0, end: 0 }), None);
+    }
+
+    #[test]
+    fn context_is_whole_lines_but_never_a_whole_map() {
+        let text = format!("<osm>\n<x/>\n<y/>\n{}\n", "z".repeat(10_000));
+        let sources = Sources::new([("a.osm", text.as_str())]);
+        let file = sources.file(&span(0, 1)).unwrap();
+        let read = |offset: usize, length: usize| {
+            let contents = file.read_span(&(offset, length).into(), 1, 1).unwrap();
+            (String::from_utf8(contents.data().to_vec()).unwrap(), contents.line(), contents.column())
+        };
+        assert_eq!(read(6, 4), ("<osm>\n<x/>\n<y/>".to_owned(), 0, 0));
+        let (long, line, column) = read(5_000, 10);
+        assert!(long.len() <= 2 * MOST_CONTEXT + 10, "{}", long.len());
+        assert_eq!((line, column), (3, 5_000 - 16 - MOST_CONTEXT));
+    }
+}

@@ -1,0 +1,104 @@
+//! Findings for people at a terminal: file, line, snippet, help. The only file that names miette's handler.
+
+use std::fmt;
+use std::io::{self, Write};
+
+use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, SourceCode};
+
+use super::source::SourceFile;
+use super::{Sources, concise, summary};
+use crate::diagnostic::{Diagnostic, Severity};
+
+/// After so many findings with a snippet the rest get one line each: nobody reads more, and the terminal scrolls.
+pub const GRAPHICAL_LIMIT: usize = 100;
+
+/// How the terminal wants it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TextStyle {
+    /// Whether to colour.
+    pub color: bool,
+    /// Characters per line.
+    pub width: usize,
+}
+
+impl Default for TextStyle {
+    fn default() -> Self {
+        Self { color: false, width: 100 }
+    }
+}
+
+/// Writes findings with snippets, then those beyond the limit in one line each, then the summary.
+pub fn text(out: &mut dyn Write, diagnostics: &[Diagnostic], sources: &Sources, style: TextStyle) -> io::Result<()> {
+    let theme = if style.color { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
+    let handler = GraphicalReportHandler::new_themed(theme).with_width(style.width).with_links(false);
+    let (shown, rest) = diagnostics.split_at(diagnostics.len().min(GRAPHICAL_LIMIT));
+    for diagnostic in shown {
+        let file = diagnostic.span.as_ref().and_then(|span| sources.file(span));
+        let mut rendered = String::new();
+        handler.render_report(&mut rendered, &Shown { diagnostic, file }).map_err(io::Error::other)?;
+        writeln!(out, "{}", rendered.trim_end())?;
+        writeln!(out)?;
+    }
+    if !rest.is_empty() {
+        writeln!(out, "{} more, one line each:", rest.len())?;
+        concise(out, rest, sources)?;
+        writeln!(out)?;
+    }
+    writeln!(out, "{}", summary(diagnostics))
+}
+
+/// A finding as miette sees it.
+#[derive(Debug)]
+struct Shown<'a> {
+    diagnostic: &'a Diagnostic,
+    file: Option<&'a SourceFile<'a>>,
+}
+
+impl fmt::Display for Shown<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.diagnostic.finding.message)
+    }
+}
+
+impl std::error::Error for Shown<'_> {}
+
+impl miette::Diagnostic for Shown<'_> {
+    fn code<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        Some(Box::new(&self.diagnostic.code))
+    }
+
+    fn severity(&self) -> Option<miette::Severity> {
+        Some(match self.diagnostic.severity {
+            Severity::Error => miette::Severity::Error,
+            Severity::Warning => miette::Severity::Warning,
+            Severity::Info => miette::Severity::Advice,
+        })
+    }
+
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        let mut help = self.diagnostic.help.clone().unwrap_or_default();
+        let finding = &self.diagnostic.finding;
+        if let Some(fix) = &finding.fix {
+            help += &format!("\nfix: {}", fix.title);
+        }
+        if !finding.related.is_empty() {
+            let related: Vec<String> =
+                finding.related.iter().map(|one| format!("{} ({})", one.subject, one.part)).collect();
+            help += &format!("\nsee also: {}", related.join(", "));
+        }
+        if let Some(at) = self.diagnostic.lonlat {
+            help += &format!("\nplace: {:.7}, {:.7}", at.lat, at.lon);
+        }
+        (!help.is_empty()).then(|| Box::new(help.trim_start().to_owned()) as Box<dyn fmt::Display>)
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.file.map(|file| file as &dyn SourceCode)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let (start, length) = self.file?.first_line(self.diagnostic.span.as_ref()?);
+        let label = self.diagnostic.finding.subject.to_string();
+        Some(Box::new(std::iter::once(LabeledSpan::new(Some(label), start, length))))
+    }
+}
