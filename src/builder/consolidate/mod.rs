@@ -11,6 +11,8 @@ mod divided;
 mod edit;
 mod join;
 mod passages;
+#[cfg(test)]
+mod tests;
 
 use crate::builder::road_network::{RoadKey, RoadNetwork};
 
