@@ -8,11 +8,25 @@
 //! Widths come before the outline (the cut-back needs the roads' edges), lane borders after it (they end at the cut).
 //! Everything speaks of near and far, never of left and right, except where a tag or a role does.
 
+pub mod area;
+pub mod assemble;
+pub mod assembly;
+pub mod conflict;
+pub mod connection;
 pub mod consolidate;
+pub mod control;
 pub mod cross_section;
+pub mod crosswalk;
 pub mod driving_side;
 pub mod geojson;
+pub mod ids;
+pub mod join;
+pub mod lanes;
+pub mod movement;
 pub mod outline;
+pub mod paths;
+pub mod right_of_way;
 pub mod road_network;
+pub mod sidecar;
 pub(crate) mod speed;
 pub(crate) mod tags;

@@ -1,0 +1,190 @@
+//! The `intersection_area`: kerb chains between the roads, straight cuts across them, clockwise.
+
+use geo::{Area, BooleanOps, MultiPolygon, Validation};
+use rustc_hash::FxHashMap;
+
+use crate::geometry::{Point, curve, curve::Pose, polygon};
+use crate::lanelet::{Bound, LineStringId, PointId};
+
+use super::assembly::{Assembly, tags};
+use super::ids::Key;
+use super::lanes::Arm;
+use super::paths::{Bounds, Path};
+
+/// Part of each lanelet that must lie in the area.
+const COVERED: f64 = 0.995;
+/// Vertices of a union closer than this, metres, to a known node are that node.
+const SNAP: f64 = 1e-3;
+/// A lane end node that a union lost is put back on its nearest edge up to this distance, metres.
+const INSERT: f64 = 0.3;
+
+/// The outline of an intersection as nodes.
+#[derive(Clone, Debug, Default)]
+pub struct AreaOutline {
+    /// Clockwise, not closed.
+    pub ring: Vec<PointId>,
+    /// The kerbs between the roads, in ring order.
+    pub kerbs: Vec<LineStringId>,
+    /// Lane end nodes that could not become vertices.
+    pub lost: Vec<PointId>,
+}
+
+/// Walks the arms clockwise: cut, kerb, cut, kerb.
+pub fn area_outline(assembly: &mut Assembly, key: Key, arms: &[&Arm], bounds: &Bounds, paths: &[Path]) -> AreaOutline {
+    let mut ring: Vec<PointId> = Vec::new();
+    for (i, arm) in arms.iter().enumerate() {
+        let next = arms[(i + 1) % arms.len()];
+        ring.extend(&arm.cut);
+        let (Some(&from), Some(&to)) = (arm.cut.last(), next.cut.first()) else { continue };
+        let corner = match bounds.get(from, to) {
+            Some(bound) => along(assembly, bound),
+            None => corner(assembly, key, [from, to], [arm, next]),
+        };
+        ring.extend(corner);
+    }
+    ring.dedup();
+    while ring.len() > 1 && ring.first() == ring.last() {
+        ring.pop();
+    }
+    if !holds(assembly, &ring, paths) {
+        ring = united(assembly, key, &ring, bounds, paths);
+    }
+    let (ring, lost) = with_lane_ends(assembly, ring, arms);
+    let kerbs = kerbs(assembly, key, &ring, arms);
+    AreaOutline { ring, kerbs, lost }
+}
+
+/// The points of a bound between its ends.
+fn along(assembly: &Assembly, bound: Bound) -> Vec<PointId> {
+    let points = assembly.bound_ids(bound);
+    points[1.min(points.len())..points.len().max(2) - 1].to_vec()
+}
+
+/// A rounded kerb between the ends of two cuts, which keeps clear of none and touches both.
+fn corner(assembly: &mut Assembly, key: Key, [from, to]: [PointId; 2], [arm, next]: [&Arm; 2]) -> Vec<PointId> {
+    let start = Pose { point: assembly.position(from), heading: arm.inward };
+    let end = Pose { point: assembly.position(to), heading: -next.inward };
+    if (start.point - end.point).norm() < curve::MIN_SPACING {
+        return Vec::new();
+    }
+    let line: Vec<Point> = curve::join(start, end).into_iter().map(|p| p.point).collect();
+    let line = curve::untangled(&line);
+    let key = key.word("kerb").number(from.0).number(to.0);
+    let inner = &line[1.min(line.len())..line.len().max(2) - 1];
+    inner.iter().enumerate().map(|(i, p)| assembly.point(key.number(i as i64), *p, 0.0)).collect()
+}
+
+fn places(assembly: &Assembly, ring: &[PointId]) -> Vec<Point> {
+    ring.iter().map(|&id| assembly.position(id)).collect()
+}
+
+/// Whether the ring is simple and covers every path.
+fn holds(assembly: &Assembly, ring: &[PointId], paths: &[Path]) -> bool {
+    let ring = places(assembly, ring);
+    let shape = polygon::to_geo(&ring);
+    shape.is_valid()
+        && polygon::signed_area(&ring) < 0.0
+        && paths.iter().all(|p| polygon::overlap(&p.outline, &ring) >= COVERED * area_of(&p.outline))
+}
+
+fn area_of(ring: &[Point]) -> f64 {
+    polygon::to_geo(ring).unsigned_area()
+}
+
+/// The outer ring of everything together, on the nodes that exist where it passes them.
+fn united(assembly: &mut Assembly, key: Key, ring: &[PointId], bounds: &Bounds, paths: &[Path]) -> Vec<PointId> {
+    let mut whole = MultiPolygon(vec![polygon::to_geo(&places(assembly, ring))]);
+    for path in paths {
+        whole = whole.union(&polygon::to_geo(&path.outline));
+    }
+    let largest = whole.0.iter().max_by(|a, b| a.unsigned_area().total_cmp(&b.unsigned_area()));
+    let Some(largest) = largest else { return ring.to_vec() };
+    let mut outer: Vec<Point> = largest.exterior().points().map(|p| Point::new(p.x(), p.y())).collect();
+    outer.pop();
+    if polygon::signed_area(&outer) > 0.0 {
+        outer.reverse();
+    }
+    let cell = |p: Point| ((p.x / SNAP).round() as i64, (p.y / SNAP).round() as i64);
+    let mut known: FxHashMap<(i64, i64), PointId> = FxHashMap::default();
+    for id in bounds.points(assembly).into_iter().chain(ring.iter().copied()) {
+        let (x, y) = cell(assembly.position(id));
+        // A vertex can come out of the union a hair off, in the next cell.
+        for (dx, dy) in (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (dx, dy))) {
+            known.entry((x + dx, y + dy)).or_insert(id);
+        }
+    }
+    for id in ring {
+        known.insert(cell(assembly.position(*id)), *id);
+    }
+    let mut nodes: Vec<PointId> = Vec::new();
+    for (i, p) in outer.into_iter().enumerate() {
+        let id = known.get(&cell(p)).copied();
+        let id = id.unwrap_or_else(|| assembly.point(key.word("outline").number(i as i64), p, 0.0));
+        if !nodes.contains(&id) {
+            nodes.push(id);
+        }
+    }
+    nodes
+}
+
+/// Puts lane end nodes that are missing back on the nearest edge; returns those that lie too far from it.
+fn with_lane_ends(assembly: &Assembly, mut ring: Vec<PointId>, arms: &[&Arm]) -> (Vec<PointId>, Vec<PointId>) {
+    let mut lost = Vec::new();
+    let ends = arms.iter().flat_map(|a| a.into.iter().chain(&a.out)).flat_map(|l| l.nodes);
+    for id in ends {
+        if ring.contains(&id) || lost.contains(&id) {
+            continue;
+        }
+        let p = assembly.position(id);
+        let count = ring.len();
+        let nearest = (0..count)
+            .filter_map(|i| {
+                let edge = [ring[i], ring[(i + 1) % count]].map(|id| assembly.position(id));
+                crate::geometry::Polyline::new(edge).map(|line| (line.distance(p), i))
+            })
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        match nearest {
+            Some((distance, i)) if distance <= INSERT => ring.insert(i + 1, id),
+            _ => lost.push(id),
+        }
+    }
+    (ring, lost)
+}
+
+/// One `road_border` for every stretch of the ring that is not a cut.
+fn kerbs(assembly: &mut Assembly, key: Key, ring: &[PointId], arms: &[&Arm]) -> Vec<LineStringId> {
+    let mut arm_of: FxHashMap<PointId, usize> = FxHashMap::default();
+    for (i, arm) in arms.iter().enumerate() {
+        for &id in &arm.cut {
+            arm_of.insert(id, i);
+        }
+    }
+    let is_cut = |a: PointId, b: PointId| match (arm_of.get(&a), arm_of.get(&b)) {
+        (Some(a), Some(b)) => a == b,
+        _ => false,
+    };
+    let count = ring.len();
+    let Some(start) = (0..count).find(|&i| is_cut(ring[(i + count - 1) % count], ring[i])) else { return Vec::new() };
+    let mut lines = Vec::new();
+    let mut chain = vec![ring[start]];
+    for step in 1..=count {
+        let (a, b) = (ring[(start + step - 1) % count], ring[(start + step) % count]);
+        if is_cut(a, b) {
+            if chain.len() > 1 {
+                lines.push(kerb(assembly, key, std::mem::take(&mut chain)));
+            }
+            chain = vec![b];
+        } else {
+            chain.push(b);
+        }
+    }
+    if chain.len() > 1 {
+        lines.push(kerb(assembly, key, chain));
+    }
+    lines
+}
+
+fn kerb(assembly: &mut Assembly, key: Key, chain: Vec<PointId>) -> LineStringId {
+    let ends = [chain.first(), chain.last()].map(|id| id.map_or(0, |id| id.0));
+    assembly.line(key.word("kerb line").number(ends[0]).number(ends[1]), chain, tags(&[("type", "road_border")]))
+}

@@ -1,0 +1,231 @@
+//! From roads and outlines to the whole map: lanes, then each intersection with everything that belongs to it.
+
+use rustc_hash::FxHashMap;
+
+use crate::diagnostic::{Finding, Place, Subject};
+use crate::geometry::Point;
+use crate::lanelet::{LaneletId, LaneletMap, PolygonId, TurnDirection};
+use crate::settings::{Settings, Side};
+
+use super::area::area_outline;
+use super::assembly::{Assembly, tags};
+use super::conflict::{Conflicts, conflicts};
+use super::connection::{ConnectionLines, Crossing, connection_lines};
+use super::control::{Control, control_arm, sign_at};
+use super::cross_section::StripKind;
+use super::crosswalk::{announce, crosswalk};
+use super::join::Joins;
+use super::lanes::{Arm, Lanes, lanes};
+use super::movement::{Movements, STRAIGHT, movements};
+use super::outline::Outlines;
+use super::paths::{Bounds, Paint, Path, intersection_key, paths};
+use super::right_of_way::{Mover, Relation, Turn, opposites, yields};
+use super::road_network::{DrivingSide, Intersection, IntersectionIx, RoadIx, RoadNetwork};
+use super::sidecar;
+
+/// A map in local metres, without longitude and latitude.
+#[derive(Debug, Default)]
+pub struct Assembled {
+    /// The map.
+    pub map: LaneletMap,
+    /// What it cannot say itself.
+    pub settings: Settings,
+    /// What could not be built as it should.
+    pub notes: Vec<Finding>,
+    /// Number of `intersection_area`s.
+    pub areas: usize,
+}
+
+/// Builds the map.
+pub fn assemble(network: &RoadNetwork, outlines: &Outlines) -> Assembled {
+    let mut joins = Joins::find(network);
+    let lines = connection_lines(network, outlines, |ix| joins.joined(ix));
+    let mut assembly = Assembly::default();
+    let lanes = lanes(&mut assembly, network, &lines, &mut joins);
+    let crossings = Crossings::add(&mut assembly, network, &lines, &lanes);
+    let mut stage = Stage {
+        network,
+        lanes: &lanes,
+        crossings: &crossings,
+        assembly,
+        notes: Vec::new(),
+        settings: Settings::default(),
+        areas: 0,
+    };
+    stage.settings.driving_side = Some(if network.side == DrivingSide::Left { Side::Left } else { Side::Right });
+    for (i, intersection) in network.intersections.iter().enumerate() {
+        if intersection.arms.len() >= 2 && !joins.joined(IntersectionIx(i as u32)) {
+            stage.intersection(intersection);
+        }
+    }
+    let Stage { assembly, settings, notes, areas, .. } = stage;
+    Assembled { map: assembly.map, settings, notes, areas }
+}
+
+/// Crosswalks, found by road.
+struct Crossings {
+    of_road: FxHashMap<RoadIx, Vec<(Crossing, LaneletId)>>,
+}
+
+impl Crossings {
+    /// Adds all crosswalks; those between intersections are announced to the road they cross.
+    fn add(assembly: &mut Assembly, network: &RoadNetwork, lines: &ConnectionLines, lanes: &Lanes) -> Self {
+        let mut of_road: FxHashMap<RoadIx, Vec<(Crossing, LaneletId)>> = FxHashMap::default();
+        for crossing in &lines.crossings {
+            let id = crosswalk(assembly, network.road(crossing.road), crossing);
+            if crossing.arm.is_none() {
+                let own = lanes.lanes.iter().filter(|l| l.road == crossing.road);
+                let own: Vec<(LaneletId, Vec<Point>)> = own.map(|l| (l.lanelet, assembly.outline(l.lanelet))).collect();
+                announce(assembly, id, own.iter().map(|(id, outline)| (*id, &outline[..])));
+            }
+            of_road.entry(crossing.road).or_default().push((crossing.clone(), id));
+        }
+        Self { of_road }
+    }
+}
+
+/// What is built so far, and what it is built from.
+struct Stage<'a> {
+    network: &'a RoadNetwork,
+    lanes: &'a Lanes,
+    crossings: &'a Crossings,
+    assembly: Assembly,
+    notes: Vec<Finding>,
+    settings: Settings,
+    areas: usize,
+}
+
+impl Stage<'_> {
+    fn intersection(&mut self, intersection: &Intersection) {
+        let lanes = self.lanes;
+        let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
+        let plan = movements(self.network, lanes, intersection);
+        let paint = if arms.len() == 2 { Paint::AsBefore } else { Paint::None };
+        let (paths, bounds) = paths(&mut self.assembly, self.network, lanes, intersection, &plan.all, paint);
+        let conflicts = conflicts(&paths);
+        self.announce_crosswalks(intersection, &paths);
+        let roundabout = arms.iter().any(|a| self.network.road(a.at.road).roundabout);
+        if !roundabout && conflicts.real.iter().any(|c| !c.is_empty()) {
+            self.area(intersection, &arms, &plan, &paths, &bounds, &conflicts);
+        }
+    }
+
+    /// Everything that makes crossing lanelets an intersection for Autoware.
+    fn area(
+        &mut self,
+        intersection: &Intersection,
+        arms: &[&Arm],
+        plan: &Movements,
+        paths: &[Path],
+        bounds: &Bounds,
+        conflicts: &Conflicts,
+    ) {
+        self.areas += 1;
+        let key = intersection_key("intersection area", intersection);
+        let id = self.assembly.polygon_id(key);
+        let outline = area_outline(&mut self.assembly, key, arms, bounds, paths);
+        let ring: Vec<Point> = outline.ring.iter().map(|&p| self.assembly.position(p)).collect();
+        self.assembly.polygon(id, outline.ring, tags(&[("type", "intersection_area"), ("area", "yes")]));
+        for lost in outline.lost {
+            let place = Place::Point(self.assembly.position(lost));
+            let message = format!("A lane ends inside intersection area {id}, not on its outline.");
+            self.notes.push(Finding::new("lane-end-inside", Subject::Polygon(id.0), message).at(place));
+        }
+        for path in paths {
+            self.tag_path(path, id);
+        }
+        let controls = self.controls(intersection, arms);
+        for (i, arm) in arms.iter().enumerate() {
+            let behind: Vec<Vec<&Path>> = (0..arm.into.len())
+                .map(|lane| paths.iter().filter(|p| (p.movement.from, p.movement.in_lane) == (i, lane)).collect())
+                .collect();
+            let key = key.word("arm");
+            control_arm(&mut self.assembly, self.network.side, key, arm, controls[i], self.lanes, &behind, &ring);
+        }
+        let movers = self.movers(arms, paths, &controls);
+        self.rights_of_way(arms, paths, &movers, conflicts);
+        let names = sidecar::names(arms, self.lanes);
+        self.settings.intersection.extend(sidecar::settings(id, &names, &plan.prohibited, &movers));
+    }
+
+    fn tag_path(&mut self, path: &Path, area: PolygonId) {
+        let Some(lanelet) = self.assembly.map.lanelets.get_mut(path.lanelet) else { return };
+        let direction = if path.turn.abs() <= STRAIGHT {
+            TurnDirection::Straight
+        } else if path.turn > 0.0 {
+            TurnDirection::Left
+        } else {
+            TurnDirection::Right
+        };
+        lanelet.attributes.set("turn_direction", direction.as_str());
+        lanelet.attributes.set("intersection_area", crate::osm::Text::from(area.0.to_string()));
+    }
+
+    fn announce_crosswalks(&mut self, intersection: &Intersection, paths: &[Path]) {
+        for &at in &intersection.arms {
+            let crossings = self.crossings;
+            for (crossing, id) in crossings.of_road.get(&at.road).map_or(&[][..], |c| c) {
+                if crossing.arm == Some(at.end) {
+                    announce(&mut self.assembly, *id, paths.iter().map(|p| (p.lanelet, &p.outline[..])));
+                }
+            }
+        }
+    }
+
+    fn controls(&self, intersection: &Intersection, arms: &[&Arm]) -> Vec<Control> {
+        arms.iter()
+            .map(|arm| match (intersection.signals, intersection.all_way_stop) {
+                (true, _) => Control::Signals,
+                (false, true) => Control::Stop,
+                (false, false) => sign_at(self.network.road(arm.at.road), arm.at.end),
+            })
+            .collect()
+    }
+
+    fn movers(&self, arms: &[&Arm], paths: &[Path], controls: &[Control]) -> Vec<Mover> {
+        let leads_in = |a: &usize| !arms[*a].into.is_empty();
+        let minor = |a: usize| {
+            let private = !self.network.road(arms[a].at.road).public;
+            private || matches!(controls[a], Control::Stop | Control::GiveWay)
+        };
+        let all: Vec<usize> = (0..arms.len()).filter(leads_in).collect();
+        let ranked = all.iter().any(|&a| minor(a)) && !all.iter().all(|&a| minor(a));
+        let near = if self.network.side == DrivingSide::Left { 1.0 } else { -1.0 };
+        paths
+            .iter()
+            .map(|path| {
+                let arm = path.movement.from;
+                let turn = match path.turn * near {
+                    t if t.abs() <= STRAIGHT => Turn::Straight,
+                    t if t > 0.0 => Turn::Near,
+                    _ => Turn::Far,
+                };
+                let signalised = controls[arm] == Control::Signals;
+                Mover { arm, turn, signalised, priority: ranked.then(|| !minor(arm)), bicycle: false }
+            })
+            .collect()
+    }
+
+    fn rights_of_way(&mut self, arms: &[&Arm], paths: &[Path], movers: &[Mover], conflicts: &Conflicts) {
+        let inward: Vec<_> = arms.iter().map(|a| a.inward).collect();
+        let opposite = opposites(&inward);
+        let relation = |a: usize, b: usize| match (a == b, opposite[a] == Some(b)) {
+            (true, _) => Relation::Same,
+            (_, true) => Relation::InPhase,
+            _ => Relation::AntiPhase,
+        };
+        for (x, path) in paths.iter().enumerate() {
+            // A bus lane is no part of the graph that a car's planner watches.
+            let watched: Vec<usize> =
+                conflicts.real[x].iter().copied().filter(|&y| paths[y].kind != StripKind::Bus).collect();
+            let yields = yields(x, movers, &watched, relation);
+            if yields.is_empty() {
+                continue;
+            }
+            let mut members = vec![("right_of_way", crate::lanelet::Target::Lanelet(path.lanelet))];
+            members.extend(yields.iter().map(|&y| ("yield", crate::lanelet::Target::Lanelet(paths[y].lanelet))));
+            let key = super::ids::Key::new("right of way").number(path.lanelet.0);
+            self.assembly.element(key, "right_of_way", &members, &[path.lanelet]);
+        }
+    }
+}

@@ -1,0 +1,275 @@
+//! Connection lines: where the lanes of a road end and those of an intersection begin.
+//!
+//! The outline says how far a road must be cut back at least. Here it is cut back further, along its own line, so that
+//! the crosswalk lies inside the intersection with the stop line before it, and so that a car can take the near turn.
+
+use crate::geometry::{Point, Vector, curve, curve::Pose, left_of};
+
+use super::cross_section::{CrossSection, StripKind, Travel};
+use super::outline::Outlines;
+use super::road_network::{End, FeatureKind, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
+
+/// Breadth of a crosswalk along the road, metres: the usual painted zebra.
+pub const CROSSWALK_BREADTH: f64 = 3.0;
+/// From the stop line to the crosswalk, metres: official maps have 1.2 to 4.2.
+pub const STOP_GAP: f64 = 2.0;
+/// The most that may lie between them, metres.
+const STOP_GAP_MOST: f64 = 4.0;
+/// From the corner of the crossing road to the crosswalk, metres.
+const CORNER_GAP: f64 = 0.5;
+/// A crossing belongs to the intersection if it lies at most this far, metres, up the road from the outline.
+const CROSSING_REACH: f64 = 12.0;
+/// Radius of the near turn's centre line that a car takes with ease, metres.
+const TURN_RADIUS: f64 = 5.5;
+/// A road is never cut back further than this, metres, for the sake of a turn.
+const TURN_SETBACK_MOST: f64 = 8.0;
+/// What must remain of a road, metres, before its ends are cut back further than the outline asks.
+const ROAD_LEFT: f64 = 4.0;
+/// What must remain of a road, metres, whatever the outline says.
+const ROAD_LEAST: f64 = 1.0;
+/// Where two roads of unlike width meet, each gives this much, metres, to the taper between them.
+const TAPER: f64 = 5.0;
+
+/// A place where people cross the carriageway.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Crossing {
+    /// Id of the OpenStreetMap node.
+    pub node: i64,
+    /// The road it crosses.
+    pub road: RoadIx,
+    /// Its middle on the road's line, metres.
+    pub station: f64,
+    /// The intersection it belongs to, by the arm; `None` between intersections.
+    pub arm: Option<End>,
+}
+
+/// Where every road is cut, and the crossings.
+#[derive(Clone, Debug, Default)]
+pub struct ConnectionLines {
+    /// Per road: the stations between which its own lanes run.
+    pub kept: Vec<[f64; 2]>,
+    /// In order of roads and stations.
+    pub crossings: Vec<Crossing>,
+}
+
+/// Index of an end in pairs ordered start, end.
+pub fn side(end: End) -> usize {
+    match end {
+        End::Start => 0,
+        End::End => 1,
+    }
+}
+
+/// The direction into the intersection at the end of a road that is cut at `station`.
+pub fn inward(road: &Road, end: End, station: f64) -> Vector {
+    match end {
+        End::Start => -road.line.direction(station),
+        // At a vertex the segment before it counts, whose remaining part is the road's.
+        End::End => road.line.direction((station - 1e-3).max(0.0)),
+    }
+}
+
+/// A place on the cut across a road: `offset` metres to the left of its line.
+pub fn on_cut(road: &Road, end: End, station: f64, offset: f64) -> Point {
+    let along = match end {
+        End::Start => -inward(road, end, station),
+        End::End => inward(road, end, station),
+    };
+    road.line.at(station) + left_of(along) * offset
+}
+
+/// Lanes of a road as one sees them from the road looking into the intersection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LaneAt {
+    /// Index of the strip.
+    pub strip: usize,
+    /// Whether it leads into the intersection.
+    pub into: bool,
+}
+
+/// Driven lanes at an end, left to right looking into the intersection. A strip for both directions gives two.
+pub fn lanes_at(section: &CrossSection, end: End) -> Vec<LaneAt> {
+    let mut lanes = Vec::new();
+    for (strip, s) in section.driven() {
+        let with_line = matches!(s.travel, Travel::Forward | Travel::Both);
+        let against = matches!(s.travel, Travel::Backward | Travel::Both);
+        for (used, into) in [(with_line, end == End::End), (against, end == End::Start)] {
+            if used {
+                lanes.push(LaneAt { strip, into });
+            }
+        }
+    }
+    if end == End::Start {
+        lanes.reverse();
+    }
+    lanes
+}
+
+/// The middle of a lane on the cut, heading in its direction of travel.
+pub fn lane_pose(road: &Road, end: End, station: f64, lane: LaneAt) -> Pose {
+    let offset = (road.section.edge(lane.strip) + road.section.edge(lane.strip + 1)) / 2.0;
+    let inward = inward(road, end, station);
+    Pose { point: on_cut(road, end, station, offset), heading: if lane.into { inward } else { -inward } }
+}
+
+/// Cuts every road for crosswalks, stop lines and turns. `joined` tells which intersections need no room: there the
+/// roads meet face to face.
+pub fn connection_lines(
+    network: &RoadNetwork,
+    outlines: &Outlines,
+    joined: impl Fn(IntersectionIx) -> bool,
+) -> ConnectionLines {
+    let mut lines = ConnectionLines::default();
+    let mut setbacks = vec![[0.0_f64; 2]; network.roads.len()];
+    let least: Vec<[f64; 2]> = (0..network.roads.len()).map(|i| least_cut(network, outlines, i, &joined)).collect();
+    for (i, intersection) in network.intersections.iter().enumerate() {
+        if intersection.arms.len() >= 2 && !joined(IntersectionIx(i as u32)) {
+            turn_setbacks(network, &intersection.arms, &least, &mut setbacks);
+        }
+    }
+    for (i, road) in network.roads.iter().enumerate() {
+        let ix = RoadIx(i as u32);
+        let room = |end| network.intersection(road.intersection(end)).arms.len() >= 3 && !road.roundabout;
+        let mut crossings = crossings_of(road, ix, least[i], room);
+        for crossing in &mut crossings {
+            let Some(end) = crossing.arm else { continue };
+            let depth = from_cut(least[i], end, crossing.station);
+            let needed = depth + CROSSWALK_BREADTH / 2.0 + STOP_GAP;
+            let back = &mut setbacks[i][side(end)];
+            *back = back.max(needed);
+            let excess = *back - (depth + CROSSWALK_BREADTH / 2.0 + STOP_GAP_MOST);
+            if excess > 0.0 {
+                crossing.station = at_depth(least[i], end, depth + excess);
+            }
+        }
+        let kept = apply(least[i], setbacks[i], road.line.length());
+        for crossing in &mut crossings {
+            let Some(end) = crossing.arm else { continue };
+            // Where the road is too short the crosswalk moves toward the middle of the intersection with the cut.
+            let most = from_cut(least[i], end, kept[side(end)]) - STOP_GAP.min(1.2) - CROSSWALK_BREADTH / 2.0;
+            let depth = from_cut(least[i], end, crossing.station);
+            if depth > most {
+                crossing.station = at_depth(least[i], end, most);
+            }
+        }
+        lines.kept.push(kept);
+        lines.crossings.extend(crossings);
+    }
+    lines
+}
+
+/// The outline's cut, held to the line and to a least length; the whole line where roads meet face to face.
+fn least_cut(
+    network: &RoadNetwork,
+    outlines: &Outlines,
+    index: usize,
+    joined: &impl Fn(IntersectionIx) -> bool,
+) -> [f64; 2] {
+    let road = &network.roads[index];
+    let length = road.line.length();
+    let [mut start, mut end] = outlines.kept.get(index).copied().unwrap_or([0.0, length]);
+    if joined(road.from) {
+        start = 0.0;
+    }
+    if joined(road.to) {
+        end = length;
+    }
+    let (start, end) = (start.clamp(0.0, length), end.clamp(0.0, length));
+    if end - start >= ROAD_LEAST.min(length / 2.0) {
+        return [start, end];
+    }
+    let middle = ((start + end) / 2.0).clamp(length / 4.0, length * 3.0 / 4.0);
+    let half = ROAD_LEAST.min(length / 2.0) / 2.0;
+    [middle - half, middle + half]
+}
+
+/// Distance up the road from the cut at one end.
+fn from_cut(cut: [f64; 2], end: End, station: f64) -> f64 {
+    match end {
+        End::Start => station - cut[0],
+        End::End => cut[1] - station,
+    }
+}
+
+fn at_depth(cut: [f64; 2], end: End, depth: f64) -> f64 {
+    match end {
+        End::Start => cut[0] + depth,
+        End::End => cut[1] - depth,
+    }
+}
+
+/// Moves both cuts up the road; where it is too short for both, each gives in proportion.
+fn apply([start, end]: [f64; 2], [a, b]: [f64; 2], length: f64) -> [f64; 2] {
+    let room = (end - start - ROAD_LEFT.min(length / 2.0)).max(0.0);
+    let share = if a + b > room { room / (a + b) } else { 1.0 };
+    [start + a * share, end - b * share]
+}
+
+/// Room for the near turns between neighbouring arms, and for tapers between two roads.
+fn turn_setbacks(network: &RoadNetwork, arms: &[RoadEnd], least: &[[f64; 2]], setbacks: &mut [[f64; 2]]) {
+    let mut raise = |at: RoadEnd, by: f64| {
+        let back = &mut setbacks[at.road.0 as usize][side(at.end)];
+        *back = back.max(by);
+    };
+    let pose = |at: RoadEnd, lane: Option<&LaneAt>| {
+        let station = least[at.road.0 as usize][side(at.end)];
+        lane.map(|lane| lane_pose(network.road(at.road), at.end, station, *lane))
+    };
+    for (i, &a) in arms.iter().enumerate() {
+        let b = arms[(i + 1) % arms.len()];
+        let (lanes_a, lanes_b) =
+            (lanes_at(&network.road(a.road).section, a.end), lanes_at(&network.road(b.road).section, b.end));
+        // Clockwise from a to b: the leftmost lane of a and the rightmost of b lie at the corner between them.
+        let (Some(at_a), Some(at_b)) = (lanes_a.first(), lanes_b.last()) else { continue };
+        let curve = match (at_a.into, at_b.into) {
+            (true, false) => pose(a, Some(at_a)).zip(pose(b, Some(at_b))),
+            (false, true) => pose(b, Some(at_b)).zip(pose(a, Some(at_a))).map(|(from, to)| (from, to)),
+            _ => None,
+        };
+        if let Some((from, to)) = curve
+            && let Some((before, after, turn)) = curve::tangents(from, to)
+        {
+            let tangent = TURN_RADIUS * (turn.abs() / 2.0).tan();
+            let (first, second) = if at_a.into { (a, b) } else { (b, a) };
+            raise(first, (tangent - before).clamp(0.0, TURN_SETBACK_MOST));
+            raise(second, (tangent - after).clamp(0.0, TURN_SETBACK_MOST));
+        }
+        if arms.len() == 2 {
+            raise(a, TAPER);
+            raise(b, TAPER);
+        }
+    }
+}
+
+/// The crossings of a road; those near an end belong to the intersection there, at most one per arm.
+fn crossings_of(road: &Road, ix: RoadIx, cut: [f64; 2], room: impl Fn(End) -> bool) -> Vec<Crossing> {
+    let half = CROSSWALK_BREADTH / 2.0;
+    let mut found: Vec<Crossing> = Vec::new();
+    for feature in &road.features {
+        if !matches!(feature.kind, FeatureKind::Crossing { .. }) {
+            continue;
+        }
+        let near = [End::Start, End::End]
+            .into_iter()
+            .min_by(|&a, &b| from_cut(cut, a, feature.station).total_cmp(&from_cut(cut, b, feature.station)));
+        let arm = near.filter(|&end| room(end) && from_cut(cut, end, feature.station) <= CROSSING_REACH);
+        let station = match arm {
+            Some(end) => at_depth(cut, end, from_cut(cut, end, feature.station).max(half + CORNER_GAP)),
+            None => feature.station,
+        };
+        let free = arm.is_none_or(|end| !found.iter().any(|c| c.arm == Some(end)));
+        let inside = arm.is_some() || (station > cut[0] + half && station < cut[1] - half);
+        if free && inside {
+            found.push(Crossing { node: feature.node, road: ix, station, arm });
+        }
+    }
+    found
+}
+
+/// Index of the first and behind the last strip of the carriageway: what lies between the kerbs.
+pub fn carriageway(section: &CrossSection) -> (usize, usize) {
+    let between = |s: &super::cross_section::Strip| !matches!(s.kind, StripKind::Sidewalk | StripKind::Buffer);
+    let first = section.strips.iter().position(between).unwrap_or(0);
+    let last = section.strips.iter().rposition(between).map_or(section.strips.len(), |i| i + 1);
+    (first, last)
+}

@@ -1,0 +1,158 @@
+//! Stop lines, traffic lights and stop signs, and the elements that tie them to lanes.
+
+use crate::geometry::{Point, Vector, left_of};
+use crate::lanelet::{LaneletId, LineStringId, Target};
+
+use super::assembly::{Assembly, tags};
+use super::cross_section::Travel;
+use super::ids::Key;
+use super::lanes::{Arm, ArmLane, Lanes};
+use super::paths::Path;
+use super::road_network::{DrivingSide, End, FeatureKind, Road};
+
+/// A sign or light on the road belongs to the intersection if it stands at most this far from its end, metres.
+const SIGN_REACH: f64 = 40.0;
+/// Lower edge of a traffic light above the road, metres: what trucks pass below.
+const LIGHT_HEIGHT: f64 = 5.0;
+/// Lower edge of a stop sign above the road, metres.
+const SIGN_HEIGHT: f64 = 2.0;
+/// Side of a stop sign, metres.
+const SIGN_SIZE: f64 = 0.6;
+/// Long and short side of a light's body, metres.
+const BODY: [f64; 2] = [1.25, 0.45];
+/// Lights stand this far, metres, behind the far edge of the intersection.
+const BEHIND: f64 = 1.0;
+/// Lights stand at most this far, metres, from the stop line: drivers must see them.
+const LIGHT_REACH: f64 = 50.0;
+
+/// What rules an arm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Control {
+    /// Lights.
+    Signals,
+    /// A stop sign.
+    Stop,
+    /// A give-way sign.
+    GiveWay,
+    /// Nothing.
+    None,
+}
+
+/// The sign that stands on a road before its end.
+pub fn sign_at(road: &Road, end: End) -> Control {
+    let length = road.line.length();
+    let into = match end {
+        End::Start => Travel::Backward,
+        End::End => Travel::Forward,
+    };
+    let mut control = Control::None;
+    for feature in &road.features {
+        let depth = if end == End::Start { feature.station } else { length - feature.station };
+        let (travel, kind) = match feature.kind {
+            FeatureKind::Stop(travel) => (travel, Control::Stop),
+            FeatureKind::GiveWay(travel) => (travel, Control::GiveWay),
+            _ => continue,
+        };
+        let meant = travel == into || (travel == Travel::Both && depth <= length / 2.0);
+        if meant && depth <= SIGN_REACH && control != Control::Stop {
+            control = kind;
+        }
+    }
+    control
+}
+
+/// Adds stop lines, lights or signs of one arm and ties them to its lanes and paths.
+pub fn control_arm(
+    assembly: &mut Assembly,
+    driving: DrivingSide,
+    key: Key,
+    arm: &Arm,
+    control: Control,
+    lanes: &Lanes,
+    paths_of: &[Vec<&Path>],
+    ring: &[Point],
+) {
+    let light = (control == Control::Signals).then(|| traffic_light(assembly, driving, key, arm, ring)).flatten();
+    for (i, lane) in arm.into.iter().enumerate() {
+        let behind: Vec<LaneletId> = paths_of[i].iter().map(|p| p.lanelet).collect();
+        if behind.is_empty() {
+            continue;
+        }
+        let key = key.number(lane.nodes[0].0).number(lane.nodes[1].0);
+        let line = stop_line(assembly, key, lane);
+        match (control, light) {
+            (Control::Signals, Some([light, bulbs])) => {
+                let members = [
+                    ("refers", Target::LineString(light)),
+                    ("light_bulbs", Target::LineString(bulbs)),
+                    ("ref_line", Target::LineString(line)),
+                ];
+                assembly.element(key.word("lights"), "traffic_light", &members, &behind);
+            }
+            (Control::Stop, _) => {
+                let sign = stop_sign(assembly, driving, key, lane);
+                let members = [("refers", Target::LineString(sign)), ("ref_line", Target::LineString(line))];
+                assembly.element(key.word("sign"), "traffic_sign", &members, &[lanes.lanes[lane.lane].lanelet]);
+            }
+            _ => {
+                assembly.element(key.word("marking"), "road_marking", &[("refers", Target::LineString(line))], &behind);
+            }
+        }
+    }
+}
+
+/// A stop line on the end nodes of a lane.
+fn stop_line(assembly: &mut Assembly, key: Key, lane: &ArmLane) -> LineStringId {
+    assembly.line(key.word("stop line"), lane.nodes.to_vec(), tags(&[("type", "stop_line"), ("subtype", "solid")]))
+}
+
+/// The right of someone who looks along `heading`.
+fn right_of(heading: Vector) -> Vector {
+    -left_of(heading)
+}
+
+/// A light on the far side of the intersection that faces the arm, and its bulbs; `None` if the arm has no lane in.
+fn traffic_light(
+    assembly: &mut Assembly,
+    driving: DrivingSide,
+    key: Key,
+    arm: &Arm,
+    ring: &[Point],
+) -> Option<[LineStringId; 2]> {
+    let (first, last) = (arm.into.first()?, arm.into.last()?);
+    let start = nalgebra::center(&first.pose.point, &last.pose.point);
+    let far = ring.iter().map(|p| (p - start).dot(&arm.inward)).fold(0.0, f64::max);
+    let middle = start + arm.inward * (far + BEHIND).min(LIGHT_REACH);
+    let right = right_of(arm.inward);
+    // Lamps lie side by side where people drive on the left, as in Japan, and stand in a column elsewhere.
+    let lying = driving == DrivingSide::Left;
+    let (width, height) = if lying { (BODY[0], BODY[1]) } else { (BODY[1], BODY[0]) };
+    let key = key.word("light").number(arm.at.end as i64).number(first.nodes[0].0);
+    let ends = [("left", -0.5), ("right", 0.5)]
+        .map(|(name, along)| assembly.point(key.word(name), middle + right * (width * along), LIGHT_HEIGHT));
+    let mut attributes = tags(&[("type", "traffic_light"), ("subtype", "red_yellow_green")]);
+    attributes.push("height", crate::osm::Text::from(format!("{height}")));
+    let light = assembly.line(key, ends.to_vec(), attributes);
+    let lamps = ["green", "yellow", "red"].into_iter().enumerate().map(|(i, color)| {
+        let part = (i as f64 - 1.0) / 3.0;
+        let (along, up) = if lying { (width * part, height / 2.0) } else { (0.0, height * (0.5 + part)) };
+        let place = middle + right * along;
+        assembly.tagged_point(key.word(color), place, LIGHT_HEIGHT + up, tags(&[("color", color)]))
+    });
+    let lamps: Vec<_> = lamps.collect();
+    let mut attributes = tags(&[("type", "light_bulbs")]);
+    attributes.push("traffic_light_id", crate::osm::Text::from(light.0.to_string()));
+    let bulbs = assembly.line(key.word("bulbs"), lamps, attributes);
+    Some([light, bulbs])
+}
+
+/// A stop sign at the kerb side of a lane's end.
+fn stop_sign(assembly: &mut Assembly, driving: DrivingSide, key: Key, lane: &ArmLane) -> LineStringId {
+    let right = right_of(lane.pose.heading);
+    let outward = if driving == DrivingSide::Left { -1.0 } else { 1.0 };
+    let middle = lane.pose.point + right * (outward * (lane.width / 2.0 + SIGN_SIZE));
+    let ends = [("left", -0.5), ("right", 0.5)].map(|(name, along)| {
+        assembly.point(key.word("sign").word(name), middle + right * (SIGN_SIZE * along), SIGN_HEIGHT)
+    });
+    assembly.line(key.word("sign line"), ends.to_vec(), tags(&[("type", "traffic_sign"), ("subtype", "stop_sign")]))
+}

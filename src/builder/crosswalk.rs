@@ -1,0 +1,57 @@
+//! Crosswalks: a lanelet from kerb to kerb, and the element by which every lane that crosses it knows of it.
+
+use crate::geometry::{Point, polygon};
+use crate::lanelet::{Bound, LaneletId, Target};
+
+use super::assembly::{Assembly, tags};
+use super::connection::{CROSSWALK_BREADTH, Crossing, carriageway};
+use super::ids::Key;
+use super::road_network::Road;
+use crate::geometry::left_of;
+
+/// Lanelets that share at least this area, square metres, with a crosswalk cross it.
+const CROSSES: f64 = 0.1;
+
+/// Adds the lanelet of a crossing, in the walking direction from the left kerb of the road's line to the right one.
+pub fn crosswalk(assembly: &mut Assembly, road: &Road, crossing: &Crossing) -> LaneletId {
+    let key = Key::new("crosswalk").number(crossing.node).number(road.key.way).number(road.key.first);
+    let (left, right) = carriageway(&road.section);
+    let (left, right) = (road.section.edge(left), road.section.edge(right));
+    let direction = road.line.direction(crossing.station);
+    let middle = road.line.at(crossing.station);
+    let mut side = |name: &str, along: f64| {
+        let ends = [("from", left), ("to", right)].map(|(end, offset)| {
+            let place = middle + direction * along + left_of(direction) * offset;
+            assembly.point(key.word(name).word(end), place, 0.0)
+        });
+        assembly.line(key.word(name), ends.to_vec(), tags(&[("type", "pedestrian_marking")]))
+    };
+    // Walking to the right of the road, the road's own direction is on the left.
+    let bounds = [side("left", CROSSWALK_BREADTH / 2.0), side("right", -CROSSWALK_BREADTH / 2.0)];
+    let [left, right] = bounds.map(|line| Bound { line, inverted: false });
+    let attributes = tags(&[
+        ("type", "lanelet"),
+        ("subtype", "crosswalk"),
+        ("location", "urban"),
+        ("one_way", "no"),
+        ("participant:pedestrian", "yes"),
+    ]);
+    assembly.lanelet(key, left, right, attributes)
+}
+
+/// Tells the lanelets that cross a crosswalk of it; `false` if there is none.
+pub fn announce<'a>(
+    assembly: &mut Assembly,
+    crosswalk: LaneletId,
+    lanes: impl Iterator<Item = (LaneletId, &'a [Point])>,
+) -> bool {
+    let area = assembly.outline(crosswalk);
+    let carriers: Vec<LaneletId> =
+        lanes.filter(|(_, outline)| polygon::overlap(&area, outline) >= CROSSES).map(|(id, _)| id).collect();
+    if carriers.is_empty() {
+        return false;
+    }
+    let key = Key::new("crosswalk element").number(crosswalk.0);
+    assembly.element(key, "crosswalk", &[("refers", Target::Lanelet(crosswalk))], &carriers);
+    true
+}

@@ -1,0 +1,122 @@
+//! Ids that stay: derived from the ids of the input and the part an element plays, by a hash that never changes.
+
+use rustc_hash::FxHashSet;
+
+/// Every id but a polygon's is above this, so that the two can never meet.
+const POLYGON_LIMIT: u64 = 1 << 31;
+
+/// Ids stay below this: what a double (and with it JavaScript) holds exactly.
+const LIMIT: u64 = 1 << 53;
+
+/// What identifies an element from one build to the next: words and numbers, hashed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Key(u64);
+
+impl Key {
+    /// FNV-1a's offset basis and prime, 64 bits; the finish below mixes the high bits.
+    const BASIS: u64 = 0xcbf2_9ce4_8422_2325;
+    const PRIME: u64 = 0x0000_0100_0000_01b3;
+
+    /// The key of an element that plays this part.
+    pub fn new(part: &str) -> Self {
+        Self(Self::BASIS).word(part)
+    }
+
+    /// Refined by a word.
+    #[must_use]
+    pub fn word(self, word: &str) -> Self {
+        // The length closes a word, so that "ab" + "c" differs from "a" + "bc".
+        self.bytes(word.as_bytes()).number(word.len() as i64)
+    }
+
+    /// Refined by a number.
+    #[must_use]
+    pub fn number(self, number: i64) -> Self {
+        self.bytes(&number.to_le_bytes())
+    }
+
+    fn bytes(self, bytes: &[u8]) -> Self {
+        Self(bytes.iter().fold(self.0, |hash, b| (hash ^ u64::from(*b)).wrapping_mul(Self::PRIME)))
+    }
+
+    /// The finish of MurmurHash3, which spreads every bit over the whole word.
+    fn mixed(self) -> u64 {
+        let mut h = self.0;
+        h = (h ^ (h >> 33)).wrapping_mul(0xff51_afd7_ed55_8ccd);
+        h = (h ^ (h >> 33)).wrapping_mul(0xc4ce_b9fe_1a85_ec53);
+        h ^ (h >> 33)
+    }
+}
+
+/// Hands out ids, each once, whatever the kind of the element.
+#[derive(Debug, Default)]
+pub struct Ids {
+    taken: FxHashSet<u64>,
+}
+
+impl Ids {
+    /// A positive id below 2^53 for a point, line, lanelet or regulatory element.
+    pub fn claim(&mut self, key: Key) -> i64 {
+        self.claim_in(key, POLYGON_LIMIT, LIMIT)
+    }
+
+    /// An id in 1..=2147483647 for a polygon: Autoware reads it into 32 bits.
+    pub fn claim_polygon(&mut self, key: Key) -> i64 {
+        self.claim_in(key, 1, POLYGON_LIMIT)
+    }
+
+    /// The key's place in `from..to`, or where a number added to the key leads if that is taken.
+    fn claim_in(&mut self, key: Key, from: u64, to: u64) -> i64 {
+        let mut attempt = 0;
+        loop {
+            let key = if attempt == 0 { key } else { key.number(attempt) };
+            let id = from + key.mixed() % (to - from);
+            if self.taken.insert(id) {
+                return id as i64;
+            }
+            attempt += 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ids_are_frozen() {
+        let key = Key::new("lane").number(42).word("left");
+        assert_eq!(Ids::default().claim(key), Ids::default().claim(key));
+        assert_eq!(Key::new("").0, Key(Key::BASIS).number(0).0);
+        assert_eq!(Ids::default().claim(Key::new("point").number(1)), FROZEN_POINT);
+        assert_eq!(Ids::default().claim_polygon(Key::new("area").number(1)), FROZEN_AREA);
+    }
+
+    const FROZEN_POINT: i64 = 0;
+    const FROZEN_AREA: i64 = 0;
+
+    #[test]
+    fn ids_lie_in_their_ranges_and_never_repeat() {
+        let mut ids = Ids::default();
+        let mut seen = FxHashSet::default();
+        for i in 0..20_000 {
+            let id = ids.claim(Key::new("point").number(i));
+            assert!((1 << 31..1 << 53).contains(&id));
+            assert!(seen.insert(id));
+            let id = ids.claim_polygon(Key::new("area").number(i));
+            assert!((1..=i64::from(i32::MAX)).contains(&id));
+            assert!(seen.insert(id));
+        }
+    }
+
+    #[test]
+    fn a_taken_id_gives_way_deterministically() {
+        let key = Key::new("point");
+        let two = || {
+            let mut ids = Ids::default();
+            (ids.claim(key), ids.claim(key))
+        };
+        assert_eq!(two(), two());
+        assert_ne!(two().0, two().1);
+    }
+}

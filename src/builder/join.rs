@@ -1,0 +1,143 @@
+//! Two roads that continue each other lane by lane: they meet face to face and share their end nodes.
+
+use rustc_hash::FxHashMap;
+
+use crate::geometry::{Point, angle_between, left_of};
+use crate::lanelet::PointId;
+
+use super::assembly::Assembly;
+use super::connection::{carriageway, inward, lanes_at};
+use super::cross_section::StripKind;
+use super::ids::Key;
+use super::road_network::{End, IntersectionIx, RoadEnd, RoadNetwork};
+
+/// Roads meet face to face up to this change of direction, degrees; beyond, a curve joins them.
+const ANGLE_MOST: f64 = 30.0;
+/// Borders meet face to face up to this distance, metres; beyond, a taper joins them.
+const STEP_MOST: f64 = 0.5;
+
+/// Where the edges of two roads meet.
+#[derive(Clone, Debug)]
+struct Meeting {
+    /// Key of the shared node.
+    key: Key,
+    /// Its place.
+    place: Point,
+}
+
+/// All places where roads meet face to face.
+#[derive(Debug, Default)]
+pub struct Joins {
+    intersections: Vec<bool>,
+    meetings: Vec<Meeting>,
+    of_edge: FxHashMap<(RoadEnd, usize), usize>,
+    points: FxHashMap<usize, PointId>,
+}
+
+impl Joins {
+    /// Finds them in the network.
+    pub fn find(network: &RoadNetwork) -> Self {
+        let mut joins = Self::default();
+        for (i, intersection) in network.intersections.iter().enumerate() {
+            let pairs = match intersection.arms[..] {
+                [a, b] if a.road != b.road => edge_pairs(network, a, b),
+                _ => None,
+            };
+            joins.intersections.push(pairs.is_some());
+            let [a, b] = intersection.arms[..] else { continue };
+            let node = intersection.nodes.first().copied().unwrap_or(i as i64);
+            for (edge_a, edge_b, place) in pairs.unwrap_or_default() {
+                let key = Key::new("join").number(node).number(edge_a as i64);
+                joins.of_edge.insert((a, edge_a), joins.meetings.len());
+                joins.of_edge.insert((b, edge_b), joins.meetings.len());
+                joins.meetings.push(Meeting { key, place });
+            }
+        }
+        joins
+    }
+
+    /// Whether the roads of this intersection meet face to face.
+    pub fn joined(&self, ix: IntersectionIx) -> bool {
+        self.intersections.get(ix.0 as usize).copied().unwrap_or(false)
+    }
+
+    /// The node that an edge of a road's cross-section shares with the other road; `None` if it shares none.
+    pub fn node(&mut self, assembly: &mut Assembly, at: RoadEnd, edge: usize) -> Option<PointId> {
+        let meeting = *self.of_edge.get(&(at, edge))?;
+        let Meeting { key, place } = self.meetings[meeting].clone();
+        Some(*self.points.entry(meeting).or_insert_with(|| assembly.point(key, place, 0.0)))
+    }
+}
+
+/// A lane's edges with its kind and sense, for the comparison of two roads.
+type Slot = (StripKind, bool, usize, usize);
+
+/// Lanes at an end, left to right along the way from `a` to `b`.
+fn slots(network: &RoadNetwork, at: RoadEnd, looking_in: bool) -> Vec<Slot> {
+    let section = &network.road(at.road).section;
+    let mut lanes = lanes_at(section, at.end);
+    if !looking_in {
+        lanes.reverse();
+    }
+    let flipped = (at.end == End::End) != looking_in;
+    lanes
+        .into_iter()
+        .map(|l| {
+            let edges = if flipped { (l.strip + 1, l.strip) } else { (l.strip, l.strip + 1) };
+            (section.strips[l.strip].kind, l.into == looking_in, edges.0, edges.1)
+        })
+        .collect()
+}
+
+/// The edges of both roads that meet, with the place; `None` if the roads do not continue each other.
+fn edge_pairs(network: &RoadNetwork, a: RoadEnd, b: RoadEnd) -> Option<Vec<(usize, usize, Point)>> {
+    let (slots_a, slots_b) = (slots(network, a, true), slots(network, b, false));
+    let alike = slots_a.len() == slots_b.len() && slots_a.iter().zip(&slots_b).all(|(x, y)| (x.0, x.1) == (y.0, y.1));
+    if !alike || slots_a.is_empty() {
+        return None;
+    }
+    let mut pairs: Vec<(usize, usize)> = Vec::new();
+    for (x, y) in slots_a.iter().zip(&slots_b) {
+        pairs.extend([(x.2, y.2), (x.3, y.3)]);
+    }
+    let (kerbs_a, kerbs_b) = (carriageway(&network.road(a.road).section), carriageway(&network.road(b.road).section));
+    let ends = |(first, last): (usize, usize), turned: bool| if turned { [last, first] } else { [first, last] };
+    let kerbs = ends(kerbs_a, a.end == End::Start).into_iter().zip(ends(kerbs_b, b.end == End::End));
+    pairs.extend(kerbs);
+    pairs.sort_unstable();
+    pairs.dedup();
+    // An edge must meet one edge only, on both sides.
+    let mut others: Vec<usize> = pairs.iter().map(|p| p.1).collect();
+    others.sort_unstable();
+    if pairs.windows(2).any(|w| w[0].0 == w[1].0) || others.windows(2).any(|w| w[0] == w[1]) {
+        return None;
+    }
+    pairs.into_iter().map(|(i, j)| meeting(network, (a, i), (b, j)).map(|place| (i, j, place))).collect()
+}
+
+/// The mitred meeting of two edges; `None` if they miss each other by too much.
+fn meeting(network: &RoadNetwork, (a, i): (RoadEnd, usize), (b, j): (RoadEnd, usize)) -> Option<Point> {
+    let end = |at: RoadEnd| {
+        let road = network.road(at.road);
+        let station = if at.end == End::Start { 0.0 } else { road.line.length() };
+        (road.line.at(station), inward(road, at.end, station))
+    };
+    let ((place_a, into), (place_b, back)) = (end(a), end(b));
+    let out = -back;
+    // Offsets to the left of the way from a to b.
+    let offset = |at: RoadEnd, edge: usize, along: End| {
+        let offset = network.road(at.road).section.edge(edge);
+        if at.end == along { offset } else { -offset }
+    };
+    let (left, right) = (offset(a, i, End::End), offset(b, j, End::Start));
+    let turn = angle_between(into, out);
+    if turn.abs() > ANGLE_MOST.to_radians()
+        || (left - right).abs() > STEP_MOST
+        || (place_a - place_b).norm() > STEP_MOST
+    {
+        return None;
+    }
+    let bisector = (left_of(into) + left_of(out)).try_normalize(1e-9)?;
+    let stretch = 1.0 / (turn / 2.0).cos();
+    Some(nalgebra::center(&place_a, &place_b) + bisector * ((left + right) / 2.0 * stretch))
+}

@@ -1,0 +1,302 @@
+//! The lanes of every road between its connection lines: borders as shared lines, lanelets between them.
+
+use crate::geometry::{Point, Vector, curve::Pose, curve::untangled, left_of};
+use crate::lanelet::{Attributes, Bound, LaneletId, LineStringId, PointId};
+
+use super::assembly::{Assembly, tags};
+use super::connection::{ConnectionLines, carriageway, inward, lanes_at, on_cut, side};
+use super::cross_section::{Arrows, CrossSection, Strip, StripKind, Travel};
+use super::ids::Key;
+use super::join::Joins;
+use super::road_network::{DrivingSide, End, Road, RoadEnd, RoadIx, RoadNetwork};
+
+/// Corners of the road's line closer to a cut than this, metres, are left out of the borders.
+const CLEAR: f64 = 0.5;
+/// A mitred corner lies at most this many times the offset from the line's own corner.
+const MITER: f64 = 2.0;
+
+/// One lane of a road.
+#[derive(Clone, Debug)]
+pub struct Lane {
+    /// The road.
+    pub road: RoadIx,
+    /// Its strip in the cross-section.
+    pub strip: usize,
+    /// Its lanelet.
+    pub lanelet: LaneletId,
+    /// Bounds, in its direction of travel.
+    pub left: Bound,
+    /// See [`Lane::left`].
+    pub right: Bound,
+    /// What the strip is for.
+    pub kind: StripKind,
+}
+
+/// A lane where it meets an intersection.
+#[derive(Clone, Copy, Debug)]
+pub struct ArmLane {
+    /// Index in [`Lanes::lanes`].
+    pub lane: usize,
+    /// End nodes on the cut, left and right in its direction of travel.
+    pub nodes: [PointId; 2],
+    /// Middle of the cut, in the direction of travel.
+    pub pose: Pose,
+    /// Metres.
+    pub width: f64,
+    /// What the strip is for.
+    pub kind: StripKind,
+    /// Arrows painted on it.
+    pub arrows: Arrows,
+}
+
+/// A road where it meets an intersection.
+#[derive(Clone, Debug)]
+pub struct Arm {
+    /// Which road, which end.
+    pub at: RoadEnd,
+    /// Unit direction from the road into the intersection.
+    pub inward: Vector,
+    /// Lanes that lead in, from left to right in their direction of travel.
+    pub into: Vec<ArmLane>,
+    /// Lanes that lead out, from left to right in their direction of travel.
+    pub out: Vec<ArmLane>,
+    /// Every lane end node and both kerb ends on the cut, right to left looking into the intersection.
+    pub cut: Vec<PointId>,
+}
+
+/// All lanes and arms.
+#[derive(Clone, Debug, Default)]
+pub struct Lanes {
+    /// In order of roads and strips.
+    pub lanes: Vec<Lane>,
+    /// Per road: the arms at its start and its end.
+    pub arms: Vec<[Arm; 2]>,
+}
+
+impl Lanes {
+    /// The arm at the end of a road.
+    pub fn arm(&self, at: RoadEnd) -> &Arm {
+        &self.arms[at.road.0 as usize][side(at.end)]
+    }
+}
+
+/// The key of a road.
+pub fn road_key(part: &str, road: &Road) -> Key {
+    let key = road.key;
+    Key::new(part).number(key.way).number(key.first).number(key.last).number(i64::from(key.turn))
+}
+
+/// Builds the lanes of all roads.
+pub fn lanes(assembly: &mut Assembly, network: &RoadNetwork, lines: &ConnectionLines, joins: &mut Joins) -> Lanes {
+    let mut lanes = Lanes::default();
+    for (i, road) in network.roads.iter().enumerate() {
+        let ix = RoadIx(i as u32);
+        let kept = lines.kept[i];
+        let nodes = [End::Start, End::End].map(|end| end_nodes(assembly, road, ix, end, kept[side(end)], joins));
+        let borders = borders(assembly, road, kept, &nodes, network.side);
+        let first = lanes.lanes.len();
+        road_lanelets(assembly, network, road, ix, &borders, &mut lanes.lanes);
+        lanes.arms.push([End::Start, End::End].map(|end| {
+            let at = RoadEnd { road: ix, end };
+            arm(assembly, road, at, kept[side(end)], &nodes[side(end)], &lanes.lanes[first..], first)
+        }));
+    }
+    lanes
+}
+
+/// Which edges of the cross-section bound a driven strip or are a kerb.
+fn used_edges(section: &CrossSection) -> Vec<bool> {
+    let mut used = vec![false; section.strips.len() + 1];
+    for (i, _) in section.driven() {
+        used[i] = true;
+        used[i + 1] = true;
+    }
+    let (left, right) = carriageway(section);
+    used[left] = true;
+    used[right] = true;
+    used
+}
+
+/// The nodes on a cut by edge of the cross-section; `None` where nothing ends.
+fn end_nodes(
+    assembly: &mut Assembly,
+    road: &Road,
+    ix: RoadIx,
+    end: End,
+    station: f64,
+    joins: &mut Joins,
+) -> Vec<Option<PointId>> {
+    let key = road_key("road end", road).number(side(end) as i64);
+    used_edges(&road.section)
+        .into_iter()
+        .enumerate()
+        .map(|(edge, used)| {
+            used.then(|| {
+                joins.node(assembly, RoadEnd { road: ix, end }, edge).unwrap_or_else(|| {
+                    let place = on_cut(road, end, station, road.section.edge(edge));
+                    assembly.point(key.number(edge as i64), place, 0.0)
+                })
+            })
+        })
+        .collect()
+}
+
+/// The border line at each edge of the cross-section that is used.
+fn borders(
+    assembly: &mut Assembly,
+    road: &Road,
+    kept: [f64; 2],
+    nodes: &[Vec<Option<PointId>>; 2],
+    driving: DrivingSide,
+) -> Vec<Option<LineStringId>> {
+    let key = road_key("border", road);
+    (0..nodes[0].len())
+        .map(|edge| {
+            let (first, last) = (nodes[0][edge]?, nodes[1][edge]?);
+            let ends = [assembly.position(first), assembly.position(last)];
+            let inner = border_inside(road, kept, road.section.edge(edge), ends);
+            let attributes = border_attributes(&road.section, edge, driving);
+            Some(assembly.line_between(key.number(edge as i64), [first, last], &inner, attributes))
+        })
+        .collect()
+}
+
+/// The corners of a border between its ends: the road's own corners, moved sideways.
+fn border_inside(road: &Road, kept: [f64; 2], offset: f64, ends: [Point; 2]) -> Vec<Point> {
+    let mut line = vec![ends[0]];
+    for (corner, station) in road.line.points().iter().zip(road.line.stations()) {
+        if station < kept[0] + CLEAR || station > kept[1] - CLEAR {
+            continue;
+        }
+        let (before, after) = (road.line.direction(station - 1e-3), road.line.direction(station));
+        let Some(bisector) = (left_of(before) + left_of(after)).try_normalize(1e-9) else { continue };
+        let stretch = (1.0 / bisector.dot(&left_of(after)).max(1e-9)).min(MITER);
+        let place = corner + bisector * (offset * stretch);
+        // On the inner side of a bend the moved corner can fall behind the previous one or behind the end.
+        let forward = line.last().is_some_and(|last| (place - last).dot(&before) > 0.0);
+        if forward && (ends[1] - place).dot(&road.line.direction(kept[1] - 1e-3)) > 0.0 {
+            line.push(place);
+        }
+    }
+    line.push(ends[1]);
+    let clean = untangled(&line);
+    clean[1..clean.len().max(2) - 1].to_vec()
+}
+
+/// Tags of the border at an edge: kerb, paint between lanes, or the edge of a lane.
+fn border_attributes(section: &CrossSection, edge: usize, driving: DrivingSide) -> Attributes {
+    let (kerb_left, kerb_right) = carriageway(section);
+    if edge == kerb_left || edge == kerb_right {
+        return tags(&[("type", "road_border")]);
+    }
+    let strip = |i: Option<usize>| {
+        i.and_then(|i| section.strips.get(i)).filter(|s| matches!(s.kind, StripKind::Drive | StripKind::Bus))
+    };
+    let change = match (strip(edge.checked_sub(1)), strip(Some(edge))) {
+        (Some(left), Some(right)) if left.travel == right.travel && left.travel != Travel::Both => {
+            may_change(left, right)
+        }
+        _ => return tags(&[("type", "line_thin"), ("subtype", "solid"), ("lane_change", "no")]),
+    };
+    let _ = driving;
+    match change {
+        [true, true] => tags(&[("type", "line_thin"), ("subtype", "dashed"), ("lane_change", "yes")]),
+        [true, false] => tags(&[("type", "line_thin"), ("subtype", "dashed_solid"), ("lane_change", "no")]),
+        [false, true] => tags(&[("type", "line_thin"), ("subtype", "solid_dashed"), ("lane_change", "no")]),
+        [false, false] => tags(&[("type", "line_thin"), ("subtype", "solid"), ("lane_change", "no")]),
+    }
+}
+
+/// Whether one may change from the left strip (along the line) to the right one, and back.
+fn may_change(left: &Strip, right: &Strip) -> [bool; 2] {
+    let [to_right, to_left] = match left.travel {
+        Travel::Backward => [left.change[0], right.change[1]],
+        _ => [left.change[1], right.change[0]],
+    };
+    let same = left.kind == right.kind;
+    [to_right.unwrap_or(same), to_left.unwrap_or(same)]
+}
+
+/// Adds the lanelets of a road, strip by strip.
+fn road_lanelets(
+    assembly: &mut Assembly,
+    network: &RoadNetwork,
+    road: &Road,
+    ix: RoadIx,
+    borders: &[Option<LineStringId>],
+    lanes: &mut Vec<Lane>,
+) {
+    let _ = network;
+    for (i, strip) in road.section.driven() {
+        let (Some(left), Some(right)) = (borders[i], borders[i + 1]) else { continue };
+        let ways = match strip.travel {
+            Travel::Forward => [true, false],
+            Travel::Backward => [false, true],
+            Travel::Both => [true, true],
+        };
+        for (backward, used) in [false, true].into_iter().zip(ways) {
+            if !used {
+                continue;
+            }
+            let bound = |line| Bound { line, inverted: backward };
+            let (left, right) = if backward { (bound(right), bound(left)) } else { (bound(left), bound(right)) };
+            let key = road_key("lane", road).number(i as i64).number(i64::from(backward));
+            let attributes = road_attributes(road, strip.kind, road.speed[usize::from(backward)]);
+            let lanelet = assembly.lanelet(key, left, right, attributes);
+            lanes.push(Lane { road: ix, strip: i, lanelet, left, right, kind: strip.kind });
+        }
+    }
+}
+
+/// Tags of a vehicle lanelet.
+pub fn road_attributes(road: &Road, kind: StripKind, speed: f64) -> Attributes {
+    let location = if road.public { "urban" } else { "private" };
+    let mut attributes = tags(&[("type", "lanelet"), ("subtype", "road"), ("location", location), ("one_way", "yes")]);
+    attributes.push("speed_limit", crate::osm::Text::from(format!("{}", speed.round().clamp(5.0, 130.0))));
+    let participant = if kind == StripKind::Bus { "participant:vehicle:bus" } else { "participant:vehicle" };
+    attributes.push(participant, "yes");
+    attributes
+}
+
+/// The arm at one end of a road.
+fn arm(
+    assembly: &Assembly,
+    road: &Road,
+    at: RoadEnd,
+    station: f64,
+    nodes: &[Option<PointId>],
+    lanes: &[Lane],
+    first: usize,
+) -> Arm {
+    let mut arm = Arm {
+        at,
+        inward: inward(road, at.end, station),
+        into: Vec::new(),
+        out: Vec::new(),
+        cut: nodes.iter().flatten().copied().collect(),
+    };
+    if at.end == End::End {
+        arm.cut.reverse();
+    }
+    for lane_at in lanes_at(&road.section, at.end) {
+        let backward = lane_at.into == (at.end == End::Start);
+        let found = lanes.iter().position(|l| l.strip == lane_at.strip && l.left.inverted == backward);
+        let (Some(lane), Some(a), Some(b)) = (found, nodes[lane_at.strip], nodes[lane_at.strip + 1]) else { continue };
+        let ends = if backward { [b, a] } else { [a, b] };
+        let [left, right] = ends.map(|id| assembly.position(id));
+        let strip = &road.section.strips[lane_at.strip];
+        let heading = if lane_at.into { arm.inward } else { -arm.inward };
+        let placed = ArmLane {
+            lane: first + lane,
+            nodes: ends,
+            pose: Pose { point: nalgebra::center(&left, &right), heading },
+            width: (left - right).norm(),
+            kind: strip.kind,
+            arrows: strip.arrows,
+        };
+        if lane_at.into { arm.into.push(placed) } else { arm.out.push(placed) }
+    }
+    // Looking in, the lanes that lead out are seen from their front: their own left is our right.
+    arm.out.reverse();
+    arm
+}

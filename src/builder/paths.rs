@@ -1,0 +1,162 @@
+//! The lanelets of an intersection: one per movement, smooth, with bounds that neighbours share.
+
+use rustc_hash::FxHashMap;
+
+use crate::geometry::{Point, angle_between, curve};
+use crate::lanelet::{Attributes, Bound, LaneletId, LineStringId, PointId};
+
+use super::assembly::{Assembly, tags};
+use super::cross_section::StripKind;
+use super::ids::Key;
+use super::lanes::{Arm, ArmLane, Lanes, road_attributes};
+use super::movement::Movement;
+use super::road_network::{Intersection, RoadNetwork};
+
+/// One movement, drawn.
+#[derive(Clone, Debug)]
+pub struct Path {
+    /// From where to where.
+    pub movement: Movement,
+    /// Its lanelet.
+    pub lanelet: LaneletId,
+    /// Change of direction in degrees, left positive.
+    pub turn: f64,
+    /// Left bound, then the right bound backwards.
+    pub outline: Vec<Point>,
+    /// For all motor vehicles, or for buses only.
+    pub kind: StripKind,
+}
+
+/// Lines between two nodes of an intersection, each drawn once.
+#[derive(Debug, Default)]
+pub struct Bounds {
+    lines: FxHashMap<(PointId, PointId), Bound>,
+}
+
+impl Bounds {
+    /// The line from one node to another, as a bound in that direction.
+    pub fn get(&self, from: PointId, to: PointId) -> Option<Bound> {
+        self.lines.get(&(from, to)).copied()
+    }
+
+    /// Every point of every line, in order of the lines' ids.
+    pub fn points(&self, assembly: &Assembly) -> Vec<PointId> {
+        let mut lines: Vec<LineStringId> = self.lines.values().map(|b| b.line).collect();
+        lines.sort_unstable();
+        lines.dedup();
+        lines.into_iter().filter_map(|l| assembly.map.linestrings.get(l)).flat_map(|l| l.points.clone()).collect()
+    }
+
+    fn insert(&mut self, from: PointId, to: PointId, line: LineStringId) -> Bound {
+        self.lines.insert((to, from), Bound { line, inverted: true });
+        let bound = Bound { line, inverted: false };
+        self.lines.insert((from, to), bound);
+        bound
+    }
+}
+
+/// How the bounds of paths are tagged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Paint {
+    /// `virtual`: nothing is painted across an intersection.
+    None,
+    /// As the bounds of the lane that leads in: the road merely goes on.
+    AsBefore,
+}
+
+/// Draws the movements of one intersection, the tightest turns first: where two share a bound, the tighter one needs it
+/// exact.
+pub fn paths(
+    assembly: &mut Assembly,
+    network: &RoadNetwork,
+    lanes: &Lanes,
+    intersection: &Intersection,
+    movements: &[Movement],
+    paint: Paint,
+) -> (Vec<Path>, Bounds) {
+    let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
+    let key = intersection_key("path", intersection);
+    let ends = |m: &Movement| Some((arms.get(m.from)?.into.get(m.in_lane)?, arms.get(m.to)?.out.get(m.out_lane)?));
+    let mut order: Vec<&Movement> = movements.iter().collect();
+    let radius = |m: &Movement| ends(m).and_then(|(a, b)| curve::join_radius(a.pose, b.pose)).unwrap_or(f64::INFINITY);
+    order.sort_by(|a, b| radius(a).total_cmp(&radius(b)).then(a.cmp(b)));
+    let mut bounds = Bounds::default();
+    let mut paths = Vec::new();
+    for movement in order {
+        let Some((from, to)) = ends(movement) else { continue };
+        if from.nodes[0] == to.nodes[0] || from.nodes[1] == to.nodes[1] {
+            continue;
+        }
+        let curve = curve::join(from.pose, to.pose);
+        let road = network.road(arms[movement.from].at.road);
+        let sides = [0, 1].map(|side| {
+            let (a, b) = (from.nodes[side], to.nodes[side]);
+            bounds.get(a, b).unwrap_or_else(|| {
+                let sign = if side == 0 { 0.5 } else { -0.5 };
+                let places = curve::beside(&curve, sign * from.width, sign * to.width);
+                let attributes = bound_attributes(assembly, lanes, from, side, paint);
+                let line = draw(assembly, key, [a, b], places, attributes);
+                bounds.insert(a, b, line)
+            })
+        });
+        let kind = if from.kind == to.kind { from.kind } else { StripKind::Bus };
+        let speed = assembly
+            .map
+            .lanelets
+            .get(lanes.lanes[from.lane].lanelet)
+            .and_then(|l| l.attributes.get("speed_limit")?.parse().ok())
+            .unwrap_or(road.speed[0]);
+        let lanelet = assembly.lanelet(path_key(key, from, to), sides[0], sides[1], road_attributes(road, kind, speed));
+        paths.push(Path {
+            movement: *movement,
+            lanelet,
+            turn: angle_between(from.pose.heading, to.pose.heading).to_degrees(),
+            outline: assembly.outline(lanelet),
+            kind,
+        });
+    }
+    paths.sort_by_key(|p| p.movement);
+    (paths, bounds)
+}
+
+/// The key of an intersection.
+pub fn intersection_key(part: &str, intersection: &Intersection) -> Key {
+    intersection.nodes.iter().fold(Key::new(part), |key, &node| key.number(node))
+}
+
+fn path_key(key: Key, from: &ArmLane, to: &ArmLane) -> Key {
+    [from.nodes[0], from.nodes[1], to.nodes[0], to.nodes[1]].into_iter().fold(key, |key, node| key.number(node.0))
+}
+
+/// Adds the line of a bound between two nodes that exist.
+fn draw(
+    assembly: &mut Assembly,
+    key: Key,
+    [a, b]: [PointId; 2],
+    mut places: Vec<Point>,
+    attributes: Attributes,
+) -> LineStringId {
+    // The curve ends at the nodes but for rounding; the nodes are the truth.
+    if let Some(first) = places.first_mut() {
+        *first = assembly.position(a);
+    }
+    if let Some(last) = places.last_mut() {
+        *last = assembly.position(b);
+    }
+    let clean = curve::untangled(&places);
+    let inner = &clean[1.min(clean.len())..clean.len().max(2) - 1];
+    // The pair of nodes is unordered, so that the same bound has the same id whichever way it was drawn.
+    let (low, high) = if a < b { (a, b) } else { (b, a) };
+    assembly.line_between(key.word("bound").number(low.0).number(high.0), [a, b], inner, attributes)
+}
+
+fn bound_attributes(assembly: &Assembly, lanes: &Lanes, from: &ArmLane, side: usize, paint: Paint) -> Attributes {
+    match paint {
+        Paint::None => tags(&[("type", "virtual")]),
+        Paint::AsBefore => {
+            let lane = &lanes.lanes[from.lane];
+            let bound = [lane.left, lane.right][side];
+            assembly.map.linestrings.get(bound.line).map(|l| l.attributes.clone()).unwrap_or_default()
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! Whom a movement need not watch: the `yield` sets of `right_of_way` elements.
+//!
+//! A lanelet without such an element is taken to give way to everything that crosses it. The element lists what it may
+//! ignore: lanes that stand at red while it drives, and lanes that must give way to it.
+
+/// Which way a movement goes, whatever the driving side.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Turn {
+    /// Toward the own kerb.
+    Near,
+    /// Neither.
+    Straight,
+    /// Across oncoming traffic; a turn around too.
+    Far,
+}
+
+/// How the signals of two arms change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Relation {
+    /// One and the same arm.
+    Same,
+    /// Together: opposite arms, unless a user says otherwise.
+    InPhase,
+    /// Never together.
+    AntiPhase,
+}
+
+/// What the algorithm needs to know of one movement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Mover {
+    /// The arm where it starts.
+    pub arm: usize,
+    /// Which way it goes.
+    pub turn: Turn,
+    /// Whether a traffic light rules it.
+    pub signalised: bool,
+    /// Whether its arm has priority where no light rules; `None`: unknown.
+    pub priority: Option<bool>,
+    /// Whether it is a bicycle lane that is drawn as a road.
+    pub bicycle: bool,
+}
+
+/// The movements that `x` may ignore, out of those that conflict with it (siblings excluded), in their order.
+pub fn yields(
+    x: usize,
+    movers: &[Mover],
+    conflicts: &[usize],
+    relation: impl Fn(usize, usize) -> Relation,
+) -> Vec<usize> {
+    let me = &movers[x];
+    conflicts
+        .iter()
+        .copied()
+        .filter(|&y| {
+            let other = &movers[y];
+            let relation = relation(me.arm, other.arm);
+            if me.signalised { ignores_by_signal(me, other, relation) } else { ignores_by_rank(me, other, relation) }
+        })
+        .collect()
+}
+
+fn ignores_by_signal(me: &Mover, other: &Mover, relation: Relation) -> bool {
+    match (me.turn, relation) {
+        // Autoware watches nothing for a straight lanelet with a light.
+        (Turn::Straight, _) => false,
+        (_, Relation::AntiPhase) => true,
+        (Turn::Near, Relation::InPhase) => other.turn == Turn::Far,
+        (Turn::Near, Relation::Same) => other.bicycle,
+        (Turn::Far, _) => false,
+    }
+}
+
+fn ignores_by_rank(me: &Mover, other: &Mover, relation: Relation) -> bool {
+    let over_minor_road = me.priority == Some(true) && other.priority == Some(false);
+    let over_far_turn = me.priority == other.priority
+        && relation == Relation::InPhase
+        && other.turn == Turn::Far
+        && me.turn != Turn::Far;
+    let over_bicycle = me.turn == Turn::Near && relation == Relation::Same && other.bicycle;
+    over_minor_road || over_far_turn || over_bicycle
+}
+
+/// Largest deviation from straight, degrees, up to which two arms are opposite.
+const OPPOSITE: f64 = 45.0;
+
+/// For each arm its opposite one, from the directions into the intersection: the best match of both.
+pub fn opposites(inward: &[crate::geometry::Vector]) -> Vec<Option<usize>> {
+    let bend = |a: usize, b: usize| crate::geometry::angle_between(inward[a], -inward[b]).abs().to_degrees();
+    let best: Vec<Option<usize>> = (0..inward.len())
+        .map(|a| {
+            (0..inward.len())
+                .filter(|&b| b != a && bend(a, b) <= OPPOSITE)
+                .min_by(|&b, &c| bend(a, b).total_cmp(&bend(a, c)))
+        })
+        .collect();
+    (0..inward.len()).map(|a| best[a].filter(|&b| best[b] == Some(a))).collect()
+}
+
+#[cfg(test)]
+#[path = "right_of_way_tables.rs"]
+mod tables;
