@@ -92,8 +92,8 @@ mod tests {
         assert_eq!(Ids::default().claim_polygon(Key::new("area").number(1)), FROZEN_AREA);
     }
 
-    const FROZEN_POINT: i64 = 0;
-    const FROZEN_AREA: i64 = 0;
+    const FROZEN_POINT: i64 = 3_848_924_037_313_406;
+    const FROZEN_AREA: i64 = 648_029_609;
 
     #[test]
     fn ids_lie_in_their_ranges_and_never_repeat() {

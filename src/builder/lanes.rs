@@ -1,14 +1,14 @@
 //! The lanes of every road between its connection lines: borders as shared lines, lanelets between them.
 
 use crate::geometry::{Point, Vector, curve::Pose, curve::untangled, left_of};
-use crate::lanelet::{Attributes, Bound, LaneletId, LineStringId, PointId};
+use crate::lanelet::{Attributes, Bound, LaneletId, PointId};
 
 use super::assembly::{Assembly, tags};
 use super::connection::{ConnectionLines, carriageway, inward, lanes_at, on_cut, side};
 use super::cross_section::{Arrows, CrossSection, Strip, StripKind, Travel};
 use super::ids::Key;
 use super::join::Joins;
-use super::road_network::{DrivingSide, End, Road, RoadEnd, RoadIx, RoadNetwork};
+use super::road_network::{End, Road, RoadEnd, RoadIx, RoadNetwork};
 
 /// Corners of the road's line closer to a cut than this, metres, are left out of the borders.
 const CLEAR: f64 = 0.5;
@@ -22,6 +22,8 @@ pub struct Lane {
     pub road: RoadIx,
     /// Its strip in the cross-section.
     pub strip: usize,
+    /// Whether it runs against the road's line.
+    pub backward: bool,
     /// Its lanelet.
     pub lanelet: LaneletId,
     /// Bounds, in its direction of travel.
@@ -93,9 +95,9 @@ pub fn lanes(assembly: &mut Assembly, network: &RoadNetwork, lines: &ConnectionL
         let ix = RoadIx(i as u32);
         let kept = lines.kept[i];
         let nodes = [End::Start, End::End].map(|end| end_nodes(assembly, road, ix, end, kept[side(end)], joins));
-        let borders = borders(assembly, road, kept, &nodes, network.side);
+        let borders = borders(assembly, road, kept, &nodes);
         let first = lanes.lanes.len();
-        road_lanelets(assembly, network, road, ix, &borders, &mut lanes.lanes);
+        road_lanelets(assembly, road, ix, &borders, &mut lanes.lanes);
         lanes.arms.push([End::Start, End::End].map(|end| {
             let at = RoadEnd { road: ix, end };
             arm(assembly, road, at, kept[side(end)], &nodes[side(end)], &lanes.lanes[first..], first)
@@ -141,22 +143,37 @@ fn end_nodes(
         .collect()
 }
 
-/// The border line at each edge of the cross-section that is used.
+/// Whether a border is drawn against the road's line: where only lanes against it use the border.
+fn against_line(section: &CrossSection, edge: usize) -> bool {
+    let travels = |i: Option<usize>, travel: Travel| {
+        i.and_then(|i| section.strips.get(i))
+            .is_some_and(|s| matches!(s.kind, StripKind::Drive | StripKind::Bus) && s.travel == travel)
+    };
+    let beside = |travel| travels(edge.checked_sub(1), travel) || travels(Some(edge), travel);
+    beside(Travel::Backward) && !beside(Travel::Forward) && !beside(Travel::Both)
+}
+
+/// The border line at each edge of the cross-section that is used, as a bound along the road's line.
 fn borders(
     assembly: &mut Assembly,
     road: &Road,
     kept: [f64; 2],
     nodes: &[Vec<Option<PointId>>; 2],
-    driving: DrivingSide,
-) -> Vec<Option<LineStringId>> {
+) -> Vec<Option<Bound>> {
     let key = road_key("border", road);
     (0..nodes[0].len())
         .map(|edge| {
             let (first, last) = (nodes[0][edge]?, nodes[1][edge]?);
             let ends = [assembly.position(first), assembly.position(last)];
-            let inner = border_inside(road, kept, road.section.edge(edge), ends);
-            let attributes = border_attributes(&road.section, edge, driving);
-            Some(assembly.line_between(key.number(edge as i64), [first, last], &inner, attributes))
+            let mut inner = border_inside(road, kept, road.section.edge(edge), ends);
+            let attributes = border_attributes(&road.section, edge);
+            let key = key.number(edge as i64);
+            let inverted = against_line(&road.section, edge);
+            let ends = if inverted { [last, first] } else { [first, last] };
+            if inverted {
+                inner.reverse();
+            }
+            Some(Bound { line: assembly.line_between(key, ends, &inner, attributes), inverted })
         })
         .collect()
 }
@@ -184,7 +201,7 @@ fn border_inside(road: &Road, kept: [f64; 2], offset: f64, ends: [Point; 2]) -> 
 }
 
 /// Tags of the border at an edge: kerb, paint between lanes, or the edge of a lane.
-fn border_attributes(section: &CrossSection, edge: usize, driving: DrivingSide) -> Attributes {
+fn border_attributes(section: &CrossSection, edge: usize) -> Attributes {
     let (kerb_left, kerb_right) = carriageway(section);
     if edge == kerb_left || edge == kerb_right {
         return tags(&[("type", "road_border")]);
@@ -198,7 +215,6 @@ fn border_attributes(section: &CrossSection, edge: usize, driving: DrivingSide) 
         }
         _ => return tags(&[("type", "line_thin"), ("subtype", "solid"), ("lane_change", "no")]),
     };
-    let _ = driving;
     match change {
         [true, true] => tags(&[("type", "line_thin"), ("subtype", "dashed"), ("lane_change", "yes")]),
         [true, false] => tags(&[("type", "line_thin"), ("subtype", "dashed_solid"), ("lane_change", "no")]),
@@ -218,15 +234,7 @@ fn may_change(left: &Strip, right: &Strip) -> [bool; 2] {
 }
 
 /// Adds the lanelets of a road, strip by strip.
-fn road_lanelets(
-    assembly: &mut Assembly,
-    network: &RoadNetwork,
-    road: &Road,
-    ix: RoadIx,
-    borders: &[Option<LineStringId>],
-    lanes: &mut Vec<Lane>,
-) {
-    let _ = network;
+fn road_lanelets(assembly: &mut Assembly, road: &Road, ix: RoadIx, borders: &[Option<Bound>], lanes: &mut Vec<Lane>) {
     for (i, strip) in road.section.driven() {
         let (Some(left), Some(right)) = (borders[i], borders[i + 1]) else { continue };
         let ways = match strip.travel {
@@ -238,12 +246,12 @@ fn road_lanelets(
             if !used {
                 continue;
             }
-            let bound = |line| Bound { line, inverted: backward };
-            let (left, right) = if backward { (bound(right), bound(left)) } else { (bound(left), bound(right)) };
+            let turned = |bound: Bound| Bound { inverted: !bound.inverted, ..bound };
+            let (left, right) = if backward { (turned(right), turned(left)) } else { (left, right) };
             let key = road_key("lane", road).number(i as i64).number(i64::from(backward));
             let attributes = road_attributes(road, strip.kind, road.speed[usize::from(backward)]);
             let lanelet = assembly.lanelet(key, left, right, attributes);
-            lanes.push(Lane { road: ix, strip: i, lanelet, left, right, kind: strip.kind });
+            lanes.push(Lane { road: ix, strip: i, backward, lanelet, left, right, kind: strip.kind });
         }
     }
 }
@@ -280,7 +288,7 @@ fn arm(
     }
     for lane_at in lanes_at(&road.section, at.end) {
         let backward = lane_at.into == (at.end == End::Start);
-        let found = lanes.iter().position(|l| l.strip == lane_at.strip && l.left.inverted == backward);
+        let found = lanes.iter().position(|l| l.strip == lane_at.strip && l.backward == backward);
         let (Some(lane), Some(a), Some(b)) = (found, nodes[lane_at.strip], nodes[lane_at.strip + 1]) else { continue };
         let ends = if backward { [b, a] } else { [a, b] };
         let [left, right] = ends.map(|id| assembly.position(id));

@@ -11,6 +11,7 @@
 pub mod area;
 pub mod assemble;
 pub mod assembly;
+mod build;
 pub mod conflict;
 pub mod connection;
 pub mod consolidate;
@@ -30,3 +31,5 @@ pub mod road_network;
 pub mod sidecar;
 pub(crate) mod speed;
 pub(crate) mod tags;
+
+pub use build::{BuildError, BuildOptions, Built, Summary, build};

@@ -51,7 +51,7 @@ pub fn movements(network: &RoadNetwork, lanes: &Lanes, intersection: &Intersecti
             if to == from || arm.into.is_empty() || other.out.is_empty() {
                 continue;
             }
-            if permitted(network, arm.at, other.at) {
+            if passable(intersection, arm.at, other.at) && permitted(network, arm.at, other.at) {
                 let turn = angle_between(arm.inward, -other.inward).to_degrees();
                 targets.push(Target { to, arm: other, turn });
             } else {
@@ -78,6 +78,11 @@ pub fn movements(network: &RoadNetwork, lanes: &Lanes, intersection: &Intersecti
     }
     found.prohibited.sort_unstable();
     found
+}
+
+/// Whether the roads inside a merged intersection lead from one arm to the other.
+fn passable(intersection: &Intersection, from: RoadEnd, to: RoadEnd) -> bool {
+    intersection.passages.as_ref().is_none_or(|p| p.contains(&(from, to)))
 }
 
 /// Whether the turn restrictions let one go from one arm to the other.

@@ -31,7 +31,11 @@ pub struct Path {
 #[derive(Debug, Default)]
 pub struct Bounds {
     lines: FxHashMap<(PointId, PointId), Bound>,
+    points: FxHashMap<(i64, i64), PointId>,
 }
+
+/// Points of an intersection closer than this, metres, are one: where two bounds cross on a point of each.
+const SAME: f64 = 2e-3;
 
 impl Bounds {
     /// The line from one node to another, as a bound in that direction.
@@ -45,6 +49,49 @@ impl Bounds {
         lines.sort_unstable();
         lines.dedup();
         lines.into_iter().filter_map(|l| assembly.map.linestrings.get(l)).flat_map(|l| l.points.clone()).collect()
+    }
+
+    /// Adds the line of a bound between two nodes that exist.
+    fn draw(
+        &mut self,
+        assembly: &mut Assembly,
+        key: Key,
+        [a, b]: [PointId; 2],
+        mut places: Vec<Point>,
+        attributes: Attributes,
+    ) -> LineStringId {
+        // The curve ends at the nodes but for rounding; the nodes are the truth.
+        if let Some(first) = places.first_mut() {
+            *first = assembly.position(a);
+        }
+        if let Some(last) = places.last_mut() {
+            *last = assembly.position(b);
+        }
+        // The pair of nodes is unordered, so that the same bound has the same id whichever way it was drawn.
+        let (low, high) = if a < b { (a, b) } else { (b, a) };
+        let key = key.word("bound").number(low.0).number(high.0);
+        let clean = curve::untangled(&places);
+        let inner = &clean[1.min(clean.len())..clean.len().max(2) - 1];
+        let mut points = vec![a];
+        for (i, &place) in inner.iter().enumerate() {
+            points.push(self.point(assembly, key.number(i as i64), place));
+        }
+        points.push(b);
+        points.dedup();
+        assembly.line(key, points, attributes)
+    }
+
+    /// The point at a place, which may be there already.
+    fn point(&mut self, assembly: &mut Assembly, key: Key, place: Point) -> PointId {
+        let cell = ((place.x / SAME).round() as i64, (place.y / SAME).round() as i64);
+        let near = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (cell.0 + dx, cell.1 + dy)));
+        let known = near.filter_map(|c| self.points.get(&c)).find(|&&id| (assembly.position(id) - place).norm() < SAME);
+        if let Some(&id) = known {
+            return id;
+        }
+        let id = assembly.point(key, place, 0.0);
+        self.points.insert(cell, id);
+        id
     }
 
     fn insert(&mut self, from: PointId, to: PointId, line: LineStringId) -> Bound {
@@ -95,7 +142,7 @@ pub fn paths(
                 let sign = if side == 0 { 0.5 } else { -0.5 };
                 let places = curve::beside(&curve, sign * from.width, sign * to.width);
                 let attributes = bound_attributes(assembly, lanes, from, side, paint);
-                let line = draw(assembly, key, [a, b], places, attributes);
+                let line = bounds.draw(assembly, key, [a, b], places, attributes);
                 bounds.insert(a, b, line)
             })
         });
@@ -126,28 +173,6 @@ pub fn intersection_key(part: &str, intersection: &Intersection) -> Key {
 
 fn path_key(key: Key, from: &ArmLane, to: &ArmLane) -> Key {
     [from.nodes[0], from.nodes[1], to.nodes[0], to.nodes[1]].into_iter().fold(key, |key, node| key.number(node.0))
-}
-
-/// Adds the line of a bound between two nodes that exist.
-fn draw(
-    assembly: &mut Assembly,
-    key: Key,
-    [a, b]: [PointId; 2],
-    mut places: Vec<Point>,
-    attributes: Attributes,
-) -> LineStringId {
-    // The curve ends at the nodes but for rounding; the nodes are the truth.
-    if let Some(first) = places.first_mut() {
-        *first = assembly.position(a);
-    }
-    if let Some(last) = places.last_mut() {
-        *last = assembly.position(b);
-    }
-    let clean = curve::untangled(&places);
-    let inner = &clean[1.min(clean.len())..clean.len().max(2) - 1];
-    // The pair of nodes is unordered, so that the same bound has the same id whichever way it was drawn.
-    let (low, high) = if a < b { (a, b) } else { (b, a) };
-    assembly.line_between(key.word("bound").number(low.0).number(high.0), [a, b], inner, attributes)
 }
 
 fn bound_attributes(assembly: &Assembly, lanes: &Lanes, from: &ArmLane, side: usize, paint: Paint) -> Attributes {

@@ -1,0 +1,126 @@
+//! The whole way from OpenStreetMap's elements to a Lanelet2 map with longitude and latitude.
+
+use crate::diagnostic::Finding;
+use crate::lanelet::{LaneletMap, PointId};
+use crate::osm::OsmData;
+use crate::projection::{Extent, LonLat, Projector};
+use crate::settings::Settings;
+
+use super::assemble::{Assembled, assemble};
+use super::consolidate::{ConsolidateOptions, consolidate};
+use super::outline::{OutlineOptions, outlines, wanted};
+use super::road_network::{DrivingSide, Network, NetworkError, NetworkOptions, road_network};
+
+/// What a user may decide about a build.
+#[derive(Clone, Debug, Default)]
+pub struct BuildOptions {
+    /// Which side people drive on; from the place where absent.
+    pub driving_side: Option<DrivingSide>,
+    /// How to turn degrees into metres; MGRS or a transverse Mercator, whichever suits the place, where absent.
+    pub projector: Option<Projector>,
+    /// How several nodes become one intersection.
+    pub consolidate: ConsolidateOptions,
+    /// Shape of the outlines.
+    pub outline: OutlineOptions,
+}
+
+/// Why there is no map.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum BuildError {
+    /// Nothing to drive on.
+    #[error(transparent)]
+    Network(#[from] NetworkError),
+    /// The input is what this program makes.
+    #[error("the input is a Lanelet2 map already ({lanelets} lanelets); `check` judges it")]
+    Lanelet2Map {
+        /// Relations with `type=lanelet`.
+        lanelets: usize,
+    },
+    /// No road has a place on earth.
+    #[error("no node of a road has a usable latitude and longitude")]
+    NoPlace,
+}
+
+/// How much was built.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Summary {
+    /// Roads between intersections.
+    pub roads: usize,
+    /// Intersections that Autoware knows as such: with an `intersection_area`.
+    pub intersections: usize,
+    /// Lanelets of all kinds.
+    pub lanelets: usize,
+    /// Regulatory elements of all kinds.
+    pub regulatory_elements: usize,
+    /// What the input did not say.
+    pub guesses: usize,
+}
+
+/// A map and what goes beside it.
+#[derive(Debug)]
+pub struct Built {
+    /// The map; every point has longitude and latitude.
+    pub map: LaneletMap,
+    /// How its metres relate to degrees.
+    pub projector: Projector,
+    /// What it cannot say itself.
+    pub settings: Settings,
+    /// What was guessed, left out or could not be built as it should.
+    pub notes: Vec<Finding>,
+    /// How much there is.
+    pub summary: Summary,
+}
+
+/// Builds a map from OpenStreetMap's elements.
+pub fn build(osm: &OsmData, options: &BuildOptions) -> Result<Built, BuildError> {
+    let lanelets = osm.relations.iter().filter(|r| r.tags.is("type", "lanelet")).count();
+    if lanelets > 0 {
+        return Err(BuildError::Lanelet2Map { lanelets });
+    }
+    let projector = match options.projector {
+        Some(projector) => projector,
+        None => Projector::for_extent(&extent(osm)?),
+    };
+    let network_options = NetworkOptions { driving_side: options.driving_side, country: None };
+    let to_metres = |places: &[LonLat]| projector.forward_all(places);
+    let Network { network, mut notes } = road_network(osm, &to_metres, &network_options)?;
+    let guesses = notes.len();
+    let (network, _) = consolidate(network, &options.consolidate, |n| wanted(n, &options.outline));
+    let (outlines, findings) = outlines(&network, &options.outline);
+    notes.extend(findings);
+    let Assembled { mut map, settings, notes: more, areas } = assemble(&network, &outlines);
+    notes.extend(more);
+    locate(&mut map, &projector);
+    let summary = Summary {
+        roads: network.roads.len(),
+        intersections: areas,
+        lanelets: map.lanelets.len(),
+        regulatory_elements: map.regulatory_elements.len(),
+        guesses,
+    };
+    Ok(Built { map, projector, settings, notes, summary })
+}
+
+/// The box around all nodes of ways that are roads by their tags.
+fn extent(osm: &OsmData) -> Result<Extent, BuildError> {
+    let roads = osm.ways.iter().filter(|w| w.tags.has("highway"));
+    let places = roads.flat_map(|w| &w.nodes).filter_map(|&id| osm.node(id)?.position);
+    match Extent::of(places) {
+        Some(extent) => Ok(extent),
+        None if osm.ways.iter().any(|w| w.tags.has("highway")) => Err(BuildError::NoPlace),
+        None => Err(NetworkError::NoRoad { ways: osm.ways.len(), left_out: 0 }.into()),
+    }
+}
+
+/// Gives every point its longitude and latitude.
+fn locate(map: &mut LaneletMap, projector: &Projector) {
+    let ids: Vec<PointId> = map.points.iter().map(|p| p.id).collect();
+    let places: Vec<_> = map.points.iter().map(|p| p.position).collect();
+    let heights: Vec<f64> = map.points.iter().map(|p| p.ele.unwrap_or_default()).collect();
+    let found = projector.inverse_each(&places, |i| heights[i]);
+    for (id, lonlat) in ids.into_iter().zip(found) {
+        if let Some(point) = map.points.get_mut(id) {
+            point.lonlat = lonlat;
+        }
+    }
+}
