@@ -8,7 +8,7 @@ use crate::settings::Settings;
 
 use super::assemble::{Assembled, assemble};
 use super::consolidate::{ConsolidateOptions, consolidate};
-use super::outline::{OutlineOptions, outlines, wanted};
+use super::outline::{OutlineOptions, outlines, remaining};
 use super::road_network::{DrivingSide, Network, NetworkError, NetworkOptions, road_network};
 
 /// What a user may decide about a build.
@@ -85,7 +85,7 @@ pub fn build(osm: &OsmData, options: &BuildOptions) -> Result<Built, BuildError>
     let to_metres = |places: &[LonLat]| projector.forward_all(places);
     let Network { network, mut notes } = road_network(osm, &to_metres, &network_options)?;
     let guesses = notes.len();
-    let (network, _) = consolidate(network, &options.consolidate, |n| wanted(n, &options.outline));
+    let (network, _) = consolidate(network, &options.consolidate, |n| remaining(n, &options.outline));
     let (outlines, findings) = outlines(&network, &options.outline);
     notes.extend(findings);
     let Assembled { mut map, settings, notes: more, areas } = assemble(&network, &outlines);
