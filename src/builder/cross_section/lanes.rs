@@ -31,13 +31,14 @@ struct Counts {
     both: usize,
 }
 
-/// Reads the lanes of a way.
-pub(super) fn lanes(facts: &Facts<'_>, flow: Flow, notes: &mut Vec<Finding>) -> Lanes {
+/// Reads the lanes of a way; `beside` is what parked cars and bicycle lanes take of its carriageway, metres.
+pub(super) fn lanes(facts: &Facts<'_>, flow: Flow, beside: f64, notes: &mut Vec<Finding>) -> Lanes {
+    let room = metres_under(facts.tags, ["width:carriageway", "width", "est_width"]).map(|width| width - beside);
     let forward_list = per_lane(facts, Travel::Forward, flow, said(facts, "lanes:forward"), notes);
     let backward_list = per_lane(facts, Travel::Backward, flow, said(facts, "lanes:backward"), notes);
     let both_list = per_lane(facts, Travel::Both, flow, said(facts, "lanes:both_ways"), notes);
     let counts = match flow {
-        Flow::TwoWay => two_way(facts, [&forward_list, &backward_list, &both_list], notes),
+        Flow::TwoWay => two_way(facts, [&forward_list, &backward_list, &both_list], room, notes),
         Flow::Reversible => Counts { forward: 0, backward: 0, both: one_way(facts, flow, &both_list, notes) },
         Flow::Forward => Counts { forward: one_way(facts, flow, &forward_list, notes), backward: 0, both: 0 },
         Flow::Backward => Counts { forward: 0, backward: one_way(facts, flow, &backward_list, notes), both: 0 },
@@ -97,20 +98,25 @@ fn one_way(facts: &Facts<'_>, flow: Flow, list: &PerLane, notes: &mut Vec<Findin
     n
 }
 
-fn two_way(facts: &Facts<'_>, lists: [&PerLane; 3], notes: &mut Vec<Finding>) -> Counts {
+fn two_way(facts: &Facts<'_>, lists: [&PerLane; 3], room: Option<f64>, notes: &mut Vec<Finding>) -> Counts {
     let [forward, backward] = [(lists[0], "lanes:forward"), (lists[1], "lanes:backward")].map(|(list, key)| {
         let tagged = said(facts, key).filter(|n| *n > 0);
         list.agreed(tagged).or(tagged).or(list.longest()).map(|n| n.min(MOST_LANES))
     });
     let both = said(facts, "lanes:both_ways").or(lists[2].longest()).unwrap_or(0).min(MOST_LANES);
     let Some(total) = said(facts, "lanes").filter(|n| *n > 0) else {
-        return without_total(facts, forward, backward, both, notes);
+        return without_total(facts, [forward, backward], both, room, notes);
     };
-    // Lists may hold bicycle lanes, which `lanes` does not count.
+    // Lists may hold bicycle lanes, which `lanes` does not count, and bus lanes, which some mappers leave out.
+    let cars = |list: &PerLane, count: usize| count.saturating_sub(list.special_lanes(count));
     let motor = |list: &PerLane, count: usize| count.saturating_sub(list.bicycle_lanes(count));
     let rest = |taken: usize| total.saturating_sub(both + taken);
     let contradiction = match (forward, backward) {
-        (Some(f), Some(b)) => motor(lists[0], f) + motor(lists[1], b) + both != total,
+        (Some(f), Some(b)) => {
+            let least = cars(lists[0], f) + cars(lists[1], b) + both;
+            let most = motor(lists[0], f) + motor(lists[1], b) + both;
+            !(least..=most).contains(&total)
+        }
         (Some(f), None) => rest(motor(lists[0], f)) == 0,
         (None, Some(b)) => rest(motor(lists[1], b)) == 0,
         (None, None) => total <= both,
@@ -123,14 +129,14 @@ fn two_way(facts: &Facts<'_>, lists: [&PerLane; 3], notes: &mut Vec<Finding>) ->
         (Some(forward), Some(backward)) => Counts { forward, backward, both },
         (Some(f), None) => Counts { forward: f, backward: rest(motor(lists[0], f)).max(1), both },
         (None, Some(b)) => Counts { forward: rest(motor(lists[1], b)).max(1), backward: b, both },
-        (None, None) => split(facts, total.saturating_sub(both), both, notes),
+        (None, None) => split(facts, total.saturating_sub(both), both, room, notes),
     }
 }
 
 /// Two-way traffic on `total` lanes besides those for both, where no tag tells the direction of each.
-fn split(facts: &Facts<'_>, total: usize, both: usize, notes: &mut Vec<Finding>) -> Counts {
+fn split(facts: &Facts<'_>, total: usize, both: usize, room: Option<f64>, notes: &mut Vec<Finding>) -> Counts {
     if total <= 1 && both == 0 {
-        let wide = carriageway(facts).is_some_and(|width| width >= SURELY_TWO_LANES);
+        let wide = room.is_some_and(|width| width >= SURELY_TWO_LANES);
         if !wide {
             return Counts { forward: 0, backward: 0, both: 1 };
         }
@@ -147,16 +153,16 @@ fn split(facts: &Facts<'_>, total: usize, both: usize, notes: &mut Vec<Finding>)
 
 fn without_total(
     facts: &Facts<'_>,
-    forward: Option<usize>,
-    backward: Option<usize>,
+    [forward, backward]: [Option<usize>; 2],
     both: usize,
+    room: Option<f64>,
     notes: &mut Vec<Finding>,
 ) -> Counts {
     if let (Some(forward), Some(backward)) = (forward, backward) {
         return Counts { forward, backward, both };
     }
     let nothing_said = forward.is_none() && backward.is_none() && both == 0;
-    let counts = if nothing_said && is_single_track(facts) {
+    let counts = if nothing_said && is_single_track(facts, room) {
         Counts { forward: 0, backward: 0, both: 1 }
     } else {
         Counts { forward: forward.unwrap_or(1), backward: backward.unwrap_or(1), both }
@@ -170,18 +176,14 @@ fn without_total(
 }
 
 /// Whether two-way traffic shares one lane where no `lanes` tag tells it.
-fn is_single_track(facts: &Facts<'_>) -> bool {
-    match carriageway(facts) {
+fn is_single_track(facts: &Facts<'_>, room: Option<f64>) -> bool {
+    match room {
         Some(width) => width < TWO_LANES_FIT,
         None => {
             facts.class == RoadClass::Track
                 || matches!(facts.tags.get("service"), Some("driveway" | "alley" | "drive-through"))
         }
     }
-}
-
-fn carriageway(facts: &Facts<'_>) -> Option<f64> {
-    metres_under(facts.tags, ["width:carriageway", "width", "est_width"])
 }
 
 /// A road that is open to motor vehicles keeps a lane for them, whatever its lists say.

@@ -81,7 +81,10 @@ impl PerLane {
     /// How many entries the lists have whose lanes for motor vehicles are `count` in number.
     pub fn agreed(&self, count: Option<usize>) -> Option<usize> {
         let count = count?;
-        let fits = |len: &usize| *len == count || len - self.bicycle_lanes(*len).min(*len) == count;
+        let fits = |len: &usize| {
+            let without = |lanes: usize| len.saturating_sub(lanes) == count;
+            without(0) || without(self.bicycle_lanes(*len)) || without(self.special_lanes(*len))
+        };
         self.lists.iter().map(|(_, list)| list.len()).filter(fits).max()
     }
 
@@ -93,6 +96,11 @@ impl PerLane {
     /// How many of `count` lanes are for bicycles alone.
     pub fn bicycle_lanes(&self, count: usize) -> usize {
         (0..count).filter(|lane| self.kind(count, *lane) == Some(StripKind::Bicycle)).count()
+    }
+
+    /// How many of `count` lanes are not for cars.
+    pub fn special_lanes(&self, count: usize) -> usize {
+        (0..count).filter(|lane| self.kind(count, *lane).is_some()).count()
     }
 
     /// What a lane is for, where its lists restrict it.

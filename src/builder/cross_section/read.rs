@@ -65,9 +65,10 @@ struct Draft {
 /// Reads the cross-section of a way.
 pub(crate) fn layout(facts: &Facts<'_>, notes: &mut Vec<Finding>) -> Layout {
     let flow = flow(facts);
-    let lanes = lanes(facts, flow, notes);
     let mut left = side_strips(facts, flow, Travel::Backward);
     let mut right = side_strips(facts, flow, Travel::Forward);
+    let beside = left.carriageway.iter().chain(&right.carriageway).map(|s| s.width).sum();
+    let lanes = lanes(facts, flow, beside, notes);
     drop_repeated_bicycle_lane(&lanes, &mut left, &mut right);
     let mut draft = assemble(lanes, left, right);
     settle_widths(facts, &mut draft, notes);

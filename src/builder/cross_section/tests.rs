@@ -5,6 +5,48 @@ use crate::builder::road_network::{DrivingSide, RoadClass};
 use crate::diagnostic::Finding;
 use crate::osm::Tags;
 
+/// The tables of widths as `docs/lanes.md` shows them.
+fn width_tables() -> String {
+    use super::sides::*;
+    let mut text = String::from("| class | lane | least lane |\n|---|---|---|\n");
+    for (name, class) in [
+        ("motorway", RoadClass::Motorway),
+        ("trunk", RoadClass::Trunk),
+        ("primary", RoadClass::Primary),
+        ("secondary", RoadClass::Secondary),
+        ("tertiary", RoadClass::Tertiary),
+        ("unclassified, road", RoadClass::Unclassified),
+        ("residential", RoadClass::Residential),
+        ("living_street", RoadClass::LivingStreet),
+        ("service", RoadClass::Service),
+        ("track", RoadClass::Track),
+    ] {
+        text += &format!("| {name} | {} m | {} m |\n", default_lane_width(class), minimum_lane_width(class));
+    }
+    text += "\n| strip | default |\n|---|---|\n";
+    for (name, width) in [
+        ("bicycle lane", BICYCLE_LANE),
+        ("bicycle track", BICYCLE_TRACK),
+        ("buffer beside a bicycle lane", BUFFER),
+        ("parking, parallel", PARKING_PARALLEL),
+        ("parking, diagonal", PARKING_DIAGONAL),
+        ("parking, perpendicular", PARKING_PERPENDICULAR),
+        ("shoulder of a motorway or trunk road", SHOULDER_MOTORWAY),
+        ("shoulder elsewhere", SHOULDER),
+        ("sidewalk", SIDEWALK),
+    ] {
+        text += &format!("| {name} | {width} m |\n");
+    }
+    text
+}
+
+#[test]
+fn the_page_about_lanes_has_these_widths() {
+    let page = include_str!("../../../docs/lanes.md");
+    let tables = width_tables();
+    assert!(page.contains(&tables), "put these tables into docs/lanes.md:\n{tables}");
+}
+
 /// Tags as `key=value` words separated by blanks.
 fn tags(text: &str) -> Tags {
     text.split_whitespace().filter_map(|word| word.split_once('=')).collect()
@@ -83,6 +125,7 @@ fn number_of_lanes() {
     expect("lanes=1 width=6", "D< D>");
     expect("width=3.5", "D=");
     expect("service=driveway", "D=");
+    expect("width=6 parking:right=lane", "D= P>");
     expect("lanes=1.5", "D=");
     assert_eq!(slugs(""), ["lanes-guessed", "width-guessed"]);
     assert_eq!(slugs("lanes=2 width=6"), Vec::<&str>::new());
@@ -222,6 +265,15 @@ fn bus_lanes() {
     expect("oneway=yes psv:lanes=yes|| access:lanes=no||", "B> D> D>");
     expect("lanes=3 bus:lanes:forward=|designated access:lanes:forward=|no", "D< D> B>");
     expect("oneway=yes lanes=1 busway=lane", "D> B>");
+    // Some count bus lanes in `lanes`, some do not.
+    let each_way = "bus:lanes:forward=yes|yes|designated access:lanes:forward=||no \
+                    bus:lanes:backward=yes|yes|designated access:lanes:backward=||no";
+    expect(&format!("lanes=5 lanes:forward=2 lanes:backward=2 lanes:both_ways=1 {each_way}"), "B< D< D< D= D> D> B>");
+    expect(&format!("lanes=6 {each_way}"), "B< D< D< D> D> B>");
+    assert_eq!(
+        slugs(&format!("width=21 lanes=5 lanes:forward=2 lanes:backward=2 lanes:both_ways=1 {each_way}")),
+        [""; 0]
+    );
 }
 
 #[test]
