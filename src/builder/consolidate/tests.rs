@@ -82,8 +82,8 @@ fn the_crossing_of_two_dual_carriageways_is_one_intersection() {
     assert_eq!(whole.nodes, [1, 2, 3, 4]);
     assert_eq!(whole.inner.len(), 4);
     assert_eq!(notes.iter().filter(|n| n.merged).count(), 4);
-    // Clockwise from the smallest key: the road of way 101 from node 11 in the north.
-    assert_eq!(far, [11, 14, 17, 16, 13, 12, 15, 18]);
+    // Clockwise from the smallest key: the piece of way 101 from node 1 to node 12 in the south.
+    assert_eq!(far, [12, 15, 18, 11, 14, 17, 16, 13]);
     assert_eq!(merged.roads.len(), 8);
     assert_eq!(merged.intersections.len(), 9);
 }
