@@ -4,12 +4,19 @@
 //! always resolve: what does not resolve is reported while reading ([`from_osm`]) and left out, as Autoware's loader
 //! does.
 
+pub mod align;
 mod attributes;
+mod fault;
+mod from_osm;
 pub mod index;
+mod limits;
 pub mod locate;
 mod shelf;
 
 pub use attributes::{Attributes, RoadType, TurnDirection};
+pub use fault::{BoundRole, Condition, LoadFault};
+pub use from_osm::{Loaded, SUPPORTED_FORMAT_VERSION, from_osm};
+pub use limits::{RoleLimit, TargetKind, known_subtypes, role_limits};
 pub use shelf::{Shelf, Shelved};
 
 use serde::Serialize;
@@ -65,7 +72,7 @@ pub struct Point {
     pub span: Option<SourceSpan>,
 }
 
-/// A line of two or more points, without area.
+/// A line of points, without area: one at least, two or more where it is a bound of a lanelet.
 #[derive(Clone, Debug)]
 pub struct LineString {
     /// Its id.

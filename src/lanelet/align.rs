@@ -1,0 +1,120 @@
+//! Which way round a lanelet uses its bounds, as Lanelet2's `geometry::align` decides it on loading.
+
+use crate::geometry::{Point, cross};
+
+/// Whether the left and the right bound (points in file order) are turned around on loading.
+///
+/// The left bound stays if the middle of the right one lies to the right of it; then the right bound stays if the
+/// middle of the left one, as it now runs, lies to the left of it. A bound of fewer than two points stays.
+pub fn align(left: &[Point], right: &[Point]) -> (bool, bool) {
+    let Some(right_middle) = middle(right, false) else { return (false, false) };
+    let left_inverted = left.len() > 1 && side(left, right_middle) >= 0.0;
+    let Some(left_middle) = middle(left, left_inverted) else { return (false, false) };
+    let right_inverted = right.len() > 1 && side(right, left_middle) <= 0.0;
+    (left_inverted, right_inverted)
+}
+
+/// Whether two bounds, each in the direction it is used in, run against one another: `align` was led astray, and the
+/// outline of the lanelet crosses itself.
+pub fn opposed(left: &[Point], right: &[Point]) -> bool {
+    let (Some((a, b)), Some((c, d))) = (ends(left), ends(right)) else { return false };
+    (a - c).norm() + (b - d).norm() > (a - d).norm() + (b - c).norm()
+}
+
+fn ends(line: &[Point]) -> Option<(Point, Point)> {
+    Some((*line.first()?, *line.last()?))
+}
+
+/// Lanelet2's middle: a vertex, or the middle of two. With an even number of vertices, the direction decides which.
+fn middle(line: &[Point], inverted: bool) -> Option<Point> {
+    let half = line.len() / 2;
+    match line {
+        [] => None,
+        [a, b] => Some(nalgebra::center(a, b)),
+        _ if inverted => line.get(line.len() - 1 - half).copied(),
+        _ => line.get(half).copied(),
+    }
+}
+
+/// Signed distance of `p` from `line`, left positive. At a corner, where two segments are equally near, Lanelet2 asks
+/// whether `p` is left of both in a left bend, or of either in a right bend.
+fn side(line: &[Point], p: Point) -> f64 {
+    let distance = |segment: &[Point]| {
+        let d = segment[1] - segment[0];
+        let t =
+            if d.norm_squared() > 0.0 { ((p - segment[0]).dot(&d) / d.norm_squared()).clamp(0.0, 1.0) } else { 0.0 };
+        ((p - (segment[0] + d * t)).norm(), t)
+    };
+    let mut nearest: Option<(usize, f64, f64)> = None;
+    for (at, segment) in line.windows(2).enumerate() {
+        let (found, t) = distance(segment);
+        if nearest.is_none_or(|(_, best, _)| found < best) {
+            nearest = Some((at, found, t));
+        }
+    }
+    let Some((at, distance, t)) = nearest else { return 0.0 };
+    let is_left = |segment: &[Point]| cross(segment[1] - segment[0], p - segment[0]) > 0.0;
+    let here = &line[at..at + 2];
+    let left = match line.get(at + 1..at + 3) {
+        Some(next) if t >= 1.0 => {
+            let bends_left = cross(here[1] - here[0], next[1] - next[0]) > 0.0;
+            if bends_left { is_left(here) && is_left(next) } else { is_left(here) || is_left(next) }
+        }
+        _ => is_left(here),
+    };
+    if left { distance } else { -distance }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(points: &[(f64, f64)]) -> Vec<Point> {
+        points.iter().map(|&(x, y)| Point::new(x, y)).collect()
+    }
+
+    #[test]
+    fn order_in_the_file_does_not_matter() {
+        let left = line(&[(0.0, 3.0), (5.0, 3.1), (10.0, 3.0)]);
+        let right = line(&[(0.0, 0.0), (10.0, 0.0)]);
+        let turned = |l: &[Point]| l.iter().rev().copied().collect::<Vec<_>>();
+        assert_eq!(align(&left, &right), (false, false));
+        assert_eq!(align(&turned(&left), &right), (true, false));
+        assert_eq!(align(&left, &turned(&right)), (false, true));
+        assert_eq!(align(&turned(&left), &turned(&right)), (true, true));
+    }
+
+    #[test]
+    fn exchanged_roles_turn_both() {
+        let left = line(&[(0.0, 0.0), (10.0, 0.0)]);
+        let right = line(&[(0.0, 3.0), (10.0, 3.0)]);
+        assert_eq!(align(&left, &right), (true, true));
+    }
+
+    #[test]
+    fn a_corner_between_two_segments_is_judged_by_both() {
+        // The middle of the right bound lies behind the corner of the left one, right of both its arms.
+        let left = line(&[(0.0, 0.0), (10.0, 0.0), (10.0, 10.0)]);
+        let right = line(&[(-1.0, -4.0), (13.0, -4.0), (14.0, 11.0)]);
+        assert_eq!(align(&left, &right), (false, false));
+    }
+
+    #[test]
+    fn a_long_curl_leads_it_astray() {
+        // The middle vertex of the left bound lies on the wrong side of the right one.
+        let left = line(&[(0.0, 3.0), (4.0, 3.0), (5.0, -9.0), (6.0, 3.0), (30.0, 3.0)]);
+        let right = line(&[(0.0, 0.0), (30.0, 0.0)]);
+        let (l, r) = align(&left, &right);
+        assert_eq!((l, r), (false, true));
+        let turned: Vec<Point> = right.iter().rev().copied().collect();
+        assert!(opposed(&left, &turned) && !opposed(&left, &right));
+    }
+
+    #[test]
+    fn broken_lines_stay_as_they_are() {
+        assert_eq!(align(&[], &line(&[(0.0, 0.0)])), (false, false));
+        assert!(!opposed(&[], &[]));
+        let dot = line(&[(1.0, 1.0), (1.0, 1.0)]);
+        let _ = align(&dot, &dot);
+    }
+}

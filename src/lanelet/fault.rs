@@ -1,0 +1,258 @@
+//! What Autoware's loader stumbles over, as facts. Which of them is how bad, the rules say.
+
+use crate::diagnostic::{SourceSpan, Subject};
+use crate::osm::{ElementKind, Text};
+use crate::projection::MgrsGrid;
+
+use super::limits::RoleLimit;
+
+/// One thing that does not load, or loads as something else than it says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoadFault {
+    /// The element that has it.
+    pub subject: Subject,
+    /// Where that element stands.
+    pub span: Option<SourceSpan>,
+    /// What it is.
+    pub condition: Condition,
+}
+
+/// A side of a lanelet, or its centre line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum BoundRole {
+    /// `left`.
+    Left,
+    /// `right`.
+    Right,
+    /// `centerline`.
+    Centerline,
+}
+
+impl BoundRole {
+    /// The role as files write it.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Left => "left",
+            Self::Right => "right",
+            Self::Centerline => "centerline",
+        }
+    }
+}
+
+impl std::fmt::Display for BoundRole {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// The kinds of [`LoadFault`].
+#[derive(Clone, Debug, PartialEq)]
+pub enum Condition {
+    /// Way or relation: refers to an element that does not exist. A way loses all its nodes and is dropped, a relation
+    /// loses the member.
+    MissingReference {
+        /// Kind of the missing element.
+        kind: ElementKind,
+        /// Its id.
+        id: i64,
+        /// The role; `None` for the node of a way.
+        role: Option<Text>,
+    },
+    /// Way: has no nodes and is dropped.
+    WayWithoutNodes,
+    /// Lanelet: not exactly one left or right bound, or more than one centre line.
+    BoundCount {
+        /// Which.
+        role: BoundRole,
+        /// How many there are.
+        count: usize,
+        /// The ways that have the role.
+        ways: Vec<i64>,
+    },
+    /// Lanelet: a bound has `area=yes` and loads as a polygon.
+    BoundIsPolygon {
+        /// Which.
+        role: BoundRole,
+        /// The way.
+        way: i64,
+    },
+    /// Lanelet: a bound is a node or a relation.
+    BoundIsNotWay {
+        /// Which.
+        role: BoundRole,
+        /// What it is.
+        kind: ElementKind,
+        /// Its id.
+        id: i64,
+    },
+    /// Lanelet: a bound is a way that was itself dropped.
+    BoundDropped {
+        /// Which.
+        role: BoundRole,
+        /// The way.
+        way: i64,
+    },
+    /// Lanelet: a bound has fewer than two points.
+    BoundTooShort {
+        /// Which.
+        role: BoundRole,
+        /// The way.
+        way: i64,
+    },
+    /// Lanelet: left and right bound run against one another after `align`.
+    BoundsOpposed {
+        /// The way of the left bound, and whether it is turned around.
+        left: (i64, bool),
+        /// The way of the right bound, and whether it is turned around.
+        right: (i64, bool),
+    },
+    /// Lanelet: both ways run against the direction of travel that the roles give. Usual in maps drawn by hand; only a
+    /// hint that the roles may be exchanged.
+    BothBoundsTurned {
+        /// The way of the left bound.
+        left: i64,
+        /// The way of the right bound.
+        right: i64,
+    },
+    /// Lanelet: a member `regulatory_element` that is not one.
+    NotRegulatoryElement {
+        /// What it is.
+        kind: ElementKind,
+        /// Its id.
+        id: i64,
+    },
+    /// Lanelet or regulatory element: a member exists in the file but was itself dropped. Its own fault says why.
+    MemberDropped {
+        /// Kind of the member.
+        kind: ElementKind,
+        /// Its id.
+        id: i64,
+        /// Its role.
+        role: Text,
+    },
+    /// Regulatory element: has no `subtype` and is dropped.
+    WithoutSubtype,
+    /// Regulatory element: nobody has registered the subtype; creation throws.
+    UnknownSubtype {
+        /// As written.
+        subtype: Text,
+    },
+    /// Regulatory element: too few or too many members of a role; creation throws.
+    MemberCount {
+        /// The subtype.
+        subtype: Text,
+        /// What is needed.
+        limit: RoleLimit,
+        /// How many there are of the right kind.
+        count: usize,
+    },
+    /// Regulatory element: a sign whose type neither `sign_type` nor the first sign's `subtype` tells; creation throws.
+    SignWithoutType {
+        /// `traffic_sign` or `speed_limit`.
+        subtype: Text,
+        /// The first `refers` way, if there is one.
+        sign: Option<i64>,
+    },
+    /// Regulatory element: `all_way_stop` with stop lines, but not one for each lanelet; creation throws.
+    StopLinesPerLanelet {
+        /// Members `yield`.
+        lanelets: usize,
+        /// Members `ref_line`.
+        stop_lines: usize,
+    },
+    /// Regulatory element: a member is a regulatory element.
+    MemberIsRegulatoryElement {
+        /// The member.
+        id: i64,
+        /// Its role.
+        role: Text,
+    },
+    /// Regulatory element: a member is a relation whose `type` is absent or nothing the loader knows.
+    MemberOfUnknownType {
+        /// The member.
+        id: i64,
+        /// Its role.
+        role: Text,
+        /// Its type.
+        found: Option<Text>,
+    },
+    /// Relation: `type` is absent or none of `lanelet`, `multipolygon`, `regulatory_element`; silently ignored.
+    UnknownRelationType {
+        /// As written.
+        found: Option<Text>,
+    },
+    /// The id is used again within its kind. Nodes and ways: the last wins; relations: tags of the first, members of all.
+    DuplicateId {
+        /// Kind of the elements.
+        kind: ElementKind,
+        /// Where they all stand, in file order.
+        spans: Vec<SourceSpan>,
+    },
+    /// The id is used by elements of other kinds too; this loads.
+    IdReused {
+        /// The earlier kinds.
+        kinds: Vec<ElementKind>,
+    },
+    /// The id is 0 or negative.
+    IdNotPositive,
+    /// Polygon: the id does not fit 31 bits; Autoware reads `intersection_area` with `atoi`.
+    PolygonIdTooLarge,
+    /// Node: `lat` or `lon` is absent or not a number; it loads as 0, 0.
+    BadCoordinate,
+    /// Node: the projection does not reach it; it loads at the origin.
+    Unprojectable,
+    /// Node: no `ele`, which loads as 0.
+    NoElevation,
+    /// Node: `ele` is not a number, which loads as 0.
+    BadElevation {
+        /// As written.
+        found: Text,
+    },
+    /// Node: one of `local_x` and `local_y` is absent or not a number, or other nodes have them and this one has not.
+    PartialLocal {
+        /// Whether `local_x` is there.
+        x: bool,
+        /// Whether `local_y` is there.
+        y: bool,
+    },
+    /// Node: `local_x` and `local_y` are not where latitude and longitude are.
+    LocalMismatch {
+        /// Metres between the two.
+        distance: f64,
+    },
+    /// Map: `local_x` and `local_y` of all nodes are moved by the same way against latitude and longitude.
+    LocalShifted {
+        /// Metres to the east.
+        east: f64,
+        /// Metres to the north.
+        north: f64,
+    },
+    /// Node, the first of several: lies in another 100 km square than the projector names, and is folded into it.
+    OtherSquare {
+        /// Its square.
+        square: MgrsGrid,
+        /// The square of the projector.
+        expected: MgrsGrid,
+        /// How many nodes lie in that square.
+        nodes: usize,
+    },
+    /// Map: no `format_version`.
+    NoFormatVersion,
+    /// Map: `format_version` is not of the form `1`, `1.0` or `1.0.0`.
+    BadFormatVersion {
+        /// As written.
+        found: Text,
+    },
+    /// Map: `format_version` is above the highest that Autoware supports.
+    UnsupportedFormatVersion {
+        /// As written.
+        found: Text,
+        /// The highest supported.
+        supported: u32,
+    },
+    /// The reader passed something over: an element without id, a reference or member without a target.
+    PassedOver {
+        /// One line.
+        message: String,
+    },
+}

@@ -1,0 +1,184 @@
+//! From what a file says to the map that Autoware's loader makes of it, with everything the loader stumbles over.
+
+mod nodes;
+mod relations;
+mod whole;
+
+use std::borrow::Cow;
+
+use rustc_hash::FxHashMap;
+
+use super::fault::{Condition, LoadFault};
+use super::{LaneletMap, LineString, LineStringId, PointId, Polygon, PolygonId};
+use crate::diagnostic::{SourceSpan, Subject};
+use crate::osm::{ElementKind, OsmData, Relation, Tags, Way};
+use crate::projection::Projector;
+
+/// A map and what was wrong with it.
+#[derive(Clone, Debug, Default)]
+pub struct Loaded {
+    /// What Autoware would hold in memory, without the lanelets and elements that it holds as empty dummies.
+    pub map: LaneletMap,
+    /// What it stumbles over: nodes, ways, relations, the whole, each in file order.
+    pub faults: Vec<LoadFault>,
+}
+
+/// Autoware reads the highest number before the first dot; higher than this it warns or refuses.
+pub const SUPPORTED_FORMAT_VERSION: u32 = 2;
+
+/// What a relation is to the loader.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum RelationType {
+    Lanelet,
+    RegulatoryElement,
+    /// An area; Autoware uses none, so the map keeps none.
+    Multipolygon,
+    Unknown,
+}
+
+impl RelationType {
+    fn of(tags: &Tags) -> Self {
+        match tags.get("type") {
+            Some("lanelet") => Self::Lanelet,
+            Some("regulatory_element") => Self::RegulatoryElement,
+            Some("multipolygon") => Self::Multipolygon,
+            _ => Self::Unknown,
+        }
+    }
+}
+
+/// Whether the loader takes a way with these tags as a polygon.
+fn is_area(tags: &Tags) -> bool {
+    matches!(tags.get("area"), Some("yes" | "true" | "1"))
+}
+
+/// Simulates Autoware's loader. References in the map always resolve: what does not is a fault and left out.
+pub fn from_osm(osm: &OsmData, projector: &Projector) -> Loaded {
+    let mut loader =
+        Loader { osm, loaded: Loaded::default(), repeated: repeated(osm), local: *projector == Projector::Local };
+    loader.loaded.map.format_version = osm.meta.as_ref().and_then(|m| m.format_version.clone());
+    loader.nodes(projector);
+    loader.ways();
+    loader.relations();
+    loader.whole();
+    loader.loaded
+}
+
+struct Loader<'a> {
+    osm: &'a OsmData,
+    loaded: Loaded,
+    /// Where the elements stand that share an id within one file.
+    repeated: FxHashMap<(ElementKind, i64), Vec<SourceSpan>>,
+    local: bool,
+}
+
+impl Loader<'_> {
+    fn fault(&mut self, subject: Subject, span: &SourceSpan, condition: Condition) {
+        self.loaded.faults.push(LoadFault { subject, span: Some(span.clone()), condition });
+    }
+
+    /// What is wrong with an id, whatever the element is. Names each repeated id once.
+    fn id(&mut self, kind: ElementKind, id: i64, subject: Subject, span: &SourceSpan) {
+        if id <= 0 {
+            self.fault(subject, span, Condition::IdNotPositive);
+        }
+        if let Some(spans) = self.repeated.get(&(kind, id))
+            && spans.first() == Some(span)
+        {
+            let spans = spans.clone();
+            self.fault(subject, span, Condition::DuplicateId { kind, spans });
+        }
+        let earlier: &[ElementKind] = match kind {
+            ElementKind::Node => &[],
+            ElementKind::Way => &[ElementKind::Node],
+            ElementKind::Relation => &[ElementKind::Node, ElementKind::Way],
+        };
+        let kinds: Vec<ElementKind> = earlier.iter().copied().filter(|k| self.osm.contains(*k, id)).collect();
+        if !kinds.is_empty() {
+            self.fault(subject, span, Condition::IdReused { kinds });
+        }
+    }
+
+    fn ways(&mut self) {
+        let osm = self.osm;
+        for way in &osm.ways {
+            self.way(way);
+        }
+    }
+
+    fn way(&mut self, way: &Way) {
+        let area = is_area(&way.tags);
+        let subject = if area { Subject::Polygon(way.id) } else { Subject::LineString(way.id) };
+        self.id(ElementKind::Way, way.id, subject, &way.span);
+        if area && way.id > i64::from(i32::MAX) {
+            self.fault(subject, &way.span, Condition::PolygonIdTooLarge);
+        }
+        let missing: Vec<i64> =
+            way.nodes.iter().copied().filter(|n| !self.osm.contains(ElementKind::Node, *n)).collect();
+        for &id in &missing {
+            let condition = Condition::MissingReference { kind: ElementKind::Node, id, role: None };
+            self.fault(subject, &way.span, condition);
+        }
+        if way.nodes.is_empty() {
+            self.fault(subject, &way.span, Condition::WayWithoutNodes);
+        }
+        if way.nodes.is_empty() || !missing.is_empty() {
+            return;
+        }
+        let points = way.nodes.iter().copied().map(PointId).collect();
+        let (attributes, span) = (way.tags.clone(), Some(way.span.clone()));
+        if area {
+            let id = PolygonId(way.id);
+            self.loaded.map.polygons.insert(Polygon { id, points, attributes, span });
+        } else {
+            let id = LineStringId(way.id);
+            self.loaded.map.linestrings.insert(LineString { id, points, attributes, span });
+        }
+    }
+}
+
+/// The relations as the loader keeps them: of one id only the first, with the members of all.
+fn merged<'a>(osm: &'a OsmData, repeated: &FxHashMap<(ElementKind, i64), Vec<SourceSpan>>) -> Vec<Cow<'a, Relation>> {
+    let mut kept: Vec<Cow<'a, Relation>> = Vec::with_capacity(osm.relations.len());
+    let mut first_of: FxHashMap<i64, usize> = FxHashMap::default();
+    for relation in &osm.relations {
+        match first_of.get(&relation.id) {
+            None => {
+                if repeated.contains_key(&(ElementKind::Relation, relation.id)) {
+                    first_of.insert(relation.id, kept.len());
+                }
+                kept.push(Cow::Borrowed(relation));
+            }
+            Some(&at) => kept[at].to_mut().members.extend(relation.members.iter().cloned()),
+        }
+    }
+    kept
+}
+
+/// The ids that stand twice within one file. Maps in several files repeat what lies on their borders, and may.
+fn repeated(osm: &OsmData) -> FxHashMap<(ElementKind, i64), Vec<SourceSpan>> {
+    use crate::osm::OddityKind;
+    let mut spans: FxHashMap<(ElementKind, i64), Vec<SourceSpan>> = osm
+        .oddities
+        .iter()
+        .filter(|o| o.kind == OddityKind::DuplicateId)
+        .filter_map(|o| o.element)
+        .map(|element| (element, Vec::new()))
+        .collect();
+    if spans.is_empty() {
+        return spans;
+    }
+    let nodes = osm.nodes.iter().map(|n| (ElementKind::Node, n.id, &n.span));
+    let ways = osm.ways.iter().map(|w| (ElementKind::Way, w.id, &w.span));
+    let relations = osm.relations.iter().map(|r| (ElementKind::Relation, r.id, &r.span));
+    for (kind, id, span) in nodes.chain(ways).chain(relations) {
+        if let Some(spans) = spans.get_mut(&(kind, id)) {
+            spans.push(span.clone());
+        }
+    }
+    spans.retain(|_, spans| spans.windows(2).any(|pair| pair[0].file == pair[1].file));
+    spans
+}
+
+#[cfg(test)]
+mod tests;

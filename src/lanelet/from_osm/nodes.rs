@@ -1,0 +1,174 @@
+//! Nodes become points: coordinates by the projector or by `local_x` and `local_y`, heights from `ele`.
+
+use super::Loader;
+use crate::diagnostic::Subject;
+use crate::geometry::{Point as PlanePoint, Vector};
+use crate::lanelet::{Attributes, Condition, LoadFault, Point, PointId};
+use crate::osm::{ElementKind, Node, Text};
+use crate::projection::{LonLat, MgrsGrid, Projector};
+
+/// `local_x` and `local_y` have four decimals at best and come from editors with projections of their own; what is
+/// farther from latitude and longitude than this (metres) is another place.
+const LOCAL_TOLERANCE: f64 = 0.05;
+
+/// What a tag holds where a number is wanted.
+enum Number {
+    Absent,
+    Is(f64),
+    Bad,
+}
+
+fn number(node: &Node, key: &str) -> Number {
+    match node.tags.get(key) {
+        None => Number::Absent,
+        Some(text) => match text.trim().parse::<f64>() {
+            Ok(value) if value.is_finite() => Number::Is(value),
+            _ => Number::Bad,
+        },
+    }
+}
+
+impl Number {
+    fn value(&self) -> Option<f64> {
+        match self {
+            Self::Is(value) => Some(*value),
+            _ => None,
+        }
+    }
+}
+
+/// A point with what only its making knows.
+struct Made {
+    point: Point,
+    projected: Option<PlanePoint>,
+    bad_ele: Option<Text>,
+}
+
+impl Loader<'_> {
+    pub(super) fn nodes(&mut self, projector: &Projector) {
+        let nodes = &self.osm.nodes;
+        let places: Vec<LonLat> = nodes.iter().map(|n| n.position.unwrap_or_default()).collect();
+        // Only the tangent plane asks for heights.
+        let heights: Vec<f64> = match projector {
+            Projector::LocalCartesian { .. } => nodes.iter().map(|n| number(n, "ele").value().unwrap_or(0.0)).collect(),
+            _ => Vec::new(),
+        };
+        let projected = projector.forward_each(&places, |i| heights.get(i).copied().unwrap_or(0.0));
+        let any_local = nodes.iter().any(|n| n.tags.has("local_x") || n.tags.has("local_y"));
+        let mut shift = Shift::default();
+        for (node, projected) in nodes.iter().zip(projected) {
+            let made = self.made(node, projected);
+            self.node_faults(node, &made, any_local, &mut shift);
+            self.loaded.map.points.insert(made.point);
+        }
+        shift.settle(&mut self.loaded.faults);
+        if let Projector::Mgrs(grid) = projector {
+            self.squares(&places, *grid);
+        }
+    }
+
+    fn made(&self, node: &Node, projected: Option<PlanePoint>) -> Made {
+        let local = [number(node, "local_x").value(), number(node, "local_y").value()];
+        let ele = number(node, "ele");
+        let bad_ele = match ele {
+            Number::Bad => node.tags.get("ele").map(Text::from),
+            _ => None,
+        };
+        let position = if self.local {
+            PlanePoint::new(local[0].unwrap_or(0.0), local[1].unwrap_or(0.0))
+        } else {
+            projected.unwrap_or_default()
+        };
+        let own = |key: &str| !matches!(key, "ele" | "local_x" | "local_y");
+        let attributes: Attributes = node.tags.iter().filter(|(k, _)| own(k)).collect();
+        let point = Point {
+            id: PointId(node.id),
+            position,
+            ele: ele.value(),
+            lonlat: node.position,
+            local,
+            attributes,
+            span: Some(node.span.clone()),
+        };
+        Made { point, projected: if self.local { None } else { projected }, bad_ele }
+    }
+
+    fn node_faults(&mut self, node: &Node, made: &Made, any_local: bool, shift: &mut Shift) {
+        let subject = Subject::Point(node.id);
+        self.id(ElementKind::Node, node.id, subject, &node.span);
+        let [x, y] = made.point.local;
+        match (node.position, made.projected) {
+            _ if self.local => {}
+            (None, _) => self.fault(subject, &node.span, Condition::BadCoordinate),
+            (Some(_), None) => self.fault(subject, &node.span, Condition::Unprojectable),
+            (Some(_), Some(projected)) => {
+                if let [Some(x), Some(y)] = [x, y] {
+                    shift.add(PlanePoint::new(x, y) - projected);
+                    let distance = (PlanePoint::new(x, y) - projected).norm();
+                    if distance > LOCAL_TOLERANCE {
+                        self.fault(subject, &node.span, Condition::LocalMismatch { distance });
+                    }
+                }
+            }
+        }
+        if any_local && (x.is_none() || y.is_none()) {
+            let condition = Condition::PartialLocal { x: x.is_some(), y: y.is_some() };
+            self.fault(subject, &node.span, condition);
+        }
+        match (&made.bad_ele, made.point.ele) {
+            (Some(found), _) => {
+                let found = found.clone();
+                self.fault(subject, &node.span, Condition::BadElevation { found });
+            }
+            (None, None) => self.fault(subject, &node.span, Condition::NoElevation),
+            (None, Some(_)) => {}
+        }
+    }
+
+    /// Names each 100 km square other than the projector's once, with its first node.
+    fn squares(&mut self, places: &[LonLat], expected: MgrsGrid) {
+        let mut others: Vec<(MgrsGrid, usize, usize)> = Vec::new();
+        let squares = Projector::squares(places);
+        for (at, square) in squares.into_iter().enumerate() {
+            let Some(square) = square.filter(|s| !s.same_square(&expected)) else { continue };
+            if self.osm.nodes[at].position.is_none() {
+                continue;
+            }
+            match others.iter_mut().find(|(s, ..)| s.same_square(&square)) {
+                Some((_, nodes, _)) => *nodes += 1,
+                None => others.push((square, 1, at)),
+            }
+        }
+        for (square, nodes, first) in others {
+            let node = &self.osm.nodes[first];
+            let condition = Condition::OtherSquare { square, expected, nodes };
+            self.fault(Subject::Point(node.id), &node.span, condition);
+        }
+    }
+}
+
+/// The box around all differences between local and projected coordinates.
+#[derive(Default)]
+struct Shift(Option<(Vector, Vector)>);
+
+impl Shift {
+    fn add(&mut self, difference: Vector) {
+        let (low, high) = self.0.unwrap_or((difference, difference));
+        self.0 = Some((low.inf(&difference), high.sup(&difference)));
+    }
+
+    /// Where all nodes are moved alike, says that once instead of once for each node.
+    fn settle(&self, faults: &mut Vec<LoadFault>) {
+        let Some((low, high)) = self.0 else { return };
+        let middle = (low + high) / 2.0;
+        if (high - low).norm() > 2.0 * LOCAL_TOLERANCE || middle.norm() <= LOCAL_TOLERANCE {
+            return;
+        }
+        let before = faults.len();
+        faults.retain(|f| !matches!(f.condition, Condition::LocalMismatch { .. }));
+        if faults.len() < before {
+            let condition = Condition::LocalShifted { east: middle.x, north: middle.y };
+            faults.push(LoadFault { subject: Subject::Map, span: None, condition });
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! Loads the official and other public maps of the shared corpus.
+#![allow(clippy::unwrap_used)]
+
+use std::path::PathBuf;
+
+use lanewright::lanelet::{Condition, Loaded, from_osm};
+use lanewright::osm::{OsmData, read_file};
+use lanewright::projection::{MgrsGrid, Projector};
+
+/// The folder of maps; `None`, with a line that says so, where it is not at hand.
+fn corpus() -> Option<PathBuf> {
+    let shared = std::env::var_os("LANEWRIGHT_SHARED")
+        .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared")), PathBuf::from);
+    let maps = shared.join("corpus/lanelet2");
+    if maps.is_dir() {
+        return Some(maps);
+    }
+    println!("skipped: ../shared is not here");
+    None
+}
+
+fn load(name: &str) -> Option<(OsmData, Loaded)> {
+    let osm = read_file(&corpus()?.join(name)).unwrap();
+    let first = osm.nodes.iter().find_map(|n| n.position).unwrap_or_default();
+    let loaded = from_osm(&osm, &Projector::mgrs(MgrsGrid::of(first).unwrap()));
+    Some((osm, loaded))
+}
+
+/// The largest distance between `local_x`, `local_y` and the projected latitude and longitude, metres.
+fn worst(loaded: &Loaded) -> f64 {
+    let distance = |p: &lanewright::lanelet::Point| match p.local {
+        [Some(x), Some(y)] => (p.position - nalgebra::Point2::new(x, y)).norm(),
+        _ => f64::INFINITY,
+    };
+    loaded.map.points.iter().map(distance).fold(0.0, f64::max)
+}
+
+#[test]
+fn local_coordinates_are_utm_modulo_100_km_to_a_millimetre() {
+    for name in ["autoware_vm_03_left_hand.osm", "autoware_vm_03_right_hand.osm", "autoware_intersection.osm"] {
+        let Some((osm, loaded)) = load(name) else { return };
+        assert_eq!(loaded.map.points.len(), osm.nodes.len());
+        let worst = worst(&loaded);
+        assert!(worst < 1e-3, "{name}: {worst} m");
+    }
+}
+
+#[test]
+fn official_maps_load_but_for_one_right_of_way_without_yield() {
+    for (name, broken) in
+        [("autoware_vm_03_left_hand.osm", 0), ("autoware_vm_03_right_hand.osm", 1), ("autoware_intersection.osm", 0)]
+    {
+        let Some((osm, loaded)) = load(name) else { return };
+        let of_type = |t: &str| osm.relations.iter().filter(|r| r.tags.is("type", t)).count();
+        assert_eq!(loaded.map.lanelets.len(), of_type("lanelet"), "{name}");
+        assert_eq!(loaded.map.regulatory_elements.len() + broken, of_type("regulatory_element"), "{name}");
+        let found: Vec<_> =
+            loaded.faults.iter().filter(|f| !matches!(f.condition, Condition::BothBoundsTurned { .. })).collect();
+        // One for the element, one for the lanelet that refers to it.
+        assert_eq!(found.len(), 2 * broken, "{name}: {found:?}");
+        let empty_yield = |c: &Condition| match c {
+            Condition::MemberCount { subtype, limit, count: 0 } => subtype == "right_of_way" && limit.role == "yield",
+            _ => false,
+        };
+        assert_eq!(found.iter().filter(|f| empty_yield(&f.condition)).count(), broken, "{name}: {found:?}");
+    }
+}
+
+#[test]
+fn every_map_loads() {
+    let Some(maps) = corpus() else { return };
+    for entry in std::fs::read_dir(maps).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        let Some((osm, loaded)) = load(&name) else { return };
+        let mut kinds = std::collections::BTreeMap::<String, usize>::new();
+        for fault in &loaded.faults {
+            let words = format!("{:?}", fault.condition);
+            *kinds.entry(words.split([' ', '{']).next().unwrap_or_default().to_owned()).or_default() += 1;
+        }
+        println!("{name}: {} nodes, {} lanelets, {kinds:?}", osm.nodes.len(), loaded.map.lanelets.len());
+        assert!(!loaded.map.lanelets.is_empty() && loaded.map.points.len() == osm.nodes.len(), "{name}");
+    }
+}
