@@ -46,7 +46,7 @@ fn local_coordinates_are_utm_modulo_100_km_to_a_millimetre() {
 }
 
 #[test]
-fn official_maps_load_but_for_one_right_of_way_without_yield() {
+fn official_maps_load_but_for_one_road_marking_without_line() {
     for (name, broken) in
         [("autoware_vm_03_left_hand.osm", 0), ("autoware_vm_03_right_hand.osm", 1), ("autoware_intersection.osm", 0)]
     {
@@ -58,11 +58,11 @@ fn official_maps_load_but_for_one_right_of_way_without_yield() {
             loaded.faults.iter().filter(|f| !matches!(f.condition, Condition::BothBoundsTurned { .. })).collect();
         // One for the element, one for the lanelet that refers to it.
         assert_eq!(found.len(), 2 * broken, "{name}: {found:?}");
-        let empty_yield = |c: &Condition| match c {
-            Condition::MemberCount { subtype, limit, count: 0 } => subtype == "right_of_way" && limit.role == "yield",
+        let without_line = |c: &Condition| match c {
+            Condition::MemberCount { subtype, limit, count: 0 } => subtype == "road_marking" && limit.role == "refers",
             _ => false,
         };
-        assert_eq!(found.iter().filter(|f| empty_yield(&f.condition)).count(), broken, "{name}: {found:?}");
+        assert_eq!(found.iter().filter(|f| without_line(&f.condition)).count(), broken, "{name}: {found:?}");
     }
 }
 
