@@ -1,4 +1,4 @@
-//! The road network of every extract in `../shared/corpus/osm`, and what must hold for any network.
+//! The road network of every extract in `../shared/corpus/osm` and of random data, and what must hold for any.
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -6,9 +6,12 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use lanewright::builder::road_network::{End, Network, NetworkOptions, road_network};
+use lanewright::diagnostic::SourceSpan;
 use lanewright::geometry::Point;
-use lanewright::osm::{OsmData, read_file};
+use lanewright::osm::{Node, OsmData, Tags, Way, read_file};
 use lanewright::projection::LonLat;
+use proptest::prelude::*;
+use proptest::sample::select;
 
 /// A plane good enough for a test: equirectangular around the first place.
 fn plane(places: &[LonLat]) -> Vec<Point> {
@@ -92,4 +95,118 @@ fn every_extract_of_the_corpus_has_a_network() {
             time.as_millis(),
         );
     }
+}
+
+/// Tags as they are, as they should not be, and nonsense.
+const KEYS: [&str; 24] = [
+    "lanes",
+    "lanes:forward",
+    "lanes:backward",
+    "lanes:both_ways",
+    "oneway",
+    "turn:lanes",
+    "turn:lanes:forward",
+    "bicycle:lanes",
+    "access:lanes:backward",
+    "bus:lanes:forward",
+    "width",
+    "width:lanes",
+    "cycleway",
+    "cycleway:left",
+    "sidewalk",
+    "parking:both",
+    "parking:lane:left",
+    "shoulder",
+    "busway",
+    "lanes:psv",
+    "placement",
+    "junction",
+    "maxspeed",
+    "layer",
+];
+const VALUES: [&str; 24] = [
+    "",
+    "yes",
+    "no",
+    "0",
+    "1",
+    "2",
+    "3",
+    "-1",
+    "999999999999",
+    "nan",
+    "1e300",
+    "lane",
+    "track",
+    "both",
+    "left",
+    "opposite_lane",
+    "left|through|",
+    "no||designated",
+    "3|2.5",
+    "right_of:2",
+    "middle_of:0",
+    "roundabout",
+    "|||||||",
+    "reversible",
+];
+const HIGHWAYS: [&str; 5] = ["residential", "motorway", "service", "primary_link", "footway"];
+const NODE_TAGS: [&str; 5] = ["crossing", "traffic_signals", "stop", "give_way", "mini_roundabout"];
+
+/// Up to 14 nodes on a small grid, so that some coincide, and ways over them and over nodes that are not there.
+fn anything() -> impl Strategy<Value = (Vec<(i8, i8, &'static str)>, Vec<RandomWay>)> {
+    let nodes = prop::collection::vec((-3..4_i8, -3..4_i8, select(&NODE_TAGS[..])), 2..14);
+    let tags = prop::collection::vec((select(&KEYS[..]), select(&VALUES[..])), 0..5);
+    let way = (prop::collection::vec(0..15_i64, 0..9), select(&HIGHWAYS[..]), tags);
+    (nodes, prop::collection::vec(way, 1..8))
+}
+
+type RandomWay = (Vec<i64>, &'static str, Vec<(&'static str, &'static str)>);
+
+fn data(nodes: &[(i8, i8, &'static str)], ways: &[RandomWay], reversed: bool) -> OsmData {
+    let span = || SourceSpan { file: 0, start: 0, end: 0 };
+    let mut osm = OsmData::default();
+    let mut all_nodes: Vec<Node> = nodes
+        .iter()
+        .zip(0..)
+        .map(|((x, y, highway), id)| {
+            let position = Some(LonLat { lon: f64::from(*x) * 1e-4, lat: f64::from(*y) * 1e-4 });
+            Node { id, position, tags: [("highway", *highway)].into_iter().collect(), span: span() }
+        })
+        .collect();
+    let mut all_ways: Vec<Way> = ways
+        .iter()
+        .zip(100..)
+        .map(|((nodes, highway, pairs), id)| {
+            let mut tags: Tags = pairs.iter().copied().collect();
+            tags.set("highway", *highway);
+            Way { id, nodes: nodes.clone(), tags, span: span() }
+        })
+        .collect();
+    if reversed {
+        all_nodes.reverse();
+        all_ways.reverse();
+    }
+    all_nodes.into_iter().for_each(|node| osm.push_node(node));
+    all_ways.into_iter().for_each(|way| osm.push_way(way));
+    osm
+}
+
+proptest! {
+    #[test]
+    fn any_data_has_a_sound_network_or_none((nodes, ways) in anything()) {
+        let network = |reversed| road_network(&data(&nodes, &ways, reversed), &plane_at_zero, &NetworkOptions::default());
+        match (network(false), network(true)) {
+            (Ok(first), Ok(second)) => {
+                assert_sound("random data", &first);
+                prop_assert_eq!(format!("{first:?}"), format!("{second:?}"), "the order of the input does not matter");
+            }
+            (first, second) => prop_assert_eq!(first.err(), second.err()),
+        }
+    }
+}
+
+/// A plane that does not depend on which place comes first.
+fn plane_at_zero(places: &[LonLat]) -> Vec<Point> {
+    places.iter().map(|p| Point::new(p.lon, p.lat) * 100_000.0).collect()
 }

@@ -1,5 +1,7 @@
 //! The country of a place, and the side of the road people drive on there.
 
+use std::sync::LazyLock;
+
 use country_boundaries::{BOUNDARIES_ODBL_360X180, CountryBoundaries, LatLon};
 
 use crate::osm::Text;
@@ -28,11 +30,14 @@ pub struct Country {
     pub side: DrivingSide,
 }
 
+/// Unpacked once: it takes some milliseconds.
+static BOUNDARIES: LazyLock<Option<CountryBoundaries>> =
+    LazyLock::new(|| CountryBoundaries::from_reader(BOUNDARIES_ODBL_360X180).ok());
+
 /// The country of `place` and its driving side.
 pub fn of_place(place: LonLat) -> Country {
-    let boundaries = CountryBoundaries::from_reader(BOUNDARIES_ODBL_360X180);
-    let ids: Vec<Text> = match (boundaries, LatLon::new(place.lat, place.lon)) {
-        (Ok(boundaries), Ok(position)) => boundaries.ids(position).into_iter().map(Text::from).collect(),
+    let ids: Vec<Text> = match (&*BOUNDARIES, LatLon::new(place.lat, place.lon)) {
+        (Some(boundaries), Ok(position)) => boundaries.ids(position).into_iter().map(Text::from).collect(),
         _ => Vec::new(),
     };
     let side = side_of(ids.iter().map(Text::as_str));

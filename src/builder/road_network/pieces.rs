@@ -88,7 +88,7 @@ fn merge_coincident(runs: &mut [Run], positions: &FxHashMap<i64, Point>) {
     for pair in runs.iter().flat_map(|run| run.nodes.windows(2)) {
         let (Some(a), Some(b)) = (positions.get(&pair[0]), positions.get(&pair[1])) else { continue };
         if (a - b).norm() < SAME_PLACE {
-            let (a, b) = (root(&alias, pair[0]), root(&alias, pair[1]));
+            let (a, b) = (root(&mut alias, pair[0]), root(&mut alias, pair[1]));
             if a != b {
                 alias.insert(a.max(b), a.min(b));
             }
@@ -96,14 +96,18 @@ fn merge_coincident(runs: &mut [Run], positions: &FxHashMap<i64, Point>) {
     }
     for run in runs {
         for id in &mut run.nodes {
-            *id = root(&alias, *id);
+            *id = root(&mut alias, *id);
         }
         run.nodes.dedup();
     }
 }
 
-fn root(alias: &FxHashMap<i64, i64>, mut id: i64) -> i64 {
+/// The node that stands for `id`; shortens the way there for the next time.
+fn root(alias: &mut FxHashMap<i64, i64>, mut id: i64) -> i64 {
     while let Some(&next) = alias.get(&id) {
+        if let Some(&behind) = alias.get(&next) {
+            alias.insert(id, behind);
+        }
         id = next;
     }
     id

@@ -64,6 +64,8 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
     let drivable = drivable(osm, &mut notes);
     let Places { positions, middle } = places(osm, &drivable, to_metres);
     let pieces = pieces(&drivable, &positions, &mut notes);
+    let (pieces, centres): (Vec<Piece>, Vec<Polyline>) =
+        pieces.into_iter().filter_map(|piece| centre(&piece, &positions).map(|line| (piece, line))).unzip();
     if pieces.is_empty() {
         let left_out = notes.iter().filter(|note| note.fault == "way-skipped").count();
         return Err(NetworkError::NoRoad { ways: osm.ways.len(), left_out });
@@ -80,14 +82,11 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
 
     let at_nodes = NodeFeatures::new(osm);
     let mut roads = Vec::with_capacity(pieces.len());
-    let mut centres = Vec::with_capacity(pieces.len());
-    for piece in &pieces {
-        let Some(centre) = Polyline::new(simplified(piece, &positions)) else { continue };
+    for (piece, centre) in pieces.iter().zip(&centres) {
         let layout = &layouts[&piece.way];
-        let mut road = road(piece, &drivable[piece.way], layout, country.as_deref(), &centre, &index);
+        let mut road = road(piece, &drivable[piece.way], layout, country.as_deref(), centre, &index);
         road.features = features::along(piece, &road, &positions, &at_nodes);
         roads.push(road);
-        centres.push(centre);
     }
     let intersections = intersections(osm, &at_nodes, &nodes, &positions, &pieces, &roads, &centres);
     let mut network = RoadNetwork { side, country, roads, intersections, restrictions: Vec::new() };
@@ -165,9 +164,15 @@ fn layouts(
         .collect()
 }
 
-/// The piece's points without those that tell nothing, ends kept (Douglas and Peucker's method).
-fn simplified(piece: &Piece, positions: &FxHashMap<i64, Point>) -> Vec<Point> {
+/// The piece's line without points that tell nothing, ends kept.
+fn centre(piece: &Piece, positions: &FxHashMap<i64, Point>) -> Option<Polyline> {
     let points: Vec<Point> = piece.nodes.iter().filter_map(|id| positions.get(id).copied()).collect();
+    // Of a loop smaller than the tolerance nothing would be left.
+    Polyline::new(simplified(points.clone())).or_else(|| Polyline::new(points))
+}
+
+/// Douglas and Peucker's method.
+fn simplified(points: Vec<Point>) -> Vec<Point> {
     let mut keep = vec![false; points.len()];
     let mut open = vec![(0, points.len().saturating_sub(1))];
     while let Some((a, b)) = open.pop() {
