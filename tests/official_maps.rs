@@ -3,8 +3,8 @@
 
 use std::path::PathBuf;
 
-use lanewright::lanelet::{Condition, Loaded, from_osm};
-use lanewright::osm::{OsmData, read_file};
+use lanewright::lanelet::{Condition, Loaded, RegulatoryElement, from_osm, to_osm};
+use lanewright::osm::{OsmData, read_bytes, read_file};
 use lanewright::projection::{MgrsGrid, Projector};
 
 /// The folder of maps; `None`, with a line that says so, where it is not at hand.
@@ -79,5 +79,44 @@ fn every_map_loads() {
         }
         println!("{name}: {} nodes, {} lanelets, {kinds:?}", osm.nodes.len(), loaded.map.lanelets.len());
         assert!(!loaded.map.lanelets.is_empty() && loaded.map.points.len() == osm.nodes.len(), "{name}");
+    }
+}
+
+#[test]
+fn official_maps_are_the_same_after_writing_and_reading() {
+    for name in ["autoware_vm_03_left_hand.osm", "autoware_intersection.osm", "mapping_example.osm"] {
+        let Some((_, first)) = load(name) else { return };
+        let projector = Projector::mgrs("54SUE".parse().unwrap());
+        let mut bytes = Vec::new();
+        to_osm(&first.map, &projector, &mut bytes).unwrap();
+        let mut osm = OsmData::default();
+        read_bytes(&mut osm, name, bytes).unwrap();
+        let second = from_osm(&osm, &projector);
+        for point in &first.map.points {
+            let again = second.map.points.get(point.id).unwrap();
+            assert!((again.position - point.position).norm() < 1e-5 && again.ele == point.ele, "{name} {}", point.id);
+            assert_eq!(again.attributes, point.attributes);
+        }
+        for line in &first.map.linestrings {
+            let again = second.map.linestrings.get(line.id).unwrap();
+            assert_eq!((&again.points, &again.attributes), (&line.points, &line.attributes));
+        }
+        for polygon in &first.map.polygons {
+            let again = second.map.polygons.get(polygon.id).unwrap();
+            assert_eq!((&again.points, &again.attributes), (&polygon.points, &polygon.attributes));
+        }
+        for lanelet in &first.map.lanelets {
+            let again = second.map.lanelets.get(lanelet.id).unwrap();
+            assert_eq!((again.left, again.right, again.centerline), (lanelet.left, lanelet.right, lanelet.centerline));
+            assert_eq!(again.regulatory_elements, lanelet.regulatory_elements);
+            assert_eq!(again.attributes, lanelet.attributes);
+        }
+        for element in &first.map.regulatory_elements {
+            let again = second.map.regulatory_elements.get(element.id).unwrap();
+            let members = |e: &RegulatoryElement| format!("{:?}", e.members);
+            assert_eq!((members(again), &again.attributes), (members(element), &element.attributes));
+        }
+        assert_eq!(first.map.lanelets.len(), second.map.lanelets.len());
+        assert_eq!(first.map.regulatory_elements.len(), second.map.regulatory_elements.len());
     }
 }

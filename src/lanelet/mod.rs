@@ -12,12 +12,14 @@ pub mod index;
 mod limits;
 pub mod locate;
 mod shelf;
+mod to_osm;
 
 pub use attributes::{Attributes, RoadType, TurnDirection};
 pub use fault::{BoundRole, Condition, LoadFault};
 pub use from_osm::{Loaded, SUPPORTED_FORMAT_VERSION, from_osm};
 pub use limits::{RoleLimit, TargetKind, known_subtypes, role_limits};
 pub use shelf::{Shelf, Shelved};
+pub use to_osm::to_osm;
 
 use serde::Serialize;
 

@@ -6,9 +6,11 @@
 mod pbf;
 mod read;
 mod tags;
+mod write;
 
 pub use read::{ReadError, read_bytes, read_file, read_files};
 pub use tags::{Tags, Text};
+pub use write::OsmWriter;
 
 use rustc_hash::FxHashMap;
 
