@@ -1,0 +1,221 @@
+//! The program as its users run it: the README's commands, and input that cannot be good.
+
+mod support;
+
+use std::fs;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+use std::process::Stdio;
+
+use support::{Run, command, lanewright, root};
+
+/// An empty directory with a file in it, if any.
+fn place_with(name: &str, content: &[u8]) -> tempfile::TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    fs::write(dir.path().join(name), content).unwrap();
+    dir
+}
+
+/// Both verbs that read a file refuse this content, saying so.
+#[track_caller]
+fn both_refuse(content: &[u8], words: &[&str]) {
+    let dir = place_with("bad.osm", content);
+    lanewright(dir.path(), &["build", "bad.osm", "-o", "out"]).fails_saying(words);
+    assert!(!dir.path().join("out").exists(), "a failed build leaves nothing");
+    lanewright(dir.path(), &["check", "bad.osm"]).fails_saying(words);
+    lanewright(dir.path(), &["draw", "bad.osm", "-o", "a.svg"]).fails_saying(words);
+    assert!(!dir.path().join("a.svg").exists(), "a failed draw leaves nothing");
+}
+
+const WAY: &str = r#"<osm version="0.6">
+  <node id="1" lat="49.01" lon="8.53"/>
+  <node id="2" lat="49.02" lon="8.53"/>
+  <way id="3"><nd ref="1"/><nd ref="2"/><tag k="highway" v="HIGHWAY"/></way>
+</osm>
+"#;
+
+#[test]
+fn not_xml() {
+    both_refuse(b"to be or not to be\n", &["this is not XML", "bad.osm:1:1", "expected OpenStreetMap XML"]);
+}
+
+#[test]
+fn not_text() {
+    both_refuse(b"\x89PNG\r\n\x1a\n\xff\xfe", &["not UTF-8"]);
+}
+
+#[test]
+fn truncated_xml() {
+    let text = &WAY[..WAY.len() - 30];
+    both_refuse(text.as_bytes(), &["bad.osm:4:", "cut off"]);
+}
+
+#[test]
+fn empty_file() {
+    both_refuse(b"", &["bad.osm is empty"]);
+}
+
+#[test]
+fn empty_directory() {
+    let dir = tempfile::tempdir().unwrap();
+    fs::create_dir(dir.path().join("maps")).unwrap();
+    lanewright(dir.path(), &["check", "maps"]).fails_saying(&["maps", ".osm"]);
+    lanewright(dir.path(), &["build", "maps", "-o", "out"]).fails_saying(&["maps"]);
+    assert!(!dir.path().join("out").exists());
+}
+
+#[test]
+fn no_such_file() {
+    let dir = tempfile::tempdir().unwrap();
+    for verb in [&["build", "gone.osm", "-o", "out"][..], &["check", "gone.osm"], &["draw", "gone.osm", "-o", "a.png"]] {
+        lanewright(dir.path(), verb).fails_saying(&["gone.osm"]);
+    }
+}
+
+#[test]
+fn no_drivable_road() {
+    let dir = place_with("paths.osm", WAY.replace("HIGHWAY", "footway").as_bytes());
+    lanewright(dir.path(), &["build", "paths.osm", "-o", "out"]).fails_saying(&["no drivable road"]);
+    assert!(!dir.path().join("out").exists());
+}
+
+#[test]
+fn nodes_that_are_not_on_earth() {
+    both_refuse(WAY.replace("49.02", "200").as_bytes(), &["latitude 200", "not on Earth", "bad.osm:3:"]);
+}
+
+#[test]
+fn a_way_of_ten_million_members() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut file = BufWriter::new(fs::File::create(dir.path().join("long.osm")).unwrap());
+    file.write_all(b"<osm version=\"0.6\"><node id=\"1\" lat=\"1\" lon=\"1\"/><way id=\"2\">").unwrap();
+    for _ in 0..10_000_000 {
+        file.write_all(b"<nd ref=\"1\"/>").unwrap();
+    }
+    file.write_all(b"</way></osm>").unwrap();
+    drop(file);
+    lanewright(dir.path(), &["build", "long.osm", "-o", "out"]).fails_saying(&["way 2 has more than"]);
+    lanewright(dir.path(), &["check", "long.osm"]).fails_saying(&["way 2 has more than"]);
+}
+
+#[test]
+fn a_navigation_map_is_not_a_lanelet2_map() {
+    let dir = place_with("roads.osm", WAY.replace("HIGHWAY", "residential").as_bytes());
+    lanewright(dir.path(), &["check", "roads.osm"])
+        .fails_saying(&["roads.osm is not a Lanelet2 map", "lanewright build roads.osm"]);
+}
+
+#[test]
+fn a_lanelet2_map_cannot_be_built_from() {
+    let dir = tempfile::tempdir().unwrap();
+    let sample = root().join("sample_maps/crossing_right.osm");
+    lanewright(dir.path(), &["build", sample.to_str().unwrap(), "-o", "out"]).exits(0);
+    lanewright(dir.path(), &["build", "out/lanelet2_map.osm", "-o", "again"])
+        .fails_saying(&["is a Lanelet2 map already", "lanewright check out/lanelet2_map.osm"]);
+    assert!(!dir.path().join("again").exists());
+}
+
+#[test]
+fn good_files_survive_a_failure() {
+    let dir = tempfile::tempdir().unwrap();
+    let sample = root().join("sample_maps/tjunction_right.osm");
+    lanewright(dir.path(), &["build", sample.to_str().unwrap(), "-o", "out"]).exits(0);
+    let listing = |dir: &Path| -> Vec<(std::ffi::OsString, Vec<u8>)> {
+        let mut files: Vec<_> = fs::read_dir(dir).unwrap().flatten().map(|e| (e.file_name(), e.path())).collect();
+        files.sort();
+        files.into_iter().map(|(name, path)| (name, fs::read(path).unwrap())).collect()
+    };
+    let before = listing(&dir.path().join("out"));
+    assert_eq!(before.len(), 3);
+    fs::write(dir.path().join("bad.osm"), "<osm>").unwrap();
+    lanewright(dir.path(), &["build", "bad.osm", "-o", "out"]).exits(2);
+    assert!(before == listing(&dir.path().join("out")));
+}
+
+#[test]
+fn wrong_arguments_are_the_users_error() {
+    let dir = tempfile::tempdir().unwrap();
+    let cases: [&[&str]; 6] = [
+        &["fly"],
+        &["build", "a.osm"],
+        &["draw", "a.osm", "-o", "a.jpg"],
+        &["draw", "a.osm", "-o", "a.png", "--at", "here"],
+        &["check", "a.osm", "--fail-on", "sometimes"],
+        &["explain", "vm-99-99"],
+    ];
+    for arguments in cases {
+        let run = lanewright(dir.path(), arguments).exits(2);
+        assert!(!run.stderr.is_empty() && run.stdout.is_empty(), "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_reader_that_stops_early_is_no_failure() {
+    for arguments in [&["rules"][..], &["explain", "vm-03-08"], &["--help"]] {
+        let mut child = command(Path::new("."), arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop(child.stdout.take());
+        let run = Run::from(child.wait_with_output().unwrap());
+        assert!(run.code == 0 && run.stderr.is_empty(), "{arguments:?}: {} {}", run.code, run.stderr);
+    }
+}
+
+#[test]
+fn pipes_get_no_colours() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = lanewright(dir.path(), &["check", "gone.osm"]);
+    assert!(!run.stderr.contains('\u{1b}'), "{}", run.stderr);
+}
+
+#[test]
+fn a_foreign_proj_installation_does_no_harm() {
+    let dir = tempfile::tempdir().unwrap();
+    let sample = root().join("sample_maps/crossing_left.osm");
+    let mut build = command(dir.path(), &["build", sample.to_str().unwrap(), "-o", "out"]);
+    Run::from(build.env("PROJ_DATA", "/nowhere").env("PROJ_LIB", "/nowhere").output().unwrap()).exits(0);
+    lanewright(dir.path(), &["build", sample.to_str().unwrap(), "-o", "plain"]).exits(0);
+    let map = |out: &str| fs::read(dir.path().join(out).join("lanelet2_map.osm")).unwrap();
+    assert!(map("out") == map("plain"));
+}
+
+/// Runs what stands behind `$ ` in the `console` blocks of the README and holds what stands below it. A line `...`
+/// stands for any lines.
+#[test]
+fn the_readme_shows_what_happens() {
+    let dir = tempfile::tempdir().unwrap();
+    fs::create_dir(dir.path().join("sample_maps")).unwrap();
+    for sample in support::samples() {
+        fs::copy(&sample, dir.path().join("sample_maps").join(sample.file_name().unwrap())).unwrap();
+    }
+    let readme = fs::read_to_string(root().join("README.md")).unwrap();
+    let mut ran = 0;
+    for block in readme.split("```console\n").skip(1).filter_map(|rest| rest.split("```").next()) {
+        for step in block.split("$ ").skip(1) {
+            let (line, expected) = step.split_once('\n').unwrap_or((step, ""));
+            let Some(arguments) = line.strip_prefix("lanewright ") else { continue };
+            let arguments: Vec<&str> = arguments.split_whitespace().collect();
+            let run = lanewright(dir.path(), &arguments);
+            assert!(run.code < 2, "`{line}` fails:\n{}", run.stderr);
+            assert!(shows(&run.stdout, expected), "`{line}` shows:\n{}\nbut the README has:\n{expected}", run.stdout);
+            ran += 1;
+        }
+    }
+    assert!(ran >= 4, "only {ran} commands of the README were found");
+}
+
+/// Whether the text is as expected, where a line `...` stands for any lines.
+fn shows(text: &str, expected: &str) -> bool {
+    let parts: Vec<&str> = expected.trim().split("\n...").map(str::trim).collect();
+    let mut rest = text.trim();
+    for (i, part) in parts.iter().enumerate() {
+        match rest.find(part) {
+            Some(0) => rest = &rest[part.len()..],
+            Some(at) if i > 0 => rest = &rest[at + part.len()..],
+            _ => return false,
+        }
+    }
+    rest.trim().is_empty() || parts.last().is_some_and(|p| p.is_empty())
+}
