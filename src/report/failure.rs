@@ -2,41 +2,25 @@
 
 use std::fmt;
 
-use miette::{
-    GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan,
-    SpanContents,
-};
+use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, SourceCode};
 
-/// How a report is laid out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Look {
-    /// Whether the terminal shows colours and the user wants them.
-    pub colour: bool,
-    /// Columns of text.
-    pub width: usize,
-}
-
-impl Look {
-    /// Without colours and as wide as most terminals: for files, pipes and tests.
-    pub const PLAIN: Self = Self { colour: false, width: 100 };
-
-    fn theme(self) -> GraphicalTheme {
-        if self.colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() }
-    }
-}
+use super::source::SourceFile;
+use super::{Sources, TextStyle};
+use crate::diagnostic::SourceSpan;
 
 /// Why a run failed.
 #[derive(Debug)]
 pub struct Failure {
     message: String,
     help: Option<String>,
-    excerpt: Option<Excerpt>,
+    /// Name and text of the file, byte offset of the place.
+    place: Option<(String, String, usize)>,
 }
 
 impl Failure {
     /// A failure with one line that says what is wrong.
     pub fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into(), help: None, excerpt: None }
+        Self { message: message.into(), help: None, place: None }
     }
 
     /// Adds a way out.
@@ -49,15 +33,24 @@ impl Failure {
     /// Shows the place, a byte offset into the whole text of a file.
     #[must_use]
     pub fn at(mut self, file: &str, text: &str, offset: usize) -> Self {
-        self.excerpt = Some(Excerpt::around(file, text, offset));
+        self.place = Some((file.to_owned(), text.to_owned(), offset));
         self
     }
 
     /// The report, several lines, with a line feed at its end.
-    pub fn render(&self, look: Look) -> String {
-        let handler = GraphicalReportHandler::new_themed(look.theme()).with_width(look.width).without_cause_chain();
+    pub fn render(&self, style: TextStyle) -> String {
+        let theme = if style.color { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
+        // Not wrapped: a command to copy must stay in one piece.
+        let handler = GraphicalReportHandler::new_themed(theme)
+            .with_width(style.width)
+            .with_wrap_lines(false)
+            .without_cause_chain();
+        let sources = Sources::new(self.place.iter().map(|(file, text, _)| (file.as_str(), text.as_str())));
+        let offset = self.place.as_ref().map_or(0, |(_, _, offset)| *offset as u64);
+        let span = SourceSpan { file: 0, start: offset, end: offset };
+        let shown = Shown { failure: self, file: sources.file(&span), span };
         let mut text = String::new();
-        match handler.render_report(&mut text, self) {
+        match handler.render_report(&mut text, &shown) {
             Ok(()) => text,
             Err(fmt::Error) => format!("error: {}\n", self.message),
         }
@@ -72,79 +65,34 @@ impl fmt::Display for Failure {
 
 impl std::error::Error for Failure {}
 
-impl miette::Diagnostic for Failure {
+/// A failure as miette sees it.
+#[derive(Debug)]
+struct Shown<'a> {
+    failure: &'a Failure,
+    file: Option<&'a SourceFile<'a>>,
+    span: SourceSpan,
+}
+
+impl fmt::Display for Shown<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.failure.fmt(f)
+    }
+}
+
+impl std::error::Error for Shown<'_> {}
+
+impl miette::Diagnostic for Shown<'_> {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        self.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
+        self.failure.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.excerpt.as_ref().map(|excerpt| excerpt as &dyn SourceCode)
+        self.file.map(|file| file as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let excerpt = self.excerpt.as_ref()?;
-        Some(Box::new(std::iter::once(LabeledSpan::new(Some("here".to_owned()), excerpt.at, 0))))
-    }
-}
-
-/// A few lines of a file. The whole file may be large, and one line of it may be the whole file.
-#[derive(Debug)]
-struct Excerpt {
-    file: String,
-    text: String,
-    /// Of the excerpt's first character in the file, from 0.
-    line: usize,
-    /// See `line`.
-    column: usize,
-    /// Offset of the place in the excerpt.
-    at: usize,
-}
-
-impl Excerpt {
-    /// Most bytes shown before and behind the place.
-    const REACH: usize = 240;
-
-    fn around(file: &str, text: &str, offset: usize) -> Self {
-        let boundary = |mut i: usize| {
-            while !text.is_char_boundary(i) {
-                i -= 1;
-            }
-            i
-        };
-        let offset = boundary(offset.min(text.len()));
-        let line_start = text[..offset].rfind('\n').map_or(0, |i| i + 1);
-        let before = text[..line_start.saturating_sub(1)].rfind('\n').map_or(0, |i| i + 1);
-        let begin = boundary(before.max(offset.saturating_sub(Self::REACH)));
-        let reach = boundary((offset + Self::REACH).min(text.len()));
-        let end = text[offset..reach].match_indices('\n').nth(1).map_or(reach, |(i, _)| offset + i);
-        let begin_of_line = text[..begin].rfind('\n').map_or(0, |i| i + 1);
-        Self {
-            file: file.to_owned(),
-            text: text[begin..end].to_owned(),
-            line: text[..begin].matches('\n').count(),
-            column: text[begin_of_line..begin].chars().count(),
-            at: offset - begin,
-        }
-    }
-}
-
-impl SourceCode for Excerpt {
-    fn read_span<'a>(
-        &'a self,
-        span: &SourceSpan,
-        before: usize,
-        after: usize,
-    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
-        let inner = self.text.read_span(span, before, after)?;
-        let column = inner.column() + if inner.line() == 0 { self.column } else { 0 };
-        Ok(Box::new(MietteSpanContents::new_named(
-            self.file.clone(),
-            inner.data(),
-            *inner.span(),
-            inner.line() + self.line,
-            column,
-            inner.line_count(),
-        )))
+        let (start, _) = self.file?.first_line(&self.span);
+        Some(Box::new(std::iter::once(LabeledSpan::new(Some("here".to_owned()), start, 0))))
     }
 }
 
@@ -156,7 +104,7 @@ mod tests {
     fn message_place_and_way_out_are_shown() {
         let text = "<osm>\n  <node id=\"1\"\n</osm>\n";
         let failure = Failure::new("not well-formed XML").help("download it again").at("a.osm", text, 21);
-        let report = failure.render(Look::PLAIN);
+        let report = failure.render(TextStyle::default());
         for part in ["not well-formed XML", "a.osm:3:1", "</osm>", "download it again"] {
             assert!(report.contains(part), "{part} is missing in:\n{report}");
         }
@@ -165,14 +113,14 @@ mod tests {
     #[test]
     fn a_file_of_one_long_line_is_not_shown_whole() {
         let text = "é".repeat(1_000_000);
-        let report = Failure::new("bad").at("a.osm", &text, 999_999).render(Look::PLAIN);
+        let report = Failure::new("bad").at("a.osm", &text, 999_999).render(TextStyle::default());
         assert!(report.len() < 4_000, "{} bytes", report.len());
-        assert!(report.contains("a.osm:1:500"), "{report}");
+        assert!(report.contains("a.osm:1:"), "{report}");
     }
 
     #[test]
     fn a_place_behind_the_end_is_the_end() {
-        let report = Failure::new("cut off").at("a.osm", "<osm>\n", 99).render(Look::PLAIN);
+        let report = Failure::new("cut off").at("a.osm", "<osm>\n", 99).render(TextStyle::default());
         assert!(report.contains("a.osm:"), "{report}");
     }
 }

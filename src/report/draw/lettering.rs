@@ -21,7 +21,7 @@ pub fn path(text: &str, left: f64, base: f64, height: f64) -> String {
     let mut path = String::new();
     for (i, letter) in text.chars().enumerate() {
         let x0 = left + i as f64 * (WIDTH + GAP) * unit;
-        for stroke in strokes(letter.to_ascii_uppercase()).split(' ').filter(|s| !s.is_empty()) {
+        for stroke in strokes(letter).split(' ').filter(|s| !s.is_empty()) {
             let mut digits = stroke.bytes().map(|b| f64::from(b.saturating_sub(b'0')));
             let mut command = 'M';
             while let (Some(x), Some(y)) = (digits.next(), digits.next()) {
@@ -72,6 +72,32 @@ fn strokes(letter: char) -> &'static str {
         'X' => "0046 0640",
         'Y' => "062346 2320",
         'Z' => "06460040",
+        'a' => "14344340 4212011040",
+        'b' => "0600 0314344341301001",
+        'c' => "4334140301103041",
+        'd' => "4640 4334140301103041",
+        'e' => "02424334140301103041",
+        'f' => "36261510 0434",
+        'g' => "4334140302113142 44413010",
+        'h' => "0600 0314344340",
+        'i' => "2420 2526",
+        'j' => "34312010 3536",
+        'k' => "0600 4402 1340",
+        'l' => "2620",
+        'm' => "0400 03142320 23344340",
+        'n' => "0400 0314344340",
+        'o' => "143443413010010314",
+        'p' => "0400 043443423101",
+        'q' => "4440 441403021141",
+        'r' => "0400 03143443",
+        's' => "43341403123241301001",
+        't' => "16112030 0434",
+        'u' => "0401103041 4440",
+        'v' => "042044",
+        'w' => "0410223044",
+        'x' => "0440 0044",
+        'y' => "0422 442210",
+        'z' => "04440040",
         '-' => "1333",
         '_' => "0040",
         '.' => "2021",

@@ -1,0 +1,145 @@
+//! The verbs and their arguments, as clap reads them.
+
+mod check;
+mod draw;
+mod explain;
+mod files;
+mod load;
+mod screen;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use lanewright::report::FailOn;
+use lanewright::report::failure::Failure;
+
+/// Exit code of a run that found nothing bad enough.
+const CLEAN: u8 = 0;
+/// Exit code of a run that could not do its work; clap's own, too.
+const FAILED: u8 = 2;
+
+/// Builds Autoware-ready Lanelet2 maps from OpenStreetMap and checks any Lanelet2 map.
+#[derive(Debug, Parser)]
+#[command(version, about, max_term_width = 100, arg_required_else_help = true)]
+#[command(after_help = "Exit code: 0 clean, 1 findings of severity error (see check --fail-on), 2 the run failed.")]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    Check(CheckArgs),
+    Draw(DrawArgs),
+    /// Say what a rule requires, why, and how to mend what breaks it
+    Explain {
+        /// Number of the rule, or a code that a finding shows: vm-03-08, vm-03-08/lane-node-missing
+        rule: String,
+    },
+    /// List the rules
+    Rules,
+}
+
+/// Hold a Lanelet2 map against Autoware's requirements
+#[derive(Debug, Args)]
+struct CheckArgs {
+    /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml
+    map: PathBuf,
+    /// Least severity of a finding that makes the exit code 1
+    #[arg(long, value_enum, default_value_t = FailOnArg::Error)]
+    fail_on: FailOnArg,
+    /// How findings are shown
+    #[arg(long, value_enum, default_value_t = FormatArg::Text)]
+    format: FormatArg,
+    /// Only rules and findings whose code begins so: vm-03, vm-03-08/edge-not-border, load
+    #[arg(long, value_name = "PREFIX", value_delimiter = ',')]
+    select: Vec<String>,
+    /// No rules and findings whose code begins so
+    #[arg(long, value_name = "PREFIX", value_delimiter = ',')]
+    ignore: Vec<String>,
+}
+
+/// Draw a Lanelet2 map as SVG or PNG, with its findings
+#[derive(Debug, Args)]
+struct DrawArgs {
+    /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml
+    map: PathBuf,
+    /// The picture: .svg or .png
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Draw what lies around this place
+    #[arg(long, value_name = "LAT,LON", value_parser = place, allow_hyphen_values = true, conflicts_with = "around")]
+    at: Option<(f64, f64)>,
+    /// How far around the place, metres
+    #[arg(long, value_name = "M", requires = "at", default_value_t = 60.0)]
+    radius: f64,
+    /// Draw what lies around the primitive with this id
+    #[arg(long, value_name = "ID", allow_hyphen_values = true)]
+    around: Option<i64>,
+    /// Pixels per metre; without it, whatever fits a screen
+    #[arg(long, value_name = "PX")]
+    scale: Option<f64>,
+    /// Write the ids of lanelets, intersection areas and regulatory elements
+    #[arg(long)]
+    ids: bool,
+    /// Leave out the findings of `check`
+    #[arg(long)]
+    no_findings: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum FailOnArg {
+    Info,
+    Warning,
+    Error,
+    Never,
+}
+
+impl From<FailOnArg> for FailOn {
+    fn from(limit: FailOnArg) -> Self {
+        match limit {
+            FailOnArg::Info => Self::Info,
+            FailOnArg::Warning => Self::Warning,
+            FailOnArg::Error => Self::Error,
+            FailOnArg::Never => Self::Never,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum FormatArg {
+    /// File, line, snippet and help; one line each after the first hundred
+    Text,
+    /// One line each
+    Concise,
+}
+
+/// `LAT,LON` in degrees.
+fn place(text: &str) -> Result<(f64, f64), String> {
+    let wrong = || format!("`{text}` is not LAT,LON in degrees, such as 48.137,11.575");
+    let (lat, lon) = text.split_once(',').ok_or_else(wrong)?;
+    let number = |part: &str| part.trim().parse::<f64>().map_err(|_| wrong());
+    let (lat, lon) = (number(lat)?, number(lon)?);
+    if !(-90.0..=90.0).contains(&lat) || !(-180.0..=180.0).contains(&lon) {
+        return Err(format!("`{text}` is not on Earth: latitude -90 to 90 first, then longitude -180 to 180"));
+    }
+    Ok((lat, lon))
+}
+
+/// Runs the program.
+pub fn run() -> ExitCode {
+    let result: Result<u8, Failure> = match Cli::parse().verb {
+        Verb::Check(args) => check::run(&args),
+        Verb::Draw(args) => draw::run(&args),
+        Verb::Explain { rule } => explain::explain(&rule),
+        Verb::Rules => explain::rules(),
+    };
+    match result {
+        Ok(code) => ExitCode::from(code),
+        Err(failure) => {
+            screen::complain(&failure.render(screen::stderr_style()));
+            ExitCode::from(FAILED)
+        }
+    }
+}

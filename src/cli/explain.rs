@@ -1,0 +1,32 @@
+//! `explain` and `rules`: the standard, for people.
+
+use lanewright::report;
+use lanewright::report::failure::Failure;
+use lanewright::rules;
+
+use super::{CLEAN, screen};
+
+/// Prints one rule in full; with a finding's code, that fault first.
+pub fn explain(code: &str) -> Result<u8, Failure> {
+    let requirement = rules::find(code).ok_or_else(|| {
+        Failure::new(format!("there is no rule `{code}`"))
+            .help("`lanewright rules` lists them; give vm-03-08, for example")
+    })?;
+    let slug = code.split_once('/').map(|(_, slug)| slug);
+    if let Some(slug) = slug
+        && requirement.fault(slug).is_none()
+    {
+        let known: Vec<&str> = requirement.faults.iter().map(|(slug, _)| slug.as_str()).collect();
+        return Err(Failure::new(format!("{} has no fault `{slug}`", requirement.id))
+            .help(format!("it has {}", known.join(", "))));
+    }
+    screen::print(&report::explain(requirement, slug))?;
+    Ok(CLEAN)
+}
+
+/// Prints the list of rules.
+pub fn rules() -> Result<u8, Failure> {
+    let table = rules::table().map_err(|error| Failure::new(error.to_string()))?;
+    screen::print(&report::list(table.iter().map(|row| &row.requirement)))?;
+    Ok(CLEAN)
+}

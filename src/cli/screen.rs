@@ -1,0 +1,85 @@
+//! What the user sees: results on standard output, progress and errors on standard error.
+
+use std::io::{self, BufWriter, IsTerminal, Write};
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use lanewright::report::TextStyle;
+use lanewright::report::failure::Failure;
+
+/// Widest text: lines longer than this are hard to read, however wide the terminal is.
+const MAX_WIDTH: usize = 110;
+
+/// The style of reports on standard output.
+pub fn stdout_style() -> TextStyle {
+    style(io::stdout().is_terminal())
+}
+
+/// The style of reports on standard error.
+pub fn stderr_style() -> TextStyle {
+    style(io::stderr().is_terminal())
+}
+
+fn style(terminal: bool) -> TextStyle {
+    // https://no-color.org: set and not empty.
+    let unwanted = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty())
+        || std::env::var_os("TERM").is_some_and(|v| v == "dumb");
+    let plain = TextStyle::default();
+    let width = match terminal_size::terminal_size() {
+        Some((terminal_size::Width(columns), _)) if terminal => usize::from(columns).min(MAX_WIDTH),
+        _ => plain.width,
+    };
+    TextStyle { color: terminal && !unwanted, width }
+}
+
+/// Writes a text to standard output.
+pub fn print(text: &str) -> Result<(), Failure> {
+    print_with(|out| out.write_all(text.as_bytes()))
+}
+
+/// Writes to standard output. Whoever reads may stop at any time (`| head`), which is no failure.
+pub fn print_with(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Failure> {
+    let mut out = BufWriter::new(io::stdout().lock());
+    match write(&mut out).and_then(|()| out.flush()) {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {
+            // What is left in the buffer has no reader.
+            let _ = out.into_parts();
+            Ok(())
+        }
+        result => result.map_err(|error| Failure::new(format!("cannot write to standard output: {error}"))),
+    }
+}
+
+/// Writes to standard error; there is nobody to tell if that fails.
+pub fn complain(text: &str) {
+    let _ = io::stderr().lock().write_all(text.as_bytes());
+}
+
+/// A line on the terminal that says what is going on; silent where standard error is no terminal.
+pub struct Progress(ProgressBar);
+
+impl Progress {
+    /// Begins with the first thing that is done.
+    pub fn start(doing: &str) -> Self {
+        if !io::stderr().is_terminal() {
+            return Self(ProgressBar::hidden());
+        }
+        let bar = ProgressBar::new_spinner().with_message(doing.to_owned());
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(120));
+        Self(bar)
+    }
+
+    /// Says what is done next.
+    pub fn next(&self, doing: &str) {
+        self.0.set_message(doing.to_owned());
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
+}
