@@ -67,7 +67,8 @@ fn empty_directory() {
 #[test]
 fn no_such_file() {
     let dir = tempfile::tempdir().unwrap();
-    for verb in [&["build", "gone.osm", "-o", "out"][..], &["check", "gone.osm"], &["draw", "gone.osm", "-o", "a.png"]] {
+    for verb in [&["build", "gone.osm", "-o", "out"][..], &["check", "gone.osm"], &["draw", "gone.osm", "-o", "a.png"]]
+    {
         lanewright(dir.path(), verb).fails_saying(&["gone.osm"]);
     }
 }
@@ -152,11 +153,8 @@ fn wrong_arguments_are_the_users_error() {
 #[test]
 fn a_reader_that_stops_early_is_no_failure() {
     for arguments in [&["rules"][..], &["explain", "vm-03-08"], &["--help"]] {
-        let mut child = command(Path::new("."), arguments)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
+        let mut child =
+            command(Path::new("."), arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         drop(child.stdout.take());
         let run = Run::from(child.wait_with_output().unwrap());
         assert!(run.code == 0 && run.stderr.is_empty(), "{arguments:?}: {} {}", run.code, run.stderr);

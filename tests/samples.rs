@@ -37,7 +37,8 @@ fn our_rules_are_silent_on_every_sample() {
     for sample in samples() {
         let map = dir.path().join(name(&sample));
         build(&sample, &map, "2");
-        let run = lanewright(dir.path(), &["check", map.to_str().unwrap(), "--fail-on", "warning", "--format", "concise"]);
+        let run =
+            lanewright(dir.path(), &["check", map.to_str().unwrap(), "--fail-on", "warning", "--format", "concise"]);
         if run.code != 0 {
             loud.push(format!("{}:\n{}{}", name(&sample), run.stdout, run.stderr));
         }

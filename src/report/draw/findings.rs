@@ -1,5 +1,7 @@
 //! Findings on the map: what they are about glows, a pin stands where to look.
 
+use rustc_hash::FxHashMap;
+
 use super::canvas::Canvas;
 use super::lanes::positions;
 use crate::diagnostic::{Diagnostic, Place, Subject};
@@ -20,8 +22,20 @@ const MAX_WORDED: usize = 60;
 pub fn findings(canvas: &mut Canvas, map: &LaneletMap, diagnostics: &[Diagnostic], worded: bool) {
     let mut sorted: Vec<&Diagnostic> = diagnostics.iter().collect();
     sorted.sort_by_key(|d| d.severity);
+    // A subject with many findings glows once, in the hue of the worst.
+    let mut glowing: FxHashMap<Subject, &Diagnostic> = FxHashMap::default();
     for diagnostic in &sorted {
-        for shape in shapes(map, diagnostic) {
+        glowing.insert(diagnostic.finding.subject, diagnostic);
+    }
+    for diagnostic in &sorted {
+        if glowing.get(&diagnostic.finding.subject).is_some_and(|worst| std::ptr::eq(*worst, *diagnostic)) {
+            for shape in of_subject(map, diagnostic.finding.subject) {
+                glow(canvas, &shape, diagnostic);
+            }
+        }
+    }
+    for diagnostic in &sorted {
+        if let Some(shape) = place(diagnostic) {
             glow(canvas, &shape, diagnostic);
         }
     }
@@ -36,7 +50,7 @@ pub fn findings(canvas: &mut Canvas, map: &LaneletMap, diagnostics: &[Diagnostic
 fn glow(canvas: &mut Canvas, shape: &Shape, diagnostic: &Diagnostic) {
     let (class, title) = (diagnostic.severity.to_string(), title(diagnostic));
     match shape {
-        Shape::Spot(p) => canvas.disc(&format!("veil {class}"), *p, 7.0, &title),
+        Shape::Spot(p) => canvas.disc(&format!("spot {class}"), *p, 6.0, &title),
         Shape::Line(points) => canvas.line(&format!("glow {class}"), points, &title),
         Shape::Area(ring) => canvas.area(&format!("veil {class}"), ring, &title),
     }
@@ -73,20 +87,13 @@ fn title(diagnostic: &Diagnostic) -> String {
 /// Where the pin stands.
 fn spot(map: &LaneletMap, diagnostic: &Diagnostic) -> Option<Point> {
     let middle = |points: &[Point]| points.get(points.len() / 2).copied();
-    let own = match &diagnostic.finding.place {
-        Place::Point(p) => Some(*p),
-        Place::Line(points) => middle(points),
-        Place::Polygon(ring) => mean(ring),
-        Place::Unknown => None,
-    };
-    own.or_else(|| {
-        shapes(map, diagnostic).into_iter().find_map(|shape| match shape {
-            Shape::Spot(p) => Some(p),
-            Shape::Line(points) => middle(&points),
-            Shape::Area(ring) => mean(&ring),
-        })
-    })
-    .or(diagnostic.local)
+    let shapes = place(diagnostic).into_iter().chain(of_subject(map, diagnostic.finding.subject));
+    let mut spots = shapes.filter_map(|shape| match shape {
+        Shape::Spot(p) => Some(p),
+        Shape::Line(points) => middle(&points),
+        Shape::Area(ring) => mean(&ring),
+    });
+    spots.next().or(diagnostic.local)
 }
 
 fn mean(points: &[Point]) -> Option<Point> {
@@ -94,15 +101,14 @@ fn mean(points: &[Point]) -> Option<Point> {
     (!points.is_empty()).then(|| Point::from(sum / points.len() as f64))
 }
 
-/// The finding's place, then its subject.
-fn shapes(map: &LaneletMap, diagnostic: &Diagnostic) -> Vec<Shape> {
-    let place = match &diagnostic.finding.place {
+/// The finding's own place.
+fn place(diagnostic: &Diagnostic) -> Option<Shape> {
+    match &diagnostic.finding.place {
         Place::Unknown => None,
         Place::Point(p) => Some(Shape::Spot(*p)),
         Place::Line(points) => Some(Shape::Line(points.clone())),
         Place::Polygon(ring) => Some(Shape::Area(ring.clone())),
-    };
-    place.into_iter().chain(of_subject(map, diagnostic.finding.subject)).collect()
+    }
 }
 
 fn of_subject(map: &LaneletMap, subject: Subject) -> Vec<Shape> {

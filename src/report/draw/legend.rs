@@ -54,7 +54,8 @@ pub fn legend(canvas: &mut Canvas, map: &LaneletMap, diagnostics: &[Diagnostic])
     for severity in [Severity::Error, Severity::Warning, Severity::Info] {
         let count = diagnostics.iter().filter(|d| d.severity == severity).count();
         if count > 0 {
-            entries.push((format!("pin {severity}"), format!("{count} {severity}")));
+            let plural = if count == 1 { "" } else { "s" };
+            entries.push((format!("pin {severity}"), format!("{count} {severity}{plural}")));
         }
     }
     let (metres, bar) = bar_length(canvas.view.scale);

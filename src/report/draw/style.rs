@@ -165,8 +165,10 @@ path,circle,rect{fill:none;stroke-linejoin:round}
 .id-turn .pen{stroke:#123a5a}.id-area .pen{stroke:#7a5b00}.id-rule .pen{stroke:#8b1a5b}
 .glow{stroke-opacity:.45;stroke-linecap:round}
 .glow.error{stroke:#e01e37}.glow.warning{stroke:#ff8c1a}.glow.info{stroke:#2f80ed}
-.veil{fill-opacity:.28}
-.veil.error{fill:#e01e37}.veil.warning{fill:#ff8c1a}.veil.info{fill:#2f80ed}
+.veil{fill-opacity:.1;stroke-opacity:.85;stroke-width:1.8}
+.veil.error{fill:#e01e37;stroke:#e01e37}.veil.warning{fill:#ff8c1a;stroke:#ff8c1a}.veil.info{fill:#2f80ed;stroke:#2f80ed}
+.spot{fill-opacity:.3}
+.spot.error{fill:#e01e37}.spot.warning{fill:#ff8c1a}.spot.info{fill:#2f80ed}
 .pin{stroke:#fff;stroke-width:1.4}
 .pin.error{fill:#e01e37}.pin.warning{fill:#f27d0c}.pin.info{fill:#2f80ed}
 .found .pen{stroke:#1d2024}
