@@ -130,7 +130,8 @@ pub struct Related {
 }
 
 /// One machine-made change to the map. Each variant's sentence names its fields.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case", tag = "edit")]
 #[expect(missing_docs)]
 pub enum Edit {
     /// Set a tag, whatever it was.
@@ -158,7 +159,7 @@ pub enum Edit {
 }
 
 /// How to mend a finding by machine.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Fix {
     /// What it does, in one line.
     pub title: String,

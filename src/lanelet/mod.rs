@@ -11,6 +11,7 @@ mod from_osm;
 pub mod index;
 mod limits;
 pub mod locate;
+pub mod referrers;
 mod shelf;
 mod to_osm;
 

@@ -2,19 +2,39 @@
 
 use std::io::{self, Write};
 
-use super::Sources;
+use super::{Position, Sources, visible};
 use crate::diagnostic::{Diagnostic, Severity};
 
-/// Writes `file:line:column: severity[code] message`, one line per finding.
+/// Writes `file:line:column: severity[code] message (at lat, lon)`, one line per finding.
 pub fn concise(out: &mut dyn Write, diagnostics: &[Diagnostic], sources: &Sources) -> io::Result<()> {
-    for diagnostic in diagnostics {
-        if let Some(at) = diagnostic.span.as_ref().and_then(|span| sources.position(span)) {
-            write!(out, "{}:{}:{}: ", at.name, at.line, at.column)?;
-        }
-        let Diagnostic { severity, code, finding, .. } = diagnostic;
-        writeln!(out, "{severity}[{code}] {}", finding.message)?;
+    let place = |diagnostic: &Diagnostic| diagnostic.span.as_ref().and_then(|span| sources.position(span));
+    diagnostics.iter().try_for_each(|diagnostic| writeln!(out, "{}", line(diagnostic, place(diagnostic))))
+}
+
+/// The line of one finding, without line feed.
+pub fn line(diagnostic: &Diagnostic, position: Option<Position<'_>>) -> String {
+    let place = position.map_or(String::new(), |at| format!("{}:{}:{}: ", visible(at.name), at.line, at.column));
+    format!("{place}{}[{}] {}", diagnostic.severity, visible(&diagnostic.code), visible(&sentence(diagnostic)))
+}
+
+/// The message with the primitive's id and place, for where nothing else shows them. Most messages name the id
+/// themselves.
+pub fn sentence(diagnostic: &Diagnostic) -> String {
+    let finding = &diagnostic.finding;
+    let mut sentence = match finding.subject.id() {
+        Some(id) if !names(&finding.message, id) => format!("{}: {}", finding.subject, finding.message),
+        _ => finding.message.clone(),
+    };
+    if let Some(at) = diagnostic.lonlat {
+        sentence.push_str(&format!(" (at {:.7}, {:.7})", at.lat, at.lon));
     }
-    Ok(())
+    sentence
+}
+
+/// Whether the number stands in the text.
+fn names(text: &str, id: i64) -> bool {
+    let id = id.to_string();
+    text.split(|c: char| !c.is_ascii_digit() && c != '-').any(|word| word == id)
 }
 
 /// How many findings of each severity, in one line: `2 errors, 1 warning, 0 infos`.

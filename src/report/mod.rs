@@ -1,15 +1,143 @@
-//! Diagnostics and maps made readable: for people, for CI, for other programs. Knows no rule.
+//! Diagnostics and maps made readable: for people, for CI, for other programs.
+//!
+//! One file per format; each turns a [`Report`] into text. Knows no rule.
 
 mod concise;
 pub mod draw;
+mod escape;
 mod explain;
 pub mod failure;
+pub mod geojson;
+pub mod github;
+pub mod gitlab;
+pub mod json;
+pub mod junit;
+pub mod sarif;
 mod source;
 mod text;
+mod totals;
 mod verdict;
 
-pub use concise::{concise, summary};
+pub use concise::{concise, line, sentence, summary};
+pub use escape::visible;
 pub use explain::{explain, list};
 pub use source::{Position, Sources};
 pub use text::{GRAPHICAL_LIMIT, TextStyle, text};
+pub use totals::{CodeTotal, Totals};
 pub use verdict::{FailOn, exit_code, worst};
+
+use crate::diagnostic::{Diagnostic, Subject};
+use crate::fingerprint::Fingerprints;
+use crate::geometry::Point;
+use crate::lanelet::LaneletMap;
+use crate::lanelet::referrers::Referrers;
+use crate::projection::LonLat;
+use crate::requirement::Requirement;
+
+/// The name under which the program reports.
+pub const TOOL: &str = "lanewright";
+/// Its version.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// Turns local metres into longitude and latitude; `None` where the map has no projection.
+pub type Unproject<'a> = &'a (dyn Fn(&[Point]) -> Option<Vec<LonLat>> + Sync);
+
+/// What one run found, and what is needed to show it.
+#[derive(Clone, Copy)]
+pub struct Report<'a> {
+    /// The findings that count, in the order of the run.
+    pub diagnostics: &'a [Diagnostic],
+    /// The map's files.
+    pub sources: &'a Sources<'a>,
+    /// The map.
+    pub map: &'a LaneletMap,
+    /// The requirements that the run held the map against, in the standard's order.
+    pub requirements: &'a [&'a Requirement],
+    /// From which severity on a finding makes the run fail.
+    pub fail_on: FailOn,
+    /// Most findings of one code that are shown; all are counted. `None` shows all.
+    pub cap: Option<usize>,
+    /// Findings left out because the user said so, with a reason.
+    pub suppressed: usize,
+    /// Findings left out because the baseline knows them.
+    pub known: usize,
+    /// The way from the plane to the globe.
+    pub unproject: Option<Unproject<'a>>,
+    /// Paths in reports for code hosts are relative to this directory, the root of the repository; `None` leaves them
+    /// as the user gave them.
+    pub root: Option<&'a std::path::Path>,
+}
+
+/// One finding with what every format looks up for it.
+#[derive(Debug)]
+pub struct Entry<'a> {
+    /// The finding.
+    pub diagnostic: &'a Diagnostic,
+    /// Where it stands in its file.
+    pub position: Option<Position<'a>>,
+    /// Its name across runs.
+    pub fingerprint: String,
+}
+
+impl<'a> Entry<'a> {
+    /// What it is about.
+    pub fn subject(&self) -> Subject {
+        self.diagnostic.finding.subject
+    }
+}
+
+impl<'a> Report<'a> {
+    /// All findings in the order of the run.
+    pub fn entries(&self) -> Vec<Entry<'a>> {
+        let mut fingerprints = Fingerprints::default();
+        self.diagnostics
+            .iter()
+            .map(|diagnostic| Entry {
+                diagnostic,
+                position: diagnostic.span.as_ref().and_then(|span| self.sources.position(span)),
+                fingerprint: fingerprints.next(diagnostic),
+            })
+            .collect()
+    }
+
+    /// All findings, the worst first, else in the order of the run.
+    pub fn worst_first(&self) -> Vec<Entry<'a>> {
+        let mut entries = self.entries();
+        entries.sort_by_key(|entry| std::cmp::Reverse(entry.diagnostic.severity));
+        entries
+    }
+
+    /// Whether a finding makes the run fail.
+    pub fn fails(&self, diagnostic: &Diagnostic) -> bool {
+        exit_code(std::slice::from_ref(diagnostic), self.fail_on) != 0
+    }
+
+    /// The chains that lead to primitives.
+    pub fn referrers(&self) -> Referrers {
+        Referrers::new(self.map)
+    }
+
+    /// A file's name as a path from the root of the repository, with `/` between its parts; unchanged where it lies
+    /// elsewhere.
+    pub fn path(&self, name: &str) -> String {
+        let Some(root) = self.root else { return name.to_owned() };
+        let Ok(absolute) = std::path::absolute(name) else { return name.to_owned() };
+        match absolute.strip_prefix(root) {
+            Ok(inside) => {
+                let parts: Vec<_> = inside.components().map(|part| part.as_os_str().to_string_lossy()).collect();
+                parts.join("/")
+            }
+            Err(_) => name.to_owned(),
+        }
+    }
+
+    /// The place a code host shows for a finding that has none of its own: the top of the first file.
+    fn top(&self) -> Option<Position<'a>> {
+        self.sources.names().next().map(|name| Position { name, line: 1, column: 1 })
+    }
+}
+
+/// Rule and slug of a code.
+pub fn split_code(code: &str) -> (&str, &str) {
+    code.split_once('/').unwrap_or((code, ""))
+}

@@ -50,6 +50,11 @@ impl<'a> Sources<'a> {
         Some(Position { name: file.name, line: line + 1, column: column + 1 })
     }
 
+    /// The names of the files, in reading order.
+    pub fn names(&self) -> impl Iterator<Item = &'a str> {
+        self.files.iter().map(|file| file.name)
+    }
+
     /// The file of a span, if its text is known.
     pub(super) fn file(&self, span: &SourceSpan) -> Option<&SourceFile<'a>> {
         self.files.get(span.file as usize).filter(|file| !file.text.is_empty())
