@@ -16,9 +16,9 @@ use super::cross_section::StripKind;
 use super::crosswalk::{announce, crosswalk};
 use super::join::Joins;
 use super::lanes::{Arm, Lanes, lanes};
-use super::movement::{Movements, STRAIGHT, movements};
+use super::movement::{Movement, Movements, STRAIGHT, movements};
 use super::outline::Outlines;
-use super::paths::{Bounds, Paint, Path, intersection_key, paths};
+use super::paths::{Bounds, Drawn, Paint, Path, intersection_key, paths};
 use super::right_of_way::{Mover, Relation, Turn, opposites, yields};
 use super::road_network::{DrivingSide, Intersection, IntersectionIx, RoadIx, RoadNetwork};
 use super::sidecar;
@@ -101,12 +101,28 @@ impl Stage<'_> {
         let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
         let plan = movements(self.network, lanes, intersection);
         let paint = if arms.len() == 2 { Paint::AsBefore } else { Paint::None };
-        let (paths, bounds) = paths(&mut self.assembly, self.network, lanes, intersection, &plan.all, paint);
+        let Drawn { paths, bounds, dropped } =
+            paths(&mut self.assembly, self.network, lanes, intersection, &plan.all, paint);
+        self.note_dropped(intersection, &dropped);
         let conflicts = conflicts(&paths);
         self.announce_crosswalks(intersection, &paths);
         let roundabout = arms.iter().any(|a| self.network.road(a.at.road).roundabout);
         if !roundabout && conflicts.real.iter().any(|c| !c.is_empty()) {
             self.area(intersection, &arms, &plan, &paths, &bounds, &conflicts);
+        }
+    }
+
+    fn note_dropped(&mut self, intersection: &Intersection, dropped: &[Movement]) {
+        for movement in dropped {
+            let way = |arm: usize| self.network.road(intersection.arms[arm].road).key.way;
+            let (from, to) = (way(movement.from), way(movement.to));
+            let node = intersection.nodes.first().copied().unwrap_or_default();
+            let message = format!("There is no room for a lane from way {from} to way {to} at node {node}.");
+            let finding = Finding::new("movement-dropped", Subject::Node(node), message)
+                .with(Subject::Way(from), "from")
+                .with(Subject::Way(to), "to")
+                .at(Place::Point(intersection.position));
+            self.notes.push(finding);
         }
     }
 

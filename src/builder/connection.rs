@@ -205,38 +205,32 @@ fn apply([start, end]: [f64; 2], [a, b]: [f64; 2], length: f64) -> [f64; 2] {
     [start + a * share, end - b * share]
 }
 
-/// Room for the near turns between neighbouring arms, and for tapers between two roads.
+/// Room for the turns between the arms, and for tapers between two roads.
 fn turn_setbacks(network: &RoadNetwork, arms: &[RoadEnd], least: &[[f64; 2]], setbacks: &mut [[f64; 2]]) {
     let mut raise = |at: RoadEnd, by: f64| {
         let back = &mut setbacks[at.road.0 as usize][side(at.end)];
         *back = back.max(by);
     };
-    let pose = |at: RoadEnd, lane: Option<&LaneAt>| {
+    let poses = |at: RoadEnd, into: bool| {
         let station = least[at.road.0 as usize][side(at.end)];
-        lane.map(|lane| lane_pose(network.road(at.road), at.end, station, *lane))
+        let road = network.road(at.road);
+        let lanes: Vec<LaneAt> = lanes_at(&road.section, at.end).into_iter().filter(|l| l.into == into).collect();
+        let outer = [lanes.first().copied(), lanes.last().copied()];
+        outer.map(|lane| lane.map(|lane| lane_pose(road, at.end, station, lane)))
     };
-    for (i, &a) in arms.iter().enumerate() {
-        let b = arms[(i + 1) % arms.len()];
-        let (lanes_a, lanes_b) =
-            (lanes_at(&network.road(a.road).section, a.end), lanes_at(&network.road(b.road).section, b.end));
-        // Clockwise from a to b: the leftmost lane of a and the rightmost of b lie at the corner between them.
-        let (Some(at_a), Some(at_b)) = (lanes_a.first(), lanes_b.last()) else { continue };
-        let curve = match (at_a.into, at_b.into) {
-            (true, false) => pose(a, Some(at_a)).zip(pose(b, Some(at_b))),
-            (false, true) => pose(b, Some(at_b)).zip(pose(a, Some(at_a))).map(|(from, to)| (from, to)),
-            _ => None,
-        };
-        if let Some((from, to)) = curve
-            && let Some((before, after, turn)) = curve::tangents(from, to)
-        {
-            let tangent = TURN_RADIUS * (turn.abs() / 2.0).tan();
-            let (first, second) = if at_a.into { (a, b) } else { (b, a) };
-            raise(first, (tangent - before).clamp(0.0, TURN_SETBACK_MOST));
-            raise(second, (tangent - after).clamp(0.0, TURN_SETBACK_MOST));
-        }
-        if arms.len() == 2 {
-            raise(a, TAPER);
-            raise(b, TAPER);
+    for &a in arms {
+        for &b in arms.iter().filter(|&&b| b != a) {
+            let (from, to) = (poses(a, true), poses(b, false));
+            // The tightest way between two arms joins their outermost lanes on the same side.
+            for (from, to) in from.into_iter().zip(to).filter_map(|(from, to)| from.zip(to)) {
+                let Some((before, after, turn)) = curve::tangents(from, to) else { continue };
+                let tangent = TURN_RADIUS * (turn.abs() / 2.0).tan();
+                raise(a, (tangent - before).clamp(0.0, TURN_SETBACK_MOST));
+                raise(b, (tangent - after).clamp(0.0, TURN_SETBACK_MOST));
+            }
+            if arms.len() == 2 {
+                raise(a, TAPER);
+            }
         }
     }
 }

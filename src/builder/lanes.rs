@@ -12,8 +12,8 @@ use super::road_network::{End, Road, RoadEnd, RoadIx, RoadNetwork};
 
 /// Corners of the road's line closer to a cut than this, metres, are left out of the borders.
 const CLEAR: f64 = 0.5;
-/// A mitred corner lies at most this many times the offset from the line's own corner.
-const MITER: f64 = 2.0;
+/// Corners are mitred up to this bend, degrees, and rounded beyond it.
+const MITER: f64 = 30.0;
 
 /// One lane of a road.
 #[derive(Clone, Debug)]
@@ -76,6 +76,13 @@ pub struct Lanes {
 }
 
 impl Lanes {
+    /// The lanes of a road.
+    pub fn of_road(&self, road: RoadIx) -> &[Lane] {
+        let first = self.lanes.partition_point(|l| l.road < road);
+        let last = self.lanes.partition_point(|l| l.road <= road);
+        &self.lanes[first..last]
+    }
+
     /// The arm at the end of a road.
     pub fn arm(&self, at: RoadEnd) -> &Arm {
         &self.arms[at.road.0 as usize][side(at.end)]
@@ -180,24 +187,39 @@ fn borders(
 
 /// The corners of a border between its ends: the road's own corners, moved sideways.
 fn border_inside(road: &Road, kept: [f64; 2], offset: f64, ends: [Point; 2]) -> Vec<Point> {
+    let corners: Vec<(Point, f64)> = road.line.points().iter().copied().zip(road.line.stations()).collect();
+    let cuts = [road.line.direction(kept[0]), -road.line.direction((kept[1] - 1e-3).max(0.0))];
+    // Inside a bend near a cut, a moved corner can fall behind the cut.
+    let before_cut = |p: Point, station: f64| {
+        let near = [station - kept[0], kept[1] - station].map(|s| s < 2.0 * offset.abs());
+        (0..2).all(|i| !near[i] || (p - ends[i]).dot(&cuts[i]) > 0.0)
+    };
     let mut line = vec![ends[0]];
-    for (corner, station) in road.line.points().iter().zip(road.line.stations()) {
-        if station < kept[0] + CLEAR || station > kept[1] - CLEAR {
-            continue;
-        }
-        let (before, after) = (road.line.direction(station - 1e-3), road.line.direction(station));
-        let Some(bisector) = (left_of(before) + left_of(after)).try_normalize(1e-9) else { continue };
-        let stretch = (1.0 / bisector.dot(&left_of(after)).max(1e-9)).min(MITER);
-        let place = corner + bisector * (offset * stretch);
-        // On the inner side of a bend the moved corner can fall behind the previous one or behind the end.
-        let forward = line.last().is_some_and(|last| (place - last).dot(&before) > 0.0);
-        if forward && (ends[1] - place).dot(&road.line.direction(kept[1] - 1e-3)) > 0.0 {
-            line.push(place);
+    for w in corners.windows(3) {
+        let [(before, _), (corner, station), (after, _)] = [w[0], w[1], w[2]];
+        if station >= kept[0] + CLEAR && station <= kept[1] - CLEAR {
+            let around = [(corner - before).normalize(), (after - corner).normalize()];
+            line.extend(beside_corner(corner, around, offset).into_iter().filter(|&p| before_cut(p, station)));
         }
     }
     line.push(ends[1]);
     let clean = untangled(&line);
     clean[1..clean.len().max(2) - 1].to_vec()
+}
+
+/// A corner moved sideways: one mitred point where the bend is slight, an arc outside a sharp bend, both ends of the
+/// moved segments inside it (their crossing is cut off later).
+fn beside_corner(corner: Point, [before, after]: [Vector; 2], offset: f64) -> Vec<Point> {
+    let turn = crate::geometry::angle_between(before, after);
+    let normals = [left_of(before) * offset, left_of(after) * offset];
+    if turn.abs() <= MITER.to_radians() {
+        return vec![corner + (normals[0] + normals[1]) / (1.0 + turn.cos())];
+    }
+    if turn * offset > 0.0 {
+        return normals.map(|n| corner + n).to_vec();
+    }
+    let pieces = (turn.abs() / MITER.to_radians()).ceil() as usize * 2;
+    (0..=pieces).map(|i| corner + nalgebra::Rotation2::new(turn * i as f64 / pieces as f64) * normals[0]).collect()
 }
 
 /// Tags of the border at an edge: kerb, paint between lanes, or the edge of a lane.
@@ -261,8 +283,13 @@ pub fn road_attributes(road: &Road, kind: StripKind, speed: f64) -> Attributes {
     let location = if road.public { "urban" } else { "private" };
     let mut attributes = tags(&[("type", "lanelet"), ("subtype", "road"), ("location", location), ("one_way", "yes")]);
     attributes.push("speed_limit", crate::osm::Text::from(format!("{}", speed.round().clamp(5.0, 130.0))));
-    let participant = if kind == StripKind::Bus { "participant:vehicle:bus" } else { "participant:vehicle" };
-    attributes.push(participant, "yes");
+    if kind == StripKind::Bus {
+        // No lane of a car's graph, which holds what `road` names.
+        attributes.set("subtype", "bus_lane");
+        attributes.push("participant:vehicle:bus", "yes");
+    } else {
+        attributes.push("participant:vehicle", "yes");
+    }
     attributes
 }
 

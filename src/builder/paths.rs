@@ -1,8 +1,9 @@
 //! The lanelets of an intersection: one per movement, smooth, with bounds that neighbours share.
 
+use geo::Validation;
 use rustc_hash::FxHashMap;
 
-use crate::geometry::{Point, angle_between, curve};
+use crate::geometry::{Point, Polyline, angle_between, curve, polygon};
 use crate::lanelet::{Attributes, Bound, LaneletId, LineStringId, PointId};
 
 use super::assembly::{Assembly, tags};
@@ -111,6 +112,17 @@ pub enum Paint {
     AsBefore,
 }
 
+/// What [`paths`] made.
+#[derive(Debug, Default)]
+pub struct Drawn {
+    /// Sorted by movement.
+    pub paths: Vec<Path>,
+    /// The lines they share.
+    pub bounds: Bounds,
+    /// Movements for which there is no room: their lanes end too close together or side by side.
+    pub dropped: Vec<Movement>,
+}
+
 /// Draws the movements of one intersection, the tightest turns first: where two share a bound, the tighter one needs it
 /// exact.
 pub fn paths(
@@ -120,7 +132,7 @@ pub fn paths(
     intersection: &Intersection,
     movements: &[Movement],
     paint: Paint,
-) -> (Vec<Path>, Bounds) {
+) -> Drawn {
     let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
     let key = intersection_key("path", intersection);
     let ends = |m: &Movement| Some((arms.get(m.from)?.into.get(m.in_lane)?, arms.get(m.to)?.out.get(m.out_lane)?));
@@ -129,23 +141,28 @@ pub fn paths(
     order.sort_by(|a, b| radius(a).total_cmp(&radius(b)).then(a.cmp(b)));
     let mut bounds = Bounds::default();
     let mut paths = Vec::new();
+    let mut dropped = Vec::new();
     for movement in order {
         let Some((from, to)) = ends(movement) else { continue };
         if from.nodes[0] == to.nodes[0] || from.nodes[1] == to.nodes[1] {
             continue;
         }
-        let curve = curve::join(from.pose, to.pose);
         let road = network.road(arms[movement.from].at.road);
-        let sides = [0, 1].map(|side| {
-            let (a, b) = (from.nodes[side], to.nodes[side]);
-            bounds.get(a, b).unwrap_or_else(|| {
-                let sign = if side == 0 { 0.5 } else { -0.5 };
-                let places = curve::beside(&curve, sign * from.width, sign * to.width);
+        let known = [0, 1].map(|side| bounds.get(from.nodes[side], to.nodes[side]));
+        let Some((shape, known)) = shape(assembly, from, to, known) else {
+            dropped.push(*movement);
+            continue;
+        };
+        let mut sides = [0, 1].into_iter().zip(shape).map(|(side, places)| {
+            known[side].unwrap_or_else(|| {
                 let attributes = bound_attributes(assembly, lanes, from, side, paint);
+                let (a, b) = (from.nodes[side], to.nodes[side]);
                 let line = bounds.draw(assembly, key, [a, b], places, attributes);
                 bounds.insert(a, b, line)
             })
         });
+        let (Some(left), Some(right)) = (sides.next(), sides.next()) else { continue };
+        drop(sides);
         let kind = if from.kind == to.kind { from.kind } else { StripKind::Bus };
         let speed = assembly
             .map
@@ -153,7 +170,7 @@ pub fn paths(
             .get(lanes.lanes[from.lane].lanelet)
             .and_then(|l| l.attributes.get("speed_limit")?.parse().ok())
             .unwrap_or(road.speed[0]);
-        let lanelet = assembly.lanelet(path_key(key, from, to), sides[0], sides[1], road_attributes(road, kind, speed));
+        let lanelet = assembly.lanelet(path_key(key, from, to), left, right, road_attributes(road, kind, speed));
         paths.push(Path {
             movement: *movement,
             lanelet,
@@ -163,7 +180,60 @@ pub fn paths(
         });
     }
     paths.sort_by_key(|p| p.movement);
-    (paths, bounds)
+    dropped.sort_unstable();
+    Drawn { paths, bounds, dropped }
+}
+
+/// Places of both bounds, and the bounds among the known ones that serve; `None` if there is no room for a lane.
+fn shape(
+    assembly: &Assembly,
+    from: &ArmLane,
+    to: &ArmLane,
+    known: [Option<Bound>; 2],
+) -> Option<([Vec<Point>; 2], [Option<Bound>; 2])> {
+    let curve = curve::join(from.pose, to.pose);
+    let smooth = [0.5, -0.5].map(|sign| curve::beside(&curve, sign * from.width, sign * to.width));
+    let straight = [0, 1].map(|side| vec![assembly.position(from.nodes[side]), assembly.position(to.nodes[side])]);
+    // Where the turn is tighter than half the lane, its inner bound is a straight line.
+    let left_turn = angle_between(from.pose.heading, to.pose.heading) > 0.0;
+    let tight =
+        if left_turn { [straight[0].clone(), smooth[1].clone()] } else { [smooth[0].clone(), straight[1].clone()] };
+    let old = known.map(|bound| bound.map(|b| assembly.map.bound_line(b)));
+    for (shape, share) in [(&smooth, true), (&tight, true), (&smooth, false), (&tight, false), (&straight, false)] {
+        let line = |side: usize| match &old[side] {
+            Some(old) if share => old.clone(),
+            _ => curve::untangled(&shape[side]),
+        };
+        let lines = [line(0), line(1)];
+        if sound(&lines, from.width.min(to.width)) {
+            let known = if share { known } else { [None, None] };
+            return Some((shape.clone(), known));
+        }
+    }
+    None
+}
+
+/// Part of its width that a lane must keep everywhere.
+const WIDTH_LEFT: f64 = 0.4;
+
+/// Whether two bounds make a lane that the loader reads as drawn: simple, on the right sides, nowhere pinched.
+fn sound([left, right]: &[Vec<Point>; 2], width: f64) -> bool {
+    let mut ring = left.clone();
+    ring.extend(right.iter().rev());
+    let (Some(left_line), Some(right_line)) = (Polyline::new(left.clone()), Polyline::new(right.clone())) else {
+        return false;
+    };
+    // The loader looks at one point of each bound to see on which side of the other it lies.
+    let middle = |line: &[Point]| match line {
+        [a, b] => nalgebra::center(a, b),
+        _ => line[line.len() / 2],
+    };
+    polygon::to_geo(&ring).is_valid()
+        && polygon::signed_area(&ring) < 0.0
+        && left_line.project(middle(right)).offset < 0.0
+        && right_line.project(middle(left)).offset > 0.0
+        && left.iter().all(|&p| right_line.distance(p) >= WIDTH_LEFT * width)
+        && right.iter().all(|&p| left_line.distance(p) >= WIDTH_LEFT * width)
 }
 
 /// The key of an intersection.
