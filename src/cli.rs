@@ -1,5 +1,6 @@
 //! The verbs and their arguments, as clap reads them.
 
+mod build;
 mod check;
 mod draw;
 mod explain;
@@ -30,6 +31,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Verb {
+    Build(BuildArgs),
     Check(CheckArgs),
     Draw(DrawArgs),
     /// Say what a rule requires, why, and how to mend what breaks it
@@ -39,6 +41,25 @@ enum Verb {
     },
     /// List the rules
     Rules,
+}
+
+/// Build a Lanelet2 map from OpenStreetMap data
+#[derive(Debug, Args)]
+struct BuildArgs {
+    /// OpenStreetMap data: .osm, .osm.gz or .osm.pbf
+    input: PathBuf,
+    /// Directory for lanelet2_map.osm, map_projector_info.yaml and lanewright.toml; made if it is not there
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Side of the road on which people drive; auto: by the country the data lies in
+    #[arg(long, value_enum, default_value_t = SideArg::Auto)]
+    driving_side: SideArg,
+    /// Projection of the map; without it MGRS, or TransverseMercator where the data does not fit one 100 km square
+    #[arg(long, value_enum)]
+    projector: Option<ProjectorArg>,
+    /// List every guess that was made
+    #[arg(long)]
+    guesses: bool,
 }
 
 /// Hold a Lanelet2 map against Autoware's requirements
@@ -89,6 +110,25 @@ struct DrawArgs {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum SideArg {
+    Left,
+    Right,
+    Auto,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum ProjectorArg {
+    #[value(name = "MGRS", alias = "mgrs")]
+    Mgrs,
+    #[value(name = "TransverseMercator", alias = "transverse-mercator")]
+    TransverseMercator,
+    #[value(name = "LocalCartesianUTM", alias = "local-cartesian-utm")]
+    LocalCartesianUtm,
+    #[value(name = "LocalCartesian", alias = "local-cartesian")]
+    LocalCartesian,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum FailOnArg {
     Info,
     Warning,
@@ -130,6 +170,7 @@ fn place(text: &str) -> Result<(f64, f64), String> {
 /// Runs the program.
 pub fn run() -> ExitCode {
     let result: Result<u8, Failure> = match Cli::parse().verb {
+        Verb::Build(args) => build::run(&args),
         Verb::Check(args) => check::run(&args),
         Verb::Draw(args) => draw::run(&args),
         Verb::Explain { rule } => explain::explain(&rule),
