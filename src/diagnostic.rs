@@ -188,6 +188,8 @@ pub struct Finding {
     pub fix: Option<Fix>,
     /// A severity other than the fault's own, where the rule grades by size.
     pub severity: Option<Severity>,
+    /// Where the subject stands in the file, needed only where the map does not hold it.
+    pub span: Option<SourceSpan>,
 }
 
 impl Finding {
@@ -202,6 +204,7 @@ impl Finding {
             message: message.into(),
             fix: None,
             severity: None,
+            span: None,
         }
     }
 
@@ -230,6 +233,13 @@ impl Finding {
     #[must_use]
     pub fn fixed_by(mut self, title: impl Into<String>, safe: bool, edits: Vec<Edit>) -> Self {
         self.fix = Some(Fix { title: title.into(), safe, edits });
+        self
+    }
+
+    /// Says where the subject stands in the file, for a subject that the map does not hold.
+    #[must_use]
+    pub fn standing_at(mut self, span: Option<SourceSpan>) -> Self {
+        self.span = span;
         self
     }
 

@@ -1,5 +1,8 @@
 //! The table of the standard: number, document, predicate; and the engine that runs it.
 
+mod ids;
+mod load;
+mod node;
 mod rule;
 mod vm_03_01;
 mod vm_03_02;
@@ -43,6 +46,9 @@ macro_rules! table {
 }
 
 table! {
+    "load" => Some(judge::<load::Load>),
+    "ids" => Some(judge::<ids::Ids>),
+    "node" => Some(judge::<node::Nodes>),
     "vm-03-01" => Some(judge::<vm_03_01::Criteria>),
     "vm-03-02" => Some(judge::<vm_03_02::TurnDirectionAndBounds>),
     "vm-03-05" => Some(judge::<vm_03_05::NoDivision>),
@@ -159,7 +165,7 @@ fn diagnostic(map: &MapIndex, config: &Config, requirement: &Requirement, findin
         code,
         severity,
         help: fault.map(|fault| fault.help.clone()),
-        span: found.span,
+        span: finding.span.clone().or(found.span),
         lonlat: found.lonlat,
         local: found.local,
         finding,
@@ -175,7 +181,7 @@ mod tests {
     fn every_document_parses_and_its_defaults_fit_the_rule() {
         let map = crate::lanelet::LaneletMap::default();
         let settings = crate::settings::Settings::default();
-        let index = MapIndex::new(&map, &Default::default(), &settings, Default::default());
+        let index = MapIndex::new(&map, &[], &settings, Default::default());
         for row in table().unwrap() {
             let Requirement { id, check, .. } = &row.requirement;
             assert_eq!(row.predicate.is_none(), *check == Check::Manual, "{id}");

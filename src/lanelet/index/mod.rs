@@ -20,7 +20,8 @@ use rstar::RTree;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::{LaneletId, LaneletMap, LineStringId, PointId, RegulatoryElementId};
+use super::{Condition, LoadFault, LaneletId, LaneletMap, LineStringId, PointId, RegulatoryElementId};
+use crate::diagnostic::Subject;
 use crate::geometry::Point;
 use crate::settings::Settings;
 
@@ -33,6 +34,8 @@ pub(crate) type LaneTree = RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>;
 pub struct MapIndex<'m> {
     /// The map.
     pub map: &'m LaneletMap,
+    /// What was wrong with it on loading.
+    pub faults: &'m [LoadFault],
     /// What the user, or the builder, knows beyond it.
     pub settings: &'m Settings,
     /// The numbers that the shared notions were made with.
@@ -56,13 +59,15 @@ pub struct MapIndex<'m> {
 }
 
 impl<'m> MapIndex<'m> {
-    /// Indexes a map. The lanelets of `broken` are passed over.
+    /// Indexes a map. Lanelets that a fault turned inside out are passed over; a map that was never a file has no
+    /// faults.
     pub fn new(
         map: &'m LaneletMap,
-        broken: &FxHashSet<LaneletId>,
+        faults: &'m [LoadFault],
         settings: &'m Settings,
         thresholds: Thresholds,
     ) -> Self {
+        let broken: FxHashSet<LaneletId> = faults.iter().filter_map(turned_inside_out).collect();
         let lanes: Vec<Lane> = map
             .lanelets
             .as_slice()
@@ -101,6 +106,7 @@ impl<'m> MapIndex<'m> {
             ending: grouped(lanes.iter().enumerate().map(|(at, lane)| (lane.end.ids, at))),
             way_users: grouped(lanes.iter().enumerate().flat_map(|(at, lane)| lane.bounds.map(|way| (way, at)))),
             map,
+            faults,
             settings,
             thresholds,
             lanes,
@@ -156,6 +162,14 @@ impl<'m> MapIndex<'m> {
         let mut found: Vec<usize> = self.tree.locate_in_envelope_intersecting(&reach).map(|one| one.data).collect();
         found.sort_unstable();
         found
+    }
+}
+
+/// The lanelet whose bounds run against one another: it has no inside.
+fn turned_inside_out(fault: &LoadFault) -> Option<LaneletId> {
+    match (&fault.condition, fault.subject) {
+        (Condition::BoundsOpposed { .. }, Subject::Lanelet(id)) => Some(LaneletId(id)),
+        _ => None,
     }
 }
 

@@ -1,0 +1,232 @@
+//! load: what Autoware's loader stumbles over.
+
+use super::{NoParams, Rule};
+use crate::diagnostic::{Edit, Finding, Place, Subject};
+use crate::lanelet::index::MapIndex;
+use crate::lanelet::{BoundRole, Condition, LaneletId, LineStringId, LoadFault, RegulatoryElementId, known_subtypes};
+use crate::osm::{ElementKind, Text};
+
+/// See `rules/load.md`.
+pub struct Load;
+
+impl Rule for Load {
+    type Params = NoParams;
+
+    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+        map.faults
+            .iter()
+            .filter_map(|fault| Some(finding(map, fault)?.standing_at(fault.span.clone())))
+            .collect()
+    }
+}
+
+/// The finding of a fault; `None` for those of other families.
+fn finding(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
+    let subject = fault.subject;
+    let about = name(subject);
+    let found = |slug, message: String| Finding::new(slug, subject, message);
+    Some(match &fault.condition {
+        Condition::MissingReference { kind, id, role } => {
+            let finding = found("missing-ref", format!("{about} refers to {kind} {id}, which does not exist."));
+            without_member(map, finding, *kind, *id, role.as_ref())
+        }
+        Condition::WayWithoutNodes => found("empty-way", format!("{about} has no nodes and is dropped.")),
+        Condition::BoundCount { role, count, ways } => bound_count(subject, *role, *count, ways),
+        Condition::BoundIsPolygon { role, way } => {
+            let message = format!("{} {way} of {about} has area=yes and loads as a polygon.", bound(*role));
+            let edits = vec![Edit::RemoveTag { on: Subject::Polygon(*way), key: "area".into() }];
+            found("bound-polygon", message)
+                .with(Subject::Polygon(*way), role.as_str())
+                .fixed_by(format!("remove the tag area of way {way}"), true, edits)
+        }
+        Condition::BoundIsNotWay { role, kind, id } => {
+            found("bound-not-way", format!("{} of {about} is {kind} {id}; it must be a way.", bound(*role)))
+        }
+        Condition::BoundTooShort { role, way } => {
+            let message = format!("{} {way} of {about} has fewer than two points.", bound(*role));
+            found("bound-short", message).with(Subject::LineString(*way), role.as_str())
+        }
+        Condition::BoundDropped { role, way } => {
+            let message = format!("{about} is left out: its {role} {way} did not load.");
+            found("skipped", message).with(Subject::Way(*way), role.as_str())
+        }
+        Condition::MemberDropped { kind, id, role } => {
+            found("skipped", format!("{about} loses its member {role}: {kind} {id} did not load."))
+        }
+        Condition::BoundsOpposed { left, right } => {
+            let turned = [*left, *right].into_iter().find(|(_, inverted)| *inverted).unwrap_or(*left).0;
+            let message = format!("The loader turns bound {turned} of {about} around, against its other bound.");
+            let finding = found("align", message)
+                .with(Subject::LineString(left.0), "left")
+                .with(Subject::LineString(right.0), "right");
+            let line = map.map.linestrings.get(LineStringId(turned)).map(|line| &line.points);
+            let points = line.into_iter().flatten().filter_map(|&id| map.map.points.get(id));
+            finding.at(Place::Line(points.map(|point| point.position).collect()))
+        }
+        Condition::BothBoundsTurned { left, right } => {
+            let message = format!("{about} runs against the points of both its bounds, {left} and {right}.");
+            let swap = |way: &i64, from: &str, to: &str| Edit::SetRole {
+                on: subject,
+                member: Subject::LineString(*way),
+                from: from.into(),
+                to: to.into(),
+            };
+            let edits = vec![swap(left, "left", "right"), swap(right, "right", "left")];
+            found("reversed", message)
+                .with(Subject::LineString(*left), "left")
+                .with(Subject::LineString(*right), "right")
+                .fixed_by("swap left and right, which turns the lanelet around", false, edits)
+        }
+        Condition::NotRegulatoryElement { kind, id } => {
+            found("element-type", format!("{about} refers to {kind} {id} as regulatory_element, which it is not."))
+        }
+        Condition::WithoutSubtype => {
+            found("re-subtype", format!("{about} has no subtype; no map will be published."))
+        }
+        Condition::UnknownSubtype { subtype } => unknown_subtype(subject, subtype),
+        Condition::MemberCount { subtype, limit, count } => {
+            let kind = limit.kind.as_str();
+            let message =
+                format!("{subtype} {} needs {limit} {kind} with role {}, has {count}.", id_of(subject), limit.role);
+            let finding = referrers(map, found("re-members", message));
+            match subtype == "right_of_way" && limit.role == "yield" && *count == 0 {
+                true => finding.fixed_by("remove the element, which has no effect", true, vec![Edit::Remove { subject }]),
+                false => finding,
+            }
+        }
+        Condition::SignWithoutType { subtype, .. } => {
+            let message = format!("{subtype} {} has neither sign_type nor a sign with a subtype.", id_of(subject));
+            referrers(map, found("re-members", message))
+        }
+        Condition::StopLinesPerLanelet { lanelets, stop_lines } => {
+            let message = format!(
+                "all_way_stop {} has {stop_lines} stop lines for {lanelets} lanelets; each needs one.",
+                id_of(subject)
+            );
+            referrers(map, found("re-members", message))
+        }
+        Condition::MemberIsRegulatoryElement { id, role } => {
+            let message = format!("Member {role} of {about} is regulatory element {id}; elements cannot hold each other.");
+            found("re-member-type", message).with(Subject::RegulatoryElement(*id), "member")
+        }
+        Condition::MemberOfUnknownType { id, role, found: kind } => {
+            let kind = kind.as_ref().map_or("no type".to_owned(), |kind| format!("type {kind}"));
+            found("re-member-type", format!("Member {role} of {about} is relation {id}, which has {kind}."))
+        }
+        Condition::UnknownRelationType { found: kind } => {
+            let kind = kind.as_ref().map_or("no type".to_owned(), |kind| format!("type {kind}"));
+            found("relation-type", format!("{about} has {kind} and is ignored."))
+        }
+        Condition::NoFormatVersion => found("format-version", "The map has no MetaInfo format_version.".to_owned()),
+        Condition::BadFormatVersion { found: version } => {
+            found("format-version", format!("format_version {version} is not of the form 2, 2.0 or 2.0.0."))
+        }
+        Condition::UnsupportedFormatVersion { found: version, supported } => found(
+            "format-version",
+            format!("format_version {version} is above {supported}, the highest that Autoware supports."),
+        ),
+        Condition::PassedOver { message } => found("passed-over", format!("{message}.")),
+        _ => return None,
+    })
+}
+
+/// The subject with a capital letter, to start a sentence.
+pub(super) fn name(subject: Subject) -> String {
+    let name = subject.to_string();
+    let mut letters = name.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
+fn id_of(subject: Subject) -> i64 {
+    subject.id().unwrap_or_default()
+}
+
+fn bound(role: BoundRole) -> &'static str {
+    match role {
+        BoundRole::Left => "Left bound",
+        BoundRole::Right => "Right bound",
+        BoundRole::Centerline => "Centre line",
+    }
+}
+
+fn bound_count(subject: Subject, role: BoundRole, count: usize, ways: &[i64]) -> Finding {
+    let needed = match role {
+        BoundRole::Centerline => "one at most is allowed",
+        _ => "exactly one is required",
+    };
+    let message = match role {
+        BoundRole::Centerline => format!("{} has {count} centre lines; {needed}.", name(subject)),
+        _ => format!("{} has {count} {role} bounds; {needed}.", name(subject)),
+    };
+    let finding = Finding::new("bound-count", subject, message);
+    ways.iter().fold(finding, |finding, &way| finding.with(Subject::Way(way), role.as_str()))
+}
+
+/// A dangling member can go where the element loaded without it.
+fn without_member(map: &MapIndex, finding: Finding, kind: ElementKind, id: i64, role: Option<&Text>) -> Finding {
+    let loaded = match finding.subject {
+        Subject::Lanelet(id) => map.map.lanelets.contains(LaneletId(id)),
+        Subject::RegulatoryElement(id) => map.map.regulatory_elements.contains(RegulatoryElementId(id)),
+        _ => false,
+    };
+    let Some(role) = role.filter(|_| loaded) else { return finding };
+    let member = match kind {
+        ElementKind::Node => Subject::Node(id),
+        ElementKind::Way => Subject::Way(id),
+        ElementKind::Relation => Subject::Relation(id),
+    };
+    let edits = vec![Edit::RemoveMember { on: finding.subject, role: role.clone(), member }];
+    finding.fixed_by(format!("remove the member {kind} {id}"), true, edits)
+}
+
+/// Names the lanelets that lose the element.
+fn referrers(map: &MapIndex, finding: Finding) -> Finding {
+    let Subject::RegulatoryElement(id) = finding.subject else { return finding };
+    let lanelets = map.map.lanelets.iter().filter(|l| l.regulatory_elements.contains(&RegulatoryElementId(id)));
+    lanelets.fold(finding, |finding, lanelet| finding.with(Subject::Lanelet(lanelet.id.0), "referring lanelet"))
+}
+
+/// A word this close to a known one was meant to be it.
+const TYPING_SLIPS: usize = 2;
+
+fn unknown_subtype(subject: Subject, subtype: &Text) -> Finding {
+    let message = format!("{} has unknown subtype {subtype}; no map will be published.", name(subject));
+    let finding = Finding::new("re-subtype", subject, message);
+    let near = known_subtypes().map(|known| (slips(subtype, known), known)).min();
+    match near {
+        Some((slips, known)) if slips <= TYPING_SLIPS => {
+            let edits = vec![Edit::SetTag { on: subject, key: "subtype".into(), value: known.into() }];
+            finding.fixed_by(format!("set subtype={known}"), false, edits)
+        }
+        _ => finding,
+    }
+}
+
+/// Levenshtein's distance of two words.
+fn slips(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let replaced = diagonal + usize::from(x != *y);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slips_are_counted() {
+        assert_eq!(slips("trafic_light", "traffic_light"), 1);
+        assert_eq!(slips("right_off_way", "right_of_way"), 1);
+        assert_eq!(slips("yield", ""), 5);
+        assert_eq!(slips("", "yield"), 5);
+    }
+}

@@ -1,0 +1,192 @@
+//! node: every point has a place and a height, and says the same place twice if it says it twice.
+
+use std::collections::BTreeMap;
+
+use rustc_hash::{FxHashMap, FxHashSet};
+use serde::Deserialize;
+
+use super::Rule;
+use super::load::name;
+use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
+use crate::lanelet::index::MapIndex;
+use crate::lanelet::{Condition, LoadFault, PointId};
+
+/// See `rules/node.md`.
+pub struct Nodes;
+
+/// See the document.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    far: f64,
+    slope: f64,
+    least_step: f64,
+}
+
+impl Rule for Nodes {
+    type Params = Params;
+
+    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+        let heights = neighbouring_heights(map);
+        let faults = map.faults.iter();
+        let mut findings: Vec<Finding> = faults
+            .filter_map(|fault| Some(finding(map, params, fault, &heights)?.standing_at(fault.span.clone())))
+            .collect();
+        findings.extend(steps(map, params));
+        findings
+    }
+}
+
+fn finding(map: &MapIndex, params: &Params, fault: &LoadFault, heights: &BTreeMap<PointId, f64>) -> Option<Finding> {
+    let subject = fault.subject;
+    let about = name(subject);
+    let found = |slug, message: String| Finding::new(slug, subject, message);
+    let graded = |distance: f64| if distance > params.far { Severity::Error } else { Severity::Warning };
+    let with_height = |finding: Finding| match subject {
+        Subject::Point(id) => match heights.get(&PointId(id)) {
+            Some(height) => {
+                let value = format!("{height:.3}");
+                let edits = vec![Edit::SetTag { on: subject, key: "ele".into(), value: value.as_str().into() }];
+                finding.fixed_by(format!("set ele={value}, from its neighbours"), false, edits)
+            }
+            None => finding,
+        },
+        _ => finding,
+    };
+    Some(match &fault.condition {
+        Condition::NoElevation => with_height(found("no-ele", format!("{about} has no ele."))),
+        Condition::BadElevation { found: value } => {
+            with_height(found("no-ele", format!("ele={value} of {} is not a number.", subject)))
+        }
+        Condition::BadCoordinate => {
+            found("coordinate", format!("{about} has no usable latitude and longitude and loads as 0, 0."))
+        }
+        Condition::Unprojectable => {
+            found("coordinate", format!("{about} lies out of reach of the map's projection and loads at its origin."))
+        }
+        Condition::PartialLocal { x, y } => {
+            let lacks = match (x, y) {
+                (false, false) => "neither local_x nor local_y",
+                (true, _) => "local_x but no local_y",
+                (false, true) => "local_y but no local_x",
+            };
+            recomputed(map, found("local-partial", format!("{about} has {lacks}; other points have both.")))
+        }
+        Condition::LocalMismatch { distance } => {
+            let message = format!("local_x, local_y of {subject} are {distance:.2} m from its latitude and longitude.");
+            let finding = found("local-mismatch", message).measured(*distance, params.far, "m").graded(graded(*distance));
+            recomputed(map, finding)
+        }
+        Condition::LocalShifted { east, north } => {
+            let distance = east.hypot(*north);
+            let message = format!(
+                "local_x, local_y of all points are {distance:.2} m from their latitude and longitude ({east:.2} m east, {north:.2} m north)."
+            );
+            found("local-mismatch", message).measured(distance, params.far, "m").graded(graded(distance))
+        }
+        Condition::OtherSquare { square, expected, nodes } => {
+            let message = format!(
+                "{nodes} points, {subject} the first, lie in MGRS square {square}, not in {expected}, and are folded into it."
+            );
+            found("other-square", message)
+        }
+        _ => return None,
+    })
+}
+
+/// The local coordinates as latitude and longitude give them.
+fn recomputed(map: &MapIndex, finding: Finding) -> Finding {
+    let on = finding.subject;
+    let point = on.id().and_then(|id| map.map.points.get(PointId(id)));
+    let Some(place) = point.map(|point| point.position) else { return finding };
+    let set = |key: &str, value: f64| Edit::SetTag { on, key: key.into(), value: format!("{value:.4}").into() };
+    let edits = vec![set("local_x", place.x), set("local_y", place.y)];
+    finding.fixed_by("recompute local_x and local_y from latitude and longitude", true, edits)
+}
+
+/// For points without height, the one that lies between those of their neighbours on a way.
+fn neighbouring_heights(map: &MapIndex) -> BTreeMap<PointId, f64> {
+    let lacking = |condition: &Condition| matches!(condition, Condition::NoElevation | Condition::BadElevation { .. });
+    let points = map.faults.iter().filter(|fault| lacking(&fault.condition));
+    let wanted: FxHashSet<PointId> = points.filter_map(|fault| fault.subject.id().map(PointId)).collect();
+    let mut heights = BTreeMap::new();
+    if wanted.is_empty() {
+        return heights;
+    }
+    let lines = map.map.linestrings.iter().map(|line| &line.points);
+    for ids in lines.chain(map.map.polygons.iter().map(|polygon| &polygon.points)) {
+        let mut station = 0.0;
+        let mut known: Vec<(f64, f64)> = Vec::new();
+        let mut open: FxHashMap<PointId, f64> = FxHashMap::default();
+        let points: Vec<_> = ids.iter().filter_map(|&id| map.map.points.get(id)).collect();
+        for (at, point) in points.iter().enumerate() {
+            if let Some(before) = at.checked_sub(1).and_then(|before| points.get(before)) {
+                station += (point.position - before.position).norm();
+            }
+            match point.ele {
+                Some(ele) => known.push((station, ele)),
+                None if wanted.contains(&point.id) => drop(open.insert(point.id, station)),
+                None => {}
+            }
+        }
+        for (id, station) in open {
+            if let Some(height) = between(&known, station) {
+                heights.entry(id).or_insert(height);
+            }
+        }
+    }
+    heights
+}
+
+/// The height at a station between known ones, or that of the nearer end.
+fn between(known: &[(f64, f64)], station: f64) -> Option<f64> {
+    let at = known.partition_point(|(s, _)| *s <= station);
+    match (at.checked_sub(1).and_then(|before| known.get(before)), known.get(at)) {
+        (Some((a, low)), Some((b, high))) if b > a => Some(low + (high - low) * (station - a) / (b - a)),
+        (Some((_, height)), _) | (None, Some((_, height))) => Some(*height),
+        (None, None) => None,
+    }
+}
+
+/// Steps in the height of lane bounds and areas that no vehicle could drive over.
+fn steps(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let bounds = map.map.linestrings.iter().filter(|line| !map.users_of(line.id).is_empty());
+    let bounds = bounds.map(|line| (Subject::LineString(line.id.0), &line.points));
+    let mut findings = Vec::new();
+    for (subject, ids) in bounds {
+        let points: Vec<_> = ids.iter().filter_map(|&id| map.map.points.get(id)).collect();
+        for pair in points.windows(2) {
+            let (Some(low), Some(high)) = (pair[0].ele, pair[1].ele) else { continue };
+            let (step, length) = ((high - low).abs(), (pair[1].position - pair[0].position).norm());
+            if step <= params.least_step || step <= params.slope * length {
+                continue;
+            }
+            let message = format!(
+                "{} rises by {step:.2} m over {length:.2} m between points {} and {}.",
+                name(subject), pair[0].id, pair[1].id
+            );
+            findings.push(
+                Finding::new("ele-step", subject, message)
+                    .with(Subject::Point(pair[0].id.0), "point")
+                    .with(Subject::Point(pair[1].id.0), "point")
+                    .measured(step, params.slope * length, "m")
+                    .at(Place::Line(vec![pair[0].position, pair[1].position])),
+            );
+        }
+    }
+    findings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn heights_are_taken_from_the_neighbours() {
+        let known = [(0.0, 10.0), (4.0, 12.0)];
+        assert_eq!(between(&known, 1.0), Some(10.5));
+        assert_eq!(between(&known, 9.0), Some(12.0));
+        assert_eq!(between(&known[1..], 1.0), Some(12.0));
+        assert_eq!(between(&[], 1.0), None);
+    }
+}
