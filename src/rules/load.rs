@@ -13,11 +13,22 @@ impl Rule for Load {
     type Params = NoParams;
 
     fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        map.faults
-            .iter()
-            .filter_map(|fault| Some(finding(map, fault)?.standing_at(fault.span.clone())))
-            .collect()
+        let findings = map.faults.iter().filter_map(|fault| Some(finding(map, fault)?.standing_at(fault.span.clone())));
+        findings.chain(reversed(map)).collect()
     }
+}
+
+/// Lanelets that run against the points of both bounds. Many sound maps have some, so they are said once.
+fn reversed(map: &MapIndex) -> Option<Finding> {
+    let turned = |fault: &&LoadFault| matches!(fault.condition, Condition::BothBoundsTurned { .. });
+    let lanelets: Vec<Subject> = map.faults.iter().filter(turned).map(|fault| fault.subject).collect();
+    let &first = lanelets.first()?;
+    let message = format!(
+        "{} of {} lanelets run against the points of both their bounds, {first} the first.",
+        lanelets.len(),
+        map.map.lanelets.len()
+    );
+    Some(Finding::new("reversed", Subject::Map, message).with(first, "first"))
 }
 
 /// The finding of a fault; `None` for those of other families.
@@ -35,9 +46,11 @@ fn finding(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
         Condition::BoundIsPolygon { role, way } => {
             let message = format!("{} {way} of {about} has area=yes and loads as a polygon.", bound(*role));
             let edits = vec![Edit::RemoveTag { on: Subject::Polygon(*way), key: "area".into() }];
-            found("bound-polygon", message)
-                .with(Subject::Polygon(*way), role.as_str())
-                .fixed_by(format!("remove the tag area of way {way}"), true, edits)
+            found("bound-polygon", message).with(Subject::Polygon(*way), role.as_str()).fixed_by(
+                format!("remove the tag area of way {way}"),
+                true,
+                edits,
+            )
         }
         Condition::BoundIsNotWay { role, kind, id } => {
             found("bound-not-way", format!("{} of {about} is {kind} {id}; it must be a way.", bound(*role)))
@@ -63,26 +76,10 @@ fn finding(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
             let points = line.into_iter().flatten().filter_map(|&id| map.map.points.get(id));
             finding.at(Place::Line(points.map(|point| point.position).collect()))
         }
-        Condition::BothBoundsTurned { left, right } => {
-            let message = format!("{about} runs against the points of both its bounds, {left} and {right}.");
-            let swap = |way: &i64, from: &str, to: &str| Edit::SetRole {
-                on: subject,
-                member: Subject::LineString(*way),
-                from: from.into(),
-                to: to.into(),
-            };
-            let edits = vec![swap(left, "left", "right"), swap(right, "right", "left")];
-            found("reversed", message)
-                .with(Subject::LineString(*left), "left")
-                .with(Subject::LineString(*right), "right")
-                .fixed_by("swap left and right, which turns the lanelet around", false, edits)
-        }
         Condition::NotRegulatoryElement { kind, id } => {
             found("element-type", format!("{about} refers to {kind} {id} as regulatory_element, which it is not."))
         }
-        Condition::WithoutSubtype => {
-            found("re-subtype", format!("{about} has no subtype; no map will be published."))
-        }
+        Condition::WithoutSubtype => found("re-subtype", format!("{about} has no subtype; no map will be published.")),
         Condition::UnknownSubtype { subtype } => unknown_subtype(subject, subtype),
         Condition::MemberCount { subtype, limit, count } => {
             let kind = limit.kind.as_str();
@@ -90,7 +87,9 @@ fn finding(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
                 format!("{subtype} {} needs {limit} {kind} with role {}, has {count}.", id_of(subject), limit.role);
             let finding = referrers(map, found("re-members", message));
             match subtype == "right_of_way" && limit.role == "yield" && *count == 0 {
-                true => finding.fixed_by("remove the element, which has no effect", true, vec![Edit::Remove { subject }]),
+                true => {
+                    finding.fixed_by("remove the element, which has no effect", true, vec![Edit::Remove { subject }])
+                }
                 false => finding,
             }
         }
@@ -106,7 +105,8 @@ fn finding(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
             referrers(map, found("re-members", message))
         }
         Condition::MemberIsRegulatoryElement { id, role } => {
-            let message = format!("Member {role} of {about} is regulatory element {id}; elements cannot hold each other.");
+            let message =
+                format!("Member {role} of {about} is regulatory element {id}; elements cannot hold each other.");
             found("re-member-type", message).with(Subject::RegulatoryElement(*id), "member")
         }
         Condition::MemberOfUnknownType { id, role, found: kind } => {

@@ -74,7 +74,8 @@ fn finding(map: &MapIndex, params: &Params, fault: &LoadFault, heights: &BTreeMa
         }
         Condition::LocalMismatch { distance } => {
             let message = format!("local_x, local_y of {subject} are {distance:.2} m from its latitude and longitude.");
-            let finding = found("local-mismatch", message).measured(*distance, params.far, "m").graded(graded(*distance));
+            let finding =
+                found("local-mismatch", message).measured(*distance, params.far, "m").graded(graded(*distance));
             recomputed(map, finding)
         }
         Condition::LocalShifted { east, north } => {
@@ -163,7 +164,9 @@ fn steps(map: &MapIndex, params: &Params) -> Vec<Finding> {
             }
             let message = format!(
                 "{} rises by {step:.2} m over {length:.2} m between points {} and {}.",
-                name(subject), pair[0].id, pair[1].id
+                name(subject),
+                pair[0].id,
+                pair[1].id
             );
             findings.push(
                 Finding::new("ele-step", subject, message)

@@ -20,7 +20,7 @@ use rstar::RTree;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::{Condition, LoadFault, LaneletId, LaneletMap, LineStringId, PointId, RegulatoryElementId};
+use super::{Condition, LaneletId, LaneletMap, LineStringId, LoadFault, PointId, RegulatoryElementId};
 use crate::diagnostic::Subject;
 use crate::geometry::Point;
 use crate::settings::Settings;
@@ -61,12 +61,7 @@ pub struct MapIndex<'m> {
 impl<'m> MapIndex<'m> {
     /// Indexes a map. Lanelets that a fault turned inside out are passed over; a map that was never a file has no
     /// faults.
-    pub fn new(
-        map: &'m LaneletMap,
-        faults: &'m [LoadFault],
-        settings: &'m Settings,
-        thresholds: Thresholds,
-    ) -> Self {
+    pub fn new(map: &'m LaneletMap, faults: &'m [LoadFault], settings: &'m Settings, thresholds: Thresholds) -> Self {
         let broken: FxHashSet<LaneletId> = faults.iter().filter_map(turned_inside_out).collect();
         let lanes: Vec<Lane> = map
             .lanelets
