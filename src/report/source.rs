@@ -101,7 +101,11 @@ impl SourceCode for SourceFile<'_> {
             return Err(MietteError::OutOfBounds);
         }
         let line_of = |offset: usize| self.lines.partition_point(|&first| first <= offset).saturating_sub(1);
-        let first = self.lines.get(line_of(start).saturating_sub(lines_before)).copied().unwrap_or(0);
+        let first = match lines_before {
+            // Asked for the place alone, miette shows where the contents begin.
+            0 => start,
+            _ => self.lines.get(line_of(start).saturating_sub(lines_before)).copied().unwrap_or(0),
+        };
         // The context ends before the line break of its last line.
         let behind = self.lines.get(line_of(end) + lines_after + 1).map_or(self.text.len(), |next| next - 1);
         let from = self.clip(first.max(start.saturating_sub(MOST_CONTEXT)) as u64);

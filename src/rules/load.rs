@@ -44,7 +44,7 @@ fn finding(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
         Condition::WayWithoutNodes => found("empty-way", format!("{about} has no nodes and is dropped.")),
         Condition::BoundCount { role, count, ways } => bound_count(subject, *role, *count, ways),
         Condition::BoundIsPolygon { role, way } => {
-            let message = format!("{} {way} of {about} has area=yes and loads as a polygon.", bound(*role));
+            let message = format!("{} {way} of {subject} has area=yes and loads as a polygon.", bound(*role));
             let edits = vec![Edit::RemoveTag { on: Subject::Polygon(*way), key: "area".into() }];
             found("bound-polygon", message).with(Subject::Polygon(*way), role.as_str()).fixed_by(
                 format!("remove the tag area of way {way}"),
@@ -53,10 +53,10 @@ fn finding(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
             )
         }
         Condition::BoundIsNotWay { role, kind, id } => {
-            found("bound-not-way", format!("{} of {about} is {kind} {id}; it must be a way.", bound(*role)))
+            found("bound-not-way", format!("{} of {subject} is {kind} {id}; it must be a way.", bound(*role)))
         }
         Condition::BoundTooShort { role, way } => {
-            let message = format!("{} {way} of {about} has fewer than two points.", bound(*role));
+            let message = format!("{} {way} of {subject} has fewer than two points.", bound(*role));
             found("bound-short", message).with(Subject::LineString(*way), role.as_str())
         }
         Condition::BoundDropped { role, way } => {
@@ -68,7 +68,7 @@ fn finding(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
         }
         Condition::BoundsOpposed { left, right } => {
             let turned = [*left, *right].into_iter().find(|(_, inverted)| *inverted).unwrap_or(*left).0;
-            let message = format!("The loader turns bound {turned} of {about} around, against its other bound.");
+            let message = format!("The loader turns bound {turned} of {subject} around, against its other bound.");
             let finding = found("align", message)
                 .with(Subject::LineString(left.0), "left")
                 .with(Subject::LineString(right.0), "right");
@@ -106,12 +106,12 @@ fn finding(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
         }
         Condition::MemberIsRegulatoryElement { id, role } => {
             let message =
-                format!("Member {role} of {about} is regulatory element {id}; elements cannot hold each other.");
+                format!("Member {role} of {subject} is regulatory element {id}; elements cannot hold each other.");
             found("re-member-type", message).with(Subject::RegulatoryElement(*id), "member")
         }
         Condition::MemberOfUnknownType { id, role, found: kind } => {
             let kind = kind.as_ref().map_or("no type".to_owned(), |kind| format!("type {kind}"));
-            found("re-member-type", format!("Member {role} of {about} is relation {id}, which has {kind}."))
+            found("re-member-type", format!("Member {role} of {subject} is relation {id}, which has {kind}."))
         }
         Condition::UnknownRelationType { found: kind } => {
             let kind = kind.as_ref().map_or("no type".to_owned(), |kind| format!("type {kind}"));

@@ -86,9 +86,11 @@ fn finding(map: &MapIndex, params: &Params, fault: &LoadFault, heights: &BTreeMa
             found("local-mismatch", message).measured(distance, params.far, "m").graded(graded(distance))
         }
         Condition::OtherSquare { square, expected, nodes } => {
-            let message = format!(
-                "{nodes} points, {subject} the first, lie in MGRS square {square}, not in {expected}, and are folded into it."
-            );
+            let who = match nodes {
+                1 => format!("{about} lies"),
+                _ => format!("{nodes} points, {subject} the first, lie"),
+            };
+            let message = format!("{who} in MGRS square {square}, not in {expected}, and loads in the wrong place.");
             found("other-square", message)
         }
         _ => return None,

@@ -156,9 +156,13 @@ fn judge_vertices(map: &MapIndex, params: &Params, area: &Polygon, borders: &Bor
 fn judge_lane_ends(map: &MapIndex, params: &Params, area: &Polygon, intersection: &Intersection) -> Vec<Finding> {
     let vertices: FxHashSet<PointId> = area.points.iter().copied().collect();
     let mut findings = Vec::new();
-    for member in &intersection.members {
+    let is_member = |lane: &usize| intersection.members.iter().any(|member| member.lane == *lane);
+    for member in intersection.members.iter().filter(|member| member.is_inside()) {
         let lane = &map.lanes[member.lane];
-        for Edge { ids, points } in [lane.start, lane.end] {
+        // The end of a piece inside the box is vm-03-05's.
+        let start = (!map.predecessors(member.lane).iter().any(is_member)).then_some(lane.start);
+        let end = (!map.followers(member.lane).iter().any(is_member)).then_some(lane.end);
+        for Edge { ids, points } in start.into_iter().chain(end) {
             for (id, place) in ids.into_iter().zip(points) {
                 if !vertices.contains(&id) {
                     findings.push(lane_node_missing(params, area, intersection, lane.id, id, place));

@@ -22,6 +22,14 @@ pub struct Member {
     pub cover: f64,
 }
 
+impl Member {
+    /// Whether it lies inside for the greater part; one that only names the area was tagged by mistake, and tells
+    /// nothing about the intersection.
+    pub fn is_inside(&self) -> bool {
+        self.cover > 0.5
+    }
+}
+
 /// One crossing or junction.
 #[derive(Clone, Debug)]
 pub struct Intersection {
@@ -223,7 +231,7 @@ fn clusters(
 fn arms(lanes: &[Lane], intersection: &Intersection, thresholds: &Thresholds) -> Vec<Arm> {
     let mut edges: Vec<ArmEdge> = Vec::new();
     let mut by_ids = FxHashMap::default();
-    for member in &intersection.members {
+    for member in intersection.members.iter().filter(|member| member.is_inside()) {
         let lane = &lanes[member.lane];
         for (edge, inward) in [(lane.start, true), (lane.end, false)] {
             let at = *by_ids.entry((edge.ids, inward)).or_insert_with(|| {

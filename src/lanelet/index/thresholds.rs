@@ -43,7 +43,7 @@ impl Default for Thresholds {
             arm_angle: 20.0,
             arm_line: 0.5,
             arm_reach: 30.0,
-            arm_corner: 45.0,
+            arm_corner: 60.0,
             opposite: 45.0,
         }
     }

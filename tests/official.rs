@@ -1,0 +1,58 @@
+//! The findings on Autoware's official maps: those known, each a defect of the map or a documented disagreement.
+
+mod common;
+
+use std::collections::BTreeMap;
+
+use common::{judge, load, shared};
+use lanewright::diagnostic::Severity;
+use lanewright::settings::Settings;
+
+const VM_03_LEFT: &str = "corpus/lanelet2/autoware_vm_03_left_hand.osm";
+const SAMPLE: &str = "corpus/conformance/map/sample_map.osm";
+const INTERSECTION: &str = "corpus/lanelet2/autoware_intersection.osm";
+const VM_03_RIGHT: &str = "corpus/lanelet2/autoware_vm_03_right_hand.osm";
+
+/// Fault, severity, and the count on each of the four maps above.
+const EXPECTED: [(&str, Severity, [usize; 4]); 6] = [
+    ("vm-03-01/ia-tag-missing", Severity::Error, [28, 0, 1, 19]),
+    ("vm-03-01/ia-tag-wrong", Severity::Error, [0, 0, 0, 0]),
+    ("vm-03-02/turn-missing", Severity::Error, [1, 0, 0, 1]),
+    ("vm-03-02/turn-mismatch", Severity::Error, [0, 0, 0, 8]),
+    ("vm-03-08/edge-not-border", Severity::Error, [37, 0, 54, 37]),
+    ("vm-03-08/lane-node-missing", Severity::Error, [3, 8, 0, 2]),
+];
+
+/// What has no business on any of them.
+const NEVER: [&str; 11] = [
+    "vm-03-01/ia-tag-dangling",
+    "vm-03-01/not-covered",
+    "vm-03-01/orphan-ia",
+    "vm-03-02/turn-invalid",
+    "vm-03-02/lane-change-in-ia",
+    "vm-03-05/divided",
+    "vm-03-08/invalid",
+    "vm-03-08/closed",
+    "vm-03-08/cut-not-straight",
+    "node/local-mismatch",
+    "node/no-ele",
+];
+
+#[test]
+fn the_official_maps_have_their_known_defects_and_no_other() {
+    for (column, file) in [VM_03_LEFT, SAMPLE, INTERSECTION, VM_03_RIGHT].into_iter().enumerate() {
+        let Some(path) = shared(file) else { return };
+        let (_, loaded) = load(&path);
+        let mut counts: BTreeMap<(String, Severity), usize> = BTreeMap::new();
+        for diagnostic in judge(&loaded, &Settings::default()) {
+            *counts.entry((diagnostic.code, diagnostic.severity)).or_default() += 1;
+        }
+        for (code, severity, expected) in EXPECTED {
+            let found = counts.get(&(code.to_owned(), severity)).copied().unwrap_or(0);
+            assert_eq!(found, expected[column], "{code} on {file}");
+        }
+        for (code, _) in counts.keys() {
+            assert!(!NEVER.contains(&code.as_str()), "{code} on {file}");
+        }
+    }
+}
