@@ -22,6 +22,9 @@ pub use limits::{RoleLimit, TargetKind, known_subtypes, role_limits};
 pub use shelf::{Shelf, Shelved};
 pub use to_osm::to_osm;
 
+/// What kind of element a fault speaks about.
+pub use crate::osm::ElementKind;
+
 use serde::Serialize;
 
 use crate::diagnostic::SourceSpan;

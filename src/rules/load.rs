@@ -3,8 +3,9 @@
 use super::{NoParams, Rule};
 use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::lanelet::index::MapIndex;
-use crate::lanelet::{BoundRole, Condition, LaneletId, LineStringId, LoadFault, RegulatoryElementId, known_subtypes};
-use crate::osm::{ElementKind, Text};
+use crate::lanelet::{
+    BoundRole, Condition, ElementKind, LaneletId, LineStringId, LoadFault, RegulatoryElementId, known_subtypes,
+};
 
 /// See `rules/load.md`.
 pub struct Load;
@@ -39,7 +40,7 @@ fn finding(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
     Some(match &fault.condition {
         Condition::MissingReference { kind, id, role } => {
             let finding = found("missing-ref", format!("{about} refers to {kind} {id}, which does not exist."));
-            without_member(map, finding, *kind, *id, role.as_ref())
+            without_member(map, finding, *kind, *id, role.as_deref())
         }
         Condition::WayWithoutNodes => found("empty-way", format!("{about} has no nodes and is dropped.")),
         Condition::BoundCount { role, count, ways } => bound_count(subject, *role, *count, ways),
@@ -163,7 +164,7 @@ fn bound_count(subject: Subject, role: BoundRole, count: usize, ways: &[i64]) ->
 }
 
 /// A dangling member can go where the element loaded without it.
-fn without_member(map: &MapIndex, finding: Finding, kind: ElementKind, id: i64, role: Option<&Text>) -> Finding {
+fn without_member(map: &MapIndex, finding: Finding, kind: ElementKind, id: i64, role: Option<&str>) -> Finding {
     let loaded = match finding.subject {
         Subject::Lanelet(id) => map.map.lanelets.contains(LaneletId(id)),
         Subject::RegulatoryElement(id) => map.map.regulatory_elements.contains(RegulatoryElementId(id)),
@@ -175,7 +176,7 @@ fn without_member(map: &MapIndex, finding: Finding, kind: ElementKind, id: i64, 
         ElementKind::Way => Subject::Way(id),
         ElementKind::Relation => Subject::Relation(id),
     };
-    let edits = vec![Edit::RemoveMember { on: finding.subject, role: role.clone(), member }];
+    let edits = vec![Edit::RemoveMember { on: finding.subject, role: role.into(), member }];
     finding.fixed_by(format!("remove the member {kind} {id}"), true, edits)
 }
 
@@ -189,7 +190,7 @@ fn referrers(map: &MapIndex, finding: Finding) -> Finding {
 /// A word this close to a known one was meant to be it.
 const TYPING_SLIPS: usize = 2;
 
-fn unknown_subtype(subject: Subject, subtype: &Text) -> Finding {
+fn unknown_subtype(subject: Subject, subtype: &str) -> Finding {
     let message = format!("{} has unknown subtype {subtype}; no map will be published.", name(subject));
     let finding = Finding::new("re-subtype", subject, message);
     let near = known_subtypes().map(|known| (slips(subtype, known), known)).min();
