@@ -30,7 +30,7 @@ pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
 
 /// What the loader and the rules say about a map.
 pub fn judge(loaded: &Loaded, select: &[String], ignore: &[String]) -> Result<Vec<Diagnostic>, Failure> {
-    let index = MapIndex::new(&loaded.map, &Default::default(), &loaded.settings, Thresholds::default());
+    let index = MapIndex::new(&loaded.map, &loaded.faults, &loaded.settings, Thresholds::default());
     let config = Config { select: select.to_vec(), ignore: ignore.to_vec(), ..Config::default() };
     rules::run(&index, &config).map_err(|error| Failure::new(error.to_string()))
 }
