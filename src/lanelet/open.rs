@@ -1,0 +1,297 @@
+//! Opens a map wherever it lies: one file, a directory of `.osm` files, or an Autoware map directory.
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
+use super::{Loaded, from_osm};
+use crate::osm::{OsmData, ReadError, read_files};
+use crate::projection::{InfoError, LonLat, MgrsGrid, Projector, read_info};
+
+/// What Autoware calls the map in a map directory, a file or a directory of files.
+const MAP: &str = "lanelet2_map.osm";
+/// The projector's file beside it.
+const INFO: &str = "map_projector_info.yaml";
+
+/// A map that was read, with where it came from.
+#[derive(Debug)]
+pub struct Opened {
+    /// What the files say, with their text.
+    pub osm: OsmData,
+    /// The files, in reading order.
+    pub files: Vec<PathBuf>,
+    /// What turns longitude and latitude into metres.
+    pub projector: Projector,
+    /// Who says so.
+    pub projector_from: ProjectorFrom,
+    /// The map and its faults.
+    pub loaded: Loaded,
+}
+
+/// Where the projector is known from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ProjectorFrom {
+    /// The caller.
+    Caller,
+    /// This `map_projector_info.yaml`.
+    Info(PathBuf),
+    /// The map itself: MGRS of its first node, or no projection if no node has longitude and latitude.
+    Map,
+}
+
+/// Why a map cannot be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum OpenError {
+    /// A file cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// A directory without maps.
+    #[error("{path} holds no .osm file")]
+    EmptyDirectory {
+        /// The directory.
+        path: PathBuf,
+    },
+    /// A `map_projector_info.yaml` that cannot be used.
+    #[error("{path}: {source}")]
+    Info {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        source: InfoError,
+    },
+    /// Roads for navigation, not lanelets.
+    #[error("{path} is not a Lanelet2 map but a plain OpenStreetMap extract: it has {roads} roads and no lanelet")]
+    Navigation {
+        /// The file or directory.
+        path: PathBuf,
+        /// Ways with `highway`.
+        roads: usize,
+    },
+    /// Neither lanelets nor roads.
+    #[error("{path} is not a Lanelet2 map: it has no relation with type=lanelet")]
+    NotLanelet2 {
+        /// The file or directory.
+        path: PathBuf,
+    },
+}
+
+impl OpenError {
+    /// A way out, in one line.
+    pub fn help(&self) -> &'static str {
+        match self {
+            Self::Read(error) => error.help(),
+            Self::EmptyDirectory { .. } => {
+                "give an .osm file, a directory of .osm files, or a map directory with lanelet2_map.osm in it"
+            }
+            Self::Info { source, .. } => source.help(),
+            Self::Navigation { .. } => "make a Lanelet2 map of it first: `lanewright build`",
+            Self::NotLanelet2 { .. } => "give a map with lanelets; `lanewright build` makes one from OpenStreetMap",
+        }
+    }
+}
+
+/// Whether these are Lanelet2 data: lanelets, regulatory elements, or an Autoware format version.
+pub fn is_lanelet2(osm: &OsmData) -> bool {
+    osm.meta.as_ref().is_some_and(|m| m.format_version.is_some())
+        || osm.relations.iter().any(|r| matches!(r.tags.get("type"), Some("lanelet" | "regulatory_element")))
+}
+
+/// Whether these are roads of OpenStreetMap, and no lanelets.
+pub fn is_navigation_osm(osm: &OsmData) -> bool {
+    !is_lanelet2(osm) && osm.ways.iter().any(|w| w.tags.has("highway"))
+}
+
+/// Reads and loads the map at `path`; `projector` goes above what stands beside the map.
+pub fn open(path: &Path, projector: Option<Projector>) -> Result<Opened, OpenError> {
+    let found = find(path)?;
+    // Judged first: it is quick, and a large map is not.
+    let known = match (projector, &found.info) {
+        (Some(projector), _) => Some((projector, ProjectorFrom::Caller)),
+        (None, Some(info)) => Some((projector_of(info)?, ProjectorFrom::Info(info.clone()))),
+        (None, None) => None,
+    };
+    let osm = read_files(&found.files)?;
+    if !is_lanelet2(&osm) {
+        let path = path.to_path_buf();
+        return Err(if is_navigation_osm(&osm) {
+            let roads = osm.ways.iter().filter(|w| w.tags.has("highway")).count();
+            OpenError::Navigation { path, roads }
+        } else {
+            OpenError::NotLanelet2 { path }
+        });
+    }
+    let (projector, projector_from) = known.unwrap_or_else(|| (projector_for(&osm), ProjectorFrom::Map));
+    let loaded = from_osm(&osm, &projector);
+    Ok(Opened { osm, files: found.files, projector, projector_from, loaded })
+}
+
+/// The projector of a map that does not name one. Autoware then takes MGRS; a map whose nodes have no longitude and
+/// latitude at all can only be meant for `Local`.
+pub fn projector_for(osm: &OsmData) -> Projector {
+    let placed = osm.nodes.iter().find_map(|n| n.position);
+    if placed.is_none() && osm.nodes.iter().any(|n| n.tags.has("local_x") || n.tags.has("local_y")) {
+        return Projector::Local;
+    }
+    let place = placed.unwrap_or_default();
+    // Near the poles there is no square: any will do, and every node says that it cannot be projected.
+    MgrsGrid::of(place).or_else(|| MgrsGrid::of(LonLat::default())).map_or(Projector::Local, Projector::Mgrs)
+}
+
+fn projector_of(info: &Path) -> Result<Projector, OpenError> {
+    let text = std::fs::read_to_string(info).map_err(|source| ReadError::Io { path: info.to_path_buf(), source })?;
+    match read_info(&text) {
+        Ok((projector, _)) => Ok(projector),
+        Err(source) => Err(OpenError::Info { path: info.to_path_buf(), source }),
+    }
+}
+
+/// The files of a map and its projector's file.
+struct Found {
+    files: Vec<PathBuf>,
+    info: Option<PathBuf>,
+}
+
+fn find(path: &Path) -> Result<Found, OpenError> {
+    if !path.is_dir() {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        return Ok(Found { files: vec![path.to_path_buf()], info: info_in(folder) });
+    }
+    let own = info_in(path);
+    for inner in [path.join(MAP), path.join(format!("{MAP}.gz"))] {
+        if inner.is_dir() {
+            return Ok(Found { files: files_in(&inner)?, info: own });
+        }
+        if inner.is_file() {
+            return Ok(Found { files: vec![inner], info: own });
+        }
+    }
+    let files = files_in(path)?;
+    let above = || {
+        // `.` and `..` have no name until they are resolved.
+        let full = path.canonicalize().ok()?;
+        (full.file_name() == Some(OsStr::new(MAP))).then(|| info_in(full.parent()?)).flatten()
+    };
+    Ok(Found { files, info: own.or_else(above) })
+}
+
+fn info_in(folder: &Path) -> Option<PathBuf> {
+    Some(folder.join(INFO)).filter(|info| info.is_file())
+}
+
+/// The `.osm` and `.osm.gz` files right in a directory, in the order of their names.
+fn files_in(folder: &Path) -> Result<Vec<PathBuf>, OpenError> {
+    let failed = |source| ReadError::Io { path: folder.to_path_buf(), source };
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        let file = entry.map_err(failed)?.path();
+        let name = file.file_name().map(|n| n.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+        if (name.ends_with(".osm") || name.ends_with(".osm.gz")) && file.is_file() {
+            files.push(file);
+        }
+    }
+    if files.is_empty() {
+        return Err(OpenError::EmptyDirectory { path: folder.to_path_buf() });
+    }
+    files.sort();
+    Ok(files)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    const NODE: &str = r#"<osm><node id="1" lat="35" lon="139.3"/>"#;
+    const LANELET: &str = r#"<relation id="2"><tag k="type" v="lanelet"/></relation></osm>"#;
+    const LOCAL: &str = "projector_type: Local\n";
+
+    fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, text) in files {
+            let path = folder.path().join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, text).unwrap();
+        }
+        folder
+    }
+
+    fn map(id: i64) -> String {
+        format!(r#"<osm><node id="{id}" lat="35" lon="139.3"/>{LANELET}"#)
+    }
+
+    fn names(opened: &Opened) -> Vec<String> {
+        opened.files.iter().map(|f| f.file_name().unwrap().to_string_lossy().into_owned()).collect()
+    }
+
+    #[test]
+    fn a_file_with_and_without_projector_beside_it() {
+        let alone = folder(&[("a.osm", &map(1))]);
+        let opened = open(&alone.path().join("a.osm"), None).unwrap();
+        assert_eq!(opened.projector, Projector::mgrs("54SUD".parse().unwrap()));
+        assert_eq!(opened.projector_from, ProjectorFrom::Map);
+        let beside = folder(&[("a.osm", &map(1)), (INFO, LOCAL)]);
+        let opened = open(&beside.path().join("a.osm"), None).unwrap();
+        assert_eq!(opened.projector, Projector::Local);
+        let projector = Projector::transverse_mercator(LonLat { lon: 139.0, lat: 35.0 });
+        let opened = open(&beside.path().join("a.osm"), Some(projector)).unwrap();
+        assert_eq!((opened.projector, opened.projector_from), (projector, ProjectorFrom::Caller));
+    }
+
+    #[test]
+    fn directories() {
+        let plain = folder(&[("b.osm", &map(2)), ("a.OSM", &map(1)), ("c/d.osm", &map(3)), ("x.txt", "no map")]);
+        let opened = open(plain.path(), None).unwrap();
+        assert_eq!(names(&opened), ["a.OSM", "b.osm"]);
+        assert_eq!(opened.loaded.map.points.len(), 2);
+        let one = folder(&[(MAP, &map(1)), ("other.osm", &map(2)), (INFO, LOCAL)]);
+        let opened = open(one.path(), None).unwrap();
+        assert_eq!(names(&opened), [MAP]);
+        assert_eq!(opened.projector_from, ProjectorFrom::Info(one.path().join(INFO)));
+        let cells = folder(&[("lanelet2_map.osm/2.osm", &map(2)), ("lanelet2_map.osm/1.osm", &map(1)), (INFO, LOCAL)]);
+        for path in [cells.path().to_path_buf(), cells.path().join(MAP)] {
+            let opened = open(&path, None).unwrap();
+            assert_eq!(names(&opened), ["1.osm", "2.osm"]);
+            assert_eq!(opened.projector, Projector::Local);
+        }
+    }
+
+    #[test]
+    fn gzip() {
+        use std::io::Write;
+        let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+        packed.write_all(map(1).as_bytes()).unwrap();
+        let folder = folder(&[]);
+        fs::write(folder.path().join("lanelet2_map.osm.gz"), packed.finish().unwrap()).unwrap();
+        assert_eq!(open(folder.path(), None).unwrap().loaded.map.points.len(), 1);
+    }
+
+    #[test]
+    fn errors_say_what_and_help_says_how() {
+        let fails = |folder: &tempfile::TempDir, name: &str| open(&folder.path().join(name), None).unwrap_err();
+        let empty = folder(&[("notes.txt", "")]);
+        assert!(matches!(fails(&empty, ""), OpenError::EmptyDirectory { .. }));
+        assert!(matches!(fails(&empty, "none.osm"), OpenError::Read(ReadError::Io { .. })));
+        let roads = r#"<way id="2"><nd ref="1"/><tag k="highway" v="primary"/></way></osm>"#;
+        let roads = folder(&[("a.osm", &[NODE, roads].concat())]);
+        let error = fails(&roads, "a.osm");
+        assert!(matches!(error, OpenError::Navigation { roads: 1, .. }), "{error}");
+        assert!(error.to_string().contains("not a Lanelet2 map") && error.help().contains("lanewright build"));
+        let nothing = folder(&[("a.osm", "<osm/>")]);
+        assert!(matches!(fails(&nothing, "a.osm"), OpenError::NotLanelet2 { .. }));
+        let wrong = folder(&[("a.osm", &map(1)), (INFO, "projector_type: local\n")]);
+        let error = fails(&wrong, "a.osm");
+        assert!(error.to_string().ends_with("unknown projector_type `local`; did you mean `Local`?"), "{error}");
+    }
+
+    #[test]
+    fn a_map_without_longitudes_is_local() {
+        let node = r#"<osm><node id="1" lat="" lon=""><tag k="local_x" v="1"/><tag k="local_y" v="2"/></node>"#;
+        let folder = folder(&[("a.osm", &[node, LANELET].concat())]);
+        assert_eq!(open(folder.path(), None).unwrap().projector, Projector::Local);
+    }
+
+    #[test]
+    fn near_the_pole_nothing_breaks() {
+        let folder = folder(&[("a.osm", &map(1).replace("35", "89"))]);
+        assert!(matches!(open(folder.path(), None).unwrap().projector, Projector::Mgrs(_)));
+    }
+}
