@@ -3,10 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use lanewright::builder::consolidate::{ConsolidateOptions, consolidate};
 use lanewright::builder::geojson::geometry_geojson;
-use lanewright::builder::outline::{OutlineOptions, outlines, remaining};
 use lanewright::builder::road_network::{NetworkOptions, road_network};
+use lanewright::builder::streets::{StreetOptions, Streets, streets};
 use lanewright::geometry::Point;
 use lanewright::osm::read_file;
 use lanewright::projection::LonLat;
@@ -25,12 +24,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 fn write(input: &Path, out: &Path, merge: bool) -> Result<(), Box<dyn std::error::Error>> {
     let data = read_file(input)?;
     let start = Instant::now();
-    let mut network = road_network(&data, &plane, &NetworkOptions::default())?.network;
-    let options = OutlineOptions::default();
-    if merge {
-        network = consolidate(network, &ConsolidateOptions::default(), |n| remaining(n, &options)).0;
+    let network = road_network(&data, &plane, &NetworkOptions::default())?.network;
+    let mut options = StreetOptions::default();
+    if !merge {
+        options.consolidate.rounds = 0;
     }
-    let (outlines, findings) = outlines(&network, &options);
+    let Streets { network, outlines, findings, .. } = streets(network, &options);
     let text = geometry_geojson(&network, &outlines, None)?;
     let stem = input.file_stem().ok_or("no file name")?;
     eprintln!(

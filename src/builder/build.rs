@@ -7,9 +7,8 @@ use crate::projection::{Extent, LonLat, Projector};
 use crate::settings::Settings;
 
 use super::assemble::{Assembled, assemble};
-use super::consolidate::{ConsolidateOptions, consolidate};
-use super::outline::{OutlineOptions, outlines, remaining};
 use super::road_network::{DrivingSide, Network, NetworkError, NetworkOptions, road_network};
+use super::streets::{StreetOptions, Streets, streets};
 
 /// What a user may decide about a build.
 #[derive(Clone, Debug, Default)]
@@ -18,10 +17,8 @@ pub struct BuildOptions {
     pub driving_side: Option<DrivingSide>,
     /// How to turn degrees into metres; MGRS or a transverse Mercator, whichever suits the place, where absent.
     pub projector: Option<Projector>,
-    /// How several nodes become one intersection.
-    pub consolidate: ConsolidateOptions,
-    /// Shape of the outlines.
-    pub outline: OutlineOptions,
+    /// How roads and intersections are laid out.
+    pub streets: StreetOptions,
 }
 
 /// Why there is no map.
@@ -85,8 +82,7 @@ pub fn build(osm: &OsmData, options: &BuildOptions) -> Result<Built, BuildError>
     let to_metres = |places: &[LonLat]| projector.forward_all(places);
     let Network { network, mut notes } = road_network(osm, &to_metres, &network_options)?;
     let guesses = notes.len();
-    let (network, _) = consolidate(network, &options.consolidate, |n| remaining(n, &options.outline));
-    let (outlines, findings) = outlines(&network, &options.outline);
+    let Streets { network, outlines, findings, .. } = streets(network, &options.streets);
     notes.extend(findings);
     let Assembled { mut map, settings, notes: more, areas } = assemble(&network, &outlines);
     notes.extend(more);

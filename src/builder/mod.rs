@@ -8,6 +8,7 @@
 //! Widths come before the outline (the cut-back needs the roads' edges), lane borders after it (they end at the cut).
 //! Everything speaks of near and far, never of left and right, except where a tag or a role does.
 
+pub mod alignment;
 pub mod area;
 pub mod assemble;
 pub mod assembly;
@@ -30,6 +31,7 @@ pub mod right_of_way;
 pub mod road_network;
 pub mod sidecar;
 pub(crate) mod speed;
+pub mod streets;
 pub(crate) mod tags;
 
 pub use build::{BuildError, BuildOptions, Built, Summary, build};

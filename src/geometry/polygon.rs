@@ -59,3 +59,24 @@ pub fn largest_outside(a: &[Point], b: &[Point]) -> Option<Vec<Point>> {
     ring.pop();
     Some(ring)
 }
+
+/// The outer boundary of the largest piece of the union of these rings, clockwise, not closed; `None` if there is none.
+/// Points come out moved by up to a millionth of the rings' extent.
+pub fn union(rings: &[Vec<Point>]) -> Option<Vec<Point>> {
+    let polygons: Vec<Polygon<f64>> = rings
+        .iter()
+        .map(|ring| match signed_area(ring) < 0.0 {
+            true => ring.iter().rev().copied().collect::<Vec<_>>(),
+            false => ring.clone(),
+        })
+        .map(|ring| to_geo(&ring))
+        .collect();
+    let union = geo::unary_union(&polygons);
+    let largest = union.0.into_iter().max_by(|a, b| a.unsigned_area().total_cmp(&b.unsigned_area()))?;
+    let mut ring: Vec<Point> = largest.exterior().coords().map(|c| Point::new(c.x, c.y)).collect();
+    ring.pop();
+    if signed_area(&ring) > 0.0 {
+        ring.reverse();
+    }
+    (ring.len() > 2).then_some(ring)
+}

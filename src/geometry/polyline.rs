@@ -1,6 +1,6 @@
 //! A line of points, measured by station: the distance along it from its first point.
 
-use super::{Point, Vector, left_of, line_crossing};
+use super::{Point, Vector, left_of};
 
 /// Two or more points, no two neighbours closer than [`Polyline::MERGE`].
 #[derive(Clone, Debug, PartialEq)]
@@ -151,22 +151,19 @@ impl Polyline {
     /// The line moved sideways by `offset` metres (left positive): miter joins up to `miter_limit` times the offset,
     /// bevels beyond. May cross itself where it bends more sharply than the offset allows.
     pub fn offset(&self, offset: f64, miter_limit: f64) -> Option<Self> {
-        let shifted: Vec<(Point, Point)> = self
-            .segments()
-            .map(|(a, b)| {
-                let n = left_of((b - a).normalize()) * offset;
-                (a + n, b + n)
-            })
-            .collect();
-        let mut points = vec![shifted[0].0];
-        for (pair, corner) in shifted.windows(2).zip(&self.points[1..]) {
-            let ((a, b), (c, d)) = (pair[0], pair[1]);
-            match line_crossing(a, b - a, c, d - c) {
-                Some((_, _, p)) if (p - corner).norm() <= miter_limit * offset.abs() => points.push(p),
-                _ => points.extend([b, c]),
+        let normals: Vec<Vector> = self.segments().map(|(a, b)| left_of((b - a).normalize())).collect();
+        let mut points = vec![self.first() + normals[0] * offset];
+        for (n, corner) in normals.windows(2).zip(&self.points[1..]) {
+            // The miter joint lies on the bisector of the normals, one cosine of half the turn farther out.
+            let bisector = n[0] + n[1];
+            let cosine = bisector.norm() / 2.0;
+            if cosine * miter_limit >= 1.0 {
+                points.push(corner + bisector * (offset / (2.0 * cosine * cosine)));
+            } else {
+                points.extend([corner + n[0] * offset, corner + n[1] * offset]);
             }
         }
-        points.push(shifted[shifted.len() - 1].1);
+        points.push(self.last() + normals[normals.len() - 1] * offset);
         Self::new(points)
     }
 

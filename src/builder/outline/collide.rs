@@ -27,6 +27,26 @@ pub struct Collision {
 /// The collisions of two arms that belong to the overlap at the intersection: those beyond a gap, where the roads
 /// meet a second time, are left out. Sorted from the intersection outwards.
 pub fn collisions(a: &Arm, b: &Arm) -> Vec<Collision> {
+    let mut found = all(a, b);
+    found.sort_by(|p, q| (p.stations[0] + p.stations[1]).total_cmp(&(q.stations[0] + q.stations[1])));
+    let connected = (0..found.len())
+        .take_while(|&i| {
+            let before = if i == 0 { [0.0, 0.0] } else { found[i - 1].stations };
+            !apart(a, b, before[0], found[i].stations[0]) && !apart(b, a, before[1], found[i].stations[1])
+        })
+        .count();
+    found.truncate(connected);
+    found
+}
+
+/// The collisions of two arms within so many metres of the begin of both, whatever lies between.
+pub fn collisions_within(a: &Arm, b: &Arm, reach: f64) -> Vec<Collision> {
+    let mut found = all(a, b);
+    found.retain(|c| c.stations.iter().all(|s| *s <= reach));
+    found
+}
+
+fn all(a: &Arm, b: &Arm) -> Vec<Collision> {
     let mut found = Vec::new();
     for sa in [Side::Left, Side::Right] {
         for sb in [Side::Left, Side::Right] {
@@ -36,14 +56,6 @@ pub fn collisions(a: &Arm, b: &Arm) -> Vec<Collision> {
             }
         }
     }
-    found.sort_by(|p, q| (p.stations[0] + p.stations[1]).total_cmp(&(q.stations[0] + q.stations[1])));
-    let connected = (0..found.len())
-        .take_while(|&i| {
-            let before = if i == 0 { [0.0, 0.0] } else { found[i - 1].stations };
-            !apart(a, b, before[0], found[i].stations[0]) && !apart(b, a, before[1], found[i].stations[1])
-        })
-        .count();
-    found.truncate(connected);
     found
 }
 
@@ -66,7 +78,7 @@ fn apart(a: &Arm, b: &Arm, from: f64, to: f64) -> bool {
 }
 
 /// Where two lines cross: distance along each, and the point.
-fn crossings(a: &Polyline, b: &Polyline) -> Vec<(f64, f64, Point)> {
+pub fn crossings(a: &Polyline, b: &Polyline) -> Vec<(f64, f64, Point)> {
     let mut found = Vec::new();
     let mut along_a = 0.0;
     for (p, q) in a.segments() {

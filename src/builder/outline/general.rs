@@ -3,7 +3,7 @@
 //! Every road is trimmed back to the farthest place where one of its edges collides with an edge of any other road at
 //! the intersection; the trimmed ends and the collisions between neighbours, walked clockwise, are the outline.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use crate::geometry::{angle_between, line_crossing};
 
@@ -23,6 +23,13 @@ pub struct Star {
     pub corners: Vec<Corner>,
 }
 
+impl Star {
+    /// One arm, cut back by `trim` metres.
+    pub fn terminus(trim: f64) -> Self {
+        Self { least: vec![trim], trims: vec![trim], corners: vec![Corner::Open] }
+    }
+}
+
 /// Collides the arms, given in clockwise order.
 pub fn star(arms: &[Arm], options: &OutlineOptions) -> Star {
     let n = arms.len();
@@ -31,9 +38,11 @@ pub fn star(arms: &[Arm], options: &OutlineOptions) -> Star {
     for i in 0..n {
         for j in i + 1..n {
             let found = collisions(&arms[i], &arms[j]);
+            // Roads that part at a small angle are cut where there is room for a wedge; beyond, they lie abreast.
+            let reach = options.reach * arms[i].half.max(arms[j].half) * 2.0;
             for c in &found {
-                trims[i] = trims[i].max(c.stations[0]);
-                trims[j] = trims[j].max(c.stations[1]);
+                trims[i] = trims[i].max(c.stations[0].min(reach));
+                trims[j] = trims[j].max(c.stations[1].min(reach));
             }
             if j == i + 1 {
                 corners[i] = between(&arms[i], &arms[j], &found, false, options);
@@ -47,6 +56,10 @@ pub fn star(arms: &[Arm], options: &OutlineOptions) -> Star {
     for i in 0..n {
         let next = (i + 1) % n;
         if let Corner::Collision { along, tangent, .. } = corners[i] {
+            let reach = options.reach * arms[i].half.max(arms[next].half) * 2.0;
+            if along[0].max(along[1]) > reach {
+                continue;
+            }
             let right = arms[i].right.at(along[0] + tangent);
             let left = arms[next].left.at(along[1] + tangent);
             trims[i] = trims[i].max(arms[i].line.project(right).station);
@@ -74,7 +87,7 @@ fn between(a: &Arm, b: &Arm, found: &[Collision], swapped: bool, options: &Outli
     let leaving = [a.right.direction(along[0]), b.left.direction(along[1])];
     let opening = angle_between(leaving[0], leaving[1]).abs();
     // A kerb of this radius touches both edges so far from their collision.
-    let tangent = (options.kerb_radius / (opening / 2.0).tan()).min(options.kerb_reach);
+    let tangent = (a.kerb.min(b.kerb) / (opening / 2.0).tan()).min(options.kerb_reach * (opening / FRAC_PI_2).min(1.0));
     Corner::Collision { point: c.point, along, tangent }
 }
 

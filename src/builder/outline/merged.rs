@@ -1,189 +1,221 @@
-//! The outline of an intersection that was merged from several nodes.
+//! Several nodes that became one intersection, and every star whose ring does not close: the outline around a union.
 //!
-//! The general method needs one node that all roads share; here they meet in several. What the roads cover is known
-//! all the same: the inner roads, and each arm up to its cut. The outline is the rim of that ground. Arms are cut
-//! where they collide with the arms and inner roads of their own node, and further until the cut is clear of every
-//! inner road; their order around the rim is the order of the contour, so no angle can twist it.
+//! The ground of the intersection is what its inner roads and the trimmed-off stubs of its arms cover. The boundary of
+//! their union, from cut to cut, is the outline; medians between the arms stay outside it.
 
-use geo::{ConvexHull, Coord, MultiPoint, MultiPolygon, Polygon, unary_union};
+use std::collections::BTreeMap;
 
-use crate::builder::road_network::{Intersection, RoadEnd, RoadNetwork};
-use crate::geometry::{Point, Polyline, polygon};
+use crate::builder::road_network::{Intersection, RoadNetwork};
+use crate::geometry::polygon::{convex_hull, union};
+use crate::geometry::{Point, Polyline, Vector, left_of, orientation};
 
-use super::collide::collisions;
-use super::thicken::{Arm, Side};
+use super::collide::{collisions_within, crossings};
+use super::thicken::{Arm, MITER_LIMIT, Side};
+use super::walk::cut;
 use super::{Cut, OutlineOptions};
 
-/// How far apart, metres, the cuts are that are tried until one is clear of the inner roads.
-const STEP: f64 = 0.5;
-/// The rim comes back from the union of the ground moved by less than this, metres.
+/// A stretch of an arm outside the ground longer than this, metres, ends the intersection.
+const APART: f64 = 6.0;
+/// Neighbouring stubs closer together than this at their cuts, metres, have no island between them.
+const ISLAND: f64 = 1.2;
+/// The union's points lie within this distance, metres, of those that went in.
 const SNAP: f64 = 1e-3;
-/// Arms push each other's cuts outwards at most so many times.
-const ROUNDS: usize = 10;
+/// Points closer together than this, metres, are one.
+const CLOSE: f64 = 0.02;
+/// Arms whose cuts lie hidden are cut back so much further at a time, metres.
+const EXPOSE_STEP: f64 = 1.0;
+/// So often.
+const EXPOSE_ROUNDS: usize = 20;
+/// Pieces of a rounded corner.
+const ROUND: usize = 4;
 
-/// What the roads of a merged intersection cover.
-pub struct Ground {
-    arms: Vec<Spoke>,
-    inner: Vec<Spoke>,
-    paved: Vec<Polygon<f64>>,
-}
-
-/// A line that ends at one of the merged nodes.
-struct Spoke {
-    node: i64,
-    arm: Arm,
-}
-
-impl Ground {
-    /// The ground of `intersection`; `None` if nothing was merged into it.
-    pub fn new(network: &RoadNetwork, intersection: &Intersection) -> Option<Self> {
-        let arms: Vec<Spoke> = intersection
-            .arms
-            .iter()
-            .map(|at| Spoke { node: network.road(at.road).node(at.end), arm: Arm::new(network, *at) })
-            .collect();
-        let inner = inner_spokes(intersection, arms.first()?.arm.at);
-        let mut paved: Vec<Polygon<f64>> = inner.iter().filter_map(|s| ribbon(&s.arm, 0.0, s.arm.length)).collect();
-        paved.extend(node_grounds(&arms, &inner));
-        (!inner.is_empty()).then_some(Self { arms, inner, paved })
+/// The ground inside: the inner roads, and around each node what lies between the roads that end there.
+pub fn ground(network: &RoadNetwork, intersection: &Intersection, arms: &[Arm]) -> Vec<Vec<Point>> {
+    let mut caps: BTreeMap<i64, Vec<Point>> = BTreeMap::new();
+    let mut ground = Vec::new();
+    let mut cap = |node: i64, at: Point, along: Vector, half: f64| {
+        let side = left_of(along) * half;
+        caps.entry(node).or_default().extend([at + side, at - side]);
+    };
+    for arm in arms {
+        let node = network.road(arm.at.road).node(arm.at.end);
+        cap(node, arm.line.first(), arm.line.direction(0.0), arm.half);
     }
-
-    /// Distance from each arm's end to its cut, metres: beyond its farthest collision at its own node, clear of every
-    /// inner road, and clear of the other arms up to their cuts.
-    pub fn trims(&self, options: &OutlineOptions) -> Vec<f64> {
-        let mut trims: Vec<f64> = self
-            .arms
-            .iter()
-            .map(|spoke| {
-                let own = |other: &&Spoke| other.node == spoke.node && !std::ptr::eq(*other, spoke);
-                let others = self.arms.iter().chain(&self.inner).filter(own);
-                let collisions = others.flat_map(|other| collisions(&spoke.arm, &other.arm));
-                let farthest = collisions.map(|c| c.stations[0]).fold(0.0, f64::max);
-                let first = (farthest + options.margin).max(options.least_trim);
-                clear(&spoke.arm, first, &self.paved)
-            })
-            .collect();
-        for _ in 0..ROUNDS {
-            let before = trims.clone();
-            for i in 0..trims.len() {
-                let stubs: Vec<Polygon<f64>> = (0..trims.len())
-                    .filter(|j| *j != i)
-                    .filter_map(|j| ribbon(&self.arms[j].arm, 0.0, trims[j]))
-                    .collect();
-                trims[i] = clear(&self.arms[i].arm, trims[i], &stubs);
-            }
-            if trims == before {
-                break;
-            }
-        }
-        trims
+    for inner in &intersection.inner {
+        let half = inner.section.width() / 2.0;
+        let length = inner.line.length();
+        cap(inner.key.first, inner.line.first(), inner.line.direction(0.0), half);
+        cap(inner.key.last, inner.line.last(), inner.line.direction(length), half);
+        ground.extend(ribbon(&inner.line, half));
     }
-
-    /// The rim of the ground between these cuts: `corners[i]` runs clockwise from cut `i` to the next, both ends
-    /// included. `None` if the ground lies in pieces, or a cut does not lie on its rim.
-    pub fn corners(&self, trims: &[f64], cuts: &[Cut]) -> Option<Vec<Vec<Point>>> {
-        let stubs = self.arms.iter().zip(trims).filter_map(|(s, t)| ribbon(&s.arm, 0.0, *t));
-        let ground: Vec<Polygon<f64>> = self.paved.iter().cloned().chain(stubs).collect();
-        corners(&rim(&unary_union(&ground))?, cuts)
-    }
+    ground.extend(caps.into_values().map(convex_hull).filter(|hull| hull.len() > 2));
+    ground
 }
 
-/// Each inner road as seen from either of its ends.
-fn inner_spokes(intersection: &Intersection, any: RoadEnd) -> Vec<Spoke> {
-    intersection
-        .inner
-        .iter()
-        .flat_map(|road| {
-            let half = road.section.width() / 2.0;
-            let there = Spoke { node: road.key.first, arm: Arm::from_line(any, road.line.clone(), half) };
-            let back = Spoke { node: road.key.last, arm: Arm::from_line(any, road.line.reversed(), half) };
-            [there, back]
-        })
-        .collect()
-}
-
-/// The first station from `station` on whose cut is clear of all `ground`, held to the arm's length.
-fn clear(arm: &Arm, mut station: f64, ground: &[Polygon<f64>]) -> f64 {
-    while station < arm.length && covered(arm, station, ground) {
-        station += STEP;
-    }
-    station.min(arm.length)
-}
-
-/// Whether a cut at this station touches any of the ground.
-fn covered(arm: &Arm, station: f64, ground: &[Polygon<f64>]) -> bool {
-    use geo::Intersects;
-    let [a, b] = [Side::Left, Side::Right].map(|side| arm.corner(station, side));
-    let line = geo::Line::new(Coord { x: a.x, y: a.y }, Coord { x: b.x, y: b.y });
-    ground.iter().any(|p| p.intersects(&line))
-}
-
-/// The ground of an arm between two stations.
-fn ribbon(arm: &Arm, from: f64, to: f64) -> Option<Polygon<f64>> {
-    let line = arm.line.cut(from, to)?;
-    let limit = super::thicken::MITER_LIMIT;
-    let left = line.offset(arm.half, limit)?;
-    let right = line.offset(-arm.half, limit)?;
-    // Counter-clockwise, as the union wants it.
-    let ring: Vec<Point> = right.points().iter().chain(left.points().iter().rev()).copied().collect();
-    Some(polygon::to_geo(&ring))
-}
-
-/// The ground at each node: `placement` and uneven widths may set the roads' ends apart there.
-fn node_grounds(arms: &[Spoke], inner: &[Spoke]) -> Vec<Polygon<f64>> {
-    let mut ends: Vec<(i64, Coord<f64>)> = Vec::new();
-    for spoke in arms.iter().chain(inner) {
-        for side in [Side::Left, Side::Right] {
-            let p = spoke.arm.corner(0.0, side);
-            ends.push((spoke.node, Coord { x: p.x, y: p.y }));
-        }
-    }
-    ends.sort_by_key(|(node, _)| *node);
-    ends.chunk_by(|a, b| a.0 == b.0)
-        .map(|group| MultiPoint::from_iter(group.iter().map(|(_, c)| geo::Point::from(*c))).convex_hull())
-        .collect()
-}
-
-/// The outer ring of the ground, clockwise; `None` if it lies in pieces.
-fn rim(ground: &MultiPolygon<f64>) -> Option<Vec<Point>> {
-    let [whole] = ground.0.as_slice() else { return None };
-    let mut ring: Vec<Point> = whole.exterior().coords().map(|c| Point::new(c.x, c.y)).collect();
-    ring.pop();
-    if polygon::signed_area(&ring) > 0.0 {
-        ring.reverse();
-    }
+/// The ring around a line of some width.
+fn ribbon(line: &Polyline, half: f64) -> Option<Vec<Point>> {
+    let mut ring = line.offset(half, MITER_LIMIT)?.points().to_vec();
+    ring.extend(line.offset(-half, MITER_LIMIT)?.points().iter().rev());
     Some(ring)
 }
 
-/// The pieces of the rim between the cuts; `None` if a cut does not lie on it, in the cuts' order.
-fn corners(rim: &[Point], cuts: &[Cut]) -> Option<Vec<Vec<Point>>> {
-    let n = rim.len();
-    let nearest = |p: Point| (0..n).find(|i| (rim[*i] - p).norm() < SNAP);
-    let mut places = Vec::with_capacity(cuts.len());
+/// How far each arm must be cut back to come out of the ground and of the other arms.
+pub fn trims(arms: &[Arm], ground: &[Vec<Point>], at_least: &[f64], options: &OutlineOptions) -> Vec<f64> {
+    let widest = arms.iter().map(|arm| arm.half * 2.0).fold(0.0, f64::max);
+    let mut trims: Vec<f64> = arms
+        .iter()
+        .zip(at_least)
+        .map(|(arm, least)| least.max(way_out(arm, ground, options.reach * widest) + options.margin))
+        .collect();
+    for i in 0..arms.len() {
+        for j in i + 1..arms.len() {
+            let reach = options.reach * arms[i].half.max(arms[j].half) * 2.0;
+            for c in collisions_within(&arms[i], &arms[j], reach) {
+                trims[i] = trims[i].max(c.stations[0] + options.margin);
+                trims[j] = trims[j].max(c.stations[1] + options.margin);
+            }
+        }
+    }
+    expose(arms, ground, &mut trims, options.reach * widest);
+    trims
+}
+
+/// Cuts those arms back further whose cuts other roads still cover.
+fn expose(arms: &[Arm], ground: &[Vec<Point>], trims: &mut [f64], reach: f64) {
+    for _ in 0..EXPOSE_ROUNDS {
+        let cuts: Vec<Cut> = arms.iter().zip(trims.iter()).map(|(arm, trim)| cut(arm, *trim)).collect();
+        let Some(boundary) = boundary(arms, trims, &cuts, ground) else { return };
+        let mut hidden = false;
+        for ((arm, cut), trim) in arms.iter().zip(&cuts).zip(trims.iter_mut()) {
+            let seen = find(&boundary, cut.left).is_some() && find(&boundary, cut.right).is_some();
+            if !seen && *trim + EXPOSE_STEP < reach.min(arm.length) {
+                *trim += EXPOSE_STEP;
+                hidden = true;
+            }
+        }
+        if !hidden {
+            return;
+        }
+    }
+}
+
+/// The station where an arm leaves the ground for good.
+fn way_out(arm: &Arm, ground: &[Vec<Point>], reach: f64) -> f64 {
+    let mut stations: Vec<f64> = Vec::new();
+    for ring in ground {
+        let Some(ring) = Polyline::new(ring.iter().chain(ring.first()).copied()) else { continue };
+        for line in [&arm.left, &arm.line, &arm.right] {
+            stations.extend(crossings(line, &ring).into_iter().map(|(_, _, p)| arm.line.project(p).station));
+        }
+    }
+    stations.sort_by(f64::total_cmp);
+    let mut out = 0.0;
+    for station in stations {
+        if station - out > APART || station > reach {
+            break;
+        }
+        out = station;
+    }
+    out
+}
+
+/// The corners from cut to cut along the boundary of ground and stubs; `None` if a cut does not lie on it, or not in
+/// its order.
+pub fn corners(arms: &[Arm], trims: &[f64], cuts: &[Cut], ground: &[Vec<Point>]) -> Option<Vec<Vec<Point>>> {
+    thread(&boundary(arms, trims, cuts, ground)?, cuts)
+}
+
+/// The boundary of ground and stubs.
+fn boundary(arms: &[Arm], trims: &[f64], cuts: &[Cut], ground: &[Vec<Point>]) -> Option<Vec<Point>> {
+    let mut pieces: Vec<Vec<Point>> = ground.to_vec();
+    for ((arm, trim), cut) in arms.iter().zip(trims).zip(cuts) {
+        pieces.extend(stub(arm, *trim, cut));
+    }
+    for (i, arm) in arms.iter().enumerate() {
+        let next = (i + 1) % arms.len();
+        if next != i && (cuts[i].left - cuts[next].right).norm() < ISLAND {
+            pieces.push(between(arm, &arms[next], [trims[i], trims[next]], [cuts[i].left, cuts[next].right]));
+        }
+    }
+    union(&pieces)
+}
+
+/// The boundary's vertex at `p`.
+fn find(boundary: &[Point], p: Point) -> Option<usize> {
+    boundary.iter().position(|q| (q - p).norm() < SNAP)
+}
+
+/// The part of an arm that is cut off.
+fn stub(arm: &Arm, trim: f64, cut: &Cut) -> Option<Vec<Point>> {
+    let line = arm.line.cut(0.0, trim)?;
+    let mut ring = line.offset(arm.half, MITER_LIMIT)?.points().to_vec();
+    let mut right = line.offset(-arm.half, MITER_LIMIT)?.points().to_vec();
+    if let (Some(l), Some(r)) = (ring.last_mut(), right.last_mut()) {
+        *l = cut.right;
+        *r = cut.left;
+    }
+    ring.extend(right.into_iter().rev());
+    Some(ring)
+}
+
+/// The strip between the stubs of two neighbours that lie side by side.
+fn between(a: &Arm, b: &Arm, trims: [f64; 2], ends: [Point; 2]) -> Vec<Point> {
+    let mut points = ends.to_vec();
+    points.push(a.corner(0.0, Side::Right));
+    points.push(b.corner(0.0, Side::Left));
+    points.push(a.line.at(trims[0] / 2.0));
+    points.push(b.line.at(trims[1] / 2.0));
+    convex_hull(points)
+}
+
+/// Cuts the boundary at the cuts.
+fn thread(boundary: &[Point], cuts: &[Cut]) -> Option<Vec<Vec<Point>>> {
+    let n = boundary.len();
+    let mut marks = Vec::with_capacity(cuts.len() * 2);
     for cut in cuts {
-        let (right, left) = (nearest(cut.right)?, nearest(cut.left)?);
-        let line = Polyline::new([cut.right, cut.left])?;
-        let steps = (left + n - right) % n;
-        // Nothing of the ground lies beyond the cut: what stands between its ends on the rim stands on it.
-        if (1..steps).any(|s| line.distance(rim[(right + s) % n]) > SNAP) {
-            return None;
-        }
-        places.push((right, left));
+        marks.push(find(boundary, cut.right)?);
+        marks.push(find(boundary, cut.left)?);
     }
-    let mut corners = Vec::with_capacity(cuts.len());
-    let mut walked = 0;
-    for (i, cut) in cuts.iter().enumerate() {
+    let first = marks[0];
+    let along: Vec<usize> = marks.iter().map(|m| (m + n - first) % n).collect();
+    if !along.is_sorted() {
+        return None;
+    }
+    let corner = |i: usize| {
         let next = (i + 1) % cuts.len();
-        let (from, to) = (places[i].1, places[next].0);
-        let steps = (to + n - from) % n;
-        walked += steps + (places[i].1 + n - places[i].0) % n;
-        let mut chain = vec![cut.left];
-        chain.extend((1..steps).map(|s| rim[(from + s) % n]));
-        if steps > 0 {
-            chain.push(cuts[next].right);
+        let from = along[2 * i + 1];
+        let to = if next == 0 { n } else { along[2 * next] };
+        let mut chain = vec![cuts[i].left];
+        for k in from + 1..to {
+            let p = boundary[(k + first) % n];
+            let last = chain[chain.len() - 1];
+            if (p - last).norm() > CLOSE && (p - cuts[next].right).norm() > CLOSE {
+                chain.push(p);
+            }
         }
-        corners.push(chain);
+        chain.push(cuts[next].right);
+        chain
+    };
+    Some((0..cuts.len()).map(corner).collect())
+}
+
+/// The chain with its inward corners rounded off by curves that leave the edges at most `reach` metres from them.
+pub fn rounded(chain: &[Point], reach: f64) -> Vec<Point> {
+    let mut smooth = vec![chain[0]];
+    for w in chain.windows(3) {
+        let (a, b, c) = (w[0], w[1], w[2]);
+        if orientation(a, b, c) <= 0.0 {
+            smooth.push(b);
+            continue;
+        }
+        let from = b + (a - b).normalize() * reach.min((a - b).norm() * 0.45);
+        let to = b + (c - b).normalize() * reach.min((c - b).norm() * 0.45);
+        smooth.extend((0..=ROUND).map(|i| {
+            let t = i as f64 / ROUND as f64;
+            let (p, q) = (from + (b - from) * t, b + (to - b) * t);
+            p + (q - p) * t
+        }));
     }
-    // Once around, and no more: the cuts follow each other as the arms do.
-    (walked == n).then_some(corners)
+    smooth.extend(chain.last());
+    smooth
 }

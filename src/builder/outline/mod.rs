@@ -15,12 +15,11 @@ mod trim;
 mod walk;
 
 use crate::diagnostic::{Finding, Place, Severity, Subject};
-use crate::geometry::Point;
+use crate::geometry::{Point, Polyline};
 
-use super::road_network::{End, Intersection, RoadEnd, RoadNetwork};
+use super::road_network::{End, Intersection, Road, RoadEnd, RoadNetwork};
 
 use general::Star;
-use merged::Ground;
 pub use thicken::MITER_LIMIT;
 use thicken::{Arm, Side};
 use walk::Corner;
@@ -85,8 +84,13 @@ pub struct Outlines {
 pub struct OutlineOptions {
     /// Radius of the kerb between two roads that meet at a right angle.
     pub kerb_radius: f64,
+    /// The same where a service road or a track takes part.
+    pub kerb_radius_minor: f64,
     /// A kerb's curve begins at most so far from the collision of the two edges.
     pub kerb_reach: f64,
+    /// Roads that part at a small angle are cut back at most so many times the wider one's width: the rest of their
+    /// overlap is no part of the intersection.
+    pub reach: f64,
     /// Distance between a cut and the collision that decided it, so that corners never fall together.
     pub margin: f64,
     /// Every road is cut back at least so far where it meets another.
@@ -97,48 +101,71 @@ pub struct OutlineOptions {
 
 impl Default for OutlineOptions {
     fn default() -> Self {
-        Self { kerb_radius: 4.0, kerb_reach: 4.0, margin: 0.2, least_trim: 0.5, least_road: 1.5 }
+        Self {
+            kerb_radius: 4.0,
+            kerb_radius_minor: 2.5,
+            kerb_reach: 4.0,
+            reach: 2.0,
+            margin: 0.2,
+            least_trim: 0.5,
+            least_road: 1.5,
+        }
     }
-}
-
-/// The outline of every intersection of the network, with a finding for each that could not be made as it should.
-pub fn outlines(network: &RoadNetwork, options: &OutlineOptions) -> (Outlines, Vec<Finding>) {
-    let plans = plans(network, options);
-    let least = stations(network, &plans, |star| &star.least);
-    let wanted = stations(network, &plans, |star| &star.trims);
-    let kept: Vec<[f64; 2]> = network
-        .roads
-        .iter()
-        .zip(least.iter().zip(&wanted))
-        .map(|(road, (least, wanted))| {
-            let length = road.line.length();
-            let trims = |[from, to]: &[f64; 2]| [*from, length - to];
-            trim::share(length, trims(least), trims(wanted), options.least_road)
-        })
-        .collect();
-    let mut findings = Vec::new();
-    let intersections = plans
-        .iter()
-        .zip(&network.intersections)
-        .map(|(plan, intersection)| close(network, intersection, plan, &kept, &mut findings))
-        .collect();
-    (Outlines { kept, intersections }, findings)
 }
 
 /// The stations between which each road remains at the most: after what its ends must have, without the room that
 /// kerbs would like. Consolidation decides by them. The first is beyond the second where the road lies inside what
 /// its ends need.
 pub fn remaining(network: &RoadNetwork, options: &OutlineOptions) -> Vec<[f64; 2]> {
-    stations(network, &plans(network, options), |star| &star.least)
+    stations(network, &plans(network, &uncut(network), options), |star| &star.least)
 }
 
-fn plans(network: &RoadNetwork, options: &OutlineOptions) -> Vec<Plan> {
-    network.intersections.iter().map(|i| plan(network, i, options)).collect()
+/// The stations between which each road remains if its ends get all they would like, kerbs included.
+pub fn wanted(network: &RoadNetwork, options: &OutlineOptions) -> Vec<[f64; 2]> {
+    stations(network, &plans(network, &uncut(network), options), |star| &star.trims)
+}
+
+/// The outline of every intersection of the network, with a finding for each that could not be made as it should.
+pub fn outlines(network: &RoadNetwork, options: &OutlineOptions) -> (Outlines, Vec<Finding>) {
+    outlines_within(network, &uncut(network), options)
+}
+
+/// As [`outlines`], with every road cut back at least to the stations in `within`.
+pub fn outlines_within(
+    network: &RoadNetwork,
+    within: &[[f64; 2]],
+    options: &OutlineOptions,
+) -> (Outlines, Vec<Finding>) {
+    let plans = plans(network, within, options);
+    let least = stations(network, &plans, |star| &star.least);
+    let wanted = stations(network, &plans, |star| &star.trims);
+    let kept: Vec<[f64; 2]> = network
+        .roads
+        .iter()
+        .zip(least.iter().zip(&wanted))
+        .map(|(road, (least, wanted))| kept(road, *least, *wanted, options))
+        .collect();
+    let mut findings = Vec::new();
+    let intersections = plans
+        .iter()
+        .zip(&network.intersections)
+        .map(|(plan, intersection)| close(network, intersection, plan, &kept, options, &mut findings))
+        .collect();
+    (Outlines { kept, intersections }, findings)
+}
+
+/// The whole of every road.
+fn uncut(network: &RoadNetwork) -> Vec<[f64; 2]> {
+    network.roads.iter().map(|road| [0.0, road.line.length()]).collect()
+}
+
+fn plans(network: &RoadNetwork, within: &[[f64; 2]], options: &OutlineOptions) -> Vec<Plan> {
+    network.intersections.iter().map(|intersection| plan(network, intersection, within, options)).collect()
 }
 
 /// Per road the stations between which it remains if each end is trimmed as its star says.
 fn stations(network: &RoadNetwork, plans: &[Plan], trims: impl Fn(&Star) -> &[f64]) -> Vec<[f64; 2]> {
-    let mut stations: Vec<[f64; 2]> = network.roads.iter().map(|road| [0.0, road.line.length()]).collect();
+    let mut stations = uncut(network);
     for plan in plans {
         for (arm, trim) in plan.arms.iter().zip(trims(&plan.star)) {
             let [from, to] = &mut stations[arm.at.road.0 as usize];
@@ -151,43 +178,67 @@ fn stations(network: &RoadNetwork, plans: &[Plan], trims: impl Fn(&Star) -> &[f6
     stations
 }
 
+/// What is left of a road between its cuts, which lie clear of its bends.
+fn kept(road: &Road, least: [f64; 2], wanted: [f64; 2], options: &OutlineOptions) -> [f64; 2] {
+    let (length, half) = (road.line.length(), road.half_width());
+    let trims = |[from, to]: [f64; 2]| [from, length - to];
+    let [from, to] = trim::share(length, trims(least), trims(wanted), options.least_road);
+    let clear = |line: &Polyline, trim: f64| if trim > 0.0 { trim::clear_of_bends(line, trim, half) } else { trim };
+    let moved = [clear(&road.line, from), length - clear(&road.line.reversed(), length - to)];
+    if moved[0] < moved[1] { moved } else { [from, to] }
+}
+
 /// What is to be done at one intersection before the roads' other ends are known.
 struct Plan {
     case: Case,
     arms: Vec<Arm>,
     star: Star,
-    /// Where several nodes were merged.
-    ground: Option<Ground>,
+    /// The ground inside, where several nodes were merged.
+    ground: Vec<Vec<Point>>,
 }
 
-fn plan(network: &RoadNetwork, intersection: &Intersection, options: &OutlineOptions) -> Plan {
-    let arms: Vec<Arm> = intersection.arms.iter().map(|at| Arm::new(network, *at)).collect();
-    if let Some(ground) = Ground::new(network, intersection) {
-        let trims = ground.trims(options);
-        let star = Star { least: trims.clone(), trims, corners: Vec::new() };
-        return Plan { case: Case::Merged, arms, star, ground: Some(ground) };
-    }
+fn plan(network: &RoadNetwork, intersection: &Intersection, within: &[[f64; 2]], options: &OutlineOptions) -> Plan {
+    let arms: Vec<Arm> = intersection.arms.iter().map(|at| Arm::new(network, *at, options)).collect();
     match arms.as_slice() {
-        [_] if intersection.map_edge => Plan {
-            case: Case::MapEdge,
-            arms,
-            star: Star { least: vec![0.0], trims: vec![0.0], corners: vec![Corner::Open] },
-            ground: None,
-        },
+        [_] if intersection.map_edge => {
+            Plan { case: Case::MapEdge, arms, star: Star::terminus(0.0), ground: Vec::new() }
+        }
         [arm] => {
-            let trims = vec![terminus::dead_end(arm, options)];
-            let star = Star { least: trims.clone(), trims, corners: vec![Corner::Open] };
-            Plan { case: Case::DeadEnd, arms, star, ground: None }
+            let star = Star::terminus(terminus::dead_end(arm, options));
+            Plan { case: Case::DeadEnd, arms, star, ground: Vec::new() }
         }
         _ => {
-            let star = general::star(&arms, options);
+            let mut star = general::star(&arms, options);
+            for (i, arm) in arms.iter().enumerate() {
+                let [from, to] = within[arm.at.road.0 as usize];
+                let floor = if arm.at.end == End::Start { from } else { arm.length - to };
+                star.trims[i] = star.trims[i].max(floor);
+            }
+            let merged = !intersection.inner.is_empty();
             let case = match arms.len() {
+                _ if merged => Case::Merged,
                 2 => Case::Degenerate,
                 _ => Case::General,
             };
-            Plan { case, arms, star, ground: None }
+            let mut plan = Plan { case, arms, star, ground: Vec::new() };
+            if merged || ring(&plan, &plan.star.trims).is_none() {
+                plan.ground = merged::ground(network, intersection, &plan.arms);
+                plan.star.least = merged::trims(&plan.arms, &plan.ground, &plan.star.least, options);
+                plan.star.trims = merged::trims(&plan.arms, &plan.ground, &plan.star.trims, options);
+            }
+            plan
         }
     }
+}
+
+/// Corners and ring of the general method; `None` if they are no simple polygon.
+fn ring(plan: &Plan, trims: &[f64]) -> Option<(Vec<Vec<Point>>, Vec<Point>)> {
+    let cuts: Vec<Cut> = plan.arms.iter().zip(trims).map(|(arm, trim)| walk::cut(arm, *trim)).collect();
+    [true, false].into_iter().find_map(|rounded| {
+        let corners = corners(plan, trims, rounded);
+        let ring = walk::ring(&cuts, &corners);
+        walk::is_simple(&ring).then_some((corners, ring))
+    })
 }
 
 /// Closes the ring with the cuts as they came out.
@@ -196,6 +247,7 @@ fn close(
     intersection: &Intersection,
     plan: &Plan,
     kept: &[[f64; 2]],
+    options: &OutlineOptions,
     findings: &mut Vec<Finding>,
 ) -> Outline {
     let trims: Vec<f64> = plan
@@ -213,19 +265,49 @@ fn close(
     if matches!(plan.case, Case::MapEdge) || cuts.is_empty() {
         return Outline { case: plan.case, corners: vec![Vec::new(); cuts.len()], cuts, ring: Vec::new() };
     }
-    for rounded in [true, false] {
-        let corners = match &plan.ground {
-            Some(ground) => ground.corners(&trims, &cuts),
-            None => Some(corners(plan, &trims, rounded)),
-        };
-        let Some(corners) = corners else { break };
-        let ring = walk::ring(&cuts, &corners);
-        if walk::is_simple(&ring) {
-            return Outline { case: plan.case, cuts, corners, ring };
-        }
+    if plan.ground.is_empty()
+        && let Some((corners, ring)) = ring(plan, &trims)
+    {
+        return Outline { case: plan.case, cuts, corners, ring };
+    }
+    if let Some(outline) = around_union(network, intersection, plan, &trims, &cuts, options) {
+        return outline;
+    }
+    if std::env::var_os("DBG").is_some() {
+        let v: Vec<_> = plan
+            .arms
+            .iter()
+            .zip(&trims)
+            .zip(&plan.star.trims)
+            .map(|((a, t), w)| {
+                format!("{}/{} {:.1}>{:.1}<{:.1}", network.road(a.at.road).key.way, a.at.road.0, w, t, a.length)
+            })
+            .collect();
+        eprintln!("FALLBACK {:?} {:?} {v:?}", intersection.nodes, plan.case);
     }
     findings.push(failure(network, intersection));
     fallback(cuts)
+}
+
+/// The outline around the union of what the roads cover.
+fn around_union(
+    network: &RoadNetwork,
+    intersection: &Intersection,
+    plan: &Plan,
+    trims: &[f64],
+    cuts: &[Cut],
+    options: &OutlineOptions,
+) -> Option<Outline> {
+    let ground = match plan.ground.is_empty() {
+        true => merged::ground(network, intersection, &plan.arms),
+        false => plan.ground.clone(),
+    };
+    let sharp = merged::corners(&plan.arms, trims, cuts, &ground)?;
+    let round = sharp.iter().map(|chain| merged::rounded(chain, options.kerb_reach)).collect();
+    [round, sharp].into_iter().find_map(|corners: Vec<Vec<Point>>| {
+        let ring = walk::ring(cuts, &corners);
+        walk::is_simple(&ring).then(|| Outline { case: plan.case, cuts: cuts.to_vec(), corners, ring })
+    })
 }
 
 fn corners(plan: &Plan, trims: &[f64], rounded: bool) -> Vec<Vec<Point>> {

@@ -1,7 +1,9 @@
 //! Thickens each road: its two edges, seen from an intersection outwards.
 
-use crate::builder::road_network::{End, RoadEnd, RoadNetwork};
+use crate::builder::road_network::{End, RoadClass, RoadEnd, RoadNetwork};
 use crate::geometry::{Point, Polyline, left_of};
+
+use super::OutlineOptions;
 
 /// A miter joint reaches at most this many times the offset; beyond it the joint is bevelled.
 pub const MITER_LIMIT: f64 = 2.0;
@@ -17,6 +19,8 @@ pub struct Arm {
     pub length: f64,
     /// Half its width, metres.
     pub half: f64,
+    /// Radius of the kerb where it meets its like at a right angle, metres.
+    pub kerb: f64,
     /// Left edge, outwards.
     pub left: Polyline,
     /// Right edge, outwards.
@@ -44,19 +48,21 @@ impl Side {
 
 impl Arm {
     /// The arm of `network` at this road end.
-    pub fn new(network: &RoadNetwork, at: RoadEnd) -> Self {
+    pub fn new(network: &RoadNetwork, at: RoadEnd, options: &OutlineOptions) -> Self {
         let road = network.road(at.road);
         let line = match at.end {
             End::Start => road.line.clone(),
             End::End => road.line.reversed(),
         };
-        Self::from_line(at, line, road.half_width())
+        let minor = matches!(road.class, RoadClass::Service | RoadClass::Track);
+        let kerb = if minor { options.kerb_radius_minor } else { options.kerb_radius };
+        Self::from_line(at, line, road.half_width(), kerb)
     }
 
     /// An arm along `line`, which runs from the intersection outwards.
-    pub fn from_line(at: RoadEnd, line: Polyline, half: f64) -> Self {
+    pub fn from_line(at: RoadEnd, line: Polyline, half: f64, kerb: f64) -> Self {
         let edge = |side: Side| line.offset(side.sign() * half, MITER_LIMIT).unwrap_or_else(|| line.clone());
-        Self { at, length: line.length(), left: edge(Side::Left), right: edge(Side::Right), line, half }
+        Self { at, length: line.length(), left: edge(Side::Left), right: edge(Side::Right), line, half, kerb }
     }
 
     /// One of its edges.

@@ -1,5 +1,7 @@
 //! How much of each road remains between the cuts at its two ends.
 
+use crate::geometry::{Polyline, angle_between};
+
 /// Shares a road of `length` between the trims that its two ends want, so that `remains` is left of it: where it is
 /// too short they give up the room for their kerbs in proportion, down to the `least` they need, and where even that
 /// is too much, in proportion again.
@@ -17,6 +19,25 @@ pub fn share(length: f64, least: [f64; 2], wanted: [f64; 2], remains: f64) -> [f
     };
     [trims[0], length - trims[1]]
 }
+
+/// Moves a cut along the line to the next vertex where that lies so close ahead that the inner edge of the road, bending
+/// there, begins before the cut.
+pub fn clear_of_bends(line: &Polyline, station: f64, half: f64) -> f64 {
+    let stations = line.stations();
+    let mut cut = station;
+    for (w, s) in line.points().windows(3).zip(&stations[1..]) {
+        let turn = angle_between(w[1] - w[0], w[2] - w[1]).abs();
+        if *s > cut && *s - cut <= half * (turn / 2.0).tan() + SLIVER {
+            cut = *s + PAST;
+        }
+    }
+    cut
+}
+
+/// A piece of edge shorter than this, metres, is not worth a vertex.
+const SLIVER: f64 = 0.02;
+/// A cut at a vertex lies so far past it, metres, that it belongs to the segment behind beyond doubt.
+const PAST: f64 = 1e-3;
 
 #[cfg(test)]
 mod tests {

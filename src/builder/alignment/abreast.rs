@@ -1,0 +1,382 @@
+//! Lays roads that overlap lengthwise side by side.
+//!
+//! OpenStreetMap draws a ramp from the middle of the road it leaves, and the carriageways of a divided road as close
+//! as the mapper's hand put them. Widened to their lanes, such roads overlap far from any intersection. Here each
+//! gives way sideways, the lighter more than the wider, until their edges touch.
+
+use rstar::primitives::{GeomWithData, Rectangle};
+use rstar::{AABB, RTree};
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::builder::road_network::{End, Road, RoadIx, RoadNetwork};
+use crate::geometry::{Point, Polyline, Vector, cross, left_of};
+
+use super::eased;
+
+/// Distance between the places, metres, at which a road is compared with others.
+const STEP: f64 = 4.0;
+/// Gap, metres, that is left between two roads laid side by side.
+const CLEAR: f64 = 0.05;
+/// An overlap below this, metres, is left as it is.
+const TOLERANCE: f64 = 0.03;
+/// Roads whose directions differ by more than this cosine tells cross each other; they do not run abreast. 40 degrees.
+const PARALLEL: f64 = 0.77;
+/// A road is never moved further than this, metres: beyond, the map is wrong, or the widths are.
+const FARTHEST: f64 = 7.0;
+/// Metres sideways per metre along the road at which it gives way.
+const SLOPE: f64 = 0.12;
+/// Rounds after which what still overlaps is left.
+const ROUNDS: usize = 12;
+/// A part of a road shorter than this between its cuts, metres, need not be laid abreast.
+const SHORTEST: f64 = 2.0;
+
+/// One road as a list of places that can move sideways.
+struct Track {
+    stations: Vec<f64>,
+    base: Vec<Point>,
+    normals: Vec<Vector>,
+    /// Signed, left positive, metres.
+    shift: Vec<f64>,
+    /// First and last place between the cuts; `None` if nothing worth moving remains.
+    kept: Option<[usize; 2]>,
+    half: f64,
+    level: f64,
+    mobility: f64,
+}
+
+impl Track {
+    fn new(road: &Road, kept: [f64; 2]) -> Self {
+        let length = road.line.length();
+        let [from, to] = [kept[0].clamp(0.0, length), kept[1].clamp(0.0, length)];
+        let mut stations = vec![0.0];
+        if to - from > SHORTEST {
+            let pieces = ((to - from) / STEP).ceil() as usize;
+            let inner = (0..=pieces).map(|i| from + (to - from) * i as f64 / pieces as f64);
+            stations.extend(inner.filter(|s| *s > Polyline::MERGE && *s < length - Polyline::MERGE));
+        }
+        stations.push(length);
+        let base: Vec<Point> = places(&road.line, &stations);
+        let normals = normals(&base);
+        let index = |station: f64| stations.iter().position(|s| *s >= station - Polyline::MERGE);
+        let kept = if to - from > SHORTEST { index(from).zip(index(to)).map(|(a, b)| [a, b]) } else { None };
+        let width = road.section.width();
+        let mobility = if road.link { 3.0 } else { 1.0 } / (width * width).max(1.0);
+        let shift = vec![0.0; base.len()];
+        Self { stations, base, normals, shift, kept, half: width / 2.0, level: road.level, mobility }
+    }
+
+    fn place(&self, i: usize) -> Point {
+        self.base[i] + self.normals[i] * self.shift[i]
+    }
+
+    fn is_kept(&self, i: usize) -> bool {
+        self.kept.is_some_and(|[a, b]| (a..=b).contains(&i))
+    }
+
+    /// Station with the parts beyond the cuts folded into them: a road keeps its shift up to its end.
+    fn folded(&self, i: usize) -> f64 {
+        match self.kept {
+            Some([a, b]) => self.stations[i.clamp(a, b)],
+            None => self.stations[i],
+        }
+    }
+
+    /// Raises the shift to at least `target` on its own side everywhere, with gentle slopes around.
+    fn take(&mut self, target: &[f64]) {
+        let mut high: Vec<f64> = self.shift.iter().zip(target).map(|(s, t)| s.max(*t).max(0.0)).collect();
+        let mut low: Vec<f64> = self.shift.iter().zip(target).map(|(s, t)| (-s).max(-*t).max(0.0)).collect();
+        for i in 0..target.len() {
+            // A target between the old shift and zero lets the road come back.
+            if target[i] >= 0.0 && self.shift[i] > target[i] {
+                high[i] = target[i];
+            }
+            if target[i] <= 0.0 && self.shift[i] < target[i] {
+                low[i] = -target[i];
+            }
+        }
+        for side in [&mut high, &mut low] {
+            for i in 1..side.len() {
+                side[i] = side[i].max(side[i - 1] - SLOPE * (self.folded(i) - self.folded(i - 1)));
+            }
+            for i in (1..side.len()).rev() {
+                side[i - 1] = side[i - 1].max(side[i] - SLOPE * (self.folded(i) - self.folded(i - 1)));
+            }
+        }
+        for (i, shift) in self.shift.iter_mut().enumerate() {
+            *shift = (high[i] - low[i]).clamp(-FARTHEST, FARTHEST);
+        }
+    }
+}
+
+/// The points of a line at ascending stations.
+fn places(line: &Polyline, stations: &[f64]) -> Vec<Point> {
+    let marks = line.stations();
+    let points = line.points();
+    let mut segment = 0;
+    stations
+        .iter()
+        .map(|s| {
+            while segment + 2 < marks.len() && marks[segment + 1] < *s {
+                segment += 1;
+            }
+            let t = ((s - marks[segment]) / (marks[segment + 1] - marks[segment])).clamp(0.0, 1.0);
+            points[segment] + (points[segment + 1] - points[segment]) * t
+        })
+        .collect()
+}
+
+/// Unit normals to the left at each of two or more points.
+fn normals(points: &[Point]) -> Vec<Vector> {
+    (0..points.len())
+        .map(|i| {
+            let (a, b) = (points[i.saturating_sub(1)], points[(i + 1).min(points.len() - 1)]);
+            left_of((b - a).try_normalize(0.0).unwrap_or_else(Vector::x))
+        })
+        .collect()
+}
+
+/// One place of a road beside another road.
+struct Beside {
+    place: usize,
+    /// Signed distance of the other road, left positive.
+    offset: f64,
+    /// Whether both run the same way.
+    along: bool,
+}
+
+/// The network with roads laid abreast. `kept` gives the stations between which each road remains: what lies within
+/// the intersections may overlap.
+#[must_use]
+pub fn abreast(mut network: RoadNetwork, kept: &[[f64; 2]]) -> RoadNetwork {
+    let mut tracks: Vec<Track> = network.roads.iter().zip(kept).map(|(road, kept)| Track::new(road, *kept)).collect();
+    let mut active: Option<Vec<usize>> = None;
+    for _ in 0..ROUNDS {
+        let among: Vec<usize> = active.clone().unwrap_or_else(|| (0..tracks.len()).collect());
+        let beside = find(&tracks, &among);
+        let targets = targets(&tracks, &beside);
+        if targets.is_empty() {
+            break;
+        }
+        let moved: Vec<usize> = targets.keys().copied().collect();
+        for (road, target) in targets {
+            tracks[road].take(&target);
+        }
+        join(&network, &mut tracks);
+        active = Some(around(&tracks, &among, &moved, active.as_deref()));
+    }
+    for (road, track) in network.roads.iter_mut().zip(&tracks) {
+        if track.shift.iter().any(|s| s.abs() > TOLERANCE)
+            && let Some(line) = shifted(road, track)
+        {
+            for feature in &mut road.features {
+                feature.station = line.project(road.line.at(feature.station)).station;
+            }
+            road.line = line;
+        }
+    }
+    network
+}
+
+/// The road's line, moved.
+fn shifted(road: &Road, track: &Track) -> Option<Polyline> {
+    let mut stations = road.line.stations();
+    stations.extend(&track.stations);
+    stations.sort_by(f64::total_cmp);
+    stations.dedup_by(|a, b| (*a - *b).abs() < 0.01);
+    let points = places(&road.line, &stations);
+    let normals = normals(&points);
+    let mut i = 0;
+    let moved = stations.iter().zip(points.iter().zip(&normals)).map(|(s, (p, n))| {
+        while i + 2 < track.stations.len() && track.stations[i + 1] < *s {
+            i += 1;
+        }
+        let span = track.stations[i + 1] - track.stations[i];
+        let t = if span > 0.0 { ((s - track.stations[i]) / span).clamp(0.0, 1.0) } else { 0.0 };
+        p + n * (track.shift[i] + (track.shift[i + 1] - track.shift[i]) * t)
+    });
+    Some(eased(&Polyline::new(moved)?, track.half))
+}
+
+type Piece = GeomWithData<Rectangle<[f64; 2]>, (usize, usize)>;
+
+/// For each ordered pair of roads that overlap lengthwise: the places of the first that lie beside the second.
+fn find(tracks: &[Track], among: &[usize]) -> FxHashMap<(usize, usize), Vec<Beside>> {
+    let pieces = |margin: bool| -> Vec<Piece> {
+        among
+            .iter()
+            .flat_map(|&road| {
+                let track = &tracks[road];
+                (0..track.base.len() - 1).map(move |i| {
+                    let (p, q) = (track.place(i), track.place(i + 1));
+                    let m = if margin { track.half + CLEAR } else { track.half };
+                    let low = [p.x.min(q.x) - m, p.y.min(q.y) - m];
+                    let high = [p.x.max(q.x) + m, p.y.max(q.y) + m];
+                    GeomWithData::new(Rectangle::from_corners(low, high), (road, i))
+                })
+            })
+            .collect()
+    };
+    let tree = RTree::bulk_load(pieces(false));
+    let mut nearest: FxHashMap<(usize, usize, usize), (f64, Beside)> = FxHashMap::default();
+    for piece in pieces(true) {
+        let (a, i) = piece.data;
+        let track = &tracks[a];
+        let here: Vec<usize> = [i, i + 1].into_iter().filter(|k| track.is_kept(*k)).collect();
+        if here.is_empty() {
+            continue;
+        }
+        let (low, high) = (piece.geom().lower(), piece.geom().upper());
+        for other in tree.locate_in_envelope_intersecting(&AABB::from_corners(low, high)) {
+            let (b, j) = other.data;
+            if b == a || tracks[b].level != track.level || tracks[b].kept.is_none() {
+                continue;
+            }
+            for &k in &here {
+                if let Some((distance, beside)) = compare(track, k, &tracks[b], j) {
+                    let entry = nearest.entry((a, b, k));
+                    match entry {
+                        std::collections::hash_map::Entry::Occupied(mut e) => {
+                            let closer =
+                                distance < e.get().0 || (distance == e.get().0 && beside.offset > e.get().1.offset);
+                            if closer {
+                                e.insert((distance, beside));
+                            }
+                        }
+                        std::collections::hash_map::Entry::Vacant(e) => {
+                            e.insert((distance, beside));
+                        }
+                    }
+                }
+            }
+        }
+    }
+    let mut pairs: FxHashMap<(usize, usize), Vec<Beside>> = FxHashMap::default();
+    for ((a, b, _), (_, beside)) in nearest {
+        pairs.entry((a, b)).or_default().push(beside);
+    }
+    pairs.values_mut().for_each(|list| list.sort_by_key(|beside| beside.place));
+    pairs
+}
+
+/// Place `k` of one road against piece `j` of another: the distance, if they overlap there and run abreast.
+fn compare(a: &Track, k: usize, b: &Track, j: usize) -> Option<(f64, Beside)> {
+    let p = a.place(k);
+    let (q, r) = (b.place(j), b.place(j + 1));
+    let along_b = (r - q).try_normalize(0.0)?;
+    let (before, after) = (a.place(k.saturating_sub(1)), a.place((k + 1).min(a.base.len() - 1)));
+    let along_a = (after - before).try_normalize(0.0)?;
+    let same = along_a.dot(&along_b);
+    if same.abs() < PARALLEL {
+        return None;
+    }
+    let length = (r - q).norm();
+    let t = (p - q).dot(&along_b);
+    // Beyond its end a road is nowhere beside.
+    if (j == 0 && t < -TOLERANCE) || (j + 2 == b.base.len() && t > length + TOLERANCE) {
+        return None;
+    }
+    let foot = q + along_b * t.clamp(0.0, length);
+    let distance = (p - foot).norm();
+    if distance >= a.half + b.half + CLEAR {
+        return None;
+    }
+    let offset = if cross(along_a, foot - p) < 0.0 { -distance } else { distance };
+    Some((distance, Beside { place: k, offset, along: same > 0.0 }))
+}
+
+/// For every road that has to give way: how far it should lie from its drawn line, place by place.
+fn targets(
+    tracks: &[Track],
+    pairs: &FxHashMap<(usize, usize), Vec<Beside>>,
+) -> std::collections::BTreeMap<usize, Vec<f64>> {
+    let mut keys: Vec<&(usize, usize)> = pairs.keys().collect();
+    keys.sort();
+    // To the left and to the right, the farthest that any neighbour asks for.
+    let mut pushes: std::collections::BTreeMap<usize, Vec<[f64; 2]>> = std::collections::BTreeMap::new();
+    for &&(a, b) in &keys {
+        let list = &pairs[&(a, b)];
+        let (me, other) = (&tracks[a], &tracks[b]);
+        let share = me.mobility / (me.mobility + other.mobility);
+        for run in list.chunk_by(|x, y| x.place + 1 == y.place) {
+            let side = side(run, a < b);
+            for beside in run {
+                let overlap = me.half + other.half + CLEAR - beside.offset * side;
+                if overlap > TOLERANCE {
+                    let push = &mut pushes.entry(a).or_insert_with(|| vec![[0.0; 2]; me.base.len()])[beside.place];
+                    let way = usize::from(side > 0.0);
+                    push[way] = push[way].max(overlap * share);
+                }
+            }
+        }
+    }
+    pushes
+        .into_iter()
+        .map(|(road, push)| {
+            let target = tracks[road].shift.iter().zip(push).map(|(s, [left, right])| s + left - right).collect();
+            (road, target)
+        })
+        .collect()
+}
+
+/// On which side the other road lies along a run of places: 1 left, -1 right. Where it is drawn on top, the lower
+/// index goes left of the higher.
+fn side(run: &[Beside], first: bool) -> f64 {
+    let farthest = run.iter().max_by(|x, y| x.offset.abs().total_cmp(&y.offset.abs()));
+    match farthest {
+        Some(beside) if beside.offset.abs() > TOLERANCE => beside.offset.signum(),
+        Some(beside) if beside.along && !first => 1.0,
+        _ => -1.0,
+    }
+}
+
+/// Two roads that continue each other shift together where they meet.
+fn join(network: &RoadNetwork, tracks: &mut [Track]) {
+    for intersection in &network.intersections {
+        let [a, b] = intersection.arms.as_slice() else { continue };
+        if a.road == b.road {
+            continue;
+        }
+        let end = |tracks: &[Track], arm: (RoadIx, End)| {
+            let track = &tracks[arm.0.0 as usize];
+            let i = if arm.1 == End::Start { 0 } else { track.shift.len() - 1 };
+            (i, track.shift[i])
+        };
+        let (ia, sa) = end(tracks, (a.road, a.end));
+        let (ib, sb) = end(tracks, (b.road, b.end));
+        // Lines that both begin here run apart: left of one is right of the other.
+        let turn = if a.end == b.end { -1.0 } else { 1.0 };
+        let (road, i, value) = match sa.abs() > sb.abs() {
+            true => (b.road, ib, sa * turn),
+            false => (a.road, ia, sb * turn),
+        };
+        let track = &mut tracks[road.0 as usize];
+        if (track.shift[i] - value).abs() > TOLERANCE {
+            let mut target = track.shift.clone();
+            target[i] = value;
+            track.take(&target);
+        }
+    }
+}
+
+/// The roads that a next round must look at: those that moved, and whatever lies near them.
+fn around(tracks: &[Track], among: &[usize], moved: &[usize], before: Option<&[usize]>) -> Vec<usize> {
+    if let Some(before) = before {
+        return before.to_vec();
+    }
+    let bounds = |road: usize| {
+        let mut points = (0..tracks[road].base.len()).map(|i| tracks[road].place(i));
+        let first = points.next().unwrap_or_else(Point::origin);
+        let (low, high) = points.fold((first, first), |(l, h), p| (l.inf(&p), h.sup(&p)));
+        let reach = tracks[road].half + FARTHEST;
+        AABB::from_corners([low.x - reach, low.y - reach], [high.x + reach, high.y + reach])
+    };
+    let tree: RTree<GeomWithData<Rectangle<[f64; 2]>, usize>> =
+        RTree::bulk_load(among.iter().map(|r| GeomWithData::new(Rectangle::from_aabb(bounds(*r)), *r)).collect());
+    let mut near: FxHashSet<usize> = FxHashSet::default();
+    for road in moved {
+        near.extend(tree.locate_in_envelope_intersecting(&bounds(*road)).map(|r| r.data));
+    }
+    let mut near: Vec<usize> = near.into_iter().collect();
+    near.sort_unstable();
+    near
+}

@@ -1,0 +1,161 @@
+//! Eases the bends of a line, so that a road of some width can follow it.
+
+use crate::geometry::{Point, Polyline, angle_between, left_of};
+
+/// No bend turns more than this at one point, radians: 10 degrees. Offsets of the line then keep their shape.
+const STEP: f64 = 0.1746;
+/// Bends are eased to this radius, metres, where the line leaves room.
+const COMFORT: f64 = 12.0;
+/// An eased line leaves the drawn corner by at most this, metres, except where the road's width demands more.
+const DEVIATION: f64 = 0.8;
+/// The least radius, as a multiple of half the road's width: the inner edge still has an inside.
+const TIGHTEST: f64 = 1.1;
+/// The share of a segment that one of its two corners may use.
+const SHARE: f64 = 0.5;
+/// What remains of an inner edge at least, as a share of its segment.
+const INNER: f64 = 0.05;
+
+/// The line with every corner replaced by an arc. Where corners follow each other more closely than the road is wide,
+/// they are drawn together first. The ends stay.
+#[must_use]
+pub fn eased(line: &Polyline, half: f64) -> Polyline {
+    let tightest = half * TIGHTEST;
+    let points = drawn_together(line.points().to_vec(), tightest);
+    let mut eased = vec![points[0]];
+    for (i, w) in points.windows(3).enumerate() {
+        let room = room(&points, i + 1);
+        eased.extend(arc(w[0], w[1], w[2], room, tightest));
+    }
+    eased.push(points[points.len() - 1]);
+    Polyline::new(with_inner_edges(eased, half)).unwrap_or_else(|| line.clone())
+}
+
+/// Draws points together whose bends leave nothing of the inner edge between them.
+fn with_inner_edges(mut points: Vec<Point>, half: f64) -> Vec<Point> {
+    points.dedup_by(|a, b| (*a - *b).norm() <= Polyline::MERGE);
+    let mut i = 0;
+    while i + 1 < points.len() {
+        // How much of the segment the bend at one of its ends takes from its left edge.
+        let bend = |at: usize| match at {
+            0 => 0.0,
+            _ if at + 1 == points.len() => 0.0,
+            _ => half * (angle_between(points[at] - points[at - 1], points[at + 1] - points[at]) / 2.0).tan(),
+        };
+        let taken = (bend(i) + bend(i + 1)).abs();
+        if taken <= (points[i + 1] - points[i]).norm() * (1.0 - INNER) || points.len() == 2 {
+            i += 1;
+            continue;
+        }
+        match (i, i + 2 == points.len()) {
+            (0, _) => drop(points.remove(1)),
+            (_, true) => drop(points.remove(i)),
+            _ => {
+                points[i] = nalgebra::center(&points[i], &points[i + 1]);
+                points.remove(i + 1);
+            }
+        }
+        i = i.saturating_sub(2);
+    }
+    points
+}
+
+/// Drops corners until each has room for the tightest arc.
+fn drawn_together(mut points: Vec<Point>, tightest: f64) -> Vec<Point> {
+    loop {
+        // The corner that lacks most room for its arc.
+        let worst = (1..points.len() - 1)
+            .map(|i| {
+                let needed = tangent(points[i - 1], points[i], points[i + 1], tightest);
+                (i, needed - room(&points, i))
+            })
+            .filter(|(_, lack)| *lack > 0.0)
+            .max_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((i, _)) = worst else { return points };
+        let (before, after) = ((points[i] - points[i - 1]).norm(), (points[i + 1] - points[i]).norm());
+        let other = if before < after { i - 1 } else { i + 1 };
+        if other == 0 || other == points.len() - 1 {
+            points.remove(i);
+        } else {
+            let (low, high) = (i.min(other), i.max(other));
+            points[low] = nalgebra::center(&points[low], &points[high]);
+            points.remove(high);
+        }
+        points.dedup_by(|a, b| (*a - *b).norm() <= Polyline::MERGE);
+        if points.len() < 3 {
+            return points;
+        }
+    }
+}
+
+/// How far the arc at corner `i` may reach along its segments.
+fn room(points: &[Point], i: usize) -> f64 {
+    let share = |at_end: bool| if at_end { 1.0 } else { SHARE };
+    let before = (points[i] - points[i - 1]).norm() * share(i == 1);
+    let after = (points[i + 1] - points[i]).norm() * share(i + 2 == points.len());
+    before.min(after)
+}
+
+/// Distance from the corner at which an arc of this radius begins.
+fn tangent(a: Point, b: Point, c: Point, radius: f64) -> f64 {
+    radius * (angle_between(b - a, c - b).abs() / 2.0).tan()
+}
+
+/// The points of the arc at corner `b`.
+fn arc(a: Point, b: Point, c: Point, room: f64, tightest: f64) -> Vec<Point> {
+    let turn = angle_between(b - a, c - b);
+    let half_turn = turn.abs() / 2.0;
+    if half_turn * 2.0 <= STEP {
+        return vec![b];
+    }
+    let off_corner = 1.0 / half_turn.cos() - 1.0;
+    let radius = COMFORT.min(DEVIATION / off_corner).max(tightest).min(room / half_turn.tan());
+    let (u, v) = ((b - a).normalize(), (c - b).normalize());
+    let begin = b - u * (radius * half_turn.tan());
+    let centre = begin + left_of(u) * (radius * turn.signum());
+    let pieces = (turn.abs() / STEP).ceil().max(1.0) as usize;
+    let end = b + v * (radius * half_turn.tan());
+    let spoke = begin - centre;
+    (0..=pieces)
+        .map(|i| match i {
+            0 => begin,
+            _ if i == pieces => end,
+            _ => centre + nalgebra::Rotation2::new(turn * i as f64 / pieces as f64) * spoke,
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(points: &[(f64, f64)]) -> Polyline {
+        Polyline::new(points.iter().map(|(x, y)| Point::new(*x, *y))).unwrap()
+    }
+
+    fn sharpest(line: &Polyline) -> f64 {
+        line.points().windows(3).map(|w| angle_between(w[1] - w[0], w[2] - w[1]).abs()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn a_straight_line_stays() {
+        let straight = line(&[(0.0, 0.0), (10.0, 0.5), (20.0, 0.0)]);
+        assert_eq!(eased(&straight, 3.0), straight);
+    }
+
+    #[test]
+    fn a_right_angle_becomes_an_arc_that_a_road_can_follow() {
+        let bend = eased(&line(&[(0.0, 0.0), (30.0, 0.0), (30.0, 30.0)]), 4.0);
+        assert!(sharpest(&bend) <= STEP + 1e-9);
+        assert!(bend.distance(Point::new(30.0, 0.0)) < 2.0);
+        let inner = bend.offset(4.0, 2.0).unwrap();
+        assert!(inner.points().windows(2).all(|w| (w[1] - w[0]).dot(&(w[1] - w[0])) > 0.0));
+        assert_eq!((bend.first(), bend.last()), (Point::new(0.0, 0.0), Point::new(30.0, 30.0)));
+    }
+
+    #[test]
+    fn a_line_that_doubles_back_is_drawn_straight() {
+        let spike = eased(&line(&[(0.0, 0.0), (20.0, 0.0), (18.0, 0.1), (40.0, 0.0)]), 3.0);
+        assert!(sharpest(&spike) <= STEP + 1e-9);
+        assert!(spike.length() < 41.0);
+    }
+}

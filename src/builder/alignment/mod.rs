@@ -1,0 +1,23 @@
+//! Where each carriageway lies: OpenStreetMap's lines, bent and shifted as roads of their width can follow them.
+
+mod abreast;
+mod ease;
+
+use super::road_network::RoadNetwork;
+
+pub use abreast::abreast;
+pub use ease::eased;
+
+/// The network with the bends of every road eased to what its width can follow. Stations of features move with their
+/// places.
+#[must_use]
+pub fn ease(mut network: RoadNetwork) -> RoadNetwork {
+    for road in &mut network.roads {
+        let line = eased(&road.line, road.half_width());
+        for feature in &mut road.features {
+            feature.station = line.project(road.line.at(feature.station)).station;
+        }
+        road.line = line;
+    }
+    network
+}

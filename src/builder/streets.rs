@@ -1,0 +1,41 @@
+//! Roads and intersections as they lie on the ground: the stages of the geometry in their order.
+
+use crate::diagnostic::Finding;
+
+use super::alignment::{abreast, ease};
+use super::consolidate::{ConsolidateOptions, MergeNote, consolidate};
+use super::outline::{OutlineOptions, Outlines, outlines_within, remaining, wanted};
+use super::road_network::RoadNetwork;
+
+/// What the stages of the geometry may be told.
+#[derive(Clone, Debug, Default)]
+pub struct StreetOptions {
+    /// Which nodes are one intersection.
+    pub consolidate: ConsolidateOptions,
+    /// The shape of the outlines.
+    pub outline: OutlineOptions,
+}
+
+/// The geometry of a road network.
+#[derive(Clone, Debug)]
+pub struct Streets {
+    /// Roads where their carriageways lie, and intersections merged.
+    pub network: RoadNetwork,
+    /// Outlines of the intersections, and what remains of the roads between them.
+    pub outlines: Outlines,
+    /// Why roads were merged into intersections, or were not.
+    pub merges: Vec<MergeNote>,
+    /// What could not be made as it should.
+    pub findings: Vec<Finding>,
+}
+
+/// Lays out the streets: bends are eased, the nodes of one intersection merged, roads that overlap laid abreast, and
+/// every intersection outlined.
+pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
+    let network = ease(network);
+    let (network, merges) = consolidate(network, &options.consolidate, |n| remaining(n, &options.outline));
+    let cut = wanted(&network, &options.outline);
+    let network = abreast(network, &cut);
+    let (outlines, findings) = outlines_within(&network, &cut, &options.outline);
+    Streets { network, outlines, merges, findings }
+}
