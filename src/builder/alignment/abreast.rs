@@ -149,20 +149,25 @@ struct Beside {
 #[must_use]
 pub fn abreast(mut network: RoadNetwork, kept: &[[f64; 2]]) -> RoadNetwork {
     let mut tracks: Vec<Track> = network.roads.iter().zip(kept).map(|(road, kept)| Track::new(road, *kept)).collect();
-    let mut active: Option<Vec<usize>> = None;
-    for _ in 0..ROUNDS {
-        let among: Vec<usize> = active.clone().unwrap_or_else(|| (0..tracks.len()).collect());
-        let beside = find(&tracks, &among);
+    let mut near: Vec<usize> = (0..tracks.len()).collect();
+    let mut hot = near.clone();
+    for round in 0..ROUNDS {
+        let beside = find(&tracks, &hot, &near);
         let targets = targets(&tracks, &beside);
         if targets.is_empty() {
             break;
         }
-        let moved: Vec<usize> = targets.keys().copied().collect();
+        let mut moved: Vec<usize> = targets.keys().copied().collect();
         for (road, target) in targets {
             tracks[road].take(&target);
         }
-        join(&network, &mut tracks);
-        active = Some(around(&tracks, &among, &moved, active.as_deref()));
+        moved.extend(join(&network, &mut tracks));
+        if round == 0 {
+            near = around(&tracks, &moved);
+        }
+        hot = beside.into_keys().flat_map(|(a, b)| [a, b]).chain(moved).collect();
+        hot.sort_unstable();
+        hot.dedup();
     }
     for (road, track) in network.roads.iter_mut().zip(&tracks) {
         if track.shift.iter().any(|s| s.abs() > TOLERANCE)
@@ -200,9 +205,10 @@ fn shifted(road: &Road, track: &Track) -> Option<Polyline> {
 type Piece = GeomWithData<Rectangle<[f64; 2]>, (usize, usize)>;
 
 /// For each ordered pair of roads that overlap lengthwise: the places of the first that lie beside the second.
-fn find(tracks: &[Track], among: &[usize]) -> FxHashMap<(usize, usize), Vec<Beside>> {
-    let pieces = |margin: bool| -> Vec<Piece> {
-        among
+/// Only roads of `hot` are compared, with all of `near`.
+fn find(tracks: &[Track], hot: &[usize], near: &[usize]) -> FxHashMap<(usize, usize), Vec<Beside>> {
+    let pieces = |roads: &[usize], margin: bool| -> Vec<Piece> {
+        roads
             .iter()
             .flat_map(|&road| {
                 let track = &tracks[road];
@@ -216,9 +222,9 @@ fn find(tracks: &[Track], among: &[usize]) -> FxHashMap<(usize, usize), Vec<Besi
             })
             .collect()
     };
-    let tree = RTree::bulk_load(pieces(false));
+    let tree = RTree::bulk_load(pieces(near, false));
     let mut nearest: FxHashMap<(usize, usize, usize), (f64, Beside)> = FxHashMap::default();
-    for piece in pieces(true) {
+    for piece in pieces(hot, true) {
         let (a, i) = piece.data;
         let track = &tracks[a];
         let here: Vec<usize> = [i, i + 1].into_iter().filter(|k| track.is_kept(*k)).collect();
@@ -329,8 +335,9 @@ fn side(run: &[Beside], first: bool) -> f64 {
     }
 }
 
-/// Two roads that continue each other shift together where they meet.
-fn join(network: &RoadNetwork, tracks: &mut [Track]) {
+/// Two roads that continue each other shift together where they meet. Returns those that moved.
+fn join(network: &RoadNetwork, tracks: &mut [Track]) -> Vec<usize> {
+    let mut moved = Vec::new();
     for intersection in &network.intersections {
         let [a, b] = intersection.arms.as_slice() else { continue };
         if a.road == b.road {
@@ -354,15 +361,14 @@ fn join(network: &RoadNetwork, tracks: &mut [Track]) {
             let mut target = track.shift.clone();
             target[i] = value;
             track.take(&target);
+            moved.push(road.0 as usize);
         }
     }
+    moved
 }
 
-/// The roads that a next round must look at: those that moved, and whatever lies near them.
-fn around(tracks: &[Track], among: &[usize], moved: &[usize], before: Option<&[usize]>) -> Vec<usize> {
-    if let Some(before) = before {
-        return before.to_vec();
-    }
+/// The roads that the next rounds must look at: those that moved, and whatever lies near them.
+fn around(tracks: &[Track], moved: &[usize]) -> Vec<usize> {
     let bounds = |road: usize| {
         let mut points = (0..tracks[road].base.len()).map(|i| tracks[road].place(i));
         let first = points.next().unwrap_or_else(Point::origin);
@@ -371,7 +377,7 @@ fn around(tracks: &[Track], among: &[usize], moved: &[usize], before: Option<&[u
         AABB::from_corners([low.x - reach, low.y - reach], [high.x + reach, high.y + reach])
     };
     let tree: RTree<GeomWithData<Rectangle<[f64; 2]>, usize>> =
-        RTree::bulk_load(among.iter().map(|r| GeomWithData::new(Rectangle::from_aabb(bounds(*r)), *r)).collect());
+        RTree::bulk_load((0..tracks.len()).map(|r| GeomWithData::new(Rectangle::from_aabb(bounds(r)), r)).collect());
     let mut near: FxHashSet<usize> = FxHashSet::default();
     for road in moved {
         near.extend(tree.locate_in_envelope_intersecting(&bounds(*road)).map(|r| r.data));

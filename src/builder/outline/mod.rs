@@ -273,17 +273,9 @@ fn close(
     if let Some(outline) = around_union(network, intersection, plan, &trims, &cuts, options) {
         return outline;
     }
-    if std::env::var_os("DBG").is_some() {
-        let v: Vec<_> = plan
-            .arms
-            .iter()
-            .zip(&trims)
-            .zip(&plan.star.trims)
-            .map(|((a, t), w)| {
-                format!("{}/{} {:.1}>{:.1}<{:.1}", network.road(a.at.road).key.way, a.at.road.0, w, t, a.length)
-            })
-            .collect();
-        eprintln!("FALLBACK {:?} {:?} {v:?}", intersection.nodes, plan.case);
+    // Roads that cover a cut of another keep the boundary from closing; the star's own corners still may.
+    if let Some((corners, ring)) = ring(plan, &trims) {
+        return Outline { case: plan.case, cuts, corners, ring };
     }
     findings.push(failure(network, intersection));
     fallback(cuts)
