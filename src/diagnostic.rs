@@ -1,5 +1,7 @@
 //! What is wrong, where, and what to do about it. Knows no rule and no output format.
 
+pub mod fingerprint;
+
 use std::fmt;
 
 use serde::{Deserialize, Serialize};

@@ -5,9 +5,9 @@
 //!
 //! ```text
 //! floor 4   main, cli                                 arguments in, exit code out
-//! floor 3   builder | rules | fix | report            four wings that never meet
+//! floor 3   builder | rules | triage | report         four wings that never meet
 //! floor 2   lanelet (the waist), requirement, settings  the map in Lanelet2's words; a document of rules/ parsed
-//! floor 1   osm, projection, geometry, diagnostic, fingerprint   know nothing of ours
+//! floor 1   osm, projection, geometry, diagnostic     know nothing of ours
 //! ```
 //!
 //! Units, said once: metres, seconds, radians; speeds as maps write them (km/h); coordinates in the plane are
@@ -15,7 +15,6 @@
 
 pub mod builder;
 pub mod diagnostic;
-pub mod fingerprint;
 pub mod geometry;
 pub mod lanelet;
 pub mod osm;

@@ -1,6 +1,21 @@
-//! `lanewright.toml`: what a map cannot say about itself. The builder writes it beside the map, the checks read it.
+//! `lanewright.toml`: what a map cannot say about itself, and how its owner wants it judged. The builder writes the former
+//! beside the map, the checks read both.
+
+mod document;
+mod nearest;
+mod selection;
+mod suppression;
+
+use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+
+pub use document::{Document, DocumentError, Step};
+pub use nearest::nearest;
+pub use selection::{Selection, covers, most_specific};
+pub use suppression::{Origin, PrimitiveKind, Suppression};
+
+use crate::diagnostic::Severity;
 
 /// The whole file. Every key may be missing.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -9,9 +24,53 @@ pub struct Settings {
     /// `left`, `right`, or `auto`: from the map itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub driving_side: Option<Side>,
+    /// Only rules and faults that one of these prefixes names.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub select: Option<Vec<String>>,
+    /// No rules and faults that one of these prefixes names, unless a longer one of `select` does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ignore: Option<Vec<String>>,
+    /// Severities other than the documents', by prefix; the longest prefix decides.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub severity: BTreeMap<String, Severity>,
+    /// Parameters other than the documents', by rule.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, toml::Table>,
     /// What is known of single intersections.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub intersection: Vec<IntersectionSettings>,
+    /// Findings that the map's owner answers for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub suppress: Vec<Suppression>,
+}
+
+impl Settings {
+    /// These settings, and those of `outer` where these say nothing. Lists of intersections and suppressions add up.
+    #[must_use]
+    pub fn over(mut self, outer: Self) -> Self {
+        let mut parameters = outer.parameters;
+        for (rule, own) in self.parameters {
+            parameters.entry(rule).or_default().extend(own);
+        }
+        let mut severity = outer.severity;
+        severity.extend(self.severity);
+        self.intersection.extend(outer.intersection);
+        self.suppress.extend(outer.suppress);
+        Self {
+            driving_side: self.driving_side.or(outer.driving_side),
+            select: self.select.or(outer.select),
+            ignore: self.ignore.or(outer.ignore),
+            severity,
+            parameters,
+            intersection: self.intersection,
+            suppress: self.suppress,
+        }
+    }
+
+    /// The codes that a run is about.
+    pub fn selection(&self) -> Selection {
+        Selection { select: self.select.clone().unwrap_or_default(), ignore: self.ignore.clone().unwrap_or_default() }
+    }
 }
 
 /// Which side of the road people drive on, as a user says it.
@@ -60,4 +119,27 @@ pub struct IntersectionSettings {
     /// Ids of ways that are guide lines.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub guide_lines: Vec<i64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings(text: &str) -> Settings {
+        Document::parse("a.toml", text).unwrap().settings
+    }
+
+    #[test]
+    fn the_nearer_settings_win_key_by_key() {
+        let near = "ignore = []\n[severity]\n\"a/b\" = \"info\"\n[parameters.a]\nx = 1\n[[intersection]]\nia = 1\n";
+        let far = "driving_side = \"left\"\nignore = [\"a\"]\n[severity]\n\"a/b\" = \"error\"\na = \"warning\"\n\
+                   [parameters.a]\nx = 2\ny = 3\n[[intersection]]\nia = 2\n";
+        let both = settings(near).over(settings(far));
+        assert_eq!(both.driving_side, Some(Side::Left));
+        assert_eq!(both.ignore, Some(Vec::new()));
+        assert_eq!(both.severity["a/b"], Severity::Info);
+        assert_eq!(both.severity["a"], Severity::Warning);
+        assert_eq!(both.parameters["a"].to_string(), "x = 1\ny = 3\n");
+        assert_eq!(both.intersection.iter().map(|one| one.ia).collect::<Vec<_>>(), [Some(1), Some(2)]);
+    }
 }

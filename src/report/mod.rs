@@ -26,8 +26,8 @@ pub use text::{GRAPHICAL_LIMIT, TextStyle, text};
 pub use totals::{CodeTotal, Totals};
 pub use verdict::{FailOn, exit_code, worst};
 
+use crate::diagnostic::fingerprint::Fingerprints;
 use crate::diagnostic::{Diagnostic, Subject};
-use crate::fingerprint::Fingerprints;
 use crate::geometry::Point;
 use crate::lanelet::LaneletMap;
 use crate::lanelet::referrers::Referrers;

@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::diagnostic::{Diagnostic, Subject};
+use super::{Diagnostic, Subject};
 
 /// Hands out fingerprints for the findings of one run, in the order of the run.
 ///

@@ -1,0 +1,160 @@
+//! One `lanewright.toml`, or one `KEY=VALUE` of the command line, as written; and what is wrong with it, with its place.
+
+use serde::Deserialize;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::nearest::nearest;
+use super::{Origin, Settings};
+
+/// What is wrong with a document.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{message}")]
+pub struct DocumentError {
+    /// What is wrong, in one line.
+    pub message: String,
+    /// A way out, where one is known.
+    pub help: Option<String>,
+    /// Byte offset in the document.
+    pub offset: usize,
+}
+
+/// A document with its settings.
+#[derive(Clone, Debug)]
+pub struct Document {
+    /// Its file, or the option of the command line.
+    pub name: String,
+    /// As written.
+    pub text: String,
+    /// As read; suppressions know their lines.
+    pub settings: Settings,
+}
+
+/// One step into a document.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step<'a> {
+    /// To the value of a key.
+    Key(&'a str),
+    /// To an element of a list.
+    Index(usize),
+}
+
+impl Document {
+    /// Reads a document.
+    pub fn parse(name: impl Into<String>, text: impl Into<String>) -> Result<Self, (Self, DocumentError)> {
+        let (name, text) = (name.into(), text.into());
+        match toml::from_str::<Settings>(&text) {
+            Ok(settings) => {
+                let mut document = Self { name, text, settings };
+                document.note_lines();
+                Ok(document)
+            }
+            Err(error) => {
+                let error = explained(&error);
+                Err((Self { name, text, settings: Settings::default() }, error))
+            }
+        }
+    }
+
+    /// Tells each suppression where it stands.
+    fn note_lines(&mut self) {
+        #[derive(Deserialize)]
+        struct Places {
+            #[serde(default)]
+            suppress: Vec<Spanned<toml::Value>>,
+        }
+        let Ok(places) = toml::from_str::<Places>(&self.text) else { return };
+        for (suppression, place) in self.settings.suppress.iter_mut().zip(places.suppress) {
+            let before = self.text.get(..place.span().start).unwrap_or_default();
+            let line = before.matches('\n').count() + 1;
+            suppression.origin = Some(Origin { file: self.name.clone(), line });
+        }
+    }
+
+    /// Byte offset of what a path leads to; 0 if it leads nowhere.
+    pub fn offset(&self, path: &[Step<'_>]) -> usize {
+        DeTable::parse(&self.text).ok().and_then(|table| offset_in(table.get_ref(), path)).unwrap_or_default()
+    }
+}
+
+fn offset_in(table: &DeTable<'_>, path: &[Step<'_>]) -> Option<usize> {
+    let (&Step::Key(first), rest) = path.split_first()? else { return None };
+    let (key, value) = table.iter().find(|(key, _)| key.get_ref() == first)?;
+    match (value.get_ref(), rest) {
+        (_, []) => Some(key.span().start),
+        (DeValue::Table(inner), _) => offset_in(inner, rest),
+        (DeValue::Array(list), [Step::Index(at), rest @ ..]) => {
+            let element = list.get(*at)?;
+            match element.get_ref() {
+                DeValue::Table(inner) if !rest.is_empty() => offset_in(inner, rest),
+                _ => Some(element.span().start),
+            }
+        }
+        _ => None,
+    }
+}
+
+/// The parser's message in our words, where it is about a word that it does not know.
+fn explained(error: &toml::de::Error) -> DocumentError {
+    let message = error.message();
+    let offset = error.span().map_or(0, |span| span.start);
+    let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+    let Some((&said, known)) = quoted.split_first() else {
+        return DocumentError { message: message.to_owned(), help: None, offset };
+    };
+    let what = if message.starts_with("unknown field") {
+        "key"
+    } else if message.starts_with("unknown variant") {
+        "word"
+    } else {
+        return DocumentError { message: message.to_owned(), help: None, offset };
+    };
+    let help = match nearest(said, known.iter().copied()) {
+        Some(word) => format!("did you mean `{word}`?"),
+        None => format!("known are {}", known.join(", ")),
+    };
+    DocumentError { message: format!("unknown {what} `{said}`"), help: Some(help), offset }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error(text: &str) -> DocumentError {
+        Document::parse("a.toml", text).unwrap_err().1
+    }
+
+    #[test]
+    fn an_unknown_key_is_named_with_its_place_and_the_nearest_known() {
+        let found = error("ignore = []\nselct = [\"vm-03\"]\n");
+        assert_eq!(found.message, "unknown key `selct`");
+        assert_eq!(found.help.as_deref(), Some("did you mean `select`?"));
+        assert_eq!(found.offset, 12);
+        assert_eq!(
+            error("[[suppress]]\ncode = \"a/b\"\nprimitiv = \"map\"\n").help.as_deref(),
+            Some("did you mean `primitive`?")
+        );
+        assert_eq!(error("[severity]\n\"vm-03\" = \"eror\"\n").help.as_deref(), Some("did you mean `error`?"));
+        assert!(error("zzzzzz = 1\n").help.unwrap().contains("driving_side"));
+        assert!(error("select = \"vm-03\"\n").message.contains("expected a sequence"));
+    }
+
+    #[test]
+    fn a_suppression_knows_its_line() {
+        let text = "\n[[suppress]]\ncode = \"a/b\"\nprimitive = \"map\"\n\n[[suppress]]\ncode = \"a/c\"\nprimitive = \"lanelet\"\nid = [1, 2]\n";
+        let document = Document::parse("a.toml", text).unwrap();
+        let lines: Vec<usize> =
+            document.settings.suppress.iter().filter_map(|one| Some(one.origin.as_ref()?.line)).collect();
+        assert_eq!(lines, [2, 6]);
+    }
+
+    #[test]
+    fn a_path_leads_to_its_place() {
+        let text = "select = [\"a\", \"b\"]\n[parameters.vm-03-08]\nspike = 2\n";
+        let document = Document::parse("a.toml", text).unwrap();
+        assert_eq!(document.offset(&[Step::Key("select"), Step::Index(1)]), text.find("\"b\"").unwrap());
+        let spike = [Step::Key("parameters"), Step::Key("vm-03-08"), Step::Key("spike")];
+        assert_eq!(document.offset(&spike), text.find("spike").unwrap());
+        assert_eq!(document.offset(&[Step::Key("nowhere")]), 0);
+    }
+}

@@ -1,0 +1,41 @@
+//! What somebody meant who misspelt a word.
+
+/// The word most like `said`; `None` if none is like it. A third of its letters may be wrong.
+pub fn nearest<'a>(said: &str, words: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let limit = (said.chars().count() / 3).max(1);
+    let near = words.into_iter().map(|word| (distance(said, word), word)).filter(|&(far, _)| far <= limit);
+    near.min_by_key(|&(far, _)| far).map(|(_, word)| word)
+}
+
+/// Letters to put in, take out or change to get from one word to the other (Levenshtein).
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().enumerate() {
+        let mut diagonal = i;
+        let mut left = i + 1;
+        row[0] = left;
+        for (cell, &y) in row[1..].iter_mut().zip(&b) {
+            let changed = diagonal + usize::from(x != y);
+            diagonal = *cell;
+            left = changed.min(diagonal + 1).min(left + 1);
+            *cell = left;
+        }
+    }
+    row.last().copied().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn letters_are_counted() {
+        assert_eq!(distance("", "abc"), 3);
+        assert_eq!(distance("kitten", "sitting"), 3);
+        assert_eq!(distance("select", "selct"), 1);
+        assert_eq!(nearest("selct", ["ignore", "select", "suppress"]), Some("select"));
+        assert_eq!(nearest("vm-3-08", ["vm-03-08", "vm-03-09"]), Some("vm-03-08"));
+        assert_eq!(nearest("zebra", ["ignore", "select"]), None);
+    }
+}
