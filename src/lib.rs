@@ -23,3 +23,4 @@ pub mod report;
 pub mod requirement;
 pub mod rules;
 pub mod settings;
+pub mod triage;

@@ -1,5 +1,6 @@
 //! The table of the standard: number, document, predicate; and the engine that runs it.
 
+mod config;
 mod ids;
 mod load;
 mod node;
@@ -9,11 +10,11 @@ mod vm_03_02;
 mod vm_03_05;
 mod vm_03_08;
 
-use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use rayon::prelude::*;
 
+pub use config::{Config, ConfigError, vet};
 pub use rule::{NoParams, Rule};
 
 use crate::diagnostic::{Diagnostic, Finding, Severity};
@@ -73,61 +74,10 @@ pub fn find(code: &str) -> Option<&'static Requirement> {
     table().ok()?.iter().map(|row| &row.requirement).find(|requirement| requirement.id == id)
 }
 
-/// What a user may say about the run. The default runs everything as the documents say.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Config {
-    /// Only rules and faults whose code starts with one of these; all if empty.
-    pub select: Vec<String>,
-    /// No rules and faults whose code starts with one of these.
-    pub ignore: Vec<String>,
-    /// Parameters other than the documents', by rule.
-    pub parameters: BTreeMap<String, toml::Table>,
-    /// Severities other than the documents', by code.
-    pub severity: BTreeMap<String, Severity>,
-}
-
-/// Why the rules could not run as the user wants.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ConfigError {
-    /// A document is spoilt.
-    #[error(transparent)]
-    Document(#[from] DocumentError),
-    /// Parameters for a rule that does not exist.
-    #[error("there is no rule `{0}`; `lanewright rules` lists them")]
-    NoRule(String),
-    /// A parameter that the rule does not have, or of the wrong type.
-    #[error("parameters of {rule}: {message}")]
-    Parameter {
-        /// The rule.
-        rule: String,
-        /// What is wrong.
-        message: String,
-    },
-}
-
-impl Config {
-    /// Whether findings of this code are wanted.
-    fn wants(&self, code: &str) -> bool {
-        let starts = |list: &[String]| list.iter().any(|prefix| code.starts_with(prefix.as_str()));
-        (self.select.is_empty() || starts(&self.select)) && !starts(&self.ignore)
-    }
-
-    /// Whether a rule can have findings that are wanted.
-    fn wants_rule(&self, id: &str) -> bool {
-        let part = |list: &[String]| list.iter().any(|one| one.starts_with(id) || id.starts_with(one.as_str()));
-        (self.select.is_empty() || part(&self.select)) && !self.ignore.iter().any(|one| id.starts_with(one.as_str()))
-    }
-}
-
 /// Runs every rule over the map, in parallel. The findings come in the table's order, within a rule in the order of
 /// its document's faults, then by subject: the same whatever the number of threads.
 pub fn run(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigError> {
     let rows = table().map_err(Clone::clone)?;
-    for rule in config.parameters.keys() {
-        if !rows.iter().any(|row| row.requirement.id == *rule) {
-            return Err(ConfigError::NoRule(rule.clone()));
-        }
-    }
     let by_rule: Vec<Vec<Diagnostic>> =
         rows.par_iter().map(|row| run_row(map, config, row)).collect::<Result<_, ConfigError>>()?;
     Ok(by_rule.into_iter().flatten().collect())
@@ -135,7 +85,7 @@ pub fn run(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigErr
 
 fn run_row(map: &MapIndex, config: &Config, row: &Row) -> Result<Vec<Diagnostic>, ConfigError> {
     let requirement = &row.requirement;
-    let Some(predicate) = row.predicate.filter(|_| config.wants_rule(&requirement.id)) else {
+    let Some(predicate) = row.predicate.filter(|_| config.wants_rule(requirement)) else {
         return Ok(Vec::new());
     };
     let mut params = requirement.defaults();
@@ -150,7 +100,7 @@ fn run_row(map: &MapIndex, config: &Config, row: &Row) -> Result<Vec<Diagnostic>
         (rank(a.fault), a.subject).cmp(&(rank(b.fault), b.subject)).then_with(|| a.message.cmp(&b.message))
     });
     let diagnostics = findings.into_iter().map(|finding| diagnostic(map, config, requirement, finding));
-    Ok(diagnostics.filter(|diagnostic| config.wants(&diagnostic.code)).collect())
+    Ok(diagnostics.filter(|diagnostic| config.selection.wants(&diagnostic.code)).collect())
 }
 
 /// A finding with number, severity, help and places.
@@ -158,7 +108,7 @@ fn diagnostic(map: &MapIndex, config: &Config, requirement: &Requirement, findin
     let code = format!("{}/{}", requirement.id, finding.fault);
     let fault = requirement.fault(finding.fault);
     // The user's word is above the rule's grading, which is above the document's.
-    let severity = config.severity.get(&code).copied().or(finding.severity);
+    let severity = config.severity(&code).or(finding.severity);
     let severity = severity.or(fault.map(|fault| fault.severity)).unwrap_or(Severity::Error);
     let found = crate::lanelet::locate::locate(map.map, finding.subject, &finding.place);
     Diagnostic {

@@ -47,13 +47,26 @@ impl Document {
             Ok(settings) => {
                 let mut document = Self { name, text, settings };
                 document.note_lines();
-                Ok(document)
+                match document.without_id() {
+                    Some(error) => Err((document, error)),
+                    None => Ok(document),
+                }
             }
             Err(error) => {
                 let error = explained(&error);
                 Err((Self { name, text, settings: Settings::default() }, error))
             }
         }
+    }
+
+    /// A suppression of no primitive in particular would hide everything or nothing.
+    fn without_id(&self) -> Option<DocumentError> {
+        let at = self.settings.suppress.iter().position(|suppression| suppression.is_without_id())?;
+        Some(DocumentError {
+            message: "a suppression needs the id of its primitive".to_owned(),
+            help: Some("add `id = 123`, or `id = [123, 124]` for several".to_owned()),
+            offset: self.offset(&[Step::Key("suppress"), Step::Index(at)]),
+        })
     }
 
     /// Tells each suppression where it stands.

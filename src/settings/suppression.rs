@@ -55,6 +55,22 @@ impl PrimitiveKind {
     }
 }
 
+impl From<Subject> for PrimitiveKind {
+    fn from(subject: Subject) -> Self {
+        match subject {
+            Subject::Map => Self::Map,
+            Subject::Point(_) => Self::Point,
+            Subject::LineString(_) => Self::Linestring,
+            Subject::Polygon(_) => Self::Polygon,
+            Subject::Lanelet(_) => Self::Lanelet,
+            Subject::RegulatoryElement(_) => Self::RegulatoryElement,
+            Subject::Node(_) => Self::Node,
+            Subject::Way(_) => Self::Way,
+            Subject::Relation(_) => Self::Relation,
+        }
+    }
+}
+
 /// One id or several.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged)]
@@ -83,6 +99,11 @@ pub struct Suppression {
 }
 
 impl Suppression {
+    /// Whether the id of its primitive is missing.
+    pub(super) fn is_without_id(&self) -> bool {
+        self.id.is_none() && self.primitive != PrimitiveKind::Map
+    }
+
     /// The primitives it is about.
     pub fn subjects(&self) -> Vec<Subject> {
         let ids: &[i64] = match &self.id {
