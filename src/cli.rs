@@ -2,17 +2,20 @@
 
 mod build;
 mod check;
+mod check_args;
+mod config;
 mod draw;
 mod explain;
 mod files;
 mod load;
 mod screen;
+mod watch;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use check_args::CheckArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use lanewright::report::FailOn;
 use lanewright::report::failure::Failure;
 
 /// Exit code of a run that found nothing bad enough.
@@ -62,25 +65,6 @@ struct BuildArgs {
     guesses: bool,
 }
 
-/// Hold a Lanelet2 map against Autoware's requirements
-#[derive(Debug, Args)]
-struct CheckArgs {
-    /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml
-    map: PathBuf,
-    /// Least severity of a finding that makes the exit code 1
-    #[arg(long, value_enum, default_value_t = FailOnArg::Error)]
-    fail_on: FailOnArg,
-    /// How findings are shown
-    #[arg(long, value_enum, default_value_t = FormatArg::Text)]
-    format: FormatArg,
-    /// Only rules and findings whose code begins so: vm-03, vm-03-08/edge-not-border, load
-    #[arg(long, value_name = "PREFIX", value_delimiter = ',')]
-    select: Vec<String>,
-    /// No rules and findings whose code begins so
-    #[arg(long, value_name = "PREFIX", value_delimiter = ',')]
-    ignore: Vec<String>,
-}
-
 /// Draw a Lanelet2 map as SVG or PNG, with its findings
 #[derive(Debug, Args)]
 struct DrawArgs {
@@ -126,33 +110,6 @@ enum ProjectorArg {
     LocalCartesianUtm,
     #[value(name = "LocalCartesian", alias = "local-cartesian")]
     LocalCartesian,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum FailOnArg {
-    Info,
-    Warning,
-    Error,
-    Never,
-}
-
-impl From<FailOnArg> for FailOn {
-    fn from(limit: FailOnArg) -> Self {
-        match limit {
-            FailOnArg::Info => Self::Info,
-            FailOnArg::Warning => Self::Warning,
-            FailOnArg::Error => Self::Error,
-            FailOnArg::Never => Self::Never,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum FormatArg {
-    /// File, line, snippet and help; one line each after the first hundred
-    Text,
-    /// One line each
-    Concise,
 }
 
 /// `LAT,LON` in degrees.

@@ -1,36 +1,136 @@
 //! `check`: a map in, findings and a verdict out.
 
-use lanewright::diagnostic::Diagnostic;
-use lanewright::lanelet::index::{MapIndex, Thresholds};
-use lanewright::report::failure::Failure;
-use lanewright::report::{self, Sources};
-use lanewright::rules::{self, Config};
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 
+use lanewright::diagnostic::{Diagnostic, Severity};
+use lanewright::lanelet::index::{MapIndex, Thresholds};
+use lanewright::projection::LonLat;
+use lanewright::report::failure::Failure;
+use lanewright::report::{self, Report, Sources, Totals};
+use lanewright::rules::{self, Config};
+use lanewright::triage::{self, Baseline, Sorted};
+
+use super::check_args::{CheckArgs, FormatArg};
 use super::load::Loaded;
 use super::screen::{self, Progress};
-use super::{CheckArgs, FormatArg};
+use super::{CLEAN, files, watch};
+
+/// Checks the map and prints what was found, once or until somebody ends it.
+pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
+    if args.statistics && !matches!(args.format, FormatArg::Text | FormatArg::Concise) {
+        return Err(
+            Failure::new("--statistics is for text and concise").help("`--format json` has the counts in `totals`")
+        );
+    }
+    if args.watch { watch::run(args) } else { once(args) }
+}
 
 /// Checks the map and prints what was found.
-pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
+pub fn once(args: &CheckArgs) -> Result<u8, Failure> {
     let progress = Progress::start("reading");
-    let loaded = Loaded::read(&args.map)?;
+    let loaded = Loaded::read(&args.map, &args.config)?;
+    let baseline = args.baseline.as_deref().map(read_baseline).transpose()?;
     progress.next("checking");
-    let found = judge(&loaded, &args.select, &args.ignore)?;
+    let found = judge(&loaded)?;
+    let sorted = triage::sort(found, &loaded.settings, &loaded.osm, &loaded.map, baseline.as_ref());
     drop(progress);
-    let sources = Sources::new(loaded.osm.sources.iter().map(|s| (s.name.as_str(), s.text.as_str())));
-    screen::print_with(|out| match args.format {
-        FormatArg::Text => report::text(out, &found, &sources, screen::stdout_style()),
-        FormatArg::Concise => {
-            report::concise(out, &found, &sources)?;
-            writeln!(out, "{}", report::summary(&found))
-        }
-    })?;
-    Ok(report::exit_code(&found, args.fail_on.into()))
+    if let Some(file) = &args.write_baseline {
+        return write_baseline(file, &loaded, &sorted);
+    }
+    print(args, &loaded, &sorted)?;
+    let warnings = sorted.left.iter().filter(|one| one.severity == Severity::Warning).count();
+    if let Some(most) = args.max_warnings.filter(|&most| warnings > most) {
+        screen::complain(&format!("{warnings} warnings; --max-warnings allows {most}\n"));
+        return Ok(1);
+    }
+    Ok(report::exit_code(&sorted.left, args.fail_on.into()))
 }
 
 /// What the loader and the rules say about a map.
-pub fn judge(loaded: &Loaded, select: &[String], ignore: &[String]) -> Result<Vec<Diagnostic>, Failure> {
+pub fn judge(loaded: &Loaded) -> Result<Vec<Diagnostic>, Failure> {
     let index = MapIndex::new(&loaded.map, &loaded.faults, &loaded.settings, Thresholds::default());
-    let config = Config { select: select.to_vec(), ignore: ignore.to_vec(), ..Config::default() };
-    rules::run(&index, &config).map_err(|error| Failure::new(error.to_string()))
+    rules::run(&index, &Config::from(&loaded.settings)).map_err(|error| Failure::new(error.to_string()))
+}
+
+fn print(args: &CheckArgs, loaded: &Loaded, sorted: &Sorted) -> Result<(), Failure> {
+    let sources = Sources::new(loaded.osm.sources.iter().map(|s| (s.name.as_str(), s.text.as_str())));
+    let mut requirements = rules::selected(&Config::from(&loaded.settings));
+    if sorted.suppressed + sorted.known > 0 || sorted.left.iter().any(|one| one.code.starts_with("triage/")) {
+        requirements.extend(triage::requirement().ok());
+    }
+    let to_globe =
+        |points: &[_]| -> Option<Vec<LonLat>> { loaded.projector.inverse_each(points, |_| 0.0).into_iter().collect() };
+    let root = repository();
+    let report = Report {
+        diagnostics: &sorted.left,
+        sources: &sources,
+        map: &loaded.map,
+        requirements: &requirements,
+        fail_on: args.fail_on.into(),
+        cap: (args.max_per_code > 0).then_some(args.max_per_code),
+        suppressed: sorted.suppressed,
+        known: sorted.known,
+        unproject: Some(&to_globe),
+        root: root.as_deref(),
+    };
+    screen::print_with(|out| match args.format {
+        FormatArg::Text | FormatArg::Concise => people(args, &report, out),
+        FormatArg::Json => report::json::write(&report, out),
+        FormatArg::Sarif => report::sarif::write(&report, out),
+        FormatArg::Github => report::github::write(&report, out),
+        FormatArg::Gitlab => report::gitlab::write(&report, out),
+        FormatArg::Junit => report::junit::write(&report, out),
+        FormatArg::Geojson => report::geojson::write(&report, out),
+    })
+}
+
+/// The formats for people end with a line that sums up.
+fn people(args: &CheckArgs, report: &Report<'_>, out: &mut dyn Write) -> std::io::Result<()> {
+    let found = report.diagnostics;
+    if args.statistics {
+        Totals::of(found).write(out)?;
+        writeln!(out, "{}", report::summary(found))?;
+    } else if args.format == FormatArg::Concise {
+        report::concise(out, found, report.sources)?;
+        writeln!(out, "{}", report::summary(found))?;
+    } else {
+        report::text(out, found, report.sources, screen::stdout_style())?;
+    }
+    let left_out = [(report.suppressed, "suppressed"), (report.known, "known from the baseline")];
+    let left_out: Vec<String> =
+        left_out.iter().filter(|(count, _)| *count > 0).map(|(count, why)| format!("{count} {why}")).collect();
+    if left_out.is_empty() { Ok(()) } else { writeln!(out, "left out: {}", left_out.join(", ")) }
+}
+
+fn read_baseline(file: &Path) -> Result<Baseline, Failure> {
+    let name = file.display();
+    let text = fs::read_to_string(file).map_err(|error| {
+        Failure::new(format!("cannot read the baseline {name}: {error}")).help("--write-baseline FILE makes one")
+    })?;
+    Baseline::parse(&text)
+        .map_err(|error| Failure::new(format!("{name}: {error}")).help("--write-baseline FILE writes it anew"))
+}
+
+fn write_baseline(file: &Path, loaded: &Loaded, sorted: &Sorted) -> Result<u8, Failure> {
+    // What triage says is about suppressions; they are mended, not remembered.
+    let found: Vec<Diagnostic> = sorted.left.iter().filter(|one| !one.code.starts_with("triage/")).cloned().collect();
+    let baseline = Baseline::of(&found);
+    let mut text = Vec::new();
+    let failed = |what: String| Failure::new(format!("cannot write the baseline {}: {what}", file.display()));
+    baseline.write(&mut text).map_err(|error| failed(error.to_string()))?;
+    let name = file.file_name().and_then(|name| name.to_str()).ok_or_else(|| failed("it has no name".to_owned()))?;
+    let directory = file.parent().filter(|directory| !directory.as_os_str().is_empty());
+    files::publish(directory.unwrap_or(Path::new(".")), &[(name, &text)])?;
+    let map = loaded.osm.sources.first().map_or("", |source| &source.name);
+    screen::print(&format!("{}: {} findings of {map} written\n", file.display(), baseline.len()))?;
+    Ok(CLEAN)
+}
+
+/// The root of the repository that we run in; without one, the directory itself.
+fn repository() -> Option<PathBuf> {
+    let here = std::env::current_dir().ok()?;
+    let root = here.ancestors().find(|directory| directory.join(".git").exists());
+    Some(root.unwrap_or(&here).to_path_buf())
 }

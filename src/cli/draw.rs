@@ -20,9 +20,9 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
         }
     };
     let progress = Progress::start("reading");
-    let loaded = Loaded::read(&args.map)?;
+    let loaded = Loaded::read(&args.map, &Default::default())?;
     progress.next("checking");
-    let found = if args.no_findings { Vec::new() } else { check::judge(&loaded, &[], &[])? };
+    let found = if args.no_findings { Vec::new() } else { check::judge(&loaded)? };
     progress.next("drawing");
     let options = Options {
         focus: focus(args, &loaded)?,

@@ -3,12 +3,15 @@
 use lanewright::report;
 use lanewright::report::failure::Failure;
 use lanewright::rules;
+use lanewright::settings::covers;
+use lanewright::triage;
 
 use super::{CLEAN, screen};
 
 /// Prints one rule in full; with a finding's code, that fault first.
 pub fn explain(code: &str) -> Result<u8, Failure> {
-    let requirement = rules::find(code).ok_or_else(|| {
+    let triage = || triage::requirement().ok().filter(|one| covers(&one.id, code));
+    let requirement = rules::find(code).or_else(triage).ok_or_else(|| {
         Failure::new(format!("there is no rule `{code}`"))
             .help("`lanewright rules` lists them; give vm-03-08, for example")
     })?;
@@ -27,6 +30,6 @@ pub fn explain(code: &str) -> Result<u8, Failure> {
 /// Prints the list of rules.
 pub fn rules() -> Result<u8, Failure> {
     let table = rules::table().map_err(|error| Failure::new(error.to_string()))?;
-    screen::print(&report::list(table.iter().map(|row| &row.requirement)))?;
+    screen::print(&report::list(table.iter().map(|row| &row.requirement).chain(triage::requirement().ok())))?;
     Ok(CLEAN)
 }

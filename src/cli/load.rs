@@ -9,12 +9,13 @@ use lanewright::projection::{LonLat, MgrsGrid, Projector, read_info};
 use lanewright::report::failure::Failure;
 use lanewright::settings::Settings;
 
+use super::check_args::ConfigArgs;
+use super::config;
+
 /// Autoware's name for the map's file in a map directory, or for a directory of parts.
 const MAP: &str = "lanelet2_map.osm";
 /// Autoware's name for the file that names the projector.
-const PROJECTOR: &str = "map_projector_info.yaml";
-/// Our name for what the map cannot say.
-const SETTINGS: &str = "lanewright.toml";
+pub const PROJECTOR: &str = "map_projector_info.yaml";
 
 /// A map as Autoware would load it.
 pub struct Loaded {
@@ -32,13 +33,13 @@ pub struct Loaded {
 
 impl Loaded {
     /// Reads a `.osm` file, a directory of them, or a map directory.
-    pub fn read(path: &Path) -> Result<Self, Failure> {
+    pub fn read(path: &Path, config: &ConfigArgs) -> Result<Self, Failure> {
         let files = files(path)?;
         let osm = osm::read_files(&files).map_err(read_failure)?;
         if !osm.relations.iter().any(|r| r.tags.is("type", "lanelet")) {
             return Err(not_a_map(path, &osm));
         }
-        let home = if path.is_dir() { path } else { path.parent().unwrap_or(Path::new("")) };
+        let home = home(path);
         let projector = match beside(home, PROJECTOR)? {
             Some((file, text)) => {
                 let unusable = |error| {
@@ -49,22 +50,19 @@ impl Loaded {
             }
             None => guessed(&osm),
         };
-        let settings = match beside(home, SETTINGS)? {
-            Some((file, text)) => toml::from_str(&text).map_err(|error| {
-                let at = error.span().map_or(0, |span| span.start);
-                Failure::new(format!("{}: {}", file.display(), error.message()))
-                    .help("mend the file or move it away; a map is checked without it, too")
-                    .at(&file.display().to_string(), &text, at)
-            })?,
-            None => Settings::default(),
-        };
+        let settings = config::settings(home, config)?;
         let lanelet::Loaded { map, faults } = from_osm(&osm, &projector);
         Ok(Self { osm, map, faults, projector, settings })
     }
 }
 
+/// The directory of a map, beside whose files the projector's and ours stand.
+pub fn home(path: &Path) -> &Path {
+    if path.is_dir() { path } else { path.parent().unwrap_or(Path::new("")) }
+}
+
 /// The files of a map, in order of their names.
-fn files(path: &Path) -> Result<Vec<PathBuf>, Failure> {
+pub fn files(path: &Path) -> Result<Vec<PathBuf>, Failure> {
     if !path.is_dir() {
         return Ok(vec![path.to_path_buf()]);
     }

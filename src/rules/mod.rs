@@ -74,6 +74,12 @@ pub fn find(code: &str) -> Option<&'static Requirement> {
     table().ok()?.iter().map(|row| &row.requirement).find(|requirement| requirement.id == id)
 }
 
+/// The requirements that a run is about, in the standard's order.
+pub fn selected(config: &Config) -> Vec<&'static Requirement> {
+    let rows = table().unwrap_or_default();
+    rows.iter().map(|row| &row.requirement).filter(|requirement| config.wants_rule(requirement)).collect()
+}
+
 /// Runs every rule over the map, in parallel. The findings come in the table's order, within a rule in the order of
 /// its document's faults, then by subject: the same whatever the number of threads.
 pub fn run(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigError> {

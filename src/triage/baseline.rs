@@ -145,7 +145,7 @@ mod tests {
         let mut text = Vec::new();
         baseline.write(&mut text).unwrap();
         let text = String::from_utf8(text).unwrap();
-        assert_eq!(text.lines().count(), 6, "{text}");
+        assert_eq!(text.lines().count(), 7, "{text}");
         let baseline = Baseline::parse(&text).unwrap();
         assert_eq!((baseline.len(), &baseline), (3, &Baseline::of(&old)));
 

@@ -1,0 +1,95 @@
+//! The arguments of `check`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use lanewright::report::FailOn;
+
+/// Hold a Lanelet2 map against Autoware's requirements
+#[derive(Debug, Args)]
+pub struct CheckArgs {
+    /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml
+    pub map: PathBuf,
+    /// How findings are shown
+    #[arg(long, value_enum, default_value_t = FormatArg::Text)]
+    pub format: FormatArg,
+    /// Least severity of a finding that makes the exit code 1
+    #[arg(long, value_enum, default_value_t = FailOnArg::Error)]
+    pub fail_on: FailOnArg,
+    /// More warnings than this make the exit code 1, too
+    #[arg(long, value_name = "N")]
+    pub max_warnings: Option<usize>,
+    /// Count the findings of each code instead of showing them
+    #[arg(long)]
+    pub statistics: bool,
+    /// Most findings of one code that json and junit show; all are counted, 0 shows all
+    #[arg(long, value_name = "N", default_value_t = 1000)]
+    pub max_per_code: usize,
+    #[command(flatten)]
+    pub config: ConfigArgs,
+    /// Fail on findings only that this file does not list
+    #[arg(long, value_name = "FILE")]
+    pub baseline: Option<PathBuf>,
+    /// Write all findings into a baseline; the exit code is 0
+    #[arg(long, value_name = "FILE")]
+    pub write_baseline: Option<PathBuf>,
+    /// Check again whenever a file changes, until Ctrl-C
+    #[arg(long, conflicts_with = "write_baseline")]
+    pub watch: bool,
+}
+
+/// What is judged, and how.
+#[derive(Debug, Default, Args)]
+pub struct ConfigArgs {
+    /// Only these rules or faults: vm-03, vm-03-08, vm-03-08/edge-not-border, load
+    #[arg(long, value_name = "PREFIX", value_delimiter = ',')]
+    pub select: Vec<String>,
+    /// Not these rules or faults
+    #[arg(long, value_name = "PREFIX", value_delimiter = ',')]
+    pub ignore: Vec<String>,
+    /// A file to read instead of lanewright.toml, or one key of it: 'parameters.vm-03-08.spike=2'
+    #[arg(long, value_name = "FILE|KEY=VALUE")]
+    pub config: Vec<String>,
+    /// Read no lanewright.toml
+    #[arg(long)]
+    pub isolated: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum FailOnArg {
+    Info,
+    Warning,
+    Error,
+    Never,
+}
+
+impl From<FailOnArg> for FailOn {
+    fn from(limit: FailOnArg) -> Self {
+        match limit {
+            FailOnArg::Info => Self::Info,
+            FailOnArg::Warning => Self::Warning,
+            FailOnArg::Error => Self::Error,
+            FailOnArg::Never => Self::Never,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum FormatArg {
+    /// File, line, snippet and help; one line each after the first hundred
+    Text,
+    /// One line each
+    Concise,
+    /// For programs: docs/report.schema.json
+    Json,
+    /// SARIF 2.1.0, for code scanning
+    Sarif,
+    /// Annotations of GitHub Actions
+    Github,
+    /// GitLab's code quality report
+    Gitlab,
+    /// A test case for every rule
+    Junit,
+    /// Findings as features on the map
+    Geojson,
+}
