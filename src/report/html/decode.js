@@ -1,0 +1,81 @@
+// From the page's packed data to typed arrays and findings.
+
+/** The bytes of a script element: base64 of raw deflate. */
+async function unpack(id) {
+  const element = document.getElementById(id);
+  const text = atob(element.textContent);
+  const packed = new Uint8Array(text.length);
+  for (let i = 0; i < text.length; i++) packed[i] = text.charCodeAt(i);
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream('deflate-raw'));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+/** Undoes byte planes and differences: 4 bytes to Int32Array, 8 bytes to BigInt64Array. */
+function column(bytes, { count, width }) {
+  const words = new Int32Array(count * (width / 4));
+  const out = new Uint8Array(words.buffer);
+  for (let plane = 0; plane < width; plane++) {
+    const from = plane * count;
+    for (let i = 0, to = plane; i < count; i++, to += width) out[to] = bytes[from + i];
+  }
+  if (width === 4) {
+    for (let i = 1; i < count; i++) words[i] += words[i - 1];
+    return words;
+  }
+  const wide = new BigInt64Array(words.buffer);
+  for (let i = 1; i < count; i++) wide[i] += wide[i - 1];
+  return wide;
+}
+
+/** Where each list starts, from how long each is. */
+function offsets(counts) {
+  const starts = new Int32Array(counts.length + 1);
+  for (let i = 0; i < counts.length; i++) starts[i + 1] = starts[i] + counts[i];
+  return starts;
+}
+
+/** The map: columns by name, positions in metres, tags and lists by number. */
+async function readMap() {
+  const bytes = await unpack('map-data');
+  const length = new DataView(bytes.buffer).getUint32(0, true);
+  const header = JSON.parse(new TextDecoder().decode(bytes.subarray(4, 4 + length)));
+  const columns = {};
+  let at = 4 + length;
+  for (const one of header.columns) {
+    columns[one.name] = column(bytes.subarray(at, at + one.count * one.width), one);
+    at += one.count * one.width;
+  }
+  const metres = (steps) => Float64Array.from(steps, (v) => v / 1000);
+  const tagStart = offsets(columns['tags.count']);
+  const map = {
+    point: { id: columns['point.id'], tags: columns['point.tags'] },
+    line: { id: columns['line.id'], tags: columns['line.tags'], start: offsets(columns['line.count']), points: columns['line.points'] },
+    polygon: { id: columns['polygon.id'], tags: columns['polygon.tags'], start: offsets(columns['polygon.count']), points: columns['polygon.points'] },
+    lanelet: {
+      id: columns['lanelet.id'], tags: columns['lanelet.tags'], left: columns['lanelet.left'], right: columns['lanelet.right'],
+      start: offsets(columns['lanelet.count']), rules: columns['lanelet.rules'],
+    },
+    rule: {
+      id: columns['rule.id'], tags: columns['rule.tags'], start: offsets(columns['rule.count']),
+      role: columns['rule.role'], kind: columns['rule.kind'], member: columns['rule.member'],
+    },
+    x: metres(columns['point.x']),
+    y: metres(columns['point.y']),
+    string: (number) => header.strings[number],
+    tagSets: tagStart.length - 1,
+    /** The key-value pairs of a set of tags. */
+    pairs(set) {
+      const pairs = [];
+      for (let i = tagStart[set]; i < tagStart[set + 1]; i++) {
+        pairs.push([header.strings[columns['tags.key'][i]], header.strings[columns['tags.value'][i]]]);
+      }
+      return pairs;
+    },
+  };
+  return map;
+}
+
+/** Title, frame, requirements and findings. */
+async function readReport() {
+  return JSON.parse(new TextDecoder().decode(await unpack('report-data')));
+}

@@ -1,0 +1,111 @@
+// Starts the page: reads the data, joins the parts, follows links, keys, theme and printing.
+
+/** More findings than this are not printed. */
+const MOST_PRINTED = 500;
+
+function startTheme() {
+  const dark = matchMedia('(prefers-color-scheme: dark)');
+  const stored = () => { try { return localStorage.getItem('lanewright-theme'); } catch { return null; } };
+  const apply = (theme) => { document.documentElement.dataset.theme = theme; if (state.map) tell('theme'); };
+  apply(stored() ?? (dark.matches ? 'dark' : 'light'));
+  dark.addEventListener('change', () => { if (!stored()) apply(dark.matches ? 'dark' : 'light'); });
+  const turn = () => {
+    const theme = document.documentElement.dataset.theme === 'dark' ? 'light' : 'dark';
+    try { localStorage.setItem('lanewright-theme', theme); } catch { /* A page from a file may have no storage. */ }
+    apply(theme);
+  };
+  byId('theme').addEventListener('click', turn);
+}
+
+/** Follows `#finding=…`, `#id=…` and `#rule=…`. */
+function followLink() {
+  if (location.hash === ownHash) return;
+  const [, what, value] = location.hash.match(/^#(finding|id|rule)=(.*)$/) ?? [];
+  let text = '';
+  try { text = decodeURIComponent(value ?? ''); } catch { return; }
+  if (what === 'finding') {
+    const finding = state.report.findings.find((one) => one.key === text);
+    if (finding) chooseFinding(finding); else toast('This report has no such finding');
+  } else if (what === 'id') {
+    const primitive = findPrimitive(text);
+    if (primitive) choosePrimitive(primitive); else toast(`This map has nothing with the id ${text}`);
+  } else if (what === 'rule') showRule(text);
+}
+
+/** What each key does: [keys, words, action]. */
+const KEYS = [
+  [['j', 'n'], 'Next finding', () => stepFinding(1)],
+  [['k', 'p'], 'Finding before', () => stepFinding(-1)],
+  [['Enter'], 'Go to what is chosen', () => flyToChoice()],
+  [['/'], 'Filter by text', () => { showTab('findings'); byId('search').focus(); byId('search').select(); }],
+  [['Escape'], 'Let go', () => chooseFinding(null, { stay: true })],
+  [['+', '='], 'Closer', () => zoomAt(1.5)],
+  [['-'], 'Farther', () => zoomAt(1 / 1.5)],
+  [['f'], 'Whole map', () => showBox(usualBox(state.index))],
+  [['v'], 'Only findings in view', () => { state.filter.inView = !state.filter.inView; filter(); }],
+  [['s'], 'Findings or requirements', () => showTab(byId('pane-findings').hidden ? 'findings' : 'requirements')],
+  [['r'], 'Page of the rule', () => { if (state.finding) showRule(ruleOf(state.finding)); }],
+  [['c'], 'Copy the id', () => { const id = state.finding?.subject?.[1] ?? (state.primitive && String(state.map[state.primitive.kind].id[state.primitive.number])); if (id) copy(id); }],
+  [['l'], 'Copy a link', () => copy(location.href)],
+  [['t'], 'Light or dark', () => byId('theme').click()],
+  [['?'], 'Keys', () => byId('keys').showModal()],
+];
+
+function startKeys() {
+  byId('key-list').append(...KEYS.flatMap(([keys, words]) => [
+    make('dt', {}, ...keys.map((key) => make('kbd', {}, { Escape: 'Esc' }[key] ?? key))), make('dd', {}, words),
+  ]), make('dt', {}, make('kbd', {}, '← ↑ → ↓')), make('dd', {}, 'Move the map, or go through the list'));
+  byId('keys').addEventListener('click', () => byId('keys').close());
+  byId('help').addEventListener('click', () => byId('keys').showModal());
+  document.addEventListener('keydown', (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector('dialog[open]')) return;
+    const typing = event.target.matches?.('input, textarea');
+    if (typing && event.key === 'Escape') { event.target.blur(); return; }
+    // Enter and space press the button that has the focus.
+    if (typing || (event.key === 'Enter' && event.target.matches?.('button, a'))) return;
+    const entry = KEYS.find(([keys]) => keys.includes(event.key));
+    if (!entry) return;
+    event.preventDefault();
+    entry[2]();
+  });
+}
+
+/** What paper shows: verdict, the map as it stands, every requirement, every finding. */
+function preparePrint() {
+  const { report } = state;
+  const image = make('img', { alt: 'Map', src: byId('map').toDataURL('image/png') });
+  const requirements = report.requirements.map((one) => make('tr', {}, make('td', {}, OUTCOMES[one.outcome].toReversed().join(' ')), make('td', {}, one.id), make('td', {}, one.title)));
+  const findings = state.shown.slice(0, MOST_PRINTED).map((one) => make('tr', {}, make('td', {}, one.severity), make('td', {}, one.code),
+    make('td', {}, one.subject ? one.subject.join(' ') : ''), make('td', {}, one.message)));
+  const left = state.shown.length - findings.length;
+  byId('print').replaceChildren(
+    image,
+    make('h2', {}, 'Requirements'), make('table', {}, make('tbody', {}, ...requirements)),
+    make('h2', {}, 'Findings'), make('table', {}, make('tbody', {}, ...findings)),
+    left > 0 ? make('p', {}, `${left} more are in the report itself.`) : '',
+  );
+}
+
+async function start() {
+  startTheme();
+  const [report, map] = await Promise.all([readReport(), readMap()]);
+  report.findings.forEach((finding, number) => { finding.number = number; });
+  Object.assign(state, { report, map, index: buildIndex(map) });
+  startSummary();
+  startList();
+  startCard();
+  startView();
+  startFilters();
+  startKeys();
+  for (const name of ['findings', 'requirements']) byId(`tab-${name}`).addEventListener('click', () => showTab(name));
+  filter();
+  window.addEventListener('hashchange', followLink);
+  window.addEventListener('beforeprint', preparePrint);
+  followLink();
+  document.documentElement.dataset.ready = String(Math.round(performance.now()));
+}
+
+start().catch((error) => {
+  byId('verdict').textContent = `The report could not be opened: ${error.message}`;
+  throw error;
+});

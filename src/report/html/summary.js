@@ -1,0 +1,73 @@
+// How each requirement came out, in the standard's order, and the rule pages.
+
+const OUTCOMES = {
+  failed: ['failed', '✕'], passed: ['passed', '✓'], eyes: ['needs eyes', '◉'], skipped: ['skipped', '–'],
+};
+
+function startSummary() {
+  const { requirements, findings } = state.report;
+  const pane = byId('pane-requirements');
+  const count = (outcome) => requirements.filter((one) => one.outcome === outcome).length;
+  const tally = make('ul', { class: 'tally' }, ...Object.entries(OUTCOMES).map(([outcome, [word]]) => make('li', { class: outcome },
+    make('b', {}, String(count(outcome))), word)));
+  const counts = new Map();
+  for (const finding of findings) {
+    if (finding.status === 'gone') continue;
+    const one = counts.get(ruleOf(finding)) ?? { error: 0, warning: 0, info: 0 };
+    one[finding.severity]++;
+    counts.set(ruleOf(finding), one);
+  }
+  const rows = [];
+  let category = null;
+  for (const requirement of requirements) {
+    if (requirement.category !== category) rows.push(make('h3', {}, category = requirement.category));
+    rows.push(requirementRow(requirement, counts.get(requirement.id)));
+  }
+  pane.append(tally, ...rows);
+  drawVerdict(count('failed'));
+  for (const button of byId('rule-dialog').querySelectorAll('.close')) button.addEventListener('click', () => byId('rule-dialog').close());
+  byId('rule-dialog').addEventListener('click', (event) => { if (event.target === event.currentTarget) event.currentTarget.close(); });
+}
+
+function requirementRow({ id, title, outcome, partial, documented }, counts) {
+  const [word, sign] = OUTCOMES[outcome];
+  const numbers = Object.entries(counts ?? {}).filter(([, count]) => count)
+    .map(([severity, count]) => make('span', { class: `number ${severity}`, title: plural(count, severity) }, String(count)));
+  const filterTo = () => { showTab('findings'); onlyRule(id); };
+  return make('div', { class: `requirement ${outcome}`, 'data-rule': id },
+    make('span', { class: 'sign', title: word, 'aria-label': word, role: 'img' }, sign),
+    make('div', {},
+      make('p', { class: 'requirement-title' }, documented
+        ? make('button', { type: 'button', class: 'link plain', title: 'What it requires, why, how to mend', onclick: () => showRule(id) }, title) : title),
+      make('p', { class: 'small' }, id, partial ? ' · judged in part' : '', outcome === 'eyes' ? ' · needs eyes' : outcome === 'skipped' ? ' · skipped' : '')),
+    numbers.length ? make('button', { type: 'button', class: 'numbers', title: `Show the findings of ${id}`, onclick: filterTo }, ...numbers) : null);
+}
+
+function drawVerdict(failed) {
+  const alive = state.report.findings.filter((finding) => finding.status !== 'gone');
+  const words = ['error', 'warning', 'info'].map((word) => [word, alive.filter((finding) => finding.severity === word).length]).filter(([, count]) => count);
+  const verdict = byId('verdict');
+  verdict.replaceChildren(...(words.length
+    ? words.map(([word, count]) => make('span', {}, make('span', { class: `dot ${word}` }), plural(count, word)))
+    : [make('span', {}, make('span', { class: 'dot good' }), 'no findings')]));
+  const total = state.report.requirements.length;
+  verdict.append(make('span', { class: 'of' }, failed ? `${failed} of ${plural(total, 'requirement')} failed` : 'no requirement failed'));
+}
+
+/** Opens a rule's page. */
+function showRule(id) {
+  const page = byId(`rule-${id}`);
+  if (!page) return;
+  const dialog = byId('rule-dialog');
+  for (const other of dialog.querySelectorAll('article')) other.hidden = other !== page;
+  if (!dialog.open) dialog.showModal();
+  dialog.scrollTop = 0;
+}
+
+function showTab(name) {
+  for (const one of ['findings', 'requirements']) {
+    byId(`tab-${one}`).setAttribute('aria-selected', String(one === name));
+    byId(`pane-${one}`).hidden = one !== name;
+  }
+  if (name === 'findings') drawRows();
+}
