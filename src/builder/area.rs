@@ -117,11 +117,15 @@ fn united(assembly: &mut Assembly, key: Key, ring: &[PointId], bounds: &Bounds, 
         known.insert(cell(assembly.position(*id)), *id);
     }
     let mut nodes: Vec<PointId> = Vec::new();
+    let count = outer.len();
     for (i, p) in outer.into_iter().enumerate() {
         let id = known.get(&cell(p)).copied();
         let id = id.unwrap_or_else(|| assembly.point(key.word("outline").number(i as i64), p, 0.0));
-        if !nodes.contains(&id) {
-            nodes.push(id);
+        match nodes.iter().position(|&n| n == id) {
+            None => nodes.push(id),
+            // The ring touches itself: the smaller of the two loops is left out.
+            Some(seen) if nodes.len() - seen <= count / 2 => nodes.truncate(seen + 1),
+            Some(_) => {}
         }
     }
     nodes

@@ -7,6 +7,7 @@ use crate::projection::{Extent, LonLat, Projector};
 use crate::settings::Settings;
 
 use super::assemble::{Assembled, assemble};
+use super::dead_lanes::without_dead_lanes;
 use super::road_network::{DrivingSide, Network, NetworkError, NetworkOptions, road_network};
 use super::streets::{StreetOptions, Streets, streets};
 
@@ -83,6 +84,7 @@ pub fn build(osm: &OsmData, options: &BuildOptions) -> Result<Built, BuildError>
     let Network { network, mut notes } = road_network(osm, &to_metres, &network_options)?;
     let guesses = notes.len();
     let Streets { network, outlines, findings, .. } = streets(network, &options.streets);
+    let network = without_dead_lanes(network);
     notes.extend(findings);
     let Assembled { mut map, settings, notes: more, areas } = assemble(&network, &outlines);
     notes.extend(more);

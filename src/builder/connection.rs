@@ -142,7 +142,7 @@ pub fn connection_lines(
                 crossing.station = at_depth(least[i], end, depth + excess);
             }
         }
-        let kept = apply(least[i], setbacks[i], road.line.length());
+        let kept = untwisted(road, apply(least[i], setbacks[i], road.line.length()));
         for crossing in &mut crossings {
             let Some(end) = crossing.arm else { continue };
             // Where the road is too short the crosswalk moves toward the middle of the intersection with the cut.
@@ -203,6 +203,20 @@ fn apply([start, end]: [f64; 2], [a, b]: [f64; 2], length: f64) -> [f64; 2] {
     let room = (end - start - ROAD_LEFT.min(length / 2.0)).max(0.0);
     let share = if a + b > room { room / (a + b) } else { 1.0 };
     [start + a * share, end - b * share]
+}
+
+/// Where little remains of a road around a sharp bend, its two cuts would cross: then a part without a bend remains.
+fn untwisted(road: &Road, [start, end]: [f64; 2]) -> [f64; 2] {
+    /// Change of direction, degrees, that is safe between cuts as close as the road is wide.
+    const BEND_MOST: f64 = 40.0;
+    let directions = [road.line.direction(start), road.line.direction((end - 1e-3).max(0.0))];
+    let bend = crate::geometry::angle_between(directions[0], directions[1]).abs();
+    if end - start > 2.0 * road.half_width() || bend <= BEND_MOST.to_radians() {
+        return [start, end];
+    }
+    let stations = road.line.stations();
+    let parts = stations.windows(2).map(|w| [w[0].max(start), w[1].min(end)]);
+    parts.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0]))).filter(|p| p[1] > p[0]).unwrap_or([start, end])
 }
 
 /// Room for the turns between the arms, and for tapers between two roads.

@@ -9,6 +9,7 @@ use super::cross_section::{Arrows, CrossSection, Strip, StripKind, Travel};
 use super::ids::Key;
 use super::join::Joins;
 use super::road_network::{End, Road, RoadEnd, RoadIx, RoadNetwork};
+use super::sound::{aligned, centred, simple};
 
 /// Corners of the road's line closer to a cut than this, metres, are left out of the borders.
 const CLEAR: f64 = 0.5;
@@ -168,25 +169,53 @@ fn borders(
     nodes: &[Vec<Option<PointId>>; 2],
 ) -> Vec<Option<Bound>> {
     let key = road_key("border", road);
-    (0..nodes[0].len())
-        .map(|edge| {
-            let (first, last) = (nodes[0][edge]?, nodes[1][edge]?);
-            let ends = [assembly.position(first), assembly.position(last)];
-            let mut inner = border_inside(road, kept, road.section.edge(edge), ends);
+    let places = border_places(assembly, road, kept, nodes);
+    places
+        .into_iter()
+        .enumerate()
+        .map(|(edge, places)| {
+            let (mut places, first, last) = (places?, nodes[0][edge]?, nodes[1][edge]?);
             let attributes = border_attributes(&road.section, edge);
             let key = key.number(edge as i64);
             let inverted = against_line(&road.section, edge);
             let ends = if inverted { [last, first] } else { [first, last] };
             if inverted {
-                inner.reverse();
+                places.reverse();
             }
-            Some(Bound { line: assembly.line_between(key, ends, &inner, attributes), inverted })
+            let inner = &places[1..places.len().max(2) - 1];
+            Some(Bound { line: assembly.line_between(key, ends, inner, attributes), inverted })
         })
         .collect()
 }
 
-/// The corners of a border between its ends: the road's own corners, moved sideways.
-fn border_inside(road: &Road, kept: [f64; 2], offset: f64, ends: [Point; 2]) -> Vec<Point> {
+/// Where the borders run, along the road's line. Where a lane between two would not be read as drawn, they are mended:
+/// first by points that show its sides, then by leaving the road's corners out.
+fn border_places(
+    assembly: &Assembly,
+    road: &Road,
+    kept: [f64; 2],
+    nodes: &[Vec<Option<PointId>>; 2],
+) -> Vec<Option<Vec<Point>>> {
+    let ends = |edge: usize| Some([nodes[0][edge]?, nodes[1][edge]?].map(|id| assembly.position(id)));
+    let mut places: Vec<Option<Vec<Point>>> = (0..nodes[0].len())
+        .map(|edge| ends(edge).map(|ends| border(road, kept, road.section.edge(edge), ends)))
+        .collect();
+    let pair = |places: &[Option<Vec<Point>>], strip: usize| Some([places[strip].clone()?, places[strip + 1].clone()?]);
+    let strips: Vec<usize> = road.section.driven().map(|(i, _)| i).collect();
+    let all = |places: &[Option<Vec<Point>>], holds: fn(&[Vec<Point>; 2]) -> bool| {
+        strips.iter().all(|&strip| pair(places, strip).is_none_or(|pair| holds(&pair)))
+    };
+    if !all(&places, simple) {
+        places = (0..nodes[0].len()).map(|edge| ends(edge).map(|ends| ends.to_vec())).collect();
+    }
+    if !all(&places, aligned) {
+        places = places.into_iter().map(|p| p.map(|p| centred(&p))).collect();
+    }
+    places
+}
+
+/// A border between its ends: the road's own corners, moved sideways.
+fn border(road: &Road, kept: [f64; 2], offset: f64, ends: [Point; 2]) -> Vec<Point> {
     let corners: Vec<(Point, f64)> = road.line.points().iter().copied().zip(road.line.stations()).collect();
     let cuts = [road.line.direction(kept[0]), -road.line.direction((kept[1] - 1e-3).max(0.0))];
     // Inside a bend near a cut, a moved corner can fall behind the cut.
@@ -203,8 +232,7 @@ fn border_inside(road: &Road, kept: [f64; 2], offset: f64, ends: [Point; 2]) -> 
         }
     }
     line.push(ends[1]);
-    let clean = untangled(&line);
-    clean[1..clean.len().max(2) - 1].to_vec()
+    untangled(&line)
 }
 
 /// A corner moved sideways: one mitred point where the bend is slight, an arc outside a sharp bend, both ends of the

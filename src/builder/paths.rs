@@ -1,9 +1,8 @@
 //! The lanelets of an intersection: one per movement, smooth, with bounds that neighbours share.
 
-use geo::Validation;
 use rustc_hash::FxHashMap;
 
-use crate::geometry::{Point, Polyline, angle_between, curve, polygon};
+use crate::geometry::{Point, angle_between, curve};
 use crate::lanelet::{Attributes, Bound, LaneletId, LineStringId, PointId};
 
 use super::assembly::{Assembly, tags};
@@ -12,6 +11,7 @@ use super::ids::Key;
 use super::lanes::{Arm, ArmLane, Lanes, road_attributes};
 use super::movement::Movement;
 use super::road_network::{Intersection, RoadNetwork};
+use super::sound::sound;
 
 /// One movement, drawn.
 #[derive(Clone, Debug)]
@@ -211,29 +211,6 @@ fn shape(
         }
     }
     None
-}
-
-/// Part of its width that a lane must keep everywhere.
-const WIDTH_LEFT: f64 = 0.4;
-
-/// Whether two bounds make a lane that the loader reads as drawn: simple, on the right sides, nowhere pinched.
-fn sound([left, right]: &[Vec<Point>; 2], width: f64) -> bool {
-    let mut ring = left.clone();
-    ring.extend(right.iter().rev());
-    let (Some(left_line), Some(right_line)) = (Polyline::new(left.clone()), Polyline::new(right.clone())) else {
-        return false;
-    };
-    // The loader looks at one point of each bound to see on which side of the other it lies.
-    let middle = |line: &[Point]| match line {
-        [a, b] => nalgebra::center(a, b),
-        _ => line[line.len() / 2],
-    };
-    polygon::to_geo(&ring).is_valid()
-        && polygon::signed_area(&ring) < 0.0
-        && left_line.project(middle(right)).offset < 0.0
-        && right_line.project(middle(left)).offset > 0.0
-        && left.iter().all(|&p| right_line.distance(p) >= WIDTH_LEFT * width)
-        && right.iter().all(|&p| left_line.distance(p) >= WIDTH_LEFT * width)
 }
 
 /// The key of an intersection.

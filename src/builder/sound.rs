@@ -1,0 +1,96 @@
+//! Whether two bounds make a lane that Autoware's loader reads as it is drawn.
+
+use geo::Validation;
+
+use crate::geometry::{Point, Polyline, angle_between, polygon};
+
+/// Part of its width that a lane must keep everywhere.
+const WIDTH_LEFT: f64 = 0.4;
+/// No bound turns more sharply than this at a point, degrees: it would be a leftover of a loop.
+const KINK_MOST: f64 = 75.0;
+
+/// Whether a lane of this width (metres) between two bounds is simple, on the right sides, nowhere pinched, and its
+/// bounds nowhere kinked.
+pub fn sound(bounds: &[Vec<Point>; 2], width: f64) -> bool {
+    let Some(lines) = lines(bounds) else { return false };
+    let wide = |a: usize, b: usize| bounds[a].iter().all(|&p| lines[b].distance(p) >= WIDTH_LEFT * width);
+    simple(bounds) && aligned(bounds) && bounds.iter().all(|line| !kinked(line)) && wide(0, 1) && wide(1, 0)
+}
+
+/// Whether the outline between the bounds is simple, with the left bound on the left.
+pub fn simple([left, right]: &[Vec<Point>; 2]) -> bool {
+    let mut ring = left.clone();
+    ring.extend(right.iter().rev());
+    polygon::signed_area(&ring) < 0.0 && polygon::to_geo(&ring).is_valid()
+}
+
+/// Whether the loader keeps both bounds as they run: it looks at one point of each to see on which side of the other it
+/// lies.
+pub fn aligned(bounds: &[Vec<Point>; 2]) -> bool {
+    let Some([left, right]) = lines(bounds) else { return false };
+    left.project(middle(&bounds[1])).offset < 0.0 && right.project(middle(&bounds[0])).offset > 0.0
+}
+
+/// The point of a bound that the loader looks at.
+fn middle(line: &[Point]) -> Point {
+    match line {
+        [a, b] => nalgebra::center(a, b),
+        _ => line[line.len() / 2],
+    }
+}
+
+fn lines(bounds: &[Vec<Point>; 2]) -> Option<[Polyline; 2]> {
+    Some([Polyline::new(bounds[0].iter().copied())?, Polyline::new(bounds[1].iter().copied())?])
+}
+
+fn kinked(line: &[Point]) -> bool {
+    line.windows(3).any(|w| angle_between(w[1] - w[0], w[2] - w[1]).abs() > KINK_MOST.to_radians())
+}
+
+/// The same line with more points, so that the one the loader looks at lies in the middle of its longest segment: beside
+/// a corner of the other bound, sides are hard to tell.
+#[must_use]
+pub fn centred(line: &[Point]) -> Vec<Point> {
+    let longest = |range: std::ops::Range<usize>, line: &[Point]| {
+        let length = |i: &usize| (line[i + 1] - line[*i]).norm();
+        range.max_by(|a, b| length(a).total_cmp(&length(b)))
+    };
+    let mut line = line.to_vec();
+    let Some(segment) = longest(0..line.len().max(1) - 1, &line) else { return line };
+    let mut target = segment + 1;
+    line.insert(target, nalgebra::center(&line[segment], &line[segment + 1]));
+    while line.len() / 2 != target {
+        let before = line.len() / 2 > target;
+        let range = if before { 0..target } else { target..line.len() - 1 };
+        let Some(split) = longest(range, &line) else { break };
+        line.insert(split + 1, nalgebra::center(&line[split], &line[split + 1]));
+        target += usize::from(before);
+    }
+    line
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(points: &[(f64, f64)]) -> Vec<Point> {
+        points.iter().map(|&(x, y)| Point::new(x, y)).collect()
+    }
+
+    #[test]
+    fn a_lane_runs_between_its_bounds() {
+        let (left, right) = (line(&[(0.0, 3.0), (10.0, 3.0)]), line(&[(0.0, 0.0), (10.0, 0.0)]));
+        assert!(sound(&[left.clone(), right.clone()], 3.0));
+        assert!(!sound(&[right.clone(), left.clone()], 3.0), "sides swapped");
+        assert!(!sound(&[left.clone(), line(&[(0.0, 0.0), (5.0, 2.5), (10.0, 0.0)])], 3.0), "pinched");
+        assert!(!sound(&[left, line(&[(0.0, 0.0), (5.0, 0.0), (4.9, 0.1), (10.0, 0.0)])], 3.0), "kinked");
+    }
+
+    #[test]
+    fn the_middle_point_comes_to_lie_on_the_longest_segment() {
+        let bent = line(&[(0.0, 0.0), (1.0, 0.0), (2.0, 1.0), (2.0, 2.0), (3.0, 3.0), (30.0, 3.0)]);
+        let centred = centred(&bent);
+        assert_eq!(centred[centred.len() / 2], Point::new(16.5, 3.0));
+        assert!(bent.iter().all(|p| centred.contains(p)));
+    }
+}
