@@ -175,3 +175,13 @@ fn every_reference_resolves_and_every_id_is_used_once() {
     }
     assert!(map.points.iter().all(|p| p.lonlat.is_some() && p.ele.is_some()));
 }
+
+#[test]
+fn the_same_input_gives_the_same_map() {
+    for sample in ["crossing_left.osm", "turn_lanes_right.osm"] {
+        let [first, second] = [built(sample), built(sample)].map(|b| {
+            format!("{:?}", (b.map.points.as_slice(), b.map.linestrings.as_slice(), b.map.lanelets.as_slice()))
+        });
+        assert!(first == second, "{sample}");
+    }
+}

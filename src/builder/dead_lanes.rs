@@ -1,4 +1,4 @@
-//! Single tracks are driven both ways, but for those that lead only into roads one may not enter.
+//! Single tracks are driven both ways, but for those that end where one can only arrive, or only leave.
 
 use super::cross_section::Travel;
 use super::road_network::{End, RoadEnd, RoadNetwork};
@@ -6,24 +6,24 @@ use super::road_network::{End, RoadEnd, RoadNetwork};
 /// Rounds after which a chain of single tracks that lead nowhere is left as it is.
 const ROUNDS: usize = 16;
 
-/// Takes from single tracks the direction that ends where every other road is one-way against it. Nobody could drive it
-/// but by turning around, and the lane the other way lies on the same ground.
+/// Takes from single tracks the direction that ends where every other road is one-way against it, or begins where every
+/// other road leads away. Nobody could drive it but by turning around, and the lane the other way lies on the same
+/// ground.
 #[must_use]
 pub fn without_dead_lanes(mut network: RoadNetwork) -> RoadNetwork {
     for _ in 0..ROUNDS {
-        let dead: Vec<RoadEnd> = network
+        let dead: Vec<(RoadEnd, Travel)> = network
             .intersections
             .iter()
             .filter(|i| !i.map_edge && i.arms.len() > 1)
             .flat_map(|i| &i.arms)
-            .copied()
-            .filter(|&at| is_single_track(&network, at) && !has_way_on(&network, at))
+            .filter(|&&at| is_single_track(&network, at))
+            .filter_map(|&at| left_over(&network, at).map(|travel| (at, travel)))
             .collect();
         if dead.is_empty() {
             break;
         }
-        for at in dead {
-            let travel = if at.end == End::End { Travel::Backward } else { Travel::Forward };
+        for (at, travel) in dead {
             for strip in &mut network.roads[at.road.0 as usize].section.strips {
                 if strip.travel == Travel::Both {
                     strip.travel = travel;
@@ -40,11 +40,24 @@ fn is_single_track(network: &RoadNetwork, at: RoadEnd) -> bool {
     matches!((driven.next(), driven.next()), (Some((_, strip)), None) if strip.travel == Travel::Both)
 }
 
-/// Whether any other road at this end may be entered.
-fn has_way_on(network: &RoadNetwork, at: RoadEnd) -> bool {
+/// The only direction of a road that goes on beyond this end; `None` if both do, or neither.
+fn left_over(network: &RoadNetwork, at: RoadEnd) -> Option<Travel> {
     let arms = &network.intersection(network.road(at.road).intersection(at.end)).arms;
-    arms.iter().filter(|&&other| other != at).any(|other| {
-        let away = if other.end == End::Start { Travel::Forward } else { Travel::Backward };
-        network.road(other.road).section.driven().any(|(_, s)| s.travel == away || s.travel == Travel::Both)
-    })
+    let others: Vec<RoadEnd> = arms.iter().copied().filter(|&other| other != at).collect();
+    let any = |away: bool| {
+        others.iter().any(|other| {
+            let travel = travel(other.end, away);
+            network.road(other.road).section.driven().any(|(_, s)| s.travel == travel || s.travel == Travel::Both)
+        })
+    };
+    match (any(true), any(false)) {
+        (false, true) => Some(travel(at.end, true)),
+        (true, false) => Some(travel(at.end, false)),
+        _ => None,
+    }
+}
+
+/// The direction on a road that leads away from one of its ends, or to it.
+fn travel(end: End, away: bool) -> Travel {
+    if (end == End::Start) == away { Travel::Forward } else { Travel::Backward }
 }
