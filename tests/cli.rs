@@ -206,7 +206,8 @@ fn the_readme_shows_what_happens() {
 
 /// Whether the text is as expected, where a line `...` stands for any lines.
 fn shows(text: &str, expected: &str) -> bool {
-    let parts: Vec<&str> = expected.trim().split("\n...").map(str::trim).collect();
+    let expected = format!("\n{}", expected.trim());
+    let parts: Vec<&str> = expected.split("\n...").map(str::trim).collect();
     let mut rest = text.trim();
     for (i, part) in parts.iter().enumerate() {
         match rest.find(part) {
@@ -216,4 +217,27 @@ fn shows(text: &str, expected: &str) -> bool {
         }
     }
     rest.trim().is_empty() || parts.last().is_some_and(|p| p.is_empty())
+}
+
+/// `docs/cli.md` is the help of every verb; `LANEWRIGHT_REGENERATE=1 cargo test --test cli` writes it anew.
+#[test]
+fn the_page_of_the_command_line_is_fresh() {
+    let mut page = String::from(
+        "# The command line\n\nWhat `lanewright --help` says, and each verb after it. This page is generated; \
+         `LANEWRIGHT_REGENERATE=1 cargo test --test cli` writes it anew.\n\n\
+         Results go to standard output, progress and errors to standard error. A pipe or a file gets no colours, nor does \
+         a terminal with `NO_COLOR` set.\n",
+    );
+    for verb in ["", "build", "check", "draw", "explain", "rules"] {
+        let arguments: Vec<&str> = [verb, "--help"].into_iter().filter(|word| !word.is_empty()).collect();
+        let help = lanewright(Path::new("."), &arguments).exits(0).stdout;
+        let title = if verb.is_empty() { "lanewright" } else { verb };
+        page += &format!("\n## {title}\n\n```text\n{}\n```\n", help.trim_end());
+    }
+    let path = root().join("docs/cli.md");
+    if std::env::var_os("LANEWRIGHT_REGENERATE").is_some() {
+        fs::write(&path, &page).unwrap();
+    }
+    let kept = fs::read_to_string(&path).unwrap_or_default();
+    assert!(kept == page, "docs/cli.md is stale; run: LANEWRIGHT_REGENERATE=1 cargo test --test cli");
 }

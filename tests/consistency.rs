@@ -101,6 +101,21 @@ fn imports_run_downward() {
     assert!(faults.is_empty(), "imports run upward or sideways:\n{}", faults.join("\n"));
 }
 
+/// The names of what lies in a directory, without their endings.
+fn names(dir: &str) -> BTreeSet<String> {
+    let entries = fs::read_dir(root().join(dir)).into_iter().flatten().flatten();
+    let stem = |path: PathBuf| path.file_stem().map(|s| s.to_string_lossy().into_owned());
+    entries.filter_map(|entry| stem(entry.path())).filter(|name| name != "README").collect()
+}
+
+#[test]
+fn a_rule_is_one_number_in_three_places() {
+    let table = lanewright::rules::table().unwrap();
+    let table: BTreeSet<String> = table.iter().map(|row| row.requirement.id.clone()).collect();
+    assert_eq!(table, names("rules"), "the table of src/rules/mod.rs and the documents of rules/");
+    assert_eq!(table, names("tests/rules"), "the table of src/rules/mod.rs and the folders of tests/rules/");
+}
+
 #[test]
 fn every_file_says_what_it_is() {
     let mut faults = Vec::new();

@@ -7,6 +7,7 @@ use crate::projection::{Extent, LonLat, Projector};
 use crate::settings::Settings;
 
 use super::assemble::{Assembled, assemble};
+use super::blinker;
 use super::dead_lanes::without_dead_lanes;
 use super::road_network::{DrivingSide, Network, NetworkError, NetworkOptions, road_network};
 use super::streets::{StreetOptions, Streets, streets};
@@ -88,6 +89,7 @@ pub fn build(osm: &OsmData, options: &BuildOptions) -> Result<Built, BuildError>
     notes.extend(findings);
     let Assembled { mut map, settings, notes: more, areas } = assemble(&network, &outlines);
     notes.extend(more);
+    blinker::limit(&mut map);
     locate(&mut map, &projector);
     let summary = Summary {
         roads: network.roads.len(),

@@ -12,6 +12,7 @@ pub mod alignment;
 pub mod area;
 pub mod assemble;
 pub mod assembly;
+pub(crate) mod blinker;
 mod build;
 pub mod conflict;
 pub mod connection;

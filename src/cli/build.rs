@@ -88,15 +88,18 @@ fn summary(args: &BuildArgs, built: &Built) -> String {
     let Summary { roads, intersections, lanelets, regulatory_elements, guesses } = built.summary;
     let mut text = String::new();
     let _ = writeln!(text, "{}: {}", args.output.join("lanelet2_map.osm").display(), built.projector.name());
-    let _ = writeln!(text, "  {roads:>7} roads");
-    let _ = writeln!(text, "  {intersections:>7} intersections");
-    let _ = writeln!(text, "  {lanelets:>7} lanelets");
-    let _ = writeln!(text, "  {regulatory_elements:>7} regulatory elements");
-    let _ = writeln!(
-        text,
-        "  {guesses:>7} guesses{}",
-        if guesses > 0 && !args.guesses { " (--guesses lists them)" } else { "" }
-    );
+    for (count, one, many) in [
+        (roads, "road", "roads"),
+        (intersections, "intersection", "intersections"),
+        (lanelets, "lanelet", "lanelets"),
+        (regulatory_elements, "regulatory element", "regulatory elements"),
+        (guesses, "guess", "guesses"),
+    ] {
+        let _ = writeln!(text, "  {count:>7} {}", if count == 1 { one } else { many });
+    }
+    if guesses > 0 && !args.guesses {
+        let _ = writeln!(text, "--guesses lists what the input did not say");
+    }
     if args.guesses {
         for note in &built.notes {
             let Finding { fault, subject, message, .. } = note;

@@ -1,6 +1,7 @@
 //! `draw`: a map and its findings as a picture.
 
 use lanewright::projection::LonLat;
+use lanewright::report;
 use lanewright::report::draw::{self, DrawError, Focus, Options};
 use lanewright::report::failure::Failure;
 
@@ -36,7 +37,8 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
     let dir = args.output.parent().filter(|dir| !dir.as_os_str().is_empty());
     files::publish(dir.unwrap_or_else(|| ".".as_ref()), &[(name, &picture)])?;
     drop(progress);
-    screen::print(&format!("{}: {} findings drawn\n", args.output.display(), found.len()))?;
+    let drawn = if args.no_findings { String::new() } else { format!(" ({})", report::summary(&found)) };
+    screen::print(&format!("{}{drawn}\n", args.output.display()))?;
     Ok(CLEAN)
 }
 

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::thread::sleep;
 use std::time::{Duration, SystemTime};
 
+use lanewright::lanelet;
 use lanewright::report::failure::Failure;
 
 use super::check_args::CheckArgs;
@@ -49,8 +50,8 @@ fn settle(args: &CheckArgs) {
 
 fn stamps(args: &CheckArgs) -> Vec<Stamp> {
     let home = load::home(&args.map);
-    let mut files = load::files(&args.map).unwrap_or_default();
-    files.push(home.join(load::PROJECTOR));
+    let mut files = lanelet::files_of(&args.map).unwrap_or_default();
+    files.push(home.join(lanelet::INFO));
     files.extend(config::above(home));
     files.extend(args.config.config.iter().map(PathBuf::from));
     files.extend(args.baseline.clone());

@@ -20,7 +20,7 @@ pub use attributes::{Attributes, RoadType, TurnDirection};
 pub use fault::{BoundRole, Condition, LoadFault};
 pub use from_osm::{Loaded, SUPPORTED_FORMAT_VERSION, from_osm};
 pub use limits::{RoleLimit, TargetKind, known_subtypes, role_limits};
-pub use open::{OpenError, Opened, ProjectorFrom, is_lanelet2, is_navigation_osm, open, projector_for};
+pub use open::{INFO, OpenError, Opened, ProjectorFrom, files_of, is_lanelet2, is_navigation_osm, open, projector_for};
 pub use shelf::{Shelf, Shelved};
 pub use to_osm::to_osm;
 

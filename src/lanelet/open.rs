@@ -9,8 +9,8 @@ use crate::projection::{InfoError, LonLat, MgrsGrid, Projector, read_info};
 
 /// What Autoware calls the map in a map directory, a file or a directory of files.
 const MAP: &str = "lanelet2_map.osm";
-/// The projector's file beside it.
-const INFO: &str = "map_projector_info.yaml";
+/// What Autoware calls the projector's file beside it.
+pub const INFO: &str = "map_projector_info.yaml";
 
 /// A map that was read, with where it came from.
 #[derive(Debug)]
@@ -87,6 +87,11 @@ impl OpenError {
             Self::NotLanelet2 { .. } => "give a map with lanelets; `lanewright build` makes one from OpenStreetMap",
         }
     }
+}
+
+/// The files that [`open`] reads the map from.
+pub fn files_of(path: &Path) -> Result<Vec<PathBuf>, OpenError> {
+    Ok(find(path)?.files)
 }
 
 /// Whether these are Lanelet2 data: lanelets, regulatory elements, or an Autoware format version.

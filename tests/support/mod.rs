@@ -56,7 +56,8 @@ pub fn lanewright(dir: &Path, arguments: &[&str]) -> Run {
 
 pub fn command(dir: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lanewright"));
-    command.current_dir(dir).args(arguments);
+    // Help is wrapped to the width of the terminal.
+    command.current_dir(dir).args(arguments).env_remove("COLUMNS");
     command
 }
 
