@@ -1,5 +1,7 @@
 //! Every format of a report: valid by its own schema, and proof against hostile text in a map.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on must stop")]
+
 use lanewright::diagnostic::{Diagnostic, Edit, Finding, Place, Severity, SourceSpan, Subject};
 use lanewright::geometry::Point as PlanePoint;
 use lanewright::lanelet::{

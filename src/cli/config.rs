@@ -22,14 +22,14 @@ pub fn settings(home: &Path, args: &ConfigArgs) -> Result<Settings, Failure> {
         (true, true) => Vec::new(),
         (true, false) => above(home).into_iter().filter(|file| file.is_file()).collect(),
     };
-    let mut settings = of_command_line(args)?;
+    let mut settings = Settings::default();
     for key in keys.into_iter().rev() {
-        settings = beneath(settings, of_key(key)?);
+        settings = settings.over(of_key(key)?);
     }
     for file in files {
-        settings = beneath(settings, of_file(&file)?);
+        settings = settings.over(of_file(&file)?);
     }
-    Ok(settings)
+    above_all(args, settings)
 }
 
 /// Where a `lanewright.toml` may stand for a map in this directory, the nearest first.
@@ -42,34 +42,23 @@ fn is_file(argument: &str) -> bool {
     !argument.contains('=') || Path::new(argument).is_file()
 }
 
-/// `--select` and `--ignore`. What is selected here may be left out further below by a longer prefix only.
-fn of_command_line(args: &ConfigArgs) -> Result<Settings, Failure> {
+/// `--select` and `--ignore` above everything else. What is selected here, a file leaves out by a longer prefix only;
+/// what is left out here adds to what files leave out.
+fn above_all(args: &ConfigArgs, beneath: Settings) -> Result<Settings, Failure> {
     let some = |list: &[String]| (!list.is_empty()).then(|| list.to_vec());
-    let settings = Settings { select: some(&args.select), ignore: some(&args.ignore), ..Settings::default() };
-    match rules::vet(&settings, &requirements()?) {
-        None => Ok(settings),
-        Some(unknown) => Err(Failure::new(unknown.message.clone()).help(unknown.help.clone())),
+    let own = Settings { select: some(&args.select), ignore: some(&args.ignore), ..Settings::default() };
+    if let Some(unknown) = rules::vet(&own, &requirements()?) {
+        return Err(Failure::new(unknown.message).help(unknown.help));
     }
-}
-
-/// `outer` beneath what is nearer; what both leave out adds up.
-fn beneath(near: Settings, outer: Settings) -> Settings {
-    let ignore = near.ignore.clone();
-    let selected = near.select.clone().unwrap_or_default();
-    let mut both = near.over(outer.clone());
-    if let (Some(own), Some(theirs)) = (ignore, outer.ignore) {
-        both.ignore = Some([own, theirs].concat());
-    }
-    if let Some(ignore) = &mut both.ignore {
-        ignore.retain(|prefix| !selected.contains(prefix));
-    }
-    both
+    let theirs = beneath.ignore.iter().flatten().filter(|prefix| !args.select.contains(prefix));
+    let ignore: Vec<String> = theirs.chain(&args.ignore).cloned().collect();
+    Ok(Settings { ignore: some(&ignore), ..own.over(beneath) })
 }
 
 fn of_key(argument: &str) -> Result<Settings, Failure> {
     match Document::parse("--config", argument) {
         Ok(document) => vetted(document),
-        Err((_, error)) => Err(Failure::new(format!("--config {argument}: {}", error.message.trim_end())).help(
+        Err(error) => Err(Failure::new(format!("--config {argument}: {}", error.message.trim_end())).help(
             error.help.unwrap_or_else(|| {
                 "KEY=VALUE is TOML: words stand in quotes, --config 'select=[\"vm-03\"]'".to_owned()
             }),
@@ -83,15 +72,11 @@ fn of_file(file: &Path) -> Result<Settings, Failure> {
     let text = fs::read_to_string(file).map_err(|error| {
         Failure::new(format!("cannot read {name}: {error}")).help("--config takes a file or KEY=VALUE")
     })?;
-    match Document::parse(name, text) {
+    match Document::parse(&name, &text) {
         Ok(document) => vetted(document),
-        Err((document, error)) => {
+        Err(error) => {
             let help = error.help.unwrap_or_else(|| "docs/configuration.md shows every key".to_owned());
-            Err(Failure::new(format!("{}: {}", document.name, error.message.trim_end())).help(help).at(
-                &document.name,
-                &document.text,
-                error.offset,
-            ))
+            Err(Failure::new(format!("{name}: {}", error.message.trim_end())).help(help).at(&name, &text, error.offset))
         }
     }
 }

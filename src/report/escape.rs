@@ -5,20 +5,20 @@ use std::fmt::Write as _;
 
 /// Whether a character is shown as it is. Control characters move the cursor and change colours; directional overrides
 /// let a text read otherwise than it is.
-fn plain(c: char) -> bool {
+pub(super) fn is_plain(c: char) -> bool {
     !c.is_control()
         && !matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}')
 }
 
 /// The text on one line, with every character that a terminal would obey written out as `\u{1b}`.
 pub fn visible(text: &str) -> Cow<'_, str> {
-    if text.chars().all(plain) {
+    if text.chars().all(is_plain) {
         return Cow::Borrowed(text);
     }
     let mut out = String::with_capacity(text.len() + 16);
     for c in text.chars() {
         match c {
-            c if plain(c) => out.push(c),
+            c if is_plain(c) => out.push(c),
             '\n' => out.push_str("\\n"),
             '\r' => out.push_str("\\r"),
             '\t' => out.push_str("\\t"),

@@ -63,7 +63,7 @@ fn geometry(report: &Report<'_>, entry: &Entry<'_>) -> Value {
         Place::Unknown => None,
         Place::Point(point) => on_globe(&[*point]).and_then(|places| point_of(&places)),
         Place::Line(points) => on_globe(points).and_then(|places| line_of(&places)),
-        Place::Polygon(ring) => on_globe(ring).and_then(|places| ring_of(places)),
+        Place::Polygon(ring) => on_globe(ring).and_then(ring_of),
     };
     let own = || of_subject(report.map, diagnostic.finding.subject);
     let spot = || diagnostic.lonlat.and_then(|at| point_of(&[at]));

@@ -1,11 +1,17 @@
 //! The map's files with their line starts, so that a byte offset becomes a line at once.
 
+use std::borrow::Cow;
+
 use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan as Span, SpanContents};
 
+use super::escape::is_plain;
 use crate::diagnostic::SourceSpan;
 
 /// More bytes than this around a label are not shown: some programs write a whole map on one line.
 const MOST_CONTEXT: usize = 300;
+
+/// Bytes between two places of a long line whose columns are known.
+const STRIDE: usize = 4096;
 
 /// All files of a map.
 #[derive(Debug)]
@@ -28,9 +34,12 @@ pub struct Position<'a> {
 #[derive(Debug)]
 pub(super) struct SourceFile<'a> {
     name: &'a str,
-    text: &'a str,
+    /// Of the same length as the file's, with nothing that a terminal would obey.
+    text: Cow<'a, str>,
     /// Offset of the first byte of each line.
     lines: Vec<usize>,
+    /// Offsets within long lines, with their columns from 0.
+    columns: Vec<(usize, usize)>,
 }
 
 impl<'a> Sources<'a> {
@@ -38,7 +47,8 @@ impl<'a> Sources<'a> {
     pub fn new(files: impl IntoIterator<Item = (&'a str, &'a str)>) -> Self {
         let files = files.into_iter().map(|(name, text)| {
             let breaks = text.bytes().enumerate().filter(|&(_, b)| b == b'\n').map(|(at, _)| at + 1);
-            SourceFile { name, text, lines: std::iter::once(0).chain(breaks).collect() }
+            let lines: Vec<usize> = std::iter::once(0).chain(breaks).collect();
+            SourceFile { name, columns: columns(text, &lines), lines, text: harmless(text) }
         });
         Self { files: files.collect() }
     }
@@ -61,21 +71,59 @@ impl<'a> Sources<'a> {
     }
 }
 
+/// An offset held to a text and to the start of a character.
+fn boundary(text: &str, offset: usize) -> usize {
+    let mut at = offset.min(text.len());
+    while !text.is_char_boundary(at) {
+        at -= 1;
+    }
+    at
+}
+
+/// Places within long lines, about every [`STRIDE`] bytes, so that no column is counted over a whole file.
+fn columns(text: &str, lines: &[usize]) -> Vec<(usize, usize)> {
+    let mut columns = Vec::new();
+    let ends = lines.iter().skip(1).copied().chain([text.len()]);
+    for (&start, end) in lines.iter().zip(ends) {
+        let (mut at, mut column) = (start, 0);
+        while end - at > STRIDE {
+            let next = boundary(text, at + STRIDE);
+            column += text.get(at..next).map_or(0, |piece| piece.chars().count());
+            at = next;
+            columns.push((at, column));
+        }
+    }
+    columns
+}
+
+/// The text with characters that a terminal would obey replaced by others of the same length.
+fn harmless(text: &str) -> Cow<'_, str> {
+    let harms = |c: char| !matches!(c, '\t' | '\n' | '\r') && !is_plain(c);
+    if !text.contains(harms) {
+        return Cow::Borrowed(text);
+    }
+    let replaced = |c: char| match c.len_utf8() {
+        _ if !harms(c) => c,
+        1 => '?',
+        2 => '\u{bf}',
+        _ => char::REPLACEMENT_CHARACTER,
+    };
+    Cow::Owned(text.chars().map(replaced).collect())
+}
+
 impl SourceFile<'_> {
     /// An offset held to the text and to the start of a character.
     fn clip(&self, offset: u64) -> usize {
-        let mut at = usize::try_from(offset).unwrap_or(usize::MAX).min(self.text.len());
-        while !self.text.is_char_boundary(at) {
-            at -= 1;
-        }
-        at
+        boundary(&self.text, usize::try_from(offset).unwrap_or(usize::MAX))
     }
 
     /// Line and column in characters, from 0.
     fn position(&self, offset: usize) -> (usize, usize) {
         let line = self.lines.partition_point(|&start| start <= offset).saturating_sub(1);
-        let start = self.lines.get(line).copied().unwrap_or(0);
-        (line, self.text.get(start..offset).map_or(0, |before| before.chars().count()))
+        let start = (self.lines.get(line).copied().unwrap_or(0), 0);
+        let within = self.columns.partition_point(|&(at, _)| at <= offset).checked_sub(1);
+        let (from, column) = within.and_then(|at| self.columns.get(at)).copied().unwrap_or(start).max(start);
+        (line, column + self.text.get(from..offset).map_or(0, |before| before.chars().count()))
     }
 
     /// Offset and length of an element's first line, which is its opening tag.
@@ -136,6 +184,25 @@ mod tests {
         assert_eq!(at(8), Some((2, 4)), "é is one character of two bytes");
         assert_eq!(at(9_999), Some((4, 1)), "held to the text");
         assert_eq!(sources.position(&SourceSpan { file: 1, start: 0, end: 0 }), None);
+    }
+
+    #[test]
+    fn columns_of_a_long_line_are_known() {
+        let text = format!("<a>\n{}", "é".repeat(STRIDE * 2));
+        let sources = Sources::new([("a.osm", text.as_str())]);
+        for at in [0, 1, STRIDE / 2, STRIDE / 2 + 1, STRIDE * 2 - 1] {
+            let offset = (4 + at * 2) as u64;
+            let found = sources.position(&span(offset, offset)).unwrap();
+            assert_eq!((found.line, found.column), (2, at + 1));
+        }
+    }
+
+    #[test]
+    fn nothing_in_a_file_steers_the_terminal() {
+        let shown = harmless("a\u{1b}[2J\u{9b}\u{202e}\r\n\tb");
+        assert_eq!(shown, "a?[2J\u{bf}\u{fffd}\r\n\tb");
+        assert_eq!(shown.len(), "a\u{1b}[2J\u{9b}\u{202e}\r\n\tb".len());
+        assert!(matches!(harmless("plain é 停止線\n"), Cow::Borrowed(_)));
     }
 
     #[test]

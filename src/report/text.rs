@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, SourceCode};
 
 use super::source::SourceFile;
-use super::{Sources, concise, summary};
+use super::{Sources, concise, summary, visible};
 use crate::diagnostic::{Diagnostic, Severity};
 
 /// After so many findings with a snippet the rest get one line each: nobody reads more, and the terminal scrolls.
@@ -56,7 +56,7 @@ struct Shown<'a> {
 
 impl fmt::Display for Shown<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.diagnostic.finding.message)
+        f.write_str(&visible(&self.diagnostic.finding.message))
     }
 }
 
@@ -79,7 +79,7 @@ impl miette::Diagnostic for Shown<'_> {
         let mut help = self.diagnostic.help.clone().unwrap_or_default();
         let finding = &self.diagnostic.finding;
         if let Some(fix) = &finding.fix {
-            help += &format!("\nfix: {}", fix.title);
+            help += &format!("\nfix: {}", visible(&fix.title));
         }
         if !finding.related.is_empty() {
             let related: Vec<String> =

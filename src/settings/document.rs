@@ -41,21 +41,13 @@ pub enum Step<'a> {
 
 impl Document {
     /// Reads a document.
-    pub fn parse(name: impl Into<String>, text: impl Into<String>) -> Result<Self, (Self, DocumentError)> {
-        let (name, text) = (name.into(), text.into());
-        match toml::from_str::<Settings>(&text) {
-            Ok(settings) => {
-                let mut document = Self { name, text, settings };
-                document.note_lines();
-                match document.without_id() {
-                    Some(error) => Err((document, error)),
-                    None => Ok(document),
-                }
-            }
-            Err(error) => {
-                let error = explained(&error);
-                Err((Self { name, text, settings: Settings::default() }, error))
-            }
+    pub fn parse(name: &str, text: &str) -> Result<Self, DocumentError> {
+        let settings = toml::from_str(text).map_err(|error| explained(&error))?;
+        let mut document = Self { name: name.to_owned(), text: text.to_owned(), settings };
+        document.note_lines();
+        match document.without_id() {
+            Some(error) => Err(error),
+            None => Ok(document),
         }
     }
 
@@ -134,7 +126,7 @@ mod tests {
     use super::*;
 
     fn error(text: &str) -> DocumentError {
-        Document::parse("a.toml", text).unwrap_err().1
+        Document::parse("a.toml", text).unwrap_err()
     }
 
     #[test]
