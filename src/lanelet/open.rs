@@ -130,9 +130,9 @@ pub fn open(path: &Path, projector: Option<Projector>) -> Result<Opened, OpenErr
 }
 
 /// The projector of a map that does not name one. Autoware then takes MGRS; a map whose nodes have no longitude and
-/// latitude at all can only be meant for `Local`.
+/// latitude at all, or 0 throughout, can only be meant for `Local`.
 pub fn projector_for(osm: &OsmData) -> Projector {
-    let placed = osm.nodes.iter().find_map(|n| n.position);
+    let placed = osm.nodes.iter().filter_map(|n| n.position).find(|p| *p != LonLat::default());
     if placed.is_none() && osm.nodes.iter().any(|n| n.tags.has("local_x") || n.tags.has("local_y")) {
         return Projector::Local;
     }

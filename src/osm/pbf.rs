@@ -8,7 +8,8 @@ use std::io::Cursor;
 use osmpbf::{BlobDecode, BlobReader, Element, PrimitiveBlock, RelMemberType};
 use rayon::prelude::*;
 
-use super::read::{MAX_REFERENCES, ReadError};
+use super::ReadError;
+use super::read::MAX_REFERENCES;
 use super::{ElementKind, Member, Node, OsmData, Relation, Source, Tags, Text, Way};
 use crate::diagnostic::SourceSpan;
 use crate::projection::LonLat;

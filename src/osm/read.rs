@@ -8,79 +8,15 @@ use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
 use super::pbf;
-use super::{ElementKind, Member, MetaInfo, Node, Oddity, OddityKind, OsmData, Relation, Source, Tags, Text, Way};
+use super::{
+    ElementKind, Member, MetaInfo, Node, Oddity, OddityKind, OsmData, ReadError, Relation, Source, Tags, Text, Way,
+};
 use crate::diagnostic::SourceSpan;
 use crate::projection::LonLat;
 
 /// More node references or members than this in one element is damage or an attack, not a map: OpenStreetMap allows
 /// 2,000 nodes in a way and 32,000 members in a relation.
 pub const MAX_REFERENCES: usize = 1_000_000;
-
-/// Why a file could not be read at all.
-#[derive(Debug, thiserror::Error)]
-pub enum ReadError {
-    /// The operating system says no.
-    #[error("cannot read {path}: {source}")]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// The reason.
-        source: std::io::Error,
-    },
-    /// Nothing in it.
-    #[error("{name} is empty")]
-    Empty {
-        /// The file.
-        name: String,
-    },
-    /// Not text.
-    #[error("{name} is not UTF-8 text (first bad byte at offset {offset})")]
-    NotText {
-        /// The file.
-        name: String,
-        /// Offset of the first byte that is not UTF-8.
-        offset: usize,
-    },
-    /// PBF that cannot be decoded.
-    #[error("{name} is not a usable PBF file: {message}")]
-    Pbf {
-        /// The file.
-        name: String,
-        /// What is wrong.
-        message: String,
-    },
-    /// XML, or something else, that is broken at a place.
-    #[error("{name}:{line}:{column}: {message}")]
-    Broken {
-        /// The file.
-        name: String,
-        /// Line, from 1.
-        line: usize,
-        /// Column in characters, from 1.
-        column: usize,
-        /// Byte offset.
-        offset: usize,
-        /// The whole text, so that the place can be shown.
-        text: String,
-        /// What is wrong.
-        message: String,
-        /// A way out.
-        help: &'static str,
-    },
-}
-
-impl ReadError {
-    /// A way out, in one line.
-    pub fn help(&self) -> &'static str {
-        match self {
-            Self::Io { .. } => "give the path of a readable file",
-            Self::Empty { .. } => "the file has no content; was its download or export cut off?",
-            Self::NotText { .. } => "expected OpenStreetMap XML in UTF-8 (.osm, .osm.gz)",
-            Self::Pbf { .. } => "the file is damaged or cut off; download it again, or convert it to .osm",
-            Self::Broken { help, .. } => help,
-        }
-    }
-}
 
 /// Reads one file.
 pub fn read_file(path: &Path) -> Result<OsmData, ReadError> {
@@ -97,7 +33,8 @@ pub fn read_files(paths: &[PathBuf]) -> Result<OsmData, ReadError> {
     Ok(data)
 }
 
-/// Adds the content of one file, XML (unpacked where it is gzip) or PBF, to `data`.
+/// Adds the content of one file, XML (unpacked where it is gzip) or PBF, to `data`. After an error, `data` holds what was
+/// read up to there.
 pub fn read_bytes(data: &mut OsmData, name: &str, bytes: Vec<u8>) -> Result<(), ReadError> {
     if pbf::is_pbf(&bytes) {
         return pbf::read(data, name, &bytes);
@@ -111,7 +48,13 @@ pub fn read_bytes(data: &mut OsmData, name: &str, bytes: Vec<u8>) -> Result<(), 
     let text = String::from_utf8(bytes)
         .map_err(|error| ReadError::NotText { name: name.to_owned(), offset: error.utf8_error().valid_up_to() })?;
     let file = data.sources.len() as u32;
-    parse(data, file, name, &text)?;
+    if let Err(mut error) = parse(data, file, name, &text) {
+        // The error shows the place in the text, so it takes the text along; a copy could be large.
+        if let ReadError::Broken { text: shown, .. } = &mut error {
+            *shown = text;
+        }
+        return Err(error);
+    }
     data.sources.push(Source { name: name.to_owned(), text });
     Ok(())
 }
@@ -120,7 +63,7 @@ fn unpack(name: &str, packed: &[u8]) -> Result<Vec<u8>, ReadError> {
     let mut bytes = Vec::new();
     flate2::read::MultiGzDecoder::new(packed)
         .read_to_end(&mut bytes)
-        .map_err(|source| ReadError::Io { path: name.into(), source })?;
+        .map_err(|error| ReadError::Packed { name: name.to_owned(), message: error.to_string() })?;
     Ok(bytes)
 }
 
@@ -407,7 +350,7 @@ impl Parser<'_> {
             line: before.matches('\n').count() + 1,
             column: before[line_start..].chars().count() + 1,
             offset,
-            text: self.text.to_owned(),
+            text: String::new(),
             message,
             help,
         }
@@ -433,3 +376,6 @@ fn value(attribute: &quick_xml::events::attributes::Attribute<'_>) -> Text {
         Err(_) => Text::from(attribute.value.as_ref()),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -145,7 +145,7 @@ impl Projector {
     /// As [`Projector::forward`] for many places, with the height of each by its index.
     pub fn forward_each(&self, places: &[LonLat], ele: impl Fn(usize) -> f64) -> Vec<Option<Point>> {
         match *self {
-            Self::Mgrs(_) => mgrs::utm_of(places).into_iter().map(|utm| utm.map(|u| u.in_square())).collect(),
+            Self::Mgrs(_) => Self::in_squares(places).into_iter().map(|p| p.map(|(p, _)| p)).collect(),
             Self::LocalCartesianUtm { origin } => {
                 let frame = mgrs::zone_of(origin).map(|zone| Frame::Utm { zone });
                 Self::relative(frame, origin, places)
@@ -201,7 +201,12 @@ impl Projector {
 
     /// The 100 km square of each place; `None` beyond 80 degrees south and 84 degrees north.
     pub fn squares(places: &[LonLat]) -> Vec<Option<MgrsGrid>> {
-        mgrs::utm_of(places).into_iter().map(|utm| utm.map(|u| u.square())).collect()
+        Self::in_squares(places).into_iter().map(|p| p.map(|(_, square)| square)).collect()
+    }
+
+    /// Each place in its 100 km square: metres from the square's south-western corner, and the square.
+    pub fn in_squares(places: &[LonLat]) -> Vec<Option<(Point, MgrsGrid)>> {
+        mgrs::utm_of(places).into_iter().map(|utm| utm.map(|u| (u.in_square(), u.square()))).collect()
     }
 }
 

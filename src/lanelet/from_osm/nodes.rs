@@ -53,7 +53,10 @@ impl Loader<'_> {
             Projector::LocalCartesian { .. } => nodes.iter().map(|n| number(n, "ele").value().unwrap_or(0.0)).collect(),
             _ => Vec::new(),
         };
-        let projected = projector.forward_each(&places, |i| heights.get(i).copied().unwrap_or(0.0));
+        let (projected, squares) = match projector {
+            Projector::Mgrs(_) => Projector::in_squares(&places).into_iter().map(Option::unzip).unzip(),
+            _ => (projector.forward_each(&places, |i| heights.get(i).copied().unwrap_or(0.0)), Vec::new()),
+        };
         let any_local = nodes.iter().any(|n| n.tags.has("local_x") || n.tags.has("local_y"));
         let mut shift = Shift::default();
         for (node, projected) in nodes.iter().zip(projected) {
@@ -63,7 +66,7 @@ impl Loader<'_> {
         }
         shift.settle(&mut self.loaded.faults);
         if let Projector::Mgrs(grid) = projector {
-            self.squares(&places, *grid);
+            self.squares(&squares, *grid);
         }
     }
 
@@ -126,10 +129,9 @@ impl Loader<'_> {
     }
 
     /// Names each 100 km square other than the projector's once, with its first node.
-    fn squares(&mut self, places: &[LonLat], expected: MgrsGrid) {
+    fn squares(&mut self, squares: &[Option<MgrsGrid>], expected: MgrsGrid) {
         let mut others: Vec<(MgrsGrid, usize, usize)> = Vec::new();
-        let squares = Projector::squares(places);
-        for (at, square) in squares.into_iter().enumerate() {
+        for (at, &square) in squares.iter().enumerate() {
             let Some(square) = square.filter(|s| !s.same_square(&expected)) else { continue };
             if self.osm.nodes[at].position.is_none() {
                 continue;

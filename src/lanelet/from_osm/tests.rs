@@ -310,3 +310,117 @@ fn bounds_that_run_against_one_another() {
     );
     assert_eq!(exchanged, [(Subject::Lanelet(21), Condition::BothBoundsTurned { left: 12, right: 11 })]);
 }
+
+mod random {
+    //! Whatever the bytes, reading, loading and writing end without a panic.
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::lanelet::to_osm;
+    use crate::projection::LonLat;
+
+    /// What is done to a sound file at a place (a fraction of its length).
+    #[derive(Clone, Debug)]
+    enum Damage {
+        Cut(usize),
+        Repeat(usize),
+        Put(&'static str),
+        Byte(u8),
+    }
+
+    fn damage() -> impl Strategy<Value = (f64, Damage)> {
+        let words = [
+            "-1",
+            "0",
+            "21",
+            "31",
+            "13",
+            "nan",
+            "1e308",
+            "9223372036854775807",
+            "99999999999999999999",
+            "\"",
+            "<",
+            ">",
+            "&",
+            "&#0;",
+            "/>",
+            "<node ",
+            "relation",
+            "way",
+            "node",
+            "yes",
+            "lanelet",
+            "right_of_way",
+            "refers",
+            "regulatory_element",
+            "道",
+            "action=\"delete\"",
+            "left",
+            "local_x",
+            "ele",
+        ];
+        let kind = prop_oneof![
+            (1..200_usize).prop_map(Damage::Cut),
+            (1..200_usize).prop_map(Damage::Repeat),
+            prop::sample::select(words.to_vec()).prop_map(Damage::Put),
+            any::<u8>().prop_map(Damage::Byte),
+        ];
+        (0.0..1.0, kind)
+    }
+
+    fn apply(bytes: &mut Vec<u8>, at: f64, damage: &Damage) {
+        let at = (bytes.len() as f64 * at) as usize;
+        let end = |length: usize| (at + length).min(bytes.len());
+        match damage {
+            Damage::Cut(length) => drop(bytes.drain(at..end(*length))),
+            Damage::Repeat(length) => {
+                let again = bytes[at..end(*length)].to_vec();
+                drop(bytes.splice(at..at, again));
+            }
+            Damage::Put(word) => drop(bytes.splice(at..at, word.bytes())),
+            Damage::Byte(byte) => bytes.get_mut(at).into_iter().for_each(|b| *b = *byte),
+        }
+    }
+
+    fn whole_way(bytes: Vec<u8>) {
+        let mut osm = OsmData::default();
+        if read_bytes(&mut osm, "random", bytes).is_err() {
+            return;
+        }
+        let origin = LonLat { lon: 139.0, lat: 35.0 };
+        for projector in [
+            Projector::mgrs("54SUD".parse().unwrap()),
+            Projector::transverse_mercator(origin),
+            Projector::LocalCartesian { origin },
+            Projector::Local,
+        ] {
+            let map = from_osm(&osm, &projector).map;
+            for lanelet in &map.lanelets {
+                assert!(map.outline(lanelet).len() >= 4, "a reference does not resolve");
+            }
+            let mut text = Vec::new();
+            to_osm(&map, &projector, &mut text).unwrap();
+            read_bytes(&mut OsmData::default(), "written", text).unwrap();
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 512, ..ProptestConfig::default() })]
+
+        #[test]
+        fn bytes(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+            whole_way(bytes);
+        }
+
+        #[test]
+        fn damaged_maps(damages in prop::collection::vec(damage(), 1..12)) {
+            let mut bytes = ["<osm>", NODES, WAYS, LANELET, LIGHT, "</osm>"].concat().into_bytes();
+            for (at, damage) in &damages {
+                apply(&mut bytes, *at, damage);
+            }
+            whole_way(bytes);
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! Why a file could not be read, with the place and a way out.
+
+use std::path::PathBuf;
+
+/// Why a file could not be read at all.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// The operating system says no.
+    #[error("cannot read {path}: {source}")]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        source: std::io::Error,
+    },
+    /// Nothing in it.
+    #[error("{name} is empty")]
+    Empty {
+        /// The file.
+        name: String,
+    },
+    /// gzip that cannot be unpacked.
+    #[error("{name} cannot be unpacked: {message}")]
+    Packed {
+        /// The file.
+        name: String,
+        /// What is wrong.
+        message: String,
+    },
+    /// Not text.
+    #[error("{name} is not UTF-8 text (first bad byte at offset {offset})")]
+    NotText {
+        /// The file.
+        name: String,
+        /// Offset of the first byte that is not UTF-8.
+        offset: usize,
+    },
+    /// PBF that cannot be decoded.
+    #[error("{name} is not a usable PBF file: {message}")]
+    Pbf {
+        /// The file.
+        name: String,
+        /// What is wrong.
+        message: String,
+    },
+    /// XML, or something else, that is broken at a place.
+    #[error("{name}:{line}:{column}: {message}")]
+    Broken {
+        /// The file.
+        name: String,
+        /// Line, from 1.
+        line: usize,
+        /// Column in characters, from 1.
+        column: usize,
+        /// Byte offset.
+        offset: usize,
+        /// The whole text, so that the place can be shown.
+        text: String,
+        /// What is wrong.
+        message: String,
+        /// A way out.
+        help: &'static str,
+    },
+}
+
+impl ReadError {
+    /// A way out, in one line.
+    pub fn help(&self) -> &'static str {
+        match self {
+            Self::Io { .. } => "give the path of a readable file",
+            Self::Empty { .. } => "the file has no content; was its download or export cut off?",
+            Self::Packed { .. } => "the .gz file is damaged or cut off; download or pack it again",
+            Self::NotText { .. } => "expected OpenStreetMap XML in UTF-8 (.osm, .osm.gz)",
+            Self::Pbf { .. } => "the file is damaged or cut off; download it again, or convert it to .osm",
+            Self::Broken { help, .. } => help,
+        }
+    }
+}
