@@ -5,6 +5,7 @@ mod ids;
 mod load;
 mod node;
 mod rule;
+mod side;
 mod vm_03_01;
 mod vm_03_02;
 mod vm_03_05;
@@ -50,6 +51,7 @@ table! {
     "load" => Some(judge::<load::Load>),
     "ids" => Some(judge::<ids::Ids>),
     "node" => Some(judge::<node::Nodes>),
+    "side" => Some(judge::<side::OneSide>),
     "vm-03-01" => Some(judge::<vm_03_01::Criteria>),
     "vm-03-02" => Some(judge::<vm_03_02::TurnDirectionAndBounds>),
     "vm-03-05" => Some(judge::<vm_03_05::NoDivision>),

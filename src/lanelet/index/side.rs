@@ -1,10 +1,10 @@
 //! On which side of the road people drive, as the map itself shows.
 
-use rustc_hash::FxHashMap;
+use rustc_hash::FxHashSet;
 
 use super::{Intersection, Lane};
 use crate::geometry::cross;
-use crate::lanelet::{LineStringId, RoadType, TurnDirection};
+use crate::lanelet::{LaneletId, LineStringId, RoadType, TurnDirection};
 use crate::settings::{Settings, Side};
 
 /// The side of the road on which people drive.
@@ -35,7 +35,7 @@ impl DrivingSide {
 }
 
 /// What the map shows, and what is taken.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SideVotes {
     /// Places that show driving on the left.
     pub left: usize,
@@ -43,17 +43,29 @@ pub struct SideVotes {
     pub right: usize,
     /// What is taken: the user's word, else the majority; `None` where nothing tells.
     pub side: Option<DrivingSide>,
+    /// A lanelet at each place, with what that place shows.
+    pub places: Vec<(LaneletId, DrivingSide)>,
+}
+
+impl SideVotes {
+    fn add(&mut self, lane: LaneletId, side: DrivingSide) {
+        match side {
+            DrivingSide::Left => self.left += 1,
+            DrivingSide::Right => self.right += 1,
+        }
+        self.places.push((lane, side));
+    }
 }
 
 /// Opposite lanes that share their inner bound vote, and so does every approach with lanes both ways.
 pub(super) fn votes(lanes: &[Lane], intersections: &[Intersection], settings: &Settings) -> SideVotes {
     let mut votes = SideVotes::default();
-    let mut users: FxHashMap<(LineStringId, usize), usize> = FxHashMap::default();
+    let mut users: FxHashSet<(LineStringId, usize)> = FxHashSet::default();
     for lane in lanes.iter().filter(|lane| lane.kind == RoadType::Road) {
         for (side, way) in lane.bounds.into_iter().enumerate() {
             // Shared on the same hand by two lanes: they run against each other.
-            if let Some(_opposite) = users.insert((way, side), 1) {
-                if side == 1 { votes.left += 1 } else { votes.right += 1 }
+            if !users.insert((way, side)) {
+                votes.add(lane.id, if side == 1 { DrivingSide::Left } else { DrivingSide::Right });
             }
         }
     }
@@ -64,10 +76,11 @@ pub(super) fn votes(lanes: &[Lane], intersections: &[Intersection], settings: &S
         };
         let Some(heading) = arm.heading_in else { continue };
         let side = cross(heading, outward.edge.middle() - inward.edge.middle());
+        let Some(lane) = inward.lanes.first().and_then(|&lane| lanes.get(lane)) else { continue };
         if side < 0.0 {
-            votes.left += 1;
+            votes.add(lane.id, DrivingSide::Left);
         } else if side > 0.0 {
-            votes.right += 1;
+            votes.add(lane.id, DrivingSide::Right);
         }
     }
     votes.side = match settings.driving_side {
