@@ -8,6 +8,7 @@ mod draw;
 mod explain;
 mod files;
 mod load;
+mod page;
 mod screen;
 mod watch;
 

@@ -15,7 +15,7 @@ use lanewright::triage::{self, Baseline, Sorted};
 use super::check_args::{CheckArgs, FormatArg};
 use super::load::Loaded;
 use super::screen::{self, Progress};
-use super::{CLEAN, files, watch};
+use super::{CLEAN, files, page, watch};
 
 /// Checks the map and prints what was found, once or until somebody ends it.
 pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
@@ -83,7 +83,11 @@ fn print(args: &CheckArgs, loaded: &Loaded, sorted: &Sorted) -> Result<(), Failu
         FormatArg::Gitlab => report::gitlab::write(&report, out),
         FormatArg::Junit => report::junit::write(&report, out),
         FormatArg::Geojson => report::geojson::write(&report, out),
-    })
+    })?;
+    match &args.report {
+        Some(file) => page::write(file, args, &report),
+        None => Ok(()),
+    }
 }
 
 /// The formats for people end with a line that sums up.

@@ -33,6 +33,12 @@ pub struct CheckArgs {
     /// Write all findings into a baseline; the exit code is 0
     #[arg(long, value_name = "FILE")]
     pub write_baseline: Option<PathBuf>,
+    /// Write a report to look at: one HTML page with the findings on the map
+    #[arg(long, value_name = "FILE", conflicts_with = "write_baseline")]
+    pub report: Option<PathBuf>,
+    /// An earlier report; the new one tells which findings are new, the same, gone
+    #[arg(long, value_name = "REPORT", requires = "report")]
+    pub compare: Option<PathBuf>,
     /// Check again whenever a file changes, until Ctrl-C
     #[arg(long, conflicts_with = "write_baseline")]
     pub watch: bool,

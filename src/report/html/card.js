@@ -15,6 +15,7 @@ function startCard() {
 
 function drawCard() {
   const card = byId('card');
+  chosenHighlights = [];
   const content = state.finding ? findingCard(state.finding) : state.primitive ? primitiveCard(state.primitive) : null;
   card.hidden = !content;
   card.replaceChildren(...(content ? [closer(), ...content] : []));

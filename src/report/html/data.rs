@@ -6,6 +6,7 @@ use super::super::{Entry, Report, split_code};
 use super::place::Frame;
 use crate::diagnostic::{Diagnostic, Measure, Place, Severity, Subject};
 use crate::geometry::Point;
+use crate::lanelet::{LaneletId, LaneletMap};
 use crate::requirement::{Check, Requirement};
 
 /// How a finding stands to an earlier report.
@@ -70,7 +71,7 @@ fn named(subject: Subject) -> Option<Named> {
 }
 
 /// The findings in their order, each with a key of its own.
-pub fn findings(entries: &[Entry<'_>], frame: &Frame) -> Vec<PageFinding> {
+pub fn findings(entries: &[Entry<'_>], map: &LaneletMap, frame: &Frame) -> Vec<PageFinding> {
     let mut seen = rustc_hash::FxHashMap::<String, u32>::default();
     let key = |diagnostic: &Diagnostic| {
         let subject = diagnostic.finding.subject;
@@ -87,10 +88,16 @@ pub fn findings(entries: &[Entry<'_>], frame: &Frame) -> Vec<PageFinding> {
     };
     let keys: Vec<String> = entries.iter().map(|entry| entry.diagnostic).map(key).collect();
     let source = |entry: &Entry<'_>| entry.position.map(|at| format!("{}:{}", at.name, at.line));
-    entries.iter().zip(keys).map(|(entry, key)| finding(entry.diagnostic, key, frame, source(entry))).collect()
+    entries.iter().zip(keys).map(|(entry, key)| finding(entry.diagnostic, key, map, frame, source(entry))).collect()
 }
 
-fn finding(diagnostic: &Diagnostic, key: String, frame: &Frame, source: Option<String>) -> PageFinding {
+fn finding(
+    diagnostic: &Diagnostic,
+    key: String,
+    map: &LaneletMap,
+    frame: &Frame,
+    source: Option<String>,
+) -> PageFinding {
     let finding = &diagnostic.finding;
     let flat = |points: &[Point]| points.iter().flat_map(|p| relative(*p, frame)).collect::<Vec<f64>>();
     PageFinding {
@@ -109,7 +116,7 @@ fn finding(diagnostic: &Diagnostic, key: String, frame: &Frame, source: Option<S
             Place::Polygon(ring) => Some(("polygon".to_owned(), flat(ring))),
         },
         measure: finding.measure.map(|Measure { value, limit, unit }| (value, limit, unit.to_owned())),
-        at: spot(diagnostic).map(|p| relative(p, frame)).filter(|at| at.iter().all(|c| c.is_finite())),
+        at: spot(diagnostic, map).map(|p| relative(p, frame)).filter(|at| at.iter().all(|c| c.is_finite())),
         latlon: diagnostic.lonlat.map(|at| [at.lat, at.lon]),
         source,
         status: None,
@@ -122,8 +129,19 @@ fn relative(p: Point, frame: &Frame) -> [f64; 2] {
     [millimetres(p.x - frame.origin.x), millimetres(p.y - frame.origin.y)]
 }
 
-fn spot(diagnostic: &Diagnostic) -> Option<Point> {
-    diagnostic.local.or_else(|| match &diagnostic.finding.place {
+/// Where the pin stands. A bent lanelet's middle may lie beside it, so the pin stands between its bounds' middle points.
+fn spot(diagnostic: &Diagnostic, map: &LaneletMap) -> Option<Point> {
+    let on_lanelet = match (diagnostic.finding.subject, &diagnostic.finding.place) {
+        (Subject::Lanelet(id), Place::Unknown) => map.lanelets.get(LaneletId(id)).and_then(|lanelet| {
+            let middle = |bound| {
+                let line = map.bound_line(bound);
+                line.get(line.len() / 2).copied()
+            };
+            Some(nalgebra::center(&middle(lanelet.left)?, &middle(lanelet.right)?))
+        }),
+        _ => None,
+    };
+    on_lanelet.or(diagnostic.local).or_else(|| match &diagnostic.finding.place {
         Place::Unknown => None,
         Place::Point(p) => Some(*p),
         Place::Line(points) => points.get(points.len() / 2).copied(),

@@ -61,7 +61,7 @@ const PAGE: &str = include_str!("page.html");
 /// The page. Fails only where the compressor does.
 pub fn html(report: &Report<'_>, page: &Page<'_>) -> io::Result<String> {
     let frame = Frame::of(report.map);
-    let mut findings = data::findings(&report.entries(), &frame);
+    let mut findings = data::findings(&report.entries(), report.map, &frame);
     if let Some(earlier) = page.earlier {
         compare::compare(&mut findings, earlier, &frame);
     }

@@ -42,20 +42,46 @@ function clusters(scale) {
       one.y += (y - one.y) / one.findings.length;
     }
   }
-  pins.clusters = [...cells.values()].sort((a, b) => WORSE[a.worst] - WORSE[b.worst] || b.y - a.y);
+  pins.clusters = joined([...cells.values()], cell).sort((a, b) => WORSE[a.worst] - WORSE[b.worst] || b.y - a.y);
   return pins.clusters;
+}
+
+/** Joins each cluster with a larger one beside it, so that discs do not lie on each other. */
+function joined(found, cell) {
+  const kept = [];
+  const at = new Map();
+  const place = (x, y) => [Math.floor(x / cell), Math.floor(y / cell)];
+  for (const one of found.sort((a, b) => b.findings.length - a.findings.length)) {
+    const [i, j] = place(one.x, one.y);
+    const beside = [-1, 0, 1].flatMap((di) => [-1, 0, 1].flatMap((dj) => at.get(`${i + di} ${j + dj}`) ?? []));
+    const other = beside.find((o) => Math.hypot(o.x - one.x, o.y - one.y) < cell * 0.7);
+    if (!other) {
+      kept.push(one);
+      at.set(`${i} ${j}`, [...(at.get(`${i} ${j}`) ?? []), one]);
+      continue;
+    }
+    other.findings.push(...one.findings);
+    if (WORSE[one.worst] > WORSE[other.worst]) other.worst = one.worst;
+    grow(other.box, one.box[0], one.box[1]);
+    grow(other.box, one.box[2], one.box[3]);
+  }
+  return kept;
 }
 
 /** Draws all pins in sight; the chosen one last and larger. */
 function drawPins(pen, width, height, colours) {
   const { ratio } = pen.frame;
+  // What is chosen stands out from the rest.
+  pen.context.globalAlpha = state.finding || state.primitive ? 0.4 : 1;
+  const strength = pen.context.globalAlpha;
   for (const one of clusters(pen.frame.css)) {
     const [x, y] = [pen.px(one.x), pen.py(one.y)];
     if (x < -40 || y < -40 || x > width + 40 || y > height + 60) continue;
     if (one.findings.length === 1) {
       if (one.findings[0] !== state.finding) drawPin(pen.context, x, y, ratio, one.findings[0], colours);
-    } else drawDisc(pen.context, x, y, ratio, one, colours);
+    } else drawDisc(pen.context, x, y, ratio, one, colours, strength);
   }
+  pen.context.globalAlpha = 1;
   const chosen = state.finding && spot(state.finding);
   if (chosen) drawPin(pen.context, pen.px(chosen[0]), pen.py(chosen[1]), ratio * 1.35, state.finding, colours);
 }
@@ -91,15 +117,15 @@ function drawPin(context, x, y, size, finding, colours) {
   context.restore();
 }
 
-function drawDisc(context, x, y, ratio, one, colours) {
+function drawDisc(context, x, y, ratio, one, colours, strength) {
   const count = one.findings.length;
   const radius = (count < 10 ? 11 : count < 100 ? 13 : count < 1000 ? 16 : 19) * ratio;
   context.beginPath();
   context.arc(x, y, radius + 3 * ratio, 0, 2 * Math.PI);
-  context.globalAlpha = 0.25;
+  context.globalAlpha = 0.25 * strength;
   context.fillStyle = colours[one.worst];
   context.fill();
-  context.globalAlpha = 1;
+  context.globalAlpha = strength;
   context.beginPath();
   context.arc(x, y, radius, 0, 2 * Math.PI);
   context.fillStyle = colours[one.worst];

@@ -64,7 +64,7 @@ fn report(diagnostics: &[Diagnostic], earlier: Option<&Earlier>) -> String {
 }
 
 fn findings(diagnostics: &[Diagnostic]) -> Vec<data::PageFinding> {
-    with_report(diagnostics, |report| data::findings(&report.entries(), &Frame::of(report.map)))
+    with_report(diagnostics, |report| data::findings(&report.entries(), report.map, &Frame::of(report.map)))
 }
 
 const HERE: LonLat = LonLat { lon: 139.0, lat: 35.0 };

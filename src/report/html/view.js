@@ -71,7 +71,14 @@ function moved() {
   view.flight = null;
   ask();
   clearTimeout(movedTimer);
-  movedTimer = setTimeout(() => tell('moved'), 160);
+  movedTimer = setTimeout(settled, 160);
+}
+
+/** Says, also in the page, where the map stands: the middle of what the card leaves clear, in metres from the origin. */
+function settled() {
+  const [left, top, right, bottom] = clearArea();
+  view.canvas.dataset.centre = toWorld((left + right) / 2, (top + bottom) / 2).map((v) => v.toFixed(2)).join(' ');
+  tell('moved');
 }
 
 /** The part of the stage that the card leaves clear: left, top, right, bottom in CSS pixels. */

@@ -1,0 +1,212 @@
+//! The report in a real browser: what it shows, what a hand does to it, and that nothing of a map runs.
+//!
+//! Needs Debian's packages chromium and chromium-driver; says so and passes where they are not. Pictures of what was
+//! tested lie in target/tmp.
+
+mod driver;
+mod reports;
+
+use driver::Browser;
+use lanewright::diagnostic::{Place, Severity, Subject};
+use lanewright::lanelet::LaneletId;
+use lanewright::lanelet::index::extent;
+use serde_json::json;
+
+const DESKTOP: (u32, u32) = (1440, 900);
+const PHONE: (u32, u32) = (500, 900);
+
+/// No complaint of the console, no request.
+fn at_peace(browser: &Browser) {
+    assert_eq!(browser.complaints(), [""; 0]);
+    assert_eq!(browser.value("typeof window.evil"), json!("undefined"), "a script of the map ran");
+}
+
+fn open(name: &str, (width, height): (u32, u32), link: &str) -> Option<(Browser, reports::Written)> {
+    let browser = Browser::start(width, height)?;
+    let report = reports::broken(name);
+    browser.open(&report.file, link);
+    Some((browser, report))
+}
+
+fn data(browser: &Browser, element: &str, name: &str) -> String {
+    let value = browser.value(&format!("document.getElementById('{element}').dataset.{name} ?? ''"));
+    value.as_str().unwrap_or_default().to_owned()
+}
+
+/// The kinds by which pages name what they highlight.
+fn named(subject: Subject) -> String {
+    let kind = match subject {
+        Subject::LineString(_) => "line",
+        Subject::RegulatoryElement(_) => "rule",
+        other => other.kind(),
+    };
+    format!("{kind}-{}", subject.id().unwrap_or_default())
+}
+
+#[test]
+fn every_finding_has_a_pin_and_a_row() {
+    let Some((browser, report)) = open("pins", DESKTOP, "") else { return };
+    let count = report.findings.len().to_string();
+    assert!(report.findings.len() >= 2);
+    assert_eq!(data(&browser, "map", "pins"), count);
+    assert_eq!(data(&browser, "list", "count"), count);
+    let errors = report.findings.iter().filter(|one| one.severity == Severity::Error).count();
+    let verdict = browser.value("document.getElementById('verdict').textContent");
+    assert!(verdict.as_str().unwrap().contains(&format!("{errors} error")), "{verdict}");
+    browser.wait("document.getElementById('map').dataset.painted");
+    browser.picture("report-desktop.png");
+    at_peace(&browser);
+}
+
+#[test]
+fn a_click_on_a_row_centres_and_highlights() {
+    let Some((browser, report)) = open("row", DESKTOP, "") else { return };
+    browser.run("document.querySelector('.row.finding').click()");
+    let finding = &report.findings[0].finding;
+    let highlighted = data(&browser, "map", "highlighted");
+    assert!(highlighted.split(' ').any(|one| one == named(finding.subject)), "{highlighted}");
+    for related in &finding.related {
+        assert!(
+            matches!(related.subject, Subject::RegulatoryElement(_)) || highlighted.contains(&named(related.subject)),
+            "{highlighted} lacks {}",
+            related.subject
+        );
+    }
+    // The middle of the finding's place, or of the whole subject, is the middle of the clear part of the map.
+    let shape = match (&finding.place, finding.subject) {
+        (Place::Line(points) | Place::Polygon(points), _) => points.clone(),
+        (Place::Point(point), _) => vec![*point],
+        (Place::Unknown, Subject::Lanelet(id)) => report.map.outline(report.map.lanelets.get(LaneletId(id)).unwrap()),
+        (Place::Unknown, other) => panic!("{other}"),
+    };
+    let [low, high] = extent(&shape);
+    browser.wait("document.getElementById('map').dataset.centre && !document.getElementById('card').hidden");
+    std::thread::sleep(std::time::Duration::from_millis(1500));
+    let centre: Vec<f64> = data(&browser, "map", "centre").split(' ').map(|v| v.parse().unwrap()).collect();
+    // The page counts from its own origin, which is a whole metre.
+    let off = [(low.x + high.x) / 2.0 - centre[0], (low.y + high.y) / 2.0 - centre[1]];
+    assert!(off.iter().all(|v| (v - v.round()).abs() < 0.03), "{off:?}");
+    assert_eq!(browser.value("document.querySelectorAll('.row[aria-selected=true]').length"), json!(1));
+    browser.picture("report-finding.png");
+    at_peace(&browser);
+}
+
+#[test]
+fn a_click_on_a_pin_selects_its_row() {
+    let Some((browser, _)) = open("pin", DESKTOP, "") else { return };
+    browser.run("document.querySelector('.row.finding').click()");
+    std::thread::sleep(std::time::Duration::from_millis(1500));
+    // The pin stands where it was flown to; with nothing chosen, a click there chooses again.
+    let at = browser.value(
+        "(() => { const s = document.getElementById('stage').getBoundingClientRect(), \
+         c = document.getElementById('card').getBoundingClientRect(); return [s.left, c.left, s.top, s.bottom]; })()",
+    );
+    let at: Vec<f64> = at.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
+    browser.press("\u{e00c}");
+    assert_eq!(data(&browser, "map", "highlighted"), "");
+    let (x, y) = ((at[0] + at[1]) / 2.0, (at[2] + at[3]) / 2.0);
+    for (dx, dy) in (-6..=6).flat_map(|i| (-6..=6).map(move |j| (f64::from(i) * 16.0, f64::from(j) * 16.0))) {
+        let hit = browser.run(&format!(
+            "const m = document.getElementById('map'); const s = m.getBoundingClientRect(); \
+             m.dispatchEvent(new PointerEvent('pointermove', {{ clientX: {0}, clientY: {1}, bubbles: true }})); \
+             return m.classList.contains('over');",
+            x + dx,
+            y + dy
+        ));
+        if hit == json!(true) {
+            browser.click(x + dx, y + dy);
+            browser.wait("location.hash.startsWith('#finding=') && document.querySelector('.row[aria-selected=true]')");
+            at_peace(&browser);
+            return;
+        }
+    }
+    panic!("no pin near the middle");
+}
+
+#[test]
+fn filters_narrow_list_and_map_alike() {
+    let Some((browser, report)) = open("filters", DESKTOP, "") else { return };
+    let id = report.findings.iter().find_map(|one| one.finding.subject.id()).unwrap();
+    let both = |expected: usize| {
+        browser.wait(&format!("document.getElementById('list').dataset.count === '{expected}'"));
+        assert_eq!(data(&browser, "map", "pins"), expected.to_string());
+    };
+    browser.press("/");
+    browser.press(&id.to_string());
+    let digits = id.to_string();
+    let about = report.findings.iter().filter(|one| {
+        let subjects = std::iter::once(one.finding.subject).chain(one.finding.related.iter().map(|r| r.subject));
+        subjects.filter_map(Subject::id).any(|id| id.to_string().contains(&digits))
+            || one.finding.message.contains(&digits)
+    });
+    both(about.count());
+    browser.run("const s = document.getElementById('search'); s.value = ''; s.dispatchEvent(new Event('input'))");
+    both(report.findings.len());
+    let severity = report.findings[0].severity;
+    browser.run(&format!(
+        "[...document.querySelectorAll('.chip')].find((c) => c.querySelector('.dot.{severity}')).click()"
+    ));
+    both(report.findings.iter().filter(|one| one.severity != severity).count());
+    at_peace(&browser);
+}
+
+#[test]
+fn links_lead_to_findings_primitives_and_rules() {
+    let Some((browser, report)) = open("links", DESKTOP, "") else { return };
+    let one = &report.findings[1];
+    let key = format!("{}@{}", one.code, named(one.finding.subject));
+    browser.open(&report.file, &format!("#finding={key}"));
+    assert!(data(&browser, "map", "highlighted").contains(&named(one.finding.subject)));
+    let area = report.map.polygons.iter().next().unwrap().id;
+    browser.open(&report.file, &format!("#id={area}"));
+    assert_eq!(data(&browser, "map", "highlighted"), format!("polygon-{area}"));
+    browser.picture("report-area.png");
+    browser.open(&report.file, "#rule=vm-03-08");
+    assert_eq!(browser.value("document.getElementById('rule-dialog').open"), json!(true));
+    browser.picture("report-rule.png");
+    at_peace(&browser);
+}
+
+#[test]
+fn what_a_map_says_is_only_text() {
+    let Some((browser, report)) = open("hostile", DESKTOP, "") else { return };
+    assert_eq!(browser.value("document.getElementById('title').textContent"), json!(reports::EVIL));
+    let hostile = report.map.lanelets.iter().find(|l| l.attributes.has("name")).unwrap();
+    browser.open(&report.file, &format!("#id={}", hostile.id));
+    let shown = browser.value("document.querySelector('.tags').textContent");
+    assert!(shown.as_str().unwrap().matches(reports::EVIL).count() == 2, "{shown}");
+    let message = browser.value("[...document.querySelectorAll('.message')].map((m) => m.textContent).join()");
+    assert!(message.as_str().unwrap().contains(reports::EVIL));
+    assert_eq!(browser.value("document.querySelectorAll('svg, script[src], iframe').length"), json!(0));
+    at_peace(&browser);
+}
+
+#[test]
+fn an_earlier_report_tells_what_is_new_and_gone() {
+    let Some(browser) = Browser::start(DESKTOP.0, DESKTOP.1) else { return };
+    let more = reports::compared("more", 3);
+    browser.open(&more.file, "");
+    let count = |status: &str| browser.value(&format!("document.querySelectorAll('.row.{status}').length"));
+    assert_ne!(count("new"), json!(0));
+    assert_eq!(count("gone"), json!(0));
+    let fewer = reports::compared("fewer", 1);
+    browser.open(&fewer.file, "");
+    assert_eq!(count("new"), json!(0));
+    assert_ne!(count("gone"), json!(0));
+    browser.picture("report-compared.png");
+    at_peace(&browser);
+}
+
+#[test]
+fn a_phone_shows_map_list_and_card() {
+    let Some((browser, _)) = open("phone", PHONE, "") else { return };
+    browser.wait("document.getElementById('map').dataset.painted");
+    browser.picture("report-phone.png");
+    assert_eq!(browser.value("document.documentElement.scrollWidth > innerWidth"), json!(false));
+    browser.run("document.querySelector('.row.finding').click()");
+    std::thread::sleep(std::time::Duration::from_millis(1500));
+    let shown = browser.value("document.getElementById('card').getBoundingClientRect().bottom <= innerHeight + 1");
+    assert_eq!(shown, json!(true));
+    browser.picture("report-phone-finding.png");
+    at_peace(&browser);
+}
