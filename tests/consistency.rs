@@ -1,6 +1,8 @@
 //! What can drift is held here: imports run downward, the rules' table, documents and folders agree, the page of the
 //! command line shows what the program says.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on must stop")]
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};

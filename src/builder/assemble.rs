@@ -11,7 +11,7 @@ use super::area::area_outline;
 use super::assembly::{Assembly, tags};
 use super::conflict::{Conflicts, conflicts};
 use super::connection::{ConnectionLines, Crossing, connection_lines};
-use super::control::{Control, control_arm, sign_at};
+use super::control::{Approach, Control, control_arm, sign_at};
 use super::cross_section::StripKind;
 use super::crosswalk::{announce, crosswalk};
 use super::join::Joins;
@@ -152,11 +152,15 @@ impl Stage<'_> {
         }
         let controls = self.controls(intersection, arms);
         for (i, arm) in arms.iter().enumerate() {
-            let behind: Vec<Vec<&Path>> = (0..arm.into.len())
-                .map(|lane| paths.iter().filter(|p| (p.movement.from, p.movement.in_lane) == (i, lane)).collect())
+            let from = |lane: usize| move |path: &&Path| (path.movement.from, path.movement.in_lane) == (i, lane);
+            let approaches: Vec<Approach> = (arm.into.iter().enumerate())
+                .map(|(lane, before)| Approach {
+                    lane: self.lanes.lanes[before.lane].lanelet,
+                    behind: paths.iter().filter(from(lane)).map(|path| path.lanelet).collect(),
+                })
                 .collect();
             let key = key.word("arm");
-            control_arm(&mut self.assembly, self.network.side, key, arm, controls[i], self.lanes, &behind, &ring);
+            control_arm(&mut self.assembly, self.network.side, key, arm, controls[i], &approaches, &ring);
         }
         let movers = self.movers(arms, paths, &controls);
         self.rights_of_way(arms, paths, &movers, conflicts);

@@ -6,8 +6,7 @@ use crate::lanelet::{LaneletId, LineStringId, Target};
 use super::assembly::{Assembly, tags};
 use super::cross_section::Travel;
 use super::ids::Key;
-use super::lanes::{Arm, ArmLane, Lanes};
-use super::paths::Path;
+use super::lanes::{Arm, ArmLane};
 use super::road_network::{DrivingSide, End, FeatureKind, Road};
 
 /// A sign or light on the road belongs to the intersection if it stands at most this far from its end, metres.
@@ -61,20 +60,26 @@ pub fn sign_at(road: &Road, end: End) -> Control {
     control
 }
 
-/// Adds stop lines, lights or signs of one arm and ties them to its lanes and paths.
+/// A lane that arrives at an intersection, and the lanelets behind its stop line.
+pub struct Approach {
+    /// The lanelet before the line.
+    pub lane: LaneletId,
+    /// The lanelets that begin at the line.
+    pub behind: Vec<LaneletId>,
+}
+
+/// Adds stop lines, lights or signs of one arm and ties them to its lanes, one approach each, and what lies behind.
 pub fn control_arm(
     assembly: &mut Assembly,
     driving: DrivingSide,
     key: Key,
     arm: &Arm,
     control: Control,
-    lanes: &Lanes,
-    paths_of: &[Vec<&Path>],
+    approaches: &[Approach],
     ring: &[Point],
 ) {
     let light = (control == Control::Signals).then(|| traffic_light(assembly, driving, key, arm, ring)).flatten();
-    for (i, lane) in arm.into.iter().enumerate() {
-        let behind: Vec<LaneletId> = paths_of[i].iter().map(|p| p.lanelet).collect();
+    for (lane, Approach { lane: before, behind }) in arm.into.iter().zip(approaches) {
         if behind.is_empty() {
             continue;
         }
@@ -87,15 +92,15 @@ pub fn control_arm(
                     ("light_bulbs", Target::LineString(bulbs)),
                     ("ref_line", Target::LineString(line)),
                 ];
-                assembly.element(key.word("lights"), "traffic_light", &members, &behind);
+                assembly.element(key.word("lights"), "traffic_light", &members, behind);
             }
             (Control::Stop, _) => {
                 let sign = stop_sign(assembly, driving, key, lane);
                 let members = [("refers", Target::LineString(sign)), ("ref_line", Target::LineString(line))];
-                assembly.element(key.word("sign"), "traffic_sign", &members, &[lanes.lanes[lane.lane].lanelet]);
+                assembly.element(key.word("sign"), "traffic_sign", &members, &[*before]);
             }
             _ => {
-                assembly.element(key.word("marking"), "road_marking", &[("refers", Target::LineString(line))], &behind);
+                assembly.element(key.word("marking"), "road_marking", &[("refers", Target::LineString(line))], behind);
             }
         }
     }

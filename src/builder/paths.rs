@@ -184,13 +184,11 @@ pub fn paths(
     Drawn { paths, bounds, dropped }
 }
 
-/// Places of both bounds, and the bounds among the known ones that serve; `None` if there is no room for a lane.
-fn shape(
-    assembly: &Assembly,
-    from: &ArmLane,
-    to: &ArmLane,
-    known: [Option<Bound>; 2],
-) -> Option<([Vec<Point>; 2], [Option<Bound>; 2])> {
+/// Places of both bounds, and the bounds among the known ones that serve.
+type Shape = ([Vec<Point>; 2], [Option<Bound>; 2]);
+
+/// The shape of a lane between two ends; `None` if there is no room for one.
+fn shape(assembly: &Assembly, from: &ArmLane, to: &ArmLane, known: [Option<Bound>; 2]) -> Option<Shape> {
     let curve = curve::join(from.pose, to.pose);
     let smooth = [0.5, -0.5].map(|sign| curve::beside(&curve, sign * from.width, sign * to.width));
     let straight = [0, 1].map(|side| vec![assembly.position(from.nodes[side]), assembly.position(to.nodes[side])]);
