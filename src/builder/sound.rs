@@ -9,12 +9,18 @@ const WIDTH_LEFT: f64 = 0.4;
 /// No bound turns more sharply than this at a point, degrees: it would be a leftover of a loop.
 const KINK_MOST: f64 = 75.0;
 
+/// No bound is shorter than this, metres: what is shorter has no direction.
+const LENGTH_LEAST: f64 = 0.2;
+/// Segments whose distances to a point differ by less than this, metres, are equally near to it.
+const EQUALLY_NEAR: f64 = 1e-6;
+
 /// Whether a lane of this width (metres) between two bounds is simple, on the right sides, nowhere pinched, and its
 /// bounds nowhere kinked.
 pub fn sound(bounds: &[Vec<Point>; 2], width: f64) -> bool {
     let Some(lines) = lines(bounds) else { return false };
     let wide = |a: usize, b: usize| bounds[a].iter().all(|&p| lines[b].distance(p) >= WIDTH_LEFT * width);
-    simple(bounds) && aligned(bounds) && bounds.iter().all(|line| !kinked(line)) && wide(0, 1) && wide(1, 0)
+    let long = lines.iter().all(|line| line.length() >= LENGTH_LEAST);
+    long && simple(bounds) && aligned(bounds) && bounds.iter().all(|line| !kinked(line)) && wide(0, 1) && wide(1, 0)
 }
 
 /// Whether the outline between the bounds is simple, with the left bound on the left.
@@ -27,8 +33,29 @@ pub fn simple([left, right]: &[Vec<Point>; 2]) -> bool {
 /// Whether the loader keeps both bounds as they run: it looks at one point of each to see on which side of the other it
 /// lies.
 pub fn aligned(bounds: &[Vec<Point>; 2]) -> bool {
-    let Some([left, right]) = lines(bounds) else { return false };
-    left.project(middle(&bounds[1])).offset < 0.0 && right.project(middle(&bounds[0])).offset > 0.0
+    side_of(&bounds[0], middle(&bounds[1])) == Some(Side::Right)
+        && side_of(&bounds[1], middle(&bounds[0])) == Some(Side::Left)
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Side {
+    Left,
+    Right,
+}
+
+/// On which side of a line a point lies; `None` where its nearest segments disagree, as beside a corner.
+fn side_of(line: &[Point], p: Point) -> Option<Side> {
+    let segments = line.windows(2).map(|w| {
+        let along = w[1] - w[0];
+        let t = ((p - w[0]).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+        let side = if crate::geometry::cross(along, p - w[0]) > 0.0 { Side::Left } else { Side::Right };
+        ((p - (w[0] + along * t)).norm(), side)
+    });
+    let segments: Vec<(f64, Side)> = segments.collect();
+    let nearest = segments.iter().map(|s| s.0).fold(f64::INFINITY, f64::min);
+    let mut near = segments.iter().filter(|s| s.0 <= nearest + EQUALLY_NEAR).map(|s| s.1);
+    let side = near.next()?;
+    near.all(|other| other == side).then_some(side)
 }
 
 /// The point of a bound that the loader looks at.
