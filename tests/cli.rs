@@ -1,5 +1,7 @@
 //! The program as its users run it: the README's commands, and input that cannot be good.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
+
 mod support;
 
 use std::fs;

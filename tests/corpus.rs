@@ -2,6 +2,8 @@
 //!
 //! `make test` takes the small ones, `make soak` (LANEWRIGHT_SOAK=1) all of them.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
+
 mod support;
 
 use std::fs;

@@ -1,5 +1,7 @@
 //! The edits that rules propose.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
+
 mod common;
 
 use std::path::Path;

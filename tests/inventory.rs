@@ -1,5 +1,7 @@
 //! The parts list of the reference crossings: what a crossing of four ways and a T must consist of, both sides driven.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 

@@ -1,5 +1,7 @@
 //! The findings on Autoware's official maps: those known, each a defect of the map or a documented disagreement.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
+
 mod common;
 
 use std::collections::BTreeMap;

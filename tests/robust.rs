@@ -1,5 +1,7 @@
 //! Whatever stands in a map, judging it neither panics nor hangs.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
+
 use std::path::Path;
 
 use lanewright::lanelet::from_osm;

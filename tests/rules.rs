@@ -2,6 +2,8 @@
 //!
 //! `LANEWRIGHT_BLESS=1 cargo test --test rules` writes what is said now; look at the difference before you keep it.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
+
 mod common;
 
 use std::collections::BTreeSet;

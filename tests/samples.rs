@@ -1,6 +1,8 @@
 //! Every sample map builds; our rules are silent on it, the real Lanelet2 library accepts it, its bytes are always the
 //! same.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
+
 mod support;
 
 use std::fs;

@@ -1,4 +1,6 @@
 //! What the tests that run the program share.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
 #![allow(dead_code, missing_docs)]
 
 use std::fs;
