@@ -3,6 +3,8 @@
 //! Needs Debian's packages chromium and chromium-driver; says so and passes where they are not. Pictures of what was
 //! tested lie in target/tmp.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
+
 mod driver;
 mod reports;
 

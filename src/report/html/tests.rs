@@ -1,3 +1,5 @@
+//! The page on small maps: what it holds, and that hostile text stays text.
+
 use super::super::{FailOn, Sources};
 use super::*;
 use crate::diagnostic::Diagnostic;
