@@ -10,6 +10,7 @@ mod files;
 mod load;
 mod page;
 mod screen;
+mod stats;
 mod watch;
 
 use std::path::PathBuf;
@@ -38,6 +39,7 @@ enum Verb {
     Build(BuildArgs),
     Check(CheckArgs),
     Draw(DrawArgs),
+    Stats(StatsArgs),
     /// Say what a rule requires, why, and how to mend what breaks it
     Explain {
         /// Number of the rule, or a code that a finding shows: vm-03-08, vm-03-08/lane-node-missing
@@ -94,6 +96,22 @@ struct DrawArgs {
     no_findings: bool,
 }
 
+/// Say what a Lanelet2 map contains: counts, lengths, widths, curvature, what hangs together, what it lacks
+#[derive(Debug, Args)]
+struct StatsArgs {
+    /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml
+    map: PathBuf,
+    /// For people or for programs
+    #[arg(long, value_enum, default_value_t = StatsFormat::Text)]
+    format: StatsFormat,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum StatsFormat {
+    Text,
+    Json,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum SideArg {
     Left,
@@ -131,6 +149,7 @@ pub fn run() -> ExitCode {
         Verb::Build(args) => build::run(&args),
         Verb::Check(args) => check::run(&args),
         Verb::Draw(args) => draw::run(&args),
+        Verb::Stats(args) => stats::run(&args),
         Verb::Explain { rule } => explain::explain(&rule),
         Verb::Rules => explain::rules(),
     };

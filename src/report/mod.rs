@@ -15,6 +15,7 @@ pub mod json;
 pub mod junit;
 pub mod sarif;
 mod source;
+pub mod stats;
 mod text;
 mod totals;
 mod verdict;

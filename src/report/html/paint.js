@@ -33,12 +33,12 @@ function* paint(context, frame, items, map, classes, colours) {
   for (const p of polygons) if (p.colour === 'box') pen.fillPolygon(p.number, colours.box, colours.boxEdge);
   yield;
   const turns = lanelets.filter((l) => l.turn);
-  context.globalAlpha = 0.36;
+  context.globalAlpha = 0.28;
   for (let i = 0; i < turns.length; i++) {
     pen.begin();
     pen.outline(turns[i].number);
     pen.fill(colours[turns[i].turn]);
-    if (i % BATCH === BATCH - 1) { context.globalAlpha = 1; yield; context.globalAlpha = 0.36; }
+    if (i % BATCH === BATCH - 1) { context.globalAlpha = 1; yield; context.globalAlpha = 0.28; }
   }
   context.globalAlpha = 1;
   const crossings = lanelets.filter((l) => l.surface === 'crossing');

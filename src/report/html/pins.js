@@ -72,7 +72,7 @@ function joined(found, cell) {
 function drawPins(pen, width, height, colours) {
   const { ratio } = pen.frame;
   // What is chosen stands out from the rest.
-  pen.context.globalAlpha = state.finding || state.primitive ? 0.4 : 1;
+  pen.context.globalAlpha = state.finding || state.primitive ? 0.3 : 1;
   const strength = pen.context.globalAlpha;
   for (const one of clusters(pen.frame.css)) {
     const [x, y] = [pen.px(one.x), pen.py(one.y)];

@@ -1,0 +1,27 @@
+//! `stats`: a map in, numbers out.
+
+use std::io::{Error, Write};
+
+use lanewright::lanelet::index::{MapIndex, Thresholds};
+use lanewright::report::failure::Failure;
+use lanewright::report::stats::Stats;
+
+use super::check_args::ConfigArgs;
+use super::load::Loaded;
+use super::screen::{self, Progress};
+use super::{CLEAN, StatsArgs, StatsFormat};
+
+/// Measures the map and prints the numbers.
+pub fn run(args: &StatsArgs) -> Result<u8, Failure> {
+    let progress = Progress::start("reading");
+    let loaded = Loaded::read(&args.map, &ConfigArgs::default())?;
+    progress.next("measuring");
+    let index = MapIndex::new(&loaded.map, &loaded.faults, &loaded.settings, Thresholds::default());
+    let stats = Stats::of(&index);
+    drop(progress);
+    screen::print_with(|out| match args.format {
+        StatsFormat::Text => out.write_all(stats.text().as_bytes()),
+        StatsFormat::Json => writeln!(out, "{}", serde_json::to_string_pretty(&stats).map_err(Error::other)?),
+    })?;
+    Ok(CLEAN)
+}
