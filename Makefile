@@ -4,11 +4,12 @@ CARGO ?= cargo
 RUN = $(CARGO) run --quiet --locked --
 DEMO = sample_maps/crossing_right.osm
 
-.PHONY: help demo test soak lint deps clean
+.PHONY: help demo test browser-test soak lint deps clean
 
 help:
 	@echo "make demo   build the program, turn $(DEMO) into a Lanelet2 map, check and draw it"
 	@echo "make test   formatting, lints and all tests (a slice of the long ones)"
+	@echo "make browser-test   the tests of the HTML report in Chromium; pictures of them in target/tmp"
 	@echo "make soak   the long tests whole"
 	@echo "make lint   formatting and lints alone"
 	@echo "make deps   install what PROJ's build needs, or say what is missing"
@@ -25,6 +26,10 @@ demo: deps
 
 test: deps
 	@CARGO="$(CARGO)" scripts/test.sh
+
+browser-test: deps
+	@scripts/browser.sh
+	$(CARGO) test --locked --test browser -- --nocapture
 
 soak: deps
 	@CARGO="$(CARGO)" LANEWRIGHT_SOAK=1 scripts/test.sh

@@ -13,6 +13,7 @@ $CARGO clippy --locked --all-targets -- -D warnings
 step "documentation tests"
 $CARGO test --locked --doc
 step "tests"
+scripts/browser.sh
 oracle=$(scripts/oracle.sh)
 export LANEWRIGHT_ORACLE="$oracle"
 if $CARGO nextest --version >/dev/null 2>&1; then

@@ -1,6 +1,6 @@
 //! `stats`: a map in, numbers out.
 
-use std::io::{Error, Write};
+use std::io::Error;
 
 use lanewright::lanelet::index::{MapIndex, Thresholds};
 use lanewright::report::failure::Failure;

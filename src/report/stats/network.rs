@@ -15,10 +15,10 @@ pub struct Network {
     /// Vehicle lanes.
     pub lanes: usize,
     /// Parts that hang together in any direction, by number of lanes, largest first.
-    pub components: Vec<usize>,
-    /// Parts in which every lane can be reached from every other, by number of lanes, largest first; lanes that are a
-    /// part of their own are left out.
-    pub loops: Vec<usize>,
+    pub weakly_connected: Vec<usize>,
+    /// Parts in which every lane can be reached from every other, by driving on or by changing lanes there and back, by
+    /// number of lanes, largest first; lanes that are a part of their own are left out.
+    pub strongly_connected: Vec<usize>,
     /// Lanelets that no lane leads into.
     pub starts: Vec<i64>,
     /// Lanelets that lead nowhere.
@@ -47,8 +47,8 @@ impl Network {
         let strong = strong(&edges).into_iter().filter(|&size| size > 1);
         Self {
             lanes: vehicle.len(),
-            components: sorted(sizes.iter().copied().filter(|&size| size > 0)),
-            loops: sorted(strong),
+            weakly_connected: sorted(sizes.iter().copied().filter(|&size| size > 0)),
+            strongly_connected: sorted(strong),
             starts: ids(&|lane| !entered[lane]),
             dead_ends: ids(&|lane| edges[lane].is_empty()),
             unreachable: ids(&|lane| Some(weak[lane]) != main),
@@ -60,8 +60,20 @@ impl Network {
         let mut out = String::from("Network of vehicle lanes\n");
         // Writing to a string cannot fail.
         let _ = writeln!(out, "  {:<28}{:>8}", "lanes", self.lanes);
-        let _ = writeln!(out, "  {:<28}{:>8}   {}", "components", self.components.len(), list(&self.components));
-        let _ = writeln!(out, "  {:<28}{:>8}   {}", "loops", self.loops.len(), list(&self.loops));
+        let _ = writeln!(
+            out,
+            "  {:<28}{:>8}   {}",
+            "weakly connected parts",
+            self.weakly_connected.len(),
+            list(&self.weakly_connected)
+        );
+        let _ = writeln!(
+            out,
+            "  {:<28}{:>8}   {}",
+            "strongly connected parts",
+            self.strongly_connected.len(),
+            list(&self.strongly_connected)
+        );
         for (name, ids) in
             [("starts", &self.starts), ("dead ends", &self.dead_ends), ("unreachable", &self.unreachable)]
         {

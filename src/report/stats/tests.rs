@@ -51,7 +51,7 @@ fn a_small_map_is_measured() {
     let width = stats.width.unwrap();
     assert!((width.min - 3.5).abs() < 1e-9 && (width.max - 3.5).abs() < 1e-9);
     assert!(stats.curvature.unwrap().max < 1e-9);
-    assert_eq!(stats.network.components, [2, 1]);
+    assert_eq!(stats.network.weakly_connected, [2, 1]);
     assert_eq!(stats.network.starts, [1, 3]);
     assert_eq!(stats.network.dead_ends, [2, 3]);
     assert_eq!(stats.network.unreachable, [3]);
@@ -65,6 +65,6 @@ fn a_small_map_is_measured() {
 fn an_empty_map_has_no_spread() {
     let (map, settings) = (LaneletMap::default(), Settings::default());
     let stats = Stats::of(&MapIndex::new(&map, &[], &settings, Thresholds::default()));
-    assert_eq!((stats.width, stats.network.components.len()), (None, 0));
+    assert_eq!((stats.width, stats.network.weakly_connected.len()), (None, 0));
     assert!(stats.text().contains("lanes"));
 }
