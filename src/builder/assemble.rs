@@ -4,6 +4,7 @@ use rustc_hash::FxHashMap;
 
 use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::Point;
+use crate::lanelet::right_of_way::{Mover, OPPOSITE, Relation, Turn, opposites, yields};
 use crate::lanelet::{LaneletId, LaneletMap, PolygonId, TurnDirection};
 use crate::settings::{Settings, Side};
 
@@ -19,7 +20,6 @@ use super::lanes::{Arm, Lanes, lanes};
 use super::movement::{Movement, Movements, STRAIGHT, movements};
 use super::outline::Outlines;
 use super::paths::{Bounds, Drawn, Paint, Path, intersection_key, paths};
-use super::right_of_way::{Mover, Relation, Turn, opposites, yields};
 use super::road_network::{DrivingSide, Intersection, IntersectionIx, RoadIx, RoadNetwork};
 use super::sidecar;
 
@@ -227,13 +227,14 @@ impl Stage<'_> {
     }
 
     fn rights_of_way(&mut self, arms: &[&Arm], paths: &[Path], movers: &[Mover], conflicts: &Conflicts) {
-        let inward: Vec<_> = arms.iter().map(|a| a.inward).collect();
-        let opposite = opposites(&inward);
-        let relation = |a: usize, b: usize| match (a == b, opposite[a] == Some(b)) {
+        let inward: Vec<_> = arms.iter().map(|a| Some(a.inward)).collect();
+        let opposite = opposites(&inward, OPPOSITE);
+        let of_arms = |a: usize, b: usize| match (a == b, opposite[a] == Some(b)) {
             (true, _) => Relation::Same,
             (_, true) => Relation::InPhase,
             _ => Relation::AntiPhase,
         };
+        let relation = |x: usize, y: usize| of_arms(movers[x].arm, movers[y].arm);
         for (x, path) in paths.iter().enumerate() {
             // A bus lane is no part of the graph that a car's planner watches.
             let watched: Vec<usize> =

@@ -29,7 +29,6 @@ pub mod lanes;
 pub mod movement;
 pub mod outline;
 pub mod paths;
-pub mod right_of_way;
 pub mod road_network;
 pub mod sidecar;
 pub mod sound;

@@ -2,10 +2,10 @@
 
 use crate::geometry::Vector;
 use crate::lanelet::PolygonId;
+use crate::lanelet::right_of_way::Mover;
 use crate::settings::{ApproachName, IntersectionSettings};
 
 use super::lanes::{Arm, Lanes};
-use super::right_of_way::Mover;
 
 /// Compass names, clockwise from north, one for every 45 degrees.
 const COMPASS: [&str; 8] = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];

@@ -13,6 +13,7 @@ mod limits;
 pub mod locate;
 mod open;
 pub mod referrers;
+pub mod right_of_way;
 mod shelf;
 mod to_osm;
 

@@ -4,12 +4,16 @@ mod config;
 mod ids;
 mod load;
 mod node;
+mod right_of_way;
 mod rule;
 mod side;
 mod vm_03_01;
 mod vm_03_02;
 mod vm_03_05;
 mod vm_03_08;
+mod vm_03_10;
+mod vm_03_11;
+mod vm_03_12;
 
 use std::sync::LazyLock;
 
@@ -56,6 +60,9 @@ table! {
     "vm-03-02" => Some(judge::<vm_03_02::TurnDirectionAndBounds>),
     "vm-03-05" => Some(judge::<vm_03_05::NoDivision>),
     "vm-03-08" => Some(judge::<vm_03_08::Outline>),
+    "vm-03-10" => Some(judge::<vm_03_10::RightOfWayWithSignal>),
+    "vm-03-11" => Some(judge::<vm_03_11::RightOfWayWithoutSignal>),
+    "vm-03-12" => Some(judge::<vm_03_12::Attention>),
 }
 
 /// All requirements in the standard's order. Fails only if a document of `rules/` was spoilt before compiling, which

@@ -8,7 +8,8 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::lane::extent;
 use super::{Conflict, Edge, Lane, LaneTree, Thresholds};
-use crate::geometry::{Point, Vector, angle_between, polygon, ring};
+use crate::geometry::{Point, Vector, polygon, ring};
+use crate::lanelet::right_of_way::opposites;
 use crate::lanelet::{LaneletMap, PolygonId};
 
 /// A lanelet that is part of an intersection: one movement from one approach to another.
@@ -256,7 +257,8 @@ fn arms(lanes: &[Lane], intersection: &Intersection, thresholds: &Thresholds) ->
     let mut arms: Vec<(f64, Arm)> = by_root.into_values().map(|edges| arm(lanes, intersection.middle, edges)).collect();
     arms.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut arms: Vec<Arm> = arms.into_iter().map(|(_, arm)| arm).collect();
-    let opposites = opposites(&arms, thresholds.opposite);
+    let headings: Vec<Option<Vector>> = arms.iter().map(|arm| arm.heading_in).collect();
+    let opposites = opposites(&headings, thresholds.opposite);
     for (arm, opposite) in arms.iter_mut().zip(opposites) {
         arm.opposite = opposite;
     }
@@ -285,20 +287,6 @@ fn arm(lanes: &[Lane], middle: Point, edges: Vec<ArmEdge>) -> (f64, Arm) {
         edges.iter().filter(|e| e.inward).flat_map(|e| &e.lanes).filter_map(|&lane| lanes[lane].heading_in());
     let heading_in = headings.sum::<Vector>().try_normalize(1e-9);
     (bearing, Arm { edges, heading_in, compass, opposite: None })
-}
-
-/// For every approach the one whose traffic comes toward it: each must be the other's best.
-fn opposites(arms: &[Arm], most: f64) -> Vec<Option<usize>> {
-    let off = |a: usize, b: usize| -> Option<f64> {
-        let angle = angle_between(arms[a].heading_in?, arms[b].heading_in?).abs().to_degrees();
-        Some(180.0 - angle).filter(|off| *off <= most)
-    };
-    let best = |a: usize| {
-        let others = (0..arms.len()).filter(|&b| b != a).filter_map(|b| Some((b, off(a, b)?)));
-        others.min_by(|x, y| x.1.total_cmp(&y.1)).map(|(b, _)| b)
-    };
-    let bests: Vec<Option<usize>> = (0..arms.len()).map(best).collect();
-    (0..arms.len()).map(|a| bests[a].filter(|&b| bests[b] == Some(a))).collect()
 }
 
 /// Disjoint sets.

@@ -4,9 +4,12 @@
 mod conflict;
 mod intersection;
 mod lane;
+mod named;
 mod queries;
+mod rank;
 mod side;
 mod thresholds;
+mod traffic;
 
 pub use conflict::Conflict;
 pub use intersection::{Arm, ArmEdge, Intersection, Member, declared_area};
@@ -14,6 +17,7 @@ pub use lane::{Edge, Lane, STEP, extent};
 pub use queries::{allows_lane_change, is_road_border};
 pub use side::{DrivingSide, SideVotes};
 pub use thresholds::Thresholds;
+pub use traffic::{Movement, Rank, STRAIGHT, Traffic, U_TURN};
 
 use rayon::prelude::*;
 use rstar::RTree;
@@ -48,6 +52,9 @@ pub struct MapIndex<'m> {
     pub intersections: Vec<Intersection>,
     /// On which side people drive.
     pub side: SideVotes,
+    /// For every intersection its traffic; without movements where the driving side is unknown.
+    pub traffic: Vec<Traffic>,
+    named: Vec<Vec<usize>>,
     tree: LaneTree,
     by_id: FxHashMap<LaneletId, usize>,
     starting: FxHashMap<[PointId; 2], Vec<usize>>,
@@ -95,7 +102,8 @@ impl<'m> MapIndex<'m> {
                 touching[lane].push(at);
             }
         }
-        Self {
+        let named = named::entries(map, &intersections, settings);
+        let mut index = Self {
             by_id: lanes.iter().enumerate().map(|(at, lane)| (lane.id, at)).collect(),
             starting: grouped(lanes.iter().enumerate().map(|(at, lane)| (lane.start.ids, at))),
             ending: grouped(lanes.iter().enumerate().map(|(at, lane)| (lane.end.ids, at))),
@@ -108,11 +116,15 @@ impl<'m> MapIndex<'m> {
             conflicts,
             intersections,
             side,
+            traffic: Vec::new(),
+            named,
             tree,
             referrers,
             intersections_of,
             touching,
-        }
+        };
+        index.traffic = (0..index.intersections.len()).into_par_iter().map(|at| traffic::traffic(&index, at)).collect();
+        index
     }
 
     /// Position of a lanelet in `lanes`; `None` if it is broken or not there.

@@ -3,6 +3,8 @@
 //! A lanelet without such an element is taken to give way to everything that crosses it. The element lists what it may
 //! ignore: lanes that stand at red while it drives, and lanes that must give way to it.
 
+use crate::geometry::{Vector, angle_between};
+
 /// Which way a movement goes, whatever the driving side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turn {
@@ -40,7 +42,8 @@ pub struct Mover {
     pub bicycle: bool,
 }
 
-/// The movements that `x` may ignore, out of those that conflict with it (siblings excluded), in their order.
+/// The movements that `x` may ignore, out of those that conflict with it (siblings excluded), in their order. `relation`
+/// is asked of two movements, by their position.
 pub fn yields(
     x: usize,
     movers: &[Mover],
@@ -53,7 +56,7 @@ pub fn yields(
         .copied()
         .filter(|&y| {
             let other = &movers[y];
-            let relation = relation(me.arm, other.arm);
+            let relation = relation(x, y);
             if me.signalised { ignores_by_signal(me, other, relation) } else { ignores_by_rank(me, other, relation) }
         })
         .collect()
@@ -81,19 +84,21 @@ fn ignores_by_rank(me: &Mover, other: &Mover, relation: Relation) -> bool {
 }
 
 /// Largest deviation from straight, degrees, up to which two arms are opposite.
-const OPPOSITE: f64 = 45.0;
+pub const OPPOSITE: f64 = 45.0;
 
-/// For each arm its opposite one, from the directions into the intersection: the best match of both.
-pub fn opposites(inward: &[crate::geometry::Vector]) -> Vec<Option<usize>> {
-    let bend = |a: usize, b: usize| crate::geometry::angle_between(inward[a], -inward[b]).abs().to_degrees();
-    let best: Vec<Option<usize>> = (0..inward.len())
-        .map(|a| {
-            (0..inward.len())
-                .filter(|&b| b != a && bend(a, b) <= OPPOSITE)
-                .min_by(|&b, &c| bend(a, b).total_cmp(&bend(a, c)))
-        })
-        .collect();
-    (0..inward.len()).map(|a| best[a].filter(|&b| best[b] == Some(a))).collect()
+/// For each arm its opposite one, from the directions into the intersection (`None` where nothing leads in): those two
+/// whose directions come nearest to opposing each other, each the other's best, within `most` degrees.
+pub fn opposites(inward: &[Option<Vector>], most: f64) -> Vec<Option<usize>> {
+    let off = |a: usize, b: usize| -> Option<f64> {
+        let bend = angle_between(inward[a]?, -inward[b]?).abs().to_degrees();
+        Some(bend).filter(|bend| *bend <= most)
+    };
+    let best = |a: usize| {
+        let others = (0..inward.len()).filter(|&b| b != a).filter_map(|b| Some((b, off(a, b)?)));
+        others.min_by(|x, y| x.1.total_cmp(&y.1)).map(|(b, _)| b)
+    };
+    let bests: Vec<Option<usize>> = (0..inward.len()).map(best).collect();
+    (0..inward.len()).map(|a| bests[a].filter(|&b| bests[b] == Some(a))).collect()
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The yield sets of the reference crossings: four ways and a T, with lights, with priority and without.
 
 use super::*;
-use crate::builder::road_network::DrivingSide;
+use crate::lanelet::index::DrivingSide;
 
 const ARMS: &str = "NESW";
 
@@ -128,7 +128,7 @@ impl<'a> Case<'a> {
         let x = index(name);
         let conflicts: Vec<usize> = self.conflicts[x].iter().map(|c| index(c)).collect();
         let mut found: Vec<&str> =
-            super::yields(x, &movers, &conflicts, relation).into_iter().map(|y| self.names[y].as_str()).collect();
+            super::yields(x, &movers, &conflicts, |a, b| relation(movers[a].arm, movers[b].arm)).into_iter().map(|y| self.names[y].as_str()).collect();
         found.sort_unstable();
         found
     }

@@ -1,0 +1,140 @@
+//! What the user says of an intersection, in the index's terms.
+
+use rstar::{AABB, RTree};
+use rstar::primitives::{GeomWithData, Rectangle};
+use rustc_hash::FxHashMap;
+
+use super::traffic::Movement;
+use super::{Intersection, MapIndex};
+use crate::geometry::{Point, polygon};
+use crate::lanelet::{LaneletId, LaneletMap, LineStringId, RegulatoryElementId};
+use crate::settings::{ApproachName, IntersectionSettings, Settings};
+
+/// For every intersection the entries that speak of it: by the id of its area, or by a place inside.
+pub(super) fn entries(map: &LaneletMap, intersections: &[Intersection], settings: &Settings) -> Vec<Vec<usize>> {
+    let mut found = vec![Vec::new(); intersections.len()];
+    let by_area: FxHashMap<i64, usize> =
+        intersections.iter().enumerate().filter_map(|(at, one)| Some((one.area?.0, at))).collect();
+    // Degrees serve as a plane here: only inside and outside matter.
+    let mut outlines: Option<(Vec<Vec<Point>>, RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>)> = None;
+    for (entry, one) in settings.intersection.iter().enumerate() {
+        if let Some(&at) = one.ia.and_then(|ia| by_area.get(&ia)) {
+            found[at].push(entry);
+        }
+        let Some([lat, lon]) = one.at.filter(|_| one.ia.is_none()) else { continue };
+        let (rings, tree) = outlines.get_or_insert_with(|| {
+            let rings: Vec<Vec<Point>> = intersections.iter().map(|one| degrees(map, one)).collect();
+            let boxes = rings.iter().enumerate().filter(|(_, ring)| !ring.is_empty()).map(|(at, ring)| {
+                let [low, high] = super::extent(ring);
+                GeomWithData::new(Rectangle::from_corners([low.x, low.y], [high.x, high.y]), at)
+            });
+            let tree = RTree::bulk_load(boxes.collect());
+            (rings, tree)
+        });
+        let inside = tree.locate_in_envelope_intersecting(&AABB::from_point([lon, lat])).map(|found| found.data);
+        for at in inside.filter(|&at| polygon::contains(&rings[at], Point::new(lon, lat))) {
+            found[at].push(entry);
+        }
+    }
+    found
+}
+
+/// The outline of the area in degrees; empty where there is none.
+fn degrees(map: &LaneletMap, intersection: &Intersection) -> Vec<Point> {
+    let area = intersection.area.and_then(|id| map.polygons.get(id));
+    let points = area.into_iter().flat_map(|area| &area.points).filter_map(|&id| map.points.get(id)?.lonlat);
+    points.map(|place| Point::new(place.lon, place.lat)).filter(|p| p.x.is_finite() && p.y.is_finite()).collect()
+}
+
+/// What the user says of one intersection.
+pub(super) struct Named<'a> {
+    map: &'a MapIndex<'a>,
+    intersection: &'a Intersection,
+    movements: &'a [Movement],
+    entries: Vec<&'a IntersectionSettings>,
+}
+
+impl<'a> Named<'a> {
+    pub fn new(map: &'a MapIndex<'a>, intersection: &'a Intersection, at: usize, movements: &'a [Movement]) -> Self {
+        let entries = map.named[at].iter().filter_map(|&entry| map.settings.intersection.get(entry)).collect();
+        Self { map, intersection, movements, entries }
+    }
+
+    /// For every movement the phases in which it is green.
+    pub fn phases(&self) -> Vec<Vec<usize>> {
+        let mut phases = vec![Vec::new(); self.movements.len()];
+        let all = self.entries.iter().flat_map(|entry| &entry.phases).enumerate();
+        for (phase, names) in all {
+            for (movement, list) in self.movements.iter().zip(&mut phases) {
+                if names.iter().any(|name| self.starts_at(movement, name)) {
+                    list.push(phase);
+                }
+            }
+        }
+        phases
+    }
+
+    /// The approaches of the road that goes first.
+    pub fn priority_arms(&self) -> Vec<usize> {
+        self.entries.iter().flat_map(|entry| &entry.priority_arms).flat_map(|name| self.arms(name)).collect()
+    }
+
+    /// The pairs of approaches between which there is no movement.
+    pub fn prohibited(&self) -> Vec<[usize; 2]> {
+        let all = self.entries.iter().flat_map(|entry| &entry.prohibited);
+        all.flat_map(|[from, to]| {
+            let to = self.arms(to);
+            self.arms(from).into_iter().flat_map(move |a| to.clone().into_iter().map(move |b| [a, b]))
+        })
+        .collect()
+    }
+
+    /// The ways that are guide lines.
+    pub fn guide_lines(&self) -> Vec<LineStringId> {
+        self.entries.iter().flat_map(|entry| &entry.guide_lines).map(|&way| LineStringId(way)).collect()
+    }
+
+    /// Whether a movement belongs to what a name means: all of an approach, or the lanelets of some ids.
+    fn starts_at(&self, movement: &Movement, name: &ApproachName) -> bool {
+        let lane = &self.map.lanes[movement.lane];
+        let finer = |id: i64| {
+            let element = RegulatoryElementId(id);
+            let refers = self.map.map.lanelets.get(lane.id).is_some_and(|l| l.regulatory_elements.contains(&element));
+            lane.id == LaneletId(id) || refers
+        };
+        let outside = |id: i64| {
+            let before = self.map.predecessors(movement.lane).iter();
+            before.copied().any(|lane| self.map.lanes[lane].id == LaneletId(id))
+        };
+        match name {
+            ApproachName::Compass(side) => self.intersection.arms[movement.from].compass == side,
+            ApproachName::Ids(ids) => ids.iter().any(|&id| finer(id) || outside(id)),
+            ApproachName::Id(id) => finer(*id) || outside(*id),
+        }
+    }
+
+    /// The approaches that a name means.
+    fn arms(&self, name: &ApproachName) -> Vec<usize> {
+        let ids = match name {
+            ApproachName::Compass(side) => {
+                let arms = self.intersection.arms.iter().enumerate();
+                return arms.filter(|(_, arm)| arm.compass == side).map(|(at, _)| at).collect();
+            }
+            ApproachName::Ids(ids) => ids.as_slice(),
+            ApproachName::Id(id) => std::slice::from_ref(id),
+        };
+        let mut arms: Vec<usize> = Vec::new();
+        for movement in self.movements {
+            if ids.iter().any(|&id| self.starts_at(movement, &ApproachName::Id(id))) {
+                arms.push(movement.from);
+            }
+            let after = self.map.followers(movement.lane).iter();
+            if after.copied().any(|lane| ids.contains(&self.map.lanes[lane].id.0)) {
+                arms.push(movement.to);
+            }
+        }
+        arms.sort_unstable();
+        arms.dedup();
+        arms
+    }
+}

@@ -1,0 +1,200 @@
+//! What the rules of the road ask of an intersection: its movements, which of them are green together, and which
+//! approach goes first.
+
+use rustc_hash::FxHashMap;
+
+use super::named::Named;
+use super::{Intersection, MapIndex, rank};
+use crate::lanelet::right_of_way::{Mover, Relation, Turn, yields};
+use crate::lanelet::{LineStringId, RegulatoryElement, TurnDirection};
+
+/// Up to this change of heading (deg) a movement is straight; beyond [`U_TURN`] it is a turn around.
+pub const STRAIGHT: f64 = 30.0;
+/// A turn of more than this (deg) goes around.
+pub const U_TURN: f64 = 150.0;
+
+/// One lanelet of an intersection, from approach to approach.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Movement {
+    /// The lanelet, by its position in `MapIndex::lanes`.
+    pub lane: usize,
+    /// Where it starts, by its position in `Intersection::arms`.
+    pub from: usize,
+    /// Where it ends.
+    pub to: usize,
+    /// What decides who may go.
+    pub mover: Mover,
+}
+
+/// How much is known of who goes first where no signal rules.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Rank {
+    /// Some approaches go first.
+    Known,
+    /// Every approach has to stop: nobody goes first.
+    Equal,
+    /// Nothing tells; equal rank is assumed.
+    #[default]
+    Unknown,
+}
+
+/// The traffic of one intersection.
+#[derive(Clone, Debug, Default)]
+pub struct Traffic {
+    /// Its lanelets with the approaches that they join, by lane.
+    pub movements: Vec<Movement>,
+    /// Whether a signal rules at least one of them.
+    pub signalised: bool,
+    /// Who goes first.
+    pub rank: Rank,
+    /// Approaches between which there must be no movement, by their positions.
+    pub prohibited: Vec<[usize; 2]>,
+    /// Ways that are guide lines, by the user's word.
+    pub guide_lines: Vec<LineStringId>,
+    /// Whether two approaches are green together, row by row.
+    together: Vec<Vec<bool>>,
+    /// For every movement the user's phases in which it is green; empty where the user says nothing of it.
+    phases: Vec<Vec<usize>>,
+}
+
+impl Traffic {
+    /// The movement of a lane, by its position in `movements`.
+    pub fn of_lane(&self, lane: usize) -> Option<usize> {
+        self.movements.binary_search_by_key(&lane, |movement| movement.lane).ok()
+    }
+
+    /// How the signals of two movements change: as the user's phases say, else by their approaches. Where no signal
+    /// rules: whether they come from the same, from opposite or from crossing approaches.
+    pub fn relation(&self, x: usize, y: usize) -> Relation {
+        let (a, b) = (self.movements[x].from, self.movements[y].from);
+        let [mine, theirs] = [&self.phases[x], &self.phases[y]];
+        if !mine.is_empty() && !theirs.is_empty() && !mine.iter().any(|phase| theirs.contains(phase)) {
+            return Relation::AntiPhase;
+        }
+        let declared = !mine.is_empty() && !theirs.is_empty();
+        match a == b {
+            true => Relation::Same,
+            false if declared || self.together[a][b] => Relation::InPhase,
+            false => Relation::AntiPhase,
+        }
+    }
+
+    /// The movements that `x` may ignore, out of those that really conflict with it; both by position.
+    pub fn yields(&self, map: &MapIndex, x: usize) -> Vec<usize> {
+        let movers: Vec<Mover> = self.movements.iter().map(|movement| movement.mover).collect();
+        let conflicts = map.conflicts[self.movements[x].lane].iter();
+        // Autoware looks only at lanes that vehicles may drive on.
+        let real = conflicts.filter(|conflict| conflict.real && map.lanes[conflict.other].vehicle);
+        let conflicts: Vec<usize> = real.filter_map(|conflict| self.of_lane(conflict.other)).collect();
+        yields(x, &movers, &conflicts, |x, y| self.relation(x, y))
+    }
+}
+
+/// The traffic of one intersection, made when everything else of the index is there.
+pub(super) fn traffic(map: &MapIndex, at: usize) -> Traffic {
+    let intersection = &map.intersections[at];
+    let Some(side) = map.side.side else { return Traffic::default() };
+    let mut of_edge: FxHashMap<(usize, bool), usize> = FxHashMap::default();
+    for (position, arm) in intersection.arms.iter().enumerate() {
+        for edge in &arm.edges {
+            of_edge.extend(edge.lanes.iter().map(|&lane| ((lane, edge.inward), position)));
+        }
+    }
+    let mut movements: Vec<Movement> = Vec::new();
+    for member in intersection.members.iter().filter(|member| member.is_inside()) {
+        let lane = member.lane;
+        let (Some(&from), Some(&to)) = (of_edge.get(&(lane, true)), of_edge.get(&(lane, false))) else { continue };
+        let turn = match map.label_for(map.lanes[lane].turn(), STRAIGHT, U_TURN) {
+            TurnDirection::Straight => Turn::Straight,
+            label if label == side.near_turn() => Turn::Near,
+            _ => Turn::Far,
+        };
+        let signalised = map.is_signalised(map.lanes[lane].id);
+        let mover = Mover { arm: from, turn, signalised, priority: None, bicycle: false };
+        movements.push(Movement { lane, from, to, mover });
+    }
+    let together = together(map, intersection, &movements);
+    let named = Named::new(map, intersection, at, &movements);
+    let first = named.priority_arms();
+    let (prohibited, guide_lines, phases) = (named.prohibited(), named.guide_lines(), named.phases());
+    let signalised = movements.iter().any(|movement| movement.mover.signalised);
+    let mut traffic =
+        Traffic { movements, signalised, rank: Rank::Unknown, prohibited, guide_lines, together, phases };
+    if traffic.signalised {
+        // Whoever has no light where others have one gives way to those.
+        for movement in &mut traffic.movements {
+            movement.mover.priority = Some(movement.mover.signalised);
+        }
+        traffic.rank = Rank::Known;
+    } else {
+        let (priorities, rank) = rank::priorities(map, intersection, &traffic.movements, &first);
+        for movement in &mut traffic.movements {
+            movement.mover.priority = priorities[movement.from];
+        }
+        traffic.rank = rank;
+    }
+    traffic
+}
+
+/// Opposite approaches, and those whose elements refer to the same light.
+fn together(map: &MapIndex, intersection: &Intersection, movements: &[Movement]) -> Vec<Vec<bool>> {
+    let count = intersection.arms.len();
+    let mut lights: Vec<Vec<LineStringId>> = vec![Vec::new(); count];
+    for movement in movements {
+        let elements = map.elements(map.lanes[movement.lane].id, "traffic_light");
+        lights[movement.from].extend(elements.flat_map(|element| element.linestrings("refers")));
+    }
+    for list in &mut lights {
+        list.sort_unstable();
+        list.dedup();
+    }
+    let shared = |a: usize, b: usize| lights[a].iter().any(|light| lights[b].binary_search(light).is_ok());
+    (0..count)
+        .map(|a| {
+            (0..count).map(|b| a == b || intersection.arms[a].opposite == Some(b) || shared(a, b)).collect::<Vec<bool>>()
+        })
+        .collect()
+}
+
+impl<'m> MapIndex<'m> {
+    /// Intersection, traffic and movement of a lane; of the first intersection that it is part of.
+    pub fn movement(&self, lane: usize) -> Option<(&Intersection, &Traffic, usize)> {
+        self.intersections_of(lane).iter().find_map(|&at| {
+            let traffic = &self.traffic[at];
+            traffic.of_lane(lane).map(|position| (&self.intersections[at], traffic, position))
+        })
+    }
+
+    /// The `right_of_way` elements that have an effect on a lane: it refers to them, and they list it.
+    pub fn rights_of_way(&self, lane: usize) -> Vec<&'m RegulatoryElement> {
+        let id = self.lanes[lane].id;
+        let Some(lanelet) = self.map.lanelets.get(id) else { return Vec::new() };
+        let elements = lanelet.regulatory_elements.iter().filter_map(|&at| self.map.regulatory_elements.get(at));
+        elements
+            .filter(|element| element.subtype == "right_of_way")
+            .filter(|element| element.lanelets("right_of_way").any(|own| own == id))
+            .collect()
+    }
+
+    /// The lanes that Autoware ignores for the sake of a lane's `right_of_way` elements, by position, sorted.
+    pub fn ignored(&self, lane: usize) -> Vec<usize> {
+        let elements = self.rights_of_way(lane);
+        let yields = elements.iter().flat_map(|element| element.lanelets("yield"));
+        let mut lanes: Vec<usize> = yields.filter_map(|id| self.lane(id)).collect();
+        lanes.sort_unstable();
+        lanes.dedup();
+        lanes
+    }
+
+    /// The lanes that Autoware watches for a lane of an intersection, by position: all that overlap it, whatever the
+    /// signals show, except those that a `right_of_way` element lets it ignore; none for a straight lane with a light.
+    pub fn attention(&self, lane: usize) -> Vec<usize> {
+        let straight = self.turn_direction(lane) == Some(TurnDirection::Straight);
+        if !self.lanes[lane].vehicle || (straight && self.is_signalised(self.lanes[lane].id)) {
+            return Vec::new();
+        }
+        let ignored = self.ignored(lane);
+        let others = self.conflicts[lane].iter().map(|conflict| conflict.other);
+        others.filter(|&other| self.lanes[other].vehicle && ignored.binary_search(&other).is_err()).collect()
+    }
+}

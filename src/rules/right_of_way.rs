@@ -1,0 +1,217 @@
+//! What vm-03-10 and vm-03-11 have in common: how a `right_of_way` element is wired, and whom it lists.
+
+use rustc_hash::FxHashSet;
+
+use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
+use crate::lanelet::index::{Conflict, MapIndex, Traffic};
+use crate::lanelet::{Lanelet, LaneletId, RegulatoryElement};
+
+/// One movement with the elements that speak of it.
+pub struct Judged<'m> {
+    /// The map.
+    pub map: &'m MapIndex<'m>,
+    /// The traffic of its intersection.
+    pub traffic: &'m Traffic,
+    /// The movement, by its position.
+    pub x: usize,
+    /// Its lanelet, by its position.
+    pub lane: usize,
+    /// Id of its lanelet.
+    pub id: LaneletId,
+    /// The elements that have an effect on it.
+    pub elements: Vec<&'m RegulatoryElement>,
+    /// The lanes that these list, by position, sorted.
+    pub ignored: Vec<usize>,
+    /// The lanes that they should list, in order.
+    pub due: Vec<usize>,
+}
+
+impl<'m> Judged<'m> {
+    /// All movements that `wanted` takes.
+    pub fn all(map: &'m MapIndex<'m>, wanted: impl Fn(&Traffic, usize) -> bool) -> Vec<Self> {
+        let mut all = Vec::new();
+        for (at, traffic) in map.traffic.iter().enumerate() {
+            for (x, movement) in traffic.movements.iter().enumerate() {
+                // A lane of two areas is judged with the first.
+                let first = map.intersections_of(movement.lane).iter().find(|&&i| map.traffic[i].of_lane(movement.lane).is_some());
+                if first != Some(&at) || !map.lanes[movement.lane].vehicle || !wanted(traffic, x) {
+                    continue;
+                }
+                let lane = movement.lane;
+                let due = traffic.yields(map, x).into_iter().map(|y| traffic.movements[y].lane).collect();
+                all.push(Self {
+                    map,
+                    traffic,
+                    x,
+                    lane,
+                    id: map.lanes[lane].id,
+                    elements: map.rights_of_way(lane),
+                    ignored: map.ignored(lane),
+                    due,
+                });
+            }
+        }
+        all
+    }
+
+    /// The lanelet in findings.
+    pub fn subject(&self) -> Subject {
+        Subject::Lanelet(self.id.0)
+    }
+
+    /// Whether the lanelet refers to any `right_of_way` element, be it without effect.
+    pub fn has_element(&self) -> bool {
+        self.map.elements(self.id, "right_of_way").next().is_some()
+    }
+
+    /// The conflict with another lane.
+    pub fn conflict(&self, y: usize) -> Option<&Conflict> {
+        self.map.conflicts[self.lane].iter().find(|conflict| conflict.other == y)
+    }
+
+    /// The edit that makes the element it lacks.
+    pub fn create(&self) -> Vec<Edit> {
+        let mut members = vec![("right_of_way".into(), self.subject())];
+        members.extend(self.due.iter().map(|&y| ("yield".into(), Subject::Lanelet(self.map.lanes[y].id.0))));
+        vec![Edit::CreateRegulatoryElement { subtype: "right_of_way".into(), members, referrers: vec![self.id.0] }]
+    }
+
+    /// A finding that speaks of its first element and of another lane, at the place where both overlap.
+    pub fn about(&self, fault: &'static str, y: usize, message: impl Into<String>) -> Finding {
+        let subject = self.elements.first().map_or(self.subject(), |element| Subject::RegulatoryElement(element.id.0));
+        let other = Subject::Lanelet(self.map.lanes[y].id.0);
+        let finding = Finding::new(fault, subject, message).with(self.subject(), "right of way").with(other, "yield");
+        match self.conflict(y) {
+            Some(conflict) => finding.at(Place::Point(conflict.place)),
+            None => finding,
+        }
+    }
+
+    /// The edits that take a lane out of its elements.
+    pub fn drop_yield(&self, y: usize) -> Vec<Edit> {
+        let member = Subject::Lanelet(self.map.lanes[y].id.0);
+        let listing = self.elements.iter().filter(|element| element.lanelets("yield").any(|id| id.0 == self.map.lanes[y].id.0));
+        let edits = listing.map(|element| Edit::RemoveMember {
+            on: Subject::RegulatoryElement(element.id.0),
+            role: "yield".into(),
+            member,
+        });
+        edits.collect()
+    }
+
+    /// Whether the elements serve other lanelets, too: then an edit changes the lot of those as well.
+    pub fn shares_elements(&self) -> bool {
+        self.elements.iter().any(|element| element.lanelets("right_of_way").count() > 1)
+    }
+
+    /// No element where one is due.
+    pub fn re_missing(&self, message: String) -> Option<Finding> {
+        if self.due.is_empty() || self.has_element() {
+            return None;
+        }
+        let finding = Finding::new("re-missing", self.subject(), message);
+        let finding = self.due.iter().fold(finding, |finding, &y| {
+            finding.with(Subject::Lanelet(self.map.lanes[y].id.0), "need not be watched")
+        });
+        Some(finding.fixed_by("create the right_of_way element", true, self.create()))
+    }
+
+    /// Lanes that the elements should list but do not.
+    pub fn missing(&self) -> impl Iterator<Item = usize> + '_ {
+        let due = self.due.iter().copied().filter(|_| !self.elements.is_empty());
+        due.filter(|y| self.ignored.binary_search(y).is_err())
+    }
+
+    /// The edit that adds a lane to the first element.
+    pub fn add_yield(&self, y: usize) -> Vec<Edit> {
+        let member = Subject::Lanelet(self.map.lanes[y].id.0);
+        let first = self.elements.first().into_iter();
+        let edits = first.map(|element| Edit::AddMember {
+            on: Subject::RegulatoryElement(element.id.0),
+            role: "yield".into(),
+            member,
+        });
+        edits.collect()
+    }
+
+    /// More than one element on the lanelet.
+    pub fn multi_re(&self) -> Option<Finding> {
+        let all: Vec<i64> = self.map.elements(self.id, "right_of_way").map(|element| element.id.0).collect();
+        let [first, .., last] = all[..] else { return None };
+        let message =
+            format!("Lanelet {} refers to {} right_of_way elements; Autoware unites their yields.", self.id, all.len());
+        let finding = Finding::new("multi-re", self.subject(), message);
+        let finding = finding.with(Subject::RegulatoryElement(first), "first element");
+        Some(finding.with(Subject::RegulatoryElement(last), "last element"))
+    }
+
+    /// Listed lanes that do not touch the lanelet.
+    pub fn needless(&self) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        for element in &self.elements {
+            let subject = Subject::RegulatoryElement(element.id.0);
+            let shared = element.lanelets("right_of_way").count() > 1;
+            let mut seen = FxHashSet::default();
+            for y in element.lanelets("yield").filter(|&y| seen.insert(y)) {
+                let Some(other) = self.map.lane(y).filter(|&other| self.conflict(other).is_none()) else { continue };
+                if !self.map.lanes[other].simple || !self.map.lanes[self.lane].simple {
+                    continue;
+                }
+                let message = format!("{y} in right_of_way {} does not touch {}.", element.id, self.id);
+                let finding = Finding::new("yield-needless", subject, message)
+                    .with(self.subject(), "right of way")
+                    .with(Subject::Lanelet(y.0), "yield");
+                findings.push(if shared {
+                    finding
+                } else {
+                    let edits = vec![Edit::RemoveMember { on: subject, role: "yield".into(), member: Subject::Lanelet(y.0) }];
+                    finding.graded(Severity::Warning).fixed_by(format!("take {y} out of the element"), true, edits)
+                });
+            }
+        }
+        findings
+    }
+}
+
+/// How the elements are wired: both sides must speak of each other. `signal` says which half of the lanelets is meant,
+/// those that a signal rules or the others.
+pub fn wiring(map: &MapIndex, signal: bool) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for element in map.map.regulatory_elements.iter().filter(|element| element.subtype == "right_of_way") {
+        let subject = Subject::RegulatoryElement(element.id.0);
+        let mut seen = FxHashSet::default();
+        let own: Vec<LaneletId> = element.lanelets("right_of_way").filter(|&id| seen.insert(id)).collect();
+        let meant = |lanelet: &LaneletId| ruled_by_signal(map, *lanelet) == signal;
+        for &id in own.iter().filter(|id| meant(id)) {
+            let refers = |lanelet: &Lanelet| lanelet.regulatory_elements.contains(&element.id);
+            if map.map.lanelets.get(id).is_some_and(|lanelet| !refers(lanelet)) {
+                let message = format!(
+                    "right_of_way {} has no effect on {id}: the lanelet does not reference the element.",
+                    element.id
+                );
+                let edits = vec![Edit::AddMember { on: Subject::Lanelet(id.0), role: "regulatory_element".into(), member: subject }];
+                let finding = Finding::new("not-referenced", subject, message).with(Subject::Lanelet(id.0), "lanelet");
+                findings.push(finding.fixed_by(format!("let lanelet {id} refer to it"), true, edits));
+            }
+        }
+        for &id in map.referrers(element.id).iter().filter(|id| meant(id) && !own.contains(id)) {
+            let message =
+                format!("right_of_way {} has no effect on {id}: the lanelet is not listed as right_of_way.", element.id);
+            let edits = vec![Edit::AddMember { on: subject, role: "right_of_way".into(), member: Subject::Lanelet(id.0) }];
+            let finding = Finding::new("self-missing", subject, message).with(Subject::Lanelet(id.0), "lanelet");
+            findings.push(finding.fixed_by(format!("list lanelet {id} as right_of_way"), false, edits));
+        }
+        if own.len() > 1 && own.first().is_some_and(meant) {
+            let message = format!("right_of_way {} serves {} lanelets; one element each is clearer.", element.id, own.len());
+            let finding = Finding::new("shared-re", subject, message);
+            findings.push(own.iter().fold(finding, |finding, id| finding.with(Subject::Lanelet(id.0), "right of way")));
+        }
+    }
+    findings
+}
+
+/// Whether a signal rules a lanelet, or would: a lanelet without light beside others with one lacks it by mistake.
+pub fn ruled_by_signal(map: &MapIndex, lanelet: LaneletId) -> bool {
+    map.is_signalised(lanelet)
+        || map.lane(lanelet).is_some_and(|lane| map.siblings(lane).any(|other| map.is_signalised(map.lanes[other].id)))
+}
