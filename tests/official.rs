@@ -16,13 +16,22 @@ const INTERSECTION: &str = "corpus/lanelet2/autoware_intersection.osm";
 const VM_03_RIGHT: &str = "corpus/lanelet2/autoware_vm_03_right_hand.osm";
 
 /// Fault, severity, and the count on each of the four maps above.
-const EXPECTED: [(&str, Severity, [usize; 4]); 6] = [
+const EXPECTED: [(&str, Severity, [usize; 4]); 14] = [
     ("vm-03-01/ia-tag-missing", Severity::Error, [28, 0, 1, 19]),
     ("vm-03-01/ia-tag-wrong", Severity::Error, [0, 0, 0, 0]),
     ("vm-03-02/turn-missing", Severity::Error, [1, 0, 0, 1]),
     ("vm-03-02/turn-mismatch", Severity::Error, [0, 0, 0, 8]),
     ("vm-03-08/edge-not-border", Severity::Error, [37, 0, 54, 37]),
     ("vm-03-08/lane-node-missing", Severity::Error, [3, 8, 0, 2]),
+    ("vm-03-10/re-missing", Severity::Error, [1, 0, 1, 4]),
+    ("vm-03-10/yield-missing", Severity::Error, [0, 0, 1, 3]),
+    ("vm-03-10/yield-missing", Severity::Warning, [8, 0, 8, 0]),
+    ("vm-03-10/yield-unsafe", Severity::Error, [0, 1, 0, 0]),
+    ("vm-03-10/yield-needless", Severity::Info, [32, 0, 31, 9]),
+    // Elements that serve one lanelet only.
+    ("vm-03-10/yield-needless", Severity::Warning, [0, 0, 0, 2]),
+    ("vm-03-12/sliver", Severity::Warning, [0, 0, 5, 0]),
+    ("vm-03-12/attention", Severity::Info, [0, 0, 0, 0]),
 ];
 
 /// What has no business on any of them.

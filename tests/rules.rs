@@ -9,10 +9,9 @@ mod common;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use common::{judge, load};
+use common::{beside, judge_as, load};
 use lanewright::report::{Sources, TextStyle, text};
 use lanewright::rules;
-use lanewright::settings::Settings;
 
 /// The maps of one rule whose names start with `good` or `bad`.
 fn maps(rule: &str, start: &str) -> Vec<PathBuf> {
@@ -58,8 +57,11 @@ fn every_folder_belongs_to_a_rule() {
 fn good_maps_are_silent() {
     for path in rule_ids().into_iter().flat_map(|rule| maps(rule, "good")) {
         let (_, loaded) = load(&path);
-        let said: Vec<String> =
-            judge(&loaded, &Settings::default()).iter().map(|d| format!("{}: {}", d.code, d.finding.message)).collect();
+        let (settings, config) = beside(&path);
+        let said: Vec<String> = judge_as(&loaded, &settings, &config)
+            .iter()
+            .map(|d| format!("{}: {}", d.code, d.finding.message))
+            .collect();
         assert!(said.is_empty(), "{}: {said:#?}", path.display());
     }
 }
@@ -71,7 +73,8 @@ fn bad_maps_say_what_stands_beside_them() {
     for rule in rule_ids() {
         for path in maps(rule, "bad-") {
             let (data, loaded) = load(&path);
-            let diagnostics = judge(&loaded, &Settings::default());
+            let (settings, config) = beside(&path);
+            let diagnostics = judge_as(&loaded, &settings, &config);
             let name = path.file_stem().unwrap().to_string_lossy().into_owned();
             let promised = diagnostics.iter().any(|diagnostic| {
                 let slug = diagnostic.code.strip_prefix(&format!("{rule}/"));

@@ -127,8 +127,10 @@ impl<'a> Case<'a> {
         let index = |n: &str| self.names.iter().position(|other| other == n).unwrap();
         let x = index(name);
         let conflicts: Vec<usize> = self.conflicts[x].iter().map(|c| index(c)).collect();
-        let mut found: Vec<&str> =
-            super::yields(x, &movers, &conflicts, |a, b| relation(movers[a].arm, movers[b].arm)).into_iter().map(|y| self.names[y].as_str()).collect();
+        let mut found: Vec<&str> = super::yields(x, &movers, &conflicts, |a, b| relation(movers[a].arm, movers[b].arm))
+            .into_iter()
+            .map(|y| self.names[y].as_str())
+            .collect();
         found.sort_unstable();
         found
     }

@@ -9,8 +9,13 @@ mod rule;
 mod side;
 mod vm_03_01;
 mod vm_03_02;
+mod vm_03_03;
+mod vm_03_04;
 mod vm_03_05;
+mod vm_03_06;
+mod vm_03_07;
 mod vm_03_08;
+mod vm_03_09;
 mod vm_03_10;
 mod vm_03_11;
 mod vm_03_12;
@@ -58,8 +63,13 @@ table! {
     "side" => Some(judge::<side::OneSide>),
     "vm-03-01" => Some(judge::<vm_03_01::Criteria>),
     "vm-03-02" => Some(judge::<vm_03_02::TurnDirectionAndBounds>),
+    "vm-03-03" => Some(judge::<vm_03_03::WidthAndSmoothness>),
+    "vm-03-04" => Some(judge::<vm_03_04::AllLanelets>),
     "vm-03-05" => Some(judge::<vm_03_05::NoDivision>),
+    "vm-03-06" => Some(judge::<vm_03_06::GuideLines>),
+    "vm-03-07" => Some(judge::<vm_03_07::SideBySide>),
     "vm-03-08" => Some(judge::<vm_03_08::Outline>),
+    "vm-03-09" => Some(judge::<vm_03_09::Extent>),
     "vm-03-10" => Some(judge::<vm_03_10::RightOfWayWithSignal>),
     "vm-03-11" => Some(judge::<vm_03_11::RightOfWayWithoutSignal>),
     "vm-03-12" => Some(judge::<vm_03_12::Attention>),

@@ -33,12 +33,18 @@ impl<'m> Judged<'m> {
         for (at, traffic) in map.traffic.iter().enumerate() {
             for (x, movement) in traffic.movements.iter().enumerate() {
                 // A lane of two areas is judged with the first.
-                let first = map.intersections_of(movement.lane).iter().find(|&&i| map.traffic[i].of_lane(movement.lane).is_some());
+                let first = map
+                    .intersections_of(movement.lane)
+                    .iter()
+                    .find(|&&i| map.traffic[i].of_lane(movement.lane).is_some());
                 if first != Some(&at) || !map.lanes[movement.lane].vehicle || !wanted(traffic, x) {
                     continue;
                 }
                 let lane = movement.lane;
-                let due = traffic.yields(map, x).into_iter().map(|y| traffic.movements[y].lane).collect();
+                // A lanelet without turn_direction is a fault of its own; what follows shows when that is mended.
+                let tagged = |lane: &usize| map.turn_direction(*lane).is_some();
+                let due =
+                    traffic.yields(map, x).into_iter().map(|y| traffic.movements[y].lane).filter(tagged).collect();
                 all.push(Self {
                     map,
                     traffic,
@@ -90,7 +96,8 @@ impl<'m> Judged<'m> {
     /// The edits that take a lane out of its elements.
     pub fn drop_yield(&self, y: usize) -> Vec<Edit> {
         let member = Subject::Lanelet(self.map.lanes[y].id.0);
-        let listing = self.elements.iter().filter(|element| element.lanelets("yield").any(|id| id.0 == self.map.lanes[y].id.0));
+        let listing =
+            self.elements.iter().filter(|element| element.lanelets("yield").any(|id| id.0 == self.map.lanes[y].id.0));
         let edits = listing.map(|element| Edit::RemoveMember {
             on: Subject::RegulatoryElement(element.id.0),
             role: "yield".into(),
@@ -110,9 +117,10 @@ impl<'m> Judged<'m> {
             return None;
         }
         let finding = Finding::new("re-missing", self.subject(), message);
-        let finding = self.due.iter().fold(finding, |finding, &y| {
-            finding.with(Subject::Lanelet(self.map.lanes[y].id.0), "need not be watched")
-        });
+        let finding = self
+            .due
+            .iter()
+            .fold(finding, |finding, &y| finding.with(Subject::Lanelet(self.map.lanes[y].id.0), "need not be watched"));
         Some(finding.fixed_by("create the right_of_way element", true, self.create()))
     }
 
@@ -154,7 +162,8 @@ impl<'m> Judged<'m> {
             let mut seen = FxHashSet::default();
             for y in element.lanelets("yield").filter(|&y| seen.insert(y)) {
                 let Some(other) = self.map.lane(y).filter(|&other| self.conflict(other).is_none()) else { continue };
-                if !self.map.lanes[other].simple || !self.map.lanes[self.lane].simple {
+                let judged = self.map.movement(other).is_some() && self.map.lanes[self.lane].simple;
+                if !judged || !self.map.lanes[other].simple || self.map.siblings(self.lane).any(|s| s == other) {
                     continue;
                 }
                 let message = format!("{y} in right_of_way {} does not touch {}.", element.id, self.id);
@@ -164,7 +173,8 @@ impl<'m> Judged<'m> {
                 findings.push(if shared {
                     finding
                 } else {
-                    let edits = vec![Edit::RemoveMember { on: subject, role: "yield".into(), member: Subject::Lanelet(y.0) }];
+                    let edits =
+                        vec![Edit::RemoveMember { on: subject, role: "yield".into(), member: Subject::Lanelet(y.0) }];
                     finding.graded(Severity::Warning).fixed_by(format!("take {y} out of the element"), true, edits)
                 });
             }
@@ -189,20 +199,28 @@ pub fn wiring(map: &MapIndex, signal: bool) -> Vec<Finding> {
                     "right_of_way {} has no effect on {id}: the lanelet does not reference the element.",
                     element.id
                 );
-                let edits = vec![Edit::AddMember { on: Subject::Lanelet(id.0), role: "regulatory_element".into(), member: subject }];
+                let edits = vec![Edit::AddMember {
+                    on: Subject::Lanelet(id.0),
+                    role: "regulatory_element".into(),
+                    member: subject,
+                }];
                 let finding = Finding::new("not-referenced", subject, message).with(Subject::Lanelet(id.0), "lanelet");
                 findings.push(finding.fixed_by(format!("let lanelet {id} refer to it"), true, edits));
             }
         }
         for &id in map.referrers(element.id).iter().filter(|id| meant(id) && !own.contains(id)) {
-            let message =
-                format!("right_of_way {} has no effect on {id}: the lanelet is not listed as right_of_way.", element.id);
-            let edits = vec![Edit::AddMember { on: subject, role: "right_of_way".into(), member: Subject::Lanelet(id.0) }];
+            let message = format!(
+                "right_of_way {} has no effect on {id}: the lanelet is not listed as right_of_way.",
+                element.id
+            );
+            let edits =
+                vec![Edit::AddMember { on: subject, role: "right_of_way".into(), member: Subject::Lanelet(id.0) }];
             let finding = Finding::new("self-missing", subject, message).with(Subject::Lanelet(id.0), "lanelet");
             findings.push(finding.fixed_by(format!("list lanelet {id} as right_of_way"), false, edits));
         }
         if own.len() > 1 && own.first().is_some_and(meant) {
-            let message = format!("right_of_way {} serves {} lanelets; one element each is clearer.", element.id, own.len());
+            let message =
+                format!("right_of_way {} serves {} lanelets; one element each is clearer.", element.id, own.len());
             let finding = Finding::new("shared-re", subject, message);
             findings.push(own.iter().fold(finding, |finding, id| finding.with(Subject::Lanelet(id.0), "right of way")));
         }

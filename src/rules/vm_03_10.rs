@@ -32,7 +32,8 @@ impl Rule for RightOfWayWithSignal {
 /// Autoware watches nobody for a straight lanelet with a light.
 fn straight_re(judged: &Judged) -> Option<Finding> {
     let element = judged.map.elements(judged.id, "right_of_way").next()?;
-    let message = format!("right_of_way {} of straight lanelet {} is not used: a signal rules it.", element.id, judged.id);
+    let message =
+        format!("right_of_way {} of straight lanelet {} is not used: a signal rules it.", element.id, judged.id);
     let subject = Subject::RegulatoryElement(element.id.0);
     let edits = vec![Edit::RemoveMember { on: judged.subject(), role: "regulatory_element".into(), member: subject }];
     let finding = Finding::new("straight-re", subject, message).with(judged.subject(), "straight lanelet");

@@ -53,8 +53,11 @@ fn re_missing(judged: &Judged) -> Option<Finding> {
 fn yield_missing(judged: &Judged) -> Vec<Finding> {
     let findings = judged.missing().map(|y| {
         let other = judged.map.lanes[y].id;
-        let message =
-            format!("{} lanelet {} lacks {other} in right_of_way; ego will wait without need.", rank(judged), judged.id);
+        let message = format!(
+            "{} lanelet {} lacks {other} in right_of_way; ego will wait without need.",
+            rank(judged),
+            judged.id
+        );
         let finding = judged.about("yield-missing", y, message);
         finding.fixed_by(format!("list {other} as yield"), !judged.shares_elements(), judged.add_yield(y))
     });

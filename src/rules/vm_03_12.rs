@@ -61,13 +61,11 @@ fn no_conflict(map: &MapIndex, lane: usize) -> Option<Finding> {
 /// Two lanes that hardly touch. Said once for the two.
 fn sliver(map: &MapIndex, lane: usize, conflict: &Conflict) -> Option<Finding> {
     let back = map.conflicts[conflict.other].iter().find(|back| back.other == lane)?;
-    if conflict.real || back.real || conflict.grade_separated {
+    if conflict.real || back.real || conflict.grade_separated || map.movement(conflict.other).is_none() {
         return None;
     }
-    // The other one says it, if it is judged at all and comes first.
-    let said = conflict.other < lane
-        && map.movement(conflict.other).is_some()
-        && map.ignored(conflict.other).binary_search(&lane).is_err();
+    // The other one says it if it comes first.
+    let said = conflict.other < lane && map.ignored(conflict.other).binary_search(&lane).is_err();
     if said {
         return None;
     }

@@ -22,8 +22,22 @@ pub fn load(path: &Path) -> (OsmData, Loaded) {
 
 /// The findings of all rules as their documents have them.
 pub fn judge(loaded: &Loaded, settings: &Settings) -> Vec<Diagnostic> {
+    judge_as(loaded, settings, &Config::default())
+}
+
+/// The findings of all rules as a user wants them.
+pub fn judge_as(loaded: &Loaded, settings: &Settings, config: &Config) -> Vec<Diagnostic> {
     let index = MapIndex::new(&loaded.map, &loaded.faults, settings, Thresholds::default());
-    rules::run(&index, &Config::default()).unwrap()
+    rules::run(&index, config).unwrap()
+}
+
+/// What stands beside a map of the tests: `good.toml` beside `good.osm`, as `lanewright.toml` stands beside a map.
+#[allow(dead_code)]
+pub fn beside(map: &Path) -> (Settings, Config) {
+    let Ok(text) = std::fs::read_to_string(map.with_extension("toml")) else { return Default::default() };
+    let mut table: toml::Table = toml::from_str(&text).unwrap();
+    let parameters = table.remove("parameters").map(|value| value.try_into().unwrap()).unwrap_or_default();
+    (toml::Value::Table(table).try_into().unwrap(), Config { parameters, ..Config::default() })
 }
 
 /// A file of the material beside the project; `None`, said aloud, where it is not there.

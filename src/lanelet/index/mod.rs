@@ -8,6 +8,7 @@ mod named;
 mod queries;
 mod rank;
 mod side;
+mod stop_line;
 mod thresholds;
 mod traffic;
 
@@ -16,6 +17,7 @@ pub use intersection::{Arm, ArmEdge, Intersection, Member, declared_area};
 pub use lane::{Edge, Lane, STEP, extent};
 pub use queries::{allows_lane_change, is_road_border};
 pub use side::{DrivingSide, SideVotes};
+pub use stop_line::{Misfit, StopLine};
 pub use thresholds::Thresholds;
 pub use traffic::{Movement, Rank, STRAIGHT, Traffic, U_TURN};
 
@@ -55,6 +57,7 @@ pub struct MapIndex<'m> {
     /// For every intersection its traffic; without movements where the driving side is unknown.
     pub traffic: Vec<Traffic>,
     named: Vec<Vec<usize>>,
+    stop_lines: stop_line::StopLines,
     tree: LaneTree,
     by_id: FxHashMap<LaneletId, usize>,
     starting: FxHashMap<[PointId; 2], Vec<usize>>,
@@ -118,6 +121,7 @@ impl<'m> MapIndex<'m> {
             side,
             traffic: Vec::new(),
             named,
+            stop_lines: Default::default(),
             tree,
             referrers,
             intersections_of,

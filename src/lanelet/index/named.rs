@@ -1,7 +1,7 @@
 //! What the user says of an intersection, in the index's terms.
 
-use rstar::{AABB, RTree};
 use rstar::primitives::{GeomWithData, Rectangle};
+use rstar::{AABB, RTree};
 use rustc_hash::FxHashMap;
 
 use super::traffic::Movement;

@@ -29,6 +29,13 @@ pub struct Thresholds {
     pub arm_corner: f64,
     /// Two approaches are opposite if their headings differ from 180 by no more than this (deg).
     pub opposite: f64,
+    /// Two approaches that refer to the same light are green together if the angle between their directions is no larger
+    /// than this (deg): the face of a light cannot be read from the side.
+    pub shared_light: f64,
+    /// A stop line farther than this (m) from the start of a lanelet belongs to something else ...
+    pub stop_line_reach: f64,
+    /// ... and so does one that is abreast of less than this share (1) of it, unless the lanelet refers to it.
+    pub stop_line_overlap: f64,
 }
 
 impl Default for Thresholds {
@@ -45,6 +52,9 @@ impl Default for Thresholds {
             arm_reach: 30.0,
             arm_corner: 60.0,
             opposite: 45.0,
+            shared_light: 60.0,
+            stop_line_reach: 2.0,
+            stop_line_overlap: 0.5,
         }
     }
 }

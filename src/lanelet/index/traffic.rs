@@ -5,6 +5,7 @@ use rustc_hash::FxHashMap;
 
 use super::named::Named;
 use super::{Intersection, MapIndex, rank};
+use crate::geometry::angle_between;
 use crate::lanelet::right_of_way::{Mover, Relation, Turn, yields};
 use crate::lanelet::{LineStringId, RegulatoryElement, TurnDirection};
 
@@ -118,8 +119,7 @@ pub(super) fn traffic(map: &MapIndex, at: usize) -> Traffic {
     let first = named.priority_arms();
     let (prohibited, guide_lines, phases) = (named.prohibited(), named.guide_lines(), named.phases());
     let signalised = movements.iter().any(|movement| movement.mover.signalised);
-    let mut traffic =
-        Traffic { movements, signalised, rank: Rank::Unknown, prohibited, guide_lines, together, phases };
+    let mut traffic = Traffic { movements, signalised, rank: Rank::Unknown, prohibited, guide_lines, together, phases };
     if traffic.signalised {
         // Whoever has no light where others have one gives way to those.
         for movement in &mut traffic.movements {
@@ -136,7 +136,8 @@ pub(super) fn traffic(map: &MapIndex, at: usize) -> Traffic {
     traffic
 }
 
-/// Opposite approaches, and those whose elements refer to the same light.
+/// Opposite approaches, and those whose elements refer to the same light, unless they cross: nobody can see the face of
+/// a light from the side, so that a light of both is a slip.
 fn together(map: &MapIndex, intersection: &Intersection, movements: &[Movement]) -> Vec<Vec<bool>> {
     let count = intersection.arms.len();
     let mut lights: Vec<Vec<LineStringId>> = vec![Vec::new(); count];
@@ -148,10 +149,18 @@ fn together(map: &MapIndex, intersection: &Intersection, movements: &[Movement])
         list.sort_unstable();
         list.dedup();
     }
-    let shared = |a: usize, b: usize| lights[a].iter().any(|light| lights[b].binary_search(light).is_ok());
+    let cross = |a: usize, b: usize| {
+        let headings = intersection.arms[a].heading_in.zip(intersection.arms[b].heading_in);
+        let angle = headings.map_or(0.0, |(a, b)| angle_between(a, b).abs().to_degrees());
+        angle.min(180.0 - angle) > map.thresholds.shared_light
+    };
+    let shared =
+        |a: usize, b: usize| !cross(a, b) && lights[a].iter().any(|light| lights[b].binary_search(light).is_ok());
     (0..count)
         .map(|a| {
-            (0..count).map(|b| a == b || intersection.arms[a].opposite == Some(b) || shared(a, b)).collect::<Vec<bool>>()
+            (0..count)
+                .map(|b| a == b || intersection.arms[a].opposite == Some(b) || shared(a, b))
+                .collect::<Vec<bool>>()
         })
         .collect()
 }

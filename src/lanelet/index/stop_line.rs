@@ -1,0 +1,126 @@
+//! Which stop line a lanelet of an intersection starts at.
+
+use std::sync::OnceLock;
+
+use rstar::primitives::{GeomWithData, Rectangle};
+use rstar::{AABB, RTree};
+
+use super::{Lane, MapIndex};
+use crate::geometry::{Point, Polyline, Vector, angle_between};
+use crate::lanelet::{LineString, LineStringId};
+
+/// A stop line of the map as a straight line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StopLine {
+    /// Its way.
+    pub way: LineStringId,
+    /// Its two ends.
+    pub ends: [Point; 2],
+}
+
+/// Stop lines by place.
+pub(super) type StopLineTree = RTree<GeomWithData<Rectangle<[f64; 2]>, LineStringId>>;
+
+/// How far a stop line is from where it should be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Misfit {
+    /// Distance of the farther end of the edge from the stop line, metres.
+    pub distance: f64,
+    /// Angle between both, degrees, 0..=90.
+    pub angle: f64,
+    /// Whether the edge lies behind the line, downstream.
+    pub behind: bool,
+}
+
+impl StopLine {
+    /// From a way; `None` if it has no length.
+    pub fn of(map: &MapIndex, line: &LineString) -> Option<Self> {
+        let place =
+            |id| map.map.points.get(id).map(|point| point.position).filter(|p| p.x.is_finite() && p.y.is_finite());
+        let ends = [place(*line.points.first()?)?, place(*line.points.last()?)?];
+        ((ends[1] - ends[0]).norm() > Polyline::MERGE).then_some(Self { way: line.id, ends })
+    }
+
+    /// The line, longer by `extra` metres at both ends.
+    fn extended(&self, extra: f64) -> [Point; 2] {
+        let along = (self.ends[1] - self.ends[0]).normalize() * extra;
+        [self.ends[0] - along, self.ends[1] + along]
+    }
+
+    /// How well the start of a lane lies on the line, made longer by `extra` metres at both ends.
+    pub fn misfit(&self, lane: &Lane, extra: f64) -> Misfit {
+        let [a, b] = self.extended(extra);
+        let distance = lane.start.points.iter().map(|&p| distance_to(p, a, b)).fold(0.0, f64::max);
+        let angle = angle_between(b - a, lane.start.across()).abs().to_degrees();
+        let away = lane.start.middle() - nalgebra::center(&a, &b);
+        let behind = lane.heading_in().is_some_and(|heading| away.dot(&heading) > 0.0);
+        Misfit { distance, angle: angle.min(180.0 - angle), behind }
+    }
+
+    /// Share of the start of a lane that lies abreast of the line.
+    fn overlap(&self, lane: &Lane) -> f64 {
+        let along: Vector = lane.start.across();
+        let width = along.norm().max(Polyline::MERGE);
+        let [a, b] = self.ends.map(|end| (end - lane.start.points[0]).dot(&along) / (width * width));
+        (a.max(b).min(1.0) - a.min(b).max(0.0)).max(0.0)
+    }
+}
+
+/// Distance of `p` from the line from `a` to `b`.
+fn distance_to(p: Point, a: Point, b: Point) -> f64 {
+    let along = b - a;
+    let t = ((p - a).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+    (p - (a + along * t)).norm()
+}
+
+impl MapIndex<'_> {
+    /// A way as a stop line.
+    pub fn stop_line(&self, way: LineStringId) -> Option<StopLine> {
+        StopLine::of(self, self.map.linestrings.get(way)?)
+    }
+
+    /// The stop line that a lanelet of an intersection starts at: that of its traffic light; else one of its road
+    /// markings, or any other, that lies near its start.
+    pub fn stop_line_of(&self, lane: usize) -> Option<StopLine> {
+        let id = self.lanes[lane].id;
+        let lights = self.elements(id, "traffic_light").flat_map(|light| light.linestrings("ref_line"));
+        if let Some(line) = lights.filter_map(|way| self.stop_line(way)).next() {
+            return Some(line);
+        }
+        let lane = &self.lanes[lane];
+        let marked = self.elements(id, "road_marking").flat_map(|marking| marking.linestrings("refers"));
+        let marked = marked.filter_map(|way| self.stop_line(way));
+        self.nearest(lane, marked, 0.0).or_else(|| {
+            let reach = self.thresholds.stop_line_reach;
+            let [low, high] = super::extent(&lane.start.points);
+            let reach = AABB::from_corners([low.x - reach, low.y - reach], [high.x + reach, high.y + reach]);
+            let tree = self.stop_lines.get_or_init(|| tree(self));
+            let mut near: Vec<LineStringId> =
+                tree.locate_in_envelope_intersecting(&reach).map(|one| one.data).collect();
+            near.sort_unstable();
+            let near = near.into_iter().filter_map(|way| self.stop_line(way));
+            self.nearest(lane, near, self.thresholds.stop_line_overlap)
+        })
+    }
+
+    /// The nearest of some stop lines that is near the start and abreast of this share of it.
+    fn nearest(&self, lane: &Lane, lines: impl Iterator<Item = StopLine>, overlap: f64) -> Option<StopLine> {
+        let distance = |line: &StopLine| distance_to(lane.start.middle(), line.ends[0], line.ends[1]);
+        lines
+            .filter(|line| distance(line) <= self.thresholds.stop_line_reach && line.overlap(lane) >= overlap)
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    }
+}
+
+/// All stop lines of the map.
+fn tree(map: &MapIndex) -> StopLineTree {
+    let lines = map.map.linestrings.iter().filter(|line| line.attributes.is("type", "stop_line"));
+    let boxes = lines.filter_map(|line| StopLine::of(map, line)).map(|line| {
+        let [a, b] = line.ends;
+        GeomWithData::new(Rectangle::from_corners([a.x, a.y], [b.x, b.y]), line.way)
+    });
+    RTree::bulk_load(boxes.collect())
+}
+
+/// Made when the first rule asks.
+pub(super) type StopLines = OnceLock<StopLineTree>;

@@ -1,0 +1,192 @@
+//! vm-03-03: lanelets of an intersection keep their width and bend smoothly.
+
+use serde::Deserialize;
+
+use super::Rule;
+use crate::diagnostic::{Finding, Place, Severity, Subject};
+use crate::geometry::{Point, Polyline, angle_between};
+use crate::lanelet::index::{Lane, MapIndex};
+use crate::lanelet::{LineStringId, RoadType};
+
+/// See `rules/vm-03-03.md`.
+pub struct WidthAndSmoothness;
+
+/// See the document.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    width: [f64; 2],
+    vehicle_width: [f64; 3],
+    bicycle_width: [f64; 2],
+    kink: [f64; 2],
+    curvature: [f64; 2],
+    jagged_center: f64,
+    jagged: [f64; 2],
+    joint: [f64; 2],
+}
+
+/// Steps along a line between measurements, metres: bends of a hand-drawn line within one are no bends.
+const STEP: f64 = 1.0;
+/// Curvature is measured over steps of this length, metres, as Autoware's paths are.
+const CURVATURE_STEP: f64 = 2.0;
+
+impl Rule for WidthAndSmoothness {
+    type Params = Params;
+
+    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        for movement in map.traffic.iter().flat_map(|traffic| &traffic.movements) {
+            let lane = &map.lanes[movement.lane];
+            let Some(center) = &lane.center else { continue };
+            findings.extend(widths(params, lane, center));
+            findings.extend(kinks(map, params, lane, center));
+            findings.extend(curvature(params, lane, center));
+            findings.extend(jaggedness(params, lane, center));
+            findings.extend(joints(map, params, movement.lane));
+        }
+        findings
+    }
+}
+
+/// Warning beyond the first limit, error beyond the second; `None` within both.
+fn grade(value: f64, [warning, error]: [f64; 2]) -> Option<Severity> {
+    match value {
+        _ if value > error => Some(Severity::Error),
+        _ if value > warning => Some(Severity::Warning),
+        _ => None,
+    }
+}
+
+fn widths(params: &Params, lane: &Lane, center: &Polyline) -> Vec<Finding> {
+    let bounds = [&lane.left, &lane.right].map(|bound| Polyline::new(bound.iter().copied()));
+    let [Some(left), Some(right)] = bounds else { return Vec::new() };
+    let middle = center.resampled(STEP);
+    let width: Vec<f64> = middle.points().iter().map(|&p| left.distance(p) + right.distance(p)).collect();
+    let mut sorted = width.clone();
+    sorted.sort_by(f64::total_cmp);
+    let (median, last) = (sorted[sorted.len() / 2], width.len() - 1);
+    let subject = Subject::Lanelet(lane.id.0);
+    let mut findings = Vec::new();
+    let taper = |i: usize| width[0] + (width[last] - width[0]) * i as f64 / last as f64;
+    let off = |i: &usize| (width[*i] - taper(*i)).abs() / median.max(Polyline::MERGE);
+    if let Some(worst) = (0..=last).max_by(|a, b| off(a).total_cmp(&off(b)))
+        && let Some(severity) = grade(off(&worst), params.width)
+    {
+        let station = center.length() * worst as f64 / last as f64;
+        let percent = 100.0 * off(&worst);
+        let message = format!("Width of {} deviates {percent:.0} % from a linear taper at {station:.0} m.", lane.id);
+        let finding = Finding::new("width", subject, message).measured(percent, 100.0 * params.width[0], "%");
+        findings.push(finding.at(Place::Point(middle.points()[worst])).graded(severity));
+    }
+    let [least, low, high] = match lane.kind {
+        RoadType::BicycleLane => [0.0, params.bicycle_width[0], params.bicycle_width[1]],
+        _ => params.vehicle_width,
+    };
+    let extremes = [(sorted[0], sorted[0] < low, low), (sorted[last], sorted[last] > high, high)];
+    for (value, _, limit) in extremes.into_iter().filter(|(_, broken, _)| *broken) {
+        let at = width.iter().position(|w| *w == value).unwrap_or(0);
+        let message = format!("Lanelet {} is {value:.2} m wide; {limit} m is the limit.", lane.id);
+        let finding = Finding::new("width-abs", subject, message).measured(value, limit, "m");
+        let severity = if value < least { Severity::Error } else { Severity::Warning };
+        findings.push(finding.at(Place::Point(middle.points()[at])).graded(severity));
+    }
+    findings
+}
+
+/// The two bounds and the centre line, each with its name and way.
+fn lines<'a>(lane: &'a Lane, center: &'a Polyline) -> Vec<(&'static str, Option<LineStringId>, Polyline)> {
+    let bound = |points: &[Point]| Polyline::new(points.iter().copied());
+    let all = [
+        ("Left bound", Some(lane.bounds[0]), bound(&lane.left)),
+        ("Right bound", Some(lane.bounds[1]), bound(&lane.right)),
+        ("Centre line", None, Some(center.clone())),
+    ];
+    all.into_iter().filter_map(|(name, way, line)| Some((name, way, line?.resampled(STEP)))).collect()
+}
+
+/// Changes of direction at the inner points, degrees, left positive.
+fn turns(line: &Polyline) -> Vec<f64> {
+    line.points().windows(3).map(|w| angle_between(w[1] - w[0], w[2] - w[1]).to_degrees()).collect()
+}
+
+fn kinks(map: &MapIndex, params: &Params, lane: &Lane, center: &Polyline) -> Vec<Finding> {
+    let findings = lines(lane, center).into_iter().filter_map(|(name, way, line)| {
+        let turns = turns(&line);
+        let worst = (0..turns.len()).max_by(|&a, &b| turns[a].abs().total_cmp(&turns[b].abs()))?;
+        let bend = turns[worst].abs();
+        let severity = grade(bend, params.kink)?;
+        let place = line.points()[worst + 1];
+        let finding = |at: String| {
+            let message = format!("{name} of {} bends {bend:.0} deg at {at}.", lane.id);
+            Finding::new("kink", Subject::Lanelet(lane.id.0), message)
+        };
+        let far = |id: &&crate::lanelet::PointId| {
+            map.map.points.get(**id).map_or(f64::INFINITY, |point| (point.position - place).norm())
+        };
+        let points = way.and_then(|way| map.map.linestrings.get(way)).map(|line| &line.points);
+        let node = points.and_then(|ids| ids.iter().min_by(|a, b| far(a).total_cmp(&far(b))));
+        let finding = match (node, way) {
+            (Some(node), Some(way)) => finding(format!("node {node}"))
+                .with(Subject::LineString(way.0), "bound")
+                .with(Subject::Point(node.0), "node"),
+            _ => finding(format!("{:.0} m", center.project(place).station)),
+        };
+        Some(finding.measured(bend, params.kink[0], "deg").at(Place::Point(place)).graded(severity))
+    });
+    findings.collect()
+}
+
+fn curvature(params: &Params, lane: &Lane, center: &Polyline) -> Option<Finding> {
+    let line = center.resampled(CURVATURE_STEP);
+    let points = line.points();
+    let step = center.length() / (points.len() - 1) as f64;
+    let turns = turns(&line);
+    let worst = (0..turns.len()).max_by(|&a, &b| turns[a].abs().total_cmp(&turns[b].abs()))?;
+    let curvature = turns[worst].abs().to_radians() / step;
+    // A lanelet shorter than two steps has no curvature to speak of.
+    let severity = grade(curvature, params.curvature).filter(|_| step > CURVATURE_STEP / 2.0)?;
+    let message = format!("Centre line of {} bends with a radius of {:.1} m.", lane.id, 1.0 / curvature);
+    let finding = Finding::new("curvature", Subject::Lanelet(lane.id.0), message);
+    Some(finding.measured(curvature, params.curvature[0], "1/m").at(Place::Point(points[worst + 1])).graded(severity))
+}
+
+/// Bending to and fro: what the bends add up to beyond what is turned in the end.
+fn jaggedness(params: &Params, lane: &Lane, center: &Polyline) -> Vec<Finding> {
+    let findings = lines(lane, center).into_iter().filter_map(|(name, way, line)| {
+        let turns = turns(&line);
+        let jagged = turns.iter().map(|turn| turn.abs()).sum::<f64>() - turns.iter().sum::<f64>().abs();
+        let limits = if way.is_some() { params.jagged } else { [params.jagged_center, f64::INFINITY] };
+        let severity = grade(jagged, limits)?;
+        let message = format!("{name} of {} zig-zags by {jagged:.0} deg.", lane.id);
+        let finding = Finding::new("jagged", Subject::Lanelet(lane.id.0), message);
+        let finding = finding.measured(jagged, limits[0], "deg").graded(severity);
+        Some(match way {
+            Some(way) => finding.with(Subject::LineString(way.0), "bound"),
+            None => finding,
+        })
+    });
+    findings.collect()
+}
+
+/// Jumps of direction where the lanelet begins and ends.
+fn joints(map: &MapIndex, params: &Params, at: usize) -> Vec<Finding> {
+    let before = map.predecessors(at).iter().map(|&other| (other, at));
+    // Between two lanelets of the intersection the second one says it.
+    let after = map.followers(at).iter().map(|&other| (at, other)).filter(|&(_, y)| map.movement(y).is_none());
+    let findings = before.chain(after).filter_map(|(x, y)| {
+        let (a, b) = (&map.lanes[x], &map.lanes[y]);
+        if !a.vehicle || !b.vehicle {
+            return None;
+        }
+        let jump = angle_between(a.heading_out()?, b.heading_in()?).abs().to_degrees();
+        let severity = grade(jump, params.joint)?;
+        let message = format!("Heading jumps {jump:.0} deg between {} and {}.", a.id, b.id);
+        let (own, other) = if x == at { (a, b) } else { (b, a) };
+        let finding = Finding::new("joint", Subject::Lanelet(own.id.0), message)
+            .with(Subject::Lanelet(other.id.0), "neighbour along the road")
+            .measured(jump, params.joint[0], "deg")
+            .at(Place::Line(a.end.points.to_vec()));
+        Some(finding.graded(severity))
+    });
+    findings.collect()
+}

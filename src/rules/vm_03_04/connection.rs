@@ -1,0 +1,157 @@
+//! Ends of lanes that should be one and are not.
+
+use std::collections::BTreeMap;
+
+use rustc_hash::FxHashSet;
+
+use super::Params;
+use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
+use crate::geometry::{Point, angle_between};
+use crate::lanelet::PointId;
+use crate::lanelet::index::{Edge, MapIndex};
+
+/// Two nodes that nearly coincide, with the lanes that they keep apart.
+struct Miss {
+    distance: f64,
+    lanes: [usize; 2],
+    place: Point,
+}
+
+/// All pairs of nodes that should be one, and the lanes whose start or end they are.
+pub struct Misses<'m> {
+    map: &'m MapIndex<'m>,
+    limit: f64,
+    pairs: BTreeMap<[PointId; 2], Miss>,
+    ends: FxHashSet<usize>,
+    starts: FxHashSet<usize>,
+}
+
+/// Where a lane of an intersection nearly starts at the end of another, or ends at its start.
+pub fn near_misses<'m>(map: &'m MapIndex<'m>, params: &Params) -> Misses<'m> {
+    let mut misses = Misses {
+        map,
+        limit: params.near_miss,
+        pairs: BTreeMap::new(),
+        ends: FxHashSet::default(),
+        starts: FxHashSet::default(),
+    };
+    for y in (0..map.lanes.len()).filter(|&lane| map.lanes[lane].is_drivable()) {
+        for x in ending_near(map, params, y, &map.lanes[y].start) {
+            if map.movement(x).is_none() && map.movement(y).is_none() {
+                continue;
+            }
+            misses.ends.insert(x);
+            misses.starts.insert(y);
+            let (end, start) = (map.lanes[x].end, map.lanes[y].start);
+            for side in 0..2 {
+                let [a, b] = [end.ids[side], start.ids[side]];
+                let distance = (end.points[side] - start.points[side]).norm();
+                let miss = Miss { distance, lanes: [x, y], place: end.points[side] };
+                if a != b {
+                    misses.pairs.entry([a.min(b), a.max(b)]).or_insert(miss);
+                }
+            }
+        }
+    }
+    misses
+}
+
+/// Lanes that end close to where a lane starts, in its direction, but not there.
+fn ending_near(map: &MapIndex, params: &Params, y: usize, start: &Edge) -> Vec<usize> {
+    let reach = nalgebra::Vector2::repeat(params.near_miss);
+    let middle = start.middle();
+    let near = map.lanes_near(middle - reach, middle + reach);
+    let close = |x: &usize| {
+        let end = &map.lanes[*x].end;
+        *x != y
+            && map.lanes[*x].is_drivable()
+            && end.ids != start.ids
+            && end.points.iter().zip(start.points).all(|(a, b)| (b - a).norm() < params.near_miss)
+            && straight_on(map, params, *x, y)
+    };
+    near.into_iter().filter(close).collect()
+}
+
+fn straight_on(map: &MapIndex, params: &Params, x: usize, y: usize) -> bool {
+    let headings = map.lanes[x].heading_out().zip(map.lanes[y].heading_in());
+    headings.is_some_and(|(a, b)| angle_between(a, b).abs().to_degrees() <= params.near_angle)
+}
+
+/// Whether a lane comes so close to another one's end that near-miss says what is wrong.
+pub fn nearly_continues(map: &MapIndex, params: &Params, at: usize, edge: &Edge) -> bool {
+    if *edge == map.lanes[at].start {
+        return !ending_near(map, params, at, edge).is_empty();
+    }
+    let reach = nalgebra::Vector2::repeat(params.near_miss);
+    let near = map.lanes_near(edge.middle() - reach, edge.middle() + reach);
+    near.into_iter().any(|y| ending_near(map, params, y, &map.lanes[y].start).contains(&at))
+}
+
+impl Misses<'_> {
+    /// One finding for each pair of nodes.
+    pub fn into_findings(self) -> Vec<Finding> {
+        let map = self.map;
+        let findings = self.pairs.into_iter().map(|([older, newer], miss)| {
+            let [a, b] = miss.lanes.map(|lane| map.lanes[lane].id);
+            let message =
+                format!("Nodes {older} and {newer} are {:.3} m apart; {a} and {b} do not connect.", miss.distance);
+            Finding::new("near-miss", Subject::Point(newer.0), message)
+                .with(Subject::Point(older.0), "node nearby")
+                .with(Subject::Lanelet(a.0), "ends here")
+                .with(Subject::Lanelet(b.0), "starts here")
+                .measured(miss.distance, self.limit, "m")
+                .at(Place::Point(miss.place))
+                .fixed_by(
+                    format!("use node {older} instead of {newer}"),
+                    true,
+                    vec![Edit::MergePoints { from: newer.0, to: older.0 }],
+                )
+        });
+        findings.collect()
+    }
+}
+
+/// Lanelets of intersections that come from nowhere or lead nowhere.
+pub fn dangling(map: &MapIndex, params: &Params, misses: &Misses) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for lane in map.traffic.iter().flat_map(|traffic| &traffic.movements).map(|movement| movement.lane) {
+        let id = map.lanes[lane].id;
+        let before = map.predecessors(lane).is_empty();
+        let after = map.followers(lane).is_empty();
+        let what = match (before, after) {
+            (true, true) => "predecessor and no successor",
+            (true, false) => "predecessor",
+            (false, true) => "successor",
+            (false, false) => continue,
+        };
+        let edge = if before { map.lanes[lane].start } else { map.lanes[lane].end };
+        let message = format!("Lanelet {id} of the intersection has no {what}.");
+        let finding = Finding::new("dangling-il", Subject::Lanelet(id.0), message);
+        let inside = (before && !misses.starts.contains(&lane) && goes_on(map, params, lane, true))
+            || (after && !misses.ends.contains(&lane) && goes_on(map, params, lane, false));
+        let finding = finding.at(Place::Line(edge.points.to_vec()));
+        findings.push(if inside { finding.graded(Severity::Error) } else { finding });
+    }
+    findings
+}
+
+/// Whether the map goes on behind a loose end: a lane lies straight ahead, or behind, close by.
+fn goes_on(map: &MapIndex, params: &Params, lane: usize, backward: bool) -> bool {
+    let this = &map.lanes[lane];
+    let (edge, heading) = match backward {
+        true => (&this.start, this.heading_in().map(|heading| -heading)),
+        false => (&this.end, this.heading_out()),
+    };
+    let Some(heading) = heading else { return false };
+    let ahead = edge.middle() + heading * params.map_border;
+    let near = map.lanes_near(edge.middle().inf(&ahead), edge.middle().sup(&ahead));
+    near.into_iter().any(|other| {
+        let other_lane = &map.lanes[other];
+        let direction = if backward { other_lane.heading_out() } else { other_lane.heading_in().map(|h| -h) };
+        let end = if backward { &other_lane.end } else { &other_lane.start };
+        let toward = direction.is_some_and(|d| angle_between(d, -heading).abs().to_degrees() <= params.near_angle);
+        let on_line = heading.dot(&(end.middle() - edge.middle())) > 0.0
+            && (end.middle() - edge.middle()).norm() <= params.map_border;
+        other != lane && other_lane.is_drivable() && map.movement(other).is_none() && toward && on_line
+    })
+}

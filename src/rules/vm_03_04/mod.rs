@@ -1,0 +1,136 @@
+//! vm-03-04: every lanelet of an intersection exists, is connected, and is linked to its signal.
+
+mod connection;
+mod signal;
+
+use serde::Deserialize;
+
+use super::Rule;
+use crate::diagnostic::{Finding, Place, Subject};
+use crate::geometry::{Point, Polyline, polygon};
+use crate::lanelet::RoadType;
+use crate::lanelet::index::{Edge, Intersection, MapIndex, Traffic};
+
+/// See `rules/vm-03-04.md`.
+pub struct AllLanelets;
+
+/// See the document.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    border: f64,
+    near_miss: f64,
+    near_angle: f64,
+    map_border: f64,
+    stop_line: f64,
+}
+
+impl Rule for AllLanelets {
+    type Params = Params;
+
+    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+        let misses = connection::near_misses(map, params);
+        let mut findings = connection::dangling(map, params, &misses);
+        findings.extend(misses.into_findings());
+        for (intersection, traffic) in map.intersections.iter().zip(&map.traffic) {
+            findings.extend(loose_ends(map, params, intersection));
+            findings.extend(movements_missing(map, intersection, traffic));
+        }
+        findings.extend(signal::judge(map, params));
+        findings
+    }
+}
+
+/// Lanes that end or start on the border of an area where nothing goes on.
+fn loose_ends(map: &MapIndex, params: &Params, intersection: &Intersection) -> Vec<Finding> {
+    let Some(area) = intersection.area else { return Vec::new() };
+    let ring = &intersection.ring;
+    let Some(border) = Polyline::new(ring.iter().chain(ring.first()).copied()) else { return Vec::new() };
+    let [low, high] = crate::lanelet::index::extent(ring);
+    let reach = nalgebra::Vector2::repeat(params.border);
+    let mut findings = Vec::new();
+    for at in map.lanes_near(low - reach, high + reach) {
+        let lane = &map.lanes[at];
+        let member = intersection.members.iter().any(|member| member.lane == at);
+        let level = (lane.heights[0] - intersection.height).abs() <= map.thresholds.grade_separation;
+        if member || !lane.vehicle || lane.kind != RoadType::Road || !level {
+            continue;
+        }
+        let on_border = |edge: &Edge| {
+            let middle = edge.middle();
+            polygon::contains(ring, middle) || border.distance(middle) <= params.border
+        };
+        // A lane that passes by touches the border along its side, not with an end that looks inward.
+        let inward = |from: Option<Point>| from.is_some_and(|p| !polygon::contains(ring, p));
+        let center = lane.center.as_ref();
+        let inside = |edge: &Edge, other: Option<Point>| on_border(edge) && inward(other);
+        let toward = |p: Point, heading: Option<nalgebra::Vector2<f64>>| {
+            heading.is_some_and(|heading| polygon::contains(ring, p + heading * (2.0 * params.border)))
+        };
+        let ends_here = inside(&lane.end, center.map(Polyline::first)) && toward(lane.end.middle(), lane.heading_out());
+        let starts_here = inside(&lane.start, center.map(Polyline::last))
+            && toward(lane.start.middle(), lane.heading_in().map(|heading| -heading));
+        let missed =
+            |edge: &Edge, lists: &[usize]| lists.is_empty() && !connection::nearly_continues(map, params, at, edge);
+        let ends = [
+            (
+                "in-lane-dead-end",
+                ends_here && missed(&lane.end, map.followers(at)),
+                format!("Lane {} enters intersection {area} but no lanelet continues it.", lane.id),
+                &lane.end,
+            ),
+            (
+                "out-lane-unreached",
+                starts_here && missed(&lane.start, map.predecessors(at)),
+                format!("No lanelet of intersection {area} leads to lane {}.", lane.id),
+                &lane.start,
+            ),
+        ];
+        for (fault, _, message, edge) in ends.into_iter().filter(|(_, broken, ..)| *broken) {
+            let finding = Finding::new(fault, Subject::Lanelet(lane.id.0), message);
+            let finding = finding.with(Subject::Polygon(area.0), "intersection area");
+            findings.push(finding.at(Place::Line(edge.points.to_vec())));
+        }
+    }
+    findings
+}
+
+/// Every approach with lanes in must lead to every other with lanes out, unless the user says there is no such movement.
+fn movements_missing(map: &MapIndex, intersection: &Intersection, traffic: &Traffic) -> Vec<Finding> {
+    let Some(area) = intersection.area else { return Vec::new() };
+    let arms = &intersection.arms;
+    let leads = |arm: usize, inward: bool| {
+        let mut edges = arms[arm].edges.iter().filter(|edge| edge.inward == inward);
+        edges.any(|edge| edge.lanes.iter().any(|&lane| map.lanes[lane].vehicle))
+    };
+    let mut findings = Vec::new();
+    for from in (0..arms.len()).filter(|&arm| leads(arm, true)) {
+        for to in (0..arms.len()).filter(|&arm| arm != from && leads(arm, false)) {
+            let exists = traffic.movements.iter().any(|movement| (movement.from, movement.to) == (from, to));
+            if exists || traffic.movements.is_empty() || traffic.prohibited.contains(&[from, to]) {
+                continue;
+            }
+            let [a, b] = [from, to].map(|arm| arms[arm].compass);
+            let message = format!("No lanelet from the {a} approach to the {b} approach of intersection {area}.");
+            let mut finding = Finding::new("movement-missing", Subject::Polygon(area.0), message);
+            for (arm, inward, part) in [(from, true, "from"), (to, false, "to")] {
+                let edges = arms[arm].edges.iter().filter(|edge| edge.inward == inward);
+                for lane in edges.filter_map(|edge| edge.lanes.first().copied()) {
+                    let outside = if inward { map.predecessors(lane) } else { map.followers(lane) };
+                    for &outer in outside {
+                        finding = finding.with(Subject::Lanelet(map.lanes[outer].id.0), part);
+                    }
+                }
+            }
+            let middle = |arm: usize, inward: bool| {
+                let mut edges = arms[arm].edges.iter().filter(move |edge| edge.inward == inward);
+                edges.next().map(|edge| edge.edge.middle())
+            };
+            findings.push(match (middle(from, true), middle(to, false)) {
+                (Some(a), Some(b)) => finding.at(Place::Line(vec![a, intersection.middle, b])),
+                _ => finding,
+            });
+        }
+    }
+    findings
+}

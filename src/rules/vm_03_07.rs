@@ -1,0 +1,119 @@
+//! vm-03-07: lanelets that start side by side stay side by side, and share the border between them.
+
+use serde::Deserialize;
+
+use super::Rule;
+use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
+use crate::geometry::{Polyline, cross};
+use crate::lanelet::index::{Arm, Intersection, Lane, MapIndex, Movement, Traffic};
+
+/// See `rules/vm-03-07.md`.
+pub struct SideBySide;
+
+/// See the document.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    overlap: [f64; 2],
+    merge: f64,
+}
+
+/// Degrees by which the turns of two lanes that lead to different approaches may be in the wrong order: drawn by hand,
+/// two lanes straight on are not quite parallel.
+const TURN_NOISE: f64 = 5.0;
+
+impl Rule for SideBySide {
+    type Params = Params;
+
+    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        for (intersection, traffic) in map.intersections.iter().zip(&map.traffic) {
+            for arm in &intersection.arms {
+                for (left, right) in neighbours(map, traffic, arm) {
+                    findings.extend(judge(map, params, intersection, left, right));
+                }
+            }
+        }
+        findings
+    }
+}
+
+/// Movements of an approach from lanes next to each other: left lane, right lane.
+fn neighbours<'a>(map: &MapIndex, traffic: &'a Traffic, arm: &Arm) -> Vec<(&'a Movement, &'a Movement)> {
+    let mut pairs = Vec::new();
+    let inward: Vec<_> = arm.edges.iter().filter(|edge| edge.inward).collect();
+    for left in &inward {
+        for right in inward.iter().filter(|right| right.edge.ids[0] == left.edge.ids[1]) {
+            let movements = |lanes: &[usize]| -> Vec<&'a Movement> {
+                let vehicles = lanes.iter().filter(|&&lane| map.lanes[lane].vehicle);
+                vehicles.filter_map(|&lane| traffic.movements.get(traffic.of_lane(lane)?)).collect()
+            };
+            for a in movements(&left.lanes) {
+                pairs.extend(movements(&right.lanes).into_iter().map(|b| (a, b)));
+            }
+        }
+    }
+    pairs
+}
+
+fn judge(
+    map: &MapIndex,
+    params: &Params,
+    intersection: &Intersection,
+    left: &Movement,
+    right: &Movement,
+) -> Option<Finding> {
+    let (a, b) = (&map.lanes[left.lane], &map.lanes[right.lane]);
+    let merge = a.end.ids == b.end.ids;
+    let area = map.conflicts[left.lane].iter().find(|conflict| conflict.other == right.lane);
+    let place = area.map_or(Place::Unknown, |conflict| Place::Point(conflict.place));
+    let about = |fault, message: String| {
+        Finding::new(fault, Subject::Lanelet(a.id.0), message).with(Subject::Lanelet(b.id.0), "right neighbour")
+    };
+    if !merge && swapped(left, right, a, b) {
+        let message = format!("Lanelets {},{} from neighbouring lanes swap sides.", a.id, b.id);
+        return Some(about("crossing", message).at(place));
+    }
+    let overlap = area.map_or(0.0, |conflict| conflict.area);
+    if overlap > params.overlap[0] {
+        let message = format!("Neighbouring lanelets {},{} overlap {overlap:.2} m2.", a.id, b.id);
+        // Two lanes that become one must overlap where they do.
+        let severe = overlap > params.overlap[1] && !merge;
+        let finding = about("overlap", message).measured(overlap, params.overlap[0], "m2").at(place);
+        return Some(finding.graded(if severe { Severity::Error } else { Severity::Warning }));
+    }
+    let beside = a.end.ids[1] == b.end.ids[0] && left.to == right.to && left.mover.turn == right.mover.turn;
+    if !beside || a.bounds[1] == b.bounds[0] {
+        return None;
+    }
+    let (v, w) = (a.bounds[1], b.bounds[0]);
+    let message = format!("Neighbouring lanelets {},{} use different ways {v},{w} as common border.", a.id, b.id);
+    let finding = about("not-shared", message)
+        .with(Subject::LineString(v.0), "border of the left lanelet")
+        .with(Subject::LineString(w.0), "border of the right lanelet");
+    let finding = match intersection.area {
+        Some(area) => finding.with(Subject::Polygon(area.0), "intersection area"),
+        None => finding,
+    };
+    if apart(a, b).is_none_or(|apart| apart > params.merge) {
+        return Some(finding);
+    }
+    let edits = vec![Edit::ReplaceWay { lanelet: b.id.0, from: w.0, to: v.0 }];
+    Some(finding.fixed_by(format!("use way {v} for both"), true, edits))
+}
+
+/// Whether the right one of two lanes ends left of the other: side by side on one approach, by their turns on two.
+fn swapped(left: &Movement, right: &Movement, a: &Lane, b: &Lane) -> bool {
+    if left.to != right.to {
+        return a.turn() < b.turn() - TURN_NOISE;
+    }
+    let across = b.end.middle() - a.end.middle();
+    a.heading_out().is_some_and(|heading| cross(heading, across) > 0.0)
+}
+
+/// Largest distance between the borders that face each other, metres.
+fn apart(a: &Lane, b: &Lane) -> Option<f64> {
+    let (v, w) = (Polyline::new(a.right.iter().copied())?, Polyline::new(b.left.iter().copied())?);
+    let from = |x: &Polyline, y: &Polyline| x.points().iter().map(|&p| y.distance(p)).fold(0.0, f64::max);
+    Some(from(&v, &w).max(from(&w, &v)))
+}

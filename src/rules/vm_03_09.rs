@@ -1,0 +1,147 @@
+//! vm-03-09: lanelets of an intersection reach from their stop line to the prolonged stop line of the lane opposite.
+
+use serde::Deserialize;
+
+use super::Rule;
+use crate::diagnostic::{Finding, Place, Severity, Subject};
+use crate::geometry::{Point, Vector, cross, polygon};
+use crate::lanelet::RoadType;
+use crate::lanelet::index::{Arm, ArmEdge, Intersection, MapIndex, StopLine};
+
+/// See `rules/vm-03-09.md`.
+pub struct Extent;
+
+/// See the document.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    offset: [f64; 2],
+    angle: [f64; 2],
+    extra: f64,
+    band: f64,
+    crosswalk_reach: f64,
+}
+
+impl Rule for Extent {
+    type Params = Params;
+
+    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        for intersection in map.intersections.iter().filter(|one| one.area.is_some()) {
+            for arm in &intersection.arms {
+                let inward = arm.edges.iter().filter(|edge| edge.inward);
+                for lane in inward.clone().flat_map(|edge| edge.lanes.iter().copied()) {
+                    findings.extend(judge_start(map, params, lane));
+                }
+                let lines: Vec<StopLine> =
+                    inward.clone().filter_map(|edge| map.stop_line_of(*edge.lanes.first()?)).collect();
+                let outward = arm.edges.iter().filter(|edge| !edge.inward);
+                findings.extend(outward.filter_map(|edge| judge_end(map, params, arm, edge, &lines)));
+                findings.extend(inward.flat_map(|edge| crosswalks_outside(map, params, intersection, edge)));
+            }
+        }
+        findings
+    }
+}
+
+/// The start must lie on the stop line.
+fn judge_start(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
+    let lane = &map.lanes[at];
+    // A piece inside the box is vm-03-05's.
+    if !lane.vehicle || map.predecessors(at).iter().any(|&before| map.in_same_intersection(before, at).is_some()) {
+        return None;
+    }
+    let subject = Subject::Lanelet(lane.id.0);
+    let Some(line) = map.stop_line_of(at) else {
+        let message = format!("Lanelet {} has no stop line where it enters the intersection.", lane.id);
+        let finding = Finding::new("no-stop-line", subject, message).at(Place::Line(lane.start.points.to_vec()));
+        return Some(
+            map.predecessors(at)
+                .iter()
+                .fold(finding, |finding, &before| finding.with(Subject::Lanelet(map.lanes[before].id.0), "approach")),
+        );
+    };
+    let misfit = line.misfit(lane, params.extra);
+    if misfit.distance <= params.offset[0] && misfit.angle <= params.angle[0] {
+        return None;
+    }
+    let severe = misfit.distance > params.offset[1] || misfit.angle > params.angle[1];
+    let message = format!(
+        "Lanelet {} starts {:.2} m {} stop line {} (angle {:.0} deg).",
+        lane.id,
+        misfit.distance,
+        if misfit.behind { "behind" } else { "before" },
+        line.way,
+        misfit.angle
+    );
+    let finding = Finding::new("start-misaligned", subject, message)
+        .with(Subject::LineString(line.way.0), "stop line")
+        .at(Place::Line(lane.start.points.to_vec()))
+        .graded(if severe { Severity::Error } else { Severity::Warning });
+    Some(match misfit.distance > params.offset[0] {
+        true => finding.measured(misfit.distance, params.offset[0], "m"),
+        false => finding.measured(misfit.angle, params.angle[0], "deg"),
+    })
+}
+
+/// The end must lie on the prolonged stop lines of its approach, or between them where they are staggered.
+fn judge_end(map: &MapIndex, params: &Params, arm: &Arm, edge: &ArmEdge, lines: &[StopLine]) -> Option<Finding> {
+    let inward = arm.heading_in?;
+    let lane = &map.lanes[*edge.lanes.first()?];
+    let mut worst = 0.0_f64;
+    for point in edge.edge.points {
+        let offsets = lines.iter().map(|line| ahead(line, inward, point));
+        let [low, high] = offsets.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], d| [l.min(d), h.max(d)]);
+        worst = worst.max(low).max(-high);
+    }
+    if lines.is_empty() || worst <= params.band {
+        return None;
+    }
+    let line = lines.first()?.way;
+    let message =
+        format!("Exit of {} is {worst:.2} m from the prolonged stop line of the {} approach.", lane.id, arm.compass);
+    let finding = Finding::new("end-misaligned", Subject::Lanelet(lane.id.0), message)
+        .with(Subject::LineString(line.0), "stop line")
+        .measured(worst, params.band, "m")
+        .at(Place::Line(edge.edge.points.to_vec()));
+    Some(finding)
+}
+
+/// How far a point lies ahead of the prolonged stop line, seen by those who drive in.
+fn ahead(line: &StopLine, inward: Vector, point: Point) -> f64 {
+    let along = line.ends[1] - line.ends[0];
+    let off = cross(along, point - line.ends[0]) / along.norm();
+    if cross(along, inward) < 0.0 { -off } else { off }
+}
+
+/// Crosswalks that lie on the lane before the intersection, close to its end, instead of inside.
+fn crosswalks_outside(map: &MapIndex, params: &Params, intersection: &Intersection, edge: &ArmEdge) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let before = edge.lanes.first().map_or(&[][..], |&lane| map.predecessors(lane));
+    for &approach in before {
+        let lane = &map.lanes[approach];
+        let [low, high] = lane.extent;
+        for at in map.lanes_near(low, high) {
+            let crosswalk = &map.lanes[at];
+            if crosswalk.kind != RoadType::Crosswalk || !crosswalk.simple || !lane.simple {
+                continue;
+            }
+            let outside = polygon::overlap(&crosswalk.outline, &lane.outline);
+            let of_edge =
+                edge.lanes.iter().map(|&inner| polygon::overlap(&crosswalk.outline, &map.lanes[inner].outline));
+            let near = crosswalk.outline.iter().any(|p| (p - edge.edge.middle()).norm() <= params.crosswalk_reach);
+            if !near || outside <= map.thresholds.real_area || outside <= of_edge.fold(0.0, f64::max) {
+                continue;
+            }
+            let message = format!("Crosswalk {} lies on lane {} before the stop line.", crosswalk.id, lane.id);
+            let finding = Finding::new("crosswalk-outside", Subject::Lanelet(crosswalk.id.0), message)
+                .with(Subject::Lanelet(lane.id.0), "approach")
+                .measured(outside, map.thresholds.real_area, "m2");
+            findings.push(match intersection.area {
+                Some(area) => finding.with(Subject::Polygon(area.0), "intersection area"),
+                None => finding,
+            });
+        }
+    }
+    findings
+}
