@@ -16,13 +16,21 @@ const INTERSECTION: &str = "corpus/lanelet2/autoware_intersection.osm";
 const VM_03_RIGHT: &str = "corpus/lanelet2/autoware_vm_03_right_hand.osm";
 
 /// Fault, severity, and the count on each of the four maps above.
-const EXPECTED: [(&str, Severity, [usize; 4]); 14] = [
+const EXPECTED: [(&str, Severity, [usize; 4]); 22] = [
     ("vm-03-01/ia-tag-missing", Severity::Error, [28, 0, 1, 19]),
     ("vm-03-01/ia-tag-wrong", Severity::Error, [0, 0, 0, 0]),
     ("vm-03-02/turn-missing", Severity::Error, [1, 0, 0, 1]),
     ("vm-03-02/turn-mismatch", Severity::Error, [0, 0, 0, 8]),
     ("vm-03-08/edge-not-border", Severity::Error, [37, 0, 54, 37]),
     ("vm-03-08/lane-node-missing", Severity::Error, [3, 8, 0, 2]),
+    ("vm-03-04/near-miss", Severity::Error, [1, 0, 0, 1]),
+    ("vm-03-04/dangling-il", Severity::Warning, [21, 1, 0, 13]),
+    ("vm-03-04/dangling-il", Severity::Error, [0, 0, 0, 0]),
+    ("vm-03-04/signal-link-missing", Severity::Error, [0, 1, 0, 0]),
+    ("vm-03-09/start-misaligned", Severity::Error, [0, 0, 0, 18]),
+    ("vm-03-09/start-misaligned", Severity::Warning, [0, 0, 0, 0]),
+    ("vm-03-09/no-stop-line", Severity::Warning, [0, 3, 6, 0]),
+    ("vm-03-09/end-misaligned", Severity::Warning, [0, 0, 0, 0]),
     ("vm-03-10/re-missing", Severity::Error, [1, 0, 1, 4]),
     ("vm-03-10/yield-missing", Severity::Error, [0, 0, 1, 3]),
     ("vm-03-10/yield-missing", Severity::Warning, [8, 0, 8, 0]),
@@ -35,13 +43,21 @@ const EXPECTED: [(&str, Severity, [usize; 4]); 14] = [
 ];
 
 /// What has no business on any of them.
-const NEVER: [&str; 11] = [
+const NEVER: [&str; 19] = [
     "vm-03-01/ia-tag-dangling",
     "vm-03-01/not-covered",
     "vm-03-01/orphan-ia",
     "vm-03-02/turn-invalid",
     "vm-03-02/lane-change-in-ia",
+    "vm-03-03/width",
+    "vm-03-03/width-abs",
+    "vm-03-03/kink",
+    "vm-03-03/curvature",
+    "vm-03-03/jagged",
     "vm-03-05/divided",
+    "vm-03-07/crossing",
+    "vm-03-07/overlap",
+    "vm-03-07/not-shared",
     "vm-03-08/invalid",
     "vm-03-08/closed",
     "vm-03-08/cut-not-straight",

@@ -228,8 +228,13 @@ pub fn wiring(map: &MapIndex, signal: bool) -> Vec<Finding> {
     findings
 }
 
-/// Whether a signal rules a lanelet, or would: a lanelet without light beside others with one lacks it by mistake.
+/// Whether a signal rules a lanelet, or is meant to: a light without stop line, or one that hangs on the lane before or
+/// only on others that start at the same place, is vm-03-04's.
 pub fn ruled_by_signal(map: &MapIndex, lanelet: LaneletId) -> bool {
-    map.is_signalised(lanelet)
-        || map.lane(lanelet).is_some_and(|lane| map.siblings(lane).any(|other| map.is_signalised(map.lanes[other].id)))
+    let has_light = |id: LaneletId| map.elements(id, "traffic_light").next().is_some();
+    let near = |lane: usize| {
+        let mut others = map.siblings(lane).chain(map.predecessors(lane).iter().copied());
+        others.any(|other| has_light(map.lanes[other].id))
+    };
+    has_light(lanelet) || map.lane(lanelet).is_some_and(near)
 }

@@ -35,7 +35,8 @@ impl Rule for WidthAndSmoothness {
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         let mut findings = Vec::new();
-        for movement in map.traffic.iter().flat_map(|traffic| &traffic.movements) {
+        let inside = map.intersections.iter().zip(&map.traffic).filter(|(intersection, _)| intersection.area.is_some());
+        for movement in inside.flat_map(|(_, traffic)| &traffic.movements) {
             let lane = &map.lanes[movement.lane];
             let Some(center) = &lane.center else { continue };
             findings.extend(widths(params, lane, center));

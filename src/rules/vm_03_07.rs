@@ -27,7 +27,8 @@ impl Rule for SideBySide {
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         let mut findings = Vec::new();
-        for (intersection, traffic) in map.intersections.iter().zip(&map.traffic) {
+        let all = map.intersections.iter().zip(&map.traffic);
+        for (intersection, traffic) in all.filter(|(intersection, _)| intersection.area.is_some()) {
             for arm in &intersection.arms {
                 for (left, right) in neighbours(map, traffic, arm) {
                     findings.extend(judge(map, params, intersection, left, right));

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::Rule;
-use crate::diagnostic::{Finding, Place, Severity, Subject};
+use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Vector, cross, polygon};
 use crate::lanelet::RoadType;
 use crate::lanelet::index::{Arm, ArmEdge, Intersection, MapIndex, StopLine};
@@ -33,8 +33,13 @@ impl Rule for Extent {
                 for lane in inward.clone().flat_map(|edge| edge.lanes.iter().copied()) {
                     findings.extend(judge_start(map, params, lane));
                 }
-                let lines: Vec<StopLine> =
-                    inward.clone().filter_map(|edge| map.stop_line_of(*edge.lanes.first()?)).collect();
+                // A line on which its own lanes do not start tells nothing about the exits.
+                let aligned = |edge: &ArmEdge| {
+                    let lane = *edge.lanes.first()?;
+                    let misfit = |line: &StopLine| line.misfit(&map.lanes[lane], params.extra);
+                    map.stop_line_of(lane).filter(|line| misfit(line).distance <= params.offset[0])
+                };
+                let lines: Vec<StopLine> = inward.clone().filter_map(aligned).collect();
                 let outward = arm.edges.iter().filter(|edge| !edge.inward);
                 findings.extend(outward.filter_map(|edge| judge_end(map, params, arm, edge, &lines)));
                 findings.extend(inward.flat_map(|edge| crosswalks_outside(map, params, intersection, edge)));
@@ -52,14 +57,9 @@ fn judge_start(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
         return None;
     }
     let subject = Subject::Lanelet(lane.id.0);
-    let Some(line) = map.stop_line_of(at) else {
-        let message = format!("Lanelet {} has no stop line where it enters the intersection.", lane.id);
-        let finding = Finding::new("no-stop-line", subject, message).at(Place::Line(lane.start.points.to_vec()));
-        return Some(
-            map.predecessors(at)
-                .iter()
-                .fold(finding, |finding, &before| finding.with(Subject::Lanelet(map.lanes[before].id.0), "approach")),
-        );
+    let line = map.stop_line_of(at);
+    let Some(line) = line.filter(|_| map.named_stop_line(at).is_some()) else {
+        return Some(no_stop_line(map, at, line));
     };
     let misfit = line.misfit(lane, params.extra);
     if misfit.distance <= params.offset[0] && misfit.angle <= params.angle[0] {
@@ -82,6 +82,29 @@ fn judge_start(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
         true => finding.measured(misfit.distance, params.offset[0], "m"),
         false => finding.measured(misfit.angle, params.angle[0], "deg"),
     })
+}
+
+/// No element of the lanelet names a stop line where it starts, though one may lie there.
+fn no_stop_line(map: &MapIndex, at: usize, near: Option<StopLine>) -> Finding {
+    let lane = &map.lanes[at];
+    let subject = Subject::Lanelet(lane.id.0);
+    let finding = |message: String| {
+        let finding = Finding::new("no-stop-line", subject, message).at(Place::Line(lane.start.points.to_vec()));
+        let before = map.predecessors(at).iter().map(|&before| Subject::Lanelet(map.lanes[before].id.0));
+        before.fold(finding, |finding, before| finding.with(before, "approach"))
+    };
+    let Some(line) = near else {
+        return finding(format!("Lanelet {} has no stop line where it enters the intersection.", lane.id));
+    };
+    let way = Subject::LineString(line.way.0);
+    let edit = Edit::CreateRegulatoryElement {
+        subtype: "road_marking".into(),
+        members: vec![("refers".into(), way)],
+        referrers: vec![lane.id.0],
+    };
+    finding(format!("Lanelet {} has no stop line: no element of it refers to {}, which lies there.", lane.id, line.way))
+        .with(way, "stop line nearby")
+        .fixed_by(format!("refer to stop line {} as road marking", line.way), true, vec![edit])
 }
 
 /// The end must lie on the prolonged stop lines of its approach, or between them where they are staggered.

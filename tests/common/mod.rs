@@ -21,6 +21,7 @@ pub fn load(path: &Path) -> (OsmData, Loaded) {
 }
 
 /// The findings of all rules as their documents have them.
+#[allow(dead_code)]
 pub fn judge(loaded: &Loaded, settings: &Settings) -> Vec<Diagnostic> {
     judge_as(loaded, settings, &Config::default())
 }

@@ -79,18 +79,11 @@ impl MapIndex<'_> {
         StopLine::of(self, self.map.linestrings.get(way)?)
     }
 
-    /// The stop line that a lanelet of an intersection starts at: that of its traffic light; else one of its road
-    /// markings, or any other, that lies near its start.
+    /// The stop line that a lanelet of an intersection starts at: the one that an element names, or any other that lies
+    /// near its start.
     pub fn stop_line_of(&self, lane: usize) -> Option<StopLine> {
-        let id = self.lanes[lane].id;
-        let lights = self.elements(id, "traffic_light").flat_map(|light| light.linestrings("ref_line"));
-        if let Some(line) = lights.filter_map(|way| self.stop_line(way)).next() {
-            return Some(line);
-        }
-        let lane = &self.lanes[lane];
-        let marked = self.elements(id, "road_marking").flat_map(|marking| marking.linestrings("refers"));
-        let marked = marked.filter_map(|way| self.stop_line(way));
-        self.nearest(lane, marked, 0.0).or_else(|| {
+        self.named_stop_line(lane).or_else(|| {
+            let lane = &self.lanes[lane];
             let reach = self.thresholds.stop_line_reach;
             let [low, high] = super::extent(&lane.start.points);
             let reach = AABB::from_corners([low.x - reach, low.y - reach], [high.x + reach, high.y + reach]);
@@ -101,6 +94,22 @@ impl MapIndex<'_> {
             let near = near.into_iter().filter_map(|way| self.stop_line(way));
             self.nearest(lane, near, self.thresholds.stop_line_overlap)
         })
+    }
+
+    /// The stop line that elements name: that of the lanelet's traffic light; else one near its start of its road
+    /// markings, or of the traffic signs of the lanes before.
+    pub fn named_stop_line(&self, lane: usize) -> Option<StopLine> {
+        let id = self.lanes[lane].id;
+        let lights = self.elements(id, "traffic_light").flat_map(|light| light.linestrings("ref_line"));
+        if let Some(line) = lights.filter_map(|way| self.stop_line(way)).next() {
+            return Some(line);
+        }
+        let marked = self.elements(id, "road_marking").flat_map(|marking| marking.linestrings("refers"));
+        let before = self.predecessors(lane).iter().map(|&before| self.lanes[before].id);
+        let signs =
+            before.flat_map(|id| self.elements(id, "traffic_sign")).flat_map(|sign| sign.linestrings("ref_line"));
+        let lines: Vec<StopLine> = marked.chain(signs).filter_map(|way| self.stop_line(way)).collect();
+        self.nearest(&self.lanes[lane], lines.into_iter(), 0.0)
     }
 
     /// The nearest of some stop lines that is near the start and abreast of this share of it.

@@ -114,7 +114,9 @@ impl Misses<'_> {
 /// Lanelets of intersections that come from nowhere or lead nowhere.
 pub fn dangling(map: &MapIndex, params: &Params, misses: &Misses) -> Vec<Finding> {
     let mut findings = Vec::new();
-    for lane in map.traffic.iter().flat_map(|traffic| &traffic.movements).map(|movement| movement.lane) {
+    // A lanelet without turn_direction is not finished; what follows shows when it is.
+    let all = map.traffic.iter().flat_map(|traffic| &traffic.movements).map(|movement| movement.lane);
+    for lane in all.filter(|&lane| map.turn_direction(lane).is_some()) {
         let id = map.lanes[lane].id;
         let before = map.predecessors(lane).is_empty();
         let after = map.followers(lane).is_empty();

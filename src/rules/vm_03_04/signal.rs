@@ -30,7 +30,8 @@ pub fn judge(map: &MapIndex, params: &Params) -> Vec<Finding> {
 /// without.
 fn link_missing(map: &MapIndex, traffic: &Traffic, movement: &Movement) -> Option<Finding> {
     let lane = &map.lanes[movement.lane];
-    if !lane.vehicle || map.elements(lane.id, "traffic_light").next().is_some() {
+    let finished = map.turn_direction(movement.lane).is_some();
+    if !lane.vehicle || !finished || map.elements(lane.id, "traffic_light").next().is_some() {
         return None;
     }
     let same_start = |other: &Movement| map.lanes[other.lane].start.ids == lane.start.ids;
