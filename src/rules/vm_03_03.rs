@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use super::Rule;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
-use crate::geometry::{Point, Polyline, angle_between};
+use crate::geometry::{Point, Polyline, Vector, angle_between};
 use crate::lanelet::index::{Lane, MapIndex};
 use crate::lanelet::{LineStringId, RoadType};
 
@@ -169,6 +169,17 @@ fn jaggedness(params: &Params, lane: &Lane, center: &Polyline) -> Vec<Finding> {
     findings.collect()
 }
 
+/// Direction in which a line begins: that of its first step, less half the bend to the second.
+fn tangent(line: &Polyline) -> Option<Vector> {
+    let [a, b, c] = [0.0, STEP, 2.0 * STEP].map(|station| line.at(station));
+    let (first, second) = (b - a, c - b);
+    if second.norm() < STEP / 2.0 {
+        return first.try_normalize(Polyline::MERGE);
+    }
+    let bend = angle_between(first, second);
+    (nalgebra::Rotation2::new(-bend / 2.0) * first).try_normalize(Polyline::MERGE)
+}
+
 /// Jumps of direction where the lanelet begins and ends.
 fn joints(map: &MapIndex, params: &Params, at: usize) -> Vec<Finding> {
     let before = map.predecessors(at).iter().map(|&other| (other, at));
@@ -179,7 +190,10 @@ fn joints(map: &MapIndex, params: &Params, at: usize) -> Vec<Finding> {
         if !a.vehicle || !b.vehicle {
             return None;
         }
-        let jump = angle_between(a.heading_out()?, b.heading_in()?).abs().to_degrees();
+        let chords = angle_between(a.heading_out()?, b.heading_in()?).abs().to_degrees();
+        // An arc that begins at the joint is no jump, though its first metres point elsewhere than its tangent.
+        let tangents = tangent(&a.center.as_ref()?.reversed()).zip(tangent(b.center.as_ref()?));
+        let jump = tangents.map_or(chords, |(back, on)| angle_between(-back, on).abs().to_degrees().min(chords));
         let severity = grade(jump, params.joint)?;
         let message = format!("Heading jumps {jump:.0} deg between {} and {}.", a.id, b.id);
         let (own, other) = if x == at { (a, b) } else { (b, a) };

@@ -68,16 +68,18 @@ fn judge(
     let merge = a.end.ids == b.end.ids;
     let area = map.conflicts[left.lane].iter().find(|conflict| conflict.other == right.lane);
     let place = area.map_or(Place::Unknown, |conflict| Place::Point(conflict.place));
+    // The same one speaks where people drive on the other side.
+    let (first, second) = (a.id.min(b.id), a.id.max(b.id));
     let about = |fault, message: String| {
-        Finding::new(fault, Subject::Lanelet(a.id.0), message).with(Subject::Lanelet(b.id.0), "right neighbour")
+        Finding::new(fault, Subject::Lanelet(first.0), message).with(Subject::Lanelet(second.0), "neighbour")
     };
     if !merge && swapped(left, right, a, b) {
-        let message = format!("Lanelets {},{} from neighbouring lanes swap sides.", a.id, b.id);
+        let message = format!("Lanelets {first},{second} from neighbouring lanes swap sides.");
         return Some(about("crossing", message).at(place));
     }
     let overlap = area.map_or(0.0, |conflict| conflict.area);
     if overlap > params.overlap[0] {
-        let message = format!("Neighbouring lanelets {},{} overlap {overlap:.2} m2.", a.id, b.id);
+        let message = format!("Neighbouring lanelets {first},{second} overlap {overlap:.2} m2.");
         // Two lanes that become one must overlap where they do.
         let severe = overlap > params.overlap[1] && !merge;
         let finding = about("overlap", message).measured(overlap, params.overlap[0], "m2").at(place);
@@ -87,11 +89,12 @@ fn judge(
     if !beside || a.bounds[1] == b.bounds[0] {
         return None;
     }
-    let (v, w) = (a.bounds[1], b.bounds[0]);
-    let message = format!("Neighbouring lanelets {},{} use different ways {v},{w} as common border.", a.id, b.id);
+    let border = |id| if id == a.id { a.bounds[1] } else { b.bounds[0] };
+    let (v, w) = (border(first), border(second));
+    let message = format!("Neighbouring lanelets {first},{second} use different ways {v},{w} as common border.");
     let finding = about("not-shared", message)
-        .with(Subject::LineString(v.0), "border of the left lanelet")
-        .with(Subject::LineString(w.0), "border of the right lanelet");
+        .with(Subject::LineString(v.0), "border of the first")
+        .with(Subject::LineString(w.0), "border of the second");
     let finding = match intersection.area {
         Some(area) => finding.with(Subject::Polygon(area.0), "intersection area"),
         None => finding,
@@ -99,7 +102,7 @@ fn judge(
     if apart(a, b).is_none_or(|apart| apart > params.merge) {
         return Some(finding);
     }
-    let edits = vec![Edit::ReplaceWay { lanelet: b.id.0, from: w.0, to: v.0 }];
+    let edits = vec![Edit::ReplaceWay { lanelet: second.0, from: w.0, to: v.0 }];
     Some(finding.fixed_by(format!("use way {v} for both"), true, edits))
 }
 

@@ -58,6 +58,10 @@ fn judge_start(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
     }
     let subject = Subject::Lanelet(lane.id.0);
     let line = map.stop_line_of(at);
+    if map.named_stop_line(at).is_none() && map.turn_direction(at).is_none() {
+        // Not finished; what follows shows when it is.
+        return None;
+    }
     let Some(line) = line.filter(|_| map.named_stop_line(at).is_some()) else {
         return Some(no_stop_line(map, at, line));
     };

@@ -7,6 +7,7 @@ use rstar::AABB;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::lane::extent;
+use super::named::COMPASS;
 use super::{Conflict, Edge, Lane, LaneTree, Thresholds};
 use crate::geometry::{Point, Vector, polygon, ring};
 use crate::lanelet::right_of_way::opposites;
@@ -57,8 +58,10 @@ pub struct Arm {
     pub edges: Vec<ArmEdge>,
     /// Mean heading of the lanelets that start here; `None` if none does.
     pub heading_in: Option<Vector>,
-    /// The side of the intersection on which it lies: `N`, `NE`, ...
+    /// The side of the intersection from which it comes: `N`, `NE`, ...
     pub compass: &'static str,
+    /// The same in degrees, clockwise from north.
+    pub bearing: f64,
     /// The approach opposite, by its position in `Intersection::arms`.
     pub opposite: Option<usize>,
 }
@@ -278,15 +281,19 @@ fn same_arm(a: &Edge, b: &Edge, thresholds: &Thresholds) -> bool {
 
 /// An approach, with its bearing (degrees clockwise from north) as seen from the middle.
 fn arm(lanes: &[Lane], middle: Point, edges: Vec<ArmEdge>) -> (f64, Arm) {
-    const NAMES: [&str; 8] = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
     let sum = edges.iter().map(|e| e.edge.middle().coords).sum::<Vector>() / edges.len().max(1) as f64;
     let away = Point::from(sum) - middle;
     let bearing = away.x.atan2(away.y).to_degrees().rem_euclid(360.0);
-    let compass = NAMES[((bearing / 45.0).round() as usize) % NAMES.len()];
     let headings =
         edges.iter().filter(|e| e.inward).flat_map(|e| &e.lanes).filter_map(|&lane| lanes[lane].heading_in());
     let heading_in = headings.sum::<Vector>().try_normalize(1e-9);
-    (bearing, Arm { edges, heading_in, compass, opposite: None })
+    let outward =
+        edges.iter().filter(|e| !e.inward).flat_map(|e| &e.lanes).filter_map(|&lane| lanes[lane].heading_out());
+    // The direction of the road tells better than its place: carriageways of one road lie apart.
+    let road = heading_in.map(|inward| -inward).or_else(|| outward.sum::<Vector>().try_normalize(1e-9));
+    let side = road.map_or(bearing, |road| road.x.atan2(road.y).to_degrees().rem_euclid(360.0));
+    let compass = COMPASS[((side / 45.0).round() as usize) % COMPASS.len()];
+    (bearing, Arm { edges, heading_in, compass, bearing: side, opposite: None })
 }
 
 /// Disjoint sets.

@@ -10,6 +10,9 @@ use crate::geometry::{Point, polygon};
 use crate::lanelet::{LaneletId, LaneletMap, LineStringId, RegulatoryElementId};
 use crate::settings::{ApproachName, IntersectionSettings, Settings};
 
+/// The sides of an intersection, clockwise from north.
+pub(super) const COMPASS: [&str; 8] = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
+
 /// For every intersection the entries that speak of it: by the id of its area, or by a place inside.
 pub(super) fn entries(map: &LaneletMap, intersections: &[Intersection], settings: &Settings) -> Vec<Vec<usize>> {
     let mut found = vec![Vec::new(); intersections.len()];
@@ -107,19 +110,32 @@ impl<'a> Named<'a> {
             before.copied().any(|lane| self.map.lanes[lane].id == LaneletId(id))
         };
         match name {
-            ApproachName::Compass(side) => self.intersection.arms[movement.from].compass == side,
+            ApproachName::Compass(side) => self.on_side(side).contains(&movement.from),
             ApproachName::Ids(ids) => ids.iter().any(|&id| finer(id) || outside(id)),
             ApproachName::Id(id) => finer(*id) || outside(*id),
         }
     }
 
+    /// The approaches from one side of the intersection; else the one whose direction is nearest to it: who looks at a
+    /// road along its length sees another direction than who looks where it ends.
+    fn on_side(&self, side: &str) -> Vec<usize> {
+        let arms = &self.intersection.arms;
+        let exact: Vec<usize> = (0..arms.len()).filter(|&at| arms[at].compass == side).collect();
+        let Some(wanted) = COMPASS.iter().position(|name| *name == side).filter(|_| exact.is_empty()) else {
+            return exact;
+        };
+        let off = |at: usize| {
+            let off = (arms[at].bearing - 45.0 * wanted as f64).rem_euclid(360.0);
+            off.min(360.0 - off)
+        };
+        let near = (0..arms.len()).filter(|&at| off(at) <= 45.0);
+        near.min_by(|&a, &b| off(a).total_cmp(&off(b))).into_iter().collect()
+    }
+
     /// The approaches that a name means.
     fn arms(&self, name: &ApproachName) -> Vec<usize> {
         let ids = match name {
-            ApproachName::Compass(side) => {
-                let arms = self.intersection.arms.iter().enumerate();
-                return arms.filter(|(_, arm)| arm.compass == side).map(|(at, _)| at).collect();
-            }
+            ApproachName::Compass(side) => return self.on_side(side),
             ApproachName::Ids(ids) => ids.as_slice(),
             ApproachName::Id(id) => std::slice::from_ref(id),
         };
