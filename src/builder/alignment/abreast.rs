@@ -277,8 +277,12 @@ fn compare(a: &Track, k: usize, b: &Track, j: usize) -> Option<(f64, Beside)> {
     }
     let length = (r - q).norm();
     let t = (p - q).dot(&along_b);
-    // Beyond its end a road is nowhere beside.
-    if (j == 0 && t < -TOLERANCE) || (j + 2 == b.base.len() && t > length + TOLERANCE) {
+    // Beyond its end a road is nowhere beside; and what lies beyond the end of a piece is beside its vertex only if it
+    // does not lie beside, or beyond, the piece behind the vertex.
+    if t < -TOLERANCE && (j == 0 || (p - b.place(j)).dot(&(b.place(j) - b.place(j - 1))) < 0.0) {
+        return None;
+    }
+    if t > length + TOLERANCE && (j + 2 == b.base.len() || (p - r).dot(&(b.place(j + 2) - r)) > 0.0) {
         return None;
     }
     let foot = q + along_b * t.clamp(0.0, length);
