@@ -13,7 +13,7 @@ use std::time::Instant;
 use support::{accept, lanewright, osm_files, shared};
 
 /// Largest input of the slice, bytes: the Lanelet2 library's check of a larger one takes minutes.
-const SLICE: u64 = 350_000;
+const SLICE: u64 = 1_000_000;
 
 fn corpus() -> Vec<PathBuf> {
     let Some(shared) = shared() else { return Vec::new() };
