@@ -1,3 +1,5 @@
+//! What a map contains, counted on maps drawn for the purpose.
+
 use super::*;
 use crate::geometry::Point;
 use crate::lanelet::index::Thresholds;
