@@ -19,6 +19,9 @@ mod vm_03_09;
 mod vm_03_10;
 mod vm_03_11;
 mod vm_03_12;
+mod vm_03_13;
+mod vm_03_14;
+mod vm_03_15;
 
 use std::sync::LazyLock;
 
@@ -73,6 +76,9 @@ table! {
     "vm-03-10" => Some(judge::<vm_03_10::RightOfWayWithSignal>),
     "vm-03-11" => Some(judge::<vm_03_11::RightOfWayWithoutSignal>),
     "vm-03-12" => Some(judge::<vm_03_12::Attention>),
+    "vm-03-13" => Some(judge::<vm_03_13::PrivateAreaAndSidewalk>),
+    "vm-03-14" => Some(judge::<vm_03_14::RoadMarking>),
+    "vm-03-15" => Some(judge::<vm_03_15::BicycleLane>),
 }
 
 /// All requirements in the standard's order. Fails only if a document of `rules/` was spoilt before compiling, which

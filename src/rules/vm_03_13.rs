@@ -1,0 +1,187 @@
+//! vm-03-13: driveways, and the sidewalks that they cross.
+
+use serde::Deserialize;
+
+use super::Rule;
+use crate::diagnostic::{Edit, Finding, Place, Subject};
+use crate::geometry::{Point, Polyline, polygon, segment_crossing};
+use crate::lanelet::RoadType;
+use crate::lanelet::index::{Lane, MapIndex, is_road_border};
+
+/// See `rules/vm-03-13.md`.
+pub struct PrivateAreaAndSidewalk;
+
+/// See the document.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    overhang: f64,
+    touch: f64,
+}
+
+impl Rule for PrivateAreaAndSidewalk {
+    type Params = Params;
+
+    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+        let borders = Borders::of(map);
+        let mut findings = Vec::new();
+        for at in (0..map.lanes.len()).filter(|&at| map.lanes[at].vehicle) {
+            findings.extend(judge_exit(map, at));
+            findings.extend(walkway_missing(map, params, &borders, at));
+        }
+        let has_crosswalks = map.map.regulatory_elements.iter().any(|element| element.subtype == "crosswalk");
+        for walkway in map.lanes.iter().filter(|lane| lane.kind == RoadType::Walkway && lane.simple) {
+            findings.extend(judge_walkway(map, params, walkway, has_crosswalks));
+        }
+        findings
+    }
+}
+
+fn is_at(map: &MapIndex, lane: usize, location: &str) -> bool {
+    let lanelet = map.map.lanelets.get(map.lanes[lane].id);
+    lanelet.is_some_and(|lanelet| lanelet.attributes.is("location", location))
+}
+
+/// The lanelet that leads from private ground onto the road.
+fn judge_exit(map: &MapIndex, at: usize) -> Option<Finding> {
+    let lane = &map.lanes[at];
+    let subject = Subject::Lanelet(lane.id.0);
+    let road = *map.followers(at).iter().find(|&&next| map.lanes[next].vehicle && is_at(map, next, "urban"))?;
+    let next = Subject::Lanelet(map.lanes[road].id.0);
+    let mut before = map.predecessors(at).iter().filter(|&&lane| map.lanes[lane].vehicle);
+    if is_at(map, at, "urban") && before.any(|&lane| is_at(map, lane, "private")) {
+        let message = format!("Driveway lanelet {} joins a public road but is not private.", lane.id);
+        let edits = vec![Edit::SetTag { on: subject, key: "location".into(), value: "private".into() }];
+        let finding = Finding::new("exit-not-private", subject, message).with(next, "road");
+        return Some(finding.fixed_by("set location=private", true, edits));
+    }
+    // What turns onto the road behind it has the tag.
+    if !is_at(map, at, "private") || map.turn_direction(at).is_some() || map.turn_direction(road).is_some() {
+        return None;
+    }
+    let message = format!("Driveway lanelet {} joins a public road but lacks turn_direction.", lane.id);
+    let label = map.label_for(lane.turn(), crate::lanelet::index::STRAIGHT, crate::lanelet::index::U_TURN).as_str();
+    let edits = vec![Edit::SetTag { on: subject, key: "turn_direction".into(), value: label.into() }];
+    let finding = Finding::new("exit-no-turn", subject, message).with(next, "road");
+    Some(finding.fixed_by(format!("set turn_direction={label}"), true, edits))
+}
+
+/// Segments of road borders by place.
+struct Borders(rstar::RTree<rstar::primitives::GeomWithData<rstar::primitives::Line<[f64; 2]>, i64>>);
+
+impl Borders {
+    fn of(map: &MapIndex) -> Self {
+        let borders = map.map.linestrings.iter().filter(|line| is_road_border(line));
+        let segments = borders.flat_map(|line| {
+            let places = line.points.iter().filter_map(|&id| map.map.points.get(id)).map(|point| point.position);
+            let places: Vec<Point> = places.filter(|p| p.x.is_finite() && p.y.is_finite()).collect();
+            let pairs: Vec<_> = places.windows(2).map(|pair| (line.id.0, [pair[0], pair[1]])).collect();
+            pairs
+        });
+        let lines = segments.map(|(id, [a, b])| {
+            rstar::primitives::GeomWithData::new(rstar::primitives::Line::new([a.x, a.y], [b.x, b.y]), id)
+        });
+        Self(rstar::RTree::bulk_load(lines.collect()))
+    }
+
+    /// Where a centre line first crosses a border, and which.
+    fn crossed(&self, center: &Polyline) -> Option<(i64, Point)> {
+        center.segments().find_map(|(a, b)| {
+            let reach = rstar::AABB::from_corners([a.x, a.y], [b.x, b.y]);
+            let near = self.0.locate_in_envelope_intersecting(&reach);
+            let hits = near.filter_map(|found| {
+                let [c, d] = [found.geom().from, found.geom().to].map(Point::from);
+                segment_crossing(a, b, c, d).map(|(_, _, place)| (found.data, place))
+            });
+            hits.min_by_key(|hit| hit.0)
+        })
+    }
+}
+
+/// A connector between private ground and the road that crosses a kerb or a strip for people on foot, and no walkway.
+fn walkway_missing(map: &MapIndex, params: &Params, borders: &Borders, at: usize) -> Option<Finding> {
+    let lane = &map.lanes[at];
+    let beside = |lanes: &[usize], location| lanes.iter().any(|&lane| is_at(map, lane, location));
+    let connector = (beside(map.predecessors(at), "private") && beside(map.followers(at), "urban"))
+        || (beside(map.predecessors(at), "urban") && beside(map.followers(at), "private"))
+        || (is_at(map, at, "private") && (beside(map.followers(at), "urban") || beside(map.predecessors(at), "urban")));
+    if !connector || !lane.simple {
+        return None;
+    }
+    let near = map.lanes_near(lane.extent[0], lane.extent[1]);
+    let over = |kinds: &[RoadType]| {
+        near.iter().map(|&other| &map.lanes[other]).find(|other| {
+            kinds.contains(&other.kind)
+                && other.simple
+                && polygon::overlap(&other.outline, &lane.outline) > params.touch
+        })
+    };
+    if over(&[RoadType::Walkway, RoadType::Crosswalk]).is_some() {
+        return None;
+    }
+    let message = |what: String| format!("Driveway lanelet {} crosses {what} but no walkway.", lane.id);
+    let subject = Subject::Lanelet(lane.id.0);
+    if let Some(strip) = over(&[RoadType::PedestrianLane]) {
+        let finding = Finding::new("walkway-missing", subject, message(format!("pedestrian lane {}", strip.id)));
+        return Some(finding.with(Subject::Lanelet(strip.id.0), "pedestrian lane"));
+    }
+    let (border, place) = borders.crossed(lane.center.as_ref()?)?;
+    let finding = Finding::new("walkway-missing", subject, message(format!("road border {border}")));
+    Some(finding.with(Subject::LineString(border), "road border").at(Place::Point(place)))
+}
+
+fn judge_walkway(map: &MapIndex, params: &Params, walkway: &Lane, has_crosswalks: bool) -> Vec<Finding> {
+    let subject = Subject::Lanelet(walkway.id.0);
+    let near = map.lanes_near(walkway.extent[0], walkway.extent[1]);
+    let crossed: Vec<&Lane> = near
+        .into_iter()
+        .map(|other| &map.lanes[other])
+        .filter(|other| other.kind == RoadType::Road && other.vehicle && other.simple)
+        .filter(|other| polygon::overlap(&walkway.outline, &other.outline) > params.touch)
+        .collect();
+    if crossed.is_empty() {
+        let message = format!("Walkway {} crosses no road lanelet.", walkway.id);
+        return vec![Finding::new("walkway-idle", subject, message)];
+    }
+    let mut findings = Vec::new();
+    findings.extend(walkway_short(params, walkway, &crossed));
+    for lane in crossed.iter().filter(|_| has_crosswalks) {
+        let announced =
+            map.elements(lane.id, "crosswalk").any(|element| element.lanelets("refers").any(|id| id == walkway.id));
+        if announced {
+            continue;
+        }
+        let message =
+            format!("Walkway {} is referenced by no crosswalk element of crossing lane {}.", walkway.id, lane.id);
+        let finding = Finding::new("walkway-unreferenced", subject, message);
+        let edit = Edit::CreateRegulatoryElement {
+            subtype: "crosswalk".into(),
+            members: vec![("refers".into(), subject)],
+            referrers: vec![lane.id.0],
+        };
+        let finding = finding.with(Subject::Lanelet(lane.id.0), "crossing lane");
+        findings.push(finding.fixed_by(format!("let lane {} announce it", lane.id), true, vec![edit]));
+    }
+    findings
+}
+
+/// How far the walkway reaches beyond the lanes that it crosses, at the end where that is less.
+fn walkway_short(params: &Params, walkway: &Lane, crossed: &[&Lane]) -> Option<Finding> {
+    let center = walkway.center.as_ref()?;
+    let stations = crossed.iter().flat_map(|lane| {
+        let inside = polygon::intersection(&walkway.outline, &lane.outline);
+        let corners: Vec<f64> = geo::CoordsIter::coords_iter(&inside)
+            .map(|corner| center.project(Point::new(corner.x, corner.y)).station)
+            .collect();
+        corners
+    });
+    let [first, last] = stations.fold([f64::INFINITY, 0.0_f64], |[a, b], s| [a.min(s), b.max(s)]);
+    let overhang = first.min(center.length() - last);
+    if !overhang.is_finite() || overhang >= params.overhang {
+        return None;
+    }
+    let message = format!("Walkway {} overhangs the lanes that it crosses by {overhang:.2} m only.", walkway.id);
+    let finding = Finding::new("walkway-short", Subject::Lanelet(walkway.id.0), message);
+    let finding = finding.measured(overhang, params.overhang, "m");
+    Some(crossed.iter().fold(finding, |finding, lane| finding.with(Subject::Lanelet(lane.id.0), "crossing lane")))
+}
