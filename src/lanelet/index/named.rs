@@ -5,7 +5,7 @@ use rstar::{AABB, RTree};
 use rustc_hash::FxHashMap;
 
 use super::traffic::Movement;
-use super::{Intersection, MapIndex};
+use super::{Intersection, LaneTree, MapIndex};
 use crate::geometry::{Point, polygon};
 use crate::lanelet::{LaneletId, LaneletMap, LineStringId, RegulatoryElementId};
 use crate::settings::{ApproachName, IntersectionSettings, Settings};
@@ -19,7 +19,7 @@ pub(super) fn entries(map: &LaneletMap, intersections: &[Intersection], settings
     let by_area: FxHashMap<i64, usize> =
         intersections.iter().enumerate().filter_map(|(at, one)| Some((one.area?.0, at))).collect();
     // Degrees serve as a plane here: only inside and outside matter.
-    let mut outlines: Option<(Vec<Vec<Point>>, RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>)> = None;
+    let mut outlines: Option<(Vec<Vec<Point>>, LaneTree)> = None;
     for (entry, one) in settings.intersection.iter().enumerate() {
         if let Some(&at) = one.ia.and_then(|ia| by_area.get(&ia)) {
             found[at].push(entry);
