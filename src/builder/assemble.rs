@@ -227,7 +227,8 @@ impl Stage<'_> {
     }
 
     fn rights_of_way(&mut self, arms: &[&Arm], paths: &[Path], movers: &[Mover], conflicts: &Conflicts) {
-        let inward: Vec<_> = arms.iter().map(|a| Some(a.inward)).collect();
+        // Only where vehicles arrive is there a light, or a rank, to be opposite to another.
+        let inward: Vec<_> = arms.iter().map(|a| (!a.into.is_empty()).then_some(a.inward)).collect();
         let opposite = opposites(&inward, OPPOSITE);
         let of_arms = |a: usize, b: usize| match (a == b, opposite[a] == Some(b)) {
             (true, _) => Relation::Same,

@@ -1,13 +1,15 @@
 //! Which lane leads to which lane through an intersection.
 
-use crate::geometry::angle_between;
+use crate::geometry::{Vector, angle_between};
 
 use super::cross_section::{Arrows, StripKind};
 use super::lanes::{Arm, ArmLane, Lanes};
-use super::road_network::{Intersection, RoadEnd, RoadNetwork};
+use super::road_network::{DrivingSide, Intersection, RoadEnd, RoadNetwork};
 
 /// A movement up to this change of direction, degrees, goes straight on.
 pub const STRAIGHT: f64 = 30.0;
+/// A movement beyond this change of direction, degrees, turns back.
+const TURNS_BACK: f64 = 150.0;
 /// An arrow means an arm at most this far, degrees, from the arrow's own direction.
 const ARROW_REACH: f64 = 70.0;
 
@@ -41,6 +43,20 @@ struct Target<'a> {
     turn: f64,
 }
 
+impl Target<'_> {
+    fn turns_back(&self) -> bool {
+        self.turn.abs() > TURNS_BACK
+    }
+}
+
+/// Change of direction from one heading to another in degrees, left positive. Who turns back does so across the
+/// oncoming traffic, however the angle falls.
+pub fn turn(side: DrivingSide, from: Vector, to: Vector) -> f64 {
+    let turn = angle_between(from, to).to_degrees();
+    let across = if side == DrivingSide::Right { 1.0 } else { -1.0 };
+    if turn.abs() > TURNS_BACK && turn * across < 0.0 { turn + across * 360.0 } else { turn }
+}
+
 /// Finds the movements of an intersection.
 pub fn movements(network: &RoadNetwork, lanes: &Lanes, intersection: &Intersection) -> Movements {
     let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
@@ -52,11 +68,16 @@ pub fn movements(network: &RoadNetwork, lanes: &Lanes, intersection: &Intersecti
                 continue;
             }
             if passable(intersection, arm.at, other.at) && permitted(network, arm.at, other.at) {
-                let turn = angle_between(arm.inward, -other.inward).to_degrees();
+                let turn = turn(network.side, arm.inward, -other.inward);
                 targets.push(Target { to, arm: other, turn });
             } else {
                 found.prohibited.push((from, to));
             }
+        }
+        // Nobody turns back unless an arrow says so, or there is no other way on.
+        let signed = arm.into.iter().any(|lane| lane.arrows.has(Arrows::REVERSE));
+        if !signed && targets.iter().any(|t| !t.turns_back()) {
+            targets.retain(|t| !t.turns_back());
         }
         // Arms are clockwise: from left to right as one drives in, whatever the angles say.
         let count = arms.len();
@@ -103,8 +124,10 @@ fn permitted(network: &RoadNetwork, from: RoadEnd, to: RoadEnd) -> bool {
 fn goals(lanes: &[(usize, &ArmLane)], targets: &[Target]) -> Vec<Vec<usize>> {
     let count = lanes.len();
     let straight: Vec<usize> = (0..targets.len()).filter(|&t| targets[t].turn.abs() <= STRAIGHT).collect();
-    let lefts: Vec<usize> = (0..targets.len()).filter(|&t| targets[t].turn > STRAIGHT).collect();
-    let rights: Vec<usize> = (0..targets.len()).filter(|&t| targets[t].turn < -STRAIGHT).collect();
+    // Without an arrow a lane turns back only where every way on does.
+    let by_itself = |t: usize| !targets[t].turns_back() || targets.iter().all(Target::turns_back);
+    let lefts: Vec<usize> = (0..targets.len()).filter(|&t| targets[t].turn > STRAIGHT && by_itself(t)).collect();
+    let rights: Vec<usize> = (0..targets.len()).filter(|&t| targets[t].turn < -STRAIGHT && by_itself(t)).collect();
     lanes
         .iter()
         .enumerate()
@@ -142,6 +165,7 @@ fn pointed(arrows: Arrows, targets: &[Target]) -> Vec<usize> {
         (Arrows::RIGHT, -90.0),
         (Arrows::SHARP_RIGHT, -135.0),
     ];
+    let back = arrows.has(Arrows::REVERSE).then(|| (0..targets.len()).filter(|&t| targets[t].turns_back()));
     let mut goals: Vec<usize> = MEANING
         .iter()
         .filter(|(arrow, _)| arrows.has(*arrow))
@@ -150,6 +174,7 @@ fn pointed(arrows: Arrows, targets: &[Target]) -> Vec<usize> {
             let best = (0..targets.len()).min_by(|&a, &b| off(&targets[a]).total_cmp(&off(&targets[b])))?;
             (off(&targets[best]) <= ARROW_REACH).then_some(best)
         })
+        .chain(back.into_iter().flatten())
         .collect();
     goals.sort_unstable();
     goals.dedup();
@@ -170,7 +195,7 @@ fn assign(from: usize, arm: &Arm, targets: &[Target], kind: StripKind, all: &mut
         if ins.is_empty() {
             // Arrows leave this arm out although nothing prohibits it: the lane at its side takes it, unless every
             // lane has arrows and so means it.
-            if lanes.iter().all(|(_, l)| !l.arrows.is_none()) {
+            if target.turns_back() || lanes.iter().all(|(_, l)| !l.arrows.is_none()) {
                 continue;
             }
             ins = vec![if target.turn > 0.0 { 0 } else { lanes.len() - 1 }];

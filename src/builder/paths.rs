@@ -9,7 +9,7 @@ use super::assembly::{Assembly, tags};
 use super::cross_section::StripKind;
 use super::ids::Key;
 use super::lanes::{Arm, ArmLane, Lanes, road_attributes};
-use super::movement::Movement;
+use super::movement::{Movement, turn};
 use super::road_network::{Intersection, RoadNetwork};
 use super::sound::sound;
 
@@ -174,7 +174,7 @@ pub fn paths(
         paths.push(Path {
             movement: *movement,
             lanelet,
-            turn: angle_between(from.pose.heading, to.pose.heading).to_degrees(),
+            turn: turn(network.side, from.pose.heading, to.pose.heading),
             outline: assembly.outline(lanelet),
             kind,
         });
