@@ -2,10 +2,11 @@
 
 use rustc_hash::FxHashMap;
 
-use super::canvas::Canvas;
+use super::canvas::{Canvas, View};
 use super::lanes::positions;
+use super::lettering;
 use crate::diagnostic::{Diagnostic, Place, Subject};
-use crate::geometry::Point;
+use crate::geometry::{Point, Vector};
 use crate::lanelet::{LaneletId, LaneletMap, LineStringId, PointId, PolygonId, RegulatoryElementId, Target};
 
 /// What a finding is about, as shapes.
@@ -15,11 +16,15 @@ enum Shape {
     Area(Vec<Point>),
 }
 
-/// More pins than this get no words: they would cover each other.
+/// Height of the words at a pin, pixels.
+const LETTER: f64 = 8.0;
+/// How far they stand above the pin's tip, pixels.
+const LIFT: f64 = 28.0;
+/// More words than this nobody reads.
 const MAX_WORDED: usize = 60;
 
 /// Draws the glows of all findings, then all pins, the worst on top.
-pub fn findings(canvas: &mut Canvas, map: &LaneletMap, diagnostics: &[Diagnostic], worded: bool) {
+pub fn findings(canvas: &mut Canvas, map: &LaneletMap, diagnostics: &[Diagnostic]) {
     let mut sorted: Vec<&Diagnostic> = diagnostics.iter().collect();
     sorted.sort_by_key(|d| d.severity);
     // A subject with many findings glows once, in the hue of the worst.
@@ -39,11 +44,40 @@ pub fn findings(canvas: &mut Canvas, map: &LaneletMap, diagnostics: &[Diagnostic
             glow(canvas, &shape, diagnostic);
         }
     }
-    let pins: Vec<(Point, &Diagnostic)> =
-        sorted.iter().filter_map(|d| Some((spot(map, d)?, *d))).filter(|(p, _)| canvas.view.sees([p])).collect();
-    let worded = worded && pins.len() <= MAX_WORDED;
-    for (at, diagnostic) in pins {
-        pin(canvas, at, diagnostic, worded);
+    let pins = pins(&canvas.view, map, diagnostics);
+    for (at, diagnostic) in &pins {
+        pin(canvas, *at, diagnostic);
+    }
+    words(canvas, &pins);
+}
+
+/// The findings that are on the sheet, each with the place of its pin, the worst last.
+pub fn pins<'a>(view: &View, map: &LaneletMap, diagnostics: &'a [Diagnostic]) -> Vec<(Point, &'a Diagnostic)> {
+    let mut pins: Vec<(Point, &Diagnostic)> =
+        diagnostics.iter().filter_map(|d| Some((spot(map, d)?, d))).filter(|(p, _)| view.sees([p])).collect();
+    pins.sort_by_key(|(_, d)| d.severity);
+    pins
+}
+
+/// Writes what the pins are about, the worst first, wherever there is room.
+fn words(canvas: &mut Canvas, pins: &[(Point, &Diagnostic)]) {
+    let mut taken: Vec<(Point, Point)> = Vec::new();
+    for (at, diagnostic) in pins.iter().rev() {
+        let text = match diagnostic.finding.subject.id() {
+            Some(id) => format!("{} {id}", diagnostic.code),
+            None => diagnostic.code.clone(),
+        };
+        let half = Vector::new(lettering::width(&text, LETTER) / 2.0 + LETTER, LETTER);
+        let middle = canvas.view.pixel(*at) - Vector::new(0.0, LIFT);
+        let (min, max) = (middle - half, middle + half);
+        let free = taken.iter().all(|(low, high)| min.x > high.x || max.x < low.x || min.y > high.y || max.y < low.y);
+        if free {
+            canvas.words("found", *at, LIFT, &text, LETTER);
+            taken.push((min, max));
+        }
+        if taken.len() >= MAX_WORDED {
+            break;
+        }
     }
 }
 
@@ -57,7 +91,7 @@ fn glow(canvas: &mut Canvas, shape: &Shape, diagnostic: &Diagnostic) {
 }
 
 /// A drop whose tip touches the place.
-fn pin(canvas: &mut Canvas, at: Point, diagnostic: &Diagnostic, worded: bool) {
+fn pin(canvas: &mut Canvas, at: Point, diagnostic: &Diagnostic) {
     const DROP: [(f64, f64); 9] = [
         (0.0, 0.0),
         (-5.2, -9.5),
@@ -69,15 +103,8 @@ fn pin(canvas: &mut Canvas, at: Point, diagnostic: &Diagnostic, worded: bool) {
         (5.2, -9.5),
         (0.0, 0.0),
     ];
-    let east = crate::geometry::Vector::new(1.0, 0.0);
+    let east = Vector::new(1.0, 0.0);
     canvas.stamp(&format!("pin {}", diagnostic.severity), at, east, &DROP, &title(diagnostic));
-    if worded {
-        let text = match diagnostic.finding.subject.id() {
-            Some(id) => format!("{} {id}", diagnostic.code),
-            None => diagnostic.code.clone(),
-        };
-        canvas.words("found", at, 27.0, &text, 7.0);
-    }
 }
 
 fn title(diagnostic: &Diagnostic) -> String {

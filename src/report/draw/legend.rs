@@ -43,7 +43,7 @@ pub fn ids(canvas: &mut Canvas, map: &LaneletMap) {
     }
 }
 
-/// Draws the scale bar, and beside it the hues and severities that occur.
+/// Draws the scale bar, and beside it the hues that occur and how many findings the picture shows.
 pub fn legend(canvas: &mut Canvas, map: &LaneletMap, diagnostics: &[Diagnostic]) {
     let mut entries: Vec<(String, String)> = Vec::new();
     for turn in [TurnDirection::Left, TurnDirection::Straight, TurnDirection::Right] {
@@ -51,8 +51,9 @@ pub fn legend(canvas: &mut Canvas, map: &LaneletMap, diagnostics: &[Diagnostic])
             entries.push((format!("swatch {}", turn.as_str()), turn.as_str().to_owned()));
         }
     }
+    let pins = super::findings::pins(&canvas.view, map, diagnostics);
     for severity in [Severity::Error, Severity::Warning, Severity::Info] {
-        let count = diagnostics.iter().filter(|d| d.severity == severity).count();
+        let count = pins.iter().filter(|(_, d)| d.severity == severity).count();
         if count > 0 {
             let plural = if count == 1 { "" } else { "s" };
             entries.push((format!("pin {severity}"), format!("{count} {severity}{plural}")));

@@ -109,7 +109,7 @@ pub fn svg(map: &LaneletMap, diagnostics: &[Diagnostic], options: &Options) -> R
     layer(&mut canvas, "markings", |c| lanes::markings(c, map));
     layer(&mut canvas, "arrows", |c| lanes::arrows(c, map));
     layer(&mut canvas, "signals", |c| signals::signals(c, map));
-    layer(&mut canvas, "findings", |c| findings::findings(c, map, diagnostics, true));
+    layer(&mut canvas, "findings", |c| findings::findings(c, map, diagnostics));
     if options.ids {
         layer(&mut canvas, "ids", |c| legend::ids(c, map));
     }
