@@ -4,7 +4,7 @@ CARGO ?= cargo
 RUN = $(CARGO) run --quiet --locked --
 DEMO = sample_maps/crossing_right.osm
 
-.PHONY: help demo test browser-test soak lint deps clean
+.PHONY: help demo test browser-test soak lint docs fittings deps clean
 
 help:
 	@echo "make demo   build the program, turn $(DEMO) into a Lanelet2 map, check and draw it"
@@ -12,6 +12,8 @@ help:
 	@echo "make browser-test   the tests of the HTML report in Chromium; pictures of them in target/tmp"
 	@echo "make soak   the long tests whole"
 	@echo "make lint   formatting and lints alone"
+	@echo "make docs   build the documentation site"
+	@echo "make fittings   hold the action, the hooks and the Dockerfile against the tools that read them"
 	@echo "make deps   install what PROJ's build needs, or say what is missing"
 
 demo: deps
@@ -37,6 +39,13 @@ soak: deps
 lint: deps
 	$(CARGO) fmt --check
 	$(CARGO) clippy --locked --all-targets -- -D warnings
+
+docs: deps
+	@CARGO="$(CARGO)" scripts/docs.sh
+
+fittings: deps
+	$(CARGO) build --locked
+	@scripts/fittings.sh "$${CARGO_TARGET_DIR:-target}/debug/lanewright"
 
 deps:
 	@scripts/deps.sh

@@ -1,4 +1,5 @@
 # Installs Debian packages where that is allowed. Sourced; defines `apt_install`, which fails if it may not or cannot.
+# shellcheck shell=sh
 
 as_root() {
     if [ "$(id -u)" -eq 0 ]; then

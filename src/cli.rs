@@ -8,6 +8,7 @@ mod draw;
 mod explain;
 mod files;
 mod load;
+mod packaging;
 mod page;
 mod screen;
 mod stats;
@@ -47,6 +48,16 @@ enum Verb {
     },
     /// List the rules
     Rules,
+    /// Print the completions of a shell
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+    /// Write the manual pages
+    Man {
+        /// Directory for lanewright.1 and a page for each verb; made if it is not there
+        dir: PathBuf,
+    },
 }
 
 /// Build a Lanelet2 map from OpenStreetMap data
@@ -152,6 +163,8 @@ pub fn run() -> ExitCode {
         Verb::Stats(args) => stats::run(&args),
         Verb::Explain { rule } => explain::explain(&rule),
         Verb::Rules => explain::rules(),
+        Verb::Completions { shell } => packaging::completions(shell),
+        Verb::Man { dir } => packaging::man(&dir),
     };
     match result {
         Ok(code) => ExitCode::from(code),

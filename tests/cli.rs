@@ -230,9 +230,17 @@ fn the_page_of_the_command_line_is_fresh() {
          Results go to standard output, progress and errors to standard error. A pipe or a file gets no colours, nor does \
          a terminal with `NO_COLOR` set.\n",
     );
-    for verb in ["", "build", "check", "draw", "explain", "rules"] {
+    let help_of = |verb: &str| {
         let arguments: Vec<&str> = [verb, "--help"].into_iter().filter(|word| !word.is_empty()).collect();
-        let help = lanewright(Path::new("."), &arguments).exits(0).stdout;
+        lanewright(Path::new("."), &arguments).exits(0).stdout
+    };
+    let overview = help_of("");
+    let (_, verbs) = overview.split_once("Commands:\n").unwrap();
+    // A verb begins in the third column; the lines that go on further in are what it does.
+    let verbs = verbs.lines().take_while(|line| !line.is_empty()).filter_map(|line| line.strip_prefix("  "));
+    let verbs = verbs.filter(|line| !line.starts_with(' ')).filter_map(|line| line.split_whitespace().next());
+    for verb in std::iter::once("").chain(verbs.filter(|verb| *verb != "help")) {
+        let help = help_of(verb);
         let title = if verb.is_empty() { "lanewright" } else { verb };
         page += &format!("\n## {title}\n\n```text\n{}\n```\n", help.trim_end());
     }
@@ -242,4 +250,22 @@ fn the_page_of_the_command_line_is_fresh() {
     }
     let kept = fs::read_to_string(&path).unwrap_or_default();
     assert!(kept == page, "docs/cli.md is stale; run: LANEWRIGHT_REGENERATE=1 cargo test --test cli");
+}
+
+#[test]
+fn completions_and_manual_pages_name_every_verb() {
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = lanewright(Path::new("."), &["completions", shell]).exits(0).stdout;
+        for word in ["build", "check", "draw", "--fail-on"] {
+            assert!(script.contains(word.trim_start_matches('-')), "{shell} does not complete {word}");
+        }
+    }
+    let dir = tempfile::tempdir().unwrap();
+    lanewright(dir.path(), &["man", "pages"]).exits(0);
+    for (page, word) in
+        [("lanewright.1", "check"), ("lanewright-check.1", "baseline"), ("lanewright-build.1", "projector")]
+    {
+        let text = fs::read_to_string(dir.path().join("pages").join(page)).unwrap();
+        assert!(text.starts_with(".ie") && text.contains(word), "{page} does not speak of {word}");
+    }
 }
