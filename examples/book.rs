@@ -8,6 +8,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use lanewright::report::diff;
 use lanewright::requirement::Requirement;
 use lanewright::{rules, triage};
 
@@ -53,7 +54,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     summary += "\n# Rules\n\n";
     let table = rules::table()?;
-    for requirement in table.iter().map(|row| &row.requirement).chain(triage::requirement()) {
+    for requirement in table.iter().map(|row| &row.requirement).chain(triage::requirement()).chain(diff::requirement())
+    {
         writeln!(summary, "- [{} {}](rules/{}.md)", requirement.id, requirement.title, requirement.id)?;
         fs::write(source.join("rules").join(format!("{}.md", requirement.id)), page(requirement)?)?;
     }

@@ -4,6 +4,7 @@ mod build;
 mod check;
 mod check_args;
 mod config;
+mod diff;
 mod draw;
 mod explain;
 mod files;
@@ -40,6 +41,7 @@ enum Verb {
     Build(BuildArgs),
     Check(CheckArgs),
     Draw(DrawArgs),
+    Diff(DiffArgs),
     Stats(StatsArgs),
     /// Say what a rule requires, why, and how to mend what breaks it
     Explain {
@@ -107,6 +109,30 @@ struct DrawArgs {
     no_findings: bool,
 }
 
+/// Say what changed between two Lanelet2 maps, by element and meaning; exit code 1 if anything did
+#[derive(Debug, Args)]
+struct DiffArgs {
+    /// The map as it was: a .osm file, a directory of them, or a map directory
+    old: PathBuf,
+    /// The map as it is
+    new: PathBuf,
+    /// For people or for programs
+    #[arg(long, value_enum, default_value_t = DiffFormat::Text)]
+    format: DiffFormat,
+    /// What lies this close to where it was, metres, has not moved
+    #[arg(long, value_name = "M", default_value_t = 0.001)]
+    tolerance: f64,
+    /// Write the changes on the new map, too: one HTML page to look at
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum DiffFormat {
+    Text,
+    Json,
+}
+
 /// Say what a Lanelet2 map contains: counts, lengths, widths, curvature, what hangs together, what it lacks
 #[derive(Debug, Args)]
 struct StatsArgs {
@@ -160,6 +186,7 @@ pub fn run() -> ExitCode {
         Verb::Build(args) => build::run(&args),
         Verb::Check(args) => check::run(&args),
         Verb::Draw(args) => draw::run(&args),
+        Verb::Diff(args) => diff::run(&args),
         Verb::Stats(args) => stats::run(&args),
         Verb::Explain { rule } => explain::explain(&rule),
         Verb::Rules => explain::rules(),

@@ -269,3 +269,24 @@ fn completions_and_manual_pages_name_every_verb() {
         assert!(text.starts_with(".ie") && text.contains(word), "{page} does not speak of {word}");
     }
 }
+
+#[test]
+fn diff_tells_what_changed_and_shows_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let sample = root().join("sample_maps/crossing_right.osm");
+    lanewright(dir.path(), &["build", sample.to_str().unwrap(), "-o", "old"]).exits(0);
+    assert_eq!(lanewright(dir.path(), &["diff", "old", "old"]).exits(0).stdout, "no difference\n");
+    fs::create_dir(dir.path().join("new")).unwrap();
+    let text = fs::read_to_string(dir.path().join("old/lanelet2_map.osm")).unwrap();
+    let new = text.replacen("v=\"left\"", "v=\"right\"", 1);
+    assert_ne!(text, new);
+    fs::write(dir.path().join("new/lanelet2_map.osm"), new).unwrap();
+    fs::copy(dir.path().join("old/map_projector_info.yaml"), dir.path().join("new/map_projector_info.yaml")).unwrap();
+    let run = lanewright(dir.path(), &["diff", "old", "new", "--report", "changes.html"]).exits(1);
+    assert!(run.stdout.contains("turn_direction from `left` to `right`"), "{}", run.stdout);
+    assert!(fs::read_to_string(dir.path().join("changes.html")).unwrap().contains("rule-diff"));
+    let json = lanewright(dir.path(), &["diff", "old", "new", "--format", "json"]).exits(1).stdout;
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["totals"]["lanelets"]["changed"], 1);
+    assert_eq!(json["changes"][0]["facts"][0]["fact"], "tag");
+}

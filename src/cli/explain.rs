@@ -1,7 +1,7 @@
 //! `explain` and `rules`: the standard, for people.
 
-use lanewright::report;
 use lanewright::report::failure::Failure;
+use lanewright::report::{self, diff};
 use lanewright::rules;
 use lanewright::settings::covers;
 use lanewright::triage;
@@ -11,7 +11,8 @@ use super::{CLEAN, screen};
 /// Prints one rule in full; with a finding's code, that fault first.
 pub fn explain(code: &str) -> Result<u8, Failure> {
     let triage = || triage::requirement().ok().filter(|one| covers(&one.id, code));
-    let requirement = rules::find(code).or_else(triage).ok_or_else(|| {
+    let changes = || diff::requirement().ok().filter(|one| covers(&one.id, code));
+    let requirement = rules::find(code).or_else(triage).or_else(changes).ok_or_else(|| {
         Failure::new(format!("there is no rule `{code}`"))
             .help("`lanewright rules` lists them; give vm-03-08, for example")
     })?;

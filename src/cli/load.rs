@@ -39,7 +39,8 @@ pub fn home(path: &Path) -> &Path {
     if path.is_dir() { path } else { path.parent().unwrap_or(Path::new("")) }
 }
 
-fn open_failure(error: OpenError) -> Failure {
+/// Why a map could not be opened, and the way out.
+pub fn open_failure(error: OpenError) -> Failure {
     match error {
         OpenError::Read(error) => read_failure(error),
         OpenError::Navigation { ref path, .. } => Failure::new(error.to_string())

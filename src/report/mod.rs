@@ -3,6 +3,7 @@
 //! One file per format; each turns a [`Report`] into text. Knows no rule.
 
 mod concise;
+pub mod diff;
 pub mod draw;
 mod escape;
 mod explain;

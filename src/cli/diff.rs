@@ -1,0 +1,65 @@
+//! `diff`: two maps in, what changed between them out.
+
+use std::io::Error;
+use std::path::Path;
+
+use lanewright::lanelet::{Opened, open};
+use lanewright::projection::LonLat;
+use lanewright::report::diff::{self, Diff};
+use lanewright::report::failure::Failure;
+use lanewright::report::html::{Page, html};
+use lanewright::report::{FailOn, Report, Sources};
+
+use super::load::open_failure;
+use super::screen::{self, Progress};
+use super::{CLEAN, DiffArgs, DiffFormat, files};
+
+/// Exit code where the maps differ, as diff(1) has it.
+const DIFFERENT: u8 = 1;
+
+/// Compares the maps and prints what changed.
+pub fn run(args: &DiffArgs) -> Result<u8, Failure> {
+    let progress = Progress::start("reading");
+    let new = open(&args.new, None).map_err(open_failure)?;
+    // In the metres of the new map, so that a map that changed its projection has not moved.
+    let old = open(&args.old, Some(new.projector.clone())).map_err(open_failure)?;
+    progress.next("comparing");
+    let diff = Diff::between(&old.loaded.map, &new.loaded.map, args.tolerance);
+    drop(progress);
+    if let Some(file) = &args.report {
+        page(file, &args.new, &diff, &new)?;
+    }
+    screen::print_with(|out| match args.format {
+        DiffFormat::Text => out.write_all(diff.text().as_bytes()),
+        DiffFormat::Json => writeln!(out, "{}", serde_json::to_string_pretty(&diff).map_err(Error::other)?),
+    })?;
+    Ok(if diff.is_empty() { CLEAN } else { DIFFERENT })
+}
+
+/// Writes the page that shows findings on a map, with the changes as findings.
+fn page(file: &Path, map: &Path, diff: &Diff, new: &Opened) -> Result<(), Failure> {
+    let failed = |what: &dyn std::fmt::Display| Failure::new(format!("cannot write {}: {what}", file.display()));
+    let diagnostics = diff::diagnostics(diff, &new.loaded.map);
+    let sources = Sources::new(new.osm.sources.iter().map(|source| (source.name.as_str(), source.text.as_str())));
+    let requirements = [diff::requirement().map_err(|error| failed(&error))?];
+    let to_globe =
+        |points: &[_]| -> Option<Vec<LonLat>> { new.projector.inverse_each(points, |_| 0.0).into_iter().collect() };
+    let report = Report {
+        diagnostics: &diagnostics,
+        sources: &sources,
+        map: &new.loaded.map,
+        requirements: &requirements,
+        fail_on: FailOn::Never,
+        cap: None,
+        suppressed: 0,
+        known: 0,
+        unproject: Some(&to_globe),
+        root: None,
+    };
+    let title = map.file_name().map_or_else(|| map.display().to_string(), |name| name.to_string_lossy().into_owned());
+    let page = Page { title: &title, path: None, requirements: &requirements, earlier: None };
+    let text = html(&report, &page).map_err(|error| failed(&error))?;
+    let name = file.file_name().and_then(|name| name.to_str()).ok_or_else(|| failed(&"it has no name"))?;
+    let directory = file.parent().filter(|directory| !directory.as_os_str().is_empty());
+    files::publish(directory.unwrap_or(Path::new(".")), &[(name, text.as_bytes())])
+}
