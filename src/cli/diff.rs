@@ -22,7 +22,7 @@ pub fn run(args: &DiffArgs) -> Result<u8, Failure> {
     let progress = Progress::start("reading");
     let new = open(&args.new, None).map_err(open_failure)?;
     // In the metres of the new map, so that a map that changed its projection has not moved.
-    let old = open(&args.old, Some(new.projector.clone())).map_err(open_failure)?;
+    let old = open(&args.old, Some(new.projector)).map_err(open_failure)?;
     progress.next("comparing");
     let diff = Diff::between(&old.loaded.map, &new.loaded.map, args.tolerance);
     drop(progress);
