@@ -8,6 +8,7 @@ mod diff;
 mod draw;
 mod explain;
 mod files;
+mod fix;
 mod load;
 mod packaging;
 mod page;
@@ -41,6 +42,7 @@ enum Verb {
     Build(BuildArgs),
     Check(CheckArgs),
     Draw(DrawArgs),
+    Fix(FixArgs),
     Diff(DiffArgs),
     Stats(StatsArgs),
     /// Say what a rule requires, why, and how to mend what breaks it
@@ -107,6 +109,21 @@ struct DrawArgs {
     /// Leave out the findings of `check`
     #[arg(long)]
     no_findings: bool,
+}
+
+/// Mend a Lanelet2 map in place, changing only the lines it must; what makes a new error is not kept
+#[derive(Debug, Args)]
+struct FixArgs {
+    /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml
+    map: PathBuf,
+    /// Show what would be changed and change nothing; exit code 1 if there is anything
+    #[arg(long)]
+    diff: bool,
+    /// Make fixes that need a look afterwards, too
+    #[arg(long)]
+    r#unsafe: bool,
+    #[command(flatten)]
+    config: check_args::ConfigArgs,
 }
 
 /// Say what changed between two Lanelet2 maps, by element and meaning; exit code 1 if anything did
@@ -186,6 +203,7 @@ pub fn run() -> ExitCode {
         Verb::Build(args) => build::run(&args),
         Verb::Check(args) => check::run(&args),
         Verb::Draw(args) => draw::run(&args),
+        Verb::Fix(args) => fix::run(&args),
         Verb::Diff(args) => diff::run(&args),
         Verb::Stats(args) => stats::run(&args),
         Verb::Explain { rule } => explain::explain(&rule),

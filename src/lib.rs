@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! floor 4   main, cli                                 arguments in, exit code out
-//! floor 3   builder | rules | triage | report         four wings that never meet
+//! floor 3   builder | rules | triage | fix | report   five wings that never meet
 //! floor 2   lanelet (the waist), requirement, settings  the map in Lanelet2's words; a document of rules/ parsed
 //! floor 1   osm, projection, geometry, diagnostic     know nothing of ours
 //! ```
@@ -15,6 +15,7 @@
 
 pub mod builder;
 pub mod diagnostic;
+pub mod fix;
 pub mod geometry;
 pub mod lanelet;
 pub mod osm;

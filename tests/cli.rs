@@ -290,3 +290,25 @@ fn diff_tells_what_changed_and_shows_it() {
     assert_eq!(json["totals"]["lanelets"]["changed"], 1);
     assert_eq!(json["changes"][0]["facts"][0]["fact"], "tag");
 }
+
+#[test]
+fn fix_mends_what_it_can_and_touches_nothing_else() {
+    let dir = tempfile::tempdir().unwrap();
+    let sample = root().join("sample_maps/crossing_right.osm");
+    lanewright(dir.path(), &["build", sample.to_str().unwrap(), "-o", "map"]).exits(0);
+    let path = dir.path().join("map/lanelet2_map.osm");
+    let good = fs::read_to_string(&path).unwrap();
+    assert_eq!(lanewright(dir.path(), &["fix", "map"]).exits(0).stdout, "0 fixed; left: 0 errors, 0 warnings\n");
+    assert_eq!(fs::read_to_string(&path).unwrap(), good);
+    let bad = good.replacen("v=\"left\"", "v=\"right\"", 1);
+    fs::write(&path, &bad).unwrap();
+    let diff = lanewright(dir.path(), &["fix", "map", "--diff"]).exits(1).stdout;
+    assert!(
+        diff.contains("-    <tag k=\"turn_direction\" v=\"right\"/>\n+    <tag k=\"turn_direction\" v=\"left\"/>"),
+        "{diff}"
+    );
+    assert_eq!(fs::read_to_string(&path).unwrap(), bad, "--diff changes nothing");
+    lanewright(dir.path(), &["check", "map"]).exits(1);
+    lanewright(dir.path(), &["check", "map", "--fix"]).exits(0);
+    assert_eq!(fs::read_to_string(&path).unwrap(), good);
+}

@@ -15,7 +15,7 @@ use lanewright::triage::{self, Baseline, Sorted};
 use super::check_args::{CheckArgs, FormatArg};
 use super::load::Loaded;
 use super::screen::{self, Progress};
-use super::{CLEAN, files, page, watch};
+use super::{CLEAN, files, fix, page, watch};
 
 /// Checks the map and prints what was found, once or until somebody ends it.
 pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
@@ -23,6 +23,9 @@ pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
         return Err(
             Failure::new("--statistics is for text and concise").help("`--format json` has the counts in `totals`")
         );
+    }
+    if args.fix {
+        fix::in_place(&args.map, &args.config, args.r#unsafe)?;
     }
     if args.watch { watch::run(args) } else { once(args) }
 }

@@ -39,6 +39,12 @@ pub struct CheckArgs {
     /// An earlier report; the new one tells which findings are new, the same, gone
     #[arg(long, value_name = "REPORT", requires = "report")]
     pub compare: Option<PathBuf>,
+    /// Mend first what can be mended safely, in place
+    #[arg(long, conflicts_with_all = ["watch", "write_baseline"])]
+    pub fix: bool,
+    /// With --fix: make fixes that need a look afterwards, too
+    #[arg(long, requires = "fix")]
+    pub r#unsafe: bool,
     /// Check again whenever a file changes, until Ctrl-C
     #[arg(long, conflicts_with = "write_baseline")]
     pub watch: bool,

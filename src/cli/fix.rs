@@ -1,0 +1,116 @@
+//! `fix`: a map in, the map mended in place, or what would be changed.
+
+use std::path::{Path, PathBuf};
+
+use lanewright::diagnostic::{Diagnostic, Severity};
+use lanewright::fix::{FixError, Mended, mend};
+use lanewright::lanelet::index::{MapIndex, Thresholds};
+use lanewright::lanelet::{files_of, from_osm};
+use lanewright::osm::{OsmData, Source};
+use lanewright::report::failure::Failure;
+use lanewright::report::visible;
+use lanewright::rules::{self, Config};
+use lanewright::triage;
+use similar::TextDiff;
+
+use super::check_args::ConfigArgs;
+use super::load::{Loaded, open_failure};
+use super::screen::{self, Progress};
+use super::{CLEAN, FixArgs, files};
+
+/// Exit code where an error is left, or `--diff` has something to show.
+const LEFT: u8 = 1;
+
+/// Mends the map and says what was done.
+pub fn run(args: &FixArgs) -> Result<u8, Failure> {
+    let (before, mended) = mended(&args.map, &args.config, args.r#unsafe)?;
+    if args.diff {
+        let diff = diff(&before, &mended.osm.sources);
+        screen::print(&diff)?;
+        return Ok(if diff.is_empty() { CLEAN } else { LEFT });
+    }
+    publish(&args.map, &before, &mended.osm.sources)?;
+    screen::print(&told(&mended))?;
+    Ok(if mended.left.iter().any(|one| one.severity == Severity::Error) { LEFT } else { CLEAN })
+}
+
+/// Mends the map in place and says what was done on standard error.
+pub fn in_place(map: &Path, config: &ConfigArgs, unsafe_too: bool) -> Result<(), Failure> {
+    let (before, mended) = mended(map, config, unsafe_too)?;
+    publish(map, &before, &mended.osm.sources)?;
+    screen::complain(&told(&mended));
+    Ok(())
+}
+
+/// The files as they were, and the map mended.
+fn mended(map: &Path, config: &ConfigArgs, unsafe_too: bool) -> Result<(Vec<Source>, Mended), Failure> {
+    let progress = Progress::start("reading");
+    let Loaded { osm, projector, settings, .. } = Loaded::read(map, config)?;
+    let before = osm.sources.clone();
+    progress.next("mending");
+    let judge = |osm: &OsmData| -> Result<Vec<Diagnostic>, Failure> {
+        let loaded = from_osm(osm, &projector);
+        let index = MapIndex::new(&loaded.map, &loaded.faults, &settings, Thresholds::default());
+        let found = rules::run(&index, &Config::from(&settings)).map_err(|error| Failure::new(error.to_string()))?;
+        // What somebody has answered for is not mended.
+        Ok(triage::sort(found, &settings, osm, &loaded.map, None).left)
+    };
+    let mended = mend(osm, unsafe_too, judge).map_err(|error| match error {
+        FixError::Judge(failure) => failure,
+        FixError::Read(error) => Failure::new(format!("the mended map cannot be read: {error}"))
+            .help("nothing was changed; please report this"),
+    })?;
+    Ok((before, mended))
+}
+
+/// Writes the files that changed, all or none.
+fn publish(map: &Path, before: &[Source], after: &[Source]) -> Result<(), Failure> {
+    let paths = files_of(map).map_err(open_failure)?;
+    let mut changed: Vec<(&PathBuf, &[u8])> = Vec::new();
+    for ((path, old), new) in paths.iter().zip(before).zip(after) {
+        if old.text == new.text {
+            continue;
+        }
+        if path.extension().is_some_and(|extension| extension != "osm") {
+            return Err(Failure::new(format!("{} is packed", path.display()))
+                .help("unpack it first; only plain .osm files are edited, and nothing was changed"));
+        }
+        changed.push((path, new.text.as_bytes()));
+    }
+    // The files of one map lie in one directory.
+    let Some(dir) = changed.first().and_then(|(path, _)| path.parent()) else { return Ok(()) };
+    let dir = if dir.as_os_str().is_empty() { Path::new(".") } else { dir };
+    let named: Vec<(&str, &[u8])> =
+        changed.iter().filter_map(|(path, bytes)| Some((path.file_name()?.to_str()?, *bytes))).collect();
+    files::publish(dir, &named)
+}
+
+/// A unified diff of every file that changed.
+fn diff(before: &[Source], after: &[Source]) -> String {
+    let changed = before.iter().zip(after).filter(|(old, new)| old.text != new.text);
+    changed
+        .map(|(old, new)| {
+            let lines = TextDiff::from_lines(&old.text, &new.text);
+            lines.unified_diff().context_radius(3).header(&old.name, &new.name).to_string()
+        })
+        .collect()
+}
+
+fn told(mended: &Mended) -> String {
+    let mut text = String::new();
+    for (word, mends) in [("fixed", &mended.done), ("not kept", &mended.refused)] {
+        for mend in mends {
+            text += &format!("{word}[{}] {}: {}\n", mend.code, mend.subject, visible(&mend.title));
+        }
+    }
+    let count = |severity| mended.left.iter().filter(|one| one.severity == severity).count();
+    text += &format!("{} fixed", mended.done.len());
+    if !mended.refused.is_empty() {
+        text += &format!(", {} not kept because they mend nothing or bring an error", mended.refused.len());
+    }
+    text += &format!("; left: {} errors, {} warnings", count(Severity::Error), count(Severity::Warning));
+    if mended.unsafe_left > 0 {
+        text += &format!(", {} of them with a fix that needs a look (--unsafe)", mended.unsafe_left);
+    }
+    text + "\n"
+}

@@ -1,0 +1,242 @@
+//! One element of a file as text that can be edited: what is not touched stays as it was, to the last blank.
+
+use quick_xml::XmlVersion;
+use quick_xml::escape::escape;
+use quick_xml::events::{BytesStart, Event};
+use quick_xml::reader::Reader;
+
+use crate::osm::ElementKind;
+
+/// Two blanks deeper than an element, where no child shows how deep children stand.
+const INDENT: &str = "  ";
+
+/// A child of an element.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Child {
+    /// `<tag k= v=/>`, by its key.
+    Tag(String),
+    /// `<nd ref=/>`.
+    Vertex(i64),
+    /// `<member type= ref= role=/>`.
+    Member(ElementKind, i64, String),
+    /// A comment, or what we do not know.
+    Other,
+}
+
+#[derive(Clone, Debug)]
+struct Item {
+    /// What stands between the item before and this one: blanks and line ends.
+    lead: String,
+    text: String,
+    child: Child,
+    /// For a vertex that was read: its number among the vertices.
+    vertex: Option<usize>,
+}
+
+/// An element that is being edited.
+#[derive(Clone, Debug)]
+pub struct Element {
+    /// The start tag without its `>` or `/>`.
+    head: String,
+    items: Vec<Item>,
+    /// From behind the last child to the end, where there is an end tag.
+    tail: Option<String>,
+    name: String,
+    /// Line end and blanks before the element.
+    margin: String,
+}
+
+impl Element {
+    /// Reads an element from its text; `margin` is what stands before it, from the end of the line above. `None` if the text
+    /// is no element.
+    pub fn parse(text: &str, margin: &str) -> Option<Self> {
+        let mut reader = Reader::from_str(text);
+        let mut element: Option<Self> = None;
+        let (mut depth, mut item_start, mut lead_start, mut vertices) = (0, 0, 0, 0);
+        let mut child = Child::Other;
+        loop {
+            let start = usize::try_from(reader.buffer_position()).ok()?;
+            let event = reader.read_event().ok()?;
+            let end = usize::try_from(reader.buffer_position()).ok()?;
+            let (opens, closes) = match &event {
+                Event::Start(tag) | Event::Empty(tag) => {
+                    let empty = matches!(event, Event::Empty(_));
+                    if depth == 0 {
+                        let cut = if empty { "/>" } else { ">" };
+                        let head = text.get(start..end)?.strip_suffix(cut)?.trim_end().to_owned();
+                        let name = tag.name().as_ref().to_owned();
+                        element = Some(Self { head, items: Vec::new(), tail: None, name, margin: margin.to_owned() });
+                        lead_start = end;
+                        if empty {
+                            return element;
+                        }
+                    } else if depth == 1 {
+                        (item_start, child) = (start, read_child(tag));
+                    }
+                    (true, empty)
+                }
+                Event::End(_) if depth == 1 => {
+                    let mut element = element?;
+                    element.tail = Some(text.get(lead_start..end)?.to_owned());
+                    return Some(element);
+                }
+                Event::End(_) => (false, true),
+                Event::Comment(_) | Event::CData(_) | Event::PI(_) if depth == 1 => {
+                    (item_start, child) = (start, Child::Other);
+                    (true, true)
+                }
+                Event::Eof => return None,
+                _ => (false, false),
+            };
+            depth += usize::from(opens);
+            if closes {
+                depth = usize::checked_sub(depth, 1)?;
+                if depth == 1 {
+                    let lead = text.get(lead_start..item_start)?.to_owned();
+                    let vertex = matches!(child, Child::Vertex(_)).then_some(vertices);
+                    vertices += usize::from(vertex.is_some());
+                    let text = text.get(item_start..end)?.to_owned();
+                    let child = std::mem::replace(&mut child, Child::Other);
+                    element.as_mut()?.items.push(Item { lead, text, child, vertex });
+                    lead_start = end;
+                }
+            }
+        }
+    }
+
+    /// A new relation.
+    pub fn relation(id: i64, margin: &str) -> Self {
+        let head = format!("<relation id=\"{id}\" version=\"1\"");
+        Self { head, items: Vec::new(), tail: None, name: "relation".to_owned(), margin: margin.to_owned() }
+    }
+
+    /// The text, edited.
+    pub fn render(&self) -> String {
+        let mut text = self.head.clone();
+        if self.items.is_empty() {
+            return text + "/>";
+        }
+        text.push('>');
+        for item in &self.items {
+            text += &item.lead;
+            text += &item.text;
+        }
+        match &self.tail {
+            Some(tail) => text += tail,
+            None => text += &format!("{}</{}>", self.margin, self.name),
+        }
+        text
+    }
+
+    fn lead(&self) -> String {
+        self.items.first().map_or_else(|| format!("{}{INDENT}", self.margin), |item| item.lead.clone())
+    }
+
+    fn insert(&mut self, at: usize, child: Child, text: String) {
+        let lead = self.lead();
+        self.items.insert(at, Item { lead, text, child, vertex: None });
+    }
+
+    /// Sets a tag where it stands, else behind all children.
+    pub fn set_tag(&mut self, key: &str, value: &str) {
+        let text = format!("<tag k=\"{}\" v=\"{}\"/>", escape(key), escape(value));
+        let mut old = (0..self.items.len()).filter(|&i| self.items[i].child == Child::Tag(key.to_owned())).rev();
+        // The last one counts where a key repeats.
+        match old.next() {
+            Some(at) => self.items[at].text = text,
+            None => self.insert(self.items.len(), Child::Tag(key.to_owned()), text),
+        }
+    }
+
+    /// Removes children; whether there was one.
+    pub fn remove(&mut self, which: impl Fn(&Child) -> bool) -> bool {
+        let before = self.items.len();
+        self.items.retain(|item| !which(&item.child));
+        self.items.len() < before
+    }
+
+    /// Adds a member behind the others.
+    pub fn add_member(&mut self, kind: ElementKind, id: i64, role: &str) {
+        let behind = self.items.iter().rposition(|item| matches!(item.child, Child::Member(..)));
+        let child = Child::Member(kind, id, role.to_owned());
+        self.insert(behind.map_or(0, |at| at + 1), child.clone(), child_text(&child));
+    }
+
+    /// Makes each child into another; whether one was.
+    pub fn replace(&mut self, with: impl Fn(&Child) -> Option<Child>) -> bool {
+        let mut any = false;
+        for item in &mut self.items {
+            if let Some(child) = with(&item.child) {
+                (item.text, item.child) = (child_text(&child), child);
+                any = true;
+            }
+        }
+        any
+    }
+
+    /// Inserts a vertex before the one that was read as the given number, or behind all; whether there is such a place.
+    pub fn insert_vertex(&mut self, position: usize, point: i64) -> bool {
+        let at = self.items.iter().position(|item| item.vertex == Some(position));
+        let last = self.items.iter().rposition(|item| item.vertex.is_some());
+        let count = self.items.iter().filter_map(|item| item.vertex).max().map_or(0, |last| last + 1);
+        let at = match (at, last) {
+            (Some(at), _) => at,
+            (None, Some(last)) if position == count => last + 1,
+            _ => return false,
+        };
+        let child = Child::Vertex(point);
+        self.insert(at, child.clone(), child_text(&child));
+        true
+    }
+
+    /// Removes the vertex that was read as the given number; whether it was there.
+    pub fn remove_vertex(&mut self, position: usize) -> bool {
+        let before = self.items.len();
+        self.items.retain(|item| item.vertex != Some(position));
+        self.items.len() < before
+    }
+
+    /// Leaves out vertices that repeat the one before.
+    pub fn drop_repeats(&mut self) {
+        let mut last = None;
+        self.items.retain(|item| match item.child {
+            Child::Vertex(id) => last.replace(id) != Some(id),
+            _ => true,
+        });
+    }
+}
+
+fn read_child(tag: &BytesStart<'_>) -> Child {
+    let value = |key: &str| {
+        let attribute =
+            tag.attributes().with_checks(false).flatten().find(|attribute| attribute.key.as_ref() == key)?;
+        attribute.normalized_value(XmlVersion::Implicit1_0).ok().map(|value| value.into_owned())
+    };
+    let id = || value("ref").and_then(|text| text.trim().parse().ok());
+    let read = match tag.name().as_ref() {
+        "tag" => value("k").map(Child::Tag),
+        "nd" => id().map(Child::Vertex),
+        "member" => {
+            let kind = match value("type").as_deref() {
+                Some("node") => Some(ElementKind::Node),
+                Some("way") => Some(ElementKind::Way),
+                Some("relation") => Some(ElementKind::Relation),
+                _ => None,
+            };
+            kind.zip(id()).map(|(kind, id)| Child::Member(kind, id, value("role").unwrap_or_default()))
+        }
+        _ => None,
+    };
+    read.unwrap_or(Child::Other)
+}
+
+fn child_text(child: &Child) -> String {
+    match child {
+        Child::Tag(key) => format!("<tag k=\"{}\" v=\"\"/>", escape(key.as_str())),
+        Child::Vertex(id) => format!("<nd ref=\"{id}\"/>"),
+        Child::Member(kind, id, role) => {
+            format!("<member type=\"{kind}\" ref=\"{id}\" role=\"{}\"/>", escape(role.as_str()))
+        }
+        Child::Other => String::new(),
+    }
+}

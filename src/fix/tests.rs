@@ -1,0 +1,167 @@
+//! Small files, edited; and a judge that knows one fault.
+
+use super::draft::Draft;
+use super::mend;
+use crate::diagnostic::{Diagnostic, Edit, Finding, Fix, Severity, Subject};
+use crate::osm::{OsmData, read_bytes};
+
+const MAP: &str = r#"<?xml version="1.0"?>
+<osm version="0.6">
+  <node id="1" lat="0" lon="0"/>
+  <node id="2" lat="0" lon="1">
+    <tag k="ele" v="3" />
+  </node>
+  <node id="3" lat="0" lon="2"/>
+  <way id="10"><nd ref="1"/><nd ref="2"/></way>
+  <!-- a word -->
+  <relation id="20">
+    <member type="way" role="left" ref="10"/>
+    <member type="way" role="right" ref="10"/>
+    <tag k="type" v="lanelet"/>
+  </relation>
+</osm>
+"#;
+
+fn read(text: &str) -> OsmData {
+    let mut osm = OsmData::default();
+    read_bytes(&mut osm, "map.osm", text.as_bytes().to_vec()).unwrap();
+    osm
+}
+
+/// The lines of the map that are not as they were, after the edits; `None` if they cannot be made.
+fn edited(edits: &[Edit]) -> Option<Vec<String>> {
+    let osm = read(MAP);
+    let mut draft = Draft::new(&osm);
+    let fix = Fix { title: String::new(), safe: true, edits: edits.to_vec() };
+    let made = draft.apply(&fix);
+    let text = draft.texts().remove(0);
+    if !made {
+        assert_eq!(text, MAP, "a fix that cannot be made changes nothing");
+        return None;
+    }
+    let diff = similar::TextDiff::from_lines(MAP, &text);
+    let changed = diff.iter_all_changes().filter(|change| change.tag() != similar::ChangeTag::Equal);
+    Some(changed.map(|change| format!("{}{}", change.tag(), change.value().trim_end())).collect())
+}
+
+#[test]
+fn a_tag_is_set_where_it_stands() {
+    let edit = Edit::SetTag { on: Subject::Point(2), key: "ele".into(), value: "4 < 5".into() };
+    assert_eq!(edited(&[edit]).unwrap(), ["-    <tag k=\"ele\" v=\"3\" />", "+    <tag k=\"ele\" v=\"4 &lt; 5\"/>"]);
+}
+
+#[test]
+fn an_element_without_children_opens_for_a_tag() {
+    let edit = Edit::SetTag { on: Subject::Point(1), key: "ele".into(), value: "4".into() };
+    let lines = [
+        "-  <node id=\"1\" lat=\"0\" lon=\"0\"/>",
+        "+  <node id=\"1\" lat=\"0\" lon=\"0\">",
+        "+    <tag k=\"ele\" v=\"4\"/>",
+        "+  </node>",
+    ];
+    assert_eq!(edited(&[edit]).unwrap(), lines);
+}
+
+#[test]
+fn the_last_child_leaves_an_element_without() {
+    let edit = Edit::RemoveTag { on: Subject::Point(2), key: "ele".into() };
+    assert_eq!(edited(&[edit]).unwrap()[3], "+  <node id=\"2\" lat=\"0\" lon=\"1\"/>");
+}
+
+#[test]
+fn vertices_go_where_they_are_told() {
+    let way = Subject::LineString(10);
+    let insert = |position| Edit::InsertVertex { way, position, point: 3 };
+    let line = |edits: &[Edit]| edited(edits).map(|lines| lines[1].clone());
+    assert_eq!(line(&[insert(1)]).unwrap(), "+  <way id=\"10\"><nd ref=\"1\"/><nd ref=\"3\"/><nd ref=\"2\"/></way>");
+    assert_eq!(line(&[insert(2)]).unwrap(), "+  <way id=\"10\"><nd ref=\"1\"/><nd ref=\"2\"/><nd ref=\"3\"/></way>");
+    assert_eq!(line(&[insert(3)]), None, "there is no such place");
+    let merged = line(&[Edit::MergePoints { from: 2, to: 3 }]).unwrap();
+    assert_eq!(merged, "-    <tag k=\"ele\" v=\"3\" />");
+    let both = [insert(1), Edit::RemoveVertex { way, position: 1 }];
+    assert_eq!(line(&both).unwrap(), "+  <way id=\"10\"><nd ref=\"1\"/><nd ref=\"3\"/></way>");
+}
+
+#[test]
+fn what_is_removed_is_no_longer_referred_to() {
+    let lines = edited(&[Edit::Remove { subject: Subject::LineString(10) }]).unwrap();
+    assert_eq!(lines.len(), 3, "{lines:?}");
+    assert!(lines.iter().all(|line| line.starts_with('-')));
+}
+
+#[test]
+fn an_element_is_made_with_an_id_of_its_own() {
+    let members = vec![("refers".into(), Subject::LineString(10))];
+    let edit = Edit::CreateRegulatoryElement { subtype: "traffic_light".into(), members, referrers: vec![20] };
+    let lines = edited(&[edit]).unwrap();
+    assert!(
+        lines.contains(&"+    <member type=\"relation\" ref=\"21\" role=\"regulatory_element\"/>".to_owned()),
+        "{lines:?}"
+    );
+    assert!(lines.contains(&"+  <relation id=\"21\" version=\"1\">".to_owned()), "{lines:?}");
+}
+
+#[test]
+fn fixes_that_reach_for_the_same_wait() {
+    let osm = read(MAP);
+    let mut draft = Draft::new(&osm);
+    let set = |key: &str, value: &str| Fix {
+        title: String::new(),
+        safe: true,
+        edits: vec![Edit::SetTag { on: Subject::Lanelet(20), key: key.into(), value: value.into() }],
+    };
+    assert!(draft.apply(&set("subtype", "road")));
+    assert!(draft.apply(&set("speed_limit", "30")));
+    assert!(!draft.apply(&set("subtype", "crosswalk")));
+    let remove = Fix { title: String::new(), safe: true, edits: vec![Edit::Remove { subject: Subject::Lanelet(20) }] };
+    assert!(!draft.apply(&remove));
+}
+
+fn diagnostic(code: &str, subject: Subject, fix: Option<Fix>) -> Diagnostic {
+    let mut finding = Finding::new("fault", subject, "It is so.");
+    finding.fix = fix;
+    Diagnostic {
+        code: code.to_owned(),
+        severity: Severity::Error,
+        finding,
+        help: None,
+        span: None,
+        lonlat: None,
+        local: None,
+    }
+}
+
+/// Every node wants `ele`; node 3 must not have it.
+fn judge(osm: &OsmData) -> Result<Vec<Diagnostic>, std::convert::Infallible> {
+    let mut found = Vec::new();
+    for node in &osm.nodes {
+        let on = Subject::Point(node.id);
+        if node.tags.get("ele").is_none() {
+            let edits = vec![Edit::SetTag { on, key: "ele".into(), value: "0".into() }];
+            let fix = Fix { title: "Set ele".to_owned(), safe: node.id < 4, edits };
+            found.push(diagnostic("node/ele", on, Some(fix)));
+        } else if node.id == 3 {
+            found.push(diagnostic("node/no-ele", on, None));
+        }
+    }
+    Ok(found)
+}
+
+#[test]
+fn a_fix_that_brings_an_error_is_not_kept() {
+    let mended = mend(read(MAP), false, judge).unwrap();
+    assert_eq!(mended.done.iter().map(|mend| mend.subject).collect::<Vec<_>>(), [Subject::Point(1)]);
+    assert_eq!(mended.refused.iter().map(|mend| mend.subject).collect::<Vec<_>>(), [Subject::Point(3)]);
+    assert_eq!(mended.left.len(), 1);
+    assert!(mended.osm.node(1).unwrap().tags.is("ele", "0"));
+    assert!(mended.osm.node(3).unwrap().tags.is_empty());
+}
+
+#[test]
+fn unsafe_fixes_are_made_when_they_are_asked_for() {
+    let map = MAP.replace("id=\"3\"", "id=\"4\"");
+    let mended = mend(read(&map), false, judge).unwrap();
+    assert_eq!((mended.done.len(), mended.unsafe_left), (1, 1));
+    let mended = mend(read(&map), true, judge).unwrap();
+    assert_eq!((mended.done.len(), mended.left.len()), (2, 0));
+}
