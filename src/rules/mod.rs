@@ -4,9 +4,11 @@ mod config;
 mod ids;
 mod load;
 mod node;
+mod phase;
 mod right_of_way;
 mod rule;
 mod side;
+mod virtual_light;
 mod vm_03_01;
 mod vm_03_02;
 mod vm_03_03;
@@ -22,6 +24,9 @@ mod vm_03_12;
 mod vm_03_13;
 mod vm_03_14;
 mod vm_03_15;
+mod vm_03_16;
+mod vm_03_17;
+mod vm_03_18;
 
 use std::sync::LazyLock;
 
@@ -64,6 +69,7 @@ table! {
     "ids" => Some(judge::<ids::Ids>),
     "node" => Some(judge::<node::Nodes>),
     "side" => Some(judge::<side::OneSide>),
+    "phase" => Some(judge::<phase::Phase>),
     "vm-03-01" => Some(judge::<vm_03_01::Criteria>),
     "vm-03-02" => Some(judge::<vm_03_02::TurnDirectionAndBounds>),
     "vm-03-03" => Some(judge::<vm_03_03::WidthAndSmoothness>),
@@ -79,6 +85,9 @@ table! {
     "vm-03-13" => Some(judge::<vm_03_13::PrivateAreaAndSidewalk>),
     "vm-03-14" => Some(judge::<vm_03_14::RoadMarking>),
     "vm-03-15" => Some(judge::<vm_03_15::BicycleLane>),
+    "vm-03-16" => Some(judge::<vm_03_16::VirtualTrafficLight>),
+    "vm-03-17" => Some(judge::<vm_03_17::RightOfWayWithVirtualLight>),
+    "vm-03-18" => Some(judge::<vm_03_18::SectionsApart>),
 }
 
 /// All requirements in the standard's order. Fails only if a document of `rules/` was spoilt before compiling, which

@@ -183,15 +183,14 @@ impl<'m> Judged<'m> {
     }
 }
 
-/// How the elements are wired: both sides must speak of each other. `signal` says which half of the lanelets is meant,
-/// those that a signal rules or the others.
-pub fn wiring(map: &MapIndex, signal: bool) -> Vec<Finding> {
+/// How the elements are wired: both sides must speak of each other. `meant` says which lanelets are the rule's.
+pub fn wiring(map: &MapIndex, meant: impl Fn(LaneletId) -> bool) -> Vec<Finding> {
     let mut findings = Vec::new();
     for element in map.map.regulatory_elements.iter().filter(|element| element.subtype == "right_of_way") {
         let subject = Subject::RegulatoryElement(element.id.0);
         let mut seen = FxHashSet::default();
         let own: Vec<LaneletId> = element.lanelets("right_of_way").filter(|&id| seen.insert(id)).collect();
-        let meant = |lanelet: &LaneletId| ruled_by_signal(map, *lanelet) == signal;
+        let meant = |lanelet: &LaneletId| meant(*lanelet);
         for &id in own.iter().filter(|id| meant(id)) {
             let refers = |lanelet: &Lanelet| lanelet.regulatory_elements.contains(&element.id);
             if map.map.lanelets.get(id).is_some_and(|lanelet| !refers(lanelet)) {

@@ -106,9 +106,12 @@ fn no_stop_line(map: &MapIndex, at: usize, near: Option<StopLine>) -> Finding {
         members: vec![("refers".into(), way)],
         referrers: vec![lane.id.0],
     };
-    finding(format!("Lanelet {} has no stop line: no element of it refers to {}, which lies there.", lane.id, line.way))
-        .with(way, "stop line nearby")
-        .fixed_by(format!("refer to stop line {} as road marking", line.way), true, vec![edit])
+    finding(format!(
+        "Lanelet {} has no stop line: no light, road marking or stop sign of it refers to {}, which lies there.",
+        lane.id, line.way
+    ))
+    .with(way, "stop line nearby")
+    .fixed_by(format!("refer to stop line {} as road marking", line.way), true, vec![edit])
 }
 
 /// The end must lie on the prolonged stop lines of its approach, or between them where they are staggered.

@@ -1,9 +1,10 @@
 //! vm-03-10: where signals rule, a turning lanelet lists those whom it need not watch.
 
-use super::right_of_way::{Judged, wiring};
+use super::right_of_way::{Judged, ruled_by_signal, wiring};
+use super::virtual_light::is_coordinated;
 use super::{NoParams, Rule};
 use crate::diagnostic::{Edit, Finding, Severity, Subject};
-use crate::lanelet::index::MapIndex;
+use crate::lanelet::index::{MapIndex, Traffic};
 use crate::lanelet::right_of_way::{Relation, Turn};
 
 /// See `rules/vm-03-10.md`.
@@ -13,8 +14,13 @@ impl Rule for RightOfWayWithSignal {
     type Params = NoParams;
 
     fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        let mut findings = wiring(map, true);
-        for judged in Judged::all(map, |traffic, x| traffic.movements[x].mover.signalised) {
+        // Virtual lights have a requirement of their own.
+        let mut findings = wiring(map, |id| ruled_by_signal(map, id) && !is_coordinated(map, id));
+        let wanted = |traffic: &Traffic, x: usize| {
+            let movement = &traffic.movements[x];
+            movement.mover.signalised && !is_coordinated(map, map.lanes[movement.lane].id)
+        };
+        for judged in Judged::all(map, wanted) {
             findings.extend(judged.multi_re());
             if judged.traffic.movements[judged.x].mover.turn == Turn::Straight {
                 findings.extend(straight_re(&judged));

@@ -1,6 +1,7 @@
 //! vm-03-11: where no signal rules, a lanelet lists those who give way to it.
 
 use super::right_of_way::{Judged, ruled_by_signal, wiring};
+use super::virtual_light::is_coordinated;
 use super::{NoParams, Rule};
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::{Intersection, MapIndex, Rank, Traffic};
@@ -13,13 +14,10 @@ impl Rule for RightOfWayWithoutSignal {
     type Params = NoParams;
 
     fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        let mut findings = wiring(map, false);
-        let unruled = |traffic: &Traffic, x: usize| {
-            let id = map.lanes[traffic.movements[x].lane].id;
-            // Virtual lights have a requirement of their own.
-            !ruled_by_signal(map, id) && map.elements(id, "virtual_traffic_light").next().is_none()
-        };
-        for judged in Judged::all(map, unruled) {
+        // Virtual lights have a requirement of their own.
+        let unruled = |id| !ruled_by_signal(map, id) && !is_coordinated(map, id);
+        let mut findings = wiring(map, unruled);
+        for judged in Judged::all(map, |traffic, x| unruled(map.lanes[traffic.movements[x].lane].id)) {
             findings.extend(judged.multi_re());
             findings.extend(re_missing(&judged));
             findings.extend(yield_missing(&judged));
@@ -102,7 +100,8 @@ fn wrongly_ignored(judged: &Judged, y: usize) -> Option<Finding> {
 
 /// Whether both ignore each other, and no signal rules either.
 fn mutual(judged: &Judged, y: usize) -> bool {
-    let signal = ruled_by_signal(judged.map, judged.map.lanes[y].id);
+    let other = judged.map.lanes[y].id;
+    let signal = ruled_by_signal(judged.map, other) || is_coordinated(judged.map, other);
     !signal && judged.map.ignored(y).binary_search(&judged.lane).is_ok()
 }
 
@@ -111,7 +110,9 @@ fn priority_unknown(map: &MapIndex, intersection: &Intersection, traffic: &Traff
     if traffic.signalised || traffic.rank != Rank::Unknown {
         return None;
     }
-    let crossing = (0..traffic.movements.len()).any(|x| {
+    // A virtual light asks for no rank.
+    let ranked = |x: &usize| !is_coordinated(map, map.lanes[traffic.movements[*x].lane].id);
+    let crossing = (0..traffic.movements.len()).filter(ranked).any(|x| {
         let mut others = map.conflicts[traffic.movements[x].lane].iter().filter(|conflict| conflict.real);
         others.any(|conflict| {
             traffic.of_lane(conflict.other).is_some_and(|y| traffic.relation(x, y) == Relation::AntiPhase)

@@ -63,18 +63,18 @@ impl<'a> Named<'a> {
         Self { map, intersection, movements, entries }
     }
 
-    /// For every movement the phases in which it is green.
+    /// For every movement the phases in which it is green. One that is named itself, or by its element, is not meant by
+    /// the name of its approach.
     pub fn phases(&self) -> Vec<Vec<usize>> {
-        let mut phases = vec![Vec::new(); self.movements.len()];
-        let all = self.entries.iter().flat_map(|entry| &entry.phases).enumerate();
-        for (phase, names) in all {
-            for (movement, list) in self.movements.iter().zip(&mut phases) {
-                if names.iter().any(|name| self.starts_at(movement, name)) {
-                    list.push(phase);
-                }
-            }
-        }
-        phases
+        let green = |means: &dyn Fn(&ApproachName) -> bool| -> Vec<usize> {
+            let all = self.entries.iter().flat_map(|entry| &entry.phases).enumerate();
+            all.filter(|(_, names)| names.iter().any(means)).map(|(phase, _)| phase).collect()
+        };
+        let phases = self.movements.iter().map(|movement| {
+            let own = green(&|name| ids(name).iter().any(|&id| self.is_named(movement, id)));
+            if own.is_empty() { green(&|name| self.starts_at(movement, name)) } else { own }
+        });
+        phases.collect()
     }
 
     /// The approaches of the road that goes first.
@@ -99,21 +99,21 @@ impl<'a> Named<'a> {
 
     /// Whether a movement belongs to what a name means: all of an approach, or the lanelets of some ids.
     fn starts_at(&self, movement: &Movement, name: &ApproachName) -> bool {
-        let lane = &self.map.lanes[movement.lane];
-        let finer = |id: i64| {
-            let element = RegulatoryElementId(id);
-            let refers = self.map.map.lanelets.get(lane.id).is_some_and(|l| l.regulatory_elements.contains(&element));
-            lane.id == LaneletId(id) || refers
-        };
         let outside = |id: i64| {
             let before = self.map.predecessors(movement.lane).iter();
             before.copied().any(|lane| self.map.lanes[lane].id == LaneletId(id))
         };
         match name {
             ApproachName::Compass(side) => self.on_side(side).contains(&movement.from),
-            ApproachName::Ids(ids) => ids.iter().any(|&id| finer(id) || outside(id)),
-            ApproachName::Id(id) => finer(*id) || outside(*id),
+            _ => ids(name).iter().any(|&id| self.is_named(movement, id) || outside(id)),
         }
+    }
+
+    /// Whether an id is that of a movement's lanelet or of an element that it refers to.
+    fn is_named(&self, movement: &Movement, id: i64) -> bool {
+        let (lane, element) = (self.map.lanes[movement.lane].id, RegulatoryElementId(id));
+        let refers = || self.map.map.lanelets.get(lane).is_some_and(|l| l.regulatory_elements.contains(&element));
+        lane == LaneletId(id) || refers()
     }
 
     /// The approaches from one side of the intersection; else the one whose direction is nearest to it: who looks at a
@@ -134,11 +134,10 @@ impl<'a> Named<'a> {
 
     /// The approaches that a name means.
     fn arms(&self, name: &ApproachName) -> Vec<usize> {
-        let ids = match name {
-            ApproachName::Compass(side) => return self.on_side(side),
-            ApproachName::Ids(ids) => ids.as_slice(),
-            ApproachName::Id(id) => std::slice::from_ref(id),
-        };
+        if let ApproachName::Compass(side) = name {
+            return self.on_side(side);
+        }
+        let ids = ids(name);
         let mut arms: Vec<usize> = Vec::new();
         for movement in self.movements {
             if ids.iter().any(|&id| self.starts_at(movement, &ApproachName::Id(id))) {
@@ -152,5 +151,14 @@ impl<'a> Named<'a> {
         arms.sort_unstable();
         arms.dedup();
         arms
+    }
+}
+
+/// The ids that a name lists; none if it is a side.
+fn ids(name: &ApproachName) -> &[i64] {
+    match name {
+        ApproachName::Compass(_) => &[],
+        ApproachName::Ids(ids) => ids,
+        ApproachName::Id(id) => std::slice::from_ref(id),
     }
 }

@@ -64,7 +64,9 @@ fn is_stop_sign(map: &MapIndex, element: &RegulatoryElement) -> bool {
 /// one, and not the other way round.
 fn by_elements(map: &MapIndex, intersection: &Intersection, movements: &[Movement]) -> Vec<(usize, usize)> {
     let mut over = FxHashSet::default();
-    for x in movements.iter().filter(|movement| movement.mover.turn == Turn::Straight) {
+    // What a virtual light rules ignores everybody, whoever goes first.
+    let ranked = |lane: usize| map.elements(map.lanes[lane].id, "virtual_traffic_light").next().is_none();
+    for x in movements.iter().filter(|movement| movement.mover.turn == Turn::Straight && ranked(movement.lane)) {
         for y in map.ignored(x.lane) {
             let Ok(at) = movements.binary_search_by_key(&y, |movement| movement.lane) else { continue };
             let below = movements[at].from;

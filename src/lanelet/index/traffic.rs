@@ -64,6 +64,11 @@ impl Traffic {
         self.movements.binary_search_by_key(&lane, |movement| movement.lane).ok()
     }
 
+    /// Whether the user says in which phases a movement is green.
+    pub fn has_phase(&self, x: usize) -> bool {
+        !self.phases[x].is_empty()
+    }
+
     /// How the signals of two movements change: as the user's phases say, else by their approaches. Where no signal
     /// rules: whether they come from the same, from opposite or from crossing approaches.
     pub fn relation(&self, x: usize, y: usize) -> Relation {
