@@ -9,9 +9,11 @@ mod draw;
 mod explain;
 mod files;
 mod fix;
+mod fmt;
 mod load;
 mod packaging;
 mod page;
+mod project;
 mod screen;
 mod stats;
 mod watch;
@@ -43,7 +45,11 @@ enum Verb {
     Check(CheckArgs),
     Draw(DrawArgs),
     Fix(FixArgs),
+    Fmt(FmtArgs),
     Diff(DiffArgs),
+    /// Say which projection a map was made with, or put it into another
+    #[command(subcommand)]
+    Project(ProjectVerb),
     Stats(StatsArgs),
     /// Say what a rule requires, why, and how to mend what breaks it
     Explain {
@@ -126,6 +132,42 @@ struct FixArgs {
     config: check_args::ConfigArgs,
 }
 
+/// Write a Lanelet2 map in canonical form, in place: the same elements give the same bytes
+#[derive(Debug, Args)]
+struct FmtArgs {
+    /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml
+    map: PathBuf,
+    /// Change nothing; exit code 1 if a file is not formatted
+    #[arg(long)]
+    check: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum ProjectVerb {
+    /// Say which of Autoware's projections takes the map's lat/lon to its local_x/local_y, and how well
+    Infer {
+        /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml
+        map: PathBuf,
+    },
+    Convert(ConvertArgs),
+}
+
+/// Write a map with the local_x and local_y of another projection
+#[derive(Debug, Args)]
+struct ConvertArgs {
+    /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml
+    map: PathBuf,
+    /// The projection
+    #[arg(long, value_enum)]
+    to: ProjectorArg,
+    /// Where east and north are 0; without it, the middle of the map
+    #[arg(long, value_name = "LAT,LON", value_parser = place, allow_hyphen_values = true)]
+    origin: Option<(f64, f64)>,
+    /// Directory for the map's files and map_projector_info.yaml; made if it is not there
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+}
+
 /// Say what changed between two Lanelet2 maps, by element and meaning; exit code 1 if anything did
 #[derive(Debug, Args)]
 struct DiffArgs {
@@ -204,6 +246,9 @@ pub fn run() -> ExitCode {
         Verb::Check(args) => check::run(&args),
         Verb::Draw(args) => draw::run(&args),
         Verb::Fix(args) => fix::run(&args),
+        Verb::Fmt(args) => fmt::run(&args),
+        Verb::Project(ProjectVerb::Infer { map }) => project::infer_map(&map),
+        Verb::Project(ProjectVerb::Convert(args)) => project::convert(&args),
         Verb::Diff(args) => diff::run(&args),
         Verb::Stats(args) => stats::run(&args),
         Verb::Explain { rule } => explain::explain(&rule),

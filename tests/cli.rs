@@ -312,3 +312,45 @@ fn fix_mends_what_it_can_and_touches_nothing_else() {
     lanewright(dir.path(), &["check", "map", "--fix"]).exits(0);
     assert_eq!(fs::read_to_string(&path).unwrap(), good);
 }
+
+#[test]
+fn a_formatted_map_says_the_same_and_stays_so() {
+    let dir = tempfile::tempdir().unwrap();
+    let sample = root().join("sample_maps/tjunction_left.osm");
+    lanewright(dir.path(), &["build", sample.to_str().unwrap(), "-o", "map"]).exits(0);
+    let path = dir.path().join("map/lanelet2_map.osm");
+    let good = fs::read_to_string(&path).unwrap();
+    let unkempt =
+        good.replace(" version=\"1\" ", " ").replace("\n    ", "\n\t").replacen("<osm version=\"0.6\"", "<osm", 1);
+    fs::write(&path, &unkempt).unwrap();
+    lanewright(dir.path(), &["fmt", "map", "--check"]).exits(1);
+    assert_eq!(fs::read_to_string(&path).unwrap(), unkempt, "--check changes nothing");
+    lanewright(dir.path(), &["fmt", "map"]).exits(0);
+    let formatted = fs::read_to_string(&path).unwrap();
+    lanewright(dir.path(), &["fmt", "map", "--check"]).exits(0);
+    assert_eq!(fs::read_to_string(&path).unwrap(), formatted);
+    fs::create_dir(dir.path().join("old")).unwrap();
+    fs::write(dir.path().join("old/lanelet2_map.osm"), good).unwrap();
+    assert_eq!(lanewright(dir.path(), &["diff", "old", "map"]).exits(0).stdout, "no difference\n");
+}
+
+#[test]
+fn a_projection_is_found_and_changed() {
+    let dir = tempfile::tempdir().unwrap();
+    let sample = root().join("sample_maps/crossing_left.osm");
+    lanewright(dir.path(), &["build", sample.to_str().unwrap(), "-o", "map"]).exits(0);
+    let told = lanewright(dir.path(), &["project", "infer", "map"]).exits(0).stdout;
+    assert!(told.contains("projector_type: MGRS"), "{told}");
+    for to in ["TransverseMercator", "LocalCartesianUTM", "LocalCartesian"] {
+        lanewright(dir.path(), &["project", "convert", "map", "--to", to, "-o", to]).exits(0);
+        let told = lanewright(dir.path(), &["project", "infer", to]).exits(0).stdout;
+        assert!(told.contains(&format!("map_projector_info.yaml says {to}")), "{told}");
+        lanewright(dir.path(), &["check", to]).exits(0);
+    }
+    lanewright(dir.path(), &["project", "convert", "LocalCartesian", "--to", "MGRS", "-o", "back"]).exits(0);
+    assert_eq!(lanewright(dir.path(), &["diff", "map", "back"]).exits(0).stdout, "no difference\n");
+    let info = dir.path().join("TransverseMercator/map_projector_info.yaml");
+    let wrong = fs::read_to_string(&info).unwrap().replace("TransverseMercator", "LocalCartesian");
+    fs::write(&info, wrong).unwrap();
+    lanewright(dir.path(), &["project", "infer", "TransverseMercator"]).exits(1);
+}

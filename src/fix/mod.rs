@@ -1,6 +1,7 @@
 //! Makes the edits that findings propose, as the smallest change to the files' own text, and holds each against the rules
 //! again: a fix that brings a new error is not kept.
 
+mod canonical;
 mod draft;
 mod element;
 #[cfg(test)]
@@ -12,6 +13,7 @@ use rustc_hash::FxHashSet;
 
 use crate::diagnostic::{Diagnostic, Fix, Severity, Subject};
 use crate::osm::{OsmData, ReadError, Source, read_bytes};
+pub use canonical::canonical;
 use draft::Draft;
 
 /// A fix and what it mends.
@@ -100,6 +102,12 @@ pub fn mend<E>(
     state.unsafe_left =
         state.left.iter().filter(|found| found.finding.fix.as_ref().is_some_and(|fix| !fix.safe)).count();
     Ok(state)
+}
+
+/// The files' texts with the edits of one fix; `None` if it cannot be made.
+pub fn edited(osm: &OsmData, fix: &Fix) -> Option<Vec<String>> {
+    let mut draft = Draft::new(osm);
+    draft.apply(fix).then(|| draft.texts())
 }
 
 /// A batch of fixes, made and judged.

@@ -5,9 +5,11 @@
 
 mod engine;
 mod enu;
+mod infer;
 mod info;
 mod mgrs;
 
+pub use infer::{Explained, Twice, infer, residual};
 pub use info::{InfoError, VerticalDatum, read_info, write_info};
 pub use mgrs::{MgrsError, MgrsGrid};
 

@@ -1,0 +1,48 @@
+//! `fmt`: a map in, the same map in canonical form out, in place.
+
+use std::path::Path;
+
+use lanewright::fix::canonical;
+use lanewright::lanelet::open;
+use lanewright::report::failure::Failure;
+
+use super::load::open_failure;
+use super::{CLEAN, FmtArgs, files, screen};
+
+/// Exit code of `--check` where a file would change.
+const WOULD_CHANGE: u8 = 1;
+
+/// Formats the files of a map, or says which are not formatted.
+pub fn run(args: &FmtArgs) -> Result<u8, Failure> {
+    let opened = open(&args.map, None).map_err(open_failure)?;
+    let mut changed: Vec<(&Path, String)> = Vec::new();
+    for (path, source) in opened.files.iter().zip(&opened.osm.sources) {
+        let text = canonical(&source.text).ok_or_else(|| {
+            Failure::new(format!("{} cannot be formatted", path.display())).help("nothing was changed")
+        })?;
+        if text != source.text {
+            changed.push((path, text));
+        }
+    }
+    let told: String = changed
+        .iter()
+        .map(|(path, _)| format!("{}: {}\n", path.display(), if args.check { "not formatted" } else { "formatted" }))
+        .collect();
+    if args.check {
+        screen::print(&told)?;
+        return Ok(if changed.is_empty() { CLEAN } else { WOULD_CHANGE });
+    }
+    if let Some((packed, _)) = changed.iter().find(|(path, _)| path.extension().is_some_and(|one| one != "osm")) {
+        return Err(Failure::new(format!("{} is packed", packed.display()))
+            .help("unpack it first; only plain .osm files are formatted, and nothing was changed"));
+    }
+    if let Some((first, _)) = changed.first() {
+        // The files of one map lie in one directory.
+        let dir = first.parent().filter(|dir| !dir.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let named: Vec<(&str, &[u8])> =
+            changed.iter().filter_map(|(path, text)| Some((path.file_name()?.to_str()?, text.as_bytes()))).collect();
+        files::publish(dir, &named)?;
+    }
+    screen::print(&told)?;
+    Ok(CLEAN)
+}

@@ -1,0 +1,155 @@
+//! `project`: which projection a map was made with, and the same map in another.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use lanewright::diagnostic::{Edit, Fix, Subject};
+use lanewright::fix::edited;
+use lanewright::lanelet::{INFO, ProjectorFrom, open};
+use lanewright::osm::OsmData;
+use lanewright::projection::{Extent, LonLat, MgrsGrid, Projector, Twice, VerticalDatum, infer, residual, write_info};
+use lanewright::report::failure::Failure;
+
+use super::load::open_failure;
+use super::screen::{self, Progress};
+use super::{CLEAN, ConvertArgs, ProjectorArg, files};
+
+/// Exit code where what stands beside the map does not explain it.
+const UNEXPLAINED: u8 = 1;
+/// A map is explained up to this distance, metres: ten times the last digit that maps write.
+const EXPLAINED: f64 = 0.001;
+
+/// Says which projections explain the map's metres by its degrees, and whether the one that the map names does.
+pub fn infer_map(map: &Path) -> Result<u8, Failure> {
+    let progress = Progress::start("reading");
+    let opened = open(map, None).map_err(open_failure)?;
+    let points = twice(&opened.osm);
+    if points.is_empty() {
+        return Err(Failure::new(format!("no node of {} has both degrees and metres", map.display()))
+            .help("lat and lon, local_x and local_y on the same node tell the projection"));
+    }
+    progress.next("measuring");
+    let found = infer(&points);
+    drop(progress);
+    let mut text = format!("{} nodes have degrees and metres\n", points.len());
+    // Writing to a string cannot fail.
+    for one in &found {
+        let _ = writeln!(text, "{:>12}  {}", millimetres(one.residual), described(&one.projector));
+    }
+    let best = found.first().filter(|best| best.residual <= EXPLAINED);
+    if let Some(best) = best {
+        let _ = write!(text, "\n{INFO}:\n{}", write_info(&best.projector, VerticalDatum::default()));
+    } else {
+        text += "\nnone of Autoware's projections explains this map\n";
+    }
+    let code = match opened.projector_from {
+        ProjectorFrom::Info(file) => {
+            let far = residual(&points, &opened.projector);
+            let _ = writeln!(text, "\n{} says {}: {}", file.display(), described(&opened.projector), millimetres(far));
+            if far <= EXPLAINED { CLEAN } else { UNEXPLAINED }
+        }
+        _ if best.is_some() => CLEAN,
+        _ => UNEXPLAINED,
+    };
+    screen::print(&text)?;
+    Ok(code)
+}
+
+/// Writes the map with the metres of another projection.
+pub fn convert(args: &ConvertArgs) -> Result<u8, Failure> {
+    let progress = Progress::start("reading");
+    let opened = open(&args.map, None).map_err(open_failure)?;
+    let mut places: Vec<LonLat> = Vec::new();
+    for node in &opened.osm.nodes {
+        let metres = || {
+            Some(lanewright::geometry::Point::new(number(node.tags.get("local_x"))?, number(node.tags.get("local_y"))?))
+        };
+        let given = node.position.filter(|place| *place != LonLat::default());
+        let place = given.or_else(|| opened.projector.inverse(metres()?));
+        places.push(place.ok_or_else(|| {
+            Failure::new(format!("node {} has no degrees, and nothing tells how to get them from its metres", node.id))
+                .help(format!("write the map's projection into {INFO} beside it"))
+        })?);
+    }
+    let to = target(args, &places)?;
+    progress.next("converting");
+    let ele = |i: usize| number(opened.osm.nodes[i].tags.get("ele")).unwrap_or(0.0);
+    let metres = to.forward_each(&places, ele);
+    let mut edits = Vec::new();
+    for (node, at) in opened.osm.nodes.iter().zip(metres) {
+        let at = at.ok_or_else(|| {
+            Failure::new(format!("{} does not reach node {}", to.name(), node.id))
+                .help("choose another projection or origin")
+        })?;
+        for (key, value) in [("local_x", at.x), ("local_y", at.y)] {
+            let value = format!("{:.4}", value + 0.0);
+            if node.tags.get(key) != Some(&value) {
+                edits.push(Edit::SetTag { on: Subject::Point(node.id), key: key.into(), value: value.into() });
+            }
+        }
+    }
+    let fix = Fix { title: String::new(), safe: true, edits };
+    let texts = edited(&opened.osm, &fix).ok_or_else(|| Failure::new("the map cannot be edited"))?;
+    drop(progress);
+    let names: Vec<String> = opened
+        .files
+        .iter()
+        .map(|file| {
+            file.file_name().map_or_else(String::new, |name| name.to_string_lossy().trim_end_matches(".gz").to_owned())
+        })
+        .collect();
+    let info = write_info(&to, VerticalDatum::default());
+    let mut drafts: Vec<(&str, &[u8])> =
+        names.iter().zip(&texts).map(|(name, text)| (name.as_str(), text.as_bytes())).collect();
+    drafts.push((INFO, info.as_bytes()));
+    files::publish(&args.output, &drafts)?;
+    screen::print(&format!("{}: {} nodes in {}\n", args.output.display(), places.len(), described(&to)))?;
+    Ok(CLEAN)
+}
+
+fn target(args: &ConvertArgs, places: &[LonLat]) -> Result<Projector, Failure> {
+    let extent = Extent::of(places.iter().copied()).ok_or_else(|| Failure::new("the map has no node"))?;
+    let origin = args.origin.map_or_else(|| extent.center(), |(lat, lon)| LonLat { lon, lat });
+    Ok(match args.to {
+        ProjectorArg::Mgrs => MgrsGrid::of(extent.center())
+            .map(Projector::Mgrs)
+            .ok_or_else(|| Failure::new("there is no MGRS square here").help("choose another projection"))?,
+        ProjectorArg::TransverseMercator => Projector::transverse_mercator(origin),
+        ProjectorArg::LocalCartesianUtm => Projector::LocalCartesianUtm { origin },
+        ProjectorArg::LocalCartesian => Projector::LocalCartesian { origin },
+    })
+}
+
+/// The nodes whose place is said in degrees and in metres.
+fn twice(osm: &OsmData) -> Vec<Twice> {
+    osm.nodes
+        .iter()
+        .filter_map(|node| {
+            let place = node.position.filter(|place| *place != LonLat::default())?;
+            let local = [number(node.tags.get("local_x"))?, number(node.tags.get("local_y"))?];
+            let ele = number(node.tags.get("ele")).unwrap_or(0.0);
+            Some(Twice { place, ele, local: local.into() })
+        })
+        .collect()
+}
+
+fn number(text: Option<&str>) -> Option<f64> {
+    text?.trim().parse().ok().filter(|number: &f64| number.is_finite())
+}
+
+fn millimetres(metres: f64) -> String {
+    if metres < 1.0 { format!("{:.3} mm", metres * 1e3) } else { format!("{metres:.1} m") }
+}
+
+fn described(projector: &Projector) -> String {
+    match *projector {
+        Projector::Mgrs(grid) => format!("MGRS {grid}"),
+        Projector::Local => "Local".to_owned(),
+        Projector::TransverseMercator { origin, scale_factor } => {
+            format!("TransverseMercator, origin {:.8}, {:.8}, scale {scale_factor}", origin.lat, origin.lon)
+        }
+        Projector::LocalCartesianUtm { origin } | Projector::LocalCartesian { origin } => {
+            format!("{}, origin {:.8}, {:.8}", projector.name(), origin.lat, origin.lon)
+        }
+    }
+}
