@@ -192,6 +192,8 @@ pub struct Finding {
     pub severity: Option<Severity>,
     /// Where the subject stands in the file, needed only where the map does not hold it.
     pub span: Option<SourceSpan>,
+    /// Code under which the existing validator reports it, in the profile that imitates it.
+    pub peer: Option<Text>,
 }
 
 impl Finding {
@@ -207,6 +209,7 @@ impl Finding {
             fix: None,
             severity: None,
             span: None,
+            peer: None,
         }
     }
 

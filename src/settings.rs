@@ -24,6 +24,9 @@ pub struct Settings {
     /// `left`, `right`, or `auto`: from the map itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub driving_side: Option<Side>,
+    /// Whose reading of the requirements counts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile: Option<Profile>,
     /// Only rules and faults that one of these prefixes names.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub select: Option<Vec<String>>,
@@ -58,6 +61,7 @@ impl Settings {
         self.suppress.extend(outer.suppress);
         Self {
             driving_side: self.driving_side.or(outer.driving_side),
+            profile: self.profile.or(outer.profile),
             select: self.select.or(outer.select),
             ignore: self.ignore.or(outer.ignore),
             severity,
@@ -71,6 +75,17 @@ impl Settings {
     pub fn selection(&self) -> Selection {
         Selection { select: self.select.clone().unwrap_or_default(), ignore: self.ignore.clone().unwrap_or_default() }
     }
+}
+
+/// Whose reading of the requirements counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Profile {
+    /// Ours, as the documents of `rules/` say.
+    #[default]
+    Ours,
+    /// That of the existing validator of TIER IV.
+    Tier4,
 }
 
 /// Which side of the road people drive on, as a user says it.

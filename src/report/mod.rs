@@ -18,6 +18,7 @@ pub mod sarif;
 mod source;
 pub mod stats;
 mod text;
+pub mod tier4;
 mod totals;
 mod verdict;
 

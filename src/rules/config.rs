@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::diagnostic::Severity;
 use crate::requirement::{DocumentError, Requirement};
-use crate::settings::{Selection, Settings, Step, covers, most_specific, nearest};
+use crate::settings::{Profile, Selection, Settings, Step, covers, most_specific, nearest};
 
 /// What a user may say about the run. The default runs everything as the documents say.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -15,6 +15,10 @@ pub struct Config {
     pub parameters: BTreeMap<String, toml::Table>,
     /// Severities other than the documents', by prefix of the code.
     pub severity: BTreeMap<String, Severity>,
+    /// Whose reading of the requirements counts.
+    pub profile: Profile,
+    /// Parameters of the existing validator in place of its own, by validator; all that a user's file says.
+    pub peer_parameters: Option<BTreeMap<String, toml::Table>>,
 }
 
 /// Why the rules could not run as the user wants.
@@ -39,6 +43,8 @@ impl From<&Settings> for Config {
             selection: settings.selection(),
             parameters: settings.parameters.clone(),
             severity: settings.severity.clone(),
+            profile: settings.profile.unwrap_or_default(),
+            peer_parameters: None,
         }
     }
 }

@@ -8,6 +8,7 @@ mod phase;
 mod right_of_way;
 mod rule;
 mod side;
+pub mod tier4;
 mod virtual_light;
 mod vm_03_01;
 mod vm_03_02;
@@ -38,6 +39,7 @@ pub use rule::{NoParams, Rule};
 use crate::diagnostic::{Diagnostic, Finding, Severity};
 use crate::lanelet::index::MapIndex;
 use crate::requirement::{DocumentError, Requirement};
+use crate::settings::Profile;
 
 /// How a program judges a requirement.
 type Predicate = fn(&MapIndex, toml::Table) -> Result<Vec<Finding>, toml::de::Error>;
@@ -118,6 +120,9 @@ pub fn selected(config: &Config) -> Vec<&'static Requirement> {
 /// its document's faults, then by subject: the same whatever the number of threads.
 pub fn run(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigError> {
     let rows = table().map_err(Clone::clone)?;
+    if config.profile == Profile::Tier4 {
+        return tier4::run(map, config);
+    }
     let by_rule: Vec<Vec<Diagnostic>> =
         rows.par_iter().map(|row| run_row(map, config, row)).collect::<Result<_, ConfigError>>()?;
     Ok(by_rule.into_iter().flatten().collect())

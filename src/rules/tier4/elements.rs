@@ -1,0 +1,131 @@
+//! Single elements as the existing validator judges them: road markings, the parts of virtual traffic lights (vm-03-14,
+//! 16), and blinkers that overlap (vm-03-02).
+
+use std::collections::BTreeSet;
+
+use super::graph::{Graph, Rules};
+use super::view::View;
+use super::{Issue, Params, issue};
+use crate::diagnostic::Subject;
+use crate::geometry::Point as Place;
+use crate::lanelet::index::extent;
+use crate::lanelet::{LaneletId, LineString, RegulatoryElement, Target};
+
+fn element(found: &RegulatoryElement) -> Subject {
+    Subject::RegulatoryElement(found.id.0)
+}
+
+fn line(found: &LineString) -> Subject {
+    Subject::LineString(found.id.0)
+}
+
+/// `road_markings`.
+pub fn road_markings(view: &View, _: &Params) -> Vec<Issue> {
+    let mut issues = Vec::new();
+    for marking in view.elements("road_marking") {
+        let id = marking.id;
+        let refers: Vec<&LineString> = view.lines(marking, "refers").collect();
+        if refers.len() != 1 || view.lines(marking, "ref_line").next().is_some() {
+            issues.push(issue(1, element(marking), format!("road_marking {id} must have one refers and no ref_line.")));
+        }
+        for other in refers.into_iter().filter(|other| !other.attributes.is("type", "stop_line")) {
+            issues.push(issue(2, line(other), format!("Linestring {} of road_marking {id} is no stop_line.", other.id)));
+        }
+    }
+    issues
+}
+
+/// `regulatory_element_details_for_virtual_traffic_lights`: each part by itself.
+pub fn virtual_traffic_lights(view: &View, params: &Params) -> Vec<Issue> {
+    view.elements("virtual_traffic_light").flat_map(|light| parts(view, light, params)).collect()
+}
+
+fn parts(view: &View, light: &RegulatoryElement, params: &Params) -> Vec<Issue> {
+    let id = light.id;
+    let supported = params.words("supported_refers_type");
+    let supported: Vec<&str> = supported.iter().map(String::as_str).collect();
+    let mut issues = Vec::new();
+    let typed = |number, role: &str, types: &[&str]| -> Vec<Issue> {
+        let wrong = view.lines(light, role).filter(|found| {
+            !found.attributes.get("type").is_some_and(|kind| types.contains(&kind))
+        });
+        let types = types.join(" or ");
+        wrong
+            .map(|found| {
+                let message = format!("{role} {} of virtual_traffic_light {id} must be of type {types}.", found.id);
+                issue(number, line(found), message)
+            })
+            .collect()
+    };
+    issues.extend(typed(1, "start_line", &["virtual"]));
+    let stop_lines = view.lines(light, "ref_line").count();
+    if stop_lines != 1 {
+        let message = format!("virtual_traffic_light {id} must have one ref_line, not {stop_lines}.");
+        issues.push(issue(2, element(light), message));
+    }
+    issues.extend(typed(3, "ref_line", &["stop_line"]));
+    issues.extend(typed(4, "end_line", &["virtual"]));
+    if view.lines(light, "refers").next().is_none() {
+        issues.push(issue(5, element(light), format!("virtual_traffic_light {id} has no refers.")));
+    }
+    issues.extend(typed(6, "refers", &supported));
+    let (diagonal, limit) = (diagonal(view, light), params.number("max_bounding_box_size"));
+    if diagonal > limit {
+        let message = format!("virtual_traffic_light {id} and its lanelets spread over {diagonal:.0} m, more than {limit} m.");
+        issues.push(issue(7, element(light), message));
+    }
+    issues
+}
+
+/// Diagonal of the box around the lines and lanelets of an element and the lanelets that refer to it.
+pub fn diagonal(view: &View, element: &RegulatoryElement) -> f64 {
+    let mut places: Vec<Place> = Vec::new();
+    for member in &element.members {
+        match member.target {
+            Target::Point(id) => places.extend(view.map.points.get(id).map(|point| point.position)),
+            Target::LineString(id) => places.extend(view.map.linestrings.get(id).into_iter().flat_map(|l| view.places(l))),
+            Target::Polygon(id) => places.extend(view.map.polygons.get(id).into_iter().flat_map(|p| view.ring(p))),
+            Target::Lanelet(id) => places.extend(view.position(id).into_iter().flat_map(|at| &view.lanelets[at].outline)),
+        }
+    }
+    places.extend(view.referrers(element.id).iter().flat_map(|&at| &view.lanelets[at].outline));
+    let [low, high] = extent(&places);
+    if places.is_empty() { 0.0 } else { (high - low).norm() }
+}
+
+/// `turn_signal_distance_overlap`: back along the lanes, an opposite turn of which even the far end is near enough.
+pub fn turn_signal(view: &View, params: &Params) -> Vec<Issue> {
+    let graph = Graph::new(view, Rules::Car);
+    let mut issues = Vec::new();
+    for (at, seen) in view.lanelets.iter().enumerate() {
+        let opposite = match seen.tag("turn_direction") {
+            Some("left") => "right",
+            Some("right") => "left",
+            _ => continue,
+        };
+        let own = seen.tag("turn_signal_distance").and_then(|value| value.trim().parse().ok());
+        let limit = own.unwrap_or_else(|| params.number("default_turn_signal_distance"));
+        let mut found = BTreeSet::new();
+        let mut open = vec![(at, 0.0)];
+        while let Some((here, behind)) = open.pop() {
+            for before in graph.previous(here) {
+                let length = view.lanelets[before].length(view.map);
+                let total = behind + length;
+                if total > limit || length <= 0.0 {
+                    continue;
+                }
+                if view.lanelets[before].tag("turn_direction") == Some(opposite) {
+                    found.insert(view.lanelets[before].id());
+                }
+                open.push((before, total));
+            }
+        }
+        if !found.is_empty() {
+            let id = seen.id();
+            let others: Vec<String> = found.iter().map(LaneletId::to_string).collect();
+            let message = format!("Blinker for {id} starts {limit} m ahead, before the opposite turn {}.", others.join(","));
+            issues.push(issue(1, Subject::Lanelet(id.0), message));
+        }
+    }
+    issues
+}

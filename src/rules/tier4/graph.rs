@@ -1,0 +1,253 @@
+//! Lanelet2's routing graph as the existing validator builds it: who may pass, who follows, who lies beside, who conflicts.
+
+use rustc_hash::FxHashMap;
+
+use super::view::{Seen, View};
+use crate::lanelet::index::allows_lane_change;
+use crate::lanelet::{Bound, Lanelet, LineStringId, PointId};
+
+/// Whose graph it is. Lanelet2 decides by the country's traffic rules; the validator brings rules of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rules {
+    /// A car, by Lanelet2's rules for Germany.
+    Car,
+    /// A car, by the validator's rules: along everything that vehicles or people use lengthwise.
+    AnyLane,
+    /// A pedestrian, by the validator's rules.
+    Pedestrian,
+}
+
+const CAR: [&str; 4] = ["road", "highway", "play_street", "exit"];
+const LANES: [&str; 7] = [
+    "road_shoulder",
+    "pedestrian_lane",
+    "bicycle_lane",
+    "emergency_lane",
+    "walkway",
+    "stairs",
+    "shared_walkway",
+];
+
+impl Rules {
+    fn participant(self) -> &'static str {
+        match self {
+            Self::Car | Self::AnyLane => "vehicle",
+            Self::Pedestrian => "pedestrian",
+        }
+    }
+
+    /// Whether a lanelet may be passed: participants, where any is named, decide alone; else the subtype.
+    pub fn pass(self, lanelet: &Lanelet) -> bool {
+        if let Some(said) = self.said(lanelet, "participant", false) {
+            return said;
+        }
+        let Some(subtype) = lanelet.attributes.get("subtype") else { return true };
+        let more = || LANES.contains(&subtype);
+        CAR.contains(&subtype)
+            || match self {
+                Self::Car => false,
+                Self::AnyLane => more(),
+                Self::Pedestrian => more() || subtype == "crosswalk",
+            }
+    }
+
+    /// Whether a lanelet is passed in one direction only. People on foot go both ways unless a tag says otherwise.
+    fn one_way(self, lanelet: &Lanelet) -> bool {
+        self.said(lanelet, "one_way", true).unwrap_or(self != Self::Pedestrian)
+    }
+
+    /// What the tag `KEY`, or `KEY:participant`, says; `None` if no tag begins with the key, and `otherwise` if none of
+    /// those speaks of the participant, or the one that does is no word for yes or no.
+    fn said(self, lanelet: &Lanelet, key: &str, otherwise: bool) -> Option<bool> {
+        let mut named: Vec<(&str, &str)> =
+            lanelet.attributes.iter().filter(|(name, _)| name.starts_with(key)).collect();
+        named.sort_unstable();
+        let own = |name: &str| {
+            name.strip_prefix(key).is_some_and(|rest| {
+                rest.is_empty() || rest.strip_prefix(':').is_some_and(|who| self.participant().starts_with(who))
+            })
+        };
+        let value = named.iter().find(|(name, _)| own(name)).map(|(_, value)| *value);
+        (!named.is_empty()).then_some(match value {
+            Some("yes" | "true" | "1") => true,
+            Some("no" | "false" | "0") => false,
+            _ => otherwise,
+        })
+    }
+}
+
+/// A bound with the direction in which it is used.
+type Side = (LineStringId, bool);
+
+/// A lanelet, or a lanelet driven against its direction.
+#[derive(Clone, Copy, Debug)]
+struct Vertex {
+    seen: usize,
+    inverted: bool,
+    start: [PointId; 2],
+    end: [PointId; 2],
+    left: Side,
+    right: Side,
+}
+
+impl Vertex {
+    fn new(at: usize, seen: &Seen<'_>) -> Option<Self> {
+        let [start, end] = seen.ends()?.map(|edge| edge.map(|point| point.id));
+        let side = |bound: Bound| (bound.line, bound.inverted);
+        let (left, right) = (side(seen.lanelet.left), side(seen.lanelet.right));
+        Some(Self { seen: at, inverted: false, start, end, left, right })
+    }
+
+    fn against(self) -> Self {
+        let turned = |(line, inverted): Side| (line, !inverted);
+        let [[a, b], [c, d]] = [self.start, self.end];
+        let (left, right) = (turned(self.right), turned(self.left));
+        Self { inverted: true, start: [d, c], end: [b, a], left, right, ..self }
+    }
+}
+
+/// The graph of one kind of participant.
+#[derive(Debug)]
+pub struct Graph<'v, 'm> {
+    view: &'v View<'m>,
+    vertices: Vec<Vertex>,
+    /// For every lanelet its vertex, if it may be passed.
+    of: Vec<Option<usize>>,
+    by_start: FxHashMap<[PointId; 2], Vec<usize>>,
+    by_end: FxHashMap<[PointId; 2], Vec<usize>>,
+    by_left: FxHashMap<Side, Vec<usize>>,
+    by_right: FxHashMap<Side, Vec<usize>>,
+}
+
+impl<'v, 'm> Graph<'v, 'm> {
+    /// Makes the graph.
+    pub fn new(view: &'v View<'m>, rules: Rules) -> Self {
+        let mut vertices = Vec::new();
+        let mut of = vec![None; view.lanelets.len()];
+        for (at, seen) in view.lanelets.iter().enumerate().filter(|(_, seen)| rules.pass(seen.lanelet)) {
+            let Some(vertex) = Vertex::new(at, seen) else { continue };
+            of[at] = Some(vertices.len());
+            vertices.push(vertex);
+            if !rules.one_way(seen.lanelet) {
+                vertices.push(vertex.against());
+            }
+        }
+        Self {
+            view,
+            of,
+            by_start: grouped(vertices.iter().map(|vertex| vertex.start)),
+            by_end: grouped(vertices.iter().map(|vertex| vertex.end)),
+            by_left: grouped(vertices.iter().map(|vertex| vertex.left)),
+            by_right: grouped(vertices.iter().map(|vertex| vertex.right)),
+            vertices,
+        }
+    }
+
+    /// Whether a lanelet may be passed.
+    pub fn passes(&self, at: usize) -> bool {
+        self.of[at].is_some()
+    }
+
+    fn linked(&self, at: usize, next: impl Fn(&Vertex) -> Vec<usize>) -> Vec<usize> {
+        let Some(vertex) = self.of[at].map(|vertex| self.vertices[vertex]) else { return Vec::new() };
+        let others = next(&vertex).into_iter().map(|other| self.vertices[other]);
+        others.filter(|other| other.seen != at || other.inverted == vertex.inverted).map(|other| other.seen).collect()
+    }
+
+    /// Lanelets that start where this one ends.
+    pub fn following(&self, at: usize) -> Vec<usize> {
+        self.linked(at, |vertex| self.by_start.get(&vertex.end).cloned().unwrap_or_default())
+    }
+
+    /// Lanelets that end where this one starts.
+    pub fn previous(&self, at: usize) -> Vec<usize> {
+        self.linked(at, |vertex| self.by_end.get(&vertex.start).cloned().unwrap_or_default())
+    }
+
+    /// The lanelet on the left over a bound that may not be changed over.
+    pub fn adjacent_left(&self, at: usize) -> Option<usize> {
+        self.beside(at, |vertex| (vertex.left, self.by_right.get(&vertex.left)))
+    }
+
+    /// The lanelet on the right over a bound that may not be changed over.
+    pub fn adjacent_right(&self, at: usize) -> Option<usize> {
+        self.beside(at, |vertex| (vertex.right, self.by_left.get(&vertex.right)))
+    }
+
+    fn beside<'g>(&'g self, at: usize, side: impl Fn(&Vertex) -> (Side, Option<&'g Vec<usize>>)) -> Option<usize> {
+        let ((line, _), others) = side(&self.vertices[self.of[at]?]);
+        if self.view.map.linestrings.get(line).is_some_and(allows_lane_change) {
+            return None;
+        }
+        others?.iter().map(|&other| self.vertices[other].seen).find(|&other| other != at)
+    }
+
+    /// Whether two lanelets lie beside each other over a common bound, or one follows the other, in whatever direction.
+    pub fn related(&self, x: usize, y: usize) -> bool {
+        let [a, b] = [x, y].map(|at| self.view.lanelets[at].lanelet);
+        let turned = |bound: Bound| Bound { inverted: !bound.inverted, ..bound };
+        let beside = a.left == b.right || a.right == b.left;
+        let opposite = a.left == turned(b.left) || a.right == turned(b.right);
+        beside || opposite || self.follows(x, y) || self.follows(y, x)
+    }
+
+    fn follows(&self, x: usize, y: usize) -> bool {
+        self.directions(x).any(|a| self.directions(y).any(|b| a.end == b.start))
+    }
+
+    /// The vertices of a lanelet: one for each direction in which it may be passed.
+    fn directions(&self, at: usize) -> impl Iterator<Item = &Vertex> {
+        let first = self.of[at].unwrap_or(self.vertices.len());
+        self.vertices[first..].iter().take(2).filter(move |vertex| vertex.seen == at)
+    }
+
+    /// Whether two lanelets conflict: both may be passed, neither lies beside or behind the other, their insides meet.
+    pub fn conflict(&self, x: usize, y: usize) -> bool {
+        let lanelets = &self.view.lanelets;
+        x != y && self.passes(x) && self.passes(y) && !self.related(x, y) && lanelets[x].meets(&lanelets[y])
+    }
+
+    /// The lanelets that a lanelet conflicts with, in file order.
+    pub fn conflicting(&self, at: usize) -> Vec<usize> {
+        if !self.passes(at) {
+            return Vec::new();
+        }
+        let near = self.view.near(self.view.lanelets[at].extent, 0.0);
+        near.into_iter().filter(|&other| self.conflict(at, other)).collect()
+    }
+
+    /// The shortest way from one lanelet to another without changing lanes, both included.
+    pub fn path(&self, from: usize, to: usize) -> Option<Vec<usize>> {
+        if !self.passes(from) || !self.passes(to) {
+            return None;
+        }
+        let length = |at: usize| self.view.lanelets[at].length(self.view.map);
+        let mut best: FxHashMap<usize, (f64, Option<usize>)> = FxHashMap::from_iter([(from, (0.0, None))]);
+        let mut open = std::collections::BTreeSet::from_iter([(0_u64, from)]);
+        while let Some((_, at)) = open.pop_first() {
+            if at == to {
+                let before = |at: &usize| best.get(at).and_then(|&(_, before)| before);
+                let mut path: Vec<usize> = std::iter::successors(Some(to), before).collect();
+                path.reverse();
+                return Some(path);
+            }
+            let cost = best.get(&at).map_or(0.0, |&(cost, _)| cost) + length(at);
+            for next in self.following(at) {
+                if best.get(&next).is_none_or(|&(known, _)| cost < known) {
+                    best.insert(next, (cost, Some(at)));
+                    // Positive numbers keep their order as bits.
+                    open.insert((cost.to_bits(), next));
+                }
+            }
+        }
+        None
+    }
+}
+
+fn grouped<K: std::hash::Hash + Eq>(keys: impl Iterator<Item = K>) -> FxHashMap<K, Vec<usize>> {
+    let mut groups: FxHashMap<K, Vec<usize>> = FxHashMap::default();
+    for (at, key) in keys.enumerate() {
+        groups.entry(key).or_default().push(at);
+    }
+    groups
+}

@@ -1,0 +1,194 @@
+//! The profile `tier4`: the rules read as the existing validator reads them, so that a team can swap the tool.
+//!
+//! Nothing is required here that a document of `rules/` does not say. Where the validator measures a requirement in
+//! another way, a reading of this folder does so, and its issues come out as faults of our rules; `validators.toml` holds
+//! which. What both judge alike is judged by the rule itself.
+
+mod areas;
+mod elements;
+mod graph;
+mod right_of_way;
+mod section;
+mod view;
+
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+use rayon::prelude::*;
+use serde::Deserialize;
+
+use super::{Config, ConfigError};
+use crate::diagnostic::{Diagnostic, Finding, Severity, Subject};
+use crate::lanelet::index::MapIndex;
+use view::View;
+
+/// What a reading finds.
+#[derive(Debug)]
+pub struct Issue {
+    number: u16,
+    subject: Subject,
+    message: String,
+}
+
+fn issue(number: u16, subject: Subject, message: String) -> Issue {
+    Issue { number, subject, message }
+}
+
+/// A requirement as the existing validator reads it.
+type Reading = fn(&View, &Params) -> Vec<Issue>;
+
+/// Validators with a reading of their own.
+const READINGS: &[(&str, Reading)] = &[
+    ("mapping.intersection.intersection_area_dangling_reference", areas::dangling_reference),
+    ("mapping.intersection.intersection_area_tagging", areas::tagging),
+    ("mapping.intersection.turn_direction_tagging", areas::turn_direction),
+    ("mapping.intersection.lanelet_border_type", areas::border_type),
+    ("mapping.intersection.lanelet_division", areas::division),
+    ("mapping.intersection.intersection_area_validity", areas::validity),
+    ("mapping.intersection.intersection_area_segment_type", areas::segment_type),
+    ("mapping.intersection.right_of_way_with_traffic_lights", right_of_way::with_traffic_lights),
+    ("mapping.intersection.right_of_way_without_traffic_lights", right_of_way::without_traffic_lights),
+    ("mapping.intersection.road_markings", elements::road_markings),
+    ("mapping.intersection.regulatory_element_details_for_virtual_traffic_lights", elements::virtual_traffic_lights),
+    ("mapping.intersection.virtual_traffic_light_line_order", section::line_order),
+    ("mapping.intersection.right_of_way_for_virtual_traffic_lights", right_of_way::for_virtual_traffic_lights),
+    ("mapping.intersection.virtual_traffic_light_section_overlap", section::section_overlap),
+    ("mapping.intersection.turn_signal_distance_overlap", elements::turn_signal),
+];
+
+/// One validator of the existing tool.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Validator {
+    /// `mapping.intersection.road_markings`.
+    pub name: String,
+    /// The requirement under which it stands; `None` where the tool names none.
+    pub requirement: Option<String>,
+    /// Severity and fault of ours by the last three digits of the issue code.
+    pub issues: BTreeMap<String, (PeerSeverity, String)>,
+    /// Parameters: the value of the tool's own file, and the value where a user's file lacks it.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, [toml::Value; 2]>,
+}
+
+/// A severity in the tool's own spelling.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+pub enum PeerSeverity {
+    /// `Error`
+    Error,
+    /// `Warning`
+    Warning,
+    /// `info`
+    #[serde(rename = "info")]
+    Info,
+}
+
+impl From<PeerSeverity> for Severity {
+    fn from(severity: PeerSeverity) -> Self {
+        match severity {
+            PeerSeverity::Error => Self::Error,
+            PeerSeverity::Warning => Self::Warning,
+            PeerSeverity::Info => Self::Info,
+        }
+    }
+}
+
+impl Validator {
+    /// The part of its issue codes before the number: `Intersection.RoadMarkings`.
+    pub fn code(&self) -> String {
+        let upper = |word: &str| -> String {
+            let mut letters = word.chars();
+            letters.next().map(|first| first.to_ascii_uppercase()).into_iter().chain(letters).collect()
+        };
+        let parts = self.name.split('.').skip(1).map(|part| part.split('_').map(upper).collect::<String>());
+        parts.collect::<Vec<_>>().join(".")
+    }
+
+    /// The requirement under which results are shown.
+    pub fn shown_under(&self) -> &str {
+        self.requirement.as_deref().unwrap_or(&self.name)
+    }
+}
+
+/// All validators, in the order of the tool's requirement set.
+pub fn validators() -> &'static [Validator] {
+    #[derive(Deserialize)]
+    struct Table {
+        validator: Vec<Validator>,
+    }
+    static TABLE: LazyLock<Vec<Validator>> = LazyLock::new(|| {
+        // A test holds that the table parses.
+        toml::from_str::<Table>(include_str!("validators.toml")).map(|table| table.validator).unwrap_or_default()
+    });
+    &TABLE
+}
+
+/// The parameters of one validator.
+#[derive(Clone, Debug, Default)]
+pub struct Params(toml::Table);
+
+impl Params {
+    fn new(validator: &Validator, given: Option<&BTreeMap<String, toml::Table>>) -> Self {
+        let own = given.map(|given| given.get(&validator.name));
+        let values = validator.parameters.iter().map(|(name, [shipped, fallback])| {
+            let value = match own {
+                None => shipped,
+                // The user's file replaces the tool's as a whole; what it lacks, or misspells, falls back.
+                Some(own) => own.and_then(|own| own.get(name)).filter(|value| fits(value, fallback)).unwrap_or(fallback),
+            };
+            (name.clone(), value.clone())
+        });
+        Self(values.collect())
+    }
+
+    fn number(&self, name: &str) -> f64 {
+        let value = self.0.get(name);
+        value.and_then(|value| value.as_float().or_else(|| Some(value.as_integer()? as f64))).unwrap_or_default()
+    }
+
+    fn words(&self, name: &str) -> Vec<String> {
+        let list = self.0.get(name).and_then(toml::Value::as_array);
+        list.into_iter().flatten().filter_map(|value| value.as_str().map(str::to_owned)).collect()
+    }
+}
+
+/// Whether a value can stand in for another.
+fn fits(value: &toml::Value, other: &toml::Value) -> bool {
+    let numeric = |value: &toml::Value| value.is_float() || value.is_integer();
+    value.same_type(other) || (numeric(value) && numeric(other))
+}
+
+/// Runs every validator over the map, in parallel. The findings come in the order of the table, within a validator by
+/// number, then by subject.
+pub fn run(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigError> {
+    let view = View::new(map.map);
+    let found: Vec<Vec<Diagnostic>> =
+        validators().par_iter().map(|validator| judge(map, &view, config, validator)).collect();
+    Ok(found.into_iter().flatten().collect())
+}
+
+fn judge(map: &MapIndex, view: &View, config: &Config, validator: &'static Validator) -> Vec<Diagnostic> {
+    let Some((_, reading)) = READINGS.iter().find(|(name, _)| *name == validator.name) else { return Vec::new() };
+    let mut issues = reading(view, &Params::new(validator, config.peer_parameters.as_ref()));
+    issues.sort_by(|a, b| (a.number, a.subject).cmp(&(b.number, b.subject)).then_with(|| a.message.cmp(&b.message)));
+    issues.into_iter().filter_map(|issue| diagnostic(map, config, validator, issue)).collect()
+}
+
+/// An issue as a finding of ours that knows its code.
+fn diagnostic(map: &MapIndex, config: &Config, validator: &'static Validator, issue: Issue) -> Option<Diagnostic> {
+    let digits = format!("{:03}", issue.number);
+    let (severity, code) = validator.issues.get(&digits).filter(|(_, code)| config.selection.wants(code))?;
+    let (_, fault) = code.split_once('/')?;
+    let mut finding = Finding::new(fault, issue.subject, issue.message);
+    finding.peer = Some(format!("{}-{digits}", validator.code()).into());
+    let found = crate::lanelet::locate::locate(map.map, finding.subject, &finding.place);
+    Some(Diagnostic {
+        code: code.clone(),
+        severity: config.severity(code).unwrap_or((*severity).into()),
+        help: super::find(code).and_then(|rule| rule.fault(fault)).map(|fault| fault.help.clone()),
+        span: found.span,
+        lonlat: found.lonlat,
+        local: found.local,
+        finding,
+    })
+}

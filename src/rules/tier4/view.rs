@@ -1,0 +1,274 @@
+//! The map as the existing validator sees it: every lanelet that loads, in the plane, without the doubts of our index.
+
+use geo::coordinate_position::{CoordPos, CoordinatePosition};
+use geo::{Coord, Relate};
+use rstar::primitives::{GeomWithData, Rectangle};
+use rstar::{AABB, RTree};
+use rustc_hash::FxHashMap;
+
+use crate::geometry::{Point as Place, Polyline, polygon, ring};
+use crate::lanelet::index::extent;
+use crate::lanelet::{
+    Bound, Lanelet, LaneletId, LaneletMap, LineString, Point, Polygon, RegulatoryElement, RegulatoryElementId,
+};
+
+/// Boxes of lanelets with their positions.
+type Boxes = RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>;
+
+/// A lanelet with its points in the direction of travel.
+#[derive(Debug)]
+pub struct Seen<'m> {
+    /// The lanelet.
+    pub lanelet: &'m Lanelet,
+    /// Points of the left bound.
+    pub left: Vec<&'m Point>,
+    /// Points of the right bound.
+    pub right: Vec<&'m Point>,
+    /// Left bound, then the right one backwards.
+    pub outline: Vec<Place>,
+    /// Corners of its box.
+    pub extent: [Place; 2],
+    /// Square metres.
+    pub area: f64,
+    simple: bool,
+}
+
+/// The map, looked at once for all validators.
+#[derive(Debug)]
+pub struct View<'m> {
+    /// The map.
+    pub map: &'m LaneletMap,
+    /// Its lanelets in file order.
+    pub lanelets: Vec<Seen<'m>>,
+    by_id: FxHashMap<LaneletId, usize>,
+    referrers: FxHashMap<RegulatoryElementId, Vec<usize>>,
+    boxes: Boxes,
+}
+
+impl<'m> Seen<'m> {
+    fn new(map: &'m LaneletMap, lanelet: &'m Lanelet) -> Option<Self> {
+        let points = |bound: Bound| map.bound_points(bound).collect::<Vec<_>>();
+        let outline = map.outline(lanelet);
+        let finite = outline.len() > 3 && outline.iter().all(|p| p.x.is_finite() && p.y.is_finite());
+        finite.then(|| Self {
+            lanelet,
+            left: points(lanelet.left),
+            right: points(lanelet.right),
+            extent: extent(&outline),
+            area: polygon::signed_area(&outline).abs(),
+            simple: ring::is_simple(&outline),
+            outline,
+        })
+    }
+
+    /// Its id.
+    pub fn id(&self) -> LaneletId {
+        self.lanelet.id
+    }
+
+    /// A tag.
+    pub fn tag(&self, key: &str) -> Option<&'m str> {
+        self.lanelet.attributes.get(key)
+    }
+
+    /// Whether its `subtype` is this word.
+    pub fn is(&self, subtype: &str) -> bool {
+        self.tag("subtype") == Some(subtype)
+    }
+
+    /// The id in the tag `intersection_area`; `None` if there is none, or no number.
+    pub fn area_tag(&self) -> Option<i64> {
+        leading_integer(self.tag("intersection_area")?)
+    }
+
+    /// Its end points: left and right, first and last.
+    pub fn ends(&self) -> Option<[[&'m Point; 2]; 2]> {
+        Some([[self.left.first()?, self.right.first()?], [self.left.last()?, self.right.last()?]])
+    }
+
+    /// Share of this lanelet's area (1) that an outline covers.
+    pub fn share(&self, outline: &[Place]) -> f64 {
+        polygon::overlap(&self.outline, outline) / self.area
+    }
+
+    /// Whether the interiors of both meet. Outlines that touch do not; one that crosses itself is measured by area.
+    pub fn meets(&self, other: &Self) -> bool {
+        if !boxes_meet(self.extent, other.extent) {
+            return false;
+        }
+        if self.simple && other.simple {
+            let relation = polygon::to_geo(&self.outline).relate(&polygon::to_geo(&other.outline));
+            return relation.matches("T********").unwrap_or(false);
+        }
+        polygon::overlap(&self.outline, &other.outline) > 1e-6
+    }
+
+    /// Length of the line midway between its bounds, or of its own centre line, in space.
+    pub fn length(&self, map: &LaneletMap) -> f64 {
+        let own = self.lanelet.centerline.and_then(|id| map.linestrings.get(id));
+        if let Some(line) = own {
+            let points: Vec<&Point> = line.points.iter().filter_map(|&id| map.points.get(id)).collect();
+            return length_in_space(&spaced(&points, points.len().max(2)));
+        }
+        let count = 2 * self.left.len().max(self.right.len());
+        let (left, right) = (spaced(&self.left, count), spaced(&self.right, count));
+        let middle: Vec<_> = left.iter().zip(&right).map(|(a, b)| nalgebra::center(a, b)).collect();
+        length_in_space(&middle)
+    }
+}
+
+impl<'m> View<'m> {
+    /// Looks at a map.
+    pub fn new(map: &'m LaneletMap) -> Self {
+        let lanelets: Vec<Seen<'m>> = map.lanelets.iter().filter_map(|lanelet| Seen::new(map, lanelet)).collect();
+        let mut referrers: FxHashMap<RegulatoryElementId, Vec<usize>> = FxHashMap::default();
+        for (at, seen) in lanelets.iter().enumerate() {
+            for &element in &seen.lanelet.regulatory_elements {
+                let list = referrers.entry(element).or_default();
+                if list.last() != Some(&at) {
+                    list.push(at);
+                }
+            }
+        }
+        let boxes = lanelets.iter().enumerate().map(|(at, seen)| {
+            let [low, high] = seen.extent;
+            GeomWithData::new(Rectangle::from_corners([low.x, low.y], [high.x, high.y]), at)
+        });
+        let boxes = RTree::bulk_load(boxes.collect());
+        let by_id = lanelets.iter().enumerate().map(|(at, seen)| (seen.id(), at)).collect();
+        Self { map, lanelets, by_id, referrers, boxes }
+    }
+
+    /// Position of a lanelet.
+    pub fn position(&self, id: LaneletId) -> Option<usize> {
+        self.by_id.get(&id).copied()
+    }
+
+    /// Lanelets whose box meets this one, by position.
+    pub fn near(&self, [low, high]: [Place; 2], reach: f64) -> Vec<usize> {
+        let envelope = AABB::from_corners([low.x - reach, low.y - reach], [high.x + reach, high.y + reach]);
+        let mut found: Vec<usize> = self.boxes.locate_in_envelope_intersecting(&envelope).map(|one| one.data).collect();
+        found.sort_unstable();
+        found
+    }
+
+    /// Lanelets that refer to an element, by position.
+    pub fn referrers(&self, element: RegulatoryElementId) -> &[usize] {
+        self.referrers.get(&element).map_or(&[], Vec::as_slice)
+    }
+
+    /// All elements of a subtype.
+    pub fn elements<'a>(&'a self, subtype: &'a str) -> impl Iterator<Item = &'m RegulatoryElement> + 'a {
+        self.map.regulatory_elements.iter().filter(move |element| element.subtype == subtype)
+    }
+
+    /// The elements of a subtype that a lanelet refers to, in file order.
+    pub fn elements_of<'a>(
+        &'a self,
+        seen: &'a Seen<'m>,
+        subtype: &'a str,
+    ) -> impl Iterator<Item = &'m RegulatoryElement> + 'a {
+        let ids = seen.lanelet.regulatory_elements.iter();
+        ids.filter_map(|&id| self.map.regulatory_elements.get(id)).filter(move |element| element.subtype == subtype)
+    }
+
+    /// The lines of an element in one role, in file order.
+    pub fn lines<'a>(
+        &'a self,
+        element: &'a RegulatoryElement,
+        role: &'a str,
+    ) -> impl Iterator<Item = &'m LineString> + 'a {
+        element.linestrings(role).filter_map(|id| self.map.linestrings.get(id))
+    }
+
+    /// All polygons of a type.
+    pub fn polygons<'a>(&'a self, kind: &'a str) -> impl Iterator<Item = &'m Polygon> + 'a {
+        self.map.polygons.iter().filter(move |polygon| polygon.attributes.is("type", kind))
+    }
+
+    /// The points of a line.
+    pub fn points(&self, line: &LineString) -> Vec<&'m Point> {
+        line.points.iter().filter_map(|&id| self.map.points.get(id)).collect()
+    }
+
+    /// Where the points of a line lie.
+    pub fn places(&self, line: &LineString) -> Vec<Place> {
+        self.points(line).iter().map(|point| point.position).collect()
+    }
+
+    /// Where the points of a polygon lie.
+    pub fn ring(&self, polygon: &Polygon) -> Vec<Place> {
+        polygon.points.iter().filter_map(|&id| self.map.points.get(id)).map(|point| point.position).collect()
+    }
+}
+
+/// Whether two boxes have a point in common.
+pub fn boxes_meet([low, high]: [Place; 2], [other_low, other_high]: [Place; 2]) -> bool {
+    low.x <= other_high.x && other_low.x <= high.x && low.y <= other_high.y && other_low.y <= high.y
+}
+
+/// Whether a point lies inside a ring or on it.
+pub fn covered_by(p: Place, ring: &geo::Polygon<f64>) -> bool {
+    ring.coordinate_position(&Coord { x: p.x, y: p.y }) != CoordPos::Outside
+}
+
+/// The integer that a text begins with, as C reads it: leading blanks and whatever follows the digits do not count.
+pub fn leading_integer(text: &str) -> Option<i64> {
+    let text = text.trim_start();
+    let digits = text.strip_prefix(['+', '-']).unwrap_or(text);
+    let count = digits.bytes().take_while(u8::is_ascii_digit).count();
+    text[..text.len() - digits.len() + count].parse().ok()
+}
+
+/// A place in space.
+pub type Spot = nalgebra::Point3<f64>;
+
+/// A point with its height.
+pub fn spot(point: &Point) -> Spot {
+    Spot::new(point.position.x, point.position.y, point.ele.unwrap_or(0.0))
+}
+
+/// `count` places evenly spread along a line, by its length in the plane.
+fn spaced(points: &[&Point], count: usize) -> Vec<Spot> {
+    let Some(&first) = points.first() else { return Vec::new() };
+    let mut stations = vec![0.0];
+    for pair in points.windows(2) {
+        let last = stations[stations.len() - 1];
+        stations.push(last + (pair[1].position - pair[0].position).norm());
+    }
+    let total = stations[stations.len() - 1];
+    if total <= Polyline::MERGE {
+        return vec![spot(first); count];
+    }
+    let mut segment = 0;
+    (0..count)
+        .map(|i| {
+            let station = total * i as f64 / (count.max(2) - 1) as f64;
+            while segment + 2 < stations.len() && stations[segment + 1] < station {
+                segment += 1;
+            }
+            let length = stations[segment + 1] - stations[segment];
+            let t = if length > 0.0 { ((station - stations[segment]) / length).clamp(0.0, 1.0) } else { 0.0 };
+            let (a, b) = (spot(points[segment]), spot(points[segment + 1]));
+            a + (b - a) * t
+        })
+        .collect()
+}
+
+fn length_in_space(points: &[Spot]) -> f64 {
+    points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_read_as_c_reads_them() {
+        assert_eq!(leading_integer(" 12ab"), Some(12));
+        assert_eq!(leading_integer("-7"), Some(-7));
+        for none in ["", "abc", "-", "99999999999999999999"] {
+            assert_eq!(leading_integer(none), None, "{none}");
+        }
+    }
+}

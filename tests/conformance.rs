@@ -1,0 +1,92 @@
+//! The profile `tier4` against what the tests of the existing validator expect, issue by issue.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use common::{judge_as, load, shared};
+use lanewright::report::tier4::{Exclusions, Outcome, RequirementSet, Validator};
+use lanewright::rules::{Config, tier4};
+use lanewright::settings::{Profile, Settings};
+use serde_json::Value;
+
+/// Cases outside vm-03 that come out exactly; the number must not fall.
+const OTHERS: usize = 0;
+
+/// Severity, primitive, id and code of an issue.
+type Issue = (String, String, i64, String);
+
+fn validators() -> Vec<Validator<'static>> {
+    tier4::validators()
+        .iter()
+        .map(|one| Validator { name: &one.name, code: one.code(), requirement: one.shown_under() })
+        .collect()
+}
+
+/// The issues of every validator on a map, in order.
+fn issues(map: &Path) -> BTreeMap<String, Vec<Issue>> {
+    let (_, loaded) = load(map);
+    let config = Config { profile: Profile::Tier4, ..Config::default() };
+    let found = judge_as(&loaded, &Settings::default(), &config);
+    let known = validators();
+    let outcome = Outcome::new(&found, &known, &RequirementSet::of_all(&known), &Exclusions::default(), map);
+    let mut all = BTreeMap::new();
+    for requirement in outcome.document()["requirements"].as_array().unwrap() {
+        for validator in requirement["validators"].as_array().unwrap() {
+            let issues = validator["issues"].as_array().map_or(Vec::new(), |list| list.iter().map(issue).collect());
+            all.insert(validator["name"].as_str().unwrap().to_owned(), issues);
+        }
+    }
+    all
+}
+
+fn issue(value: &Value) -> Issue {
+    let word = |key: &str| value[key].as_str().unwrap().to_owned();
+    (word("severity"), word("primitive"), value["id"].as_i64().unwrap(), word("issue_code"))
+}
+
+fn sorted(list: &Value) -> Option<Vec<Issue>> {
+    let mut issues: Vec<Issue> = list.as_array()?.iter().map(issue).collect();
+    issues.sort();
+    Some(issues)
+}
+
+#[test]
+fn the_existing_validators_cases_come_out_as_it_expects() {
+    let Some(folder) = shared("corpus/conformance") else { return };
+    let cases: Vec<Value> = serde_json::from_slice(&std::fs::read(folder.join("cases.json")).unwrap()).unwrap();
+    let mut maps: BTreeMap<String, BTreeMap<String, Vec<Issue>>> = BTreeMap::new();
+    // Exact and all, of vm-03 and of the others.
+    let mut counts = [[0, 0], [0, 0]];
+    let mut rest = Vec::new();
+    for case in &cases {
+        let Some(expected) = sorted(&case["expect"]) else { continue };
+        let (map, validator) = (case["map"].as_str().unwrap(), case["validator"].as_str().unwrap());
+        let all = maps.entry(map.to_owned()).or_insert_with(|| issues(&folder.join("map").join(map)));
+        let Some(found) = all.get(validator) else {
+            counts[1][1] += 1;
+            rest.push(format!("{validator} on {map}: no such validator"));
+            continue;
+        };
+        let mut found = found.clone();
+        found.sort();
+        let either = [Some(expected.clone()), sorted(&case["equivalent_expect"])];
+        let exact = either.iter().flatten().any(|one| *one == found);
+        let group = usize::from(!validator.starts_with("mapping.intersection."));
+        counts[group][0] += usize::from(exact);
+        counts[group][1] += 1;
+        if !exact {
+            rest.push(format!("{validator} on {map}:\n  expected {expected:?}\n  found    {found:?}"));
+        }
+    }
+    let [[exact, of], [others_exact, others]] = counts;
+    println!("vm-03: {exact} of {of} exact; all: {} of {} exact", exact + others_exact, of + others);
+    for line in &rest {
+        println!("{line}");
+    }
+    assert_eq!(exact, of, "a case of vm-03 comes out otherwise");
+    assert!(others_exact >= OTHERS, "{others_exact} other cases are exact; {OTHERS} were");
+}
