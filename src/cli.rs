@@ -16,6 +16,7 @@ mod page;
 mod project;
 mod screen;
 mod stats;
+mod tier4;
 mod watch;
 
 use std::path::PathBuf;

@@ -14,7 +14,7 @@ use lanewright::settings::{Profile, Settings};
 use serde_json::Value;
 
 /// Cases outside vm-03 that come out exactly; the number must not fall.
-const OTHERS: usize = 0;
+const OTHERS: usize = 84;
 
 /// Severity, primitive, id and code of an issue.
 type Issue = (String, String, i64, String);
@@ -45,7 +45,8 @@ fn issues(map: &Path) -> BTreeMap<String, Vec<Issue>> {
 
 fn issue(value: &Value) -> Issue {
     let word = |key: &str| value[key].as_str().unwrap().to_owned();
-    (word("severity"), word("primitive"), value["id"].as_i64().unwrap(), word("issue_code"))
+    // The tool writes `info`, the list of cases `Info`.
+    (word("severity").to_lowercase(), word("primitive"), value["id"].as_i64().unwrap(), word("issue_code"))
 }
 
 fn sorted(list: &Value) -> Option<Vec<Issue>> {

@@ -15,7 +15,7 @@ use lanewright::triage::{self, Baseline, Sorted};
 use super::check_args::{CheckArgs, FormatArg};
 use super::load::Loaded;
 use super::screen::{self, Progress};
-use super::{CLEAN, files, fix, page, watch};
+use super::{CLEAN, files, fix, page, tier4, watch};
 
 /// Checks the map and prints what was found, once or until somebody ends it.
 pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
@@ -24,6 +24,7 @@ pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
             Failure::new("--statistics is for text and concise").help("`--format json` has the counts in `totals`")
         );
     }
+    tier4::vet(args)?;
     if args.fix {
         fix::in_place(&args.map, &args.config, args.r#unsafe)?;
     }
@@ -36,11 +37,17 @@ pub fn once(args: &CheckArgs) -> Result<u8, Failure> {
     let loaded = Loaded::read(&args.map, &args.config)?;
     let baseline = args.baseline.as_deref().map(read_baseline).transpose()?;
     progress.next("checking");
-    let found = judge(&loaded)?;
+    let index = MapIndex::new(&loaded.map, &loaded.faults, &loaded.settings, Thresholds::default());
+    let mut config = Config::from(&loaded.settings);
+    config.peer_parameters = args.parameters.as_deref().map(tier4::parameters).transpose()?;
+    let found = run_rules(&index, &config)?;
     let sorted = triage::sort(found, &loaded.settings, &loaded.osm, &loaded.map, baseline.as_ref());
     drop(progress);
     if let Some(file) = &args.write_baseline {
         return write_baseline(file, &loaded, &sorted);
+    }
+    if args.format == FormatArg::Tier4 {
+        return tier4::print(args, &loaded, &sorted);
     }
     print(args, &loaded, &sorted)?;
     let warnings = sorted.left.iter().filter(|one| one.severity == Severity::Warning).count();
@@ -54,7 +61,11 @@ pub fn once(args: &CheckArgs) -> Result<u8, Failure> {
 /// What the loader and the rules say about a map.
 pub fn judge(loaded: &Loaded) -> Result<Vec<Diagnostic>, Failure> {
     let index = MapIndex::new(&loaded.map, &loaded.faults, &loaded.settings, Thresholds::default());
-    rules::run(&index, &Config::from(&loaded.settings)).map_err(|error| Failure::new(error.to_string()))
+    run_rules(&index, &Config::from(&loaded.settings))
+}
+
+fn run_rules(index: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, Failure> {
+    rules::run(index, config).map_err(|error| Failure::new(error.to_string()))
 }
 
 fn print(args: &CheckArgs, loaded: &Loaded, sorted: &Sorted) -> Result<(), Failure> {
@@ -86,6 +97,7 @@ fn print(args: &CheckArgs, loaded: &Loaded, sorted: &Sorted) -> Result<(), Failu
         FormatArg::Gitlab => report::gitlab::write(&report, out),
         FormatArg::Junit => report::junit::write(&report, out),
         FormatArg::Geojson => report::geojson::write(&report, out),
+        FormatArg::Tier4 => Ok(()),
     })?;
     match &args.report {
         Some(file) => page::write(file, args, &report),

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use lanewright::report::FailOn;
+use lanewright::settings::Profile;
 
 /// Hold a Lanelet2 map against Autoware's requirements
 #[derive(Debug, Args)]
@@ -13,6 +14,15 @@ pub struct CheckArgs {
     /// How findings are shown
     #[arg(long, value_enum, default_value_t = FormatArg::Text)]
     pub format: FormatArg,
+    /// Requirement set of the existing validator (--format tier4): which validators count, and in which order
+    #[arg(long, value_name = "SET.json")]
+    pub requirements: Option<PathBuf>,
+    /// Exclusion list of the existing validator (--format tier4): issues to leave out
+    #[arg(long, value_name = "LIST.json")]
+    pub exclusions: Option<PathBuf>,
+    /// Parameters of the existing validator (--profile tier4), in place of those that it ships
+    #[arg(long, value_name = "PARAMS.yaml")]
+    pub parameters: Option<PathBuf>,
     /// Least severity of a finding that makes the exit code 1
     #[arg(long, value_enum, default_value_t = FailOnArg::Error)]
     pub fail_on: FailOnArg,
@@ -53,6 +63,9 @@ pub struct CheckArgs {
 /// What is judged, and how.
 #[derive(Debug, Default, Args)]
 pub struct ConfigArgs {
+    /// Whose reading of the requirements counts: ours, or that of TIER IV's existing validator
+    #[arg(long, value_enum)]
+    pub profile: Option<ProfileArg>,
     /// Only these rules or faults: vm-03, vm-03-08, vm-03-08/edge-not-border, load
     #[arg(long, value_name = "PREFIX", value_delimiter = ',')]
     pub select: Vec<String>,
@@ -65,6 +78,21 @@ pub struct ConfigArgs {
     /// Read no lanewright.toml
     #[arg(long)]
     pub isolated: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ProfileArg {
+    Ours,
+    Tier4,
+}
+
+impl From<ProfileArg> for Profile {
+    fn from(profile: ProfileArg) -> Self {
+        match profile {
+            ProfileArg::Ours => Self::Ours,
+            ProfileArg::Tier4 => Self::Tier4,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -104,4 +132,6 @@ pub enum FormatArg {
     Junit,
     /// Findings as features on the map
     Geojson,
+    /// Result file of the existing validator, with --profile tier4: docs/tier4.md
+    Tier4,
 }

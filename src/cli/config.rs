@@ -46,7 +46,12 @@ fn is_file(argument: &str) -> bool {
 /// what is left out here adds to what files leave out.
 fn above_all(args: &ConfigArgs, beneath: Settings) -> Result<Settings, Failure> {
     let some = |list: &[String]| (!list.is_empty()).then(|| list.to_vec());
-    let own = Settings { select: some(&args.select), ignore: some(&args.ignore), ..Settings::default() };
+    let own = Settings {
+        select: some(&args.select),
+        ignore: some(&args.ignore),
+        profile: args.profile.map(Into::into),
+        ..Settings::default()
+    };
     if let Some(unknown) = rules::vet(&own, &requirements()?) {
         return Err(Failure::new(unknown.message).help(unknown.help));
     }

@@ -186,6 +186,14 @@ impl RegulatoryElement {
         })
     }
 
+    /// The polygons of one role, in file order.
+    pub fn polygons<'a>(&'a self, role: &'a str) -> impl Iterator<Item = PolygonId> + 'a {
+        self.role(role).filter_map(|t| match t {
+            Target::Polygon(id) => Some(id),
+            _ => None,
+        })
+    }
+
     /// The linestrings of one role, in file order.
     pub fn linestrings<'a>(&'a self, role: &'a str) -> impl Iterator<Item = LineStringId> + 'a {
         self.role(role).filter_map(|t| match t {

@@ -1,15 +1,32 @@
 //! The table of the standard: number, document, predicate; and the engine that runs it.
 
+mod area_element;
 mod config;
+mod graph;
 mod ids;
 mod load;
 mod node;
+mod number;
 mod phase;
 mod right_of_way;
 mod rule;
 mod side;
+mod side_lane;
 pub mod tier4;
+mod view;
 mod virtual_light;
+mod vm_01_01;
+mod vm_01_02;
+mod vm_01_03;
+mod vm_01_05;
+mod vm_01_09;
+mod vm_01_10;
+mod vm_01_15;
+mod vm_01_17;
+mod vm_01_19;
+mod vm_01_20;
+mod vm_01_21;
+mod vm_02_02;
 mod vm_03_01;
 mod vm_03_02;
 mod vm_03_03;
@@ -28,6 +45,16 @@ mod vm_03_15;
 mod vm_03_16;
 mod vm_03_17;
 mod vm_03_18;
+mod vm_04_01;
+mod vm_04_02;
+mod vm_04_03;
+mod vm_05_01;
+mod vm_05_03;
+mod vm_06_01;
+mod vm_06_02;
+mod vm_06_04;
+mod vm_06_05;
+mod vm_06_06;
 
 use std::sync::LazyLock;
 

@@ -2,8 +2,9 @@
 
 use rustc_hash::FxHashSet;
 
-use super::graph::{Graph, Rules};
-use super::view::{Seen, View, boxes_meet, covered_by, leading_integer};
+use crate::rules::graph::{Graph, Rules};
+use crate::rules::number::leading_integer;
+use crate::rules::view::{Seen, View, boxes_meet, covered_by};
 use super::{Issue, Params, issue};
 use crate::diagnostic::Subject;
 use crate::geometry::{Point as Place, polygon, ring};

@@ -3,13 +3,11 @@
 
 use std::collections::BTreeSet;
 
-use super::graph::{Graph, Rules};
-use super::view::View;
+use crate::rules::graph::{Graph, Rules};
+use crate::rules::view::View;
 use super::{Issue, Params, issue};
 use crate::diagnostic::Subject;
-use crate::geometry::Point as Place;
-use crate::lanelet::index::extent;
-use crate::lanelet::{LaneletId, LineString, RegulatoryElement, Target};
+use crate::lanelet::{LaneletId, LineString, RegulatoryElement};
 
 fn element(found: &RegulatoryElement) -> Subject {
     Subject::RegulatoryElement(found.id.0)
@@ -69,28 +67,12 @@ fn parts(view: &View, light: &RegulatoryElement, params: &Params) -> Vec<Issue> 
         issues.push(issue(5, element(light), format!("virtual_traffic_light {id} has no refers.")));
     }
     issues.extend(typed(6, "refers", &supported));
-    let (diagonal, limit) = (diagonal(view, light), params.number("max_bounding_box_size"));
+    let (diagonal, limit) = (view.diagonal(light), params.number("max_bounding_box_size"));
     if diagonal > limit {
         let message = format!("virtual_traffic_light {id} and its lanelets spread over {diagonal:.0} m, more than {limit} m.");
         issues.push(issue(7, element(light), message));
     }
     issues
-}
-
-/// Diagonal of the box around the lines and lanelets of an element and the lanelets that refer to it.
-pub fn diagonal(view: &View, element: &RegulatoryElement) -> f64 {
-    let mut places: Vec<Place> = Vec::new();
-    for member in &element.members {
-        match member.target {
-            Target::Point(id) => places.extend(view.map.points.get(id).map(|point| point.position)),
-            Target::LineString(id) => places.extend(view.map.linestrings.get(id).into_iter().flat_map(|l| view.places(l))),
-            Target::Polygon(id) => places.extend(view.map.polygons.get(id).into_iter().flat_map(|p| view.ring(p))),
-            Target::Lanelet(id) => places.extend(view.position(id).into_iter().flat_map(|at| &view.lanelets[at].outline)),
-        }
-    }
-    places.extend(view.referrers(element.id).iter().flat_map(|&at| &view.lanelets[at].outline));
-    let [low, high] = extent(&places);
-    if places.is_empty() { 0.0 } else { (high - low).norm() }
 }
 
 /// `turn_signal_distance_overlap`: back along the lanes, an opposite turn of which even the far end is near enough.
@@ -128,4 +110,23 @@ pub fn turn_signal(view: &View, params: &Params) -> Vec<Issue> {
         }
     }
     issues
+}
+
+/// `local_coordinates_declaration`: once a point has local coordinates, all have both.
+pub fn local_coordinates(view: &View, _: &Params) -> Vec<Issue> {
+    let points = || view.map.points.iter();
+    if !points().any(|point| point.local.iter().any(Option::is_some)) {
+        return Vec::new();
+    }
+    let lacking = points().filter_map(|point| {
+        let (number, lacks) = match point.local {
+            [None, None] => (1, "neither local_x nor local_y"),
+            [Some(_), None] => (2, "local_x but no local_y"),
+            [None, Some(_)] => (3, "local_y but no local_x"),
+            [Some(_), Some(_)] => return None,
+        };
+        let id = point.id;
+        Some(issue(number, Subject::Point(id.0), format!("Point {id} has {lacks}; others have local coordinates.")))
+    });
+    lacking.collect()
 }

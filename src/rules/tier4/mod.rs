@@ -6,10 +6,8 @@
 
 mod areas;
 mod elements;
-mod graph;
 mod right_of_way;
 mod section;
-mod view;
 
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
@@ -17,10 +15,14 @@ use std::sync::LazyLock;
 use rayon::prelude::*;
 use serde::Deserialize;
 
-use super::{Config, ConfigError};
+use super::view::View;
+use super::{
+    Config, ConfigError, Predicate, judge, vm_01_01, vm_01_02, vm_01_03, vm_01_05, vm_01_09, vm_01_10, vm_01_15,
+    vm_01_17, vm_01_19, vm_01_20, vm_01_21, vm_02_02, vm_04_01, vm_04_02, vm_04_03, vm_05_01, vm_05_03, vm_06_01,
+    vm_06_02, vm_06_04, vm_06_05, vm_06_06,
+};
 use crate::diagnostic::{Diagnostic, Finding, Severity, Subject};
 use crate::lanelet::index::MapIndex;
-use view::View;
 
 /// What a reading finds.
 #[derive(Debug)]
@@ -54,6 +56,33 @@ const READINGS: &[(&str, Reading)] = &[
     ("mapping.intersection.right_of_way_for_virtual_traffic_lights", right_of_way::for_virtual_traffic_lights),
     ("mapping.intersection.virtual_traffic_light_section_overlap", section::section_overlap),
     ("mapping.intersection.turn_signal_distance_overlap", elements::turn_signal),
+    ("mapping.lane.local_coordinates_declaration", elements::local_coordinates),
+];
+
+/// Rules that judge as the tool does, once their parameters say so.
+const RULES: &[(&str, Predicate)] = &[
+    ("vm-01-01", judge::<vm_01_01::RoadBasics>),
+    ("vm-01-02", judge::<vm_01_02::LaneChange>),
+    ("vm-01-03", judge::<vm_01_03::SharedBorders>),
+    ("vm-01-05", judge::<vm_01_05::SeparateBounds>),
+    ("vm-01-09", judge::<vm_01_09::SpeedLimit>),
+    ("vm-01-10", judge::<vm_01_10::CenterLine>),
+    ("vm-01-15", judge::<vm_01_15::RoadShoulder>),
+    ("vm-01-17", judge::<vm_01_17::PedestrianLane>),
+    ("vm-01-19", judge::<vm_01_19::Walkway>),
+    ("vm-01-20", judge::<vm_01_20::SideBySide>),
+    ("vm-01-21", judge::<vm_01_21::EndToEnd>),
+    ("vm-02-02", judge::<vm_02_02::StopLines>),
+    ("vm-04-01", judge::<vm_04_01::TrafficLights>),
+    ("vm-04-02", judge::<vm_04_02::PositionAndSize>),
+    ("vm-04-03", judge::<vm_04_03::Bulbs>),
+    ("vm-05-01", judge::<vm_05_01::Crosswalks>),
+    ("vm-05-03", judge::<vm_05_03::SlowDown>),
+    ("vm-06-01", judge::<vm_06_01::BufferZone>),
+    ("vm-06-02", judge::<vm_06_02::NoParking>),
+    ("vm-06-04", judge::<vm_06_04::NoStopping>),
+    ("vm-06-05", judge::<vm_06_05::DetectionArea>),
+    ("vm-06-06", judge::<vm_06_06::BusStop>),
 ];
 
 /// One validator of the existing tool.
@@ -69,6 +98,9 @@ pub struct Validator {
     /// Parameters: the value of the tool's own file, and the value where a user's file lacks it.
     #[serde(default)]
     pub parameters: BTreeMap<String, [toml::Value; 2]>,
+    /// What the rule has to know beyond them to judge as the tool does.
+    #[serde(default)]
+    settings: toml::Table,
 }
 
 /// A severity in the tool's own spelling.
@@ -152,40 +184,99 @@ impl Params {
     }
 }
 
+/// The parameters that a user's file lacks, or gives a value that cannot be one: validator and name.
+pub fn missing(given: &BTreeMap<String, toml::Table>) -> Vec<(&'static str, &'static str)> {
+    let all = validators().iter().flat_map(|one| one.parameters.iter().map(move |entry| (one, entry)));
+    let lacking = all.filter(|(validator, (name, [_, fallback]))| {
+        let value = given.get(&validator.name).and_then(|own| own.get(*name));
+        !value.is_some_and(|value| fits(value, fallback))
+    });
+    lacking.map(|(validator, (name, _))| (validator.name.as_str(), name.as_str())).collect()
+}
+
 /// Whether a value can stand in for another.
 fn fits(value: &toml::Value, other: &toml::Value) -> bool {
     let numeric = |value: &toml::Value| value.is_float() || value.is_integer();
     value.same_type(other) || (numeric(value) && numeric(other))
 }
 
-/// Runs every validator over the map, in parallel. The findings come in the order of the table, within a validator by
-/// number, then by subject.
+/// Runs every validator over the map, in parallel, after the rule that says what does not load. The findings come in the
+/// order of the table, within a validator by number, then by subject.
 pub fn run(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigError> {
     let view = View::new(map.map);
-    let found: Vec<Vec<Diagnostic>> =
-        validators().par_iter().map(|validator| judge(map, &view, config, validator)).collect();
-    Ok(found.into_iter().flatten().collect())
+    let rows = super::table().map_err(Clone::clone)?;
+    let loading = rows.iter().filter(|row| row.requirement.id == "load");
+    let mut found: Vec<Vec<Diagnostic>> =
+        loading.map(|row| super::run_row(map, config, row)).collect::<Result<_, ConfigError>>()?;
+    found.par_extend(READINGS.par_iter().map(|&(name, reading)| read(map, &view, config, name, reading)));
+    let by_rule = RULES.par_iter().map(|&(rule, predicate)| apply(map, config, rule, predicate));
+    found.extend(by_rule.collect::<Result<Vec<_>, _>>()?);
+    let mut found: Vec<Diagnostic> = found.into_iter().flatten().collect();
+    let place = |one: &Diagnostic| {
+        let code = one.finding.peer.as_deref().and_then(|code| code.split('-').next());
+        validators().iter().position(|validator| Some(validator.code().as_str()) == code)
+    };
+    found.sort_by_cached_key(|one| {
+        (place(one), one.finding.peer.clone(), one.finding.subject, one.finding.message.clone())
+    });
+    Ok(found)
 }
 
-fn judge(map: &MapIndex, view: &View, config: &Config, validator: &'static Validator) -> Vec<Diagnostic> {
-    let Some((_, reading)) = READINGS.iter().find(|(name, _)| *name == validator.name) else { return Vec::new() };
-    let mut issues = reading(view, &Params::new(validator, config.peer_parameters.as_ref()));
-    issues.sort_by(|a, b| (a.number, a.subject).cmp(&(b.number, b.subject)).then_with(|| a.message.cmp(&b.message)));
-    issues.into_iter().filter_map(|issue| diagnostic(map, config, validator, issue)).collect()
+/// What a reading finds.
+fn read(map: &MapIndex, view: &View, config: &Config, name: &str, reading: Reading) -> Vec<Diagnostic> {
+    let Some(validator) = validators().iter().find(|validator| validator.name == name) else { return Vec::new() };
+    let params = Params::new(validator, config.peer_parameters.as_ref());
+    let issues = reading(view, &params).into_iter();
+    issues.filter_map(|issue| diagnostic(map, config, validator, issue)).collect()
 }
 
-/// An issue as a finding of ours that knows its code.
+/// What a rule finds, with the parameters of the validators that it answers for.
+fn apply(map: &MapIndex, config: &Config, rule: &str, predicate: Predicate) -> Result<Vec<Diagnostic>, ConfigError> {
+    let served = || {
+        let all = validators().iter().filter(|validator| READINGS.iter().all(|(name, _)| *name != validator.name));
+        all.filter(|validator| validator.issues.values().any(|(_, code)| code.split('/').next() == Some(rule)))
+    };
+    let mut params = toml::Table::new();
+    for validator in served() {
+        params.extend(Params::new(validator, config.peer_parameters.as_ref()).0);
+        params.extend(validator.settings.clone());
+    }
+    let findings = predicate(map, params)
+        .map_err(|error| ConfigError::Parameter { rule: rule.to_owned(), message: error.message().to_owned() })?;
+    let found = findings.into_iter().filter_map(|finding| {
+        let code = format!("{rule}/{}", finding.fault);
+        let (validator, digits) = served().find_map(|validator| {
+            let own = validator.issues.iter().find(|(_, (_, fault))| *fault == code);
+            own.map(|(digits, _)| (validator, digits))
+        })?;
+        complete(map, config, validator, digits, finding)
+    });
+    Ok(found.collect())
+}
+
+/// An issue of a reading as a finding of ours.
 fn diagnostic(map: &MapIndex, config: &Config, validator: &'static Validator, issue: Issue) -> Option<Diagnostic> {
     let digits = format!("{:03}", issue.number);
-    let (severity, code) = validator.issues.get(&digits).filter(|(_, code)| config.selection.wants(code))?;
+    let (_, code) = validator.issues.get(&digits)?;
     let (_, fault) = code.split_once('/')?;
-    let mut finding = Finding::new(fault, issue.subject, issue.message);
+    complete(map, config, validator, &digits, Finding::new(fault, issue.subject, issue.message))
+}
+
+/// A finding with its code, severity, help and places.
+fn complete(
+    map: &MapIndex,
+    config: &Config,
+    validator: &Validator,
+    digits: &str,
+    mut finding: Finding,
+) -> Option<Diagnostic> {
+    let (severity, code) = validator.issues.get(digits).filter(|(_, code)| config.selection.wants(code))?;
     finding.peer = Some(format!("{}-{digits}", validator.code()).into());
     let found = crate::lanelet::locate::locate(map.map, finding.subject, &finding.place);
     Some(Diagnostic {
         code: code.clone(),
         severity: config.severity(code).unwrap_or((*severity).into()),
-        help: super::find(code).and_then(|rule| rule.fault(fault)).map(|fault| fault.help.clone()),
+        help: super::find(code).and_then(|rule| rule.fault(finding.fault)).map(|fault| fault.help.clone()),
         span: found.span,
         lonlat: found.lonlat,
         local: found.local,

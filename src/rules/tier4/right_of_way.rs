@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 
 use rustc_hash::FxHashSet;
 
-use super::graph::{Graph, Rules};
-use super::view::{Seen, View};
+use crate::rules::graph::{Graph, Rules};
+use crate::rules::view::{Seen, View};
 use super::{Issue, Params, issue};
 use crate::diagnostic::Subject;
 use crate::geometry::Vector;

@@ -1,8 +1,8 @@
 //! Sections of virtual traffic lights as the existing validator judges them: the order of their lines along the way
 //! (vm-03-16), and two sections on one way (vm-03-18).
 
-use super::graph::{Graph, Rules};
-use super::view::{Seen, Spot, View, boxes_meet, spot};
+use crate::rules::graph::{Graph, Rules};
+use crate::rules::view::{Seen, Spot, View, boxes_meet, covered_by, spot};
 use super::{Issue, Params, issue};
 use crate::diagnostic::Subject;
 use crate::geometry::{Point as Place, Polyline, polygon};
@@ -37,7 +37,7 @@ fn share_inside(line: &[Place], outline: &[Place]) -> f64 {
         for piece in cuts.windows(2) {
             let middle = a + along * f64::midpoint(piece[0], piece[1]);
             let on_edge = || edges().any(|(c, d)| distance(middle, *c, *d) < TOUCH);
-            if super::view::covered_by(middle, &ring) || on_edge() {
+            if covered_by(middle, &ring) || on_edge() {
                 inside += along.norm() * (piece[1] - piece[0]);
             }
         }
@@ -56,7 +56,7 @@ fn touches(line: &[Place], outline: &[Place]) -> bool {
         let mut edges = outline.iter().zip(outline.iter().cycle().skip(1));
         edges.any(|(c, d)| crate::geometry::segment_crossing(a, b, *c, *d).is_some())
     };
-    line.iter().any(|&p| super::view::covered_by(p, &ring)) || line.windows(2).any(|pair| crosses(pair[0], pair[1]))
+    line.iter().any(|&p| covered_by(p, &ring)) || line.windows(2).any(|pair| crosses(pair[0], pair[1]))
 }
 
 /// The place on a line in space that is nearest to another.

@@ -1,4 +1,4 @@
-//! Lanelet2's routing graph as the existing validator builds it: who may pass, who follows, who lies beside, who conflicts.
+//! Lanelet2's routing graph: who may pass, who follows, who lies beside, who conflicts.
 
 use rustc_hash::FxHashMap;
 

@@ -1,4 +1,4 @@
-//! The map as the existing validator sees it: every lanelet that loads, in the plane, without the doubts of our index.
+//! The map as Lanelet2 sees it: every lanelet that loads, in the plane, without the doubts of our index.
 
 use geo::coordinate_position::{CoordPos, CoordinatePosition};
 use geo::{Coord, Relate};
@@ -6,10 +6,11 @@ use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 use rustc_hash::FxHashMap;
 
+use super::number::leading_integer;
 use crate::geometry::{Point as Place, Polyline, polygon, ring};
 use crate::lanelet::index::extent;
 use crate::lanelet::{
-    Bound, Lanelet, LaneletId, LaneletMap, LineString, Point, Polygon, RegulatoryElement, RegulatoryElementId,
+    Bound, Lanelet, LaneletId, LaneletMap, LineString, Point, Polygon, RegulatoryElement, RegulatoryElementId, Target,
 };
 
 /// Boxes of lanelets with their positions.
@@ -181,6 +182,28 @@ impl<'m> View<'m> {
         element.linestrings(role).filter_map(|id| self.map.linestrings.get(id))
     }
 
+    /// Diagonal (m) of the box around the members of an element and the lanelets that refer to it.
+    pub fn diagonal(&self, element: &RegulatoryElement) -> f64 {
+        let mut places: Vec<Place> = Vec::new();
+        for member in &element.members {
+            match member.target {
+                Target::Point(id) => places.extend(self.map.points.get(id).map(|point| point.position)),
+                Target::LineString(id) => {
+                    places.extend(self.map.linestrings.get(id).into_iter().flat_map(|line| self.places(line)));
+                }
+                Target::Polygon(id) => {
+                    places.extend(self.map.polygons.get(id).into_iter().flat_map(|polygon| self.ring(polygon)));
+                }
+                Target::Lanelet(id) => {
+                    places.extend(self.position(id).into_iter().flat_map(|at| &self.lanelets[at].outline));
+                }
+            }
+        }
+        places.extend(self.referrers(element.id).iter().flat_map(|&at| &self.lanelets[at].outline));
+        let [low, high] = extent(&places);
+        if places.is_empty() { 0.0 } else { (high - low).norm() }
+    }
+
     /// All polygons of a type.
     pub fn polygons<'a>(&'a self, kind: &'a str) -> impl Iterator<Item = &'m Polygon> + 'a {
         self.map.polygons.iter().filter(move |polygon| polygon.attributes.is("type", kind))
@@ -210,14 +233,6 @@ pub fn boxes_meet([low, high]: [Place; 2], [other_low, other_high]: [Place; 2]) 
 /// Whether a point lies inside a ring or on it.
 pub fn covered_by(p: Place, ring: &geo::Polygon<f64>) -> bool {
     ring.coordinate_position(&Coord { x: p.x, y: p.y }) != CoordPos::Outside
-}
-
-/// The integer that a text begins with, as C reads it: leading blanks and whatever follows the digits do not count.
-pub fn leading_integer(text: &str) -> Option<i64> {
-    let text = text.trim_start();
-    let digits = text.strip_prefix(['+', '-']).unwrap_or(text);
-    let count = digits.bytes().take_while(u8::is_ascii_digit).count();
-    text[..text.len() - digits.len() + count].parse().ok()
 }
 
 /// A place in space.
@@ -257,18 +272,4 @@ fn spaced(points: &[&Point], count: usize) -> Vec<Spot> {
 
 fn length_in_space(points: &[Spot]) -> f64 {
     points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_read_as_c_reads_them() {
-        assert_eq!(leading_integer(" 12ab"), Some(12));
-        assert_eq!(leading_integer("-7"), Some(-7));
-        for none in ["", "abc", "-", "99999999999999999999"] {
-            assert_eq!(leading_integer(none), None, "{none}");
-        }
-    }
 }

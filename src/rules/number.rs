@@ -1,0 +1,53 @@
+//! Numbers in tags, as C reads them.
+
+/// The number that a whole text says: blanks before it, an exponent, hexadecimal digits, `nan` and `inf` are taken.
+pub fn number(text: &str) -> Option<f64> {
+    let text = text.trim_start();
+    let hexadecimal = text.strip_prefix("0x").or_else(|| text.strip_prefix("0X"));
+    match hexadecimal {
+        Some(digits) => i64::from_str_radix(digits, 16).ok().map(|value| value as f64),
+        None => text.parse().ok(),
+    }
+}
+
+/// The number that a text begins with, whatever follows.
+pub fn leading_number(text: &str) -> Option<f64> {
+    let text = text.trim_start();
+    let ends = text.char_indices().map(|(at, _)| at).skip(1).chain([text.len()]);
+    ends.filter_map(|end| number(&text[..end])).last()
+}
+
+/// The integer that a text begins with, whatever follows.
+pub fn leading_integer(text: &str) -> Option<i64> {
+    let text = text.trim_start();
+    let digits = text.strip_prefix(['+', '-']).unwrap_or(text);
+    let count = digits.bytes().take_while(u8::is_ascii_digit).count();
+    text[..text.len() - digits.len() + count].parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_follows_a_number_does_not_count() {
+        assert_eq!(leading_integer(" 12ab"), Some(12));
+        assert_eq!(leading_integer("-7"), Some(-7));
+        assert_eq!(leading_number("0.45 m"), Some(0.45));
+        for none in ["", "abc", "-", "99999999999999999999"] {
+            assert_eq!(leading_integer(none), None, "{none}");
+        }
+        assert_eq!(leading_number("high"), None);
+    }
+
+    #[test]
+    fn what_c_takes_is_taken() {
+        assert_eq!(number(" 50"), Some(50.0));
+        assert_eq!(number("5e1"), Some(50.0));
+        assert_eq!(number("0x32"), Some(50.0));
+        assert!(number("nan").is_some_and(f64::is_nan));
+        for none in ["", "50 km/h", "50 ", "fast"] {
+            assert_eq!(number(none), None, "{none}");
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! vm-01-10: a centre line runs from edge to edge inside its lanelet.
+
+use serde::Deserialize;
+
+use super::Rule;
+use super::view::{Seen, Spot, View, covered_by, spot};
+use crate::diagnostic::{Finding, Place, Subject};
+use crate::geometry::{Polyline, polygon};
+use crate::lanelet::Point;
+use crate::lanelet::index::MapIndex;
+
+/// See `rules/vm-01-10.md`.
+pub struct CenterLine;
+
+/// See the document.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    dimension_mode: String,
+    planar_threshold: f64,
+    height_threshold: f64,
+}
+
+impl Rule for CenterLine {
+    type Params = Params;
+
+    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+        if map.map.lanelets.iter().all(|lanelet| lanelet.centerline.is_none()) {
+            return Vec::new();
+        }
+        let view = View::new(map.map);
+        view.lanelets.iter().flat_map(|seen| judge(&view, params, seen)).collect()
+    }
+}
+
+fn judge(view: &View, params: &Params, seen: &Seen) -> Vec<Finding> {
+    let line = seen.lanelet.centerline.and_then(|id| view.map.linestrings.get(id));
+    let (Some(line), Some([start, end])) = (line, seen.ends()) else { return Vec::new() };
+    let points = view.points(line);
+    let (Some(first), Some(last)) = (points.first(), points.last()) else { return Vec::new() };
+    let (id, name) = (line.id, seen.id());
+    let finding = |fault, message| {
+        Finding::new(fault, Subject::LineString(id.0), message).with(Subject::Lanelet(name.0), "lanelet")
+    };
+    let mut findings = Vec::new();
+    let off = [(first, start), (last, end)].map(|(point, edge)| distance(point, edge));
+    let far = off[0].max(off[1]);
+    if far > params.planar_threshold {
+        let message = format!("Centre line {id} of lanelet {name} ends {far:.2} m from the lanelet's edge.");
+        findings.push(finding("end-off", message).measured(far, params.planar_threshold, "m"));
+    }
+    let ring = polygon::to_geo(&seen.outline);
+    let inner = points.get(1..points.len() - 1).unwrap_or_default();
+    if let Some(outside) = inner.iter().find(|point| !covered_by(point.position, &ring)) {
+        let message = format!("Centre line {id} leaves lanelet {name} at point {}.", outside.id);
+        findings.push(finding("outside", message).at(Place::Point(outside.position)));
+    }
+    if params.dimension_mode.eq_ignore_ascii_case("3d") {
+        let spots: Vec<Spot> = seen.left.iter().chain(&seen.right).map(|point| spot(point)).collect();
+        let away = points.iter().filter_map(|point| off_plane(&spots, spot(point))).fold(0.0, f64::max);
+        if away > params.height_threshold {
+            let message = format!("Centre line {id} lies {away:.2} m above or below lanelet {name}.");
+            findings.push(finding("off-surface", message).measured(away, params.height_threshold, "m"));
+        }
+    }
+    findings
+}
+
+/// Distance of a point from an edge, in the plane.
+fn distance(point: &Point, edge: [&Point; 2]) -> f64 {
+    let [a, b] = edge.map(|end| end.position);
+    Polyline::new([a, b]).map_or((point.position - a).norm(), |line| line.distance(point.position))
+}
+
+/// Distance of a spot from the plane that fits others best.
+fn off_plane(spots: &[Spot], p: Spot) -> Option<f64> {
+    let middle = spots.iter().fold(nalgebra::Vector3::zeros(), |sum, spot| sum + spot.coords) / spots.len() as f64;
+    let spread = spots.iter().map(|spot| spot.coords - middle).fold(nalgebra::Matrix3::zeros(), |sum, d| {
+        sum + d * d.transpose()
+    });
+    let eigen = spread.symmetric_eigen();
+    let least = eigen.eigenvalues.imin();
+    let normal = eigen.eigenvectors.column(least);
+    Some((p.coords - middle).dot(&normal).abs()).filter(|away| away.is_finite())
+}

@@ -1,0 +1,44 @@
+//! vm-01-20: only kinds of lanes that belong to one road lie side by side.
+
+use rustc_hash::FxHashSet;
+
+use super::graph::{Graph, Rules};
+use super::view::{Seen, View};
+use super::{NoParams, Rule};
+use crate::diagnostic::{Finding, Subject};
+use crate::lanelet::index::MapIndex;
+
+/// See `rules/vm-01-20.md`.
+pub struct SideBySide;
+
+const LANES: [&str; 4] = ["road", "road_shoulder", "pedestrian_lane", "bicycle_lane"];
+
+impl Rule for SideBySide {
+    type Params = NoParams;
+
+    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+        let view = View::new(map.map);
+        let graph = Graph::new(&view, Rules::AnyLane);
+        let fits = |seen: &Seen| seen.tag("subtype").is_some_and(|subtype| LANES.contains(&subtype));
+        let mut said = FxHashSet::default();
+        let mut findings = Vec::new();
+        for (at, seen) in view.lanelets.iter().enumerate() {
+            for other in [graph.adjacent_left(at), graph.adjacent_right(at)].into_iter().flatten() {
+                let neighbour = &view.lanelets[other];
+                if (fits(seen) && fits(neighbour)) || !said.insert((at.min(other), at.max(other))) {
+                    continue;
+                }
+                let kind = |seen: &Seen| seen.tag("subtype").unwrap_or("nothing").to_owned();
+                let (id, name) = (seen.id(), neighbour.id());
+                let message = format!(
+                    "Lanelet {id} ({}) shares a border with lanelet {name} ({}).",
+                    kind(seen),
+                    kind(neighbour)
+                );
+                let finding = Finding::new("neighbours", Subject::Lanelet(id.0), message);
+                findings.push(finding.with(Subject::Lanelet(name.0), "neighbour"));
+            }
+        }
+        findings
+    }
+}

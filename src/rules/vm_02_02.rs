@@ -1,0 +1,96 @@
+//! vm-02-02: a stop line belongs to an element, and a stop sign has one.
+
+use rustc_hash::FxHashSet;
+use serde::Deserialize;
+
+use super::Rule;
+use super::view::View;
+use crate::diagnostic::{Finding, Subject};
+use crate::lanelet::index::MapIndex;
+use crate::lanelet::{LineString, LineStringId, RegulatoryElement};
+
+/// See `rules/vm-02-02.md`.
+pub struct StopLines;
+
+/// See the document.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    max_bounding_box_size: f64,
+    /// Whether every sign has to be a stop sign, and its line to say so in its `subtype`.
+    strict: bool,
+    /// Whether to speak of stop lines inside intersections, too, which vm-03-14 judges.
+    everywhere: bool,
+}
+
+impl Rule for StopLines {
+    type Params = Params;
+
+    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+        let view = View::new(map.map);
+        let mut findings = unreferenced(map, &view, params);
+        findings.extend(view.elements("traffic_sign").flat_map(|sign| judge(&view, sign, params)));
+        findings
+    }
+}
+
+fn unreferenced(map: &MapIndex, view: &View, params: &Params) -> Vec<Finding> {
+    let elements = view.map.regulatory_elements.iter();
+    let used: FxHashSet<LineStringId> = elements
+        .flat_map(|element| element.linestrings("ref_line").chain(element.linestrings("refers")))
+        .collect();
+    let lines = view.map.linestrings.iter().filter(|line| line.attributes.is("type", "stop_line"));
+    let idle = lines.filter(|line| !used.contains(&line.id));
+    idle.filter(|line| params.everywhere || !inside(map, view, line))
+        .map(|line| {
+            let id = line.id;
+            let message = format!("Stop line {id} belongs to no regulatory element.");
+            Finding::new("unreferenced", Subject::LineString(id.0), message)
+        })
+        .collect()
+}
+
+/// Whether a line lies in an intersection.
+fn inside(map: &MapIndex, view: &View, line: &LineString) -> bool {
+    let places = view.places(line);
+    let [low, high] = crate::lanelet::index::extent(&places);
+    map.lanes_near(low, high).into_iter().any(|lane| map.has_area(lane))
+}
+
+fn judge(view: &View, sign: &RegulatoryElement, params: &Params) -> Vec<Finding> {
+    let (id, subject) = (sign.id, Subject::RegulatoryElement(sign.id.0));
+    let (signs, lines): (Vec<&LineString>, Vec<&LineString>) =
+        (view.lines(sign, "refers").collect(), view.lines(sign, "ref_line").collect());
+    if signs.is_empty() {
+        return vec![Finding::new("sign-missing", subject, format!("traffic_sign {id} refers to no sign."))];
+    }
+    let mut findings = Vec::new();
+    let about = |fault, line: &LineString, message| {
+        Finding::new(fault, Subject::LineString(line.id.0), message).with(subject, "element")
+    };
+    let is_sign = |line: &&LineString| {
+        line.attributes.is("type", "traffic_sign") && (!params.strict || line.attributes.is("subtype", "stop_sign"))
+    };
+    for line in signs.into_iter().filter(|line| !is_sign(line)) {
+        let wanted = if params.strict { "a stop_sign" } else { "a traffic_sign" };
+        findings.push(about("sign-type", line, format!("Linestring {} of traffic_sign {id} is not {wanted}.", line.id)));
+    }
+    // Without a line, only a sign that makes nobody stop is complete.
+    if lines.is_empty() {
+        findings.push(Finding::new("sign-without-line", subject, format!("traffic_sign {id} has no stop line.")));
+        return findings;
+    }
+    let is_line = |line: &&LineString| {
+        line.attributes.is("subtype", "stop_line") || (!params.strict && line.attributes.is("type", "stop_line"))
+    };
+    for line in lines.into_iter().filter(|line| !is_line(line)) {
+        findings.push(about("line-type", line, format!("ref_line {} of traffic_sign {id} is no stop_line.", line.id)));
+    }
+    let diagonal = view.diagonal(sign);
+    if diagonal > params.max_bounding_box_size {
+        let message = format!("traffic_sign {id} and its lanelets spread over {diagonal:.0} m.");
+        let finding = Finding::new("sign-extent", subject, message);
+        findings.push(finding.measured(diagonal, params.max_bounding_box_size, "m"));
+    }
+    findings
+}

@@ -1,0 +1,99 @@
+//! vm-04-01: a traffic light is an element with bodies, bulbs and a stop line, and lanelets that obey it.
+
+use std::collections::BTreeSet;
+
+use rustc_hash::FxHashSet;
+use serde::Deserialize;
+
+use super::Rule;
+use super::number::leading_integer;
+use super::view::View;
+use crate::diagnostic::{Finding, Subject};
+use crate::lanelet::index::MapIndex;
+use crate::lanelet::{LineString, LineStringId, RegulatoryElement};
+
+/// See `rules/vm-04-01.md`.
+pub struct TrafficLights;
+
+/// See the document.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    max_bounding_box_size: f64,
+    /// Whether to speak of stop lines missing in intersections, too, which vm-03-04 judges.
+    everywhere: bool,
+}
+
+impl Rule for TrafficLights {
+    type Params = Params;
+
+    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+        let view = View::new(map.map);
+        let used: FxHashSet<LineStringId> =
+            view.elements("traffic_light").flat_map(|light| light.linestrings("refers")).collect();
+        let bodies = view.map.linestrings.iter().filter(|line| line.attributes.is("type", "traffic_light"));
+        let mut findings: Vec<Finding> = bodies
+            .filter(|line| !used.contains(&line.id))
+            .map(|line| {
+                let message = format!("Traffic light {} belongs to no traffic_light element.", line.id);
+                Finding::new("unreferenced", Subject::LineString(line.id.0), message)
+            })
+            .collect();
+        findings.extend(view.elements("traffic_light").flat_map(|light| judge(map, &view, light, params)));
+        findings
+    }
+}
+
+fn judge(map: &MapIndex, view: &View, light: &RegulatoryElement, params: &Params) -> Vec<Finding> {
+    let (id, subject) = (light.id, Subject::RegulatoryElement(light.id.0));
+    let lines = |role| -> Vec<&LineString> { view.lines(light, role).collect() };
+    let (bodies, bulbs, stop_lines) = (lines("refers"), lines("light_bulbs"), lines("ref_line"));
+    let referrers: Vec<_> = view.referrers(id).iter().map(|&at| &view.lanelets[at]).collect();
+    let mut findings = Vec::new();
+    if referrers.is_empty() {
+        findings.push(Finding::new("idle", subject, format!("No lanelet refers to traffic_light {id}.")));
+    }
+    let on_foot = bodies.iter().all(|line| line.attributes.is("subtype", "red_green"))
+        || referrers.iter().all(|seen| seen.is("crosswalk"));
+    let elsewhere = params.everywhere || !referrers.iter().any(|seen| map.lane(seen.id()).is_some_and(|l| map.has_area(l)));
+    if stop_lines.is_empty() && !on_foot && elsewhere {
+        findings.push(Finding::new("no-stop-line", subject, format!("traffic_light {id} has no stop line.")));
+    }
+    for (fault, lines, role, kind) in [
+        ("body-type", &bodies, "refers", "traffic_light"),
+        ("line-type", &stop_lines, "ref_line", "stop_line"),
+        ("bulbs-type", &bulbs, "light_bulbs", "light_bulbs"),
+    ] {
+        for line in lines.iter().filter(|line| !line.attributes.is("type", kind)) {
+            let message = format!("{role} {} of traffic_light {id} is not of type {kind}.", line.id);
+            findings.push(Finding::new(fault, Subject::LineString(line.id.0), message).with(subject, "element"));
+        }
+    }
+    for line in bulbs.iter().filter(|line| !line.attributes.has("traffic_light_id")) {
+        let message = format!("Bulbs {} of traffic_light {id} name no traffic_light_id.", line.id);
+        findings.push(Finding::new("bulbs-nameless", Subject::LineString(line.id.0), message).with(subject, "element"));
+    }
+    findings.extend(pairing(subject, id.0, &bodies, &bulbs));
+    let diagonal = view.diagonal(light);
+    if diagonal > params.max_bounding_box_size {
+        let message = format!("traffic_light {id} and its lanelets spread over {diagonal:.0} m.");
+        findings.push(Finding::new("extent", subject, message).measured(diagonal, params.max_bounding_box_size, "m"));
+    }
+    findings
+}
+
+/// Each body has its bulbs.
+fn pairing(subject: Subject, id: i64, bodies: &[&LineString], bulbs: &[&LineString]) -> Option<Finding> {
+    let (count, others) = (bodies.len(), bulbs.len());
+    if count != others {
+        let message = format!("traffic_light {id} has {count} bodies but {others} lines of bulbs.");
+        return Some(Finding::new("bulbs-count", subject, message));
+    }
+    let own: BTreeSet<i64> = bodies.iter().map(|line| line.id.0).collect();
+    let named = bulbs.iter().filter_map(|line| leading_integer(line.attributes.get("traffic_light_id")?));
+    let named: BTreeSet<i64> = named.filter(|id| i32::try_from(*id).is_ok()).collect();
+    (own != named).then(|| {
+        let message = format!("The bulbs of traffic_light {id} do not name its bodies one by one.");
+        Finding::new("bulbs-unpaired", subject, message)
+    })
+}

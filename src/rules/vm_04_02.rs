@@ -1,0 +1,103 @@
+//! vm-04-02: a traffic light hangs left to right as its driver sees it, and has the height of one.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+use serde::Deserialize;
+
+use super::Rule;
+use super::view::{Seen, View, spot};
+use crate::diagnostic::{Finding, Subject};
+use crate::lanelet::index::MapIndex;
+use crate::lanelet::{LineString, LineStringId, Point, RegulatoryElement};
+
+/// Referrers whose edges turn away from the first one's by more than this (cosine) do not belong to one light.
+const TOGETHER: f64 = 0.707;
+
+/// See `rules/vm-04-02.md`.
+pub struct PositionAndSize;
+
+/// See the document.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    min_height: f64,
+    max_height: f64,
+}
+
+impl Rule for PositionAndSize {
+    type Params = Params;
+
+    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+        let lights = map.map.linestrings.iter().filter(|line| line.attributes.is("type", "traffic_light"));
+        let mut findings: Vec<Finding> = lights.filter_map(|line| height(line, params)).collect();
+        findings.extend(facing(&View::new(map.map)));
+        findings
+    }
+}
+
+fn height(line: &LineString, params: &Params) -> Option<Finding> {
+    let (id, subject) = (line.id, Subject::LineString(line.id.0));
+    let Some(said) = line.attributes.get("height") else {
+        return Some(Finding::new("height-missing", subject, format!("Traffic light {id} has no height.")));
+    };
+    // What is no number is read as one that cannot be.
+    let height = super::number::leading_number(said).unwrap_or(-1.0);
+    let (low, high) = (params.min_height, params.max_height);
+    (height < low || height > high).then(|| {
+        let message = format!("height={said} of traffic light {id} is outside {low} to {high} m.");
+        let limit = if height < low { low } else { high };
+        Finding::new("height-range", subject, message).measured(height, limit, "m")
+    })
+}
+
+/// Which way the lights hang, seen from where the lanelets that obey them start.
+fn facing(view: &View) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let mut seen_from: BTreeMap<LineStringId, Vec<bool>> = BTreeMap::new();
+    for light in view.elements("traffic_light") {
+        let mut edges = view.referrers(light.id).iter().filter_map(|&at| edge(view, light, &view.lanelets[at]));
+        let Some(first) = edges.next() else { continue };
+        let astray = edges.filter(|other| cosine(first, *other).is_some_and(|cosine| cosine < TOGETHER)).count();
+        let bodies = view.lines(light, "refers").filter(|line| line.attributes.is("subtype", "red_yellow_green"));
+        for body in bodies {
+            let id = body.id;
+            for _ in 0..astray {
+                let message = format!("Traffic light {id} of {} rules lanelets that start in different directions.", light.id);
+                findings.push(
+                    Finding::new("directions", Subject::LineString(id.0), message)
+                        .with(Subject::RegulatoryElement(light.id.0), "element"),
+                );
+            }
+            let points = view.points(body);
+            let along = points.first().zip(points.last()).map(|(a, b)| spot(b) - spot(a));
+            let Some(cosine) = along.and_then(|along| cosine(first, along)) else { continue };
+            seen_from.entry(id).or_default().push(cosine > 0.0);
+        }
+    }
+    for (id, right) in seen_from {
+        let subject = Subject::LineString(id.0);
+        if right.iter().all(|right| !right) {
+            let message = format!("Traffic light {id} hangs right to left for those who obey it.");
+            findings.push(Finding::new("reversed", subject, message));
+        } else if right.contains(&false) {
+            let message = format!("Traffic light {id} hangs left to right for some who obey it, right to left for others.");
+            findings.push(Finding::new("both-ways", subject, message));
+        }
+    }
+    findings
+}
+
+fn cosine(a: Vector3<f64>, b: Vector3<f64>) -> Option<f64> {
+    Some(a.dot(&b) / (a.norm() * b.norm())).filter(|cosine| cosine.is_finite())
+}
+
+/// The end of a lanelet that is nearer to the stop line of a light, from left to right.
+fn edge(view: &View, light: &RegulatoryElement, seen: &Seen) -> Option<Vector3<f64>> {
+    let line = view.points(view.lines(light, "ref_line").next()?);
+    let middle = nalgebra::center(&spot(line.first()?), &spot(line.last()?));
+    let ends = seen.ends()?;
+    let far = |[a, b]: &[&Point; 2]| (nalgebra::center(&spot(a), &spot(b)) - middle).norm();
+    let [a, b] = if far(&ends[1]) < far(&ends[0]) { ends[1] } else { ends[0] };
+    Some(spot(b) - spot(a))
+}

@@ -1,0 +1,72 @@
+//! vm-06-01: a buffer zone is drawn from the points of the lanes beside it.
+
+use rustc_hash::FxHashSet;
+use serde::Deserialize;
+
+use super::Rule;
+use super::view::View;
+use crate::diagnostic::{Finding, Subject};
+use crate::geometry::{Point as Place, polygon, ring};
+use crate::lanelet::index::{MapIndex, extent};
+use crate::lanelet::{PointId, Polygon};
+
+/// A corner sharper than this (deg) turns back on itself.
+const SPIKE: f64 = 1e-6;
+
+/// See `rules/vm-06-01.md`.
+pub struct BufferZone;
+
+/// See the document.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    /// Share of the zone.
+    overlap: f64,
+    /// Whether overlaps of counter-clockwise zones are passed over.
+    clockwise_only: bool,
+}
+
+impl Rule for BufferZone {
+    type Params = Params;
+
+    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+        let view = View::new(map.map);
+        view.polygons("hatched_road_markings").flat_map(|zone| judge(&view, params, zone)).collect()
+    }
+}
+
+fn judge(view: &View, params: &Params, zone: &Polygon) -> Vec<Finding> {
+    let (id, subject) = (zone.id, Subject::Polygon(zone.id.0));
+    let outline = view.ring(zone);
+    let near: Vec<usize> = if outline.is_empty() { Vec::new() } else { view.near(extent(&outline), 0.0) };
+    let lanes = || near.iter().map(|&at| &view.lanelets[at]);
+    let bounds: FxHashSet<PointId> =
+        lanes().flat_map(|seen| seen.left.iter().chain(&seen.right).map(|point| point.id)).collect();
+    let mut findings = Vec::new();
+    let own: Vec<String> = zone.points.iter().filter(|id| !bounds.contains(id)).map(ToString::to_string).collect();
+    if !own.is_empty() {
+        let message = format!("Points of buffer zone {id} belong to no lanelet's bound: {}.", own.join(", "));
+        findings.push(Finding::new("not-shared", subject, message));
+    }
+    if !ring::faults(&outline, SPIKE, 1).is_empty() {
+        findings.push(Finding::new("invalid", subject, format!("Buffer zone {id} is no valid polygon.")));
+        return findings;
+    }
+    if params.clockwise_only && polygon::signed_area(&outline) > 0.0 {
+        return findings;
+    }
+    let area = polygon::signed_area(&outline).abs();
+    for road in lanes().filter(|seen| seen.is("road")) {
+        let share = covered(&outline, &road.outline, area);
+        if share > params.overlap {
+            let message = format!("{:.1} % of buffer zone {id} lies on road lanelet {}.", 100.0 * share, road.id());
+            let finding = Finding::new("overlap", subject, message).with(Subject::Lanelet(road.id().0), "road");
+            findings.push(finding.measured(100.0 * share, 100.0 * params.overlap, "%"));
+        }
+    }
+    findings
+}
+
+fn covered(outline: &[Place], road: &[Place], area: f64) -> f64 {
+    polygon::overlap(outline, road) / area
+}

@@ -1,0 +1,17 @@
+//! vm-06-02: an area without parking has an element that road lanelets refer to.
+
+use super::view::View;
+use super::{NoParams, Rule, area_element};
+use crate::diagnostic::Finding;
+use crate::lanelet::index::MapIndex;
+
+/// See `rules/vm-06-02.md`.
+pub struct NoParking;
+
+impl Rule for NoParking {
+    type Params = NoParams;
+
+    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+        area_element::judge(&View::new(map.map), "no_parking_area")
+    }
+}

@@ -1,0 +1,17 @@
+//! vm-06-05: a detection area has an element with a stop line that road lanelets refer to.
+
+use super::view::View;
+use super::{NoParams, Rule, area_element};
+use crate::diagnostic::Finding;
+use crate::lanelet::index::MapIndex;
+
+/// See `rules/vm-06-05.md`.
+pub struct DetectionArea;
+
+impl Rule for DetectionArea {
+    type Params = NoParams;
+
+    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+        area_element::judge(&View::new(map.map), "detection_area")
+    }
+}
