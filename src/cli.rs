@@ -22,7 +22,7 @@ mod watch;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use check_args::CheckArgs;
+use check_args::{CheckArgs, ProfileArg};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use lanewright::report::failure::Failure;
 
@@ -58,7 +58,11 @@ enum Verb {
         rule: String,
     },
     /// List the rules
-    Rules,
+    Rules {
+        /// With tier4: the validators of TIER IV's existing tool, each with its requirement
+        #[arg(long, value_enum)]
+        profile: Option<ProfileArg>,
+    },
     /// Print the completions of a shell
     Completions {
         /// The shell
@@ -253,7 +257,7 @@ pub fn run() -> ExitCode {
         Verb::Diff(args) => diff::run(&args),
         Verb::Stats(args) => stats::run(&args),
         Verb::Explain { rule } => explain::explain(&rule),
-        Verb::Rules => explain::rules(),
+        Verb::Rules { profile } => explain::rules(profile),
         Verb::Completions { shell } => packaging::completions(shell),
         Verb::Man { dir } => packaging::man(&dir),
     };

@@ -6,6 +6,7 @@ use lanewright::rules;
 use lanewright::settings::covers;
 use lanewright::triage;
 
+use super::check_args::ProfileArg;
 use super::{CLEAN, screen};
 
 /// Prints one rule in full; with a finding's code, that fault first.
@@ -28,8 +29,14 @@ pub fn explain(code: &str) -> Result<u8, Failure> {
     Ok(CLEAN)
 }
 
-/// Prints the list of rules.
-pub fn rules() -> Result<u8, Failure> {
+/// Prints the list of rules, or that of the existing tool's validators.
+pub fn rules(profile: Option<ProfileArg>) -> Result<u8, Failure> {
+    if profile == Some(ProfileArg::Tier4) {
+        let names = rules::tier4::validators().iter();
+        let lines: String = names.map(|one| format!("{}  {}\n", one.name, one.shown_under())).collect();
+        screen::print(&lines)?;
+        return Ok(CLEAN);
+    }
     let table = rules::table().map_err(|error| Failure::new(error.to_string()))?;
     screen::print(&report::list(table.iter().map(|row| &row.requirement).chain(triage::requirement().ok())))?;
     Ok(CLEAN)

@@ -69,7 +69,8 @@ fn fails(args: &CheckArgs, outcome: &Outcome) -> bool {
         FailOn::Info => Some(Severity::Info),
         FailOn::Never => None,
     };
-    let bad = outcome.counts.iter().any(|(severity, count)| *count > 0 && limit.is_some_and(|limit| *severity >= limit));
+    let bad =
+        outcome.counts.iter().any(|(severity, count)| *count > 0 && limit.is_some_and(|limit| *severity >= limit));
     bad || args.max_warnings.is_some_and(|most| count(Severity::Warning) > most)
 }
 

@@ -18,15 +18,8 @@ pub enum Rules {
 }
 
 const CAR: [&str; 4] = ["road", "highway", "play_street", "exit"];
-const LANES: [&str; 7] = [
-    "road_shoulder",
-    "pedestrian_lane",
-    "bicycle_lane",
-    "emergency_lane",
-    "walkway",
-    "stairs",
-    "shared_walkway",
-];
+const LANES: [&str; 7] =
+    ["road_shoulder", "pedestrian_lane", "bicycle_lane", "emergency_lane", "walkway", "stairs", "shared_walkway"];
 
 impl Rules {
     fn participant(self) -> &'static str {

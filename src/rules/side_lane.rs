@@ -29,8 +29,7 @@ pub fn judge(map: &MapIndex, subtype: &str, beside_road: bool) -> Vec<Finding> {
         let other = &view.lanelets[neighbour];
         if beside_road && !other.is("road") {
             let message = format!("The {subtype} lanelet {id} lies beside {}, which is no road.", other.id());
-            findings
-                .push(Finding::new("beside", subject, message).with(Subject::Lanelet(other.id().0), "neighbour"));
+            findings.push(Finding::new("beside", subject, message).with(Subject::Lanelet(other.id().0), "neighbour"));
         }
         if view.map.linestrings.get(free).is_some_and(|line| !line.attributes.is("type", "road_border")) {
             let message = format!("The outer bound {free} of the {subtype} lanelet {id} is no road_border.");

@@ -75,9 +75,10 @@ fn distance(point: &Point, edge: [&Point; 2]) -> f64 {
 /// Distance of a spot from the plane that fits others best.
 fn off_plane(spots: &[Spot], p: Spot) -> Option<f64> {
     let middle = spots.iter().fold(nalgebra::Vector3::zeros(), |sum, spot| sum + spot.coords) / spots.len() as f64;
-    let spread = spots.iter().map(|spot| spot.coords - middle).fold(nalgebra::Matrix3::zeros(), |sum, d| {
-        sum + d * d.transpose()
-    });
+    let spread = spots
+        .iter()
+        .map(|spot| spot.coords - middle)
+        .fold(nalgebra::Matrix3::zeros(), |sum, d| sum + d * d.transpose());
     let eigen = spread.symmetric_eigen();
     let least = eigen.eigenvalues.imin();
     let normal = eigen.eigenvectors.column(least);

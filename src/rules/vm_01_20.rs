@@ -30,11 +30,8 @@ impl Rule for SideBySide {
                 }
                 let kind = |seen: &Seen| seen.tag("subtype").unwrap_or("nothing").to_owned();
                 let (id, name) = (seen.id(), neighbour.id());
-                let message = format!(
-                    "Lanelet {id} ({}) shares a border with lanelet {name} ({}).",
-                    kind(seen),
-                    kind(neighbour)
-                );
+                let message =
+                    format!("Lanelet {id} ({}) shares a border with lanelet {name} ({}).", kind(seen), kind(neighbour));
                 let finding = Finding::new("neighbours", Subject::Lanelet(id.0), message);
                 findings.push(finding.with(Subject::Lanelet(name.0), "neighbour"));
             }

@@ -29,7 +29,11 @@ impl Rule for EndToEnd {
                 }
                 (_, _, Some(next)) => {
                     let theirs = next.tag("subtype").unwrap_or_default();
-                    ("other-kind", next, format!("The {kind} lanelet {id} is continued by {theirs} lanelet {}.", next.id()))
+                    (
+                        "other-kind",
+                        next,
+                        format!("The {kind} lanelet {id} is continued by {theirs} lanelet {}.", next.id()),
+                    )
                 }
                 _ => continue,
             };

@@ -36,9 +36,8 @@ impl Rule for StopLines {
 
 fn unreferenced(map: &MapIndex, view: &View, params: &Params) -> Vec<Finding> {
     let elements = view.map.regulatory_elements.iter();
-    let used: FxHashSet<LineStringId> = elements
-        .flat_map(|element| element.linestrings("ref_line").chain(element.linestrings("refers")))
-        .collect();
+    let used: FxHashSet<LineStringId> =
+        elements.flat_map(|element| element.linestrings("ref_line").chain(element.linestrings("refers"))).collect();
     let lines = view.map.linestrings.iter().filter(|line| line.attributes.is("type", "stop_line"));
     let idle = lines.filter(|line| !used.contains(&line.id));
     idle.filter(|line| params.everywhere || !inside(map, view, line))
@@ -73,7 +72,11 @@ fn judge(view: &View, sign: &RegulatoryElement, params: &Params) -> Vec<Finding>
     };
     for line in signs.into_iter().filter(|line| !is_sign(line)) {
         let wanted = if params.strict { "a stop_sign" } else { "a traffic_sign" };
-        findings.push(about("sign-type", line, format!("Linestring {} of traffic_sign {id} is not {wanted}.", line.id)));
+        findings.push(about(
+            "sign-type",
+            line,
+            format!("Linestring {} of traffic_sign {id} is not {wanted}.", line.id),
+        ));
     }
     // Without a line, only a sign that makes nobody stop is complete.
     if lines.is_empty() {

@@ -55,7 +55,8 @@ fn judge(map: &MapIndex, view: &View, light: &RegulatoryElement, params: &Params
     }
     let on_foot = bodies.iter().all(|line| line.attributes.is("subtype", "red_green"))
         || referrers.iter().all(|seen| seen.is("crosswalk"));
-    let elsewhere = params.everywhere || !referrers.iter().any(|seen| map.lane(seen.id()).is_some_and(|l| map.has_area(l)));
+    let elsewhere =
+        params.everywhere || !referrers.iter().any(|seen| map.lane(seen.id()).is_some_and(|l| map.has_area(l)));
     if stop_lines.is_empty() && !on_foot && elsewhere {
         findings.push(Finding::new("no-stop-line", subject, format!("traffic_light {id} has no stop line.")));
     }

@@ -63,7 +63,8 @@ fn facing(view: &View) -> Vec<Finding> {
         for body in bodies {
             let id = body.id;
             for _ in 0..astray {
-                let message = format!("Traffic light {id} of {} rules lanelets that start in different directions.", light.id);
+                let message =
+                    format!("Traffic light {id} of {} rules lanelets that start in different directions.", light.id);
                 findings.push(
                     Finding::new("directions", Subject::LineString(id.0), message)
                         .with(Subject::RegulatoryElement(light.id.0), "element"),
@@ -81,7 +82,8 @@ fn facing(view: &View) -> Vec<Finding> {
             let message = format!("Traffic light {id} hangs right to left for those who obey it.");
             findings.push(Finding::new("reversed", subject, message));
         } else if right.contains(&false) {
-            let message = format!("Traffic light {id} hangs left to right for some who obey it, right to left for others.");
+            let message =
+                format!("Traffic light {id} hangs left to right for some who obey it, right to left for others.");
             findings.push(Finding::new("both-ways", subject, message));
         }
     }

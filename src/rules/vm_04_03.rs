@@ -29,7 +29,9 @@ impl Rule for Bulbs {
                 match point.attributes.get("color") {
                     None => say("color-missing", format!("Bulb {id} has no color.")),
                     Some("red" | "yellow" | "green") => {}
-                    Some(other) => say("color-invalid", format!("color={other} of bulb {id} is not red, yellow or green.")),
+                    Some(other) => {
+                        say("color-invalid", format!("color={other} of bulb {id} is not red, yellow or green."))
+                    }
                 }
                 match point.attributes.get("arrow") {
                     None | Some("up" | "right" | "left" | "up_right" | "up_left") => {}

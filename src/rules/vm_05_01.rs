@@ -52,7 +52,11 @@ fn judge(view: &View, element: &RegulatoryElement, params: &Params) -> Vec<Findi
         0 => findings.push(Finding::new("no-refers", subject, format!("crosswalk {id} refers to no lanelet."))),
         1 => {}
         count => {
-            findings.push(Finding::new("several-refers", subject, format!("crosswalk {id} refers to {count} lanelets.")));
+            findings.push(Finding::new(
+                "several-refers",
+                subject,
+                format!("crosswalk {id} refers to {count} lanelets."),
+            ));
         }
     }
     let lines: Vec<_> = view.lines(element, "ref_line").collect();

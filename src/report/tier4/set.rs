@@ -57,7 +57,9 @@ impl RequirementSet {
             if !named(&requirement, "id") {
                 return Err(wrong("a requirement has no `id`"));
             }
-            for validator in list(&requirement, "validators").ok_or_else(|| wrong("a requirement has no `validators`"))? {
+            for validator in
+                list(&requirement, "validators").ok_or_else(|| wrong("a requirement has no `validators`"))?
+            {
                 let prerequisites = list(&validator, "prerequisites").unwrap_or_default();
                 if !named(&validator, "name") || !prerequisites.iter().all(|one| named(one, "name")) {
                     return Err(wrong("a validator has no `name`"));

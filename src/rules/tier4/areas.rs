@@ -2,14 +2,14 @@
 
 use rustc_hash::FxHashSet;
 
-use crate::rules::graph::{Graph, Rules};
-use crate::rules::number::leading_integer;
-use crate::rules::view::{Seen, View, boxes_meet, covered_by};
 use super::{Issue, Params, issue};
 use crate::diagnostic::Subject;
 use crate::geometry::{Point as Place, polygon, ring};
 use crate::lanelet::index::extent;
 use crate::lanelet::{LaneletId, PointId, Polygon, PolygonId};
+use crate::rules::graph::{Graph, Rules};
+use crate::rules::number::leading_integer;
+use crate::rules::view::{Seen, View, boxes_meet, covered_by};
 
 /// Share of a lanelet that an area has to cover for the lanelet to lie in it.
 const COVER: f64 = 0.99;
@@ -76,10 +76,9 @@ fn coverage(seen: &Seen, tag: Option<i64>, area: PolygonId, outline: &[Place]) -
     let covered = seen.share(outline) >= COVER;
     let (number, message) = match (covered, tag) {
         (true, None) => (1, format!("Lanelet {id} lies in intersection_area {area} but is not tagged with it.")),
-        (true, Some(other)) if !own => (
-            2,
-            format!("Lanelet {id} lies in intersection_area {area} but is tagged with {other}."),
-        ),
+        (true, Some(other)) if !own => {
+            (2, format!("Lanelet {id} lies in intersection_area {area} but is tagged with {other}."))
+        }
         (false, Some(_)) if own => {
             (3, format!("Lanelet {id} is tagged with intersection_area {area} but does not lie in it."))
         }
@@ -191,7 +190,8 @@ pub fn segment_type(view: &View, _: &Params) -> Vec<Issue> {
             area.points.iter().filter(|id| !known.contains(id)).map(ToString::to_string).collect();
         if !strange.is_empty() {
             let (id, points) = (area.id, strange.join(", "));
-            let message = format!("Points of intersection_area {id} lie on no road border and no lanelet's end: {points}.");
+            let message =
+                format!("Points of intersection_area {id} lie on no road border and no lanelet's end: {points}.");
             issues.push(issue(1, Subject::Polygon(id.0), message));
         }
     }

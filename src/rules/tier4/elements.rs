@@ -3,11 +3,11 @@
 
 use std::collections::BTreeSet;
 
-use crate::rules::graph::{Graph, Rules};
-use crate::rules::view::View;
 use super::{Issue, Params, issue};
 use crate::diagnostic::Subject;
 use crate::lanelet::{LaneletId, LineString, RegulatoryElement};
+use crate::rules::graph::{Graph, Rules};
+use crate::rules::view::View;
 
 fn element(found: &RegulatoryElement) -> Subject {
     Subject::RegulatoryElement(found.id.0)
@@ -27,7 +27,11 @@ pub fn road_markings(view: &View, _: &Params) -> Vec<Issue> {
             issues.push(issue(1, element(marking), format!("road_marking {id} must have one refers and no ref_line.")));
         }
         for other in refers.into_iter().filter(|other| !other.attributes.is("type", "stop_line")) {
-            issues.push(issue(2, line(other), format!("Linestring {} of road_marking {id} is no stop_line.", other.id)));
+            issues.push(issue(
+                2,
+                line(other),
+                format!("Linestring {} of road_marking {id} is no stop_line.", other.id),
+            ));
         }
     }
     issues
@@ -44,9 +48,9 @@ fn parts(view: &View, light: &RegulatoryElement, params: &Params) -> Vec<Issue> 
     let supported: Vec<&str> = supported.iter().map(String::as_str).collect();
     let mut issues = Vec::new();
     let typed = |number, role: &str, types: &[&str]| -> Vec<Issue> {
-        let wrong = view.lines(light, role).filter(|found| {
-            !found.attributes.get("type").is_some_and(|kind| types.contains(&kind))
-        });
+        let wrong = view
+            .lines(light, role)
+            .filter(|found| !found.attributes.get("type").is_some_and(|kind| types.contains(&kind)));
         let types = types.join(" or ");
         wrong
             .map(|found| {
@@ -69,7 +73,8 @@ fn parts(view: &View, light: &RegulatoryElement, params: &Params) -> Vec<Issue> 
     issues.extend(typed(6, "refers", &supported));
     let (diagonal, limit) = (view.diagonal(light), params.number("max_bounding_box_size"));
     if diagonal > limit {
-        let message = format!("virtual_traffic_light {id} and its lanelets spread over {diagonal:.0} m, more than {limit} m.");
+        let message =
+            format!("virtual_traffic_light {id} and its lanelets spread over {diagonal:.0} m, more than {limit} m.");
         issues.push(issue(7, element(light), message));
     }
     issues
@@ -105,7 +110,8 @@ pub fn turn_signal(view: &View, params: &Params) -> Vec<Issue> {
         if !found.is_empty() {
             let id = seen.id();
             let others: Vec<String> = found.iter().map(LaneletId::to_string).collect();
-            let message = format!("Blinker for {id} starts {limit} m ahead, before the opposite turn {}.", others.join(","));
+            let message =
+                format!("Blinker for {id} starts {limit} m ahead, before the opposite turn {}.", others.join(","));
             issues.push(issue(1, Subject::Lanelet(id.0), message));
         }
     }

@@ -166,7 +166,9 @@ impl Params {
             let value = match own {
                 None => shipped,
                 // The user's file replaces the tool's as a whole; what it lacks, or misspells, falls back.
-                Some(own) => own.and_then(|own| own.get(name)).filter(|value| fits(value, fallback)).unwrap_or(fallback),
+                Some(own) => {
+                    own.and_then(|own| own.get(name)).filter(|value| fits(value, fallback)).unwrap_or(fallback)
+                }
             };
             (name.clone(), value.clone())
         });

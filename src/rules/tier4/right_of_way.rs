@@ -5,12 +5,12 @@ use std::collections::BTreeSet;
 
 use rustc_hash::FxHashSet;
 
-use crate::rules::graph::{Graph, Rules};
-use crate::rules::view::{Seen, View};
 use super::{Issue, Params, issue};
 use crate::diagnostic::Subject;
 use crate::geometry::Vector;
 use crate::lanelet::{LaneletId, RegulatoryElement};
+use crate::rules::graph::{Graph, Rules};
+use crate::rules::view::{Seen, View};
 
 /// From this share of a lanelet's area on, an overlap is one that has to be listed.
 const REAL: f64 = 0.01;
@@ -67,7 +67,10 @@ impl<'a, 'm> Case<'a, 'm> {
             about(numbers[0], format!("right_of_way {id} of lanelet {own} does not list lanelet {other} as yield."))
         });
         let needless = listed.difference(expected).map(|other| {
-            about(numbers[1], format!("right_of_way {id} of lanelet {own} lists lanelet {other} as yield without need."))
+            about(
+                numbers[1],
+                format!("right_of_way {id} of lanelet {own} lists lanelet {other} as yield without need."),
+            )
         });
         missing.chain(needless).collect()
     }
@@ -144,8 +147,9 @@ pub fn without_traffic_lights(view: &View, _: &Params) -> Vec<Issue> {
         .filter(|case| case.turn().is_some() || case.seen.tag("intersection_area").is_some())
         .collect();
     let unruled = concerned.iter().filter(|case| !case.has("traffic_light") && !case.has("virtual_traffic_light"));
-    let mut issues: Vec<Issue> =
-        unruled.flat_map(|case| case.elements().into_iter().flat_map(move |element| unsignalised(case, element))).collect();
+    let mut issues: Vec<Issue> = unruled
+        .flat_map(|case| case.elements().into_iter().flat_map(move |element| unsignalised(case, element)))
+        .collect();
     issues.extend(areas_without(&concerned));
     issues
 }

@@ -1,13 +1,13 @@
 //! Sections of virtual traffic lights as the existing validator judges them: the order of their lines along the way
 //! (vm-03-16), and two sections on one way (vm-03-18).
 
-use crate::rules::graph::{Graph, Rules};
-use crate::rules::view::{Seen, Spot, View, boxes_meet, covered_by, spot};
 use super::{Issue, Params, issue};
 use crate::diagnostic::Subject;
 use crate::geometry::{Point as Place, Polyline, polygon};
 use crate::lanelet::index::extent;
 use crate::lanelet::{LineString, RegulatoryElement};
+use crate::rules::graph::{Graph, Rules};
+use crate::rules::view::{Seen, Spot, View, boxes_meet, covered_by, spot};
 
 /// A start line farther than this (m, in space) from every lanelet lies on none.
 const REACH: f64 = 1.0;
@@ -133,11 +133,13 @@ fn order(view: &View, graph: &Graph, light: &RegulatoryElement) -> Vec<Issue> {
     }
     let start_places = view.places(start);
     if pairs.iter().any(|&(_, at)| touches(&start_places, &view.lanelets[at].outline)) {
-        let message = format!("start_line {} of virtual_traffic_light {id} touches a lanelet behind the stop line.", start.id);
+        let message =
+            format!("start_line {} of virtual_traffic_light {id} touches a lanelet behind the stop line.", start.id);
         issues.push(issue(3, start_subject, message));
         return issues;
     }
-    issues.extend(pairs.into_iter().filter_map(|(end, to)| along_way(view, graph, light, [start, stop, end], from, to)));
+    issues
+        .extend(pairs.into_iter().filter_map(|(end, to)| along_way(view, graph, light, [start, stop, end], from, to)));
     issues
 }
 
@@ -152,12 +154,14 @@ fn along_way(
 ) -> Option<Issue> {
     let (id, [_, stop, end]) = (light.id, lines);
     let Some(path) = graph.path(from, to) else {
-        let message = format!("No way leads from the start_line of virtual_traffic_light {id} to its end_line {}.", end.id);
+        let message =
+            format!("No way leads from the start_line of virtual_traffic_light {id} to its end_line {}.", end.id);
         return Some(issue(4, about(light), message));
     };
     let way = Way::along(view, &path)?;
     if share_inside(&view.places(stop), &way.outline()) < ON_WAY {
-        let message = format!("ref_line {} of virtual_traffic_light {id} does not lie on the way to {}.", stop.id, end.id);
+        let message =
+            format!("ref_line {} of virtual_traffic_light {id} does not lie on the way to {}.", stop.id, end.id);
         return Some(issue(5, Subject::LineString(stop.id.0), message));
     }
     let stations = lines.map(|line| way.stations(&view.places(line)));
@@ -180,7 +184,8 @@ struct Way {
 
 impl Way {
     fn along(view: &View, path: &[usize]) -> Option<Self> {
-        let joined = |side: fn(&Seen) -> Vec<Place>| Polyline::new(path.iter().flat_map(|&at| side(&view.lanelets[at])));
+        let joined =
+            |side: fn(&Seen) -> Vec<Place>| Polyline::new(path.iter().flat_map(|&at| side(&view.lanelets[at])));
         Some(Self {
             left: joined(|seen| seen.left.iter().map(|point| point.position).collect())?,
             right: joined(|seen| seen.right.iter().map(|point| point.position).collect())?,
@@ -217,8 +222,7 @@ pub fn section_overlap(view: &View, params: &Params) -> Vec<Issue> {
         Some(Section { light, path })
     };
     let lights = |at: usize| view.elements_of(&view.lanelets[at], "virtual_traffic_light").next();
-    let sections: Vec<Section> =
-        (0..view.lanelets.len()).filter_map(|at| section(at, lights(at)?)).collect();
+    let sections: Vec<Section> = (0..view.lanelets.len()).filter_map(|at| section(at, lights(at)?)).collect();
     let boxes: Vec<[Place; 2]> = sections.iter().map(|section| box_of(view, &section.path)).collect();
     let mut issues: Vec<Issue> = Vec::new();
     for (own, reach) in sections.iter().zip(&boxes) {
@@ -230,10 +234,8 @@ pub fn section_overlap(view: &View, params: &Params) -> Vec<Issue> {
             let met = own.light.id != other.light.id && near && is_target(view, other.light, &targets);
             if met && !said.contains(&id) && overlap(view, own, other) {
                 said.push(id);
-                let message = format!(
-                    "The sections of virtual_traffic_light {} and {id} overlap on one way.",
-                    own.light.id
-                );
+                let message =
+                    format!("The sections of virtual_traffic_light {} and {id} overlap on one way.", own.light.id);
                 issues.push(issue(1, about(own.light), message));
             }
         }
@@ -257,7 +259,8 @@ fn overlap(view: &View, own: &Section, other: &Section) -> bool {
 
 /// What two ways have in common, if one holds the other or ends where the other begins.
 fn common(a: &[usize], b: &[usize]) -> Vec<usize> {
-    let holds = |long: &[usize], short: &[usize]| !short.is_empty() && long.windows(short.len()).any(|part| part == short);
+    let holds =
+        |long: &[usize], short: &[usize]| !short.is_empty() && long.windows(short.len()).any(|part| part == short);
     if holds(a, b) {
         return b.to_vec();
     }
@@ -265,7 +268,10 @@ fn common(a: &[usize], b: &[usize]) -> Vec<usize> {
         return a.to_vec();
     }
     let tail_meets_head = |a: &[usize], b: &[usize]| {
-        (1..=a.len().min(b.len())).rev().find(|&count| a[a.len() - count..] == b[..count]).map(|count| b[..count].to_vec())
+        (1..=a.len().min(b.len()))
+            .rev()
+            .find(|&count| a[a.len() - count..] == b[..count])
+            .map(|count| b[..count].to_vec())
     };
     tail_meets_head(a, b).or_else(|| tail_meets_head(b, a)).unwrap_or_default()
 }
