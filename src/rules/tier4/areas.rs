@@ -70,7 +70,8 @@ fn is_turning(seen: &Seen) -> bool {
 fn coverage(seen: &Seen, tag: Option<i64>, area: PolygonId, outline: &[Place]) -> Option<Issue> {
     let id = seen.id();
     let own = tag == Some(area.0);
-    if !own && !(seen.is("road") && boxes_meet(seen.extent, extent(outline))) {
+    let candidate = seen.is("road") && boxes_meet(seen.extent, extent(outline));
+    if !own && !candidate {
         return None;
     }
     let covered = seen.share(outline) >= COVER;
