@@ -1,6 +1,6 @@
 //! Smooth curves between two directed places, and lines beside them.
 
-use super::{Point, Vector, angle_between, left_of, line_crossing, segment_crossing};
+use super::{Point, Vector, angle_between, cross, left_of, line_crossing, segment_crossing};
 
 /// A place and the unit direction in which a curve passes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,12 +11,14 @@ pub struct Pose {
     pub heading: Vector,
 }
 
-/// Longest distance between neighbours on bends, metres: Autoware's paths are resampled at one metre.
-const BEND_STEP: f64 = 1.0;
+/// A line leaves the curve it stands for by at most this, metres: a tenth of a wide painted line.
+const SAGITTA: f64 = 0.01;
+/// The outer bound of a lane lies this far, metres, outside the curve in its middle; it bends as much and is longer.
+const OUTSIDE: f64 = 2.0;
 /// Longest distance between neighbours on straights, metres.
 const STRAIGHT_STEP: f64 = 3.0;
-/// Largest change of direction between neighbours, radians (4 degrees).
-const TURN_STEP: f64 = 4.0 * std::f64::consts::PI / 180.0;
+/// Largest change of direction between neighbours, radians (5 degrees).
+const TURN_STEP: f64 = 5.0 * std::f64::consts::PI / 180.0;
 /// Below this change of direction (2 degrees) two lines count as parallel, and a cubic joins them.
 const PARALLEL: f64 = 2.0 * std::f64::consts::PI / 180.0;
 /// Above this change of direction (150 degrees) the tangents meet too far away for an arc between them.
@@ -52,7 +54,7 @@ fn fillet(from: Pose, to: Pose) -> Option<Vec<Pose>> {
     let end = to.point - to.heading * (after - tangent);
     let centre = start + left_of(from.heading) * radius * turn.signum();
     let mut poses = straight(from.point, start, from.heading);
-    let pieces = (radius * turn.abs() / BEND_STEP).max(turn.abs() / TURN_STEP).ceil().max(1.0) as usize;
+    let pieces = (radius * turn.abs() * density(1.0 / radius)).ceil().max(1.0) as usize;
     for i in 0..=pieces {
         let rotation = nalgebra::Rotation2::new(turn * i as f64 / pieces as f64);
         poses.push(Pose { point: centre + rotation * (start - centre), heading: rotation * from.heading });
@@ -60,6 +62,12 @@ fn fillet(from: Pose, to: Pose) -> Option<Vec<Pose>> {
     let tail = straight(to.point, end, to.heading);
     poses.extend(tail.into_iter().rev());
     Some(poses)
+}
+
+/// How many places a metre a curve needs where it bends this much (1 / radius).
+fn density(curvature: f64) -> f64 {
+    let arc = (curvature * (1.0 + OUTSIDE * curvature) / (8.0 * SAGITTA)).sqrt();
+    arc.max(curvature / TURN_STEP).max(1.0 / STRAIGHT_STEP)
 }
 
 /// Places from `from` toward `to`, without `to`.
@@ -79,28 +87,52 @@ fn cubic(from: Pose, to: Pose) -> Vec<Pose> {
     let handle = chord * (1.0 / (3.0 * (turn / 4.0).cos().powi(2))).max(0.4);
     let [a, d] = [from.point, to.point];
     let [b, c] = [a + from.heading * handle, d - to.heading * handle];
-    let bend = angle_between(from.heading, d - a).abs() + angle_between(d - a, to.heading).abs();
-    // Places at even steps of the parameter lie a little further apart in the middle of the curve.
-    const EASE: f64 = 1.25;
-    let step = if bend < PARALLEL { STRAIGHT_STEP / EASE } else { BEND_STEP };
-    let pieces = (chord / step).max(1.5 * bend / TURN_STEP).ceil().max(1.0) as usize;
-    (0..=pieces)
+    let at = |t: f64| {
+        let u = 1.0 - t;
+        let point = a.coords * (u * u * u)
+            + b.coords * (3.0 * u * u * t)
+            + c.coords * (3.0 * u * t * t)
+            + d.coords * (t * t * t);
+        let speed = ((b - a) * (u * u) + (c - b) * (2.0 * u * t) + (d - c) * (t * t)) * 3.0;
+        let change = ((c - b) - (b - a)) * (6.0 * u) + ((d - c) - (c - b)) * (6.0 * t);
+        (point.into(), speed, change)
+    };
+    let mut poses: Vec<Pose> = parameters(at)
+        .into_iter()
+        .map(|t| {
+            let (point, speed, _) = at(t);
+            Pose { point, heading: speed.try_normalize(1e-9).unwrap_or(from.heading) }
+        })
+        .collect();
+    poses.insert(0, from);
+    poses.push(to);
+    poses
+}
+
+/// The parameters between 0 and 1 where a curve needs places: close where it bends, far apart where it does not. `at`
+/// gives place, speed and change of speed.
+fn parameters(at: impl Fn(f64) -> (Point, Vector, Vector)) -> Vec<f64> {
+    /// The curve is looked at in so many steps.
+    const STEPS: usize = 32;
+    /// Within a step, places are not spread quite evenly.
+    const MARGIN: f64 = 1.02;
+    let mut sums = vec![0.0];
+    for i in 0..STEPS {
+        let (_, speed, change) = at((i as f64 + 0.5) / STEPS as f64);
+        let length = speed.norm();
+        // Where a curve all but stands still it bends without bound.
+        let curvature = (cross(speed, change).abs() / (length * length * length)).min(1.0 / MIN_SPACING);
+        sums.push(sums[i] + MARGIN * density(curvature) * length / STEPS as f64);
+    }
+    let pieces = sums[STEPS].ceil().max(1.0);
+    let mut step = 0;
+    (1..pieces as usize)
         .map(|i| {
-            let t = i as f64 / pieces as f64;
-            let u = 1.0 - t;
-            let point = a.coords * (u * u * u)
-                + b.coords * (3.0 * u * u * t)
-                + c.coords * (3.0 * u * t * t)
-                + d.coords * (t * t * t);
-            let speed = (b - a) * (u * u) + (c - b) * (2.0 * u * t) + (d - c) * (t * t);
-            let heading = if i == 0 {
-                from.heading
-            } else if i == pieces {
-                to.heading
-            } else {
-                speed.try_normalize(1e-9).unwrap_or(from.heading)
-            };
-            Pose { point: point.into(), heading }
+            let wanted = sums[STEPS] * i as f64 / pieces;
+            while step + 1 < STEPS && sums[step + 1] < wanted {
+                step += 1;
+            }
+            (step as f64 + (wanted - sums[step]) / (sums[step + 1] - sums[step])) / STEPS as f64
         })
         .collect()
 }
@@ -210,6 +242,19 @@ mod tests {
                 assert!((w[1].point - w[0].point).norm() <= STRAIGHT_STEP + 1e-9);
             }
         }
+    }
+
+    #[test]
+    fn the_line_keeps_to_the_curve_with_few_places() {
+        let gentle = join(pose(0.0, 0.0, 0.0), pose(60.0, 20.0, 37.0));
+        assert!(gentle.len() < 30, "{}", gentle.len());
+        for w in beside(&gentle, -1.75, -1.75).windows(3) {
+            let turn = angle_between(w[1] - w[0], w[2] - w[1]).abs();
+            let sagitta = (w[1] - w[0]).norm() * turn / 8.0;
+            assert!(sagitta < 1.2 * SAGITTA, "{sagitta}");
+        }
+        let straight = join(pose(0.0, 0.0, 0.0), pose(30.0, 0.0, 0.0));
+        assert!(straight.len() <= 12, "{}", straight.len());
     }
 
     #[test]
