@@ -1,6 +1,7 @@
 //! `build`: OpenStreetMap in, a map directory out.
 
-use std::fmt::Write;
+use std::fmt::Write as _;
+use std::io::Write;
 
 use lanewright::builder::road_network::DrivingSide;
 use lanewright::builder::{BuildError, BuildOptions, Built, Summary, build};
@@ -33,21 +34,15 @@ pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
     };
     let built = build(&osm, &options).map_err(|error| build_failure(error, args))?;
     progress.next("writing");
-    let mut map = Vec::new();
-    lanelet::to_osm(&built.map, &built.projector, &mut map)
-        .map_err(|error| Failure::new(format!("the map cannot be written: {error}")))?;
     let info = write_info(&built.projector, VerticalDatum::default());
     let settings = toml::to_string(&built.settings)
         .map_err(|error| Failure::new(format!("the settings cannot be written: {error}")))?;
     let settings = format!("{SETTINGS_HEAD}{settings}");
-    files::publish(
-        &args.output,
-        &[
-            ("lanelet2_map.osm", &map),
-            ("map_projector_info.yaml", info.as_bytes()),
-            ("lanewright.toml", settings.as_bytes()),
-        ],
-    )?;
+    let mut draft = files::Draft::new(&args.output)?;
+    draft.write("lanelet2_map.osm", |file| lanelet::to_osm(&built.map, &built.projector, file))?;
+    draft.write("map_projector_info.yaml", |file| file.write_all(info.as_bytes()))?;
+    draft.write("lanewright.toml", |file| file.write_all(settings.as_bytes()))?;
+    draft.publish()?;
     drop(progress);
     screen::print(&summary(args, &built))?;
     Ok(CLEAN)

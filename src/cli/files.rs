@@ -5,35 +5,62 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use lanewright::report::failure::Failure;
+use tempfile::TempDir;
 
-/// Writes files into `dir`, made if it is not there: first all of them beside their places, then each moved there.
+/// Writes files into `dir`, made if it is not there, all or none.
 pub fn publish(dir: &Path, files: &[(&str, &[u8])]) -> Result<(), Failure> {
-    let failed = |what: &str, path: &Path, error: io::Error| {
-        Failure::new(format!("cannot {what} {}: {error}", path.display()))
-            .help("nothing was changed; check the place's permissions and free space")
-    };
-    fs::create_dir_all(dir).map_err(|e| failed("make the directory", dir, e))?;
-    // Within `dir`, because a move is atomic only on one file system.
-    let draft =
-        tempfile::Builder::new().prefix(".lanewright-").tempdir_in(dir).map_err(|e| failed("write into", dir, e))?;
+    let mut draft = Draft::new(dir)?;
     for (name, bytes) in files {
-        let path = draft.path().join(name);
-        write(&path, bytes).map_err(|e| failed("write", &dir.join(name), e))?;
-        if dir.join(name).is_dir() {
-            return Err(Failure::new(format!("{} is a directory", dir.join(name).display()))
-                .help("nothing was changed; move it away or give another output"));
-        }
+        draft.write(name, |file| file.write_all(bytes))?;
     }
-    for (name, _) in files {
-        fs::rename(draft.path().join(name), dir.join(name)).map_err(|e| failed("write", &dir.join(name), e))?;
-    }
-    Ok(())
+    draft.publish()
 }
 
-fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut file = File::create(path)?;
-    file.write_all(bytes)?;
-    file.sync_all()
+/// Files that stand beside their places until all of them are good.
+pub struct Draft<'a> {
+    dir: &'a Path,
+    beside: TempDir,
+    names: Vec<String>,
+}
+
+impl<'a> Draft<'a> {
+    /// Begins a draft of files in `dir`, which is made if it is not there.
+    pub fn new(dir: &'a Path) -> Result<Self, Failure> {
+        fs::create_dir_all(dir).map_err(|e| failed("make the directory", dir, e))?;
+        // Within `dir`, because a move is atomic only on one file system.
+        let beside = tempfile::Builder::new().prefix(".lanewright-").tempdir_in(dir);
+        Ok(Self { dir, beside: beside.map_err(|e| failed("write into", dir, e))?, names: Vec::new() })
+    }
+
+    /// Writes a file, by a function that need not hold all of it in memory.
+    pub fn write(&mut self, name: &str, content: impl FnOnce(&mut File) -> io::Result<()>) -> Result<(), Failure> {
+        let place = self.dir.join(name);
+        let written = File::create(self.beside.path().join(name)).and_then(|mut file| {
+            content(&mut file)?;
+            file.sync_all()
+        });
+        written.map_err(|e| failed("write", &place, e))?;
+        if place.is_dir() {
+            return Err(Failure::new(format!("{} is a directory", place.display()))
+                .help("nothing was changed; move it away or give another output"));
+        }
+        self.names.push(name.to_owned());
+        Ok(())
+    }
+
+    /// Moves all files to their places.
+    pub fn publish(self) -> Result<(), Failure> {
+        for name in &self.names {
+            let place = self.dir.join(name);
+            fs::rename(self.beside.path().join(name), &place).map_err(|e| failed("write", &place, e))?;
+        }
+        Ok(())
+    }
+}
+
+fn failed(what: &str, path: &Path, error: io::Error) -> Failure {
+    Failure::new(format!("cannot {what} {}: {error}", path.display()))
+        .help("nothing was changed; check the place's permissions and free space")
 }
 
 #[cfg(test)]

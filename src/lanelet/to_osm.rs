@@ -1,33 +1,71 @@
 //! Writes a map as the OSM XML that Autoware reads: nodes, ways, relations, each by ascending id, always the same bytes.
 
+use std::fmt::Write as _;
 use std::io::{self, Write};
 
-use super::{Attributes, Lanelet, LaneletMap, Point, RegulatoryElement, Shelf, Shelved, Target};
-use crate::osm::{ElementKind, MetaInfo, OsmWriter, Text};
+use rayon::prelude::*;
+
+use super::{Attributes, Lanelet, LaneletMap, LineString, Point, Polygon, RegulatoryElement, Shelf, Shelved, Target};
+use crate::osm::{ElementKind, MetaInfo, OsmText, Text, fixed};
 use crate::projection::{LonLat, Projector};
 
-/// Steps of `local_x` and `local_y` in a metre: a tenth of a millimetre, as in the official maps.
-const LOCAL_STEPS: f64 = 1e4;
+/// Decimals of `local_x` and `local_y`: a tenth of a millimetre, as in the official maps.
+const LOCAL_DECIMALS: usize = 4;
+
+/// Elements whose text one thread makes at a time: some hundred kilobytes.
+const CHUNK: usize = 1 << 11;
+/// Chunks that are made before they are written: their text is held in memory.
+const CHUNKS: usize = 16;
 
 /// Writes the map. Points without `lonlat` get it from their position by way of the projector; `local_x` and `local_y`
 /// are always the position.
-pub fn to_osm(map: &LaneletMap, projector: &Projector, out: impl Write) -> io::Result<()> {
+pub fn to_osm(map: &LaneletMap, projector: &Projector, mut out: impl Write + Send) -> io::Result<()> {
     let format_version = map.format_version.clone().unwrap_or_else(|| Text::const_new("2"));
     let meta = MetaInfo { format_version: Some(format_version), map_version: Some(Text::const_new("1")) };
-    let mut writer = OsmWriter::new(out, &meta)?;
-    let points = sorted(&map.points);
-    for (point, place) in points.iter().zip(places(&points, projector)) {
-        node(&mut writer, point, place)?;
-    }
-    ways(map, &mut writer)?;
-    relations(map, &mut writer)?;
-    writer.finish()
+    out.write_all(OsmText::head(&meta).as_bytes())?;
+    write_all(&mut out, &sorted(&map.points), |points, text| {
+        let mut numbers = Numbers::default();
+        for (point, place) in points.iter().zip(places(points, projector)) {
+            node(text, point, place, &mut numbers);
+        }
+    })?;
+    write_all(&mut out, &ways(map), |ways, text| ways.iter().for_each(|way| way.write(text)))?;
+    write_all(&mut out, &relations(map), |relations, text| relations.iter().for_each(|one| one.write(text)))?;
+    out.write_all(OsmText::tail().as_bytes())?;
+    out.flush()
 }
 
-fn sorted<T: Shelved>(shelf: &Shelf<T>) -> Vec<&T> {
-    let mut items: Vec<&T> = shelf.iter().collect();
-    items.sort_unstable_by_key(|item| item.id());
-    items
+/// Writes the text of all items in their order; it is made by all threads, while one writes what is made.
+fn write_all<T: Sync>(
+    out: &mut (impl Write + Send),
+    items: &[T],
+    text_of: impl Fn(&[T], &mut OsmText) + Sync,
+) -> io::Result<()> {
+    let made = |items: &[T]| {
+        let mut text = OsmText::default();
+        text_of(items, &mut text);
+        text
+    };
+    let mut ready: Vec<OsmText> = Vec::new();
+    for batch in items.chunks(CHUNK * CHUNKS) {
+        let (written, next) = rayon::join(
+            || ready.iter().try_for_each(|text| out.write_all(text.as_bytes())),
+            || batch.par_chunks(CHUNK).map(made).collect(),
+        );
+        written?;
+        ready = next;
+    }
+    ready.iter().try_for_each(|text| out.write_all(text.as_bytes()))
+}
+
+fn sorted<T: Shelved + Sync>(shelf: &Shelf<T>) -> Vec<&T>
+where
+    T::Id: Send,
+{
+    // The ids stand beside the items while they are sorted: to fetch each from its item takes longer than the sort.
+    let mut items: Vec<(T::Id, &T)> = shelf.iter().map(|item| (item.id(), item)).collect();
+    items.par_sort_unstable_by_key(|(id, _)| *id);
+    items.into_iter().map(|(_, item)| item).collect()
 }
 
 fn places(points: &[&Point], projector: &Projector) -> Vec<Option<LonLat>> {
@@ -41,57 +79,93 @@ fn places(points: &[&Point], projector: &Projector) -> Vec<Option<LonLat>> {
     places
 }
 
-fn node<W: Write>(writer: &mut OsmWriter<W>, point: &Point, place: Option<LonLat>) -> io::Result<()> {
-    // Adding 0 turns -0 into 0.
-    let local = |metres: f64| format!("{:.4}", (metres * LOCAL_STEPS).round() / LOCAL_STEPS + 0.0);
-    let (x, y) = (local(point.position.x), local(point.position.y));
-    let ele = point.ele.map(|ele| (ele + 0.0).to_string());
-    let own = [("local_x", x.as_str()), ("local_y", y.as_str())];
-    let own = own.into_iter().chain(ele.as_deref().map(|ele| ("ele", ele)));
-    writer.node(point.id.0, place, own.chain(point.attributes.iter()))
+/// The text of a node's numbers; kept from node to node, so that no memory is asked for.
+#[derive(Default)]
+struct Numbers {
+    x: String,
+    y: String,
+    ele: String,
 }
 
-fn ways<W: Write>(map: &LaneletMap, writer: &mut OsmWriter<W>) -> io::Result<()> {
-    let lines = map.linestrings.iter().map(|l| (l.id.0, &l.points, &l.attributes, false));
-    let polygons = map.polygons.iter().map(|p| (p.id.0, &p.points, &p.attributes, true));
-    let mut ways: Vec<_> = lines.chain(polygons).collect();
-    ways.sort_unstable_by_key(|(id, .., area)| (*id, *area));
-    for (id, points, attributes, area) in ways {
-        let area = (area && !attributes.has("area")).then_some(("area", "yes"));
-        writer.way(id, points.iter().map(|p| p.0), attributes.iter().chain(area))?;
+fn node(text: &mut OsmText, point: &Point, place: Option<LonLat>, Numbers { x, y, ele }: &mut Numbers) {
+    x.clear();
+    fixed(x, point.position.x, LOCAL_DECIMALS);
+    y.clear();
+    fixed(y, point.position.y, LOCAL_DECIMALS);
+    ele.clear();
+    if let Some(metres) = point.ele {
+        // Adding 0 turns -0 into 0.
+        let _ = write!(ele, "{}", metres + 0.0);
     }
-    Ok(())
+    let own = [("local_x", x.as_str()), ("local_y", y.as_str())];
+    let own = own.into_iter().chain(point.ele.map(|_| ("ele", ele.as_str())));
+    text.node(point.id.0, place, own.chain(point.attributes.iter()));
 }
 
-fn relations<W: Write>(map: &LaneletMap, writer: &mut OsmWriter<W>) -> io::Result<()> {
-    let (lanelets, elements) = (sorted(&map.lanelets), sorted(&map.regulatory_elements));
-    let (mut lanelets, mut elements) = (lanelets.into_iter().peekable(), elements.into_iter().peekable());
-    loop {
-        let lanelet_first = match (lanelets.peek(), elements.peek()) {
-            (None, None) => return Ok(()),
-            (lanelet, element) => {
-                element.is_none() || lanelet.is_some_and(|l| element.is_none_or(|e| l.id.0 <= e.id.0))
+/// What becomes a way.
+enum Way<'a> {
+    Line(&'a LineString),
+    Area(&'a Polygon),
+}
+
+fn ways(map: &LaneletMap) -> Vec<Way<'_>> {
+    let lines = map.linestrings.iter().map(Way::Line);
+    let mut ways: Vec<Way> = lines.chain(map.polygons.iter().map(Way::Area)).collect();
+    ways.par_sort_unstable_by_key(|way| match way {
+        Way::Line(line) => (line.id.0, false),
+        Way::Area(area) => (area.id.0, true),
+    });
+    ways
+}
+
+impl Way<'_> {
+    fn write(&self, text: &mut OsmText) {
+        match self {
+            Self::Line(line) => text.way(line.id.0, line.points.iter().map(|p| p.0), line.attributes.iter()),
+            Self::Area(area) => {
+                let tags = area.attributes.iter().chain(given(&area.attributes, "area", "yes"));
+                text.way(area.id.0, area.points.iter().map(|p| p.0), tags);
             }
-        };
-        if lanelet_first {
-            lanelets.next().map_or(Ok(()), |l| write_lanelet(writer, l))?;
-        } else {
-            elements.next().map_or(Ok(()), |e| write_element(writer, e))?;
         }
     }
 }
 
-fn write_lanelet<W: Write>(writer: &mut OsmWriter<W>, lanelet: &Lanelet) -> io::Result<()> {
+/// What becomes a relation.
+enum Relation<'a> {
+    Lanelet(&'a Lanelet),
+    Element(&'a RegulatoryElement),
+}
+
+fn relations(map: &LaneletMap) -> Vec<Relation<'_>> {
+    let lanelets = map.lanelets.iter().map(Relation::Lanelet);
+    let mut relations: Vec<Relation> = lanelets.chain(map.regulatory_elements.iter().map(Relation::Element)).collect();
+    relations.par_sort_unstable_by_key(|relation| match relation {
+        Relation::Lanelet(lanelet) => (lanelet.id.0, false),
+        Relation::Element(element) => (element.id.0, true),
+    });
+    relations
+}
+
+impl Relation<'_> {
+    fn write(&self, text: &mut OsmText) {
+        match self {
+            Self::Lanelet(lanelet) => write_lanelet(text, lanelet),
+            Self::Element(element) => write_element(text, element),
+        }
+    }
+}
+
+fn write_lanelet(text: &mut OsmText, lanelet: &Lanelet) {
     let bounds = [(lanelet.left.line, "left"), (lanelet.right.line, "right")];
     let lines = bounds.into_iter().chain(lanelet.centerline.map(|line| (line, "centerline")));
     let ways = lines.map(|(line, role)| (ElementKind::Way, line.0, role));
     let elements =
         lanelet.regulatory_elements.iter().map(|element| (ElementKind::Relation, element.0, "regulatory_element"));
     let tags = given(&lanelet.attributes, "type", "lanelet").chain(lanelet.attributes.iter());
-    writer.relation(lanelet.id.0, ways.chain(elements), tags)
+    text.relation(lanelet.id.0, ways.chain(elements), tags);
 }
 
-fn write_element<W: Write>(writer: &mut OsmWriter<W>, element: &RegulatoryElement) -> io::Result<()> {
+fn write_element(text: &mut OsmText, element: &RegulatoryElement) {
     let members = element.members.iter().map(|member| {
         let (kind, id) = match member.target {
             Target::Point(id) => (ElementKind::Node, id.0),
@@ -103,7 +177,7 @@ fn write_element<W: Write>(writer: &mut OsmWriter<W>, element: &RegulatoryElemen
     });
     let kind = given(&element.attributes, "type", "regulatory_element");
     let subtype = given(&element.attributes, "subtype", &element.subtype);
-    writer.relation(element.id.0, members, kind.chain(subtype).chain(element.attributes.iter()))
+    text.relation(element.id.0, members, kind.chain(subtype).chain(element.attributes.iter()));
 }
 
 /// A tag that the primitive's kind implies, unless its attributes say it already.

@@ -12,7 +12,7 @@ mod write;
 pub use error::ReadError;
 pub use read::{read_bytes, read_file, read_files};
 pub use tags::{Tags, Text};
-pub use write::OsmWriter;
+pub use write::{OsmText, fixed};
 
 use rustc_hash::FxHashMap;
 
@@ -30,13 +30,20 @@ pub enum ElementKind {
     Relation,
 }
 
-impl std::fmt::Display for ElementKind {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
+impl ElementKind {
+    /// As files write it.
+    pub const fn as_str(self) -> &'static str {
+        match self {
             Self::Node => "node",
             Self::Way => "way",
             Self::Relation => "relation",
-        })
+        }
+    }
+}
+
+impl std::fmt::Display for ElementKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.as_str())
     }
 }
 
@@ -177,6 +184,25 @@ impl OsmData {
             ElementKind::Way => self.way_index.contains_key(&id),
             ElementKind::Relation => self.relation_index.contains_key(&id),
         }
+    }
+
+    /// Forgets which ids repeat, and the index: for a part of a file, of which the whole will know.
+    fn forget_repeats(&mut self) {
+        self.oddities.retain(|oddity| oddity.kind != OddityKind::DuplicateId);
+        self.node_index = FxHashMap::default();
+        self.way_index = FxHashMap::default();
+        self.relation_index = FxHashMap::default();
+    }
+
+    /// Adds what another part of the same file says, behind what is here.
+    fn append(&mut self, part: Self) {
+        self.meta = part.meta.or(self.meta.take());
+        self.generator = part.generator.or(self.generator.take());
+        self.nodes.reserve(part.nodes.len());
+        part.nodes.into_iter().for_each(|node| self.push_node(node));
+        part.ways.into_iter().for_each(|way| self.push_way(way));
+        part.relations.into_iter().for_each(|relation| self.push_relation(relation));
+        self.oddities.extend(part.oddities);
     }
 
     /// Adds a node; a repeated id is noted as an oddity.

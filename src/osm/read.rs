@@ -1,7 +1,11 @@
-//! Reads OpenStreetMap XML, plain or gzip, in one pass over a slice, with the byte position of every element.
+//! Reads OpenStreetMap XML, plain or gzip, with the byte position of every element: small files in one pass over a
+//! slice, large ones in parts that all threads read at the same time.
 
 use std::io::Read;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
+
+mod parts;
 
 use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
@@ -48,6 +52,7 @@ pub fn read_bytes(data: &mut OsmData, name: &str, bytes: Vec<u8>) -> Result<(), 
     let text = String::from_utf8(bytes)
         .map_err(|error| ReadError::NotText { name: name.to_owned(), offset: error.utf8_error().valid_up_to() })?;
     let file = data.sources.len() as u32;
+    let oddities = data.oddities.len();
     if let Err(mut error) = parse(data, file, name, &text) {
         // The error shows the place in the text, so it takes the text along; a copy could be large.
         if let ReadError::Broken { text: shown, .. } = &mut error {
@@ -55,6 +60,7 @@ pub fn read_bytes(data: &mut OsmData, name: &str, bytes: Vec<u8>) -> Result<(), 
         }
         return Err(error);
     }
+    data.oddities[oddities..].sort_by_key(|oddity| oddity.span.start);
     data.sources.push(Source { name: name.to_owned(), text });
     Ok(())
 }
@@ -84,28 +90,60 @@ struct Parser<'a> {
 }
 
 fn parse(data: &mut OsmData, file: u32, name: &str, text: &str) -> Result<(), ReadError> {
-    Parser { data, file, name, text }.run()
+    if let Some(parts) = parts::parse(file, name, text) {
+        parts.into_iter().for_each(|part| data.append(part));
+        return Ok(());
+    }
+    let mut parser = Parser { data, file, name, text };
+    match parser.run(0..text.len(), Place::default())? {
+        Place { depth: 1.., .. } => Err(parser.broken(
+            text.len(),
+            "the file ends in the middle of an element".to_owned(),
+            "the file is cut off; export or download it again",
+        )),
+        Place { seen_root: false, .. } => Err(parser.broken(
+            0,
+            "there is no <osm> element".to_owned(),
+            "expected OpenStreetMap XML, which begins with <?xml or <osm",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Where in the tree of elements reading stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Place {
+    /// How many elements are open: 1 between the children of the root.
+    depth: usize,
+    /// Whether the root was opened.
+    seen_root: bool,
+}
+
+impl Place {
+    /// Between the children of the root.
+    const IN_ROOT: Self = Self { depth: 1, seen_root: true };
 }
 
 impl Parser<'_> {
-    fn run(&mut self) -> Result<(), ReadError> {
-        let mut reader = Reader::from_str(self.text);
-        let mut depth = 0_usize;
-        let mut seen_root = false;
+    /// Reads a range of the text that begins at this place, and says at which place it ends.
+    fn run(&mut self, range: Range<usize>, Place { mut depth, mut seen_root }: Place) -> Result<Place, ReadError> {
+        let mut reader = Reader::from_str(&self.text[range.clone()]);
+        // The end of an element that was open before is seen to below.
+        reader.config_mut().allow_unmatched_ends = depth > 0;
         let mut open: Option<Open> = None;
         loop {
-            let start = reader.buffer_position() as usize;
+            let start = range.start + reader.buffer_position() as usize;
             let event = match reader.read_event() {
                 Ok(event) => event,
                 Err(error) => {
                     return Err(self.broken(
-                        reader.error_position() as usize,
+                        range.start + reader.error_position() as usize,
                         format!("not well-formed XML: {error}"),
                         "the file is damaged or cut off here; export or download it again",
                     ));
                 }
             };
-            let end = reader.buffer_position() as usize;
+            let end = range.start + reader.buffer_position() as usize;
             match event {
                 Event::Start(tag) => {
                     match depth {
@@ -131,6 +169,10 @@ impl Parser<'_> {
                     2 => self.child(&tag, start, open.as_mut())?,
                     _ => {}
                 },
+                Event::End(tag) if depth == 0 || (depth == 1 && tag.name().as_ref() != "osm") => {
+                    let message = format!("</{}> closes nothing", tag.name().as_ref());
+                    return Err(self.broken(start, message, "the file is damaged here; export or download it again"));
+                }
                 Event::End(_) => {
                     depth = depth.saturating_sub(1);
                     if depth == 1 {
@@ -148,21 +190,7 @@ impl Parser<'_> {
                 _ => {}
             }
         }
-        if depth > 0 {
-            return Err(self.broken(
-                self.text.len(),
-                "the file ends in the middle of an element".to_owned(),
-                "the file is cut off; export or download it again",
-            ));
-        }
-        if !seen_root {
-            return Err(self.broken(
-                0,
-                "there is no <osm> element".to_owned(),
-                "expected OpenStreetMap XML, which begins with <?xml or <osm",
-            ));
-        }
-        Ok(())
+        Ok(Place { depth, seen_root })
     }
 
     fn root(&mut self, tag: &BytesStart<'_>, start: usize) -> Result<(), ReadError> {

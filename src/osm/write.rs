@@ -1,6 +1,6 @@
 //! Writes OpenStreetMap XML, one tag a line, so that a small change of a map is a small change of its text.
 
-use std::io::{self, BufWriter, Write};
+use std::fmt::Write;
 
 use super::{ElementKind, MetaInfo};
 use crate::projection::LonLat;
@@ -8,55 +8,67 @@ use crate::projection::LonLat;
 /// Decimals of latitude and longitude: a micrometre.
 const DECIMALS: usize = 11;
 
-/// Writes one file. Elements come out in the order of the calls; JOSM and Lanelet2 like nodes, ways, relations.
-#[derive(Debug)]
-pub struct OsmWriter<W: Write> {
-    out: BufWriter<W>,
+/// The text of elements, in the order of the calls; JOSM and Lanelet2 like nodes, ways, relations. Texts of parts of a
+/// map may be made apart and written one behind the other.
+#[derive(Debug, Default)]
+pub struct OsmText {
+    text: String,
 }
 
-impl<W: Write> OsmWriter<W> {
-    /// Opens the document.
-    pub fn new(out: W, meta: &MetaInfo) -> io::Result<Self> {
-        let mut out = BufWriter::new(out);
-        out.write_all(b"<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<osm version=\"0.6\" generator=\"lanewright\">\n")?;
+impl OsmText {
+    /// What stands before the first element.
+    pub fn head(meta: &MetaInfo) -> Self {
+        let mut text = Self::default();
+        text.put("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<osm version=\"0.6\" generator=\"lanewright\">\n");
         let versions = [("format_version", &meta.format_version), ("map_version", &meta.map_version)];
         if versions.iter().any(|(_, v)| v.is_some()) {
-            out.write_all(b"  <MetaInfo")?;
+            text.put("  <MetaInfo");
             for (name, version) in versions {
                 if let Some(version) = version {
-                    write!(out, " {name}=\"")?;
-                    escaped(&mut out, version)?;
-                    out.write_all(b"\"")?;
+                    text.put(" ");
+                    text.put(name);
+                    text.put("=\"");
+                    text.escaped(version);
+                    text.put("\"");
                 }
             }
-            out.write_all(b"/>\n")?;
+            text.put("/>\n");
         }
-        Ok(Self { out })
+        text
+    }
+
+    /// What stands behind the last element.
+    pub fn tail() -> Self {
+        Self { text: "</osm>\n".to_owned() }
+    }
+
+    /// The text so far.
+    pub fn as_bytes(&self) -> &[u8] {
+        self.text.as_bytes()
     }
 
     /// A node; without a place, `lat` and `lon` are empty, as in other editors' maps without projection.
-    pub fn node<'t>(
-        &mut self,
-        id: i64,
-        place: Option<LonLat>,
-        tags: impl IntoIterator<Item = (&'t str, &'t str)>,
-    ) -> io::Result<()> {
-        match place {
-            Some(LonLat { lon, lat }) => write!(
-                self.out,
-                "  <node id=\"{id}\" version=\"1\" lat=\"{:.DECIMALS$}\" lon=\"{:.DECIMALS$}\"",
-                lat + 0.0,
-                lon + 0.0
-            )?,
-            None => write!(self.out, "  <node id=\"{id}\" version=\"1\" lat=\"\" lon=\"\"")?,
+    pub fn node<'t>(&mut self, id: i64, place: Option<LonLat>, tags: impl IntoIterator<Item = (&'t str, &'t str)>) {
+        self.put("  <node id=\"");
+        self.integer(id);
+        self.put("\" version=\"1\" lat=\"");
+        if let Some(LonLat { lat, .. }) = place {
+            fixed(&mut self.text, lat, DECIMALS);
         }
-        let mut tags = tags.into_iter().peekable();
-        if tags.peek().is_none() {
-            return self.out.write_all(b"/>\n");
+        self.put("\" lon=\"");
+        if let Some(LonLat { lon, .. }) = place {
+            fixed(&mut self.text, lon, DECIMALS);
         }
-        self.out.write_all(b">\n")?;
-        self.tags(tags)?;
-        self.out.write_all(b"  </node>\n")
+        let before = self.text.len();
+        self.put("\">\n");
+        let tagless = self.text.len();
+        self.tags(tags);
+        if self.text.len() == tagless {
+            self.text.truncate(before);
+            self.put("\"/>\n");
+        } else {
+            self.put("  </node>\n");
+        }
     }
 
     /// A way.
@@ -65,13 +77,17 @@ impl<W: Write> OsmWriter<W> {
         id: i64,
         nodes: impl IntoIterator<Item = i64>,
         tags: impl IntoIterator<Item = (&'t str, &'t str)>,
-    ) -> io::Result<()> {
-        writeln!(self.out, "  <way id=\"{id}\" version=\"1\">")?;
+    ) {
+        self.put("  <way id=\"");
+        self.integer(id);
+        self.put("\" version=\"1\">\n");
         for node in nodes {
-            writeln!(self.out, "    <nd ref=\"{node}\"/>")?;
+            self.put("    <nd ref=\"");
+            self.integer(node);
+            self.put("\"/>\n");
         }
-        self.tags(tags)?;
-        self.out.write_all(b"  </way>\n")
+        self.tags(tags);
+        self.put("  </way>\n");
     }
 
     /// A relation.
@@ -80,56 +96,87 @@ impl<W: Write> OsmWriter<W> {
         id: i64,
         members: impl IntoIterator<Item = (ElementKind, i64, &'t str)>,
         tags: impl IntoIterator<Item = (&'t str, &'t str)>,
-    ) -> io::Result<()> {
-        writeln!(self.out, "  <relation id=\"{id}\" version=\"1\">")?;
+    ) {
+        self.put("  <relation id=\"");
+        self.integer(id);
+        self.put("\" version=\"1\">\n");
         for (kind, target, role) in members {
-            write!(self.out, "    <member type=\"{kind}\" ref=\"{target}\" role=\"")?;
-            escaped(&mut self.out, role)?;
-            self.out.write_all(b"\"/>\n")?;
+            self.put("    <member type=\"");
+            self.put(kind.as_str());
+            self.put("\" ref=\"");
+            self.integer(target);
+            self.put("\" role=\"");
+            self.escaped(role);
+            self.put("\"/>\n");
         }
-        self.tags(tags)?;
-        self.out.write_all(b"  </relation>\n")
+        self.tags(tags);
+        self.put("  </relation>\n");
     }
 
-    /// Closes the document.
-    pub fn finish(mut self) -> io::Result<()> {
-        self.out.write_all(b"</osm>\n")?;
-        self.out.flush()
-    }
-
-    fn tags<'t>(&mut self, tags: impl IntoIterator<Item = (&'t str, &'t str)>) -> io::Result<()> {
+    fn tags<'t>(&mut self, tags: impl IntoIterator<Item = (&'t str, &'t str)>) {
         for (key, value) in tags {
-            self.out.write_all(b"    <tag k=\"")?;
-            escaped(&mut self.out, key)?;
-            self.out.write_all(b"\" v=\"")?;
-            escaped(&mut self.out, value)?;
-            self.out.write_all(b"\"/>\n")?;
+            self.put("    <tag k=\"");
+            self.escaped(key);
+            self.put("\" v=\"");
+            self.escaped(value);
+            self.put("\"/>\n");
         }
-        Ok(())
+    }
+
+    fn put(&mut self, text: &str) {
+        self.text.push_str(text);
+    }
+
+    fn integer(&mut self, number: i64) {
+        self.put(itoa::Buffer::new().format(number));
+    }
+
+    /// The text of an attribute. Line breaks and tabs would be read back as blanks if they stood bare; what XML cannot
+    /// hold becomes a replacement character.
+    fn escaped(&mut self, text: &str) {
+        // U+FFFE and U+FFFF are the only letters beyond ASCII that XML cannot hold; they begin with this byte.
+        let plain = |b: u8| b >= b' ' && !matches!(b, b'&' | b'<' | b'>' | b'"' | 0xef);
+        if text.bytes().all(plain) {
+            return self.put(text);
+        }
+        let mut letter_bytes = [0; 4];
+        for letter in text.chars() {
+            self.put(match letter {
+                '&' => "&amp;",
+                '<' => "&lt;",
+                '>' => "&gt;",
+                '"' => "&quot;",
+                '\n' => "&#10;",
+                '\r' => "&#13;",
+                '\t' => "&#9;",
+                '\0'..'\u{20}' | '\u{fffe}' | '\u{ffff}' => "\u{fffd}",
+                _ => letter.encode_utf8(&mut letter_bytes),
+            });
+        }
     }
 }
 
-/// The text of an attribute. Line breaks and tabs would be read back as blanks if they stood bare; what XML cannot hold
-/// becomes a replacement character.
-fn escaped(out: &mut impl Write, text: &str) -> io::Result<()> {
-    let mut plain = 0;
-    for (at, letter) in text.char_indices() {
-        let instead = match letter {
-            '&' => "&amp;",
-            '<' => "&lt;",
-            '>' => "&gt;",
-            '"' => "&quot;",
-            '\n' => "&#10;",
-            '\r' => "&#13;",
-            '\t' => "&#9;",
-            '\0'..'\u{20}' | '\u{fffe}' | '\u{ffff}' => "\u{fffd}",
-            _ => continue,
-        };
-        out.write_all(&text.as_bytes()[plain..at])?;
-        out.write_all(instead.as_bytes())?;
-        plain = at + letter.len_utf8();
+/// Appends a number with so many decimals (at most 15), -0 as 0.
+pub fn fixed(out: &mut String, number: f64, decimals: usize) {
+    /// Whole numbers up to here are exact in a double.
+    const EXACT: f64 = 9e15;
+    let steps = (number.abs() * 10_f64.powi(decimals as i32)).round();
+    if steps.is_nan() || steps > EXACT {
+        let _ = write!(out, "{number:.decimals$}");
+        return;
     }
-    out.write_all(&text.as_bytes()[plain..])
+    if number < 0.0 && steps > 0.0 {
+        out.push('-');
+    }
+    let mut digits = itoa::Buffer::new();
+    let digits = digits.format(steps as u64);
+    let whole = digits.len().saturating_sub(decimals);
+    out.push_str(if whole == 0 { "0" } else { &digits[..whole] });
+    if decimals > 0 {
+        out.push('.');
+        out.extend(std::iter::repeat_n('0', decimals.saturating_sub(digits.len())));
+        out.push_str(&digits[whole..]);
+    }
 }
 
 #[cfg(test)]
@@ -140,18 +187,16 @@ mod tests {
     #[test]
     fn every_text_is_read_as_it_was_written() {
         let nasty = "a & b < c > \"d\" 'e' \n\t\r &amp; é 道路 \u{1f6a6}";
-        let mut bytes = Vec::new();
-        let mut writer = OsmWriter::new(&mut bytes, &MetaInfo::default()).unwrap();
-        writer.node(-1, Some(LonLat { lon: 139.5, lat: -0.0 }), [(nasty, nasty)]).unwrap();
-        writer.node(2, None, []).unwrap();
-        writer.way(3, [2, -1], [("k", "")]).unwrap();
-        writer.relation(4, [(ElementKind::Way, 3, nasty)], []).unwrap();
-        writer.finish().unwrap();
-        let text = String::from_utf8(bytes.clone()).unwrap();
+        let mut elements = OsmText::default();
+        elements.node(-1, Some(LonLat { lon: 139.5, lat: -0.0 }), [(nasty, nasty)]);
+        elements.node(2, None, []);
+        elements.way(3, [2, -1], [("k", "")]);
+        elements.relation(4, [(ElementKind::Way, 3, nasty)], []);
+        let text = [OsmText::head(&MetaInfo::default()), elements, OsmText::tail()].map(|text| text.text).concat();
         assert!(text.contains(r#"<node id="-1" version="1" lat="0.00000000000" lon="139.50000000000">"#), "{text}");
         assert!(!text.contains("MetaInfo"));
         let mut data = OsmData::default();
-        read_bytes(&mut data, "test", bytes).unwrap();
+        read_bytes(&mut data, "test", text.into_bytes()).unwrap();
         assert_eq!(data.nodes[0].tags.get(nasty), Some(nasty));
         assert_eq!(data.nodes[1].position, None);
         assert_eq!(data.ways[0].nodes, [2, -1]);
@@ -161,8 +206,26 @@ mod tests {
 
     #[test]
     fn what_xml_cannot_hold_is_replaced() {
-        let mut bytes = Vec::new();
-        escaped(&mut bytes, "a\u{0}b\u{1f}").unwrap();
-        assert_eq!(String::from_utf8(bytes).unwrap(), "a\u{fffd}b\u{fffd}");
+        let mut text = OsmText::default();
+        text.escaped("a\u{0}b\u{1f}\u{feff}\u{ffff}");
+        assert_eq!(text.text, "a\u{fffd}b\u{fffd}\u{feff}\u{fffd}");
+    }
+
+    #[test]
+    fn fixed_numbers_are_those_of_the_standard_library() {
+        let text = |number, decimals| {
+            let mut out = String::new();
+            fixed(&mut out, number, decimals);
+            out
+        };
+        for number in [0.0_f64, 0.5, 1.0, 12.345678, 0.000004, 179.99999999999, 99999.99994, 5e20, -1.25, -76.1234567] {
+            for decimals in [0, 4, 11] {
+                // Ties go to the even digit there, and away from zero here.
+                if number.fract().abs() * 2.0 < 1.0 || decimals > 0 {
+                    assert_eq!(text(number, decimals), format!("{number:.decimals$}"));
+                }
+            }
+        }
+        assert_eq!(text(-0.000001, 4), "0.0000");
     }
 }

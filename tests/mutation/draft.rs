@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use lanewright::geometry::{Point, Vector};
-use lanewright::osm::{ElementKind, Member, MetaInfo, Node, OsmData, OsmWriter, Relation, Tags, Way};
+use lanewright::osm::{ElementKind, Member, MetaInfo, Node, OsmData, OsmText, Relation, Tags, Way};
 use lanewright::projection::Projector;
 
 /// Numbers from a seed, the same on every machine (SplitMix64).
@@ -60,16 +60,14 @@ impl Draft {
 
     /// The file that says so.
     pub fn text(&self) -> Vec<u8> {
-        let mut bytes = Vec::new();
-        let mut out = OsmWriter::new(&mut bytes, &self.meta).unwrap();
-        self.nodes.iter().for_each(|node| out.node(node.id, node.position, node.tags.iter()).unwrap());
-        self.ways.iter().for_each(|way| out.way(way.id, way.nodes.iter().copied(), way.tags.iter()).unwrap());
+        let mut out = OsmText::default();
+        self.nodes.iter().for_each(|node| out.node(node.id, node.position, node.tags.iter()));
+        self.ways.iter().for_each(|way| out.way(way.id, way.nodes.iter().copied(), way.tags.iter()));
         for relation in &self.relations {
             let members = relation.members.iter().map(|member| (member.kind, member.id, member.role.as_str()));
-            out.relation(relation.id, members, relation.tags.iter()).unwrap();
+            out.relation(relation.id, members, relation.tags.iter());
         }
-        out.finish().unwrap();
-        bytes
+        [OsmText::head(&self.meta), out, OsmText::tail()].map(|text| text.as_bytes().to_vec()).concat()
     }
 
     pub fn node(&mut self, id: i64) -> &mut Node {
