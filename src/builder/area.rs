@@ -1,9 +1,9 @@
 //! The `intersection_area`: kerb chains between the roads, straight cuts across them, clockwise.
 
-use geo::{Area, BooleanOps, MultiPolygon, Validation};
+use geo::{Area, BooleanOps, MultiPolygon};
 use rustc_hash::FxHashMap;
 
-use crate::geometry::{Point, curve, curve::Pose, polygon};
+use crate::geometry::{Point, curve, curve::Pose, polygon, ring};
 use crate::lanelet::{Bound, LineStringId, PointId};
 
 use super::assembly::{Assembly, tags};
@@ -17,6 +17,8 @@ const COVERED: f64 = 0.995;
 const SNAP: f64 = 1e-3;
 /// A lane end node that a union lost is put back on its nearest edge up to this distance, metres.
 const INSERT: f64 = 0.3;
+/// An outline that turns back on itself within this, degrees, has an edge on both sides of nothing.
+const SPIKE: f64 = 1e-6;
 
 /// The outline of an intersection as nodes.
 #[derive(Clone, Debug, Default)]
@@ -81,14 +83,13 @@ fn places(assembly: &Assembly, ring: &[PointId]) -> Vec<Point> {
 /// Whether the ring is simple and covers every path.
 fn holds(assembly: &Assembly, ring: &[PointId], paths: &[Path]) -> bool {
     let ring = places(assembly, ring);
-    let shape = polygon::to_geo(&ring);
-    shape.is_valid()
+    ring::faults(&ring, SPIKE, 1).is_empty()
         && polygon::signed_area(&ring) < 0.0
-        && paths.iter().all(|p| polygon::overlap(&p.outline, &ring) >= COVERED * area_of(&p.outline))
+        && paths.iter().all(|p| polygon::common_area(&p.outline, &ring) >= COVERED * area_of(&p.outline))
 }
 
 fn area_of(ring: &[Point]) -> f64 {
-    polygon::to_geo(ring).unsigned_area()
+    polygon::signed_area(ring).abs()
 }
 
 /// The outer ring of everything together, on the nodes that exist where it passes them.

@@ -1,5 +1,6 @@
 //! From roads and outlines to the whole map: lanes, then each intersection with everything that belongs to it.
 
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::diagnostic::{Finding, Place, Subject};
@@ -43,24 +44,43 @@ pub fn assemble(network: &RoadNetwork, outlines: &Outlines) -> Assembled {
     let mut assembly = Assembly::default();
     let lanes = lanes(&mut assembly, network, &lines, &mut joins);
     let crossings = Crossings::add(&mut assembly, network, &lines, &lanes);
-    let mut stage = Stage {
-        network,
-        lanes: &lanes,
-        crossings: &crossings,
-        assembly,
-        notes: Vec::new(),
-        settings: Settings::default(),
-        areas: 0,
+    let numbered = network.intersections.iter().enumerate();
+    let apart = numbered.filter(|(i, at)| at.arms.len() >= 2 && !joins.joined(IntersectionIx(*i as u32)));
+    let intersections: Vec<&Intersection> = apart.map(|(_, intersection)| intersection).collect();
+    let mut whole = Assembled::default();
+    whole.settings.driving_side = Some(if network.side == DrivingSide::Left { Side::Left } else { Side::Right });
+    let made = |below: &Assembly, intersection: &Intersection| {
+        let mut stage = Stage {
+            network,
+            lanes: &lanes,
+            crossings: &crossings,
+            assembly: Assembly::over(below),
+            beside: Assembled::default(),
+        };
+        stage.intersection(intersection);
+        (stage.assembly.into_part(), stage.beside)
     };
-    stage.settings.driving_side = Some(if network.side == DrivingSide::Left { Side::Left } else { Side::Right });
-    for (i, intersection) in network.intersections.iter().enumerate() {
-        if intersection.arms.len() >= 2 && !joins.joined(IntersectionIx(i as u32)) {
-            stage.intersection(intersection);
+    for batch in intersections.chunks(BATCH) {
+        let parts: Vec<_> = batch.par_iter().map(|intersection| made(&assembly, intersection)).collect();
+        for ((part, beside), intersection) in parts.into_iter().zip(batch) {
+            let mut beside = beside;
+            if assembly.add(part).is_err() {
+                // Another part of this batch has taken one of its ids: it is made once more, over that part.
+                let again = made(&assembly, intersection);
+                beside = again.1;
+                let _ = assembly.add(again.0);
+            }
+            whole.notes.append(&mut beside.notes);
+            whole.settings.intersection.append(&mut beside.settings.intersection);
+            whole.areas += beside.areas;
         }
     }
-    let Stage { assembly, settings, notes, areas, .. } = stage;
-    Assembled { map: assembly.map, settings, notes, areas }
+    whole.map = assembly.into_map();
+    whole
 }
+
+/// Intersections that are built at the same time, each over what stood before.
+const BATCH: usize = 256;
 
 /// Crosswalks, found by road.
 struct Crossings {
@@ -74,7 +94,7 @@ impl Crossings {
         for crossing in &lines.crossings {
             let id = crosswalk(assembly, network.road(crossing.road), crossing);
             if crossing.arm.is_none() {
-                let own = lanes.lanes.iter().filter(|l| l.road == crossing.road);
+                let own = lanes.of_road(crossing.road).iter();
                 let own: Vec<(LaneletId, Vec<Point>)> = own.map(|l| (l.lanelet, assembly.outline(l.lanelet))).collect();
                 announce(assembly, id, own.iter().map(|(id, outline)| (*id, &outline[..])));
             }
@@ -84,15 +104,14 @@ impl Crossings {
     }
 }
 
-/// What is built so far, and what it is built from.
+/// One intersection: what is built of it so far, and what it is built from.
 struct Stage<'a> {
     network: &'a RoadNetwork,
     lanes: &'a Lanes,
     crossings: &'a Crossings,
-    assembly: Assembly,
-    notes: Vec<Finding>,
-    settings: Settings,
-    areas: usize,
+    assembly: Assembly<'a>,
+    /// All but the map.
+    beside: Assembled,
 }
 
 impl Stage<'_> {
@@ -122,7 +141,7 @@ impl Stage<'_> {
                 .with(Subject::Way(from), "from")
                 .with(Subject::Way(to), "to")
                 .at(Place::Point(intersection.position));
-            self.notes.push(finding);
+            self.beside.notes.push(finding);
         }
     }
 
@@ -136,7 +155,7 @@ impl Stage<'_> {
         bounds: &Bounds,
         conflicts: &Conflicts,
     ) {
-        self.areas += 1;
+        self.beside.areas += 1;
         let key = intersection_key("intersection area", intersection);
         let id = self.assembly.polygon_id(key);
         let outline = area_outline(&mut self.assembly, key, arms, bounds, paths);
@@ -145,7 +164,7 @@ impl Stage<'_> {
         for lost in outline.lost {
             let place = Place::Point(self.assembly.position(lost));
             let message = format!("A lane ends inside intersection area {id}, not on its outline.");
-            self.notes.push(Finding::new("lane-end-inside", Subject::Polygon(id.0), message).at(place));
+            self.beside.notes.push(Finding::new("lane-end-inside", Subject::Polygon(id.0), message).at(place));
         }
         for path in paths {
             self.tag_path(path, id);
@@ -165,11 +184,11 @@ impl Stage<'_> {
         let movers = self.movers(arms, paths, &controls);
         self.rights_of_way(arms, paths, &movers, conflicts);
         let names = sidecar::names(arms, self.lanes);
-        self.settings.intersection.extend(sidecar::settings(id, &names, &plan.prohibited, &movers));
+        self.beside.settings.intersection.extend(sidecar::settings(id, &names, &plan.prohibited, &movers));
     }
 
     fn tag_path(&mut self, path: &Path, area: PolygonId) {
-        let Some(lanelet) = self.assembly.map.lanelets.get_mut(path.lanelet) else { return };
+        let Some(attributes) = self.assembly.attributes_mut(path.lanelet) else { return };
         let direction = if path.turn.abs() <= STRAIGHT {
             TurnDirection::Straight
         } else if path.turn > 0.0 {
@@ -177,8 +196,8 @@ impl Stage<'_> {
         } else {
             TurnDirection::Right
         };
-        lanelet.attributes.set("turn_direction", direction.as_str());
-        lanelet.attributes.set("intersection_area", crate::osm::Text::from(area.0.to_string()));
+        attributes.set("turn_direction", direction.as_str());
+        attributes.set("intersection_area", crate::osm::Text::from(area.0.to_string()));
     }
 
     fn announce_crosswalks(&mut self, intersection: &Intersection, paths: &[Path]) {

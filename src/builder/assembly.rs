@@ -1,4 +1,7 @@
 //! The map under construction: primitives get their ids from keys and are never changed but to gain members.
+//!
+//! Parts that do not depend on each other are made apart, each over what stands already, and then added in order: the
+//! map is the same as if they had been made one after the other.
 
 use crate::geometry::Point as PlanePoint;
 use crate::lanelet::{
@@ -6,14 +9,23 @@ use crate::lanelet::{
     PolygonId, RegulatoryElement, RegulatoryElementId, Target,
 };
 
-use super::ids::{Ids, Key};
+use super::ids::{Id, IdTaken, Ids, Key};
 
 /// A [`LaneletMap`] and the ids it has used.
 #[derive(Debug, Default)]
-pub struct Assembly {
-    /// What stands so far.
-    pub map: LaneletMap,
+pub struct Assembly<'a> {
+    part: Part,
+    /// What stood before this part was begun.
+    below: Option<&'a Assembly<'a>>,
+}
+
+/// What has been added to an [`Assembly`].
+#[derive(Debug, Default)]
+pub struct Part {
+    map: LaneletMap,
     ids: Ids,
+    /// Elements to which lanelets from below are to refer.
+    carried: Vec<(LaneletId, RegulatoryElementId)>,
 }
 
 /// Tags from pairs.
@@ -21,7 +33,62 @@ pub fn tags(pairs: &[(&str, &str)]) -> Attributes {
     pairs.iter().copied().collect()
 }
 
-impl Assembly {
+impl<'a> Assembly<'a> {
+    /// An empty assembly that knows what stands in another.
+    pub fn over(below: &'a Assembly<'a>) -> Self {
+        Self { part: Part::default(), below: Some(below) }
+    }
+
+    /// What has been added.
+    pub fn into_part(self) -> Part {
+        self.part
+    }
+
+    /// What has been added, as a map.
+    pub fn into_map(self) -> LaneletMap {
+        self.part.map
+    }
+
+    /// Adds a part that was made over this assembly. Nothing is added where the part has an id that was taken since.
+    pub fn add(&mut self, part: Part) -> Result<(), IdTaken> {
+        self.part.ids.join(&part.ids)?;
+        self.part.map.absorb(part.map);
+        for (lanelet, element) in part.carried {
+            self.carry(lanelet, element);
+        }
+        Ok(())
+    }
+
+    fn carry(&mut self, carrier: LaneletId, element: RegulatoryElementId) {
+        match self.part.map.lanelets.get_mut(carrier) {
+            Some(lanelet) => lanelet.regulatory_elements.push(element),
+            None => self.part.carried.push((carrier, element)),
+        }
+    }
+
+    fn claim(&mut self, key: Key) -> i64 {
+        self.part.ids.claim(key, |id| self.below.is_some_and(|below| below.taken(id)))
+    }
+
+    fn taken(&self, id: &Id) -> bool {
+        self.part.ids.taken(id) || self.below.is_some_and(|below| below.taken(id))
+    }
+
+    /// The lanelet of an id.
+    pub fn lanelet_of(&self, id: LaneletId) -> Option<&Lanelet> {
+        self.part.map.lanelets.get(id).or_else(|| self.below?.lanelet_of(id))
+    }
+
+    /// Attributes of a lanelet that this part has added, to change.
+    pub fn attributes_mut(&mut self, id: LaneletId) -> Option<&mut Attributes> {
+        self.part.map.lanelets.get_mut(id).map(|lanelet| &mut lanelet.attributes)
+    }
+
+    /// The line of an id.
+    pub fn line_of(&self, id: LineStringId) -> Option<&LineString> {
+        self.part.map.linestrings.get(id).or_else(|| self.below?.line_of(id))
+    }
+
     /// Adds a point at a place in local metres, `ele` metres above the ground.
     pub fn point(&mut self, key: Key, position: PlanePoint, ele: f64) -> PointId {
         self.tagged_point(key, position, ele, Attributes::new())
@@ -29,8 +96,8 @@ impl Assembly {
 
     /// Adds a point with tags.
     pub fn tagged_point(&mut self, key: Key, position: PlanePoint, ele: f64, attributes: Attributes) -> PointId {
-        let id = PointId(self.ids.claim(key));
-        self.map.points.insert(Point {
+        let id = PointId(self.claim(key));
+        self.part.map.points.insert(Point {
             id,
             position,
             ele: Some(ele),
@@ -44,13 +111,14 @@ impl Assembly {
 
     /// Where a point lies.
     pub fn position(&self, id: PointId) -> PlanePoint {
-        self.map.points.get(id).map_or_else(PlanePoint::origin, |p| p.position)
+        let point = self.part.map.points.get(id).map(|p| p.position);
+        point.or_else(|| Some(self.below?.position(id))).unwrap_or_default()
     }
 
     /// Adds a line through points.
     pub fn line(&mut self, key: Key, points: Vec<PointId>, attributes: Attributes) -> LineStringId {
-        let id = LineStringId(self.ids.claim(key));
-        self.map.linestrings.insert(LineString { id, points, attributes, span: None });
+        let id = LineStringId(self.claim(key));
+        self.part.map.linestrings.insert(LineString { id, points, attributes, span: None });
         id
     }
 
@@ -72,18 +140,18 @@ impl Assembly {
 
     /// Adds the id for a polygon whose points are not known yet.
     pub fn polygon_id(&mut self, key: Key) -> PolygonId {
-        PolygonId(self.ids.claim_polygon(key))
+        PolygonId(self.part.ids.claim_polygon(key, |id| self.below.is_some_and(|below| below.taken(id))))
     }
 
     /// Adds a polygon under an id from [`Assembly::polygon_id`].
     pub fn polygon(&mut self, id: PolygonId, points: Vec<PointId>, attributes: Attributes) {
-        self.map.polygons.insert(Polygon { id, points, attributes, span: None });
+        self.part.map.polygons.insert(Polygon { id, points, attributes, span: None });
     }
 
     /// Adds a lanelet between two bounds.
     pub fn lanelet(&mut self, key: Key, left: Bound, right: Bound, attributes: Attributes) -> LaneletId {
-        let id = LaneletId(self.ids.claim(key));
-        self.map.lanelets.insert(Lanelet {
+        let id = LaneletId(self.claim(key));
+        self.part.map.lanelets.insert(Lanelet {
             id,
             left,
             right,
@@ -103,8 +171,8 @@ impl Assembly {
         members: &[(&str, Target)],
         carriers: &[LaneletId],
     ) -> RegulatoryElementId {
-        let id = RegulatoryElementId(self.ids.claim(key));
-        self.map.regulatory_elements.insert(RegulatoryElement {
+        let id = RegulatoryElementId(self.claim(key));
+        self.part.map.regulatory_elements.insert(RegulatoryElement {
             id,
             subtype: subtype.into(),
             members: members.iter().map(|&(role, target)| Member { role: role.into(), target }).collect(),
@@ -112,20 +180,30 @@ impl Assembly {
             span: None,
         });
         for &carrier in carriers {
-            if let Some(lanelet) = self.map.lanelets.get_mut(carrier) {
-                lanelet.regulatory_elements.push(id);
-            }
+            self.carry(carrier, id);
         }
         id
     }
 
     /// The points of a bound in the direction of travel.
     pub fn bound_ids(&self, bound: Bound) -> Vec<PointId> {
-        self.map.bound_points(bound).map(|p| p.id).collect()
+        let mut ids = self.line_of(bound.line).map(|line| line.points.clone()).unwrap_or_default();
+        if bound.inverted {
+            ids.reverse();
+        }
+        ids
+    }
+
+    /// Where the points of a bound lie, in the direction of travel.
+    pub fn bound_line(&self, bound: Bound) -> Vec<PlanePoint> {
+        self.bound_ids(bound).into_iter().map(|id| self.position(id)).collect()
     }
 
     /// The outline of a lanelet; empty if there is no such lanelet.
     pub fn outline(&self, id: LaneletId) -> Vec<PlanePoint> {
-        self.map.lanelets.get(id).map(|l| self.map.outline(l)).unwrap_or_default()
+        let Some(lanelet) = self.lanelet_of(id) else { return Vec::new() };
+        let mut ring = self.bound_line(lanelet.left);
+        ring.extend(self.bound_line(lanelet.right).into_iter().rev());
+        ring
     }
 }

@@ -125,7 +125,7 @@ mod tests {
             }
             last = assembly.lanelet(key("lanelet", n), left, right, attributes);
         }
-        (assembly.map, last)
+        (assembly.into_map(), last)
     }
 
     fn distance(length: f64) -> Option<String> {

@@ -1,7 +1,9 @@
 //! The whole way from OpenStreetMap's elements to a Lanelet2 map with longitude and latitude.
 
+use rayon::prelude::*;
+
 use crate::diagnostic::Finding;
-use crate::lanelet::{LaneletMap, PointId};
+use crate::lanelet::LaneletMap;
 use crate::osm::OsmData;
 use crate::projection::{Extent, LonLat, Projector};
 use crate::settings::Settings;
@@ -114,13 +116,13 @@ fn extent(osm: &OsmData) -> Result<Extent, BuildError> {
 
 /// Gives every point its longitude and latitude.
 fn locate(map: &mut LaneletMap, projector: &Projector) {
-    let ids: Vec<PointId> = map.points.iter().map(|p| p.id).collect();
-    let places: Vec<_> = map.points.iter().map(|p| p.position).collect();
-    let heights: Vec<f64> = map.points.iter().map(|p| p.ele.unwrap_or_default()).collect();
-    let found = projector.inverse_each(&places, |i| heights[i]);
-    for (id, lonlat) in ids.into_iter().zip(found) {
-        if let Some(point) = map.points.get_mut(id) {
+    /// Points that one thread takes at a time: some milliseconds of work.
+    const CHUNK: usize = 1 << 13;
+    map.points.as_mut_slice().par_chunks_mut(CHUNK).for_each(|points| {
+        let places: Vec<_> = points.iter().map(|p| p.position).collect();
+        let found = projector.inverse_each(&places, |i| points[i].ele.unwrap_or_default());
+        for (point, lonlat) in points.iter_mut().zip(found) {
             point.lonlat = lonlat;
         }
-    }
+    });
 }

@@ -1,6 +1,5 @@
 //! Which movements of an intersection get into each other's way.
 
-use geo::Area;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 
@@ -28,7 +27,7 @@ pub struct Conflicts {
 pub fn conflicts(paths: &[Path]) -> Conflicts {
     let boxes = paths.iter().enumerate().map(|(i, p)| GeomWithData::new(bounding_box(&p.outline), i)).collect();
     let tree: RTree<GeomWithData<Rectangle<[f64; 2]>, usize>> = RTree::bulk_load(boxes);
-    let areas: Vec<f64> = paths.iter().map(|p| polygon::to_geo(&p.outline).unsigned_area()).collect();
+    let areas: Vec<f64> = paths.iter().map(|p| polygon::signed_area(&p.outline).abs()).collect();
     let mut found = Conflicts { real: vec![Vec::new(); paths.len()], slivers: Vec::new() };
     for (i, path) in paths.iter().enumerate() {
         let reach = bounding_box(&path.outline);
@@ -37,7 +36,7 @@ pub fn conflicts(paths: &[Path]) -> Conflicts {
         others.retain(|&j| j > i && !siblings(path, &paths[j]));
         others.sort_unstable();
         for j in others {
-            let overlap = polygon::overlap(&path.outline, &paths[j].outline);
+            let overlap = polygon::common_area(&path.outline, &paths[j].outline);
             if overlap >= AREA || overlap >= PART * areas[i].min(areas[j]) {
                 found.real[i].push(j);
                 found.real[j].push(i);

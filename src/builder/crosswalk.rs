@@ -47,7 +47,7 @@ pub fn announce<'a>(
 ) -> bool {
     let area = assembly.outline(crosswalk);
     let carriers: Vec<LaneletId> =
-        lanes.filter(|(_, outline)| polygon::overlap(&area, outline) >= CROSSES).map(|(id, _)| id).collect();
+        lanes.filter(|(_, outline)| polygon::common_area(&area, outline) >= CROSSES).map(|(id, _)| id).collect();
     if carriers.is_empty() {
         return false;
     }

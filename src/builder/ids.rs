@@ -48,30 +48,52 @@ impl Key {
     }
 }
 
+/// An id before it belongs to a kind of element.
+pub type Id = u64;
+
+/// Two parts of a map, made apart, came upon the same id.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct IdTaken;
+
 /// Hands out ids, each once, whatever the kind of the element.
 #[derive(Debug, Default)]
 pub struct Ids {
-    taken: FxHashSet<u64>,
+    taken: FxHashSet<Id>,
 }
 
 impl Ids {
-    /// A positive id below 2^53 for a point, line, lanelet or regulatory element.
-    pub fn claim(&mut self, key: Key) -> i64 {
-        self.claim_in(key, POLYGON_LIMIT, LIMIT)
+    /// A positive id below 2^53 for a point, line, lanelet or regulatory element; `elsewhere` tells which ids others
+    /// have taken.
+    pub fn claim(&mut self, key: Key, elsewhere: impl Fn(&Id) -> bool) -> i64 {
+        self.claim_in(key, POLYGON_LIMIT, LIMIT, elsewhere)
     }
 
     /// An id in 1..=2147483647 for a polygon: Autoware reads it into 32 bits.
-    pub fn claim_polygon(&mut self, key: Key) -> i64 {
-        self.claim_in(key, 1, POLYGON_LIMIT)
+    pub fn claim_polygon(&mut self, key: Key, elsewhere: impl Fn(&Id) -> bool) -> i64 {
+        self.claim_in(key, 1, POLYGON_LIMIT, elsewhere)
+    }
+
+    /// Whether an id has been handed out.
+    pub fn taken(&self, id: &Id) -> bool {
+        self.taken.contains(id)
+    }
+
+    /// Takes all ids that others have handed out, unless one of them is taken already.
+    pub fn join(&mut self, others: &Self) -> Result<(), IdTaken> {
+        if others.taken.iter().any(|id| self.taken(id)) {
+            return Err(IdTaken);
+        }
+        self.taken.extend(&others.taken);
+        Ok(())
     }
 
     /// The key's place in `from..to`, or where a number added to the key leads if that is taken.
-    fn claim_in(&mut self, key: Key, from: u64, to: u64) -> i64 {
+    fn claim_in(&mut self, key: Key, from: u64, to: u64, elsewhere: impl Fn(&Id) -> bool) -> i64 {
         let mut attempt = 0;
         loop {
             let key = if attempt == 0 { key } else { key.number(attempt) };
             let id = from + key.mixed() % (to - from);
-            if self.taken.insert(id) {
+            if !elsewhere(&id) && self.taken.insert(id) {
                 return id as i64;
             }
             attempt += 1;
@@ -86,12 +108,13 @@ mod tests {
     #[test]
     fn ids_are_frozen() {
         let key = Key::new("lane").number(42).word("left");
-        assert_eq!(Ids::default().claim(key), Ids::default().claim(key));
+        assert_eq!(Ids::default().claim(key, FREE), Ids::default().claim(key, FREE));
         assert_eq!(Key::new("").0, Key(Key::BASIS).number(0).0);
-        assert_eq!(Ids::default().claim(Key::new("point").number(1)), FROZEN_POINT);
-        assert_eq!(Ids::default().claim_polygon(Key::new("area").number(1)), FROZEN_AREA);
+        assert_eq!(Ids::default().claim(Key::new("point").number(1), FREE), FROZEN_POINT);
+        assert_eq!(Ids::default().claim_polygon(Key::new("area").number(1), FREE), FROZEN_AREA);
     }
 
+    const FREE: fn(&Id) -> bool = |_| false;
     const FROZEN_POINT: i64 = 3_848_924_037_313_406;
     const FROZEN_AREA: i64 = 648_029_609;
 
@@ -100,10 +123,10 @@ mod tests {
         let mut ids = Ids::default();
         let mut seen = FxHashSet::default();
         for i in 0..20_000 {
-            let id = ids.claim(Key::new("point").number(i));
+            let id = ids.claim(Key::new("point").number(i), FREE);
             assert!((1 << 31..1 << 53).contains(&id));
             assert!(seen.insert(id));
-            let id = ids.claim_polygon(Key::new("area").number(i));
+            let id = ids.claim_polygon(Key::new("area").number(i), FREE);
             assert!((1..=i64::from(i32::MAX)).contains(&id));
             assert!(seen.insert(id));
         }
@@ -114,9 +137,19 @@ mod tests {
         let key = Key::new("point");
         let two = || {
             let mut ids = Ids::default();
-            (ids.claim(key), ids.claim(key))
+            (ids.claim(key, FREE), ids.claim(key, FREE))
         };
         assert_eq!(two(), two());
         assert_ne!(two().0, two().1);
+    }
+
+    #[test]
+    fn parts_made_apart_join_unless_they_share_an_id() {
+        let key = Key::new("point");
+        let [mut a, mut b, mut c] = [Ids::default(), Ids::default(), Ids::default()];
+        let first = a.claim(key, FREE);
+        b.claim(key, FREE);
+        assert_ne!(c.claim(key, |id| a.taken(id)), first);
+        assert_eq!((a.join(&c), a.join(&b)), (Ok(()), Err(IdTaken)));
     }
 }

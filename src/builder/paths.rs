@@ -49,7 +49,7 @@ impl Bounds {
         let mut lines: Vec<LineStringId> = self.lines.values().map(|b| b.line).collect();
         lines.sort_unstable();
         lines.dedup();
-        lines.into_iter().filter_map(|l| assembly.map.linestrings.get(l)).flat_map(|l| l.points.clone()).collect()
+        lines.into_iter().filter_map(|l| assembly.line_of(l)).flat_map(|l| l.points.clone()).collect()
     }
 
     /// Adds the line of a bound between two nodes that exist.
@@ -165,9 +165,7 @@ pub fn paths(
         drop(sides);
         let kind = if from.kind == to.kind { from.kind } else { StripKind::Bus };
         let speed = assembly
-            .map
-            .lanelets
-            .get(lanes.lanes[from.lane].lanelet)
+            .lanelet_of(lanes.lanes[from.lane].lanelet)
             .and_then(|l| l.attributes.get("speed_limit")?.parse().ok())
             .unwrap_or(road.speed[0]);
         let lanelet = assembly.lanelet(path_key(key, from, to), left, right, road_attributes(road, kind, speed));
@@ -196,7 +194,7 @@ fn shape(assembly: &Assembly, from: &ArmLane, to: &ArmLane, known: [Option<Bound
     let left_turn = angle_between(from.pose.heading, to.pose.heading) > 0.0;
     let tight =
         if left_turn { [straight[0].clone(), smooth[1].clone()] } else { [smooth[0].clone(), straight[1].clone()] };
-    let old = known.map(|bound| bound.map(|b| assembly.map.bound_line(b)));
+    let old = known.map(|bound| bound.map(|b| assembly.bound_line(b)));
     for (shape, share) in [(&smooth, true), (&tight, true), (&smooth, false), (&tight, false), (&straight, false)] {
         let line = |side: usize| match &old[side] {
             Some(old) if share => old.clone(),
@@ -226,7 +224,7 @@ fn bound_attributes(assembly: &Assembly, lanes: &Lanes, from: &ArmLane, side: us
         Paint::AsBefore => {
             let lane = &lanes.lanes[from.lane];
             let bound = [lane.left, lane.right][side];
-            assembly.map.linestrings.get(bound.line).map(|l| l.attributes.clone()).unwrap_or_default()
+            assembly.line_of(bound.line).map(|l| l.attributes.clone()).unwrap_or_default()
         }
     }
 }

@@ -1,8 +1,6 @@
 //! Whether two bounds make a lane that Autoware's loader reads as it is drawn.
 
-use geo::Validation;
-
-use crate::geometry::{Point, Polyline, angle_between, polygon};
+use crate::geometry::{Point, Polyline, angle_between, polygon, ring};
 
 /// Part of its width that a lane must keep everywhere.
 const WIDTH_LEFT: f64 = 0.4;
@@ -13,6 +11,8 @@ const KINK_MOST: f64 = 75.0;
 const LENGTH_LEAST: f64 = 0.2;
 /// Segments whose distances to a point differ by less than this, metres, are equally near to it.
 const EQUALLY_NEAR: f64 = 1e-6;
+/// An outline that turns back on itself within this, degrees, encloses nothing there.
+const SPIKE: f64 = 1e-6;
 
 /// Whether a lane of this width (metres) between two bounds is simple, on the right sides, nowhere pinched, and its
 /// bounds nowhere kinked.
@@ -25,9 +25,9 @@ pub fn sound(bounds: &[Vec<Point>; 2], width: f64) -> bool {
 
 /// Whether the outline between the bounds is simple, with the left bound on the left.
 pub fn simple([left, right]: &[Vec<Point>; 2]) -> bool {
-    let mut ring = left.clone();
-    ring.extend(right.iter().rev());
-    polygon::signed_area(&ring) < 0.0 && polygon::to_geo(&ring).is_valid()
+    let mut outline = left.clone();
+    outline.extend(right.iter().rev());
+    polygon::signed_area(&outline) < 0.0 && ring::faults(&outline, SPIKE, 1).is_empty()
 }
 
 /// Whether the loader keeps both bounds as they run: it looks at one point of each to see on which side of the other it

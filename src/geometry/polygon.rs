@@ -20,6 +20,71 @@ pub fn overlap(a: &[Point], b: &[Point]) -> f64 {
     intersection(a, b).unsigned_area()
 }
 
+/// Area in square metres that two simple rings share, whichever way they run: as [`overlap`], without a sweep.
+///
+/// A simple ring's interior is the sum of the strips below its upper edges less those below its lower ones, so the
+/// common area is the sum over all pairs of edges of what lies below both.
+pub fn common_area(a: &[Point], b: &[Point]) -> f64 {
+    let (Some([low_a, high_a]), Some([low_b, high_b])) = (bounds(a), bounds(b)) else { return 0.0 };
+    let (low, high) = (low_a.sup(&low_b), high_a.inf(&high_b));
+    if low.x >= high.x || low.y >= high.y {
+        return 0.0;
+    }
+    let base = low_a.inf(&low_b);
+    let (of_a, of_b) = (edges(a, base, low.x, high.x), edges(b, base, low.x, high.x));
+    let below = |x: &Edge| of_b.iter().map(|y| x.below_both(y)).sum::<f64>();
+    of_a.iter().map(below).sum::<f64>().abs()
+}
+
+/// The lowest and the highest coordinates of a ring.
+pub fn bounds(ring: &[Point]) -> Option<[Point; 2]> {
+    let first = *ring.first()?;
+    Some(ring.iter().fold([first; 2], |[low, high], p| [low.inf(p), high.sup(p)]))
+}
+
+/// An edge of a ring as a function of east, between `from` and `to`.
+struct Edge {
+    from: f64,
+    to: f64,
+    /// Heights at both ends.
+    height: [f64; 2],
+    /// Which side of it the ring lies on: 1 or -1.
+    sign: f64,
+}
+
+/// The edges that are not vertical and reach between two easts; heights are above `base`.
+fn edges(ring: &[Point], base: Point, low: f64, high: f64) -> Vec<Edge> {
+    let ends = ring.iter().zip(ring.iter().cycle().skip(1));
+    let reaching = ends.filter(|(p, q)| p.x != q.x && p.x.max(q.x) > low && p.x.min(q.x) < high);
+    reaching
+        .map(|(p, q)| {
+            let (left, right, sign) = if p.x < q.x { (p, q, 1.0) } else { (q, p, -1.0) };
+            Edge { from: left.x, to: right.x, height: [left.y - base.y, right.y - base.y], sign }
+        })
+        .collect()
+}
+
+impl Edge {
+    fn at(&self, x: f64) -> f64 {
+        let [left, right] = self.height;
+        left + (right - left) * ((x - self.from) / (self.to - self.from))
+    }
+
+    /// The signed area of what lies below this edge and another.
+    fn below_both(&self, other: &Self) -> f64 {
+        let (from, to) = (self.from.max(other.from), self.to.min(other.to));
+        if from >= to {
+            return 0.0;
+        }
+        let [a, b] = [self, other].map(|edge| [edge.at(from), edge.at(to)]);
+        let [first, last] = [a[0] - b[0], a[1] - b[1]];
+        let least = a[0].min(b[0]) + a[1].min(b[1]);
+        // Where the edges cross, a triangle above the lower ends counts too.
+        let crossing = if first * last < 0.0 { first * last / (first - last).abs() } else { 0.0 };
+        self.sign * other.sign * (least - crossing) / 2.0 * (to - from)
+    }
+}
+
 /// What both rings cover.
 pub fn intersection(a: &[Point], b: &[Point]) -> MultiPolygon<f64> {
     to_geo(a).intersection(&to_geo(b))
@@ -79,4 +144,40 @@ pub fn union(rings: &[Vec<Point>]) -> Option<Vec<Point>> {
         ring.reverse();
     }
     (ring.len() > 2).then_some(ring)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn squares_share_what_they_share() {
+        let square =
+            |x: f64, y: f64| [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)].map(|(a, b)| Point::new(a + x, b + y));
+        let mut turned = square(1.0, 1.0);
+        turned.reverse();
+        assert_eq!(common_area(&square(0.0, 0.0), &turned), 1.0);
+        assert_eq!(common_area(&square(0.0, 0.0), &square(2.0, 0.0)), 0.0);
+        assert_eq!(common_area(&square(0.0, 0.0), &square(5.0, 0.0)), 0.0);
+        assert_eq!(common_area(&square(0.0, 0.0), &[]), 0.0);
+    }
+
+    proptest! {
+        /// Stars around a centre are simple rings.
+        #[test]
+        fn the_sum_of_strips_is_the_overlap(
+            a in prop::collection::vec(1.0..20.0, 3..30),
+            b in prop::collection::vec(1.0..20.0, 3..30),
+            (x, y) in (-20.0..20.0, -20.0..20.0),
+        ) {
+            let star = |radii: &[f64], x: f64, y: f64| -> Vec<Point> {
+                let step = std::f64::consts::TAU / radii.len() as f64;
+                let spoke = |(i, r): (usize, &f64)| Point::new(x + r * (step * i as f64).cos(), y + r * (step * i as f64).sin());
+                radii.iter().enumerate().map(spoke).collect()
+            };
+            let (a, b) = (star(&a, 5000.0, 7000.0), star(&b, 5000.0 + x, 7000.0 + y));
+            prop_assert!((common_area(&a, &b) - overlap(&a, &b)).abs() < 1e-3);
+        }
+    }
 }

@@ -122,30 +122,31 @@ impl Polyline {
 
     /// The nearest place to `p` on the line.
     pub fn project(&self, p: Point) -> Projection {
-        let mut best: Option<(f64, Projection)> = None;
-        let mut start = 0.0;
+        let (segment, t, square) = self.nearest(p);
+        let (a, b) = (self.points[segment], self.points[segment + 1]);
+        let before: f64 = self.segments().take(segment).map(|(a, b)| (b - a).norm()).sum();
+        let side = super::cross(b - a, p - a);
+        let offset = if side < 0.0 { -square.sqrt() } else { square.sqrt() };
+        Projection { station: before + t * (b - a).norm(), offset, point: a + (b - a) * t, segment }
+    }
+
+    /// The nearest segment, the part of it that lies before the place nearest to `p`, and the square of the distance.
+    fn nearest(&self, p: Point) -> (usize, f64, f64) {
+        let mut best = (0, 0.0, f64::INFINITY);
         for (segment, (a, b)) in self.segments().enumerate() {
             let d = b - a;
-            let length = d.norm();
-            let t = ((p - a).dot(&d) / (length * length)).clamp(0.0, 1.0);
-            let foot = a + d * t;
-            let distance = (p - foot).norm();
-            if best.as_ref().is_none_or(|(b, _)| distance < *b) {
-                let side = super::cross(d, p - a);
-                let offset = if side < 0.0 { -distance } else { distance };
-                best = Some((distance, Projection { station: start + t * length, offset, point: foot, segment }));
+            let t = ((p - a).dot(&d) / d.norm_squared()).clamp(0.0, 1.0);
+            let square = (p - (a + d * t)).norm_squared();
+            if square < best.2 {
+                best = (segment, t, square);
             }
-            start += length;
         }
-        match best {
-            Some((_, projection)) => projection,
-            None => Projection { station: 0.0, offset: 0.0, point: self.points[0], segment: 0 },
-        }
+        best
     }
 
     /// Distance to `p` in metres.
     pub fn distance(&self, p: Point) -> f64 {
-        self.project(p).offset.abs()
+        self.nearest(p).2.sqrt()
     }
 
     /// The line moved sideways by `offset` metres (left positive): miter joins up to `miter_limit` times the offset,

@@ -1,7 +1,7 @@
 //! Whether a ring is simple, and where not.
 
 use rstar::primitives::{GeomWithData, Rectangle};
-use rstar::{AABB, RTree};
+use rstar::{AABB, Envelope, RTree};
 
 use super::{Point, orientation};
 
@@ -46,26 +46,13 @@ pub fn faults(ring: &[Point], spike: f64, limit: usize) -> Vec<RingFault> {
         .map(|i| RingFault::Spike(kept[i]))
         .take(limit)
         .collect();
-    let edges = (0..count)
-        .map(|i| {
-            let (a, b) = (at(i), at(i + 1));
-            GeomWithData::new(Rectangle::from_corners([a.x, a.y], [b.x, b.y]), i)
-        })
-        .collect();
-    let tree: RTree<GeomWithData<Rectangle<[f64; 2]>, usize>> = RTree::bulk_load(edges);
+    let near = Edges::new((0..count).map(|i| [at(i), at(i + 1)]));
     for i in 0..count {
         if found.len() >= limit {
             break;
         }
         let (a, b) = (at(i), at(i + 1));
-        let reach = AABB::from_corners([a.x, a.y], [b.x, b.y]);
-        let mut others: Vec<usize> = tree
-            .locate_in_envelope_intersecting(&reach)
-            .map(|edge| edge.data)
-            .filter(|&j| j > i + 1 && !(i == 0 && j == count - 1))
-            .collect();
-        others.sort_unstable();
-        for j in others {
+        for j in near.behind(i).into_iter().filter(|&j| j > i + 1 && !(i == 0 && j == count - 1)) {
             if found.len() < limit
                 && let Some(place) = meeting(a, b, at(j), at(j + 1))
             {
@@ -74,6 +61,36 @@ pub fn faults(ring: &[Point], spike: f64, limit: usize) -> Vec<RingFault> {
         }
     }
     found
+}
+
+/// Up to so many edges each is held against all others; beyond, a tree finds those near.
+const FEW: usize = 128;
+
+/// The edges of a ring, found by place.
+struct Edges {
+    boxes: Vec<AABB<[f64; 2]>>,
+    tree: Option<RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>>,
+}
+
+impl Edges {
+    fn new(edges: impl Iterator<Item = [Point; 2]>) -> Self {
+        let boxes: Vec<_> = edges.map(|[a, b]| AABB::from_corners([a.x, a.y], [b.x, b.y])).collect();
+        let of_box = |(i, reach): (usize, &AABB<[f64; 2]>)| GeomWithData::new(Rectangle::from_aabb(*reach), i);
+        let tree = (boxes.len() > FEW).then(|| RTree::bulk_load(boxes.iter().enumerate().map(of_box).collect()));
+        Self { boxes, tree }
+    }
+
+    /// The edges behind edge `i` whose boxes touch its own, ascending.
+    fn behind(&self, i: usize) -> Vec<usize> {
+        let reach = &self.boxes[i];
+        let Some(tree) = &self.tree else {
+            return (i + 1..self.boxes.len()).filter(|&j| self.boxes[j].intersects(reach)).collect();
+        };
+        let near = tree.locate_in_envelope_intersecting(reach).map(|edge| edge.data);
+        let mut near: Vec<usize> = near.filter(|&j| j > i).collect();
+        near.sort_unstable();
+        near
+    }
 }
 
 /// Whether a ring is a simple polygon; see [`faults`].

@@ -241,6 +241,15 @@ shelved! {
 }
 
 impl LaneletMap {
+    /// Adds all primitives of another map behind its own.
+    pub fn absorb(&mut self, other: Self) {
+        self.points.extend(other.points);
+        self.linestrings.extend(other.linestrings);
+        self.polygons.extend(other.polygons);
+        self.lanelets.extend(other.lanelets);
+        self.regulatory_elements.extend(other.regulatory_elements);
+    }
+
     /// The points of a bound in the lanelet's direction of travel.
     pub fn bound_points(&self, bound: Bound) -> impl DoubleEndedIterator<Item = &Point> + '_ {
         let ids: &[PointId] = self.linestrings.get(bound.line).map_or(&[], |l| &l.points);

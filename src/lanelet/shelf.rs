@@ -69,6 +69,11 @@ impl<T: Shelved> Shelf<T> {
         &self.items
     }
 
+    /// All items as a slice, to change in parallel; their ids must stay.
+    pub fn as_mut_slice(&mut self) -> &mut [T] {
+        &mut self.items
+    }
+
     /// How many.
     pub fn len(&self) -> usize {
         self.items.len()
@@ -77,6 +82,23 @@ impl<T: Shelved> Shelf<T> {
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.items.is_empty()
+    }
+}
+
+impl<T: Shelved> IntoIterator for Shelf<T> {
+    type Item = T;
+    type IntoIter = std::vec::IntoIter<T>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.items.into_iter()
+    }
+}
+
+impl<T: Shelved> Extend<T> for Shelf<T> {
+    fn extend<I: IntoIterator<Item = T>>(&mut self, items: I) {
+        for item in items {
+            self.insert(item);
+        }
     }
 }
 
