@@ -4,7 +4,7 @@ use crate::diagnostic::Finding;
 
 use super::alignment::{abreast, ease};
 use super::consolidate::{ConsolidateOptions, MergeNote, consolidate};
-use super::outline::{OutlineOptions, Outlines, outlines_within, remaining, wanted};
+use super::outline::{Memory, OutlineOptions, Outlines, outlines_within, remaining, wanted};
 use super::road_network::RoadNetwork;
 
 /// What the stages of the geometry may be told.
@@ -33,8 +33,10 @@ pub struct Streets {
 /// every intersection outlined.
 pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     let network = ease(network);
-    let (network, merges) = consolidate(network, &options.consolidate, |n| remaining(n, &options.outline));
-    let cut = wanted(&network, &options.outline);
+    let mut memory = Memory::default();
+    let kept = |network: &RoadNetwork| remaining(network, &options.outline, &mut memory);
+    let (network, merges) = consolidate(network, &options.consolidate, kept);
+    let cut = wanted(&network, &options.outline, &mut memory);
     let network = abreast(network, &cut);
     let (outlines, findings) = outlines_within(&network, &cut, &options.outline);
     Streets { network, outlines, merges, findings }

@@ -4,11 +4,11 @@
 //! as the mapper's hand put them. Widened to their lanes, such roads overlap far from any intersection. Here each
 //! gives way sideways, the lighter more than the wider, until their edges touch.
 
-use rstar::primitives::{GeomWithData, Rectangle};
-use rstar::{AABB, RTree};
+use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::builder::road_network::{End, Road, RoadIx, RoadNetwork};
+use crate::geometry::cells::{Bounds, Cells};
 use crate::geometry::{Point, Polyline, Vector, cross, left_of};
 
 use super::eased;
@@ -29,6 +29,10 @@ const SLOPE: f64 = 0.12;
 const ROUNDS: usize = 12;
 /// A part of a road shorter than this between its cuts, metres, need not be laid abreast.
 const SHORTEST: f64 = 2.0;
+/// Cells of this side, metres, hold the pieces of roads: a piece and half its width to either side.
+const CELL: f64 = 16.0;
+/// As [`CELL`], for whole roads.
+const ROAD_CELL: f64 = 128.0;
 
 /// One road as a list of places that can move sideways.
 struct Track {
@@ -202,38 +206,47 @@ fn shifted(road: &Road, track: &Track) -> Option<Polyline> {
     Some(eased(&Polyline::new(moved)?, track.half))
 }
 
-type Piece = GeomWithData<Rectangle<[f64; 2]>, (usize, usize)>;
+/// A piece of a road between two neighbouring places.
+struct Piece {
+    /// The road and the first of the places.
+    data: (usize, usize),
+    reach: Bounds,
+}
+
+/// The pieces of a road, as wide as the road and this margin on either side.
+fn pieces(tracks: &[Track], road: usize, margin: f64) -> impl Iterator<Item = Piece> + '_ {
+    let track = &tracks[road];
+    (0..track.base.len() - 1).map(move |i| {
+        let (p, q) = (track.place(i), track.place(i + 1));
+        let m = Vector::repeat(track.half + margin);
+        Piece { data: (road, i), reach: [p.inf(&q) - m, p.sup(&q) + m] }
+    })
+}
 
 /// For each ordered pair of roads that overlap lengthwise: the places of the first that lie beside the second.
 /// Only roads of `hot` are compared, with all of `near`.
 fn find(tracks: &[Track], hot: &[usize], near: &[usize]) -> FxHashMap<(usize, usize), Vec<Beside>> {
-    let pieces = |roads: &[usize], margin: bool| -> Vec<Piece> {
-        roads
-            .iter()
-            .flat_map(|&road| {
-                let track = &tracks[road];
-                (0..track.base.len() - 1).map(move |i| {
-                    let (p, q) = (track.place(i), track.place(i + 1));
-                    let m = if margin { track.half + CLEAR } else { track.half };
-                    let low = [p.x.min(q.x) - m, p.y.min(q.y) - m];
-                    let high = [p.x.max(q.x) + m, p.y.max(q.y) + m];
-                    GeomWithData::new(Rectangle::from_corners(low, high), (road, i))
-                })
-            })
-            .collect()
-    };
-    let tree = RTree::bulk_load(pieces(near, false));
+    /// Roads that one thread takes at a time.
+    const CHUNK: usize = 64;
+    let worth = |road: &&usize| tracks[**road].kept.is_some();
+    let all: Vec<Piece> = near.iter().filter(worth).flat_map(|&road| pieces(tracks, road, 0.0)).collect();
+    let cells = Cells::new(all.iter().map(|piece| piece.reach).collect(), CELL);
+    let found: Vec<_> = hot.par_chunks(CHUNK).map(|hot| find_in(tracks, hot, &all, &cells)).collect();
+    found.into_iter().flatten().collect()
+}
+
+/// As [`find`], with the pieces of all roads of `near` in cells.
+fn find_in(tracks: &[Track], hot: &[usize], near: &[Piece], cells: &Cells) -> FxHashMap<(usize, usize), Vec<Beside>> {
     let mut nearest: FxHashMap<(usize, usize, usize), (f64, Beside)> = FxHashMap::default();
-    for piece in pieces(hot, true) {
+    for piece in hot.iter().flat_map(|&road| pieces(tracks, road, CLEAR)) {
         let (a, i) = piece.data;
         let track = &tracks[a];
         let here: Vec<usize> = [i, i + 1].into_iter().filter(|k| track.is_kept(*k)).collect();
         if here.is_empty() {
             continue;
         }
-        let (low, high) = (piece.geom().lower(), piece.geom().upper());
-        for other in tree.locate_in_envelope_intersecting(&AABB::from_corners(low, high)) {
-            let (b, j) = other.data;
+        for other in cells.touching(piece.reach) {
+            let (b, j) = near[other].data;
             if b == a || tracks[b].level != track.level || tracks[b].kept.is_none() {
                 continue;
             }
@@ -377,15 +390,11 @@ fn around(tracks: &[Track], moved: &[usize]) -> Vec<usize> {
         let mut points = (0..tracks[road].base.len()).map(|i| tracks[road].place(i));
         let first = points.next().unwrap_or_else(Point::origin);
         let (low, high) = points.fold((first, first), |(l, h), p| (l.inf(&p), h.sup(&p)));
-        let reach = tracks[road].half + FARTHEST;
-        AABB::from_corners([low.x - reach, low.y - reach], [high.x + reach, high.y + reach])
+        let reach = Vector::repeat(tracks[road].half + FARTHEST);
+        [low - reach, high + reach]
     };
-    let tree: RTree<GeomWithData<Rectangle<[f64; 2]>, usize>> =
-        RTree::bulk_load((0..tracks.len()).map(|r| GeomWithData::new(Rectangle::from_aabb(bounds(r)), r)).collect());
-    let mut near: FxHashSet<usize> = FxHashSet::default();
-    for road in moved {
-        near.extend(tree.locate_in_envelope_intersecting(&bounds(*road)).map(|r| r.data));
-    }
+    let cells = Cells::new((0..tracks.len()).map(bounds).collect(), ROAD_CELL);
+    let near: FxHashSet<usize> = moved.iter().flat_map(|road| cells.touching(bounds(*road))).collect();
     let mut near: Vec<usize> = near.into_iter().collect();
     near.sort_unstable();
     near

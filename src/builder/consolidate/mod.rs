@@ -78,7 +78,7 @@ pub struct MergeNote {
 pub fn consolidate(
     mut network: RoadNetwork,
     options: &ConsolidateOptions,
-    kept: impl Fn(&RoadNetwork) -> Vec<[f64; 2]>,
+    mut kept: impl FnMut(&RoadNetwork) -> Vec<[f64; 2]>,
 ) -> (RoadNetwork, Vec<MergeNote>) {
     let mut notes: Vec<MergeNote> = Vec::new();
     network = join::join_alike(divided::join_around_islands(join::join_alike(network)));

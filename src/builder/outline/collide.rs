@@ -1,5 +1,6 @@
 //! Finds where the edges of two roads that meet collide.
 
+use crate::geometry::polygon::bounds;
 use crate::geometry::{Point, Polyline, segment_crossing};
 
 use super::thicken::{Arm, Side};
@@ -80,25 +81,32 @@ fn apart(a: &Arm, b: &Arm, from: f64, to: f64) -> bool {
 /// Where two lines cross: distance along each, and the point.
 pub fn crossings(a: &Polyline, b: &Polyline) -> Vec<(f64, f64, Point)> {
     let mut found = Vec::new();
+    let (Some([low, high]), lengths) = (bounds(b.points()), lengths(b)) else { return found };
     let mut along_a = 0.0;
     for (p, q) in a.segments() {
         let length_a = (q - p).norm();
-        let mut along_b = 0.0;
-        for (r, s) in b.segments() {
-            let length_b = (s - r).norm();
-            if boxes_touch(p, q, r, s)
-                && let Some((t, u, point)) = segment_crossing(p, q, r, s)
-            {
-                found.push((along_a + t * length_a, along_b + u * length_b, point));
+        if boxes_touch(p, q, low, high) {
+            let mut along_b = 0.0;
+            for ((r, s), length_b) in b.segments().zip(&lengths) {
+                if boxes_touch(p, q, r, s)
+                    && let Some((t, u, point)) = segment_crossing(p, q, r, s)
+                {
+                    found.push((along_a + t * length_a, along_b + u * length_b, point));
+                }
+                along_b += length_b;
             }
-            along_b += length_b;
         }
         along_a += length_a;
     }
     found
 }
 
-fn boxes_touch(p: Point, q: Point, r: Point, s: Point) -> bool {
+fn lengths(line: &Polyline) -> Vec<f64> {
+    line.segments().map(|(p, q)| (q - p).norm()).collect()
+}
+
+/// Whether the boxes around two segments touch.
+pub fn boxes_touch(p: Point, q: Point, r: Point, s: Point) -> bool {
     p.x.min(q.x) <= r.x.max(s.x)
         && r.x.min(s.x) <= p.x.max(q.x)
         && p.y.min(q.y) <= r.y.max(s.y)

@@ -6,6 +6,7 @@
 
 mod collide;
 mod general;
+mod memory;
 mod merged;
 mod terminus;
 #[cfg(test)]
@@ -14,12 +15,15 @@ mod thicken;
 mod trim;
 mod walk;
 
+use rayon::prelude::*;
+
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Polyline};
 
 use super::road_network::{End, Intersection, Road, RoadEnd, RoadNetwork};
 
 use general::Star;
+pub use memory::Memory;
 pub use thicken::MITER_LIMIT;
 use thicken::{Arm, Side};
 use walk::Corner;
@@ -116,13 +120,15 @@ impl Default for OutlineOptions {
 /// The stations between which each road remains at the most: after what its ends must have, without the room that
 /// kerbs would like. Consolidation decides by them. The first is beyond the second where the road lies inside what
 /// its ends need.
-pub fn remaining(network: &RoadNetwork, options: &OutlineOptions) -> Vec<[f64; 2]> {
-    stations(network, &plans(network, &uncut(network), options), |star| &star.least)
+pub fn remaining(network: &RoadNetwork, options: &OutlineOptions, memory: &mut Memory) -> Vec<[f64; 2]> {
+    let trims = memory.trims(network, options);
+    stations(network, network.intersections.iter().zip(&trims).map(|(at, t)| (&at.arms[..], &t.least[..])))
 }
 
 /// The stations between which each road remains if its ends get all they would like, kerbs included.
-pub fn wanted(network: &RoadNetwork, options: &OutlineOptions) -> Vec<[f64; 2]> {
-    stations(network, &plans(network, &uncut(network), options), |star| &star.trims)
+pub fn wanted(network: &RoadNetwork, options: &OutlineOptions, memory: &mut Memory) -> Vec<[f64; 2]> {
+    let trims = memory.trims(network, options);
+    stations(network, network.intersections.iter().zip(&trims).map(|(at, t)| (&at.arms[..], &t.wanted[..])))
 }
 
 /// The outline of every intersection of the network, with a finding for each that could not be made as it should.
@@ -137,21 +143,22 @@ pub fn outlines_within(
     options: &OutlineOptions,
 ) -> (Outlines, Vec<Finding>) {
     let plans = plans(network, within, options);
-    let least = stations(network, &plans, |star| &star.least);
-    let wanted = stations(network, &plans, |star| &star.trims);
+    let arms = || network.intersections.iter().map(|at| &at.arms[..]);
+    let least = stations(network, arms().zip(plans.iter().map(|plan| &plan.star.least[..])));
+    let wanted = stations(network, arms().zip(plans.iter().map(|plan| &plan.star.trims[..])));
     let kept: Vec<[f64; 2]> = network
         .roads
         .iter()
         .zip(least.iter().zip(&wanted))
         .map(|(road, (least, wanted))| kept(road, *least, *wanted, options))
         .collect();
-    let mut findings = Vec::new();
-    let intersections = plans
-        .iter()
+    let closed: Vec<(Outline, Option<Finding>)> = plans
+        .par_iter()
         .zip(&network.intersections)
-        .map(|(plan, intersection)| close(network, intersection, plan, &kept, options, &mut findings))
+        .map(|(plan, intersection)| close(network, intersection, plan, &kept, options))
         .collect();
-    (Outlines { kept, intersections }, findings)
+    let (intersections, findings): (Vec<Outline>, Vec<Option<Finding>>) = closed.into_iter().unzip();
+    (Outlines { kept, intersections }, findings.into_iter().flatten().collect())
 }
 
 /// The whole of every road.
@@ -160,16 +167,16 @@ fn uncut(network: &RoadNetwork) -> Vec<[f64; 2]> {
 }
 
 fn plans(network: &RoadNetwork, within: &[[f64; 2]], options: &OutlineOptions) -> Vec<Plan> {
-    network.intersections.iter().map(|intersection| plan(network, intersection, within, options)).collect()
+    network.intersections.par_iter().map(|intersection| plan(network, intersection, within, options)).collect()
 }
 
 /// Per road the stations between which it remains if each end is trimmed as its star says.
-fn stations(network: &RoadNetwork, plans: &[Plan], trims: impl Fn(&Star) -> &[f64]) -> Vec<[f64; 2]> {
+fn stations<'a>(network: &RoadNetwork, stars: impl Iterator<Item = (&'a [RoadEnd], &'a [f64])>) -> Vec<[f64; 2]> {
     let mut stations = uncut(network);
-    for plan in plans {
-        for (arm, trim) in plan.arms.iter().zip(trims(&plan.star)) {
-            let [from, to] = &mut stations[arm.at.road.0 as usize];
-            match arm.at.end {
+    for (arms, trims) in stars {
+        for (arm, trim) in arms.iter().zip(trims) {
+            let [from, to] = &mut stations[arm.road.0 as usize];
+            match arm.end {
                 End::Start => *from = *trim,
                 End::End => *to -= *trim,
             }
@@ -248,8 +255,7 @@ fn close(
     plan: &Plan,
     kept: &[[f64; 2]],
     options: &OutlineOptions,
-    findings: &mut Vec<Finding>,
-) -> Outline {
+) -> (Outline, Option<Finding>) {
     let trims: Vec<f64> = plan
         .arms
         .iter()
@@ -263,22 +269,21 @@ fn close(
         .collect();
     let cuts: Vec<Cut> = plan.arms.iter().zip(&trims).map(|(arm, trim)| walk::cut(arm, *trim)).collect();
     if matches!(plan.case, Case::MapEdge) || cuts.is_empty() {
-        return Outline { case: plan.case, corners: vec![Vec::new(); cuts.len()], cuts, ring: Vec::new() };
+        return (Outline { case: plan.case, corners: vec![Vec::new(); cuts.len()], cuts, ring: Vec::new() }, None);
     }
     if plan.ground.is_empty()
         && let Some((corners, ring)) = ring(plan, &trims)
     {
-        return Outline { case: plan.case, cuts, corners, ring };
+        return (Outline { case: plan.case, cuts, corners, ring }, None);
     }
     if let Some(outline) = around_union(network, intersection, plan, &trims, &cuts, options) {
-        return outline;
+        return (outline, None);
     }
     // Roads that cover a cut of another keep the boundary from closing; the star's own corners still may.
     if let Some((corners, ring)) = ring(plan, &trims) {
-        return Outline { case: plan.case, cuts, corners, ring };
+        return (Outline { case: plan.case, cuts, corners, ring }, None);
     }
-    findings.push(failure(network, intersection));
-    fallback(cuts)
+    (fallback(cuts), Some(failure(network, intersection)))
 }
 
 /// The outline around the union of what the roads cover.

@@ -103,7 +103,7 @@ fn assert_sound(network: &RoadNetwork) -> Outlines {
     // Without consolidation, which would join the two roads of a bend.
     let options = OutlineOptions::default();
     let network = ease(network.clone());
-    let cut = wanted(&network, &options);
+    let cut = wanted(&network, &options, &mut Memory::default());
     let network = &abreast(network, &cut);
     let (outlines, findings) = outlines_within(network, &cut, &options);
     assert!(findings.is_empty(), "{findings:?}");

@@ -54,9 +54,13 @@ impl Arm {
             End::Start => road.line.clone(),
             End::End => road.line.reversed(),
         };
-        let minor = matches!(road.class, RoadClass::Service | RoadClass::Track);
-        let kerb = if minor { options.kerb_radius_minor } else { options.kerb_radius };
-        Self::from_line(at, line, road.half_width(), kerb)
+        Self::from_line(at, line, road.half_width(), Self::kerb_of(road.class, options))
+    }
+
+    /// Radius of the kerb where a road of this class meets its like at a right angle, metres.
+    pub fn kerb_of(class: RoadClass, options: &OutlineOptions) -> f64 {
+        let minor = matches!(class, RoadClass::Service | RoadClass::Track);
+        if minor { options.kerb_radius_minor } else { options.kerb_radius }
     }
 
     /// An arm along `line`, which runs from the intersection outwards.

@@ -3,6 +3,7 @@
 use crate::geometry::{Point, Polyline, orientation};
 
 use super::Cut;
+use super::collide::boxes_touch;
 use super::thicken::{Arm, Side};
 
 /// Points of a corner closer together than this, metres, are one.
@@ -133,7 +134,7 @@ pub fn is_simple(ring: &[Point]) -> bool {
                 if back && n > 2 {
                     return false;
                 }
-            } else if touch(a, b, c, d) {
+            } else if boxes_touch(a, b, c, d) && touch(a, b, c, d) {
                 return false;
             }
         }
