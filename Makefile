@@ -4,13 +4,14 @@ CARGO ?= cargo
 RUN = $(CARGO) run --quiet --locked --
 DEMO = sample_maps/crossing_right.osm
 
-.PHONY: help demo test browser-test soak lint docs fittings deps clean
+.PHONY: help demo test browser-test soak bench lint docs fittings deps clean
 
 help:
 	@echo "make demo   build the program, turn $(DEMO) into a Lanelet2 map, check and draw it"
 	@echo "make test   formatting, lints and all tests (a slice of the long ones)"
 	@echo "make browser-test   the tests of the HTML report in Chromium; pictures of them in target/tmp"
 	@echo "make soak   the long tests whole"
+	@echo "make bench  how fast we are: against netconvert and the Lanelet2 library, and road by road (docs/benchmarks.md)"
 	@echo "make lint   formatting and lints alone"
 	@echo "make docs   build the documentation site"
 	@echo "make fittings   hold the action, the hooks and the Dockerfile against the tools that read them"
@@ -35,6 +36,9 @@ browser-test: deps
 
 soak: deps
 	@CARGO="$(CARGO)" LANEWRIGHT_SOAK=1 scripts/test.sh
+
+bench: deps
+	@CARGO="$(CARGO)" scripts/bench.sh
 
 lint: deps
 	$(CARGO) fmt --check

@@ -1,0 +1,122 @@
+"""Times lanewright against SUMO's netconvert and the Lanelet2 library; prints tables of wall time and peak memory.
+
+usage: bench.py LANEWRIGHT [--oracle PYTHON] [--shared DIR] [--runs N]
+
+PYTHON has the wheels of eclipse-sumo and lanelet2; DIR is the directory with corpus/ and tools/. All programs take
+turns, so that a busy machine slows all of them alike; each time is the least of N runs. Exit code 1 if a target is
+missed.
+"""
+
+import argparse
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+
+# Least ratios of netconvert's time to ours, and of the Lanelet2 library's.
+GEOMETRY, BUILD, CHECK = 20.0, 7.0, 1.0
+# The map that is laid side by side for `check`, and how often: to about a quarter, a half and all of 100 MB.
+TILED, TILES = "autoware_road_shoulder.osm", (12, 24, 48)
+# Tiled maps must not cost more a tile than this many times what the fewest tiles cost.
+GROWTH = 1.25
+
+
+def netconvert(oracle, extract, output):
+    """As osmWebWizard calls it for a network of all roads (tools/osmWebWizard.py and osmBuild.py of SUMO 1.28)."""
+    code = "import sumo; print(sumo.SUMO_HOME)"
+    home = pathlib.Path(subprocess.check_output([oracle, "-c", code], text=True).strip())
+    options = "--geometry.remove --ramps.guess --junctions.join --tls.guess-signals --tls.discard-simple --tls.join "
+    options += "--output.original-names --output.street-names --tls.default-type actuated"
+    types = home / "data/typemap/osmNetconvert.typ.xml"
+    command = [home / "bin/netconvert", "-t", types, *options.split(), "--osm-files", extract, "-o", output]
+    return command, {"SUMO_HOME": str(home)}
+
+
+def run(command, extra=None):
+    """Wall time in seconds and peak memory in MB of a command; its output is dropped."""
+    start = time.monotonic()
+    quiet = subprocess.DEVNULL
+    child = subprocess.Popen([str(c) for c in command], stdout=quiet, stderr=quiet, env={**os.environ, **(extra or {})})
+    _, status, usage = os.wait4(child.pid, 0)
+    child.returncode = os.waitstatus_to_exitcode(status)
+    if child.returncode not in (0, 1):
+        sys.exit(f"{command[0]} ended with {child.returncode}: {' '.join(map(str, command))}")
+    return time.monotonic() - start, usage.ru_maxrss / 1024
+
+
+def least(commands, runs):
+    """The commands take turns; the least time and memory of each."""
+    found = [[run(*command) for command in commands] for _ in range(runs)]
+    return [tuple(map(min, zip(*measured))) for measured in zip(*found)]
+
+
+def table(title, names, measured, base, targets):
+    """Prints a table and returns whether every target is met, in time and in memory."""
+    print(f"\n{title}\n\n| | wall, s | peak, MB | faster | memory | target |\n|---|---:|---:|---:|---:|---|")
+    good = True
+    for name, (wall, peak), target in zip(names, measured, targets):
+        faster, memory = measured[base][0] / wall, peak / measured[base][1]
+        met = target is None or (faster >= target and memory < 1.0)
+        good &= met
+        wanted = "" if target is None else f"{target:g} times, less memory: {'met' if met else 'MISSED'}"
+        print(f"| {name} | {wall:.3f} | {peak:.0f} | {faster:.1f} | {memory:.2f} | {wanted} |")
+    return good
+
+
+def streets(ours, oracle, shared, runs, work):
+    extract = shared / "corpus/osm/harrisburg.osm"
+    commands = [
+        netconvert(oracle, extract, work / "net.xml.gz"),
+        ([ours, "geometry", extract, "-o", work / "streets.geojson"],),
+        ([ours, "build", extract, "-o", work / "map"],),
+    ]
+    names = ["netconvert", "lanewright geometry", "lanewright build"]
+    title = f"From OpenStreetMap: {extract.name}, {extract.stat().st_size / 1e6:.1f} MB"
+    return table(title, names, least(commands, runs), 0, [None, GEOMETRY, BUILD])
+
+
+def tiled(oracle, shared, tiles, work):
+    path = work / f"tiled_{tiles}.osm"
+    subprocess.check_call([oracle, shared / "tools/tile_map.py", shared / "corpus/lanelet2" / TILED, path, str(tiles)])
+    return path
+
+
+def checks(ours, oracle, shared, runs, work):
+    load = "import sys, lanelet2\nfrom lanelet2.projection import UtmProjector\n"
+    load += "origin = lanelet2.io.Origin(*map(float, sys.argv[2:4]))\nlanelet2.io.loadRobust(sys.argv[1], UtmProjector(origin))"
+    maps = [tiled(oracle, shared, tiles, work) for tiles in TILES]
+    with open(maps[0], encoding="utf-8") as text:
+        first = next(line for line in text if "<node " in line)
+    origin = [first.split(f'{name}="')[1].split('"')[0] for name in ("lat", "lon")]
+    check = [([ours, "check", path, "--isolated", "--format", "json"],) for path in maps]
+    measured = least([([oracle, "-c", load, maps[-1], *origin],), *check], runs)
+    title = f"Checking with all rules: {TILED} tiled, {maps[-1].stat().st_size / 1e6:.0f} MB"
+    names = ["Lanelet2 library, load alone", "lanewright check"]
+    good = table(title, names, [measured[0], measured[-1]], 0, [None, CHECK])
+    print("\n| tiles | MB | wall, s | ms/tile |\n|---:|---:|---:|---:|")
+    costs = [wall / tiles for tiles, (wall, _) in zip(TILES, measured[1:])]
+    for tiles, path, (wall, _), cost in zip(TILES, maps, measured[1:], costs):
+        print(f"| {tiles} | {path.stat().st_size / 1e6:.0f} | {wall:.2f} | {cost * 1e3:.1f} |")
+    linear = costs[-1] <= GROWTH * costs[0]
+    print(f"\na tile of the largest costs {costs[-1] / costs[0]:.2f} times one of the smallest: {'met' if linear else 'MISSED'}")
+    return good and linear
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    root = pathlib.Path(__file__).resolve().parent.parent
+    parser.add_argument("lanewright", type=pathlib.Path)
+    parser.add_argument("--oracle", default=sys.executable)
+    parser.add_argument("--shared", type=pathlib.Path, default=root.parent / "shared")
+    parser.add_argument("--runs", type=int, default=5)
+    args = parser.parse_args()
+    with tempfile.TemporaryDirectory(dir=os.environ.get("TMPDIR")) as work:
+        places = (args.lanewright.resolve(), args.oracle, args.shared.resolve(), args.runs, pathlib.Path(work))
+        good = [streets(*places), checks(*places)]
+    sys.exit(0 if all(good) else 1)
+
+
+if __name__ == "__main__":
+    main()
