@@ -127,7 +127,7 @@ fn grid(side: usize) -> String {
     const STEP: f64 = 0.001;
     let id = |row: usize, column: usize| 1 + row * side + column;
     let bend = |row: usize, column: usize, along: usize| 1 + side * side * (1 + along) + row * side + column;
-    let wide = |street: usize| street % 4 == 0;
+    let wide = |street: usize| street.is_multiple_of(4);
     let mut text = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<osm version=\"0.6\">\n");
     let mut node = |id: usize, lat: f64, lon: f64, signals: bool| {
         let tag = if signals { "><tag k=\"highway\" v=\"traffic_signals\"/></node>" } else { "/>" };
@@ -153,10 +153,12 @@ fn grid(side: usize) -> String {
             }
             let tags: &[(&str, &str)] = match street {
                 s if wide(s) => &[("highway", "secondary"), ("lanes", "4")],
-                s if s % 5 == 0 => &[("highway", "residential"), ("oneway", "yes")],
+                s if s.is_multiple_of(5) => &[("highway", "residential"), ("oneway", "yes")],
                 _ => &[("highway", "residential")],
             };
-            tags.iter().for_each(|(k, v)| drop(writeln!(text, "<tag k=\"{k}\" v=\"{v}\"/>")));
+            for (k, v) in tags {
+                let _ = writeln!(text, "<tag k=\"{k}\" v=\"{v}\"/>");
+            }
             text.push_str("</way>\n");
         }
     }
