@@ -45,6 +45,17 @@ pub enum End {
     End,
 }
 
+impl End {
+    /// The other end of the same line.
+    #[must_use]
+    pub fn other(self) -> Self {
+        match self {
+            Self::Start => Self::End,
+            Self::End => Self::Start,
+        }
+    }
+}
+
 /// A road where it meets an intersection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct RoadEnd {

@@ -12,6 +12,7 @@ use crate::geometry::cells::{Bounds, Cells};
 use crate::geometry::{Point, Polyline, Vector, cross, left_of};
 
 use super::eased;
+use super::sides::{Sides, Told, sides};
 
 /// Distance between the places, metres, at which a road is compared with others.
 const STEP: f64 = 4.0;
@@ -19,6 +20,8 @@ const STEP: f64 = 4.0;
 const CLEAR: f64 = 0.05;
 /// An overlap below this, metres, is left as it is.
 const TOLERANCE: f64 = 0.03;
+/// Two roads drawn closer together than this, metres, may lie on either side of each other: a mapper's accuracy.
+const UNCLEAR: f64 = 1.0;
 /// Roads whose directions differ by more than this cosine tells cross each other; they do not run abreast. 40 degrees.
 const PARALLEL: f64 = 0.77;
 /// A road is never moved further than this, metres: beyond, the map is wrong, or the widths are.
@@ -153,11 +156,12 @@ struct Beside {
 #[must_use]
 pub fn abreast(mut network: RoadNetwork, kept: &[[f64; 2]]) -> RoadNetwork {
     let mut tracks: Vec<Track> = network.roads.iter().zip(kept).map(|(road, kept)| Track::new(road, *kept)).collect();
+    let sides = sides(&network);
     let mut near: Vec<usize> = (0..tracks.len()).collect();
     let mut hot = near.clone();
     for round in 0..ROUNDS {
-        let beside = find(&tracks, &hot, &near);
-        let targets = targets(&tracks, &beside);
+        let beside = find(&tracks, &sides, &hot, &near);
+        let targets = targets(&tracks, &sides, &beside);
         if targets.is_empty() {
             break;
         }
@@ -225,18 +229,24 @@ fn pieces(tracks: &[Track], road: usize, margin: f64) -> impl Iterator<Item = Pi
 
 /// For each ordered pair of roads that overlap lengthwise: the places of the first that lie beside the second.
 /// Only roads of `hot` are compared, with all of `near`.
-fn find(tracks: &[Track], hot: &[usize], near: &[usize]) -> FxHashMap<(usize, usize), Vec<Beside>> {
+fn find(tracks: &[Track], sides: &Sides, hot: &[usize], near: &[usize]) -> FxHashMap<(usize, usize), Vec<Beside>> {
     /// Roads that one thread takes at a time.
     const CHUNK: usize = 64;
     let worth = |road: &&usize| tracks[**road].kept.is_some();
     let all: Vec<Piece> = near.iter().filter(worth).flat_map(|&road| pieces(tracks, road, 0.0)).collect();
     let cells = Cells::new(all.iter().map(|piece| piece.reach).collect(), CELL);
-    let found: Vec<_> = hot.par_chunks(CHUNK).map(|hot| find_in(tracks, hot, &all, &cells)).collect();
+    let found: Vec<_> = hot.par_chunks(CHUNK).map(|hot| find_in(tracks, sides, hot, &all, &cells)).collect();
     found.into_iter().flatten().collect()
 }
 
 /// As [`find`], with the pieces of all roads of `near` in cells.
-fn find_in(tracks: &[Track], hot: &[usize], near: &[Piece], cells: &Cells) -> FxHashMap<(usize, usize), Vec<Beside>> {
+fn find_in(
+    tracks: &[Track],
+    sides: &Sides,
+    hot: &[usize],
+    near: &[Piece],
+    cells: &Cells,
+) -> FxHashMap<(usize, usize), Vec<Beside>> {
     let mut nearest: FxHashMap<(usize, usize, usize), (f64, Beside)> = FxHashMap::default();
     for piece in hot.iter().flat_map(|&road| pieces(tracks, road, CLEAR)) {
         let (a, i) = piece.data;
@@ -247,11 +257,13 @@ fn find_in(tracks: &[Track], hot: &[usize], near: &[Piece], cells: &Cells) -> Fx
         }
         for other in cells.touching(piece.reach) {
             let (b, j) = near[other].data;
-            if b == a || tracks[b].level != track.level || tracks[b].kept.is_none() {
+            if tracks[b].kept.is_none() || (tracks[b].level != track.level && !meet(sides, a, b)) {
                 continue;
             }
             for &k in &here {
-                if let Some((distance, beside)) = compare(track, k, &tracks[b], j) {
+                if let Some((distance, beside)) = compare(track, k, &tracks[b], j)
+                    && (a != b || !beside.along)
+                {
                     let entry = nearest.entry((a, b, k));
                     match entry {
                         std::collections::hash_map::Entry::Occupied(mut e) => {
@@ -310,6 +322,7 @@ fn compare(a: &Track, k: usize, b: &Track, j: usize) -> Option<(f64, Beside)> {
 /// For every road that has to give way: how far it should lie from its drawn line, place by place.
 fn targets(
     tracks: &[Track],
+    sides: &Sides,
     pairs: &FxHashMap<(usize, usize), Vec<Beside>>,
 ) -> std::collections::BTreeMap<usize, Vec<f64>> {
     let mut keys: Vec<&(usize, usize)> = pairs.keys().collect();
@@ -320,8 +333,12 @@ fn targets(
         let list = &pairs[&(a, b)];
         let (me, other) = (&tracks[a], &tracks[b]);
         let share = me.mobility / (me.mobility + other.mobility);
+        let told = sides.get(&(a, b)).map_or(&[][..], Vec::as_slice);
         for run in list.chunk_by(|x, y| x.place + 1 == y.place) {
-            let side = side(run, a < b);
+            if me.level != other.level && !told.iter().any(|t| begins_where_they_meet(me, run, t)) {
+                continue;
+            }
+            let side = told_side(me, run, told).unwrap_or_else(|| drawn_side(run, a < b));
             for beside in run {
                 let overlap = me.half + other.half + CLEAR - beside.offset * side;
                 if overlap > TOLERANCE {
@@ -341,9 +358,37 @@ fn targets(
         .collect()
 }
 
-/// On which side the other road lies along a run of places: 1 left, -1 right. Where it is drawn on top, the lower
+/// Whether two roads share an intersection where they run abreast.
+fn meet(sides: &Sides, a: usize, b: usize) -> bool {
+    sides.get(&(a, b)).is_some_and(|told| told.iter().any(|t| t.meets.is_some()))
+}
+
+/// Whether a run of places begins at the cut of the intersection that the two roads share.
+fn begins_where_they_meet(track: &Track, run: &[Beside], told: &Told) -> bool {
+    let Some([first, last]) = track.kept else { return false };
+    match told.meets {
+        Some(End::Start) => run.first().is_some_and(|beside| beside.place == first),
+        Some(End::End) => run.last().is_some_and(|beside| beside.place == last),
+        None => false,
+    }
+}
+
+/// On which side the other road lies along a run of places as the intersections tell it; `None` if they tell nothing,
+/// or contradict each other. Away from the intersection they are heard only where the drawing leaves it open.
+fn told_side(track: &Track, run: &[Beside], told: &[Told]) -> Option<f64> {
+    let unclear = run.iter().all(|beside| beside.offset.abs() < UNCLEAR);
+    let holds = |t: &&Told| {
+        begins_where_they_meet(track, run, t)
+            || unclear && run.iter().any(|beside| t.at(track.stations[beside.place]))
+    };
+    let mut holding = told.iter().filter(holds).map(|t| t.side);
+    let first = holding.next()?;
+    holding.all(|side| side == first).then_some(first)
+}
+
+/// On which side the other road is drawn along a run of places: 1 left, -1 right. Where it is drawn on top, the lower
 /// index goes left of the higher.
-fn side(run: &[Beside], first: bool) -> f64 {
+fn drawn_side(run: &[Beside], first: bool) -> f64 {
     let farthest = run.iter().max_by(|x, y| x.offset.abs().total_cmp(&y.offset.abs()));
     match farthest {
         Some(beside) if beside.offset.abs() > TOLERANCE => beside.offset.signum(),

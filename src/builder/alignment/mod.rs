@@ -2,6 +2,7 @@
 
 mod abreast;
 mod ease;
+mod sides;
 
 use super::road_network::RoadNetwork;
 

@@ -64,11 +64,7 @@ pub fn leads_out(network: &RoadNetwork, arm: RoadEnd) -> bool {
 
 /// The same road's other end.
 pub fn other_end(arm: RoadEnd) -> RoadEnd {
-    let end = match arm.end {
-        End::Start => End::End,
-        End::End => End::Start,
-    };
-    RoadEnd { road: arm.road, end }
+    RoadEnd { road: arm.road, end: arm.end.other() }
 }
 
 /// A depth-first walk over simple paths: no intersection twice.
