@@ -3,7 +3,7 @@
 use crate::diagnostic::Finding;
 
 use super::alignment::{abreast, ease};
-use super::consolidate::{ConsolidateOptions, MergeNote, consolidate};
+use super::consolidate::{ConsolidateOptions, MergeNote, consolidate, join};
 use super::outline::{Memory, OutlineOptions, Outlines, outlines_within, remaining, wanted};
 use super::road_network::RoadNetwork;
 
@@ -29,10 +29,10 @@ pub struct Streets {
     pub findings: Vec<Finding>,
 }
 
-/// Lays out the streets: bends are eased, the nodes of one intersection merged, roads that overlap laid abreast, and
-/// every intersection outlined.
+/// Lays out the streets: pieces of one road are joined, bends eased, the nodes of one intersection merged, roads that
+/// overlap laid abreast, and every intersection outlined.
 pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
-    let network = ease(network);
+    let network = ease(join(network));
     let mut memory = Memory::default();
     let kept = |network: &RoadNetwork| remaining(network, &options.outline, &mut memory);
     let (network, merges) = consolidate(network, &options.consolidate, kept);

@@ -11,7 +11,7 @@ use crate::builder::road_network::{End, Road, RoadIx, RoadNetwork};
 use crate::geometry::cells::{Bounds, Cells};
 use crate::geometry::{Point, Polyline, Vector, cross, left_of};
 
-use super::eased;
+use super::{TIGHTEST, eased};
 use super::sides::{Sides, Told, sides};
 
 /// Distance between the places, metres, at which a road is compared with others.
@@ -227,6 +227,11 @@ fn pieces(tracks: &[Track], road: usize, margin: f64) -> impl Iterator<Item = Pi
     })
 }
 
+/// How far around a road its neighbours are looked for: the legs of a hairpin of its own may lie farther apart.
+fn searched(track: &Track) -> f64 {
+    track.half * 2.0 * (TIGHTEST - 1.0) + CLEAR
+}
+
 /// For each ordered pair of roads that overlap lengthwise: the places of the first that lie beside the second.
 /// Only roads of `hot` are compared, with all of `near`.
 fn find(tracks: &[Track], sides: &Sides, hot: &[usize], near: &[usize]) -> FxHashMap<(usize, usize), Vec<Beside>> {
@@ -248,7 +253,7 @@ fn find_in(
     cells: &Cells,
 ) -> FxHashMap<(usize, usize), Vec<Beside>> {
     let mut nearest: FxHashMap<(usize, usize, usize), (f64, Beside)> = FxHashMap::default();
-    for piece in hot.iter().flat_map(|&road| pieces(tracks, road, CLEAR)) {
+    for piece in hot.iter().flat_map(|&road| pieces(tracks, road, searched(&tracks[road]))) {
         let (a, i) = piece.data;
         let track = &tracks[a];
         let here: Vec<usize> = [i, i + 1].into_iter().filter(|k| track.is_kept(*k)).collect();
@@ -289,6 +294,12 @@ fn find_in(
     pairs
 }
 
+/// How far apart the lines of two roads must lie, or those of the legs of one hairpin, which turns between them.
+fn apart(a: &Track, b: &Track) -> f64 {
+    let turn = if std::ptr::eq(a, b) { TIGHTEST } else { 1.0 };
+    (a.half + b.half) * turn + CLEAR
+}
+
 /// Place `k` of one road against piece `j` of another: the distance, if they overlap there and run abreast.
 fn compare(a: &Track, k: usize, b: &Track, j: usize) -> Option<(f64, Beside)> {
     let p = a.place(k);
@@ -312,7 +323,7 @@ fn compare(a: &Track, k: usize, b: &Track, j: usize) -> Option<(f64, Beside)> {
     }
     let foot = q + along_b * t.clamp(0.0, length);
     let distance = (p - foot).norm();
-    if distance >= a.half + b.half + CLEAR {
+    if distance >= apart(a, b) {
         return None;
     }
     let offset = if cross(along_a, foot - p) < 0.0 { -distance } else { distance };
@@ -340,7 +351,7 @@ fn targets(
             }
             let side = told_side(me, run, told).unwrap_or_else(|| drawn_side(run, a < b));
             for beside in run {
-                let overlap = me.half + other.half + CLEAR - beside.offset * side;
+                let overlap = apart(me, other) - beside.offset * side;
                 if overlap > TOLERANCE {
                     let push = &mut pushes.entry(a).or_insert_with(|| vec![[0.0; 2]; me.base.len()])[beside.place];
                     let way = usize::from(side > 0.0);

@@ -9,7 +9,7 @@ const COMFORT: f64 = 12.0;
 /// An eased line leaves the drawn corner by at most this, metres, except where the road's width demands more.
 const DEVIATION: f64 = 0.8;
 /// The least radius, as a multiple of half the road's width: the inner edge still has an inside.
-const TIGHTEST: f64 = 1.1;
+pub const TIGHTEST: f64 = 1.1;
 /// The share of a segment that one of its two corners may use.
 const SHARE: f64 = 0.5;
 /// What remains of an inner edge at least, as a share of its segment.

@@ -7,6 +7,7 @@ mod sides;
 use super::road_network::RoadNetwork;
 
 pub use abreast::abreast;
+use ease::TIGHTEST;
 pub use ease::eased;
 
 /// The network with the bends of every road eased to what its width can follow. Stations of features move with their

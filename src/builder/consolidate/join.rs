@@ -5,12 +5,14 @@
 
 use crate::builder::cross_section::{CrossSection, Strip, Travel};
 use crate::builder::road_network::{End, Feature, FeatureKind, IntersectionIx, Road, RoadEnd, RoadKey, RoadNetwork};
-use crate::geometry::Polyline;
+use crate::geometry::{Polyline, angle_between};
 
 use super::edit::Edit;
 
 /// Ends of two lines further apart than this (metres) are not one place: `placement` shifts them.
 const SAME_PLACE: f64 = 0.01;
+/// Roads that turn more than this from one to the other, radians, are not one: 120 degrees.
+const SHARPEST: f64 = 2.0 * std::f64::consts::FRAC_PI_3;
 
 /// Joins roads at every intersection of exactly two that are alike.
 pub fn join_alike(network: RoadNetwork) -> RoadNetwork {
@@ -39,6 +41,9 @@ fn join_at(edit: &mut Edit, at: IntersectionIx) -> Option<()> {
     if !alike(&a, &b) || (a.line.last() - b.line.first()).norm() > SAME_PLACE {
         return None;
     }
+    if doubles_back(&a.line, &b.line) {
+        return None;
+    }
     let road = joined(a, b)?;
     edit.join([a_arm.road, b_arm.road], road, |end: RoadEnd| match end {
         end if end == a_arm || end == b_arm => None,
@@ -46,6 +51,11 @@ fn join_at(edit: &mut Edit, at: IntersectionIx) -> Option<()> {
         _ => Some(End::End),
     });
     Some(())
+}
+
+/// Whether `b` leads back beside `a`: carriageways of a divided road where the map ends, not one road.
+fn doubles_back(a: &Polyline, b: &Polyline) -> bool {
+    angle_between(a.direction(a.length()), b.direction(0.0)).abs() > SHARPEST
 }
 
 /// The road, its line turned around unless `keep`.

@@ -73,6 +73,12 @@ pub struct MergeNote {
     pub left: f64,
 }
 
+/// Joins what is one road: pieces that continue each other without any change, and carriageways around an island.
+#[must_use]
+pub fn join(network: RoadNetwork) -> RoadNetwork {
+    join::join_alike(divided::join_around_islands(join::join_alike(network)))
+}
+
 /// Merges until nothing changes. `kept` gives, for a network, the stations between which each road remains after the
 /// intersections' outlines are cut off ([`crate::builder::outline::Outlines::kept`]).
 pub fn consolidate(
@@ -81,7 +87,6 @@ pub fn consolidate(
     mut kept: impl FnMut(&RoadNetwork) -> Vec<[f64; 2]>,
 ) -> (RoadNetwork, Vec<MergeNote>) {
     let mut notes: Vec<MergeNote> = Vec::new();
-    network = join::join_alike(divided::join_around_islands(join::join_alike(network)));
     for _ in 0..options.rounds {
         let kept = kept(&network);
         let verdicts = decide::decide(&network, &kept, options);

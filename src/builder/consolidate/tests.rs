@@ -33,7 +33,7 @@ fn network(nodes: &[(i64, f64, f64)], ways: &[(i64, &[i64], &str)], relations: &
 
 fn merge(network: RoadNetwork, options: &ConsolidateOptions) -> (RoadNetwork, Vec<MergeNote>) {
     let outline = OutlineOptions::default();
-    consolidate(network, options, |n| remaining(n, &outline, &mut Memory::default()))
+    consolidate(join(network), options, |n| remaining(n, &outline, &mut Memory::default()))
 }
 
 /// Two dual carriageways, 12 m apart, driven on the right: `N-S` on x = 0 (south) and 12 (north), `E-W` on y = 0
