@@ -118,7 +118,17 @@ pub fn convex_hull(points: impl IntoIterator<Item = Point>) -> Vec<Point> {
 
 /// The largest piece of `a` that `b` does not cover, as a ring that is not closed; `None` if nothing is left.
 pub fn largest_outside(a: &[Point], b: &[Point]) -> Option<Vec<Point>> {
-    let rest = to_geo(a).difference(&to_geo(b));
+    largest(to_geo(a).difference(&to_geo(b)))
+}
+
+/// The largest piece of `ring` that none of `others` covers, clockwise, not closed; `None` if nothing is left.
+pub fn outside(ring: &[Point], others: &[Vec<Point>]) -> Option<Vec<Point>> {
+    let others = geo::unary_union(&counter_clockwise(others));
+    clockwise(largest(to_geo(ring).difference(&others))?)
+}
+
+/// The outer ring of the largest piece.
+fn largest(rest: MultiPolygon<f64>) -> Option<Vec<Point>> {
     let largest = rest.into_iter().max_by(|x, y| x.unsigned_area().total_cmp(&y.unsigned_area()))?;
     let mut ring: Vec<Point> = largest.exterior().coords().map(|c| Point::new(c.x, c.y)).collect();
     ring.pop();
@@ -128,18 +138,22 @@ pub fn largest_outside(a: &[Point], b: &[Point]) -> Option<Vec<Point>> {
 /// The outer boundary of the largest piece of the union of these rings, clockwise, not closed; `None` if there is none.
 /// Points come out moved by up to a millionth of the rings' extent.
 pub fn union(rings: &[Vec<Point>]) -> Option<Vec<Point>> {
-    let polygons: Vec<Polygon<f64>> = rings
+    clockwise(largest(geo::unary_union(&counter_clockwise(rings)))?)
+}
+
+/// As polygons that all run the same way: what crosses itself counts by the non-zero rule.
+fn counter_clockwise(rings: &[Vec<Point>]) -> Vec<Polygon<f64>> {
+    rings
         .iter()
         .map(|ring| match signed_area(ring) < 0.0 {
-            true => ring.iter().rev().copied().collect::<Vec<_>>(),
-            false => ring.clone(),
+            true => to_geo(&ring.iter().rev().copied().collect::<Vec<_>>()),
+            false => to_geo(ring),
         })
-        .map(|ring| to_geo(&ring))
-        .collect();
-    let union = geo::unary_union(&polygons);
-    let largest = union.0.into_iter().max_by(|a, b| a.unsigned_area().total_cmp(&b.unsigned_area()))?;
-    let mut ring: Vec<Point> = largest.exterior().coords().map(|c| Point::new(c.x, c.y)).collect();
-    ring.pop();
+        .collect()
+}
+
+/// The ring turned to run clockwise; `None` if it has no area.
+fn clockwise(mut ring: Vec<Point>) -> Option<Vec<Point>> {
     if signed_area(&ring) > 0.0 {
         ring.reverse();
     }

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use crate::builder::road_network::{Intersection, RoadNetwork};
-use crate::geometry::polygon::{convex_hull, union};
+use crate::geometry::polygon::{convex_hull, outside, union};
 use crate::geometry::{Point, Polyline, Vector, left_of, orientation};
 
 use super::collide::{collisions_within, crossings};
@@ -16,6 +16,8 @@ use super::{Cut, OutlineOptions};
 
 /// A stretch of an arm outside the ground longer than this, metres, ends the intersection.
 const APART: f64 = 6.0;
+/// A road lies beside the ground of its own intersection for at most so many metres.
+const BESIDE: f64 = 60.0;
 /// Neighbouring stubs closer together than this at their cuts, metres, have no island between them.
 const ISLAND: f64 = 1.2;
 /// The union's points lie within this distance, metres, of those that went in.
@@ -120,9 +122,24 @@ fn way_out(arm: &Arm, ground: &[Vec<Point>], reach: f64) -> f64 {
 }
 
 /// The corners from cut to cut along the boundary of ground and stubs; `None` if a cut does not lie on it, or not in
-/// its order.
-pub fn corners(arms: &[Arm], trims: &[f64], cuts: &[Cut], ground: &[Vec<Point>]) -> Option<Vec<Vec<Point>>> {
-    thread(&boundary(arms, trims, cuts, ground)?, cuts)
+/// its order. `far` gives the stations where the arms end at their other intersections: where ground or a stub covers
+/// a cut, what remains of the roads is taken out of the ground.
+pub fn corners(
+    arms: &[Arm],
+    trims: &[f64],
+    far: &[f64],
+    cuts: &[Cut],
+    ground: &[Vec<Point>],
+) -> Option<Vec<Vec<Point>>> {
+    let boundary = boundary(arms, trims, cuts, ground)?;
+    thread(&boundary, cuts).or_else(|| {
+        let roads: Vec<Vec<Point>> = arms
+            .iter()
+            .zip(trims.iter().zip(far))
+            .filter_map(|(arm, (trim, far))| ribbon(&arm.line.cut(*trim, far.min(trim + BESIDE))?, arm.half))
+            .collect();
+        thread(&outside(&boundary, &roads)?, cuts)
+    })
 }
 
 /// The boundary of ground and stubs.

@@ -256,17 +256,17 @@ fn close(
     kept: &[[f64; 2]],
     options: &OutlineOptions,
 ) -> (Outline, Option<Finding>) {
-    let trims: Vec<f64> = plan
+    let (trims, far): (Vec<f64>, Vec<f64>) = plan
         .arms
         .iter()
         .map(|arm| {
             let [from, to] = kept[arm.at.road.0 as usize];
             match arm.at.end {
-                End::Start => from,
-                End::End => arm.length - to,
+                End::Start => (from, to),
+                End::End => (arm.length - to, arm.length - from),
             }
         })
-        .collect();
+        .unzip();
     let cuts: Vec<Cut> = plan.arms.iter().zip(&trims).map(|(arm, trim)| walk::cut(arm, *trim)).collect();
     if matches!(plan.case, Case::MapEdge) || cuts.is_empty() {
         return (Outline { case: plan.case, corners: vec![Vec::new(); cuts.len()], cuts, ring: Vec::new() }, None);
@@ -276,7 +276,7 @@ fn close(
     {
         return (Outline { case: plan.case, cuts, corners, ring }, None);
     }
-    if let Some(outline) = around_union(network, intersection, plan, &trims, &cuts, options) {
+    if let Some(outline) = around_union(network, intersection, plan, [&trims, &far], &cuts, options) {
         return (outline, None);
     }
     // Roads that cover a cut of another keep the boundary from closing; the star's own corners still may.
@@ -291,7 +291,7 @@ fn around_union(
     network: &RoadNetwork,
     intersection: &Intersection,
     plan: &Plan,
-    trims: &[f64],
+    [trims, far]: [&[f64]; 2],
     cuts: &[Cut],
     options: &OutlineOptions,
 ) -> Option<Outline> {
@@ -299,7 +299,7 @@ fn around_union(
         true => merged::ground(network, intersection, &plan.arms),
         false => plan.ground.clone(),
     };
-    let sharp = merged::corners(&plan.arms, trims, cuts, &ground)?;
+    let sharp = merged::corners(&plan.arms, trims, far, cuts, &ground)?;
     let round = sharp.iter().map(|chain| merged::rounded(chain, options.kerb_reach)).collect();
     [round, sharp].into_iter().find_map(|corners: Vec<Vec<Point>>| {
         let ring = walk::ring(cuts, &corners);
