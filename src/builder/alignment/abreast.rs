@@ -11,8 +11,8 @@ use crate::builder::road_network::{End, Road, RoadIx, RoadNetwork};
 use crate::geometry::cells::{Bounds, Cells};
 use crate::geometry::{Point, Polyline, Vector, cross, left_of};
 
-use super::{TIGHTEST, eased};
 use super::sides::{Sides, Told, sides};
+use super::{TIGHTEST, eased};
 
 /// Distance between the places, metres, at which a road is compared with others.
 const STEP: f64 = 4.0;
@@ -389,8 +389,7 @@ fn begins_where_they_meet(track: &Track, run: &[Beside], told: &Told) -> bool {
 fn told_side(track: &Track, run: &[Beside], told: &[Told]) -> Option<f64> {
     let unclear = run.iter().all(|beside| beside.offset.abs() < UNCLEAR);
     let holds = |t: &&Told| {
-        begins_where_they_meet(track, run, t)
-            || unclear && run.iter().any(|beside| t.at(track.stations[beside.place]))
+        begins_where_they_meet(track, run, t) || unclear && run.iter().any(|beside| t.at(track.stations[beside.place]))
     };
     let mut holding = told.iter().filter(holds).map(|t| t.side);
     let first = holding.next()?;

@@ -22,6 +22,8 @@ const BESIDE: f64 = 60.0;
 const ISLAND: f64 = 1.2;
 /// The union's points lie within this distance, metres, of those that went in.
 const SNAP: f64 = 1e-3;
+/// Roads side by side may touch: at their cuts they overlap by less than this, metres.
+const TOUCH: f64 = 0.05;
 /// Points closer together than this, metres, are one.
 const CLOSE: f64 = 0.02;
 /// Arms whose cuts lie hidden are cut back so much further at a time, metres.
@@ -89,7 +91,7 @@ fn expose(arms: &[Arm], ground: &[Vec<Point>], trims: &mut [f64], reach: f64) {
         let Some(boundary) = boundary(arms, trims, &cuts, ground) else { return };
         let mut hidden = false;
         for ((arm, cut), trim) in arms.iter().zip(&cuts).zip(trims.iter_mut()) {
-            let seen = find(&boundary, cut.left).is_some() && find(&boundary, cut.right).is_some();
+            let seen = find(&boundary, cut.left, SNAP).is_some() && find(&boundary, cut.right, SNAP).is_some();
             if !seen && *trim + EXPOSE_STEP < reach.min(arm.length) {
                 *trim += EXPOSE_STEP;
                 hidden = true;
@@ -132,13 +134,13 @@ pub fn corners(
     ground: &[Vec<Point>],
 ) -> Option<Vec<Vec<Point>>> {
     let boundary = boundary(arms, trims, cuts, ground)?;
-    thread(&boundary, cuts).or_else(|| {
+    thread(&boundary, cuts, SNAP).or_else(|| {
         let roads: Vec<Vec<Point>> = arms
             .iter()
             .zip(trims.iter().zip(far))
             .filter_map(|(arm, (trim, far))| ribbon(&arm.line.cut(*trim, far.min(trim + BESIDE))?, arm.half))
             .collect();
-        thread(&outside(&boundary, &roads)?, cuts)
+        thread(&outside(&boundary, &roads)?, cuts, TOUCH)
     })
 }
 
@@ -157,9 +159,11 @@ fn boundary(arms: &[Arm], trims: &[f64], cuts: &[Cut], ground: &[Vec<Point>]) ->
     union(&pieces)
 }
 
-/// The boundary's vertex at `p`.
-fn find(boundary: &[Point], p: Point) -> Option<usize> {
-    boundary.iter().position(|q| (q - p).norm() < SNAP)
+/// The boundary's vertex at `p`, within `snap` metres.
+fn find(boundary: &[Point], p: Point, snap: f64) -> Option<usize> {
+    let distance = |i: &usize| (boundary[*i] - p).norm();
+    let nearest = (0..boundary.len()).min_by(|i, j| distance(i).total_cmp(&distance(j)))?;
+    (distance(&nearest) < snap).then_some(nearest)
 }
 
 /// The part of an arm that is cut off.
@@ -186,12 +190,12 @@ fn between(a: &Arm, b: &Arm, trims: [f64; 2], ends: [Point; 2]) -> Vec<Point> {
 }
 
 /// Cuts the boundary at the cuts.
-fn thread(boundary: &[Point], cuts: &[Cut]) -> Option<Vec<Vec<Point>>> {
+fn thread(boundary: &[Point], cuts: &[Cut], snap: f64) -> Option<Vec<Vec<Point>>> {
     let n = boundary.len();
     let mut marks = Vec::with_capacity(cuts.len() * 2);
     for cut in cuts {
-        marks.push(find(boundary, cut.right)?);
-        marks.push(find(boundary, cut.left)?);
+        marks.push(find(boundary, cut.right, snap)?);
+        marks.push(find(boundary, cut.left, snap)?);
     }
     let first = marks[0];
     let along: Vec<usize> = marks.iter().map(|m| (m + n - first) % n).collect();
