@@ -46,7 +46,10 @@ fn is_at(map: &MapIndex, lane: usize, location: &str) -> bool {
 fn judge_exit(map: &MapIndex, at: usize) -> Option<Finding> {
     let lane = &map.lanes[at];
     let subject = Subject::Lanelet(lane.id.0);
-    let road = *map.followers(at).iter().find(|&&next| map.lanes[next].vehicle && is_at(map, next, "urban"))?;
+    let road = *map
+        .followers(at)
+        .iter()
+        .find(|&&next| map.lanes[next].vehicle && is_at(map, next, "urban") && meets_others(map, at, next))?;
     let next = Subject::Lanelet(map.lanes[road].id.0);
     let mut before = map.predecessors(at).iter().filter(|&&lane| map.lanes[lane].vehicle);
     if is_at(map, at, "urban") && before.any(|&lane| is_at(map, lane, "private")) {
@@ -64,6 +67,14 @@ fn judge_exit(map: &MapIndex, at: usize) -> Option<Finding> {
     let edits = vec![Edit::SetTag { on: subject, key: "turn_direction".into(), value: label.into() }];
     let finding = Finding::new("exit-no-turn", subject, message).with(next, "road");
     Some(finding.fixed_by(format!("set turn_direction={label}"), true, edits))
+}
+
+/// Whether others drive onto the same road, or across the lanelet that leads there. Where a road only stops being private,
+/// nobody does, and there is nothing to merge with.
+fn meets_others(map: &MapIndex, at: usize, road: usize) -> bool {
+    let vehicle = |lane: usize| map.lanes[lane].vehicle;
+    map.predecessors(road).iter().any(|&other| other != at && vehicle(other))
+        || map.conflicts[at].iter().any(|conflict| conflict.real && vehicle(conflict.other))
 }
 
 /// Segments of road borders by place.
