@@ -12,16 +12,17 @@ use crate::settings::{Settings, Side};
 use super::area::area_outline;
 use super::assembly::{Assembly, tags};
 use super::conflict::{Conflicts, conflicts};
-use super::connection::{ConnectionLines, Crossing, connection_lines};
+use super::connection::{ConnectionLines, Crossing};
 use super::control::{Approach, Control, control_arm, sign_at};
 use super::cross_section::StripKind;
 use super::crosswalk::{announce, crosswalk};
-use super::join::Joins;
-use super::lanes::{Arm, Lanes, lanes};
-use super::movement::{Movement, Movements, STRAIGHT, movements};
+use super::draft::{Draft, Ways};
+use super::lanes::{Arm, Lanes};
+use super::movement::{Movement, Movements, STRAIGHT};
 use super::outline::Outlines;
-use super::paths::{Bounds, Drawn, Paint, Path, intersection_key, paths};
-use super::road_network::{DrivingSide, Intersection, IntersectionIx, RoadIx, RoadNetwork};
+use super::paths::{Bounds, Drawn, Path, intersection_key};
+use super::restricted::Restricted;
+use super::road_network::{DrivingSide, Intersection, RoadIx, RoadNetwork};
 use super::sidecar;
 
 /// A map in local metres, without longitude and latitude.
@@ -39,34 +40,30 @@ pub struct Assembled {
 
 /// Builds the map.
 pub fn assemble(network: &RoadNetwork, outlines: &Outlines) -> Assembled {
-    let mut joins = Joins::find(network);
-    let lines = connection_lines(network, outlines, |ix| joins.joined(ix));
-    let mut assembly = Assembly::default();
-    let lanes = lanes(&mut assembly, network, &lines, &mut joins);
+    let (restricted, notes) = Restricted::new(network);
+    let Draft { lines, mut assembly, lanes, ways, .. } = Draft::new(network, outlines, &restricted);
     let crossings = Crossings::add(&mut assembly, network, &lines, &lanes);
-    let numbered = network.intersections.iter().enumerate();
-    let apart = numbered.filter(|(i, at)| at.arms.len() >= 2 && !joins.joined(IntersectionIx(*i as u32)));
-    let intersections: Vec<&Intersection> = apart.map(|(_, intersection)| intersection).collect();
-    let mut whole = Assembled::default();
+    let mut whole = Assembled { notes, ..Assembled::default() };
     whole.settings.driving_side = Some(if network.side == DrivingSide::Left { Side::Left } else { Side::Right });
-    let made = |below: &Assembly, intersection: &Intersection| {
-        let mut stage = Stage {
-            network,
-            lanes: &lanes,
-            crossings: &crossings,
-            assembly: Assembly::over(below),
-            beside: Assembled::default(),
-        };
-        stage.intersection(intersection);
+    let made = |below: &Assembly, intersection: &Intersection, ways: Ways| {
+        let assembly = Assembly::resumed(below, ways.part);
+        let beside = Assembled::default();
+        let mut stage = Stage { network, lanes: &lanes, crossings: &crossings, assembly, beside };
+        stage.intersection(intersection, &ways.plan, &ways.drawn);
         (stage.assembly.into_part(), stage.beside)
     };
-    for batch in intersections.chunks(BATCH) {
-        let parts: Vec<_> = batch.par_iter().map(|intersection| made(&assembly, intersection)).collect();
-        for ((part, beside), intersection) in parts.into_iter().zip(batch) {
-            let mut beside = beside;
+    let mut left = network.intersections.iter().zip(ways).filter_map(|(at, ways)| Some((at, ways?)));
+    loop {
+        let batch: Vec<(&Intersection, Ways)> = left.by_ref().take(BATCH).collect();
+        if batch.is_empty() {
+            break;
+        }
+        let parts: Vec<_> = batch.into_par_iter().map(|(at, ways)| (at, made(&assembly, at, ways))).collect();
+        for (intersection, (part, mut beside)) in parts {
             if assembly.add(part).is_err() {
-                // Another part of this batch has taken one of its ids: it is made once more, over that part.
-                let again = made(&assembly, intersection);
+                // Something added since has taken one of its ids: it is made once more, over all that stands.
+                let ways = Ways::draw(network, &restricted, &lanes, intersection, &assembly);
+                let again = made(&assembly, intersection, ways);
                 beside = again.1;
                 let _ = assembly.add(again.0);
             }
@@ -115,19 +112,16 @@ struct Stage<'a> {
 }
 
 impl Stage<'_> {
-    fn intersection(&mut self, intersection: &Intersection) {
+    fn intersection(&mut self, intersection: &Intersection, plan: &Movements, drawn: &Drawn) {
         let lanes = self.lanes;
         let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
-        let plan = movements(self.network, lanes, intersection);
-        let paint = if arms.len() == 2 { Paint::AsBefore } else { Paint::None };
-        let Drawn { paths, bounds, dropped } =
-            paths(&mut self.assembly, self.network, lanes, intersection, &plan.all, paint);
-        self.note_dropped(intersection, &dropped);
-        let conflicts = conflicts(&paths);
-        self.announce_crosswalks(intersection, &paths);
+        let Drawn { paths, bounds, dropped } = drawn;
+        self.note_dropped(intersection, dropped);
+        let conflicts = conflicts(paths);
+        self.announce_crosswalks(intersection, paths);
         let roundabout = arms.iter().any(|a| self.network.road(a.at.road).roundabout);
         if !roundabout && conflicts.real.iter().any(|c| !c.is_empty()) {
-            self.area(intersection, &arms, &plan, &paths, &bounds, &conflicts);
+            self.area(intersection, &arms, plan, paths, bounds, &conflicts);
         }
     }
 
@@ -198,6 +192,11 @@ impl Stage<'_> {
         };
         attributes.set("turn_direction", direction.as_str());
         attributes.set("intersection_area", crate::osm::Text::from(area.0.to_string()));
+        let bounds = self.assembly.lanelet_of(path.lanelet).map(|lanelet| [lanelet.left.line, lanelet.right.line]);
+        // Nothing is painted across an intersection, not even where two roads only merge lanes.
+        for line in bounds.into_iter().flatten() {
+            self.assembly.retag_line(line, tags(&[("type", "virtual")]));
+        }
     }
 
     fn announce_crosswalks(&mut self, intersection: &Intersection, paths: &[Path]) {
@@ -259,7 +258,12 @@ impl Stage<'_> {
             // A bus lane is no part of the graph that a car's planner watches.
             let watched: Vec<usize> =
                 conflicts.real[x].iter().copied().filter(|&y| paths[y].kind != StripKind::Bus).collect();
-            let yields = yields(x, movers, &watched, relation);
+            let mut yields = yields(x, movers, &watched, relation);
+            // Lanes that only touch are in nobody's way, but Autoware would wait for them.
+            if !(movers[x].signalised && movers[x].turn == Turn::Straight) {
+                yields.extend(conflicts.touching(x).filter(|&y| paths[y].kind != StripKind::Bus));
+                yields.sort_unstable();
+            }
             if yields.is_empty() {
                 continue;
             }

@@ -39,6 +39,11 @@ impl<'a> Assembly<'a> {
         Self { part: Part::default(), below: Some(below) }
     }
 
+    /// Goes on with a part that was begun over the same assembly.
+    pub fn resumed(below: &'a Assembly<'a>, part: Part) -> Self {
+        Self { part, below: Some(below) }
+    }
+
     /// What has been added.
     pub fn into_part(self) -> Part {
         self.part
@@ -82,6 +87,13 @@ impl<'a> Assembly<'a> {
     /// Attributes of a lanelet that this part has added, to change.
     pub fn attributes_mut(&mut self, id: LaneletId) -> Option<&mut Attributes> {
         self.part.map.lanelets.get_mut(id).map(|lanelet| &mut lanelet.attributes)
+    }
+
+    /// Gives other tags to a line that this part has added.
+    pub fn retag_line(&mut self, id: LineStringId, attributes: Attributes) {
+        if let Some(line) = self.part.map.linestrings.get_mut(id) {
+            line.attributes = attributes;
+        }
     }
 
     /// The line of an id.

@@ -23,6 +23,17 @@ pub struct Conflicts {
     pub slivers: Vec<(usize, usize)>,
 }
 
+impl Conflicts {
+    /// The paths that overlap this one by too little to be in its way.
+    pub fn touching(&self, path: usize) -> impl Iterator<Item = usize> + '_ {
+        self.slivers.iter().filter_map(move |&(a, b)| match path {
+            _ if path == a => Some(b),
+            _ if path == b => Some(a),
+            _ => None,
+        })
+    }
+}
+
 /// Finds the conflicts.
 pub fn conflicts(paths: &[Path]) -> Conflicts {
     let boxes = paths.iter().enumerate().map(|(i, p)| GeomWithData::new(bounding_box(&p.outline), i)).collect();

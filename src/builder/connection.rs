@@ -3,6 +3,8 @@
 //! The outline says how far a road must be cut back at least. Here it is cut back further, along its own line, so that
 //! the crosswalk lies inside the intersection with the stop line before it, and so that a car can take the near turn.
 
+use rustc_hash::FxHashSet;
+
 use crate::geometry::{Point, Vector, curve, curve::Pose, left_of};
 
 use super::cross_section::{CrossSection, StripKind, Travel};
@@ -27,8 +29,16 @@ const TURN_SETBACK_MOST: f64 = 8.0;
 const ROAD_LEFT: f64 = 4.0;
 /// What must remain of a road, metres, whatever the outline says.
 const ROAD_LEAST: f64 = 1.0;
-/// Where two roads of unlike width meet, each gives this much, metres, to the taper between them.
+/// Where two roads of unlike width meet, each gives this much, metres, to the taper between them at least, ...
 const TAPER: f64 = 5.0;
+/// ... and a taper is so many times as long as it leads sideways: then its bends stay below eight degrees.
+const TAPER_RATIO: f64 = 12.0;
+/// Each road gives this much, metres, to a taper at most.
+const TAPER_MOST: f64 = 24.0;
+/// At a crossing each road gives this much, metres, at most so that lanes straight on need not swerve.
+const SWERVE_MOST: f64 = 4.0;
+/// Up to this change of direction, degrees, a lane goes on straight but for a shift sideways.
+const PARALLEL: f64 = 15.0;
 
 /// A place where people cross the carriageway.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,6 +58,8 @@ pub struct Crossing {
 pub struct ConnectionLines {
     /// Per road: the stations between which its own lanes run.
     pub kept: Vec<[f64; 2]>,
+    /// Per road: the stations where its outlines, held to its length, would cut it.
+    pub least: Vec<[f64; 2]>,
     /// In order of roads and stations.
     pub crossings: Vec<Crossing>,
 }
@@ -113,14 +125,16 @@ pub fn lane_pose(road: &Road, end: End, station: f64, lane: LaneAt) -> Pose {
 }
 
 /// Cuts every road for crosswalks, stop lines and turns. `joined` tells which intersections need no room: there the
-/// roads meet face to face.
+/// roads meet face to face. `back` says how far each end is cut back at least, metres behind its outline.
 pub fn connection_lines(
     network: &RoadNetwork,
     outlines: &Outlines,
     joined: impl Fn(IntersectionIx) -> bool,
+    back: &[[f64; 2]],
 ) -> ConnectionLines {
     let mut lines = ConnectionLines::default();
-    let mut setbacks = vec![[0.0_f64; 2]; network.roads.len()];
+    let mut setbacks = back.to_vec();
+    let mut placed: FxHashSet<i64> = FxHashSet::default();
     let least: Vec<[f64; 2]> = (0..network.roads.len()).map(|i| least_cut(network, outlines, i, &joined)).collect();
     for (i, intersection) in network.intersections.iter().enumerate() {
         if intersection.arms.len() >= 2 && !joined(IntersectionIx(i as u32)) {
@@ -130,7 +144,8 @@ pub fn connection_lines(
     for (i, road) in network.roads.iter().enumerate() {
         let ix = RoadIx(i as u32);
         let room = |end| network.intersection(road.intersection(end)).arms.len() >= 3 && !road.roundabout;
-        let mut crossings = crossings_of(road, ix, least[i], room);
+        let continued = |end| network.intersection(road.intersection(end)).arms.len() == 2;
+        let mut crossings = crossings_of(road, ix, least[i], room, continued);
         for crossing in &mut crossings {
             let Some(end) = crossing.arm else { continue };
             let depth = from_cut(least[i], end, crossing.station);
@@ -152,9 +167,13 @@ pub fn connection_lines(
                 crossing.station = at_depth(least[i], end, most);
             }
         }
+        // What lies between intersections crosses the road's own lanes, once where the way is cut in two.
+        crossings
+            .retain_mut(|crossing| crossing.arm.is_some() || between(crossing, kept) && placed.insert(crossing.node));
         lines.kept.push(kept);
         lines.crossings.extend(crossings);
     }
+    lines.least = least;
     lines
 }
 
@@ -184,7 +203,7 @@ fn least_cut(
 }
 
 /// Distance up the road from the cut at one end.
-fn from_cut(cut: [f64; 2], end: End, station: f64) -> f64 {
+pub fn from_cut(cut: [f64; 2], end: End, station: f64) -> f64 {
     match end {
         End::Start => station - cut[0],
         End::End => cut[1] - station,
@@ -237,6 +256,9 @@ fn turn_setbacks(network: &RoadNetwork, arms: &[RoadEnd], least: &[[f64; 2]], se
             let (from, to) = (poses(a, true), poses(b, false));
             // The tightest way between two arms joins their outermost lanes on the same side.
             for (from, to) in from.into_iter().zip(to).filter_map(|(from, to)| from.zip(to)) {
+                let back = swerve(from, to).min(if arms.len() == 2 { TAPER_MOST } else { SWERVE_MOST });
+                raise(a, back);
+                raise(b, back);
                 let Some((before, after, turn)) = curve::tangents(from, to) else { continue };
                 let tangent = TURN_RADIUS * (turn.abs() / 2.0).tan();
                 raise(a, (tangent - before).clamp(0.0, TURN_SETBACK_MOST));
@@ -249,8 +271,23 @@ fn turn_setbacks(network: &RoadNetwork, arms: &[RoadEnd], least: &[[f64; 2]], se
     }
 }
 
+/// How far both roads should give way for a lane that shifts sideways between two ends.
+fn swerve(from: Pose, to: Pose) -> f64 {
+    let way = to.point - from.point;
+    let sideways = crate::geometry::cross(from.heading, way).abs();
+    let parallel = crate::geometry::angle_between(from.heading, to.heading).abs() < PARALLEL.to_radians();
+    let wanted = if parallel { TAPER_RATIO * sideways } else { 0.0 };
+    ((wanted - way.dot(&from.heading)) / 2.0).max(0.0)
+}
+
 /// The crossings of a road; those near an end belong to the intersection there, at most one per arm.
-fn crossings_of(road: &Road, ix: RoadIx, cut: [f64; 2], room: impl Fn(End) -> bool) -> Vec<Crossing> {
+fn crossings_of(
+    road: &Road,
+    ix: RoadIx,
+    cut: [f64; 2],
+    room: impl Fn(End) -> bool,
+    continued: impl Fn(End) -> bool,
+) -> Vec<Crossing> {
     let half = CROSSWALK_BREADTH / 2.0;
     let mut found: Vec<Crossing> = Vec::new();
     for feature in &road.features {
@@ -266,12 +303,23 @@ fn crossings_of(road: &Road, ix: RoadIx, cut: [f64; 2], room: impl Fn(End) -> bo
             None => feature.station,
         };
         let free = arm.is_none_or(|end| !found.iter().any(|c| c.arm == Some(end)));
-        let inside = arm.is_some() || (station > cut[0] + half && station < cut[1] - half);
+        let inside = station > cut[0] + half && station < cut[1] - half;
+        let inside = inside || arm.is_some() || near.is_some_and(&continued);
         if free && inside {
             found.push(Crossing { node: feature.node, road: ix, station, arm });
         }
     }
     found
+}
+
+/// Moves a crossing so that it lies on the lanes between two cuts; `false` if they are too short.
+fn between(crossing: &mut Crossing, [start, end]: [f64; 2]) -> bool {
+    let half = CROSSWALK_BREADTH / 2.0;
+    let room = end - start > 2.0 * half;
+    if room {
+        crossing.station = crossing.station.clamp(start + half, end - half);
+    }
+    room
 }
 
 /// Index of the first and behind the last strip of the carriageway: what lies between the kerbs.

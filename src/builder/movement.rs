@@ -4,7 +4,8 @@ use crate::geometry::{Vector, angle_between};
 
 use super::cross_section::{Arrows, StripKind};
 use super::lanes::{Arm, ArmLane, Lanes};
-use super::road_network::{DrivingSide, Intersection, RoadEnd, RoadNetwork};
+use super::restricted::Restricted;
+use super::road_network::{DrivingSide, Intersection};
 
 /// A movement up to this change of direction, degrees, goes straight on.
 pub const STRAIGHT: f64 = 30.0;
@@ -58,36 +59,46 @@ pub fn turn(side: DrivingSide, from: Vector, to: Vector) -> f64 {
 }
 
 /// Finds the movements of an intersection.
-pub fn movements(network: &RoadNetwork, lanes: &Lanes, intersection: &Intersection) -> Movements {
+pub fn movements(side: DrivingSide, restricted: &Restricted, lanes: &Lanes, intersection: &Intersection) -> Movements {
     let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
     let mut found = Movements::default();
+    let mut targets: Vec<Vec<Target>> = Vec::new();
     for (from, arm) in arms.iter().enumerate() {
-        let mut targets = Vec::new();
+        let mut open = Vec::new();
         for (to, other) in arms.iter().enumerate() {
             if to == from || arm.into.is_empty() || other.out.is_empty() {
                 continue;
             }
-            if passable(intersection, arm.at, other.at) && permitted(network, arm.at, other.at) {
-                let turn = turn(network.side, arm.inward, -other.inward);
-                targets.push(Target { to, arm: other, turn });
+            if restricted.permit(intersection, arm.at, other.at) {
+                open.push(Target { to, arm: other, turn: turn(side, arm.inward, -other.inward) });
             } else {
                 found.prohibited.push((from, to));
             }
         }
         // Nobody turns back unless an arrow says so, or there is no other way on.
         let signed = arm.into.iter().any(|lane| lane.arrows.has(Arrows::REVERSE));
-        if !signed && targets.iter().any(|t| !t.turns_back()) {
-            targets.retain(|t| !t.turns_back());
+        if !signed && open.iter().any(|t| !t.turns_back()) {
+            open.retain(|t| !t.turns_back());
         }
         // Arms are clockwise: from left to right as one drives in, whatever the angles say.
         let count = arms.len();
-        targets.sort_by_key(|t| (t.to + count - from) % count);
-        assign(from, arm, &targets, StripKind::Drive, &mut found.all);
-        assign_bus(from, arm, &targets, &mut found.all);
+        open.sort_by_key(|t| (t.to + count - from) % count);
+        targets.push(open);
     }
-    reach_all(&arms, &mut found);
-    found.all.sort_unstable();
-    found.all.dedup();
+    let mut heed = vec![true; arms.len()];
+    found.all = assigned(&arms, &targets, &heed);
+    // Where all arrows lead past a road, they are not meant for this place: lanes are marked long before they part.
+    let missed: Vec<usize> = (0..arms.len())
+        .filter(|to| !found.all.iter().any(|m| m.to == *to))
+        .filter_map(|to| {
+            let leads = |from: &usize| targets[*from].iter().find(|t| t.to == to).map(|t| (t.turn.abs(), *from));
+            (0..arms.len()).filter_map(|from| leads(&from)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|best| best.1)
+        })
+        .collect();
+    if !missed.is_empty() {
+        missed.into_iter().for_each(|from| heed[from] = false);
+        found.all = assigned(&arms, &targets, &heed);
+    }
     for (from, arm) in arms.iter().enumerate() {
         for (to, other) in arms.iter().enumerate() {
             let lanes = from != to && !arm.into.is_empty() && !other.out.is_empty();
@@ -101,27 +112,67 @@ pub fn movements(network: &RoadNetwork, lanes: &Lanes, intersection: &Intersecti
     found
 }
 
-/// Whether the roads inside a merged intersection lead from one arm to the other.
-fn passable(intersection: &Intersection, from: RoadEnd, to: RoadEnd) -> bool {
-    intersection.passages.as_ref().is_none_or(|p| p.contains(&(from, to)))
+/// The movements from all arms; those of which `heed` says no as if nothing were painted.
+fn assigned(arms: &[&Arm], targets: &[Vec<Target>], heed: &[bool]) -> Vec<Movement> {
+    let mut all = Vec::new();
+    for (from, arm) in arms.iter().enumerate() {
+        let bare;
+        let arm = if heed[from] {
+            *arm
+        } else {
+            bare = without_arrows(arm);
+            &bare
+        };
+        assign(from, arm, &targets[from], StripKind::Drive, &mut all);
+        assign_bus(from, arm, &targets[from], &mut all);
+    }
+    reach_all(arms, &mut all);
+    all.sort_unstable();
+    all.dedup();
+    all
 }
 
-/// Whether the turn restrictions let one go from one arm to the other.
-fn permitted(network: &RoadNetwork, from: RoadEnd, to: RoadEnd) -> bool {
-    let mut only = false;
-    for r in network.restrictions.iter().filter(|r| r.from == from && r.via.is_empty()) {
-        match (r.only, r.to == to) {
-            (false, true) => return false,
-            (true, true) => return true,
-            (true, false) => only = true,
-            (false, false) => {}
+fn without_arrows(arm: &Arm) -> Arm {
+    let mut arm = arm.clone();
+    arm.into.iter_mut().for_each(|lane| lane.arrows = Arrows::default());
+    arm
+}
+
+/// The arms each lane leads to, so that no lane crosses another.
+fn goals(lanes: &[(usize, &ArmLane)], targets: &[Target], kind: StripKind) -> Vec<Vec<usize>> {
+    let mut goals = wishes(lanes, targets);
+    let room: Vec<usize> = targets.iter().map(|t| t.arm.out.iter().filter(|l| l.kind == kind).count()).collect();
+    while let Some((lane, target)) = crossing(&goals, targets, &room) {
+        goals[lane].retain(|&t| t != target);
+    }
+    goals
+}
+
+/// A lane and a target that it had better leave to others: another lane crosses it on its way. Rather the target that
+/// more lanes lead to than it takes, then the one that lies farther from straight on. `None` if nothing crosses, or
+/// nothing can be spared.
+fn crossing(goals: &[Vec<usize>], targets: &[Target], room: &[usize]) -> Option<(usize, usize)> {
+    let users = |target: usize| goals.iter().filter(|g| g.contains(&target)).count();
+    let spare = |&(lane, target): &(usize, usize)| goals[lane].len() > 1 && users(target) > 1;
+    let mut crossing = Vec::new();
+    for (left, for_left) in goals.iter().enumerate() {
+        for (right, for_right) in goals.iter().enumerate().skip(left + 1) {
+            for (&t, &u) in for_left.iter().flat_map(|t| for_right.iter().map(move |u| (t, u))) {
+                if t > u {
+                    crossing.extend([(left, t), (right, u)]);
+                }
+            }
         }
     }
-    !only
+    let burden = |target: usize| (users(target).saturating_sub(room[target]), targets[target].turn.abs());
+    crossing.into_iter().filter(spare).max_by(|&(a, t), &(b, u)| {
+        let (x, y) = (burden(t), burden(u));
+        x.0.cmp(&y.0).then(x.1.total_cmp(&y.1)).then((b, u).cmp(&(a, t)))
+    })
 }
 
 /// The arms each lane leads to: by its arrows, else the outer lanes turn and all go on where they can.
-fn goals(lanes: &[(usize, &ArmLane)], targets: &[Target]) -> Vec<Vec<usize>> {
+fn wishes(lanes: &[(usize, &ArmLane)], targets: &[Target]) -> Vec<Vec<usize>> {
     let count = lanes.len();
     let straight: Vec<usize> = (0..targets.len()).filter(|&t| targets[t].turn.abs() <= STRAIGHT).collect();
     // Without an arrow a lane turns back only where every way on does.
@@ -189,7 +240,7 @@ fn assign(from: usize, arm: &Arm, targets: &[Target], kind: StripKind, all: &mut
     if lanes.is_empty() || usable.is_empty() {
         return;
     }
-    let goals = goals(&lanes, &usable);
+    let goals = goals(&lanes, &usable, kind);
     for (t, target) in usable.iter().enumerate() {
         let mut ins: Vec<usize> = (0..lanes.len()).filter(|&i| goals[i].contains(&t)).collect();
         if ins.is_empty() {
@@ -269,33 +320,31 @@ fn assign_bus(from: usize, arm: &Arm, targets: &[Target], all: &mut Vec<Movement
 }
 
 /// Leads somebody to every lane out that nobody reaches yet: the movement beside it fans out.
-fn reach_all(arms: &[&Arm], found: &mut Movements) {
+fn reach_all(arms: &[&Arm], all: &mut Vec<Movement>) {
     for (to, arm) in arms.iter().enumerate() {
-        let reached = |all: &[Movement], out: usize| all.iter().any(|m| (m.to, m.out_lane) == (to, out));
         // Outward from the lanes that are reached, so that each new one has a neighbour to follow.
         for _ in 0..arm.out.len() {
             for out in 0..arm.out.len() {
-                if reached(&found.all, out) {
+                if all.iter().any(|m| (m.to, m.out_lane) == (to, out)) {
                     continue;
                 }
-                let beside = found
-                    .all
-                    .iter()
-                    .copied()
-                    .filter(|m| m.to == to && m.out_lane.abs_diff(out) == 1)
-                    .filter(|m| {
-                        // The lane at this side of all that go the same way, so that none is crossed.
-                        !found.all.iter().any(|o| {
-                            (o.from, o.to) == (m.from, m.to)
-                                && if out > m.out_lane { o.in_lane > m.in_lane } else { o.in_lane < m.in_lane }
-                        })
+                // None that goes the same way may be crossed.
+                let crosses = |m: &Movement| {
+                    all.iter().filter(|o| (o.from, o.to) == (m.from, m.to)).any(|o| match out > m.out_lane {
+                        true => o.in_lane > m.in_lane && o.out_lane < out,
+                        false => o.in_lane < m.in_lane && o.out_lane > out,
                     })
-                    .min_by(|a, b| {
-                        let turn = |m: &Movement| angle_between(arms[m.from].inward, -arm.inward).abs();
-                        turn(a).total_cmp(&turn(b)).then(a.cmp(b))
-                    });
+                };
+                let beside =
+                    all.iter().copied().filter(|m| m.to == to && m.out_lane.abs_diff(out) == 1 && !crosses(m)).min_by(
+                        |a, b| {
+                            let turn = |m: &Movement| angle_between(arms[m.from].inward, -arm.inward).abs();
+                            let other_kind = |m: &Movement| arms[m.from].into[m.in_lane].kind != arm.out[out].kind;
+                            other_kind(a).cmp(&other_kind(b)).then(turn(a).total_cmp(&turn(b))).then(a.cmp(b))
+                        },
+                    );
                 if let Some(movement) = beside {
-                    found.all.push(Movement { out_lane: out, ..movement });
+                    all.push(Movement { out_lane: out, ..movement });
                 }
             }
         }

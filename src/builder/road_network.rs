@@ -2,6 +2,7 @@
 
 mod arms;
 mod control;
+mod crossed;
 mod features;
 mod pieces;
 mod read;
@@ -208,8 +209,6 @@ pub struct Intersection {
     pub all_way_stop: bool,
     /// `highway=mini_roundabout`, `turning_circle`, `turning_loop`.
     pub circle: Option<Text>,
-    /// A crossing on the node itself.
-    pub crossing: bool,
     /// The roads that lie inside, where several nodes were merged into one intersection: their ground belongs to the
     /// outline, nobody queues on them.
     pub inner: Vec<InnerRoad>,

@@ -10,19 +10,23 @@ use super::lanes::{Arm, Lanes};
 /// Compass names, clockwise from north, one for every 45 degrees.
 const COMPASS: [&str; 8] = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
 
-/// The side of the intersection on which an arm lies, from its direction into the intersection.
-fn compass(inward: Vector) -> &'static str {
-    let bearing = (-inward.x).atan2(-inward.y).to_degrees().rem_euclid(360.0);
-    COMPASS[(bearing / 45.0).round() as usize % 8]
+/// A direction this near, degrees, to the border between two sides may be taken for either, by one who measures it on the
+/// lanes.
+const UNSURE: f64 = 10.0;
+
+/// The sides of the intersection on which an arm may be seen, from its direction into the intersection.
+fn sides(inward: Vector) -> [&'static str; 2] {
+    let bearing = (-inward.x).atan2(-inward.y).to_degrees();
+    [bearing - UNSURE, bearing + UNSURE].map(|b| COMPASS[(b.rem_euclid(360.0) / 45.0).round() as usize % COMPASS.len()])
 }
 
-/// The names of all arms: compass names, ids of its lanelets where two arms would share one.
+/// The names of all arms: compass names, ids of its lanelets where another arm might be taken for it.
 pub fn names(arms: &[&Arm], lanes: &Lanes) -> Vec<ApproachName> {
-    let sides: Vec<&str> = arms.iter().map(|a| compass(a.inward)).collect();
+    let sides: Vec<[&str; 2]> = arms.iter().map(|a| sides(a.inward)).collect();
     arms.iter()
         .zip(&sides)
-        .map(|(arm, side)| {
-            if sides.iter().filter(|s| *s == side).count() == 1 {
+        .map(|(arm, [side, other])| {
+            if side == other && sides.iter().filter(|s| s.contains(side)).count() == 1 {
                 return ApproachName::Compass((*side).to_owned());
             }
             let own = arm.into.iter().chain(&arm.out).map(|l| lanes.lanes[l.lane].lanelet.0);

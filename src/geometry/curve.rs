@@ -83,8 +83,8 @@ fn straight(from: Point, to: Point, heading: Vector) -> Vec<Pose> {
 fn cubic(from: Pose, to: Pose) -> Vec<Pose> {
     let chord = (to.point - from.point).norm();
     let turn = angle_between(from.heading, to.heading).abs();
-    // The handle of the cubic nearest to a circular arc over this chord; a shift sideways wants a longer one.
-    let handle = chord * (1.0 / (3.0 * (turn / 4.0).cos().powi(2))).max(0.4);
+    // The handle of the cubic nearest to a circular arc over this chord.
+    let handle = chord / (3.0 * (turn / 4.0).cos().powi(2));
     let [a, d] = [from.point, to.point];
     let [b, c] = [a + from.heading * handle, d - to.heading * handle];
     let at = |t: f64| {

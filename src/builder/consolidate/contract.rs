@@ -221,17 +221,14 @@ fn rebuild(network: &RoadNetwork, clusters: &[Cluster]) -> RoadNetwork {
             intersection
         })
         .collect();
-    // A restriction over an inner road is kept by the passages.
+    // A restriction over inner roads alone is kept by the passages.
     let restrictions = network
         .restrictions
         .iter()
         .filter_map(|r| {
-            Some(TurnRestriction {
-                from: renamed(&r.from)?,
-                to: renamed(&r.to)?,
-                via: r.via.iter().map(|v| new_road.get(v).copied()).collect::<Option<_>>()?,
-                ..r.clone()
-            })
+            let via: Vec<RoadIx> = r.via.iter().filter_map(|v| new_road.get(v).copied()).collect();
+            let kept = via.is_empty() == r.via.is_empty();
+            kept.then_some(TurnRestriction { from: renamed(&r.from)?, to: renamed(&r.to)?, via, ..r.clone() })
         })
         .collect();
     RoadNetwork { roads, intersections, restrictions, side: network.side, country: network.country.clone() }
@@ -259,7 +256,6 @@ fn merged(network: &RoadNetwork, cluster: &Cluster, rules: &Rules<'_>) -> Inters
         signals: members.iter().any(|m| m.signals),
         all_way_stop: !crossroads.is_empty() && crossroads.iter().all(|m| m.all_way_stop),
         circle: members.iter().find_map(|m| m.circle.clone()),
-        crossing: members.iter().any(|m| m.crossing),
         inner,
         passages: Some(passages(network, &cluster.members, &is_inner, rules)),
     }

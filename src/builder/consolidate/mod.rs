@@ -10,7 +10,7 @@ mod decide;
 mod divided;
 mod edit;
 mod join;
-mod passages;
+pub(super) mod passages;
 #[cfg(test)]
 mod tests;
 

@@ -75,7 +75,6 @@ fn network(arms: &[Arm]) -> RoadNetwork {
         signals: false,
         all_way_stop: false,
         circle: None,
-        crossing: false,
         inner: Vec::new(),
         passages: None,
     };

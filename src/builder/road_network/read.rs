@@ -12,11 +12,12 @@ use crate::projection::LonLat;
 
 use super::arms::{Ray, clockwise};
 use super::control;
+use super::crossed;
 use super::features::{self, NodeFeatures};
 use super::pieces::{Piece, pieces};
 use super::restriction::restrictions;
 use super::select::{Access, Drivable, Verdict, judge, ways};
-use super::{DrivingSide, End, FeatureKind, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
+use super::{DrivingSide, End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
 
 /// From longitude and latitude to local metres, for many places at once, in their order.
 pub type ToMetres<'a> = &'a dyn Fn(&[LonLat]) -> Vec<Point>;
@@ -88,8 +89,9 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
         road.features = features::along(piece, &road, &positions, &at_nodes);
         roads.push(road);
     }
-    let intersections = intersections(osm, &at_nodes, &nodes, &positions, &pieces, &roads, &centres);
+    let intersections = intersections(osm, &nodes, &positions, &pieces, &roads, &centres);
     let mut network = RoadNetwork { side, country, roads, intersections, restrictions: Vec::new() };
+    crossed::settle(osm, to_metres, &mut network, &mut notes);
     control::assign(&mut network, &mut notes);
     network.restrictions = restrictions(osm, &network, &mut notes);
     Ok(Network { network, notes })
@@ -250,7 +252,6 @@ fn level(tags: &Tags) -> f64 {
 
 fn intersections(
     osm: &OsmData,
-    at_nodes: &NodeFeatures<'_>,
     nodes: &[i64],
     positions: &FxHashMap<i64, Point>,
     pieces: &[Piece],
@@ -287,7 +288,6 @@ fn intersections(
                 circle: highway
                     .filter(|v| matches!(*v, "mini_roundabout" | "turning_circle" | "turning_loop"))
                     .map(Text::from),
-                crossing: at_nodes.at(id).iter().any(|kind| matches!(kind, FeatureKind::Crossing { .. })),
                 inner: Vec::new(),
                 passages: None,
             }

@@ -204,6 +204,22 @@ fn features_stand_where_their_nodes_are() {
 }
 
 #[test]
+fn a_crossing_on_a_junction_crosses_the_road_that_the_footway_runs_past() {
+    let crossed = |footway: &[i64]| {
+        let mut nodes = CROSS.to_vec();
+        nodes[4].3 = "highway=crossing crossing=marked";
+        nodes.extend([(6, -20.0, -5.0, ""), (7, 20.0, -5.0, ""), (8, -20.0, 5.0, "")]);
+        let built = build(&data(&nodes, &[(10, &[1, 5, 3], ""), (20, &[4, 5], ""), (30, footway, "highway=footway")]));
+        let roads = built.network.roads.iter().filter(|r| !r.features.is_empty());
+        let crossed: Vec<(i64, i64)> = roads.map(|r| (r.key.first, r.key.last)).collect();
+        (crossed, slugs(&built))
+    };
+    assert_eq!(crossed(&[6, 5, 7]), (vec![(4, 5)], vec![]), "it runs along way 10 and crosses way 20");
+    assert_eq!(crossed(&[6, 5, 8]), (vec![(1, 5)], vec![]));
+    assert_eq!(crossed(&[6, 5]), (vec![], vec!["crossing-ambiguous"]));
+}
+
+#[test]
 fn lights_belong_to_the_intersection_they_face() {
     let signals = |text: &str, x: f64, tags: &str| {
         let mut nodes = CROSS.to_vec();

@@ -1,0 +1,152 @@
+//! Lanes and the ways through the intersections, drawn until no way runs over the end of a lane.
+//!
+//! Where each road is cut follows from the outlines, but how far a turn swings out shows only when it is drawn. A road
+//! whose cut lies under a turn is cut back behind it, and everything is drawn again: lanes end where the intersection
+//! begins, and their end nodes lie on its outline.
+
+use rayon::prelude::*;
+
+use crate::geometry::{Point, Polyline};
+
+use super::assembly::{Assembly, Part};
+use super::connection::{ConnectionLines, carriageway, connection_lines, from_cut, side};
+use super::join::Joins;
+use super::lanes::{Lanes, lanes};
+use super::movement::{Movements, movements};
+use super::outline::Outlines;
+use super::paths::{Drawn, Paint, paths};
+use super::restricted::Restricted;
+use super::road_network::{Intersection, IntersectionIx, RoadEnd, RoadNetwork};
+
+/// Each round settles what the round before moved; ways grow by less than they give.
+const ROUNDS: usize = 4;
+/// A way that reaches over a cut by less than this, metres, only touches it.
+const TOUCH: f64 = 0.05;
+/// A cut lies this far, metres, behind the way that would run over it.
+const CLEAR: f64 = 0.2;
+/// No road is cut back further than this, metres, beyond its outline for the sake of a way beside it: what reaches
+/// further runs along the road and not over its end.
+const BACK_MOST: f64 = 12.0;
+/// Outlines are looked at in steps of this length, metres.
+const STEP: f64 = 0.5;
+
+/// What is drawn of a map before it is known what rules its intersections.
+pub struct Draft {
+    /// Where roads meet face to face.
+    pub joins: Joins,
+    /// Where roads are cut.
+    pub lines: ConnectionLines,
+    /// Lanes, as primitives.
+    pub assembly: Assembly<'static>,
+    /// Lanes and arms.
+    pub lanes: Lanes,
+    /// Per intersection which lane leads to which, and the ways; `None` where roads meet face to face or end.
+    pub ways: Vec<Option<Ways>>,
+}
+
+/// The ways through one intersection.
+pub struct Ways {
+    /// Which lane leads to which.
+    pub plan: Movements,
+    /// The ways as they lie.
+    pub drawn: Drawn,
+    /// Their primitives, over those of the lanes.
+    pub part: Part,
+}
+
+impl Ways {
+    /// Draws the ways of an intersection over what stands.
+    pub fn draw(
+        network: &RoadNetwork,
+        restricted: &Restricted,
+        lanes: &Lanes,
+        intersection: &Intersection,
+        below: &Assembly<'_>,
+    ) -> Self {
+        let plan = movements(network.side, restricted, lanes, intersection);
+        let paint = if intersection.arms.len() == 2 { Paint::AsBefore } else { Paint::None };
+        let mut assembly = Assembly::over(below);
+        let drawn = paths(&mut assembly, network, lanes, intersection, &plan.all, paint);
+        Self { plan, drawn, part: assembly.into_part() }
+    }
+}
+
+impl Draft {
+    /// Draws until no way runs over the end of a lane, as far as the roads have room.
+    pub fn new(network: &RoadNetwork, outlines: &Outlines, restricted: &Restricted) -> Self {
+        let mut back = vec![[0.0; 2]; network.roads.len()];
+        let mut draft = Self::drawn(network, outlines, restricted, &back);
+        for _ in 0..ROUNDS {
+            if !draft.cut_back(network, &mut back) {
+                break;
+            }
+            draft = Self::drawn(network, outlines, restricted, &back);
+        }
+        draft
+    }
+
+    fn drawn(network: &RoadNetwork, outlines: &Outlines, restricted: &Restricted, back: &[[f64; 2]]) -> Self {
+        let mut joins = Joins::find(network);
+        let lines = connection_lines(network, outlines, |ix| joins.joined(ix), back);
+        let mut assembly = Assembly::default();
+        let lanes = lanes(&mut assembly, network, &lines, &mut joins);
+        let ways = (0..network.intersections.len())
+            .into_par_iter()
+            .map(|i| {
+                let intersection = &network.intersections[i];
+                let passed = intersection.arms.len() >= 2 && !joins.joined(IntersectionIx(i as u32));
+                passed.then(|| Ways::draw(network, restricted, &lanes, intersection, &assembly))
+            })
+            .collect();
+        Self { joins, lines, assembly, lanes, ways }
+    }
+
+    /// Raises the distances in `back` so that every cut lies behind the ways that run over it; `false` if all do.
+    fn cut_back(&self, network: &RoadNetwork, back: &mut [[f64; 2]]) -> bool {
+        let mut raised = false;
+        for (intersection, ways) in network.intersections.iter().zip(&self.ways) {
+            let Some(ways) = ways.as_ref().filter(|_| intersection.arms.len() > 2) else { continue };
+            for &at in &intersection.arms {
+                let depth = self.depth(network, intersection, at, &ways.drawn);
+                let (road, side) = (at.road.0 as usize, side(at.end));
+                let now = from_cut(self.lines.least[road], at.end, self.lines.kept[road][side]);
+                let wanted = (now + depth + CLEAR).min(BACK_MOST);
+                if depth > TOUCH && wanted > back[road][side] + TOUCH {
+                    back[road][side] = wanted;
+                    raised = true;
+                }
+            }
+        }
+        raised
+    }
+
+    /// How far behind the cut of a road the ways of its intersection reach.
+    fn depth(&self, network: &RoadNetwork, intersection: &Intersection, at: RoadEnd, drawn: &Drawn) -> f64 {
+        let road = network.road(at.road);
+        let kept = self.lines.kept[at.road.0 as usize];
+        let cut = self.lanes.arm(at);
+        let places: Vec<Point> = cut.cut.iter().map(|&id| self.assembly.position(id)).collect();
+        let (Some(&right), Some(&left)) = (places.first(), places.last()) else { return 0.0 };
+        let reach = (left - right).norm() + BACK_MOST;
+        let (first, last) = carriageway(&road.section);
+        let (left, right) = (road.section.edge(first), road.section.edge(last));
+        let beyond = |p: &Point| {
+            let foot = road.line.project(*p);
+            let level = ((p - foot.point).norm() - foot.offset.abs()).abs() < TOUCH;
+            let within = foot.offset < left - TOUCH && foot.offset > right + TOUCH;
+            let depth = from_cut(kept, at.end, foot.station);
+            if level && within && depth < BACK_MOST { depth } else { 0.0 }
+        };
+        let own = |arm: usize| intersection.arms[arm] == at;
+        drawn
+            .paths
+            .iter()
+            // What begins or ends here lies on the cut; it reaches behind it only where it turns back.
+            .filter(|path| !(own(path.movement.from) || own(path.movement.to)) || path.turn.abs() > 90.0)
+            .filter(|path| path.outline.iter().any(|p| (p - places[0]).norm() < reach))
+            .filter_map(|path| Polyline::new(path.outline.iter().chain(path.outline.first()).copied()))
+            .flat_map(|ring| ring.resampled(STEP).points().to_vec())
+            .map(|p| beyond(&p))
+            .fold(0.0, f64::max)
+    }
+}
