@@ -1,14 +1,10 @@
-//! Writes the geometry of OpenStreetMap extracts as GeoJSON in metres: `geometry OUT_DIR INPUT.osm...`
+//! Times the stages of the geometry: `geometry [--apart] OUT_DIR INPUT.osm...`; with `--apart` nothing is merged.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use lanewright::builder::geojson::geometry_geojson;
-use lanewright::builder::road_network::{NetworkOptions, road_network};
-use lanewright::builder::streets::{StreetOptions, Streets, streets};
-use lanewright::geometry::Point;
+use lanewright::builder::{BuildOptions, geojson, plan};
 use lanewright::osm::read_file;
-use lanewright::projection::LonLat;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args_os().skip(1).map(PathBuf::from).peekable();
@@ -23,30 +19,22 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
 fn write(input: &Path, out: &Path, merge: bool) -> Result<(), Box<dyn std::error::Error>> {
     let data = read_file(input)?;
-    let start = Instant::now();
-    let network = road_network(&data, &plane, &NetworkOptions::default())?.network;
-    let mut options = StreetOptions::default();
+    let mut options = BuildOptions::default();
     if !merge {
-        options.consolidate.rounds = 0;
+        options.streets.consolidate.rounds = 0;
     }
-    let Streets { network, outlines, findings, .. } = streets(network, &options);
-    let text = geometry_geojson(&network, &outlines, None)?;
-    let stem = input.file_stem().ok_or("no file name")?;
+    let start = Instant::now();
+    let plan = plan(&data, &options)?;
+    let laid_out = start.elapsed();
+    let text = geojson::write(&plan.streets.network, &plan.streets.outlines, &plan.projector)?;
     eprintln!(
-        "{}: {} roads, {} findings, {:.0?}",
+        "{}: {} roads, {} findings, laid out in {laid_out:.0?}, written in {:.0?}",
         input.display(),
-        network.roads.len(),
-        findings.len(),
-        start.elapsed()
+        plan.streets.network.roads.len(),
+        plan.streets.findings.len(),
+        start.elapsed() - laid_out
     );
+    let stem = input.file_stem().ok_or("no file name")?;
     std::fs::write(out.join(stem).with_extension("geojson"), text)?;
     Ok(())
-}
-
-/// Metres around the first place, good enough to measure shapes.
-fn plane(places: &[LonLat]) -> Vec<Point> {
-    const METRES_PER_DEGREE: f64 = 111_195.0;
-    let Some(origin) = places.first() else { return Vec::new() };
-    let squeeze = origin.lat.to_radians().cos();
-    places.iter().map(|p| Point::new((p.lon - origin.lon) * squeeze, p.lat - origin.lat) * METRES_PER_DEGREE).collect()
 }

@@ -10,6 +10,8 @@ mod explain;
 mod files;
 mod fix;
 mod fmt;
+mod geometry;
+mod input;
 mod load;
 mod packaging;
 mod page;
@@ -43,6 +45,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Verb {
     Build(BuildArgs),
+    Geometry(GeometryArgs),
     Check(CheckArgs),
     Draw(DrawArgs),
     Fix(FixArgs),
@@ -75,14 +78,34 @@ enum Verb {
     },
 }
 
-/// Build a Lanelet2 map from OpenStreetMap data
+/// Build a Lanelet2 map from OpenStreetMap data, or from streets as `geometry` writes them
 #[derive(Debug, Args)]
 struct BuildArgs {
-    /// OpenStreetMap data: .osm, .osm.gz or .osm.pbf
+    /// OpenStreetMap data (.osm, .osm.gz or .osm.pbf), or streets as GeoJSON (docs/geometry.md)
     input: PathBuf,
     /// Directory for lanelet2_map.osm, map_projector_info.yaml and lanewright.toml; made if it is not there
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
+    #[command(flatten)]
+    streets: StreetArgs,
+}
+
+/// Write roads, lanes and intersections as GeoJSON: the geometry alone, before it becomes a map
+#[derive(Debug, Args)]
+struct GeometryArgs {
+    /// OpenStreetMap data (.osm, .osm.gz or .osm.pbf), or streets as GeoJSON (docs/geometry.md)
+    #[arg(required = true, value_name = "INPUT")]
+    inputs: Vec<PathBuf>,
+    /// The GeoJSON file; for several inputs, or if it is one, a directory
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    #[command(flatten)]
+    streets: StreetArgs,
+}
+
+/// How streets are laid out, and what is told of it.
+#[derive(Debug, Args)]
+struct StreetArgs {
     /// Side of the road on which people drive; auto: by the country the data lies in
     #[arg(long, value_enum, default_value_t = SideArg::Auto)]
     driving_side: SideArg,
@@ -248,6 +271,7 @@ fn place(text: &str) -> Result<(f64, f64), String> {
 pub fn run() -> ExitCode {
     let result: Result<u8, Failure> = match Cli::parse().verb {
         Verb::Build(args) => build::run(&args),
+        Verb::Geometry(args) => geometry::run(&args),
         Verb::Check(args) => check::run(&args),
         Verb::Draw(args) => draw::run(&args),
         Verb::Fix(args) => fix::run(&args),

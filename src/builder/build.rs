@@ -72,8 +72,26 @@ pub struct Built {
     pub summary: Summary,
 }
 
+/// Streets and the plane they lie in: all that a map is built from.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// Roads and intersections on the ground.
+    pub streets: Streets,
+    /// How their metres relate to degrees.
+    pub projector: Projector,
+    /// What was guessed or left out.
+    pub notes: Vec<Finding>,
+    /// How much of that the input did not say.
+    pub guesses: usize,
+}
+
 /// Builds a map from OpenStreetMap's elements.
 pub fn build(osm: &OsmData, options: &BuildOptions) -> Result<Built, BuildError> {
+    Ok(build_plan(plan(osm, options)?))
+}
+
+/// Lays out the streets of OpenStreetMap's elements.
+pub fn plan(osm: &OsmData, options: &BuildOptions) -> Result<Plan, BuildError> {
     let lanelets = osm.relations.iter().filter(|r| r.tags.is("type", "lanelet")).count();
     if lanelets > 0 {
         return Err(BuildError::Lanelet2Map { lanelets });
@@ -84,9 +102,13 @@ pub fn build(osm: &OsmData, options: &BuildOptions) -> Result<Built, BuildError>
     };
     let network_options = NetworkOptions { driving_side: options.driving_side, country: None };
     let to_metres = |places: &[LonLat]| projector.forward_all(places);
-    let Network { network, mut notes } = road_network(osm, &to_metres, &network_options)?;
-    let guesses = notes.len();
-    let Streets { network, outlines, findings, .. } = streets(network, &options.streets);
+    let Network { network, notes } = road_network(osm, &to_metres, &network_options)?;
+    Ok(Plan { streets: streets(network, &options.streets), projector, guesses: notes.len(), notes })
+}
+
+/// Builds a map from streets.
+pub fn build_plan(Plan { streets, projector, mut notes, guesses }: Plan) -> Built {
+    let Streets { network, outlines, findings, .. } = streets;
     let network = without_dead_lanes(network);
     notes.extend(findings);
     let Assembled { mut map, settings, notes: more, areas } = assemble(&network, &outlines);
@@ -100,7 +122,7 @@ pub fn build(osm: &OsmData, options: &BuildOptions) -> Result<Built, BuildError>
         regulatory_elements: map.regulatory_elements.len(),
         guesses,
     };
-    Ok(Built { map, projector, settings, notes, summary })
+    Built { map, projector, settings, notes, summary }
 }
 
 /// The box around all nodes of ways that are roads by their tags.

@@ -15,7 +15,8 @@ pub(crate) use read::{Facts, Layout, layout};
 use super::road_network::RoadClass;
 
 /// What a strip of the road is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum StripKind {
     /// A lane for all motor vehicles.
     Drive,
@@ -34,7 +35,8 @@ pub enum StripKind {
 }
 
 /// Which way a strip is used, seen along the road's line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Travel {
     /// With the line.
     Forward,

@@ -24,6 +24,7 @@ pub mod dead_lanes;
 pub mod draft;
 pub mod driving_side;
 pub mod geojson;
+pub mod grid;
 pub mod ids;
 pub mod join;
 pub mod lanes;
@@ -38,4 +39,4 @@ pub(crate) mod speed;
 pub mod streets;
 pub(crate) mod tags;
 
-pub use build::{BuildError, BuildOptions, Built, Summary, build};
+pub use build::{BuildError, BuildOptions, Built, Plan, Summary, build, build_plan, plan};

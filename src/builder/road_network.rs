@@ -11,8 +11,10 @@ mod select;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use arms::{Ray, clockwise};
 pub(crate) use read::is_roundabout;
 pub use read::{Network, NetworkError, NetworkOptions, ToMetres, road_network};
+pub(crate) use select::class as class_of;
 
 use crate::geometry::{Point, Polyline};
 use crate::osm::{Tags, Text};
@@ -38,7 +40,8 @@ pub struct RoadIx(pub u32);
 pub struct IntersectionIx(pub u32);
 
 /// One of the two ends of a road's line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum End {
     /// Where the line begins.
     Start,
@@ -67,7 +70,8 @@ pub struct RoadEnd {
 }
 
 /// What a road is in the road hierarchy, from `highway`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum RoadClass {
     /// `motorway`.
     Motorway,

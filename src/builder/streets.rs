@@ -4,6 +4,7 @@ use crate::diagnostic::Finding;
 
 use super::alignment::{abreast, ease};
 use super::consolidate::{ConsolidateOptions, MergeNote, consolidate, join};
+use super::grid;
 use super::outline::{Memory, OutlineOptions, Outlines, outlines_within, remaining, wanted};
 use super::road_network::RoadNetwork;
 
@@ -37,7 +38,8 @@ pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     let kept = |network: &RoadNetwork| remaining(network, &options.outline, &mut memory);
     let (network, merges) = consolidate(network, &options.consolidate, kept);
     let cut = wanted(&network, &options.outline, &mut memory);
-    let network = abreast(network, &cut);
+    let network = grid::network(abreast(network, &cut));
     let (outlines, findings) = outlines_within(&network, &cut, &options.outline);
+    let outlines = grid::outlines(outlines);
     Streets { network, outlines, merges, findings }
 }

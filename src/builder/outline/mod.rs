@@ -29,7 +29,7 @@ use thicken::{Arm, Side};
 use walk::Corner;
 
 /// Which method made an outline.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Case {
     /// The extract ends here.

@@ -12,7 +12,7 @@ const LOOK: f64 = 4.0;
 const DOUBLINGS: usize = 6;
 
 /// One road end at a node: its line as seen from the node, and what breaks ties.
-pub(super) struct Ray<K> {
+pub(crate) struct Ray<K> {
     /// From the node outwards.
     pub line: Polyline,
     /// Distinct for every ray.
@@ -20,7 +20,7 @@ pub(super) struct Ray<K> {
 }
 
 /// The order of `rays` clockwise around the node, beginning at the smallest key.
-pub(super) fn clockwise<K: Ord>(node: Point, rays: &[Ray<K>]) -> Vec<usize> {
+pub(crate) fn clockwise<K: Ord>(node: Point, rays: &[Ray<K>]) -> Vec<usize> {
     let shortest = rays.iter().map(|ray| ray.line.length()).fold(f64::INFINITY, f64::min);
     let look = LOOK.min(shortest / 2.0);
     let samples: Vec<Vec<Point>> =

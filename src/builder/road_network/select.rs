@@ -57,7 +57,7 @@ pub(super) fn judge(way: &Way) -> Verdict<'_> {
 }
 
 /// The class of a `highway` value, and whether it is a link; `None` where no motor vehicle belongs.
-fn class(highway: &str) -> Option<(RoadClass, bool)> {
+pub(crate) fn class(highway: &str) -> Option<(RoadClass, bool)> {
     let (stem, link) = match highway.strip_suffix("_link") {
         Some(stem) => (stem, true),
         None => (highway, false),

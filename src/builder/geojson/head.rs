@@ -1,0 +1,98 @@
+//! What the file says about itself: the plane its metres lie in, the side people drive on.
+
+use serde::{Deserialize, Serialize};
+
+use crate::builder::road_network::{DrivingSide, RoadNetwork};
+use crate::osm::Text;
+use crate::projection::{LonLat, Projector};
+
+/// Version of the file's shape.
+pub const FORMAT: u32 = 1;
+
+/// The member `lanewright` of the collection.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Head {
+    pub format: u32,
+    #[serde(default)]
+    pub driving_side: Option<DrivingSide>,
+    #[serde(default)]
+    pub country: Option<Text>,
+    #[serde(default)]
+    pub projector: Option<ProjectorShape>,
+}
+
+impl Head {
+    pub fn new(network: &RoadNetwork, projector: &Projector) -> Self {
+        Self {
+            format: FORMAT,
+            driving_side: Some(network.side),
+            country: network.country.clone(),
+            projector: ProjectorShape::of(projector),
+        }
+    }
+}
+
+/// A projector in the words of `map_projector_info.yaml`.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(tag = "projector_type")]
+pub enum ProjectorShape {
+    #[serde(rename = "MGRS")]
+    Mgrs {
+        mgrs_grid: Text,
+    },
+    #[serde(rename = "LocalCartesianUTM")]
+    LocalCartesianUtm {
+        map_origin: Origin,
+    },
+    TransverseMercator {
+        map_origin: Origin,
+        scale_factor: f32,
+    },
+    LocalCartesian {
+        map_origin: Origin,
+    },
+}
+
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct Origin {
+    pub latitude: f64,
+    pub longitude: f64,
+}
+
+impl From<LonLat> for Origin {
+    fn from(LonLat { lon, lat }: LonLat) -> Self {
+        Self { latitude: lat, longitude: lon }
+    }
+}
+
+impl From<Origin> for LonLat {
+    fn from(Origin { latitude, longitude }: Origin) -> Self {
+        Self { lon: longitude, lat: latitude }
+    }
+}
+
+impl ProjectorShape {
+    fn of(projector: &Projector) -> Option<Self> {
+        Some(match *projector {
+            Projector::Mgrs(grid) => Self::Mgrs { mgrs_grid: grid.to_string().into() },
+            Projector::LocalCartesianUtm { origin } => Self::LocalCartesianUtm { map_origin: origin.into() },
+            Projector::TransverseMercator { origin, scale_factor } => {
+                Self::TransverseMercator { map_origin: origin.into(), scale_factor }
+            }
+            Projector::LocalCartesian { origin } => Self::LocalCartesian { map_origin: origin.into() },
+            Projector::Local => return None,
+        })
+    }
+
+    /// The projector; says what is wrong with the grid if there is no such.
+    pub fn projector(&self) -> Result<Projector, String> {
+        Ok(match self {
+            Self::Mgrs { mgrs_grid } => Projector::mgrs(mgrs_grid.parse().map_err(|e| format!("mgrs_grid: {e}"))?),
+            Self::LocalCartesianUtm { map_origin } => Projector::LocalCartesianUtm { origin: (*map_origin).into() },
+            Self::TransverseMercator { map_origin, scale_factor } => {
+                Projector::TransverseMercator { origin: (*map_origin).into(), scale_factor: *scale_factor }
+            }
+            Self::LocalCartesian { map_origin } => Projector::LocalCartesian { origin: (*map_origin).into() },
+        })
+    }
+}

@@ -1,0 +1,73 @@
+//! Streets as GeoJSON: roads, lanes and intersections, for other tools to draw and measure, and for `build` to read
+//! back. `docs/geometry.md` describes the file.
+//!
+//! What is read back is what was written, to the bit: places lie on a grid ([`super::grid`]) that nine decimals of a
+//! degree can tell apart. Files from elsewhere may leave out almost everything; what is assumed then is noted.
+
+mod head;
+mod outlines;
+mod parse;
+mod road;
+mod roads;
+mod scan;
+mod shape;
+mod write;
+
+use crate::diagnostic::{Finding, Severity, Subject};
+
+use super::build::{BuildOptions, Plan};
+use super::streets::Streets;
+
+pub use write::{WriteError, write};
+
+/// Why a file cannot be read.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{message}")]
+pub struct ReadError {
+    /// What is wrong, in one line.
+    pub message: String,
+    /// A way out, in one line.
+    pub help: &'static str,
+    /// Byte offset in the text.
+    pub offset: usize,
+}
+
+impl ReadError {
+    fn new(offset: usize, message: String, help: &'static str) -> Self {
+        Self { message, help, offset }
+    }
+
+    /// What the JSON reader says of a piece of the text that begins at a byte.
+    fn json(piece: &str, offset: usize, error: &serde_json::Error) -> Self {
+        let line_start = piece.split_inclusive('\n').take(error.line().saturating_sub(1)).map(str::len).sum::<usize>();
+        let mut at = (line_start + error.column().saturating_sub(1)).min(piece.len());
+        while !piece.is_char_boundary(at) {
+            at -= 1;
+        }
+        let said = error.to_string();
+        let message = said.rsplit_once(" at line ").map_or(said.as_str(), |(message, _)| message).to_owned();
+        Self::new(offset + at, message, "docs/geometry.md says what each feature may hold")
+    }
+}
+
+/// Whether a file's content is JSON and not OpenStreetMap's XML or PBF.
+pub fn is_json(bytes: &[u8]) -> bool {
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    text.iter().find(|b| !b.is_ascii_whitespace()).is_some_and(|b| matches!(b, b'{' | b'['))
+}
+
+/// Reads streets. What the options say of the driving side and the projector goes before what the file says.
+pub fn read(text: &str, options: &BuildOptions) -> Result<Plan, ReadError> {
+    let parsed = parse::parse(text, options.projector)?;
+    let mut notes = Vec::new();
+    if parsed.others > 0 {
+        let message = format!("{} features are neither road, lane nor intersection", parsed.others);
+        notes.push(Finding::new("feature-skipped", Subject::Map, message).graded(Severity::Info));
+    }
+    let roads::Network { network, rings } = roads::network(&parsed, options.driving_side, &mut notes)?;
+    let guesses = notes.len();
+    let mut findings = Vec::new();
+    let outlines = outlines::outlines(&network, &rings, &options.streets.outline, &mut findings);
+    let streets = Streets { network, outlines, merges: Vec::new(), findings };
+    Ok(Plan { streets, projector: parsed.projector, notes, guesses })
+}

@@ -1,0 +1,192 @@
+//! One road of the file: its line, its lanes, and what stands on it.
+
+use crate::builder::cross_section::{CrossSection, Facts, Strip, StripKind, Travel, default_lane_width, layout};
+use crate::builder::road_network::{
+    DrivingSide, Feature as Furniture, FeatureKind, IntersectionIx, Road, RoadClass, RoadKey, class_of,
+};
+use crate::builder::speed;
+use crate::diagnostic::{Finding, Severity, Subject};
+use crate::geometry::Polyline;
+use crate::osm::{Tags, Text};
+
+use super::ReadError;
+use super::parse::Sited;
+use super::roads::{number, points_of};
+use super::shape::{Feature, FurnitureKind, FurnitureShape, LaneShape, Levels, RoadShape, StripShape};
+
+/// No strip is wider than this, metres: beyond, the unit is wrong.
+const WIDEST: f64 = 100.0;
+/// No speed limit is higher than this, km/h.
+const FASTEST: f64 = 300.0;
+
+/// What holds for all roads of a file.
+pub struct RoadParts<'a> {
+    pub side: DrivingSide,
+    pub country: Option<&'a str>,
+}
+
+/// The road of a feature.
+pub fn road(
+    site: &Sited<Feature<RoadShape>>,
+    key: RoadKey,
+    [from, to]: [IntersectionIx; 2],
+    lanes: &[&Sited<LaneShape>],
+    parts: &RoadParts<'_>,
+    notes: &mut Vec<Finding>,
+) -> Result<Road, ReadError> {
+    let shape = &site.it.properties;
+    let line = Polyline::new(points_of(&site.it)).ok_or_else(|| {
+        let message = format!("road {} has no centre line of two places or more", shape.id.0);
+        ReadError::new(site.offset, message, "give it the property `centerline`, or a LineString as geometry")
+    })?;
+    let tagged = shape.tags.get("highway").and_then(class_of);
+    let class = shape.class.or(tagged.map(|(class, _)| class)).unwrap_or_else(|| {
+        notes.push(note(key, "class-guessed", "has no class; unclassified is assumed".to_owned()));
+        RoadClass::Unclassified
+    });
+    let link = shape.link || tagged.is_some_and(|(_, link)| link);
+    let section = match lanes {
+        [] => assumed(shape, key, (class, link), parts.side, notes)?,
+        lanes => section(lanes, key, class, parts.side, notes)?,
+    };
+    let speed = shape.speed.unwrap_or_else(|| {
+        if !["maxspeed", "maxspeed:forward", "maxspeed:backward"].iter().any(|key| shape.tags.has(key)) {
+            notes.push(note(key, "speed-guessed", "has no speed; the usual limit of its class is assumed".to_owned()));
+        }
+        speed::limit(&shape.tags, class, link, parts.country)
+    });
+    if speed.iter().any(|v| !(*v > 0.0 && *v <= FASTEST)) {
+        let message = format!("road {} has the speed {speed:?}", shape.id.0);
+        return Err(ReadError::new(
+            site.offset,
+            message,
+            "speeds are km/h, forward and backward, above 0 and at most 300",
+        ));
+    }
+    Ok(Road {
+        key,
+        ways: if shape.osm_ids.is_empty() { vec![key.way] } else { shape.osm_ids.clone() },
+        from,
+        to,
+        line,
+        section,
+        class,
+        link,
+        level: shape.layer.as_ref().and_then(Levels::first).unwrap_or_default(),
+        roundabout: shape.roundabout,
+        public: shape.public,
+        name: shape.name.clone(),
+        speed,
+        features: shape.furniture.iter().enumerate().map(|(i, f)| furniture(shape, i, f)).collect(),
+        tags: shape.tags.clone(),
+    })
+}
+
+fn note(key: RoadKey, slug: &'static str, what: String) -> Finding {
+    Finding::new(slug, Subject::Way(key.way), format!("way {}: {what}", key.way)).graded(Severity::Info)
+}
+
+/// The cross-section of a road without lanes: as its tags say, or the usual one of its class, as wide as it is.
+fn assumed(
+    shape: &RoadShape,
+    key: RoadKey,
+    (class, link): (RoadClass, bool),
+    side: DrivingSide,
+    notes: &mut Vec<Finding>,
+) -> Result<CrossSection, ReadError> {
+    let mut tags: Tags = shape.tags.clone();
+    if let Some(width) = shape.width
+        && !["width", "width:carriageway", "est_width"].iter().any(|key| tags.has(key))
+    {
+        tags.push("width", Text::from(width.to_string()));
+    }
+    let facts = Facts { way: key.way, tags: &tags, class, link, bus_road: false, side };
+    Ok(layout(&facts, notes).section)
+}
+
+/// The cross-section that the lanes make up.
+fn section(
+    lanes: &[&Sited<LaneShape>],
+    key: RoadKey,
+    class: RoadClass,
+    side: DrivingSide,
+    notes: &mut Vec<Finding>,
+) -> Result<CrossSection, ReadError> {
+    let mut ordered: Vec<&Sited<LaneShape>> = lanes.to_vec();
+    ordered.sort_by_key(|lane| lane.it.index);
+    let driven = |lane: &LaneShape| matches!(lane.used, StripKind::Drive | StripKind::Bus);
+    let count = ordered.iter().filter(|lane| driven(&lane.it)).count();
+    let mut nth = 0;
+    let mut strips = Vec::with_capacity(ordered.len());
+    for site in ordered {
+        let lane = &site.it;
+        let travel = lane.travel.unwrap_or_else(|| match driven(lane) {
+            true => usual_travel(nth, count, side),
+            false => Travel::Both,
+        });
+        nth += usize::from(driven(lane));
+        if lane.travel.is_none() && driven(lane) {
+            notes.push(note(
+                key,
+                "travel-guessed",
+                "a lane has no direction of travel; the usual one is assumed".to_owned(),
+            ));
+        }
+        let width = lane.width.unwrap_or_else(|| {
+            notes.push(note(key, "width-guessed", "a lane has no width; the usual one is assumed".to_owned()));
+            default_lane_width(class)
+        });
+        if !(width > 0.0 && width <= WIDEST) {
+            let message = format!("a lane of road {} is {width} m wide", lane.road.0);
+            return Err(ReadError::new(site.offset, message, "widths are metres, above 0 and at most 100"));
+        }
+        strips.push(Strip {
+            kind: lane.used,
+            travel,
+            width,
+            arrows: lane.arrows,
+            change: lane.change,
+            width_guessed: lane.width_guessed || lane.width.is_none(),
+        });
+    }
+    Ok(CrossSection { strips })
+}
+
+/// The direction of one of several lanes from left to right: the near half goes with the line, of an odd number the
+/// greater part; a single one goes both ways.
+fn usual_travel(nth: usize, count: usize, side: DrivingSide) -> Travel {
+    let from_near = if side == DrivingSide::Left { nth } else { count - 1 - nth };
+    match count {
+        1 => Travel::Both,
+        _ if from_near < count.div_ceil(2) => Travel::Forward,
+        _ => Travel::Backward,
+    }
+}
+
+/// The cross-section of lanes that are no features of their own.
+pub fn section_of(lanes: &[StripShape]) -> CrossSection {
+    let strip = |lane: &StripShape| Strip {
+        kind: lane.used,
+        travel: lane.travel,
+        width: lane.width,
+        arrows: lane.arrows,
+        change: lane.change,
+        width_guessed: lane.width_guessed,
+    };
+    CrossSection { strips: lanes.iter().map(strip).collect() }
+}
+
+fn furniture(road: &RoadShape, index: usize, shape: &FurnitureShape) -> Furniture {
+    let travel = shape.travel.unwrap_or(Travel::Both);
+    let kind = match shape.kind {
+        FurnitureKind::Crossing => FeatureKind::Crossing {
+            signals: shape.signals.unwrap_or_default(),
+            marked: shape.marked.unwrap_or_default(),
+        },
+        FurnitureKind::Signals => FeatureKind::Signals(travel),
+        FurnitureKind::Stop => FeatureKind::Stop(travel),
+        FurnitureKind::GiveWay => FeatureKind::GiveWay(travel),
+    };
+    let node = if shape.node == 0 { number("furniture", &format!("{} {index}", road.id.0)) } else { shape.node };
+    Furniture { station: shape.station, node, kind }
+}

@@ -1,0 +1,441 @@
+//! Features to a road network, with what they leave out filled in.
+
+use rustc_hash::FxHashMap;
+
+use crate::builder::driving_side;
+use crate::builder::ids::{Ids, Key};
+use crate::builder::road_network::{
+    DrivingSide, End, InnerRoad, Intersection, IntersectionIx, Ray, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork,
+    TurnRestriction, clockwise,
+};
+use crate::diagnostic::Finding;
+use crate::geometry::{Point, Polyline, Vector, polygon};
+use crate::osm::Text;
+
+use super::ReadError;
+use super::parse::{Parsed, Sited};
+use super::road::{RoadParts, road, section_of};
+use super::shape::{ArmShape, EndShape, Feature, Geometry, Id, IntersectionShape, Place, RoadShape};
+
+/// Roads that one intersection joins at most; more are damage.
+const MAX_ARMS: usize = 1000;
+
+/// What the features are, beside the network: the shapes of its intersections and the ends of its roads, as the file
+/// has them.
+pub struct Network<'a> {
+    pub network: RoadNetwork,
+    pub rings: Rings<'a>,
+}
+
+/// Per road and per intersection of the network, what the file says of its outline.
+pub struct Rings<'a> {
+    pub roads: Vec<&'a RoadShape>,
+    pub intersections: Vec<Option<&'a Feature<IntersectionShape>>>,
+}
+
+/// Where a road meets nothing that the file names.
+const LOOSE: [&str; 2] = ["start", "end"];
+
+/// An intersection before its roads are known.
+struct Node<'a> {
+    id: Id,
+    nodes: Vec<i64>,
+    feature: Option<&'a Sited<Feature<IntersectionShape>>>,
+}
+
+/// Puts the network together.
+pub fn network<'a>(
+    parsed: &'a Parsed,
+    side: Option<DrivingSide>,
+    notes: &mut Vec<Finding>,
+) -> Result<Network<'a>, ReadError> {
+    let place = driving_side::of_place(middle(parsed));
+    let head = parsed.head.as_ref();
+    let side = side.or(head.and_then(|head| head.driving_side)).unwrap_or(place.side);
+    let country = head.and_then(|head| head.country.clone()).or(place.country);
+
+    let attached = attached(parsed);
+    let ends: Vec<[Id; 2]> = parsed.roads.iter().map(|road| ends(&road.it, &attached)).collect();
+    let nodes = nodes(parsed, &ends)?;
+    let at: FxHashMap<&Id, IntersectionIx> =
+        nodes.iter().zip(0..).map(|(node, i)| (&node.id, IntersectionIx(i))).collect();
+    let mut lanes: FxHashMap<&Id, Vec<_>> = FxHashMap::default();
+    for lane in &parsed.lanes {
+        lanes.entry(&lane.it.road).or_default().push(lane);
+    }
+
+    let mut keyed: Vec<(RoadKey, &Sited<Feature<RoadShape>>, [IntersectionIx; 2])> = Vec::new();
+    for (site, [src, dst]) in parsed.roads.iter().zip(&ends) {
+        let ends = [src, dst].map(|id| at.get(id).copied());
+        let [Some(src_ix), Some(dst_ix)] = ends else {
+            let lost = if ends[0].is_none() { src } else { dst };
+            let message =
+                format!("road {} ends at intersection {}, which is not in the file", site.it.properties.id.0, lost.0);
+            return Err(ReadError::new(
+                site.offset,
+                message,
+                "add the intersection, or leave src or dst out where the map ends",
+            ));
+        };
+        keyed.push((
+            key(&site.it.properties, [&nodes[src_ix.0 as usize], &nodes[dst_ix.0 as usize]]),
+            site,
+            [src_ix, dst_ix],
+        ));
+    }
+    keyed.sort_by(|a, b| a.0.cmp(&b.0).then_with(|| a.1.it.properties.id.cmp(&b.1.it.properties.id)));
+    tell_apart(&mut keyed)?;
+
+    let facts = RoadParts { side, country: country.as_deref() };
+    let mut roads = Vec::with_capacity(keyed.len());
+    let mut by_id: FxHashMap<&Id, RoadIx> = FxHashMap::default();
+    for (i, (key, site, ends)) in keyed.iter().enumerate() {
+        let id = &site.it.properties.id;
+        let own = lanes.remove(id).unwrap_or_default();
+        if by_id.insert(id, RoadIx(i as u32)).is_some() {
+            let message = format!("two roads have the id {}", id.0);
+            return Err(ReadError::new(site.offset, message, "give each road an id of its own"));
+        }
+        roads.push(road(site, *key, *ends, &own, &facts, notes)?);
+    }
+    let intersections = intersections(&nodes, &roads, &by_id)?;
+    let restrictions = restrictions(parsed, &by_id)?;
+    let network = RoadNetwork { side, country, roads, intersections, restrictions };
+    let rings = Rings {
+        roads: keyed.iter().map(|(_, site, _)| &site.it.properties).collect(),
+        intersections: nodes.iter().map(|node| node.feature.map(|feature| &feature.it)).collect(),
+    };
+    Ok(Network { network, rings })
+}
+
+/// The middle of the box around all roads.
+fn middle(parsed: &Parsed) -> crate::projection::LonLat {
+    let points = parsed.roads.iter().flat_map(|road| points_of(&road.it));
+    let (low, high) = points
+        .fold((Point::new(f64::MAX, f64::MAX), Point::new(f64::MIN, f64::MIN)), |(low, high), p| {
+            (Point::new(low.x.min(p.x), low.y.min(p.y)), Point::new(high.x.max(p.x), high.y.max(p.y)))
+        });
+    parsed.projector.inverse(nalgebra::center(&low, &high)).unwrap_or_default()
+}
+
+pub fn point(place: &Place) -> Point {
+    Point::new(place.0[0], place.0[1])
+}
+
+/// The vertices of a road's centre line: the property, else the geometry if that is a line.
+pub fn points_of(road: &Feature<RoadShape>) -> Vec<Point> {
+    let own = &road.properties.centerline;
+    let line = match &road.geometry {
+        Some(Geometry::LineString(line)) if own.is_empty() => line,
+        _ => own,
+    };
+    line.iter().map(point).collect()
+}
+
+/// The intersections that name a road, by the road's id.
+fn attached(parsed: &Parsed) -> FxHashMap<&Id, Vec<&Feature<IntersectionShape>>> {
+    let mut found: FxHashMap<&Id, Vec<&Feature<IntersectionShape>>> = FxHashMap::default();
+    for intersection in &parsed.intersections {
+        for road in &intersection.it.properties.roads {
+            found.entry(road).or_default().push(&intersection.it);
+        }
+    }
+    found
+}
+
+/// The intersections at both ends of a road: as it says; else those that name it, each at the end it is nearer to;
+/// else one of its own, where the map ends.
+fn ends(road: &Feature<RoadShape>, attached: &FxHashMap<&Id, Vec<&Feature<IntersectionShape>>>) -> [Id; 2] {
+    let shape = &road.properties;
+    if let (Some(src), Some(dst)) = (&shape.src, &shape.dst) {
+        return [src.clone(), dst.clone()];
+    }
+    let line = points_of(road);
+    let said = [&shape.src, &shape.dst];
+    let known = attached.get(&shape.id).map_or(&[][..], Vec::as_slice);
+    let nearer = |end: usize| {
+        let other = said[1 - end].as_ref();
+        let (here, there) = if end == 0 { (line.first()?, line.last()?) } else { (line.last()?, line.first()?) };
+        let candidates = known.iter().filter(|i| Some(&i.properties.id) != other);
+        candidates
+            .filter_map(|i| Some((centre(i)?, &i.properties.id)))
+            .filter(|(p, _)| (p - here).norm() <= (p - there).norm())
+            .min_by(|a, b| (a.0 - here).norm().total_cmp(&(b.0 - here).norm()))
+            .map(|(_, id)| id.clone())
+    };
+    [0, 1].map(|end| {
+        let loose = || Id(Text::from(format!("{} {}", shape.id.0, LOOSE[end])));
+        said[end].clone().or_else(|| nearer(end)).unwrap_or_else(loose)
+    })
+}
+
+/// The outer ring of a polygon, clockwise and not closed; of several the largest.
+pub fn ring(geometry: Option<&Geometry>) -> Vec<Point> {
+    let outer = |rings: &Vec<Vec<Place>>| {
+        let mut ring: Vec<Point> = rings.first().into_iter().flatten().map(point).collect();
+        if ring.len() > 1 && ring.first() == ring.last() {
+            ring.pop();
+        }
+        if polygon::signed_area(&ring) > 0.0 {
+            ring.reverse();
+        }
+        ring
+    };
+    match geometry {
+        Some(Geometry::Polygon(rings)) => outer(rings),
+        Some(Geometry::MultiPolygon(parts)) => {
+            let rings = parts.iter().map(outer);
+            rings
+                .max_by(|a, b| polygon::signed_area(a).abs().total_cmp(&polygon::signed_area(b).abs()))
+                .unwrap_or_default()
+        }
+        Some(Geometry::LineString(_)) | None => Vec::new(),
+    }
+}
+
+/// The place of an intersection: as it says, else the middle of its corners.
+fn centre(intersection: &Feature<IntersectionShape>) -> Option<Point> {
+    let own = intersection.properties.position.as_ref().map(point);
+    own.or_else(|| mean(&ring(intersection.geometry.as_ref())))
+}
+
+fn mean(points: &[Point]) -> Option<Point> {
+    let sum = points.iter().fold(Vector::zeros(), |sum, p| sum + p.coords);
+    (!points.is_empty()).then(|| Point::from(sum / points.len() as f64))
+}
+
+/// A number for something that OpenStreetMap does not know, the same in every build.
+pub fn number(part: &str, name: &str) -> i64 {
+    Ids::default().claim(Key::new(part).word(name))
+}
+
+/// All intersections at which a road ends, and those where the map ends, in order of their smallest node.
+fn nodes<'a>(parsed: &'a Parsed, ends: &[[Id; 2]]) -> Result<Vec<Node<'a>>, ReadError> {
+    let mut features: FxHashMap<&Id, &Sited<Feature<IntersectionShape>>> = FxHashMap::default();
+    for feature in &parsed.intersections {
+        let id = &feature.it.properties.id;
+        if features.insert(id, feature).is_some() {
+            let message = format!("two intersections have the id {}", id.0);
+            return Err(ReadError::new(feature.offset, message, "give each intersection an id of its own"));
+        }
+    }
+    let loose = parsed.roads.iter().zip(ends).flat_map(|(road, ends)| {
+        let name = |end: usize| Id(Text::from(format!("{} {}", road.it.properties.id.0, LOOSE[end])));
+        [0, 1].into_iter().filter(move |&end| ends[end] == name(end)).map(|end| ends[end].clone())
+    });
+    let used: std::collections::BTreeSet<&Id> = ends.iter().flatten().collect();
+    let named = used.into_iter().filter_map(|id| features.get(id)).copied();
+    let mut nodes: Vec<Node<'a>> = named
+        .map(|feature| {
+            let shape = &feature.it.properties;
+            let mut nodes = shape.merged_from.clone();
+            nodes.sort_unstable();
+            if nodes.is_empty() {
+                nodes.push(shape.id.0.parse().unwrap_or_else(|_| number("intersection", &shape.id.0)));
+            }
+            Node { id: shape.id.clone(), nodes, feature: Some(feature) }
+        })
+        .collect();
+    nodes.extend(loose.filter(|id| !features.contains_key(id)).map(|id| Node {
+        nodes: vec![number("intersection", &id.0)],
+        id,
+        feature: None,
+    }));
+    nodes.sort_by(|a, b| a.nodes.cmp(&b.nodes).then_with(|| a.id.cmp(&b.id)));
+    Ok(nodes)
+}
+
+/// What tells a road from all others: as the file says, else from the ways and nodes it is made of.
+fn key(shape: &RoadShape, ends: [&Node<'_>; 2]) -> RoadKey {
+    let [first, last] = ends.map(|node| node.nodes.first().copied().unwrap_or_default());
+    shape.key.map_or_else(
+        || {
+            let way = shape.osm_ids.first().copied().unwrap_or_else(|| number("road", &shape.id.0));
+            RoadKey { way, first, last, turn: 0 }
+        },
+        RoadKey::from,
+    )
+}
+
+/// Numbers the roads that have the same key; those that say their key must not.
+fn tell_apart(keyed: &mut [(RoadKey, &Sited<Feature<RoadShape>>, [IntersectionIx; 2])]) -> Result<(), ReadError> {
+    let mut turn = 0;
+    for i in 1..keyed.len() {
+        let same = RoadKey { turn: 0, ..keyed[i].0 } == RoadKey { turn: 0, ..keyed[i - 1].0 };
+        let (site, said) = (keyed[i].1, keyed[i].1.it.properties.key.is_some());
+        if !same {
+            turn = 0;
+        } else if !said {
+            turn = keyed[i - 1].0.turn.max(turn) + 1;
+            keyed[i].0.turn = turn;
+        } else if keyed[i].0 == keyed[i - 1].0 {
+            let message = format!("road {} has the key of another", site.it.properties.id.0);
+            return Err(ReadError::new(site.offset, message, "leave `key` out, or number the roads by its `turn`"));
+        }
+    }
+    Ok(())
+}
+
+fn intersections(
+    nodes: &[Node<'_>],
+    roads: &[Road],
+    by_id: &FxHashMap<&Id, RoadIx>,
+) -> Result<Vec<Intersection>, ReadError> {
+    let mut meeting: Vec<Vec<RoadEnd>> = vec![Vec::new(); nodes.len()];
+    for (road, ix) in roads.iter().zip(0..) {
+        for (end, at) in [(End::Start, road.from), (End::End, road.to)] {
+            meeting[at.0 as usize].push(RoadEnd { road: RoadIx(ix), end });
+        }
+    }
+    nodes.iter().zip(meeting).map(|(node, ends)| intersection(node, ends, roads, by_id)).collect()
+}
+
+fn intersection(
+    node: &Node<'_>,
+    ends: Vec<RoadEnd>,
+    roads: &[Road],
+    by_id: &FxHashMap<&Id, RoadIx>,
+) -> Result<Intersection, ReadError> {
+    let tip = |at: &RoadEnd| {
+        let line = &roads[at.road.0 as usize].line;
+        if at.end == End::Start { line.first() } else { line.last() }
+    };
+    let tips: Vec<Point> = ends.iter().map(tip).collect();
+    let own = node.feature.and_then(|feature| centre(&feature.it));
+    let position = own.or_else(|| mean(&tips)).unwrap_or_else(Point::origin);
+    let Some(feature) = node.feature else {
+        return Ok(bare(node.nodes.clone(), position, ends));
+    };
+    let shape = &feature.it.properties;
+    let named = |ends: Vec<RoadEnd>| arms(feature, ends, position, roads, by_id);
+    let arms = named(ends)?;
+    let passage = |[from, to]: [usize; 2]| {
+        let both = arms.get(from).zip(arms.get(to)).map(|(from, to)| (*from, *to));
+        both.ok_or_else(|| {
+            let message =
+                format!("a passage of intersection {} is [{from}, {to}], but it has {} arms", shape.id.0, arms.len());
+            ReadError::new(feature.offset, message, "passages are pairs of indices into `arms`, from 0")
+        })
+    };
+    let passages = shape.passages.as_ref().map(|list| list.iter().copied().map(passage).collect()).transpose()?;
+    let dead_end = arms.len() < 2;
+    Ok(Intersection {
+        position,
+        map_edge: shape.map_edge.unwrap_or(dead_end && ring(feature.it.geometry.as_ref()).is_empty()),
+        signals: shape.signals,
+        all_way_stop: shape.all_way_stop,
+        circle: shape.circle.clone(),
+        crossing: shape.crossing,
+        inner: inner(feature),
+        passages,
+        ..bare(node.nodes.clone(), position, arms)
+    })
+}
+
+/// An intersection of which nothing is known but its roads: the map ends there.
+fn bare(nodes: Vec<i64>, position: Point, arms: Vec<RoadEnd>) -> Intersection {
+    Intersection {
+        nodes,
+        position,
+        arms,
+        map_edge: true,
+        signals: false,
+        all_way_stop: false,
+        circle: None,
+        crossing: false,
+        inner: Vec::new(),
+        passages: None,
+    }
+}
+
+/// The arms in clockwise order: as the file says, which must be all; else by the directions in which they leave.
+fn arms(
+    feature: &Sited<Feature<IntersectionShape>>,
+    ends: Vec<RoadEnd>,
+    position: Point,
+    roads: &[Road],
+    by_id: &FxHashMap<&Id, RoadIx>,
+) -> Result<Vec<RoadEnd>, ReadError> {
+    let shape = &feature.it.properties;
+    if ends.len() > MAX_ARMS {
+        let message = format!("{} roads end at intersection {}", ends.len(), shape.id.0);
+        return Err(ReadError::new(feature.offset, message, "give each intersection an id of its own"));
+    }
+    if shape.arms.is_empty() {
+        let rays: Vec<Ray<(RoadKey, End)>> = ends
+            .iter()
+            .map(|at| {
+                let road = &roads[at.road.0 as usize];
+                let line = if at.end == End::Start { road.line.clone() } else { road.line.reversed() };
+                // Lines that end at the outline are seen from its middle.
+                let from_middle = Polyline::new(std::iter::once(position).chain(line.points().iter().copied()));
+                Ray { line: from_middle.unwrap_or(line), key: (road.key, at.end) }
+            })
+            .collect();
+        return Ok(clockwise(position, &rays).into_iter().map(|i| ends[i]).collect());
+    }
+    let said: Vec<RoadEnd> = shape.arms.iter().filter_map(|arm| arm_of(arm, by_id)).collect();
+    let (mut a, mut b) = (said.clone(), ends);
+    a.sort();
+    b.sort();
+    if a != b {
+        let message =
+            format!("the arms of intersection {} are not the {} road ends that lie at it", shape.id.0, b.len());
+        return Err(ReadError::new(
+            feature.offset,
+            message,
+            "list each end of each road once, clockwise, or leave `arms` out",
+        ));
+    }
+    Ok(said)
+}
+
+fn arm_of(arm: &ArmShape, by_id: &FxHashMap<&Id, RoadIx>) -> Option<RoadEnd> {
+    Some(RoadEnd { road: *by_id.get(&arm.road)?, end: arm.end })
+}
+
+fn inner(feature: &Sited<Feature<IntersectionShape>>) -> Vec<InnerRoad> {
+    let inner = feature.it.properties.inner.iter().filter_map(|inner| {
+        Some(InnerRoad {
+            key: inner.key.into(),
+            ways: inner.osm_ids.clone(),
+            line: Polyline::new(inner.centerline.iter().map(point))?,
+            section: section_of(&inner.lanes),
+        })
+    });
+    inner.collect()
+}
+
+/// All turn restrictions, by relation as in the input they came from.
+fn restrictions(parsed: &Parsed, by_id: &FxHashMap<&Id, RoadIx>) -> Result<Vec<TurnRestriction>, ReadError> {
+    let mut found = Vec::new();
+    for feature in &parsed.intersections {
+        for shape in &feature.it.properties.restrictions {
+            let via: Option<Vec<RoadIx>> = shape.via.iter().map(|via| by_id.get(via).copied()).collect();
+            let ends = (arm_of(&shape.from, by_id), arm_of(&shape.to, by_id), via);
+            let (Some(from), Some(to), Some(via)) = ends else {
+                let id = &feature.it.properties.id.0;
+                let message = format!("a turn restriction of intersection {id} names a road that is not in the file");
+                return Err(ReadError::new(feature.offset, message, "add the road, or leave the restriction out"));
+            };
+            found.push(TurnRestriction { relation: shape.relation, from, via, to, only: shape.only });
+        }
+    }
+    found.sort_by(|a, b| (a.relation, a.from, &a.via, a.to).cmp(&(b.relation, b.from, &b.via, b.to)));
+    Ok(found)
+}
+
+/// The cut that the file gives for one end of a road: its ends, in the order of the file.
+pub fn cut_of(shape: &RoadShape, end: End, at: Option<&Id>) -> Option<[Point; 2]> {
+    let pair = |end: &EndShape| match end.pts.as_slice() {
+        [a, b] => Some([point(a), point(b)]),
+        _ => None,
+    };
+    let own = match (shape.ends.as_slice(), end) {
+        ([start, end_], _) if start.int == shape.src && end_.int == shape.dst => {
+            Some(if end == End::Start { start } else { end_ })
+        }
+        (ends, _) => ends.iter().find(|e| e.int.is_some() && e.int.as_ref() == at),
+    };
+    own.and_then(pair)
+}

@@ -1,0 +1,327 @@
+//! Streets to GeoJSON, one feature a line.
+
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use crate::builder::cross_section::{CrossSection, Strip, StripKind};
+use crate::builder::outline::{Case, MITER_LIMIT, Outline, Outlines};
+use crate::builder::road_network::{
+    End, Feature as Furniture, FeatureKind, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork,
+    TurnRestriction,
+};
+use crate::geometry::{Point, Polyline};
+use crate::osm::Text;
+use crate::projection::Projector;
+
+use super::head::Head;
+use super::shape::{
+    ArmShape, EndShape, Feature, FurnitureKind, FurnitureShape, Geometry, Id, InnerShape, IntersectionShape, LaneShape,
+    Levels, Place, Placed, RestrictionShape, RoadShape, StripShape, Type,
+};
+
+/// Why there is no file.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// A place has no longitude and latitude.
+    #[error("the projection {0} has no longitude and latitude for some of the streets")]
+    OutOfReach(&'static str),
+    /// A number is not finite.
+    #[error("a number of the streets cannot be written: {0}")]
+    Number(#[from] serde_json::Error),
+}
+
+/// Roads or intersections that one thread writes at a time.
+const CHUNK: usize = 256;
+/// Degrees are written with nine decimals: a tenth of a millimetre.
+const PER_DEGREE: f64 = 1e9;
+/// Lengths and widths that only tell are written to a tenth of a millimetre; what is built from is written in full.
+const PER_METRE: f64 = 1e4;
+
+/// The whole file: `projector` gives longitude and latitude to what lies in its plane.
+pub fn write(network: &RoadNetwork, outlines: &Outlines, projector: &Projector) -> Result<Vec<u8>, WriteError> {
+    let streets = &Streets { network, outlines, projector, restrictions: restrictions(network) };
+    let mut out = b"{\"type\":\"FeatureCollection\",\"lanewright\":".to_vec();
+    serde_json::to_writer(&mut out, &Head::new(network, projector))?;
+    out.extend(b",\"features\":[\n");
+    let roads = chunks(network.roads.len(), |range| streets.roads(range));
+    let intersections = chunks(network.intersections.len(), |range| streets.intersections(range));
+    let mut first = true;
+    for chunk in roads.into_iter().chain(intersections) {
+        let chunk = chunk?;
+        if !first && !chunk.is_empty() {
+            out.extend(b",\n");
+        }
+        first &= chunk.is_empty();
+        out.extend(chunk);
+    }
+    out.extend(b"\n]}\n");
+    Ok(out)
+}
+
+type Written = Result<Vec<u8>, WriteError>;
+
+fn chunks(count: usize, write: impl Fn(std::ops::Range<usize>) -> Written + Sync) -> Vec<Written> {
+    let starts: Vec<usize> = (0..count).step_by(CHUNK).collect();
+    starts.into_par_iter().map(|start| write(start..(start + CHUNK).min(count))).collect()
+}
+
+/// What is written, and the restrictions by the intersection where they begin.
+struct Streets<'a> {
+    network: &'a RoadNetwork,
+    outlines: &'a Outlines,
+    projector: &'a Projector,
+    restrictions: FxHashMap<IntersectionIx, Vec<&'a TurnRestriction>>,
+}
+
+fn restrictions(network: &RoadNetwork) -> FxHashMap<IntersectionIx, Vec<&TurnRestriction>> {
+    let mut found: FxHashMap<IntersectionIx, Vec<&TurnRestriction>> = FxHashMap::default();
+    for restriction in &network.restrictions {
+        let at = network.road(restriction.from.road).intersection(restriction.from.end);
+        found.entry(at).or_default().push(restriction);
+    }
+    found
+}
+
+impl Streets<'_> {
+    fn roads(&self, range: std::ops::Range<usize>) -> Written {
+        let mut roads: Vec<Feature<RoadShape>> = Vec::with_capacity(range.len());
+        let mut lanes: Vec<Vec<Feature<LaneShape>>> = Vec::with_capacity(range.len());
+        for i in range {
+            let road = &self.network.roads[i];
+            let [from, to] = self.outlines.kept[i];
+            let line = road.line.cut(from, to);
+            let lane = |i: usize| self.lane(road, line.as_ref(), i);
+            lanes.push((0..road.section.strips.len()).map(lane).collect());
+            roads.push(self.road(RoadIx(i as u32), road, line.as_ref()));
+        }
+        let mut places: Vec<&mut Place> = Vec::new();
+        roads.iter_mut().for_each(|road| road.each_place(&mut |p| places.push(p)));
+        lanes.iter_mut().flatten().for_each(|lane| lane.each_place(&mut |p| places.push(p)));
+        locate(self.projector, places)?;
+        let mut out = Vec::new();
+        for (road, lanes) in roads.iter().zip(&lanes) {
+            push(&mut out, road)?;
+            lanes.iter().try_for_each(|lane| push(&mut out, lane))?;
+        }
+        Ok(out)
+    }
+
+    fn intersections(&self, range: std::ops::Range<usize>) -> Written {
+        let mut features: Vec<Feature<IntersectionShape>> =
+            range.map(|i| self.intersection(IntersectionIx(i as u32), &self.outlines.intersections[i])).collect();
+        let mut places: Vec<&mut Place> = Vec::new();
+        features.iter_mut().for_each(|feature| feature.each_place(&mut |p| places.push(p)));
+        locate(self.projector, places)?;
+        let mut out = Vec::new();
+        features.iter().try_for_each(|feature| push(&mut out, feature))?;
+        Ok(out)
+    }
+
+    fn road(&self, ix: RoadIx, road: &Road, line: Option<&Polyline>) -> Feature<RoadShape> {
+        let [from, to] = self.outlines.kept[ix.0 as usize];
+        let half = road.half_width();
+        let ends = [End::Start, End::End].map(|end| self.end(ix, end));
+        let shape = RoadShape {
+            kind: Type::Road,
+            id: road_id(&road.key),
+            src: Some(intersection_id(self.network, road.from)),
+            dst: Some(intersection_id(self.network, road.to)),
+            osm_ids: road.ways.clone(),
+            drive: true,
+            layer: Some(Levels::One(road.level)),
+            width: Some(told(half * 2.0)),
+            length: Some(told(line.map_or(0.0, Polyline::length))),
+            trim_start: Some(told(from)),
+            trim_end: Some(told(road.line.length() - to)),
+            oblivion: line.is_none(),
+            ends: ends.into(),
+            name: road.name.clone(),
+            class: Some(road.class),
+            link: road.link,
+            roundabout: road.roundabout,
+            public: road.public,
+            speed: Some(road.speed),
+            key: Some(road.key.into()),
+            centerline: places(road.line.points()),
+            kept: Some([from, to]),
+            furniture: road.features.iter().map(furniture).collect(),
+            tags: road.tags.clone(),
+        };
+        Feature::new(shape, line.and_then(|line| polygon(&ribbon(line, half, -half)?)))
+    }
+
+    /// The cut across one end of a road, its left end first for someone who looks into the intersection.
+    fn end(&self, ix: RoadIx, end: End) -> EndShape {
+        let at = self.network.road(ix).intersection(end);
+        let cuts = &self.outlines.intersections[at.0 as usize].cuts;
+        let cut = cuts.iter().find(|cut| cut.at == RoadEnd { road: ix, end });
+        EndShape {
+            int: Some(intersection_id(self.network, at)),
+            pts: cut.map_or_else(Vec::new, |cut| places(&[cut.left, cut.right])),
+        }
+    }
+
+    fn lane(&self, road: &Road, line: Option<&Polyline>, index: usize) -> Feature<LaneShape> {
+        let Strip { kind, travel, width, arrows, change, width_guessed } = road.section.strips[index].clone();
+        let id = road_id(&road.key);
+        let shape = LaneShape {
+            kind: Type::Lane,
+            id: Some(Id(Text::from(format!("{}:{index}", id.0)))),
+            road: id,
+            index: Some(index as u32),
+            drive: for_motor_traffic(kind),
+            layer: Some(Levels::One(road.level)),
+            used: kind,
+            travel: Some(travel),
+            width: Some(width),
+            width_guessed,
+            arrows,
+            change,
+        };
+        let ribbon = line.and_then(|line| ribbon(line, road.section.edge(index), road.section.edge(index + 1)));
+        Feature::new(shape, ribbon.and_then(|ring| polygon(&ring)))
+    }
+
+    fn intersection(&self, ix: IntersectionIx, outline: &Outline) -> Feature<IntersectionShape> {
+        let network = self.network;
+        let intersection: &Intersection = network.intersection(ix);
+        let mut layers: Vec<f64> = intersection.arms.iter().map(|arm| network.road(arm.road).level).collect();
+        layers.sort_by(f64::total_cmp);
+        layers.dedup();
+        let index = |at: &RoadEnd| intersection.arms.iter().position(|arm| arm == at);
+        let passages = intersection
+            .passages
+            .as_ref()
+            .map(|passages| passages.iter().filter_map(|(from, to)| Some([index(from)?, index(to)?])).collect());
+        let restrictions = self.restrictions.get(&ix).into_iter().flatten();
+        let shape = IntersectionShape {
+            kind: Type::Intersection,
+            id: intersection_id(network, ix),
+            roads: intersection.arms.iter().map(|arm| road_id(&network.road(arm.road).key)).collect(),
+            drive: true,
+            layer: Some(Levels::Several(layers)),
+            case: Some(outline.case),
+            terminal: intersection.arms.len() < 2,
+            fallback: outline.case == Case::Fallback,
+            merged_from: intersection.nodes.clone(),
+            map_edge: Some(intersection.map_edge),
+            signals: intersection.signals,
+            all_way_stop: intersection.all_way_stop,
+            crossing: intersection.crossing,
+            circle: intersection.circle.clone(),
+            position: Some(place(intersection.position)),
+            arms: intersection.arms.iter().map(|arm| self.arm(*arm)).collect(),
+            passages,
+            inner: inner(intersection),
+            restrictions: restrictions.map(|r| self.restriction(r)).collect(),
+        };
+        Feature::new(shape, polygon(&outline.ring))
+    }
+
+    fn arm(&self, at: RoadEnd) -> ArmShape {
+        ArmShape { road: road_id(&self.network.road(at.road).key), end: at.end }
+    }
+
+    fn restriction(&self, restriction: &TurnRestriction) -> RestrictionShape {
+        RestrictionShape {
+            relation: restriction.relation,
+            from: self.arm(restriction.from),
+            via: restriction.via.iter().map(|via| road_id(&self.network.road(*via).key)).collect(),
+            to: self.arm(restriction.to),
+            only: restriction.only,
+        }
+    }
+}
+
+fn push(out: &mut Vec<u8>, feature: &impl serde::Serialize) -> serde_json::Result<()> {
+    if !out.is_empty() {
+        out.extend(b",\n");
+    }
+    serde_json::to_writer(out, feature)
+}
+
+/// Turns metres into degrees, all at once.
+fn locate(projector: &Projector, places: Vec<&mut Place>) -> Result<(), WriteError> {
+    let points: Vec<Point> = places.iter().map(|Place([x, y])| Point::new(*x, *y)).collect();
+    let rounded = |degrees: f64| (degrees * PER_DEGREE).round() / PER_DEGREE;
+    for (place, found) in places.into_iter().zip(projector.inverse_each(&points, |_| 0.0)) {
+        let found = found.ok_or(WriteError::OutOfReach(projector.name()))?;
+        *place = Place([rounded(found.lon), rounded(found.lat)]);
+    }
+    Ok(())
+}
+
+fn told(metres: f64) -> f64 {
+    (metres * PER_METRE).round() / PER_METRE
+}
+
+fn place(p: Point) -> Place {
+    Place([p.x, p.y])
+}
+
+fn places(points: &[Point]) -> Vec<Place> {
+    points.iter().copied().map(place).collect()
+}
+
+/// From a clockwise ring that is not closed to one that is and runs counter-clockwise, as GeoJSON wants it.
+fn polygon(ring: &[Point]) -> Option<Geometry> {
+    let mut closed = Vec::with_capacity(ring.len() + 1);
+    closed.extend(ring.iter().rev().copied().map(place));
+    closed.push(*closed.first()?);
+    (closed.len() > 3).then_some(Geometry::Polygon(vec![closed]))
+}
+
+/// The clockwise ring between two offsets of a line.
+fn ribbon(line: &Polyline, left: f64, right: f64) -> Option<Vec<Point>> {
+    let mut ring = line.offset(left, MITER_LIMIT)?.points().to_vec();
+    ring.extend(line.offset(right, MITER_LIMIT)?.points().iter().rev());
+    Some(ring)
+}
+
+/// The id of a road in the file.
+pub fn road_id(key: &RoadKey) -> Id {
+    Id(Text::from(format!("{}:{}-{}:{}", key.way, key.first, key.last, key.turn)))
+}
+
+/// The id of an intersection in the file: its smallest node.
+pub fn intersection_id(network: &RoadNetwork, ix: IntersectionIx) -> Id {
+    let node = network.intersection(ix).nodes.first();
+    Id(node.map_or_else(|| Text::from(format!("#{}", ix.0)), |node| Text::from(node.to_string())))
+}
+
+fn for_motor_traffic(kind: StripKind) -> bool {
+    matches!(kind, StripKind::Drive | StripKind::Bus | StripKind::Parking | StripKind::Shoulder)
+}
+
+fn furniture(feature: &Furniture) -> FurnitureShape {
+    let (kind, travel, crossing) = match feature.kind {
+        FeatureKind::Crossing { signals, marked } => (FurnitureKind::Crossing, None, Some([signals, marked])),
+        FeatureKind::Signals(travel) => (FurnitureKind::Signals, Some(travel), None),
+        FeatureKind::Stop(travel) => (FurnitureKind::Stop, Some(travel), None),
+        FeatureKind::GiveWay(travel) => (FurnitureKind::GiveWay, Some(travel), None),
+    };
+    let [signals, marked] = [0, 1].map(|i| crossing.map(|c| c[i]));
+    FurnitureShape { kind, station: feature.station, node: feature.node, travel, signals, marked }
+}
+
+fn inner(intersection: &Intersection) -> Vec<InnerShape> {
+    let inner = intersection.inner.iter().map(|inner| InnerShape {
+        key: inner.key.into(),
+        osm_ids: inner.ways.clone(),
+        centerline: places(inner.line.points()),
+        lanes: strips(&inner.section),
+    });
+    inner.collect()
+}
+
+fn strips(section: &CrossSection) -> Vec<StripShape> {
+    let shape = |s: &Strip| StripShape {
+        used: s.kind,
+        travel: s.travel,
+        width: s.width,
+        width_guessed: s.width_guessed,
+        arrows: s.arrows,
+        change: s.change,
+    };
+    section.strips.iter().map(shape).collect()
+}

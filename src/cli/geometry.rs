@@ -1,0 +1,67 @@
+//! `geometry`: streets in, GeoJSON out.
+
+use std::path::{Path, PathBuf};
+
+use lanewright::builder::{Plan, geojson};
+use lanewright::report::failure::Failure;
+
+use super::screen::{self, Progress};
+use super::{CLEAN, GeometryArgs, files, input};
+
+/// Lays out the streets of each input and writes them.
+pub fn run(args: &GeometryArgs) -> Result<u8, Failure> {
+    let outputs = outputs(args)?;
+    for (input, output) in args.inputs.iter().zip(&outputs) {
+        let progress = Progress::start("reading");
+        let plan = input::streets(input, &args.streets, &progress)?;
+        progress.next("writing");
+        let text = geojson::write(&plan.streets.network, &plan.streets.outlines, &plan.projector)
+            .map_err(|error| Failure::new(format!("{}: {error}", input.display())))?;
+        publish(output, &text)?;
+        drop(progress);
+        screen::print(&summary(args, output, &plan))?;
+    }
+    Ok(CLEAN)
+}
+
+/// Where each input goes: the file that the user names, or one of its name in a directory.
+fn outputs(args: &GeometryArgs) -> Result<Vec<PathBuf>, Failure> {
+    if args.inputs.len() == 1 && !args.output.is_dir() {
+        return Ok(vec![args.output.clone()]);
+    }
+    let mut outputs: Vec<PathBuf> = Vec::new();
+    for input in &args.inputs {
+        let name = input.file_name().and_then(|n| n.to_str()).unwrap_or("streets");
+        let stem = [".osm.pbf", ".osm.gz", ".osm", ".pbf", ".geojson"].iter().find_map(|end| name.strip_suffix(end));
+        let output = args.output.join(format!("{}.geojson", stem.unwrap_or(name)));
+        if outputs.contains(&output) {
+            return Err(Failure::new(format!("two inputs would be written to {}", output.display()))
+                .help("give them one by one, each with its own --output"));
+        }
+        outputs.push(output);
+    }
+    Ok(outputs)
+}
+
+/// Writes one file, or leaves what was there.
+pub fn publish(output: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let name = output.file_name().and_then(|n| n.to_str()).ok_or_else(|| {
+        Failure::new(format!("{} is no name for a file", output.display())).help("give a file name to --output")
+    })?;
+    let dir = output.parent().filter(|dir| !dir.as_os_str().is_empty());
+    files::publish(dir.unwrap_or_else(|| ".".as_ref()), &[(name, bytes)])
+}
+
+fn summary(args: &GeometryArgs, output: &Path, plan: &Plan) -> String {
+    let network = &plan.streets.network;
+    let counts = input::counts(&[
+        (network.roads.len(), "road", "roads"),
+        (network.roads.iter().map(|road| road.section.strips.len()).sum(), "lane", "lanes"),
+        (network.intersections.len(), "intersection", "intersections"),
+        (network.intersections.iter().filter(|i| i.nodes.len() > 1).count(), "of them merged", "of them merged"),
+        (plan.guesses, "guess", "guesses"),
+    ]);
+    let notes: Vec<_> = plan.notes.iter().chain(&plan.streets.findings).cloned().collect();
+    let guesses = input::guesses(plan.guesses, &notes, &args.streets);
+    format!("{}: {}\n{counts}{guesses}", output.display(), plan.projector.name())
+}

@@ -1,0 +1,138 @@
+//! What `build` and `geometry` start from: OpenStreetMap data, or streets as GeoJSON.
+
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+
+use lanewright::builder::geojson;
+use lanewright::builder::road_network::DrivingSide;
+use lanewright::builder::{BuildError, BuildOptions, Plan, plan};
+use lanewright::diagnostic::Finding;
+use lanewright::osm::{self, OsmData, ReadError};
+use lanewright::projection::{Extent, LonLat, MgrsGrid, Projector};
+use lanewright::report::failure::Failure;
+
+use super::load::read_failure;
+use super::screen::Progress;
+use super::{ProjectorArg, SideArg, StreetArgs};
+
+/// Reads an input and lays out its streets.
+pub fn streets(input: &Path, args: &StreetArgs, progress: &Progress) -> Result<Plan, Failure> {
+    let name = input.display().to_string();
+    progress.next(&format!("reading {name}"));
+    let bytes = fs::read(input).map_err(|source| read_failure(ReadError::Io { path: input.to_path_buf(), source }))?;
+    let options = BuildOptions {
+        driving_side: match args.driving_side {
+            SideArg::Left => Some(DrivingSide::Left),
+            SideArg::Right => Some(DrivingSide::Right),
+            SideArg::Auto => None,
+        },
+        ..BuildOptions::default()
+    };
+    if geojson::is_json(&bytes) {
+        of_geojson(&name, bytes, options, args)
+    } else {
+        of_osm(&name, bytes, options, args, progress)
+    }
+}
+
+fn of_osm(
+    name: &str,
+    bytes: Vec<u8>,
+    mut options: BuildOptions,
+    args: &StreetArgs,
+    progress: &Progress,
+) -> Result<Plan, Failure> {
+    let mut data = OsmData::default();
+    osm::read_bytes(&mut data, name, bytes).map_err(read_failure)?;
+    progress.next(&format!("laying out the streets of {name}"));
+    if let Some(kind) = args.projector {
+        let extent = Extent::of(data.nodes.iter().filter_map(|node| node.position));
+        let nowhere = || Failure::new("the data has no node with a latitude and longitude");
+        options.projector = Some(projector(kind, extent.ok_or_else(nowhere)?.center())?);
+    }
+    plan(&data, &options).map_err(|error| build_failure(error, name))
+}
+
+fn of_geojson(name: &str, bytes: Vec<u8>, mut options: BuildOptions, args: &StreetArgs) -> Result<Plan, Failure> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").map(<[u8]>::to_vec).unwrap_or(bytes);
+    let text = String::from_utf8(bytes)
+        .map_err(|_| Failure::new(format!("{name} is not UTF-8")).help("GeoJSON is UTF-8 text; export it again"))?;
+    let read = |options: &BuildOptions| {
+        geojson::read(&text, options)
+            .map_err(|error| Failure::new(format!("{name}: {error}")).help(error.help).at(name, &text, error.offset))
+    };
+    let plan = read(&options)?;
+    match args.projector {
+        Some(kind) if !is_of(&plan.projector, kind) => {
+            options.projector = Some(projector(kind, centre(&plan))?);
+            read(&options)
+        }
+        _ => Ok(plan),
+    }
+}
+
+/// The middle of the box around all roads.
+fn centre(plan: &Plan) -> LonLat {
+    let points: Vec<_> =
+        plan.streets.network.roads.iter().flat_map(|road| road.line.points().iter().copied()).collect();
+    let places = plan.projector.inverse_each(&points, |_| 0.0);
+    Extent::of(places.into_iter().flatten()).map(|extent| extent.center()).unwrap_or_default()
+}
+
+fn is_of(projector: &Projector, kind: ProjectorArg) -> bool {
+    matches!(
+        (projector, kind),
+        (Projector::Mgrs(_), ProjectorArg::Mgrs)
+            | (Projector::TransverseMercator { .. }, ProjectorArg::TransverseMercator)
+            | (Projector::LocalCartesianUtm { .. }, ProjectorArg::LocalCartesianUtm)
+            | (Projector::LocalCartesian { .. }, ProjectorArg::LocalCartesian)
+    )
+}
+
+/// The projector that the user wants, with its origin in the middle of the data.
+fn projector(kind: ProjectorArg, origin: LonLat) -> Result<Projector, Failure> {
+    Ok(match kind {
+        ProjectorArg::Mgrs => {
+            let grid = MgrsGrid::of(origin).ok_or_else(|| {
+                Failure::new("MGRS does not reach beyond 80 degrees south and 84 degrees north")
+                    .help("use --projector TransverseMercator")
+            })?;
+            Projector::mgrs(grid)
+        }
+        ProjectorArg::TransverseMercator => Projector::transverse_mercator(origin),
+        ProjectorArg::LocalCartesianUtm => Projector::LocalCartesianUtm { origin },
+        ProjectorArg::LocalCartesian => Projector::LocalCartesian { origin },
+    })
+}
+
+fn build_failure(error: BuildError, input: &str) -> Failure {
+    match error {
+        BuildError::Lanelet2Map { .. } => Failure::new(format!("{input} is a Lanelet2 map already"))
+            .help(format!("`build` starts from OpenStreetMap data; to judge this map: lanewright check {input}")),
+        BuildError::Network(_) => Failure::new(format!("{input}: {error}"))
+            .help("are highway=* ways in the extract, and not only footways and private paths?"),
+        BuildError::NoPlace => Failure::new(format!("{input}: {error}")),
+    }
+}
+
+/// Lines that count things, each with its singular and plural.
+pub fn counts(of: &[(usize, &str, &str)]) -> String {
+    let mut text = String::new();
+    for (count, one, many) in of {
+        let _ = writeln!(text, "  {count:>7} {}", if *count == 1 { one } else { many });
+    }
+    text
+}
+
+/// What was guessed: all of it, or how to see it.
+pub fn guesses(count: usize, notes: &[Finding], args: &StreetArgs) -> String {
+    let mut text = String::new();
+    if count > 0 && !args.guesses {
+        let _ = writeln!(text, "--guesses lists what the input did not say");
+    }
+    for Finding { fault, subject, message, .. } in notes.iter().filter(|_| args.guesses) {
+        let _ = writeln!(text, "{subject}: {message} [{fault}]");
+    }
+    text
+}
