@@ -58,7 +58,7 @@ fn summary(args: &GeometryArgs, output: &Path, plan: &Plan) -> String {
         (network.roads.len(), "road", "roads"),
         (network.roads.iter().map(|road| road.section.strips.len()).sum(), "lane", "lanes"),
         (network.intersections.len(), "intersection", "intersections"),
-        (network.intersections.iter().filter(|i| i.nodes.len() > 1).count(), "of them merged", "of them merged"),
+        (network.intersections.iter().filter(|i| i.nodes.len() > 1).count(), "of several nodes", "of several nodes"),
         (plan.guesses, "guess", "guesses"),
     ]);
     let notes: Vec<_> = plan.notes.iter().chain(&plan.streets.findings).cloned().collect();
