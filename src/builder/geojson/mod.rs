@@ -5,12 +5,14 @@
 //! degree can tell apart. Files from elsewhere may leave out almost everything; what is assumed then is noted.
 
 mod head;
+mod meet;
 mod outlines;
 mod parse;
 mod road;
 mod roads;
 mod scan;
 mod shape;
+mod spell;
 mod write;
 
 use crate::diagnostic::{Finding, Severity, Subject};

@@ -22,7 +22,7 @@ pub fn scan(text: &str) -> Option<Layout> {
         scanner.take(b':')?;
         match key {
             b"features" if scanner.peek()? == b'[' => layout = Some(scanner.list()?),
-            _ => drop(scanner.value()?),
+            _ => scanner.pass()?,
         }
         if scanner.peek()? != b',' {
             break;
@@ -66,6 +66,10 @@ impl<'a> Scanner<'a> {
         }
         self.at += 1;
         Some(&self.bytes[start..self.at - 1])
+    }
+
+    fn pass(&mut self) -> Option<()> {
+        self.value().map(|_| ())
     }
 
     fn value(&mut self) -> Option<Range<usize>> {

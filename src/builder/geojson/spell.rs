@@ -1,0 +1,128 @@
+//! How positions, ids, tags and arrows are spelt in the file.
+
+use serde::Deserialize;
+use serde::de::{self, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use serde::ser::{SerializeMap, Serializer};
+
+use crate::builder::cross_section::Arrows;
+use crate::osm::{Tags, Text};
+
+use super::shape::{Id, Place};
+
+impl<'de> Deserialize<'de> for Place {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Position;
+        impl<'de> Visitor<'de> for Position {
+            type Value = Place;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("a position: [longitude, latitude]")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Place, A::Error> {
+                let mut number = |i| seq.next_element::<f64>()?.ok_or_else(|| de::Error::invalid_length(i, &self));
+                let place = Place([number(0)?, number(1)?]);
+                // A height, which streets do not have.
+                while seq.next_element::<IgnoredAny>()?.is_some() {}
+                Ok(place)
+            }
+        }
+        deserializer.deserialize_seq(Position)
+    }
+}
+
+impl<'de> Deserialize<'de> for Id {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct TextOrNumber;
+        impl Visitor<'_> for TextOrNumber {
+            type Value = Id;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("an id: text or a whole number")
+            }
+
+            fn visit_str<E: de::Error>(self, text: &str) -> Result<Id, E> {
+                Ok(Id(text.into()))
+            }
+
+            fn visit_i64<E: de::Error>(self, number: i64) -> Result<Id, E> {
+                Ok(Id(number.to_string().into()))
+            }
+
+            fn visit_u64<E: de::Error>(self, number: u64) -> Result<Id, E> {
+                Ok(Id(number.to_string().into()))
+            }
+        }
+        deserializer.deserialize_any(TextOrNumber)
+    }
+}
+
+/// Tags as an object, in their order.
+pub mod tag_map {
+    use super::*;
+
+    pub fn serialize<S: Serializer>(tags: &Tags, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        for (key, value) in tags.iter().filter(|(key, value)| tags.is(key, value)) {
+            map.serialize_entry(key, value)?;
+        }
+        map.end()
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Tags, D::Error> {
+        struct Pairs;
+        impl<'de> Visitor<'de> for Pairs {
+            type Value = Tags;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("tags: an object of texts")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Tags, A::Error> {
+                let mut tags = Tags::new();
+                while let Some((key, value)) = map.next_entry::<Text, Text>()? {
+                    tags.push(key, value);
+                }
+                Ok(tags)
+            }
+        }
+        deserializer.deserialize_map(Pairs)
+    }
+}
+
+/// Arrows as a list of the words of `turn:lanes`.
+pub mod arrow_names {
+    use super::*;
+
+    const NAMES: [(&str, Arrows); 10] = [
+        ("left", Arrows::LEFT),
+        ("slight_left", Arrows::SLIGHT_LEFT),
+        ("sharp_left", Arrows::SHARP_LEFT),
+        ("through", Arrows::THROUGH),
+        ("right", Arrows::RIGHT),
+        ("slight_right", Arrows::SLIGHT_RIGHT),
+        ("sharp_right", Arrows::SHARP_RIGHT),
+        ("reverse", Arrows::REVERSE),
+        ("merge_to_left", Arrows::MERGE_TO_LEFT),
+        ("merge_to_right", Arrows::MERGE_TO_RIGHT),
+    ];
+
+    pub fn serialize<S: Serializer>(arrows: &Arrows, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(NAMES.iter().filter(|(_, arrow)| arrows.has(*arrow)).map(|(name, _)| name))
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Arrows, D::Error> {
+        let names = Vec::<Text>::deserialize(deserializer)?;
+        let known = NAMES.map(|(name, _)| name);
+        names.iter().try_fold(Arrows::NONE, |arrows, name| {
+            let named = NAMES.iter().find(|(known, _)| known == name);
+            Ok(arrows.and(
+                named
+                    .ok_or_else(|| {
+                        de::Error::custom(format!("unknown arrow `{name}`, expected one of {}", known.join(", ")))
+                    })?
+                    .1,
+            ))
+        })
+    }
+}
