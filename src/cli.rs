@@ -115,6 +115,15 @@ struct StreetArgs {
     /// List every guess that was made
     #[arg(long)]
     guesses: bool,
+    /// Say of each road that may lie inside an intersection whether it was merged, and what decided
+    #[arg(long)]
+    explain_merges: bool,
+    /// A file to read instead of lanewright.toml, or one key of it: 'merge=[{nodes=[1,2]}]'
+    #[arg(long, value_name = "FILE|KEY=VALUE")]
+    config: Vec<String>,
+    /// Read no lanewright.toml
+    #[arg(long)]
+    isolated: bool,
 }
 
 /// Draw a Lanelet2 map as SVG or PNG, with its findings

@@ -2,6 +2,7 @@
 //! beside the map, the checks read both.
 
 mod document;
+mod merge;
 mod nearest;
 mod selection;
 mod suppression;
@@ -11,6 +12,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 pub use document::{Document, DocumentError, Step};
+pub use merge::MergeSettings;
 pub use nearest::nearest;
 pub use selection::{Selection, covers, most_specific};
 pub use suppression::{Origin, PrimitiveKind, Suppression};
@@ -45,10 +47,16 @@ pub struct Settings {
     /// Findings that the map's owner answers for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub suppress: Vec<Suppression>,
+    /// For `build`: roads that lie inside an intersection.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub merge: Vec<MergeSettings>,
+    /// For `build`: roads that do not.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub keep_apart: Vec<MergeSettings>,
 }
 
 impl Settings {
-    /// These settings, and those of `outer` where these say nothing. Lists of intersections and suppressions add up.
+    /// These settings, and those of `outer` where these say nothing. Lists of tables add up.
     #[must_use]
     pub fn over(mut self, outer: Self) -> Self {
         let mut parameters = outer.parameters;
@@ -59,6 +67,8 @@ impl Settings {
         severity.extend(self.severity);
         self.intersection.extend(outer.intersection);
         self.suppress.extend(outer.suppress);
+        self.merge.extend(outer.merge);
+        self.keep_apart.extend(outer.keep_apart);
         Self {
             driving_side: self.driving_side.or(outer.driving_side),
             profile: self.profile.or(outer.profile),
@@ -68,6 +78,8 @@ impl Settings {
             parameters,
             intersection: self.intersection,
             suppress: self.suppress,
+            merge: self.merge,
+            keep_apart: self.keep_apart,
         }
     }
 

@@ -2,14 +2,16 @@
 
 use rayon::prelude::*;
 
-use crate::diagnostic::Finding;
-use crate::lanelet::LaneletMap;
+use crate::diagnostic::{Finding, Severity, Subject};
+use crate::geometry::Point;
+use crate::lanelet::{LaneletMap, PointId};
 use crate::osm::OsmData;
 use crate::projection::{Extent, LonLat, Projector};
-use crate::settings::Settings;
+use crate::settings::{MergeSettings, Settings};
 
 use super::assemble::{Assembled, assemble};
 use super::blinker;
+use super::consolidate::{Wish, Wished};
 use super::dead_lanes::without_dead_lanes;
 use super::road_network::{DrivingSide, Network, NetworkError, NetworkOptions, road_network};
 use super::streets::{StreetOptions, Streets, streets};
@@ -23,6 +25,8 @@ pub struct BuildOptions {
     pub projector: Option<Projector>,
     /// How roads and intersections are laid out.
     pub streets: StreetOptions,
+    /// Roads that the user decided to merge (`true`) or to keep apart. A file of streets is merged already.
+    pub merges: Vec<(MergeSettings, bool)>,
 }
 
 /// Why there is no map.
@@ -103,7 +107,44 @@ pub fn plan(osm: &OsmData, options: &BuildOptions) -> Result<Plan, BuildError> {
     let network_options = NetworkOptions { driving_side: options.driving_side, country: None };
     let to_metres = |places: &[LonLat]| projector.forward_all(places);
     let Network { network, notes } = road_network(osm, &to_metres, &network_options)?;
-    Ok(Plan { streets: streets(network, &options.streets), projector, guesses: notes.len(), notes })
+    let mut street_options = options.streets.clone();
+    street_options.consolidate.wishes.splice(0..0, options.merges.iter().map(|(said, merge)| wish(said, *merge, &projector)));
+    let mut streets = streets(network, &street_options);
+    let unmet = (0..options.merges.len()).filter(|i| !streets.merges.iter().any(|note| note.wish == Some(*i)));
+    let unmet: Vec<Finding> = unmet.map(|i| unmet_wish(&options.merges[i])).collect();
+    streets.findings.extend(unmet);
+    Ok(Plan { streets, projector, guesses: notes.len(), notes })
+}
+
+/// A wish of the settings in the metres of the map.
+fn wish(said: &MergeSettings, merge: bool, projector: &Projector) -> Wish {
+    let of = match *said {
+        MergeSettings { at: Some([lat, lon]), .. } => {
+            // A place that the projection does not reach has no road near it.
+            let nowhere = Point::new(f64::INFINITY, f64::INFINITY);
+            Wished::Near(projector.forward(LonLat { lon, lat }, 0.0).unwrap_or(nowhere))
+        }
+        MergeSettings { way: Some(way), .. } => Wished::Way(way),
+        MergeSettings { ref nodes, .. } => Wished::Nodes(nodes.clone()),
+    };
+    Wish { of, merge }
+}
+
+/// Slug of the finding about a wish that no road is meant by.
+pub const UNMET_WISH: &str = "merge-unmet";
+
+fn unmet_wish((said, merge): &(MergeSettings, bool)) -> Finding {
+    let key = if *merge { "merge" } else { "keep_apart" };
+    let place = said.origin.as_ref().map_or_else(String::new, |origin| format!("{}:{}: ", origin.file, origin.line));
+    let message = match said {
+        MergeSettings { at: Some([lat, lon]), .. } => format!("no road lies at {lat}, {lon}"),
+        MergeSettings { way: Some(way), .. } => format!("no road is made from way {way}"),
+        MergeSettings { nodes, .. } => {
+            let nodes: Vec<String> = nodes.iter().map(ToString::to_string).collect();
+            format!("no road between two intersections lies between the nodes {}", nodes.join(", "))
+        }
+    };
+    Finding::new(UNMET_WISH, Subject::Map, format!("{place}[[{key}]] does nothing: {message}")).graded(Severity::Warning)
 }
 
 /// Builds a map from streets.

@@ -39,4 +39,4 @@ pub(crate) mod speed;
 pub mod streets;
 pub(crate) mod tags;
 
-pub use build::{BuildError, BuildOptions, Built, Plan, Summary, build, build_plan, plan};
+pub use build::{BuildError, BuildOptions, Built, Plan, Summary, UNMET_WISH, build, build_plan, plan};

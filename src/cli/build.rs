@@ -18,6 +18,7 @@ pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
     let progress = Progress::start("reading");
     let plan = input::streets(&args.input, &args.streets, &progress)?;
     progress.next("building");
+    let merges = input::merges(&plan.streets.merges, &plan.streets.findings, &args.streets);
     let built = build_plan(plan);
     progress.next("writing");
     let info = write_info(&built.projector, VerticalDatum::default());
@@ -30,7 +31,7 @@ pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
     draft.write("lanewright.toml", |file| file.write_all(settings.as_bytes()))?;
     draft.publish()?;
     drop(progress);
-    screen::print(&summary(args, &built))?;
+    screen::print(&format!("{}{merges}", summary(args, &built)))?;
     Ok(CLEAN)
 }
 

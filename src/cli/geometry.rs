@@ -63,5 +63,6 @@ fn summary(args: &GeometryArgs, output: &Path, plan: &Plan) -> String {
     ]);
     let notes: Vec<_> = plan.notes.iter().chain(&plan.streets.findings).cloned().collect();
     let guesses = input::guesses(plan.guesses, &notes, &args.streets);
-    format!("{}: {}\n{counts}{guesses}", output.display(), plan.projector.name())
+    let merges = input::merges(&plan.streets.merges, &plan.streets.findings, &args.streets);
+    format!("{}: {}\n{counts}{guesses}{merges}", output.display(), plan.projector.name())
 }

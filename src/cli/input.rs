@@ -4,15 +4,19 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
+use lanewright::builder::consolidate::MergeNote;
 use lanewright::builder::geojson;
 use lanewright::builder::road_network::DrivingSide;
-use lanewright::builder::{BuildError, BuildOptions, Plan, plan};
+use lanewright::builder::{BuildError, BuildOptions, Plan, UNMET_WISH, plan};
 use lanewright::diagnostic::Finding;
 use lanewright::osm::{self, OsmData, ReadError};
 use lanewright::projection::{Extent, LonLat, MgrsGrid, Projector};
 use lanewright::report::failure::Failure;
+use lanewright::settings::{Settings, Side};
 
-use super::load::read_failure;
+use super::check_args::ConfigArgs;
+use super::config;
+use super::load::{home, read_failure};
 use super::screen::Progress;
 use super::{ProjectorArg, SideArg, StreetArgs};
 
@@ -21,19 +25,26 @@ pub fn streets(input: &Path, args: &StreetArgs, progress: &Progress) -> Result<P
     let name = input.display().to_string();
     progress.next(&format!("reading {name}"));
     let bytes = fs::read(input).map_err(|source| read_failure(ReadError::Io { path: input.to_path_buf(), source }))?;
-    let options = BuildOptions {
-        driving_side: match args.driving_side {
-            SideArg::Left => Some(DrivingSide::Left),
-            SideArg::Right => Some(DrivingSide::Right),
-            SideArg::Auto => None,
-        },
-        ..BuildOptions::default()
+    let settings = settings(input, args)?;
+    let driving_side = match (args.driving_side, settings.driving_side) {
+        (SideArg::Left, _) | (SideArg::Auto, Some(Side::Left)) => Some(DrivingSide::Left),
+        (SideArg::Right, _) | (SideArg::Auto, Some(Side::Right)) => Some(DrivingSide::Right),
+        (SideArg::Auto, Some(Side::Auto) | None) => None,
     };
+    let wanted = settings.merge.into_iter().map(|said| (said, true));
+    let merges = wanted.chain(settings.keep_apart.into_iter().map(|said| (said, false))).collect();
+    let options = BuildOptions { driving_side, merges, ..BuildOptions::default() };
     if geojson::is_json(&bytes) {
         of_geojson(&name, bytes, options, args)
     } else {
         of_osm(&name, bytes, options, args, progress)
     }
+}
+
+/// What `lanewright.toml` beside the input or above it says.
+fn settings(input: &Path, args: &StreetArgs) -> Result<Settings, Failure> {
+    let config = ConfigArgs { config: args.config.clone(), isolated: args.isolated, ..ConfigArgs::default() };
+    config::settings(home(input), &config)
 }
 
 fn of_osm(
@@ -121,6 +132,19 @@ pub fn counts(of: &[(usize, &str, &str)]) -> String {
     let mut text = String::new();
     for (count, one, many) in of {
         let _ = writeln!(text, "  {count:>7} {}", if *count == 1 { one } else { many });
+    }
+    text
+}
+
+/// What decided about each road that may lie inside an intersection, where that is asked for; and wishes that meant
+/// no road, always.
+pub fn merges(notes: &[MergeNote], findings: &[Finding], args: &StreetArgs) -> String {
+    let mut text = String::new();
+    for note in notes.iter().filter(|_| args.explain_merges) {
+        let _ = writeln!(text, "{note}");
+    }
+    for unmet in findings.iter().filter(|finding| finding.fault == UNMET_WISH) {
+        let _ = writeln!(text, "warning: {}", unmet.message);
     }
     text
 }

@@ -45,10 +45,23 @@ impl Document {
         let settings = toml::from_str(text).map_err(|error| explained(&error))?;
         let mut document = Self { name: name.to_owned(), text: text.to_owned(), settings };
         document.note_lines();
-        match document.without_id() {
+        match document.without_id().or_else(|| document.without_road()) {
             Some(error) => Err(error),
             None => Ok(document),
         }
+    }
+
+    /// A merge, or the lack of one, is of some roads.
+    fn without_road(&self) -> Option<DocumentError> {
+        let lists = [("merge", &self.settings.merge), ("keep_apart", &self.settings.keep_apart)];
+        lists.into_iter().find_map(|(key, list)| {
+            let (at, fault) = list.iter().enumerate().find_map(|(at, merge)| Some((at, merge.fault()?)))?;
+            Some(DocumentError {
+                message: format!("[[{key}]]: {fault}"),
+                help: Some("name it by `nodes = [1, 2]`, `way = 3`, or `at = [latitude, longitude]`".to_owned()),
+                offset: self.offset(&[Step::Key(key), Step::Index(at)]),
+            })
+        })
     }
 
     /// A suppression of no primitive in particular would hide everything or nothing.
@@ -61,18 +74,26 @@ impl Document {
         })
     }
 
-    /// Tells each suppression where it stands.
+    /// Tells each suppression and merge where it stands.
     fn note_lines(&mut self) {
-        #[derive(Deserialize)]
+        #[derive(Default, Deserialize)]
+        #[serde(default)]
         struct Places {
-            #[serde(default)]
             suppress: Vec<Spanned<toml::Value>>,
+            merge: Vec<Spanned<toml::Value>>,
+            keep_apart: Vec<Spanned<toml::Value>>,
         }
         let Ok(places) = toml::from_str::<Places>(&self.text) else { return };
-        for (suppression, place) in self.settings.suppress.iter_mut().zip(places.suppress) {
+        let origin = |place: &Spanned<toml::Value>| {
             let before = self.text.get(..place.span().start).unwrap_or_default();
-            let line = before.matches('\n').count() + 1;
-            suppression.origin = Some(Origin { file: self.name.clone(), line });
+            Some(Origin { file: self.name.clone(), line: before.matches('\n').count() + 1 })
+        };
+        for (suppression, place) in self.settings.suppress.iter_mut().zip(&places.suppress) {
+            suppression.origin = origin(place);
+        }
+        let merges = self.settings.merge.iter_mut().zip(&places.merge);
+        for (merge, place) in merges.chain(self.settings.keep_apart.iter_mut().zip(&places.keep_apart)) {
+            merge.origin = origin(place);
         }
     }
 

@@ -26,6 +26,7 @@ pub fn contract(
             merged: verdict.merge && refusal.is_none(),
             reason: refusal.unwrap_or(verdict.reason),
             left: verdict.left,
+            wish: verdict.wish,
         });
     }
     let next = (!clusters.accepted.is_empty()).then(|| rebuild(network, &clusters.accepted));

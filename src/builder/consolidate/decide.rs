@@ -5,6 +5,7 @@ use crate::builder::road_network::{End, FeatureKind, IntersectionIx, Road, RoadC
 use crate::geometry::Vector;
 
 use super::ConsolidateOptions;
+use super::wish::wished;
 
 /// What speaks for or against merging a road.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
@@ -43,21 +44,30 @@ pub struct Verdict {
     pub reason: Reason,
     /// Metres between its two cuts; negative where they overlap.
     pub left: f64,
+    /// The wish that decided, by its index.
+    pub wish: Option<usize>,
 }
 
 /// A verdict for every road that something speaks for merging.
 pub fn decide(network: &RoadNetwork, kept: &[[f64; 2]], options: &ConsolidateOptions) -> Vec<Verdict> {
+    let wishes = wished(network, &options.wishes);
     (0..network.roads.len() as u32)
         .map(RoadIx)
         .zip(kept)
-        .filter_map(|(ix, &[from, to])| judge(network, ix, to - from, options))
+        .filter_map(|(ix, &[from, to])| judge(network, ix, to - from, options, wishes.get(&ix).copied()))
         .collect()
 }
 
-fn judge(network: &RoadNetwork, ix: RoadIx, left: f64, options: &ConsolidateOptions) -> Option<Verdict> {
+fn judge(
+    network: &RoadNetwork,
+    ix: RoadIx,
+    left: f64,
+    options: &ConsolidateOptions,
+    wish: Option<usize>,
+) -> Option<Verdict> {
     let road = network.road(ix);
-    let verdict = |merge, reason| Some(Verdict { road: ix, merge, reason, left });
-    if let Some(wish) = options.wishes.iter().find(|w| road.ways.contains(&w.way)) {
+    let verdict = |merge, reason| Some(Verdict { road: ix, merge, reason, left, wish });
+    if let Some(wish) = wish.and_then(|wish| options.wishes.get(wish)) {
         return if road.from == road.to { None } else { verdict(wish.merge, Reason::Wish) };
     }
     let reason = speaks_for(network, road, left, options)?;

@@ -9,23 +9,17 @@ mod contract;
 mod decide;
 mod divided;
 mod edit;
+mod explain;
 mod join;
 pub(super) mod passages;
 #[cfg(test)]
 mod tests;
+mod wish;
 
 use crate::builder::road_network::{RoadKey, RoadNetwork};
 
 pub use decide::{Reason, Verdict};
-
-/// What a user wants of one road, whatever the decision would be.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Wish {
-    /// The OpenStreetMap way.
-    pub way: i64,
-    /// `true`: it lies inside an intersection; `false`: it does not.
-    pub merge: bool,
-}
+pub use wish::{Wish, Wished};
 
 /// Limits of the decision, metres unless said otherwise.
 #[derive(Clone, Debug)]
@@ -71,6 +65,8 @@ pub struct MergeNote {
     pub reason: Reason,
     /// Metres between its two cuts.
     pub left: f64,
+    /// The wish that decided, by its index.
+    pub wish: Option<usize>,
 }
 
 /// Joins what is one road: pieces that continue each other without any change, and carriageways around an island.

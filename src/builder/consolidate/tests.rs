@@ -139,7 +139,7 @@ fn its_outline_is_one_simple_ring_with_all_cuts() {
 
 #[test]
 fn a_user_can_forbid_and_force() {
-    let forbid = |way| Wish { way, merge: false };
+    let forbid = |way| Wish { of: Wished::Way(way), merge: false };
     let options = ConsolidateOptions { wishes: [101, 102, 103, 104].map(forbid).into(), ..Default::default() };
     let (apart, notes) = merge(crossing_of_dual_carriageways(""), &options);
     assert!(apart.intersections.iter().all(|i| i.nodes.len() == 1));
@@ -160,7 +160,7 @@ fn a_user_can_forbid_and_force() {
     };
     let (offset, _) = merge(t_junctions(), &ConsolidateOptions::default());
     assert_eq!(offset.intersections.iter().filter(|i| i.arms.len() == 3).count(), 2, "vehicles queue on 40 m");
-    let options = ConsolidateOptions { wishes: vec![Wish { way: 22, merge: true }], ..Default::default() };
+    let options = ConsolidateOptions { wishes: vec![Wish { of: Wished::Way(22), merge: true }], ..Default::default() };
     let (forced, _) = merge(t_junctions(), &options);
     assert_eq!(forced.intersections.iter().filter(|i| i.arms.len() == 4).count(), 1);
 }
