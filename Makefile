@@ -4,10 +4,11 @@ CARGO ?= cargo
 RUN = $(CARGO) run --quiet --locked --
 DEMO = sample_maps/crossing_right.osm
 
-.PHONY: help demo test browser-test soak bench lint docs fittings deps clean
+.PHONY: help demo gallery test browser-test soak bench lint docs fittings deps clean
 
 help:
 	@echo "make demo   build the program, turn $(DEMO) into a Lanelet2 map, check and draw it"
+	@echo "make gallery   pictures of every intersection of the corpus, or of the sample maps, in target/gallery"
 	@echo "make test   formatting, lints and all tests (a slice of the long ones)"
 	@echo "make browser-test   the tests of the HTML report in Chromium; pictures of them in target/tmp"
 	@echo "make soak   the long tests whole"
@@ -26,6 +27,10 @@ demo: deps
 	@echo
 	@echo "The map:     $(CURDIR)/out/demo/lanelet2_map.osm"
 	@echo "Its picture: $(CURDIR)/out/demo/picture.png (picture.svg to zoom and point at)"
+
+gallery: deps
+	$(CARGO) build --locked
+	@scripts/gallery.sh
 
 test: deps
 	@CARGO="$(CARGO)" scripts/test.sh

@@ -3,6 +3,7 @@
 mod build;
 mod check;
 mod check_args;
+mod compare;
 mod config;
 mod diff;
 mod draw;
@@ -10,6 +11,7 @@ mod explain;
 mod files;
 mod fix;
 mod fmt;
+mod gallery;
 mod geometry;
 mod input;
 mod load;
@@ -17,6 +19,7 @@ mod packaging;
 mod page;
 mod project;
 mod screen;
+mod stage;
 mod stats;
 mod tier4;
 mod watch;
@@ -104,7 +107,7 @@ struct GeometryArgs {
 }
 
 /// How streets are laid out, and what is told of it.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 struct StreetArgs {
     /// Side of the road on which people drive; auto: by the country the data lies in
     #[arg(long, value_enum, default_value_t = SideArg::Auto)]
@@ -126,21 +129,32 @@ struct StreetArgs {
     isolated: bool,
 }
 
-/// Draw a Lanelet2 map as SVG or PNG, with its findings
+/// Draw a Lanelet2 map as SVG or PNG, with its findings; or how a map comes to be
 #[derive(Debug, Args)]
 struct DrawArgs {
-    /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml
-    map: PathBuf,
+    /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml; with --stage what
+    /// `build` reads
+    #[arg(required_unless_present = "compare")]
+    map: Option<PathBuf>,
     /// The picture: .svg or .png
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+    /// Draw a stage of `build` instead of a map, with the points that decided
+    #[arg(long, value_enum, value_delimiter = ',')]
+    stage: Vec<StageArg>,
+    /// Draw every intersection by itself, all stages that are given, into a directory with a page to look through
+    #[arg(long, requires = "stage", conflicts_with_all = ["compare", "around", "at"])]
+    each: bool,
+    /// Draw two versions side by side and list the intersections that changed: two maps, or two files of streets
+    #[arg(long, num_args = 2, value_names = ["OLD", "NEW"], conflicts_with = "map")]
+    compare: Option<Vec<PathBuf>>,
     /// Draw what lies around this place
     #[arg(long, value_name = "LAT,LON", value_parser = place, allow_hyphen_values = true, conflicts_with = "around")]
     at: Option<(f64, f64)>,
     /// How far around the place, metres
     #[arg(long, value_name = "M", requires = "at", default_value_t = 60.0)]
     radius: f64,
-    /// Draw what lies around the primitive with this id
+    /// Draw what lies around the primitive with this id; of a stage, around an OpenStreetMap node or way
     #[arg(long, value_name = "ID", allow_hyphen_values = true)]
     around: Option<i64>,
     /// Pixels per metre; without it, whatever fits a screen
@@ -245,10 +259,37 @@ enum StatsFormat {
     Json,
 }
 
+/// The stages of `build` that can be drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum StageArg {
+    /// Each road with its edges
+    Thicken,
+    /// Where the edges collide
+    Collide,
+    /// How far each road is cut back
+    Trim,
+    /// The outlines of the intersections
+    Outline,
+    /// Which roads lie inside an intersection, and why
+    Consolidate,
+    /// The cross-section of each road
+    Lanes,
+    /// Who drives where: the lanelets of the map
+    Movements,
+}
+
+impl StageArg {
+    /// The word on the command line.
+    fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum SideArg {
     Left,
     Right,
+    #[default]
     Auto,
 }
 

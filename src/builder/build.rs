@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::Point;
-use crate::lanelet::{LaneletMap, PointId};
+use crate::lanelet::LaneletMap;
 use crate::osm::OsmData;
 use crate::projection::{Extent, LonLat, Projector};
 use crate::settings::{MergeSettings, Settings};
@@ -108,7 +108,10 @@ pub fn plan(osm: &OsmData, options: &BuildOptions) -> Result<Plan, BuildError> {
     let to_metres = |places: &[LonLat]| projector.forward_all(places);
     let Network { network, notes } = road_network(osm, &to_metres, &network_options)?;
     let mut street_options = options.streets.clone();
-    street_options.consolidate.wishes.splice(0..0, options.merges.iter().map(|(said, merge)| wish(said, *merge, &projector)));
+    street_options
+        .consolidate
+        .wishes
+        .splice(0..0, options.merges.iter().map(|(said, merge)| wish(said, *merge, &projector)));
     let mut streets = streets(network, &street_options);
     let unmet = (0..options.merges.len()).filter(|i| !streets.merges.iter().any(|note| note.wish == Some(*i)));
     let unmet: Vec<Finding> = unmet.map(|i| unmet_wish(&options.merges[i])).collect();
@@ -144,7 +147,8 @@ fn unmet_wish((said, merge): &(MergeSettings, bool)) -> Finding {
             format!("no road between two intersections lies between the nodes {}", nodes.join(", "))
         }
     };
-    Finding::new(UNMET_WISH, Subject::Map, format!("{place}[[{key}]] does nothing: {message}")).graded(Severity::Warning)
+    Finding::new(UNMET_WISH, Subject::Map, format!("{place}[[{key}]] does nothing: {message}"))
+        .graded(Severity::Warning)
 }
 
 /// Builds a map from streets.

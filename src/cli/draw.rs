@@ -7,10 +7,17 @@ use lanewright::report::failure::Failure;
 
 use super::load::Loaded;
 use super::screen::{self, Progress};
-use super::{CLEAN, DrawArgs, check, files};
+use super::{CLEAN, DrawArgs, check, compare, files, stage};
 
 /// Draws the map into a file.
 pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
+    if let Some([old, new]) = args.compare.as_deref() {
+        return compare::run(args, old, new);
+    }
+    if !args.stage.is_empty() {
+        return stage::run(args);
+    }
+    let map = args.map.as_deref().unwrap_or_else(|| "".as_ref());
     let extension = args.output.extension().map(|e| e.to_ascii_lowercase());
     let paint = match extension.as_ref().and_then(|e| e.to_str()) {
         Some("svg") => |map: &_, found: &[_], options: &_| draw::svg(map, found, options).map(String::into_bytes),
@@ -21,16 +28,12 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
         }
     };
     let progress = Progress::start("reading");
-    let loaded = Loaded::read(&args.map, &Default::default())?;
+    let loaded = Loaded::read(map, &Default::default())?;
     progress.next("checking");
     let found = if args.no_findings { Vec::new() } else { check::judge(&loaded)? };
     progress.next("drawing");
-    let options = Options {
-        focus: focus(args, &loaded)?,
-        scale: args.scale,
-        ids: args.ids,
-        title: args.map.display().to_string(),
-    };
+    let options =
+        Options { focus: focus(args, &loaded)?, scale: args.scale, ids: args.ids, title: map.display().to_string() };
     let picture =
         paint(&loaded.map, &found, &options).map_err(|e: DrawError| Failure::new(e.to_string()).help(e.help()))?;
     let name = args.output.file_name().and_then(|n| n.to_str()).unwrap_or("picture");
@@ -42,7 +45,8 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
     Ok(CLEAN)
 }
 
-fn focus(args: &DrawArgs, loaded: &Loaded) -> Result<Focus, Failure> {
+/// The part of the map that the arguments ask for.
+pub fn focus(args: &DrawArgs, loaded: &Loaded) -> Result<Focus, Failure> {
     if let Some(id) = args.around {
         return Ok(Focus::Primitive(id));
     }

@@ -36,7 +36,11 @@ impl Loaded {
 
 /// The directory of a map, beside whose files the projector's and ours stand.
 pub fn home(path: &Path) -> &Path {
-    if path.is_dir() { path } else { path.parent().unwrap_or(Path::new("")) }
+    if path.is_dir() {
+        return path;
+    }
+    // The parent of a bare file name is empty, which is no directory to look up from.
+    path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// Why a map could not be opened, and the way out.

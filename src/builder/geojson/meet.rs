@@ -66,7 +66,6 @@ fn intersection(
         signals: shape.signals,
         all_way_stop: shape.all_way_stop,
         circle: shape.circle.clone(),
-        crossing: shape.crossing,
         inner: inner(feature),
         passages,
         ..bare(node.nodes.clone(), position, arms)
@@ -83,7 +82,6 @@ fn bare(nodes: Vec<i64>, position: Point, arms: Vec<RoadEnd>) -> Intersection {
         signals: false,
         all_way_stop: false,
         circle: None,
-        crossing: false,
         inner: Vec::new(),
         passages: None,
     }

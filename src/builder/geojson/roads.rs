@@ -204,7 +204,7 @@ pub fn mean(points: &[Point]) -> Option<Point> {
 
 /// A number for something that OpenStreetMap does not know, the same in every build.
 pub fn number(part: &str, name: &str) -> i64 {
-    Ids::default().claim(Key::new(part).word(name))
+    Ids::default().claim(Key::new(part).word(name), |_| false)
 }
 
 /// All intersections at which a road ends, and those where the map ends, in order of their smallest node.

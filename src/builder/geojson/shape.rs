@@ -262,8 +262,6 @@ pub struct IntersectionShape {
     pub signals: bool,
     #[serde(default)]
     pub all_way_stop: bool,
-    #[serde(default)]
-    pub crossing: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub circle: Option<Text>,
     #[serde(default)]

@@ -207,7 +207,6 @@ impl Streets<'_> {
             map_edge: Some(intersection.map_edge),
             signals: intersection.signals,
             all_way_stop: intersection.all_way_stop,
-            crossing: intersection.crossing,
             circle: intersection.circle.clone(),
             position: Some(place(intersection.position)),
             arms: intersection.arms.iter().map(|arm| self.arm(*arm)).collect(),

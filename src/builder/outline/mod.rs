@@ -12,6 +12,7 @@ mod terminus;
 #[cfg(test)]
 mod tests;
 mod thicken;
+pub mod trace;
 mod trim;
 mod walk;
 

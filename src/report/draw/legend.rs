@@ -59,6 +59,11 @@ pub fn legend(canvas: &mut Canvas, map: &LaneletMap, diagnostics: &[Diagnostic])
             entries.push((format!("pin {severity}"), format!("{count} {severity}{plural}")));
         }
     }
+    card(canvas, entries);
+}
+
+/// Draws the scale bar on a card, and beside it what the classes mean.
+pub fn card(canvas: &mut Canvas, entries: Vec<(String, String)>) {
     let (metres, bar) = bar_length(canvas.view.scale);
     let label = format!("{metres} m");
     let base = canvas.view.height() - INSET;

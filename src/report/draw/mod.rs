@@ -6,16 +6,16 @@ mod lanes;
 mod legend;
 mod lettering;
 mod signals;
+pub mod sketch;
 mod style;
 
 use resvg::{tiny_skia, usvg};
 
-pub use canvas::{Canvas, View};
+pub use canvas::{Canvas, View, bounding_box};
 
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::lanelet::{LaneletId, LaneletMap, LineStringId, PointId, PolygonId, RegulatoryElementId, Target};
-use canvas::bounding_box;
 
 /// Length of a picture's longer side in pixels, where no scale is asked for.
 const COMFORTABLE_SIDE: f64 = 1800.0;
@@ -100,7 +100,12 @@ impl DrawError {
 
 /// Draws the map, with the findings on it, as an SVG document.
 pub fn svg(map: &LaneletMap, diagnostics: &[Diagnostic], options: &Options) -> Result<String, DrawError> {
-    let mut canvas = Canvas::new(view(map, options)?);
+    Ok(svg_of(map, diagnostics, view(map, options)?, options))
+}
+
+/// The same for a part of the plane that is known already.
+pub fn svg_of(map: &LaneletMap, diagnostics: &[Diagnostic], view: View, options: &Options) -> String {
+    let mut canvas = Canvas::new(view);
     layer(&mut canvas, "areas", |c| lanes::polygons(c, map, false));
     layer(&mut canvas, "lanes", |c| lanes::surfaces(c, map));
     layer(&mut canvas, "intersections", |c| lanes::polygons(c, map, true));
@@ -115,7 +120,7 @@ pub fn svg(map: &LaneletMap, diagnostics: &[Diagnostic], options: &Options) -> R
     }
     layer(&mut canvas, "legend", |c| legend::legend(c, map, diagnostics));
     let style = style::sheet(canvas.view.scale);
-    Ok(canvas.finish(&style, &options.title))
+    canvas.finish(&style, &options.title)
 }
 
 /// The same as PNG bytes; refuses pictures of more than [`MAX_PIXELS`].
@@ -125,9 +130,17 @@ pub fn png(map: &LaneletMap, diagnostics: &[Diagnostic], options: &Options) -> R
     if width * height > MAX_PIXELS {
         return Err(DrawError::TooLarge { width, height });
     }
+    rendered(&svg(map, diagnostics, options)?)
+}
+
+/// An SVG document as PNG bytes; refuses pictures of more than [`MAX_PIXELS`].
+pub fn rendered(svg: &str) -> Result<Vec<u8>, DrawError> {
     let failed = |error: &dyn std::fmt::Display| DrawError::Render(error.to_string());
-    let svg = svg(map, diagnostics, options)?;
-    let tree = usvg::Tree::from_str(&svg, &usvg::Options::default()).map_err(|e| failed(&e))?;
+    let tree = usvg::Tree::from_str(svg, &usvg::Options::default()).map_err(|e| failed(&e))?;
+    let (width, height) = (f64::from(tree.size().width()), f64::from(tree.size().height()));
+    if width * height > MAX_PIXELS {
+        return Err(DrawError::TooLarge { width, height });
+    }
     let mut pixels = tiny_skia::Pixmap::new(width as u32, height as u32)
         .ok_or_else(|| failed(&format!("{width} x {height} pixels do not fit")))?;
     resvg::render(&tree, tiny_skia::Transform::identity(), &mut pixels.as_mut());
@@ -141,10 +154,7 @@ fn layer(canvas: &mut Canvas, name: &str, draw: impl FnOnce(&mut Canvas)) {
 }
 
 /// The part of the plane that the options ask for.
-fn view(map: &LaneletMap, options: &Options) -> Result<View, DrawError> {
-    let positive = |what, value: f64| {
-        if value.is_finite() && value > 0.0 { Ok(value) } else { Err(DrawError::NotPositive { what, value }) }
-    };
+pub fn view(map: &LaneletMap, options: &Options) -> Result<View, DrawError> {
     let (min, max) = match options.focus {
         Focus::Whole => widen(whole(map).ok_or(DrawError::Empty)?, MARGIN),
         Focus::Around(place, radius) => widen((place, place), positive("the radius", radius)?),
@@ -153,12 +163,21 @@ fn view(map: &LaneletMap, options: &Options) -> Result<View, DrawError> {
             widen(bounding_box(&points).ok_or(DrawError::NoSuchId(id))?, SURROUNDINGS)
         }
     };
+    scaled(min, max, options.scale)
+}
+
+/// A box at the scale that is asked for, or at one that fits a screen.
+fn scaled(min: Point, max: Point, scale: Option<f64>) -> Result<View, DrawError> {
     let side = (max.x - min.x).max(max.y - min.y);
-    let scale = match options.scale {
+    let scale = match scale {
         Some(scale) => positive("the scale", scale)?,
         None => (COMFORTABLE_SIDE / side).min(LARGEST_SCALE),
     };
     Ok(View { min, max, scale })
+}
+
+fn positive(what: &'static str, value: f64) -> Result<f64, DrawError> {
+    if value.is_finite() && value > 0.0 { Ok(value) } else { Err(DrawError::NotPositive { what, value }) }
 }
 
 fn widen((min, max): (Point, Point), by: f64) -> (Point, Point) {

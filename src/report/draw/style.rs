@@ -174,6 +174,22 @@ path,circle,rect{fill:none;stroke-linejoin:round}
 .found .pen{stroke:#1d2024}
 .rule{stroke:#1d2024;stroke-width:1.4}
 .card{fill:#fff;fill-opacity:.86}
+.carriage{fill:#6a717b;fill-opacity:.55}
+.strip{stroke:#fff;stroke-opacity:.6;stroke-width:.8}
+.strip-drive{fill:#6a717b}.strip-bus{fill:#8a6a3a}.strip-bicycle{fill:#8a6a66}.strip-parking{fill:#7f8f9f}
+.strip-shoulder{fill:#8b9099}.strip-sidewalk{fill:#d9d2c0}.strip-buffer{fill:#b9c4a8}
+.outline{fill:#9aa1ab;stroke:#f4d35e;stroke-width:1.6}
+.outline.merged{fill:#c3b3e3}.outline.fallback{fill:#d98a86}.outline.changed{fill:#d98c2b;stroke:#b3261e;stroke-width:2.4}
+.centre{stroke:#1d2024;stroke-width:1;stroke-dasharray:5 4}
+.edge{stroke:#3d7fd6;stroke-width:1.2}
+.foot{stroke:#e01e37;stroke-opacity:.5;stroke-width:1}
+.least{stroke:#f27d0c;stroke-width:2.2}
+.wanted{stroke:#2f9e62;stroke-width:2.2}
+.cut{stroke:#1d2024;stroke-width:2.6}
+.in{stroke:#8c5bd6;stroke-width:3}.out{stroke:#2f9e62;stroke-width:3}
+.node{fill:#1d2024}.hit{fill:#7aa7e0;stroke:#fff;stroke-width:.8}.decides{fill:#e01e37;stroke:#fff;stroke-width:1}
+.swatch.centre,.swatch.node{fill:#1d2024}.swatch.edge{fill:#3d7fd6}.swatch.hit{fill:#7aa7e0}.swatch.decides{fill:#e01e37}
+.swatch.least{fill:#f27d0c}.swatch.wanted,.swatch.out{fill:#2f9e62}.swatch.cut{fill:#1d2024}.swatch.in{fill:#8c5bd6}
 .swatch.left{fill:#f2a63b}.swatch.straight{fill:#5fb6ef}.swatch.right{fill:#43c790}
 ";
 
