@@ -29,6 +29,15 @@ pub struct Settings {
     /// Whose reading of the requirements counts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub profile: Option<Profile>,
+    /// How the map's degrees become metres, whatever stands beside the map.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub projector: Option<ProjectorType>,
+    /// Latitude and longitude of the projector's origin, where it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub origin: Option<[f64; 2]>,
+    /// Ids of lanelets of subtype road that are bicycle lanes; a `bicycle_lane` is one by itself.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub bicycle_lanes: Vec<i64>,
     /// Only rules and faults that one of these prefixes names.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub select: Option<Vec<String>>,
@@ -66,12 +75,17 @@ impl Settings {
         let mut severity = outer.severity;
         severity.extend(self.severity);
         self.intersection.extend(outer.intersection);
+        self.bicycle_lanes.extend(outer.bicycle_lanes);
         self.suppress.extend(outer.suppress);
         self.merge.extend(outer.merge);
         self.keep_apart.extend(outer.keep_apart);
         Self {
             driving_side: self.driving_side.or(outer.driving_side),
             profile: self.profile.or(outer.profile),
+            // An origin belongs to the projector beside which it stands.
+            origin: if self.projector.is_some() { self.origin } else { outer.origin },
+            projector: self.projector.or(outer.projector),
+            bicycle_lanes: self.bicycle_lanes,
             select: self.select.or(outer.select),
             ignore: self.ignore.or(outer.ignore),
             severity,
@@ -110,6 +124,30 @@ pub enum Side {
     Left,
     /// As in Germany.
     Right,
+}
+
+/// Autoware's projectors, in its letters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ProjectorType {
+    /// UTM in squares of 100 km.
+    #[serde(rename = "MGRS")]
+    Mgrs,
+    /// UTM, from an origin.
+    #[serde(rename = "LocalCartesianUTM")]
+    LocalCartesianUtm,
+    /// Transverse Mercator through an origin.
+    TransverseMercator,
+    /// A plane that touches the ellipsoid at an origin.
+    LocalCartesian,
+    /// None: `local_x` and `local_y` are the coordinates.
+    Local,
+}
+
+impl ProjectorType {
+    /// Whether it means nothing without an origin.
+    pub fn needs_origin(self) -> bool {
+        matches!(self, Self::LocalCartesianUtm | Self::TransverseMercator | Self::LocalCartesian)
+    }
 }
 
 /// One approach of an intersection, in a user's words.

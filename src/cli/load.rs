@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use lanewright::lanelet::{LaneletMap, LoadFault, Loaded as FromOsm, OpenError, Opened, open};
+use lanewright::lanelet::{LaneletMap, LoadFault, Loaded as FromOsm, OpenError, Opened, from_osm, open, projector_for};
 use lanewright::osm::{OsmData, ReadError};
-use lanewright::projection::Projector;
+use lanewright::projection::{LonLat, Projector};
 use lanewright::report::failure::Failure;
-use lanewright::settings::Settings;
+use lanewright::settings::{ProjectorType, Settings};
 
 use super::check_args::ConfigArgs;
 use super::config;
@@ -29,9 +29,31 @@ impl Loaded {
     /// Reads a `.osm` file, a directory of them, or a map directory.
     pub fn read(path: &Path, config: &ConfigArgs) -> Result<Self, Failure> {
         let settings = config::settings(home(path), config)?;
-        let Opened { osm, projector, loaded: FromOsm { map, faults }, .. } = open(path, None).map_err(open_failure)?;
+        let opened = open(path, projector(&settings)).map_err(open_failure)?;
+        let Opened { osm, projector, loaded: FromOsm { map, faults }, .. } = in_squares(opened, &settings);
         Ok(Self { osm, map, faults, projector, settings })
     }
+}
+
+/// The projector that the settings name, if it needs nothing of the map.
+fn projector(settings: &Settings) -> Option<Projector> {
+    let origin = settings.origin.map(|[lat, lon]| LonLat { lon, lat });
+    Some(match (settings.projector?, origin) {
+        (ProjectorType::Local, _) => Projector::Local,
+        (ProjectorType::LocalCartesianUtm, Some(origin)) => Projector::LocalCartesianUtm { origin },
+        (ProjectorType::TransverseMercator, Some(origin)) => Projector::transverse_mercator(origin),
+        (ProjectorType::LocalCartesian, Some(origin)) => Projector::LocalCartesian { origin },
+        _ => return None,
+    })
+}
+
+/// The map in MGRS where the settings ask for it and what stands beside the map does not: the square is the map's own.
+fn in_squares(mut opened: Opened, settings: &Settings) -> Opened {
+    if settings.projector == Some(ProjectorType::Mgrs) && !matches!(opened.projector, Projector::Mgrs(_)) {
+        opened.projector = projector_for(&opened.osm);
+        opened.loaded = from_osm(&opened.osm, &opened.projector);
+    }
+    opened
 }
 
 /// The directory of a map, beside whose files the projector's and ours stand.

@@ -5,8 +5,8 @@ use serde::Deserialize;
 use super::Rule;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Polyline, Vector, angle_between};
+use crate::lanelet::LineStringId;
 use crate::lanelet::index::{Lane, MapIndex};
-use crate::lanelet::{LineStringId, RoadType};
 
 /// See `rules/vm-03-03.md`.
 pub struct WidthAndSmoothness;
@@ -79,9 +79,9 @@ fn widths(params: &Params, lane: &Lane, center: &Polyline) -> Vec<Finding> {
         let finding = Finding::new("width", subject, message).measured(percent, 100.0 * params.width[0], "%");
         findings.push(finding.at(Place::Point(middle.points()[worst])).graded(severity));
     }
-    let [least, low, high] = match lane.kind {
-        RoadType::BicycleLane => [0.0, params.bicycle_width[0], params.bicycle_width[1]],
-        _ => params.vehicle_width,
+    let [least, low, high] = match lane.bicycle {
+        true => [0.0, params.bicycle_width[0], params.bicycle_width[1]],
+        false => params.vehicle_width,
     };
     let extremes = [(sorted[0], sorted[0] < low, low), (sorted[last], sorted[last] > high, high)];
     for (value, _, limit) in extremes.into_iter().filter(|(_, broken, _)| *broken) {

@@ -53,7 +53,8 @@ impl Rule for Extent {
 fn judge_start(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
     let lane = &map.lanes[at];
     // A piece inside the box is vm-03-05's.
-    if !lane.vehicle || map.predecessors(at).iter().any(|&before| map.in_same_intersection(before, at).is_some()) {
+    if !lane.is_for_cars() || map.predecessors(at).iter().any(|&before| map.in_same_intersection(before, at).is_some())
+    {
         return None;
     }
     let subject = Subject::Lanelet(lane.id.0);

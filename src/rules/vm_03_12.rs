@@ -53,7 +53,8 @@ fn attention(map: &MapIndex, lane: usize) -> Finding {
 /// A lanelet of an intersection that crosses nobody.
 fn no_conflict(map: &MapIndex, lane: usize) -> Option<Finding> {
     let id = map.lanes[lane].id;
-    let alone = map.conflicts[lane].is_empty() && map.lanes[lane].simple && map.has_area(lane);
+    let alone =
+        map.conflicts[lane].is_empty() && !map.lanes[lane].bicycle && map.lanes[lane].simple && map.has_area(lane);
     let message = format!("Lanelet {id} lies in an intersection but conflicts with no lanelet.");
     alone.then(|| Finding::new("no-conflict", Subject::Lanelet(id.0), message))
 }

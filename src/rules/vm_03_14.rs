@@ -98,7 +98,8 @@ fn judge_lanelets(map: &MapIndex, params: &Params, marking: &RegulatoryElement, 
         let lane = &map.lanes[sibling];
         let named =
             map.elements(lane.id, "traffic_light").any(|light| light.linestrings("ref_line").any(|own| own == line));
-        let Some(place) = crossing(params, &stop, lane).filter(|_| lane.vehicle && !named) else { continue };
+        let known = named || has_own_line(map, params, &stop, lane);
+        let Some(place) = crossing(params, &stop, lane).filter(|_| lane.vehicle && !known) else { continue };
         let message = format!("Stop line {line} of {} crosses {} too, which lacks the element.", marking.id, lane.id);
         let subject = Subject::Lanelet(lane.id.0);
         let edits = vec![Edit::AddMember { on: subject, role: "regulatory_element".into(), member: on }];
@@ -109,6 +110,15 @@ fn judge_lanelets(map: &MapIndex, params: &Params, marking: &RegulatoryElement, 
         findings.push(finding.fixed_by(format!("let lanelet {} refer to it", lane.id), true, edits));
     }
     findings
+}
+
+/// Whether a lane stops at a line of its own where another one of its kind lies: lanelets that fan out each have one in the
+/// box, over their own bounds, and these lines overlap.
+fn has_own_line(map: &MapIndex, params: &Params, other: &StopLine, lane: &Lane) -> bool {
+    let at_start = |line: &StopLine| line.misfit(lane, params.extra).distance <= params.start;
+    let markings = map.elements(lane.id, "road_marking").flat_map(|marking| marking.linestrings("refers"));
+    let mut own = markings.filter_map(|way| map.stop_line(way));
+    own.any(|line| at_start(&line) == at_start(other) && crossing(params, &line, lane).is_some())
 }
 
 /// Stop lines inside an area that cross its lanelets and hang on nothing.

@@ -16,7 +16,6 @@ pub struct BicycleLane;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
-    lanelets: Vec<i64>,
     gap: f64,
     along: f64,
 }
@@ -31,18 +30,14 @@ impl Rule for BicycleLane {
         let mut findings = Vec::new();
         for at in 0..map.lanes.len() {
             findings.extend(invisible(map, at));
-            if is_bicycle(params, &map.lanes[at]) {
+            if map.lanes[at].bicycle {
                 findings.extend(beside(map, params, at));
-                findings.extend(followers(map, params, at));
+                findings.extend(followers(map, at));
                 findings.extend(yields(map, at));
             }
         }
         findings
     }
-}
-
-fn is_bicycle(params: &Params, lane: &Lane) -> bool {
-    lane.kind == RoadType::BicycleLane || params.lanelets.contains(&lane.id.0)
 }
 
 fn subject(map: &MapIndex, lane: usize) -> Subject {
@@ -73,7 +68,7 @@ fn beside(map: &MapIndex, params: &Params, at: usize) -> Vec<Finding> {
         let road = &map.lanes[other];
         let parallel = lane.heading_in().zip(road.heading_in());
         let parallel = parallel.is_some_and(|(a, b)| angle_between(a, b).abs().to_degrees() <= BESIDE);
-        if other == at || road.kind != RoadType::Road || !road.vehicle || is_bicycle(params, road) || !parallel {
+        if other == at || road.kind != RoadType::Road || !road.vehicle || road.bicycle || !parallel {
             continue;
         }
         // The bicycle lane's left border is the road's right one, or the other way round.
@@ -131,10 +126,10 @@ fn shared_border(map: &MapIndex, at: usize, road: usize, way: LineStringId, side
 }
 
 /// What comes before and behind it must be a bicycle lane, too.
-fn followers(map: &MapIndex, params: &Params, at: usize) -> Vec<Finding> {
+fn followers(map: &MapIndex, at: usize) -> Vec<Finding> {
     let lane = &map.lanes[at];
     let both = map.predecessors(at).iter().chain(map.followers(at));
-    let roads = both.copied().filter(|&other| map.lanes[other].vehicle && !is_bicycle(params, &map.lanes[other]));
+    let roads = both.copied().filter(|&other| map.lanes[other].vehicle && !map.lanes[other].bicycle);
     let findings = roads.map(|other| {
         let road = map.lanes[other].id;
         let (fault, message) = match lane.kind {

@@ -45,7 +45,12 @@ impl Document {
         let settings = toml::from_str(text).map_err(|error| explained(&error))?;
         let mut document = Self { name: name.to_owned(), text: text.to_owned(), settings };
         document.note_lines();
-        match document.without_id().or_else(|| document.without_road()) {
+        let broken = document
+            .without_id()
+            .or_else(|| document.without_road())
+            .or_else(|| document.without_origin())
+            .or_else(|| document.without_place());
+        match broken {
             Some(error) => Err(error),
             None => Ok(document),
         }
@@ -71,6 +76,46 @@ impl Document {
             message: "a suppression needs the id of its primitive".to_owned(),
             help: Some("add `id = 123`, or `id = [123, 124]` for several".to_owned()),
             offset: self.offset(&[Step::Key("suppress"), Step::Index(at)]),
+        })
+    }
+
+    /// Most projectors mean nothing without an origin.
+    fn without_origin(&self) -> Option<DocumentError> {
+        let Settings { projector, origin, .. } = &self.settings;
+        let error = |key, message: &str, help: &str| DocumentError {
+            message: message.to_owned(),
+            help: Some(help.to_owned()),
+            offset: self.offset(&[Step::Key(key)]),
+        };
+        if let Some([lat, lon]) = origin
+            && !is_place(*lat, *lon)
+        {
+            return Some(error("origin", "origin is not a latitude and a longitude", "write `origin = [35.2, 138.8]`"));
+        }
+        match (projector.is_some_and(super::ProjectorType::needs_origin), origin) {
+            (true, None) => {
+                Some(error("projector", "this projector needs an origin", "add `origin = [latitude, longitude]`"))
+            }
+            (false, Some(_)) => {
+                Some(error("origin", "no projector here has an origin", "say which with `projector = \"...\"`"))
+            }
+            _ => None,
+        }
+    }
+
+    /// What is known of an intersection that nobody can find would be lost in silence.
+    fn without_place(&self) -> Option<DocumentError> {
+        let nowhere = |one: &super::IntersectionSettings| match (one.ia, one.at) {
+            (None, None) => Some("an intersection needs the id of its area or a place inside it"),
+            (_, Some([lat, lon])) if !is_place(lat, lon) => Some("`at` is not a latitude and a longitude"),
+            _ => None,
+        };
+        let (at, message) =
+            self.settings.intersection.iter().enumerate().find_map(|(at, one)| Some((at, nowhere(one)?)))?;
+        Some(DocumentError {
+            message: message.to_owned(),
+            help: Some("add `ia = 123` or `at = [latitude, longitude]`".to_owned()),
+            offset: self.offset(&[Step::Key("intersection"), Step::Index(at)]),
         })
     }
 
@@ -101,6 +146,10 @@ impl Document {
     pub fn offset(&self, path: &[Step<'_>]) -> usize {
         DeTable::parse(&self.text).ok().and_then(|table| offset_in(table.get_ref(), path)).unwrap_or_default()
     }
+}
+
+fn is_place(lat: f64, lon: f64) -> bool {
+    lat.abs() <= 90.0 && lon.abs() <= 180.0
 }
 
 fn offset_in(table: &DeTable<'_>, path: &[Step<'_>]) -> Option<usize> {
@@ -163,6 +212,34 @@ mod tests {
         assert_eq!(error("[severity]\n\"vm-03\" = \"eror\"\n").help.as_deref(), Some("did you mean `error`?"));
         assert!(error("zzzzzz = 1\n").help.unwrap().contains("driving_side"));
         assert!(error("select = \"vm-03\"\n").message.contains("expected a sequence"));
+    }
+
+    #[test]
+    fn what_is_known_of_an_intersection_has_keys_and_a_place() {
+        let text = "[[intersection]]\nia = 1\n[[intersection]]\nia = 2\nphase = [[\"N\"]]\n";
+        let found = error(text);
+        assert_eq!((found.message.as_str(), found.offset), ("unknown key `phase`", text.find("phase").unwrap()));
+        assert_eq!(found.help.as_deref(), Some("did you mean `phases`?"));
+        let text = "[[intersection]]\nia = 1\n[[intersection]]\nphases = []\n";
+        let found = error(text);
+        assert!(found.message.contains("needs the id of its area"), "{found}");
+        assert_eq!(found.offset, text.rfind("[[intersection]]").unwrap());
+        assert!(error("[[intersection]]\nat = [135.0, 35.0]\n").message.contains("latitude"));
+    }
+
+    #[test]
+    fn a_projector_has_its_origin() {
+        let text = "driving_side = \"left\"\nprojector = \"TransverseMercator\"\n";
+        let found = error(text);
+        assert_eq!(
+            (found.message.as_str(), found.offset),
+            ("this projector needs an origin", text.find("projector").unwrap())
+        );
+        assert!(error("projector = \"MGRS\"\norigin = [35.0, 139.0]\n").message.contains("no projector here"));
+        assert!(error("projector = \"LocalCartesian\"\norigin = [135.0, 39.0]\n").message.contains("latitude"));
+        assert_eq!(error("projector = \"mgrs\"\n").help.as_deref(), Some("did you mean `MGRS`?"));
+        let good = Document::parse("a.toml", "projector = \"LocalCartesian\"\norigin = [35.0, 139.0]\n").unwrap();
+        assert_eq!(good.settings.origin, Some([35.0, 139.0]));
     }
 
     #[test]

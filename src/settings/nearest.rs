@@ -1,9 +1,11 @@
 //! What somebody meant who misspelt a word.
 
-/// The word most like `said`; `None` if none is like it. A third of its letters may be wrong.
+/// The word most like `said`; `None` if none is like it. A third of its letters may be wrong, capitals do not count.
 pub fn nearest<'a>(said: &str, words: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let limit = (said.chars().count() / 3).max(1);
-    let near = words.into_iter().map(|word| (distance(said, word), word)).filter(|&(far, _)| far <= limit);
+    let said = said.to_lowercase();
+    let near =
+        words.into_iter().map(|word| (distance(&said, &word.to_lowercase()), word)).filter(|&(far, _)| far <= limit);
     near.min_by_key(|&(far, _)| far).map(|(_, word)| word)
 }
 

@@ -231,13 +231,21 @@ fn clusters(
         .collect()
 }
 
-/// Edges of one road leg: those that share a point, and those that lie on one line across the road.
+/// Edges of one road leg: those that share a point, and those that lie on one line across the road. Where one lanelet of
+/// the intersection goes on behind another there is no leg.
 fn arms(lanes: &[Lane], intersection: &Intersection, thresholds: &Thresholds) -> Vec<Arm> {
     let mut edges: Vec<ArmEdge> = Vec::new();
     let mut by_ids = FxHashMap::default();
-    for member in intersection.members.iter().filter(|member| member.is_inside()) {
+    let members: Vec<&Member> = intersection.members.iter().filter(|member| member.is_inside()).collect();
+    let starts: FxHashSet<_> = members.iter().map(|member| lanes[member.lane].start.ids).collect();
+    let ends: FxHashSet<_> = members.iter().map(|member| lanes[member.lane].end.ids).collect();
+    for member in members {
         let lane = &lanes[member.lane];
-        for (edge, inward) in [(lane.start, true), (lane.end, false)] {
+        let outer = [(lane.start, true), (lane.end, false)].into_iter().filter(|(edge, inward)| match inward {
+            true => !ends.contains(&edge.ids),
+            false => !starts.contains(&edge.ids),
+        });
+        for (edge, inward) in outer {
             let at = *by_ids.entry((edge.ids, inward)).or_insert_with(|| {
                 edges.push(ArmEdge { edge, inward, lanes: Vec::new() });
                 edges.len() - 1

@@ -83,6 +83,8 @@ pub struct Lane {
     pub kind: RoadType,
     /// Whether Autoware's routing graph for vehicles holds it.
     pub vehicle: bool,
+    /// Whether it is a bicycle lane: by its subtype, or a road that the user says is one.
+    pub bicycle: bool,
     /// Whether its outline is a simple polygon, so that areas of overlap mean something.
     pub simple: bool,
 }
@@ -120,6 +122,7 @@ impl Lane {
             end: edge(left_last, right_last),
             kind: RoadType::of(&lanelet.attributes),
             vehicle: drivable_by_vehicle(lanelet),
+            bicycle: RoadType::of(&lanelet.attributes) == RoadType::BicycleLane,
             simple: ring::is_simple(&outline),
             left,
             right,
@@ -130,6 +133,11 @@ impl Lane {
     /// Whether a car or a bicycle is meant to drive here: `road` and `bicycle_lane`.
     pub fn is_drivable(&self) -> bool {
         self.vehicle || matches!(self.kind, RoadType::Road | RoadType::BicycleLane)
+    }
+
+    /// Whether it is meant for cars.
+    pub fn is_for_cars(&self) -> bool {
+        self.vehicle && !self.bicycle
     }
 
     /// By how much it turns from start to end, degrees, left positive: the sum of the changes of heading of the

@@ -73,13 +73,17 @@ impl<'m> MapIndex<'m> {
     /// faults.
     pub fn new(map: &'m LaneletMap, faults: &'m [LoadFault], settings: &'m Settings, thresholds: Thresholds) -> Self {
         let broken: FxHashSet<LaneletId> = faults.iter().filter_map(turned_inside_out).collect();
-        let lanes: Vec<Lane> = map
+        let bicycles: FxHashSet<i64> = settings.bicycle_lanes.iter().copied().collect();
+        let mut lanes: Vec<Lane> = map
             .lanelets
             .as_slice()
             .par_iter()
             .filter(|lanelet| !broken.contains(&lanelet.id))
             .filter_map(|lanelet| Lane::new(map, lanelet))
             .collect();
+        for lane in &mut lanes {
+            lane.bicycle |= bicycles.contains(&lane.id.0);
+        }
         let boxes = lanes.iter().enumerate().map(|(at, lane)| {
             let [low, high] = lane.extent;
             GeomWithData::new(Rectangle::from_corners([low.x, low.y], [high.x, high.y]), at)

@@ -1,10 +1,10 @@
 //! On which side of the road people drive, as the map itself shows.
 
-use rustc_hash::FxHashSet;
+use rustc_hash::FxHashMap;
 
 use super::{Intersection, Lane};
 use crate::geometry::cross;
-use crate::lanelet::{LaneletId, LineStringId, RoadType, TurnDirection};
+use crate::lanelet::{LaneletId, LineStringId, PointId, RoadType, TurnDirection};
 use crate::settings::{Settings, Side};
 
 /// The side of the road on which people drive.
@@ -60,11 +60,13 @@ impl SideVotes {
 /// Opposite lanes that share their inner bound vote, and so does every approach with lanes both ways.
 pub(super) fn votes(lanes: &[Lane], intersections: &[Intersection], settings: &Settings) -> SideVotes {
     let mut votes = SideVotes::default();
-    let mut users: FxHashSet<(LineStringId, usize)> = FxHashSet::default();
+    // For every bound, by its way and hand, the point from which its first user drives.
+    let mut users: FxHashMap<(LineStringId, usize), PointId> = FxHashMap::default();
     for lane in lanes.iter().filter(|lane| lane.kind == RoadType::Road) {
         for (side, way) in lane.bounds.into_iter().enumerate() {
-            // Shared on the same hand by two lanes: they run against each other.
-            if !users.insert((way, side)) {
+            let from = lane.start.ids[side];
+            // Lanes that share it on the same hand run against each other, unless they lie on top of each other.
+            if *users.entry((way, side)).or_insert(from) != from {
                 votes.add(lane.id, if side == 1 { DrivingSide::Left } else { DrivingSide::Right });
             }
         }

@@ -116,7 +116,8 @@ pub(super) fn traffic(map: &MapIndex, at: usize) -> Traffic {
             _ => Turn::Far,
         };
         let signalised = map.is_signalised(map.lanes[lane].id);
-        let mover = Mover { arm: from, turn, signalised, priority: None, bicycle: false };
+        let bicycle = map.lanes[lane].bicycle;
+        let mover = Mover { arm: from, turn, signalised, priority: None, bicycle };
         movements.push(Movement { lane, from, to, mover });
     }
     let together = together(map, intersection, &movements);

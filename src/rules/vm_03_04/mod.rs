@@ -3,6 +3,7 @@
 mod connection;
 mod signal;
 
+use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
 use super::Rule;
@@ -95,18 +96,33 @@ fn loose_ends(map: &MapIndex, params: &Params, intersection: &Intersection) -> V
     findings
 }
 
+/// The lanelets of an intersection to which an approach leads. A movement in two pieces is one all the same: that is
+/// vm-03-05's.
+fn reached(map: &MapIndex, intersection: &Intersection, from: usize) -> FxHashSet<usize> {
+    let inward = intersection.arms[from].edges.iter().filter(|edge| edge.inward);
+    let mut open: Vec<usize> = inward.flat_map(|edge| edge.lanes.iter().copied()).collect();
+    let mut reached: FxHashSet<usize> = open.iter().copied().collect();
+    let members: FxHashSet<usize> = intersection.members.iter().map(|member| member.lane).collect();
+    while let Some(lane) = open.pop() {
+        open.extend(map.followers(lane).iter().filter(|next| members.contains(next) && reached.insert(**next)));
+    }
+    reached
+}
+
 /// Every approach with lanes in must lead to every other with lanes out, unless the user says there is no such movement.
 fn movements_missing(map: &MapIndex, intersection: &Intersection, traffic: &Traffic) -> Vec<Finding> {
     let Some(area) = intersection.area else { return Vec::new() };
     let arms = &intersection.arms;
     let leads = |arm: usize, inward: bool| {
         let mut edges = arms[arm].edges.iter().filter(|edge| edge.inward == inward);
-        edges.any(|edge| edge.lanes.iter().any(|&lane| map.lanes[lane].vehicle))
+        edges.any(|edge| edge.lanes.iter().any(|&lane| map.lanes[lane].is_for_cars()))
     };
     let mut findings = Vec::new();
     for from in (0..arms.len()).filter(|&arm| leads(arm, true)) {
+        let reached = reached(map, intersection, from);
         for to in (0..arms.len()).filter(|&arm| arm != from && leads(arm, false)) {
-            let exists = traffic.movements.iter().any(|movement| (movement.from, movement.to) == (from, to));
+            let exists =
+                arms[to].edges.iter().any(|edge| !edge.inward && edge.lanes.iter().any(|lane| reached.contains(lane)));
             if exists || traffic.movements.is_empty() || traffic.prohibited.contains(&[from, to]) {
                 continue;
             }
