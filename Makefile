@@ -4,13 +4,14 @@ CARGO ?= cargo
 RUN = $(CARGO) run --quiet --locked --
 DEMO = sample_maps/crossing_right.osm
 
-.PHONY: help demo gallery test browser-test soak bench lint docs fittings deps clean
+.PHONY: help demo gallery rules test browser-test soak bench lint docs fittings deps clean
 
 help:
 	@echo "make demo   build the program, turn $(DEMO) into a Lanelet2 map, check and draw it"
 	@echo "make gallery   pictures of every intersection of the corpus, or of the sample maps, in target/gallery"
 	@echo "make test   formatting, lints and all tests (a slice of the long ones)"
 	@echo "make browser-test   the tests of the HTML report in Chromium; pictures of them in target/tmp"
+	@echo "make rules  write anew what the rules say of their maps, their pictures and their index; then look at git diff"
 	@echo "make soak   the long tests whole"
 	@echo "make bench  how fast we are: against netconvert and the Lanelet2 library, and road by road (docs/benchmarks.md)"
 	@echo "make lint   formatting and lints alone"
@@ -34,6 +35,9 @@ gallery: deps
 
 test: deps
 	@CARGO="$(CARGO)" scripts/test.sh
+
+rules: deps
+	LANEWRIGHT_BLESS=1 $(CARGO) test --locked --test rules
 
 browser-test: deps
 	@scripts/browser.sh

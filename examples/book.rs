@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (title, path) in &pages {
         writeln!(summary, "- [{title}]({path})")?;
     }
-    summary += "\n# Rules\n\n";
+    summary += "\n# Rules\n\n- [What is checked](rules/README.md)\n";
     let table = rules::table()?;
     for requirement in table.iter().map(|row| &row.requirement).chain(triage::requirement()).chain(diff::requirement())
     {
@@ -99,7 +99,7 @@ fn copy(from: &Path, to: &Path) -> Result<(), Box<dyn Error>> {
 
 /// A rule's page: its prose, then what its document's `toml` block holds, as tables.
 fn page(requirement: &Requirement) -> Result<String, std::fmt::Error> {
-    let Requirement { id, title, category, check, why, source, edition, parameters, faults, prose } = requirement;
+    let Requirement { id, title, category, check, why, source, edition, parameters, faults, prose, .. } = requirement;
     let prose = prose.trim_start().split_once('\n').map_or("", |(_, rest)| rest);
     let mut page = format!("# {id}: {title}\n\n*{category}; check: {check}*\n\n");
     if let Some(why) = why {

@@ -96,6 +96,9 @@ pub struct Requirement {
     pub faults: Vec<(String, Fault)>,
     /// Everything behind the block, Markdown.
     pub prose: String,
+    /// The pictures that the prose shows: name without ending, and SVG.
+    #[serde(skip)]
+    pub pictures: Vec<(String, &'static str)>,
 }
 
 /// Why a document could not be parsed.
@@ -168,6 +171,7 @@ impl Requirement {
             parameters: block.parameters,
             faults,
             prose: prose.trim().to_owned(),
+            pictures: Vec::new(),
         })
     }
 

@@ -19,7 +19,7 @@ pub fn explain(requirement: &Requirement, slug: Option<&str>) -> String {
         let _ = writeln!(text, "{why}");
     }
     let prose = requirement.prose.split_once('\n').map_or("", |(_, rest)| rest);
-    let _ = writeln!(text, "\n{}", prose.trim());
+    let _ = writeln!(text, "\n{}", without_pictures(prose.trim()));
     if !requirement.faults.is_empty() {
         let _ = writeln!(text, "\n## Faults\n");
     }
@@ -34,6 +34,33 @@ pub fn explain(requirement: &Requirement, slug: Option<&str>) -> String {
         let _ = writeln!(text, "{name} = {} {unit}\n    {}", parameter.default, parameter.meaning);
     }
     let _ = writeln!(text, "\nSource: {} (edition {})", requirement.source, requirement.edition);
+    text
+}
+
+/// A terminal shows no pictures: it says where they are.
+fn without_pictures(prose: &str) -> String {
+    let lines = prose.lines().map(|line| match line.strip_prefix("![").and_then(|rest| rest.split_once("](")) {
+        Some((what, path)) => format!("[{what}: rules/{}]", path.trim_end_matches(')')),
+        None => line.to_owned(),
+    });
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// The page that lists all requirements, `rules/README.md`.
+pub fn rule_index<'a>(requirements: impl IntoIterator<Item = &'a Requirement>) -> String {
+    let mut text = String::from(
+        "# What is checked\n\n\
+         One document for each requirement: what is required, why, how to mend it, with pictures. `lanewright explain RULE` prints\n\
+         it. This page is written by `make rules`.\n\n\
+         | rule | title | judged | what is reported |\n|---|---|---|---|\n",
+    );
+    for Requirement { id, title, check, faults, .. } in requirements {
+        let faults: Vec<String> = faults.iter().map(|(slug, fault)| format!("`{slug}` ({})", fault.severity)).collect();
+        let _ = writeln!(text, "| [{id}]({id}.md) | {title} | {check} | {} |", faults.join(", "));
+    }
+    text += "\n`partial` means that a program can judge only a part; the document says which, and why. The severity is the usual one;\n\
+             where the size of a fault grades it, the document says so. Two pages\n\
+             are no rules of a map: [triage](triage.md) is about suppressions and baselines, [diff](diff.md) about two maps.\n";
     text
 }
 

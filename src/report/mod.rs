@@ -24,7 +24,7 @@ mod verdict;
 
 pub use concise::{concise, line, sentence, summary};
 pub use escape::visible;
-pub use explain::{explain, list};
+pub use explain::{explain, list, rule_index};
 pub use source::{Position, Sources};
 pub use text::{GRAPHICAL_LIMIT, TextStyle, text};
 pub use totals::{CodeTotal, Totals};

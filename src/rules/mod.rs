@@ -8,6 +8,7 @@ mod load;
 mod node;
 mod number;
 mod phase;
+mod pictures;
 mod right_of_way;
 mod rule;
 mod side;
@@ -124,7 +125,8 @@ table! {
 pub fn table() -> Result<&'static [Row], &'static DocumentError> {
     static ROWS: LazyLock<Result<Vec<Row>, DocumentError>> = LazyLock::new(|| {
         let rows = TABLE.iter().map(|&(id, text, predicate)| {
-            Requirement::parse(id, text).map(|requirement| Row { requirement, predicate })
+            let requirement = Requirement::parse(id, text)?;
+            Ok(Row { requirement: Requirement { pictures: pictures::of(id), ..requirement }, predicate })
         });
         rows.collect()
     });

@@ -9,6 +9,7 @@ mod pack;
 mod pages;
 mod place;
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
 
@@ -76,7 +77,10 @@ pub fn html(report: &Report<'_>, page: &Page<'_>) -> io::Result<String> {
     });
     let map_data = STANDARD.encode(pack::pack(report.map, &frame)?);
     let report_data = STANDARD.encode(deflate(data.to_string().as_bytes())?);
-    let pages: String = page.requirements.iter().map(|requirement| pages::page(requirement)).collect();
+    // Only broken rules bring their pictures, so that the page stays small.
+    let broken: BTreeSet<&str> = report.diagnostics.iter().filter_map(|one| one.code.split('/').next()).collect();
+    let pages = page.requirements.iter().map(|one| pages::page(one, broken.contains(one.id.as_str())));
+    let pages: String = pages.collect();
     let script = script();
     let policy = policy(&script);
     let title = pages::escape(page.title);

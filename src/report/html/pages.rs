@@ -1,11 +1,13 @@
 //! Documents of `rules/` as HTML. HTML inside them is shown, never run.
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd, html};
 
 use crate::requirement::Requirement;
 
-/// One requirement as an `<article>`, hidden until asked for.
-pub fn page(requirement: &Requirement) -> String {
+/// One requirement as an `<article>`, hidden until asked for; with its pictures where they are wanted.
+pub fn page(requirement: &Requirement, with_pictures: bool) -> String {
     let Requirement { id, title, category, check, source, edition, .. } = requirement;
     let mut out = format!(
         "<article class=\"rule-page\" id=\"rule-{0}\" hidden><header><p class=\"rule-id\">{0}</p><h2>{1}</h2>\
@@ -17,7 +19,7 @@ pub fn page(requirement: &Requirement) -> String {
     if let Some(why) = &requirement.why {
         out += &format!("<p class=\"note\">{}</p>", escape(why));
     }
-    out += &markdown(&requirement.prose);
+    out += &markdown(&requirement.prose, if with_pictures { &requirement.pictures } else { &[] });
     faults(&mut out, requirement);
     parameters(&mut out, requirement);
     let link = if source.starts_with("https://") || source.starts_with("http://") {
@@ -64,10 +66,12 @@ fn parameters(out: &mut String, requirement: &Requirement) {
     *out += "</dl>";
 }
 
-/// Markdown as HTML. The document's own title is left out, headings go one level down, HTML becomes text.
-fn markdown(text: &str) -> String {
+/// Markdown as HTML. The document's own title is left out, headings go one level down, HTML becomes text. Pictures that
+/// are at hand are put in, of others their words.
+fn markdown(text: &str, pictures: &[(String, &str)]) -> String {
     let options = Options::ENABLE_TABLES | Options::ENABLE_STRIKETHROUGH;
     let mut in_title = false;
+    let mut picture = None;
     let events = Parser::new_ext(text, options).filter_map(|event| match event {
         Event::Start(Tag::Heading { level: pulldown_cmark::HeadingLevel::H1, .. }) => {
             in_title = true;
@@ -85,8 +89,16 @@ fn markdown(text: &str) -> String {
         // An alignment would become a style attribute, which the page's policy forbids.
         Event::Start(Tag::Table(_)) => Some(Event::Start(Tag::Table(Vec::new()))),
         Event::Html(html) | Event::InlineHtml(html) => Some(Event::Text(html)),
-        // Pictures lie beside the documents, not in the page; their words stay.
-        Event::Start(Tag::Image { .. }) | Event::End(TagEnd::Image) => None,
+        Event::Start(Tag::Image { dest_url, .. }) => {
+            let named = |(name, _): &&(String, &str)| *dest_url == *format!("pictures/{name}.svg");
+            picture = pictures.iter().find(named).map(|(_, svg)| *svg);
+            None
+        }
+        // The words come first; the picture stands below them.
+        Event::End(TagEnd::Image) => picture.take().map(|svg| {
+            let data = STANDARD.encode(svg);
+            Event::InlineHtml(format!("<img alt=\"\" src=\"data:image/svg+xml;base64,{data}\">").into())
+        }),
         other => Some(other),
     });
     let mut out = String::new();
@@ -121,14 +133,22 @@ mod tests {
 
     #[test]
     fn html_in_a_document_is_text() {
-        let out = markdown("# Title\n\n## Why\n\n<script>alert(1)</script>\n\na <b onclick=x>b</b>");
+        let out = markdown("# Title\n\n## Why\n\n<script>alert(1)</script>\n\na <b onclick=x>b</b>", &[]);
         assert!(!out.contains("<script") && !out.contains("<b ") && !out.contains("Title"), "{out}");
         assert!(out.contains("<h3>Why</h3>") && out.contains("&lt;script&gt;"), "{out}");
     }
 
     #[test]
+    fn pictures_are_put_in_where_they_are_at_hand() {
+        let text = "![Good: so](pictures/x-good.svg)\n";
+        let out = markdown(text, &[("x-good".to_owned(), "<svg/>")]);
+        assert!(out.contains("Good: so<img alt=\"\" src=\"data:image/svg+xml;base64,PHN2Zy8+\">"), "{out}");
+        assert!(!markdown(text, &[]).contains("<img"));
+    }
+
+    #[test]
     fn tables_have_no_style_attribute() {
-        let out = markdown("|a|b|\n|:-:|-:|\n|1|2|\n");
+        let out = markdown("|a|b|\n|:-:|-:|\n|1|2|\n", &[]);
         assert!(out.contains("<table>") && !out.contains("style"), "{out}");
     }
 }
