@@ -62,7 +62,8 @@ pub(super) fn votes(lanes: &[Lane], intersections: &[Intersection], settings: &S
     let mut votes = SideVotes::default();
     // For every bound, by its way and hand, the point from which its first user drives.
     let mut users: FxHashMap<(LineStringId, usize), PointId> = FxHashMap::default();
-    for lane in lanes.iter().filter(|lane| lane.kind == RoadType::Road) {
+    // A path for bicycles or people on foot may lie on either side.
+    for lane in lanes.iter().filter(|lane| lane.kind == RoadType::Road && lane.is_for_cars()) {
         for (side, way) in lane.bounds.into_iter().enumerate() {
             let from = lane.start.ids[side];
             // Lanes that share it on the same hand run against each other, unless they lie on top of each other.
