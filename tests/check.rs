@@ -72,6 +72,25 @@ fn settings_are_found_upward_and_the_nearest_win() {
 }
 
 #[test]
+fn the_settings_name_the_projector() {
+    let dir = place();
+    fs::copy(root().join("tests/rules/node/bad-local-mismatch.osm"), dir.path().join("maps/one/map.osm")).unwrap();
+    let mismatch = "node/local-mismatch";
+    says(&check(&dir, &[]), mismatch);
+    // Then local_x and local_y are the coordinates, and disagree with nothing.
+    write(&dir, "lanewright.toml", "projector = \"Local\"\n");
+    assert!(!check(&dir, &[]).stdout.contains(mismatch));
+    // The settings are above what stands beside the map.
+    write(&dir, "maps/one/map_projector_info.yaml", "projector_type: Local\n");
+    write(&dir, "lanewright.toml", "driving_side = \"left\"\n");
+    assert!(!check(&dir, &[]).stdout.contains(mismatch));
+    write(&dir, "lanewright.toml", "projector = \"MGRS\"\n");
+    says(&check(&dir, &[]), mismatch);
+    write(&dir, "lanewright.toml", "driving_side = \"left\"\nprojector = \"TransverseMercator\"\n");
+    check(&dir, &[]).fails_saying(&["this projector needs an origin", "lanewright.toml:2", "add `origin = "]);
+}
+
+#[test]
 fn what_the_settings_get_wrong_is_shown() {
     let dir = place();
     for (text, words) in [

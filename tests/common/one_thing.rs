@@ -103,7 +103,7 @@ pub fn things(good: &OsmData, bad: &OsmData) -> Vec<BTreeSet<Key>> {
             loose.is_subset(&own)
         };
         if let Some(&first) = loose.first()
-            && good.keys().any(|key| of_one(key))
+            && good.keys().any(of_one)
         {
             loose.iter().for_each(|&key| join(&mut groups, first, key));
         }

@@ -46,18 +46,21 @@ fn gives_way(map: &MapIndex, movements: &[Movement], arm: usize) -> bool {
     };
     // A lane into private ground may be private itself, so what leads to it counts.
     let asked = if before.is_empty() { &own } else { &before };
-    let signed = |lane: &usize| map.elements(map.lanes[*lane].id, "traffic_sign").any(|sign| is_stop_sign(map, sign));
+    let signed = |lane: &usize| map.elements(map.lanes[*lane].id, "traffic_sign").any(|sign| map.is_stop_sign(sign));
     (!asked.is_empty() && asked.iter().all(is_private)) || own.iter().chain(&before).any(signed)
 }
 
-fn is_stop_sign(map: &MapIndex, element: &RegulatoryElement) -> bool {
-    element.attributes.is("sign_type", "stop_sign")
-        || element.role("refers").any(|target| match target {
-            Target::LineString(id) => {
-                map.map.linestrings.get(id).is_some_and(|sign| sign.attributes.is("subtype", "stop_sign"))
-            }
-            _ => false,
-        })
+impl MapIndex<'_> {
+    /// Whether a traffic sign element is a stop sign, by its own word or its sign's.
+    pub fn is_stop_sign(&self, element: &RegulatoryElement) -> bool {
+        element.attributes.is("sign_type", "stop_sign")
+            || element.role("refers").any(|target| match target {
+                Target::LineString(id) => {
+                    self.map.linestrings.get(id).is_some_and(|sign| sign.attributes.is("subtype", "stop_sign"))
+                }
+                _ => false,
+            })
+    }
 }
 
 /// Pairs of approaches where a straight lanelet of the first is let ignore one that comes from the second, a crossing

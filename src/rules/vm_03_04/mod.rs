@@ -7,10 +7,10 @@ use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
 use super::Rule;
-use crate::diagnostic::{Finding, Place, Subject};
+use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Polyline, polygon};
 use crate::lanelet::RoadType;
-use crate::lanelet::index::{Edge, Intersection, MapIndex, Traffic};
+use crate::lanelet::index::{Arm, Edge, Intersection, MapIndex, Traffic};
 
 /// See `rules/vm-03-04.md`.
 pub struct AllLanelets;
@@ -109,6 +109,13 @@ fn reached(map: &MapIndex, intersection: &Intersection, from: usize) -> FxHashSe
     reached
 }
 
+/// Whether a traffic sign other than a stop sign hangs on the lanes of an approach.
+fn has_other_sign(map: &MapIndex, arm: &Arm) -> bool {
+    let inner = arm.edges.iter().filter(|edge| edge.inward).flat_map(|edge| edge.lanes.iter().copied());
+    let mut lanes = inner.flat_map(|lane| map.predecessors(lane).iter().copied().chain([lane]));
+    lanes.any(|lane| map.elements(map.lanes[lane].id, "traffic_sign").any(|sign| !map.is_stop_sign(sign)))
+}
+
 /// Every approach with lanes in must lead to every other with lanes out, unless the user says there is no such movement.
 fn movements_missing(map: &MapIndex, intersection: &Intersection, traffic: &Traffic) -> Vec<Finding> {
     let Some(area) = intersection.area else { return Vec::new() };
@@ -120,10 +127,14 @@ fn movements_missing(map: &MapIndex, intersection: &Intersection, traffic: &Traf
     let mut findings = Vec::new();
     for from in (0..arms.len()).filter(|&arm| leads(arm, true)) {
         let reached = reached(map, intersection, from);
+        let leads_to = |to: usize| {
+            let mut outward = arms[to].edges.iter().filter(|edge| !edge.inward);
+            outward.any(|edge| edge.lanes.iter().any(|lane| reached.contains(lane)))
+        };
+        // A sign that is no stop sign may be why there is only one way to go.
+        let signed = (0..arms.len()).filter(|&to| leads_to(to)).count() <= 1 && has_other_sign(map, &arms[from]);
         for to in (0..arms.len()).filter(|&arm| arm != from && leads(arm, false)) {
-            let exists =
-                arms[to].edges.iter().any(|edge| !edge.inward && edge.lanes.iter().any(|lane| reached.contains(lane)));
-            if exists || traffic.movements.is_empty() || traffic.prohibited.contains(&[from, to]) {
+            if leads_to(to) || traffic.movements.is_empty() || traffic.prohibited.contains(&[from, to]) {
                 continue;
             }
             let [a, b] = [from, to].map(|arm| arms[arm].compass);
@@ -142,6 +153,7 @@ fn movements_missing(map: &MapIndex, intersection: &Intersection, traffic: &Traf
                 let mut edges = arms[arm].edges.iter().filter(move |edge| edge.inward == inward);
                 edges.next().map(|edge| edge.edge.middle())
             };
+            let finding = if signed { finding.graded(Severity::Info) } else { finding };
             findings.push(match (middle(from, true), middle(to, false)) {
                 (Some(a), Some(b)) => finding.at(Place::Line(vec![a, intersection.middle, b])),
                 _ => finding,
