@@ -18,6 +18,12 @@ fn mirrored(loaded: &Loaded) -> Loaded {
     let points = changed(&map.points, |point| {
         point.position = Point::new(-point.position.x, point.position.y);
     });
+    // The way of a light runs from left to right as its driver sees it.
+    let linestrings = changed(&map.linestrings, |line| {
+        if line.attributes.is("type", "traffic_light") || line.attributes.is("subtype", "red_yellow_green") {
+            line.points.reverse();
+        }
+    });
     let lanelets = changed(&map.lanelets, |lanelet: &mut Lanelet| {
         let Lanelet { left, right, attributes, .. } = lanelet;
         std::mem::swap::<Bound>(left, right);
@@ -36,7 +42,7 @@ fn mirrored(loaded: &Loaded) -> Loaded {
         _ => fault,
     });
     let faults = faults.collect();
-    Loaded { map: LaneletMap { points, lanelets, ..map.clone() }, faults }
+    Loaded { map: LaneletMap { points, linestrings, lanelets, ..map.clone() }, faults }
 }
 
 fn changed<T: Shelved + Clone>(shelf: &Shelf<T>, change: impl Fn(&mut T)) -> Shelf<T> {

@@ -24,7 +24,6 @@ mod vm_01_09;
 mod vm_01_10;
 mod vm_01_15;
 mod vm_01_17;
-mod vm_01_19;
 mod vm_01_20;
 mod vm_01_21;
 mod vm_02_02;
@@ -100,6 +99,17 @@ table! {
     "node" => Some(judge::<node::Nodes>),
     "side" => Some(judge::<side::OneSide>),
     "phase" => Some(judge::<phase::Phase>),
+    "vm-01-01" => Some(judge::<vm_01_01::RoadBasics>),
+    "vm-01-02" => Some(judge::<vm_01_02::LaneChange>),
+    "vm-01-03" => Some(judge::<vm_01_03::SharedBorders>),
+    "vm-01-05" => Some(judge::<vm_01_05::SeparateBounds>),
+    "vm-01-09" => Some(judge::<vm_01_09::SpeedLimit>),
+    "vm-01-10" => Some(judge::<vm_01_10::CenterLine>),
+    "vm-01-15" => Some(judge::<vm_01_15::RoadShoulder>),
+    "vm-01-17" => Some(judge::<vm_01_17::PedestrianLane>),
+    "vm-01-20" => Some(judge::<vm_01_20::SideBySide>),
+    "vm-01-21" => Some(judge::<vm_01_21::EndToEnd>),
+    "vm-02-02" => Some(judge::<vm_02_02::StopLines>),
     "vm-03-01" => Some(judge::<vm_03_01::Criteria>),
     "vm-03-02" => Some(judge::<vm_03_02::TurnDirectionAndBounds>),
     "vm-03-03" => Some(judge::<vm_03_03::WidthAndSmoothness>),
@@ -118,6 +128,16 @@ table! {
     "vm-03-16" => Some(judge::<vm_03_16::VirtualTrafficLight>),
     "vm-03-17" => Some(judge::<vm_03_17::RightOfWayWithVirtualLight>),
     "vm-03-18" => Some(judge::<vm_03_18::SectionsApart>),
+    "vm-04-01" => Some(judge::<vm_04_01::TrafficLights>),
+    "vm-04-02" => Some(judge::<vm_04_02::PositionAndSize>),
+    "vm-04-03" => Some(judge::<vm_04_03::Bulbs>),
+    "vm-05-01" => Some(judge::<vm_05_01::Crosswalks>),
+    "vm-05-03" => Some(judge::<vm_05_03::SlowDown>),
+    "vm-06-01" => Some(judge::<vm_06_01::BufferZone>),
+    "vm-06-02" => Some(judge::<vm_06_02::NoParking>),
+    "vm-06-04" => Some(judge::<vm_06_04::NoStopping>),
+    "vm-06-05" => Some(judge::<vm_06_05::DetectionArea>),
+    "vm-06-06" => Some(judge::<vm_06_06::BusStop>),
 }
 
 /// All requirements in the standard's order. Fails only if a document of `rules/` was spoilt before compiling, which

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 
 use rustc_hash::FxHashSet;
 
-use super::{NoParams, Rule};
+use serde::Deserialize;
+
+use super::Rule;
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{Bound, LaneletId, LineStringId};
@@ -12,10 +14,18 @@ use crate::lanelet::{Bound, LaneletId, LineStringId};
 /// See `rules/vm-01-02.md`.
 pub struct LaneChange;
 
-impl Rule for LaneChange {
-    type Params = NoParams;
+/// See the document.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    /// Whether lines that are not painted have to say it, too.
+    virtual_lines: bool,
+}
 
-    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+impl Rule for LaneChange {
+    type Params = Params;
+
+    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         let roads = || map.map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", "road"));
         let side = |bound: Bound| (bound.line, bound.inverted);
         let lefts: FxHashSet<(LineStringId, bool)> = roads().map(|lanelet| side(lanelet.left)).collect();
@@ -23,13 +33,15 @@ impl Rule for LaneChange {
             .filter(|lanelet| lefts.contains(&side(lanelet.right)))
             .map(|lanelet| (lanelet.right.line, lanelet.id))
             .collect();
-        between.into_iter().filter_map(|(line, lanelet)| judge(map, line, lanelet)).collect()
+        between.into_iter().filter_map(|(line, lanelet)| judge(map, params, line, lanelet)).collect()
     }
 }
 
-fn judge(map: &MapIndex, line: LineStringId, lanelet: LaneletId) -> Option<Finding> {
-    let (fault, what) = match map.map.linestrings.get(line)?.attributes.get("lane_change") {
+fn judge(map: &MapIndex, params: &Params, line: LineStringId, lanelet: LaneletId) -> Option<Finding> {
+    let tags = &map.map.linestrings.get(line)?.attributes;
+    let (fault, what) = match tags.get("lane_change") {
         Some("yes" | "no") => return None,
+        None if tags.is("type", "virtual") && !params.virtual_lines => return None,
         None => ("lane-change-missing", "no lane_change".to_owned()),
         Some(value) => ("lane-change-invalid", format!("lane_change={value}")),
     };

@@ -22,6 +22,8 @@ pub struct Params {
     max_bounding_box_size: f64,
     /// Whether to speak of stop lines missing in intersections, too, which vm-03-04 judges.
     everywhere: bool,
+    /// Whether to speak of elements without any bulbs.
+    bulbs_needed: bool,
 }
 
 impl Rule for TrafficLights {
@@ -74,7 +76,9 @@ fn judge(map: &MapIndex, view: &View, light: &RegulatoryElement, params: &Params
         let message = format!("Bulbs {} of traffic_light {id} name no traffic_light_id.", line.id);
         findings.push(Finding::new("bulbs-nameless", Subject::LineString(line.id.0), message).with(subject, "element"));
     }
-    findings.extend(pairing(subject, id.0, &bodies, &bulbs));
+    if params.bulbs_needed || !bulbs.is_empty() {
+        findings.extend(pairing(subject, id.0, &bodies, &bulbs));
+    }
     let diagonal = view.diagonal(light);
     if diagonal > params.max_bounding_box_size {
         let message = format!("traffic_light {id} and its lanelets spread over {diagonal:.0} m.");

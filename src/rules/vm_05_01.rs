@@ -61,7 +61,10 @@ fn judge(view: &View, element: &RegulatoryElement, params: &Params) -> Vec<Findi
     }
     let lines: Vec<_> = view.lines(element, "ref_line").collect();
     match lines.len() {
-        0 => findings.push(Finding::new("no-stop-line", subject, format!("crosswalk {id} has no stop line."))),
+        0 if params.walkways_are_wrong || refers.iter().any(|seen| seen.is("crosswalk")) => {
+            findings.push(Finding::new("no-stop-line", subject, format!("crosswalk {id} has no stop line.")));
+        }
+        0 => {}
         1 => {}
         count => {
             let message = format!("crosswalk {id} has {count} stop lines.");

@@ -24,6 +24,8 @@ pub struct Params {
     overlap: f64,
     /// Whether overlaps of counter-clockwise zones are passed over.
     clockwise_only: bool,
+    /// Whether lanelets of intersections count, into which zones reach.
+    everywhere: bool,
 }
 
 impl Rule for BufferZone {
@@ -31,11 +33,11 @@ impl Rule for BufferZone {
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         let view = View::new(map.map);
-        view.polygons("hatched_road_markings").flat_map(|zone| judge(&view, params, zone)).collect()
+        view.polygons("hatched_road_markings").flat_map(|zone| judge(map, &view, params, zone)).collect()
     }
 }
 
-fn judge(view: &View, params: &Params, zone: &Polygon) -> Vec<Finding> {
+fn judge(map: &MapIndex, view: &View, params: &Params, zone: &Polygon) -> Vec<Finding> {
     let (id, subject) = (zone.id, Subject::Polygon(zone.id.0));
     let outline = view.ring(zone);
     let near: Vec<usize> = if outline.is_empty() { Vec::new() } else { view.near(extent(&outline), 0.0) };
@@ -56,7 +58,8 @@ fn judge(view: &View, params: &Params, zone: &Polygon) -> Vec<Finding> {
         return findings;
     }
     let area = polygon::signed_area(&outline).abs();
-    for road in lanes().filter(|seen| seen.is("road")) {
+    let counts = |id| params.everywhere || !map.lane(id).is_some_and(|lane| map.has_area(lane));
+    for road in lanes().filter(|seen| seen.is("road") && counts(seen.id())) {
         let share = covered(&outline, &road.outline, area);
         if share > params.overlap {
             let message = format!("{:.1} % of buffer zone {id} lies on road lanelet {}.", 100.0 * share, road.id());

@@ -8,6 +8,7 @@ mod areas;
 mod elements;
 mod right_of_way;
 mod section;
+mod walkway;
 
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
@@ -16,11 +17,7 @@ use rayon::prelude::*;
 use serde::Deserialize;
 
 use super::view::View;
-use super::{
-    Config, ConfigError, Predicate, judge, vm_01_01, vm_01_02, vm_01_03, vm_01_05, vm_01_09, vm_01_10, vm_01_15,
-    vm_01_17, vm_01_19, vm_01_20, vm_01_21, vm_02_02, vm_04_01, vm_04_02, vm_04_03, vm_05_01, vm_05_03, vm_06_01,
-    vm_06_02, vm_06_04, vm_06_05, vm_06_06,
-};
+use super::{Config, ConfigError, Row};
 use crate::diagnostic::{Diagnostic, Finding, Severity, Subject};
 use crate::lanelet::index::MapIndex;
 
@@ -57,32 +54,7 @@ const READINGS: &[(&str, Reading)] = &[
     ("mapping.intersection.virtual_traffic_light_section_overlap", section::section_overlap),
     ("mapping.intersection.turn_signal_distance_overlap", elements::turn_signal),
     ("mapping.lane.local_coordinates_declaration", elements::local_coordinates),
-];
-
-/// Rules that judge as the tool does, once their parameters say so.
-const RULES: &[(&str, Predicate)] = &[
-    ("vm-01-01", judge::<vm_01_01::RoadBasics>),
-    ("vm-01-02", judge::<vm_01_02::LaneChange>),
-    ("vm-01-03", judge::<vm_01_03::SharedBorders>),
-    ("vm-01-05", judge::<vm_01_05::SeparateBounds>),
-    ("vm-01-09", judge::<vm_01_09::SpeedLimit>),
-    ("vm-01-10", judge::<vm_01_10::CenterLine>),
-    ("vm-01-15", judge::<vm_01_15::RoadShoulder>),
-    ("vm-01-17", judge::<vm_01_17::PedestrianLane>),
-    ("vm-01-19", judge::<vm_01_19::Walkway>),
-    ("vm-01-20", judge::<vm_01_20::SideBySide>),
-    ("vm-01-21", judge::<vm_01_21::EndToEnd>),
-    ("vm-02-02", judge::<vm_02_02::StopLines>),
-    ("vm-04-01", judge::<vm_04_01::TrafficLights>),
-    ("vm-04-02", judge::<vm_04_02::PositionAndSize>),
-    ("vm-04-03", judge::<vm_04_03::Bulbs>),
-    ("vm-05-01", judge::<vm_05_01::Crosswalks>),
-    ("vm-05-03", judge::<vm_05_03::SlowDown>),
-    ("vm-06-01", judge::<vm_06_01::BufferZone>),
-    ("vm-06-02", judge::<vm_06_02::NoParking>),
-    ("vm-06-04", judge::<vm_06_04::NoStopping>),
-    ("vm-06-05", judge::<vm_06_05::DetectionArea>),
-    ("vm-06-06", judge::<vm_06_06::BusStop>),
+    ("mapping.lane.walkway_intersection", walkway::walkways),
 ];
 
 /// One validator of the existing tool.
@@ -211,7 +183,7 @@ pub fn run(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigErr
     let mut found: Vec<Vec<Diagnostic>> =
         loading.map(|row| super::run_row(map, config, row)).collect::<Result<_, ConfigError>>()?;
     found.par_extend(READINGS.par_iter().map(|&(name, reading)| read(map, &view, config, name, reading)));
-    let by_rule = RULES.par_iter().map(|&(rule, predicate)| apply(map, config, rule, predicate));
+    let by_rule = rows.par_iter().map(|row| apply(map, config, row));
     found.extend(by_rule.collect::<Result<Vec<_>, _>>()?);
     let mut found: Vec<Diagnostic> = found.into_iter().flatten().collect();
     let place = |one: &Diagnostic| {
@@ -232,13 +204,15 @@ fn read(map: &MapIndex, view: &View, config: &Config, name: &str, reading: Readi
     issues.filter_map(|issue| diagnostic(map, config, validator, issue)).collect()
 }
 
-/// What a rule finds, with the parameters of the validators that it answers for.
-fn apply(map: &MapIndex, config: &Config, rule: &str, predicate: Predicate) -> Result<Vec<Diagnostic>, ConfigError> {
+/// What a rule finds, with the parameters of the validators that it answers for: those without a reading.
+fn apply(map: &MapIndex, config: &Config, row: &Row) -> Result<Vec<Diagnostic>, ConfigError> {
+    let rule = row.requirement.id.as_str();
     let served = || {
         let all = validators().iter().filter(|validator| READINGS.iter().all(|(name, _)| *name != validator.name));
         all.filter(|validator| validator.issues.values().any(|(_, code)| code.split('/').next() == Some(rule)))
     };
-    let mut params = toml::Table::new();
+    let Some(predicate) = row.predicate.filter(|_| served().next().is_some()) else { return Ok(Vec::new()) };
+    let mut params = row.requirement.defaults();
     for validator in served() {
         params.extend(Params::new(validator, config.peer_parameters.as_ref()).0);
         params.extend(validator.settings.clone());
