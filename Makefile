@@ -4,7 +4,7 @@ CARGO ?= cargo
 RUN = $(CARGO) run --quiet --locked --
 DEMO = sample_maps/crossing_right.osm
 
-.PHONY: help demo gallery rules test browser-test soak bench lint docs fittings deps clean
+.PHONY: help demo gallery rules test browser-test soak fuzz bench lint docs fittings deps clean
 
 help:
 	@echo "make demo   build the program, turn $(DEMO) into a Lanelet2 map, check and draw it"
@@ -14,6 +14,7 @@ help:
 	@echo "make rules  write anew what the rules say of their maps, their pictures and their index; then look at git diff"
 	@echo "make soak   the long tests whole"
 	@echo "make bench  how fast we are: against netconvert and the Lanelet2 library, and road by road (docs/benchmarks.md)"
+	@echo "make fuzz   the fuzzers, FUZZ_SECONDS (300) each"
 	@echo "make lint   formatting and lints alone"
 	@echo "make docs   build the documentation site"
 	@echo "make fittings   hold the action, the hooks and the Dockerfile against the tools that read them"
@@ -48,6 +49,9 @@ soak: deps
 
 bench: deps
 	@CARGO="$(CARGO)" scripts/bench.sh
+
+fuzz: deps
+	@CARGO="$(CARGO)" scripts/fuzz.sh
 
 lint: deps
 	$(CARGO) fmt --check

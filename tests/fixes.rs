@@ -4,11 +4,14 @@
 
 mod common;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use common::{judge, load};
+use common::{beside, judge, judge_as, load};
 use lanewright::diagnostic::{Diagnostic, Edit, Subject};
+use lanewright::report::{Report, Sources, sarif};
+use lanewright::rules::Config;
 use lanewright::settings::Settings;
+use serde_json::Value;
 
 /// The first finding of a rule's bad map that has this code.
 fn finding(rule: &str, map: &str, code: &str) -> Diagnostic {
@@ -56,4 +59,73 @@ fn a_blinker_starts_behind_the_turn_before() {
     let [Edit::SetTag { on: set_on, key, value }] = edits(&found) else { panic!("{found:?}") };
     assert_eq!((*set_on, key.as_str()), (on, "turn_signal_distance"));
     assert!((29.9..=30.0).contains(&value.parse::<f64>().unwrap()), "{value}");
+}
+
+/// The bad maps of all rules.
+fn bad_maps() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/rules");
+    let rules = folder.read_dir().unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_dir());
+    let mut maps: Vec<PathBuf> =
+        rules.flat_map(|rule| rule.read_dir().unwrap().map(|entry| entry.unwrap().path())).collect();
+    maps.retain(|path| {
+        let name = path.file_name().unwrap().to_string_lossy();
+        name.starts_with("bad-") && name.ends_with(".osm")
+    });
+    maps.sort();
+    maps
+}
+
+/// The byte at a line and a column in characters, both from 1.
+fn offset(text: &str, place: [&Value; 2]) -> usize {
+    let [line, column] = place.map(|number| usize::try_from(number.as_u64().unwrap()).unwrap());
+    let start: usize = text.split_inclusive('\n').take(line - 1).map(str::len).sum();
+    start + text[start..].chars().take(column - 1).map(char::len_utf8).sum::<usize>()
+}
+
+/// The text after the changes of a SARIF fix.
+fn applied(text: &str, fix: &Value) -> String {
+    let mut out = text.to_owned();
+    let replacements = fix["artifactChanges"][0]["replacements"].as_array().unwrap();
+    // From the last to the first, so that places stay what they are.
+    for replacement in replacements.iter().rev() {
+        let region = &replacement["deletedRegion"];
+        let start = offset(text, [&region["startLine"], &region["startColumn"]]);
+        let end = offset(text, [&region["endLine"], &region["endColumn"]]);
+        out.replace_range(start..end, replacement["insertedContent"]["text"].as_str().unwrap());
+    }
+    out
+}
+
+#[test]
+fn a_fix_in_a_report_mends_the_file() {
+    let dir = tempfile::tempdir().unwrap();
+    let (mut proposed, mut mended) = (0, 0);
+    for path in bad_maps() {
+        let (settings, config) = beside(&path);
+        let (data, loaded) = load(&path);
+        let found = judge_as(&loaded, &settings, &config);
+        let source = &data.sources[0];
+        let sources = Sources::new([(source.name.as_str(), source.text.as_str())]);
+        let mut log = Vec::new();
+        sarif::write(&Report::new(&found, &sources, &loaded.map), &mut log).unwrap();
+        let log: Value = serde_json::from_slice(&log).unwrap();
+        for result in log["runs"][0]["results"].as_array().unwrap() {
+            let rule = result["ruleId"].as_str().unwrap();
+            let message = result["message"]["text"].as_str().unwrap();
+            proposed += usize::from(!result["properties"]["fix"].is_null());
+            for fix in result["fixes"].as_array().into_iter().flatten() {
+                mended += 1;
+                let file = dir.path().join("mended.osm");
+                std::fs::write(&file, applied(&source.text, fix)).unwrap();
+                let after = |config: &Config| judge_as(&load(&file).1, &settings, config);
+                let said = after(&config)
+                    .into_iter()
+                    .filter(|one| one.code == rule)
+                    .any(|one| message.contains(&one.finding.message));
+                assert!(!said, "{}: {message} is still said after {fix:#}", path.display());
+            }
+        }
+    }
+    println!("{mended} of {proposed} proposed fixes are changes of text alone");
+    assert!(mended > 40, "{mended} of {proposed}");
 }

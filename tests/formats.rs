@@ -237,7 +237,7 @@ fn github_commands_stay_on_their_lines() {
         lines[0]
     );
     assert!(lines[0].contains("x%250A,y:z"), "{}", lines[0]);
-    assert!(lines[0].ends_with("%0AGive it one."), "{}", lines[0]);
+    assert!(lines[0].contains("%0AGive it one.%0Afix: set it%0A"), "{}", lines[0]);
     assert!(!text.contains('\u{1b}'));
     assert!(lines.iter().any(|line| line.starts_with("::notice ")));
     assert!(
@@ -349,4 +349,33 @@ fn an_empty_report_is_valid_too() {
     assert_eq!(json(&empty(report::gitlab::write)), json("[]"));
     assert_eq!(empty(report::github::write), "");
     assert!(empty(report::junit::write).contains(r#"failures="0""#));
+}
+
+#[test]
+fn every_format_has_room_for_the_details() {
+    let texts = [plain(report::github::write), plain(report::gitlab::write), plain(report::junit::write)];
+    let mut written_text = Vec::new();
+    let (map, found) = (map(), diagnostics());
+    let sources = Sources::new([("a.osm", TEXT)]);
+    report::text(&mut written_text, &Report::new(&found, &sources, &map), report::TextStyle::default()).unwrap();
+    for text in texts.into_iter().chain([String::from_utf8(written_text).unwrap()]) {
+        let parts = [
+            "Give it one.",
+            "fix: set it",
+            "see also: linestring 5 (left bound)",
+            "part of: lanelet 7",
+            "x 5.00 m, y 1.50 m",
+        ];
+        for part in parts {
+            assert!(text.contains(part), "`{part}` is missing in\n{text}");
+        }
+    }
+    let value = json(&plain(report::geojson::write));
+    let properties = &value["features"][2]["properties"];
+    let expected = [("fix", json(r#""set it""#)), ("column", 3.into()), ("x", json("5.0")), ("lat", json("35.000015"))];
+    for (key, expected) in expected {
+        assert_eq!(properties[key], expected, "{key}");
+    }
+    assert_eq!(properties["related"], json(r#"["linestring 5 (left bound)"]"#));
+    assert_eq!(value["features"][3]["properties"]["referrers"], json(r#"["lanelet 7","linestring 5"]"#));
 }

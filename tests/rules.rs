@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use common::{beside, judge_as, load};
 use lanewright::diagnostic::Severity;
 use lanewright::report::draw::{self, Options};
-use lanewright::report::{Sources, TextStyle, rule_index, text};
+use lanewright::report::{Report, Sources, TextStyle, rule_index, text};
 use lanewright::rules;
 
 /// Every fault that the domain's specification names, with its severities: error, warning, info.
@@ -261,7 +261,7 @@ fn bad_maps_say_what_stands_beside_them() {
             assert!(promised, "{} does not raise the fault it is named after", path.display());
             let sources = Sources::new(data.sources.iter().map(|source| (source.name.as_str(), source.text.as_str())));
             let mut said = Vec::new();
-            text(&mut said, &diagnostics, &sources, TextStyle::default()).unwrap();
+            text(&mut said, &Report::new(&diagnostics, &sources, &loaded.map), TextStyle::default()).unwrap();
             let said = String::from_utf8(said).unwrap();
             let beside = path.with_extension("txt");
             if blessing() {

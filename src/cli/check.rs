@@ -115,7 +115,7 @@ fn people(args: &CheckArgs, report: &Report<'_>, out: &mut dyn Write) -> std::io
         report::concise(out, found, report.sources)?;
         writeln!(out, "{}", report::summary(found))?;
     } else {
-        report::text(out, found, report.sources, screen::stdout_style())?;
+        report::text(out, report, screen::stdout_style())?;
     }
     let left_out = [(report.suppressed, "suppressed"), (report.known, "known from the baseline")];
     let left_out: Vec<String> =

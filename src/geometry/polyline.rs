@@ -25,6 +25,9 @@ impl Polyline {
     /// Points closer together than this (metres) become one.
     pub const MERGE: f64 = 1e-6;
 
+    /// Pieces into which a line is cut at most: beyond some kilometres of metres lies a broken coordinate, not a lane.
+    pub const MOST_PIECES: f64 = 10_000.0;
+
     /// A line through these points; `None` if fewer than two distinct ones are left.
     pub fn new(points: impl IntoIterator<Item = Point>) -> Option<Self> {
         let mut kept: Vec<Point> = Vec::new();
@@ -169,11 +172,26 @@ impl Polyline {
     }
 
     /// Points at most `step` metres apart, evenly spread over the whole length; the ends stay, the corners need not.
+    /// Farther apart where there would be more than [`Polyline::MOST_PIECES`].
     #[must_use]
     pub fn resampled(&self, step: f64) -> Self {
-        let length = self.length();
-        let pieces = (length / step).ceil().max(1.0) as usize;
+        let pieces = (self.length() / step).ceil().clamp(1.0, Self::MOST_PIECES) as usize;
         self.resampled_to(pieces + 1)
+    }
+
+    /// The points at ascending stations, held to the ends, in one walk along the line.
+    pub fn at_each(&self, stations: impl IntoIterator<Item = f64>) -> Vec<Point> {
+        let marks = self.stations();
+        let mut segment = 0;
+        let at = |s: f64| {
+            while segment + 2 < marks.len() && marks[segment + 1] < s {
+                segment += 1;
+            }
+            let (a, b) = (self.points[segment], self.points[segment + 1]);
+            let t = ((s - marks[segment]) / (marks[segment + 1] - marks[segment])).clamp(0.0, 1.0);
+            a + (b - a) * t
+        };
+        stations.into_iter().map(at).collect()
     }
 
     /// `count` points (at least two), evenly spread over the whole length; the ends stay, the corners need not.
@@ -196,5 +214,19 @@ impl Polyline {
         points[0] = self.first();
         points[pieces] = self.last();
         Self { points }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_around_the_world_costs_no_memory() {
+        let line = Polyline::new([Point::new(0.0, 0.0), Point::new(1e300, 0.0)]).unwrap();
+        assert_eq!(line.resampled(1.0).points().len(), 10_001);
+        let short = Polyline::new([Point::new(0.0, 0.0), Point::new(2.0, 0.0), Point::new(2.0, 2.0)]).unwrap();
+        let places = [-1.0, 0.5, 2.0, 2.0, 3.0, 9.0];
+        assert_eq!(short.at_each(places), places.map(|at| short.at(at)).to_vec());
     }
 }

@@ -16,15 +16,16 @@ const DECIMALS: i32 = 9;
 /// Writes one feature for every finding, in the order of the run: the place that the rule names, else the primitive.
 pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "{{\"type\":\"FeatureCollection\",\"features\":[")?;
-    let entries = report.entries();
+    let (entries, referrers) = (report.entries(), report.referrers());
     for (at, entry) in entries.iter().enumerate() {
-        serde_json::to_writer(&mut *out, &feature(report, entry))?;
+        let chain = referrers.chain(report.map, entry.subject());
+        serde_json::to_writer(&mut *out, &feature(report, entry, &chain))?;
         writeln!(out, "{}", if at + 1 < entries.len() { "," } else { "" })?;
     }
     writeln!(out, "]}}")
 }
 
-fn feature(report: &Report<'_>, entry: &Entry<'_>) -> Value {
+fn feature(report: &Report<'_>, entry: &Entry<'_>, chain: &[Subject]) -> Value {
     let diagnostic = entry.diagnostic;
     let finding = &diagnostic.finding;
     let (rule, slug) = split_code(&diagnostic.code);
@@ -39,13 +40,21 @@ fn feature(report: &Report<'_>, entry: &Entry<'_>) -> Value {
             "severity": diagnostic.severity,
             "primitive": finding.subject.kind(),
             "id": finding.subject.id(),
+            "referrers": chain.iter().map(Subject::to_string).collect::<Vec<_>>(),
+            "related": finding.related.iter().map(|one| format!("{} ({})", one.subject, one.part)).collect::<Vec<_>>(),
             "message": finding.message,
             "help": diagnostic.help,
+            "fix": finding.fix.as_ref().map(|fix| &fix.title),
             "value": finding.measure.map(|measure| measure.value),
             "limit": finding.measure.map(|measure| measure.limit),
             "unit": finding.measure.map(|measure| measure.unit),
             "file": entry.position.map(|at| at.name),
             "line": entry.position.map(|at| at.line),
+            "column": entry.position.map(|at| at.column),
+            "lat": diagnostic.lonlat.map(|at| at.lat),
+            "lon": diagnostic.lonlat.map(|at| at.lon),
+            "x": diagnostic.local.map(|at| at.x),
+            "y": diagnostic.local.map(|at| at.y),
             "marker-color": match diagnostic.severity {
                 crate::diagnostic::Severity::Error => "#d7263d",
                 crate::diagnostic::Severity::Warning => "#f49d37",

@@ -2,11 +2,12 @@
 
 use std::io::{self, Write};
 
-use super::{Report, sentence, visible};
+use super::{Report, details, sentence, visible};
 use crate::diagnostic::Severity;
 
 /// Writes a command for every finding, the worst first, since GitHub shows the first ten of a step and severity only.
 pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
+    let referrers = report.referrers();
     for entry in report.worst_first() {
         let diagnostic = entry.diagnostic;
         let command = match diagnostic.severity {
@@ -18,8 +19,11 @@ pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
         if let Some(at) = entry.position.or_else(|| report.top()) {
             write!(out, "file={},line={},col={},", property(&report.path(at.name)), at.line, at.column)?;
         }
-        let help = diagnostic.help.as_deref().map(|help| format!("%0A{}", data(help))).unwrap_or_default();
-        writeln!(out, "title={}::{}{help}", property(&diagnostic.code), data(&visible(&sentence(diagnostic))))?;
+        write!(out, "title={}::{}", property(&diagnostic.code), data(&visible(&sentence(diagnostic))))?;
+        for detail in details(diagnostic, &referrers.chain(report.map, entry.subject())) {
+            write!(out, "%0A{}", data(&detail))?;
+        }
+        writeln!(out)?;
     }
     Ok(())
 }

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-use super::{Entry, Report, TOOL, line, split_code};
+use super::{Entry, Report, TOOL, details, line, split_code};
+use crate::lanelet::referrers::Referrers;
 use crate::requirement::{Check, Requirement};
 
 /// Writes one suite. A requirement fails if one of its findings makes the run fail; its other findings stand in the
@@ -32,7 +33,8 @@ pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, r#"<testsuites name="{TOOL}" {counts}>"#)?;
     let files: Vec<&str> = report.sources.names().collect();
     writeln!(out, r#"  <testsuite name="{}" {counts}>"#, escape(&files.join(", ")))?;
-    cases.iter().try_for_each(|case| case.write(report, out))?;
+    let referrers = report.referrers();
+    cases.iter().try_for_each(|case| case.write(report, &referrers, out))?;
     writeln!(out, "  </testsuite>\n</testsuites>")
 }
 
@@ -51,7 +53,7 @@ impl Case<'_> {
         self.entries.is_empty() && self.requirement.is_some_and(|requirement| requirement.check == Check::Manual)
     }
 
-    fn write(&self, report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
+    fn write(&self, report: &Report<'_>, referrers: &Referrers, out: &mut dyn Write) -> io::Result<()> {
         let title = self.requirement.map_or(String::new(), |requirement| format!(" {}", requirement.title));
         let class = self.requirement.map_or(self.id, |requirement| &requirement.category);
         let head =
@@ -69,22 +71,25 @@ impl Case<'_> {
             let count = failing.len();
             let noun = if count == 1 { "finding" } else { "findings" };
             writeln!(out, r#"      <failure message="{count} {noun}" type="{worst}">"#)?;
-            lines(&failing, report.cap, out)?;
+            lines(report, referrers, &failing, out)?;
             writeln!(out, "      </failure>")?;
         }
         if !others.is_empty() {
             writeln!(out, "      <system-out>")?;
-            lines(&others, report.cap, out)?;
+            lines(report, referrers, &others, out)?;
             writeln!(out, "      </system-out>")?;
         }
         writeln!(out, "    </testcase>")
     }
 }
 
-fn lines(entries: &[&Entry<'_>], cap: Option<usize>, out: &mut dyn Write) -> io::Result<()> {
-    let shown = cap.unwrap_or(entries.len()).min(entries.len());
+fn lines(report: &Report<'_>, referrers: &Referrers, entries: &[&Entry<'_>], out: &mut dyn Write) -> io::Result<()> {
+    let shown = report.cap.unwrap_or(entries.len()).min(entries.len());
     for entry in &entries[..shown] {
         writeln!(out, "{}", escape(&line(entry.diagnostic, entry.position)))?;
+        for detail in details(entry.diagnostic, &referrers.chain(report.map, entry.subject())) {
+            writeln!(out, "    {}", escape(&detail))?;
+        }
     }
     if shown < entries.len() {
         writeln!(out, "and {} more", entries.len() - shown)?;

@@ -3,6 +3,7 @@
 //! One file per format; each turns a [`Report`] into text. Knows no rule.
 
 mod concise;
+mod details;
 pub mod diff;
 pub mod draw;
 mod escape;
@@ -14,6 +15,7 @@ pub mod gitlab;
 pub mod html;
 pub mod json;
 pub mod junit;
+pub mod patch;
 pub mod sarif;
 mod source;
 pub mod stats;
@@ -23,6 +25,7 @@ mod totals;
 mod verdict;
 
 pub use concise::{concise, line, sentence, summary};
+pub use details::details;
 pub use escape::visible;
 pub use explain::{explain, list, rule_index};
 pub use source::{Position, Sources};
@@ -91,6 +94,22 @@ impl<'a> Entry<'a> {
 }
 
 impl<'a> Report<'a> {
+    /// Findings of a map with nothing left out and no limits; the other fields are there to be set.
+    pub fn new(diagnostics: &'a [Diagnostic], sources: &'a Sources<'a>, map: &'a LaneletMap) -> Self {
+        Self {
+            diagnostics,
+            sources,
+            map,
+            requirements: &[],
+            fail_on: FailOn::Error,
+            cap: None,
+            suppressed: 0,
+            known: 0,
+            unproject: None,
+            root: None,
+        }
+    }
+
     /// All findings in the order of the run.
     pub fn entries(&self) -> Vec<Entry<'a>> {
         let mut fingerprints = Fingerprints::default();

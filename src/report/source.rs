@@ -66,6 +66,12 @@ impl<'a> Sources<'a> {
         self.files.iter().map(|file| file.name)
     }
 
+    /// The text of an element, without anything that a terminal would obey.
+    pub(super) fn text(&self, span: &SourceSpan) -> Option<&str> {
+        let file = self.file(span)?;
+        file.text.get(file.clip(span.start)..file.clip(span.end))
+    }
+
     /// The file of a span, if its text is known.
     pub(super) fn file(&self, span: &SourceSpan) -> Option<&SourceFile<'a>> {
         self.files.get(span.file as usize).filter(|file| !file.text.is_empty())

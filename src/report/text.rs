@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, SourceCode};
 
 use super::source::SourceFile;
-use super::{Sources, concise, summary, visible};
+use super::{Report, concise, details, summary, visible};
 use crate::diagnostic::{Diagnostic, Severity};
 
 /// After so many findings with a snippet the rest get one line each: nobody reads more, and the terminal scrolls.
@@ -28,14 +28,17 @@ impl Default for TextStyle {
 }
 
 /// Writes findings with snippets, then those beyond the limit in one line each, then the summary.
-pub fn text(out: &mut dyn Write, diagnostics: &[Diagnostic], sources: &Sources, style: TextStyle) -> io::Result<()> {
+pub fn text(out: &mut dyn Write, report: &Report<'_>, style: TextStyle) -> io::Result<()> {
+    let Report { diagnostics, sources, map, .. } = *report;
+    let referrers = report.referrers();
     let theme = if style.color { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
     let handler = GraphicalReportHandler::new_themed(theme).with_width(style.width).with_links(false);
     let (shown, rest) = diagnostics.split_at(diagnostics.len().min(GRAPHICAL_LIMIT));
     for diagnostic in shown {
         let file = diagnostic.span.as_ref().and_then(|span| sources.file(span));
         let mut rendered = String::new();
-        handler.render_report(&mut rendered, &Shown { diagnostic, file }).map_err(io::Error::other)?;
+        let details = details(diagnostic, &referrers.chain(map, diagnostic.finding.subject)).join("\n");
+        handler.render_report(&mut rendered, &Shown { diagnostic, file, details }).map_err(io::Error::other)?;
         writeln!(out, "{}", rendered.trim_end())?;
         writeln!(out)?;
     }
@@ -52,6 +55,7 @@ pub fn text(out: &mut dyn Write, diagnostics: &[Diagnostic], sources: &Sources, 
 struct Shown<'a> {
     diagnostic: &'a Diagnostic,
     file: Option<&'a SourceFile<'a>>,
+    details: String,
 }
 
 impl fmt::Display for Shown<'_> {
@@ -76,20 +80,7 @@ impl miette::Diagnostic for Shown<'_> {
     }
 
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        let mut help = self.diagnostic.help.clone().unwrap_or_default();
-        let finding = &self.diagnostic.finding;
-        if let Some(fix) = &finding.fix {
-            help += &format!("\nfix: {}", visible(&fix.title));
-        }
-        if !finding.related.is_empty() {
-            let related: Vec<String> =
-                finding.related.iter().map(|one| format!("{} ({})", one.subject, one.part)).collect();
-            help += &format!("\nsee also: {}", related.join(", "));
-        }
-        if let Some(at) = self.diagnostic.lonlat {
-            help += &format!("\nplace: {:.7}, {:.7}", at.lat, at.lon);
-        }
-        (!help.is_empty()).then(|| Box::new(help.trim_start().to_owned()) as Box<dyn fmt::Display>)
+        (!self.details.is_empty()).then(|| Box::new(&self.details) as Box<dyn fmt::Display>)
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {

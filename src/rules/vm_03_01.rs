@@ -60,6 +60,8 @@ fn judge_lanelet(map: &MapIndex, lanelet: &Lanelet, covers: &[Vec<Cover>]) -> Op
         let message = format!("Lanelet {} names area {value}, which is not an intersection_area.", lanelet.id);
         let finding = Finding::new("ia-tag-dangling", subject, message);
         return Some(match inside {
+            // The area is the right one; its own id is what cannot be read.
+            Some(area) if area.to_string() == value => finding,
             Some(area) => retag(finding, subject, area),
             None => {
                 let edits = vec![Edit::RemoveTag { on: subject, key: "intersection_area".into() }];

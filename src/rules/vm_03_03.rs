@@ -140,10 +140,11 @@ fn sharpest(line: &Polyline) -> Option<(f64, Point)> {
     let even = line.resampled(STEP);
     let steps = turns(&even).into_iter().zip(even.points().iter().skip(1).copied());
     let length = line.length();
-    let corners = line.stations().into_iter().filter(|&at| at >= STEP && at <= length - STEP).map(|at| {
-        let [a, b, c] = [at - STEP, at, at + STEP].map(|station| line.at(station));
-        (angle_between(b - a, c - b).to_degrees(), b)
-    });
+    let mut inner = line.stations();
+    inner.retain(|at| (STEP..=length - STEP).contains(at));
+    let [before, here, behind] = [-STEP, 0.0, STEP].map(|by| line.at_each(inner.iter().map(|at| at + by)));
+    let corners =
+        (0..inner.len()).map(|i| (angle_between(here[i] - before[i], behind[i] - here[i]).to_degrees(), here[i]));
     let bends = steps.chain(corners).map(|(turn, place)| (turn.abs(), place));
     bends.max_by(|a, b| a.0.total_cmp(&b.0))
 }

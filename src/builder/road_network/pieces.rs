@@ -12,6 +12,10 @@ use super::select::Drivable;
 /// Nodes of one way closer together than this (metres) are one: below the resolution of OpenStreetMap's coordinates.
 const SAME_PLACE: f64 = 0.015;
 
+/// Neighbouring nodes of a way farther apart than this (metres) tell of a wrong coordinate, not of a road: even roads
+/// through deserts have nodes closer than that. What is laid out metre by metre would else fill the memory.
+const FARTHEST: f64 = 20_000.0;
+
 /// A piece of a way between two nodes that end it.
 #[derive(Debug)]
 pub(super) struct Piece {
@@ -66,19 +70,30 @@ fn runs(
         let message = format!("way {} refers to {missing} nodes that are not in the data; it is cut there", way.id);
         notes.push(Finding::new("node-missing", Subject::Way(way.id), message).graded(Severity::Info));
     }
+    let is_near = |a: &i64, b: &i64| match (positions.get(a), positions.get(b)) {
+        (Some(a), Some(b)) => (b - a).norm() <= FARTHEST,
+        _ => true,
+    };
+    let torn = way.nodes.windows(2).filter(|pair| !is_near(&pair[0], &pair[1])).count();
+    if torn > 0 {
+        let message =
+            format!("way {} has neighbouring nodes more than {} km apart; it is cut there", way.id, FARTHEST / 1000.0);
+        notes.push(Finding::new("node-far", Subject::Way(way.id), message).graded(Severity::Warning));
+    }
     let mut runs = Vec::new();
     let mut at = 0;
     for stretch in way.nodes.split(|id| !positions.contains_key(id)) {
-        let (first, behind) = (at, at + stretch.len());
-        at = behind + 1;
-        if stretch.is_empty() {
-            continue;
+        for part in stretch.chunk_by(is_near) {
+            let (first, behind) = (at, at + part.len());
+            at = behind;
+            let edge = [first > 0, behind < way.nodes.len()];
+            runs.push(Run { way: index, nodes: part.to_vec(), edge });
         }
-        let edge = [first > 0, behind < way.nodes.len()];
-        runs.push(Run { way: index, nodes: stretch.to_vec(), edge });
+        // The missing node between two stretches.
+        at += 1;
     }
     // A single node left of a way that goes on outside holds no geometry.
-    runs.retain(|run| run.nodes.len() > 1 || missing == 0);
+    runs.retain(|run| run.nodes.len() > 1 || missing + torn == 0);
     runs
 }
 

@@ -103,6 +103,15 @@ fn missing_nodes_are_the_edge_of_the_map() {
 }
 
 #[test]
+fn a_node_at_the_end_of_the_world_is_no_part_of_a_road() {
+    let nodes = [(1, 0.0, 0.0, ""), (2, 100.0, 0.0, ""), (3, 9e6, 0.0, ""), (4, 200.0, 0.0, ""), (5, 300.0, 0.0, "")];
+    let built = build(&data(&nodes, &[(10, &[1, 2, 3, 4, 5], "")]));
+    assert_eq!(keys(&built), [(10, 1, 2), (10, 4, 5)]);
+    assert!(at(&built, 2).map_edge && at(&built, 4).map_edge && !at(&built, 1).map_edge);
+    assert_eq!(slugs(&built), ["node-far"]);
+}
+
+#[test]
 fn loops_and_ways_that_touch_themselves() {
     let square = [(1, 0.0, 0.0, ""), (2, 50.0, 0.0, ""), (3, 50.0, 50.0, ""), (4, 0.0, 50.0, ""), (5, -50.0, 0.0, "")];
     let built = build(&data(&square, &[(10, &[5, 1, 2, 3, 4, 1], "")]));

@@ -10,9 +10,6 @@ pub const STEP: f64 = 1.0;
 /// Length at both ends over which a lanelet's heading is taken, metres.
 const HEADING_REACH: f64 = 2.0;
 
-/// No bound is cut into more pieces than this for its centre line, so that a broken coordinate costs no memory.
-const MOST_PIECES: f64 = 10_000.0;
-
 /// One end of a lanelet: the line between the last points of its two bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
@@ -176,7 +173,7 @@ pub fn extent(points: &[Point]) -> [Point; 2] {
 fn center_line(left: &[Point], right: &[Point]) -> Option<Polyline> {
     let longest = [left, right].into_iter().filter_map(|bound| Polyline::new(bound.iter().copied()));
     let longest = longest.map(|line| line.length()).fold(0.0, f64::max);
-    let pieces = (longest / STEP).ceil().clamp(1.0, MOST_PIECES);
+    let pieces = (longest / STEP).ceil().clamp(1.0, Polyline::MOST_PIECES);
     let spread = |bound: &[Point]| match Polyline::new(bound.iter().copied()) {
         Some(line) => line.resampled_to(pieces as usize + 1).points().to_vec(),
         // A bound of no length is one place, as often as needed.

@@ -3,174 +3,24 @@
 //! GitHub keeps the first 5,000 results of a run and refuses more than 25,000, so the worst 5,000 are written and a
 //! notification says how many were left out.
 
+mod model;
+
 use std::io::{self, Write};
 
+use model::*;
 use rustc_hash::FxHashMap;
-use serde::Serialize;
 
+use super::patch::{Replacement, replacements};
 use super::{Entry, Position, Report, TOOL, VERSION, sentence, split_code};
-use crate::diagnostic::{Severity, Subject};
+use crate::diagnostic::{Fix, Severity, SourceSpan, Subject};
+use crate::lanelet::locate::span_of;
 use crate::lanelet::referrers::Referrers;
 use crate::requirement::{Fault, Requirement};
 
 /// Results that a code scanning service keeps.
 pub const MAX_RESULTS: usize = 5_000;
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Log<'a> {
-    #[serde(rename = "$schema")]
-    schema: &'static str,
-    version: &'static str,
-    runs: [Run<'a>; 1],
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Run<'a> {
-    tool: Tool<'a>,
-    invocations: [Invocation; 1],
-    column_kind: &'static str,
-    results: Vec<SarifResult<'a>>,
-}
-
-#[derive(Serialize)]
-struct Tool<'a> {
-    driver: Driver<'a>,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Driver<'a> {
-    name: &'static str,
-    semantic_version: &'static str,
-    rules: Vec<Rule<'a>>,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Rule<'a> {
-    id: &'a str,
-    short_description: Text<'a>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    full_description: Option<Text<'a>>,
-    help: Help,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    help_uri: Option<&'a str>,
-    default_configuration: Configuration,
-    properties: RuleProperties<'a>,
-}
-
-#[derive(Serialize)]
-struct Text<'a> {
-    text: &'a str,
-}
-
-#[derive(Serialize)]
-struct Help {
-    text: String,
-    markdown: String,
-}
-
-#[derive(Serialize)]
-struct Configuration {
-    level: &'static str,
-}
-
-#[derive(Serialize)]
-struct RuleProperties<'a> {
-    tags: Vec<&'a str>,
-    #[serde(rename = "problem.severity")]
-    severity: &'static str,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Invocation {
-    execution_successful: bool,
-    tool_execution_notifications: Vec<Notification>,
-}
-
-#[derive(Serialize)]
-struct Notification {
-    level: &'static str,
-    message: OwnText,
-}
-
-#[derive(Serialize)]
-struct OwnText {
-    text: String,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct SarifResult<'a> {
-    rule_id: &'a str,
-    rule_index: usize,
-    level: &'static str,
-    message: OwnText,
-    locations: Vec<Location>,
-    partial_fingerprints: Fingerprint<'a>,
-    properties: ResultProperties<'a>,
-}
-
-/// The name says how a fingerprint is made; a change of that way needs a new name.
-#[derive(Serialize)]
-struct Fingerprint<'a> {
-    #[serde(rename = "primitive/v1")]
-    primitive: &'a str,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Location {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    physical_location: Option<PhysicalLocation>,
-    logical_locations: [LogicalLocation; 1],
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct PhysicalLocation {
-    artifact_location: ArtifactLocation,
-    region: Region,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct ArtifactLocation {
-    uri: String,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    uri_base_id: Option<&'static str>,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Region {
-    start_line: usize,
-    start_column: usize,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct LogicalLocation {
-    name: String,
-    kind: &'static str,
-    fully_qualified_name: String,
-}
-
-#[derive(Serialize)]
-struct ResultProperties<'a> {
-    lat: Option<f64>,
-    lon: Option<f64>,
-    x: Option<f64>,
-    y: Option<f64>,
-    value: Option<f64>,
-    limit: Option<f64>,
-    unit: Option<&'a str>,
-    help: Option<&'a str>,
-    fix: Option<&'a str>,
-}
+/// Related places of a result; a service takes 1,000, nobody looks at so many.
+const MAX_RELATED: usize = 100;
 
 /// Writes a log of one run.
 pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
@@ -268,9 +118,13 @@ fn result<'a>(
         // Files of more than 1 MB are not shown beside the result: the text must lead to the place alone.
         message: OwnText { text: sentence(diagnostic) },
         locations: vec![Location {
+            id: None,
+            message: None,
             physical_location: place.map(|at| physical(report, at)),
             logical_locations: [logical(report, entry.subject(), referrers)],
         }],
+        related_locations: related(report, entry, referrers),
+        fixes: finding.fix.iter().filter_map(|fix| sarif_fix(report, fix)).collect(),
         partial_fingerprints: Fingerprint { primitive: &entry.fingerprint },
         properties: ResultProperties {
             lat: diagnostic.lonlat.map(|at| at.lat),
@@ -286,15 +140,60 @@ fn result<'a>(
     }
 }
 
+/// Where the other primitives of a finding stand, each with its part in it.
+fn related(report: &Report<'_>, entry: &Entry<'_>, referrers: &Referrers) -> Vec<Location> {
+    let related = entry.diagnostic.finding.related.iter().take(MAX_RELATED).enumerate();
+    let locations = related.map(|(at, one)| {
+        let span = span_of(report.map, one.subject);
+        let position = span.and_then(|span| report.sources.position(&span));
+        Location {
+            id: Some(at + 1),
+            message: Some(OwnText { text: one.part.to_owned() }),
+            physical_location: position.map(|at| physical(report, at)),
+            logical_locations: [logical(report, one.subject, referrers)],
+        }
+    });
+    locations.collect()
+}
+
+/// The fix as changes of text; `None` where it takes more than that.
+fn sarif_fix<'a>(report: &Report<'a>, fix: &'a Fix) -> Option<SarifFix<'a>> {
+    let mut changes: Vec<(u32, ArtifactChange)> = Vec::new();
+    for Replacement { span, text } in replacements(report, fix)? {
+        let place = |offset: u64| report.sources.position(&SourceSpan { start: offset, ..span.clone() });
+        let (start, end) = (place(span.start)?, place(span.end)?);
+        let deleted_region = Region {
+            start_line: start.line,
+            start_column: start.column,
+            end_line: Some(end.line),
+            end_column: Some(end.column),
+        };
+        let replacement = SarifReplacement { deleted_region, inserted_content: OwnText { text } };
+        match changes.last_mut().filter(|(file, _)| *file == span.file) {
+            Some((_, change)) => change.replacements.push(replacement),
+            None => {
+                let artifact_location = artifact(report, start.name);
+                changes.push((span.file, ArtifactChange { artifact_location, replacements: vec![replacement] }));
+            }
+        }
+    }
+    let artifact_changes = changes.into_iter().map(|(_, change)| change).collect();
+    Some(SarifFix { description: Text { text: &fix.title }, artifact_changes })
+}
+
 fn physical(report: &Report<'_>, at: Position<'_>) -> PhysicalLocation {
-    let path = report.path(at.name);
-    let relative = !std::path::Path::new(&path).is_absolute();
     PhysicalLocation {
-        artifact_location: ArtifactLocation {
-            uri: if relative { uri(&path) } else { format!("file://{}", uri(&path)) },
-            uri_base_id: relative.then_some("%SRCROOT%"),
-        },
-        region: Region { start_line: at.line, start_column: at.column },
+        artifact_location: artifact(report, at.name),
+        region: Region { start_line: at.line, start_column: at.column, end_line: None, end_column: None },
+    }
+}
+
+fn artifact(report: &Report<'_>, name: &str) -> ArtifactLocation {
+    let path = report.path(name);
+    let relative = !std::path::Path::new(&path).is_absolute();
+    ArtifactLocation {
+        uri: if relative { uri(&path) } else { format!("file://{}", uri(&path)) },
+        uri_base_id: relative.then_some("%SRCROOT%"),
     }
 }
 

@@ -1,0 +1,16 @@
+//! Any bytes as a PBF file, and as one block inside a sound one.
+
+#![no_main]
+
+#[path = "../../tests/havoc/mod.rs"]
+mod havoc;
+
+use lanewright::osm::{OsmData, read_bytes};
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| {
+    for file in [bytes.to_vec(), havoc::pbf::file(bytes)] {
+        let mut data = OsmData::default();
+        let _ = read_bytes(&mut data, "fuzz.osm.pbf", file);
+    }
+});
