@@ -67,6 +67,11 @@ fn build_whatever(bytes: Vec<u8>) {
     }
 }
 
+/// Cases of each test; a soak has more.
+fn cases() -> u32 {
+    if std::env::var_os("LANEWRIGHT_SOAK").is_some() { 2_000 } else { 32 }
+}
+
 const MAPS: [&str; 4] = [
     "tests/rules/vm-03-08/good.osm",
     "tests/rules/vm-03-10/good.osm",
@@ -78,7 +83,7 @@ const EXTRACTS: [&str; 3] =
     ["sample_maps/crossing_left.osm", "sample_maps/staggered_left.osm", "sample_maps/turn_lanes_right.osm"];
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(32))]
+    #![proptest_config(ProptestConfig::with_cases(cases()))]
 
     #[test]
     fn broken_values_are_survived(changes in prop::collection::vec((any::<prop::sample::Index>(), 0..ODD.len(), any::<bool>()), 1..12)) {
