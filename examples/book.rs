@@ -30,6 +30,9 @@ title = "lanewright"
 description = "Lanelet2 maps for Autoware: built from OpenStreetMap, checked, mended"
 language = "en"
 
+[build]
+build-dir = "html"
+
 [output.html]
 default-theme = "light"
 preferred-dark-theme = "navy"
@@ -136,7 +139,12 @@ fn page(requirement: &Requirement) -> Result<String, std::fmt::Error> {
     Ok(page)
 }
 
-/// Text inside a table.
+/// Plain text inside a table; what stands between backquotes is code and stays.
 fn cell(text: &str) -> String {
-    text.replace('|', "\\|").replace('\n', " ")
+    let text = text.replace('|', "\\|").replace('\n', " ");
+    let parts = text.split('`').enumerate();
+    parts
+        .map(|(i, part)| if i % 2 == 0 { part.replace('<', "&lt;") } else { part.to_owned() })
+        .collect::<Vec<_>>()
+        .join("`")
 }

@@ -13,7 +13,7 @@ if ! "$mdbook" --version 2>/dev/null | grep -qF "v$MDBOOK_VERSION"; then
 fi
 $CARGO run --quiet --locked --example book -- "$target/book"
 log=$target/book/mdbook.log
-"$mdbook" build "$target/book" --dest-dir html >"$log" 2>&1 || { cat "$log" >&2; exit 1; }
+"$mdbook" build "$target/book" >"$log" 2>&1 || { cat "$log" >&2; exit 1; }
 if grep -E 'WARN|ERROR' "$log" >&2; then
     echo "error: mdBook warns; see above" >&2
     exit 1
