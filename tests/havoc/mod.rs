@@ -5,7 +5,7 @@
 
 pub mod pbf;
 
-use lanewright::osm::{ElementKind, Member, Node, OsmData, OsmWriter, Relation, Tags, Way, read_bytes};
+use lanewright::osm::{ElementKind, Member, Node, OsmData, OsmText, Relation, Tags, Way, read_bytes};
 use lanewright::projection::LonLat;
 
 /// Values that tools write by mistake, or that mean to harm.
@@ -103,16 +103,14 @@ pub fn changed(seed: &str, bytes: &[u8], most: usize) -> Vec<u8> {
         }
         draft.change(&mut dice);
     }
-    let mut out = Vec::new();
-    let mut writer = OsmWriter::new(&mut out, &meta).unwrap();
-    draft.nodes.iter().for_each(|node| writer.node(node.id, node.position, node.tags.iter()).unwrap());
-    draft.ways.iter().for_each(|way| writer.way(way.id, way.nodes.iter().copied(), way.tags.iter()).unwrap());
+    let mut out = OsmText::default();
+    draft.nodes.iter().for_each(|node| out.node(node.id, node.position, node.tags.iter()));
+    draft.ways.iter().for_each(|way| out.way(way.id, way.nodes.iter().copied(), way.tags.iter()));
     for relation in &draft.relations {
         let members = relation.members.iter().map(|member| (member.kind, member.id, member.role.as_str()));
-        writer.relation(relation.id, members, relation.tags.iter()).unwrap();
+        out.relation(relation.id, members, relation.tags.iter());
     }
-    writer.finish().unwrap();
-    out
+    [OsmText::head(&meta), out, OsmText::tail()].map(|text| text.as_bytes().to_vec()).concat()
 }
 
 impl Draft {
