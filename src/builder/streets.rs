@@ -5,7 +5,7 @@ use crate::diagnostic::Finding;
 use super::alignment::{abreast, ease};
 use super::consolidate::{ConsolidateOptions, MergeNote, consolidate, join};
 use super::grid;
-use super::outline::{Memory, OutlineOptions, Outlines, outlines_within, remaining, wanted};
+use super::outline::{Memory, OutlineOptions, Outlines, outlines_within, overlaps, remaining, wanted};
 use super::road_network::RoadNetwork;
 
 /// What the stages of the geometry may be told.
@@ -39,7 +39,11 @@ pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     let (network, merges) = consolidate(network, &options.consolidate, kept);
     let cut = wanted(&network, &options.outline, &mut memory);
     let network = grid::network(abreast(network, &cut));
-    let (outlines, findings) = outlines_within(&network, &cut, &options.outline);
+    let (outlines, mut findings) = outlines_within(&network, &cut, &options.outline);
+    findings.extend(overlaps(&network, &outlines.kept));
     let outlines = grid::outlines(outlines);
     Streets { network, outlines, merges, findings }
 }
+
+#[cfg(test)]
+mod tests;

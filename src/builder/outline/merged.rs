@@ -57,7 +57,7 @@ pub fn ground(network: &RoadNetwork, intersection: &Intersection, arms: &[Arm]) 
 }
 
 /// The ring around a line of some width.
-fn ribbon(line: &Polyline, half: f64) -> Option<Vec<Point>> {
+pub fn ribbon(line: &Polyline, half: f64) -> Option<Vec<Point>> {
     let mut ring = line.offset(half, MITER_LIMIT)?.points().to_vec();
     ring.extend(line.offset(-half, MITER_LIMIT)?.points().iter().rev());
     Some(ring)
@@ -82,6 +82,16 @@ pub fn trims(arms: &[Arm], ground: &[Vec<Point>], at_least: &[f64], options: &Ou
     }
     expose(arms, ground, &mut trims, options.reach * widest);
     trims
+}
+
+/// The arms whose cuts do not lie on the boundary of ground and stubs: something covers them. All, where the cuts lie
+/// on it but not in their order.
+pub fn hidden(arms: &[Arm], trims: &[f64], cuts: &[Cut], ground: &[Vec<Point>]) -> Vec<usize> {
+    let all = || (0..arms.len()).collect();
+    let Some(boundary) = boundary(arms, trims, cuts, ground) else { return all() };
+    let seen = |cut: &Cut| [cut.left, cut.right].iter().all(|p| find(&boundary, *p, SNAP).is_some());
+    let hidden: Vec<usize> = (0..arms.len()).filter(|i| !seen(&cuts[*i])).collect();
+    if hidden.is_empty() { all() } else { hidden }
 }
 
 /// Cuts those arms back further whose cuts other roads still cover.

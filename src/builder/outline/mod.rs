@@ -8,6 +8,7 @@ mod collide;
 mod general;
 mod memory;
 mod merged;
+mod overlap;
 mod terminus;
 #[cfg(test)]
 mod tests;
@@ -15,6 +16,8 @@ mod thicken;
 pub mod trace;
 mod trim;
 mod walk;
+
+use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
@@ -25,6 +28,7 @@ use super::road_network::{End, Intersection, Road, RoadEnd, RoadNetwork};
 
 use general::Star;
 pub use memory::Memory;
+pub use overlap::overlaps;
 pub use thicken::MITER_LIMIT;
 use thicken::{Arm, Side};
 use walk::Corner;
@@ -145,21 +149,112 @@ pub fn outlines_within(
 ) -> (Outlines, Vec<Finding>) {
     let plans = plans(network, within, options);
     let arms = || network.intersections.iter().map(|at| &at.arms[..]);
-    let least = stations(network, arms().zip(plans.iter().map(|plan| &plan.star.least[..])));
-    let wanted = stations(network, arms().zip(plans.iter().map(|plan| &plan.star.trims[..])));
-    let kept: Vec<[f64; 2]> = network
+    let mut least = stations(network, arms().zip(plans.iter().map(|plan| &plan.star.least[..])));
+    let mut wanted = stations(network, arms().zip(plans.iter().map(|plan| &plan.star.trims[..])));
+    let mut kept: Vec<[f64; 2]> = network
         .roads
         .iter()
         .zip(least.iter().zip(&wanted))
-        .map(|(road, (least, wanted))| kept(road, *least, *wanted, options))
+        .map(|(road, (least, wanted))| kept_of(road, *least, *wanted, options))
         .collect();
-    let closed: Vec<(Outline, Option<Finding>)> = plans
-        .par_iter()
-        .zip(&network.intersections)
-        .map(|(plan, intersection)| close(network, intersection, plan, &kept, options))
+    let mut closed: Vec<Option<Outline>> = vec![None; plans.len()];
+    for _ in 0..WIDENINGS {
+        let mut changed: BTreeSet<usize> = BTreeSet::new();
+        closed.par_iter_mut().zip(&plans).zip(&network.intersections).for_each(|((outline, plan), intersection)| {
+            if outline.is_none() {
+                *outline = close(network, intersection, plan, &kept, options);
+            }
+        });
+        for ((outline, plan), intersection) in closed.iter().zip(&plans).zip(&network.intersections) {
+            if outline.is_none() {
+                changed.extend(widen(network, intersection, plan, &kept, [&mut least, &mut wanted], options));
+            }
+        }
+        for &road in &changed {
+            let before = kept[road];
+            let Road { from, to, .. } = network.roads[road];
+            kept[road] = kept_of(&network.roads[road], least[road], wanted[road], options);
+            if kept[road][0] != before[0] {
+                closed[from.0 as usize] = None;
+            }
+            if kept[road][1] != before[1] {
+                closed[to.0 as usize] = None;
+            }
+        }
+        if changed.is_empty() {
+            break;
+        }
+    }
+    let mut findings = Vec::new();
+    let intersections = closed
+        .into_iter()
+        .zip(plans.iter().zip(&network.intersections))
+        .map(|(outline, (plan, intersection))| {
+            outline.or_else(|| close(network, intersection, plan, &kept, options)).unwrap_or_else(|| {
+                findings.push(failure(network, intersection));
+                fallback(cuts(plan, &ends(plan, &kept).0))
+            })
+        })
         .collect();
-    let (intersections, findings): (Vec<Outline>, Vec<Option<Finding>>) = closed.into_iter().unzip();
-    (Outlines { kept, intersections }, findings.into_iter().flatten().collect())
+    (Outlines { kept, intersections }, findings)
+}
+
+/// Where an outline does not close, cuts are moved outwards so often,
+const WIDENINGS: usize = 12;
+/// by so many metres at a time.
+const WIDENING: f64 = 1.0;
+
+/// Cuts those arms back further whose cuts other roads cover. Returns the roads that changed.
+fn widen(
+    network: &RoadNetwork,
+    intersection: &Intersection,
+    plan: &Plan,
+    kept: &[[f64; 2]],
+    stations: [&mut Vec<[f64; 2]>; 2],
+    options: &OutlineOptions,
+) -> Vec<usize> {
+    let (trims, _) = ends(plan, kept);
+    let hidden = merged::hidden(&plan.arms, &trims, &cuts(plan, &trims), &ground(network, intersection, plan));
+    let [least, wanted] = stations;
+    let mut changed = Vec::new();
+    for arm in hidden.into_iter().map(|i| &plan.arms[i]) {
+        let road = arm.at.road.0 as usize;
+        let left = kept[road][1] - kept[road][0];
+        if left < 2.0 * WIDENING + options.least_road {
+            continue;
+        }
+        let end = usize::from(arm.at.end == End::End);
+        let moved = kept[road][end] + if end == 0 { WIDENING } else { -WIDENING };
+        // The other end keeps its cut.
+        least[road] = kept[road];
+        least[road][end] = moved;
+        wanted[road] = least[road];
+        changed.push(road);
+    }
+    changed
+}
+
+/// The station of each arm's cut, and that of the cut at its other end, seen from the intersection outwards.
+fn ends(plan: &Plan, kept: &[[f64; 2]]) -> (Vec<f64>, Vec<f64>) {
+    let seen = |arm: &Arm| {
+        let [from, to] = kept[arm.at.road.0 as usize];
+        match arm.at.end {
+            End::Start => (from, to),
+            End::End => (arm.length - to, arm.length - from),
+        }
+    };
+    plan.arms.iter().map(seen).unzip()
+}
+
+fn cuts(plan: &Plan, trims: &[f64]) -> Vec<Cut> {
+    plan.arms.iter().zip(trims).map(|(arm, trim)| walk::cut(arm, *trim)).collect()
+}
+
+fn ground(network: &RoadNetwork, intersection: &Intersection, plan: &Plan) -> Vec<Vec<Point>> {
+    match plan.ground.is_empty() {
+        true => merged::ground(network, intersection, &plan.arms),
+        false => plan.ground.clone(),
+    }
 }
 
 /// The whole of every road.
@@ -187,7 +282,7 @@ fn stations<'a>(network: &RoadNetwork, stars: impl Iterator<Item = (&'a [RoadEnd
 }
 
 /// What is left of a road between its cuts, which lie clear of its bends.
-fn kept(road: &Road, least: [f64; 2], wanted: [f64; 2], options: &OutlineOptions) -> [f64; 2] {
+fn kept_of(road: &Road, least: [f64; 2], wanted: [f64; 2], options: &OutlineOptions) -> [f64; 2] {
     let (length, half) = (road.line.length(), road.half_width());
     let trims = |[from, to]: [f64; 2]| [from, length - to];
     let [from, to] = trim::share(length, trims(least), trims(wanted), options.least_road);
@@ -241,7 +336,7 @@ fn plan(network: &RoadNetwork, intersection: &Intersection, within: &[[f64; 2]],
 
 /// Corners and ring of the general method; `None` if they are no simple polygon.
 fn ring(plan: &Plan, trims: &[f64]) -> Option<(Vec<Vec<Point>>, Vec<Point>)> {
-    let cuts: Vec<Cut> = plan.arms.iter().zip(trims).map(|(arm, trim)| walk::cut(arm, *trim)).collect();
+    let cuts = cuts(plan, trims);
     [true, false].into_iter().find_map(|rounded| {
         let corners = corners(plan, trims, rounded);
         let ring = walk::ring(&cuts, &corners);
@@ -249,42 +344,28 @@ fn ring(plan: &Plan, trims: &[f64]) -> Option<(Vec<Vec<Point>>, Vec<Point>)> {
     })
 }
 
-/// Closes the ring with the cuts as they came out.
+/// Closes the ring with the cuts as they came out; `None` if no simple ring goes through them.
 fn close(
     network: &RoadNetwork,
     intersection: &Intersection,
     plan: &Plan,
     kept: &[[f64; 2]],
     options: &OutlineOptions,
-) -> (Outline, Option<Finding>) {
-    let (trims, far): (Vec<f64>, Vec<f64>) = plan
-        .arms
-        .iter()
-        .map(|arm| {
-            let [from, to] = kept[arm.at.road.0 as usize];
-            match arm.at.end {
-                End::Start => (from, to),
-                End::End => (arm.length - to, arm.length - from),
-            }
-        })
-        .unzip();
-    let cuts: Vec<Cut> = plan.arms.iter().zip(&trims).map(|(arm, trim)| walk::cut(arm, *trim)).collect();
+) -> Option<Outline> {
+    let (trims, far) = ends(plan, kept);
+    let cuts = cuts(plan, &trims);
     if matches!(plan.case, Case::MapEdge) || cuts.is_empty() {
-        return (Outline { case: plan.case, corners: vec![Vec::new(); cuts.len()], cuts, ring: Vec::new() }, None);
+        return Some(Outline { case: plan.case, corners: vec![Vec::new(); cuts.len()], cuts, ring: Vec::new() });
     }
     if plan.ground.is_empty()
         && let Some((corners, ring)) = ring(plan, &trims)
     {
-        return (Outline { case: plan.case, cuts, corners, ring }, None);
+        return Some(Outline { case: plan.case, cuts, corners, ring });
     }
-    if let Some(outline) = around_union(network, intersection, plan, [&trims, &far], &cuts, options) {
-        return (outline, None);
-    }
-    // Roads that cover a cut of another keep the boundary from closing; the star's own corners still may.
-    if let Some((corners, ring)) = ring(plan, &trims) {
-        return (Outline { case: plan.case, cuts, corners, ring }, None);
-    }
-    (fallback(cuts), Some(failure(network, intersection)))
+    around_union(network, intersection, plan, [&trims, &far], &cuts, options).or_else(|| {
+        // Roads that cover a cut of another keep the boundary from closing; the star's own corners still may.
+        ring(plan, &trims).map(|(corners, ring)| Outline { case: plan.case, cuts, corners, ring })
+    })
 }
 
 /// The outline around the union of what the roads cover.
@@ -296,10 +377,7 @@ fn around_union(
     cuts: &[Cut],
     options: &OutlineOptions,
 ) -> Option<Outline> {
-    let ground = match plan.ground.is_empty() {
-        true => merged::ground(network, intersection, &plan.arms),
-        false => plan.ground.clone(),
-    };
+    let ground = ground(network, intersection, plan);
     let sharp = merged::corners(&plan.arms, trims, far, cuts, &ground)?;
     let round = sharp.iter().map(|chain| merged::rounded(chain, options.kerb_reach)).collect();
     [round, sharp].into_iter().find_map(|corners: Vec<Vec<Point>>| {

@@ -1,0 +1,164 @@
+//! Streets of random towns, and places where roads double back, part on several levels, or cross without a node.
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::builder::outline::Case;
+use crate::builder::road_network::{DrivingSide, NetworkOptions, road_network};
+use crate::geometry::{Point, polygon, ring};
+use crate::osm::{OsmData, read_bytes};
+use crate::projection::LonLat;
+
+/// A node with its place in metres.
+type Node = (i64, f64, f64);
+/// A way with its nodes and tags.
+type Way = (i64, Vec<i64>, String);
+
+fn laid_out(nodes: &[Node], ways: &[Way]) -> Streets {
+    let mut xml = String::from("<osm>");
+    for (id, x, y) in nodes {
+        xml += &format!("<node id='{id}' lon='{}' lat='{}'/>", x / 1e5, y / 1e5);
+    }
+    for (id, refs, tags) in ways {
+        let refs: String = refs.iter().map(|r| format!("<nd ref='{r}'/>")).collect();
+        let tags = tags.split_whitespace().filter_map(|t| t.split_once('='));
+        let tags: String = tags.map(|(k, v)| format!("<tag k='{k}' v='{v}'/>")).collect();
+        xml += &format!("<way id='{id}'>{refs}{tags}</way>");
+    }
+    xml += "</osm>";
+    let mut data = OsmData::default();
+    read_bytes(&mut data, "test", xml.into_bytes()).unwrap();
+    let plane = |places: &[LonLat]| places.iter().map(|p| Point::new(p.lon * 1e5, p.lat * 1e5)).collect();
+    let options = NetworkOptions { driving_side: Some(DrivingSide::Right), ..NetworkOptions::default() };
+    streets(road_network(&data, &plane, &options).unwrap().network, &StreetOptions::default())
+}
+
+fn way(id: i64, nodes: &[i64], tags: &str) -> Way {
+    (id, nodes.to_vec(), tags.to_owned())
+}
+
+/// Every outline is a simple ring through its cuts, and every road has something left between its own.
+fn assert_valid(streets: &Streets) {
+    for (outline, intersection) in streets.outlines.intersections.iter().zip(&streets.network.intersections) {
+        assert_ne!(outline.case, Case::Fallback, "node {:?}", intersection.nodes);
+        if outline.ring.is_empty() {
+            continue;
+        }
+        assert!(ring::is_simple(&outline.ring), "{:?}: {:?}", intersection.nodes, outline.ring);
+        assert!(polygon::signed_area(&outline.ring) < 0.0, "the ring runs clockwise");
+        for cut in &outline.cuts {
+            assert!(outline.ring.contains(&cut.left) && outline.ring.contains(&cut.right));
+        }
+    }
+    for (road, [from, to]) in streets.network.roads.iter().zip(&streets.outlines.kept) {
+        assert!(from < to, "nothing is left of way {}", road.key.way);
+        let line = road.line.cut(*from, *to).unwrap();
+        let half = road.half_width();
+        let mut strip = line.offset(half, 2.0).unwrap().points().to_vec();
+        strip.extend(line.offset(-half, 2.0).unwrap().points().iter().rev());
+        assert!(ring::is_simple(&strip), "way {}: {strip:?}", road.key.way);
+    }
+}
+
+/// Blocks of 60 m with corners moved, some streets left out, and streets of one to four lanes.
+fn any_town() -> impl Strategy<Value = (Vec<Node>, Vec<Way>)> {
+    const SIDE: i64 = 3;
+    let place = (-18.0..18.0_f64, -18.0..18.0_f64);
+    let street = (0..4_usize, 0..6_usize);
+    let (places, streets) = (SIDE * SIDE, 2 * SIDE * (SIDE - 1));
+    (proptest::collection::vec(place, places as usize), proptest::collection::vec(street, streets as usize)).prop_map(
+        |(places, streets)| {
+            let at = |x: i64, y: i64| 1 + y * SIDE + x;
+            let nodes: Vec<Node> = places
+                .iter()
+                .zip(0..)
+                .map(|((dx, dy), i)| (i + 1, (i % SIDE) as f64 * 60.0 + dx, (i / SIDE) as f64 * 60.0 + dy))
+                .collect();
+            let across = (0..SIDE).flat_map(|y| (1..SIDE).map(move |x| [at(x - 1, y), at(x, y)]));
+            let up = (0..SIDE).flat_map(|x| (1..SIDE).map(move |y| [at(x, y - 1), at(x, y)]));
+            let kinds = [
+                "highway=residential",
+                "highway=residential oneway=yes lanes=1",
+                "highway=tertiary lanes=3",
+                "highway=primary lanes=4",
+                "highway=service",
+            ];
+            let ways: Vec<Way> = across
+                .chain(up)
+                .zip(&streets)
+                .zip(1..)
+                .filter(|((_, (left_out, _)), id)| *id == 1 || *left_out > 0)
+                .map(|((ends, (_, kind)), id)| way(id, &ends, kinds[kind % kinds.len()]))
+                .collect();
+            (nodes, ways)
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn the_streets_of_any_town_are_valid((nodes, ways) in any_town()) {
+        assert_valid(&laid_out(&nodes, &ways));
+    }
+
+    #[test]
+    fn the_order_of_the_input_does_not_matter((mut nodes, mut ways) in any_town()) {
+        let one = laid_out(&nodes, &ways);
+        nodes.reverse();
+        ways.reverse();
+        let other = laid_out(&nodes, &ways);
+        prop_assert_eq!(&one.outlines.kept, &other.outlines.kept);
+        for (a, b) in one.outlines.intersections.iter().zip(&other.outlines.intersections) {
+            prop_assert_eq!(&a.ring, &b.ring);
+        }
+    }
+}
+
+#[test]
+fn a_ramp_on_a_bridge_lies_beside_the_road_it_leaves() {
+    let nodes = [(1, 0.0, 0.0), (2, 100.0, 0.0), (3, 180.0, 0.0), (4, 180.0, 20.0)];
+    let streets = laid_out(
+        &nodes,
+        &[
+            way(1, &[1, 2], "highway=primary oneway=yes lanes=3"),
+            way(2, &[2, 3], "highway=primary oneway=yes lanes=2"),
+            way(3, &[2, 4], "highway=primary_link oneway=yes lanes=1 layer=1 bridge=yes"),
+        ],
+    );
+    assert_valid(&streets);
+    // They meet, so the ramp begins beside the road, whatever level it reaches later.
+    let strip = |way: i64| {
+        let i = streets.network.roads.iter().position(|r| r.key.way == way).unwrap();
+        let road = &streets.network.roads[i];
+        let [from, to] = streets.outlines.kept[i];
+        let (line, half) = (road.line.cut(from, to).unwrap(), road.half_width());
+        let mut ring = line.offset(half, 2.0).unwrap().points().to_vec();
+        ring.extend(line.offset(-half, 2.0).unwrap().points().iter().rev());
+        ring
+    };
+    let shared = polygon::overlap(&strip(2), &strip(3));
+    assert!(shared < 0.1, "they overlap by {shared} m2");
+}
+
+#[test]
+fn the_legs_of_a_hairpin_lie_side_by_side() {
+    let nodes = [(1, 0.0, 0.0), (2, 60.0, 1.0), (3, 80.0, 4.0), (4, 62.0, 6.0), (5, 0.0, 6.0)];
+    let streets = laid_out(&nodes, &[way(1, &[1, 2, 3, 4, 5], "highway=residential lanes=2")]);
+    assert_valid(&streets);
+}
+
+#[test]
+fn roads_that_cross_without_a_node_are_named() {
+    let nodes = [(1, -50.0, 0.0), (2, 50.0, 0.0), (3, 0.0, -50.0), (4, 0.0, 50.0)];
+    let cross = |tags: &str| {
+        laid_out(
+            &nodes,
+            &[way(1, &[1, 2], "highway=residential"), way(2, &[3, 4], &format!("highway=residential{tags}"))],
+        )
+    };
+    let faults = |streets: &Streets| streets.findings.iter().map(|f| f.fault).collect::<Vec<_>>();
+    assert_eq!(faults(&cross("")), ["roads-overlap"]);
+    assert!(faults(&cross(" bridge=yes layer=1")).is_empty());
+}
