@@ -2,13 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use geo::{Contains, Coord, LineString};
 use rayon::prelude::*;
 use serde::Deserialize;
 
 use super::Rule;
 use super::graph::{Graph, Rules};
-use super::view::{Seen, View, boxes_meet};
+use super::view::{Seen, View, boxes_meet, covered_by};
 use crate::diagnostic::{Finding, Subject};
 use crate::geometry::{Point as Place, Polyline, Vector, left_of, polygon};
 use crate::lanelet::index::{MapIndex, extent};
@@ -70,12 +69,12 @@ fn covered(view: &View, graph: &Graph, params: &Params, at: usize) -> Vec<usize>
     let Some(outline) = widened(seen, params.reach) else { return Vec::new() };
     let reach = extent(&outline);
     let ring = polygon::to_geo(&outline);
-    let line = |points: &[&Point]| {
-        LineString::new(points.iter().map(|p| Coord { x: p.position.x, y: p.position.y }).collect::<Vec<_>>())
+    // Vertices and the middles between them: a widened outline may cross itself, which a test of whole lines would not bear.
+    let holds = |points: &[&Point]| {
+        let middles = points.windows(2).map(|pair| nalgebra::center(&pair[0].position, &pair[1].position));
+        points.iter().map(|point| point.position).chain(middles).all(|p| covered_by(p, &ring))
     };
-    let inside = |other: &Seen| {
-        boxes_meet(other.extent, reach) && (ring.contains(&line(&other.left)) || ring.contains(&line(&other.right)))
-    };
+    let inside = |other: &Seen| boxes_meet(other.extent, reach) && (holds(&other.left) || holds(&other.right));
     let near = view.near(reach, 0.0).into_iter();
     near.filter(|&other| other != at && inside(&view.lanelets[other]) && strangers(view, graph, params, at, other))
         .collect()

@@ -74,6 +74,9 @@ fn distance(point: &Point, edge: [&Point; 2]) -> f64 {
 
 /// Distance of a spot from the plane that fits others best.
 fn off_plane(spots: &[Spot], p: Spot) -> Option<f64> {
+    if !spots.iter().all(|spot| spot.iter().all(|value| value.is_finite())) {
+        return None;
+    }
     let middle = spots.iter().fold(nalgebra::Vector3::zeros(), |sum, spot| sum + spot.coords) / spots.len() as f64;
     let spread = spots
         .iter()
