@@ -1,6 +1,7 @@
 //! The whole way from OpenStreetMap's elements to a Lanelet2 map with longitude and latitude.
 
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::Point;
@@ -13,7 +14,7 @@ use super::assemble::{Assembled, assemble};
 use super::blinker;
 use super::consolidate::{Wish, Wished};
 use super::dead_lanes::without_dead_lanes;
-use super::road_network::{DrivingSide, Network, NetworkError, NetworkOptions, road_network};
+use super::road_network::{DrivingSide, Network, NetworkError, NetworkOptions, RoadKey, road_network};
 use super::streets::{StreetOptions, Streets, streets};
 
 /// What a user may decide about a build.
@@ -114,8 +115,9 @@ pub fn plan(osm: &OsmData, options: &BuildOptions) -> Result<Plan, BuildError> {
         .splice(0..0, options.merges.iter().map(|(said, merge)| wish(said, *merge, &projector)));
     let mut streets = streets(network, &street_options);
     let unmet = (0..options.merges.len()).filter(|i| !streets.merges.iter().any(|note| note.wish == Some(*i)));
-    let unmet: Vec<Finding> = unmet.map(|i| unmet_wish(&options.merges[i])).collect();
-    streets.findings.extend(unmet);
+    let mut wishes: Vec<Finding> = unmet.map(|i| unmet_wish(&options.merges[i])).collect();
+    wishes.extend(overruled_wishes(&streets, &options.merges));
+    streets.findings.extend(wishes);
     Ok(Plan { streets, projector, guesses: notes.len(), notes })
 }
 
@@ -133,12 +135,36 @@ fn wish(said: &MergeSettings, merge: bool, projector: &Projector) -> Wish {
     Wish { of, merge }
 }
 
-/// Slug of the finding about a wish that no road is meant by.
+/// A road that is to be kept apart lies inside all the same where other roads merge the intersections at its ends.
+fn overruled_wishes(streets: &Streets, merges: &[(MergeSettings, bool)]) -> Vec<Finding> {
+    let intersections = &streets.network.intersections;
+    let inside: FxHashSet<RoadKey> = intersections.iter().flat_map(|i| &i.inner).map(|inner| inner.key).collect();
+    let overruled = streets.merges.iter().filter(|note| !note.merged && inside.contains(&note.key));
+    let told = overruled.filter_map(|note| {
+        let (said, _) = merges.get(note.wish?)?;
+        let message = format!(
+            "{}[[keep_apart]] is overruled for way {}, nodes {} to {}: other roads merge its ends; keep them apart too",
+            place_of(said),
+            note.key.way,
+            note.key.first,
+            note.key.last
+        );
+        Some(Finding::new(UNMET_WISH, Subject::Way(note.key.way), message).graded(Severity::Warning))
+    });
+    told.collect()
+}
+
+/// Where a wish stands, as the begin of a message.
+fn place_of(said: &MergeSettings) -> String {
+    said.origin.as_ref().map_or_else(String::new, |origin| format!("{}:{}: ", origin.file, origin.line))
+}
+
+/// Slug of the finding about a wish that no road is meant by, or that could not be met.
 pub const UNMET_WISH: &str = "merge-unmet";
 
 fn unmet_wish((said, merge): &(MergeSettings, bool)) -> Finding {
     let key = if *merge { "merge" } else { "keep_apart" };
-    let place = said.origin.as_ref().map_or_else(String::new, |origin| format!("{}:{}: ", origin.file, origin.line));
+    let place = place_of(said);
     let message = match said {
         MergeSettings { at: Some([lat, lon]), .. } => format!("no road lies at {lat}, {lon}"),
         MergeSettings { way: Some(way), .. } => format!("no road is made from way {way}"),

@@ -88,7 +88,9 @@ pub fn consolidate(
         let verdicts = decide::decide(&network, &kept, options);
         let (next, round) = contract::contract(&network, &verdicts, options);
         let changed = round.iter().any(|note| note.merged);
-        notes.retain(|note| note.merged);
+        // A road that the user keeps apart is gone where other roads merge its ends: that is told.
+        let gone = |note: &MergeNote| !round.iter().any(|later| later.key == note.key);
+        notes.retain(|note| note.merged || (note.wish.is_some() && gone(note)));
         notes.extend(round);
         match next {
             Some(next) if changed => network = next,
