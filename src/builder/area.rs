@@ -148,8 +148,13 @@ fn with_lane_ends(assembly: &Assembly, mut ring: Vec<PointId>, arms: &[&Arm]) ->
                 crate::geometry::Polyline::new(edge).map(|line| (line.distance(p), i))
             })
             .min_by(|a, b| a.0.total_cmp(&b.0));
-        match nearest {
-            Some((distance, i)) if distance <= INSERT => ring.insert(i + 1, id),
+        let with = nearest.filter(|(distance, _)| *distance <= INSERT).map(|(_, i)| {
+            let mut with = ring.clone();
+            with.insert(i + 1, id);
+            with
+        });
+        match with {
+            Some(with) if polygon::to_geo(&places(assembly, &with)).is_valid() => ring = with,
             _ => lost.push(id),
         }
     }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::diagnostic::{Finding, Place, Subject};
-use crate::geometry::Point;
+use crate::geometry::{Point, Vector};
 use crate::lanelet::right_of_way::{Mover, OPPOSITE, Relation, Turn, opposites, yields};
 use crate::lanelet::{LaneletId, LaneletMap, PolygonId, TurnDirection};
 use crate::settings::{Settings, Side};
@@ -245,8 +245,11 @@ impl Stage<'_> {
     }
 
     fn rights_of_way(&mut self, arms: &[&Arm], paths: &[Path], movers: &[Mover], conflicts: &Conflicts) {
-        // Only where vehicles arrive is there a light, or a rank, to be opposite to another.
-        let inward: Vec<_> = arms.iter().map(|a| (!a.into.is_empty()).then_some(a.inward)).collect();
+        // Only where vehicles arrive is there a light, or a rank, to be opposite to another. Where they head counts.
+        let heading = |arm: usize| -> Vector {
+            paths.iter().filter(|path| path.movement.from == arm).map(|path| path.heading).sum()
+        };
+        let inward: Vec<_> = (0..arms.len()).map(|arm| heading(arm).try_normalize(f64::EPSILON)).collect();
         let opposite = opposites(&inward, OPPOSITE);
         let of_arms = |a: usize, b: usize| match (a == b, opposite[a] == Some(b)) {
             (true, _) => Relation::Same,

@@ -17,6 +17,8 @@ const DISTANCE: f64 = 30.0;
 const TIME: f64 = 3.0;
 /// Speed limit where a lanelet has none, km/h.
 const USUAL_SPEED: f64 = 50.0;
+/// The blinker starts this far, metres, behind the end of the turn before.
+const CLEAR: f64 = 0.1;
 /// Lengths are kept as whole millimetres, which have an order.
 const PER_METRE: f64 = 1e3;
 
@@ -32,8 +34,9 @@ pub fn limit(map: &mut LaneletMap) {
         map.lanelets.iter().filter_map(|lanelet| Some((lanelet.id, opposite_before(map, &ending, lanelet)?))).collect();
     for (id, metres) in limits {
         if let Some(lanelet) = map.lanelets.get_mut(id) {
-            // Rounded down, so that the blinker surely starts behind the other turn.
-            lanelet.attributes.set("turn_signal_distance", format!("{:.1}", (metres * 10.0).floor() / 10.0));
+            // Less than the way by a hand's breadth and rounded down, so that the blinker surely starts behind the other turn.
+            let distance = ((metres - CLEAR) * 10.0).floor().max(0.0) / 10.0;
+            lanelet.attributes.set("turn_signal_distance", format!("{distance:.1}"));
         }
     }
 }
@@ -136,7 +139,7 @@ mod tests {
 
     #[test]
     fn a_near_opposite_turn_limits_the_blinker() {
-        assert_eq!(distance(25.0).as_deref(), Some("25.0"));
+        assert_eq!(distance(25.0).as_deref(), Some("24.9"));
     }
 
     #[test]

@@ -44,7 +44,7 @@ pub fn conflicts(paths: &[Path]) -> Conflicts {
         let reach = bounding_box(&path.outline);
         let reach = AABB::from_corners(reach.lower(), reach.upper());
         let mut others: Vec<usize> = tree.locate_in_envelope_intersecting(&reach).map(|g| g.data).collect();
-        others.retain(|&j| j > i && !siblings(path, &paths[j]));
+        others.retain(|&j| j > i && !siblings(path, &paths[j]) && !adjacent(path, &paths[j]));
         others.sort_unstable();
         for j in others {
             let overlap = polygon::common_area(&path.outline, &paths[j].outline);
@@ -65,6 +65,11 @@ pub fn conflicts(paths: &[Path]) -> Conflicts {
 /// Whether two paths begin on the same lane.
 pub fn siblings(a: &Path, b: &Path) -> bool {
     (a.movement.from, a.movement.in_lane) == (b.movement.from, b.movement.in_lane)
+}
+
+/// Whether two paths share a bound: then Autoware takes them for neighbours, and not for conflicting.
+fn adjacent(a: &Path, b: &Path) -> bool {
+    a.bounds.iter().any(|line| b.bounds.contains(line))
 }
 
 fn bounding_box(ring: &[Point]) -> Rectangle<[f64; 2]> {

@@ -18,6 +18,7 @@ pub mod conflict;
 pub mod connection;
 pub mod consolidate;
 pub mod control;
+pub mod course;
 pub mod cross_section;
 pub mod crosswalk;
 pub mod dead_lanes;
@@ -38,5 +39,7 @@ pub mod sound;
 pub(crate) mod speed;
 pub mod streets;
 pub(crate) mod tags;
+#[cfg(test)]
+mod tests;
 
 pub use build::{BuildError, BuildOptions, Built, Plan, Summary, UNMET_WISH, build, build_plan, plan};

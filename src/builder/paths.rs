@@ -2,10 +2,12 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::geometry::{Point, angle_between, curve};
+use crate::geometry::{Point, Vector, angle_between, curve, curve::Pose};
+use crate::lanelet::index::{HEADING_REACH, center_line};
 use crate::lanelet::{Attributes, Bound, LaneletId, LineStringId, PointId};
 
 use super::assembly::{Assembly, tags};
+use super::course::{Ends, courses};
 use super::cross_section::StripKind;
 use super::ids::Key;
 use super::lanes::{Arm, ArmLane, Lanes, road_attributes};
@@ -24,6 +26,10 @@ pub struct Path {
     pub turn: f64,
     /// Left bound, then the right bound backwards.
     pub outline: Vec<Point>,
+    /// Its bounds, left and right.
+    pub bounds: [LineStringId; 2],
+    /// Where it heads over its first metres, as Autoware sees it.
+    pub heading: Vector,
     /// For all motor vehicles, or for buses only.
     pub kind: StripKind,
 }
@@ -136,21 +142,21 @@ pub fn paths(
     let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
     let key = intersection_key("path", intersection);
     let ends = |m: &Movement| Some((arms.get(m.from)?.into.get(m.in_lane)?, arms.get(m.to)?.out.get(m.out_lane)?));
-    let mut order: Vec<&Movement> = movements.iter().collect();
-    let radius = |m: &Movement| ends(m).and_then(|(a, b)| curve::join_radius(a.pose, b.pose)).unwrap_or(f64::INFINITY);
-    order.sort_by(|a, b| radius(a).total_cmp(&radius(b)).then(a.cmp(b)));
+    let all: Vec<Ends> = movements.iter().filter_map(|m| ends(m).map(|(from, to)| (*m, from, to))).collect();
+    let radius = |(_, from, to): &Ends| curve::join_radius(from.pose, to.pose).unwrap_or(f64::INFINITY);
+    let mut order: Vec<(Ends, Vec<Pose>)> = all.iter().copied().zip(courses(&all)).collect();
+    order.sort_by(|(a, _), (b, _)| radius(a).total_cmp(&radius(b)).then(a.0.cmp(&b.0)));
     let mut bounds = Bounds::default();
     let mut paths = Vec::new();
     let mut dropped = Vec::new();
-    for movement in order {
-        let Some((from, to)) = ends(movement) else { continue };
+    for ((movement, from, to), course) in order {
         if from.nodes[0] == to.nodes[0] || from.nodes[1] == to.nodes[1] {
             continue;
         }
         let road = network.road(arms[movement.from].at.road);
         let known = [0, 1].map(|side| bounds.get(from.nodes[side], to.nodes[side]));
-        let Some((shape, known)) = shape(assembly, from, to, known) else {
-            dropped.push(*movement);
+        let Some((shape, known)) = shape(assembly, [from, to], &course, known) else {
+            dropped.push(movement);
             continue;
         };
         let mut sides = [0, 1].into_iter().zip(shape).map(|(side, places)| {
@@ -170,8 +176,10 @@ pub fn paths(
             .unwrap_or(road.speed[0]);
         let lanelet = assembly.lanelet(path_key(key, from, to), left, right, road_attributes(road, kind, speed));
         paths.push(Path {
-            movement: *movement,
+            movement,
             lanelet,
+            bounds: [left.line, right.line],
+            heading: heading(assembly, left, right).unwrap_or(from.pose.heading),
             turn: turn(network.side, from.pose.heading, to.pose.heading),
             outline: assembly.outline(lanelet),
             kind,
@@ -182,13 +190,18 @@ pub fn paths(
     Drawn { paths, bounds, dropped }
 }
 
+/// Where a lanelet heads over its first metres.
+fn heading(assembly: &Assembly, left: Bound, right: Bound) -> Option<Vector> {
+    let center = center_line(&assembly.map.bound_line(left), &assembly.map.bound_line(right))?;
+    (center.at(HEADING_REACH) - center.first()).try_normalize(f64::EPSILON)
+}
+
 /// Places of both bounds, and the bounds among the known ones that serve.
 type Shape = ([Vec<Point>; 2], [Option<Bound>; 2]);
 
 /// The shape of a lane between two ends; `None` if there is no room for one.
-fn shape(assembly: &Assembly, from: &ArmLane, to: &ArmLane, known: [Option<Bound>; 2]) -> Option<Shape> {
-    let curve = curve::join(from.pose, to.pose);
-    let smooth = [0.5, -0.5].map(|sign| curve::beside(&curve, sign * from.width, sign * to.width));
+fn shape(assembly: &Assembly, [from, to]: [&ArmLane; 2], course: &[Pose], known: [Option<Bound>; 2]) -> Option<Shape> {
+    let smooth = [0.5, -0.5].map(|sign| curve::beside(course, sign * from.width, sign * to.width));
     let straight = [0, 1].map(|side| vec![assembly.position(from.nodes[side]), assembly.position(to.nodes[side])]);
     // Where the turn is tighter than half the lane, its inner bound is a straight line.
     let left_turn = angle_between(from.pose.heading, to.pose.heading) > 0.0;

@@ -27,7 +27,11 @@ const REVERSAL: f64 = 150.0 * std::f64::consts::PI / 180.0;
 /// A curve that leaves `from` and arrives at `to` in their headings: straight, arc, straight where the tangents meet
 /// between them, else a cubic.
 pub fn join(from: Pose, to: Pose) -> Vec<Pose> {
-    fillet(from, to).unwrap_or_else(|| cubic(from, to))
+    fillet(from, to).unwrap_or_else(|| {
+        let turn = angle_between(from.heading, to.heading).abs();
+        // The handle of the cubic nearest to a circular arc.
+        cubic(from, to, [1.0 / (3.0 * (turn / 4.0).cos().powi(2)); 2])
+    })
 }
 
 /// Radius of the arc of [`join`]; `None` where it would be a cubic.
@@ -80,13 +84,11 @@ fn straight(from: Point, to: Point, heading: Vector) -> Vec<Pose> {
     (0..pieces).map(|i| Pose { point: from + (to - from) * (i as f64 / pieces as f64), heading }).collect()
 }
 
-fn cubic(from: Pose, to: Pose) -> Vec<Pose> {
+/// A cubic whose handles at `from` and `to` are so many times as long as the way between the two.
+pub fn cubic(from: Pose, to: Pose, handles: [f64; 2]) -> Vec<Pose> {
     let chord = (to.point - from.point).norm();
-    let turn = angle_between(from.heading, to.heading).abs();
-    // The handle of the cubic nearest to a circular arc over this chord.
-    let handle = chord / (3.0 * (turn / 4.0).cos().powi(2));
     let [a, d] = [from.point, to.point];
-    let [b, c] = [a + from.heading * handle, d - to.heading * handle];
+    let [b, c] = [a + from.heading * (chord * handles[0]), d - to.heading * (chord * handles[1])];
     let at = |t: f64| {
         let u = 1.0 - t;
         let point = a.coords * (u * u * u)

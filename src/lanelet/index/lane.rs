@@ -8,7 +8,7 @@ use crate::lanelet::{Bound, Lanelet, LaneletId, LaneletMap, LineStringId, PointI
 pub const STEP: f64 = 1.0;
 
 /// Length at both ends over which a lanelet's heading is taken, metres.
-const HEADING_REACH: f64 = 2.0;
+pub const HEADING_REACH: f64 = 2.0;
 
 /// One end of a lanelet: the line between the last points of its two bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -170,7 +170,7 @@ pub fn extent(points: &[Point]) -> [Point; 2] {
 }
 
 /// Midpoints of both bounds, each cut into the same number of pieces of about [`STEP`].
-fn center_line(left: &[Point], right: &[Point]) -> Option<Polyline> {
+pub fn center_line(left: &[Point], right: &[Point]) -> Option<Polyline> {
     let longest = [left, right].into_iter().filter_map(|bound| Polyline::new(bound.iter().copied()));
     let longest = longest.map(|line| line.length()).fold(0.0, f64::max);
     let pieces = (longest / STEP).ceil().clamp(1.0, Polyline::MOST_PIECES);

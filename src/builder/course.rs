@@ -1,0 +1,150 @@
+//! The middle of every way through an intersection: neighbours that part keep to their own sides.
+//!
+//! Each way is drawn as it is smoothest by itself. Where a lane goes straight on for long before it turns off, or shifts
+//! sideways, it can run into the lane beside it although both lead apart; then one of the two bends earlier or later.
+
+use crate::geometry::{Point, angle_between, curve, curve::Pose, polygon};
+
+use super::lanes::ArmLane;
+use super::movement::Movement;
+
+/// Ways that share less than this, square metres, do not touch.
+const TOUCH: f64 = 0.01;
+/// Handles of the cubics to choose from at either end, in parts of the distance between the ends.
+const HANDLES: [f64; 4] = [1.0 / 3.0, 0.2, 0.6, 0.8];
+/// No way bends more tightly than this radius, metres, only to keep clear of another.
+const RADIUS_LEAST: f64 = 6.0;
+
+/// A movement with the lanes that it joins.
+pub type Ends<'a> = (Movement, &'a ArmLane, &'a ArmLane);
+
+/// One way with its shapes to choose from.
+struct Course {
+    shapes: Vec<Shape>,
+    chosen: usize,
+    /// The ways from the lanes beside it, by index.
+    beside: Vec<usize>,
+}
+
+struct Shape {
+    poses: Vec<Pose>,
+    outline: Vec<Point>,
+}
+
+/// The poses of all movements, in their order.
+pub fn courses(ends: &[Ends]) -> Vec<Vec<Pose>> {
+    let mut courses: Vec<Course> = ends
+        .iter()
+        .enumerate()
+        .map(|(i, end)| Course {
+            shapes: vec![shape(end, curve::join(end.1.pose, end.2.pose))],
+            chosen: 0,
+            beside: (0..ends.len()).filter(|&j| j != i && part(&end.0, &ends[j].0)).collect(),
+        })
+        .collect();
+    for i in 0..courses.len() {
+        for j in courses[i].beside.clone().into_iter().filter(|&j| j > i) {
+            if overlap(&courses, i, j) > TOUCH {
+                add_shapes(&mut courses[i], &ends[i]);
+                add_shapes(&mut courses[j], &ends[j]);
+                choose(&mut courses, i, j);
+            }
+        }
+    }
+    courses.into_iter().map(|mut course| course.shapes.swap_remove(course.chosen).poses).collect()
+}
+
+/// Whether two movements begin side by side and do not end so.
+fn part(a: &Movement, b: &Movement) -> bool {
+    let together = a.to == b.to && a.out_lane.abs_diff(b.out_lane) <= 1;
+    a.from == b.from && a.in_lane.abs_diff(b.in_lane) == 1 && !together
+}
+
+fn shape((_, from, to): &Ends, poses: Vec<Pose>) -> Shape {
+    let mut outline = curve::untangled(&curve::beside(&poses, from.width / 2.0, to.width / 2.0));
+    let right = curve::untangled(&curve::beside(&poses, -from.width / 2.0, -to.width / 2.0));
+    outline.extend(right.into_iter().rev());
+    Shape { poses, outline }
+}
+
+fn add_shapes(course: &mut Course, ends: &Ends) {
+    if course.shapes.len() > 1 {
+        return;
+    }
+    let least = RADIUS_LEAST.min(radius(&course.shapes[0].poses));
+    let handles = HANDLES.iter().flat_map(|&a| HANDLES.iter().map(move |&b| [a, b]));
+    let poses = handles.map(|handles| curve::cubic(ends.1.pose, ends.2.pose, handles));
+    course.shapes.extend(poses.filter(|poses| radius(poses) >= least).map(|poses| shape(ends, poses)));
+}
+
+/// The smallest radius of a curve.
+fn radius(poses: &[Pose]) -> f64 {
+    let bends = poses.windows(2).map(|w| {
+        let turn = angle_between(w[0].heading, w[1].heading).abs();
+        (w[1].point - w[0].point).norm() / turn.max(f64::MIN_POSITIVE)
+    });
+    bends.fold(f64::INFINITY, f64::min)
+}
+
+fn overlap(courses: &[Course], i: usize, j: usize) -> f64 {
+    let outline = |at: usize| &courses[at].shapes[courses[at].chosen].outline;
+    polygon::overlap(outline(i), outline(j))
+}
+
+/// Takes the shapes of two ways by which they and their neighbours overlap least; of equals the first.
+fn choose(courses: &mut [Course], i: usize, j: usize) {
+    let mut best = (f64::INFINITY, 0, 0);
+    let mut order: Vec<(usize, usize)> =
+        (0..courses[i].shapes.len()).flat_map(|a| (0..courses[j].shapes.len()).map(move |b| (a, b))).collect();
+    order.sort_by_key(|&(a, b)| (a + b, a));
+    for (a, b) in order {
+        (courses[i].chosen, courses[j].chosen) = (a, b);
+        let with = |at: usize, but: usize| -> f64 {
+            courses[at].beside.iter().filter(|&&k| k != but).map(|&k| overlap(courses, at, k)).sum()
+        };
+        let total = overlap(courses, i, j) + with(i, j) + with(j, i);
+        if total < best.0 - TOUCH {
+            best = (total, a, b);
+        }
+        if best.0 <= TOUCH {
+            break;
+        }
+    }
+    (courses[i].chosen, courses[j].chosen) = (best.1, best.2);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::builder::cross_section::{Arrows, StripKind};
+    use crate::geometry::Vector;
+    use crate::lanelet::PointId;
+
+    fn lane(x: f64, y: f64, degrees: f64) -> ArmLane {
+        let heading = Vector::new(degrees.to_radians().cos(), degrees.to_radians().sin());
+        ArmLane {
+            lane: 0,
+            nodes: [PointId(1), PointId(2)],
+            pose: Pose { point: Point::new(x, y), heading },
+            width: 3.0,
+            kind: StripKind::Drive,
+            arrows: Arrows::NONE,
+        }
+    }
+
+    #[test]
+    fn lanes_that_part_keep_to_their_own_sides() {
+        // Side by side eastward; the left one shifts to the right, the right one turns off only at the end.
+        let (left, right) = (lane(0.0, 1.5, 0.0), lane(0.0, -1.5, 0.0));
+        let (on, off) = (lane(70.0, 0.0, 0.0), lane(66.0, -8.0, -30.0));
+        let movement = |to, in_lane| Movement { from: 0, to, in_lane, out_lane: 0 };
+        let ends = [(movement(1, 0), &left, &on), (movement(2, 1), &right, &off)];
+        let alone = ends.map(|end| shape(&end, curve::join(end.1.pose, end.2.pose)));
+        let apart = polygon::overlap(&alone[0].outline, &alone[1].outline);
+        assert!(apart > 5.0, "{apart} m2");
+        let poses = courses(&ends);
+        let outlines: Vec<Vec<Point>> = ends.iter().zip(poses).map(|(end, poses)| shape(end, poses).outline).collect();
+        let left = polygon::overlap(&outlines[0], &outlines[1]);
+        assert!(left < 0.5, "{left} m2 remain");
+    }
+}

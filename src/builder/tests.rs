@@ -1,0 +1,121 @@
+//! The whole builder on small hand-drawn networks: what must hold of the map that comes out.
+
+use super::*;
+use crate::geometry::polygon;
+use crate::lanelet::{Lanelet, LaneletMap, PointId};
+use crate::osm::{OsmData, read_bytes};
+
+/// Builds from nodes in metres (about, driven on the right) and ways with tags.
+fn built(nodes: &[(i64, f64, f64, &str)], ways: &[(i64, &[i64], &str)]) -> Built {
+    let tags = |text: &str| -> String {
+        let pairs = text.split_whitespace().filter_map(|t| t.split_once('='));
+        pairs.map(|(k, v)| format!("<tag k='{k}' v='{v}'/>")).collect()
+    };
+    let mut xml = String::from("<osm>");
+    for (id, x, y, text) in nodes {
+        // Near the equator a degree is about as long in either direction.
+        xml += &format!(
+            "<node id='{id}' lon='{}' lat='{}'>{}</node>",
+            9.5 + x / 111_320.0,
+            0.5 + y / 110_574.0,
+            tags(text)
+        );
+    }
+    for (id, refs, text) in ways {
+        let refs: String = refs.iter().map(|r| format!("<nd ref='{r}'/>")).collect();
+        xml += &format!("<way id='{id}'>{refs}{}</way>", tags(text));
+    }
+    let mut data = OsmData::default();
+    read_bytes(&mut data, "test", (xml + "</osm>").into_bytes()).unwrap();
+    let options = BuildOptions { driving_side: Some(road_network::DrivingSide::Right), ..BuildOptions::default() };
+    build(&data, &options).unwrap()
+}
+
+fn inside(map: &LaneletMap) -> Vec<&Lanelet> {
+    map.lanelets.iter().filter(|l| l.attributes.has("intersection_area")).collect()
+}
+
+fn end_nodes(map: &LaneletMap, lanelet: &Lanelet) -> [PointId; 4] {
+    let ends = |bound| {
+        let mut points = map.bound_points(bound).map(|p| p.id);
+        let first = points.next().unwrap();
+        [first, points.next_back().unwrap()]
+    };
+    let ([a, b], [c, d]) = (ends(lanelet.left), ends(lanelet.right));
+    [a, b, c, d]
+}
+
+#[test]
+fn no_lane_ends_under_a_turn_beside_it() {
+    // A road that comes back at an acute angle: the turn between the outer two swings over the middle one.
+    let nodes = [(1, 0.0, 0.0, ""), (2, 80.0, 30.0, ""), (3, 90.0, 8.0, ""), (4, 80.0, -12.0, ""), (5, -80.0, 5.0, "")];
+    let street = "highway=residential lanes=2";
+    let map =
+        built(&nodes, &[(10, &[2, 1], street), (11, &[3, 1], street), (12, &[4, 1], street), (13, &[5, 1], street)])
+            .map;
+    let area = map.polygons.iter().next().unwrap();
+    for lanelet in inside(&map) {
+        for node in end_nodes(&map, lanelet) {
+            assert!(area.points.contains(&node), "node {node} of {} is no vertex", lanelet.id);
+        }
+    }
+}
+
+#[test]
+fn lanes_part_at_a_fork_without_crossing() {
+    // Three lanes go on as two roads of two lanes, both nearly straight on.
+    let nodes = [(1, -100.0, 0.0, ""), (2, 0.0, 0.0, ""), (3, 100.0, 12.0, ""), (4, 100.0, -30.0, "")];
+    let road = |lanes| format!("highway=primary oneway=yes lanes={lanes}");
+    let (three, two) = (road(3), road(2));
+    let map = built(&nodes, &[(10, &[1, 2], &three), (11, &[2, 3], &two), (12, &[2, 4], &two)]).map;
+    let lanes: Vec<&Lanelet> = map.lanelets.iter().collect();
+    assert!(lanes.len() >= 3 + 4 + 4, "seven lanes of roads, and one to each of the four that lead away");
+    for (i, a) in lanes.iter().enumerate() {
+        for b in &lanes[i + 1..] {
+            let starts = [a, b].map(|l| end_nodes(&map, l));
+            let siblings = starts[0][0] == starts[1][0] && starts[0][2] == starts[1][2];
+            let overlap = polygon::overlap(&map.outline(a), &map.outline(b));
+            assert!(siblings || overlap < 0.5, "{} and {} overlap {overlap} m2", a.id, b.id);
+        }
+    }
+}
+
+#[test]
+fn arrows_that_lead_past_a_road_are_not_meant_for_it() {
+    // The arrows before node 2 speak of the next junction; nobody else could reach the road straight on.
+    let nodes = [(1, -100.0, 0.0, ""), (2, 0.0, 0.0, ""), (3, 100.0, 0.0, ""), (4, 0.0, -80.0, "")];
+    let ways: [(i64, &[i64], &str); 3] = [
+        (10, &[1, 2], "highway=primary oneway=yes lanes=2 turn:lanes=right|right"),
+        (11, &[2, 3], "highway=primary oneway=yes lanes=2"),
+        (12, &[2, 4], "highway=residential oneway=yes lanes=1"),
+    ];
+    let map = built(&nodes, &ways).map;
+    let end_edge = |l: &Lanelet| end_nodes(&map, l).iter().copied().skip(1).step_by(2).collect::<Vec<_>>();
+    let start_edge = |l: &Lanelet| end_nodes(&map, l).iter().copied().step_by(2).collect::<Vec<_>>();
+    let reached = |l: &&Lanelet| map.lanelets.iter().any(|before| end_edge(before) == start_edge(l));
+    let from_nowhere = map.lanelets.iter().filter(|l| !reached(l)).count();
+    assert_eq!(from_nowhere, 2, "only the two lanes at the edge of the map");
+}
+
+#[test]
+fn a_crossing_where_a_way_is_split_is_crossed_once() {
+    let nodes = [(1, -60.0, 0.0, ""), (2, 0.0, 0.0, "highway=crossing crossing=zebra"), (3, 60.0, 0.0, "")];
+    let ways: [(i64, &[i64], &str); 2] =
+        [(10, &[1, 2], "highway=residential name=One"), (11, &[2, 3], "highway=residential name=Two lit=yes")];
+    let map = built(&nodes, &ways).map;
+    let crosswalks = map.lanelets.iter().filter(|l| l.attributes.is("subtype", "crosswalk"));
+    assert_eq!(crosswalks.count(), 1);
+    let element = map.regulatory_elements.iter().find(|r| r.subtype == "crosswalk").unwrap();
+    let carriers = map.lanelets.iter().filter(|l| l.regulatory_elements.contains(&element.id));
+    assert_eq!(carriers.count(), 2, "the lanes of one of the two roads");
+}
+
+#[test]
+fn a_single_track_is_no_intersection_of_its_two_directions() {
+    // Where the track becomes a street, the only lanes that lie on each other are the track's own two directions.
+    let nodes = [(1, -60.0, 0.0, ""), (2, 0.0, 0.0, ""), (3, 60.0, 20.0, "")];
+    let ways: [(i64, &[i64], &str); 2] =
+        [(10, &[1, 2], "highway=residential lanes=1 width=3"), (11, &[2, 3], "highway=residential lanes=1 width=4")];
+    let map = built(&nodes, &ways).map;
+    assert!(map.polygons.iter().next().is_none());
+}
