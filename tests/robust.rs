@@ -159,3 +159,13 @@ fn the_pbf_of_these_tests_is_sound() {
     assert_eq!(data.nodes[1].tags.get("name").or(data.nodes[2].tags.get("name")), Some("é"));
     assert_eq!(data.relations[0].members[0].id, 20);
 }
+
+#[test]
+fn a_member_of_an_unknown_kind_is_told() {
+    let mut block = havoc::pbf::block();
+    // The last byte is the kind of the relation's member.
+    *block.last_mut().unwrap() = b'e';
+    let mut data = OsmData::default();
+    let error = read_bytes(&mut data, "a.osm.pbf", havoc::pbf::file(&block)).unwrap_err();
+    assert!(error.to_string().contains("a.osm.pbf is not a usable PBF file"), "{error}");
+}

@@ -4,8 +4,9 @@
 //! extract gives, to the last bit.
 
 use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use osmpbf::{BlobDecode, BlobReader, Element, PrimitiveBlock, RelMemberType};
+use osmpbf::{Blob, BlobDecode, BlobReader, Element, PrimitiveBlock, RelMemberType};
 use rayon::prelude::*;
 
 use super::ReadError;
@@ -22,19 +23,22 @@ pub fn is_pbf(bytes: &[u8]) -> bool {
 /// Adds the content of a PBF file to `data`.
 pub fn read(data: &mut OsmData, name: &str, bytes: &[u8]) -> Result<(), ReadError> {
     let file = data.sources.len() as u32;
-    let damaged = |error: osmpbf::Error| ReadError::Pbf { name: name.to_owned(), message: error.to_string() };
-    let blobs = BlobReader::new(Cursor::new(bytes)).collect::<Result<Vec<_>, _>>().map_err(damaged)?;
-    let parts: Vec<Result<Part, osmpbf::Error>> = blobs
-        .par_iter()
-        .map(|blob| match blob.decode()? {
-            BlobDecode::OsmData(block) => Part::of(&block, file),
-            BlobDecode::OsmHeader(_) | BlobDecode::Unknown(_) => Ok(Part::default()),
-        })
-        .collect();
+    let damaged = |message: String| ReadError::Pbf { name: name.to_owned(), message };
+    let blobs = BlobReader::new(Cursor::new(bytes)).collect::<Result<Vec<_>, _>>();
+    let blobs = blobs.map_err(|error| damaged(error.to_string()))?;
+    let decode = |blob: &Blob| match blob.decode()? {
+        BlobDecode::OsmData(block) => Part::of(&block, file),
+        BlobDecode::OsmHeader(_) | BlobDecode::Unknown(_) => Ok(Part::default()),
+    };
+    // The decoder panics on what no program writes: a member of an unknown kind, ids that overflow. It has nothing to lose
+    // but the blob, so the panic can stop here.
+    let guarded = |blob: &Blob| catch_unwind(AssertUnwindSafe(|| decode(blob)));
+    let parts: Vec<_> = blobs.par_iter().map(guarded).collect();
     for part in parts {
-        let part = part.map_err(damaged)?;
+        let part = part.map_err(|_| damaged("a block holds values that no program writes".to_owned()))?;
+        let part = part.map_err(|error| damaged(error.to_string()))?;
         if let Some(message) = part.too_long {
-            return Err(ReadError::Pbf { name: name.to_owned(), message });
+            return Err(damaged(message));
         }
         part.nodes.into_iter().for_each(|node| data.push_node(node));
         part.ways.into_iter().for_each(|way| data.push_way(way));

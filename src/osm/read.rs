@@ -22,6 +22,9 @@ use crate::projection::LonLat;
 /// 2,000 nodes in a way and 32,000 members in a relation.
 pub const MAX_REFERENCES: usize = 1_000_000;
 
+/// Bytes that a packed file may hold: a country of XML. A small file can be packed so that it fills any memory.
+const MOST_UNPACKED: u64 = 8 << 30;
+
 /// Reads one file.
 pub fn read_file(path: &Path) -> Result<OsmData, ReadError> {
     read_files(&[path.to_path_buf()])
@@ -66,10 +69,13 @@ pub fn read_bytes(data: &mut OsmData, name: &str, bytes: Vec<u8>) -> Result<(), 
 }
 
 fn unpack(name: &str, packed: &[u8]) -> Result<Vec<u8>, ReadError> {
+    let failed = |message: String| ReadError::Packed { name: name.to_owned(), message };
     let mut bytes = Vec::new();
-    flate2::read::MultiGzDecoder::new(packed)
-        .read_to_end(&mut bytes)
-        .map_err(|error| ReadError::Packed { name: name.to_owned(), message: error.to_string() })?;
+    let mut unpacked = flate2::read::MultiGzDecoder::new(packed).take(MOST_UNPACKED);
+    unpacked.read_to_end(&mut bytes).map_err(|error| failed(error.to_string()))?;
+    if unpacked.limit() == 0 {
+        return Err(failed(format!("it holds more than {} GB", MOST_UNPACKED >> 30)));
+    }
     Ok(bytes)
 }
 
