@@ -154,7 +154,7 @@ fn with_lane_ends(assembly: &Assembly, mut ring: Vec<PointId>, arms: &[&Arm]) ->
             with
         });
         match with {
-            Some(with) if polygon::to_geo(&places(assembly, &with)).is_valid() => ring = with,
+            Some(with) if ring::is_simple(&places(assembly, &with)) => ring = with,
             _ => lost.push(id),
         }
     }

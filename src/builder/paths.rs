@@ -192,7 +192,7 @@ pub fn paths(
 
 /// Where a lanelet heads over its first metres.
 fn heading(assembly: &Assembly, left: Bound, right: Bound) -> Option<Vector> {
-    let center = center_line(&assembly.map.bound_line(left), &assembly.map.bound_line(right))?;
+    let center = center_line(&assembly.bound_line(left), &assembly.bound_line(right))?;
     (center.at(HEADING_REACH) - center.first()).try_normalize(f64::EPSILON)
 }
 
