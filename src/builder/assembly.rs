@@ -134,6 +134,13 @@ impl<'a> Assembly<'a> {
         id
     }
 
+    /// Adds a line whose id fits 31 bits: tools read the tags that name it into as many.
+    pub fn named_line(&mut self, key: Key, points: Vec<PointId>, attributes: Attributes) -> LineStringId {
+        let id = LineStringId(self.polygon_id(key).0);
+        self.part.map.linestrings.insert(LineString { id, points, attributes, span: None });
+        id
+    }
+
     /// Adds points between two that exist, and the line through all of them.
     pub fn line_between(
         &mut self,

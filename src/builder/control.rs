@@ -137,7 +137,7 @@ fn traffic_light(
         .map(|(name, along)| assembly.point(key.word(name), middle + right * (width * along), LIGHT_HEIGHT));
     let mut attributes = tags(&[("type", "traffic_light"), ("subtype", "red_yellow_green")]);
     attributes.push("height", crate::osm::Text::from(format!("{height}")));
-    let light = assembly.line(key, ends.to_vec(), attributes);
+    let light = assembly.named_line(key, ends.to_vec(), attributes);
     let lamps = ["green", "yellow", "red"].into_iter().enumerate().map(|(i, color)| {
         let part = (i as f64 - 1.0) / 3.0;
         let (along, up) = if lying { (width * part, height / 2.0) } else { (0.0, height * (0.5 + part)) };

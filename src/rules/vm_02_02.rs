@@ -70,6 +70,11 @@ fn judge(view: &View, sign: &RegulatoryElement, params: &Params) -> Vec<Finding>
     let is_sign = |line: &&LineString| {
         line.attributes.is("type", "traffic_sign") && (!params.strict || line.attributes.is("subtype", "stop_sign"))
     };
+    let stops = |line: &&LineString| {
+        let kind = line.attributes.get("subtype").unwrap_or_default();
+        ["stop", "yield", "give_way"].iter().any(|word| kind.contains(word))
+    };
+    let signs_that_stop = signs.iter().any(stops);
     for line in signs.into_iter().filter(|line| !is_sign(line)) {
         let wanted = if params.strict { "a stop_sign" } else { "a traffic_sign" };
         findings.push(about(
@@ -80,6 +85,9 @@ fn judge(view: &View, sign: &RegulatoryElement, params: &Params) -> Vec<Finding>
     }
     // Without a line, only a sign that makes nobody stop is complete.
     if lines.is_empty() {
+        if !params.strict && !signs_that_stop {
+            return findings;
+        }
         findings.push(Finding::new("sign-without-line", subject, format!("traffic_sign {id} has no stop line.")));
         return findings;
     }

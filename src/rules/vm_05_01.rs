@@ -21,6 +21,8 @@ pub struct Params {
     max_bounding_box_size: f64,
     /// Whether a walkway that a crosswalk element names is wrong: Autoware treats both alike.
     walkways_are_wrong: bool,
+    /// Whether each crosswalk is to have a stop line.
+    stop_line_wanted: bool,
 }
 
 impl Rule for Crosswalks {
@@ -61,7 +63,9 @@ fn judge(view: &View, element: &RegulatoryElement, params: &Params) -> Vec<Findi
     }
     let lines: Vec<_> = view.lines(element, "ref_line").collect();
     match lines.len() {
-        0 if params.walkways_are_wrong || refers.iter().any(|seen| seen.is("crosswalk")) => {
+        0 if params.stop_line_wanted
+            && (params.walkways_are_wrong || refers.iter().any(|seen| seen.is("crosswalk"))) =>
+        {
             findings.push(Finding::new("no-stop-line", subject, format!("crosswalk {id} has no stop line.")));
         }
         0 => {}

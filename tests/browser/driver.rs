@@ -163,7 +163,7 @@ impl Browser {
             let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
             let (page, url) = (text(&message["params"]["documentURL"]), text(&message["params"]["request"]["url"]));
             // The browser's own first page is none of ours.
-            let ours = message["method"] == "Network.requestWillBeSent" && !page.starts_with("chrome:");
+            let ours = message["method"] == "Network.requestWillBeSent" && !page.starts_with("chrome");
             let inside = ["file:", "data:", "about:"].iter().any(|scheme| url.starts_with(scheme));
             (ours && !inside).then(|| format!("request: {url}"))
         });

@@ -108,8 +108,9 @@ pub const KINDS: &[Kind] = &[
         },
     },
     Kind {
+        // From the end of a short lane, 2 m are out of its reach: then it has none.
         name: "move a stop line 2 m back",
-        raises: &["vm-03-09/start-misaligned"],
+        raises: &["vm-03-09/start-misaligned", "vm-03-09/no-stop-line"],
         slip: |_, map, dice| {
             let line = dice.pick(map.lines("stop_line"))?.id;
             move_line(map, line, [2.0, 2.0])
@@ -262,7 +263,12 @@ fn move_line(map: &mut Draft, line: i64, by: [f64; 2]) -> Option<Vec<i64>> {
         copy
     });
     map.way(line).nodes = moved.to_vec();
-    Some(vec![line])
+    // What is said of it may be said of the lanelets that wait at it.
+    let waits = |one: &&Relation| one.members.iter().any(|member| member.kind == ElementKind::Way && member.id == line);
+    let elements: Vec<i64> = map.relations.iter().filter(waits).map(|one| one.id).collect();
+    let refer = |one: &&Relation| one.members.iter().any(|member| elements.contains(&member.id));
+    let waiting: Vec<i64> = map.relations.iter().filter(refer).map(|one| one.id).collect();
+    Some([line].into_iter().chain(waiting).collect())
 }
 
 /// What changes nothing that Autoware would see; nothing must be said of it.
