@@ -1,8 +1,9 @@
 //! The `intersection_area`: kerb chains between the roads, straight cuts across them, clockwise.
 
 use geo::{Area, BooleanOps, MultiPolygon};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::geometry::ring::RingFault;
 use crate::geometry::{Point, curve, curve::Pose, polygon, ring};
 use crate::lanelet::{Bound, LineStringId, PointId};
 
@@ -50,6 +51,7 @@ pub fn area_outline(assembly: &mut Assembly, key: Key, arms: &[&Arm], bounds: &B
     }
     if !holds(assembly, &ring, paths) {
         ring = united(assembly, key, &ring, bounds, paths);
+        ring = tidied(ring, &lane_ends(arms).collect(), |id| assembly.position(id));
     }
     let (ring, lost) = with_lane_ends(assembly, ring, arms);
     let kerbs = kerbs(assembly, key, &ring, arms);
@@ -132,11 +134,43 @@ fn united(assembly: &mut Assembly, key: Key, ring: &[PointId], bounds: &Bounds, 
     nodes
 }
 
+fn lane_ends(arms: &[&Arm]) -> impl Iterator<Item = PointId> {
+    arms.iter().flat_map(|arm| arm.into.iter().chain(&arm.out)).flat_map(|lane| lane.nodes)
+}
+
+/// Takes out nodes where the ring turns back on itself or crosses itself: a union whose vertices became nodes close by may
+/// do so by a hair. Nodes in `fixed` stay.
+fn tidied(mut ring: Vec<PointId>, fixed: &FxHashSet<PointId>, place: impl Fn(PointId) -> Point) -> Vec<PointId> {
+    for _ in 0..ring.len() {
+        let places: Vec<Point> = ring.iter().map(|&id| place(id)).collect();
+        let count = ring.len();
+        let loose: Vec<usize> = match ring::faults(&places, SPIKE, 1).first() {
+            Some(RingFault::Spike(i)) => {
+                let near = [*i, (i + count - 1) % count, (i + 1) % count];
+                near.into_iter().filter(|&i| !fixed.contains(&ring[i])).take(1).collect()
+            }
+            // The smaller of the two loops is left out.
+            Some(RingFault::Crossing(i, j, _)) => {
+                let inner = i + 1..j + 1;
+                let outer: Vec<usize> = (0..count).filter(|k| !inner.contains(k)).collect();
+                let smaller = if inner.len() <= outer.len() { inner.collect() } else { outer };
+                smaller.into_iter().filter(|&i| !fixed.contains(&ring[i])).collect()
+            }
+            _ => return ring,
+        };
+        if loose.is_empty() || count < loose.len() + 3 {
+            return ring;
+        }
+        let mut at = 0..;
+        ring.retain(|_| at.next().is_none_or(|i| !loose.contains(&i)));
+    }
+    ring
+}
+
 /// Puts lane end nodes that are missing back on the nearest edge; returns those that lie too far from it.
 fn with_lane_ends(assembly: &Assembly, mut ring: Vec<PointId>, arms: &[&Arm]) -> (Vec<PointId>, Vec<PointId>) {
     let mut lost = Vec::new();
-    let ends = arms.iter().flat_map(|a| a.into.iter().chain(&a.out)).flat_map(|l| l.nodes);
-    for id in ends {
+    for id in lane_ends(arms) {
         if ring.contains(&id) || lost.contains(&id) {
             continue;
         }
@@ -154,7 +188,7 @@ fn with_lane_ends(assembly: &Assembly, mut ring: Vec<PointId>, arms: &[&Arm]) ->
             with
         });
         match with {
-            Some(with) if ring::is_simple(&places(assembly, &with)) => ring = with,
+            Some(with) if ring::faults(&places(assembly, &with), SPIKE, 1).is_empty() => ring = with,
             _ => lost.push(id),
         }
     }
@@ -197,4 +231,39 @@ fn kerbs(assembly: &mut Assembly, key: Key, ring: &[PointId], arms: &[&Arm]) -> 
 fn kerb(assembly: &mut Assembly, key: Key, chain: Vec<PointId>) -> LineStringId {
     let ends = [chain.first(), chain.last()].map(|id| id.map_or(0, |id| id.0));
     assembly.line(key.word("kerb line").number(ends[0]).number(ends[1]), chain, tags(&[("type", "road_border")]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is left of a ring of nodes 0, 1, 2, ... of which some are fixed.
+    fn left(places: &[(f64, f64)], fixed: &[i64]) -> Vec<i64> {
+        let ring = (0..places.len() as i64).map(PointId).collect();
+        let place = |id: PointId| Point::new(places[id.0 as usize].0, places[id.0 as usize].1);
+        tidied(ring, &fixed.iter().copied().map(PointId).collect(), place).into_iter().map(|id| id.0).collect()
+    }
+
+    #[test]
+    fn a_spike_is_taken_off_but_not_the_end_of_a_lane() {
+        let spike = [(0.0, 0.0), (0.0, 9.0), (5.0, 9.0), (5.0, 12.0), (5.0, 9.0), (9.0, 9.0), (9.0, 0.0)];
+        assert_eq!(left(&spike, &[]), [0, 1, 2, 4, 5, 6]);
+        assert_eq!(left(&spike, &[3]), [0, 1, 3, 4, 5, 6]);
+    }
+
+    #[test]
+    fn a_small_loop_is_left_out() {
+        let looped = [(0.0, 0.0), (0.0, 9.0), (4.0, 9.0), (5.0, 8.9), (3.9, 8.8), (4.1, 9.1), (9.0, 9.0), (9.0, 0.0)];
+        let places =
+            |ids: &[i64]| ids.iter().map(|&i| Point::new(looped[i as usize].0, looped[i as usize].1)).collect();
+        let kept = left(&looped, &[]);
+        let shape: Vec<Point> = places(&kept);
+        assert!(ring::is_simple(&shape), "{kept:?}");
+        assert!([0, 1, 6, 7].iter().all(|corner| kept.contains(corner)), "{kept:?}");
+    }
+
+    #[test]
+    fn a_simple_ring_stays() {
+        assert_eq!(left(&[(0.0, 0.0), (0.0, 1.0), (1.0, 1.0)], &[]), [0, 1, 2]);
+    }
 }

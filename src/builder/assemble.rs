@@ -4,9 +4,9 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::diagnostic::{Finding, Place, Subject};
-use crate::geometry::{Point, Vector};
+use crate::geometry::{Point, Vector, angle_between};
 use crate::lanelet::right_of_way::{Mover, OPPOSITE, Relation, Turn, opposites, yields};
-use crate::lanelet::{LaneletId, LaneletMap, PolygonId, TurnDirection};
+use crate::lanelet::{LaneletId, LaneletMap, PointId, PolygonId, TurnDirection};
 use crate::settings::{Settings, Side};
 
 use super::area::area_outline;
@@ -78,6 +78,13 @@ pub fn assemble(network: &RoadNetwork, outlines: &Outlines) -> Assembled {
 
 /// Intersections that are built at the same time, each over what stood before.
 const BATCH: usize = 256;
+
+/// Arms are carriageways of one approach up to this angle between them, degrees,
+const BESIDE_ANGLE: f64 = 20.0;
+/// no farther apart than a wide road with its median, metres,
+const BESIDE_REACH: f64 = 30.0;
+/// and if the one is cut no more than this, metres, before the other.
+const BESIDE_ALONG: f64 = 2.0;
 
 /// Crosswalks, found by road.
 struct Crossings {
@@ -244,10 +251,33 @@ impl Stage<'_> {
             .collect()
     }
 
+    /// For each arm the first one of its approach: carriageways beside each other that lead in the same way, such as one
+    /// for a turn beside one straight on, have their green together. Without lights each arm has a rank of its own.
+    fn approaches(&self, arms: &[&Arm], movers: &[Mover]) -> Vec<usize> {
+        let signalised = |arm: usize| movers.iter().any(|mover| mover.arm == arm && mover.signalised);
+        let place = |id: &PointId| self.assembly.position(*id);
+        let cut = |arm: &Arm| Some((place(arm.cut.first()?), place(arm.cut.last()?)));
+        let beside = |a: &Arm, b: &Arm| {
+            let (Some((a0, a1)), Some((b0, b1))) = (cut(a), cut(b)) else { return false };
+            let way = nalgebra::center(&b0, &b1) - nalgebra::center(&a0, &a1);
+            angle_between(a.inward, b.inward).abs().to_degrees() <= BESIDE_ANGLE
+                && way.norm() <= BESIDE_REACH
+                && way.dot(&a.inward).abs() <= BESIDE_ALONG
+        };
+        let mut first: Vec<usize> = (0..arms.len()).collect();
+        for b in 1..arms.len() {
+            if let Some(a) = (0..b).find(|&a| signalised(a) && signalised(b) && beside(arms[a], arms[b])) {
+                first[b] = first[a];
+            }
+        }
+        first
+    }
+
     fn rights_of_way(&mut self, arms: &[&Arm], paths: &[Path], movers: &[Mover], conflicts: &Conflicts) {
         // Only where vehicles arrive is there a light, or a rank, to be opposite to another. Where they head counts.
-        let heading = |arm: usize| -> Vector {
-            paths.iter().filter(|path| path.movement.from == arm).map(|path| path.heading).sum()
+        let approach = self.approaches(arms, movers);
+        let heading = |of: usize| -> Vector {
+            paths.iter().filter(|path| approach[path.movement.from] == of).map(|path| path.heading).sum()
         };
         let inward: Vec<_> = (0..arms.len()).map(|arm| heading(arm).try_normalize(f64::EPSILON)).collect();
         let opposite = opposites(&inward, OPPOSITE);
@@ -256,7 +286,7 @@ impl Stage<'_> {
             (_, true) => Relation::InPhase,
             _ => Relation::AntiPhase,
         };
-        let relation = |x: usize, y: usize| of_arms(movers[x].arm, movers[y].arm);
+        let relation = |x: usize, y: usize| of_arms(approach[movers[x].arm], approach[movers[y].arm]);
         for (x, path) in paths.iter().enumerate() {
             // A bus lane is no part of the graph that a car's planner watches.
             let watched: Vec<usize> =
