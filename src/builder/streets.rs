@@ -1,5 +1,7 @@
 //! Roads and intersections as they lie on the ground: the stages of the geometry in their order.
 
+use rustc_hash::FxHashSet;
+
 use crate::diagnostic::Finding;
 
 use super::alignment::{abreast, ease};
@@ -38,11 +40,22 @@ pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     let kept = |network: &RoadNetwork| remaining(network, &options.outline, &mut memory);
     let (network, merges) = consolidate(network, &options.consolidate, kept);
     let cut = wanted(&network, &options.outline, &mut memory);
-    let network = grid::network(abreast(network, &cut));
+    let network = told_apart(grid::network(abreast(network, &cut)));
     let (outlines, mut findings) = outlines_within(&network, &cut, &options.outline);
     findings.extend(overlaps(&network, &outlines.kept));
     let outlines = grid::outlines(outlines);
     Streets { network, outlines, merges, findings }
+}
+
+/// Gives every road a key of its own: pieces that were joined may begin and end like another of the same way.
+fn told_apart(mut network: RoadNetwork) -> RoadNetwork {
+    let mut taken = FxHashSet::default();
+    for road in &mut network.roads {
+        while !taken.insert(road.key) {
+            road.key.turn += 1;
+        }
+    }
+    network
 }
 
 #[cfg(test)]

@@ -39,6 +39,9 @@ fn way(id: i64, nodes: &[i64], tags: &str) -> Way {
 
 /// Every outline is a simple ring through its cuts, and every road has something left between its own.
 fn assert_valid(streets: &Streets) {
+    let mut keys: Vec<_> = streets.network.roads.iter().map(|road| road.key).collect();
+    keys.sort_unstable();
+    assert!(keys.windows(2).all(|pair| pair[0] != pair[1]), "two roads of one key");
     for (outline, intersection) in streets.outlines.intersections.iter().zip(&streets.network.intersections) {
         assert_ne!(outline.case, Case::Fallback, "node {:?}", intersection.nodes);
         if outline.ring.is_empty() {
