@@ -139,9 +139,7 @@ fn write_baseline(file: &Path, loaded: &Loaded, sorted: &Sorted) -> Result<u8, F
     let mut text = Vec::new();
     let failed = |what: String| Failure::new(format!("cannot write the baseline {}: {what}", file.display()));
     baseline.write(&mut text).map_err(|error| failed(error.to_string()))?;
-    let name = file.file_name().and_then(|name| name.to_str()).ok_or_else(|| failed("it has no name".to_owned()))?;
-    let directory = file.parent().filter(|directory| !directory.as_os_str().is_empty());
-    files::publish(directory.unwrap_or(Path::new(".")), &[(name, &text)])?;
+    files::write(file, &text)?;
     let map = loaded.osm.sources.first().map_or("", |source| &source.name);
     screen::print(&format!("{}: {} findings of {map} written\n", file.display(), baseline.len()))?;
     Ok(CLEAN)

@@ -59,7 +59,5 @@ fn page(file: &Path, map: &Path, diff: &Diff, new: &Opened) -> Result<(), Failur
     let title = map.file_name().map_or_else(|| map.display().to_string(), |name| name.to_string_lossy().into_owned());
     let page = Page { title: &title, path: None, requirements: &requirements, earlier: None };
     let text = html(&report, &page).map_err(|error| failed(&error))?;
-    let name = file.file_name().and_then(|name| name.to_str()).ok_or_else(|| failed(&"it has no name"))?;
-    let directory = file.parent().filter(|directory| !directory.as_os_str().is_empty());
-    files::publish(directory.unwrap_or(Path::new(".")), &[(name, text.as_bytes())])
+    files::write(file, text.as_bytes())
 }

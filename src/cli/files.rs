@@ -7,6 +7,29 @@ use std::path::Path;
 use lanewright::report::failure::Failure;
 use tempfile::TempDir;
 
+/// Writes one file, whole or not at all.
+pub fn write(file: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let (dir, name) = split(file)?;
+    publish(dir, &[(name, bytes)])
+}
+
+/// Writes files of one directory, all or none.
+pub fn write_all(files: &[(&Path, &[u8])]) -> Result<(), Failure> {
+    let Some((first, _)) = files.first() else { return Ok(()) };
+    let (dir, _) = split(first)?;
+    let named: Result<Vec<_>, Failure> = files.iter().map(|(file, bytes)| Ok((split(file)?.1, *bytes))).collect();
+    publish(dir, &named?)
+}
+
+/// The directory of a file and its name in it.
+fn split(file: &Path) -> Result<(&Path, &str), Failure> {
+    let name = file.file_name().and_then(|name| name.to_str()).ok_or_else(|| {
+        Failure::new(format!("{} is no name for a file", file.display())).help("give the name of a file to write")
+    })?;
+    let dir = file.parent().filter(|dir| !dir.as_os_str().is_empty());
+    Ok((dir.unwrap_or(Path::new(".")), name))
+}
+
 /// Writes files into `dir`, made if it is not there, all or none.
 pub fn publish(dir: &Path, files: &[(&str, &[u8])]) -> Result<(), Failure> {
     let mut draft = Draft::new(dir)?;
@@ -16,26 +39,30 @@ pub fn publish(dir: &Path, files: &[(&str, &[u8])]) -> Result<(), Failure> {
     draft.publish()
 }
 
-/// Files that stand beside their places until all of them are good.
+/// Files that stand aside until all of them are good.
 pub struct Draft<'a> {
     dir: &'a Path,
-    beside: TempDir,
+    aside: TempDir,
     names: Vec<String>,
+    /// Whether `dir` is still to be made: then the draft becomes it, in one move.
+    fresh: bool,
 }
 
 impl<'a> Draft<'a> {
-    /// Begins a draft of files in `dir`, which is made if it is not there.
+    /// Begins a draft of files in `dir`, which need not be there.
     pub fn new(dir: &'a Path) -> Result<Self, Failure> {
-        fs::create_dir_all(dir).map_err(|e| failed("make the directory", dir, e))?;
-        // Within `dir`, because a move is atomic only on one file system.
-        let beside = tempfile::Builder::new().prefix(".lanewright-").tempdir_in(dir);
-        Ok(Self { dir, beside: beside.map_err(|e| failed("write into", dir, e))?, names: Vec::new() })
+        let fresh = !dir.exists();
+        // On the file system of the place, because a move is atomic only within one.
+        let home = if fresh { parent(dir) } else { dir };
+        fs::create_dir_all(home).map_err(|e| failed("make the directory", home, e))?;
+        let aside = builder(fresh).tempdir_in(home).map_err(|e| failed("write into", home, e))?;
+        Ok(Self { dir, aside, names: Vec::new(), fresh })
     }
 
     /// Writes a file, by a function that need not hold all of it in memory.
     pub fn write(&mut self, name: &str, content: impl FnOnce(&mut File) -> io::Result<()>) -> Result<(), Failure> {
         let place = self.dir.join(name);
-        let written = File::create(self.beside.path().join(name)).and_then(|mut file| {
+        let written = File::create(self.aside.path().join(name)).and_then(|mut file| {
             content(&mut file)?;
             file.sync_all()
         });
@@ -48,14 +75,56 @@ impl<'a> Draft<'a> {
         Ok(())
     }
 
-    /// Moves all files to their places.
+    /// Puts all files into their places. A new directory appears whole; in one that was there, the files are moved
+    /// one by one, and when one of them cannot be, those before it are put back as they were.
     pub fn publish(self) -> Result<(), Failure> {
-        for name in &self.names {
+        if self.fresh && fs::rename(self.aside.path(), self.dir).is_ok() {
+            // It stays, under its new name.
+            let _ = self.aside.keep();
+            return Ok(());
+        }
+        fs::create_dir_all(self.dir).map_err(|e| failed("make the directory", self.dir, e))?;
+        let kept = builder(false).tempdir_in(self.dir).map_err(|e| failed("write into", self.dir, e))?;
+        for (done, name) in self.names.iter().enumerate() {
             let place = self.dir.join(name);
-            fs::rename(self.beside.path().join(name), &place).map_err(|e| failed("write", &place, e))?;
+            let old = kept.path().join(name);
+            let moved = if place.exists() {
+                fs::hard_link(&place, &old).or_else(|_| fs::copy(&place, &old).map(drop))
+            } else {
+                Ok(())
+            }
+            .and_then(|()| fs::rename(self.aside.path().join(name), &place));
+            if let Err(error) = moved {
+                self.put_back(kept.path(), &self.names[..done]);
+                return Err(failed("write", &place, error));
+            }
         }
         Ok(())
     }
+
+    /// Undoes the moves of these files, as far as the file system still allows.
+    fn put_back(&self, kept: &Path, names: &[String]) {
+        for name in names {
+            let (old, place) = (kept.join(name), self.dir.join(name));
+            let _ = if old.exists() { fs::rename(old, place) } else { fs::remove_file(place) };
+        }
+    }
+}
+
+/// A directory to draft in; one that is to be the result is made with the rights that any new directory has.
+fn builder<'p>(result: bool) -> tempfile::Builder<'p, 'p> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".lanewright-");
+    #[cfg(unix)]
+    if result {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(0o777));
+    }
+    builder
+}
+
+fn parent(dir: &Path) -> &Path {
+    dir.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 fn failed(what: &str, path: &Path, error: io::Error) -> Failure {
@@ -84,5 +153,38 @@ mod tests {
         let deep = dir.path().join("x/y");
         publish(&deep, &[("a", b"1")]).unwrap();
         assert_eq!(fs::read(deep.join("a")).unwrap(), b"1");
+        assert_eq!(fs::read_dir(dir.path().join("x")).unwrap().count(), 1, "the draft became the directory");
+        let plain = dir.path().join("plain");
+        fs::create_dir(&plain).unwrap();
+        let rights = |dir: &Path| fs::metadata(dir).unwrap().permissions();
+        assert_eq!(rights(&deep), rights(&plain));
+    }
+
+    #[test]
+    fn a_new_directory_appears_whole_or_not_at_all() {
+        let dir = tempfile::tempdir().unwrap();
+        let fresh = dir.path().join("map");
+        let mut draft = Draft::new(&fresh).unwrap();
+        draft.write("a", |file| file.write_all(b"1")).unwrap();
+        assert!(!fresh.exists());
+        assert!(draft.write("b", |_| Err(io::Error::other("the disk is full"))).is_err());
+        drop(draft);
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn a_move_that_fails_takes_back_those_before_it() {
+        let dir = tempfile::tempdir().unwrap();
+        fs::write(dir.path().join("a"), "old").unwrap();
+        let mut draft = Draft::new(dir.path()).unwrap();
+        for name in ["a", "b", "c"] {
+            draft.write(name, |file| file.write_all(b"new")).unwrap();
+        }
+        // What stands in the way comes only after all was written.
+        fs::create_dir(dir.path().join("c")).unwrap();
+        assert!(draft.publish().is_err());
+        assert_eq!(fs::read_to_string(dir.path().join("a")).unwrap(), "old");
+        assert!(!dir.path().join("b").exists());
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 2, "a and c, no draft");
     }
 }

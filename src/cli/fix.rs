@@ -1,6 +1,6 @@
 //! `fix`: a map in, the map mended in place, or what would be changed.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use lanewright::diagnostic::{Diagnostic, Severity};
 use lanewright::fix::{FixError, Mended, mend};
@@ -66,7 +66,7 @@ fn mended(map: &Path, config: &ConfigArgs, unsafe_too: bool) -> Result<(Vec<Sour
 /// Writes the files that changed, all or none.
 fn publish(map: &Path, before: &[Source], after: &[Source]) -> Result<(), Failure> {
     let paths = files_of(map).map_err(open_failure)?;
-    let mut changed: Vec<(&PathBuf, &[u8])> = Vec::new();
+    let mut changed: Vec<(&Path, &[u8])> = Vec::new();
     for ((path, old), new) in paths.iter().zip(before).zip(after) {
         if old.text == new.text {
             continue;
@@ -77,12 +77,7 @@ fn publish(map: &Path, before: &[Source], after: &[Source]) -> Result<(), Failur
         }
         changed.push((path, new.text.as_bytes()));
     }
-    // The files of one map lie in one directory.
-    let Some(dir) = changed.first().and_then(|(path, _)| path.parent()) else { return Ok(()) };
-    let dir = if dir.as_os_str().is_empty() { Path::new(".") } else { dir };
-    let named: Vec<(&str, &[u8])> =
-        changed.iter().filter_map(|(path, bytes)| Some((path.file_name()?.to_str()?, *bytes))).collect();
-    files::publish(dir, &named)
+    files::write_all(&changed)
 }
 
 /// A unified diff of every file that changed.

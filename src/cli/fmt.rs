@@ -36,13 +36,8 @@ pub fn run(args: &FmtArgs) -> Result<u8, Failure> {
         return Err(Failure::new(format!("{} is packed", packed.display()))
             .help("unpack it first; only plain .osm files are formatted, and nothing was changed"));
     }
-    if let Some((first, _)) = changed.first() {
-        // The files of one map lie in one directory.
-        let dir = first.parent().filter(|dir| !dir.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let named: Vec<(&str, &[u8])> =
-            changed.iter().filter_map(|(path, text)| Some((path.file_name()?.to_str()?, text.as_bytes()))).collect();
-        files::publish(dir, &named)?;
-    }
+    let texts: Vec<(&Path, &[u8])> = changed.iter().map(|(path, text)| (*path, text.as_bytes())).collect();
+    files::write_all(&texts)?;
     screen::print(&told)?;
     Ok(CLEAN)
 }

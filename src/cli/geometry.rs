@@ -17,7 +17,7 @@ pub fn run(args: &GeometryArgs) -> Result<u8, Failure> {
         progress.next("writing");
         let text = geojson::write(&plan.streets.network, &plan.streets.outlines, &plan.projector)
             .map_err(|error| Failure::new(format!("{}: {error}", input.display())))?;
-        publish(output, &text)?;
+        files::write(output, &text)?;
         drop(progress);
         screen::print(&summary(args, output, &plan))?;
     }
@@ -41,15 +41,6 @@ fn outputs(args: &GeometryArgs) -> Result<Vec<PathBuf>, Failure> {
         outputs.push(output);
     }
     Ok(outputs)
-}
-
-/// Writes one file, or leaves what was there.
-pub fn publish(output: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    let name = output.file_name().and_then(|n| n.to_str()).ok_or_else(|| {
-        Failure::new(format!("{} is no name for a file", output.display())).help("give a file name to --output")
-    })?;
-    let dir = output.parent().filter(|dir| !dir.as_os_str().is_empty());
-    files::publish(dir.unwrap_or_else(|| ".".as_ref()), &[(name, bytes)])
 }
 
 fn summary(args: &GeometryArgs, output: &Path, plan: &Plan) -> String {

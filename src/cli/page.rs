@@ -26,9 +26,7 @@ pub fn write(file: &Path, args: &CheckArgs, report: &Report<'_>) -> Result<(), F
     };
     let failed = |what: &dyn std::fmt::Display| Failure::new(format!("cannot write {}: {what}", file.display()));
     let text = html(report, &page).map_err(|error| failed(&error))?;
-    let name = file.file_name().and_then(|name| name.to_str()).ok_or_else(|| failed(&"it has no name"))?;
-    let directory = file.parent().filter(|directory| !directory.as_os_str().is_empty());
-    files::publish(directory.unwrap_or(Path::new(".")), &[(name, text.as_bytes())])
+    files::write(file, text.as_bytes())
 }
 
 /// The standard's requirements, then those that only this run speaks of.

@@ -16,7 +16,7 @@ use lanewright::report::draw::{self, DrawError, Focus, Options, View};
 use lanewright::report::failure::Failure;
 
 use super::screen::{self, Progress};
-use super::{CLEAN, DrawArgs, StageArg, StreetArgs, geometry, input};
+use super::{CLEAN, DrawArgs, StageArg, StreetArgs, files, input};
 
 /// Draws the stages that are asked for: one picture, or one of each intersection.
 pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
@@ -44,8 +44,8 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
 pub fn publish(args: &DrawArgs, svg: &str) -> Result<(), Failure> {
     let extension = args.output.extension().map(|e| e.to_ascii_lowercase());
     match extension.as_ref().and_then(|e| e.to_str()) {
-        Some("svg") => geometry::publish(&args.output, svg.as_bytes()),
-        Some("png") => geometry::publish(&args.output, &draw::rendered(svg).map_err(failure)?),
+        Some("svg") => files::write(&args.output, svg.as_bytes()),
+        Some("png") => files::write(&args.output, &draw::rendered(svg).map_err(failure)?),
         _ => Err(Failure::new(format!("{} is neither .svg nor .png", args.output.display()))
             .help("name the picture with one of the two endings")),
     }
