@@ -6,10 +6,14 @@
 
 mod support;
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::PathBuf;
 use std::time::Instant;
 
+use lanewright::builder::{BuildOptions, plan};
+use lanewright::osm::{OsmData, read_bytes};
+use lanewright::projection::LonLat;
 use support::{accept, lanewright, osm_files, shared};
 
 /// Largest input of the slice, bytes: the Lanelet2 library's check of a larger one takes minutes.
@@ -46,4 +50,53 @@ fn every_extract_builds_and_is_accepted() {
         }
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// `highway` values of ways that cars drive on; each has its `_link`s.
+const DRIVABLE: [&str; 12] = [
+    "motorway",
+    "trunk",
+    "primary",
+    "secondary",
+    "tertiary",
+    "unclassified",
+    "road",
+    "residential",
+    "living_street",
+    "service",
+    "busway",
+    "track",
+];
+/// A way shorter than this, metres, may be missing without a word.
+const SHORT: f64 = 10.0;
+
+/// Metres between two places that are close.
+fn between(a: LonLat, b: LonLat) -> f64 {
+    const DEGREE: f64 = 111_200.0;
+    let east = (b.lon - a.lon) * DEGREE * a.lat.to_radians().cos();
+    ((b.lat - a.lat) * DEGREE).hypot(east)
+}
+
+#[test]
+fn no_way_is_lost_in_silence() {
+    let mut lost = Vec::new();
+    for input in corpus() {
+        let mut osm = OsmData::default();
+        read_bytes(&mut osm, "input", fs::read(&input).unwrap()).unwrap();
+        let plan = plan(&osm, &BuildOptions::default()).unwrap();
+        let mut told: BTreeSet<i64> = plan.streets.network.roads.iter().flat_map(|road| road.ways.clone()).collect();
+        let notes = plan.notes.iter().chain(&plan.streets.findings);
+        let says_why = ["way-skipped", "way-merged", "way-duplicate", "node-missing"];
+        told.extend(notes.filter(|note| says_why.contains(&note.fault)).filter_map(|note| note.subject.id()));
+        for way in &osm.ways {
+            let highway = way.tags.get("highway").unwrap_or_default();
+            let places: Vec<LonLat> =
+                way.nodes.iter().filter_map(|node| osm.node(*node).and_then(|node| node.position)).collect();
+            let length: f64 = places.windows(2).map(|pair| between(pair[0], pair[1])).sum();
+            if DRIVABLE.contains(&highway.trim_end_matches("_link")) && length > SHORT && !told.contains(&way.id) {
+                lost.push(format!("{}: way {}, {length:.0} m", input.display(), way.id));
+            }
+        }
+    }
+    assert!(lost.is_empty(), "{}", lost.join("\n"));
 }

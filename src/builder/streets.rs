@@ -1,14 +1,16 @@
 //! Roads and intersections as they lie on the ground: the stages of the geometry in their order.
 
+use std::collections::BTreeMap;
+
 use rustc_hash::FxHashSet;
 
-use crate::diagnostic::Finding;
+use crate::diagnostic::{Finding, Place, Severity, Subject};
 
-use super::alignment::{abreast, ease};
+use super::alignment::{abreast, ease, narrowed};
 use super::consolidate::{ConsolidateOptions, MergeNote, consolidate, join};
 use super::grid;
 use super::outline::{Memory, OutlineOptions, Outlines, outlines_within, overlaps, remaining, wanted};
-use super::road_network::RoadNetwork;
+use super::road_network::{InnerRoad, Intersection, RoadNetwork};
 
 /// What the stages of the geometry may be told.
 #[derive(Clone, Debug, Default)]
@@ -33,16 +35,19 @@ pub struct Streets {
 }
 
 /// Lays out the streets: pieces of one road are joined, bends eased, the nodes of one intersection merged, roads that
-/// overlap laid abreast, and every intersection outlined.
+/// overlap laid abreast, those narrowed that find no room, and every intersection outlined.
 pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     let network = ease(join(network));
     let mut memory = Memory::default();
     let kept = |network: &RoadNetwork| remaining(network, &options.outline, &mut memory);
     let (network, merges) = consolidate(network, &options.consolidate, kept);
     let cut = wanted(&network, &options.outline, &mut memory);
-    let network = told_apart(grid::network(abreast(network, &cut)));
-    let (outlines, mut findings) = outlines_within(&network, &cut, &options.outline);
-    findings.extend(overlaps(&network, &outlines.kept));
+    let (network, mut findings) = narrowed(abreast(network, &cut), &cut);
+    let network = told_apart(grid::network(network));
+    let (outlines, failed) = outlines_within(&network, &cut, &options.outline);
+    findings.extend(failed);
+    findings.extend(merged_whole(&network));
+    findings.extend(overlaps(&network, &outlines));
     let outlines = grid::outlines(outlines);
     Streets { network, outlines, merges, findings }
 }
@@ -56,6 +61,23 @@ fn told_apart(mut network: RoadNetwork) -> RoadNetwork {
         }
     }
     network
+}
+
+/// A finding for every way that lies whole within intersections, so that no road of the output tells of it.
+fn merged_whole(network: &RoadNetwork) -> Vec<Finding> {
+    let left: FxHashSet<i64> = network.roads.iter().flat_map(|road| road.ways.iter().copied()).collect();
+    let inner = network.intersections.iter().flat_map(|at| at.inner.iter().map(move |inner| (at, inner)));
+    let whole: BTreeMap<i64, _> = inner
+        .flat_map(|(at, inner)| inner.ways.iter().map(move |way| (*way, (at, inner))))
+        .filter(|(way, _)| !left.contains(way))
+        .collect();
+    let finding = |(way, (at, inner)): (i64, (&Intersection, &InnerRoad))| {
+        let node = at.nodes.first().copied().unwrap_or_default();
+        let message = format!("way {way} lies within the intersection at node {node} and became part of it");
+        let place = Place::Point(inner.line.at(inner.line.length() / 2.0));
+        Finding::new("way-merged", Subject::Way(way), message).at(place).graded(Severity::Info)
+    };
+    whole.into_iter().map(finding).collect()
 }
 
 #[cfg(test)]

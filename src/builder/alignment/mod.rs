@@ -2,6 +2,7 @@
 
 mod abreast;
 mod ease;
+mod narrow;
 mod sides;
 
 use super::road_network::RoadNetwork;
@@ -9,6 +10,7 @@ use super::road_network::RoadNetwork;
 pub use abreast::abreast;
 use ease::TIGHTEST;
 pub use ease::eased;
+pub use narrow::narrowed;
 
 /// The network with the bends of every road eased to what its width can follow. Stations of features move with their
 /// places.

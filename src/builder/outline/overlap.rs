@@ -1,4 +1,5 @@
-//! Roads that still cover each other when all is laid out: no road of their tags can lie where they are drawn.
+//! Roads and intersections that still cover each other when all is laid out: nothing of their tags can lie where they
+//! are drawn.
 //!
 //! Roads on one level that cross without a common node, and roads drawn closer together than their lanes are wide, have
 //! nowhere to go. The map is built all the same; the user hears of the place.
@@ -6,91 +7,198 @@
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 
-use crate::builder::road_network::{Road, RoadNetwork};
+use crate::builder::road_network::{Intersection, Road, RoadNetwork};
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Polyline, polygon};
 
+use super::Outlines;
 use super::merged::ribbon;
 
 /// Common ground below this, square metres, is no fault of the map.
 const LEAST: f64 = 0.1;
 
-/// What remains of one road.
-struct Strip {
-    line: Polyline,
-    ring: Vec<Point>,
+/// Every two roads on one level of which parts lie on the same ground, by their indices. `kept` gives the stations
+/// between which each road remains.
+pub fn overlapping(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<[usize; 2]> {
+    let grounds = of_roads(network, kept);
+    let common = |[a, b]: [usize; 2]| {
+        let roads = [grounds[a].road()?, grounds[b].road()?];
+        common(&grounds[a], &grounds[b]).map(|_| roads)
+    };
+    pairs(&grounds).into_iter().filter_map(common).collect()
 }
 
-/// A finding for every two roads on one level of which parts lie on the same ground. `kept` gives what remains of each
-/// road between its cuts.
-pub fn overlaps(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<Finding> {
-    let strips: Vec<Option<Strip>> = network.roads.iter().zip(kept).map(|(road, kept)| strip(road, *kept)).collect();
-    let pieces: Vec<GeomWithData<Rectangle<[f64; 2]>, usize>> = strips
+/// Whether two roads cover some ground both.
+pub fn overlap(network: &RoadNetwork, kept: &[[f64; 2]], roads: [usize; 2]) -> bool {
+    let ground = |road: usize| of_road(network, road, kept[road]);
+    let [Some(a), Some(b)] = roads.map(ground) else { return false };
+    common(&a, &b).is_some()
+}
+
+/// A finding for every two roads or intersections on one level that lie on the same ground and do not belong together.
+pub fn overlaps(network: &RoadNetwork, outlines: &Outlines) -> Vec<Finding> {
+    let mut grounds = of_roads(network, &outlines.kept);
+    let rings = network.intersections.iter().zip(&outlines.intersections).zip(0..);
+    grounds.extend(rings.filter(|((_, outline), _)| !outline.ring.is_empty()).map(|((at, outline), i)| {
+        let levels = at.arms.iter().map(|arm| network.road(arm.road).level).collect();
+        Ground { owner: Owner::Intersection(i), ring: outline.ring.clone(), line: None, half: 0.0, levels }
+    }));
+    let finding = |[a, b]: [usize; 2]| {
+        let (a, b) = (&grounds[a], &grounds[b]);
+        if attached(network, a.owner, b.owner) {
+            return None;
+        }
+        let area = common(a, b)?;
+        Some(finding(network, [a.owner, b.owner], meeting(a, b), area))
+    };
+    pairs(&grounds).into_iter().filter_map(finding).collect()
+}
+
+/// What lies somewhere.
+#[derive(Clone, Copy)]
+enum Owner {
+    Road(usize),
+    Intersection(usize),
+}
+
+/// The ground of one road between its cuts, or of one intersection.
+struct Ground {
+    owner: Owner,
+    ring: Vec<Point>,
+    /// The middle of a road, and half its width.
+    line: Option<Polyline>,
+    half: f64,
+    levels: Vec<f64>,
+}
+
+impl Ground {
+    fn road(&self) -> Option<usize> {
+        match self.owner {
+            Owner::Road(road) => Some(road),
+            Owner::Intersection(_) => None,
+        }
+    }
+
+    /// Boxes that cover it: one for each piece of a road.
+    fn boxes(&self) -> Vec<Rectangle<[f64; 2]>> {
+        let around =
+            |low: Point, high: Point, m: f64| Rectangle::from_corners([low.x - m, low.y - m], [high.x + m, high.y + m]);
+        match &self.line {
+            Some(line) => line.segments().map(|(p, q)| around(p.inf(&q), p.sup(&q), self.half)).collect(),
+            None => polygon::bounds(&self.ring).into_iter().map(|[low, high]| around(low, high, 0.0)).collect(),
+        }
+    }
+}
+
+fn of_roads(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<Ground> {
+    kept.iter().enumerate().filter_map(|(road, kept)| of_road(network, road, *kept)).collect()
+}
+
+fn of_road(network: &RoadNetwork, index: usize, [from, to]: [f64; 2]) -> Option<Ground> {
+    let road = &network.roads[index];
+    let line = road.line.cut(from, to)?;
+    let (half, levels) = (road.half_width(), vec![road.level]);
+    Some(Ground { owner: Owner::Road(index), ring: ribbon(&line, half)?, line: Some(line), half, levels })
+}
+
+/// The pairs of grounds on one level whose boxes touch, in order.
+fn pairs(grounds: &[Ground]) -> Vec<[usize; 2]> {
+    let boxes: Vec<GeomWithData<Rectangle<[f64; 2]>, usize>> = grounds
         .iter()
         .enumerate()
-        .filter_map(|(i, strip)| Some((i, strip.as_ref()?)))
-        .flat_map(|(i, strip)| {
-            let half = network.roads[i].half_width();
-            strip.line.segments().map(move |(p, q)| {
-                let (low, high) = (p.inf(&q), p.sup(&q));
-                let corners = ([low.x - half, low.y - half], [high.x + half, high.y + half]);
-                GeomWithData::new(Rectangle::from_corners(corners.0, corners.1), i)
-            })
-        })
+        .flat_map(|(i, ground)| ground.boxes().into_iter().map(move |piece| GeomWithData::new(piece, i)))
         .collect();
-    let tree = RTree::bulk_load(pieces.clone());
-    let mut pairs: Vec<(usize, usize)> = pieces
+    let tree = RTree::bulk_load(boxes.clone());
+    let mut pairs: Vec<[usize; 2]> = boxes
         .iter()
         .flat_map(|piece| {
             let envelope = AABB::from_corners(piece.geom().lower(), piece.geom().upper());
-            tree.locate_in_envelope_intersecting(&envelope).map(|other| (piece.data, other.data))
+            tree.locate_in_envelope_intersecting(&envelope).map(|other| [piece.data, other.data])
         })
-        .filter(|(a, b)| a < b && network.roads[*a].level == network.roads[*b].level)
+        .filter(|[a, b]| a < b && grounds[*a].levels.iter().any(|level| grounds[*b].levels.contains(level)))
         .collect();
     pairs.sort_unstable();
     pairs.dedup();
-    let overlap = |(a, b): (usize, usize)| {
-        let (s, t) = (strips[a].as_ref()?, strips[b].as_ref()?);
-        let reach = network.roads[a].half_width() + network.roads[b].half_width();
-        if !near(&s.line, &t.line, reach) {
-            return None;
+    pairs
+}
+
+/// Whether a road ends at an intersection.
+fn attached(network: &RoadNetwork, a: Owner, b: Owner) -> bool {
+    match (a, b) {
+        (Owner::Road(road), Owner::Intersection(at)) | (Owner::Intersection(at), Owner::Road(road)) => {
+            let Road { from, to, .. } = network.roads[road];
+            [from, to].iter().any(|end| end.0 as usize == at)
         }
-        let area = polygon::overlap(&s.ring, &t.ring);
-        (area > LEAST).then(|| finding([&network.roads[a], &network.roads[b]], nearest(&s.line, &t.line), area))
-    };
-    pairs.into_iter().filter_map(overlap).collect()
-}
-
-fn strip(road: &Road, [from, to]: [f64; 2]) -> Option<Strip> {
-    let line = road.line.cut(from, to)?;
-    let ring = ribbon(&line, road.half_width())?;
-    Some(Strip { line, ring })
-}
-
-/// Whether two lines cross, or a point of one lies closer to the other than `reach`.
-fn near(a: &Polyline, b: &Polyline, reach: f64) -> bool {
-    a.points().iter().any(|p| b.distance(*p) < reach)
-        || b.points().iter().any(|p| a.distance(*p) < reach)
-        || !super::collide::crossings(a, b).is_empty()
-}
-
-/// A place where two lines are close.
-fn nearest(a: &Polyline, b: &Polyline) -> Point {
-    if let Some((_, _, point)) = super::collide::crossings(a, b).first() {
-        return *point;
+        _ => false,
     }
-    let distance = |p: &&Point| b.distance(**p);
-    a.points().iter().min_by(|p, q| distance(p).total_cmp(&distance(q))).copied().unwrap_or_else(|| a.first())
 }
 
-fn finding(roads: [&Road; 2], at: Point, area: f64) -> Finding {
-    let [a, b] = roads.map(|road| road.key.way);
+/// Square metres that both cover, if they are worth a word.
+fn common(a: &Ground, b: &Ground) -> Option<f64> {
+    if let (Some(s), Some(t)) = (&a.line, &b.line)
+        && nearest(s, t).distance >= a.half + b.half
+    {
+        return None;
+    }
+    let area = polygon::overlap(&a.ring, &b.ring);
+    (area > LEAST).then_some(area)
+}
+
+/// A place on both.
+fn meeting(a: &Ground, b: &Ground) -> Point {
+    match (&a.line, &b.line) {
+        (Some(s), Some(t)) => nearest(s, t).at,
+        (Some(line), None) => nearest_vertex(line, &b.ring),
+        (None, Some(line)) => nearest_vertex(line, &a.ring),
+        (None, None) => a.ring.first().copied().unwrap_or_else(Point::origin),
+    }
+}
+
+fn nearest_vertex(line: &Polyline, ring: &[Point]) -> Point {
+    let distance = |p: &&Point| line.distance(**p);
+    ring.iter().min_by(|p, q| distance(p).total_cmp(&distance(q))).copied().unwrap_or_else(|| line.first())
+}
+
+/// Where two lines come closest.
+struct Nearest {
+    /// Metres; zero where they cross.
+    distance: f64,
+    at: Point,
+}
+
+fn nearest(a: &Polyline, b: &Polyline) -> Nearest {
+    if let Some((_, _, at)) = super::collide::crossings(a, b).first() {
+        return Nearest { distance: 0.0, at: *at };
+    }
+    let from = |a: &Polyline, b: &Polyline| {
+        let distances = a.points().iter().map(|at| Nearest { distance: b.distance(*at), at: *at });
+        distances.min_by(|p, q| p.distance.total_cmp(&q.distance))
+    };
+    let both = [from(a, b), from(b, a)].into_iter().flatten();
+    let unknown = Nearest { distance: f64::INFINITY, at: a.first() };
+    both.min_by(|p, q| p.distance.total_cmp(&q.distance)).unwrap_or(unknown)
+}
+
+fn finding(network: &RoadNetwork, owners: [Owner; 2], at: Point, area: f64) -> Finding {
+    let subject = |owner: Owner| match owner {
+        Owner::Road(road) => Subject::Way(network.roads[road].key.way),
+        Owner::Intersection(at) => Subject::Node(node(&network.intersections[at])),
+    };
+    let named = |owner: Owner| match owner {
+        Owner::Road(road) => format!("way {}", network.roads[road].key.way),
+        Owner::Intersection(at) => format!("the intersection at node {}", node(&network.intersections[at])),
+    };
+    let [a, b] = owners.map(named);
     let message = format!(
-        "ways {a} and {b} cover {area:.1} m2 of the same ground: they cross without a common node, lack a layer, or are \
+        "{a} and {b} cover {area:.1} m2 of the same ground: they cross without a common node, lack a layer, or are \
          narrower than their tags say"
     );
-    Finding::new("roads-overlap", Subject::Way(a), message)
+    Finding::new("roads-overlap", subject(owners[0]), message)
         .at(Place::Point(at))
-        .with(Subject::Way(b), "overlaps")
+        .with(subject(owners[1]), "overlaps")
         .graded(Severity::Warning)
+}
+
+fn node(at: &Intersection) -> i64 {
+    at.nodes.first().copied().unwrap_or_default()
 }

@@ -165,3 +165,28 @@ fn roads_that_cross_without_a_node_are_named() {
     assert_eq!(faults(&cross("")), ["roads-overlap"]);
     assert!(faults(&cross(" bridge=yes layer=1")).is_empty());
 }
+
+#[test]
+fn guessed_widths_give_way_where_the_drawing_leaves_less_room() {
+    // A road ends so close to another that it covers a strip of it.
+    let nodes = [(1, -60.0, 0.0), (2, 60.0, 0.0), (3, 0.0, 2.7), (4, 0.0, 60.0)];
+    let town = |tags: &str| {
+        laid_out(
+            &nodes,
+            &[
+                way(1, &[1, 2], &format!("highway=residential lanes=2 {tags}")),
+                way(2, &[3, 4], "highway=residential lanes=2"),
+            ],
+        )
+    };
+    let widths = |streets: &Streets| streets.network.roads.iter().map(|road| road.section.width()).collect::<Vec<_>>();
+    let faults = |streets: &Streets| streets.findings.iter().map(|f| f.fault).collect::<Vec<_>>();
+    let guessed = town("");
+    assert_eq!(faults(&guessed), ["width-narrowed"]);
+    let [one, other] = widths(&guessed)[..] else { panic!("two roads") };
+    assert!((5.3..5.45).contains(&one), "{one}");
+    assert_eq!(other, 6.0);
+    let tagged = town("width=6");
+    assert_eq!(faults(&tagged), ["roads-overlap"]);
+    assert_eq!(widths(&tagged), [6.0, 6.0]);
+}
