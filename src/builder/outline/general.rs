@@ -21,12 +21,14 @@ pub struct Star {
     pub trims: Vec<f64>,
     /// Per arm: the corner between it and the next one clockwise.
     pub corners: Vec<Corner>,
+    /// Whether two arms leave nearly parallel, so that a wedge lies between them.
+    pub wedge: bool,
 }
 
 impl Star {
     /// One arm, cut back by `trim` metres.
     pub fn terminus(trim: f64) -> Self {
-        Self { least: vec![trim], trims: vec![trim], corners: vec![Corner::Open] }
+        Self { least: vec![trim], trims: vec![trim], corners: vec![Corner::Open], wedge: false }
     }
 }
 
@@ -73,7 +75,8 @@ pub fn star(arms: &[Arm], options: &OutlineOptions) -> Star {
     for trim in trims.iter_mut().chain(&mut least) {
         *trim = (*trim + options.margin).max(options.least_trim);
     }
-    Star { least, trims, corners }
+    let wedge = (0..n).any(|i| gap(&arms[i], &arms[(i + 1) % n]) < WEDGE);
+    Star { least, trims, corners, wedge }
 }
 
 /// The corner from `a` clockwise to `b`: the farthest collision of the edges that face each other.
@@ -114,6 +117,9 @@ fn gap(a: &Arm, b: &Arm) -> f64 {
     let look = |arm: &Arm| arm.line.at(LOOK.min(arm.length)) - arm.line.first();
     (-angle_between(look(a), look(b))).rem_euclid(TAU)
 }
+
+/// Arms that leave at a smaller angle are nearly parallel: 25 degrees.
+const WEDGE: f64 = 25.0 * PI / 180.0;
 
 /// Distance, metres, over which the direction of an arm is taken.
 const LOOK: f64 = 5.0;

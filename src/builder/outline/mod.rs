@@ -321,6 +321,7 @@ fn plan(network: &RoadNetwork, intersection: &Intersection, within: &[[f64; 2]],
             let case = match arms.len() {
                 _ if merged => Case::Merged,
                 2 => Case::Degenerate,
+                _ if star.wedge => Case::Ramp,
                 _ => Case::General,
             };
             let mut plan = Plan { case, arms, star, ground: Vec::new() };

@@ -181,6 +181,19 @@ fn a_change_of_width_is_a_taper() {
 }
 
 #[test]
+fn a_ramp_parts_in_a_wedge() {
+    // Six degrees: edges that collide 50 m away must not make an intersection of 50 m.
+    let (main, ramp) = (7.0, 4.0);
+    let network = network(&[arm(&[(-150.0, 0.0)], main), arm(&[(150.0, 0.0)], main), arm(&[(150.0, 15.0)], ramp)]);
+    let outlines = assert_sound(&network);
+    let outline = &outlines.intersections[0];
+    assert_eq!(outline.case, Case::Ramp);
+    let farthest = OutlineOptions::default().reach * main + 1.0;
+    assert!(outlines.kept.iter().all(|kept| kept[0] < farthest), "{:?}", outlines.kept);
+    assert!(polygon::signed_area(&outline.ring).abs() < (main + ramp) * farthest * 1.5);
+}
+
+#[test]
 fn a_dead_end_is_cut_square() {
     let mut network = network(&[arm(&[(60.0, 0.0)], 6.0)]);
     let outlines = assert_sound(&network);
