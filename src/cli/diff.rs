@@ -57,7 +57,7 @@ fn page(file: &Path, map: &Path, diff: &Diff, new: &Opened) -> Result<(), Failur
         root: None,
     };
     let title = map.file_name().map_or_else(|| map.display().to_string(), |name| name.to_string_lossy().into_owned());
-    let page = Page { title: &title, path: None, requirements: &requirements, earlier: None };
+    let page = Page { title: &title, path: None, requirements: &requirements, earlier: None, origin: None };
     let text = html(&report, &page).map_err(|error| failed(&error))?;
     files::write(file, text.as_bytes())
 }

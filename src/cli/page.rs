@@ -15,22 +15,28 @@ use super::files;
 /// Writes the page, and compares it with an earlier one where the user named one.
 pub fn write(file: &Path, args: &CheckArgs, report: &Report<'_>) -> Result<(), Failure> {
     let earlier = args.compare.as_deref().map(read_earlier).transpose()?;
-    let title =
-        std::path::absolute(&args.map).ok().and_then(|path| Some(path.file_name()?.to_string_lossy().into_owned()));
+    let title = title(&args.map);
     let (path, requirements) = (only_file(report), requirements(report)?);
     let page = Page {
-        title: title.as_deref().unwrap_or("map"),
+        title: &title,
         path: path.as_deref(),
         requirements: &requirements,
         earlier: earlier.as_ref(),
+        origin: None,
     };
     let failed = |what: &dyn std::fmt::Display| Failure::new(format!("cannot write {}: {what}", file.display()));
     let text = html(report, &page).map_err(|error| failed(&error))?;
     files::write(file, text.as_bytes())
 }
 
+/// How a map is called.
+pub fn title(map: &Path) -> String {
+    let name = std::path::absolute(map).ok().and_then(|path| Some(path.file_name()?.to_string_lossy().into_owned()));
+    name.unwrap_or_else(|| "map".to_owned())
+}
+
 /// The standard's requirements, then those that only this run speaks of.
-fn requirements<'a>(report: &Report<'a>) -> Result<Vec<&'a Requirement>, Failure> {
+pub fn requirements<'a>(report: &Report<'a>) -> Result<Vec<&'a Requirement>, Failure> {
     let rows = rules::table().map_err(|error| Failure::new(error.to_string()))?;
     let mut all: Vec<&Requirement> = rows.iter().map(|row| &row.requirement).collect();
     let others: Vec<&Requirement> =
@@ -40,7 +46,7 @@ fn requirements<'a>(report: &Report<'a>) -> Result<Vec<&'a Requirement>, Failure
 }
 
 /// The map's file for an editor to open; none where the map has more than one.
-fn only_file(report: &Report<'_>) -> Option<String> {
+pub fn only_file(report: &Report<'_>) -> Option<String> {
     let mut names = report.sources.names();
     let name = names.next().filter(|_| names.next().is_none())?;
     Some(std::path::absolute(name).ok()?.to_string_lossy().into_owned())

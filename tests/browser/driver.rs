@@ -1,5 +1,6 @@
 //! A browser at the end of a wire: Chromium through its driver, in the WebDriver protocol, as far as the tests need it.
 
+use std::cell::RefCell;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
@@ -22,6 +23,8 @@ pub struct Browser {
     driver: Child,
     port: u16,
     session: String,
+    /// Address of the server whose pages are shown; what they ask of it is no complaint.
+    home: RefCell<Option<String>>,
     _profile: tempfile::TempDir,
 }
 
@@ -45,7 +48,7 @@ impl Browser {
             .map_while(Result::ok)
             .find_map(|line| line.split_once("started successfully on port ")?.1.trim_end_matches('.').parse().ok())
             .expect("the driver says its port");
-        let mut browser = Self { driver, port, session: String::new(), _profile: profile };
+        let mut browser = Self { driver, port, session: String::new(), home: RefCell::default(), _profile: profile };
         let data = format!("--user-data-dir={}", browser._profile.path().display());
         let size = format!("--window-size={width},{height}");
         let capabilities = json!({ "capabilities": { "alwaysMatch": {
@@ -104,6 +107,13 @@ impl Browser {
         self.wait("document.documentElement.dataset.ready && document.getElementById('map').dataset.centre");
     }
 
+    /// Opens the page of a server, and waits until it is ready.
+    pub fn visit(&self, url: &str) {
+        *self.home.borrow_mut() = Some(url.to_owned());
+        self.call("POST", "/url", &json!({ "url": url }));
+        self.wait("document.documentElement.dataset.ready && document.getElementById('map').dataset.centre");
+    }
+
     /// What a script returns.
     pub fn run(&self, script: &str) -> Value {
         self.call("POST", "/execute/sync", &json!({ "script": script, "args": [] }))
@@ -138,6 +148,27 @@ impl Browser {
         );
     }
 
+    /// A drag of the left button from place to place in the window, with a key held down if there is one.
+    pub fn drag(&self, from: [f64; 2], to: [f64; 2], key: Option<char>) {
+        let point = |[x, y]: [f64; 2]| (x.round() as i64, y.round() as i64);
+        let (from, to) = (point(from), point(to));
+        let middle = ((from.0 + to.0) / 2, (from.1 + to.1) / 2);
+        let go = |(x, y): (i64, i64)| json!({ "type": "pointerMove", "duration": 0, "x": x, "y": y });
+        let pause = || json!({ "type": "pause", "duration": 0 });
+        let (down, up) = (json!({ "type": "pointerDown", "button": 0 }), json!({ "type": "pointerUp", "button": 0 }));
+        let mouse = [pause(), go(from), down, go(middle), go(to), up, pause()];
+        let mut devices = vec![json!({
+            "type": "pointer", "id": "mouse", "parameters": { "pointerType": "mouse" }, "actions": mouse,
+        })];
+        if let Some(key) = key {
+            let mut keys = vec![pause(); mouse.len()];
+            keys[0] = json!({ "type": "keyDown", "value": key });
+            keys[mouse.len() - 1] = json!({ "type": "keyUp", "value": key });
+            devices.push(json!({ "type": "key", "id": "keys", "actions": keys }));
+        }
+        self.call("POST", "/actions", &json!({ "actions": devices }));
+    }
+
     /// Presses keys, one after the other.
     pub fn press(&self, keys: &str) {
         let each = |key: char| [json!({ "type": "keyDown", "value": key }), json!({ "type": "keyUp", "value": key })];
@@ -164,7 +195,8 @@ impl Browser {
             let (page, url) = (text(&message["params"]["documentURL"]), text(&message["params"]["request"]["url"]));
             // The browser's own first page is none of ours.
             let ours = message["method"] == "Network.requestWillBeSent" && !page.starts_with("chrome");
-            let inside = ["file:", "data:", "about:"].iter().any(|scheme| url.starts_with(scheme));
+            let inside = ["file:", "data:", "about:"].iter().any(|scheme| url.starts_with(scheme))
+                || self.home.borrow().as_ref().is_some_and(|home| url.starts_with(home.as_str()));
             (ours && !inside).then(|| format!("request: {url}"))
         });
         console.chain(requests).collect()

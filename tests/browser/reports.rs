@@ -71,7 +71,7 @@ fn write(name: &str, turns: usize, earlier: Option<&Earlier>) -> Written {
         unproject: None,
         root: None,
     };
-    let page = Page { title: EVIL, path: None, requirements: &requirements, earlier };
+    let page = Page { title: EVIL, path: None, requirements: &requirements, earlier, origin: None };
     let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.html"));
     std::fs::write(&file, html(&report, &page).unwrap()).unwrap();
     Written { file, findings, map }

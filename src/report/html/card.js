@@ -59,6 +59,7 @@ function findingCard(finding) {
     finding.fix && make('p', { class: 'advice fix' }, make('b', {}, 'By machine: '), finding.fix),
     finding.subject && make('ul', { class: 'related' }, make('li', {}, swatch(colours[finding.severity]), make('span', { class: 'part' }, 'subject'), reference(finding.subject))),
     related.childElementCount ? related : null,
+    ...asked('card', { finding }),
     placeLine(finding.latlon ?? (spot(finding) && latLon(...spot(finding))), finding.source),
     actions(finding.latlon ?? (spot(finding) && latLon(...spot(finding))), finding.subject, [
       make('button', { type: 'button', onclick: () => copy(addressOf(`finding=${encodeLink(finding.key)}`)), title: 'Copy a link to this finding (l)' }, 'Copy link'),
@@ -164,6 +165,7 @@ function primitiveCard({ kind, number }) {
     make('h2', { class: 'id' }, id, make('button', { type: 'button', class: 'copy', title: 'Copy the id (c)', 'aria-label': 'Copy the id', onclick: () => copy(id) })),
     tagTable(map.pairs(map[kind].tags[number])),
     ...sections.filter(Boolean),
+    ...asked('card', { primitive: { kind, number } }),
     placeLine(at, null),
     actions(at, [kind, id], [make('button', { type: 'button', onclick: () => copy(addressOf(`id=${id}`)), title: 'Copy a link to it (l)' }, 'Copy link')]),
   ].filter(Boolean);

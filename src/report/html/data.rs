@@ -124,7 +124,7 @@ fn finding(
 }
 
 /// Metres from the origin, to the millimetre.
-fn relative(p: Point, frame: &Frame) -> [f64; 2] {
+pub fn relative(p: Point, frame: &Frame) -> [f64; 2] {
     let millimetres = |v: f64| (v * 1000.0).round() / 1000.0;
     [millimetres(p.x - frame.origin.x), millimetres(p.y - frame.origin.y)]
 }

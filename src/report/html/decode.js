@@ -1,11 +1,15 @@
 // From the page's packed data to typed arrays and findings.
 
-/** The bytes of a script element: base64 of raw deflate. */
-async function unpack(id) {
-  const element = document.getElementById(id);
-  const text = atob(element.textContent);
-  const packed = new Uint8Array(text.length);
-  for (let i = 0; i < text.length; i++) packed[i] = text.charCodeAt(i);
+/** The bytes of a script element, which holds them as base64. */
+function bytesOf(id) {
+  const text = atob(byId(id).textContent);
+  const bytes = new Uint8Array(text.length);
+  for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
+  return bytes;
+}
+
+/** Undoes raw deflate. */
+async function unpack(packed) {
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream('deflate-raw'));
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
@@ -35,8 +39,8 @@ function offsets(counts) {
 }
 
 /** The map: columns by name, positions in metres, tags and lists by number. */
-async function readMap() {
-  const bytes = await unpack('map-data');
+async function readMap(packed) {
+  const bytes = await unpack(packed);
   const length = new DataView(bytes.buffer).getUint32(0, true);
   const header = JSON.parse(new TextDecoder().decode(bytes.subarray(4, 4 + length)));
   const columns = {};
@@ -75,7 +79,14 @@ async function readMap() {
   return map;
 }
 
-/** Title, frame, requirements and findings. */
-async function readReport() {
-  return JSON.parse(new TextDecoder().decode(await unpack('report-data')));
+/** Report and map, each packed: title, frame, requirements, findings; and columns of numbers. */
+async function readBoth(report, map) {
+  const [facts, columns] = await Promise.all([unpack(report), readMap(map)]);
+  return { report: JSON.parse(new TextDecoder().decode(facts)), map: columns };
+}
+
+/** What a served page fetches: the length of the packed report, the report, the map. */
+function readParcel(buffer) {
+  const length = new DataView(buffer).getUint32(0, true);
+  return readBoth(new Uint8Array(buffer, 4, length), new Uint8Array(buffer, 4 + length));
 }

@@ -10,12 +10,12 @@ function haystack(finding) {
   ].join('\n').toLowerCase());
 }
 
-function passes(finding, words, area) {
+function passes(finding, words, areas) {
   const { severity, status, rule } = state.filter;
   if (!severity.has(finding.severity)) return false;
   if (status && !status.has(finding.status)) return false;
   if (rule && ruleOf(finding) !== rule) return false;
-  if (area) {
+  for (const area of areas) {
     const at = spot(finding);
     if (!at || at[0] < area[0] || at[1] < area[1] || at[0] > area[2] || at[1] > area[3]) return false;
   }
@@ -25,10 +25,10 @@ function passes(finding, words, area) {
 /** Applies the filters and tells what is shown. */
 function filter() {
   const words = state.filter.text.toLowerCase().split(/\s+/).filter(Boolean);
-  const area = state.filter.inView ? [...toWorld(0, view.height), ...toWorld(view.width, 0)] : null;
+  const areas = [state.filter.inView ? [...toWorld(0, view.height), ...toWorld(view.width, 0)] : null, state.filter.area].filter(Boolean);
   const order = new Map(state.report.requirements.map((requirement, at) => [requirement.id, at]));
   const rank = (finding) => order.get(ruleOf(finding)) ?? order.size;
-  state.shown = state.report.findings.filter((finding) => passes(finding, words, area)).sort((a, b) => rank(a) - rank(b));
+  state.shown = state.report.findings.filter((finding) => passes(finding, words, areas)).sort((a, b) => rank(a) - rank(b));
   tell('shown');
 }
 
@@ -42,6 +42,7 @@ function startFilters() {
   if (state.report.earlier !== null) state.filter.status = new Set(['new', 'same', 'gone']);
   on('moved', () => { if (state.filter.inView) filter(); });
   on('shown', drawChips);
+  on('data', filter);
 }
 
 /** Shows only one requirement's findings, or all again. */
@@ -76,7 +77,9 @@ function drawChips() {
     }));
   }
   chips.push(chip('In view', inView, () => { state.filter.inView = !inView; filter(); }, { title: 'Only findings in the part of the map that is shown' }));
+  chips.push(areaChip());
   if (rule) chips.push(chip(`${rule} ×`, true, () => onlyRule(null), { title: 'Show all requirements' }));
+  chips.push(...asked('chips'));
   const focused = [...byId('chips').children].indexOf(document.activeElement);
   byId('chips').replaceChildren(...chips);
   if (focused >= 0) chips[Math.min(focused, chips.length - 1)].focus();

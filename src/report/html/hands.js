@@ -3,14 +3,25 @@
 /** Farther than this, in pixels, a press is a drag and no click. */
 const CLICK = 5;
 
+/**
+ * What a press may take hold of instead of the map, asked in this order: from the event to null, or to
+ * { move(x, y), drop(x, y, travelled), cancel() } with places in CSS pixels of the canvas.
+ */
+const grips = [];
+/** What a click may mean before it means a primitive: from a place to whether it did. */
+const pickers = [];
+
 function hands() {
   const { canvas } = view;
   const fingers = new Map();
-  let travelled = 0;
+  let travelled = 0, held = null;
   canvas.addEventListener('pointerdown', (event) => {
     canvas.setPointerCapture(event.pointerId);
     fingers.set(event.pointerId, [event.offsetX, event.offsetY]);
     if (fingers.size === 1) travelled = 0;
+    held?.cancel();
+    held = null;
+    if (fingers.size === 1 && event.button === 0) for (const grip of grips) if ((held ??= grip(event))) break;
     canvas.classList.add('held');
   });
   canvas.addEventListener('pointermove', (event) => {
@@ -19,14 +30,19 @@ function hands() {
     if (!last) { canvas.classList.toggle('over', Boolean(pinAt(event.offsetX, event.offsetY, toScreen, view.scale))); return; }
     const [dx, dy] = [event.offsetX - last[0], event.offsetY - last[1]];
     travelled += Math.hypot(dx, dy);
-    if (fingers.size === 1) { if (travelled > CLICK) panBy(dx, dy); } else if (fingers.size === 2) pinch(fingers, event);
+    if (held) held.move(event.offsetX, event.offsetY);
+    else if (fingers.size === 1) { if (travelled > CLICK) panBy(dx, dy); } else if (fingers.size === 2) pinch(fingers, event);
     fingers.set(event.pointerId, [event.offsetX, event.offsetY]);
   });
   const lift = (event) => {
     const single = fingers.size === 1;
     fingers.delete(event.pointerId);
     if (!fingers.size) canvas.classList.remove('held');
-    if (event.type === 'pointerup' && single && travelled <= CLICK) pick(event.offsetX, event.offsetY);
+    const grip = held;
+    held = null;
+    if (grip && event.type === 'pointerup') grip.drop(event.offsetX, event.offsetY, travelled);
+    else if (grip) grip.cancel();
+    else if (event.type === 'pointerup' && single && travelled <= CLICK) pick(event.offsetX, event.offsetY);
     if (!single) travelled = Infinity;
   };
   canvas.addEventListener('pointerup', lift);
@@ -69,6 +85,7 @@ let lastPick = { x: -99, y: -99, turn: 0 };
 function pick(sx, sy) {
   const pin = pinAt(sx, sy, toScreen, view.scale);
   if (pin) { pickPin(pin); return; }
+  if (pickers.some((picker) => picker(sx, sy))) return;
   const found = primitivesAt(sx, sy);
   const again = Math.hypot(sx - lastPick.x, sy - lastPick.y) < CLICK;
   lastPick = { x: sx, y: sy, turn: again ? lastPick.turn + 1 : 0 };

@@ -38,12 +38,13 @@ const KEYS = [
   [['k', 'p'], 'Finding before', () => stepFinding(-1)],
   [['Enter'], 'Go to what is chosen', () => flyToChoice()],
   [['/'], 'Filter by text', () => { showTab('findings'); byId('search').focus(); byId('search').select(); }],
-  [['Escape'], 'Let go', () => chooseFinding(null, { stay: true })],
+  [['Escape'], 'Let go; then leave the drawn area', letGo],
   [['+', '='], 'Closer', () => zoomAt(1.5)],
   [['-'], 'Farther', () => zoomAt(1 / 1.5)],
   [['f'], 'Whole map', () => showBox(usualBox(state.index))],
+  [['a'], 'Draw an area whose findings are shown (or drag with Shift)', () => armArea()],
   [['v'], 'Only findings in view', () => { state.filter.inView = !state.filter.inView; filter(); }],
-  [['s'], 'Findings or requirements', () => showTab(byId('pane-findings').hidden ? 'findings' : 'requirements')],
+  [['s'], 'Next tab: findings, requirements', () => showTab(TABS[(TABS.findIndex((name) => !byId(`pane-${name}`).hidden) + 1) % TABS.length])],
   [['r'], 'Page of the rule', () => { if (state.finding) showRule(ruleOf(state.finding)); }],
   [['c'], 'Copy the id', () => { const id = state.finding?.subject?.[1] ?? (state.primitive && String(state.map[state.primitive.kind].id[state.primitive.number])); if (id) copy(id); }],
   [['l'], 'Copy a link', () => copy(location.href)],
@@ -59,7 +60,7 @@ function startKeys() {
   byId('help').addEventListener('click', () => byId('keys').showModal());
   document.addEventListener('keydown', (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector('dialog[open]')) return;
-    const typing = event.target.matches?.('input, textarea');
+    const typing = event.target.matches?.('input, select, textarea');
     if (typing && event.key === 'Escape') { event.target.blur(); return; }
     // Enter and space press the button that has the focus.
     if (typing || (event.key === 'Enter' && event.target.matches?.('button, a'))) return;
@@ -86,16 +87,37 @@ function preparePrint() {
   );
 }
 
-async function start() {
-  startTheme();
-  const [report, map] = await Promise.all([readReport(), readMap()]);
+/** Escape lets go of one thing at a time. */
+function letGo() {
+  if (state.finding || state.primitive) chooseFinding(null, { stay: true });
+  else chooseArea(null);
+}
+
+/** Takes a report and a map as those that are shown. */
+function take({ report, map }) {
   report.findings.forEach((finding, number) => { finding.number = number; });
   Object.assign(state, { report, map, index: buildIndex(map) });
+}
+
+/** Shows another report and map; what was chosen stays chosen where it is still there. */
+function follow(both) {
+  const { report: before, finding, primitive, map } = state;
+  take(both);
+  tell('data', before);
+  if (finding) chooseFinding(state.report.findings.find((one) => one.key === finding.key) ?? null, { stay: true });
+  else if (primitive) choosePrimitive(findPrimitive(map[primitive.kind].id[primitive.number], primitive.kind), { stay: true });
+}
+
+async function start() {
+  startTheme();
+  take(byId('map-data') ? await readBoth(bytesOf('report-data'), bytesOf('map-data')) : await fetchBoth());
   startSummary();
   startList();
   startCard();
   startView();
+  startArea();
   startFilters();
+  tell('start');
   startKeys();
   for (const name of ['findings', 'requirements']) byId(`tab-${name}`).addEventListener('click', () => showTab(name));
   filter();

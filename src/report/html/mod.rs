@@ -5,9 +5,11 @@
 
 mod compare;
 mod data;
+mod ghosts;
 mod pack;
 mod pages;
 mod place;
+mod served;
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -21,8 +23,11 @@ use serde_json::json;
 use sha2::{Digest, Sha256};
 
 pub use compare::{Earlier, EarlierError};
+pub use ghosts::{Ghost, ghosts};
+pub use served::{Served, parcel, served};
 
 use super::{Report, VERSION};
+use crate::geometry::Point;
 use crate::requirement::Requirement;
 use place::Frame;
 
@@ -37,10 +42,12 @@ pub struct Page<'a> {
     pub requirements: &'a [&'a Requirement],
     /// A report to compare with.
     pub earlier: Option<&'a Earlier>,
+    /// Where the page's plane has its origin, in the map's metres; from the map itself where absent.
+    pub origin: Option<Point>,
 }
 
 /// The page's scripts in the order in which they are read; they share one scope.
-const SCRIPTS: [&str; 13] = [
+const SCRIPTS: [&str; 14] = [
     include_str!("decode.js"),
     include_str!("state.js"),
     include_str!("index.js"),
@@ -49,24 +56,37 @@ const SCRIPTS: [&str; 13] = [
     include_str!("pins.js"),
     include_str!("view.js"),
     include_str!("hands.js"),
+    include_str!("area.js"),
     include_str!("filters.js"),
     include_str!("list.js"),
     include_str!("card.js"),
     include_str!("summary.js"),
-    include_str!("main.js"),
+    MAIN,
 ];
+/// Starts everything; the last of all scripts.
+const MAIN: &str = include_str!("main.js");
 
 const STYLE: &str = include_str!("style.css");
 const PAGE: &str = include_str!("page.html");
 
 /// The page. Fails only where the compressor does.
 pub fn html(report: &Report<'_>, page: &Page<'_>) -> io::Result<String> {
-    let frame = Frame::of(report.map);
-    let mut findings = data::findings(&report.entries(), report.map, &frame);
+    let frame = Frame::of(report.map, page.origin);
+    let data = STANDARD.encode(deflate(facts(report, page, &frame).to_string().as_bytes())?);
+    let map = STANDARD.encode(pack::pack(report.map, &frame)?);
+    // Only broken rules bring their pictures, so that the page stays small.
+    let broken: BTreeSet<&str> = report.diagnostics.iter().filter_map(|one| one.code.split('/').next()).collect();
+    let pages = page.requirements.iter().map(|one| pages::page(one, broken.contains(one.id.as_str())));
+    Ok(filled(page.title, &pages.collect::<String>(), &SCRIPTS, JOSM, Some([&data, &map])))
+}
+
+/// What the page knows beside the map.
+fn facts(report: &Report<'_>, page: &Page<'_>, frame: &Frame) -> serde_json::Value {
+    let mut findings = data::findings(&report.entries(), report.map, frame);
     if let Some(earlier) = page.earlier {
-        compare::compare(&mut findings, earlier, &frame);
+        compare::compare(&mut findings, earlier, frame);
     }
-    let data = json!({
+    json!({
         "title": page.title,
         "path": page.path,
         "version": VERSION,
@@ -74,43 +94,39 @@ pub fn html(report: &Report<'_>, page: &Page<'_>) -> io::Result<String> {
         "earlier": page.earlier.map(Earlier::title),
         "requirements": data::requirements(page.requirements, report),
         "findings": findings,
+    })
+}
+
+/// The page with its parts in their places; `data` are the packed report and map, where the page brings them along.
+fn filled(title: &str, pages: &str, scripts: &[&str], connect: &str, data: Option<[&str; 2]>) -> String {
+    let script = format!("(() => {{\n'use strict';\n{}}})();\n", scripts.concat());
+    let policy = policy(&script, connect);
+    let [report, map] = data.unwrap_or_default();
+    let report = data.map_or_else(String::new, |_| format!("{}{report}</script>", compare::DATA_MARK));
+    let map = data.map_or_else(String::new, |_| {
+        format!("<script type=\"application/octet-stream\" id=\"map-data\">{map}</script>")
     });
-    let map_data = STANDARD.encode(pack::pack(report.map, &frame)?);
-    let report_data = STANDARD.encode(deflate(data.to_string().as_bytes())?);
-    // Only broken rules bring their pictures, so that the page stays small.
-    let broken: BTreeSet<&str> = report.diagnostics.iter().filter_map(|one| one.code.split('/').next()).collect();
-    let pages = page.requirements.iter().map(|one| pages::page(one, broken.contains(one.id.as_str())));
-    let pages: String = pages.collect();
-    let script = script();
-    let policy = policy(&script);
-    let title = pages::escape(page.title);
     let parts: [(&str, &str); 7] = [
         ("{{policy}}", &policy),
-        ("{{title}}", &title),
+        ("{{title}}", &pages::escape(title)),
         ("{{style}}", STYLE),
-        ("{{pages}}", &pages),
-        ("{{data}}", &format!("{}{report_data}</script>", compare::DATA_MARK)),
-        ("{{map}}", &map_data),
+        ("{{pages}}", pages),
+        ("{{data}}", &report),
+        ("{{map}}", &map),
         ("{{script}}", &script),
     ];
-    Ok(fill(PAGE, &parts))
+    fill(PAGE, &parts)
 }
 
-/// All scripts as one, in a scope of its own.
-fn script() -> String {
-    let mut script = String::from("(() => {\n'use strict';\n");
-    for part in SCRIPTS {
-        script += part;
-    }
-    script + "})();\n"
-}
+/// JOSM's remote control, which listens on a port of this machine.
+const JOSM: &str = "http://127.0.0.1:8111";
 
-/// Only what the page itself brings may run or shape it. JOSM's remote control listens on a port of this machine.
-fn policy(script: &str) -> String {
+/// Only what the page itself brings may run or shape it, and only to `connect` may it speak.
+fn policy(script: &str, connect: &str) -> String {
     let hash = |text: &str| STANDARD.encode(Sha256::digest(text.as_bytes()));
     format!(
         "default-src 'none'; script-src 'sha256-{}'; style-src 'sha256-{}'; img-src data:; \
-         connect-src http://127.0.0.1:8111; base-uri 'none'; form-action 'none'; require-trusted-types-for 'script'",
+         connect-src {connect}; base-uri 'none'; form-action 'none'; require-trusted-types-for 'script'",
         hash(script),
         hash(STYLE),
     )

@@ -235,7 +235,7 @@ mod tests {
     #[test]
     fn an_empty_map_packs() {
         let map = LaneletMap::default();
-        let packed = pack(&map, &Frame::of(&map)).unwrap();
+        let packed = pack(&map, &Frame::of(&map, None)).unwrap();
         let mut raw = Vec::new();
         flate2::read::DeflateDecoder::new(packed.as_slice()).read_to_end(&mut raw).unwrap();
         let length = u32::from_le_bytes(raw[..4].try_into().unwrap()) as usize;

@@ -20,11 +20,12 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// From the points of a map.
-    pub fn of(map: &LaneletMap) -> Self {
+    /// From the points of a map, and with the given origin if there is one.
+    pub fn of(map: &LaneletMap, origin: Option<Point>) -> Self {
         let finite = |p: &&MapPoint| p.position.coords.iter().all(|c| c.is_finite());
         let points: Vec<&MapPoint> = map.points.iter().filter(finite).collect();
-        let origin = Point::new(median(&points, |p| p.position.x), median(&points, |p| p.position.y));
+        let middle = || Point::new(median(&points, |p| p.position.x), median(&points, |p| p.position.y));
+        let origin = origin.unwrap_or_else(middle);
         Self { origin, lonlat: fit(&points, origin) }
     }
 }
@@ -85,7 +86,7 @@ mod tests {
 
     #[test]
     fn degrees_follow_metres() {
-        let frame = Frame::of(&map(|x, y| LonLat { lon: 139.0 + x / 91_000.0, lat: 35.0 + y / 111_000.0 }));
+        let frame = Frame::of(&map(|x, y| LonLat { lon: 139.0 + x / 91_000.0, lat: 35.0 + y / 111_000.0 }), None);
         let [lat, lon] = frame.lonlat.unwrap();
         assert!((lat[0] - (35.0 + frame.origin.y / 111_000.0)).abs() < 1e-8);
         assert!((lon[1] - 1000.0 / 91_000.0).abs() < 1e-8);
@@ -93,8 +94,8 @@ mod tests {
 
     #[test]
     fn places_that_do_not_fit_are_none() {
-        let frame = Frame::of(&map(|x, _| LonLat { lon: if x > 5200.0 { 139.0 } else { 140.0 }, lat: 35.0 }));
+        let frame = Frame::of(&map(|x, _| LonLat { lon: if x > 5200.0 { 139.0 } else { 140.0 }, lat: 35.0 }), None);
         assert!(frame.lonlat.is_none());
-        assert!(Frame::of(&LaneletMap::default()).lonlat.is_none());
+        assert!(Frame::of(&LaneletMap::default(), None).lonlat.is_none());
     }
 }

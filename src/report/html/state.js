@@ -8,12 +8,14 @@ const state = {
   finding: null,
   /** The chosen primitive { kind, number }, or null. */
   primitive: null,
-  filter: { text: '', severity: new Set(['error', 'warning', 'info']), status: null, rule: null, inView: false },
+  filter: { text: '', severity: new Set(['error', 'warning', 'info']), status: null, rule: null, inView: false, area: null },
 };
 
 const listeners = {};
 /** Calls `listener` whenever `event` is told. */
 function on(event, listener) { (listeners[event] ??= []).push(listener); }
+/** What the listeners of an event answer, as one list. */
+const asked = (event, detail) => (listeners[event] ?? []).flatMap((listener) => listener(detail) ?? []);
 /** Tells everyone who listens. */
 function tell(event, detail) { for (const listener of listeners[event] ?? []) listener(detail); }
 

@@ -5,6 +5,13 @@ const OUTCOMES = {
 };
 
 function startSummary() {
+  drawSummary();
+  on('data', drawSummary);
+  for (const button of byId('rule-dialog').querySelectorAll('.close')) button.addEventListener('click', () => byId('rule-dialog').close());
+  byId('rule-dialog').addEventListener('click', (event) => { if (event.target === event.currentTarget) event.currentTarget.close(); });
+}
+
+function drawSummary() {
   const { requirements, findings } = state.report;
   const pane = byId('pane-requirements');
   const count = (outcome) => requirements.filter((one) => one.outcome === outcome).length;
@@ -23,10 +30,8 @@ function startSummary() {
     if (requirement.category !== category) rows.push(make('h3', {}, category = requirement.category));
     rows.push(requirementRow(requirement, counts.get(requirement.id)));
   }
-  pane.append(tally, ...rows);
+  pane.replaceChildren(tally, ...rows);
   drawVerdict(count('failed'));
-  for (const button of byId('rule-dialog').querySelectorAll('.close')) button.addEventListener('click', () => byId('rule-dialog').close());
-  byId('rule-dialog').addEventListener('click', (event) => { if (event.target === event.currentTarget) event.currentTarget.close(); });
 }
 
 function requirementRow({ id, title, outcome, partial, documented }, counts) {
@@ -64,8 +69,10 @@ function showRule(id) {
   dialog.scrollTop = 0;
 }
 
+const TABS = ['findings', 'requirements'];
+
 function showTab(name) {
-  for (const one of ['findings', 'requirements']) {
+  for (const one of TABS) {
     byId(`tab-${one}`).setAttribute('aria-selected', String(one === name));
     byId(`pane-${one}`).hidden = one !== name;
   }

@@ -66,7 +66,7 @@ fn report(diagnostics: &[Diagnostic], earlier: Option<&Earlier>) -> String {
 }
 
 fn findings(diagnostics: &[Diagnostic]) -> Vec<data::PageFinding> {
-    with_report(diagnostics, |report| data::findings(&report.entries(), report.map, &Frame::of(report.map)))
+    with_report(diagnostics, |report| data::findings(&report.entries(), report.map, &Frame::of(report.map, None)))
 }
 
 const HERE: LonLat = LonLat { lon: 139.0, lat: 35.0 };
@@ -106,7 +106,7 @@ fn an_earlier_report_tells_new_from_same_and_gone() {
     let old = [diagnostic(9, "x/odd", HERE), diagnostic(10, "x/odd", far), diagnostic(11, "x/even", far)];
     let earlier = Earlier::read(&report(&old, None)).unwrap();
     assert_eq!(earlier.title(), EVIL);
-    let frame = Frame::of(&map());
+    let frame = Frame::of(&map(), None);
     let now = [diagnostic(77, "x/odd", near), diagnostic(11, "x/even", HERE), diagnostic(12, "x/even", HERE)];
     let mut findings = findings(&now);
     compare::compare(&mut findings, &earlier, &frame);

@@ -23,6 +23,7 @@ function startView() {
   view.canvas = byId('map');
   view.context = view.canvas.getContext('2d', { alpha: false });
   view.classes = classify(state.map);
+  on('data', followData);
   new ResizeObserver(resize).observe(byId('stage'));
   resize();
   showBox(usualBox(state.index), { jump: true });
@@ -31,7 +32,26 @@ function startView() {
   hands();
   on('choice', ({ stay }) => { if (!stay) flyToChoice(); ask(); });
   on('shown', ask);
-  on('theme', () => { view.old = null; view.base = view.level = newLevel(); ask(); });
+  on('theme', repaint);
+}
+
+/** Another map: what is painted is old, and what was in the middle stays there. */
+function followData(before) {
+  const [from, to] = [before.frame.origin, state.report.frame.origin];
+  view.x += from[0] - to[0];
+  view.y += from[1] - to[1];
+  view.classes = classify(state.map);
+  const old = from[0] === to[0] && from[1] === to[1] ? view.level : null;
+  repaint();
+  // Until the new tiles are painted, the old ones are better than none.
+  view.old = old;
+}
+
+/** Paints all anew. */
+function repaint() {
+  view.old = view.flight = null;
+  view.base = view.level = newLevel();
+  ask();
 }
 
 function resize() {
@@ -249,8 +269,10 @@ function drawOverlay(colours) {
   const { canvas, context, ratio } = view;
   const [x, y] = toWorld(0, 0);
   const pen = new Pen(context, { x, y, scale: view.scale * ratio, css: view.scale, ratio }, state.map);
+  tell('underlay', { pen, colours });
   for (const one of highlights()) drawHighlight(pen, one, colours);
   drawPlace(pen, colours);
+  tell('overlay', { pen, colours });
   drawPins(pen, canvas.width, canvas.height, colours);
 }
 
@@ -276,6 +298,11 @@ function drawHighlight(pen, { kind, number, colour, label, main }, colours) {
 function drawLabel(pen, kind, number, label, colour, colours) {
   const box = boxOf(state.map, kind, number);
   if (!box) return;
+  drawWords(pen, (box[0] + box[2]) / 2, (box[1] + box[3]) / 2, label, colour, colours, kind === 'line' ? -10 : 0);
+}
+
+/** Words with a halo, their middle at a place of the map. */
+function drawWords(pen, worldX, worldY, words, colour, colours, lift = 0) {
   const { context, frame: { ratio } } = pen;
   context.font = `600 ${11.5 * ratio}px system-ui, sans-serif`;
   context.textAlign = 'center';
@@ -284,9 +311,9 @@ function drawLabel(pen, kind, number, label, colour, colours) {
   context.lineWidth = 3.4 * ratio;
   context.strokeStyle = colours.halo;
   context.fillStyle = colour;
-  const [x, y] = [pen.px((box[0] + box[2]) / 2), pen.py((box[1] + box[3]) / 2) + (kind === 'line' ? -10 * ratio : 0)];
-  context.strokeText(label, x, y);
-  context.fillText(label, x, y);
+  const [x, y] = [pen.px(worldX), pen.py(worldY) + lift * ratio];
+  context.strokeText(words, x, y);
+  context.fillText(words, x, y);
 }
 
 /** The finding's own place: a spot, a line, or an area with a dashed edge. */

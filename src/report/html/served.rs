@@ -1,0 +1,39 @@
+//! The page as a program on this machine serves it: without data, which it fetches, and fetches again when files change.
+
+use std::io;
+
+use super::ghosts::{Ghost, pages_ghosts};
+use super::place::Frame;
+use super::{JOSM, MAIN, Page, SCRIPTS, deflate, facts, filled, pack, pages};
+use crate::report::Report;
+use crate::requirement::Requirement;
+
+/// What only a served page shows.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Served<'a> {
+    /// What fixes would change.
+    pub ghosts: &'a [Ghost],
+}
+
+/// What a served page has more.
+const LIVE: [&str; 2] = [include_str!("live.js"), include_str!("ghosts.js")];
+/// The page of a report, with these requirements, each with its pictures.
+pub fn served(title: &str, requirements: &[&Requirement]) -> String {
+    page(title, requirements, &LIVE)
+}
+
+fn page(title: &str, requirements: &[&Requirement], more: &[&'static str]) -> String {
+    let pages: String = requirements.iter().map(|one| pages::page(one, true)).collect();
+    let scripts = [&SCRIPTS[..SCRIPTS.len() - 1], more, &[MAIN]].concat();
+    filled(title, &pages, &scripts, &format!("'self' {JOSM}"), None)
+}
+
+/// What the page fetches: the length of the packed report (u32, little-endian), the report, the map.
+pub fn parcel(report: &Report<'_>, page: &Page<'_>, served: &Served<'_>) -> io::Result<Vec<u8>> {
+    let frame = Frame::of(report.map, page.origin);
+    let mut facts = facts(report, page, &frame);
+    facts["ghosts"] = pages_ghosts(served.ghosts, &frame);
+    let facts = deflate(facts.to_string().as_bytes())?;
+    let length = u32::try_from(facts.len()).map_err(io::Error::other)?;
+    Ok([&length.to_le_bytes()[..], &facts, &pack::pack(report.map, &frame)?].concat())
+}
