@@ -22,6 +22,7 @@ mod screen;
 mod stage;
 mod stats;
 mod tier4;
+mod view;
 mod watch;
 
 use std::path::PathBuf;
@@ -58,6 +59,7 @@ enum Verb {
     #[command(subcommand)]
     Project(ProjectVerb),
     Stats(StatsArgs),
+    View(ViewArgs),
     /// Say what a rule requires, why, and how to mend what breaks it
     Explain {
         /// Number of the rule, or a code that a finding shows: vm-03-08, vm-03-08/lane-node-missing
@@ -253,6 +255,24 @@ struct StatsArgs {
     format: StatsFormat,
 }
 
+/// Show the report of a map in a browser, fresh whenever the map's files change, with what fixes would change
+#[derive(Debug, Args)]
+struct ViewArgs {
+    /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml
+    map: PathBuf,
+    /// Port on 127.0.0.1; 0 lets the system choose
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    port: u16,
+    /// Open the page in the browser
+    #[arg(long)]
+    open: bool,
+    /// Show fixes that need a look afterwards, too
+    #[arg(long)]
+    r#unsafe: bool,
+    #[command(flatten)]
+    config: check_args::ConfigArgs,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum StatsFormat {
     Text,
@@ -330,6 +350,7 @@ pub fn run() -> ExitCode {
         Verb::Project(ProjectVerb::Convert(args)) => project::convert(&args),
         Verb::Diff(args) => diff::run(&args),
         Verb::Stats(args) => stats::run(&args),
+        Verb::View(args) => view::run(args),
         Verb::Explain { rule } => explain::explain(&rule),
         Verb::Rules { profile } => explain::rules(profile),
         Verb::Completions { shell } => packaging::completions(shell),

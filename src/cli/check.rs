@@ -69,6 +69,15 @@ fn run_rules(index: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, Failu
 }
 
 fn print(args: &CheckArgs, loaded: &Loaded, sorted: &Sorted) -> Result<(), Failure> {
+    with_report(loaded, sorted, |report| {
+        let report = Report { cap: (args.max_per_code > 0).then_some(args.max_per_code), ..*report };
+        let report = Report { fail_on: args.fail_on.into(), ..report };
+        shown(args, &report)
+    })
+}
+
+/// What a run found, with all that shows it.
+pub fn with_report<T>(loaded: &Loaded, sorted: &Sorted, show: impl FnOnce(&Report<'_>) -> T) -> T {
     let sources = Sources::new(loaded.osm.sources.iter().map(|s| (s.name.as_str(), s.text.as_str())));
     let mut requirements = rules::selected(&Config::from(&loaded.settings));
     if sorted.suppressed + sorted.known > 0 || sorted.left.iter().any(|one| one.code.starts_with("triage/")) {
@@ -77,30 +86,29 @@ fn print(args: &CheckArgs, loaded: &Loaded, sorted: &Sorted) -> Result<(), Failu
     let to_globe =
         |points: &[_]| -> Option<Vec<LonLat>> { loaded.projector.inverse_each(points, |_| 0.0).into_iter().collect() };
     let root = repository();
-    let report = Report {
-        diagnostics: &sorted.left,
-        sources: &sources,
-        map: &loaded.map,
+    show(&Report {
         requirements: &requirements,
-        fail_on: args.fail_on.into(),
-        cap: (args.max_per_code > 0).then_some(args.max_per_code),
         suppressed: sorted.suppressed,
         known: sorted.known,
         unproject: Some(&to_globe),
         root: root.as_deref(),
-    };
+        ..Report::new(&sorted.left, &sources, &loaded.map)
+    })
+}
+
+fn shown(args: &CheckArgs, report: &Report<'_>) -> Result<(), Failure> {
     screen::print_with(|out| match args.format {
-        FormatArg::Text | FormatArg::Concise => people(args, &report, out),
-        FormatArg::Json => report::json::write(&report, out),
-        FormatArg::Sarif => report::sarif::write(&report, out),
-        FormatArg::Github => report::github::write(&report, out),
-        FormatArg::Gitlab => report::gitlab::write(&report, out),
-        FormatArg::Junit => report::junit::write(&report, out),
-        FormatArg::Geojson => report::geojson::write(&report, out),
+        FormatArg::Text | FormatArg::Concise => people(args, report, out),
+        FormatArg::Json => report::json::write(report, out),
+        FormatArg::Sarif => report::sarif::write(report, out),
+        FormatArg::Github => report::github::write(report, out),
+        FormatArg::Gitlab => report::gitlab::write(report, out),
+        FormatArg::Junit => report::junit::write(report, out),
+        FormatArg::Geojson => report::geojson::write(report, out),
         FormatArg::Tier4 => Ok(()),
     })?;
     match &args.report {
-        Some(file) => page::write(file, args, &report),
+        Some(file) => page::write(file, args, report),
         None => Ok(()),
     }
 }

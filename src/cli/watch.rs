@@ -1,7 +1,7 @@
 //! `check --watch`: checks again whenever a file that matters changes.
 
 use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::thread::sleep;
 use std::time::{Duration, SystemTime};
 
@@ -17,47 +17,63 @@ const PAUSE: Duration = Duration::from_millis(250);
 /// A file with its time and length; `None` where it is not there.
 type Stamp = (PathBuf, Option<(SystemTime, u64)>);
 
+/// A map and the other files that a run reads.
+#[derive(Clone, Debug)]
+pub struct Watched {
+    map: PathBuf,
+    more: Vec<PathBuf>,
+}
+
+impl Watched {
+    /// The map's files, what stands beside it and above it, and the given files.
+    pub fn new(map: &Path, more: impl IntoIterator<Item = PathBuf>) -> Self {
+        Self { map: map.to_path_buf(), more: more.into_iter().collect() }
+    }
+
+    /// How the files are now.
+    pub fn stamps(&self) -> Vec<Stamp> {
+        let home = load::home(&self.map);
+        let mut files = lanelet::files_of(&self.map).unwrap_or_default();
+        files.push(home.join(lanelet::INFO));
+        files.extend(config::above(home));
+        files.extend(self.more.iter().cloned());
+        let stamp = |file: &PathBuf| {
+            let about = std::fs::metadata(file).ok()?;
+            Some((about.modified().ok()?, about.len()))
+        };
+        files.into_iter().map(|file| (file.clone(), stamp(&file))).collect()
+    }
+
+    /// Waits until the files are not as they were, and nobody writes any more.
+    pub fn wait(&self, mut before: Vec<Stamp>) {
+        while self.stamps() == before {
+            sleep(PAUSE);
+        }
+        loop {
+            before = self.stamps();
+            sleep(PAUSE);
+            if self.stamps() == before {
+                return;
+            }
+        }
+    }
+}
+
 /// Checks until somebody ends it. A map that cannot be read is told and waited for: it may be half saved.
 pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
+    let more = args.config.config.iter().map(PathBuf::from).chain(args.baseline.clone());
+    let watched = Watched::new(&args.map, more);
     loop {
         // Taken before the run, so that a change during it is seen.
-        let before = stamps(args);
+        let before = watched.stamps();
         if let Err(failure) = check::once(args) {
             screen::complain(&failure.render(screen::stderr_style()));
         }
         screen::complain(&format!("watching {}; Ctrl-C ends\n", args.map.display()));
-        while stamps(args) == before {
-            sleep(PAUSE);
-        }
-        settle(args);
+        watched.wait(before);
         if std::io::stdout().is_terminal() {
             const CLEAR: &str = "\u{1b}[2J\u{1b}[H";
             screen::print(CLEAR)?;
         }
     }
-}
-
-/// Waits until nobody writes any more.
-fn settle(args: &CheckArgs) {
-    loop {
-        let before = stamps(args);
-        sleep(PAUSE);
-        if stamps(args) == before {
-            return;
-        }
-    }
-}
-
-fn stamps(args: &CheckArgs) -> Vec<Stamp> {
-    let home = load::home(&args.map);
-    let mut files = lanelet::files_of(&args.map).unwrap_or_default();
-    files.push(home.join(lanelet::INFO));
-    files.extend(config::above(home));
-    files.extend(args.config.config.iter().map(PathBuf::from));
-    files.extend(args.baseline.clone());
-    let stamp = |file: &PathBuf| {
-        let about = std::fs::metadata(file).ok()?;
-        Some((about.modified().ok()?, about.len()))
-    };
-    files.into_iter().map(|file| (file.clone(), stamp(&file))).collect()
 }

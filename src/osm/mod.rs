@@ -140,7 +140,7 @@ pub struct MetaInfo {
 }
 
 /// What one or several files say.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct OsmData {
     /// The files, in reading order.
     pub sources: Vec<Source>,

@@ -6,7 +6,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
 
 mod driver;
+mod program;
 mod reports;
+mod view;
 
 use driver::Browser;
 use lanewright::diagnostic::{Place, Severity, Subject};
@@ -149,6 +151,36 @@ fn filters_narrow_list_and_map_alike() {
         "[...document.querySelectorAll('.chip')].find((c) => c.querySelector('.dot.{severity}')).click()"
     ));
     both(report.findings.iter().filter(|one| one.severity != severity).count());
+    at_peace(&browser);
+}
+
+#[test]
+fn a_drawn_area_narrows_list_and_map() {
+    let Some((browser, report)) = open("area", DESKTOP, "") else { return };
+    let shown = |expected: usize| {
+        browser.wait(&format!("document.getElementById('list').dataset.count === '{expected}'"));
+        assert_eq!(data(&browser, "map", "pins"), expected.to_string());
+    };
+    let stage = browser.value("(({ left, top, right, bottom }) => [left, top, right, bottom])(document.getElementById('stage').getBoundingClientRect())");
+    let stage: Vec<f64> = stage.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
+    let (low, high) = ([stage[0] + 60.0, stage[1] + 8.0], [stage[2] - 8.0, stage[3] - 60.0]);
+    const SHIFT: char = '\u{e008}';
+    // Everything lies in an area as large as the map, and nothing in a corner of it.
+    browser.drag(low, high, Some(SHIFT));
+    shown(report.findings.len());
+    assert_ne!(data(&browser, "map", "area"), "");
+    browser.picture("report-drawn-area.png");
+    browser.drag([high[0] - 60.0, low[1]], [high[0], low[1] + 60.0], Some(SHIFT));
+    shown(0);
+    browser.press("\u{e00c}");
+    shown(report.findings.len());
+    assert_eq!(data(&browser, "map", "area"), "");
+    // By key or button instead of Shift; by button again to leave it.
+    browser.press("a");
+    browser.drag([high[0] - 60.0, low[1]], [high[0], low[1] + 60.0], None);
+    shown(0);
+    browser.run("[...document.querySelectorAll('.chip')].find((c) => c.textContent === 'In the area ×').click()");
+    shown(report.findings.len());
     at_peace(&browser);
 }
 

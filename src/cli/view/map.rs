@@ -1,0 +1,116 @@
+//! The report of a map, made anew whenever its files change; then what fixes would change.
+
+use std::sync::Arc;
+use std::thread;
+
+use lanewright::lanelet::from_osm;
+use lanewright::report::TextStyle;
+use lanewright::report::failure::Failure;
+use lanewright::report::html::{Ghost, Page, Served, ghosts, parcel, served};
+use lanewright::requirement::Requirement;
+use lanewright::rules;
+use lanewright::triage::{self, Sorted};
+
+use super::super::load::Loaded;
+use super::super::watch::Watched;
+use super::super::{ViewArgs, check, fix, page};
+use super::live::Live;
+use super::server::Desk;
+
+/// The page of a map's report.
+pub struct Reports {
+    page: String,
+}
+
+impl Desk for Reports {
+    fn page(&self) -> String {
+        self.page.clone()
+    }
+}
+
+impl Reports {
+    /// Reads and checks the map, and goes on whenever a file changes.
+    pub fn start(args: ViewArgs, watched: Watched, live: Arc<Live>) -> Result<Self, Failure> {
+        let mut stamps = watched.stamps();
+        let first = Checked::read(&args)?;
+        let page = served(&page::title(&args.map), &requirements()?);
+        live.show(first.parcel(&args, &[])?);
+        thread::spawn(move || {
+            let mut checked: Result<Checked, Failure> = Ok(first);
+            loop {
+                let told = checked.and_then(|checked| {
+                    let ghosts = checked.ghosts(args.r#unsafe)?;
+                    if !ghosts.is_empty() {
+                        live.show(checked.parcel(&args, &ghosts)?);
+                    }
+                    Ok(())
+                });
+                if let Err(failure) = told {
+                    live.fail(failure.render(TextStyle::default()));
+                }
+                watched.wait(stamps);
+                stamps = watched.stamps();
+                checked = Checked::read(&args).and_then(|checked| {
+                    live.show(checked.parcel(&args, &[])?);
+                    Ok(checked)
+                });
+            }
+        });
+        Ok(Self { page })
+    }
+}
+
+/// The requirements whose pages a report may need.
+fn requirements() -> Result<Vec<&'static Requirement>, Failure> {
+    let failed = |error: &dyn std::fmt::Display| Failure::new(error.to_string());
+    let rows = rules::table().map_err(|error| failed(error))?;
+    let own = triage::requirement().map_err(|error| failed(error))?;
+    Ok(rows.iter().map(|row| &row.requirement).chain([own]).collect())
+}
+
+/// A map and what was found in it.
+struct Checked {
+    loaded: Loaded,
+    sorted: Sorted,
+}
+
+impl Checked {
+    fn read(args: &ViewArgs) -> Result<Self, Failure> {
+        let loaded = Loaded::read(&args.map, &args.config)?;
+        let found = check::judge(&loaded)?;
+        let sorted = triage::sort(found, &loaded.settings, &loaded.osm, &loaded.map, None);
+        Ok(Self { loaded, sorted })
+    }
+
+    /// What the page fetches.
+    fn parcel(&self, args: &ViewArgs, ghosts: &[Ghost]) -> Result<Vec<u8>, Failure> {
+        check::with_report(&self.loaded, &self.sorted, |report| {
+            let (title, path, requirements) =
+                (page::title(&args.map), page::only_file(report), page::requirements(report)?);
+            let page = Page { title: &title, path: path.as_deref(), requirements: &requirements, ..Page::default() };
+            parcel(report, &page, &Served { ghosts }).map_err(|error| Failure::new(error.to_string()))
+        })
+    }
+
+    /// What `fix` would change. The files stay as they are.
+    fn ghosts(&self, unsafe_too: bool) -> Result<Vec<Ghost>, Failure> {
+        let Loaded { osm, map, projector, settings, .. } = &self.loaded;
+        let findings = &self.sorted.left;
+        if findings.iter().all(|one| one.finding.fix.is_none()) {
+            return Ok(Vec::new());
+        }
+        let mended = fix::mended_data(osm.clone(), projector, settings, unsafe_too)?;
+        let kept = |i: &usize| {
+            let one = &findings[*i];
+            let same = |title: &str| {
+                mended
+                    .done
+                    .iter()
+                    .any(|mend| mend.code == one.code && mend.subject == one.finding.subject && mend.title == title)
+            };
+            one.finding.fix.as_ref().is_some_and(|fix| same(&fix.title))
+        };
+        let done: Vec<usize> = (0..findings.len()).filter(kept).collect();
+        Ok(ghosts(map, &from_osm(&mended.osm, projector).map, findings, &done))
+    }
+}

@@ -1,0 +1,30 @@
+//! `view`: a map as a page in the browser that follows its files.
+
+mod live;
+mod map;
+mod server;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use lanewright::report::failure::Failure;
+
+use super::screen;
+use super::watch::Watched;
+use super::{CLEAN, ViewArgs};
+use live::Live;
+use server::{Desk, Server};
+
+/// Serves the page until somebody ends it.
+pub fn run(args: ViewArgs) -> Result<u8, Failure> {
+    let watched = Watched::new(&args.map, args.config.config.iter().map(PathBuf::from));
+    let server = Server::bind(args.port)?;
+    let (open, live) = (args.open, Arc::new(Live::default()));
+    let desk: Arc<dyn Desk> = Arc::new(map::Reports::start(args, watched, Arc::clone(&live))?);
+    screen::print(&format!("{}  (Ctrl-C ends)\n", server.url()))?;
+    if open {
+        server.open();
+    }
+    server.serve(&desk, &live)?;
+    Ok(CLEAN)
+}

@@ -1,0 +1,154 @@
+//! Pages for browsers on this machine, and for nobody else.
+
+use std::io::{self, Read};
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+
+use lanewright::report::failure::Failure;
+use tiny_http::{Header, Method, Request, Response, StatusCode};
+
+use super::live::Live;
+
+/// No question of a page is longer than this, bytes.
+const LONGEST_QUESTION: u64 = 8 << 20;
+
+/// What a page asks of the program that serves it.
+pub trait Desk: Send + Sync {
+    /// The page itself.
+    fn page(&self) -> String;
+
+    /// Answers what a page posts to a path: bytes, or in words why not; `None` where nothing is at that path.
+    fn post(&self, _path: &str, _question: &str) -> Option<Result<Vec<u8>, String>> {
+        None
+    }
+}
+
+/// Listens on the loopback address.
+pub struct Server {
+    http: Arc<tiny_http::Server>,
+    port: u16,
+}
+
+impl Server {
+    /// Takes a port, or one that the system chooses.
+    pub fn bind(port: u16) -> Result<Self, Failure> {
+        let failed = |what: &dyn std::fmt::Display| {
+            Failure::new(format!("cannot listen on 127.0.0.1:{port}: {what}"))
+                .help("another program may have the port; without --port the system chooses a free one")
+        };
+        let http = tiny_http::Server::http(("127.0.0.1", port)).map_err(|error| failed(&error))?;
+        let port = http.server_addr().to_ip().ok_or_else(|| failed(&"no address"))?.port();
+        Ok(Self { http: Arc::new(http), port })
+    }
+
+    /// Where the page is.
+    pub fn url(&self) -> String {
+        format!("http://127.0.0.1:{}/", self.port)
+    }
+
+    /// Opens the page in the user's browser, if there is a way.
+    pub fn open(&self) {
+        let (program, before): (&str, &[&str]) = if cfg!(target_os = "macos") {
+            ("open", &[])
+        } else if cfg!(windows) {
+            ("cmd", &["/C", "start", ""])
+        } else {
+            ("xdg-open", &[])
+        };
+        let mut command = Command::new(program);
+        let quiet = command.args(before).arg(self.url()).stdin(Stdio::null()).stdout(Stdio::null());
+        // Whoever has no browser has the address.
+        let _ = quiet.stderr(Stdio::null()).spawn();
+    }
+
+    /// Answers until Ctrl-C.
+    pub fn serve(&self, desk: &Arc<dyn Desk>, live: &Arc<Live>) -> Result<(), Failure> {
+        let (http, waiting) = (Arc::clone(&self.http), Arc::clone(live));
+        ctrlc::set_handler(move || {
+            waiting.end();
+            http.unblock();
+        })
+        .map_err(|error| Failure::new(format!("cannot wait for Ctrl-C: {error}")))?;
+        // Ends where `unblock` is called.
+        while let Ok(request) = self.http.recv() {
+            let (desk, live, port) = (Arc::clone(desk), Arc::clone(live), self.port);
+            // A thread for each, because some wait for news.
+            std::thread::spawn(move || answer(request, &*desk, &live, port));
+        }
+        Ok(())
+    }
+}
+
+fn answer(mut request: Request, desk: &dyn Desk, live: &Live, port: u16) {
+    let response = if is_ours(&request, port) {
+        respond(&mut request, desk, live)
+    } else {
+        // A page from elsewhere whose name was made to lead here.
+        text(403, "text/plain", "only for pages of this server")
+    };
+    // Whoever asked may be gone.
+    let _ = request.respond(response);
+}
+
+type Answer = Response<io::Cursor<Vec<u8>>>;
+
+fn respond(request: &mut Request, desk: &dyn Desk, live: &Live) -> Answer {
+    let url = request.url().to_owned();
+    let (path, query) = url.split_once('?').unwrap_or((&url, ""));
+    match (request.method().clone(), path) {
+        (Method::Get, "/") => text(200, "text/html", &desk.page()),
+        (Method::Get, "/data") => {
+            let (version, data) = live.data();
+            with(bytes(200, "application/octet-stream", data.to_vec()), "Lanewright-Version", &version.to_string())
+        }
+        (Method::Get, "/changes") => {
+            let after = query.strip_prefix("after=").and_then(|text| text.parse().ok()).unwrap_or_default();
+            text(200, "application/json", &live.changes(after))
+        }
+        (Method::Post, path) => {
+            let mut question = String::new();
+            let read = request.as_reader().take(LONGEST_QUESTION).read_to_string(&mut question);
+            match read.ok().and_then(|_| desk.post(path, &question)) {
+                Some(Ok(answer)) => bytes(200, "application/octet-stream", answer),
+                Some(Err(why)) => text(422, "text/plain", &why),
+                None => text(404, "text/plain", "nothing is here"),
+            }
+        }
+        _ => text(404, "text/plain", "nothing is here"),
+    }
+}
+
+/// Whether a request names this machine as its host, and comes from no other page than ours.
+fn is_ours(request: &Request, port: u16) -> bool {
+    let header = |name: &'static str| {
+        request.headers().iter().find(|header| header.field.equiv(name)).map(|header| header.value.as_str())
+    };
+    let hosts = ["127.0.0.1", "localhost"].map(|host| format!("{host}:{port}"));
+    let named = header("Host").is_some_and(|host| hosts.iter().any(|ours| ours.eq_ignore_ascii_case(host)));
+    let origin = header("Origin").and_then(|origin| origin.strip_prefix("http://").or(Some("")));
+    named && origin.is_none_or(|origin| hosts.iter().any(|ours| ours.eq_ignore_ascii_case(origin)))
+}
+
+fn text(code: u16, kind: &str, text: &str) -> Answer {
+    bytes(code, &format!("{kind}; charset=utf-8"), text.as_bytes().to_vec())
+}
+
+fn bytes(code: u16, kind: &str, body: Vec<u8>) -> Answer {
+    let length = body.len();
+    let plain = Response::new(StatusCode(code), Vec::new(), io::Cursor::new(body), Some(length), None);
+    let headers = [
+        ("Content-Type", kind),
+        ("Cache-Control", "no-store"),
+        ("X-Content-Type-Options", "nosniff"),
+        ("Cross-Origin-Resource-Policy", "same-origin"),
+        ("Content-Security-Policy", "frame-ancestors 'none'"),
+    ];
+    headers.into_iter().fold(plain, |response, (name, value)| with(response, name, value))
+}
+
+fn with(response: Answer, name: &str, value: &str) -> Answer {
+    match Header::from_bytes(name, value) {
+        Ok(header) => response.with_header(header),
+        Err(()) => response,
+    }
+}
