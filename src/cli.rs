@@ -258,8 +258,19 @@ struct StatsArgs {
 /// Show the report of a map in a browser, fresh whenever the map's files change, with what fixes would change
 #[derive(Debug, Args)]
 struct ViewArgs {
-    /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml
+    /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml; with --build
+    /// OpenStreetMap data
     map: PathBuf,
+    /// Show how `build` makes a map of OpenStreetMap data, stage by stage, and anew after every change: drag nodes,
+    /// change lanes and widths, merge roads or keep them apart. The file is not written to
+    #[arg(long)]
+    build: bool,
+    /// With --build: side of the road on which people drive; auto: by the country the data lies in
+    #[arg(long, value_enum, default_value_t = SideArg::Auto, requires = "build")]
+    driving_side: SideArg,
+    /// With --build, where the data is large: what to show first
+    #[arg(long, value_name = "LAT,LON", value_parser = place, allow_hyphen_values = true, requires = "build")]
+    at: Option<(f64, f64)>,
     /// Port on 127.0.0.1; 0 lets the system choose
     #[arg(long, value_name = "N", default_value_t = 0)]
     port: u16,
@@ -267,7 +278,7 @@ struct ViewArgs {
     #[arg(long)]
     open: bool,
     /// Show fixes that need a look afterwards, too
-    #[arg(long)]
+    #[arg(long, conflicts_with = "build")]
     r#unsafe: bool,
     #[command(flatten)]
     config: check_args::ConfigArgs,

@@ -11,6 +11,7 @@ use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
+use serde_json::Value;
 use support::{command, lanewright, root};
 
 /// The program while it serves a page.
@@ -110,4 +111,91 @@ fn what_cannot_be_served_is_told_at_once() {
     let program = Program::start(dir.path(), &["map.osm"]);
     let port = program.port.to_string();
     lanewright(dir.path(), &["view", "map.osm", "--port", &port]).fails_saying(&["cannot listen", &port]);
+}
+
+/// What a page fetches of a map in the making, unpacked.
+fn unpacked(parcel: &[u8]) -> Value {
+    let length = u32::from_le_bytes(parcel[..4].try_into().unwrap()) as usize;
+    let mut text = String::new();
+    flate2::read::DeflateDecoder::new(&parcel[4..4 + length]).read_to_string(&mut text).unwrap();
+    serde_json::from_str(&text).unwrap()
+}
+
+/// A directory with OpenStreetMap data to build from.
+fn streets() -> (tempfile::TempDir, String) {
+    let dir = tempfile::tempdir().unwrap();
+    let input = fs::read_to_string(root().join("sample_maps/staggered_left.osm")).unwrap();
+    fs::write(dir.path().join("in.osm"), &input).unwrap();
+    (dir, input)
+}
+
+#[test]
+fn saved_edits_build_what_was_shown() {
+    let (dir, input) = streets();
+    let program = Program::start(dir.path(), &["--build", "in.osm"]);
+    let host = program.host();
+    let (_, _, first) = program.ask("GET /data", &host, "");
+    let before = unpacked(&first);
+    let id = before["workshop"]["ways"][0]["id"].as_str().unwrap();
+    // In the midst, so that the saved input has the same extent, and the page the same origin.
+    let node = "1";
+    let place = input.split(&format!("id=\"{node}\"")).nth(1).unwrap();
+    let degrees = |name: &str| -> f64 {
+        place.split(&format!("{name}=\"")).nth(1).unwrap().split('"').next().unwrap().parse().unwrap()
+    };
+    let ends = &before["workshop"]["roads"][0]["ends"];
+    let edits = serde_json::json!({ "edits": [
+        { "edit": "move", "node": node, "lat": degrees("lat") + 0.000_1, "lon": degrees("lon") - 0.000_05 },
+        { "edit": "tag", "way": id, "key": "width", "value": "8 & <more>" },
+        { "edit": "tag", "way": id, "key": "lanes", "value": "4" },
+        { "edit": "tag", "way": id, "key": "name", "value": null },
+        { "edit": "merge", "nodes": ends, "merge": false },
+    ] });
+    let (status, _, built) = program.ask("POST /build", &host, &edits.to_string());
+    assert_eq!(status, 200);
+    let shown = unpacked(&built);
+    assert!(shown["workshop"]["stages"] != before["workshop"]["stages"]);
+    let (_, head, saved) = program.ask("POST /save/osm", &host, &edits.to_string());
+    assert!(head.contains("Lanewright-Name: in_edited.osm"), "{head}");
+    let (_, _, toml) = program.ask("POST /save/toml", &host, &edits.to_string());
+    assert_eq!(fs::read_to_string(dir.path().join("in.osm")).unwrap(), input, "the input is not written to");
+
+    // Elsewhere, with the settings beside it, the saved input gives the same stages.
+    let there = tempfile::tempdir().unwrap();
+    fs::write(there.path().join("in.osm"), &saved).unwrap();
+    fs::write(there.path().join("said.toml"), &toml).unwrap();
+    let again = Program::start(there.path(), &["--build", "in.osm", "--config", "said.toml"]);
+    let again = unpacked(&again.ask("GET /data", &again.host(), "").2);
+    for part in ["stages", "nodes", "ways"] {
+        assert!(again["workshop"][part] == shown["workshop"][part], "{part} differ");
+    }
+    // Nothing else in the text changed.
+    let (old, new): (Vec<&str>, String) = (input.lines().collect(), String::from_utf8(saved).unwrap());
+    let new: Vec<&str> = new.lines().collect();
+    let kept = old.iter().filter(|line| new.contains(line)).count();
+    assert!(kept + 4 >= old.len(), "{} of {} lines are left", kept, old.len());
+}
+
+#[test]
+fn what_is_no_edit_is_refused_in_words() {
+    let (dir, _) = streets();
+    let program = Program::start(dir.path(), &["--build", "in.osm"]);
+    for (body, word) in [
+        ("", "no list of edits"),
+        (r#"{"edits":[{"edit":"move","node":"1","lat":95,"lon":0}]}"#, "cannot go to"),
+        (r#"{"path":"/etc/passwd"}"#, "no list of edits"),
+    ] {
+        let (status, head, answer) = program.ask("POST /build", &program.host(), body);
+        let answer = String::from_utf8(answer).unwrap();
+        assert!(status == 200 && head.contains("text/plain") && answer.contains(word), "{head}\n{answer}");
+    }
+    let evil = format!("{}Origin: http://evil.example\r\n", program.host());
+    assert_eq!(program.ask("POST /build", &evil, "{}").0, 403);
+    fs::write(
+        dir.path().join("map.osm"),
+        fs::read(root().join("tests/rules/vm-03-08/bad-lane-node-missing.osm")).unwrap(),
+    )
+    .unwrap();
+    lanewright(dir.path(), &["view", "--build", "map.osm"]).fails_saying(&["Lanelet2 map already"]);
+    lanewright(dir.path(), &["view", "--build", "no.osm"]).fails_saying(&["no.osm"]);
 }

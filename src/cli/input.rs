@@ -24,6 +24,28 @@ use super::{ProjectorArg, SideArg, StreetArgs};
 pub fn streets(input: &Path, args: &StreetArgs, progress: &Progress) -> Result<Plan, Failure> {
     let name = input.display().to_string();
     progress.next(&format!("reading {name}"));
+    let (bytes, options) = asked(input, args)?;
+    if geojson::is_json(&bytes) {
+        of_geojson(&name, bytes, options, args)
+    } else {
+        of_osm(&name, bytes, options, args, progress)
+    }
+}
+
+/// Reads OpenStreetMap data, and what a user decides about building it.
+pub fn osm(input: &Path, args: &StreetArgs) -> Result<(OsmData, BuildOptions), Failure> {
+    let (bytes, options) = asked(input, args)?;
+    if geojson::is_json(&bytes) {
+        return Err(Failure::new(format!("{} is GeoJSON", input.display()))
+            .help("give OpenStreetMap data; `build` and `draw --stage` take files of streets, too"));
+    }
+    let mut data = OsmData::default();
+    osm::read_bytes(&mut data, &input.display().to_string(), bytes).map_err(read_failure)?;
+    Ok((data, options))
+}
+
+/// The bytes of an input, and what a user decides about building it.
+fn asked(input: &Path, args: &StreetArgs) -> Result<(Vec<u8>, BuildOptions), Failure> {
     let bytes = fs::read(input).map_err(|source| read_failure(ReadError::Io { path: input.to_path_buf(), source }))?;
     let settings = settings(input, args)?;
     let driving_side = match (args.driving_side, settings.driving_side) {
@@ -33,12 +55,7 @@ pub fn streets(input: &Path, args: &StreetArgs, progress: &Progress) -> Result<P
     };
     let wanted = settings.merge.into_iter().map(|said| (said, true));
     let merges = wanted.chain(settings.keep_apart.into_iter().map(|said| (said, false))).collect();
-    let options = BuildOptions { driving_side, merges, ..BuildOptions::default() };
-    if geojson::is_json(&bytes) {
-        of_geojson(&name, bytes, options, args)
-    } else {
-        of_osm(&name, bytes, options, args, progress)
-    }
+    Ok((bytes, BuildOptions { driving_side, merges, ..BuildOptions::default() }))
 }
 
 /// What `lanewright.toml` beside the input or above it says.
@@ -117,7 +134,7 @@ fn projector(kind: ProjectorArg, origin: LonLat) -> Result<Projector, Failure> {
     })
 }
 
-fn build_failure(error: BuildError, input: &str) -> Failure {
+pub fn build_failure(error: BuildError, input: &str) -> Failure {
     match error {
         BuildError::Lanelet2Map { .. } => Failure::new(format!("{input} is a Lanelet2 map already"))
             .help(format!("`build` starts from OpenStreetMap data; to judge this map: lanewright check {input}")),

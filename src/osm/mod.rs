@@ -3,12 +3,14 @@
 //! [`OsmData`] holds what a file says, in file order, with the byte position of each element; it judges nothing
 //! about roads or lanelets.
 
+mod edit;
 mod error;
 mod pbf;
 mod read;
 mod tags;
 mod write;
 
+pub use edit::{kept, moved};
 pub use error::ReadError;
 pub use read::{read_bytes, read_file, read_files};
 pub use tags::{Tags, Text};

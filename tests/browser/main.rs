@@ -9,6 +9,7 @@ mod driver;
 mod program;
 mod reports;
 mod view;
+mod workshop;
 
 use driver::Browser;
 use lanewright::diagnostic::{Place, Severity, Subject};

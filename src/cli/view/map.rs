@@ -61,7 +61,7 @@ impl Reports {
 }
 
 /// The requirements whose pages a report may need.
-fn requirements() -> Result<Vec<&'static Requirement>, Failure> {
+pub fn requirements() -> Result<Vec<&'static Requirement>, Failure> {
     let failed = |error: &dyn std::fmt::Display| Failure::new(error.to_string());
     let rows = rules::table().map_err(|error| failed(error))?;
     let own = triage::requirement().map_err(|error| failed(error))?;
@@ -88,7 +88,7 @@ impl Checked {
             let (title, path, requirements) =
                 (page::title(&args.map), page::only_file(report), page::requirements(report)?);
             let page = Page { title: &title, path: path.as_deref(), requirements: &requirements, ..Page::default() };
-            parcel(report, &page, &Served { ghosts }).map_err(|error| Failure::new(error.to_string()))
+            parcel(report, &page, &Served { ghosts, workshop: None }).map_err(|error| Failure::new(error.to_string()))
         })
     }
 

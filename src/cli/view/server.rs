@@ -17,10 +17,18 @@ pub trait Desk: Send + Sync {
     /// The page itself.
     fn page(&self) -> String;
 
-    /// Answers what a page posts to a path: bytes, or in words why not; `None` where nothing is at that path.
-    fn post(&self, _path: &str, _question: &str) -> Option<Result<Vec<u8>, String>> {
+    /// Answers what a page posts to a path, or says why not; `None` where nothing is at that path.
+    fn post(&self, _path: &str, _question: &str) -> Option<Result<Answer, String>> {
         None
     }
+}
+
+/// What a page gets for what it posted.
+pub struct Answer {
+    /// The answer.
+    pub bytes: Vec<u8>,
+    /// Its name, where it is a file to keep.
+    pub name: Option<String>,
 }
 
 /// Listens on the loopback address.
@@ -90,9 +98,9 @@ fn answer(mut request: Request, desk: &dyn Desk, live: &Live, port: u16) {
     let _ = request.respond(response);
 }
 
-type Answer = Response<io::Cursor<Vec<u8>>>;
+type Reply = Response<io::Cursor<Vec<u8>>>;
 
-fn respond(request: &mut Request, desk: &dyn Desk, live: &Live) -> Answer {
+fn respond(request: &mut Request, desk: &dyn Desk, live: &Live) -> Reply {
     let url = request.url().to_owned();
     let (path, query) = url.split_once('?').unwrap_or((&url, ""));
     match (request.method().clone(), path) {
@@ -106,11 +114,21 @@ fn respond(request: &mut Request, desk: &dyn Desk, live: &Live) -> Answer {
             text(200, "application/json", &live.changes(after))
         }
         (Method::Post, path) => {
+            // Before the answer: what comes meanwhile is news then.
+            let (version, _) = live.data();
             let mut question = String::new();
             let read = request.as_reader().take(LONGEST_QUESTION).read_to_string(&mut question);
             match read.ok().and_then(|_| desk.post(path, &question)) {
-                Some(Ok(answer)) => bytes(200, "application/octet-stream", answer),
-                Some(Err(why)) => text(422, "text/plain", &why),
+                Some(Ok(Answer { bytes: answer, name })) => {
+                    let reply = bytes(200, "application/octet-stream", answer);
+                    let reply = with(reply, "Lanewright-Version", &version.to_string());
+                    match name {
+                        Some(name) => with(reply, "Lanewright-Name", &percent(&name)),
+                        None => reply,
+                    }
+                }
+                // Told in the page: browsers would log another status as a fault of it.
+                Some(Err(why)) => with(text(200, "text/plain", &why), "Lanewright-Version", &version.to_string()),
                 None => text(404, "text/plain", "nothing is here"),
             }
         }
@@ -129,11 +147,11 @@ fn is_ours(request: &Request, port: u16) -> bool {
     named && origin.is_none_or(|origin| hosts.iter().any(|ours| ours.eq_ignore_ascii_case(origin)))
 }
 
-fn text(code: u16, kind: &str, text: &str) -> Answer {
+fn text(code: u16, kind: &str, text: &str) -> Reply {
     bytes(code, &format!("{kind}; charset=utf-8"), text.as_bytes().to_vec())
 }
 
-fn bytes(code: u16, kind: &str, body: Vec<u8>) -> Answer {
+fn bytes(code: u16, kind: &str, body: Vec<u8>) -> Reply {
     let length = body.len();
     let plain = Response::new(StatusCode(code), Vec::new(), io::Cursor::new(body), Some(length), None);
     let headers = [
@@ -146,9 +164,18 @@ fn bytes(code: u16, kind: &str, body: Vec<u8>) -> Answer {
     headers.into_iter().fold(plain, |response, (name, value)| with(response, name, value))
 }
 
-fn with(response: Answer, name: &str, value: &str) -> Answer {
+fn with(response: Reply, name: &str, value: &str) -> Reply {
     match Header::from_bytes(name, value) {
         Ok(header) => response.with_header(header),
         Err(()) => response,
     }
+}
+
+/// A name in letters that a header may hold.
+fn percent(name: &str) -> String {
+    let letter = |byte: u8| match byte {
+        b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'.' | b'-' | b'_' => char::from(byte).to_string(),
+        _ => format!("%{byte:02X}"),
+    };
+    name.bytes().map(letter).collect()
 }

@@ -10,6 +10,7 @@ mod pack;
 mod pages;
 mod place;
 mod served;
+mod workshop;
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -24,7 +25,8 @@ use sha2::{Digest, Sha256};
 
 pub use compare::{Earlier, EarlierError};
 pub use ghosts::{Ghost, ghosts};
-pub use served::{Served, parcel, served};
+pub use served::{Served, parcel, served, served_workshop};
+pub use workshop::{InputRoad, InputWay, Stage, Workshop};
 
 use super::{Report, VERSION};
 use crate::geometry::Point;

@@ -14,7 +14,7 @@ function spot(finding) {
   return box ? (finding.at = [(box[0] + box[2]) / 2, (box[1] + box[3]) / 2]) : null;
 }
 
-const pins = { level: null, clusters: [], placed: [] };
+const pins = { level: null, clusters: [], placed: [], shown: true };
 
 on('shown', () => {
   pins.level = null;
@@ -70,6 +70,7 @@ function joined(found, cell) {
 
 /** Draws all pins in sight; the chosen one last and larger. */
 function drawPins(pen, width, height, colours) {
+  if (!pins.shown && !state.finding) return;
   const { ratio } = pen.frame;
   // What is chosen stands out from the rest.
   pen.context.globalAlpha = state.finding || state.primitive ? 0.3 : 1;
@@ -144,6 +145,7 @@ function drawDisc(context, x, y, ratio, one, colours, strength) {
 /** The cluster under a place on the screen, in CSS pixels. */
 function pinAt(x, y, toScreen, scale) {
   let best = null;
+  if (!pins.shown && !state.finding) return best;
   for (const one of clusters(scale)) {
     const [px, py] = toScreen(one.x, one.y);
     const dy = one.findings.length === 1 ? y - (py - 14) : y - py;

@@ -2,8 +2,11 @@
 
 use std::io;
 
+use serde_json::Value;
+
 use super::ghosts::{Ghost, pages_ghosts};
 use super::place::Frame;
+use super::workshop::{Workshop, pages_workshop};
 use super::{JOSM, MAIN, Page, SCRIPTS, deflate, facts, filled, pack, pages};
 use crate::report::Report;
 use crate::requirement::Requirement;
@@ -13,13 +16,24 @@ use crate::requirement::Requirement;
 pub struct Served<'a> {
     /// What fixes would change.
     pub ghosts: &'a [Ghost],
+    /// How the map came to be.
+    pub workshop: Option<&'a Workshop>,
 }
 
 /// What a served page has more.
 const LIVE: [&str; 2] = [include_str!("live.js"), include_str!("ghosts.js")];
+/// What the page of a map in the making has more.
+const WORKSHOP: [&str; 4] =
+    [include_str!("live.js"), include_str!("stages.js"), include_str!("bench.js"), include_str!("panel.js")];
+
 /// The page of a report, with these requirements, each with its pictures.
 pub fn served(title: &str, requirements: &[&Requirement]) -> String {
     page(title, requirements, &LIVE)
+}
+
+/// The page of a map in the making.
+pub fn served_workshop(title: &str, requirements: &[&Requirement]) -> String {
+    page(title, requirements, &WORKSHOP)
 }
 
 fn page(title: &str, requirements: &[&Requirement], more: &[&'static str]) -> String {
@@ -33,6 +47,7 @@ pub fn parcel(report: &Report<'_>, page: &Page<'_>, served: &Served<'_>) -> io::
     let frame = Frame::of(report.map, page.origin);
     let mut facts = facts(report, page, &frame);
     facts["ghosts"] = pages_ghosts(served.ghosts, &frame);
+    facts["workshop"] = served.workshop.map_or(Value::Null, |workshop| pages_workshop(workshop, &frame));
     let facts = deflate(facts.to_string().as_bytes())?;
     let length = u32::try_from(facts.len()).map_err(io::Error::other)?;
     Ok([&length.to_le_bytes()[..], &facts, &pack::pack(report.map, &frame)?].concat())

@@ -77,4 +77,5 @@ function showTab(name) {
     byId(`pane-${one}`).hidden = one !== name;
   }
   if (name === 'findings') drawRows();
+  tell('tab', name);
 }

@@ -98,6 +98,7 @@ function moved() {
 function settled() {
   const [left, top, right, bottom] = clearArea();
   view.canvas.dataset.centre = toWorld((left + right) / 2, (top + bottom) / 2).map((v) => v.toFixed(2)).join(' ');
+  view.canvas.dataset.scale = String(view.scale);
   tell('moved');
 }
 
