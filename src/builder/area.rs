@@ -9,7 +9,7 @@ use crate::lanelet::{Bound, LineStringId, PointId};
 
 use super::assembly::{Assembly, tags};
 use super::ids::Key;
-use super::lanes::Arm;
+use super::lanes::{Arm, Lanes};
 use super::paths::{Bounds, Path};
 
 /// Part of each lanelet that must lie in the area.
@@ -28,12 +28,45 @@ pub struct AreaOutline {
     pub ring: Vec<PointId>,
     /// The kerbs between the roads, in ring order.
     pub kerbs: Vec<LineStringId>,
-    /// Lane end nodes that could not become vertices.
-    pub lost: Vec<PointId>,
+    /// Arms, by index, over whose cuts some path runs, so that the outline around all paths does not lead along them.
+    pub overrun: Vec<usize>,
+    /// Arms, by index, whose lanes do not end on the outline side by side.
+    pub lost: Vec<usize>,
 }
 
-/// Walks the arms clockwise: cut, kerb, cut, kerb.
-pub fn area_outline(assembly: &mut Assembly, key: Key, arms: &[&Arm], bounds: &Bounds, paths: &[Path]) -> AreaOutline {
+/// Walks the arms clockwise: cut, kerb, cut, kerb. Where a path leaves that ring, it is widened to hold the path; where it
+/// then swallows the end of a road, it gives way to the lanes of that road.
+pub fn area_outline(
+    assembly: &mut Assembly,
+    key: Key,
+    lanes: &Lanes,
+    arms: &[&Arm],
+    bounds: &Bounds,
+    paths: &[Path],
+) -> AreaOutline {
+    let walked = walked(assembly, key, arms, bounds);
+    let apart = |ring: &[PointId]| -> Vec<usize> { (0..arms.len()).filter(|&i| !runs_along(ring, arms[i])).collect() };
+    let mut ring = walked.clone();
+    let mut overrun = apart(&ring);
+    if !holds(assembly, &ring, paths) {
+        ring = united(assembly, key, &walked, arms, bounds, paths, &[]);
+        overrun = apart(&ring);
+        if !overrun.is_empty() || !is_simple(assembly, &ring) {
+            let behind: Vec<Vec<Point>> = arms.iter().flat_map(|arm| own_lanes(assembly, lanes, arm)).collect();
+            let key = key.word("beside lanes");
+            let beside = united(assembly, key, &walked, arms, bounds, paths, &behind);
+            if is_simple(assembly, &beside) && apart(&beside).len() <= overrun.len() {
+                ring = beside;
+            }
+        }
+    }
+    let kerbs = kerbs(assembly, key, &ring, arms);
+    let lost = apart(&ring);
+    AreaOutline { ring, kerbs, overrun, lost }
+}
+
+/// The ring of cuts and the kerbs between them.
+fn walked(assembly: &mut Assembly, key: Key, arms: &[&Arm], bounds: &Bounds) -> Vec<PointId> {
     let mut ring: Vec<PointId> = Vec::new();
     for (i, arm) in arms.iter().enumerate() {
         let next = arms[(i + 1) % arms.len()];
@@ -49,13 +82,21 @@ pub fn area_outline(assembly: &mut Assembly, key: Key, arms: &[&Arm], bounds: &B
     while ring.len() > 1 && ring.first() == ring.last() {
         ring.pop();
     }
-    if !holds(assembly, &ring, paths) {
-        ring = united(assembly, key, &ring, bounds, paths);
-        ring = tidied(ring, &lane_ends(arms).collect(), |id| assembly.position(id));
-    }
-    let (ring, lost) = with_lane_ends(assembly, ring, arms);
-    let kerbs = kerbs(assembly, key, &ring, arms);
-    AreaOutline { ring, kerbs, lost }
+    ring
+}
+
+/// The ground of the lanes that end at an arm.
+fn own_lanes(assembly: &Assembly, lanes: &Lanes, arm: &Arm) -> Vec<Vec<Point>> {
+    let ends = arm.into.iter().chain(&arm.out);
+    ends.map(|end| assembly.outline(lanes.lanes[end.lane].lanelet)).collect()
+}
+
+/// Whether the ends of an arm's lanes are a run of the ring, in their order across the road.
+fn runs_along(ring: &[PointId], arm: &Arm) -> bool {
+    let ends: FxHashSet<PointId> = lane_ends(&[arm]).collect();
+    let mut line = arm.cut.iter().filter(|id| ends.contains(id));
+    let Some(start) = line.next().map(|first| ring.iter().position(|id| id == first)) else { return true };
+    start.is_some_and(|start| ring.iter().cycle().skip(start + 1).zip(line).all(|(a, b)| a == b))
 }
 
 /// The points of a bound between its ends.
@@ -82,10 +123,15 @@ fn places(assembly: &Assembly, ring: &[PointId]) -> Vec<Point> {
     ring.iter().map(|&id| assembly.position(id)).collect()
 }
 
+fn is_simple(assembly: &Assembly, ring: &[PointId]) -> bool {
+    ring::faults(&places(assembly, ring), SPIKE, 1).is_empty()
+}
+
 /// Whether the ring is simple and covers every path.
 fn holds(assembly: &Assembly, ring: &[PointId], paths: &[Path]) -> bool {
+    let simple = is_simple(assembly, ring);
     let ring = places(assembly, ring);
-    ring::faults(&ring, SPIKE, 1).is_empty()
+    simple
         && polygon::signed_area(&ring) < 0.0
         && paths.iter().all(|p| polygon::common_area(&p.outline, &ring) >= COVERED * area_of(&p.outline))
 }
@@ -94,11 +140,23 @@ fn area_of(ring: &[Point]) -> f64 {
     polygon::signed_area(ring).abs()
 }
 
-/// The outer ring of everything together, on the nodes that exist where it passes them.
-fn united(assembly: &mut Assembly, key: Key, ring: &[PointId], bounds: &Bounds, paths: &[Path]) -> Vec<PointId> {
+/// The outer ring of everything together but for what lies `behind` the cuts, on the nodes that exist where it passes
+/// them.
+fn united(
+    assembly: &mut Assembly,
+    key: Key,
+    ring: &[PointId],
+    arms: &[&Arm],
+    bounds: &Bounds,
+    paths: &[Path],
+    behind: &[Vec<Point>],
+) -> Vec<PointId> {
     let mut whole = MultiPolygon(vec![polygon::to_geo(&places(assembly, ring))]);
     for path in paths {
         whole = whole.union(&polygon::to_geo(&path.outline));
+    }
+    for lane in behind {
+        whole = whole.difference(&polygon::to_geo(lane));
     }
     let largest = whole.0.iter().max_by(|a, b| a.unsigned_area().total_cmp(&b.unsigned_area()));
     let Some(largest) = largest else { return ring.to_vec() };
@@ -131,7 +189,8 @@ fn united(assembly: &mut Assembly, key: Key, ring: &[PointId], bounds: &Bounds, 
             Some(_) => {}
         }
     }
-    nodes
+    let nodes = tidied(nodes, &lane_ends(arms).collect(), |id| assembly.position(id));
+    with_lane_ends(assembly, nodes, arms)
 }
 
 fn lane_ends(arms: &[&Arm]) -> impl Iterator<Item = PointId> {
@@ -167,11 +226,10 @@ fn tidied(mut ring: Vec<PointId>, fixed: &FxHashSet<PointId>, place: impl Fn(Poi
     ring
 }
 
-/// Puts lane end nodes that are missing back on the nearest edge; returns those that lie too far from it.
-fn with_lane_ends(assembly: &Assembly, mut ring: Vec<PointId>, arms: &[&Arm]) -> (Vec<PointId>, Vec<PointId>) {
-    let mut lost = Vec::new();
+/// Puts lane end nodes that are missing back on the nearest edge, if it is near enough.
+fn with_lane_ends(assembly: &Assembly, mut ring: Vec<PointId>, arms: &[&Arm]) -> Vec<PointId> {
     for id in lane_ends(arms) {
-        if ring.contains(&id) || lost.contains(&id) {
+        if ring.contains(&id) {
             continue;
         }
         let p = assembly.position(id);
@@ -187,12 +245,11 @@ fn with_lane_ends(assembly: &Assembly, mut ring: Vec<PointId>, arms: &[&Arm]) ->
             with.insert(i + 1, id);
             with
         });
-        match with {
-            Some(with) if ring::faults(&places(assembly, &with), SPIKE, 1).is_empty() => ring = with,
-            _ => lost.push(id),
+        if let Some(with) = with.filter(|with| ring::faults(&places(assembly, with), SPIKE, 1).is_empty()) {
+            ring = with;
         }
     }
-    (ring, lost)
+    ring
 }
 
 /// One `road_border` for every stretch of the ring that is not a cut.

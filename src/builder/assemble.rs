@@ -9,9 +9,9 @@ use crate::lanelet::right_of_way::{Mover, OPPOSITE, Relation, Turn, opposites, y
 use crate::lanelet::{LaneletId, LaneletMap, PointId, PolygonId, TurnDirection};
 use crate::settings::{Settings, Side};
 
-use super::area::area_outline;
+use super::area::AreaOutline;
 use super::assembly::{Assembly, tags};
-use super::conflict::{Conflicts, conflicts};
+use super::conflict::Conflicts;
 use super::connection::{ConnectionLines, Crossing};
 use super::control::{Approach, Control, control_arm, sign_at};
 use super::cross_section::StripKind;
@@ -19,10 +19,9 @@ use super::crosswalk::{announce, crosswalk};
 use super::draft::{Draft, Ways};
 use super::lanes::{Arm, Lanes};
 use super::movement::{Movement, Movements, STRAIGHT};
-use super::outline::Outlines;
-use super::paths::{Bounds, Drawn, Path, intersection_key};
-use super::restricted::Restricted;
+use super::paths::{Drawn, Path, intersection_key};
 use super::road_network::{DrivingSide, Intersection, RoadIx, RoadNetwork};
+use super::settle::Settled;
 use super::sidecar;
 
 /// A map in local metres, without longitude and latitude.
@@ -36,20 +35,23 @@ pub struct Assembled {
     pub notes: Vec<Finding>,
     /// Number of `intersection_area`s.
     pub areas: usize,
+    /// Number of roads between intersections.
+    pub roads: usize,
 }
 
 /// Builds the map.
-pub fn assemble(network: &RoadNetwork, outlines: &Outlines) -> Assembled {
-    let (restricted, notes) = Restricted::new(network);
-    let Draft { lines, mut assembly, lanes, ways, .. } = Draft::new(network, outlines, &restricted);
+pub fn assemble(settled: Settled) -> Assembled {
+    let Settled { network, restricted, draft, notes } = settled;
+    let network = &network;
+    let Draft { lines, mut assembly, lanes, ways, .. } = draft;
     let crossings = Crossings::add(&mut assembly, network, &lines, &lanes);
-    let mut whole = Assembled { notes, ..Assembled::default() };
+    let mut whole = Assembled { notes, roads: network.roads.len(), ..Assembled::default() };
     whole.settings.driving_side = Some(if network.side == DrivingSide::Left { Side::Left } else { Side::Right });
     let made = |below: &Assembly, intersection: &Intersection, ways: Ways| {
         let assembly = Assembly::resumed(below, ways.part);
         let beside = Assembled::default();
         let mut stage = Stage { network, lanes: &lanes, crossings: &crossings, assembly, beside };
-        stage.intersection(intersection, &ways.plan, &ways.drawn);
+        stage.intersection(intersection, &ways.plan, &ways.drawn, &ways.conflicts.unwrap_or_default(), ways.area);
         (stage.assembly.into_part(), stage.beside)
     };
     let mut left = network.intersections.iter().zip(ways).filter_map(|(at, ways)| Some((at, ways?)));
@@ -63,6 +65,7 @@ pub fn assemble(network: &RoadNetwork, outlines: &Outlines) -> Assembled {
             if assembly.add(part).is_err() {
                 // Something added since has taken one of its ids: it is made once more, over all that stands.
                 let ways = Ways::draw(network, &restricted, &lanes, intersection, &assembly);
+                let ways = ways.outlined(network, &lanes, intersection, &assembly);
                 let again = made(&assembly, intersection, ways);
                 beside = again.1;
                 let _ = assembly.add(again.0);
@@ -119,16 +122,21 @@ struct Stage<'a> {
 }
 
 impl Stage<'_> {
-    fn intersection(&mut self, intersection: &Intersection, plan: &Movements, drawn: &Drawn) {
+    fn intersection(
+        &mut self,
+        intersection: &Intersection,
+        plan: &Movements,
+        drawn: &Drawn,
+        conflicts: &Conflicts,
+        area: Option<AreaOutline>,
+    ) {
         let lanes = self.lanes;
         let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
-        let Drawn { paths, bounds, dropped } = drawn;
+        let Drawn { paths, dropped, .. } = drawn;
         self.note_dropped(intersection, dropped);
-        let conflicts = conflicts(paths);
         self.announce_crosswalks(intersection, paths);
-        let roundabout = arms.iter().any(|a| self.network.road(a.at.road).roundabout);
-        if !roundabout && conflicts.real.iter().any(|c| !c.is_empty()) {
-            self.area(intersection, &arms, plan, paths, bounds, &conflicts);
+        if let Some(area) = area {
+            self.area(intersection, &arms, plan, paths, conflicts, area);
         }
     }
 
@@ -153,19 +161,19 @@ impl Stage<'_> {
         arms: &[&Arm],
         plan: &Movements,
         paths: &[Path],
-        bounds: &Bounds,
         conflicts: &Conflicts,
+        outline: AreaOutline,
     ) {
         self.beside.areas += 1;
         let key = intersection_key("intersection area", intersection);
         let id = self.assembly.polygon_id(key);
-        let outline = area_outline(&mut self.assembly, key, arms, bounds, paths);
         let ring: Vec<Point> = outline.ring.iter().map(|&p| self.assembly.position(p)).collect();
         self.assembly.polygon(id, outline.ring, tags(&[("type", "intersection_area"), ("area", "yes")]));
-        for lost in outline.lost {
-            let place = Place::Point(self.assembly.position(lost));
-            let message = format!("A lane ends inside intersection area {id}, not on its outline.");
-            self.beside.notes.push(Finding::new("lane-end-inside", Subject::Polygon(id.0), message).at(place));
+        for arm in outline.lost {
+            let cut = arms[arm].cut.iter().map(|&node| self.assembly.position(node)).collect();
+            let message = format!("The outline of intersection area {id} does not lead along the end of a road.");
+            let finding = Finding::new("lane-end-inside", Subject::Polygon(id.0), message);
+            self.beside.notes.push(finding.at(Place::Line(cut)));
         }
         for path in paths {
             self.tag_path(path, id);

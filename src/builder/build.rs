@@ -15,6 +15,7 @@ use super::blinker;
 use super::consolidate::{Wish, Wished};
 use super::dead_lanes::without_dead_lanes;
 use super::road_network::{DrivingSide, Network, NetworkError, NetworkOptions, RoadKey, road_network};
+use super::settle::settle;
 use super::streets::{StreetOptions, Streets, streets};
 
 /// What a user may decide about a build.
@@ -179,15 +180,17 @@ fn unmet_wish((said, merge): &(MergeSettings, bool)) -> Finding {
 
 /// Builds a map from streets.
 pub fn build_plan(Plan { streets, projector, mut notes, guesses }: Plan) -> Built {
-    let Streets { network, outlines, findings, .. } = streets;
+    let Streets { network, outlines, merges, findings } = streets;
     let network = without_dead_lanes(network);
     notes.extend(findings);
-    let Assembled { mut map, settings, notes: more, areas } = assemble(&network, &outlines);
+    let apart = merges.iter().filter(|note| note.wish.is_some() && !note.merged).map(|note| note.key).collect();
+    let settled = settle(network, outlines.kept, &apart);
+    let Assembled { mut map, settings, notes: more, areas, roads } = assemble(settled);
     notes.extend(more);
     blinker::limit(&mut map);
     locate(&mut map, &projector);
     let summary = Summary {
-        roads: network.roads.len(),
+        roads,
         intersections: areas,
         lanelets: map.lanelets.len(),
         regulatory_elements: map.regulatory_elements.len(),

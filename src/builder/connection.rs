@@ -8,7 +8,6 @@ use rustc_hash::FxHashSet;
 use crate::geometry::{Point, Vector, curve, curve::Pose, left_of};
 
 use super::cross_section::{CrossSection, StripKind, Travel};
-use super::outline::Outlines;
 use super::road_network::{End, FeatureKind, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
 
 /// Breadth of a crosswalk along the road, metres: the usual painted zebra.
@@ -26,7 +25,7 @@ const TURN_RADIUS: f64 = 5.5;
 /// A road is never cut back further than this, metres, for the sake of a turn.
 const TURN_SETBACK_MOST: f64 = 8.0;
 /// What must remain of a road, metres, before its ends are cut back further than the outline asks.
-const ROAD_LEFT: f64 = 4.0;
+pub const ROAD_LEFT: f64 = 4.0;
 /// What must remain of a road, metres, whatever the outline says.
 const ROAD_LEAST: f64 = 1.0;
 /// Where two roads of unlike width meet, each gives this much, metres, to the taper between them at least, ...
@@ -125,17 +124,17 @@ pub fn lane_pose(road: &Road, end: End, station: f64, lane: LaneAt) -> Pose {
 }
 
 /// Cuts every road for crosswalks, stop lines and turns. `joined` tells which intersections need no room: there the
-/// roads meet face to face. `back` says how far each end is cut back at least, metres behind its outline.
+/// roads meet face to face. `kept` are the stations between which the outlines leave each road, `back` says how far each end is cut back at least, metres behind its outline.
 pub fn connection_lines(
     network: &RoadNetwork,
-    outlines: &Outlines,
+    kept: &[[f64; 2]],
     joined: impl Fn(IntersectionIx) -> bool,
     back: &[[f64; 2]],
 ) -> ConnectionLines {
     let mut lines = ConnectionLines::default();
     let mut setbacks = back.to_vec();
     let mut placed: FxHashSet<i64> = FxHashSet::default();
-    let least: Vec<[f64; 2]> = (0..network.roads.len()).map(|i| least_cut(network, outlines, i, &joined)).collect();
+    let least: Vec<[f64; 2]> = (0..network.roads.len()).map(|i| least_cut(network, kept, i, &joined)).collect();
     for (i, intersection) in network.intersections.iter().enumerate() {
         if intersection.arms.len() >= 2 && !joined(IntersectionIx(i as u32)) {
             turn_setbacks(network, &intersection.arms, &least, &mut setbacks);
@@ -180,13 +179,13 @@ pub fn connection_lines(
 /// The outline's cut, held to the line and to a least length; the whole line where roads meet face to face.
 fn least_cut(
     network: &RoadNetwork,
-    outlines: &Outlines,
+    kept: &[[f64; 2]],
     index: usize,
     joined: &impl Fn(IntersectionIx) -> bool,
 ) -> [f64; 2] {
     let road = &network.roads[index];
     let length = road.line.length();
-    let [mut start, mut end] = outlines.kept.get(index).copied().unwrap_or([0.0, length]);
+    let [mut start, mut end] = kept.get(index).copied().unwrap_or([0.0, length]);
     if joined(road.from) {
         start = 0.0;
     }

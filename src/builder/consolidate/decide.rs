@@ -21,6 +21,8 @@ pub enum Reason {
     BetweenSignals,
     /// It crosses the median of a dual carriageway and holds less than three cars.
     AcrossMedian,
+    /// What passes an end of it runs over it, and it has no room to be cut back.
+    Overrun,
     /// Kept apart: a stop line of its own stands on it.
     OwnStopLine,
     /// Kept apart: the whole roundabout would collapse.

@@ -13,6 +13,7 @@ impl Reason {
             Self::Short => "no vehicle has room to wait on it",
             Self::BetweenSignals => "it lies between two signals with room for less than two cars",
             Self::AcrossMedian => "it crosses a median with room for less than three cars",
+            Self::Overrun => "what passes an end of it runs over it",
             Self::OwnStopLine => "a stop line of its own stands on it",
             Self::Roundabout => "the whole roundabout would collapse",
             Self::Reach => "the intersection would reach too far",

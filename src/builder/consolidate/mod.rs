@@ -16,7 +16,7 @@ pub(super) mod passages;
 mod tests;
 mod wish;
 
-use crate::builder::road_network::{RoadKey, RoadNetwork};
+use crate::builder::road_network::{RoadIx, RoadKey, RoadNetwork};
 
 pub use decide::{Reason, Verdict};
 pub use wish::{Wish, Wished};
@@ -73,6 +73,19 @@ pub struct MergeNote {
 #[must_use]
 pub fn join(network: RoadNetwork) -> RoadNetwork {
     join::join_alike(divided::join_around_islands(join::join_alike(network)))
+}
+
+/// Takes roads into the intersections at their ends, whose lanes run over them. `left` says how much remains of each,
+/// metres. `None` where none may be taken in.
+pub fn take_in(
+    network: &RoadNetwork,
+    roads: &[RoadIx],
+    left: impl Fn(RoadIx) -> f64,
+    options: &ConsolidateOptions,
+) -> (Option<RoadNetwork>, Vec<MergeNote>) {
+    let verdict = |&road| Verdict { road, merge: true, reason: Reason::Overrun, left: left(road), wish: None };
+    let verdicts: Vec<Verdict> = roads.iter().map(verdict).collect();
+    contract::contract(network, &verdicts, options)
 }
 
 /// Merges until nothing changes. `kept` gives, for a network, the stations between which each road remains after the

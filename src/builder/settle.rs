@@ -1,0 +1,75 @@
+//! Which roads are left when every lane ends on the outline of its intersection.
+//!
+//! How much of a road the lanes at its ends take shows only when they are drawn. Where a way through an intersection
+//! runs over the end of a road that is too short to be cut back behind it, no vehicle can wait on that road: it lies
+//! inside, and the intersections at its ends are one. A dead end of that kind is no road at all.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::diagnostic::{Finding, Severity, Subject};
+
+use super::consolidate::{ConsolidateOptions, MergeNote, take_in};
+use super::draft::Draft;
+use super::restricted::Restricted;
+use super::road_network::{RoadIx, RoadKey, RoadNetwork};
+
+/// A road that is no longer than this between its cuts, metres, has no room for a vehicle.
+const VEHICLE: f64 = 5.0;
+/// Each round takes in the roads that the round before laid bare.
+const ROUNDS: usize = 8;
+
+/// A network, and what is drawn of it.
+pub struct Settled {
+    /// Without the roads that lie inside intersections.
+    pub network: RoadNetwork,
+    /// Its turn restrictions.
+    pub restricted: Restricted,
+    /// Its lanes and the ways through its intersections.
+    pub draft: Draft,
+    /// What could not be expressed, and which roads were taken in.
+    pub notes: Vec<Finding>,
+}
+
+/// Draws a network and takes roads into intersections until no way runs over the end of a road. `kept` are the stations
+/// between which the outlines leave each road; the roads in `apart` are never taken in.
+pub fn settle(mut network: RoadNetwork, mut kept: Vec<[f64; 2]>, apart: &FxHashSet<RoadKey>) -> Settled {
+    let mut taken: Vec<Finding> = Vec::new();
+    let mut refused = apart.clone();
+    let mut round = 0;
+    loop {
+        let (restricted, mut notes) = Restricted::new(&network);
+        let draft = Draft::new(&network, &kept, &restricted);
+        let (next, merges) = if round < ROUNDS { merged(&network, &draft, &refused) } else { Default::default() };
+        refused.extend(merges.iter().filter(|note| !note.merged).map(|note| note.key));
+        taken.extend(merges.iter().filter(|note| note.merged).map(note));
+        let Some(next) = next else {
+            notes.append(&mut taken);
+            return Settled { network, restricted, draft, notes };
+        };
+        let stations: FxHashMap<RoadKey, [f64; 2]> = network.roads.iter().map(|road| road.key).zip(kept).collect();
+        let of = |key: &RoadKey| stations.get(key).copied().unwrap_or_default();
+        kept = next.roads.iter().map(|road| of(&road.key)).collect();
+        network = next;
+        round += 1;
+    }
+}
+
+/// The network without the roads that have no room behind the ways over their ends; `None` if there are none.
+fn merged(network: &RoadNetwork, draft: &Draft, refused: &FxHashSet<RoadKey>) -> (Option<RoadNetwork>, Vec<MergeNote>) {
+    let no_room = |road: &RoadIx| {
+        let Some(one) = network.roads.get(road.0 as usize) else { return false };
+        draft.left(*road) < VEHICLE && one.from != one.to && !refused.contains(&one.key)
+    };
+    let mut roads: Vec<RoadIx> = draft.overrun(network).map(|at| at.road).filter(no_room).collect();
+    roads.sort_unstable();
+    roads.dedup();
+    take_in(network, &roads, |road| draft.left(road), &ConsolidateOptions::default())
+}
+
+fn note(MergeNote { key, left, .. }: &MergeNote) -> Finding {
+    let message = format!(
+        "Of way {} between nodes {} and {} there are {left:.1} m left between lanes that run over it: it lies inside an intersection.",
+        key.way, key.first, key.last
+    );
+    Finding::new("road-inside", Subject::Way(key.way), message).graded(Severity::Info)
+}
