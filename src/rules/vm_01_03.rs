@@ -6,12 +6,11 @@ use rayon::prelude::*;
 use serde::Deserialize;
 
 use super::Rule;
-use super::graph::{Graph, Rules};
-use super::view::{Seen, View, boxes_meet, covered_by};
+use super::view::boxes_meet;
 use crate::diagnostic::{Finding, Subject};
-use crate::geometry::{Point as Place, Polyline, Vector, left_of, polygon};
-use crate::lanelet::index::{MapIndex, extent};
-use crate::lanelet::{LaneletId, Point};
+use crate::geometry::{Polyline, Vector, polygon};
+use crate::lanelet::index::{Lane, MapIndex, extent};
+use crate::lanelet::{LaneletId, LineStringId, RoadType};
 
 /// See `rules/vm-01-03.md`.
 pub struct SharedBorders;
@@ -20,25 +19,29 @@ pub struct SharedBorders;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
+    gap_most: f64,
+    share_least: f64,
     iou_threshold: f64,
-    /// Share of the width by which a lanelet is widened.
-    reach: f64,
 }
+
+/// What divides carriageways rather than lanes.
+const BARRIERS: [&str; 5] = ["road_border", "curbstone", "guard_rail", "wall", "fence"];
+/// Distance between the places at which two bounds are compared, metres.
+const STEP: f64 = 0.5;
 
 impl Rule for SharedBorders {
     type Params = Params;
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let view = View::new(map.map);
-        let graph = Graph::new(&view, Rules::AnyLane);
-        let pairs: Vec<(usize, usize)> = (0..view.lanelets.len())
+        let borders: Vec<Vec<Polyline>> = map.lanes.par_iter().map(|lane| borders(map, lane)).collect();
+        let pairs: Vec<(usize, usize)> = (0..map.lanes.len())
             .into_par_iter()
-            .flat_map_iter(|at| covered(&view, &graph, params, at).into_iter().map(move |other| (at, other)))
+            .flat_map_iter(|at| along(map, &borders, params, at).into_iter().map(move |other| (at, other)))
             .collect();
         let mut findings = Vec::new();
         let mut one_way: BTreeMap<usize, Vec<LaneletId>> = BTreeMap::new();
         for &(at, other) in &pairs {
-            let (id, name) = (view.lanelets[at].id(), view.lanelets[other].id());
+            let (id, name) = (map.lanes[at].id, map.lanes[other].id);
             if pairs.binary_search(&(other, at)).is_ok() {
                 let message = format!("Lanelets {id} and {name} lie side by side but have borders of their own.");
                 findings.push(
@@ -49,73 +52,70 @@ impl Rule for SharedBorders {
                 one_way.entry(at).or_default().push(name);
             }
         }
-        findings.extend(one_way.into_iter().map(|(at, others)| partly(&view.lanelets[at], others)));
+        findings.extend(one_way.into_iter().map(|(at, others)| partly(map.lanes[at].id, others)));
         findings
     }
 }
 
-fn partly(seen: &Seen, mut others: Vec<LaneletId>) -> Finding {
+fn partly(id: LaneletId, mut others: Vec<LaneletId>) -> Finding {
     others.sort_unstable();
     let names: Vec<String> = others.iter().map(ToString::to_string).collect();
-    let id = seen.id();
     let message = format!("Lanelet {id} lies beside {} but is divided elsewhere.", names.join(" "));
     let finding = Finding::new("partly-shared", Subject::Lanelet(id.0), message);
     others.into_iter().fold(finding, |finding, other| finding.with(Subject::Lanelet(other.0), "neighbour"))
 }
 
-/// Lanelets that have nothing to do with one, but of which a whole bound lies in it, were it a little wider.
-fn covered(view: &View, graph: &Graph, params: &Params, at: usize) -> Vec<usize> {
-    let seen = &view.lanelets[at];
-    let Some(outline) = widened(seen, params.reach) else { return Vec::new() };
-    let reach = extent(&outline);
-    let ring = polygon::to_geo(&outline);
-    // Vertices and the middles between them: a widened outline may cross itself, which a test of whole lines would not bear.
-    let holds = |points: &[&Point]| {
-        let middles = points.windows(2).map(|pair| nalgebra::center(&pair[0].position, &pair[1].position));
-        points.iter().map(|point| point.position).chain(middles).all(|p| covered_by(p, &ring))
+/// The bounds over which a lane may lie beside another. Bicycle lanes have a rule of their own, and who walks across
+/// lies beside nobody.
+fn borders(map: &MapIndex, lane: &Lane) -> Vec<Polyline> {
+    if lane.bicycle || matches!(lane.kind, RoadType::Crosswalk | RoadType::Walkway) {
+        return Vec::new();
+    }
+    let open = |way: LineStringId| {
+        let kind = map.map.linestrings.get(way).and_then(|line| line.attributes.get("type"));
+        kind.is_none_or(|kind| !BARRIERS.contains(&kind))
     };
-    let inside = |other: &Seen| boxes_meet(other.extent, reach) && (holds(&other.left) || holds(&other.right));
-    let near = view.near(reach, 0.0).into_iter();
-    near.filter(|&other| other != at && inside(&view.lanelets[other]) && strangers(view, graph, params, at, other))
-        .collect()
+    let sides = [(lane.bounds[0], &lane.left), (lane.bounds[1], &lane.right)];
+    let open = sides.into_iter().filter(|(way, _)| open(*way));
+    open.filter_map(|(_, points)| Polyline::new(points.iter().copied())).collect()
 }
 
-/// Whether two lanelets have no relation; a conflict is one only if they overlap by more than a strip.
-fn strangers(view: &View, graph: &Graph, params: &Params, x: usize, y: usize) -> bool {
-    if graph.related(x, y) {
+/// Lanes beside one that have nothing to do with it, but of which a bound runs along one of its own.
+fn along(map: &MapIndex, borders: &[Vec<Polyline>], params: &Params, at: usize) -> Vec<usize> {
+    let lane = &map.lanes[at];
+    if borders[at].is_empty() {
+        return Vec::new();
+    }
+    let margin = Vector::repeat(params.gap_most);
+    let related = |other: usize| {
+        let share = map.lanes[other].bounds.iter().any(|way| lane.bounds.contains(way));
+        // What crosses, parts or merges in an intersection is judged by vm-03-07.
+        let inside = || map.in_same_intersection(at, other).is_some();
+        share || map.followers(at).contains(&other) || map.followers(other).contains(&at) || inside()
+    };
+    let runs =
+        |other: usize| borders[other].iter().any(|line| borders[at].iter().any(|own| runs_along(line, own, params)));
+    let apart = |other: usize| {
+        let overlap = polygon::overlap(&lane.outline, &map.lanes[other].outline);
+        overlap <= params.iou_threshold * (lane.area + map.lanes[other].area - overlap)
+    };
+    let near = map.lanes_near(lane.extent[0] - margin, lane.extent[1] + margin).into_iter();
+    near.filter(|&other| other != at && !related(other) && runs(other) && apart(other)).collect()
+}
+
+/// Whether enough of a line lies close to another.
+fn runs_along(line: &Polyline, other: &Polyline, params: &Params) -> bool {
+    let [low, high] = extent(other.points());
+    let margin = Vector::repeat(params.gap_most);
+    if !boxes_meet(extent(line.points()), [low - margin, high + margin]) {
         return false;
     }
-    let [a, b] = [x, y].map(|at| &view.lanelets[at]);
-    let overlap = polygon::overlap(&a.outline, &b.outline);
-    !graph.conflict(x, y) || overlap / (a.area + b.area - overlap) <= params.iou_threshold
-}
-
-/// The outline of a lanelet moved outward by a share of its width, at the ends as well as at the sides.
-fn widened(seen: &Seen, share: f64) -> Option<Vec<Place>> {
-    let width = |[a, b]: [&Point; 2]| (a.position - b.position).norm();
-    let [start, end] = seen.ends()?;
-    let by = share * f64::midpoint(width(start), width(end));
-    let left = pushed(&seen.left, by)?;
-    let right = pushed(&seen.right, -by)?;
-    Some(left.into_iter().chain(right.into_iter().rev()).collect())
-}
-
-/// A bound with each vertex moved sideways (left positive), and made longer at both ends.
-fn pushed(points: &[&Point], by: f64) -> Option<Vec<Place>> {
-    let line = Polyline::new(points.iter().map(|point| point.position))?;
-    let along: Vec<Vector> = line.segments().map(|(a, b)| (b - a).normalize()).collect();
-    let (first, last) = (*along.first()?, *along.last()?);
-    let count = line.points().len();
-    let moved = line.points().iter().enumerate().map(|(i, p)| {
-        let before = along[i.saturating_sub(1).min(along.len() - 1)];
-        let behind = along[i.min(along.len() - 1)];
-        let across = left_of(before + behind).try_normalize(Polyline::MERGE).unwrap_or_else(|| left_of(behind));
-        let lengthwise = match i {
-            0 => -first * by.abs(),
-            _ if i + 1 == count => last * by.abs(),
-            _ => Vector::zeros(),
-        };
-        p + across * by + lengthwise
-    });
-    Some(moved.collect())
+    let places = line.resampled(STEP);
+    let mut may_miss = ((1.0 - params.share_least) * places.points().len() as f64) as usize;
+    places.points().iter().all(|&place| {
+        let close = other.distance(place) <= params.gap_most;
+        let missed = !close && may_miss > 0;
+        may_miss -= usize::from(missed);
+        close || missed
+    })
 }

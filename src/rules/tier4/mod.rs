@@ -6,6 +6,7 @@
 
 mod areas;
 mod elements;
+mod lanes;
 mod right_of_way;
 mod section;
 mod walkway;
@@ -53,6 +54,7 @@ const READINGS: &[(&str, Reading)] = &[
     ("mapping.intersection.right_of_way_for_virtual_traffic_lights", right_of_way::for_virtual_traffic_lights),
     ("mapping.intersection.virtual_traffic_light_section_overlap", section::section_overlap),
     ("mapping.intersection.turn_signal_distance_overlap", elements::turn_signal),
+    ("mapping.lane.border_sharing", lanes::border_sharing),
     ("mapping.lane.local_coordinates_declaration", elements::local_coordinates),
     ("mapping.lane.walkway_intersection", walkway::walkways),
 ];
