@@ -20,10 +20,13 @@ pub type Ends<'a> = (Movement, &'a ArmLane, &'a ArmLane);
 
 /// One way with its shapes to choose from.
 struct Course {
-    shapes: Vec<Shape>,
+    /// As it is smoothest by itself, then by handles; `None` where it would bend too tightly.
+    shapes: Vec<Option<Shape>>,
     chosen: usize,
-    /// The ways from the lanes beside it, by index.
+    /// The ways from the lanes beside it that part from it, by index.
     beside: Vec<usize>,
+    /// The ways that go side by side with it from end to end, itself among them: they bend alike.
+    bundle: Vec<usize>,
 }
 
 struct Shape {
@@ -33,31 +36,54 @@ struct Shape {
 
 /// The poses of all movements, in their order.
 pub fn courses(ends: &[Ends]) -> Vec<Vec<Pose>> {
+    let bundles = bundles(ends);
     let mut courses: Vec<Course> = ends
         .iter()
         .enumerate()
         .map(|(i, end)| Course {
-            shapes: vec![shape(end, curve::join(end.1.pose, end.2.pose))],
+            shapes: vec![Some(shape(end, curve::join(end.1.pose, end.2.pose)))],
             chosen: 0,
             beside: (0..ends.len()).filter(|&j| j != i && part(&end.0, &ends[j].0)).collect(),
+            bundle: (0..ends.len()).filter(|&j| bundles[j] == bundles[i]).collect(),
         })
         .collect();
     for i in 0..courses.len() {
-        for j in courses[i].beside.clone().into_iter().filter(|&j| j > i) {
+        for j in courses[i].beside.clone().into_iter().filter(|&j| j > i && bundles[j] != bundles[i]) {
             if overlap(&courses, i, j) > TOUCH {
-                add_shapes(&mut courses[i], &ends[i]);
-                add_shapes(&mut courses[j], &ends[j]);
-                choose(&mut courses, i, j);
+                let both = [courses[i].bundle.clone(), courses[j].bundle.clone()];
+                for &member in both.iter().flatten() {
+                    add_shapes(&mut courses[member], &ends[member]);
+                }
+                choose(&mut courses, &both);
             }
         }
     }
-    courses.into_iter().map(|mut course| course.shapes.swap_remove(course.chosen).poses).collect()
+    let chosen = courses.into_iter().map(|mut course| course.shapes.swap_remove(course.chosen));
+    chosen.map(|shape| shape.map_or_else(Vec::new, |shape| shape.poses)).collect()
 }
 
 /// Whether two movements begin side by side and do not end so.
 fn part(a: &Movement, b: &Movement) -> bool {
     let together = a.to == b.to && a.out_lane.abs_diff(b.out_lane) <= 1;
     a.from == b.from && a.in_lane.abs_diff(b.in_lane) == 1 && !together
+}
+
+/// For every movement the first of those that go side by side with it from end to end.
+fn bundles(ends: &[Ends]) -> Vec<usize> {
+    let beside = |a: &Movement, b: &Movement| {
+        let lanes = (b.in_lane.checked_sub(a.in_lane), b.out_lane.checked_sub(a.out_lane));
+        (a.from, a.to) == (b.from, b.to) && lanes == (Some(1), Some(1))
+    };
+    // Neighbours follow each other in order of their lanes, so that each finds the first through the one before.
+    let mut order: Vec<usize> = (0..ends.len()).collect();
+    order.sort_by_key(|&i| ends[i].0);
+    let mut first: Vec<usize> = (0..ends.len()).collect();
+    for (n, &i) in order.iter().enumerate() {
+        if let Some(&before) = order[..n].iter().find(|&&j| beside(&ends[j].0, &ends[i].0)) {
+            first[i] = first[before];
+        }
+    }
+    first
 }
 
 fn shape((_, from, to): &Ends, poses: Vec<Pose>) -> Shape {
@@ -71,10 +97,10 @@ fn add_shapes(course: &mut Course, ends: &Ends) {
     if course.shapes.len() > 1 {
         return;
     }
-    let least = RADIUS_LEAST.min(radius(&course.shapes[0].poses));
+    let least = RADIUS_LEAST.min(course.shapes[0].as_ref().map_or(RADIUS_LEAST, |own| radius(&own.poses)));
     let handles = HANDLES.iter().flat_map(|&a| HANDLES.iter().map(move |&b| [a, b]));
     let poses = handles.map(|handles| curve::cubic(ends.1.pose, ends.2.pose, handles));
-    course.shapes.extend(poses.filter(|poses| radius(poses) >= least).map(|poses| shape(ends, poses)));
+    course.shapes.extend(poses.map(|poses| (radius(&poses) >= least).then(|| shape(ends, poses))));
 }
 
 /// The smallest radius of a curve.
@@ -87,30 +113,43 @@ fn radius(poses: &[Pose]) -> f64 {
 }
 
 fn overlap(courses: &[Course], i: usize, j: usize) -> f64 {
-    let outline = |at: usize| &courses[at].shapes[courses[at].chosen].outline;
+    let outline = |at: usize| courses[at].shapes[courses[at].chosen].as_ref().map_or(&[][..], |shape| &shape.outline);
     polygon::overlap(outline(i), outline(j))
 }
 
-/// Takes the shapes of two ways by which they and their neighbours overlap least; of equals the first.
-fn choose(courses: &mut [Course], i: usize, j: usize) {
-    let mut best = (f64::INFINITY, 0, 0);
-    let mut order: Vec<(usize, usize)> =
-        (0..courses[i].shapes.len()).flat_map(|a| (0..courses[j].shapes.len()).map(move |b| (a, b))).collect();
-    order.sort_by_key(|&(a, b)| (a + b, a));
-    for (a, b) in order {
-        (courses[i].chosen, courses[j].chosen) = (a, b);
-        let with = |at: usize, but: usize| -> f64 {
-            courses[at].beside.iter().filter(|&&k| k != but).map(|&k| overlap(courses, at, k)).sum()
-        };
-        let total = overlap(courses, i, j) + with(i, j) + with(j, i);
+/// Takes the shapes of two bundles by which they and their neighbours overlap least; of equals the first.
+fn choose(courses: &mut [Course], bundles: &[Vec<usize>; 2]) {
+    let open = |courses: &[Course], bundle: &[usize], shape: usize| {
+        bundle.iter().all(|&member| courses[member].shapes.get(shape).is_some_and(Option::is_some))
+    };
+    let take = |courses: &mut [Course], [a, b]: [usize; 2]| {
+        bundles[0].iter().for_each(|&member| courses[member].chosen = a);
+        bundles[1].iter().for_each(|&member| courses[member].chosen = b);
+    };
+    let count = |bundle: &[usize]| bundle.first().map_or(0, |&member| courses[member].shapes.len());
+    let mut order: Vec<[usize; 2]> = (0..count(&bundles[0]))
+        .flat_map(|a| (0..count(&bundles[1])).map(move |b| [a, b]))
+        .filter(|&[a, b]| open(courses, &bundles[0], a) && open(courses, &bundles[1], b))
+        .collect();
+    order.sort_by_key(|&[a, b]| (a + b, a));
+    let members = || bundles.iter().flatten().copied();
+    let mut best = (f64::INFINITY, [0, 0]);
+    for shapes in order {
+        take(courses, shapes);
+        let touching = members().flat_map(|m| {
+            // A pair of two members counts once.
+            let others = courses[m].beside.iter().copied().filter(move |&k| k > m || members().all(|other| other != k));
+            others.map(move |k| (m, k))
+        });
+        let total: f64 = touching.map(|(m, k)| overlap(courses, m, k)).sum();
         if total < best.0 - TOUCH {
-            best = (total, a, b);
+            best = (total, shapes);
         }
         if best.0 <= TOUCH {
             break;
         }
     }
-    (courses[i].chosen, courses[j].chosen) = (best.1, best.2);
+    take(courses, best.1);
 }
 
 #[cfg(test)]

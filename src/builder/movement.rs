@@ -1,6 +1,6 @@
 //! Which lane leads to which lane through an intersection.
 
-use crate::geometry::{Vector, angle_between};
+use crate::geometry::{Vector, angle_between, curve::Pose};
 
 use super::cross_section::{Arrows, StripKind};
 use super::lanes::{Arm, ArmLane, Lanes};
@@ -56,6 +56,13 @@ pub fn turn(side: DrivingSide, from: Vector, to: Vector) -> f64 {
     let turn = angle_between(from, to).to_degrees();
     let across = if side == DrivingSide::Right { 1.0 } else { -1.0 };
     if turn.abs() > TURNS_BACK && turn * across < 0.0 { turn + across * 360.0 } else { turn }
+}
+
+/// Change of direction along a way in degrees, left positive: what all its bends add up to. See [`turn`].
+pub fn turned(side: DrivingSide, course: &[Pose]) -> f64 {
+    let turn: f64 = course.windows(2).map(|w| angle_between(w[0].heading, w[1].heading)).sum::<f64>().to_degrees();
+    let across = if side == DrivingSide::Right { 1.0 } else { -1.0 };
+    if turn.abs() > TURNS_BACK { across * turn.abs() } else { turn }
 }
 
 /// Finds the movements of an intersection.

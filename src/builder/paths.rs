@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::geometry::{Point, Vector, angle_between, curve, curve::Pose};
+use crate::geometry::{Point, Polyline, Vector, angle_between, curve, curve::Pose};
 use crate::lanelet::index::{HEADING_REACH, center_line};
 use crate::lanelet::{Attributes, Bound, LaneletId, LineStringId, PointId};
 
@@ -11,7 +11,7 @@ use super::course::{Ends, courses};
 use super::cross_section::StripKind;
 use super::ids::Key;
 use super::lanes::{Arm, ArmLane, Lanes, road_attributes};
-use super::movement::{Movement, turn};
+use super::movement::{Movement, turned};
 use super::road_network::{Intersection, RoadNetwork};
 use super::sound::sound;
 
@@ -146,6 +146,7 @@ pub fn paths(
     let radius = |(_, from, to): &Ends| curve::join_radius(from.pose, to.pose).unwrap_or(f64::INFINITY);
     let mut order: Vec<(Ends, Vec<Pose>)> = all.iter().copied().zip(courses(&all)).collect();
     order.sort_by(|(a, _), (b, _)| radius(a).total_cmp(&radius(b)).then(a.0.cmp(&b.0)));
+    let meant = Meant::new(&order);
     let mut bounds = Bounds::default();
     let mut paths = Vec::new();
     let mut dropped = Vec::new();
@@ -155,7 +156,7 @@ pub fn paths(
         }
         let road = network.road(arms[movement.from].at.road);
         let known = [0, 1].map(|side| bounds.get(from.nodes[side], to.nodes[side]));
-        let Some((shape, known)) = shape(assembly, [from, to], &course, known) else {
+        let Some((shape, known)) = shape(assembly, [from, to], &course, known, &meant) else {
             dropped.push(movement);
             continue;
         };
@@ -180,7 +181,7 @@ pub fn paths(
             lanelet,
             bounds: [left.line, right.line],
             heading: heading(assembly, left, right).unwrap_or(from.pose.heading),
-            turn: turn(network.side, from.pose.heading, to.pose.heading),
+            turn: turned(network.side, &course),
             outline: assembly.outline(lanelet),
             kind,
         });
@@ -199,16 +200,76 @@ fn heading(assembly: &Assembly, left: Bound, right: Bound) -> Option<Vector> {
 /// Places of both bounds, and the bounds among the known ones that serve.
 type Shape = ([Vec<Point>; 2], [Option<Bound>; 2]);
 
+/// The bounds of a lane that follows a course.
+fn smooth([from, to]: [&ArmLane; 2], course: &[Pose]) -> [Vec<Point>; 2] {
+    [0.5, -0.5].map(|sign| curve::beside(course, sign * from.width, sign * to.width))
+}
+
+/// Bounds that two ways through an intersection share although neither runs quite where the other would have it: they
+/// meet midway.
+struct Meant {
+    lines: FxHashMap<(PointId, PointId), Vec<Point>>,
+}
+
+impl Meant {
+    /// Bounds that differ by no more, metres, are the same.
+    const SAME: f64 = 0.02;
+
+    fn new(courses: &[(Ends, Vec<Pose>)]) -> Self {
+        let mut wanted: FxHashMap<(PointId, PointId), Vec<Polyline>> = FxHashMap::default();
+        for ((_, from, to), course) in courses {
+            for (side, mut places) in smooth([from, to], course).into_iter().enumerate() {
+                let (mut a, mut b) = (from.nodes[side], to.nodes[side]);
+                if a > b {
+                    places.reverse();
+                    (a, b) = (b, a);
+                }
+                wanted.entry((a, b)).or_default().extend(Polyline::new(curve::untangled(&places)));
+            }
+        }
+        let lines = wanted.into_iter().filter_map(|(ends, lines)| Some((ends, Self::midway(&lines)?))).collect();
+        Self { lines }
+    }
+
+    /// The line between two; `None` where they agree, and where more have a say.
+    fn midway(lines: &[Polyline]) -> Option<Vec<Point>> {
+        let [a, b] = lines else { return None };
+        let apart = |of: &Polyline, from: &Polyline| of.points().iter().any(|&p| from.distance(p) > Self::SAME);
+        if !apart(a, b) && !apart(b, a) {
+            return None;
+        }
+        let count = a.points().len().max(b.points().len());
+        let (a, b) = (a.resampled_to(count), b.resampled_to(count));
+        Some(a.points().iter().zip(b.points()).map(|(a, b)| nalgebra::center(a, b)).collect())
+    }
+
+    fn get(&self, from: PointId, to: PointId) -> Option<Vec<Point>> {
+        match self.lines.get(&(from, to)) {
+            Some(line) => Some(line.clone()),
+            None => self.lines.get(&(to, from)).map(|line| line.iter().rev().copied().collect()),
+        }
+    }
+}
+
 /// The shape of a lane between two ends; `None` if there is no room for one.
-fn shape(assembly: &Assembly, [from, to]: [&ArmLane; 2], course: &[Pose], known: [Option<Bound>; 2]) -> Option<Shape> {
-    let smooth = [0.5, -0.5].map(|sign| curve::beside(course, sign * from.width, sign * to.width));
+fn shape(
+    assembly: &Assembly,
+    [from, to]: [&ArmLane; 2],
+    course: &[Pose],
+    known: [Option<Bound>; 2],
+    meant: &Meant,
+) -> Option<Shape> {
+    let smooth = smooth([from, to], course);
+    let midway = [0, 1].map(|side| meant.get(from.nodes[side], to.nodes[side]).unwrap_or_else(|| smooth[side].clone()));
     let straight = [0, 1].map(|side| vec![assembly.position(from.nodes[side]), assembly.position(to.nodes[side])]);
     // Where the turn is tighter than half the lane, its inner bound is a straight line.
     let left_turn = angle_between(from.pose.heading, to.pose.heading) > 0.0;
     let tight =
         if left_turn { [straight[0].clone(), smooth[1].clone()] } else { [smooth[0].clone(), straight[1].clone()] };
     let old = known.map(|bound| bound.map(|b| assembly.bound_line(b)));
-    for (shape, share) in [(&smooth, true), (&tight, true), (&smooth, false), (&tight, false), (&straight, false)] {
+    let shapes =
+        [(&midway, true), (&smooth, true), (&tight, true), (&smooth, false), (&tight, false), (&straight, false)];
+    for (shape, share) in shapes {
         let line = |side: usize| match &old[side] {
             Some(old) if share => old.clone(),
             _ => curve::untangled(&shape[side]),
