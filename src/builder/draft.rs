@@ -61,6 +61,8 @@ pub struct Ways {
     pub area: Option<AreaOutline>,
     /// Their primitives, over those of the lanes.
     pub part: Part,
+    /// Whether they stood in the round before: no way runs over a cut that did not then.
+    stood: bool,
 }
 
 impl Ways {
@@ -76,7 +78,7 @@ impl Ways {
         let paint = if intersection.arms.len() == 2 { Paint::AsBefore } else { Paint::None };
         let mut assembly = Assembly::over(below);
         let drawn = paths(&mut assembly, network, lanes, intersection, &plan.all, paint);
-        Self { plan, drawn, conflicts: None, area: None, part: assembly.into_part() }
+        Self { plan, drawn, conflicts: None, area: None, part: assembly.into_part(), stood: false }
     }
 
     /// Draws the outline around ways that were drawn over `below`.
@@ -161,7 +163,10 @@ impl Draft {
                 let intersection = &network.intersections[i];
                 let passed = intersection.arms.len() >= 2 && !joins.joined(IntersectionIx(i as u32));
                 let old = old.filter(|_| intersection.arms.iter().all(stays));
-                passed.then(|| old.unwrap_or_else(|| Ways::draw(network, restricted, &lanes, intersection, &assembly)))
+                passed.then(|| match old {
+                    Some(ways) => Ways { stood: true, ..ways },
+                    None => Ways::draw(network, restricted, &lanes, intersection, &assembly),
+                })
             })
             .collect();
         Self { joins, lines, assembly, lanes, ways }
@@ -205,18 +210,20 @@ impl Draft {
 
     /// Raises the distances in `back` so that every cut lies behind the ways that run over it; `false` if all do.
     fn cut_back(&self, network: &RoadNetwork, back: &mut [[f64; 2]]) -> bool {
+        let reached = |(intersection, ways): (&Intersection, &Option<Ways>)| {
+            let ways = ways.as_ref().filter(|ways| intersection.arms.len() > 2 && !ways.stood)?;
+            let depth = |&at: &RoadEnd| (at, self.depth(network, intersection, at, &ways.drawn));
+            Some(intersection.arms.iter().map(depth).collect::<Vec<_>>())
+        };
+        let reached: Vec<_> = network.intersections.par_iter().zip(&self.ways).filter_map(reached).collect();
         let mut raised = false;
-        for (intersection, ways) in network.intersections.iter().zip(&self.ways) {
-            let Some(ways) = ways.as_ref().filter(|_| intersection.arms.len() > 2) else { continue };
-            for &at in &intersection.arms {
-                let depth = self.depth(network, intersection, at, &ways.drawn);
-                let (road, side) = (at.road.0 as usize, side(at.end));
-                let now = from_cut(self.lines.least[road], at.end, self.lines.kept[road][side]);
-                let wanted = (now + depth + CLEAR).min(BACK_MOST);
-                if depth > TOUCH && wanted > back[road][side] + TOUCH {
-                    back[road][side] = wanted;
-                    raised = true;
-                }
+        for (at, depth) in reached.into_iter().flatten() {
+            let (road, side) = (at.road.0 as usize, side(at.end));
+            let now = from_cut(self.lines.least[road], at.end, self.lines.kept[road][side]);
+            let wanted = (now + depth + CLEAR).min(BACK_MOST);
+            if depth > TOUCH && wanted > back[road][side] + TOUCH {
+                back[road][side] = wanted;
+                raised = true;
             }
         }
         raised
@@ -232,7 +239,12 @@ impl Draft {
         let reach = (left - right).norm() + BACK_MOST;
         let (first, last) = carriageway(&road.section);
         let (left, right) = (road.section.edge(first), road.section.edge(last));
+        // What lies beside the part in question lies within this of the cut's end.
+        let near = BACK_MOST + 2.0 * left.abs().max(right.abs()) + TOUCH;
         let beyond = |p: &Point| {
+            if (p - places[0]).norm() > near {
+                return 0.0;
+            }
             let foot = road.line.project(*p);
             let level = ((p - foot.point).norm() - foot.offset.abs()).abs() < TOUCH;
             let within = foot.offset < left - TOUCH && foot.offset > right + TOUCH;
