@@ -4,6 +4,8 @@
 //! as the mapper's hand put them. Widened to their lanes, such roads overlap far from any intersection. Here each
 //! gives way sideways, the lighter more than the wider, until their edges touch.
 
+use std::collections::hash_map::Entry;
+
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -212,19 +214,47 @@ fn shifted(road: &Road, track: &Track) -> Option<Polyline> {
 
 /// A piece of a road between two neighbouring places.
 struct Piece {
-    /// The road and the first of the places.
-    data: (usize, usize),
-    reach: Bounds,
+    road: usize,
+    /// The first of the places.
+    first: usize,
+    ends: [Point; 2],
+    /// Unit direction; `None` where the ends are one.
+    along: Option<Vector>,
 }
 
-/// The pieces of a road, as wide as the road and this margin on either side.
-fn pieces(tracks: &[Track], road: usize, margin: f64) -> impl Iterator<Item = Piece> + '_ {
+impl Piece {
+    /// The box around the piece, this wide on either side.
+    fn reach(&self, half: f64) -> Bounds {
+        let [p, q] = self.ends;
+        let m = Vector::repeat(half);
+        [p.inf(&q) - m, p.sup(&q) + m]
+    }
+}
+
+/// The pieces of a road.
+fn pieces(tracks: &[Track], road: usize) -> impl Iterator<Item = Piece> + '_ {
     let track = &tracks[road];
-    (0..track.base.len() - 1).map(move |i| {
-        let (p, q) = (track.place(i), track.place(i + 1));
-        let m = Vector::repeat(track.half + margin);
-        Piece { data: (road, i), reach: [p.inf(&q) - m, p.sup(&q) + m] }
+    let mut end = track.place(0);
+    (0..track.base.len() - 1).map(move |first| {
+        let ends = [end, track.place(first + 1)];
+        end = ends[1];
+        Piece { road, first, ends, along: (ends[1] - ends[0]).try_normalize(0.0) }
     })
+}
+
+/// Where a road is, and where it heads, at one of its places.
+struct Spot {
+    place: usize,
+    point: Point,
+    along: Vector,
+}
+
+impl Spot {
+    fn new(track: &Track, place: usize) -> Option<Self> {
+        let (before, after) =
+            (track.place(place.saturating_sub(1)), track.place((place + 1).min(track.base.len() - 1)));
+        Some(Self { place, point: track.place(place), along: (after - before).try_normalize(0.0)? })
+    }
 }
 
 /// How far around a road its neighbours are looked for: the legs of a hairpin of its own may lie farther apart.
@@ -238,8 +268,8 @@ fn find(tracks: &[Track], sides: &Sides, hot: &[usize], near: &[usize]) -> FxHas
     /// Roads that one thread takes at a time.
     const CHUNK: usize = 64;
     let worth = |road: &&usize| tracks[**road].kept.is_some();
-    let all: Vec<Piece> = near.iter().filter(worth).flat_map(|&road| pieces(tracks, road, 0.0)).collect();
-    let cells = Cells::new(all.iter().map(|piece| piece.reach).collect(), CELL);
+    let all: Vec<Piece> = near.iter().filter(worth).flat_map(|&road| pieces(tracks, road)).collect();
+    let cells = Cells::new(all.iter().map(|piece| piece.reach(tracks[piece.road].half)).collect(), CELL);
     let found: Vec<_> = hot.par_chunks(CHUNK).map(|hot| find_in(tracks, sides, hot, &all, &cells)).collect();
     found.into_iter().flatten().collect()
 }
@@ -253,34 +283,36 @@ fn find_in(
     cells: &Cells,
 ) -> FxHashMap<(usize, usize), Vec<Beside>> {
     let mut nearest: FxHashMap<(usize, usize, usize), (f64, Beside)> = FxHashMap::default();
-    for piece in hot.iter().flat_map(|&road| pieces(tracks, road, searched(&tracks[road]))) {
-        let (a, i) = piece.data;
+    for piece in hot.iter().flat_map(|&road| pieces(tracks, road)) {
+        let a = piece.road;
         let track = &tracks[a];
-        let here: Vec<usize> = [i, i + 1].into_iter().filter(|k| track.is_kept(*k)).collect();
-        if here.is_empty() {
+        let spots = [piece.first, piece.first + 1].map(|k| Spot::new(track, k).filter(|_| track.is_kept(k)));
+        if spots.iter().all(Option::is_none) {
             continue;
         }
-        for other in cells.touching(piece.reach) {
-            let (b, j) = near[other].data;
-            if tracks[b].kept.is_none() || (tracks[b].level != track.level && !meet(sides, a, b)) {
-                continue;
-            }
-            for &k in &here {
-                if let Some((distance, beside)) = compare(track, k, &tracks[b], j)
-                    && (a != b || !beside.along)
-                {
-                    let entry = nearest.entry((a, b, k));
-                    match entry {
-                        std::collections::hash_map::Entry::Occupied(mut e) => {
-                            let closer =
-                                distance < e.get().0 || (distance == e.get().0 && beside.offset > e.get().1.offset);
-                            if closer {
-                                e.insert((distance, beside));
-                            }
-                        }
-                        std::collections::hash_map::Entry::Vacant(e) => {
+        for other in cells.touching(piece.reach(track.half + searched(track))).map(|at| &near[at]) {
+            let Some(along) = other.along else { continue };
+            let b = other.road;
+            // Most that lies near is the road itself, or crosses it.
+            let abreast = |spot: &&Spot| {
+                let same = spot.along.dot(&along);
+                same <= -PARALLEL || (same >= PARALLEL && a != b)
+            };
+            for spot in spots.iter().flatten().filter(abreast) {
+                if tracks[b].level != track.level && !meet(sides, a, b) {
+                    continue;
+                }
+                let Some((distance, beside)) = compare(track, spot, &tracks[b], other, along) else { continue };
+                match nearest.entry((a, b, spot.place)) {
+                    Entry::Occupied(mut e) => {
+                        let closer =
+                            distance < e.get().0 || (distance == e.get().0 && beside.offset > e.get().1.offset);
+                        if closer {
                             e.insert((distance, beside));
                         }
+                    }
+                    Entry::Vacant(e) => {
+                        e.insert((distance, beside));
                     }
                 }
             }
@@ -300,19 +332,13 @@ fn apart(a: &Track, b: &Track) -> f64 {
     (a.half + b.half) * turn + CLEAR
 }
 
-/// Place `k` of one road against piece `j` of another: the distance, if they overlap there and run abreast.
-fn compare(a: &Track, k: usize, b: &Track, j: usize) -> Option<(f64, Beside)> {
-    let p = a.place(k);
-    let (q, r) = (b.place(j), b.place(j + 1));
-    let along_b = (r - q).try_normalize(0.0)?;
-    let (before, after) = (a.place(k.saturating_sub(1)), a.place((k + 1).min(a.base.len() - 1)));
-    let along_a = (after - before).try_normalize(0.0)?;
-    let same = along_a.dot(&along_b);
-    if same.abs() < PARALLEL {
-        return None;
-    }
+/// A place of one road against a piece of another that runs `along` as it does, or against it: the distance, if they
+/// overlap there.
+fn compare(a: &Track, spot: &Spot, b: &Track, piece: &Piece, along: Vector) -> Option<(f64, Beside)> {
+    let (p, j) = (spot.point, piece.first);
+    let [q, r] = piece.ends;
     let length = (r - q).norm();
-    let t = (p - q).dot(&along_b);
+    let t = (p - q).dot(&along);
     // Beyond its end a road is nowhere beside; and what lies beyond the end of a piece is beside its vertex only if it
     // does not lie beside, or beyond, the piece behind the vertex.
     if t < -TOLERANCE && (j == 0 || (p - b.place(j)).dot(&(b.place(j) - b.place(j - 1))) < 0.0) {
@@ -321,13 +347,13 @@ fn compare(a: &Track, k: usize, b: &Track, j: usize) -> Option<(f64, Beside)> {
     if t > length + TOLERANCE && (j + 2 == b.base.len() || (p - r).dot(&(b.place(j + 2) - r)) > 0.0) {
         return None;
     }
-    let foot = q + along_b * t.clamp(0.0, length);
+    let foot = q + along * t.clamp(0.0, length);
     let distance = (p - foot).norm();
     if distance >= apart(a, b) {
         return None;
     }
-    let offset = if cross(along_a, foot - p) < 0.0 { -distance } else { distance };
-    Some((distance, Beside { place: k, offset, along: same > 0.0 }))
+    let offset = if cross(spot.along, foot - p) < 0.0 { -distance } else { distance };
+    Some((distance, Beside { place: spot.place, offset, along: spot.along.dot(&along) > 0.0 }))
 }
 
 /// For every road that has to give way: how far it should lie from its drawn line, place by place.
