@@ -31,6 +31,7 @@ struct Course {
 
 struct Shape {
     poses: Vec<Pose>,
+    /// Empty where no way lies beside it.
     outline: Vec<Point>,
 }
 
@@ -40,11 +41,12 @@ pub fn courses(ends: &[Ends]) -> Vec<Vec<Pose>> {
     let mut courses: Vec<Course> = ends
         .iter()
         .enumerate()
-        .map(|(i, end)| Course {
-            shapes: vec![Some(shape(end, curve::join(end.1.pose, end.2.pose)))],
-            chosen: 0,
-            beside: (0..ends.len()).filter(|&j| j != i && part(&end.0, &ends[j].0)).collect(),
-            bundle: (0..ends.len()).filter(|&j| bundles[j] == bundles[i]).collect(),
+        .map(|(i, end)| {
+            let beside: Vec<usize> = (0..ends.len()).filter(|&j| j != i && part(&end.0, &ends[j].0)).collect();
+            let poses = curve::join(end.1.pose, end.2.pose);
+            let only = if beside.is_empty() { Shape { poses, outline: Vec::new() } } else { shape(end, poses) };
+            let bundle = (0..ends.len()).filter(|&j| bundles[j] == bundles[i]).collect();
+            Course { shapes: vec![Some(only)], chosen: 0, beside, bundle }
         })
         .collect();
     for i in 0..courses.len() {

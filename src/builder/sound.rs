@@ -1,6 +1,6 @@
 //! Whether two bounds make a lane that Autoware's loader reads as it is drawn.
 
-use crate::geometry::{Point, Polyline, angle_between, polygon, ring};
+use crate::geometry::{Point, Polyline, polygon, ring};
 
 /// Part of its width that a lane must keep everywhere.
 const WIDTH_LEFT: f64 = 0.4;
@@ -18,7 +18,7 @@ const SPIKE: f64 = 1e-6;
 /// bounds nowhere kinked.
 pub fn sound(bounds: &[Vec<Point>; 2], width: f64) -> bool {
     let Some(lines) = lines(bounds) else { return false };
-    let wide = |a: usize, b: usize| bounds[a].iter().all(|&p| lines[b].distance(p) >= WIDTH_LEFT * width);
+    let wide = |a: usize, b: usize| bounds[a].iter().all(|&p| lines[b].clears(p, WIDTH_LEFT * width));
     let long = lines.iter().all(|line| line.length() >= LENGTH_LEAST);
     long && simple(bounds) && aligned(bounds) && bounds.iter().all(|line| !kinked(line)) && wide(0, 1) && wide(1, 0)
 }
@@ -71,7 +71,11 @@ fn lines(bounds: &[Vec<Point>; 2]) -> Option<[Polyline; 2]> {
 }
 
 fn kinked(line: &[Point]) -> bool {
-    line.windows(3).any(|w| angle_between(w[1] - w[0], w[2] - w[1]).abs() > KINK_MOST.to_radians())
+    let least = KINK_MOST.to_radians().cos();
+    line.windows(3).any(|w| {
+        let (before, behind) = (w[1] - w[0], w[2] - w[1]);
+        before.dot(&behind) < least * (before.norm_squared() * behind.norm_squared()).sqrt()
+    })
 }
 
 /// The same line with more points, so that the one the loader looks at lies in the middle of its longest segment: beside

@@ -170,9 +170,13 @@ pub fn untangled(line: &[Point]) -> Vec<Point> {
 }
 
 fn without_loops(line: &[Point]) -> Vec<Point> {
+    let (Some(&first), Some(&last)) = (line.first(), line.last()) else { return Vec::new() };
+    // What never turns back does not cross itself.
+    if line.windows(2).all(|w| (w[1] - w[0]).dot(&(last - first)) > 0.0) {
+        return line.to_vec();
+    }
     let mut out: Vec<Point> = Vec::with_capacity(line.len());
     let mut i = 0;
-    let Some(&first) = line.first() else { return out };
     out.push(first);
     let mut from = first;
     while i + 1 < line.len() {

@@ -152,6 +152,16 @@ impl Polyline {
         self.nearest(p).2.sqrt()
     }
 
+    /// Whether the line keeps this far, metres, from `p`.
+    pub fn clears(&self, p: Point, distance: f64) -> bool {
+        self.segments().all(|(a, b)| {
+            let beyond = |p: f64, a: f64, b: f64| p < a.min(b) - distance || p > a.max(b) + distance;
+            let d = b - a;
+            let nearest = || a + d * ((p - a).dot(&d) / d.norm_squared()).clamp(0.0, 1.0);
+            beyond(p.x, a.x, b.x) || beyond(p.y, a.y, b.y) || (p - nearest()).norm() >= distance
+        })
+    }
+
     /// The line moved sideways by `offset` metres (left positive): miter joins up to `miter_limit` times the offset,
     /// bevels beyond. May cross itself where it bends more sharply than the offset allows.
     pub fn offset(&self, offset: f64, miter_limit: f64) -> Option<Self> {

@@ -40,8 +40,11 @@ pub fn faults(ring: &[Point], spike: f64, limit: usize) -> Vec<RingFault> {
     let at = |i: usize| ring[kept[i % count]];
     let mut found: Vec<RingFault> = (0..count)
         .filter(|&i| {
-            let (before, here, behind) = (at(i + count - 1), at(i), at(i + 1));
-            super::angle_between(before - here, behind - here).abs().to_degrees() < spike
+            let here = at(i);
+            let [before, behind] = [at(i + count - 1) - here, at(i + 1) - here];
+            // Few turn back at all; the angle is dear.
+            (before.dot(&behind) > 0.0 || spike > 90.0)
+                && super::angle_between(before, behind).abs().to_degrees() < spike
         })
         .map(|i| RingFault::Spike(kept[i]))
         .take(limit)
