@@ -62,7 +62,7 @@ fn map() -> LaneletMap {
             position: PlanePoint::new(x, y),
             ele: Some(0.0),
             lonlat: Some(lonlat(x, y)),
-            local: [None; 2],
+            local: [false; 2],
             attributes: Attributes::new(),
             span: None,
         });

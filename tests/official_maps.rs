@@ -3,8 +3,9 @@
 
 use std::path::PathBuf;
 
-use lanewright::lanelet::{Condition, Loaded, RegulatoryElement, from_osm, to_osm};
-use lanewright::osm::{OsmData, read_bytes, read_file};
+use lanewright::geometry::Point;
+use lanewright::lanelet::{Condition, Loaded, PointId, RegulatoryElement, from_osm, to_osm};
+use lanewright::osm::{Node, OsmData, read_bytes, read_file};
 use lanewright::projection::{MgrsGrid, Projector};
 
 /// The folder of maps; `None`, with a line that says so, where it is not at hand.
@@ -27,12 +28,14 @@ fn load(name: &str) -> Option<(OsmData, Loaded)> {
 }
 
 /// The largest distance between `local_x`, `local_y` and the projected latitude and longitude, metres.
-fn worst(loaded: &Loaded) -> f64 {
-    let distance = |p: &lanewright::lanelet::Point| match p.local {
-        [Some(x), Some(y)] => (p.position - nalgebra::Point2::new(x, y)).norm(),
-        _ => f64::INFINITY,
+fn worst(osm: &OsmData, loaded: &Loaded) -> f64 {
+    let distance = |node: &Node| {
+        let [x, y] = ["local_x", "local_y"].map(|key| node.tags.get(key).and_then(|text| text.parse::<f64>().ok()));
+        let position = loaded.map.points.get(PointId(node.id)).map(|p| p.position);
+        let apart = |p: Point| Some((p - Point::new(x?, y?)).norm());
+        position.and_then(apart).unwrap_or(f64::INFINITY)
     };
-    loaded.map.points.iter().map(distance).fold(0.0, f64::max)
+    osm.nodes.iter().map(distance).fold(0.0, f64::max)
 }
 
 #[test]
@@ -40,7 +43,7 @@ fn local_coordinates_are_utm_modulo_100_km_to_a_millimetre() {
     for name in ["autoware_vm_03_left_hand.osm", "autoware_vm_03_right_hand.osm", "autoware_intersection.osm"] {
         let Some((osm, loaded)) = load(name) else { return };
         assert_eq!(loaded.map.points.len(), osm.nodes.len());
-        let worst = worst(&loaded);
+        let worst = worst(&osm, &loaded);
         assert!(worst < 1e-3, "{name}: {worst} m");
     }
 }

@@ -45,7 +45,9 @@ impl<'a> Assembly<'a> {
     }
 
     /// What has been added.
-    pub fn into_part(self) -> Part {
+    pub fn into_part(mut self) -> Part {
+        // Most of a map is points, and all parts of it are held until they are joined.
+        self.part.map.points.shrink();
         self.part
     }
 
@@ -114,7 +116,7 @@ impl<'a> Assembly<'a> {
             position,
             ele: Some(ele),
             lonlat: None,
-            local: [Some(position.x), Some(position.y)],
+            local: [true; 2],
             attributes,
             span: None,
         });

@@ -80,10 +80,15 @@ impl Ids {
 
     /// Takes all ids that others have handed out, unless one of them is taken already.
     pub fn join(&mut self, others: &Self) -> Result<(), IdTaken> {
-        if others.taken.iter().any(|id| self.taken(id)) {
-            return Err(IdTaken);
+        self.taken.reserve(others.taken.len());
+        for (joined, id) in others.taken.iter().enumerate() {
+            if !self.taken.insert(*id) {
+                others.taken.iter().take(joined).for_each(|id| {
+                    self.taken.remove(id);
+                });
+                return Err(IdTaken);
+            }
         }
-        self.taken.extend(&others.taken);
         Ok(())
     }
 

@@ -73,8 +73,8 @@ pub struct Point {
     pub ele: Option<f64>,
     /// As written; `None` if absent, which loads as 0, 0.
     pub lonlat: Option<LonLat>,
-    /// `local_x` and `local_y` as written, each where its tag exists and is a number.
-    pub local: [Option<f64>; 2],
+    /// Whether the tags `local_x` and `local_y` exist and are numbers.
+    pub local: [bool; 2],
     /// The other tags (`ele`, `local_x`, `local_y` are left out).
     pub attributes: Attributes,
     /// Where it stands in the file.

@@ -1,7 +1,10 @@
 //! Primitives of one kind, in insertion order, found by id.
 
-use rustc_hash::FxHashMap;
-use std::hash::Hash;
+use std::hash::{BuildHasher, Hash};
+
+use hashbrown::HashTable;
+use hashbrown::hash_table::Entry;
+use rustc_hash::FxBuildHasher;
 
 /// What can stand on a [`Shelf`].
 pub trait Shelved {
@@ -16,24 +19,26 @@ pub trait Shelved {
 #[derive(Clone, Debug)]
 pub struct Shelf<T: Shelved> {
     items: Vec<T>,
-    index: FxHashMap<T::Id, u32>,
+    /// Positions by id. The ids themselves stand in the items: a map has many, and they fill the caches.
+    index: HashTable<u32>,
 }
 
 impl<T: Shelved> Default for Shelf<T> {
     fn default() -> Self {
-        Self { items: Vec::new(), index: FxHashMap::default() }
+        Self { items: Vec::new(), index: HashTable::new() }
     }
 }
 
 impl<T: Shelved> Shelf<T> {
     /// Puts an item on the shelf; one of the same id gives up its place and is returned.
     pub fn insert(&mut self, item: T) -> Option<T> {
+        let Self { items, index } = self;
         let id = item.id();
-        match self.index.get(&id) {
-            Some(&at) => Some(std::mem::replace(&mut self.items[at as usize], item)),
-            None => {
-                self.index.insert(id, self.items.len() as u32);
-                self.items.push(item);
+        match index.entry(hash(id), |&at| items[at as usize].id() == id, |&at| hash(items[at as usize].id())) {
+            Entry::Occupied(at) => Some(std::mem::replace(&mut items[*at.get() as usize], item)),
+            Entry::Vacant(place) => {
+                place.insert(items.len() as u32);
+                items.push(item);
                 None
             }
         }
@@ -41,22 +46,27 @@ impl<T: Shelved> Shelf<T> {
 
     /// The item of this id.
     pub fn get(&self, id: T::Id) -> Option<&T> {
-        self.index.get(&id).map(|&at| &self.items[at as usize])
+        self.position(id).map(|at| &self.items[at])
     }
 
     /// The item of this id, to change; its id must stay.
     pub fn get_mut(&mut self, id: T::Id) -> Option<&mut T> {
-        self.index.get(&id).map(|&at| &mut self.items[at as usize])
+        self.position(id).map(|at| &mut self.items[at])
     }
 
     /// Position on the shelf, for side tables.
     pub fn position(&self, id: T::Id) -> Option<usize> {
-        self.index.get(&id).map(|&at| at as usize)
+        self.index.find(hash(id), |&at| self.items[at as usize].id() == id).map(|&at| at as usize)
     }
 
     /// Whether there is an item of this id.
     pub fn contains(&self, id: T::Id) -> bool {
-        self.index.contains_key(&id)
+        self.position(id).is_some()
+    }
+
+    /// Gives back the memory that more items would need.
+    pub fn shrink(&mut self) {
+        self.items.shrink_to_fit();
     }
 
     /// All items in insertion order.
@@ -85,6 +95,10 @@ impl<T: Shelved> Shelf<T> {
     }
 }
 
+fn hash(id: impl Hash) -> u64 {
+    FxBuildHasher.hash_one(id)
+}
+
 impl<T: Shelved> IntoIterator for Shelf<T> {
     type Item = T;
     type IntoIter = std::vec::IntoIter<T>;
@@ -96,6 +110,11 @@ impl<T: Shelved> IntoIterator for Shelf<T> {
 
 impl<T: Shelved> Extend<T> for Shelf<T> {
     fn extend<I: IntoIterator<Item = T>>(&mut self, items: I) {
+        let items = items.into_iter();
+        let least = items.size_hint().0;
+        self.items.reserve(least);
+        let stand = &self.items;
+        self.index.reserve(least, |&at| hash(stand[at as usize].id()));
         for item in items {
             self.insert(item);
         }

@@ -201,7 +201,7 @@ mod tests {
     fn point(id: i64, x: f64, y: f64) -> Point {
         let position = PlanePoint::new(x, y);
         let (id, attributes) = (PointId(id), Attributes::new());
-        Point { id, position, ele: Some(12.5), lonlat: None, local: [None; 2], attributes, span: None }
+        Point { id, position, ele: Some(12.5), lonlat: None, local: [false; 2], attributes, span: None }
     }
 
     /// A lane of ten metres with a stop line element and an area, made in an order that is not that of the ids.

@@ -1,16 +1,18 @@
 //! Key-value pairs of an element, in file order.
 
+use thin_vec::ThinVec;
+
 /// A short string: keys, values, roles. Up to 24 bytes lie inline.
 pub type Text = compact_str::CompactString;
 
 /// Tags of one element. Few, so a list; the last value wins where a key repeats, as it does for Lanelet2's reader.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Tags(Vec<(Text, Text)>);
+pub struct Tags(ThinVec<(Text, Text)>);
 
 impl Tags {
     /// No tags.
     pub const fn new() -> Self {
-        Self(Vec::new())
+        Self(ThinVec::new())
     }
 
     /// The value of `key`.

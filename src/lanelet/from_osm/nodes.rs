@@ -40,6 +40,8 @@ impl Number {
 /// A point with what only its making knows.
 struct Made {
     point: Point,
+    /// `local_x` and `local_y` as written, each where its tag exists and is a number.
+    local: [Option<f64>; 2],
     projected: Option<PlanePoint>,
     bad_ele: Option<Text>,
 }
@@ -89,17 +91,17 @@ impl Loader<'_> {
             position,
             ele: ele.value(),
             lonlat: node.position,
-            local,
+            local: local.map(|number| number.is_some()),
             attributes,
             span: Some(node.span.clone()),
         };
-        Made { point, projected: if self.local { None } else { projected }, bad_ele }
+        Made { point, local, projected: if self.local { None } else { projected }, bad_ele }
     }
 
     fn node_faults(&mut self, node: &Node, made: &Made, any_local: bool, shift: &mut Shift) {
         let subject = Subject::Point(node.id);
         self.id(ElementKind::Node, node.id, subject, &node.span);
-        let [x, y] = made.point.local;
+        let [x, y] = made.local;
         match (node.position, made.projected) {
             _ if self.local => {}
             (None, _) => self.fault(subject, &node.span, Condition::BadCoordinate),

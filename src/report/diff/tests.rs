@@ -27,7 +27,7 @@ fn map() -> LaneletMap {
             position,
             ele: None,
             lonlat: None,
-            local: [None; 2],
+            local: [false; 2],
             attributes: tags(&[]),
             span: None,
         });

@@ -17,7 +17,7 @@ fn lane(subtype: &str, turn: Option<&str>) -> LaneletMap {
             position: Point::new(x, y),
             ele: Some(0.0),
             lonlat: None,
-            local: [None, None],
+            local: [false; 2],
             attributes: Attributes::new(),
             span: None,
         });

@@ -76,7 +76,7 @@ mod tests {
                 position: Point::new(x, y),
                 ele: None,
                 lonlat: Some(place(x, y)),
-                local: [None; 2],
+                local: [false; 2],
                 attributes: Attributes::new(),
                 span: None,
             });

@@ -18,7 +18,7 @@ fn map() -> LaneletMap {
             position: Point::new(i as f64 * 10.0, 5.0),
             ele: None,
             lonlat: None,
-            local: [None; 2],
+            local: [false; 2],
             attributes: Attributes::new(),
             span: None,
         });

@@ -16,7 +16,7 @@ fn map() -> LaneletMap {
                 position: Point::new(x, y),
                 ele: None,
                 lonlat: None,
-                local: [None; 2],
+                local: [false; 2],
                 attributes: Attributes::new(),
                 span: None,
             });

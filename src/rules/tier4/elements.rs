@@ -121,15 +121,15 @@ pub fn turn_signal(view: &View, params: &Params) -> Vec<Issue> {
 /// `local_coordinates_declaration`: once a point has local coordinates, all have both.
 pub fn local_coordinates(view: &View, _: &Params) -> Vec<Issue> {
     let points = || view.map.points.iter();
-    if !points().any(|point| point.local.iter().any(Option::is_some)) {
+    if !points().any(|point| point.local.contains(&true)) {
         return Vec::new();
     }
     let lacking = points().filter_map(|point| {
         let (number, lacks) = match point.local {
-            [None, None] => (1, "neither local_x nor local_y"),
-            [Some(_), None] => (2, "local_x but no local_y"),
-            [None, Some(_)] => (3, "local_y but no local_x"),
-            [Some(_), Some(_)] => return None,
+            [false, false] => (1, "neither local_x nor local_y"),
+            [true, false] => (2, "local_x but no local_y"),
+            [false, true] => (3, "local_y but no local_x"),
+            [true, true] => return None,
         };
         let id = point.id;
         Some(issue(number, Subject::Point(id.0), format!("Point {id} has {lacks}; others have local coordinates.")))
