@@ -1,5 +1,7 @@
 //! load: what Autoware's loader stumbles over.
 
+use rustc_hash::FxHashSet;
+
 use super::{NoParams, Rule};
 use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::lanelet::index::MapIndex;
@@ -19,9 +21,17 @@ impl Rule for Load {
     }
 }
 
-/// Lanelets that run against the points of both bounds. Many sound maps have some, so they are said once.
+/// Lanelets that run against the points of both bounds. Many sound maps have some, so they are said once. Of two that
+/// are one road to and fro, over the same two ways, one has to.
 fn reversed(map: &MapIndex) -> Option<Finding> {
-    let turned = |fault: &&LoadFault| matches!(fault.condition, Condition::BothBoundsTurned { .. });
+    let ways: FxHashSet<[LineStringId; 2]> =
+        map.map.lanelets.iter().map(|lanelet| [lanelet.left.line, lanelet.right.line]).collect();
+    let stacked = |subject: Subject| {
+        let lanelet = subject.id().and_then(|id| map.map.lanelets.get(LaneletId(id)));
+        lanelet.is_some_and(|lanelet| ways.contains(&[lanelet.right.line, lanelet.left.line]))
+    };
+    let turned =
+        |fault: &&LoadFault| matches!(fault.condition, Condition::BothBoundsTurned { .. }) && !stacked(fault.subject);
     let lanelets: Vec<Subject> = map.faults.iter().filter(turned).map(|fault| fault.subject).collect();
     let &first = lanelets.first()?;
     let message = format!(

@@ -1,32 +1,49 @@
 //! The table of the standard: number, document, predicate; and the engine that runs it.
 
+mod along;
 mod area_element;
+mod borders;
 mod config;
 mod graph;
 mod ids;
+mod joint;
 mod load;
 mod node;
 mod number;
+mod opposed;
 mod phase;
 mod pictures;
 mod right_of_way;
 mod rule;
 mod side;
 mod side_lane;
+mod stops;
 pub mod tier4;
 mod view;
 mod virtual_light;
 mod vm_01_01;
 mod vm_01_02;
 mod vm_01_03;
+mod vm_01_04;
 mod vm_01_05;
+mod vm_01_08;
 mod vm_01_09;
 mod vm_01_10;
+mod vm_01_11;
+mod vm_01_12;
+mod vm_01_13;
+mod vm_01_14;
 mod vm_01_15;
+mod vm_01_16;
 mod vm_01_17;
+mod vm_01_18;
+mod vm_01_19;
 mod vm_01_20;
 mod vm_01_21;
+mod vm_02_01;
 mod vm_02_02;
+mod vm_02_03;
+mod vm_02_04;
 mod vm_03_01;
 mod vm_03_02;
 mod vm_03_03;
@@ -55,6 +72,7 @@ mod vm_06_02;
 mod vm_06_04;
 mod vm_06_05;
 mod vm_06_06;
+mod walkway;
 
 use std::sync::LazyLock;
 
@@ -102,14 +120,28 @@ table! {
     "vm-01-01" => Some(judge::<vm_01_01::RoadBasics>),
     "vm-01-02" => Some(judge::<vm_01_02::LaneChange>),
     "vm-01-03" => Some(judge::<vm_01_03::SharedBorders>),
+    "vm-01-04" => Some(judge::<vm_01_04::OpposingLanes>),
     "vm-01-05" => Some(judge::<vm_01_05::SeparateBounds>),
+    "vm-01-06" => None,
+    "vm-01-07" => None,
+    "vm-01-08" => Some(judge::<vm_01_08::RoadEdge>),
     "vm-01-09" => Some(judge::<vm_01_09::SpeedLimit>),
     "vm-01-10" => Some(judge::<vm_01_10::CenterLine>),
+    "vm-01-11" => Some(judge::<vm_01_11::CenterLinesConnected>),
+    "vm-01-12" => Some(judge::<vm_01_12::CenterLineEnds>),
+    "vm-01-13" => Some(judge::<vm_01_13::WideUnmarkedRoad>),
+    "vm-01-14" => Some(judge::<vm_01_14::NarrowSharedRoad>),
     "vm-01-15" => Some(judge::<vm_01_15::RoadShoulder>),
+    "vm-01-16" => Some(judge::<vm_01_16::ShoulderBorder>),
     "vm-01-17" => Some(judge::<vm_01_17::PedestrianLane>),
+    "vm-01-18" => Some(judge::<vm_01_18::StripBorder>),
+    "vm-01-19" => Some(judge::<vm_01_19::Walkway>),
     "vm-01-20" => Some(judge::<vm_01_20::SideBySide>),
     "vm-01-21" => Some(judge::<vm_01_21::EndToEnd>),
+    "vm-02-01" => Some(judge::<vm_02_01::StopLineAlignment>),
     "vm-02-02" => Some(judge::<vm_02_02::StopLines>),
+    "vm-02-03" => Some(judge::<vm_02_03::DoubleStopLines>),
+    "vm-02-04" => Some(judge::<vm_02_04::StopLineUse>),
     "vm-03-01" => Some(judge::<vm_03_01::Criteria>),
     "vm-03-02" => Some(judge::<vm_03_02::TurnDirectionAndBounds>),
     "vm-03-03" => Some(judge::<vm_03_03::WidthAndSmoothness>),

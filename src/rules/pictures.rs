@@ -14,6 +14,31 @@ macro_rules! pictures {
 pictures! {
     "side": "good", "bad-inconsistent";
     "phase": "good", "bad-arrow";
+    "vm-01-01": "good", "bad-location";
+    "vm-01-02": "good", "bad-lane-change-missing";
+    "vm-01-03": "good", "bad-partly-shared";
+    "vm-01-04": "good", "bad-cut-apart";
+    "vm-01-05": "good", "bad-shared-point";
+    "vm-01-06": "good", "eyes-beside-the-paint";
+    "vm-01-07": "good", "eyes-beside-the-paint";
+    "vm-01-08": "good", "bad-edge-distance";
+    "vm-01-09": "good", "bad-speed-range";
+    "vm-01-10": "good", "bad-outside";
+    "vm-01-11": "good", "bad-gap";
+    "vm-01-12": "good", "bad-off-middle";
+    "vm-01-13": "good", "bad-overlap";
+    "vm-01-14": "good", "bad-not-shared";
+    "vm-01-15": "good", "bad-alone";
+    "vm-01-16": "good", "bad-not-shared";
+    "vm-01-17": "good", "bad-alone";
+    "vm-01-18": "good", "bad-not-shared";
+    "vm-01-19": "good", "bad-doubled";
+    "vm-01-20": "good", "bad-neighbours";
+    "vm-01-21": "good", "bad-follower";
+    "vm-02-01": "good", "bad-askew";
+    "vm-02-02": "good", "bad-unreferenced";
+    "vm-02-03": "good", "bad-second-line";
+    "vm-02-04": "good", "bad-behind";
     "vm-03-01": "good", "bad-not-covered";
     "vm-03-02": "good", "bad-turn-mismatch";
     "vm-03-03": "good", "bad-width-severe", "bad-jagged";
@@ -32,6 +57,16 @@ pictures! {
     "vm-03-16": "good", "bad-order";
     "vm-03-17": "good", "bad-yield";
     "vm-03-18": "good", "bad-overlap";
+    "vm-04-01": "good", "bad-unreferenced";
+    "vm-04-02": "good", "bad-reversed";
+    "vm-04-03": "good", "bad-color-missing";
+    "vm-05-01": "good", "bad-not-crossing";
+    "vm-05-03": "good", "bad-speed";
+    "vm-06-01": "good", "bad-overlap";
+    "vm-06-02": "good", "bad-unreferenced";
+    "vm-06-04": "good", "bad-unreferenced";
+    "vm-06-05": "good", "bad-unreferenced";
+    "vm-06-06": "good", "bad-unreferenced";
 }
 
 /// The pictures of one rule: name and SVG.

@@ -1,23 +1,29 @@
 //! Strips at the side of a road, be it a shoulder or one for people on foot: what lies beside them.
 
+use super::along::{self, Reach, Twins};
 use super::graph::{Graph, Rules};
 use super::view::View;
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
+use crate::lanelet::{LaneletId, RoadType};
 
 /// Judges all lanelets of a subtype: each lies beside another lanelet, and a side that is free ends in a road border.
-/// `beside_road`: the only neighbour has to be a road.
-pub fn judge(map: &MapIndex, subtype: &str, beside_road: bool) -> Vec<Finding> {
+/// `copied`: one whose border is as close to that of a road is not called alone. `beside_road`: the only neighbour has to
+/// be a road.
+pub fn judge(map: &MapIndex, subtype: &str, kind: RoadType, copied: Option<Reach>, beside_road: bool) -> Vec<Finding> {
     if !map.map.lanelets.iter().any(|lanelet| lanelet.attributes.is("subtype", subtype)) {
         return Vec::new();
     }
     let view = View::new(map.map);
     let graph = Graph::new(&view, Rules::AnyLane);
+    let copies = copied.map(|reach| copies(map, kind, reach)).unwrap_or_default();
+    let is_copy = |id: LaneletId| copies.iter().any(|twins| map.lanes[twins.lanes[1]].id == id);
     let mut findings = Vec::new();
     for (at, seen) in view.lanelets.iter().enumerate().filter(|(_, seen)| seen.is(subtype)) {
         let (id, subject) = (seen.id(), Subject::Lanelet(seen.id().0));
         let (neighbour, free) = match (graph.adjacent_left(at), graph.adjacent_right(at)) {
             (Some(_), Some(_)) => continue,
+            (None, None) if is_copy(id) => continue,
             (None, None) => {
                 let message = format!("The {subtype} lanelet {id} shares no border with another lane.");
                 findings.push(Finding::new("alone", subject, message));
@@ -36,6 +42,34 @@ pub fn judge(map: &MapIndex, subtype: &str, beside_road: bool) -> Vec<Finding> {
             let finding = Finding::new("outer-border", Subject::LineString(free.0), message);
             findings.push(finding.with(subject, "lanelet"));
         }
+    }
+    findings
+}
+
+/// Strips of a kind whose bound runs along that of a road without being the same way.
+pub fn copies(map: &MapIndex, kind: RoadType, reach: Reach) -> Vec<Twins> {
+    if !map.lanes.iter().any(|lane| lane.kind == kind) {
+        return Vec::new();
+    }
+    along::all(map, reach, |lane| lane.kind == RoadType::Road, |lane| lane.kind == kind)
+}
+
+/// Says of each copy that it is one.
+pub fn judge_copies(map: &MapIndex, kind: RoadType, subtype: &str, reach: Reach) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for twins in copies(map, kind, reach) {
+        let [road, strip] = twins.lanes.map(|lane| map.lanes[lane].id);
+        let [way, own] = twins.ways;
+        let message =
+            format!("Border {own} of the {subtype} lanelet {strip} runs along border {way} of lanelet {road}.");
+        let finding = Finding::new("not-shared", Subject::Lanelet(strip.0), message)
+            .with(Subject::Lanelet(road.0), "road")
+            .with(Subject::LineString(way.0), "road's border")
+            .with(Subject::LineString(own.0), "own border");
+        findings.push(match twins.shared(map) {
+            Some(edit) => finding.fixed_by(format!("use way {way} for both"), true, vec![edit]),
+            None => finding,
+        });
     }
     findings
 }

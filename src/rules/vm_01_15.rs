@@ -1,16 +1,31 @@
 //! vm-01-15: a road shoulder lies between a lane and the border of the road.
 
-use super::{NoParams, Rule, side_lane};
+use serde::Deserialize;
+
+use super::along::Reach;
+use super::{Rule, side_lane};
 use crate::diagnostic::Finding;
+use crate::lanelet::RoadType;
 use crate::lanelet::index::MapIndex;
 
 /// See `rules/vm-01-15.md`.
 pub struct RoadShoulder;
 
-impl Rule for RoadShoulder {
-    type Params = NoParams;
+/// See the document.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    apart: f64,
+    share: f64,
+    /// Whether to speak of strips whose border is a copy of the road's, too, of which vm-01-16 speaks.
+    copies: bool,
+}
 
-    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        side_lane::judge(map, "road_shoulder", false)
+impl Rule for RoadShoulder {
+    type Params = Params;
+
+    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+        let reach = (!params.copies).then_some(Reach { apart: params.apart, share: params.share });
+        side_lane::judge(map, "road_shoulder", RoadType::Shoulder, reach, false)
     }
 }

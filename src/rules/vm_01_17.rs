@@ -1,16 +1,31 @@
 //! vm-01-17: a strip for people on foot lies between a road and its border.
 
-use super::{NoParams, Rule, side_lane};
+use serde::Deserialize;
+
+use super::along::Reach;
+use super::{Rule, side_lane};
 use crate::diagnostic::Finding;
+use crate::lanelet::RoadType;
 use crate::lanelet::index::MapIndex;
 
 /// See `rules/vm-01-17.md`.
 pub struct PedestrianLane;
 
-impl Rule for PedestrianLane {
-    type Params = NoParams;
+/// See the document.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    apart: f64,
+    share: f64,
+    /// Whether to speak of strips whose border is a copy of the road's, too, of which vm-01-18 speaks.
+    copies: bool,
+}
 
-    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        side_lane::judge(map, "pedestrian_lane", true)
+impl Rule for PedestrianLane {
+    type Params = Params;
+
+    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+        let reach = (!params.copies).then_some(Reach { apart: params.apart, share: params.share });
+        side_lane::judge(map, "pedestrian_lane", RoadType::PedestrianLane, reach, true)
     }
 }

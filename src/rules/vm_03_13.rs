@@ -2,11 +2,12 @@
 
 use serde::Deserialize;
 
-use super::Rule;
+use super::borders::Borders;
+use super::{Rule, walkway};
 use crate::diagnostic::{Edit, Finding, Place, Subject};
-use crate::geometry::{Point, Polyline, polygon, segment_crossing};
+use crate::geometry::polygon;
 use crate::lanelet::RoadType;
-use crate::lanelet::index::{Lane, MapIndex, is_road_border};
+use crate::lanelet::index::{Lane, MapIndex};
 
 /// See `rules/vm-03-13.md`.
 pub struct PrivateAreaAndSidewalk;
@@ -77,38 +78,6 @@ fn meets_others(map: &MapIndex, at: usize, road: usize) -> bool {
         || map.conflicts[at].iter().any(|conflict| conflict.real && vehicle(conflict.other))
 }
 
-/// Segments of road borders by place.
-struct Borders(rstar::RTree<rstar::primitives::GeomWithData<rstar::primitives::Line<[f64; 2]>, i64>>);
-
-impl Borders {
-    fn of(map: &MapIndex) -> Self {
-        let borders = map.map.linestrings.iter().filter(|line| is_road_border(line));
-        let segments = borders.flat_map(|line| {
-            let places = line.points.iter().filter_map(|&id| map.map.points.get(id)).map(|point| point.position);
-            let places: Vec<Point> = places.filter(|p| p.x.is_finite() && p.y.is_finite()).collect();
-            let pairs: Vec<_> = places.windows(2).map(|pair| (line.id.0, [pair[0], pair[1]])).collect();
-            pairs
-        });
-        let lines = segments.map(|(id, [a, b])| {
-            rstar::primitives::GeomWithData::new(rstar::primitives::Line::new([a.x, a.y], [b.x, b.y]), id)
-        });
-        Self(rstar::RTree::bulk_load(lines.collect()))
-    }
-
-    /// Where a centre line first crosses a border, and which.
-    fn crossed(&self, center: &Polyline) -> Option<(i64, Point)> {
-        center.segments().find_map(|(a, b)| {
-            let reach = rstar::AABB::from_corners([a.x, a.y], [b.x, b.y]);
-            let near = self.0.locate_in_envelope_intersecting(&reach);
-            let hits = near.filter_map(|found| {
-                let [c, d] = [found.geom().from, found.geom().to].map(Point::from);
-                segment_crossing(a, b, c, d).map(|(_, _, place)| (found.data, place))
-            });
-            hits.min_by_key(|hit| hit.0)
-        })
-    }
-}
-
 /// A connector between private ground and the road that crosses a kerb or a strip for people on foot, and no walkway.
 fn walkway_missing(map: &MapIndex, params: &Params, borders: &Borders, at: usize) -> Option<Finding> {
     let lane = &map.lanes[at];
@@ -138,7 +107,7 @@ fn walkway_missing(map: &MapIndex, params: &Params, borders: &Borders, at: usize
     }
     let (border, place) = borders.crossed(lane.center.as_ref()?)?;
     let finding = Finding::new("walkway-missing", subject, message(format!("road border {border}")));
-    Some(finding.with(Subject::LineString(border), "road border").at(Place::Point(place)))
+    Some(finding.with(Subject::LineString(border.0), "road border").at(Place::Point(place)))
 }
 
 fn judge_walkway(map: &MapIndex, params: &Params, walkway: &Lane, has_crosswalks: bool) -> Vec<Finding> {
@@ -178,17 +147,9 @@ fn judge_walkway(map: &MapIndex, params: &Params, walkway: &Lane, has_crosswalks
 
 /// How far the walkway reaches beyond the lanes that it crosses, at the end where that is less.
 fn walkway_short(params: &Params, walkway: &Lane, crossed: &[&Lane]) -> Option<Finding> {
-    let center = walkway.center.as_ref()?;
-    let stations = crossed.iter().flat_map(|lane| {
-        let inside = polygon::intersection(&walkway.outline, &lane.outline);
-        let corners: Vec<f64> = geo::CoordsIter::coords_iter(&inside)
-            .map(|corner| center.project(Point::new(corner.x, corner.y)).station)
-            .collect();
-        corners
-    });
-    let [first, last] = stations.fold([f64::INFINITY, 0.0_f64], |[a, b], s| [a.min(s), b.max(s)]);
-    let overhang = first.min(center.length() - last);
-    if !overhang.is_finite() || overhang >= params.overhang {
+    let [first, last] = walkway::crossed(walkway, crossed.iter().copied())?;
+    let overhang = first.min(walkway.length() - last);
+    if overhang >= params.overhang {
         return None;
     }
     let message = format!("Walkway {} overhangs the lanes that it crosses by {overhang:.2} m only.", walkway.id);

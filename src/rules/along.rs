@@ -1,0 +1,99 @@
+//! Bounds of two lanes that run along each other and yet are two ways.
+
+use crate::diagnostic::Edit;
+use crate::geometry::Polyline;
+use crate::lanelet::LineStringId;
+use crate::lanelet::index::{Lane, MapIndex};
+
+/// Steps along a bound between measurements, metres: short against any lane.
+const STEP: f64 = 1.0;
+
+/// How close bounds are that should be one.
+#[derive(Clone, Copy, Debug)]
+pub struct Reach {
+    /// Metres between the two.
+    pub apart: f64,
+    /// Share of the shorter one that has to be as close.
+    pub share: f64,
+}
+
+/// Two lanes side by side, each with a bound of its own where the other's runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Twins {
+    /// The lanes, by their positions.
+    pub lanes: [usize; 2],
+    /// The bound of each.
+    pub ways: [LineStringId; 2],
+    /// How long each bound is, metres.
+    pub lengths: [f64; 2],
+    /// Whether the lanes run against each other.
+    pub opposed: bool,
+    /// Whether both bounds join the same two points.
+    same_ends: bool,
+}
+
+impl Twins {
+    /// Which of two lanes' bounds run along each other; `None` if none do, or if the lanes have a way in common.
+    pub fn of(map: &MapIndex, one: usize, other: usize, reach: Reach) -> Option<Self> {
+        let (a, b) = (&map.lanes[one], &map.lanes[other]);
+        if a.bounds.iter().any(|way| b.bounds.contains(way)) || on_two_levels(map, a, b) {
+            return None;
+        }
+        let lines = [a, b].map(|lane| [&lane.left, &lane.right].map(|bound| Polyline::new(bound.iter().copied())));
+        let sides = [(0, 0), (0, 1), (1, 0), (1, 1)];
+        sides.into_iter().find_map(|(i, j)| {
+            let (mine, theirs) = (lines[0][i].as_ref()?, lines[1][j].as_ref()?);
+            let [short, long] = if mine.length() <= theirs.length() { [mine, theirs] } else { [theirs, mine] };
+            if share(short, long, reach.apart) < reach.share {
+                return None;
+            }
+            // Lanes that run the same way lie side by side where one's left is the other's right, and else on each other.
+            let middle = short.length() / 2.0;
+            let facing = long.direction(long.project(short.at(middle)).station);
+            let opposed = short.direction(middle).dot(&facing) < 0.0;
+            let ends = |lane: &Lane, side: usize| [lane.start.ids[side], lane.end.ids[side]];
+            let (mut own, mut other_ends) = (ends(a, i), ends(b, j));
+            own.sort_unstable();
+            other_ends.sort_unstable();
+            (opposed == (i == j)).then(|| Self {
+                lanes: [one, other],
+                ways: [a.bounds[i], b.bounds[j]],
+                lengths: [mine.length(), theirs.length()],
+                opposed,
+                same_ends: own == other_ends,
+            })
+        })
+    }
+
+    /// How the second lane comes to use the first one's way: only where that changes nothing of who follows whom.
+    pub fn shared(&self, map: &MapIndex) -> Option<Edit> {
+        let [to, from] = self.ways;
+        self.same_ends.then(|| Edit::ReplaceWay { lanelet: map.lanes[self.lanes[1]].id.0, from: from.0, to: to.0 })
+    }
+}
+
+/// Share of a line that lies close to another.
+fn share(line: &Polyline, other: &Polyline, apart: f64) -> f64 {
+    let places = line.resampled(STEP);
+    let places = places.points();
+    places.iter().filter(|&&p| other.distance(p) <= apart).count() as f64 / places.len() as f64
+}
+
+/// Whether one lane passes over the other, wherever they are.
+fn on_two_levels(map: &MapIndex, a: &Lane, b: &Lane) -> bool {
+    let gap = (a.heights[0] - b.heights[1]).max(b.heights[0] - a.heights[1]);
+    gap > map.thresholds.grade_separation
+}
+
+/// All pairs of lanes, of which the first and the second fit, whose bounds run along each other.
+pub fn all(map: &MapIndex, reach: Reach, first: impl Fn(&Lane) -> bool, second: impl Fn(&Lane) -> bool) -> Vec<Twins> {
+    let mut found = Vec::new();
+    for at in (0..map.lanes.len()).filter(|&at| first(&map.lanes[at])) {
+        let [low, high] = map.lanes[at].extent;
+        let margin = crate::geometry::Vector::new(reach.apart, reach.apart);
+        let near = map.lanes_near(low - margin, high + margin).into_iter();
+        let others = near.filter(|&other| other != at && second(&map.lanes[other]));
+        found.extend(others.filter_map(|other| Twins::of(map, at, other, reach)));
+    }
+    found
+}

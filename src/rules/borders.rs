@@ -1,0 +1,48 @@
+//! The road borders of a map, by place.
+
+use rstar::AABB;
+use rstar::primitives::{GeomWithData, Line};
+
+use crate::geometry::{Point, Polyline, Vector, segment_crossing};
+use crate::lanelet::LineStringId;
+use crate::lanelet::index::{MapIndex, is_road_border};
+
+/// Segments of road borders.
+pub struct Borders(rstar::RTree<GeomWithData<Line<[f64; 2]>, LineStringId>>);
+
+impl Borders {
+    /// All of a map.
+    pub fn of(map: &MapIndex) -> Self {
+        let borders = map.map.linestrings.iter().filter(|line| is_road_border(line));
+        let segments = borders.flat_map(|line| {
+            let places = line.points.iter().filter_map(|&id| map.map.points.get(id)).map(|point| point.position);
+            let places: Vec<Point> = places.filter(|p| p.x.is_finite() && p.y.is_finite()).collect();
+            let pairs: Vec<_> = places.windows(2).map(|pair| (line.id, [pair[0], pair[1]])).collect();
+            pairs
+        });
+        let lines = segments.map(|(id, [a, b])| GeomWithData::new(Line::new([a.x, a.y], [b.x, b.y]), id));
+        Self(rstar::RTree::bulk_load(lines.collect()))
+    }
+
+    /// Where a line first crosses a border, and which.
+    pub fn crossed(&self, line: &Polyline) -> Option<(LineStringId, Point)> {
+        line.segments().find_map(|(a, b)| self.hits(a, b).into_iter().min_by_key(|hit| hit.0))
+    }
+
+    /// The nearest border that one meets on the way from a place, and how far it is, metres.
+    pub fn toward(&self, from: Point, step: Vector) -> Option<(LineStringId, f64)> {
+        let hits = self.hits(from, from + step).into_iter();
+        let far = hits.map(|(id, place)| (id, (place - from).norm()));
+        far.min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)))
+    }
+
+    fn hits(&self, a: Point, b: Point) -> Vec<(LineStringId, Point)> {
+        let reach = AABB::from_corners([a.x, a.y], [b.x, b.y]);
+        let near = self.0.locate_in_envelope_intersecting(&reach);
+        near.filter_map(|found| {
+            let [c, d] = [found.geom().from, found.geom().to].map(Point::from);
+            segment_crossing(a, b, c, d).map(|(_, _, place)| (found.data, place))
+        })
+        .collect()
+    }
+}

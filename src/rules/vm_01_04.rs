@@ -1,0 +1,83 @@
+//! vm-01-04: lanes of opposite directions share the line between them.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use super::Rule;
+use super::along::{self, Reach, Twins};
+use crate::diagnostic::{Finding, Subject};
+use crate::lanelet::LineStringId;
+use crate::lanelet::index::{MapIndex, is_road_border};
+
+/// See `rules/vm-01-04.md`.
+pub struct OpposingLanes;
+
+/// See the document.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    apart: f64,
+    share: f64,
+    even: f64,
+}
+
+impl Rule for OpposingLanes {
+    type Params = Params;
+
+    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+        let reach = Reach { apart: params.apart, share: params.share };
+        let twins = along::all(map, reach, |lane| lane.is_for_cars(), |lane| lane.is_for_cars());
+        let outside = |twins: &Twins| twins.lanes.iter().all(|&lane| map.intersections_of(lane).is_empty());
+        // Of two views of one pair, that of the lane with the longer border.
+        let first = |twins: &Twins| {
+            let key = |i: usize| (twins.lengths[i], std::cmp::Reverse(map.lanes[twins.lanes[i]].id));
+            key(0) > key(1)
+        };
+        let open = |twins: &Twins| !twins.ways.iter().any(|&way| is_barrier(map, way));
+        let mut by_lane: BTreeMap<usize, Vec<Twins>> = BTreeMap::new();
+        for one in twins.into_iter().filter(|one| one.opposed && outside(one) && open(one) && first(one)) {
+            by_lane.entry(one.lanes[0]).or_default().push(one);
+        }
+        let judged = by_lane.into_iter().flat_map(|(lane, others)| {
+            if others.iter().any(|one| one.lengths[1] < params.even * one.lengths[0]) {
+                return vec![cut_apart(map, lane, &others)];
+            }
+            others.iter().map(|one| not_shared(map, one)).collect()
+        });
+        judged.collect()
+    }
+}
+
+/// Whether what a way stands for parts the directions: nobody drives over it.
+fn is_barrier(map: &MapIndex, way: LineStringId) -> bool {
+    const BARRIERS: [&str; 5] = ["guard_rail", "wall", "fence", "curbstone", "jersey_barrier"];
+    map.map.linestrings.get(way).is_some_and(|line| {
+        is_road_border(line) || line.attributes.get("type").is_some_and(|kind| BARRIERS.contains(&kind))
+    })
+}
+
+fn not_shared(map: &MapIndex, twins: &Twins) -> Finding {
+    let [id, other] = twins.lanes.map(|lane| map.lanes[lane].id);
+    let [way, own] = twins.ways;
+    let message = format!("Lanelets {id} and {other} run against each other over two ways, {way} and {own}.");
+    let finding = Finding::new("not-shared", Subject::Lanelet(id.0), message)
+        .with(Subject::Lanelet(other.0), "oncoming lane")
+        .with(Subject::LineString(way.0), "border")
+        .with(Subject::LineString(own.0), "oncoming lane's border");
+    match twins.shared(map) {
+        Some(edit) => finding.fixed_by(format!("use way {way} for both"), true, vec![edit]),
+        None => finding,
+    }
+}
+
+/// A lane beside oncoming ones that are shorter: no way can be the border of both.
+fn cut_apart(map: &MapIndex, lane: usize, others: &[Twins]) -> Finding {
+    let id = map.lanes[lane].id;
+    let names: Vec<String> = others.iter().map(|twins| map.lanes[twins.lanes[1]].id.to_string()).collect();
+    let message = format!("Lanelet {id} is cut elsewhere than the oncoming lanes beside it: {}.", names.join(", "));
+    let finding = Finding::new("cut-apart", Subject::Lanelet(id.0), message);
+    others
+        .iter()
+        .fold(finding, |finding, twins| finding.with(Subject::Lanelet(map.lanes[twins.lanes[1]].id.0), "oncoming lane"))
+}

@@ -1,0 +1,29 @@
+//! vm-01-18: a strip for people on foot and the road beside it have one way between them.
+
+use serde::Deserialize;
+
+use super::along::Reach;
+use super::{Rule, side_lane};
+use crate::diagnostic::Finding;
+use crate::lanelet::RoadType;
+use crate::lanelet::index::MapIndex;
+
+/// See `rules/vm-01-18.md`.
+pub struct StripBorder;
+
+/// See the document.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    apart: f64,
+    share: f64,
+}
+
+impl Rule for StripBorder {
+    type Params = Params;
+
+    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+        let reach = Reach { apart: params.apart, share: params.share };
+        side_lane::judge_copies(map, RoadType::PedestrianLane, "pedestrian_lane", reach)
+    }
+}

@@ -1,0 +1,142 @@
+//! vm-02-04: a stop line lies on a lane that its element rules, before what it protects.
+
+use rustc_hash::FxHashMap;
+use serde::Deserialize;
+
+use super::Rule;
+use super::stops::{self, Crossing};
+use crate::diagnostic::{Finding, Place, Subject};
+use crate::geometry::{Point, Polyline, polygon, segment_crossing};
+use crate::lanelet::index::{Lane, MapIndex};
+use crate::lanelet::{LineStringId, RegulatoryElement};
+
+/// See `rules/vm-02-04.md`.
+pub struct StopLineUse;
+
+/// See the document.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    reach: f64,
+    extra: f64,
+    behind: f64,
+}
+
+/// Elements whose stop line is for vehicles, on a lane that refers to them or before it.
+const JUDGED: [&str; 3] = ["traffic_light", "traffic_sign", "crosswalk"];
+
+impl Rule for StopLineUse {
+    type Params = Params;
+
+    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+        let elements = map.map.regulatory_elements.iter();
+        let judged = elements.filter(|element| JUDGED.contains(&element.subtype.as_str()));
+        judged.flat_map(|element| judge(map, params, element)).collect()
+    }
+}
+
+fn judge(map: &MapIndex, params: &Params, element: &RegulatoryElement) -> Vec<Finding> {
+    let referrers = map.referrers(element.id).iter().filter_map(|&id| map.lane(id));
+    let referrers: Vec<usize> = referrers.filter(|&lane| map.lanes[lane].is_for_cars()).collect();
+    // A light of people on foot has no vehicle that could pass a line.
+    if referrers.is_empty() {
+        return Vec::new();
+    }
+    let ruled = ruled(map, params, &referrers);
+    let lines = element.linestrings("ref_line").filter_map(|way| map.stop_line(way));
+    lines
+        .filter_map(|line| {
+            let crossed = stops::crossings(map, &line, params.extra);
+            let mut on: Vec<(f64, &Crossing)> =
+                crossed.iter().filter_map(|crossing| Some((*ruled.get(&crossing.lane)?, crossing))).collect();
+            on.sort_by(|a, b| a.0.total_cmp(&b.0));
+            if on.is_empty() {
+                return Some(off_lane(element, line.way, line.ends));
+            }
+            behind(map, params, element, line.way, &on)
+        })
+        .collect()
+}
+
+/// The lanes on which a vehicle meets the element: those that refer to it, those behind them, and those before them
+/// within reach, each with the distance of its end from the first lane that refers, metres.
+fn ruled(map: &MapIndex, params: &Params, referrers: &[usize]) -> FxHashMap<usize, f64> {
+    let mut found: FxHashMap<usize, f64> = referrers.iter().map(|&lane| (lane, 0.0)).collect();
+    for &lane in referrers {
+        for &next in map.followers(lane) {
+            found.entry(next).or_insert(0.0);
+        }
+    }
+    let mut open: Vec<(usize, f64)> = referrers.iter().map(|&lane| (lane, 0.0)).collect();
+    while let Some((lane, far)) = open.pop() {
+        for &before in map.predecessors(lane).iter().filter(|&&before| map.lanes[before].is_for_cars()) {
+            if far > params.reach || found.get(&before).is_some_and(|&known| known <= far) {
+                continue;
+            }
+            found.insert(before, far);
+            open.push((before, far + map.lanes[before].length()));
+        }
+    }
+    found
+}
+
+fn off_lane(element: &RegulatoryElement, way: LineStringId, ends: [Point; 2]) -> Finding {
+    let message = format!(
+        "Stop line {way} of {} {} crosses no lanelet that refers to the element, nor one before it.",
+        element.subtype, element.id
+    );
+    Finding::new("off-lane", Subject::LineString(way.0), message)
+        .with(Subject::RegulatoryElement(element.id.0), "element")
+        .at(Place::Line(ends.to_vec()))
+}
+
+/// A crosswalk's line that a vehicle meets only when it has crossed.
+fn behind(
+    map: &MapIndex,
+    params: &Params,
+    element: &RegulatoryElement,
+    way: LineStringId,
+    crossed: &[(f64, &Crossing)],
+) -> Option<Finding> {
+    if element.subtype != "crosswalk" {
+        return None;
+    }
+    let walks: Vec<&Lane> = element.lanelets("refers").filter_map(|id| map.lane_of(id)).collect();
+    // Every lane that has both of them has to pass the line first; lanes that have the line alone lead there.
+    let mut worst: Option<(f64, &Crossing)> = None;
+    for (_, crossing) in crossed {
+        let entries = walks.iter().filter_map(|walk| entry(&map.lanes[crossing.lane], walk));
+        let first = entries.fold(f64::INFINITY, f64::min);
+        if !first.is_finite() || crossing.station <= first + params.behind {
+            return None;
+        }
+        let late = crossing.station - first;
+        if worst.is_none_or(|(known, _)| late > known) {
+            worst = Some((late, crossing));
+        }
+    }
+    let (late, crossing) = worst?;
+    let id = map.lanes[crossing.lane].id;
+    let message = format!(
+        "Stop line {way} of crosswalk {} lies {late:.1} m behind the near edge of the crosswalk on lanelet {id}.",
+        element.id
+    );
+    let finding = Finding::new("behind", Subject::LineString(way.0), message);
+    let finding = finding.with(Subject::RegulatoryElement(element.id.0), "element");
+    Some(finding.with(Subject::Lanelet(id.0), "lanelet").measured(late, params.behind, "m"))
+}
+
+/// Where a lane's middle first enters a crosswalk, metres from its start.
+fn entry(lane: &Lane, walk: &Lane) -> Option<f64> {
+    let center: &Polyline = lane.center.as_ref()?;
+    if polygon::contains(&walk.outline, center.first()) {
+        return Some(0.0);
+    }
+    let stations = center.stations();
+    let ring = walk.outline.iter().zip(walk.outline.iter().cycle().skip(1));
+    let ring: Vec<(Point, Point)> = ring.map(|(a, b)| (*a, *b)).collect();
+    center.segments().zip(stations).find_map(|((a, b), before)| {
+        let hits = ring.iter().filter_map(|&(c, d)| segment_crossing(a, b, c, d));
+        hits.map(|(.., place)| before + (place - a).norm()).min_by(f64::total_cmp)
+    })
+}
