@@ -77,11 +77,14 @@ const SPECIFIED: &[(&str, &str, &str)] = &[
 ];
 
 /// Bad maps that differ from good ones in more than one thing, with the number of things and the reason.
-const MORE_THAN_ONE: &[(&str, usize, &str)] = &[(
-    "vm-03-04/bad-signal-on-in-lane",
-    3,
-    "a light that moves leaves the two lanelets behind the line for the one before",
-)];
+const MORE_THAN_ONE: &[(&str, usize, &str)] = &[
+    (
+        "vm-03-04/bad-signal-on-in-lane",
+        3,
+        "a light that moves leaves the two lanelets behind the line for the one before",
+    ),
+    ("vm-07-04/bad-below-sea", 12, "all heights of a map are above the sea, or none"),
+];
 
 fn blessing() -> bool {
     std::env::var_os("LANEWRIGHT_BLESS").is_some()

@@ -3,7 +3,9 @@
 use rustc_hash::FxHashSet;
 
 use super::view::View;
-use crate::diagnostic::{Finding, Subject};
+use crate::diagnostic::{Edit, Finding, Subject};
+use crate::geometry::{Point, polygon};
+use crate::lanelet::index::extent;
 use crate::lanelet::{PolygonId, RegulatoryElement};
 
 /// Judges polygons and elements of one kind: the type of the ones is the subtype of the others.
@@ -47,4 +49,59 @@ fn chain(view: &View, kind: &str, element: &RegulatoryElement) -> Option<Finding
     let other = referrers.iter().map(|&at| &view.lanelets[at]).find(|seen| !seen.is("road"))?;
     let finding = finding("referrer", format!("Lanelet {}, which is no road, refers to {kind} {id}.", other.id()))?;
     Some(finding.with(Subject::Lanelet(other.id().0), "lanelet"))
+}
+
+/// A lane on which less of an area lies (m2) is beside it: borders are drawn by hand.
+const BESIDE: f64 = 1.0;
+
+/// Lanelets that refer to an area which does not touch them. Of those whose kind is wrong, that is what is said.
+pub fn apart(view: &View, kind: &str, kinds: &[&str]) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for element in view.elements(kind) {
+        let rings: Vec<Vec<Point>> = rings(view, element);
+        for seen in view.referrers(element.id).iter().map(|&at| &view.lanelets[at]) {
+            let touched = rings.iter().any(|ring| polygon::overlap(&seen.outline, ring) > 0.0);
+            if touched || rings.is_empty() || !kinds.iter().any(|kind| seen.is(kind)) {
+                continue;
+            }
+            let (id, on) = (seen.id(), Subject::RegulatoryElement(element.id.0));
+            let message = format!("Lanelet {id} refers to {kind} {}, which does not lie on it.", element.id);
+            let edits =
+                vec![Edit::RemoveMember { on: Subject::Lanelet(id.0), role: "regulatory_element".into(), member: on }];
+            let finding = Finding::new("apart", on, message).with(Subject::Lanelet(id.0), "lanelet");
+            findings.push(finding.fixed_by(format!("let lanelet {id} not refer to {}", element.id), false, edits));
+        }
+    }
+    findings
+}
+
+/// Road lanelets on which an area lies that they do not refer to, though others do.
+pub fn not_told(view: &View, kind: &str) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for element in view.elements(kind) {
+        let told = view.referrers(element.id);
+        for ring in rings(view, element).iter().filter(|ring| !told.is_empty() && ring.len() > 2) {
+            for at in view.near(extent(ring), 0.0) {
+                let seen = &view.lanelets[at];
+                let area = if seen.is("road") { polygon::overlap(&seen.outline, ring) } else { 0.0 };
+                if area <= BESIDE || told.contains(&at) {
+                    continue;
+                }
+                let (id, member) = (seen.id(), Subject::RegulatoryElement(element.id.0));
+                let message =
+                    format!("{area:.1} m2 of {kind} {} lie on lanelet {id}, which does not refer to it.", element.id);
+                let (on, role) = (Subject::Lanelet(id.0), "regulatory_element".into());
+                let finding =
+                    Finding::new("not-told", member, message).with(on, "lanelet").measured(area, BESIDE, "m2");
+                let edits = vec![Edit::AddMember { on, role, member }];
+                findings.push(finding.fixed_by(format!("let lanelet {id} refer to {}", element.id), true, edits));
+            }
+        }
+    }
+    findings
+}
+
+/// The outlines of an element's polygons.
+fn rings(view: &View, element: &RegulatoryElement) -> Vec<Vec<Point>> {
+    element.polygons("refers").filter_map(|id| view.map.polygons.get(id)).map(|polygon| view.ring(polygon)).collect()
 }

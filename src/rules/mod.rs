@@ -2,12 +2,16 @@
 
 mod along;
 mod area_element;
+mod barrier;
 mod borders;
 mod config;
+mod geoid;
 mod graph;
+mod health;
 mod ids;
 mod joint;
 mod load;
+mod moves;
 mod node;
 mod number;
 mod opposed;
@@ -66,12 +70,23 @@ mod vm_04_01;
 mod vm_04_02;
 mod vm_04_03;
 mod vm_05_01;
+mod vm_05_02;
 mod vm_05_03;
+mod vm_05_04;
 mod vm_06_01;
 mod vm_06_02;
+mod vm_06_03;
 mod vm_06_04;
 mod vm_06_05;
 mod vm_06_06;
+mod vm_07_01;
+mod vm_07_02;
+mod vm_07_03;
+mod vm_07_04;
+mod vm_07_05;
+mod vm_07_06;
+mod vm_07_07;
+mod vm_07_08;
 mod walkway;
 
 use std::sync::LazyLock;
@@ -117,6 +132,7 @@ table! {
     "node" => Some(judge::<node::Nodes>),
     "side" => Some(judge::<side::OneSide>),
     "phase" => Some(judge::<phase::Phase>),
+    "health" => Some(judge::<health::Health>),
     "vm-01-01" => Some(judge::<vm_01_01::RoadBasics>),
     "vm-01-02" => Some(judge::<vm_01_02::LaneChange>),
     "vm-01-03" => Some(judge::<vm_01_03::SharedBorders>),
@@ -164,12 +180,23 @@ table! {
     "vm-04-02" => Some(judge::<vm_04_02::PositionAndSize>),
     "vm-04-03" => Some(judge::<vm_04_03::Bulbs>),
     "vm-05-01" => Some(judge::<vm_05_01::Crosswalks>),
+    "vm-05-02" => Some(judge::<vm_05_02::PedestrianLights>),
     "vm-05-03" => Some(judge::<vm_05_03::SlowDown>),
+    "vm-05-04" => Some(judge::<vm_05_04::Fences>),
     "vm-06-01" => Some(judge::<vm_06_01::BufferZone>),
     "vm-06-02" => Some(judge::<vm_06_02::NoParking>),
+    "vm-06-03" => Some(judge::<vm_06_03::NoStoppingSign>),
     "vm-06-04" => Some(judge::<vm_06_04::NoStopping>),
     "vm-06-05" => Some(judge::<vm_06_05::DetectionArea>),
     "vm-06-06" => Some(judge::<vm_06_06::BusStop>),
+    "vm-07-01" => Some(judge::<vm_07_01::Range>),
+    "vm-07-02" => Some(judge::<vm_07_02::PedestrianRange>),
+    "vm-07-03" => Some(judge::<vm_07_03::GuardRails>),
+    "vm-07-04" => Some(judge::<vm_07_04::EllipsoidalHeight>),
+    "vm-07-05" => Some(judge::<vm_07_05::BicycleMarks>),
+    "vm-07-06" => Some(judge::<vm_07_06::AddedLane>),
+    "vm-07-07" => Some(judge::<vm_07_07::BusStop>),
+    "vm-07-08" => Some(judge::<vm_07_08::OverlappingLanes>),
 }
 
 /// All requirements in the standard's order. Fails only if a document of `rules/` was spoilt before compiling, which

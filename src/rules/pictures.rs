@@ -14,6 +14,7 @@ macro_rules! pictures {
 pictures! {
     "side": "good", "bad-inconsistent";
     "phase": "good", "bad-arrow";
+    "health": "good", "bad-head-on", "bad-gap";
     "vm-01-01": "good", "bad-location";
     "vm-01-02": "good", "bad-lane-change-missing";
     "vm-01-03": "good", "bad-partly-shared";
@@ -61,12 +62,23 @@ pictures! {
     "vm-04-02": "good", "bad-reversed";
     "vm-04-03": "good", "bad-color-missing";
     "vm-05-01": "good", "bad-not-crossing";
+    "vm-05-02": "good", "bad-light-kind";
     "vm-05-03": "good", "bad-speed";
+    "vm-05-04": "good", "bad-across";
     "vm-06-01": "good", "bad-overlap";
     "vm-06-02": "good", "bad-unreferenced";
+    "vm-06-03": "good", "bad-not-told";
     "vm-06-04": "good", "bad-unreferenced";
     "vm-06-05": "good", "bad-unreferenced";
     "vm-06-06": "good", "bad-unreferenced";
+    "vm-07-01": "good", "bad-short-approach";
+    "vm-07-02": "good", "bad-word";
+    "vm-07-03": "good", "bad-on-lane";
+    "vm-07-04": "good", "bad-below-sea";
+    "vm-07-05": "good", "bad-on-road";
+    "vm-07-06": "good", "bad-no-way-in";
+    "vm-07-07": "good", "bad-too-small";
+    "vm-07-08": "good", "bad-crossing";
 }
 
 /// The pictures of one rule: name and SVG.

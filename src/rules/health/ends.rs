@@ -1,0 +1,91 @@
+//! Lanes inside the map that lead nowhere, or into which nothing leads.
+
+use super::links::Links;
+use super::{Params, subject};
+use crate::diagnostic::{Finding, Place};
+use crate::geometry::{Point, Polyline, Vector, angle_between, polygon};
+use crate::lanelet::RoadType;
+use crate::lanelet::index::{Edge, MapIndex};
+use crate::rules::moves::Moves;
+
+pub fn judge(map: &MapIndex, params: &Params, moves: &Moves, links: &Links) -> Vec<Finding> {
+    let Some(border) = border(map) else { return Vec::new() };
+    let inside = |edge: &Edge| border.distance(edge.middle()) > params.map_border;
+    let mut findings = Vec::new();
+    for at in (0..map.lanes.len()).filter(|&at| is_street(map, at)) {
+        let lane = &map.lanes[at];
+        // What has a lane beside it that goes on is an added or a dropped lane: vm-07-06.
+        let alone = !moves.beside(at).iter().any(|&(other, _)| moves.leads_on(other) || moves.is_led_to(other));
+        if !alone {
+            continue;
+        }
+        if !links.ends.contains(&at)
+            && map.followers(at).is_empty()
+            && inside(&lane.end)
+            && goes_on(map, params, at, true)
+            && !turns(map, params, at, true)
+        {
+            let message = format!("Lane {} ends inside the map, and no lane leads away from there.", lane.id);
+            findings.push(found(map, at, "dead-end", message, &lane.end));
+        }
+        if !links.starts.contains(&at)
+            && map.predecessors(at).is_empty()
+            && inside(&lane.start)
+            && goes_on(map, params, at, false)
+            && !turns(map, params, at, false)
+        {
+            let message = format!("Lane {} starts inside the map, and no lane leads there.", lane.id);
+            findings.push(found(map, at, "unreachable", message, &lane.start));
+        }
+    }
+    findings
+}
+
+fn found(map: &MapIndex, at: usize, fault: &'static str, message: String, edge: &Edge) -> Finding {
+    Finding::new(fault, subject(map, at), message).at(Place::Line(edge.points.to_vec()))
+}
+
+/// A street's lane outside intersections; loose ends in and at those are the business of vm-03-04.
+fn is_street(map: &MapIndex, at: usize) -> bool {
+    let lane = &map.lanes[at];
+    lane.kind == RoadType::Road && lane.is_for_cars() && map.intersections_touching(at).next().is_none()
+}
+
+/// The outline of all lanes for vehicles.
+fn border(map: &MapIndex) -> Option<Polyline> {
+    let lanes = map.lanes.iter().filter(|lane| lane.vehicle);
+    let hull = polygon::convex_hull(lanes.flat_map(|lane| lane.outline.iter().copied()));
+    Polyline::new(hull.iter().chain(hull.first()).copied())
+}
+
+/// Half the angle (deg) of what lies ahead.
+const AHEAD: f64 = 30.0;
+
+/// Whether the map goes on beyond a loose end: another lane lies ahead, not too far off. Else the map ends there.
+fn goes_on(map: &MapIndex, params: &Params, at: usize, end: bool) -> bool {
+    let lane = &map.lanes[at];
+    let (place, heading) = match end {
+        true => (lane.end.middle(), lane.heading_out()),
+        false => (lane.start.middle(), lane.heading_in().map(|heading| -heading)),
+    };
+    let Some(heading) = heading else { return false };
+    let reach = Vector::repeat(params.map_border);
+    let ahead = |p: &Point| {
+        let way = p - place;
+        way.norm() <= params.map_border && angle_between(heading, way).abs().to_degrees() <= AHEAD
+    };
+    let near = map.lanes_near(place - reach, place + reach);
+    near.into_iter().any(|other| other != at && map.lanes[other].vehicle && map.lanes[other].outline.iter().any(ahead))
+}
+
+/// Whether a lane starts close to where this one ends, or the other way round: people turn there, or the road ends.
+fn turns(map: &MapIndex, params: &Params, at: usize, end: bool) -> bool {
+    let place = if end { map.lanes[at].end.middle() } else { map.lanes[at].start.middle() };
+    let reach = Vector::repeat(params.turning_place);
+    let near = map.lanes_near(place - reach, place + reach);
+    near.into_iter().filter(|&other| other != at && map.lanes[other].vehicle).any(|other| {
+        let lane = &map.lanes[other];
+        let edge = if end { lane.start } else { lane.end };
+        (edge.middle() - place).norm() <= params.turning_place
+    })
+}

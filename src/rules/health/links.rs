@@ -1,0 +1,212 @@
+//! Lanes that should follow each other and do not: nodes apart, a piece missing, roles exchanged.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::{Params, subject};
+use crate::diagnostic::{Edit, Finding, Place, Subject};
+use crate::geometry::{Point, Vector, angle_between, cross};
+use crate::lanelet::index::{Edge, MapIndex};
+use crate::lanelet::{LaneletId, PointId};
+
+/// Lanes outside intersections that nearly continue each other. Those of intersections are the business of vm-03-04.
+pub struct Links<'m> {
+    map: &'m MapIndex<'m>,
+    limits: [f64; 2],
+    /// Two nodes that should be one, with the lanes that they keep apart.
+    misses: BTreeMap<[PointId; 2], (f64, [usize; 2], Point)>,
+    gaps: Vec<(f64, usize, usize)>,
+    head_on: Vec<(usize, usize, bool)>,
+    /// Lanes of which it is already said what is wrong with their end.
+    pub ends: BTreeSet<usize>,
+    /// The same of their start.
+    pub starts: BTreeSet<usize>,
+}
+
+impl<'m> Links<'m> {
+    pub fn new(map: &'m MapIndex<'m>, params: &Params) -> Self {
+        let mut links = Self {
+            map,
+            limits: [params.near_miss, params.gap],
+            misses: BTreeMap::new(),
+            gaps: Vec::new(),
+            head_on: Vec::new(),
+            ends: BTreeSet::new(),
+            starts: BTreeSet::new(),
+        };
+        links.find_near_misses(params);
+        links.find_head_on();
+        links.find_gaps(params);
+        links
+    }
+
+    /// Lanes for vehicles outside intersections.
+    fn lanes(&self) -> impl Iterator<Item = usize> + 'm {
+        let map = self.map;
+        (0..map.lanes.len()).filter(move |&at| map.lanes[at].vehicle && map.movement(at).is_none())
+    }
+
+    /// Lanes whose end lies no farther from a lane's start, and that head the same way.
+    fn ending_near(&self, params: &Params, y: usize, reach: f64) -> Vec<usize> {
+        let (map, start) = (self.map, self.map.lanes[y].start);
+        let around = Vector::repeat(reach);
+        let near = map.lanes_near(start.middle() - around, start.middle() + around);
+        let heading = map.lanes[y].heading_in();
+        let fits = |&x: &usize| {
+            let lane = &map.lanes[x];
+            x != y
+                && lane.vehicle
+                && map.movement(x).is_none()
+                && lane.end.ids != start.ids
+                && (lane.end.middle() - start.middle()).norm() <= reach
+                && lane.heading_out().zip(heading).is_some_and(|(a, b)| turn(a, b) <= params.straight_on)
+        };
+        near.into_iter().filter(fits).collect()
+    }
+
+    fn find_near_misses(&mut self, params: &Params) {
+        for y in self.lanes() {
+            let start = self.map.lanes[y].start;
+            for x in self.ending_near(params, y, 2.0 * params.near_miss) {
+                let end = self.map.lanes[x].end;
+                let apart = |side: usize| (end.points[side] - start.points[side]).norm();
+                // Lanes that lead on from here as they should need no other way on.
+                if apart(0).max(apart(1)) >= params.near_miss {
+                    continue;
+                }
+                self.ends.insert(x);
+                self.starts.insert(y);
+                for side in (0..2).filter(|&side| end.ids[side] != start.ids[side]) {
+                    let [a, b] = [end.ids[side], start.ids[side]];
+                    self.misses.entry([a.min(b), a.max(b)]).or_insert((apart(side), [x, y], end.points[side]));
+                }
+            }
+        }
+    }
+
+    /// Lanes that end on the same nodes from opposite sides, or start there, and that nothing else leads on from.
+    fn find_head_on(&mut self) {
+        let map = self.map;
+        for start in [false, true] {
+            let mut open: BTreeMap<[PointId; 2], Vec<usize>> = BTreeMap::new();
+            for at in self.lanes() {
+                let (edge, next) = match start {
+                    true => (map.lanes[at].start, map.predecessors(at)),
+                    false => (map.lanes[at].end, map.followers(at)),
+                };
+                if next.is_empty() {
+                    open.entry(edge.ids).or_default().push(at);
+                }
+            }
+            let mut pairs: Vec<(usize, usize)> = Vec::new();
+            for (&[left, right], lanes) in &open {
+                let others = open.get(&[right, left]).into_iter().flatten();
+                pairs.extend(others.flat_map(|&y| lanes.iter().map(move |&x| (x, y))).filter(|(x, y)| x < y));
+            }
+            pairs.sort_unstable();
+            for (x, y) in pairs {
+                self.head_on.push((x, y, start));
+                let said = if start { &mut self.starts } else { &mut self.ends };
+                said.extend([x, y]);
+            }
+        }
+    }
+
+    /// Lanes that end a little before another one starts.
+    fn find_gaps(&mut self, params: &Params) {
+        let map = self.map;
+        for y in self.lanes().filter(|&y| map.predecessors(y).is_empty()) {
+            if self.starts.contains(&y) {
+                continue;
+            }
+            let start = map.lanes[y].start;
+            let before = self.ending_near(params, y, params.gap);
+            let open = before.into_iter().filter(|x| map.followers(*x).is_empty() && !self.ends.contains(x));
+            let ahead = |x: usize| -> Option<f64> {
+                let (end, heading) = (map.lanes[x].end, map.lanes[x].heading_out()?);
+                let way = start.middle() - end.middle();
+                let half = end.across().norm().min(start.across().norm()) / 2.0;
+                (heading.dot(&way) > 0.0 && cross(heading, way).abs() < half && same_level(map, &end, &start))
+                    .then(|| way.norm())
+            };
+            let nearest = open.filter_map(|x| Some((ahead(x)?, x))).min_by(|a, b| a.0.total_cmp(&b.0));
+            if let Some((length, x)) = nearest {
+                self.gaps.push((length, x, y));
+            }
+        }
+        for &(_, x, y) in &self.gaps {
+            self.ends.insert(x);
+            self.starts.insert(y);
+        }
+    }
+
+    pub fn into_findings(self) -> Vec<Finding> {
+        let map = self.map;
+        let [near, gap] = self.limits;
+        let name = |lane: usize| map.lanes[lane].id;
+        let misses = self.misses.iter().map(|([older, newer], (distance, [x, y], place))| {
+            let (a, b) = (name(*x), name(*y));
+            let message = format!("Nodes {older} and {newer} are {distance:.3} m apart; {a} and {b} do not connect.");
+            let edits = vec![Edit::MergePoints { from: newer.0, to: older.0 }];
+            Finding::new("near-miss", Subject::Point(newer.0), message)
+                .with(Subject::Point(older.0), "node nearby")
+                .with(subject(map, *x), "ends here")
+                .with(subject(map, *y), "starts here")
+                .measured(*distance, near, "m")
+                .at(Place::Point(*place))
+                .fixed_by(format!("use node {older} instead of {newer}"), true, edits)
+        });
+        let gaps = self.gaps.iter().map(|&(length, x, y)| {
+            let message = format!("Lane {} ends {length:.2} m before lane {} starts.", name(x), name(y));
+            Finding::new("gap", subject(map, x), message)
+                .with(subject(map, y), "starts here")
+                .measured(length, gap, "m")
+                .at(Place::Line(vec![map.lanes[x].end.middle(), map.lanes[y].start.middle()]))
+        });
+        let head_on = self.head_on.iter().map(|&(x, y, start)| self.opposed(x, y, start));
+        misses.chain(gaps).chain(head_on).collect()
+    }
+
+    /// Two lanes that meet head on, or drive away from each other.
+    fn opposed(&self, x: usize, y: usize, start: bool) -> Finding {
+        let map = self.map;
+        // The one that is wrong at both ends is the one with the roles exchanged.
+        let both = |lane: usize| self.head_on.iter().filter(|&&(a, b, _)| a == lane || b == lane).count() > 1;
+        let (at, other) = if both(y) && !both(x) { (y, x) } else { (x, y) };
+        let [a, b] = [at, other].map(|lane| map.lanes[lane].id);
+        let (what, edge) = match start {
+            true => ("start on the same points, away from each other", map.lanes[at].start),
+            false => ("end on the same points, against each other", map.lanes[at].end),
+        };
+        let finding = Finding::new("head-on", subject(map, at), format!("Lanes {a} and {b} {what}."))
+            .with(subject(map, other), "other lane")
+            .at(Place::Line(edge.points.to_vec()));
+        match both(at) && !both(other) {
+            true => exchanged(map, a, finding),
+            false => finding,
+        }
+    }
+}
+
+/// Proposes to exchange the roles of a lanelet's bounds.
+fn exchanged(map: &MapIndex, id: LaneletId, finding: Finding) -> Finding {
+    let Some(lanelet) = map.map.lanelets.get(id) else { return finding };
+    let role = |line: i64, from: &str, to: &str| Edit::SetRole {
+        on: Subject::Lanelet(id.0),
+        member: Subject::LineString(line),
+        from: from.into(),
+        to: to.into(),
+    };
+    let edits = vec![role(lanelet.left.line.0, "left", "right"), role(lanelet.right.line.0, "right", "left")];
+    finding.fixed_by(format!("exchange the roles left and right of lanelet {id}"), false, edits)
+}
+
+/// Angle between two headings, degrees.
+fn turn(a: Vector, b: Vector) -> f64 {
+    angle_between(a, b).abs().to_degrees()
+}
+
+/// Whether two ends lie on one level, so that one can continue the other.
+fn same_level(map: &MapIndex, end: &Edge, start: &Edge) -> bool {
+    let height = |edge: &Edge| map.map.points.get(edge.ids[0]).and_then(|point| point.ele).unwrap_or_default();
+    (height(end) - height(start)).abs() <= map.thresholds.grade_separation
+}

@@ -1,0 +1,66 @@
+//! vm-07-06: a lane that is added beside others can be entered, one that is dropped can be left.
+
+use super::moves::Moves;
+use super::{NoParams, Rule};
+use crate::diagnostic::{Finding, Place, Subject};
+use crate::lanelet::RoadType;
+use crate::lanelet::index::MapIndex;
+
+/// See `rules/vm-07-06.md`.
+pub struct AddedLane;
+
+impl Rule for AddedLane {
+    type Params = NoParams;
+
+    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+        let moves = Moves::new(map);
+        let roads = (0..map.lanes.len()).filter(|&at| {
+            let lane = &map.lanes[at];
+            lane.kind == RoadType::Road && lane.is_for_cars() && map.movement(at).is_none()
+        });
+        roads.flat_map(|at| [added(map, &moves, at), dropped(map, &moves, at)]).flatten().collect()
+    }
+}
+
+/// A lane that begins beside one that comes from somewhere, and that no lane change leads into.
+fn added(map: &MapIndex, moves: &Moves, at: usize) -> Option<Finding> {
+    let beside = moves.beside(at).into_iter().map(|(other, _)| other).find(|&other| moves.is_led_to(other))?;
+    if !map.predecessors(at).is_empty() || crossed(map, moves, at, true) {
+        return None;
+    }
+    let (lane, other) = (&map.lanes[at], map.lanes[beside].id);
+    let message = format!("Lane {} begins beside lane {other}, and no route leads into it.", lane.id);
+    let finding = Finding::new("no-way-in", Subject::Lanelet(lane.id.0), message);
+    Some(finding.with(Subject::Lanelet(other.0), "lane beside").at(Place::Line(lane.start.points.to_vec())))
+}
+
+/// A lane that ends beside one that goes on, and that no lane change leads out of.
+fn dropped(map: &MapIndex, moves: &Moves, at: usize) -> Option<Finding> {
+    let beside = moves.beside(at).into_iter().map(|(other, _)| other).find(|&other| moves.leads_on(other))?;
+    if !map.followers(at).is_empty() || crossed(map, moves, at, false) {
+        return None;
+    }
+    let (lane, other) = (&map.lanes[at], map.lanes[beside].id);
+    let message = format!("Lane {} ends beside lane {other}, and no route leads out of it.", lane.id);
+    let finding = Finding::new("no-way-out", Subject::Lanelet(lane.id.0), message);
+    Some(finding.with(Subject::Lanelet(other.0), "lane beside").at(Place::Line(lane.end.points.to_vec())))
+}
+
+/// Whether a border of a lane, or of one of the pieces that continue it up to an intersection, may be crossed.
+fn crossed(map: &MapIndex, moves: &Moves, first: usize, forward: bool) -> bool {
+    let mut pieces = vec![first];
+    let mut next = 0;
+    while let Some(&at) = pieces.get(next) {
+        next += 1;
+        if moves.beside(at).iter().any(|(_, open)| *open) {
+            return true;
+        }
+        let behind = if forward { map.followers(at) } else { map.predecessors(at) };
+        for &piece in behind.iter().filter(|&&piece| map.movement(piece).is_none()) {
+            if !pieces.contains(&piece) {
+                pieces.push(piece);
+            }
+        }
+    }
+    false
+}
