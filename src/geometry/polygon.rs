@@ -135,10 +135,15 @@ fn largest(rest: MultiPolygon<f64>) -> Option<Vec<Point>> {
     Some(ring)
 }
 
+/// All that these rings cover together, with the holes between them.
+pub fn ground(rings: &[Vec<Point>]) -> MultiPolygon<f64> {
+    geo::unary_union(&counter_clockwise(rings))
+}
+
 /// The outer boundary of the largest piece of the union of these rings, clockwise, not closed; `None` if there is none.
 /// Points come out moved by up to a millionth of the rings' extent.
 pub fn union(rings: &[Vec<Point>]) -> Option<Vec<Point>> {
-    clockwise(largest(geo::unary_union(&counter_clockwise(rings)))?)
+    clockwise(largest(ground(rings))?)
 }
 
 /// As polygons that all run the same way: what crosses itself counts by the non-zero rule.

@@ -8,6 +8,7 @@ use crate::builder::road_network::{
 use crate::geometry::Point;
 
 use super::decide::{Reason, Verdict};
+use super::island::encloses_island;
 use super::passages::{Rules, other_end, passages};
 use super::{ConsolidateOptions, MergeNote};
 
@@ -91,7 +92,10 @@ fn objection(network: &RoadNetwork, members: &[IntersectionIx], options: &Consol
     if too_far {
         return Some(Reason::Reach);
     }
-    collapses_roundabout(network, members, options).then_some(Reason::Roundabout)
+    if collapses_roundabout(network, members, options) {
+        return Some(Reason::Roundabout);
+    }
+    encloses_island(network, members, &inner_roads(network, members)).then_some(Reason::Island)
 }
 
 /// Its position, and the ends of the roads that were merged into it.

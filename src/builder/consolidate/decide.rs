@@ -27,6 +27,8 @@ pub enum Reason {
     OwnStopLine,
     /// Kept apart: the whole roundabout would collapse.
     Roundabout,
+    /// Kept apart: traffic drives around an island that the merged intersection would cover.
+    Island,
     /// Kept apart: the merged intersection would reach too far.
     Reach,
     /// Kept apart: an arm would be enclosed by the merged intersection.

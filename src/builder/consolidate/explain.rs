@@ -16,6 +16,7 @@ impl Reason {
             Self::Overrun => "what passes an end of it runs over it",
             Self::OwnStopLine => "a stop line of its own stands on it",
             Self::Roundabout => "the whole roundabout would collapse",
+            Self::Island => "traffic drives around an island inside",
             Self::Reach => "the intersection would reach too far",
             Self::Enclosed => "another road would be enclosed by the intersection",
             Self::Edge => "it ends at no intersection, or where the data ends",

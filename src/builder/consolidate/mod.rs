@@ -10,6 +10,7 @@ mod decide;
 mod divided;
 mod edit;
 mod explain;
+mod island;
 mod join;
 pub(super) mod passages;
 #[cfg(test)]

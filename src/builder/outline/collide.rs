@@ -47,7 +47,30 @@ pub fn collisions_within(a: &Arm, b: &Arm, reach: f64) -> Vec<Collision> {
     found
 }
 
+/// Every crossing of their edges: the same to the last bit, whichever arm is named first.
 fn all(a: &Arm, b: &Arm) -> Vec<Collision> {
+    if ahead(a, b) {
+        return crossed(a, b);
+    }
+    let turned = |c: Collision| Collision {
+        a: c.b,
+        b: c.a,
+        stations: [c.stations[1], c.stations[0]],
+        along: [c.along[1], c.along[0]],
+        ..c
+    };
+    crossed(b, a).into_iter().map(turned).collect()
+}
+
+/// An order of arms that depends on where they lie and not on how they are numbered.
+fn ahead(a: &Arm, b: &Arm) -> bool {
+    let place = |arm: &Arm| (arm.line.last(), arm.line.first(), arm.half);
+    let ((p, q, wide), (r, s, other)) = (place(a), place(b));
+    let by_place = |p: Point, q: Point| p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y));
+    by_place(p, r).then(by_place(q, s)).then(wide.total_cmp(&other)).is_le()
+}
+
+fn crossed(a: &Arm, b: &Arm) -> Vec<Collision> {
     let mut found = Vec::new();
     for sa in [Side::Left, Side::Right] {
         for sb in [Side::Left, Side::Right] {

@@ -28,6 +28,7 @@ use super::road_network::{End, Intersection, Road, RoadEnd, RoadNetwork};
 
 use general::Star;
 pub use memory::Memory;
+pub use merged::ribbon;
 pub use overlap::{overlap, overlapping, overlaps};
 pub use thicken::MITER_LIMIT;
 use thicken::{Arm, Side};

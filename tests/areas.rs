@@ -1,0 +1,162 @@
+//! Every intersection area is a simple polygon that leads along the ends of its lanes, holds them, and lies beside the
+//! other areas: of the sample maps, of real extracts, and of stubs too short for a vehicle.
+//!
+//! `make test` takes a slice of the extracts, `make soak` (LANEWRIGHT_SOAK=1) all of them.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
+
+mod support;
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::fs;
+
+use lanewright::builder::{BuildOptions, build};
+use lanewright::geometry::{Point, polygon, ring};
+use lanewright::lanelet::{Lanelet, LaneletMap, PointId, Polygon};
+use lanewright::osm::{OsmData, read_bytes, read_file};
+use proptest::prelude::*;
+use support::{osm_files, samples, shared};
+
+/// Largest input of the slice, bytes.
+const SLICE: u64 = 750_000;
+/// Part of a lanelet that lies in its area at least.
+const COVERED: f64 = 0.99;
+/// Two areas share less than this, square metres.
+const SHARED: f64 = 1.0;
+
+/// What is wrong with the areas of the map that is built from this.
+fn faults(data: &OsmData) -> String {
+    let map = build(data, &BuildOptions::default()).unwrap().map;
+    let mut members: BTreeMap<String, Vec<&Lanelet>> = BTreeMap::new();
+    for lanelet in map.lanelets.iter() {
+        if let Some(area) = lanelet.attributes.get("intersection_area") {
+            members.entry(area.to_string()).or_default().push(lanelet);
+        }
+    }
+    let mut said = String::new();
+    let areas: Vec<(&Polygon, Vec<Point>)> = map
+        .polygons
+        .iter()
+        .filter(|area| area.attributes.is("type", "intersection_area"))
+        .map(|area| (area, area.points.iter().map(|&id| map.points.get(id).unwrap().position).collect()))
+        .collect();
+    for (i, (area, outline)) in areas.iter().enumerate() {
+        if !ring::is_simple(outline) {
+            let _ = writeln!(said, "area {} is no simple polygon", area.id);
+        }
+        for lanelet in &members[&area.id.to_string()] {
+            judge(&map, area, outline, lanelet, &mut said);
+        }
+        for (other, beside) in &areas[i + 1..] {
+            let shared = polygon::common_area(outline, beside);
+            if shared > SHARED {
+                let _ = writeln!(said, "areas {} and {} share {shared:.2} m2", area.id, other.id);
+            }
+        }
+    }
+    said
+}
+
+/// Both ends of the lanelet are edges of the outline, and the outline holds the lanelet.
+fn judge(map: &LaneletMap, area: &Polygon, outline: &[Point], lanelet: &Lanelet, said: &mut String) {
+    let sides = [lanelet.left, lanelet.right].map(|bound| map.bound_points(bound).map(|p| p.id).collect::<Vec<_>>());
+    let count = area.points.len();
+    let edge = |a: PointId, b: PointId| {
+        (0..count).any(|i| [[a, b], [b, a]].contains(&[area.points[i], area.points[(i + 1) % count]]))
+    };
+    let ends = [[sides[0][0], sides[1][0]], [sides[0][sides[0].len() - 1], sides[1][sides[1].len() - 1]]];
+    for [a, b] in ends {
+        if !edge(a, b) {
+            let _ = writeln!(said, "{a} to {b}, an end of lanelet {}, is no edge of area {}", lanelet.id, area.id);
+        }
+    }
+    let ground = map.outline(lanelet);
+    let covered = polygon::common_area(&ground, outline) / polygon::signed_area(&ground).abs();
+    if covered < COVERED {
+        let _ = writeln!(said, "area {} covers {covered:.3} of lanelet {}", area.id, lanelet.id);
+    }
+}
+
+#[test]
+fn areas_of_samples_and_extracts_lead_along_the_ends_of_lanes() {
+    let whole = std::env::var_os("LANEWRIGHT_SOAK").is_some();
+    let extracts = shared().map(|shared| osm_files(&shared.join("corpus/osm"))).unwrap_or_default();
+    let slice = extracts.into_iter().filter(|path| whole || fs::metadata(path).is_ok_and(|m| m.len() <= SLICE));
+    let mut said = String::new();
+    for input in samples().into_iter().chain(slice) {
+        let faults = faults(&read_file(&input).unwrap());
+        if !faults.is_empty() {
+            let _ = writeln!(said, "{}:\n{faults}", input.display());
+        }
+    }
+    assert!(said.is_empty(), "{said}");
+}
+
+/// A network of nodes in metres and roads with tags between them, by the nodes' numbers from 1.
+fn network(nodes: &[(f64, f64)], roads: &[(usize, usize, &str)]) -> OsmData {
+    let mut xml = String::from("<osm>");
+    for (id, (x, y)) in (1..).zip(nodes) {
+        let _ = write!(xml, "<node id='{id}' lon='{}' lat='{}'/>", 9.5 + x / 111_320.0, 48.0 + y / 111_320.0);
+    }
+    for (id, (from, to, tags)) in (1..).zip(roads) {
+        let _ = write!(xml, "<way id='{id}'><nd ref='{from}'/><nd ref='{to}'/><tag k='highway' v='residential'/>");
+        for (key, value) in tags.split_whitespace().filter_map(|tag| tag.split_once('=')) {
+            let _ = write!(xml, "<tag k='{key}' v='{value}'/>");
+        }
+        xml += "</way>";
+    }
+    let mut data = OsmData::default();
+    read_bytes(&mut data, "test", (xml + "</osm>").into_bytes()).unwrap();
+    data
+}
+
+#[test]
+fn a_stub_between_two_carriageways_of_a_fork_lies_inside() {
+    // Two one-way roads part side by side and meet again ten metres on.
+    let nodes = [(-60.0, -8.0), (0.0, 0.0), (14.0, 2.0), (70.0, 0.0), (7.0, 4.0), (-50.0, 40.0), (60.0, -40.0)];
+    let one = "oneway=yes";
+    let roads = [(1, 2, one), (2, 3, one), (3, 4, one), (2, 5, one), (5, 3, one), (6, 2, "lanes=2"), (3, 7, "lanes=4")];
+    assert_eq!(faults(&network(&nodes, &roads)), "");
+}
+
+#[test]
+fn a_dead_end_under_a_bend_is_no_road() {
+    let nodes = [(-20.0, 60.0), (-6.0, 12.0), (0.0, 8.0), (6.0, 12.0), (14.0, 60.0), (-2.0, 5.0)];
+    let roads = [(1, 2, ""), (2, 3, ""), (3, 4, ""), (4, 5, ""), (3, 6, "")];
+    assert_eq!(faults(&network(&nodes, &roads)), "");
+}
+
+/// Roads beside each other part at twice this angle at least, radians; else they would lie on each other.
+const PART: f64 = 0.15;
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    /// Two junctions, one road between them that is as short as can be, arms at any angle that roads really have.
+    #[test]
+    fn any_stub_keeps_its_areas_whole(
+        length in 1.0..30.0_f64,
+        angles in prop::collection::vec(-0.6..0.6_f64, 6),
+        lanes in prop::collection::vec(1_u8..5, 7),
+        arms in 3_usize..=6,
+        one_way in 0_usize..8,
+    ) {
+        use std::f64::consts::FRAC_PI_2;
+        let base = [2.0, 0.0, 1.0, -1.0, 1.0, -1.0].map(|quarter| quarter * FRAC_PI_2);
+        let at = [0, 1, 0, 1, 1, 0];
+        // Arms on the same side of the stub part from each other: those of one end lean away from the other end.
+        let lean = [0.0, 0.0, 1.0, 1.0, -1.0, -1.0];
+        let mut nodes = vec![(0.0, 0.0), (length, 0.0)];
+        let tags: Vec<String> = (0..7)
+            .map(|i| format!("lanes={} oneway={}", lanes[i], if one_way == i { "yes" } else { "no" }))
+            .collect();
+        let mut roads = vec![(1, 2, tags[6].as_str())];
+        for i in 0..arms {
+            let turn = if i < 2 { angles[i] } else { lean[i] * (angles[i].abs() + PART) };
+            let (angle, from) = (base[i] + turn, at[i]);
+            nodes.push((length * from as f64 + 70.0 * angle.cos(), 70.0 * angle.sin()));
+            roads.push((from + 1, nodes.len(), tags[i].as_str()));
+        }
+        prop_assert_eq!(faults(&network(&nodes, &roads)), "");
+    }
+}
