@@ -93,14 +93,22 @@ fn along(map: &MapIndex, borders: &[Vec<Polyline>], params: &Params, at: usize) 
         let inside = || map.in_same_intersection(at, other).is_some();
         share || map.followers(at).contains(&other) || map.followers(other).contains(&at) || inside()
     };
-    let runs =
-        |other: usize| borders[other].iter().any(|line| borders[at].iter().any(|own| runs_along(line, own, params)));
+    let runs = |other: usize| {
+        let beside = |line: &Polyline, own: &Polyline| !part(line, own) && runs_along(line, own, params);
+        borders[other].iter().any(|line| borders[at].iter().any(|own| beside(line, own)))
+    };
     let apart = |other: usize| {
         let overlap = polygon::overlap(&lane.outline, &map.lanes[other].outline);
         overlap <= params.iou_threshold * (lane.area + map.lanes[other].area - overlap)
     };
     let near = map.lanes_near(lane.extent[0] - margin, lane.extent[1] + margin).into_iter();
     near.filter(|&other| other != at && !related(other) && runs(other) && apart(other)).collect()
+}
+
+/// Whether two lines have one end in common and not the other: those of lanes that part or meet, which no one line is.
+fn part(a: &Polyline, b: &Polyline) -> bool {
+    let (a, b) = ([a.first(), a.last()], [b.first(), b.last()]);
+    a.iter().filter(|end| b.contains(end)).count() == 1
 }
 
 /// Whether enough of a line lies close to another.
