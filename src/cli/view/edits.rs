@@ -44,6 +44,9 @@ pub struct Question {
     /// Latitude and longitude of what is looked at.
     #[serde(default)]
     pub around: Option<[f64; 2]>,
+    /// Whether the answer is wanted at once, without what the rules find: that takes as long as all the rest.
+    #[serde(default)]
+    pub quick: bool,
 }
 
 /// Ids are texts, because JavaScript's numbers do not hold all of them.

@@ -77,8 +77,8 @@ function redo() { if (bench.at < bench.edits.length) { bench.at++; rebuild(); } 
 /** Where the middle of the page lies, for a server that builds only what is around. */
 function around() { return latLon(view.x, view.y); }
 
-function question() {
-  return { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify({ edits: [...madeEdits(), ...(bench.provisional ? [bench.provisional] : [])], around: workshop().part ? around() : null }) };
+function question(quick = false) {
+  return { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify({ edits: [...madeEdits(), ...(bench.provisional ? [bench.provisional] : [])], around: workshop().part ? around() : null, quick }) };
 }
 
 /** Has everything built with the edits as they are. One question at a time: what changed meanwhile is asked next. */
@@ -92,7 +92,9 @@ async function buildAll() {
   while (bench.again) {
     bench.again = false;
     try {
-      await buildOnce();
+      // The stages first; what the rules find, when nobody waits for stages.
+      await buildOnce(true);
+      if (!bench.again && !bench.provisional && !bench.trouble) await buildOnce(false);
     } catch (error) {
       bench.trouble = `lanewright does not answer: ${error.message}`;
     }
@@ -101,15 +103,16 @@ async function buildAll() {
   }
 }
 
-async function buildOnce() {
+async function buildOnce(quick) {
   const start = performance.now();
-  const response = await fetch('build', question());
+  const response = await fetch('build', question(quick));
   live.version = Number(response.headers.get('Lanewright-Version'));
   bench.trouble = response.headers.get('Content-Type').startsWith('text/plain') ? await response.text() : null;
   if (bench.trouble) return;
   const both = await readParcel(await response.arrayBuffer());
+  if (quick) Object.assign(both.report, { findings: state.report.findings, requirements: state.report.requirements });
   follow(both);
-  bench.took = { build: workshop().took, all: Math.round(performance.now() - start) };
+  if (quick) bench.took = { build: workshop().took, all: Math.round(performance.now() - start) };
 }
 
 /** Where only a part is built: builds another when the middle of the page has left it. */
