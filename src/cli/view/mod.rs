@@ -21,8 +21,8 @@ use server::{Desk, Server};
 /// Serves the page until somebody ends it.
 pub fn run(args: ViewArgs) -> Result<u8, Failure> {
     let watched = Watched::new(&args.map, args.config.config.iter().map(PathBuf::from));
-    let server = Server::bind(args.port)?;
     let (open, live) = (args.open, Arc::new(Live::default()));
+    let server = Server::bind(args.port, &live)?;
     let desk: Arc<dyn Desk> = if args.build {
         workshop::Benches::start(args, watched, Arc::clone(&live))?
     } else {
@@ -32,6 +32,6 @@ pub fn run(args: ViewArgs) -> Result<u8, Failure> {
     if open {
         server.open();
     }
-    server.serve(&desk, &live)?;
+    server.serve(&desk, &live);
     Ok(CLEAN)
 }

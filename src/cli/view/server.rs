@@ -3,12 +3,15 @@
 use std::io::{self, Read};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use lanewright::report::failure::Failure;
 use tiny_http::{Header, Method, Request, Response, StatusCode};
 
 use super::live::Live;
 
+/// Exit code of a program that Ctrl-C ended in the midst of its work: 128 and the signal's number.
+const INTERRUPTED: i32 = 130;
 /// No question of a page is longer than this, bytes.
 const LONGEST_QUESTION: u64 = 8 << 20;
 
@@ -35,22 +38,36 @@ pub struct Answer {
 pub struct Server {
     http: Arc<tiny_http::Server>,
     port: u16,
+    /// Before it answers, Ctrl-C ends the program as it always does.
+    answers: Arc<AtomicBool>,
 }
 
 impl Server {
-    /// Takes a port, or one that the system chooses.
-    pub fn bind(port: u16) -> Result<Self, Failure> {
+    /// Takes a port, or one that the system chooses. From now on Ctrl-C ends [`Server::serve`], and all who wait.
+    pub fn bind(port: u16, live: &Arc<Live>) -> Result<Self, Failure> {
         let failed = |what: &dyn std::fmt::Display| {
             Failure::new(format!("cannot listen on 127.0.0.1:{port}: {what}"))
                 .help("another program may have the port; without --port the system chooses a free one")
         };
         let http = tiny_http::Server::http(("127.0.0.1", port)).map_err(|error| failed(&error))?;
         let port = http.server_addr().to_ip().ok_or_else(|| failed(&"no address"))?.port();
-        Ok(Self { http: Arc::new(http), port })
+        let http = Arc::new(http);
+        let answers = Arc::new(AtomicBool::new(false));
+        let (ours, waiting, begun) = (Arc::clone(&http), Arc::clone(live), Arc::clone(&answers));
+        let heard = ctrlc::set_handler(move || {
+            if !begun.load(Ordering::SeqCst) {
+                std::process::exit(INTERRUPTED);
+            }
+            waiting.end();
+            ours.unblock();
+        });
+        heard.map_err(|error| Failure::new(format!("cannot wait for Ctrl-C: {error}")))?;
+        Ok(Self { http, port, answers })
     }
 
-    /// Where the page is.
+    /// Where the page is, now that there is something to show.
     pub fn url(&self) -> String {
+        self.answers.store(true, Ordering::SeqCst);
         format!("http://127.0.0.1:{}/", self.port)
     }
 
@@ -70,20 +87,13 @@ impl Server {
     }
 
     /// Answers until Ctrl-C.
-    pub fn serve(&self, desk: &Arc<dyn Desk>, live: &Arc<Live>) -> Result<(), Failure> {
-        let (http, waiting) = (Arc::clone(&self.http), Arc::clone(live));
-        ctrlc::set_handler(move || {
-            waiting.end();
-            http.unblock();
-        })
-        .map_err(|error| Failure::new(format!("cannot wait for Ctrl-C: {error}")))?;
+    pub fn serve(&self, desk: &Arc<dyn Desk>, live: &Arc<Live>) {
         // Ends where `unblock` is called.
         while let Ok(request) = self.http.recv() {
             let (desk, live, port) = (Arc::clone(desk), Arc::clone(live), self.port);
             // A thread for each, because some wait for news.
             std::thread::spawn(move || answer(request, &*desk, &live, port));
         }
-        Ok(())
     }
 }
 
