@@ -4,9 +4,10 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::diagnostic::{Finding, Place, Subject};
-use crate::geometry::{Point, Vector, angle_between};
+use crate::geometry::{Point, Vector};
+use crate::lanelet::index::{Edge, Thresholds, same_arm};
 use crate::lanelet::right_of_way::{Mover, OPPOSITE, Relation, Turn, opposites, yields};
-use crate::lanelet::{LaneletId, LaneletMap, PointId, PolygonId, TurnDirection};
+use crate::lanelet::{LaneletId, LaneletMap, PolygonId, TurnDirection};
 use crate::settings::{Settings, Side};
 
 use super::area::AreaOutline;
@@ -81,13 +82,6 @@ pub fn assemble(settled: Settled) -> Assembled {
 
 /// Intersections that are built at the same time, each over what stood before.
 const BATCH: usize = 256;
-
-/// Arms are carriageways of one approach up to this angle between them, degrees,
-const BESIDE_ANGLE: f64 = 20.0;
-/// no farther apart than a wide road with its median, metres,
-const BESIDE_REACH: f64 = 30.0;
-/// and if the one is cut no more than this, metres, before the other.
-const BESIDE_ALONG: f64 = 2.0;
 
 /// Crosswalks, found by road.
 struct Crossings {
@@ -263,19 +257,19 @@ impl Stage<'_> {
     /// for a turn beside one straight on, have their green together. Without lights each arm has a rank of its own.
     fn approaches(&self, arms: &[&Arm], movers: &[Mover]) -> Vec<usize> {
         let signalised = |arm: usize| movers.iter().any(|mover| mover.arm == arm && mover.signalised);
-        let place = |id: &PointId| self.assembly.position(*id);
-        let cut = |arm: &Arm| Some((place(arm.cut.first()?), place(arm.cut.last()?)));
-        let beside = |a: &Arm, b: &Arm| {
-            let (Some((a0, a1)), Some((b0, b1))) = (cut(a), cut(b)) else { return false };
-            let way = nalgebra::center(&b0, &b1) - nalgebra::center(&a0, &a1);
-            angle_between(a.inward, b.inward).abs().to_degrees() <= BESIDE_ANGLE
-                && way.norm() <= BESIDE_REACH
-                && way.dot(&a.inward).abs() <= BESIDE_ALONG
+        let edges = |arm: &Arm| -> Vec<Edge> {
+            let lanes = arm.into.iter().chain(&arm.out).map(|lane| lane.nodes);
+            lanes.map(|ids| Edge { ids, points: ids.map(|id| self.assembly.position(id)) }).collect()
         };
+        let edges: Vec<Vec<Edge>> = arms.iter().map(|arm| edges(arm)).collect();
+        let thresholds = Thresholds::default();
+        let beside = |a: usize, b: usize| edges[a].iter().any(|x| edges[b].iter().any(|y| same_arm(x, y, &thresholds)));
+        let linked = |arm: usize| arms[arm].into.is_empty() || signalised(arm);
         let mut first: Vec<usize> = (0..arms.len()).collect();
         for b in 1..arms.len() {
-            if let Some(a) = (0..b).find(|&a| signalised(a) && signalised(b) && beside(arms[a], arms[b])) {
-                first[b] = first[a];
+            for a in (0..b).filter(|&a| linked(a) && linked(b) && beside(a, b)) {
+                let (low, high) = (first[a].min(first[b]), first[a].max(first[b]));
+                first.iter_mut().filter(|of| **of == high).for_each(|of| *of = low);
             }
         }
         first

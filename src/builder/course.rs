@@ -188,4 +188,22 @@ mod tests {
         let left = polygon::overlap(&outlines[0], &outlines[1]);
         assert!(left < 0.5, "{left} m2 remain");
     }
+
+    #[test]
+    fn lanes_that_turn_side_by_side_bend_alike() {
+        // Two lanes turn left together; a third, beside them, goes straight on and would be run into.
+        let into = [1.5, -1.5, -4.5].map(|y| lane(0.0, y, 0.0));
+        let out = [lane(22.0, 20.0, 90.0), lane(25.0, 20.0, 90.0), lane(40.0, -2.0, 0.0)];
+        let movement = |lane: usize, to, out_lane| Movement { from: 0, to, in_lane: lane, out_lane };
+        let ends = [
+            (movement(0, 1, 0), &into[0], &out[0]),
+            (movement(1, 1, 1), &into[1], &out[1]),
+            (movement(2, 2, 0), &into[2], &out[2]),
+        ];
+        assert_eq!(bundles(&ends), [0, 0, 2]);
+        let poses = courses(&ends);
+        let outlines: Vec<Vec<Point>> = ends.iter().zip(poses).map(|(end, poses)| shape(end, poses).outline).collect();
+        let turns = polygon::overlap(&outlines[0], &outlines[1]);
+        assert!(turns < 0.5, "the two turns overlap by {turns} m2");
+    }
 }

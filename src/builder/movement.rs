@@ -132,6 +132,7 @@ fn assigned(arms: &[&Arm], targets: &[Vec<Target>], heed: &[bool]) -> Vec<Moveme
         };
         assign(from, arm, &targets[from], StripKind::Drive, &mut all);
         assign_bus(from, arm, &targets[from], &mut all);
+        assign_bus_roads(from, arm, &targets[from], &mut all);
     }
     reach_all(arms, &mut all);
     all.sort_unstable();
@@ -326,6 +327,20 @@ fn assign_bus(from: usize, arm: &Arm, targets: &[Target], all: &mut Vec<Movement
     }
 }
 
+/// Where a road is for buses only, they enter it from the lane for all that lies nearest to it.
+fn assign_bus_roads(from: usize, arm: &Arm, targets: &[Target], all: &mut Vec<Movement>) {
+    let reserved = |t: &&Target| t.arm.out.iter().all(|lane| lane.kind == StripKind::Bus) && !t.turns_back();
+    for target in targets.iter().filter(reserved) {
+        if arm.into.is_empty() || target.arm.out.is_empty() || arm.into.iter().any(|l| l.kind == StripKind::Bus) {
+            continue;
+        }
+        let leftmost = target.turn > 0.0;
+        let in_lane = if leftmost { 0 } else { arm.into.len() - 1 };
+        let out_lane = if leftmost { 0 } else { target.arm.out.len() - 1 };
+        all.push(Movement { from, to: target.to, in_lane, out_lane });
+    }
+}
+
 /// Leads somebody to every lane out that nobody reaches yet: the movement beside it fans out.
 fn reach_all(arms: &[&Arm], all: &mut Vec<Movement>) {
     for (to, arm) in arms.iter().enumerate() {
@@ -355,5 +370,26 @@ fn reach_all(arms: &[&Arm], all: &mut Vec<Movement>) {
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Point, curve};
+
+    fn pose(x: f64, y: f64, degrees: f64) -> Pose {
+        Pose { point: Point::new(x, y), heading: Vector::new(degrees.to_radians().cos(), degrees.to_radians().sin()) }
+    }
+
+    #[test]
+    fn a_way_is_named_after_its_bends() {
+        let left = curve::join(pose(0.0, 0.0, 0.0), pose(10.0, 10.0, 90.0));
+        assert!((turned(DrivingSide::Right, &left) - 90.0).abs() < 1.0);
+        // A loop that ends 140 degrees to the right of where it began, but gets there by the left.
+        let loop_: Vec<Pose> = (0..=22).map(|i| pose(0.0, 0.0, f64::from(i) * 10.0)).collect();
+        assert!((turned(DrivingSide::Right, &loop_) - 220.0).abs() < 1.0);
+        // Who turns back does so across the oncoming traffic.
+        assert!((turned(DrivingSide::Left, &loop_) + 220.0).abs() < 1.0);
     }
 }

@@ -302,3 +302,18 @@ fn bound_attributes(assembly: &Assembly, lanes: &Lanes, from: &ArmLane, side: us
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_ways_meet_midway_on_the_bound_that_they_share() {
+        let line = |y: f64| Polyline::new([(0.0, 0.0), (5.0, y), (10.0, 0.0)].map(|(x, y)| Point::new(x, y)));
+        let both: Vec<Polyline> = [line(1.0), line(-1.0)].into_iter().flatten().collect();
+        let midway = Meant::midway(&both).unwrap();
+        assert!(midway.iter().all(|p| p.y.abs() < 1e-9), "{midway:?}");
+        let same: Vec<Polyline> = [line(1.0), line(1.0)].into_iter().flatten().collect();
+        assert_eq!(Meant::midway(&same), None, "what agrees needs no other line");
+    }
+}

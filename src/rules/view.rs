@@ -184,6 +184,16 @@ impl<'m> View<'m> {
 
     /// Diagonal (m) of the box around the members of an element and the lanelets that refer to it.
     pub fn diagonal(&self, element: &RegulatoryElement) -> f64 {
+        let referrers = self.referrers(element.id).iter().flat_map(|&at| &self.lanelets[at].outline);
+        diagonal(self.member_places(element).into_iter().chain(referrers.copied()))
+    }
+
+    /// Diagonal (m) of the box around the members of an element.
+    pub fn spread(&self, element: &RegulatoryElement) -> f64 {
+        diagonal(self.member_places(element))
+    }
+
+    fn member_places(&self, element: &RegulatoryElement) -> Vec<Place> {
         let mut places: Vec<Place> = Vec::new();
         for member in &element.members {
             match member.target {
@@ -199,9 +209,7 @@ impl<'m> View<'m> {
                 }
             }
         }
-        places.extend(self.referrers(element.id).iter().flat_map(|&at| &self.lanelets[at].outline));
-        let [low, high] = extent(&places);
-        if places.is_empty() { 0.0 } else { (high - low).norm() }
+        places
     }
 
     /// All polygons of a type.
@@ -223,6 +231,12 @@ impl<'m> View<'m> {
     pub fn ring(&self, polygon: &Polygon) -> Vec<Place> {
         polygon.points.iter().filter_map(|&id| self.map.points.get(id)).map(|point| point.position).collect()
     }
+}
+
+fn diagonal(places: impl IntoIterator<Item = Place>) -> f64 {
+    let places: Vec<Place> = places.into_iter().collect();
+    let [low, high] = extent(&places);
+    if places.is_empty() { 0.0 } else { (high - low).norm() }
 }
 
 /// Whether two boxes have a point in common.

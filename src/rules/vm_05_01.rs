@@ -19,6 +19,8 @@ pub struct Crosswalks;
 #[serde(deny_unknown_fields)]
 pub struct Params {
     max_bounding_box_size: f64,
+    /// Whether the lanes that refer to an element count as its parts: a long lane is no fault.
+    lanes_count: bool,
     /// Whether a walkway that a crosswalk element names is wrong: Autoware treats both alike.
     walkways_are_wrong: bool,
     /// Whether each crosswalk is to have a stop line.
@@ -87,9 +89,10 @@ fn judge(view: &View, element: &RegulatoryElement, params: &Params) -> Vec<Findi
         let message = format!("ref_line {} of crosswalk {id} is no stop_line.", line.id);
         findings.push(Finding::new("line-type", Subject::LineString(line.id.0), message).with(subject, "element"));
     }
-    let diagonal = view.diagonal(element);
+    let diagonal = if params.lanes_count { view.diagonal(element) } else { view.spread(element) };
     if diagonal > params.max_bounding_box_size {
-        let message = format!("crosswalk {id} and its lanelets spread over {diagonal:.0} m.");
+        let whole = if params.lanes_count { " and its lanelets spread" } else { " spreads" };
+        let message = format!("crosswalk {id}{whole} over {diagonal:.0} m.");
         findings.push(Finding::new("extent", subject, message).measured(diagonal, params.max_bounding_box_size, "m"));
     }
     findings

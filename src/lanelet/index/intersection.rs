@@ -276,7 +276,8 @@ fn arms(lanes: &[Lane], intersection: &Intersection, thresholds: &Thresholds) ->
     arms
 }
 
-fn same_arm(a: &Edge, b: &Edge, thresholds: &Thresholds) -> bool {
+/// Whether two edges belong to one road leg: they share a point, or lie on one line across the road.
+pub fn same_arm(a: &Edge, b: &Edge, thresholds: &Thresholds) -> bool {
     let angle = a.angle_to(b);
     if a.touches(b) {
         return angle <= thresholds.arm_corner;
