@@ -8,7 +8,7 @@ use serde::Deserialize;
 use super::Rule;
 use super::view::boxes_meet;
 use crate::diagnostic::{Finding, Subject};
-use crate::geometry::{Polyline, Vector, polygon};
+use crate::geometry::{Point, Polyline, Vector, polygon};
 use crate::lanelet::index::{Lane, MapIndex, extent};
 use crate::lanelet::{LaneletId, LineStringId, RoadType};
 
@@ -28,6 +28,8 @@ pub struct Params {
 const BARRIERS: [&str; 5] = ["road_border", "curbstone", "guard_rail", "wall", "fence"];
 /// Distance between the places at which two bounds are compared, metres.
 const STEP: f64 = 0.5;
+/// An end no farther than this from a line, metres, lies on it: half the width of the paint.
+const ON_LINE: f64 = 0.05;
 
 impl Rule for SharedBorders {
     type Params = Params;
@@ -105,10 +107,12 @@ fn along(map: &MapIndex, borders: &[Vec<Polyline>], params: &Params, at: usize) 
     near.filter(|&other| other != at && !related(other) && runs(other) && apart(other)).collect()
 }
 
-/// Whether two lines have one end in common and not the other: those of lanes that part or meet, which no one line is.
-fn part(a: &Polyline, b: &Polyline) -> bool {
-    let (a, b) = ([a.first(), a.last()], [b.first(), b.last()]);
-    a.iter().filter(|end| b.contains(end)).count() == 1
+/// Whether a line has one end in common with another and then leaves it: so do those of lanes that part or meet, which no
+/// one line is. The shorter piece of a line that is divided elsewhere ends on the longer one.
+fn part(line: &Polyline, other: &Polyline) -> bool {
+    let ends = [other.first(), other.last()];
+    let leaves = |common: Point, far: Point| ends.contains(&common) && other.distance(far) > ON_LINE;
+    leaves(line.first(), line.last()) || leaves(line.last(), line.first())
 }
 
 /// Whether enough of a line lies close to another.
