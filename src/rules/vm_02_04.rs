@@ -1,6 +1,6 @@
 //! vm-02-04: a stop line lies on a lane that its element rules, before what it protects.
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 use serde::Deserialize;
 
 use super::Rule;
@@ -42,14 +42,12 @@ fn judge(map: &MapIndex, params: &Params, element: &RegulatoryElement) -> Vec<Fi
     if referrers.is_empty() {
         return Vec::new();
     }
-    let ruled = ruled(map, params, &referrers);
+    let ruled = Ruled::of(map, params, &referrers);
     let lines = element.linestrings("ref_line").filter_map(|way| map.stop_line(way));
     lines
         .filter_map(|line| {
             let crossed = stops::crossings(map, &line, params.extra);
-            let mut on: Vec<(f64, &Crossing)> =
-                crossed.iter().filter_map(|crossing| Some((*ruled.get(&crossing.lane)?, crossing))).collect();
-            on.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let on: Vec<&Crossing> = crossed.iter().filter(|crossing| ruled.meets(crossing)).collect();
             if on.is_empty() {
                 return Some(off_lane(element, line.way, line.ends));
             }
@@ -58,26 +56,37 @@ fn judge(map: &MapIndex, params: &Params, element: &RegulatoryElement) -> Vec<Fi
         .collect()
 }
 
-/// The lanes on which a vehicle meets the element: those that refer to it, those behind them, and those before them
-/// within reach, each with the distance of its end from the first lane that refers, metres.
-fn ruled(map: &MapIndex, params: &Params, referrers: &[usize]) -> FxHashMap<usize, f64> {
-    let mut found: FxHashMap<usize, f64> = referrers.iter().map(|&lane| (lane, 0.0)).collect();
-    for &lane in referrers {
-        for &next in map.followers(lane) {
-            found.entry(next).or_insert(0.0);
-        }
-    }
-    let mut open: Vec<(usize, f64)> = referrers.iter().map(|&lane| (lane, 0.0)).collect();
-    while let Some((lane, far)) = open.pop() {
-        for &before in map.predecessors(lane).iter().filter(|&&before| map.lanes[before].is_for_cars()) {
-            if far > params.reach || found.get(&before).is_some_and(|&known| known <= far) {
-                continue;
+/// The lanes on which a vehicle meets an element.
+struct Ruled {
+    /// Those that refer to it and those before them within reach, each with the distance of its end from the first lane
+    /// that refers, metres.
+    before: FxHashMap<usize, f64>,
+    /// Those right behind a lane that refers.
+    behind: FxHashSet<usize>,
+}
+
+impl Ruled {
+    fn of(map: &MapIndex, params: &Params, referrers: &[usize]) -> Self {
+        let behind = referrers.iter().flat_map(|&lane| map.followers(lane)).copied().collect();
+        let mut before: FxHashMap<usize, f64> = referrers.iter().map(|&lane| (lane, 0.0)).collect();
+        let mut open: Vec<(usize, f64)> = referrers.iter().map(|&lane| (lane, 0.0)).collect();
+        while let Some((lane, far)) = open.pop() {
+            for &next in map.predecessors(lane).iter().filter(|&&next| map.lanes[next].is_for_cars()) {
+                if far > params.reach || before.get(&next).is_some_and(|&known| known <= far) {
+                    continue;
+                }
+                before.insert(next, far);
+                open.push((next, far + map.lanes[next].length()));
             }
-            found.insert(before, far);
-            open.push((before, far + map.lanes[before].length()));
         }
+        Self { before, behind }
     }
-    found
+
+    /// Whether a vehicle meets the element where a line crosses a lane. On a lane behind, only what was drawn across it
+    /// counts: prolonged, the line of another approach reaches into the exit beside it.
+    fn meets(&self, crossing: &Crossing) -> bool {
+        self.before.contains_key(&crossing.lane) || (self.behind.contains(&crossing.lane) && crossing.span > 0.5)
+    }
 }
 
 fn off_lane(element: &RegulatoryElement, way: LineStringId, ends: [Point; 2]) -> Finding {
@@ -96,7 +105,7 @@ fn behind(
     params: &Params,
     element: &RegulatoryElement,
     way: LineStringId,
-    crossed: &[(f64, &Crossing)],
+    crossed: &[&Crossing],
 ) -> Option<Finding> {
     if element.subtype != "crosswalk" {
         return None;
@@ -104,7 +113,7 @@ fn behind(
     let walks: Vec<&Lane> = element.lanelets("refers").filter_map(|id| map.lane_of(id)).collect();
     // Every lane that has both of them has to pass the line first; lanes that have the line alone lead there.
     let mut worst: Option<(f64, &Crossing)> = None;
-    for (_, crossing) in crossed {
+    for &crossing in crossed {
         let entries = walks.iter().filter_map(|walk| entry(&map.lanes[crossing.lane], walk));
         let first = entries.fold(f64::INFINITY, f64::min);
         if !first.is_finite() || crossing.station <= first + params.behind {

@@ -10,6 +10,7 @@ mod areas;
 mod control;
 mod draft;
 mod lanelets;
+mod lanes;
 mod loading;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -194,7 +195,7 @@ fn try_kind(bases: &[Base], at: usize, kind: &Kind) -> Outcome {
 fn the_fault_of_every_slip_is_said() {
     let bases = bases();
     let kinds: Vec<&Kind> =
-        [loading::KINDS, lanelets::KINDS, areas::KINDS, control::KINDS].into_iter().flatten().collect();
+        [loading::KINDS, lanelets::KINDS, lanes::KINDS, areas::KINDS, control::KINDS].into_iter().flatten().collect();
     let outcomes: Vec<Outcome> = kinds.par_iter().enumerate().map(|(at, kind)| try_kind(&bases, at, kind)).collect();
     println!("{:>5} {:>5}  slip", "slips", "said");
     for Outcome { name, slips, raised, .. } in &outcomes {
