@@ -4,13 +4,20 @@
 
 mod common;
 
+use std::collections::BTreeMap;
+use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 
-use common::{beside, judge, judge_as, load};
-use lanewright::diagnostic::{Diagnostic, Edit, Subject};
+use common::{beside, judge, judge_as, load, shared};
+use lanewright::diagnostic::{Diagnostic, Edit, Severity, Subject};
+use lanewright::fix::{canonical, mend};
+use lanewright::lanelet::from_osm;
+use lanewright::osm::{OsmData, read_bytes};
+use lanewright::projection::{MgrsGrid, Projector};
 use lanewright::report::{Report, Sources, sarif};
 use lanewright::rules::Config;
 use lanewright::settings::Settings;
+use rayon::prelude::*;
 use serde_json::Value;
 
 /// The first finding of a rule's bad map that has this code.
@@ -128,4 +135,70 @@ fn a_fix_in_a_report_mends_the_file() {
     }
     println!("{mended} of {proposed} proposed fixes are changes of text alone");
     assert!(mended > 40, "{mended} of {proposed}");
+}
+
+/// All maps below a folder of the material beside the project; none where it is not there.
+fn official_maps(folder: &str) -> Vec<PathBuf> {
+    let mut open: Vec<PathBuf> = shared(folder).into_iter().collect();
+    let mut maps = Vec::new();
+    while let Some(folder) = open.pop() {
+        for entry in folder.read_dir().unwrap() {
+            let path = entry.unwrap().path();
+            match path.extension() {
+                _ if path.is_dir() => open.push(path),
+                Some(ending) if ending == "osm" => maps.push(path),
+                _ => {}
+            }
+        }
+    }
+    maps.sort();
+    maps
+}
+
+/// The errors of a map by code and subject, with how often each is said.
+fn errors(found: &[Diagnostic]) -> BTreeMap<(String, String), usize> {
+    let mut counts = BTreeMap::new();
+    for one in found.iter().filter(|one| one.severity == Severity::Error) {
+        *counts.entry((one.code.clone(), one.finding.subject.to_string())).or_default() += 1;
+    }
+    counts
+}
+
+#[test]
+fn formatting_twice_changes_nothing() {
+    let hand_made = official_maps("corpus/lanelet2");
+    let maps = [official_maps("corpus/conformance/map"), hand_made].concat();
+    maps.par_iter().for_each(|path| {
+        let text = std::fs::read_to_string(path).unwrap();
+        let once = canonical(&text).unwrap_or_else(|| panic!("{} cannot be formatted", path.display()));
+        assert_eq!(canonical(&once).unwrap(), once, "{}", path.display());
+        let mut data = OsmData::default();
+        read_bytes(&mut data, "map.osm", once.into_bytes()).unwrap();
+        let (before, _) = load(path);
+        let counts = |data: &OsmData| [data.nodes.len(), data.ways.len(), data.relations.len()];
+        assert_eq!(counts(&data), counts(&before), "{}", path.display());
+    });
+}
+
+#[test]
+fn fixing_makes_no_error_where_there_was_none() {
+    let maps = official_maps("corpus/conformance/map");
+    let (settings, config) = (Settings::default(), Config::default());
+    let done: usize = maps
+        .par_iter()
+        .map(|path| {
+            let (data, loaded) = load(path);
+            let before = errors(&judge_as(&loaded, &settings, &config));
+            let first = data.nodes.iter().find_map(|node| node.position).and_then(MgrsGrid::of);
+            let projector = first.map_or(Projector::Local, Projector::mgrs);
+            let judge = |osm: &OsmData| Ok::<_, Infallible>(judge_as(&from_osm(osm, &projector), &settings, &config));
+            let mended = mend(data, true, judge).unwrap();
+            for (error, count) in errors(&mended.left) {
+                let known = before.get(&error).copied().unwrap_or_default();
+                assert!(count <= known, "{}: {error:?} was said {known} times, now {count}", path.display());
+            }
+            mended.done.len()
+        })
+        .sum();
+    println!("{done} fixes on {} maps", maps.len());
 }

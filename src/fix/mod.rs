@@ -72,6 +72,9 @@ pub fn mend<E>(
             .filter_map(|found| Some((mend_of(found)?, found.finding.fix.clone()?)))
             .filter(|(mend, fix)| (fix.safe || unsafe_too) && !tried.contains(mend))
             .collect();
+        // What does not load goes first: most of what else is found may only follow from it.
+        let loading: Vec<(Mend, Fix)> = open.iter().filter(|(mend, _)| is_of_the_file(mend)).cloned().collect();
+        let open = if loading.is_empty() { open } else { loading };
         let mut batch = &open[..];
         // Halved until it does no harm: at the least one fix is kept or refused in each round.
         loop {
@@ -102,6 +105,11 @@ pub fn mend<E>(
     state.unsafe_left =
         state.left.iter().filter(|found| found.finding.fix.as_ref().is_some_and(|fix| !fix.safe)).count();
     Ok(state)
+}
+
+/// Whether a fix mends the file itself, before anything in it means something.
+fn is_of_the_file(mend: &Mend) -> bool {
+    ["load/", "ids/", "node/"].iter().any(|family| mend.code.starts_with(family))
 }
 
 /// The files' texts with the edits of one fix; `None` if it cannot be made.

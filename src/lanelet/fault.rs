@@ -131,7 +131,10 @@ pub enum Condition {
         role: Text,
     },
     /// Regulatory element: has no `subtype` and is dropped.
-    WithoutSubtype,
+    WithoutSubtype {
+        /// What its members belong to, where that is plain.
+        meant: Option<Text>,
+    },
     /// Regulatory element: nobody has registered the subtype; creation throws.
     UnknownSubtype {
         /// As written.
@@ -180,6 +183,8 @@ pub enum Condition {
     UnknownRelationType {
         /// As written.
         found: Option<Text>,
+        /// What its members belong to, where it has none and that is plain.
+        meant: Option<Text>,
     },
     /// The id is used again within its kind. Nodes and ways: the last wins; relations: tags of the first, members of all.
     DuplicateId {

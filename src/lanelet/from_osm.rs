@@ -1,5 +1,6 @@
 //! From what a file says to the map that Autoware's loader makes of it, with everything the loader stumbles over.
 
+mod meant;
 mod nodes;
 mod relations;
 mod whole;

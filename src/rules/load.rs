@@ -90,7 +90,10 @@ fn finding(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
         Condition::NotRegulatoryElement { kind, id } => {
             found("element-type", format!("{about} refers to {kind} {id} as regulatory_element, which it is not."))
         }
-        Condition::WithoutSubtype => found("re-subtype", format!("{about} has no subtype; no map will be published.")),
+        Condition::WithoutSubtype { meant } => {
+            let message = format!("{about} has no subtype; no map will be published.");
+            said(found("re-subtype", message), "subtype", meant.as_deref())
+        }
         Condition::UnknownSubtype { subtype } => unknown_subtype(subject, subtype),
         Condition::MemberCount { subtype, limit, count } => {
             let kind = limit.kind.as_str();
@@ -124,9 +127,9 @@ fn finding(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
             let kind = kind.as_ref().map_or("no type".to_owned(), |kind| format!("type {kind}"));
             found("re-member-type", format!("Member {role} of {subject} is relation {id}, which has {kind}."))
         }
-        Condition::UnknownRelationType { found: kind } => {
+        Condition::UnknownRelationType { found: kind, meant } => {
             let kind = kind.as_ref().map_or("no type".to_owned(), |kind| format!("type {kind}"));
-            found("relation-type", format!("{about} has {kind} and is ignored."))
+            said(found("relation-type", format!("{about} has {kind} and is ignored.")), "type", meant.as_deref())
         }
         Condition::NoFormatVersion => found("format-version", "The map has no MetaInfo format_version.".to_owned()),
         Condition::BadFormatVersion { found: version } => {
@@ -139,6 +142,13 @@ fn finding(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
         Condition::PassedOver { message } => found("passed-over", format!("{message}.")),
         _ => return None,
     })
+}
+
+/// With the tag that the members of a relation call for.
+fn said(finding: Finding, key: &str, meant: Option<&str>) -> Finding {
+    let Some(meant) = meant else { return finding };
+    let edits = vec![Edit::SetTag { on: finding.subject, key: key.into(), value: meant.into() }];
+    finding.fixed_by(format!("set {key}={meant}, as its members call for"), true, edits)
 }
 
 /// The subject with a capital letter, to start a sentence.

@@ -24,12 +24,16 @@ pub struct Judged<'m> {
     pub ignored: Vec<usize>,
     /// The lanes that they should list, in order.
     pub due: Vec<usize>,
+    /// Whether an element lists it, be it that it does not refer to that one.
+    pub listed: bool,
 }
 
 impl<'m> Judged<'m> {
     /// All movements that `wanted` takes.
     pub fn all(map: &'m MapIndex<'m>, wanted: impl Fn(&Traffic, usize) -> bool) -> Vec<Self> {
         let mut all = Vec::new();
+        let elements = map.map.regulatory_elements.iter().filter(|element| element.subtype == "right_of_way");
+        let listed: FxHashSet<LaneletId> = elements.flat_map(|element| element.lanelets("right_of_way")).collect();
         for (at, traffic) in map.traffic.iter().enumerate() {
             for (x, movement) in traffic.movements.iter().enumerate() {
                 // A lane of two areas is judged with the first.
@@ -54,6 +58,7 @@ impl<'m> Judged<'m> {
                     elements: map.rights_of_way(lane),
                     ignored: map.ignored(lane),
                     due,
+                    listed: listed.contains(&map.lanes[lane].id),
                 });
             }
         }
@@ -121,7 +126,11 @@ impl<'m> Judged<'m> {
             .due
             .iter()
             .fold(finding, |finding, &y| finding.with(Subject::Lanelet(self.map.lanes[y].id.0), "need not be watched"));
-        Some(finding.fixed_by("create the right_of_way element", true, self.create()))
+        // Where there is one already, the lanelet needs no second but a reference to it.
+        match self.listed {
+            true => Some(finding),
+            false => Some(finding.fixed_by("create the right_of_way element", true, self.create())),
+        }
     }
 
     /// Lanes that the elements should list but do not.

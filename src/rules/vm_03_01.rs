@@ -3,7 +3,7 @@
 use super::{NoParams, Rule};
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::lanelet::index::{Intersection, MapIndex};
-use crate::lanelet::{Lanelet, PolygonId};
+use crate::lanelet::{Lanelet, LineStringId, PolygonId};
 
 /// See `rules/vm-03-01.md`.
 pub struct Criteria;
@@ -63,6 +63,11 @@ fn judge_lanelet(map: &MapIndex, lanelet: &Lanelet, covers: &[Vec<Cover>]) -> Op
             // The area is the right one; its own id is what cannot be read.
             Some(area) if area.to_string() == value => finding,
             Some(area) => retag(finding, subject, area),
+            None if is_line(map, value) => {
+                let on = Subject::LineString(value.trim().parse().unwrap_or_default());
+                let edits = vec![Edit::SetTag { on, key: "area".into(), value: "yes".into() }];
+                finding.with(on, "no area").fixed_by(format!("set area=yes on {on}"), true, edits)
+            }
             None => {
                 let edits = vec![Edit::RemoveTag { on: subject, key: "intersection_area".into() }];
                 finding.fixed_by("remove the tag intersection_area", true, edits)
@@ -143,6 +148,12 @@ fn judge_area(map: &MapIndex, intersection: &Intersection) -> Vec<Finding> {
         findings.push(Finding::new("no-right-of-way", subject, message));
     }
     findings
+}
+
+/// Whether this is the id of an area that is drawn as a line, for want of `area=yes`.
+fn is_line(map: &MapIndex, value: &str) -> bool {
+    let line = area_id(value).and_then(|id| map.map.linestrings.get(LineStringId(id.0)));
+    line.is_some_and(|line| line.attributes.is("type", "intersection_area"))
 }
 
 fn retag(finding: Finding, on: Subject, area: PolygonId) -> Finding {

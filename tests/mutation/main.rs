@@ -9,6 +9,8 @@
 mod areas;
 mod control;
 mod draft;
+mod healing;
+mod health;
 mod lanelets;
 mod lanes;
 mod loading;
@@ -195,7 +197,10 @@ fn try_kind(bases: &[Base], at: usize, kind: &Kind) -> Outcome {
 fn the_fault_of_every_slip_is_said() {
     let bases = bases();
     let kinds: Vec<&Kind> =
-        [loading::KINDS, lanelets::KINDS, lanes::KINDS, areas::KINDS, control::KINDS].into_iter().flatten().collect();
+        [loading::KINDS, lanelets::KINDS, lanes::KINDS, areas::KINDS, control::KINDS, health::KINDS]
+            .into_iter()
+            .flatten()
+            .collect();
     let outcomes: Vec<Outcome> = kinds.par_iter().enumerate().map(|(at, kind)| try_kind(&bases, at, kind)).collect();
     println!("{:>5} {:>5}  slip", "slips", "said");
     for Outcome { name, slips, raised, .. } in &outcomes {

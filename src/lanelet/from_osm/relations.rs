@@ -1,7 +1,7 @@
 //! Relations become lanelets and regulatory elements, in the loader's order: lanelets need bounds, elements need
 //! lanelets, and in the end lanelets are told their elements.
 
-use super::{Loader, RelationType, merged};
+use super::{Loader, RelationType, meant, merged};
 use crate::diagnostic::Subject;
 use crate::geometry::Point as PlanePoint;
 use crate::lanelet::align::{align, opposed};
@@ -48,7 +48,8 @@ impl Loader<'_> {
         self.id(ElementKind::Relation, relation.id, subject, &relation.span);
         if RelationType::of(&relation.tags) == RelationType::Unknown {
             let found = relation.tags.get("type").map(Text::from);
-            self.fault(subject, &relation.span, Condition::UnknownRelationType { found });
+            let meant = meant::relation_type(relation).filter(|_| found.is_none());
+            self.fault(subject, &relation.span, Condition::UnknownRelationType { found, meant });
         }
         for member in &relation.members {
             if !self.osm.contains(member.kind, member.id) {
@@ -133,7 +134,8 @@ impl Loader<'_> {
     fn regulatory_element(&mut self, relation: &Relation) {
         let subject = Subject::RegulatoryElement(relation.id);
         let Some(subtype) = relation.tags.get("subtype").map(Text::from) else {
-            return self.fault(subject, &relation.span, Condition::WithoutSubtype);
+            let meant = meant::subtype(self.osm, relation);
+            return self.fault(subject, &relation.span, Condition::WithoutSubtype { meant });
         };
         let mut members = Vec::new();
         let mut known: Vec<(Text, Target)> = Vec::new();

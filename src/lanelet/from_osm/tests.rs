@@ -136,7 +136,7 @@ fn regulatory_elements_need_what_their_constructor_needs() {
         (Subject::Lanelet(21), Condition::MemberDropped { kind: ElementKind::Relation, id: 31, role })
     };
     let subtype = r#"<tag k="subtype" v="traffic_light"/>"#;
-    assert_eq!(changed(subtype, ""), [element(Condition::WithoutSubtype), gone.clone()]);
+    assert_eq!(changed(subtype, ""), [element(Condition::WithoutSubtype { meant: None }), gone.clone()]);
     let unknown = Condition::UnknownSubtype { subtype: text("yield") };
     assert_eq!(changed(subtype, r#"<tag k="subtype" v="yield"/>"#), [element(unknown), gone.clone()]);
     let count = |subtype: &str, at: usize, count| {
@@ -185,7 +185,7 @@ fn members_of_elements_are_no_elements() {
     assert_eq!(
         faults,
         [
-            (Subject::Relation(41), Condition::UnknownRelationType { found: None }),
+            (Subject::Relation(41), Condition::UnknownRelationType { found: None, meant: None }),
             (Subject::RegulatoryElement(31), member)
         ]
     );
