@@ -18,8 +18,9 @@ const COVERED: f64 = 0.995;
 const SNAP: f64 = 1e-3;
 /// A lane end node that a union lost is put back on its nearest edge up to this distance, metres.
 const INSERT: f64 = 0.3;
-/// An outline that turns back on itself within this, degrees, has an edge on both sides of nothing.
-const SPIKE: f64 = 1e-6;
+/// An outline that turns back on itself within this, degrees, has an edge on both sides of nothing: the tip of a median
+/// is wider.
+const SPIKE: f64 = 1.5;
 
 /// The outline of an intersection as nodes.
 #[derive(Clone, Debug, Default)]

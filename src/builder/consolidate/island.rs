@@ -10,8 +10,8 @@ use crate::geometry::{Point, polygon};
 
 /// A merged intersection covers at most so many times the ground of the roads inside it: what is more is no carriageway.
 pub const COVER_MOST: f64 = 1.3;
-/// The arms of an intersection belong to it over about so many metres.
-const STUB: f64 = 8.0;
+/// The arms of an intersection belong to it over about so many metres: what a collision at a right angle takes.
+const STUB: f64 = 3.0;
 
 /// Whether the intersections, merged with the roads inside, would cover much more than the ground of these roads.
 pub fn encloses_island(network: &RoadNetwork, members: &[IntersectionIx], inner: &[RoadIx]) -> bool {
