@@ -11,7 +11,12 @@ use std::fs;
 use std::path::PathBuf;
 use std::time::Instant;
 
+use geo::{Area, BooleanOps, MultiPolygon};
+use lanewright::builder::outline::ribbon;
+use lanewright::builder::road_network::{End, Intersection};
+use lanewright::builder::streets::Streets;
 use lanewright::builder::{BuildOptions, plan};
+use lanewright::geometry::polygon;
 use lanewright::osm::{OsmData, read_bytes};
 use lanewright::projection::LonLat;
 use support::{accept, lanewright, osm_files, shared};
@@ -99,4 +104,40 @@ fn no_way_is_lost_in_silence() {
         }
     }
     assert!(lost.is_empty(), "{}", lost.join("\n"));
+}
+
+/// A merged intersection's outline covers at most so many times the ground of the roads inside it.
+const COVER_MOST: f64 = 1.3;
+
+/// What the roads inside a merged intersection cover, square metres: those between its nodes, and its arms up to the cuts.
+fn ground(streets: &Streets, at: &Intersection) -> f64 {
+    let inner = at.inner.iter().filter_map(|inner| ribbon(&inner.line, inner.section.width() / 2.0));
+    let arms = at.arms.iter().filter_map(|arm| {
+        let (road, [from, to]) = (streets.network.road(arm.road), streets.outlines.kept[arm.road.0 as usize]);
+        let stub = match arm.end {
+            End::Start => road.line.cut(0.0, from),
+            End::End => road.line.cut(to, road.line.length()),
+        };
+        ribbon(&stub?, road.half_width())
+    });
+    let whole = inner.chain(arms).fold(MultiPolygon::new(Vec::new()), |all, ring| all.union(&polygon::to_geo(&ring)));
+    whole.unsigned_area()
+}
+
+#[test]
+fn no_merge_covers_much_more_than_its_roads() {
+    let mut wide = Vec::new();
+    for input in corpus() {
+        let mut osm = OsmData::default();
+        read_bytes(&mut osm, "input", fs::read(&input).unwrap()).unwrap();
+        let streets = plan(&osm, &BuildOptions::default()).unwrap().streets;
+        let outlines = streets.network.intersections.iter().zip(&streets.outlines.intersections);
+        for (at, outline) in outlines.filter(|(at, _)| at.nodes.len() > 1) {
+            let (covered, ground) = (polygon::signed_area(&outline.ring).abs(), ground(&streets, at));
+            if covered > COVER_MOST * ground {
+                wide.push(format!("{}: {:?} covers {:.2} of its roads", input.display(), at.nodes, covered / ground));
+            }
+        }
+    }
+    assert!(wide.is_empty(), "{}", wide.join("\n"));
 }
