@@ -53,7 +53,7 @@ fn change(line: &mut String, key: &str, with: impl Fn(&str) -> String) {
     }
 }
 
-/// Many crossings side by side, as XML of about this size.
+/// Many crossings side by side, as XML of at least this size.
 fn tiled(size: usize) -> String {
     let input = Path::new(env!("CARGO_MANIFEST_DIR")).join("sample_maps/crossing_right.osm");
     let built = build(&lanewright::osm::read_file(&input).unwrap(), &BuildOptions::default()).unwrap();
@@ -63,10 +63,14 @@ fn tiled(size: usize) -> String {
     // Head, elements, tail: copies of each kind of element stand in one file just as well mixed.
     let (head, rest) = one.split_at(one.find("  <node ").unwrap());
     let elements = rest.strip_suffix("</osm>\n").unwrap();
-    let count = size.div_ceil(elements.len());
-    let columns = (count as f64).sqrt().ceil() as usize;
+    let columns = (size.div_ceil(elements.len()) as f64).sqrt().ceil() as usize;
     let mut text = head.to_owned();
-    (0..count).for_each(|number| copy(elements, number, columns, &mut text));
+    for number in 0.. {
+        if text.len() >= size {
+            break;
+        }
+        copy(elements, number, columns, &mut text);
+    }
     text + "</osm>\n"
 }
 
