@@ -31,7 +31,8 @@ find tests/rules -name '*.toml' | while read -r file; do
     cp "$file" "fuzz/corpus/settings/$(echo "$file" | tr / _)"
 done
 
-for target in ${*:-osm_xml osm_pbf check settings build_map}; do
+[ $# -gt 0 ] || set -- osm_xml osm_pbf check settings build_map
+for target in "$@"; do
     echo "== $target, $seconds s"
     dictionary=
     [ -f "fuzz/$target.dict" ] && dictionary="-dict=fuzz/$target.dict"
