@@ -299,7 +299,12 @@ fn road_lanelets(assembly: &mut Assembly, road: &Road, ix: RoadIx, borders: &[Op
             let turned = |bound: Bound| Bound { inverted: !bound.inverted, ..bound };
             let (left, right) = if backward { (turned(right), turned(left)) } else { (left, right) };
             let key = road_key("lane", road).number(i as i64).number(i64::from(backward));
-            let attributes = road_attributes(road, strip.kind, road.speed[usize::from(backward)]);
+            let mut attributes = road_attributes(road, strip.kind, road.speed[usize::from(backward)]);
+            attributes.push("road_id", crate::osm::Text::from(road.key.to_string()));
+            let known = [("road_name", road.name.as_deref()), ("road_surface", road.tags.get("surface"))];
+            for (key, value) in known.into_iter().filter_map(|(key, value)| Some((key, value?))) {
+                attributes.push(key, crate::osm::Text::from(value));
+            }
             let lanelet = assembly.lanelet(key, left, right, attributes);
             lanes.push(Lane { road: ix, strip: i, backward, lanelet, left, right, kind: strip.kind });
         }

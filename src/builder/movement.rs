@@ -1,6 +1,7 @@
 //! Which lane leads to which lane through an intersection.
 
-use crate::geometry::{Vector, angle_between, curve::Pose};
+use crate::geometry::curve::{self, Pose};
+use crate::geometry::{Vector, angle_between};
 
 use super::cross_section::{Arrows, StripKind};
 use super::lanes::{Arm, ArmLane, Lanes};
@@ -11,6 +12,8 @@ use super::road_network::{DrivingSide, Intersection};
 pub const STRAIGHT: f64 = 30.0;
 /// A movement beyond this change of direction, degrees, turns back.
 const TURNS_BACK: f64 = 150.0;
+/// Curvature, 1/m, beyond which nobody is led back who could go elsewhere: a car drives it with ease.
+const TIGHTEST_BACK: f64 = 0.25;
 /// An arrow means an arm at most this far, degrees, from the arrow's own direction.
 const ARROW_REACH: f64 = 70.0;
 
@@ -70,6 +73,7 @@ pub fn movements(side: DrivingSide, restricted: &Restricted, lanes: &Lanes, inte
     let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
     let mut found = Movements::default();
     let mut targets: Vec<Vec<Target>> = Vec::new();
+    let mut around = Vec::new();
     for (from, arm) in arms.iter().enumerate() {
         let mut open = Vec::new();
         for (to, other) in arms.iter().enumerate() {
@@ -82,9 +86,11 @@ pub fn movements(side: DrivingSide, restricted: &Restricted, lanes: &Lanes, inte
                 found.prohibited.push((from, to));
             }
         }
-        // Nobody turns back unless an arrow says so, or there is no other way on.
+        // Nobody turns back unless an arrow says so, there is no other way on, or a median leaves room.
         let signed = arm.into.iter().any(|lane| lane.arrows.has(Arrows::REVERSE));
         if !signed && open.iter().any(|t| !t.turns_back()) {
+            let back = open.iter().filter(|t| t.turns_back());
+            around.extend(back.filter_map(|t| turning_around(side, from, arm, t)));
             open.retain(|t| !t.turns_back());
         }
         // Arms are clockwise: from left to right as one drives in, whatever the angles say.
@@ -106,6 +112,9 @@ pub fn movements(side: DrivingSide, restricted: &Restricted, lanes: &Lanes, inte
         missed.into_iter().for_each(|from| heed[from] = false);
         found.all = assigned(&arms, &targets, &heed);
     }
+    found.all.extend(around);
+    found.all.sort_unstable();
+    found.all.dedup();
     for (from, arm) in arms.iter().enumerate() {
         for (to, other) in arms.iter().enumerate() {
             let lanes = from != to && !arm.into.is_empty() && !other.out.is_empty();
@@ -117,6 +126,36 @@ pub fn movements(side: DrivingSide, restricted: &Restricted, lanes: &Lanes, inte
     }
     found.prohibited.sort_unstable();
     found
+}
+
+/// The way back around the end of a median, or into a road that leaves at an acute angle: from the lane on the far side to
+/// the first one that is far enough from it, unless an arrow leads elsewhere.
+fn turning_around(side: DrivingSide, from: usize, arm: &Arm, target: &Target) -> Option<Movement> {
+    let (far, turns) = match side {
+        DrivingSide::Right => (1.0, Arrows::LEFT),
+        DrivingSide::Left => (-1.0, Arrows::RIGHT),
+    };
+    let driven = |lanes: &[ArmLane]| -> Vec<(usize, ArmLane)> {
+        let mut found: Vec<_> = lanes.iter().copied().enumerate().filter(|(_, l)| l.kind == StripKind::Drive).collect();
+        if side == DrivingSide::Left {
+            found.reverse();
+        }
+        found
+    };
+    let (in_lane, into) = driven(&arm.into).first().copied()?;
+    let room = |out: &ArmLane| {
+        let across = far * crate::geometry::cross(into.pose.heading, out.pose.point - into.pose.point);
+        across > 0.0 && gentle(&curve::join(into.pose, out.pose), TIGHTEST_BACK)
+    };
+    let (out_lane, _) = driven(&target.arm.out).into_iter().find(|(_, out)| room(out))?;
+    let free = into.arrows.is_none() || into.arrows.has(turns);
+    (free && arm.at.road != target.arm.at.road).then_some(Movement { from, to: target.to, in_lane, out_lane })
+}
+
+/// Whether a course bends nowhere more than by the curvature, 1/m.
+fn gentle(course: &[Pose], most: f64) -> bool {
+    let bend = |w: &[Pose]| angle_between(w[0].heading, w[1].heading).abs();
+    course.windows(2).all(|w| bend(w) <= most * (w[1].point - w[0].point).norm() + 1e-3)
 }
 
 /// The movements from all arms; those of which `heed` says no as if nothing were painted.
@@ -376,7 +415,7 @@ fn reach_all(arms: &[&Arm], all: &mut Vec<Movement>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Point, curve};
+    use crate::geometry::Point;
 
     fn pose(x: f64, y: f64, degrees: f64) -> Pose {
         Pose { point: Point::new(x, y), heading: Vector::new(degrees.to_radians().cos(), degrees.to_radians().sin()) }

@@ -16,6 +16,8 @@ pub(crate) use read::is_roundabout;
 pub use read::{Network, NetworkError, NetworkOptions, ToMetres, road_network};
 pub(crate) use select::class as class_of;
 
+use std::fmt;
+
 use crate::geometry::{Point, Polyline};
 use crate::osm::{Tags, Text};
 
@@ -106,6 +108,12 @@ pub struct RoadKey {
     pub last: i64,
     /// Tells apart pieces of one way between the same two nodes: 0 for the first.
     pub turn: u32,
+}
+
+impl fmt::Display for RoadKey {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{}:{}-{}:{}", self.way, self.first, self.last, self.turn)
+    }
 }
 
 /// Something on the road at a node that is not an intersection, or at the node of the intersection itself.

@@ -279,7 +279,7 @@ fn ribbon(line: &Polyline, left: f64, right: f64) -> Option<Vec<Point>> {
 
 /// The id of a road in the file.
 pub fn road_id(key: &RoadKey) -> Id {
-    Id(Text::from(format!("{}:{}-{}:{}", key.way, key.first, key.last, key.turn)))
+    Id(Text::from(key.to_string()))
 }
 
 /// The id of an intersection in the file: its smallest node.
