@@ -1,7 +1,8 @@
 //! Which lane leads to which lane through an intersection.
 
 use crate::geometry::curve::{self, Pose};
-use crate::geometry::{Vector, angle_between};
+use crate::geometry::{Polyline, Vector, angle_between};
+use crate::lanelet::index::turn_along;
 
 use super::cross_section::{Arrows, StripKind};
 use super::lanes::{Arm, ArmLane, Lanes};
@@ -61,9 +62,9 @@ pub fn turn(side: DrivingSide, from: Vector, to: Vector) -> f64 {
     if turn.abs() > TURNS_BACK && turn * across < 0.0 { turn + across * 360.0 } else { turn }
 }
 
-/// Change of direction along a way in degrees, left positive: what all its bends add up to. See [`turn`].
-pub fn turned(side: DrivingSide, course: &[Pose]) -> f64 {
-    let turn: f64 = course.windows(2).map(|w| angle_between(w[0].heading, w[1].heading)).sum::<f64>().to_degrees();
+/// Change of direction along the middle of a lane in degrees, left positive: what all its bends add up to. See [`turn`].
+pub fn turned(side: DrivingSide, middle: &Polyline) -> f64 {
+    let turn = turn_along(middle);
     let across = if side == DrivingSide::Right { 1.0 } else { -1.0 };
     if turn.abs() > TURNS_BACK { across * turn.abs() } else { turn }
 }
@@ -421,12 +422,18 @@ mod tests {
         Pose { point: Point::new(x, y), heading: Vector::new(degrees.to_radians().cos(), degrees.to_radians().sin()) }
     }
 
+    /// What is drawn by poses.
+    fn line(poses: Vec<Pose>) -> Polyline {
+        Polyline::new(poses.into_iter().map(|pose| pose.point)).unwrap()
+    }
+
     #[test]
     fn a_way_is_named_after_its_bends() {
-        let left = curve::join(pose(0.0, 0.0, 0.0), pose(10.0, 10.0, 90.0));
-        assert!((turned(DrivingSide::Right, &left) - 90.0).abs() < 1.0);
+        let left = line(curve::join(pose(0.0, 0.0, 0.0), pose(10.0, 10.0, 90.0)));
+        assert!((turned(DrivingSide::Right, &left) - 90.0).abs() < 5.0);
         // A loop that ends 140 degrees to the right of where it began, but gets there by the left.
-        let loop_: Vec<Pose> = (0..=22).map(|i| pose(0.0, 0.0, f64::from(i) * 10.0)).collect();
+        let round = |i: i32| pose(f64::from(i * 10).to_radians().cos(), f64::from(i * 10).to_radians().sin(), 0.0);
+        let loop_ = line((0..=23).map(round).collect());
         assert!((turned(DrivingSide::Right, &loop_) - 220.0).abs() < 1.0);
         // Who turns back does so across the oncoming traffic.
         assert!((turned(DrivingSide::Left, &loop_) + 220.0).abs() < 1.0);

@@ -176,12 +176,14 @@ pub fn paths(
             .and_then(|l| l.attributes.get("speed_limit")?.parse().ok())
             .unwrap_or(road.speed[0]);
         let lanelet = assembly.lanelet(path_key(key, from, to), left, right, road_attributes(road, kind, speed));
+        // As whoever reads the map sees it, not as it was meant: what bounds are shared moves the middle.
+        let center = center_line(&assembly.bound_line(left), &assembly.bound_line(right));
         paths.push(Path {
             movement,
             lanelet,
             bounds: [left.line, right.line],
-            heading: heading(assembly, left, right).unwrap_or(from.pose.heading),
-            turn: turned(network.side, &course),
+            heading: center.as_ref().and_then(heading).unwrap_or(from.pose.heading),
+            turn: center.map_or(0.0, |center| turned(network.side, &center)),
             outline: assembly.outline(lanelet),
             kind,
         });
@@ -192,8 +194,7 @@ pub fn paths(
 }
 
 /// Where a lanelet heads over its first metres.
-fn heading(assembly: &Assembly, left: Bound, right: Bound) -> Option<Vector> {
-    let center = center_line(&assembly.bound_line(left), &assembly.bound_line(right))?;
+fn heading(center: &Polyline) -> Option<Vector> {
     (center.at(HEADING_REACH) - center.first()).try_normalize(f64::EPSILON)
 }
 

@@ -140,9 +140,7 @@ impl Lane {
     /// By how much it turns from start to end, degrees, left positive: the sum of the changes of heading of the
     /// centre line, so that a full loop is 360.
     pub fn turn(&self) -> f64 {
-        let Some(center) = &self.center else { return 0.0 };
-        let steps: Vec<Vector> = center.segments().map(|(a, b)| b - a).collect();
-        steps.windows(2).map(|pair| angle_between(pair[0], pair[1])).sum::<f64>().to_degrees()
+        self.center.as_ref().map_or(0.0, turn_along)
     }
 
     /// Heading where it starts, over the first metres.
@@ -167,6 +165,12 @@ impl Lane {
 pub fn extent(points: &[Point]) -> [Point; 2] {
     let far = f64::INFINITY;
     points.iter().fold([Point::new(far, far), Point::new(-far, -far)], |[low, high], p| [low.inf(p), high.sup(p)])
+}
+
+/// The sum of a line's changes of heading, degrees, left positive.
+pub fn turn_along(line: &Polyline) -> f64 {
+    let steps: Vec<Vector> = line.segments().map(|(a, b)| b - a).collect();
+    steps.windows(2).map(|pair| angle_between(pair[0], pair[1])).sum::<f64>().to_degrees()
 }
 
 /// Midpoints of both bounds, each cut into the same number of pieces of about [`STEP`].

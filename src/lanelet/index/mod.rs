@@ -14,7 +14,7 @@ mod traffic;
 
 pub use conflict::Conflict;
 pub use intersection::{Arm, ArmEdge, Intersection, Member, declared_area, same_arm};
-pub use lane::{Edge, HEADING_REACH, Lane, STEP, center_line, extent};
+pub use lane::{Edge, HEADING_REACH, Lane, STEP, center_line, extent, turn_along};
 pub use queries::{allows_lane_change, is_road_border};
 pub use side::{DrivingSide, SideVotes};
 pub use stop_line::{Misfit, StopLine};
