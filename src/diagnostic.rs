@@ -154,6 +154,13 @@ pub enum Edit {
     RemoveVertex { way: Subject, position: usize },
     /// Use another way as a bound of a lanelet.
     ReplaceWay { lanelet: i64, from: i64, to: i64 },
+    /// Put a point at latitude and longitude.
+    SetPlace { point: i64, place: LonLat },
+    /// Of elements that have one id, remove the nth (from 0, in file order) and leave all references as they are.
+    RemoveRepeat { on: Subject, nth: usize },
+    /// Give the nth element of this id (from 0, in file order) one that is free, and say so in these that refer to it; in
+    /// all where none are named.
+    Renumber { on: Subject, nth: usize, referrers: Option<Vec<Subject>> },
     /// Remove an element that nothing needs any more, with every reference to it.
     Remove { subject: Subject },
     /// Create a relation with a fresh id and let the lanelets refer to it.

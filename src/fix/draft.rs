@@ -6,14 +6,18 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::element::{Child, Element};
 use crate::diagnostic::{Edit, Fix, SourceSpan, Subject};
-use crate::osm::{ElementKind, OsmData};
+use crate::osm::{ElementKind, OddityKind, OsmData, fixed};
 
 type Key = (ElementKind, i64);
+
+/// Decimals of latitude and longitude: a micrometre.
+const DECIMALS: usize = 11;
 
 /// What an edit takes for itself.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 enum Part {
     Tag(String),
+    Place,
     Vertex(usize),
     Member(ElementKind, i64),
 }
@@ -29,13 +33,24 @@ struct Claims {
 /// Edits on the files that `osm` was read from.
 pub struct Draft<'a> {
     osm: &'a OsmData,
-    /// Edited elements; `None` where one is removed.
-    edited: BTreeMap<Key, Option<Element>>,
+    /// Edited elements by where they stand; `None` where one is removed.
+    edited: BTreeMap<SourceSpan, Option<Element>>,
+    /// What the fix at hand has reached for, as it was before.
+    journal: Vec<(SourceSpan, Option<Option<Element>>)>,
     created: Vec<Element>,
     claims: Claims,
     referrers: FxHashMap<Key, Vec<Key>>,
+    /// Elements that name a way in the value of a tag.
+    named: FxHashMap<i64, Vec<Key>>,
+    /// Where elements stand whose id repeats, in file order.
+    repeated: FxHashMap<Key, Vec<&'a SourceSpan>>,
     last_id: i64,
+    /// The highest id that Autoware can read where it reads 32 bits.
+    last_small: i64,
 }
+
+/// Tags whose value is the id of a way.
+const NAMING: [&str; 2] = ["intersection_area", "traffic_light_id"];
 
 impl<'a> Draft<'a> {
     /// Without an edit.
@@ -52,9 +67,31 @@ impl<'a> Draft<'a> {
                 list.push((ElementKind::Relation, relation.id));
             }
         }
+        let ways = osm.ways.iter().map(|way| ((ElementKind::Way, way.id), &way.tags));
+        let tagged = ways.chain(osm.relations.iter().map(|one| ((ElementKind::Relation, one.id), &one.tags)));
+        let mut named: FxHashMap<i64, Vec<Key>> = FxHashMap::default();
+        for (key, tags) in tagged {
+            for id in NAMING.iter().filter_map(|name| tags.get(name)?.parse().ok()) {
+                named.entry(id).or_default().push(key);
+            }
+        }
         let ids = osm.nodes.iter().map(|node| node.id).chain(osm.ways.iter().map(|way| way.id));
-        let last_id = ids.chain(osm.relations.iter().map(|relation| relation.id)).max().unwrap_or(0).max(0);
-        Self { osm, edited: BTreeMap::new(), created: Vec::new(), claims: Claims::default(), referrers, last_id }
+        let ids = ids.chain(osm.relations.iter().map(|relation| relation.id));
+        let small = |id: i64| if id <= i64::from(i32::MAX) { id } else { 0 };
+        let (last_id, last_small) =
+            ids.fold((0, 0), |(last, last_small): (i64, i64), id| (last.max(id), last_small.max(small(id))));
+        Self {
+            osm,
+            edited: BTreeMap::new(),
+            journal: Vec::new(),
+            created: Vec::new(),
+            claims: Claims::default(),
+            referrers,
+            named,
+            repeated: repeated(osm),
+            last_id,
+            last_small,
+        }
     }
 
     /// Makes all edits of a fix, or none of them: `false` where another fix has a claim on what it needs, or where the map
@@ -71,19 +108,17 @@ impl<'a> Draft<'a> {
         if taken {
             return false;
         }
-        let reached = whole.iter().copied().chain(parts.iter().map(|part| part.0));
-        let before: Vec<(Key, Option<Option<Element>>)> =
-            reached.map(|key| (key, self.edited.get(&key).cloned())).collect();
-        let (created, last_id) = (self.created.len(), self.last_id);
+        self.journal.clear();
+        let (created, last_id, last_small) = (self.created.len(), self.last_id, self.last_small);
         if !fix.edits.iter().all(|edit| self.edit(edit).is_some()) {
-            for (key, element) in before {
+            for (span, element) in self.journal.drain(..).rev() {
                 match element {
-                    Some(element) => self.edited.insert(key, element),
-                    None => self.edited.remove(&key),
+                    Some(element) => self.edited.insert(span, element),
+                    None => self.edited.remove(&span),
                 };
             }
             self.created.truncate(created);
-            self.last_id = last_id;
+            (self.last_id, self.last_small) = (last_id, last_small);
             return false;
         }
         self.claims.touched.extend(whole.iter().copied().chain(parts.iter().map(|part| part.0)));
@@ -97,6 +132,7 @@ impl<'a> Draft<'a> {
         let mut part = |on: Subject, part: Part| parts.extend(key_of(on).map(|key| (key, part)));
         match edit {
             Edit::SetTag { on, key, .. } | Edit::RemoveTag { on, key } => part(*on, Part::Tag(key.to_string())),
+            Edit::SetPlace { point, .. } => part(Subject::Point(*point), Part::Place),
             Edit::AddMember { on, member, .. }
             | Edit::RemoveMember { on, member, .. }
             | Edit::SetRole { on, member, .. } => {
@@ -117,6 +153,14 @@ impl<'a> Draft<'a> {
                 if let Some(key) = key_of(*subject) {
                     whole.push(key);
                     whole.extend(self.referrers.get(&key).into_iter().flatten());
+                }
+            }
+            Edit::RemoveRepeat { on, .. } => whole.extend(key_of(*on)),
+            Edit::Renumber { on, .. } => {
+                if let Some(key) = key_of(*on) {
+                    whole.push(key);
+                    whole.extend(self.referrers.get(&key).into_iter().flatten());
+                    whole.extend(self.named.get(&key.1).into_iter().flatten().filter(|_| key.0 == ElementKind::Way));
                 }
             }
             Edit::CreateRegulatoryElement { referrers, .. } => {
@@ -165,6 +209,20 @@ impl<'a> Draft<'a> {
                 done(self.element(Subject::Relation(*lanelet))?.replace(other))?;
             }
             Edit::Remove { subject } => self.remove(key_of(*subject)?)?,
+            Edit::SetPlace { point, place } => {
+                let element = self.element(Subject::Point(*point))?;
+                for (name, value) in [("lat", place.lat), ("lon", place.lon)] {
+                    let mut degrees = String::new();
+                    fixed(&mut degrees, value, DECIMALS);
+                    element.set_attribute(name, &degrees);
+                }
+            }
+            Edit::RemoveRepeat { on, nth } => {
+                let span = self.nth(key_of(*on)?, *nth)?;
+                self.element_at(&span)?;
+                self.edited.insert(span, None);
+            }
+            Edit::Renumber { on, nth, referrers } => self.renumber(key_of(*on)?, *nth, referrers.as_deref())?,
             Edit::CreateRegulatoryElement { subtype, members, referrers } => {
                 self.create(subtype, members, referrers)?
             }
@@ -185,9 +243,56 @@ impl<'a> Draft<'a> {
             });
             element.drop_repeats();
         }
-        self.element_of(key)?;
-        self.edited.insert(key, None);
+        self.drop(key)
+    }
+
+    fn drop(&mut self, key: Key) -> Option<()> {
+        let span = self.span(key)?.clone();
+        self.element_at(&span)?;
+        self.edited.insert(span, None);
         Some(())
+    }
+
+    /// Gives one element of this id another one, and says so in those that refer to it: in all, or in these.
+    fn renumber(&mut self, key: Key, nth: usize, referrers: Option<&[Subject]>) -> Option<()> {
+        let (kind, id) = key;
+        let fresh = self.fresh(kind == ElementKind::Way)?;
+        let span = self.nth(key, nth)?;
+        self.element_at(&span)?.set_attribute("id", &fresh.to_string());
+        let told: Vec<Key> = match referrers {
+            Some(some) => some.iter().filter_map(|one| key_of(*one)).collect(),
+            None => self.referrers.get(&key).cloned().unwrap_or_default(),
+        };
+        for referrer in told {
+            self.element_of(referrer)?.replace(|child| match child {
+                Child::Vertex(old) if kind == ElementKind::Node && *old == id => Some(Child::Vertex(fresh)),
+                Child::Member(of, old, role) if (*of, *old) == key => Some(Child::Member(kind, fresh, role.clone())),
+                _ => None,
+            });
+        }
+        let named = self.named.get(&id).filter(|_| kind == ElementKind::Way && referrers.is_none());
+        for key in named.cloned().unwrap_or_default() {
+            let osm = self.osm;
+            let tags = match key.0 {
+                ElementKind::Way => osm.way(key.1).map(|one| &one.tags),
+                _ => osm.relation(key.1).map(|one| &one.tags),
+            }?;
+            for name in NAMING.into_iter().filter(|name| tags.get(name).is_some_and(|value| value == id.to_string())) {
+                self.element_of(key)?.set_tag(name, &fresh.to_string());
+            }
+        }
+        Some(())
+    }
+
+    /// An id that nothing has; one that fits 31 bits, where that is asked for.
+    fn fresh(&mut self, small: bool) -> Option<i64> {
+        if small && self.last_id >= i64::from(i32::MAX) {
+            self.last_small += 1;
+            return (self.last_small <= i64::from(i32::MAX)).then_some(self.last_small);
+        }
+        self.last_id = self.last_id.checked_add(1)?;
+        self.last_small = self.last_small.max(self.last_id);
+        Some(self.last_id)
     }
 
     fn remove(&mut self, key: Key) -> Option<()> {
@@ -201,14 +306,11 @@ impl<'a> Draft<'a> {
                 });
             }
         }
-        self.element_of(key)?;
-        self.edited.insert(key, None);
-        Some(())
+        self.drop(key)
     }
 
     fn create(&mut self, subtype: &str, members: &[(crate::osm::Text, Subject)], referrers: &[i64]) -> Option<()> {
-        self.last_id = self.last_id.checked_add(1)?;
-        let id = self.last_id;
+        let id = self.fresh(false)?;
         let mut element = Element::relation(id, "\n  ");
         for (role, member) in members {
             let (kind, id) = key_of(*member)?;
@@ -230,20 +332,26 @@ impl<'a> Draft<'a> {
 
     /// The element to edit; `None` if it is removed, or not in the files.
     fn element_of(&mut self, key: Key) -> Option<&mut Element> {
-        if !self.edited.contains_key(&key) {
-            let span = self.span(key)?;
+        let span = self.span(key)?.clone();
+        self.element_at(&span)
+    }
+
+    fn element_at(&mut self, span: &SourceSpan) -> Option<&mut Element> {
+        self.journal.push((span.clone(), self.edited.get(span).cloned()));
+        if !self.edited.contains_key(span) {
             let source = &self.osm.sources.get(span.file as usize)?.text;
             let (start, end) = (usize::try_from(span.start).ok()?, usize::try_from(span.end).ok()?);
             let before = source.get(..start)?;
             // The line end, too; a file in one line has none.
             let blanks = before.trim_end_matches([' ', '\t']).trim_end_matches(['\r', '\n']).len();
             let element = Element::parse(source.get(start..end)?, before.get(blanks..)?)?;
-            self.edited.insert(key, Some(element));
+            self.edited.insert(span.clone(), Some(element));
         }
-        self.edited.get_mut(&key)?.as_mut()
+        self.edited.get_mut(span)?.as_mut()
     }
 
-    fn span(&self, (kind, id): Key) -> Option<&SourceSpan> {
+    /// Where an element stands: the last one, where an id repeats.
+    fn span(&self, (kind, id): Key) -> Option<&'a SourceSpan> {
         match kind {
             ElementKind::Node => self.osm.node(id).map(|node| &node.span),
             ElementKind::Way => self.osm.way(id).map(|way| &way.span),
@@ -251,16 +359,22 @@ impl<'a> Draft<'a> {
         }
     }
 
+    /// Where the nth element of an id stands, in file order.
+    fn nth(&self, key: Key, nth: usize) -> Option<SourceSpan> {
+        match self.repeated.get(&key) {
+            Some(spans) => spans.get(nth).copied().cloned(),
+            None => self.span(key).filter(|_| nth == 0).cloned(),
+        }
+    }
+
     /// The files' texts with all edits, in the order of the sources.
     pub fn texts(&self) -> Vec<String> {
-        let mut spans: Vec<(&SourceSpan, Option<&Element>)> =
-            (self.edited.iter()).filter_map(|(key, element)| Some((self.span(*key)?, element.as_ref()))).collect();
-        spans.sort_by_key(|(span, _)| (span.file, span.start));
+        let spans = || self.edited.iter().map(|(span, element)| (span, element.as_ref()));
         let mut texts = Vec::new();
         for (file, source) in self.osm.sources.iter().enumerate() {
             let mut text = String::with_capacity(source.text.len());
             let mut at = 0;
-            for (span, element) in spans.iter().filter(|(span, _)| span.file as usize == file) {
+            for (span, element) in spans().filter(|(span, _)| span.file as usize == file) {
                 let (start, end) = (span.start as usize, span.end as usize);
                 let kept = source.text.get(at..start).unwrap_or_default();
                 match element {
@@ -284,6 +398,20 @@ impl<'a> Draft<'a> {
         }
         texts
     }
+}
+
+fn repeated(osm: &OsmData) -> FxHashMap<Key, Vec<&SourceSpan>> {
+    let twice = osm.oddities.iter().filter(|odd| odd.kind == OddityKind::DuplicateId).filter_map(|odd| odd.element);
+    let mut spans: FxHashMap<Key, Vec<&SourceSpan>> = twice.map(|key| (key, Vec::new())).collect();
+    let nodes = osm.nodes.iter().map(|one| ((ElementKind::Node, one.id), &one.span));
+    let ways = osm.ways.iter().map(|one| ((ElementKind::Way, one.id), &one.span));
+    let relations = osm.relations.iter().map(|one| ((ElementKind::Relation, one.id), &one.span));
+    for (key, span) in nodes.chain(ways).chain(relations) {
+        if let Some(list) = spans.get_mut(&key) {
+            list.push(span);
+        }
+    }
+    spans
 }
 
 /// The element of the file that a subject is.

@@ -5,7 +5,7 @@ use quick_xml::escape::escape;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
-use crate::osm::ElementKind;
+use crate::osm::{ElementKind, attribute};
 
 /// Two blanks deeper than an element, where no child shows how deep children stand.
 const INDENT: &str = "  ";
@@ -135,6 +135,15 @@ impl Element {
     fn insert(&mut self, at: usize, child: Child, text: String) {
         let lead = self.lead();
         self.items.insert(at, Item { lead, text, child, vertex: None });
+    }
+
+    /// Sets an attribute where it stands, else behind the others.
+    pub fn set_attribute(&mut self, name: &str, value: &str) {
+        let value = escape(value);
+        match attribute(&self.head, name) {
+            Some((from, to)) => self.head.replace_range(from..to, &value),
+            None => self.head += &format!(" {name}=\"{value}\""),
+        }
     }
 
     /// Sets a tag where it stands, else behind all children.

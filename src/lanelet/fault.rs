@@ -2,7 +2,7 @@
 
 use crate::diagnostic::{SourceSpan, Subject};
 use crate::osm::{ElementKind, Text};
-use crate::projection::MgrsGrid;
+use crate::projection::{LonLat, MgrsGrid};
 
 use super::limits::RoleLimit;
 
@@ -45,6 +45,28 @@ impl std::fmt::Display for BoundRole {
     }
 }
 
+/// What the last of several elements of one id is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Repeat {
+    /// A copy of an earlier one of this id: nothing is lost without it.
+    Copy,
+    /// What another element says under an id of its own.
+    Twin {
+        /// That id.
+        id: i64,
+    },
+    /// An element of its own, to which nobody refers, or these do.
+    Other {
+        /// Those that mean it, and not an earlier one.
+        referrers: Vec<Subject>,
+    },
+    /// It does not follow from the file.
+    Unclear {
+        /// Why, for a sentence.
+        why: &'static str,
+    },
+}
+
 /// The kinds of [`LoadFault`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum Condition {
@@ -68,6 +90,8 @@ pub enum Condition {
         count: usize,
         /// The ways that have the role.
         ways: Vec<i64>,
+        /// Where there is none: the only way that fits between the lanelets around.
+        meant: Option<i64>,
     },
     /// Lanelet: a bound has `area=yes` and loads as a polygon.
     BoundIsPolygon {
@@ -192,6 +216,8 @@ pub enum Condition {
         kind: ElementKind,
         /// Where they all stand, in file order.
         spans: Vec<SourceSpan>,
+        /// Which of them is one too many, and who speaks of it.
+        repeat: Repeat,
     },
     /// The id is used by elements of other kinds too; this loads.
     IdReused {
@@ -203,7 +229,10 @@ pub enum Condition {
     /// Polygon: the id does not fit 31 bits; Autoware reads `intersection_area` with `atoi`.
     PolygonIdTooLarge,
     /// Node: `lat` or `lon` is absent or not a number; it loads as 0, 0.
-    BadCoordinate,
+    BadCoordinate {
+        /// Where its `local_x` and `local_y` are, if the projector explains those of the other nodes.
+        meant: Option<LonLat>,
+    },
     /// Node: the projection does not reach it; it loads at the origin.
     Unprojectable,
     /// Node: no `ele`, which loads as 0.

@@ -3,6 +3,8 @@
 mod meant;
 mod nodes;
 mod relations;
+mod repeat;
+mod without_bound;
 mod whole;
 
 use std::borrow::Cow;
@@ -55,12 +57,15 @@ fn is_area(tags: &Tags) -> bool {
 
 /// Simulates Autoware's loader. References in the map always resolve: what does not is a fault and left out.
 pub fn from_osm(osm: &OsmData, projector: &Projector) -> Loaded {
-    let mut loader =
-        Loader { osm, loaded: Loaded::default(), repeated: repeated(osm), local: *projector == Projector::Local };
+    let repeated = repeated(osm);
+    let repeats = repeat::Repeats::of(osm, &repeated);
+    let local = *projector == Projector::Local;
+    let mut loader = Loader { osm, loaded: Loaded::default(), repeated, repeats, local };
     loader.loaded.map.format_version = osm.meta.as_ref().and_then(|m| m.format_version.clone());
     loader.nodes(projector);
     loader.ways();
     loader.relations();
+    loader.without_bound();
     loader.whole();
     loader.loaded
 }
@@ -70,6 +75,7 @@ struct Loader<'a> {
     loaded: Loaded,
     /// Where the elements stand that share an id within one file.
     repeated: FxHashMap<(ElementKind, i64), Vec<SourceSpan>>,
+    repeats: repeat::Repeats<'a>,
     local: bool,
 }
 
@@ -87,7 +93,8 @@ impl Loader<'_> {
             && spans.first() == Some(span)
         {
             let spans = spans.clone();
-            self.fault(subject, span, Condition::DuplicateId { kind, spans });
+            let repeat = self.repeats.last(kind, id);
+            self.fault(subject, span, Condition::DuplicateId { kind, spans, repeat });
         }
         let earlier: &[ElementKind] = match kind {
             ElementKind::Node => &[],

@@ -18,7 +18,7 @@ mod shelf;
 mod to_osm;
 
 pub use attributes::{Attributes, RoadType, TurnDirection};
-pub use fault::{BoundRole, Condition, LoadFault};
+pub use fault::{BoundRole, Condition, LoadFault, Repeat};
 pub use from_osm::{Loaded, SUPPORTED_FORMAT_VERSION, from_osm};
 pub use limits::{RoleLimit, TargetKind, known_subtypes, role_limits};
 pub use open::{INFO, OpenError, Opened, ProjectorFrom, files_of, is_lanelet2, is_navigation_osm, open, projector_for};

@@ -82,8 +82,8 @@ pub fn moved(osm: &OsmData, places: &[(i64, LonLat)]) -> Option<String> {
     Some(text)
 }
 
-/// Where the value of an attribute stands in a start tag that the text begins with.
-fn attribute(tag: &str, name: &str) -> Option<(usize, usize)> {
+/// Where the value of an attribute stands in a start tag that the text begins with, in bytes from its start.
+pub fn attribute(tag: &str, name: &str) -> Option<(usize, usize)> {
     let (mut at, mut rest) = (0, tag);
     // From value to value: a name inside a value is none.
     loop {

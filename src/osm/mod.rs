@@ -10,7 +10,7 @@ mod read;
 mod tags;
 mod write;
 
-pub use edit::{kept, moved};
+pub use edit::{attribute, kept, moved};
 pub use error::ReadError;
 pub use read::{read_bytes, read_file, read_files};
 pub use tags::{Tags, Text};

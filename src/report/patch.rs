@@ -118,7 +118,12 @@ fn of_edit<'r>(report: &Report<'r>, edit: &Edit) -> Option<(Element<'r>, Vec<Cha
             let change = bounds.collect();
             (element, change)
         }
-        Edit::MergePoints { .. } | Edit::Remove { .. } | Edit::CreateRegulatoryElement { .. } => return None,
+        Edit::MergePoints { .. }
+        | Edit::Remove { .. }
+        | Edit::RemoveRepeat { .. }
+        | Edit::Renumber { .. }
+        | Edit::SetPlace { .. }
+        | Edit::CreateRegulatoryElement { .. } => return None,
     })
 }
 

@@ -1,10 +1,12 @@
 //! ids: every element has a number of its own that Autoware can read.
 
+use rustc_hash::FxHashSet;
+
 use super::load::name;
 use super::{NoParams, Rule};
-use crate::diagnostic::Finding;
+use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
-use crate::lanelet::{Condition, LoadFault};
+use crate::lanelet::{Condition, ElementKind, LoadFault, Repeat};
 
 /// See `rules/ids.md`.
 pub struct Ids;
@@ -13,25 +15,69 @@ impl Rule for Ids {
     type Params = NoParams;
 
     fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        map.faults.iter().filter_map(|fault| Some(finding(fault)?.standing_at(fault.span.clone()))).collect()
+        let twice = |fault: &&LoadFault| matches!(fault.condition, Condition::DuplicateId { .. });
+        let twice: FxHashSet<Subject> = map.faults.iter().filter(twice).map(|fault| fault.subject).collect();
+        let faults = map.faults.iter();
+        faults.filter_map(|fault| Some(finding(fault, &twice)?.standing_at(fault.span.clone()))).collect()
     }
 }
 
-fn finding(fault: &LoadFault) -> Option<Finding> {
+fn finding(fault: &LoadFault, twice: &FxHashSet<Subject>) -> Option<Finding> {
     let subject = fault.subject;
     let about = name(subject);
-    let (slug, message) = match &fault.condition {
-        Condition::DuplicateId { kind, spans } => {
-            let id = subject.id().unwrap_or_default();
-            ("duplicate", format!("Id {id} is used by {} {kind}s.", spans.len()))
-        }
+    Some(match &fault.condition {
+        Condition::DuplicateId { kind, spans, repeat } => duplicate(subject, *kind, spans.len(), repeat),
         Condition::IdReused { kinds } => {
             let kinds: Vec<String> = kinds.iter().map(ToString::to_string).collect();
-            ("reused", format!("{about} has the id of a {} too.", kinds.join(" and of a ")))
+            let message = format!("{about} has the id of a {} too.", kinds.join(" and of a "));
+            Finding::new("reused", subject, message)
         }
-        Condition::IdNotPositive => ("range", format!("{about} has an id that is not positive.")),
-        Condition::PolygonIdTooLarge => ("range", format!("{about} has an id above {}.", i32::MAX)),
+        Condition::IdNotPositive => {
+            renumbered(twice, Finding::new("range", subject, format!("{about} has an id that is not positive.")))
+        }
+        Condition::PolygonIdTooLarge => {
+            renumbered(twice, Finding::new("range", subject, format!("{about} has an id above {}.", i32::MAX)))
+        }
         _ => return None,
-    };
-    Some(Finding::new(slug, subject, message))
+    })
+}
+
+/// Another id, here and wherever it stands. That of an element is known outside the map: traffic lights are told apart by it.
+fn renumbered(twice: &FxHashSet<Subject>, finding: Finding) -> Finding {
+    let on = finding.subject;
+    if twice.contains(&on) {
+        return finding;
+    }
+    let safe = !matches!(on, Subject::RegulatoryElement(_));
+    let edits = vec![Edit::Renumber { on, nth: 0, referrers: None }];
+    finding.fixed_by("give it an id that is free, here and in all references", safe, edits)
+}
+
+fn duplicate(subject: Subject, kind: ElementKind, count: usize, repeat: &Repeat) -> Finding {
+    let message = format!("Id {} is used by {count} {kind}s", subject.id().unwrap_or_default());
+    let found = |rest: &str| Finding::new("duplicate", subject, format!("{message}{rest}."));
+    let nth = count.saturating_sub(1);
+    match repeat {
+        Repeat::Copy => {
+            let edits = vec![Edit::RemoveRepeat { on: subject, nth }];
+            found(", the last a copy of the first").fixed_by("remove the copy", true, edits)
+        }
+        Repeat::Twin { id } => {
+            let edits = vec![Edit::RemoveRepeat { on: subject, nth }];
+            let rest = format!(", the last of which says what {kind} {id} says");
+            found(&rest).fixed_by(format!("remove the last, which says what {kind} {id} says"), false, edits)
+        }
+        Repeat::Other { referrers } => {
+            let safe = referrers.is_empty() && kind != ElementKind::Node;
+            let edits = vec![Edit::Renumber { on: subject, nth, referrers: Some(referrers.clone()) }];
+            let title = match referrers.len() {
+                0 => "give the last an id that is free; nothing refers to it".to_owned(),
+                count => format!("give the last an id that is free, here and in the {count} that mean it"),
+            };
+            referrers.iter().fold(found(""), |one, referrer| one.with(*referrer, "means the last")).fixed_by(
+                title, safe, edits,
+            )
+        }
+        Repeat::Unclear { why } => found(&format!("; which is meant is not clear: {why}")),
+    }
 }

@@ -53,7 +53,17 @@ fn finding(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
             without_member(map, finding, *kind, *id, role.as_deref())
         }
         Condition::WayWithoutNodes => found("empty-way", format!("{about} has no nodes and is dropped.")),
-        Condition::BoundCount { role, count, ways } => bound_count(subject, *role, *count, ways),
+        Condition::BoundCount { role, count, ways, meant } => {
+            let finding = bound_count(subject, *role, *count, ways);
+            match meant {
+                Some(way) => {
+                    let member = Subject::LineString(*way);
+                    let edits = vec![Edit::AddMember { on: subject, role: role.as_str().into(), member }];
+                    finding.fixed_by(format!("add way {way} as {role} bound, the only one that fits"), false, edits)
+                }
+                None => finding,
+            }
+        }
         Condition::BoundIsPolygon { role, way } => {
             let message = format!("{} {way} of {subject} has area=yes and loads as a polygon.", bound(*role));
             let edits = vec![Edit::RemoveTag { on: Subject::Polygon(*way), key: "area".into() }];

@@ -58,8 +58,15 @@ fn finding(map: &MapIndex, params: &Params, fault: &LoadFault, heights: &BTreeMa
         Condition::BadElevation { found: value } => {
             with_height(found("no-ele", format!("ele={value} of {} is not a number.", subject)))
         }
-        Condition::BadCoordinate => {
-            found("coordinate", format!("{about} has no usable latitude and longitude and loads as 0, 0."))
+        Condition::BadCoordinate { meant } => {
+            let finding = found("coordinate", format!("{about} has no usable latitude and longitude and loads as 0, 0."));
+            match (meant, subject) {
+                (Some(place), Subject::Point(point)) => {
+                    let edits = vec![Edit::SetPlace { point, place: *place }];
+                    finding.fixed_by("take latitude and longitude from local_x and local_y", true, edits)
+                }
+                _ => finding,
+            }
         }
         Condition::Unprojectable => {
             found("coordinate", format!("{about} lies out of reach of the map's projection and loads at its origin."))

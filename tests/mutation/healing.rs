@@ -11,13 +11,17 @@ use lanewright::rules::{self, Config, ConfigError};
 use rayon::prelude::*;
 
 use super::draft::Draft;
-use super::{Base, Kind, areas, bases, broken, control, health, keep, lanelets, loading};
+use super::{Base, Kind, areas, bases, broken, control, health, keep, lanelets, lanes, loading};
 
 /// Slips that a program can take back for certain: what is gone follows from what is left.
 const ALL: &[&str] = &[
     "drop turn_direction",
     "drop intersection_area",
     "drop area=yes of an area",
+    "drop a latitude",
+    "duplicate a node's id",
+    "give an element a negative id",
+    "give an area an id beyond 31 bits",
     "drop a height",
     "drop a local coordinate",
     "drop a relation's type",
@@ -77,7 +81,7 @@ fn fix_makes_a_clean_map_of_a_broken_one() {
     let bases = bases();
     // With LANEWRIGHT_SLIP only those whose name holds its value: for the one who mends a fix.
     let wanted = std::env::var("LANEWRIGHT_SLIP").unwrap_or_default();
-    let kinds: Vec<&Kind> = [loading::KINDS, lanelets::KINDS, areas::KINDS, control::KINDS, health::KINDS]
+    let kinds: Vec<&Kind> = [loading::KINDS, lanelets::KINDS, lanes::KINDS, areas::KINDS, control::KINDS, health::KINDS]
         .into_iter()
         .flatten()
         .filter(|kind| kind.name.contains(&wanted))

@@ -59,6 +59,15 @@ pub const KINDS: &[Kind] = &[
         },
     },
     Kind {
+        name: "give a node the id of another",
+        raises: &["ids/duplicate"],
+        slip: |_, map, dice| {
+            let (from, to) = (dice.pick(&map.nodes)?.id, dice.pick(&map.nodes)?.id);
+            (from != to).then(|| map.renumber(Node, from, to))?;
+            Some(vec![to])
+        },
+    },
+    Kind {
         name: "duplicate a way's id",
         raises: &["ids/duplicate"],
         slip: |_, map, dice| {

@@ -67,6 +67,9 @@ impl Loader<'_> {
             self.loaded.map.points.insert(made.point);
         }
         shift.settle(&mut self.loaded.faults);
+        if shift.explained() {
+            self.place_the_lost(projector);
+        }
         if let Projector::Mgrs(grid) = projector {
             self.squares(&squares, *grid);
         }
@@ -104,7 +107,7 @@ impl Loader<'_> {
         let [x, y] = made.local;
         match (node.position, made.projected) {
             _ if self.local => {}
-            (None, _) => self.fault(subject, &node.span, Condition::BadCoordinate),
+            (None, _) => self.fault(subject, &node.span, Condition::BadCoordinate { meant: None }),
             (Some(_), None) => self.fault(subject, &node.span, Condition::Unprojectable),
             (Some(_), Some(projected)) => {
                 if let [Some(x), Some(y)] = [x, y] {
@@ -127,6 +130,20 @@ impl Loader<'_> {
             }
             (None, None) => self.fault(subject, &node.span, Condition::NoElevation),
             (None, Some(_)) => {}
+        }
+    }
+
+    /// Says of nodes without latitude and longitude where their local coordinates are.
+    fn place_the_lost(&mut self, projector: &Projector) {
+        for at in 0..self.loaded.faults.len() {
+            let fault = &self.loaded.faults[at];
+            let (Subject::Point(id), Condition::BadCoordinate { .. }) = (fault.subject, &fault.condition) else { continue };
+            let Some(node) = self.osm.node(id) else { continue };
+            let [x, y] = ["local_x", "local_y"].map(|key| number(node, key).value());
+            let local = x.zip(y).map(|(x, y)| PlanePoint::new(x, y));
+            let ele = number(node, "ele").value().unwrap_or(0.0);
+            let place = local.and_then(|local| projector.inverse_each(&[local], |_| ele).pop().flatten());
+            self.loaded.faults[at].condition = Condition::BadCoordinate { meant: place };
         }
     }
 
@@ -153,17 +170,28 @@ impl Loader<'_> {
 
 /// The box around all differences between local and projected coordinates.
 #[derive(Default)]
-struct Shift(Option<(Vector, Vector)>);
+struct Shift {
+    spread: Option<(Vector, Vector)>,
+    near: usize,
+    far: usize,
+}
 
 impl Shift {
     fn add(&mut self, difference: Vector) {
-        let (low, high) = self.0.unwrap_or((difference, difference));
-        self.0 = Some((low.inf(&difference), high.sup(&difference)));
+        let (low, high) = self.spread.unwrap_or((difference, difference));
+        self.spread = Some((low.inf(&difference), high.sup(&difference)));
+        let count = if difference.norm() <= LOCAL_TOLERANCE { &mut self.near } else { &mut self.far };
+        *count += 1;
+    }
+
+    /// Whether the projector takes latitude and longitude to the local coordinates, of nearly all nodes at the least.
+    fn explained(&self) -> bool {
+        self.near > 10 * self.far
     }
 
     /// Where all nodes are moved alike, says that once instead of once for each node.
     fn settle(&self, faults: &mut Vec<LoadFault>) {
-        let Some((low, high)) = self.0 else { return };
+        let Some((low, high)) = self.spread else { return };
         let middle = (low + high) / 2.0;
         if (high - low).norm() > 2.0 * LOCAL_TOLERANCE || middle.norm() <= LOCAL_TOLERANCE {
             return;

@@ -94,7 +94,7 @@ impl Loader<'_> {
         });
     }
 
-    fn line(&self, id: LineStringId) -> Vec<PlanePoint> {
+    pub(super) fn line(&self, id: LineStringId) -> Vec<PlanePoint> {
         let map = &self.loaded.map;
         let points = map.linestrings.get(id).map_or(&[][..], |l| &l.points);
         points.iter().filter_map(|p| map.points.get(*p)).map(|p| p.position).collect()
@@ -109,7 +109,7 @@ impl Loader<'_> {
         let &[member] = members.as_slice() else {
             if role != BoundRole::Centerline || !members.is_empty() {
                 let (count, ways) = (members.len(), members.iter().map(|m| m.id).collect());
-                self.fault(subject, &relation.span, Condition::BoundCount { role, count, ways });
+                self.fault(subject, &relation.span, Condition::BoundCount { role, count, ways, meant: None });
             }
             return None;
         };

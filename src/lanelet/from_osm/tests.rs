@@ -76,7 +76,7 @@ fn a_deleted_way_leaves_its_references_dangling() {
     let faults = changed(r#"<way id="12">"#, r#"<way id="12" action="delete">"#);
     let (kind, id, role) = (ElementKind::Way, 12, Some(text("right")));
     let missing = Condition::MissingReference { kind, id, role };
-    let count = Condition::BoundCount { role: BoundRole::Right, count: 0, ways: vec![] };
+    let count = Condition::BoundCount { role: BoundRole::Right, count: 0, ways: vec![], meant: None };
     assert_eq!(faults, [(Subject::Lanelet(21), missing), (Subject::Lanelet(21), count)]);
 }
 
@@ -93,7 +93,7 @@ fn bounds_are_two_ways_without_area() {
         changed(right, r#"<member type="node" ref="3" role="right"/>"#),
         lanelet(Condition::BoundIsNotWay { role, kind: ElementKind::Node, id: 3 })
     );
-    assert_eq!(changed(right, &right.repeat(2)), lanelet(Condition::BoundCount { role, count: 2, ways: vec![12, 12] }));
+    assert_eq!(changed(right, &right.repeat(2)), lanelet(Condition::BoundCount { role, count: 2, ways: vec![12, 12], meant: None }));
     assert_eq!(
         changed(r#"<nd ref="3"/><nd ref="4"/></way>"#, r#"<nd ref="3"/></way>"#),
         lanelet(Condition::BoundTooShort { role, way: 12 })
@@ -109,7 +109,7 @@ fn bounds_are_two_ways_without_area() {
     let role = BoundRole::Centerline;
     assert_eq!(
         changed(right, &[right, centerline, centerline].concat()),
-        lanelet(Condition::BoundCount { role, count: 2, ways: vec![12, 12] })
+        lanelet(Condition::BoundCount { role, count: 2, ways: vec![12, 12], meant: None })
     );
 }
 
@@ -202,13 +202,13 @@ fn ids() {
         r#"<node id="1" lat"#,
         r#"<node id="2" lat="35" lon="139.3"><tag k="ele" v="1"/></node><node id="1" lat"#,
     );
-    let [(Subject::Point(2), Condition::DuplicateId { kind: ElementKind::Node, spans })] = faults.as_slice() else {
+    let [(Subject::Point(2), Condition::DuplicateId { kind: ElementKind::Node, spans, .. })] = faults.as_slice() else {
         unreachable!("{faults:?}")
     };
     assert_eq!(spans.len(), 2);
     let twice = conditions(&load(&[NODES, WAYS, LANELET, LANELET, LIGHT]));
     assert!(matches!(twice[0], (Subject::Lanelet(21), Condition::DuplicateId { .. })));
-    let count = |role, way| Condition::BoundCount { role, count: 2, ways: vec![way, way] };
+    let count = |role, way| Condition::BoundCount { role, count: 2, ways: vec![way, way], meant: None };
     assert_eq!(twice[1].1, count(BoundRole::Left, 11));
     assert_eq!(twice[2].1, count(BoundRole::Right, 12));
     let reused = conditions(&load(&[NODES, WAYS, r#"<way id="3"><nd ref="1"/><nd ref="2"/></way>"#]));
@@ -236,7 +236,7 @@ fn nodes() {
     let point = |condition| vec![(Subject::Point(1), condition)];
     assert_eq!(changed(ele, ""), point(Condition::NoElevation));
     assert_eq!(changed(ele, r#"<tag k="ele" v="high"/>"#), point(Condition::BadElevation { found: text("high") }));
-    assert!(changed(r#"lat="35.00000""#, r#"lat="""#).contains(&(Subject::Point(1), Condition::BadCoordinate)));
+    assert!(changed(r#"lat="35.00000""#, r#"lat="""#).contains(&(Subject::Point(1), Condition::BadCoordinate { meant: None })));
     assert!(changed(r#"lat="35.00000""#, r#"lat="88""#).contains(&(Subject::Point(1), Condition::Unprojectable)));
     let other = changed(r#"lon="139.30000""#, r#"lon="138.5""#);
     assert!(matches!(other[0], (Subject::Point(1), Condition::OtherSquare { nodes: 1, .. })), "{other:?}");

@@ -68,6 +68,8 @@ impl Causes {
                 | Edit::InsertVertex { way: on, .. }
                 | Edit::RemoveVertex { way: on, .. } => _ = reach(alike(map, *on)),
                 Edit::ReplaceWay { lanelet, .. } => _ = reach(Subject::Lanelet(*lanelet)),
+                Edit::SetPlace { point, .. } => _ = causes.points.entry(*point).or_default().insert(i),
+                Edit::RemoveRepeat { on, .. } | Edit::Renumber { on, .. } => _ = reach(alike(map, *on)),
                 Edit::Remove { subject } => _ = reach(alike(map, *subject)),
                 Edit::MergePoints { from, to } => {
                     for point in [from, to] {
