@@ -1,10 +1,13 @@
 //! What is wrong, where, and what to do about it. Knows no rule and no output format.
 
 pub mod fingerprint;
+mod nearest;
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
+
+pub use nearest::nearest;
 
 use crate::geometry::Point;
 use crate::osm::Text;

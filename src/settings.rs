@@ -3,7 +3,6 @@
 
 mod document;
 mod merge;
-mod nearest;
 mod selection;
 mod suppression;
 
@@ -13,7 +12,6 @@ use serde::{Deserialize, Serialize};
 
 pub use document::{Document, DocumentError, Step};
 pub use merge::MergeSettings;
-pub use nearest::nearest;
 pub use selection::{Selection, covers, most_specific};
 pub use suppression::{Origin, PrimitiveKind, Suppression};
 

@@ -11,7 +11,7 @@ mod one_thing;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use common::{beside, judge_as, load};
+use common::{beside, info_of, judge_as, load};
 use lanewright::diagnostic::Severity;
 use lanewright::report::draw::{self, Options};
 use lanewright::report::{Report, Sources, TextStyle, rule_index, text};
@@ -150,7 +150,8 @@ fn every_specified_fault_is_judged() {
 fn bad_maps_differ_from_a_good_one_in_one_thing() {
     let mut wrong = Vec::new();
     for rule in rule_ids() {
-        let settings = |path: &Path| std::fs::read_to_string(path.with_extension("toml")).unwrap_or_default();
+        let settings =
+            |path: &Path| (std::fs::read_to_string(path.with_extension("toml")).unwrap_or_default(), info_of(path));
         let goods: Vec<_> = maps(rule, "good").into_iter().map(|path| (load(&path).0, settings(&path))).collect();
         for path in maps(rule, "bad-") {
             let (bad, own) = (load(&path).0, settings(&path));

@@ -7,11 +7,9 @@ use lanewright::fix::{FixError, Mended, mend};
 use lanewright::lanelet::index::{MapIndex, Thresholds};
 use lanewright::lanelet::{files_of, from_osm};
 use lanewright::osm::{OsmData, Source};
-use lanewright::projection::Projector;
 use lanewright::report::failure::Failure;
 use lanewright::report::visible;
 use lanewright::rules::{self, Config};
-use lanewright::settings::Settings;
 use lanewright::triage;
 use similar::TextDiff;
 
@@ -47,27 +45,23 @@ pub fn in_place(map: &Path, config: &ConfigArgs, unsafe_too: bool) -> Result<(),
 /// The files as they were, and the map mended.
 fn mended(map: &Path, config: &ConfigArgs, unsafe_too: bool) -> Result<(Vec<Source>, Mended), Failure> {
     let progress = Progress::start("reading");
-    let Loaded { osm, projector, settings, .. } = Loaded::read(map, config)?;
-    let before = osm.sources.clone();
+    let loaded = Loaded::read(map, config)?;
     progress.next("mending");
-    Ok((before, mended_data(osm, &projector, &settings, unsafe_too)?))
+    Ok((loaded.osm.sources.clone(), mended_map(&loaded, unsafe_too)?))
 }
 
 /// What a map says, mended.
-pub fn mended_data(
-    osm: OsmData,
-    projector: &Projector,
-    settings: &Settings,
-    unsafe_too: bool,
-) -> Result<Mended, Failure> {
+pub fn mended_map(map: &Loaded, unsafe_too: bool) -> Result<Mended, Failure> {
+    let Loaded { projector, info, settings, .. } = map;
     let judge = |osm: &OsmData| -> Result<Vec<Diagnostic>, Failure> {
-        let loaded = from_osm(osm, projector);
+        let mut loaded = from_osm(osm, projector);
+        info.judge(osm, projector, &mut loaded.faults);
         let index = MapIndex::new(&loaded.map, &loaded.faults, settings, Thresholds::default());
         let found = rules::run(&index, &Config::from(settings)).map_err(|error| Failure::new(error.to_string()))?;
         // What somebody has answered for is not mended.
         Ok(triage::sort(found, settings, osm, &loaded.map, None).left)
     };
-    mend(osm, unsafe_too, judge).map_err(|error| match error {
+    mend(map.osm.clone(), unsafe_too, judge).map_err(|error| match error {
         FixError::Judge(failure) => failure,
         FixError::Read(error) => Failure::new(format!("the mended map cannot be read: {error}"))
             .help("nothing was changed; please report this"),

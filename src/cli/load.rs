@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use lanewright::lanelet::{LaneletMap, LoadFault, Loaded as FromOsm, OpenError, Opened, from_osm, open, projector_for};
+use lanewright::lanelet::{
+    LaneletMap, LoadFault, Loaded as FromOsm, OpenError, Opened, ProjectorInfo, from_osm, open, projector_for,
+};
 use lanewright::osm::{OsmData, ReadError};
 use lanewright::projection::{LonLat, Projector};
 use lanewright::report::failure::Failure;
@@ -21,6 +23,8 @@ pub struct Loaded {
     pub faults: Vec<LoadFault>,
     /// How degrees become metres.
     pub projector: Projector,
+    /// What stands beside the map about that.
+    pub info: ProjectorInfo,
     /// What is known beyond the map.
     pub settings: Settings,
 }
@@ -30,8 +34,8 @@ impl Loaded {
     pub fn read(path: &Path, config: &ConfigArgs) -> Result<Self, Failure> {
         let settings = config::settings(home(path), config)?;
         let opened = open(path, projector(&settings)).map_err(open_failure)?;
-        let Opened { osm, projector, loaded: FromOsm { map, faults }, .. } = in_squares(opened, &settings);
-        Ok(Self { osm, map, faults, projector, settings })
+        let Opened { osm, projector, info, loaded: FromOsm { map, faults }, .. } = in_squares(opened, &settings);
+        Ok(Self { osm, map, faults, projector, info, settings })
     }
 }
 
@@ -52,6 +56,7 @@ fn in_squares(mut opened: Opened, settings: &Settings) -> Opened {
     if settings.projector == Some(ProjectorType::Mgrs) && !matches!(opened.projector, Projector::Mgrs(_)) {
         opened.projector = projector_for(&opened.osm);
         opened.loaded = from_osm(&opened.osm, &opened.projector);
+        opened.info = ProjectorInfo::overruled();
     }
     opened
 }

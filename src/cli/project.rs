@@ -5,9 +5,9 @@ use std::path::Path;
 
 use lanewright::diagnostic::{Edit, Fix, Subject};
 use lanewright::fix::edited;
-use lanewright::lanelet::{INFO, ProjectorFrom, open};
-use lanewright::osm::OsmData;
-use lanewright::projection::{Extent, LonLat, MgrsGrid, Projector, Twice, VerticalDatum, infer, residual, write_info};
+use lanewright::lanelet::{INFO, ProjectorFrom, open, twice};
+
+use lanewright::projection::{Extent, LonLat, MgrsGrid, Projector, VerticalDatum, infer, residual, write_info};
 use lanewright::report::failure::Failure;
 
 use super::load::open_failure;
@@ -34,7 +34,7 @@ pub fn infer_map(map: &Path) -> Result<u8, Failure> {
     let mut text = format!("{} nodes have degrees and metres\n", points.len());
     // Writing to a string cannot fail.
     for one in &found {
-        let _ = writeln!(text, "{:>12}  {}", millimetres(one.residual), described(&one.projector));
+        let _ = writeln!(text, "{:>12}  {}", millimetres(one.residual), one.projector);
     }
     let best = found.first().filter(|best| best.residual <= EXPLAINED);
     if let Some(best) = best {
@@ -45,10 +45,10 @@ pub fn infer_map(map: &Path) -> Result<u8, Failure> {
     let code = match opened.projector_from {
         ProjectorFrom::Info(file) => {
             let far = residual(&points, &opened.projector);
-            let _ = writeln!(text, "\n{} says {}: {}", file.display(), described(&opened.projector), millimetres(far));
-            if far <= EXPLAINED { CLEAN } else { UNEXPLAINED }
+            let _ = writeln!(text, "\n{} says {}: {}", file.display(), opened.projector, millimetres(far));
+            if far <= EXPLAINED && opened.info.is_sound() { CLEAN } else { UNEXPLAINED }
         }
-        _ if best.is_some() => CLEAN,
+        _ if best.is_some() && opened.info.is_sound() => CLEAN,
         _ => UNEXPLAINED,
     };
     screen::print(&text)?;
@@ -103,7 +103,7 @@ pub fn convert(args: &ConvertArgs) -> Result<u8, Failure> {
         names.iter().zip(&texts).map(|(name, text)| (name.as_str(), text.as_bytes())).collect();
     drafts.push((INFO, info.as_bytes()));
     files::publish(&args.output, &drafts)?;
-    screen::print(&format!("{}: {} nodes in {}\n", args.output.display(), places.len(), described(&to)))?;
+    screen::print(&format!("{}: {} nodes in {}\n", args.output.display(), places.len(), to))?;
     Ok(CLEAN)
 }
 
@@ -120,36 +120,10 @@ fn target(args: &ConvertArgs, places: &[LonLat]) -> Result<Projector, Failure> {
     })
 }
 
-/// The nodes whose place is said in degrees and in metres.
-fn twice(osm: &OsmData) -> Vec<Twice> {
-    osm.nodes
-        .iter()
-        .filter_map(|node| {
-            let place = node.position.filter(|place| *place != LonLat::default())?;
-            let local = [number(node.tags.get("local_x"))?, number(node.tags.get("local_y"))?];
-            let ele = number(node.tags.get("ele")).unwrap_or(0.0);
-            Some(Twice { place, ele, local: local.into() })
-        })
-        .collect()
-}
-
 fn number(text: Option<&str>) -> Option<f64> {
     text?.trim().parse().ok().filter(|number: &f64| number.is_finite())
 }
 
 fn millimetres(metres: f64) -> String {
     if metres < 1.0 { format!("{:.3} mm", metres * 1e3) } else { format!("{metres:.1} m") }
-}
-
-fn described(projector: &Projector) -> String {
-    match *projector {
-        Projector::Mgrs(grid) => format!("MGRS {grid}"),
-        Projector::Local => "Local".to_owned(),
-        Projector::TransverseMercator { origin, scale_factor } => {
-            format!("TransverseMercator, origin {:.8}, {:.8}, scale {scale_factor}", origin.lat, origin.lon)
-        }
-        Projector::LocalCartesianUtm { origin } | Projector::LocalCartesian { origin } => {
-            format!("{}, origin {:.8}, {:.8}", projector.name(), origin.lat, origin.lon)
-        }
-    }
 }

@@ -2,7 +2,7 @@
 
 use crate::diagnostic::{SourceSpan, Subject};
 use crate::osm::{ElementKind, Text};
-use crate::projection::{LonLat, MgrsGrid};
+use crate::projection::{InfoError, LonLat, MgrsGrid, Projector};
 
 use super::limits::RoleLimit;
 
@@ -43,6 +43,49 @@ impl std::fmt::Display for BoundRole {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(self.as_str())
     }
+}
+
+/// What can be wrong with the file that names a map's projector.
+#[derive(Clone, Debug, PartialEq)]
+pub enum InfoFault {
+    /// There is none.
+    Missing {
+        /// What explains the local coordinates, if MGRS does not.
+        needed: Option<Projector>,
+    },
+    /// It has another name.
+    Misnamed {
+        /// The name.
+        found: String,
+    },
+    /// It cannot be read, or says what Autoware does not take.
+    Unusable(InfoError),
+    /// A key is like one that Autoware reads, and is not.
+    Unread {
+        /// As written.
+        key: String,
+        /// What it is like.
+        meant: &'static str,
+    },
+    /// The local coordinates are not those of its projector.
+    AtOdds {
+        /// What it says.
+        said: Projector,
+        /// What explains them.
+        meant: Projector,
+    },
+    /// No node lies in its 100 km square.
+    OtherGrid {
+        /// The square it names.
+        said: MgrsGrid,
+        /// The one of most nodes.
+        meant: MgrsGrid,
+    },
+    /// Its origin lies far from the map.
+    FarOrigin {
+        /// Metres from the origin to the nearest node.
+        distance: f64,
+    },
 }
 
 /// What the last of several elements of one id is.
@@ -270,6 +313,8 @@ pub enum Condition {
         /// How many nodes lie in that square.
         nodes: usize,
     },
+    /// Map: what is wrong with `map_projector_info.yaml`.
+    ProjectorInfo(InfoFault),
     /// Map: no `format_version`.
     NoFormatVersion,
     /// Map: `format_version` is not of the form `1`, `1.0` or `1.0.0`.

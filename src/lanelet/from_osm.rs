@@ -4,8 +4,8 @@ mod meant;
 mod nodes;
 mod relations;
 mod repeat;
-mod without_bound;
 mod whole;
+mod without_bound;
 
 use std::borrow::Cow;
 

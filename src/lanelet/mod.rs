@@ -12,21 +12,25 @@ pub mod index;
 mod limits;
 pub mod locate;
 mod open;
+mod projector_info;
 pub mod referrers;
 pub mod right_of_way;
 mod shelf;
 mod to_osm;
 
 pub use attributes::{Attributes, RoadType, TurnDirection};
-pub use fault::{BoundRole, Condition, LoadFault, Repeat};
+pub use fault::{BoundRole, Condition, InfoFault, LoadFault, Repeat};
 pub use from_osm::{Loaded, SUPPORTED_FORMAT_VERSION, from_osm};
 pub use limits::{RoleLimit, TargetKind, known_subtypes, role_limits};
-pub use open::{INFO, OpenError, Opened, ProjectorFrom, files_of, is_lanelet2, is_navigation_osm, open, projector_for};
+pub use open::{OpenError, Opened, ProjectorFrom, files_of, is_lanelet2, is_navigation_osm, open, projector_for};
+pub use projector_info::{INFO, ProjectorInfo, twice};
 pub use shelf::{Shelf, Shelved};
 pub use to_osm::to_osm;
 
 /// What kind of element a fault speaks about.
 pub use crate::osm::ElementKind;
+/// What a fault of the projector's file says of it.
+pub use crate::projection::InfoError;
 
 use serde::Serialize;
 

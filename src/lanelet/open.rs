@@ -3,14 +3,12 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use super::{Loaded, from_osm};
+use super::{Loaded, ProjectorInfo, from_osm};
 use crate::osm::{OsmData, ReadError, read_files};
-use crate::projection::{InfoError, LonLat, MgrsGrid, Projector, read_info};
+use crate::projection::{LonLat, MgrsGrid, Projector};
 
 /// What Autoware calls the map in a map directory, a file or a directory of files.
 const MAP: &str = "lanelet2_map.osm";
-/// What Autoware calls the projector's file beside it.
-pub const INFO: &str = "map_projector_info.yaml";
 
 /// A map that was read, with where it came from.
 #[derive(Debug)]
@@ -23,6 +21,8 @@ pub struct Opened {
     pub projector: Projector,
     /// Who says so.
     pub projector_from: ProjectorFrom,
+    /// What stands beside the map, to be held against it again when the map changes.
+    pub info: ProjectorInfo,
     /// The map and its faults.
     pub loaded: Loaded,
 }
@@ -50,14 +50,6 @@ pub enum OpenError {
         /// The directory.
         path: PathBuf,
     },
-    /// A `map_projector_info.yaml` that cannot be used.
-    #[error("{path}: {source}")]
-    Info {
-        /// The file.
-        path: PathBuf,
-        /// The reason.
-        source: InfoError,
-    },
     /// Roads for navigation, not lanelets.
     #[error("{path} is not a Lanelet2 map but a plain OpenStreetMap extract: it has {roads} roads and no lanelet")]
     Navigation {
@@ -82,7 +74,6 @@ impl OpenError {
             Self::EmptyDirectory { .. } => {
                 "give an .osm file, a directory of .osm files, or a map directory with lanelet2_map.osm in it"
             }
-            Self::Info { source, .. } => source.help(),
             Self::Navigation { .. } => "make a Lanelet2 map of it first: `lanewright build`",
             Self::NotLanelet2 { .. } => "give a map with lanelets; `lanewright build` makes one from OpenStreetMap",
         }
@@ -108,11 +99,9 @@ pub fn is_navigation_osm(osm: &OsmData) -> bool {
 /// Reads and loads the map at `path`; `projector` goes above what stands beside the map.
 pub fn open(path: &Path, projector: Option<Projector>) -> Result<Opened, OpenError> {
     let found = find(path)?;
-    // Judged first: it is quick, and a large map is not.
-    let known = match (projector, &found.info) {
-        (Some(projector), _) => Some((projector, ProjectorFrom::Caller)),
-        (None, Some(info)) => Some((projector_of(info)?, ProjectorFrom::Info(info.clone()))),
-        (None, None) => None,
+    let info = match projector {
+        Some(_) => ProjectorInfo::overruled(),
+        None => found.info()?,
     };
     let osm = read_files(&found.files)?;
     if !is_lanelet2(&osm) {
@@ -124,9 +113,14 @@ pub fn open(path: &Path, projector: Option<Projector>) -> Result<Opened, OpenErr
             OpenError::NotLanelet2 { path }
         });
     }
-    let (projector, projector_from) = known.unwrap_or_else(|| (projector_for(&osm), ProjectorFrom::Map));
-    let loaded = from_osm(&osm, &projector);
-    Ok(Opened { osm, files: found.files, projector, projector_from, loaded })
+    let (projector, projector_from) = match (projector, info.projector(), &info.path) {
+        (Some(projector), ..) => (projector, ProjectorFrom::Caller),
+        (None, Some(projector), Some(path)) => (projector, ProjectorFrom::Info(path.clone())),
+        _ => (projector_for(&osm), ProjectorFrom::Map),
+    };
+    let mut loaded = from_osm(&osm, &projector);
+    info.judge(&osm, &projector, &mut loaded.faults);
+    Ok(Opened { osm, files: found.files, projector, projector_from, info, loaded })
 }
 
 /// The projector of a map that does not name one. Autoware then takes MGRS; a map whose nodes have no longitude and
@@ -141,45 +135,48 @@ pub fn projector_for(osm: &OsmData) -> Projector {
     MgrsGrid::of(place).or_else(|| MgrsGrid::of(LonLat::default())).map_or(Projector::Local, Projector::Mgrs)
 }
 
-fn projector_of(info: &Path) -> Result<Projector, OpenError> {
-    let text = std::fs::read_to_string(info).map_err(|source| ReadError::Io { path: info.to_path_buf(), source })?;
-    match read_info(&text) {
-        Ok((projector, _)) => Ok(projector),
-        Err(source) => Err(OpenError::Info { path: info.to_path_buf(), source }),
-    }
-}
-
-/// The files of a map and its projector's file.
+/// The files of a map, and where its projector's file stands.
 struct Found {
     files: Vec<PathBuf>,
-    info: Option<PathBuf>,
+    folder: PathBuf,
+    /// Another folder, where that one has none.
+    above: Option<PathBuf>,
+    /// Whether Autoware would load the map from here.
+    autoware: bool,
+}
+
+impl Found {
+    fn info(&self) -> Result<ProjectorInfo, OpenError> {
+        let look = |folder: &Path| {
+            let failed = |source| ReadError::Io { path: folder.to_path_buf(), source };
+            ProjectorInfo::beside(folder, self.autoware).map_err(failed)
+        };
+        let own = look(&self.folder)?;
+        Ok(match &self.above {
+            Some(above) if own.path.is_none() => look(above)?,
+            _ => own,
+        })
+    }
 }
 
 fn find(path: &Path) -> Result<Found, OpenError> {
     if !path.is_dir() {
-        let folder = path.parent().unwrap_or(Path::new(""));
-        return Ok(Found { files: vec![path.to_path_buf()], info: info_in(folder) });
+        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        let autoware = path.file_name() == Some(OsStr::new(MAP));
+        return Ok(Found { files: vec![path.to_path_buf()], folder, above: None, autoware });
     }
-    let own = info_in(path);
+    let folder = path.to_path_buf();
     for inner in [path.join(MAP), path.join(format!("{MAP}.gz"))] {
-        if inner.is_dir() {
-            return Ok(Found { files: files_in(&inner)?, info: own });
-        }
-        if inner.is_file() {
-            return Ok(Found { files: vec![inner], info: own });
+        let files = if inner.is_dir() { files_in(&inner)? } else { vec![inner.clone()] };
+        if inner.exists() {
+            return Ok(Found { files, folder, above: None, autoware: true });
         }
     }
     let files = files_in(path)?;
-    let above = || {
-        // `.` and `..` have no name until they are resolved.
-        let full = path.canonicalize().ok()?;
-        (full.file_name() == Some(OsStr::new(MAP))).then(|| info_in(full.parent()?)).flatten()
-    };
-    Ok(Found { files, info: own.or_else(above) })
-}
-
-fn info_in(folder: &Path) -> Option<PathBuf> {
-    Some(folder.join(INFO)).filter(|info| info.is_file())
+    // `.` and `..` have no name until they are resolved.
+    let full = path.canonicalize().ok().filter(|full| full.file_name() == Some(OsStr::new(MAP)));
+    let above = full.as_ref().and_then(|full| full.parent()).map(Path::to_path_buf);
+    Ok(Found { files, folder, autoware: above.is_some(), above })
 }
 
 /// The `.osm` and `.osm.gz` files right in a directory, in the order of their names.
@@ -203,6 +200,7 @@ fn files_in(folder: &Path) -> Result<Vec<PathBuf>, OpenError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lanelet::{Condition, INFO};
     use std::fs;
 
     const NODE: &str = r#"<osm><node id="1" lat="35" lon="139.3"/>"#;
@@ -282,9 +280,25 @@ mod tests {
         assert!(error.to_string().contains("not a Lanelet2 map") && error.help().contains("lanewright build"));
         let nothing = folder(&[("a.osm", "<osm/>")]);
         assert!(matches!(fails(&nothing, "a.osm"), OpenError::NotLanelet2 { .. }));
-        let wrong = folder(&[("a.osm", &map(1)), (INFO, "projector_type: local\n")]);
-        let error = fails(&wrong, "a.osm");
-        assert!(error.to_string().ends_with("unknown projector_type `local`; did you mean `Local`?"), "{error}");
+    }
+
+    /// How many things are wrong with the projector's file.
+    fn about_info(files: &[(&str, &str)], name: &str) -> (Projector, usize) {
+        let folder = folder(files);
+        let opened = open(&folder.path().join(name), None).unwrap();
+        let about = |fault: &&crate::lanelet::LoadFault| matches!(fault.condition, Condition::ProjectorInfo(_));
+        (opened.projector, opened.loaded.faults.iter().filter(about).count())
+    }
+
+    #[test]
+    fn what_is_wrong_with_the_projectors_file_is_a_fault_of_the_map() {
+        let (map, mgrs) = (map(1), Projector::mgrs("54SUD".parse().unwrap()));
+        assert_eq!(about_info(&[("a.osm", &map), (INFO, "projector_type: local\n")], "a.osm"), (Projector::Local, 1));
+        assert_eq!(about_info(&[("a.osm", &map), (INFO, "nothing\n")], "a.osm"), (mgrs, 1));
+        assert_eq!(about_info(&[("a.osm", &map), ("Map_projector_info.yml", LOCAL)], "a.osm"), (Projector::Local, 1));
+        assert_eq!(about_info(&[("a.osm", &map)], "a.osm"), (mgrs, 0));
+        assert_eq!(about_info(&[(MAP, &map)], MAP), (mgrs, 1));
+        assert_eq!(about_info(&[(MAP, &map)], ""), (mgrs, 1));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{DEFAULT_SCALE_FACTOR, LonLat, MgrsError, Projector};
+use crate::diagnostic::nearest;
 
 /// What heights are measured from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -36,19 +37,23 @@ pub enum InfoError {
         text: String,
     },
     /// A key that the projector needs is not there.
-    #[error("`{key}` is missing{}", .projector.map(|p| format!("; projector_type {p} needs it")).unwrap_or_default())]
+    #[error("`{key}` is missing{}{}",
+        .projector.map(|p| format!("; projector_type {p} needs it")).unwrap_or_default(),
+        .found.as_ref().map(|f| format!("; `{f}` is not read")).unwrap_or_default())]
     Missing {
         /// `map_origin.latitude`, ...
         key: &'static str,
         /// The type that needs it, where the type is known.
         projector: Option<&'static str>,
+        /// A key that is there and may be meant.
+        found: Option<String>,
     },
     /// A projector type that Autoware does not know, or knows in other letters.
-    #[error("unknown projector_type `{found}`{}", .meant.map(|m| format!("; did you mean `{m}`?")).unwrap_or_default())]
+    #[error("unknown projector_type `{found}`{}", .meant.map(|m| format!("; Autoware writes `{m}`")).unwrap_or_default())]
     Type {
         /// As written.
         found: String,
-        /// The type that is the same but for case.
+        /// The type that is most like it.
         meant: Option<&'static str>,
     },
     /// A value that is not a number, or is out of range.
@@ -66,55 +71,96 @@ pub enum InfoError {
     Grid(#[from] MgrsError),
 }
 
-impl InfoError {
-    /// A way out, in one line.
-    pub const fn help(&self) -> &'static str {
-        match self {
-            Self::Line { .. } => "map_projector_info.yaml has lines such as `projector_type: MGRS`",
-            Self::Missing { .. } => "add the key; Autoware's map loader needs it too",
-            Self::Type { .. } => {
-                "Autoware knows MGRS, LocalCartesianUTM, TransverseMercator, LocalCartesian and Local, in exactly these letters"
-            }
-            Self::Value { .. } => "correct the value",
-            Self::Grid(_) => "the grid is the name of the 100 km square that holds the map",
-        }
-    }
-}
-
 /// The `projector_type` values.
 const TYPES: [&str; 5] = ["MGRS", "LocalCartesianUTM", "TransverseMercator", "LocalCartesian", "Local"];
 
-/// Reads the text of a `map_projector_info.yaml`. Unknown keys are passed over, as Autoware does.
-pub fn read_info(text: &str) -> Result<(Projector, VerticalDatum), InfoError> {
-    let keys = Keys::read(text)?;
-    let found = keys.get("projector_type").ok_or(InfoError::Missing { key: "projector_type", projector: None })?;
-    let Some(name) = TYPES.into_iter().find(|t| *t == found) else {
-        let meant = TYPES.into_iter().find(|t| t.eq_ignore_ascii_case(found));
-        return Err(InfoError::Type { found: found.to_owned(), meant });
+/// The keys that Autoware reads.
+const KEYS: [&str; 6] =
+    ["projector_type", "vertical_datum", "mgrs_grid", "map_origin.latitude", "map_origin.longitude", "scale_factor"];
+
+/// What a `map_projector_info.yaml` says.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Info {
+    /// The projector, if what is needed can be read, be it in other letters than Autoware's.
+    pub projector: Option<Projector>,
+    /// What heights are measured from.
+    pub datum: VerticalDatum,
+    /// Why Autoware does not read it so.
+    pub errors: Vec<InfoError>,
+    /// Keys that nobody reads, each with the optional one that it is most like.
+    pub unread: Vec<(String, &'static str)>,
+}
+
+/// Reads the text of a `map_projector_info.yaml`. Keys that are like none of Autoware's are passed over, as Autoware does.
+pub fn read_info(text: &str) -> Info {
+    let keys = match Keys::read(text) {
+        Ok(keys) => keys,
+        Err(error) => return Info { errors: vec![error], ..Info::default() },
     };
-    let missing = |key| InfoError::Missing { key, projector: Some(name) };
-    let datum = match keys.get("vertical_datum") {
-        Some("WGS84") => VerticalDatum::Wgs84,
-        Some("EGM2008") => VerticalDatum::Egm2008,
-        Some(found) => {
-            let found = found.to_owned();
-            return Err(InfoError::Value { key: "vertical_datum", found, expected: "WGS84 or EGM2008" });
+    let mut info = Info::default();
+    if let Some(name) = info.keep(keys.projector_type()) {
+        info.judge(&keys, name);
+    }
+    info
+}
+
+impl Info {
+    /// The value, or else the error is noted.
+    fn keep<T>(&mut self, read: Result<T, InfoError>) -> Option<T> {
+        read.map_err(|error| self.errors.push(error)).ok()
+    }
+
+    fn judge(&mut self, keys: &Keys, name: &'static str) {
+        if keys.get("projector_type") != Some(name) {
+            let found = keys.get("projector_type").unwrap_or_default().to_owned();
+            self.errors.push(InfoError::Type { found, meant: Some(name) });
         }
-        None if name == "Local" => VerticalDatum::default(),
-        None => return Err(missing("vertical_datum")),
-    };
-    let origin = || {
-        let of = |key, limit| keys.number(key, limit)?.ok_or_else(|| missing(key));
-        Ok::<_, InfoError>(LonLat { lat: of("map_origin.latitude", 90.0)?, lon: of("map_origin.longitude", 180.0)? })
-    };
-    let projector = match name {
-        "MGRS" => Projector::Mgrs(keys.get("mgrs_grid").ok_or_else(|| missing("mgrs_grid"))?.parse()?),
-        "LocalCartesianUTM" => Projector::LocalCartesianUtm { origin: origin()? },
-        "TransverseMercator" => Projector::TransverseMercator { origin: origin()?, scale_factor: keys.scale_factor()? },
-        "LocalCartesian" => Projector::LocalCartesian { origin: origin()? },
-        _ => Projector::Local,
-    };
-    Ok((projector, datum))
+        let missing = |key| InfoError::Missing { key, projector: Some(name), found: keys.like(key) };
+        let datum = match keys.get("vertical_datum") {
+            Some("WGS84") => Ok(VerticalDatum::Wgs84),
+            Some("EGM2008") => Ok(VerticalDatum::Egm2008),
+            Some(found) => {
+                let found = found.to_owned();
+                Err(InfoError::Value { key: "vertical_datum", found, expected: "WGS84 or EGM2008" })
+            }
+            None if name == "Local" => Ok(VerticalDatum::default()),
+            None => Err(missing("vertical_datum")),
+        };
+        self.datum = self.keep(datum).unwrap_or_default();
+        let mut origin = || {
+            let of = |key, limit| keys.number(key, limit).and_then(|number| number.ok_or_else(|| missing(key)));
+            let lat = self.keep(of("map_origin.latitude", 90.0));
+            let lon = self.keep(of("map_origin.longitude", 180.0));
+            Some(LonLat { lat: lat?, lon: lon? })
+        };
+        self.projector = match name {
+            "MGRS" => {
+                let grid = keys.get("mgrs_grid").ok_or_else(|| missing("mgrs_grid"));
+                self.keep(grid.and_then(|grid| Ok(grid.parse()?))).map(Projector::Mgrs)
+            }
+            "LocalCartesianUTM" => origin().map(|origin| Projector::LocalCartesianUtm { origin }),
+            "TransverseMercator" => {
+                let origin = origin();
+                let scale_factor = self.keep(keys.scale_factor()).unwrap_or(DEFAULT_SCALE_FACTOR);
+                origin.map(|origin| Projector::TransverseMercator { origin, scale_factor })
+            }
+            "LocalCartesian" => origin().map(|origin| Projector::LocalCartesian { origin }),
+            _ => Some(Projector::Local),
+        };
+        let lacking: Vec<&str> = self.errors.iter().filter_map(InfoError::lacking).collect();
+        let unread = keys.0.iter().filter(|(key, _)| !KEYS.contains(&key.as_str()));
+        let unread = unread.filter_map(|(key, _)| Some((key.clone(), nearest(key, KEYS)?)));
+        self.unread = unread.filter(|(_, meant)| !lacking.contains(meant) && keys.get(meant).is_none()).collect();
+    }
+}
+
+impl InfoError {
+    fn lacking(&self) -> Option<&str> {
+        match self {
+            Self::Missing { key, .. } => Some(key),
+            _ => None,
+        }
+    }
 }
 
 /// The text of a `map_projector_info.yaml`.
@@ -188,6 +234,23 @@ impl Keys {
         self.0.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str())
     }
 
+    /// The type, or the one that is most like it.
+    fn projector_type(&self) -> Result<&'static str, InfoError> {
+        let key = "projector_type";
+        let missing = || InfoError::Missing { key, projector: None, found: self.like(key) };
+        let found = self.get(key).ok_or_else(missing)?;
+        let unknown = || InfoError::Type { found: found.to_owned(), meant: None };
+        nearest(found, TYPES).ok_or_else(unknown)
+    }
+
+    /// A key that stands for one that is missing: misspelt, or without the level above.
+    fn like(&self, key: &str) -> Option<String> {
+        let last = key.rsplit('.').next().unwrap_or(key);
+        let others = || self.0.iter().map(|(other, _)| other.as_str()).filter(|other| !KEYS.contains(other));
+        let inner = others().find(|other| other.rsplit('.').next() == Some(last));
+        inner.or_else(|| nearest(key, others())).map(str::to_owned)
+    }
+
     fn number(&self, key: &'static str, limit: f64) -> Result<Option<f64>, InfoError> {
         let Some(found) = self.get(key) else { return Ok(None) };
         match found.parse::<f64>() {
@@ -234,7 +297,7 @@ mod tests {
         ] {
             for datum in [VerticalDatum::Wgs84, VerticalDatum::Egm2008] {
                 let text = write_info(&projector, datum);
-                assert_eq!(read_info(&text), Ok((projector, datum)), "{text}");
+                assert_eq!(read_info(&text), Info { projector: Some(projector), datum, ..Info::default() }, "{text}");
             }
         }
         let text = write_info(&Projector::transverse_mercator(ORIGIN), VerticalDatum::Wgs84);
@@ -246,13 +309,13 @@ mod tests {
     fn comments_quotes_flow_and_order_do_not_matter() {
         let text = "\u{feff}# made by hand\r\n---\r\nmap_origin: {latitude: 35.6762, longitude: 139.6503} # Tokyo\r\n\r\nextra: 1\r\nscale_factor: 0.5\r\nvertical_datum: 'WGS84'\r\nprojector_type: \"TransverseMercator\"\r\n";
         let expected = Projector::TransverseMercator { origin: ORIGIN, scale_factor: 0.5 };
-        assert_eq!(read_info(text), Ok((expected, VerticalDatum::Wgs84)));
+        assert_eq!(read_info(text), Info { projector: Some(expected), ..Info::default() });
     }
 
     #[test]
     fn errors_say_what_is_wrong() {
-        let says = |text: &str| read_info(text).unwrap_err().to_string();
-        assert_eq!(says("projector_type: local\n"), "unknown projector_type `local`; did you mean `Local`?");
+        let says = |text: &str| read_info(text).errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
+        assert_eq!(says("projector_type: local\n"), "unknown projector_type `local`; Autoware writes `Local`");
         assert_eq!(says("projector_type: UTM\n"), "unknown projector_type `UTM`");
         assert_eq!(says("vertical_datum: WGS84\n"), "`projector_type` is missing");
         assert_eq!(
@@ -261,7 +324,7 @@ mod tests {
         );
         assert_eq!(
             says("projector_type: LocalCartesian\nvertical_datum: WGS84\nmap_origin:\n  latitude: 1\nlongitude: 2\n"),
-            "`map_origin.longitude` is missing; projector_type LocalCartesian needs it"
+            "`map_origin.longitude` is missing; projector_type LocalCartesian needs it; `longitude` is not read"
         );
         assert!(
             says("projector_type: MGRS\nvertical_datum: WGS84\nmgrs_grid: 99XXX\n").starts_with("mgrs_grid: `99XXX`")
@@ -277,5 +340,21 @@ mod tests {
             says("projector_type: MGRS\nvertical_datum: WGS85\n"),
             "`vertical_datum: WGS85` is not WGS84 or EGM2008"
         );
+    }
+
+    #[test]
+    fn what_was_meant_is_read_all_the_same() {
+        let info = read_info("projector_type: local\n");
+        assert_eq!((info.projector, info.errors.len()), (Some(Projector::Local), 1));
+        let origin = "map_origin:\n  latitude: 35.6762\n  longitude: 139.6503\n";
+        let info = read_info(&format!("projector_type: TransverseMercator\n{origin}scalefactor: 1\n"));
+        assert_eq!(info.projector, Some(Projector::transverse_mercator(ORIGIN)));
+        assert_eq!(info.unread, [("scalefactor".to_owned(), "scale_factor")]);
+        let missing = InfoError::Missing { key: "vertical_datum", projector: Some("TransverseMercator"), found: None };
+        assert_eq!(info.errors, [missing]);
+        let info = read_info(
+            "projector_type: LocalCartesian\nvertical_datum: WGS84\nmap_orgin:\n  latitude: 1\n  longitude: 2\n",
+        );
+        assert_eq!((info.projector, info.errors.len(), info.unread.len()), (None, 2, 0));
     }
 }

@@ -10,7 +10,7 @@ mod info;
 mod mgrs;
 
 pub use infer::{Explained, Twice, infer, residual};
-pub use info::{InfoError, VerticalDatum, read_info, write_info};
+pub use info::{Info, InfoError, VerticalDatum, read_info, write_info};
 pub use mgrs::{MgrsError, MgrsGrid};
 
 use engine::Frame;
@@ -79,6 +79,23 @@ pub enum Projector {
     },
     /// No projection: `local_x` and `local_y` are the coordinates.
     Local,
+}
+
+/// Its type with what it needs to know: `MGRS 54SUE`.
+impl std::fmt::Display for Projector {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())?;
+        match *self {
+            Self::Mgrs(grid) => write!(f, " {grid}"),
+            Self::Local => Ok(()),
+            Self::TransverseMercator { origin, scale_factor } => {
+                write!(f, ", origin {:.8}, {:.8}, scale {scale_factor}", origin.lat, origin.lon)
+            }
+            Self::LocalCartesianUtm { origin } | Self::LocalCartesian { origin } => {
+                write!(f, ", origin {:.8}, {:.8}", origin.lat, origin.lon)
+            }
+        }
+    }
 }
 
 /// How far what is built reaches beyond the nodes it is built from, metres.

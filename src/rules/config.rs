@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::diagnostic::Severity;
+use crate::diagnostic::{Severity, nearest};
 use crate::requirement::{DocumentError, Requirement};
-use crate::settings::{Profile, Selection, Settings, Step, covers, most_specific, nearest};
+use crate::settings::{Profile, Selection, Settings, Step, covers, most_specific};
 
 /// What a user may say about the run. The default runs everything as the documents say.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -74,9 +74,10 @@ fn duplicate(subject: Subject, kind: ElementKind, count: usize, repeat: &Repeat)
                 0 => "give the last an id that is free; nothing refers to it".to_owned(),
                 count => format!("give the last an id that is free, here and in the {count} that mean it"),
             };
-            referrers.iter().fold(found(""), |one, referrer| one.with(*referrer, "means the last")).fixed_by(
-                title, safe, edits,
-            )
+            referrers
+                .iter()
+                .fold(found(""), |one, referrer| one.with(*referrer, "means the last"))
+                .fixed_by(title, safe, edits)
         }
         Repeat::Unclear { why } => found(&format!("; which is meant is not clear: {why}")),
     }

@@ -3,7 +3,7 @@
 use rustc_hash::FxHashSet;
 
 use super::{NoParams, Rule};
-use crate::diagnostic::{Edit, Finding, Place, Subject};
+use crate::diagnostic::{Edit, Finding, Place, Subject, nearest};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{
     BoundRole, Condition, ElementKind, LaneletId, LineStringId, LoadFault, RegulatoryElementId, known_subtypes,
@@ -217,47 +217,14 @@ fn referrers(map: &MapIndex, finding: Finding) -> Finding {
     lanelets.fold(finding, |finding, lanelet| finding.with(Subject::Lanelet(lanelet.id.0), "referring lanelet"))
 }
 
-/// A word this close to a known one was meant to be it.
-const TYPING_SLIPS: usize = 2;
-
 fn unknown_subtype(subject: Subject, subtype: &str) -> Finding {
     let message = format!("{} has unknown subtype {subtype}; no map will be published.", name(subject));
     let finding = Finding::new("re-subtype", subject, message);
-    let near = known_subtypes().map(|known| (slips(subtype, known), known)).min();
-    match near {
-        Some((slips, known)) if slips <= TYPING_SLIPS => {
+    match nearest(subtype, known_subtypes()) {
+        Some(known) => {
             let edits = vec![Edit::SetTag { on: subject, key: "subtype".into(), value: known.into() }];
             finding.fixed_by(format!("set subtype={known}"), false, edits)
         }
-        _ => finding,
-    }
-}
-
-/// Levenshtein's distance of two words.
-fn slips(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let replaced = diagonal + usize::from(x != *y);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn slips_are_counted() {
-        assert_eq!(slips("trafic_light", "traffic_light"), 1);
-        assert_eq!(slips("right_off_way", "right_of_way"), 1);
-        assert_eq!(slips("yield", ""), 5);
-        assert_eq!(slips("", "yield"), 5);
+        None => finding,
     }
 }

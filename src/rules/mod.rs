@@ -17,6 +17,7 @@ mod number;
 mod opposed;
 mod phase;
 mod pictures;
+mod projector;
 mod right_of_way;
 mod rule;
 mod side;
@@ -130,6 +131,7 @@ table! {
     "load" => Some(judge::<load::Load>),
     "ids" => Some(judge::<ids::Ids>),
     "node" => Some(judge::<node::Nodes>),
+    "projector" => Some(judge::<projector::ProjectorFile>),
     "side" => Some(judge::<side::OneSide>),
     "phase" => Some(judge::<phase::Phase>),
     "health" => Some(judge::<health::Health>),

@@ -59,7 +59,8 @@ fn finding(map: &MapIndex, params: &Params, fault: &LoadFault, heights: &BTreeMa
             with_height(found("no-ele", format!("ele={value} of {} is not a number.", subject)))
         }
         Condition::BadCoordinate { meant } => {
-            let finding = found("coordinate", format!("{about} has no usable latitude and longitude and loads as 0, 0."));
+            let finding =
+                found("coordinate", format!("{about} has no usable latitude and longitude and loads as 0, 0."));
             match (meant, subject) {
                 (Some(place), Subject::Point(point)) => {
                     let edits = vec![Edit::SetPlace { point, place: *place }];

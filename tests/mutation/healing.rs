@@ -81,11 +81,12 @@ fn fix_makes_a_clean_map_of_a_broken_one() {
     let bases = bases();
     // With LANEWRIGHT_SLIP only those whose name holds its value: for the one who mends a fix.
     let wanted = std::env::var("LANEWRIGHT_SLIP").unwrap_or_default();
-    let kinds: Vec<&Kind> = [loading::KINDS, lanelets::KINDS, lanes::KINDS, areas::KINDS, control::KINDS, health::KINDS]
-        .into_iter()
-        .flatten()
-        .filter(|kind| kind.name.contains(&wanted))
-        .collect();
+    let kinds: Vec<&Kind> =
+        [loading::KINDS, lanelets::KINDS, lanes::KINDS, areas::KINDS, control::KINDS, health::KINDS]
+            .into_iter()
+            .flatten()
+            .filter(|kind| kind.name.contains(&wanted))
+            .collect();
     let all: Vec<Healed> = kinds.par_iter().enumerate().map(|(at, kind)| heal(&bases, at, kind)).collect();
     println!("{:>5} {:>6} {:>5}  slip", "slips", "safely", "fixed");
     for Healed { name, slips, safely, with_all, left } in &all {

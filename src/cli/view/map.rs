@@ -94,12 +94,12 @@ impl Checked {
 
     /// What `fix` would change. The files stay as they are.
     fn ghosts(&self, unsafe_too: bool) -> Result<Vec<Ghost>, Failure> {
-        let Loaded { osm, map, projector, settings, .. } = &self.loaded;
+        let Loaded { map, projector, .. } = &self.loaded;
         let findings = &self.sorted.left;
         if findings.iter().all(|one| one.finding.fix.is_none()) {
             return Ok(Vec::new());
         }
-        let mended = fix::mended_data(osm.clone(), projector, settings, unsafe_too)?;
+        let mended = fix::mended_map(&self.loaded, unsafe_too)?;
         let kept = |i: &usize| {
             let one = &findings[*i];
             let same = |title: &str| {

@@ -137,7 +137,9 @@ impl Loader<'_> {
     fn place_the_lost(&mut self, projector: &Projector) {
         for at in 0..self.loaded.faults.len() {
             let fault = &self.loaded.faults[at];
-            let (Subject::Point(id), Condition::BadCoordinate { .. }) = (fault.subject, &fault.condition) else { continue };
+            let (Subject::Point(id), Condition::BadCoordinate { .. }) = (fault.subject, &fault.condition) else {
+                continue;
+            };
             let Some(node) = self.osm.node(id) else { continue };
             let [x, y] = ["local_x", "local_y"].map(|key| number(node, key).value());
             let local = x.zip(y).map(|(x, y)| PlanePoint::new(x, y));

@@ -93,7 +93,10 @@ fn bounds_are_two_ways_without_area() {
         changed(right, r#"<member type="node" ref="3" role="right"/>"#),
         lanelet(Condition::BoundIsNotWay { role, kind: ElementKind::Node, id: 3 })
     );
-    assert_eq!(changed(right, &right.repeat(2)), lanelet(Condition::BoundCount { role, count: 2, ways: vec![12, 12], meant: None }));
+    assert_eq!(
+        changed(right, &right.repeat(2)),
+        lanelet(Condition::BoundCount { role, count: 2, ways: vec![12, 12], meant: None })
+    );
     assert_eq!(
         changed(r#"<nd ref="3"/><nd ref="4"/></way>"#, r#"<nd ref="3"/></way>"#),
         lanelet(Condition::BoundTooShort { role, way: 12 })
@@ -236,7 +239,10 @@ fn nodes() {
     let point = |condition| vec![(Subject::Point(1), condition)];
     assert_eq!(changed(ele, ""), point(Condition::NoElevation));
     assert_eq!(changed(ele, r#"<tag k="ele" v="high"/>"#), point(Condition::BadElevation { found: text("high") }));
-    assert!(changed(r#"lat="35.00000""#, r#"lat="""#).contains(&(Subject::Point(1), Condition::BadCoordinate { meant: None })));
+    assert!(
+        changed(r#"lat="35.00000""#, r#"lat="""#)
+            .contains(&(Subject::Point(1), Condition::BadCoordinate { meant: None }))
+    );
     assert!(changed(r#"lat="35.00000""#, r#"lat="88""#).contains(&(Subject::Point(1), Condition::Unprojectable)));
     let other = changed(r#"lon="139.30000""#, r#"lon="138.5""#);
     assert!(matches!(other[0], (Subject::Point(1), Condition::OtherSquare { nodes: 1, .. })), "{other:?}");

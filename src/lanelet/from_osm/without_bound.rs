@@ -34,7 +34,8 @@ impl Loader<'_> {
         let found: Vec<(usize, Option<i64>)> =
             open.into_iter().map(|(at, id, role)| (at, around.other_bound(self, id, role))).collect();
         for (at, way) in found {
-            if let Some(Condition::BoundCount { meant, .. }) = self.loaded.faults.get_mut(at).map(|f| &mut f.condition) {
+            if let Some(Condition::BoundCount { meant, .. }) = self.loaded.faults.get_mut(at).map(|f| &mut f.condition)
+            {
                 *meant = way;
             }
         }
@@ -118,7 +119,8 @@ impl Around {
         }
         let [mut left, mut right] = order(known.id, line.id).map(|id| loader.line(id));
         let near = |a: &PlanePoint, b: &PlanePoint| (a - b).norm() <= REACH;
-        let ([Some(a), Some(b)], [Some(c), Some(d)]) = ([left.first(), left.last()], [right.first(), right.last()]) else {
+        let ([Some(a), Some(b)], [Some(c), Some(d)]) = ([left.first(), left.last()], [right.first(), right.last()])
+        else {
             return false;
         };
         if !(near(a, c) && near(b, d) || near(a, d) && near(b, c)) {
