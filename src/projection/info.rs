@@ -337,7 +337,7 @@ mod tests {
         );
         assert_eq!(says("projector_type MGRS\n"), "line 1: expected `key: value`, found `projector_type MGRS`");
         assert_eq!(
-            says("projector_type: MGRS\nvertical_datum: WGS85\n"),
+            says("projector_type: Local\nvertical_datum: WGS85\n"),
             "`vertical_datum: WGS85` is not WGS84 or EGM2008"
         );
     }

@@ -80,7 +80,7 @@ fn share(line: &Polyline, other: &Polyline, apart: f64) -> f64 {
 }
 
 /// Whether one lane passes over the other, wherever they are.
-fn on_two_levels(map: &MapIndex, a: &Lane, b: &Lane) -> bool {
+pub fn on_two_levels(map: &MapIndex, a: &Lane, b: &Lane) -> bool {
     let gap = (a.heights[0] - b.heights[1]).max(b.heights[0] - a.heights[1]);
     gap > map.thresholds.grade_separation
 }

@@ -6,7 +6,7 @@ use super::load::name;
 use super::{NoParams, Rule};
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
-use crate::lanelet::{Condition, ElementKind, LoadFault, Repeat};
+use crate::lanelet::{Condition, ElementKind, LoadFault, PolygonId, Repeat};
 
 /// See `rules/ids.md`.
 pub struct Ids;
@@ -18,12 +18,18 @@ impl Rule for Ids {
         let twice = |fault: &&LoadFault| matches!(fault.condition, Condition::DuplicateId { .. });
         let twice: FxHashSet<Subject> = map.faults.iter().filter(twice).map(|fault| fault.subject).collect();
         let faults = map.faults.iter();
-        faults.filter_map(|fault| Some(finding(fault, &twice)?.standing_at(fault.span.clone()))).collect()
+        faults.filter_map(|fault| Some(finding(map, fault, &twice)?.standing_at(fault.span.clone()))).collect()
     }
 }
 
-fn finding(fault: &LoadFault, twice: &FxHashSet<Subject>) -> Option<Finding> {
+fn finding(map: &MapIndex, fault: &LoadFault, twice: &FxHashSet<Subject>) -> Option<Finding> {
     let subject = fault.subject;
+    // vm-03-01 speaks of their ids.
+    let area = match subject {
+        Subject::Polygon(id) => map.map.polygons.get(PolygonId(id)),
+        _ => None,
+    };
+    let area = area.is_some_and(|area| area.attributes.is("type", "intersection_area"));
     let about = name(subject);
     Some(match &fault.condition {
         Condition::DuplicateId { kind, spans, repeat } => duplicate(subject, *kind, spans.len(), repeat),
@@ -32,6 +38,7 @@ fn finding(fault: &LoadFault, twice: &FxHashSet<Subject>) -> Option<Finding> {
             let message = format!("{about} has the id of a {} too.", kinds.join(" and of a "));
             Finding::new("reused", subject, message)
         }
+        Condition::IdNotPositive | Condition::PolygonIdTooLarge if area => return None,
         Condition::IdNotPositive => {
             renumbered(twice, Finding::new("range", subject, format!("{about} has an id that is not positive.")))
         }

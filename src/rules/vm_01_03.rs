@@ -1,4 +1,4 @@
-//! vm-01-03, vm-01-04: lanes side by side share their border.
+//! vm-01-03: lanes side by side share their border.
 
 use std::collections::BTreeMap;
 
@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use serde::Deserialize;
 
 use super::Rule;
+use super::along::on_two_levels;
 use super::view::boxes_meet;
 use crate::diagnostic::{Finding, Subject};
 use crate::geometry::{Point, Polyline, Vector, polygon};
@@ -44,14 +45,14 @@ impl Rule for SharedBorders {
         let mut one_way: BTreeMap<usize, Vec<LaneletId>> = BTreeMap::new();
         for &(at, other) in &pairs {
             let (id, name) = (map.lanes[at].id, map.lanes[other].id);
-            if pairs.binary_search(&(other, at)).is_ok() {
+            if pairs.binary_search(&(other, at)).is_err() {
+                one_way.entry(at).or_default().push(name);
+            } else if at < other {
                 let message = format!("Lanelets {id} and {name} lie side by side but have borders of their own.");
                 findings.push(
                     Finding::new("not-shared", Subject::Lanelet(id.0), message)
                         .with(Subject::Lanelet(name.0), "neighbour"),
                 );
-            } else {
-                one_way.entry(at).or_default().push(name);
             }
         }
         findings.extend(one_way.into_iter().map(|(at, others)| partly(map.lanes[at].id, others)));
@@ -93,10 +94,14 @@ fn along(map: &MapIndex, borders: &[Vec<Polyline>], params: &Params, at: usize) 
         let share = map.lanes[other].bounds.iter().any(|way| lane.bounds.contains(way));
         // What crosses, parts or merges in an intersection is judged by vm-03-07.
         let inside = || map.in_same_intersection(at, other).is_some();
-        share || map.followers(at).contains(&other) || map.followers(other).contains(&at) || inside()
+        let elsewhere = on_two_levels(map, lane, &map.lanes[other]) || is_strip(lane, &map.lanes[other]);
+        share || map.followers(at).contains(&other) || map.followers(other).contains(&at) || elsewhere || inside()
     };
     let runs = |other: usize| {
-        let beside = |line: &Polyline, own: &Polyline| !part(line, own) && runs_along(line, own, params);
+        let streets = is_street(map, at) && is_street(map, other);
+        let beside = |line: &Polyline, own: &Polyline| {
+            !part(line, own) && runs_along(line, own, params) && !(streets && against(line, own))
+        };
         borders[other].iter().any(|line| borders[at].iter().any(|own| beside(line, own)))
     };
     let apart = |other: usize| {
@@ -105,6 +110,24 @@ fn along(map: &MapIndex, borders: &[Vec<Polyline>], params: &Params, at: usize) 
     };
     let near = map.lanes_near(lane.extent[0] - margin, lane.extent[1] + margin).into_iter();
     near.filter(|&other| other != at && !related(other) && runs(other) && apart(other)).collect()
+}
+
+/// Whether one is a road and the other a strip at its side: vm-01-16 and vm-01-18 say what is between them.
+fn is_strip(a: &Lane, b: &Lane) -> bool {
+    let strip = |kind| matches!(kind, RoadType::Shoulder | RoadType::PedestrianLane);
+    let pair = |x: &Lane, y: &Lane| x.kind == RoadType::Road && strip(y.kind);
+    pair(a, b) || pair(b, a)
+}
+
+/// A lane that vm-01-04 holds against those of the opposite direction.
+fn is_street(map: &MapIndex, at: usize) -> bool {
+    map.lanes[at].is_for_cars() && map.intersections_of(at).is_empty()
+}
+
+/// Whether a bound runs against another beside it.
+fn against(line: &Polyline, other: &Polyline) -> bool {
+    let middle = line.length() / 2.0;
+    line.direction(middle).dot(&other.direction(other.project(line.at(middle)).station)) < 0.0
 }
 
 /// Whether a line has one end in common with another and then leaves it: so do those of lanes that part or meet, which no

@@ -60,8 +60,8 @@ fn judge_lanelet(map: &MapIndex, lanelet: &Lanelet, covers: &[Vec<Cover>]) -> Op
         let message = format!("Lanelet {} names area {value}, which is not an intersection_area.", lanelet.id);
         let finding = Finding::new("ia-tag-dangling", subject, message);
         return Some(match inside {
-            // The area is the right one; its own id is what cannot be read.
-            Some(area) if area.to_string() == value => finding,
+            // The area is the right one; its own id is what cannot be read, and that is said of it.
+            Some(area) if area.to_string() == value => return None,
             Some(area) => retag(finding, subject, area),
             None if is_line(map, value) => {
                 let on = Subject::LineString(value.trim().parse().unwrap_or_default());
@@ -135,7 +135,9 @@ fn judge_area(map: &MapIndex, intersection: &Intersection) -> Vec<Finding> {
     if area_id(&area.to_string()).is_none() {
         let message =
             format!("Intersection area {area} has an id that Autoware cannot read: it must be 1..={}.", i32::MAX);
-        findings.push(Finding::new("ia-id-range", subject, message));
+        let edits = vec![Edit::Renumber { on: subject, nth: 0, referrers: None }];
+        let title = "give it an id that is free, here and in the tags of its lanelets";
+        findings.push(Finding::new("ia-id-range", subject, message).fixed_by(title, true, edits));
     }
     if intersection.members.is_empty() {
         findings.push(Finding::new("orphan-ia", subject, format!("Intersection area {area} holds no lanelet.")));

@@ -1,31 +1,42 @@
 //! vm-07-06: a lane that is added beside others can be entered, one that is dropped can be left.
 
+use serde::Deserialize;
+
+use super::Rule;
 use super::moves::Moves;
-use super::{NoParams, Rule};
 use crate::diagnostic::{Finding, Place, Subject};
+use crate::geometry::Vector;
 use crate::lanelet::RoadType;
-use crate::lanelet::index::MapIndex;
+use crate::lanelet::index::{Edge, MapIndex};
 
 /// See `rules/vm-07-06.md`.
 pub struct AddedLane;
 
-impl Rule for AddedLane {
-    type Params = NoParams;
+/// See the document.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    loose: f64,
+}
 
-    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+impl Rule for AddedLane {
+    type Params = Params;
+
+    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         let moves = Moves::new(map);
         let roads = (0..map.lanes.len()).filter(|&at| {
             let lane = &map.lanes[at];
             lane.kind == RoadType::Road && lane.is_for_cars() && map.movement(at).is_none()
         });
-        roads.flat_map(|at| [added(map, &moves, at), dropped(map, &moves, at)]).flatten().collect()
+        roads.flat_map(|at| [added(map, &moves, params, at), dropped(map, &moves, params, at)]).flatten().collect()
     }
 }
 
 /// A lane that begins beside one that comes from somewhere, and that no lane change leads into.
-fn added(map: &MapIndex, moves: &Moves, at: usize) -> Option<Finding> {
+fn added(map: &MapIndex, moves: &Moves, params: &Params, at: usize) -> Option<Finding> {
     let beside = moves.beside(at).into_iter().map(|(other, _)| other).find(|&other| moves.is_led_to(other))?;
-    if !map.predecessors(at).is_empty() || crossed(map, moves, at, true) {
+    if !map.predecessors(at).is_empty() || loose(map, params, at, &map.lanes[at].start) || crossed(map, moves, at, true)
+    {
         return None;
     }
     let (lane, other) = (&map.lanes[at], map.lanes[beside].id);
@@ -35,15 +46,32 @@ fn added(map: &MapIndex, moves: &Moves, at: usize) -> Option<Finding> {
 }
 
 /// A lane that ends beside one that goes on, and that no lane change leads out of.
-fn dropped(map: &MapIndex, moves: &Moves, at: usize) -> Option<Finding> {
+fn dropped(map: &MapIndex, moves: &Moves, params: &Params, at: usize) -> Option<Finding> {
     let beside = moves.beside(at).into_iter().map(|(other, _)| other).find(|&other| moves.leads_on(other))?;
-    if !map.followers(at).is_empty() || crossed(map, moves, at, false) {
+    if !map.followers(at).is_empty() || loose(map, params, at, &map.lanes[at].end) || crossed(map, moves, at, false) {
         return None;
     }
     let (lane, other) = (&map.lanes[at], map.lanes[beside].id);
     let message = format!("Lane {} ends beside lane {other}, and no route leads out of it.", lane.id);
     let finding = Finding::new("no-way-out", Subject::Lanelet(lane.id.0), message);
     Some(finding.with(Subject::Lanelet(other.0), "lane beside").at(Place::Line(lane.end.points.to_vec())))
+}
+
+/// Whether another lane starts or ends right here, over nodes of its own or the other way round: then this lane is neither
+/// added nor dropped, but torn off.
+fn loose(map: &MapIndex, params: &Params, at: usize, edge: &Edge) -> bool {
+    let reach = Vector::repeat(params.loose);
+    let [a, b] = edge.points;
+    let near = map.lanes_near(edge.middle() - reach, edge.middle() + reach);
+    let here = |other: &Edge| {
+        let [c, d] = other.points;
+        let far = ((a - c).norm().max((b - d).norm())).min((a - d).norm().max((b - c).norm()));
+        far <= params.loose
+    };
+    near.into_iter().filter(|&other| other != at && map.lanes[other].vehicle).any(|other| {
+        let lane = &map.lanes[other];
+        here(&lane.start) || here(&lane.end)
+    })
 }
 
 /// Whether a border of a lane, or of one of the pieces that continue it up to an intersection, may be crossed.

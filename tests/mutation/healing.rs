@@ -11,7 +11,7 @@ use lanewright::rules::{self, Config, ConfigError};
 use rayon::prelude::*;
 
 use super::draft::Draft;
-use super::{Base, Kind, areas, bases, broken, control, health, keep, lanelets, lanes, loading};
+use super::{Base, Kind, all_kinds, bases, broken, keep};
 
 /// Slips that a program can take back for certain: what is gone follows from what is left.
 const ALL: &[&str] = &[
@@ -81,12 +81,7 @@ fn fix_makes_a_clean_map_of_a_broken_one() {
     let bases = bases();
     // With LANEWRIGHT_SLIP only those whose name holds its value: for the one who mends a fix.
     let wanted = std::env::var("LANEWRIGHT_SLIP").unwrap_or_default();
-    let kinds: Vec<&Kind> =
-        [loading::KINDS, lanelets::KINDS, lanes::KINDS, areas::KINDS, control::KINDS, health::KINDS]
-            .into_iter()
-            .flatten()
-            .filter(|kind| kind.name.contains(&wanted))
-            .collect();
+    let kinds: Vec<&Kind> = all_kinds().filter(|kind| kind.name.contains(&wanted)).collect();
     let all: Vec<Healed> = kinds.par_iter().enumerate().map(|(at, kind)| heal(&bases, at, kind)).collect();
     println!("{:>5} {:>6} {:>5}  slip", "slips", "safely", "fixed");
     for Healed { name, slips, safely, with_all, left } in &all {

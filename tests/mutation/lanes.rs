@@ -174,7 +174,7 @@ pub const KINDS: &[Kind] = &[
 ];
 
 /// Road lanelets between intersections.
-fn lanes(map: &Draft) -> Vec<&Relation> {
+pub fn lanes(map: &Draft) -> Vec<&Relation> {
     let plain = |one: &&Relation| {
         one.tags.is("subtype", "road") && !one.tags.has("intersection_area") && !one.tags.has("turn_direction")
     };
@@ -182,7 +182,7 @@ fn lanes(map: &Draft) -> Vec<&Relation> {
 }
 
 /// Pairs of lanes that run against each other, with the way between them.
-fn oncoming(map: &Draft) -> Vec<(i64, i64, i64)> {
+pub fn oncoming(map: &Draft) -> Vec<(i64, i64, i64)> {
     let lanes = lanes(map);
     let mut pairs = Vec::new();
     for a in &lanes {
@@ -197,7 +197,7 @@ fn oncoming(map: &Draft) -> Vec<(i64, i64, i64)> {
 }
 
 /// Pairs of road lanelets of which the second is the only one behind the first, and the first the only one before it.
-fn in_a_row(map: &Draft) -> Vec<(i64, i64)> {
+pub fn in_a_row(map: &Draft) -> Vec<(i64, i64)> {
     let all: Vec<(i64, [[i64; 2]; 2])> = map
         .lanelets()
         .filter(|one| one.tags.is("subtype", "road"))
@@ -218,7 +218,7 @@ fn in_a_row(map: &Draft) -> Vec<(i64, i64)> {
 }
 
 /// The nodes of both bounds in the direction of travel.
-fn course(map: &Draft, lanelet: i64) -> [Vec<i64>; 2] {
+pub fn course(map: &Draft, lanelet: i64) -> [Vec<i64>; 2] {
     let lanelet = map.relations.iter().find(|one| one.id == lanelet).unwrap();
     let mut nodes = bounds(lanelet).map(|way| map.ways.iter().find(|one| one.id == way).unwrap().nodes.clone());
     let place = |nodes: &[i64], at: usize| map.place(nodes[at]);
@@ -241,7 +241,7 @@ fn heading(map: &Draft, lanelet: i64) -> Vector {
 }
 
 /// Uses another way as a bound.
-fn exchange(map: &mut Draft, lanelet: i64, from: i64, to: i64) {
+pub fn exchange(map: &mut Draft, lanelet: i64, from: i64, to: i64) {
     let members = &mut map.relation(lanelet).members;
     members
         .iter_mut()
@@ -250,7 +250,7 @@ fn exchange(map: &mut Draft, lanelet: i64, from: i64, to: i64) {
 }
 
 /// A copy of a way over nodes of its own, moved; its id.
-fn moved_copy(map: &mut Draft, way: i64, by: Vector) -> i64 {
+pub fn moved_copy(map: &mut Draft, way: i64, by: Vector) -> i64 {
     let copy = map.copy_way(way);
     let nodes = map.way(copy).nodes.clone();
     let moved = nodes.into_iter().map(|node| {
@@ -264,13 +264,13 @@ fn moved_copy(map: &mut Draft, way: i64, by: Vector) -> i64 {
 }
 
 /// The direction from one line to another abreast of it, of length 1.
-fn toward(from: &[Point], to: &[Point]) -> Vector {
+pub fn toward(from: &[Point], to: &[Point]) -> Vector {
     let middle = |line: &[Point]| nalgebra::center(&line[0], &line[line.len() - 1]);
     (middle(to) - middle(from)).normalize()
 }
 
 /// Gives a lanelet a centre line midway between its bounds' ends, which starts and ends this far (m) to one side; its id.
-fn center_line(map: &mut Draft, lanelet: i64, off: [f64; 2]) -> i64 {
+pub fn center_line(map: &mut Draft, lanelet: i64, off: [f64; 2]) -> i64 {
     let [left, right] = course(map, lanelet);
     let count = left.len().min(right.len());
     let at = |nodes: &[i64], step: usize| nodes[(nodes.len() - 1) * step / (count - 1)];
@@ -326,7 +326,7 @@ fn strip(map: &mut Draft, dice: &mut Dice, subtype: &str) -> Option<Vec<i64>> {
 }
 
 /// A copy of a crosswalk's lanelet that nothing refers to.
-fn crosswalk(map: &Draft, dice: &mut Dice) -> Option<Relation> {
+pub fn crosswalk(map: &Draft, dice: &mut Dice) -> Option<Relation> {
     let mut copy = dice.pick(map.lanelets().filter(|one| one.tags.is("subtype", "crosswalk")))?.clone();
     copy.id = map.fresh();
     Some(copy)

@@ -91,7 +91,7 @@ pub const KINDS: &[Kind] = &[
     },
     Kind {
         name: "give an element a negative id",
-        raises: &["ids/range"],
+        raises: &["ids/range", "vm-03-01/ia-id-range"],
         slip: |_, map, dice| {
             let kind = dice.pick([Node, Way, Relation])?;
             let id = any(map, dice, kind)?;
@@ -101,7 +101,7 @@ pub const KINDS: &[Kind] = &[
     },
     Kind {
         name: "give an area an id beyond 31 bits",
-        raises: &["ids/range"],
+        raises: &["vm-03-01/ia-id-range"],
         slip: |_, map, dice| {
             let id = dice.pick(map.ways.iter().filter(|way| way.tags.is("area", "yes")))?.id;
             map.renumber(Way, id, id + (1 << 31));

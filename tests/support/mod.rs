@@ -91,16 +91,20 @@ pub fn shared() -> Option<PathBuf> {
     None
 }
 
+/// A Python that has the real Lanelet2 library; `None`, and says so, where there is none.
+pub fn python() -> Option<Command> {
+    let python = std::env::var("LANEWRIGHT_ORACLE").ok().filter(|p| !p.is_empty()).map(PathBuf::from);
+    let python = python.or_else(|| Some(root().join("target/oracle/bin/python")).filter(|p| p.exists()));
+    if python.is_none() {
+        eprintln!("skipped: no Python with the Lanelet2 library (scripts/oracle.sh makes one)");
+    }
+    python.map(Command::new)
+}
+
 /// Runs the acceptance check of the real Lanelet2 library; `None`, and says so, where it is not here.
 pub fn accept(map: &Path, strict: bool) -> Option<Run> {
     let shared = shared()?;
-    let python = std::env::var("LANEWRIGHT_ORACLE").ok().filter(|p| !p.is_empty()).map(PathBuf::from);
-    let python = python.or_else(|| Some(root().join("target/oracle/bin/python")).filter(|p| p.exists()));
-    let Some(python) = python else {
-        eprintln!("skipped: no Python with the Lanelet2 library (scripts/oracle.sh makes one)");
-        return None;
-    };
-    let mut command = Command::new(python);
+    let mut command = python()?;
     command.arg(shared.join("tools/accept_lanelet2.py")).arg(map);
     if strict {
         command.arg("--strict");
