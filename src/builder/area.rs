@@ -255,15 +255,16 @@ fn with_lane_ends(assembly: &Assembly, mut ring: Vec<PointId>, arms: &[&Arm]) ->
 
 /// One `road_border` for every stretch of the ring that is not a cut.
 fn kerbs(assembly: &mut Assembly, key: Key, ring: &[PointId], arms: &[&Arm]) -> Vec<LineStringId> {
-    let mut arm_of: FxHashMap<PointId, usize> = FxHashMap::default();
+    let mut arms_of: FxHashMap<PointId, Vec<usize>> = FxHashMap::default();
     for (i, arm) in arms.iter().enumerate() {
         for &id in &arm.cut {
-            arm_of.insert(id, i);
+            arms_of.entry(id).or_default().push(i);
         }
     }
-    let is_cut = |a: PointId, b: PointId| match (arm_of.get(&a), arm_of.get(&b)) {
-        (Some(a), Some(b)) => a == b,
-        _ => false,
+    // Neighbouring roads may share a corner.
+    let is_cut = |a: PointId, b: PointId| {
+        let of = |id: PointId| arms_of.get(&id).map_or(&[][..], Vec::as_slice);
+        of(a).iter().any(|arm| of(b).contains(arm))
     };
     let count = ring.len();
     let Some(start) = (0..count).find(|&i| is_cut(ring[(i + count - 1) % count], ring[i])) else { return Vec::new() };

@@ -9,6 +9,7 @@ use crate::geometry::{Point, Vector, curve, curve::Pose, left_of};
 
 use super::cross_section::{CrossSection, StripKind, Travel};
 use super::road_network::{End, FeatureKind, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
+use super::seam::level;
 
 /// Breadth of a crosswalk along the road, metres: the usual painted zebra.
 pub const CROSSWALK_BREADTH: f64 = 3.0;
@@ -131,15 +132,27 @@ pub fn connection_lines(
     joined: impl Fn(IntersectionIx) -> bool,
     back: &[[f64; 2]],
 ) -> ConnectionLines {
-    let mut lines = ConnectionLines::default();
     let mut setbacks = back.to_vec();
-    let mut placed: FxHashSet<i64> = FxHashSet::default();
     let least: Vec<[f64; 2]> = (0..network.roads.len()).map(|i| least_cut(network, kept, i, &joined)).collect();
     for (i, intersection) in network.intersections.iter().enumerate() {
         if intersection.arms.len() >= 2 && !joined(IntersectionIx(i as u32)) {
             turn_setbacks(network, &intersection.arms, &least, &mut setbacks);
         }
     }
+    let mut lines = cut(network, &least, setbacks.clone());
+    // Where a road is too short to be cut back, its neighbour gives.
+    for give in [None, None, Some(back)] {
+        if level(network, &least, &lines.kept, &mut setbacks, give) {
+            lines = cut(network, &least, setbacks.clone());
+        }
+    }
+    ConnectionLines { least, ..lines }
+}
+
+/// Cuts every road at its setbacks, and farther out where people cross.
+fn cut(network: &RoadNetwork, least: &[[f64; 2]], mut setbacks: Vec<[f64; 2]>) -> ConnectionLines {
+    let mut lines = ConnectionLines::default();
+    let mut placed: FxHashSet<i64> = FxHashSet::default();
     for (i, road) in network.roads.iter().enumerate() {
         let ix = RoadIx(i as u32);
         let room = |end| network.intersection(road.intersection(end)).arms.len() >= 3 && !road.roundabout;
@@ -172,7 +185,6 @@ pub fn connection_lines(
         lines.kept.push(kept);
         lines.crossings.extend(crossings);
     }
-    lines.least = least;
     lines
 }
 

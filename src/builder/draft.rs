@@ -18,6 +18,7 @@ use super::movement::{Movements, movements};
 use super::paths::{Drawn, Paint, intersection_key, paths};
 use super::restricted::Restricted;
 use super::road_network::{Intersection, IntersectionIx, RoadEnd, RoadIx, RoadNetwork};
+use super::seam::seams;
 
 /// Each round settles what the round before moved; ways grow by less than they give.
 const ROUNDS: usize = 4;
@@ -145,6 +146,7 @@ impl Draft {
     ) -> Self {
         let mut joins = Joins::find(network);
         let lines = connection_lines(network, kept, |ix| joins.joined(ix), back);
+        joins.beside(seams(network, &lines));
         let mut assembly = Assembly::default();
         let lanes = lanes(&mut assembly, network, &lines, &mut joins);
         let (mut ways, before) = match before {

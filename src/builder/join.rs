@@ -10,6 +10,7 @@ use super::connection::{carriageway, inward, lanes_at};
 use super::cross_section::StripKind;
 use super::ids::Key;
 use super::road_network::{End, IntersectionIx, RoadEnd, RoadNetwork};
+use super::seam::Seam;
 
 /// Roads meet face to face up to this change of direction, degrees; beyond, a curve joins them.
 const ANGLE_MOST: f64 = 30.0;
@@ -25,7 +26,7 @@ struct Meeting {
     place: Point,
 }
 
-/// All places where roads meet face to face.
+/// All places where roads meet face to face, and where they lie side by side.
 #[derive(Debug, Default)]
 pub struct Joins {
     intersections: Vec<bool>,
@@ -56,12 +57,20 @@ impl Joins {
         joins
     }
 
+    /// Adds the corners that roads share side by side.
+    pub fn beside(&mut self, seams: Vec<Seam>) {
+        for Seam { edges, key, place } in seams {
+            self.of_edge.extend(edges.map(|edge| (edge, self.meetings.len())));
+            self.meetings.push(Meeting { key, place });
+        }
+    }
+
     /// Whether the roads of this intersection meet face to face.
     pub fn joined(&self, ix: IntersectionIx) -> bool {
         self.intersections.get(ix.0 as usize).copied().unwrap_or(false)
     }
 
-    /// The node that an edge of a road's cross-section shares with the other road; `None` if it shares none.
+    /// The node that an edge of a road's cross-section shares with another road; `None` if it shares none.
     pub fn node(&mut self, assembly: &mut Assembly, at: RoadEnd, edge: usize) -> Option<PointId> {
         let meeting = *self.of_edge.get(&(at, edge))?;
         let Meeting { key, place } = self.meetings[meeting].clone();

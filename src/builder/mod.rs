@@ -34,6 +34,7 @@ pub mod outline;
 pub mod paths;
 pub mod restricted;
 pub mod road_network;
+pub mod seam;
 pub mod settle;
 pub mod sidecar;
 pub mod sound;

@@ -1,0 +1,136 @@
+//! Carriageways that leave an intersection side by side: they begin level with each other and share the node between.
+//!
+//! Where a road parts into carriageways, those lie on the ground with next to nothing between them, and so do the ways
+//! that lead into them. Were one cut farther out than the other, or each given a corner of its own, no bound could be
+//! shared on either side of the cut.
+
+use crate::geometry::{Point, left_of};
+
+use super::connection::{ConnectionLines, carriageway, from_cut, inward, lanes_at, on_cut, side};
+use super::ids::Key;
+use super::lanes::road_key;
+use super::road_network::{End, RoadEnd, RoadNetwork};
+
+/// Corners no farther apart than this, metres, are one: so narrow no island and no kerb is.
+const GAP: f64 = 0.3;
+/// Cosine of the angle between two roads up to which they leave side by side: 45 degrees.
+const ABREAST: f64 = 0.707;
+/// Cosine of the angle up to which one is cut level with the other: 15 degrees, as for lanes that go straight on.
+const PARALLEL: f64 = 0.966;
+/// Cuts closer to level than this, metres, are.
+const TOUCH: f64 = 0.05;
+/// No road is cut back further than this, metres, to be level with the one beside it.
+const LEVEL_MOST: f64 = 12.0;
+
+/// An edge of a road's cross-section at one end of the road.
+pub type EdgeAt = (RoadEnd, usize);
+
+/// The corner that two neighbouring roads share.
+#[derive(Clone, Copy, Debug)]
+pub struct Seam {
+    /// The edges that end there.
+    pub edges: [EdgeAt; 2],
+    /// Key of the node.
+    pub key: Key,
+    /// Its place: midway.
+    pub place: Point,
+}
+
+/// Neighbours around every intersection clockwise, each with the edge that faces the other.
+fn neighbours(network: &RoadNetwork) -> impl Iterator<Item = [EdgeAt; 2]> + '_ {
+    let facing = |at: RoadEnd, right: bool| {
+        let (left_edge, right_edge) = carriageway(&network.road(at.road).section);
+        // Seen from the intersection, a line that ends there has its left on the right.
+        let edge = if right == (at.end == End::Start) { right_edge } else { left_edge };
+        (at, edge)
+    };
+    network.intersections.iter().flat_map(move |intersection| {
+        let arms = &intersection.arms;
+        let next = arms.iter().cycle().skip(1);
+        let pairs = arms.iter().zip(next).filter(|(a, b)| a.road != b.road);
+        pairs.map(move |(a, b)| [facing(*a, true), facing(*b, false)])
+    })
+}
+
+/// Cosine of the angle at which two roads leave their intersection.
+fn together(network: &RoadNetwork, kept: &[[f64; 2]], pair: [EdgeAt; 2]) -> f64 {
+    let [a, b] = pair.map(|(at, _)| inward(network.road(at.road), at.end, kept[at.road.0 as usize][side(at.end)]));
+    a.dot(&b)
+}
+
+/// Where an edge of a road meets the cut.
+fn corner(network: &RoadNetwork, kept: &[[f64; 2]], (at, edge): EdgeAt) -> Point {
+    let road = network.road(at.road);
+    on_cut(road, at.end, kept[at.road.0 as usize][side(at.end)], road.section.edge(edge))
+}
+
+/// How far behind its own cut, metres, a road should be cut to be level with the corner of its neighbour; `None` if it
+/// does not lie beside that corner.
+fn behind(network: &RoadNetwork, kept: &[[f64; 2]], (at, edge): EdgeAt, neighbour: EdgeAt) -> Option<f64> {
+    let (road, place) = (network.road(at.road), corner(network, kept, neighbour));
+    let foot = road.line.project(place);
+    let beside = foot.point + left_of(road.line.direction(foot.station)) * road.section.edge(edge);
+    let behind = from_cut(kept[at.road.0 as usize], at.end, foot.station);
+    ((beside - place).norm() <= GAP && behind.abs() > TOUCH && behind.abs() <= LEVEL_MOST).then_some(behind)
+}
+
+/// Changes the setbacks, metres behind `least`, so that of two roads side by side neither is cut farther out than the
+/// other: the one is cut back, or, if `give` are the setbacks that must stay, the other less far. `kept` are the
+/// stations between which the roads' lanes run so far. `false` if all are level.
+pub fn level(
+    network: &RoadNetwork,
+    least: &[[f64; 2]],
+    kept: &[[f64; 2]],
+    setbacks: &mut [[f64; 2]],
+    give: Option<&[[f64; 2]]>,
+) -> bool {
+    let mut changed = false;
+    for [a, b] in neighbours(network).filter(|pair| together(network, kept, *pair) > PARALLEL) {
+        for (one, other) in [(a, b), (b, a)] {
+            let Some(behind) = behind(network, kept, one, other) else { continue };
+            let (road, side) = (one.0.road.0 as usize, side(one.0.end));
+            let cut = from_cut(least[road], one.0.end, kept[road][side]);
+            let back = &mut setbacks[road][side];
+            let wanted = match give {
+                None => back.max(cut + behind),
+                Some(stay) => back.min((cut + behind).max(stay[road][side])),
+            };
+            changed |= wanted != *back;
+            *back = wanted;
+        }
+    }
+    changed
+}
+
+/// Whether lanes on both sides of a seam lead into an intersection where they do not simply go on side by side: they
+/// are approaches of their own, whose movements may cross.
+fn approaches_apart(network: &RoadNetwork, edges: [EdgeAt; 2]) -> bool {
+    let leads_in = |(at, edge): EdgeAt| {
+        let lanes = lanes_at(&network.road(at.road).section, at.end);
+        lanes.iter().any(|lane| lane.into && (lane.strip == edge || lane.strip + 1 == edge))
+    };
+    if !edges.into_iter().all(leads_in) {
+        return false;
+    }
+    let (at, _) = edges[0];
+    let arms = &network.intersection(network.road(at.road).intersection(at.end)).arms;
+    let count = |at: &RoadEnd, into: bool| {
+        lanes_at(&network.road(at.road).section, at.end).iter().filter(|lane| lane.into == into).count()
+    };
+    let mut exits = arms.iter().filter(|at| count(at, false) > 0);
+    let (Some(exit), None) = (exits.next(), exits.next()) else { return true };
+    arms.iter().filter(|at| *at != exit).map(|at| count(at, true)).sum::<usize>() > count(exit, false)
+}
+
+/// The corners that neighbouring roads share.
+pub fn seams(network: &RoadNetwork, lines: &ConnectionLines) -> Vec<Seam> {
+    let abreast = neighbours(network).filter(|pair| together(network, &lines.kept, *pair) > ABREAST);
+    let abreast = abreast.filter(|pair| !approaches_apart(network, *pair));
+    let seam = |edges: [EdgeAt; 2]| {
+        let [a, b] = edges.map(|edge| corner(network, &lines.kept, edge));
+        let (at, edge) = edges[0];
+        let key = road_key("seam", network.road(at.road)).number(side(at.end) as i64).number(edge as i64);
+        ((a - b).norm() <= GAP).then(|| Seam { edges, key, place: nalgebra::center(&a, &b) })
+    };
+    abreast.filter_map(seam).collect()
+}
