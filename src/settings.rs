@@ -54,6 +54,9 @@ pub struct Settings {
     /// Findings that the map's owner answers for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub suppress: Vec<Suppression>,
+    /// For `build`: how high roads lie.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub heights: Option<HeightSettings>,
     /// For `build`: roads that lie inside an intersection.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub merge: Vec<MergeSettings>,
@@ -88,6 +91,7 @@ impl Settings {
             ignore: self.ignore.or(outer.ignore),
             severity,
             parameters,
+            heights: self.heights.or(outer.heights),
             intersection: self.intersection,
             suppress: self.suppress,
             merge: self.merge,
@@ -99,6 +103,21 @@ impl Settings {
     pub fn selection(&self) -> Selection {
         Selection { select: self.select.clone().unwrap_or_default(), ignore: self.ignore.clone().unwrap_or_default() }
     }
+}
+
+/// How high roads lie where the input does not tell, and how they climb.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct HeightSettings {
+    /// Height of the ground where nothing is known of it, metres above the ellipsoid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ground: Option<f64>,
+    /// Height from one `layer` to the next, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub layer: Option<f64>,
+    /// Steepest ramp, metres per metre.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grade: Option<f64>,
 }
 
 /// Whose reading of the requirements counts.

@@ -18,6 +18,7 @@ use super::control::{Approach, Control, control_arm, sign_at};
 use super::cross_section::StripKind;
 use super::crosswalk::{announce, crosswalk};
 use super::draft::{Draft, Ways};
+use super::heights::Ground;
 use super::lanes::{Arm, Lanes};
 use super::movement::{Movement, Movements, STRAIGHT};
 use super::paths::{Drawn, Path, intersection_key};
@@ -49,7 +50,8 @@ pub fn assemble(settled: Settled) -> Assembled {
     let mut whole = Assembled { notes, roads: network.roads.len(), ..Assembled::default() };
     whole.settings.driving_side = Some(if network.side == DrivingSide::Left { Side::Left } else { Side::Right });
     let made = |below: &Assembly, intersection: &Intersection, ways: Ways| {
-        let assembly = Assembly::resumed(below, ways.part);
+        let mut assembly = Assembly::resumed(below, ways.part);
+        assembly.stand_on(lanes.ground_of(intersection, below));
         let beside = Assembled::default();
         let mut stage = Stage { network, lanes: &lanes, crossings: &crossings, assembly, beside };
         stage.intersection(intersection, &ways.plan, &ways.drawn, &ways.conflicts.unwrap_or_default(), ways.area);
@@ -93,7 +95,12 @@ impl Crossings {
     fn add(assembly: &mut Assembly, network: &RoadNetwork, lines: &ConnectionLines, lanes: &Lanes) -> Self {
         let mut of_road: FxHashMap<RoadIx, Vec<(Crossing, LaneletId)>> = FxHashMap::default();
         for crossing in &lines.crossings {
-            let id = crosswalk(assembly, network.road(crossing.road), crossing);
+            let road = network.road(crossing.road);
+            assembly.stand_on(match crossing.arm {
+                Some(end) => lanes.ground_of(network.intersection(road.intersection(end)), assembly),
+                None => Ground::under(road),
+            });
+            let id = crosswalk(assembly, road, crossing);
             if crossing.arm.is_none() {
                 let own = lanes.of_road(crossing.road).iter();
                 let own: Vec<(LaneletId, Vec<Point>)> = own.map(|l| (l.lanelet, assembly.outline(l.lanelet))).collect();
@@ -101,6 +108,7 @@ impl Crossings {
             }
             of_road.entry(crossing.road).or_default().push((crossing.clone(), id));
         }
+        assembly.stand_on(Ground::default());
         Self { of_road }
     }
 }

@@ -9,6 +9,7 @@ use crate::lanelet::{
     PolygonId, RegulatoryElement, RegulatoryElementId, Target,
 };
 
+use super::heights::Ground;
 use super::ids::{Id, IdTaken, Ids, Key};
 
 /// A [`LaneletMap`] and the ids it has used.
@@ -17,6 +18,8 @@ pub struct Assembly<'a> {
     part: Part,
     /// What stood before this part was begun.
     below: Option<&'a Assembly<'a>>,
+    /// What points that are added stand on.
+    ground: Ground,
 }
 
 /// What has been added to an [`Assembly`].
@@ -36,12 +39,28 @@ pub fn tags(pairs: &[(&str, &str)]) -> Attributes {
 impl<'a> Assembly<'a> {
     /// An empty assembly that knows what stands in another.
     pub fn over(below: &'a Assembly<'a>) -> Self {
-        Self { part: Part::default(), below: Some(below) }
+        Self { part: Part::default(), below: Some(below), ground: Ground::default() }
     }
 
     /// Goes on with a part that was begun over the same assembly.
     pub fn resumed(below: &'a Assembly<'a>, part: Part) -> Self {
-        Self { part, below: Some(below) }
+        Self { part, below: Some(below), ground: Ground::default() }
+    }
+
+    /// Puts all points that are added from now on on this ground.
+    pub fn stand_on(&mut self, ground: Ground) {
+        self.ground = ground;
+    }
+
+    /// The ground between points that exist.
+    pub fn ground_between(&self, points: impl Iterator<Item = PointId>) -> Ground {
+        Ground::between(points.map(|id| (self.position(id), self.height(id))).collect())
+    }
+
+    /// How high a point lies, metres.
+    fn height(&self, id: PointId) -> f64 {
+        let own = self.part.map.points.get(id).map(|p| p.ele.unwrap_or_default());
+        own.or_else(|| Some(self.below?.height(id))).unwrap_or_default()
     }
 
     /// What has been added.
@@ -114,7 +133,7 @@ impl<'a> Assembly<'a> {
         self.part.map.points.insert(Point {
             id,
             position,
-            ele: Some(ele),
+            ele: Some(self.ground.at(position) + ele),
             lonlat: None,
             local: [true; 2],
             attributes,

@@ -14,6 +14,7 @@ use super::assemble::{Assembled, assemble};
 use super::blinker;
 use super::consolidate::{Wish, Wished};
 use super::dead_lanes::without_dead_lanes;
+use super::heights::spots;
 use super::road_network::{DrivingSide, Network, NetworkError, NetworkOptions, RoadKey, road_network};
 use super::settle::settle;
 use super::streets::{StreetOptions, Streets, streets};
@@ -114,6 +115,7 @@ pub fn plan(osm: &OsmData, options: &BuildOptions) -> Result<Plan, BuildError> {
         .consolidate
         .wishes
         .splice(0..0, options.merges.iter().map(|(said, merge)| wish(said, *merge, &projector)));
+    street_options.heights.spots = spots(osm, &to_metres);
     let mut streets = streets(network, &street_options);
     let unmet = (0..options.merges.len()).filter(|i| !streets.merges.iter().any(|note| note.wish == Some(*i)));
     let mut wishes: Vec<Finding> = unmet.map(|i| unmet_wish(&options.merges[i])).collect();

@@ -78,6 +78,7 @@ impl Ways {
         let plan = movements(network.side, restricted, lanes, intersection);
         let paint = if intersection.arms.len() == 2 { Paint::AsBefore } else { Paint::None };
         let mut assembly = Assembly::over(below);
+        assembly.stand_on(lanes.ground_of(intersection, below));
         let drawn = paths(&mut assembly, network, lanes, intersection, &plan.all, paint);
         Self { plan, drawn, conflicts: None, area: None, part: assembly.into_part(), stood: false }
     }
@@ -102,6 +103,7 @@ impl Ways {
         }
         let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
         let mut assembly = Assembly::resumed(below, self.part);
+        assembly.stand_on(lanes.ground_of(intersection, below));
         let key = intersection_key("intersection area", intersection);
         let area = Some(area_outline(&mut assembly, key, lanes, &arms, bounds, paths));
         Self { conflicts: Some(conflicts), area, part: assembly.into_part(), ..self }

@@ -33,6 +33,7 @@ fn short(number: &mut f64) {
 pub fn network(mut network: RoadNetwork) -> RoadNetwork {
     for road in &mut network.roads {
         line(&mut road.line);
+        road.heights.iter_mut().for_each(short);
         let stations = road.features.iter_mut().map(|feature| &mut feature.station);
         let widths = road.section.strips.iter_mut().map(|strip| &mut strip.width);
         stations.chain(widths).chain(&mut road.speed).for_each(short);

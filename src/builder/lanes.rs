@@ -6,9 +6,10 @@ use crate::lanelet::{Attributes, Bound, LaneletId, PointId};
 use super::assembly::{Assembly, tags};
 use super::connection::{ConnectionLines, carriageway, inward, lanes_at, on_cut, side};
 use super::cross_section::{Arrows, CrossSection, Strip, StripKind, Travel};
+use super::heights::Ground;
 use super::ids::Key;
 use super::join::Joins;
-use super::road_network::{End, Road, RoadEnd, RoadIx, RoadNetwork};
+use super::road_network::{End, Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
 use super::sound::{aligned, centred, simple};
 
 /// Corners of the road's line closer to a cut than this, metres, are left out of the borders.
@@ -84,6 +85,11 @@ impl Lanes {
         &self.lanes[first..last]
     }
 
+    /// The ground between the ends of the lanes of an intersection.
+    pub fn ground_of(&self, intersection: &Intersection, assembly: &Assembly) -> Ground {
+        assembly.ground_between(intersection.arms.iter().flat_map(|&at| self.arm(at).cut.iter().copied()))
+    }
+
     /// The arm at the end of a road.
     pub fn arm(&self, at: RoadEnd) -> &Arm {
         &self.arms[at.road.0 as usize][side(at.end)]
@@ -102,6 +108,7 @@ pub fn lanes(assembly: &mut Assembly, network: &RoadNetwork, lines: &ConnectionL
     for (i, road) in network.roads.iter().enumerate() {
         let ix = RoadIx(i as u32);
         let kept = lines.kept[i];
+        assembly.stand_on(Ground::under(road));
         let nodes = [End::Start, End::End].map(|end| end_nodes(assembly, road, ix, end, kept[side(end)], joins));
         let borders = borders(assembly, road, kept, &nodes);
         let first = lanes.lanes.len();
@@ -111,6 +118,7 @@ pub fn lanes(assembly: &mut Assembly, network: &RoadNetwork, lines: &ConnectionL
             arm(assembly, road, at, kept[side(end)], &nodes[side(end)], &lanes.lanes[first..], first)
         }));
     }
+    assembly.stand_on(Ground::default());
     lanes
 }
 

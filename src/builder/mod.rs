@@ -26,6 +26,7 @@ pub mod draft;
 pub mod driving_side;
 pub mod geojson;
 pub mod grid;
+pub mod heights;
 pub mod ids;
 pub mod join;
 pub mod lanes;

@@ -158,6 +158,8 @@ pub struct Road {
     pub to: IntersectionIx,
     /// The middle of the whole cross-section, in local metres.
     pub line: Polyline,
+    /// Height at each vertex of the line, metres; empty where all are 0.
+    pub heights: Vec<f64>,
     /// What lies across it, left to right along the line.
     pub section: CrossSection,
     /// Class from `highway`.

@@ -9,6 +9,7 @@ use crate::diagnostic::{Finding, Place, Severity, Subject};
 use super::alignment::{abreast, ease, narrowed};
 use super::consolidate::{ConsolidateOptions, MergeNote, consolidate, join};
 use super::grid;
+use super::heights::{HeightOptions, raised};
 use super::outline::{Memory, OutlineOptions, Outlines, outlines_within, overlaps, remaining, wanted};
 use super::road_network::{InnerRoad, Intersection, RoadNetwork};
 
@@ -19,6 +20,8 @@ pub struct StreetOptions {
     pub consolidate: ConsolidateOptions,
     /// The shape of the outlines.
     pub outline: OutlineOptions,
+    /// How high the roads lie.
+    pub heights: HeightOptions,
 }
 
 /// The geometry of a road network.
@@ -35,7 +38,7 @@ pub struct Streets {
 }
 
 /// Lays out the streets: pieces of one road are joined, bends eased, the nodes of one intersection merged, roads that
-/// overlap laid abreast, those narrowed that find no room, and every intersection outlined.
+/// overlap laid abreast, those narrowed that find no room, all laid at their height, and every intersection outlined.
 pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     let network = ease(join(network));
     let mut memory = Memory::default();
@@ -43,6 +46,8 @@ pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     let (network, merges) = consolidate(network, &options.consolidate, kept);
     let cut = wanted(&network, &options.outline, &mut memory);
     let (network, mut findings) = narrowed(abreast(network, &cut), &cut);
+    let (network, steep) = raised(network, &options.heights);
+    findings.extend(steep);
     let network = told_apart(grid::network(network));
     let (outlines, failed) = outlines_within(&network, &cut, &options.outline);
     findings.extend(failed);

@@ -77,6 +77,7 @@ fn reversed(road: &Road) -> Road {
         from: road.to,
         to: road.from,
         line: road.line.reversed(),
+        heights: road.heights.iter().rev().copied().collect(),
         section: reversed_section(&road.section),
         speed: [road.speed[1], road.speed[0]],
         features,

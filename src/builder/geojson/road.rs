@@ -39,6 +39,16 @@ pub fn road(
         let message = format!("road {} has no centre line of two places or more", shape.id.0);
         ReadError::new(site.offset, message, "give it the property `centerline`, or a LineString as geometry")
     })?;
+    let heights = &shape.heights;
+    if !heights.is_empty() && (heights.len() != line.points().len() || heights.iter().any(|h| !h.is_finite())) {
+        let message = format!(
+            "road {} has {} heights, and its centre line has {} different places",
+            shape.id.0,
+            heights.len(),
+            line.points().len()
+        );
+        return Err(ReadError::new(site.offset, message, "give one height for each place of `centerline`, or none"));
+    }
     let tagged = shape.tags.get("highway").and_then(class_of);
     let class = shape.class.or(tagged.map(|(class, _)| class)).unwrap_or_else(|| {
         notes.push(note(key, "class-guessed", "has no class; unclassified is assumed".to_owned()));
@@ -69,6 +79,7 @@ pub fn road(
         from,
         to,
         line,
+        heights: heights.clone(),
         section,
         class,
         link,

@@ -119,6 +119,8 @@ pub struct RoadShape {
     pub key: Option<KeyShape>,
     #[serde(default)]
     pub centerline: Vec<Place>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub heights: Vec<f64>,
     #[serde(default)]
     pub kept: Option<[f64; 2]>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

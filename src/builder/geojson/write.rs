@@ -143,6 +143,7 @@ impl Streets<'_> {
             speed: Some(road.speed),
             key: Some(road.key.into()),
             centerline: places(road.line.points()),
+            heights: road.heights.clone(),
             kept: Some([from, to]),
             furniture: road.features.iter().map(furniture).collect(),
             tags: road.tags.clone(),

@@ -47,6 +47,7 @@ fn network(arms: &[Arm]) -> RoadNetwork {
             from: IntersectionIx(0),
             to: IntersectionIx(i as u32 + 1),
             line,
+            heights: Vec::new(),
             section: section(arm.width),
             class: RoadClass::Residential,
             link: false,

@@ -216,6 +216,7 @@ fn road(
         from: index[&first],
         to: index[&last],
         line: line.unwrap_or_else(|| centre.clone()),
+        heights: Vec::new(),
         section: layout.section.clone(),
         class: way.class,
         link: way.link,

@@ -1,0 +1,83 @@
+//! The ground under what is being drawn: a height for every place beside a road or inside an intersection.
+
+use crate::builder::road_network::Road;
+use crate::geometry::{Point, Polyline};
+
+/// Heights that differ by less than this, metres, are one.
+const LEVEL: f64 = 1e-6;
+/// A place so close to a known one, metres, is that one.
+const THERE: f64 = 1e-3;
+/// Heights are written to a millimetre.
+const PER_METRE: f64 = 1e3;
+
+/// How high the ground lies, metres.
+#[derive(Clone, Debug)]
+pub enum Ground {
+    /// The same everywhere.
+    Level(f64),
+    /// As high as the nearest place of a line: stations and their heights.
+    Along(Polyline, Vec<f64>, Vec<f64>),
+    /// Between places whose height is known, each counting the more the nearer it is.
+    Between(Vec<(Point, f64)>),
+}
+
+impl Default for Ground {
+    fn default() -> Self {
+        Self::Level(0.0)
+    }
+}
+
+impl Ground {
+    /// The ground under a road.
+    pub fn under(road: &Road) -> Self {
+        match level(road.heights.iter().copied()) {
+            Some(height) => Self::Level(height),
+            None if road.heights.len() != road.line.points().len() => Self::default(),
+            None => Self::Along(road.line.clone(), road.line.stations(), road.heights.clone()),
+        }
+    }
+
+    /// The ground between places whose height is known; level at 0 if there are none.
+    pub fn between(known: Vec<(Point, f64)>) -> Self {
+        match level(known.iter().map(|(_, height)| *height)) {
+            Some(height) => Self::Level(height),
+            None => Self::Between(known),
+        }
+    }
+
+    /// Height at a place.
+    pub fn at(&self, place: Point) -> f64 {
+        let height = match self {
+            Self::Level(height) => return *height,
+            Self::Along(line, stations, heights) => {
+                let station = line.project(place).station;
+                let i = stations.partition_point(|s| *s < station).clamp(1, stations.len() - 1);
+                let part = ((station - stations[i - 1]) / (stations[i] - stations[i - 1])).clamp(0.0, 1.0);
+                heights[i - 1] + (heights[i] - heights[i - 1]) * part
+            }
+            Self::Between(known) => between(known, place),
+        };
+        (height * PER_METRE).round() / PER_METRE
+    }
+}
+
+/// The one height of all; 0 if there are none.
+fn level(mut heights: impl Iterator<Item = f64>) -> Option<f64> {
+    let first = heights.next().unwrap_or_default();
+    heights.all(|height| (height - first).abs() < LEVEL).then_some(first)
+}
+
+/// Shepard's mean: each known height by the inverse square of its distance.
+fn between(known: &[(Point, f64)], place: Point) -> f64 {
+    let (mut weights, mut sum) = (0.0, 0.0);
+    for (at, height) in known {
+        let far = (place - at).norm();
+        if far < THERE {
+            return *height;
+        }
+        let weight = 1.0 / (far * far);
+        weights += weight;
+        sum += weight * height;
+    }
+    sum / weights
+}

@@ -1,0 +1,148 @@
+//! What lies on another level, and the ramps there: metres above the ground along every road.
+//!
+//! A road with a level lies as high as the level says from end to end, and so do the nodes at its ends. From there the
+//! height falls off along the roads on the ground, the steepest first as it must be undone soonest: each place is as high as
+//! the highest of its nearby bridges asks of it, less the grade times the way there.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use crate::builder::road_network::{Road, RoadEnd, RoadNetwork};
+use crate::geometry::cells::Cells;
+use crate::geometry::{Vector, segment_crossing};
+
+use super::HeightOptions;
+
+/// Heights are kept as whole tenths of a millimetre, which have an order.
+const PER_METRE: f64 = 1e4;
+/// Cells of this side, metres, hold the pieces of roads.
+const CELL: f64 = 32.0;
+
+/// Metres above the ground along one road.
+#[derive(Clone, Copy, Debug)]
+pub struct Ramp {
+    length: f64,
+    grade: f64,
+    /// What the level asks for; 0 on the ground.
+    target: f64,
+    /// At both ends what lifts and what lowers them.
+    ends: [[f64; 2]; 2],
+}
+
+impl Ramp {
+    /// Height above the ground at a station.
+    pub fn at(&self, station: f64) -> f64 {
+        let ways = [station, self.length - station];
+        let heights = self.ends.map(|[up, down]| up - down);
+        let steep = (heights[0] - heights[1]).abs() > self.grade * self.length;
+        if steep && self.length > 0.0 {
+            return heights[0] + (heights[1] - heights[0]) * station / self.length;
+        }
+        if self.target == 0.0 {
+            let falling =
+                |sign: usize| (0..2).map(|end| self.ends[end][sign] - self.grade * ways[end]).fold(0.0, f64::max);
+            return falling(0) - falling(1);
+        }
+        let reach = |end: usize| self.grade * ways[end];
+        let low = (0..2).map(|end| heights[end] - reach(end)).fold(f64::NEG_INFINITY, f64::max);
+        let high = (0..2).map(|end| heights[end] + reach(end)).fold(f64::INFINITY, f64::min);
+        self.target.clamp(low.min(high), high.max(low))
+    }
+}
+
+/// The ramps of all roads.
+pub fn ramps(network: &RoadNetwork, options: &HeightOptions) -> Vec<Ramp> {
+    let targets = targets(network, options);
+    let asked: Vec<Option<f64>> = network.intersections.iter().map(|at| asked(&at.arms, &targets)).collect();
+    let lifted = fallen(network, options, &targets, &asked, 1.0);
+    let lowered = fallen(network, options, &targets, &asked, -1.0);
+    let at = |node: u32| [lifted[node as usize], lowered[node as usize]];
+    let ramp = |(road, target): (&Road, &f64)| Ramp {
+        length: road.line.length(),
+        grade: options.grade_of(road),
+        target: *target,
+        ends: [at(road.from.0), at(road.to.0)],
+    };
+    network.roads.iter().zip(&targets).map(ramp).collect()
+}
+
+/// How high every road is to lie above the ground. A terrain model holds most of it already, embankments and the valleys
+/// under bridges: with one only what is missing between roads that cross counts.
+fn targets(network: &RoadNetwork, options: &HeightOptions) -> Vec<f64> {
+    let full = |road: &Road| road.level * options.storey;
+    if options.terrain.is_none() {
+        return network.roads.iter().map(full).collect();
+    }
+    missing(network, options)
+}
+
+/// Per road how much its level lacks where it crosses a road of another level, with the ground as it is.
+fn missing(network: &RoadNetwork, options: &HeightOptions) -> Vec<f64> {
+    let bases = super::base::bases(network, options);
+    let mut pieces = Vec::new();
+    for (i, road) in network.roads.iter().enumerate() {
+        let stations = road.line.stations();
+        pieces.extend(road.line.segments().zip(stations).map(|((a, b), station)| (i, a, b, station)));
+    }
+    let reach = |a: &crate::geometry::Point, b: &crate::geometry::Point| [a.inf(b), a.sup(b)];
+    let cells = Cells::new(pieces.iter().map(|(_, a, b, _)| reach(a, b)).collect(), CELL);
+    let mut missing = vec![0.0_f64; network.roads.len()];
+    for (i, a, b, station) in pieces.iter().filter(|(i, ..)| network.roads[*i].level != 0.0) {
+        let margin = Vector::repeat(0.0);
+        let [low, high] = reach(a, b);
+        for (j, c, d, other) in cells.touching([low - margin, high + margin]).map(|at| &pieces[at]) {
+            let (mine, theirs) = (&network.roads[*i], &network.roads[*j]);
+            // The road nearer to the ground stays there.
+            if mine.level == theirs.level || theirs.level.abs() > mine.level.abs() {
+                continue;
+            }
+            let Some((_, _, place)) = segment_crossing(*a, *b, *c, *d) else { continue };
+            let wanted = (mine.level - theirs.level) * options.storey;
+            let there = bases[*i].at(station + (place - a).norm()) - bases[*j].at(other + (place - c).norm());
+            let lack = wanted - there;
+            if lack * wanted > 0.0 && lack.abs() > missing[*i].abs() {
+                missing[*i] = lack.clamp(-wanted.abs(), wanted.abs());
+            }
+        }
+    }
+    missing
+}
+
+/// The height above the ground at which roads with a level meet: the farthest from the ground that one asks for.
+fn asked(arms: &[RoadEnd], targets: &[f64]) -> Option<f64> {
+    let targets = arms.iter().map(|arm| targets[arm.road.0 as usize]).filter(|target| *target != 0.0);
+    targets.max_by(|a, b| a.abs().total_cmp(&b.abs()).then(a.total_cmp(b)))
+}
+
+/// How far every node is lifted (`sign` 1) or lowered (-1): as asked, or what is left of it after the way there.
+fn fallen(
+    network: &RoadNetwork,
+    options: &HeightOptions,
+    targets: &[f64],
+    asked: &[Option<f64>],
+    sign: f64,
+) -> Vec<f64> {
+    let units = |metres: f64| (metres * PER_METRE).round() as i64;
+    let mut heights: Vec<i64> = asked.iter().map(|asked| units(asked.unwrap_or(0.0) * sign).max(0)).collect();
+    let mut open: BinaryHeap<(i64, Reverse<usize>)> = heights
+        .iter()
+        .enumerate()
+        .filter(|(_, height)| **height > 0)
+        .map(|(i, height)| (*height, Reverse(i)))
+        .collect();
+    while let Some((height, Reverse(at))) = open.pop() {
+        if heights[at] != height {
+            continue;
+        }
+        for arm in network.intersections[at].arms.iter().filter(|arm| targets[arm.road.0 as usize] == 0.0) {
+            let road = network.road(arm.road);
+            let next = road.intersection(arm.end.other()).0 as usize;
+            let left = height - units(options.grade_of(road) * road.line.length());
+            if asked[next].is_none() && left > heights[next] {
+                heights[next] = left;
+                open.push((left, Reverse(next)));
+            }
+        }
+    }
+    heights.into_iter().map(|height| height as f64 / PER_METRE).collect()
+}
