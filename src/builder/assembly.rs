@@ -92,6 +92,25 @@ impl<'a> Assembly<'a> {
         }
     }
 
+    /// Gives back the ids of a line and of its points but for those that stay, so that they can be made anew.
+    pub fn release_line(&mut self, id: LineStringId, stays: impl Fn(PointId) -> bool) {
+        let Part { map, ids, .. } = &mut self.part;
+        let points = map.linestrings.get(id).map_or(&[][..], |line| &line.points);
+        points.iter().filter(|point| !stays(**point)).for_each(|point| ids.release(point.0));
+        ids.release(id.0);
+    }
+
+    /// As [`Assembly::release_line`] for a lanelet, whose bounds stay.
+    pub fn release_lanelet(&mut self, id: LaneletId) {
+        self.part.ids.release(id.0);
+    }
+
+    /// Takes away the points that were given back and not made anew.
+    pub fn sweep_points(&mut self) {
+        let Part { map, ids, .. } = &mut self.part;
+        map.points.retain(|point| ids.taken(&(point.id.0 as Id)));
+    }
+
     fn claim(&mut self, key: Key) -> i64 {
         self.part.ids.claim(key, |id| self.below.is_some_and(|below| below.taken(id)))
     }

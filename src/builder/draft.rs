@@ -5,19 +5,20 @@
 //! begins, and their end nodes lie on its outline.
 
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
-use crate::geometry::{Point, Polyline};
+use crate::geometry::{Point, Polyline, Vector, polygon};
 
 use super::area::{AreaOutline, area_outline};
 use super::assembly::{Assembly, Part};
 use super::conflict::{Conflicts, conflicts};
 use super::connection::{ConnectionLines, ROAD_LEFT, carriageway, connection_lines, from_cut, side};
 use super::join::Joins;
-use super::lanes::{Arm, Lanes, lanes};
+use super::lanes::{Arm, Lanes, lanes, redraw};
 use super::movement::{Movements, movements};
 use super::paths::{Drawn, Paint, intersection_key, paths};
 use super::restricted::Restricted;
-use super::road_network::{Intersection, IntersectionIx, RoadEnd, RoadIx, RoadNetwork};
+use super::road_network::{End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
 use super::seam::seams;
 
 /// Each round settles what the round before moved; ways grow by less than they give.
@@ -48,6 +49,8 @@ pub struct Draft {
     pub lanes: Lanes,
     /// Per intersection which lane leads to which, and the ways; `None` where roads meet face to face or end.
     pub ways: Vec<Option<Ways>>,
+    /// How far each end of a road is cut back at least, metres behind its outline.
+    back: Vec<[f64; 2]>,
 }
 
 /// The ways through one intersection.
@@ -118,62 +121,109 @@ fn same_cut(a: &Arm, of_a: &Assembly, b: &Arm, of_b: &Assembly) -> bool {
 
 impl Draft {
     /// Draws until no way runs over the end of a lane, as far as the roads have room. `kept` are the stations between
-    /// which the outlines leave each road.
-    pub fn new(network: &RoadNetwork, kept: &[[f64; 2]], restricted: &Restricted) -> Self {
-        let mut back = vec![[0.0; 2]; network.roads.len()];
-        let mut draft = Self::drawn(network, kept, restricted, &back, None);
+    /// which the outlines leave each road. What was drawn `before`, of a network of which some intersections have been
+    /// merged since, is drawn again only around those.
+    pub fn new(
+        network: &RoadNetwork,
+        kept: &[[f64; 2]],
+        restricted: &Restricted,
+        before: Option<(&RoadNetwork, Self)>,
+    ) -> Self {
+        let mut draft = Self::begun(network, kept, restricted, before);
         for _ in 0..ROUNDS {
-            if !draft.cut_back(network, &mut back) {
+            if !draft.cut_back(network) {
                 break;
             }
-            draft = Self::drawn(network, kept, restricted, &back, Some(draft));
+            draft = draft.redrawn(network, kept, restricted);
         }
         draft = draft.outlined(network);
         for _ in 0..ROUNDS_OUTLINED {
-            if !draft.cut_clear(network, &mut back) {
+            if !draft.cut_clear(network) {
                 break;
             }
-            draft = Self::drawn(network, kept, restricted, &back, Some(draft)).outlined(network);
+            draft = draft.redrawn(network, kept, restricted).outlined(network);
         }
         draft
     }
 
-    /// Draws everything; of what was drawn `before`, what would come out the same.
-    fn drawn(
+    /// Draws everything but the ways of the intersections that are as they were before.
+    fn begun(
         network: &RoadNetwork,
         kept: &[[f64; 2]],
         restricted: &Restricted,
-        back: &[[f64; 2]],
-        before: Option<Self>,
+        before: Option<(&RoadNetwork, Self)>,
     ) -> Self {
+        let old = before.as_ref().map_or_else(Vec::new, |(old, _)| counterparts(network, old));
+        let back = match &before {
+            Some((before, draft)) => draft.back_in(before, network, &old),
+            None => vec![[0.0; 2]; network.roads.len()],
+        };
         let mut joins = Joins::find(network);
-        let lines = connection_lines(network, kept, |ix| joins.joined(ix), back);
+        let lines = connection_lines(network, kept, |ix| joins.joined(ix), &back);
         joins.beside(seams(network, &lines));
         let mut assembly = Assembly::default();
         let lanes = lanes(&mut assembly, network, &lines, &mut joins);
-        let (mut ways, before) = match before {
-            Some(Self { ways, lanes, assembly, .. }) => (ways, Some((lanes, assembly))),
-            None => (Vec::new(), None),
-        };
+        let mut ways: Vec<Option<Ways>> = Vec::new();
         ways.resize_with(network.intersections.len(), || None);
-        let stays = |at: &RoadEnd| {
-            let same = |(old, places): &(Lanes, Assembly)| same_cut(old.arm(*at), places, lanes.arm(*at), &assembly);
-            before.as_ref().is_some_and(same)
+        if let Some((earlier, mut draft)) = before {
+            for (at, (old, ways)) in network.intersections.iter().zip(old.into_iter().zip(&mut ways)) {
+                let Some((old, known)) = old.and_then(|i| Some((&earlier.intersections[i], draft.ways[i].take()?)))
+                else {
+                    continue;
+                };
+                let same = |(a, b): (&RoadEnd, &RoadEnd)| {
+                    same_cut(draft.lanes.arm(*a), &draft.assembly, lanes.arm(*b), &assembly)
+                };
+                let stays = old.arms.len() == at.arms.len() && old.arms.iter().zip(&at.arms).all(same);
+                if stays && known.plan == movements(network.side, restricted, &lanes, at) {
+                    *ways = Some(Ways { stood: true, ..known });
+                }
+            }
+        }
+        Self { joins, lines, assembly, lanes, ways, back }.complete(network, restricted)
+    }
+
+    /// Draws the roads whose cuts have moved, and the ways that end there.
+    fn redrawn(self, network: &RoadNetwork, kept: &[[f64; 2]], restricted: &Restricted) -> Self {
+        let Self { mut joins, lines: before, mut assembly, mut lanes, mut ways, back } = self;
+        let lines = connection_lines(network, kept, |ix| joins.joined(ix), &back);
+        let beside = joins.beside(seams(network, &lines));
+        let moved =
+            |road: &RoadIx| before.kept[road.0 as usize] != lines.kept[road.0 as usize] || beside.contains(road);
+        let moved: Vec<RoadIx> = (0..lines.kept.len()).map(|road| RoadIx(road as u32)).filter(moved).collect();
+        redraw(&mut assembly, network, &lines, &mut joins, &mut lanes, &moved);
+        let cut = |lines: &ConnectionLines, at: &RoadEnd| lines.kept[at.road.0 as usize][side(at.end)];
+        for (ways, at) in ways.iter_mut().zip(&network.intersections) {
+            let stays = at.arms.iter().all(|at| cut(&before, at) == cut(&lines, at) && !beside.contains(&at.road));
+            *ways = ways.take().filter(|_| stays).map(|ways| Ways { stood: true, ..ways });
+        }
+        Self { joins, lines, assembly, lanes, ways, back }.complete(network, restricted)
+    }
+
+    /// Draws the ways that are not drawn yet.
+    fn complete(mut self, network: &RoadNetwork, restricted: &Restricted) -> Self {
+        let known = std::mem::take(&mut self.ways);
+        let Self { joins, assembly, lanes, .. } = &self;
+        let draw = |(i, known): (usize, Option<Ways>)| {
+            let at = &network.intersections[i];
+            let passed = at.arms.len() >= 2 && !joins.joined(IntersectionIx(i as u32));
+            known.or_else(|| passed.then(|| Ways::draw(network, restricted, lanes, at, assembly)))
         };
-        let ways = ways
-            .into_par_iter()
-            .enumerate()
-            .map(|(i, old)| {
-                let intersection = &network.intersections[i];
-                let passed = intersection.arms.len() >= 2 && !joins.joined(IntersectionIx(i as u32));
-                let old = old.filter(|_| intersection.arms.iter().all(stays));
-                passed.then(|| match old {
-                    Some(ways) => Ways { stood: true, ..ways },
-                    None => Ways::draw(network, restricted, &lanes, intersection, &assembly),
-                })
-            })
-            .collect();
-        Self { joins, lines, assembly, lanes, ways }
+        let ways = known.into_par_iter().enumerate().map(draw).collect();
+        Self { ways, ..self }
+    }
+
+    /// How far the ends of roads are cut back for ways that run over them, in a network of which some intersections
+    /// have been merged since. `old` gives for each of its intersections what it was before.
+    fn back_in(&self, before: &RoadNetwork, network: &RoadNetwork, old: &[Option<usize>]) -> Vec<[f64; 2]> {
+        let keys = before.roads.iter().zip(&self.back).map(|(road, back)| (road.key, *back));
+        let known: FxHashMap<RoadKey, [f64; 2]> = keys.collect();
+        let of = |road: &Road| {
+            let back = known.get(&road.key).copied().unwrap_or_default();
+            let stays = |end: End| old[road.intersection(end).0 as usize].is_some();
+            [End::Start, End::End].map(|end| if stays(end) { back[side(end)] } else { 0.0 })
+        };
+        network.roads.iter().map(of).collect()
     }
 
     /// Outlines the ways of every intersection.
@@ -198,22 +248,23 @@ impl Draft {
         to - from
     }
 
-    /// Raises the distances in `back` for the ends of roads that ways run over; `false` if no road has room.
-    fn cut_clear(&self, network: &RoadNetwork, back: &mut [[f64; 2]]) -> bool {
+    /// Cuts the ends of roads further back that ways run over; `false` if no road has room.
+    fn cut_clear(&mut self, network: &RoadNetwork) -> bool {
+        let overrun: Vec<RoadEnd> = self.overrun(network).collect();
         let mut raised = false;
-        for at in self.overrun(network) {
+        for at in overrun {
             let (road, side) = (at.road.0 as usize, side(at.end));
             if self.left(at.road) >= ROAD_LEFT + CLEARING {
                 let now = from_cut(self.lines.least[road], at.end, self.lines.kept[road][side]);
-                back[road][side] = now + CLEARING;
+                self.back[road][side] = now + CLEARING;
                 raised = true;
             }
         }
         raised
     }
 
-    /// Raises the distances in `back` so that every cut lies behind the ways that run over it; `false` if all do.
-    fn cut_back(&self, network: &RoadNetwork, back: &mut [[f64; 2]]) -> bool {
+    /// Cuts roads back so that every cut lies behind the ways that run over it; `false` if all do.
+    fn cut_back(&mut self, network: &RoadNetwork) -> bool {
         let reached = |(intersection, ways): (&Intersection, &Option<Ways>)| {
             let ways = ways.as_ref().filter(|ways| intersection.arms.len() > 2 && !ways.stood)?;
             let depth = |&at: &RoadEnd| (at, self.depth(network, intersection, at, &ways.drawn));
@@ -225,8 +276,9 @@ impl Draft {
             let (road, side) = (at.road.0 as usize, side(at.end));
             let now = from_cut(self.lines.least[road], at.end, self.lines.kept[road][side]);
             let wanted = (now + depth + CLEAR).min(BACK_MOST);
-            if depth > TOUCH && wanted > back[road][side] + TOUCH {
-                back[road][side] = wanted;
+            let back = &mut self.back[road][side];
+            if depth > TOUCH && wanted > *back + TOUCH {
+                *back = wanted;
                 raised = true;
             }
         }
@@ -245,8 +297,10 @@ impl Draft {
         let (left, right) = (road.section.edge(first), road.section.edge(last));
         // What lies beside the part in question lies within this of the cut's end.
         let near = BACK_MOST + 2.0 * left.abs().max(right.abs()) + TOUCH;
+        let Some([low, high]) = behind_cut(road, kept, at.end, left.abs().max(right.abs()) + TOUCH) else { return 0.0 };
         let beyond = |p: &Point| {
-            if (p - places[0]).norm() > near {
+            let within = p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y;
+            if !within || (p - places[0]).norm() > near {
                 return 0.0;
             }
             let foot = road.line.project(*p);
@@ -261,10 +315,32 @@ impl Draft {
             .iter()
             // What begins or ends here lies on the cut; it reaches behind it only where it turns back.
             .filter(|path| !(own(path.movement.from) || own(path.movement.to)) || path.turn.abs() > 90.0)
-            .filter(|path| path.outline.iter().any(|p| (p - places[0]).norm() < reach))
+            .filter(|path| {
+                let touches =
+                    |[from, to]: [Point; 2]| from.x <= high.x && from.y <= high.y && low.x <= to.x && low.y <= to.y;
+                polygon::bounds(&path.outline).is_some_and(touches)
+                    && path.outline.iter().any(|p| (p - places[0]).norm() < reach)
+            })
             .filter_map(|path| Polyline::new(path.outline.iter().chain(path.outline.first()).copied()))
-            .flat_map(|ring| ring.resampled(STEP).points().to_vec())
+            .flat_map(|ring| ring.resampled(STEP).into_points())
             .map(|p| beyond(&p))
             .fold(0.0, f64::max)
     }
+}
+
+/// The box around what lies up to [`BACK_MOST`] behind the cut of a road, `half` metres to either side of its line.
+fn behind_cut(road: &Road, kept: [f64; 2], end: End, half: f64) -> Option<[Point; 2]> {
+    let [from, to] = match end {
+        End::Start => [kept[0], kept[0] + BACK_MOST],
+        End::End => [kept[1] - BACK_MOST, kept[1]],
+    };
+    let [low, high] = polygon::bounds(road.line.cut(from, to)?.points())?;
+    let around = Vector::repeat(half);
+    Some([low - around, high + around])
+}
+
+/// For each intersection its index in the network before some were merged; `None` where it is new.
+fn counterparts(network: &RoadNetwork, before: &RoadNetwork) -> Vec<Option<usize>> {
+    let known: FxHashMap<&[i64], usize> = before.intersections.iter().map(|at| &at.nodes[..]).zip(0..).collect();
+    network.intersections.iter().map(|at| known.get(&at.nodes[..]).copied()).collect()
 }

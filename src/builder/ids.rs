@@ -78,6 +78,11 @@ impl Ids {
         self.taken.contains(id)
     }
 
+    /// Gives an id back: its element is to be made anew.
+    pub fn release(&mut self, id: i64) {
+        self.taken.remove(&(id as Id));
+    }
+
     /// Takes all ids that others have handed out, unless one of them is taken already.
     pub fn join(&mut self, others: &Self) -> Result<(), IdTaken> {
         self.taken.reserve(others.taken.len());

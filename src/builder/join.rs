@@ -1,6 +1,6 @@
 //! Two roads that continue each other lane by lane: they meet face to face and share their end nodes.
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::geometry::{Point, angle_between, left_of};
 use crate::lanelet::PointId;
@@ -9,8 +9,8 @@ use super::assembly::Assembly;
 use super::connection::{carriageway, inward, lanes_at};
 use super::cross_section::StripKind;
 use super::ids::Key;
-use super::road_network::{End, IntersectionIx, RoadEnd, RoadNetwork};
-use super::seam::Seam;
+use super::road_network::{End, IntersectionIx, RoadEnd, RoadIx, RoadNetwork};
+use super::seam::{EdgeAt, Seam};
 
 /// Roads meet face to face up to this change of direction, degrees; beyond, a curve joins them.
 const ANGLE_MOST: f64 = 30.0;
@@ -33,6 +33,8 @@ pub struct Joins {
     meetings: Vec<Meeting>,
     of_edge: FxHashMap<(RoadEnd, usize), usize>,
     points: FxHashMap<usize, PointId>,
+    /// The meetings of roads that lie side by side.
+    seams: FxHashMap<[EdgeAt; 2], usize>,
 }
 
 impl Joins {
@@ -57,17 +59,42 @@ impl Joins {
         joins
     }
 
-    /// Adds the corners that roads share side by side.
-    pub fn beside(&mut self, seams: Vec<Seam>) {
-        for Seam { edges, key, place } in seams {
+    /// Takes these corners as those that roads share side by side, instead of what was. Gives the roads for which that
+    /// changes anything.
+    pub fn beside(&mut self, seams: Vec<Seam>) -> FxHashSet<RoadIx> {
+        let mut wanted: FxHashMap<[EdgeAt; 2], Seam> = seams.iter().map(|seam| (seam.edges, *seam)).collect();
+        let mut changed = FxHashSet::default();
+        let Self { meetings, of_edge, points, seams: known, .. } = self;
+        known.retain(|edges, meeting| {
+            let stays = wanted.get(edges).is_some_and(|seam| seam.place == meetings[*meeting].place);
+            if stays {
+                wanted.remove(edges);
+            } else {
+                changed.extend(edges.iter().map(|(at, _)| at.road));
+                edges.iter().for_each(|edge| {
+                    of_edge.remove(edge);
+                });
+                points.remove(meeting);
+            }
+            stays
+        });
+        for Seam { edges, key, place } in seams.into_iter().filter(|seam| wanted.contains_key(&seam.edges)) {
+            changed.extend(edges.iter().map(|(at, _)| at.road));
             self.of_edge.extend(edges.map(|edge| (edge, self.meetings.len())));
+            self.seams.insert(edges, self.meetings.len());
             self.meetings.push(Meeting { key, place });
         }
+        changed
     }
 
     /// Whether the roads of this intersection meet face to face.
     pub fn joined(&self, ix: IntersectionIx) -> bool {
         self.intersections.get(ix.0 as usize).copied().unwrap_or(false)
+    }
+
+    /// All nodes that two roads share, as far as they are made.
+    pub fn nodes(&self) -> FxHashSet<PointId> {
+        self.points.values().copied().collect()
     }
 
     /// The node that an edge of a road's cross-section shares with another road; `None` if it shares none.

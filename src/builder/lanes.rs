@@ -75,14 +75,20 @@ pub struct Lanes {
     pub lanes: Vec<Lane>,
     /// Per road: the arms at its start and its end.
     pub arms: Vec<[Arm; 2]>,
+    /// Per road, by the edges of its cross-section.
+    borders: Vec<Vec<Option<Bound>>>,
 }
 
 impl Lanes {
     /// The lanes of a road.
     pub fn of_road(&self, road: RoadIx) -> &[Lane] {
+        &self.lanes[self.range_of(road)]
+    }
+
+    fn range_of(&self, road: RoadIx) -> std::ops::Range<usize> {
         let first = self.lanes.partition_point(|l| l.road < road);
         let last = self.lanes.partition_point(|l| l.road <= road);
-        &self.lanes[first..last]
+        first..last
     }
 
     /// The ground between the ends of the lanes of an intersection.
@@ -105,21 +111,71 @@ pub fn road_key(part: &str, road: &Road) -> Key {
 /// Builds the lanes of all roads.
 pub fn lanes(assembly: &mut Assembly, network: &RoadNetwork, lines: &ConnectionLines, joins: &mut Joins) -> Lanes {
     let mut lanes = Lanes::default();
-    for (i, road) in network.roads.iter().enumerate() {
-        let ix = RoadIx(i as u32);
-        let kept = lines.kept[i];
-        assembly.stand_on(Ground::under(road));
-        let nodes = [End::Start, End::End].map(|end| end_nodes(assembly, road, ix, end, kept[side(end)], joins));
-        let borders = borders(assembly, road, kept, &nodes);
+    for i in 0..network.roads.len() {
         let first = lanes.lanes.len();
-        road_lanelets(assembly, road, ix, &borders, &mut lanes.lanes);
-        lanes.arms.push([End::Start, End::End].map(|end| {
-            let at = RoadEnd { road: ix, end };
-            arm(assembly, road, at, kept[side(end)], &nodes[side(end)], &lanes.lanes[first..], first)
-        }));
+        let drawn = road_lanes(assembly, network, RoadIx(i as u32), lines.kept[i], joins, first);
+        lanes.lanes.extend(drawn.lanes);
+        lanes.arms.push(drawn.arms);
+        lanes.borders.push(drawn.borders);
     }
     assembly.stand_on(Ground::default());
     lanes
+}
+
+/// Builds the lanes of some roads once more, whose cuts have moved. All elements keep their ids.
+pub fn redraw(
+    assembly: &mut Assembly,
+    network: &RoadNetwork,
+    lines: &ConnectionLines,
+    joins: &mut Joins,
+    lanes: &mut Lanes,
+    roads: &[RoadIx],
+) {
+    let shared = joins.nodes();
+    for &ix in roads {
+        for bound in lanes.borders[ix.0 as usize].iter().flatten() {
+            assembly.release_line(bound.line, |point| shared.contains(&point));
+        }
+        lanes.of_road(ix).iter().for_each(|lane| assembly.release_lanelet(lane.lanelet));
+    }
+    for &ix in roads {
+        let (i, range) = (ix.0 as usize, lanes.range_of(ix));
+        let drawn = road_lanes(assembly, network, ix, lines.kept[i], joins, range.start);
+        lanes.lanes.splice(range, drawn.lanes);
+        lanes.arms[i] = drawn.arms;
+        lanes.borders[i] = drawn.borders;
+    }
+    assembly.stand_on(Ground::default());
+    assembly.sweep_points();
+}
+
+/// What is drawn of one road.
+struct RoadLanes {
+    lanes: Vec<Lane>,
+    arms: [Arm; 2],
+    borders: Vec<Option<Bound>>,
+}
+
+/// The lanes of one road between its cuts; `first` is the index of its first lane among all.
+fn road_lanes(
+    assembly: &mut Assembly,
+    network: &RoadNetwork,
+    ix: RoadIx,
+    kept: [f64; 2],
+    joins: &mut Joins,
+    first: usize,
+) -> RoadLanes {
+    let road = network.road(ix);
+    assembly.stand_on(Ground::under(road));
+    let nodes = [End::Start, End::End].map(|end| end_nodes(assembly, road, ix, end, kept[side(end)], joins));
+    let borders = borders(assembly, road, kept, &nodes);
+    let mut lanes = Vec::new();
+    road_lanelets(assembly, road, ix, &borders, &mut lanes);
+    let arms = [End::Start, End::End].map(|end| {
+        let at = RoadEnd { road: ix, end };
+        arm(assembly, road, at, kept[side(end)], &nodes[side(end)], &lanes, first)
+    });
+    RoadLanes { lanes, arms, borders }
 }
 
 /// Which edges of the cross-section bound a driven strip or are a kerb.

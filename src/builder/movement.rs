@@ -32,7 +32,7 @@ pub struct Movement {
 }
 
 /// The movements of one intersection.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Movements {
     /// Sorted.
     pub all: Vec<Movement>,

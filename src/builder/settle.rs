@@ -36,9 +36,11 @@ pub fn settle(mut network: RoadNetwork, mut kept: Vec<[f64; 2]>, apart: &FxHashS
     let mut taken: Vec<Finding> = Vec::new();
     let mut refused = apart.clone();
     let mut round = 0;
+    let mut before: Option<(RoadNetwork, Draft)> = None;
     loop {
         let (restricted, mut notes) = Restricted::new(&network);
-        let draft = Draft::new(&network, &kept, &restricted);
+        let (old, drawn) = before.take().unzip();
+        let draft = Draft::new(&network, &kept, &restricted, old.as_ref().zip(drawn));
         let (next, merges) = if round < ROUNDS { merged(&network, &draft, &refused) } else { Default::default() };
         refused.extend(merges.iter().filter(|note| !note.merged).map(|note| note.key));
         taken.extend(merges.iter().filter(|note| note.merged).map(note));
@@ -49,7 +51,7 @@ pub fn settle(mut network: RoadNetwork, mut kept: Vec<[f64; 2]>, apart: &FxHashS
         let stations: FxHashMap<RoadKey, [f64; 2]> = network.roads.iter().map(|road| road.key).zip(kept).collect();
         let of = |key: &RoadKey| stations.get(key).copied().unwrap_or_default();
         kept = next.roads.iter().map(|road| of(&road.key)).collect();
-        network = next;
+        before = Some((std::mem::replace(&mut network, next), draft));
         round += 1;
     }
 }

@@ -39,6 +39,11 @@ impl Polyline {
         (kept.len() >= 2).then_some(Self { points: kept })
     }
 
+    /// The points, taken out.
+    pub fn into_points(self) -> Vec<Point> {
+        self.points
+    }
+
     /// The points.
     pub fn points(&self) -> &[Point] {
         &self.points

@@ -55,13 +55,15 @@ pub fn faults(ring: &[Point], spike: f64, limit: usize) -> Vec<RingFault> {
             break;
         }
         let (a, b) = (at(i), at(i + 1));
-        for j in near.behind(i).into_iter().filter(|&j| j > i + 1 && !(i == 0 && j == count - 1)) {
-            if found.len() < limit
+        near.behind(i, |j| {
+            if j > i + 1
+                && !(i == 0 && j == count - 1)
+                && found.len() < limit
                 && let Some(place) = meeting(a, b, at(j), at(j + 1))
             {
                 found.push(RingFault::Crossing(kept[i], kept[j], place));
             }
-        }
+        });
     }
     found
 }
@@ -83,16 +85,16 @@ impl Edges {
         Self { boxes, tree }
     }
 
-    /// The edges behind edge `i` whose boxes touch its own, ascending.
-    fn behind(&self, i: usize) -> Vec<usize> {
+    /// Goes through the edges behind edge `i` whose boxes touch its own, ascending.
+    fn behind(&self, i: usize, mut each: impl FnMut(usize)) {
         let reach = &self.boxes[i];
         let Some(tree) = &self.tree else {
-            return (i + 1..self.boxes.len()).filter(|&j| self.boxes[j].intersects(reach)).collect();
+            return (i + 1..self.boxes.len()).filter(|&j| self.boxes[j].intersects(reach)).for_each(each);
         };
         let near = tree.locate_in_envelope_intersecting(reach).map(|edge| edge.data);
         let mut near: Vec<usize> = near.filter(|&j| j > i).collect();
         near.sort_unstable();
-        near
+        near.into_iter().for_each(&mut each);
     }
 }
 

@@ -54,6 +54,19 @@ impl<T: Shelved> Shelf<T> {
         self.position(id).map(|at| &mut self.items[at])
     }
 
+    /// Keeps the items for which `stays` holds, in their order.
+    pub fn retain(&mut self, stays: impl FnMut(&T) -> bool) {
+        let Self { items, index } = self;
+        let before = items.len();
+        items.retain(stays);
+        if items.len() < before {
+            index.clear();
+            for (at, item) in items.iter().enumerate() {
+                index.insert_unique(hash(item.id()), at as u32, |&at| hash(items[at as usize].id()));
+            }
+        }
+    }
+
     /// Position on the shelf, for side tables.
     pub fn position(&self, id: T::Id) -> Option<usize> {
         self.index.find(hash(id), |&at| self.items[at as usize].id() == id).map(|&at| at as usize)
