@@ -117,6 +117,9 @@ struct StreetArgs {
     /// Projection of the map; without it MGRS, or TransverseMercator where the data does not fit one 100 km square
     #[arg(long, value_enum)]
     projector: Option<ProjectorArg>,
+    /// A terrain model to lay the roads on: GeoTIFF in degrees or UTM, heights in metres
+    #[arg(long, value_name = "FILE")]
+    dem: Option<PathBuf>,
     /// List every guess that was made
     #[arg(long)]
     guesses: bool,

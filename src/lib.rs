@@ -7,7 +7,7 @@
 //! floor 4   main, cli                                 arguments in, exit code out
 //! floor 3   builder | rules | triage | fix | report   five wings that never meet
 //! floor 2   lanelet (the waist), requirement, settings  the map in Lanelet2's words; a document of rules/ parsed
-//! floor 1   osm, projection, geometry, diagnostic     know nothing of ours
+//! floor 1   osm, projection, geometry, diagnostic, terrain  know nothing of ours
 //! ```
 //!
 //! Units, said once: metres, seconds, radians; speeds as maps write them (km/h); coordinates in the plane are
@@ -24,4 +24,5 @@ pub mod report;
 pub mod requirement;
 pub mod rules;
 pub mod settings;
+pub mod terrain;
 pub mod triage;

@@ -1,5 +1,7 @@
 //! The whole way from OpenStreetMap's elements to a Lanelet2 map with longitude and latitude.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
@@ -9,6 +11,7 @@ use crate::lanelet::LaneletMap;
 use crate::osm::OsmData;
 use crate::projection::{Extent, LonLat, Projector};
 use crate::settings::{MergeSettings, Settings};
+use crate::terrain::Terrain;
 
 use super::assemble::{Assembled, assemble};
 use super::blinker;
@@ -28,6 +31,8 @@ pub struct BuildOptions {
     pub projector: Option<Projector>,
     /// How roads and intersections are laid out.
     pub streets: StreetOptions,
+    /// The ground; level where absent.
+    pub terrain: Option<Arc<Terrain>>,
     /// Roads that the user decided to merge (`true`) or to keep apart. A file of streets is merged already.
     pub merges: Vec<(MergeSettings, bool)>,
 }
@@ -116,6 +121,15 @@ pub fn plan(osm: &OsmData, options: &BuildOptions) -> Result<Plan, BuildError> {
         .wishes
         .splice(0..0, options.merges.iter().map(|(said, merge)| wish(said, *merge, &projector)));
     street_options.heights.spots = spots(osm, &to_metres);
+    if let Some(terrain) = options.terrain.clone() {
+        let at = move |points: &[Point]| {
+            let places = projector.inverse_each(points, |_| 0.0);
+            let known: Vec<LonLat> = places.iter().flatten().copied().collect();
+            let mut heights = terrain.at(&known).into_iter();
+            places.iter().map(|place| place.and_then(|_| heights.next().flatten())).collect()
+        };
+        street_options.heights.terrain = Some(Arc::new(at));
+    }
     let mut streets = streets(network, &street_options);
     let unmet = (0..options.merges.len()).filter(|i| !streets.merges.iter().any(|note| note.wish == Some(*i)));
     let mut wishes: Vec<Finding> = unmet.map(|i| unmet_wish(&options.merges[i])).collect();

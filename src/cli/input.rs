@@ -3,6 +3,7 @@
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 use lanewright::builder::consolidate::MergeNote;
 use lanewright::builder::geojson;
@@ -13,6 +14,7 @@ use lanewright::osm::{self, OsmData, ReadError};
 use lanewright::projection::{Extent, LonLat, MgrsGrid, Projector};
 use lanewright::report::failure::Failure;
 use lanewright::settings::{Settings, Side};
+use lanewright::terrain::Terrain;
 
 use super::check_args::ConfigArgs;
 use super::config;
@@ -26,6 +28,10 @@ pub fn streets(input: &Path, args: &StreetArgs, progress: &Progress) -> Result<P
     progress.next(&format!("reading {name}"));
     let (bytes, options) = asked(input, args)?;
     if geojson::is_json(&bytes) {
+        if args.dem.is_some() {
+            return Err(Failure::new(format!("{name} holds streets that lie at their height already"))
+                .help("give --dem to `geometry`, which writes the heights with the streets"));
+        }
         of_geojson(&name, bytes, options, args)
     } else {
         of_osm(&name, bytes, options, args, progress)
@@ -55,7 +61,23 @@ fn asked(input: &Path, args: &StreetArgs) -> Result<(Vec<u8>, BuildOptions), Fai
     };
     let wanted = settings.merge.into_iter().map(|said| (said, true));
     let merges = wanted.chain(settings.keep_apart.into_iter().map(|said| (said, false))).collect();
-    Ok((bytes, BuildOptions { driving_side, merges, ..BuildOptions::default() }))
+    let mut options = BuildOptions { driving_side, merges, ..BuildOptions::default() };
+    options.terrain = args.dem.as_deref().map(terrain).transpose()?.map(Arc::new);
+    let said = settings.heights.unwrap_or_default();
+    let heights = &mut options.streets.heights;
+    heights.ground = said.ground.unwrap_or(heights.ground);
+    heights.storey = said.layer.unwrap_or(heights.storey);
+    heights.grade = said.grade;
+    Ok((bytes, options))
+}
+
+/// Reads a terrain model.
+fn terrain(path: &Path) -> Result<Terrain, Failure> {
+    let bytes = fs::read(path).map_err(|source| read_failure(ReadError::Io { path: path.to_path_buf(), source }))?;
+    Terrain::read(&bytes).map_err(|error| {
+        Failure::new(format!("{} is no terrain model to build on: {error}", path.display()))
+            .help("write one with GDAL: gdalwarp -t_srs EPSG:4326 -ot Float32 IN.tif OUT.tif")
+    })
 }
 
 /// What `lanewright.toml` beside the input or above it says.

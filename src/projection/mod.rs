@@ -229,6 +229,11 @@ impl Projector {
     }
 }
 
+/// East and north in a zone of UTM, 1 to 60, metres; northings go below zero in the south.
+pub fn utm(zone: u8, places: &[LonLat]) -> Vec<Option<Point>> {
+    engine::Frame::Utm { zone }.forward(places)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

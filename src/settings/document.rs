@@ -49,7 +49,8 @@ impl Document {
             .without_id()
             .or_else(|| document.without_road())
             .or_else(|| document.without_origin())
-            .or_else(|| document.without_place());
+            .or_else(|| document.without_place())
+            .or_else(|| document.without_sense());
         match broken {
             Some(error) => Err(error),
             None => Ok(document),
@@ -66,6 +67,23 @@ impl Document {
                 help: Some("name it by `nodes = [1, 2]`, `way = 3`, or `at = [latitude, longitude]`".to_owned()),
                 offset: self.offset(&[Step::Key(key), Step::Index(at)]),
             })
+        })
+    }
+
+    /// Storeys have a height, and ramps lead up.
+    fn without_sense(&self) -> Option<DocumentError> {
+        let heights = self.settings.heights?;
+        let metres = |value: f64| value > 0.0 && value <= 100.0;
+        let faults = [
+            ("ground", heights.ground.is_some_and(|v| !v.is_finite()), "a height is a number of metres"),
+            ("layer", heights.layer.is_some_and(|v| !metres(v)), "a storey is above 0 and at most 100 metres high"),
+            ("grade", heights.grade.is_some_and(|v| !(v > 0.0 && v <= 1.0)), "a grade is above 0 and at most 1"),
+        ];
+        let (key, _, fault) = faults.into_iter().find(|(_, wrong, _)| *wrong)?;
+        Some(DocumentError {
+            message: format!("[heights] {key}: {fault}"),
+            help: Some("metres, and metres per metre: `layer = 6.0`, `grade = 0.06`".to_owned()),
+            offset: self.offset(&[Step::Key("heights"), Step::Key(key)]),
         })
     }
 

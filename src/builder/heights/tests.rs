@@ -8,8 +8,11 @@ use crate::projection::LonLat;
 /// Metres east and north of a corner of the world where a degree is as long as this.
 const DEGREE: f64 = 1e5;
 
+/// A way: its id, its nodes, its tags.
+type Way<'a> = (i64, &'a [i64], &'a [(&'a str, &'a str)]);
+
 /// Ways through nodes; a node is a place in metres and a height, if known.
-fn network(nodes: &[(i64, f64, f64, Option<f64>)], ways: &[(i64, &[i64], &[(&str, &str)])]) -> (RoadNetwork, Spots) {
+fn network(nodes: &[(i64, f64, f64, Option<f64>)], ways: &[Way<'_>]) -> (RoadNetwork, Spots) {
     let mut text = String::from("<osm version='0.6'>");
     for (id, x, y, ele) in nodes {
         let tag = ele.map_or_else(String::new, |ele| format!("<tag k='ele' v='{ele}'/>"));
@@ -43,7 +46,7 @@ fn overpass() -> RoadNetwork {
         (6, 430.0, 300.0, None),
     ];
     let road = ("highway", "primary");
-    let ways: [(i64, &[i64], &[(&str, &str)]); 4] = [
+    let ways: [Way<'_>; 4] = [
         (10, &[1, 2], &[road]),
         (11, &[2, 3], &[road, ("bridge", "yes"), ("layer", "1")]),
         (12, &[3, 4], &[road]),
@@ -103,7 +106,7 @@ fn a_ramp_goes_on_beyond_an_intersection_where_all_roads_have_its_height() {
         (5, 100.0, 300.0, None),
     ];
     let street = ("highway", "tertiary");
-    let ways: [(i64, &[i64], &[(&str, &str)]); 4] = [
+    let ways: [Way<'_>; 4] = [
         (10, &[1, 2], &[street, ("bridge", "yes")]),
         (11, &[2, 3], &[street]),
         (12, &[3, 4], &[street]),
@@ -123,7 +126,7 @@ fn a_ramp_goes_on_beyond_an_intersection_where_all_roads_have_its_height() {
 fn a_ramp_without_room_is_told() {
     let nodes = [(1, 0.0, 0.0, None), (2, 60.0, 0.0, None), (3, 90.0, 0.0, None), (4, 150.0, 0.0, None)];
     let street = ("highway", "tertiary");
-    let ways: [(i64, &[i64], &[(&str, &str)]); 3] = [
+    let ways: [Way<'_>; 3] = [
         (10, &[1, 2], &[street, ("bridge", "yes")]),
         (11, &[2, 3], &[street]),
         (12, &[3, 4], &[street, ("tunnel", "yes")]),
@@ -139,7 +142,7 @@ fn known_heights_hold_and_what_lies_between_is_even() {
     let nodes =
         [(1, 0.0, 0.0, Some(10.0)), (2, 200.0, 0.0, None), (3, 400.0, 0.0, Some(20.0)), (4, 200.0, 300.0, None)];
     let street = ("highway", "tertiary");
-    let ways: [(i64, &[i64], &[(&str, &str)]); 2] = [(10, &[1, 2, 3], &[street]), (11, &[2, 4], &[street])];
+    let ways: [Way<'_>; 2] = [(10, &[1, 2, 3], &[street]), (11, &[2, 4], &[street])];
     let (network, known) = network(&nodes, &ways);
     let (network, _) = raised(network, &HeightOptions { spots: known, ..HeightOptions::default() });
     let [west, side] = [10, 11].map(|way| road(&network, way));
@@ -170,7 +173,7 @@ fn terrain_is_followed_but_not_under_a_bridge() {
 #[test]
 fn flat_ground_costs_nothing() {
     let nodes = [(1, 0.0, 0.0, None), (2, 100.0, 0.0, None)];
-    let ways: [(i64, &[i64], &[(&str, &str)]); 1] = [(10, &[1, 2], &[("highway", "tertiary")])];
+    let ways: [Way<'_>; 1] = [(10, &[1, 2], &[("highway", "tertiary")])];
     let (flat, _) = raised(network(&nodes, &ways).0, &HeightOptions::default());
     assert!(flat.roads[0].heights.is_empty());
     let (lifted, _) = raised(network(&nodes, &ways).0, &HeightOptions { ground: 40.0, ..HeightOptions::default() });
