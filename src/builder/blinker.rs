@@ -4,8 +4,9 @@
 //! turn before it. `turn_signal_distance` shortens it to the way between the two.
 
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BinaryHeap};
+use std::collections::BinaryHeap;
 
+use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::geometry::Point;
@@ -30,8 +31,8 @@ pub fn limit(map: &mut LaneletMap) {
             ending.entry(edge).or_default().push(lanelet.id);
         }
     }
-    let limits: BTreeMap<LaneletId, f64> =
-        map.lanelets.iter().filter_map(|lanelet| Some((lanelet.id, opposite_before(map, &ending, lanelet)?))).collect();
+    let limit = |lanelet: &Lanelet| Some((lanelet.id, opposite_before(map, &ending, lanelet)?));
+    let limits: Vec<(LaneletId, f64)> = map.lanelets.as_slice().par_iter().filter_map(limit).collect();
     for (id, metres) in limits {
         if let Some(lanelet) = map.lanelets.get_mut(id) {
             // Less than the way by a hand's breadth and rounded down, so that the blinker surely starts behind the other turn.

@@ -3,12 +3,13 @@
 //! The outline says how far a road must be cut back at least. Here it is cut back further, along its own line, so that
 //! the crosswalk lies inside the intersection with the stop line before it, and so that a car can take the near turn.
 
+use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
 use crate::geometry::{Point, Vector, curve, curve::Pose, left_of};
 
 use super::cross_section::{CrossSection, StripKind, Travel};
-use super::road_network::{End, FeatureKind, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
+use super::road_network::{End, FeatureKind, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
 use super::seam::level;
 
 /// Breadth of a crosswalk along the road, metres: the usual painted zebra.
@@ -129,15 +130,19 @@ pub fn lane_pose(road: &Road, end: End, station: f64, lane: LaneAt) -> Pose {
 pub fn connection_lines(
     network: &RoadNetwork,
     kept: &[[f64; 2]],
-    joined: impl Fn(IntersectionIx) -> bool,
+    joined: impl Fn(IntersectionIx) -> bool + Sync,
     back: &[[f64; 2]],
 ) -> ConnectionLines {
     let mut setbacks = back.to_vec();
     let least: Vec<[f64; 2]> = (0..network.roads.len()).map(|i| least_cut(network, kept, i, &joined)).collect();
-    for (i, intersection) in network.intersections.iter().enumerate() {
-        if intersection.arms.len() >= 2 && !joined(IntersectionIx(i as u32)) {
-            turn_setbacks(network, &intersection.arms, &least, &mut setbacks);
-        }
+    let wanted = |(i, intersection): (usize, &Intersection)| {
+        let passed = intersection.arms.len() >= 2 && !joined(IntersectionIx(i as u32));
+        passed.then(|| turn_setbacks(network, &intersection.arms, &least))
+    };
+    let wanted: Vec<Vec<(RoadEnd, f64)>> = network.intersections.par_iter().enumerate().filter_map(wanted).collect();
+    for (at, by) in wanted.into_iter().flatten() {
+        let back = &mut setbacks[at.road.0 as usize][side(at.end)];
+        *back = back.max(by);
     }
     let mut lines = cut(network, &least, setbacks.clone());
     // Where a road is too short to be cut back, its neighbour gives.
@@ -249,11 +254,13 @@ fn untwisted(road: &Road, [start, end]: [f64; 2]) -> [f64; 2] {
     parts.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0]))).filter(|p| p[1] > p[0]).unwrap_or([start, end])
 }
 
-/// Room for the turns between the arms, and for tapers between two roads.
-fn turn_setbacks(network: &RoadNetwork, arms: &[RoadEnd], least: &[[f64; 2]], setbacks: &mut [[f64; 2]]) {
+/// Room for the turns between the arms, and for tapers between two roads: how far to cut them back at least.
+fn turn_setbacks(network: &RoadNetwork, arms: &[RoadEnd], least: &[[f64; 2]]) -> Vec<(RoadEnd, f64)> {
+    let mut setbacks = Vec::new();
     let mut raise = |at: RoadEnd, by: f64| {
-        let back = &mut setbacks[at.road.0 as usize][side(at.end)];
-        *back = back.max(by);
+        if by > 0.0 {
+            setbacks.push((at, by));
+        }
     };
     let poses = |at: RoadEnd, into: bool| {
         let station = least[at.road.0 as usize][side(at.end)];
@@ -280,6 +287,7 @@ fn turn_setbacks(network: &RoadNetwork, arms: &[RoadEnd], least: &[[f64; 2]], se
             }
         }
     }
+    setbacks
 }
 
 /// How far both roads should give way for a lane that shifts sideways between two ends.

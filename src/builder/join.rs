@@ -1,5 +1,7 @@
 //! Two roads that continue each other lane by lane: they meet face to face and share their end nodes.
 
+use std::collections::BTreeSet;
+
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::geometry::{Point, angle_between, left_of};
@@ -8,6 +10,7 @@ use crate::lanelet::PointId;
 use super::assembly::Assembly;
 use super::connection::{carriageway, inward, lanes_at};
 use super::cross_section::StripKind;
+use super::heights::Ground;
 use super::ids::Key;
 use super::road_network::{End, IntersectionIx, RoadEnd, RoadIx, RoadNetwork};
 use super::seam::{EdgeAt, Seam};
@@ -32,6 +35,7 @@ pub struct Joins {
     intersections: Vec<bool>,
     meetings: Vec<Meeting>,
     of_edge: FxHashMap<(RoadEnd, usize), usize>,
+    /// The nodes of the meetings, once they are placed.
     points: FxHashMap<usize, PointId>,
     /// The meetings of roads that lie side by side.
     seams: FxHashMap<[EdgeAt; 2], usize>,
@@ -92,16 +96,28 @@ impl Joins {
         self.intersections.get(ix.0 as usize).copied().unwrap_or(false)
     }
 
-    /// All nodes that two roads share, as far as they are made.
+    /// Adds the nodes that two roads share, as far as they are not there yet.
+    pub fn place(&mut self, assembly: &mut Assembly, network: &RoadNetwork) {
+        let new = self.of_edge.iter().filter(|(_, meeting)| !self.points.contains_key(meeting));
+        let new: BTreeSet<(usize, RoadIx)> = new.map(|((at, _), meeting)| (*meeting, at.road)).collect();
+        for (meeting, road) in new {
+            if !self.points.contains_key(&meeting) {
+                assembly.stand_on(Ground::under(network.road(road)));
+                let Meeting { key, place } = self.meetings[meeting].clone();
+                self.points.insert(meeting, assembly.point(key, place, 0.0));
+            }
+        }
+        assembly.stand_on(Ground::default());
+    }
+
+    /// All nodes that two roads share.
     pub fn nodes(&self) -> FxHashSet<PointId> {
         self.points.values().copied().collect()
     }
 
     /// The node that an edge of a road's cross-section shares with another road; `None` if it shares none.
-    pub fn node(&mut self, assembly: &mut Assembly, at: RoadEnd, edge: usize) -> Option<PointId> {
-        let meeting = *self.of_edge.get(&(at, edge))?;
-        let Meeting { key, place } = self.meetings[meeting].clone();
-        Some(*self.points.entry(meeting).or_insert_with(|| assembly.point(key, place, 0.0)))
+    pub fn node(&self, at: RoadEnd, edge: usize) -> Option<PointId> {
+        self.points.get(self.of_edge.get(&(at, edge))?).copied()
     }
 }
 

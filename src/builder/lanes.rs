@@ -1,5 +1,7 @@
 //! The lanes of every road between its connection lines: borders as shared lines, lanelets between them.
 
+use rayon::prelude::*;
+
 use crate::geometry::{Point, Vector, curve::Pose, curve::untangled, left_of};
 use crate::lanelet::{Attributes, Bound, LaneletId, PointId};
 
@@ -108,15 +110,36 @@ pub fn road_key(part: &str, road: &Road) -> Key {
     Key::new(part).number(key.way).number(key.first).number(key.last).number(i64::from(key.turn))
 }
 
+/// Roads whose lanes one thread draws at a time.
+const CHUNK: usize = 128;
+
 /// Builds the lanes of all roads.
 pub fn lanes(assembly: &mut Assembly, network: &RoadNetwork, lines: &ConnectionLines, joins: &mut Joins) -> Lanes {
+    joins.place(assembly, network);
+    let joins = &*joins;
+    let all: Vec<RoadIx> = (0..network.roads.len()).map(|i| RoadIx(i as u32)).collect();
+    let drawn = |below: &Assembly, roads: &[RoadIx]| {
+        let mut part = Assembly::over(below);
+        let kept = |ix: &RoadIx| lines.kept[ix.0 as usize];
+        let drawn: Vec<RoadLanes> =
+            roads.iter().map(|ix| road_lanes(&mut part, network, *ix, kept(ix), joins)).collect();
+        (part.into_part(), drawn)
+    };
+    let parts: Vec<_> = all.par_chunks(CHUNK).map(|roads| drawn(assembly, roads)).collect();
     let mut lanes = Lanes::default();
-    for i in 0..network.roads.len() {
-        let first = lanes.lanes.len();
-        let drawn = road_lanes(assembly, network, RoadIx(i as u32), lines.kept[i], joins, first);
-        lanes.lanes.extend(drawn.lanes);
-        lanes.arms.push(drawn.arms);
-        lanes.borders.push(drawn.borders);
+    for ((part, mut of_roads), roads) in parts.into_iter().zip(all.chunks(CHUNK)) {
+        if assembly.add(part).is_err() {
+            // A part before has taken one of its ids: it is drawn once more, over all that stands.
+            let again = drawn(assembly, roads);
+            let _ = assembly.add(again.0);
+            of_roads = again.1;
+        }
+        for mut road in of_roads {
+            road.begin_at(lanes.lanes.len());
+            lanes.lanes.extend(road.lanes);
+            lanes.arms.push(road.arms);
+            lanes.borders.push(road.borders);
+        }
     }
     assembly.stand_on(Ground::default());
     lanes
@@ -138,12 +161,14 @@ pub fn redraw(
         }
         lanes.of_road(ix).iter().for_each(|lane| assembly.release_lanelet(lane.lanelet));
     }
+    joins.place(assembly, network);
     for &ix in roads {
         let (i, range) = (ix.0 as usize, lanes.range_of(ix));
-        let drawn = road_lanes(assembly, network, ix, lines.kept[i], joins, range.start);
-        lanes.lanes.splice(range, drawn.lanes);
-        lanes.arms[i] = drawn.arms;
-        lanes.borders[i] = drawn.borders;
+        let mut road = road_lanes(assembly, network, ix, lines.kept[i], joins);
+        road.begin_at(range.start);
+        lanes.lanes.splice(range, road.lanes);
+        lanes.arms[i] = road.arms;
+        lanes.borders[i] = road.borders;
     }
     assembly.stand_on(Ground::default());
     assembly.sweep_points();
@@ -152,19 +177,21 @@ pub fn redraw(
 /// What is drawn of one road.
 struct RoadLanes {
     lanes: Vec<Lane>,
+    /// With indices in `lanes`.
     arms: [Arm; 2],
     borders: Vec<Option<Bound>>,
 }
 
-/// The lanes of one road between its cuts; `first` is the index of its first lane among all.
-fn road_lanes(
-    assembly: &mut Assembly,
-    network: &RoadNetwork,
-    ix: RoadIx,
-    kept: [f64; 2],
-    joins: &mut Joins,
-    first: usize,
-) -> RoadLanes {
+impl RoadLanes {
+    /// Lets the arms refer to the lanes of all roads, among which these begin at an index.
+    fn begin_at(&mut self, first: usize) {
+        let ends = self.arms.iter_mut().flat_map(|arm| arm.into.iter_mut().chain(&mut arm.out));
+        ends.for_each(|end| end.lane += first);
+    }
+}
+
+/// The lanes of one road between its cuts.
+fn road_lanes(assembly: &mut Assembly, network: &RoadNetwork, ix: RoadIx, kept: [f64; 2], joins: &Joins) -> RoadLanes {
     let road = network.road(ix);
     assembly.stand_on(Ground::under(road));
     let nodes = [End::Start, End::End].map(|end| end_nodes(assembly, road, ix, end, kept[side(end)], joins));
@@ -173,7 +200,7 @@ fn road_lanes(
     road_lanelets(assembly, road, ix, &borders, &mut lanes);
     let arms = [End::Start, End::End].map(|end| {
         let at = RoadEnd { road: ix, end };
-        arm(assembly, road, at, kept[side(end)], &nodes[side(end)], &lanes, first)
+        arm(assembly, road, at, kept[side(end)], &nodes[side(end)], &lanes)
     });
     RoadLanes { lanes, arms, borders }
 }
@@ -198,7 +225,7 @@ fn end_nodes(
     ix: RoadIx,
     end: End,
     station: f64,
-    joins: &mut Joins,
+    joins: &Joins,
 ) -> Vec<Option<PointId>> {
     let key = road_key("road end", road).number(side(end) as i64);
     used_edges(&road.section)
@@ -206,7 +233,7 @@ fn end_nodes(
         .enumerate()
         .map(|(edge, used)| {
             used.then(|| {
-                joins.node(assembly, RoadEnd { road: ix, end }, edge).unwrap_or_else(|| {
+                joins.node(RoadEnd { road: ix, end }, edge).unwrap_or_else(|| {
                     let place = on_cut(road, end, station, road.section.edge(edge));
                     assembly.point(key.number(edge as i64), place, 0.0)
                 })
@@ -391,15 +418,7 @@ pub fn road_attributes(road: &Road, kind: StripKind, speed: f64) -> Attributes {
 }
 
 /// The arm at one end of a road.
-fn arm(
-    assembly: &Assembly,
-    road: &Road,
-    at: RoadEnd,
-    station: f64,
-    nodes: &[Option<PointId>],
-    lanes: &[Lane],
-    first: usize,
-) -> Arm {
+fn arm(assembly: &Assembly, road: &Road, at: RoadEnd, station: f64, nodes: &[Option<PointId>], lanes: &[Lane]) -> Arm {
     let mut arm = Arm {
         at,
         inward: inward(road, at.end, station),
@@ -419,7 +438,7 @@ fn arm(
         let strip = &road.section.strips[lane_at.strip];
         let heading = if lane_at.into { arm.inward } else { -arm.inward };
         let placed = ArmLane {
-            lane: first + lane,
+            lane,
             nodes: ends,
             pose: Pose { point: nalgebra::center(&left, &right), heading },
             width: (left - right).norm(),

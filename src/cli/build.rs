@@ -32,6 +32,8 @@ pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
     draft.publish()?;
     drop(progress);
     screen::print(&format!("{}{merges}", summary(args, &built)))?;
+    // The process ends: the memory of a map need not be given back piece by piece.
+    std::mem::forget(built);
     Ok(CLEAN)
 }
 
