@@ -26,7 +26,9 @@ fn write(input: &Path, out: &Path, merge: bool) -> Result<(), Box<dyn std::error
     let start = Instant::now();
     let plan = plan(&data, &options)?;
     let laid_out = start.elapsed();
-    let text = geojson::write(&plan.streets.network, &plan.streets.outlines, &plan.projector)?;
+    let stem = input.file_stem().ok_or("no file name")?;
+    let file = std::fs::File::create(out.join(stem).with_extension("geojson"))?;
+    geojson::write(&plan.streets.network, &plan.streets.outlines, &plan.projector, file)?;
     eprintln!(
         "{}: {} roads, {} findings, laid out in {laid_out:.0?}, written in {:.0?}",
         input.display(),
@@ -34,7 +36,5 @@ fn write(input: &Path, out: &Path, merge: bool) -> Result<(), Box<dyn std::error
         plan.streets.findings.len(),
         start.elapsed() - laid_out
     );
-    let stem = input.file_stem().ok_or("no file name")?;
-    std::fs::write(out.join(stem).with_extension("geojson"), text)?;
     Ok(())
 }

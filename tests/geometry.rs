@@ -31,7 +31,9 @@ fn streets(input: &Path) -> Plan {
 }
 
 fn text(plan: &Plan) -> String {
-    String::from_utf8(geojson::write(&plan.streets.network, &plan.streets.outlines, &plan.projector).unwrap()).unwrap()
+    let mut text = Vec::new();
+    geojson::write(&plan.streets.network, &plan.streets.outlines, &plan.projector, &mut text).unwrap();
+    String::from_utf8(text).unwrap()
 }
 
 fn read(text: &str) -> Plan {

@@ -1,5 +1,7 @@
 //! The grid on which streets lie: what is written with nine decimals of a degree is read back as the very same metres.
 
+use rayon::prelude::*;
+
 use crate::geometry::{Point, Polyline};
 
 use super::outline::Outlines;
@@ -31,13 +33,13 @@ fn short(number: &mut f64) {
 /// The network with every place on the grid, and no number longer than it is written.
 #[must_use]
 pub fn network(mut network: RoadNetwork) -> RoadNetwork {
-    for road in &mut network.roads {
+    network.roads.par_iter_mut().for_each(|road| {
         line(&mut road.line);
         road.heights.iter_mut().for_each(short);
         let stations = road.features.iter_mut().map(|feature| &mut feature.station);
         let widths = road.section.strips.iter_mut().map(|strip| &mut strip.width);
         stations.chain(widths).chain(&mut road.speed).for_each(short);
-    }
+    });
     for intersection in &mut network.intersections {
         intersection.position = snapped(intersection.position);
         for inner in &mut intersection.inner {
@@ -52,11 +54,11 @@ pub fn network(mut network: RoadNetwork) -> RoadNetwork {
 #[must_use]
 pub fn outlines(mut outlines: Outlines) -> Outlines {
     outlines.kept.iter_mut().flatten().for_each(short);
-    for outline in &mut outlines.intersections {
+    outlines.intersections.par_iter_mut().for_each(|outline| {
         let cuts = outline.cuts.iter_mut().flat_map(|cut| [&mut cut.left, &mut cut.right]);
         for p in cuts.chain(outline.corners.iter_mut().flatten()).chain(&mut outline.ring) {
             *p = snapped(*p);
         }
-    }
+    });
     outlines
 }

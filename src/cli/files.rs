@@ -13,6 +13,14 @@ pub fn write(file: &Path, bytes: &[u8]) -> Result<(), Failure> {
     publish(dir, &[(name, bytes)])
 }
 
+/// Writes one file by a function that need not hold all of it in memory, whole or not at all.
+pub fn write_by(file: &Path, content: impl FnOnce(&mut File) -> io::Result<()>) -> Result<(), Failure> {
+    let (dir, name) = split(file)?;
+    let mut draft = Draft::new(dir)?;
+    draft.write(name, content)?;
+    draft.publish()
+}
+
 /// Writes files of one directory, all or none.
 pub fn write_all(files: &[(&Path, &[u8])]) -> Result<(), Failure> {
     let Some((first, _)) = files.first() else { return Ok(()) };

@@ -1,7 +1,9 @@
 //! `geometry`: streets in, GeoJSON out.
 
+use std::io;
 use std::path::{Path, PathBuf};
 
+use lanewright::builder::geojson::WriteError;
 use lanewright::builder::{Plan, geojson};
 use lanewright::report::failure::Failure;
 
@@ -15,13 +17,31 @@ pub fn run(args: &GeometryArgs) -> Result<u8, Failure> {
         let progress = Progress::start("reading");
         let plan = input::streets(input, &args.streets, &progress)?;
         progress.next("writing");
-        let text = geojson::write(&plan.streets.network, &plan.streets.outlines, &plan.projector)
-            .map_err(|error| Failure::new(format!("{}: {error}", input.display())))?;
-        files::write(output, &text)?;
+        write(input, output, &plan)?;
         drop(progress);
         screen::print(&summary(args, output, &plan))?;
     }
     Ok(CLEAN)
+}
+
+/// Writes the streets of an input.
+fn write(input: &Path, output: &Path, plan: &Plan) -> Result<(), Failure> {
+    let Plan { streets, projector, .. } = plan;
+    let mut unwritten = None;
+    let done =
+        files::write_by(output, |file| match geojson::write(&streets.network, &streets.outlines, projector, file) {
+            Err(WriteError::Output(error)) => Err(error),
+            Err(error) => {
+                let told = io::Error::other(error.to_string());
+                unwritten = Some(error);
+                Err(told)
+            }
+            Ok(()) => Ok(()),
+        });
+    match unwritten {
+        Some(error) => Err(Failure::new(format!("{}: {error}", input.display()))),
+        None => done,
+    }
 }
 
 /// Where each input goes: the file that the user names, or one of its name in a directory.

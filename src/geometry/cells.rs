@@ -26,8 +26,8 @@ impl Cells {
         let buckets = cells.boxes.len().next_power_of_two();
         let mut begins = vec![0_u32; buckets + 1];
         for (i, reach) in cells.boxes.iter().enumerate() {
-            match cells.buckets(reach, buckets) {
-                Some(covered) => covered.for_each(|bucket| begins[bucket + 1] += 1),
+            match cells.range(reach) {
+                Some(range) => range.each(|x, y| begins[bucket(x, y, buckets) + 1] += 1),
                 None => cells.large.push(i as u32),
             }
         }
@@ -37,35 +37,69 @@ impl Cells {
         let mut next = begins.clone();
         let mut covered = vec![0; begins[buckets] as usize];
         for (i, reach) in cells.boxes.iter().enumerate() {
-            for bucket in cells.buckets(reach, buckets).into_iter().flatten() {
-                covered[next[bucket] as usize] = i as u32;
-                next[bucket] += 1;
-            }
+            let Some(range) = cells.range(reach) else { continue };
+            range.each(|x, y| {
+                let next = &mut next[bucket(x, y, buckets)];
+                covered[*next as usize] = i as u32;
+                *next += 1;
+            });
         }
         Self { begins, covered, ..cells }
     }
 
-    /// The indices of the boxes that touch this one, some of them more than once.
-    pub fn touching(&self, reach: Bounds) -> impl Iterator<Item = usize> + '_ {
+    /// Goes through the indices of the boxes that touch this one, seldom through one of them more than once.
+    pub fn touching(&self, reach: Bounds, mut each: impl FnMut(usize)) {
         let buckets = self.begins.len() - 1;
-        let few = self.buckets(&reach, buckets);
-        let all = few.is_none().then_some(0..self.boxes.len() as u32);
-        let in_cells = few.into_iter().flatten().flat_map(move |bucket| {
-            let covered = &self.covered[self.begins[bucket] as usize..self.begins[bucket + 1] as usize];
-            covered.iter().copied()
+        let touches = |i: usize| touch(&self.boxes[i], &reach);
+        let Some(range) = self.range(&reach) else {
+            return (0..self.boxes.len()).filter(|&i| touches(i)).for_each(each);
+        };
+        range.each(|x, y| {
+            let bucket = bucket(x, y, buckets);
+            for &i in &self.covered[self.begins[bucket] as usize..self.begins[bucket + 1] as usize] {
+                let i = i as usize;
+                // Both boxes may cover several cells: the first of these counts.
+                let low = self.boxes[i][0];
+                let first = self.cell(low.x).max(range.west) == x && self.cell(low.y).max(range.south) == y;
+                if first && touches(i) {
+                    each(i);
+                }
+            }
         });
-        let large = self.large.iter().copied();
-        let found = in_cells.chain(large).chain(all.into_iter().flatten()).map(|i| i as usize);
-        found.filter(move |&i| touch(&self.boxes[i], &reach))
+        self.large.iter().map(|&i| i as usize).filter(|&i| touches(i)).for_each(each);
     }
 
-    /// The buckets of the cells that a box covers; `None` if they are many.
-    fn buckets(&self, [low, high]: &Bounds, buckets: usize) -> Option<impl Iterator<Item = usize> + use<>> {
-        let cell = |v: f64| (v / self.side).floor() as i64;
-        let (west, south, east, north) = (cell(low.x), cell(low.y), cell(high.x), cell(high.y));
+    /// The column or row of a coordinate.
+    fn cell(&self, v: f64) -> i64 {
+        let cells = v / self.side;
+        // Cheaper than `floor`, for which processors without an instruction call a function.
+        let whole = cells as i64;
+        whole.saturating_sub(i64::from(whole as f64 > cells))
+    }
+
+    /// The cells that a box covers; `None` if they are many.
+    fn range(&self, [low, high]: &Bounds) -> Option<Range> {
+        let [west, south, east, north] = [low.x, low.y, high.x, high.y].map(|v| self.cell(v));
         let [wide, high] = [east.saturating_sub(west), north.saturating_sub(south)].map(|n| n.saturating_add(1));
-        let few = wide.saturating_mul(high) <= MOST;
-        few.then(|| (west..=east).flat_map(move |x| (south..=north).map(move |y| bucket(x, y, buckets))))
+        (wide.saturating_mul(high) <= MOST).then_some(Range { west, south, east, north })
+    }
+}
+
+/// Cells from one to another, both among them.
+struct Range {
+    west: i64,
+    south: i64,
+    east: i64,
+    north: i64,
+}
+
+impl Range {
+    fn each(&self, mut visit: impl FnMut(i64, i64)) {
+        for x in self.west..=self.east {
+            for y in self.south..=self.north {
+                visit(x, y);
+            }
+        }
     }
 }
 
@@ -77,7 +111,8 @@ fn bucket(x: i64, y: i64, buckets: usize) -> usize {
     (mixed >> 32) as usize & (buckets - 1)
 }
 
-fn touch(a: &Bounds, b: &Bounds) -> bool {
+/// Whether two boxes share a point.
+pub fn touch(a: &Bounds, b: &Bounds) -> bool {
     a[0].x <= b[1].x && b[0].x <= a[1].x && a[0].y <= b[1].y && b[0].y <= a[1].y
 }
 
@@ -95,7 +130,8 @@ mod tests {
             let of = |(x, y, w, h): (f64, f64, f64, f64)| [Point::new(x, y), Point::new(x + w, y + h)];
             let boxes: Vec<Bounds> = boxes.into_iter().map(of).collect();
             let reach = of((x, y, size, size));
-            let mut found: Vec<usize> = Cells::new(boxes.clone(), 8.0).touching(reach).collect();
+            let mut found: Vec<usize> = Vec::new();
+            Cells::new(boxes.clone(), 8.0).touching(reach, |i| found.push(i));
             found.sort_unstable();
             found.dedup();
             let wanted: Vec<usize> = (0..boxes.len()).filter(|&i| touch(&boxes[i], &reach)).collect();

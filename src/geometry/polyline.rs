@@ -30,13 +30,14 @@ impl Polyline {
 
     /// A line through these points; `None` if fewer than two distinct ones are left.
     pub fn new(points: impl IntoIterator<Item = Point>) -> Option<Self> {
-        let mut kept: Vec<Point> = Vec::new();
-        for p in points {
-            if kept.last().is_none_or(|last: &Point| (p - last).norm() > Self::MERGE) {
-                kept.push(p);
-            }
-        }
-        (kept.len() >= 2).then_some(Self { points: kept })
+        Self::merged(points.into_iter().collect())
+    }
+
+    /// As [`Polyline::new`].
+    fn merged(mut points: Vec<Point>) -> Option<Self> {
+        let distinct = |p: &Point, last: &Point| (p - last).norm() > Self::MERGE;
+        points.dedup_by(|p, last| !distinct(p, last));
+        (points.len() >= 2).then_some(Self { points })
     }
 
     /// The points, taken out.
@@ -114,18 +115,28 @@ impl Polyline {
 
     /// The part between two stations, held to the ends; `None` if nothing is left.
     pub fn cut(&self, from: f64, to: f64) -> Option<Self> {
-        let (from, to) = (from.max(0.0), to.min(self.length()));
+        let from = from.max(0.0);
+        let mut points = vec![self.at(from)];
+        let mut station = 0.0;
+        for (a, b) in self.segments() {
+            station += (b - a).norm();
+            if station >= to {
+                break;
+            }
+            if station > from {
+                points.push(b);
+            }
+        }
+        if station < to {
+            // The line ends before: its last point is the end.
+            points.pop();
+        }
+        let to = to.min(station);
         if to - from <= Self::MERGE {
             return None;
         }
-        let mut points = vec![self.at(from)];
-        for (p, s) in self.points.iter().zip(self.stations()) {
-            if s > from && s < to {
-                points.push(*p);
-            }
-        }
         points.push(self.at(to));
-        Self::new(points)
+        Self::merged(points)
     }
 
     /// The nearest place to `p` on the line.
@@ -170,20 +181,23 @@ impl Polyline {
     /// The line moved sideways by `offset` metres (left positive): miter joins up to `miter_limit` times the offset,
     /// bevels beyond. May cross itself where it bends more sharply than the offset allows.
     pub fn offset(&self, offset: f64, miter_limit: f64) -> Option<Self> {
-        let normals: Vec<Vector> = self.segments().map(|(a, b)| left_of((b - a).normalize())).collect();
-        let mut points = vec![self.first() + normals[0] * offset];
-        for (n, corner) in normals.windows(2).zip(&self.points[1..]) {
+        let mut normals = self.segments().map(|(a, b)| left_of((b - a).normalize()));
+        let mut before = normals.next()?;
+        let mut points = Vec::with_capacity(self.points.len() + 1);
+        points.push(self.first() + before * offset);
+        for (normal, corner) in normals.zip(&self.points[1..]) {
             // The miter joint lies on the bisector of the normals, one cosine of half the turn farther out.
-            let bisector = n[0] + n[1];
+            let bisector = before + normal;
             let cosine = bisector.norm() / 2.0;
             if cosine * miter_limit >= 1.0 {
                 points.push(corner + bisector * (offset / (2.0 * cosine * cosine)));
             } else {
-                points.extend([corner + n[0] * offset, corner + n[1] * offset]);
+                points.extend([corner + before * offset, corner + normal * offset]);
             }
+            before = normal;
         }
-        points.push(self.last() + normals[normals.len() - 1] * offset);
-        Self::new(points)
+        points.push(self.last() + before * offset);
+        Self::merged(points)
     }
 
     /// Points at most `step` metres apart, evenly spread over the whole length; the ends stay, the corners need not.

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::builder::road_network::{End, Road, RoadIx, RoadNetwork};
-use crate::geometry::cells::{Bounds, Cells};
+use crate::geometry::cells::{Bounds, Cells, touch};
 use crate::geometry::{Point, Polyline, Vector, cross, left_of};
 
 use super::sides::{Sides, Told, sides};
@@ -34,8 +34,8 @@ const SLOPE: f64 = 0.12;
 const ROUNDS: usize = 12;
 /// A part of a road shorter than this between its cuts, metres, need not be laid abreast.
 const SHORTEST: f64 = 2.0;
-/// Cells of this side, metres, hold the pieces of roads: a piece and half its width to either side.
-const CELL: f64 = 16.0;
+/// Cells of this side, metres, hold stretches of roads: some pieces and half their width to either side.
+const CELL: f64 = 64.0;
 /// As [`CELL`], for whole roads.
 const ROAD_CELL: f64 = 128.0;
 
@@ -157,7 +157,8 @@ struct Beside {
 /// the intersections may overlap.
 #[must_use]
 pub fn abreast(mut network: RoadNetwork, kept: &[[f64; 2]]) -> RoadNetwork {
-    let mut tracks: Vec<Track> = network.roads.iter().zip(kept).map(|(road, kept)| Track::new(road, *kept)).collect();
+    let mut tracks: Vec<Track> =
+        network.roads.par_iter().zip(kept).map(|(road, kept)| Track::new(road, *kept)).collect();
     let sides = sides(&network);
     let mut near: Vec<usize> = (0..tracks.len()).collect();
     let mut hot = near.clone();
@@ -262,35 +263,99 @@ fn searched(track: &Track) -> f64 {
     track.half * 2.0 * (TIGHTEST - 1.0) + CLEAR
 }
 
+/// Neighbouring pieces of one road, which are sought together.
+struct Stretch<'a> {
+    pieces: &'a [Piece],
+    /// The box around them and half their road's width.
+    reach: Bounds,
+}
+
+impl<'a> Stretch<'a> {
+    /// The stretches of pieces in order of their roads, this wide on either side.
+    fn all(pieces: &'a [Piece], half: impl Fn(usize) -> f64) -> Vec<Self> {
+        /// Pieces of a stretch at most.
+        const PIECES: usize = 8;
+        let of_roads = pieces.chunk_by(|a, b| a.road == b.road).flat_map(|road| road.chunks(PIECES));
+        let around = |pieces: &'a [Piece]| {
+            let reaches = pieces.iter().map(|piece| piece.reach(half(piece.road)));
+            let reach = reaches.reduce(|a, b| [a[0].inf(&b[0]), a[1].sup(&b[1])])?;
+            Some(Self { pieces, reach })
+        };
+        of_roads.filter_map(around).collect()
+    }
+}
+
 /// For each ordered pair of roads that overlap lengthwise: the places of the first that lie beside the second.
 /// Only roads of `hot` are compared, with all of `near`.
 fn find(tracks: &[Track], sides: &Sides, hot: &[usize], near: &[usize]) -> FxHashMap<(usize, usize), Vec<Beside>> {
     /// Roads that one thread takes at a time.
     const CHUNK: usize = 64;
     let worth = |road: &&usize| tracks[**road].kept.is_some();
-    let all: Vec<Piece> = near.iter().filter(worth).flat_map(|&road| pieces(tracks, road)).collect();
-    let cells = Cells::new(all.iter().map(|piece| piece.reach(tracks[piece.road].half)).collect(), CELL);
-    let found: Vec<_> = hot.par_chunks(CHUNK).map(|hot| find_in(tracks, sides, hot, &all, &cells)).collect();
+    let of_chunk =
+        |roads: &[usize]| roads.iter().filter(worth).flat_map(|&road| pieces(tracks, road)).collect::<Vec<Piece>>();
+    let chunks: Vec<Vec<Piece>> = near.par_chunks(CHUNK).map(of_chunk).collect();
+    let near: Vec<Stretch> = chunks.iter().flat_map(|chunk| Stretch::all(chunk, |road| tracks[road].half)).collect();
+    let cells = Cells::new(near.iter().map(|stretch| stretch.reach).collect(), CELL);
+    let found: Vec<_> =
+        hot.par_chunks(CHUNK).map(|hot| find_in(tracks, sides, &of_chunk(hot), &near, &cells)).collect();
     found.into_iter().flatten().collect()
 }
 
-/// As [`find`], with the pieces of all roads of `near` in cells.
+/// As [`find`], with the pieces of some hot roads and those of all roads of `near` in cells.
 fn find_in(
     tracks: &[Track],
     sides: &Sides,
-    hot: &[usize],
-    near: &[Piece],
+    hot: &[Piece],
+    near: &[Stretch],
     cells: &Cells,
 ) -> FxHashMap<(usize, usize), Vec<Beside>> {
     let mut nearest: FxHashMap<(usize, usize, usize), (f64, Beside)> = FxHashMap::default();
-    for piece in hot.iter().flat_map(|&road| pieces(tracks, road)) {
+    let wide = |road: usize| tracks[road].half + searched(&tracks[road]);
+    for road in hot.chunk_by(|a, b| a.road == b.road) {
+        let bends = bends(road);
+        for stretch in Stretch::all(road, wide) {
+            cells.touching(stretch.reach, |at| {
+                let others = near[at].pieces;
+                let own = others.first().is_some_and(|other| other.road == road[0].road);
+                if !own || bends {
+                    compare_all(tracks, sides, stretch.pieces, others, &mut nearest);
+                }
+            });
+        }
+    }
+    let mut pairs: FxHashMap<(usize, usize), Vec<Beside>> = FxHashMap::default();
+    for ((a, b, _), (_, beside)) in nearest {
+        pairs.entry((a, b)).or_default().push(beside);
+    }
+    pairs.values_mut().for_each(|list| list.sort_by_key(|beside| beside.place));
+    pairs
+}
+
+/// Whether some pieces of a road may run against others. Where none deviates from the first by 69 degrees, no two do by
+/// the 140 of [`PARALLEL`].
+fn bends(road: &[Piece]) -> bool {
+    const DEVIATION: f64 = 0.36;
+    let mut along = road.iter().filter_map(|piece| piece.along);
+    along.next().is_some_and(|first| along.any(|along| along.dot(&first) < DEVIATION))
+}
+
+/// Compares pieces of one road with pieces of another; of each place, what lies nearest is kept.
+fn compare_all(
+    tracks: &[Track],
+    sides: &Sides,
+    pieces: &[Piece],
+    others: &[Piece],
+    nearest: &mut FxHashMap<(usize, usize, usize), (f64, Beside)>,
+) {
+    for piece in pieces {
         let a = piece.road;
         let track = &tracks[a];
+        let reach = piece.reach(track.half + searched(track));
         let spots = [piece.first, piece.first + 1].map(|k| Spot::new(track, k).filter(|_| track.is_kept(k)));
         if spots.iter().all(Option::is_none) {
             continue;
         }
-        for other in cells.touching(piece.reach(track.half + searched(track))).map(|at| &near[at]) {
+        for other in others.iter().filter(|other| touch(&other.reach(tracks[other.road].half), &reach)) {
             let Some(along) = other.along else { continue };
             let b = other.road;
             // Most that lies near is the road itself, or crosses it.
@@ -318,12 +383,6 @@ fn find_in(
             }
         }
     }
-    let mut pairs: FxHashMap<(usize, usize), Vec<Beside>> = FxHashMap::default();
-    for ((a, b, _), (_, beside)) in nearest {
-        pairs.entry((a, b)).or_default().push(beside);
-    }
-    pairs.values_mut().for_each(|list| list.sort_by_key(|beside| beside.place));
-    pairs
 }
 
 /// How far apart the lines of two roads must lie, or those of the legs of one hairpin, which turns between them.
@@ -475,7 +534,12 @@ fn around(tracks: &[Track], moved: &[usize]) -> Vec<usize> {
         [low - reach, high + reach]
     };
     let cells = Cells::new((0..tracks.len()).map(bounds).collect(), ROAD_CELL);
-    let near: FxHashSet<usize> = moved.iter().flat_map(|road| cells.touching(bounds(*road))).collect();
+    let mut near: FxHashSet<usize> = FxHashSet::default();
+    for road in moved {
+        cells.touching(bounds(*road), |other| {
+            near.insert(other);
+        });
+    }
     let mut near: Vec<usize> = near.into_iter().collect();
     near.sort_unstable();
     near

@@ -5,6 +5,8 @@ mod ease;
 mod narrow;
 mod sides;
 
+use rayon::prelude::*;
+
 use super::road_network::RoadNetwork;
 
 pub use abreast::abreast;
@@ -16,12 +18,12 @@ pub use narrow::narrowed;
 /// places.
 #[must_use]
 pub fn ease(mut network: RoadNetwork) -> RoadNetwork {
-    for road in &mut network.roads {
+    network.roads.par_iter_mut().for_each(|road| {
         let line = eased(&road.line, road.half_width());
         for feature in &mut road.features {
             feature.station = line.project(road.line.at(feature.station)).station;
         }
         road.line = line;
-    }
+    });
     network
 }

@@ -1,5 +1,8 @@
 //! Streets to GeoJSON, one feature a line.
 
+use std::io::{self, Write};
+use std::ops::Range;
+
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -28,42 +31,64 @@ pub enum WriteError {
     /// A number is not finite.
     #[error("a number of the streets cannot be written: {0}")]
     Number(#[from] serde_json::Error),
+    /// The output takes no more.
+    #[error(transparent)]
+    Output(#[from] io::Error),
 }
 
 /// Roads or intersections that one thread writes at a time.
-const CHUNK: usize = 256;
+const CHUNK: usize = 64;
+/// Chunks whose text is held in memory.
+const BATCH: usize = 16;
 /// Degrees are written with nine decimals: a tenth of a millimetre.
 const PER_DEGREE: f64 = 1e9;
 /// Lengths and widths that only tell are written to a tenth of a millimetre; what is built from is written in full.
 const PER_METRE: f64 = 1e4;
 
-/// The whole file: `projector` gives longitude and latitude to what lies in its plane.
-pub fn write(network: &RoadNetwork, outlines: &Outlines, projector: &Projector) -> Result<Vec<u8>, WriteError> {
+/// Writes the whole file: `projector` gives longitude and latitude to what lies in its plane.
+pub fn write(
+    network: &RoadNetwork,
+    outlines: &Outlines,
+    projector: &Projector,
+    mut out: impl Write + Send,
+) -> Result<(), WriteError> {
     let streets = &Streets { network, outlines, projector, restrictions: restrictions(network) };
-    let mut out = b"{\"type\":\"FeatureCollection\",\"lanewright\":".to_vec();
-    serde_json::to_writer(&mut out, &Head::new(network, projector))?;
-    out.extend(b",\"features\":[\n");
-    let roads = chunks(network.roads.len(), |range| streets.roads(range));
-    let intersections = chunks(network.intersections.len(), |range| streets.intersections(range));
+    out.write_all(b"{\"type\":\"FeatureCollection\",\"lanewright\":")?;
+    out.write_all(&serde_json::to_vec(&Head::new(network, projector))?)?;
+    out.write_all(b",\"features\":[\n")?;
+    let roads = chunks(network.roads.len()).map(Chunk::Roads);
+    let all: Vec<Chunk> = roads.chain(chunks(network.intersections.len()).map(Chunk::Intersections)).collect();
     let mut first = true;
-    for chunk in roads.into_iter().chain(intersections) {
-        let chunk = chunk?;
-        if !first && !chunk.is_empty() {
-            out.extend(b",\n");
-        }
-        first &= chunk.is_empty();
-        out.extend(chunk);
+    let mut put = |ready: &[Vec<u8>]| {
+        ready.iter().filter(|chunk| !chunk.is_empty()).try_for_each(|chunk| {
+            let between: &[u8] = if std::mem::take(&mut first) { b"" } else { b",\n" };
+            out.write_all(between).and_then(|()| out.write_all(chunk))
+        })
+    };
+    // What is made is written while what follows is made.
+    let mut ready: Vec<Vec<u8>> = Vec::new();
+    for batch in all.chunks(BATCH) {
+        let (written, next) =
+            rayon::join(|| put(&ready), || batch.par_iter().map(|chunk| streets.text(chunk)).collect::<Result<_, _>>());
+        written?;
+        ready = next?;
     }
-    out.extend(b"\n]}\n");
-    Ok(out)
+    put(&ready)?;
+    out.write_all(b"\n]}\n")?;
+    Ok(out.flush()?)
+}
+
+/// Features whose text is made at once.
+enum Chunk {
+    Roads(Range<usize>),
+    Intersections(Range<usize>),
+}
+
+fn chunks(count: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..count).step_by(CHUNK).map(move |start| start..(start + CHUNK).min(count))
 }
 
 type Written = Result<Vec<u8>, WriteError>;
-
-fn chunks(count: usize, write: impl Fn(std::ops::Range<usize>) -> Written + Sync) -> Vec<Written> {
-    let starts: Vec<usize> = (0..count).step_by(CHUNK).collect();
-    starts.into_par_iter().map(|start| write(start..(start + CHUNK).min(count))).collect()
-}
 
 /// What is written, and the restrictions by the intersection where they begin.
 struct Streets<'a> {
@@ -83,30 +108,46 @@ fn restrictions(network: &RoadNetwork) -> FxHashMap<IntersectionIx, Vec<&TurnRes
 }
 
 impl Streets<'_> {
-    fn roads(&self, range: std::ops::Range<usize>) -> Written {
-        let mut roads: Vec<Feature<RoadShape>> = Vec::with_capacity(range.len());
-        let mut lanes: Vec<Vec<Feature<LaneShape>>> = Vec::with_capacity(range.len());
-        for i in range {
+    fn text(&self, chunk: &Chunk) -> Written {
+        match chunk {
+            Chunk::Roads(range) => self.roads(range.clone()),
+            Chunk::Intersections(range) => self.intersections(range.clone()),
+        }
+    }
+
+    fn roads(&self, range: Range<usize>) -> Written {
+        // Neighbouring lanes share an edge, and the outermost edges are those of the road: each is located once.
+        let mut roads: Vec<(Feature<RoadShape>, Edges)> = Vec::with_capacity(range.len());
+        for i in range.clone() {
             let road = &self.network.roads[i];
             let [from, to] = self.outlines.kept[i];
             let line = road.line.cut(from, to);
-            let lane = |i: usize| self.lane(road, line.as_ref(), i);
-            lanes.push((0..road.section.strips.len()).map(lane).collect());
-            roads.push(self.road(RoadIx(i as u32), road, line.as_ref()));
+            let edges = (0..=road.section.strips.len()).map(|edge| {
+                let edge = line.as_ref()?.offset(road.section.edge(edge), MITER_LIMIT)?;
+                Some(places(edge.points()))
+            });
+            roads.push((self.road(RoadIx(i as u32), road, line.as_ref()), edges.collect()));
         }
         let mut places: Vec<&mut Place> = Vec::new();
-        roads.iter_mut().for_each(|road| road.each_place(&mut |p| places.push(p)));
-        lanes.iter_mut().flatten().for_each(|lane| lane.each_place(&mut |p| places.push(p)));
+        for (road, edges) in &mut roads {
+            road.each_place(&mut |p| places.push(p));
+            places.extend(edges.iter_mut().flatten().flatten());
+        }
         locate(self.projector, places)?;
         let mut out = Vec::new();
-        for (road, lanes) in roads.iter().zip(&lanes) {
-            push(&mut out, road)?;
-            lanes.iter().try_for_each(|lane| push(&mut out, lane))?;
+        for (i, (mut feature, edges)) in range.zip(roads) {
+            let road = &self.network.roads[i];
+            let last = edges.len() - 1;
+            feature.geometry = between(&edges, 0, last);
+            push(&mut out, &feature)?;
+            for lane in 0..last {
+                push(&mut out, &Feature::new(self.lane(road, lane), between(&edges, lane, lane + 1)))?;
+            }
         }
         Ok(out)
     }
 
-    fn intersections(&self, range: std::ops::Range<usize>) -> Written {
+    fn intersections(&self, range: Range<usize>) -> Written {
         let mut features: Vec<Feature<IntersectionShape>> =
             range.map(|i| self.intersection(IntersectionIx(i as u32), &self.outlines.intersections[i])).collect();
         let mut places: Vec<&mut Place> = Vec::new();
@@ -148,7 +189,7 @@ impl Streets<'_> {
             furniture: road.features.iter().map(furniture).collect(),
             tags: road.tags.clone(),
         };
-        Feature::new(shape, line.and_then(|line| polygon(&ribbon(line, half, -half)?)))
+        Feature::new(shape, None)
     }
 
     /// The cut across one end of a road, its left end first for someone who looks into the intersection.
@@ -162,10 +203,10 @@ impl Streets<'_> {
         }
     }
 
-    fn lane(&self, road: &Road, line: Option<&Polyline>, index: usize) -> Feature<LaneShape> {
+    fn lane(&self, road: &Road, index: usize) -> LaneShape {
         let Strip { kind, travel, width, arrows, change, width_guessed } = road.section.strips[index].clone();
         let id = road_id(&road.key);
-        let shape = LaneShape {
+        LaneShape {
             kind: Type::Lane,
             id: Some(Id(Text::from(format!("{}:{index}", id.0)))),
             road: id,
@@ -178,9 +219,7 @@ impl Streets<'_> {
             width_guessed,
             arrows,
             change,
-        };
-        let ribbon = line.and_then(|line| ribbon(line, road.section.edge(index), road.section.edge(index + 1)));
-        Feature::new(shape, ribbon.and_then(|ring| polygon(&ring)))
+        }
     }
 
     fn intersection(&self, ix: IntersectionIx, outline: &Outline) -> Feature<IntersectionShape> {
@@ -271,11 +310,14 @@ fn polygon(ring: &[Point]) -> Option<Geometry> {
     (closed.len() > 3).then_some(Geometry::Polygon(vec![closed]))
 }
 
-/// The clockwise ring between two offsets of a line.
-fn ribbon(line: &Polyline, left: f64, right: f64) -> Option<Vec<Point>> {
-    let mut ring = line.offset(left, MITER_LIMIT)?.points().to_vec();
-    ring.extend(line.offset(right, MITER_LIMIT)?.points().iter().rev());
-    Some(ring)
+/// The edges of a road's cross-section along it, left to right; `None` where nothing is left of it.
+type Edges = Vec<Option<Vec<Place>>>;
+
+/// What lies between two edges, left and right.
+fn between(edges: &Edges, left: usize, right: usize) -> Option<Geometry> {
+    let (left, right) = (edges.get(left)?.as_ref()?, edges.get(right)?.as_ref()?);
+    let ring = right.iter().chain(left.iter().rev()).chain(right.first());
+    Some(Geometry::Polygon(vec![ring.copied().collect()]))
 }
 
 /// The id of a road in the file.

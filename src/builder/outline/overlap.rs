@@ -4,16 +4,18 @@
 //! Roads on one level that cross without a common node, and roads drawn closer together than their lanes are wide, have
 //! nowhere to go. The map is built all the same; the user hears of the place.
 
-use rstar::primitives::{GeomWithData, Rectangle};
-use rstar::{AABB, RTree};
+use rayon::prelude::*;
 
 use crate::builder::road_network::{Intersection, Road, RoadNetwork};
 use crate::diagnostic::{Finding, Place, Severity, Subject};
-use crate::geometry::{Point, Polyline, polygon};
+use crate::geometry::cells::{Bounds, Cells};
+use crate::geometry::{Point, Polyline, Vector, polygon};
 
 use super::Outlines;
 use super::merged::ribbon;
 
+/// Boxes are sought in cells of this side, metres; roads are looked at in pieces no longer.
+const CELL: f64 = 32.0;
 /// Common ground below this, square metres, is no fault of the map.
 const LEAST: f64 = 0.1;
 
@@ -21,11 +23,10 @@ const LEAST: f64 = 0.1;
 /// between which each road remains.
 pub fn overlapping(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<[usize; 2]> {
     let grounds = of_roads(network, kept);
-    let common = |[a, b]: [usize; 2]| {
-        let roads = [grounds[a].road()?, grounds[b].road()?];
-        common(&grounds[a], &grounds[b]).map(|_| roads)
-    };
-    pairs(&grounds).into_iter().filter_map(common).collect()
+    of_pairs(&grounds, |a, b| {
+        let roads = [a.road()?, b.road()?];
+        common(a, b).map(|_| roads)
+    })
 }
 
 /// Whether two roads cover some ground both.
@@ -43,15 +44,13 @@ pub fn overlaps(network: &RoadNetwork, outlines: &Outlines) -> Vec<Finding> {
         let levels = at.arms.iter().map(|arm| network.road(arm.road).level).collect();
         Ground { owner: Owner::Intersection(i), ring: outline.ring.clone(), line: None, half: 0.0, levels }
     }));
-    let finding = |[a, b]: [usize; 2]| {
-        let (a, b) = (&grounds[a], &grounds[b]);
+    of_pairs(&grounds, |a, b| {
         if attached(network, a.owner, b.owner) {
             return None;
         }
         let area = common(a, b)?;
         Some(finding(network, [a.owner, b.owner], meeting(a, b), area))
-    };
-    pairs(&grounds).into_iter().filter_map(finding).collect()
+    })
 }
 
 /// What lies somewhere.
@@ -80,18 +79,20 @@ impl Ground {
     }
 
     /// Boxes that cover it: one for each piece of a road.
-    fn boxes(&self) -> Vec<Rectangle<[f64; 2]>> {
-        let around =
-            |low: Point, high: Point, m: f64| Rectangle::from_corners([low.x - m, low.y - m], [high.x + m, high.y + m]);
-        match &self.line {
-            Some(line) => line.segments().map(|(p, q)| around(p.inf(&q), p.sup(&q), self.half)).collect(),
-            None => polygon::bounds(&self.ring).into_iter().map(|[low, high]| around(low, high, 0.0)).collect(),
-        }
+    fn boxes(&self) -> Vec<Bounds> {
+        let Some(line) = &self.line else { return polygon::bounds(&self.ring).into_iter().collect() };
+        let around = Vector::repeat(self.half);
+        let pieces = line.segments().flat_map(|(p, q)| {
+            let count = ((q - p).norm() / CELL).ceil().clamp(1.0, Polyline::MOST_PIECES) as usize;
+            let at = move |i: usize| p + (q - p) * (i as f64 / count as f64);
+            (0..count).map(move |i| [at(i), at(i + 1)])
+        });
+        pieces.map(|[p, q]| [p.inf(&q) - around, p.sup(&q) + around]).collect()
     }
 }
 
 fn of_roads(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<Ground> {
-    kept.iter().enumerate().filter_map(|(road, kept)| of_road(network, road, *kept)).collect()
+    kept.par_iter().enumerate().filter_map(|(road, kept)| of_road(network, road, *kept)).collect()
 }
 
 fn of_road(network: &RoadNetwork, index: usize, [from, to]: [f64; 2]) -> Option<Ground> {
@@ -101,25 +102,23 @@ fn of_road(network: &RoadNetwork, index: usize, [from, to]: [f64; 2]) -> Option<
     Some(Ground { owner: Owner::Road(index), ring: ribbon(&line, half)?, line: Some(line), half, levels })
 }
 
-/// The pairs of grounds on one level whose boxes touch, in order.
-fn pairs(grounds: &[Ground]) -> Vec<[usize; 2]> {
-    let boxes: Vec<GeomWithData<Rectangle<[f64; 2]>, usize>> = grounds
-        .iter()
-        .enumerate()
-        .flat_map(|(i, ground)| ground.boxes().into_iter().map(move |piece| GeomWithData::new(piece, i)))
-        .collect();
-    let tree = RTree::bulk_load(boxes.clone());
-    let mut pairs: Vec<[usize; 2]> = boxes
-        .iter()
-        .flat_map(|piece| {
-            let envelope = AABB::from_corners(piece.geom().lower(), piece.geom().upper());
-            tree.locate_in_envelope_intersecting(&envelope).map(|other| [piece.data, other.data])
-        })
-        .filter(|[a, b]| a < b && grounds[*a].levels.iter().any(|level| grounds[*b].levels.contains(level)))
-        .collect();
-    pairs.sort_unstable();
-    pairs.dedup();
-    pairs
+/// What is to be said of the pairs of grounds on one level whose boxes touch, in their order.
+fn of_pairs<T: Send>(grounds: &[Ground], say: impl Fn(&Ground, &Ground) -> Option<T> + Sync) -> Vec<T> {
+    let boxes: Vec<Vec<Bounds>> = grounds.par_iter().map(Ground::boxes).collect();
+    let owners: Vec<usize> = boxes.iter().enumerate().flat_map(|(i, of)| std::iter::repeat_n(i, of.len())).collect();
+    let cells = Cells::new(boxes.concat(), CELL);
+    let said = |(i, boxes): (usize, &Vec<Bounds>)| {
+        let mut others: Vec<usize> = Vec::new();
+        for reach in boxes {
+            cells.touching(*reach, |at| others.extend(Some(owners[at]).filter(|&other| other > i)));
+        }
+        others.sort_unstable();
+        others.dedup();
+        let level = |&other: &usize| grounds[i].levels.iter().any(|level| grounds[other].levels.contains(level));
+        others.into_iter().filter(level).filter_map(|other| say(&grounds[i], &grounds[other])).collect::<Vec<T>>()
+    };
+    let found: Vec<Vec<T>> = boxes.par_iter().enumerate().map(said).collect();
+    found.into_iter().flatten().collect()
 }
 
 /// Whether a road ends at an intersection.
