@@ -8,6 +8,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use common::{judge_as, load, shared};
+use lanewright::lanelet::{Loaded, from_osm};
+use lanewright::osm::{ElementKind, Member, OsmData, Tags};
+use lanewright::projection::{MgrsGrid, Projector};
 use lanewright::report::tier4::{Exclusions, Outcome, RequirementSet, Validator};
 use lanewright::rules::{Config, tier4};
 use lanewright::settings::{Profile, Settings};
@@ -28,9 +31,12 @@ fn validators() -> Vec<Validator<'static>> {
 
 /// The issues of every validator on a map, in order.
 fn issues(map: &Path) -> BTreeMap<String, Vec<Issue>> {
-    let (_, loaded) = load(map);
+    issues_of(&load(map).1, map)
+}
+
+fn issues_of(loaded: &Loaded, map: &Path) -> BTreeMap<String, Vec<Issue>> {
     let config = Config { profile: Profile::Tier4, ..Config::default() };
-    let found = judge_as(&loaded, &Settings::default(), &config);
+    let found = judge_as(loaded, &Settings::default(), &config);
     let known = validators();
     let outcome = Outcome::new(&found, &known, &RequirementSet::of_all(&known), &Exclusions::default(), map);
     let mut all = BTreeMap::new();
@@ -90,4 +96,71 @@ fn the_existing_validators_cases_come_out_as_it_expects() {
     }
     assert_eq!(exact, of, "a case of vm-03 comes out otherwise");
     assert!(others_exact >= OTHERS, "{others_exact} other cases are exact; {OTHERS} were");
+}
+
+/// Makes an edit of `tier4_further.json`: a tag set or dropped, a member added in front or dropped.
+fn edit(data: &mut OsmData, edit: &Value) {
+    if let Some([kind, id, key, value]) = edit["tag"].as_array().and_then(|list| list.first_chunk()) {
+        let id = id.as_i64().unwrap();
+        let tags: &mut Tags = match kind.as_str().unwrap() {
+            "node" => &mut data.nodes.iter_mut().find(|one| one.id == id).unwrap().tags,
+            "way" => &mut data.ways.iter_mut().find(|one| one.id == id).unwrap().tags,
+            _ => &mut data.relations.iter_mut().find(|one| one.id == id).unwrap().tags,
+        };
+        let key = key.as_str().unwrap();
+        match value.as_str() {
+            Some(value) => tags.set(key, value),
+            None => *tags = tags.iter().filter(|(own, _)| *own != key).collect(),
+        }
+        return;
+    }
+    let list = edit["add"].as_array().or(edit["drop"].as_array()).unwrap();
+    let relation = data.relations.iter_mut().find(|one| one.id == list[0].as_i64().unwrap()).unwrap();
+    let (role, id) = (list[1].as_str(), list[2].as_i64().unwrap());
+    if edit["add"].is_array() {
+        let member = Member { kind: ElementKind::Relation, id, role: role.unwrap().into() };
+        relation.members.insert(0, member);
+    } else {
+        relation.members.retain(|member| member.id != id || role.is_some_and(|role| member.role != role));
+    }
+}
+
+/// One or several edits of the good map each, with what `docs/tier4.md` says of them: derived by hand from how the
+/// validators are described, and not from what we say.
+#[test]
+fn further_cases_come_out_as_the_validators_are_described() {
+    let Some(folder) = shared("corpus/conformance/map") else { return };
+    let map = folder.join("sample_map.osm");
+    let cases: Vec<Value> = serde_json::from_str(include_str!("tier4_further.json")).unwrap();
+    let (data, _) = load(&map);
+    let grid = data.nodes.iter().find_map(|node| node.position).and_then(MgrsGrid::of).unwrap();
+    let all = |data: &OsmData| -> Vec<Issue> {
+        let mut all: Vec<Issue> =
+            issues_of(&from_osm(data, &Projector::mgrs(grid)), &map).into_values().flatten().collect();
+        all.sort();
+        all
+    };
+    let ground = all(&data);
+    let mut wrong = Vec::new();
+    for case in &cases {
+        let mut changed = data.clone();
+        case["edits"].as_array().unwrap().iter().for_each(|one| edit(&mut changed, one));
+        let mut found = all(&changed);
+        for known in &ground {
+            if let Some(at) = found.iter().position(|one| one == known) {
+                found.remove(at);
+            }
+        }
+        let expected = case["expect"].as_array().unwrap().iter().map(|one| {
+            let word = |at: usize| one[at].as_str().unwrap().to_owned();
+            (word(1).to_lowercase(), word(2), one[3].as_i64().unwrap(), word(0))
+        });
+        let mut expected: Vec<Issue> = expected.collect();
+        expected.sort();
+        if found != expected {
+            wrong.push(format!("{}: expected {expected:?}, found {found:?}", case["case"]));
+        }
+    }
+    println!("{} of {} further cases as described", cases.len() - wrong.len(), cases.len());
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }

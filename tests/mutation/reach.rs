@@ -10,17 +10,6 @@ use super::{all_kinds, projector};
 /// each of them all the same.
 const UNRAISED: &[(&str, &[&str])] = &[
     (
-        "of two versions of a map, or of what its owner has answered for; not of one map",
-        &[
-            "diff/added",
-            "diff/removed",
-            "diff/changed",
-            "triage/unused-suppression",
-            "triage/no-reason",
-            "triage/stale-baseline",
-        ],
-    ),
-    (
         "follows from others, or is said of maps in good order",
         &[
             "load/skipped",
