@@ -9,7 +9,7 @@ use std::collections::BinaryHeap;
 
 use crate::builder::road_network::{Road, RoadEnd, RoadNetwork};
 use crate::geometry::cells::Cells;
-use crate::geometry::{Vector, segment_crossing};
+use crate::geometry::segment_crossing;
 
 use super::HeightOptions;
 
@@ -88,22 +88,21 @@ fn missing(network: &RoadNetwork, options: &HeightOptions) -> Vec<f64> {
     let cells = Cells::new(pieces.iter().map(|(_, a, b, _)| reach(a, b)).collect(), CELL);
     let mut missing = vec![0.0_f64; network.roads.len()];
     for (i, a, b, station) in pieces.iter().filter(|(i, ..)| network.roads[*i].level != 0.0) {
-        let margin = Vector::repeat(0.0);
-        let [low, high] = reach(a, b);
-        for (j, c, d, other) in cells.touching([low - margin, high + margin]).map(|at| &pieces[at]) {
+        cells.touching(reach(a, b), |at| {
+            let (j, c, d, other) = &pieces[at];
             let (mine, theirs) = (&network.roads[*i], &network.roads[*j]);
             // The road nearer to the ground stays there.
             if mine.level == theirs.level || theirs.level.abs() > mine.level.abs() {
-                continue;
+                return;
             }
-            let Some((_, _, place)) = segment_crossing(*a, *b, *c, *d) else { continue };
+            let Some((_, _, place)) = segment_crossing(*a, *b, *c, *d) else { return };
             let wanted = (mine.level - theirs.level) * options.storey;
             let there = bases[*i].at(station + (place - a).norm()) - bases[*j].at(other + (place - c).norm());
             let lack = wanted - there;
             if lack * wanted > 0.0 && lack.abs() > missing[*i].abs() {
                 missing[*i] = lack.clamp(-wanted.abs(), wanted.abs());
             }
-        }
+        });
     }
     missing
 }
