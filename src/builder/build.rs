@@ -18,6 +18,7 @@ use super::blinker;
 use super::consolidate::{Wish, Wished};
 use super::dead_lanes::without_dead_lanes;
 use super::heights::spots;
+use super::overhead;
 use super::road_network::{DrivingSide, Network, NetworkError, NetworkOptions, RoadKey, road_network};
 use super::settle::settle;
 use super::streets::{StreetOptions, Streets, streets};
@@ -204,6 +205,7 @@ pub fn build_plan(Plan { streets, projector, mut notes, guesses }: Plan) -> Buil
     let Assembled { mut map, settings, notes: more, areas, roads } = assemble(settled);
     notes.extend(more);
     blinker::limit(&mut map);
+    overhead::ignore(&mut map);
     locate(&mut map, &projector);
     let summary = Summary {
         roads,

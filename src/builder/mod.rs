@@ -32,6 +32,7 @@ pub mod join;
 pub mod lanes;
 pub mod movement;
 pub mod outline;
+pub(crate) mod overhead;
 pub mod paths;
 pub mod restricted;
 pub mod road_network;

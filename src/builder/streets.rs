@@ -46,7 +46,7 @@ pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     let (network, merges) = consolidate(network, &options.consolidate, kept);
     let cut = wanted(&network, &options.outline, &mut memory);
     let (network, mut findings) = narrowed(abreast(network, &cut), &cut);
-    let (network, steep) = raised(network, &options.heights);
+    let (network, steep) = raised(network, &cut, &options.heights);
     findings.extend(steep);
     let network = told_apart(grid::network(network));
     let (outlines, failed) = outlines_within(&network, &cut, &options.outline);

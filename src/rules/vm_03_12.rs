@@ -26,10 +26,13 @@ impl Rule for Attention {
                 findings.push(attention(map, lane));
             }
             findings.extend(no_conflict(map, lane));
-            let ignored = map.ignored(lane);
+            let (ignored, watched) = (map.ignored(lane), map.attention(lane));
             for conflict in map.conflicts[lane].iter().filter(|conflict| map.lanes[conflict.other].vehicle) {
                 if ignored.binary_search(&conflict.other).is_err() {
                     findings.extend(sliver(map, lane, conflict));
+                }
+                // A straight lane with a light watches nobody.
+                if watched.contains(&conflict.other) {
                     findings.extend(grade_separated(map, lane, conflict));
                 }
             }

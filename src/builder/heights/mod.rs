@@ -80,9 +80,10 @@ impl HeightOptions {
     }
 }
 
-/// The network with a height at every vertex of every road, and a finding for each ramp that is too steep.
+/// The network with a height at every vertex of every road, and a finding for each ramp that is too steep. `kept` gives the
+/// stations between which each road remains: within the intersections no ramp rises.
 #[must_use]
-pub fn raised(mut network: RoadNetwork, options: &HeightOptions) -> (RoadNetwork, Vec<Finding>) {
+pub fn raised(mut network: RoadNetwork, kept: &[[f64; 2]], options: &HeightOptions) -> (RoadNetwork, Vec<Finding>) {
     let level = network.roads.iter().all(|road| road.level == 0.0);
     if level && options.terrain.is_none() && options.spots.is_empty() {
         if options.ground != 0.0 {
@@ -91,7 +92,7 @@ pub fn raised(mut network: RoadNetwork, options: &HeightOptions) -> (RoadNetwork
         return (network, Vec::new());
     }
     let base = base::bases(&network, options);
-    let ramps = ramp::ramps(&network, options);
+    let ramps = ramp::ramps(&network, kept, options);
     let mut findings = Vec::new();
     for ((road, base), ramp) in network.roads.iter_mut().zip(&base).zip(&ramps) {
         let profile = profile(road, |station| base.at(station) + ramp.at(station));

@@ -15,12 +15,17 @@ use super::HeightOptions;
 
 /// Heights are kept as whole tenths of a millimetre, which have an order.
 const PER_METRE: f64 = 1e4;
+/// So far from an intersection, metres, a road stays as high as that: lanes wait there, and cross the kerb beside others.
+const BESIDE: f64 = 6.0;
 /// Cells of this side, metres, hold the pieces of roads.
 const CELL: f64 = 32.0;
 
 /// Metres above the ground along one road.
 #[derive(Clone, Copy, Debug)]
 pub struct Ramp {
+    /// Where it may begin to rise, metres.
+    from: f64,
+    /// How long it may rise from there, metres.
     length: f64,
     grade: f64,
     /// What the level asks for; 0 on the ground.
@@ -32,6 +37,7 @@ pub struct Ramp {
 impl Ramp {
     /// Height above the ground at a station.
     pub fn at(&self, station: f64) -> f64 {
+        let station = (station - self.from).clamp(0.0, self.length);
         let ways = [station, self.length - station];
         let heights = self.ends.map(|[up, down]| up - down);
         let steep = (heights[0] - heights[1]).abs() > self.grade * self.length;
@@ -50,20 +56,35 @@ impl Ramp {
     }
 }
 
-/// The ramps of all roads.
-pub fn ramps(network: &RoadNetwork, options: &HeightOptions) -> Vec<Ramp> {
+/// The stations between which a ramp may rise: not within the intersections and where lanes wait before them.
+fn free(road: &Road, kept: [f64; 2]) -> [f64; 2] {
+    let length = road.line.length();
+    let [from, to] = kept.map(|station| station.clamp(0.0, length));
+    let left = to - from;
+    if left <= 0.0 {
+        // Nothing is left of it, but it joins what lies at its ends.
+        return [0.0, length];
+    }
+    let beside = BESIDE.min(left / 4.0);
+    [from + beside, to - beside]
+}
+
+/// The ramps of all roads, of which `kept` gives the stations between the intersections.
+pub fn ramps(network: &RoadNetwork, kept: &[[f64; 2]], options: &HeightOptions) -> Vec<Ramp> {
+    let free: Vec<[f64; 2]> = network.roads.iter().zip(kept).map(|(road, kept)| free(road, *kept)).collect();
     let targets = targets(network, options);
     let asked: Vec<Option<f64>> = network.intersections.iter().map(|at| asked(&at.arms, &targets)).collect();
-    let lifted = fallen(network, options, &targets, &asked, 1.0);
-    let lowered = fallen(network, options, &targets, &asked, -1.0);
+    let lifted = fallen(network, options, &free, &targets, &asked, 1.0);
+    let lowered = fallen(network, options, &free, &targets, &asked, -1.0);
     let at = |node: u32| [lifted[node as usize], lowered[node as usize]];
-    let ramp = |(road, target): (&Road, &f64)| Ramp {
-        length: road.line.length(),
+    let ramp = |((road, target), [from, to]): ((&Road, &f64), &[f64; 2])| Ramp {
+        from: *from,
+        length: to - from,
         grade: options.grade_of(road),
         target: *target,
         ends: [at(road.from.0), at(road.to.0)],
     };
-    network.roads.iter().zip(&targets).map(ramp).collect()
+    network.roads.iter().zip(&targets).zip(&free).map(ramp).collect()
 }
 
 /// How high every road is to lie above the ground. A terrain model holds most of it already, embankments and the valleys
@@ -117,6 +138,7 @@ fn asked(arms: &[RoadEnd], targets: &[f64]) -> Option<f64> {
 fn fallen(
     network: &RoadNetwork,
     options: &HeightOptions,
+    free: &[[f64; 2]],
     targets: &[f64],
     asked: &[Option<f64>],
     sign: f64,
@@ -136,7 +158,8 @@ fn fallen(
         for arm in network.intersections[at].arms.iter().filter(|arm| targets[arm.road.0 as usize] == 0.0) {
             let road = network.road(arm.road);
             let next = road.intersection(arm.end.other()).0 as usize;
-            let left = height - units(options.grade_of(road) * road.line.length());
+            let [from, to] = free[arm.road.0 as usize];
+            let left = height - units(options.grade_of(road) * (to - from));
             if asked[next].is_none() && left > heights[next] {
                 heights[next] = left;
                 open.push((left, Reverse(next)));

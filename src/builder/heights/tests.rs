@@ -55,6 +55,12 @@ fn overpass() -> RoadNetwork {
     network(&nodes, &ways).0
 }
 
+/// The network at its height, no road of it cut back.
+fn laid(network: RoadNetwork, options: &HeightOptions) -> (RoadNetwork, Vec<Finding>) {
+    let kept: Vec<[f64; 2]> = network.roads.iter().map(|road| [0.0, road.line.length()]).collect();
+    raised(network, &kept, options)
+}
+
 fn road(network: &RoadNetwork, way: i64) -> &Road {
     network.roads.iter().find(|road| road.key.way == way).unwrap()
 }
@@ -71,7 +77,7 @@ fn steepest(road: &Road) -> f64 {
 
 #[test]
 fn a_bridge_lies_a_storey_up_and_the_road_climbs_there_within_its_grade() {
-    let (network, findings) = raised(overpass(), &HeightOptions::default());
+    let (network, findings) = laid(overpass(), &HeightOptions::default());
     assert!(findings.is_empty(), "{findings:?}");
     let [west, bridge, east, under] = [10, 11, 12, 13].map(|way| road(&network, way));
     for station in [0.0, 30.0, 60.0] {
@@ -88,8 +94,8 @@ fn a_bridge_lies_a_storey_up_and_the_road_climbs_there_within_its_grade() {
 fn a_tunnel_mirrors_a_bridge() {
     let mut deep = overpass();
     deep.roads.iter_mut().for_each(|road| road.level = -road.level);
-    let (up, _) = raised(overpass(), &HeightOptions::default());
-    let (down, _) = raised(deep, &HeightOptions::default());
+    let (up, _) = laid(overpass(), &HeightOptions::default());
+    let (down, _) = laid(deep, &HeightOptions::default());
     for (a, b) in up.roads.iter().zip(&down.roads) {
         let mirrored: Vec<f64> = b.heights.iter().map(|height| 0.0 - height).collect();
         assert!(a.heights.iter().zip(&mirrored).all(|(a, b)| (a - b).abs() < 1e-9), "{:?} {mirrored:?}", a.heights);
@@ -112,9 +118,9 @@ fn a_ramp_goes_on_beyond_an_intersection_where_all_roads_have_its_height() {
         (12, &[3, 4], &[street]),
         (13, &[3, 5], &[street]),
     ];
-    let (network, findings) = raised(network(&nodes, &ways).0, &HeightOptions::default());
+    let (network, findings) = laid(network(&nodes, &ways).0, &HeightOptions::default());
     assert!(findings.is_empty(), "{findings:?}");
-    let crossing = STOREY - 0.08 * 40.0;
+    let crossing = STOREY - 0.08 * (40.0 - 2.0 * 6.0);
     for (way, station) in [(11, 40.0), (12, 0.0), (13, 0.0)] {
         let found = height(road(&network, way), station);
         assert!((found - crossing).abs() < 0.03, "{way}: {found}");
@@ -131,7 +137,7 @@ fn a_ramp_without_room_is_told() {
         (11, &[2, 3], &[street]),
         (12, &[3, 4], &[street, ("tunnel", "yes")]),
     ];
-    let (network, findings) = raised(network(&nodes, &ways).0, &HeightOptions::default());
+    let (network, findings) = laid(network(&nodes, &ways).0, &HeightOptions::default());
     assert_eq!(findings.iter().map(|f| f.fault).collect::<Vec<_>>(), ["grade-steep"]);
     let between = road(&network, 11);
     assert_eq!((height(between, 0.0), height(between, 30.0)), (STOREY, -STOREY));
@@ -144,7 +150,7 @@ fn known_heights_hold_and_what_lies_between_is_even() {
     let street = ("highway", "tertiary");
     let ways: [Way<'_>; 2] = [(10, &[1, 2, 3], &[street]), (11, &[2, 4], &[street])];
     let (network, known) = network(&nodes, &ways);
-    let (network, _) = raised(network, &HeightOptions { spots: known, ..HeightOptions::default() });
+    let (network, _) = laid(network, &HeightOptions { spots: known, ..HeightOptions::default() });
     let [west, side] = [10, 11].map(|way| road(&network, way));
     assert_eq!(height(west, 0.0), 10.0);
     assert!((height(west, 100.0) - 12.5).abs() < 0.05, "{}", height(west, 100.0));
@@ -159,14 +165,14 @@ fn terrain_is_followed_but_not_under_a_bridge() {
         places.iter().map(|p| Some(if (405.0..455.0).contains(&p.x) { 80.0 } else { 100.0 + p.x * 0.01 })).collect()
     };
     let terrain: Arc<Surface> = Arc::new(valley);
-    let (network, _) = raised(overpass(), &HeightOptions { terrain: Some(terrain), ..HeightOptions::default() });
+    let (network, _) = laid(overpass(), &HeightOptions { terrain: Some(terrain), ..HeightOptions::default() });
     let [west, bridge, under] = [10, 11, 13].map(|way| road(&network, way));
     assert!((height(west, 200.0) - 102.0).abs() < 0.05);
     assert!((height(bridge, 30.0) - 104.3).abs() < 0.05, "{}", height(bridge, 30.0));
     assert!((height(under, 300.0) - 80.0).abs() < 0.05);
     // On flat ground the bridge must be raised.
     let flat: Arc<Surface> = Arc::new(|places: &[Point]| vec![Some(50.0); places.len()]);
-    let (network, _) = raised(overpass(), &HeightOptions { terrain: Some(flat), ..HeightOptions::default() });
+    let (network, _) = laid(overpass(), &HeightOptions { terrain: Some(flat), ..HeightOptions::default() });
     assert!((height(road(&network, 11), 30.0) - 56.0).abs() < 1e-3);
 }
 
@@ -174,9 +180,9 @@ fn terrain_is_followed_but_not_under_a_bridge() {
 fn flat_ground_costs_nothing() {
     let nodes = [(1, 0.0, 0.0, None), (2, 100.0, 0.0, None)];
     let ways: [Way<'_>; 1] = [(10, &[1, 2], &[("highway", "tertiary")])];
-    let (flat, _) = raised(network(&nodes, &ways).0, &HeightOptions::default());
+    let (flat, _) = laid(network(&nodes, &ways).0, &HeightOptions::default());
     assert!(flat.roads[0].heights.is_empty());
-    let (lifted, _) = raised(network(&nodes, &ways).0, &HeightOptions { ground: 40.0, ..HeightOptions::default() });
+    let (lifted, _) = laid(network(&nodes, &ways).0, &HeightOptions { ground: 40.0, ..HeightOptions::default() });
     assert_eq!(lifted.roads[0].heights, [40.0, 40.0]);
 }
 
