@@ -113,7 +113,8 @@ fn behind(
     let walks: Vec<&Lane> = element.lanelets("refers").filter_map(|id| map.lane_of(id)).collect();
     // Every lane that has both of them has to pass the line first; lanes that have the line alone lead there.
     let mut worst: Option<(f64, &Crossing)> = None;
-    for &crossing in crossed {
+    // Prolonged, the line reaches into the lane beside, which comes over the crosswalk the other way.
+    for &crossing in crossed.iter().filter(|crossing| crossing.span > 0.5) {
         let entries = walks.iter().filter_map(|walk| entry(&map.lanes[crossing.lane], walk));
         let first = entries.fold(f64::INFINITY, f64::min);
         if !first.is_finite() || crossing.station <= first + params.behind {

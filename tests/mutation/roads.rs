@@ -44,7 +44,11 @@ pub const KINDS: &[Kind] = &[
             let [far, own] = [other, lanelet].map(|id| bounds(map.relation(id)));
             let outer = |bounds: [i64; 2]| bounds.into_iter().find(|&bound| bound != way);
             let (far, own) = (outer(far)?, outer(own)?);
-            exchange(map, lanelet, way, far);
+            // Wide is what two vehicles can pass on.
+            let outward = toward(&map.line(own), &map.line(far));
+            let wider = moved_copy(map, far, outward * 1.5);
+            exchange(map, other, far, wider);
+            exchange(map, lanelet, way, wider);
             exchange(map, other, way, own);
             Some(vec![lanelet, other])
         },
@@ -162,8 +166,14 @@ pub const KINDS: &[Kind] = &[
                     let [left, right] = course(map, lanelet);
                     let (start, end) = (map.place(left[0]), map.place(*left.last()?));
                     // A crosswalk at the near end: all that have it have to pass it before the line.
-                    if (start - at).norm() < (end - at).norm() {
-                        choices.push((element.id, *left.last()?, *right.last()?));
+                    let straight =
+                        map.relations.iter().any(|one| one.id == lanelet && one.tags.is("turn_direction", "straight"));
+                    if straight && (start - at).norm() < (end - at).norm() {
+                        let behind = |bound: &[i64]| {
+                            let far = |&&node: &&i64| (map.place(node) - start).norm() > 5.5;
+                            bound.iter().find(far).copied()
+                        };
+                        choices.extend(behind(&left).zip(behind(&right)).map(|(a, b)| (element.id, a, b)));
                     }
                 }
             }
@@ -223,7 +233,8 @@ fn outer(map: &Draft) -> Vec<(i64, i64, i64)> {
         let own = bounds(lane);
         [(lane.id, own[0], own[1]), (lane.id, own[1], own[0])]
     });
-    sides.filter(|(_, way, _)| map.bounded(*way).len() == 1).collect()
+    // Of a straight one, a copy that is moved is as far away everywhere.
+    sides.filter(|(_, way, _)| map.bounded(*way).len() == 1 && map.line(*way).len() == 2).collect()
 }
 
 /// Where a lanelet is, more or less.

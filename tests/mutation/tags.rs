@@ -68,7 +68,7 @@ pub const KINDS: &[Kind] = &[
     tag!("let a lane be two-way", &["vm-01-01/one-way"], relation, plain, "one_way", &["no", "true"]),
     tag!("drop lane_change between lanes", &["vm-01-02/lane-change-missing"], way, between, "lane_change", &[]),
     tag!("misspell lane_change", &["vm-01-02/lane-change-invalid"], way, between, "lane_change", &["maybe", "Yes"]),
-    tag!("allow to cross a solid line", &["health/lane-change-paint"], way, solid, "lane_change", &["yes"]),
+    tag!("forbid to cross a dashed line", &["health/lane-change-paint"], way, dashed, "lane_change", &["no"]),
     tag!(
         "write a speed that is no number",
         &["vm-01-09/speed-invalid"],
@@ -79,7 +79,7 @@ pub const KINDS: &[Kind] = &[
     ),
     tag!("write a speed beyond all limits", &["vm-01-09/speed-range"], relation, plain, "speed_limit", &["300"]),
     tag!("make a shoulder of a lane", &["vm-01-21/other-kind"], relation, plain, "subtype", &["road_shoulder"]),
-    tag!("retype a stop sign", &["vm-02-02/sign-type"], way, signs, "subtype", &["give_way"]),
+    tag!("retype a stop sign", &["vm-02-02/sign-type"], way, signs, "type", &["pole"]),
     tag!(
         "retype a sign's line",
         &["vm-02-02/line-type"],
@@ -99,14 +99,6 @@ pub const KINDS: &[Kind] = &[
     ),
     tag!("retype bulbs", &["vm-04-01/bulbs-type"], way, bulbs, "type", &["line_thin"]),
     tag!("let bulbs forget their light", &["vm-04-01/bulbs-nameless"], way, bulbs, "traffic_light_id", &[]),
-    tag!(
-        "let bulbs name a light that is not there",
-        &["vm-04-01/bulbs-unpaired"],
-        way,
-        bulbs,
-        "traffic_light_id",
-        &["7"]
-    ),
     tag!("drop a light's height", &["vm-04-02/height-missing"], way, lights, "height", &[]),
     tag!("write a light's height in centimetres", &["vm-04-02/height-range"], way, lights, "height", &["50", "0"]),
     tag!("drop a bulb's colour", &["vm-04-03/color-missing"], node, lamps, "color", &[]),
@@ -130,12 +122,32 @@ pub const KINDS: &[Kind] = &[
         "crosswalk",
         "refers"
     ),
-    member!("let a light forget its bulbs", &["vm-04-01/bulbs-count"], "traffic_light", "light_bulbs"),
     area!("forbid to park without an element", &["vm-06-02/unreferenced"], "no_parking_area"),
     area!("forbid to stop without an element", &["vm-06-04/unreferenced"], "no_stopping_area"),
     area!("watch an area without an element", &["vm-06-05/unreferenced"], "detection_area"),
     area!("stop buses without an element", &["vm-06-06/unreferenced"], "bus_stop_area"),
     area!("hatch a lane", &["vm-06-01/overlap", "vm-06-01/invalid"], "hatched_road_markings"),
+    Kind {
+        name: "let bulbs name a light that is not there",
+        raises: &["vm-04-01/bulbs-unpaired"],
+        slip: |_, map, dice| {
+            let element = dice.pick(map.elements("traffic_light"))?;
+            let (id, bulbs) = (element.id, members(element, "light_bulbs").next()?);
+            map.way(bulbs).tags.set("traffic_light_id", "7");
+            Some(vec![id])
+        },
+    },
+    Kind {
+        name: "give a light the bulbs of another, too",
+        raises: &["vm-04-01/bulbs-count"],
+        slip: |_, map, dice| {
+            let element = dice.pick(map.elements("traffic_light"))?;
+            let (id, own) = (element.id, members(element, "light_bulbs").collect::<Vec<_>>());
+            let other = dice.pick(bulbs(map).into_iter().filter(|way| !own.contains(way)))?;
+            map.relation(id).members.push(Member { kind: ElementKind::Way, id: other, role: "light_bulbs".into() });
+            Some(vec![id])
+        },
+    },
     Kind {
         name: "turn a light around",
         raises: &["vm-04-02/reversed"],
@@ -302,6 +314,12 @@ pub const KINDS: &[Kind] = &[
             let lane = dice.pick(plain(map))?;
             let [left, right] = bounds(map.relation(lane));
             let nodes: Vec<i64> = [left, right].iter().map(|&way| map.way(way).nodes[0]).collect();
+            // Not where there is one already, of which it would be a copy.
+            let taken =
+                |way: &Way| way.tags.is("type", "stop_line") && nodes.iter().any(|node| way.nodes.contains(node));
+            if map.ways.iter().any(taken) {
+                return None;
+            }
             let tags = [("type", "stop_line"), ("subtype", "solid")].into_iter().collect();
             let way = Way { id: map.fresh(), nodes, tags, ..map.way(left).clone() };
             let id = way.id;
@@ -324,8 +342,8 @@ fn between(map: &Draft) -> Vec<i64> {
     lanes.iter().map(|lane| lane[1]).filter(|way| lanes.iter().any(|lane| lane[0] == *way)).collect()
 }
 
-fn solid(map: &Draft) -> Vec<i64> {
-    let is = |id: &i64| map.ways.iter().any(|way| way.id == *id && way.tags.is("subtype", "solid"));
+fn dashed(map: &Draft) -> Vec<i64> {
+    let is = |id: &i64| map.ways.iter().any(|way| way.id == *id && way.tags.is("subtype", "dashed"));
     between(map).into_iter().filter(is).collect()
 }
 
