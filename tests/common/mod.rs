@@ -12,6 +12,7 @@ use lanewright::settings::Settings;
 
 /// A file's content and the map Autoware would make of it, with the projector that is named beside it, or else in the MGRS
 /// square of its first node.
+#[allow(dead_code)]
 pub fn load(path: &Path) -> (OsmData, Loaded) {
     let mut data = OsmData::default();
     let name = path.file_name().unwrap().to_string_lossy().into_owned();
@@ -26,6 +27,7 @@ pub fn load(path: &Path) -> (OsmData, Loaded) {
 }
 
 /// Name and text of the projector's file of a map of the tests: `good.map_projector_info.yaml` beside `good.osm`.
+#[allow(dead_code)]
 pub fn info_of(map: &Path) -> Option<(String, String)> {
     let start = format!("{}.", map.file_stem()?.to_string_lossy());
     let files = map.parent()?.read_dir().ok()?.map(|entry| entry.unwrap().path());

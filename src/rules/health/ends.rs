@@ -3,7 +3,7 @@
 use super::links::Links;
 use super::{Params, subject};
 use crate::diagnostic::{Finding, Place};
-use crate::geometry::{Point, Polyline, Vector, angle_between, polygon};
+use crate::geometry::{Point, Polyline, Vector, angle_between, cross, polygon};
 use crate::lanelet::RoadType;
 use crate::lanelet::index::{Edge, MapIndex};
 use crate::rules::moves::Moves;
@@ -78,14 +78,47 @@ fn goes_on(map: &MapIndex, params: &Params, at: usize, end: bool) -> bool {
     near.into_iter().any(|other| other != at && map.lanes[other].vehicle && map.lanes[other].outline.iter().any(ahead))
 }
 
-/// Whether a lane starts close to where this one ends, or the other way round: people turn there, or the road ends.
+/// Whether a lane starts close to where this one ends, or the other way round: people turn there, or the road ends. Where all
+/// those only pass by, and the lane itself resumes farther on, nobody turns: a piece is missing.
 fn turns(map: &MapIndex, params: &Params, at: usize, end: bool) -> bool {
     let place = if end { map.lanes[at].end.middle() } else { map.lanes[at].start.middle() };
     let reach = Vector::repeat(params.turning_place);
     let near = map.lanes_near(place - reach, place + reach);
-    near.into_iter().filter(|&other| other != at && map.lanes[other].vehicle).any(|other| {
+    let close = near.into_iter().filter(|&other| {
         let lane = &map.lanes[other];
         let edge = if end { lane.start } else { lane.end };
-        (edge.middle() - place).norm() <= params.turning_place
+        other != at && lane.vehicle && (edge.middle() - place).norm() <= params.turning_place
+    });
+    let close: Vec<usize> = close.collect();
+    let begins = |other: &usize| is_open(map, *other, end);
+    close.iter().any(begins) || !(close.is_empty() || resumes(map, params, at, end))
+}
+
+/// Whether no lane leads to a lane's start, or away from its end.
+fn is_open(map: &MapIndex, at: usize, start: bool) -> bool {
+    if start { map.predecessors(at).is_empty() } else { map.followers(at).is_empty() }
+}
+
+/// Whether straight on from a loose end another loose end meets it.
+fn resumes(map: &MapIndex, params: &Params, at: usize, end: bool) -> bool {
+    let lane = &map.lanes[at];
+    let (edge, heading) = match end {
+        true => (lane.end, lane.heading_out()),
+        false => (lane.start, lane.heading_in().map(|heading| -heading)),
+    };
+    let Some(heading) = heading else { return false };
+    let place = edge.middle();
+    let reach = Vector::repeat(params.map_border);
+    let near = map.lanes_near(place - reach, place + reach);
+    near.into_iter().filter(|&other| other != at && is_street(map, other) && is_open(map, other, end)).any(|other| {
+        let lane = &map.lanes[other];
+        let (edge, onward) = match end {
+            true => (lane.start, lane.heading_in()),
+            false => (lane.end, lane.heading_out().map(|heading| -heading)),
+        };
+        let way = edge.middle() - place;
+        let ahead = heading.dot(&way) > 0.0 && way.norm() <= params.map_border;
+        let straight = onward.is_some_and(|on| angle_between(heading, on).abs().to_degrees() <= params.straight_on);
+        ahead && straight && cross(heading, way).abs() < edge.across().norm() / 2.0
     })
 }
