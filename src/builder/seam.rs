@@ -7,6 +7,7 @@
 use crate::geometry::{Point, left_of};
 
 use super::connection::{ConnectionLines, carriageway, from_cut, inward, lanes_at, on_cut, side};
+use super::heights::Ground;
 use super::ids::Key;
 use super::lanes::road_key;
 use super::road_network::{End, RoadEnd, RoadNetwork};
@@ -19,6 +20,8 @@ const ABREAST: f64 = 0.707;
 const PARALLEL: f64 = 0.966;
 /// Cuts closer to level than this, metres, are.
 const TOUCH: f64 = 0.05;
+/// Roads that differ in height by more than this, metres, have no corner in common: the height of a kerb.
+const STEP: f64 = 0.15;
 /// No road is cut back further than this, metres, to be level with the one beside it.
 const LEVEL_MOST: f64 = 12.0;
 
@@ -122,6 +125,12 @@ fn approaches_apart(network: &RoadNetwork, edges: [EdgeAt; 2]) -> bool {
     arms.iter().filter(|at| *at != exit).map(|at| count(at, true)).sum::<usize>() > count(exit, false)
 }
 
+/// Whether two roads are as high as each other at a place.
+fn on_one_level(network: &RoadNetwork, edges: [EdgeAt; 2], place: Point) -> bool {
+    let [a, b] = edges.map(|(at, _)| Ground::under(network.road(at.road)).at(place));
+    (a - b).abs() <= STEP
+}
+
 /// The corners that neighbouring roads share.
 pub fn seams(network: &RoadNetwork, lines: &ConnectionLines) -> Vec<Seam> {
     let abreast = neighbours(network).filter(|pair| together(network, &lines.kept, *pair) > ABREAST);
@@ -130,7 +139,65 @@ pub fn seams(network: &RoadNetwork, lines: &ConnectionLines) -> Vec<Seam> {
         let [a, b] = edges.map(|edge| corner(network, &lines.kept, edge));
         let (at, edge) = edges[0];
         let key = road_key("seam", network.road(at.road)).number(side(at.end) as i64).number(edge as i64);
-        ((a - b).norm() <= GAP).then(|| Seam { edges, key, place: nalgebra::center(&a, &b) })
+        let place = nalgebra::center(&a, &b);
+        ((a - b).norm() <= GAP && on_one_level(network, edges, place)).then_some(Seam { edges, key, place })
     };
     abreast.filter_map(seam).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::builder::{BuildOptions, Built, build};
+    use crate::osm::{OsmData, read_bytes};
+
+    /// A road that parts into two carriageways, 100 m farther each this far, metres, from its line.
+    fn parted(apart: f64) -> Built {
+        let nodes = [(1, 0.0, 0.0), (2, 100.0, 0.0), (3, 200.0, -apart), (4, 200.0, apart)];
+        let ways = [(10, "1 2", "no", "2"), (11, "2 3", "yes", "1"), (12, "4 2", "yes", "1")];
+        let mut text = String::from("<osm version='0.6'>");
+        for (id, x, y) in nodes {
+            let (lat, lon) = (49.0 + y / 111_200.0, 8.5 + x / 73_000.0);
+            text += &format!("<node id='{id}' lat='{lat:.9}' lon='{lon:.9}'/>");
+        }
+        for (id, refs, oneway, lanes) in ways {
+            text += &format!("<way id='{id}'>");
+            refs.split(' ').for_each(|node| text += &format!("<nd ref='{node}'/>"));
+            for (k, v) in [("highway", "secondary"), ("oneway", oneway), ("lanes", lanes), ("sidewalk", "no")] {
+                text += &format!("<tag k='{k}' v='{v}'/>");
+            }
+            text += "</way>";
+        }
+        text += "</osm>";
+        let mut osm = OsmData::default();
+        read_bytes(&mut osm, "test", text.into_bytes()).unwrap();
+        build(&osm, &BuildOptions::default()).unwrap()
+    }
+
+    /// How many lanelets have a bound in common with one that runs against them, outside the road that parts.
+    fn opposed(built: &Built) -> usize {
+        let map = &built.map;
+        let inside = |l: &&crate::lanelet::Lanelet| {
+            let line = map.linestrings.get(l.left.line);
+            line.is_some_and(|line| line.attributes.is("type", "virtual"))
+        };
+        let ways: Vec<_> = map.lanelets.iter().filter(inside).map(|l| l.left.line).collect();
+        ways.iter().filter(|way| ways.iter().filter(|other| other == way).count() == 2).count()
+    }
+
+    #[test]
+    fn ways_into_carriageways_side_by_side_share_their_bound() {
+        for apart in [3.0, 6.0, 9.0] {
+            assert_eq!(opposed(&parted(apart)), 2, "{apart}");
+        }
+    }
+
+    #[test]
+    fn carriageways_side_by_side_are_cut_level() {
+        let map = parted(5.0).map;
+        let kerbs = map.linestrings.iter().filter(|line| line.attributes.is("type", "road_border"));
+        let mut ends: Vec<_> = kerbs.flat_map(|line| [line.points[0], line.points[line.points.len() - 1]]).collect();
+        ends.sort_unstable();
+        // Each kerb ends by itself but for the one corner where the two carriageways part.
+        assert_eq!(ends.windows(2).filter(|pair| pair[0] == pair[1]).count(), 1);
+    }
 }
