@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
-use crate::geometry::{Point, Vector, curve, curve::Pose, left_of};
+use crate::geometry::{Point, Vector, angle_between, curve, curve::Pose, left_of};
 
 use super::cross_section::{CrossSection, StripKind, Travel};
 use super::road_network::{End, FeatureKind, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
@@ -38,6 +38,16 @@ const TAPER_RATIO: f64 = 12.0;
 const TAPER_MOST: f64 = 24.0;
 /// At a crossing each road gives this much, metres, at most so that lanes straight on need not swerve.
 const SWERVE_MOST: f64 = 4.0;
+/// A road that can spare it gives this much, metres, at most so that lanes hardly weave, ...
+const WEAVE_SETBACK_MOST: f64 = 8.0;
+/// ... and keeps this much, metres: three cars.
+const EASE_LEFT: f64 = 15.0;
+/// No cut moves for comfort around a bend of the road sharper than this, degrees.
+const EASE_BEND: f64 = 10.0;
+/// Bends to and fro, degrees, that need no more room.
+const WEAVE_MOST: f64 = 13.0;
+/// Beyond this change of direction, degrees, a lane turns and needs no room to shift sideways.
+const WEAVE_TURN: f64 = 60.0;
 /// Up to this change of direction, degrees, a lane goes on straight but for a shift sideways.
 const PARALLEL: f64 = 15.0;
 
@@ -137,25 +147,32 @@ pub fn connection_lines(
     let least: Vec<[f64; 2]> = (0..network.roads.len()).map(|i| least_cut(network, kept, i, &joined)).collect();
     let wanted = |(i, intersection): (usize, &Intersection)| {
         let passed = intersection.arms.len() >= 2 && !joined(IntersectionIx(i as u32));
-        passed.then(|| turn_setbacks(network, &intersection.arms, &least))
+        let arms = &intersection.arms;
+        passed.then(|| [turn_setbacks(network, arms, &least), comfort(network, arms, &least)])
     };
-    let wanted: Vec<Vec<(RoadEnd, f64)>> = network.intersections.par_iter().enumerate().filter_map(wanted).collect();
-    for (at, by) in wanted.into_iter().flatten() {
-        let back = &mut setbacks[at.road.0 as usize][side(at.end)];
-        *back = back.max(by);
+    let wanted: Vec<[Vec<(RoadEnd, f64)>; 2]> =
+        network.intersections.par_iter().enumerate().filter_map(wanted).collect();
+    let mut wishes = vec![[0.0_f64; 2]; back.len()];
+    for [needs, more] in wanted {
+        for (of, asked) in [(&mut setbacks, needs), (&mut wishes, more)] {
+            for (at, by) in asked {
+                let back = &mut of[at.road.0 as usize][side(at.end)];
+                *back = back.max(by);
+            }
+        }
     }
-    let mut lines = cut(network, &least, setbacks.clone());
+    let mut lines = cut(network, &least, setbacks.clone(), &wishes);
     // Where a road is too short to be cut back, its neighbour gives.
     for give in [None, None, Some(back)] {
         if level(network, &least, &lines.kept, &mut setbacks, give) {
-            lines = cut(network, &least, setbacks.clone());
+            lines = cut(network, &least, setbacks.clone(), &wishes);
         }
     }
     ConnectionLines { least, ..lines }
 }
 
 /// Cuts every road at its setbacks, and farther out where people cross.
-fn cut(network: &RoadNetwork, least: &[[f64; 2]], mut setbacks: Vec<[f64; 2]>) -> ConnectionLines {
+fn cut(network: &RoadNetwork, least: &[[f64; 2]], mut setbacks: Vec<[f64; 2]>, wishes: &[[f64; 2]]) -> ConnectionLines {
     let mut lines = ConnectionLines::default();
     let mut placed: FxHashSet<i64> = FxHashSet::default();
     for (i, road) in network.roads.iter().enumerate() {
@@ -163,26 +180,23 @@ fn cut(network: &RoadNetwork, least: &[[f64; 2]], mut setbacks: Vec<[f64; 2]>) -
         let room = |end| network.intersection(road.intersection(end)).arms.len() >= 3 && !road.roundabout;
         let continued = |end| network.intersection(road.intersection(end)).arms.len() == 2;
         let mut crossings = crossings_of(road, ix, least[i], room, continued);
-        for crossing in &mut crossings {
+        for crossing in &crossings {
             let Some(end) = crossing.arm else { continue };
             let depth = from_cut(least[i], end, crossing.station);
             let needed = depth + CROSSWALK_BREADTH / 2.0 + STOP_GAP;
             let back = &mut setbacks[i][side(end)];
             *back = back.max(needed);
-            let excess = *back - (depth + CROSSWALK_BREADTH / 2.0 + STOP_GAP_MOST);
-            if excess > 0.0 {
-                crossing.station = at_depth(least[i], end, depth + excess);
-            }
         }
-        let kept = untwisted(road, apply(least[i], setbacks[i], road.line.length()));
+        let kept = apply(least[i], setbacks[i], road.line.length());
+        let kept = untwisted(road, eased(road, kept, [0, 1].map(|end| (wishes[i][end] - setbacks[i][end]).max(0.0))));
         for crossing in &mut crossings {
             let Some(end) = crossing.arm else { continue };
-            // Where the road is too short the crosswalk moves toward the middle of the intersection with the cut.
-            let most = from_cut(least[i], end, kept[side(end)]) - STOP_GAP.min(1.2) - CROSSWALK_BREADTH / 2.0;
+            // Where the road is too short the crosswalk moves toward the middle of the intersection with the cut; where it
+            // is cut far back, up the road.
+            let middle = from_cut(least[i], end, kept[side(end)]) - CROSSWALK_BREADTH / 2.0;
             let depth = from_cut(least[i], end, crossing.station);
-            if depth > most {
-                crossing.station = at_depth(least[i], end, most);
-            }
+            let held = depth.max(middle - STOP_GAP_MOST).min(middle - STOP_GAP.min(1.2));
+            crossing.station = at_depth(least[i], end, held);
         }
         // What lies between intersections crosses the road's own lanes, once where the way is cut in two.
         crossings
@@ -245,7 +259,7 @@ fn untwisted(road: &Road, [start, end]: [f64; 2]) -> [f64; 2] {
     /// Change of direction, degrees, that is safe between cuts as close as the road is wide.
     const BEND_MOST: f64 = 40.0;
     let directions = [road.line.direction(start), road.line.direction((end - 1e-3).max(0.0))];
-    let bend = crate::geometry::angle_between(directions[0], directions[1]).abs();
+    let bend = angle_between(directions[0], directions[1]).abs();
     if end - start > 2.0 * road.half_width() || bend <= BEND_MOST.to_radians() {
         return [start, end];
     }
@@ -262,17 +276,18 @@ fn turn_setbacks(network: &RoadNetwork, arms: &[RoadEnd], least: &[[f64; 2]]) ->
             setbacks.push((at, by));
         }
     };
-    let poses = |at: RoadEnd, into: bool| {
-        let station = least[at.road.0 as usize][side(at.end)];
-        let road = network.road(at.road);
-        let lanes: Vec<LaneAt> = lanes_at(&road.section, at.end).into_iter().filter(|l| l.into == into).collect();
-        let outer = [lanes.first().copied(), lanes.last().copied()];
-        outer.map(|lane| lane.map(|lane| lane_pose(road, at.end, station, lane)))
+    let poses = |at, into| {
+        let mut poses = lane_poses(network, least, at, into);
+        if !into {
+            poses.reverse();
+        }
+        [poses.first().copied(), poses.last().copied()]
     };
     for &a in arms {
         for &b in arms.iter().filter(|&&b| b != a) {
             let (from, to) = (poses(a, true), poses(b, false));
-            // The tightest way between two arms joins their outermost lanes on the same side.
+            // What every turn needs is as much as the widest does, which joins the outermost lanes on opposite sides; the
+            // tightest takes what the roads can spare.
             for (from, to) in from.into_iter().zip(to).filter_map(|(from, to)| from.zip(to)) {
                 let back = swerve(from, to).min(if arms.len() == 2 { TAPER_MOST } else { SWERVE_MOST });
                 raise(a, back);
@@ -290,11 +305,83 @@ fn turn_setbacks(network: &RoadNetwork, arms: &[RoadEnd], least: &[[f64; 2]]) ->
     setbacks
 }
 
+/// The lanes that lead into an intersection or out of it, from left to right in their direction of travel.
+fn lane_poses(network: &RoadNetwork, least: &[[f64; 2]], at: RoadEnd, into: bool) -> Vec<Pose> {
+    let road = network.road(at.road);
+    let station = least[at.road.0 as usize][side(at.end)];
+    let lanes = lanes_at(&road.section, at.end).into_iter().filter(|lane| lane.into == into);
+    let mut poses: Vec<Pose> = lanes.map(|lane| lane_pose(road, at.end, station, lane)).collect();
+    if !into {
+        poses.reverse();
+    }
+    poses
+}
+
+/// More room for turns, and for lanes that shift sideways, where the roads can spare it.
+fn comfort(network: &RoadNetwork, arms: &[RoadEnd], least: &[[f64; 2]]) -> Vec<(RoadEnd, f64)> {
+    let mut wishes = Vec::new();
+    if arms.len() == 2 {
+        return wishes;
+    }
+    let mut raise = |at: RoadEnd, by: f64| {
+        if by > 0.0 {
+            wishes.push((at, by));
+        }
+    };
+    for &a in arms {
+        for &b in arms.iter().filter(|&&b| b != a) {
+            let (from, to) = (lane_poses(network, least, a, true), lane_poses(network, least, b, false));
+            let back = weave(&from, &to);
+            raise(a, back);
+            raise(b, back);
+            // The tightest way between two arms joins their outermost lanes on the same side.
+            let outer = [from.first().zip(to.first()), from.last().zip(to.last())];
+            for (before, after, turn) in outer.into_iter().flatten().filter_map(|(a, b)| curve::tangents(*a, *b)) {
+                let tangent = TURN_RADIUS * (turn.abs() / 2.0).tan();
+                raise(a, (tangent - before).clamp(0.0, TURN_SETBACK_MOST));
+                raise(b, (tangent - after).clamp(0.0, TURN_SETBACK_MOST));
+            }
+        }
+    }
+    wishes
+}
+
+/// How far either of two roads should give way so that lanes from one to the other, all from left to right, hardly weave.
+fn weave(from: &[Pose], to: &[Pose]) -> f64 {
+    let few = from.len().min(to.len());
+    if few == 0 || angle_between(from[0].heading, to[0].heading).abs() > WEAVE_TURN.to_radians() {
+        return 0.0;
+    }
+    let bends = |back: f64, shift: [usize; 2]| {
+        let pairs = from[shift[0]..].iter().zip(&to[shift[1]..]);
+        let moved = |pose: &Pose, by: f64| Pose { point: pose.point + pose.heading * by, ..*pose };
+        pairs.map(|(a, b)| curve::to_and_fro(moved(a, -back), moved(b, back))).fold(0.0, f64::max)
+    };
+    let shifts = (0..=from.len() - few).flat_map(|i| (0..=to.len() - few).map(move |j| [i, j]));
+    let least = shifts.min_by(|&s, &t| bends(0.0, s).total_cmp(&bends(0.0, t))).unwrap_or_default();
+    let steps = (0..WEAVE_SETBACK_MOST as usize).map(|metres| metres as f64);
+    steps.into_iter().find(|&back| bends(back, least) <= WEAVE_MOST.to_radians()).unwrap_or(WEAVE_SETBACK_MOST)
+}
+
+/// Moves both cuts further up the road for comfort, as far as enough of it remains and it does not bend.
+fn eased(road: &Road, [start, end]: [f64; 2], [a, b]: [f64; 2]) -> [f64; 2] {
+    let room = (end - start - EASE_LEFT).max(0.0);
+    let share = if a + b > room { room / (a + b) } else { 1.0 };
+    let straight = |at: End, cut: f64, by: f64| {
+        let bend = angle_between(inward(road, at, cut), inward(road, at, cut + by)).abs();
+        bend <= EASE_BEND.to_radians()
+    };
+    let eased = |at: End, cut: f64, by: f64| {
+        cut + [1.0, 0.5, 0.25].map(|part| part * by).into_iter().find(|&by| straight(at, cut, by)).unwrap_or(0.0)
+    };
+    [eased(End::Start, start, a * share), eased(End::End, end, -b * share)]
+}
+
 /// How far both roads should give way for a lane that shifts sideways between two ends.
 fn swerve(from: Pose, to: Pose) -> f64 {
     let way = to.point - from.point;
     let sideways = crate::geometry::cross(from.heading, way).abs();
-    let parallel = crate::geometry::angle_between(from.heading, to.heading).abs() < PARALLEL.to_radians();
+    let parallel = angle_between(from.heading, to.heading).abs() < PARALLEL.to_radians();
     let wanted = if parallel { TAPER_RATIO * sideways } else { 0.0 };
     ((wanted - way.dot(&from.heading)) / 2.0).max(0.0)
 }
