@@ -206,6 +206,27 @@ fn smooth([from, to]: [&ArmLane; 2], course: &[Pose]) -> [Vec<Point>; 2] {
     [0.5, -0.5].map(|sign| curve::beside(course, sign * from.width, sign * to.width))
 }
 
+/// A bound as one way would have it.
+struct Wanted {
+    /// From the lower node to the higher.
+    line: Polyline,
+    /// The other bound of that way.
+    other: Polyline,
+    /// Widths of the way at its ends, metres.
+    width: [f64; 2],
+    /// Whether the way runs from the higher node to the lower.
+    reversed: bool,
+}
+
+/// Part of its width that a way gives up for a bound that it shares: more, and it has one of its own.
+const SQUEEZED_MOST: f64 = 0.2;
+
+/// Whether a bound is as far from the other one as the way between them is wide, or nearly so.
+fn keeps_width(bound: &[Point], other: &Polyline, [from, to]: [f64; 2]) -> bool {
+    let (low, high) = (from.min(to) * (1.0 - SQUEEZED_MOST), from.max(to) * (1.0 + SQUEEZED_MOST));
+    bound.iter().map(|&p| other.distance(p)).all(|width| (low..=high).contains(&width))
+}
+
 /// Bounds that two ways through an intersection share although neither runs quite where the other would have it: they
 /// meet midway.
 struct Meant {
@@ -217,31 +238,35 @@ impl Meant {
     const SAME: f64 = 0.02;
 
     fn new(courses: &[(Ends, Vec<Pose>)]) -> Self {
-        let mut wanted: FxHashMap<(PointId, PointId), Vec<Polyline>> = FxHashMap::default();
+        let mut wanted: FxHashMap<(PointId, PointId), Vec<Wanted>> = FxHashMap::default();
         for ((_, from, to), course) in courses {
-            for (side, mut places) in smooth([from, to], course).into_iter().enumerate() {
-                let (mut a, mut b) = (from.nodes[side], to.nodes[side]);
-                if a > b {
-                    places.reverse();
-                    (a, b) = (b, a);
-                }
-                wanted.entry((a, b)).or_default().extend(Polyline::new(curve::untangled(&places)));
+            let both = smooth([from, to], course).map(|places| Polyline::new(curve::untangled(&places)));
+            let [Some(left), Some(right)] = both else { continue };
+            for (side, [own, other]) in [[&left, &right], [&right, &left]].into_iter().enumerate() {
+                let (a, b) = (from.nodes[side], to.nodes[side]);
+                let line = if a > b { own.reversed() } else { own.clone() };
+                let wanted = wanted.entry((a.min(b), a.max(b))).or_default();
+                wanted.push(Wanted { line, other: other.clone(), width: [from.width, to.width], reversed: a > b });
             }
         }
         let lines = wanted.into_iter().filter_map(|(ends, lines)| Some((ends, Self::midway(&lines)?))).collect();
         Self { lines }
     }
 
-    /// The line between two; `None` where they agree, and where more have a say.
-    fn midway(lines: &[Polyline]) -> Option<Vec<Point>> {
-        let [a, b] = lines else { return None };
+    /// The line between two; `None` where they agree, where it would squeeze either of two opposite ways, and where more
+    /// have a say.
+    fn midway(wanted: &[Wanted]) -> Option<Vec<Point>> {
+        let [first, second] = wanted else { return None };
+        let (a, b) = (&first.line, &second.line);
         let apart = |of: &Polyline, from: &Polyline| of.points().iter().any(|&p| from.distance(p) > Self::SAME);
         if !apart(a, b) && !apart(b, a) {
             return None;
         }
         let count = a.points().len().max(b.points().len());
         let (a, b) = (a.resampled_to(count), b.resampled_to(count));
-        Some(a.points().iter().zip(b.points()).map(|(a, b)| nalgebra::center(a, b)).collect())
+        let line: Vec<Point> = a.points().iter().zip(b.points()).map(|(a, b)| nalgebra::center(a, b)).collect();
+        let opposite = first.reversed != second.reversed;
+        (!opposite || wanted.iter().all(|way| keeps_width(&line, &way.other, way.width))).then_some(line)
     }
 
     fn get(&self, from: PointId, to: PointId) -> Option<Vec<Point>> {
@@ -250,6 +275,16 @@ impl Meant {
             None => self.lines.get(&(to, from)).map(|line| line.iter().rev().copied().collect()),
         }
     }
+}
+
+/// Whether a way takes the bounds that others have drawn between the same nodes.
+#[derive(Clone, Copy, PartialEq)]
+enum Share {
+    /// Where it keeps its width between them.
+    Evenly,
+    /// Wherever it fits between them.
+    Anyhow,
+    Not,
 }
 
 /// The shape of a lane between two ends; `None` if there is no room for one.
@@ -268,16 +303,33 @@ fn shape(
     let tight =
         if left_turn { [straight[0].clone(), smooth[1].clone()] } else { [smooth[0].clone(), straight[1].clone()] };
     let old = known.map(|bound| bound.map(|b| assembly.bound_line(b)));
-    let shapes =
-        [(&midway, true), (&smooth, true), (&tight, true), (&smooth, false), (&tight, false), (&straight, false)];
+    let width = [from.width, to.width];
+    let even = |[left, right]: &[Vec<Point>; 2]| {
+        let lines = [left, right].map(|line| Polyline::new(line.iter().copied()));
+        let [Some(a), Some(b)] = lines else { return false };
+        keeps_width(left, &b, width) && keeps_width(right, &a, width)
+    };
+    // Rather a bound of its own than one shared that squeezes it, and rather that than a corner.
+    let shapes = [
+        (&midway, Share::Evenly),
+        (&smooth, Share::Evenly),
+        (&smooth, Share::Not),
+        (&midway, Share::Anyhow),
+        (&smooth, Share::Anyhow),
+        (&tight, Share::Anyhow),
+        (&tight, Share::Not),
+        (&straight, Share::Not),
+    ];
     for (shape, share) in shapes {
+        let known = if share == Share::Not { [None, None] } else { known };
         let line = |side: usize| match &old[side] {
-            Some(old) if share => old.clone(),
+            Some(old) if known[side].is_some() => old.clone(),
             _ => curve::untangled(&shape[side]),
         };
         let lines = [line(0), line(1)];
-        if sound(&lines, from.width.min(to.width)) {
-            let known = if share { known } else { [None, None] };
+        // Ways side by side share whatever comes: they must not overlap.
+        let with_opposite = known.iter().flatten().any(|bound| bound.inverted);
+        if sound(&lines, from.width.min(to.width)) && (share != Share::Evenly || !with_opposite || even(&lines)) {
             return Some((shape.clone(), known));
         }
     }
@@ -310,11 +362,18 @@ mod tests {
 
     #[test]
     fn two_ways_meet_midway_on_the_bound_that_they_share() {
-        let line = |y: f64| Polyline::new([(0.0, 0.0), (5.0, y), (10.0, 0.0)].map(|(x, y)| Point::new(x, y)));
-        let both: Vec<Polyline> = [line(1.0), line(-1.0)].into_iter().flatten().collect();
-        let midway = Meant::midway(&both).unwrap();
+        let line = |y: f64, middle: f64| {
+            Polyline::new([(0.0, y), (5.0, y + middle), (10.0, y)].map(|(x, y)| Point::new(x, y))).unwrap()
+        };
+        let way = |bend: f64, y: f64| Wanted {
+            line: line(0.0, bend),
+            other: line(y, bend),
+            width: [3.0, 3.0],
+            reversed: y < 0.0,
+        };
+        let midway = Meant::midway(&[way(0.4, 3.0), way(-0.4, -3.0)]).unwrap();
         assert!(midway.iter().all(|p| p.y.abs() < 1e-9), "{midway:?}");
-        let same: Vec<Polyline> = [line(1.0), line(1.0)].into_iter().flatten().collect();
-        assert_eq!(Meant::midway(&same), None, "what agrees needs no other line");
+        assert_eq!(Meant::midway(&[way(0.4, 3.0), way(0.4, -3.0)]), None, "what agrees needs no other line");
+        assert_eq!(Meant::midway(&[way(-1.0, 3.0), way(1.0, -3.0)]), None, "neither is squeezed");
     }
 }
