@@ -313,7 +313,11 @@ pub const KINDS: &[Kind] = &[
         slip: |_, map, dice| {
             let lane = dice.pick(plain(map))?;
             let [left, right] = bounds(map.relation(lane));
-            let nodes: Vec<i64> = [left, right].iter().map(|&way| map.way(way).nodes[0]).collect();
+            let first = *map.way(left).nodes.first()?;
+            let ends = [*map.way(right).nodes.first()?, *map.way(right).nodes.last()?];
+            // Bounds may run either way: the nearer end.
+            let away = |node: &i64| (map.place(*node) - map.place(first)).norm();
+            let nodes = vec![first, ends.into_iter().min_by(|a, b| away(a).total_cmp(&away(b)))?];
             // Not where there is one already, of which it would be a copy.
             let taken =
                 |way: &Way| way.tags.is("type", "stop_line") && nodes.iter().any(|node| way.nodes.contains(node));
