@@ -11,6 +11,7 @@ mod from_osm;
 pub mod index;
 mod limits;
 pub mod locate;
+pub mod number;
 mod open;
 mod projector_info;
 pub mod referrers;

@@ -2,10 +2,10 @@
 
 use rustc_hash::FxHashSet;
 
-use super::view::View;
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::geometry::{Point, polygon};
 use crate::lanelet::index::extent;
+use crate::lanelet::index::view::View;
 use crate::lanelet::{PolygonId, RegulatoryElement};
 
 /// Judges polygons and elements of one kind: the type of the ones is the subtype of the others.

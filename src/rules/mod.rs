@@ -13,7 +13,7 @@ mod joint;
 mod load;
 mod moves;
 mod node;
-mod number;
+
 mod opposed;
 mod phase;
 mod pictures;
@@ -24,7 +24,7 @@ mod side;
 mod side_lane;
 mod stops;
 pub mod tier4;
-mod view;
+
 mod virtual_light;
 mod vm_01_01;
 mod vm_01_02;

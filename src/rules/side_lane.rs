@@ -2,7 +2,6 @@
 
 use super::along::{self, Reach, Twins};
 use super::graph::{Graph, Rules};
-use super::view::View;
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{LaneletId, RoadType};
@@ -14,8 +13,8 @@ pub fn judge(map: &MapIndex, subtype: &str, kind: RoadType, copied: Option<Reach
     if !map.map.lanelets.iter().any(|lanelet| lanelet.attributes.is("subtype", subtype)) {
         return Vec::new();
     }
-    let view = View::new(map.map);
-    let graph = Graph::new(&view, Rules::AnyLane);
+    let view = map.view();
+    let graph = Graph::new(view, Rules::AnyLane);
     let copies = copied.map(|reach| copies(map, kind, reach)).unwrap_or_default();
     let is_copy = |id: LaneletId| copies.iter().any(|twins| map.lanes[twins.lanes[1]].id == id);
     let mut findings = Vec::new();

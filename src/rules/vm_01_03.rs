@@ -7,9 +7,9 @@ use serde::Deserialize;
 
 use super::Rule;
 use super::along::on_two_levels;
-use super::view::boxes_meet;
 use crate::diagnostic::{Finding, Subject};
 use crate::geometry::{Point, Polyline, Vector, polygon};
+use crate::lanelet::index::view::boxes_meet;
 use crate::lanelet::index::{Lane, MapIndex, extent};
 use crate::lanelet::{LaneletId, LineStringId, RoadType};
 

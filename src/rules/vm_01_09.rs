@@ -3,9 +3,9 @@
 use serde::Deserialize;
 
 use super::Rule;
-use super::number::number;
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
+use crate::lanelet::number::number;
 
 /// See `rules/vm-01-09.md`.
 pub struct SpeedLimit;

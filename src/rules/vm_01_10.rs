@@ -3,11 +3,11 @@
 use serde::Deserialize;
 
 use super::Rule;
-use super::view::{Seen, Spot, View, covered_by, spot};
 use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::{Polyline, polygon};
 use crate::lanelet::Point;
 use crate::lanelet::index::MapIndex;
+use crate::lanelet::index::view::{Seen, Spot, View, covered_by, spot};
 
 /// See `rules/vm-01-10.md`.
 pub struct CenterLine;
@@ -28,8 +28,8 @@ impl Rule for CenterLine {
         if map.map.lanelets.iter().all(|lanelet| lanelet.centerline.is_none()) {
             return Vec::new();
         }
-        let view = View::new(map.map);
-        view.lanelets.iter().flat_map(|seen| judge(&view, params, seen)).collect()
+        let view = map.view();
+        view.lanelets.iter().flat_map(|seen| judge(view, params, seen)).collect()
     }
 }
 

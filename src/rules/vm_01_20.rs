@@ -3,10 +3,10 @@
 use rustc_hash::FxHashSet;
 
 use super::graph::{Graph, Rules};
-use super::view::{Seen, View};
 use super::{NoParams, Rule};
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
+use crate::lanelet::index::view::Seen;
 
 /// See `rules/vm-01-20.md`.
 pub struct SideBySide;
@@ -17,8 +17,8 @@ impl Rule for SideBySide {
     type Params = NoParams;
 
     fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        let view = View::new(map.map);
-        let graph = Graph::new(&view, Rules::AnyLane);
+        let view = map.view();
+        let graph = Graph::new(view, Rules::AnyLane);
         let fits = |seen: &Seen| seen.tag("subtype").is_some_and(|subtype| LANES.contains(&subtype));
         let mut said = FxHashSet::default();
         let mut findings = Vec::new();

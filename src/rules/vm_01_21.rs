@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 
 use super::graph::{Graph, Rules};
-use super::view::View;
 use super::{NoParams, Rule};
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
@@ -15,8 +14,8 @@ impl Rule for EndToEnd {
     type Params = NoParams;
 
     fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        let view = View::new(map.map);
-        let graphs = [Rules::AnyLane, Rules::Pedestrian].map(|rules| Graph::new(&view, rules));
+        let view = map.view();
+        let graphs = [Rules::AnyLane, Rules::Pedestrian].map(|rules| Graph::new(view, rules));
         let mut findings = Vec::new();
         for (at, seen) in view.lanelets.iter().enumerate() {
             let next: BTreeSet<usize> = graphs.iter().flat_map(|graph| graph.following(at)).collect();

@@ -4,9 +4,9 @@ use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
 use super::Rule;
-use super::view::View;
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
+use crate::lanelet::index::view::View;
 use crate::lanelet::{LineString, LineStringId, RegulatoryElement};
 
 /// See `rules/vm-02-02.md`.
@@ -27,9 +27,9 @@ impl Rule for StopLines {
     type Params = Params;
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let view = View::new(map.map);
-        let mut findings = unreferenced(map, &view, params);
-        findings.extend(view.elements("traffic_sign").flat_map(|sign| judge(&view, sign, params)));
+        let view = map.view();
+        let mut findings = unreferenced(map, view, params);
+        findings.extend(view.elements("traffic_sign").flat_map(|sign| judge(view, sign, params)));
         findings
     }
 }

@@ -6,10 +6,10 @@ use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
 use super::Rule;
-use super::number::leading_integer;
-use super::view::View;
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
+use crate::lanelet::index::view::View;
+use crate::lanelet::number::leading_integer;
 use crate::lanelet::{LineString, LineStringId, RegulatoryElement};
 
 /// See `rules/vm-04-01.md`.
@@ -30,7 +30,7 @@ impl Rule for TrafficLights {
     type Params = Params;
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let view = View::new(map.map);
+        let view = map.view();
         let used: FxHashSet<LineStringId> =
             view.elements("traffic_light").flat_map(|light| light.linestrings("refers")).collect();
         let bodies = view.map.linestrings.iter().filter(|line| line.attributes.is("type", "traffic_light"));
@@ -41,7 +41,7 @@ impl Rule for TrafficLights {
                 Finding::new("unreferenced", Subject::LineString(line.id.0), message)
             })
             .collect();
-        findings.extend(view.elements("traffic_light").flat_map(|light| judge(map, &view, light, params)));
+        findings.extend(view.elements("traffic_light").flat_map(|light| judge(map, view, light, params)));
         findings
     }
 }

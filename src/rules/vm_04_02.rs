@@ -6,9 +6,9 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 
 use super::Rule;
-use super::view::{Seen, View, spot};
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
+use crate::lanelet::index::view::{Seen, View, spot};
 use crate::lanelet::{LineString, LineStringId, Point, RegulatoryElement};
 
 /// Referrers whose edges turn away from the first one's by more than this (cosine) do not belong to one light.
@@ -31,7 +31,7 @@ impl Rule for PositionAndSize {
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         let lights = map.map.linestrings.iter().filter(|line| line.attributes.is("type", "traffic_light"));
         let mut findings: Vec<Finding> = lights.filter_map(|line| height(line, params)).collect();
-        findings.extend(facing(&View::new(map.map)));
+        findings.extend(facing(map.view()));
         findings
     }
 }
@@ -42,7 +42,7 @@ fn height(line: &LineString, params: &Params) -> Option<Finding> {
         return Some(Finding::new("height-missing", subject, format!("Traffic light {id} has no height.")));
     };
     // What is no number is read as one that cannot be.
-    let height = super::number::leading_number(said).unwrap_or(-1.0);
+    let height = crate::lanelet::number::leading_number(said).unwrap_or(-1.0);
     let (low, high) = (params.min_height, params.max_height);
     (height < low || height > high).then(|| {
         let message = format!("height={said} of traffic light {id} is outside {low} to {high} m.");

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use super::view::View;
 use super::{NoParams, Rule};
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::LineStringId;
@@ -15,7 +14,7 @@ impl Rule for Bulbs {
     type Params = NoParams;
 
     fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        let view = View::new(map.map);
+        let view = map.view();
         let elements = view.map.regulatory_elements.iter();
         let lines: BTreeSet<LineStringId> = elements.flat_map(|element| element.linestrings("light_bulbs")).collect();
         let mut findings = Vec::new();

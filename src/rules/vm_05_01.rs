@@ -5,10 +5,10 @@ use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
 use super::Rule;
-use super::view::{Seen, View};
 use crate::diagnostic::{Finding, Subject};
 use crate::geometry::polygon;
 use crate::lanelet::index::MapIndex;
+use crate::lanelet::index::view::{Seen, View};
 use crate::lanelet::{LaneletId, RegulatoryElement};
 
 /// See `rules/vm-05-01.md`.
@@ -31,7 +31,7 @@ impl Rule for Crosswalks {
     type Params = Params;
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let view = View::new(map.map);
+        let view = map.view();
         let used: FxHashSet<LaneletId> =
             view.elements("crosswalk").flat_map(|element| element.lanelets("refers")).collect();
         let crosswalks = view.lanelets.iter().filter(|seen| seen.is("crosswalk"));
@@ -42,7 +42,7 @@ impl Rule for Crosswalks {
                 Finding::new("unreferenced", Subject::Lanelet(seen.id().0), message)
             })
             .collect();
-        findings.extend(view.elements("crosswalk").flat_map(|element| judge(&view, element, params)));
+        findings.extend(view.elements("crosswalk").flat_map(|element| judge(view, element, params)));
         findings
     }
 }

@@ -3,10 +3,10 @@
 use serde::Deserialize;
 
 use super::Rule;
-use super::view::View;
 use crate::diagnostic::{Edit, Finding, Severity, Subject};
 use crate::geometry::{Point, Polyline, polygon};
 use crate::lanelet::index::MapIndex;
+use crate::lanelet::index::view::View;
 use crate::lanelet::{LineString, RegulatoryElement};
 
 /// See `rules/vm-05-02.md`.
@@ -28,8 +28,8 @@ impl Rule for PedestrianLights {
     type Params = Params;
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let view = View::new(map.map);
-        view.elements("traffic_light").flat_map(|element| judge(&view, params, element)).collect()
+        let view = map.view();
+        view.elements("traffic_light").flat_map(|element| judge(view, params, element)).collect()
     }
 }
 

@@ -1,9 +1,9 @@
 //! vm-05-03: where vehicles slow down before a crosswalk, speed and distance are numbers.
 
-use super::number::number;
 use super::{NoParams, Rule};
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
+use crate::lanelet::number::number;
 
 /// See `rules/vm-05-03.md`.
 pub struct SlowDown;

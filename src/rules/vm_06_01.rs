@@ -4,9 +4,9 @@ use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
 use super::Rule;
-use super::view::View;
 use crate::diagnostic::{Finding, Subject};
 use crate::geometry::{Point as Place, polygon, ring};
+use crate::lanelet::index::view::View;
 use crate::lanelet::index::{MapIndex, extent};
 use crate::lanelet::{PointId, Polygon};
 
@@ -32,8 +32,8 @@ impl Rule for BufferZone {
     type Params = Params;
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let view = View::new(map.map);
-        view.polygons("hatched_road_markings").flat_map(|zone| judge(map, &view, params, zone)).collect()
+        let view = map.view();
+        view.polygons("hatched_road_markings").flat_map(|zone| judge(map, view, params, zone)).collect()
     }
 }
 

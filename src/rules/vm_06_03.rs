@@ -1,6 +1,5 @@
 //! vm-06-03: the lanes on which nobody may stop are those that tell of it.
 
-use super::view::View;
 use super::{NoParams, Rule, area_element};
 use crate::diagnostic::Finding;
 use crate::lanelet::index::MapIndex;
@@ -12,9 +11,9 @@ impl Rule for NoStoppingSign {
     type Params = NoParams;
 
     fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        let view = View::new(map.map);
-        let mut findings = area_element::apart(&view, "no_parking_area", &["road"]);
-        findings.extend(area_element::not_told(&view, "no_parking_area"));
+        let view = map.view();
+        let mut findings = area_element::apart(view, "no_parking_area", &["road"]);
+        findings.extend(area_element::not_told(view, "no_parking_area"));
         findings
     }
 }

@@ -1,6 +1,5 @@
 //! vm-06-04: an area without stopping has an element that road lanelets refer to.
 
-use super::view::View;
 use super::{NoParams, Rule, area_element};
 use crate::diagnostic::Finding;
 use crate::lanelet::index::MapIndex;
@@ -12,6 +11,6 @@ impl Rule for NoStopping {
     type Params = NoParams;
 
     fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        area_element::judge(&View::new(map.map), "no_stopping_area")
+        area_element::judge(map.view(), "no_stopping_area")
     }
 }

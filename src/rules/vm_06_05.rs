@@ -1,6 +1,5 @@
 //! vm-06-05: a detection area has an element with a stop line that road lanelets refer to.
 
-use super::view::View;
 use super::{NoParams, Rule, area_element};
 use crate::diagnostic::Finding;
 use crate::lanelet::index::MapIndex;
@@ -12,6 +11,6 @@ impl Rule for DetectionArea {
     type Params = NoParams;
 
     fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        area_element::judge(&View::new(map.map), "detection_area")
+        area_element::judge(map.view(), "detection_area")
     }
 }

@@ -1,6 +1,5 @@
 //! vm-06-06: a bus stop has an element.
 
-use super::view::View;
 use super::{NoParams, Rule, area_element};
 use crate::diagnostic::Finding;
 use crate::lanelet::index::MapIndex;
@@ -12,6 +11,6 @@ impl Rule for BusStop {
     type Params = NoParams;
 
     fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        area_element::unreferenced(&View::new(map.map), "bus_stop_area")
+        area_element::unreferenced(map.view(), "bus_stop_area")
     }
 }

@@ -3,10 +3,10 @@
 use serde::Deserialize;
 
 use super::moves::Moves;
-use super::view::View;
 use super::{Rule, area_element};
 use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::Point;
+use crate::lanelet::index::view::View;
 use crate::lanelet::index::{DrivingSide, MapIndex};
 
 /// See `rules/vm-07-07.md`.
@@ -23,8 +23,8 @@ impl Rule for BusStop {
     type Params = Params;
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let view = View::new(map.map);
-        let mut findings = area_element::apart(&view, "bus_stop_area", &["road", "road_shoulder"]);
+        let view = map.view();
+        let mut findings = area_element::apart(view, "bus_stop_area", &["road", "road_shoulder"]);
         findings.extend(view.polygons("bus_stop_area").filter_map(|polygon| {
             let ring = view.ring(polygon);
             let length = diameter(&ring);
@@ -35,7 +35,7 @@ impl Rule for BusStop {
                     .at(Place::Polygon(ring))
             })
         }));
-        findings.extend(mid_road(map, &view));
+        findings.extend(mid_road(map, view));
         findings
     }
 }

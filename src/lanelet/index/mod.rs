@@ -11,6 +11,7 @@ mod side;
 mod stop_line;
 mod thresholds;
 mod traffic;
+pub mod view;
 
 pub use conflict::Conflict;
 pub use intersection::{Arm, ArmEdge, Intersection, Member, declared_area, same_arm};
@@ -20,6 +21,7 @@ pub use side::{DrivingSide, SideVotes};
 pub use stop_line::{Misfit, StopLine};
 pub use thresholds::Thresholds;
 pub use traffic::{Movement, Rank, STRAIGHT, Traffic, U_TURN};
+use view::View;
 
 use rayon::prelude::*;
 use rstar::RTree;
@@ -66,6 +68,7 @@ pub struct MapIndex<'m> {
     referrers: FxHashMap<RegulatoryElementId, Vec<LaneletId>>,
     intersections_of: Vec<Vec<usize>>,
     touching: Vec<Vec<usize>>,
+    view: View<'m>,
 }
 
 impl<'m> MapIndex<'m> {
@@ -130,9 +133,15 @@ impl<'m> MapIndex<'m> {
             referrers,
             intersections_of,
             touching,
+            view: View::new(map),
         };
         index.traffic = (0..index.intersections.len()).into_par_iter().map(|at| traffic::traffic(&index, at)).collect();
         index
+    }
+
+    /// Every lanelet that loads, as Lanelet2 sees it.
+    pub fn view(&self) -> &View<'m> {
+        &self.view
     }
 
     /// Position of a lanelet in `lanes`; `None` if it is broken or not there.

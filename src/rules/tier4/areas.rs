@@ -6,10 +6,10 @@ use super::{Issue, Params, issue};
 use crate::diagnostic::Subject;
 use crate::geometry::{Point as Place, polygon, ring};
 use crate::lanelet::index::extent;
+use crate::lanelet::index::view::{Seen, View, boxes_meet, covered_by};
+use crate::lanelet::number::leading_integer;
 use crate::lanelet::{LaneletId, PointId, Polygon, PolygonId};
 use crate::rules::graph::{Graph, Rules};
-use crate::rules::number::leading_integer;
-use crate::rules::view::{Seen, View, boxes_meet, covered_by};
 
 /// Share of a lanelet that an area has to cover for the lanelet to lie in it.
 const COVER: f64 = 0.99;

@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 
 use super::{Issue, Params, issue};
 use crate::diagnostic::Subject;
+use crate::lanelet::index::view::View;
 use crate::lanelet::{LaneletId, LineString, RegulatoryElement};
 use crate::rules::graph::{Graph, Rules};
-use crate::rules::view::View;
 
 fn element(found: &RegulatoryElement) -> Subject {
     Subject::RegulatoryElement(found.id.0)

@@ -8,9 +8,9 @@ use super::{Issue, Params, issue};
 use crate::diagnostic::Subject;
 use crate::geometry::{Point as Place, Polyline, Vector, left_of, polygon};
 use crate::lanelet::index::extent;
+use crate::lanelet::index::view::{Seen, View, boxes_meet, covered_by};
 use crate::lanelet::{LaneletId, Point};
 use crate::rules::graph::{Graph, Rules};
-use crate::rules::view::{Seen, View, boxes_meet, covered_by};
 
 /// By this share of its width (1) a lanelet is widened to find what lies beside it.
 const WIDENED: f64 = 0.05;

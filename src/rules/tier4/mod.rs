@@ -17,10 +17,10 @@ use std::sync::LazyLock;
 use rayon::prelude::*;
 use serde::Deserialize;
 
-use super::view::View;
 use super::{Config, ConfigError, Row};
 use crate::diagnostic::{Diagnostic, Finding, Severity, Subject};
 use crate::lanelet::index::MapIndex;
+use crate::lanelet::index::view::View;
 
 /// What a reading finds.
 #[derive(Debug)]
@@ -179,12 +179,12 @@ fn fits(value: &toml::Value, other: &toml::Value) -> bool {
 /// Runs every validator over the map, in parallel, after the rule that says what does not load. The findings come in the
 /// order of the table, within a validator by number, then by subject.
 pub fn run(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigError> {
-    let view = View::new(map.map);
+    let view = map.view();
     let rows = super::table().map_err(Clone::clone)?;
     let loading = rows.iter().filter(|row| row.requirement.id == "load");
     let mut found: Vec<Vec<Diagnostic>> =
         loading.map(|row| super::run_row(map, config, row)).collect::<Result<_, ConfigError>>()?;
-    found.par_extend(READINGS.par_iter().map(|&(name, reading)| read(map, &view, config, name, reading)));
+    found.par_extend(READINGS.par_iter().map(|&(name, reading)| read(map, view, config, name, reading)));
     let by_rule = rows.par_iter().map(|row| apply(map, config, row));
     found.extend(by_rule.collect::<Result<Vec<_>, _>>()?);
     let mut found: Vec<Diagnostic> = found.into_iter().flatten().collect();

@@ -8,9 +8,9 @@ use rustc_hash::FxHashSet;
 use super::{Issue, Params, issue};
 use crate::diagnostic::Subject;
 use crate::geometry::Vector;
+use crate::lanelet::index::view::{Seen, View};
 use crate::lanelet::{LaneletId, RegulatoryElement};
 use crate::rules::graph::{Graph, Rules};
-use crate::rules::view::{Seen, View};
 
 /// From this share of a lanelet's area on, an overlap is one that has to be listed.
 const REAL: f64 = 0.01;

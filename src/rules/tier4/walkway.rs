@@ -7,7 +7,7 @@ use super::{Issue, Params, issue};
 use crate::diagnostic::Subject;
 use crate::geometry::polygon;
 use crate::lanelet::Point;
-use crate::rules::view::{Seen, View};
+use crate::lanelet::index::view::{Seen, View};
 
 /// Least distance (m) from the roads at either end.
 const OVERHANG: f64 = 3.0;

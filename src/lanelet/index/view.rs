@@ -2,13 +2,14 @@
 
 use geo::coordinate_position::{CoordPos, CoordinatePosition};
 use geo::{Coord, Relate};
+use rayon::prelude::*;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 use rustc_hash::FxHashMap;
 
-use super::number::leading_integer;
 use crate::geometry::{Point as Place, Polyline, polygon, ring};
 use crate::lanelet::index::extent;
+use crate::lanelet::number::leading_integer;
 use crate::lanelet::{
     Bound, Lanelet, LaneletId, LaneletMap, LineString, Point, Polygon, RegulatoryElement, RegulatoryElementId, Target,
 };
@@ -121,7 +122,8 @@ impl<'m> Seen<'m> {
 impl<'m> View<'m> {
     /// Looks at a map.
     pub fn new(map: &'m LaneletMap) -> Self {
-        let lanelets: Vec<Seen<'m>> = map.lanelets.iter().filter_map(|lanelet| Seen::new(map, lanelet)).collect();
+        let lanelets = map.lanelets.as_slice().par_iter().filter_map(|lanelet| Seen::new(map, lanelet));
+        let lanelets: Vec<Seen<'m>> = lanelets.collect();
         let mut referrers: FxHashMap<RegulatoryElementId, Vec<usize>> = FxHashMap::default();
         for (at, seen) in lanelets.iter().enumerate() {
             for &element in &seen.lanelet.regulatory_elements {
