@@ -92,8 +92,13 @@ fn speaks_for(network: &RoadNetwork, road: &Road, left: f64, options: &Consolida
     if road.tags.is("junction", "intersection") && road.line.length() <= options.tagged {
         return Some(Reason::Tagged);
     }
-    if left < options.short {
+    // Nobody waits on a roundabout: its ring is driven around, piece by piece, as long as there are pieces.
+    let short = if road.roundabout { options.short_on_ring } else { options.short };
+    if left < short {
         return Some(Reason::Short);
+    }
+    if road.roundabout {
+        return None;
     }
     let [a, b] = [network.intersection(road.from), network.intersection(road.to)];
     if a.signals && b.signals && left < options.short_between_signals {

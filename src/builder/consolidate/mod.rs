@@ -27,6 +27,8 @@ pub use wish::{Wish, Wished};
 pub struct ConsolidateOptions {
     /// A road with less than this left between its two cuts has no room for a vehicle to wait: it lies inside.
     pub short: f64,
+    /// As `short`, for a piece of a roundabout's ring: less than a lanelet takes.
+    pub short_on_ring: f64,
     /// As `short`, for a road between two signalised nodes: less than two waiting cars.
     pub short_between_signals: f64,
     /// As `short`, for a road across the median of a dual carriageway: less than three waiting cars.
@@ -45,6 +47,7 @@ impl Default for ConsolidateOptions {
     fn default() -> Self {
         Self {
             short: 5.0,
+            short_on_ring: 1.0,
             short_between_signals: 12.0,
             short_across_median: 18.0,
             tagged: 60.0,

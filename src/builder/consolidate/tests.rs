@@ -233,3 +233,30 @@ fn carriageways_around_an_island_become_one_road_with_a_median() {
     assert_eq!(kinds.last(), Some(&(StripKind::Drive, Travel::Forward)), "{kinds:?}");
     assert!(kinds.iter().any(|(kind, _)| *kind == StripKind::Buffer));
 }
+
+#[test]
+fn the_ring_of_a_roundabout_is_driven_around_piece_by_piece() {
+    // Four two-way streets on a ring of 6 m: too little is left of its pieces for a car to wait, but nobody waits there.
+    let around: Vec<(i64, f64, f64)> = (0..16)
+        .map(|i: i32| (i64::from(i) + 1, f64::from(i) * std::f64::consts::TAU / 16.0))
+        .map(|(id, angle)| (id, 6.0 * angle.cos(), 6.0 * angle.sin()))
+        .chain([(101, 80.0, 0.0), (102, 0.0, 80.0), (103, -80.0, 0.0), (104, 0.0, -80.0)])
+        .collect();
+    let ring: Vec<i64> = (1..=16).chain([1]).collect();
+    let street = "highway=residential";
+    let ways: [(i64, &[i64], &str); 5] = [
+        (1, &ring, "highway=residential junction=roundabout"),
+        (2, &[1, 101], street),
+        (3, &[5, 102], street),
+        (4, &[9, 103], street),
+        (5, &[13, 104], street),
+    ];
+    let (merged, notes) = merge(network(&around, &ways, ""), &ConsolidateOptions::default());
+    assert!(notes.iter().all(|note| !note.merged), "{notes:?}");
+    assert_eq!(merged.roads.iter().filter(|road| road.roundabout).count(), 4);
+    // A piece with room for a lanelet would lie inside an intersection anywhere else.
+    let options =
+        ConsolidateOptions { short_on_ring: ConsolidateOptions::default().short, ..ConsolidateOptions::default() };
+    let notes = merge(network(&around, &ways, ""), &options).1;
+    assert!(notes.iter().any(|note| note.merged), "{notes:?}");
+}
