@@ -106,7 +106,7 @@ fn add_shapes(course: &mut Course, ends: &Ends) {
 }
 
 /// The smallest radius of a curve.
-fn radius(poses: &[Pose]) -> f64 {
+pub fn radius(poses: &[Pose]) -> f64 {
     let bends = poses.windows(2).map(|w| {
         let turn = angle_between(w[0].heading, w[1].heading).abs();
         (w[1].point - w[0].point).norm() / turn.max(f64::MIN_POSITIVE)

@@ -35,6 +35,7 @@ pub mod outline;
 pub(crate) mod overhead;
 pub mod paths;
 pub mod restricted;
+pub mod ring;
 pub mod road_network;
 pub mod seam;
 pub mod settle;

@@ -12,6 +12,7 @@ use super::cross_section::StripKind;
 use super::ids::Key;
 use super::lanes::{Arm, ArmLane, Lanes, road_attributes};
 use super::movement::{Movement, turned};
+use super::ring::Ring;
 use super::road_network::{Intersection, RoadNetwork};
 use super::sound::sound;
 
@@ -144,7 +145,13 @@ pub fn paths(
     let ends = |m: &Movement| Some((arms.get(m.from)?.into.get(m.in_lane)?, arms.get(m.to)?.out.get(m.out_lane)?));
     let all: Vec<Ends> = movements.iter().filter_map(|m| ends(m).map(|(from, to)| (*m, from, to))).collect();
     let radius = |(_, from, to): &Ends| curve::join_radius(from.pose, to.pose).unwrap_or(f64::INFINITY);
+    let ring = Ring::of(intersection);
     let mut order: Vec<(Ends, Vec<Pose>)> = all.iter().copied().zip(courses(&all)).collect();
+    for ((movement, from, to), course) in &mut order {
+        let roads = [movement.from, movement.to].map(|arm| network.road(arms[arm].at.road).place(arms[arm].at.end));
+        let around = ring.as_ref().and_then(|ring| ring.around(roads, [from.pose, to.pose], course));
+        *course = around.unwrap_or_else(|| std::mem::take(course));
+    }
     order.sort_by(|(a, _), (b, _)| radius(a).total_cmp(&radius(b)).then(a.0.cmp(&b.0)));
     let meant = Meant::new(&order);
     let mut bounds = Bounds::default();

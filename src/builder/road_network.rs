@@ -191,6 +191,14 @@ impl Road {
         }
     }
 
+    /// Where its line begins or ends, in local metres.
+    pub fn place(&self, end: End) -> Point {
+        match end {
+            End::Start => self.line.first(),
+            End::End => self.line.last(),
+        }
+    }
+
     /// The intersection at one end.
     pub fn intersection(&self, end: End) -> IntersectionIx {
         match end {
@@ -242,6 +250,8 @@ pub struct InnerRoad {
     pub line: Polyline,
     /// What lay across it.
     pub section: CrossSection,
+    /// Whether it was a piece of a roundabout's ring.
+    pub roundabout: bool,
 }
 
 /// A turn restriction between roads.

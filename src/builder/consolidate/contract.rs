@@ -248,7 +248,13 @@ fn merged(network: &RoadNetwork, cluster: &Cluster, rules: &Rules<'_>) -> Inters
     let mut inner: Vec<InnerRoad> = members.iter().flat_map(|m| m.inner.iter().cloned()).collect();
     inner.extend(cluster.inner.iter().map(|ix| {
         let road = network.road(*ix);
-        InnerRoad { key: road.key, ways: road.ways.clone(), line: road.line.clone(), section: road.section.clone() }
+        InnerRoad {
+            key: road.key,
+            ways: road.ways.clone(),
+            line: road.line.clone(),
+            section: road.section.clone(),
+            roundabout: road.roundabout,
+        }
     }));
     inner.sort_by_key(|i| i.key);
     let crossroads: Vec<&&Intersection> = members.iter().filter(|m| m.arms.len() > 2).collect();

@@ -47,7 +47,7 @@ impl Default for ConsolidateOptions {
     fn default() -> Self {
         Self {
             short: 5.0,
-            short_on_ring: 1.0,
+            short_on_ring: 3.0,
             short_between_signals: 12.0,
             short_across_median: 18.0,
             tagged: 60.0,

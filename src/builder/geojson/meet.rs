@@ -140,6 +140,7 @@ fn inner(feature: &Sited<Feature<IntersectionShape>>) -> Vec<InnerRoad> {
             ways: inner.osm_ids.clone(),
             line: Polyline::new(inner.centerline.iter().map(point))?,
             section: section_of(&inner.lanes),
+            roundabout: inner.roundabout,
         })
     });
     inner.collect()

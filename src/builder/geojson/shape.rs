@@ -292,6 +292,8 @@ pub struct InnerShape {
     pub osm_ids: Vec<i64>,
     pub centerline: Vec<Place>,
     pub lanes: Vec<StripShape>,
+    #[serde(default)]
+    pub roundabout: bool,
 }
 
 #[derive(Debug, Serialize, Deserialize)]

@@ -352,6 +352,7 @@ fn inner(intersection: &Intersection) -> Vec<InnerShape> {
         osm_ids: inner.ways.clone(),
         centerline: places(inner.line.points()),
         lanes: strips(&inner.section),
+        roundabout: inner.roundabout,
     });
     inner.collect()
 }
