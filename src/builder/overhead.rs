@@ -3,9 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::lanelet::index::{MapIndex, Thresholds};
-use crate::lanelet::{LaneletId, LaneletMap, Member, RegulatoryElement, RegulatoryElementId, Target};
-use crate::settings::Settings;
+use crate::lanelet::index::{self, Thresholds};
+use crate::lanelet::{LaneletId, LaneletMap, Member, RegulatoryElement, RegulatoryElementId, Target, TurnDirection};
 
 use super::assembly::tags;
 use super::ids::{Ids, Key};
@@ -19,7 +18,7 @@ pub fn ignore(map: &mut LaneletMap) {
     if high - low <= thresholds.grade_separation {
         return;
     }
-    for (lane, others) in passing(map, thresholds) {
+    for (lane, others) in passing(map, &thresholds) {
         let own = map.lanelets.get(lane).map(|lanelet| lanelet.regulatory_elements.clone()).unwrap_or_default();
         let listing = |id: &RegulatoryElementId| {
             let element = map.regulatory_elements.get(*id);
@@ -34,20 +33,32 @@ pub fn ignore(map: &mut LaneletMap) {
 }
 
 /// For each lane of an intersection the lanes on another level for which it would wait.
-fn passing(map: &LaneletMap, thresholds: Thresholds) -> BTreeMap<LaneletId, Vec<LaneletId>> {
-    let settings = Settings::default();
-    let index = MapIndex::new(map, &[], &settings, thresholds);
-    let mut passing: BTreeMap<LaneletId, Vec<LaneletId>> = BTreeMap::new();
-    for lane in (0..index.lanes.len()).filter(|&lane| index.movement(lane).is_some() && index.lanes[lane].vehicle) {
-        let watched = index.attention(lane);
-        let apart = index.conflicts[lane].iter().filter(|conflict| conflict.grade_separated);
-        let apart = apart.filter(|conflict| index.lanes[conflict.other].vehicle && watched.contains(&conflict.other));
-        let others: Vec<LaneletId> = apart.map(|conflict| index.lanes[conflict.other].id).collect();
-        if !others.is_empty() {
-            passing.insert(index.lanes[lane].id, others);
+fn passing(map: &LaneletMap, thresholds: &Thresholds) -> BTreeMap<LaneletId, Vec<LaneletId>> {
+    let mut waiting: BTreeMap<LaneletId, Vec<LaneletId>> = BTreeMap::new();
+    let pairs = index::passing(map, thresholds);
+    for (lane, other) in pairs.into_iter().flat_map(|[x, y]| [(x, y), (y, x)]) {
+        if waits(map, lane) && !ignores(map, lane, other) {
+            waiting.entry(lane).or_default().push(other);
         }
     }
-    passing
+    let place = |id: &LaneletId| map.lanelets.position(*id);
+    waiting.values_mut().for_each(|others| others.sort_by_key(place));
+    waiting
+}
+
+/// Whether a lane is part of an intersection and has no light for straight on, which lets Autoware wait for nobody.
+fn waits(map: &LaneletMap, lane: LaneletId) -> bool {
+    let Some(lanelet) = map.lanelets.get(lane) else { return false };
+    let straight = lanelet.attributes.is("turn_direction", TurnDirection::Straight.as_str());
+    lanelet.attributes.has("intersection_area") && !(straight && index::is_signalised(map, lane))
+}
+
+/// Whether a lane's own `right_of_way` element lists another as one that yields.
+fn ignores(map: &LaneletMap, lane: LaneletId, other: LaneletId) -> bool {
+    let own = map.lanelets.get(lane).into_iter().flat_map(|lanelet| &lanelet.regulatory_elements);
+    let elements = own.filter_map(|&id| map.regulatory_elements.get(id)).filter(|e| e.subtype == "right_of_way");
+    let mut listing = elements.filter(|e| e.lanelets("right_of_way").any(|own| own == lane));
+    listing.any(|e| e.lanelets("yield").any(|id| id == other))
 }
 
 /// A `right_of_way` element of a lane that had none.

@@ -36,6 +36,23 @@ pub fn common_area(a: &[Point], b: &[Point]) -> f64 {
     of_a.iter().map(below).sum::<f64>().abs()
 }
 
+/// Area and middle of what two simple rings share; `None` if they share nothing. See [`common_area`].
+pub fn common_part(a: &[Point], b: &[Point]) -> Option<(f64, Point)> {
+    let ([low_a, high_a], [low_b, high_b]) = (bounds(a)?, bounds(b)?);
+    let (low, high) = (low_a.sup(&low_b), high_a.inf(&high_b));
+    if low.x >= high.x || low.y >= high.y {
+        return None;
+    }
+    // Whatever lies below the base counts as often for as against.
+    let (of_a, of_b) = (edges(a, low, low.x, high.x), edges(b, low, low.x, high.x));
+    let mut sum = Moments::default();
+    for x in &of_a {
+        of_b.iter().for_each(|y| x.add_below_both(y, low.x, &mut sum));
+    }
+    let middle = low + crate::geometry::Vector::new(sum.east, sum.north) / sum.area;
+    (sum.area != 0.0 && middle.x.is_finite() && middle.y.is_finite()).then(|| (sum.area.abs(), middle))
+}
+
 /// The lowest and the highest coordinates of a ring.
 pub fn bounds(ring: &[Point]) -> Option<[Point; 2]> {
     let first = *ring.first()?;
@@ -82,6 +99,46 @@ impl Edge {
         // Where the edges cross, a triangle above the lower ends counts too.
         let crossing = if first * last < 0.0 { first * last / (first - last).abs() } else { 0.0 };
         self.sign * other.sign * (least - crossing) / 2.0 * (to - from)
+    }
+
+    /// Adds area and moments of what lies below this edge and another; east is counted from `base`.
+    fn add_below_both(&self, other: &Self, base: f64, sum: &mut Moments) {
+        let (from, to) = (self.from.max(other.from), self.to.min(other.to));
+        if from >= to {
+            return;
+        }
+        let sign = self.sign * other.sign;
+        let [a, b] = [self, other].map(|edge| [edge.at(from), edge.at(to)]);
+        let [first, last] = [a[0] - b[0], a[1] - b[1]];
+        let ends = [a[0].min(b[0]), a[1].min(b[1])];
+        let (from, to) = (from - base, to - base);
+        if first * last < 0.0 {
+            let part = first / (first - last);
+            let (middle, height) = (from + (to - from) * part, a[0] + (a[1] - a[0]) * part);
+            sum.add_below(sign, [from, middle], [ends[0], height]);
+            sum.add_below(sign, [middle, to], [height, ends[1]]);
+        } else {
+            sum.add_below(sign, [from, to], ends);
+        }
+    }
+}
+
+/// An area, and the integrals of east and north over it.
+#[derive(Default)]
+struct Moments {
+    area: f64,
+    east: f64,
+    north: f64,
+}
+
+impl Moments {
+    /// Adds what lies below one straight line.
+    fn add_below(&mut self, sign: f64, [from, to]: [f64; 2], [a, b]: [f64; 2]) {
+        let width = sign * (to - from);
+        let area = width * (a + b) / 2.0;
+        self.area += area;
+        self.east += from * area + width * (to - from) * (a + 2.0 * b) / 6.0;
+        self.north += width * (a * a + a * b + b * b) / 6.0;
     }
 }
 
@@ -168,6 +225,7 @@ fn clockwise(mut ring: Vec<Point>) -> Option<Vec<Point>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use geo::Centroid;
     use proptest::prelude::*;
 
     #[test]
@@ -197,6 +255,11 @@ mod tests {
             };
             let (a, b) = (star(&a, 5000.0, 7000.0), star(&b, 5000.0 + x, 7000.0 + y));
             prop_assert!((common_area(&a, &b) - overlap(&a, &b)).abs() < 1e-3);
+            let part = common_part(&a, &b);
+            prop_assert!((part.map_or(0.0, |(area, _)| area) - common_area(&a, &b)).abs() < 1e-6);
+            if let (Some((area, middle)), Some(whole)) = (part, intersection(&a, &b).centroid()) && area > 0.1 {
+                prop_assert!((middle - Point::new(whole.x(), whole.y())).norm() < 1e-3);
+            }
         }
     }
 }

@@ -1,12 +1,14 @@
 //! Which lanelets intersect, and by how much.
 
-use geo::{Area, BooleanOps, Centroid};
 use rayon::prelude::*;
-use rstar::AABB;
+use rstar::primitives::{GeomWithData, Rectangle};
+use rstar::{AABB, RTree};
+use rustc_hash::FxHashMap;
 
+use super::lane::drivable_by_vehicle;
 use super::{Lane, LaneTree, Thresholds};
 use crate::geometry::{Point, Polyline, polygon};
-use crate::lanelet::{Bound, LaneletMap};
+use crate::lanelet::{Bound, LaneletId, LaneletMap, LineString};
 
 /// Another lanelet whose outline overlaps that of this one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +50,7 @@ pub(super) fn conflicts(
                 if related(lane, other) {
                     return None;
                 }
-                let (area, place) = overlap(lane, other)?;
+                let (area, place) = polygon::common_part(&lane.outline, &other.outline)?;
                 (area > thresholds.raw_conflict)
                     .then(|| (x, y, area, place, gap(map, lane, other, place) > thresholds.grade_separation))
             })
@@ -75,11 +77,69 @@ fn related(x: &Lane, y: &Lane) -> bool {
         || x.start.ids == y.start.ids
 }
 
-/// Area and middle of the overlap.
-fn overlap(x: &Lane, y: &Lane) -> Option<(f64, Point)> {
-    let common = polygon::to_geo(&x.outline).intersection(&polygon::to_geo(&y.outline));
-    let middle = common.centroid()?;
-    Some((common.unsigned_area(), Point::new(middle.x(), middle.y())))
+/// Box and heights of a line or a lanelet.
+#[derive(Clone, Copy)]
+struct Reach {
+    extent: [Point; 2],
+    heights: [f64; 2],
+}
+
+impl Reach {
+    fn of(map: &LaneletMap, line: &LineString) -> Option<Self> {
+        let points = || line.points.iter().filter_map(|&id| map.points.get(id));
+        points().all(|p| p.position.x.is_finite() && p.position.y.is_finite()).then_some(())?;
+        points()
+            .map(|p| Self { extent: [p.position; 2], heights: [p.ele.unwrap_or(0.0); 2] })
+            .reduce(|one, other| one.with(&other))
+    }
+
+    fn with(&self, other: &Self) -> Self {
+        let ([low, high], [other_low, other_high]) = (self.extent, other.extent);
+        let heights = [self.heights[0].min(other.heights[0]), self.heights[1].max(other.heights[1])];
+        Self { extent: [low.inf(&other_low), high.sup(&other_high)], heights }
+    }
+}
+
+/// Pairs of lanelets for vehicles of which one passes over the other, ascending by their places in the map: what an index
+/// of the whole map calls grade separated, without making one.
+pub fn passing(map: &LaneletMap, thresholds: &Thresholds) -> Vec<[LaneletId; 2]> {
+    let lines: Vec<Option<Reach>> = map.linestrings.as_slice().par_iter().map(|line| Reach::of(map, line)).collect();
+    let lanelets = map.lanelets.as_slice();
+    let of_line = |bound: Bound| lines[map.linestrings.position(bound.line)?];
+    let reaches: Vec<(usize, Reach)> = (lanelets.iter().enumerate())
+        .filter(|(_, lanelet)| drivable_by_vehicle(lanelet))
+        .filter_map(|(at, lanelet)| Some((at, of_line(lanelet.left)?.with(&of_line(lanelet.right)?))))
+        .collect();
+    let low = reaches.iter().map(|(_, reach)| reach.heights[0]).fold(f64::INFINITY, f64::min);
+    // One of two lies above what is lowest; few do, so all are held against those.
+    let upper = reaches.iter().filter(|(_, reach)| reach.heights[1] - low > thresholds.grade_separation);
+    let boxed = upper.map(|(at, reach)| {
+        let [low, high] = reach.extent;
+        GeomWithData::new(Rectangle::from_corners([low.x, low.y], [high.x, high.y]), (*at, reach.heights))
+    });
+    let tree = RTree::bulk_load(boxed.collect());
+    let over = |(x, reach): &(usize, Reach)| -> Vec<[usize; 2]> {
+        let ([low, high], x) = (reach.extent, *x);
+        let near = tree.locate_in_envelope_intersecting(&AABB::from_corners([low.x, low.y], [high.x, high.y]));
+        let over = near.filter(|found| found.data.1[1] - reach.heights[0] > thresholds.grade_separation);
+        over.map(|found| found.data.0).filter(|&y| y != x).map(|y| [x.min(y), x.max(y)]).collect()
+    };
+    let mut pairs: Vec<[usize; 2]> = reaches.par_iter().flat_map_iter(over).collect();
+    pairs.sort_unstable();
+    pairs.dedup();
+    let mut taking_part: Vec<usize> = pairs.iter().flatten().copied().collect();
+    taking_part.sort_unstable();
+    taking_part.dedup();
+    let lane = |at: usize| Some((at, Lane::new(map, &lanelets[at])?));
+    let lanes: FxHashMap<usize, Lane> = taking_part.into_par_iter().filter_map(lane).collect();
+    let apart = |&[x, y]: &[usize; 2]| {
+        let (x, y) = (lanes.get(&x)?, lanes.get(&y)?);
+        let sound = [x, y].into_iter().all(|lane| lane.simple && lane.is_drivable()) && !related(x, y);
+        let (area, place) = sound.then(|| polygon::common_part(&x.outline, &y.outline))??;
+        let apart = area > thresholds.raw_conflict && gap(map, x, y, place) > thresholds.grade_separation;
+        apart.then_some([x.id, y.id])
+    };
+    pairs.par_iter().filter_map(apart).collect()
 }
 
 /// Vertical distance of the two lanes at a place, metres.

@@ -126,9 +126,11 @@ fn of_area(
         Vec::new()
     };
     near.sort_unstable();
+    let simple = ring::is_simple(&outline);
     let (mut members, mut touched) = (Vec::new(), Vec::new());
     for lane in near {
         let cover = match lanes[lane].simple && lanes[lane].area > 0.0 {
+            true if simple => polygon::common_area(&lanes[lane].outline, &outline) / lanes[lane].area,
             true => polygon::overlap(&lanes[lane].outline, &outline) / lanes[lane].area,
             false => 0.0,
         };

@@ -188,7 +188,7 @@ pub fn center_line(left: &[Point], right: &[Point]) -> Option<Polyline> {
 }
 
 /// Whether Autoware's vehicle routing takes it: participants, where any is named, decide alone; else the subtype.
-fn drivable_by_vehicle(lanelet: &Lanelet) -> bool {
+pub(super) fn drivable_by_vehicle(lanelet: &Lanelet) -> bool {
     let mut named = lanelet.attributes.iter().filter(|(key, _)| key.starts_with("participant")).peekable();
     if named.peek().is_some() {
         let yes = |value: &str| matches!(value, "yes" | "true" | "1");

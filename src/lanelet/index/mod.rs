@@ -13,10 +13,10 @@ mod thresholds;
 mod traffic;
 pub mod view;
 
-pub use conflict::Conflict;
+pub use conflict::{Conflict, passing};
 pub use intersection::{Arm, ArmEdge, Intersection, Member, declared_area, same_arm};
 pub use lane::{Edge, HEADING_REACH, Lane, STEP, center_line, extent, turn_along};
-pub use queries::{allows_lane_change, is_road_border};
+pub use queries::{allows_lane_change, is_road_border, is_signalised};
 pub use side::{DrivingSide, SideVotes};
 pub use stop_line::{Misfit, StopLine};
 pub use thresholds::Thresholds;

@@ -1,7 +1,7 @@
 //! What rules ask about single primitives.
 
 use super::{Intersection, Lane, MapIndex};
-use crate::lanelet::{LaneletId, LineString, Polygon, PolygonId, RegulatoryElement, TurnDirection};
+use crate::lanelet::{LaneletId, LaneletMap, LineString, Polygon, PolygonId, RegulatoryElement, TurnDirection};
 
 impl MapIndex<'_> {
     /// The elements of one subtype that a lanelet refers to, in file order.
@@ -10,18 +10,12 @@ impl MapIndex<'_> {
         lanelet: LaneletId,
         subtype: &'a str,
     ) -> impl Iterator<Item = &'a RegulatoryElement> + 'a {
-        let lanelet = self.map.lanelets.get(lanelet);
-        let ids = lanelet.into_iter().flat_map(|lanelet| &lanelet.regulatory_elements);
-        ids.filter_map(|&id| self.map.regulatory_elements.get(id)).filter(move |element| element.subtype == subtype)
+        elements(self.map, lanelet, subtype)
     }
 
-    /// Whether a signal rules a lanelet for Autoware: exactly one traffic light, and that with a stop line.
+    /// See [`is_signalised`].
     pub fn is_signalised(&self, lanelet: LaneletId) -> bool {
-        let mut lights = self.elements(lanelet, "traffic_light");
-        match (lights.next(), lights.next()) {
-            (Some(light), None) => light.linestrings("ref_line").next().is_some(),
-            _ => false,
-        }
+        is_signalised(self.map, lanelet)
     }
 
     /// The `turn_direction` of a lane, if it is one of the three words.
@@ -69,6 +63,24 @@ impl MapIndex<'_> {
     /// The lane of an id; `None` if the lanelet is broken or not there.
     pub fn lane_of(&self, id: LaneletId) -> Option<&Lane> {
         self.lane(id).map(|at| &self.lanes[at])
+    }
+}
+
+fn elements<'a>(
+    map: &'a LaneletMap,
+    lanelet: LaneletId,
+    subtype: &'a str,
+) -> impl Iterator<Item = &'a RegulatoryElement> + 'a {
+    let ids = map.lanelets.get(lanelet).into_iter().flat_map(|lanelet| &lanelet.regulatory_elements);
+    ids.filter_map(|&id| map.regulatory_elements.get(id)).filter(move |element| element.subtype == subtype)
+}
+
+/// Whether a signal rules a lanelet for Autoware: exactly one traffic light, and that with a stop line.
+pub fn is_signalised(map: &LaneletMap, lanelet: LaneletId) -> bool {
+    let mut lights = elements(map, lanelet, "traffic_light");
+    match (lights.next(), lights.next()) {
+        (Some(light), None) => light.linestrings("ref_line").next().is_some(),
+        _ => false,
     }
 }
 
