@@ -5,6 +5,7 @@
 
 pub mod cells;
 pub mod curve;
+pub mod miter;
 pub mod polygon;
 pub mod polyline;
 pub mod ring;
