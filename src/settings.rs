@@ -1,6 +1,7 @@
 //! `lanewright.toml`: what a map cannot say about itself, and how its owner wants it judged. The builder writes the former
 //! beside the map, the checks read both.
 
+mod beside;
 mod document;
 mod merge;
 mod selection;
@@ -10,6 +11,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+pub use beside::{BesideSettings, BicycleLanes};
 pub use document::{Document, DocumentError, Step};
 pub use merge::MergeSettings;
 pub use selection::{Selection, covers, most_specific};
@@ -57,6 +59,9 @@ pub struct Settings {
     /// For `build`: how high roads lie.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub heights: Option<HeightSettings>,
+    /// For `build`: what is drawn beside the lanes for cars.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub beside: Option<BesideSettings>,
     /// For `build`: roads that lie inside an intersection.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub merge: Vec<MergeSettings>,
@@ -92,6 +97,7 @@ impl Settings {
             severity,
             parameters,
             heights: self.heights.or(outer.heights),
+            beside: self.beside.or(outer.beside),
             intersection: self.intersection,
             suppress: self.suppress,
             merge: self.merge,

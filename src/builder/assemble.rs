@@ -12,6 +12,7 @@ use crate::settings::{Settings, Side};
 
 use super::area::AreaOutline;
 use super::assembly::{Assembly, tags};
+use super::beside::beside;
 use super::conflict::Conflicts;
 use super::connection::{ConnectionLines, Crossing};
 use super::control::{Approach, Control, control_arm, sign_at};
@@ -25,6 +26,7 @@ use super::paths::{Drawn, Path, intersection_key};
 use super::road_network::{DrivingSide, Intersection, RoadIx, RoadNetwork};
 use super::settle::Settled;
 use super::sidecar;
+use super::walk_light::walk_lights;
 
 /// A map in local metres, without longitude and latitude.
 #[derive(Debug, Default)]
@@ -46,6 +48,7 @@ pub fn assemble(settled: Settled) -> Assembled {
     let Settled { network, restricted, draft, notes } = settled;
     let network = &network;
     let Draft { lines, mut assembly, lanes, ways, .. } = draft;
+    beside(&mut assembly, network, &lanes);
     let crossings = Crossings::add(&mut assembly, network, &lines, &lanes);
     let mut whole = Assembled { notes, roads: network.roads.len(), ..Assembled::default() };
     whole.settings.driving_side = Some(if network.side == DrivingSide::Left { Side::Left } else { Side::Right });
@@ -101,6 +104,7 @@ impl Crossings {
                 None => Ground::under(road),
             });
             let id = crosswalk(assembly, road, crossing);
+            walk_lights(assembly, road, crossing, id);
             if crossing.arm.is_none() {
                 let own = lanes.of_road(crossing.road).iter();
                 let own: Vec<(LaneletId, Vec<Point>)> = own.map(|l| (l.lanelet, assembly.outline(l.lanelet))).collect();

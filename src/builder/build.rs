@@ -10,7 +10,7 @@ use crate::geometry::Point;
 use crate::lanelet::LaneletMap;
 use crate::osm::OsmData;
 use crate::projection::{Extent, LonLat, Projector};
-use crate::settings::{MergeSettings, Settings};
+use crate::settings::{BesideSettings, MergeSettings, Settings};
 use crate::terrain::Terrain;
 
 use super::assemble::{Assembled, assemble};
@@ -34,6 +34,8 @@ pub struct BuildOptions {
     pub streets: StreetOptions,
     /// The ground; level where absent.
     pub terrain: Option<Arc<Terrain>>,
+    /// What is drawn beside the lanes for cars.
+    pub beside: BesideSettings,
     /// Roads that the user decided to merge (`true`) or to keep apart. A file of streets is merged already.
     pub merges: Vec<(MergeSettings, bool)>,
 }
@@ -115,7 +117,8 @@ pub fn plan(osm: &OsmData, options: &BuildOptions) -> Result<Plan, BuildError> {
     };
     let network_options = NetworkOptions { driving_side: options.driving_side, country: None };
     let to_metres = |places: &[LonLat]| projector.forward_all(places);
-    let Network { network, notes } = road_network(osm, &to_metres, &network_options)?;
+    let Network { mut network, notes } = road_network(osm, &to_metres, &network_options)?;
+    network.beside = options.beside;
     let mut street_options = options.streets.clone();
     street_options
         .consolidate

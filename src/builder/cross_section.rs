@@ -24,6 +24,8 @@ pub enum StripKind {
     Bus,
     /// A lane for bicycles.
     Bicycle,
+    /// A painted strip for people on foot.
+    Pedestrian,
     /// Parked cars.
     Parking,
     /// A paved edge.

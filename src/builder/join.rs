@@ -8,6 +8,7 @@ use crate::geometry::{Point, angle_between, left_of};
 use crate::lanelet::PointId;
 
 use super::assembly::Assembly;
+use super::beside::runs;
 use super::connection::{carriageway, inward, lanes_at};
 use super::cross_section::StripKind;
 use super::heights::Ground;
@@ -53,10 +54,14 @@ impl Joins {
             joins.intersections.push(pairs.is_some());
             let [a, b] = intersection.arms[..] else { continue };
             let node = intersection.nodes.first().copied().unwrap_or(i as i64);
-            for (edge_a, edge_b, place) in pairs.unwrap_or_default() {
+            for EdgePair { edges: [edge_a, edge_b], place, shared } in pairs.unwrap_or_default() {
                 let key = Key::new("join").number(node).number(edge_a as i64);
                 joins.of_edge.insert((a, edge_a), joins.meetings.len());
+                if !shared {
+                    joins.meetings.push(Meeting { key, place });
+                }
                 joins.of_edge.insert((b, edge_b), joins.meetings.len());
+                let key = if shared { key } else { key.word("beyond") };
                 joins.meetings.push(Meeting { key, place });
             }
         }
@@ -141,8 +146,17 @@ fn slots(network: &RoadNetwork, at: RoadEnd, looking_in: bool) -> Vec<Slot> {
         .collect()
 }
 
-/// The edges of both roads that meet, with the place; `None` if the roads do not continue each other.
-fn edge_pairs(network: &RoadNetwork, a: RoadEnd, b: RoadEnd) -> Option<Vec<(usize, usize, Point)>> {
+/// Edges of two roads that meet.
+struct EdgePair {
+    /// By index in the cross-section of each road.
+    edges: [usize; 2],
+    place: Point,
+    /// Whether one node is the end of both.
+    shared: bool,
+}
+
+/// The edges of both roads that meet; `None` if the roads do not continue each other.
+fn edge_pairs(network: &RoadNetwork, a: RoadEnd, b: RoadEnd) -> Option<Vec<EdgePair>> {
     let (slots_a, slots_b) = (slots(network, a, true), slots(network, b, false));
     let alike = slots_a.len() == slots_b.len() && slots_a.iter().zip(&slots_b).all(|(x, y)| (x.0, x.1) == (y.0, y.1));
     if !alike || slots_a.is_empty() {
@@ -164,7 +178,45 @@ fn edge_pairs(network: &RoadNetwork, a: RoadEnd, b: RoadEnd) -> Option<Vec<(usiz
     if pairs.windows(2).any(|w| w[0].0 == w[1].0) || others.windows(2).any(|w| w[0] == w[1]) {
         return None;
     }
-    pairs.into_iter().map(|(i, j)| meeting(network, (a, i), (b, j)).map(|place| (i, j, place))).collect()
+    let pair = |(i, j)| {
+        let shared = alike_at(network, (a, i), (b, j));
+        meeting(network, (a, i), (b, j)).map(|place| EdgePair { edges: [i, j], place, shared })
+    };
+    let mut pairs: Vec<EdgePair> = pairs.into_iter().map(pair).collect::<Option<_>>()?;
+    for beside in pairs_beside(network, a, b) {
+        if !pairs.iter().any(|pair| pair.edges[0] == beside.edges[0] || pair.edges[1] == beside.edges[1]) {
+            pairs.push(beside);
+        }
+    }
+    Some(pairs)
+}
+
+/// Whether what lies beside the lanes at an edge is for the same use on both roads: else a shoulder would be continued by
+/// a lane for bicycles.
+fn alike_at(network: &RoadNetwork, (a, i): (RoadEnd, usize), (b, j): (RoadEnd, usize)) -> bool {
+    let used = |at: RoadEnd, edge: usize| {
+        let section = &network.road(at.road).section;
+        let driven = section.driven().any(|(strip, _)| strip == edge || strip + 1 == edge);
+        let beside = runs(section).into_iter().find(|run| run.strips.start == edge || run.strips.end == edge);
+        beside.filter(|_| !driven).map(|run| run.used)
+    };
+    used(a, i).zip(used(b, j)).is_none_or(|(one, other)| one == other)
+}
+
+/// The edges of what lies beside the lanes of both roads for the same use, as far as they meet.
+fn pairs_beside(network: &RoadNetwork, a: RoadEnd, b: RoadEnd) -> Vec<EdgePair> {
+    let [ours, theirs] = [a, b].map(|at| runs(&network.road(at.road).section));
+    let mirrored = a.end == b.end;
+    let mut pairs = Vec::new();
+    for (run, other) in ours.iter().flat_map(|run| theirs.iter().map(move |other| (run, other))) {
+        let (from, to) = (other.strips.start, other.strips.end);
+        let ends = if mirrored { [to, from] } else { [from, to] };
+        let edges = [run.strips.start, run.strips.end].into_iter().zip(ends);
+        let pair = |(i, j)| Some(EdgePair { edges: [i, j], place: meeting(network, (a, i), (b, j))?, shared: true });
+        let meet: Option<Vec<EdgePair>> = edges.map(pair).collect();
+        pairs.extend(meet.filter(|_| run.used == other.used).into_iter().flatten());
+    }
+    pairs
 }
 
 /// The mitred meeting of two edges; `None` if they miss each other by too much.

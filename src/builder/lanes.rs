@@ -6,6 +6,7 @@ use crate::geometry::{Point, Vector, curve::Pose, curve::untangled, left_of};
 use crate::lanelet::{Attributes, Bound, LaneletId, PointId};
 
 use super::assembly::{Assembly, tags};
+use super::beside::runs;
 use super::connection::{ConnectionLines, carriageway, inward, lanes_at, on_cut, side};
 use super::cross_section::{Arrows, CrossSection, Strip, StripKind, Travel};
 use super::heights::Ground;
@@ -91,6 +92,11 @@ impl Lanes {
         let first = self.lanes.partition_point(|l| l.road < road);
         let last = self.lanes.partition_point(|l| l.road <= road);
         first..last
+    }
+
+    /// The borders of a road, by the edges of its cross-section, each along the road's line.
+    pub fn borders_of(&self, road: RoadIx) -> &[Option<Bound>] {
+        &self.borders[road.0 as usize]
     }
 
     /// The ground between the ends of the lanes of an intersection.
@@ -205,9 +211,13 @@ fn road_lanes(assembly: &mut Assembly, network: &RoadNetwork, ix: RoadIx, kept: 
     RoadLanes { lanes, arms, borders }
 }
 
-/// Which edges of the cross-section bound a driven strip or are a kerb.
+/// Which edges of the cross-section bound a driven strip, or a lanelet beside them, or are a kerb.
 fn used_edges(section: &CrossSection) -> Vec<bool> {
     let mut used = vec![false; section.strips.len() + 1];
+    for run in runs(section) {
+        used[run.strips.start] = true;
+        used[run.strips.end] = true;
+    }
     for (i, _) in section.driven() {
         used[i] = true;
         used[i + 1] = true;

@@ -12,6 +12,7 @@ pub mod alignment;
 pub mod area;
 pub mod assemble;
 pub mod assembly;
+pub mod beside;
 pub(crate) mod blinker;
 mod build;
 pub mod conflict;
@@ -46,5 +47,6 @@ pub mod streets;
 pub(crate) mod tags;
 #[cfg(test)]
 mod tests;
+pub mod walk_light;
 
 pub use build::{BuildError, BuildOptions, Built, Plan, Summary, UNMET_WISH, build, build_plan, plan};

@@ -20,6 +20,7 @@ use std::fmt;
 
 use crate::geometry::{Point, Polyline};
 use crate::osm::{Tags, Text};
+use crate::settings::BesideSettings;
 
 use super::cross_section::CrossSection;
 
@@ -276,6 +277,8 @@ pub struct RoadNetwork {
     pub side: DrivingSide,
     /// ISO 3166-1 code of the country, where it is known: conventions follow it.
     pub country: Option<Text>,
+    /// What is drawn beside the lanes for cars.
+    pub beside: BesideSettings,
     /// In order of their keys.
     pub roads: Vec<Road>,
     /// In order of their smallest node id.

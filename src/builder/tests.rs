@@ -7,12 +7,27 @@ use crate::osm::{OsmData, read_bytes};
 
 /// Builds from nodes in metres (about, driven on the right) and ways with tags.
 fn built(nodes: &[(i64, f64, f64, &str)], ways: &[(i64, &[i64], &str)]) -> Built {
+    let options = BuildOptions { driving_side: Some(road_network::DrivingSide::Right), ..BuildOptions::default() };
+    built_as(&Asked { nodes, ways, options })
+}
+
+/// What is to be built, and how.
+pub(super) struct Asked<'a> {
+    /// Id, metres to the east and north, tags.
+    pub nodes: &'a [(i64, f64, f64, &'a str)],
+    /// Id, nodes, tags.
+    pub ways: &'a [(i64, &'a [i64], &'a str)],
+    pub options: BuildOptions,
+}
+
+/// As [`built`], with options.
+pub(super) fn built_as(Asked { nodes, ways, options }: &Asked<'_>) -> Built {
     let tags = |text: &str| -> String {
         let pairs = text.split_whitespace().filter_map(|t| t.split_once('='));
         pairs.map(|(k, v)| format!("<tag k='{k}' v='{v}'/>")).collect()
     };
     let mut xml = String::from("<osm>");
-    for (id, x, y, text) in nodes {
+    for (id, x, y, text) in *nodes {
         // Near the equator a degree is about as long in either direction.
         xml += &format!(
             "<node id='{id}' lon='{}' lat='{}'>{}</node>",
@@ -21,14 +36,13 @@ fn built(nodes: &[(i64, f64, f64, &str)], ways: &[(i64, &[i64], &str)]) -> Built
             tags(text)
         );
     }
-    for (id, refs, text) in ways {
+    for (id, refs, text) in *ways {
         let refs: String = refs.iter().map(|r| format!("<nd ref='{r}'/>")).collect();
         xml += &format!("<way id='{id}'>{refs}{}</way>", tags(text));
     }
     let mut data = OsmData::default();
     read_bytes(&mut data, "test", (xml + "</osm>").into_bytes()).unwrap();
-    let options = BuildOptions { driving_side: Some(road_network::DrivingSide::Right), ..BuildOptions::default() };
-    build(&data, &options).unwrap()
+    build(&data, options).unwrap()
 }
 
 fn inside(map: &LaneletMap) -> Vec<&Lanelet> {

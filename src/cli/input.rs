@@ -63,6 +63,7 @@ fn asked(input: &Path, args: &StreetArgs) -> Result<(Vec<u8>, BuildOptions), Fai
     let merges = wanted.chain(settings.keep_apart.into_iter().map(|said| (said, false))).collect();
     let mut options = BuildOptions { driving_side, merges, ..BuildOptions::default() };
     options.terrain = args.dem.as_deref().map(terrain).transpose()?.map(Arc::new);
+    options.beside = settings.beside.unwrap_or_default();
     let said = settings.heights.unwrap_or_default();
     let heights = &mut options.streets.heights;
     heights.ground = said.ground.unwrap_or(heights.ground);

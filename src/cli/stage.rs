@@ -361,6 +361,7 @@ fn strip_class(kind: StripKind) -> &'static str {
         StripKind::Bus => "strip strip-bus",
         StripKind::Bicycle => "strip strip-bicycle",
         StripKind::Parking => "strip strip-parking",
+        StripKind::Pedestrian => "strip strip-pedestrian",
         StripKind::Shoulder => "strip strip-shoulder",
         StripKind::Sidewalk => "strip strip-sidewalk",
         StripKind::Buffer => "strip strip-buffer",

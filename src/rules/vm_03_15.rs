@@ -5,7 +5,7 @@ use serde::Deserialize;
 use super::Rule;
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Polyline, angle_between};
-use crate::lanelet::index::{DrivingSide, Lane, MapIndex, allows_lane_change};
+use crate::lanelet::index::{DrivingSide, Lane, MapIndex, allows_lane_change, is_road_border};
 use crate::lanelet::right_of_way::{Relation, Turn};
 use crate::lanelet::{LineStringId, RoadType};
 
@@ -76,7 +76,10 @@ fn beside(map: &MapIndex, params: &Params, at: usize) -> Vec<Finding> {
             let (own, theirs) = (lane.bounds[side], road.bounds[1 - side]);
             if own == theirs {
                 findings.extend(shared_border(map, at, other, own, side));
-            } else if !lane.bounds.iter().any(|way| road.bounds.contains(way)) && runs_along(params, lane, road, side) {
+            } else if !lane.bounds.iter().any(|way| road.bounds.contains(way))
+                && runs_along(params, lane, road, side)
+                && !behind_kerbs(map, at, [own, theirs])
+            {
                 let message = format!("Bicycle lane {} does not share its border with road lane {}.", lane.id, road.id);
                 let finding = Finding::new("not-shared", subject(map, at), message)
                     .with(subject(map, other), "road lane")
@@ -88,6 +91,15 @@ fn beside(map: &MapIndex, params: &Params, at: usize) -> Vec<Finding> {
         }
     }
     findings
+}
+
+/// Whether both borders are kerbs, and the bicycle lane belongs to the road on its other side.
+fn behind_kerbs(map: &MapIndex, at: usize, facing: [LineStringId; 2]) -> bool {
+    let kerb = |way: &LineStringId| map.map.linestrings.get(*way).is_some_and(is_road_border);
+    let [low, high] = map.lanes[at].extent;
+    let own = |other: &usize| map.lanes[*other].bounds.iter().any(|way| map.lanes[at].bounds.contains(way));
+    let of_a_road = |other: usize| map.lanes[other].is_for_cars() && map.lanes[other].kind == RoadType::Road;
+    facing.iter().all(kerb) && map.lanes_near(low, high).into_iter().filter(own).any(of_a_road)
 }
 
 /// Whether the borders that face each other lie together over most of their length.

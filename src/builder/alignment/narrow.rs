@@ -69,7 +69,7 @@ fn least(kind: StripKind, class: RoadClass) -> f64 {
         StripKind::Drive => minimum_lane_width(class),
         StripKind::Bus => minimum_lane_width(class).max(2.75),
         StripKind::Parking => 1.8,
-        StripKind::Bicycle | StripKind::Sidewalk => 1.0,
+        StripKind::Bicycle | StripKind::Pedestrian | StripKind::Sidewalk => 1.0,
         StripKind::Shoulder | StripKind::Buffer => 0.2,
     }
 }

@@ -236,7 +236,8 @@ fn rebuild(network: &RoadNetwork, clusters: &[Cluster]) -> RoadNetwork {
             kept.then_some(TurnRestriction { from: renamed(&r.from)?, to: renamed(&r.to)?, via, ..r.clone() })
         })
         .collect();
-    RoadNetwork { roads, intersections, restrictions, side: network.side, country: network.country.clone() }
+    let (side, country, beside) = (network.side, network.country.clone(), network.beside);
+    RoadNetwork { side, country, beside, roads, intersections, restrictions }
 }
 
 fn merged(network: &RoadNetwork, cluster: &Cluster, rules: &Rules<'_>) -> Intersection {

@@ -1,4 +1,4 @@
-//! What lies beside the lanes on one side: bicycle lanes, parking, shoulder, sidewalk.
+//! What lies beside the lanes on one side: bicycle lanes, strips for people on foot, parking, shoulder, sidewalk.
 
 use crate::builder::road_network::{DrivingSide, RoadClass};
 use crate::builder::tags::{metres, metres_under};
@@ -23,6 +23,8 @@ pub(super) const PARKING_PERPENDICULAR: f64 = 5.0;
 pub(super) const SHOULDER_MOTORWAY: f64 = 2.5;
 /// A tagged shoulder elsewhere, metres.
 pub(super) const SHOULDER: f64 = 1.0;
+/// A painted strip for people on foot, metres.
+pub(super) const PEDESTRIAN_LANE: f64 = 1.5;
 /// A sidewalk, metres.
 pub(super) const SIDEWALK: f64 = 1.5;
 
@@ -66,6 +68,7 @@ pub(super) fn side_strips(facts: &Facts<'_>, flow: Flow, which: Travel) -> SideS
     };
     let mut strips = SideStrips::default();
     side.bicycle(flow, own, &mut strips);
+    strips.carriageway.extend(side.pedestrian());
     side.parking(&mut strips);
     // Outward beyond the carriageway: shoulder, parking bay, bicycle track, sidewalk.
     strips.beyond.sort_by_key(|strip| match strip.kind {
@@ -175,17 +178,27 @@ impl Side<'_> {
         }
     }
 
-    fn shoulder(&self) -> Option<Strip> {
-        let here = match (self.get("shoulder", ""), self.facts.tags.get("shoulder")) {
+    /// Whether a key says of this side that there is one: `KEY:left`, `KEY:both`, or `KEY` itself with the name of the
+    /// side; `yes` on a one-way road is its near side.
+    fn has(&self, key: &str) -> bool {
+        match (self.get(key, ""), self.facts.tags.get(key)) {
             (Some(value), _) => value != "no",
             (None, Some("both")) => true,
             (None, Some("yes")) => self.near,
             (None, Some(value)) => value == self.name,
             (None, None) => false,
-        };
+        }
+    }
+
+    fn pedestrian(&self) -> Option<Strip> {
+        let width = self.width("pedestrian_lane");
+        self.has("pedestrian_lane").then(|| self.strip(StripKind::Pedestrian, width, PEDESTRIAN_LANE))
+    }
+
+    fn shoulder(&self) -> Option<Strip> {
         let wide = self.facts.class <= RoadClass::Trunk;
         let default = if wide { SHOULDER_MOTORWAY } else { SHOULDER };
-        here.then(|| self.strip(StripKind::Shoulder, self.width("shoulder"), default))
+        self.has("shoulder").then(|| self.strip(StripKind::Shoulder, self.width("shoulder"), default))
     }
 
     fn sidewalk(&self) -> Option<Strip> {

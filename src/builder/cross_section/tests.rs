@@ -33,6 +33,7 @@ fn width_tables() -> String {
         ("parking, perpendicular", PARKING_PERPENDICULAR),
         ("shoulder of a motorway or trunk road", SHOULDER_MOTORWAY),
         ("shoulder elsewhere", SHOULDER),
+        ("painted strip for people on foot", PEDESTRIAN_LANE),
         ("sidewalk", SIDEWALK),
     ] {
         text += &format!("| {name} | {width} m |\n");
@@ -69,6 +70,7 @@ fn drawn(strips: &[Strip]) -> String {
             StripKind::Parking => 'P',
             StripKind::Shoulder => 'S',
             StripKind::Sidewalk => 'W',
+            StripKind::Pedestrian => 'F',
             StripKind::Buffer => '_',
         };
         let travel = match strip.travel {
@@ -249,6 +251,8 @@ fn sidewalks_and_shoulders() {
     expect("oneway=yes shoulder=yes", "D> S>");
     expect("oneway=yes shoulder=left", "S> D>");
     expect("shoulder:both=yes shoulder:right:width=2", "S< D< D> S>");
+    expect("pedestrian_lane=both", "F< D< D> F>");
+    expect("pedestrian_lane:right=yes cycleway:right=lane", "D< D> C> F>");
     expect("sidewalk=both cycleway:right=track parking:right=lane shoulder=right", "W< D< D> P> S> C> W>");
 }
 

@@ -177,7 +177,7 @@ path,circle,rect{fill:none;stroke-linejoin:round}
 .carriage{fill:#6a717b;fill-opacity:.55}
 .strip{stroke:#fff;stroke-opacity:.6;stroke-width:.8}
 .strip-drive{fill:#6a717b}.strip-bus{fill:#8a6a3a}.strip-bicycle{fill:#8a6a66}.strip-parking{fill:#7f8f9f}
-.strip-shoulder{fill:#8b9099}.strip-sidewalk{fill:#d9d2c0}.strip-buffer{fill:#b9c4a8}
+.strip-shoulder{fill:#8b9099}.strip-pedestrian{fill:#a8a493}.strip-sidewalk{fill:#d9d2c0}.strip-buffer{fill:#b9c4a8}
 .outline{fill:#9aa1ab;stroke:#f4d35e;stroke-width:1.6}
 .outline.merged{fill:#c3b3e3}.outline.fallback{fill:#d98a86}.outline.changed{fill:#d98c2b;stroke:#b3261e;stroke-width:2.4}
 .centre{stroke:#1d2024;stroke-width:1;stroke-dasharray:5 4}

@@ -6,6 +6,7 @@ const MARK_LOOKS = {
   merged: { fill: 'rgba(176,152,226,.75)' }, fallback: { fill: 'rgba(217,138,134,.8)' },
   strip: { stroke: 'rgba(255,255,255,.6)', width: 0.8 }, 'strip-drive': { fill: '#737b86' }, 'strip-bus': { fill: '#8a6a3a' },
   'strip-bicycle': { fill: '#9a736e' }, 'strip-parking': { fill: '#7f8f9f' }, 'strip-shoulder': { fill: '#8b9099' },
+  'strip-pedestrian': { fill: '#a8a493' },
   'strip-sidewalk': { fill: '#d9d2c0' }, 'strip-buffer': { fill: '#b9c4a8' },
   edge: { stroke: '#3d7fd6', width: 1.3 }, centre: { stroke: 'ink', width: 1, dash: [5, 4] }, kerb: { stroke: 'kerb', width: 1.8 },
   foot: { stroke: 'rgba(224,30,55,.5)', width: 1 }, least: { stroke: '#f27d0c', width: 2.2 }, wanted: { stroke: '#2f9e62', width: 2.2 },
