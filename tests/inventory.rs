@@ -99,11 +99,20 @@ fn four_ways_with_lights_and_crosswalks() {
         assert!(turns(&map).values().all(|&n| n == 4));
         check_area(&map, 18, 12);
         assert_eq!(lines(&map, "stop_line"), 4);
-        assert_eq!(lines(&map, "traffic_light"), 4);
-        assert_eq!(lines(&map, "light_bulbs"), 4);
+        // One per approach for drivers, two per crosswalk for people on foot.
+        assert_eq!(lines(&map, "traffic_light"), 12);
+        assert_eq!(lines(&map, "light_bulbs"), 12);
         let lights = elements(&map, "traffic_light");
-        assert_eq!(lights.len(), 4);
-        for light in lights {
+        let (walk, drive): (Vec<_>, Vec<_>) =
+            lights.into_iter().partition(|light| light.linestrings("refers").count() == 2);
+        assert_eq!((walk.len(), drive.len()), (4, 4));
+        for light in walk {
+            let crosswalks = referrers(&map, light);
+            assert!(crosswalks.len() == 1 && crosswalks[0].attributes.is("subtype", "crosswalk"));
+            let mut bodies = light.linestrings("refers").map(|id| map.linestrings.get(id).unwrap());
+            assert!(bodies.all(|body| body.attributes.is("subtype", "red_green")));
+        }
+        for light in drive {
             assert_eq!(light.linestrings("ref_line").count(), 1);
             let line = map.linestrings.get(light.linestrings("ref_line").next().unwrap()).unwrap();
             let behind = referrers(&map, light);

@@ -4,6 +4,7 @@ use super::{LaneletId, LaneletMap, LineStringId, Point, PointId, PolygonId, Regu
 use crate::diagnostic::{Place, SourceSpan, Subject};
 use crate::geometry::Point as PlanePoint;
 use crate::projection::LonLat;
+use nalgebra::Complex;
 
 /// What [`locate`] found.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -12,7 +13,7 @@ pub struct Located {
     pub span: Option<SourceSpan>,
     /// Middle of the place or of the primitive, local metres.
     pub local: Option<PlanePoint>,
-    /// Longitude and latitude of the primitive's point next to it.
+    /// Its longitude and latitude, as the primitive's points have them; of the nearest point where those do not tell.
     pub lonlat: Option<LonLat>,
 }
 
@@ -30,11 +31,32 @@ pub fn locate(map: &LaneletMap, subject: Subject, place: &Place) -> Located {
         Place::Unknown => None,
     };
     let local = local.or_else(|| middle_of(&points.iter().map(|p| p.position).collect::<Vec<_>>()));
-    let nearest = points.iter().min_by(|a, b| {
-        let far = |p: &Point| local.map_or(0.0, |local| (p.position - local).norm_squared());
-        far(a).total_cmp(&far(b))
-    });
-    Located { span: span_of(map, subject), local, lonlat: nearest.and_then(|p| p.lonlat) }
+    Located { span: span_of(map, subject), local, lonlat: lonlat_of(&points, local) }
+}
+
+/// Two points farther apart than this, metres, tell how the plane lies on the globe, ...
+const TELLING: f64 = 1.0;
+/// ... if their distance is the same on both to this part; a projection's scale differs less.
+const ALIKE: f64 = 0.01;
+/// Length of a degree of latitude, metres: of a sphere, which is near enough over a lanelet's length.
+const DEGREE: f64 = 111_195.0;
+
+/// Longitude and latitude of a place in the plane: as far from the nearest point as it is there, in the direction that
+/// another point tells.
+fn lonlat_of(points: &[&Point], local: Option<PlanePoint>) -> Option<LonLat> {
+    let far = |p: &Point, from: PlanePoint| (p.position - from).norm_squared();
+    let Some(local) = local else { return points.first()?.lonlat };
+    let nearest = points.iter().min_by(|a, b| far(a, local).total_cmp(&far(b, local)))?;
+    let origin = nearest.lonlat?;
+    let along = origin.lat.to_radians().cos();
+    let on_globe = |to: LonLat| Complex::new((to.lon - origin.lon) * along, to.lat - origin.lat) * DEGREE;
+    let in_plane = |to: PlanePoint| Complex::new(to.x - nearest.position.x, to.y - nearest.position.y);
+    let other = points.iter().max_by(|a, b| far(a, nearest.position).total_cmp(&far(b, nearest.position)))?;
+    let told = other.lonlat.filter(|_| far(other, nearest.position) > TELLING * TELLING);
+    let turned = told.map(|to| on_globe(to) / in_plane(other.position));
+    let Some(turned) = turned.filter(|turned| (turned.norm() - 1.0).abs() < ALIKE) else { return Some(origin) };
+    let away = in_plane(local) * turned / DEGREE;
+    Some(LonLat { lon: origin.lon + away.re / along, lat: origin.lat + away.im })
 }
 
 /// Where the element stands in the file.
@@ -77,5 +99,41 @@ fn points_of(map: &LaneletMap, subject: Subject) -> Vec<&Point> {
                 })
                 .collect()
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanelet::Attributes;
+
+    fn point(x: f64, y: f64, lonlat: LonLat) -> Point {
+        let position = PlanePoint::new(x, y);
+        Point {
+            id: PointId(1),
+            position,
+            ele: None,
+            lonlat: Some(lonlat),
+            local: [true; 2],
+            attributes: Attributes::default(),
+            span: None,
+        }
+    }
+
+    #[test]
+    fn a_place_between_two_points_lies_between_them_on_the_globe() {
+        // The plane is turned: its x-axis points north, and 0.001 degrees of latitude are 111.195 m.
+        let ends = [(0.0, 50.0), (111.195, 50.001)].map(|(x, lat)| point(x, 0.0, LonLat { lon: 8.0, lat }));
+        let at = |x: f64, y: f64| lonlat_of(&ends.each_ref(), Some(PlanePoint::new(x, y))).unwrap();
+        let middle = at(55.0, 0.0);
+        assert!((middle.lat - 50.000_495).abs() < 1e-6 && (middle.lon - 8.0).abs() < 1e-9, "{middle:?}");
+        // Ten metres to the left of north is ten metres to the west.
+        let west = at(0.0, 10.0);
+        assert!((west.lon - (8.0 - 10.0 / (111_195.0 * 50f64.to_radians().cos()))).abs() < 1e-9, "{west:?}");
+        assert!((west.lat - 50.0).abs() < 1e-9);
+        // Where the globe tells of another distance than the plane, the nearest point stands for all.
+        let wrong = [point(0.0, 0.0, LonLat { lon: 8.0, lat: 50.0 }), point(10.0, 0.0, LonLat { lon: 9.0, lat: 50.0 })];
+        let near = lonlat_of(&wrong.each_ref(), Some(PlanePoint::new(4.0, 0.0))).unwrap();
+        assert_eq!(near, LonLat { lon: 8.0, lat: 50.0 });
     }
 }

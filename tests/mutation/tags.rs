@@ -152,7 +152,7 @@ pub const KINDS: &[Kind] = &[
         name: "turn a light around",
         raises: &["vm-04-02/reversed"],
         slip: |_, map, dice| {
-            let id = dice.pick(lights(map))?;
+            let id = dice.pick(drivers_lights(map))?;
             map.way(id).nodes.reverse();
             Some(vec![id])
         },
@@ -357,6 +357,12 @@ fn of_type(map: &Draft, kind: &str) -> Vec<i64> {
 
 fn lights(map: &Draft) -> Vec<i64> {
     of_type(map, "traffic_light")
+}
+
+/// Those of which the requirement says which way they hang.
+fn drivers_lights(map: &Draft) -> Vec<i64> {
+    let body = |way: &&Way| way.tags.is("type", "traffic_light") && way.tags.is("subtype", "red_yellow_green");
+    map.ways.iter().filter(body).map(|way| way.id).collect()
 }
 
 fn bulbs(map: &Draft) -> Vec<i64> {
