@@ -5,10 +5,13 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a benchmark that cannot go on must stop")]
 
+mod clock;
+
 use std::fmt::Write;
 use std::path::Path;
 use std::time::Instant;
 
+use clock::processor_time;
 use lanewright::builder::road_network::{NetworkOptions, road_network};
 use lanewright::builder::streets::{StreetOptions, streets};
 use lanewright::builder::{BuildOptions, build};
@@ -117,17 +120,6 @@ fn least<T>(mut run: impl FnMut() -> T) -> (f64, T) {
         least = (least.0.min(seconds), made);
     }
     least
-}
-
-/// Seconds that all threads of this process have run, whatever else the machine does; `None` where Linux does not tell.
-fn processor_time() -> Option<f64> {
-    let threads = std::fs::read_dir("/proc/self/task").ok()?;
-    let ran = |thread: std::io::Result<std::fs::DirEntry>| -> Option<f64> {
-        let told = std::fs::read_to_string(thread.ok()?.path().join("schedstat")).ok()?;
-        told.split_whitespace().next()?.parse().ok()
-    };
-    let nanoseconds: f64 = threads.map(ran).sum::<Option<f64>>()?;
-    Some(nanoseconds / 1e9)
 }
 
 fn extent(osm: &OsmData) -> lanewright::projection::Extent {

@@ -13,7 +13,7 @@ use lanewright::requirement::Requirement;
 use lanewright::{rules, triage};
 
 /// Chapters in reading order: title, file in `docs/`.
-const PAGES: [(&str, &str); 11] = [
+const PAGES: [(&str, &str); 12] = [
     ("Start in five minutes", "start.md"),
     ("Maps in CI", "ci.md"),
     ("The command line", "cli.md"),
@@ -21,6 +21,7 @@ const PAGES: [(&str, &str); 11] = [
     ("Configuration", "configuration.md"),
     ("Output formats", "formats.md"),
     ("Lanes from tags", "lanes.md"),
+    ("Lanes through edits", "weave.md"),
     ("Architecture", "architecture.md"),
     ("How fast it is", "benchmarks.md"),
     ("Adding a rule", "add_a_rule.md"),

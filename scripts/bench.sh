@@ -8,6 +8,7 @@ target=${CARGO_TARGET_DIR:-target}
 
 $CARGO build --release --locked
 $CARGO bench --locked --bench cost
+$CARGO bench --locked --bench weave
 oracle=$(scripts/oracle.sh)
 if [ -z "$oracle" ]; then
     echo "skipped: the comparison with netconvert and the Lanelet2 library, which needs ../shared" >&2

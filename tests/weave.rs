@@ -21,11 +21,13 @@ struct Sketch {
     explicit: bool,
 }
 
-const KINDS: [Kind; 7] = [
+const KINDS: [Kind; 9] = [
     Kind::Solid(Paint::White),
     Kind::Dashed(Paint::White),
     Kind::Dotted(Paint::Yellow),
     Kind::Double(Paint::Yellow),
+    Kind::SolidDashed(Paint::White),
+    Kind::DashedSolid(Paint::White),
     Kind::Kerb,
     Kind::Virtual,
     Kind::Unknown,

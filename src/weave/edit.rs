@@ -73,9 +73,15 @@ impl Weave {
         concerned.extend(&edited);
         let mut anew = Vec::new();
         for id in concerned {
-            let pulls = self.pulls(id);
-            let stays = |known: &super::Entry| known.pulls.map(bits) == pulls.map(bits);
-            if edited.contains(&id) || !self.lanes.get(&id).is_some_and(stays) {
+            let Some(entry) = self.lanes.get(&id) else {
+                anew.push(id);
+                continue;
+            };
+            let pulls = LaneEnd::BOTH.map(|end| {
+                let known = entry.pulls[end.index()];
+                if nodes.contains(&entry.lane.node(end)) { self.pull(id, end) } else { known }
+            });
+            if edited.contains(&id) || entry.pulls.map(bits) != pulls.map(bits) {
                 self.draw(id, pulls);
                 anew.push(id);
             }

@@ -96,7 +96,7 @@ impl Weave {
         }
         let all: Vec<LaneId> = weave.lanes.keys().copied().collect();
         for id in all {
-            let pulls = weave.pulls(id);
+            let pulls = LaneEnd::BOTH.map(|end| weave.pull(id, end));
             weave.draw(id, pulls);
         }
         weave
@@ -149,15 +149,12 @@ impl Weave {
         }
     }
 
-    /// What the ends of a lane are pulled to by the lanes that it continues.
-    fn pulls(&self, id: LaneId) -> [Option<[Pull; 2]>; 2] {
-        LaneEnd::BOTH.map(|end| {
-            let Some(Meeting::Joined(other)) = self.meeting(id, end) else { return None };
-            let (own, other) = (self.lanes.get(&id)?, self.lanes.get(&other)?);
-            let [ending, starting] = if end == LaneEnd::End { [own, other] } else { [other, own] };
-            let joint = stitched(ending, starting);
-            Some(joint.map(|pulls| pulls[1 - end.index()]))
-        })
+    /// What an end of a lane is pulled to, by side; `None` where it is not stitched.
+    fn pull(&self, id: LaneId, end: LaneEnd) -> Option<[Pull; 2]> {
+        let Some(Meeting::Joined(other)) = self.meeting(id, end) else { return None };
+        let (own, other) = (self.lanes.get(&id)?, self.lanes.get(&other)?);
+        let [ending, starting] = if end == LaneEnd::End { [own, other] } else { [other, own] };
+        Some(stitched(ending, starting).map(|pulls| pulls[1 - end.index()]))
     }
 
     /// Draws a lane between its joints.

@@ -30,6 +30,10 @@ pub enum Kind {
     Dotted(Paint),
     /// Two unbroken lines side by side.
     Double(Paint),
+    /// An unbroken line, and to its right, seen along the lane, one of dashes.
+    SolidDashed(Paint),
+    /// A line of dashes, and to its right, seen along the lane, an unbroken one.
+    DashedSolid(Paint),
     /// The edge of the carriageway.
     Kerb,
     /// Nothing that can be seen.
@@ -68,6 +72,9 @@ pub struct Marking {
     /// All that runs there.
     pub kinds: Vec<Kind>,
 }
+
+/// How long the dashes of a line are, and from begin to begin, metres.
+type Dashes = [f64; 2];
 
 /// One line of paint or stone.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,10 +137,32 @@ impl Strokes {
     fn piece(&mut self, side: usize, kind: Kind, track: &Track, piece: [f64; 2]) {
         match kind {
             Kind::Virtual => {}
-            Kind::Dashed(_) => self.broken(side, kind, track, piece, [DASH, DASH_PERIOD]),
-            Kind::Dotted(_) => self.broken(side, kind, track, piece, [DOT, DOT_PERIOD]),
-            Kind::Double(_) => self.double(side, kind, track, piece),
-            Kind::Solid(_) | Kind::Kerb | Kind::Unknown => {
+            Kind::Solid(_) | Kind::Kerb | Kind::Unknown => self.line(side, kind, track, piece, None),
+            Kind::Dashed(_) => self.line(side, kind, track, piece, Some([DASH, DASH_PERIOD])),
+            Kind::Dotted(_) => self.line(side, kind, track, piece, Some([DOT, DOT_PERIOD])),
+            Kind::Double(_) => self.parallels(side, kind, track, piece, [None, None]),
+            Kind::SolidDashed(_) => self.parallels(side, kind, track, piece, [None, Some([DASH, DASH_PERIOD])]),
+            Kind::DashedSolid(_) => self.parallels(side, kind, track, piece, [Some([DASH, DASH_PERIOD]), None]),
+        }
+    }
+
+    /// Two lines, the left one first, each broken or not.
+    fn parallels(&mut self, side: usize, kind: Kind, track: &Track, piece: [f64; 2], broken: [Option<Dashes>; 2]) {
+        let mut middle = Vec::new();
+        track.part(&mut 0, piece, &mut middle);
+        let Some(middle) = Polyline::new(middle) else { return };
+        for (apart, dashes) in [DOUBLE_APART, -DOUBLE_APART].into_iter().zip(broken) {
+            if let Some(line) = middle.offset(apart, MITER_MOST) {
+                let track = Track::along(line.points());
+                self.line(side, kind, &track, [0.0, track.length()], dashes);
+            }
+        }
+    }
+
+    fn line(&mut self, side: usize, kind: Kind, track: &Track, piece: [f64; 2], dashes: Option<Dashes>) {
+        match dashes {
+            Some(dashes) => self.broken(side, kind, track, piece, dashes),
+            None => {
                 track.part(&mut 0, piece, &mut self.points);
                 self.done(side, kind);
             }
@@ -141,7 +170,7 @@ impl Strokes {
     }
 
     /// Dashes begin where the piece does.
-    fn broken(&mut self, side: usize, kind: Kind, track: &Track, [from, to]: [f64; 2], [dash, period]: [f64; 2]) {
+    fn broken(&mut self, side: usize, kind: Kind, track: &Track, [from, to]: [f64; 2], [dash, period]: Dashes) {
         let count = ((to - from) / period).ceil();
         let period = if count > Polyline::MOST_PIECES { (to - from) / Polyline::MOST_PIECES } else { period };
         let mut segment = 0;
@@ -155,18 +184,6 @@ impl Strokes {
         }
     }
 
-    fn double(&mut self, side: usize, kind: Kind, track: &Track, piece: [f64; 2]) {
-        let mut middle = Vec::new();
-        track.part(&mut 0, piece, &mut middle);
-        let Some(middle) = Polyline::new(middle) else { return };
-        for apart in [DOUBLE_APART, -DOUBLE_APART] {
-            if let Some(line) = middle.offset(apart, MITER_MOST) {
-                self.points.extend_from_slice(line.points());
-                self.done(side, kind);
-            }
-        }
-    }
-
     fn done(&mut self, side: usize, kind: Kind) {
         self.strokes.push((side, kind, self.points.len()));
     }
@@ -174,7 +191,12 @@ impl Strokes {
 
 fn look(kind: Kind) -> (Colour, f64) {
     match kind {
-        Kind::Solid(paint) | Kind::Dashed(paint) | Kind::Dotted(paint) | Kind::Double(paint) => match paint {
+        Kind::Solid(paint)
+        | Kind::Dashed(paint)
+        | Kind::Dotted(paint)
+        | Kind::Double(paint)
+        | Kind::SolidDashed(paint)
+        | Kind::DashedSolid(paint) => match paint {
             Paint::White => (Colour::White, PAINT),
             Paint::Yellow => (Colour::Yellow, PAINT),
         },

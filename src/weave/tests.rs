@@ -332,6 +332,19 @@ mod painted {
     }
 
     #[test]
+    fn of_an_unlike_pair_either_line_is_broken() {
+        let solid = |kind, y| (kind, Colour::White, vec![(0.0, y), (20.0, y)]);
+        let dash = |kind, y, from, to| (kind, Colour::White, vec![(from, y), (to, y)]);
+        let dashes = |kind, y| [dash(kind, y, 0.0, 3.0), dash(kind, y, 9.0, 12.0), dash(kind, y, 18.0, 20.0)];
+        let kind = Kind::SolidDashed(Paint::White);
+        let [first, second, third] = dashes(kind, HALF - 0.18);
+        assert_eq!(strokes(&[(0.0, &[kind])]), [solid(kind, HALF + 0.18), first, second, third]);
+        let kind = Kind::DashedSolid(Paint::White);
+        let [first, second, third] = dashes(kind, HALF + 0.18);
+        assert_eq!(strokes(&[(0.0, &[kind])]), [first, second, third, solid(kind, HALF - 0.18)]);
+    }
+
+    #[test]
     fn a_kerb_is_grey_and_broad_and_what_is_unknown_stands_out() {
         let line = vec![(0.0, HALF), (20.0, HALF)];
         assert_eq!(strokes(&[(0.0, &[Kind::Kerb])]), [(Kind::Kerb, Colour::Grey, line.clone())]);
