@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::geometry::{Point, angle_between, left_of};
+use crate::geometry::{Point, angle_between, miter::miter};
 use crate::lanelet::PointId;
 
 use super::assembly::Assembly;
 use super::beside::runs;
-use super::connection::{carriageway, inward, lanes_at};
+use super::connection::{LaneAt, carriageway, inward, lanes_at};
 use super::cross_section::StripKind;
 use super::heights::Ground;
 use super::ids::Key;
@@ -126,24 +126,40 @@ impl Joins {
     }
 }
 
-/// A lane's edges with its kind and sense, for the comparison of two roads.
-type Slot = (StripKind, bool, usize, usize);
+/// A lane at the end of a road, for the comparison of two roads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slot {
+    /// What its strip is for.
+    kind: StripKind,
+    /// Whether it runs from the first road to the second.
+    pub onward: bool,
+    /// Index of its strip.
+    pub strip: usize,
+    /// Its left and its right edge, seen along the way from the first road to the second.
+    edges: [usize; 2],
+}
 
-/// Lanes at an end, left to right along the way from `a` to `b`.
-fn slots(network: &RoadNetwork, at: RoadEnd, looking_in: bool) -> Vec<Slot> {
+/// Lanes at an end, left to right along the way from the first road to the second, of which this is one.
+fn slots(network: &RoadNetwork, at: RoadEnd, first: bool) -> Vec<Slot> {
     let section = &network.road(at.road).section;
     let mut lanes = lanes_at(section, at.end);
-    if !looking_in {
+    if !first {
         lanes.reverse();
     }
-    let flipped = (at.end == End::End) != looking_in;
-    lanes
-        .into_iter()
-        .map(|l| {
-            let edges = if flipped { (l.strip + 1, l.strip) } else { (l.strip, l.strip + 1) };
-            (section.strips[l.strip].kind, l.into == looking_in, edges.0, edges.1)
-        })
-        .collect()
+    let flipped = (at.end == End::End) != first;
+    let slot = |LaneAt { strip, into }| {
+        let edges = if flipped { [strip + 1, strip] } else { [strip, strip + 1] };
+        Slot { kind: section.strips[strip].kind, onward: into == first, strip, edges }
+    };
+    lanes.into_iter().map(slot).collect()
+}
+
+/// The lanes of two roads that continue each other; `None` if not all do.
+pub fn continued(network: &RoadNetwork, a: RoadEnd, b: RoadEnd) -> Option<Vec<[Slot; 2]>> {
+    let (of_a, of_b) = (slots(network, a, true), slots(network, b, false));
+    let alike = |(x, y): (&Slot, &Slot)| x.kind == y.kind && x.onward == y.onward;
+    let all = !of_a.is_empty() && of_a.len() == of_b.len() && of_a.iter().zip(&of_b).all(alike);
+    all.then(|| of_a.into_iter().zip(of_b).map(|(x, y)| [x, y]).collect())
 }
 
 /// Edges of two roads that meet.
@@ -157,14 +173,9 @@ struct EdgePair {
 
 /// The edges of both roads that meet; `None` if the roads do not continue each other.
 fn edge_pairs(network: &RoadNetwork, a: RoadEnd, b: RoadEnd) -> Option<Vec<EdgePair>> {
-    let (slots_a, slots_b) = (slots(network, a, true), slots(network, b, false));
-    let alike = slots_a.len() == slots_b.len() && slots_a.iter().zip(&slots_b).all(|(x, y)| (x.0, x.1) == (y.0, y.1));
-    if !alike || slots_a.is_empty() {
-        return None;
-    }
     let mut pairs: Vec<(usize, usize)> = Vec::new();
-    for (x, y) in slots_a.iter().zip(&slots_b) {
-        pairs.extend([(x.2, y.2), (x.3, y.3)]);
+    for [x, y] in continued(network, a, b)? {
+        pairs.extend(x.edges.into_iter().zip(y.edges));
     }
     let (kerbs_a, kerbs_b) = (carriageway(&network.road(a.road).section), carriageway(&network.road(b.road).section));
     let ends = |(first, last): (usize, usize), turned: bool| if turned { [last, first] } else { [first, last] };
@@ -241,7 +252,58 @@ fn meeting(network: &RoadNetwork, (a, i): (RoadEnd, usize), (b, j): (RoadEnd, us
     {
         return None;
     }
-    let bisector = (left_of(into) + left_of(out)).try_normalize(1e-9)?;
-    let stretch = 1.0 / (turn / 2.0).cos();
-    Some(nalgebra::center(&place_a, &place_b) + bisector * ((left + right) / 2.0 * stretch))
+    Some(miter(nalgebra::center(&place_a, &place_b), [into, out], (left + right) / 2.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::builder::connection::connection_lines;
+    use crate::builder::single_lanes::single_lanes;
+    use crate::builder::{BuildOptions, plan};
+    use crate::osm::{OsmData, read_bytes};
+    use crate::weave::{LaneEnd, Meeting, Weave};
+
+    /// A street of three ways that bends where they meet and has other limits on each.
+    fn street() -> OsmData {
+        let mut text = String::from("<osm version='0.6'>");
+        for (id, x, y) in [(1, 0.0, 0.0), (2, 100.0, 0.0), (3, 190.0, 30.0), (4, 280.0, 25.0)] {
+            let (lat, lon) = (49.0 + y / 111_200.0, 8.5 + x / 73_000.0);
+            text += &format!("<node id='{id}' lat='{lat:.9}' lon='{lon:.9}'/>");
+        }
+        for (id, refs, speed) in [(10, [1, 2], 50), (11, [3, 2], 60), (12, [3, 4], 70)] {
+            text += &format!("<way id='{id}'><nd ref='{}'/><nd ref='{}'/>", refs[0], refs[1]);
+            let speed = speed.to_string();
+            for (k, v) in [("highway", "secondary"), ("lanes", "4"), ("sidewalk", "no"), ("maxspeed", &speed)] {
+                text += &format!("<tag k='{k}' v='{v}'/>");
+            }
+            text += "</way>";
+        }
+        let mut osm = OsmData::default();
+        read_bytes(&mut osm, "test", (text + "</osm>").into_bytes()).unwrap();
+        osm
+    }
+
+    #[test]
+    fn roads_meet_where_their_lanes_do_when_woven() {
+        let streets = plan(&street(), &BuildOptions::default()).unwrap().streets;
+        let network = &streets.network;
+        let joins = Joins::find(network);
+        let lines = connection_lines(network, &streets.outlines.kept, |ix| joins.joined(ix), &[[0.0; 2]; 3]);
+        let weave = Weave::new(single_lanes(network, &lines.kept));
+        let ends = weave.iter().flat_map(|(id, lane)| LaneEnd::BOTH.map(|end| (id, end, lane)));
+        let joined = ends.filter(|(id, end, _)| matches!(weave.meeting(*id, *end), Some(Meeting::Joined(_))));
+        let mut count = 0;
+        for (id, end, lane) in joined {
+            for bound in lane.bounds() {
+                let tip = if end == LaneEnd::Start { bound[0] } else { bound[bound.len() - 1] };
+                let least = joins.meetings.iter().map(|m| (m.place - tip).norm()).fold(f64::INFINITY, f64::min);
+                assert!(least < 1e-6, "lane {id:?} ends {least} m from where the roads meet");
+                count += 1;
+            }
+        }
+        // Four lanes, at two nodes, from both sides, with two bounds.
+        assert_eq!(count, 4 * 2 * 2 * 2);
+        assert_eq!(joins.meetings.len(), 2 * 5);
+    }
 }

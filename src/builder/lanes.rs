@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::geometry::{Point, Vector, curve::Pose, curve::untangled, left_of};
+use crate::geometry::{Point, Vector, curve::Pose, curve::untangled, left_of, miter::miter};
 use crate::lanelet::{Attributes, Bound, LaneletId, PointId};
 
 use super::assembly::{Assembly, tags};
@@ -340,10 +340,10 @@ fn border(road: &Road, kept: [f64; 2], offset: f64, ends: [Point; 2]) -> Vec<Poi
 /// moved segments inside it (their crossing is cut off later).
 fn beside_corner(corner: Point, [before, after]: [Vector; 2], offset: f64) -> Vec<Point> {
     let turn = crate::geometry::angle_between(before, after);
-    let normals = [left_of(before) * offset, left_of(after) * offset];
     if turn.abs() <= MITER.to_radians() {
-        return vec![corner + (normals[0] + normals[1]) / (1.0 + turn.cos())];
+        return vec![miter(corner, [before, after], offset)];
     }
+    let normals = [left_of(before) * offset, left_of(after) * offset];
     if turn * offset > 0.0 {
         return normals.map(|n| corner + n).to_vec();
     }
@@ -352,7 +352,7 @@ fn beside_corner(corner: Point, [before, after]: [Vector; 2], offset: f64) -> Ve
 }
 
 /// Tags of the border at an edge: kerb, paint between lanes, or the edge of a lane.
-fn border_attributes(section: &CrossSection, edge: usize) -> Attributes {
+pub(super) fn border_attributes(section: &CrossSection, edge: usize) -> Attributes {
     let (kerb_left, kerb_right) = carriageway(section);
     if edge == kerb_left || edge == kerb_right {
         return tags(&[("type", "road_border")]);

@@ -41,6 +41,7 @@ pub mod road_network;
 pub mod seam;
 pub mod settle;
 pub mod sidecar;
+pub mod single_lanes;
 pub mod sound;
 pub(crate) mod speed;
 pub mod streets;

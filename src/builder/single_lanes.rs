@@ -1,0 +1,114 @@
+//! The lanes of streets one by one, each with a middle line of its own, to be woven and edited.
+
+use rustc_hash::FxHashMap;
+
+use crate::geometry::{Polyline, curve::untangled};
+use crate::lanelet::Attributes;
+use crate::weave::{self, Kind, LaneId, Marking, Paint, Widths};
+
+use super::cross_section::{CrossSection, Travel};
+use super::join::continued;
+use super::lanes::border_attributes;
+use super::road_network::{End, Road, RoadEnd, RoadIx, RoadNetwork};
+
+/// The middle of a lane is mitred up to so many times its distance from the road's line.
+const MITER_MOST: f64 = 3.0;
+
+/// A lane at the end of a road: its strip, and whether it leads out of the road there.
+type Hanging = (RoadEnd, usize, bool);
+
+/// Every lane that motor vehicles drive on, between the stations between which its road is kept. A lane's road is the
+/// index of the road. Lanes of two roads that continue each other, lane by lane, hang on a node of their own; all other
+/// ends at an intersection hang on one together.
+pub fn single_lanes(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<(LaneId, weave::Lane)> {
+    let nodes = own_nodes(network);
+    let mut lanes = Vec::new();
+    for (i, (road, kept)) in network.roads.iter().zip(kept).enumerate() {
+        let ix = RoadIx(i as u32);
+        let Some(line) = road.line.cut(kept[0], kept[1]) else { continue };
+        for (lane, (strip, backward)) in (0..).zip(driven(&road.section)) {
+            let node = |end: End| {
+                let out = (end == End::End) != backward;
+                let at = RoadEnd { road: ix, end };
+                nodes.get(&(at, strip, out)).copied().unwrap_or_else(|| i64::from(road.intersection(end).0))
+            };
+            let mut nodes = [End::Start, End::End].map(|end| Some(node(end)));
+            if backward {
+                nodes.reverse();
+            }
+            if let Some(made) = single_lane(road, &line, strip, backward) {
+                lanes.push((LaneId { road: i as i64, lane }, made.hung_on(nodes)));
+            }
+        }
+    }
+    lanes
+}
+
+/// Strips with their directions; one for both directions carries two lanes.
+fn driven(section: &CrossSection) -> impl Iterator<Item = (usize, bool)> + '_ {
+    section.driven().flat_map(|(strip, s)| {
+        let ways: &[bool] = match s.travel {
+            Travel::Forward => &[false],
+            Travel::Backward => &[true],
+            Travel::Both => &[false, true],
+        };
+        ways.iter().map(move |&backward| (strip, backward))
+    })
+}
+
+/// The nodes between lanes that continue each other, numbered behind the intersections.
+fn own_nodes(network: &RoadNetwork) -> FxHashMap<Hanging, i64> {
+    let mut nodes = FxHashMap::default();
+    let mut next = network.intersections.len() as i64;
+    for intersection in &network.intersections {
+        let [a, b] = intersection.arms[..] else { continue };
+        if a.road == b.road {
+            continue;
+        }
+        for [x, y] in continued(network, a, b).into_iter().flatten() {
+            nodes.insert((a, x.strip, x.onward), next);
+            nodes.insert((b, y.strip, !y.onward), next);
+            next += 1;
+        }
+    }
+    nodes
+}
+
+/// `None` where a lane leaves no line, or its width is none.
+fn single_lane(road: &Road, line: &Polyline, strip: usize, backward: bool) -> Option<weave::Lane> {
+    let section = &road.section;
+    let middle = line.offset((section.edge(strip) + section.edge(strip + 1)) / 2.0, MITER_MOST)?;
+    let middle = Polyline::new(untangled(middle.points()))?;
+    let middle = if backward { middle.reversed() } else { middle };
+    let mut markings = [strip, strip + 1].map(|edge| markings(section, edge, strip, backward));
+    if backward {
+        markings.reverse();
+    }
+    let lane = weave::Lane::along(middle, Widths::even(section.strips[strip].width).ok()?);
+    lane.and_then(|lane| lane.painted(markings)).ok()
+}
+
+/// What a lane has painted on one of its edges: each edge is painted along one lane, that to its right where one is.
+fn markings(section: &CrossSection, edge: usize, strip: usize, backward: bool) -> Vec<Marking> {
+    let paints =
+        driven(section).filter(|(other, _)| [*other, *other + 1].contains(&edge)).max_by_key(|at| (at.0, !at.1));
+    if paints != Some((strip, backward)) {
+        return Vec::new();
+    }
+    vec![Marking { station: 0.0, kinds: vec![kind(&border_attributes(section, edge), backward)] }]
+}
+
+/// What the tags of a border say, seen against its direction or along it.
+fn kind(attributes: &Attributes, backward: bool) -> Kind {
+    let subtype = attributes.get("subtype").unwrap_or_default();
+    match (attributes.get("type").unwrap_or_default(), subtype, backward) {
+        ("road_border", ..) => Kind::Kerb,
+        ("virtual", ..) => Kind::Virtual,
+        ("line_thin" | "line_thick", "solid", _) => Kind::Solid(Paint::White),
+        ("line_thin" | "line_thick", "dashed", _) => Kind::Dashed(Paint::White),
+        ("line_thin" | "line_thick", "solid_solid", _) => Kind::Double(Paint::White),
+        ("line_thin", "solid_dashed", false) | ("line_thin", "dashed_solid", true) => Kind::SolidDashed(Paint::White),
+        ("line_thin", "dashed_solid", false) | ("line_thin", "solid_dashed", true) => Kind::DashedSolid(Paint::White),
+        _ => Kind::Unknown,
+    }
+}
