@@ -124,6 +124,9 @@ pub struct HeightSettings {
     /// Steepest ramp, metres per metre.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grade: Option<f64>,
+    /// Steepest road where the ground is steeper than a ramp may be, metres per metre.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steepest: Option<f64>,
 }
 
 /// Whose reading of the requirements counts.

@@ -69,6 +69,7 @@ fn asked(input: &Path, args: &StreetArgs) -> Result<(Vec<u8>, BuildOptions), Fai
     heights.ground = said.ground.unwrap_or(heights.ground);
     heights.storey = said.layer.unwrap_or(heights.storey);
     heights.grade = said.grade;
+    heights.steepest = said.steepest;
     Ok((bytes, options))
 }
 

@@ -74,10 +74,12 @@ impl Document {
     fn without_sense(&self) -> Option<DocumentError> {
         let heights = self.settings.heights?;
         let metres = |value: f64| value > 0.0 && value <= 100.0;
+        let grade = |value: f64| value > 0.0 && value <= 1.0;
         let faults = [
             ("ground", heights.ground.is_some_and(|v| !v.is_finite()), "a height is a number of metres"),
             ("layer", heights.layer.is_some_and(|v| !metres(v)), "a storey is above 0 and at most 100 metres high"),
-            ("grade", heights.grade.is_some_and(|v| !(v > 0.0 && v <= 1.0)), "a grade is above 0 and at most 1"),
+            ("grade", heights.grade.is_some_and(|v| !grade(v)), "a grade is above 0 and at most 1"),
+            ("steepest", heights.steepest.is_some_and(|v| !grade(v)), "a grade is above 0 and at most 1"),
         ];
         let (key, _, fault) = faults.into_iter().find(|(_, wrong, _)| *wrong)?;
         Some(DocumentError {

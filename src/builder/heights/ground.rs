@@ -1,12 +1,16 @@
 //! The ground under what is being drawn: a height for every place beside a road or inside an intersection.
 
+use nalgebra::Matrix2;
+
 use crate::builder::road_network::Road;
-use crate::geometry::{Point, Polyline};
+use crate::geometry::{Point, Polyline, Vector};
 
 /// Heights that differ by less than this, metres, are one.
 const LEVEL: f64 = 1e-6;
 /// A place so close to a known one, metres, is that one.
 const THERE: f64 = 1e-3;
+/// Places that stray from a row by less than this part of its length are one.
+const ROW: f64 = 1e-3;
 /// Heights are written to a millimetre.
 const PER_METRE: f64 = 1e3;
 
@@ -17,8 +21,9 @@ pub enum Ground {
     Level(f64),
     /// As high as the nearest place of a line: stations and their heights.
     Along(Polyline, Vec<f64>, Vec<f64>),
-    /// Between places whose height is known, each counting the more the nearer it is.
-    Between(Vec<(Point, f64)>),
+    /// A slope through places whose height is known, and what they lie above it, each counting the more the nearer it is.
+    /// No place lies beyond the lowest and the highest of them.
+    Between(Slope, Vec<(Point, f64)>, [f64; 2]),
 }
 
 impl Default for Ground {
@@ -41,7 +46,13 @@ impl Ground {
     pub fn between(known: Vec<(Point, f64)>) -> Self {
         match level(known.iter().map(|(_, height)| *height)) {
             Some(height) => Self::Level(height),
-            None => Self::Between(known),
+            None => {
+                let slope = Slope::through(&known);
+                let heights = || known.iter().map(|(_, height)| *height);
+                let range = [heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max)];
+                let above = known.into_iter().map(|(place, height)| (place, height - slope.at(place))).collect();
+                Self::Between(slope, above, range)
+            }
         }
     }
 
@@ -55,9 +66,41 @@ impl Ground {
                 let part = ((station - stations[i - 1]) / (stations[i] - stations[i - 1])).clamp(0.0, 1.0);
                 heights[i - 1] + (heights[i] - heights[i - 1]) * part
             }
-            Self::Between(known) => between(known, place),
+            Self::Between(slope, above, [low, high]) => (slope.at(place) + between(above, place)).clamp(*low, *high),
         };
         (height * PER_METRE).round() / PER_METRE
+    }
+}
+
+/// A plane in space.
+#[derive(Clone, Copy, Debug)]
+pub struct Slope {
+    /// A place of it, and its height there.
+    middle: Point,
+    height: f64,
+    /// Metres up per metre east and north.
+    rise: Vector,
+}
+
+impl Slope {
+    /// The plane nearest to all places; level across a row of them.
+    fn through(known: &[(Point, f64)]) -> Self {
+        let count = known.len().max(1) as f64;
+        let middle = Point::from(known.iter().map(|(at, _)| at.coords).sum::<Vector>() / count);
+        let height = known.iter().map(|(_, height)| height).sum::<f64>() / count;
+        let (mut spread, mut moment) = (Matrix2::zeros(), Vector::zeros());
+        for (at, h) in known {
+            let off = at - middle;
+            spread += off * off.transpose();
+            moment += off * (h - height);
+        }
+        // Where all lie in a row, nothing is known of the slope across it.
+        spread += Matrix2::identity() * (spread.trace() * ROW);
+        Self { middle, height, rise: spread.try_inverse().map_or_else(Vector::zeros, |inverse| inverse * moment) }
+    }
+
+    fn at(&self, place: Point) -> f64 {
+        self.height + self.rise.dot(&(place - self.middle))
     }
 }
 

@@ -2,10 +2,13 @@
 //!
 //! The ground comes from a terrain model, else from nodes with `ele`, else it is level. On top of it a road on a bridge or
 //! in a tunnel lies as many storeys higher or lower as its `layer` says, on its whole length; the roads at its ends climb
-//! there as steeply as their class allows. Roads that meet do so at one height.
+//! there as steeply as their class allows. Roads that meet do so at one height. Last the grades are held: what is too steep,
+//! ground or ramp, is spread over the roads around.
 
 mod base;
+mod crossings;
 mod ground;
+mod limit;
 mod ramp;
 mod spots;
 #[cfg(test)]
@@ -18,6 +21,11 @@ use crate::geometry::{Point, Polyline};
 
 use super::road_network::{Road, RoadClass, RoadNetwork};
 
+use base::Base;
+use crossings::{Crossing, crossings};
+use limit::{Sampled, limited};
+use ramp::Ramp;
+
 pub use ground::Ground;
 pub use spots::{Spots, spots};
 
@@ -27,10 +35,14 @@ pub const STOREY: f64 = 6.0;
 const STEP: f64 = 5.0;
 /// Heights are averaged over this distance, metres, to either side, so that the grade does not change at once.
 const ROUNDED: f64 = 15.0;
+/// As many steps.
+const REACH: usize = (ROUNDED / STEP) as usize;
 /// A road's line gets no vertex for what changes its height by less than this, metres.
 const TOLERANCE: f64 = 0.02;
-/// A grade is told of where it is so many times as steep as it should be.
-const TOO_STEEP: f64 = 1.1;
+/// A road is told of where it lies so far, metres, from the height that ground and level ask for.
+const ASTRAY: f64 = 0.5;
+/// A crossing is told of where so much of its room, metres, is missing.
+const CRAMPED: f64 = 0.5;
 
 /// Heights at places of the plane, metres; `None` where nothing is known.
 pub type Surface = dyn Fn(&[Point]) -> Vec<Option<f64>> + Send + Sync;
@@ -44,6 +56,8 @@ pub struct HeightOptions {
     pub storey: f64,
     /// Steepest ramp, metres per metre; by the class of the road where absent.
     pub grade: Option<f64>,
+    /// Steepest road, metres per metre, where the ground is steeper than a ramp may be; by the class where absent.
+    pub steepest: Option<f64>,
     /// Heights that the input's nodes give.
     pub spots: Spots,
     /// The ground by a terrain model.
@@ -52,7 +66,7 @@ pub struct HeightOptions {
 
 impl Default for HeightOptions {
     fn default() -> Self {
-        Self { ground: 0.0, storey: STOREY, grade: None, spots: Spots::default(), terrain: None }
+        Self { ground: 0.0, storey: STOREY, grade: None, steepest: None, spots: Spots::default(), terrain: None }
     }
 }
 
@@ -62,6 +76,7 @@ impl std::fmt::Debug for HeightOptions {
             .field("ground", &self.ground)
             .field("storey", &self.storey)
             .field("grade", &self.grade)
+            .field("steepest", &self.steepest)
             .field("terrain", &self.terrain.is_some())
             .finish_non_exhaustive()
     }
@@ -78,10 +93,22 @@ impl HeightOptions {
         };
         self.grade.unwrap_or(usual)
     }
+
+    /// Steepest road of a class, metres per metre, on ground that is steep: about the steepest that exist.
+    fn steepest_of(&self, road: &Road) -> f64 {
+        let usual = match road.class {
+            RoadClass::Motorway | RoadClass::Trunk if !road.link => 0.1,
+            RoadClass::Motorway | RoadClass::Trunk | RoadClass::Primary => 0.15,
+            RoadClass::Secondary | RoadClass::Tertiary => 0.2,
+            _ => 0.3,
+        };
+        self.steepest.unwrap_or(usual).max(self.grade_of(road))
+    }
 }
 
-/// The network with a height at every vertex of every road, and a finding for each ramp that is too steep. `kept` gives the
-/// stations between which each road remains: within the intersections no ramp rises.
+/// The network with a height at every vertex of every road, and a finding for each road that could not lie as ground and
+/// level ask, and for each crossing without room. `kept` gives the stations between which each road remains: within the
+/// intersections no ramp rises.
 #[must_use]
 pub fn raised(mut network: RoadNetwork, kept: &[[f64; 2]], options: &HeightOptions) -> (RoadNetwork, Vec<Finding>) {
     let level = network.roads.iter().all(|road| road.level == 0.0);
@@ -91,30 +118,40 @@ pub fn raised(mut network: RoadNetwork, kept: &[[f64; 2]], options: &HeightOptio
         }
         return (network, Vec::new());
     }
-    let base = base::bases(&network, options);
-    let ramps = ramp::ramps(&network, kept, options);
+    let bases = base::bases(&network, options);
+    let crossings = crossings(&network, kept);
+    let ramps = ramp::ramps(&network, kept, &bases, &crossings, options);
+    let roads = network.roads.iter().zip(kept).zip(bases.iter().zip(&ramps));
+    let sampled: Vec<Sampled> = roads.map(|((road, kept), (base, ramp))| sampled(road, *kept, base, ramp)).collect();
+    let heights = limited(&network, &sampled, &crossings, options);
     let mut findings = Vec::new();
-    for ((road, base), ramp) in network.roads.iter_mut().zip(&base).zip(&ramps) {
-        let profile = profile(road, |station| base.at(station) + ramp.at(station));
-        lay(road, &profile);
-        findings.extend(steep(road, options.grade_of(road)));
+    for ((road, sampled), heights) in network.roads.iter_mut().zip(&sampled).zip(&heights) {
+        findings.extend(astray(road, sampled, heights));
+        lay(road, &profile(sampled.step, heights));
     }
+    findings.extend(crossings.iter().filter_map(|crossing| cramped(&network, crossing, options.storey)));
     (network, findings)
 }
 
-/// Heights by station, as few as tell the height everywhere.
-fn profile(road: &Road, height: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
+/// Ground and wanted height at even stations of a road.
+fn sampled(road: &Road, kept: [f64; 2], base: &Base, ramp: &Ramp) -> Sampled {
     let length = road.line.length();
     let pieces = (length / STEP).ceil().max(1.0) as usize;
-    let stations: Vec<f64> = (0..=pieces).map(|i| length * i as f64 / pieces as f64).collect();
-    let heights: Vec<f64> = stations.iter().map(|s| height(*s)).collect();
-    let reach = (ROUNDED / STEP).round() as usize;
+    let step = length / pieces as f64;
+    let stations = || (0..=pieces).map(|i| step * i as f64);
+    let ground: Vec<f64> = stations().map(|station| base.at(station)).collect();
+    let wanted = stations().zip(&ground).map(|(station, ground)| ground + ramp.at(station)).collect();
+    Sampled { step, ground, wanted, kept }
+}
+
+/// Heights by station, as few as tell the height everywhere, from those at even steps.
+fn profile(step: f64, heights: &[f64]) -> Vec<(f64, f64)> {
     // As far to the one side as to the other, so that the ends stay and a steady grade does, too.
     let mean = |i: usize| {
-        let reach = reach.min(i).min(pieces - i);
+        let reach = REACH.min(i).min(heights.len() - 1 - i);
         heights[i - reach..=i + reach].iter().sum::<f64>() / (2 * reach + 1) as f64
     };
-    let all: Vec<(f64, f64)> = stations.iter().copied().zip((0..=pieces).map(mean)).collect();
+    let all: Vec<(f64, f64)> = (0..heights.len()).map(|i| (step * i as f64, mean(i))).collect();
     fewest(&all)
 }
 
@@ -163,24 +200,37 @@ fn lay(road: &mut Road, profile: &[(f64, f64)]) {
     road.heights = heights;
 }
 
-/// A finding where a road climbs more than it may.
-fn steep(road: &Road, most: f64) -> Option<Finding> {
-    let stations = road.line.stations();
-    let grade = |i: usize| {
-        let run = stations[i + 1] - stations[i];
-        if run < STEP / 2.0 { 0.0 } else { (road.heights[i + 1] - road.heights[i]).abs() / run }
-    };
-    let worst = (0..stations.len() - 1).max_by(|a, b| grade(*a).total_cmp(&grade(*b)))?;
-    let percent = |grade: f64| (grade * 100.0).round();
-    (grade(worst) > most * TOO_STEEP).then(|| {
+/// A finding where a road lies elsewhere than ground and level ask, for the sake of its grade or of a road that it passes.
+fn astray(road: &Road, sampled: &Sampled, heights: &[f64]) -> Option<Finding> {
+    let off = |i: usize| heights[i] - sampled.wanted[i];
+    let worst = (0..heights.len()).max_by(|a, b| off(*a).abs().total_cmp(&off(*b).abs()))?;
+    (off(worst).abs() > ASTRAY).then(|| {
         let message = format!(
-            "way {} climbs {} %, more than the {} % of its class: there is no room for a longer ramp",
+            "way {} lies up to {:.1} m {} than ground and layer ask, so that no road climbs more than it may",
             road.key.way,
-            percent(grade(worst)),
-            percent(most)
+            off(worst).abs(),
+            if off(worst) > 0.0 { "higher" } else { "lower" },
         );
-        Finding::new("grade-steep", Subject::Way(road.key.way), message)
-            .at(Place::Point(road.line.points()[worst]))
+        Finding::new("grade-held", Subject::Way(road.key.way), message)
+            .at(Place::Point(road.line.at(sampled.step * worst as f64)))
+            .graded(Severity::Info)
+    })
+}
+
+/// A finding where two roads pass over each other with less room than their levels ask.
+fn cramped(network: &RoadNetwork, crossing: &Crossing, storey: f64) -> Option<Finding> {
+    let roads = [crossing.upper, crossing.lower];
+    let [above, below] = roads.map(|(road, _)| Ground::under(&network.roads[road]).at(crossing.place));
+    let (room, wanted) = (above - below, crossing.levels * storey);
+    (room < wanted - CRAMPED).then(|| {
+        let [upper, lower] = roads.map(|(road, _)| network.roads[road].key.way);
+        let message = format!(
+            "way {upper} passes over way {lower} with {room:.1} m between them, not {wanted:.1} m: \
+             the roads around are too short to climb there"
+        );
+        Finding::new("clearance-short", Subject::Way(upper), message)
+            .with(Subject::Way(lower), "below")
+            .at(Place::Point(crossing.place))
             .graded(Severity::Info)
     })
 }

@@ -8,17 +8,15 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use crate::builder::road_network::{Road, RoadEnd, RoadNetwork};
-use crate::geometry::cells::Cells;
-use crate::geometry::segment_crossing;
 
 use super::HeightOptions;
+use super::base::Base;
+use super::crossings::Crossing;
 
 /// Heights are kept as whole tenths of a millimetre, which have an order.
 const PER_METRE: f64 = 1e4;
 /// So far from an intersection, metres, a road stays as high as that: lanes wait there, and cross the kerb beside others.
 const BESIDE: f64 = 6.0;
-/// Cells of this side, metres, hold the pieces of roads.
-const CELL: f64 = 32.0;
 
 /// Metres above the ground along one road.
 #[derive(Clone, Copy, Debug)]
@@ -69,10 +67,21 @@ fn free(road: &Road, kept: [f64; 2]) -> [f64; 2] {
     [from + beside, to - beside]
 }
 
-/// The ramps of all roads, of which `kept` gives the stations between the intersections.
-pub fn ramps(network: &RoadNetwork, kept: &[[f64; 2]], options: &HeightOptions) -> Vec<Ramp> {
+/// The ramps of all roads, of which `kept` gives the stations between the intersections, over the ground of `bases`.
+pub fn ramps(
+    network: &RoadNetwork,
+    kept: &[[f64; 2]],
+    bases: &[Base],
+    crossings: &[Crossing],
+    options: &HeightOptions,
+) -> Vec<Ramp> {
     let free: Vec<[f64; 2]> = network.roads.iter().zip(kept).map(|(road, kept)| free(road, *kept)).collect();
-    let targets = targets(network, options);
+    // A terrain model holds most of it already, embankments and the valleys under bridges: with one only what is missing
+    // between roads that cross counts.
+    let targets = match options.terrain {
+        Some(_) => missing(network, bases, crossings, options.storey),
+        None => network.roads.iter().map(|road| road.level * options.storey).collect(),
+    };
     let asked: Vec<Option<f64>> = network.intersections.iter().map(|at| asked(&at.arms, &targets)).collect();
     let lifted = fallen(network, options, &free, &targets, &asked, 1.0);
     let lowered = fallen(network, options, &free, &targets, &asked, -1.0);
@@ -87,43 +96,21 @@ pub fn ramps(network: &RoadNetwork, kept: &[[f64; 2]], options: &HeightOptions) 
     network.roads.iter().zip(&targets).zip(&free).map(ramp).collect()
 }
 
-/// How high every road is to lie above the ground. A terrain model holds most of it already, embankments and the valleys
-/// under bridges: with one only what is missing between roads that cross counts.
-fn targets(network: &RoadNetwork, options: &HeightOptions) -> Vec<f64> {
-    let full = |road: &Road| road.level * options.storey;
-    if options.terrain.is_none() {
-        return network.roads.iter().map(full).collect();
-    }
-    missing(network, options)
-}
-
 /// Per road how much its level lacks where it crosses a road of another level, with the ground as it is.
-fn missing(network: &RoadNetwork, options: &HeightOptions) -> Vec<f64> {
-    let bases = super::base::bases(network, options);
-    let mut pieces = Vec::new();
-    for (i, road) in network.roads.iter().enumerate() {
-        let stations = road.line.stations();
-        pieces.extend(road.line.segments().zip(stations).map(|((a, b), station)| (i, a, b, station)));
-    }
-    let reach = |a: &crate::geometry::Point, b: &crate::geometry::Point| [a.inf(b), a.sup(b)];
-    let cells = Cells::new(pieces.iter().map(|(_, a, b, _)| reach(a, b)).collect(), CELL);
+fn missing(network: &RoadNetwork, bases: &[Base], crossings: &[Crossing], storey: f64) -> Vec<f64> {
     let mut missing = vec![0.0_f64; network.roads.len()];
-    for (i, a, b, station) in pieces.iter().filter(|(i, ..)| network.roads[*i].level != 0.0) {
-        cells.touching(reach(a, b), |at| {
-            let (j, c, d, other) = &pieces[at];
-            let (mine, theirs) = (&network.roads[*i], &network.roads[*j]);
-            // The road nearer to the ground stays there.
-            if mine.level == theirs.level || theirs.level.abs() > mine.level.abs() {
-                return;
+    for crossing in crossings {
+        let [(upper, above), (lower, below)] = [crossing.upper, crossing.lower];
+        let wanted = crossing.levels * storey;
+        let lack = (wanted - bases[upper].at(above) + bases[lower].at(below)).clamp(0.0, wanted);
+        let [high, low] = [upper, lower].map(|road| network.roads[road].level.abs());
+        // The road nearer to the ground stays there.
+        let moved = [(high >= low).then_some((upper, lack)), (low >= high).then_some((lower, -lack))];
+        for (road, lack) in moved.into_iter().flatten() {
+            if lack.abs() > missing[road].abs() {
+                missing[road] = lack;
             }
-            let Some((_, _, place)) = segment_crossing(*a, *b, *c, *d) else { return };
-            let wanted = (mine.level - theirs.level) * options.storey;
-            let there = bases[*i].at(station + (place - a).norm()) - bases[*j].at(other + (place - c).norm());
-            let lack = wanted - there;
-            if lack * wanted > 0.0 && lack.abs() > missing[*i].abs() {
-                missing[*i] = lack.clamp(-wanted.abs(), wanted.abs());
-            }
-        });
+        }
     }
     missing
 }

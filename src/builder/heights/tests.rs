@@ -129,8 +129,9 @@ fn a_ramp_goes_on_beyond_an_intersection_where_all_roads_have_its_height() {
 }
 
 #[test]
-fn a_ramp_without_room_is_told() {
-    let nodes = [(1, 0.0, 0.0, None), (2, 60.0, 0.0, None), (3, 90.0, 0.0, None), (4, 150.0, 0.0, None)];
+fn a_climb_without_room_is_spread_over_the_roads_around() {
+    // 30 m of street between a bridge and a tunnel, 12 m of height.
+    let nodes = [(1, 0.0, 0.0, None), (2, 160.0, 0.0, None), (3, 190.0, 0.0, None), (4, 350.0, 0.0, None)];
     let street = ("highway", "tertiary");
     let ways: [Way<'_>; 3] = [
         (10, &[1, 2], &[street, ("bridge", "yes")]),
@@ -138,9 +139,74 @@ fn a_ramp_without_room_is_told() {
         (12, &[3, 4], &[street, ("tunnel", "yes")]),
     ];
     let (network, findings) = laid(network(&nodes, &ways).0, &HeightOptions::default());
-    assert_eq!(findings.iter().map(|f| f.fault).collect::<Vec<_>>(), ["grade-steep"]);
-    let between = road(&network, 11);
-    assert_eq!((height(between, 0.0), height(between, 30.0)), (STOREY, -STOREY));
+    assert_eq!(findings.iter().map(|f| f.fault).collect::<Vec<_>>(), ["grade-held"; 3]);
+    let [bridge, between, tunnel] = [10, 11, 12].map(|way| road(&network, way));
+    for road in [bridge, between, tunnel] {
+        assert!(steepest(road) <= 0.08 * 1.05, "{} {}", road.key, steepest(road));
+    }
+    assert!(
+        (height(bridge, 160.0) - 1.2).abs() < 0.05,
+        "half of the climb that 30 m allow, not {}",
+        height(bridge, 160.0)
+    );
+    assert!((height(tunnel, 0.0) + 1.2).abs() < 0.05);
+    assert_eq!((height(bridge, 80.0), height(tunnel, 80.0)), (STOREY, -STOREY), "far away all is as wanted");
+}
+
+/// A road that climbs `rise` metres where it passes under a bridge: the road of the ends 1 and 4 is the lower one.
+fn under_a_bridge(rise: f64) -> (RoadNetwork, Vec<Finding>) {
+    let known = overpass();
+    let terrain: Arc<Surface> = Arc::new(move |places: &[Point]| {
+        places
+            .iter()
+            .map(|p| Some(50.0 + if p.y.abs() < 30.0 && (p.x - 430.0).abs() < 5.0 { rise } else { 0.0 }))
+            .collect()
+    });
+    laid(known, &HeightOptions { terrain: Some(terrain), ..HeightOptions::default() })
+}
+
+#[test]
+fn terrain_too_steep_for_any_road_is_laid_flatter_and_the_bridge_over_it_keeps_its_room() {
+    let (network, findings) = under_a_bridge(20.0);
+    assert!(findings.iter().all(|finding| finding.fault == "grade-held"), "{findings:?}");
+    let [west, bridge, under] = [10, 11, 13].map(|way| road(&network, way));
+    assert!(steepest(under) <= 0.3 * 1.05, "{}", steepest(under));
+    assert!(steepest(west) <= 0.07 * 1.05, "{}", steepest(west));
+    let room = height(bridge, 30.0) - height(under, 300.0);
+    assert!(room > STOREY - CRAMPED, "{room}");
+    assert_eq!(height(under, 0.0), 50.0);
+}
+
+#[test]
+fn a_crossing_that_roads_cannot_climb_to_gets_what_room_they_can_and_is_told() {
+    // The road over the other comes back to it after 30 m and passes it 10 m behind: 40 m are too short to climb 6 m.
+    let nodes = [
+        (1, 0.0, 0.0, None),
+        (2, 100.0, 0.0, None),
+        (3, 100.0, 10.0, None),
+        (4, 90.0, 10.0, None),
+        (5, 90.0, -10.0, None),
+    ];
+    let street = ("highway", "tertiary");
+    let ways: [Way<'_>; 2] =
+        [(10, &[1, 2], &[street]), (11, &[2, 3, 4, 5], &[street, ("bridge", "yes"), ("layer", "1")])];
+    let (network, findings) = laid(network(&nodes, &ways).0, &HeightOptions::default());
+    let faults: Vec<_> = findings.iter().map(|f| f.fault).collect();
+    assert!(faults.contains(&"clearance-short"), "{faults:?}");
+    assert!(network.roads.iter().all(|road| steepest(road) <= 0.08 * 1.05), "grades hold all the same");
+    let room = height(road(&network, 11), 30.0) - height(road(&network, 10), 90.0);
+    assert!(room > 2.0, "{room}");
+}
+
+#[test]
+fn the_user_may_say_how_steep_a_road_may_be() {
+    let slope: Arc<Surface> =
+        Arc::new(|places: &[Point]| places.iter().map(|p| Some((p.x.clamp(100.0, 300.0) - 100.0) * 0.25)).collect());
+    let nodes = [(1, 0.0, 0.0, None), (2, 400.0, 0.0, None)];
+    let ways: [Way<'_>; 1] = [(10, &[1, 2], &[("highway", "residential")])];
+    let options = HeightOptions { terrain: Some(slope), steepest: Some(0.2), ..HeightOptions::default() };
+    let (network, _) = laid(network(&nodes, &ways).0, &options);
+    assert!((0.19..=0.21).contains(&steepest(&network.roads[0])), "{}", steepest(&network.roads[0]));
 }
 
 #[test]
@@ -187,9 +253,21 @@ fn flat_ground_costs_nothing() {
 }
 
 #[test]
-fn between_known_places_the_nearest_counts_most() {
-    let ground = Ground::between(vec![(Point::new(0.0, 0.0), 1.0), (Point::new(10.0, 0.0), 3.0)]);
+fn between_known_places_the_ground_is_a_slope_where_they_lie_on_one() {
+    let known = [(0.0, 0.0, 1.0), (10.0, 0.0, 3.0), (10.0, 8.0, 3.0), (0.0, 8.0, 1.0)];
+    let ground = Ground::between(known.map(|(x, y, h)| (Point::new(x, y), h)).to_vec());
     assert_eq!(ground.at(Point::new(0.0, 0.0)), 1.0);
-    assert_eq!(ground.at(Point::new(5.0, 0.0)), 2.0);
-    assert!(ground.at(Point::new(2.0, 0.0)) < 1.2);
+    assert!((ground.at(Point::new(5.0, 3.0)) - 2.0).abs() < 2e-3);
+    assert!((ground.at(Point::new(2.5, 7.0)) - 1.5).abs() < 2e-3);
+    let row = Ground::between(vec![(Point::new(0.0, 0.0), 1.0), (Point::new(10.0, 0.0), 3.0)]);
+    assert!((row.at(Point::new(5.0, 5.0)) - 2.0).abs() < 0.01, "level across a row");
+}
+
+#[test]
+fn what_lies_off_the_slope_counts_the_more_the_nearer_it_is() {
+    let known = [(0.0, 0.0, 1.0), (10.0, 0.0, 0.0), (10.0, 10.0, 1.0), (0.0, 10.0, 0.0)];
+    let ground = Ground::between(known.map(|(x, y, h)| (Point::new(x, y), h)).to_vec());
+    assert_eq!(ground.at(Point::new(10.0, 10.0)), 1.0);
+    assert_eq!(ground.at(Point::new(5.0, 5.0)), 0.5);
+    assert!(ground.at(Point::new(1.0, 1.0)) > 0.9);
 }
