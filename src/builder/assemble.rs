@@ -7,7 +7,7 @@ use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::{Point, Vector};
 use crate::lanelet::index::{Edge, Thresholds, same_arm};
 use crate::lanelet::right_of_way::{Mover, OPPOSITE, Relation, Turn, opposites, yields};
-use crate::lanelet::{LaneletId, LaneletMap, PolygonId, TurnDirection};
+use crate::lanelet::{LaneletId, LaneletMap, PointId, PolygonId, TurnDirection};
 use crate::settings::{Settings, Side};
 
 use super::area::AreaOutline;
@@ -103,7 +103,9 @@ impl Crossings {
                 Some(end) => lanes.ground_of(network.intersection(road.intersection(end)), assembly),
                 None => Ground::under(road),
             });
-            let id = crosswalk(assembly, road, crossing);
+            let cuts: Vec<PointId> =
+                lanes.arms[crossing.road.0 as usize].iter().flat_map(|arm| &arm.cut).copied().collect();
+            let id = crosswalk(assembly, road, crossing, &cuts);
             walk_lights(assembly, road, crossing, id);
             if crossing.arm.is_none() {
                 let own = lanes.of_road(crossing.road).iter();

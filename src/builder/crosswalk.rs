@@ -1,7 +1,7 @@
 //! Crosswalks: a lanelet from kerb to kerb, and the element by which every lane that crosses it knows of it.
 
 use crate::geometry::{Point, polygon};
-use crate::lanelet::{Bound, LaneletId, Target};
+use crate::lanelet::{Bound, LaneletId, PointId, Target};
 
 use super::assembly::{Assembly, tags};
 use super::connection::{CROSSWALK_BREADTH, Crossing, carriageway};
@@ -9,11 +9,14 @@ use super::ids::Key;
 use super::road_network::Road;
 use crate::geometry::left_of;
 
+/// A corner so close to the end of a kerb, metres, is that end.
+const SAME: f64 = 0.01;
 /// Lanelets that share at least this area, square metres, with a crosswalk cross it.
 const CROSSES: f64 = 0.1;
 
-/// Adds the lanelet of a crossing, in the walking direction from the left kerb of the road's line to the right one.
-pub fn crosswalk(assembly: &mut Assembly, road: &Road, crossing: &Crossing) -> LaneletId {
+/// Adds the lanelet of a crossing, in the walking direction from the left kerb of the road's line to the right one. Its
+/// corners are those of the `cuts` of the road, points that exist, where they fall on one.
+pub fn crosswalk(assembly: &mut Assembly, road: &Road, crossing: &Crossing, cuts: &[PointId]) -> LaneletId {
     let key = Key::new("crosswalk").number(crossing.node).number(road.key.way).number(road.key.first);
     let (left, right) = carriageway(&road.section);
     let (left, right) = (road.section.edge(left), road.section.edge(right));
@@ -22,7 +25,8 @@ pub fn crosswalk(assembly: &mut Assembly, road: &Road, crossing: &Crossing) -> L
     let mut side = |name: &str, along: f64| {
         let ends = [("from", left), ("to", right)].map(|(end, offset)| {
             let place = middle + direction * along + left_of(direction) * offset;
-            assembly.point(key.word(name).word(end), place, 0.0)
+            let there = cuts.iter().copied().find(|&cut| (assembly.position(cut) - place).norm() < SAME);
+            there.unwrap_or_else(|| assembly.point(key.word(name).word(end), place, 0.0))
         });
         assembly.line(key.word(name), ends.to_vec(), tags(&[("type", "pedestrian_marking")]))
     };
