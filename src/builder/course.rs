@@ -3,7 +3,7 @@
 //! Each way is drawn as it is smoothest by itself. Where a lane goes straight on for long before it turns off, or shifts
 //! sideways, it can run into the lane beside it although both lead apart; then one of the two bends earlier or later.
 
-use crate::geometry::{Point, angle_between, curve, curve::Pose, polygon};
+use crate::geometry::{Point, curve, curve::Pose, polygon, swing};
 
 use super::lanes::ArmLane;
 use super::movement::Movement;
@@ -41,9 +41,9 @@ pub fn courses(ends: &[Ends]) -> Vec<Vec<Pose>> {
     let mut courses: Vec<Course> = ends
         .iter()
         .enumerate()
-        .map(|(i, end)| {
+        .zip(swept(ends))
+        .map(|((i, end), poses)| {
             let beside: Vec<usize> = (0..ends.len()).filter(|&j| j != i && part(&end.0, &ends[j].0)).collect();
-            let poses = curve::join(end.1.pose, end.2.pose);
             let only = if beside.is_empty() { Shape { poses, outline: Vec::new() } } else { shape(end, poses) };
             let bundle = (0..ends.len()).filter(|&j| bundles[j] == bundles[i]).collect();
             Course { shapes: vec![Some(only)], chosen: 0, beside, bundle }
@@ -62,6 +62,31 @@ pub fn courses(ends: &[Ends]) -> Vec<Vec<Pose>> {
     }
     let chosen = courses.into_iter().map(|mut course| course.shapes.swap_remove(course.chosen));
     chosen.map(|shape| shape.map_or_else(Vec::new, |shape| shape.poses)).collect()
+}
+
+/// Every way as it is smoothest by itself. It swings out for a wider turn unless it would run into a way from the lane
+/// beside it, however that one is drawn.
+fn swept(ends: &[Ends]) -> Vec<Vec<Pose>> {
+    let shapes = |end: &Ends| {
+        let plain = curve::join(end.1.pose, end.2.pose);
+        let wide = swing::turn(end.1.pose, end.2.pose);
+        let swings = wide != plain;
+        (shape(end, plain), swings.then(|| shape(end, wide)))
+    };
+    let shapes: Vec<(Shape, Option<Shape>)> = ends.iter().map(shapes).collect();
+    let clear = |i: usize, wide: &Shape| {
+        let plain = &shapes[i].0;
+        let beside =
+            |&j: &usize| ends[j].0.from == ends[i].0.from && ends[j].0.in_lane.abs_diff(ends[i].0.in_lane) == 1;
+        let mut others =
+            (0..ends.len()).filter(beside).flat_map(|j| [Some(&shapes[j].0), shapes[j].1.as_ref()]).flatten();
+        let shared = |a: &Shape, b: &Shape| polygon::overlap(&a.outline, &b.outline);
+        others.all(|other| shared(wide, other) <= shared(plain, other).max(TOUCH))
+    };
+    let clear: Vec<bool> =
+        shapes.iter().enumerate().map(|(i, (_, wide))| wide.as_ref().is_some_and(|wide| clear(i, wide))).collect();
+    let chosen = shapes.into_iter().zip(clear);
+    chosen.map(|((plain, wide), clear)| wide.filter(|_| clear).unwrap_or(plain).poses).collect()
 }
 
 /// Whether two movements begin side by side and do not end so.
@@ -99,19 +124,10 @@ fn add_shapes(course: &mut Course, ends: &Ends) {
     if course.shapes.len() > 1 {
         return;
     }
-    let least = RADIUS_LEAST.min(course.shapes[0].as_ref().map_or(RADIUS_LEAST, |own| radius(&own.poses)));
+    let least = RADIUS_LEAST.min(course.shapes[0].as_ref().map_or(RADIUS_LEAST, |own| curve::radius(&own.poses)));
     let handles = HANDLES.iter().flat_map(|&a| HANDLES.iter().map(move |&b| [a, b]));
     let poses = handles.map(|handles| curve::cubic(ends.1.pose, ends.2.pose, handles));
-    course.shapes.extend(poses.map(|poses| (radius(&poses) >= least).then(|| shape(ends, poses))));
-}
-
-/// The smallest radius of a curve.
-pub fn radius(poses: &[Pose]) -> f64 {
-    let bends = poses.windows(2).map(|w| {
-        let turn = angle_between(w[0].heading, w[1].heading).abs();
-        (w[1].point - w[0].point).norm() / turn.max(f64::MIN_POSITIVE)
-    });
-    bends.fold(f64::INFINITY, f64::min)
+    course.shapes.extend(poses.map(|poses| (curve::radius(&poses) >= least).then(|| shape(ends, poses))));
 }
 
 fn overlap(courses: &[Course], i: usize, j: usize) -> f64 {

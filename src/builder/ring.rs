@@ -2,7 +2,6 @@
 
 use crate::geometry::{Point, Polyline, angle_between, cross, curve, curve::Pose};
 
-use super::course::radius;
 use super::cross_section::Travel;
 use super::road_network::{InnerRoad, Intersection};
 
@@ -65,7 +64,7 @@ impl Ring {
             poses.pop();
             poses.extend(curve::join(pair[0], pair[1]));
         }
-        (radius(&poses) >= RADIUS_LEAST).then_some(poses)
+        (curve::radius(&poses) >= RADIUS_LEAST).then_some(poses)
     }
 }
 

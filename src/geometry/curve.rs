@@ -64,7 +64,7 @@ fn fillet(from: Pose, to: Pose) -> Option<Vec<Pose>> {
 }
 
 /// Places on an arc from a pose, both ends among them.
-fn arc(from: Pose, turn: f64, radius: f64) -> impl Iterator<Item = Pose> {
+pub(super) fn arc(from: Pose, turn: f64, radius: f64) -> impl Iterator<Item = Pose> {
     let centre = from.point + left_of(from.heading) * radius * turn.signum();
     let pieces = (radius * turn.abs() * density(1.0 / radius)).ceil().max(1.0) as usize;
     (0..=pieces).map(move |i| {
@@ -169,8 +169,17 @@ fn density(curvature: f64) -> f64 {
     arc.max(curvature / TURN_STEP).max(1.0 / STRAIGHT_STEP)
 }
 
+/// The smallest radius of a curve, metres.
+pub fn radius(poses: &[Pose]) -> f64 {
+    let bends = poses.windows(2).map(|w| {
+        let turn = angle_between(w[0].heading, w[1].heading).abs();
+        (w[1].point - w[0].point).norm() / turn.max(f64::MIN_POSITIVE)
+    });
+    bends.fold(f64::INFINITY, f64::min)
+}
+
 /// Places from `from` toward `to`, without `to`.
-fn straight(from: Point, to: Point, heading: Vector) -> Vec<Pose> {
+pub(super) fn straight(from: Point, to: Point, heading: Vector) -> Vec<Pose> {
     let length = (to - from).norm();
     let pieces = (length / STRAIGHT_STEP).ceil() as usize;
     if length < MIN_SPACING {

@@ -9,6 +9,7 @@ pub mod miter;
 pub mod polygon;
 pub mod polyline;
 pub mod ring;
+pub mod swing;
 
 pub use polyline::Polyline;
 
