@@ -7,6 +7,9 @@ use super::lane::{Shape, Widths};
 /// A corner is mitred as long as the miter lies within so many times the offset, and cut straight across beyond.
 const MITER_MOST: f64 = 3.0;
 
+/// Points of a border closer together than this, metres, are one.
+const APART: f64 = 1e-3;
+
 /// The left and the right border of a lane, in its direction of travel.
 pub fn borders(shape: &Shape) -> [Vec<Point>; 2] {
     match shape {
@@ -16,21 +19,47 @@ pub fn borders(shape: &Shape) -> [Vec<Point>; 2] {
 }
 
 fn beside(middle: &Polyline, widths: &Widths) -> [Vec<Point>; 2] {
-    let corners = corners(middle, widths);
-    let mut sides = [0, 1].map(|_| Vec::with_capacity(corners.len() + 1));
-    for Corner { place, station, directions } in corners {
+    let mut sides = [0, 1].map(|_| Side::with_room(middle.points().len() + 1));
+    for Corner { place, station, directions } in corners(middle, widths) {
         let [left, right] = widths.at(station);
         // The miter is so many times the offset away as the cosine of half the turn goes into one.
         let sharp = (1.0 + directions[0].dot(&directions[1])) * MITER_MOST * MITER_MOST < 2.0;
         for (side, offset) in sides.iter_mut().zip([left, -right]) {
-            if sharp {
-                side.extend(directions.map(|d| place + left_of(d) * offset));
-            } else {
-                side.push(miter(place, directions, offset));
+            if !sharp {
+                side.go(miter(place, directions, offset), directions[0]);
+                continue;
+            }
+            side.go(place + left_of(directions[0]) * offset, directions[0]);
+            if offset.abs() > APART {
+                side.points.push(place + left_of(directions[1]) * offset);
             }
         }
     }
-    sides.map(|side| untangled(&side))
+    sides.map(Side::into_border)
+}
+
+/// A border as it grows.
+struct Side {
+    points: Vec<Point>,
+    /// Whether it stands still or runs back somewhere, as inside a bend tighter than its offset.
+    folded: bool,
+}
+
+impl Side {
+    fn with_room(points: usize) -> Self {
+        Self { points: Vec::with_capacity(points), folded: false }
+    }
+
+    /// Goes on to a point behind a segment of the middle line with this direction.
+    fn go(&mut self, to: Point, direction: Vector) {
+        self.folded |= self.points.last().is_some_and(|last| (to - last).dot(&direction) <= APART);
+        self.points.push(to);
+    }
+
+    /// Without loops. They are dear to look for, and only a border that runs back has one that is not the lane's own.
+    fn into_border(self) -> Vec<Point> {
+        if self.folded { untangled(&self.points) } else { self.points }
+    }
 }
 
 /// A point of the middle line.
@@ -96,5 +125,14 @@ mod tests {
         let [_, right] = beside(&line(&[(0.0, 0.0), (20.0, 0.0), (0.0, 5.0)]), &even);
         assert_eq!(right.len(), 4);
         assert!(right.iter().all(|p| p.x < 20.3), "{right:?}");
+    }
+
+    #[test]
+    fn inside_a_bend_tighter_than_its_offset_a_border_has_no_loop() {
+        let bend = (0..=9).map(|i| f64::from(i * 10).to_radians().sin_cos());
+        let bend = bend.map(|(sin, cos)| (20.0 + sin, 1.0 - cos));
+        let points: Vec<_> = [(0.0, 0.0)].into_iter().chain(bend).chain([(21.0, 20.0)]).collect();
+        let [left, right] = beside(&line(&points), &Widths::even(3.0).unwrap());
+        assert!(left.len() == 3 && right.len() == points.len(), "{left:?}");
     }
 }

@@ -1,6 +1,6 @@
 //! A lane before it is woven: where it runs and how wide it is, where its ends hang, what is painted along it.
 
-use crate::geometry::{Point, Polyline};
+use crate::geometry::{Point, Polyline, Vector};
 
 use super::paint::Marking;
 
@@ -40,6 +40,9 @@ pub enum LaneError {
     /// A coordinate that no place on earth has.
     #[error("a point lies at {0}, {1}: no place within {LARGEST:e} m of the origin")]
     Place(f64, f64),
+    /// All points of a line lie on each other.
+    #[error("all points of a line lie on each other")]
+    NoLength,
     /// A width that no lane has.
     #[error(
         "the lane reaches {left} m to the left of its middle and {right} m to its right at station {station} m: both must be numbers from 0 on, not both 0, and below {WIDEST} m"
@@ -155,15 +158,13 @@ pub struct Lane {
 impl Lane {
     /// A lane along a middle line, in its direction of travel.
     pub fn along(middle: Polyline, widths: Widths) -> Result<Self, LaneError> {
-        on_earth(&middle)?;
-        Ok(Self::of(Shape::Along(middle, widths)))
+        Ok(Self::of(Shape::Along(on_earth(middle)?, widths)))
     }
 
     /// A lane between a left and a right bound, in its direction of travel, which shall stay as they are: its ends are
     /// not stitched, and nothing is painted along it.
-    pub fn between(bounds: [Polyline; 2]) -> Result<Self, LaneError> {
-        bounds.iter().try_for_each(on_earth)?;
-        Ok(Self::of(Shape::Between(bounds)))
+    pub fn between([left, right]: [Polyline; 2]) -> Result<Self, LaneError> {
+        Ok(Self::of(Shape::Between([on_earth(left)?, on_earth(right)?])))
     }
 
     fn of(shape: Shape) -> Self {
@@ -202,6 +203,14 @@ impl Lane {
         }
     }
 
+    /// The direction of travel at an end; none of a lane whose bounds were given.
+    pub(super) fn heading(&self, end: LaneEnd) -> Vector {
+        let Shape::Along(middle, _) = &self.shape else { return Vector::zeros() };
+        let mut segments = middle.segments();
+        let segment = if end == LaneEnd::Start { segments.next() } else { segments.next_back() };
+        segment.and_then(|(a, b)| (b - a).try_normalize(0.0)).unwrap_or_default()
+    }
+
     pub(super) fn node(&self, end: LaneEnd) -> Node {
         /// Places to the metre.
         const PER_METRE: f64 = 100.0;
@@ -215,7 +224,11 @@ impl Lane {
     }
 }
 
-fn on_earth(line: &Polyline) -> Result<(), LaneError> {
+/// The line, with no two neighbours on each other, as they can be where it was cut anew at its turn.
+fn on_earth(line: Polyline) -> Result<Polyline, LaneError> {
     let beyond = |p: &&Point| !(p.x.abs() < LARGEST && p.y.abs() < LARGEST);
-    line.points().iter().find(beyond).map_or(Ok(()), |p| Err(LaneError::Place(p.x, p.y)))
+    match line.points().iter().find(beyond) {
+        Some(p) => Err(LaneError::Place(p.x, p.y)),
+        None => Polyline::new(line.into_points()).ok_or(LaneError::NoLength),
+    }
 }

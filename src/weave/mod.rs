@@ -21,6 +21,10 @@ use joint::{Pull, Strand, meet};
 pub use lane::{Lane, LaneEnd, LaneError, LaneId, WidthAt, Widths};
 pub use paint::{Colour, Kind, Marking, Paint, Stroke, Strokes};
 
+/// Cosine of the turn, 172 degrees, from which on a lane leads back: there the borders inside the bend would cross more
+/// than seven lanes' widths away.
+const BACK: f64 = -0.99;
+
 /// A lane as it is drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Woven {
@@ -61,6 +65,9 @@ pub enum Meeting {
     Junction,
     /// The lane meets itself.
     Loop,
+    /// The other leads back to where the lane comes from, or the lane to where the other does: a vehicle would have to
+    /// turn around between them.
+    Back,
     /// The bounds of either lane were given and stay as they are.
     Explicit,
     /// The lane is left out.
@@ -126,12 +133,14 @@ impl Weave {
         let mut others = self.ends.at(lane.node(end), self.excluded).filter(|at| *at != (id, end));
         let Some((other, other_end)) = others.next() else { return Some(Meeting::Open) };
         let explicit = |id| self.lane(id).is_some_and(Lane::is_explicit);
+        let back = |id| self.lane(id).is_some_and(|other| turns_back(lane, end, other));
         Some(match (other_end == end, end) {
             _ if others.next().is_some() => Meeting::Junction,
             _ if other == id => Meeting::Loop,
             (true, LaneEnd::Start) => Meeting::Fork,
             (true, LaneEnd::End) => Meeting::Merge,
             _ if explicit(id) || explicit(other) => Meeting::Explicit,
+            _ if back(other) => Meeting::Back,
             _ => Meeting::Joined(other),
         })
     }
@@ -174,6 +183,12 @@ impl Weave {
         entry.pulls = pulls;
         entry.woven = Woven { bounds, outline, strokes };
     }
+}
+
+/// Whether one of two lanes that meet at this end of the first leads back along the other.
+fn turns_back(lane: &Lane, end: LaneEnd, other: &Lane) -> bool {
+    let there = if end == LaneEnd::Start { LaneEnd::End } else { LaneEnd::Start };
+    lane.heading(end).dot(&other.heading(there)) <= BACK
 }
 
 /// Stitches the borders of a lane to those of the one that it goes on in: by side, for the first and for the second.

@@ -92,6 +92,23 @@ fn a_lane_is_not_stitched_to_itself() {
 }
 
 #[test]
+fn lanes_that_lead_back_are_not_stitched() {
+    // Side by side, as both directions of a road at its dead end, and on the same ground, as those of a single track.
+    for y in [3.5, 0.0] {
+        let lanes =
+            [(A, coming(2).hung_on([None, Some(7)])), (B, lane(&[(0.0, y), (-40.0, y)]).hung_on([Some(7), None]))];
+        let weave = Weave::new(lanes.clone());
+        assert_eq!(weave.meeting(A, LaneEnd::End), Some(Meeting::Back));
+        assert_eq!(weave.meeting(B, LaneEnd::Start), Some(Meeting::Back));
+        for (id, lane) in lanes {
+            assert_eq!(weave.get(id), Weave::new([(id, lane)]).get(id));
+        }
+    }
+    assert_eq!(turning(171.5).meeting(A, LaneEnd::End), Some(Meeting::Joined(B)));
+    assert_eq!(turning(172.5).meeting(A, LaneEnd::End), Some(Meeting::Back));
+}
+
+#[test]
 fn both_sides_of_a_bend_are_mitred() {
     for degrees in [1.0, 20.0, 90.0, 140.0, -20.0, -90.0, -140.0_f64] {
         let weave = turning(degrees);
@@ -115,7 +132,7 @@ fn an_outer_miter_ends_at_three_half_widths() {
     // The miter lies as many half widths away as the cosine of half the turn goes into one: 3 at 141.06 degrees.
     let reach = |degrees: f64| (shared(&turning(degrees), 1) - Point::origin()).norm() / HALF;
     assert!((reach(141.0) - 1.0 / 70.5_f64.to_radians().cos()).abs() < 1e-9 && reach(141.0) < 3.0);
-    for degrees in [141.1, 150.0, 175.0] {
+    for degrees in [141.1, 150.0, 170.0] {
         assert!((reach(degrees) - 3.0).abs() < 1e-9, "{degrees}: {}", reach(degrees));
         // On the line to the exact one.
         let along = shared(&turning(degrees), 1);
@@ -279,6 +296,17 @@ fn what_is_no_lane_is_told() {
     assert_eq!(Lane::between([straight(), far]), Err(LaneError::Place(1e9, 0.0)));
     let painted = [vec![Marking { station: f64::NAN, kinds: Vec::new() }], Vec::new()];
     assert!(Lane::between([straight(), straight()]).unwrap().painted(painted).is_err());
+}
+
+#[test]
+fn a_middle_that_runs_back_on_itself_stays_finite() {
+    // Evenly cut, it has the same point on both sides of its turn.
+    let back = line(&[(0.0, 0.0), (30.0, 0.0), (20.0, 0.0)]).resampled_to(5);
+    let weave = Weave::new([(A, Lane::along(back, Widths::even(2.0).unwrap()).unwrap())]);
+    let finite = |p: &Point| p.x.is_finite() && p.y.is_finite();
+    assert!(weave.get(A).unwrap().outline().iter().all(finite));
+    let spot = line(&[(0.0, 0.0), (1.0, 0.0), (0.0, 0.0)]).resampled_to(2);
+    assert_eq!(Lane::along(spot, Widths::even(2.0).unwrap()), Err(LaneError::NoLength));
 }
 
 mod painted {
