@@ -4,10 +4,11 @@ use geo::{Area, BooleanOps, MultiPolygon};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::geometry::ring::RingFault;
-use crate::geometry::{Point, curve, curve::Pose, polygon, ring};
+use crate::geometry::{Point, curve, curve::Pose, polygon, polygon::Strips, ring};
 use crate::lanelet::{Bound, LineStringId, PointId};
 
 use super::assembly::{Assembly, tags};
+use super::conflict::strips_beside;
 use super::ids::Key;
 use super::lanes::{Arm, Lanes};
 use super::paths::{Bounds, Path};
@@ -35,7 +36,7 @@ pub struct AreaOutline {
     pub lost: Vec<usize>,
 }
 
-/// Walks the arms clockwise: cut, kerb, cut, kerb. Where a path leaves that ring, it is widened to hold the path; where it
+/// Walks the arms clockwise: cut, kerb, cut, kerb. `paths` come with the strips of their outlines. Where a path leaves that ring, it is widened to hold the path; where it
 /// then swallows the end of a road, it gives way to the lanes of that road.
 pub fn area_outline(
     assembly: &mut Assembly,
@@ -43,13 +44,14 @@ pub fn area_outline(
     lanes: &Lanes,
     arms: &[&Arm],
     bounds: &Bounds,
-    paths: &[Path],
+    paths: (&[Path], &[Option<Strips>]),
 ) -> AreaOutline {
     let walked = walked(assembly, key, arms, bounds);
     let apart = |ring: &[PointId]| -> Vec<usize> { (0..arms.len()).filter(|&i| !runs_along(ring, arms[i])).collect() };
     let mut ring = walked.clone();
     let mut overrun = apart(&ring);
-    if !holds(assembly, &ring, paths) {
+    let (paths, strips) = paths;
+    if !holds(assembly, &ring, paths, strips) {
         ring = united(assembly, key, &walked, arms, bounds, paths, &[]);
         overrun = apart(&ring);
         if !overrun.is_empty() || !is_simple(assembly, &ring) {
@@ -129,12 +131,12 @@ fn is_simple(assembly: &Assembly, ring: &[PointId]) -> bool {
 }
 
 /// Whether the ring is simple and covers every path.
-fn holds(assembly: &Assembly, ring: &[PointId], paths: &[Path]) -> bool {
-    let simple = is_simple(assembly, ring);
+fn holds(assembly: &Assembly, ring: &[PointId], paths: &[Path], strips: &[Option<Strips>]) -> bool {
     let ring = places(assembly, ring);
-    simple
-        && polygon::signed_area(&ring) < 0.0
-        && paths.iter().all(|p| polygon::common_area(&p.outline, &ring) >= COVERED * area_of(&p.outline))
+    let simple = ring::faults(&ring, SPIKE, 1).is_empty() && polygon::signed_area(&ring) < 0.0;
+    let Some(inside) = strips_beside(paths, &ring).filter(|_| simple) else { return false };
+    let covered = |strips: &Option<Strips>| strips.as_ref().map_or(0.0, |path| path.common_area(&inside));
+    paths.iter().zip(strips).all(|(path, strips)| covered(strips) >= COVERED * area_of(&path.outline))
 }
 
 fn area_of(ring: &[Point]) -> f64 {

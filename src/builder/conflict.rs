@@ -1,9 +1,7 @@
 //! Which movements of an intersection get into each other's way.
 
-use rstar::primitives::{GeomWithData, Rectangle};
-use rstar::{AABB, RTree};
-
-use crate::geometry::{Point, polygon};
+use crate::geometry::Point;
+use crate::geometry::polygon::{self, Strips};
 
 use super::paths::Path;
 
@@ -34,20 +32,24 @@ impl Conflicts {
     }
 }
 
-/// Finds the conflicts.
-pub fn conflicts(paths: &[Path]) -> Conflicts {
-    let boxes = paths.iter().enumerate().map(|(i, p)| GeomWithData::new(bounding_box(&p.outline), i)).collect();
-    let tree: RTree<GeomWithData<Rectangle<[f64; 2]>, usize>> = RTree::bulk_load(boxes);
+/// The outlines of paths, to be compared with each other and with what is made by [`strips_beside`].
+pub fn strips(paths: &[Path]) -> Vec<Option<Strips>> {
+    paths.iter().map(|path| strips_beside(paths, &path.outline)).collect()
+}
+
+/// A ring, to be compared with the outlines of paths.
+pub fn strips_beside(paths: &[Path], ring: &[Point]) -> Option<Strips> {
+    Strips::new(ring, *paths.first()?.outline.first()?)
+}
+
+/// Finds the conflicts. `strips` are the outlines of the paths.
+pub fn conflicts(paths: &[Path], strips: &[Option<Strips>]) -> Conflicts {
     let areas: Vec<f64> = paths.iter().map(|p| polygon::signed_area(&p.outline).abs()).collect();
     let mut found = Conflicts { real: vec![Vec::new(); paths.len()], slivers: Vec::new() };
     for (i, path) in paths.iter().enumerate() {
-        let reach = bounding_box(&path.outline);
-        let reach = AABB::from_corners(reach.lower(), reach.upper());
-        let mut others: Vec<usize> = tree.locate_in_envelope_intersecting(&reach).map(|g| g.data).collect();
-        others.retain(|&j| j > i && !siblings(path, &paths[j]) && !adjacent(path, &paths[j]));
-        others.sort_unstable();
-        for j in others {
-            let overlap = polygon::common_area(&path.outline, &paths[j].outline);
+        for j in (i + 1..paths.len()).filter(|&j| !siblings(path, &paths[j]) && !adjacent(path, &paths[j])) {
+            let both = strips[i].as_ref().zip(strips[j].as_ref());
+            let overlap = both.map_or(0.0, |(a, b)| a.common_area(b));
             if overlap >= AREA || overlap >= PART * areas[i].min(areas[j]) {
                 found.real[i].push(j);
                 found.real[j].push(i);
@@ -70,16 +72,4 @@ pub fn siblings(a: &Path, b: &Path) -> bool {
 /// Whether two paths share a bound: then Autoware takes them for neighbours, and not for conflicting.
 fn adjacent(a: &Path, b: &Path) -> bool {
     a.bounds.iter().any(|line| b.bounds.contains(line))
-}
-
-fn bounding_box(ring: &[Point]) -> Rectangle<[f64; 2]> {
-    let mut low = [f64::INFINITY; 2];
-    let mut high = [f64::NEG_INFINITY; 2];
-    for p in ring {
-        for (i, v) in [p.x, p.y].into_iter().enumerate() {
-            low[i] = low[i].min(v);
-            high[i] = high[i].max(v);
-        }
-    }
-    Rectangle::from_corners(low, high)
 }

@@ -135,40 +135,51 @@ pub fn lane_pose(road: &Road, end: End, station: f64, lane: LaneAt) -> Pose {
     Pose { point: on_cut(road, end, station, offset), heading: if lane.into { inward } else { -inward } }
 }
 
-/// Cuts every road for crosswalks, stop lines and turns. `joined` tells which intersections need no room: there the
-/// roads meet face to face. `kept` are the stations between which the outlines leave each road, `back` says how far each end is cut back at least, metres behind its outline.
-pub fn connection_lines(
-    network: &RoadNetwork,
-    kept: &[[f64; 2]],
-    joined: impl Fn(IntersectionIx) -> bool + Sync,
-    back: &[[f64; 2]],
-) -> ConnectionLines {
+/// What the ends of roads need for the ways between them, however far they are cut back.
+pub struct Needs {
+    /// Per road: the stations where its outlines, held to its length, would cut it.
+    least: Vec<[f64; 2]>,
+    /// Per intersection that has ways: how far to cut roads back, and how much farther for comfort.
+    wanted: Vec<[Vec<(RoadEnd, f64)>; 2]>,
+}
+
+impl Needs {
+    /// `joined` tells which intersections need no room: there the roads meet face to face. `kept` are the stations between
+    /// which the outlines leave each road.
+    pub fn new(network: &RoadNetwork, kept: &[[f64; 2]], joined: impl Fn(IntersectionIx) -> bool + Sync) -> Self {
+        let least: Vec<[f64; 2]> = (0..network.roads.len()).map(|i| least_cut(network, kept, i, &joined)).collect();
+        let wanted = |(i, intersection): (usize, &Intersection)| {
+            let passed = intersection.arms.len() >= 2 && !joined(IntersectionIx(i as u32));
+            let arms = &intersection.arms;
+            passed.then(|| [turn_setbacks(network, arms, &least), comfort(network, arms, &least)])
+        };
+        let wanted = network.intersections.par_iter().enumerate().filter_map(wanted).collect();
+        Self { least, wanted }
+    }
+}
+
+/// Cuts every road for crosswalks, stop lines and turns. `back` says how far each end is cut back at least, metres behind
+/// its outline.
+pub fn connection_lines(network: &RoadNetwork, needs: &Needs, back: &[[f64; 2]]) -> ConnectionLines {
+    let Needs { least, wanted } = needs;
     let mut setbacks = back.to_vec();
-    let least: Vec<[f64; 2]> = (0..network.roads.len()).map(|i| least_cut(network, kept, i, &joined)).collect();
-    let wanted = |(i, intersection): (usize, &Intersection)| {
-        let passed = intersection.arms.len() >= 2 && !joined(IntersectionIx(i as u32));
-        let arms = &intersection.arms;
-        passed.then(|| [turn_setbacks(network, arms, &least), comfort(network, arms, &least)])
-    };
-    let wanted: Vec<[Vec<(RoadEnd, f64)>; 2]> =
-        network.intersections.par_iter().enumerate().filter_map(wanted).collect();
     let mut wishes = vec![[0.0_f64; 2]; back.len()];
     for [needs, more] in wanted {
         for (of, asked) in [(&mut setbacks, needs), (&mut wishes, more)] {
             for (at, by) in asked {
                 let back = &mut of[at.road.0 as usize][side(at.end)];
-                *back = back.max(by);
+                *back = back.max(*by);
             }
         }
     }
-    let mut lines = cut(network, &least, setbacks.clone(), &wishes);
+    let mut lines = cut(network, least, setbacks.clone(), &wishes);
     // Where a road is too short to be cut back, its neighbour gives.
     for give in [None, None, Some(back)] {
-        if level(network, &least, &lines.kept, &mut setbacks, give) {
-            lines = cut(network, &least, setbacks.clone(), &wishes);
+        if level(network, least, &lines.kept, &mut setbacks, give) {
+            lines = cut(network, least, setbacks.clone(), &wishes);
         }
     }
-    ConnectionLines { least, ..lines }
+    ConnectionLines { least: least.clone(), ..lines }
 }
 
 /// Cuts every road at its setbacks, and farther out where people cross.

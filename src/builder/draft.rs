@@ -11,8 +11,8 @@ use crate::geometry::{Point, Polyline, Vector, polygon};
 
 use super::area::{AreaOutline, area_outline};
 use super::assembly::{Assembly, Part};
-use super::conflict::{Conflicts, conflicts};
-use super::connection::{ConnectionLines, ROAD_LEFT, carriageway, connection_lines, from_cut, side};
+use super::conflict::{Conflicts, conflicts, strips};
+use super::connection::{ConnectionLines, Needs, ROAD_LEFT, carriageway, connection_lines, from_cut, side};
 use super::join::Joins;
 use super::lanes::{Arm, Lanes, lanes, redraw};
 use super::movement::{Movements, movements};
@@ -51,6 +51,8 @@ pub struct Draft {
     pub ways: Vec<Option<Ways>>,
     /// How far each end of a road is cut back at least, metres behind its outline.
     back: Vec<[f64; 2]>,
+    /// What the ends of roads need, however far they are cut back.
+    needs: Needs,
 }
 
 /// The ways through one intersection.
@@ -98,18 +100,22 @@ impl Ways {
         if self.conflicts.is_some() {
             return self;
         }
-        let Drawn { paths, bounds, .. } = &self.drawn;
-        let conflicts = conflicts(paths);
+        let mut drawn = self.drawn;
+        // Nothing but the outline asks for them, and they take more memory than the ways.
+        let bounds = std::mem::take(&mut drawn.bounds);
+        let paths = &drawn.paths;
+        let strips = strips(paths);
+        let conflicts = conflicts(paths, &strips);
         let roundabout = intersection.arms.iter().any(|at| network.road(at.road).roundabout);
         if roundabout || conflicts.real.iter().all(Vec::is_empty) {
-            return Self { conflicts: Some(conflicts), ..self };
+            return Self { conflicts: Some(conflicts), drawn, ..self };
         }
         let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
         let mut assembly = Assembly::resumed(below, self.part);
         assembly.stand_on(lanes.ground_of(intersection, below));
         let key = intersection_key("intersection area", intersection);
-        let area = Some(area_outline(&mut assembly, key, lanes, &arms, bounds, paths));
-        Self { conflicts: Some(conflicts), area, part: assembly.into_part(), ..self }
+        let area = Some(area_outline(&mut assembly, key, lanes, &arms, &bounds, (paths, &strips)));
+        Self { conflicts: Some(conflicts), area, part: assembly.into_part(), drawn, ..self }
     }
 }
 
@@ -134,14 +140,14 @@ impl Draft {
             if !draft.cut_back(network) {
                 break;
             }
-            draft = draft.redrawn(network, kept, restricted);
+            draft = draft.redrawn(network, restricted);
         }
         draft = draft.outlined(network);
         for _ in 0..ROUNDS_OUTLINED {
             if !draft.cut_clear(network) {
                 break;
             }
-            draft = draft.redrawn(network, kept, restricted).outlined(network);
+            draft = draft.redrawn(network, restricted).outlined(network);
         }
         draft
     }
@@ -159,7 +165,8 @@ impl Draft {
             None => vec![[0.0; 2]; network.roads.len()],
         };
         let mut joins = Joins::find(network);
-        let lines = connection_lines(network, kept, |ix| joins.joined(ix), &back);
+        let needs = Needs::new(network, kept, |ix| joins.joined(ix));
+        let lines = connection_lines(network, &needs, &back);
         joins.beside(seams(network, &lines));
         let mut assembly = Assembly::default();
         let lanes = lanes(&mut assembly, network, &lines, &mut joins);
@@ -180,13 +187,13 @@ impl Draft {
                 }
             }
         }
-        Self { joins, lines, assembly, lanes, ways, back }.complete(network, restricted)
+        Self { joins, lines, assembly, lanes, ways, back, needs }.complete(network, restricted)
     }
 
     /// Draws the roads whose cuts have moved, and the ways that end there.
-    fn redrawn(self, network: &RoadNetwork, kept: &[[f64; 2]], restricted: &Restricted) -> Self {
-        let Self { mut joins, lines: before, mut assembly, mut lanes, mut ways, back } = self;
-        let lines = connection_lines(network, kept, |ix| joins.joined(ix), &back);
+    fn redrawn(self, network: &RoadNetwork, restricted: &Restricted) -> Self {
+        let Self { mut joins, lines: before, mut assembly, mut lanes, mut ways, back, needs } = self;
+        let lines = connection_lines(network, &needs, &back);
         let beside = joins.beside(seams(network, &lines));
         let moved =
             |road: &RoadIx| before.kept[road.0 as usize] != lines.kept[road.0 as usize] || beside.contains(road);
@@ -197,7 +204,7 @@ impl Draft {
             let stays = at.arms.iter().all(|at| cut(&before, at) == cut(&lines, at) && !beside.contains(&at.road));
             *ways = ways.take().filter(|_| stays).map(|ways| Ways { stood: true, ..ways });
         }
-        Self { joins, lines, assembly, lanes, ways, back }.complete(network, restricted)
+        Self { joins, lines, assembly, lanes, ways, back, needs }.complete(network, restricted)
     }
 
     /// Draws the ways that are not drawn yet.

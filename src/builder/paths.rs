@@ -80,7 +80,8 @@ impl Bounds {
         let key = key.word("bound").number(low.0).number(high.0);
         let clean = curve::untangled(&places);
         let inner = &clean[1.min(clean.len())..clean.len().max(2) - 1];
-        let mut points = vec![a];
+        let mut points = Vec::with_capacity(inner.len() + 2);
+        points.push(a);
         for (i, &place) in inner.iter().enumerate() {
             points.push(self.point(assembly, key.number(i as i64), place));
         }
@@ -214,15 +215,25 @@ fn smooth([from, to]: [&ArmLane; 2], course: &[Pose]) -> [Vec<Point>; 2] {
 }
 
 /// A bound as one way would have it.
-struct Wanted {
-    /// From the lower node to the higher.
-    line: Polyline,
+struct Wanted<'a> {
+    line: &'a Polyline,
     /// The other bound of that way.
-    other: Polyline,
+    other: &'a Polyline,
     /// Widths of the way at its ends, metres.
     width: [f64; 2],
     /// Whether the way runs from the higher node to the lower.
     reversed: bool,
+}
+
+impl Wanted<'_> {
+    /// Places on the line, evenly spread from the lower node to the higher.
+    fn spread(&self, count: usize) -> Vec<Point> {
+        let mut points = self.line.resampled_to(count).into_points();
+        if self.reversed {
+            points.reverse();
+        }
+        points
+    }
 }
 
 /// Part of its width that a way gives up for a bound that it shares: more, and it has one of its own.
@@ -231,7 +242,8 @@ const SQUEEZED_MOST: f64 = 0.2;
 /// Whether a bound is as far from the other one as the way between them is wide, or nearly so.
 fn keeps_width(bound: &[Point], other: &Polyline, [from, to]: [f64; 2]) -> bool {
     let (low, high) = (from.min(to) * (1.0 - SQUEEZED_MOST), from.max(to) * (1.0 + SQUEEZED_MOST));
-    bound.iter().map(|&p| other.distance(p)).all(|width| (low..=high).contains(&width))
+    let mut hint = 0;
+    bound.iter().all(|&p| other.reaches(p, high, &mut hint) && other.clears(p, low))
 }
 
 /// Bounds that two ways through an intersection share although neither runs quite where the other would have it: they
@@ -245,15 +257,17 @@ impl Meant {
     const SAME: f64 = 0.02;
 
     fn new(courses: &[(Ends, Vec<Pose>)]) -> Self {
+        let bounds = |((_, from, to), course): &(Ends, Vec<Pose>)| {
+            smooth([from, to], course).map(|places| Polyline::new(curve::untangled(&places)))
+        };
+        let bounds: Vec<[Option<Polyline>; 2]> = courses.iter().map(bounds).collect();
         let mut wanted: FxHashMap<(PointId, PointId), Vec<Wanted>> = FxHashMap::default();
-        for ((_, from, to), course) in courses {
-            let both = smooth([from, to], course).map(|places| Polyline::new(curve::untangled(&places)));
-            let [Some(left), Some(right)] = both else { continue };
-            for (side, [own, other]) in [[&left, &right], [&right, &left]].into_iter().enumerate() {
+        for (((_, from, to), _), bounds) in courses.iter().zip(&bounds) {
+            let [Some(left), Some(right)] = bounds else { continue };
+            for (side, [line, other]) in [[left, right], [right, left]].into_iter().enumerate() {
                 let (a, b) = (from.nodes[side], to.nodes[side]);
-                let line = if a > b { own.reversed() } else { own.clone() };
                 let wanted = wanted.entry((a.min(b), a.max(b))).or_default();
-                wanted.push(Wanted { line, other: other.clone(), width: [from.width, to.width], reversed: a > b });
+                wanted.push(Wanted { line, other, width: [from.width, to.width], reversed: a > b });
             }
         }
         let lines = wanted.into_iter().filter_map(|(ends, lines)| Some((ends, Self::midway(&lines)?))).collect();
@@ -264,16 +278,20 @@ impl Meant {
     /// have a say.
     fn midway(wanted: &[Wanted]) -> Option<Vec<Point>> {
         let [first, second] = wanted else { return None };
-        let (a, b) = (&first.line, &second.line);
-        let apart = |of: &Polyline, from: &Polyline| of.points().iter().any(|&p| from.distance(p) > Self::SAME);
-        if !apart(a, b) && !apart(b, a) {
+        let (a, b) = (first.line, second.line);
+        let along = |of: &Polyline, from: &Polyline| {
+            let mut hint = 0;
+            let mut points = of.points().iter();
+            points.all(|&p| from.reaches(p, Self::SAME, &mut hint))
+        };
+        if along(a, b) && along(b, a) {
             return None;
         }
         let count = a.points().len().max(b.points().len());
-        let (a, b) = (a.resampled_to(count), b.resampled_to(count));
-        let line: Vec<Point> = a.points().iter().zip(b.points()).map(|(a, b)| nalgebra::center(a, b)).collect();
+        let (a, b) = (first.spread(count), second.spread(count));
+        let line: Vec<Point> = a.iter().zip(&b).map(|(a, b)| nalgebra::center(a, b)).collect();
         let opposite = first.reversed != second.reversed;
-        (!opposite || wanted.iter().all(|way| keeps_width(&line, &way.other, way.width))).then_some(line)
+        (!opposite || wanted.iter().all(|way| keeps_width(&line, way.other, way.width))).then_some(line)
     }
 
     fn get(&self, from: PointId, to: PointId) -> Option<Vec<Point>> {
@@ -372,15 +390,16 @@ mod tests {
         let line = |y: f64, middle: f64| {
             Polyline::new([(0.0, y), (5.0, y + middle), (10.0, y)].map(|(x, y)| Point::new(x, y))).unwrap()
         };
-        let way = |bend: f64, y: f64| Wanted {
-            line: line(0.0, bend),
-            other: line(y, bend),
-            width: [3.0, 3.0],
-            reversed: y < 0.0,
+        // The second way runs back along the bound.
+        let midway = |bends: [f64; 2]| {
+            let lines = [line(0.0, bends[0]), line(0.0, bends[1]).reversed()];
+            let others = [line(3.0, bends[0]), line(-3.0, bends[1]).reversed()];
+            let way = |i: usize| Wanted { line: &lines[i], other: &others[i], width: [3.0; 2], reversed: i == 1 };
+            Meant::midway(&[way(0), way(1)])
         };
-        let midway = Meant::midway(&[way(0.4, 3.0), way(-0.4, -3.0)]).unwrap();
-        assert!(midway.iter().all(|p| p.y.abs() < 1e-9), "{midway:?}");
-        assert_eq!(Meant::midway(&[way(0.4, 3.0), way(0.4, -3.0)]), None, "what agrees needs no other line");
-        assert_eq!(Meant::midway(&[way(-1.0, 3.0), way(1.0, -3.0)]), None, "neither is squeezed");
+        let line = midway([0.4, -0.4]).unwrap();
+        assert!(line.iter().all(|p| p.y.abs() < 1e-9), "{line:?}");
+        assert_eq!(midway([0.4, 0.4]), None, "what agrees needs no other line");
+        assert_eq!(midway([-1.0, 1.0]), None, "neither is squeezed");
     }
 }

@@ -25,32 +25,61 @@ pub fn overlap(a: &[Point], b: &[Point]) -> f64 {
 /// A simple ring's interior is the sum of the strips below its upper edges less those below its lower ones, so the
 /// common area is the sum over all pairs of edges of what lies below both.
 pub fn common_area(a: &[Point], b: &[Point]) -> f64 {
-    let (Some([low_a, high_a]), Some([low_b, high_b])) = (bounds(a), bounds(b)) else { return 0.0 };
-    let (low, high) = (low_a.sup(&low_b), high_a.inf(&high_b));
-    if low.x >= high.x || low.y >= high.y {
-        return 0.0;
-    }
-    let base = low_a.inf(&low_b);
-    let (of_a, of_b) = (edges(a, base, low.x, high.x), edges(b, base, low.x, high.x));
-    let below = |x: &Edge| of_b.iter().map(|y| x.below_both(y)).sum::<f64>();
-    of_a.iter().map(below).sum::<f64>().abs()
+    let base = a.first().copied().unwrap_or_default();
+    Strips::new(a, base).zip(Strips::new(b, base)).map_or(0.0, |(a, b)| a.common_area(&b))
 }
 
 /// Area and middle of what two simple rings share; `None` if they share nothing. See [`common_area`].
 pub fn common_part(a: &[Point], b: &[Point]) -> Option<(f64, Point)> {
-    let ([low_a, high_a], [low_b, high_b]) = (bounds(a)?, bounds(b)?);
-    let (low, high) = (low_a.sup(&low_b), high_a.inf(&high_b));
-    if low.x >= high.x || low.y >= high.y {
-        return None;
-    }
-    // Whatever lies below the base counts as often for as against.
-    let (of_a, of_b) = (edges(a, low, low.x, high.x), edges(b, low, low.x, high.x));
+    let base = *a.first()?;
+    let (a, b) = (Strips::new(a, base)?, Strips::new(b, base)?);
     let mut sum = Moments::default();
-    for x in &of_a {
-        of_b.iter().for_each(|y| x.add_below_both(y, low.x, &mut sum));
-    }
-    let middle = low + crate::geometry::Vector::new(sum.east, sum.north) / sum.area;
+    a.each_pair(&b, |x, y| x.add_below_both(y, base.x, &mut sum));
+    let middle = base + super::Vector::new(sum.east, sum.north) / sum.area;
     (sum.area != 0.0 && middle.x.is_finite() && middle.y.is_finite()).then(|| (sum.area.abs(), middle))
+}
+
+/// A simple ring as its edges, each with the strip below it: made once where what it shares with several others is asked.
+pub struct Strips {
+    bounds: [Point; 2],
+    /// By where they begin.
+    edges: Vec<Edge>,
+    /// The largest reach of an edge to the east, metres.
+    widest: f64,
+}
+
+impl Strips {
+    /// Of a ring; strips end at the height of `base`, which is the same for all rings that are compared. `None` without
+    /// any point.
+    pub fn new(ring: &[Point], base: Point) -> Option<Self> {
+        let mut edges = edges(ring, base);
+        edges.sort_unstable_by(|a, b| a.from.total_cmp(&b.from));
+        let widest = edges.iter().map(|edge| edge.to - edge.from).fold(0.0, f64::max);
+        Some(Self { bounds: bounds(ring)?, edges, widest })
+    }
+
+    /// Area in square metres that both rings cover.
+    pub fn common_area(&self, other: &Self) -> f64 {
+        let mut sum = 0.0;
+        self.each_pair(other, |x, y| sum += x.below_both(y));
+        sum.abs()
+    }
+
+    /// Goes through the pairs of edges of which one may lie above the other.
+    fn each_pair(&self, other: &Self, mut each: impl FnMut(&Edge, &Edge)) {
+        let ([low_a, high_a], [low_b, high_b]) = (self.bounds, other.bounds);
+        let (low, high) = (low_a.sup(&low_b), high_a.inf(&high_b));
+        if low.x >= high.x || low.y >= high.y {
+            return;
+        }
+        let mut first = 0;
+        for x in self.edges.iter().take_while(|x| x.from < high.x).filter(|x| x.to > low.x) {
+            while other.edges.get(first).is_some_and(|y| y.from + other.widest < x.from) {
+                first += 1;
+            }
+            other.edges[first..].iter().take_while(|y| y.from < x.to).for_each(|y| each(x, y));
+        }
+    }
 }
 
 /// The lowest and the highest coordinates of a ring.
@@ -69,16 +98,14 @@ struct Edge {
     sign: f64,
 }
 
-/// The edges that are not vertical and reach between two easts; heights are above `base`.
-fn edges(ring: &[Point], base: Point, low: f64, high: f64) -> Vec<Edge> {
-    let ends = ring.iter().zip(ring.iter().cycle().skip(1));
-    let reaching = ends.filter(|(p, q)| p.x != q.x && p.x.max(q.x) > low && p.x.min(q.x) < high);
-    reaching
-        .map(|(p, q)| {
-            let (left, right, sign) = if p.x < q.x { (p, q, 1.0) } else { (q, p, -1.0) };
-            Edge { from: left.x, to: right.x, height: [left.y - base.y, right.y - base.y], sign }
-        })
-        .collect()
+/// The edges that are not vertical; heights are above `base`.
+fn edges(ring: &[Point], base: Point) -> Vec<Edge> {
+    let ends = ring.iter().zip(ring.iter().cycle().skip(1)).filter(|(p, q)| p.x != q.x);
+    ends.map(|(p, q)| {
+        let (left, right, sign) = if p.x < q.x { (p, q, 1.0) } else { (q, p, -1.0) };
+        Edge { from: left.x, to: right.x, height: [left.y - base.y, right.y - base.y], sign }
+    })
+    .collect()
 }
 
 impl Edge {

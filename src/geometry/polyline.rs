@@ -170,12 +170,18 @@ impl Polyline {
 
     /// Whether the line keeps this far, metres, from `p`.
     pub fn clears(&self, p: Point, distance: f64) -> bool {
-        self.segments().all(|(a, b)| {
-            let beyond = |p: f64, a: f64, b: f64| p < a.min(b) - distance || p > a.max(b) + distance;
-            let d = b - a;
-            let nearest = || a + d * ((p - a).dot(&d) / d.norm_squared()).clamp(0.0, 1.0);
-            beyond(p.x, a.x, b.x) || beyond(p.y, a.y, b.y) || (p - nearest()).norm() >= distance
-        })
+        self.segments().all(|segment| within(segment, p, distance).is_none_or(|from| from >= distance))
+    }
+
+    /// Whether some place of the line is this close, metres, to `p`. Segments are tried from `hint` on, which becomes the
+    /// one found.
+    pub fn reaches(&self, p: Point, distance: f64, hint: &mut usize) -> bool {
+        let count = self.points.len() - 1;
+        let close = |i: usize| within((self.points[i], self.points[i + 1]), p, distance);
+        let mut order = (0..count).map(|i| (*hint + i) % count);
+        let found = order.find(|&i| close(i).is_some_and(|from| from <= distance));
+        *hint = found.unwrap_or(*hint);
+        found.is_some()
     }
 
     /// The line moved sideways by `offset` metres (left positive): miter joins up to `miter_limit` times the offset,
@@ -244,6 +250,17 @@ impl Polyline {
         points[pieces] = self.last();
         Self { points }
     }
+}
+
+/// How far `p` lies from a segment, metres; `None` where it lies farther than `distance` from the box around it.
+fn within((a, b): (Point, Point), p: Point, distance: f64) -> Option<f64> {
+    let beyond = |p: f64, a: f64, b: f64| p < a.min(b) - distance || p > a.max(b) + distance;
+    if beyond(p.x, a.x, b.x) || beyond(p.y, a.y, b.y) {
+        return None;
+    }
+    let d = b - a;
+    let nearest = a + d * ((p - a).dot(&d) / d.norm_squared()).clamp(0.0, 1.0);
+    Some((p - nearest).norm())
 }
 
 #[cfg(test)]
