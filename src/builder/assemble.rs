@@ -11,7 +11,7 @@ use crate::lanelet::{LaneletId, LaneletMap, PointId, PolygonId, TurnDirection};
 use crate::settings::{Settings, Side};
 
 use super::area::AreaOutline;
-use super::assembly::{Assembly, tags};
+use super::assembly::{Assembly, Part, tags};
 use super::beside::beside;
 use super::conflict::Conflicts;
 use super::connection::{ConnectionLines, Crossing};
@@ -60,33 +60,34 @@ pub fn assemble(settled: Settled) -> Assembled {
         stage.intersection(intersection, &ways.plan, &ways.drawn, &ways.conflicts.unwrap_or_default(), ways.area);
         (stage.assembly.into_part(), stage.beside)
     };
-    let mut left = network.intersections.iter().zip(ways).filter_map(|(at, ways)| Some((at, ways?)));
-    loop {
-        let batch: Vec<(&Intersection, Ways)> = left.by_ref().take(BATCH).collect();
-        if batch.is_empty() {
-            break;
-        }
-        let parts: Vec<_> = batch.into_par_iter().map(|(at, ways)| (at, made(&assembly, at, ways))).collect();
-        for (intersection, (part, mut beside)) in parts {
-            if assembly.add(part).is_err() {
-                // Something added since has taken one of its ids: it is made once more, over all that stands.
-                let ways = Ways::draw(network, &restricted, &lanes, intersection, &assembly);
-                let ways = ways.outlined(network, &lanes, intersection, &assembly);
-                let again = made(&assembly, intersection, ways);
-                beside = again.1;
-                let _ = assembly.add(again.0);
+    let passed = network.intersections.iter().zip(ways).filter_map(|(at, ways)| Some((at, ways?)));
+    let passed: Vec<(&Intersection, Ways)> = passed.collect();
+    let passing: Vec<&Intersection> = passed.iter().map(|(at, _)| *at).collect();
+    let (parts, mut beside): (Vec<Part>, Vec<Assembled>) =
+        passed.into_par_iter().map(|(at, ways)| made(&assembly, at, ways)).unzip();
+    whole.map = match assembly.finish(parts) {
+        Ok(map) => map,
+        Err(parts) => {
+            assembly.be_careful();
+            for ((&at, part), beside) in passing.iter().zip(parts).zip(&mut beside) {
+                if assembly.add(part).is_err() {
+                    // Something added before has taken one of its ids: it is made once more, over all that stands.
+                    let ways = Ways::draw(network, &restricted, &lanes, at, &assembly);
+                    let again = made(&assembly, at, ways.outlined(network, &lanes, at, &assembly));
+                    *beside = again.1;
+                    let _ = assembly.add(again.0);
+                }
             }
-            whole.notes.append(&mut beside.notes);
-            whole.settings.intersection.append(&mut beside.settings.intersection);
-            whole.areas += beside.areas;
+            assembly.into_map()
         }
+    };
+    for mut beside in beside {
+        whole.notes.append(&mut beside.notes);
+        whole.settings.intersection.append(&mut beside.settings.intersection);
+        whole.areas += beside.areas;
     }
-    whole.map = assembly.into_map();
     whole
 }
-
-/// Intersections that are built at the same time, each over what stood before.
-const BATCH: usize = 256;
 
 /// Crosswalks, found by road.
 struct Crossings {

@@ -6,7 +6,7 @@
 use crate::geometry::Point as PlanePoint;
 use crate::lanelet::{
     Attributes, Bound, Lanelet, LaneletId, LaneletMap, LineString, LineStringId, Member, Point, PointId, Polygon,
-    PolygonId, RegulatoryElement, RegulatoryElementId, Target,
+    PolygonId, RegulatoryElement, RegulatoryElementId, Shelf, Shelved, Target,
 };
 
 use super::heights::Ground;
@@ -20,15 +20,44 @@ pub struct Assembly<'a> {
     below: Option<&'a Assembly<'a>>,
     /// What points that are added stand on.
     ground: Ground,
+    /// Whether parts over this one ask for every id whether it is taken here. It hardly ever is, so they are first made
+    /// without; that no id comes twice shows when they are added.
+    careful: bool,
 }
 
 /// What has been added to an [`Assembly`].
 #[derive(Debug, Default)]
 pub struct Part {
+    /// All but the points.
     map: LaneletMap,
+    spots: Shelf<Spot>,
     ids: Ids,
     /// Elements to which lanelets from below are to refer.
     carried: Vec<(LaneletId, RegulatoryElementId)>,
+}
+
+/// A point as the builder knows it. Most of a map is points, and all parts of it are held until they are joined: a
+/// [`Point`] that may have been read from a file is thrice as large.
+#[derive(Debug)]
+struct Spot {
+    id: PointId,
+    position: PlanePoint,
+    ele: f64,
+    attributes: Attributes,
+}
+
+impl Shelved for Spot {
+    type Id = PointId;
+
+    fn id(&self) -> PointId {
+        self.id
+    }
+}
+
+impl From<Spot> for Point {
+    fn from(Spot { id, position, ele, attributes }: Spot) -> Self {
+        Self { id, position, ele: Some(ele), lonlat: None, local: [true; 2], attributes, span: None }
+    }
 }
 
 /// Tags from pairs.
@@ -39,12 +68,17 @@ pub fn tags(pairs: &[(&str, &str)]) -> Attributes {
 impl<'a> Assembly<'a> {
     /// An empty assembly that knows what stands in another.
     pub fn over(below: &'a Assembly<'a>) -> Self {
-        Self { part: Part::default(), below: Some(below), ground: Ground::default() }
+        Self::resumed(below, Part::default())
     }
 
     /// Goes on with a part that was begun over the same assembly.
     pub fn resumed(below: &'a Assembly<'a>, part: Part) -> Self {
-        Self { part, below: Some(below), ground: Ground::default() }
+        Self { part, below: Some(below), ground: Ground::default(), careful: false }
+    }
+
+    /// From now on parts over this one take none of its ids.
+    pub fn be_careful(&mut self) {
+        self.careful = true;
     }
 
     /// Puts all points that are added from now on on this ground.
@@ -59,30 +93,74 @@ impl<'a> Assembly<'a> {
 
     /// How high a point lies, metres.
     fn height(&self, id: PointId) -> f64 {
-        let own = self.part.map.points.get(id).map(|p| p.ele.unwrap_or_default());
+        let own = self.part.spots.get(id).map(|p| p.ele);
         own.or_else(|| Some(self.below?.height(id))).unwrap_or_default()
     }
 
     /// What has been added.
     pub fn into_part(mut self) -> Part {
-        // Most of a map is points, and all parts of it are held until they are joined.
-        self.part.map.points.shrink();
+        self.part.spots.shrink();
         self.part
     }
 
     /// What has been added, as a map.
     pub fn into_map(self) -> LaneletMap {
-        self.part.map
+        let Part { mut map, spots, .. } = self.part;
+        map.points.append(vec![spots]);
+        map
     }
 
     /// Adds a part that was made over this assembly. Nothing is added where the part has an id that was taken since.
     pub fn add(&mut self, part: Part) -> Result<(), IdTaken> {
         self.part.ids.join(&part.ids)?;
+        self.part.spots.extend(part.spots);
         self.part.map.absorb(part.map);
         for (lanelet, element) in part.carried {
             self.carry(lanelet, element);
         }
         Ok(())
+    }
+
+    /// Adds parts that were made side by side over this assembly, in order, if all ids are different; else it gives the
+    /// parts back, to be added one by one.
+    pub fn add_all(&mut self, parts: Vec<Part>) -> Result<(), Vec<Part>> {
+        if !self.is_apart_from(&parts) {
+            return Err(parts);
+        }
+        self.part.ids.join_apart(parts.iter().map(|part| &part.ids));
+        let spots = self.join_all(parts);
+        self.part.spots.append(spots);
+        Ok(())
+    }
+
+    /// As [`Assembly::add_all`] for the last parts: takes out the whole map.
+    pub fn finish(&mut self, parts: Vec<Part>) -> Result<LaneletMap, Vec<Part>> {
+        if !self.is_apart_from(&parts) {
+            return Err(parts);
+        }
+        let mut spots = self.join_all(parts);
+        let Part { mut map, spots: own, .. } = std::mem::take(&mut self.part);
+        spots.insert(0, own);
+        map.points.append(spots);
+        Ok(map)
+    }
+
+    fn is_apart_from(&self, parts: &[Part]) -> bool {
+        Ids::are_apart(parts.iter().chain([&self.part]).map(|part| &part.ids))
+    }
+
+    /// Adds all of the parts but their points, and gives those.
+    fn join_all(&mut self, parts: Vec<Part>) -> Vec<Shelf<Spot>> {
+        let mut spots = Vec::with_capacity(parts.len());
+        let mut carried = Vec::new();
+        let rest = parts.into_iter().map(|part| {
+            spots.push(part.spots);
+            carried.extend(part.carried);
+            part.map
+        });
+        self.part.map.absorb_all(rest.collect());
+        carried.into_iter().for_each(|(lanelet, element)| self.carry(lanelet, element));
+        spots
     }
 
     fn carry(&mut self, carrier: LaneletId, element: RegulatoryElementId) {
@@ -107,16 +185,16 @@ impl<'a> Assembly<'a> {
 
     /// Takes away the points that were given back and not made anew.
     pub fn sweep_points(&mut self) {
-        let Part { map, ids, .. } = &mut self.part;
-        map.points.retain(|point| ids.taken(&(point.id.0 as Id)));
+        let Part { spots, ids, .. } = &mut self.part;
+        spots.retain(|point| ids.taken(&(point.id.0 as Id)));
     }
 
     fn claim(&mut self, key: Key) -> i64 {
-        self.part.ids.claim(key, |id| self.below.is_some_and(|below| below.taken(id)))
+        self.part.ids.claim(key, |id| self.below.is_some_and(|below| below.forbids(id)))
     }
 
-    fn taken(&self, id: &Id) -> bool {
-        self.part.ids.taken(id) || self.below.is_some_and(|below| below.taken(id))
+    fn forbids(&self, id: &Id) -> bool {
+        self.careful && (self.part.ids.taken(id) || self.below.is_some_and(|below| below.forbids(id)))
     }
 
     /// The lanelet of an id.
@@ -149,21 +227,14 @@ impl<'a> Assembly<'a> {
     /// Adds a point with tags.
     pub fn tagged_point(&mut self, key: Key, position: PlanePoint, ele: f64, attributes: Attributes) -> PointId {
         let id = PointId(self.claim(key));
-        self.part.map.points.insert(Point {
-            id,
-            position,
-            ele: Some(self.ground.at(position) + ele),
-            lonlat: None,
-            local: [true; 2],
-            attributes,
-            span: None,
-        });
+        let ele = self.ground.at(position) + ele;
+        self.part.spots.insert(Spot { id, position, ele, attributes });
         id
     }
 
     /// Where a point lies.
     pub fn position(&self, id: PointId) -> PlanePoint {
-        let point = self.part.map.points.get(id).map(|p| p.position);
+        let point = self.part.spots.get(id).map(|p| p.position);
         point.or_else(|| Some(self.below?.position(id))).unwrap_or_default()
     }
 
@@ -189,7 +260,8 @@ impl<'a> Assembly<'a> {
         inner: &[PlanePoint],
         attributes: Attributes,
     ) -> LineStringId {
-        let mut points = vec![first];
+        let mut points = Vec::with_capacity(inner.len() + 2);
+        points.push(first);
         for (i, p) in inner.iter().enumerate() {
             points.push(self.point(key.word("point").number(i as i64), *p, 0.0));
         }
@@ -199,7 +271,7 @@ impl<'a> Assembly<'a> {
 
     /// Adds the id for a polygon whose points are not known yet.
     pub fn polygon_id(&mut self, key: Key) -> PolygonId {
-        PolygonId(self.part.ids.claim_polygon(key, |id| self.below.is_some_and(|below| below.taken(id))))
+        PolygonId(self.part.ids.claim_polygon(key, |id| self.below.is_some_and(|below| below.forbids(id))))
     }
 
     /// Adds a polygon under an id from [`Assembly::polygon_id`].
@@ -261,8 +333,7 @@ impl<'a> Assembly<'a> {
     /// The outline of a lanelet; empty if there is no such lanelet.
     pub fn outline(&self, id: LaneletId) -> Vec<PlanePoint> {
         let Some(lanelet) = self.lanelet_of(id) else { return Vec::new() };
-        let mut ring = self.bound_line(lanelet.left);
-        ring.extend(self.bound_line(lanelet.right).into_iter().rev());
-        ring
+        let [left, right] = [lanelet.left, lanelet.right].map(|bound| self.bound_ids(bound));
+        left.into_iter().chain(right.into_iter().rev()).map(|id| self.position(id)).collect()
     }
 }

@@ -1,5 +1,6 @@
 //! Ids that stay: derived from the ids of the input and the part an element plays, by a hash that never changes.
 
+use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
 /// Every id but a polygon's is above this, so that the two can never meet.
@@ -97,6 +98,19 @@ impl Ids {
         Ok(())
     }
 
+    /// Takes all ids that others have handed out, which are none of those taken.
+    pub fn join_apart<'a>(&mut self, others: impl Iterator<Item = &'a Self> + Clone) {
+        self.taken.reserve(others.clone().map(|ids| ids.taken.len()).sum());
+        self.taken.extend(others.flat_map(|ids| &ids.taken));
+    }
+
+    /// Whether none of all these ids has been handed out twice.
+    pub fn are_apart<'a>(all: impl IntoIterator<Item = &'a Self>) -> bool {
+        let mut ids: Vec<Id> = all.into_iter().flat_map(|ids| &ids.taken).copied().collect();
+        ids.par_sort_unstable();
+        ids.windows(2).all(|pair| pair[0] != pair[1])
+    }
+
     /// The key's place in `from..to`, or where a number added to the key leads if that is taken.
     fn claim_in(&mut self, key: Key, from: u64, to: u64, elsewhere: impl Fn(&Id) -> bool) -> i64 {
         let mut attempt = 0;
@@ -160,6 +174,7 @@ mod tests {
         let first = a.claim(key, FREE);
         b.claim(key, FREE);
         assert_ne!(c.claim(key, |id| a.taken(id)), first);
+        assert!(Ids::are_apart([&a, &c]) && !Ids::are_apart([&a, &b, &c]));
         assert_eq!((a.join(&c), a.join(&b)), (Ok(()), Err(IdTaken)));
     }
 }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::geometry::{Point, Vector, curve::Pose, curve::untangled, left_of, miter::miter};
 use crate::lanelet::{Attributes, Bound, LaneletId, PointId};
 
-use super::assembly::{Assembly, tags};
+use super::assembly::{Assembly, Part, tags};
 use super::beside::runs;
 use super::connection::{ConnectionLines, carriageway, inward, lanes_at, on_cut, side};
 use super::cross_section::{Arrows, CrossSection, Strip, StripKind, Travel};
@@ -132,20 +132,24 @@ pub fn lanes(assembly: &mut Assembly, network: &RoadNetwork, lines: &ConnectionL
         (part.into_part(), drawn)
     };
     let parts: Vec<_> = all.par_chunks(CHUNK).map(|roads| drawn(assembly, roads)).collect();
+    let (parts, mut of_roads): (Vec<Part>, Vec<Vec<RoadLanes>>) = parts.into_iter().unzip();
+    if let Err(parts) = assembly.add_all(parts) {
+        assembly.be_careful();
+        for ((part, of_roads), roads) in parts.into_iter().zip(&mut of_roads).zip(all.chunks(CHUNK)) {
+            if assembly.add(part).is_err() {
+                // A part before has taken one of its ids: it is drawn once more, over all that stands.
+                let again = drawn(assembly, roads);
+                let _ = assembly.add(again.0);
+                *of_roads = again.1;
+            }
+        }
+    }
     let mut lanes = Lanes::default();
-    for ((part, mut of_roads), roads) in parts.into_iter().zip(all.chunks(CHUNK)) {
-        if assembly.add(part).is_err() {
-            // A part before has taken one of its ids: it is drawn once more, over all that stands.
-            let again = drawn(assembly, roads);
-            let _ = assembly.add(again.0);
-            of_roads = again.1;
-        }
-        for mut road in of_roads {
-            road.begin_at(lanes.lanes.len());
-            lanes.lanes.extend(road.lanes);
-            lanes.arms.push(road.arms);
-            lanes.borders.push(road.borders);
-        }
+    for mut road in of_roads.into_iter().flatten() {
+        road.begin_at(lanes.lanes.len());
+        lanes.lanes.extend(road.lanes);
+        lanes.arms.push(road.arms);
+        lanes.borders.push(road.borders);
     }
     assembly.stand_on(Ground::default());
     lanes

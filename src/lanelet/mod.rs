@@ -255,6 +255,23 @@ impl LaneletMap {
         self.regulatory_elements.extend(other.regulatory_elements);
     }
 
+    /// As [`LaneletMap::absorb`] for many maps, with all threads. No id may come twice.
+    pub fn absorb_all(&mut self, others: Vec<Self>) {
+        let mut shelves = (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for other in others {
+            shelves.0.push(other.points);
+            shelves.1.push(other.linestrings);
+            shelves.2.push(other.polygons);
+            shelves.3.push(other.lanelets);
+            shelves.4.push(other.regulatory_elements);
+        }
+        self.points.append(shelves.0);
+        self.linestrings.append(shelves.1);
+        self.polygons.append(shelves.2);
+        self.lanelets.append(shelves.3);
+        self.regulatory_elements.append(shelves.4);
+    }
+
     /// The points of a bound in the lanelet's direction of travel.
     pub fn bound_points(&self, bound: Bound) -> impl DoubleEndedIterator<Item = &Point> + '_ {
         let ids: &[PointId] = self.linestrings.get(bound.line).map_or(&[], |l| &l.points);

@@ -4,6 +4,7 @@ use std::hash::{BuildHasher, Hash};
 
 use hashbrown::HashTable;
 use hashbrown::hash_table::Entry;
+use rayon::prelude::*;
 use rustc_hash::FxBuildHasher;
 
 /// What can stand on a [`Shelf`].
@@ -19,13 +20,57 @@ pub trait Shelved {
 #[derive(Clone, Debug)]
 pub struct Shelf<T: Shelved> {
     items: Vec<T>,
-    /// Positions by id. The ids themselves stand in the items: a map has many, and they fill the caches.
-    index: HashTable<u32>,
+    index: Index,
 }
 
 impl<T: Shelved> Default for Shelf<T> {
     fn default() -> Self {
-        Self { items: Vec::new(), index: HashTable::new() }
+        Self { items: Vec::new(), index: Index::default() }
+    }
+}
+
+/// Positions by id. The ids themselves stand in the items: a map has many, and they fill the caches. Many shelves have
+/// few items and one table; where many items come at once, each thread fills tables of its own.
+#[derive(Clone, Debug, Default)]
+struct Index {
+    one: HashTable<u32>,
+    /// Instead of the one: none or [`TABLES`].
+    many: Vec<HashTable<u32>>,
+}
+
+/// Tables of a large shelf: enough for the threads of most machines.
+const TABLES: usize = 32;
+/// A shelf of more items is indexed by all threads.
+const LARGE: usize = 1 << 14;
+
+impl Index {
+    /// Which of [`TABLES`] holds a hash: by bits that the tables themselves do not go by.
+    fn table_of(hash: u64) -> usize {
+        (hash >> 40) as usize % TABLES
+    }
+
+    fn table(&self, hash: u64) -> &HashTable<u32> {
+        self.many.get(Self::table_of(hash)).unwrap_or(&self.one)
+    }
+
+    fn table_mut(&mut self, hash: u64) -> &mut HashTable<u32> {
+        self.many.get_mut(Self::table_of(hash)).unwrap_or(&mut self.one)
+    }
+
+    /// The index of items with these hashes, all of different ids.
+    fn of(hashes: &[u64]) -> Self {
+        let fill = |tables: usize, own: &dyn Fn(u64) -> bool| {
+            let mut table = HashTable::with_capacity(hashes.len() / tables);
+            for (at, &hash) in hashes.iter().enumerate().filter(|(_, hash)| own(**hash)) {
+                table.insert_unique(hash, at as u32, |&at| hashes[at as usize]);
+            }
+            table
+        };
+        if hashes.len() < LARGE {
+            return Self { one: fill(1, &|_| true), many: Vec::new() };
+        }
+        let many = (0..TABLES).into_par_iter().map(|i| fill(TABLES, &|hash| Self::table_of(hash) == i));
+        Self { one: HashTable::new(), many: many.collect() }
     }
 }
 
@@ -34,7 +79,8 @@ impl<T: Shelved> Shelf<T> {
     pub fn insert(&mut self, item: T) -> Option<T> {
         let Self { items, index } = self;
         let id = item.id();
-        match index.entry(hash(id), |&at| items[at as usize].id() == id, |&at| hash(items[at as usize].id())) {
+        let table = index.table_mut(hash(id));
+        match table.entry(hash(id), |&at| items[at as usize].id() == id, |&at| hash(items[at as usize].id())) {
             Entry::Occupied(at) => Some(std::mem::replace(&mut items[*at.get() as usize], item)),
             Entry::Vacant(place) => {
                 place.insert(items.len() as u32);
@@ -60,16 +106,25 @@ impl<T: Shelved> Shelf<T> {
         let before = items.len();
         items.retain(stays);
         if items.len() < before {
-            index.clear();
-            for (at, item) in items.iter().enumerate() {
-                index.insert_unique(hash(item.id()), at as u32, |&at| hash(items[at as usize].id()));
-            }
+            let hashes: Vec<u64> = items.iter().map(|item| hash(item.id())).collect();
+            *index = Index::of(&hashes);
         }
+    }
+
+    /// Puts the items of other shelves behind its own, in their order; they are found by all threads. No id may come twice.
+    pub fn append<U: Shelved>(&mut self, others: Vec<Shelf<U>>)
+    where
+        T: From<U> + Sync,
+    {
+        self.items.reserve_exact(others.iter().map(Shelf::len).sum());
+        others.into_iter().for_each(|other| self.items.extend(other.items.into_iter().map(T::from)));
+        let hashes: Vec<u64> = self.items.par_iter().map(|item| hash(item.id())).collect();
+        self.index = Index::of(&hashes);
     }
 
     /// Position on the shelf, for side tables.
     pub fn position(&self, id: T::Id) -> Option<usize> {
-        self.index.find(hash(id), |&at| self.items[at as usize].id() == id).map(|&at| at as usize)
+        self.index.table(hash(id)).find(hash(id), |&at| self.items[at as usize].id() == id).map(|&at| at as usize)
     }
 
     /// Whether there is an item of this id.
@@ -124,10 +179,7 @@ impl<T: Shelved> IntoIterator for Shelf<T> {
 impl<T: Shelved> Extend<T> for Shelf<T> {
     fn extend<I: IntoIterator<Item = T>>(&mut self, items: I) {
         let items = items.into_iter();
-        let least = items.size_hint().0;
-        self.items.reserve(least);
-        let stand = &self.items;
-        self.index.reserve(least, |&at| hash(stand[at as usize].id()));
+        self.items.reserve(items.size_hint().0);
         for item in items {
             self.insert(item);
         }
