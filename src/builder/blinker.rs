@@ -5,12 +5,13 @@
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
+use std::sync::OnceLock;
 
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::geometry::Point;
-use crate::lanelet::{Lanelet, LaneletId, LaneletMap, PointId, TurnDirection};
+use crate::lanelet::{Bound, Lanelet, LaneletId, LaneletMap, PointId, TurnDirection};
 
 /// Autoware blinks from this distance before a turn, metres, ...
 const DISTANCE: f64 = 30.0;
@@ -25,14 +26,16 @@ const PER_METRE: f64 = 1e3;
 
 /// Sets `turn_signal_distance` wherever the usual distance reaches back into an opposite turn.
 pub fn limit(map: &mut LaneletMap) {
-    let mut ending: FxHashMap<[PointId; 2], Vec<LaneletId>> = FxHashMap::default();
-    for lanelet in &map.lanelets {
+    let lanelets = map.lanelets.as_slice();
+    let mut ways = Ways { map, ending: FxHashMap::default(), lengths: Vec::new() };
+    ways.lengths.resize_with(lanelets.len(), OnceLock::new);
+    for (at, lanelet) in lanelets.iter().enumerate() {
         if let Some(edge) = edge(map, lanelet, true) {
-            ending.entry(edge).or_default().push(lanelet.id);
+            ways.ending.entry(edge).or_default().push(at);
         }
     }
-    let limit = |lanelet: &Lanelet| Some((lanelet.id, opposite_before(map, &ending, lanelet)?));
-    let limits: Vec<(LaneletId, f64)> = map.lanelets.as_slice().par_iter().filter_map(limit).collect();
+    let limit = |(at, lanelet): (usize, &Lanelet)| Some((lanelet.id, ways.opposite_before(at)?));
+    let limits: Vec<(LaneletId, f64)> = lanelets.par_iter().enumerate().filter_map(limit).collect();
     for (id, metres) in limits {
         if let Some(lanelet) = map.lanelets.get_mut(id) {
             // Less than the way by a hand's breadth and rounded down, so that the blinker surely starts behind the other turn.
@@ -42,38 +45,48 @@ pub fn limit(map: &mut LaneletMap) {
     }
 }
 
-/// How far behind the end of an opposite turn this one starts, if that is nearer than the usual distance. Walks back,
-/// the nearest first.
-fn opposite_before(
-    map: &LaneletMap,
-    ending: &FxHashMap<[PointId; 2], Vec<LaneletId>>,
-    lanelet: &Lanelet,
-) -> Option<f64> {
-    let opposite = match turn(lanelet)? {
-        TurnDirection::Left => TurnDirection::Right,
-        TurnDirection::Right => TurnDirection::Left,
-        TurnDirection::Straight => return None,
-    };
-    let speed = lanelet.attributes.get("speed_limit").and_then(|v| v.parse().ok()).unwrap_or(USUAL_SPEED);
-    let reach = ((DISTANCE + TIME * speed / 3.6) * PER_METRE) as u64;
-    let mut seen = FxHashSet::from_iter([lanelet.id]);
-    let mut open = BinaryHeap::from([(Reverse(0_u64), lanelet.id)]);
-    while let Some((Reverse(gap), next)) = open.pop() {
-        let Some(start) = map.lanelets.get(next).and_then(|l| edge(map, l, false)) else { continue };
-        for before in ending.get(&start).into_iter().flatten().filter_map(|&id| map.lanelets.get(id)) {
-            if !seen.insert(before.id) {
-                continue;
-            }
-            if turn(before) == Some(opposite) {
-                return Some(gap as f64 / PER_METRE);
-            }
-            let farther = gap + (length(map, before) * PER_METRE) as u64;
-            if farther < reach {
-                open.push((Reverse(farther), before.id));
+/// The lanelets of a map, by position, as they follow each other.
+struct Ways<'m> {
+    map: &'m LaneletMap,
+    ending: FxHashMap<[PointId; 2], Vec<usize>>,
+    /// Many ways back pass the same lanelets.
+    lengths: Vec<OnceLock<f64>>,
+}
+
+impl Ways<'_> {
+    /// How far behind the end of an opposite turn a lanelet starts, if that is nearer than the usual distance. Walks back,
+    /// the nearest first.
+    fn opposite_before(&self, at: usize) -> Option<f64> {
+        let lanelets = self.map.lanelets.as_slice();
+        let lanelet = &lanelets[at];
+        let opposite = match turn(lanelet)? {
+            TurnDirection::Left => TurnDirection::Right,
+            TurnDirection::Right => TurnDirection::Left,
+            TurnDirection::Straight => return None,
+        };
+        let speed = lanelet.attributes.get("speed_limit").and_then(|v| v.parse().ok()).unwrap_or(USUAL_SPEED);
+        let reach = ((DISTANCE + TIME * speed / 3.6) * PER_METRE) as u64;
+        let mut seen = FxHashSet::from_iter([at]);
+        let mut open = BinaryHeap::from([(Reverse(0_u64), lanelet.id, at)]);
+        while let Some((Reverse(gap), _, next)) = open.pop() {
+            let Some(start) = edge(self.map, &lanelets[next], false) else { continue };
+            for &at in self.ending.get(&start).into_iter().flatten() {
+                let before = &lanelets[at];
+                if !seen.insert(at) {
+                    continue;
+                }
+                if turn(before) == Some(opposite) {
+                    return Some(gap as f64 / PER_METRE);
+                }
+                let length = *self.lengths[at].get_or_init(|| length(self.map, before));
+                let farther = gap + (length * PER_METRE) as u64;
+                if farther < reach {
+                    open.push((Reverse(farther), before.id, at));
+                }
             }
         }
+        None
     }
-    None
 }
 
 fn turn(lanelet: &Lanelet) -> Option<TurnDirection> {
@@ -82,9 +95,9 @@ fn turn(lanelet: &Lanelet) -> Option<TurnDirection> {
 
 /// The points that a lanelet starts or ends with: left, right.
 fn edge(map: &LaneletMap, lanelet: &Lanelet, end: bool) -> Option<[PointId; 2]> {
-    let point = |bound| {
-        let mut points = map.bound_points(bound);
-        if end { points.next_back() } else { points.next() }.map(|p| p.id)
+    let point = |bound: Bound| {
+        let points = &map.linestrings.get(bound.line)?.points;
+        if bound.inverted == end { points.first() } else { points.last() }.copied()
     };
     Some([point(lanelet.left)?, point(lanelet.right)?])
 }
@@ -100,7 +113,6 @@ mod tests {
     use super::*;
     use crate::builder::assembly::{Assembly, tags};
     use crate::builder::ids::Key;
-    use crate::lanelet::Bound;
 
     /// Three lanelets in a row, each of this length: a right turn, a plain lane, a left turn.
     fn row(length: f64) -> (LaneletMap, LaneletId) {

@@ -1,12 +1,11 @@
 //! Writes a map as the OSM XML that Autoware reads: nodes, ways, relations, each by ascending id, always the same bytes.
 
-use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use rayon::prelude::*;
 
 use super::{Attributes, Lanelet, LaneletMap, LineString, Point, Polygon, RegulatoryElement, Shelf, Shelved, Target};
-use crate::osm::{ElementKind, MetaInfo, OsmText, Text, fixed};
+use crate::osm::{ElementKind, MetaInfo, OsmText, Text};
 use crate::projection::{LonLat, Projector};
 
 /// Decimals of `local_x` and `local_y`: a tenth of a millimetre, as in the official maps.
@@ -24,9 +23,8 @@ pub fn to_osm(map: &LaneletMap, projector: &Projector, mut out: impl Write + Sen
     let meta = MetaInfo { format_version: Some(format_version), map_version: Some(Text::const_new("1")) };
     out.write_all(OsmText::head(&meta).as_bytes())?;
     write_all(&mut out, &sorted(&map.points), |points, text| {
-        let mut numbers = Numbers::default();
         for (point, place) in points.iter().zip(places(points, projector)) {
-            node(text, point, place, &mut numbers);
+            node(text, point, place);
         }
     })?;
     write_all(&mut out, &ways(map), |ways, text| ways.iter().for_each(|way| way.write(text)))?;
@@ -41,21 +39,24 @@ fn write_all<T: Sync>(
     items: &[T],
     text_of: impl Fn(&[T], &mut OsmText) + Sync,
 ) -> io::Result<()> {
-    let made = |items: &[T]| {
-        let mut text = OsmText::default();
-        text_of(items, &mut text);
-        text
+    let made = |(text, items): (&mut OsmText, &[T])| {
+        text.clear();
+        text_of(items, text);
     };
-    let mut ready: Vec<OsmText> = Vec::new();
+    let mut texts: [Vec<OsmText>; 2] = Default::default();
+    let [mut ready, mut next] = texts.each_mut();
+    let mut filled = 0;
     for batch in items.chunks(CHUNK * CHUNKS) {
-        let (written, next) = rayon::join(
-            || ready.iter().try_for_each(|text| out.write_all(text.as_bytes())),
-            || batch.par_chunks(CHUNK).map(made).collect(),
+        next.resize_with(CHUNKS, OsmText::default);
+        let (written, ()) = rayon::join(
+            || ready[..filled].iter().try_for_each(|text| out.write_all(text.as_bytes())),
+            || next.par_iter_mut().zip(batch.par_chunks(CHUNK)).for_each(made),
         );
         written?;
-        ready = next;
+        filled = batch.len().div_ceil(CHUNK);
+        std::mem::swap(&mut ready, &mut next);
     }
-    ready.iter().try_for_each(|text| out.write_all(text.as_bytes()))
+    ready[..filled].iter().try_for_each(|text| out.write_all(text.as_bytes()))
 }
 
 fn sorted<T: Shelved + Sync>(shelf: &Shelf<T>) -> Vec<&T>
@@ -79,27 +80,15 @@ fn places(points: &[&Point], projector: &Projector) -> Vec<Option<LonLat>> {
     places
 }
 
-/// The text of a node's numbers; kept from node to node, so that no memory is asked for.
-#[derive(Default)]
-struct Numbers {
-    x: String,
-    y: String,
-    ele: String,
-}
-
-fn node(text: &mut OsmText, point: &Point, place: Option<LonLat>, Numbers { x, y, ele }: &mut Numbers) {
-    x.clear();
-    fixed(x, point.position.x, LOCAL_DECIMALS);
-    y.clear();
-    fixed(y, point.position.y, LOCAL_DECIMALS);
-    ele.clear();
+fn node(text: &mut OsmText, point: &Point, place: Option<LonLat>) {
+    text.begin_node(point.id.0, place);
+    text.number("local_x", point.position.x, LOCAL_DECIMALS);
+    text.number("local_y", point.position.y, LOCAL_DECIMALS);
     if let Some(metres) = point.ele {
-        // Adding 0 turns -0 into 0.
-        let _ = write!(ele, "{}", metres + 0.0);
+        text.exact("ele", metres);
     }
-    let own = [("local_x", x.as_str()), ("local_y", y.as_str())];
-    let own = own.into_iter().chain(point.ele.map(|_| ("ele", ele.as_str())));
-    text.node(point.id.0, place, own.chain(point.attributes.iter()));
+    point.attributes.iter().for_each(|(key, value)| text.tag(key, value));
+    text.end_node();
 }
 
 /// What becomes a way.

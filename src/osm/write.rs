@@ -49,16 +49,7 @@ impl OsmText {
 
     /// A node; without a place, `lat` and `lon` are empty, as in other editors' maps without projection.
     pub fn node<'t>(&mut self, id: i64, place: Option<LonLat>, tags: impl IntoIterator<Item = (&'t str, &'t str)>) {
-        self.put("  <node id=\"");
-        self.integer(id);
-        self.put("\" version=\"1\" lat=\"");
-        if let Some(LonLat { lat, .. }) = place {
-            fixed(&mut self.text, lat, DECIMALS);
-        }
-        self.put("\" lon=\"");
-        if let Some(LonLat { lon, .. }) = place {
-            fixed(&mut self.text, lon, DECIMALS);
-        }
+        self.node_head(id, place);
         let before = self.text.len();
         self.put("\">\n");
         let tagless = self.text.len();
@@ -69,6 +60,73 @@ impl OsmText {
         } else {
             self.put("  </node>\n");
         }
+    }
+
+    /// Begins a node with tags, which [`OsmText::tag`] and [`OsmText::number`] add, up to [`OsmText::end_node`].
+    pub fn begin_node(&mut self, id: i64, place: Option<LonLat>) {
+        self.node_head(id, place);
+        self.put("\">\n");
+    }
+
+    /// Ends a node.
+    pub fn end_node(&mut self) {
+        self.put("  </node>\n");
+    }
+
+    /// A tag.
+    pub fn tag(&mut self, key: &str, value: &str) {
+        self.tags([(key, value)]);
+    }
+
+    /// A tag whose value is a number with so many decimals. The key is plain letters.
+    pub fn number(&mut self, key: &str, value: f64, decimals: usize) {
+        self.plain_tag(key, |text| fixed(text, value, decimals));
+    }
+
+    /// A tag whose value is a number with as many decimals as it has. The key is plain letters.
+    pub fn exact(&mut self, key: &str, value: f64) {
+        // Adding 0 turns -0 into 0.
+        let value = value + 0.0;
+        let millis = (value * 1e3).round();
+        self.plain_tag(key, |text| {
+            // Most are whole millimetres, for which the general way is slow.
+            if millis.abs() < 1e12 && millis / 1e3 == value {
+                fixed(text, value, 3);
+                let spare = text.len() - text.trim_end_matches('0').len();
+                text.truncate(text.len() - spare);
+                if text.ends_with('.') {
+                    text.pop();
+                }
+            } else {
+                let _ = write!(text, "{value}");
+            }
+        });
+    }
+
+    fn plain_tag(&mut self, key: &str, value: impl FnOnce(&mut String)) {
+        self.put("    <tag k=\"");
+        self.put(key);
+        self.put("\" v=\"");
+        value(&mut self.text);
+        self.put("\"/>\n");
+    }
+
+    fn node_head(&mut self, id: i64, place: Option<LonLat>) {
+        self.put("  <node id=\"");
+        self.integer(id);
+        self.put("\" version=\"1\" lat=\"");
+        if let Some(LonLat { lat, .. }) = place {
+            fixed(&mut self.text, lat, DECIMALS);
+        }
+        self.put("\" lon=\"");
+        if let Some(LonLat { lon, .. }) = place {
+            fixed(&mut self.text, lon, DECIMALS);
+        }
+    }
+
+    /// Takes the text away and keeps its memory for the next.
+    pub fn clear(&mut self) {
+        self.text.clear();
     }
 
     /// A way.
@@ -156,11 +214,14 @@ impl OsmText {
     }
 }
 
+/// Powers of ten up to the most decimals.
+const TENS: [f64; 16] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15];
+
 /// Appends a number with so many decimals (at most 15), -0 as 0.
 pub fn fixed(out: &mut String, number: f64, decimals: usize) {
     /// Whole numbers up to here are exact in a double.
     const EXACT: f64 = 9e15;
-    let steps = (number.abs() * 10_f64.powi(decimals as i32)).round();
+    let steps = (number.abs() * TENS[decimals.min(15)]).round();
     if steps.is_nan() || steps > EXACT {
         let _ = write!(out, "{number:.decimals$}");
         return;
@@ -174,7 +235,9 @@ pub fn fixed(out: &mut String, number: f64, decimals: usize) {
     out.push_str(if whole == 0 { "0" } else { &digits[..whole] });
     if decimals > 0 {
         out.push('.');
-        out.extend(std::iter::repeat_n('0', decimals.saturating_sub(digits.len())));
+        if digits.len() < decimals {
+            out.push_str(&"000000000000000"[..(decimals - digits.len()).min(15)]);
+        }
         out.push_str(&digits[whole..]);
     }
 }
@@ -202,6 +265,15 @@ mod tests {
         assert_eq!(data.ways[0].nodes, [2, -1]);
         assert_eq!(data.ways[0].tags.get("k"), Some(""));
         assert_eq!(data.relations[0].members[0].role, nasty);
+    }
+
+    #[test]
+    fn exact_numbers_are_those_of_the_standard_library() {
+        for number in [0.0, -0.0, 1.0, 3.143, -12.5, 100.0, 0.001, 0.1 + 0.2, 1e-7, 123456.789, 1e15, f64::NAN] {
+            let mut text = OsmText::default();
+            text.exact("ele", number);
+            assert_eq!(text.text, format!("    <tag k=\"ele\" v=\"{}\"/>\n", number + 0.0));
+        }
     }
 
     #[test]

@@ -106,7 +106,7 @@ pub fn passing(map: &LaneletMap, thresholds: &Thresholds) -> Vec<[LaneletId; 2]>
     let lines: Vec<Option<Reach>> = map.linestrings.as_slice().par_iter().map(|line| Reach::of(map, line)).collect();
     let lanelets = map.lanelets.as_slice();
     let of_line = |bound: Bound| lines[map.linestrings.position(bound.line)?];
-    let reaches: Vec<(usize, Reach)> = (lanelets.iter().enumerate())
+    let reaches: Vec<(usize, Reach)> = (lanelets.par_iter().enumerate())
         .filter(|(_, lanelet)| drivable_by_vehicle(lanelet))
         .filter_map(|(at, lanelet)| Some((at, of_line(lanelet.left)?.with(&of_line(lanelet.right)?))))
         .collect();
