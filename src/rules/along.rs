@@ -1,7 +1,9 @@
 //! Bounds of two lanes that run along each other and yet are two ways.
 
+use rayon::prelude::*;
+
 use crate::diagnostic::Edit;
-use crate::geometry::Polyline;
+use crate::geometry::{Point, Polyline};
 use crate::lanelet::LineStringId;
 use crate::lanelet::index::{Lane, MapIndex};
 
@@ -32,19 +34,21 @@ pub struct Twins {
     same_ends: bool,
 }
 
+/// The bounds of a lane, left and right, as lines.
+type Bounds = [Option<Polyline>; 2];
+
 impl Twins {
     /// Which of two lanes' bounds run along each other; `None` if none do, or if the lanes have a way in common.
-    pub fn of(map: &MapIndex, one: usize, other: usize, reach: Reach) -> Option<Self> {
+    fn of(map: &MapIndex, [one, other]: [usize; 2], lines: [&Bounds; 2], reach: Reach) -> Option<Self> {
         let (a, b) = (&map.lanes[one], &map.lanes[other]);
         if a.bounds.iter().any(|way| b.bounds.contains(way)) || on_two_levels(map, a, b) {
             return None;
         }
-        let lines = [a, b].map(|lane| [&lane.left, &lane.right].map(|bound| Polyline::new(bound.iter().copied())));
         let sides = [(0, 0), (0, 1), (1, 0), (1, 1)];
         sides.into_iter().find_map(|(i, j)| {
             let (mine, theirs) = (lines[0][i].as_ref()?, lines[1][j].as_ref()?);
             let [short, long] = if mine.length() <= theirs.length() { [mine, theirs] } else { [theirs, mine] };
-            if share(short, long, reach.apart) < reach.share {
+            if !runs_along(short, long, reach) {
                 return None;
             }
             // Lanes that run the same way lie side by side where one's left is the other's right, and else on each other.
@@ -72,11 +76,15 @@ impl Twins {
     }
 }
 
-/// Share of a line that lies close to another.
-fn share(line: &Polyline, other: &Polyline, apart: f64) -> f64 {
-    let places = line.resampled(STEP);
-    let places = places.points();
-    places.iter().filter(|&&p| other.distance(p) <= apart).count() as f64 / places.len() as f64
+/// Whether enough of a line lies close to another.
+fn runs_along(line: &Polyline, other: &Polyline, reach: Reach) -> bool {
+    let places = line.resampled(STEP).into_points();
+    let (mut far, mut hint) = (0, 0);
+    let mut enough = |p: &Point| {
+        far += usize::from(!other.reaches(*p, reach.apart, &mut hint));
+        (places.len() - far) as f64 / places.len() as f64 >= reach.share
+    };
+    places.iter().all(&mut enough)
 }
 
 /// Whether one lane passes over the other, wherever they are.
@@ -86,14 +94,22 @@ pub fn on_two_levels(map: &MapIndex, a: &Lane, b: &Lane) -> bool {
 }
 
 /// All pairs of lanes, of which the first and the second fit, whose bounds run along each other.
-pub fn all(map: &MapIndex, reach: Reach, first: impl Fn(&Lane) -> bool, second: impl Fn(&Lane) -> bool) -> Vec<Twins> {
-    let mut found = Vec::new();
-    for at in (0..map.lanes.len()).filter(|&at| first(&map.lanes[at])) {
+pub fn all(
+    map: &MapIndex,
+    reach: Reach,
+    first: impl Fn(&Lane) -> bool + Sync,
+    second: impl Fn(&Lane) -> bool + Sync,
+) -> Vec<Twins> {
+    let bounds = |lane: &Lane| [&lane.left, &lane.right].map(|bound| Polyline::new(bound.iter().copied()));
+    let taking_part = |lane: &Lane| if first(lane) || second(lane) { bounds(lane) } else { Bounds::default() };
+    let lines: Vec<Bounds> = map.lanes.par_iter().map(taking_part).collect();
+    let of_lane = |at: usize| {
         let [low, high] = map.lanes[at].extent;
         let margin = crate::geometry::Vector::new(reach.apart, reach.apart);
         let near = map.lanes_near(low - margin, high + margin).into_iter();
         let others = near.filter(|&other| other != at && second(&map.lanes[other]));
-        found.extend(others.filter_map(|other| Twins::of(map, at, other, reach)));
-    }
-    found
+        others.filter_map(|other| Twins::of(map, [at, other], [&lines[at], &lines[other]], reach)).collect::<Vec<_>>()
+    };
+    let all = (0..map.lanes.len()).into_par_iter().filter(|&at| first(&map.lanes[at]));
+    all.flat_map_iter(of_lane).collect()
 }
