@@ -7,8 +7,10 @@ use std::cell::RefCell;
 
 use proj::Proj;
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use super::LonLat;
+use super::patch::{Patch, Square, square_of};
 use crate::geometry::{Point, Vector};
 
 /// A plane that PROJ knows how to reach.
@@ -34,8 +36,15 @@ const CHUNK: usize = 1 << 14;
 /// More frames than this in one thread are not worth keeping: a map needs one, or two at a zone's border.
 const KEPT: usize = 8;
 
+/// The squares of one frame; `None` where PROJ itself is to be asked.
+type Patches = (Option<Frame>, FxHashMap<Square, Option<Patch>>);
+
+/// More squares than this are not worth keeping: a large city covers a dozen.
+const PATCHES_MOST: usize = 1024;
+
 thread_local! {
     static MADE: RefCell<Vec<(Frame, Option<Proj>)>> = const { RefCell::new(Vec::new()) };
+    static PATCHES: RefCell<Patches> = RefCell::default();
 }
 
 impl Frame {
@@ -68,8 +77,30 @@ impl Frame {
         in_chunks(places, run)
     }
 
-    /// The place of each point.
+    /// The place of each point, by [`Patch`]es where those fit. It does not depend on the other points.
     pub(super) fn inverse(self, points: &[Point]) -> Vec<Option<LonLat>> {
+        in_chunks(points, |chunk| PATCHES.with_borrow_mut(|patches| self.inverse_in(patches, chunk)))
+    }
+
+    fn inverse_in(self, (frame, patches): &mut Patches, points: &[Point]) -> Vec<Option<LonLat>> {
+        if *frame != Some(self) || patches.len() > PATCHES_MOST {
+            patches.clear();
+            *frame = Some(self);
+        }
+        let place = |&point: &Point| {
+            let square = square_of(point)?;
+            let patch =
+                patches.entry(square).or_insert_with(|| Patch::new(square, |places| self.inverse_by_proj(places)));
+            match patch {
+                Some(patch) => Some(patch.inverse(point)),
+                None => self.inverse_by_proj(&[point]).pop()?,
+            }
+        };
+        points.iter().map(place).collect()
+    }
+
+    /// As [`Frame::inverse`], by PROJ.
+    pub(super) fn inverse_by_proj(self, points: &[Point]) -> Vec<Option<LonLat>> {
         let run = |chunk: &[Point]| {
             let pairs = chunk.iter().map(|p| (p.x, p.y)).collect();
             let done = self.transform(pairs, true);

@@ -8,6 +8,7 @@ mod enu;
 mod infer;
 mod info;
 mod mgrs;
+mod patch;
 
 pub use infer::{Explained, Twice, infer, residual};
 pub use info::{Info, InfoError, VerticalDatum, read_info, write_info};
@@ -265,6 +266,20 @@ mod tests {
                 let place = LonLat { lon: written(place.lon), lat: written(place.lat) };
                 let back = projector.forward(place, ele).unwrap();
                 assert!((back - there).norm() < 1e-4, "{} {there} {back}", projector.name());
+            }
+        }
+    }
+
+    #[test]
+    fn the_way_back_is_that_of_proj_to_a_tenth_of_the_last_digit_written() {
+        let frames = [Frame::Utm { zone: 54 }, Frame::Mercator { origin: HERE, scale_factor: DEFAULT_SCALE_FACTOR }];
+        for (frame, north) in frames.into_iter().flat_map(|frame| [0.0, 3_900_000.0, 8_000_000.0].map(|y| (frame, y))) {
+            let spread = |i: u32, prime: u32| f64::from(i.wrapping_mul(prime) % 20_011);
+            let points: Vec<Point> =
+                (0..2000).map(|i| Point::new(320_000.0 + spread(i, 7919), north + spread(i, 104_729))).collect();
+            for (own, proj) in frame.inverse(&points).into_iter().zip(frame.inverse_by_proj(&points)) {
+                let (own, proj) = (own.unwrap(), proj.unwrap());
+                assert!((own.lon - proj.lon).abs() < 1e-12 && (own.lat - proj.lat).abs() < 1e-12, "{own:?} {proj:?}");
             }
         }
     }
