@@ -258,7 +258,7 @@ fn meeting(network: &RoadNetwork, (a, i): (RoadEnd, usize), (b, j): (RoadEnd, us
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::builder::connection::connection_lines;
+    use crate::builder::connection::{Needs, connection_lines};
     use crate::builder::single_lanes::single_lanes;
     use crate::builder::{BuildOptions, plan};
     use crate::osm::{OsmData, read_bytes};
@@ -289,7 +289,8 @@ mod tests {
         let streets = plan(&street(), &BuildOptions::default()).unwrap().streets;
         let network = &streets.network;
         let joins = Joins::find(network);
-        let lines = connection_lines(network, &streets.outlines.kept, |ix| joins.joined(ix), &[[0.0; 2]; 3]);
+        let needs = Needs::new(network, &streets.outlines.kept, |ix| joins.joined(ix));
+        let lines = connection_lines(network, &needs, &[[0.0; 2]; 3]);
         let weave = Weave::new(single_lanes(network, &lines.kept));
         let ends = weave.iter().flat_map(|(id, lane)| LaneEnd::BOTH.map(|end| (id, end, lane)));
         let joined = ends.filter(|(id, end, _)| matches!(weave.meeting(*id, *end), Some(Meeting::Joined(_))));
