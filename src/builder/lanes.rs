@@ -8,10 +8,11 @@ use crate::lanelet::{Attributes, Bound, LaneletId, PointId};
 use super::assembly::{Assembly, Part, tags};
 use super::beside::runs;
 use super::connection::{ConnectionLines, carriageway, inward, lanes_at, on_cut, side};
-use super::cross_section::{Arrows, CrossSection, Strip, StripKind, Travel};
+use super::cross_section::{Arrows, CrossSection, StripKind, Travel};
 use super::heights::Ground;
 use super::ids::Key;
 use super::join::Joins;
+use super::marking::marking;
 use super::road_network::{End, Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
 use super::sound::{aligned, centred, simple};
 
@@ -205,7 +206,7 @@ fn road_lanes(assembly: &mut Assembly, network: &RoadNetwork, ix: RoadIx, kept: 
     let road = network.road(ix);
     assembly.stand_on(Ground::under(road));
     let nodes = [End::Start, End::End].map(|end| end_nodes(assembly, road, ix, end, kept[side(end)], joins));
-    let borders = borders(assembly, road, kept, &nodes);
+    let borders = borders(assembly, road, network.country.as_deref(), kept, &nodes);
     let mut lanes = Vec::new();
     road_lanelets(assembly, road, ix, &borders, &mut lanes);
     let arms = [End::Start, End::End].map(|end| {
@@ -270,6 +271,7 @@ fn against_line(section: &CrossSection, edge: usize) -> bool {
 fn borders(
     assembly: &mut Assembly,
     road: &Road,
+    country: Option<&str>,
     kept: [f64; 2],
     nodes: &[Vec<Option<PointId>>; 2],
 ) -> Vec<Option<Bound>> {
@@ -280,9 +282,9 @@ fn borders(
         .enumerate()
         .map(|(edge, places)| {
             let (mut places, first, last) = (places?, nodes[0][edge]?, nodes[1][edge]?);
-            let attributes = border_attributes(&road.section, edge);
             let key = key.number(edge as i64);
             let inverted = against_line(&road.section, edge);
+            let attributes = marking(&road.section, edge, &road.tags, country, inverted);
             let ends = if inverted { [last, first] } else { [first, last] };
             if inverted {
                 places.reverse();
@@ -353,39 +355,6 @@ fn beside_corner(corner: Point, [before, after]: [Vector; 2], offset: f64) -> Ve
     }
     let pieces = (turn.abs() / MITER.to_radians()).ceil() as usize * 2;
     (0..=pieces).map(|i| corner + nalgebra::Rotation2::new(turn * i as f64 / pieces as f64) * normals[0]).collect()
-}
-
-/// Tags of the border at an edge: kerb, paint between lanes, or the edge of a lane.
-pub(super) fn border_attributes(section: &CrossSection, edge: usize) -> Attributes {
-    let (kerb_left, kerb_right) = carriageway(section);
-    if edge == kerb_left || edge == kerb_right {
-        return tags(&[("type", "road_border")]);
-    }
-    let strip = |i: Option<usize>| {
-        i.and_then(|i| section.strips.get(i)).filter(|s| matches!(s.kind, StripKind::Drive | StripKind::Bus))
-    };
-    let change = match (strip(edge.checked_sub(1)), strip(Some(edge))) {
-        (Some(left), Some(right)) if left.travel == right.travel && left.travel != Travel::Both => {
-            may_change(left, right)
-        }
-        _ => return tags(&[("type", "line_thin"), ("subtype", "solid"), ("lane_change", "no")]),
-    };
-    match change {
-        [true, true] => tags(&[("type", "line_thin"), ("subtype", "dashed"), ("lane_change", "yes")]),
-        [true, false] => tags(&[("type", "line_thin"), ("subtype", "dashed_solid"), ("lane_change", "no")]),
-        [false, true] => tags(&[("type", "line_thin"), ("subtype", "solid_dashed"), ("lane_change", "no")]),
-        [false, false] => tags(&[("type", "line_thin"), ("subtype", "solid"), ("lane_change", "no")]),
-    }
-}
-
-/// Whether one may change from the left strip (along the line) to the right one, and back.
-fn may_change(left: &Strip, right: &Strip) -> [bool; 2] {
-    let [to_right, to_left] = match left.travel {
-        Travel::Backward => [left.change[0], right.change[1]],
-        _ => [left.change[1], right.change[0]],
-    };
-    let same = left.kind == right.kind;
-    [to_right.unwrap_or(same), to_left.unwrap_or(same)]
 }
 
 /// Adds the lanelets of a road, strip by strip.

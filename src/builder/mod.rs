@@ -31,6 +31,7 @@ pub mod heights;
 pub mod ids;
 pub mod join;
 pub mod lanes;
+pub(crate) mod marking;
 pub mod movement;
 pub mod outline;
 pub(crate) mod overhead;

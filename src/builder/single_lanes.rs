@@ -8,7 +8,7 @@ use crate::weave::{self, Kind, LaneId, Marking, Paint, Widths};
 
 use super::cross_section::{CrossSection, Travel};
 use super::join::continued;
-use super::lanes::border_attributes;
+use super::marking::marking;
 use super::road_network::{End, Road, RoadEnd, RoadIx, RoadNetwork};
 
 /// The middle of a lane is mitred up to so many times its distance from the road's line.
@@ -36,7 +36,7 @@ pub fn single_lanes(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<(LaneId, we
             if backward {
                 nodes.reverse();
             }
-            if let Some(made) = single_lane(road, &line, strip, backward) {
+            if let Some(made) = single_lane(road, network.country.as_deref(), &line, strip, backward) {
                 lanes.push((LaneId { road: i as i64, lane }, made.hung_on(nodes)));
             }
         }
@@ -75,12 +75,18 @@ fn own_nodes(network: &RoadNetwork) -> FxHashMap<Hanging, i64> {
 }
 
 /// `None` where a lane leaves no line, or its width is none.
-fn single_lane(road: &Road, line: &Polyline, strip: usize, backward: bool) -> Option<weave::Lane> {
+fn single_lane(
+    road: &Road,
+    country: Option<&str>,
+    line: &Polyline,
+    strip: usize,
+    backward: bool,
+) -> Option<weave::Lane> {
     let section = &road.section;
     let middle = line.offset((section.edge(strip) + section.edge(strip + 1)) / 2.0, MITER_MOST)?;
     let middle = Polyline::new(untangled(middle.points()))?;
     let middle = if backward { middle.reversed() } else { middle };
-    let mut markings = [strip, strip + 1].map(|edge| markings(section, edge, strip, backward));
+    let mut markings = [strip, strip + 1].map(|edge| markings(road, country, edge, strip, backward));
     if backward {
         markings.reverse();
     }
@@ -89,26 +95,30 @@ fn single_lane(road: &Road, line: &Polyline, strip: usize, backward: bool) -> Op
 }
 
 /// What a lane has painted on one of its edges: each edge is painted along one lane, that to its right where one is.
-fn markings(section: &CrossSection, edge: usize, strip: usize, backward: bool) -> Vec<Marking> {
+fn markings(road: &Road, country: Option<&str>, edge: usize, strip: usize, backward: bool) -> Vec<Marking> {
     let paints =
-        driven(section).filter(|(other, _)| [*other, *other + 1].contains(&edge)).max_by_key(|at| (at.0, !at.1));
+        driven(&road.section).filter(|(other, _)| [*other, *other + 1].contains(&edge)).max_by_key(|at| (at.0, !at.1));
     if paints != Some((strip, backward)) {
         return Vec::new();
     }
-    vec![Marking { station: 0.0, kinds: vec![kind(&border_attributes(section, edge), backward)] }]
+    vec![Marking {
+        station: 0.0,
+        kinds: vec![kind(&marking(&road.section, edge, &road.tags, country, false), backward)],
+    }]
 }
 
 /// What the tags of a border say, seen against its direction or along it.
 fn kind(attributes: &Attributes, backward: bool) -> Kind {
     let subtype = attributes.get("subtype").unwrap_or_default();
+    let paint = if attributes.is("color", "yellow") { Paint::Yellow } else { Paint::White };
     match (attributes.get("type").unwrap_or_default(), subtype, backward) {
         ("road_border", ..) => Kind::Kerb,
         ("virtual", ..) => Kind::Virtual,
-        ("line_thin" | "line_thick", "solid", _) => Kind::Solid(Paint::White),
-        ("line_thin" | "line_thick", "dashed", _) => Kind::Dashed(Paint::White),
-        ("line_thin" | "line_thick", "solid_solid", _) => Kind::Double(Paint::White),
-        ("line_thin", "solid_dashed", false) | ("line_thin", "dashed_solid", true) => Kind::SolidDashed(Paint::White),
-        ("line_thin", "dashed_solid", false) | ("line_thin", "solid_dashed", true) => Kind::DashedSolid(Paint::White),
+        ("line_thin" | "line_thick", "solid", _) => Kind::Solid(paint),
+        ("line_thin" | "line_thick", "dashed", _) => Kind::Dashed(paint),
+        ("line_thin" | "line_thick", "solid_solid", _) => Kind::Double(paint),
+        ("line_thin", "solid_dashed", false) | ("line_thin", "dashed_solid", true) => Kind::SolidDashed(paint),
+        ("line_thin", "dashed_solid", false) | ("line_thin", "solid_dashed", true) => Kind::DashedSolid(paint),
         _ => Kind::Unknown,
     }
 }

@@ -4,6 +4,7 @@
 //! shows, there is no reason for a seam.
 
 use crate::builder::cross_section::{CrossSection, Strip, Travel};
+use crate::builder::marking;
 use crate::builder::road_network::{End, Feature, FeatureKind, IntersectionIx, Road, RoadEnd, RoadKey, RoadNetwork};
 use crate::geometry::{Polyline, angle_between};
 
@@ -81,6 +82,7 @@ fn reversed(road: &Road) -> Road {
         section: reversed_section(&road.section),
         speed: [road.speed[1], road.speed[0]],
         features,
+        tags: marking::turned(&road.tags),
         ..road.clone()
     }
 }
@@ -120,6 +122,7 @@ fn alike(a: &Road, b: &Road) -> bool {
         && (a.class, a.link, a.roundabout, a.public) == (b.class, b.link, b.roundabout, b.public)
         && a.level == b.level
         && a.speed == b.speed
+        && marking::alike(&a.tags, &b.tags)
 }
 
 fn joined(a: Road, b: Road) -> Option<Road> {

@@ -81,6 +81,11 @@ impl Canvas {
         }
     }
 
+    /// Whether something of a class was drawn.
+    pub fn shows(&self, class: &str) -> bool {
+        self.body.contains(class)
+    }
+
     /// A line moved sideways by `offset` pixels, left positive.
     pub fn line_beside(&mut self, class: &str, points: &[Point], offset: f64, title: &str) {
         const MITER_LIMIT: f64 = 2.0;

@@ -84,20 +84,24 @@ pub fn markings(canvas: &mut Canvas, map: &LaneletMap) {
 
 fn marking(canvas: &mut Canvas, map: &LaneletMap, line: &LineString) {
     /// Half the distance between the two lines of a double line, metres.
-    const HALF_GAP: f64 = 0.13;
+    const HALF_GAP: f64 = 0.18;
     let points = positions(map, &line.points);
     let kind = line.attributes.get("type").unwrap_or("linestring");
     let title = match line.attributes.get("subtype") {
         Some(subtype) => format!("{kind} {subtype} {}", line.id),
         None => format!("{kind} {}", line.id),
     };
+    let coloured = |class: &str| match line.attributes.is("color", "yellow") {
+        true => format!("{class} {}", style::YELLOW),
+        false => class.to_owned(),
+    };
     match style::stroke(&line.attributes) {
         Stroke::Single("virtual") if canvas.view.scale < DETAIL_SCALE => {}
-        Stroke::Single(class) => canvas.line(class, &points, &title),
+        Stroke::Single(class) => canvas.line(&coloured(class), &points, &title),
         Stroke::Double(left, right) => {
             let beside = (HALF_GAP * canvas.view.scale).max(0.8);
-            canvas.line_beside(left, &points, beside, &title);
-            canvas.line_beside(right, &points, -beside, &title);
+            canvas.line_beside(&coloured(left), &points, beside, &title);
+            canvas.line_beside(&coloured(right), &points, -beside, &title);
         }
         Stroke::Elsewhere => {}
     }

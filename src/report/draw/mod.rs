@@ -119,7 +119,10 @@ pub fn svg_of(map: &LaneletMap, diagnostics: &[Diagnostic], view: View, options:
         layer(&mut canvas, "ids", |c| legend::ids(c, map));
     }
     layer(&mut canvas, "legend", |c| legend::legend(c, map, diagnostics));
-    let style = style::sheet(canvas.view.scale);
+    let mut style = style::sheet(canvas.view.scale);
+    if canvas.shows(style::YELLOW) {
+        style += style::YELLOW_PAINT;
+    }
     canvas.finish(&style, &options.title)
 }
 

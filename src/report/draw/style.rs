@@ -15,6 +15,11 @@ pub enum Stroke {
     Elsewhere,
 }
 
+/// Class of yellow paint.
+pub const YELLOW: &str = "paint-yellow";
+/// Its style, for drawings that have such paint.
+pub const YELLOW_PAINT: &str = ".paint-yellow{stroke:#ffc933}\n";
+
 /// How a linestring of these tags is drawn.
 pub fn stroke(attributes: &Attributes) -> Stroke {
     let subtype = attributes.get("subtype").unwrap_or_default();

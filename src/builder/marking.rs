@@ -1,0 +1,246 @@
+//! What is painted along the edges of a road's lanes: by its tags, the conventions of the country, and what the lanes are for.
+
+use crate::lanelet::Attributes;
+use crate::osm::{Tags, Text};
+
+use super::assembly::tags as attributes;
+use super::connection::carriageway;
+use super::cross_section::{CrossSection, Strip, StripKind, Travel};
+
+/// Where the line between opposite directions is yellow.
+const YELLOW: [&str; 16] =
+    ["AR", "BR", "CA", "CL", "CN", "CO", "EC", "KR", "MX", "NO", "PE", "PR", "TH", "TW", "US", "UY"];
+/// Where a solid line between opposite directions is painted twice, by manuals such as the MUTCD, § 3B.01.
+const TWICE: [&str; 4] = ["CA", "MX", "PR", "US"];
+/// Tags of OpenStreetMap that say what is painted.
+const TAGS: [&str; 3] = ["divider", "overtaking", "lane_markings"];
+
+/// A line of paint, left to right along the road.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Paint {
+    /// Nothing is painted.
+    Bare,
+    /// One line.
+    One(Stroke),
+    /// Two lines side by side.
+    Two([Stroke; 2]),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stroke {
+    Solid,
+    Dashed,
+}
+
+use Stroke::{Dashed, Solid};
+
+impl Paint {
+    /// Type and subtype in Lanelet2's words, of a line that runs along the road or, `inverted`, against it.
+    fn names(self, inverted: bool) -> [&'static str; 2] {
+        let subtype = match self {
+            Self::Bare => return ["virtual", ""],
+            Self::One(Solid) => "solid",
+            Self::One(Dashed) | Self::Two([Dashed, Dashed]) => "dashed",
+            Self::Two([Solid, Solid]) => "solid_solid",
+            Self::Two([first, _]) if (first == Solid) != inverted => "solid_dashed",
+            Self::Two(_) => "dashed_solid",
+        };
+        ["line_thin", subtype]
+    }
+}
+
+/// Tags of the border at an edge of a cross-section: kerb, paint between lanes, or the edge of a lane. The border runs along
+/// the road's line or, `inverted`, against it.
+pub fn marking(section: &CrossSection, edge: usize, tags: &Tags, country: Option<&str>, inverted: bool) -> Attributes {
+    let (kerb_left, kerb_right) = carriageway(section);
+    if edge == kerb_left || edge == kerb_right {
+        return attributes(&[("type", "road_border")]);
+    }
+    let driven = |i: Option<usize>| {
+        i.and_then(|i| section.strips.get(i)).filter(|s| matches!(s.kind, StripKind::Drive | StripKind::Bus))
+    };
+    let (paint, change, opposed) = match (driven(edge.checked_sub(1)), driven(Some(edge))) {
+        (Some(left), Some(right)) if left.travel == right.travel && left.travel != Travel::Both => {
+            let (paint, change) = between_lanes(left, right, tags);
+            (paint, change, false)
+        }
+        (Some(left), Some(right)) => (between_directions(section, [left, right], tags, country), "no", true),
+        _ => (Paint::One(Solid), "no", false),
+    };
+    let [kind, subtype] = paint.names(inverted);
+    let mut marking = attributes(&[("type", kind)]);
+    if paint != Paint::Bare {
+        marking.push("subtype", subtype);
+        if opposed && country.is_some_and(|country| YELLOW.contains(&country)) {
+            marking.push("color", "yellow");
+        }
+    }
+    marking.push("lane_change", change);
+    marking
+}
+
+/// Between lanes of one direction: dashed on the side from which one may change, by `change:lanes` or what the lanes are for.
+fn between_lanes(left: &Strip, right: &Strip, tags: &Tags) -> (Paint, &'static str) {
+    let change = may_change(left, right);
+    let paint = match change {
+        [true, true] => Paint::One(Dashed),
+        [true, false] => Paint::Two([Dashed, Solid]),
+        [false, true] => Paint::Two([Solid, Dashed]),
+        [false, false] => Paint::One(Solid),
+    };
+    let paint = if tags.is("lane_markings", "no") { Paint::Bare } else { paint };
+    (paint, if change == [true, true] { "yes" } else { "no" })
+}
+
+/// Whether one may change from the left strip (along the line) to the right one, and back.
+fn may_change(left: &Strip, right: &Strip) -> [bool; 2] {
+    let [to_right, to_left] = match left.travel {
+        Travel::Backward => [left.change[0], right.change[1]],
+        _ => [left.change[1], right.change[0]],
+    };
+    let same = left.kind == right.kind;
+    [to_right.unwrap_or(same), to_left.unwrap_or(same)]
+}
+
+/// Between opposite directions: by `divider`, `overtaking` and `lane_markings`. Where these are silent nobody overtakes; the
+/// line is doubled where the country does so, and between directions of several lanes each.
+fn between_directions(section: &CrossSection, sides: [&Strip; 2], tags: &Tags, country: Option<&str>) -> Paint {
+    let twice = country.is_some_and(|country| TWICE.contains(&country));
+    let solid = if twice { Paint::Two([Solid, Solid]) } else { Paint::One(Solid) };
+    if let Some(paint) = tags.get("divider").and_then(divider) {
+        return paint;
+    }
+    // Whoever may overtake has the dashed line on the own side.
+    let overtaking = |travel: Travel| Paint::Two(sides.map(|side| if side.travel == travel { Dashed } else { Solid }));
+    match (tags.get("overtaking"), tags.get("lane_markings")) {
+        (Some("no"), _) => return solid,
+        (Some("yes" | "both"), _) => return Paint::One(Dashed),
+        (Some("forward"), _) => return overtaking(Travel::Forward),
+        (Some("backward"), _) => return overtaking(Travel::Backward),
+        (_, Some("no")) => return Paint::Bare,
+        _ => {}
+    }
+    // A lane in the middle for those who turn off: entered over dashes, not crossed from it.
+    if twice && sides.iter().any(|side| side.travel == Travel::Both) {
+        return overtaking(Travel::Both);
+    }
+    let lanes = |travel: Travel| section.driven().filter(|(_, strip)| strip.travel == travel).count();
+    let several = lanes(Travel::Forward) > 1 && lanes(Travel::Backward) > 1;
+    if several { Paint::Two([Solid, Solid]) } else { solid }
+}
+
+/// The paint that `divider` names, left to right along the way.
+fn divider(value: &str) -> Option<Paint> {
+    let stroke = |name: &str| match name.trim() {
+        "solid_line" => Some(Solid),
+        "dashed_line" => Some(Dashed),
+        _ => None,
+    };
+    match value.split_once(';') {
+        Some((left, right)) => Some(Paint::Two([stroke(left)?, stroke(right)?])),
+        None if value == "no" => Some(Paint::Bare),
+        None if value == "double_solid_line" => Some(Paint::Two([Solid, Solid])),
+        None => Some(Paint::One(stroke(value)?)),
+    }
+}
+
+/// Whether two roads are painted alike as far as their tags tell.
+pub fn alike(a: &Tags, b: &Tags) -> bool {
+    TAGS.iter().all(|key| a.get(key) == b.get(key))
+}
+
+/// The tags of a road whose line is turned around.
+pub fn turned(tags: &Tags) -> Tags {
+    let value = |key: &str, value: &str| match (key, value, value.split_once(';')) {
+        ("overtaking", "forward", _) => "backward".to_owned(),
+        ("overtaking", "backward", _) => "forward".to_owned(),
+        ("divider", _, Some((left, right))) => format!("{right};{left}"),
+        _ => value.to_owned(),
+    };
+    let mut turned = tags.clone();
+    for key in TAGS {
+        if let Some(old) = tags.get(key) {
+            turned.set(key, Text::from(value(key, old)));
+        }
+    }
+    turned
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A road of driven lanes between sidewalks, `<` against its line and `>` along it, `=` both ways, left to right.
+    fn section(lanes: &str) -> CrossSection {
+        let walk = Strip::plain(StripKind::Sidewalk, Travel::Both, 1.5, false);
+        let travel = |c: char| match c {
+            '<' => Travel::Backward,
+            '>' => Travel::Forward,
+            _ => Travel::Both,
+        };
+        let lane = |c: char| Strip::plain(StripKind::Drive, travel(c), 3.0, false);
+        let strips = [walk.clone()].into_iter().chain(lanes.chars().map(lane)).chain([walk]);
+        CrossSection { strips: strips.collect() }
+    }
+
+    /// Subtype (type, if there is none), colour and `lane_change` at the right edge of a lane.
+    fn painted(lanes: &str, lane: usize, tags: &[(&str, &str)], country: &str) -> String {
+        let marking = marking(&section(lanes), lane + 2, &tags.iter().copied().collect(), Some(country), false);
+        let of = |key: &str| marking.get(key).map(str::to_owned);
+        [of("subtype").or_else(|| of("type")), of("color"), of("lane_change")]
+            .into_iter()
+            .flatten()
+            .collect::<Vec<_>>()
+            .join(" ")
+    }
+
+    #[test]
+    fn the_middle_of_a_road_follows_the_country() {
+        assert_eq!(painted("<>", 0, &[], "DE"), "solid no");
+        assert_eq!(painted("<<>>", 1, &[], "DE"), "solid_solid no");
+        assert_eq!(painted("<>", 0, &[], "US"), "solid_solid yellow no");
+        assert_eq!(painted("><", 0, &[], "TH"), "solid yellow no");
+        assert_eq!(painted("<=>", 0, &[], "US"), "solid_dashed yellow no");
+        assert_eq!(painted("<=>", 1, &[], "US"), "dashed_solid yellow no");
+        assert_eq!(painted("<>", 1, &[], "US"), "road_border");
+    }
+
+    #[test]
+    fn tags_say_what_is_painted_in_the_middle() {
+        let said = |tags: &[(&str, &str)]| painted("<>", 0, tags, "FR");
+        assert_eq!(said(&[("overtaking", "yes")]), "dashed no");
+        assert_eq!(said(&[("overtaking", "no")]), "solid no");
+        assert_eq!(said(&[("overtaking", "forward")]), "solid_dashed no");
+        assert_eq!(said(&[("overtaking", "backward")]), "dashed_solid no");
+        assert_eq!(painted("><", 0, &[("overtaking", "forward")], "GB"), "dashed_solid no");
+        assert_eq!(said(&[("divider", "dashed_line;solid_line")]), "dashed_solid no");
+        assert_eq!(said(&[("divider", "double_solid_line")]), "solid_solid no");
+        assert_eq!(said(&[("divider", "kerb"), ("lane_markings", "no")]), "virtual no");
+    }
+
+    #[test]
+    fn lanes_of_one_direction_are_crossed_over_dashes() {
+        assert_eq!(painted(">>", 0, &[], "US"), "dashed yes");
+        assert_eq!(painted(">>", 0, &[("lane_markings", "no")], "US"), "virtual yes");
+        let mut one_sided = section("<<");
+        // Of the outer lane, left along the line, one may not change to the inner one, which lies to its left.
+        one_sided.strips[1].change = [Some(false), None];
+        let subtype = |inverted: bool| {
+            let marking = marking(&one_sided, 2, &Tags::default(), None, inverted);
+            marking.get("subtype").map(str::to_owned)
+        };
+        assert_eq!(subtype(false).as_deref(), Some("solid_dashed"));
+        assert_eq!(subtype(true).as_deref(), Some("dashed_solid"), "seen in the direction of the lanes");
+    }
+
+    #[test]
+    fn a_road_turned_around_is_painted_as_before() {
+        let tags: Tags = [("overtaking", "forward"), ("divider", "solid_line;dashed_line")].into_iter().collect();
+        let turned = turned(&tags);
+        assert_eq!(
+            (turned.get("overtaking"), turned.get("divider")),
+            (Some("backward"), Some("dashed_line;solid_line"))
+        );
+        assert!(!alike(&tags, &turned) && alike(&tags, &tags));
+    }
+}
