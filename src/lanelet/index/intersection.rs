@@ -129,11 +129,13 @@ fn of_area(
     let simple = ring::is_simple(&outline);
     let (mut members, mut touched) = (Vec::new(), Vec::new());
     for lane in near {
-        let cover = match lanes[lane].simple && lanes[lane].area > 0.0 {
-            true if simple => polygon::common_area(&lanes[lane].outline, &outline) / lanes[lane].area,
-            true => polygon::overlap(&lanes[lane].outline, &outline) / lanes[lane].area,
+        let common = match lanes[lane].simple && lanes[lane].area > 0.0 {
+            true if simple => polygon::common_area(&lanes[lane].outline, &outline),
+            true => polygon::overlap(&lanes[lane].outline, &outline),
             false => 0.0,
         };
+        // Lanes that end on the outline share less than this with it, by rounding.
+        let cover = if common > thresholds.raw_conflict { common / lanes[lane].area } else { 0.0 };
         let declared = declared_area(map, &lanes[lane]) == Some(area.id);
         let middle = (lanes[lane].heights[0] + lanes[lane].heights[1]) / 2.0;
         let inside = cover >= thresholds.cover
