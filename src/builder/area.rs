@@ -36,7 +36,15 @@ pub struct AreaOutline {
     pub lost: Vec<usize>,
 }
 
-/// Walks the arms clockwise: cut, kerb, cut, kerb. `paths` come with the strips of their outlines. Where a path leaves that ring, it is widened to hold the path; where it
+impl AreaOutline {
+    /// Whether no more ways run over cuts, and no more lanes end inside, than with another outline.
+    pub fn fits_as_well(&self, other: &Self) -> bool {
+        self.overrun.len() <= other.overrun.len() && self.lost.len() <= other.lost.len()
+    }
+}
+
+/// Walks the arms clockwise: cut, kerb, cut, kerb. `paths` come with the strips of their outlines. Where a path leaves that
+/// ring, it is widened to hold the path; where it
 /// then swallows the end of a road, it gives way to the lanes of that road.
 pub fn area_outline(
     assembly: &mut Assembly,
@@ -133,10 +141,17 @@ fn is_simple(assembly: &Assembly, ring: &[PointId]) -> bool {
 /// Whether the ring is simple and covers every path.
 fn holds(assembly: &Assembly, ring: &[PointId], paths: &[Path], strips: &[Option<Strips>]) -> bool {
     let ring = places(assembly, ring);
-    let simple = ring::faults(&ring, SPIKE, 1).is_empty() && polygon::signed_area(&ring) < 0.0;
-    let Some(inside) = strips_beside(paths, &ring).filter(|_| simple) else { return false };
+    let Some(inside) = strips_beside(paths, &ring).filter(|_| simple && polygon::signed_area(&ring) < 0.0) else {
+        return false;
+    };
     let covered = |strips: &Option<Strips>| strips.as_ref().map_or(0.0, |path| path.common_area(&inside));
     paths.iter().zip(strips).all(|(path, strips)| covered(strips) >= COVERED * area_of(&path.outline))
+}
+
+/// Whether a ring covers every path.
+pub fn covers(assembly: &Assembly, ring: &[PointId], paths: &[Path]) -> bool {
+    let ring = places(assembly, ring);
+    paths.iter().all(|path| polygon::common_area(&path.outline, &ring) >= COVERED * area_of(&path.outline))
 }
 
 fn area_of(ring: &[Point]) -> f64 {

@@ -8,25 +8,27 @@ use crate::geometry::{Point, Vector};
 use crate::lanelet::index::{Edge, Thresholds, same_arm};
 use crate::lanelet::right_of_way::{Mover, OPPOSITE, Relation, Turn, opposites, yields};
 use crate::lanelet::{LaneletId, LaneletMap, PointId, PolygonId, TurnDirection};
-use crate::settings::{Settings, Side};
+use crate::settings::{BicycleLanes, Settings, Side};
 
 use super::area::AreaOutline;
 use super::assembly::{Assembly, Part, tags};
 use super::beside::beside;
-use super::conflict::Conflicts;
+use super::conflict::{self, Conflicts};
 use super::connection::{ConnectionLines, Crossing};
 use super::control::{Approach, Control, control_arm, sign_at};
 use super::cross_section::StripKind;
 use super::crosswalk::{announce, crosswalk};
+use super::cycle::Cycling;
 use super::draft::{Draft, Ways};
 use super::heights::Ground;
 use super::lanes::{Arm, Lanes};
 use super::movement::{Movement, Movements, STRAIGHT};
 use super::paths::{Drawn, Path, intersection_key};
-use super::road_network::{DrivingSide, Intersection, RoadIx, RoadNetwork};
+use super::road_network::{DrivingSide, Intersection, RoadEnd, RoadIx, RoadNetwork};
 use super::settle::Settled;
 use super::sidecar;
 use super::walk_light::walk_lights;
+use super::walkway::walkways;
 
 /// A map in local metres, without longitude and latitude.
 #[derive(Debug, Default)]
@@ -48,15 +50,20 @@ pub fn assemble(settled: Settled) -> Assembled {
     let Settled { network, restricted, draft, notes } = settled;
     let network = &network;
     let Draft { lines, mut assembly, lanes, ways, .. } = draft;
-    beside(&mut assembly, network, &lanes);
+    let as_roads = network.beside.bicycle_lanes == BicycleLanes::Road;
+    let bicycles = beside(&mut assembly, network, &lanes);
     let crossings = Crossings::add(&mut assembly, network, &lines, &lanes);
     let mut whole = Assembled { notes, roads: network.roads.len(), ..Assembled::default() };
     whole.settings.driving_side = Some(if network.side == DrivingSide::Left { Side::Left } else { Side::Right });
+    if as_roads {
+        whole.settings.bicycle_lanes = bicycles.iter().map(|lanelet| lanelet.0).collect();
+    }
     let made = |below: &Assembly, intersection: &Intersection, ways: Ways| {
         let mut assembly = Assembly::resumed(below, ways.part);
         assembly.stand_on(lanes.ground_of(intersection, below));
         let beside = Assembled::default();
-        let mut stage = Stage { network, lanes: &lanes, crossings: &crossings, assembly, beside };
+        let cycling = ways.cycles;
+        let mut stage = Stage { network, lanes: &lanes, crossings: &crossings, assembly, beside, cycling, as_roads };
         stage.intersection(intersection, &ways.plan, &ways.drawn, &ways.conflicts.unwrap_or_default(), ways.area);
         (stage.assembly.into_part(), stage.beside)
     };
@@ -73,7 +80,7 @@ pub fn assemble(settled: Settled) -> Assembled {
                 if assembly.add(part).is_err() {
                     // Something added before has taken one of its ids: it is made once more, over all that stands.
                     let ways = Ways::draw(network, &restricted, &lanes, at, &assembly);
-                    let again = made(&assembly, at, ways.outlined(network, &lanes, at, &assembly));
+                    let again = made(&assembly, at, ways.outlined(network, &restricted, &lanes, at, &assembly));
                     *beside = again.1;
                     let _ = assembly.add(again.0);
                 }
@@ -84,6 +91,7 @@ pub fn assemble(settled: Settled) -> Assembled {
     for mut beside in beside {
         whole.notes.append(&mut beside.notes);
         whole.settings.intersection.append(&mut beside.settings.intersection);
+        whole.settings.bicycle_lanes.append(&mut beside.settings.bicycle_lanes);
         whole.areas += beside.areas;
     }
     whole
@@ -128,6 +136,10 @@ struct Stage<'a> {
     assembly: Assembly<'a>,
     /// All but the map.
     beside: Assembled,
+    /// Its lanes for bicycles.
+    cycling: Cycling,
+    /// Whether these are written as roads, which others watch and yield to.
+    as_roads: bool,
 }
 
 impl Stage<'_> {
@@ -143,7 +155,11 @@ impl Stage<'_> {
         let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
         let Drawn { paths, dropped, .. } = drawn;
         self.note_dropped(intersection, dropped);
+        if self.as_roads {
+            self.beside.settings.bicycle_lanes = self.cycling.paths.iter().map(|path| path.lanelet.0).collect();
+        }
         self.announce_crosswalks(intersection, paths);
+        self.walkways(intersection, paths);
         if let Some(area) = area {
             self.area(intersection, &arms, plan, paths, conflicts, area);
         }
@@ -184,20 +200,40 @@ impl Stage<'_> {
             let finding = Finding::new("lane-end-inside", Subject::Polygon(id.0), message);
             self.beside.notes.push(finding.at(Place::Line(cut)));
         }
-        for path in paths {
+        let cycling = std::mem::take(&mut self.cycling);
+        for path in paths.iter().chain(&cycling.paths) {
             self.tag_path(path, id);
         }
+        // Only what is a road is watched, has lights, and is yielded to.
+        let (with, across);
+        let (paths, conflicts) = match self.as_roads && !cycling.paths.is_empty() {
+            true => {
+                with = [paths, &cycling.paths].concat();
+                across = conflict::conflicts(&with);
+                (&with[..], &across)
+            }
+            false => (paths, conflicts),
+        };
         let controls = self.controls(intersection, arms);
         for (i, arm) in arms.iter().enumerate() {
-            let from = |lane: usize| move |path: &&Path| (path.movement.from, path.movement.in_lane) == (i, lane);
-            let approaches: Vec<Approach> = (arm.into.iter().enumerate())
+            let starts = |path: &Path| (path.movement.from, path.movement.in_lane, path.kind == StripKind::Bicycle);
+            let from = |lane: usize| move |path: &&Path| starts(path) == (i, lane, false);
+            let mut approaches: Vec<Approach> = (arm.into.iter().enumerate())
                 .map(|(lane, before)| Approach {
                     lane: self.lanes.lanes[before.lane].lanelet,
                     behind: paths.iter().filter(from(lane)).map(|path| path.lanelet).collect(),
                 })
                 .collect();
+            let mut arm = (*arm).clone();
+            for (lane, end) in cycling.ends.into_of(i).filter(|_| self.as_roads && controls[i] != Control::Stop) {
+                let behind = paths.iter().filter(|path| starts(path) == (i, lane, true));
+                let behind: Vec<LaneletId> = behind.map(|path| path.lanelet).collect();
+                let Some(&lane) = behind.first() else { continue };
+                arm.into.push(*end);
+                approaches.push(Approach { lane, behind });
+            }
             let key = key.word("arm");
-            control_arm(&mut self.assembly, self.network.side, key, arm, controls[i], &approaches, &ring);
+            control_arm(&mut self.assembly, self.network.side, key, &arm, controls[i], &approaches, &ring);
         }
         let movers = self.movers(arms, paths, &controls);
         self.rights_of_way(arms, paths, &movers, conflicts);
@@ -223,12 +259,27 @@ impl Stage<'_> {
         }
     }
 
+    fn walkways(&mut self, intersection: &Intersection, paths: &[Path]) {
+        if !self.network.beside.walkways {
+            return;
+        }
+        let crossings = self.crossings;
+        let crossed = |at: RoadEnd| {
+            let of_road = crossings.of_road.get(&at.road).map_or(&[][..], |c| c);
+            of_road.iter().any(|(crossing, _)| crossing.arm == Some(at.end))
+        };
+        walkways(&mut self.assembly, self.network, self.lanes, intersection, crossed, paths);
+    }
+
     fn announce_crosswalks(&mut self, intersection: &Intersection, paths: &[Path]) {
+        let as_roads = self.as_roads;
         for &at in &intersection.arms {
             let crossings = self.crossings;
             for (crossing, id) in crossings.of_road.get(&at.road).map_or(&[][..], |c| c) {
                 if crossing.arm == Some(at.end) {
-                    announce(&mut self.assembly, *id, paths.iter().map(|p| (p.lanelet, &p.outline[..])));
+                    let cycles = self.cycling.paths.iter().filter(|_| as_roads);
+                    let all = paths.iter().chain(cycles);
+                    announce(&mut self.assembly, *id, all.map(|p| (p.lanelet, &p.outline[..])));
                 }
             }
         }
@@ -246,10 +297,11 @@ impl Stage<'_> {
 
     fn movers(&self, arms: &[&Arm], paths: &[Path], controls: &[Control]) -> Vec<Mover> {
         let leads_in = |a: &usize| !arms[*a].into.is_empty();
-        let minor = |a: usize| {
-            let private = !self.network.road(arms[a].at.road).public;
-            private || matches!(controls[a], Control::Stop | Control::GiveWay)
-        };
+        let signed = |a: usize| matches!(controls[a], Control::Stop | Control::GiveWay);
+        let private = |a: usize| !self.network.road(arms[a].at.road).public;
+        // A driveway that arrives side by side with a street is part of its approach.
+        let of_street = |a: usize| (0..arms.len()).any(|b| !private(b) && !signed(b) && self.beside(arms[a], arms[b]));
+        let minor = |a: usize| signed(a) || private(a) && !of_street(a);
         let all: Vec<usize> = (0..arms.len()).filter(leads_in).collect();
         let ranked = all.iter().any(|&a| minor(a)) && !all.iter().all(|&a| minor(a));
         let near = if self.network.side == DrivingSide::Left { 1.0 } else { -1.0 };
@@ -263,26 +315,31 @@ impl Stage<'_> {
                     _ => Turn::Far,
                 };
                 let signalised = controls[arm] == Control::Signals;
-                Mover { arm, turn, signalised, priority: ranked.then(|| !minor(arm)), bicycle: false }
+                let bicycle = path.kind == StripKind::Bicycle;
+                Mover { arm, turn, signalised, priority: ranked.then(|| !minor(arm)), bicycle }
             })
             .collect()
+    }
+
+    /// Whether the ends of two roads lie on one line across both, as one approach does.
+    fn beside(&self, a: &Arm, b: &Arm) -> bool {
+        let edges = |arm: &Arm| -> Vec<Edge> {
+            let lanes = arm.into.iter().chain(&arm.out).map(|lane| lane.nodes);
+            lanes.map(|ids| Edge { ids, points: ids.map(|id| self.assembly.position(id)) }).collect()
+        };
+        let (ours, theirs) = (edges(a), edges(b));
+        let thresholds = Thresholds::default();
+        ours.iter().any(|x| theirs.iter().any(|y| same_arm(x, y, &thresholds)))
     }
 
     /// For each arm the first one of its approach: carriageways beside each other that lead in the same way, such as one
     /// for a turn beside one straight on, have their green together. Without lights each arm has a rank of its own.
     fn approaches(&self, arms: &[&Arm], movers: &[Mover]) -> Vec<usize> {
         let signalised = |arm: usize| movers.iter().any(|mover| mover.arm == arm && mover.signalised);
-        let edges = |arm: &Arm| -> Vec<Edge> {
-            let lanes = arm.into.iter().chain(&arm.out).map(|lane| lane.nodes);
-            lanes.map(|ids| Edge { ids, points: ids.map(|id| self.assembly.position(id)) }).collect()
-        };
-        let edges: Vec<Vec<Edge>> = arms.iter().map(|arm| edges(arm)).collect();
-        let thresholds = Thresholds::default();
-        let beside = |a: usize, b: usize| edges[a].iter().any(|x| edges[b].iter().any(|y| same_arm(x, y, &thresholds)));
         let linked = |arm: usize| arms[arm].into.is_empty() || signalised(arm);
         let mut first: Vec<usize> = (0..arms.len()).collect();
         for b in 1..arms.len() {
-            for a in (0..b).filter(|&a| linked(a) && linked(b) && beside(a, b)) {
+            for a in (0..b).filter(|&a| linked(a) && linked(b) && self.beside(arms[a], arms[b])) {
                 let (low, high) = (first[a].min(first[b]), first[a].max(first[b]));
                 first.iter_mut().filter(|of| **of == high).for_each(|of| *of = low);
             }

@@ -26,7 +26,7 @@ pub struct Assembly<'a> {
 }
 
 /// What has been added to an [`Assembly`].
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Part {
     /// All but the points.
     map: LaneletMap,

@@ -139,13 +139,16 @@ fn reached(section: &CrossSection, runs: &[Run], run: &Run) -> bool {
     }
 }
 
-/// Adds the lanelets beside the lanes of all roads.
-pub fn beside(assembly: &mut Assembly, network: &RoadNetwork, lanes: &Lanes) {
+/// Adds the lanelets beside the lanes of all roads; gives those for bicycles.
+pub fn beside(assembly: &mut Assembly, network: &RoadNetwork, lanes: &Lanes) -> Vec<LaneletId> {
+    let mut bicycles = Vec::new();
     for (ix, road) in network.roads.iter().enumerate() {
         for run in runs(&road.section) {
-            lanelet(assembly, road, lanes.borders_of(RoadIx(ix as u32)), &run, &network.beside);
+            let lanelet = lanelet(assembly, road, lanes.borders_of(RoadIx(ix as u32)), &run, &network.beside);
+            bicycles.extend(lanelet.filter(|_| run.used == Use::Bicycle));
         }
     }
+    bicycles
 }
 
 /// Adds the lanelet of a run, unless the settings leave it out or there is no room for it.
@@ -168,23 +171,29 @@ fn lanelet(
         }
         Use::Pedestrian => settings.pedestrian_lanes,
     };
-    let border = |edge: usize| borders.get(edge).copied().flatten();
-    let (left, right) = (border(run.strips.start)?, border(run.strips.end)?);
-    let turned = |bound: Bound| Bound { inverted: !bound.inverted, ..bound };
-    let [left, right] = if run.travel == Travel::Backward { [turned(right), turned(left)] } else { [left, right] };
-    let width: f64 = road.section.strips[run.strips.clone()].iter().map(|strip| strip.width).sum();
-    if !wanted || !sound(&[assembly.bound_line(left), assembly.bound_line(right)], width) {
+    if !wanted {
         return None;
     }
+    let [left, right] = bounds(assembly, road, borders, run)?;
     let key = road_key("beside", road).number(run.strips.start as i64);
     let mut attributes = attributes(road, run, settings);
     attributes.push("road_id", crate::osm::Text::from(road.key.to_string()));
     Some(assembly.lanelet(key, left, right, attributes))
 }
 
+/// The bounds of the lanelet of a run, in its direction; `None` if there is no room for it.
+pub fn bounds(assembly: &Assembly, road: &Road, borders: &[Option<Bound>], run: &Run) -> Option<[Bound; 2]> {
+    let border = |edge: usize| borders.get(edge).copied().flatten();
+    let (left, right) = (border(run.strips.start)?, border(run.strips.end)?);
+    let turned = |bound: Bound| Bound { inverted: !bound.inverted, ..bound };
+    let bounds = if run.travel == Travel::Backward { [turned(right), turned(left)] } else { [left, right] };
+    let width: f64 = road.section.strips[run.strips.clone()].iter().map(|strip| strip.width).sum();
+    sound(&bounds.map(|bound| assembly.bound_line(bound)), width).then_some(bounds)
+}
+
 /// Tags of a lanelet beside the lanes. Its subtype says who may use it: Lanelet2 admits bicycles to a `bicycle_lane`, and
 /// nobody to the others, over which no route leads.
-fn attributes(road: &Road, run: &Run, settings: &BesideSettings) -> Attributes {
+pub fn attributes(road: &Road, run: &Run, settings: &BesideSettings) -> Attributes {
     let (subtype, speed) = match (run.used, settings.bicycle_lanes) {
         (Use::Bicycle, BicycleLanes::Road) => ("road", CYCLING),
         (Use::Bicycle, _) => ("bicycle_lane", CYCLING),

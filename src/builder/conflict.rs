@@ -3,6 +3,7 @@
 use crate::geometry::Point;
 use crate::geometry::polygon::{self, Strips};
 
+use super::cross_section::StripKind;
 use super::paths::Path;
 
 /// Two lanelets conflict if they share this part of one of them ...
@@ -66,7 +67,8 @@ pub fn conflicts(paths: &[Path], strips: &[Option<Strips>]) -> Conflicts {
 
 /// Whether two paths begin on the same lane.
 pub fn siblings(a: &Path, b: &Path) -> bool {
-    (a.movement.from, a.movement.in_lane) == (b.movement.from, b.movement.in_lane)
+    let lane = |path: &Path| (path.movement.from, path.movement.in_lane, path.kind == StripKind::Bicycle);
+    lane(a) == lane(b)
 }
 
 /// Whether two paths share a bound: then Autoware takes them for neighbours, and not for conflicting.

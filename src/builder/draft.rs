@@ -9,14 +9,15 @@ use rustc_hash::FxHashMap;
 
 use crate::geometry::{Point, Polyline, Vector, polygon};
 
-use super::area::{AreaOutline, area_outline};
+use super::area::{AreaOutline, area_outline, covers};
 use super::assembly::{Assembly, Part};
 use super::conflict::{Conflicts, conflicts, strips};
 use super::connection::{ConnectionLines, Needs, ROAD_LEFT, carriageway, connection_lines, from_cut, side};
+use super::cycle::{Cycles, Cycling, Wanted};
 use super::join::Joins;
 use super::lanes::{Arm, Lanes, lanes, redraw};
 use super::movement::{Movements, movements};
-use super::paths::{Drawn, Paint, intersection_key, paths};
+use super::paths::{Bounds, Drawn, Paint, Path, intersection_key, paths};
 use super::restricted::Restricted;
 use super::road_network::{End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
 use super::seam::seams;
@@ -29,6 +30,8 @@ const ROUNDS_OUTLINED: usize = 8;
 const CLEARING: f64 = 1.0;
 /// A way that reaches over a cut by less than this, metres, only touches it.
 const TOUCH: f64 = 0.05;
+/// Ways that share less than this, square metres, only touch.
+const TOUCHING: f64 = 0.25;
 /// A cut lies this far, metres, behind the way that would run over it.
 const CLEAR: f64 = 0.2;
 /// No road is cut back further than this, metres, beyond its outline for the sake of a way beside it: what reaches
@@ -63,6 +66,8 @@ pub struct Ways {
     pub drawn: Drawn,
     /// Which of them get into each other's way; `None` before they are outlined.
     pub conflicts: Option<Conflicts>,
+    /// Bicycle lanes that lead in and out, and the ways between them.
+    pub cycles: Cycling,
     /// The outline around them, where some do and it is no roundabout.
     pub area: Option<AreaOutline>,
     /// Their primitives, over those of the lanes.
@@ -85,14 +90,16 @@ impl Ways {
         let mut assembly = Assembly::over(below);
         assembly.stand_on(lanes.ground_of(intersection, below));
         let drawn = paths(&mut assembly, network, lanes, intersection, &plan.all, paint);
-        Self { plan, drawn, conflicts: None, area: None, part: assembly.into_part(), stood: false }
+        let cycles = Cycling::default();
+        Self { plan, drawn, conflicts: None, cycles, area: None, part: assembly.into_part(), stood: false }
     }
 
-    /// Draws the outline around ways that were drawn over `below`.
+    /// Draws the outline around ways that were drawn over `below`, and the ways of bicycles where they fit into it.
     #[must_use]
     pub fn outlined(
         self,
         network: &RoadNetwork,
+        restricted: &Restricted,
         lanes: &Lanes,
         intersection: &Intersection,
         below: &Assembly<'_>,
@@ -100,23 +107,55 @@ impl Ways {
         if self.conflicts.is_some() {
             return self;
         }
-        let mut drawn = self.drawn;
-        // Nothing but the outline asks for them, and they take more memory than the ways.
-        let bounds = std::mem::take(&mut drawn.bounds);
-        let paths = &drawn.paths;
-        let strips = strips(paths);
-        let conflicts = conflicts(paths, &strips);
+        let Self { plan, mut drawn, part, stood, .. } = self;
+        let own = strips(&drawn.paths);
+        let conflicts = Some(conflicts(&drawn.paths, &own));
         let roundabout = intersection.arms.iter().any(|at| network.road(at.road).roundabout);
-        if roundabout || conflicts.real.iter().all(Vec::is_empty) {
-            return Self { conflicts: Some(conflicts), drawn, ..self };
+        let crossed = !roundabout && conflicts.iter().flat_map(|found| &found.real).any(|found| !found.is_empty());
+        let ends = Cycles::find(below, network, lanes, intersection);
+        let tries: &[Wanted] = if ends.is_empty() { &[] } else { &[Wanted::All, Wanted::Straight] };
+        if !crossed && tries.is_empty() {
+            drawn.bounds = Bounds::default();
+            return Self { plan, drawn, conflicts, cycles: Cycling::default(), area: None, part, stood };
         }
+        let bare = if tries.is_empty() { Part::default() } else { part.clone() };
         let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
-        let mut assembly = Assembly::resumed(below, self.part);
-        assembly.stand_on(lanes.ground_of(intersection, below));
-        let key = intersection_key("intersection area", intersection);
-        let area = Some(area_outline(&mut assembly, key, lanes, &arms, &bounds, (paths, &strips)));
-        Self { conflicts: Some(conflicts), area, part: assembly.into_part(), drawn, ..self }
+        let around = |part: Part, add: &dyn Fn(&mut Assembly) -> Drawn| {
+            let mut assembly = Assembly::resumed(below, part);
+            assembly.stand_on(lanes.ground_of(intersection, below));
+            let cycles = add(&mut assembly);
+            let key = intersection_key("intersection area", intersection);
+            let area = crossed.then(|| {
+                if cycles.paths.is_empty() {
+                    return area_outline(&mut assembly, key, lanes, &arms, &drawn.bounds, (&drawn.paths, &own));
+                }
+                let paths = [&drawn.paths[..], &cycles.paths].concat();
+                area_outline(&mut assembly, key, lanes, &arms, &cycles.bounds, (&paths, &strips(&paths)))
+            });
+            let clear = || cycles.paths.iter().all(|cycle| drawn.paths.iter().all(|path| apart(cycle, path)));
+            let covered = area.as_ref().map_or_else(clear, |area| covers(&assembly, &area.ring, &cycles.paths));
+            (assembly.into_part(), area, cycles, covered)
+        };
+        let (mut part, mut area, ..) = around(part, &|_| Drawn::default());
+        let mut cycles = Cycling::default();
+        for &wanted in tries {
+            let add = |assembly: &mut Assembly| ends.draw(assembly, network, restricted, intersection, wanted, &drawn);
+            let (with, outline, ways, covered) = around(bare.clone(), &add);
+            let fits = outline.as_ref().zip(area.as_ref()).is_none_or(|(with, without)| with.fits_as_well(without));
+            if covered && fits && !ways.paths.is_empty() {
+                (part, area, cycles) = (with, outline, Cycling { ends, paths: ways.paths });
+                break;
+            }
+        }
+        // Nothing but the outline asks for them, and they take more memory than the ways.
+        drawn.bounds = Bounds::default();
+        Self { plan, drawn, conflicts, cycles, area, part, stood }
     }
+}
+
+/// Whether two ways hardly touch: where nothing rules an intersection, no bicycle lane crosses another lane.
+fn apart(cycle: &Path, path: &Path) -> bool {
+    polygon::common_area(&cycle.outline, &path.outline) < TOUCHING
 }
 
 /// Whether an arm ends on the same nodes at the same places.
@@ -142,12 +181,12 @@ impl Draft {
             }
             draft = draft.redrawn(network, restricted);
         }
-        draft = draft.outlined(network);
+        draft = draft.outlined(network, restricted);
         for _ in 0..ROUNDS_OUTLINED {
             if !draft.cut_clear(network) {
                 break;
             }
-            draft = draft.redrawn(network, restricted).outlined(network);
+            draft = draft.redrawn(network, restricted).outlined(network, restricted);
         }
         draft
     }
@@ -234,10 +273,10 @@ impl Draft {
     }
 
     /// Outlines the ways of every intersection.
-    fn outlined(mut self, network: &RoadNetwork) -> Self {
+    fn outlined(mut self, network: &RoadNetwork, restricted: &Restricted) -> Self {
         let drawn = std::mem::take(&mut self.ways).into_par_iter().zip(&network.intersections);
         let Self { assembly, lanes, .. } = &self;
-        let ways = drawn.map(|(ways, at)| Some(ways?.outlined(network, lanes, at, assembly))).collect();
+        let ways = drawn.map(|(ways, at)| Some(ways?.outlined(network, restricted, lanes, at, assembly))).collect();
         Self { ways, ..self }
     }
 

@@ -57,7 +57,7 @@ pub type Id = u64;
 pub struct IdTaken;
 
 /// Hands out ids, each once, whatever the kind of the element.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Ids {
     taken: FxHashSet<Id>,
 }

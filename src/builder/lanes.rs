@@ -257,14 +257,23 @@ fn end_nodes(
         .collect()
 }
 
-/// Whether a border is drawn against the road's line: where only lanes against it use the border.
-fn against_line(section: &CrossSection, edge: usize) -> bool {
-    let travels = |i: Option<usize>, travel: Travel| {
-        i.and_then(|i| section.strips.get(i))
-            .is_some_and(|s| matches!(s.kind, StripKind::Drive | StripKind::Bus) && s.travel == travel)
-    };
-    let beside = |travel| travels(edge.checked_sub(1), travel) || travels(Some(edge), travel);
-    beside(Travel::Backward) && !beside(Travel::Forward) && !beside(Travel::Both)
+/// Which way the lanelets of each strip run; `None` where there are none.
+fn travels(section: &CrossSection) -> Vec<Option<Travel>> {
+    let mut travels = vec![None; section.strips.len()];
+    for run in runs(section) {
+        travels[run.strips].fill(Some(run.travel));
+    }
+    for (i, strip) in section.driven() {
+        travels[i] = Some(strip.travel);
+    }
+    travels
+}
+
+/// Whether a border is drawn against the road's line: where only lanelets against it use the border.
+fn against_line(travels: &[Option<Travel>], edge: usize) -> bool {
+    let beside = [edge.checked_sub(1), Some(edge)].map(|i| travels.get(i?).copied().flatten());
+    let mut beside = beside.into_iter().flatten().peekable();
+    beside.peek().is_some() && beside.all(|travel| travel == Travel::Backward)
 }
 
 /// The border line at each edge of the cross-section that is used, as a bound along the road's line.
@@ -277,13 +286,14 @@ fn borders(
 ) -> Vec<Option<Bound>> {
     let key = road_key("border", road);
     let places = border_places(assembly, road, kept, nodes);
+    let travels = travels(&road.section);
     places
         .into_iter()
         .enumerate()
         .map(|(edge, places)| {
             let (mut places, first, last) = (places?, nodes[0][edge]?, nodes[1][edge]?);
             let key = key.number(edge as i64);
-            let inverted = against_line(&road.section, edge);
+            let inverted = against_line(&travels, edge);
             let attributes = marking(&road.section, edge, &road.tags, country, inverted);
             let ends = if inverted { [last, first] } else { [first, last] };
             if inverted {

@@ -22,6 +22,7 @@ pub mod control;
 pub mod course;
 pub mod cross_section;
 pub mod crosswalk;
+pub mod cycle;
 pub mod dead_lanes;
 pub mod draft;
 pub mod driving_side;
@@ -50,5 +51,6 @@ pub(crate) mod tags;
 #[cfg(test)]
 mod tests;
 pub mod walk_light;
+pub mod walkway;
 
 pub use build::{BuildError, BuildOptions, Built, Plan, Summary, UNMET_WISH, build, build_plan, plan};

@@ -13,7 +13,7 @@ use super::ids::Key;
 use super::lanes::{Arm, ArmLane, Lanes, road_attributes};
 use super::movement::{Movement, turned};
 use super::ring::Ring;
-use super::road_network::{Intersection, RoadNetwork};
+use super::road_network::{DrivingSide, Intersection, RoadNetwork};
 use super::sound::sound;
 
 /// One movement, drawn.
@@ -31,12 +31,12 @@ pub struct Path {
     pub bounds: [LineStringId; 2],
     /// Where it heads over its first metres, as Autoware sees it.
     pub heading: Vector,
-    /// For all motor vehicles, or for buses only.
+    /// For all motor vehicles, for buses only, or for bicycles.
     pub kind: StripKind,
 }
 
 /// Lines between two nodes of an intersection, each drawn once.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Bounds {
     lines: FxHashMap<(PointId, PointId), Bound>,
     points: FxHashMap<(i64, i64), PointId>,
@@ -121,7 +121,7 @@ pub enum Paint {
 }
 
 /// What [`paths`] made.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Drawn {
     /// Sorted by movement.
     pub paths: Vec<Path>,
@@ -145,60 +145,86 @@ pub fn paths(
     let key = intersection_key("path", intersection);
     let ends = |m: &Movement| Some((arms.get(m.from)?.into.get(m.in_lane)?, arms.get(m.to)?.out.get(m.out_lane)?));
     let all: Vec<Ends> = movements.iter().filter_map(|m| ends(m).map(|(from, to)| (*m, from, to))).collect();
-    let radius = |(_, from, to): &Ends| curve::join_radius(from.pose, to.pose).unwrap_or(f64::INFINITY);
     let ring = Ring::of(intersection);
-    let mut order: Vec<(Ends, Vec<Pose>)> = all.iter().copied().zip(courses(&all)).collect();
-    for ((movement, from, to), course) in &mut order {
+    let mut all: Vec<(Ends, Vec<Pose>)> = all.iter().copied().zip(courses(&all)).collect();
+    for ((movement, from, to), course) in &mut all {
         let roads = [movement.from, movement.to].map(|arm| network.road(arms[arm].at.road).place(arms[arm].at.end));
         let around = ring.as_ref().and_then(|ring| ring.around(roads, [from.pose, to.pose], course));
         *course = around.unwrap_or_else(|| std::mem::take(course));
     }
-    order.sort_by(|(a, _), (b, _)| radius(a).total_cmp(&radius(b)).then(a.0.cmp(&b.0)));
-    let meant = Meant::new(&order);
-    let mut bounds = Bounds::default();
-    let mut paths = Vec::new();
-    let mut dropped = Vec::new();
-    for ((movement, from, to), course) in order {
-        if from.nodes[0] == to.nodes[0] || from.nodes[1] == to.nodes[1] {
-            continue;
-        }
+    let mut drawn = Drawn::default();
+    let lanelet = |assembly: &Assembly, (movement, from, _): &Ends, kind| {
         let road = network.road(arms[movement.from].at.road);
-        let known = [0, 1].map(|side| bounds.get(from.nodes[side], to.nodes[side]));
-        let Some((shape, known)) = shape(assembly, [from, to], &course, known, &meant) else {
-            dropped.push(movement);
-            continue;
-        };
-        let mut sides = [0, 1].into_iter().zip(shape).map(|(side, places)| {
-            known[side].unwrap_or_else(|| {
-                let attributes = bound_attributes(assembly, lanes, from, side, paint);
-                let (a, b) = (from.nodes[side], to.nodes[side]);
-                let line = bounds.draw(assembly, key, [a, b], places, attributes);
-                bounds.insert(a, b, line)
-            })
-        });
-        let (Some(left), Some(right)) = (sides.next(), sides.next()) else { continue };
-        drop(sides);
-        let kind = if from.kind == to.kind { from.kind } else { StripKind::Bus };
         let speed = assembly
             .lanelet_of(lanes.lanes[from.lane].lanelet)
             .and_then(|l| l.attributes.get("speed_limit")?.parse().ok())
             .unwrap_or(road.speed[0]);
-        let lanelet = assembly.lanelet(path_key(key, from, to), left, right, road_attributes(road, kind, speed));
-        // As whoever reads the map sees it, not as it was meant: what bounds are shared moves the middle.
-        let center = center_line(&assembly.bound_line(left), &assembly.bound_line(right));
-        paths.push(Path {
-            movement,
-            lanelet,
-            bounds: [left.line, right.line],
-            heading: center.as_ref().and_then(heading).unwrap_or(from.pose.heading),
-            turn: center.map_or(0.0, |center| turned(network.side, &center)),
-            outline: assembly.outline(lanelet),
-            kind,
-        });
+        road_attributes(road, kind, speed)
+    };
+    let bound = |assembly: &Assembly, from: &ArmLane, side| bound_attributes(assembly, lanes, from, side, paint);
+    drawn.add(assembly, network.side, key, all, &Tagged { bound: &bound, lanelet: &lanelet });
+    drawn
+}
+
+/// How what is drawn is tagged.
+pub struct Tagged<'a> {
+    /// Tags of a bound, from the lane that leads in and its side: 0 left, 1 right.
+    pub bound: &'a dyn Fn(&Assembly, &ArmLane, usize) -> Attributes,
+    /// Tags of a lanelet.
+    pub lanelet: &'a dyn Fn(&Assembly, &Ends, StripKind) -> Attributes,
+}
+
+impl Drawn {
+    /// Draws ways, each with its middle, beside those that are there, with which they share bounds.
+    pub fn add(
+        &mut self,
+        assembly: &mut Assembly,
+        side: DrivingSide,
+        key: Key,
+        mut order: Vec<(Ends, Vec<Pose>)>,
+        tagged: &Tagged,
+    ) {
+        let Self { paths, bounds, dropped } = self;
+        let radius = |(_, from, to): &Ends| curve::join_radius(from.pose, to.pose).unwrap_or(f64::INFINITY);
+        order.sort_by(|(a, _), (b, _)| radius(a).total_cmp(&radius(b)).then(a.0.cmp(&b.0)));
+        let meant = Meant::new(&order);
+        for ((movement, from, to), course) in order {
+            if from.nodes[0] == to.nodes[0] || from.nodes[1] == to.nodes[1] {
+                continue;
+            }
+            let known = [0, 1].map(|i| bounds.get(from.nodes[i], to.nodes[i]));
+            let Some((shape, known)) = shape(assembly, [from, to], &course, known, &meant) else {
+                dropped.push(movement);
+                continue;
+            };
+            let mut sides = [0, 1].into_iter().zip(shape).map(|(i, places)| {
+                known[i].unwrap_or_else(|| {
+                    let attributes = (tagged.bound)(assembly, from, i);
+                    let (a, b) = (from.nodes[i], to.nodes[i]);
+                    let line = bounds.draw(assembly, key, [a, b], places, attributes);
+                    bounds.insert(a, b, line)
+                })
+            });
+            let (Some(left), Some(right)) = (sides.next(), sides.next()) else { continue };
+            drop(sides);
+            let kind = if from.kind == to.kind { from.kind } else { StripKind::Bus };
+            let attributes = (tagged.lanelet)(assembly, &(movement, from, to), kind);
+            let lanelet = assembly.lanelet(path_key(key, from, to), left, right, attributes);
+            // As whoever reads the map sees it, not as it was meant: what bounds are shared moves the middle.
+            let center = center_line(&assembly.bound_line(left), &assembly.bound_line(right));
+            paths.push(Path {
+                movement,
+                lanelet,
+                bounds: [left.line, right.line],
+                heading: center.as_ref().and_then(heading).unwrap_or(from.pose.heading),
+                turn: center.map_or(0.0, |center| turned(side, &center)),
+                outline: assembly.outline(lanelet),
+                kind,
+            });
+        }
+        paths.sort_by_key(|p| p.movement);
+        dropped.sort_unstable();
     }
-    paths.sort_by_key(|p| p.movement);
-    dropped.sort_unstable();
-    Drawn { paths, bounds, dropped }
 }
 
 /// Where a lanelet heads over its first metres.

@@ -91,8 +91,9 @@ impl Frame {
             let square = square_of(point)?;
             let patch =
                 patches.entry(square).or_insert_with(|| Patch::new(square, |places| self.inverse_by_proj(places)));
-            match patch {
-                Some(patch) => Some(patch.inverse(point)),
+            let place = patch.as_ref().map(|patch| patch.inverse(point));
+            match place.filter(|place| !on_border(place)) {
+                Some(place) => Some(place),
                 None => self.inverse_by_proj(&[point]).pop()?,
             }
         };
@@ -146,4 +147,11 @@ fn with_proj<R>(frame: Frame, use_it: impl FnOnce(Option<&Proj>) -> R) -> R {
         };
         use_it(made[at].1.as_ref())
     })
+}
+
+/// Whether a place lies where zones and bands may end, so nearly that the last digits decide on which side.
+fn on_border(place: &LonLat) -> bool {
+    /// Degrees: a tenth of a millimetre.
+    const NEAR: f64 = 1e-9;
+    [place.lon, place.lat].iter().any(|degrees| (degrees - degrees.round()).abs() < NEAR)
 }

@@ -46,7 +46,8 @@ fn neighbours<'a>(map: &MapIndex, traffic: &'a Traffic, arm: &Arm) -> Vec<(&'a M
     for left in &inward {
         for right in inward.iter().filter(|right| right.edge.ids[0] == left.edge.ids[1]) {
             let movements = |lanes: &[usize]| -> Vec<&'a Movement> {
-                let vehicles = lanes.iter().filter(|&&lane| map.lanes[lane].vehicle);
+                // Near turns cross the bicycle lane beside them: vm-03-15 says how.
+                let vehicles = lanes.iter().filter(|&&lane| map.lanes[lane].is_for_cars());
                 vehicles.filter_map(|&lane| traffic.movements.get(traffic.of_lane(lane)?)).collect()
             };
             for a in movements(&left.lanes) {

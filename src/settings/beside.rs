@@ -14,11 +14,19 @@ pub struct BesideSettings {
     pub parking: bool,
     /// Painted strips for people on foot, as `pedestrian_lane`.
     pub pedestrian_lanes: bool,
+    /// Sidewalks where a way onto private ground crosses them, as `walkway`.
+    pub walkways: bool,
 }
 
 impl Default for BesideSettings {
     fn default() -> Self {
-        Self { bicycle_lanes: BicycleLanes::BicycleLane, shoulders: true, parking: true, pedestrian_lanes: true }
+        Self {
+            bicycle_lanes: BicycleLanes::BicycleLane,
+            shoulders: true,
+            parking: true,
+            pedestrian_lanes: true,
+            walkways: true,
+        }
     }
 }
 

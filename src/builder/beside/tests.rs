@@ -108,8 +108,13 @@ fn nothing_is_drawn_that_no_tag_speaks_of_or_the_settings_leave_out() {
     let subtypes = ["bicycle_lane", "road_shoulder", "pedestrian_lane"];
     let plain = street("sidewalk=both", "", right()).map;
     assert!(subtypes.iter().all(|subtype| of(&plain, subtype).is_empty()));
-    let none =
-        BesideSettings { bicycle_lanes: BicycleLanes::None, shoulders: false, parking: false, pedestrian_lanes: false };
+    let none = BesideSettings {
+        bicycle_lanes: BicycleLanes::None,
+        shoulders: false,
+        parking: false,
+        pedestrian_lanes: false,
+        walkways: false,
+    };
     let tags = "cycleway:right=lane parking:left=lane shoulder:right=yes pedestrian_lane:left=yes";
     let silent = street(tags, tags, BuildOptions { beside: none, ..right() }).map;
     assert!(subtypes.iter().all(|subtype| of(&silent, subtype).is_empty()));

@@ -91,6 +91,8 @@ fn access(tags: &Tags) -> Option<Access> {
             "private" | "destination" | "permit" | "customers" | "delivery" | "residents" | "employees" | "students"
             | "agricultural" | "forestry" | "military" | "emergency" | "restricted",
         ) => Some(Access::Private),
+        // Where nothing is said of who may enter, these belong to those whose ground they lead to.
+        None if matches!(tags.get("service"), Some("driveway" | "parking_aisle")) => Some(Access::Private),
         _ => Some(Access::Public),
     }
 }

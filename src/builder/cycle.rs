@@ -1,0 +1,177 @@
+//! Lanes for bicycles through an intersection: where a bicycle lane ends and another begins, straight ahead or around
+//! the near corner, a lanelet joins the two. Who turns across the traffic does so on foot, or among it.
+
+#[cfg(test)]
+mod tests;
+
+use crate::geometry::curve::Pose;
+use crate::lanelet::{Attributes, Bound, PointId};
+use crate::settings::BicycleLanes;
+
+use super::assembly::{Assembly, tags};
+use super::beside::{Run, Use, attributes, bounds, runs};
+use super::course::{Ends, courses};
+use super::cross_section::{Arrows, StripKind, Travel};
+use super::lanes::{ArmLane, Lanes};
+use super::movement::{Movement, STRAIGHT, turn};
+use super::paths::{Drawn, Path, Tagged, intersection_key};
+use super::restricted::Restricted;
+use super::road_network::{DrivingSide, End, Intersection, RoadEnd, RoadNetwork};
+
+/// A near turn up to this change of direction, degrees, leads around a corner; beyond, back.
+const CORNER_MOST: f64 = 150.0;
+
+/// A bicycle lane where it meets an intersection.
+#[derive(Clone, Debug)]
+struct Cycle {
+    /// The arm, by index.
+    arm: usize,
+    /// Its end, in its direction of travel.
+    end: ArmLane,
+    /// The strips it is made of.
+    run: Run,
+}
+
+/// The bicycle lanes that lead into an intersection and out of it.
+#[derive(Clone, Debug, Default)]
+pub struct Cycles {
+    into: Vec<Cycle>,
+    out: Vec<Cycle>,
+}
+
+/// The bicycle lanes of an intersection, and the ways between them.
+#[derive(Clone, Debug, Default)]
+pub struct Cycling {
+    /// Where bicycle lanes end and begin.
+    pub ends: Cycles,
+    /// The ways, whose lanes are counted among those ends.
+    pub paths: Vec<Path>,
+}
+
+impl Cycles {
+    /// Finds them; none where the settings leave bicycle lanes out.
+    pub fn find(assembly: &Assembly, network: &RoadNetwork, lanes: &Lanes, intersection: &Intersection) -> Self {
+        let mut found = Self::default();
+        if network.beside.bicycle_lanes == BicycleLanes::None {
+            return found;
+        }
+        for (arm, &at) in intersection.arms.iter().enumerate() {
+            let road = network.road(at.road);
+            for run in runs(&road.section) {
+                // What is used both ways has no end that only leads in.
+                if run.used != Use::Bicycle || run.travel == Travel::Both {
+                    continue;
+                }
+                let Some(sides) = bounds(assembly, road, lanes.borders_of(at.road), &run) else { continue };
+                let into = (run.travel == Travel::Forward) == (at.end == End::End);
+                let Some(end) = end(assembly, lanes, at, sides, into) else { continue };
+                let list = if into { &mut found.into } else { &mut found.out };
+                list.push(Cycle { arm, end, run });
+            }
+        }
+        found
+    }
+
+    /// Whether none leads through.
+    pub fn is_empty(&self) -> bool {
+        self.into.is_empty() || self.out.is_empty()
+    }
+
+    /// The ends that lead in over an arm, with their index among all of them.
+    pub fn into_of(&self, arm: usize) -> impl Iterator<Item = (usize, &ArmLane)> {
+        self.into.iter().enumerate().filter(move |(_, cycle)| cycle.arm == arm).map(|(i, cycle)| (i, &cycle.end))
+    }
+
+    /// Which leads to which: of several on one arm the one least far sideways.
+    fn joined(
+        &self,
+        side: DrivingSide,
+        restricted: &Restricted,
+        intersection: &Intersection,
+        wanted: Wanted,
+    ) -> Vec<(usize, usize)> {
+        let near = if side == DrivingSide::Left { 1.0 } else { -1.0 };
+        let mut pairs = Vec::new();
+        for (i, from) in self.into.iter().enumerate() {
+            for to in 0..intersection.arms.len() {
+                let arms = [intersection.arms[from.arm], intersection.arms[to]];
+                let leads = |o: &usize| {
+                    let heading = self.out[*o].end.pose.heading;
+                    let turn = turn(side, from.end.pose.heading, heading);
+                    let corner = wanted == Wanted::All && (STRAIGHT..=CORNER_MOST).contains(&(turn * near));
+                    turn.abs() <= STRAIGHT || corner
+                };
+                let sideways = |o: &usize| {
+                    let way = self.out[*o].end.pose.point - from.end.pose.point;
+                    crate::geometry::cross(from.end.pose.heading, way).abs()
+                };
+                let outs = (0..self.out.len()).filter(|&o| to != from.arm && self.out[o].arm == to).filter(leads);
+                let best = outs.min_by(|a, b| sideways(a).total_cmp(&sideways(b)));
+                pairs.extend(best.filter(|_| restricted.permit(intersection, arms[0], arms[1])).map(|o| (i, o)));
+            }
+        }
+        pairs
+    }
+
+    /// Adds the lanelets between them to those of an intersection.
+    pub fn draw(
+        &self,
+        assembly: &mut Assembly,
+        network: &RoadNetwork,
+        restricted: &Restricted,
+        intersection: &Intersection,
+        wanted: Wanted,
+        beside: &Drawn,
+    ) -> Drawn {
+        let mut drawn = Drawn { bounds: beside.bounds.clone(), ..Drawn::default() };
+        let movement =
+            |i: usize, o: usize| Movement { from: self.into[i].arm, to: self.out[o].arm, in_lane: i, out_lane: o };
+        let pairs = self.joined(network.side, restricted, intersection, wanted);
+        let ends: Vec<Ends> =
+            pairs.iter().map(|&(i, o)| (movement(i, o), &self.into[i].end, &self.out[o].end)).collect();
+        let passed = intersection.arms.len() > 2;
+        let bound = |_: &Assembly, _: &ArmLane, _: usize| match passed {
+            true => tags(&[("type", "virtual")]),
+            false => tags(&[("type", "line_thin"), ("subtype", "solid"), ("lane_change", "no")]),
+        };
+        let lanelet = |_: &Assembly, (movement, _, _): &Ends, _: StripKind| -> Attributes {
+            let Cycle { arm, run, .. } = &self.into[movement.in_lane];
+            attributes(network.road(intersection.arms[*arm].road), run, &network.beside)
+        };
+        let key = intersection_key("cycle path", intersection);
+        let courses = ends.iter().copied().zip(courses(&ends)).collect();
+        drawn.add(assembly, network.side, key, courses, &Tagged { bound: &bound, lanelet: &lanelet });
+        drawn
+    }
+}
+
+/// Which ways through an intersection are drawn for bicycles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wanted {
+    /// Straight on, and around the near corner.
+    All,
+    /// Straight on.
+    Straight,
+}
+
+/// The end of a bicycle lane between two bounds, in its direction of travel.
+fn end(assembly: &Assembly, lanes: &Lanes, at: RoadEnd, sides: [Bound; 2], into: bool) -> Option<ArmLane> {
+    let node = |bound: Bound| -> Option<PointId> {
+        let ids = assembly.bound_ids(bound);
+        if into { ids.last().copied() } else { ids.first().copied() }
+    };
+    let nodes = [node(sides[0])?, node(sides[1])?];
+    let [left, right] = nodes.map(|id| assembly.position(id));
+    let arm = lanes.arm(at);
+    let heading = if into { arm.inward } else { -arm.inward };
+    // The lane beside it stands for its road.
+    let lane = arm.into.iter().chain(&arm.out).map(|lane| lane.lane).next()?;
+    Some(ArmLane {
+        lane,
+        nodes,
+        pose: Pose { point: nalgebra::center(&left, &right), heading },
+        width: (left - right).norm(),
+        kind: StripKind::Bicycle,
+        arrows: Arrows::NONE,
+    })
+}

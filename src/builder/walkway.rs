@@ -1,0 +1,154 @@
+//! Walkways: where the sidewalk of a public road passes a way onto private ground, the piece of it that vehicles cross.
+
+#[cfg(test)]
+mod tests;
+
+use crate::geometry::{Point, Vector, left_of, polygon};
+use crate::lanelet::{Bound, LaneletId, Target};
+
+use super::assembly::{Assembly, tags};
+use super::connection::{carriageway, from_cut, on_cut};
+use super::cross_section::StripKind;
+use super::ids::Key;
+use super::lanes::{Lanes, road_key};
+use super::paths::Path;
+use super::road_network::{End, Intersection, Road, RoadEnd, RoadNetwork};
+
+/// A walkway reaches so far, metres, beyond the lanes that cross it: 3 m are asked for.
+const BEYOND: f64 = 3.1;
+/// Nobody looks for the lanes that cross a sidewalk farther than this, metres, from where it begins.
+const REACH: f64 = 40.0;
+/// It keeps clear, metres, of the kerb: the lanes along the road end there.
+const CLEAR: f64 = 0.2;
+/// Least and largest width, metres.
+const WIDTH: [f64; 2] = [1.0, 3.0];
+/// Lanelets that share at least this area, square metres, with a walkway cross it.
+const CROSSES: f64 = 0.005;
+
+/// Where a sidewalk meets the end of its road.
+struct SidewalkEnd {
+    /// On the middle of the sidewalk.
+    place: Point,
+    /// Out of the road, along the sidewalk.
+    ahead: Vector,
+    width: f64,
+}
+
+/// Adds the walkways of an intersection, and the elements by which what crosses them knows of them. No walkway lies
+/// where a crosswalk does.
+pub fn walkways(
+    assembly: &mut Assembly,
+    network: &RoadNetwork,
+    lanes: &Lanes,
+    intersection: &Intersection,
+    crossed: impl Fn(RoadEnd) -> bool,
+    paths: &[Path],
+) {
+    let count = intersection.arms.len();
+    let private = |arm: usize| !network.road(intersection.arms[arm].road).public;
+    for (arm, &at) in intersection.arms.iter().enumerate().filter(|(arm, _)| private(*arm)) {
+        if crossed(at) || count < 3 {
+            continue;
+        }
+        // Arms are clockwise: the one before lies on the left of who drives out over this one.
+        let beside = [(arm + count - 1) % count, (arm + 1) % count];
+        let ends = [0, 1].map(|side| {
+            let of = beside[side];
+            let public = (!private(of)).then_some(intersection.arms[of]);
+            public.and_then(|of| sidewalk_end(network, lanes, of, side == 0))
+        });
+        let own = |path: &&Path| path.movement.from == arm || path.movement.to == arm;
+        let own: Vec<&Path> = paths.iter().filter(own).collect();
+        let others: Vec<&Path> =
+            paths.iter().filter(|path| path.movement.from != arm && path.movement.to != arm).collect();
+        let Some(shape) = shape(&ends, &own) else { continue };
+        let outline: Vec<Point> = shape[0].iter().chain(shape[1].iter().rev()).copied().collect();
+        if others.iter().any(|path| polygon::common_area(&path.outline, &outline) >= CROSSES) {
+            continue;
+        }
+        let carriers = own.iter().filter(|path| polygon::common_area(&path.outline, &outline) >= CROSSES);
+        let carriers: Vec<LaneletId> = carriers.map(|path| path.lanelet).collect();
+        let key = road_key("walkway", network.road(at.road)).number(at.end as i64);
+        add(assembly, key, &shape, &carriers);
+    }
+}
+
+/// The sidewalk of a road on one side, where it reaches the intersection at its end; `last` tells whether on the side of
+/// the arm that follows clockwise, or of the one before.
+fn sidewalk_end(network: &RoadNetwork, lanes: &Lanes, at: RoadEnd, last: bool) -> Option<SidewalkEnd> {
+    let road = network.road(at.road);
+    // Looking into the intersection the next arm clockwise lies on the left.
+    let left = last == (at.end == End::End);
+    let (from, to) = strips(road, left)?;
+    let [a, b] = [road.section.edge(from), road.section.edge(to)];
+    let (station, ahead) = cut(road, lanes, at)?;
+    let place = on_cut(road, at.end, station, f64::midpoint(a, b));
+    Some(SidewalkEnd { place, ahead, width: (a - b).abs() })
+}
+
+/// The edges of the sidewalk beside the kerb on one side of a road.
+fn strips(road: &Road, left: bool) -> Option<(usize, usize)> {
+    let (first, last) = carriageway(&road.section);
+    let walk = |i: usize| road.section.strips.get(i).is_some_and(|strip| strip.kind == StripKind::Sidewalk);
+    match left {
+        true => (0..first).rev().find(|&i| walk(i)).map(|i| (i, i + 1)),
+        false => (last..road.section.strips.len()).find(|&i| walk(i)).map(|i| (i, i + 1)),
+    }
+}
+
+/// The station at which a road is cut, and the direction out of it there.
+fn cut(road: &Road, lanes: &Lanes, at: RoadEnd) -> Option<(f64, Vector)> {
+    let arm = lanes.arm(at);
+    let pose = arm.into.iter().chain(&arm.out).map(|lane| lane.pose).next()?;
+    let station = road.line.project(pose.point).station;
+    let whole = [0.0, road.line.length()];
+    (from_cut(whole, at.end, station) >= 0.0).then_some((station, arm.inward))
+}
+
+/// The two bounds of a walkway, left and right as one walks clockwise around the intersection, over all that crosses it.
+fn shape(ends: &[Option<SidewalkEnd>; 2], crossing: &[&Path]) -> Option<[Vec<Point>; 2]> {
+    let (start, along, width) = match ends {
+        [Some(a), Some(b)] => {
+            let along = (b.place - a.place).try_normalize(1e-6)?;
+            // Around a corner there is no straight line from one sidewalk to the other.
+            let straight = along.dot(&a.ahead) > 0.5 && along.dot(&b.ahead) < -0.5;
+            straight.then_some((a.place, along, a.width.min(b.width)))?
+        }
+        [Some(a), None] => (a.place, a.ahead, a.width),
+        [None, Some(b)] => (b.place + b.ahead * REACH, -b.ahead, b.width),
+        [None, None] => return None,
+    };
+    let half = (width.clamp(WIDTH[0], WIDTH[1]) / 2.0 - CLEAR).max(WIDTH[0] / 2.0);
+    let left = left_of(along);
+    let bounds =
+        |from: f64, to: f64| [half, -half].map(|offset| [from, to].map(|s| start + along * s + left * offset).to_vec());
+    let [a, b] = bounds(-REACH, 2.0 * REACH);
+    let band: Vec<Point> = a.iter().chain(b.iter().rev()).copied().collect();
+    let corners = crossing.iter().flat_map(|path| {
+        let inside = polygon::intersection(&path.outline, &band);
+        let corners: Vec<Point> = geo::CoordsIter::coords_iter(&inside).map(|c| Point::new(c.x, c.y)).collect();
+        corners
+    });
+    let stations = corners.map(|corner| (corner - start).dot(&along));
+    let [from, to] = stations.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], s| [a.min(s), b.max(s)]);
+    from.is_finite().then(|| bounds(from - BEYOND, to + BEYOND))
+}
+
+fn add(assembly: &mut Assembly, key: Key, shape: &[Vec<Point>; 2], carriers: &[LaneletId]) {
+    let mut side = |name: &str, places: &[Point]| {
+        let points = places.iter().zip(0..).map(|(place, i)| assembly.point(key.word(name).number(i), *place, 0.0));
+        let points = points.collect();
+        Bound { line: assembly.line(key.word(name), points, tags(&[("type", "virtual")])), inverted: false }
+    };
+    let (left, right) = (side("left", &shape[0]), side("right", &shape[1]));
+    let attributes = tags(&[
+        ("type", "lanelet"),
+        ("subtype", "walkway"),
+        ("location", "urban"),
+        ("one_way", "no"),
+        ("participant:pedestrian", "yes"),
+    ]);
+    let id = assembly.lanelet(key, left, right, attributes);
+    let key = Key::new("walkway element").number(id.0);
+    assembly.element(key, "crosswalk", &[("refers", Target::Lanelet(id))], carriers);
+}

@@ -1,0 +1,52 @@
+//! Walkways across the ways onto private ground, on small networks.
+
+use crate::builder::BuildOptions;
+use crate::builder::road_network::DrivingSide;
+use crate::builder::tests::{Asked, built_as};
+use crate::geometry::polygon;
+use crate::lanelet::{Lanelet, LaneletMap};
+
+/// A street with a driveway on its north side.
+fn street(side: DrivingSide, street: &str, driveway: &str, at: &str) -> LaneletMap {
+    let options = BuildOptions { driving_side: Some(side), ..BuildOptions::default() };
+    let nodes = [(1, 0.0, 0.0, ""), (2, -80.0, 0.0, ""), (3, 80.0, 0.0, ""), (4, 0.0, 40.0, ""), (5, 0.0, 9.0, at)];
+    let street = format!("highway=residential lanes=2 {street}");
+    let driveway = format!("highway=service {driveway}");
+    built_as(&Asked { nodes: &nodes, ways: &[(10, &[2, 1, 3], &street), (11, &[1, 5, 4], &driveway)], options }).map
+}
+
+fn of<'a>(map: &'a LaneletMap, subtype: &str) -> Vec<&'a Lanelet> {
+    map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", subtype)).collect()
+}
+
+#[test]
+fn a_driveway_crosses_the_sidewalk_of_its_street() {
+    for side in [DrivingSide::Right, DrivingSide::Left] {
+        let map = street(side, "sidewalk=both", "service=driveway", "");
+        let walkways = of(&map, "walkway");
+        assert_eq!(walkways.len(), 1);
+        let outline = map.outline(walkways[0]);
+        let across: Vec<&Lanelet> = of(&map, "road")
+            .into_iter()
+            .filter(|lane| polygon::common_area(&map.outline(lane), &outline) > 0.01)
+            .collect();
+        assert_eq!(across.len(), 4, "two ways in and two ways out");
+        let element = map.regulatory_elements.iter().find(|element| element.subtype == "crosswalk").unwrap();
+        assert!(element.lanelets("refers").eq([walkways[0].id]));
+        assert!(across.iter().all(|lane| lane.regulatory_elements.contains(&element.id)));
+        // Who drives out is on private ground until the street.
+        let private = across.iter().filter(|lane| lane.attributes.is("location", "private")).count();
+        assert_eq!(private, 2);
+    }
+}
+
+#[test]
+fn there_is_no_walkway_without_a_sidewalk_or_private_ground_or_on_a_crosswalk() {
+    let right = DrivingSide::Right;
+    assert_eq!(of(&street(right, "sidewalk=right", "service=driveway", ""), "walkway").len(), 0);
+    assert_eq!(of(&street(right, "sidewalk=left", "service=driveway", ""), "walkway").len(), 1);
+    assert_eq!(of(&street(right, "sidewalk=both", "access=yes", ""), "walkway").len(), 0);
+    assert_eq!(of(&street(right, "sidewalk=both", "access=private", ""), "walkway").len(), 1);
+    let crossed = street(right, "sidewalk=both", "service=driveway", "highway=crossing");
+    assert_eq!((of(&crossed, "walkway").len(), of(&crossed, "crosswalk").len()), (0, 1));
+}
