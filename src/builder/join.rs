@@ -20,6 +20,8 @@ use super::seam::{EdgeAt, Seam};
 const ANGLE_MOST: f64 = 30.0;
 /// Borders meet face to face up to this distance, metres; beyond, a taper joins them.
 const STEP_MOST: f64 = 0.5;
+/// Ends that are not to be one lie so far apart, metres.
+const APART: f64 = 0.06;
 
 /// Where the edges of two roads meet.
 #[derive(Clone, Debug)]
@@ -61,8 +63,8 @@ impl Joins {
                     joins.meetings.push(Meeting { key, place });
                 }
                 joins.of_edge.insert((b, edge_b), joins.meetings.len());
-                let key = if shared { key } else { key.word("beyond") };
-                joins.meetings.push(Meeting { key, place });
+                let beyond = || Meeting { key: key.word("beyond"), place: behind(network, b, place) };
+                joins.meetings.push(if shared { Meeting { key, place } } else { beyond() });
             }
         }
         joins
@@ -124,6 +126,13 @@ impl Joins {
     pub fn node(&self, at: RoadEnd, edge: usize) -> Option<PointId> {
         self.points.get(self.of_edge.get(&(at, edge))?).copied()
     }
+}
+
+/// The same place, but so far back on the second road that two nodes are told apart.
+fn behind(network: &RoadNetwork, at: RoadEnd, place: Point) -> Point {
+    let road = network.road(at.road);
+    let station = if at.end == End::Start { 0.0 } else { road.line.length() };
+    place - inward(road, at.end, station) * APART
 }
 
 /// A lane at the end of a road, for the comparison of two roads.
