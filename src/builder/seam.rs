@@ -20,8 +20,9 @@ const ABREAST: f64 = 0.707;
 const PARALLEL: f64 = 0.966;
 /// Cuts closer to level than this, metres, are.
 const TOUCH: f64 = 0.05;
-/// Roads that differ in height by more than this, metres, have no corner in common: the height of a kerb.
-const STEP: f64 = 0.15;
+/// Roads that differ in height by more than this, metres, have no corner in common. Within [`GAP`] there is room for no
+/// wall; what is less comes of ramps of unlike length, whose slopes are not known so well.
+const STEP: f64 = 0.5;
 /// No road is cut back further than this, metres, to be level with the one beside it.
 const LEVEL_MOST: f64 = 12.0;
 
