@@ -158,6 +158,11 @@ impl Stage<'_> {
         if self.as_roads {
             self.beside.settings.bicycle_lanes = self.cycling.paths.iter().map(|path| path.lanelet.0).collect();
         }
+        self.note_closed(
+            intersection,
+            &arms,
+            &paths.iter().map(|path| path.movement).chain(dropped.iter().copied()).collect::<Vec<_>>(),
+        );
         self.announce_crosswalks(intersection, paths);
         self.walkways(intersection, paths);
         if let Some(area) = area {
@@ -176,6 +181,26 @@ impl Stage<'_> {
                 .with(Subject::Way(to), "to")
                 .at(Place::Point(intersection.position));
             self.beside.notes.push(finding);
+        }
+    }
+
+    /// Lanes that the input leaves no way into the intersection, or out of it.
+    fn note_closed(&mut self, intersection: &Intersection, arms: &[&Arm], movements: &[Movement]) {
+        let node = intersection.nodes.first().copied().unwrap_or_default();
+        for (i, arm) in arms.iter().enumerate() {
+            let way = self.network.road(arm.at.road).key.way;
+            let led_on = |lane: usize| movements.iter().any(|m| (m.from, m.in_lane) == (i, lane));
+            let led_to = |lane: usize| movements.iter().any(|m| (m.to, m.out_lane) == (i, lane));
+            let ends = (0..arm.into.len()).filter(|&lane| !led_on(lane)).map(|_| "on from");
+            let begins = (0..arm.out.len()).filter(|&lane| !led_to(lane)).map(|_| "to");
+            for whither in ends.chain(begins) {
+                let message =
+                    format!("No road leads {whither} a lane of way {way} at node {node}: is a one-way missing?");
+                let finding = Finding::new("lane-closed", Subject::Way(way), message);
+                self.beside
+                    .notes
+                    .push(finding.with(Subject::Node(node), "there").at(Place::Point(intersection.position)));
+            }
         }
     }
 

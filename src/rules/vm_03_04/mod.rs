@@ -34,7 +34,7 @@ impl Rule for AllLanelets {
         let mut findings = connection::dangling(map, params, &misses);
         findings.extend(misses.into_findings());
         for (intersection, traffic) in map.intersections.iter().zip(&map.traffic) {
-            findings.extend(loose_ends(map, params, intersection));
+            findings.extend(loose_ends(map, params, intersection, traffic));
             findings.extend(movements_missing(map, intersection, traffic));
         }
         findings.extend(signal::judge(map, params));
@@ -43,7 +43,7 @@ impl Rule for AllLanelets {
 }
 
 /// Lanes that end or start on the border of an area where nothing goes on.
-fn loose_ends(map: &MapIndex, params: &Params, intersection: &Intersection) -> Vec<Finding> {
+fn loose_ends(map: &MapIndex, params: &Params, intersection: &Intersection, traffic: &Traffic) -> Vec<Finding> {
     let Some(area) = intersection.area else { return Vec::new() };
     let ring = &intersection.ring;
     let Some(border) = Polyline::new(ring.iter().chain(ring.first()).copied()) else { return Vec::new() };
@@ -71,18 +71,20 @@ fn loose_ends(map: &MapIndex, params: &Params, intersection: &Intersection) -> V
         let ends_here = inside(&lane.end, center.map(Polyline::first)) && toward(lane.end.middle(), lane.heading_out());
         let starts_here = inside(&lane.start, center.map(Polyline::last))
             && toward(lane.start.middle(), lane.heading_in().map(|heading| -heading));
-        let missed =
-            |edge: &Edge, lists: &[usize]| lists.is_empty() && !connection::nearly_continues(map, params, at, edge);
+        let missed = |edge: &Edge, lists: &[usize], inward: bool| {
+            let nearly = || connection::nearly_continues(map, params, at, edge);
+            lists.is_empty() && !nearly() && !is_closed(map, intersection, traffic, edge, inward)
+        };
         let ends = [
             (
                 "in-lane-dead-end",
-                ends_here && missed(&lane.end, map.followers(at)),
+                ends_here && missed(&lane.end, map.followers(at), true),
                 format!("Lane {} enters intersection {area} but no lanelet continues it.", lane.id),
                 &lane.end,
             ),
             (
                 "out-lane-unreached",
-                starts_here && missed(&lane.start, map.predecessors(at)),
+                starts_here && missed(&lane.start, map.predecessors(at), false),
                 format!("No lanelet of intersection {area} leads to lane {}.", lane.id),
                 &lane.start,
             ),
@@ -94,6 +96,26 @@ fn loose_ends(map: &MapIndex, params: &Params, intersection: &Intersection) -> V
         }
     }
     findings
+}
+
+/// Whether the user says of every movement that a lane could have that there is none: from the lane's approach to each
+/// other (`inward`), or from each other to it. So it is where a road is one-way behind the intersection, and on this
+/// side only those drive against it who turned on the road itself.
+fn is_closed(map: &MapIndex, intersection: &Intersection, traffic: &Traffic, edge: &Edge, inward: bool) -> bool {
+    let arms = &intersection.arms;
+    // The lane of the other direction, with the line between the two.
+    let beside = |arm: &Arm| {
+        let mut edges = arm.edges.iter().filter(|other| other.inward != inward);
+        edges.any(|other| (0..2).any(|side| other.edge.ids[side] == edge.ids[side]))
+    };
+    let Some(own) = arms.iter().position(beside) else { return false };
+    let leads = |arm: &Arm| {
+        let mut edges = arm.edges.iter().filter(|other| other.inward != inward);
+        edges.any(|other| other.lanes.iter().any(|&lane| map.lanes[lane].is_for_cars()))
+    };
+    let mut others = (0..arms.len()).filter(|&arm| arm != own && leads(&arms[arm])).peekable();
+    let pair = |other: usize| if inward { [own, other] } else { [other, own] };
+    others.peek().is_some() && others.all(|other| traffic.prohibited.contains(&pair(other)))
 }
 
 /// The lanelets of an intersection to which an approach leads. A movement in two pieces is one all the same: that is
