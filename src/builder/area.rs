@@ -141,9 +141,8 @@ fn is_simple(assembly: &Assembly, ring: &[PointId]) -> bool {
 /// Whether the ring is simple and covers every path.
 fn holds(assembly: &Assembly, ring: &[PointId], paths: &[Path], strips: &[Option<Strips>]) -> bool {
     let ring = places(assembly, ring);
-    let Some(inside) = strips_beside(paths, &ring).filter(|_| simple && polygon::signed_area(&ring) < 0.0) else {
-        return false;
-    };
+    let simple = ring::faults(&ring, SPIKE, 1).is_empty() && polygon::signed_area(&ring) < 0.0;
+    let Some(inside) = strips_beside(paths, &ring).filter(|_| simple) else { return false };
     let covered = |strips: &Option<Strips>| strips.as_ref().map_or(0.0, |path| path.common_area(&inside));
     paths.iter().zip(strips).all(|(path, strips)| covered(strips) >= COVERED * area_of(&path.outline))
 }

@@ -234,7 +234,7 @@ impl Stage<'_> {
         let (paths, conflicts) = match self.as_roads && !cycling.paths.is_empty() {
             true => {
                 with = [paths, &cycling.paths].concat();
-                across = conflict::conflicts(&with);
+                across = conflict::conflicts(&with, &conflict::strips(&with));
                 (&with[..], &across)
             }
             false => (paths, conflicts),

@@ -38,7 +38,7 @@ pub struct Part {
 
 /// A point as the builder knows it. Most of a map is points, and all parts of it are held until they are joined: a
 /// [`Point`] that may have been read from a file is thrice as large.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Spot {
     id: PointId,
     position: PlanePoint,
