@@ -59,6 +59,11 @@ fn worse(base: &Base, draft: &Draft, unsafe_too: bool) -> Vec<Diagnostic> {
 fn heal(bases: &[Base], at: usize, kind: &Kind) -> Healed {
     let mut healed = Healed { name: kind.name, slips: 0, safely: 0, with_all: 0, left: Vec::new() };
     for (base, seed, draft, _) in broken(bases, at, kind) {
+        // Where the slip took the id by which lanewright.toml names an area, nobody can know which one was meant.
+        let mut named = base.settings.intersection.iter().filter_map(|one| one.ia);
+        if named.any(|id| !draft.ways.iter().any(|way| way.id == id)) {
+            continue;
+        }
         let [safely, with_all] =
             [false, true].map(|unsafe_too| catch_unwind(AssertUnwindSafe(|| worse(base, &draft, unsafe_too))).ok());
         healed.slips += 1;

@@ -188,7 +188,7 @@ pub const KINDS: &[Kind] = &[
     },
     Kind {
         name: "draw a neighbour's bound a second time",
-        raises: &["vm-03-07/not-shared"],
+        raises: &["vm-03-07/not-shared", "vm-03-15/not-shared"],
         slip: |_, map, dice| {
             let mut pairs = Vec::new();
             for a in map.movements() {

@@ -59,9 +59,8 @@ const UNRAISED: &[(&str, &[&str])] = &[
         ],
     ),
     (
-        "no sample map has bicycle lanes, guide lines, driveways, shoulders or side strips",
+        "no sample map has guide lines, shoulders or side strips; for bicycle lanes and walkways no slip is written",
         &[
-            "vm-03-15/not-shared",
             "vm-03-15/lane-change",
             "vm-03-15/routable",
             "vm-03-15/invisible",
