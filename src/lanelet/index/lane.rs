@@ -84,6 +84,9 @@ pub struct Lane {
     pub bicycle: bool,
     /// Whether its outline is a simple polygon, so that areas of overlap mean something.
     pub simple: bool,
+    /// Whether a lanelet in the other direction lies between the same two ways: such a lane lies on neither side of the
+    /// road.
+    pub both_ways: bool,
 }
 
 impl Lane {
@@ -121,6 +124,7 @@ impl Lane {
             vehicle: drivable_by_vehicle(lanelet),
             bicycle: RoadType::of(&lanelet.attributes) == RoadType::BicycleLane,
             simple: ring::is_simple(&outline),
+            both_ways: false,
             left,
             right,
             outline,

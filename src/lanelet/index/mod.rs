@@ -87,6 +87,7 @@ impl<'m> MapIndex<'m> {
         for lane in &mut lanes {
             lane.bicycle |= bicycles.contains(&lane.id.0);
         }
+        mark_both_ways(&mut lanes);
         let boxes = lanes.iter().enumerate().map(|(at, lane)| {
             let [low, high] = lane.extent;
             GeomWithData::new(Rectangle::from_corners([low.x, low.y], [high.x, high.y]), at)
@@ -186,6 +187,15 @@ impl<'m> MapIndex<'m> {
         let mut found: Vec<usize> = self.tree.locate_in_envelope_intersecting(&reach).map(|one| one.data).collect();
         found.sort_unstable();
         found
+    }
+}
+
+/// Says of every lane whether it is driven both ways, which only all of them together tell.
+fn mark_both_ways(lanes: &mut [Lane]) {
+    let bounds: FxHashSet<[LineStringId; 2]> = lanes.iter().map(|lane| lane.bounds).collect();
+    for lane in lanes {
+        let [left, right] = lane.bounds;
+        lane.both_ways = bounds.contains(&[right, left]);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
-use super::{Intersection, Lane};
+use super::{Arm, ArmEdge, Intersection, Lane};
 use crate::geometry::cross;
 use crate::lanelet::{LaneletId, LineStringId, PointId, RoadType, TurnDirection};
 use crate::settings::{Settings, Side};
@@ -57,13 +57,14 @@ impl SideVotes {
     }
 }
 
-/// Opposite lanes that share their inner bound vote, and so does every approach with lanes both ways.
+/// Opposite lanes that share their inner bound vote, and so does every approach with lanes both ways. A lane that is
+/// driven both ways, by two lanelets between the same ways, lies on neither side and shows nothing.
 pub(super) fn votes(lanes: &[Lane], intersections: &[Intersection], settings: &Settings) -> SideVotes {
     let mut votes = SideVotes::default();
     // For every bound, by its way and hand, the point from which its first user drives.
     let mut users: FxHashMap<(LineStringId, usize), PointId> = FxHashMap::default();
     // A path for bicycles or people on foot may lie on either side.
-    for lane in lanes.iter().filter(|lane| lane.kind == RoadType::Road && lane.is_for_cars()) {
+    for lane in lanes.iter().filter(|lane| lane.kind == RoadType::Road && lane.is_for_cars() && !lane.both_ways) {
         for (side, way) in lane.bounds.into_iter().enumerate() {
             let from = lane.start.ids[side];
             // Lanes that share it on the same hand run against each other, unless they lie on top of each other.
@@ -73,10 +74,7 @@ pub(super) fn votes(lanes: &[Lane], intersections: &[Intersection], settings: &S
         }
     }
     for arm in intersections.iter().flat_map(|intersection| &intersection.arms) {
-        let (Some(inward), Some(outward)) = (arm.edges.iter().find(|e| e.inward), arm.edges.iter().find(|e| !e.inward))
-        else {
-            continue;
-        };
+        let (Some(inward), Some(outward)) = (one_way(arm, true), one_way(arm, false)) else { continue };
         let Some(heading) = arm.heading_in else { continue };
         let side = cross(heading, outward.edge.middle() - inward.edge.middle());
         let Some(lane) = inward.lanes.first().and_then(|&lane| lanes.get(lane)) else { continue };
@@ -94,4 +92,11 @@ pub(super) fn votes(lanes: &[Lane], intersections: &[Intersection], settings: &S
         _ => None,
     };
     votes
+}
+
+/// The first edge of an approach that is crossed only inward, or only outward.
+fn one_way(arm: &Arm, inward: bool) -> Option<&ArmEdge> {
+    let backwards = |edge: &ArmEdge| [edge.edge.ids[1], edge.edge.ids[0]];
+    let both_ways = |edge: &ArmEdge| arm.edges.iter().any(|other| other.edge.ids == backwards(edge));
+    arm.edges.iter().find(|edge| edge.inward == inward && !both_ways(edge))
 }

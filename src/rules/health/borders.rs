@@ -25,9 +25,10 @@ fn wrong_side(map: &MapIndex) -> Vec<Finding> {
     };
     let mut users: BTreeMap<LineStringId, usize> = BTreeMap::new();
     let mut pairs = Vec::new();
-    let roads = (0..map.lanes.len()).filter(|&at| map.lanes[at].kind == RoadType::Road && map.lanes[at].is_for_cars());
-    for at in roads {
-        let lane = &map.lanes[at];
+    for (at, lane) in map.lanes.iter().enumerate() {
+        if lane.kind != RoadType::Road || !lane.is_for_cars() || lane.both_ways {
+            continue;
+        }
         let way = lane.bounds[outer];
         let other = *users.entry(way).or_insert(at);
         // From the same point they run side by side, or one lies on the other.
