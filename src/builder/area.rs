@@ -43,9 +43,9 @@ impl AreaOutline {
     }
 }
 
-/// Walks the arms clockwise: cut, kerb, cut, kerb. `paths` come with the strips of their outlines. Where a path leaves that
-/// ring, it is widened to hold the path; where it
-/// then swallows the end of a road, it gives way to the lanes of that road.
+/// Walks the arms clockwise: cut, kerb, cut, kerb. `paths` come with the strips of their outlines. Where a path leaves
+/// that ring, it is widened to hold the path; where it then swallows the end of a road, it gives way to the lanes of that
+/// road.
 pub fn area_outline(
     assembly: &mut Assembly,
     key: Key,

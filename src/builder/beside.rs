@@ -203,8 +203,7 @@ pub fn attributes(road: &Road, run: &Run, settings: &BesideSettings) -> Attribut
     let location = if road.public { "urban" } else { "private" };
     let both = run.travel == Travel::Both && run.used == Use::Bicycle;
     let one_way = if both && subtype == "bicycle_lane" { "no" } else { "yes" };
-    let tags = tags(&[("type", "lanelet"), ("subtype", subtype), ("location", location), ("one_way", one_way)]);
-    let mut tags = tags;
+    let mut tags = tags(&[("type", "lanelet"), ("subtype", subtype), ("location", location), ("one_way", one_way)]);
     tags.push("speed_limit", speed);
     tags
 }

@@ -188,8 +188,9 @@ fn cut(network: &RoadNetwork, least: &[[f64; 2]], mut setbacks: Vec<[f64; 2]>, w
     let mut placed: FxHashSet<i64> = FxHashSet::default();
     for (i, road) in network.roads.iter().enumerate() {
         let ix = RoadIx(i as u32);
-        let room = |end| network.intersection(road.intersection(end)).arms.len() >= 3 && !road.roundabout;
-        let continued = |end| network.intersection(road.intersection(end)).arms.len() == 2;
+        let at = |end| network.intersection(road.intersection(end));
+        let room = |end| (at(end).arms.len() >= 3 || at(end).signals) && !road.roundabout;
+        let continued = |end| at(end).arms.len() == 2;
         let mut crossings = crossings_of(road, ix, least[i], room, continued);
         for crossing in &crossings {
             let Some(end) = crossing.arm else { continue };

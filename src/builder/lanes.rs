@@ -20,6 +20,8 @@ use super::sound::{aligned, centred, simple};
 const CLEAR: f64 = 0.5;
 /// Corners are mitred up to this bend, degrees, and rounded beyond it.
 const MITER: f64 = 30.0;
+/// A cut closer than this, metres, to the end of the road's line tells no more than the road's own direction there.
+const LEAST_AIM: f64 = 2.0;
 
 /// One lane of a road.
 #[derive(Clone, Debug)]
@@ -64,6 +66,9 @@ pub struct Arm {
     pub at: RoadEnd,
     /// Unit direction from the road into the intersection.
     pub inward: Vector,
+    /// Unit direction from the cut to the place where the road's line ends inside: where the road leads in the end, when
+    /// the cut lies before or in a bend.
+    pub aim: Vector,
     /// Lanes that lead in, from left to right in their direction of travel.
     pub into: Vec<ArmLane>,
     /// Lanes that lead out, from left to right in their direction of travel.
@@ -412,9 +417,12 @@ pub fn road_attributes(road: &Road, kind: StripKind, speed: f64) -> Attributes {
 
 /// The arm at one end of a road.
 fn arm(assembly: &Assembly, road: &Road, at: RoadEnd, station: f64, nodes: &[Option<PointId>], lanes: &[Lane]) -> Arm {
+    let inward = inward(road, at.end, station);
+    let inside = road.place(at.end) - road.line.at(station);
     let mut arm = Arm {
         at,
-        inward: inward(road, at.end, station),
+        inward,
+        aim: inside.try_normalize(LEAST_AIM).unwrap_or(inward),
         into: Vec::new(),
         out: Vec::new(),
         cut: nodes.iter().flatten().copied().collect(),

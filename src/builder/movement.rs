@@ -41,11 +41,14 @@ pub struct Movements {
 }
 
 /// An arm that one may turn into, seen from the arm where one comes from.
+#[derive(Clone, Copy)]
 struct Target<'a> {
     to: usize,
     arm: &'a Arm,
     /// Change of direction in degrees, left positive.
     turn: f64,
+    /// The same as arrows mean it: between the directions in which the roads meet, wherever they are cut off.
+    shown: f64,
 }
 
 impl Target<'_> {
@@ -74,7 +77,6 @@ pub fn movements(side: DrivingSide, restricted: &Restricted, lanes: &Lanes, inte
     let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
     let mut found = Movements::default();
     let mut targets: Vec<Vec<Target>> = Vec::new();
-    let mut around = Vec::new();
     for (from, arm) in arms.iter().enumerate() {
         let mut open = Vec::new();
         for (to, other) in arms.iter().enumerate() {
@@ -82,23 +84,18 @@ pub fn movements(side: DrivingSide, restricted: &Restricted, lanes: &Lanes, inte
                 continue;
             }
             if restricted.permit(intersection, arm.at, other.at) {
-                open.push(Target { to, arm: other, turn: turn(side, arm.inward, -other.inward) });
+                let (turn, shown) = (turn(side, arm.inward, -other.inward), turn(side, arm.aim, -other.aim));
+                open.push(Target { to, arm: other, turn, shown });
             } else {
                 found.prohibited.push((from, to));
             }
-        }
-        // Nobody turns back unless an arrow says so, there is no other way on, or a median leaves room.
-        let signed = arm.into.iter().any(|lane| lane.arrows.has(Arrows::REVERSE));
-        if !signed && open.iter().any(|t| !t.turns_back()) {
-            let back = open.iter().filter(|t| t.turns_back());
-            around.extend(back.filter_map(|t| turning_around(side, from, arm, t)));
-            open.retain(|t| !t.turns_back());
         }
         // Arms are clockwise: from left to right as one drives in, whatever the angles say.
         let count = arms.len();
         open.sort_by_key(|t| (t.to + count - from) % count);
         targets.push(open);
     }
+    let around = without_turning_back(side, &arms, &mut targets);
     let mut heed = vec![true; arms.len()];
     found.all = assigned(&arms, &targets, &heed);
     // Where all arrows lead past a road, they are not meant for this place: lanes are marked long before they part.
@@ -127,6 +124,27 @@ pub fn movements(side: DrivingSide, restricted: &Restricted, lanes: &Lanes, inte
     }
     found.prohibited.sort_unstable();
     found
+}
+
+/// Leaves out the arms that one would have to turn back for, unless an arrow says so, there is no other way on, or nobody
+/// else could enter that arm. What remains of them, where a median leaves room.
+fn without_turning_back(side: DrivingSide, arms: &[&Arm], targets: &mut [Vec<Target>]) -> Vec<Movement> {
+    let mut around = Vec::new();
+    let entered: Vec<usize> = targets.iter().flatten().filter(|t| !t.turns_back()).map(|t| t.to).collect();
+    for (from, open) in targets.iter_mut().enumerate() {
+        let signed = arms[from].into.iter().any(|lane| lane.arrows.has(Arrows::REVERSE));
+        if signed || open.iter().all(Target::turns_back) {
+            continue;
+        }
+        open.retain(|t| {
+            let kept = !t.turns_back() || !entered.contains(&t.to);
+            if !kept {
+                around.extend(turning_around(side, from, arms[from], t));
+            }
+            kept
+        });
+    }
+    around
 }
 
 /// The way back around the end of a median, or into a road that leaves at an acute angle: from the lane on the far side to
@@ -269,7 +287,7 @@ fn pointed(arrows: Arrows, targets: &[Target]) -> Vec<usize> {
         .iter()
         .filter(|(arrow, _)| arrows.has(*arrow))
         .filter_map(|(_, angle)| {
-            let off = |t: &Target| (t.turn - angle).abs();
+            let off = |t: &Target| (t.shown - angle).abs();
             let best = (0..targets.len()).min_by(|&a, &b| off(&targets[a]).total_cmp(&off(&targets[b])))?;
             (off(&targets[best]) <= ARROW_REACH).then_some(best)
         })
@@ -283,8 +301,7 @@ fn pointed(arrows: Arrows, targets: &[Target]) -> Vec<usize> {
 /// Leads the lanes of one kind to the lanes of the same kind, in order, so that neighbours never cross.
 fn assign(from: usize, arm: &Arm, targets: &[Target], kind: StripKind, all: &mut Vec<Movement>) {
     let lanes: Vec<(usize, &ArmLane)> = arm.into.iter().enumerate().filter(|(_, l)| l.kind == kind).collect();
-    let usable: Vec<&Target> = targets.iter().filter(|t| t.arm.out.iter().any(|l| l.kind == kind)).collect();
-    let usable: Vec<Target> = usable.iter().map(|t| Target { to: t.to, arm: t.arm, turn: t.turn }).collect();
+    let usable: Vec<Target> = targets.iter().filter(|t| t.arm.out.iter().any(|l| l.kind == kind)).copied().collect();
     if lanes.is_empty() || usable.is_empty() {
         return;
     }

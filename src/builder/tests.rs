@@ -82,11 +82,19 @@ fn lanes_part_at_a_fork_without_crossing() {
     let road = |lanes| format!("highway=primary oneway=yes lanes={lanes}");
     let (three, two) = (road(3), road(2));
     let map = built(&nodes, &[(10, &[1, 2], &three), (11, &[2, 3], &two), (12, &[2, 4], &two)]).map;
+    assert!(
+        map.lanelets.iter().count() >= 3 + 4 + 4,
+        "seven lanes of roads, and one to each of the four that lead away"
+    );
+    assert_apart(&map);
+}
+
+/// No lane lies on another but for those that start together.
+fn assert_apart(map: &LaneletMap) {
     let lanes: Vec<&Lanelet> = map.lanelets.iter().collect();
-    assert!(lanes.len() >= 3 + 4 + 4, "seven lanes of roads, and one to each of the four that lead away");
     for (i, a) in lanes.iter().enumerate() {
         for b in &lanes[i + 1..] {
-            let starts = [a, b].map(|l| end_nodes(&map, l));
+            let starts = [a, b].map(|l| end_nodes(map, l));
             let siblings = starts[0][0] == starts[1][0] && starts[0][2] == starts[1][2];
             let overlap = polygon::overlap(&map.outline(a), &map.outline(b));
             assert!(siblings || overlap < 0.5, "{} and {} overlap {overlap} m2", a.id, b.id);
@@ -103,12 +111,39 @@ fn arrows_that_lead_past_a_road_are_not_meant_for_it() {
         (11, &[2, 3], "highway=primary oneway=yes lanes=2"),
         (12, &[2, 4], "highway=residential oneway=yes lanes=1"),
     ];
-    let map = built(&nodes, &ways).map;
-    let end_edge = |l: &Lanelet| end_nodes(&map, l).iter().copied().skip(1).step_by(2).collect::<Vec<_>>();
-    let start_edge = |l: &Lanelet| end_nodes(&map, l).iter().copied().step_by(2).collect::<Vec<_>>();
+    assert_eq!(from_nowhere(&built(&nodes, &ways).map), 2, "only the two lanes at the edge of the map");
+}
+
+/// How many lanes nobody leads to.
+fn from_nowhere(map: &LaneletMap) -> usize {
+    let end_edge = |l: &Lanelet| end_nodes(map, l).iter().copied().skip(1).step_by(2).collect::<Vec<_>>();
+    let start_edge = |l: &Lanelet| end_nodes(map, l).iter().copied().step_by(2).collect::<Vec<_>>();
     let reached = |l: &&Lanelet| map.lanelets.iter().any(|before| end_edge(before) == start_edge(l));
-    let from_nowhere = map.lanelets.iter().filter(|l| !reached(l)).count();
-    assert_eq!(from_nowhere, 2, "only the two lanes at the edge of the map");
+    map.lanelets.iter().filter(|l| !reached(l)).count()
+}
+
+#[test]
+fn arrows_are_meant_for_roads_as_they_meet_behind_a_bend() {
+    // The road bends, and the cut comes to lie before the bend: seen from there the road to the right leads back.
+    let arrows = "highway=service oneway=yes lanes=2 turn:lanes=through|right";
+    for (right, arrows) in [(1.0, arrows.to_owned()), (-1.0, arrows.replace("through|right", "left|through"))] {
+        let nodes = [
+            (1, 60.0, -40.0 * right, ""),
+            (2, -6.0, -4.0 * right, ""),
+            (3, 0.0, 6.0 * right, ""),
+            (4, 5.0, 13.0 * right, ""),
+            (5, 60.0, 13.0 * right, ""),
+            (6, 60.0, -33.0 * right, ""),
+        ];
+        let ways: [(i64, &[i64], &str); 3] = [
+            (10, &[1, 2, 3], &arrows),
+            (11, &[3, 4, 5], "highway=service oneway=yes lanes=1"),
+            (12, &[3, 6], "highway=service oneway=yes lanes=3"),
+        ];
+        let map = built(&nodes, &ways).map;
+        assert_eq!(from_nowhere(&map), 2, "only the two lanes at the edge of the map");
+        assert_apart(&map);
+    }
 }
 
 #[test]

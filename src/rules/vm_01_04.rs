@@ -7,6 +7,7 @@ use serde::Deserialize;
 use super::Rule;
 use super::along::{self, Reach, Twins};
 use crate::diagnostic::{Finding, Subject};
+use crate::geometry::Polyline;
 use crate::lanelet::LineStringId;
 use crate::lanelet::index::{MapIndex, is_road_border};
 
@@ -20,6 +21,7 @@ pub struct Params {
     apart: f64,
     share: f64,
     even: f64,
+    step: f64,
 }
 
 impl Rule for OpposingLanes {
@@ -35,8 +37,9 @@ impl Rule for OpposingLanes {
             key(0) > key(1)
         };
         let open = |twins: &Twins| !twins.ways.iter().any(|&way| is_barrier(map, way));
+        let fits = |one: &Twins| one.opposed && outside(one) && open(one) && first(one) && !part(map, one, params);
         let mut by_lane: BTreeMap<usize, Vec<Twins>> = BTreeMap::new();
-        for one in twins.into_iter().filter(|one| one.opposed && outside(one) && open(one) && first(one)) {
+        for one in twins.into_iter().filter(fits) {
             by_lane.entry(one.lanes[0]).or_default().push(one);
         }
         let judged = by_lane.into_iter().flat_map(|(lane, others)| {
@@ -54,6 +57,23 @@ fn is_barrier(map: &MapIndex, way: LineStringId) -> bool {
     const BARRIERS: [&str; 5] = ["guard_rail", "wall", "fence", "curbstone", "jersey_barrier"];
     map.map.linestrings.get(way).is_some_and(|line| {
         is_road_border(line) || line.attributes.get("type").is_some_and(|kind| BARRIERS.contains(&kind))
+    })
+}
+
+/// Whether two borders part at an end, where a median or a wall begins: they close up to one line, but no way could be the
+/// border of both.
+fn part(map: &MapIndex, twins: &Twins, params: &Params) -> bool {
+    let [mine, theirs] = twins.lanes.map(|lane| &map.lanes[lane]);
+    // Lanes that run against each other touch on the same hand.
+    let side = usize::from(mine.bounds[0] != twins.ways[0]);
+    let lines = [mine, theirs].map(|lane| if side == 0 { &lane.left } else { &lane.right });
+    let [Some(own), Some(other)] = lines.map(|line| Polyline::new(line.iter().copied())) else { return false };
+    let height = |id| map.map.points.get(id).and_then(|point| point.ele);
+    [(&mine.start, &theirs.end), (&mine.end, &theirs.start)].into_iter().any(|(a, b)| {
+        // Where one is cut a little earlier, its end still lies on the other.
+        let across = other.project(a.points[side]).offset.abs().min(own.project(b.points[side]).offset.abs());
+        let up = height(a.ids[side]).zip(height(b.ids[side])).map_or(0.0, |(a, b)| (a - b).abs());
+        across > params.apart || up > params.step
     })
 }
 
