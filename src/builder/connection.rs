@@ -189,7 +189,7 @@ fn cut(network: &RoadNetwork, least: &[[f64; 2]], mut setbacks: Vec<[f64; 2]>, w
     for (i, road) in network.roads.iter().enumerate() {
         let ix = RoadIx(i as u32);
         let at = |end| network.intersection(road.intersection(end));
-        let room = |end| (at(end).arms.len() >= 3 || at(end).signals) && !road.roundabout;
+        let room = |end| at(end).arms.len() >= 3 && !road.roundabout;
         let continued = |end| at(end).arms.len() == 2;
         let mut crossings = crossings_of(road, ix, least[i], room, continued);
         for crossing in &crossings {

@@ -31,6 +31,7 @@ pub mod grid;
 pub mod heights;
 pub mod ids;
 pub mod join;
+pub(crate) mod lane_choice;
 pub mod lanes;
 pub(crate) mod marking;
 pub mod movement;
