@@ -3,6 +3,7 @@
 
 mod beside;
 mod document;
+mod inside;
 mod merge;
 mod selection;
 mod suppression;
@@ -13,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 pub use beside::{BesideSettings, BicycleLanes};
 pub use document::{Document, DocumentError, Step};
+pub use inside::{GuideLine, InsideSettings, Place, VirtualLightSettings};
 pub use merge::MergeSettings;
 pub use selection::{Selection, covers, most_specific};
 pub use suppression::{Origin, PrimitiveKind, Suppression};
@@ -62,6 +64,9 @@ pub struct Settings {
     /// For `build`: what is drawn beside the lanes for cars.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub beside: Option<BesideSettings>,
+    /// For `build`: what is painted inside intersections.
+    #[serde(skip_serializing_if = "InsideSettings::says_nothing")]
+    pub inside: InsideSettings,
     /// For `build`: roads that lie inside an intersection.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub merge: Vec<MergeSettings>,
@@ -98,6 +103,7 @@ impl Settings {
             parameters,
             heights: self.heights.or(outer.heights),
             beside: self.beside.or(outer.beside),
+            inside: self.inside.over(outer.inside),
             intersection: self.intersection,
             suppress: self.suppress,
             merge: self.merge,
@@ -207,9 +213,18 @@ pub struct IntersectionSettings {
     /// Movements that must not exist: from one approach to another.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub prohibited: Vec<[ApproachName; 2]>,
-    /// Ids of ways that are guide lines.
+    /// Lines that are painted inside to lead turns.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub guide_lines: Vec<i64>,
+    pub guide_lines: Vec<GuideLine>,
+    /// For `build`: stop lines inside, each from one place to another.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub stop_lines: Vec<[Place; 2]>,
+    /// For `build`: approaches that ask an infrastructure for leave.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub virtual_lights: Vec<VirtualLightSettings>,
+    /// Where it stands; `None` unless read from a document.
+    #[serde(skip)]
+    pub origin: Option<Origin>,
 }
 
 #[cfg(test)]

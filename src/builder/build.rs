@@ -18,6 +18,7 @@ use super::blinker;
 use super::consolidate::{Wish, Wished};
 use super::dead_lanes::without_dead_lanes;
 use super::heights::spots;
+use super::inside::{self, Inside};
 use super::overhead;
 use super::road_network::{DrivingSide, Network, NetworkError, NetworkOptions, RoadKey, road_network};
 use super::settle::settle;
@@ -36,6 +37,8 @@ pub struct BuildOptions {
     pub terrain: Option<Arc<Terrain>>,
     /// What is drawn beside the lanes for cars.
     pub beside: BesideSettings,
+    /// What is drawn inside intersections.
+    pub inside: Inside,
     /// Roads that the user decided to merge (`true`) or to keep apart. A file of streets is merged already.
     pub merges: Vec<(MergeSettings, bool)>,
 }
@@ -98,6 +101,8 @@ pub struct Plan {
     pub notes: Vec<Finding>,
     /// How much of that the input did not say.
     pub guesses: usize,
+    /// What is to be drawn inside intersections.
+    pub inside: Inside,
 }
 
 /// Builds a map from OpenStreetMap's elements.
@@ -139,7 +144,7 @@ pub fn plan(osm: &OsmData, options: &BuildOptions) -> Result<Plan, BuildError> {
     let mut wishes: Vec<Finding> = unmet.map(|i| unmet_wish(&options.merges[i])).collect();
     wishes.extend(overruled_wishes(&streets, &options.merges));
     streets.findings.extend(wishes);
-    Ok(Plan { streets, projector, guesses: notes.len(), notes })
+    Ok(Plan { streets, projector, guesses: notes.len(), notes, inside: options.inside.clone() })
 }
 
 /// A wish of the settings in the metres of the map.
@@ -199,7 +204,7 @@ fn unmet_wish((said, merge): &(MergeSettings, bool)) -> Finding {
 }
 
 /// Builds a map from streets.
-pub fn build_plan(Plan { streets, projector, mut notes, guesses }: Plan) -> Built {
+pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside }: Plan) -> Built {
     let Streets { network, outlines, merges, findings } = streets;
     let network = without_dead_lanes(network);
     notes.extend(findings);
@@ -210,6 +215,7 @@ pub fn build_plan(Plan { streets, projector, mut notes, guesses }: Plan) -> Buil
     blinker::limit(&mut map);
     overhead::ignore(&mut map);
     locate(&mut map, &projector);
+    notes.extend(inside::draw(&mut map, &projector, &inside, &settings));
     let summary = Summary {
         roads,
         intersections: areas,

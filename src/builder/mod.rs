@@ -30,6 +30,7 @@ pub mod geojson;
 pub mod grid;
 pub mod heights;
 pub mod ids;
+pub mod inside;
 pub mod join;
 pub(crate) mod lane_choice;
 pub mod lanes;

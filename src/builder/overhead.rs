@@ -8,6 +8,7 @@ use crate::lanelet::{LaneletId, LaneletMap, Member, RegulatoryElement, Regulator
 
 use super::assembly::tags;
 use super::ids::{Ids, Key};
+use super::inside::is_taken;
 
 /// Lists every lane on another level as one that yields, for each lane of an intersection that would wait for it.
 pub fn ignore(map: &mut LaneletMap) {
@@ -63,14 +64,8 @@ fn ignores(map: &LaneletMap, lane: LaneletId, other: LaneletId) -> bool {
 
 /// A `right_of_way` element of a lane that had none.
 fn added(map: &mut LaneletMap, lane: LaneletId) -> RegulatoryElementId {
-    let taken = |id: &u64| {
-        let id = *id as i64;
-        map.lanelets.get(LaneletId(id)).is_some()
-            || map.regulatory_elements.get(RegulatoryElementId(id)).is_some()
-            || map.points.get(crate::lanelet::PointId(id)).is_some()
-            || map.linestrings.get(crate::lanelet::LineStringId(id)).is_some()
-    };
-    let id = RegulatoryElementId(Ids::default().claim(Key::new("right of way").number(lane.0), taken));
+    let id =
+        RegulatoryElementId(Ids::default().claim(Key::new("right of way").number(lane.0), |id| is_taken(map, *id)));
     map.regulatory_elements.insert(RegulatoryElement {
         id,
         subtype: "right_of_way".into(),

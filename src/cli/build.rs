@@ -31,7 +31,7 @@ pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
     draft.write("lanewright.toml", |file| file.write_all(settings.as_bytes()))?;
     draft.publish()?;
     drop(progress);
-    screen::print(&format!("{}{merges}", summary(args, &built)))?;
+    screen::print(&format!("{}{merges}{}", summary(args, &built), input::undrawn(&built.notes)))?;
     // The process ends: the memory of a map need not be given back piece by piece.
     std::mem::forget(built);
     Ok(CLEAN)

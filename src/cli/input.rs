@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use lanewright::builder::consolidate::MergeNote;
 use lanewright::builder::geojson;
+use lanewright::builder::inside::{Inside, UNDRAWN};
 use lanewright::builder::road_network::DrivingSide;
 use lanewright::builder::{BuildError, BuildOptions, Plan, UNMET_WISH, plan};
 use lanewright::diagnostic::Finding;
@@ -64,6 +65,7 @@ fn asked(input: &Path, args: &StreetArgs) -> Result<(Vec<u8>, BuildOptions), Fai
     let mut options = BuildOptions { driving_side, merges, ..BuildOptions::default() };
     options.terrain = args.dem.as_deref().map(terrain).transpose()?.map(Arc::new);
     options.beside = settings.beside.unwrap_or_default();
+    options.inside = Inside { everywhere: settings.inside, intersections: settings.intersection };
     let said = settings.heights.unwrap_or_default();
     let heights = &mut options.streets.heights;
     heights.ground = said.ground.unwrap_or(heights.ground);
@@ -186,6 +188,15 @@ pub fn merges(notes: &[MergeNote], findings: &[Finding], args: &StreetArgs) -> S
     }
     for unmet in findings.iter().filter(|finding| finding.fault == UNMET_WISH) {
         let _ = writeln!(text, "warning: {}", unmet.message);
+    }
+    text
+}
+
+/// What the settings want drawn and the map did not get.
+pub fn undrawn(notes: &[Finding]) -> String {
+    let mut text = String::new();
+    for note in notes.iter().filter(|note| note.fault == UNDRAWN) {
+        let _ = writeln!(text, "warning: {}", note.message);
     }
     text
 }

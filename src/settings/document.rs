@@ -50,6 +50,7 @@ impl Document {
             .or_else(|| document.without_road())
             .or_else(|| document.without_origin())
             .or_else(|| document.without_place())
+            .or_else(|| document.without_meaning())
             .or_else(|| document.without_sense());
         match broken {
             Some(error) => Err(error),
@@ -139,7 +140,25 @@ impl Document {
         })
     }
 
-    /// Tells each suppression and merge where it stands.
+    /// What is to be drawn inside an intersection can be drawn.
+    fn without_meaning(&self) -> Option<DocumentError> {
+        let all = self.settings.intersection.iter().enumerate();
+        let (at, (key, index, fault)) = all.into_iter().find_map(|(at, one)| Some((at, one.fault()?)))?;
+        let help = match key {
+            "virtual_lights" => {
+                "write `virtual_lights = [{ approach = \"S\", start = 30.0, tags = { section = \"7\" } }]`"
+            }
+            "stop_lines" => "write `stop_lines = [[[35.68101, 139.76701], [35.68103, 139.76703]]]`",
+            _ => "write `guide_lines = [[[35.68101, 139.76701], [35.68103, 139.76703]]]`, or the id of a way",
+        };
+        Some(DocumentError {
+            message: format!("{key}: {fault}"),
+            help: Some(help.to_owned()),
+            offset: self.offset(&[Step::Key("intersection"), Step::Index(at), Step::Key(key), Step::Index(index)]),
+        })
+    }
+
+    /// Tells each suppression, merge and intersection where it stands.
     fn note_lines(&mut self) {
         #[derive(Default, Deserialize)]
         #[serde(default)]
@@ -147,6 +166,7 @@ impl Document {
             suppress: Vec<Spanned<toml::Value>>,
             merge: Vec<Spanned<toml::Value>>,
             keep_apart: Vec<Spanned<toml::Value>>,
+            intersection: Vec<Spanned<toml::Value>>,
         }
         let Ok(places) = toml::from_str::<Places>(&self.text) else { return };
         let origin = |place: &Spanned<toml::Value>| {
@@ -155,6 +175,9 @@ impl Document {
         };
         for (suppression, place) in self.settings.suppress.iter_mut().zip(&places.suppress) {
             suppression.origin = origin(place);
+        }
+        for (intersection, place) in self.settings.intersection.iter_mut().zip(&places.intersection) {
+            intersection.origin = origin(place);
         }
         let merges = self.settings.merge.iter_mut().zip(&places.merge);
         for (merge, place) in merges.chain(self.settings.keep_apart.iter_mut().zip(&places.keep_apart)) {

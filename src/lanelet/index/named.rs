@@ -8,7 +8,7 @@ use super::traffic::Movement;
 use super::{Intersection, LaneTree, MapIndex};
 use crate::geometry::{Point, polygon};
 use crate::lanelet::{LaneletId, LaneletMap, LineStringId, RegulatoryElementId};
-use crate::settings::{ApproachName, IntersectionSettings, Settings};
+use crate::settings::{ApproachName, GuideLine, IntersectionSettings, Settings};
 
 /// The sides of an intersection, clockwise from north.
 pub(super) const COMPASS: [&str; 8] = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
@@ -94,7 +94,12 @@ impl<'a> Named<'a> {
 
     /// The ways that are guide lines.
     pub fn guide_lines(&self) -> Vec<LineStringId> {
-        self.entries.iter().flat_map(|entry| &entry.guide_lines).map(|&way| LineStringId(way)).collect()
+        let lines = self.entries.iter().flat_map(|entry| &entry.guide_lines);
+        let ways = lines.filter_map(|line| match line {
+            GuideLine::Way(way) => Some(LineStringId(*way)),
+            GuideLine::Places(_) => None,
+        });
+        ways.collect()
     }
 
     /// Whether a movement belongs to what a name means: all of an approach, or the lanelets of some ids.
@@ -151,6 +156,19 @@ impl<'a> Named<'a> {
         arms.sort_unstable();
         arms.dedup();
         arms
+    }
+}
+
+impl MapIndex<'_> {
+    /// The entries of the settings that speak of an intersection, by position.
+    pub fn entries_of(&self, intersection: usize) -> &[usize] {
+        &self.named[intersection]
+    }
+
+    /// The approaches of an intersection that a name means, by position.
+    pub fn approaches_named(&self, intersection: usize, name: &ApproachName) -> Vec<usize> {
+        let movements = &self.traffic[intersection].movements;
+        Named::new(self, &self.intersections[intersection], intersection, movements).arms(name)
     }
 }
 

@@ -1,0 +1,288 @@
+//! What the settings want drawn inside intersections, on hand-drawn networks: the rules find nothing about it, and would
+//! if a part of it were missing.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
+
+mod common;
+
+use common::judge_as;
+use lanewright::builder::inside::{Inside, UNDRAWN};
+use lanewright::builder::road_network::DrivingSide;
+use lanewright::builder::{BuildOptions, Built, build};
+use lanewright::lanelet::{Lanelet, LaneletMap, LineString, LineStringId, Loaded, RegulatoryElement, Target};
+use lanewright::osm::{OsmData, read_bytes};
+use lanewright::rules::Config;
+use lanewright::settings::{Document, Settings};
+
+/// Latitude and longitude of the crossing's middle.
+const MIDDLE: [f64; 2] = [0.5, 9.5];
+
+/// Roads of these tags that meet at places in metres, mirrored where people drive on the left. Nodes 1 and 6 have tags.
+fn network(side: DrivingSide, nodes: &[(i64, f64, f64, &str)], ways: &[(i64, &[i64])], tags: &str) -> String {
+    let east = if side == DrivingSide::Right { 1.0 } else { -1.0 };
+    let tags_of = |text: &str| -> String {
+        let pairs = text.split_whitespace().filter_map(|tag| tag.split_once('='));
+        pairs.map(|(key, value)| format!("<tag k='{key}' v='{value}'/>")).collect()
+    };
+    let mut xml = String::from("<osm>");
+    for &(id, x, y, tags) in nodes {
+        let [lat, lon] = place(x * east, y);
+        xml += &format!("<node id='{id}' lat='{lat}' lon='{lon}'>{}</node>", tags_of(tags));
+    }
+    for (id, refs) in ways {
+        let refs: String = refs.iter().map(|id| format!("<nd ref='{id}'/>")).collect();
+        xml += &format!("<way id='{id}'>{refs}{}</way>", tags_of(tags));
+    }
+    xml + "</osm>"
+}
+
+/// Four roads of 150 m that meet at node 1.
+fn crossing(side: DrivingSide, middle: &str, tags: &str) -> String {
+    let nodes =
+        [(1, 0.0, 0.0, middle), (2, -150.0, 0.0, ""), (3, 150.0, 0.0, ""), (4, 0.0, -150.0, ""), (5, 0.0, 150.0, "")];
+    let ways: [(i64, &[i64]); 4] = [(12, &[2, 1]), (13, &[3, 1]), (14, &[4, 1]), (15, &[5, 1])];
+    network(side, &nodes, &ways, tags)
+}
+
+/// A signalised crossing with four lanes in and two lanes out at each arm; two of the four are for far turns.
+fn large(side: DrivingSide) -> String {
+    let arrows = match side {
+        DrivingSide::Right => "left|left|through|through;right",
+        DrivingSide::Left => "left;through|through|right|right",
+    };
+    let tags = format!("highway=secondary lanes=6 lanes:forward=4 lanes:backward=2 turn:lanes:forward={arrows}");
+    crossing(side, "highway=traffic_signals", &tags)
+}
+
+/// Degrees of a place in metres from the middle; near the equator a degree is about as long in either direction.
+fn place(x: f64, y: f64) -> [f64; 2] {
+    [MIDDLE[0] + y / 110_574.0, MIDDLE[1] + x / 111_320.0]
+}
+
+fn built(xml: &str, side: DrivingSide, settings: &str) -> Built {
+    let mut data = OsmData::default();
+    read_bytes(&mut data, "test", xml.as_bytes().to_vec()).unwrap();
+    let Settings { inside, intersection, .. } = Document::parse("lanewright.toml", settings).unwrap().settings;
+    let inside = Inside { everywhere: inside, intersections: intersection };
+    let options = BuildOptions { driving_side: Some(side), inside, ..BuildOptions::default() };
+    build(&data, &options).unwrap()
+}
+
+/// The codes of what the rules find in a map, but for hints.
+fn found(map: &LaneletMap, settings: &Settings) -> Vec<String> {
+    let loaded = Loaded { map: map.clone(), faults: Vec::new() };
+    let found = judge_as(&loaded, settings, &Config::default());
+    found.into_iter().map(|one| one.code.to_string()).collect()
+}
+
+fn of<'a>(map: &'a LaneletMap, subtype: &'a str) -> Vec<&'a RegulatoryElement> {
+    map.regulatory_elements.iter().filter(|element| element.subtype == subtype).collect()
+}
+
+fn referring<'a>(map: &'a LaneletMap, element: &RegulatoryElement) -> Vec<&'a Lanelet> {
+    map.lanelets.iter().filter(|lanelet| lanelet.regulatory_elements.contains(&element.id)).collect()
+}
+
+fn undrawn(built: &Built) -> Vec<&str> {
+    built.notes.iter().filter(|note| note.fault == UNDRAWN).map(|note| note.message.as_str()).collect()
+}
+
+fn guides(map: &LaneletMap) -> Vec<&LineString> {
+    let bounds = map.lanelets.iter().flat_map(|lanelet| [lanelet.left.line, lanelet.right.line]);
+    let bounds: Vec<LineStringId> = bounds.collect();
+    let painted = |line: &&LineString| line.attributes.is("subtype", "dashed") && !bounds.contains(&line.id);
+    map.linestrings.iter().filter(painted).collect()
+}
+
+const SIDES: [DrivingSide; 2] = [DrivingSide::Right, DrivingSide::Left];
+const EVERYWHERE: &str = "[inside]\nguide_lines = true\nstop_lines = true\n";
+
+#[test]
+fn nothing_is_painted_inside_unless_it_is_asked_for() {
+    let map = built(&large(DrivingSide::Right), DrivingSide::Right, "").map;
+    assert!(guides(&map).is_empty() && of(&map, "road_marking").is_empty());
+}
+
+#[test]
+fn far_turns_wait_inside_and_follow_the_line_between_them() {
+    for side in SIDES {
+        let Built { map, settings, .. } = built(&large(side), side, EVERYWHERE);
+        assert_eq!(found(&map, &settings), Vec::<String>::new(), "{side:?}");
+        assert_eq!((guides(&map).len(), of(&map, "road_marking").len()), (4, 8), "{side:?}");
+        for marking in of(&map, "road_marking") {
+            let lanes = referring(&map, marking);
+            let far = if side == DrivingSide::Right { "left" } else { "right" };
+            assert!(lanes.len() == 1 && lanes[0].attributes.is("turn_direction", far));
+            let line = map.linestrings.get(marking.linestrings("refers").next().unwrap()).unwrap();
+            let bounds = [lanes[0].left, lanes[0].right].map(|bound| &map.linestrings.get(bound.line).unwrap().points);
+            assert!(line.points.iter().all(|node| bounds.iter().any(|bound| bound.contains(node))), "a node of either");
+        }
+    }
+}
+
+#[test]
+fn where_others_leave_by_the_same_lane_nobody_stops_inside() {
+    for side in SIDES {
+        let xml = crossing(side, "highway=traffic_signals", "highway=secondary lanes=2");
+        let Built { map, settings, .. } = built(&xml, side, EVERYWHERE);
+        assert_eq!(found(&map, &settings), Vec::<String>::new());
+        assert!(guides(&map).is_empty() && of(&map, "road_marking").is_empty());
+    }
+}
+
+#[test]
+fn a_lanelet_that_does_not_know_of_the_line_is_found() {
+    let Built { mut map, settings, .. } = built(&large(DrivingSide::Right), DrivingSide::Right, EVERYWHERE);
+    let marking = of(&map, "road_marking")[0].id;
+    map.regulatory_elements.retain(|element| element.id != marking);
+    map.lanelets.as_mut_slice().iter_mut().for_each(|lanelet| lanelet.regulatory_elements.retain(|id| *id != marking));
+    assert_eq!(found(&map, &settings), ["vm-03-14/unreferenced"]);
+}
+
+#[test]
+fn a_bound_that_leaves_its_guide_line_is_found() {
+    let Built { mut map, settings, .. } = built(&large(DrivingSide::Right), DrivingSide::Right, EVERYWHERE);
+    let guide = guides(&map)[0].clone();
+    let along = |line: &&LineString| line.id != guide.id && guide.points.iter().all(|node| line.points.contains(node));
+    let bound = map.linestrings.iter().find(along).unwrap().id;
+    let points = &mut map.linestrings.get_mut(bound).unwrap().points;
+    *points = vec![points[0], points[points.len() - 1]];
+    assert!(found(&map, &settings).contains(&"vm-03-06/off-guide".to_owned()));
+}
+
+/// The settings of one stop line across the first far turn of a map, this far from its begin (of 1) and moved by degrees.
+fn stop_line(map: &LaneletMap, part: f64, by: f64) -> String {
+    let lanelet = map.lanelets.iter().find(|lanelet| lanelet.attributes.is("turn_direction", "left")).unwrap();
+    let place = |bound| {
+        let points: Vec<_> = map.bound_points(bound).map(|point| point.lonlat.unwrap()).collect();
+        let at = points[(points.len() as f64 * part) as usize];
+        format!("[{}, {}]", at.lat + by, at.lon + by)
+    };
+    format!("[[intersection]]\nat = [0.5, 9.5]\nstop_lines = [[{}, {}]]\n", place(lanelet.left), place(lanelet.right))
+}
+
+#[test]
+fn a_stop_line_lies_where_the_settings_have_it() {
+    let side = DrivingSide::Right;
+    let bare = built(&large(side), side, "").map;
+    // A third of a metre off: hands are not exact.
+    let built = built(&large(side), side, &stop_line(&bare, 0.4, 0.000_002));
+    assert_eq!(undrawn(&built), Vec::<&str>::new());
+    let markings = of(&built.map, "road_marking");
+    assert_eq!((markings.len(), referring(&built.map, markings[0]).len()), (1, 1));
+    assert_eq!(found(&built.map, &built.settings), Vec::<String>::new());
+}
+
+#[test]
+fn what_cannot_be_drawn_is_named_with_its_place_and_left_out() {
+    let side = DrivingSide::Right;
+    let bare = built(&large(side), side, "").map;
+    let line = stop_line(&bare, 0.4, 0.0);
+    let twice = format!("{line}{line}");
+    let light = |more: &str| format!("[[intersection]]\nat = [0.5, 9.5]\nvirtual_lights = [{{ approach = {more} }}]\n");
+    let cases = [
+        (stop_line(&bare, 0.4, 0.000_3), "lies across no lane"),
+        (stop_line(&bare, 0.0, 0.0), "the stop line of the approach is drawn there"),
+        (line.replace("at = [0.5, 9.5]", "at = [0.501, 9.5]"), "lies in no intersection_area; the nearest is that of"),
+        (line.replace("at = [0.5, 9.5]", "ia = 5"), "the map has no intersection_area 5"),
+        (light("\"S\""), "traffic lights rule S"),
+        (light("17"), "no lane leads in from 17; there are "),
+    ];
+    for (settings, message) in cases {
+        let built = built(&large(side), side, &settings);
+        let said = undrawn(&built).join("; ");
+        assert!(said.starts_with("lanewright.toml:1: ") && said.contains(message), "{said}");
+        assert!(of(&built.map, "road_marking").is_empty() && of(&built.map, "virtual_traffic_light").is_empty());
+    }
+    let built = built(&large(side), side, &twice);
+    assert_eq!(of(&built.map, "road_marking").len(), 1);
+    assert!(undrawn(&built)[0].contains("lanewright.toml:4: ") && undrawn(&built)[0].contains("has a stop line"));
+}
+
+/// Two crossings of single lanes 90 m apart, with virtual traffic lights at all approaches.
+fn coordinated(side: DrivingSide, more: &str) -> Built {
+    let nodes = [
+        (1, 0.0, 0.0, ""),
+        (2, -150.0, 0.0, ""),
+        (3, 150.0, 0.0, ""),
+        (4, 0.0, -150.0, ""),
+        (5, 0.0, 90.0, ""),
+        (6, -150.0, 90.0, ""),
+        (7, 150.0, 90.0, ""),
+        (8, 0.0, 240.0, ""),
+    ];
+    let ways: [(i64, &[i64]); 7] =
+        [(12, &[2, 1]), (13, &[3, 1]), (14, &[4, 1]), (15, &[1, 5]), (16, &[6, 5]), (17, &[7, 5]), (18, &[8, 5])];
+    let light = |side: &str| format!("{{ approach = \"{side}\", {more} tags = {{ section = \"{side}\" }} }}");
+    let lights: Vec<String> = ["N", "E", "S", "W"].into_iter().map(light).collect();
+    let entry = |[lat, lon]: [f64; 2]| {
+        format!("[[intersection]]\nat = [{lat}, {lon}]\nvirtual_lights = [{}]\n", lights.join(", "))
+    };
+    let settings = entry(place(0.0, 0.0)) + &entry(place(0.0, 90.0));
+    built(&network(side, &nodes, &ways, "highway=residential lanes=2"), side, &settings)
+}
+
+#[test]
+fn virtual_traffic_lights_have_all_their_lines() {
+    for side in SIDES {
+        let built = coordinated(side, "");
+        assert_eq!(undrawn(&built), Vec::<&str>::new());
+        let Built { map, settings, .. } = &built;
+        assert_eq!(found(map, settings), Vec::<String>::new(), "{side:?}");
+        let lights = of(map, "virtual_traffic_light");
+        assert_eq!(lights.len(), 8);
+        for light in lights {
+            let count = |role| light.linestrings(role).count();
+            assert_eq!([count("start_line"), count("ref_line"), count("end_line"), count("refers")], [1, 1, 3, 1]);
+            assert_eq!(referring(map, light).len(), 3);
+            let anchor = map.linestrings.get(light.linestrings("refers").next().unwrap()).unwrap();
+            assert!(anchor.attributes.is("type", "intersection_coordination") && anchor.attributes.has("section"));
+        }
+        let inside = map.lanelets.iter().filter(|lanelet| lanelet.attributes.has("intersection_area")).count();
+        assert_eq!(of(map, "right_of_way").len(), inside, "each lanelet yields all whom it meets");
+    }
+}
+
+#[test]
+fn a_start_line_that_has_no_room_is_no_light() {
+    let built = coordinated(DrivingSide::Right, "start = 120.0,");
+    let said = undrawn(&built);
+    assert_eq!(said.len(), 2, "the two approaches between the crossings");
+    assert!(said.iter().all(|said| said.contains("m of road, so that `start` is")), "{said:?}");
+    assert_eq!(of(&built.map, "virtual_traffic_light").len(), 6);
+    // Nothing tells who goes first between the two approaches without a light.
+    assert!(found(&built.map, &built.settings).iter().all(|code| code == "vm-03-11/priority-unknown"));
+}
+
+#[test]
+fn a_virtual_traffic_light_that_lacks_something_is_found() {
+    let Built { map, settings, .. } = coordinated(DrivingSide::Left, "");
+    let codes = |change: &dyn Fn(&mut RegulatoryElement), subtype: &str| {
+        let mut map = map.clone();
+        let id = of(&map, subtype)[0].id;
+        change(map.regulatory_elements.get_mut(id).unwrap());
+        found(&map, &settings)
+    };
+    let without = |role: &'static str| {
+        move |element: &mut RegulatoryElement| {
+            let at = element.members.iter().position(|member| member.role == role).unwrap();
+            element.members.remove(at);
+        }
+    };
+    assert!(codes(&without("end_line"), "virtual_traffic_light").contains(&"vm-03-16/order".to_owned()));
+    assert!(codes(&without("ref_line"), "virtual_traffic_light").contains(&"vm-03-16/types".to_owned()));
+    assert!(codes(&without("yield"), "right_of_way").contains(&"vm-03-17/yield".to_owned()));
+    // The light of one crossing begins where that of the one before does.
+    let lines = |role| -> Vec<_> {
+        of(&map, "virtual_traffic_light").iter().map(|light| light.linestrings(role).next().unwrap()).collect()
+    };
+    let starts = lines("start_line");
+    let overlapping = starts.iter().any(|&start| {
+        let begin = |light: &mut RegulatoryElement| {
+            let member = light.members.iter_mut().find(|member| member.role == "start_line").unwrap();
+            member.target = Target::LineString(start);
+        };
+        codes(&begin, "virtual_traffic_light").contains(&"vm-03-18/overlap".to_owned())
+    });
+    assert!(overlapping);
+}
