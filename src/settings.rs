@@ -4,6 +4,7 @@
 mod beside;
 mod document;
 mod inside;
+mod markings;
 mod merge;
 mod selection;
 mod suppression;
@@ -15,6 +16,7 @@ use serde::{Deserialize, Serialize};
 pub use beside::{BesideSettings, BicycleLanes};
 pub use document::{Document, DocumentError, Step};
 pub use inside::{GuideLine, InsideSettings, Place, VirtualLightSettings};
+pub use markings::MarkingSettings;
 pub use merge::MergeSettings;
 pub use selection::{Selection, covers, most_specific};
 pub use suppression::{Origin, PrimitiveKind, Suppression};
@@ -67,6 +69,9 @@ pub struct Settings {
     /// For `build`: what is painted inside intersections.
     #[serde(skip_serializing_if = "InsideSettings::says_nothing")]
     pub inside: InsideSettings,
+    /// For `build`: what is painted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub markings: Option<MarkingSettings>,
     /// For `build`: roads that lie inside an intersection.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub merge: Vec<MergeSettings>,
@@ -104,6 +109,7 @@ impl Settings {
             heights: self.heights.or(outer.heights),
             beside: self.beside.or(outer.beside),
             inside: self.inside.over(outer.inside),
+            markings: self.markings.or(outer.markings),
             intersection: self.intersection,
             suppress: self.suppress,
             merge: self.merge,

@@ -27,6 +27,7 @@ use super::paths::{Drawn, Path, intersection_key};
 use super::road_network::{DrivingSide, Intersection, RoadEnd, RoadIx, RoadNetwork};
 use super::settle::Settled;
 use super::sidecar;
+use super::stretch::cut_off;
 use super::walk_light::walk_lights;
 use super::walkway::walkways;
 
@@ -49,7 +50,8 @@ pub struct Assembled {
 pub fn assemble(settled: Settled) -> Assembled {
     let Settled { network, restricted, draft, notes } = settled;
     let network = &network;
-    let Draft { lines, mut assembly, lanes, ways, .. } = draft;
+    let Draft { lines, mut assembly, mut lanes, ways, .. } = draft;
+    cut_off(&mut assembly, network, &lines, &ways, &mut lanes);
     let as_roads = network.beside.bicycle_lanes == BicycleLanes::Road;
     let bicycles = beside(&mut assembly, network, &lanes);
     let crossings = Crossings::add(&mut assembly, network, &lines, &lanes);

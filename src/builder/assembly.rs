@@ -214,6 +214,13 @@ impl<'a> Assembly<'a> {
         }
     }
 
+    /// Leads a line that this part has added through other points.
+    pub fn reshape_line(&mut self, id: LineStringId, points: Vec<PointId>) {
+        if let Some(line) = self.part.map.linestrings.get_mut(id) {
+            line.points = points;
+        }
+    }
+
     /// The line of an id.
     pub fn line_of(&self, id: LineStringId) -> Option<&LineString> {
         self.part.map.linestrings.get(id).or_else(|| self.below?.line_of(id))

@@ -12,9 +12,11 @@ use crate::lanelet::{Attributes, Bound, LaneletId};
 use crate::settings::{BesideSettings, BicycleLanes};
 
 use super::assembly::{Assembly, tags};
+use super::connection::side;
 use super::cross_section::{CrossSection, StripKind, Travel};
+use super::ids::Key;
 use super::lanes::{Lanes, road_key};
-use super::road_network::{Road, RoadIx, RoadNetwork};
+use super::road_network::{End, Road, RoadEnd, RoadIx, RoadNetwork};
 use super::sound::sound;
 
 /// Widths of a lane for bicycles, metres: what is narrower is no lane, what is wider no lane for bicycles alone.
@@ -143,9 +145,18 @@ fn reached(section: &CrossSection, runs: &[Run], run: &Run) -> bool {
 pub fn beside(assembly: &mut Assembly, network: &RoadNetwork, lanes: &Lanes) -> Vec<LaneletId> {
     let mut bicycles = Vec::new();
     for (ix, road) in network.roads.iter().enumerate() {
+        let ix = RoadIx(ix as u32);
+        let own = [(road_key("beside", road), lanes.borders_of(ix))];
+        let before = [End::Start, End::End].into_iter().filter_map(|end| {
+            let key = road_key("beside before stop", road).number(side(end) as i64);
+            Some((key, lanes.borders_before(RoadEnd { road: ix, end })?))
+        });
+        let pieces: Vec<_> = own.into_iter().chain(before).collect();
         for run in runs(&road.section) {
-            let lanelet = lanelet(assembly, road, lanes.borders_of(RoadIx(ix as u32)), &run, &network.beside);
-            bicycles.extend(lanelet.filter(|_| run.used == Use::Bicycle));
+            for &(key, borders) in &pieces {
+                let lanelet = lanelet(assembly, road, (key, borders), &run, &network.beside);
+                bicycles.extend(lanelet.filter(|_| run.used == Use::Bicycle));
+            }
         }
     }
     bicycles
@@ -155,7 +166,7 @@ pub fn beside(assembly: &mut Assembly, network: &RoadNetwork, lanes: &Lanes) -> 
 fn lanelet(
     assembly: &mut Assembly,
     road: &Road,
-    borders: &[Option<Bound>],
+    (key, borders): (Key, &[Option<Bound>]),
     run: &Run,
     settings: &BesideSettings,
 ) -> Option<LaneletId> {
@@ -175,7 +186,7 @@ fn lanelet(
         return None;
     }
     let [left, right] = bounds(assembly, road, borders, run)?;
-    let key = road_key("beside", road).number(run.strips.start as i64);
+    let key = key.number(run.strips.start as i64);
     let mut attributes = attributes(road, run, settings);
     attributes.push("road_id", crate::osm::Text::from(road.key.to_string()));
     Some(assembly.lanelet(key, left, right, attributes))

@@ -10,7 +10,7 @@ use crate::geometry::Point;
 use crate::lanelet::LaneletMap;
 use crate::osm::OsmData;
 use crate::projection::{Extent, LonLat, Projector};
-use crate::settings::{BesideSettings, MergeSettings, Settings};
+use crate::settings::{BesideSettings, MarkingSettings, MergeSettings, Settings};
 use crate::terrain::Terrain;
 
 use super::assemble::{Assembled, assemble};
@@ -39,6 +39,8 @@ pub struct BuildOptions {
     pub beside: BesideSettings,
     /// What is drawn inside intersections.
     pub inside: Inside,
+    /// What is painted where the tags are silent.
+    pub markings: MarkingSettings,
     /// Roads that the user decided to merge (`true`) or to keep apart. A file of streets is merged already.
     pub merges: Vec<(MergeSettings, bool)>,
 }
@@ -124,6 +126,7 @@ pub fn plan(osm: &OsmData, options: &BuildOptions) -> Result<Plan, BuildError> {
     let to_metres = |places: &[LonLat]| projector.forward_all(places);
     let Network { mut network, notes } = road_network(osm, &to_metres, &network_options)?;
     network.beside = options.beside;
+    network.markings = options.markings;
     let mut street_options = options.streets.clone();
     street_options
         .consolidate

@@ -252,7 +252,8 @@ pub fn from_cut(cut: [f64; 2], end: End, station: f64) -> f64 {
     }
 }
 
-fn at_depth(cut: [f64; 2], end: End, depth: f64) -> f64 {
+/// The station so far up the road from the cut at one end.
+pub fn at_depth(cut: [f64; 2], end: End, depth: f64) -> f64 {
     match end {
         End::Start => cut[0] + depth,
         End::End => cut[1] - depth,

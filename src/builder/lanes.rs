@@ -1,5 +1,7 @@
 //! The lanes of every road between its connection lines: borders as shared lines, lanelets between them.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 
 use crate::geometry::{Point, Vector, curve::Pose, curve::untangled, left_of, miter::miter};
@@ -86,6 +88,8 @@ pub struct Lanes {
     pub arms: Vec<[Arm; 2]>,
     /// Per road, by the edges of its cross-section.
     borders: Vec<Vec<Option<Bound>>>,
+    /// Of what was cut off the ends of roads, in the same way.
+    pub(super) before_stop: BTreeMap<RoadEnd, Vec<Option<Bound>>>,
 }
 
 impl Lanes {
@@ -100,9 +104,15 @@ impl Lanes {
         first..last
     }
 
-    /// The borders of a road, by the edges of its cross-section, each along the road's line.
+    /// The borders of a road, by the edges of its cross-section, each along the road's line; without what was cut off
+    /// before a stop line.
     pub fn borders_of(&self, road: RoadIx) -> &[Option<Bound>] {
         &self.borders[road.0 as usize]
+    }
+
+    /// As [`Lanes::borders_of`], of what was cut off before an end.
+    pub fn borders_before(&self, at: RoadEnd) -> Option<&[Option<Bound>]> {
+        self.before_stop.get(&at).map(Vec::as_slice)
     }
 
     /// The ground between the ends of the lanes of an intersection.

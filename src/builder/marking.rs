@@ -56,16 +56,13 @@ pub fn marking(section: &CrossSection, edge: usize, tags: &Tags, country: Option
     if edge == kerb_left || edge == kerb_right {
         return attributes(&[("type", "road_border")]);
     }
-    let driven = |i: Option<usize>| {
-        i.and_then(|i| section.strips.get(i)).filter(|s| matches!(s.kind, StripKind::Drive | StripKind::Bus))
-    };
-    let (paint, change, opposed) = match (driven(edge.checked_sub(1)), driven(Some(edge))) {
-        (Some(left), Some(right)) if left.travel == right.travel && left.travel != Travel::Both => {
-            let (paint, change) = between_lanes(left, right, tags);
+    let (paint, change, opposed) = match lanes_beside(section, edge) {
+        Some([left, right]) if same_way(left, right) => {
+            let (paint, change) = between_lanes(may_change(left, right, left.kind == right.kind), tags);
             (paint, change, false)
         }
-        (Some(left), Some(right)) => (between_directions(section, [left, right], tags, country), "no", true),
-        _ => (Paint::One(Solid), "no", false),
+        Some(sides) => (between_directions(section, sides, tags, country), "no", true),
+        None => (Paint::One(Solid), "no", false),
     };
     let [kind, subtype] = paint.names(inverted);
     let mut marking = attributes(&[("type", kind)]);
@@ -79,9 +76,30 @@ pub fn marking(section: &CrossSection, edge: usize, tags: &Tags, country: Option
     marking
 }
 
-/// Between lanes of one direction: dashed on the side from which one may change, by `change:lanes` or what the lanes are for.
-fn between_lanes(left: &Strip, right: &Strip, tags: &Tags) -> (Paint, &'static str) {
-    let change = may_change(left, right);
+/// Tags of the border between two lanes of an approach just before its stop line, where those lanes are changed only if
+/// `change:lanes` says so; `None` where that makes no difference.
+pub fn before_stop(section: &CrossSection, edge: usize, tags: &Tags, inverted: bool) -> Option<Attributes> {
+    let [left, right] = lanes_beside(section, edge).filter(|[left, right]| same_way(left, right))?;
+    let [rest, there] =
+        [left.kind == right.kind, false].map(|usual| between_lanes(may_change(left, right, usual), tags));
+    let (paint, change) = there;
+    let [kind, subtype] = paint.names(inverted);
+    let marking = attributes(&[("type", kind), ("subtype", subtype), ("lane_change", change)]);
+    (paint != rest.0).then_some(marking)
+}
+
+/// The lanes on the left and on the right of an edge; `None` where there are not two.
+fn lanes_beside(section: &CrossSection, edge: usize) -> Option<[&Strip; 2]> {
+    let driven = |i: usize| section.strips.get(i).filter(|s| matches!(s.kind, StripKind::Drive | StripKind::Bus));
+    Some([driven(edge.checked_sub(1)?)?, driven(edge)?])
+}
+
+fn same_way(left: &Strip, right: &Strip) -> bool {
+    left.travel == right.travel && left.travel != Travel::Both
+}
+
+/// Between lanes of one direction: dashed on the side from which one may change.
+fn between_lanes(change: [bool; 2], tags: &Tags) -> (Paint, &'static str) {
     let paint = match change {
         [true, true] => Paint::One(Dashed),
         [true, false] => Paint::Two([Dashed, Solid]),
@@ -92,14 +110,13 @@ fn between_lanes(left: &Strip, right: &Strip, tags: &Tags) -> (Paint, &'static s
     (paint, if change == [true, true] { "yes" } else { "no" })
 }
 
-/// Whether one may change from the left strip (along the line) to the right one, and back.
-fn may_change(left: &Strip, right: &Strip) -> [bool; 2] {
+/// Whether one may change from the left strip (along the line) to the right one, and back: by `change:lanes`, else as usual.
+fn may_change(left: &Strip, right: &Strip, usual: bool) -> [bool; 2] {
     let [to_right, to_left] = match left.travel {
         Travel::Backward => [left.change[0], right.change[1]],
         _ => [left.change[1], right.change[0]],
     };
-    let same = left.kind == right.kind;
-    [to_right.unwrap_or(same), to_left.unwrap_or(same)]
+    [to_right.unwrap_or(usual), to_left.unwrap_or(usual)]
 }
 
 /// Between opposite directions: by `divider`, `overtaking` and `lane_markings`. Where these are silent nobody overtakes; the

@@ -49,6 +49,7 @@ pub mod single_lanes;
 pub mod sound;
 pub(crate) mod speed;
 pub mod streets;
+pub mod stretch;
 pub(crate) mod tags;
 #[cfg(test)]
 mod tests;

@@ -20,7 +20,7 @@ use std::fmt;
 
 use crate::geometry::{Point, Polyline};
 use crate::osm::{Tags, Text};
-use crate::settings::BesideSettings;
+use crate::settings::{BesideSettings, MarkingSettings};
 
 use super::cross_section::CrossSection;
 
@@ -279,6 +279,8 @@ pub struct RoadNetwork {
     pub country: Option<Text>,
     /// What is drawn beside the lanes for cars.
     pub beside: BesideSettings,
+    /// What is painted where the tags are silent.
+    pub markings: MarkingSettings,
     /// In order of their keys.
     pub roads: Vec<Road>,
     /// In order of their smallest node id.

@@ -168,3 +168,33 @@ fn a_single_track_is_no_intersection_of_its_two_directions() {
     let map = built(&nodes, &ways).map;
     assert!(map.polygons.iter().next().is_none());
 }
+
+#[test]
+fn paint_changes_where_a_way_with_other_tags_begins() {
+    let nodes = [(1, -60.0, 0.0, ""), (2, 0.0, 0.0, ""), (3, 60.0, 0.0, "")];
+    // The line between the lanes of the first and of the second way, if they are not one road.
+    let painted = |first: &str, second: &str| -> Vec<String> {
+        let [first, second] = [first, second].map(|tags| format!("highway=secondary lanes=2 sidewalk=no {tags}"));
+        let map = built(&nodes, &[(10, &[1, 2], &first), (11, &[2, 3], &second)]).map;
+        let mut uses: std::collections::BTreeMap<_, (f64, usize)> = std::collections::BTreeMap::new();
+        for lanelet in map.lanelets.iter() {
+            for bound in [lanelet.left, lanelet.right] {
+                let east = map.bound_line(bound).iter().map(|p| p.x).sum();
+                uses.entry(bound.line).or_insert((east, 0)).1 += 1;
+            }
+        }
+        uses.retain(|_, (_, count)| *count == 2);
+        let mut lines: Vec<_> =
+            uses.into_iter().map(|(line, (east, _))| (east, map.linestrings.get(line).unwrap())).collect();
+        lines.sort_by(|a, b| a.0.total_cmp(&b.0));
+        assert!(lines.windows(2).all(|w| w[0].1.points.iter().any(|node| w[1].1.points.contains(node))));
+        let subtype = |line: &crate::lanelet::LineString| line.attributes.get("subtype").unwrap_or("none").to_owned();
+        lines.into_iter().map(|(_, line)| subtype(line)).collect()
+    };
+    assert_eq!(painted("overtaking=yes", "overtaking=no"), ["dashed", "solid"]);
+    assert_eq!(painted("divider=dashed_line", "divider=double_solid_line"), ["dashed", "solid_solid"]);
+    assert_eq!(painted("lane_markings=no", ""), ["none", "solid"]);
+    let one_way = |change: &str| format!("oneway=yes change:lanes={change}");
+    assert_eq!(painted(&one_way("yes|yes"), &one_way("no|no")), ["dashed", "solid"]);
+    assert_eq!(painted("overtaking=no", "overtaking=no"), ["solid"], "nothing changes: one road");
+}

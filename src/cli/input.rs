@@ -66,6 +66,7 @@ fn asked(input: &Path, args: &StreetArgs) -> Result<(Vec<u8>, BuildOptions), Fai
     options.terrain = args.dem.as_deref().map(terrain).transpose()?.map(Arc::new);
     options.beside = settings.beside.unwrap_or_default();
     options.inside = Inside { everywhere: settings.inside, intersections: settings.intersection };
+    options.markings = settings.markings.unwrap_or_default();
     let said = settings.heights.unwrap_or_default();
     let heights = &mut options.streets.heights;
     heights.ground = said.ground.unwrap_or(heights.ground);

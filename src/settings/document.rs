@@ -51,7 +51,8 @@ impl Document {
             .or_else(|| document.without_origin())
             .or_else(|| document.without_place())
             .or_else(|| document.without_meaning())
-            .or_else(|| document.without_sense());
+            .or_else(|| document.without_sense())
+            .or_else(|| document.without_length());
         match broken {
             Some(error) => Err(error),
             None => Ok(document),
@@ -87,6 +88,16 @@ impl Document {
             message: format!("[heights] {key}: {fault}"),
             help: Some("metres, and metres per metre: `layer = 6.0`, `grade = 0.06`".to_owned()),
             offset: self.offset(&[Step::Key("heights"), Step::Key(key)]),
+        })
+    }
+
+    /// Lines are painted over some distance.
+    fn without_length(&self) -> Option<DocumentError> {
+        let wrong = |metres: f64| !(0.0..=1000.0).contains(&metres);
+        self.settings.markings?.before_stop.filter(|metres| wrong(*metres)).map(|_| DocumentError {
+            message: "[markings] before_stop: a length is from 0 to 1000 metres".to_owned(),
+            help: Some("write `before_stop = 30.0`, or 0 for none".to_owned()),
+            offset: self.offset(&[Step::Key("markings"), Step::Key("before_stop")]),
         })
     }
 
@@ -283,6 +294,14 @@ mod tests {
         assert_eq!(error("projector = \"mgrs\"\n").help.as_deref(), Some("did you mean `MGRS`?"));
         let good = Document::parse("a.toml", "projector = \"LocalCartesian\"\norigin = [35.0, 139.0]\n").unwrap();
         assert_eq!(good.settings.origin, Some([35.0, 139.0]));
+    }
+
+    #[test]
+    fn a_marking_has_a_length() {
+        let text = "driving_side = \"left\"\n[markings]\nbefore_stop = -1\n";
+        let found = error(text);
+        assert!(found.message.contains("0 to 1000 metres"), "{found}");
+        assert_eq!(found.offset, text.find("before_stop").unwrap());
     }
 
     #[test]

@@ -237,7 +237,8 @@ fn rebuild(network: &RoadNetwork, clusters: &[Cluster]) -> RoadNetwork {
         })
         .collect();
     let (side, country, beside) = (network.side, network.country.clone(), network.beside);
-    RoadNetwork { side, country, beside, roads, intersections, restrictions }
+    let markings = network.markings;
+    RoadNetwork { side, country, beside, markings, roads, intersections, restrictions }
 }
 
 fn merged(network: &RoadNetwork, cluster: &Cluster, rules: &Rules<'_>) -> Intersection {

@@ -68,6 +68,7 @@ pub fn read(text: &str, options: &BuildOptions) -> Result<Plan, ReadError> {
     }
     let roads::Network { mut network, rings } = roads::network(&parsed, options.driving_side, &mut notes)?;
     network.beside = options.beside;
+    network.markings = options.markings;
     let guesses = notes.len();
     let mut findings = Vec::new();
     let outlines = outlines::outlines(&network, &rings, &options.streets.outline, &mut findings);

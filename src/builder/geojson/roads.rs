@@ -8,7 +8,6 @@ use crate::builder::road_network::{DrivingSide, End, IntersectionIx, RoadIx, Roa
 use crate::diagnostic::Finding;
 use crate::geometry::{Point, Vector, polygon};
 use crate::osm::Text;
-use crate::settings::BesideSettings;
 
 use super::ReadError;
 use super::meet::{intersections, restrictions};
@@ -99,8 +98,8 @@ pub fn network<'a>(
     }
     let intersections = intersections(&nodes, &roads, &by_id)?;
     let restrictions = restrictions(parsed, &by_id)?;
-    let beside = BesideSettings::default();
-    let network = RoadNetwork { side, country, beside, roads, intersections, restrictions };
+    let (beside, markings) = Default::default();
+    let network = RoadNetwork { side, country, beside, markings, roads, intersections, restrictions };
     let rings = Rings {
         roads: keyed.iter().map(|(_, site, _)| &site.it.properties).collect(),
         intersections: nodes.iter().map(|node| node.feature.map(|feature| &feature.it)).collect(),

@@ -85,8 +85,16 @@ fn network(arms: &[Arm]) -> RoadNetwork {
         let at = RoadEnd { road: RoadIx(i as u32), end: End::End };
         intersections.push(intersection(node, p, vec![at], true));
     }
-    let beside = crate::settings::BesideSettings::default();
-    RoadNetwork { side: DrivingSide::Right, country: None, beside, roads, intersections, restrictions: Vec::new() }
+    let (beside, markings) = Default::default();
+    RoadNetwork {
+        side: DrivingSide::Right,
+        country: None,
+        beside,
+        markings,
+        roads,
+        intersections,
+        restrictions: Vec::new(),
+    }
 }
 
 /// The ground of a road between its cuts.

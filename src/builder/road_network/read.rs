@@ -9,7 +9,6 @@ use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::{Point, Polyline};
 use crate::osm::{OsmData, Tags, Text};
 use crate::projection::LonLat;
-use crate::settings::BesideSettings;
 
 use super::arms::{Ray, clockwise};
 use super::control;
@@ -91,8 +90,8 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
         roads.push(road);
     }
     let intersections = intersections(osm, &nodes, &positions, &pieces, &roads, &centres);
-    let beside = BesideSettings::default();
-    let mut network = RoadNetwork { side, country, beside, roads, intersections, restrictions: Vec::new() };
+    let (beside, markings) = Default::default();
+    let mut network = RoadNetwork { side, country, beside, markings, roads, intersections, restrictions: Vec::new() };
     crossed::settle(osm, to_metres, &mut network, &mut notes);
     control::assign(&mut network, &mut notes);
     network.restrictions = restrictions(osm, &network, &mut notes);
