@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::geometry::{Point, Polyline, Vector, angle_between, curve, curve::Pose};
+use crate::geometry::{Point, Polyline, Vector, angle_between, curve, curve::Pose, part::parted};
 use crate::lanelet::index::{HEADING_REACH, center_line};
 use crate::lanelet::{Attributes, Bound, LaneletId, LineStringId, PointId};
 
@@ -39,6 +39,8 @@ pub struct Path {
 #[derive(Clone, Debug, Default)]
 pub struct Bounds {
     lines: FxHashMap<(PointId, PointId), Bound>,
+    /// For every node where lines end, the other ends of those lines.
+    ends: FxHashMap<PointId, Vec<PointId>>,
     points: FxHashMap<(i64, i64), PointId>,
 }
 
@@ -103,7 +105,22 @@ impl Bounds {
         id
     }
 
+    /// Keeps the places of a line that is to be drawn from one node to another beside the lines that end on either node.
+    fn beside_others(&self, assembly: &Assembly, [from, to]: [PointId; 2], mut places: Vec<Point>) -> Vec<Point> {
+        for node in [from, to] {
+            for &end in self.ends.get(&node).into_iter().flatten().filter(|end| ![from, to].contains(end)) {
+                let other = self.get(node, end).map(|bound| Polyline::new(assembly.bound_line(bound)));
+                let (Some(own), Some(Some(other))) = (Polyline::new(places.iter().copied()), other) else { continue };
+                places = parted(&own, &other).unwrap_or(places);
+            }
+            places.reverse();
+        }
+        places
+    }
+
     fn insert(&mut self, from: PointId, to: PointId, line: LineStringId) -> Bound {
+        self.ends.entry(from).or_default().push(to);
+        self.ends.entry(to).or_default().push(from);
         self.lines.insert((to, from), Bound { line, inverted: true });
         let bound = Bound { line, inverted: false };
         self.lines.insert((from, to), bound);
@@ -201,6 +218,7 @@ impl Drawn {
                 known[i].unwrap_or_else(|| {
                     let attributes = (tagged.bound)(assembly, from, i);
                     let (a, b) = (from.nodes[i], to.nodes[i]);
+                    let places = bounds.beside_others(assembly, [a, b], places);
                     let line = bounds.draw(assembly, key, [a, b], places, attributes);
                     bounds.insert(a, b, line)
                 })

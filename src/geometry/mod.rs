@@ -6,6 +6,7 @@
 pub mod cells;
 pub mod curve;
 pub mod miter;
+pub mod part;
 pub mod polygon;
 pub mod polyline;
 pub mod ring;

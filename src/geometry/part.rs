@@ -1,0 +1,126 @@
+//! Lines that leave one point side by side: they part without one running over the other.
+
+use super::{Point, Polyline, angle_between};
+
+/// Lines whose first steps differ by more, degrees, part at once.
+const ALONG: f64 = 20.0;
+/// Metres between two lines beyond which they have parted.
+const PARTED: f64 = 0.3;
+/// By how much, metres, a line is taken to have been meant beside another although it runs over it.
+const OVER_MOST: f64 = 0.1;
+/// Metres between places where two lines are compared.
+const STEP: f64 = 0.25;
+/// Metres of the line that may be left out where it leaves the other.
+const SKIPPED_MOST: f64 = 0.5;
+/// Change of direction, degrees, that it may take to leave the other.
+const BENT_MOST: f64 = 10.0;
+/// Metres by which a line may lie over another: less than a coordinate's last digit.
+const EXACT: f64 = 1e-6;
+
+/// The line, which starts where the other one does, kept on the side of it on which it goes on: where it runs over the
+/// other by less than a hand's breadth before the two part, it follows the other, vertex by vertex. `None` where it is to
+/// stay as it is.
+pub fn parted(line: &Polyline, other: &Polyline) -> Option<Vec<Point>> {
+    let steps = [line, other].map(|l| l.at(STEP.min(l.length())) - l.first());
+    if angle_between(steps[0], steps[1]).abs() > ALONG.to_radians() {
+        return None;
+    }
+    // Where the line runs beside the other: stations on both, and how far to the left of the other it is.
+    let mut beside: Vec<[f64; 3]> = Vec::new();
+    let last = line.length().min(other.length());
+    let stations = line.stations().into_iter().chain((1..).map(|i| STEP * f64::from(i)).take_while(|&s| s < last));
+    let mut stations: Vec<f64> = stations.filter(|&s| s > 0.0).collect();
+    stations.sort_unstable_by(f64::total_cmp);
+    for station in stations {
+        let foot = other.project(line.at(station));
+        if foot.station >= other.length() - EXACT {
+            return None;
+        }
+        beside.push([station, foot.station, foot.offset]);
+        if foot.offset.abs() > PARTED {
+            break;
+        }
+    }
+    let side = beside.last().filter(|[_, _, offset]| offset.abs() > PARTED)?[2].signum();
+    let over = beside.iter().rposition(|[_, _, offset]| offset * side < -EXACT)?;
+    if beside.iter().any(|[_, _, offset]| offset * side < -OVER_MOST) {
+        return None;
+    }
+    let (leaves, rejoined) = (beside[over][1], beside[over + 1][0]);
+    let followed = other.points().iter().zip(other.stations());
+    let followed: Vec<Point> = followed.take_while(|(_, s)| *s <= leaves).map(|(p, _)| *p).collect();
+    let mut own = line.points().iter().zip(line.stations()).filter(|(_, s)| *s >= rejoined - EXACT).peekable();
+    let leaving = other.at(leaves);
+    let mut points = followed;
+    if points.last().is_some_and(|p| (p - leaving).norm() > STEP) {
+        points.push(leaving);
+    }
+    // The way from the last place on the other line to the first beside it must not cut across a bend of the other.
+    let across = |p: &Point| {
+        let at = [0.25, 0.5, 0.75].map(|t| other.project(leaving + (p - leaving) * t).offset * side);
+        at.iter().any(|&offset| offset < -EXACT)
+    };
+    while own.next_if(|(p, s)| *s < rejoined + SKIPPED_MOST && across(p)).is_some() {}
+    let (next, _) = own.peek()?;
+    let turn = angle_between(other.direction(leaves), *next - leaving).abs();
+    if across(next) || turn > BENT_MOST.to_radians() {
+        return None;
+    }
+    points.extend(own.map(|(p, _)| *p));
+    (points.last() == Some(&line.last())).then_some(points)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(points: &[(f64, f64)]) -> Polyline {
+        Polyline::new(points.iter().map(|&(x, y)| Point::new(x, y))).unwrap()
+    }
+
+    /// A quarter of a circle to the left.
+    fn turn(radius: f64) -> Polyline {
+        let at = |i: i32| {
+            let angle = f64::from(i * 5).to_radians();
+            Point::new(radius * angle.sin(), radius * (1.0 - angle.cos()))
+        };
+        Polyline::new((0..=18).map(at)).unwrap()
+    }
+
+    fn mirrored(line: &Polyline) -> Polyline {
+        Polyline::new(line.points().iter().map(|p| Point::new(p.x, -p.y))).unwrap()
+    }
+
+    /// How far a line lies to the right of another at most, up to where they have parted.
+    fn over(line: &[Point], other: &Polyline) -> f64 {
+        let line = Polyline::new(line.iter().copied()).unwrap();
+        let offsets = line.resampled(0.05).into_points().into_iter().map(|p| other.project(p).offset);
+        -offsets.take_while(|o| *o < PARTED).fold(0.0, f64::min)
+    }
+
+    #[test]
+    fn a_line_that_dips_over_its_neighbour_follows_it() {
+        // Straight on, but a little to the left, where the turn to the left begins straight on.
+        let straight = line(&[(0.0, 0.0), (30.0, 2.7)]);
+        let bent = parted(&turn(8.0), &straight).unwrap();
+        assert!(over(&bent, &straight) < 1e-6);
+        assert!(over(turn(8.0).points(), &straight) > 1e-3, "as it was");
+        assert_eq!(bent.last(), Some(&turn(8.0).last()));
+        let other_hand = parted(&mirrored(&turn(8.0)), &mirrored(&straight)).unwrap();
+        assert_eq!(other_hand, bent.iter().map(|p| Point::new(p.x, -p.y)).collect::<Vec<_>>());
+        // The other way round.
+        let bent = parted(&straight, &turn(8.0)).unwrap();
+        let turn = mirrored(&turn(8.0));
+        let bent: Vec<Point> = bent.iter().map(|p| Point::new(p.x, -p.y)).collect();
+        assert!(over(&bent, &turn) < 1e-6);
+    }
+
+    #[test]
+    fn lines_that_part_at_once_or_swing_out_stay() {
+        let straight = line(&[(0.0, 0.0), (30.0, 0.0)]);
+        assert_eq!(parted(&turn(8.0), &straight), None);
+        let swings = line(&[(0.0, 0.0), (2.0, -0.3), (4.0, -0.4), (8.0, 2.0)]);
+        assert_eq!(parted(&swings, &straight), None);
+        assert_eq!(parted(&line(&[(0.0, 0.0), (0.0, 9.0)]), &straight), None);
+    }
+}
