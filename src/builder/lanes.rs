@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use crate::geometry::{Point, Vector, curve::Pose, curve::untangled, left_of, miter::miter};
+use crate::geometry::{Point, Vector, curve::Pose, curve::untangled, left_of, miter::miter, round::Rounding};
 use crate::lanelet::{Attributes, Bound, LaneletId, PointId};
 
 use super::assembly::{Assembly, Part, tags};
@@ -24,6 +24,9 @@ const CLEAR: f64 = 0.5;
 const MITER: f64 = 30.0;
 /// A cut closer than this, metres, to the end of the road's line tells no more than the road's own direction there.
 const LEAST_AIM: f64 = 2.0;
+
+/// How tightly a border may bend: Lanelet2's own checks want a radius of one metre.
+const BENDS: Rounding = Rounding { least: 1.25, easy: 1.25, cut: 0.0 };
 
 /// One lane of a road.
 #[derive(Clone, Debug)]
@@ -364,7 +367,7 @@ fn border(road: &Road, kept: [f64; 2], offset: f64, ends: [Point; 2]) -> Vec<Poi
         }
     }
     line.push(ends[1]);
-    untangled(&line)
+    BENDS.of(&untangled(&line))
 }
 
 /// A corner moved sideways: one mitred point where the bend is slight, an arc outside a sharp bend, both ends of the

@@ -2,7 +2,9 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::geometry::{Point, Polyline, Vector, angle_between, curve, curve::Pose, part::parted};
+use crate::geometry::part::parted;
+use crate::geometry::round::Rounding;
+use crate::geometry::{Point, Polyline, Vector, angle_between, curve, curve::Pose};
 use crate::lanelet::index::{HEADING_REACH, center_line};
 use crate::lanelet::{Attributes, Bound, LaneletId, LineStringId, PointId};
 
@@ -43,6 +45,9 @@ pub struct Bounds {
     ends: FxHashMap<PointId, Vec<PointId>>,
     points: FxHashMap<(i64, i64), PointId>,
 }
+
+/// How tightly a bound may bend, and how much wider a lane may become where it turns.
+const BENDS: Rounding = Rounding { least: 1.25, easy: 2.0, cut: 0.85 };
 
 /// Points of an intersection closer than this, metres, are one: where two bounds cross on a point of each.
 const SAME: f64 = 2e-3;
@@ -399,7 +404,9 @@ fn shape(
         // Ways side by side share whatever comes: they must not overlap.
         let with_opposite = known.iter().flatten().any(|bound| bound.inverted);
         if sound(&lines, from.width.min(to.width)) && (share != Share::Evenly || !with_opposite || even(&lines)) {
-            return Some((shape.clone(), known));
+            let round =
+                [0, 1].map(|side| if known[side].is_some() { lines[side].clone() } else { BENDS.of(&lines[side]) });
+            return Some((if sound(&round, from.width.min(to.width)) { round } else { lines }, known));
         }
     }
     None

@@ -10,6 +10,7 @@ pub mod part;
 pub mod polygon;
 pub mod polyline;
 pub mod ring;
+pub mod round;
 pub mod swing;
 
 pub use polyline::Polyline;
