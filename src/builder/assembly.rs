@@ -1,4 +1,5 @@
-//! The map under construction: primitives get their ids from keys and are never changed but to gain members.
+//! The map under construction: primitives get their ids from keys and are never changed but to gain members
+//! or to be cut in two.
 //!
 //! Parts that do not depend on each other are made apart, each over what stands already, and then added in order: the
 //! map is the same as if they had been made one after the other.

@@ -85,7 +85,7 @@ pub struct Arm {
 /// All lanes and arms.
 #[derive(Clone, Debug, Default)]
 pub struct Lanes {
-    /// In order of roads and strips.
+    /// In order of roads and strips; behind those of a road the pieces that were cut off before its start and its end.
     pub lanes: Vec<Lane>,
     /// Per road: the arms at its start and its end.
     pub arms: Vec<[Arm; 2]>,

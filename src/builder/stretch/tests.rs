@@ -17,21 +17,36 @@ struct Crossing<'a> {
     rule: &'a str,
     length: f64,
     west: &'a str,
+    /// Where people walk across it, metres from the crossing.
+    walk: Option<f64>,
     before_stop: Option<f64>,
 }
 
-const LIGHTS: Crossing<'static> =
-    Crossing { side: DrivingSide::Right, rule: "highway=traffic_signals", length: 150.0, west: "", before_stop: None };
+const LIGHTS: Crossing<'static> = Crossing {
+    side: DrivingSide::Right,
+    rule: "highway=traffic_signals",
+    length: 150.0,
+    west: "",
+    walk: None,
+    before_stop: None,
+};
 
-fn built(Crossing { side, rule, length, west, before_stop }: &Crossing<'_>) -> Built {
+fn built(Crossing { side, rule, length, west, walk, before_stop }: &Crossing<'_>) -> Built {
     let markings = MarkingSettings { before_stop: *before_stop };
     let options = BuildOptions { driving_side: Some(*side), markings, ..BuildOptions::default() };
-    let nodes =
-        [(1, 0.0, 0.0, *rule), (2, -length, 0.0, ""), (3, 150.0, 0.0, ""), (4, 0.0, -80.0, ""), (5, 0.0, 80.0, "")];
+    let nodes = [
+        (1, 0.0, 0.0, *rule),
+        (2, -length, 0.0, ""),
+        (3, 150.0, 0.0, ""),
+        (4, 0.0, -80.0, ""),
+        (5, 0.0, 80.0, ""),
+        (6, -walk.unwrap_or_default(), 0.0, "highway=crossing crossing=marked"),
+    ];
+    let along: &[i64] = if walk.is_some() { &[2, 6, 1] } else { &[2, 1] };
     let west = format!("{FOUR} name=West {west}");
     let minor = "highway=residential lanes=2 sidewalk=no";
     let ways: [(i64, &[i64], &str); 4] =
-        [(10, &[2, 1], &west), (11, &[1, 3], FOUR), (12, &[4, 1], minor), (13, &[1, 5], minor)];
+        [(10, along, &west), (11, &[1, 3], FOUR), (12, &[4, 1], minor), (13, &[1, 5], minor)];
     built_as(&Asked { nodes: &nodes, ways: &ways, options })
 }
 
@@ -134,6 +149,24 @@ fn what_stands_at_the_stop_line_is_known_to_the_last_piece() {
     assert!(west.iter().copied().filter(signed).all(|lanelet| last(&lanelet)));
     let key = |lanelet: &Lanelet| ["road_id", "speed_limit"].map(|key| lanelet.attributes.get(key).map(str::to_owned));
     assert!(west.iter().all(|lanelet| key(lanelet) == key(west[0]) && key(lanelet)[0].is_some()));
+}
+
+#[test]
+fn the_piece_that_a_crosswalk_lies_on_knows_of_it() {
+    for (walk, last) in [(90.0, false), (35.0, true)] {
+        let map = built(&Crossing { side: DrivingSide::Left, walk: Some(walk), ..LIGHTS }).map;
+        let crosswalk = map.regulatory_elements.iter().find(|element| element.subtype == "crosswalk").unwrap();
+        let touches = |lanelet: &Lanelet| {
+            let [start, end] = ends(&map, lanelet);
+            map.lanelets
+                .iter()
+                .filter(|way| inside(way))
+                .map(|way| ends(&map, way))
+                .any(|way| way[0] == end || way[1] == start)
+        };
+        let on = west(&map).into_iter().filter(|lanelet| lanelet.regulatory_elements.contains(&crosswalk.id));
+        assert_eq!(on.map(touches).collect::<Vec<_>>(), [last; 4], "{walk} m before the crossing");
+    }
 }
 
 #[test]
