@@ -1,7 +1,7 @@
 //! Stop lines, traffic lights and stop signs, and the elements that tie them to lanes.
 
 use crate::geometry::{Point, Vector, left_of};
-use crate::lanelet::{LaneletId, LineStringId, Target};
+use crate::lanelet::{Attributes, LaneletId, LineStringId, Target};
 
 use super::assembly::{Assembly, tags};
 use super::cross_section::Travel;
@@ -12,7 +12,7 @@ use super::road_network::{DrivingSide, End, FeatureKind, Road};
 /// A sign or light on the road belongs to the intersection if it stands at most this far from its end, metres.
 const SIGN_REACH: f64 = 40.0;
 /// Lower edge of a traffic light above the road, metres: what trucks pass below.
-const LIGHT_HEIGHT: f64 = 5.0;
+pub const LIGHT_HEIGHT: f64 = 5.0;
 /// Lower edge of a stop sign above the road, metres.
 const SIGN_HEIGHT: f64 = 2.0;
 /// Side of a stop sign, metres.
@@ -20,7 +20,7 @@ const SIGN_SIZE: f64 = 0.6;
 /// Long and short side of a light's body, metres.
 const BODY: [f64; 2] = [1.25, 0.45];
 /// Lights stand this far, metres, behind the far edge of the intersection.
-const BEHIND: f64 = 1.0;
+pub const BEHIND: f64 = 1.0;
 /// Lights stand at most this far, metres, from the stop line: drivers must see them.
 const LIGHT_REACH: f64 = 50.0;
 
@@ -128,27 +128,57 @@ fn traffic_light(
     let start = nalgebra::center(&first.pose.point, &last.pose.point);
     let far = ring.iter().map(|p| (p - start).dot(&arm.inward)).fold(0.0, f64::max);
     let middle = start + arm.inward * (far + BEHIND).min(LIGHT_REACH);
-    let right = right_of(arm.inward);
-    // Lamps lie side by side where people drive on the left, as in Japan, and stand in a column elsewhere.
-    let lying = driving == DrivingSide::Left;
-    let (width, height) = if lying { (BODY[0], BODY[1]) } else { (BODY[1], BODY[0]) };
+    let shape = LightShape::new(driving, middle, arm.inward);
     let key = key.word("light").number(arm.at.end as i64).number(first.nodes[0].0);
-    let ends = [("left", -0.5), ("right", 0.5)]
-        .map(|(name, along)| assembly.point(key.word(name), middle + right * (width * along), LIGHT_HEIGHT));
-    let mut attributes = tags(&[("type", "traffic_light"), ("subtype", "red_yellow_green")]);
-    attributes.push("height", crate::osm::Text::from(format!("{height}")));
-    let light = assembly.named_line(key, ends.to_vec(), attributes);
-    let lamps = ["green", "yellow", "red"].into_iter().enumerate().map(|(i, color)| {
-        let part = (i as f64 - 1.0) / 3.0;
-        let (along, up) = if lying { (width * part, height / 2.0) } else { (0.0, height * (0.5 + part)) };
-        let place = middle + right * along;
+    let ends = ["left", "right"].into_iter().zip(shape.ends);
+    let ends = ends.map(|(name, place)| assembly.point(key.word(name), place, LIGHT_HEIGHT)).collect();
+    let light = assembly.named_line(key, ends, shape.attributes());
+    let lamps = shape.lamps.map(|(color, place, up)| {
         assembly.tagged_point(key.word(color), place, LIGHT_HEIGHT + up, tags(&[("color", color)]))
     });
-    let lamps: Vec<_> = lamps.collect();
+    let bulbs = assembly.line(key.word("bulbs"), lamps.to_vec(), bulbs_of(light));
+    Some([light, bulbs])
+}
+
+/// Where a light that drivers see as they head somewhere has its ends, from left to right, and its lamps.
+pub struct LightShape {
+    /// The lower edge of its body.
+    pub ends: [Point; 2],
+    /// Of its body, metres.
+    height: f64,
+    /// Colours, places, and metres above the lower edge.
+    pub lamps: [(&'static str, Point, f64); 3],
+}
+
+impl LightShape {
+    /// Around a middle, for those who look along `heading`.
+    pub fn new(driving: DrivingSide, middle: Point, heading: Vector) -> Self {
+        let right = right_of(heading);
+        // Lamps lie side by side where people drive on the left, as in Japan, and stand in a column elsewhere.
+        let lying = driving == DrivingSide::Left;
+        let (width, height) = if lying { (BODY[0], BODY[1]) } else { (BODY[1], BODY[0]) };
+        let lamp = |(i, color)| {
+            let part = (i as f64 - 1.0) / 3.0;
+            let (along, up) = if lying { (width * part, height / 2.0) } else { (0.0, height * (0.5 + part)) };
+            (color, middle + right * along, up)
+        };
+        let lamps = [(0, "green"), (1, "yellow"), (2, "red")].map(lamp);
+        Self { ends: [-0.5, 0.5].map(|along| middle + right * (width * along)), height, lamps }
+    }
+
+    /// Tags of its body.
+    pub fn attributes(&self) -> Attributes {
+        let mut attributes = tags(&[("type", "traffic_light"), ("subtype", "red_yellow_green")]);
+        attributes.push("height", crate::osm::Text::from(format!("{}", self.height)));
+        attributes
+    }
+}
+
+/// Tags of the bulbs of a light.
+pub fn bulbs_of(light: LineStringId) -> Attributes {
     let mut attributes = tags(&[("type", "light_bulbs")]);
     attributes.push("traffic_light_id", crate::osm::Text::from(light.0.to_string()));
-    let bulbs = assembly.line(key.word("bulbs"), lamps, attributes);
-    Some([light, bulbs])
+    attributes
 }
 
 /// A stop sign at the kerb side of a lane's end.

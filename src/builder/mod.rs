@@ -8,6 +8,7 @@
 //! Widths come before the outline (the cut-back needs the roads' edges), lane borders after it (they end at the cut).
 //! Everything speaks of near and far, never of left and right, except where a tag or a role does.
 
+pub(crate) mod across;
 pub mod alignment;
 pub mod area;
 pub mod assemble;
@@ -25,6 +26,7 @@ pub mod crosswalk;
 pub mod cycle;
 pub mod dead_lanes;
 pub mod draft;
+pub mod drive_light;
 pub mod driving_side;
 pub mod geojson;
 pub mod grid;
@@ -39,6 +41,7 @@ pub mod movement;
 pub mod outline;
 pub(crate) mod overhead;
 pub mod paths;
+pub(crate) mod pen;
 pub mod restricted;
 pub mod ring;
 pub mod road_network;

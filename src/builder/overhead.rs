@@ -8,7 +8,7 @@ use crate::lanelet::{LaneletId, LaneletMap, Member, RegulatoryElement, Regulator
 
 use super::assembly::tags;
 use super::ids::{Ids, Key};
-use super::inside::is_taken;
+use super::pen::is_taken;
 
 /// Lists every lane on another level as one that yields, for each lane of an intersection that would wait for it.
 pub fn ignore(map: &mut LaneletMap) {

@@ -5,6 +5,7 @@ use crate::lanelet::{LaneletId, LineStringId, Target};
 
 use super::assembly::{Assembly, tags};
 use super::connection::{CROSSWALK_BREADTH, Crossing, carriageway};
+use super::control::bulbs_of;
 use super::ids::Key;
 use super::road_network::{FeatureKind, Road};
 
@@ -53,7 +54,5 @@ fn light(assembly: &mut Assembly, key: Key, kerb: Point, ahead: Vector) -> [Line
     let lamps = [("green", 0.25), ("red", 0.75)].map(|(color, up)| {
         assembly.tagged_point(key.word(color), middle, LIGHT_HEIGHT + height * up, tags(&[("color", color)]))
     });
-    let mut attributes = tags(&[("type", "light_bulbs")]);
-    attributes.push("traffic_light_id", crate::osm::Text::from(body.0.to_string()));
-    [body, assembly.line(key.word("bulbs"), lamps.to_vec(), attributes)]
+    [body, assembly.line(key.word("bulbs"), lamps.to_vec(), bulbs_of(body))]
 }

@@ -10,7 +10,7 @@ use crate::lanelet::right_of_way::Turn;
 
 use super::super::assembly::tags;
 use super::super::ids::Key;
-use super::pen::Pen;
+use super::super::pen::Pen;
 use super::stop_line::drivable;
 
 /// Lanes that begin together have parted where their bounds are this far, metres, from each other.
@@ -23,7 +23,7 @@ const SHORTEST: f64 = 5.0;
 /// A guide line, before it is drawn.
 pub struct Guide {
     /// The bound that it marks.
-    bound: LineStringId,
+    pub bound: LineStringId,
     /// Whether the lanes that it leads run against the bound.
     inverted: bool,
     /// How far it runs along the bound, metres; `None`: all along.

@@ -4,25 +4,24 @@
 //! as `check` reads it, so that the names of approaches and the turns mean the same here and there. Whatever cannot be
 //! drawn as a whole is left out and named: Autoware loads no map with half an element.
 
-mod across;
 mod guide;
-mod pen;
+mod led;
 mod stop_line;
 mod virtual_light;
 
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::Point;
-use crate::lanelet::LaneletMap;
 use crate::lanelet::index::{MapIndex, Thresholds};
+use crate::lanelet::{LaneletMap, LineStringId};
 use crate::projection::{LonLat, Projector};
-use crate::settings::{InsideSettings, IntersectionSettings, Place, Settings};
+use crate::settings::{GuideLine, InsideSettings, IntersectionSettings, Place, Settings};
+
+use super::pen::Pen;
 
 use guide::Guide;
-use pen::Pen;
+use led::Led;
 use stop_line::{StopLine, StopLines};
 use virtual_light::{VirtualLight, VirtualLights};
-
-pub(super) use pen::is_taken;
 
 /// Slug of the finding about something that is not drawn.
 pub const UNDRAWN: &str = "inside-undrawn";
@@ -54,19 +53,72 @@ pub fn draw(map: &mut LaneletMap, projector: &Projector, inside: &Inside, settin
     }
     let mut settings = settings.clone();
     settings.intersection.extend(wanted);
+    let (led, mut notes) = lead(map, projector, &settings);
     let sketch = {
         let index = MapIndex::new(map, &[], &settings, Thresholds::default());
-        sketch(&index, projector, inside.everywhere)
+        sketch(&index, projector, inside.everywhere, &led)
     };
     let mut pen = Pen::new(map, projector);
     sketch.guides.into_iter().for_each(|guide| guide::draw(&mut pen, guide));
     sketch.stop_lines.into_iter().for_each(|line| stop_line::draw(&mut pen, line));
     let mut ends = virtual_light::EndLines::new();
     sketch.lights.into_iter().for_each(|light| virtual_light::draw(&mut pen, &mut ends, light));
-    sketch.notes
+    notes.extend(sketch.notes);
+    notes
 }
 
-fn sketch(map: &MapIndex, projector: &Projector, everywhere: InsideSettings) -> Sketch {
+/// Leads bounds along the guide lines that the settings have; gives those bounds, and names the lines that are left out.
+fn lead(map: &mut LaneletMap, projector: &Projector, settings: &Settings) -> (Vec<LineStringId>, Vec<Finding>) {
+    let (mut found, mut notes) = (Vec::new(), Vec::new());
+    let not_drawn = |(entry, i): (usize, usize), why: &str| {
+        undrawn(&settings.intersection[entry], &format!("guide_lines[{i}]"), why)
+    };
+    let lines = settings.intersection.iter().flat_map(|entry| &entry.guide_lines);
+    if !lines.into_iter().any(|line| matches!(line, GuideLine::Places(_))) {
+        return (Vec::new(), notes);
+    }
+    {
+        let index = MapIndex::new(map, &[], settings, Thresholds::default());
+        for (at, traffic) in index.traffic.iter().enumerate() {
+            for &entry in index.entries_of(at) {
+                for (i, line) in settings.intersection[entry].guide_lines.iter().enumerate() {
+                    let GuideLine::Places(places) = line else { continue };
+                    let places = places.iter().map(|&place| metres(projector, place)).collect();
+                    match Led::new(&index, traffic, places) {
+                        Ok(led) if found.iter().any(|(_, other): &(_, Led)| led.shares_with(other)) => {
+                            notes.push(not_drawn((entry, i), "another guide line leads the same bound"));
+                        }
+                        Ok(led) => found.push(((entry, i), led)),
+                        Err(why) => notes.push(not_drawn((entry, i), &why)),
+                    }
+                }
+            }
+        }
+    }
+    let mut pen = Pen::new(map, projector);
+    let drawn: Vec<_> = found.into_iter().map(|(at, led)| (at, led.draw(&mut pen), led)).collect();
+    let vetted: Vec<_> = {
+        let index = MapIndex::new(map, &[], settings, Thresholds::default());
+        drawn.into_iter().map(|(at, traced, led)| (at, traced, led.vet(&index), led)).collect()
+    };
+    let (mut bounds, mut left) = (Vec::new(), Vec::new());
+    for (at, traced, vetted, led) in vetted {
+        match vetted {
+            Ok(()) => {
+                bounds.extend(led.bounds());
+                left.extend(traced.left());
+            }
+            Err(why) => {
+                notes.push(not_drawn(at, &why));
+                traced.undo(map);
+            }
+        }
+    }
+    led::sweep(map, left.into_iter());
+    (bounds, notes)
+}
+
+fn sketch(map: &MapIndex, projector: &Projector, everywhere: InsideSettings, led: &[LineStringId]) -> Sketch {
     let mut sketch = Sketch { notes: unplaced(map, projector), ..Sketch::default() };
     for (at, traffic) in map.traffic.iter().enumerate() {
         let entries = map.entries_of(at).iter().map(|&entry| &map.settings.intersection[entry]);
@@ -92,7 +144,9 @@ fn sketch(map: &MapIndex, projector: &Projector, everywhere: InsideSettings) -> 
             stop_lines.add_waiting(map, traffic);
         }
         if everywhere.guide_lines == Some(true) {
-            sketch.guides.extend(guide::between_lanes(map, traffic));
+            sketch
+                .guides
+                .extend(guide::between_lanes(map, traffic).into_iter().filter(|guide| !led.contains(&guide.bound)));
         }
         sketch.stop_lines.append(&mut stop_lines.lines);
     }

@@ -7,10 +7,10 @@ use crate::lanelet::index::{Lane, MapIndex, Movement, Traffic};
 use crate::lanelet::right_of_way::Turn;
 use crate::lanelet::{LaneletId, Target};
 
+use super::super::across::{Ends, across, crosses};
 use super::super::assembly::tags;
 use super::super::ids::Key;
-use super::across::{Ends, across, crosses};
-use super::pen::Pen;
+use super::super::pen::Pen;
 
 /// Who waits stands this far, metres, before the first lane that he has to watch.
 const CLEAR: f64 = 1.0;

@@ -9,10 +9,11 @@ use crate::lanelet::{LaneletId, LineStringId, Member, PointId, RegulatoryElement
 use crate::osm::Text;
 use crate::settings::{ApproachName, VirtualLightSettings};
 
+use super::super::across::{Ends, across};
 use super::super::assembly::tags;
+use super::super::control::LIGHT_HEIGHT;
 use super::super::ids::Key;
-use super::across::{Ends, across};
-use super::pen::Pen;
+use super::super::pen::Pen;
 use super::stop_line::drivable;
 
 /// Vehicles ask for leave so far, metres, before the stop line where the settings do not tell: enough to stop gently
@@ -22,8 +23,6 @@ const START: f64 = 50.0;
 const ROOM: f64 = 2.0;
 /// It lies at least this far, metres, behind where the road begins.
 const MARGIN: f64 = 0.5;
-/// Height above the road, metres, of the line that stands for the infrastructure: that of traffic lights.
-const HEIGHT: f64 = 5.0;
 
 /// The light of one lane, before it is drawn.
 pub struct VirtualLight {
@@ -203,7 +202,7 @@ fn end_of(pen: &mut Pen, drawn: &mut EndLines, nodes: [PointId; 2]) -> LineStrin
 /// What stands for the infrastructure: a line above the stop line, with the tags by which it is known.
 fn anchor_of(pen: &mut Pen, key: Key, stop: &Edge, known: BTreeMap<String, String>) -> LineStringId {
     let ele = |id: PointId| pen.map.points.get(id).and_then(|point| point.ele).unwrap_or_default();
-    let ele = (ele(stop.ids[0]) + ele(stop.ids[1])) / 2.0 + HEIGHT;
+    let ele = (ele(stop.ids[0]) + ele(stop.ids[1])) / 2.0 + LIGHT_HEIGHT;
     let places = [0.25, 0.75].map(|part| stop.points[0] + stop.across() * part);
     let nodes = ["left", "right"].into_iter().zip(places).map(|(side, place)| pen.point(key.word(side), place, ele));
     let nodes = nodes.collect();

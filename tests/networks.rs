@@ -1,15 +1,20 @@
-//! What the settings want drawn inside intersections, on hand-drawn networks: the rules find nothing about it, and would
-//! if a part of it were missing.
+//! Hand-drawn networks, built and judged: what the settings want drawn inside intersections, and lights where people cross.
+//! The rules find nothing about either, and would if a part were missing.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
 
 mod common;
 
+use std::collections::BTreeSet;
+
 use common::judge_as;
 use lanewright::builder::inside::{Inside, UNDRAWN};
 use lanewright::builder::road_network::DrivingSide;
 use lanewright::builder::{BuildOptions, Built, build};
-use lanewright::lanelet::{Lanelet, LaneletMap, LineString, LineStringId, Loaded, RegulatoryElement, Target};
+use lanewright::geometry::{Point, Polyline};
+use lanewright::lanelet::{
+    Lanelet, LaneletId, LaneletMap, LineString, LineStringId, Loaded, PointId, RegulatoryElement, Target,
+};
 use lanewright::osm::{OsmData, read_bytes};
 use lanewright::rules::Config;
 use lanewright::settings::{Document, Settings};
@@ -17,7 +22,7 @@ use lanewright::settings::{Document, Settings};
 /// Latitude and longitude of the crossing's middle.
 const MIDDLE: [f64; 2] = [0.5, 9.5];
 
-/// Roads of these tags that meet at places in metres, mirrored where people drive on the left. Nodes 1 and 6 have tags.
+/// Roads of these tags that meet at places in metres, mirrored where people drive on the left.
 fn network(side: DrivingSide, nodes: &[(i64, f64, f64, &str)], ways: &[(i64, &[i64])], tags: &str) -> String {
     let east = if side == DrivingSide::Right { 1.0 } else { -1.0 };
     let tags_of = |text: &str| -> String {
@@ -199,6 +204,66 @@ fn what_cannot_be_drawn_is_named_with_its_place_and_left_out() {
     assert!(undrawn(&built)[0].contains("lanewright.toml:4: ") && undrawn(&built)[0].contains("has a stop line"));
 }
 
+/// The settings of a guide line along the first 0.6 of the right bound of the first far turn: at its end it lies this part of the
+/// lane's width inside, and everything is moved by degrees.
+fn guide_line(map: &LaneletMap, inside: f64, by: f64) -> String {
+    let lanelet = map.lanelets.iter().find(|lanelet| lanelet.attributes.is("turn_direction", "left")).unwrap();
+    let bound =
+        |bound| -> Vec<_> { map.bound_points(bound).map(|point| (point.position, point.lonlat.unwrap())).collect() };
+    let (left, right) = (bound(lanelet.left), bound(lanelet.right));
+    let count = right.len() * 6 / 10;
+    let places = right.iter().take(count).enumerate().map(|(i, (place, at))| {
+        let off = |p: &Point| (p - place).norm();
+        let beside = left.iter().min_by(|a, b| off(&a.0).total_cmp(&off(&b.0))).unwrap().1;
+        let part = inside * i as f64 / (count - 1) as f64;
+        let [lat, lon] = [at.lat + (beside.lat - at.lat) * part + by, at.lon + (beside.lon - at.lon) * part + by];
+        format!("[{lat}, {lon}]")
+    });
+    let places = places.collect::<Vec<_>>().join(", ");
+    format!("[[intersection]]\nat = [0.5, 9.5]\nguide_lines = [[{places}]]\n")
+}
+
+#[test]
+fn bounds_are_led_along_the_guide_lines_of_the_settings() {
+    let side = DrivingSide::Right;
+    let bare = built(&large(side), side, "").map;
+    for inside in [0.0, 0.12, -0.12] {
+        let built = built(&large(side), side, &guide_line(&bare, inside, 0.000_004));
+        assert_eq!(undrawn(&built), Vec::<&str>::new());
+        let Built { map, settings, .. } = &built;
+        assert_eq!(found(map, settings), Vec::<String>::new());
+        let [guide] = guides(map)[..] else { panic!("one line") };
+        let led =
+            |line: &&LineString| line.id != guide.id && guide.points.iter().all(|node| line.points.contains(node));
+        let bound = map.linestrings.iter().find(led).unwrap();
+        assert!(bare.linestrings.get(bound.id).is_some_and(|before| before.points != bound.points));
+        let used: BTreeSet<PointId> = map.linestrings.iter().flat_map(|line| line.points.iter().copied()).collect();
+        assert!(bound.points.iter().chain(&guide.points).all(|id| map.points.contains(*id)));
+        assert_eq!(used.len(), map.points.len(), "no point is left of the bound as it was");
+    }
+}
+
+#[test]
+fn a_guide_line_that_no_lane_can_follow_changes_nothing() {
+    let side = DrivingSide::Right;
+    let bare = built(&large(side), side, "").map;
+    let cases = [
+        (guide_line(&bare, 0.0, 0.000_1), "no bound of a lane begins within 2 m of it"),
+        (guide_line(&bare, 0.9, 0.0), "m from the bound of lanelet"),
+        (guide_line(&bare, 0.4, 0.0), "m wide"),
+    ];
+    for (settings, message) in cases {
+        let built = built(&large(side), side, &settings);
+        let said = undrawn(&built).join("; ");
+        assert!(
+            said.starts_with("lanewright.toml:1: guide_lines[0] is not drawn: ") && said.contains(message),
+            "{said}"
+        );
+        let shapes = |map: &LaneletMap| format!("{:?}{:?}", map.points.as_slice(), map.linestrings.as_slice());
+        assert!(shapes(&built.map) == shapes(&bare));
+    }
+}
+
 /// Two crossings of single lanes 90 m apart, with virtual traffic lights at all approaches.
 fn coordinated(side: DrivingSide, more: &str) -> Built {
     let nodes = [
@@ -285,4 +350,108 @@ fn a_virtual_traffic_light_that_lacks_something_is_found() {
         codes(&begin, "virtual_traffic_light").contains(&"vm-03-18/overlap".to_owned())
     });
     assert!(overlapping);
+}
+
+/// A road of 200 m that is crossed at node 2, in two ways if it is to be split there.
+fn crossed(side: DrivingSide, tags: &str, split: bool) -> Built {
+    let nodes = [(1, -100.0, 0.0, ""), (2, 0.0, 0.0, "highway=crossing crossing=traffic_signals"), (3, 100.0, 0.0, "")];
+    let whole: [(i64, &[i64]); 1] = [(10, &[1, 2, 3])];
+    let halves: [(i64, &[i64]); 2] = [(10, &[1, 2]), (11, &[2, 3])];
+    let xml = network(side, &nodes, if split { &halves } else { &whole }, tags);
+    built(&xml.replace("<way id='11'>", "<way id='11'><tag k='maxspeed' v='20'/>"), side, "")
+}
+
+/// The lights of drivers, each with the lanelet that obeys it and the distance of its stop line from the crosswalk.
+fn drivers(map: &LaneletMap) -> Vec<(&Lanelet, f64)> {
+    let crosswalk = map.lanelets.iter().find(|lanelet| lanelet.attributes.is("subtype", "crosswalk")).unwrap();
+    let area = map.outline(crosswalk);
+    let found = of(map, "traffic_light").into_iter().filter_map(|light| {
+        let line = map.linestrings.get(light.linestrings("ref_line").next()?).unwrap();
+        let places: Vec<_> = line.points.iter().map(|id| map.points.get(*id).unwrap().position).collect();
+        let middle = nalgebra::center(&places[0], &places[1]);
+        let off = Polyline::new(area.iter().copied().chain([area[0]])).unwrap().distance(middle);
+        let [lane] = referring(map, light)[..] else { panic!("one lane has one stop line") };
+        Some((lane, off))
+    });
+    found.collect()
+}
+
+#[test]
+fn drivers_have_lights_where_people_have_some_between_intersections() {
+    for side in SIDES {
+        for (tags, split, lanes) in [
+            ("highway=residential lanes=2", false, 2),
+            ("highway=residential lanes=2", true, 2),
+            ("highway=secondary lanes=4", false, 4),
+            ("highway=secondary lanes=3 oneway=yes", false, 3),
+            ("highway=residential lanes=1 width=3", false, 2),
+        ] {
+            let Built { map, settings, .. } = crossed(side, tags, split);
+            assert_eq!(found(&map, &settings), Vec::<String>::new(), "{side:?} {tags}");
+            let drivers = drivers(&map);
+            assert_eq!(drivers.len(), lanes, "{side:?} {tags}");
+            assert!(drivers.iter().all(|(_, off)| (1.9..2.1).contains(off)), "{drivers:?}");
+            let bodies = map.linestrings.iter().filter(|line| line.attributes.is("subtype", "red_yellow_green"));
+            assert_eq!(bodies.count(), if tags.contains("oneway") { 1 } else { 2 }, "one for each direction");
+        }
+    }
+}
+
+#[test]
+fn the_stop_line_lies_before_the_crosswalk_on_the_lane_that_leads_to_it() {
+    for side in SIDES {
+        let Built { map, .. } = crossed(side, "highway=residential lanes=2", true);
+        let lanes = map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", "road")).count();
+        assert_eq!(lanes, 4);
+        let stopping: Vec<LaneletId> = drivers(&map).iter().map(|(lane, _)| lane.id).collect();
+        assert!(stopping.len() == 2 && stopping[0] != stopping[1]);
+        for light in of(&map, "traffic_light").into_iter().filter(|light| light.role("ref_line").next().is_some()) {
+            let place = |line: LineStringId| {
+                let id = map.linestrings.get(line).unwrap().points[0];
+                map.points.get(id).unwrap().position
+            };
+            let (stop, body) =
+                (light.linestrings("ref_line").next().unwrap(), light.linestrings("refers").next().unwrap());
+            let lane = referring(&map, light)[0];
+            let bound = map.bound_line(lane.left);
+            let heading = bound[bound.len() - 1] - bound[0];
+            assert!((place(body) - place(stop)).dot(&heading) > 0.0, "drivers look ahead");
+        }
+    }
+}
+
+#[test]
+fn whoever_has_just_left_an_intersection_with_lights_stops_at_no_other() {
+    for side in SIDES {
+        let nodes = [
+            (1, 0.0, 0.0, "highway=traffic_signals"),
+            (2, -100.0, 0.0, ""),
+            (3, 200.0, 0.0, ""),
+            (4, 0.0, -100.0, ""),
+            (5, 0.0, 100.0, ""),
+            (6, 32.0, 0.0, "highway=crossing crossing=traffic_signals"),
+            (7, 120.0, 0.0, "highway=crossing crossing=traffic_signals"),
+        ];
+        for (road, lights, notes) in [(&[3, 6, 1][..], 1, 0), (&[3, 7, 1], 2, 0), (&[3, 7, 6, 1], 2, 1)] {
+            let ways: [(i64, &[i64]); 4] = [(12, &[2, 1]), (13, road), (14, &[4, 1]), (15, &[5, 1])];
+            let built = built(&network(side, &nodes, &ways, "highway=residential lanes=2"), side, "");
+            let Built { map, settings, .. } = &built;
+            assert_eq!(found(map, settings), Vec::<String>::new());
+            let outside = |light: &&&RegulatoryElement| {
+                light.role("ref_line").next().is_some()
+                    && referring(map, light).iter().all(|lane| !lane.attributes.has("intersection_area"))
+            };
+            assert_eq!(of(map, "traffic_light").iter().filter(outside).count(), lights, "{side:?} {road:?}");
+            // Autoware heeds one light of a lanelet: the second is not drawn, and named.
+            assert_eq!(built.notes.iter().filter(|note| note.fault == "crossing-unlit").count(), notes);
+        }
+    }
+}
+
+#[test]
+fn where_people_have_no_lights_drivers_have_none() {
+    let side = DrivingSide::Right;
+    let nodes = [(1, -100.0, 0.0, ""), (2, 0.0, 0.0, "highway=crossing crossing=zebra"), (3, 100.0, 0.0, "")];
+    let map = built(&network(side, &nodes, &[(10, &[1, 2, 3])], "highway=residential lanes=2"), side, "").map;
+    assert!(of(&map, "traffic_light").is_empty() && !of(&map, "crosswalk").is_empty());
 }

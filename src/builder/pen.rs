@@ -2,13 +2,13 @@
 
 use crate::geometry::{Point as Place, Polyline};
 use crate::lanelet::{
-    Attributes, LaneletId, LaneletMap, LineString, LineStringId, Member, Point, PointId, RegulatoryElement,
+    Attributes, LaneletId, LaneletMap, LineString, LineStringId, Member, Point, PointId, PolygonId, RegulatoryElement,
     RegulatoryElementId, Target,
 };
 use crate::projection::Projector;
 
-use super::super::assembly::tags;
-use super::super::ids::{Id, Ids, Key};
+use super::assembly::tags;
+use super::ids::{Id, Ids, Key};
 
 /// A point of a line closer than this, metres, to where one is wanted serves.
 const NEAR: f64 = 0.3;
@@ -25,6 +25,7 @@ pub struct Pen<'m> {
 pub fn is_taken(map: &LaneletMap, id: Id) -> bool {
     let id = id as i64;
     map.points.contains(PointId(id))
+        || map.polygons.contains(PolygonId(id))
         || map.linestrings.contains(LineStringId(id))
         || map.lanelets.contains(LaneletId(id))
         || map.regulatory_elements.contains(RegulatoryElementId(id))
@@ -42,9 +43,13 @@ impl<'m> Pen<'m> {
 
     /// Adds a point at a height in metres.
     pub fn point(&mut self, key: Key, position: Place, ele: f64) -> PointId {
+        self.tagged_point(key, position, ele, Attributes::new())
+    }
+
+    /// Adds a point with tags.
+    pub fn tagged_point(&mut self, key: Key, position: Place, ele: f64, attributes: Attributes) -> PointId {
         let id = PointId(self.claim(key));
         let lonlat = self.projector.inverse_each(&[position], |_| ele).pop().flatten();
-        let attributes = Attributes::new();
         self.map.points.insert(Point {
             id,
             position,
@@ -60,6 +65,13 @@ impl<'m> Pen<'m> {
     /// Adds a line through points.
     pub fn line(&mut self, key: Key, points: Vec<PointId>, attributes: Attributes) -> LineStringId {
         let id = LineStringId(self.claim(key));
+        self.map.linestrings.insert(LineString { id, points, attributes, span: None });
+        id
+    }
+
+    /// Adds a line whose id fits 31 bits: tools read the tags that name it into as many.
+    pub fn named_line(&mut self, key: Key, points: Vec<PointId>, attributes: Attributes) -> LineStringId {
+        let id = LineStringId(self.ids.claim_polygon(key, |id| is_taken(self.map, *id)));
         self.map.linestrings.insert(LineString { id, points, attributes, span: None });
         id
     }
