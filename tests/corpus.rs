@@ -4,6 +4,8 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
 
+#[path = "corpus/connected.rs"]
+mod connected;
 mod support;
 
 use std::collections::BTreeSet;
