@@ -47,7 +47,7 @@ pub struct Bounds {
 }
 
 /// How tightly a bound may bend, and how much wider a lane may become where it turns.
-const BENDS: Rounding = Rounding { least: 1.25, easy: 2.0, cut: 0.85 };
+const BENDS: Rounding = Rounding { least: 1.25, easy: 2.0, cut: 0.6 };
 
 /// Points of an intersection closer than this, metres, are one: where two bounds cross on a point of each.
 const SAME: f64 = 2e-3;

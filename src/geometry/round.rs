@@ -12,6 +12,8 @@ const TURN_STEP: f64 = 12.0 * std::f64::consts::PI / 180.0;
 /// A bend this much tighter than it may be, as a part of its radius, is let be: coordinates are rounded.
 const TOLERANCE: f64 = 0.02;
 
+/// Where two arcs meet, their joint is rounded in its turn, so often at most.
+const ROUNDS: usize = 3;
 /// So many places before and behind a corner are looked at for room: bends are local.
 const REACH: usize = 32;
 
@@ -22,21 +24,33 @@ pub struct Rounding {
     pub least: f64,
     /// The radius, metres, to which a tight bend is rounded ...
     pub easy: f64,
-    /// ... as far as the line leaves the corner of that bend by no more than this, metres.
+    /// ... as far as the line moves by no more than this, metres.
     pub cut: f64,
 }
 
 impl Rounding {
-    /// The radius for a bend that turns so much in all, radians.
-    fn radius(&self, turn: f64) -> f64 {
+    /// The radius for a bend that turns so much in all, radians, and now has some radius.
+    fn radius(&self, turn: f64, now: f64) -> f64 {
         let off_corner = 1.0 / (turn.abs() / 2.0).cos() - 1.0;
-        self.easy.min(self.cut / off_corner).max(self.least)
+        self.easy.min(now + self.cut / off_corner).max(self.least)
     }
 
     /// The line with every bend that is too tight replaced by an arc that cuts its corner, tangent to the line before and
     /// behind; where the line ends too soon, by the widest arc that there is room for. Its ends stay.
     #[must_use]
     pub fn of(&self, line: &[Point]) -> Vec<Point> {
+        let mut line = line.to_vec();
+        for _ in 0..ROUNDS {
+            let round = self.once(&line);
+            if round == line {
+                break;
+            }
+            line = round;
+        }
+        line
+    }
+
+    fn once(&self, line: &[Point]) -> Vec<Point> {
         let mut rest = line.to_vec();
         let mut done: Vec<Point> = Vec::with_capacity(line.len());
         // What lies before the bend at hand is `done`, which an arc may shorten.
@@ -76,7 +90,8 @@ impl Rounding {
             let Some(fillet) = Fillet::between([start, first], [last, end]) else { break };
             let half = (fillet.turn.abs() / 2.0).tan();
             let taken = fillet.taken[0].max(fillet.taken[1]);
-            let (wanted, most) = ((self.radius(fillet.turn) * half).max(taken), fillet.room[0].min(fillet.room[1]));
+            let (wanted, most) =
+                ((self.radius(fillet.turn, taken / half) * half).max(taken), fillet.room[0].min(fillet.room[1]));
             let bend = |arc: Vec<Point>, radius| Bend { before: i, behind: j, arc, radius };
             if wanted <= most {
                 return Some(bend(fillet.arc(wanted), wanted / half));
