@@ -42,7 +42,7 @@ impl Rule for WidthAndSmoothness {
             findings.extend(widths(params, lane, center));
             findings.extend(kinks(map, params, lane, center));
             findings.extend(curvature(params, lane, center));
-            findings.extend(jaggedness(params, lane, center));
+            findings.extend(jaggedness(map, params, movement.lane, center));
             findings.extend(joints(map, params, movement.lane));
         }
         findings
@@ -163,11 +163,14 @@ fn curvature(params: &Params, lane: &Lane, center: &Polyline) -> Option<Finding>
     Some(finding.measured(curvature, params.curvature[0], "1/m").at(Place::Point(points[worst + 1])).graded(severity))
 }
 
-/// Bending to and fro: what the bends add up to beyond what is turned in the end.
-fn jaggedness(params: &Params, lane: &Lane, center: &Polyline) -> Vec<Finding> {
+/// Bending to and fro: what the bends add up to beyond what is turned in the end, and beyond what the ends ask for.
+fn jaggedness(map: &MapIndex, params: &Params, at: usize, center: &Polyline) -> Vec<Finding> {
+    let lane = &map.lanes[at];
+    let ends = headings(map, at);
     let findings = lines(lane, center).into_iter().filter_map(|(name, way, line)| {
         let turns = turns(&line.resampled(STEP));
         let jagged = turns.iter().map(|turn| turn.abs()).sum::<f64>() - turns.iter().sum::<f64>().abs();
+        let jagged = jagged - asked(&line, &ends);
         let limits = if way.is_some() { params.jagged } else { [params.jagged_center, f64::INFINITY] };
         let severity = grade(jagged, limits)?;
         let message = format!("{name} of {} zig-zags by {jagged:.0} deg.", lane.id);
@@ -179,6 +182,24 @@ fn jaggedness(params: &Params, lane: &Lane, center: &Polyline) -> Vec<Finding> {
         })
     });
     findings.collect()
+}
+
+/// The directions of the lanes before and behind, in all pairs.
+fn headings(map: &MapIndex, at: usize) -> Vec<[Vector; 2]> {
+    let before = map.predecessors(at).iter().filter_map(|&lane| map.lanes[lane].heading_out());
+    let behind: Vec<Vector> = map.followers(at).iter().filter_map(|&lane| map.lanes[lane].heading_in()).collect();
+    before.flat_map(|out| behind.iter().map(move |&on| [out, on])).collect()
+}
+
+/// Degrees that a line bends to and fro however smoothly it leads from one direction to another: over to a lane
+/// alongside, it bends twice. The least of all pairs of directions; none where the line is open at an end.
+fn asked(line: &Polyline, ends: &[[Vector; 2]]) -> f64 {
+    let way = line.last() - line.first();
+    let asked = ends.iter().map(|&[out, on]| {
+        let bends = [angle_between(out, way), angle_between(way, on)];
+        (bends[0].abs() + bends[1].abs() - (bends[0] + bends[1]).abs()).to_degrees()
+    });
+    asked.min_by(f64::total_cmp).unwrap_or(0.0)
 }
 
 /// Direction in which a line begins: that of its first step, less half the bend to the second.
