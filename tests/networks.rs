@@ -455,3 +455,27 @@ fn where_people_have_no_lights_drivers_have_none() {
     let map = built(&network(side, &nodes, &[(10, &[1, 2, 3])], "highway=residential lanes=2"), side, "").map;
     assert!(of(&map, "traffic_light").is_empty() && !of(&map, "crosswalk").is_empty());
 }
+
+#[test]
+fn what_cannot_be_meant_is_an_error_with_its_place() {
+    let entry = "[[intersection]]\nat = [0.5, 9.5]\n";
+    for (line, at, message) in [
+        ("stop_lines = [[[139.7, 35.6], [139.7, 35.7]]]\n", "[[139", "stop_lines: one of its places is not a latitude"),
+        ("guide_lines = [7, [[0.5, 9.5]]]\n", "[[0.5", "guide_lines: a line has two places at least"),
+        (
+            "virtual_lights = [{ approach = \"S\", start = 0.0 }]\n",
+            "{ ",
+            "virtual_lights: `start` is a number of metres",
+        ),
+        ("virtual_lights = [{ approach = 7, tags = { type = \"x\" } }]\n", "{ ", "virtual_lights: its `type` is"),
+        ("guide_lines = [\"x\"]\n", "[\"x\"", "a guide line is the id of a way, or its places"),
+    ] {
+        let text = format!("{entry}{line}");
+        let error = Document::parse("lanewright.toml", &text).unwrap_err();
+        assert!(error.message.contains(message), "{error}");
+        assert_eq!(error.offset, text.find(at).unwrap(), "{error}");
+    }
+    let said = |text: &str| Document::parse("a", text).unwrap().settings;
+    let both = said("[inside]\nstop_lines = false\n").over(said("[inside]\nstop_lines = true\nguide_lines = true\n"));
+    assert_eq!((both.inside.stop_lines, both.inside.guide_lines), (Some(false), Some(true)));
+}
