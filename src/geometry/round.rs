@@ -39,10 +39,11 @@ impl Rounding {
     /// behind; where the line ends too soon, by the widest arc that there is room for. Its ends stay.
     #[must_use]
     pub fn of(&self, line: &[Point]) -> Vec<Point> {
-        let mut line = line.to_vec();
-        for _ in 0..ROUNDS {
-            let round = self.once(&line);
-            if round == line {
+        let mut line = self.once(line);
+        let rest = Self { easy: self.least, cut: 0.0, ..*self };
+        for _ in 1..ROUNDS {
+            let round = rest.once(&line);
+            if tightest(&round) <= tightest(&line) {
                 break;
             }
             line = round;
@@ -205,6 +206,11 @@ fn radius([a, b, c]: [Point; 3]) -> f64 {
     if turn > 0.0 { length / turn } else { f64::INFINITY }
 }
 
+/// The least radius of all bends of a line, metres.
+fn tightest(line: &[Point]) -> f64 {
+    line.windows(3).map(|w| radius([w[0], w[1], w[2]])).fold(f64::INFINITY, f64::min)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -213,10 +219,6 @@ mod tests {
 
     fn line(points: &[(f64, f64)], side: f64) -> Vec<Point> {
         points.iter().map(|&(x, y)| Point::new(x, side * y)).collect()
-    }
-
-    fn tightest(line: &[Point]) -> f64 {
-        line.windows(3).map(|w| radius([w[0], w[1], w[2]])).fold(f64::INFINITY, f64::min)
     }
 
     /// A quarter of a small circle between two straights.
