@@ -238,3 +238,37 @@ fn joints(map: &MapIndex, params: &Params, at: usize) -> Vec<Finding> {
     });
     findings.collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Bends to and fro, degrees.
+    fn zig_zag(line: &Polyline) -> f64 {
+        let turns = turns(&line.resampled(STEP));
+        turns.iter().map(|turn| turn.abs()).sum::<f64>() - turns.iter().sum::<f64>().abs()
+    }
+
+    fn line(place: impl Fn(f64) -> f64) -> Polyline {
+        Polyline::new((0..=20).map(|i| Point::new(f64::from(i), place(f64::from(i))))).unwrap()
+    }
+
+    #[test]
+    fn leading_over_to_a_lane_alongside_is_no_zig_zag() {
+        let east = [Vector::new(1.0, 0.0); 2];
+        // Three metres sideways on the way of a lane that goes on in the same direction, to either side.
+        for sideways in [3.0, -3.0] {
+            let over = line(|x| sideways * (x / 20.0).powi(2) * (3.0 - 2.0 * x / 20.0));
+            assert!(zig_zag(&over) > 20.0);
+            assert!(zig_zag(&over) - asked(&over, &[east]) < 15.0);
+        }
+        // To and fro on the spot; and over to a lane that begins in that direction.
+        let to_and_fro = line(|x| if x % 4.0 < 2.0 { 0.0 } else { 0.5 });
+        assert!(zig_zag(&to_and_fro) - asked(&to_and_fro, &[east]) > 60.0);
+        let slanting = line(|x| 0.15 * x);
+        let along = [Vector::new(1.0, 0.15); 2];
+        assert!(asked(&slanting, &[along]) < 1e-6);
+        assert!(asked(&slanting, &[east, along]) < 1e-6, "the least of all pairs");
+        assert_eq!(asked(&slanting, &[]), 0.0);
+    }
+}
