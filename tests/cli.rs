@@ -136,6 +136,21 @@ fn good_files_survive_a_failure() {
 }
 
 #[test]
+fn settings_of_the_user_are_not_written_over() {
+    let dir = tempfile::tempdir().unwrap();
+    let sample = root().join("sample_maps/tjunction_right.osm");
+    let own = "driving_side = \"right\"\n";
+    fs::write(dir.path().join("lanewright.toml"), own).unwrap();
+    let build = |output: &str| lanewright(dir.path(), &["build", sample.to_str().unwrap(), "-o", output]);
+    build(".").fails_saying(&["lanewright.toml was not written by `build`", "a directory of its own"]);
+    assert_eq!(fs::read_to_string(dir.path().join("lanewright.toml")).unwrap(), own);
+    assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
+    // What a build has written, the next one replaces.
+    build("out").exits(0);
+    build("out").exits(0);
+}
+
+#[test]
 fn wrong_arguments_are_the_users_error() {
     let dir = tempfile::tempdir().unwrap();
     let cases: [&[&str]; 6] = [

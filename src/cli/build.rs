@@ -1,6 +1,8 @@
 //! `build`: streets in, a map directory out.
 
+use std::fs;
 use std::io::Write;
+use std::path::Path;
 
 use lanewright::builder::{Built, Summary, build_plan};
 use lanewright::lanelet;
@@ -10,11 +12,14 @@ use lanewright::report::failure::Failure;
 use super::screen::{self, Progress};
 use super::{BuildArgs, CLEAN, files, input};
 
-/// Says how the files came to be and what they are for.
+/// The settings that go with a map.
+const SETTINGS: &str = "lanewright.toml";
+/// Says how they came to be and what they are for.
 const SETTINGS_HEAD: &str = "# What OpenStreetMap told and the map cannot say; `lanewright check` reads it.\n";
 
 /// Builds the map and writes its three files, all or none.
 pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
+    spare(&args.output.join(SETTINGS))?;
     let progress = Progress::start("reading");
     let plan = input::streets(&args.input, &args.streets, &progress)?;
     progress.next("building");
@@ -28,13 +33,24 @@ pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
     let mut draft = files::Draft::new(&args.output)?;
     draft.write("lanelet2_map.osm", |file| lanelet::to_osm(&built.map, &built.projector, file))?;
     draft.write("map_projector_info.yaml", |file| file.write_all(info.as_bytes()))?;
-    draft.write("lanewright.toml", |file| file.write_all(settings.as_bytes()))?;
+    draft.write(SETTINGS, |file| file.write_all(settings.as_bytes()))?;
     draft.publish()?;
     drop(progress);
     screen::print(&format!("{}{merges}{}", summary(args, &built), input::undrawn(&built.notes)))?;
     // The process ends: the memory of a map need not be given back piece by piece.
     std::mem::forget(built);
     Ok(CLEAN)
+}
+
+/// Refuses to write over settings that no build has written.
+fn spare(settings: &Path) -> Result<(), Failure> {
+    match fs::read(settings) {
+        Ok(written) if !written.starts_with(SETTINGS_HEAD.as_bytes()) => {
+            Err(Failure::new(format!("{} was not written by `build`, which would write over it", settings.display()))
+                .help("build into a directory of its own; the settings of directories above it count there, too"))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// What was built, and what had to be guessed.
