@@ -7,6 +7,7 @@ use std::hash::Hash;
 use lanewright::builder::{BuildOptions, Built, build};
 use lanewright::lanelet::{Bound, Lanelet, LaneletMap, PointId};
 use lanewright::osm::{OsmData, Way, read_bytes};
+use lanewright::projection::LonLat;
 
 use super::{DRIVABLE, corpus};
 
@@ -64,13 +65,27 @@ fn steps(way: &Way) -> Vec<Step> {
     there.chain(pairs().map(|(a, b)| (b, a)).filter(|_| backward)).collect()
 }
 
+/// Beyond this change of direction, degrees, one turns back, which nobody does who could go on.
+const BACK: f64 = 150.0;
+
+/// Whether one step leads back beside another, or over it.
+fn turns_back(osm: &OsmData, [from, at, to]: [i64; 3]) -> bool {
+    let places = [from, at, to].map(|id| osm.node(id).and_then(|node| node.position));
+    let [Some(from), Some(at), Some(to)] = places else { return false };
+    let step = |a: LonLat, b: LonLat| ((b.lon - a.lon) * at.lat.to_radians().cos(), b.lat - a.lat);
+    let ((ax, ay), (bx, by)) = (step(from, at), step(at, to));
+    (ax * by - ay * bx).atan2(ax * bx + ay * by).abs() > BACK.to_radians()
+}
+
 /// How the streets hang together, nobody turning back.
 fn streets(osm: &OsmData) -> Parts<Step> {
     let all: BTreeSet<Step> = osm.ways.iter().flat_map(steps).collect();
     let mut parts = Parts::new(all.iter().copied());
     for &(from, to) in &all {
-        for &next in all.range((to, i64::MIN)..=(to, i64::MAX)).filter(|next| next.1 != from) {
-            parts.join((from, to), next);
+        for &next in all.range((to, i64::MIN)..=(to, i64::MAX)) {
+            if !turns_back(osm, [from, to, next.1]) {
+                parts.join((from, to), next);
+            }
         }
     }
     parts
