@@ -178,8 +178,11 @@ pub const KINDS: &[Kind] = &[
         name: "delete a crosswalk's element",
         raises: &["vm-05-01/unreferenced"],
         slip: |_, map, dice| {
-            let element = dice.pick(map.elements("crosswalk"))?;
-            let (id, walk) = (element.id, members(element, "refers").next()?);
+            // An element may also refer to a walkway, which needs none where the map has no others.
+            let walks = crosswalks(map);
+            let of_crosswalks =
+                map.elements("crosswalk").filter_map(|one| Some((one.id, members(one, "refers").next()?)));
+            let (id, walk) = dice.pick(of_crosswalks.filter(|(_, walk)| walks.contains(walk)))?;
             map.remove(ElementKind::Relation, id);
             Some(vec![walk])
         },
