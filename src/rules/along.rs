@@ -100,7 +100,7 @@ pub fn all(
     first: impl Fn(&Lane) -> bool + Sync,
     second: impl Fn(&Lane) -> bool + Sync,
 ) -> Vec<Twins> {
-    let bounds = |lane: &Lane| [&lane.left, &lane.right].map(|bound| Polyline::new(bound.iter().copied()));
+    let bounds = |lane: &Lane| [0, 1].map(|side| lane.border(side));
     let taking_part = |lane: &Lane| if first(lane) || second(lane) { bounds(lane) } else { Bounds::default() };
     let lines: Vec<Bounds> = map.lanes.par_iter().map(taking_part).collect();
     let of_lane = |at: usize| {

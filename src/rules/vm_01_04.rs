@@ -7,7 +7,6 @@ use serde::Deserialize;
 use super::Rule;
 use super::along::{self, Reach, Twins};
 use crate::diagnostic::{Finding, Subject};
-use crate::geometry::Polyline;
 use crate::lanelet::LineStringId;
 use crate::lanelet::index::{MapIndex, is_road_border};
 
@@ -66,8 +65,7 @@ fn part(map: &MapIndex, twins: &Twins, params: &Params) -> bool {
     let [mine, theirs] = twins.lanes.map(|lane| &map.lanes[lane]);
     // Lanes that run against each other touch on the same hand.
     let side = usize::from(mine.bounds[0] != twins.ways[0]);
-    let lines = [mine, theirs].map(|lane| if side == 0 { &lane.left } else { &lane.right });
-    let [Some(own), Some(other)] = lines.map(|line| Polyline::new(line.iter().copied())) else { return false };
+    let [Some(own), Some(other)] = [mine, theirs].map(|lane| lane.border(side)) else { return false };
     let height = |id| map.map.points.get(id).and_then(|point| point.ele);
     [(&mine.start, &theirs.end), (&mine.end, &theirs.start)].into_iter().any(|(a, b)| {
         // Where one is cut a little earlier, its end still lies on the other.

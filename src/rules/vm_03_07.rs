@@ -118,7 +118,7 @@ fn swapped(left: &Movement, right: &Movement, a: &Lane, b: &Lane) -> bool {
 
 /// Largest distance between the borders that face each other, metres.
 fn apart(a: &Lane, b: &Lane) -> Option<f64> {
-    let (v, w) = (Polyline::new(a.right.iter().copied())?, Polyline::new(b.left.iter().copied())?);
+    let (v, w) = (a.border(1)?, b.border(0)?);
     let from = |x: &Polyline, y: &Polyline| x.points().iter().map(|&p| y.distance(p)).fold(0.0, f64::max);
     Some(from(&v, &w).max(from(&w, &v)))
 }

@@ -54,7 +54,7 @@ pub fn between_lanes(map: &MapIndex, traffic: &Traffic) -> Vec<Guide> {
 /// The guide line on a lane's right bound; `None` where too little is left of it.
 fn guide(map: &MapIndex, lane: usize, bound: LineStringId, together: [Option<f64>; 2]) -> Option<Guide> {
     let length = together.into_iter().flatten().min_by(f64::total_cmp);
-    let whole = Polyline::new(map.lanes[lane].right.iter().copied())?.length();
+    let whole = map.lanes[lane].border(1)?.length();
     let lanelet = map.map.lanelets.get(map.lanes[lane].id)?;
     let inverted = lanelet.right.inverted;
     (length.unwrap_or(whole) >= SHORTEST).then_some(Guide { bound, inverted, length })
@@ -63,10 +63,7 @@ fn guide(map: &MapIndex, lane: usize, bound: LineStringId, together: [Option<f64
 /// How far, metres, the bound of a movement runs on those of the movements that begin with it and turn as it does;
 /// `None`: all along.
 fn together(map: &MapIndex, traffic: &Traffic, movement: &Movement, side: usize) -> Option<f64> {
-    let bound = |lane: usize| {
-        let lane = &map.lanes[lane];
-        Polyline::new(if side == 0 { lane.left.iter() } else { lane.right.iter() }.copied())
-    };
+    let bound = |lane: usize| map.lanes[lane].border(side);
     let own = bound(movement.lane)?;
     let alike = |other: &usize| {
         let turn = |x: usize| traffic.movements[x].mover.turn;

@@ -195,15 +195,11 @@ pub fn sweep(map: &mut LaneletMap, left: impl Iterator<Item = PointId>) {
     }
 }
 
-fn line_of(lane: &Lane, side: usize) -> Option<Polyline> {
-    Polyline::new(if side == 0 { lane.left.iter() } else { lane.right.iter() }.copied())
-}
-
 fn side_of<'a>(map: &MapIndex, movement: &'a Movement, side: usize, line: &Polyline) -> Option<Side<'a>> {
     /// The line is compared with a bound at places so far from each other, metres.
     const STEP: f64 = 1.0;
     let lane = &map.lanes[movement.lane];
-    let bound = line_of(lane, side)?;
+    let bound = lane.border(side)?;
     let turned = angle_between(lane.heading_in()?, line.direction(0.0)).abs().to_degrees();
     let near = (line.first() - lane.start.points[side]).norm() <= START;
     let off = line.resampled(STEP).points().iter().map(|&place| bound.distance(place)).fold(0.0, f64::max);
@@ -225,7 +221,7 @@ fn bound(map: &MapIndex, lane: &Lane, side: usize, painted: &Polyline) -> Result
     if map.map.polygons.iter().any(|polygon| polygon.points.iter().any(|point| inner.contains(point))) {
         return Err(format!("the bound of lanelet {} lies on the intersection's outline", lane.id));
     }
-    let bound = line_of(lane, side).ok_or("the lane has no length")?;
+    let bound = lane.border(side).ok_or("the lane has no length")?;
     if bound.project(painted.last()).station > bound.length() - REST {
         return Err(format!("it reaches to where lanelet {} ends; let it end {REST} m before", lane.id));
     }
@@ -246,7 +242,7 @@ fn meets(map: &MapIndex, lane: usize) -> Vec<(LaneletId, bool)> {
 fn unfit_width(lane: &Lane) -> Option<f64> {
     let ends = [&lane.start, &lane.end].map(|edge| edge.across().norm());
     let [low, high] = [ends[0].min(ends[1]) * WIDTH[0], ends[0].max(ends[1]) * WIDTH[1]];
-    let (left, right) = (line_of(lane, 0)?, line_of(lane, 1)?);
+    let (left, right) = (lane.border(0)?, lane.border(1)?);
     let widths =
         left.points().iter().map(|&p| right.distance(p)).chain(right.points().iter().map(|&p| left.distance(p)));
     widths.into_iter().find(|width| !(low..=high).contains(width))

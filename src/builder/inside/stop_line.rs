@@ -159,7 +159,7 @@ fn fit(lane: &Lane, ends: [Point; 2]) -> Option<Fit> {
     let station = crosses(lane, ends, EXTRA)?;
     let heading = lane.center.as_ref()?.direction(station);
     let angle = angle_between(heading, ends[1] - ends[0]).abs().to_degrees();
-    let bounds = [Polyline::new(lane.left.iter().copied())?, Polyline::new(lane.right.iter().copied())?];
+    let bounds = [lane.border(0)?, lane.border(1)?];
     let [left, right] = if angle_between(heading, ends[1] - ends[0]) > 0.0 { [ends[1], ends[0]] } else { ends };
     let off = bounds[0].distance(left).max(bounds[1].distance(right));
     let ends = [(lane.bounds[0], bounds[0].project(left).point), (lane.bounds[1], bounds[1].project(right).point)];

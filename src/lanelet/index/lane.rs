@@ -131,6 +131,11 @@ impl Lane {
         })
     }
 
+    /// A bound as a line, 0 left, 1 right; `None` if it has no length.
+    pub fn border(&self, side: usize) -> Option<Polyline> {
+        Polyline::new(if side == 0 { &self.left } else { &self.right }.iter().copied())
+    }
+
     /// Whether a car or a bicycle is meant to drive here: `road` and `bicycle_lane`.
     pub fn is_drivable(&self) -> bool {
         self.vehicle || matches!(self.kind, RoadType::Road | RoadType::BicycleLane)

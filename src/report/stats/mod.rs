@@ -159,8 +159,7 @@ fn lanelets(index: &MapIndex<'_>) -> BTreeMap<String, Kind> {
 
 /// Distances between the bounds at as many places along the lane as it has metres.
 fn widths(lane: &Lane) -> Vec<f64> {
-    let bounds = (Polyline::new(lane.left.iter().copied()), Polyline::new(lane.right.iter().copied()));
-    let (Some(left), Some(right)) = bounds else { return Vec::new() };
+    let (Some(left), Some(right)) = (lane.border(0), lane.border(1)) else { return Vec::new() };
     let count = pieces(left.length().max(right.length())) + 1;
     let (left, right) = (left.resampled_to(count), right.resampled_to(count));
     left.points().iter().zip(right.points()).map(|(l, r)| (l - r).norm()).collect()
