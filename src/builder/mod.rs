@@ -37,6 +37,7 @@ pub mod join;
 pub(crate) mod lane_choice;
 pub mod lanes;
 pub(crate) mod marking;
+pub(crate) mod midway;
 pub mod movement;
 pub mod outline;
 pub(crate) mod overhead;
