@@ -128,8 +128,8 @@ pub fn movements(side: DrivingSide, restricted: &Restricted, lanes: &Lanes, inte
     found
 }
 
-/// Leaves out the arms that one would have to turn back for, unless an arrow says so, there is no other way on, or nobody
-/// else could enter that arm. What remains of them, where a median leaves room.
+/// Takes away the arms that one would have to turn back for, unless an arrow says so, there is no other way on, or nobody
+/// else could enter that arm. Gives the ways back for which a median leaves room.
 fn without_turning_back(side: DrivingSide, arms: &[&Arm], targets: &mut [Vec<Target>]) -> Vec<Movement> {
     let mut around = Vec::new();
     let entered: Vec<usize> = targets.iter().flatten().filter(|t| !t.turns_back()).map(|t| t.to).collect();

@@ -134,7 +134,7 @@ fn cut(assembly: &Assembly, road: &Road, borders: &[Option<Bound>], station: f64
     }
     let pair = |[a, b]: [usize; 2]| -> Option<[[Vec<Point>; 2]; 3]> {
         let (whole, at) = ([lines[a].clone()?, lines[b].clone()?], [cut[a]?, cut[b]?]);
-        let parts = [0, 1].map(|i| parted(&whole[i], at[i]));
+        let parts = [0, 1].map(|i| halves(&whole[i], at[i]));
         let [[a, b], [c, d]] = parts;
         Some([whole, [a, c], [b, d]])
     };
@@ -167,7 +167,7 @@ fn crossing(line: &[Point], wanted: Point, along: Vector) -> Option<(usize, Poin
 }
 
 /// A line before and behind a cut.
-fn parted(line: &[Point], (i, place): (usize, Point)) -> [Vec<Point>; 2] {
+fn halves(line: &[Point], (i, place): (usize, Point)) -> [Vec<Point>; 2] {
     let before = line[..=i].iter().copied().chain([place]);
     let behind = [place].into_iter().chain(line[i + 1..].iter().copied());
     [before.collect(), behind.collect()]

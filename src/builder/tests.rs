@@ -49,14 +49,14 @@ fn inside(map: &LaneletMap) -> Vec<&Lanelet> {
     map.lanelets.iter().filter(|l| l.attributes.has("intersection_area")).collect()
 }
 
-fn end_nodes(map: &LaneletMap, lanelet: &Lanelet) -> [PointId; 4] {
+/// The nodes with which a lanelet begins, left and right, and those with which it ends.
+pub(super) fn ends(map: &LaneletMap, lanelet: &Lanelet) -> [[PointId; 2]; 2] {
     let ends = |bound| {
-        let mut points = map.bound_points(bound).map(|p| p.id);
-        let first = points.next().unwrap();
-        [first, points.next_back().unwrap()]
+        let ids: Vec<PointId> = map.bound_points(bound).map(|point| point.id).collect();
+        [ids[0], ids[ids.len() - 1]]
     };
     let ([a, b], [c, d]) = (ends(lanelet.left), ends(lanelet.right));
-    [a, b, c, d]
+    [[a, c], [b, d]]
 }
 
 #[test]
@@ -69,7 +69,7 @@ fn no_lane_ends_under_a_turn_beside_it() {
             .map;
     let area = map.polygons.iter().next().unwrap();
     for lanelet in inside(&map) {
-        for node in end_nodes(&map, lanelet) {
+        for node in ends(&map, lanelet).into_iter().flatten() {
             assert!(area.points.contains(&node), "node {node} of {} is no vertex", lanelet.id);
         }
     }
@@ -94,8 +94,7 @@ fn assert_apart(map: &LaneletMap) {
     let lanes: Vec<&Lanelet> = map.lanelets.iter().collect();
     for (i, a) in lanes.iter().enumerate() {
         for b in &lanes[i + 1..] {
-            let starts = [a, b].map(|l| end_nodes(map, l));
-            let siblings = starts[0][0] == starts[1][0] && starts[0][2] == starts[1][2];
+            let siblings = ends(map, a)[0] == ends(map, b)[0];
             let overlap = polygon::overlap(&map.outline(a), &map.outline(b));
             assert!(siblings || overlap < 0.5, "{} and {} overlap {overlap} m2", a.id, b.id);
         }
@@ -116,9 +115,7 @@ fn arrows_that_lead_past_a_road_are_not_meant_for_it() {
 
 /// How many lanes nobody leads to.
 fn from_nowhere(map: &LaneletMap) -> usize {
-    let end_edge = |l: &Lanelet| end_nodes(map, l).iter().copied().skip(1).step_by(2).collect::<Vec<_>>();
-    let start_edge = |l: &Lanelet| end_nodes(map, l).iter().copied().step_by(2).collect::<Vec<_>>();
-    let reached = |l: &&Lanelet| map.lanelets.iter().any(|before| end_edge(before) == start_edge(l));
+    let reached = |l: &&Lanelet| map.lanelets.iter().any(|before| ends(map, before)[1] == ends(map, l)[0]);
     map.lanelets.iter().filter(|l| !reached(l)).count()
 }
 

@@ -1,7 +1,7 @@
 //! What lies beside the lanes, on small networks.
 
 use super::*;
-use crate::builder::tests::{Asked, built_as};
+use crate::builder::tests::{Asked, built_as, ends};
 use crate::builder::{BuildOptions, Built};
 use crate::geometry::left_of;
 use crate::lanelet::{Lanelet, LaneletMap};
@@ -57,14 +57,6 @@ fn a_bicycle_lane_shares_its_border_with_the_lane_and_runs_as_it_does() {
 
 #[test]
 fn where_the_next_road_has_the_same_beside_its_lanes_it_goes_on() {
-    let ends = |map: &LaneletMap, lanelet: &Lanelet| {
-        let ends = |bound| {
-            let points: Vec<_> = map.bound_points(bound).map(|point| point.id).collect();
-            [points[0], points[points.len() - 1]]
-        };
-        let ([a, b], [c, d]) = (ends(lanelet.left), ends(lanelet.right));
-        [[a, c], [b, d]]
-    };
     let follow = |map: &LaneletMap, subtypes: [&str; 2]| {
         let (before, after) = (of(map, subtypes[0]), of(map, subtypes[1]));
         before.iter().flat_map(|a| after.iter().map(move |b| (a, b))).any(|(a, b)| ends(map, a)[1] == ends(map, b)[0])

@@ -1,9 +1,9 @@
 //! Bicycle lanes through intersections, on small networks.
 
 use crate::builder::road_network::DrivingSide;
-use crate::builder::tests::{Asked, built_as};
+use crate::builder::tests::{Asked, built_as, ends};
 use crate::builder::{BuildOptions, Built};
-use crate::lanelet::{Lanelet, LaneletMap, PointId};
+use crate::lanelet::{Lanelet, LaneletMap};
 use crate::settings::{BesideSettings, BicycleLanes};
 
 const LANES: &str = "highway=tertiary lanes=2 cycleway:both=lane";
@@ -27,15 +27,6 @@ fn crossing(side: DrivingSide, last: &str, lanes: BicycleLanes) -> Built {
 fn inside<'a>(map: &'a LaneletMap, subtype: &str) -> Vec<&'a Lanelet> {
     let inside = |l: &&Lanelet| l.attributes.has("intersection_area") && l.attributes.is("subtype", subtype);
     map.lanelets.iter().filter(inside).collect()
-}
-
-fn ends(map: &LaneletMap, lanelet: &Lanelet) -> [[PointId; 2]; 2] {
-    let ends = |bound| {
-        let ids: Vec<PointId> = map.bound_points(bound).map(|point| point.id).collect();
-        [ids[0], ids[ids.len() - 1]]
-    };
-    let ([a, b], [c, d]) = (ends(lanelet.left), ends(lanelet.right));
-    [[a, c], [b, d]]
 }
 
 #[test]

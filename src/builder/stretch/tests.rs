@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use crate::builder::road_network::DrivingSide;
-use crate::builder::tests::{Asked, built_as};
+use crate::builder::tests::{Asked, built_as, ends};
 use crate::builder::{BuildOptions, Built};
-use crate::lanelet::{Bound, Lanelet, LaneletMap, PointId};
+use crate::lanelet::{Bound, Lanelet, LaneletMap};
 use crate::settings::MarkingSettings;
 
 const FOUR: &str = "highway=secondary lanes=4 sidewalk=no";
@@ -53,15 +53,6 @@ fn built(Crossing { side, rule, length, west, walk, before_stop }: &Crossing<'_>
 /// The lanelets of the western arm.
 fn west(map: &LaneletMap) -> Vec<&Lanelet> {
     map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("road_name", "West")).collect()
-}
-
-fn ends(map: &LaneletMap, lanelet: &Lanelet) -> [[PointId; 2]; 2] {
-    let ends = |bound| {
-        let ids: Vec<PointId> = map.bound_points(bound).map(|point| point.id).collect();
-        [ids[0], ids[ids.len() - 1]]
-    };
-    let ([a, b], [c, d]) = (ends(lanelet.left), ends(lanelet.right));
-    [[a, c], [b, d]]
 }
 
 /// What a lanelet is followed by.
