@@ -59,18 +59,22 @@ impl Index {
 
     /// The index of items with these hashes, all of different ids.
     fn of(hashes: &[u64]) -> Self {
-        let fill = |tables: usize, own: &dyn Fn(u64) -> bool| {
-            let mut table = HashTable::with_capacity(hashes.len() / tables);
-            for (at, &hash) in hashes.iter().enumerate().filter(|(_, hash)| own(**hash)) {
-                table.insert_unique(hash, at as u32, |&at| hashes[at as usize]);
+        let fill = |positions: &[u32]| {
+            let mut table = HashTable::with_capacity(positions.len());
+            for &at in positions {
+                table.insert_unique(hashes[at as usize], at, |&at| hashes[at as usize]);
             }
             table
         };
         if hashes.len() < LARGE {
-            return Self { one: fill(1, &|_| true), many: Vec::new() };
+            let all: Vec<u32> = (0..hashes.len() as u32).collect();
+            return Self { one: fill(&all), many: Vec::new() };
         }
-        let many = (0..TABLES).into_par_iter().map(|i| fill(TABLES, &|hash| Self::table_of(hash) == i));
-        Self { one: HashTable::new(), many: many.collect() }
+        let mut own = vec![Vec::with_capacity(hashes.len() / TABLES * 9 / 8); TABLES];
+        for (at, &hash) in hashes.iter().enumerate() {
+            own[Self::table_of(hash)].push(at as u32);
+        }
+        Self { one: HashTable::new(), many: own.par_iter().map(|own| fill(own)).collect() }
     }
 }
 
