@@ -87,18 +87,17 @@ impl OsmText {
     pub fn exact(&mut self, key: &str, value: f64) {
         // Adding 0 turns -0 into 0.
         let value = value + 0.0;
-        let millis = (value * 1e3).round();
+        let millis = if value.abs() < 1e9 { (value * 1e3 + 0.5_f64.copysign(value)) as i64 } else { 0 };
         self.plain_tag(key, |text| {
-            // Most are whole millimetres, for which the general way is slow.
-            if millis.abs() < 1e12 && millis / 1e3 == value {
+            // Most are whole metres or millimetres, for which the general way is slow.
+            if millis as f64 / 1e3 != value {
+                let _ = write!(text, "{value}");
+            } else if millis % 1000 == 0 {
+                text.push_str(itoa::Buffer::new().format(millis / 1000));
+            } else {
                 fixed(text, value, 3);
                 let spare = text.len() - text.trim_end_matches('0').len();
                 text.truncate(text.len() - spare);
-                if text.ends_with('.') {
-                    text.pop();
-                }
-            } else {
-                let _ = write!(text, "{value}");
             }
         });
     }
@@ -221,16 +220,18 @@ const TENS: [f64; 16] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10,
 pub fn fixed(out: &mut String, number: f64, decimals: usize) {
     /// Whole numbers up to here are exact in a double.
     const EXACT: f64 = 9e15;
-    let steps = (number.abs() * TENS[decimals.min(15)]).round();
+    let steps = number.abs() * TENS[decimals.min(15)];
     if steps.is_nan() || steps > EXACT {
         let _ = write!(out, "{number:.decimals$}");
         return;
     }
-    if number < 0.0 && steps > 0.0 {
+    // Rounded without `round`, which is a function call where processors may be old.
+    let steps = (steps + 0.5) as u64;
+    if number < 0.0 && steps > 0 {
         out.push('-');
     }
     let mut digits = itoa::Buffer::new();
-    let digits = digits.format(steps as u64);
+    let digits = digits.format(steps);
     let whole = digits.len().saturating_sub(decimals);
     out.push_str(if whole == 0 { "0" } else { &digits[..whole] });
     if decimals > 0 {
