@@ -49,53 +49,56 @@ pub fn faults(ring: &[Point], spike: f64, limit: usize) -> Vec<RingFault> {
         .map(|i| RingFault::Spike(kept[i]))
         .take(limit)
         .collect();
-    let near = Edges::new((0..count).map(|i| [at(i), at(i + 1)]));
-    for i in 0..count {
-        if found.len() >= limit {
-            break;
+    let mut meet = |i: usize, j: usize| {
+        if j > i + 1
+            && !(i == 0 && j == count - 1)
+            && found.len() < limit
+            && let Some(place) = meeting(at(i), at(i + 1), at(j), at(j + 1))
+        {
+            found.push(RingFault::Crossing(kept[i], kept[j], place));
         }
-        let (a, b) = (at(i), at(i + 1));
-        near.behind(i, |j| {
-            if j > i + 1
-                && !(i == 0 && j == count - 1)
-                && found.len() < limit
-                && let Some(place) = meeting(a, b, at(j), at(j + 1))
-            {
-                found.push(RingFault::Crossing(kept[i], kept[j], place));
-            }
+        found.len() < limit
+    };
+    let boxes: Vec<Aabb> = (0..count).map(|i| (at(i), at(i + 1))).map(|(a, b)| aabb(a, b)).collect();
+    if count <= FEW {
+        touching(&boxes).into_iter().all(|(i, j)| meet(i, j));
+    } else {
+        let of_box = |(i, reach): (usize, &Aabb)| GeomWithData::new(Rectangle::from_aabb(*reach), i);
+        let tree = RTree::bulk_load(boxes.iter().enumerate().map(of_box).collect());
+        (0..count).all(|i| {
+            let near = tree.locate_in_envelope_intersecting(&boxes[i]).map(|edge| edge.data);
+            let mut near: Vec<usize> = near.filter(|&j| j > i).collect();
+            near.sort_unstable();
+            near.into_iter().all(|j| meet(i, j))
         });
     }
     found
 }
 
-/// Up to so many edges each is held against all others; beyond, a tree finds those near.
-const FEW: usize = 128;
+type Aabb = AABB<[f64; 2]>;
 
-/// The edges of a ring, found by place.
-struct Edges {
-    boxes: Vec<AABB<[f64; 2]>>,
-    tree: Option<RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>>,
+fn aabb(a: Point, b: Point) -> Aabb {
+    AABB::from_corners([a.x, a.y], [b.x, b.y])
 }
 
-impl Edges {
-    fn new(edges: impl Iterator<Item = [Point; 2]>) -> Self {
-        let boxes: Vec<_> = edges.map(|[a, b]| AABB::from_corners([a.x, a.y], [b.x, b.y])).collect();
-        let of_box = |(i, reach): (usize, &AABB<[f64; 2]>)| GeomWithData::new(Rectangle::from_aabb(*reach), i);
-        let tree = (boxes.len() > FEW).then(|| RTree::bulk_load(boxes.iter().enumerate().map(of_box).collect()));
-        Self { boxes, tree }
-    }
+/// Up to so many edges a sweep finds those that come near each other; beyond, a tree.
+const FEW: usize = 512;
 
-    /// Goes through the edges behind edge `i` whose boxes touch its own, ascending.
-    fn behind(&self, i: usize, mut each: impl FnMut(usize)) {
-        let reach = &self.boxes[i];
-        let Some(tree) = &self.tree else {
-            return (i + 1..self.boxes.len()).filter(|&j| self.boxes[j].intersects(reach)).for_each(each);
-        };
-        let near = tree.locate_in_envelope_intersecting(reach).map(|edge| edge.data);
-        let mut near: Vec<usize> = near.filter(|&j| j > i).collect();
-        near.sort_unstable();
-        near.into_iter().for_each(&mut each);
+/// The pairs of boxes that touch, lower index first, ascending: by a sweep along the axis on which they spread most.
+fn touching(boxes: &[Aabb]) -> Vec<(usize, usize)> {
+    let all = boxes.iter().fold(Aabb::new_empty(), |all, one| all.merged(one));
+    let spread = |axis: usize| all.upper()[axis] - all.lower()[axis];
+    let axis = usize::from(spread(1) > spread(0));
+    let mut order: Vec<usize> = (0..boxes.len()).collect();
+    order.sort_unstable_by(|&i, &j| boxes[i].lower()[axis].total_cmp(&boxes[j].lower()[axis]));
+    let mut pairs = Vec::new();
+    for (k, &i) in order.iter().enumerate() {
+        let end = boxes[i].upper()[axis];
+        let ahead = order[k + 1..].iter().take_while(|&&j| boxes[j].lower()[axis] <= end);
+        pairs.extend(ahead.filter(|&&j| boxes[j].intersects(&boxes[i])).map(|&j| (i.min(j), i.max(j))));
     }
+    pairs.sort_unstable();
+    pairs
 }
 
 /// Whether a ring is a simple polygon; see [`faults`].
