@@ -314,7 +314,8 @@ fn shape(
         if sound(&lines, from.width.min(to.width)) && (share != Share::Evenly || !with_opposite || even(&lines)) {
             let round =
                 [0, 1].map(|side| if known[side].is_some() { lines[side].clone() } else { BENDS.of(&lines[side]) });
-            return Some((if sound(&round, from.width.min(to.width)) { round } else { lines }, known));
+            let serves = round == lines || sound(&round, from.width.min(to.width));
+            return Some((if serves { round } else { lines }, known));
         }
     }
     None

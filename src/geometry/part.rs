@@ -1,6 +1,6 @@
 //! Lines that leave one point side by side: they part without one running over the other.
 
-use super::{Point, Polyline, angle_between};
+use super::{Point, Polyline, angle_between, cross};
 
 /// Lines whose first steps differ by more, degrees, part at once.
 const ALONG: f64 = 20.0;
@@ -27,13 +27,17 @@ pub fn parted(line: &Polyline, other: &Polyline) -> Option<Vec<Point>> {
     }
     // Where the line runs beside the other: stations on both, and how far to the left of the other it is.
     let mut beside: Vec<[f64; 3]> = Vec::new();
-    let last = line.length().min(other.length());
-    let stations = line.stations().into_iter().chain((1..).map(|i| STEP * f64::from(i)).take_while(|&s| s < last));
-    let mut stations: Vec<f64> = stations.filter(|&s| s > 0.0).collect();
-    stations.sort_unstable_by(f64::total_cmp);
-    for station in stations {
-        let foot = other.project(line.at(station));
-        if foot.station >= other.length() - EXACT {
+    let (own, others) = (line.stations(), other.stations());
+    let [length, other_length] = [&own, &others].map(|stations| stations[stations.len() - 1]);
+    let (mut walked, mut foot) = (0, Foot::default());
+    for station in merged(&own[1..], length.min(other_length)) {
+        while walked + 2 < own.len() && own[walked + 1] < station {
+            walked += 1;
+        }
+        let [a, b] = [line.points()[walked], line.points()[walked + 1]];
+        let place = a + (b - a) * ((station - own[walked]) / (own[walked + 1] - own[walked])).min(1.0);
+        foot = foot.on(other, &others, place);
+        if foot.station >= other_length - EXACT {
             return None;
         }
         beside.push([station, foot.station, foot.offset]);
@@ -47,9 +51,9 @@ pub fn parted(line: &Polyline, other: &Polyline) -> Option<Vec<Point>> {
         return None;
     }
     let (leaves, rejoined) = (beside[over][1], beside[over + 1][0]);
-    let followed = other.points().iter().zip(other.stations());
+    let followed = other.points().iter().zip(others);
     let followed: Vec<Point> = followed.take_while(|(_, s)| *s <= leaves).map(|(p, _)| *p).collect();
-    let mut own = line.points().iter().zip(line.stations()).filter(|(_, s)| *s >= rejoined - EXACT).peekable();
+    let mut own = line.points().iter().zip(own).filter(|(_, s)| *s >= rejoined - EXACT).peekable();
     let leaving = other.at(leaves);
     let mut points = followed;
     if points.last().is_some_and(|p| (p - leaving).norm() > STEP) {
@@ -68,6 +72,48 @@ pub fn parted(line: &Polyline, other: &Polyline) -> Option<Vec<Point>> {
     }
     points.extend(own.map(|(p, _)| *p));
     (points.last() == Some(&line.last())).then_some(points)
+}
+
+/// Stations of vertices, and between them those of every step below `last`, ascending.
+fn merged(vertices: &[f64], last: f64) -> impl Iterator<Item = f64> {
+    let mut vertices = vertices.iter().copied().peekable();
+    let mut steps = (1..).map(|i| STEP * f64::from(i)).take_while(move |&s| s < last).peekable();
+    std::iter::from_fn(move || match (vertices.peek(), steps.peek()) {
+        (Some(vertex), Some(step)) if step < vertex => steps.next(),
+        (Some(_), _) => vertices.next(),
+        _ => steps.next(),
+    })
+}
+
+/// Where a line comes nearest to the last place of another that runs beside it.
+#[derive(Clone, Copy, Default)]
+struct Foot {
+    segment: usize,
+    station: f64,
+    /// Left positive, metres.
+    offset: f64,
+}
+
+impl Foot {
+    /// The foot of the next place, not before this one. What lies so far ahead that it comes near only if the line turns
+    /// back is not looked at.
+    fn on(self, line: &Polyline, stations: &[f64], place: Point) -> Self {
+        let mut best = (f64::INFINITY, self);
+        for (segment, pair) in line.points().windows(2).enumerate().skip(self.segment) {
+            let (a, along) = (pair[0], pair[1] - pair[0]);
+            if stations[segment] > best.1.station + 2.0 * best.1.offset.abs() + STEP {
+                break;
+            }
+            let t = ((place - a).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+            let square = (place - (a + along * t)).norm_squared();
+            if square < best.0 {
+                let offset = square.sqrt().copysign(cross(along, place - a));
+                let station = stations[segment] + t * (stations[segment + 1] - stations[segment]);
+                best = (square, Self { segment, station, offset });
+            }
+        }
+        best.1
+    }
 }
 
 #[cfg(test)]

@@ -39,7 +39,11 @@ impl Rounding {
     /// behind; where the line ends too soon, by the widest arc that there is room for. Its ends stay.
     #[must_use]
     pub fn of(&self, line: &[Point]) -> Vec<Point> {
-        let mut line = self.once(line);
+        let before = line;
+        let mut line = self.once(before);
+        if line == before {
+            return line;
+        }
         let rest = Self { easy: self.least, cut: 0.0, ..*self };
         for _ in 1..ROUNDS {
             let round = rest.once(&line);
@@ -58,13 +62,12 @@ impl Rounding {
         rest.reverse();
         done.extend(rest.pop());
         while let Some(corner) = rest.pop() {
-            let now = match (done.last(), rest.last()) {
-                (Some(&before), Some(&behind)) => radius([before, corner, behind]),
-                _ => f64::INFINITY,
+            let tight = match (done.last(), rest.last()) {
+                (Some(&before), Some(&behind)) => tighter([before, corner, behind], self.easy * (1.0 - TOLERANCE)),
+                _ => None,
             };
-            let tight = now < self.easy * (1.0 - TOLERANCE);
-            let bend = if tight { self.bend(&done, corner, &rest) } else { None };
-            match bend.filter(|bend| bend.radius > now) {
+            let bend = tight.and_then(|now| self.bend(&done, corner, &rest).filter(|bend| bend.radius > now));
+            match bend {
                 Some(Bend { before, behind, arc, .. }) => {
                     done.truncate(before);
                     rest.truncate(behind);
@@ -197,18 +200,22 @@ fn arc_to(place: Point, [a, b]: [Point; 2], radius: f64) -> Option<Vec<Point>> {
     (turn * aside > 0.0).then(|| around(centre, place, turn))
 }
 
-/// Radius, metres, of the bend at the middle one of three places; infinite where they lie in a row. Of what lies farther
+/// Radius, metres, of the bend at the middle one of three places, if it is tighter than some radius. Of what lies farther
 /// than a metre away, nothing counts: a corner between two long segments is tight.
-fn radius([a, b, c]: [Point; 3]) -> f64 {
+fn tighter([a, b, c]: [Point; 3], than: f64) -> Option<f64> {
     const LOOK: f64 = 1.0;
-    let turn = angle_between(b - a, c - b).abs();
-    let length = f64::midpoint((b - a).norm().min(LOOK), (c - b).norm().min(LOOK));
-    if turn > 0.0 { length / turn } else { f64::INFINITY }
+    let (before, behind) = (b - a, c - b);
+    let length = f64::midpoint(before.norm().min(LOOK), behind.norm().min(LOOK));
+    // An angle is smaller than its tangent, which is had for less.
+    if super::cross(before, behind).abs() * than < before.dot(&behind) * length {
+        return None;
+    }
+    Some(length / angle_between(before, behind).abs()).filter(|radius| *radius < than)
 }
 
 /// The least radius of all bends of a line, metres.
 fn tightest(line: &[Point]) -> f64 {
-    line.windows(3).map(|w| radius([w[0], w[1], w[2]])).fold(f64::INFINITY, f64::min)
+    line.windows(3).fold(f64::INFINITY, |least, w| tighter([w[0], w[1], w[2]], least).unwrap_or(least))
 }
 
 #[cfg(test)]
