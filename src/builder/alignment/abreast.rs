@@ -268,20 +268,34 @@ struct Stretch<'a> {
     pieces: &'a [Piece],
     /// The box around them and half their road's width.
     reach: Bounds,
+    /// Where they head, and by how much, radians, the road deviates from that on and beside them.
+    axis: Vector,
+    spread: f64,
 }
 
 impl<'a> Stretch<'a> {
-    /// The stretches of pieces in order of their roads, this wide on either side.
-    fn all(pieces: &'a [Piece], half: impl Fn(usize) -> f64) -> Vec<Self> {
+    /// The stretches of the pieces of one road, this wide on either side.
+    fn of_road(road: &'a [Piece], half: f64) -> impl Iterator<Item = Self> + 'a {
         /// Pieces of a stretch at most.
         const PIECES: usize = 8;
-        let of_roads = pieces.chunk_by(|a, b| a.road == b.road).flat_map(|road| road.chunks(PIECES));
-        let around = |pieces: &'a [Piece]| {
-            let reaches = pieces.iter().map(|piece| piece.reach(half(piece.road)));
+        road.chunks(PIECES).enumerate().filter_map(move |(i, pieces)| {
+            let reaches = pieces.iter().map(|piece| piece.reach(half));
             let reach = reaches.reduce(|a, b| [a[0].inf(&b[0]), a[1].sup(&b[1])])?;
-            Some(Self { pieces, reach })
-        };
-        of_roads.filter_map(around).collect()
+            let start = i * PIECES;
+            let headings = || {
+                let around = &road[start.saturating_sub(1)..(start + pieces.len() + 1).min(road.len())];
+                around.iter().filter_map(|piece| piece.along)
+            };
+            let axis = headings().sum::<Vector>().try_normalize(f64::EPSILON).unwrap_or_else(Vector::x);
+            let least = headings().map(|along| along.dot(&axis)).fold(1.0, f64::min);
+            Some(Self { pieces, reach, axis, spread: least.max(-1.0).acos() })
+        })
+    }
+
+    /// Whether no place of one can run as a piece of the other does, or against it, by [`PARALLEL`].
+    fn crosses(&self, other: &Self) -> bool {
+        let between = self.axis.dot(&other.axis).abs().min(1.0).acos();
+        between - self.spread - other.spread > PARALLEL.acos()
     }
 }
 
@@ -294,7 +308,8 @@ fn find(tracks: &[Track], sides: &Sides, hot: &[usize], near: &[usize]) -> FxHas
     let of_chunk =
         |roads: &[usize]| roads.iter().filter(worth).flat_map(|&road| pieces(tracks, road)).collect::<Vec<Piece>>();
     let chunks: Vec<Vec<Piece>> = near.par_chunks(CHUNK).map(of_chunk).collect();
-    let near: Vec<Stretch> = chunks.iter().flat_map(|chunk| Stretch::all(chunk, |road| tracks[road].half)).collect();
+    let roads = chunks.iter().flat_map(|chunk| chunk.chunk_by(|a, b| a.road == b.road));
+    let near: Vec<Stretch> = roads.flat_map(|road| Stretch::of_road(road, tracks[road[0].road].half)).collect();
     let cells = Cells::new(near.iter().map(|stretch| stretch.reach).collect(), CELL);
     let found: Vec<_> =
         hot.par_chunks(CHUNK).map(|hot| find_in(tracks, sides, &of_chunk(hot), &near, &cells)).collect();
@@ -310,14 +325,14 @@ fn find_in(
     cells: &Cells,
 ) -> FxHashMap<(usize, usize), Vec<Beside>> {
     let mut nearest: FxHashMap<(usize, usize, usize), (f64, Beside)> = FxHashMap::default();
-    let wide = |road: usize| tracks[road].half + searched(&tracks[road]);
     for road in hot.chunk_by(|a, b| a.road == b.road) {
         let bends = bends(road);
-        for stretch in Stretch::all(road, wide) {
+        let track = &tracks[road[0].road];
+        for stretch in Stretch::of_road(road, track.half + searched(track)) {
             cells.touching(stretch.reach, |at| {
                 let others = near[at].pieces;
                 let own = others.first().is_some_and(|other| other.road == road[0].road);
-                if !own || bends {
+                if (!own || bends) && !stretch.crosses(&near[at]) {
                     compare_all(tracks, sides, stretch.pieces, others, &mut nearest);
                 }
             });

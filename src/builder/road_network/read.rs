@@ -1,5 +1,6 @@
 //! The stage itself: from OpenStreetMap's elements to roads and intersections.
 
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::builder::cross_section::{Facts, Layout, layout};
@@ -66,7 +67,7 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
     let Places { positions, middle } = places(osm, &drivable, to_metres);
     let pieces = pieces(&drivable, &positions, &mut notes);
     let (pieces, centres): (Vec<Piece>, Vec<Polyline>) =
-        pieces.into_iter().filter_map(|piece| centre(&piece, &positions).map(|line| (piece, line))).unzip();
+        pieces.into_par_iter().filter_map(|piece| centre(&piece, &positions).map(|line| (piece, line))).unzip();
     if pieces.is_empty() {
         let left_out = notes.iter().filter(|note| note.fault == "way-skipped").count();
         return Err(NetworkError::NoRoad { ways: osm.ways.len(), left_out });
@@ -82,13 +83,13 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
     let index: FxHashMap<i64, IntersectionIx> = nodes.iter().zip(0..).map(|(id, i)| (*id, IntersectionIx(i))).collect();
 
     let at_nodes = NodeFeatures::new(osm);
-    let mut roads = Vec::with_capacity(pieces.len());
-    for (piece, centre) in pieces.iter().zip(&centres) {
+    let roads = pieces.par_iter().zip(&centres).map(|(piece, centre)| {
         let layout = &layouts[&piece.way];
         let mut road = road(piece, &drivable[piece.way], layout, country.as_deref(), centre, &index);
         road.features = features::along(piece, &road, &positions, &at_nodes);
-        roads.push(road);
-    }
+        road
+    });
+    let roads: Vec<Road> = roads.collect();
     let intersections = intersections(osm, &nodes, &positions, &pieces, &roads, &centres);
     let (beside, markings) = Default::default();
     let mut network = RoadNetwork { side, country, beside, markings, roads, intersections, restrictions: Vec::new() };
@@ -151,20 +152,25 @@ fn layouts(
     let mut used: Vec<usize> = pieces.iter().map(|piece| piece.way).collect();
     used.sort_unstable();
     used.dedup();
-    used.into_iter()
-        .map(|i| {
-            let way = &drivable[i];
-            let facts = Facts {
-                way: way.way.id,
-                tags: &way.way.tags,
-                class: way.class,
-                link: way.link,
-                bus_road: way.access == Access::Bus,
-                side,
-            };
-            (i, layout(&facts, notes))
-        })
-        .collect()
+    let laid_out = used.into_par_iter().map(|i| {
+        let way = &drivable[i];
+        let facts = Facts {
+            way: way.way.id,
+            tags: &way.way.tags,
+            class: way.class,
+            link: way.link,
+            bus_road: way.access == Access::Bus,
+            side,
+        };
+        let mut notes = Vec::new();
+        (i, layout(&facts, &mut notes), notes)
+    });
+    let laid_out: Vec<_> = laid_out.collect();
+    let told = |(i, layout, own): (usize, Layout, Vec<Finding>)| {
+        notes.extend(own);
+        (i, layout)
+    };
+    laid_out.into_iter().map(told).collect()
 }
 
 /// The piece's line without points that tell nothing, ends kept.
