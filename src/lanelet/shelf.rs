@@ -70,7 +70,7 @@ impl Index {
             let all: Vec<u32> = (0..hashes.len() as u32).collect();
             return Self { one: fill(&all), many: Vec::new() };
         }
-        let mut own = vec![Vec::with_capacity(hashes.len() / TABLES * 9 / 8); TABLES];
+        let mut own: [Vec<u32>; TABLES] = std::array::from_fn(|_| Vec::with_capacity(hashes.len() / TABLES * 9 / 8));
         for (at, &hash) in hashes.iter().enumerate() {
             own[Self::table_of(hash)].push(at as u32);
         }
