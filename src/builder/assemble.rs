@@ -5,7 +5,7 @@ use rustc_hash::FxHashMap;
 
 use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::{Point, Vector};
-use crate::lanelet::index::{Edge, Thresholds, same_arm};
+use crate::lanelet::index::{Crossed, Edge, Thresholds, legs};
 use crate::lanelet::right_of_way::{Mover, OPPOSITE, Relation, Turn, opposites, yields};
 use crate::lanelet::{LaneletId, LaneletMap, PointId, PolygonId, TurnDirection};
 use crate::settings::{BicycleLanes, Settings, Side};
@@ -327,7 +327,8 @@ impl Stage<'_> {
         let signed = |a: usize| matches!(controls[a], Control::Stop | Control::GiveWay);
         let private = |a: usize| !self.network.road(arms[a].at.road).public;
         // A driveway that arrives side by side with a street is part of its approach.
-        let of_street = |a: usize| (0..arms.len()).any(|b| !private(b) && !signed(b) && self.beside(arms[a], arms[b]));
+        let approach = self.approaches(arms);
+        let of_street = |a: usize| (0..arms.len()).any(|b| !private(b) && !signed(b) && approach[a] == approach[b]);
         let minor = |a: usize| signed(a) || private(a) && !of_street(a);
         let all: Vec<usize> = (0..arms.len()).filter(leads_in).collect();
         let ranked = all.iter().any(|&a| minor(a)) && !all.iter().all(|&a| minor(a));
@@ -348,35 +349,29 @@ impl Stage<'_> {
             .collect()
     }
 
-    /// Whether the ends of two roads lie on one line across both, as one approach does.
-    fn beside(&self, a: &Arm, b: &Arm) -> bool {
-        let edges = |arm: &Arm| -> Vec<Edge> {
-            let lanes = arm.into.iter().chain(&arm.out).map(|lane| lane.nodes);
-            lanes.map(|ids| Edge { ids, points: ids.map(|id| self.assembly.position(id)) }).collect()
-        };
-        let (ours, theirs) = (edges(a), edges(b));
-        let thresholds = Thresholds::default();
-        ours.iter().any(|x| theirs.iter().any(|y| same_arm(x, y, &thresholds)))
-    }
-
-    /// For each arm the first one of its approach: carriageways beside each other that lead in the same way, such as one
-    /// for a turn beside one straight on, have their green together. Without lights each arm has a rank of its own.
-    fn approaches(&self, arms: &[&Arm], movers: &[Mover]) -> Vec<usize> {
-        let signalised = |arm: usize| movers.iter().any(|mover| mover.arm == arm && mover.signalised);
-        let linked = |arm: usize| arms[arm].into.is_empty() || signalised(arm);
+    /// For each arm the first one of its approach: carriageways on both sides of a median, or beside each other, come to
+    /// the intersection as one leg.
+    fn approaches(&self, arms: &[&Arm]) -> Vec<usize> {
+        let place = |ids: [PointId; 2]| Edge { ids, points: ids.map(|id| self.assembly.position(id)) };
+        let mut edges: Vec<(usize, Crossed)> = Vec::new();
+        for (i, arm) in arms.iter().enumerate() {
+            let lanes = arm.into.iter().map(|lane| (lane, true)).chain(arm.out.iter().map(|lane| (lane, false)));
+            edges.extend(lanes.map(|(lane, inward)| {
+                let for_cars = lane.kind != StripKind::Bicycle;
+                (i, Crossed { edge: place(lane.nodes), inward, for_cars })
+            }));
+        }
+        let crossed: Vec<Crossed> = edges.iter().map(|(_, edge)| *edge).collect();
         let mut first: Vec<usize> = (0..arms.len()).collect();
-        for b in 1..arms.len() {
-            for a in (0..b).filter(|&a| linked(a) && linked(b) && self.beside(arms[a], arms[b])) {
-                let (low, high) = (first[a].min(first[b]), first[a].max(first[b]));
-                first.iter_mut().filter(|of| **of == high).for_each(|of| *of = low);
-            }
+        for (&(arm, _), leg) in edges.iter().zip(legs(&crossed, &Thresholds::default())) {
+            first[arm] = first[arm].min(edges[leg].0);
         }
         first
     }
 
     fn rights_of_way(&mut self, arms: &[&Arm], paths: &[Path], movers: &[Mover], conflicts: &Conflicts) {
         // Only where vehicles arrive is there a light, or a rank, to be opposite to another. Where they head counts.
-        let approach = self.approaches(arms, movers);
+        let approach = self.approaches(arms);
         let heading = |of: usize| -> Vector {
             paths.iter().filter(|path| approach[path.movement.from] == of).map(|path| path.heading).sum()
         };

@@ -6,7 +6,9 @@ use rayon::prelude::*;
 use rstar::AABB;
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::groups::Groups;
 use super::lane::extent;
+use super::leg::{Crossed, legs};
 use super::named::COMPASS;
 use super::{Conflict, Edge, Lane, LaneTree, Thresholds};
 use crate::geometry::{Point, Vector, polygon, ring};
@@ -235,8 +237,8 @@ fn clusters(
         .collect()
 }
 
-/// Edges of one road leg: those that share a point, and those that lie on one line across the road. Where one lanelet of
-/// the intersection goes on behind another there is no leg.
+/// The edges across which vehicles come and go, leg by leg. Where one lanelet of the intersection goes on behind another
+/// there is no leg.
 fn arms(lanes: &[Lane], intersection: &Intersection, thresholds: &Thresholds) -> Vec<Arm> {
     let mut edges: Vec<ArmEdge> = Vec::new();
     let mut by_ids = FxHashMap::default();
@@ -257,19 +259,14 @@ fn arms(lanes: &[Lane], intersection: &Intersection, thresholds: &Thresholds) ->
             edges[at].lanes.push(member.lane);
         }
     }
-    let mut groups = Groups::new(edges.len());
-    for a in 0..edges.len() {
-        for b in a + 1..edges.len() {
-            if same_arm(&edges[a].edge, &edges[b].edge, thresholds) {
-                groups.join(a, b);
-            }
-        }
+    let for_cars = |edge: &ArmEdge| edge.lanes.iter().any(|&lane| lanes[lane].is_for_cars());
+    let crossed: Vec<Crossed> =
+        edges.iter().map(|e| Crossed { edge: e.edge, inward: e.inward, for_cars: for_cars(e) }).collect();
+    let mut by_leg: BTreeMap<usize, Vec<ArmEdge>> = BTreeMap::new();
+    for (edge, leg) in edges.into_iter().zip(legs(&crossed, thresholds)) {
+        by_leg.entry(leg).or_default().push(edge);
     }
-    let mut by_root: BTreeMap<usize, Vec<ArmEdge>> = BTreeMap::new();
-    for (at, edge) in edges.into_iter().enumerate() {
-        by_root.entry(groups.root(at)).or_default().push(edge);
-    }
-    let mut arms: Vec<(f64, Arm)> = by_root.into_values().map(|edges| arm(lanes, intersection.middle, edges)).collect();
+    let mut arms: Vec<(f64, Arm)> = by_leg.into_values().map(|edges| arm(lanes, intersection.middle, edges)).collect();
     arms.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut arms: Vec<Arm> = arms.into_iter().map(|(_, arm)| arm).collect();
     let headings: Vec<Option<Vector>> = arms.iter().map(|arm| arm.heading_in).collect();
@@ -278,18 +275,6 @@ fn arms(lanes: &[Lane], intersection: &Intersection, thresholds: &Thresholds) ->
         arm.opposite = opposite;
     }
     arms
-}
-
-/// Whether two edges belong to one road leg: they share a point, or lie on one line across the road.
-pub fn same_arm(a: &Edge, b: &Edge, thresholds: &Thresholds) -> bool {
-    let angle = a.angle_to(b);
-    if a.touches(b) {
-        return angle <= thresholds.arm_corner;
-    }
-    angle <= thresholds.arm_angle
-        && (a.middle() - b.middle()).norm() <= thresholds.arm_reach
-        && a.distance_from_line(b.middle()) <= thresholds.arm_line
-        && b.distance_from_line(a.middle()) <= thresholds.arm_line
 }
 
 /// An approach, with its bearing (degrees clockwise from north) as seen from the middle.
@@ -307,29 +292,6 @@ fn arm(lanes: &[Lane], middle: Point, edges: Vec<ArmEdge>) -> (f64, Arm) {
     let side = road.map_or(bearing, |road| road.x.atan2(road.y).to_degrees().rem_euclid(360.0));
     let compass = COMPASS[((side / 45.0).round() as usize) % COMPASS.len()];
     (bearing, Arm { edges, heading_in, compass, bearing: side, opposite: None })
-}
-
-/// Disjoint sets.
-struct Groups(Vec<usize>);
-
-impl Groups {
-    fn new(count: usize) -> Self {
-        Self((0..count).collect())
-    }
-
-    fn root(&mut self, mut at: usize) -> usize {
-        while self.0[at] != at {
-            self.0[at] = self.0[self.0[at]];
-            at = self.0[at];
-        }
-        at
-    }
-
-    /// The smaller root stays, so that the order of the groups is that of their first items.
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.0[a.max(b)] = a.min(b);
-    }
 }
 
 impl Intersection {

@@ -2,8 +2,10 @@
 //! intersection, which approach a lane belongs to, on which side people drive.
 
 mod conflict;
+mod groups;
 mod intersection;
 mod lane;
+mod leg;
 mod named;
 mod queries;
 mod rank;
@@ -14,8 +16,9 @@ mod traffic;
 pub mod view;
 
 pub use conflict::{Conflict, passing};
-pub use intersection::{Arm, ArmEdge, Intersection, Member, declared_area, same_arm};
+pub use intersection::{Arm, ArmEdge, Intersection, Member, declared_area};
 pub use lane::{Edge, HEADING_REACH, Lane, STEP, center_line, extent, turn_along};
+pub use leg::{Crossed, legs};
 pub use queries::{allows_lane_change, is_road_border, is_signalised};
 pub use side::{DrivingSide, SideVotes};
 pub use stop_line::{Misfit, StopLine};
