@@ -10,7 +10,8 @@ mod sides;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use read::{Facts, Layout, layout};
+pub(crate) use lanes::tells_lanes;
+pub(crate) use read::{Facts, Lane, Layout, layout};
 
 use super::road_network::RoadClass;
 

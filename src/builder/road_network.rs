@@ -4,6 +4,7 @@ mod arms;
 mod control;
 mod crossed;
 mod features;
+mod layouts;
 mod pieces;
 mod read;
 mod restriction;

@@ -3,12 +3,13 @@
 use crate::builder::road_network::{DrivingSide, RoadClass};
 use crate::builder::tags::{metres_under, number_of};
 use crate::diagnostic::{Finding, Severity};
+use crate::osm::Tags;
 
 use super::buses::mark_bus_lanes;
 use super::flow::Flow;
 use super::per_lane::{PerLane, per_lane};
-use super::read::Facts;
-use super::{Strip, StripKind, Travel, default_lane_width};
+use super::read::{Facts, Lane, MAX_SINGLE_TRACK};
+use super::{Strip, StripKind, Travel, default_lane_width, minimum_lane_width};
 
 /// The lanes of a way from left to right along it.
 pub(super) type Lanes = Vec<Strip>;
@@ -34,6 +35,11 @@ struct Counts {
 /// Reads the lanes of a way; `beside` is what parked cars and bicycle lanes take of its carriageway, metres.
 pub(super) fn lanes(facts: &Facts<'_>, flow: Flow, beside: f64, notes: &mut Vec<Finding>) -> Lanes {
     let room = metres_under(facts.tags, ["width:carriageway", "width", "est_width"]).map(|width| width - beside);
+    if let Some(lanes) = facts.continued.filter(|lanes| !tells_lanes(facts.tags) && fit(facts.class, lanes, room)) {
+        let what = "no lanes tag; as many as the road has before and behind are assumed";
+        notes.push(facts.note("lanes-guessed", Severity::Info, what));
+        return lanes.iter().map(|&(kind, travel)| Strip { kind, ..plain(facts, travel) }).collect();
+    }
     let forward_list = per_lane(facts, Travel::Forward, flow, said(facts, "lanes:forward"), notes);
     let backward_list = per_lane(facts, Travel::Backward, flow, said(facts, "lanes:backward"), notes);
     let both_list = per_lane(facts, Travel::Both, flow, said(facts, "lanes:both_ways"), notes);
@@ -59,6 +65,19 @@ pub(super) fn lanes(facts: &Facts<'_>, flow: Flow, beside: f64, notes: &mut Vec<
         DrivingSide::Left => (forward, backward),
     };
     [left, both, right].concat()
+}
+
+/// Whether any tag tells how many lanes a way has, or what for.
+pub(crate) fn tells_lanes(tags: &Tags) -> bool {
+    let tells =
+        |key: &str| key == "lanes" || key.starts_with("lanes:") || key.contains(":lanes") || key.starts_with("busway");
+    tags.iter().any(|(key, _)| tells(key))
+}
+
+/// Whether lanes fill a carriageway so wide, metres; one of unknown width holds any.
+fn fit(class: RoadClass, lanes: &[Lane], room: Option<f64>) -> bool {
+    let each = minimum_lane_width(class)..=MAX_SINGLE_TRACK;
+    room.is_none_or(|width| each.contains(&(width / lanes.len() as f64)))
 }
 
 /// A lane of which nothing is known but its direction.

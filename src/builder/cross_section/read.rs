@@ -37,7 +37,13 @@ pub(crate) struct Facts<'a> {
     pub bus_road: bool,
     /// The side people drive on.
     pub side: DrivingSide,
+    /// The lanes, left to right along the way, of the road that it continues on both sides; heeded where its own tags tell
+    /// none.
+    pub continued: Option<&'a [Lane]>,
 }
+
+/// What a lane for motor vehicles is for, and which way.
+pub(crate) type Lane = (StripKind, Travel);
 
 impl Facts<'_> {
     /// A note about the way.

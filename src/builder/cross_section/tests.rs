@@ -55,7 +55,7 @@ fn tags(text: &str) -> Tags {
 
 fn read(tags: &Tags, class: RoadClass, side: DrivingSide) -> (Layout, Vec<Finding>) {
     let mut notes = Vec::new();
-    let facts = Facts { way: 1, tags, class, link: false, bus_road: false, side };
+    let facts = Facts { way: 1, tags, class, link: false, bus_road: false, side, continued: None };
     let layout = layout(&facts, &mut notes);
     (layout, notes)
 }

@@ -111,7 +111,7 @@ fn assumed(
     {
         tags.push("width", Text::from(width.to_string()));
     }
-    let facts = Facts { way: key.way, tags: &tags, class, link, bus_road: false, side };
+    let facts = Facts { way: key.way, tags: &tags, class, link, bus_road: false, side, continued: None };
     Ok(layout(&facts, notes).section)
 }
 

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::builder::cross_section::{Facts, Layout, layout};
+use crate::builder::cross_section::Layout;
 use crate::builder::driving_side;
 use crate::builder::speed::limit;
 use crate::diagnostic::{Finding, Severity, Subject};
@@ -15,6 +15,7 @@ use super::arms::{Ray, clockwise};
 use super::control;
 use super::crossed;
 use super::features::{self, NodeFeatures};
+use super::layouts::layouts;
 use super::pieces::{Piece, pieces};
 use super::restriction::restrictions;
 use super::select::{Access, Drivable, Verdict, judge, ways};
@@ -140,37 +141,6 @@ fn middle(places: &[LonLat]) -> LonLat {
         (low + high) / 2.0
     };
     LonLat { lon: range(&mut places.iter().map(|p| p.lon)), lat: range(&mut places.iter().map(|p| p.lat)) }
-}
-
-/// The cross-section of every way that has a piece.
-fn layouts(
-    drivable: &[Drivable<'_>],
-    pieces: &[Piece],
-    side: DrivingSide,
-    notes: &mut Vec<Finding>,
-) -> FxHashMap<usize, Layout> {
-    let mut used: Vec<usize> = pieces.iter().map(|piece| piece.way).collect();
-    used.sort_unstable();
-    used.dedup();
-    let laid_out = used.into_par_iter().map(|i| {
-        let way = &drivable[i];
-        let facts = Facts {
-            way: way.way.id,
-            tags: &way.way.tags,
-            class: way.class,
-            link: way.link,
-            bus_road: way.access == Access::Bus,
-            side,
-        };
-        let mut notes = Vec::new();
-        (i, layout(&facts, &mut notes), notes)
-    });
-    let laid_out: Vec<_> = laid_out.collect();
-    let told = |(i, layout, own): (usize, Layout, Vec<Finding>)| {
-        notes.extend(own);
-        (i, layout)
-    };
-    laid_out.into_iter().map(told).collect()
 }
 
 /// The piece's line without points that tell nothing, ends kept.

@@ -354,6 +354,34 @@ fn restrictions_over_ways() {
 }
 
 #[test]
+fn a_way_without_lanes_between_two_with_them_has_as_many() {
+    let nodes = [(1, 0.0, 0.0, ""), (2, 50.0, 0.0, ""), (3, 60.0, 0.0, ""), (4, 110.0, 0.0, ""), (5, 50.0, 50.0, "")];
+    let lanes_of = |texts: [&str; 3], middle: &[i64]| {
+        let ways: [(i64, &[i64], &str); 4] =
+            [(10, &[1, 2], texts[0]), (20, middle, texts[1]), (30, &[3, 4], texts[2]), (40, &[5, 2], "lanes=1")];
+        let built = build(&data(&nodes, &ways));
+        let road = built.network.roads.iter().find(|road| road.key.way == 20).unwrap();
+        road.section.driven().map(|(_, strip)| strip.travel).collect::<Vec<_>>()
+    };
+    const ALONG: Travel = Travel::Forward;
+    const AGAINST: Travel = Travel::Backward;
+    let three = "name=A oneway=yes lanes=3";
+    assert_eq!(lanes_of([three, "name=A oneway=yes", three], &[2, 3]), [ALONG; 3]);
+    assert_eq!(lanes_of([three, "name=A oneway=yes width=8", three], &[2, 3]), [ALONG; 3]);
+    let two_way = "name=A lanes=3 lanes:forward=2";
+    assert_eq!(lanes_of([two_way, "name=A", two_way], &[2, 3]), [AGAINST, ALONG, ALONG]);
+    assert_eq!(lanes_of([two_way, "name=A", two_way], &[3, 2]), [AGAINST, AGAINST, ALONG], "drawn the other way");
+    // Own tags count more, and who differs in name, class, direction or number does not go on.
+    assert_eq!(lanes_of([three, "name=A oneway=yes lanes=2", three], &[2, 3]), [ALONG; 2]);
+    assert_eq!(lanes_of([three, "name=A oneway=yes width=4", three], &[2, 3]), [ALONG]);
+    for other in ["name=B oneway=yes lanes=3", "name=A oneway=yes lanes=2", "name=A oneway=yes lanes=3 highway=primary"]
+    {
+        assert_eq!(lanes_of([three, "name=A oneway=yes", other], &[2, 3]), [ALONG], "{other}");
+    }
+    assert_eq!(lanes_of([three, "name=A oneway=yes", three], &[3, 2]), [ALONG], "against the others");
+}
+
+#[test]
 fn the_order_of_the_input_does_not_matter() {
     let ways: [(i64, &[i64], &str); 3] = [(10, &[1, 5, 3], ""), (20, &[2, 5], "lanes=3"), (21, &[5, 4], "oneway=yes")];
     let mut nodes = CROSS;
