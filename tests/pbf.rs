@@ -20,6 +20,7 @@ fn pbf_and_xml_agree_to_the_last_bit() {
     let pbf = read_file(&shared.join("corpus/osm/harrisburg.osm.pbf")).unwrap();
     assert_eq!((xml.nodes.len(), xml.ways.len()), (pbf.nodes.len(), pbf.ways.len()));
     assert_eq!(xml.relations.len(), pbf.relations.len());
+    println!("bounds of XML {:?}, of PBF {:?}", xml.bounds, pbf.bounds);
     for node in &xml.nodes {
         let other = pbf.node(node.id).unwrap();
         assert_eq!((node.position, &node.tags), (other.position, &other.tags), "node {}", node.id);

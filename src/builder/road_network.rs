@@ -225,7 +225,8 @@ pub struct Intersection {
     /// The road ends that meet here, clockwise seen from above, starting at the smallest [`RoadKey`]. A loop appears
     /// twice.
     pub arms: Vec<RoadEnd>,
-    /// Whether the extract ends here: at least one way goes on outside.
+    /// Whether the data ends here: a way goes on to nodes that are missing, or one road ends on the rim of the data's
+    /// bounds, or outside of them, where it is not known what else there is.
     pub map_edge: bool,
     /// Whether lights rule it: a `traffic_signals` node in it, or on its arms where the tags place them there.
     pub signals: bool,

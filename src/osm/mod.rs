@@ -19,7 +19,7 @@ pub use write::{OsmText, fixed};
 use rustc_hash::FxHashMap;
 
 use crate::diagnostic::SourceSpan;
-use crate::projection::LonLat;
+use crate::projection::{Extent, LonLat};
 
 /// The kind of an element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -141,6 +141,10 @@ pub struct MetaInfo {
     pub map_version: Option<Text>,
 }
 
+/// Places closer to the bounds of a file than this, degrees, lie on their rim: a metre of latitude, to which bounds are
+/// written.
+const RIM: f64 = 1e-5;
+
 /// What one or several files say.
 #[derive(Clone, Debug, Default)]
 pub struct OsmData {
@@ -150,6 +154,8 @@ pub struct OsmData {
     pub meta: Option<MetaInfo>,
     /// `generator` of the last `<osm>`.
     pub generator: Option<Text>,
+    /// What the files hold of the Earth: `<bounds>`, or the box in the header of a PBF; all of it where a file names none.
+    pub bounds: Vec<Extent>,
     /// Elements in file order, without those of `action="delete"`.
     pub nodes: Vec<Node>,
     /// See [`OsmData::nodes`].
@@ -179,6 +185,20 @@ impl OsmData {
         self.relation_index.get(&id).map(|&i| &self.relations[i as usize])
     }
 
+    /// Whether the files hold what lies around a place: whether it lies within their bounds, and not on their rim.
+    pub fn reaches_beyond(&self, place: LonLat) -> bool {
+        let around = [-RIM, RIM].into_iter().flat_map(|lat| [-RIM, RIM].map(|lon| (lat, lon)));
+        let mut corners = around.map(|(lat, lon)| LonLat { lon: place.lon + lon, lat: place.lat + lat });
+        self.bounds.is_empty() || corners.all(|corner| self.bounds.iter().any(|bounds| bounds.contains(corner)))
+    }
+
+    /// Notes what a file holds of the Earth; a box that is none says nothing.
+    fn push_bounds(&mut self, bounds: Extent) {
+        if bounds.min.lat < bounds.max.lat && bounds.min.lon < bounds.max.lon {
+            self.bounds.push(bounds);
+        }
+    }
+
     /// Whether the element exists.
     pub fn contains(&self, kind: ElementKind, id: i64) -> bool {
         match kind {
@@ -200,6 +220,7 @@ impl OsmData {
     fn append(&mut self, part: Self) {
         self.meta = part.meta.or(self.meta.take());
         self.generator = part.generator.or(self.generator.take());
+        self.bounds.extend(part.bounds);
         self.nodes.reserve(part.nodes.len());
         part.nodes.into_iter().for_each(|node| self.push_node(node));
         part.ways.into_iter().for_each(|way| self.push_way(way));

@@ -6,14 +6,14 @@
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use osmpbf::{Blob, BlobDecode, BlobReader, Element, PrimitiveBlock, RelMemberType};
+use osmpbf::{Blob, BlobDecode, BlobReader, Element, HeaderBBox, PrimitiveBlock, RelMemberType};
 use rayon::prelude::*;
 
 use super::ReadError;
 use super::read::MAX_REFERENCES;
 use super::{ElementKind, Member, Node, OsmData, Relation, Source, Tags, Text, Way};
 use crate::diagnostic::SourceSpan;
-use crate::projection::LonLat;
+use crate::projection::{Extent, LonLat};
 
 /// Whether these bytes begin like a PBF file: a length, then a blob header that names its type `OSMHeader`.
 pub fn is_pbf(bytes: &[u8]) -> bool {
@@ -28,7 +28,8 @@ pub fn read(data: &mut OsmData, name: &str, bytes: &[u8]) -> Result<(), ReadErro
     let blobs = blobs.map_err(|error| damaged(error.to_string()))?;
     let decode = |blob: &Blob| match blob.decode()? {
         BlobDecode::OsmData(block) => Part::of(&block, file),
-        BlobDecode::OsmHeader(_) | BlobDecode::Unknown(_) => Ok(Part::default()),
+        BlobDecode::OsmHeader(header) => Ok(Part { bounds: header.bbox().map(extent), ..Part::default() }),
+        BlobDecode::Unknown(_) => Ok(Part::default()),
     };
     // The decoder panics on what no program writes: a member of an unknown kind, ids that overflow. It has nothing to lose
     // but the blob, so the panic can stop here.
@@ -40,6 +41,7 @@ pub fn read(data: &mut OsmData, name: &str, bytes: &[u8]) -> Result<(), ReadErro
         if let Some(message) = part.too_long {
             return Err(damaged(message));
         }
+        part.bounds.into_iter().for_each(|bounds| data.push_bounds(bounds));
         part.nodes.into_iter().for_each(|node| data.push_node(node));
         part.ways.into_iter().for_each(|way| data.push_way(way));
         part.relations.into_iter().for_each(|relation| data.push_relation(relation));
@@ -51,6 +53,7 @@ pub fn read(data: &mut OsmData, name: &str, bytes: &[u8]) -> Result<(), ReadErro
 /// What one blob holds.
 #[derive(Default)]
 struct Part {
+    bounds: Option<Extent>,
     nodes: Vec<Node>,
     ways: Vec<Way>,
     relations: Vec<Relation>,
@@ -102,6 +105,13 @@ impl Part {
         }
         Ok(())
     }
+}
+
+/// The box of a header, to the last bit as XML would give it.
+fn extent(bbox: HeaderBBox) -> Extent {
+    let degrees = |value: f64| (value * 1e9).round() / 1e9;
+    let [west, south, east, north] = [bbox.left, bbox.bottom, bbox.right, bbox.top].map(degrees);
+    Extent { min: LonLat { lon: west, lat: south }, max: LonLat { lon: east, lat: north } }
 }
 
 /// From nanodegrees; `None` off the Earth.

@@ -16,7 +16,7 @@ use super::{
     ElementKind, Member, MetaInfo, Node, Oddity, OddityKind, OsmData, ReadError, Relation, Source, Tags, Text, Way,
 };
 use crate::diagnostic::SourceSpan;
-use crate::projection::LonLat;
+use crate::projection::{Extent, LonLat};
 
 /// More node references or members than this in one element is damage or an attack, not a map: OpenStreetMap allows
 /// 2,000 nodes in a way and 32,000 members in a relation.
@@ -43,6 +43,15 @@ pub fn read_files(paths: &[PathBuf]) -> Result<OsmData, ReadError> {
 /// Adds the content of one file, XML (unpacked where it is gzip) or PBF, to `data`. After an error, `data` holds what was
 /// read up to there.
 pub fn read_bytes(data: &mut OsmData, name: &str, bytes: Vec<u8>) -> Result<(), ReadError> {
+    let known = data.bounds.len();
+    read_content(data, name, bytes)?;
+    if data.bounds.len() == known {
+        data.push_bounds(Extent::EARTH);
+    }
+    Ok(())
+}
+
+fn read_content(data: &mut OsmData, name: &str, bytes: Vec<u8>) -> Result<(), ReadError> {
     if pbf::is_pbf(&bytes) {
         return pbf::read(data, name, &bytes);
     }
@@ -227,6 +236,10 @@ impl Parser<'_> {
                 self.meta(tag);
                 return Ok(None);
             }
+            "bounds" => {
+                self.bounds(tag);
+                return Ok(None);
+            }
             _ => return Ok(None),
         };
         let (mut id, mut lat, mut lon, mut deleted) = (None, None, None, false);
@@ -362,6 +375,24 @@ impl Parser<'_> {
             }
         }
         self.data.meta = Some(meta);
+    }
+
+    fn bounds(&mut self, tag: &BytesStart<'_>) {
+        let [mut min_lat, mut min_lon, mut max_lat, mut max_lon] = [None; 4];
+        for attribute in tag.attributes().with_checks(false).flatten() {
+            let side = match attribute.key.as_ref() {
+                "minlat" => &mut min_lat,
+                "minlon" => &mut min_lon,
+                "maxlat" => &mut max_lat,
+                "maxlon" => &mut max_lon,
+                _ => continue,
+            };
+            *side = attribute.value.trim().parse::<f64>().ok();
+        }
+        let corner = |lon: Option<f64>, lat: Option<f64>| Some(LonLat { lon: lon?, lat: lat? });
+        if let (Some(min), Some(max)) = (corner(min_lon, min_lat), corner(max_lon, max_lat)) {
+            self.data.push_bounds(Extent { min, max });
+        }
     }
 
     fn span(&self, start: usize, end: usize) -> SourceSpan {

@@ -46,6 +46,14 @@ impl Extent {
         })
     }
 
+    /// All of it.
+    pub const EARTH: Self = Self { min: LonLat { lon: -180.0, lat: -90.0 }, max: LonLat { lon: 180.0, lat: 90.0 } };
+
+    /// Whether a place lies in it; its rim belongs to it.
+    pub fn contains(&self, place: LonLat) -> bool {
+        (self.min.lon..=self.max.lon).contains(&place.lon) && (self.min.lat..=self.max.lat).contains(&place.lat)
+    }
+
     /// Its middle.
     pub fn center(&self) -> LonLat {
         LonLat { lon: (self.min.lon + self.max.lon) / 2.0, lat: (self.min.lat + self.max.lat) / 2.0 }

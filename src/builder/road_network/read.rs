@@ -255,12 +255,15 @@ fn intersections(
             let position = positions[&id];
             let (ends, rays): (Vec<RoadEnd>, Vec<Ray<_>>) = rays.into_iter().unzip();
             let arms = clockwise(position, &rays).into_iter().map(|i| ends[i]).collect();
-            let highway = osm.node(id).and_then(|node| node.tags.get("highway"));
+            let node = osm.node(id);
+            let highway = node.and_then(|node| node.tags.get("highway"));
+            let place = node.and_then(|node| node.position);
+            let cut_off = ends.len() == 1 && place.is_some_and(|place| !osm.reaches_beyond(place));
             Intersection {
                 nodes: vec![id],
                 position,
                 arms,
-                map_edge: edges.contains_key(&id),
+                map_edge: edges.contains_key(&id) || cut_off,
                 signals: highway == Some("traffic_signals"),
                 all_way_stop: highway == Some("stop") && osm.node(id).is_some_and(|node| node.tags.is("stop", "all")),
                 circle: highway

@@ -4,7 +4,7 @@ use super::*;
 use crate::builder::cross_section::{StripKind, Travel};
 use crate::diagnostic::SourceSpan;
 use crate::osm::{ElementKind, Member, Node, OsmData, Relation, Way};
-use crate::projection::LonLat;
+use crate::projection::{Extent, LonLat};
 
 const SPAN: SourceSpan = SourceSpan { file: 0, start: 0, end: 0 };
 /// Metres of the test plane in a degree.
@@ -100,6 +100,23 @@ fn missing_nodes_are_the_edge_of_the_map() {
     assert!(at(&built, 1).map_edge && at(&built, 5).map_edge);
     assert!(!at(&built, 2).map_edge);
     assert_eq!(slugs(&built), ["node-missing"]);
+}
+
+#[test]
+fn what_ends_on_the_bounds_of_the_data_may_go_on() {
+    let mut osm = data(&CROSS, &[(10, &[1, 5, 3], ""), (20, &[2, 5, 4], "")]);
+    let edges = |osm: &OsmData| (1..6).filter(|node| at(&build(osm), *node).map_edge).collect::<Vec<_>>();
+    assert!(edges(&osm).is_empty(), "of bounds nothing is known");
+    let corner = |x: f64, y: f64| LonLat { lon: x / SCALE, lat: y / SCALE };
+    let from_west_to_east = |west, east| Extent { min: corner(west, -200.0), max: corner(east, 200.0) };
+    osm.bounds = vec![from_west_to_east(-200.0, 200.0)];
+    assert!(edges(&osm).is_empty(), "each ends within");
+    osm.bounds = vec![from_west_to_east(-200.0, 100.0)];
+    assert_eq!(edges(&osm), [3], "on the rim in the east");
+    osm.bounds = vec![from_west_to_east(-50.0, 50.0)];
+    assert_eq!(edges(&osm), [1, 3], "outside in the west and in the east");
+    osm.bounds = vec![from_west_to_east(-200.0, 0.0), from_west_to_east(0.0, 200.0)];
+    assert!(edges(&osm).is_empty(), "bounds that touch have no rim between them");
 }
 
 #[test]

@@ -159,3 +159,19 @@ fn entities_of_the_document_are_not_expanded() {
     let text = r#"<!DOCTYPE osm [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;">]><osm><way id="1"><tag k="k" v="&b;"/></way></osm>"#;
     assert_eq!(read(text).ways[0].tags.get("k"), Some("&b;"));
 }
+
+#[test]
+fn the_bounds_of_several_files_add_up() {
+    let bounds = |text: &str| read(&format!("<osm>{text}</osm>")).bounds;
+    let [min, max] = [LonLat { lon: 9.0, lat: 48.0 }, LonLat { lon: 9.5, lat: 48.25 }];
+    let own = "<bounds minlat=\"48\" minlon=\"9\" maxlat=\"48.25\" maxlon=\"9.5\"/>";
+    assert_eq!(bounds(own), [Extent { min, max }]);
+    assert_eq!(bounds(&format!("{own}{own}")).len(), 2, "an editor notes each area that it has loaded");
+    assert_eq!(bounds(""), [Extent::EARTH], "a file that names none may hold any place");
+    assert_eq!(bounds("<bounds minlat=\"x\" minlon=\"9\" maxlat=\"48\" maxlon=\"9\"/>"), [Extent::EARTH]);
+    let mut data = read(&format!("<osm>{own}</osm>"));
+    let beside = |data: &OsmData| data.reaches_beyond(LonLat { lon: 10.0, lat: 48.1 });
+    assert!(!beside(&data) && data.reaches_beyond(LonLat { lon: 9.1, lat: 48.1 }));
+    read_bytes(&mut data, "more.osm", b"<osm/>".to_vec()).unwrap();
+    assert!(beside(&data));
+}
