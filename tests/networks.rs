@@ -402,7 +402,7 @@ fn the_stop_line_lies_before_the_crosswalk_on_the_lane_that_leads_to_it() {
     for side in SIDES {
         let Built { map, .. } = crossed(side, "highway=residential lanes=2", true);
         let lanes = map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", "road")).count();
-        assert_eq!(lanes, 4);
+        assert_eq!(lanes, 6, "two roads, the first of them cut at one stop line: at the other it ends");
         let stopping: Vec<LaneletId> = drivers(&map).iter().map(|(lane, _)| lane.id).collect();
         assert!(stopping.len() == 2 && stopping[0] != stopping[1]);
         for light in of(&map, "traffic_light").into_iter().filter(|light| light.role("ref_line").next().is_some()) {
@@ -432,7 +432,7 @@ fn whoever_has_just_left_an_intersection_with_lights_stops_at_no_other() {
             (6, 32.0, 0.0, "highway=crossing crossing=traffic_signals"),
             (7, 120.0, 0.0, "highway=crossing crossing=traffic_signals"),
         ];
-        for (road, lights, notes) in [(&[3, 6, 1][..], 1, 0), (&[3, 7, 1], 2, 0), (&[3, 7, 6, 1], 2, 1)] {
+        for (road, lights) in [(&[3, 6, 1][..], 1), (&[3, 7, 1], 2), (&[3, 7, 6, 1], 3)] {
             let ways: [(i64, &[i64]); 4] = [(12, &[2, 1]), (13, road), (14, &[4, 1]), (15, &[5, 1])];
             let built = built(&network(side, &nodes, &ways, "highway=residential lanes=2"), side, "");
             let Built { map, settings, .. } = &built;
@@ -442,8 +442,38 @@ fn whoever_has_just_left_an_intersection_with_lights_stops_at_no_other() {
                     && referring(map, light).iter().all(|lane| !lane.attributes.has("intersection_area"))
             };
             assert_eq!(of(map, "traffic_light").iter().filter(outside).count(), lights, "{side:?} {road:?}");
-            // Autoware heeds one light of a lanelet: the second is not drawn, and named.
-            assert_eq!(built.notes.iter().filter(|note| note.fault == "crossing-unlit").count(), notes);
+            assert!(built.notes.iter().all(|note| note.fault != "crossing-unlit"));
+        }
+    }
+}
+
+#[test]
+fn lights_hang_on_the_lanes_between_two_stop_lines() {
+    // Two crossings 60 m apart on a road of 400 m, and two with 5 m between them.
+    let crossing = "highway=crossing crossing=traffic_signals";
+    let at = |x: f64, id: i64| (id, x, 0.0, crossing);
+    for side in SIDES {
+        for (places, groups) in [(vec![at(-30.0, 3), at(30.0, 4)], 2), (vec![at(-4.0, 3), at(4.0, 4)], 1)] {
+            let mut nodes = vec![(1, -200.0, 0.0, ""), (2, 200.0, 0.0, "")];
+            nodes.extend(places);
+            let ways: [(i64, &[i64]); 1] = [(10, &[1, 3, 4, 2])];
+            let Built { map, settings, .. } =
+                built(&network(side, &nodes, &ways, "highway=secondary lanes=4"), side, "");
+            assert_eq!(found(&map, &settings), Vec::<String>::new(), "{side:?} {groups}");
+            let lights = of(&map, "traffic_light").into_iter().filter(|light| light.role("ref_line").next().is_some());
+            let mut lanes: Vec<LaneletId> = Vec::new();
+            for light in lights {
+                let [lane] = referring(&map, light)[..] else { panic!("one lane obeys it") };
+                let line = map.linestrings.get(light.linestrings("ref_line").next().unwrap()).unwrap();
+                let starts = [lane.left, lane.right].map(|bound| map.bound_points(bound).next().unwrap().id);
+                assert_eq!(line.points, starts, "the lane begins at the stop line");
+                let crosses = of(&map, "crosswalk").into_iter().filter(|it| lane.regulatory_elements.contains(&it.id));
+                assert_eq!(crosses.count(), 2 / groups);
+                lanes.push(lane.id);
+            }
+            lanes.sort_unstable();
+            lanes.dedup();
+            assert_eq!(lanes.len(), 4 * groups);
         }
     }
 }

@@ -20,6 +20,7 @@ use super::cross_section::StripKind;
 use super::crosswalk::{announce, crosswalk};
 use super::cycle::Cycling;
 use super::draft::{Draft, Ways};
+use super::drive_light;
 use super::heights::Ground;
 use super::lanes::{Arm, Lanes};
 use super::movement::{Movement, Movements, STRAIGHT};
@@ -27,7 +28,7 @@ use super::paths::{Drawn, Path, intersection_key};
 use super::road_network::{DrivingSide, Intersection, RoadEnd, RoadIx, RoadNetwork};
 use super::settle::Settled;
 use super::sidecar;
-use super::stretch::cut_off;
+use super::stretch::cut_across;
 use super::walk_light::walk_lights;
 use super::walkway::walkways;
 
@@ -51,12 +52,15 @@ pub fn assemble(settled: Settled) -> Assembled {
     let Settled { network, restricted, draft, notes } = settled;
     let network = &network;
     let Draft { lines, mut assembly, mut lanes, ways, .. } = draft;
-    cut_off(&mut assembly, network, &lines, &ways, &mut lanes);
+    let lit = drive_light::lit(network, &lines, &ways);
+    cut_across(&mut assembly, network, &lines, &ways, &lit, &mut lanes);
     let as_roads = network.beside.bicycle_lanes == BicycleLanes::Road;
     let bicycles = beside(&mut assembly, network, &lanes);
     let crossings = Crossings::add(&mut assembly, network, &lines, &lanes);
+    let unlit = drive_light::draw(&mut assembly, network, &lanes, network.side, &lit);
     let mut whole = Assembled { notes, roads: network.roads.len(), ..Assembled::default() };
     whole.settings.driving_side = Some(if network.side == DrivingSide::Left { Side::Left } else { Side::Right });
+    whole.notes.extend(unlit);
     if as_roads {
         whole.settings.bicycle_lanes = bicycles.iter().map(|lanelet| lanelet.0).collect();
     }

@@ -12,11 +12,10 @@ use crate::lanelet::{Attributes, Bound, LaneletId};
 use crate::settings::{BesideSettings, BicycleLanes};
 
 use super::assembly::{Assembly, tags};
-use super::connection::side;
 use super::cross_section::{CrossSection, StripKind, Travel};
 use super::ids::Key;
 use super::lanes::{Lanes, road_key};
-use super::road_network::{End, Road, RoadEnd, RoadIx, RoadNetwork};
+use super::road_network::{Road, RoadIx, RoadNetwork};
 use super::sound::sound;
 
 /// Widths of a lane for bicycles, metres: what is narrower is no lane, what is wider no lane for bicycles alone.
@@ -146,12 +145,10 @@ pub fn beside(assembly: &mut Assembly, network: &RoadNetwork, lanes: &Lanes) -> 
     let mut bicycles = Vec::new();
     for (ix, road) in network.roads.iter().enumerate() {
         let ix = RoadIx(ix as u32);
-        let own = [(road_key("beside", road), lanes.borders_of(ix))];
-        let before = [End::Start, End::End].into_iter().filter_map(|end| {
-            let key = road_key("beside before stop", road).number(side(end) as i64);
-            Some((key, lanes.borders_before(RoadEnd { road: ix, end })?))
-        });
-        let pieces: Vec<_> = own.into_iter().chain(before).collect();
+        let key = road_key("beside", road);
+        let pieces = lanes.pieces_of(ix).iter();
+        let pieces = pieces.map(|piece| (piece.behind.map_or(key, |cause| cause.of(key)), &piece.borders[..]));
+        let pieces: Vec<(Key, &[Option<Bound>])> = pieces.collect();
         for run in runs(&road.section) {
             for &(key, borders) in &pieces {
                 let lanelet = lanelet(assembly, road, (key, borders), &run, &network.beside);

@@ -17,7 +17,6 @@ use super::assemble::{Assembled, assemble};
 use super::blinker;
 use super::consolidate::{Wish, Wished};
 use super::dead_lanes::without_dead_lanes;
-use super::drive_light;
 use super::heights::spots;
 use super::inside::{self, Inside};
 use super::overhead;
@@ -211,7 +210,6 @@ fn unmet_wish((said, merge): &(MergeSettings, bool)) -> Finding {
 pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside }: Plan) -> Built {
     let Streets { network, outlines, merges, findings } = streets;
     let network = without_dead_lanes(network);
-    let side = network.side;
     notes.extend(findings);
     let apart = merges.iter().filter(|note| note.wish.is_some() && !note.merged).map(|note| note.key).collect();
     let settled = settle(network, outlines.kept, &apart);
@@ -220,7 +218,6 @@ pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside }: Plan)
     blinker::limit(&mut map);
     overhead::ignore(&mut map);
     locate(&mut map, &projector);
-    notes.extend(drive_light::add(&mut map, &projector, side));
     notes.extend(inside::draw(&mut map, &projector, &inside, &settings));
     let summary = Summary {
         roads,

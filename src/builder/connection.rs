@@ -11,13 +11,14 @@ use crate::geometry::{Point, Vector, angle_between, curve, curve::Pose, left_of}
 use super::cross_section::{CrossSection, StripKind, Travel};
 use super::road_network::{End, FeatureKind, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
 use super::seam::level;
+use super::walk_light::has_lights;
 
 /// Breadth of a crosswalk along the road, metres: the usual painted zebra.
 pub const CROSSWALK_BREADTH: f64 = 3.0;
 /// From the stop line to the crosswalk, metres: official maps have 1.2 to 4.2.
 pub const STOP_GAP: f64 = 2.0;
 /// The most that may lie between them, metres.
-const STOP_GAP_MOST: f64 = 4.0;
+pub const STOP_GAP_MOST: f64 = 4.0;
 /// From the corner of the crossing road to the crosswalk, metres.
 const CORNER_GAP: f64 = 0.5;
 /// A crossing belongs to the intersection if it lies at most this far, metres, up the road from the outline.
@@ -211,8 +212,9 @@ fn cut(network: &RoadNetwork, least: &[[f64; 2]], mut setbacks: Vec<[f64; 2]>, w
             crossing.station = at_depth(least[i], end, held);
         }
         // What lies between intersections crosses the road's own lanes, once where the way is cut in two.
-        crossings
-            .retain_mut(|crossing| crossing.arm.is_some() || between(crossing, kept) && placed.insert(crossing.node));
+        crossings.retain_mut(|crossing| {
+            crossing.arm.is_some() || between(road, crossing, kept) && placed.insert(crossing.node)
+        });
         lines.kept.push(kept);
         lines.crossings.extend(crossings);
     }
@@ -431,12 +433,15 @@ fn crossings_of(
     found
 }
 
-/// Moves a crossing so that it lies on the lanes between two cuts; `false` if they are too short.
-fn between(crossing: &mut Crossing, [start, end]: [f64; 2]) -> bool {
+/// Moves a crossing so that it lies on the lanes between two cuts, with its stop lines where it has lights; `false` if they
+/// are too short.
+fn between(road: &Road, crossing: &mut Crossing, [start, end]: [f64; 2]) -> bool {
     let half = CROSSWALK_BREADTH / 2.0;
-    let room = end - start > 2.0 * half;
+    let stopping = half + STOP_GAP;
+    let need = if has_lights(road, crossing) && end - start > 2.0 * stopping { stopping } else { half };
+    let room = end - start > 2.0 * need;
     if room {
-        crossing.station = crossing.station.clamp(start + half, end - half);
+        crossing.station = crossing.station.clamp(start + need, end - need);
     }
     room
 }

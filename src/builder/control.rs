@@ -1,7 +1,7 @@
 //! Stop lines, traffic lights and stop signs, and the elements that tie them to lanes.
 
 use crate::geometry::{Point, Vector, left_of};
-use crate::lanelet::{Attributes, LaneletId, LineStringId, Target};
+use crate::lanelet::{Attributes, LaneletId, LineStringId, PointId, Target};
 
 use super::assembly::{Assembly, tags};
 use super::cross_section::Travel;
@@ -84,16 +84,9 @@ pub fn control_arm(
             continue;
         }
         let key = key.number(lane.nodes[0].0).number(lane.nodes[1].0);
-        let line = stop_line(assembly, key, lane);
+        let line = stop_line(assembly, key, lane.nodes);
         match (control, light) {
-            (Control::Signals, Some([light, bulbs])) => {
-                let members = [
-                    ("refers", Target::LineString(light)),
-                    ("light_bulbs", Target::LineString(bulbs)),
-                    ("ref_line", Target::LineString(line)),
-                ];
-                assembly.element(key.word("lights"), "traffic_light", &members, behind);
-            }
+            (Control::Signals, Some(light)) => light_element(assembly, key, light, line, behind),
             (Control::Stop, _) => {
                 let sign = stop_sign(assembly, driving, key, lane);
                 let members = [("refers", Target::LineString(sign)), ("ref_line", Target::LineString(line))];
@@ -107,8 +100,24 @@ pub fn control_arm(
 }
 
 /// A stop line on the end nodes of a lane.
-fn stop_line(assembly: &mut Assembly, key: Key, lane: &ArmLane) -> LineStringId {
-    assembly.line(key.word("stop line"), lane.nodes.to_vec(), tags(&[("type", "stop_line"), ("subtype", "solid")]))
+pub fn stop_line(assembly: &mut Assembly, key: Key, nodes: [PointId; 2]) -> LineStringId {
+    assembly.line(key.word("stop line"), nodes.to_vec(), tags(&[("type", "stop_line"), ("subtype", "solid")]))
+}
+
+/// Lets the lanelets behind a stop line obey a light.
+pub fn light_element(
+    assembly: &mut Assembly,
+    key: Key,
+    [light, bulbs]: [LineStringId; 2],
+    line: LineStringId,
+    behind: &[LaneletId],
+) {
+    let members = [
+        ("refers", Target::LineString(light)),
+        ("light_bulbs", Target::LineString(bulbs)),
+        ("ref_line", Target::LineString(line)),
+    ];
+    assembly.element(key.word("lights"), "traffic_light", &members, behind);
 }
 
 /// The right of someone who looks along `heading`.
@@ -130,6 +139,11 @@ fn traffic_light(
     let middle = start + arm.inward * (far + BEHIND).min(LIGHT_REACH);
     let shape = LightShape::new(driving, middle, arm.inward);
     let key = key.word("light").number(arm.at.end as i64).number(first.nodes[0].0);
+    Some(add_light(assembly, key, &shape))
+}
+
+/// Adds a light and its bulbs.
+pub fn add_light(assembly: &mut Assembly, key: Key, shape: &LightShape) -> [LineStringId; 2] {
     let ends = ["left", "right"].into_iter().zip(shape.ends);
     let ends = ends.map(|(name, place)| assembly.point(key.word(name), place, LIGHT_HEIGHT)).collect();
     let light = assembly.named_line(key, ends, shape.attributes());
@@ -137,17 +151,17 @@ fn traffic_light(
         assembly.tagged_point(key.word(color), place, LIGHT_HEIGHT + up, tags(&[("color", color)]))
     });
     let bulbs = assembly.line(key.word("bulbs"), lamps.to_vec(), bulbs_of(light));
-    Some([light, bulbs])
+    [light, bulbs]
 }
 
 /// Where a light that drivers see as they head somewhere has its ends, from left to right, and its lamps.
 pub struct LightShape {
     /// The lower edge of its body.
-    pub ends: [Point; 2],
+    ends: [Point; 2],
     /// Of its body, metres.
     height: f64,
     /// Colours, places, and metres above the lower edge.
-    pub lamps: [(&'static str, Point, f64); 3],
+    lamps: [(&'static str, Point, f64); 3],
 }
 
 impl LightShape {
@@ -167,7 +181,7 @@ impl LightShape {
     }
 
     /// Tags of its body.
-    pub fn attributes(&self) -> Attributes {
+    fn attributes(&self) -> Attributes {
         let mut attributes = tags(&[("type", "traffic_light"), ("subtype", "red_yellow_green")]);
         attributes.push("height", crate::osm::Text::from(format!("{}", self.height)));
         attributes

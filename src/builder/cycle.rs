@@ -62,8 +62,7 @@ impl Cycles {
                 if run.used != Use::Bicycle || run.travel == Travel::Both {
                     continue;
                 }
-                let borders = lanes.borders_before(at).unwrap_or(lanes.borders_of(at.road));
-                let Some(sides) = bounds(assembly, road, borders, &run) else { continue };
+                let Some(sides) = bounds(assembly, road, lanes.borders_at(at), &run) else { continue };
                 let into = (run.travel == Travel::Forward) == (at.end == End::End);
                 let Some(end) = end(assembly, lanes, at, sides, into) else { continue };
                 let list = if into { &mut found.into } else { &mut found.out };

@@ -1,7 +1,5 @@
 //! The lanes of every road between its connection lines: borders as shared lines, lanelets between them.
 
-use std::collections::BTreeMap;
-
 use rayon::prelude::*;
 
 use crate::geometry::{Point, Vector, curve::Pose, curve::untangled, left_of, miter::miter, round::Rounding};
@@ -17,6 +15,7 @@ use super::join::Joins;
 use super::marking::marking;
 use super::road_network::{End, Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
 use super::sound::{aligned, centred, simple};
+use super::stretch::Cause;
 
 /// Corners of the road's line closer to a cut than this, metres, are left out of the borders.
 const CLEAR: f64 = 0.5;
@@ -85,14 +84,23 @@ pub struct Arm {
 /// All lanes and arms.
 #[derive(Clone, Debug, Default)]
 pub struct Lanes {
-    /// In order of roads and strips; behind those of a road the pieces that were cut off before its start and its end.
+    /// In order of roads, of their pieces and of strips.
     pub lanes: Vec<Lane>,
     /// Per road: the arms at its start and its end.
     pub arms: Vec<[Arm; 2]>,
-    /// Per road, by the edges of its cross-section.
-    borders: Vec<Vec<Option<Bound>>>,
-    /// Of what was cut off the ends of roads, in the same way.
-    pub(super) before_stop: BTreeMap<RoadEnd, Vec<Option<Bound>>>,
+    /// Per road, along its line.
+    pub(super) pieces: Vec<Vec<Piece>>,
+}
+
+/// A road between its ends, or from one of the places where it was cut across to the next.
+#[derive(Clone, Debug)]
+pub struct Piece {
+    /// What begins or ends where it begins; `None` at the begin of the road.
+    pub behind: Option<Cause>,
+    /// Between which stations of the road's line it lies, metres.
+    pub span: [f64; 2],
+    /// By the edges of the cross-section, each along the road's line.
+    pub borders: Vec<Option<Bound>>,
 }
 
 impl Lanes {
@@ -107,15 +115,24 @@ impl Lanes {
         first..last
     }
 
-    /// The borders of a road, by the edges of its cross-section, each along the road's line; without what was cut off
-    /// before a stop line.
-    pub fn borders_of(&self, road: RoadIx) -> &[Option<Bound>] {
-        &self.borders[road.0 as usize]
+    /// The pieces of a road, along its line.
+    pub fn pieces_of(&self, road: RoadIx) -> &[Piece] {
+        self.pieces.get(road.0 as usize).map_or(&[][..], Vec::as_slice)
     }
 
-    /// As [`Lanes::borders_of`], of what was cut off before an end.
-    pub fn borders_before(&self, at: RoadEnd) -> Option<&[Option<Bound>]> {
-        self.before_stop.get(&at).map(Vec::as_slice)
+    /// The piece of a road at a station, and its lanes.
+    pub fn piece_at(&self, road: RoadIx, station: f64) -> Option<(&Piece, &[Lane])> {
+        let (pieces, lanes) = (self.pieces_of(road), self.of_road(road));
+        let i = pieces.iter().position(|piece| station <= piece.span[1])?;
+        let count = lanes.len() / pieces.len();
+        Some((&pieces[i], lanes.get(i * count..(i + 1) * count)?))
+    }
+
+    /// The borders of a road where it ends, by the edges of its cross-section, each along the road's line.
+    pub fn borders_at(&self, at: RoadEnd) -> &[Option<Bound>] {
+        let pieces = self.pieces_of(at.road);
+        let piece = if at.end == End::Start { pieces.first() } else { pieces.last() };
+        piece.map_or(&[][..], |piece| &piece.borders)
     }
 
     /// The ground between the ends of the lanes of an intersection.
@@ -168,7 +185,7 @@ pub fn lanes(assembly: &mut Assembly, network: &RoadNetwork, lines: &ConnectionL
         road.begin_at(lanes.lanes.len());
         lanes.lanes.extend(road.lanes);
         lanes.arms.push(road.arms);
-        lanes.borders.push(road.borders);
+        lanes.pieces.push(vec![road.whole]);
     }
     assembly.stand_on(Ground::default());
     lanes
@@ -185,7 +202,7 @@ pub fn redraw(
 ) {
     let shared = joins.nodes();
     for &ix in roads {
-        for bound in lanes.borders[ix.0 as usize].iter().flatten() {
+        for bound in lanes.pieces[ix.0 as usize].iter().flat_map(|piece| &piece.borders).flatten() {
             assembly.release_line(bound.line, |point| shared.contains(&point));
         }
         lanes.of_road(ix).iter().for_each(|lane| assembly.release_lanelet(lane.lanelet));
@@ -197,7 +214,7 @@ pub fn redraw(
         road.begin_at(range.start);
         lanes.lanes.splice(range, road.lanes);
         lanes.arms[i] = road.arms;
-        lanes.borders[i] = road.borders;
+        lanes.pieces[i] = vec![road.whole];
     }
     assembly.stand_on(Ground::default());
     assembly.sweep_points();
@@ -208,7 +225,7 @@ struct RoadLanes {
     lanes: Vec<Lane>,
     /// With indices in `lanes`.
     arms: [Arm; 2],
-    borders: Vec<Option<Bound>>,
+    whole: Piece,
 }
 
 impl RoadLanes {
@@ -231,7 +248,7 @@ fn road_lanes(assembly: &mut Assembly, network: &RoadNetwork, ix: RoadIx, kept: 
         let at = RoadEnd { road: ix, end };
         arm(assembly, road, at, kept[side(end)], &nodes[side(end)], &lanes)
     });
-    RoadLanes { lanes, arms, borders }
+    RoadLanes { lanes, arms, whole: Piece { behind: None, span: kept, borders } }
 }
 
 /// Which edges of the cross-section bound a driven strip, or a lanelet beside them, or are a kerb.

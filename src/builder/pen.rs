@@ -43,13 +43,9 @@ impl<'m> Pen<'m> {
 
     /// Adds a point at a height in metres.
     pub fn point(&mut self, key: Key, position: Place, ele: f64) -> PointId {
-        self.tagged_point(key, position, ele, Attributes::new())
-    }
-
-    /// Adds a point with tags.
-    pub fn tagged_point(&mut self, key: Key, position: Place, ele: f64, attributes: Attributes) -> PointId {
         let id = PointId(self.claim(key));
         let lonlat = self.projector.inverse_each(&[position], |_| ele).pop().flatten();
+        let attributes = Attributes::new();
         self.map.points.insert(Point {
             id,
             position,
@@ -65,13 +61,6 @@ impl<'m> Pen<'m> {
     /// Adds a line through points.
     pub fn line(&mut self, key: Key, points: Vec<PointId>, attributes: Attributes) -> LineStringId {
         let id = LineStringId(self.claim(key));
-        self.map.linestrings.insert(LineString { id, points, attributes, span: None });
-        id
-    }
-
-    /// Adds a line whose id fits 31 bits: tools read the tags that name it into as many.
-    pub fn named_line(&mut self, key: Key, points: Vec<PointId>, attributes: Attributes) -> LineStringId {
-        let id = LineStringId(self.ids.claim_polygon(key, |id| is_taken(self.map, *id)));
         self.map.linestrings.insert(LineString { id, points, attributes, span: None });
         id
     }

@@ -19,7 +19,7 @@ const BEHIND: f64 = 0.5;
 const BESIDE: f64 = 0.3;
 
 /// Whether lights protect the people on a crossing, by the tags of its node or of the way on foot through it.
-fn has_lights(road: &Road, crossing: &Crossing) -> bool {
+pub fn has_lights(road: &Road, crossing: &Crossing) -> bool {
     let lights = |kind| matches!(kind, FeatureKind::Crossing { signals: true, .. });
     road.features.iter().any(|feature| feature.node == crossing.node && lights(feature.kind))
 }

@@ -185,6 +185,37 @@ fn tags_and_settings_go_before_what_is_usual() {
 }
 
 #[test]
+fn lanes_are_not_changed_before_and_on_a_crosswalk_with_lights() {
+    for (side, sign) in [(DrivingSide::Right, 1.0), (DrivingSide::Left, -1.0)] {
+        let nodes =
+            [(1, -150.0, 0.0, ""), (2, 0.0, 0.0, "highway=crossing crossing=traffic_signals"), (3, 150.0, 0.0, "")];
+        let options = BuildOptions { driving_side: Some(side), ..BuildOptions::default() };
+        let ways: [(i64, &[i64], &str); 1] = [(10, &[1, 2, 3], FOUR)];
+        let map = built_as(&Asked { nodes: &nodes, ways: &ways, options }).map;
+        // Of the lanes that head east: where each line between them begins and ends, and what is painted.
+        let mut found: Vec<(i64, i64, String)> = Vec::new();
+        for line in &map.linestrings {
+            let places: Vec<_> = line.points.iter().map(|id| map.points.get(*id).unwrap().position).collect();
+            let paint = ["subtype", "lane_change"].map(|key| line.attributes.get(key).unwrap_or_default()).join(" ");
+            let middle = crate::geometry::Point::from(
+                map.points.iter().map(|point| point.position.coords).sum::<crate::geometry::Vector>()
+                    / map.points.len() as f64,
+            );
+            let off = (places[0].y - middle.y) * sign;
+            if line.attributes.is("type", "line_thin") && (-4.5..-1.5).contains(&off) {
+                let ends = [places[0], places[places.len() - 1]].map(|place| (place.x - middle.x).round() as i64);
+                found.push((ends[0].min(ends[1]), ends[0].max(ends[1]), paint));
+            }
+        }
+        found.sort();
+        let expected = [(-150, -34, "dashed yes"), (-34, -4, "solid no"), (-4, 4, "solid no"), (4, 34, "dashed yes")];
+        let expected = expected.into_iter().chain([(34, 150, "dashed yes")]);
+        let expected: Vec<_> = expected.map(|(from, to, paint)| (from, to, paint.to_owned())).collect();
+        assert_eq!(found, expected, "{side:?}");
+    }
+}
+
+#[test]
 fn nobody_stops_where_nothing_says_so() {
     let [before, others] = between(&built(&Crossing { rule: "", ..LIGHTS }).map);
     assert_eq!((paints(&before), paints(&others)), (vec!["dashed yes"], vec!["dashed yes"]));
