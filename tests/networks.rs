@@ -509,3 +509,26 @@ fn what_cannot_be_meant_is_an_error_with_its_place() {
     let both = said("[inside]\nstop_lines = false\n").over(said("[inside]\nstop_lines = true\nguide_lines = true\n"));
     assert_eq!((both.inside.stop_lines, both.inside.guide_lines), (Some(false), Some(true)));
 }
+
+#[test]
+fn roads_that_leave_side_by_side_are_approaches_of_their_own() {
+    for side in SIDES {
+        for east in [6.0, 20.0, 30.0] {
+            let nodes = [
+                (1, 0.0, 0.0, ""),
+                (2, -90.0, 3.0, ""),
+                (3, 90.0, 0.0, ""),
+                (4, 0.0, 90.0, ""),
+                (5, 0.0, -80.0, ""),
+                (6, east, -80.0, ""),
+            ];
+            let ways: [(i64, &[i64]); 5] = [(12, &[2, 1]), (13, &[3, 1]), (14, &[4, 1]), (15, &[5, 1]), (16, &[6, 1])];
+            let xml = network(side, &nodes, &ways, "highway=residential lanes=2");
+            let Built { map, settings, .. } = built(&xml, side, "");
+            let mut found = found(&map, &settings);
+            // Nothing says which of them has priority.
+            found.retain(|code| code != "vm-03-11/priority-unknown");
+            assert_eq!(found, Vec::<String>::new(), "{side:?}, {east} m apart at their ends");
+        }
+    }
+}
