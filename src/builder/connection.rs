@@ -24,11 +24,22 @@ const CORNER_GAP: f64 = 0.5;
 /// A crossing belongs to the intersection if it lies at most this far, metres, up the road from the outline.
 const CROSSING_REACH: f64 = 12.0;
 /// Radius of the near turn's centre line that a car takes with ease, metres.
-const TURN_RADIUS: f64 = 5.5;
-/// A road is never cut back further than this, metres, for the sake of a turn.
+const TURN_RADIUS: f64 = 6.0;
+/// A road is never cut back further than this, metres, for the sake of a turn ...
 const TURN_SETBACK_MOST: f64 = 8.0;
-/// What must remain of a road, metres, before its ends are cut back further than the outline asks.
-pub const ROAD_LEFT: f64 = 4.0;
+/// ... nor than this for a sharp one that it can spare room for.
+const SHARP_SETBACK_MOST: f64 = 12.0;
+/// From this change of direction on, degrees, a turn is sharp; ...
+const SHARP: f64 = 120.0;
+/// ... from this on only roads that can spare it give room, because few drive there; ...
+const REVERSAL: f64 = 150.0;
+/// ... and from this on none, because it makes hardly any.
+const BACK: f64 = 165.0;
+/// Below this change of direction, degrees, lanes whose lines have crossed already need no turn but lead over.
+const TURN_LEAST: f64 = 45.0;
+/// What must remain of a road, metres, before its ends are cut back further than the outline asks: the stop lines at both its
+/// ends stay apart. A turn that a car can take needs the rest more than it does.
+pub const ROAD_LEFT: f64 = 2.0;
 /// What must remain of a road, metres, whatever the outline says.
 const ROAD_LEAST: f64 = 1.0;
 /// Where two roads of unlike width meet, each gives this much, metres, to the taper between them at least, ...
@@ -41,8 +52,8 @@ const TAPER_MOST: f64 = 24.0;
 const SWERVE_MOST: f64 = 4.0;
 /// A road that can spare it gives this much, metres, at most so that lanes hardly weave, ...
 const WEAVE_SETBACK_MOST: f64 = 8.0;
-/// ... and keeps this much, metres: three cars.
-const EASE_LEFT: f64 = 15.0;
+/// ... and keeps this much, metres: two cars.
+const EASE_LEFT: f64 = 10.0;
 /// No cut moves for comfort around a bend of the road sharper than this, degrees.
 const EASE_BEND: f64 = 10.0;
 /// Bends to and fro, degrees, that need no more room.
@@ -307,10 +318,9 @@ fn turn_setbacks(network: &RoadNetwork, arms: &[RoadEnd], least: &[[f64; 2]]) ->
                 let back = swerve(from, to).min(if arms.len() == 2 { TAPER_MOST } else { SWERVE_MOST });
                 raise(a, back);
                 raise(b, back);
-                let Some((before, after, turn)) = curve::tangents(from, to) else { continue };
-                let tangent = TURN_RADIUS * (turn.abs() / 2.0).tan();
-                raise(a, (tangent - before).clamp(0.0, TURN_SETBACK_MOST));
-                raise(b, (tangent - after).clamp(0.0, TURN_SETBACK_MOST));
+                let Some([before, after]) = room_for_turn([from, to], REVERSAL, TURN_SETBACK_MOST) else { continue };
+                raise(a, before);
+                raise(b, after);
             }
             if arms.len() == 2 {
                 raise(a, TAPER);
@@ -318,6 +328,20 @@ fn turn_setbacks(network: &RoadNetwork, arms: &[RoadEnd], least: &[[f64; 2]]) ->
         }
     }
     setbacks
+}
+
+/// How far, metres, to cut back the roads before and behind a turn of at most so many degrees so that a car takes it with
+/// ease; by no more than `most` for a sharp one.
+fn room_for_turn([from, to]: [Pose; 2], below: f64, most: f64) -> Option<[f64; 2]> {
+    let (before, after, turn) = curve::crossing(from, to)?;
+    let degrees = turn.abs().to_degrees();
+    let ahead = before > 0.0 && after > 0.0;
+    if degrees > below || !(ahead || degrees > TURN_LEAST) {
+        return None;
+    }
+    let most = if degrees > SHARP { most } else { TURN_SETBACK_MOST };
+    let tangent = TURN_RADIUS * (turn.abs() / 2.0).tan();
+    Some([before, after].map(|length| (tangent - length).clamp(0.0, most)))
 }
 
 /// The lanes that lead into an intersection or out of it, from left to right in their direction of travel.
@@ -351,10 +375,11 @@ fn comfort(network: &RoadNetwork, arms: &[RoadEnd], least: &[[f64; 2]]) -> Vec<(
             raise(b, back);
             // The tightest way between two arms joins their outermost lanes on the same side.
             let outer = [from.first().zip(to.first()), from.last().zip(to.last())];
-            for (before, after, turn) in outer.into_iter().flatten().filter_map(|(a, b)| curve::tangents(*a, *b)) {
-                let tangent = TURN_RADIUS * (turn.abs() / 2.0).tan();
-                raise(a, (tangent - before).clamp(0.0, TURN_SETBACK_MOST));
-                raise(b, (tangent - after).clamp(0.0, TURN_SETBACK_MOST));
+            for [before, after] in
+                outer.into_iter().flatten().filter_map(|(a, b)| room_for_turn([*a, *b], BACK, SHARP_SETBACK_MOST))
+            {
+                raise(a, before);
+                raise(b, after);
             }
         }
     }

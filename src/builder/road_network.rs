@@ -9,6 +9,7 @@ mod pieces;
 mod read;
 mod restriction;
 mod select;
+mod stubs;
 #[cfg(test)]
 mod tests;
 

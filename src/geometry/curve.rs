@@ -42,12 +42,17 @@ pub fn join_radius(from: Pose, to: Pose) -> Option<f64> {
 
 /// How far the tangents run from `from` and to `to` until they meet, and the change of direction.
 pub fn tangents(from: Pose, to: Pose) -> Option<(f64, f64, f64)> {
+    crossing(from, to).filter(|(before, after, turn)| *before > 0.0 && *after > 0.0 && turn.abs() <= REVERSAL)
+}
+
+/// The same wherever the tangents' lines meet: a length is negative where they have met already.
+pub fn crossing(from: Pose, to: Pose) -> Option<(f64, f64, f64)> {
     let turn = angle_between(from.heading, to.heading);
-    if turn.abs() < PARALLEL || turn.abs() > REVERSAL {
+    if turn.abs() < PARALLEL {
         return None;
     }
     let (before, after, _) = line_crossing(from.point, from.heading, to.point, to.heading)?;
-    (before > 0.0 && after < 0.0).then_some((before, -after, turn))
+    Some((before, -after, turn))
 }
 
 fn fillet(from: Pose, to: Pose) -> Option<Vec<Pose>> {

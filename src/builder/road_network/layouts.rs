@@ -9,7 +9,6 @@ use rustc_hash::FxHashMap;
 use crate::builder::cross_section::{Facts, Lane, Layout, StripKind, Travel, layout, tells_lanes};
 use crate::diagnostic::Finding;
 
-use super::pieces::Piece;
 use super::read::is_roundabout;
 use super::select::{Access, Drivable};
 use super::{DrivingSide, End, RoadClass};
@@ -17,14 +16,14 @@ use super::{DrivingSide, End, RoadClass};
 /// So many ways without tagged lanes, one behind the other, are continued from one tagged way to the next.
 const WAYS_MOST: usize = 4;
 
-/// The cross-section of every way that has a piece, by the way's index.
+/// The cross-section of every way that is used, by the way's index.
 pub(super) fn layouts(
     drivable: &[Drivable<'_>],
-    pieces: &[Piece],
+    used: impl Iterator<Item = usize>,
     side: DrivingSide,
     notes: &mut Vec<Finding>,
 ) -> FxHashMap<usize, Layout> {
-    let mut used: Vec<usize> = pieces.iter().map(|piece| piece.way).collect();
+    let mut used: Vec<usize> = used.collect();
     used.sort_unstable();
     used.dedup();
     let read = |i: usize, continued: Option<&[Lane]>| {

@@ -29,6 +29,13 @@ pub(super) struct Piece {
     pub edge: [bool; 2],
 }
 
+impl Piece {
+    /// Its first and its last node.
+    pub fn ends(&self) -> [i64; 2] {
+        [self.nodes[0], self.nodes[self.nodes.len() - 1]]
+    }
+}
+
 /// The part of a way whose nodes are all there.
 struct Run {
     way: usize,

@@ -19,6 +19,7 @@ use super::layouts::layouts;
 use super::pieces::{Piece, pieces};
 use super::restriction::restrictions;
 use super::select::{Access, Drivable, Verdict, judge, ways};
+use super::stubs::without_stubs;
 use super::{DrivingSide, End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
 
 /// From longitude and latitude to local metres, for many places at once, in their order.
@@ -67,8 +68,8 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
     let drivable = drivable(osm, &mut notes);
     let Places { positions, middle } = places(osm, &drivable, to_metres);
     let pieces = pieces(&drivable, &positions, &mut notes);
-    let (pieces, centres): (Vec<Piece>, Vec<Polyline>) =
-        pieces.into_par_iter().filter_map(|piece| centre(&piece, &positions).map(|line| (piece, line))).unzip();
+    let pieces: Vec<(Piece, Polyline)> =
+        pieces.into_par_iter().filter_map(|piece| centre(&piece, &positions).map(|line| (piece, line))).collect();
     if pieces.is_empty() {
         let left_out = notes.iter().filter(|note| note.fault == "way-skipped").count();
         return Err(NetworkError::NoRoad { ways: osm.ways.len(), left_out });
@@ -77,7 +78,9 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
     let side = options.driving_side.unwrap_or(place.side);
     let country = options.country.clone().or(place.country);
 
-    let layouts = layouts(&drivable, &pieces, side, &mut notes);
+    let layouts = layouts(&drivable, pieces.iter().map(|(piece, _)| piece.way), side, &mut notes);
+    let (pieces, centres): (Vec<Piece>, Vec<Polyline>) =
+        without_stubs(pieces, &drivable, &layouts, &mut notes).into_iter().unzip();
     let mut nodes: Vec<i64> = pieces.iter().flat_map(|p| [p.nodes[0], p.nodes[p.nodes.len() - 1]]).collect();
     nodes.sort_unstable();
     nodes.dedup();

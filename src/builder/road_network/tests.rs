@@ -399,6 +399,26 @@ fn a_way_without_lanes_between_two_with_them_has_as_many() {
 }
 
 #[test]
+fn a_dead_end_that_holds_no_car_is_left_out() {
+    let nodes = [(1, -50.0, 0.0, ""), (2, 0.0, 0.0, ""), (3, 50.0, 0.0, ""), (4, 0.0, 5.0, ""), (5, 0.0, 9.0, "")];
+    let roads = |end: i64, tags: &str, goes_on: bool| {
+        let mut stub = vec![2, end];
+        stub.extend(goes_on.then_some(99));
+        let built = build(&data(&nodes, &[(10, &[1, 2], ""), (11, &[2, 3], ""), (20, &stub, tags)]));
+        (keys(&built).len(), slugs(&built).contains(&"way-skipped"))
+    };
+    // The street is 6 m wide: 2 m are left of the first, 6 m of the second.
+    assert_eq!(roads(4, "", false), (2, true));
+    assert_eq!(roads(5, "", false), (3, false));
+    assert_eq!(roads(4, "", true), (3, false), "it goes on outside");
+    // The end of a street is short as it may be.
+    let built = build(&data(&nodes, &[(10, &[1, 2], ""), (20, &[2, 4], "lanes=1")]));
+    assert_eq!(keys(&built).len(), 2);
+    let built = build(&data(&nodes, &[(20, &[2, 4], ""), (21, &[4, 5], ""), (22, &[2, 5], "")]));
+    assert_eq!(keys(&built).len(), 3, "nothing is left");
+}
+
+#[test]
 fn the_order_of_the_input_does_not_matter() {
     let ways: [(i64, &[i64], &str); 3] = [(10, &[1, 5, 3], ""), (20, &[2, 5], "lanes=3"), (21, &[5, 4], "oneway=yes")];
     let mut nodes = CROSS;
