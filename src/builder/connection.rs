@@ -29,11 +29,9 @@ const TURN_RADIUS: f64 = 6.0;
 const TURN_SETBACK_MOST: f64 = 8.0;
 /// ... nor than this for a sharp one that it can spare room for.
 const SHARP_SETBACK_MOST: f64 = 12.0;
-/// From this change of direction on, degrees, a turn is sharp; ...
+/// From this change of direction on, degrees, a turn is sharp ...
 const SHARP: f64 = 120.0;
-/// ... from this on only roads that can spare it give room, because few drive there; ...
-const REVERSAL: f64 = 150.0;
-/// ... and from this on none, because it makes hardly any.
+/// ... and from this on a setback makes hardly any room for it.
 const BACK: f64 = 165.0;
 /// Below this change of direction, degrees, lanes whose lines have crossed already need no turn but lead over.
 const TURN_LEAST: f64 = 45.0;
@@ -318,7 +316,7 @@ fn turn_setbacks(network: &RoadNetwork, arms: &[RoadEnd], least: &[[f64; 2]]) ->
                 let back = swerve(from, to).min(if arms.len() == 2 { TAPER_MOST } else { SWERVE_MOST });
                 raise(a, back);
                 raise(b, back);
-                let Some([before, after]) = room_for_turn([from, to], REVERSAL, TURN_SETBACK_MOST) else { continue };
+                let Some([before, after]) = room_for_turn([from, to], TURN_SETBACK_MOST) else { continue };
                 raise(a, before);
                 raise(b, after);
             }
@@ -330,13 +328,13 @@ fn turn_setbacks(network: &RoadNetwork, arms: &[RoadEnd], least: &[[f64; 2]]) ->
     setbacks
 }
 
-/// How far, metres, to cut back the roads before and behind a turn of at most so many degrees so that a car takes it with
-/// ease; by no more than `most` for a sharp one.
-fn room_for_turn([from, to]: [Pose; 2], below: f64, most: f64) -> Option<[f64; 2]> {
+/// How far, metres, to cut back the roads before and behind a turn so that a car takes it with ease; by no more than `most`
+/// for a sharp one.
+fn room_for_turn([from, to]: [Pose; 2], most: f64) -> Option<[f64; 2]> {
     let (before, after, turn) = curve::crossing(from, to)?;
     let degrees = turn.abs().to_degrees();
     let ahead = before > 0.0 && after > 0.0;
-    if degrees > below || !(ahead || degrees > TURN_LEAST) {
+    if degrees > BACK || !(ahead || degrees > TURN_LEAST) {
         return None;
     }
     let most = if degrees > SHARP { most } else { TURN_SETBACK_MOST };
@@ -376,7 +374,7 @@ fn comfort(network: &RoadNetwork, arms: &[RoadEnd], least: &[[f64; 2]]) -> Vec<(
             // The tightest way between two arms joins their outermost lanes on the same side.
             let outer = [from.first().zip(to.first()), from.last().zip(to.last())];
             for [before, after] in
-                outer.into_iter().flatten().filter_map(|(a, b)| room_for_turn([*a, *b], BACK, SHARP_SETBACK_MOST))
+                outer.into_iter().flatten().filter_map(|(a, b)| room_for_turn([*a, *b], SHARP_SETBACK_MOST))
             {
                 raise(a, before);
                 raise(b, after);
