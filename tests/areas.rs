@@ -7,16 +7,16 @@
 
 mod support;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::fs;
 
-use lanewright::builder::{BuildOptions, build};
+use lanewright::builder::{BuildOptions, Built, build};
 use lanewright::geometry::{Point, polygon, ring};
 use lanewright::lanelet::{Lanelet, LaneletMap, PointId, Polygon};
-use lanewright::osm::{OsmData, read_bytes, read_file};
+use lanewright::osm::{OsmData, Way, read_bytes, read_file};
 use proptest::prelude::*;
-use support::{osm_files, samples, shared};
+use support::{osm_files, root, samples, shared};
 
 /// Largest input of the slice, bytes.
 const SLICE: u64 = 750_000;
@@ -125,6 +125,61 @@ fn a_dead_end_under_a_bend_is_no_road() {
     let nodes = [(-20.0, 60.0), (-6.0, 12.0), (0.0, 8.0), (6.0, 12.0), (14.0, 60.0), (-2.0, 5.0)];
     let roads = [(1, 2, ""), (2, 3, ""), (3, 4, ""), (4, 5, ""), (3, 6, "")];
     assert_eq!(faults(&network(&nodes, &roads)), "");
+}
+
+/// The ways around islands that areas of a map cover all the same, as its notes say.
+fn covered(built: &Built) -> Vec<i64> {
+    let notes = built.notes.iter().filter(|note| note.fault == "island-covered");
+    notes.flat_map(|note| note.related.iter().filter_map(|related| related.subject.id())).collect()
+}
+
+#[test]
+fn medians_that_reach_into_an_area_are_cut_out() {
+    let data = read_file(&root().join("tests/places/medians.osm")).unwrap();
+    assert_eq!(faults(&data), "");
+    let built = build(&data, &BuildOptions::default()).unwrap();
+    let of_ring = |way: &Way| -> Vec<Point> {
+        let places = way.nodes[1..].iter().filter_map(|id| data.node(*id)?.position);
+        places.filter_map(|place| built.projector.forward(place, 0.0)).collect()
+    };
+    let area = built.map.polygons.iter().find(|area| area.attributes.is("type", "intersection_area")).unwrap();
+    let outline: Vec<Point> = area.points.iter().map(|id| built.map.points.get(*id).unwrap().position).collect();
+    let islands: Vec<&Way> = data.ways.iter().filter(|way| !way.tags.has("highway")).collect();
+    assert_eq!(islands.len(), 5);
+    for island in islands {
+        let ring = of_ring(island);
+        let inside = polygon::common_area(&ring, &outline);
+        match island.tags.is("traffic_calming", "island") {
+            true => assert!((inside - polygon::signed_area(&ring).abs()).abs() < 0.01, "in the middle it stays"),
+            false => assert!(inside < 0.1, "{inside:.2} m2 of way {} lie in the area", island.id),
+        }
+    }
+    assert_eq!(covered(&built), [305]);
+    let borders = built.map.linestrings.iter().filter(|line| line.attributes.is("type", "road_border"));
+    let on_border: BTreeSet<PointId> = borders.flat_map(|line| line.points.clone()).collect();
+    let lanes = built.map.lanelets.iter().flat_map(|lane| [lane.left, lane.right]);
+    let ends = lanes.flat_map(|bound| built.map.bound_points(bound).map(|p| p.id).collect::<Vec<_>>());
+    let known: BTreeSet<PointId> = on_border.into_iter().chain(ends).collect();
+    assert!(area.points.iter().all(|id| known.contains(id)), "each vertex is one of a kerb or of a lane");
+}
+
+#[test]
+fn what_ways_run_over_is_not_cut_out() {
+    let middle = data_with_median(1.0);
+    assert_eq!(faults(&middle), "");
+    assert_eq!(covered(&build(&middle, &BuildOptions::default()).unwrap()), [9]);
+}
+
+/// A crossing of two streets with a kerb around a strip along the middle of one, from the middle of the crossing outwards.
+fn data_with_median(half: f64) -> OsmData {
+    let tip = [(8.0, half), (40.0, half), (40.0, -half), (8.0, -half)];
+    let mut nodes = vec![(0.0, 0.0), (70.0, 0.0), (0.0, 70.0), (-70.0, 0.0), (0.0, -70.0)];
+    nodes.extend(tip);
+    let mut data = network(&nodes, &[(1, 2, ""), (1, 3, ""), (1, 4, ""), (1, 5, "")]);
+    let island = "<osm><way id='9'><nd ref='6'/><nd ref='7'/><nd ref='8'/><nd ref='9'/><nd ref='6'/>\
+                  <tag k='barrier' v='kerb'/></way></osm>";
+    read_bytes(&mut data, "island", island.as_bytes().to_vec()).unwrap();
+    data
 }
 
 /// Roads beside each other part at twice this angle at least, radians; else they would lie on each other.

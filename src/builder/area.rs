@@ -1,5 +1,7 @@
 //! The `intersection_area`: kerb chains between the roads, straight cuts across them, clockwise.
 
+mod cut_out;
+
 use geo::{Area, BooleanOps, MultiPolygon};
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -12,6 +14,8 @@ use super::conflict::strips_beside;
 use super::ids::Key;
 use super::lanes::{Arm, Lanes};
 use super::paths::{Bounds, Path};
+use super::road_network::Island;
+use cut_out::cut_out;
 
 /// Part of each lanelet that must lie in the area.
 const COVERED: f64 = 0.995;
@@ -34,6 +38,8 @@ pub struct AreaOutline {
     pub overrun: Vec<usize>,
     /// Arms, by index, whose lanes do not end on the outline side by side.
     pub lost: Vec<usize>,
+    /// The ways around islands on which the outline lies all the same.
+    pub covered: Vec<i64>,
 }
 
 impl AreaOutline {
@@ -45,7 +51,7 @@ impl AreaOutline {
 
 /// Walks the arms clockwise: cut, kerb, cut, kerb. `paths` come with the strips of their outlines. Where a path leaves
 /// that ring, it is widened to hold the path; where it then swallows the end of a road, it gives way to the lanes of that
-/// road.
+/// road. Islands that reach into it are cut out.
 pub fn area_outline(
     assembly: &mut Assembly,
     key: Key,
@@ -53,6 +59,7 @@ pub fn area_outline(
     arms: &[&Arm],
     bounds: &Bounds,
     paths: (&[Path], &[Option<Strips>]),
+    islands: &[Island],
 ) -> AreaOutline {
     let walked = walked(assembly, key, arms, bounds);
     let apart = |ring: &[PointId]| -> Vec<usize> { (0..arms.len()).filter(|&i| !runs_along(ring, arms[i])).collect() };
@@ -60,20 +67,21 @@ pub fn area_outline(
     let mut overrun = apart(&ring);
     let (paths, strips) = paths;
     if !holds(assembly, &ring, paths, strips) {
-        ring = united(assembly, key, &walked, arms, bounds, paths, &[]);
+        ring = united(assembly, key, &walked, arms, bounds, paths, [&[], &[]]);
         overrun = apart(&ring);
         if !overrun.is_empty() || !is_simple(assembly, &ring) {
             let behind: Vec<Vec<Point>> = arms.iter().flat_map(|arm| own_lanes(assembly, lanes, arm)).collect();
             let key = key.word("beside lanes");
-            let beside = united(assembly, key, &walked, arms, bounds, paths, &behind);
+            let beside = united(assembly, key, &walked, arms, bounds, paths, [&[], &behind]);
             if is_simple(assembly, &beside) && apart(&beside).len() <= overrun.len() {
                 ring = beside;
             }
         }
     }
+    let (ring, covered) = cut_out(assembly, key, ring, (arms, bounds, paths), islands);
     let kerbs = kerbs(assembly, key, &ring, arms);
-    let lost = apart(&ring);
-    AreaOutline { ring, kerbs, overrun, lost }
+    let lost = (0..arms.len()).filter(|&i| !runs_beside(&ring, arms[i])).collect();
+    AreaOutline { ring, kerbs, overrun, lost, covered }
 }
 
 /// The ring of cuts and the kerbs between them.
@@ -108,6 +116,17 @@ fn runs_along(ring: &[PointId], arm: &Arm) -> bool {
     let mut line = arm.cut.iter().filter(|id| ends.contains(id));
     let Some(start) = line.next().map(|first| ring.iter().position(|id| id == first)) else { return true };
     start.is_some_and(|start| ring.iter().cycle().skip(start + 1).zip(line).all(|(a, b)| a == b))
+}
+
+/// The same, but that a median may lie between lanes.
+fn runs_beside(ring: &[PointId], arm: &Arm) -> bool {
+    let count = ring.len();
+    let at = |id: PointId| ring.iter().position(|&one| one == id);
+    let side_by_side = |[a, b]: [PointId; 2]| match (at(a), at(b)) {
+        (Some(a), Some(b)) => (a + 1) % count == b || (b + 1) % count == a,
+        _ => false,
+    };
+    arm.into.iter().chain(&arm.out).all(|lane| side_by_side(lane.nodes))
 }
 
 /// The points of a bound between its ends.
@@ -157,8 +176,8 @@ fn area_of(ring: &[Point]) -> f64 {
     polygon::signed_area(ring).abs()
 }
 
-/// The outer ring of everything together but for what lies `behind` the cuts, on the nodes that exist where it passes
-/// them.
+/// The outer ring of everything together but for islands, over which ways may lie, and for what lies behind the cuts, on
+/// the nodes that exist where it passes them.
 fn united(
     assembly: &mut Assembly,
     key: Key,
@@ -166,9 +185,12 @@ fn united(
     arms: &[&Arm],
     bounds: &Bounds,
     paths: &[Path],
-    behind: &[Vec<Point>],
+    [islands, behind]: [&[Vec<Point>]; 2],
 ) -> Vec<PointId> {
     let mut whole = MultiPolygon(vec![polygon::to_geo(&places(assembly, ring))]);
+    for island in islands {
+        whole = whole.difference(&polygon::to_geo(island));
+    }
     for path in paths {
         whole = whole.union(&polygon::to_geo(&path.outline));
     }

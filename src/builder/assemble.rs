@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::diagnostic::{Finding, Place, Subject};
+use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Vector};
 use crate::lanelet::index::{Crossed, Edge, Thresholds, legs};
 use crate::lanelet::right_of_way::{Mover, OPPOSITE, Relation, Turn, opposites, yields};
@@ -230,6 +230,14 @@ impl Stage<'_> {
             let message = format!("The outline of intersection area {id} does not lead along the end of a road.");
             let finding = Finding::new("lane-end-inside", Subject::Polygon(id.0), message);
             self.beside.notes.push(finding.at(Place::Line(cut)));
+        }
+        for way in outline.covered {
+            let message = format!(
+                "Intersection area {id} covers the island of way {way}: it lies wholly inside, and an area has no holes, or \
+                 ways run over it."
+            );
+            let finding = Finding::new("island-covered", Subject::Polygon(id.0), message).graded(Severity::Info);
+            self.beside.notes.push(finding.with(Subject::Way(way), "island"));
         }
         let cycling = std::mem::take(&mut self.cycling);
         for path in paths.iter().chain(&cycling.paths) {

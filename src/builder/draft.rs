@@ -120,6 +120,7 @@ impl Ways {
         }
         let bare = if tries.is_empty() { Part::default() } else { part.clone() };
         let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
+        let islands = &intersection.islands;
         let around = |part: Part, add: &dyn Fn(&mut Assembly) -> Drawn| {
             let mut assembly = Assembly::resumed(below, part);
             assembly.stand_on(lanes.ground_of(intersection, below));
@@ -127,10 +128,18 @@ impl Ways {
             let key = intersection_key("intersection area", intersection);
             let area = crossed.then(|| {
                 if cycles.paths.is_empty() {
-                    return area_outline(&mut assembly, key, lanes, &arms, &drawn.bounds, (&drawn.paths, &own));
+                    return area_outline(
+                        &mut assembly,
+                        key,
+                        lanes,
+                        &arms,
+                        &drawn.bounds,
+                        (&drawn.paths, &own),
+                        islands,
+                    );
                 }
                 let paths = [&drawn.paths[..], &cycles.paths].concat();
-                area_outline(&mut assembly, key, lanes, &arms, &cycles.bounds, (&paths, &strips(&paths)))
+                area_outline(&mut assembly, key, lanes, &arms, &cycles.bounds, (&paths, &strips(&paths)), islands)
             });
             let clear = || cycles.paths.iter().all(|cycle| drawn.paths.iter().all(|path| apart(cycle, path)));
             let covered = area.as_ref().map_or_else(clear, |area| covers(&assembly, &area.ring, &cycles.paths));

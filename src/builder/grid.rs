@@ -42,6 +42,7 @@ pub fn network(mut network: RoadNetwork) -> RoadNetwork {
     });
     for intersection in &mut network.intersections {
         intersection.position = snapped(intersection.position);
+        intersection.islands.iter_mut().flat_map(|island| &mut island.ring).for_each(|p| *p = snapped(*p));
         for inner in &mut intersection.inner {
             line(&mut inner.line);
             inner.section.strips.iter_mut().for_each(|strip| short(&mut strip.width));

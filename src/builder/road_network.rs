@@ -4,6 +4,7 @@ mod arms;
 mod control;
 mod crossed;
 mod features;
+mod islands;
 mod layouts;
 mod pieces;
 mod read;
@@ -14,6 +15,7 @@ mod stubs;
 mod tests;
 
 pub(crate) use arms::{Ray, clockwise};
+pub use islands::Island;
 pub(crate) use read::is_roundabout;
 pub use read::{Network, NetworkError, NetworkOptions, ToMetres, road_network};
 pub(crate) use select::class as class_of;
@@ -241,6 +243,8 @@ pub struct Intersection {
     /// Which arm leads to which, where several nodes were merged: what the inner roads and the restrictions between
     /// them allow. `None`: every arm leads to every other, within the restrictions.
     pub passages: Option<Vec<(RoadEnd, RoadEnd)>>,
+    /// Ground nearby that nobody drives on, in order of the ways around it.
+    pub islands: Vec<Island>,
 }
 
 /// A road that became part of a merged intersection.

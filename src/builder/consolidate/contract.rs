@@ -3,7 +3,7 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::builder::road_network::{
-    InnerRoad, Intersection, IntersectionIx, RoadEnd, RoadIx, RoadNetwork, TurnRestriction,
+    InnerRoad, Intersection, IntersectionIx, Island, RoadEnd, RoadIx, RoadNetwork, TurnRestriction,
 };
 use crate::geometry::Point;
 
@@ -261,6 +261,9 @@ fn merged(network: &RoadNetwork, cluster: &Cluster, rules: &Rules<'_>) -> Inters
     inner.sort_by_key(|i| i.key);
     let crossroads: Vec<&&Intersection> = members.iter().filter(|m| m.arms.len() > 2).collect();
     let is_inner = |ix: RoadIx| cluster.inner.binary_search(&ix).is_ok();
+    let mut islands: Vec<Island> = members.iter().flat_map(|m| m.islands.iter().cloned()).collect();
+    islands.sort_by_key(|island| island.way);
+    islands.dedup_by_key(|island| island.way);
     Intersection {
         nodes,
         position: Point::from(centre / members.len() as f64),
@@ -271,6 +274,7 @@ fn merged(network: &RoadNetwork, cluster: &Cluster, rules: &Rules<'_>) -> Inters
         circle: members.iter().find_map(|m| m.circle.clone()),
         inner,
         passages: Some(passages(network, &cluster.members, &is_inner, rules)),
+        islands,
     }
 }
 

@@ -3,9 +3,9 @@
 use rustc_hash::FxHashMap;
 
 use crate::builder::road_network::{
-    End, InnerRoad, Intersection, Ray, Road, RoadEnd, RoadIx, RoadKey, TurnRestriction, clockwise,
+    End, InnerRoad, Intersection, Island, Ray, Road, RoadEnd, RoadIx, RoadKey, TurnRestriction, clockwise,
 };
-use crate::geometry::{Point, Polyline};
+use crate::geometry::{Point, Polyline, ring as rings};
 
 use super::ReadError;
 use super::parse::{Parsed, Sited};
@@ -67,6 +67,7 @@ fn intersection(
         all_way_stop: shape.all_way_stop,
         circle: shape.circle.clone(),
         inner: inner(feature),
+        islands: islands(feature),
         passages,
         ..bare(node.nodes.clone(), position, arms)
     })
@@ -84,6 +85,7 @@ fn bare(nodes: Vec<i64>, position: Point, arms: Vec<RoadEnd>) -> Intersection {
         circle: None,
         inner: Vec::new(),
         passages: None,
+        islands: Vec::new(),
     }
 }
 
@@ -131,6 +133,15 @@ fn arms(
 
 fn arm_of(arm: &ArmShape, by_id: &FxHashMap<&Id, RoadIx>) -> Option<RoadEnd> {
     Some(RoadEnd { road: *by_id.get(&arm.road)?, end: arm.end })
+}
+
+/// The islands whose rings are simple; nothing can be cut out along others.
+fn islands(feature: &Sited<Feature<IntersectionShape>>) -> Vec<Island> {
+    let islands = feature.it.properties.islands.iter().map(|island| {
+        let ring: Vec<Point> = island.ring.iter().map(point).collect();
+        Island { way: island.osm_id, ring }
+    });
+    islands.filter(|island| rings::is_simple(&island.ring)).collect()
 }
 
 fn inner(feature: &Sited<Feature<IntersectionShape>>) -> Vec<InnerRoad> {

@@ -276,6 +276,16 @@ pub struct IntersectionShape {
     pub inner: Vec<InnerShape>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub restrictions: Vec<RestrictionShape>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub islands: Vec<IslandShape>,
+}
+
+/// Ground that nobody drives on.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct IslandShape {
+    #[serde(default)]
+    pub osm_id: i64,
+    pub ring: Vec<Place>,
 }
 
 /// One end of a road.
@@ -339,6 +349,7 @@ impl Placed for LaneShape {
 impl Placed for IntersectionShape {
     fn each_place<'a>(&'a mut self, visit: &mut dyn FnMut(&'a mut Place)) {
         self.position.iter_mut().for_each(&mut *visit);
-        self.inner.iter_mut().flat_map(|inner| &mut inner.centerline).for_each(visit);
+        self.inner.iter_mut().flat_map(|inner| &mut inner.centerline).for_each(&mut *visit);
+        self.islands.iter_mut().flat_map(|island| &mut island.ring).for_each(visit);
     }
 }

@@ -9,8 +9,8 @@ use rustc_hash::FxHashMap;
 use crate::builder::cross_section::{CrossSection, Strip, StripKind};
 use crate::builder::outline::{Case, MITER_LIMIT, Outline, Outlines};
 use crate::builder::road_network::{
-    End, Feature as Furniture, FeatureKind, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork,
-    TurnRestriction,
+    End, Feature as Furniture, FeatureKind, Intersection, IntersectionIx, Island, Road, RoadEnd, RoadIx, RoadKey,
+    RoadNetwork, TurnRestriction,
 };
 use crate::geometry::{Point, Polyline};
 use crate::osm::Text;
@@ -18,8 +18,8 @@ use crate::projection::Projector;
 
 use super::head::Head;
 use super::shape::{
-    ArmShape, EndShape, Feature, FurnitureKind, FurnitureShape, Geometry, Id, InnerShape, IntersectionShape, LaneShape,
-    Levels, Place, Placed, RestrictionShape, RoadShape, StripShape, Type,
+    ArmShape, EndShape, Feature, FurnitureKind, FurnitureShape, Geometry, Id, InnerShape, IntersectionShape,
+    IslandShape, LaneShape, Levels, Place, Placed, RestrictionShape, RoadShape, StripShape, Type,
 };
 
 /// Why there is no file.
@@ -253,6 +253,7 @@ impl Streets<'_> {
             passages,
             inner: inner(intersection),
             restrictions: restrictions.map(|r| self.restriction(r)).collect(),
+            islands: intersection.islands.iter().map(island).collect(),
         };
         Feature::new(shape, polygon(&outline.ring))
     }
@@ -355,6 +356,10 @@ fn inner(intersection: &Intersection) -> Vec<InnerShape> {
         roundabout: inner.roundabout,
     });
     inner.collect()
+}
+
+fn island(island: &Island) -> IslandShape {
+    IslandShape { osm_id: island.way, ring: places(&island.ring) }
 }
 
 fn strips(section: &CrossSection) -> Vec<StripShape> {

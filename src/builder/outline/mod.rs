@@ -24,6 +24,7 @@ use rayon::prelude::*;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Polyline};
 
+use super::grid::snapped;
 use super::road_network::{End, Intersection, Road, RoadEnd, RoadNetwork};
 
 use general::Star;
@@ -342,7 +343,7 @@ fn ring(plan: &Plan, trims: &[f64]) -> Option<(Vec<Vec<Point>>, Vec<Point>)> {
     [true, false].into_iter().find_map(|rounded| {
         let corners = corners(plan, trims, rounded);
         let ring = walk::ring(&cuts, &corners);
-        walk::is_simple(&ring).then_some((corners, ring))
+        is_sound(&ring).then_some((corners, ring))
     })
 }
 
@@ -370,6 +371,11 @@ fn close(
     })
 }
 
+/// Whether the ring is simple where it will be written: on the grid.
+fn is_sound(ring: &[Point]) -> bool {
+    walk::is_simple(&ring.iter().copied().map(snapped).collect::<Vec<_>>())
+}
+
 /// The outline around the union of what the roads cover.
 fn around_union(
     network: &RoadNetwork,
@@ -384,7 +390,7 @@ fn around_union(
     let round = sharp.iter().map(|chain| merged::rounded(chain, options.kerb_reach)).collect();
     [round, sharp].into_iter().find_map(|corners: Vec<Vec<Point>>| {
         let ring = walk::ring(cuts, &corners);
-        walk::is_simple(&ring).then(|| Outline { case: plan.case, cuts: cuts.to_vec(), corners, ring })
+        is_sound(&ring).then(|| Outline { case: plan.case, cuts: cuts.to_vec(), corners, ring })
     })
 }
 

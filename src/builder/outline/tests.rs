@@ -78,6 +78,7 @@ fn network(arms: &[Arm]) -> RoadNetwork {
         circle: None,
         inner: Vec::new(),
         passages: None,
+        islands: Vec::new(),
     };
     let centre = order.iter().map(|i| RoadEnd { road: RoadIx(*i as u32), end: End::Start }).collect();
     let mut intersections = vec![intersection(0, Point::origin(), centre, false)];

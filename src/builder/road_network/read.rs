@@ -15,6 +15,7 @@ use super::arms::{Ray, clockwise};
 use super::control;
 use super::crossed;
 use super::features::{self, NodeFeatures};
+use super::islands;
 use super::layouts::layouts;
 use super::pieces::{Piece, pieces};
 use super::restriction::restrictions;
@@ -94,7 +95,8 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
         road
     });
     let roads: Vec<Road> = roads.collect();
-    let intersections = intersections(osm, &nodes, &positions, &pieces, &roads, &centres);
+    let mut intersections = intersections(osm, &nodes, &positions, &pieces, &roads, &centres);
+    islands::assign(osm, to_metres, &roads, &mut intersections);
     let (beside, markings) = Default::default();
     let mut network = RoadNetwork { side, country, beside, markings, roads, intersections, restrictions: Vec::new() };
     crossed::settle(osm, to_metres, &mut network, &mut notes);
@@ -216,7 +218,7 @@ pub(crate) fn is_roundabout(tags: &Tags) -> bool {
 }
 
 /// Vertical level: `layer`, else 1 on a bridge, -1 in a tunnel, else 0.
-fn level(tags: &Tags) -> f64 {
+pub(super) fn level(tags: &Tags) -> f64 {
     if let Some(layer) = tags.get("layer").and_then(|v| v.trim().parse::<f64>().ok())
         && layer.is_finite()
     {
@@ -274,6 +276,7 @@ fn intersections(
                     .map(Text::from),
                 inner: Vec::new(),
                 passages: None,
+                islands: Vec::new(),
             }
         })
         .collect()
