@@ -4,7 +4,7 @@ CARGO ?= cargo
 RUN = $(CARGO) run --quiet --locked --
 DEMO = sample_maps/crossing_right.osm
 
-.PHONY: help demo gallery rules test browser-test soak fuzz bench lint docs fittings deps clean
+.PHONY: help demo gallery rules test browser-test soak fuzz bench movements lint docs fittings deps clean
 
 help:
 	@echo "make demo   build the program, turn $(DEMO) into a Lanelet2 map, check and draw it"
@@ -14,6 +14,7 @@ help:
 	@echo "make rules  write anew what the rules say of their maps, their pictures and their index; then look at git diff"
 	@echo "make soak   the long tests whole"
 	@echo "make bench  how fast we are: against netconvert and the Lanelet2 library, and road by road (docs/benchmarks.md)"
+	@echo "make movements   who may drive where on the corpus, against netconvert (docs/benchmarks.md)"
 	@echo "make fuzz   the fuzzers, FUZZ_SECONDS (300) each"
 	@echo "make lint   formatting and lints alone"
 	@echo "make docs   build the documentation site"
@@ -49,6 +50,9 @@ soak: deps
 
 bench: deps
 	@CARGO="$(CARGO)" scripts/bench.sh
+
+movements: deps
+	@CARGO="$(CARGO)" scripts/movements.sh
 
 fuzz: deps
 	@CARGO="$(CARGO)" scripts/fuzz.sh

@@ -192,25 +192,28 @@ fn lanes_are_not_changed_before_and_on_a_crosswalk_with_lights() {
         let options = BuildOptions { driving_side: Some(side), ..BuildOptions::default() };
         let ways: [(i64, &[i64], &str); 1] = [(10, &[1, 2, 3], FOUR)];
         let map = built_as(&Asked { nodes: &nodes, ways: &ways, options }).map;
+        let crosswalk = map.lanelets.iter().find(|lanelet| lanelet.attributes.is("subtype", "crosswalk")).unwrap();
+        let corners = map.outline(crosswalk);
+        let middle = nalgebra::center(&corners[0], &corners[2]);
         // Of the lanes that head east: where each line between them begins and ends, and what is painted.
         let mut found: Vec<(i64, i64, String)> = Vec::new();
         for line in &map.linestrings {
             let places: Vec<_> = line.points.iter().map(|id| map.points.get(*id).unwrap().position).collect();
             let paint = ["subtype", "lane_change"].map(|key| line.attributes.get(key).unwrap_or_default()).join(" ");
-            let middle = crate::geometry::Point::from(
-                map.points.iter().map(|point| point.position.coords).sum::<crate::geometry::Vector>()
-                    / map.points.len() as f64,
-            );
             let off = (places[0].y - middle.y) * sign;
             if line.attributes.is("type", "line_thin") && (-4.5..-1.5).contains(&off) {
-                let ends = [places[0], places[places.len() - 1]].map(|place| (place.x - middle.x).round() as i64);
+                let ends =
+                    [places[0], places[places.len() - 1]].map(|place| ((place.x - middle.x) * 2.0).round() as i64);
                 found.push((ends[0].min(ends[1]), ends[0].max(ends[1]), paint));
             }
         }
         found.sort();
-        let expected = [(-150, -34, "dashed yes"), (-34, -4, "solid no"), (-4, 4, "solid no"), (4, 34, "dashed yes")];
-        let expected = expected.into_iter().chain([(34, 150, "dashed yes")]);
-        let expected: Vec<_> = expected.map(|(from, to, paint)| (from, to, paint.to_owned())).collect();
+        // In half metres; the first and the last reach to the ends of the road.
+        let (first, last) = (found[0].0, found[found.len() - 1].1);
+        let dashed = [(first, -67), (7, 67), (67, last)].map(|(from, to)| (from, to, "dashed yes".to_owned()));
+        let solid = [(-67, -7), (-7, 7)].map(|(from, to)| (from, to, "solid no".to_owned()));
+        let mut expected: Vec<_> = dashed.into_iter().chain(solid).collect();
+        expected.sort();
         assert_eq!(found, expected, "{side:?}");
     }
 }
