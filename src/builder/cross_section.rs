@@ -12,6 +12,7 @@ mod tests;
 
 pub(crate) use lanes::tells_lanes;
 pub(crate) use read::{Facts, Lane, Layout, layout};
+pub(crate) use sides::SIDEWALK;
 
 use super::road_network::RoadClass;
 

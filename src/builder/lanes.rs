@@ -12,7 +12,7 @@ use super::cross_section::{Arrows, CrossSection, StripKind, Travel};
 use super::heights::Ground;
 use super::ids::Key;
 use super::join::Joins;
-use super::marking::marking;
+use super::marking::{SHARES, marking};
 use super::road_network::{End, Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
 use super::sound::{aligned, centred, simple};
 use super::stretch::Cause;
@@ -24,6 +24,8 @@ const MITER: f64 = 30.0;
 /// A cut closer than this, metres, to the end of the road's line tells no more than the road's own direction there.
 const LEAST_AIM: f64 = 2.0;
 
+/// The tag of a bus lane that bicycles may use.
+pub const ADMITS_BICYCLES: &str = "participant:bicycle";
 /// How tightly a border may bend: Lanelet2's own checks want a radius of one metre.
 const BENDS: Rounding = Rounding { least: 1.25, easy: 1.25, cut: 0.0 };
 
@@ -419,6 +421,9 @@ fn road_lanelets(assembly: &mut Assembly, road: &Road, ix: RoadIx, borders: &[Op
             let (left, right) = if backward { (turned(right), turned(left)) } else { (left, right) };
             let key = road_key("lane", road).number(i as i64).number(i64::from(backward));
             let mut attributes = road_attributes(road, strip.kind, road.speed[usize::from(backward)]);
+            if shares_bus_lane(road, i) {
+                attributes.push(ADMITS_BICYCLES, "yes");
+            }
             attributes.push("road_id", crate::osm::Text::from(road.key.to_string()));
             let known = [("road_name", road.name.as_deref()), ("road_surface", road.tags.get("surface"))];
             for (key, value) in known.into_iter().filter_map(|(key, value)| Some((key, value?))) {
@@ -428,6 +433,15 @@ fn road_lanelets(assembly: &mut Assembly, road: &Road, ix: RoadIx, borders: &[Op
             lanes.push(Lane { road: ix, strip: i, backward, lanelet, left, right, kind: strip.kind });
         }
     }
+}
+
+/// Whether a strip is a bus lane that bicycles may use: the bus lanes in the half of the carriageway of which
+/// `cycleway=share_busway` tells.
+fn shares_bus_lane(road: &Road, strip: usize) -> bool {
+    let section = &road.section;
+    let left = section.edge(strip) + section.edge(strip + 1) > 0.0;
+    let keys = ["cycleway", "cycleway:both", if left { "cycleway:left" } else { "cycleway:right" }];
+    section.strips[strip].kind == StripKind::Bus && keys.iter().any(|key| road.tags.is(key, SHARES))
 }
 
 /// Tags of a vehicle lanelet.

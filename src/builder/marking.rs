@@ -14,6 +14,10 @@ const YELLOW: [&str; 16] =
 const TWICE: [&str; 4] = ["CA", "MX", "PR", "US"];
 /// Tags of OpenStreetMap that say what is painted.
 const TAGS: [&str; 3] = ["divider", "overtaking", "lane_markings"];
+/// Tags that tell of bicycles: of both sides, of the left and of the right.
+const CYCLEWAYS: [&str; 4] = ["cycleway", "cycleway:both", "cycleway:left", "cycleway:right"];
+/// Their value where bicycles use the bus lane.
+pub const SHARES: &str = "share_busway";
 
 /// A line of paint, left to right along the road.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -161,9 +165,10 @@ fn divider(value: &str) -> Option<Paint> {
     }
 }
 
-/// Whether two roads are painted alike as far as their tags tell.
+/// Whether two roads are painted alike, and their bus lanes open to the same, as far as their tags tell.
 pub fn alike(a: &Tags, b: &Tags) -> bool {
     TAGS.iter().all(|key| a.get(key) == b.get(key))
+        && CYCLEWAYS.iter().all(|key| a.is(key, SHARES) == b.is(key, SHARES))
 }
 
 /// The tags of a road whose line is turned around.
@@ -174,10 +179,14 @@ pub fn turned(tags: &Tags) -> Tags {
         ("divider", _, Some((left, right))) => format!("{right};{left}"),
         _ => value.to_owned(),
     };
-    let mut turned = tags.clone();
-    for key in TAGS {
-        if let Some(old) = tags.get(key) {
-            turned.set(key, Text::from(value(key, old)));
+    let [.., left, right] = CYCLEWAYS;
+    let mut turned = Tags::default();
+    for (key, old) in tags.iter() {
+        match key {
+            _ if key == left => turned.push(right, old),
+            _ if key == right => turned.push(left, old),
+            _ if TAGS.contains(&key) => turned.push(key, Text::from(value(key, old))),
+            _ => turned.push(key, old),
         }
     }
     turned

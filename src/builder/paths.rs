@@ -12,7 +12,7 @@ use super::assembly::{Assembly, tags};
 use super::course::{Ends, courses};
 use super::cross_section::StripKind;
 use super::ids::Key;
-use super::lanes::{Arm, ArmLane, Lanes, road_attributes};
+use super::lanes::{ADMITS_BICYCLES, Arm, ArmLane, Lanes, road_attributes};
 use super::midway::{Meant, keeps_width, smooth};
 use super::movement::{Movement, turned};
 use super::ring::Ring;
@@ -182,7 +182,12 @@ pub fn paths(
             .lanelet_of(lanes.lanes[from.lane].lanelet)
             .and_then(|l| l.attributes.get("speed_limit")?.parse().ok())
             .unwrap_or(road.speed[0]);
-        road_attributes(road, kind, speed)
+        let mut attributes = road_attributes(road, kind, speed);
+        let before = assembly.lanelet_of(lanes.lanes[from.lane].lanelet).map(|lanelet| &lanelet.attributes);
+        if kind == StripKind::Bus && before.is_some_and(|before| before.is(ADMITS_BICYCLES, "yes")) {
+            attributes.push(ADMITS_BICYCLES, "yes");
+        }
+        attributes
     };
     let bound = |assembly: &Assembly, from: &ArmLane, side| bound_attributes(assembly, lanes, from, side, paint);
     drawn.add(assembly, network.side, key, all, &Tagged { bound: &bound, lanelet: &lanelet });

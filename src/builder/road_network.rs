@@ -148,6 +148,8 @@ pub enum FeatureKind {
     Stop(super::cross_section::Travel),
     /// A give-way sign for vehicles that travel as given.
     GiveWay(super::cross_section::Travel),
+    /// A sidewalk that is mapped as a way of its own leads across a road on private ground.
+    Sidewalk,
 }
 
 /// A piece of road between two intersections.

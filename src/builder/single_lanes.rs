@@ -8,8 +8,9 @@ use crate::weave::{self, Kind, LaneId, Marking, Paint, Widths};
 
 use super::cross_section::{CrossSection, Travel};
 use super::join::continued;
-use super::marking::marking;
+use super::marking::{before_stop, marking as along};
 use super::road_network::{End, Road, RoadEnd, RoadIx, RoadNetwork};
+use super::stretch::{has_stop_line, length_on};
 
 /// The middle of a lane is mitred up to so many times its distance from the road's line.
 const MITER_MOST: f64 = 3.0;
@@ -36,7 +37,10 @@ pub fn single_lanes(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<(LaneId, we
             if backward {
                 nodes.reverse();
             }
-            if let Some(made) = single_lane(road, network.country.as_deref(), &line, strip, backward) {
+            let toward = if backward { End::Start } else { End::End };
+            let stop = stops(network, RoadEnd { road: ix, end: toward }).then(|| length_on(network, line.length()));
+            let strip = (strip, backward);
+            if let Some(made) = single_lane(road, network.country.as_deref(), &line, strip, stop.flatten()) {
                 lanes.push((LaneId { road: i as i64, lane }, made.hung_on(nodes)));
             }
         }
@@ -79,14 +83,15 @@ fn single_lane(
     road: &Road,
     country: Option<&str>,
     line: &Polyline,
-    strip: usize,
-    backward: bool,
+    (strip, backward): (usize, bool),
+    before_stop: Option<f64>,
 ) -> Option<weave::Lane> {
     let section = &road.section;
     let middle = line.offset((section.edge(strip) + section.edge(strip + 1)) / 2.0, MITER_MOST)?;
     let middle = Polyline::new(untangled(middle.points()))?;
     let middle = if backward { middle.reversed() } else { middle };
-    let mut markings = [strip, strip + 1].map(|edge| markings(road, country, edge, strip, backward));
+    let begin = before_stop.map(|length| middle.length() - length);
+    let mut markings = [strip, strip + 1].map(|edge| markings(road, country, edge, (strip, backward), begin));
     if backward {
         markings.reverse();
     }
@@ -94,17 +99,30 @@ fn single_lane(
     lane.and_then(|lane| lane.painted(markings)).ok()
 }
 
-/// What a lane has painted on one of its edges: each edge is painted along one lane, that to its right where one is.
-fn markings(road: &Road, country: Option<&str>, edge: usize, strip: usize, backward: bool) -> Vec<Marking> {
+/// Whether vehicles stop at a line where a road ends.
+fn stops(network: &RoadNetwork, at: RoadEnd) -> bool {
+    let intersection = network.intersection(network.road(at.road).intersection(at.end));
+    intersection.arms.len() > 2 && has_stop_line(network, intersection, at)
+}
+
+/// What a lane has painted on one of its edges, otherwise from the station on where the stretch before its stop line begins:
+/// each edge is painted along one lane, that to its right where one is.
+fn markings(
+    road: &Road,
+    country: Option<&str>,
+    edge: usize,
+    (strip, backward): (usize, bool),
+    begin: Option<f64>,
+) -> Vec<Marking> {
     let paints =
         driven(&road.section).filter(|(other, _)| [*other, *other + 1].contains(&edge)).max_by_key(|at| (at.0, !at.1));
     if paints != Some((strip, backward)) {
         return Vec::new();
     }
-    vec![Marking {
-        station: 0.0,
-        kinds: vec![kind(&marking(&road.section, edge, &road.tags, country, false), backward)],
-    }]
+    let marking = |station: f64, attributes: &Attributes| Marking { station, kinds: vec![kind(attributes, backward)] };
+    let whole = marking(0.0, &along(&road.section, edge, &road.tags, country, false));
+    let last = begin.and_then(|begin| Some((begin, before_stop(&road.section, edge, &road.tags, false)?)));
+    [whole].into_iter().chain(last.map(|(begin, attributes)| marking(begin, &attributes))).collect()
 }
 
 /// What the tags of a border say, seen against its direction or along it.
@@ -120,5 +138,45 @@ fn kind(attributes: &Attributes, backward: bool) -> Kind {
         ("line_thin", "solid_dashed", false) | ("line_thin", "dashed_solid", true) => Kind::SolidDashed(paint),
         ("line_thin", "dashed_solid", false) | ("line_thin", "solid_dashed", true) => Kind::DashedSolid(paint),
         _ => Kind::Unknown,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::builder::{BuildOptions, plan};
+    use crate::geometry::Point;
+    use crate::osm::{OsmData, read_bytes};
+    use crate::weave::Weave;
+
+    #[test]
+    fn lines_between_lanes_are_solid_before_lights() {
+        let mut text = String::from("<osm version='0.6'>");
+        let lights = "<tag k='highway' v='traffic_signals'/>";
+        for (id, x, y, tags) in
+            [(1, -100, 0, ""), (2, 0, 0, lights), (3, 100, 0, ""), (4, 0, -100, ""), (5, 0, 100, "")]
+        {
+            let (lat, lon) = (49.0 + f64::from(y) / 111_200.0, 8.5 + f64::from(x) / 73_000.0);
+            text += &format!("<node id='{id}' lat='{lat:.9}' lon='{lon:.9}'>{tags}</node>");
+        }
+        for (id, refs) in [(10, [1, 2]), (11, [2, 3]), (12, [4, 2]), (13, [2, 5])] {
+            text += &format!("<way id='{id}'><nd ref='{}'/><nd ref='{}'/>", refs[0], refs[1]);
+            for (k, v) in [("highway", "secondary"), ("lanes", "4"), ("sidewalk", "no")] {
+                text += &format!("<tag k='{k}' v='{v}'/>");
+            }
+            text += "</way>";
+        }
+        let mut osm = OsmData::default();
+        read_bytes(&mut osm, "test", (text + "</osm>").into_bytes()).unwrap();
+        let streets = plan(&osm, &BuildOptions::default()).unwrap().streets;
+        let lanes = single_lanes(&streets.network, &streets.outlines.kept);
+        assert_eq!(lanes.len(), 16);
+        let weave = Weave::new(lanes);
+        let strokes = weave.iter().flat_map(|(_, lane)| lane.strokes().iter());
+        let between = strokes.filter(|stroke| stroke.kind == Kind::Solid(Paint::White));
+        let length = |line: &[Point]| line.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum::<f64>();
+        let before_stop = between.filter(|stroke| (length(stroke.line) - 30.0).abs() < 1e-3);
+        let solid = before_stop.count();
+        assert_eq!(solid, 4, "one line of each approach");
     }
 }

@@ -84,8 +84,15 @@ pub fn cut_across(
     lanes.divide(assembly, network, found);
 }
 
+/// How long the stretch before a stop line is, metres, that drivers reach over a way of some length; `None` if there is none.
+pub fn length_on(network: &RoadNetwork, way: f64) -> Option<f64> {
+    let wanted = usual_length(network);
+    let length = wanted.min(way / 2.0);
+    (length > 0.0 && length >= LEAST.min(wanted)).then_some(length)
+}
+
 /// How long the stretch is where there is room, metres.
-pub fn usual_length(network: &RoadNetwork) -> f64 {
+fn usual_length(network: &RoadNetwork) -> f64 {
     let usual = || if network.country.as_deref().is_some_and(|it| DASHED.contains(&it)) { 0.0 } else { USUAL };
     network.markings.before_stop.unwrap_or_else(usual)
 }

@@ -8,11 +8,11 @@ use crate::lanelet::{Bound, LaneletId, Target};
 
 use super::assembly::{Assembly, tags};
 use super::connection::{carriageway, from_cut, on_cut};
-use super::cross_section::StripKind;
+use super::cross_section::{SIDEWALK, StripKind};
 use super::ids::Key;
 use super::lanes::{Lanes, road_key};
 use super::paths::Path;
-use super::road_network::{End, Intersection, Road, RoadEnd, RoadNetwork};
+use super::road_network::{End, FeatureKind, Intersection, Road, RoadEnd, RoadNetwork};
 
 /// A walkway reaches so far, metres, beyond the lanes that cross it: 3 m are asked for.
 const BEYOND: f64 = 3.1;
@@ -57,8 +57,14 @@ pub fn walkways(
             let public = (!private(of)).then_some(intersection.arms[of]);
             public.and_then(|of| sidewalk_end(network, lanes, of, side == 0))
         });
+        let mapped = mapped(network.road(at.road), at.end).filter(|_| (0..count).any(|arm| !private(arm)));
         let own = |path: &&Path| path.movement.from == arm || path.movement.to == arm;
-        let own: Vec<&Path> = paths.iter().filter(own).collect();
+        let own = paths.iter().filter(own).map(|path| (path.lanelet, path.outline.clone()));
+        let mut own: Vec<(LaneletId, Vec<Point>)> = own.collect();
+        if mapped.is_some() {
+            own.extend(lanes.of_road(at.road).iter().map(|lane| (lane.lanelet, assembly.outline(lane.lanelet))));
+        }
+        let ends = mapped.map_or(ends, |end| [Some(end), None]);
         let others: Vec<&Path> =
             paths.iter().filter(|path| path.movement.from != arm && path.movement.to != arm).collect();
         let Some(shape) = shape(&ends, &own) else { continue };
@@ -66,8 +72,8 @@ pub fn walkways(
         if others.iter().any(|path| polygon::common_area(&path.outline, &outline) >= CROSSES) {
             continue;
         }
-        let carriers = own.iter().filter(|path| polygon::common_area(&path.outline, &outline) >= CROSSES);
-        let carriers: Vec<LaneletId> = carriers.map(|path| path.lanelet).collect();
+        let carriers = own.iter().filter(|(_, lane)| polygon::common_area(lane, &outline) >= CROSSES);
+        let carriers: Vec<LaneletId> = carriers.map(|(lanelet, _)| *lanelet).collect();
         let key = road_key("walkway", network.road(at.road)).number(at.end as i64);
         add(assembly, key, &shape, &carriers);
     }
@@ -84,6 +90,17 @@ fn sidewalk_end(network: &RoadNetwork, lanes: &Lanes, at: RoadEnd, last: bool) -
     let (station, ahead) = cut(road, lanes, at)?;
     let place = on_cut(road, at.end, station, f64::midpoint(a, b));
     Some(SidewalkEnd { place, ahead, width: (a - b).abs() })
+}
+
+/// Where a sidewalk that is mapped as a way of its own first leads across a road before its end; straight across, as
+/// crosswalks do.
+fn mapped(road: &Road, end: End) -> Option<SidewalkEnd> {
+    let length = road.line.length();
+    let depth = |station: f64| from_cut([0.0, length], end, station);
+    let across = road.features.iter().filter(|feature| feature.kind == FeatureKind::Sidewalk);
+    let own = across.map(|feature| feature.station).filter(|station| depth(*station) <= length / 2.0);
+    let station = own.min_by(|a, b| depth(*a).total_cmp(&depth(*b)))?;
+    Some(SidewalkEnd { place: road.line.at(station), ahead: left_of(road.line.direction(station)), width: SIDEWALK })
 }
 
 /// The edges of the sidewalk beside the kerb on one side of a road.
@@ -106,7 +123,7 @@ fn cut(road: &Road, lanes: &Lanes, at: RoadEnd) -> Option<(f64, Vector)> {
 }
 
 /// The two bounds of a walkway, left and right as one walks clockwise around the intersection, over all that crosses it.
-fn shape(ends: &[Option<SidewalkEnd>; 2], crossing: &[&Path]) -> Option<[Vec<Point>; 2]> {
+fn shape(ends: &[Option<SidewalkEnd>; 2], crossing: &[(LaneletId, Vec<Point>)]) -> Option<[Vec<Point>; 2]> {
     let (start, along, width) = match ends {
         [Some(a), Some(b)] => {
             let along = (b.place - a.place).try_normalize(1e-6)?;
@@ -124,8 +141,8 @@ fn shape(ends: &[Option<SidewalkEnd>; 2], crossing: &[&Path]) -> Option<[Vec<Poi
         |from: f64, to: f64| [half, -half].map(|offset| [from, to].map(|s| start + along * s + left * offset).to_vec());
     let [a, b] = bounds(-REACH, 2.0 * REACH);
     let band: Vec<Point> = a.iter().chain(b.iter().rev()).copied().collect();
-    let corners = crossing.iter().flat_map(|path| {
-        let inside = polygon::intersection(&path.outline, &band);
+    let corners = crossing.iter().flat_map(|(_, lane)| {
+        let inside = polygon::intersection(lane, &band);
         let corners: Vec<Point> = geo::CoordsIter::coords_iter(&inside).map(|c| Point::new(c.x, c.y)).collect();
         corners
     });

@@ -103,7 +103,7 @@ fn against(travel: Travel) -> Travel {
 
 fn turned(kind: FeatureKind) -> FeatureKind {
     match kind {
-        FeatureKind::Crossing { .. } => kind,
+        FeatureKind::Crossing { .. } | FeatureKind::Sidewalk => kind,
         FeatureKind::Signals(travel) => FeatureKind::Signals(against(travel)),
         FeatureKind::Stop(travel) => FeatureKind::Stop(against(travel)),
         FeatureKind::GiveWay(travel) => FeatureKind::GiveWay(against(travel)),

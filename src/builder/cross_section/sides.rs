@@ -26,7 +26,7 @@ pub(super) const SHOULDER: f64 = 1.0;
 /// A painted strip for people on foot, metres.
 pub(super) const PEDESTRIAN_LANE: f64 = 1.5;
 /// A sidewalk, metres.
-pub(super) const SIDEWALK: f64 = 1.5;
+pub(crate) const SIDEWALK: f64 = 1.5;
 
 /// Widths of strips beside the lanes that can be true, metres.
 const PLAUSIBLE: std::ops::RangeInclusive<f64> = 0.3..=8.0;

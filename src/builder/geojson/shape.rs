@@ -165,6 +165,7 @@ pub enum FurnitureKind {
     Signals,
     Stop,
     GiveWay,
+    Sidewalk,
 }
 
 /// A crossing, light or sign.

@@ -131,7 +131,7 @@ fn stands_on(network: &RoadNetwork, arm: RoadEnd, wanted: impl Fn(FeatureKind) -
             let faces = match feature.kind {
                 FeatureKind::Signals(Travel::Both) => nearer,
                 FeatureKind::Signals(t) | FeatureKind::Stop(t) | FeatureKind::GiveWay(t) => t == inbound(arm.end),
-                FeatureKind::Crossing { .. } => false,
+                FeatureKind::Crossing { .. } | FeatureKind::Sidewalk => false,
             };
             // What stands at the far crossing itself rules that one.
             let own = !far_crossing || distance < length;

@@ -1,6 +1,6 @@
 //! Crossings, lights and signs from the tags of nodes, at their stations on the roads.
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::builder::cross_section::Travel;
 use crate::geometry::{Point, Polyline};
@@ -17,6 +17,8 @@ const WINDOW: f64 = 10.0;
 pub(super) struct NodeFeatures<'a> {
     osm: &'a OsmData,
     crossing_ways: FxHashMap<i64, Crossing>,
+    /// The nodes of sidewalks that are mapped as ways of their own.
+    sidewalks: FxHashSet<i64>,
 }
 
 #[derive(Clone, Copy)]
@@ -29,13 +31,17 @@ impl<'a> NodeFeatures<'a> {
     /// Looks for ways on which people cross, whose nodes may have no tags themselves.
     pub fn new(osm: &'a OsmData) -> Self {
         let mut crossing_ways = FxHashMap::default();
+        let mut sidewalks = FxHashSet::default();
         for way in &osm.ways {
             let crosses = ["footway", "path", "cycleway"].iter().any(|key| way.tags.is(key, "crossing"));
             if let (true, Some(crossing)) = (crosses, crossing(&way.tags)) {
                 crossing_ways.extend(way.nodes.iter().map(|id| (*id, crossing)));
             }
+            if way.tags.is("footway", "sidewalk") {
+                sidewalks.extend(&way.nodes);
+            }
         }
-        Self { osm, crossing_ways }
+        Self { osm, crossing_ways, sidewalks }
     }
 
     /// What the node has for the traffic on a way through it.
@@ -52,6 +58,8 @@ impl<'a> NodeFeatures<'a> {
             // Lights for vehicles at a crossing stop them for the people on it.
             let signals = signals || highway == Some("traffic_signals");
             kinds.push(FeatureKind::Crossing { signals, marked });
+        } else if self.sidewalks.contains(&id) {
+            kinds.push(FeatureKind::Sidewalk);
         }
         let Some(tags) = tags else { return kinds };
         match highway {
@@ -100,6 +108,7 @@ pub(super) fn along(
         .iter()
         .enumerate()
         .flat_map(|(i, id)| at_nodes.at(*id).into_iter().map(move |kind| (i, kind)))
+        .filter(|(_, kind)| *kind != FeatureKind::Sidewalk || !road.public)
         .collect();
     if found.is_empty() {
         return Vec::new();

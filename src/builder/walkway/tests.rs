@@ -50,3 +50,51 @@ fn there_is_no_walkway_without_a_sidewalk_or_private_ground_or_on_a_crosswalk() 
     let crossed = street(right, "sidewalk=both", "service=driveway", "highway=crossing");
     assert_eq!((of(&crossed, "walkway").len(), of(&crossed, "crosswalk").len()), (0, 1));
 }
+
+#[test]
+fn a_sidewalk_mapped_as_a_way_of_its_own_crosses_a_driveway() {
+    for (side, driveway, depth, walkways) in [
+        (DrivingSide::Right, "service=driveway", 9.0, 1),
+        (DrivingSide::Left, "service=driveway", 9.0, 1),
+        (DrivingSide::Right, "service=driveway", 18.0, 1),
+        (DrivingSide::Right, "access=yes", 9.0, 0),
+    ] {
+        let options = BuildOptions { driving_side: Some(side), ..BuildOptions::default() };
+        let nodes = [
+            (1, 0.0, 0.0, ""),
+            (2, -80.0, 0.0, ""),
+            (3, 80.0, 0.0, ""),
+            (4, 0.0, 60.0, ""),
+            (5, 0.0, depth, ""),
+            (6, -50.0, depth, ""),
+            (7, 50.0, depth, ""),
+        ];
+        let driveway = format!("highway=service {driveway}");
+        let ways: [(i64, &[i64], &str); 3] = [
+            (10, &[2, 1, 3], "highway=residential lanes=2 sidewalk=separate"),
+            (11, &[1, 5, 4], &driveway),
+            (12, &[6, 5, 7], "highway=footway footway=sidewalk"),
+        ];
+        let map = built_as(&Asked { nodes: &nodes, ways: &ways, options }).map;
+        let found = of(&map, "walkway");
+        assert_eq!(found.len(), walkways, "{driveway}");
+        let Some(walkway) = found.first() else { continue };
+        let outline = map.outline(walkway);
+        let element = map.regulatory_elements.iter().find(|element| element.subtype == "crosswalk").unwrap();
+        assert!(element.lanelets("refers").eq([walkway.id]));
+        let mut across = 0;
+        for lane in of(&map, "road") {
+            let crosses = polygon::common_area(&map.outline(lane), &outline) > 0.01;
+            assert_eq!(lane.regulatory_elements.contains(&element.id), crosses, "{}", lane.id);
+            across += usize::from(crosses);
+        }
+        assert!(across >= 2);
+        let street = of(&map, "road")
+            .into_iter()
+            .filter(|lane| lane.attributes.is("location", "urban") && !lane.attributes.has("intersection_area"));
+        let corners: Vec<f64> = street.flat_map(|lane| map.outline(lane)).map(|corner| corner.y).collect();
+        let axis = corners.iter().sum::<f64>() / corners.len() as f64;
+        let middle = outline.iter().map(|corner| corner.y).sum::<f64>() / outline.len() as f64;
+        assert!((middle - axis - depth).abs() < 0.2, "{} m from the middle of the street", middle - axis);
+    }
+}
