@@ -129,7 +129,7 @@ fn lengths(line: &Polyline) -> Vec<f64> {
 }
 
 /// Whether the boxes around two segments touch.
-pub fn boxes_touch(p: Point, q: Point, r: Point, s: Point) -> bool {
+fn boxes_touch(p: Point, q: Point, r: Point, s: Point) -> bool {
     p.x.min(q.x) <= r.x.max(s.x)
         && r.x.min(s.x) <= p.x.max(q.x)
         && p.y.min(q.y) <= r.y.max(s.y)

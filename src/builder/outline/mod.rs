@@ -22,6 +22,7 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use crate::diagnostic::{Finding, Place, Severity, Subject};
+use crate::geometry::ring::faults;
 use crate::geometry::{Point, Polyline};
 
 use super::grid::snapped;
@@ -201,6 +202,9 @@ pub fn outlines_within(
     (Outlines { kept, intersections }, findings)
 }
 
+/// Edges that meet at less than this, degrees, lie on each other where coordinates are rounded.
+const FOLD: f64 = 1.0;
+
 /// Where an outline does not close, cuts are moved outwards so often,
 const WIDENINGS: usize = 12;
 /// by so many metres at a time.
@@ -371,9 +375,11 @@ fn close(
     })
 }
 
-/// Whether the ring is simple where it will be written: on the grid.
+/// Whether the ring is simple where it will be written, on the grid, and stays so when others round it again.
 fn is_sound(ring: &[Point]) -> bool {
-    walk::is_simple(&ring.iter().copied().map(snapped).collect::<Vec<_>>())
+    let ring: Vec<Point> = ring.iter().copied().map(snapped).collect();
+    let distinct = ring.iter().zip(ring.iter().cycle().skip(1)).all(|(a, b)| a != b);
+    distinct && faults(&ring, FOLD, 1).is_empty()
 }
 
 /// The outline around the union of what the roads cover.

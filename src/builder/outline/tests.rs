@@ -6,7 +6,7 @@ use super::*;
 use crate::builder::alignment::{abreast, ease};
 use crate::builder::cross_section::{Arrows, CrossSection, Strip, StripKind, Travel};
 use crate::builder::road_network::{DrivingSide, IntersectionIx, Road, RoadClass, RoadIx, RoadKey};
-use crate::geometry::{Polyline, polygon};
+use crate::geometry::{Polyline, polygon, ring};
 use crate::osm::Tags;
 
 /// A road from node 0 at the origin outwards through these points, of this width.
@@ -122,7 +122,7 @@ fn assert_sound(network: &RoadNetwork) -> Outlines {
         if outline.case == Case::MapEdge {
             continue;
         }
-        assert!(walk::is_simple(&outline.ring), "{:?}", outline.ring);
+        assert!(ring::is_simple(&outline.ring), "{:?}", outline.ring);
         assert!(polygon::signed_area(&outline.ring) < 0.0, "the ring runs clockwise");
         for (i, cut) in outline.cuts.iter().enumerate() {
             assert!(outline.ring.contains(&cut.left) && outline.ring.contains(&cut.right));
@@ -202,6 +202,16 @@ fn a_ramp_parts_in_a_wedge() {
     let farthest = OutlineOptions::default().reach * main + 1.0;
     assert!(outlines.kept.iter().all(|kept| kept[0] < farthest), "{:?}", outlines.kept);
     assert!(polygon::signed_area(&outline.ring).abs() < (main + ramp) * farthest * 1.5);
+}
+
+#[test]
+fn a_ring_that_folds_is_not_sound() {
+    let ring = |tip: f64| [(0.0, 0.0), (0.0, 9.0), (9.0, 9.0), (9.0, 4.0), (9.5, tip), (5.0, 3.0)];
+    let ring = |tip| ring(tip).map(|(x, y)| Point::new(x, y));
+    assert!(is_sound(&ring(3.5)));
+    let hair =
+        [(0.0, 0.0), (0.0, 9.0), (9.0, 9.0), (9.0, 4.0), (9.5, 4.01), (5.0, 3.97)].map(|(x, y)| Point::new(x, y));
+    assert!(ring::is_simple(&hair) && !is_sound(&hair), "two edges that are a hair apart");
 }
 
 #[test]

@@ -3,7 +3,6 @@
 use crate::geometry::{Point, Polyline, orientation};
 
 use super::Cut;
-use super::collide::boxes_touch;
 use super::thicken::{Arm, Side};
 
 /// Points of a corner closer together than this, metres, are one.
@@ -111,50 +110,4 @@ pub fn ring(cuts: &[Cut], corners: &[Vec<Point>]) -> Vec<Point> {
         ring.pop();
     }
     ring
-}
-
-/// Whether no two edges of the ring touch but neighbours in their common point, and it has an area.
-pub fn is_simple(ring: &[Point]) -> bool {
-    let n = ring.len();
-    if n < 3 {
-        return false;
-    }
-    let edge = |i: usize| (ring[i], ring[(i + 1) % n]);
-    for i in 0..n {
-        let (a, b) = edge(i);
-        if a == b {
-            return false;
-        }
-        for j in i + 1..n {
-            let (c, d) = edge(j);
-            let neighbours = j == i + 1 || (i == 0 && j == n - 1);
-            if neighbours {
-                let (far_a, shared, far_b) = if j == i + 1 { (a, b, d) } else { (b, a, c) };
-                let back = orientation(far_a, shared, far_b) == 0.0 && (far_a - shared).dot(&(far_b - shared)) > 0.0;
-                if back && n > 2 {
-                    return false;
-                }
-            } else if boxes_touch(a, b, c, d) && touch(a, b, c, d) {
-                return false;
-            }
-        }
-    }
-    true
-}
-
-/// Whether two segments share a point, exactly.
-fn touch(a: Point, b: Point, c: Point, d: Point) -> bool {
-    let sign = |p, q, r| orientation(p, q, r).partial_cmp(&0.0);
-    let (o1, o2, o3, o4) = (sign(a, b, c), sign(a, b, d), sign(c, d, a), sign(c, d, b));
-    if o1 != o2 && o3 != o4 {
-        return true;
-    }
-    let within = |p: Point, q: Point, r: Point| {
-        orientation(p, q, r) == 0.0
-            && r.x >= p.x.min(q.x)
-            && r.x <= p.x.max(q.x)
-            && r.y >= p.y.min(q.y)
-            && r.y <= p.y.max(q.y)
-    };
-    within(a, b, c) || within(a, b, d) || within(c, d, a) || within(c, d, b)
 }
