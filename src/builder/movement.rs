@@ -17,6 +17,11 @@ const TURNS_BACK: f64 = 150.0;
 /// Curvature, 1/m, beyond which nobody is led back who could go elsewhere: a car drives it with ease.
 const TIGHTEST_BACK: f64 = 0.25;
 
+/// From this change of direction on, degrees, a turn between roads that meet at an acute angle is a hairpin ...
+const HAIRPIN: f64 = 135.0;
+/// ... which no car gets around at once beyond this curvature, 1/m: a small one turns on a radius of 4.5 m.
+const TIGHTEST_HAIRPIN: f64 = 1.0 / 3.0;
+
 /// One movement of an intersection. Arms and lanes are indices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Movement {
@@ -128,18 +133,20 @@ pub fn movements(side: DrivingSide, restricted: &Restricted, lanes: &Lanes, inte
     found
 }
 
-/// Takes away the arms that one would have to turn back for, unless an arrow says so, there is no other way on, or nobody
-/// else could enter that arm. Gives the ways back for which a median leaves room.
+/// Takes away the arms that one would have to turn back for, or around a hairpin without room, unless an arrow says so, there
+/// is no other way on, or nobody else could enter that arm. Gives the ways back for which a median leaves room.
 fn without_turning_back(side: DrivingSide, arms: &[&Arm], targets: &mut [Vec<Target>]) -> Vec<Movement> {
     let mut around = Vec::new();
-    let entered: Vec<usize> = targets.iter().flatten().filter(|t| !t.turns_back()).map(|t| t.to).collect();
+    let closed = |from: usize, t: &Target| t.turns_back() || is_cramped(arms[from], t);
+    let entered = targets.iter().enumerate().flat_map(|(from, open)| open.iter().filter(move |t| !closed(from, t)));
+    let entered: Vec<usize> = entered.map(|t| t.to).collect();
     for (from, open) in targets.iter_mut().enumerate() {
         let signed = arms[from].into.iter().any(|lane| lane.arrows.has(Arrows::REVERSE));
-        if signed || open.iter().all(Target::turns_back) {
+        if signed || open.iter().all(|t| closed(from, t)) {
             continue;
         }
         open.retain(|t| {
-            let kept = !t.turns_back() || !entered.contains(&t.to);
+            let kept = !closed(from, t) || !entered.contains(&t.to);
             if !kept {
                 around.extend(turning_around(side, from, arms[from], t));
             }
@@ -147,6 +154,12 @@ fn without_turning_back(side: DrivingSide, arms: &[&Arm], targets: &mut [Vec<Tar
         });
     }
     around
+}
+
+/// Whether the way into an arm is a hairpin for which there is no room, whatever the lanes.
+fn is_cramped(arm: &Arm, target: &Target) -> bool {
+    let mut pairs = arm.into.iter().flat_map(|into| target.arm.out.iter().map(move |out| (into.pose, out.pose)));
+    target.turn.abs() > HAIRPIN && !pairs.any(|(into, out)| gentle(&curve::join(into, out), TIGHTEST_HAIRPIN))
 }
 
 /// The way back around the end of a median, or into a road that leaves at an acute angle: from the lane on the far side to

@@ -1,6 +1,7 @@
 //! The whole builder on small hand-drawn networks: what must hold of the map that comes out.
 
 use super::*;
+use crate::builder::road_network::DrivingSide;
 use crate::geometry::polygon;
 use crate::lanelet::{Lanelet, LaneletMap, PointId};
 use crate::osm::{OsmData, read_bytes};
@@ -57,6 +58,36 @@ pub(super) fn ends(map: &LaneletMap, lanelet: &Lanelet) -> [[PointId; 2]; 2] {
     };
     let ([a, b], [c, d]) = (ends(lanelet.left), ends(lanelet.right));
     [[a, c], [b, d]]
+}
+
+#[test]
+fn nobody_is_led_around_a_hairpin_without_room() {
+    // A street that leaves another at 30 degrees, and forks after so many metres.
+    let ways_through = |side: DrivingSide, length: f64| {
+        let (sin, cos) = 30_f64.to_radians().sin_cos();
+        let [x, y] = [-length * cos, length * sin];
+        let nodes = [
+            (1, 0.0, 0.0, ""),
+            (2, -80.0, 0.0, ""),
+            (3, 80.0, 0.0, ""),
+            (4, x, y, ""),
+            (5, x, y + 60.0, ""),
+            (6, x - 60.0, y, ""),
+        ];
+        let street = "highway=residential lanes=2";
+        let ways: [(i64, &[i64], &str); 5] = [
+            (12, &[2, 1], street),
+            (13, &[1, 3], street),
+            (14, &[1, 4], street),
+            (15, &[4, 5], street),
+            (16, &[4, 6], street),
+        ];
+        let options = BuildOptions { driving_side: Some(side), ..BuildOptions::default() };
+        inside(&built_as(&Asked { nodes: &nodes, ways: &ways, options }).map).len()
+    };
+    for side in [DrivingSide::Right, DrivingSide::Left] {
+        assert_eq!([20.0, 80.0].map(|length| ways_through(side, length)), [11, 12], "{side:?}");
+    }
 }
 
 #[test]
