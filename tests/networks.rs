@@ -532,3 +532,25 @@ fn roads_that_leave_side_by_side_are_approaches_of_their_own() {
         }
     }
 }
+
+#[test]
+fn nobody_misses_the_way_once_more_around_a_small_loop() {
+    for side in SIDES {
+        let nodes = [
+            (1, 0.0, 0.0, ""),
+            (2, 80.0, 20.0, ""),
+            (3, -10.8, 3.0, ""),
+            (4, -18.0, -2.0, ""),
+            (5, -18.9, -6.3, ""),
+            (6, -14.4, -10.8, ""),
+            (7, -7.2, -7.2, ""),
+        ];
+        let ways: [(i64, &[i64]); 2] = [(12, &[2, 1]), (13, &[1, 3, 4, 5, 6, 7, 1])];
+        let Built { map, settings, notes, .. } =
+            built(&network(side, &nodes, &ways, "highway=residential lanes=2"), side, "");
+        let dropped = notes.iter().filter(|note| note.fault == "movement-dropped").count();
+        assert_eq!(dropped, 2, "{side:?}: there is no room for it");
+        let missed = found(&map, &settings).into_iter().filter(|code| code == "vm-03-04/movement-missing").count();
+        assert_eq!(missed, 0, "{side:?}");
+    }
+}

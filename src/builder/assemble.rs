@@ -172,7 +172,8 @@ impl Stage<'_> {
         self.announce_crosswalks(intersection, paths);
         self.walkways(intersection, paths);
         if let Some(area) = area {
-            self.area(intersection, &arms, plan, paths, conflicts, area);
+            let prohibited = prohibited(plan, drawn, &arms);
+            self.area(intersection, &arms, &prohibited, paths, conflicts, area);
         }
     }
 
@@ -215,7 +216,7 @@ impl Stage<'_> {
         &mut self,
         intersection: &Intersection,
         arms: &[&Arm],
-        plan: &Movements,
+        prohibited: &[(usize, usize)],
         paths: &[Path],
         conflicts: &Conflicts,
         outline: AreaOutline,
@@ -274,10 +275,11 @@ impl Stage<'_> {
             let key = key.word("arm");
             control_arm(&mut self.assembly, self.network.side, key, &arm, controls[i], &approaches, &ring);
         }
-        let movers = self.movers(arms, paths, &controls);
-        self.rights_of_way(arms, paths, &movers, conflicts);
+        let legs = self.legs(arms);
+        let movers = self.movers(arms, paths, &controls, &legs);
+        self.rights_of_way(&legs, paths, &movers, conflicts);
         let names = sidecar::names(arms, self.lanes);
-        self.beside.settings.intersection.extend(sidecar::settings(id, &names, &plan.prohibited, &movers));
+        self.beside.settings.intersection.extend(sidecar::settings(id, &names, prohibited, &movers));
     }
 
     fn tag_path(&mut self, path: &Path, area: PolygonId) {
@@ -334,13 +336,12 @@ impl Stage<'_> {
             .collect()
     }
 
-    fn movers(&self, arms: &[&Arm], paths: &[Path], controls: &[Control]) -> Vec<Mover> {
+    fn movers(&self, arms: &[&Arm], paths: &[Path], controls: &[Control], legs: &[usize]) -> Vec<Mover> {
         let leads_in = |a: &usize| !arms[*a].into.is_empty();
         let signed = |a: usize| matches!(controls[a], Control::Stop | Control::GiveWay);
         let private = |a: usize| !self.network.road(arms[a].at.road).public;
         // A driveway that arrives side by side with a street is part of its approach.
-        let approach = self.approaches(arms);
-        let of_street = |a: usize| (0..arms.len()).any(|b| !private(b) && !signed(b) && approach[a] == approach[b]);
+        let of_street = |a: usize| (0..arms.len()).any(|b| !private(b) && !signed(b) && legs[a] == legs[b]);
         let minor = |a: usize| signed(a) || private(a) && !of_street(a);
         let all: Vec<usize> = (0..arms.len()).filter(leads_in).collect();
         let ranked = all.iter().any(|&a| minor(a)) && !all.iter().all(|&a| minor(a));
@@ -361,9 +362,9 @@ impl Stage<'_> {
             .collect()
     }
 
-    /// For each arm the first one of its approach: carriageways on both sides of a median, or beside each other, come to
-    /// the intersection as one leg.
-    fn approaches(&self, arms: &[&Arm]) -> Vec<usize> {
+    /// For each arm the first one of its leg: carriageways on both sides of a median, or beside each other, come to the
+    /// intersection as one.
+    fn legs(&self, arms: &[&Arm]) -> Vec<usize> {
         let place = |ids: [PointId; 2]| Edge { ids, points: ids.map(|id| self.assembly.position(id)) };
         let mut edges: Vec<(usize, Crossed)> = Vec::new();
         for (i, arm) in arms.iter().enumerate() {
@@ -381,20 +382,19 @@ impl Stage<'_> {
         first
     }
 
-    fn rights_of_way(&mut self, arms: &[&Arm], paths: &[Path], movers: &[Mover], conflicts: &Conflicts) {
+    fn rights_of_way(&mut self, legs: &[usize], paths: &[Path], movers: &[Mover], conflicts: &Conflicts) {
         // Only where vehicles arrive is there a light, or a rank, to be opposite to another. Where they head counts.
-        let approach = self.approaches(arms);
         let heading = |of: usize| -> Vector {
-            paths.iter().filter(|path| approach[path.movement.from] == of).map(|path| path.heading).sum()
+            paths.iter().filter(|path| legs[path.movement.from] == of).map(|path| path.heading).sum()
         };
-        let inward: Vec<_> = (0..arms.len()).map(|arm| heading(arm).try_normalize(f64::EPSILON)).collect();
+        let inward: Vec<_> = (0..legs.len()).map(|arm| heading(arm).try_normalize(f64::EPSILON)).collect();
         let opposite = opposites(&inward, OPPOSITE);
         let of_arms = |a: usize, b: usize| match (a == b, opposite[a] == Some(b)) {
             (true, _) => Relation::Same,
             (_, true) => Relation::InPhase,
             _ => Relation::AntiPhase,
         };
-        let relation = |x: usize, y: usize| of_arms(approach[movers[x].arm], approach[movers[y].arm]);
+        let relation = |x: usize, y: usize| of_arms(legs[movers[x].arm], legs[movers[y].arm]);
         for (x, path) in paths.iter().enumerate() {
             // A bus lane is no part of the graph that a car's planner watches.
             let watched: Vec<usize> =
@@ -414,4 +414,16 @@ impl Stage<'_> {
             self.assembly.element(key, "right_of_way", &members, &[path.lanelet]);
         }
     }
+}
+
+/// Pairs of arms between which there is no movement: those that must not be, and, where there is no room for it, the way
+/// once more around a loop.
+fn prohibited(plan: &Movements, drawn: &Drawn, arms: &[&Arm]) -> Vec<(usize, usize)> {
+    let is_drawn = |pair: (usize, usize)| drawn.paths.iter().any(|it| (it.movement.from, it.movement.to) == pair);
+    let dropped = drawn.dropped.iter().map(|it| (it.from, it.to));
+    let around = dropped.filter(|&(from, to)| arms[from].at.road == arms[to].at.road && !is_drawn((from, to)));
+    let mut all: Vec<(usize, usize)> = plan.prohibited.iter().copied().chain(around).collect();
+    all.sort_unstable();
+    all.dedup();
+    all
 }
