@@ -1,8 +1,10 @@
 //! The lanes of every road between its connection lines: borders as shared lines, lanelets between them.
 
+mod border;
+
 use rayon::prelude::*;
 
-use crate::geometry::{Point, Vector, curve::Pose, curve::untangled, left_of, miter::miter, round::Rounding};
+use crate::geometry::{Vector, curve::Pose};
 use crate::lanelet::{Attributes, Bound, LaneletId, PointId};
 
 use super::assembly::{Assembly, Part, tags};
@@ -12,22 +14,16 @@ use super::cross_section::{Arrows, CrossSection, StripKind, Travel};
 use super::heights::Ground;
 use super::ids::Key;
 use super::join::Joins;
-use super::marking::{SHARES, marking};
+use super::marking::SHARES;
 use super::road_network::{End, Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
-use super::sound::{aligned, centred, simple};
 use super::stretch::Cause;
+use border::borders;
 
-/// Corners of the road's line closer to a cut than this, metres, are left out of the borders.
-const CLEAR: f64 = 0.5;
-/// Corners are mitred up to this bend, degrees, and rounded beyond it.
-const MITER: f64 = 30.0;
 /// A cut closer than this, metres, to the end of the road's line tells no more than the road's own direction there.
 const LEAST_AIM: f64 = 2.0;
 
 /// The tag of a bus lane that bicycles may use.
 pub const ADMITS_BICYCLES: &str = "participant:bicycle";
-/// How tightly a border may bend: Lanelet2's own checks want a radius of one metre.
-const BENDS: Rounding = Rounding { least: 1.25, easy: 1.25, cut: 0.0 };
 
 /// One lane of a road.
 #[derive(Clone, Debug)]
@@ -292,116 +288,6 @@ fn end_nodes(
             })
         })
         .collect()
-}
-
-/// Which way the lanelets of each strip run; `None` where there are none.
-fn travels(section: &CrossSection) -> Vec<Option<Travel>> {
-    let mut travels = vec![None; section.strips.len()];
-    for run in runs(section) {
-        travels[run.strips].fill(Some(run.travel));
-    }
-    for (i, strip) in section.driven() {
-        travels[i] = Some(strip.travel);
-    }
-    travels
-}
-
-/// Whether a border is drawn against the road's line: where only lanelets against it use the border.
-fn against_line(travels: &[Option<Travel>], edge: usize) -> bool {
-    let beside = [edge.checked_sub(1), Some(edge)].map(|i| travels.get(i?).copied().flatten());
-    let mut beside = beside.into_iter().flatten().peekable();
-    beside.peek().is_some() && beside.all(|travel| travel == Travel::Backward)
-}
-
-/// The border line at each edge of the cross-section that is used, as a bound along the road's line.
-fn borders(
-    assembly: &mut Assembly,
-    road: &Road,
-    country: Option<&str>,
-    kept: [f64; 2],
-    nodes: &[Vec<Option<PointId>>; 2],
-) -> Vec<Option<Bound>> {
-    let key = road_key("border", road);
-    let places = border_places(assembly, road, kept, nodes);
-    let travels = travels(&road.section);
-    places
-        .into_iter()
-        .enumerate()
-        .map(|(edge, places)| {
-            let (mut places, first, last) = (places?, nodes[0][edge]?, nodes[1][edge]?);
-            let key = key.number(edge as i64);
-            let inverted = against_line(&travels, edge);
-            let attributes = marking(&road.section, edge, &road.tags, country, inverted);
-            let ends = if inverted { [last, first] } else { [first, last] };
-            if inverted {
-                places.reverse();
-            }
-            let inner = &places[1..places.len().max(2) - 1];
-            Some(Bound { line: assembly.line_between(key, ends, inner, attributes), inverted })
-        })
-        .collect()
-}
-
-/// Where the borders run, along the road's line. Where a lane between two would not be read as drawn, they are mended:
-/// first by points that show its sides, then by leaving the road's corners out.
-fn border_places(
-    assembly: &Assembly,
-    road: &Road,
-    kept: [f64; 2],
-    nodes: &[Vec<Option<PointId>>; 2],
-) -> Vec<Option<Vec<Point>>> {
-    let ends = |edge: usize| Some([nodes[0][edge]?, nodes[1][edge]?].map(|id| assembly.position(id)));
-    let mut places: Vec<Option<Vec<Point>>> = (0..nodes[0].len())
-        .map(|edge| ends(edge).map(|ends| border(road, kept, road.section.edge(edge), ends)))
-        .collect();
-    let pair = |places: &[Option<Vec<Point>>], strip: usize| Some([places[strip].clone()?, places[strip + 1].clone()?]);
-    let strips: Vec<usize> = road.section.driven().map(|(i, _)| i).collect();
-    let all = |places: &[Option<Vec<Point>>], holds: fn(&[Vec<Point>; 2]) -> bool| {
-        strips.iter().all(|&strip| pair(places, strip).is_none_or(|pair| holds(&pair)))
-    };
-    if !all(&places, simple) {
-        places = (0..nodes[0].len()).map(|edge| ends(edge).map(|ends| ends.to_vec())).collect();
-    }
-    if !all(&places, aligned) {
-        places = places.into_iter().map(|p| p.map(|p| centred(&p))).collect();
-    }
-    places
-}
-
-/// A border between its ends: the road's own corners, moved sideways.
-fn border(road: &Road, kept: [f64; 2], offset: f64, ends: [Point; 2]) -> Vec<Point> {
-    let corners: Vec<(Point, f64)> = road.line.points().iter().copied().zip(road.line.stations()).collect();
-    let cuts = [road.line.direction(kept[0]), -road.line.direction((kept[1] - 1e-3).max(0.0))];
-    // Inside a bend near a cut, a moved corner can fall behind the cut.
-    let before_cut = |p: Point, station: f64| {
-        let near = [station - kept[0], kept[1] - station].map(|s| s < 2.0 * offset.abs());
-        (0..2).all(|i| !near[i] || (p - ends[i]).dot(&cuts[i]) > 0.0)
-    };
-    let mut line = vec![ends[0]];
-    for w in corners.windows(3) {
-        let [(before, _), (corner, station), (after, _)] = [w[0], w[1], w[2]];
-        if station >= kept[0] + CLEAR && station <= kept[1] - CLEAR {
-            let around = [(corner - before).normalize(), (after - corner).normalize()];
-            line.extend(beside_corner(corner, around, offset).into_iter().filter(|&p| before_cut(p, station)));
-        }
-    }
-    line.push(ends[1]);
-    BENDS.of(&untangled(&line))
-}
-
-/// A corner moved sideways: one mitred point where the bend is slight, an arc outside a sharp bend, both ends of the
-/// moved segments inside it (their crossing is cut off later).
-fn beside_corner(corner: Point, [before, after]: [Vector; 2], offset: f64) -> Vec<Point> {
-    let turn = crate::geometry::angle_between(before, after);
-    if turn.abs() <= MITER.to_radians() {
-        return vec![miter(corner, [before, after], offset)];
-    }
-    let normals = [left_of(before) * offset, left_of(after) * offset];
-    if turn * offset > 0.0 {
-        return normals.map(|n| corner + n).to_vec();
-    }
-    let pieces = (turn.abs() / MITER.to_radians()).ceil() as usize * 2;
-    (0..=pieces).map(|i| corner + nalgebra::Rotation2::new(turn * i as f64 / pieces as f64) * normals[0]).collect()
 }
 
 /// Adds the lanelets of a road, strip by strip.
