@@ -6,6 +6,7 @@ mod document;
 mod inside;
 mod markings;
 mod merge;
+mod roads;
 mod selection;
 mod suppression;
 
@@ -18,6 +19,7 @@ pub use document::{Document, DocumentError, Step};
 pub use inside::{GuideLine, InsideSettings, Place, VirtualLightSettings};
 pub use markings::MarkingSettings;
 pub use merge::MergeSettings;
+pub use roads::{AssumeSettings, Highway, RoadSettings};
 pub use selection::{Selection, covers, most_specific};
 pub use suppression::{Origin, PrimitiveKind, Suppression};
 
@@ -72,6 +74,12 @@ pub struct Settings {
     /// For `build`: what is painted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub markings: Option<MarkingSettings>,
+    /// For `build`: tags of roads that OpenStreetMap lacks, or has wrong.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub road: Vec<RoadSettings>,
+    /// For `build`: what is assumed of roads where their tags are silent; of two that speak of a road, the first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub assume: Vec<AssumeSettings>,
     /// For `build`: roads that lie inside an intersection.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub merge: Vec<MergeSettings>,
@@ -93,6 +101,8 @@ impl Settings {
         self.intersection.extend(outer.intersection);
         self.bicycle_lanes.extend(outer.bicycle_lanes);
         self.suppress.extend(outer.suppress);
+        self.road.extend(outer.road);
+        self.assume.extend(outer.assume);
         self.merge.extend(outer.merge);
         self.keep_apart.extend(outer.keep_apart);
         Self {
@@ -112,6 +122,8 @@ impl Settings {
             markings: self.markings.or(outer.markings),
             intersection: self.intersection,
             suppress: self.suppress,
+            road: self.road,
+            assume: self.assume,
             merge: self.merge,
             keep_apart: self.keep_apart,
         }

@@ -157,10 +157,14 @@ fn a_wish_that_means_nothing_is_a_warning() {
     let dir = tempfile::tempdir().unwrap();
     let place = root().join("tests/places/dogleg.osm");
     fs::copy(&place, dir.path().join("dogleg.osm")).unwrap();
-    fs::write(dir.path().join("lanewright.toml"), "\n[[merge]]\nnodes = [7, 8]\n\n[[keep_apart]]\nway = 101\n")
-        .unwrap();
+    fs::write(
+        dir.path().join("lanewright.toml"),
+        "\n[[merge]]\nnodes = [7, 8]\n\n[[keep_apart]]\nway = 101\n\n[[road]]\nways = [9]\ntags = { lanes = \"2\" }\n",
+    )
+    .unwrap();
     let run = lanewright(dir.path(), &["build", "dogleg.osm", "-o", "out"]).exits(0);
     assert!(run.stdout.contains("lanewright.toml:2: [[merge]] does nothing"), "{}", run.stdout);
+    assert!(run.stdout.contains("lanewright.toml:8: [[road]] does nothing for way 9"), "{}", run.stdout);
     assert!(run.stdout.contains("nodes 7, 8") && !run.stdout.contains("keep_apart"), "{}", run.stdout);
     fs::write(dir.path().join("lanewright.toml"), "[[merge]]\nreason = \"so\"\n").unwrap();
     lanewright(dir.path(), &["build", "dogleg.osm", "-o", "again"])

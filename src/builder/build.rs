@@ -10,7 +10,7 @@ use crate::geometry::Point;
 use crate::lanelet::LaneletMap;
 use crate::osm::OsmData;
 use crate::projection::{Extent, LonLat, Projector};
-use crate::settings::{BesideSettings, MarkingSettings, MergeSettings, Settings};
+use crate::settings::{AssumeSettings, BesideSettings, MarkingSettings, MergeSettings, RoadSettings, Settings};
 use crate::terrain::Terrain;
 
 use super::assemble::{Assembled, assemble};
@@ -20,7 +20,7 @@ use super::dead_lanes::without_dead_lanes;
 use super::heights::spots;
 use super::inside::{self, Inside};
 use super::overhead;
-use super::road_network::{DrivingSide, Network, NetworkError, NetworkOptions, RoadKey, road_network};
+use super::road_network::{DrivingSide, Network, NetworkError, NetworkOptions, RoadKey, UNMET_ROAD, road_network};
 use super::settle::settle;
 use super::streets::{StreetOptions, Streets, streets};
 
@@ -41,6 +41,10 @@ pub struct BuildOptions {
     pub inside: Inside,
     /// What is painted where the tags are silent.
     pub markings: MarkingSettings,
+    /// What is assumed of roads where the input is silent.
+    pub assume: Vec<AssumeSettings>,
+    /// Tags that stand in the place of OpenStreetMap's. A file of streets has its lanes already.
+    pub roads: Vec<RoadSettings>,
     /// Roads that the user decided to merge (`true`) or to keep apart. A file of streets is merged already.
     pub merges: Vec<(MergeSettings, bool)>,
 }
@@ -122,9 +126,15 @@ pub fn plan(osm: &OsmData, options: &BuildOptions) -> Result<Plan, BuildError> {
         Some(projector) => projector,
         None => Projector::for_extent(&extent(osm)?),
     };
-    let network_options = NetworkOptions { driving_side: options.driving_side, country: None };
+    let network_options = NetworkOptions {
+        driving_side: options.driving_side,
+        country: None,
+        assume: options.assume.clone(),
+        roads: options.roads.clone(),
+    };
     let to_metres = |places: &[LonLat]| projector.forward_all(places);
     let Network { mut network, notes } = road_network(osm, &to_metres, &network_options)?;
+    let (mut wishes, notes): (Vec<Finding>, _) = notes.into_iter().partition(|note| note.fault == UNMET_ROAD);
     network.beside = options.beside;
     network.markings = options.markings;
     let mut street_options = options.streets.clone();
@@ -144,7 +154,7 @@ pub fn plan(osm: &OsmData, options: &BuildOptions) -> Result<Plan, BuildError> {
     }
     let mut streets = streets(network, &street_options);
     let unmet = (0..options.merges.len()).filter(|i| !streets.merges.iter().any(|note| note.wish == Some(*i)));
-    let mut wishes: Vec<Finding> = unmet.map(|i| unmet_wish(&options.merges[i])).collect();
+    wishes.extend(unmet.map(|i| unmet_wish(&options.merges[i])));
     wishes.extend(overruled_wishes(&streets, &options.merges));
     streets.findings.extend(wishes);
     Ok(Plan { streets, projector, guesses: notes.len(), notes, inside: options.inside.clone() })

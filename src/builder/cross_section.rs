@@ -9,10 +9,11 @@ mod read;
 mod sides;
 #[cfg(test)]
 mod tests;
+mod usual;
 
 pub(crate) use lanes::tells_lanes;
 pub(crate) use read::{Facts, Lane, Layout, layout};
-pub(crate) use sides::SIDEWALK;
+pub(crate) use usual::{Customs, SIDEWALK, Usual};
 
 use super::road_network::RoadClass;
 
@@ -142,15 +143,6 @@ impl CrossSection {
     /// The strips that motor vehicles drive on, with their index.
     pub fn driven(&self) -> impl Iterator<Item = (usize, &Strip)> {
         self.strips.iter().enumerate().filter(|(_, s)| matches!(s.kind, StripKind::Drive | StripKind::Bus))
-    }
-}
-
-/// Width of a lane where no tag tells it, metres.
-pub fn default_lane_width(class: RoadClass) -> f64 {
-    match class {
-        RoadClass::Motorway | RoadClass::Trunk => 3.5,
-        RoadClass::Service | RoadClass::Track => 2.75,
-        _ => 3.0,
     }
 }
 

@@ -17,7 +17,7 @@ mod tests;
 pub(crate) use arms::{Ray, clockwise};
 pub use islands::Island;
 pub(crate) use read::is_roundabout;
-pub use read::{Network, NetworkError, NetworkOptions, ToMetres, road_network};
+pub use read::{Network, NetworkError, NetworkOptions, ToMetres, UNMET_ROAD, road_network};
 pub(crate) use select::class as class_of;
 
 use std::fmt;

@@ -2,6 +2,7 @@
 
 use crate::osm::Tags;
 
+use super::cross_section::Customs;
 use super::road_network::RoadClass;
 use super::tags::number_of;
 
@@ -60,13 +61,14 @@ fn limits(country: Option<&str>) -> &'static Limits {
 }
 
 /// The limit forward and backward along the way, km/h.
-pub(crate) fn limit(tags: &Tags, class: RoadClass, link: bool, country: Option<&str>) -> [f64; 2] {
+pub(crate) fn limit(tags: &Tags, class: RoadClass, link: bool, customs: &Customs<'_>) -> [f64; 2] {
+    let country = customs.country;
     let read = |key| tags.get(key).and_then(|value| said(value, country));
     let kinds =
         || ["maxspeed:type", "source:maxspeed", "zone:maxspeed", "zone:traffic"].iter().find_map(|key| read(key));
+    let usual = || customs.usual(class, link).speed.unwrap_or_else(|| default(class, link, country));
     let both = read("maxspeed").or_else(kinds);
-    ["maxspeed:forward", "maxspeed:backward"]
-        .map(|key| read(key).or(both).unwrap_or_else(|| default(class, link, country)))
+    ["maxspeed:forward", "maxspeed:backward"].map(|key| read(key).or(both).unwrap_or_else(usual))
 }
 
 /// The limit of a class where no tag tells it, km/h.
@@ -128,9 +130,14 @@ fn of_zone(zone: &str, country: Option<&str>) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::builder::road_network::DrivingSide;
+
+    fn customs(country: Option<&str>) -> Customs<'_> {
+        Customs { side: DrivingSide::Right, country, assume: &[] }
+    }
 
     fn of(pairs: &[(&str, &str)]) -> [f64; 2] {
-        limit(&pairs.iter().copied().collect(), RoadClass::Residential, false, Some("DE"))
+        limit(&pairs.iter().copied().collect(), RoadClass::Residential, false, &customs(Some("DE")))
     }
 
     #[test]
@@ -158,7 +165,7 @@ mod tests {
         for value in ["signals", "fast", "-30", "nan", "1e9", ""] {
             assert_eq!(of(&[("maxspeed", value)]), [50.0; 2], "{value}");
         }
-        let motorway = |country| limit(&Tags::new(), RoadClass::Motorway, false, country)[0];
+        let motorway = |country| limit(&Tags::new(), RoadClass::Motorway, false, &customs(country))[0];
         assert_eq!(motorway(Some("JP")), 100.0);
         assert_eq!(motorway(None), 120.0);
     }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use lanewright::builder::consolidate::MergeNote;
 use lanewright::builder::geojson;
 use lanewright::builder::inside::{Inside, UNDRAWN};
-use lanewright::builder::road_network::DrivingSide;
+use lanewright::builder::road_network::{DrivingSide, UNMET_ROAD};
 use lanewright::builder::{BuildError, BuildOptions, Plan, UNMET_WISH, plan};
 use lanewright::diagnostic::Finding;
 use lanewright::osm::{self, OsmData, ReadError};
@@ -67,6 +67,8 @@ fn asked(input: &Path, args: &StreetArgs) -> Result<(Vec<u8>, BuildOptions), Fai
     options.beside = settings.beside.unwrap_or_default();
     options.inside = Inside { everywhere: settings.inside, intersections: settings.intersection };
     options.markings = settings.markings.unwrap_or_default();
+    options.assume = settings.assume;
+    options.roads = settings.road;
     let said = settings.heights.unwrap_or_default();
     let heights = &mut options.streets.heights;
     heights.ground = said.ground.unwrap_or(heights.ground);
@@ -180,14 +182,14 @@ pub fn counts(of: &[(usize, &str, &str)]) -> String {
     text
 }
 
-/// What decided about each road that may lie inside an intersection, where that is asked for; and wishes that meant
+/// What decided about each road that may lie inside an intersection, where that is asked for; and settings that meant
 /// no road, always.
 pub fn merges(notes: &[MergeNote], findings: &[Finding], args: &StreetArgs) -> String {
     let mut text = String::new();
     for note in notes.iter().filter(|_| args.explain_merges) {
         let _ = writeln!(text, "{note}");
     }
-    for unmet in findings.iter().filter(|finding| finding.fault == UNMET_WISH) {
+    for unmet in findings.iter().filter(|finding| [UNMET_WISH, UNMET_ROAD].contains(&finding.fault)) {
         let _ = writeln!(text, "warning: {}", unmet.message);
     }
     text

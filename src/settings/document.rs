@@ -52,7 +52,9 @@ impl Document {
             .or_else(|| document.without_place())
             .or_else(|| document.without_meaning())
             .or_else(|| document.without_sense())
-            .or_else(|| document.without_length());
+            .or_else(|| document.without_length())
+            .or_else(|| document.without_road_or_tags())
+            .or_else(|| document.beyond_measure());
         match broken {
             Some(error) => Err(error),
             None => Ok(document),
@@ -98,6 +100,27 @@ impl Document {
             message: "[markings] before_stop: a length is from 0 to 1000 metres".to_owned(),
             help: Some("write `before_stop = 30.0`, or 0 for none".to_owned()),
             offset: self.offset(&[Step::Key("markings"), Step::Key("before_stop")]),
+        })
+    }
+
+    /// Other tags are those of some way.
+    fn without_road_or_tags(&self) -> Option<DocumentError> {
+        let (at, fault) = self.settings.road.iter().enumerate().find_map(|(at, road)| Some((at, road.fault()?)))?;
+        Some(DocumentError {
+            message: format!("[[road]]: {fault}"),
+            help: Some("write `ways = [123]` and `tags = { lanes = \"2\" }`".to_owned()),
+            offset: self.offset(&[Step::Key("road"), Step::Index(at)]),
+        })
+    }
+
+    /// What is assumed of roads can be true.
+    fn beyond_measure(&self) -> Option<DocumentError> {
+        let all = self.settings.assume.iter().enumerate();
+        let (at, (key, fault)) = all.into_iter().find_map(|(at, assume)| Some((at, assume.fault()?)))?;
+        Some(DocumentError {
+            message: format!("[[assume]] {key}: {fault}"),
+            help: Some("widths are metres, speeds km/h, `country = \"DE\"`".to_owned()),
+            offset: self.offset(&[Step::Key("assume"), Step::Index(at), Step::Key(key)]),
         })
     }
 
@@ -169,7 +192,7 @@ impl Document {
         })
     }
 
-    /// Tells each suppression, merge and intersection where it stands.
+    /// Tells each suppression, road, merge and intersection where it stands.
     fn note_lines(&mut self) {
         #[derive(Default, Deserialize)]
         #[serde(default)]
@@ -178,6 +201,7 @@ impl Document {
             merge: Vec<Spanned<toml::Value>>,
             keep_apart: Vec<Spanned<toml::Value>>,
             intersection: Vec<Spanned<toml::Value>>,
+            road: Vec<Spanned<toml::Value>>,
         }
         let Ok(places) = toml::from_str::<Places>(&self.text) else { return };
         let origin = |place: &Spanned<toml::Value>| {
@@ -189,6 +213,9 @@ impl Document {
         }
         for (intersection, place) in self.settings.intersection.iter_mut().zip(&places.intersection) {
             intersection.origin = origin(place);
+        }
+        for (road, place) in self.settings.road.iter_mut().zip(&places.road) {
+            road.origin = origin(place);
         }
         let merges = self.settings.merge.iter_mut().zip(&places.merge);
         for (merge, place) in merges.chain(self.settings.keep_apart.iter_mut().zip(&places.keep_apart)) {
@@ -302,6 +329,26 @@ mod tests {
         let found = error(text);
         assert!(found.message.contains("0 to 1000 metres"), "{found}");
         assert_eq!(found.offset, text.find("before_stop").unwrap());
+    }
+
+    #[test]
+    fn roads_are_named_and_what_is_assumed_can_be_true() {
+        assert!(error("[[road]]\ntags = { lanes = \"2\" }\n").message.contains("names no way"));
+        assert!(error("[[road]]\nways = [1]\n").message.contains("has no tags"));
+        for (text, said) in [
+            ("lane_width = 30", "2 to 6 metres"),
+            ("sidewalk_width = 0", "0.3 to 8 metres"),
+            ("lanes = 0", "1 to 24 lanes"),
+            ("speed = inf", "1 to 300 km/h"),
+            ("country = \"Germany\"", "two letters"),
+        ] {
+            let text = format!("[[assume]]\nlanes = 1\n[[assume]]\n{text}\n");
+            let found = error(&text);
+            assert!(found.message.contains(said), "{found}");
+            let key = text.lines().last().and_then(|line| line.split(' ').next()).unwrap();
+            assert!(text[found.offset..].starts_with(key) && found.offset > 20, "{found}");
+        }
+        assert_eq!(error("[[assume]]\nhighway = [\"primry\"]\n").help.as_deref(), Some("did you mean `primary`?"));
     }
 
     #[test]

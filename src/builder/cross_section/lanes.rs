@@ -9,7 +9,7 @@ use super::buses::mark_bus_lanes;
 use super::flow::Flow;
 use super::per_lane::{PerLane, per_lane};
 use super::read::{Facts, Lane, MAX_SINGLE_TRACK};
-use super::{Strip, StripKind, Travel, default_lane_width, minimum_lane_width};
+use super::{Strip, StripKind, Travel, minimum_lane_width};
 
 /// The lanes of a way from left to right along it.
 pub(super) type Lanes = Vec<Strip>;
@@ -85,7 +85,7 @@ pub(super) fn plain(facts: &Facts<'_>, travel: Travel) -> Strip {
     let kind = if facts.bus_road { StripKind::Bus } else { StripKind::Drive };
     match metres_under(facts.tags, ["lane_width", "width:lane"]) {
         Some(width) if super::LANE_WIDTHS.contains(&width) => Strip::plain(kind, travel, width, false),
-        _ => Strip::plain(kind, travel, default_lane_width(facts.class), true),
+        _ => Strip::plain(kind, travel, facts.usual.lane, true),
     }
 }
 
@@ -112,7 +112,8 @@ fn one_way(facts: &Facts<'_>, flow: Flow, list: &PerLane, notes: &mut Vec<Findin
     if let Some(slots) = list.longest() {
         return slots.min(MOST_LANES);
     }
-    let n = if facts.class <= RoadClass::Trunk && !facts.link && flow != Flow::Reversible { 2 } else { 1 };
+    let great = facts.class <= RoadClass::Trunk && !facts.link && flow != Flow::Reversible;
+    let n = facts.usual.lanes.unwrap_or(if great { 2 } else { 1 });
     notes.push(facts.note("lanes-guessed", Severity::Info, &format!("no lanes tag; {n} one-way assumed")));
     n
 }
@@ -184,7 +185,8 @@ fn without_total(
     let counts = if nothing_said && is_single_track(facts, room) {
         Counts { forward: 0, backward: 0, both: 1 }
     } else {
-        Counts { forward: forward.unwrap_or(1), backward: backward.unwrap_or(1), both }
+        let usual = facts.usual.lanes.unwrap_or(1);
+        Counts { forward: forward.unwrap_or(usual), backward: backward.unwrap_or(usual), both }
     };
     let what = match counts {
         Counts { both: 1, forward: 0, .. } => "no lanes tag; a single track for both directions is assumed".to_owned(),
@@ -199,8 +201,9 @@ fn is_single_track(facts: &Facts<'_>, room: Option<f64>) -> bool {
     match room {
         Some(width) => width < TWO_LANES_FIT,
         None => {
-            facts.class == RoadClass::Track
-                || matches!(facts.tags.get("service"), Some("driveway" | "alley" | "drive-through"))
+            let narrow = facts.class == RoadClass::Track
+                || matches!(facts.tags.get("service"), Some("driveway" | "alley" | "drive-through"));
+            narrow && facts.usual.lanes.is_none()
         }
     }
 }

@@ -9,6 +9,7 @@ use super::flow::flow;
 use super::lanes::{Lanes, lanes};
 use super::placement::reference;
 use super::sides::{SideStrips, side_strips};
+use super::usual::Usual;
 use super::{CrossSection, Strip, StripKind, Travel, minimum_lane_width};
 
 /// Lanes are drawn no wider than this, metres, whatever the width of the carriageway says: what is left over is a
@@ -37,6 +38,8 @@ pub(crate) struct Facts<'a> {
     pub bus_road: bool,
     /// The side people drive on.
     pub side: DrivingSide,
+    /// What is assumed where its tags are silent.
+    pub usual: Usual,
     /// The lanes, left to right along the way, of the road that it continues on both sides; heeded where its own tags tell
     /// none.
     pub continued: Option<&'a [Lane]>,

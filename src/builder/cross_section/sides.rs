@@ -1,32 +1,18 @@
 //! What lies beside the lanes on one side: bicycle lanes, strips for people on foot, parking, shoulder, sidewalk.
 
-use crate::builder::road_network::{DrivingSide, RoadClass};
+use crate::builder::road_network::DrivingSide;
 use crate::builder::tags::{metres, metres_under};
 
 use super::flow::Flow;
 use super::read::Facts;
 use super::{Strip, StripKind, Travel};
 
-/// A painted bicycle lane, metres.
-pub(super) const BICYCLE_LANE: f64 = 1.5;
-/// A bicycle track behind a kerb, metres.
-pub(super) const BICYCLE_TRACK: f64 = 2.0;
 /// `buffer=yes` beside a bicycle lane, metres.
 pub(super) const BUFFER: f64 = 0.5;
-/// Cars parked along the road, metres.
-pub(super) const PARKING_PARALLEL: f64 = 2.2;
 /// Cars parked askew, metres.
 pub(super) const PARKING_DIAGONAL: f64 = 4.5;
 /// Cars parked across, metres.
 pub(super) const PARKING_PERPENDICULAR: f64 = 5.0;
-/// A tagged shoulder of a motorway or trunk road, wide enough to stop on, metres.
-pub(super) const SHOULDER_MOTORWAY: f64 = 2.5;
-/// A tagged shoulder elsewhere, metres.
-pub(super) const SHOULDER: f64 = 1.0;
-/// A painted strip for people on foot, metres.
-pub(super) const PEDESTRIAN_LANE: f64 = 1.5;
-/// A sidewalk, metres.
-pub(crate) const SIDEWALK: f64 = 1.5;
 
 /// Widths of strips beside the lanes that can be true, metres.
 const PLAUSIBLE: std::ops::RangeInclusive<f64> = 0.3..=8.0;
@@ -115,7 +101,7 @@ impl Side<'_> {
             "track" | "opposite_track" => false,
             _ => return,
         };
-        let default = if on_carriageway { BICYCLE_LANE } else { BICYCLE_TRACK };
+        let default = if on_carriageway { self.facts.usual.bicycle_lane } else { self.facts.usual.bicycle_track };
         let mut lane = self.strip(StripKind::Bicycle, self.width("cycleway"), default);
         if against {
             lane.travel = own;
@@ -166,7 +152,7 @@ impl Side<'_> {
         let default = match orientation {
             "diagonal" => PARKING_DIAGONAL,
             "perpendicular" => PARKING_PERPENDICULAR,
-            _ => PARKING_PARALLEL,
+            _ => self.facts.usual.parking,
         };
         let width = self.width("parking").or_else(|| self.width("parking:lane"));
         let strip = self.strip(StripKind::Parking, width, default);
@@ -192,13 +178,12 @@ impl Side<'_> {
 
     fn pedestrian(&self) -> Option<Strip> {
         let width = self.width("pedestrian_lane");
-        self.has("pedestrian_lane").then(|| self.strip(StripKind::Pedestrian, width, PEDESTRIAN_LANE))
+        self.has("pedestrian_lane").then(|| self.strip(StripKind::Pedestrian, width, self.facts.usual.pedestrian_lane))
     }
 
     fn shoulder(&self) -> Option<Strip> {
-        let wide = self.facts.class <= RoadClass::Trunk;
-        let default = if wide { SHOULDER_MOTORWAY } else { SHOULDER };
-        self.has("shoulder").then(|| self.strip(StripKind::Shoulder, self.width("shoulder"), default))
+        let width = self.width("shoulder");
+        self.has("shoulder").then(|| self.strip(StripKind::Shoulder, width, self.facts.usual.shoulder))
     }
 
     fn sidewalk(&self) -> Option<Strip> {
@@ -208,6 +193,6 @@ impl Side<'_> {
             (None, Some(value)) => value == self.name,
             (None, None) => false,
         };
-        here.then(|| self.strip(StripKind::Sidewalk, self.width("sidewalk"), SIDEWALK))
+        here.then(|| self.strip(StripKind::Sidewalk, self.width("sidewalk"), self.facts.usual.sidewalk))
     }
 }

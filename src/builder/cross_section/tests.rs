@@ -8,6 +8,7 @@ use crate::osm::Tags;
 /// The tables of widths as `docs/lanes.md` shows them.
 fn width_tables() -> String {
     use super::sides::*;
+    let usual = Usual::of(RoadClass::Residential);
     let mut text = String::from("| class | lane | least lane |\n|---|---|---|\n");
     for (name, class) in [
         ("motorway", RoadClass::Motorway),
@@ -21,20 +22,20 @@ fn width_tables() -> String {
         ("service", RoadClass::Service),
         ("track", RoadClass::Track),
     ] {
-        text += &format!("| {name} | {} m | {} m |\n", default_lane_width(class), minimum_lane_width(class));
+        text += &format!("| {name} | {} m | {} m |\n", Usual::of(class).lane, minimum_lane_width(class));
     }
     text += "\n| strip | default |\n|---|---|\n";
     for (name, width) in [
-        ("bicycle lane", BICYCLE_LANE),
-        ("bicycle track", BICYCLE_TRACK),
+        ("bicycle lane", usual.bicycle_lane),
+        ("bicycle track", usual.bicycle_track),
         ("buffer beside a bicycle lane", BUFFER),
-        ("parking, parallel", PARKING_PARALLEL),
+        ("parking, parallel", usual.parking),
         ("parking, diagonal", PARKING_DIAGONAL),
         ("parking, perpendicular", PARKING_PERPENDICULAR),
-        ("shoulder of a motorway or trunk road", SHOULDER_MOTORWAY),
-        ("shoulder elsewhere", SHOULDER),
-        ("painted strip for people on foot", PEDESTRIAN_LANE),
-        ("sidewalk", SIDEWALK),
+        ("shoulder of a motorway or trunk road", Usual::of(RoadClass::Trunk).shoulder),
+        ("shoulder elsewhere", usual.shoulder),
+        ("painted strip for people on foot", usual.pedestrian_lane),
+        ("sidewalk", usual.sidewalk),
     ] {
         text += &format!("| {name} | {width} m |\n");
     }
@@ -55,7 +56,8 @@ fn tags(text: &str) -> Tags {
 
 fn read(tags: &Tags, class: RoadClass, side: DrivingSide) -> (Layout, Vec<Finding>) {
     let mut notes = Vec::new();
-    let facts = Facts { way: 1, tags, class, link: false, bus_road: false, side, continued: None };
+    let facts =
+        Facts { way: 1, tags, class, link: false, bus_road: false, side, usual: Usual::of(class), continued: None };
     let layout = layout(&facts, &mut notes);
     (layout, notes)
 }

@@ -66,7 +66,7 @@ pub fn read(text: &str, options: &BuildOptions) -> Result<Plan, ReadError> {
         let message = format!("{} features are neither road, lane nor intersection", parsed.others);
         notes.push(Finding::new("feature-skipped", Subject::Map, message).graded(Severity::Info));
     }
-    let roads::Network { mut network, rings } = roads::network(&parsed, options.driving_side, &mut notes)?;
+    let roads::Network { mut network, rings } = roads::network(&parsed, options, &mut notes)?;
     network.beside = options.beside;
     network.markings = options.markings;
     let guesses = notes.len();

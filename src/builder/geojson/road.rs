@@ -1,6 +1,6 @@
 //! One road of the file: its line, its lanes, and what stands on it.
 
-use crate::builder::cross_section::{CrossSection, Facts, Strip, StripKind, Travel, default_lane_width, layout};
+use crate::builder::cross_section::{CrossSection, Customs, Facts, Strip, StripKind, Travel, Usual, layout};
 use crate::builder::road_network::{
     DrivingSide, Feature as Furniture, FeatureKind, IntersectionIx, Road, RoadClass, RoadKey, class_of,
 };
@@ -19,19 +19,13 @@ const WIDEST: f64 = 100.0;
 /// No speed limit is higher than this, km/h.
 const FASTEST: f64 = 300.0;
 
-/// What holds for all roads of a file.
-pub struct RoadParts<'a> {
-    pub side: DrivingSide,
-    pub country: Option<&'a str>,
-}
-
 /// The road of a feature.
 pub fn road(
     site: &Sited<Feature<RoadShape>>,
     key: RoadKey,
     [from, to]: [IntersectionIx; 2],
     lanes: &[&Sited<LaneShape>],
-    parts: &RoadParts<'_>,
+    customs: &Customs<'_>,
     notes: &mut Vec<Finding>,
 ) -> Result<Road, ReadError> {
     let shape = &site.it.properties;
@@ -56,14 +50,14 @@ pub fn road(
     });
     let link = shape.link || tagged.is_some_and(|(_, link)| link);
     let section = match lanes {
-        [] => assumed(shape, key, (class, link), parts.side, notes)?,
-        lanes => section(lanes, key, class, parts.side, notes)?,
+        [] => assumed(shape, key, (class, link), customs, notes)?,
+        lanes => section(lanes, key, customs.usual(class, link), customs.side, notes)?,
     };
     let speed = shape.speed.unwrap_or_else(|| {
         if !["maxspeed", "maxspeed:forward", "maxspeed:backward"].iter().any(|key| shape.tags.has(key)) {
             notes.push(note(key, "speed-guessed", "has no speed; the usual limit of its class is assumed".to_owned()));
         }
-        speed::limit(&shape.tags, class, link, parts.country)
+        speed::limit(&shape.tags, class, link, customs)
     });
     if speed.iter().any(|v| !(*v > 0.0 && *v <= FASTEST)) {
         let message = format!("road {} has the speed {speed:?}", shape.id.0);
@@ -102,7 +96,7 @@ fn assumed(
     shape: &RoadShape,
     key: RoadKey,
     (class, link): (RoadClass, bool),
-    side: DrivingSide,
+    customs: &Customs<'_>,
     notes: &mut Vec<Finding>,
 ) -> Result<CrossSection, ReadError> {
     let mut tags: Tags = shape.tags.clone();
@@ -111,7 +105,8 @@ fn assumed(
     {
         tags.push("width", Text::from(width.to_string()));
     }
-    let facts = Facts { way: key.way, tags: &tags, class, link, bus_road: false, side, continued: None };
+    let (side, usual) = (customs.side, customs.usual(class, link));
+    let facts = Facts { way: key.way, tags: &tags, class, link, bus_road: false, side, usual, continued: None };
     Ok(layout(&facts, notes).section)
 }
 
@@ -119,7 +114,7 @@ fn assumed(
 fn section(
     lanes: &[&Sited<LaneShape>],
     key: RoadKey,
-    class: RoadClass,
+    usual: Usual,
     side: DrivingSide,
     notes: &mut Vec<Finding>,
 ) -> Result<CrossSection, ReadError> {
@@ -145,7 +140,7 @@ fn section(
         }
         let width = lane.width.unwrap_or_else(|| {
             notes.push(note(key, "width-guessed", "a lane has no width; the usual one is assumed".to_owned()));
-            default_lane_width(class)
+            usual.lane
         });
         if !(width > 0.0 && width <= WIDEST) {
             let message = format!("a lane of road {} is {width} m wide", lane.road.0);

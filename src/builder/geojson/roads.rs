@@ -2,9 +2,11 @@
 
 use rustc_hash::FxHashMap;
 
+use crate::builder::BuildOptions;
+use crate::builder::cross_section::Customs;
 use crate::builder::driving_side;
 use crate::builder::ids::{Ids, Key};
-use crate::builder::road_network::{DrivingSide, End, IntersectionIx, RoadIx, RoadKey, RoadNetwork};
+use crate::builder::road_network::{End, IntersectionIx, RoadIx, RoadKey, RoadNetwork};
 use crate::diagnostic::Finding;
 use crate::geometry::{Point, Vector, polygon};
 use crate::osm::Text;
@@ -12,7 +14,7 @@ use crate::osm::Text;
 use super::ReadError;
 use super::meet::{intersections, restrictions};
 use super::parse::{Parsed, Sited};
-use super::road::{RoadParts, road};
+use super::road::road;
 use super::shape::{EndShape, Feature, Geometry, Id, IntersectionShape, Place, RoadShape};
 
 /// What the features are, beside the network: the shapes of its intersections and the ends of its roads, as the file
@@ -44,12 +46,12 @@ type Keyed<'a> = (RoadKey, &'a Sited<Feature<RoadShape>>, [IntersectionIx; 2]);
 /// Puts the network together.
 pub fn network<'a>(
     parsed: &'a Parsed,
-    side: Option<DrivingSide>,
+    options: &BuildOptions,
     notes: &mut Vec<Finding>,
 ) -> Result<Network<'a>, ReadError> {
     let place = driving_side::of_place(middle(parsed));
     let head = parsed.head.as_ref();
-    let side = side.or(head.and_then(|head| head.driving_side)).unwrap_or(place.side);
+    let side = options.driving_side.or(head.and_then(|head| head.driving_side)).unwrap_or(place.side);
     let country = head.and_then(|head| head.country.clone()).or(place.country);
 
     let attached = attached(parsed);
@@ -84,7 +86,7 @@ pub fn network<'a>(
     keyed.sort_by(|a, b| a.0.cmp(&b.0).then_with(|| a.1.it.properties.id.cmp(&b.1.it.properties.id)));
     tell_apart(&mut keyed)?;
 
-    let facts = RoadParts { side, country: country.as_deref() };
+    let customs = Customs { side, country: country.as_deref(), assume: &options.assume };
     let mut roads = Vec::with_capacity(keyed.len());
     let mut by_id: FxHashMap<&Id, RoadIx> = FxHashMap::default();
     for (i, (key, site, ends)) in keyed.iter().enumerate() {
@@ -94,7 +96,7 @@ pub fn network<'a>(
             let message = format!("two roads have the id {}", id.0);
             return Err(ReadError::new(site.offset, message, "give each road an id of its own"));
         }
-        roads.push(road(site, *key, *ends, &own, &facts, notes)?);
+        roads.push(road(site, *key, *ends, &own, &customs, notes)?);
     }
     let intersections = intersections(&nodes, &roads, &by_id)?;
     let restrictions = restrictions(parsed, &by_id)?;

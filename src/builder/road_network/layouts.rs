@@ -6,12 +6,12 @@
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::builder::cross_section::{Facts, Lane, Layout, StripKind, Travel, layout, tells_lanes};
+use crate::builder::cross_section::{Customs, Facts, Lane, Layout, StripKind, Travel, layout, tells_lanes};
 use crate::diagnostic::Finding;
 
 use super::read::is_roundabout;
 use super::select::{Access, Drivable};
-use super::{DrivingSide, End, RoadClass};
+use super::{End, RoadClass};
 
 /// So many ways without tagged lanes, one behind the other, are continued from one tagged way to the next.
 const WAYS_MOST: usize = 4;
@@ -20,7 +20,7 @@ const WAYS_MOST: usize = 4;
 pub(super) fn layouts(
     drivable: &[Drivable<'_>],
     used: impl Iterator<Item = usize>,
-    side: DrivingSide,
+    customs: Customs<'_>,
     notes: &mut Vec<Finding>,
 ) -> FxHashMap<usize, Layout> {
     let mut used: Vec<usize> = used.collect();
@@ -34,7 +34,8 @@ pub(super) fn layouts(
             class: way.class,
             link: way.link,
             bus_road: way.access == Access::Bus,
-            side,
+            side: customs.side,
+            usual: customs.usual(way.class, way.link),
             continued,
         };
         let mut notes = Vec::new();

@@ -3,13 +3,14 @@
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::builder::cross_section::Layout;
+use crate::builder::cross_section::{Customs, Layout};
 use crate::builder::driving_side;
 use crate::builder::speed::limit;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::{Point, Polyline};
-use crate::osm::{OsmData, Tags, Text};
+use crate::osm::{OsmData, Tags, Text, Way};
 use crate::projection::LonLat;
+use crate::settings::{AssumeSettings, RoadSettings};
 
 use super::arms::{Ray, clockwise};
 use super::control;
@@ -32,6 +33,9 @@ const SIMPLIFY: f64 = 0.03;
 /// Miter joins reach this many times the offset when a line is moved sideways.
 const SHIFT_MITER: f64 = 3.0;
 
+/// The fault of a `[[road]]` whose way is not in the data.
+pub const UNMET_ROAD: &str = "road-unmet";
+
 /// What a user may decide about the network.
 #[derive(Clone, Debug, Default)]
 pub struct NetworkOptions {
@@ -39,6 +43,10 @@ pub struct NetworkOptions {
     pub driving_side: Option<DrivingSide>,
     /// ISO 3166-1 code of the country; from the place where absent.
     pub country: Option<Text>,
+    /// What is assumed where tags are silent.
+    pub assume: Vec<AssumeSettings>,
+    /// Tags that stand in the place of those of the data.
+    pub roads: Vec<RoadSettings>,
 }
 
 /// What the stage returns.
@@ -66,7 +74,8 @@ pub enum NetworkError {
 /// Reads the road network out of the data.
 pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOptions) -> Result<Network, NetworkError> {
     let mut notes = Vec::new();
-    let drivable = drivable(osm, &mut notes);
+    let corrected = corrected(osm, &options.roads, &mut notes);
+    let drivable = drivable(osm, &corrected, &mut notes);
     let Places { positions, middle } = places(osm, &drivable, to_metres);
     let pieces = pieces(&drivable, &positions, &mut notes);
     let pieces: Vec<(Piece, Polyline)> =
@@ -79,7 +88,8 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
     let side = options.driving_side.unwrap_or(place.side);
     let country = options.country.clone().or(place.country);
 
-    let layouts = layouts(&drivable, pieces.iter().map(|(piece, _)| piece.way), side, &mut notes);
+    let customs = Customs { side, country: country.as_deref(), assume: &options.assume };
+    let layouts = layouts(&drivable, pieces.iter().map(|(piece, _)| piece.way), customs, &mut notes);
     let (pieces, centres): (Vec<Piece>, Vec<Polyline>) =
         without_stubs(pieces, &drivable, &layouts, &mut notes).into_iter().unzip();
     let mut nodes: Vec<i64> = pieces.iter().flat_map(|p| [p.nodes[0], p.nodes[p.nodes.len() - 1]]).collect();
@@ -90,7 +100,7 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
     let at_nodes = NodeFeatures::new(osm);
     let roads = pieces.par_iter().zip(&centres).map(|(piece, centre)| {
         let layout = &layouts[&piece.way];
-        let mut road = road(piece, &drivable[piece.way], layout, country.as_deref(), centre, &index);
+        let mut road = road(piece, &drivable[piece.way], layout, &customs, centre, &index);
         road.features = features::along(piece, &road, &positions, &at_nodes);
         road
     });
@@ -105,10 +115,31 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
     Ok(Network { network, notes })
 }
 
+/// The ways that the user gives other tags, with a note for every one that is not in the data.
+fn corrected(osm: &OsmData, roads: &[RoadSettings], notes: &mut Vec<Finding>) -> FxHashMap<i64, Way> {
+    let mut corrected: FxHashMap<i64, Way> = FxHashMap::default();
+    // The last entry is that of the outermost file: those before it overrule it.
+    for said in roads.iter().rev() {
+        for id in &said.ways {
+            let Some(way) = osm.way(*id) else {
+                let place = said.origin.as_ref().map(|at| format!("{}:{}: ", at.file, at.line)).unwrap_or_default();
+                let message = format!("{place}[[road]] does nothing for way {id}: it is not in the data");
+                notes.push(Finding::new(UNMET_ROAD, Subject::Way(*id), message).graded(Severity::Warning));
+                continue;
+            };
+            let tags = &mut corrected.entry(*id).or_insert_with(|| way.clone()).tags;
+            let others = tags.iter().filter(|(key, _)| !said.tags.contains_key(*key));
+            let own = said.tags.iter().filter(|(_, value)| !value.is_empty());
+            *tags = others.chain(own.map(|(key, value)| (key.as_str(), value.as_str()))).collect();
+        }
+    }
+    corrected
+}
+
 /// The ways to drive on, with a note for every road that is left out.
-fn drivable<'a>(osm: &'a OsmData, notes: &mut Vec<Finding>) -> Vec<Drivable<'a>> {
+fn drivable<'a>(osm: &'a OsmData, corrected: &'a FxHashMap<i64, Way>, notes: &mut Vec<Finding>) -> Vec<Drivable<'a>> {
     let mut drivable = Vec::new();
-    for way in ways(osm) {
+    for way in ways(osm).into_iter().map(|way| corrected.get(&way.id).unwrap_or(way)) {
         match judge(way) {
             Verdict::Road(road) => drivable.push(road),
             Verdict::LeftOut(why) => {
@@ -185,7 +216,7 @@ fn road(
     piece: &Piece,
     way: &Drivable<'_>,
     layout: &Layout,
-    country: Option<&str>,
+    customs: &Customs<'_>,
     centre: &Polyline,
     index: &FxHashMap<i64, IntersectionIx>,
 ) -> Road {
@@ -206,7 +237,7 @@ fn road(
         roundabout: is_roundabout(tags),
         public: way.access != Access::Private,
         name: tags.get("name").or_else(|| tags.get("ref")).map(Text::from),
-        speed: limit(tags, way.class, way.link, country),
+        speed: limit(tags, way.class, way.link, customs),
         features: Vec::new(),
         tags: tags.clone(),
     }

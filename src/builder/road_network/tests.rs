@@ -5,6 +5,7 @@ use crate::builder::cross_section::{StripKind, Travel};
 use crate::diagnostic::SourceSpan;
 use crate::osm::{ElementKind, Member, Node, OsmData, Relation, Way};
 use crate::projection::{Extent, LonLat};
+use crate::settings::Settings;
 
 const SPAN: SourceSpan = SourceSpan { file: 0, start: 0, end: 0 };
 /// Metres of the test plane in a degree.
@@ -396,6 +397,50 @@ fn a_way_without_lanes_between_two_with_them_has_as_many() {
         assert_eq!(lanes_of([three, "name=A oneway=yes", other], &[2, 3]), [ALONG], "{other}");
     }
     assert_eq!(lanes_of([three, "name=A oneway=yes", three], &[3, 2]), [ALONG], "against the others");
+}
+
+#[test]
+fn the_user_may_know_better_than_the_tags() {
+    let ways: [(i64, &[i64], &str); 4] = [
+        (10, &[1, 5], "lanes=2 maxspeed=50"),
+        (20, &[2, 5], ""),
+        (30, &[3, 5], "sidewalk=both lane_width=3.5"),
+        (40, &[4, 5], "highway=service service=alley"),
+    ];
+    let own = |text: &str| crate::settings::Document::parse("lanewright.toml", text).unwrap().settings;
+    let said = own("
+        [[road]]
+        ways = [10, 77]
+        tags = { lanes = '3', maxspeed = '' }
+        [[assume]]
+        highway = ['residential']
+        country = 'de'
+        lane_width = 2.75
+        sidewalk_width = 2
+        [[assume]]
+        lanes = 2
+        speed = 40
+        lane_width = 4
+        [[assume]]
+        country = 'FR'
+        speed = 10
+    ");
+    let outer = own("[[road]]\nways = [10]\ntags = { lanes = '6', name = 'Main Street' }\n");
+    let Settings { assume, road: roads, .. } = said.over(outer);
+    let options = NetworkOptions { country: Some("DE".into()), assume, roads, ..NetworkOptions::default() };
+    let plane = |places: &[LonLat]| places.iter().map(|p| Point::new(p.lon, p.lat) * SCALE).collect();
+    let Network { network, notes } = road_network(&data(&CROSS, &ways), &plane, &options).unwrap();
+    let road = |way: i64| network.roads.iter().find(|road| road.key.way == way).unwrap();
+    let widths = |way: i64| road(way).section.driven().map(|(_, strip)| strip.width).collect::<Vec<_>>();
+    // What is said of one road stands in the place of its tags, and what is assumed where there are none.
+    assert_eq!((widths(10), road(10).speed), (vec![2.75; 3], [40.0; 2]));
+    assert_eq!(road(10).name.as_deref(), Some("Main Street"));
+    assert_eq!(widths(20), [2.75; 4]);
+    assert_eq!(widths(30), [3.5; 4]);
+    assert_eq!(road(30).section.strips[0].width, 2.0);
+    assert_eq!(widths(40), [4.0; 4]);
+    let unmet: Vec<&str> = notes.iter().filter(|n| n.fault == UNMET_ROAD).map(|n| n.message.as_str()).collect();
+    assert_eq!(unmet, ["lanewright.toml:2: [[road]] does nothing for way 77: it is not in the data"]);
 }
 
 #[test]
