@@ -554,3 +554,62 @@ fn nobody_misses_the_way_once_more_around_a_small_loop() {
         assert_eq!(missed, 0, "{side:?}");
     }
 }
+
+/// Where lanes that go straight on from south to north begin and end, each counted from the left.
+fn northbound(map: &LaneletMap) -> BTreeSet<[usize; 2]> {
+    let middle = |lanelet: &Lanelet, last: bool| {
+        let [left, right] = [lanelet.left, lanelet.right].map(|bound| {
+            let mut points = map.bound_points(bound).map(|point| point.position);
+            if last { points.next_back() } else { points.next() }
+        });
+        nalgebra::center(&left.unwrap(), &right.unwrap())
+    };
+    let straight = map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("turn_direction", "straight"));
+    let ends = straight.map(|lanelet| [false, true].map(|last| middle(lanelet, last)));
+    let ends: Vec<[f64; 2]> = ends.filter(|[a, b]| b.y > a.y + 10.0).map(|[a, b]| [a.x, b.x]).collect();
+    let rank = |side: usize, x: f64| {
+        let mut all: Vec<i64> = ends.iter().map(|end| end[side].round() as i64).collect();
+        all.sort_unstable();
+        all.dedup();
+        1 + all.iter().position(|other| *other == x.round() as i64).unwrap()
+    };
+    ends.iter().map(|[a, b]| [rank(0, *a), rank(1, *b)]).collect()
+}
+
+#[test]
+fn lanes_lead_where_a_relation_says() {
+    let relation = |tags: &str| {
+        format!(
+            "<relation id='9'><member type='way' ref='14' role='from'/><member type='node' ref='1' role='via'/>\
+             <member type='way' ref='15' role='to'/><tag k='type' v='connectivity'/>{tags}</relation></osm>"
+        )
+    };
+    for side in SIDES {
+        let plain = crossing(side, "highway=traffic_signals", "highway=secondary lanes=6");
+        let judged = |tags: &str| {
+            let built = built(&plain.replace("</osm>", &relation(tags)), side, "");
+            assert_eq!(found(&built.map, &built.settings), Vec::<String>::new(), "{side:?} {tags}");
+            let notes: Vec<_> = built.notes.iter().filter(|note| note.fault == "connectivity-skipped").collect();
+            (northbound(&built.map), notes.len())
+        };
+        let usual = BTreeSet::from([[1, 1], [2, 2], [3, 3]]);
+        let told = BTreeSet::from([[1, 1], [2, 2], [2, 3]]);
+        assert_eq!(judged("<tag k='connectivity' v='1:1|2:2,3|3:(3)'/>"), (told, 0), "{side:?}");
+        assert_eq!(judged("<tag k='connectivity' v='1:2|2:1'/>"), (usual.clone(), 1), "{side:?}: they would cross");
+        assert_eq!(judged("<tag k='connectivity' v='1:1|4:3'/>"), (usual, 0), "{side:?}: there is no fourth lane");
+    }
+}
+
+#[test]
+fn lanes_fan_out_where_the_settings_have_it() {
+    for side in SIDES {
+        let xml = crossing(side, "highway=traffic_signals", "highway=secondary lanes=4");
+        let turns = |settings: &str| {
+            let built = built(&xml, side, settings);
+            assert_eq!(found(&built.map, &built.settings), Vec::<String>::new(), "{side:?} {settings}");
+            built.map.lanelets.iter().filter(|lanelet| lanelet.attributes.has("turn_direction")).count()
+        };
+        assert_eq!(turns(""), 4 * (2 + 1 + 1), "{side:?}: straight on, and a lane to either side");
+        assert_eq!(turns("[inside]\nfan_out = true\n"), 4 * (2 + 2 + 2), "{side:?}");
+    }
+}

@@ -137,6 +137,7 @@ pub fn plan(osm: &OsmData, options: &BuildOptions) -> Result<Plan, BuildError> {
     let (mut wishes, notes): (Vec<Finding>, _) = notes.into_iter().partition(|note| note.fault == UNMET_ROAD);
     network.beside = options.beside;
     network.markings = options.markings;
+    network.fan_out = options.inside.everywhere.fan_out.unwrap_or_default();
     let mut street_options = options.streets.clone();
     street_options
         .consolidate

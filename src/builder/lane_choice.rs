@@ -1,16 +1,18 @@
-//! Which lanes of an arm lead to which lanes of the others: by arrows, else in order, so that neighbours never cross.
+//! Which lanes of an arm lead to which lanes of the others: as is told, by arrows, else in order, so that neighbours never
+//! cross.
 
 use crate::geometry::{angle_between, cross};
 
 use super::cross_section::{Arrows, StripKind};
 use super::lanes::{Arm, ArmLane};
 use super::movement::{Movement, STRAIGHT, Target};
+use super::restricted::Restricted;
 
 /// An arrow means an arm at most this far, degrees, from the arrow's own direction.
 const ARROW_REACH: f64 = 70.0;
 
 /// The movements from all arms; those of which `heed` says no as if nothing were painted.
-pub fn assigned(arms: &[&Arm], targets: &[Vec<Target>], heed: &[bool]) -> Vec<Movement> {
+pub fn assigned(restricted: &Restricted, arms: &[&Arm], targets: &[Vec<Target>], heed: &[bool]) -> Vec<Movement> {
     let mut all = Vec::new();
     for (from, arm) in arms.iter().enumerate() {
         let bare;
@@ -23,6 +25,10 @@ pub fn assigned(arms: &[&Arm], targets: &[Vec<Target>], heed: &[bool]) -> Vec<Mo
         assign(from, arm, &targets[from], StripKind::Drive, &mut all);
         assign_bus(from, arm, &targets[from], &mut all);
         assign_bus_roads(from, arm, &targets[from], &mut all);
+        connect(restricted, from, arm, &targets[from], &mut all);
+        if restricted.fan_out {
+            fan_out(from, arm, &targets[from], &mut all);
+        }
     }
     reach_all(arms, &mut all);
     all.sort_unstable();
@@ -227,6 +233,39 @@ fn assign_bus_roads(from: usize, arm: &Arm, targets: &[Target], all: &mut Vec<Mo
         let in_lane = if leftmost { 0 } else { arm.into.len() - 1 };
         let out_lane = if leftmost { 0 } else { target.arm.out.len() - 1 };
         all.push(Movement { from, to: target.to, in_lane, out_lane });
+    }
+}
+
+/// Where it is told which lanes lead to which, those do and no others; a road with other lanes than are spoken of is not meant.
+fn connect(restricted: &Restricted, from: usize, arm: &Arm, targets: &[Target], all: &mut Vec<Movement>) {
+    for target in targets {
+        let Some(told) = restricted.lanes(arm.at, target.arm.at) else { continue };
+        if told.iter().any(|&[a, b]| a > arm.into.len() || b > target.arm.out.len()) {
+            continue;
+        }
+        all.retain(|m| (m.from, m.to) != (from, target.to));
+        all.extend(told.iter().map(|[a, b]| Movement { from, to: target.to, in_lane: a - 1, out_lane: b - 1 }));
+    }
+}
+
+/// Leads the outermost lanes of each turn to all lanes of the road beyond those that the turn takes.
+fn fan_out(from: usize, arm: &Arm, targets: &[Target], all: &mut Vec<Movement>) {
+    for target in targets {
+        let cars = |m: &&Movement| {
+            let kinds = [arm.into[m.in_lane].kind, target.arm.out[m.out_lane].kind];
+            (m.from, m.to) == (from, target.to) && kinds == [StripKind::Drive; 2]
+        };
+        let ends = |key: fn(&Movement) -> usize| {
+            (all.iter().filter(cars).map(key).min(), all.iter().filter(cars).map(key).max())
+        };
+        let ((Some(first_in), Some(last_in)), (Some(first), Some(last))) = (ends(|m| m.in_lane), ends(|m| m.out_lane))
+        else {
+            continue;
+        };
+        let open = |out: &usize| target.arm.out[*out].kind == StripKind::Drive;
+        let led = |in_lane: usize| move |out_lane: usize| Movement { from, to: target.to, in_lane, out_lane };
+        all.extend((0..first).filter(open).map(led(first_in)));
+        all.extend((last + 1..target.arm.out.len()).filter(open).map(led(last_in)));
     }
 }
 

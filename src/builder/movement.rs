@@ -104,7 +104,7 @@ pub fn movements(side: DrivingSide, restricted: &Restricted, lanes: &Lanes, inte
     }
     let around = without_turning_back(side, &arms, &mut targets);
     let mut heed = vec![true; arms.len()];
-    found.all = assigned(&arms, &targets, &heed);
+    found.all = assigned(restricted, &arms, &targets, &heed);
     // Where all arrows lead past a road, they are not meant for this place: lanes are marked long before they part.
     let missed: Vec<usize> = (0..arms.len())
         .filter(|to| !found.all.iter().any(|m| m.to == *to))
@@ -115,7 +115,7 @@ pub fn movements(side: DrivingSide, restricted: &Restricted, lanes: &Lanes, inte
         .collect();
     if !missed.is_empty() {
         missed.into_iter().for_each(|from| heed[from] = false);
-        found.all = assigned(&arms, &targets, &heed);
+        found.all = assigned(restricted, &arms, &targets, &heed);
     }
     found.all.extend(around);
     found.all.sort_unstable();

@@ -1,4 +1,4 @@
-//! Turn restrictions as what they mean for single turns: a lanelet graph knows no other.
+//! What is said of turns, as what it means for single ones: a lanelet graph knows no other.
 //!
 //! A restriction over `via` roads forbids a way through several intersections. It becomes the prohibition of one turn
 //! on that way where nobody but those whom it means makes that turn; where others do, nothing is forbidden to them,
@@ -11,10 +11,13 @@ use crate::diagnostic::{Finding, Place, Severity, Subject};
 use super::consolidate::passages::{leads_in, leads_out, other_end};
 use super::road_network::{End, Intersection, RoadEnd, RoadNetwork, TurnRestriction};
 
-/// Which turns are restricted, by where they begin.
+/// Which turns are restricted, by where they begin, and which lanes take them.
 #[derive(Debug, Default)]
 pub struct Restricted {
     of: FxHashMap<RoadEnd, Vec<Turn>>,
+    lanes: FxHashMap<[RoadEnd; 2], Vec<[usize; 2]>>,
+    /// Whether every lane leads to all lanes of the road that it turns into.
+    pub fan_out: bool,
 }
 
 /// What one restriction says of those who arrive on one road.
@@ -28,7 +31,10 @@ struct Turn {
 impl Restricted {
     /// Reads the restrictions of a network; those that single turns cannot express are noted.
     pub fn new(network: &RoadNetwork) -> (Self, Vec<Finding>) {
-        let mut found = Self::default();
+        let mut found = Self { fan_out: network.fan_out, ..Self::default() };
+        for connection in &network.connections {
+            found.lanes.entry([connection.from, connection.to]).or_default().extend(&connection.lanes);
+        }
         for r in network.restrictions.iter().filter(|r| r.via.is_empty()) {
             found.add(r.from, r.to, r.only);
         }
@@ -57,6 +63,11 @@ impl Restricted {
         let elsewhere = mandatory.peek().is_some() && mandatory.all(|turn| turn.to != to);
         let passable = intersection.passages.as_ref().is_none_or(|p| p.contains(&(from, to)));
         passable && !forbidden && !elsewhere
+    }
+
+    /// The lanes that lead from one arm to the other, where that is told: pairs, each counted from 1 on the left.
+    pub fn lanes(&self, from: RoadEnd, to: RoadEnd) -> Option<&[[usize; 2]]> {
+        self.lanes.get(&[from, to]).map(Vec::as_slice)
     }
 
     /// Where those come from who leave over this road end, or go on to who arrive on it.

@@ -1,6 +1,7 @@
 //! Roads and where they meet: OpenStreetMap's ways cut at shared nodes, in local metres.
 
 mod arms;
+mod connectivity;
 mod control;
 mod crossed;
 mod features;
@@ -29,12 +30,13 @@ use crate::settings::{BesideSettings, MarkingSettings};
 use super::cross_section::CrossSection;
 
 /// Which side of the road people drive on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DrivingSide {
     /// As in Japan and the United Kingdom.
     Left,
     /// As in Germany and the United States.
+    #[default]
     Right,
 }
 
@@ -279,8 +281,21 @@ pub struct TurnRestriction {
     pub only: bool,
 }
 
+/// Which lanes of one road lead to which of another, as a relation of OpenStreetMap tells.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LaneConnection {
+    /// Id of the relation.
+    pub relation: i64,
+    /// Where the lanes arrive.
+    pub from: RoadEnd,
+    /// Where they go on.
+    pub to: RoadEnd,
+    /// Pairs of lanes for motor vehicles, each counted from 1 on the left in the direction of travel.
+    pub lanes: Vec<[usize; 2]>,
+}
+
 /// Roads, and where they meet.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct RoadNetwork {
     /// Which side people drive on.
     pub side: DrivingSide,
@@ -296,6 +311,10 @@ pub struct RoadNetwork {
     pub intersections: Vec<Intersection>,
     /// Prohibited and mandatory turns.
     pub restrictions: Vec<TurnRestriction>,
+    /// Which lanes lead to which, where something tells it.
+    pub connections: Vec<LaneConnection>,
+    /// Whether every lane leads to all lanes of the road that it turns into.
+    pub fan_out: bool,
 }
 
 impl RoadNetwork {

@@ -19,6 +19,9 @@ pub struct InsideSettings {
     /// Stop lines where far turns wait for oncoming traffic; none without it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stop_lines: Option<bool>,
+    /// From every lane a way to each lane of the road that it turns into; none but those that keep lanes apart without it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fan_out: Option<bool>,
 }
 
 impl InsideSettings {
@@ -29,7 +32,11 @@ impl InsideSettings {
 
     /// These settings, and those of `outer` where these say nothing.
     pub(super) fn over(self, outer: Self) -> Self {
-        Self { guide_lines: self.guide_lines.or(outer.guide_lines), stop_lines: self.stop_lines.or(outer.stop_lines) }
+        Self {
+            guide_lines: self.guide_lines.or(outer.guide_lines),
+            stop_lines: self.stop_lines.or(outer.stop_lines),
+            fan_out: self.fan_out.or(outer.fan_out),
+        }
     }
 }
 

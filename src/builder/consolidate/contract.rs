@@ -3,7 +3,7 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::builder::road_network::{
-    InnerRoad, Intersection, IntersectionIx, Island, RoadEnd, RoadIx, RoadNetwork, TurnRestriction,
+    InnerRoad, Intersection, IntersectionIx, Island, LaneConnection, RoadEnd, RoadIx, RoadNetwork, TurnRestriction,
 };
 use crate::geometry::Point;
 
@@ -236,9 +236,20 @@ fn rebuild(network: &RoadNetwork, clusters: &[Cluster]) -> RoadNetwork {
             kept.then_some(TurnRestriction { from: renamed(&r.from)?, to: renamed(&r.to)?, via, ..r.clone() })
         })
         .collect();
-    let (side, country, beside) = (network.side, network.country.clone(), network.beside);
-    let markings = network.markings;
-    RoadNetwork { side, country, beside, markings, roads, intersections, restrictions }
+    let connected =
+        |c: &LaneConnection| Some(LaneConnection { from: renamed(&c.from)?, to: renamed(&c.to)?, ..c.clone() });
+    let connections = network.connections.iter().filter_map(connected).collect();
+    RoadNetwork {
+        side: network.side,
+        country: network.country.clone(),
+        beside: network.beside,
+        markings: network.markings,
+        fan_out: network.fan_out,
+        roads,
+        intersections,
+        restrictions,
+        connections,
+    }
 }
 
 fn merged(network: &RoadNetwork, cluster: &Cluster, rules: &Rules<'_>) -> Intersection {

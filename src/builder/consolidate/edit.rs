@@ -2,7 +2,9 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::builder::road_network::{End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
+use crate::builder::road_network::{
+    End, Intersection, IntersectionIx, LaneConnection, Road, RoadEnd, RoadIx, RoadNetwork,
+};
 
 /// A network under change. Indices of intersections stay until [`Edit::finish`]; a joined road takes a new index.
 pub struct Edit {
@@ -123,6 +125,9 @@ impl Edit {
                 Some(r)
             })
             .collect();
-        RoadNetwork { roads, intersections, restrictions, ..self.network }
+        let connected =
+            |c: &LaneConnection| Some(LaneConnection { from: renamed(c.from)?, to: renamed(c.to)?, ..c.clone() });
+        let connections = self.network.connections.iter().filter_map(connected).collect();
+        RoadNetwork { roads, intersections, restrictions, connections, ..self.network }
     }
 }

@@ -3,7 +3,8 @@
 use rustc_hash::FxHashMap;
 
 use crate::builder::road_network::{
-    End, InnerRoad, Intersection, Island, Ray, Road, RoadEnd, RoadIx, RoadKey, TurnRestriction, clockwise,
+    End, InnerRoad, Intersection, Island, LaneConnection, Ray, Road, RoadEnd, RoadIx, RoadKey, TurnRestriction,
+    clockwise,
 };
 use crate::geometry::{Point, Polyline, ring as rings};
 
@@ -155,6 +156,24 @@ fn inner(feature: &Sited<Feature<IntersectionShape>>) -> Vec<InnerRoad> {
         })
     });
     inner.collect()
+}
+
+/// All connections of lanes, by relation as in the input they came from.
+pub fn connections(parsed: &Parsed, by_id: &FxHashMap<&Id, RoadIx>) -> Result<Vec<LaneConnection>, ReadError> {
+    let mut found = Vec::new();
+    for feature in &parsed.intersections {
+        for shape in &feature.it.properties.connections {
+            let (Some(from), Some(to)) = (arm_of(&shape.from, by_id), arm_of(&shape.to, by_id)) else {
+                let id = &feature.it.properties.id.0;
+                let message =
+                    format!("a connection of lanes at intersection {id} names a road that is not in the file");
+                return Err(ReadError::new(feature.offset, message, "add the road, or leave the connection out"));
+            };
+            found.push(LaneConnection { relation: shape.relation, from, to, lanes: shape.lanes.clone() });
+        }
+    }
+    found.sort_by(|a, b| (a.relation, a.from, a.to).cmp(&(b.relation, b.from, b.to)));
+    Ok(found)
 }
 
 /// All turn restrictions, by relation as in the input they came from.

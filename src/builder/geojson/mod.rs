@@ -69,6 +69,7 @@ pub fn read(text: &str, options: &BuildOptions) -> Result<Plan, ReadError> {
     let roads::Network { mut network, rings } = roads::network(&parsed, options, &mut notes)?;
     network.beside = options.beside;
     network.markings = options.markings;
+    network.fan_out = options.inside.everywhere.fan_out.unwrap_or_default();
     let guesses = notes.len();
     let mut findings = Vec::new();
     let outlines = outlines::outlines(&network, &rings, &options.streets.outline, &mut findings);

@@ -12,7 +12,7 @@ use crate::geometry::{Point, Vector, polygon};
 use crate::osm::Text;
 
 use super::ReadError;
-use super::meet::{intersections, restrictions};
+use super::meet::{connections, intersections, restrictions};
 use super::parse::{Parsed, Sited};
 use super::road::road;
 use super::shape::{EndShape, Feature, Geometry, Id, IntersectionShape, Place, RoadShape};
@@ -100,8 +100,9 @@ pub fn network<'a>(
     }
     let intersections = intersections(&nodes, &roads, &by_id)?;
     let restrictions = restrictions(parsed, &by_id)?;
-    let (beside, markings) = Default::default();
-    let network = RoadNetwork { side, country, beside, markings, roads, intersections, restrictions };
+    let connections = connections(parsed, &by_id)?;
+    let network =
+        RoadNetwork { side, country, roads, intersections, restrictions, connections, ..RoadNetwork::default() };
     let rings = Rings {
         roads: keyed.iter().map(|(_, site, _)| &site.it.properties).collect(),
         intersections: nodes.iter().map(|node| node.feature.map(|feature| &feature.it)).collect(),

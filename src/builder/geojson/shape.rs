@@ -278,6 +278,8 @@ pub struct IntersectionShape {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub restrictions: Vec<RestrictionShape>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub connections: Vec<ConnectionShape>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub islands: Vec<IslandShape>,
 }
 
@@ -316,6 +318,16 @@ pub struct RestrictionShape {
     pub via: Vec<Id>,
     pub to: ArmShape,
     pub only: bool,
+}
+
+/// Lanes of one road that lead to lanes of another.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct ConnectionShape {
+    #[serde(default)]
+    pub relation: i64,
+    pub from: ArmShape,
+    pub to: ArmShape,
+    pub lanes: Vec<[usize; 2]>,
 }
 
 /// Everything that holds places, so that all of a file can be moved to another plane at once.

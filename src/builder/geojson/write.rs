@@ -9,8 +9,8 @@ use rustc_hash::FxHashMap;
 use crate::builder::cross_section::{CrossSection, Strip, StripKind};
 use crate::builder::outline::{Case, MITER_LIMIT, Outline, Outlines};
 use crate::builder::road_network::{
-    End, Feature as Furniture, FeatureKind, Intersection, IntersectionIx, Island, Road, RoadEnd, RoadIx, RoadKey,
-    RoadNetwork, TurnRestriction,
+    End, Feature as Furniture, FeatureKind, Intersection, IntersectionIx, Island, LaneConnection, Road, RoadEnd,
+    RoadIx, RoadKey, RoadNetwork, TurnRestriction,
 };
 use crate::geometry::{Point, Polyline};
 use crate::osm::Text;
@@ -18,8 +18,8 @@ use crate::projection::Projector;
 
 use super::head::Head;
 use super::shape::{
-    ArmShape, EndShape, Feature, FurnitureKind, FurnitureShape, Geometry, Id, InnerShape, IntersectionShape,
-    IslandShape, LaneShape, Levels, Place, Placed, RestrictionShape, RoadShape, StripShape, Type,
+    ArmShape, ConnectionShape, EndShape, Feature, FurnitureKind, FurnitureShape, Geometry, Id, InnerShape,
+    IntersectionShape, IslandShape, LaneShape, Levels, Place, Placed, RestrictionShape, RoadShape, StripShape, Type,
 };
 
 /// Why there is no file.
@@ -52,7 +52,9 @@ pub fn write(
     projector: &Projector,
     mut out: impl Write + Send,
 ) -> Result<(), WriteError> {
-    let streets = &Streets { network, outlines, projector, restrictions: restrictions(network) };
+    let restrictions = by_place(network, &network.restrictions, |restriction| restriction.from);
+    let connections = by_place(network, &network.connections, |connection| connection.from);
+    let streets = &Streets { network, outlines, projector, restrictions, connections };
     out.write_all(b"{\"type\":\"FeatureCollection\",\"lanewright\":")?;
     out.write_all(&serde_json::to_vec(&Head::new(network, projector))?)?;
     out.write_all(b",\"features\":[\n")?;
@@ -90,19 +92,25 @@ fn chunks(count: usize) -> impl Iterator<Item = Range<usize>> {
 
 type Written = Result<Vec<u8>, WriteError>;
 
-/// What is written, and the restrictions by the intersection where they begin.
+/// What is written; restrictions and connections of lanes by the intersection where they begin.
 struct Streets<'a> {
     network: &'a RoadNetwork,
     outlines: &'a Outlines,
     projector: &'a Projector,
     restrictions: FxHashMap<IntersectionIx, Vec<&'a TurnRestriction>>,
+    connections: FxHashMap<IntersectionIx, Vec<&'a LaneConnection>>,
 }
 
-fn restrictions(network: &RoadNetwork) -> FxHashMap<IntersectionIx, Vec<&TurnRestriction>> {
-    let mut found: FxHashMap<IntersectionIx, Vec<&TurnRestriction>> = FxHashMap::default();
-    for restriction in &network.restrictions {
-        let at = network.road(restriction.from.road).intersection(restriction.from.end);
-        found.entry(at).or_default().push(restriction);
+/// What begins at each intersection.
+fn by_place<'a, T>(
+    network: &RoadNetwork,
+    all: &'a [T],
+    from: impl Fn(&T) -> RoadEnd,
+) -> FxHashMap<IntersectionIx, Vec<&'a T>> {
+    let mut found: FxHashMap<IntersectionIx, Vec<&T>> = FxHashMap::default();
+    for one in all {
+        let RoadEnd { road, end } = from(one);
+        found.entry(network.road(road).intersection(end)).or_default().push(one);
     }
     found
 }
@@ -234,6 +242,7 @@ impl Streets<'_> {
             .as_ref()
             .map(|passages| passages.iter().filter_map(|(from, to)| Some([index(from)?, index(to)?])).collect());
         let restrictions = self.restrictions.get(&ix).into_iter().flatten();
+        let connections = self.connections.get(&ix).into_iter().flatten();
         let shape = IntersectionShape {
             kind: Type::Intersection,
             id: intersection_id(network, ix),
@@ -253,6 +262,7 @@ impl Streets<'_> {
             passages,
             inner: inner(intersection),
             restrictions: restrictions.map(|r| self.restriction(r)).collect(),
+            connections: connections.map(|c| self.connection(c)).collect(),
             islands: intersection.islands.iter().map(island).collect(),
         };
         Feature::new(shape, polygon(&outline.ring))
@@ -260,6 +270,15 @@ impl Streets<'_> {
 
     fn arm(&self, at: RoadEnd) -> ArmShape {
         ArmShape { road: road_id(&self.network.road(at.road).key), end: at.end }
+    }
+
+    fn connection(&self, connection: &LaneConnection) -> ConnectionShape {
+        ConnectionShape {
+            relation: connection.relation,
+            from: self.arm(connection.from),
+            to: self.arm(connection.to),
+            lanes: connection.lanes.clone(),
+        }
     }
 
     fn restriction(&self, restriction: &TurnRestriction) -> RestrictionShape {

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::builder::alignment::{abreast, ease};
 use crate::builder::cross_section::{Arrows, CrossSection, Strip, StripKind, Travel};
-use crate::builder::road_network::{DrivingSide, IntersectionIx, Road, RoadClass, RoadIx, RoadKey};
+use crate::builder::road_network::{IntersectionIx, Road, RoadClass, RoadIx, RoadKey};
 use crate::geometry::{Polyline, polygon, ring};
 use crate::osm::Tags;
 
@@ -86,16 +86,7 @@ fn network(arms: &[Arm]) -> RoadNetwork {
         let at = RoadEnd { road: RoadIx(i as u32), end: End::End };
         intersections.push(intersection(node, p, vec![at], true));
     }
-    let (beside, markings) = Default::default();
-    RoadNetwork {
-        side: DrivingSide::Right,
-        country: None,
-        beside,
-        markings,
-        roads,
-        intersections,
-        restrictions: Vec::new(),
-    }
+    RoadNetwork { roads, intersections, ..RoadNetwork::default() }
 }
 
 /// The ground of a road between its cuts.

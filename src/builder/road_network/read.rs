@@ -19,7 +19,7 @@ use super::features::{self, NodeFeatures};
 use super::islands;
 use super::layouts::layouts;
 use super::pieces::{Piece, pieces};
-use super::restriction::restrictions;
+use super::restriction::turns;
 use super::select::{Access, Drivable, Verdict, judge, ways};
 use super::stubs::without_stubs;
 use super::{DrivingSide, End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
@@ -107,11 +107,10 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
     let roads: Vec<Road> = roads.collect();
     let mut intersections = intersections(osm, &nodes, &positions, &pieces, &roads, &centres);
     islands::assign(osm, to_metres, &roads, &mut intersections);
-    let (beside, markings) = Default::default();
-    let mut network = RoadNetwork { side, country, beside, markings, roads, intersections, restrictions: Vec::new() };
+    let mut network = RoadNetwork { side, country, roads, intersections, ..RoadNetwork::default() };
     crossed::settle(osm, to_metres, &mut network, &mut notes);
     control::assign(&mut network, &mut notes);
-    network.restrictions = restrictions(osm, &network, &mut notes);
+    (network.restrictions, network.connections) = turns(osm, &network, &mut notes);
     Ok(Network { network, notes })
 }
 

@@ -1,4 +1,4 @@
-//! Turn restrictions, from relations to road ends.
+//! Turn restrictions and connections of lanes, from relations to road ends.
 
 use rustc_hash::FxHashMap;
 
@@ -6,9 +6,10 @@ use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::angle_between;
 use crate::osm::{ElementKind, OsmData, Relation};
 
+use super::connectivity;
 use super::control::{arrives, inbound};
 use super::features::only_travel;
-use super::{End, IntersectionIx, RoadEnd, RoadIx, RoadNetwork, TurnRestriction};
+use super::{End, IntersectionIx, LaneConnection, RoadEnd, RoadIx, RoadNetwork, TurnRestriction};
 
 /// Keys of restrictions that bind cars, from the most specific to the least.
 const KEYS: [&str; 4] = ["restriction:motorcar", "restriction:motor_vehicle", "restriction:vehicle", "restriction"];
@@ -41,8 +42,12 @@ struct Members {
     via_ways: Vec<i64>,
 }
 
-/// Reads every restriction of the data; one that cannot be placed is noted.
-pub(super) fn restrictions(osm: &OsmData, network: &RoadNetwork, notes: &mut Vec<Finding>) -> Vec<TurnRestriction> {
+/// Reads every restriction and connection of lanes of the data; one that cannot be placed is noted.
+pub(super) fn turns(
+    osm: &OsmData,
+    network: &RoadNetwork,
+    notes: &mut Vec<Finding>,
+) -> (Vec<TurnRestriction>, Vec<LaneConnection>) {
     let mut lookup = Lookup { network, roads_of_way: FxHashMap::default(), intersection_of_node: FxHashMap::default() };
     for (road, ix) in network.roads.iter().zip(0..) {
         lookup.roads_of_way.entry(road.key.way).or_default().push(RoadIx(ix));
@@ -53,24 +58,27 @@ pub(super) fn restrictions(osm: &OsmData, network: &RoadNetwork, notes: &mut Vec
     let mut ids: Vec<i64> = osm.relations.iter().map(|relation| relation.id).collect();
     ids.sort_unstable();
     ids.dedup();
-    let mut all = Vec::new();
+    let (mut all, mut connections) = (Vec::new(), Vec::new());
+    let mut skip = |fault: &'static str, what: &str, relation: &Relation, why: &str| {
+        let message = format!("{what} {} is passed over: {why}", relation.id);
+        notes.push(Finding::new(fault, Subject::Relation(relation.id), message).graded(Severity::Info));
+    };
     for relation in ids.into_iter().filter_map(|id| osm.relation(id)) {
-        let is_restriction = relation.tags.get("type").is_some_and(|t| t.split(':').next() == Some("restriction"));
-        if !is_restriction {
-            continue;
-        }
-        match lookup.read(relation) {
-            Ok(mut turns) => all.append(&mut turns),
-            Err(why) => {
-                let message = format!("turn restriction {} is passed over: {why}", relation.id);
-                let note = Finding::new("restriction-skipped", Subject::Relation(relation.id), message);
-                notes.push(note.graded(Severity::Info));
-            }
+        match relation.tags.get("type").and_then(|kind| kind.split(':').next()) {
+            Some("restriction") => match lookup.read(relation) {
+                Ok(mut turns) => all.append(&mut turns),
+                Err(why) => skip("restriction-skipped", "turn restriction", relation, why),
+            },
+            Some("connectivity") => match lookup.connection(relation) {
+                Ok(connection) => connections.push(connection),
+                Err(why) => skip("connectivity-skipped", "connection of lanes", relation, why),
+            },
+            _ => {}
         }
     }
     all.sort_by(|a, b| (a.relation, a.from, a.to, &a.via).cmp(&(b.relation, b.from, b.to, &b.via)));
     all.dedup();
-    all
+    (all, connections)
 }
 
 impl Lookup<'_> {
@@ -99,6 +107,24 @@ impl Lookup<'_> {
         };
         let turn = |(from, via, to)| TurnRestriction { relation: relation.id, from, via, to, only };
         Ok(turns.into_iter().map(turn).collect())
+    }
+
+    /// The lanes that a relation connects.
+    fn connection(&self, relation: &Relation) -> Result<LaneConnection, &'static str> {
+        let lanes = connectivity::lanes(&relation.tags)?;
+        let members = members(relation);
+        let from = self.ends_of_ways(&members.from)?;
+        let to = self.ends_of_ways(&members.to)?;
+        let turns = match (members.via_nodes.as_slice(), members.via_ways.as_slice()) {
+            ([node], []) => self.at_node(*node, &from, &to, "")?,
+            ([], []) => return Err("it has no via"),
+            ([], ways) => self.over_ways(ways, &from, &to)?,
+            _ => return Err("its via is neither one node nor ways"),
+        };
+        match turns.as_slice() {
+            [(from, _, to)] => Ok(LaneConnection { relation: relation.id, from: *from, to: *to, lanes }),
+            _ => Err("its ways pass through its via, and which of their parts are meant is not said"),
+        }
     }
 
     fn ends_of_ways(&self, ways: &[i64]) -> Result<Vec<RoadEnd>, &'static str> {
