@@ -240,7 +240,8 @@ fn assign_bus_roads(from: usize, arm: &Arm, targets: &[Target], all: &mut Vec<Mo
 fn connect(restricted: &Restricted, from: usize, arm: &Arm, targets: &[Target], all: &mut Vec<Movement>) {
     for target in targets {
         let Some(told) = restricted.lanes(arm.at, target.arm.at) else { continue };
-        if told.iter().any(|&[a, b]| a > arm.into.len() || b > target.arm.out.len()) {
+        let there = |&[a, b]: &[usize; 2]| (1..=arm.into.len()).contains(&a) && (1..=target.arm.out.len()).contains(&b);
+        if !told.iter().all(there) {
             continue;
         }
         all.retain(|m| (m.from, m.to) != (from, target.to));
@@ -251,18 +252,13 @@ fn connect(restricted: &Restricted, from: usize, arm: &Arm, targets: &[Target], 
 /// Leads the outermost lanes of each turn to all lanes of the road beyond those that the turn takes.
 fn fan_out(from: usize, arm: &Arm, targets: &[Target], all: &mut Vec<Movement>) {
     for target in targets {
-        let cars = |m: &&Movement| {
-            let kinds = [arm.into[m.in_lane].kind, target.arm.out[m.out_lane].kind];
-            (m.from, m.to) == (from, target.to) && kinds == [StripKind::Drive; 2]
-        };
-        let ends = |key: fn(&Movement) -> usize| {
-            (all.iter().filter(cars).map(key).min(), all.iter().filter(cars).map(key).max())
-        };
-        let ((Some(first_in), Some(last_in)), (Some(first), Some(last))) = (ends(|m| m.in_lane), ends(|m| m.out_lane))
-        else {
-            continue;
-        };
-        let open = |out: &usize| target.arm.out[*out].kind == StripKind::Drive;
+        let drive = |lane: &ArmLane| lane.kind == StripKind::Drive;
+        let own = all.iter().filter(|m| (m.from, m.to) == (from, target.to));
+        let cars = own.filter(|m| drive(&arm.into[m.in_lane]) && drive(&target.arm.out[m.out_lane]));
+        let (ins, outs): (Vec<usize>, Vec<usize>) = cars.map(|m| (m.in_lane, m.out_lane)).unzip();
+        let ends = |lanes: &[usize]| lanes.iter().min().copied().zip(lanes.iter().max().copied());
+        let (Some((first_in, last_in)), Some((first, last))) = (ends(&ins), ends(&outs)) else { continue };
+        let open = |out: &usize| drive(&target.arm.out[*out]);
         let led = |in_lane: usize| move |out_lane: usize| Movement { from, to: target.to, in_lane, out_lane };
         all.extend((0..first).filter(open).map(led(first_in)));
         all.extend((last + 1..target.arm.out.len()).filter(open).map(led(last_in)));

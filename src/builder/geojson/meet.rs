@@ -172,7 +172,7 @@ pub fn connections(parsed: &Parsed, by_id: &FxHashMap<&Id, RoadIx>) -> Result<Ve
             found.push(LaneConnection { relation: shape.relation, from, to, lanes: shape.lanes.clone() });
         }
     }
-    found.sort_by(|a, b| (a.relation, a.from, a.to).cmp(&(b.relation, b.from, b.to)));
+    found.sort_by_key(|connection: &LaneConnection| (connection.relation, connection.from, connection.to));
     Ok(found)
 }
 
