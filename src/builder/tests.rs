@@ -226,3 +226,67 @@ fn paint_changes_where_a_way_with_other_tags_begins() {
     assert_eq!(painted(&one_way("yes|yes"), &one_way("no|no")), ["dashed", "solid"]);
     assert_eq!(painted("overtaking=no", "overtaking=no"), ["solid"], "nothing changes: one road");
 }
+
+#[test]
+fn what_is_known_of_a_road_is_known_of_its_lanelets() {
+    let nodes = [(1, -60.0, 0.0, ""), (2, 0.0, 0.0, ""), (3, 60.0, 0.0, "")];
+    let street = "highway=residential lanes=2 name=Main maxspeed:forward=30 maxspeed:backward=50 surface=sett";
+    let yard = "highway=service service=parking_aisle lanes=2 surface=gravel";
+    let map = built(&nodes, &[(10, &[1, 2], street), (11, &[2, 3], yard)]).map;
+    let keys = ["subtype", "location", "one_way", "speed_limit", "road_name", "road_surface"];
+    let mut told: Vec<[&str; 6]> =
+        map.lanelets.iter().map(|lanelet| keys.map(|key| lanelet.attributes.get(key).unwrap_or("none"))).collect();
+    told.sort_unstable();
+    let expected = [
+        ["road", "private", "yes", "20", "none", "gravel"],
+        ["road", "private", "yes", "20", "none", "gravel"],
+        ["road", "urban", "yes", "30", "Main", "sett"],
+        ["road", "urban", "yes", "50", "Main", "sett"],
+    ];
+    assert_eq!(told, expected);
+}
+
+#[test]
+fn lights_stand_behind_the_intersection_and_face_who_waits() {
+    let nodes = [
+        (1, 0.0, 0.0, "highway=traffic_signals"),
+        (2, -90.0, 0.0, ""),
+        (3, 90.0, 0.0, ""),
+        (4, 0.0, -90.0, ""),
+        (5, 0.0, 90.0, ""),
+    ];
+    let tags = "highway=secondary lanes=4";
+    let ways: [(i64, &[i64], &str); 4] =
+        [(12, &[2, 1], tags), (13, &[3, 1], tags), (14, &[4, 1], tags), (15, &[5, 1], tags)];
+    for side in [DrivingSide::Right, DrivingSide::Left] {
+        let options = BuildOptions { driving_side: Some(side), ..BuildOptions::default() };
+        let map = built_as(&Asked { nodes: &nodes, ways: &ways, options }).map;
+        let points = |line| -> Vec<&crate::lanelet::Point> {
+            let line: &crate::lanelet::LineString = map.linestrings.get(line).unwrap();
+            line.points.iter().map(|id| map.points.get(*id).unwrap()).collect()
+        };
+        let lights: Vec<_> = map.regulatory_elements.iter().filter(|r| r.subtype == "traffic_light").collect();
+        assert_eq!(lights.len(), 8, "one for each lane that arrives");
+        for element in lights {
+            let [body, bulbs, stop] =
+                ["refers", "light_bulbs", "ref_line"].map(|role| points(element.linestrings(role).next().unwrap()));
+            let behind: Vec<&Lanelet> =
+                map.lanelets.iter().filter(|l| l.regulatory_elements.contains(&element.id)).collect();
+            assert!(!behind.is_empty());
+            // The line before the light is where these lanelets begin.
+            let ids: Vec<PointId> = stop.iter().map(|point| point.id).collect();
+            assert!(behind.iter().all(|lanelet| ends(&map, lanelet)[0] == ids[..]));
+            let ahead = crate::geometry::left_of(stop[0].position - stop[1].position) * -1.0;
+            let middle = |points: &[&crate::lanelet::Point]| nalgebra::center(&points[0].position, &points[1].position);
+            let off = (middle(&body) - middle(&stop)).dot(&ahead.normalize());
+            assert!((15.0..50.0).contains(&off), "{side:?}: {off} m ahead, on the far side");
+            // Its line runs from left to right of who looks at it, above what trucks need.
+            let across = (body[1].position - body[0].position).normalize();
+            let right = (stop[1].position - stop[0].position).normalize();
+            assert!(across.dot(&right) > 0.99, "{side:?}");
+            assert!(body.iter().all(|point| point.ele == Some(5.0)));
+            let colours: Vec<_> = bulbs.iter().map(|bulb| bulb.attributes.get("color").unwrap()).collect();
+            assert_eq!(colours, ["green", "yellow", "red"]);
+        }
+    }
+}
