@@ -1,21 +1,17 @@
 //! A PBF extract reads the same as the XML of the same extract.
 
-use std::path::PathBuf;
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
+
+mod support;
+
+use std::fs;
 
 use lanewright::osm::read_file;
-
-fn shared() -> Option<PathBuf> {
-    let path = std::env::var_os("LANEWRIGHT_SHARED")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared"), PathBuf::from);
-    path.is_dir().then_some(path)
-}
+use support::{lanewright, shared};
 
 #[test]
 fn pbf_and_xml_agree_to_the_last_bit() {
-    let Some(shared) = shared() else {
-        println!("skipped: ../shared is not here");
-        return;
-    };
+    let Some(shared) = shared() else { return };
     let xml = read_file(&shared.join("corpus/osm/harrisburg.osm")).unwrap();
     let pbf = read_file(&shared.join("corpus/osm/harrisburg.osm.pbf")).unwrap();
     assert_eq!((xml.nodes.len(), xml.ways.len()), (pbf.nodes.len(), pbf.ways.len()));
@@ -32,5 +28,25 @@ fn pbf_and_xml_agree_to_the_last_bit() {
     for relation in &xml.relations {
         let other = pbf.relation(relation.id).unwrap();
         assert_eq!((&relation.members, &relation.tags), (&other.members, &other.tags), "relation {}", relation.id);
+    }
+}
+
+#[test]
+fn pbf_and_xml_become_the_same_streets_and_the_same_map() {
+    let Some(shared) = shared() else { return };
+    let dir = tempfile::tempdir().unwrap();
+    let extract = |ending: &str| shared.join("corpus/osm/harrisburg").with_extension(ending).display().to_string();
+    let run = |arguments: &[&str]| lanewright(dir.path(), arguments).exits(0);
+    let same = |a: &str, b: &str| {
+        let [a, b] = [a, b].map(|name| fs::read(dir.path().join(name)).unwrap());
+        assert!(a.len() > 1_000_000 && a == b, "they differ");
+    };
+    run(&["geometry", &extract("osm"), "-o", "xml.geojson"]);
+    run(&["geometry", &extract("osm.pbf"), "-o", "pbf.geojson"]);
+    same("xml.geojson", "pbf.geojson");
+    if std::env::var_os("LANEWRIGHT_SOAK").is_some() {
+        run(&["build", &extract("osm"), "-o", "xml"]);
+        run(&["build", &extract("osm.pbf"), "-o", "pbf"]);
+        same("xml/lanelet2_map.osm", "pbf/lanelet2_map.osm");
     }
 }
