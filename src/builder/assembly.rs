@@ -10,7 +10,7 @@ use crate::lanelet::{
     PolygonId, RegulatoryElement, RegulatoryElementId, Shelf, Shelved, Target,
 };
 
-use super::heights::Ground;
+use super::heights::{Ground, rounded};
 use super::ids::{Id, IdTaken, Ids, Key};
 
 /// A [`LaneletMap`] and the ids it has used.
@@ -234,10 +234,28 @@ impl<'a> Assembly<'a> {
 
     /// Adds a point with tags.
     pub fn tagged_point(&mut self, key: Key, position: PlanePoint, ele: f64, attributes: Attributes) -> PointId {
-        let id = PointId(self.claim(key));
         let ele = self.ground.at(position) + ele;
+        self.point_at(key, position, ele, attributes)
+    }
+
+    /// Adds a point that lies at a height, metres, whatever the ground is.
+    pub fn point_at(&mut self, key: Key, position: PlanePoint, ele: f64, attributes: Attributes) -> PointId {
+        let id = PointId(self.claim(key));
         self.part.spots.insert(Spot { id, position, ele, attributes });
         id
+    }
+
+    /// Adds a point at a place on the straight piece from one point to another, whose slope it lies on.
+    pub fn point_between(&mut self, key: Key, position: PlanePoint, [from, to]: [PointId; 2]) -> PointId {
+        let [start, end] = [from, to].map(|id| self.position(id));
+        let [low, high] = [from, to].map(|id| self.height(id));
+        let part = ((position - start).norm() / (end - start).norm().max(f64::EPSILON)).min(1.0);
+        self.point_at(key, position, rounded(low + (high - low) * part), Attributes::new())
+    }
+
+    /// Heights of the places of a line on the ground from one point to another, which are among the places.
+    pub fn heights_along(&self, line: &[PlanePoint], ends: [PointId; 2]) -> Vec<f64> {
+        self.ground.along(line, ends.map(|id| self.height(id)))
     }
 
     /// Where a point lies.
@@ -260,18 +278,21 @@ impl<'a> Assembly<'a> {
         id
     }
 
-    /// Adds points between two that exist, and the line through all of them.
+    /// Adds the line along places from one point that exists to another, and the points between.
     pub fn line_between(
         &mut self,
         key: Key,
         [first, last]: [PointId; 2],
-        inner: &[PlanePoint],
+        line: &[PlanePoint],
         attributes: Attributes,
     ) -> LineStringId {
-        let mut points = Vec::with_capacity(inner.len() + 2);
+        let heights = self.heights_along(line, [first, last]);
+        let inner = 1..line.len().max(2) - 1;
+        let mut points = Vec::with_capacity(line.len().max(2));
         points.push(first);
-        for (i, p) in inner.iter().enumerate() {
-            points.push(self.point(key.word("point").number(i as i64), *p, 0.0));
+        for (number, i) in inner.enumerate() {
+            let key = key.word("point").number(number as i64);
+            points.push(self.point_at(key, line[i], heights[i], Attributes::new()));
         }
         points.push(last);
         self.line(key, points, attributes)

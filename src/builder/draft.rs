@@ -188,16 +188,26 @@ impl Draft {
             if !draft.cut_back(network) {
                 break;
             }
-            draft = draft.redrawn(network, restricted);
+            draft = draft.redrawn(network, restricted, &[]);
         }
         draft = draft.outlined(network, restricted);
         for _ in 0..ROUNDS_OUTLINED {
             if !draft.cut_clear(network) {
                 break;
             }
-            draft = draft.redrawn(network, restricted).outlined(network, restricted);
+            draft = draft.redrawn(network, restricted, &[]).outlined(network, restricted);
         }
         draft
+    }
+
+    /// Draws what changes where these roads have been laid at another height.
+    #[must_use]
+    pub fn relaid(mut self, network: &RoadNetwork, restricted: &Restricted, roads: &[RoadIx]) -> Self {
+        if roads.is_empty() {
+            return self;
+        }
+        self.joins.lift(roads);
+        self.redrawn(network, restricted, roads).outlined(network, restricted)
     }
 
     /// Draws everything but the ways of the intersections that are as they were before.
@@ -238,18 +248,19 @@ impl Draft {
         Self { joins, lines, assembly, lanes, ways, back, needs }.complete(network, restricted)
     }
 
-    /// Draws the roads whose cuts have moved, and the ways that end there.
-    fn redrawn(self, network: &RoadNetwork, restricted: &Restricted) -> Self {
+    /// Draws the roads whose cuts have moved, those that are to be drawn anew in any case, by their indices in order, and
+    /// the ways that end there.
+    fn redrawn(self, network: &RoadNetwork, restricted: &Restricted, anew: &[RoadIx]) -> Self {
         let Self { mut joins, lines: before, mut assembly, mut lanes, mut ways, back, needs } = self;
         let lines = connection_lines(network, &needs, &back);
         let beside = joins.beside(seams(network, &lines));
-        let moved =
-            |road: &RoadIx| before.kept[road.0 as usize] != lines.kept[road.0 as usize] || beside.contains(road);
+        let redrawn = |road: &RoadIx| beside.contains(road) || anew.binary_search(road).is_ok();
+        let moved = |road: &RoadIx| before.kept[road.0 as usize] != lines.kept[road.0 as usize] || redrawn(road);
         let moved: Vec<RoadIx> = (0..lines.kept.len()).map(|road| RoadIx(road as u32)).filter(moved).collect();
         redraw(&mut assembly, network, &lines, &mut joins, &mut lanes, &moved);
         let cut = |lines: &ConnectionLines, at: &RoadEnd| lines.kept[at.road.0 as usize][side(at.end)];
         for (ways, at) in ways.iter_mut().zip(&network.intersections) {
-            let stays = at.arms.iter().all(|at| cut(&before, at) == cut(&lines, at) && !beside.contains(&at.road));
+            let stays = at.arms.iter().all(|at| cut(&before, at) == cut(&lines, at) && !redrawn(&at.road));
             *ways = ways.take().filter(|_| stays).map(|ways| Ways { stood: true, ..ways });
         }
         Self { joins, lines, assembly, lanes, ways, back, needs }.complete(network, restricted)

@@ -117,6 +117,13 @@ impl Joins {
         assembly.stand_on(Ground::default());
     }
 
+    /// Takes back the nodes that these roads share with others, to be placed anew.
+    pub fn lift(&mut self, roads: &[RoadIx]) {
+        let of_roads = self.of_edge.iter().filter(|((at, _), _)| roads.binary_search(&at.road).is_ok());
+        let lifted: FxHashSet<usize> = of_roads.map(|(_, meeting)| *meeting).collect();
+        self.points.retain(|meeting, _| !lifted.contains(meeting));
+    }
+
     /// All nodes that two roads share.
     pub fn nodes(&self) -> FxHashSet<PointId> {
         self.points.values().copied().collect()

@@ -87,26 +87,27 @@ impl Bounds {
         let (low, high) = if a < b { (a, b) } else { (b, a) };
         let key = key.word("bound").number(low.0).number(high.0);
         let clean = curve::untangled(&places);
-        let inner = &clean[1.min(clean.len())..clean.len().max(2) - 1];
-        let mut points = Vec::with_capacity(inner.len() + 2);
+        let heights = assembly.heights_along(&clean, [a, b]);
+        let inner = 1.min(clean.len())..clean.len().max(2) - 1;
+        let mut points = Vec::with_capacity(clean.len().max(2));
         points.push(a);
-        for (i, &place) in inner.iter().enumerate() {
-            points.push(self.point(assembly, key.number(i as i64), place));
+        for (number, i) in inner.enumerate() {
+            points.push(self.point(assembly, key.number(number as i64), clean[i], heights[i]));
         }
         points.push(b);
         points.dedup();
         assembly.line(key, points, attributes)
     }
 
-    /// The point at a place, which may be there already.
-    fn point(&mut self, assembly: &mut Assembly, key: Key, place: Point) -> PointId {
+    /// The point at a place, at a height if it is not there already.
+    fn point(&mut self, assembly: &mut Assembly, key: Key, place: Point, height: f64) -> PointId {
         let cell = ((place.x / SAME).round() as i64, (place.y / SAME).round() as i64);
         let near = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (cell.0 + dx, cell.1 + dy)));
         let known = near.filter_map(|c| self.points.get(&c)).find(|&&id| (assembly.position(id) - place).norm() < SAME);
         if let Some(&id) = known {
             return id;
         }
-        let id = assembly.point(key, place, 0.0);
+        let id = assembly.point_at(key, place, height, Attributes::new());
         self.points.insert(cell, id);
         id
     }

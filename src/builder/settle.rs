@@ -2,7 +2,8 @@
 //!
 //! How much of a road the lanes at its ends take shows only when they are drawn. Where a way through an intersection
 //! runs over the end of a road that is too short to be cut back behind it, no vehicle can wait on that road: it lies
-//! inside, and the intersections at its ends are one. A dead end of that kind is no road at all.
+//! inside, and the intersections at its ends are one. A dead end of that kind is no road at all. When all are found, the roads
+//! are laid at heights that suit the cuts.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -10,6 +11,7 @@ use crate::diagnostic::{Finding, Severity, Subject};
 
 use super::consolidate::{ConsolidateOptions, MergeNote, take_in};
 use super::draft::Draft;
+use super::heights::{HeightOptions, evened};
 use super::restricted::Restricted;
 use super::road_network::{RoadIx, RoadKey, RoadNetwork};
 
@@ -31,7 +33,7 @@ pub struct Settled {
 }
 
 /// Draws a network and takes roads into intersections until no way runs over the end of a road. `kept` are the stations
-/// between which the outlines leave each road; the roads in `apart` are never taken in.
+/// between which the outlines leave each road; the roads in `apart` are never taken in. Last the heights are held once more.
 pub fn settle(mut network: RoadNetwork, mut kept: Vec<[f64; 2]>, apart: &FxHashSet<RoadKey>) -> Settled {
     let mut taken: Vec<Finding> = Vec::new();
     let mut refused = apart.clone();
@@ -46,6 +48,8 @@ pub fn settle(mut network: RoadNetwork, mut kept: Vec<[f64; 2]>, apart: &FxHashS
         taken.extend(merges.iter().filter(|note| note.merged).map(note));
         let Some(next) = next else {
             notes.append(&mut taken);
+            let relaid = evened(&mut network, &draft.lines.kept, &HeightOptions::default());
+            let draft = draft.relaid(&network, &restricted, &relaid);
             return Settled { network, restricted, draft, notes };
         };
         let stations: FxHashMap<RoadKey, [f64; 2]> = network.roads.iter().map(|road| road.key).zip(kept).collect();

@@ -25,7 +25,21 @@ pub struct Base {
     heights: Vec<f64>,
 }
 
+impl FromIterator<(f64, f64)> for Base {
+    /// From stations, in order, and the heights there.
+    fn from_iter<T: IntoIterator<Item = (f64, f64)>>(profile: T) -> Self {
+        let (stations, heights) = profile.into_iter().unzip();
+        Self { stations, heights }
+    }
+}
+
 impl Base {
+    /// What a road lies on.
+    pub fn under(road: &Road) -> Self {
+        let heights = road.heights.iter().copied().chain(std::iter::repeat(0.0));
+        road.line.stations().into_iter().zip(heights).collect()
+    }
+
     /// Height at a station.
     pub fn at(&self, station: f64) -> f64 {
         let i = self.stations.partition_point(|s| *s < station).clamp(1, self.stations.len() - 1);
@@ -49,10 +63,7 @@ pub fn bases(network: &RoadNetwork, options: &HeightOptions) -> Vec<Base> {
     let mut web = web(network, options);
     fill(&mut web, options.ground);
     let height = |place: usize| web.heights[place].unwrap_or(options.ground);
-    let base = |chain: &Vec<(f64, usize)>| Base {
-        stations: chain.iter().map(|(station, _)| *station).collect(),
-        heights: chain.iter().map(|(_, place)| height(*place)).collect(),
-    };
+    let base = |chain: &Vec<(f64, usize)>| chain.iter().map(|(station, place)| (*station, height(*place))).collect();
     web.chains.iter().map(base).collect()
 }
 

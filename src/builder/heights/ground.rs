@@ -13,6 +13,9 @@ const THERE: f64 = 1e-3;
 const ROW: f64 = 1e-3;
 /// Heights are written to a millimetre.
 const PER_METRE: f64 = 1e3;
+/// No bound climbs more than this, metres per metre: half as much again as the steepest road, as lanes do that cross an
+/// intersection on a slope.
+const STEEPEST: f64 = 0.45;
 
 /// How high the ground lies, metres.
 #[derive(Clone, Debug)]
@@ -68,8 +71,58 @@ impl Ground {
             }
             Self::Between(slope, above, [low, high]) => (slope.at(place) + between(above, place)).clamp(*low, *high),
         };
-        (height * PER_METRE).round() / PER_METRE
+        rounded(height)
     }
+
+    /// Heights of the places of a line between two ends whose heights are known.
+    pub fn along(&self, line: &[Point], [first, last]: [f64; 2]) -> Vec<f64> {
+        if let Self::Level(height) = self {
+            return vec![*height; line.len()];
+        }
+        let mut stations = Vec::with_capacity(line.len());
+        let mut station = 0.0;
+        for (i, place) in line.iter().enumerate() {
+            station += if i > 0 { (place - line[i - 1]).norm() } else { 0.0 };
+            stations.push(station);
+        }
+        let last_ix = line.len().saturating_sub(1);
+        let height = |(i, place): (usize, &Point)| match i {
+            0 => first,
+            i if i == last_ix => last,
+            _ => self.at(*place),
+        };
+        eased(&stations, line.iter().enumerate().map(height).collect())
+    }
+}
+
+/// Heights along a line, by stations, that climb no more than [`STEEPEST`] where the line does not as a whole: around a
+/// bend its inner side is much shorter than the middle of the road, and beside a ramp the ground may have a step. The ends stay.
+pub fn eased(stations: &[f64], mut heights: Vec<f64>) -> Vec<f64> {
+    let [Some(&first), Some(&last)] = [heights.first(), heights.last()] else { return heights };
+    let [Some(&from), Some(&to)] = [stations.first(), stations.last()] else { return heights };
+    let grade = if to > from { ((last - first).abs() / (to - from)).max(STEEPEST) } else { STEEPEST };
+    let climb = |i: usize| grade * (stations[i] - stations[i - 1]);
+    let (mut high, mut low) = (heights.clone(), heights.clone());
+    for i in 1..heights.len() {
+        high[i] = high[i].max(high[i - 1] - climb(i));
+        low[i] = low[i].min(low[i - 1] + climb(i));
+    }
+    for i in (1..heights.len()).rev() {
+        high[i - 1] = high[i - 1].max(high[i] - climb(i));
+        low[i - 1] = low[i - 1].min(low[i] + climb(i));
+    }
+    for (i, height) in heights.iter_mut().enumerate() {
+        let reach = [(first, stations[i] - from), (last, to - stations[i])].map(|(end, far)| (end, grade * far));
+        let least = reach.iter().map(|(end, climb)| end - climb).fold(f64::NEG_INFINITY, f64::max);
+        let most = reach.iter().map(|(end, climb)| end + climb).fold(f64::INFINITY, f64::min);
+        *height = rounded(f64::midpoint(high[i], low[i]).min(most).max(least));
+    }
+    heights
+}
+
+/// A height as it is written.
+pub fn rounded(height: f64) -> f64 {
+    (height * PER_METRE).round() / PER_METRE
 }
 
 /// A plane in space.

@@ -27,11 +27,11 @@ const FREE: i64 = 1 << 40;
 /// The room at such a crossing gives way by so many parts of what is asked.
 const PARTS: i64 = 4;
 
-/// Heights along one road at even stations, from end to end.
+/// Heights along one road, from end to end.
 #[derive(Clone, Debug)]
 pub struct Sampled {
-    /// Metres from one to the next.
-    pub step: f64,
+    /// Where, metres; not all in one place.
+    pub stations: Vec<f64>,
     /// The ground, metres.
     pub ground: Vec<f64>,
     /// Where the road is to lie, metres.
@@ -42,7 +42,9 @@ pub struct Sampled {
 
 impl Sampled {
     fn nearest(&self, station: f64) -> usize {
-        ((station / self.step).round().max(0.0) as usize).min(self.wanted.len() - 1)
+        let behind = self.stations.partition_point(|s| *s < station).min(self.stations.len() - 1);
+        let before = behind.saturating_sub(1);
+        if station - self.stations[before] < self.stations[behind] - station { before } else { behind }
     }
 
     /// What lies so near a station that it counts for the height there.
@@ -51,6 +53,9 @@ impl Sampled {
         at.saturating_sub(REACH)..=(at + REACH).min(self.wanted.len() - 1)
     }
 }
+
+/// A place of a road: its index in the network, and the station, metres.
+pub type OnRoad = (usize, f64);
 
 /// What binds the height of one place to that of another.
 #[derive(Clone, Copy)]
@@ -64,7 +69,11 @@ enum Bound {
 }
 
 /// All places with a height, the intersections first, and how they bind each other.
-struct Web {
+pub struct Web<'a> {
+    network: &'a RoadNetwork,
+    sampled: &'a [Sampled],
+    /// Per road the first of the places between its ends.
+    inner: Vec<usize>,
     wanted: Vec<i64>,
     /// Pairs of places with the most that one may lie above the other.
     climbs: Vec<(usize, usize, i64)>,
@@ -72,52 +81,94 @@ struct Web {
     rooms: Vec<(usize, usize, i64)>,
 }
 
-/// Heights of every road that hold the grades, and the room at crossings where it can be had.
-pub fn limited(
-    network: &RoadNetwork,
-    sampled: &[Sampled],
-    crossings: &[Crossing],
-    options: &HeightOptions,
-) -> Vec<Vec<f64>> {
-    let mut web = Web { wanted: vec![0; network.intersections.len()], climbs: Vec::new(), rooms: Vec::new() };
-    let mut places = Vec::with_capacity(sampled.len());
-    for (road, sampled) in network.roads.iter().zip(sampled) {
-        let last = sampled.wanted.len() - 1;
-        let first = web.wanted.len();
-        web.wanted.resize(first + last.saturating_sub(1), 0);
-        let place = |i: usize| match i {
-            0 => road.from.0 as usize,
-            i if i == last => road.to.0 as usize,
-            i => first + i - 1,
-        };
-        let chain: Vec<usize> = (0..=last).map(place).collect();
-        for (at, height) in chain.iter().zip(&sampled.wanted) {
-            web.wanted[*at] = units(*height);
+impl<'a> Web<'a> {
+    /// The places of all roads, the grades between them, and the room at crossings.
+    pub fn new(
+        network: &'a RoadNetwork,
+        sampled: &'a [Sampled],
+        crossings: &[Crossing],
+        options: &HeightOptions,
+    ) -> Self {
+        let mut next = network.intersections.len();
+        let mut inner = Vec::with_capacity(sampled.len());
+        for road in sampled {
+            inner.push(next);
+            next += road.wanted.len().saturating_sub(2);
         }
-        let [usual, most] = [options.grade_of(road), options.steepest_of(road)];
-        for (i, pair) in chain.windows(2).enumerate() {
-            let middle = sampled.step * (i as f64 + 0.5);
+        let (wanted, climbs, rooms) = (vec![0; next], Vec::with_capacity(next), Vec::new());
+        let mut web = Self { network, sampled, inner, wanted, climbs, rooms };
+        for (i, road) in network.roads.iter().enumerate() {
+            web.add(i, [options.grade_of(road), options.steepest_of(road)]);
+        }
+        for Crossing { upper: (upper, above), lower: (lower, below), levels, .. } in crossings {
+            let room = units(levels * options.storey);
+            let [high, low] = [web.at((*upper, *above)), web.at((*lower, *below))];
+            let over = sampled[*upper].around(*above).map(|i| (low, web.place(*upper, i), room));
+            let under = sampled[*lower].around(*below).map(|i| web.place(*lower, i)).filter(|at| *at != low);
+            let rooms: Vec<_> = over.chain(under.map(|low| (low, high, room))).collect();
+            web.rooms.extend(rooms);
+        }
+        web
+    }
+
+    /// The wanted heights of a road, and what it may climb: by a ramp, and at most.
+    fn add(&mut self, road: usize, [usual, most]: [f64; 2]) {
+        let Sampled { stations, ground, wanted, kept } = &self.sampled[road];
+        for (i, height) in wanted.iter().enumerate() {
+            let place = self.place(road, i);
+            self.wanted[place] = units(*height);
+        }
+        for (i, pair) in stations.windows(2).enumerate() {
+            let (length, middle) = (pair[1] - pair[0], (pair[0] + pair[1]) / 2.0);
             // Between intersections a road may climb as the ground does; these are built as level as ramps allow.
-            let ground = match (sampled.kept[0]..=sampled.kept[1]).contains(&middle) {
-                true => (sampled.ground[i + 1] - sampled.ground[i]).abs(),
+            let ground = match (kept[0]..=kept[1]).contains(&middle) {
+                true => (ground[i + 1] - ground[i]).abs(),
                 false => 0.0,
             };
-            let climb = ground.min(most * sampled.step).max(usual * sampled.step);
-            web.climbs.push((pair[0], pair[1], units(climb) + 1));
+            let climb = ground.min(most * length).max(usual * length);
+            self.climbs.push((self.place(road, i), self.place(road, i + 1), units(climb) + 1));
         }
-        places.push(chain);
     }
-    for Crossing { upper: (upper, above), lower: (lower, below), levels, .. } in crossings {
-        let room = units(levels * options.storey);
-        let [high, low] =
-            [(*upper, *above), (*lower, *below)].map(|(road, at)| places[road][sampled[road].nearest(at)]);
-        web.rooms.extend(sampled[*upper].around(*above).map(|i| (low, places[*upper][i], room)));
-        let others = sampled[*lower].around(*below).map(|i| places[*lower][i]).filter(|at| *at != low);
-        web.rooms.extend(others.map(|low| (low, high, room)));
+
+    /// A place by the road and its index there.
+    fn place(&self, road: usize, i: usize) -> usize {
+        let ends = &self.network.roads[road];
+        match i {
+            0 => ends.from.0 as usize,
+            i if i + 1 == self.sampled[road].stations.len() => ends.to.0 as usize,
+            i => self.inner[road] + i - 1,
+        }
     }
-    let heights = web.held();
-    let height = |place: &usize| heights[*place] as f64 / PER_METRE;
-    places.iter().map(|chain| chain.iter().map(height).collect()).collect()
+
+    /// The place nearest to a station of a road.
+    fn at(&self, (road, station): OnRoad) -> usize {
+        self.place(road, self.sampled[road].nearest(station))
+    }
+
+    /// Lets everything stay as it is wanted that breaks a bound.
+    pub fn loosen(&mut self) {
+        let wanted = &self.wanted;
+        for (a, b, climb) in &mut self.climbs {
+            *climb = (*climb).max((wanted[*a] - wanted[*b]).abs());
+        }
+        for (low, high, room) in &mut self.rooms {
+            *room = (*room).min(wanted[*high] - wanted[*low]);
+        }
+    }
+
+    /// Lets two places differ by so many metres at most.
+    pub fn tie(&mut self, [a, b]: [OnRoad; 2], climb: f64) {
+        let tie = (self.at(a), self.at(b), units(climb));
+        self.climbs.push(tie);
+    }
+
+    /// Heights of every road that hold the grades, and the room at crossings where it can be had.
+    pub fn heights(&mut self) -> Vec<Vec<f64>> {
+        let held = self.held();
+        let height = |road: usize, i: usize| held[self.place(road, i)] as f64 / PER_METRE;
+        let along = |road: usize| (0..self.sampled[road].stations.len()).map(|i| height(road, i)).collect();
+        (0..self.sampled.len()).map(along).collect()
+    }
 }
 
 fn negated(heights: Vec<i64>) -> Vec<i64> {
@@ -128,7 +179,7 @@ fn units(metres: f64) -> i64 {
     (metres * PER_METRE).round() as i64
 }
 
-impl Web {
+impl Web<'_> {
     /// The heights nearest to the wanted ones that keep all bounds.
     fn held(&mut self) -> Vec<i64> {
         let steep = self.climbs.iter().any(|(a, b, climb)| (self.wanted[*a] - self.wanted[*b]).abs() > *climb);

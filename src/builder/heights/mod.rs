@@ -7,6 +7,7 @@
 
 mod base;
 mod crossings;
+mod evened;
 mod ground;
 mod limit;
 mod ramp;
@@ -23,10 +24,11 @@ use super::road_network::{Road, RoadClass, RoadNetwork};
 
 use base::Base;
 use crossings::{Crossing, crossings};
-use limit::{Sampled, limited};
+use limit::{Sampled, Web};
 use ramp::Ramp;
 
-pub use ground::Ground;
+pub use evened::evened;
+pub use ground::{Ground, rounded};
 pub use spots::{Spots, spots};
 
 /// Height from one level to the next, metres: 4.5 m of clearance, as most countries ask for, and the deck.
@@ -123,11 +125,11 @@ pub fn raised(mut network: RoadNetwork, kept: &[[f64; 2]], options: &HeightOptio
     let ramps = ramp::ramps(&network, kept, &bases, &crossings, options);
     let roads = network.roads.iter().zip(kept).zip(bases.iter().zip(&ramps));
     let sampled: Vec<Sampled> = roads.map(|((road, kept), (base, ramp))| sampled(road, *kept, base, ramp)).collect();
-    let heights = limited(&network, &sampled, &crossings, options);
+    let heights = Web::new(&network, &sampled, &crossings, options).heights();
     let mut findings = Vec::new();
     for ((road, sampled), heights) in network.roads.iter_mut().zip(&sampled).zip(&heights) {
         findings.extend(astray(road, sampled, heights));
-        lay(road, &profile(sampled.step, heights));
+        lay(road, &profile(&sampled.stations, heights));
     }
     findings.extend(crossings.iter().filter_map(|crossing| cramped(&network, crossing, options.storey)));
     (network, findings)
@@ -138,20 +140,20 @@ fn sampled(road: &Road, kept: [f64; 2], base: &Base, ramp: &Ramp) -> Sampled {
     let length = road.line.length();
     let pieces = (length / STEP).ceil().max(1.0) as usize;
     let step = length / pieces as f64;
-    let stations = || (0..=pieces).map(|i| step * i as f64);
-    let ground: Vec<f64> = stations().map(|station| base.at(station)).collect();
-    let wanted = stations().zip(&ground).map(|(station, ground)| ground + ramp.at(station)).collect();
-    Sampled { step, ground, wanted, kept }
+    let stations: Vec<f64> = (0..=pieces).map(|i| step * i as f64).collect();
+    let ground: Vec<f64> = stations.iter().map(|station| base.at(*station)).collect();
+    let wanted = stations.iter().zip(&ground).map(|(station, ground)| ground + ramp.at(*station)).collect();
+    Sampled { stations, ground, wanted, kept }
 }
 
 /// Heights by station, as few as tell the height everywhere, from those at even steps.
-fn profile(step: f64, heights: &[f64]) -> Vec<(f64, f64)> {
+fn profile(stations: &[f64], heights: &[f64]) -> Vec<(f64, f64)> {
     // As far to the one side as to the other, so that the ends stay and a steady grade does, too.
     let mean = |i: usize| {
         let reach = REACH.min(i).min(heights.len() - 1 - i);
         heights[i - reach..=i + reach].iter().sum::<f64>() / (2 * reach + 1) as f64
     };
-    let all: Vec<(f64, f64)> = (0..heights.len()).map(|i| (step * i as f64, mean(i))).collect();
+    let all: Vec<(f64, f64)> = stations.iter().copied().zip((0..heights.len()).map(mean)).collect();
     fewest(&all)
 }
 
@@ -212,7 +214,7 @@ fn astray(road: &Road, sampled: &Sampled, heights: &[f64]) -> Option<Finding> {
             if off(worst) > 0.0 { "higher" } else { "lower" },
         );
         Finding::new("grade-held", Subject::Way(road.key.way), message)
-            .at(Place::Point(road.line.at(sampled.step * worst as f64)))
+            .at(Place::Point(road.line.at(sampled.stations[worst])))
             .graded(Severity::Info)
     })
 }

@@ -1,7 +1,8 @@
 //! Heights of hand-written networks.
 
+use super::ground::eased;
 use super::*;
-use crate::builder::road_network::{NetworkOptions, road_network};
+use crate::builder::road_network::{NetworkOptions, RoadIx, road_network};
 use crate::osm::{OsmData, read_bytes};
 use crate::projection::LonLat;
 
@@ -242,6 +243,67 @@ fn terrain_is_followed_but_not_under_a_bridge() {
     let flat: Arc<Surface> = Arc::new(|places: &[Point]| vec![Some(50.0); places.len()]);
     let (network, _) = laid(overpass(), &HeightOptions { terrain: Some(flat), ..HeightOptions::default() });
     assert!((height(road(&network, 11), 30.0) - 56.0).abs() < 1e-3);
+}
+
+/// Two streets that leave node 2 side by side, of which one climbs to a bridge 90 m from there.
+fn beside_a_ramp() -> RoadNetwork {
+    let nodes = [
+        (1, -100.0, 0.0, None),
+        (2, 0.0, 0.0, None),
+        (3, 90.0, 9.0, None),
+        (4, 300.0, 30.0, None),
+        (5, 400.0, -40.0, None),
+    ];
+    let street = ("highway", "tertiary");
+    let ways: [Way<'_>; 4] = [
+        (10, &[1, 2], &[street]),
+        (11, &[2, 3], &[street]),
+        (12, &[3, 4], &[street, ("bridge", "yes")]),
+        (13, &[2, 5], &[street]),
+    ];
+    laid(network(&nodes, &ways).0, &HeightOptions::default()).0
+}
+
+#[test]
+fn roads_cut_farther_back_than_their_outlines_ask_end_without_a_step() {
+    let mut network = beside_a_ramp();
+    let at = |way: i64| network.roads.iter().position(|road| road.key.way == way).unwrap();
+    let (ramp, beside) = (at(11), at(13));
+    let mut kept: Vec<[f64; 2]> = network.roads.iter().map(|road| [0.0, road.line.length()]).collect();
+    kept[ramp][0] = 45.0;
+    kept[beside][0] = 45.0;
+    let step =
+        |network: &RoadNetwork| (height(&network.roads[ramp], 45.0) - height(&network.roads[beside], 45.0)).abs();
+    assert!(step(&network) > 1.5, "{}", step(&network));
+    let before = network.clone();
+    let changed = evened(&mut network, &kept, &HeightOptions::default());
+    assert!(changed.contains(&RoadIx(ramp as u32)) && changed.contains(&RoadIx(beside as u32)), "{changed:?}");
+    // Their kerbs are less than 3 m apart there.
+    assert!(step(&network) < 0.3, "{}", step(&network));
+    assert!(network.roads.iter().all(|road| steepest(road) <= 0.08 * 1.05), "grades hold all the same");
+    for (way, station) in [(10, 0.0), (12, 200.0), (13, 400.0)] {
+        let [old, new] = [&before, &network].map(|network| height(road(network, way), station));
+        assert!((old - new).abs() < 1e-9, "{way}: far away all stays");
+    }
+}
+
+#[test]
+fn roads_without_a_step_between_their_ends_stay_as_they_are() {
+    let mut network = beside_a_ramp();
+    let kept: Vec<[f64; 2]> = network.roads.iter().map(|road| [0.0, road.line.length()]).collect();
+    assert!(evened(&mut network, &kept, &HeightOptions::default()).is_empty());
+}
+
+#[test]
+fn a_bound_climbs_no_more_than_it_must() {
+    let stations = [0.0, 10.0, 10.2, 20.0, 30.0];
+    // Inside a bend: 1 m of height between two places 0.2 m apart.
+    let heights = eased(&stations, vec![0.0, 1.0, 2.0, 3.0, 3.5]);
+    for (s, h) in stations.windows(2).zip(heights.windows(2)) {
+        assert!((h[1] - h[0]).abs() <= 0.46 * (s[1] - s[0]), "{heights:?}");
+    }
+    assert_eq!([heights[0], heights[3], heights[4]], [0.0, 3.0, 3.5], "what is not steep stays");
+    assert_eq!(eased(&[0.0, 1.0, 2.0], vec![0.0, 5.0, 2.0]), [0.0, 1.0, 2.0], "the ends are steeper than that apart");
 }
 
 #[test]

@@ -60,8 +60,7 @@ pub fn borders(
             if inverted {
                 places.reverse();
             }
-            let inner = &places[1..places.len().max(2) - 1];
-            Some(Bound { line: assembly.line_between(key, ends, inner, attributes), inverted })
+            Some(Bound { line: assembly.line_between(key, ends, &places, attributes), inverted })
         })
         .collect()
 }

@@ -286,7 +286,7 @@ fn border_pieces(
     let key = |cause: Cause| cause.of(road_key("border", road)).number(edge as i64);
     let nodes = cuts.iter().map(|cut| {
         let (i, place) = place(Some(&cut.places), edge)?;
-        Some((i, assembly.point(key(cut.cause).word("cut"), place, 0.0)))
+        Some((i, assembly.point_between(key(cut.cause).word("cut"), place, [*ids.get(i)?, *ids.get(i + 1)?])))
     });
     let nodes: Vec<Option<(usize, PointId)>> = nodes.collect();
     let mut lines = Vec::with_capacity(pieces.len());

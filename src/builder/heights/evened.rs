@@ -1,0 +1,111 @@
+//! Heights held once more where lanes have been cut: the roads of an intersection end there without a step between them.
+//!
+//! Heights are worked out for the cuts that the outlines ask for. Ways that swing out cut the lanes back farther, each road on a
+//! ramp of its own, so that two may end side by side at unlike heights. What remains of the step is spread over the roads
+//! around, as gently as the grades allow; where there is none, nothing changes.
+
+use rayon::prelude::*;
+
+use crate::builder::connection::{carriageway, on_cut, side};
+use crate::builder::road_network::{Road, RoadEnd, RoadIx, RoadNetwork};
+use crate::geometry::{Point, Polyline};
+
+use super::base::Base;
+use super::crossings::crossings;
+use super::limit::{OnRoad, Sampled, Web};
+use super::{HeightOptions, STEP, TOLERANCE, fewest, lay};
+
+/// Stations closer than this, metres, are one.
+const SAME: f64 = 1.0;
+/// Ends that touch may differ by this much, metres, which no wheel feels.
+const LEAST: f64 = 0.02;
+
+/// The ends of two roads at one intersection, and the most that one may lie above the other, metres.
+struct Tie {
+    ends: [OnRoad; 2],
+    climb: f64,
+}
+
+/// Changes the heights of roads that are cut at the stations `kept`, so that between their ends at an intersection there is no
+/// more to climb than on a ramp. Gives the roads that changed.
+pub fn evened(network: &mut RoadNetwork, kept: &[[f64; 2]], options: &HeightOptions) -> Vec<RoadIx> {
+    if network.roads.iter().all(|road| road.heights.is_empty()) {
+        return Vec::new();
+    }
+    let before: Vec<Base> = network.roads.par_iter().map(Base::under).collect();
+    let ties = ties(network, kept, options);
+    let holds = |tie: &Tie| {
+        let [a, b] = tie.ends.map(|(road, station)| before[road].at(station));
+        (a - b).abs() <= tie.climb
+    };
+    if ties.iter().all(holds) {
+        return Vec::new();
+    }
+    let roads = network.roads.par_iter().zip(kept).zip(&before);
+    let sampled: Vec<Sampled> = roads.map(|((road, kept), before)| sampled(road, *kept, before)).collect();
+    let crossings = crossings(network, kept);
+    let mut web = Web::new(network, &sampled, &crossings, options);
+    web.loosen();
+    ties.iter().for_each(|tie| web.tie(tie.ends, tie.climb));
+    let heights = web.heights();
+    let roads = network.roads.par_iter_mut().enumerate().zip(&before);
+    let changed =
+        roads.zip(sampled.par_iter().zip(&heights)).filter_map(|(((i, road), before), (sampled, heights))| {
+            let change = sampled.wanted.iter().zip(heights).map(|(before, height)| height - before);
+            let change = fewest(&sampled.stations.iter().copied().zip(change).collect::<Vec<_>>());
+            if change.iter().all(|(_, by)| by.abs() < TOLERANCE) {
+                return None;
+            }
+            let mut stations: Vec<f64> = road.line.stations().into_iter().chain(change.iter().map(|at| at.0)).collect();
+            stations.sort_by(f64::total_cmp);
+            stations.dedup();
+            let change: Base = change.into_iter().collect();
+            let profile: Vec<(f64, f64)> = stations.into_iter().map(|s| (s, before.at(s) + change.at(s))).collect();
+            lay(road, &profile);
+            Some(RoadIx(i as u32))
+        });
+    changed.collect()
+}
+
+/// The ends of every two roads of every intersection.
+fn ties(network: &RoadNetwork, kept: &[[f64; 2]], options: &HeightOptions) -> Vec<Tie> {
+    let tie = |a: RoadEnd, b: RoadEnd| {
+        let [one, other] = [a, b].map(|at| cut(network, kept, at));
+        let apart = match (Polyline::new(one), Polyline::new(other)) {
+            (Some(line), Some(beside)) => {
+                let to = |line: &Polyline, ends: [Point; 2]| line.distance(ends[0]).min(line.distance(ends[1]));
+                to(&line, other).min(to(&beside, one))
+            }
+            _ => (one[0] - other[0]).norm(),
+        };
+        let grade = options.grade_of(network.road(a.road)).max(options.grade_of(network.road(b.road)));
+        let end = |at: RoadEnd| (at.road.0 as usize, kept[at.road.0 as usize][side(at.end)]);
+        Tie { ends: [end(a), end(b)], climb: (grade * apart).max(LEAST) }
+    };
+    let of_arms = |arms: &[RoadEnd]| -> Vec<Tie> {
+        let pairs = arms.iter().enumerate().flat_map(|(i, a)| arms[i + 1..].iter().map(move |b| (*a, *b)));
+        pairs.map(|(a, b)| tie(a, b)).collect()
+    };
+    network.intersections.par_iter().flat_map_iter(|at| of_arms(&at.arms)).collect()
+}
+
+/// The ends of the cut across the carriageway of a road.
+fn cut(network: &RoadNetwork, kept: &[[f64; 2]], RoadEnd { road: ix, end }: RoadEnd) -> [Point; 2] {
+    let road = network.road(ix);
+    let (left, right) = carriageway(&road.section);
+    [left, right].map(|edge| on_cut(road, end, kept[ix.0 as usize][side(end)], road.section.edge(edge)))
+}
+
+/// Heights as they are, at even stations of a road and where it is cut.
+fn sampled(road: &Road, kept: [f64; 2], before: &Base) -> Sampled {
+    let length = road.line.length();
+    let pieces = (length / STEP).ceil().max(1.0) as usize;
+    let cuts: Vec<f64> = kept.into_iter().filter(|cut| (SAME..=length - SAME).contains(cut)).collect();
+    let even = (0..=pieces).map(|i| length * i as f64 / pieces as f64);
+    let inner = |s: &f64| *s == 0.0 || *s == length || cuts.iter().all(|cut| (cut - s).abs() > SAME);
+    let mut stations: Vec<f64> = even.filter(inner).chain(cuts.iter().copied()).collect();
+    stations.sort_by(f64::total_cmp);
+    stations.dedup();
+    let wanted: Vec<f64> = stations.iter().map(|station| before.at(*station)).collect();
+    Sampled { stations, ground: wanted.clone(), wanted, kept }
+}
