@@ -1,6 +1,7 @@
 //! What lies beside the lanes for cars as lanelets: bicycle lanes, shoulders, parked cars, strips for people on foot.
 //!
-//! Strips of one use side by side are one lanelet. It shares its borders with what lies on either side, as far as that is
+//! Strips of one use side by side are one lanelet, or two on each other where bicycles ride both ways: so either shares its
+//! border with the lane beside it. It shares its borders with what lies on either side, as far as that is
 //! a lanelet, too: Autoware finds it from the lane over the common way only.
 
 #[cfg(test)]
@@ -20,6 +21,8 @@ use super::sound::sound;
 
 /// Widths of a lane for bicycles, metres: what is narrower is no lane, what is wider no lane for bicycles alone.
 const BICYCLE: std::ops::RangeInclusive<f64> = 0.8..=3.0;
+/// The same where bicycles ride both ways, metres: at most two lanes.
+const BICYCLE_BOTH_WAYS: std::ops::RangeInclusive<f64> = 0.8..=6.0;
 /// A vehicle halts on what is at least so wide, metres, in part; narrower strips are the edge of the road.
 const SHOULDER_LEAST: f64 = 1.0;
 /// One person walks on what is at least so wide, metres.
@@ -47,8 +50,19 @@ pub struct Run {
     pub used: Use,
     /// The strips, by index.
     pub strips: Range<usize>,
-    /// Which way its lanelet runs.
+    /// Which way its lanelet runs; two that lie on each other where it is both ways.
     pub travel: Travel,
+}
+
+impl Run {
+    /// For each of its lanelets whether it runs against the road's line.
+    pub fn directions(&self) -> &'static [bool] {
+        match (self.travel, self.used) {
+            (Travel::Backward, _) => &[true],
+            (Travel::Both, Use::Bicycle) => &[false, true],
+            _ => &[false],
+        }
+    }
 }
 
 /// What lies beside the driven strips of a section, from left to right.
@@ -79,7 +93,7 @@ fn whole(section: &CrossSection) -> Vec<Run> {
         let strips = if used == Use::Bicycle { with_buffers(section, begin..at) } else { begin..at };
         let width: f64 = section.strips[strips.clone()].iter().map(|strip| strip.width).sum();
         let fits = match used {
-            Use::Bicycle => BICYCLE.contains(&width),
+            Use::Bicycle => bicycle_widths(section, begin..at).contains(&width),
             Use::Shoulder => width >= SHOULDER_LEAST,
             Use::Pedestrian => width >= PEDESTRIAN_LEAST,
         };
@@ -104,14 +118,20 @@ fn used(kind: StripKind) -> Option<Use> {
 fn with_buffers(section: &CrossSection, bicycles: Range<usize>) -> Range<usize> {
     let buffer = |i: usize| section.strips.get(i).is_some_and(|strip| strip.kind == StripKind::Buffer);
     let wide = |range: &Range<usize>| section.strips[range.clone()].iter().map(|s| s.width).sum::<f64>();
+    let most = *bicycle_widths(section, bicycles.clone()).end();
     let mut range = bicycles;
-    if range.start > 0 && buffer(range.start - 1) && *BICYCLE.end() >= wide(&(range.start - 1..range.end)) {
+    if range.start > 0 && buffer(range.start - 1) && most >= wide(&(range.start - 1..range.end)) {
         range.start -= 1;
     }
-    if buffer(range.end) && *BICYCLE.end() >= wide(&(range.start..range.end + 1)) {
+    if buffer(range.end) && most >= wide(&(range.start..range.end + 1)) {
         range.end += 1;
     }
     range
+}
+
+/// How wide strips for bicycles can be, metres.
+fn bicycle_widths(section: &CrossSection, strips: Range<usize>) -> std::ops::RangeInclusive<f64> {
+    if section.strips[strips.start].travel == Travel::Both { BICYCLE_BOTH_WAYS } else { BICYCLE }
 }
 
 /// Bicycles have a direction of their own; all else runs as the traffic beside it does.
@@ -151,8 +171,10 @@ pub fn beside(assembly: &mut Assembly, network: &RoadNetwork, lanes: &Lanes) -> 
         let pieces: Vec<(Key, &[Option<Bound>])> = pieces.collect();
         for run in runs(&road.section) {
             for &(key, borders) in &pieces {
-                let lanelet = lanelet(assembly, road, (key, borders), &run, &network.beside);
-                bicycles.extend(lanelet.filter(|_| run.used == Use::Bicycle));
+                for &backward in run.directions() {
+                    let lanelet = lanelet(assembly, road, (key, borders), (&run, backward), &network.beside);
+                    bicycles.extend(lanelet.filter(|_| run.used == Use::Bicycle));
+                }
             }
         }
     }
@@ -164,7 +186,7 @@ fn lanelet(
     assembly: &mut Assembly,
     road: &Road,
     (key, borders): (Key, &[Option<Bound>]),
-    run: &Run,
+    (run, backward): (&Run, bool),
     settings: &BesideSettings,
 ) -> Option<LaneletId> {
     let parked = road.section.strips[run.strips.clone()].iter().any(|strip| strip.kind == StripKind::Parking);
@@ -182,19 +204,26 @@ fn lanelet(
     if !wanted {
         return None;
     }
-    let [left, right] = bounds(assembly, road, borders, run)?;
+    let [left, right] = bounds(assembly, road, borders, (run, backward))?;
     let key = key.number(run.strips.start as i64);
+    let key = if backward && run.travel == Travel::Both { key.word("back") } else { key };
     let mut attributes = attributes(road, run, settings);
     attributes.push("road_id", crate::osm::Text::from(road.key.to_string()));
     Some(assembly.lanelet(key, left, right, attributes))
 }
 
-/// The bounds of the lanelet of a run, in its direction; `None` if there is no room for it.
-pub fn bounds(assembly: &Assembly, road: &Road, borders: &[Option<Bound>], run: &Run) -> Option<[Bound; 2]> {
+/// The bounds of the lanelet of a run that runs along the road's line or against it, in its direction; `None` if there is no
+/// room for it.
+pub fn bounds(
+    assembly: &Assembly,
+    road: &Road,
+    borders: &[Option<Bound>],
+    (run, backward): (&Run, bool),
+) -> Option<[Bound; 2]> {
     let border = |edge: usize| borders.get(edge).copied().flatten();
     let (left, right) = (border(run.strips.start)?, border(run.strips.end)?);
     let turned = |bound: Bound| Bound { inverted: !bound.inverted, ..bound };
-    let bounds = if run.travel == Travel::Backward { [turned(right), turned(left)] } else { [left, right] };
+    let bounds = if backward { [turned(right), turned(left)] } else { [left, right] };
     let width: f64 = road.section.strips[run.strips.clone()].iter().map(|strip| strip.width).sum();
     sound(&bounds.map(|bound| assembly.bound_line(bound)), width).then_some(bounds)
 }
@@ -209,9 +238,7 @@ pub fn attributes(road: &Road, run: &Run, settings: &BesideSettings) -> Attribut
         (Use::Pedestrian, _) => ("pedestrian_lane", CRAWLING),
     };
     let location = if road.public { "urban" } else { "private" };
-    let both = run.travel == Travel::Both && run.used == Use::Bicycle;
-    let one_way = if both && subtype == "bicycle_lane" { "no" } else { "yes" };
-    let mut tags = tags(&[("type", "lanelet"), ("subtype", subtype), ("location", location), ("one_way", one_way)]);
+    let mut tags = tags(&[("type", "lanelet"), ("subtype", subtype), ("location", location), ("one_way", "yes")]);
     tags.push("speed_limit", speed);
     tags
 }

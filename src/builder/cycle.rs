@@ -1,5 +1,6 @@
-//! Lanes for bicycles through an intersection: where a bicycle lane ends and another begins, straight ahead or around
-//! the near corner, a lanelet joins the two. Who turns across the traffic does so on foot, or among it.
+//! Lanes for bicycles through an intersection: where a bicycle lane ends and another begins on the same side of the traffic,
+//! straight ahead or around the corner beside it, a lanelet joins the two. Who turns across the traffic does so on foot, or
+//! among it.
 
 #[cfg(test)]
 mod tests;
@@ -11,14 +12,14 @@ use crate::settings::BicycleLanes;
 use super::assembly::{Assembly, tags};
 use super::beside::{Run, Use, attributes, bounds, runs};
 use super::course::{Ends, courses};
-use super::cross_section::{Arrows, StripKind, Travel};
+use super::cross_section::{Arrows, CrossSection, StripKind};
 use super::lanes::{ArmLane, Lanes};
 use super::movement::{Movement, STRAIGHT, turn};
 use super::paths::{Drawn, Path, Tagged, intersection_key};
 use super::restricted::Restricted;
 use super::road_network::{DrivingSide, End, Intersection, RoadEnd, RoadNetwork};
 
-/// A near turn up to this change of direction, degrees, leads around a corner; beyond, back.
+/// A turn up to this change of direction, degrees, leads around a corner; beyond, back.
 const CORNER_MOST: f64 = 150.0;
 
 /// A bicycle lane where it meets an intersection.
@@ -28,8 +29,17 @@ struct Cycle {
     arm: usize,
     /// Its end, in its direction of travel.
     end: ArmLane,
+    /// On which edge of its road it lies, as who rides there sees it; `None` between lanes for cars.
+    edge: Option<Edge>,
     /// The strips it is made of.
     run: Run,
+}
+
+/// An edge of a road.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Edge {
+    Left,
+    Right,
 }
 
 /// The bicycle lanes that lead into an intersection and out of it.
@@ -58,15 +68,13 @@ impl Cycles {
         for (arm, &at) in intersection.arms.iter().enumerate() {
             let road = network.road(at.road);
             for run in runs(&road.section) {
-                // What is used both ways has no end that only leads in.
-                if run.used != Use::Bicycle || run.travel == Travel::Both {
-                    continue;
+                for &backward in run.directions().iter().filter(|_| run.used == Use::Bicycle) {
+                    let sides = bounds(assembly, road, lanes.borders_at(at), (&run, backward));
+                    let into = backward == (at.end == End::Start);
+                    let Some(end) = sides.and_then(|sides| end(assembly, lanes, at, sides, into)) else { continue };
+                    let list = if into { &mut found.into } else { &mut found.out };
+                    list.push(Cycle { arm, end, edge: edge(&road.section, &run, backward), run: run.clone() });
                 }
-                let Some(sides) = bounds(assembly, road, lanes.borders_at(at), &run) else { continue };
-                let into = (run.travel == Travel::Forward) == (at.end == End::End);
-                let Some(end) = end(assembly, lanes, at, sides, into) else { continue };
-                let list = if into { &mut found.into } else { &mut found.out };
-                list.push(Cycle { arm, end, run });
             }
         }
         found
@@ -90,16 +98,20 @@ impl Cycles {
         intersection: &Intersection,
         wanted: Wanted,
     ) -> Vec<(usize, usize)> {
-        let near = if side == DrivingSide::Left { 1.0 } else { -1.0 };
         let mut pairs = Vec::new();
         for (i, from) in self.into.iter().enumerate() {
             for to in 0..intersection.arms.len() {
                 let arms = [intersection.arms[from.arm], intersection.arms[to]];
                 let leads = |o: &usize| {
-                    let heading = self.out[*o].end.pose.heading;
-                    let turn = turn(side, from.end.pose.heading, heading);
-                    let corner = wanted == Wanted::All && (STRAIGHT..=CORNER_MOST).contains(&(turn * near));
-                    turn.abs() <= STRAIGHT || corner
+                    let to = &self.out[*o];
+                    let turn = turn(side, from.end.pose.heading, to.end.pose.heading);
+                    let own = match from.edge {
+                        Some(Edge::Left) => turn,
+                        Some(Edge::Right) => -turn,
+                        None => f64::NAN,
+                    };
+                    let corner = wanted == Wanted::All && (STRAIGHT..=CORNER_MOST).contains(&own);
+                    (turn.abs() <= STRAIGHT || corner) && from.keeps_to(to)
                 };
                 let sideways = |o: &usize| {
                     let way = self.out[*o].end.pose.point - from.end.pose.point;
@@ -145,10 +157,24 @@ impl Cycles {
     }
 }
 
+impl Cycle {
+    /// Whether nobody crosses the lanes for cars who goes on here.
+    fn keeps_to(&self, to: &Self) -> bool {
+        self.edge.zip(to.edge).is_none_or(|(from, to)| from == to)
+    }
+}
+
+/// The edge of a road on which a run lies, seen in its own direction.
+fn edge(section: &CrossSection, run: &Run, backward: bool) -> Option<Edge> {
+    let left = section.driven().all(|(driven, _)| driven >= run.strips.end);
+    let right = section.driven().all(|(driven, _)| driven < run.strips.start);
+    (left != right).then_some(if left != backward { Edge::Left } else { Edge::Right })
+}
+
 /// Which ways through an intersection are drawn for bicycles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wanted {
-    /// Straight on, and around the near corner.
+    /// Straight on, and around the corner beside them.
     All,
     /// Straight on.
     Straight,

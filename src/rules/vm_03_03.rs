@@ -39,7 +39,7 @@ impl Rule for WidthAndSmoothness {
         for movement in inside.flat_map(|(_, traffic)| &traffic.movements) {
             let lane = &map.lanes[movement.lane];
             let Some(center) = &lane.center else { continue };
-            findings.extend(widths(params, lane, center));
+            findings.extend(widths(map, params, movement.lane, center));
             findings.extend(kinks(map, params, lane, center));
             findings.extend(curvature(params, lane, center));
             findings.extend(jaggedness(map, params, movement.lane, center));
@@ -58,7 +58,14 @@ fn grade(value: f64, [warning, error]: [f64; 2]) -> Option<Severity> {
     }
 }
 
-fn widths(params: &Params, lane: &Lane, center: &Polyline) -> Vec<Finding> {
+/// Whether another lanelet lies on this one and runs against it.
+fn is_used_both_ways(map: &MapIndex, lane: &Lane) -> bool {
+    let [left, right] = lane.bounds;
+    map.users_of(left).iter().any(|&other| map.lanes[other].bounds == [right, left])
+}
+
+fn widths(map: &MapIndex, params: &Params, at: usize, center: &Polyline) -> Vec<Finding> {
+    let lane = &map.lanes[at];
     let bounds = [&lane.left, &lane.right].map(|bound| Polyline::new(bound.iter().copied()));
     let [Some(left), Some(right)] = bounds else { return Vec::new() };
     let middle = center.resampled(STEP);
@@ -80,7 +87,10 @@ fn widths(params: &Params, lane: &Lane, center: &Polyline) -> Vec<Finding> {
         findings.push(finding.at(Place::Point(middle.points()[worst])).graded(severity));
     }
     let [least, low, high] = match lane.bicycle {
-        true => [0.0, params.bicycle_width[0], params.bicycle_width[1]],
+        true => {
+            let [low, high] = params.bicycle_width;
+            [0.0, low, if is_used_both_ways(map, lane) { 2.0 * high } else { high }]
+        }
         false => params.vehicle_width,
     };
     let extremes = [(sorted[0], sorted[0] < low, low), (sorted[last], sorted[last] > high, high)];

@@ -7,6 +7,8 @@ use super::flow::Flow;
 use super::read::Facts;
 use super::{Strip, StripKind, Travel};
 
+/// So much wider, metres, is what bicycles ride on both ways: two pass each other.
+pub(super) const BOTH_WAYS: f64 = 1.0;
 /// `buffer=yes` beside a bicycle lane, metres.
 pub(super) const BUFFER: f64 = 0.5;
 /// Cars parked askew, metres.
@@ -95,20 +97,16 @@ impl Side<'_> {
             (None, Some(value)) if value.starts_with("opposite") != self.near || !flow.is_oneway() => value,
             _ => return,
         };
-        let against = value.starts_with("opposite") || self.rides_against(flow);
         let on_carriageway = match value {
             "lane" | "opposite_lane" => true,
             "track" | "opposite_track" => false,
             _ => return,
         };
-        let default = if on_carriageway { self.facts.usual.bicycle_lane } else { self.facts.usual.bicycle_track };
-        let mut lane = self.strip(StripKind::Bicycle, self.width("cycleway"), default);
-        if against {
-            lane.travel = own;
-        }
-        if self.get("cycleway", ":oneway") == Some("no") {
-            lane.travel = Travel::Both;
-        }
+        let travel = self.rides(flow, own, value);
+        let usual = &self.facts.usual;
+        let one_way = if on_carriageway { usual.bicycle_lane } else { usual.bicycle_track };
+        let default = if travel == Travel::Both { one_way + BOTH_WAYS } else { one_way };
+        let lane = Strip { travel, ..self.strip(StripKind::Bicycle, self.width("cycleway"), default) };
         let list = if on_carriageway { &mut strips.carriageway } else { &mut strips.beyond };
         let (inner, outer) = if self.name == "right" { ("left", "right") } else { ("right", "left") };
         list.extend(self.buffer(inner));
@@ -116,12 +114,27 @@ impl Side<'_> {
         list.extend(self.buffer(outer));
     }
 
-    /// Whether bicycles on the far side of a one-way road ride against its traffic.
-    fn rides_against(&self, flow: Flow) -> bool {
-        let said = self.get("cycleway", ":oneway");
-        flow.is_oneway()
-            && !self.near
-            && (said == Some("-1") || said.is_none() && self.facts.tags.is("oneway:bicycle", "no"))
+    /// Which way bicycles ride, on a lane or track of some value of `cycleway`: by its own `oneway`, seen along the way, else
+    /// with the traffic beside it. `oneway:bicycle=no` tells that some ride against the traffic of a one-way road: on its far
+    /// side, else on a track of which there is no other.
+    fn rides(&self, flow: Flow, own: Travel, value: &str) -> Travel {
+        let tags = self.facts.tags;
+        // What holds for the tracks on both sides alike cannot mean one direction along the way.
+        let one_side = tags.get(&format!("cycleway:{}:oneway", self.name));
+        match one_side.or_else(|| self.get("cycleway", ":oneway")).or_else(|| tags.get("cycleway:oneway")) {
+            Some("no") => return Travel::Both,
+            Some("-1") if one_side.is_some() || flow.is_oneway() => return Travel::Backward,
+            Some("yes" | "1") if one_side.is_some() && !value.starts_with("opposite") => return Travel::Forward,
+            _ => {}
+        }
+        let against = flow.is_oneway() && tags.is("oneway:bicycle", "no");
+        let other = if self.name == "left" { "cycleway:right" } else { "cycleway:left" };
+        let elsewhere = ["cycleway:both", other].iter().any(|key| tags.get(key).is_some_and(is_for_bicycles));
+        match value {
+            _ if value.starts_with("opposite") || against && !self.near => own,
+            "track" if against && !elsewhere => Travel::Both,
+            _ => self.travel,
+        }
     }
 
     /// A painted buffer on one edge of the bicycle lane.
@@ -195,4 +208,9 @@ impl Side<'_> {
         };
         here.then(|| self.strip(StripKind::Sidewalk, self.width("sidewalk"), self.facts.usual.sidewalk))
     }
+}
+
+/// Whether a value of `cycleway` means a lane or track.
+fn is_for_bicycles(value: &str) -> bool {
+    matches!(value, "lane" | "track" | "opposite_lane" | "opposite_track")
 }

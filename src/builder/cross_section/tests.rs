@@ -28,6 +28,8 @@ fn width_tables() -> String {
     for (name, width) in [
         ("bicycle lane", usual.bicycle_lane),
         ("bicycle track", usual.bicycle_track),
+        ("bicycle lane ridden both ways", usual.bicycle_lane + BOTH_WAYS),
+        ("bicycle track ridden both ways", usual.bicycle_track + BOTH_WAYS),
         ("buffer beside a bicycle lane", BUFFER),
         ("parking, parallel", usual.parking),
         ("parking, diagonal", PARKING_DIAGONAL),
@@ -217,6 +219,16 @@ fn bicycle_lanes() {
     expect("oneway=yes cycleway:left=lane", "C> D>");
     expect("oneway=-1 cycleway=lane", "C< D<");
     expect("cycleway:right=track cycleway:right:oneway=no", "D< D> C=");
+    expect("cycleway:left=lane cycleway:left:oneway=no", "C= D< D>");
+    expect("cycleway=track cycleway:oneway=no", "C= D< D> C=");
+    expect("cycleway:right=lane cycleway:right:oneway=-1", "D< D> C<");
+    expect("cycleway:left=lane cycleway:left:oneway=yes", "C> D< D>");
+    expect("cycleway:both=lane cycleway:both:oneway=yes", "C< D< D> C>");
+    expect("oneway=yes cycleway:right=lane cycleway:right:oneway=-1", "D> C<");
+    expect("oneway=yes cycleway:both=lane oneway:bicycle=no", "C< D> C>");
+    expect("oneway=yes cycleway:right=track oneway:bicycle=no", "D> C=");
+    expect("oneway=yes cycleway:right=lane oneway:bicycle=no", "D> C>");
+    expect("oneway=yes cycleway:left=opposite_lane cycleway:left:oneway=yes", "C< D>");
     expect("cycleway:right=lane cycleway:right:buffer:left=0.7", "D< D> _> C>");
     expect("cycleway=shared_lane", "D< D>");
     let road = expect("cycleway:right=lane cycleway:right:width=1.8", "D< D> C>");

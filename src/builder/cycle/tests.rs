@@ -79,3 +79,72 @@ fn as_roads_they_have_lights_and_near_turns_yield_to_them() {
         }
     }
 }
+
+/// The turns that bicycles have through an intersection, sorted.
+fn turns<'a>(ways: &[&'a Lanelet]) -> Vec<&'a str> {
+    let mut turns: Vec<&str> = ways.iter().filter_map(|way| way.attributes.get("turn_direction")).collect();
+    turns.sort_unstable();
+    turns
+}
+
+#[test]
+fn lanes_ridden_both_ways_lead_through_in_both_directions() {
+    for (side, far) in [(DrivingSide::Right, "left"), (DrivingSide::Left, "right")] {
+        for (lanes, subtype) in [(BicycleLanes::BicycleLane, "bicycle_lane"), (BicycleLanes::Road, "road")] {
+            let beside = BesideSettings { bicycle_lanes: lanes, ..BesideSettings::default() };
+            let options = BuildOptions { driving_side: Some(side), beside, ..BuildOptions::default() };
+            let tags = format!("highway=tertiary lanes=2 cycleway:{far}=track cycleway:{far}:oneway=no");
+            let nodes = [
+                (1, 0.0, 0.0, "highway=traffic_signals"),
+                (2, -80.0, 0.0, ""),
+                (3, 80.0, 0.0, ""),
+                (4, 0.0, -80.0, ""),
+                (5, 0.0, 80.0, ""),
+            ];
+            let ways: [(i64, &[i64], &str); 4] =
+                [(10, &[2, 1], &tags), (11, &[1, 3], &tags), (12, &[4, 1], &tags), (13, &[1, 5], &tags)];
+            let Built { map, settings, .. } = built_as(&Asked { nodes: &nodes, ways: &ways, options });
+            let for_bicycles =
+                |lanelet: &&Lanelet| subtype == "bicycle_lane" || settings.bicycle_lanes.contains(&lanelet.id.0);
+            let inside: Vec<&Lanelet> = inside(&map, subtype).into_iter().filter(for_bicycles).collect();
+            // Straight on over both roads, and around the one corner that both tracks touch, all to and fro.
+            assert_eq!(turns(&inside), ["left", "right", "straight", "straight", "straight", "straight"], "{side:?}");
+            let bicycles: Vec<&Lanelet> =
+                map.lanelets.iter().filter(|l| l.attributes.is("subtype", subtype)).filter(for_bicycles).collect();
+            assert_eq!(bicycles.len(), 8 + 6);
+            for lanelet in &bicycles {
+                assert!(lanelet.attributes.is("one_way", "yes"));
+                let against =
+                    |other: &&&Lanelet| (other.left.line, other.right.line) == (lanelet.right.line, lanelet.left.line);
+                assert_eq!(bicycles.iter().filter(against).count(), 1, "another runs against it on the same bounds");
+                let (begin, end) = (ends(&map, lanelet)[0], ends(&map, lanelet)[1]);
+                if lanelet.attributes.has("turn_direction") {
+                    let before = bicycles.iter().filter(|other| ends(&map, other)[1] == begin);
+                    let behind = bicycles.iter().filter(|other| ends(&map, other)[0] == end);
+                    assert_eq!((before.count(), behind.count()), (1, 1));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn nobody_is_led_across_the_traffic() {
+    // West of the crossing bicycles ride both ways on the far side, elsewhere on the near sides.
+    for (side, far) in [(DrivingSide::Right, "left"), (DrivingSide::Left, "right")] {
+        let nodes =
+            [(1, 0.0, 0.0, ""), (2, -80.0, 0.0, ""), (3, 80.0, 0.0, ""), (4, 0.0, -80.0, ""), (5, 0.0, 80.0, "")];
+        let west = format!("highway=tertiary lanes=2 cycleway:{far}=lane cycleway:{far}:oneway=no");
+        let ways: [(i64, &[i64], &str); 4] =
+            [(10, &[2, 1], &west), (11, &[1, 3], LANES), (12, &[4, 1], LANES), (13, &[1, 5], LANES)];
+        let options = BuildOptions { driving_side: Some(side), ..BuildOptions::default() };
+        let map = built_as(&Asked { nodes: &nodes, ways: &ways, options }).map;
+        let ways = inside(&map, "bicycle_lane");
+        // To the west straight on and around the corner; between the other three as usual.
+        let near = if side == DrivingSide::Right { "right" } else { "left" };
+        let mut expected = vec![near; 3];
+        expected.extend(["straight"; 3]);
+        expected.sort_unstable();
+        assert_eq!(turns(&ways), expected, "{side:?}");
+    }
+}
