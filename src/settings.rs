@@ -4,6 +4,7 @@
 mod beside;
 mod document;
 mod inside;
+mod lights;
 mod markings;
 mod merge;
 mod roads;
@@ -17,6 +18,7 @@ use serde::{Deserialize, Serialize};
 pub use beside::{BesideSettings, BicycleLanes};
 pub use document::{Document, DocumentError, Step};
 pub use inside::{GuideLine, InsideSettings, Place, VirtualLightSettings};
+pub use lights::LightSettings;
 pub use markings::MarkingSettings;
 pub use merge::MergeSettings;
 pub use roads::{AssumeSettings, Highway, RoadSettings};
@@ -71,6 +73,9 @@ pub struct Settings {
     /// For `build`: what is painted inside intersections.
     #[serde(skip_serializing_if = "InsideSettings::says_nothing")]
     pub inside: InsideSettings,
+    /// For `build`: how traffic lights look.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lights: Option<LightSettings>,
     /// For `build`: what is painted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub markings: Option<MarkingSettings>,
@@ -119,6 +124,7 @@ impl Settings {
             heights: self.heights.or(outer.heights),
             beside: self.beside.or(outer.beside),
             inside: self.inside.over(outer.inside),
+            lights: self.lights.or(outer.lights),
             markings: self.markings.or(outer.markings),
             intersection: self.intersection,
             suppress: self.suppress,
@@ -212,6 +218,16 @@ pub enum ApproachName {
     Id(i64),
 }
 
+impl std::fmt::Display for ApproachName {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Compass(side) => f.write_str(side),
+            Self::Id(id) => write!(f, "{id}"),
+            Self::Ids(ids) => f.write_str(&ids.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")),
+        }
+    }
+}
+
 /// What is known of one intersection.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -231,6 +247,9 @@ pub struct IntersectionSettings {
     /// Movements that must not exist: from one approach to another.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub prohibited: Vec<[ApproachName; 2]>,
+    /// For `build`: whether lights have arrows, other than `[lights]` says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arrows: Option<bool>,
     /// Lines that are painted inside to lead turns.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub guide_lines: Vec<GuideLine>,

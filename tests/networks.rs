@@ -5,7 +5,7 @@
 
 mod common;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use common::judge_as;
 use lanewright::builder::inside::{Inside, UNDRAWN};
@@ -67,8 +67,8 @@ fn place(x: f64, y: f64) -> [f64; 2] {
 fn built(xml: &str, side: DrivingSide, settings: &str) -> Built {
     let mut data = OsmData::default();
     read_bytes(&mut data, "test", xml.as_bytes().to_vec()).unwrap();
-    let Settings { inside, intersection, .. } = Document::parse("lanewright.toml", settings).unwrap().settings;
-    let inside = Inside { everywhere: inside, intersections: intersection };
+    let Settings { inside, lights, intersection, .. } = Document::parse("lanewright.toml", settings).unwrap().settings;
+    let inside = Inside { everywhere: inside, lights: lights.unwrap_or_default(), intersections: intersection };
     let options = BuildOptions { driving_side: Some(side), inside, ..BuildOptions::default() };
     build(&data, &options).unwrap()
 }
@@ -553,6 +553,117 @@ fn nobody_misses_the_way_once_more_around_a_small_loop() {
         let missed = found(&map, &settings).into_iter().filter(|code| code == "vm-03-04/movement-missing").count();
         assert_eq!(missed, 0, "{side:?}");
     }
+}
+
+/// The settings that are written beside a map, read again.
+fn read_again(settings: &Settings) -> Settings {
+    Document::parse("lanewright.toml", &toml::to_string(settings).unwrap()).unwrap().settings
+}
+
+/// Of each lanelet inside the others that it may ignore.
+fn ignored(map: &LaneletMap) -> Vec<(LaneletId, Vec<LaneletId>)> {
+    let listed = of(map, "right_of_way").into_iter().map(|element| {
+        let mut others: Vec<LaneletId> = element.lanelets("yield").collect();
+        others.sort_unstable();
+        (element.lanelets("right_of_way").next().unwrap(), others)
+    });
+    let mut all: Vec<_> = listed.collect();
+    all.sort_unstable();
+    all
+}
+
+#[test]
+fn who_is_never_green_with_a_lanelet_is_ignored_by_it() {
+    let [lat, lon] = MIDDLE;
+    for side in SIDES {
+        let phased = |phases: &str| {
+            let settings = format!("[[intersection]]\nat = [{lat}, {lon}]\nphases = {phases}\n");
+            let built = built(&large(side), side, &settings);
+            assert_eq!(undrawn(&built), Vec::<&str>::new(), "{side:?} {phases}");
+            let settings = read_again(&built.settings);
+            assert_eq!(found(&built.map, &settings), Vec::<String>::new(), "{side:?} {phases}");
+            (ignored(&built.map), built)
+        };
+        let bare = built(&large(side), side, "");
+        let (opposite, as_usual) = phased("[[\"S\", \"N\"], [\"E\", \"W\"]]");
+        assert_eq!(opposite, ignored(&bare.map), "{side:?}: what is assumed where nothing is said");
+        assert_eq!(as_usual.settings.intersection.len(), 1);
+        // One after the other: far turns ignore the oncoming ones too.
+        let (single, apart) = phased("[[\"S\"], [\"N\"], [\"E\"], [\"W\"]]");
+        let count = |all: &[(LaneletId, Vec<LaneletId>)]| all.iter().map(|(_, others)| others.len()).sum::<usize>();
+        assert!(count(&single) > count(&opposite), "{side:?}");
+        let unsaid = found(&apart.map, &bare.settings);
+        assert!(unsaid.iter().any(|code| code.starts_with("vm-03-10/")), "{side:?}: they need the phases, {unsaid:?}");
+        // Approaches side by side that are green together.
+        let (beside, _) = phased("[[\"S\", \"E\"], [\"N\", \"W\"]]");
+        assert_ne!(beside, opposite, "{side:?}");
+        // The lanelets of a far turn by their ids: they alone are green without oncoming traffic.
+        let far = if side == DrivingSide::Right { "left" } else { "right" };
+        let turns = bare.map.lanelets.iter().filter(|one| one.attributes.is("turn_direction", far));
+        let turns: Vec<String> = turns.map(|lanelet| lanelet.id.to_string()).collect();
+        let (turning, _) = phased(&format!("[[\"S\", \"N\"], [\"E\", \"W\"], [{}]]", turns.join("], [")));
+        assert!(count(&turning) > count(&opposite), "{side:?}");
+    }
+}
+
+#[test]
+fn phases_of_approaches_without_lights_are_named() {
+    let [lat, lon] = MIDDLE;
+    let settings = format!("[[intersection]]\nat = [{lat}, {lon}]\nphases = [[\"S\", \"N\"], [\"E\", 7]]\n");
+    let side = DrivingSide::Right;
+    let said = |xml: &str| undrawn(&built(xml, side, &settings)).iter().map(ToString::to_string).collect::<Vec<_>>();
+    let said_of_lit = said(&large(side));
+    let told = "lanewright.toml:1: phases[1] is not heeded: 7 has no traffic lights; there are none but those of ";
+    assert!(said_of_lit.len() == 1 && said_of_lit[0].starts_with(told), "{said_of_lit:?}");
+    let unlit = said(&crossing(side, "", "highway=residential lanes=2"));
+    assert!(unlit.len() == 4 && unlit.iter().all(|said| said.ends_with("there are none here")), "{unlit:?}");
+}
+
+/// Per light of drivers the arrow that it has, and where those go that obey it.
+fn arrows(map: &LaneletMap) -> Vec<(Option<&str>, BTreeSet<&str>)> {
+    let mut ruled: BTreeMap<LineStringId, BTreeSet<&str>> = BTreeMap::new();
+    for element in of(map, "traffic_light") {
+        let bulbs = element.linestrings("light_bulbs").next().unwrap();
+        let lanes = referring(map, element);
+        let ways = lanes.iter().filter_map(|lane| lane.attributes.get("turn_direction"));
+        ruled.entry(bulbs).or_default().extend(ways);
+    }
+    let arrow = |bulbs: LineStringId| {
+        let bulbs = &map.linestrings.get(bulbs).unwrap().points;
+        let bulbs: Vec<_> = bulbs.iter().map(|&id| &map.points.get(id).unwrap().attributes).collect();
+        let arrows: Vec<&str> = bulbs.iter().filter_map(|tags| tags.get("arrow")).collect();
+        assert_eq!(bulbs.len(), 3 + arrows.len(), "three colours, and what is an arrow");
+        assert!(bulbs.iter().all(|tags| !tags.has("arrow") || tags.is("color", "green")));
+        arrows.first().copied()
+    };
+    ruled.into_iter().map(|(bulbs, ways)| (arrow(bulbs), ways)).collect()
+}
+
+#[test]
+fn lanes_from_which_all_go_one_way_have_an_arrow() {
+    let [lat, lon] = MIDDLE;
+    let here = |arrows: bool| format!("[[intersection]]\nat = [{lat}, {lon}]\narrows = {arrows}\n");
+    for side in SIDES {
+        for (settings, wanted) in [
+            (String::new(), false),
+            ("[lights]\narrows = true\n".to_owned(), true),
+            (here(true), true),
+            (format!("[lights]\narrows = true\n{}", here(false)), false),
+        ] {
+            let built = built(&large(side), side, &settings);
+            assert_eq!(found(&built.map, &built.settings), Vec::<String>::new(), "{side:?} {settings}");
+            let lights = arrows(&built.map);
+            // Two lanes for far turns, one straight on, one for both others; or all together.
+            assert_eq!(lights.len(), if wanted { 12 } else { 4 }, "{side:?} {settings}");
+            for (arrow, ways) in lights {
+                let way = arrow.map(|arrow| if arrow == "up" { "straight" } else { arrow });
+                let only = (ways.len() == 1 && wanted).then(|| *ways.first().unwrap());
+                assert_eq!(way, only, "{side:?} {settings}: where all go");
+            }
+        }
+    }
+    let unlit = built(&crossing(SIDES[0], "", "highway=residential lanes=2"), SIDES[0], &here(true));
+    assert_eq!(undrawn(&unlit), ["lanewright.toml:1: arrows is not heeded: there are no traffic lights here"]);
 }
 
 /// Where lanes that go straight on from south to north begin and end, each counted from the left.

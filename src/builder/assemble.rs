@@ -11,6 +11,7 @@ use crate::lanelet::{LaneletId, LaneletMap, PointId, PolygonId, TurnDirection};
 use crate::settings::{BicycleLanes, Settings, Side};
 
 use super::area::AreaOutline;
+use super::arrows::{Arrows, one_way};
 use super::assembly::{Assembly, Part, tags};
 use super::beside::beside;
 use super::conflict::{self, Conflicts};
@@ -48,7 +49,7 @@ pub struct Assembled {
 }
 
 /// Builds the map.
-pub fn assemble(settled: Settled) -> Assembled {
+pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
     let Settled { network, restricted, draft, notes } = settled;
     let network = &network;
     let Draft { lines, mut assembly, mut lanes, ways, .. } = draft;
@@ -69,7 +70,8 @@ pub fn assemble(settled: Settled) -> Assembled {
         assembly.stand_on(lanes.ground_of(intersection, below));
         let beside = Assembled::default();
         let cycling = ways.cycles;
-        let mut stage = Stage { network, lanes: &lanes, crossings: &crossings, assembly, beside, cycling, as_roads };
+        let mut stage =
+            Stage { network, lanes: &lanes, crossings: &crossings, arrows, assembly, beside, cycling, as_roads };
         stage.intersection(intersection, &ways.plan, &ways.drawn, &ways.conflicts.unwrap_or_default(), ways.area);
         (stage.assembly.into_part(), stage.beside)
     };
@@ -139,6 +141,7 @@ struct Stage<'a> {
     network: &'a RoadNetwork,
     lanes: &'a Lanes,
     crossings: &'a Crossings,
+    arrows: &'a Arrows,
     assembly: Assembly<'a>,
     /// All but the map.
     beside: Assembled,
@@ -255,6 +258,7 @@ impl Stage<'_> {
             false => (paths, conflicts),
         };
         let controls = self.controls(intersection, arms);
+        let arrows = self.arrows.wanted(id, &ring);
         for (i, arm) in arms.iter().enumerate() {
             let starts = |path: &Path| (path.movement.from, path.movement.in_lane, path.kind == StripKind::Bicycle);
             let from = |lane: usize| move |path: &&Path| starts(path) == (i, lane, false);
@@ -262,6 +266,7 @@ impl Stage<'_> {
                 .map(|(lane, before)| Approach {
                     lane: self.lanes.lanes[before.lane].lanelet,
                     behind: paths.iter().filter(from(lane)).map(|path| path.lanelet).collect(),
+                    arrow: arrows.then(|| one_way(paths.iter().filter(from(lane)).map(direction))).flatten(),
                 })
                 .collect();
             let mut arm = (*arm).clone();
@@ -270,7 +275,7 @@ impl Stage<'_> {
                 let behind: Vec<LaneletId> = behind.map(|path| path.lanelet).collect();
                 let Some(&lane) = behind.first() else { continue };
                 arm.into.push(*end);
-                approaches.push(Approach { lane, behind });
+                approaches.push(Approach { lane, behind, arrow: None });
             }
             let key = key.word("arm");
             control_arm(&mut self.assembly, self.network.side, key, &arm, controls[i], &approaches, &ring);
@@ -284,14 +289,7 @@ impl Stage<'_> {
 
     fn tag_path(&mut self, path: &Path, area: PolygonId) {
         let Some(attributes) = self.assembly.attributes_mut(path.lanelet) else { return };
-        let direction = if path.turn.abs() <= STRAIGHT {
-            TurnDirection::Straight
-        } else if path.turn > 0.0 {
-            TurnDirection::Left
-        } else {
-            TurnDirection::Right
-        };
-        attributes.set("turn_direction", direction.as_str());
+        attributes.set("turn_direction", direction(path).as_str());
         attributes.set("intersection_area", crate::osm::Text::from(area.0.to_string()));
         let bounds = self.assembly.lanelet_of(path.lanelet).map(|lanelet| [lanelet.left.line, lanelet.right.line]);
         // Nothing is painted across an intersection, not even where two roads only merge lanes.
@@ -413,6 +411,15 @@ impl Stage<'_> {
             let key = super::ids::Key::new("right of way").number(path.lanelet.0);
             self.assembly.element(key, "right_of_way", &members, &[path.lanelet]);
         }
+    }
+}
+
+/// Which way a movement goes.
+fn direction(path: &Path) -> TurnDirection {
+    match path.turn {
+        turn if turn.abs() <= STRAIGHT => TurnDirection::Straight,
+        turn if turn > 0.0 => TurnDirection::Left,
+        _ => TurnDirection::Right,
     }
 }
 

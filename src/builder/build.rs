@@ -13,6 +13,7 @@ use crate::projection::{Extent, LonLat, Projector};
 use crate::settings::{AssumeSettings, BesideSettings, MarkingSettings, MergeSettings, RoadSettings, Settings};
 use crate::terrain::Terrain;
 
+use super::arrows::Arrows;
 use super::assemble::{Assembled, assemble};
 use super::blinker;
 use super::consolidate::{Wish, Wished};
@@ -224,12 +225,13 @@ pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside }: Plan)
     notes.extend(findings);
     let apart = merges.iter().filter(|note| note.wish.is_some() && !note.merged).map(|note| note.key).collect();
     let settled = settle(network, outlines.kept, &apart);
-    let Assembled { mut map, settings, notes: more, areas, roads } = assemble(settled);
+    let Assembled { mut map, mut settings, notes: more, areas, roads } =
+        assemble(settled, &Arrows::new(&inside, &projector));
     notes.extend(more);
     blinker::limit(&mut map);
     overhead::ignore(&mut map);
     locate(&mut map, &projector);
-    notes.extend(inside::draw(&mut map, &projector, &inside, &settings));
+    notes.extend(inside::draw(&mut map, &projector, &inside, &mut settings));
     let summary = Summary {
         roads,
         intersections: areas,

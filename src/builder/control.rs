@@ -1,7 +1,7 @@
 //! Stop lines, traffic lights and stop signs, and the elements that tie them to lanes.
 
 use crate::geometry::{Point, Vector, left_of};
-use crate::lanelet::{Attributes, LaneletId, LineStringId, PointId, Target};
+use crate::lanelet::{Attributes, LaneletId, LineStringId, PointId, Target, TurnDirection};
 
 use super::assembly::{Assembly, tags};
 use super::cross_section::Travel;
@@ -66,6 +66,8 @@ pub struct Approach {
     pub lane: LaneletId,
     /// The lanelets that begin at the line.
     pub behind: Vec<LaneletId>,
+    /// Where all of them go, if its light has an arrow.
+    pub arrow: Option<TurnDirection>,
 }
 
 /// Adds stop lines, lights or signs of one arm and ties them to its lanes, one approach each, and what lies behind.
@@ -78,14 +80,14 @@ pub fn control_arm(
     approaches: &[Approach],
     ring: &[Point],
 ) {
-    let light = (control == Control::Signals).then(|| traffic_light(assembly, driving, key, arm, ring)).flatten();
-    for (lane, Approach { lane: before, behind }) in arm.into.iter().zip(approaches) {
+    let lights = (control == Control::Signals).then(|| traffic_lights(assembly, driving, key, arm, approaches, ring));
+    for (at, (lane, Approach { lane: before, behind, .. })) in arm.into.iter().zip(approaches).enumerate() {
         if behind.is_empty() {
             continue;
         }
         let key = key.number(lane.nodes[0].0).number(lane.nodes[1].0);
         let line = stop_line(assembly, key, lane.nodes);
-        match (control, light) {
+        match (control, lights.as_ref().and_then(|lights| *lights.get(at)?)) {
             (Control::Signals, Some(light)) => light_element(assembly, key, light, line, behind),
             (Control::Stop, _) => {
                 let sign = stop_sign(assembly, driving, key, lane);
@@ -125,21 +127,35 @@ fn right_of(heading: Vector) -> Vector {
     -left_of(heading)
 }
 
-/// A light on the far side of the intersection that faces the arm, and its bulbs; `None` if the arm has no lane in.
-fn traffic_light(
+/// Lights on the far side of the intersection that face the arm, and their bulbs, by lane: neighbours with the same arrow, or
+/// without one, have one together. There is none where nothing leads on.
+fn traffic_lights(
     assembly: &mut Assembly,
     driving: DrivingSide,
     key: Key,
     arm: &Arm,
+    approaches: &[Approach],
     ring: &[Point],
-) -> Option<[LineStringId; 2]> {
-    let (first, last) = (arm.into.first()?, arm.into.last()?);
-    let start = nalgebra::center(&first.pose.point, &last.pose.point);
-    let far = ring.iter().map(|p| (p - start).dot(&arm.inward)).fold(0.0, f64::max);
-    let middle = start + arm.inward * (far + BEHIND).min(LIGHT_REACH);
-    let shape = LightShape::new(driving, middle, arm.inward);
-    let key = key.word("light").number(arm.at.end as i64).number(first.nodes[0].0);
-    Some(add_light(assembly, key, &shape))
+) -> Vec<Option<[LineStringId; 2]>> {
+    let mut lights = Vec::new();
+    let mut lanes = &arm.into[..];
+    for alike in approaches.chunk_by(|one, next| one.arrow == next.arrow) {
+        let (own, others) = lanes.split_at(alike.len().min(lanes.len()));
+        lanes = others;
+        let (Some(first), Some(last)) = (own.first(), own.last()) else { continue };
+        if alike.iter().all(|approach| approach.behind.is_empty()) {
+            lights.extend(own.iter().map(|_| None));
+            continue;
+        }
+        let start = nalgebra::center(&first.pose.point, &last.pose.point);
+        let far = ring.iter().map(|p| (p - start).dot(&arm.inward)).fold(0.0, f64::max);
+        let middle = start + arm.inward * (far + BEHIND).min(LIGHT_REACH);
+        let shape = LightShape::with_arrow(driving, middle, arm.inward, alike[0].arrow);
+        let key = key.word("light").number(arm.at.end as i64).number(first.nodes[0].0);
+        let light = add_light(assembly, key, &shape);
+        lights.extend(own.iter().map(|_| Some(light)));
+    }
+    lights
 }
 
 /// Adds a light and its bulbs.
@@ -147,10 +163,15 @@ pub fn add_light(assembly: &mut Assembly, key: Key, shape: &LightShape) -> [Line
     let ends = ["left", "right"].into_iter().zip(shape.ends);
     let ends = ends.map(|(name, place)| assembly.point(key.word(name), place, LIGHT_HEIGHT)).collect();
     let light = assembly.named_line(key, ends, shape.attributes());
-    let lamps = shape.lamps.map(|(color, place, up)| {
-        assembly.tagged_point(key.word(color), place, LIGHT_HEIGHT + up, tags(&[("color", color)]))
+    let lamps = shape.lamps.iter().map(|(color, place, up)| {
+        assembly.tagged_point(key.word(color), *place, LIGHT_HEIGHT + up, tags(&[("color", color)]))
     });
-    let bulbs = assembly.line(key.word("bulbs"), lamps.to_vec(), bulbs_of(light));
+    let mut lamps: Vec<PointId> = lamps.collect();
+    lamps.extend(shape.arrow.map(|(arrow, place, up)| {
+        let attributes = tags(&[("color", "green"), ("arrow", arrow)]);
+        assembly.tagged_point(key.word("arrow"), place, LIGHT_HEIGHT + up, attributes)
+    }));
+    let bulbs = assembly.line(key.word("bulbs"), lamps, bulbs_of(light));
     [light, bulbs]
 }
 
@@ -162,22 +183,39 @@ pub struct LightShape {
     height: f64,
     /// Colours, places, and metres above the lower edge.
     lamps: [(&'static str, Point, f64); 3],
+    /// A green arrow below these: where it points, its place, and metres above the lower edge.
+    arrow: Option<(&'static str, Point, f64)>,
 }
 
 impl LightShape {
     /// Around a middle, for those who look along `heading`.
     pub fn new(driving: DrivingSide, middle: Point, heading: Vector) -> Self {
+        Self::with_arrow(driving, middle, heading, None)
+    }
+
+    /// The same, with a lamp more if those whom it rules all go one way.
+    fn with_arrow(driving: DrivingSide, middle: Point, heading: Vector, arrow: Option<TurnDirection>) -> Self {
         let right = right_of(heading);
         // Lamps lie side by side where people drive on the left, as in Japan, and stand in a column elsewhere.
         let lying = driving == DrivingSide::Left;
         let (width, height) = if lying { (BODY[0], BODY[1]) } else { (BODY[1], BODY[0]) };
+        let below = if arrow.is_some() { BODY[1] } else { 0.0 };
         let lamp = |(i, color)| {
             let part = (i as f64 - 1.0) / 3.0;
             let (along, up) = if lying { (width * part, height / 2.0) } else { (0.0, height * (0.5 + part)) };
-            (color, middle + right * along, up)
+            (color, middle + right * along, below + up)
         };
         let lamps = [(0, "green"), (1, "yellow"), (2, "red")].map(lamp);
-        Self { ends: [-0.5, 0.5].map(|along| middle + right * (width * along)), height, lamps }
+        let arrow = arrow.map(|arrow| {
+            let (name, part) = match arrow {
+                TurnDirection::Left => ("left", -1.0 / 3.0),
+                TurnDirection::Straight => ("up", 0.0),
+                TurnDirection::Right => ("right", 1.0 / 3.0),
+            };
+            (name, middle + right * if lying { width * part } else { 0.0 }, below / 2.0)
+        });
+        let ends = [-0.5, 0.5].map(|along| middle + right * (width * along));
+        Self { ends, height: height + below, lamps, arrow }
     }
 
     /// Tags of its body.

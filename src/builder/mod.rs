@@ -11,6 +11,7 @@
 pub(crate) mod across;
 pub mod alignment;
 pub mod area;
+mod arrows;
 pub mod assemble;
 pub mod assembly;
 pub mod beside;

@@ -42,15 +42,21 @@ pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
     Ok(CLEAN)
 }
 
+/// Whether a build has written these settings.
+pub fn wrote(settings: &Path) -> bool {
+    fs::read(settings).is_ok_and(|written| written.starts_with(SETTINGS_HEAD.as_bytes()))
+}
+
 /// Refuses to write over settings that no build has written.
 fn spare(settings: &Path) -> Result<(), Failure> {
-    match fs::read(settings) {
-        Ok(written) if !written.starts_with(SETTINGS_HEAD.as_bytes()) => {
-            Err(Failure::new(format!("{} was not written by `build`, which would write over it", settings.display()))
-                .help("build into a directory of its own; the settings of directories above it count there, too"))
-        }
-        _ => Ok(()),
+    if settings.is_file() && !wrote(settings) {
+        return Err(Failure::new(format!(
+            "{} was not written by `build`, which would write over it",
+            settings.display()
+        ))
+        .help("build into a directory of its own; the settings of directories above it count there, too"));
     }
+    Ok(())
 }
 
 /// What was built, and what had to be guessed.

@@ -16,11 +16,16 @@ const NAME: &str = "lanewright.toml";
 
 /// The settings for a map in this directory.
 pub fn settings(home: &Path, args: &ConfigArgs) -> Result<Settings, Failure> {
+    settings_from(above(home).into_iter().filter(|file| file.is_file()).collect(), args)
+}
+
+/// The settings of these files, the nearest first, unless the arguments name others.
+pub fn settings_from(found: Vec<PathBuf>, args: &ConfigArgs) -> Result<Settings, Failure> {
     let (files, keys): (Vec<&String>, Vec<&String>) = args.config.iter().partition(|one| is_file(one));
     let files = match (files.is_empty(), args.isolated) {
         (false, _) => files.into_iter().rev().map(PathBuf::from).collect(),
         (true, true) => Vec::new(),
-        (true, false) => above(home).into_iter().filter(|file| file.is_file()).collect(),
+        (true, false) => found,
     };
     let mut settings = Settings::default();
     for key in keys.into_iter().rev() {

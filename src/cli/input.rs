@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use lanewright::builder::consolidate::MergeNote;
@@ -18,10 +18,10 @@ use lanewright::settings::{Settings, Side};
 use lanewright::terrain::Terrain;
 
 use super::check_args::ConfigArgs;
-use super::config;
+
 use super::load::{home, read_failure};
 use super::screen::Progress;
-use super::{ProjectorArg, SideArg, StreetArgs};
+use super::{ProjectorArg, SideArg, StreetArgs, build, config};
 
 /// Reads an input and lays out its streets.
 pub fn streets(input: &Path, args: &StreetArgs, progress: &Progress) -> Result<Plan, Failure> {
@@ -65,7 +65,8 @@ fn asked(input: &Path, args: &StreetArgs) -> Result<(Vec<u8>, BuildOptions), Fai
     let mut options = BuildOptions { driving_side, merges, ..BuildOptions::default() };
     options.terrain = args.dem.as_deref().map(terrain).transpose()?.map(Arc::new);
     options.beside = settings.beside.unwrap_or_default();
-    options.inside = Inside { everywhere: settings.inside, intersections: settings.intersection };
+    let lights = settings.lights.unwrap_or_default();
+    options.inside = Inside { everywhere: settings.inside, lights, intersections: settings.intersection };
     options.markings = settings.markings.unwrap_or_default();
     options.assume = settings.assume;
     options.roads = settings.road;
@@ -87,10 +88,11 @@ fn terrain(path: &Path) -> Result<Terrain, Failure> {
     })
 }
 
-/// What `lanewright.toml` beside the input or above it says.
+/// What `lanewright.toml` beside the input or above it says. One that a build has written is what that build made of these.
 fn settings(input: &Path, args: &StreetArgs) -> Result<Settings, Failure> {
     let config = ConfigArgs { config: args.config.clone(), isolated: args.isolated, ..ConfigArgs::default() };
-    config::settings(home(input), &config)
+    let told = |file: &PathBuf| file.is_file() && !build::wrote(file);
+    config::settings_from(config::above(home(input)).into_iter().filter(told).collect(), &config)
 }
 
 fn of_osm(

@@ -68,10 +68,11 @@ pub struct VirtualLightSettings {
 const START_MOST: f64 = 150.0;
 
 impl IntersectionSettings {
-    /// Whether `build` has something to draw.
+    /// Whether `build` has something to do.
     pub fn is_to_draw(&self) -> bool {
         let guided = self.guide_lines.iter().any(|line| matches!(line, GuideLine::Places(_)));
-        guided || !self.stop_lines.is_empty() || !self.virtual_lights.is_empty()
+        let drawn = guided || !self.stop_lines.is_empty() || !self.virtual_lights.is_empty();
+        drawn || !self.phases.is_empty() || self.arrows.is_some()
     }
 
     /// The first thing that cannot be meant: its key, its place in the list, and what is wrong.

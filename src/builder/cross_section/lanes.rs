@@ -51,7 +51,7 @@ pub(super) fn lanes(facts: &Facts<'_>, flow: Flow, beside: f64, notes: &mut Vec<
     };
     let strips = |count, travel, list: &PerLane| -> Vec<Strip> {
         let mut strips = vec![plain(facts, travel); count];
-        list.apply(&mut strips);
+        list.apply(&mut strips, &facts.usual);
         strips
     };
     let mut forward = strips(counts.forward, Travel::Forward, &forward_list);

@@ -5,10 +5,7 @@ use crate::diagnostic::{Finding, Severity};
 
 use super::flow::Flow;
 use super::read::Facts;
-use super::{Arrows, LANE_WIDTHS, Strip, StripKind, Travel};
-
-/// A bicycle lane in a list of lanes, metres.
-const BICYCLE_WIDTH: f64 = 1.5;
+use super::{Arrows, LANE_WIDTHS, Strip, StripKind, Travel, Usual};
 
 /// The lists that tell who may use a lane, from the most specific to the least.
 const MOTOR: [&str; 4] = ["motorcar:lanes", "motor_vehicle:lanes", "vehicle:lanes", "access:lanes"];
@@ -125,13 +122,13 @@ impl PerLane {
     }
 
     /// Puts what the lists say onto lanes of their number, left to right as the traffic sees them.
-    pub fn apply(&self, strips: &mut [Strip]) {
+    pub fn apply(&self, strips: &mut [Strip], usual: &Usual) {
         let count = strips.len();
         for (lane, strip) in strips.iter_mut().enumerate() {
             if let Some(kind) = self.kind(count, lane) {
                 strip.kind = kind;
                 if kind == StripKind::Bicycle {
-                    strip.width = BICYCLE_WIDTH;
+                    strip.width = usual.bicycle_lane;
                 }
             }
             if let Some(width) = self.entry("width:lanes", count, lane).and_then(metres)

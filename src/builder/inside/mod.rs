@@ -1,4 +1,4 @@
-//! What the user wants drawn inside intersections: guide lines, stop lines in the middle, virtual traffic lights.
+//! What the user says of intersections: guide lines, stop lines in the middle, virtual traffic lights, phases.
 //!
 //! OpenStreetMap knows none of these; `lanewright.toml` names them. They are added to the map that stands, which is read
 //! as `check` reads it, so that the names of approaches and the turns mean the same here and there. Whatever cannot be
@@ -6,6 +6,8 @@
 
 mod guide;
 mod led;
+mod phases;
+mod right_of_way;
 mod stop_line;
 mod virtual_light;
 
@@ -14,12 +16,13 @@ use crate::geometry::Point;
 use crate::lanelet::index::{MapIndex, Thresholds};
 use crate::lanelet::{LaneletMap, LineStringId};
 use crate::projection::{LonLat, Projector};
-use crate::settings::{GuideLine, InsideSettings, IntersectionSettings, Place, Settings};
+use crate::settings::{GuideLine, InsideSettings, IntersectionSettings, LightSettings, Place, Settings};
 
 use super::pen::Pen;
 
 use guide::Guide;
 use led::Led;
+use phases::Phased;
 use stop_line::{StopLine, StopLines};
 use virtual_light::{VirtualLight, VirtualLights};
 
@@ -31,6 +34,8 @@ pub const UNDRAWN: &str = "inside-undrawn";
 pub struct Inside {
     /// In all of them.
     pub everywhere: InsideSettings,
+    /// How traffic lights look.
+    pub lights: LightSettings,
     /// In single ones.
     pub intersections: Vec<IntersectionSettings>,
 }
@@ -41,17 +46,19 @@ struct Sketch {
     guides: Vec<Guide>,
     stop_lines: Vec<StopLine>,
     lights: Vec<VirtualLight>,
+    phases: Vec<Phased>,
     notes: Vec<Finding>,
 }
 
-/// Draws into a map of which the `settings` say what it cannot, and names what is left out.
-pub fn draw(map: &mut LaneletMap, projector: &Projector, inside: &Inside, settings: &Settings) -> Vec<Finding> {
+/// Draws into a map of which the settings `beside` say what it cannot, adds to these what the user says, and names what is
+/// left out.
+pub fn draw(map: &mut LaneletMap, projector: &Projector, inside: &Inside, beside: &mut Settings) -> Vec<Finding> {
     let wanted = inside.intersections.iter().filter(|entry| entry.is_to_draw());
     let wanted: Vec<IntersectionSettings> = wanted.cloned().collect();
     if wanted.is_empty() && inside.everywhere.says_nothing() {
         return Vec::new();
     }
-    let mut settings = settings.clone();
+    let mut settings = beside.clone();
     settings.intersection.extend(wanted);
     let (led, mut notes) = lead(map, projector, &settings);
     let sketch = {
@@ -61,6 +68,7 @@ pub fn draw(map: &mut LaneletMap, projector: &Projector, inside: &Inside, settin
     let mut pen = Pen::new(map, projector);
     sketch.guides.into_iter().for_each(|guide| guide::draw(&mut pen, guide));
     sketch.stop_lines.into_iter().for_each(|line| stop_line::draw(&mut pen, line));
+    sketch.phases.into_iter().for_each(|phased| phases::write(&mut pen, beside, phased));
     let mut ends = virtual_light::EndLines::new();
     sketch.lights.into_iter().for_each(|light| virtual_light::draw(&mut pen, &mut ends, light));
     notes.extend(sketch.notes);
@@ -136,6 +144,14 @@ fn sketch(map: &MapIndex, projector: &Projector, everywhere: InsideSettings, led
                 sketch.notes.extend(drawn.err().map(|why| undrawn(entry, &format!("virtual_lights[{i}]"), &why)));
             }
         }
+        for entry in &entries {
+            if entry.arrows == Some(true) && !traffic.signalised {
+                sketch.notes.push(unheeded(entry, "arrows is not heeded: there are no traffic lights here".to_owned()));
+            }
+            let faults = phases::faults(map, at, entry).into_iter();
+            sketch.notes.extend(faults.map(|(i, why)| unheeded(entry, format!("phases[{i}] is not heeded: {why}"))));
+        }
+        sketch.phases.extend(phases::phased(map, at, &entries));
         sketch.lights.append(&mut lights.lights);
         if map.intersections[at].area.is_none() {
             continue;
@@ -154,7 +170,7 @@ fn sketch(map: &MapIndex, projector: &Projector, everywhere: InsideSettings, led
 }
 
 /// A place in metres; far away from everything where the projection does not reach it.
-fn metres(projector: &Projector, [lat, lon]: Place) -> Point {
+pub fn metres(projector: &Projector, [lat, lon]: Place) -> Point {
     projector.forward(LonLat { lon, lat }, 0.0).unwrap_or(Point::new(f64::MAX.sqrt(), f64::MAX.sqrt()))
 }
 
@@ -190,6 +206,10 @@ fn nowhere(map: &MapIndex, projector: &Projector, entry: &IntersectionSettings) 
 
 /// A finding about what an entry wants and the map does not get.
 fn undrawn(entry: &IntersectionSettings, what: &str, why: &str) -> Finding {
+    unheeded(entry, format!("{what} is not drawn: {why}"))
+}
+
+fn unheeded(entry: &IntersectionSettings, message: String) -> Finding {
     let place = entry.origin.as_ref().map_or_else(String::new, |origin| format!("{}:{}: ", origin.file, origin.line));
-    Finding::new(UNDRAWN, Subject::Map, format!("{place}{what} is not drawn: {why}")).graded(Severity::Warning)
+    Finding::new(UNDRAWN, Subject::Map, format!("{place}{message}")).graded(Severity::Warning)
 }

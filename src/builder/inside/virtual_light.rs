@@ -5,15 +5,16 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::geometry::polygon;
 use crate::lanelet::index::{Edge, MapIndex, Traffic};
-use crate::lanelet::{LaneletId, LineStringId, Member, PointId, RegulatoryElementId, Target};
+use crate::lanelet::{LaneletId, LineStringId, PointId, Target};
 use crate::osm::Text;
-use crate::settings::{ApproachName, VirtualLightSettings};
+use crate::settings::VirtualLightSettings;
 
 use super::super::across::{Ends, across};
 use super::super::assembly::tags;
 use super::super::control::LIGHT_HEIGHT;
 use super::super::ids::Key;
 use super::super::pen::Pen;
+use super::right_of_way;
 use super::stop_line::drivable;
 
 /// Vehicles ask for leave so far, metres, before the stop line where the settings do not tell: enough to stop gently
@@ -58,17 +59,17 @@ impl VirtualLights {
         if arms.is_empty() {
             let sides = map.intersections[at].arms.iter().enumerate().filter(|(arm, _)| leads_in(arm));
             let sides: Vec<&str> = sides.map(|(_, arm)| arm.compass).collect();
-            return Err(format!("no lane leads in from {}; there are {}", name(&wanted.approach), sides.join(", ")));
+            return Err(format!("no lane leads in from {}; there are {}", wanted.approach, sides.join(", ")));
         }
         let lit = |arm: &usize| drivable(map, traffic).any(|one| one.from == *arm && one.mover.signalised);
         if arms.iter().any(lit) {
             return Err(format!(
                 "traffic lights rule {}; take them out of the input where an infrastructure gives leave instead",
-                name(&wanted.approach)
+                wanted.approach
             ));
         }
         if arms.iter().any(|arm| self.taken.contains(arm)) {
-            return Err(format!("{} has virtual traffic lights already", name(&wanted.approach)));
+            return Err(format!("{} has virtual traffic lights already", wanted.approach));
         }
         let lights: Vec<VirtualLight> = of_lanes(map, traffic, &arms)
             .into_iter()
@@ -84,14 +85,6 @@ impl VirtualLights {
 fn lies_on(map: &MapIndex, way: LineStringId, ends: [PointId; 2]) -> bool {
     let points = map.map.linestrings.get(way).map_or(&[][..], |line| &line.points);
     points == ends || points == [ends[1], ends[0]]
-}
-
-fn name(approach: &ApproachName) -> String {
-    match approach {
-        ApproachName::Compass(side) => side.clone(),
-        ApproachName::Id(id) => id.to_string(),
-        ApproachName::Ids(ids) => ids.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "),
-    }
 }
 
 /// The lanes of the intersection, by position, that begin at each lane of some approaches.
@@ -180,7 +173,8 @@ pub fn draw(pen: &mut Pen, drawn: &mut EndLines, light: VirtualLight) {
     members.push(("refers", Target::LineString(anchor)));
     pen.element(key, "virtual_traffic_light", members, &carriers);
     for (lane, others) in conflicts.into_iter().filter(|(_, others)| !others.is_empty()) {
-        yield_to_light(pen, lane, &others);
+        // Leave to drive is all that it waits for.
+        right_of_way::amend(pen, lane, &[], &others);
     }
 }
 
@@ -211,24 +205,4 @@ fn anchor_of(pen: &mut Pen, key: Key, stop: &Edge, known: BTreeMap<String, Strin
         attributes.set(name, Text::from(value.as_str()));
     }
     pen.line(key, nodes, attributes)
-}
-
-/// Lists others as yielding in the `right_of_way` element of a lanelet: leave to drive is all that it waits for.
-fn yield_to_light(pen: &mut Pen, lane: LaneletId, others: &[LaneletId]) {
-    let own = pen.map.lanelets.get(lane).map(|lanelet| lanelet.regulatory_elements.clone()).unwrap_or_default();
-    let listing = |id: &RegulatoryElementId| {
-        let element = pen.map.regulatory_elements.get(*id);
-        element.is_some_and(|e| e.subtype == "right_of_way" && e.lanelets("right_of_way").any(|own| own == lane))
-    };
-    let Some(element) = own.into_iter().find(listing) else {
-        let mut members = vec![("right_of_way", Target::Lanelet(lane))];
-        members.extend(others.iter().map(|&other| ("yield", Target::Lanelet(other))));
-        return pen.element(Key::new("right of way").number(lane.0), "right_of_way", members, &[lane]);
-    };
-    if let Some(element) = pen.map.regulatory_elements.get_mut(element) {
-        let known: BTreeSet<LaneletId> = element.lanelets("yield").collect();
-        let missing = others.iter().filter(|other| !known.contains(other));
-        let members = missing.map(|&other| Member { role: "yield".into(), target: Target::Lanelet(other) });
-        element.members.extend(members.collect::<Vec<_>>());
-    }
 }

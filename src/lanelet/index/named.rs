@@ -165,6 +165,13 @@ impl MapIndex<'_> {
         &self.named[intersection]
     }
 
+    /// The movements of an intersection that a name means as one whose signal changes, by position.
+    pub fn movements_named(&self, intersection: usize, name: &ApproachName) -> Vec<usize> {
+        let movements = &self.traffic[intersection].movements;
+        let named = Named::new(self, &self.intersections[intersection], intersection, movements);
+        (0..movements.len()).filter(|&x| named.starts_at(&movements[x], name)).collect()
+    }
+
     /// The approaches of an intersection that a name means, by position.
     pub fn approaches_named(&self, intersection: usize, name: &ApproachName) -> Vec<usize> {
         let movements = &self.traffic[intersection].movements;

@@ -85,14 +85,18 @@ impl Traffic {
         }
     }
 
-    /// The movements that `x` may ignore, out of those that really conflict with it; both by position.
-    pub fn yields(&self, map: &MapIndex, x: usize) -> Vec<usize> {
-        let movers: Vec<Mover> = self.movements.iter().map(|movement| movement.mover).collect();
+    /// The movements that really conflict with `x`; both by position.
+    pub fn met(&self, map: &MapIndex, x: usize) -> Vec<usize> {
         let conflicts = map.conflicts[self.movements[x].lane].iter();
         // Autoware looks only at lanes that vehicles may drive on.
         let real = conflicts.filter(|conflict| conflict.real && map.lanes[conflict.other].vehicle);
-        let conflicts: Vec<usize> = real.filter_map(|conflict| self.of_lane(conflict.other)).collect();
-        yields(x, &movers, &conflicts, |x, y| self.relation(x, y))
+        real.filter_map(|conflict| self.of_lane(conflict.other)).collect()
+    }
+
+    /// Those of them that `x` may ignore.
+    pub fn yields(&self, map: &MapIndex, x: usize) -> Vec<usize> {
+        let movers: Vec<Mover> = self.movements.iter().map(|movement| movement.mover).collect();
+        yields(x, &movers, &self.met(map, x), |x, y| self.relation(x, y))
     }
 }
 

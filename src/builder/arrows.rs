@@ -1,0 +1,42 @@
+//! Where lights have arrows: by the settings, for lanes from which all go one way.
+
+use crate::geometry::{Point, polygon};
+use crate::lanelet::{PolygonId, TurnDirection};
+use crate::projection::Projector;
+
+use super::inside::{Inside, metres};
+
+/// What the settings say of arrows.
+#[derive(Clone, Debug, Default)]
+pub struct Arrows {
+    everywhere: bool,
+    /// Single intersections, by the id of the area or a place in it, and whether they have some.
+    said: Vec<(Option<i64>, Option<Point>, bool)>,
+}
+
+impl Arrows {
+    /// From the settings, in the metres of the map.
+    pub fn new(inside: &Inside, projector: &Projector) -> Self {
+        let said = inside.intersections.iter().filter_map(|entry| {
+            let place = entry.at.map(|place| metres(projector, place));
+            Some((entry.ia, place, entry.arrows?))
+        });
+        Self { everywhere: inside.lights.arrows == Some(true), said: said.collect() }
+    }
+
+    /// Whether the lights of an intersection have some, by its area and the outline of that.
+    pub fn wanted(&self, area: PolygonId, ring: &[Point]) -> bool {
+        let meant = |&&(ia, place, _): &&(Option<i64>, Option<Point>, bool)| match (ia, place) {
+            (Some(ia), _) => ia == area.0,
+            (None, Some(place)) => polygon::contains(ring, place),
+            (None, None) => false,
+        };
+        self.said.iter().find(meant).map_or(self.everywhere, |&(.., wanted)| wanted)
+    }
+}
+
+/// The direction in which all go; `None` if that is not the same for all.
+pub fn one_way(mut directions: impl Iterator<Item = TurnDirection>) -> Option<TurnDirection> {
+    let first = directions.next()?;
+    directions.all(|other| other == first).then_some(first)
+}
