@@ -12,6 +12,9 @@ const YELLOW: [&str; 16] =
     ["AR", "BR", "CA", "CL", "CN", "CO", "EC", "KR", "MX", "NO", "PE", "PR", "TH", "TW", "US", "UY"];
 /// Where a solid line between opposite directions is painted twice, by manuals such as the MUTCD, § 3B.01.
 const TWICE: [&str; 4] = ["CA", "MX", "PR", "US"];
+/// A lane each way on less than this, metres, has no line in the middle: the MUTCD, § 3B.01, asks for one from 18 ft on, the
+/// British and the Japanese manuals from 5.5 m on.
+const LINE_FROM: f64 = 5.5;
 /// Tags of OpenStreetMap that say what is painted.
 const TAGS: [&str; 3] = ["divider", "overtaking", "lane_markings"];
 /// Tags that tell of bicycles: of both sides, of the left and of the right.
@@ -123,8 +126,8 @@ fn may_change(left: &Strip, right: &Strip, usual: bool) -> [bool; 2] {
     [to_right.unwrap_or(usual), to_left.unwrap_or(usual)]
 }
 
-/// Between opposite directions: by `divider`, `overtaking` and `lane_markings`. Where these are silent nobody overtakes; the
-/// line is doubled where the country does so, and between directions of several lanes each.
+/// Between opposite directions: by `divider`, `overtaking` and `lane_markings`. Where these are silent nobody overtakes,
+/// and a narrow road has no line; it is doubled where the country does so, and between directions of several lanes each.
 fn between_directions(section: &CrossSection, sides: [&Strip; 2], tags: &Tags, country: Option<&str>) -> Paint {
     let twice = country.is_some_and(|country| TWICE.contains(&country));
     let solid = if twice { Paint::Two([Solid, Solid]) } else { Paint::One(Solid) };
@@ -139,6 +142,7 @@ fn between_directions(section: &CrossSection, sides: [&Strip; 2], tags: &Tags, c
         (Some("forward"), _) => return overtaking(Travel::Forward),
         (Some("backward"), _) => return overtaking(Travel::Backward),
         (_, Some("no")) => return Paint::Bare,
+        (_, None) if is_narrow(section) => return Paint::Bare,
         _ => {}
     }
     // A lane in the middle for those who turn off: entered over dashes, not crossed from it.
@@ -148,6 +152,13 @@ fn between_directions(section: &CrossSection, sides: [&Strip; 2], tags: &Tags, c
     let lanes = |travel: Travel| section.driven().filter(|(_, strip)| strip.travel == travel).count();
     let several = lanes(Travel::Forward) > 1 && lanes(Travel::Backward) > 1;
     if several { Paint::Two([Solid, Solid]) } else { solid }
+}
+
+/// Whether a road has a lane each way, known to be too narrow for a line between them.
+fn is_narrow(section: &CrossSection) -> bool {
+    let lanes: Vec<&Strip> = section.driven().map(|(_, strip)| strip).collect();
+    let known = lanes.len() == 2 && lanes.iter().all(|lane| !lane.width_guessed);
+    known && lanes.iter().map(|lane| lane.width).sum::<f64>() < LINE_FROM
 }
 
 /// The paint that `divider` names, left to right along the way.
@@ -229,6 +240,21 @@ mod tests {
         assert_eq!(painted("<=>", 0, &[], "US"), "solid_dashed yellow no");
         assert_eq!(painted("<=>", 1, &[], "US"), "dashed_solid yellow no");
         assert_eq!(painted("<>", 1, &[], "US"), "road_border");
+    }
+
+    #[test]
+    fn a_narrow_road_has_no_line_in_the_middle() {
+        let between = |width: f64, guessed: bool, text: &[(&str, &str)]| {
+            let lane = |travel| Strip::plain(StripKind::Drive, travel, width, guessed);
+            let section = CrossSection { strips: vec![lane(Travel::Backward), lane(Travel::Forward)] };
+            let marking = marking(&section, 1, &text.iter().copied().collect(), Some("GB"), false);
+            marking.get("subtype").or(marking.get("type")).map(str::to_owned)
+        };
+        assert_eq!(between(2.5, false, &[]).as_deref(), Some("virtual"));
+        assert_eq!(between(2.5, true, &[]).as_deref(), Some("solid"), "a guess says nothing");
+        assert_eq!(between(2.75, false, &[]).as_deref(), Some("solid"));
+        assert_eq!(between(2.5, false, &[("lane_markings", "yes")]).as_deref(), Some("solid"));
+        assert_eq!(between(2.5, false, &[("divider", "dashed_line")]).as_deref(), Some("dashed"));
     }
 
     #[test]
