@@ -1,5 +1,6 @@
 //! The whole way from OpenStreetMap's elements to a Lanelet2 map with longitude and latitude.
 
+use std::borrow::Borrow;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -18,10 +19,12 @@ use super::assemble::{Assembled, assemble};
 use super::blinker;
 use super::consolidate::{Wish, Wished};
 use super::dead_lanes::without_dead_lanes;
-use super::heights::spots;
+use super::heights::{Spots, spots};
 use super::inside::{self, Inside};
 use super::overhead;
-use super::road_network::{DrivingSide, Network, NetworkError, NetworkOptions, RoadKey, UNMET_ROAD, road_network};
+use super::road_network::{
+    DrivingSide, Network, NetworkError, NetworkOptions, RoadKey, RoadNetwork, UNMET_ROAD, road_network,
+};
 use super::settle::settle;
 use super::streets::{StreetOptions, Streets, streets};
 
@@ -117,8 +120,22 @@ pub fn build(osm: &OsmData, options: &BuildOptions) -> Result<Built, BuildError>
     Ok(build_plan(plan(osm, options)?))
 }
 
-/// Lays out the streets of OpenStreetMap's elements.
-pub fn plan(osm: &OsmData, options: &BuildOptions) -> Result<Plan, BuildError> {
+/// Lays out the streets of OpenStreetMap's elements. They are not held longer than they are needed, if they are given away.
+pub fn plan(osm: impl Borrow<OsmData>, options: &BuildOptions) -> Result<Plan, BuildError> {
+    let read = read(osm.borrow(), options)?;
+    drop(osm);
+    Ok(laid_out(read, options))
+}
+
+/// What OpenStreetMap's elements say of roads.
+struct Read {
+    network: RoadNetwork,
+    notes: Vec<Finding>,
+    spots: Spots,
+    projector: Projector,
+}
+
+fn read(osm: &OsmData, options: &BuildOptions) -> Result<Read, BuildError> {
     let lanelets = osm.relations.iter().filter(|r| r.tags.is("type", "lanelet")).count();
     if lanelets > 0 {
         return Err(BuildError::Lanelet2Map { lanelets });
@@ -134,7 +151,12 @@ pub fn plan(osm: &OsmData, options: &BuildOptions) -> Result<Plan, BuildError> {
         roads: options.roads.clone(),
     };
     let to_metres = |places: &[LonLat]| projector.forward_all(places);
-    let Network { mut network, notes } = road_network(osm, &to_metres, &network_options)?;
+    let Network { network, notes } = road_network(osm, &to_metres, &network_options)?;
+    let spots = spots(osm, &to_metres);
+    Ok(Read { network, notes, spots, projector })
+}
+
+fn laid_out(Read { mut network, notes, spots, projector }: Read, options: &BuildOptions) -> Plan {
     let (mut wishes, notes): (Vec<Finding>, _) = notes.into_iter().partition(|note| note.fault == UNMET_ROAD);
     network.beside = options.beside;
     network.markings = options.markings;
@@ -144,7 +166,7 @@ pub fn plan(osm: &OsmData, options: &BuildOptions) -> Result<Plan, BuildError> {
         .consolidate
         .wishes
         .splice(0..0, options.merges.iter().map(|(said, merge)| wish(said, *merge, &projector)));
-    street_options.heights.spots = spots(osm, &to_metres);
+    street_options.heights.spots = spots;
     if let Some(terrain) = options.terrain.clone() {
         let at = move |points: &[Point]| {
             let places = projector.inverse_each(points, |_| 0.0);
@@ -159,7 +181,7 @@ pub fn plan(osm: &OsmData, options: &BuildOptions) -> Result<Plan, BuildError> {
     wishes.extend(unmet.map(|i| unmet_wish(&options.merges[i])));
     wishes.extend(overruled_wishes(&streets, &options.merges));
     streets.findings.extend(wishes);
-    Ok(Plan { streets, projector, guesses: notes.len(), notes, inside: options.inside.clone() })
+    Plan { streets, projector, guesses: notes.len(), notes, inside: options.inside.clone() }
 }
 
 /// A wish of the settings in the metres of the map.

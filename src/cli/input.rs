@@ -110,7 +110,7 @@ fn of_osm(
         let nowhere = || Failure::new("the data has no node with a latitude and longitude");
         options.projector = Some(projector(kind, extent.ok_or_else(nowhere)?.center())?);
     }
-    plan(&data, &options).map_err(|error| build_failure(error, name))
+    plan(data, &options).map_err(|error| build_failure(error, name))
 }
 
 fn of_geojson(name: &str, bytes: Vec<u8>, mut options: BuildOptions, args: &StreetArgs) -> Result<Plan, Failure> {

@@ -1,5 +1,7 @@
 //! Where roads of different levels pass over each other.
 
+use rayon::prelude::*;
+
 use crate::builder::road_network::{Road, RoadNetwork};
 use crate::geometry::cells::Cells;
 use crate::geometry::{Point, segment_crossing};
@@ -44,29 +46,29 @@ pub fn crossings(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<Crossing> {
     }
     let pieces: Vec<Piece> = network.roads.iter().enumerate().flat_map(|(i, road)| pieces(i, road)).collect();
     let cells = Cells::new(pieces.iter().map(Piece::bounds).collect(), CELL);
-    let mut found = Vec::new();
-    for upper in pieces.iter() {
-        let above = &network.roads[upper.road];
+    let level = |piece: &Piece| network.roads[piece.road].level;
+    let lowest = network.roads.iter().map(|road| road.level).fold(f64::INFINITY, f64::min);
+    let crossing = |upper: &Piece, lower: &Piece| {
+        let levels = level(upper) - level(lower);
+        // One of two roads on the ground is never the upper one, and each pair is seen from above only.
+        if levels <= 0.0 {
+            return None;
+        }
+        let [[a, b], [c, d]] = [upper.ends, lower.ends];
+        let (_, _, place) = segment_crossing(a, b, c, d)?;
+        let at = |piece: &Piece| (piece.road, piece.station + (place - piece.ends[0]).norm());
+        let crossing = Crossing { upper: at(upper), lower: at(lower), levels, place };
+        (!meets(network, kept, &crossing)).then_some(crossing)
+    };
+    let above_others = pieces.par_iter().filter(|piece| level(piece) > lowest);
+    let found = above_others.flat_map_iter(|upper| {
         let mut below: Vec<usize> = Vec::new();
         cells.touching(upper.bounds(), |i| below.push(i));
         below.sort_unstable();
         below.dedup();
-        for lower in below.into_iter().map(|i| &pieces[i]) {
-            let levels = above.level - network.roads[lower.road].level;
-            // One of two roads on the ground is never the upper one, and each pair is seen from above only.
-            if levels <= 0.0 {
-                continue;
-            }
-            let [[a, b], [c, d]] = [upper.ends, lower.ends];
-            let Some((_, _, place)) = segment_crossing(a, b, c, d) else { continue };
-            let at = |piece: &Piece| (piece.road, piece.station + (place - piece.ends[0]).norm());
-            let crossing = Crossing { upper: at(upper), lower: at(lower), levels, place };
-            if !meets(network, kept, &crossing) {
-                found.push(crossing);
-            }
-        }
-    }
-    found
+        below.into_iter().filter_map(|i| crossing(upper, &pieces[i])).collect::<Vec<_>>()
+    });
+    found.collect()
 }
 
 fn pieces(i: usize, road: &Road) -> impl Iterator<Item = Piece> + '_ {

@@ -42,10 +42,10 @@ pub fn evened(network: &mut RoadNetwork, kept: &[[f64; 2]], options: &HeightOpti
         return Vec::new();
     }
     let roads = network.roads.par_iter().zip(kept).zip(&before);
-    let sampled: Vec<Sampled> = roads.map(|((road, kept), before)| sampled(road, *kept, before)).collect();
+    let sampled: Vec<Sampled> = roads.map(|((road, kept), before)| sampled(road, *kept, before, options)).collect();
     let crossings = crossings(network, kept);
-    let mut web = Web::new(network, &sampled, &crossings, options);
-    web.loosen();
+    let mut web = Web::new(network, &sampled, &crossings, options.storey);
+    web.give_way();
     ties.iter().for_each(|tie| web.tie(tie.ends, tie.climb));
     let heights = web.heights();
     let roads = network.roads.par_iter_mut().enumerate().zip(&before);
@@ -96,8 +96,8 @@ fn cut(network: &RoadNetwork, kept: &[[f64; 2]], RoadEnd { road: ix, end }: Road
     [left, right].map(|edge| on_cut(road, end, kept[ix.0 as usize][side(end)], road.section.edge(edge)))
 }
 
-/// Heights as they are, at even stations of a road and where it is cut.
-fn sampled(road: &Road, kept: [f64; 2], before: &Base) -> Sampled {
+/// Heights as they are, at even stations of a road and where it is cut. Where it is steep, it may stay so.
+fn sampled(road: &Road, kept: [f64; 2], before: &Base, options: &HeightOptions) -> Sampled {
     let length = road.line.length();
     let pieces = (length / STEP).ceil().max(1.0) as usize;
     let cuts: Vec<f64> = kept.into_iter().filter(|cut| (SAME..=length - SAME).contains(cut)).collect();
@@ -107,5 +107,8 @@ fn sampled(road: &Road, kept: [f64; 2], before: &Base) -> Sampled {
     stations.sort_by(f64::total_cmp);
     stations.dedup();
     let wanted: Vec<f64> = stations.iter().map(|station| before.at(*station)).collect();
-    Sampled { stations, ground: wanted.clone(), wanted, kept }
+    let grade = options.grade_of(road);
+    let climb = |(pair, heights): (&[f64], &[f64])| (grade * (pair[1] - pair[0])).max((heights[1] - heights[0]).abs());
+    let climbs = stations.windows(2).zip(wanted.windows(2)).map(climb).collect();
+    Sampled { stations, wanted, climbs }
 }

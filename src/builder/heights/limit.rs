@@ -13,10 +13,12 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::ops::RangeInclusive;
 
+use rayon::prelude::*;
+
 use crate::builder::road_network::RoadNetwork;
 
+use super::REACH;
 use super::crossings::Crossing;
-use super::{HeightOptions, REACH};
 
 /// Heights are kept as whole tenths of a millimetre, which have an order.
 const PER_METRE: f64 = 1e4;
@@ -32,12 +34,10 @@ const PARTS: i64 = 4;
 pub struct Sampled {
     /// Where, metres; not all in one place.
     pub stations: Vec<f64>,
-    /// The ground, metres.
-    pub ground: Vec<f64>,
     /// Where the road is to lie, metres.
     pub wanted: Vec<f64>,
-    /// The stations between the intersections at its ends.
-    pub kept: [f64; 2],
+    /// The most that it may climb from each station to the next, metres.
+    pub climbs: Vec<f64>,
 }
 
 impl Sampled {
@@ -57,117 +57,124 @@ impl Sampled {
 /// A place of a road: its index in the network, and the station, metres.
 pub type OnRoad = (usize, f64);
 
+/// The places along one road: an intersection at either end, and what lies between in a row.
+#[derive(Clone, Copy)]
+struct Chain {
+    ends: [usize; 2],
+    first: usize,
+    inner: usize,
+}
+
+impl Chain {
+    fn place(&self, i: usize) -> usize {
+        match i {
+            0 => self.ends[0],
+            i if i > self.inner => self.ends[1],
+            i => self.first + i - 1,
+        }
+    }
+}
+
+/// A way between two places, or the room between them, and the most or the least that one lies above the other.
+type Pair = (usize, usize, i64);
+
 /// What binds the height of one place to that of another.
 #[derive(Clone, Copy)]
 enum Bound {
     /// A way along a road, and the most that it climbs.
-    Climb(i64),
+    Climb(u32),
     /// The other place lies on the road over this one: the crossing's index.
-    Above(usize),
+    Above(u32),
     /// The other place lies on the road below this one.
-    Below(usize),
+    Below(u32),
+}
+
+/// What every place binds, one place after the other.
+struct Bounds {
+    /// Where those of a place begin.
+    first: Vec<u32>,
+    all: Vec<(u32, Bound)>,
+}
+
+impl Bounds {
+    fn of(&self, place: usize) -> &[(u32, Bound)] {
+        &self.all[self.first[place] as usize..self.first[place + 1] as usize]
+    }
 }
 
 /// All places with a height, the intersections first, and how they bind each other.
 pub struct Web<'a> {
-    network: &'a RoadNetwork,
     sampled: &'a [Sampled],
-    /// Per road the first of the places between its ends.
-    inner: Vec<usize>,
+    chains: Vec<Chain>,
     wanted: Vec<i64>,
-    /// Pairs of places with the most that one may lie above the other.
-    climbs: Vec<(usize, usize, i64)>,
+    /// Pairs of places that are not neighbours on a road, with the most that one may lie above the other.
+    ties: Vec<Pair>,
     /// Lower and upper place of every crossing, and the room asked between them.
-    rooms: Vec<(usize, usize, i64)>,
+    rooms: Vec<Pair>,
 }
 
 impl<'a> Web<'a> {
-    /// The places of all roads, the grades between them, and the room at crossings.
-    pub fn new(
-        network: &'a RoadNetwork,
-        sampled: &'a [Sampled],
-        crossings: &[Crossing],
-        options: &HeightOptions,
-    ) -> Self {
-        let mut next = network.intersections.len();
-        let mut inner = Vec::with_capacity(sampled.len());
-        for road in sampled {
-            inner.push(next);
-            next += road.wanted.len().saturating_sub(2);
+    /// The places of all roads, and the room at crossings.
+    pub fn new(network: &RoadNetwork, sampled: &'a [Sampled], crossings: &[Crossing], storey: f64) -> Self {
+        let mut wanted = vec![0; network.intersections.len()];
+        let mut chains = Vec::with_capacity(sampled.len());
+        for (road, Sampled { wanted: heights, .. }) in network.roads.iter().zip(sampled) {
+            let inner = heights.len().saturating_sub(2);
+            let chain = Chain { ends: [road.from, road.to].map(|at| at.0 as usize), first: wanted.len(), inner };
+            wanted.resize(chain.first + inner, 0);
+            for (i, height) in heights.iter().enumerate() {
+                wanted[chain.place(i)] = units(*height);
+            }
+            chains.push(chain);
         }
-        let (wanted, climbs, rooms) = (vec![0; next], Vec::with_capacity(next), Vec::new());
-        let mut web = Self { network, sampled, inner, wanted, climbs, rooms };
-        for (i, road) in network.roads.iter().enumerate() {
-            web.add(i, [options.grade_of(road), options.steepest_of(road)]);
-        }
+        let mut web = Self { sampled, chains, wanted, ties: Vec::new(), rooms: Vec::new() };
         for Crossing { upper: (upper, above), lower: (lower, below), levels, .. } in crossings {
-            let room = units(levels * options.storey);
+            let room = units(levels * storey);
             let [high, low] = [web.at((*upper, *above)), web.at((*lower, *below))];
-            let over = sampled[*upper].around(*above).map(|i| (low, web.place(*upper, i), room));
-            let under = sampled[*lower].around(*below).map(|i| web.place(*lower, i)).filter(|at| *at != low);
-            let rooms: Vec<_> = over.chain(under.map(|low| (low, high, room))).collect();
+            let over = sampled[*upper].around(*above).map(|i| (low, web.chains[*upper].place(i), room));
+            let under = sampled[*lower].around(*below).map(|i| web.chains[*lower].place(i)).filter(|at| *at != low);
+            let rooms: Vec<Pair> = over.chain(under.map(|low| (low, high, room))).collect();
             web.rooms.extend(rooms);
         }
         web
     }
 
-    /// The wanted heights of a road, and what it may climb: by a ramp, and at most.
-    fn add(&mut self, road: usize, [usual, most]: [f64; 2]) {
-        let Sampled { stations, ground, wanted, kept } = &self.sampled[road];
-        for (i, height) in wanted.iter().enumerate() {
-            let place = self.place(road, i);
-            self.wanted[place] = units(*height);
-        }
-        for (i, pair) in stations.windows(2).enumerate() {
-            let (length, middle) = (pair[1] - pair[0], (pair[0] + pair[1]) / 2.0);
-            // Between intersections a road may climb as the ground does; these are built as level as ramps allow.
-            let ground = match (kept[0]..=kept[1]).contains(&middle) {
-                true => (ground[i + 1] - ground[i]).abs(),
-                false => 0.0,
-            };
-            let climb = ground.min(most * length).max(usual * length);
-            self.climbs.push((self.place(road, i), self.place(road, i + 1), units(climb) + 1));
-        }
-    }
-
-    /// A place by the road and its index there.
-    fn place(&self, road: usize, i: usize) -> usize {
-        let ends = &self.network.roads[road];
-        match i {
-            0 => ends.from.0 as usize,
-            i if i + 1 == self.sampled[road].stations.len() => ends.to.0 as usize,
-            i => self.inner[road] + i - 1,
-        }
-    }
-
     /// The place nearest to a station of a road.
     fn at(&self, (road, station): OnRoad) -> usize {
-        self.place(road, self.sampled[road].nearest(station))
+        self.chains[road].place(self.sampled[road].nearest(station))
     }
 
-    /// Lets everything stay as it is wanted that breaks a bound.
-    pub fn loosen(&mut self) {
-        let wanted = &self.wanted;
-        for (a, b, climb) in &mut self.climbs {
-            *climb = (*climb).max((wanted[*a] - wanted[*b]).abs());
-        }
+    /// Asks no more room at crossings than the wanted heights leave.
+    pub fn give_way(&mut self) {
         for (low, high, room) in &mut self.rooms {
-            *room = (*room).min(wanted[*high] - wanted[*low]);
+            *room = (*room).min(self.wanted[*high] - self.wanted[*low]);
         }
     }
 
     /// Lets two places differ by so many metres at most.
     pub fn tie(&mut self, [a, b]: [OnRoad; 2], climb: f64) {
-        let tie = (self.at(a), self.at(b), units(climb));
-        self.climbs.push(tie);
+        self.ties.push((self.at(a), self.at(b), units(climb)));
     }
 
     /// Heights of every road that hold the grades, and the room at crossings where it can be had.
-    pub fn heights(&mut self) -> Vec<Vec<f64>> {
+    pub fn heights(mut self) -> Vec<Vec<f64>> {
         let held = self.held();
-        let height = |road: usize, i: usize| held[self.place(road, i)] as f64 / PER_METRE;
-        let along = |road: usize| (0..self.sampled[road].stations.len()).map(|i| height(road, i)).collect();
-        (0..self.sampled.len()).map(along).collect()
+        let height = |place: usize| held[place] as f64 / PER_METRE;
+        let along = |chain: &Chain| (0..chain.inner + 2).map(|i| height(chain.place(i))).collect();
+        self.chains.par_iter().map(along).collect()
+    }
+
+    /// Pairs of places with the most that one may lie above the other.
+    fn climbs(&self) -> impl Iterator<Item = Pair> + '_ {
+        let along = |(chain, sampled): (&Chain, &'a Sampled)| {
+            let chain = *chain;
+            sampled
+                .climbs
+                .iter()
+                .enumerate()
+                .map(move |(i, climb)| (chain.place(i), chain.place(i + 1), units(*climb) + 1))
+        };
+        self.chains.iter().zip(self.sampled).flat_map(along).chain(self.ties.iter().copied())
     }
 }
 
@@ -182,7 +189,7 @@ fn units(metres: f64) -> i64 {
 impl Web<'_> {
     /// The heights nearest to the wanted ones that keep all bounds.
     fn held(&mut self) -> Vec<i64> {
-        let steep = self.climbs.iter().any(|(a, b, climb)| (self.wanted[*a] - self.wanted[*b]).abs() > *climb);
+        let steep = self.climbs().any(|(a, b, climb)| (self.wanted[a] - self.wanted[b]).abs() > climb);
         let near = self.rooms.iter().any(|(low, high, room)| self.wanted[*high] - self.wanted[*low] < *room);
         if !steep && !near {
             return self.wanted.clone();
@@ -205,7 +212,7 @@ impl Web<'_> {
 
     /// Heights that keep all bounds: the mean between which a bound is broken, and elsewhere those nearest to the wanted
     /// ones that go with it. The middle of three heights, place by place, keeps every bound that all three keep.
-    fn nearest(&self, bounds: &[Vec<(usize, Bound)>], mean: impl Iterator<Item = i64>) -> Vec<i64> {
+    fn nearest(&self, bounds: &Bounds, mean: impl Iterator<Item = i64>) -> Vec<i64> {
         let broken = self.broken();
         let fixed = |free: i64| move |(height, broken): (i64, &bool)| if *broken { height } else { free };
         let mean: Vec<i64> = mean.collect();
@@ -220,9 +227,9 @@ impl Web<'_> {
     /// Whether the wanted heights of a place break one of its bounds.
     fn broken(&self) -> Vec<bool> {
         let mut broken = vec![false; self.wanted.len()];
-        for (a, b, most) in &self.climbs {
-            if (self.wanted[*a] - self.wanted[*b]).abs() > *most {
-                (broken[*a], broken[*b]) = (true, true);
+        for (a, b, most) in self.climbs() {
+            if (self.wanted[a] - self.wanted[b]).abs() > most {
+                (broken[a], broken[b]) = (true, true);
             }
         }
         for (low, high, room) in self.rooms.iter().filter(|(_, _, room)| *room > 0) {
@@ -235,16 +242,17 @@ impl Web<'_> {
 
     /// The lowest heights at or above those given (`sign` 1), or below them with all signs turned (-1). `lifts` counts how
     /// often each crossing moved a road; one that exceeds the most moves it no more.
-    fn raised(&self, bounds: &[Vec<(usize, Bound)>], mut heights: Vec<i64>, sign: i64, lifts: &mut [u32]) -> Vec<i64> {
+    fn raised(&self, bounds: &Bounds, mut heights: Vec<i64>, sign: i64, lifts: &mut [u32]) -> Vec<i64> {
         lifts.iter_mut().for_each(|lifts| *lifts = if *lifts > MOST_LIFTS { *lifts } else { 0 });
         let fall = |bound: Bound| match bound {
-            Bound::Climb(most) => Some(most),
-            Bound::Above(i) => (sign > 0 && self.rooms[i].2 > 0).then(|| -self.rooms[i].2),
-            Bound::Below(i) => (sign < 0 && self.rooms[i].2 > 0).then(|| -self.rooms[i].2),
+            Bound::Climb(most) => Some(i64::from(most)),
+            Bound::Above(i) => Some(-self.rooms[i as usize].2).filter(|room| sign > 0 && *room < 0),
+            Bound::Below(i) => Some(-self.rooms[i as usize].2).filter(|room| sign < 0 && *room < 0),
         };
         let lifts_any = |at: &usize| {
-            let lifts = |(to, bound): &(usize, Bound)| fall(*bound).is_some_and(|f| heights[*at] - f > heights[*to]);
-            bounds[*at].iter().any(lifts)
+            let lifts =
+                |(to, bound): &(u32, Bound)| fall(*bound).is_some_and(|f| heights[*at] - f > heights[*to as usize]);
+            bounds.of(*at).iter().any(lifts)
         };
         let mut open: BinaryHeap<(i64, Reverse<usize>)> =
             (0..heights.len()).filter(lifts_any).map(|at| (heights[at], Reverse(at))).collect();
@@ -252,34 +260,46 @@ impl Web<'_> {
             if heights[at] != height {
                 continue;
             }
-            for (to, bound) in &bounds[at] {
-                let Some(least) = fall(*bound).map(|fall| height - fall).filter(|least| *least > heights[*to]) else {
-                    continue;
-                };
+            for (to, bound) in bounds.of(at) {
+                let (to, least) = (*to as usize, fall(*bound).map(|fall| height - fall));
+                let Some(least) = least.filter(|least| *least > heights[to]) else { continue };
                 if let Bound::Above(i) | Bound::Below(i) = *bound {
-                    lifts[i] += 1;
-                    if lifts[i] > MOST_LIFTS {
+                    let lifts = &mut lifts[i as usize];
+                    *lifts += 1;
+                    if *lifts > MOST_LIFTS {
                         continue;
                     }
                 }
-                heights[*to] = least;
-                open.push((least, Reverse(*to)));
+                heights[to] = least;
+                open.push((least, Reverse(to)));
             }
         }
         heights
     }
 
-    /// Per place what it binds.
-    fn bounds(&self) -> Vec<Vec<(usize, Bound)>> {
-        let mut bounds = vec![Vec::new(); self.wanted.len()];
-        for (a, b, most) in &self.climbs {
-            bounds[*a].push((*b, Bound::Climb(*most)));
-            bounds[*b].push((*a, Bound::Climb(*most)));
+    /// Per place what it binds: its neighbours on roads, and what lies above and below.
+    fn bounds(&self) -> Bounds {
+        let mut first = vec![0; self.wanted.len() + 1];
+        let pairs = self.climbs().chain(self.rooms.iter().copied());
+        pairs.flat_map(|(a, b, _)| [a, b]).for_each(|place| first[place + 1] += 1);
+        for place in 0..self.wanted.len() {
+            first[place + 1] += first[place];
         }
-        for (i, (low, high, _)) in self.rooms.iter().enumerate() {
-            bounds[*low].push((*high, Bound::Above(i)));
-            bounds[*high].push((*low, Bound::Below(i)));
+        let mut next = first.clone();
+        let mut all = vec![(0, Bound::Climb(0)); first.last().map_or(0, |count| *count as usize)];
+        let mut bind = |at: usize, to: usize, bound: Bound| {
+            all[next[at] as usize] = (to as u32, bound);
+            next[at] += 1;
+        };
+        for (a, b, most) in self.climbs() {
+            let most = u32::try_from(most).unwrap_or(u32::MAX);
+            bind(a, b, Bound::Climb(most));
+            bind(b, a, Bound::Climb(most));
         }
-        bounds
+        for ((low, high, _), i) in self.rooms.iter().zip(0..) {
+            bind(*low, *high, Bound::Above(i));
+            bind(*high, *low, Bound::Below(i));
+        }
+        Bounds { first, all }
     }
 }

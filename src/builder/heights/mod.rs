@@ -17,6 +17,8 @@ mod tests;
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Polyline};
 
@@ -123,27 +125,38 @@ pub fn raised(mut network: RoadNetwork, kept: &[[f64; 2]], options: &HeightOptio
     let bases = base::bases(&network, options);
     let crossings = crossings(&network, kept);
     let ramps = ramp::ramps(&network, kept, &bases, &crossings, options);
-    let roads = network.roads.iter().zip(kept).zip(bases.iter().zip(&ramps));
-    let sampled: Vec<Sampled> = roads.map(|((road, kept), (base, ramp))| sampled(road, *kept, base, ramp)).collect();
-    let heights = Web::new(&network, &sampled, &crossings, options).heights();
-    let mut findings = Vec::new();
-    for ((road, sampled), heights) in network.roads.iter_mut().zip(&sampled).zip(&heights) {
-        findings.extend(astray(road, sampled, heights));
-        lay(road, &profile(&sampled.stations, heights));
-    }
+    let roads = network.roads.par_iter().zip(kept).zip(bases.par_iter().zip(&ramps));
+    let sample = |((road, kept), (base, ramp)): ((&Road, &[f64; 2]), _)| sampled(road, *kept, base, ramp, options);
+    let sampled: Vec<Sampled> = roads.map(sample).collect();
+    let heights = Web::new(&network, &sampled, &crossings, options.storey).heights();
+    let roads = network.roads.par_iter_mut().zip(sampled.into_par_iter().zip(heights));
+    let laid = roads.map(|(road, (sampled, heights))| {
+        let astray = astray(road, &sampled, &heights);
+        lay(road, &profile(&sampled.stations, &heights));
+        astray
+    });
+    let mut findings: Vec<Finding> = laid.flatten_iter().collect();
     findings.extend(crossings.iter().filter_map(|crossing| cramped(&network, crossing, options.storey)));
     (network, findings)
 }
 
-/// Ground and wanted height at even stations of a road.
-fn sampled(road: &Road, kept: [f64; 2], base: &Base, ramp: &Ramp) -> Sampled {
+/// Wanted height at even stations of a road, and what it may climb between them.
+fn sampled(road: &Road, kept: [f64; 2], base: &Base, ramp: &Ramp, options: &HeightOptions) -> Sampled {
     let length = road.line.length();
     let pieces = (length / STEP).ceil().max(1.0) as usize;
     let step = length / pieces as f64;
     let stations: Vec<f64> = (0..=pieces).map(|i| step * i as f64).collect();
     let ground: Vec<f64> = stations.iter().map(|station| base.at(*station)).collect();
     let wanted = stations.iter().zip(&ground).map(|(station, ground)| ground + ramp.at(*station)).collect();
-    Sampled { stations, ground, wanted, kept }
+    let [usual, most] = [options.grade_of(road), options.steepest_of(road)];
+    let climb = |(pair, ground): (&[f64], &[f64])| {
+        let (length, middle) = (pair[1] - pair[0], (pair[0] + pair[1]) / 2.0);
+        // Between intersections a road may climb as the ground does; these are built as level as ramps allow.
+        let steep = if (kept[0]..=kept[1]).contains(&middle) { (ground[1] - ground[0]).abs() } else { 0.0 };
+        steep.min(most * length).max(usual * length)
+    };
+    let climbs = stations.windows(2).zip(ground.windows(2)).map(climb).collect();
+    Sampled { stations, wanted, climbs }
 }
 
 /// Heights by station, as few as tell the height everywhere, from those at even steps.
