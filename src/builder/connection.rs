@@ -3,24 +3,30 @@
 //! The outline says how far a road must be cut back at least. Here it is cut back further, along its own line, so that
 //! the crosswalk lies inside the intersection with the stop line before it, and so that a car can take the near turn.
 
+mod mapped;
 mod setback;
+#[cfg(test)]
+mod tests;
 
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
 use crate::geometry::{Point, Vector, angle_between, curve::Pose, left_of};
 
-use super::cross_section::{CrossSection, StripKind, Travel};
+use super::cross_section::{CrossSection, SIDEWALK, StripKind, Travel};
 use super::road_network::{End, FeatureKind, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
 use super::seam::level;
 use super::walk_light::has_lights;
+use mapped::{drawn_back, mapped};
 use setback::{comfort, eased, turn_setbacks};
 
 /// Breadth of a crosswalk along the road, metres: the usual painted zebra.
 pub const CROSSWALK_BREADTH: f64 = 3.0;
 /// From the stop line to the crosswalk, metres: official maps have 1.2 to 4.2.
 pub const STOP_GAP: f64 = 2.0;
-/// The most that may lie between them, metres.
+/// The least that lies between them, metres, where the stop line is mapped.
+const STOP_GAP_LEAST: f64 = 1.2;
+/// The most that may lie between them, metres, where it is not.
 pub const STOP_GAP_MOST: f64 = 4.0;
 /// From the corner of the crossing road to the crosswalk, metres.
 const CORNER_GAP: f64 = 0.5;
@@ -46,7 +52,7 @@ pub struct Crossing {
 }
 
 /// Where every road is cut, and the crossings.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ConnectionLines {
     /// Per road: the stations between which its own lanes run.
     pub kept: Vec<[f64; 2]>,
@@ -140,8 +146,13 @@ impl Needs {
 }
 
 /// Cuts every road for crosswalks, stop lines and turns. `back` says how far each end is cut back at least, metres behind
-/// its outline.
-pub fn connection_lines(network: &RoadNetwork, needs: &Needs, back: &[[f64; 2]]) -> ConnectionLines {
+/// its outline, `stops` whether it is cut where the map says that vehicles stop.
+pub fn connection_lines(
+    network: &RoadNetwork,
+    needs: &Needs,
+    back: &[[f64; 2]],
+    stops: &[[bool; 2]],
+) -> ConnectionLines {
     let Needs { least, wanted } = needs;
     let mut setbacks = back.to_vec();
     let mut wishes = vec![[0.0_f64; 2]; back.len()];
@@ -153,18 +164,24 @@ pub fn connection_lines(network: &RoadNetwork, needs: &Needs, back: &[[f64; 2]])
             }
         }
     }
-    let mut lines = cut(network, least, setbacks.clone(), &wishes);
+    let mut lines = cut(network, least, setbacks.clone(), &wishes, stops);
     // Where a road is too short to be cut back, its neighbour gives.
     for give in [None, None, Some(back)] {
         if level(network, least, &lines.kept, &mut setbacks, give) {
-            lines = cut(network, least, setbacks.clone(), &wishes);
+            lines = cut(network, least, setbacks.clone(), &wishes, stops);
         }
     }
     ConnectionLines { least: least.clone(), ..lines }
 }
 
 /// Cuts every road at its setbacks, and farther out where people cross.
-fn cut(network: &RoadNetwork, least: &[[f64; 2]], mut setbacks: Vec<[f64; 2]>, wishes: &[[f64; 2]]) -> ConnectionLines {
+fn cut(
+    network: &RoadNetwork,
+    least: &[[f64; 2]],
+    mut setbacks: Vec<[f64; 2]>,
+    wishes: &[[f64; 2]],
+    stopped: &[[bool; 2]],
+) -> ConnectionLines {
     let mut lines = ConnectionLines::default();
     let mut placed: FxHashSet<i64> = FxHashSet::default();
     for (i, road) in network.roads.iter().enumerate() {
@@ -172,23 +189,38 @@ fn cut(network: &RoadNetwork, least: &[[f64; 2]], mut setbacks: Vec<[f64; 2]>, w
         let at = |end| network.intersection(road.intersection(end));
         let room = |end| at(end).arms.len() >= 3 && !road.roundabout;
         let continued = |end| at(end).arms.len() == 2;
-        let mut crossings = crossings_of(road, ix, least[i], room, continued);
+        let mut stops = mapped(road, least[i], |end| room(end) && stopped[i][side(end)]);
+        let mut crossings = crossings_of(road, ix, least[i], stops, room, continued);
         for crossing in &crossings {
             let Some(end) = crossing.arm else { continue };
-            let depth = from_cut(least[i], end, crossing.station);
-            let needed = depth + CROSSWALK_BREADTH / 2.0 + STOP_GAP;
+            let behind = from_cut(least[i], end, crossing.station) + CROSSWALK_BREADTH / 2.0;
+            let stop = &mut stops[side(end)];
+            *stop = stop.filter(|stop| *stop > behind).map(|stop| stop.max(behind + STOP_GAP_LEAST));
             let back = &mut setbacks[i][side(end)];
-            *back = back.max(needed);
+            *back = back.max(stop.unwrap_or(f64::INFINITY).min(behind + STOP_GAP));
         }
-        let kept = apply(least[i], setbacks[i], road.line.length());
-        let kept = untwisted(road, eased(road, kept, [0, 1].map(|end| (wishes[i][end] - setbacks[i][end]).max(0.0))));
+        for end in [End::Start, End::End].into_iter().filter(|&end| room(end) && leads_out(network, road, end)) {
+            let free = crossings.iter().all(|crossing| crossing.arm != Some(end));
+            let behind = sidewalk(road, end).map(|station| from_cut(least[i], end, station) + SIDEWALK / 2.0);
+            let Some(behind) = behind.filter(|behind| free && *behind <= CROSSING_REACH) else { continue };
+            let (needed, other) = (behind + STOP_GAP, setbacks[i][side(end.other())]);
+            if least[i][1] - least[i][0] - other - needed >= ROAD_LEFT {
+                let back = &mut setbacks[i][side(end)];
+                *back = back.max(needed);
+            }
+        }
+        let (back, mapped) = drawn_back(least[i], setbacks[i], stops);
+        let kept = apply(least[i], back, road.line.length());
+        let more = |end: usize| if mapped[end] { 0.0 } else { (wishes[i][end] - back[end]).max(0.0) };
+        let kept = untwisted(road, eased(road, kept, [0, 1].map(more)));
         for crossing in &mut crossings {
             let Some(end) = crossing.arm else { continue };
             // Where the road is too short the crosswalk moves toward the middle of the intersection with the cut; where it
             // is cut far back, up the road.
             let middle = from_cut(least[i], end, kept[side(end)]) - CROSSWALK_BREADTH / 2.0;
             let depth = from_cut(least[i], end, crossing.station);
-            let held = depth.max(middle - STOP_GAP_MOST).min(middle - STOP_GAP.min(1.2));
+            let far = if mapped[side(end)] { depth } else { depth.max(middle - STOP_GAP_MOST) };
+            let held = far.min(middle - STOP_GAP_LEAST);
             crossing.station = at_depth(least[i], end, held);
         }
         // What lies between intersections crosses the road's own lanes, once where the way is cut in two.
@@ -199,6 +231,21 @@ fn cut(network: &RoadNetwork, least: &[[f64; 2]], mut setbacks: Vec<[f64; 2]>, w
         lines.crossings.extend(crossings);
     }
     lines
+}
+
+/// Whether a road on private ground leads out of it at this end.
+fn leads_out(network: &RoadNetwork, road: &Road, end: End) -> bool {
+    let arms = &network.intersection(road.intersection(end)).arms;
+    !road.public && arms.iter().any(|arm| network.road(arm.road).public)
+}
+
+/// Where a sidewalk that is mapped as a way of its own first leads across a road before its end: its station.
+pub fn sidewalk(road: &Road, end: End) -> Option<f64> {
+    let length = road.line.length();
+    let depth = |station: f64| from_cut([0.0, length], end, station);
+    let across = road.features.iter().filter(|feature| feature.kind == FeatureKind::Sidewalk);
+    let own = across.map(|feature| feature.station).filter(|station| depth(*station) <= length / 2.0);
+    own.min_by(|a, b| depth(*a).total_cmp(&depth(*b)))
 }
 
 /// The outline's cut, held to the line and to a least length; the whole line where roads meet face to face.
@@ -268,6 +315,7 @@ fn crossings_of(
     road: &Road,
     ix: RoadIx,
     cut: [f64; 2],
+    stops: [Option<f64>; 2],
     room: impl Fn(End) -> bool,
     continued: impl Fn(End) -> bool,
 ) -> Vec<Crossing> {
@@ -280,7 +328,8 @@ fn crossings_of(
         let near = [End::Start, End::End]
             .into_iter()
             .min_by(|&a, &b| from_cut(cut, a, feature.station).total_cmp(&from_cut(cut, b, feature.station)));
-        let arm = near.filter(|&end| room(end) && from_cut(cut, end, feature.station) <= CROSSING_REACH);
+        let reach = |end: End| stops[side(end)].unwrap_or_default().max(CROSSING_REACH);
+        let arm = near.filter(|&end| room(end) && from_cut(cut, end, feature.station) <= reach(end));
         let station = match arm {
             Some(end) => at_depth(cut, end, from_cut(cut, end, feature.station).max(half + CORNER_GAP)),
             None => feature.station,

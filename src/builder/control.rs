@@ -40,10 +40,7 @@ pub enum Control {
 /// The sign that stands on a road before its end.
 pub fn sign_at(road: &Road, end: End) -> Control {
     let length = road.line.length();
-    let into = match end {
-        End::Start => Travel::Backward,
-        End::End => Travel::Forward,
-    };
+    let into = end.inbound();
     let mut control = Control::None;
     for feature in &road.features {
         let depth = if end == End::Start { feature.station } else { length - feature.station };

@@ -5,7 +5,7 @@
 //! begins, and their end nodes lie on its outline.
 
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::geometry::{Point, Polyline, Vector, polygon};
 
@@ -28,6 +28,8 @@ const ROUNDS: usize = 4;
 const ROUNDS_OUTLINED: usize = 8;
 /// by so many metres each.
 const CLEARING: f64 = 1.0;
+/// Stop lines that get into the way of something are left out in so many rounds, then all.
+const ROUNDS_STOPPED: usize = 3;
 /// A way that reaches over a cut by less than this, metres, only touches it.
 const TOUCH: f64 = 0.05;
 /// Ways that share less than this, square metres, only touch.
@@ -54,6 +56,8 @@ pub struct Draft {
     pub ways: Vec<Option<Ways>>,
     /// How far each end of a road is cut back at least, metres behind its outline.
     back: Vec<[f64; 2]>,
+    /// Whether each end of a road is cut where the map says that vehicles stop.
+    stops: Vec<[bool; 2]>,
     /// What the ends of roads need, however far they are cut back.
     needs: Needs,
 }
@@ -183,7 +187,41 @@ impl Draft {
         restricted: &Restricted,
         before: Option<(&RoadNetwork, Self)>,
     ) -> Self {
-        let mut draft = Self::begun(network, kept, restricted, before);
+        Self::begun(network, kept, restricted, before).cleared(network, restricted)
+    }
+
+    /// Cuts roads where the map says that vehicles stop. Around an intersection where more ways would run over the ends of
+    /// lanes then, all stays as it is.
+    #[must_use]
+    pub fn with_stops(self, network: &RoadNetwork, restricted: &Restricted) -> Self {
+        let mut stops = vec![[true; 2]; network.roads.len()];
+        if connection_lines(network, &self.needs, &self.back, &stops) == self.lines {
+            return self;
+        }
+        let (back, overrun) = (self.back.clone(), self.overrun(network).collect::<FxHashSet<RoadEnd>>());
+        let mut draft = self;
+        for round in 0..=ROUNDS_STOPPED {
+            if round == ROUNDS_STOPPED {
+                stops.fill([false; 2]);
+            }
+            draft.back.clone_from(&back);
+            draft.stops.clone_from(&stops);
+            draft = draft.redrawn(network, restricted, &[]).cleared(network, restricted);
+            let more: Vec<RoadEnd> = draft.overrun(network).filter(|at| !overrun.contains(at)).collect();
+            if more.is_empty() {
+                break;
+            }
+            // What is drawn at both ends of a road depends on where either is cut.
+            let around = |at: RoadEnd| network.intersection(network.road(at.road).intersection(at.end)).arms.iter();
+            let roads: Vec<RoadIx> = more.into_iter().flat_map(around).map(|arm| arm.road).collect();
+            roads.into_iter().for_each(|road| stops[road.0 as usize] = [false; 2]);
+        }
+        draft
+    }
+
+    /// Cuts roads back and draws again until no way runs over the end of a lane, as far as the roads have room.
+    fn cleared(self, network: &RoadNetwork, restricted: &Restricted) -> Self {
+        let mut draft = self;
         for _ in 0..ROUNDS {
             if !draft.cut_back(network) {
                 break;
@@ -224,7 +262,8 @@ impl Draft {
         };
         let mut joins = Joins::find(network);
         let needs = Needs::new(network, kept, |ix| joins.joined(ix));
-        let lines = connection_lines(network, &needs, &back);
+        let stops = vec![[false; 2]; network.roads.len()];
+        let lines = connection_lines(network, &needs, &back, &stops);
         joins.beside(seams(network, &lines));
         let mut assembly = Assembly::default();
         let lanes = lanes(&mut assembly, network, &lines, &mut joins);
@@ -245,14 +284,14 @@ impl Draft {
                 }
             }
         }
-        Self { joins, lines, assembly, lanes, ways, back, needs }.complete(network, restricted)
+        Self { joins, lines, assembly, lanes, ways, back, stops, needs }.complete(network, restricted)
     }
 
     /// Draws the roads whose cuts have moved, those that are to be drawn anew in any case, by their indices in order, and
     /// the ways that end there.
     fn redrawn(self, network: &RoadNetwork, restricted: &Restricted, anew: &[RoadIx]) -> Self {
-        let Self { mut joins, lines: before, mut assembly, mut lanes, mut ways, back, needs } = self;
-        let lines = connection_lines(network, &needs, &back);
+        let Self { mut joins, lines: before, mut assembly, mut lanes, mut ways, back, stops, needs } = self;
+        let lines = connection_lines(network, &needs, &back, &stops);
         let beside = joins.beside(seams(network, &lines));
         let redrawn = |road: &RoadIx| beside.contains(road) || anew.binary_search(road).is_ok();
         let moved = |road: &RoadIx| before.kept[road.0 as usize] != lines.kept[road.0 as usize] || redrawn(road);
@@ -263,7 +302,7 @@ impl Draft {
             let stays = at.arms.iter().all(|at| cut(&before, at) == cut(&lines, at) && !redrawn(&at.road));
             *ways = ways.take().filter(|_| stays).map(|ways| Ways { stood: true, ..ways });
         }
-        Self { joins, lines, assembly, lanes, ways, back, needs }.complete(network, restricted)
+        Self { joins, lines, assembly, lanes, ways, back, stops, needs }.complete(network, restricted)
     }
 
     /// Draws the ways that are not drawn yet.

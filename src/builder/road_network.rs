@@ -11,6 +11,7 @@ mod pieces;
 mod read;
 mod restriction;
 mod select;
+mod stop_lines;
 mod stubs;
 #[cfg(test)]
 mod tests;
@@ -27,7 +28,7 @@ use crate::geometry::{Point, Polyline};
 use crate::osm::{Tags, Text};
 use crate::settings::{BesideSettings, MarkingSettings};
 
-use super::cross_section::CrossSection;
+use super::cross_section::{CrossSection, Travel};
 
 /// Which side of the road people drive on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
@@ -65,6 +66,14 @@ impl End {
         match self {
             Self::Start => Self::End,
             Self::End => Self::Start,
+        }
+    }
+
+    /// The travel along the line that leads to this end.
+    pub fn inbound(self) -> Travel {
+        match self {
+            Self::Start => Travel::Backward,
+            Self::End => Travel::Forward,
         }
     }
 }
@@ -128,7 +137,7 @@ impl fmt::Display for RoadKey {
 pub struct Feature {
     /// Distance along the road's line, metres.
     pub station: f64,
-    /// Id of the OpenStreetMap node.
+    /// Id of the OpenStreetMap node; of a stop line's first.
     pub node: i64,
     /// What it is.
     pub kind: FeatureKind,
@@ -145,11 +154,14 @@ pub enum FeatureKind {
         marked: bool,
     },
     /// Lights for vehicles that travel as given (`Both` where the tags do not tell).
-    Signals(super::cross_section::Travel),
+    Signals(Travel),
     /// A stop sign for vehicles that travel as given.
-    Stop(super::cross_section::Travel),
+    Stop(Travel),
     /// A give-way sign for vehicles that travel as given.
-    GiveWay(super::cross_section::Travel),
+    GiveWay(Travel),
+    /// Where vehicles that travel as given stop: a painted line, or a light or sign whose tags say whom it faces. They stop there
+    /// if what rules the intersection lets them.
+    StopLine(Travel),
     /// A sidewalk that is mapped as a way of its own leads across a road on private ground.
     Sidewalk,
 }

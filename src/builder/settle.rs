@@ -48,6 +48,7 @@ pub fn settle(mut network: RoadNetwork, mut kept: Vec<[f64; 2]>, apart: &FxHashS
         taken.extend(merges.iter().filter(|note| note.merged).map(note));
         let Some(next) = next else {
             notes.append(&mut taken);
+            let draft = draft.with_stops(&network, &restricted);
             let relaid = evened(&mut network, &draft.lines.kept, &HeightOptions::default());
             let draft = draft.relaid(&network, &restricted, &relaid);
             return Settled { network, restricted, draft, notes };

@@ -7,12 +7,12 @@ use crate::geometry::{Point, Vector, left_of, polygon};
 use crate::lanelet::{Bound, LaneletId, Target};
 
 use super::assembly::{Assembly, tags};
-use super::connection::{carriageway, from_cut, on_cut};
+use super::connection::{carriageway, from_cut, on_cut, sidewalk};
 use super::cross_section::{SIDEWALK, StripKind};
 use super::ids::Key;
 use super::lanes::{Lanes, road_key};
 use super::paths::Path;
-use super::road_network::{End, FeatureKind, Intersection, Road, RoadEnd, RoadNetwork};
+use super::road_network::{End, Intersection, Road, RoadEnd, RoadNetwork};
 
 /// A walkway reaches so far, metres, beyond the lanes that cross it: 3 m are asked for.
 const BEYOND: f64 = 3.1;
@@ -95,11 +95,7 @@ fn sidewalk_end(network: &RoadNetwork, lanes: &Lanes, at: RoadEnd, last: bool) -
 /// Where a sidewalk that is mapped as a way of its own first leads across a road before its end; straight across, as
 /// crosswalks do.
 fn mapped(road: &Road, end: End) -> Option<SidewalkEnd> {
-    let length = road.line.length();
-    let depth = |station: f64| from_cut([0.0, length], end, station);
-    let across = road.features.iter().filter(|feature| feature.kind == FeatureKind::Sidewalk);
-    let own = across.map(|feature| feature.station).filter(|station| depth(*station) <= length / 2.0);
-    let station = own.min_by(|a, b| depth(*a).total_cmp(&depth(*b)))?;
+    let station = sidewalk(road, end)?;
     Some(SidewalkEnd { place: road.line.at(station), ahead: left_of(road.line.direction(station)), width: SIDEWALK })
 }
 

@@ -28,9 +28,9 @@ const SWERVE_MOST: f64 = 4.0;
 /// A road that can spare it gives this much, metres, at most so that lanes hardly weave, ...
 const WEAVE_SETBACK_MOST: f64 = 8.0;
 /// ... and keeps this much, metres: two cars.
-const EASE_LEFT: f64 = 10.0;
+pub const EASE_LEFT: f64 = 10.0;
 /// No cut moves for comfort around a bend of the road sharper than this, degrees.
-const EASE_BEND: f64 = 10.0;
+pub const EASE_BEND: f64 = 10.0;
 /// Bends to and fro, degrees, that need no more room.
 const WEAVE_MOST: f64 = 13.0;
 /// Beyond this change of direction, degrees, a lane turns and needs no room to shift sideways.

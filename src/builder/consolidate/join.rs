@@ -107,6 +107,7 @@ fn turned(kind: FeatureKind) -> FeatureKind {
         FeatureKind::Signals(travel) => FeatureKind::Signals(against(travel)),
         FeatureKind::Stop(travel) => FeatureKind::Stop(against(travel)),
         FeatureKind::GiveWay(travel) => FeatureKind::GiveWay(against(travel)),
+        FeatureKind::StopLine(travel) => FeatureKind::StopLine(against(travel)),
     }
 }
 

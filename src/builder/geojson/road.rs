@@ -192,6 +192,7 @@ fn furniture(road: &RoadShape, index: usize, shape: &FurnitureShape) -> Furnitur
         FurnitureKind::Signals => FeatureKind::Signals(travel),
         FurnitureKind::Stop => FeatureKind::Stop(travel),
         FurnitureKind::GiveWay => FeatureKind::GiveWay(travel),
+        FurnitureKind::StopLine => FeatureKind::StopLine(travel),
         FurnitureKind::Sidewalk => FeatureKind::Sidewalk,
     };
     let node = if shape.node == 0 { number("furniture", &format!("{} {index}", road.id.0)) } else { shape.node };

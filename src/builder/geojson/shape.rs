@@ -165,6 +165,7 @@ pub enum FurnitureKind {
     Signals,
     Stop,
     GiveWay,
+    StopLine,
     Sidewalk,
 }
 

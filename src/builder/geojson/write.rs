@@ -361,6 +361,7 @@ fn furniture(feature: &Furniture) -> FurnitureShape {
         FeatureKind::Signals(travel) => (FurnitureKind::Signals, Some(travel), None),
         FeatureKind::Stop(travel) => (FurnitureKind::Stop, Some(travel), None),
         FeatureKind::GiveWay(travel) => (FurnitureKind::GiveWay, Some(travel), None),
+        FeatureKind::StopLine(travel) => (FurnitureKind::StopLine, Some(travel), None),
         FeatureKind::Sidewalk => (FurnitureKind::Sidewalk, None, None),
     };
     let [signals, marked] = [0, 1].map(|i| crossing.map(|c| c[i]));

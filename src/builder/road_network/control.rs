@@ -56,7 +56,7 @@ fn sign_binds(network: &RoadNetwork, road: &Road, ix: IntersectionIx) -> bool {
     !is_crossing(network, ix) || intersection.all_way_stop || highest.is_some_and(|highest| highest < road.class)
 }
 
-/// The road's features, with stop and give-way signs meant for the travel toward the nearer crossing.
+/// The road's features, with stop lines, stop and give-way signs meant for the travel toward the nearer crossing.
 fn faced(network: &RoadNetwork, road: &Road) -> Vec<Feature> {
     let length = road.line.length();
     let toward = |station: f64| {
@@ -73,7 +73,9 @@ fn faced(network: &RoadNetwork, road: &Road) -> Vec<Feature> {
     });
     for feature in &mut features {
         match &mut feature.kind {
-            FeatureKind::Stop(travel) | FeatureKind::GiveWay(travel) if *travel == Travel::Both => {
+            FeatureKind::Stop(travel) | FeatureKind::GiveWay(travel) | FeatureKind::StopLine(travel)
+                if *travel == Travel::Both =>
+            {
                 *travel = toward(feature.station);
             }
             _ => {}
@@ -96,16 +98,8 @@ fn ruled(network: &RoadNetwork, ix: IntersectionIx) -> (bool, bool) {
 
 /// Whether traffic reaches this end of the road.
 pub(super) fn arrives(road: &Road, end: End) -> bool {
-    let wanted = inbound(end);
+    let wanted = end.inbound();
     only_travel(road).is_none_or(|only| only == wanted)
-}
-
-/// The travel that leads to this end.
-pub(super) fn inbound(end: End) -> Travel {
-    match end {
-        End::Start => Travel::Backward,
-        End::End => Travel::Forward,
-    }
 }
 
 /// Whether a feature of the wanted kind, meant for traffic that arrives on `arm`, stands within reach; looks on where
@@ -130,8 +124,8 @@ fn stands_on(network: &RoadNetwork, arm: RoadEnd, wanted: impl Fn(FeatureKind) -
             let nearer = !far_crossing || before + distance <= length - distance;
             let faces = match feature.kind {
                 FeatureKind::Signals(Travel::Both) => nearer,
-                FeatureKind::Signals(t) | FeatureKind::Stop(t) | FeatureKind::GiveWay(t) => t == inbound(arm.end),
-                FeatureKind::Crossing { .. } | FeatureKind::Sidewalk => false,
+                FeatureKind::Signals(t) | FeatureKind::Stop(t) | FeatureKind::GiveWay(t) => t == arm.end.inbound(),
+                FeatureKind::Crossing { .. } | FeatureKind::StopLine(_) | FeatureKind::Sidewalk => false,
             };
             // What stands at the far crossing itself rules that one.
             let own = !far_crossing || distance < length;

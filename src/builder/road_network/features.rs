@@ -62,12 +62,20 @@ impl<'a> NodeFeatures<'a> {
             kinds.push(FeatureKind::Sidewalk);
         }
         let Some(tags) = tags else { return kinds };
-        match highway {
-            Some("traffic_signals") => kinds.push(FeatureKind::Signals(faced(tags, "traffic_signals:direction"))),
-            Some("stop") => kinds.push(FeatureKind::Stop(faced(tags, "direction"))),
-            Some("give_way") => kinds.push(FeatureKind::GiveWay(faced(tags, "direction"))),
-            _ => {}
+        let (kind, travel) = match highway {
+            Some("traffic_signals") => {
+                let travel = faced(tags, "traffic_signals:direction");
+                (FeatureKind::Signals(travel), travel)
+            }
+            Some("stop") => (FeatureKind::Stop(faced(tags, "direction")), faced(tags, "direction")),
+            Some("give_way") => (FeatureKind::GiveWay(faced(tags, "direction")), faced(tags, "direction")),
+            _ => return kinds,
+        };
+        // Where people cross nobody stops, but before.
+        if crossing.is_none() {
+            kinds.push(FeatureKind::StopLine(travel));
         }
+        kinds.push(kind);
         kinds
     }
 }
@@ -132,6 +140,7 @@ pub(super) fn along(
             };
             Some(Feature { station, node: piece.nodes[i], kind: toward(kind, only) })
         })
+        .filter(|feature| feature.kind != FeatureKind::StopLine(Travel::Both))
         .collect();
     features.sort_by(|a, b| a.station.total_cmp(&b.station));
     features
@@ -159,6 +168,7 @@ fn toward(kind: FeatureKind, only: Option<Travel>) -> FeatureKind {
         (FeatureKind::Signals(Travel::Both), Some(travel)) => FeatureKind::Signals(travel),
         (FeatureKind::Stop(Travel::Both), Some(travel)) => FeatureKind::Stop(travel),
         (FeatureKind::GiveWay(Travel::Both), Some(travel)) => FeatureKind::GiveWay(travel),
+        (FeatureKind::StopLine(Travel::Both), Some(travel)) => FeatureKind::StopLine(travel),
         _ => kind,
     }
 }

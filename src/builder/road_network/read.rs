@@ -21,6 +21,7 @@ use super::layouts::layouts;
 use super::pieces::{Piece, pieces};
 use super::restriction::turns;
 use super::select::{Access, Drivable, Verdict, judge, ways};
+use super::stop_lines;
 use super::stubs::without_stubs;
 use super::{DrivingSide, End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
 
@@ -104,7 +105,8 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
         road.features = features::along(piece, &road, &positions, &at_nodes);
         road
     });
-    let roads: Vec<Road> = roads.collect();
+    let mut roads: Vec<Road> = roads.collect();
+    stop_lines::assign(osm, to_metres, &mut roads);
     let mut intersections = intersections(osm, &nodes, &positions, &pieces, &roads, &centres);
     islands::assign(osm, to_metres, &roads, &mut intersections);
     let mut network = RoadNetwork { side, country, roads, intersections, ..RoadNetwork::default() };

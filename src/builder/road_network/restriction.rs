@@ -7,7 +7,7 @@ use crate::geometry::angle_between;
 use crate::osm::{ElementKind, OsmData, Relation};
 
 use super::connectivity;
-use super::control::{arrives, inbound};
+use super::control::arrives;
 use super::features::only_travel;
 use super::{End, IntersectionIx, LaneConnection, RoadEnd, RoadIx, RoadNetwork, TurnRestriction};
 
@@ -144,7 +144,7 @@ impl Lookup<'_> {
     }
 
     fn leaves(&self, end: RoadEnd) -> bool {
-        only_travel(self.network.road(end.road)).is_none_or(|only| only != inbound(end.end))
+        only_travel(self.network.road(end.road)).is_none_or(|only| only != end.end.inbound())
     }
 
     /// The turns at a node; where a way passes through it, those that turn as the value says.

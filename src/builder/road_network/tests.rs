@@ -223,7 +223,10 @@ fn features_stand_where_their_nodes_are() {
     };
     let zebra = FeatureKind::Crossing { signals: false, marked: true };
     let lights = FeatureKind::Crossing { signals: true, marked: true };
-    assert_eq!(features(10, 1), [(7, 60.0, zebra), (6, 80.0, FeatureKind::Signals(Travel::Forward))]);
+    assert_eq!(features(10, 1), {
+        let forward = Travel::Forward;
+        [(7, 60.0, zebra), (6, 80.0, FeatureKind::StopLine(forward)), (6, 80.0, FeatureKind::Signals(forward))]
+    });
     let give_way = FeatureKind::GiveWay(Travel::Backward);
     assert_eq!(features(10, 5), [(8, 20.0, give_way), (9, 30.0, lights)], "the sign faces the crossing");
     assert!(at(&built, 5).signals, "lights stand before it");
