@@ -27,7 +27,7 @@ fn inputs(slice: u64) -> Vec<PathBuf> {
 }
 
 fn streets(input: &Path) -> Plan {
-    plan(&read_file(input).unwrap(), &BuildOptions::default()).unwrap()
+    plan(read_file(input).unwrap(), &BuildOptions::default()).unwrap()
 }
 
 fn text(plan: &Plan) -> String {

@@ -19,7 +19,7 @@ use super::assemble::{Assembled, assemble};
 use super::blinker;
 use super::consolidate::{Wish, Wished};
 use super::dead_lanes::without_dead_lanes;
-use super::heights::{Spots, spots};
+use super::heights::{HeightOptions, Spots, spots};
 use super::inside::{self, Inside};
 use super::overhead;
 use super::road_network::{
@@ -113,6 +113,8 @@ pub struct Plan {
     pub guesses: usize,
     /// What is to be drawn inside intersections.
     pub inside: Inside,
+    /// How steep roads may be.
+    pub heights: HeightOptions,
 }
 
 /// Builds a map from OpenStreetMap's elements.
@@ -181,7 +183,8 @@ fn laid_out(Read { mut network, notes, spots, projector }: Read, options: &Build
     wishes.extend(unmet.map(|i| unmet_wish(&options.merges[i])));
     wishes.extend(overruled_wishes(&streets, &options.merges));
     streets.findings.extend(wishes);
-    Plan { streets, projector, guesses: notes.len(), notes, inside: options.inside.clone() }
+    let (inside, heights) = (options.inside.clone(), options.streets.heights.clone());
+    Plan { streets, projector, guesses: notes.len(), notes, inside, heights }
 }
 
 /// A wish of the settings in the metres of the map.
@@ -241,12 +244,12 @@ fn unmet_wish((said, merge): &(MergeSettings, bool)) -> Finding {
 }
 
 /// Builds a map from streets.
-pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside }: Plan) -> Built {
+pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights }: Plan) -> Built {
     let Streets { network, outlines, merges, findings } = streets;
     let network = without_dead_lanes(network);
     notes.extend(findings);
     let apart = merges.iter().filter(|note| note.wish.is_some() && !note.merged).map(|note| note.key).collect();
-    let settled = settle(network, outlines.kept, &apart);
+    let settled = settle(network, outlines.kept, &apart, &heights);
     let Assembled { mut map, mut settings, notes: more, areas, roads } =
         assemble(settled, &Arrows::new(&inside, &projector));
     notes.extend(more);

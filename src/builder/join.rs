@@ -302,7 +302,7 @@ mod tests {
 
     #[test]
     fn roads_meet_where_their_lanes_do_when_woven() {
-        let streets = plan(&street(), &BuildOptions::default()).unwrap().streets;
+        let streets = plan(street(), &BuildOptions::default()).unwrap().streets;
         let network = &streets.network;
         let joins = Joins::find(network);
         let needs = Needs::new(network, &streets.outlines.kept, |ix| joins.joined(ix));

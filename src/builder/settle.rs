@@ -34,7 +34,12 @@ pub struct Settled {
 
 /// Draws a network and takes roads into intersections until no way runs over the end of a road. `kept` are the stations
 /// between which the outlines leave each road; the roads in `apart` are never taken in. Last the heights are held once more.
-pub fn settle(mut network: RoadNetwork, mut kept: Vec<[f64; 2]>, apart: &FxHashSet<RoadKey>) -> Settled {
+pub fn settle(
+    mut network: RoadNetwork,
+    mut kept: Vec<[f64; 2]>,
+    apart: &FxHashSet<RoadKey>,
+    heights: &HeightOptions,
+) -> Settled {
     let mut taken: Vec<Finding> = Vec::new();
     let mut refused = apart.clone();
     let mut round = 0;
@@ -49,7 +54,7 @@ pub fn settle(mut network: RoadNetwork, mut kept: Vec<[f64; 2]>, apart: &FxHashS
         let Some(next) = next else {
             notes.append(&mut taken);
             let draft = draft.with_stops(&network, &restricted);
-            let relaid = evened(&mut network, &draft.lines.kept, &HeightOptions::default());
+            let relaid = evened(&mut network, &draft.lines.kept, heights);
             let draft = draft.relaid(&network, &restricted, &relaid);
             return Settled { network, restricted, draft, notes };
         };

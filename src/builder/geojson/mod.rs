@@ -74,5 +74,6 @@ pub fn read(text: &str, options: &BuildOptions) -> Result<Plan, ReadError> {
     let mut findings = Vec::new();
     let outlines = outlines::outlines(&network, &rings, &options.streets.outline, &mut findings);
     let streets = Streets { network, outlines, merges: Vec::new(), findings };
-    Ok(Plan { streets, projector: parsed.projector, notes, guesses, inside: options.inside.clone() })
+    let (inside, heights) = (options.inside.clone(), options.streets.heights.clone());
+    Ok(Plan { streets, projector: parsed.projector, notes, guesses, inside, heights })
 }
