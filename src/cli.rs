@@ -134,14 +134,14 @@ struct StreetArgs {
     isolated: bool,
 }
 
-/// Draw a Lanelet2 map as SVG or PNG, with its findings; or how a map comes to be
+/// Draw a Lanelet2 map as SVG or PNG, with its findings, or its lines as GeoJSON; or how a map comes to be
 #[derive(Debug, Args)]
 struct DrawArgs {
     /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml; with --stage what
     /// `build` reads
     #[arg(required_unless_present = "compare")]
     map: Option<PathBuf>,
-    /// The picture: .svg or .png
+    /// The picture: .svg or .png; or .geojson: each line as it is painted, and the outlines of the lanelets
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Draw a stage of `build` instead of a map, with the points that decided

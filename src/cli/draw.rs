@@ -1,4 +1,7 @@
-//! `draw`: a map and its findings as a picture.
+//! `draw`: a map and its findings as a picture, or its lines as GeoJSON.
+
+use std::io::{BufWriter, Write};
+use std::path::Path;
 
 use lanewright::projection::LonLat;
 use lanewright::report;
@@ -19,29 +22,69 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
     }
     let map = args.map.as_deref().unwrap_or_else(|| "".as_ref());
     let extension = args.output.extension().map(|e| e.to_ascii_lowercase());
-    let paint = match extension.as_ref().and_then(|e| e.to_str()) {
-        Some("svg") => |map: &_, found: &[_], options: &_| draw::svg(map, found, options).map(String::into_bytes),
-        Some("png") => |map: &_, found: &[_], options: &_| draw::png(map, found, options),
+    let as_what = match extension.as_ref().and_then(|e| e.to_str()) {
+        Some("svg") => Format::Svg,
+        Some("png") => Format::Png,
+        Some("geojson") => Format::GeoJson,
         _ => {
-            return Err(Failure::new(format!("{} is neither .svg nor .png", args.output.display()))
-                .help("name the picture with one of the two endings"));
+            return Err(Failure::new(format!("{} is none of .svg, .png, .geojson", args.output.display()))
+                .help("name the picture with one of the three endings"));
         }
     };
     let progress = Progress::start("reading");
     let loaded = Loaded::read(map, &Default::default())?;
     progress.next("checking");
-    let found = if args.no_findings { Vec::new() } else { check::judge(&loaded)? };
+    // Strokes have no place for findings; `check --format geojson` has.
+    let unfound = args.no_findings || as_what == Format::GeoJson;
+    let found = if unfound { Vec::new() } else { check::judge(&loaded)? };
     progress.next("drawing");
     let options =
         Options { focus: focus(args, &loaded)?, scale: args.scale, ids: args.ids, title: map.display().to_string() };
-    let picture =
-        paint(&loaded.map, &found, &options).map_err(|e: DrawError| Failure::new(e.to_string()).help(e.help()))?;
-    let name = args.output.file_name().and_then(|n| n.to_str()).unwrap_or("picture");
-    let dir = args.output.parent().filter(|dir| !dir.as_os_str().is_empty());
-    files::publish(dir.unwrap_or_else(|| ".".as_ref()), &[(name, &picture)])?;
+    let picture = match as_what {
+        Format::Svg => draw::svg(&loaded.map, &found, &options).map(String::into_bytes),
+        Format::Png => draw::png(&loaded.map, &found, &options),
+        Format::GeoJson => return strokes(args, &loaded, &options, progress),
+    };
+    let picture = picture.map_err(failure)?;
+    let (dir, name) = place(args);
+    files::publish(dir, &[(name, &picture)])?;
     drop(progress);
-    let drawn = if args.no_findings { String::new() } else { format!(" ({})", report::summary(&found)) };
+    let drawn = if unfound { String::new() } else { format!(" ({})", report::summary(&found)) };
     screen::print(&format!("{}{drawn}\n", args.output.display()))?;
+    Ok(CLEAN)
+}
+
+/// What is written.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Format {
+    Svg,
+    Png,
+    GeoJson,
+}
+
+fn failure(error: DrawError) -> Failure {
+    Failure::new(error.to_string()).help(error.help())
+}
+
+/// The directory of the output, and its name there.
+fn place(args: &DrawArgs) -> (&Path, &str) {
+    let dir = args.output.parent().filter(|dir| !dir.as_os_str().is_empty());
+    (dir.unwrap_or_else(|| ".".as_ref()), args.output.file_name().and_then(|n| n.to_str()).unwrap_or("picture"))
+}
+
+/// Writes the lines of the map as GeoJSON, without holding them in memory.
+fn strokes(args: &DrawArgs, loaded: &Loaded, options: &Options, progress: Progress) -> Result<u8, Failure> {
+    let seen = draw::view(&loaded.map, options).map_err(failure)?;
+    let (dir, name) = place(args);
+    let mut draft = files::Draft::new(dir)?;
+    draft.write(name, |file| {
+        let mut out = BufWriter::new(file);
+        draw::geojson(&loaded.map, &loaded.projector, &seen, &mut out)?;
+        out.flush()
+    })?;
+    draft.publish()?;
+    drop(progress);
+    screen::print(&format!("{}\n", args.output.display()))?;
     Ok(CLEAN)
 }
 

@@ -79,7 +79,7 @@ fn geometry(report: &Report<'_>, entry: &Entry<'_>) -> Value {
     place.or_else(own).or_else(spot).unwrap_or(Value::Null)
 }
 
-fn of_subject(map: &LaneletMap, subject: Subject) -> Option<Value> {
+pub(super) fn of_subject(map: &LaneletMap, subject: Subject) -> Option<Value> {
     match subject {
         Subject::Point(id) | Subject::Node(id) => point_of(&places(map, &[PointId(id)])),
         Subject::LineString(id) => line_of(&line_places(map, LineStringId(id))),
@@ -119,7 +119,7 @@ fn point_of(places: &[LonLat]) -> Option<Value> {
     places.first().filter(|at| is_place(at)).map(|&at| json!({ "type": "Point", "coordinates": position(at) }))
 }
 
-fn line_of(places: &[LonLat]) -> Option<Value> {
+pub(super) fn line_of(places: &[LonLat]) -> Option<Value> {
     match places {
         [] => None,
         [_] => point_of(places),

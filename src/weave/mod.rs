@@ -19,7 +19,7 @@ use border::borders;
 use ends::Ends;
 use joint::{Pull, Strand, meet};
 pub use lane::{Lane, LaneEnd, LaneError, LaneId, WidthAt, Widths};
-pub use paint::{Colour, Kind, Marking, Paint, Stroke, Strokes};
+pub use paint::{Colour, DASH, DASH_PERIOD, DOUBLE_APART, KERB, Kind, Marking, PAINT, Paint, Stroke, Strokes};
 
 /// Cosine of the turn, 172 degrees, from which on a lane leads back: there the borders inside the bend would cross more
 /// than seven lanes' widths away.

@@ -3,19 +3,19 @@
 use crate::geometry::{Point, Polyline};
 
 /// Length of a dash, metres, as between the lanes of a town's streets; ...
-const DASH: f64 = 3.0;
+pub const DASH: f64 = 3.0;
 /// ... the next one begins so many metres behind its begin.
-const DASH_PERIOD: f64 = 9.0;
+pub const DASH_PERIOD: f64 = 9.0;
 /// Length of a dot, metres: the block of a block marking; ...
 const DOT: f64 = 0.5;
 /// ... the next one begins so many metres behind its begin.
 const DOT_PERIOD: f64 = 1.0;
 /// Each line of a double one lies so many metres from the bound.
-const DOUBLE_APART: f64 = 0.18;
+pub const DOUBLE_APART: f64 = 0.18;
 /// Breadth of paint, metres.
-const PAINT: f64 = 0.12;
+pub const PAINT: f64 = 0.12;
 /// Breadth of a kerb, metres.
-const KERB: f64 = 0.3;
+pub const KERB: f64 = 0.3;
 /// Parallels are mitred up to so many times their distance.
 const MITER_MOST: f64 = 3.0;
 
@@ -100,6 +100,13 @@ pub struct Strokes {
 }
 
 impl Strokes {
+    /// One kind along a whole line: on its left side comes what a kind names first.
+    pub fn along(line: &[Point], kind: Kind) -> Self {
+        let mut strokes = Self::default();
+        strokes.draw(0, line, &[Marking { station: 0.0, kinds: vec![kind] }]);
+        strokes
+    }
+
     /// All of them.
     pub fn iter(&self) -> impl Iterator<Item = Stroke<'_>> {
         let begins = std::iter::once(0).chain(self.strokes.iter().map(|(.., end)| *end));

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::geometry::{Point, Polyline, Vector};
+use crate::geometry::{Point, Vector};
 
 use super::lettering;
 
@@ -75,10 +75,7 @@ impl Canvas {
 
     /// A line.
     pub fn line(&mut self, class: &str, points: &[Point], title: &str) {
-        if points.len() >= 2 && self.view.sees(points) {
-            let path = self.path(points, false);
-            self.element("path", class, &format!("d=\"{path}\""), title);
-        }
+        self.lines(class, std::iter::once(points), title);
     }
 
     /// Whether something of a class was drawn.
@@ -86,12 +83,12 @@ impl Canvas {
         self.body.contains(class)
     }
 
-    /// A line moved sideways by `offset` pixels, left positive.
-    pub fn line_beside(&mut self, class: &str, points: &[Point], offset: f64, title: &str) {
-        const MITER_LIMIT: f64 = 2.0;
-        let moved = Polyline::new(points.iter().copied()).and_then(|l| l.offset(offset / self.view.scale, MITER_LIMIT));
-        if let Some(moved) = moved {
-            self.line(class, moved.points(), title);
+    /// Lines that are one thing.
+    pub fn lines<'a>(&mut self, class: &str, lines: impl Iterator<Item = &'a [Point]>, title: &str) {
+        let seen = lines.filter(|points| points.len() >= 2 && self.view.sees(*points));
+        let path: String = seen.map(|points| self.path(points, false)).collect();
+        if !path.is_empty() {
+            self.element("path", class, &format!("d=\"{path}\""), title);
         }
     }
 

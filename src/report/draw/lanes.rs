@@ -4,6 +4,7 @@ use super::canvas::Canvas;
 use super::style::{self, Stroke};
 use crate::geometry::{Point, Polyline};
 use crate::lanelet::{Lanelet, LaneletMap, LineString, RoadType};
+use crate::weave::{Colour, Strokes};
 
 /// Below this many pixels per metre, arrows and invisible bounds are left out: they would only be noise.
 const DETAIL_SCALE: f64 = 1.5;
@@ -83,25 +84,20 @@ pub fn markings(canvas: &mut Canvas, map: &LaneletMap) {
 }
 
 fn marking(canvas: &mut Canvas, map: &LaneletMap, line: &LineString) {
-    /// Half the distance between the two lines of a double line, metres.
-    const HALF_GAP: f64 = 0.18;
     let points = positions(map, &line.points);
     let kind = line.attributes.get("type").unwrap_or("linestring");
     let title = match line.attributes.get("subtype") {
         Some(subtype) => format!("{kind} {subtype} {}", line.id),
         None => format!("{kind} {}", line.id),
     };
-    let coloured = |class: &str| match line.attributes.is("color", "yellow") {
-        true => format!("{class} {}", style::YELLOW),
-        false => class.to_owned(),
-    };
     match style::stroke(&line.attributes) {
         Stroke::Single("virtual") if canvas.view.scale < DETAIL_SCALE => {}
-        Stroke::Single(class) => canvas.line(&coloured(class), &points, &title),
-        Stroke::Double(left, right) => {
-            let beside = (HALF_GAP * canvas.view.scale).max(0.8);
-            canvas.line_beside(&coloured(left), &points, beside, &title);
-            canvas.line_beside(&coloured(right), &points, -beside, &title);
+        Stroke::Single(class) => canvas.line(class, &points, &title),
+        Stroke::True(kind, class) => {
+            let strokes = Strokes::along(&points, kind);
+            let yellow = strokes.iter().any(|stroke| stroke.colour == Colour::Yellow);
+            let class = if yellow { format!("{class} {}", style::YELLOW) } else { class.to_owned() };
+            canvas.lines(&class, strokes.iter().map(|stroke| stroke.line), &title);
         }
         Stroke::Elsewhere => {}
     }

@@ -1,4 +1,4 @@
-//! A map as a picture: SVG to zoom and point at, PNG to look at and send.
+//! A map as a picture: SVG to zoom and point at, PNG to look at and send; and its lines as GeoJSON.
 
 mod canvas;
 mod findings;
@@ -7,11 +7,13 @@ mod legend;
 mod lettering;
 mod signals;
 pub mod sketch;
+mod strokes;
 mod style;
 
 use resvg::{tiny_skia, usvg};
 
 pub use canvas::{Canvas, View, bounding_box};
+pub use strokes::geojson;
 
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;

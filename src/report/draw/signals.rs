@@ -3,7 +3,7 @@
 use super::canvas::Canvas;
 use super::lanes::positions;
 use crate::geometry::{Vector, left_of};
-use crate::lanelet::{LaneletMap, LineString};
+use crate::lanelet::{LaneletMap, LineString, LineStringId};
 
 /// Below this many pixels per metre signals are left out.
 const DETAIL_SCALE: f64 = 1.5;
@@ -19,6 +19,48 @@ pub fn signals(canvas: &mut Canvas, map: &LaneletMap) {
             Some("traffic_sign") => sign(canvas, map, line),
             _ => {}
         }
+    }
+    // Above the bodies that they belong to.
+    for bulbs in map.linestrings.iter().filter(|line| line.attributes.is("type", "light_bulbs")) {
+        arrows(canvas, map, bulbs);
+    }
+}
+
+/// The arrows of a light, beside it on the side that it faces, as its driver sees them from above.
+fn arrows(canvas: &mut Canvas, map: &LaneletMap, bulbs: &LineString) {
+    let id = bulbs.attributes.get("traffic_light_id").and_then(|id| id.parse().ok());
+    let Some(light) = id.and_then(|id| map.linestrings.get(LineStringId(id))) else { return };
+    let points = positions(map, &light.points);
+    let (Some(&first), Some(&last)) = (points.first(), points.last()) else { return };
+    let (right, ahead) = (last - first, left_of(last - first));
+    let pointed = bulbs.points.iter().filter_map(|&id| {
+        let heading = match map.points.get(id)?.attributes.get("arrow")? {
+            "left" => -right,
+            "right" => right,
+            "up" => ahead,
+            "up_left" => ahead - right,
+            "up_right" => ahead + right,
+            _ => return None,
+        };
+        Some(heading)
+    });
+    let pointed: Vec<Vector> = pointed.collect();
+    let r = (canvas.view.scale * 0.3).clamp(1.4, 5.0);
+    let [unit, behind] =
+        [right, ahead].map(|v| v.try_normalize(f64::EPSILON).unwrap_or_default() * (r / canvas.view.scale));
+    for (i, heading) in pointed.iter().enumerate() {
+        let place = nalgebra::center(&first, &last)
+            + behind * 2.6
+            + unit * (2.6 * (i as f64 - (pointed.len() - 1) as f64 / 2.0));
+        canvas.disc("lamp-rim", place, r * 1.25, "");
+        let shape = [(1.1, 0.0), (0.0, -0.9), (0.0, -0.35), (-1.0, -0.35), (-1.0, 0.35), (0.0, 0.35), (0.0, 0.9)];
+        canvas.stamp(
+            "green",
+            place,
+            *heading,
+            &shape.map(|(x, y)| (x * r, y * r)),
+            &format!("light_bulbs {}", bulbs.id),
+        );
     }
 }
 

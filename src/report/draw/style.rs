@@ -3,14 +3,15 @@
 use std::fmt::Write;
 
 use crate::lanelet::{Attributes, RoadType, TurnDirection};
+use crate::weave::{KERB, Kind, PAINT, Paint};
 
 /// How a linestring is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stroke {
+    /// True to scale, in a class.
+    True(Kind, &'static str),
     /// One line of a class.
     Single(&'static str),
-    /// Two lines side by side, left one first, in the linestring's own direction.
-    Double(&'static str, &'static str),
     /// By something else than a line along its points.
     Elsewhere,
 }
@@ -22,23 +23,23 @@ pub const YELLOW_PAINT: &str = ".paint-yellow{stroke:#ffc933}\n";
 
 /// How a linestring of these tags is drawn.
 pub fn stroke(attributes: &Attributes) -> Stroke {
-    let subtype = attributes.get("subtype").unwrap_or_default();
+    let paint = if attributes.is("color", "yellow") { Paint::Yellow } else { Paint::White };
+    let painted = match attributes.get("subtype").unwrap_or_default() {
+        "dashed" => Kind::Dashed(paint),
+        "solid_solid" => Kind::Double(paint),
+        "solid_dashed" => Kind::SolidDashed(paint),
+        "dashed_solid" => Kind::DashedSolid(paint),
+        _ => Kind::Solid(paint),
+    };
     match attributes.get("type").unwrap_or_default() {
-        "line_thin" => match subtype {
-            "dashed" => Stroke::Single("paint thin dashed"),
-            "solid_solid" => Stroke::Double("paint thin", "paint thin"),
-            "solid_dashed" => Stroke::Double("paint thin", "paint thin dashed"),
-            "dashed_solid" => Stroke::Double("paint thin dashed", "paint thin"),
-            _ => Stroke::Single("paint thin"),
-        },
-        "line_thick" if subtype == "dashed" => Stroke::Single("paint thick dashed"),
-        "line_thick" => Stroke::Single("paint thick"),
+        "line_thin" => Stroke::True(painted, "paint thin"),
+        "line_thick" => Stroke::True(painted, "paint thick"),
+        "guide_line" => Stroke::True(Kind::Dashed(paint), "paint thin"),
         "virtual" => Stroke::Single("virtual"),
-        "road_border" | "curbstone" | "road_boarder" => Stroke::Single("kerb"),
+        "road_border" | "curbstone" | "road_boarder" => Stroke::True(Kind::Kerb, "kerb"),
         "guard_rail" | "wall" | "fence" => Stroke::Single("barrier"),
         "stop_line" => Stroke::Single("stop"),
         "pedestrian_marking" | "zebra_marking" | "bike_marking" => Stroke::Single("zebra-edge"),
-        "guide_line" => Stroke::Single("paint thin dashed"),
         "traffic_light" | "light_bulbs" | "traffic_sign" => Stroke::Elsewhere,
         _ => Stroke::Single("other"),
     }
@@ -92,33 +93,39 @@ pub fn turn(attributes: &Attributes) -> Option<TurnDirection> {
     attributes.get("turn_direction").and_then(TurnDirection::parse)
 }
 
+/// How broad lines of a class are in metres, and the least in pixels.
+const BREADTHS: [(&str, f64, f64); 12] = [
+    ("thin", PAINT, 0.7),
+    ("thick", 2.0 * PAINT, 1.1),
+    ("kerb", KERB, 0.9),
+    ("barrier", 0.3, 1.1),
+    ("stop", 0.4, 1.3),
+    ("virtual", 0.07, 0.5),
+    ("other", 0.08, 0.6),
+    ("path", 0.12, 0.7),
+    ("box", 0.1, 0.9),
+    ("zebra-edge", 0.08, 0.5),
+    ("lamp-body", 0.32, 2.2),
+    ("glow", 0.9, 4.0),
+];
+
+/// How broad a line of a class is, metres.
+pub fn breadth(class: &str) -> f64 {
+    let of = |name: &str| class.split(' ').any(|word| word == name);
+    BREADTHS.iter().find(|(name, ..)| of(name)).map_or(0.0, |(_, metres, _)| *metres)
+}
+
 /// The style sheet for a scale in pixels per metre. Widths are those of real paint, but never too thin to see.
 pub fn sheet(scale: f64) -> String {
     let wide = |metres: f64, least: f64| (metres * scale).max(least);
-    let dash = |metres: f64, least: f64| wide(metres, least);
-    let (thin, thick) = (wide(0.15, 0.7), wide(0.3, 1.1));
     let mut css = String::from(FLAT);
-    for (class, width) in [
-        (".thin", thin),
-        (".thick", thick),
-        (".kerb", wide(0.22, 0.9)),
-        (".barrier", wide(0.3, 1.1)),
-        (".stop", wide(0.4, 1.3)),
-        (".virtual", wide(0.07, 0.5)),
-        (".other", wide(0.08, 0.6)),
-        (".path", wide(0.12, 0.7)),
-        (".box", wide(0.1, 0.9)),
-        (".zebra-edge", wide(0.08, 0.5)),
-        (".lamp-body", wide(0.32, 2.2)),
-        (".glow", wide(0.9, 4.0)),
-    ] {
-        let _ = writeln!(css, "{class}{{stroke-width:{width:.2}}}");
+    for (class, metres, least) in BREADTHS {
+        let _ = writeln!(css, ".{class}{{stroke-width:{:.2}}}", wide(metres, least));
     }
     for (class, on, off) in [
-        (".dashed", dash(1.6, 3.0), dash(1.6, 3.0)),
-        (".virtual", dash(0.35, 1.5), dash(0.35, 1.5)),
-        (".box", dash(0.9, 3.0), dash(0.45, 2.0)),
-        (".barrier", dash(0.9, 3.0), dash(0.25, 1.0)),
+        (".virtual", wide(0.35, 1.5), wide(0.35, 1.5)),
+        (".box", wide(0.9, 3.0), wide(0.45, 2.0)),
+        (".barrier", wide(0.9, 3.0), wide(0.25, 1.0)),
     ] {
         let _ = writeln!(css, "{class}{{stroke-dasharray:{on:.1} {off:.1}}}");
     }
@@ -208,8 +215,8 @@ mod tests {
 
     #[test]
     fn a_double_line_keeps_its_order() {
-        let dashed_left = stroke(&tags(&[("type", "line_thin"), ("subtype", "dashed_solid")]));
-        assert_eq!(dashed_left, Stroke::Double("paint thin dashed", "paint thin"));
+        let dashed_left = stroke(&tags(&[("type", "line_thin"), ("subtype", "dashed_solid"), ("color", "yellow")]));
+        assert_eq!(dashed_left, Stroke::True(Kind::DashedSolid(Paint::Yellow), "paint thin"));
     }
 
     #[test]
@@ -222,6 +229,6 @@ mod tests {
     #[test]
     fn thin_paint_stays_visible() {
         assert!(sheet(0.1).contains(".thin{stroke-width:0.70}"));
-        assert!(sheet(20.0).contains(".thin{stroke-width:3.00}"));
+        assert!(sheet(20.0).contains(".thin{stroke-width:2.40}"));
     }
 }

@@ -3,6 +3,7 @@
 use super::*;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::lanelet::{Attributes, Bound, Lanelet, LineString, Point as MapPoint};
+use crate::projection::{LonLat, Projector};
 
 fn tags(pairs: &[(&str, &str)]) -> Attributes {
     pairs.iter().copied().collect()
@@ -112,4 +113,57 @@ fn one_primitive_can_be_looked_at() {
     let map = lane("road", None);
     let around = view(&map, &Options { focus: Focus::Primitive(21), ..Options::default() }).unwrap();
     assert_eq!((around.min, around.max), (Point::new(-20.0, -20.0), Point::new(23.0, 40.0)));
+}
+
+/// A map whose left bound is painted so, in the plane of a projector.
+fn painted(subtype: &str, colour: Option<&str>) -> LaneletMap {
+    let mut map = lane("road", None);
+    if let Some(line) = map.linestrings.get_mut(LineStringId(11)) {
+        line.attributes.set("subtype", subtype.to_owned());
+        if let Some(colour) = colour {
+            line.attributes.set("color", colour.to_owned());
+        }
+    }
+    map
+}
+
+#[test]
+fn paint_is_true_to_scale() {
+    let drawn = |map: &LaneletMap| svg(map, &[], &Options { scale: Some(10.0), ..Options::default() }).unwrap();
+    // 20 m of dashes that are 3 m long and begin every 9 m: from the south edge, 60 px under the sheet's upper one.
+    let dashed = drawn(&painted("dashed", None));
+    assert!(
+        dashed.contains("class=\"paint thin\" d=\"M60.0 260.0L60.0 230.0M60.0 170.0L60.0 140.0M60.0 80.0L60.0 60.0\"")
+    );
+    // Two lines 0.18 m either side, yellow; the left one, seen along the line, first.
+    let double = drawn(&painted("solid_dashed", Some("yellow")));
+    let lines = "d=\"M58.2 260.0L58.2 60.0M61.8 260.0L61.8 230.0M61.8 170.0L61.8 140.0M61.8 80.0L61.8 60.0\"";
+    assert!(double.contains(&format!("class=\"paint thin paint-yellow\" {lines}")), "{double}");
+}
+
+#[test]
+fn strokes_are_written_as_they_are_drawn() {
+    let map = painted("solid_solid", Some("yellow"));
+    let projector = Projector::transverse_mercator(LonLat { lon: 9.5, lat: 47.5 });
+    let view = view(&map, &Options::default()).unwrap();
+    let written = || {
+        let mut out = Vec::new();
+        geojson(&map, &projector, &view, &mut out).unwrap();
+        String::from_utf8(out).unwrap()
+    };
+    assert_eq!(written(), written());
+    let read: serde_json::Value = serde_json::from_str(&written()).unwrap();
+    let strokes: Vec<_> = read["features"].as_array().unwrap().iter().map(|one| &one["properties"]).collect();
+    // The points of this lane have no longitude and latitude, so it has no outline.
+    let [left, right, kerb] = strokes[..] else { panic!("{strokes:?}") };
+    assert!(
+        left == right && left["linestring"] == 11 && left["type"] == "line_thin" && left["subtype"] == "solid_solid"
+    );
+    assert!(left["color"] == "yellow" && left["breadth"] == 0.12);
+    assert!(kerb["linestring"] == 12 && kerb["color"] == "grey" && kerb["breadth"] == 0.3);
+    let first = |at: usize| {
+        let place = &read["features"][at]["geometry"]["coordinates"][0];
+        projector.forward(LonLat { lon: place[0].as_f64().unwrap(), lat: place[1].as_f64().unwrap() }, 0.0).unwrap()
+    };
+    assert!((first(0) - Point::new(-0.18, 0.0)).norm() < 1e-3 && (first(1) - Point::new(0.18, 0.0)).norm() < 1e-3);
 }

@@ -31,6 +31,7 @@ pub use workshop::{InputRoad, InputWay, Stage, Workshop};
 use super::{Report, VERSION};
 use crate::geometry::Point;
 use crate::requirement::Requirement;
+use crate::weave;
 use place::Frame;
 
 /// What a page shows beside the run's own [`Report`].
@@ -101,7 +102,14 @@ fn facts(report: &Report<'_>, page: &Page<'_>, frame: &Frame) -> serde_json::Val
 
 /// The page with its parts in their places; `data` are the packed report and map, where the page brings them along.
 fn filled(title: &str, pages: &str, scripts: &[&str], connect: &str, data: Option<[&str; 2]>) -> String {
-    let script = format!("(() => {{\n'use strict';\n{}}})();\n", scripts.concat());
+    let paint = json!({
+        "thin": weave::PAINT,
+        "thick": 2.0 * weave::PAINT,
+        "kerb": weave::KERB,
+        "apart": weave::DOUBLE_APART,
+        "dash": [weave::DASH, weave::DASH_PERIOD - weave::DASH],
+    });
+    let script = format!("(() => {{\n'use strict';\nconst PAINT = {paint};\n{}}})();\n", scripts.concat());
     let policy = policy(&script, connect);
     let [report, map] = data.unwrap_or_default();
     let report = data.map_or_else(String::new, |_| format!("{}{report}</script>", compare::DATA_MARK));

@@ -4,8 +4,7 @@
 const COARSE = 0.4;
 const MIDDLE = 1.6;
 const FINE = 3.2;
-/** Half the gap of a double line, and a zebra's stripe, in metres. */
-const HALF_GAP = 0.13;
+/** A zebra's stripe in metres. */
 const STRIPE = 0.5;
 /** Primitives drawn between two looks at the clock. */
 const BATCH = 400;
@@ -89,11 +88,11 @@ function* markings(pen, lines, classes, colours) {
   const ordered = [...groups.values()].sort((a, b) => Boolean(a.look.over) - Boolean(b.look.over) || (a.look.name < b.look.name ? -1 : 1));
   for (const { look, numbers } of ordered) {
     const width = Math.max(look.width * frame.scale, look.least * frame.ratio);
-    const sides = look.double ? [HALF_GAP, -HALF_GAP] : [0];
+    const sides = look.double ? [PAINT.apart, -PAINT.apart] : [0];
     for (let i = 0; i < numbers.length; i += BATCH) {
       sides.forEach((side, at) => {
         const dash = look.double ? look.double[at] : look.dash;
-        const offset = side ? Math.sign(side) * Math.max(HALF_GAP * frame.scale, 0.9 * frame.ratio) : 0;
+        const offset = side ? Math.sign(side) * Math.max(PAINT.apart * frame.scale, 0.9 * frame.ratio) : 0;
         pen.begin();
         for (const number of numbers.slice(i, i + BATCH)) pen.line(number, offset);
         pen.stroke(colours[look.colour], width, dash && dash.map((m) => Math.max(m * frame.scale, 2 * frame.ratio)));

@@ -6,7 +6,7 @@ const PALETTES = {
     box: '#79808a', boxEdge: '#c79a1b', seam: 'rgba(40,46,54,.22)', hatched: '#b4b8be', forbidden: 'rgba(205,70,80,.20)',
     watched: 'rgba(60,120,210,.18)', bump: 'rgba(220,180,60,.55)', lot: 'rgba(190,196,186,.6)',
     left: '#e8a33d', straight: '#5aa9dd', right: '#42b883', crossing: 'rgba(52,58,66,.30)', zebra: 'rgba(255,255,255,.78)',
-    paint: '#ffffff', kerb: '#353b43', barrier: '#5b4b8a', virtual: 'rgba(236,243,252,.6)', other: '#8d6cc9', stop: '#e5383b',
+    paint: '#ffffff', yellow: '#ffc933', kerb: '#353b43', barrier: '#5b4b8a', virtual: 'rgba(236,243,252,.6)', other: '#8d6cc9', stop: '#e5383b',
     arrow: 'rgba(255,255,255,.62)', lamp: '#17191c', sign: '#2f6fd0', choice: '#1257d6', halo: '#ffffff', ink: '#20242a',
     parts: ['#7b3fe4', '#0b8f8c', '#c2410c', '#b8256e', '#3f6212', '#155e9c'],
     error: '#d92d3a', warning: '#dd7b07', info: '#2b74d8', ghost: '#0d9a5c',
@@ -16,7 +16,7 @@ const PALETTES = {
     box: '#434b56', boxEdge: '#b48d25', seam: 'rgba(0,0,0,.35)', hatched: '#565c65', forbidden: 'rgba(226,92,100,.24)',
     watched: 'rgba(84,148,236,.24)', bump: 'rgba(220,180,60,.4)', lot: 'rgba(86,92,84,.5)',
     left: '#d4902e', straight: '#4a98cf', right: '#38a775', crossing: 'rgba(0,0,0,.34)', zebra: 'rgba(226,231,238,.62)',
-    paint: '#d9dee6', kerb: '#8b95a3', barrier: '#9a87d8', virtual: 'rgba(180,200,226,.35)', other: '#a58be0', stop: '#ff6266',
+    paint: '#d9dee6', yellow: '#d9aa2b', kerb: '#8b95a3', barrier: '#9a87d8', virtual: 'rgba(180,200,226,.35)', other: '#a58be0', stop: '#ff6266',
     arrow: 'rgba(226,231,238,.5)', lamp: '#050607', sign: '#5a93ea', choice: '#7cb0ff', halo: '#14171b', ink: '#eef1f5',
     parts: ['#b793ff', '#3fd0c9', '#ff9d66', '#ff7fbb', '#a9d65c', '#6dbcff'],
     error: '#ff6470', warning: '#ffab40', info: '#69a9ff', ghost: '#3ddc8f',
@@ -53,18 +53,18 @@ function laneletClass(tags) {
 function lineClass(tags) {
   const subtype = tags.get('subtype') ?? '';
   const line = (name, colour, width, least, dash = null, extra = {}) => ({ name, colour, width, least, dash, ...extra });
-  const DASH = [1.6, 1.6];
+  const paint = tags.get('color') === 'yellow' ? 'yellow' : 'paint';
+  const painted = (name, width, least) => {
+    const sides = subtype.includes('_') ? subtype.split('_') : [subtype];
+    const dashes = sides.map((word) => (word === 'dashed' ? PAINT.dash : null));
+    return line(`${name} ${subtype} ${paint}`, paint, width, least, dashes[0], dashes.length === 2 ? { double: dashes } : {});
+  };
   switch (tags.get('type')) {
-    case 'line_thin':
-      if (subtype === 'dashed') return line('thin-dashed', 'paint', 0.15, 0.7, DASH);
-      if (['solid_solid', 'solid_dashed', 'dashed_solid'].includes(subtype)) {
-        return line(subtype, 'paint', 0.12, 0.6, null, { double: subtype.split('_').map((word) => (word === 'dashed' ? DASH : null)) });
-      }
-      return line('thin', 'paint', 0.15, 0.7);
-    case 'line_thick': return subtype === 'dashed' ? line('thick-dashed', 'paint', 0.3, 1, DASH) : line('thick', 'paint', 0.3, 1);
-    case 'guide_line': return line('guide', 'paint', 0.12, 0.6, [1, 1]);
+    case 'line_thin': return painted('thin', PAINT.thin, 0.6);
+    case 'line_thick': return painted('thick', PAINT.thick, 1);
+    case 'guide_line': return line(`guide ${paint}`, paint, PAINT.thin, 0.6, PAINT.dash);
     case 'virtual': return line('virtual', 'virtual', 0.07, 0.6, [0.4, 0.4], { fine: true });
-    case 'road_border': case 'curbstone': case 'road_boarder': return line('kerb', 'kerb', 0.2, 0.8, null, { coarse: true });
+    case 'road_border': case 'curbstone': case 'road_boarder': return line('kerb', 'kerb', PAINT.kerb, 0.8, null, { coarse: true });
     case 'guard_rail': case 'wall': case 'fence': return line('barrier', 'barrier', 0.3, 1, [0.9, 0.25]);
     case 'stop_line': return line('stop', 'stop', 0.45, 1.4, null, { over: true });
     case 'pedestrian_marking': case 'zebra_marking': case 'bike_marking': return line('zebra-edge', 'zebra', 0.08, 0.5, null, { fine: true });
