@@ -666,6 +666,42 @@ fn lanes_from_which_all_go_one_way_have_an_arrow() {
     assert_eq!(undrawn(&unlit), ["lanewright.toml:1: arrows is not heeded: there are no traffic lights here"]);
 }
 
+/// The bus lanes outside and inside the intersection that bicycles may use, and those that they may not.
+fn bus_lanes(map: &LaneletMap) -> [[usize; 2]; 2] {
+    let mut count = [[0; 2]; 2];
+    for lanelet in map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", "bus_lane")) {
+        let tags = &lanelet.attributes;
+        assert!(tags.is("participant:vehicle:bus", "yes") && !tags.has("participant:vehicle"), "buses only");
+        let inside = usize::from(tags.has("intersection_area"));
+        count[inside][usize::from(!tags.is("participant:bicycle", "yes"))] += 1;
+    }
+    count
+}
+
+#[test]
+fn bicycles_share_the_bus_lanes_of_their_side_of_the_road() {
+    for side in SIDES {
+        let shared = |tags: &str| {
+            let xml = crossing(side, "", &format!("highway=secondary lanes=4 busway=lane {tags}"));
+            let Built { map, settings, .. } = built(&xml, side, "");
+            let mut found = found(&map, &settings);
+            // Nothing says which of them has priority.
+            found.retain(|code| code != "vm-03-11/priority-unknown");
+            assert_eq!(found, Vec::<String>::new(), "{side:?} {tags}");
+            bus_lanes(&map)
+        };
+        // Each of the four roads has one in either direction.
+        let [outside, inside] = shared("");
+        assert_eq!(outside, [0, 8], "{side:?}");
+        assert!(inside[0] == 0 && inside[1] > 0, "{side:?} {inside:?}");
+        for tags in ["cycleway=share_busway", "cycleway:both=share_busway"] {
+            assert_eq!(shared(tags), [[8, 0], [inside[1], 0]], "{side:?} {tags}");
+        }
+        assert_eq!(shared("cycleway:right=share_busway")[0], [4, 4], "{side:?}");
+        assert_eq!(shared("cycleway:left=share_busway")[0], [4, 4], "{side:?}");
+    }
+}
+
 /// Where lanes that go straight on from south to north begin and end, each counted from the left.
 fn northbound(map: &LaneletMap) -> BTreeSet<[usize; 2]> {
     let middle = |lanelet: &Lanelet, last: bool| {
