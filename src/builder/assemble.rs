@@ -26,6 +26,7 @@ use super::heights::Ground;
 use super::lanes::{Arm, Lanes};
 use super::movement::{Movement, Movements, STRAIGHT};
 use super::paths::{Drawn, Path, intersection_key};
+use super::priority_road::{Approaching, give_way, is_priority_road};
 use super::road_network::{DrivingSide, Intersection, RoadEnd, RoadIx, RoadNetwork};
 use super::settle::Settled;
 use super::sidecar;
@@ -340,7 +341,15 @@ impl Stage<'_> {
         let private = |a: usize| !self.network.road(arms[a].at.road).public;
         // A driveway that arrives side by side with a street is part of its approach.
         let of_street = |a: usize| (0..arms.len()).any(|b| !private(b) && !signed(b) && legs[a] == legs[b]);
-        let minor = |a: usize| signed(a) || private(a) && !of_street(a);
+        let approaching = |a: usize| Approaching {
+            leg: legs[a],
+            priority_road: is_priority_road(&self.network.road(arms[a].at.road).tags),
+            leads_in: leads_in(&a),
+            signed: signed(a),
+        };
+        let before: Option<Vec<bool>> = give_way(&(0..arms.len()).map(approaching).collect::<Vec<_>>());
+        let crosses_priority = |a: usize| before.as_ref().is_some_and(|gives_way| gives_way[a]);
+        let minor = |a: usize| signed(a) || private(a) && !of_street(a) || crosses_priority(a);
         let all: Vec<usize> = (0..arms.len()).filter(leads_in).collect();
         let ranked = all.iter().any(|&a| minor(a)) && !all.iter().all(|&a| minor(a));
         let near = if self.network.side == DrivingSide::Left { 1.0 } else { -1.0 };

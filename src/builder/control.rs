@@ -13,9 +13,9 @@ use super::road_network::{DrivingSide, End, FeatureKind, Road};
 const SIGN_REACH: f64 = 40.0;
 /// Lower edge of a traffic light above the road, metres: what trucks pass below.
 pub const LIGHT_HEIGHT: f64 = 5.0;
-/// Lower edge of a stop sign above the road, metres.
+/// Lower edge of a sign above the road, metres.
 const SIGN_HEIGHT: f64 = 2.0;
-/// Side of a stop sign, metres.
+/// Side of a sign, metres.
 const SIGN_SIZE: f64 = 0.6;
 /// Long and short side of a light's body, metres.
 const BODY: [f64; 2] = [1.25, 0.45];
@@ -86,13 +86,13 @@ pub fn control_arm(
         let line = stop_line(assembly, key, lane.nodes);
         match (control, lights.as_ref().and_then(|lights| *lights.get(at)?)) {
             (Control::Signals, Some(light)) => light_element(assembly, key, light, line, behind),
-            (Control::Stop, _) => {
-                let sign = stop_sign(assembly, driving, key, lane);
-                let members = [("refers", Target::LineString(sign)), ("ref_line", Target::LineString(line))];
-                assembly.element(key.word("sign"), "traffic_sign", &members, &[*before]);
-            }
+            (Control::Stop, _) => sign_element(assembly, driving, key, lane, "stop_sign", line, *before),
             _ => {
+                // Who has to give way stops only for others: this line is where.
                 assembly.element(key.word("marking"), "road_marking", &[("refers", Target::LineString(line))], behind);
+                if control == Control::GiveWay {
+                    sign_element(assembly, driving, key, lane, "give_way", line, *before);
+                }
             }
         }
     }
@@ -230,13 +230,25 @@ pub fn bulbs_of(light: LineStringId) -> Attributes {
     attributes
 }
 
-/// A stop sign at the kerb side of a lane's end.
-fn stop_sign(assembly: &mut Assembly, driving: DrivingSide, key: Key, lane: &ArmLane) -> LineStringId {
+/// Lets the lane before a stop line obey a sign at its kerb side: `stop_sign` is the word that Autoware looks for, and halts;
+/// others it passes.
+fn sign_element(
+    assembly: &mut Assembly,
+    driving: DrivingSide,
+    key: Key,
+    lane: &ArmLane,
+    subtype: &str,
+    line: LineStringId,
+    before: LaneletId,
+) {
     let right = right_of(lane.pose.heading);
     let outward = if driving == DrivingSide::Left { -1.0 } else { 1.0 };
     let middle = lane.pose.point + right * (outward * (lane.width / 2.0 + SIGN_SIZE));
     let ends = [("left", -0.5), ("right", 0.5)].map(|(name, along)| {
         assembly.point(key.word("sign").word(name), middle + right * (SIGN_SIZE * along), SIGN_HEIGHT)
     });
-    assembly.line(key.word("sign line"), ends.to_vec(), tags(&[("type", "traffic_sign"), ("subtype", "stop_sign")]))
+    let sign =
+        assembly.line(key.word("sign line"), ends.to_vec(), tags(&[("type", "traffic_sign"), ("subtype", subtype)]));
+    let members = [("refers", Target::LineString(sign)), ("ref_line", Target::LineString(line))];
+    assembly.element(key.word("sign"), "traffic_sign", &members, &[before]);
 }

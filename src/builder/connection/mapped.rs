@@ -15,7 +15,10 @@ const REACH: f64 = 15.0;
 pub fn mapped(road: &Road, least: [f64; 2], crossed: impl Fn(End) -> bool) -> [Option<f64>; 2] {
     [End::Start, End::End].map(|end| {
         let meant = |kind: FeatureKind| kind == FeatureKind::StopLine(end.inbound());
-        let lines = road.features.iter().filter(|feature| crossed(end) && meant(feature.kind));
+        // What stands where roads meet stops those who come to that place, not those who leave it.
+        let between = |station: f64| station > 0.0 && station < road.line.length();
+        let here = |kind: FeatureKind, station: f64| crossed(end) && meant(kind) && between(station);
+        let lines = road.features.iter().filter(|feature| here(feature.kind, feature.station));
         let depths = lines.map(|feature| from_cut(least, end, feature.station));
         let near = depths.filter(|depth| *depth > 0.0 && *depth <= REACH);
         // Of two lines one behind the other the first is for cars; bicycles wait at the other.

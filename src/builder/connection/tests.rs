@@ -144,3 +144,22 @@ fn a_road_without_room_is_not_cut_back_to_its_stop_line() {
     let control: Vec<_> = street("highway=give_way direction=forward");
     assert_eq!(control, street(""));
 }
+
+#[test]
+fn who_gives_way_stops_only_for_others() {
+    for (tags, subtype, elements) in [("stop", "stop_sign", (1, 3)), ("give_way", "give_way", (1, 4))] {
+        let tags = format!("highway={tags} direction=forward");
+        let map = crossing(DrivingSide::Right, &[&[2, 6, 1]], &[(6, -12.0, 0.0, &tags)], &[]);
+        let of =
+            |kind: &str| map.regulatory_elements.iter().filter(|element| element.subtype == kind).collect::<Vec<_>>();
+        let (signs, markings) = (of("traffic_sign"), of("road_marking"));
+        assert_eq!((signs.len(), markings.len()), elements, "{tags}");
+        let sign = signs[0].linestrings("refers").next().and_then(|id| map.linestrings.get(id)).unwrap();
+        assert!(sign.attributes.is("type", "traffic_sign") && sign.attributes.is("subtype", subtype));
+        let line = signs[0].linestrings("ref_line").next().unwrap();
+        let marked = markings.iter().any(|marking| marking.linestrings("refers").any(|of| of == line));
+        assert_eq!(marked, subtype == "give_way", "the line holds who waits for others");
+        let bound: Vec<_> = map.lanelets.iter().filter(|l| l.regulatory_elements.contains(&signs[0].id)).collect();
+        assert!(bound.len() == 1 && !bound[0].attributes.has("intersection_area"), "the lane before the line");
+    }
+}

@@ -5,6 +5,7 @@
 
 use crate::builder::cross_section::{CrossSection, Strip, Travel};
 use crate::builder::marking;
+use crate::builder::priority_road::is_priority_road;
 use crate::builder::road_network::{End, Feature, FeatureKind, IntersectionIx, Road, RoadEnd, RoadKey, RoadNetwork};
 use crate::geometry::{Polyline, angle_between};
 
@@ -124,6 +125,7 @@ fn alike(a: &Road, b: &Road) -> bool {
         && a.level == b.level
         && a.speed == b.speed
         && marking::alike(&a.tags, &b.tags)
+        && is_priority_road(&a.tags) == is_priority_road(&b.tags)
 }
 
 fn joined(a: Road, b: Road) -> Option<Road> {

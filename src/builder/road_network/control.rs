@@ -2,6 +2,8 @@
 
 use crate::builder::cross_section::Travel;
 
+use crate::osm::OsmData;
+
 use crate::diagnostic::{Finding, Severity, Subject};
 
 use super::features::only_travel;
@@ -13,7 +15,7 @@ const REACH: f64 = 30.0;
 
 /// Gives signs without a direction the travel toward the intersection they stand at, and tells the intersections
 /// what stands on their arms.
-pub(super) fn assign(network: &mut RoadNetwork, notes: &mut Vec<Finding>) {
+pub(super) fn assign(osm: &OsmData, network: &mut RoadNetwork, notes: &mut Vec<Finding>) {
     let facing: Vec<Vec<Feature>> = network.roads.iter().map(|road| faced(network, road)).collect();
     for (intersection, ix) in network.intersections.iter().zip(0..) {
         let dropped = |arm: &RoadEnd| {
@@ -32,7 +34,7 @@ pub(super) fn assign(network: &mut RoadNetwork, notes: &mut Vec<Finding>) {
         road.features = features;
     }
     let ruled: Vec<(bool, bool)> =
-        (0..network.intersections.len() as u32).map(|i| ruled(network, IntersectionIx(i))).collect();
+        (0..network.intersections.len() as u32).map(|i| ruled(osm, network, IntersectionIx(i))).collect();
     for (intersection, (signals, all_way_stop)) in network.intersections.iter_mut().zip(ruled) {
         intersection.signals |= signals;
         intersection.all_way_stop |= all_way_stop;
@@ -84,16 +86,24 @@ fn faced(network: &RoadNetwork, road: &Road) -> Vec<Feature> {
     features
 }
 
-/// Whether lights rule an intersection, and whether all who arrive must stop.
-fn ruled(network: &RoadNetwork, ix: IntersectionIx) -> (bool, bool) {
+/// Whether lights rule an intersection, and whether all who arrive must stop: a sign says `stop=all`, or there is one for each
+/// of them and none says `stop=minor`.
+fn ruled(osm: &OsmData, network: &RoadNetwork, ix: IntersectionIx) -> (bool, bool) {
     if !is_crossing(network, ix) {
         return (false, false);
     }
     let arriving: Vec<RoadEnd> =
         network.intersection(ix).arms.iter().copied().filter(|arm| arrives(network.road(arm.road), arm.end)).collect();
-    let signals = arriving.iter().any(|arm| stands_on(network, *arm, |kind| matches!(kind, FeatureKind::Signals(_))));
-    let stops = arriving.iter().all(|arm| stands_on(network, *arm, |kind| matches!(kind, FeatureKind::Stop(_))));
-    (signals, stops && arriving.len() >= 3)
+    let stands = |arm: &RoadEnd, wanted: &dyn Fn(&Feature) -> bool| stands_on(network, *arm, wanted);
+    let is_stop = |feature: &Feature| matches!(feature.kind, FeatureKind::Stop(_));
+    let says = |feature: &Feature, whom: &str| {
+        is_stop(feature) && osm.node(feature.node).is_some_and(|node| node.tags.is("stop", whom))
+    };
+    let any = |wanted: &dyn Fn(&Feature) -> bool| arriving.iter().any(|arm| stands(arm, wanted));
+    let signals = any(&|feature| matches!(feature.kind, FeatureKind::Signals(_)));
+    let on_each = arriving.len() >= 3 && arriving.iter().all(|arm| stands(arm, &is_stop));
+    let all_stop = (on_each || any(&|feature| says(feature, "all"))) && !any(&|feature| says(feature, "minor"));
+    (signals, all_stop)
 }
 
 /// Whether traffic reaches this end of the road.
@@ -104,7 +114,7 @@ pub(super) fn arrives(road: &Road, end: End) -> bool {
 
 /// Whether a feature of the wanted kind, meant for traffic that arrives on `arm`, stands within reach; looks on where
 /// one road only continues as another.
-fn stands_on(network: &RoadNetwork, arm: RoadEnd, wanted: impl Fn(FeatureKind) -> bool) -> bool {
+fn stands_on(network: &RoadNetwork, arm: RoadEnd, wanted: impl Fn(&Feature) -> bool) -> bool {
     let mut arm = arm;
     let mut before = 0.0;
     // Each step goes over a road; a ring of tiny roads must end too.
@@ -129,7 +139,7 @@ fn stands_on(network: &RoadNetwork, arm: RoadEnd, wanted: impl Fn(FeatureKind) -
             };
             // What stands at the far crossing itself rules that one.
             let own = !far_crossing || distance < length;
-            wanted(feature.kind) && faces && own && before + distance <= REACH
+            wanted(feature) && faces && own && before + distance <= REACH
         });
         if here {
             return true;

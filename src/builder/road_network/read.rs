@@ -111,7 +111,7 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
     islands::assign(osm, to_metres, &roads, &mut intersections);
     let mut network = RoadNetwork { side, country, roads, intersections, ..RoadNetwork::default() };
     crossed::settle(osm, to_metres, &mut network, &mut notes);
-    control::assign(&mut network, &mut notes);
+    control::assign(osm, &mut network, &mut notes);
     (network.restrictions, network.connections) = turns(osm, &network, &mut notes);
     Ok(Network { network, notes })
 }

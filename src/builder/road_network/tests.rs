@@ -284,6 +284,14 @@ fn stops_on_every_arm_are_an_all_way_stop() {
     };
     assert!(stops(4));
     assert!(!stops(3));
+    let sign_on_one = |text: &'static str| {
+        let mut nodes = CROSS.to_vec();
+        nodes.push((61, -9.0, 0.0, text));
+        at(&build(&data(&nodes, &[(10, &[1, 61, 5, 3], ""), (20, &[2, 5, 4], "")])), 5).all_way_stop
+    };
+    assert!(sign_on_one("highway=stop stop=all"), "one sign speaks for all");
+    assert!(!sign_on_one("highway=stop stop=minor") && !sign_on_one("highway=stop"));
+    assert!(!sign_on_one("highway=stop stop=all direction=backward"), "it faces away");
     let on_node = |text: &'static str, class: &str| {
         let mut nodes = CROSS.to_vec();
         nodes[4].3 = text;

@@ -89,6 +89,10 @@ fn a_sidewalk_mapped_as_a_way_of_its_own_crosses_a_driveway() {
             across += usize::from(crosses);
         }
         assert!(across >= 2);
+        // Who drives out stops before it, but where the street is far.
+        let own = of(&map, "road").into_iter().filter(|lane| !lane.attributes.has("intersection_area"));
+        let before = own.filter(|lane| polygon::common_area(&map.outline(lane), &outline) > 0.01).count() == 0;
+        assert_eq!(before, depth < 10.0);
         let street = of(&map, "road")
             .into_iter()
             .filter(|lane| lane.attributes.is("location", "urban") && !lane.attributes.has("intersection_area"));

@@ -7,7 +7,7 @@ use super::{Intersection, MapIndex};
 use crate::lanelet::right_of_way::Turn;
 use crate::lanelet::{RegulatoryElement, Target};
 
-/// The priority of every approach, decided by the first that tells: the user, private ground, stop signs, the
+/// The priority of every approach, decided by the first that tells: the user, private ground, signs, the
 /// elements that are there. As soon as one approach gives way, those of which nothing is known go first.
 pub(super) fn priorities(
     map: &MapIndex,
@@ -36,7 +36,7 @@ pub(super) fn priorities(
     ((0..count).map(|arm| Some(!minor(arm))).collect(), Rank::Known)
 }
 
-/// Whether an approach leads out of private ground or past a stop sign.
+/// Whether an approach leads out of private ground or past a stop or give-way sign.
 fn gives_way(map: &MapIndex, movements: &[Movement], arm: usize) -> bool {
     let own: Vec<usize> = movements.iter().filter(|movement| movement.from == arm).map(|m| m.lane).collect();
     let before: Vec<usize> = own.iter().flat_map(|&lane| map.predecessors(lane)).copied().collect();
@@ -46,17 +46,18 @@ fn gives_way(map: &MapIndex, movements: &[Movement], arm: usize) -> bool {
     };
     // A lane into private ground may be private itself, so what leads to it counts.
     let asked = if before.is_empty() { &own } else { &before };
-    let signed = |lane: &usize| map.elements(map.lanes[*lane].id, "traffic_sign").any(|sign| map.is_stop_sign(sign));
+    let signed = |lane: &usize| map.elements(map.lanes[*lane].id, "traffic_sign").any(|sign| map.ranks(sign));
     (!asked.is_empty() && asked.iter().all(is_private)) || own.iter().chain(&before).any(signed)
 }
 
 impl MapIndex<'_> {
-    /// Whether a traffic sign element is a stop sign, by its own word or its sign's.
-    pub fn is_stop_sign(&self, element: &RegulatoryElement) -> bool {
-        element.attributes.is("sign_type", "stop_sign")
+    /// Whether a traffic sign element is a stop or give-way sign, by its own word or its sign's.
+    pub fn ranks(&self, element: &RegulatoryElement) -> bool {
+        let known = |word: Option<&str>| matches!(word, Some("stop_sign" | "give_way"));
+        known(element.attributes.get("sign_type"))
             || element.role("refers").any(|target| match target {
                 Target::LineString(id) => {
-                    self.map.linestrings.get(id).is_some_and(|sign| sign.attributes.is("subtype", "stop_sign"))
+                    self.map.linestrings.get(id).is_some_and(|sign| known(sign.attributes.get("subtype")))
                 }
                 _ => false,
             })

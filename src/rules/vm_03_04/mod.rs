@@ -131,11 +131,11 @@ fn reached(map: &MapIndex, intersection: &Intersection, from: usize) -> FxHashSe
     reached
 }
 
-/// Whether a traffic sign other than a stop sign hangs on the lanes of an approach.
+/// Whether a traffic sign other than a stop or give-way sign hangs on the lanes of an approach.
 fn has_other_sign(map: &MapIndex, arm: &Arm) -> bool {
     let inner = arm.edges.iter().filter(|edge| edge.inward).flat_map(|edge| edge.lanes.iter().copied());
     let mut lanes = inner.flat_map(|lane| map.predecessors(lane).iter().copied().chain([lane]));
-    lanes.any(|lane| map.elements(map.lanes[lane].id, "traffic_sign").any(|sign| !map.is_stop_sign(sign)))
+    lanes.any(|lane| map.elements(map.lanes[lane].id, "traffic_sign").any(|sign| !map.ranks(sign)))
 }
 
 /// Every approach with lanes in must lead to every other with lanes out, unless the user says there is no such movement.
