@@ -22,6 +22,7 @@ pub mod connection;
 pub mod consolidate;
 pub mod control;
 pub mod course;
+pub mod cramped;
 pub mod cross_section;
 pub mod crosswalk;
 pub mod cycle;

@@ -2,18 +2,20 @@
 //!
 //! How much of a road the lanes at its ends take shows only when they are drawn. Where a way through an intersection
 //! runs over the end of a road that is too short to be cut back behind it, no vehicle can wait on that road: it lies
-//! inside, and the intersections at its ends are one. A dead end of that kind is no road at all. When all are found, the roads
-//! are laid at heights that suit the cuts.
+//! inside, and the intersections at its ends are one. So it is where a road is too short to be cut back for a turn that
+//! a car can take. A dead end of that kind is no road at all. When all are found, the roads are laid at heights that suit the
+//! cuts.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::diagnostic::{Finding, Severity, Subject};
 
-use super::consolidate::{ConsolidateOptions, MergeNote, take_in};
+use super::consolidate::{ConsolidateOptions, MergeNote, take_in, without};
+use super::cramped::cramped;
 use super::draft::Draft;
 use super::heights::{HeightOptions, evened};
 use super::restricted::Restricted;
-use super::road_network::{RoadIx, RoadKey, RoadNetwork};
+use super::road_network::{Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
 
 /// A road that is no longer than this between its cuts, metres, has no room for a vehicle.
 const VEHICLE: f64 = 5.0;
@@ -48,9 +50,14 @@ pub fn settle(
         let (restricted, mut notes) = Restricted::new(&network);
         let (old, drawn) = before.take().unzip();
         let draft = Draft::new(&network, &kept, &restricted, old.as_ref().zip(drawn));
-        let (next, merges) = if round < ROUNDS { merged(&network, &draft, &refused) } else { Default::default() };
+        let (mut next, merges) = if round < ROUNDS { merged(&network, &draft, &refused) } else { Default::default() };
         refused.extend(merges.iter().filter(|note| !note.merged).map(|note| note.key));
         taken.extend(merges.iter().filter(|note| note.merged).map(note));
+        if next.is_none() && round < ROUNDS {
+            let stubs = stubs(&network, &draft, apart);
+            taken.extend(stubs.iter().map(|stub| left_out(network.road(*stub))));
+            next = (!stubs.is_empty()).then(|| without(network.clone(), &stubs));
+        }
         let Some(next) = next else {
             notes.append(&mut taken);
             let draft = draft.with_stops(&network, &restricted);
@@ -66,21 +73,50 @@ pub fn settle(
     }
 }
 
-/// The network without the roads that have no room behind the ways over their ends; `None` if there are none.
+/// The network without the roads that have no room behind the ways over their ends, or none for the turns there; `None` if
+/// there are none.
 fn merged(network: &RoadNetwork, draft: &Draft, refused: &FxHashSet<RoadKey>) -> (Option<RoadNetwork>, Vec<MergeNote>) {
     let no_room = |road: &RoadIx| {
         let Some(one) = network.roads.get(road.0 as usize) else { return false };
         draft.left(*road) < VEHICLE && one.from != one.to && !refused.contains(&one.key)
     };
-    let mut roads: Vec<RoadIx> = draft.overrun(network).map(|at| at.road).filter(no_room).collect();
+    let leads_on = |road: &RoadIx| !ends_here(network, network.road(*road));
+    let cramped = cramped(draft, network).into_iter().filter(leads_on);
+    let mut roads: Vec<RoadIx> = draft.overrun(network).map(|at| at.road).chain(cramped).filter(no_room).collect();
     roads.sort_unstable();
     roads.dedup();
     take_in(network, &roads, |road| draft.left(road), &ConsolidateOptions::default())
 }
 
+/// Whether nothing goes on at one end of a road.
+fn ends_here(network: &RoadNetwork, road: &Road) -> bool {
+    [road.from, road.to].iter().any(|&at| network.intersection(at).arms.len() < 2)
+}
+
+/// Dead ends too short for a turn into them that a car can take, where two longer roads meet without them: where all are
+/// short they are what there is.
+fn stubs(network: &RoadNetwork, draft: &Draft, apart: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
+    let stub = |road: &RoadIx| {
+        let one = network.road(*road);
+        let length = one.line.length();
+        let longer = |arm: &&RoadEnd| network.road(arm.road).line.length() > length;
+        let through = |at| network.intersection(at).arms.iter().filter(longer).count() > 1;
+        ends_here(network, one) && [one.from, one.to].into_iter().any(through) && !apart.contains(&one.key)
+    };
+    cramped(draft, network).into_iter().filter(stub).collect()
+}
+
+fn left_out(road: &Road) -> Finding {
+    let RoadKey { way, first, last, .. } = road.key;
+    let message = format!(
+        "way {way} is not built between nodes {first} and {last}: too little is left of this dead end for a car to turn into it"
+    );
+    Finding::new("way-skipped", Subject::Way(way), message).graded(Severity::Info)
+}
+
 fn note(MergeNote { key, left, .. }: &MergeNote) -> Finding {
     let message = format!(
-        "Of way {} between nodes {} and {} there are {left:.1} m left between lanes that run over it: it lies inside an intersection.",
+        "Of way {} between nodes {} and {} there are {left:.1} m left, too few for the ways at its ends: it lies inside an intersection.",
         key.way, key.first, key.last
     );
     Finding::new("road-inside", Subject::Way(key.way), message).graded(Severity::Info)

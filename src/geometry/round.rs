@@ -90,28 +90,37 @@ impl Rounding {
         // The bend reaches from the segment that ends at `first` to the one that begins at `last`.
         let (mut first, mut last) = (corner, corner);
         for _ in 0..2 * REACH {
-            let (start, end) = (*before.get(i.checked_sub(1)?)?, *behind.get(j.checked_sub(1)?)?);
+            let (Some(start), Some(end)) = (i.checked_sub(1), j.checked_sub(1)) else { break };
+            let (Some(&start), Some(&end)) = (before.get(start), behind.get(end)) else { break };
             let Some(fillet) = Fillet::between([start, first], [last, end]) else { break };
             let half = (fillet.turn.abs() / 2.0).tan();
             let taken = fillet.taken[0].max(fillet.taken[1]);
             let (wanted, most) =
                 ((self.radius(fillet.turn, taken / half) * half).max(taken), fillet.room[0].min(fillet.room[1]));
-            let bend = |arc: Vec<Point>, radius| Bend { before: i, behind: j, arc, radius };
-            if wanted <= most {
-                return Some(bend(fillet.arc(wanted), wanted / half));
-            }
+            let bend = |arc: Vec<Point>, radius: f64| {
+                let beside = self.tightest_beside(&before[..i], &arc, &behind[..j]);
+                Bend { before: i, behind: j, radius: beside.map_or(radius, |beside| beside.min(radius)), arc }
+            };
             let mut found: Vec<Bend> = Vec::new();
-            if most >= taken {
-                found.push(bend(fillet.arc(most), most / half));
-            }
-            // At its ends the line may head elsewhere.
-            if i == 1 && self.least * half > fillet.room[0] {
-                let arc = arc_to(start, [last, end], self.least);
-                found.extend(arc.map(|arc| bend(arc, self.least)));
-            }
-            if j == 1 && self.least * half > fillet.room[1] {
-                let arc = arc_to(end, [first, start], self.least);
-                found.extend(arc.map(|arc| bend(arc.into_iter().rev().collect(), self.least)));
+            if wanted <= most {
+                let bend = bend(fillet.arc(wanted), wanted / half);
+                if bend.radius >= self.least * (1.0 - TOLERANCE) {
+                    return Some(bend);
+                }
+                found.push(bend);
+            } else {
+                if most >= taken {
+                    found.push(bend(fillet.arc(most), most / half));
+                }
+                // At its ends the line may head elsewhere.
+                if i == 1 && self.least * half > fillet.room[0] {
+                    let arc = arc_to(start, [last, end], self.least);
+                    found.extend(arc.map(|arc| bend(arc, self.least)));
+                }
+                if j == 1 && self.least * half > fillet.room[1] {
+                    let arc = arc_to(end, [first, start], self.least);
+                    found.extend(arc.map(|arc| bend(arc.into_iter().rev().collect(), self.least)));
+                }
             }
             widest = widest.into_iter().chain(found).reduce(|a, b| if b.radius > a.radius { b } else { a });
             // The shorter side gives way first; the ends of the line stay.
@@ -127,6 +136,19 @@ impl Rounding {
             }
         }
         widest
+    }
+
+    /// The radius of the tightest bend where the line goes on beside an arc, if that is too tight: an arc takes from the
+    /// segments that it touches, and what is left of them may be too short for the bends at their other ends.
+    fn tightest_beside(&self, before: &[Point], arc: &[Point], behind: &[Point]) -> Option<f64> {
+        let beside = |line: &[Point], end: Option<&Point>| match (line, end) {
+            ([.., a, b], Some(&end)) if (b - end).norm() >= MIN_SPACING => {
+                tighter([*a, *b, end], self.least * (1.0 - TOLERANCE))
+            }
+            _ => None,
+        };
+        let sides = [beside(before, arc.first()), beside(behind, arc.last())];
+        sides.into_iter().flatten().reduce(f64::min)
     }
 }
 

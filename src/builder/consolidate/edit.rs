@@ -39,19 +39,28 @@ impl Edit {
     /// Puts `road` in the place of two roads. `place` tells which end of it takes the place of an end of theirs.
     pub fn join(&mut self, old: [RoadIx; 2], road: Road, place: impl Fn(RoadEnd) -> Option<End>) {
         let new = RoadIx(self.network.roads.len() as u32);
+        self.network.roads.push(road);
+        self.gone.push(false);
+        self.replace(&old, |end| place(end).map(|end| RoadEnd { road: new, end }));
+    }
+
+    /// Takes a road away.
+    pub fn remove(&mut self, road: RoadIx) {
+        self.replace(&[road], |_| None);
+    }
+
+    fn replace(&mut self, old: &[RoadIx], place: impl Fn(RoadEnd) -> Option<RoadEnd>) {
         let mut touched = vec![];
-        for ix in old {
+        for &ix in old {
             self.gone[ix.0 as usize] = true;
             touched.extend([self.road(ix).from, self.road(ix).to]);
             for end in [End::Start, End::End] {
                 let end = RoadEnd { road: ix, end };
-                self.renames.insert(end, place(end).map(|end| RoadEnd { road: new, end }));
+                self.renames.insert(end, place(end));
             }
         }
         touched.sort();
         touched.dedup();
-        self.network.roads.push(road);
-        self.gone.push(false);
         for ix in touched {
             let arms = std::mem::take(&mut self.network.intersections[ix.0 as usize].arms);
             let mut arms: Vec<RoadEnd> = arms.into_iter().filter_map(|arm| self.renamed(arm)).collect();

@@ -92,6 +92,14 @@ pub fn take_in(
     contract::contract(network, &verdicts, options)
 }
 
+/// Takes roads away, and the intersections that no road is left of.
+#[must_use]
+pub fn without(network: RoadNetwork, roads: &[RoadIx]) -> RoadNetwork {
+    let mut edit = edit::Edit::new(network);
+    roads.iter().for_each(|road| edit.remove(*road));
+    edit.finish()
+}
+
 /// Merges until nothing changes. `kept` gives, for a network, the stations between which each road remains after the
 /// intersections' outlines are cut off ([`crate::builder::outline::Outlines::kept`]).
 pub fn consolidate(
