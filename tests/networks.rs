@@ -478,6 +478,71 @@ fn lights_hang_on_the_lanes_between_two_stop_lines() {
     }
 }
 
+/// A T of a main road with people's lights so far east of it, and a side road of these tags.
+fn crossed_near(side: DrivingSide, off: f64, side_road: &str) -> Built {
+    let nodes = [
+        (1, 0.0, 0.0, ""),
+        (2, -100.0, 0.0, ""),
+        (3, 100.0, 0.0, ""),
+        (4, 0.0, -80.0, ""),
+        (5, off, 0.0, "highway=crossing crossing=traffic_signals"),
+    ];
+    let xml = network(side, &nodes, &[(12, &[2, 1]), (13, &[1, 5, 3])], "highway=tertiary lanes=2");
+    let stem = network(side, &[], &[(14, &[4, 1])], side_road);
+    let (xml, stem) = (xml.replace("</osm>", ""), stem.replace("<osm>", ""));
+    built(&(xml + &stem), side, "")
+}
+
+#[test]
+fn drivers_on_the_main_road_have_lights_where_people_cross_it_beside_an_intersection() {
+    for side in SIDES {
+        for side_road in ["highway=residential lanes=2", "highway=tertiary lanes=2"] {
+            for off in [5.0, 8.0, 12.0, 14.0, 18.0, 20.0] {
+                let Built { map, settings, notes, .. } = crossed_near(side, off, side_road);
+                assert_eq!(found(&map, &settings), Vec::<String>::new(), "{side:?} {off} {side_road}");
+                assert!(notes.iter().all(|note| note.fault != "crossing-unlit"));
+                let inside = |lanelet: &&&Lanelet| lanelet.attributes.has("intersection_area");
+                let lit = |lanelet: &&Lanelet| {
+                    of(&map, "traffic_light").iter().any(|light| lanelet.regulatory_elements.contains(&light.id))
+                };
+                let lit: Vec<&Lanelet> =
+                    map.lanelets.iter().filter(|it| it.attributes.is("subtype", "road")).filter(lit).collect();
+                // Both approaches of the main road, straight on and around a corner; the side road gives way.
+                assert_eq!((lit.len(), lit.iter().filter(inside).count()), (4, 4), "{side:?} {off} {side_road}");
+                let crosswalk = map.lanelets.iter().find(|it| it.attributes.is("subtype", "crosswalk")).unwrap();
+                assert!(
+                    of(&map, "traffic_light").iter().any(|light| crosswalk.regulatory_elements.contains(&light.id))
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn drivers_wait_behind_the_intersection_where_there_is_room() {
+    for side in SIDES {
+        for off in [25.0, 30.0, 50.0] {
+            let Built { map, settings, .. } = crossed_near(side, off, "highway=residential lanes=2");
+            let mut found = found(&map, &settings);
+            found.retain(|code| code != "vm-03-11/priority-unknown");
+            assert_eq!(found, Vec::<String>::new(), "{side:?} {off}");
+            let drivers = drivers(&map);
+            assert!(drivers.iter().all(|(lane, _)| !lane.attributes.has("intersection_area")));
+            assert_eq!(drivers.len(), 2, "{side:?} {off}");
+        }
+    }
+}
+
+#[test]
+fn who_gives_way_beside_lights_of_people_has_none_and_is_named() {
+    for side in SIDES {
+        // People cross what gives way: a lower road, and one of four equal ones.
+        let built = crossed_near(side, 8.0, "highway=primary lanes=2");
+        assert!(of(&built.map, "traffic_light").iter().all(|light| light.role("ref_line").next().is_none()));
+        assert_eq!(built.notes.iter().filter(|note| note.fault == "crossing-unlit").count(), 1);
+    }
+}
+
 #[test]
 fn where_people_have_no_lights_drivers_have_none() {
     let side = DrivingSide::Right;

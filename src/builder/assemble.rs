@@ -55,14 +55,15 @@ pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
     let network = &network;
     let Draft { lines, mut assembly, mut lanes, ways, .. } = draft;
     let lit = drive_light::lit(network, &lines, &ways);
-    cut_across(&mut assembly, network, &lines, &ways, &lit, &mut lanes);
+    let (guarded, unguarded) = drive_light::guarded(network, &lines, &lanes, &ways);
+    cut_across(&mut assembly, network, &lines, &ways, (&lit, &guarded), &mut lanes);
     let as_roads = network.beside.bicycle_lanes == BicycleLanes::Road;
     let bicycles = beside(&mut assembly, network, &lanes);
     let crossings = Crossings::add(&mut assembly, network, &lines, &lanes);
     let unlit = drive_light::draw(&mut assembly, network, &lanes, network.side, &lit);
     let mut whole = Assembled { notes, roads: network.roads.len(), ..Assembled::default() };
     whole.settings.driving_side = Some(if network.side == DrivingSide::Left { Side::Left } else { Side::Right });
-    whole.notes.extend(unlit);
+    whole.notes.extend(unlit.into_iter().chain(unguarded));
     if as_roads {
         whole.settings.bicycle_lanes = bicycles.iter().map(|lanelet| lanelet.0).collect();
     }
@@ -71,8 +72,17 @@ pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
         assembly.stand_on(lanes.ground_of(intersection, below));
         let beside = Assembled::default();
         let cycling = ways.cycles;
-        let mut stage =
-            Stage { network, lanes: &lanes, crossings: &crossings, arrows, assembly, beside, cycling, as_roads };
+        let mut stage = Stage {
+            network,
+            lanes: &lanes,
+            crossings: &crossings,
+            guarded: &guarded,
+            arrows,
+            assembly,
+            beside,
+            cycling,
+            as_roads,
+        };
         stage.intersection(intersection, &ways.plan, &ways.drawn, &ways.conflicts.unwrap_or_default(), ways.area);
         (stage.assembly.into_part(), stage.beside)
     };
@@ -143,6 +153,8 @@ struct Stage<'a> {
     lanes: &'a Lanes,
     crossings: &'a Crossings,
     arrows: &'a Arrows,
+    /// The ends of roads that have lights because people have some there, in order.
+    guarded: &'a [RoadEnd],
     assembly: Assembly<'a>,
     /// All but the map.
     beside: Assembled,
@@ -329,6 +341,7 @@ impl Stage<'_> {
         arms.iter()
             .map(|arm| match (intersection.signals, intersection.all_way_stop) {
                 (true, _) => Control::Signals,
+                _ if self.guarded.binary_search(&arm.at).is_ok() => Control::Signals,
                 (false, true) => Control::Stop,
                 (false, false) => sign_at(self.network.road(arm.at.road), arm.at.end),
             })
@@ -349,7 +362,10 @@ impl Stage<'_> {
         };
         let before: Option<Vec<bool>> = give_way(&(0..arms.len()).map(approaching).collect::<Vec<_>>());
         let crosses_priority = |a: usize| before.as_ref().is_some_and(|gives_way| gives_way[a]);
-        let minor = |a: usize| signed(a) || private(a) && !of_street(a) || crosses_priority(a);
+        // Whoever has no light where others have one gives way to those.
+        let mixed = controls.contains(&Control::Signals);
+        let unlit = |a: usize| mixed && controls[a] != Control::Signals;
+        let minor = |a: usize| signed(a) || private(a) && !of_street(a) || crosses_priority(a) || unlit(a);
         let all: Vec<usize> = (0..arms.len()).filter(leads_in).collect();
         let ranked = all.iter().any(|&a| minor(a)) && !all.iter().all(|&a| minor(a));
         let near = if self.network.side == DrivingSide::Left { 1.0 } else { -1.0 };

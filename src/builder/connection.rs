@@ -32,6 +32,10 @@ pub const STOP_GAP_MOST: f64 = 4.0;
 const CORNER_GAP: f64 = 0.5;
 /// A crossing belongs to the intersection if it lies at most this far, metres, up the road from the outline.
 const CROSSING_REACH: f64 = 12.0;
+/// What a vehicle takes that waits, metres.
+pub const VEHICLE: f64 = 5.0;
+/// A crossing with lights whose middle lies no farther, metres, from where the road is cut leaves a vehicle no room to wait.
+const HELD_BEFORE: f64 = CROSSWALK_BREADTH / 2.0 + STOP_GAP + VEHICLE;
 /// What must remain of a road, metres, before its ends are cut back further than the outline asks: the stop lines at both its
 /// ends stay apart. A turn that a car can take needs the rest more than it does.
 pub const ROAD_LEFT: f64 = 2.0;
@@ -190,7 +194,20 @@ fn cut(
         let room = |end| at(end).arms.len() >= 3 && !road.roundabout;
         let continued = |end| at(end).arms.len() == 2;
         let mut stops = mapped(road, least[i], |end| room(end) && stopped[i][side(end)]);
-        let mut crossings = crossings_of(road, ix, least[i], stops, room, continued);
+        let drawn = |setbacks: [f64; 2], stops: [Option<f64>; 2]| {
+            let (back, mapped) = drawn_back(least[i], setbacks, stops);
+            let kept = apply(least[i], back, road.line.length());
+            let more = |end: usize| if mapped[end] { 0.0 } else { (wishes[i][end] - back[end]).max(0.0) };
+            untwisted(road, eased(road, kept, [0, 1].map(more)))
+        };
+        let begun = drawn(setbacks[i], [None; 2]);
+        let reach = |end: End| stops[side(end)].unwrap_or_default().max(CROSSING_REACH);
+        let belongs = |end, station, lights| match lights && !at(end).signals {
+            // What holds nobody before the intersection is a crossing of its own, if a vehicle can wait behind.
+            true => from_cut(begun, end, station) <= HELD_BEFORE,
+            false => from_cut(least[i], end, station) <= reach(end),
+        };
+        let mut crossings = crossings_of(road, ix, least[i], [&room, &continued], belongs);
         for crossing in &crossings {
             let Some(end) = crossing.arm else { continue };
             let behind = from_cut(least[i], end, crossing.station) + CROSSWALK_BREADTH / 2.0;
@@ -209,10 +226,7 @@ fn cut(
                 *back = back.max(needed);
             }
         }
-        let (back, mapped) = drawn_back(least[i], setbacks[i], stops);
-        let kept = apply(least[i], back, road.line.length());
-        let more = |end: usize| if mapped[end] { 0.0 } else { (wishes[i][end] - back[end]).max(0.0) };
-        let kept = untwisted(road, eased(road, kept, [0, 1].map(more)));
+        let kept = drawn(setbacks[i], stops);
         for crossing in &mut crossings {
             let Some(end) = crossing.arm else { continue };
             // Where the road is too short the crosswalk moves toward the middle of the intersection with the cut; where it
@@ -310,26 +324,22 @@ fn untwisted(road: &Road, [start, end]: [f64; 2]) -> [f64; 2] {
     parts.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0]))).filter(|p| p[1] > p[0]).unwrap_or([start, end])
 }
 
-/// The crossings of a road; those near an end belong to the intersection there, at most one per arm.
+/// The crossings of a road; those that belong to an intersection at its ends, at most one per arm.
 fn crossings_of(
     road: &Road,
     ix: RoadIx,
     cut: [f64; 2],
-    stops: [Option<f64>; 2],
-    room: impl Fn(End) -> bool,
-    continued: impl Fn(End) -> bool,
+    [room, continued]: [&dyn Fn(End) -> bool; 2],
+    belongs: impl Fn(End, f64, bool) -> bool,
 ) -> Vec<Crossing> {
     let half = CROSSWALK_BREADTH / 2.0;
     let mut found: Vec<Crossing> = Vec::new();
     for feature in &road.features {
-        if !matches!(feature.kind, FeatureKind::Crossing { .. }) {
-            continue;
-        }
+        let FeatureKind::Crossing { signals: lights, .. } = feature.kind else { continue };
         let near = [End::Start, End::End]
             .into_iter()
             .min_by(|&a, &b| from_cut(cut, a, feature.station).total_cmp(&from_cut(cut, b, feature.station)));
-        let reach = |end: End| stops[side(end)].unwrap_or_default().max(CROSSING_REACH);
-        let arm = near.filter(|&end| room(end) && from_cut(cut, end, feature.station) <= reach(end));
+        let arm = near.filter(|&end| room(end) && belongs(end, feature.station, lights));
         let station = match arm {
             Some(end) => at_depth(cut, end, from_cut(cut, end, feature.station).max(half + CORNER_GAP)),
             None => feature.station,

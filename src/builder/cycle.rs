@@ -119,7 +119,9 @@ impl Cycles {
                 };
                 let outs = (0..self.out.len()).filter(|&o| to != from.arm && self.out[o].arm == to).filter(leads);
                 let best = outs.min_by(|a, b| sideways(a).total_cmp(&sideways(b)));
-                pairs.extend(best.filter(|_| restricted.permit(intersection, arms[0], arms[1])).map(|o| (i, o)));
+                pairs.extend(
+                    best.filter(|_| restricted.permit_bicycles(intersection, arms[0], arms[1])).map(|o| (i, o)),
+                );
             }
         }
         pairs

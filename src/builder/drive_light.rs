@@ -3,16 +3,20 @@
 //!
 //! Where people have lights, drivers have some too, or nobody would stop for them. The road is cut at the stop lines, so
 //! that the lights hang on the lanelets that begin there, as inside intersections.
+//!
+//! Where they cross so close to an intersection without lights that no vehicle can wait between, those on the road that
+//! they cross stop before the intersection: it has lights for that road, and whoever has none gives way.
 
 use crate::diagnostic::{Finding, Place, Subject};
-use crate::geometry::left_of;
+use crate::geometry::{angle_between, left_of};
+use crate::lanelet::right_of_way::OPPOSITE;
 
 use super::assembly::Assembly;
-use super::connection::{CROSSWALK_BREADTH, ConnectionLines, STOP_GAP, STOP_GAP_MOST, side};
-use super::control::{BEHIND, LightShape, add_light, light_element, stop_line};
+use super::connection::{CROSSWALK_BREADTH, ConnectionLines, Crossing, STOP_GAP, STOP_GAP_MOST, VEHICLE, side};
+use super::control::{BEHIND, Control, LightShape, add_light, light_element, sign_at, stop_line};
 use super::draft::Ways;
 use super::lanes::{Lane, Lanes, road_key};
-use super::road_network::{DrivingSide, End, RoadEnd, RoadIx, RoadNetwork};
+use super::road_network::{DrivingSide, End, Intersection, RoadEnd, RoadIx, RoadNetwork};
 use super::walk_light::has_lights;
 
 /// The least that lies between the stop line and the crosswalk, metres.
@@ -21,7 +25,7 @@ const GAP_LEAST: f64 = 0.5;
 const BEHIND_LIGHTS: f64 = 30.0;
 /// Between crosswalks that are less than this apart, metres, and their stop lines no vehicle can wait: one light holds it
 /// before both.
-const TOGETHER: f64 = 2.0 * STOP_GAP + 5.0;
+const TOGETHER: f64 = 2.0 * STOP_GAP + VEHICLE;
 
 /// A part of a road between intersections where people cross and have lights.
 pub struct Lit {
@@ -81,6 +85,74 @@ fn leaves_lights(
         }
     }
     false
+}
+
+/// The ends of roads, in order, whose drivers have lights at an intersection only because people have some there, and notes
+/// of crossings where nothing tells that those who cross them go first.
+pub fn guarded(
+    network: &RoadNetwork,
+    lines: &ConnectionLines,
+    lanes: &Lanes,
+    ways: &[Option<Ways>],
+) -> (Vec<RoadEnd>, Vec<Finding>) {
+    let mut of: Vec<Vec<(RoadEnd, &Crossing)>> = vec![Vec::new(); network.intersections.len()];
+    for crossing in lines.crossings.iter().filter(|crossing| has_lights(network.road(crossing.road), crossing)) {
+        let Some(end) = crossing.arm else { continue };
+        let ix = network.road(crossing.road).intersection(end);
+        of[ix.0 as usize].push((RoadEnd { road: crossing.road, end }, crossing));
+    }
+    let (mut guarded, mut notes) = (Vec::new(), Vec::new());
+    for ((intersection, ways), lit) in network.intersections.iter().zip(ways).zip(of) {
+        if lit.is_empty() || intersection.signals {
+            continue;
+        }
+        let arms: Vec<RoadEnd> = lit.iter().map(|(at, _)| *at).collect();
+        let ruled = ways.as_ref().is_some_and(|ways| ways.area.is_some()) && !intersection.all_way_stop;
+        match main_road(network, lanes, intersection, &arms).filter(|_| ruled) {
+            Some(main) => guarded.extend(main),
+            None => notes.extend(lit.iter().map(|(at, crossing)| unguarded(network, *at, crossing))),
+        }
+    }
+    guarded.sort_unstable();
+    (guarded, notes)
+}
+
+/// The arms where people cross and those that lead straight over into them, if they are the road that has priority.
+fn main_road(
+    network: &RoadNetwork,
+    lanes: &Lanes,
+    intersection: &Intersection,
+    crossed: &[RoadEnd],
+) -> Option<Vec<RoadEnd>> {
+    let minor = |at: &RoadEnd| {
+        let road = network.road(at.road);
+        !road.public || matches!(sign_at(road, at.end), Control::Stop | Control::GiveWay)
+    };
+    let straight = |a: &RoadEnd, b: &RoadEnd| {
+        let bend = angle_between(lanes.arm(*a).inward, -lanes.arm(*b).inward).abs();
+        a != b && bend <= OPPOSITE.to_radians()
+    };
+    let leads_over = |at: &RoadEnd| crossed.iter().any(|on| straight(at, on));
+    let on_it = |at: &RoadEnd| crossed.contains(at) || leads_over(at) && !minor(at);
+    let (main, others): (Vec<RoadEnd>, Vec<RoadEnd>) = intersection.arms.iter().partition(|at| on_it(at));
+    let class = |at: &RoadEnd| network.road(at.road).class;
+    let lowest = crossed.iter().map(class).max()?;
+    // Of equal roads that which goes on where the other ends.
+    let through = main.len() == 2 && others.len() == 1;
+    let below = |at: &RoadEnd| minor(at) || class(at) > lowest || class(at) == lowest && through;
+    (!crossed.iter().any(minor) && others.iter().all(below)).then_some(main)
+}
+
+fn unguarded(network: &RoadNetwork, at: RoadEnd, crossing: &Crossing) -> Finding {
+    let road = network.road(at.road);
+    let [node, way] = [crossing.node, road.key.way];
+    let message = format!(
+        "People have lights at node {node}, but the intersection beside it has none, and way {way} has no priority there: \
+         its drivers have none."
+    );
+    Finding::new("crossing-unlit", Subject::Node(node), message)
+        .with(Subject::Way(way), "road")
+        .at(Place::Point(road.line.at(crossing.station)))
 }
 
 /// Draws the lights, and gives notes of lanes that have no room for a stop line.

@@ -17,6 +17,20 @@ const TWICE: [&str; 4] = ["CA", "MX", "PR", "US"];
 const LINE_FROM: f64 = 5.5;
 /// Tags of OpenStreetMap that say what is painted.
 const TAGS: [&str; 3] = ["divider", "overtaking", "lane_markings"];
+/// What parts a bicycle lane from the others so that nobody drives over it.
+const BARRIERS: [&str; 11] = [
+    "kerb",
+    "separation_kerb",
+    "jersey_barrier",
+    "guard_rail",
+    "fence",
+    "structure",
+    "planter",
+    "grass_verge",
+    "ditch",
+    "hedge",
+    "tree_row",
+];
 /// Tags that tell of bicycles: of both sides, of the left and of the right.
 const CYCLEWAYS: [&str; 4] = ["cycleway", "cycleway:both", "cycleway:left", "cycleway:right"];
 /// Their value where bicycles use the bus lane.
@@ -63,6 +77,9 @@ pub fn marking(section: &CrossSection, edge: usize, tags: &Tags, country: Option
     if edge == kerb_left || edge == kerb_right {
         return attributes(&[("type", "road_border")]);
     }
+    if [true, false].iter().any(|&left| kerb_of_track(section, tags, left) == Some(edge)) {
+        return attributes(&[("type", "road_border"), ("lane_change", "no")]);
+    }
     let (paint, change, opposed) = match lanes_beside(section, edge) {
         Some([left, right]) if same_way(left, right) => {
             let (paint, change) = between_lanes(may_change(left, right, left.kind == right.kind), tags);
@@ -81,6 +98,38 @@ pub fn marking(section: &CrossSection, edge: usize, tags: &Tags, country: Option
     }
     marking.push("lane_change", change);
     marking
+}
+
+/// The edge at which a bicycle track on one side of a road begins, behind a kerb.
+fn kerb_of_track(section: &CrossSection, tags: &Tags, left: bool) -> Option<usize> {
+    let is = |i: usize, kind: StripKind| section.strips.get(i).is_some_and(|strip| strip.kind == kind);
+    let mut bicycles = (0..section.strips.len()).filter(|&i| is(i, StripKind::Bicycle));
+    let track = if left { bicycles.next() } else { bicycles.next_back() }?;
+    if section.driven().any(|(i, _)| (i < track) == left) || !is_behind_kerb(tags, left) {
+        return None;
+    }
+    // A verge between kerb and track belongs to the track.
+    let verges = |edge: &usize| is(if left { *edge } else { *edge - 1 }, StripKind::Buffer);
+    let step = |edge: usize| if left { edge + 1 } else { edge - 1 };
+    let mut edge = if left { track + 1 } else { track };
+    while edge > 0 && verges(&edge) {
+        edge = step(edge);
+    }
+    Some(edge)
+}
+
+/// Whether bicycles on one side of a road ride behind a kerb, or what else holds cars back.
+fn is_behind_kerb(tags: &Tags, left: bool) -> bool {
+    let (side, toward_lanes) = if left { ("left", "right") } else { ("right", "left") };
+    let of = |keys: &[&str]| {
+        let all = [format!("cycleway:{side}"), "cycleway:both".to_owned(), "cycleway".to_owned()];
+        let keys = all.iter().flat_map(|base| keys.iter().map(move |key| format!("{base}{key}")));
+        keys.filter_map(|key| tags.get(&key)).next()
+    };
+    let parts = [format!(":separation:{toward_lanes}"), ":separation:both".to_owned(), ":separation".to_owned()];
+    let parted = of(&parts.each_ref().map(String::as_str));
+    matches!(of(&[""]), Some("track" | "opposite_track"))
+        || parted.is_some_and(|parted| parted.split(';').any(|one| BARRIERS.contains(&one.trim())))
 }
 
 /// Tags of the border between two lanes of an approach just before its stop line, where those lanes are changed only if
@@ -180,6 +229,7 @@ fn divider(value: &str) -> Option<Paint> {
 pub fn alike(a: &Tags, b: &Tags) -> bool {
     TAGS.iter().all(|key| a.get(key) == b.get(key))
         && CYCLEWAYS.iter().all(|key| a.is(key, SHARES) == b.is(key, SHARES))
+        && [true, false].iter().all(|&left| is_behind_kerb(a, left) == is_behind_kerb(b, left))
 }
 
 /// The tags of a road whose line is turned around.
@@ -190,12 +240,18 @@ pub fn turned(tags: &Tags) -> Tags {
         ("divider", _, Some((left, right))) => format!("{right};{left}"),
         _ => value.to_owned(),
     };
-    let [.., left, right] = CYCLEWAYS;
+    let other_side = |word: &str| match word {
+        "left" => "right".to_owned(),
+        "right" => "left".to_owned(),
+        _ => word.to_owned(),
+    };
     let mut turned = Tags::default();
     for (key, old) in tags.iter() {
         match key {
-            _ if key == left => turned.push(right, old),
-            _ if key == right => turned.push(left, old),
+            _ if key.starts_with("cycleway:") => {
+                let words: Vec<String> = key.split(':').map(other_side).collect();
+                turned.push(Text::from(words.join(":")), old);
+            }
             _ if TAGS.contains(&key) => turned.push(key, Text::from(value(key, old))),
             _ => turned.push(key, old),
         }
@@ -283,6 +339,23 @@ mod tests {
         };
         assert_eq!(subtype(false).as_deref(), Some("solid_dashed"));
         assert_eq!(subtype(true).as_deref(), Some("dashed_solid"), "seen in the direction of the lanes");
+    }
+
+    #[test]
+    fn the_kerb_of_a_track_lies_toward_the_lanes() {
+        let strip = |kind| Strip::plain(kind, Travel::Forward, 1.0, false);
+        let kinds = [StripKind::Bicycle, StripKind::Buffer, StripKind::Drive, StripKind::Drive, StripKind::Bicycle];
+        let section = CrossSection { strips: kinds.map(strip).to_vec() };
+        let kerbs = |tags: &[(&str, &str)]| {
+            let tags: Tags = tags.iter().copied().collect();
+            [true, false].map(|left| kerb_of_track(&section, &tags, left))
+        };
+        assert_eq!(kerbs(&[("cycleway:both", "track")]), [Some(2), Some(4)]);
+        assert_eq!(kerbs(&[("cycleway:left", "track"), ("cycleway:right", "lane")]), [Some(2), None]);
+        assert_eq!(kerbs(&[("cycleway", "lane"), ("cycleway:right:separation:left", "bump;kerb")]), [None, Some(4)]);
+        assert_eq!(kerbs(&[("cycleway:both", "lane"), ("cycleway:both:separation", "flex_post")]), [None, None]);
+        let turned = turned(&[("cycleway:right:separation:left", "kerb")].into_iter().collect());
+        assert_eq!(turned.get("cycleway:left:separation:right"), Some("kerb"));
     }
 
     #[test]

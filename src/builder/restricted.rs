@@ -57,12 +57,20 @@ impl Restricted {
 
     /// Whether the restrictions and, in a merged intersection, the roads inside let one go from one arm to the other.
     pub fn permit(&self, intersection: &Intersection, from: RoadEnd, to: RoadEnd) -> bool {
+        self.allow(from, to) && is_passable(intersection, from, to)
+    }
+
+    /// The same for bicycles, which have lanes of their own against the traffic.
+    pub fn permit_bicycles(&self, intersection: &Intersection, from: RoadEnd, to: RoadEnd) -> bool {
+        self.allow(from, to) && (is_passable(intersection, from, to) || is_passable(intersection, to, from))
+    }
+
+    fn allow(&self, from: RoadEnd, to: RoadEnd) -> bool {
         let turns = self.of.get(&from).map_or(&[][..], Vec::as_slice);
         let forbidden = turns.iter().any(|turn| !turn.only && turn.to == to);
         let mut mandatory = turns.iter().filter(|turn| turn.only).peekable();
         let elsewhere = mandatory.peek().is_some() && mandatory.all(|turn| turn.to != to);
-        let passable = intersection.passages.as_ref().is_none_or(|p| p.contains(&(from, to)));
-        passable && !forbidden && !elsewhere
+        !forbidden && !elsewhere
     }
 
     /// The lanes that lead from one arm to the other, where that is told: pairs, each counted from 1 on the left.
@@ -86,6 +94,11 @@ impl Restricted {
                 && self.permit(intersection, from, to)
         })
     }
+}
+
+/// Whether the roads inside a merged intersection lead from one arm to the other.
+fn is_passable(intersection: &Intersection, from: RoadEnd, to: RoadEnd) -> bool {
+    intersection.passages.as_ref().is_none_or(|passages| passages.contains(&(from, to)))
 }
 
 /// A restriction over `via` roads as the turns on its way: from, to.

@@ -44,11 +44,11 @@ pub fn cut_across(
     network: &RoadNetwork,
     lines: &ConnectionLines,
     ways: &[Option<Ways>],
-    lit: &[Lit],
+    (lit, guarded): (&[Lit], &[RoadEnd]),
     lanes: &mut Lanes,
 ) {
     let wanted = usual_length(network);
-    let mut approaches = approaches(network, ways, lanes).into_iter().peekable();
+    let mut approaches = approaches(network, ways, guarded, lanes).into_iter().peekable();
     let mut lit = lit.iter().peekable();
     let mut found = Vec::new();
     for (i, road) in network.roads.iter().enumerate() {
@@ -98,13 +98,17 @@ fn usual_length(network: &RoadNetwork) -> f64 {
 }
 
 /// The ends of roads with a stop line before which other lines are painted, in order.
-fn approaches(network: &RoadNetwork, ways: &[Option<Ways>], lanes: &Lanes) -> Vec<(RoadEnd, Painted)> {
+fn approaches(
+    network: &RoadNetwork,
+    ways: &[Option<Ways>],
+    guarded: &[RoadEnd],
+    lanes: &Lanes,
+) -> Vec<(RoadEnd, Painted)> {
     let mut found = Vec::new();
     for (intersection, ways) in network.intersections.iter().zip(ways) {
         let Some(ways) = ways.as_ref().filter(|ways| ways.area.is_some()) else { continue };
-        for (i, &at) in
-            intersection.arms.iter().enumerate().filter(|(_, at)| has_stop_line(network, intersection, **at))
-        {
+        let stops = |at: RoadEnd| guarded.binary_search(&at).is_ok() || has_stop_line(network, intersection, at);
+        for (i, &at) in intersection.arms.iter().enumerate().filter(|(_, at)| stops(**at)) {
             let leads_on = |lane: usize| {
                 ways.drawn.paths.iter().any(|path| (path.movement.from, path.movement.in_lane) == (i, lane))
             };

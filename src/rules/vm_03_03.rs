@@ -27,6 +27,8 @@ pub struct Params {
 
 /// Steps along a line between measurements, metres: bends of a hand-drawn line within one are no bends.
 const STEP: f64 = 1.0;
+/// Widths are told to this, metres.
+const EXACT: f64 = 0.01;
 /// Curvature is measured over steps of this length, metres, as Autoware's paths are.
 const CURVATURE_STEP: f64 = 2.0;
 
@@ -93,7 +95,7 @@ fn widths(map: &MapIndex, params: &Params, at: usize, center: &Polyline) -> Vec<
         }
         false => params.vehicle_width,
     };
-    let extremes = [(sorted[0], sorted[0] < low, low), (sorted[last], sorted[last] > high, high)];
+    let extremes = [(sorted[0], sorted[0] < low - EXACT, low), (sorted[last], sorted[last] > high + EXACT, high)];
     for (value, _, limit) in extremes.into_iter().filter(|(_, broken, _)| *broken) {
         let at = width.iter().position(|w| *w == value).unwrap_or(0);
         let message = format!("Lanelet {} is {value:.2} m wide; {limit} m is the limit.", lane.id);

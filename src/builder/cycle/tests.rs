@@ -148,3 +148,64 @@ fn nobody_is_led_across_the_traffic() {
         assert_eq!(turns(&ways), expected, "{side:?}");
     }
 }
+
+#[test]
+fn they_lead_through_merged_intersections_in_both_directions() {
+    // A road of two carriageways 12 m apart, merged with the piece of the crossing road between them.
+    let main = |track: &str| format!("highway=secondary oneway=yes lanes=2 name=Main {track}");
+    for (side, north, near) in [(DrivingSide::Right, 6.0, "right"), (DrivingSide::Left, -6.0, "left")] {
+        for (ridden, straight) in [("yes", 4), ("no", 6)] {
+            let main = main(&format!("cycleway:{near}=track cycleway:{near}:oneway={ridden}"));
+            let nodes = [
+                (1, 0.0, -north, "highway=traffic_signals"),
+                (2, 0.0, north, "highway=traffic_signals"),
+                (3, -100.0, -north, ""),
+                (4, 100.0, -north, ""),
+                (5, -100.0, north, ""),
+                (6, 100.0, north, ""),
+                (7, 0.0, -15.0 * north, ""),
+                (8, 0.0, 15.0 * north, ""),
+            ];
+            let ways: [(i64, &[i64], &str); 7] = [
+                (10, &[3, 1], &main),
+                (11, &[1, 4], &main),
+                (12, &[6, 2], &main),
+                (13, &[2, 5], &main),
+                (14, &[7, 1], LANES),
+                (15, &[1, 2], LANES),
+                (16, &[2, 8], LANES),
+            ];
+            let options = BuildOptions { driving_side: Some(side), ..BuildOptions::default() };
+            let built = built_as(&Asked { nodes: &nodes, ways: &ways, options });
+            assert_eq!(built.summary.intersections, 1, "merged");
+            let ways = inside(&built.map, "bicycle_lane");
+            let mut expected = vec![near; 4];
+            expected.extend(vec!["straight"; straight]);
+            assert_eq!(turns(&ways), expected, "{side:?} {ridden}");
+        }
+    }
+}
+
+#[test]
+fn a_track_lies_behind_a_kerb() {
+    for side in [DrivingSide::Right, DrivingSide::Left] {
+        let kerb = "highway=tertiary lanes=2 cycleway:both=lane cycleway:both:separation=kerb";
+        for (tags, between) in [
+            ("highway=tertiary lanes=2 cycleway:both=track", "road_border"),
+            (kerb, "road_border"),
+            (LANES, "line_thin"),
+        ] {
+            let nodes = [(1, 0.0, 0.0, ""), (2, 80.0, 0.0, "")];
+            let options = BuildOptions { driving_side: Some(side), ..BuildOptions::default() };
+            let map = built_as(&Asked { nodes: &nodes, ways: &[(10, &[1, 2], tags)], options }).map;
+            let of = |subtype: &'static str| map.lanelets.iter().filter(move |l| l.attributes.is("subtype", subtype));
+            assert_eq!((of("bicycle_lane").count(), of("road").count()), (2, 2));
+            for bicycle in of("bicycle_lane") {
+                let own = [bicycle.left.line, bicycle.right.line];
+                let shared = of("road").flat_map(|road| [road.left.line, road.right.line]).find(|id| own.contains(id));
+                let line = map.linestrings.get(shared.unwrap()).unwrap();
+                assert!(line.attributes.is("type", between) && line.attributes.is("lane_change", "no"), "{tags}");
+            }
+        }
+    }
+}
