@@ -150,6 +150,49 @@ fn settings_of_the_user_are_not_written_over() {
     build("out").exits(0);
 }
 
+/// The input lies beside the map that is built from it: what a build has written tells the next one nothing.
+#[test]
+fn what_a_build_has_written_does_not_outlive_what_it_was_told() {
+    let sample = fs::read(root().join("sample_maps/crossing_right.osm")).unwrap();
+    let dir = tempfile::tempdir().unwrap();
+    let map = dir.path().join("map");
+    fs::create_dir(&map).unwrap();
+    fs::write(map.join("in.osm"), &sample).unwrap();
+    let build = |more: &[&str]| {
+        lanewright(dir.path(), &[&["build", "map/in.osm", "-o", "map"][..], more].concat()).exits(0);
+        fs::read_to_string(map.join("lanewright.toml")).unwrap()
+    };
+    let plain = build(&[]);
+    let text = fs::read_to_string(map.join("lanelet2_map.osm")).unwrap();
+    let ia = text.split("k=\"intersection_area\" v=\"").nth(1).and_then(|rest| rest.split('"').next()).unwrap();
+    let phased =
+        build(&["--config", &format!("intersection=[{{ia={ia}, phases=[[\"S\"], [\"N\"], [\"E\", \"W\"]]}}]")]);
+    assert!(phased.contains("phases = [[\"S\"], [\"N\"], [\"E\", \"W\"]]"), "{phased}");
+    assert_eq!(build(&[]), plain);
+}
+
+#[test]
+fn lines_are_written_for_map_viewers() {
+    let sample = root().join("sample_maps/crossing_left.osm");
+    let dir = tempfile::tempdir().unwrap();
+    lanewright(dir.path(), &["build", sample.to_str().unwrap(), "-o", "map"]).exits(0);
+    let draw = |more: &[&str]| -> serde_json::Value {
+        let run = lanewright(dir.path(), &[&["draw", "map", "-o", "lines.geojson"][..], more].concat()).exits(0);
+        assert_eq!(run.stdout, "lines.geojson\n");
+        serde_json::from_slice(&fs::read(dir.path().join("lines.geojson")).unwrap()).unwrap()
+    };
+    let features = |value: &serde_json::Value| value["features"].as_array().unwrap().clone();
+    let all = features(&draw(&[]));
+    for (kind, key) in [("Polygon", "lanelet"), ("LineString", "linestring")] {
+        let own: Vec<_> = all.iter().filter(|one| one["geometry"]["type"] == kind).collect();
+        assert!(!own.is_empty() && own.iter().all(|one| one["properties"][key].is_i64()), "{kind}");
+    }
+    let corner = &all[0]["geometry"]["coordinates"][0][0];
+    let at = format!("{},{}", corner[1], corner[0]);
+    let near = features(&draw(&["--at", &at, "--radius", "1"])).len();
+    assert!(0 < near && near < all.len(), "{near} of {}", all.len());
+}
+
 #[test]
 fn wrong_arguments_are_the_users_error() {
     let dir = tempfile::tempdir().unwrap();
