@@ -198,9 +198,9 @@ fn cut(
             let (back, mapped) = drawn_back(least[i], setbacks, stops);
             let kept = apply(least[i], back, road.line.length());
             let more = |end: usize| if mapped[end] { 0.0 } else { (wishes[i][end] - back[end]).max(0.0) };
-            untwisted(road, eased(road, kept, [0, 1].map(more)))
+            (untwisted(road, eased(road, kept, [0, 1].map(more))), mapped)
         };
-        let begun = drawn(setbacks[i], [None; 2]);
+        let (begun, _) = drawn(setbacks[i], [None; 2]);
         let reach = |end: End| stops[side(end)].unwrap_or_default().max(CROSSING_REACH);
         let belongs = |end, station, lights| match lights && !at(end).signals {
             // What holds nobody before the intersection is a crossing of its own, if a vehicle can wait behind.
@@ -226,7 +226,7 @@ fn cut(
                 *back = back.max(needed);
             }
         }
-        let kept = drawn(setbacks[i], stops);
+        let (kept, mapped) = drawn(setbacks[i], stops);
         for crossing in &mut crossings {
             let Some(end) = crossing.arm else { continue };
             // Where the road is too short the crosswalk moves toward the middle of the intersection with the cut; where it
