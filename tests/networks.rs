@@ -825,3 +825,38 @@ fn lanes_fan_out_where_the_settings_have_it() {
         assert_eq!(turns("[inside]\nfan_out = true\n"), 4 * (2 + 2 + 2), "{side:?}");
     }
 }
+
+#[test]
+fn what_is_left_of_a_road_too_short_for_the_turns_at_its_ends_lies_inside() {
+    for side in SIDES {
+        for apart in [18.0, 20.0, 22.0] {
+            let nodes = [
+                (1, 0.0, 0.0, ""),
+                (2, apart, 0.0, ""),
+                (3, -150.0, 0.0, ""),
+                (4, apart + 150.0, 0.0, ""),
+                (5, 85.0, 120.0, ""),
+                (6, apart - 85.0, -120.0, ""),
+            ];
+            let ways: [(i64, &[i64]); 3] = [(11, &[3, 1, 2, 4]), (14, &[1, 5]), (15, &[2, 6])];
+            let built = built(&network(side, &nodes, &ways, "highway=residential"), side, "");
+            assert_eq!(found(&built.map, &built.settings), Vec::<String>::new(), "{side:?} {apart}");
+            assert_eq!((built.summary.roads, built.summary.intersections), (4, 1), "{side:?} {apart}");
+        }
+    }
+}
+
+#[test]
+fn a_dead_end_too_short_for_the_turn_into_it_is_left_out() {
+    for side in SIDES {
+        for (length, roads) in [(9.0, 2), (20.0, 3)] {
+            let nodes = [(1, 0.0, 0.0, ""), (3, -150.0, 0.0, ""), (4, 150.0, 0.0, ""), (5, 0.0, length, "")];
+            let ways: [(i64, &[i64]); 3] = [(11, &[3, 1]), (13, &[1, 4]), (14, &[1, 5])];
+            let built = built(&network(side, &nodes, &ways, "highway=residential"), side, "");
+            assert_eq!(found(&built.map, &built.settings), Vec::<String>::new(), "{side:?} {length}");
+            assert_eq!(built.summary.roads, roads, "{side:?} {length}");
+            let told = built.notes.iter().any(|note| note.fault == "way-skipped" && note.message.contains("way 14"));
+            assert_eq!(told, roads == 2, "{side:?} {length}");
+        }
+    }
+}

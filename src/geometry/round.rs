@@ -309,6 +309,15 @@ mod tests {
     }
 
     #[test]
+    fn an_arc_leaves_room_for_the_bends_beside_it() {
+        let places = [(0.0, 0.0), (8.0, 0.0), (8.2, 0.1), (8.4, 0.3), (8.6, 0.6), (8.7, 0.9), (8.7, 1.1), (8.0, 9.1)];
+        for side in [1.0, -1.0] {
+            let round = LEAST.of(&line(&places, side));
+            assert!(tightest(&round) > 1.2, "{}", tightest(&round));
+        }
+    }
+
+    #[test]
     fn what_bends_gently_or_turns_back_stays() {
         for side in [1.0, -1.0] {
             let gentle = quarter(3.0, side);
