@@ -3,6 +3,7 @@
 //! The outline says how far a road must be cut back at least. Here it is cut back further, along its own line, so that
 //! the crosswalk lies inside the intersection with the stop line before it, and so that a car can take the near turn.
 
+mod dead_end;
 mod mapped;
 mod setback;
 #[cfg(test)]
@@ -17,7 +18,8 @@ use super::cross_section::{CrossSection, SIDEWALK, StripKind, Travel};
 use super::road_network::{End, FeatureKind, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
 use super::seam::level;
 use super::walk_light::has_lights;
-use mapped::{drawn_back, mapped};
+use dead_end::clearances;
+use mapped::{bend, drawn_back, mapped};
 use setback::{comfort, eased, turn_setbacks};
 
 /// Breadth of a crosswalk along the road, metres: the usual painted zebra.
@@ -36,6 +38,9 @@ const CROSSING_REACH: f64 = 12.0;
 pub const VEHICLE: f64 = 5.0;
 /// A crossing with lights whose middle lies no farther, metres, from where the road is cut leaves a vehicle no room to wait.
 const HELD_BEFORE: f64 = CROSSWALK_BREADTH / 2.0 + STOP_GAP + VEHICLE;
+/// No cut moves before a sidewalk that lies around a bend of more than this, degrees: ways would begin as if they came from
+/// elsewhere.
+const SIDEWALK_BEND: f64 = 45.0;
 /// What must remain of a road, metres, before its ends are cut back further than the outline asks: the stop lines at both its
 /// ends stay apart. A turn that a car can take needs the rest more than it does.
 pub const ROAD_LEFT: f64 = 2.0;
@@ -130,7 +135,7 @@ pub fn lane_pose(road: &Road, end: End, station: f64, lane: LaneAt) -> Pose {
 pub struct Needs {
     /// Per road: the stations where its outlines, held to its length, would cut it.
     least: Vec<[f64; 2]>,
-    /// Per intersection that has ways: how far to cut roads back, and how much farther for comfort.
+    /// Per intersection that has ways, and for all dead ends: how far to cut roads back, and how much farther for comfort.
     wanted: Vec<[Vec<(RoadEnd, f64)>; 2]>,
 }
 
@@ -144,7 +149,8 @@ impl Needs {
             let arms = &intersection.arms;
             passed.then(|| [turn_setbacks(network, arms, &least), comfort(network, arms, &least)])
         };
-        let wanted = network.intersections.par_iter().enumerate().filter_map(wanted).collect();
+        let mut wanted: Vec<_> = network.intersections.par_iter().enumerate().filter_map(wanted).collect();
+        wanted.push([clearances(network, &least), Vec::new()]);
         Self { least, wanted }
     }
 }
@@ -221,7 +227,8 @@ fn cut(
             let behind = sidewalk(road, end).map(|station| from_cut(least[i], end, station) + SIDEWALK / 2.0);
             let Some(behind) = behind.filter(|behind| free && *behind <= CROSSING_REACH) else { continue };
             let (needed, other) = (behind + STOP_GAP, setbacks[i][side(end.other())]);
-            if least[i][1] - least[i][0] - other - needed >= ROAD_LEFT {
+            let left = least[i][1] - least[i][0] - other - needed;
+            if left >= ROAD_LEFT && bend(road, least[i], end, needed) <= SIDEWALK_BEND {
                 let back = &mut setbacks[i][side(end)];
                 *back = back.max(needed);
             }

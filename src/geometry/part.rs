@@ -12,6 +12,8 @@ const OVER_MOST: f64 = 0.1;
 const STEP: f64 = 0.25;
 /// Metres of the line that may be left out where it leaves the other.
 const SKIPPED_MOST: f64 = 0.5;
+/// Radius, metres, below which it does not bend where it leaves the other, if a place left out helps.
+const SHARPEST: f64 = 1.5;
 /// Change of direction, degrees, that it may take to leave the other.
 const BENT_MOST: f64 = 10.0;
 /// Metres by which a line may lie over another: less than a coordinate's last digit.
@@ -64,7 +66,12 @@ pub fn parted(line: &Polyline, other: &Polyline) -> Option<Vec<Point>> {
         let at = [0.25, 0.5, 0.75].map(|t| other.project(leaving + (p - leaving) * t).offset * side);
         at.iter().any(|&offset| offset < -EXACT)
     };
-    while own.next_if(|(p, s)| *s < rejoined + SKIPPED_MOST && across(p)).is_some() {}
+    let sharp = |p: &Point, station: f64| {
+        let way = p - leaving;
+        let bends = [(other.direction(leaves), way), (way, line.direction(station))];
+        bends.map(|(a, b)| angle_between(a, b).abs()).iter().sum::<f64>() * SHARPEST > way.norm()
+    };
+    while own.next_if(|(p, s)| *s < rejoined + SKIPPED_MOST && (across(p) || sharp(p, *s))).is_some() {}
     let (next, _) = own.peek()?;
     let turn = angle_between(other.direction(leaves), *next - leaving).abs();
     if across(next) || turn > BENT_MOST.to_radians() {

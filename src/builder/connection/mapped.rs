@@ -22,14 +22,14 @@ pub fn mapped(road: &Road, least: [f64; 2], crossed: impl Fn(End) -> bool) -> [O
         let depths = lines.map(|feature| from_cut(least, end, feature.station));
         let near = depths.filter(|depth| *depth > 0.0 && *depth <= REACH);
         // Of two lines one behind the other the first is for cars; bicycles wait at the other.
-        near.max_by(f64::total_cmp).filter(|depth| straight(road, least, end, *depth))
+        near.max_by(f64::total_cmp).filter(|depth| bend(road, least, end, *depth) <= EASE_BEND)
     })
 }
 
-/// Whether a road hardly bends on the way from a place so far, metres, behind the outline's cut to that cut.
-fn straight(road: &Road, least: [f64; 2], end: End, depth: f64) -> bool {
+/// By how much, degrees, a road bends on the way from a place so far, metres, behind the outline's cut to that cut.
+pub fn bend(road: &Road, least: [f64; 2], end: End, depth: f64) -> f64 {
     let heading = |depth: f64| inward(road, end, at_depth(least, end, depth));
-    angle_between(heading(0.0), heading(depth)).abs() <= EASE_BEND.to_radians()
+    angle_between(heading(0.0), heading(depth)).abs().to_degrees()
 }
 
 /// The setbacks of a road, with those at mapped stop lines drawn back to them where enough of it remains; and whether they
