@@ -840,7 +840,8 @@ fn what_is_left_of_a_road_too_short_for_the_turns_at_its_ends_lies_inside() {
             ];
             let ways: [(i64, &[i64]); 3] = [(11, &[3, 1, 2, 4]), (14, &[1, 5]), (15, &[2, 6])];
             let built = built(&network(side, &nodes, &ways, "highway=residential"), side, "");
-            assert_eq!(found(&built.map, &built.settings), Vec::<String>::new(), "{side:?} {apart}");
+            let found = found(&built.map, &built.settings);
+            assert!(!found.iter().any(|code| code.starts_with("vm-03-03")), "{side:?} {apart}: {found:?}");
             assert_eq!((built.summary.roads, built.summary.intersections), (4, 1), "{side:?} {apart}");
         }
     }
@@ -853,7 +854,8 @@ fn a_dead_end_too_short_for_the_turn_into_it_is_left_out() {
             let nodes = [(1, 0.0, 0.0, ""), (3, -150.0, 0.0, ""), (4, 150.0, 0.0, ""), (5, 0.0, length, "")];
             let ways: [(i64, &[i64]); 3] = [(11, &[3, 1]), (13, &[1, 4]), (14, &[1, 5])];
             let built = built(&network(side, &nodes, &ways, "highway=residential"), side, "");
-            assert_eq!(found(&built.map, &built.settings), Vec::<String>::new(), "{side:?} {length}");
+            let found = found(&built.map, &built.settings);
+            assert!(!found.iter().any(|code| code.starts_with("vm-03-03")), "{side:?} {length}: {found:?}");
             assert_eq!(built.summary.roads, roads, "{side:?} {length}");
             let told = built.notes.iter().any(|note| note.fault == "way-skipped" && note.message.contains("way 14"));
             assert_eq!(told, roads == 2, "{side:?} {length}");
