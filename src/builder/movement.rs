@@ -13,7 +13,7 @@ use super::road_network::{DrivingSide, Intersection};
 /// A movement up to this change of direction, degrees, goes straight on.
 pub const STRAIGHT: f64 = 30.0;
 /// A movement beyond this change of direction, degrees, turns back.
-const TURNS_BACK: f64 = 150.0;
+pub const TURNS_BACK: f64 = 150.0;
 /// Curvature, 1/m, beyond which nobody is led back who could go elsewhere: a car drives it with ease.
 const TIGHTEST_BACK: f64 = 0.25;
 
