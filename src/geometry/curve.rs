@@ -164,8 +164,17 @@ pub fn to_and_fro(from: Pose, to: Pose) -> f64 {
     if tangents(from, to).is_some() {
         return 0.0;
     }
-    DoubleBend::find(from, to)
-        .map_or(std::f64::consts::TAU, |bends| bends.turned() - (bends.turns[0] + bends.turns[1]).abs())
+    let bent = |[a, b]: [f64; 2]| a.abs() + b.abs() - (a + b).abs();
+    DoubleBend::find(from, to).map_or_else(
+        || {
+            // Hardly any bend at all, and to one side: too little for an arc.
+            let way = to.point - from.point;
+            let turns = [angle_between(from.heading, way), angle_between(way, to.heading)];
+            let slight = way.norm() > MIN_SPACING && turns.iter().all(|turn| turn.abs() < PARALLEL);
+            if slight { bent(turns) } else { std::f64::consts::TAU }
+        },
+        |bends| bent(bends.turns),
+    )
 }
 
 /// How many places a metre a curve needs where it bends this much (1 / radius).
@@ -378,6 +387,16 @@ mod tests {
                 assert!(turn < 1e-6 || (w[1].point - w[0].point).norm() / turn > 0.9 * RADIUS_LEAST);
             }
         }
+    }
+
+    #[test]
+    fn what_hardly_bends_and_to_one_side_does_not_bend_to_and_fro() {
+        for (aside, degrees) in [(0.0, 0.0), (1e-5, 1e-4), (0.1, 0.6), (-0.3, -1.9), (0.2, 0.4)] {
+            let there = to_and_fro(pose(0.0, 0.0, 0.0), pose(20.0, aside, degrees));
+            assert!(there < 0.5_f64.to_radians(), "{aside} {degrees}: {there}");
+        }
+        let weave = to_and_fro(pose(0.0, 0.0, 0.0), pose(20.0, 1.0, 0.0));
+        assert!(weave > 5.0_f64.to_radians(), "{weave}");
     }
 
     #[test]
