@@ -21,14 +21,23 @@ pub struct Crossing {
 /// How far before or behind a lane a stop line still belongs to it, metres: hands are not exact to the centimetre.
 const SLACK: f64 = 0.5;
 
-/// The lanes for cars that a stop line, longer by `extra` metres at both ends, crosses, by position.
+/// The lanes for cars that a stop line, longer by `extra` metres at both ends, crosses, by position: of lanes on several
+/// levels, those on its own.
 pub fn crossings(map: &MapIndex, line: &StopLine, extra: f64) -> Vec<Crossing> {
     let [low, high] = extent(&line.ends);
     let margin = Vector::new(extra + SLACK, extra + SLACK);
     let near = map.lanes_near(low - margin, high + margin).into_iter();
-    near.filter(|&lane| map.lanes[lane].is_for_cars())
+    let mut found: Vec<Crossing> = near
+        .filter(|&lane| map.lanes[lane].is_for_cars())
         .filter_map(|lane| crossing(line, &map.lanes[lane], extra).map(|found| Crossing { lane, ..found }))
-        .collect()
+        .collect();
+    // Lines are drawn without heights more often than lanes: the nearest level is theirs, however far it is.
+    let height = |crossing: &Crossing| map.height(crossing.lane, crossing.place).unwrap_or(line.height);
+    let off = |height: f64| (height - line.height).abs();
+    if let Some(own) = found.iter().map(height).min_by(|a, b| off(*a).total_cmp(&off(*b))) {
+        found.retain(|crossing| (height(crossing) - own).abs() <= map.thresholds.grade_separation);
+    }
+    found
 }
 
 fn crossing(line: &StopLine, lane: &Lane, extra: f64) -> Option<Crossing> {

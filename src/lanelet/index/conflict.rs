@@ -6,7 +6,7 @@ use rstar::{AABB, RTree};
 use rustc_hash::FxHashMap;
 
 use super::lane::drivable_by_vehicle;
-use super::{Lane, LaneTree, Thresholds};
+use super::{Lane, LaneTree, MapIndex, Thresholds};
 use crate::geometry::{Point, Polyline, polygon};
 use crate::lanelet::{Bound, LaneletId, LaneletMap, LineString};
 
@@ -155,7 +155,14 @@ fn gap(map: &LaneletMap, x: &Lane, y: &Lane, place: Point) -> f64 {
     }
 }
 
-/// Height of a lane abreast of a place: the mean of its two bounds.
+impl MapIndex<'_> {
+    /// Height of a lane abreast of a place, metres: the mean of its two bounds.
+    pub fn height(&self, lane: usize, place: Point) -> Option<f64> {
+        height(self.map, &self.lanes[lane], place)
+    }
+}
+
+/// See [`MapIndex::height`].
 fn height(map: &LaneletMap, lane: &Lane, place: Point) -> Option<f64> {
     let lanelet = map.lanelets.get(lane.id)?;
     let [left, right] = [lanelet.left, lanelet.right].map(|bound| height_of(map, bound, place));

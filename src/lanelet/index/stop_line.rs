@@ -16,6 +16,8 @@ pub struct StopLine {
     pub way: LineStringId,
     /// Its two ends.
     pub ends: [Point; 2],
+    /// Its height in the middle, metres; 0 where the map has none.
+    pub height: f64,
 }
 
 /// Stop lines by place.
@@ -35,10 +37,11 @@ pub struct Misfit {
 impl StopLine {
     /// From a way; `None` if it has no length.
     pub fn of(map: &MapIndex, line: &LineString) -> Option<Self> {
-        let place =
-            |id| map.map.points.get(id).map(|point| point.position).filter(|p| p.x.is_finite() && p.y.is_finite());
-        let ends = [place(*line.points.first()?)?, place(*line.points.last()?)?];
-        ((ends[1] - ends[0]).norm() > Polyline::MERGE).then_some(Self { way: line.id, ends })
+        let end = |id| map.map.points.get(id).filter(|point| point.position.coords.iter().all(|c| c.is_finite()));
+        let points = [end(*line.points.first()?)?, end(*line.points.last()?)?];
+        let ends = points.map(|point| point.position);
+        let [a, b] = points.map(|point| point.ele.unwrap_or_default());
+        ((ends[1] - ends[0]).norm() > Polyline::MERGE).then_some(Self { way: line.id, ends, height: (a + b) / 2.0 })
     }
 
     /// The line, longer by `extra` metres at both ends.
