@@ -218,20 +218,29 @@ fn a_dead_end_is_cut_square() {
 }
 
 fn any_star() -> impl Strategy<Value = Vec<Arm>> {
-    (2_usize..=6, 0.0..std::f64::consts::TAU).prop_flat_map(|(n, turn)| {
-        proptest::collection::vec((-0.3..0.3_f64, 3.0..14.0_f64, -0.3..0.3_f64), n).prop_map(move |arms| {
-            arms.iter()
-                .enumerate()
-                .map(|(i, (jitter, width, bend))| {
-                    let angle = turn + (i as f64 + jitter) * std::f64::consts::TAU / n as f64;
-                    let at = |r: f64, a: f64| (r * a.cos(), r * a.sin());
-                    let p = at(40.0, angle);
-                    let q = at(60.0, angle + bend);
-                    arm(&[p, (p.0 + q.0, p.1 + q.1)], *width)
-                })
-                .collect()
+    (2_usize..=6, 0.0..std::f64::consts::TAU)
+        .prop_flat_map(|(n, turn)| {
+            proptest::collection::vec((-0.3..0.3_f64, 3.0..14.0_f64, -0.3..0.3_f64), n).prop_map(move |arms| {
+                arms.iter()
+                    .enumerate()
+                    .map(|(i, (jitter, width, bend))| {
+                        let angle = turn + (i as f64 + jitter) * std::f64::consts::TAU / n as f64;
+                        let at = |r: f64, a: f64| (r * a.cos(), r * a.sin());
+                        let p = at(40.0, angle);
+                        let q = at(60.0, angle + bend);
+                        arm(&[p, (p.0 + q.0, p.1 + q.1)], *width)
+                    })
+                    .collect()
+            })
         })
-    })
+        .prop_filter("roads that run into each other again where they end", |arms: &Vec<Arm>| ends_clear(arms))
+}
+
+/// Whether no road reaches over the far end of another: no cut at the intersection could part them.
+fn ends_clear(arms: &[Arm]) -> bool {
+    let end = |arm: &Arm| arm.points.last().map(|&(x, y)| Point::new(x, y));
+    let clear = |a: &Arm, b: &Arm| end(a).zip(end(b)).is_none_or(|(p, q)| (p - q).norm() >= (a.width + b.width) / 2.0);
+    arms.iter().enumerate().all(|(i, a)| arms[i + 1..].iter().all(|b| clear(a, b)))
 }
 
 proptest! {
