@@ -57,14 +57,13 @@ pub const KINDS: &[Kind] = &[
         name: "draw a road's edge far inside its border",
         raises: &["vm-01-08/edge-distance"],
         slip: |_, map, dice| {
-            let (lanelet, way, inner) = dice.pick(outer(map))?;
+            let (_, way, inner) = dice.pick(outer(map))?;
             let outward = -toward(&map.line(way), &map.line(inner));
-            let border = moved_copy(map, way, outward * 1.3);
+            // The way itself becomes the edge, lest the border stay where it was.
+            let border = moved_copy(map, way, outward * 1.0);
             map.way(border).tags = [("type", "road_border")].into_iter().collect();
-            let edge = map.copy_way(way);
-            map.way(edge).tags = [("type", "virtual")].into_iter().collect();
-            exchange(map, lanelet, way, edge);
-            Some(vec![edge])
+            map.way(way).tags = [("type", "virtual")].into_iter().collect();
+            Some(vec![way])
         },
     },
     Kind {
