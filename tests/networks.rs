@@ -24,6 +24,12 @@ const MIDDLE: [f64; 2] = [0.5, 9.5];
 
 /// Roads of these tags that meet at places in metres, mirrored where people drive on the left.
 fn network(side: DrivingSide, nodes: &[(i64, f64, f64, &str)], ways: &[(i64, &[i64])], tags: &str) -> String {
+    let ways: Vec<(i64, &[i64], &str)> = ways.iter().map(|&(id, refs)| (id, refs, tags)).collect();
+    network_of(side, nodes, &ways)
+}
+
+/// The same with tags for each road.
+fn network_of(side: DrivingSide, nodes: &[(i64, f64, f64, &str)], ways: &[(i64, &[i64], &str)]) -> String {
     let east = if side == DrivingSide::Right { 1.0 } else { -1.0 };
     let tags_of = |text: &str| -> String {
         let pairs = text.split_whitespace().filter_map(|tag| tag.split_once('='));
@@ -34,7 +40,7 @@ fn network(side: DrivingSide, nodes: &[(i64, f64, f64, &str)], ways: &[(i64, &[i
         let [lat, lon] = place(x * east, y);
         xml += &format!("<node id='{id}' lat='{lat}' lon='{lon}'>{}</node>", tags_of(tags));
     }
-    for (id, refs) in ways {
+    for (id, refs, tags) in ways {
         let refs: String = refs.iter().map(|id| format!("<nd ref='{id}'/>")).collect();
         xml += &format!("<way id='{id}'>{refs}{}</way>", tags_of(tags));
     }
@@ -78,6 +84,12 @@ fn found(map: &LaneletMap, settings: &Settings) -> Vec<String> {
     let loaded = Loaded { map: map.clone(), faults: Vec::new() };
     let found = judge_as(&loaded, settings, &Config::default());
     found.into_iter().map(|one| one.code.to_string()).collect()
+}
+
+/// The same, without what streets that are drawn without signs, and short, are told of in any case.
+fn found_of_geometry(map: &LaneletMap, settings: &Settings) -> Vec<String> {
+    let told = ["vm-03-11/priority-unknown", "vm-07-01/short-approach"];
+    found(map, settings).into_iter().filter(|code| !told.contains(&code.as_str())).collect()
 }
 
 fn of<'a>(map: &'a LaneletMap, subtype: &'a str) -> Vec<&'a RegulatoryElement> {
@@ -497,7 +509,7 @@ fn crossed_near(side: DrivingSide, off: f64, side_road: &str) -> Built {
 fn drivers_on_the_main_road_have_lights_where_people_cross_it_beside_an_intersection() {
     for side in SIDES {
         for side_road in ["highway=residential lanes=2", "highway=tertiary lanes=2"] {
-            for off in [5.0, 8.0, 12.0, 14.0, 18.0, 20.0] {
+            for off in [5.0, 8.0, 12.0, 14.0] {
                 let Built { map, settings, notes, .. } = crossed_near(side, off, side_road);
                 assert_eq!(found(&map, &settings), Vec::<String>::new(), "{side:?} {off} {side_road}");
                 assert!(notes.iter().all(|note| note.fault != "crossing-unlit"));
@@ -521,7 +533,7 @@ fn drivers_on_the_main_road_have_lights_where_people_cross_it_beside_an_intersec
 #[test]
 fn drivers_wait_behind_the_intersection_where_there_is_room() {
     for side in SIDES {
-        for off in [25.0, 30.0, 50.0] {
+        for off in [20.0, 25.0, 30.0, 50.0] {
             let Built { map, settings, .. } = crossed_near(side, off, "highway=residential lanes=2");
             let mut found = found(&map, &settings);
             found.retain(|code| code != "vm-03-11/priority-unknown");
@@ -840,8 +852,8 @@ fn what_is_left_of_a_road_too_short_for_the_turns_at_its_ends_lies_inside() {
             ];
             let ways: [(i64, &[i64]); 3] = [(11, &[3, 1, 2, 4]), (14, &[1, 5]), (15, &[2, 6])];
             let built = built(&network(side, &nodes, &ways, "highway=residential"), side, "");
-            let found = found(&built.map, &built.settings);
-            assert!(!found.iter().any(|code| code.starts_with("vm-03-03")), "{side:?} {apart}: {found:?}");
+            let found = found_of_geometry(&built.map, &built.settings);
+            assert!(found.is_empty(), "{side:?} {apart}: {found:?}");
             assert_eq!((built.summary.roads, built.summary.intersections), (4, 1), "{side:?} {apart}");
         }
     }
@@ -854,11 +866,70 @@ fn a_dead_end_too_short_for_the_turn_into_it_is_left_out() {
             let nodes = [(1, 0.0, 0.0, ""), (3, -150.0, 0.0, ""), (4, 150.0, 0.0, ""), (5, 0.0, length, "")];
             let ways: [(i64, &[i64]); 3] = [(11, &[3, 1]), (13, &[1, 4]), (14, &[1, 5])];
             let built = built(&network(side, &nodes, &ways, "highway=residential"), side, "");
-            let found = found(&built.map, &built.settings);
-            assert!(!found.iter().any(|code| code.starts_with("vm-03-03")), "{side:?} {length}: {found:?}");
+            let found = found_of_geometry(&built.map, &built.settings);
+            assert!(found.is_empty(), "{side:?} {length}: {found:?}");
             assert_eq!(built.summary.roads, roads, "{side:?} {length}");
             let told = built.notes.iter().any(|note| note.fault == "way-skipped" && note.message.contains("way 14"));
             assert_eq!(told, roads == 2, "{side:?} {length}");
+        }
+    }
+}
+
+#[test]
+fn a_lane_in_the_middle_leads_only_where_it_is_needed() {
+    let middle = "highway=primary lanes=5 lanes:forward=2 lanes:backward=2 lanes:both_ways=1";
+    let one_way = "highway=primary lanes=2 oneway=yes";
+    for side in SIDES {
+        // Into two carriageways, with and without a side street at the end; beyond it, or into a road of five lanes.
+        let nodes = [
+            (1, 0.0, 0.0, ""),
+            (2, -200.0, 0.0, ""),
+            (3, 200.0, -9.0, ""),
+            (4, 200.0, 9.0, ""),
+            (5, 0.0, 120.0, ""),
+            (6, -400.0, 0.0, ""),
+            (7, -200.0, 120.0, ""),
+        ];
+        let parts: [(i64, &[i64], &str); 3] = [(11, &[2, 1], middle), (12, &[1, 3], one_way), (13, &[4, 1], one_way)];
+        let at_the_end: (i64, &[i64], &str) = (14, &[1, 5], "highway=residential");
+        let before: [(i64, &[i64], &str); 2] = [(15, &[6, 2], middle), (16, &[2, 7], "highway=residential")];
+        let lanes = |ways: &[(i64, &[i64], &str)]| {
+            let built = built(&network_of(side, &nodes, ways), side, "");
+            let mut found = found_of_geometry(&built.map, &built.settings);
+            // Beside a side street the lane at the far edge meets nobody.
+            found.retain(|code| code != "vm-03-12/no-conflict");
+            assert!(found.is_empty(), "{side:?} {}: {found:?}", ways.len());
+            [11, 15].map(|way| {
+                let of_way = |id: &str| id.starts_with(&format!("{way}:"));
+                built.map.lanelets.iter().filter(|l| l.attributes.get("road_id").is_some_and(of_way)).count()
+            })
+        };
+        assert_eq!(lanes(&parts), [5, 0], "{side:?}: not into the two carriageways");
+        assert_eq!(lanes(&[&parts[..], &[at_the_end]].concat()), [6, 0], "{side:?}: to turn");
+        assert_eq!(lanes(&[&parts[..], &before].concat()), [5, 6], "{side:?}: to turn before the end");
+    }
+}
+
+#[test]
+fn a_crossing_of_narrow_streets_is_no_larger_than_its_turns_need() {
+    for side in SIDES {
+        // The two halves of a street in line with each other, but for a hair, and at an angle that an eye sees.
+        for off in [0.0, 0.01, 1.0] {
+            let nodes = [
+                (1, 0.0, 0.0, ""),
+                (2, -150.0, off, ""),
+                (3, 150.0, off, ""),
+                (4, off, -150.0, ""),
+                (5, off, 150.0, ""),
+            ];
+            let ways: [(i64, &[i64]); 4] = [(12, &[2, 1]), (13, &[3, 1]), (14, &[4, 1]), (15, &[5, 1])];
+            let built = built(&network(side, &nodes, &ways, "highway=residential"), side, "");
+            assert_eq!(found_of_geometry(&built.map, &built.settings), Vec::<String>::new(), "{side:?} {off}");
+            let area = built.map.polygons.iter().next().unwrap();
+            let places = area.points.iter().map(|&id| built.map.points.get(id).unwrap().position);
+            let (low, high) = places.fold((f64::MAX, f64::MIN), |(low, high), p| (low.min(p.x), high.max(p.x)));
+            // Streets of 6 m, and a turn of 6 m in the middle of lanes of 3 m at either side.
+            assert!(high - low < 2.0 * (1.5 + 6.0) + 0.5, "{side:?} {off}: {}", high - low);
         }
     }
 }

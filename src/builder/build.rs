@@ -14,10 +14,10 @@ use crate::projection::{Extent, LonLat, Projector};
 use crate::settings::{AssumeSettings, BesideSettings, MarkingSettings, MergeSettings, RoadSettings, Settings};
 use crate::terrain::Terrain;
 
-use super::arrows::Arrows;
 use super::assemble::{Assembled, assemble};
 use super::blinker;
 use super::consolidate::{Wish, Wished};
+use super::control::arrows::Arrows;
 use super::dead_lanes::without_dead_lanes;
 use super::heights::{HeightOptions, Spots, spots};
 use super::inside::{self, Inside};

@@ -14,10 +14,10 @@ use rustc_hash::FxHashSet;
 
 use crate::geometry::{Point, Vector, angle_between, curve::Pose, left_of};
 
+use super::control::walk_light::has_lights;
 use super::cross_section::{CrossSection, SIDEWALK, StripKind, Travel};
 use super::road_network::{End, FeatureKind, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
 use super::seam::level;
-use super::walk_light::has_lights;
 use dead_end::clearances;
 use mapped::{bend, drawn_back, mapped};
 use setback::{comfort, eased, turn_setbacks};
@@ -197,8 +197,9 @@ fn cut(
     for (i, road) in network.roads.iter().enumerate() {
         let ix = RoadIx(i as u32);
         let at = |end| network.intersection(road.intersection(end));
-        let room = |end| at(end).arms.len() >= 3 && !road.roundabout;
         let continued = |end| at(end).arms.len() == 2;
+        // Lights hold vehicles before the crosswalk, too, where a road only goes on.
+        let room = |end| (at(end).arms.len() >= 3 || continued(end) && at(end).signals) && !road.roundabout;
         let mut stops = mapped(road, least[i], |end| room(end) && stopped[i][side(end)]);
         let drawn = |setbacks: [f64; 2], stops: [Option<f64>; 2]| {
             let (back, mapped) = drawn_back(least[i], setbacks, stops);
@@ -223,14 +224,10 @@ fn cut(
             *back = back.max(stop.unwrap_or(f64::INFINITY).min(behind + STOP_GAP));
         }
         for end in [End::Start, End::End].into_iter().filter(|&end| room(end) && leads_out(network, road, end)) {
-            let free = crossings.iter().all(|crossing| crossing.arm != Some(end));
-            let behind = sidewalk(road, end).map(|station| from_cut(least[i], end, station) + SIDEWALK / 2.0);
-            let Some(behind) = behind.filter(|behind| free && *behind <= CROSSING_REACH) else { continue };
-            let (needed, other) = (behind + STOP_GAP, setbacks[i][side(end.other())]);
-            let left = least[i][1] - least[i][0] - other - needed;
-            if left >= ROAD_LEFT && bend(road, least[i], end, needed) <= SIDEWALK_BEND {
+            if crossings.iter().all(|crossing| crossing.arm != Some(end)) {
+                let needed = before_sidewalk(road, end, least[i], setbacks[i][side(end.other())]);
                 let back = &mut setbacks[i][side(end)];
-                *back = back.max(needed);
+                *back = back.max(needed.unwrap_or_default());
             }
         }
         let (kept, mapped) = drawn(setbacks[i], stops);
@@ -252,6 +249,16 @@ fn cut(
         lines.crossings.extend(crossings);
     }
     lines
+}
+
+/// How far behind the outline, metres, who leaves private ground stops before a sidewalk that is mapped as a way of its
+/// own; `None` without one near the end, and where the road has no room behind it or bends too much before it.
+fn before_sidewalk(road: &Road, end: End, least: [f64; 2], other: f64) -> Option<f64> {
+    let behind = from_cut(least, end, sidewalk(road, end)?) + SIDEWALK / 2.0;
+    let needed = behind + STOP_GAP;
+    let left = least[1] - least[0] - other - needed;
+    let fits = behind <= CROSSING_REACH && left >= ROAD_LEFT && bend(road, least, end, needed) <= SIDEWALK_BEND;
+    fits.then_some(needed)
 }
 
 /// Whether a road on private ground leads out of it at this end.

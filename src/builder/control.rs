@@ -1,5 +1,10 @@
 //! Stop lines, traffic lights and stop signs, and the elements that tie them to lanes.
 
+pub mod arrows;
+pub mod drive_light;
+pub(crate) mod priority_road;
+pub mod walk_light;
+
 use crate::geometry::{Point, Vector, left_of};
 use crate::lanelet::{Attributes, LaneletId, LineStringId, PointId, Target, TurnDirection};
 

@@ -4,20 +4,21 @@
 //! whose cut lies under a turn is cut back behind it, and everything is drawn again: lanes end where the intersection
 //! begins, and their end nodes lie on its outline.
 
+mod ways;
+
+pub use ways::Ways;
+
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::geometry::{Point, Polyline, Vector, polygon};
 
-use super::area::{AreaOutline, area_outline, covers};
-use super::assembly::{Assembly, Part};
-use super::conflict::{Conflicts, conflicts, strips};
+use super::assembly::Assembly;
 use super::connection::{ConnectionLines, Needs, ROAD_LEFT, carriageway, connection_lines, from_cut, side};
-use super::cycle::{Cycles, Cycling, Wanted};
 use super::join::Joins;
 use super::lanes::{Arm, Lanes, lanes, redraw};
-use super::movement::{Movements, movements};
-use super::paths::{Bounds, Drawn, Paint, Path, intersection_key, paths};
+use super::movement::movements;
+use super::paths::Drawn;
 use super::restricted::Restricted;
 use super::road_network::{End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
 use super::seam::seams;
@@ -32,8 +33,6 @@ const CLEARING: f64 = 1.0;
 const ROUNDS_STOPPED: usize = 3;
 /// A way that reaches over a cut by less than this, metres, only touches it.
 const TOUCH: f64 = 0.05;
-/// Ways that share less than this, square metres, only touch.
-const TOUCHING: f64 = 0.25;
 /// A cut lies this far, metres, behind the way that would run over it.
 const CLEAR: f64 = 0.2;
 /// No road is cut back further than this, metres, beyond its outline for the sake of a way beside it: what reaches
@@ -60,115 +59,6 @@ pub struct Draft {
     stops: Vec<[bool; 2]>,
     /// What the ends of roads need, however far they are cut back.
     needs: Needs,
-}
-
-/// The ways through one intersection.
-pub struct Ways {
-    /// Which lane leads to which.
-    pub plan: Movements,
-    /// The ways as they lie.
-    pub drawn: Drawn,
-    /// Which of them get into each other's way; `None` before they are outlined.
-    pub conflicts: Option<Conflicts>,
-    /// Bicycle lanes that lead in and out, and the ways between them.
-    pub cycles: Cycling,
-    /// The outline around them, where some do and it is no roundabout.
-    pub area: Option<AreaOutline>,
-    /// Their primitives, over those of the lanes.
-    pub part: Part,
-    /// Whether they stood in the round before: no way runs over a cut that did not then.
-    stood: bool,
-}
-
-impl Ways {
-    /// Draws the ways of an intersection over what stands.
-    pub fn draw(
-        network: &RoadNetwork,
-        restricted: &Restricted,
-        lanes: &Lanes,
-        intersection: &Intersection,
-        below: &Assembly<'_>,
-    ) -> Self {
-        let plan = movements(network.side, restricted, lanes, intersection);
-        let paint = if intersection.arms.len() == 2 { Paint::AsBefore } else { Paint::None };
-        let mut assembly = Assembly::over(below);
-        assembly.stand_on(lanes.ground_of(intersection, below));
-        let drawn = paths(&mut assembly, network, lanes, intersection, &plan.all, paint);
-        let cycles = Cycling::default();
-        Self { plan, drawn, conflicts: None, cycles, area: None, part: assembly.into_part(), stood: false }
-    }
-
-    /// Draws the outline around ways that were drawn over `below`, and the ways of bicycles where they fit into it.
-    #[must_use]
-    pub fn outlined(
-        self,
-        network: &RoadNetwork,
-        restricted: &Restricted,
-        lanes: &Lanes,
-        intersection: &Intersection,
-        below: &Assembly<'_>,
-    ) -> Self {
-        if self.conflicts.is_some() {
-            return self;
-        }
-        let Self { plan, mut drawn, part, stood, .. } = self;
-        let own = strips(&drawn.paths);
-        let conflicts = Some(conflicts(&drawn.paths, &own));
-        let roundabout = intersection.arms.iter().any(|at| network.road(at.road).roundabout);
-        let crossed = !roundabout && conflicts.iter().flat_map(|found| &found.real).any(|found| !found.is_empty());
-        let ends = Cycles::find(below, network, lanes, intersection);
-        let tries: &[Wanted] = if ends.is_empty() { &[] } else { &[Wanted::All, Wanted::Straight] };
-        if !crossed && tries.is_empty() {
-            drawn.bounds = Bounds::default();
-            return Self { plan, drawn, conflicts, cycles: Cycling::default(), area: None, part, stood };
-        }
-        let bare = if tries.is_empty() { Part::default() } else { part.clone() };
-        let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
-        let islands = &intersection.islands;
-        let around = |part: Part, add: &dyn Fn(&mut Assembly) -> Drawn| {
-            let mut assembly = Assembly::resumed(below, part);
-            assembly.stand_on(lanes.ground_of(intersection, below));
-            let cycles = add(&mut assembly);
-            let key = intersection_key("intersection area", intersection);
-            let area = crossed.then(|| {
-                if cycles.paths.is_empty() {
-                    return area_outline(
-                        &mut assembly,
-                        key,
-                        lanes,
-                        &arms,
-                        &drawn.bounds,
-                        (&drawn.paths, &own),
-                        islands,
-                    );
-                }
-                let paths = [&drawn.paths[..], &cycles.paths].concat();
-                area_outline(&mut assembly, key, lanes, &arms, &cycles.bounds, (&paths, &strips(&paths)), islands)
-            });
-            let clear = || cycles.paths.iter().all(|cycle| drawn.paths.iter().all(|path| apart(cycle, path)));
-            let covered = area.as_ref().map_or_else(clear, |area| covers(&assembly, &area.ring, &cycles.paths));
-            (assembly.into_part(), area, cycles, covered)
-        };
-        let (mut part, mut area, ..) = around(part, &|_| Drawn::default());
-        let mut cycles = Cycling::default();
-        for &wanted in tries {
-            let add = |assembly: &mut Assembly| ends.draw(assembly, network, restricted, intersection, wanted, &drawn);
-            let (with, outline, ways, covered) = around(bare.clone(), &add);
-            let fits = outline.as_ref().zip(area.as_ref()).is_none_or(|(with, without)| with.fits_as_well(without));
-            if covered && fits && !ways.paths.is_empty() {
-                (part, area, cycles) = (with, outline, Cycling { ends, paths: ways.paths });
-                break;
-            }
-        }
-        // Nothing but the outline asks for them, and they take more memory than the ways.
-        drawn.bounds = Bounds::default();
-        Self { plan, drawn, conflicts, cycles, area, part, stood }
-    }
-}
-
-/// Whether two ways hardly touch: where nothing rules an intersection, no bicycle lane crosses another lane.
-fn apart(cycle: &Path, path: &Path) -> bool {
-    polygon::common_area(&cycle.outline, &path.outline) < TOUCHING
 }
 
 /// Whether an arm ends on the same nodes at the same places.

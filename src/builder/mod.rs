@@ -11,7 +11,6 @@
 pub(crate) mod across;
 pub mod alignment;
 pub mod area;
-mod arrows;
 pub mod assemble;
 pub mod assembly;
 pub mod beside;
@@ -28,7 +27,6 @@ pub mod crosswalk;
 pub mod cycle;
 pub mod dead_lanes;
 pub mod draft;
-pub mod drive_light;
 pub mod driving_side;
 pub mod geojson;
 pub mod grid;
@@ -45,7 +43,6 @@ pub mod outline;
 pub(crate) mod overhead;
 pub mod paths;
 pub(crate) mod pen;
-pub(crate) mod priority_road;
 pub mod restricted;
 pub mod ring;
 pub mod road_network;
@@ -60,7 +57,6 @@ pub mod stretch;
 pub(crate) mod tags;
 #[cfg(test)]
 mod tests;
-pub mod walk_light;
 pub mod walkway;
 
 pub use build::{BuildError, BuildOptions, Built, Plan, Summary, UNMET_WISH, build, build_plan, plan};

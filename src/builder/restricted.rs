@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 
 use super::consolidate::passages::{leads_in, leads_out, other_end};
-use super::road_network::{End, Intersection, RoadEnd, RoadNetwork, TurnRestriction};
+use super::road_network::{End, Intersection, RoadEnd, RoadNetwork, TurnRestriction, cross};
 
 /// Which turns are restricted, by where they begin, and which lanes take them.
 #[derive(Debug, Default)]
@@ -35,6 +35,9 @@ impl Restricted {
         for connection in &network.connections {
             found.lanes.entry([connection.from, connection.to]).or_default().extend(&connection.lanes);
         }
+        // What several relations, or a file of streets, say of the same two roads can be meant only as a whole.
+        found.lanes.values_mut().for_each(|lanes| lanes.sort_unstable());
+        found.lanes.retain(|_, lanes| !cross(lanes));
         for r in network.restrictions.iter().filter(|r| r.via.is_empty()) {
             found.add(r.from, r.to, r.only);
         }

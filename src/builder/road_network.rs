@@ -17,6 +17,7 @@ mod stubs;
 mod tests;
 
 pub(crate) use arms::{Ray, clockwise};
+pub(crate) use connectivity::cross;
 pub use islands::Island;
 pub(crate) use read::is_roundabout;
 pub use read::{Network, NetworkError, NetworkOptions, ToMetres, UNMET_ROAD, road_network};
@@ -24,7 +25,8 @@ pub(crate) use select::class as class_of;
 
 use std::fmt;
 
-use crate::geometry::{Point, Polyline};
+use crate::geometry::cells::Bounds;
+use crate::geometry::{Point, Polyline, Vector};
 use crate::osm::{Tags, Text};
 use crate::settings::{BesideSettings, MarkingSettings};
 
@@ -231,6 +233,12 @@ impl Road {
     /// Half the width of the whole cross-section.
     pub fn half_width(&self) -> f64 {
         self.section.width() / 2.0
+    }
+
+    /// The boxes of local metres that hold what each segment of its line covers by its whole width.
+    pub(crate) fn reaches(&self) -> impl Iterator<Item = Bounds> {
+        let around = Vector::repeat(self.half_width());
+        self.line.segments().map(move |(p, q)| [p.inf(&q) - around, p.sup(&q) + around])
     }
 }
 

@@ -10,6 +10,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::diagnostic::{Finding, Severity, Subject};
 
+use super::connection::VEHICLE;
 use super::consolidate::{ConsolidateOptions, MergeNote, take_in, without};
 use super::cramped::cramped;
 use super::draft::Draft;
@@ -17,8 +18,6 @@ use super::heights::{HeightOptions, evened};
 use super::restricted::Restricted;
 use super::road_network::{Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
 
-/// A road that is no longer than this between its cuts, metres, has no room for a vehicle.
-const VEHICLE: f64 = 5.0;
 /// Each round takes in the roads that the round before laid bare.
 const ROUNDS: usize = 8;
 

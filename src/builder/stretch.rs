@@ -9,10 +9,10 @@ use crate::lanelet::Attributes;
 
 use super::assembly::Assembly;
 use super::connection::{ConnectionLines, STOP_GAP, at_depth, side};
+use super::control::drive_light::Lit;
 use super::control::{Control, sign_at};
 use super::cross_section::Travel;
 use super::draft::Ways;
-use super::drive_light::Lit;
 use super::lanes::{Arm, Lanes, Piece};
 use super::marking::before_stop;
 use super::road_network::{End, Intersection, Road, RoadEnd, RoadIx, RoadNetwork};

@@ -4,7 +4,7 @@ use rustc_hash::FxHashSet;
 
 use crate::builder::road_network::{Intersection, RoadEnd, RoadIx, RoadNetwork};
 use crate::geometry::cells::{Bounds, Cells};
-use crate::geometry::{Point, Vector, polygon};
+use crate::geometry::{Point, polygon};
 
 use super::{at_depth, carriageway, from_cut, inward, on_cut, side};
 
@@ -38,9 +38,8 @@ pub fn clearances(network: &RoadNetwork, least: &[[f64; 2]]) -> Vec<(RoadEnd, f6
     let cells = Cells::new(ends.iter().map(|end| end.reach).collect(), CELL);
     let mut near: Vec<FxHashSet<RoadIx>> = vec![FxHashSet::default(); ends.len()];
     for (road, ix) in network.roads.iter().zip(0..) {
-        let around = Vector::repeat(road.half_width());
-        for (p, q) in road.line.segments() {
-            cells.touching([p.inf(&q) - around, p.sup(&q) + around], |end| {
+        for reach in road.reaches() {
+            cells.touching(reach, |end| {
                 near[end].insert(RoadIx(ix));
             });
         }

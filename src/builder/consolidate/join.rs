@@ -3,9 +3,9 @@
 //! OpenStreetMap cuts a way where any tag changes: a name, a surface, a bus route. Where nothing changes that a lane
 //! shows, there is no reason for a seam.
 
+use crate::builder::control::priority_road::is_priority_road;
 use crate::builder::cross_section::{CrossSection, Strip, Travel};
 use crate::builder::marking;
-use crate::builder::priority_road::is_priority_road;
 use crate::builder::road_network::{End, Feature, FeatureKind, IntersectionIx, Road, RoadEnd, RoadKey, RoadNetwork};
 use crate::geometry::{Polyline, angle_between};
 

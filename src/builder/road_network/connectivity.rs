@@ -24,8 +24,12 @@ pub(super) fn lanes(tags: &Tags) -> Result<Vec<[usize; 2]>, &'static str> {
     }
     lanes.sort_unstable();
     lanes.dedup();
-    let crossing = lanes.windows(2).any(|w| w[1][0] > w[0][0] && w[1][1] < w[0][1]);
-    if crossing { Err("its lanes would cross each other") } else { Ok(lanes) }
+    if cross(&lanes) { Err("its lanes would cross each other") } else { Ok(lanes) }
+}
+
+/// Whether lanes lead across each other, of pairs in order.
+pub(crate) fn cross(lanes: &[[usize; 2]]) -> bool {
+    lanes.windows(2).any(|w| w[1][0] > w[0][0] && w[1][1] < w[0][1])
 }
 
 fn number(text: &str) -> Result<usize, &'static str> {

@@ -2,8 +2,8 @@
 
 use crate::builder::cross_section::Travel;
 use crate::geometry::cells::{Bounds, Cells};
-use crate::geometry::{Point, Vector, left_of, polygon};
-use crate::osm::{OsmData, Tags};
+use crate::geometry::{Point, left_of, polygon};
+use crate::osm::{OsmData, Tags, Way};
 use crate::projection::LonLat;
 
 use super::read::level;
@@ -50,9 +50,7 @@ pub(super) fn assign(osm: &OsmData, to_metres: ToMetres<'_>, roads: &mut [Road])
     let cells = Cells::new(boxes, LENGTH[1]);
     let mut best: Vec<Option<Place>> = lines.iter().map(|_| None).collect();
     for (i, road) in roads.iter().enumerate() {
-        let around = Vector::repeat(road.half_width());
-        for (a, b) in road.line.segments() {
-            let reach = [a.inf(&b) - around, a.sup(&b) + around];
+        for reach in road.reaches() {
             cells.touching(reach, |line| {
                 let found = place(i, road, &lines[line]);
                 let better = |a: &Place, b: &Place| (a.level, a.covers) > (b.level, b.covers);
@@ -83,10 +81,11 @@ fn is_stop_line(tags: &Tags) -> bool {
     tags.get("road_marking").is_some_and(|value| value == "stop_line" || value.ends_with("_stop_line"))
 }
 
-/// All mapped stop lines, in order of the input.
+/// All mapped stop lines, in order of their ids.
 fn mapped(osm: &OsmData, to_metres: ToMetres<'_>) -> Vec<Mapped> {
-    let ways = osm.ways.iter().filter(|way| is_stop_line(&way.tags));
-    let ends = ways.filter_map(|way| {
+    let mut ways: Vec<&Way> = osm.ways.iter().filter(|way| is_stop_line(&way.tags)).collect();
+    ways.sort_by_key(|way| way.id);
+    let ends = ways.into_iter().filter_map(|way| {
         let (first, last) = (*way.nodes.first()?, *way.nodes.last()?);
         let places = [osm.node(first)?.position?, osm.node(last)?.position?];
         Some((first, level(&way.tags), places))

@@ -7,7 +7,7 @@
 use crate::builder::assembly::Assembly;
 use crate::builder::beside::runs;
 use crate::builder::connection::{STOP_GAP, at_depth, side};
-use crate::builder::drive_light::Lit;
+use crate::builder::control::drive_light::Lit;
 use crate::builder::heights::Ground;
 use crate::builder::ids::Key;
 use crate::builder::lanes::{Lane, Lanes, Piece, road_key};

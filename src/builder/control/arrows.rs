@@ -4,7 +4,7 @@ use crate::geometry::{Point, polygon};
 use crate::lanelet::{PolygonId, TurnDirection};
 use crate::projection::Projector;
 
-use super::inside::{Inside, metres};
+use crate::builder::inside::{Inside, metres};
 
 /// What the settings say of arrows.
 #[derive(Clone, Debug, Default)]

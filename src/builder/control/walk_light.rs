@@ -3,11 +3,11 @@
 use crate::geometry::{Point, Vector, left_of};
 use crate::lanelet::{LaneletId, LineStringId, Target};
 
-use super::assembly::{Assembly, tags};
-use super::connection::{CROSSWALK_BREADTH, Crossing, carriageway};
-use super::control::bulbs_of;
-use super::ids::Key;
-use super::road_network::{FeatureKind, Road};
+use super::bulbs_of;
+use crate::builder::assembly::{Assembly, tags};
+use crate::builder::connection::{CROSSWALK_BREADTH, Crossing, carriageway};
+use crate::builder::ids::Key;
+use crate::builder::road_network::{FeatureKind, Road};
 
 /// Lower edge of a light above the ground, metres: a tall person walks below.
 const LIGHT_HEIGHT: f64 = 2.1;
