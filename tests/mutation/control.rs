@@ -80,7 +80,12 @@ pub const KINDS: &[Kind] = &[
         name: "delete a marking",
         raises: &["vm-03-09/no-stop-line"],
         slip: |_, map, dice| {
-            let id = dice.pick(map.elements("road_marking"))?.id;
+            // A line at which a sign stops vehicles stays one.
+            let alone = |marking: &&Relation| {
+                let line = members(marking, "refers").next();
+                map.relations.iter().all(|other| members(other, "ref_line").next() != line)
+            };
+            let id = dice.pick(map.elements("road_marking").filter(alone))?.id;
             let lanelets = map.referrers(id);
             map.remove(ElementKind::Relation, id);
             Some(lanelets)
