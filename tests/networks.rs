@@ -533,7 +533,7 @@ fn drivers_on_the_main_road_have_lights_where_people_cross_it_beside_an_intersec
 #[test]
 fn drivers_wait_behind_the_intersection_where_there_is_room() {
     for side in SIDES {
-        for off in [20.0, 25.0, 30.0, 50.0] {
+        for off in [18.0, 20.0, 25.0, 30.0, 50.0] {
             let Built { map, settings, .. } = crossed_near(side, off, "highway=residential lanes=2");
             let mut found = found(&map, &settings);
             found.retain(|code| code != "vm-03-11/priority-unknown");
@@ -893,20 +893,27 @@ fn a_lane_in_the_middle_leads_only_where_it_is_needed() {
         let parts: [(i64, &[i64], &str); 3] = [(11, &[2, 1], middle), (12, &[1, 3], one_way), (13, &[4, 1], one_way)];
         let at_the_end: (i64, &[i64], &str) = (14, &[1, 5], "highway=residential");
         let before: [(i64, &[i64], &str); 2] = [(15, &[6, 2], middle), (16, &[2, 7], "highway=residential")];
+        let of_ways = |map: &LaneletMap| {
+            [11, 15].map(|way| {
+                let of_way = |id: &str| id.starts_with(&format!("{way}:"));
+                map.lanelets.iter().filter(|l| l.attributes.get("road_id").is_some_and(of_way)).count()
+            })
+        };
         let lanes = |ways: &[(i64, &[i64], &str)]| {
             let built = built(&network_of(side, &nodes, ways), side, "");
             let mut found = found_of_geometry(&built.map, &built.settings);
             // Beside a side street the lane at the far edge meets nobody.
             found.retain(|code| code != "vm-03-12/no-conflict");
             assert!(found.is_empty(), "{side:?} {}: {found:?}", ways.len());
-            [11, 15].map(|way| {
-                let of_way = |id: &str| id.starts_with(&format!("{way}:"));
-                built.map.lanelets.iter().filter(|l| l.attributes.get("road_id").is_some_and(of_way)).count()
-            })
+            of_ways(&built.map)
         };
         assert_eq!(lanes(&parts), [5, 0], "{side:?}: not into the two carriageways");
         assert_eq!(lanes(&[&parts[..], &[at_the_end]].concat()), [6, 0], "{side:?}: to turn");
         assert_eq!(lanes(&[&parts[..], &before].concat()), [5, 6], "{side:?}: to turn before the end");
+        // The road becomes narrower, and the lane in its middle goes on.
+        let narrower = "highway=primary lanes=3 lanes:forward=1 lanes:backward=1 lanes:both_ways=1";
+        let narrowed = network_of(side, &nodes, &[(11, &[2, 1], middle), (15, &[6, 2], narrower)]);
+        assert_eq!(of_ways(&built(&narrowed, side, "").map), [6, 4], "{side:?}: to go on");
     }
 }
 

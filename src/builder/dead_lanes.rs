@@ -35,11 +35,9 @@ pub fn without_dead_lanes(mut network: RoadNetwork) -> RoadNetwork {
 /// The strip of a road that is driven both ways, and the only direction in which it leads on; `None` where both do, or
 /// neither, and without such a strip or with several.
 fn left_over(network: &RoadNetwork, road: RoadIx) -> Option<(usize, Travel)> {
-    let section = &network.road(road).section;
-    let mut both = section.driven().filter(|(_, strip)| strip.travel == Travel::Both);
-    let (Some((strip, _)), None) = (both.next(), both.next()) else { return None };
+    let strip = driven_both_ways(network, road)?;
     let ends = [End::Start, End::End].map(|end| RoadEnd { road, end });
-    let travel = if section.driven().count() == 1 {
+    let travel = if network.road(road).section.driven().count() == 1 {
         ends.iter().find_map(|&at| single_track(network, at))
     } else {
         match ends.map(|at| is_dead(network, at)) {
@@ -49,6 +47,13 @@ fn left_over(network: &RoadNetwork, road: RoadIx) -> Option<(usize, Travel)> {
         }
     };
     travel.map(|travel| (strip, travel))
+}
+
+/// The only strip of a road that is driven both ways.
+fn driven_both_ways(network: &RoadNetwork, road: RoadIx) -> Option<usize> {
+    let mut both = network.road(road).section.driven().filter(|(_, strip)| strip.travel == Travel::Both);
+    let (Some((strip, _)), None) = (both.next(), both.next()) else { return None };
+    Some(strip)
 }
 
 /// The other arms of the intersection at one end of a road; none where the map ends.
@@ -82,7 +87,8 @@ fn is_dead(network: &RoadNetwork, at: RoadEnd) -> bool {
         let turn = turn(network.side, -outward(network, at), outward(network, other));
         let across = if network.side == DrivingSide::Right { turn } else { -turn };
         let into = across > STRAIGHT && across < TURNS_BACK;
-        let on = turn.abs() <= STRAIGHT && lanes(network, other, true) >= lanes(network, at, false);
+        let room = lanes(network, other, true) >= lanes(network, at, false);
+        let on = turn.abs() <= STRAIGHT && (room || driven_both_ways(network, other.road).is_some());
         into || on
     };
     !ahead.is_empty() && !ahead.iter().any(leads_to)
