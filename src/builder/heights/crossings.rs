@@ -1,5 +1,7 @@
 //! Where roads of different levels pass over each other.
 
+use std::cmp::Ordering;
+
 use rayon::prelude::*;
 
 use crate::builder::road_network::{Road, RoadNetwork};
@@ -27,11 +29,17 @@ pub struct Crossing {
 /// One straight piece of a road, from a station on.
 struct Piece {
     road: usize,
+    segment: usize,
     ends: [Point; 2],
     station: f64,
 }
 
 impl Piece {
+    /// Which piece of which road it is.
+    fn place(&self) -> (usize, usize) {
+        (self.road, self.segment)
+    }
+
     fn bounds(&self) -> [Point; 2] {
         let [a, b] = &self.ends;
         [a.inf(b), a.sup(b)]
@@ -41,39 +49,54 @@ impl Piece {
 /// All places where one road passes over another, of which `kept` gives the stations between the intersections. Roads of
 /// different levels that meet at an intersection do not cross within it.
 pub fn crossings(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<Crossing> {
-    if network.roads.iter().all(|road| road.level == 0.0) {
+    let of_road = |road: usize| pieces(road, &network.roads[road]);
+    let level = |piece: &Piece| network.roads[piece.road].level;
+    // Of two roads on unlike levels one at least is off the ground, and these are few.
+    let off_ground = (0..network.roads.len()).filter(|road| network.roads[*road].level != 0.0);
+    let off_ground: Vec<Piece> = off_ground.flat_map(of_road).collect();
+    if off_ground.is_empty() {
         return Vec::new();
     }
-    let pieces: Vec<Piece> = network.roads.iter().enumerate().flat_map(|(i, road)| pieces(i, road)).collect();
-    let cells = Cells::new(pieces.iter().map(Piece::bounds).collect(), CELL);
-    let level = |piece: &Piece| network.roads[piece.road].level;
-    let lowest = network.roads.iter().map(|road| road.level).fold(f64::INFINITY, f64::min);
+    let cells = Cells::new(off_ground.iter().map(Piece::bounds).collect(), CELL);
     let crossing = |upper: &Piece, lower: &Piece| {
-        let levels = level(upper) - level(lower);
-        // One of two roads on the ground is never the upper one, and each pair is seen from above only.
-        if levels <= 0.0 {
-            return None;
-        }
         let [[a, b], [c, d]] = [upper.ends, lower.ends];
         let (_, _, place) = segment_crossing(a, b, c, d)?;
         let at = |piece: &Piece| (piece.road, piece.station + (place - piece.ends[0]).norm());
+        let levels = level(upper) - level(lower);
         let crossing = Crossing { upper: at(upper), lower: at(lower), levels, place };
         (!meets(network, kept, &crossing)).then_some(crossing)
     };
-    let above_others = pieces.par_iter().filter(|piece| level(piece) > lowest);
-    let found = above_others.flat_map_iter(|upper| {
-        let mut below: Vec<usize> = Vec::new();
-        cells.touching(upper.bounds(), |i| below.push(i));
-        below.sort_unstable();
-        below.dedup();
-        below.into_iter().filter_map(|i| crossing(upper, &pieces[i])).collect::<Vec<_>>()
-    });
-    found.collect()
+    let of_piece = |piece: &Piece, found: &mut Vec<_>| {
+        cells.touching(piece.bounds(), |i| {
+            let other = &off_ground[i];
+            let pair = match level(piece).total_cmp(&level(other)) {
+                Ordering::Greater => Some((piece, other)),
+                // Each pair of roads off the ground is seen from above only.
+                Ordering::Less if level(piece) == 0.0 => Some((other, piece)),
+                _ => None,
+            };
+            let Some((upper, lower)) = pair else { return };
+            found.extend(crossing(upper, lower).map(|crossing| ([upper.place(), lower.place()], crossing)));
+        });
+    };
+    let of_road = |road: usize| {
+        let mut found = Vec::new();
+        of_road(road).for_each(|piece| of_piece(&piece, &mut found));
+        found
+    };
+    let mut found: Vec<_> = (0..network.roads.len()).into_par_iter().flat_map_iter(of_road).collect();
+    found.sort_unstable_by_key(|(places, _)| *places);
+    found.dedup_by_key(|(places, _)| *places);
+    found.into_iter().map(|(_, crossing)| crossing).collect()
 }
 
 fn pieces(i: usize, road: &Road) -> impl Iterator<Item = Piece> + '_ {
-    let segments = road.line.segments().zip(road.line.stations());
-    segments.map(move |((a, b), station)| Piece { road: i, ends: [a, b], station })
+    let mut station = 0.0;
+    road.line.segments().enumerate().map(move |(segment, (a, b))| {
+        let piece = Piece { road: i, segment, ends: [a, b], station };
+        station += (b - a).norm();
+        piece
+    })
 }
 
 /// Whether two roads join at an intersection where they seem to cross.

@@ -15,7 +15,7 @@ use std::ops::RangeInclusive;
 
 use rayon::prelude::*;
 
-use crate::builder::road_network::RoadNetwork;
+use crate::builder::road_network::{End, RoadEnd, RoadNetwork};
 
 use super::REACH;
 use super::crossings::Crossing;
@@ -24,8 +24,6 @@ use super::crossings::Crossing;
 const PER_METRE: f64 = 1e4;
 /// A crossing that has lifted the road over it so often lifts itself: the two roads are joined by too short a way.
 const MOST_LIFTS: u32 = 6;
-/// A height beyond all others: what is not held.
-const FREE: i64 = 1 << 40;
 /// The room at such a crossing gives way by so many parts of what is asked.
 const PARTS: i64 = 4;
 
@@ -78,32 +76,20 @@ impl Chain {
 /// A way between two places, or the room between them, and the most or the least that one lies above the other.
 type Pair = (usize, usize, i64);
 
-/// What binds the height of one place to that of another.
+/// What binds the height of one place to that of another beside the roads.
 #[derive(Clone, Copy)]
 enum Bound {
-    /// A way along a road, and the most that it climbs.
-    Climb(u32),
+    /// The most by which they may differ.
+    Tie(i64),
     /// The other place lies on the road over this one: the crossing's index.
-    Above(u32),
+    Above(usize),
     /// The other place lies on the road below this one.
-    Below(u32),
-}
-
-/// What every place binds, one place after the other.
-struct Bounds {
-    /// Where those of a place begin.
-    first: Vec<u32>,
-    all: Vec<(u32, Bound)>,
-}
-
-impl Bounds {
-    fn of(&self, place: usize) -> &[(u32, Bound)] {
-        &self.all[self.first[place] as usize..self.first[place + 1] as usize]
-    }
+    Below(usize),
 }
 
 /// All places with a height, the intersections first, and how they bind each other.
 pub struct Web<'a> {
+    network: &'a RoadNetwork,
     sampled: &'a [Sampled],
     chains: Vec<Chain>,
     wanted: Vec<i64>,
@@ -115,19 +101,21 @@ pub struct Web<'a> {
 
 impl<'a> Web<'a> {
     /// The places of all roads, and the room at crossings.
-    pub fn new(network: &RoadNetwork, sampled: &'a [Sampled], crossings: &[Crossing], storey: f64) -> Self {
+    pub fn new(network: &'a RoadNetwork, sampled: &'a [Sampled], crossings: &[Crossing], storey: f64) -> Self {
+        let inner = |of: &Sampled| of.wanted.len().saturating_sub(2);
         let mut wanted = vec![0; network.intersections.len()];
+        wanted.reserve_exact(sampled.iter().map(inner).sum());
         let mut chains = Vec::with_capacity(sampled.len());
-        for (road, Sampled { wanted: heights, .. }) in network.roads.iter().zip(sampled) {
-            let inner = heights.len().saturating_sub(2);
-            let chain = Chain { ends: [road.from, road.to].map(|at| at.0 as usize), first: wanted.len(), inner };
-            wanted.resize(chain.first + inner, 0);
-            for (i, height) in heights.iter().enumerate() {
+        for (road, of) in network.roads.iter().zip(sampled) {
+            let ends = [road.from, road.to].map(|at| at.0 as usize);
+            let chain = Chain { ends, first: wanted.len(), inner: inner(of) };
+            wanted.resize(chain.first + chain.inner, 0);
+            for (i, height) in of.wanted.iter().enumerate() {
                 wanted[chain.place(i)] = units(*height);
             }
             chains.push(chain);
         }
-        let mut web = Self { sampled, chains, wanted, ties: Vec::new(), rooms: Vec::new() };
+        let mut web = Self { network, sampled, chains, wanted, ties: Vec::new(), rooms: Vec::new() };
         for Crossing { upper: (upper, above), lower: (lower, below), levels, .. } in crossings {
             let room = units(levels * storey);
             let [high, low] = [web.at((*upper, *above)), web.at((*lower, *below))];
@@ -158,148 +146,162 @@ impl<'a> Web<'a> {
 
     /// Heights of every road that hold the grades, and the room at crossings where it can be had.
     pub fn heights(mut self) -> Vec<Vec<f64>> {
-        let held = self.held();
-        let height = |place: usize| held[place] as f64 / PER_METRE;
+        self.hold();
+        let height = |place: usize| self.wanted[place] as f64 / PER_METRE;
         let along = |chain: &Chain| (0..chain.inner + 2).map(|i| height(chain.place(i))).collect();
         self.chains.par_iter().map(along).collect()
     }
 
-    /// Pairs of places with the most that one may lie above the other.
-    fn climbs(&self) -> impl Iterator<Item = Pair> + '_ {
-        let along = |(chain, sampled): (&Chain, &'a Sampled)| {
-            let chain = *chain;
-            sampled
-                .climbs
-                .iter()
-                .enumerate()
-                .map(move |(i, climb)| (chain.place(i), chain.place(i + 1), units(*climb) + 1))
-        };
-        self.chains.iter().zip(self.sampled).flat_map(along).chain(self.ties.iter().copied())
-    }
-}
-
-fn negated(heights: Vec<i64>) -> Vec<i64> {
-    heights.into_iter().map(|height| -height).collect()
-}
-
-fn units(metres: f64) -> i64 {
-    (metres * PER_METRE).round() as i64
-}
-
-impl Web<'_> {
-    /// The heights nearest to the wanted ones that keep all bounds.
-    fn held(&mut self) -> Vec<i64> {
-        let steep = self.climbs().any(|(a, b, climb)| (self.wanted[a] - self.wanted[b]).abs() > climb);
-        let near = self.rooms.iter().any(|(low, high, room)| self.wanted[*high] - self.wanted[*low] < *room);
-        if !steep && !near {
-            return self.wanted.clone();
+    /// Puts the heights nearest to the wanted ones that keep all bounds in their place.
+    fn hold(&mut self) {
+        let steep = self.steep();
+        let mut broken = self.broken(&steep);
+        if broken.is_empty() {
+            return;
         }
         let least: Vec<i64> = self.rooms.iter().map(|(_, _, room)| (room + PARTS - 1) / PARTS).collect();
         let bounds = self.bounds();
-        loop {
+        let [raised, lowered] = loop {
             let mut lifts = vec![0; self.rooms.len()];
-            let raised = self.raised(&bounds, self.wanted.clone(), 1, &mut lifts);
-            let lowered = self.raised(&bounds, negated(self.wanted.clone()), -1, &mut lifts);
+            let spread = [1, -1].map(|sign| {
+                let mut heights = self.wanted.clone();
+                self.spread(&bounds, &mut heights, sign, &broken, &mut lifts);
+                heights
+            });
             if lifts.iter().all(|lifts| *lifts <= MOST_LIFTS) {
-                return self
-                    .nearest(&bounds, raised.iter().zip(&lowered).map(|(high, low)| (high - low).div_euclid(2)));
+                break spread;
             }
             for ((room, lifts), least) in self.rooms.iter_mut().zip(lifts).zip(&least) {
                 room.2 -= if lifts > MOST_LIFTS { *least } else { 0 };
             }
+            broken = self.broken(&steep);
+        };
+        // The mean where a bound is broken; from there others give way as far as they must. The middle of three heights,
+        // place by place, keeps every bound that all three keep.
+        let mut held = self.wanted.clone();
+        for &place in &broken {
+            held[place] = (raised[place] + lowered[place]).div_euclid(2);
         }
-    }
-
-    /// Heights that keep all bounds: the mean between which a bound is broken, and elsewhere those nearest to the wanted
-    /// ones that go with it. The middle of three heights, place by place, keeps every bound that all three keep.
-    fn nearest(&self, bounds: &Bounds, mean: impl Iterator<Item = i64>) -> Vec<i64> {
-        let broken = self.broken();
-        let fixed = |free: i64| move |(height, broken): (i64, &bool)| if *broken { height } else { free };
-        let mean: Vec<i64> = mean.collect();
-        let least = mean.iter().copied().zip(&broken).map(fixed(-FREE)).collect();
-        let most = mean.iter().copied().zip(&broken).map(fixed(FREE)).collect();
         let mut lifts = vec![0; self.rooms.len()];
-        let least = self.raised(bounds, least, 1, &mut lifts);
-        let most = negated(self.raised(bounds, negated(most), -1, &mut lifts));
-        self.wanted.iter().zip(least.iter().zip(&most)).map(|(at, (low, high))| (*at).min(*high).max(*low)).collect()
+        for sign in [1, -1] {
+            self.spread(&bounds, &mut held, sign, &broken, &mut lifts);
+        }
+        self.wanted = held;
     }
 
-    /// Whether the wanted heights of a place break one of its bounds.
-    fn broken(&self) -> Vec<bool> {
-        let mut broken = vec![false; self.wanted.len()];
-        for (a, b, most) in self.climbs() {
-            if (self.wanted[a] - self.wanted[b]).abs() > most {
-                (broken[a], broken[b]) = (true, true);
-            }
-        }
-        for (low, high, room) in self.rooms.iter().filter(|(_, _, room)| *room > 0) {
-            if self.wanted[*high] - self.wanted[*low] < *room {
-                (broken[*low], broken[*high]) = (true, true);
-            }
-        }
+    /// The places between which the wanted heights climb more than they may.
+    fn steep(&self) -> Vec<usize> {
+        let apart = |a: usize, b: usize| (self.wanted[a] - self.wanted[b]).abs();
+        let along = |(chain, sampled): (&Chain, &Sampled)| {
+            let pair = |(i, climb): (usize, &f64)| {
+                let ends = [chain.place(i), chain.place(i + 1)];
+                let apart = apart(ends[0], ends[1]);
+                // Most are level.
+                (apart > 0 && apart > most(*climb)).then_some(ends)
+            };
+            sampled.climbs.iter().enumerate().filter_map(pair).flatten().collect::<Vec<usize>>()
+        };
+        let mut steep: Vec<usize> = self.chains.par_iter().zip(self.sampled).flat_map_iter(along).collect();
+        let ties = self.ties.iter().filter(|(a, b, most)| apart(*a, *b) > *most);
+        steep.extend(ties.flat_map(|(a, b, _)| [*a, *b]));
+        steep
+    }
+
+    /// The places whose wanted heights break one of their bounds, given those that are too steep.
+    fn broken(&self, steep: &[usize]) -> Vec<usize> {
+        let near = |(low, high, room): &&Pair| *room > 0 && self.wanted[*high] - self.wanted[*low] < *room;
+        let near = self.rooms.iter().filter(near).flat_map(|(low, high, _)| [*low, *high]);
+        let mut broken: Vec<usize> = steep.iter().copied().chain(near).collect();
+        broken.sort_unstable();
+        broken.dedup();
         broken
     }
 
-    /// The lowest heights at or above those given (`sign` 1), or below them with all signs turned (-1). `lifts` counts how
-    /// often each crossing moved a road; one that exceeds the most moves it no more.
-    fn raised(&self, bounds: &Bounds, mut heights: Vec<i64>, sign: i64, lifts: &mut [u32]) -> Vec<i64> {
+    /// Raises (`sign` 1) or lowers (-1) places as little as keeps the bounds around these, and around those that it moves.
+    /// `lifts` counts how often each crossing moved a road; one that exceeds the most moves it no more.
+    fn spread(
+        &self,
+        bounds: &[(usize, usize, Bound)],
+        heights: &mut [i64],
+        sign: i64,
+        from: &[usize],
+        lifts: &mut [u32],
+    ) {
         lifts.iter_mut().for_each(|lifts| *lifts = if *lifts > MOST_LIFTS { *lifts } else { 0 });
-        let fall = |bound: Bound| match bound {
-            Bound::Climb(most) => Some(i64::from(most)),
-            Bound::Above(i) => Some(-self.rooms[i as usize].2).filter(|room| sign > 0 && *room < 0),
-            Bound::Below(i) => Some(-self.rooms[i as usize].2).filter(|room| sign < 0 && *room < 0),
-        };
-        let lifts_any = |at: &usize| {
-            let lifts =
-                |(to, bound): &(u32, Bound)| fall(*bound).is_some_and(|f| heights[*at] - f > heights[*to as usize]);
-            bounds.of(*at).iter().any(lifts)
-        };
         let mut open: BinaryHeap<(i64, Reverse<usize>)> =
-            (0..heights.len()).filter(lifts_any).map(|at| (heights[at], Reverse(at))).collect();
+            from.iter().map(|&at| (sign * heights[at], Reverse(at))).collect();
         while let Some((height, Reverse(at))) = open.pop() {
-            if heights[at] != height {
+            if sign * heights[at] != height {
                 continue;
             }
-            for (to, bound) in bounds.of(at) {
-                let (to, least) = (*to as usize, fall(*bound).map(|fall| height - fall));
-                let Some(least) = least.filter(|least| *least > heights[to]) else { continue };
-                if let Bound::Above(i) | Bound::Below(i) = *bound {
-                    let lifts = &mut lifts[i as usize];
-                    *lifts += 1;
-                    if *lifts > MOST_LIFTS {
-                        continue;
+            let mut pull = |to: usize, fall: i64, room: Option<usize>| {
+                let least = height - fall;
+                if least <= sign * heights[to] {
+                    return;
+                }
+                if let Some(room) = room {
+                    lifts[room] += 1;
+                    if lifts[room] > MOST_LIFTS {
+                        return;
                     }
                 }
-                heights[to] = least;
+                heights[to] = sign * least;
                 open.push((least, Reverse(to)));
+            };
+            self.neighbours(at, |to, most| pull(to, most, None));
+            let first = bounds.partition_point(|(place, ..)| *place < at);
+            for (_, to, bound) in bounds[first..].iter().take_while(|(place, ..)| *place == at) {
+                match *bound {
+                    Bound::Tie(most) => pull(*to, most, None),
+                    Bound::Above(i) if sign > 0 && self.rooms[i].2 > 0 => pull(*to, -self.rooms[i].2, Some(i)),
+                    Bound::Below(i) if sign < 0 && self.rooms[i].2 > 0 => pull(*to, -self.rooms[i].2, Some(i)),
+                    _ => {}
+                }
             }
         }
-        heights
     }
 
-    /// Per place what it binds: its neighbours on roads, and what lies above and below.
-    fn bounds(&self) -> Bounds {
-        let mut first = vec![0; self.wanted.len() + 1];
-        let pairs = self.climbs().chain(self.rooms.iter().copied());
-        pairs.flat_map(|(a, b, _)| [a, b]).for_each(|place| first[place + 1] += 1);
-        for place in 0..self.wanted.len() {
-            first[place + 1] += first[place];
-        }
-        let mut next = first.clone();
-        let mut all = vec![(0, Bound::Climb(0)); first.last().map_or(0, |count| *count as usize)];
-        let mut bind = |at: usize, to: usize, bound: Bound| {
-            all[next[at] as usize] = (to as u32, bound);
-            next[at] += 1;
+    /// Goes through the neighbours of a place on its roads, with the most that is climbed on the way.
+    fn neighbours(&self, place: usize, mut each: impl FnMut(usize, i64)) {
+        let mut step = |road: usize, i: usize, next: usize| {
+            each(self.chains[road].place(next), most(self.sampled[road].climbs[i.min(next)]));
         };
-        for (a, b, most) in self.climbs() {
-            let most = u32::try_from(most).unwrap_or(u32::MAX);
-            bind(a, b, Bound::Climb(most));
-            bind(b, a, Bound::Climb(most));
+        match self.network.intersections.get(place) {
+            Some(intersection) => {
+                for RoadEnd { road, end } in &intersection.arms {
+                    let road = road.0 as usize;
+                    let last = self.chains[road].inner + 1;
+                    match end {
+                        End::Start => step(road, 0, 1),
+                        End::End => step(road, last, last - 1),
+                    }
+                }
+            }
+            None => {
+                let road = self.chains.partition_point(|chain| chain.first <= place) - 1;
+                let i = place - self.chains[road].first + 1;
+                step(road, i, i - 1);
+                step(road, i, i + 1);
+            }
         }
-        for ((low, high, _), i) in self.rooms.iter().zip(0..) {
-            bind(*low, *high, Bound::Above(i));
-            bind(*high, *low, Bound::Below(i));
-        }
-        Bounds { first, all }
     }
+
+    /// What binds places to others beside the roads, in the order of the places.
+    fn bounds(&self) -> Vec<(usize, usize, Bound)> {
+        let ties = self.ties.iter().flat_map(|&(a, b, most)| [(a, b, Bound::Tie(most)), (b, a, Bound::Tie(most))]);
+        let rooms = self.rooms.iter().enumerate();
+        let rooms = rooms.flat_map(|(i, &(low, high, _))| [(low, high, Bound::Above(i)), (high, low, Bound::Below(i))]);
+        let mut bounds: Vec<(usize, usize, Bound)> = ties.chain(rooms).collect();
+        bounds.sort_by_key(|(place, ..)| *place);
+        bounds
+    }
+}
+
+/// The most that a road climbs between two places, in whole units.
+fn most(climb: f64) -> i64 {
+    units(climb).min(i64::from(u32::MAX)) + 1
+}
+
+fn units(metres: f64) -> i64 {
+    (metres * PER_METRE).round() as i64
 }

@@ -161,6 +161,9 @@ fn sampled(road: &Road, kept: [f64; 2], base: &Base, ramp: &Ramp, options: &Heig
 
 /// Heights by station, as few as tell the height everywhere, from those at even steps.
 fn profile(stations: &[f64], heights: &[f64]) -> Vec<(f64, f64)> {
+    if heights.iter().all(|height| *height == heights[0]) {
+        return [0, heights.len() - 1].map(|i| (stations[i], heights[i])).to_vec();
+    }
     // As far to the one side as to the other, so that the ends stay and a steady grade does, too.
     let mean = |i: usize| {
         let reach = REACH.min(i).min(heights.len() - 1 - i);
@@ -191,16 +194,17 @@ fn lay(road: &mut Road, profile: &[(f64, f64)]) {
     /// Vertices closer than this, metres, are one.
     const SAME: f64 = 0.5;
     let mut stations = road.line.stations();
-    let own = stations.clone();
-    let inner = profile.iter().map(|at| at.0).filter(|s| own.iter().all(|own| (own - s).abs() > SAME));
-    stations.extend(inner);
-    stations.sort_by(f64::total_cmp);
-    if let Some(line) = Polyline::new(road.line.at_each(stations.iter().copied()))
-        && line.points().len() == stations.len()
-    {
-        road.line = line;
-    } else {
-        stations = own;
+    let inner = profile.iter().map(|at| at.0).filter(|s| stations.iter().all(|own| (own - s).abs() > SAME));
+    let inner: Vec<f64> = inner.collect();
+    if !inner.is_empty() {
+        let mut all = [&stations[..], &inner].concat();
+        all.sort_by(f64::total_cmp);
+        if let Some(line) = Polyline::new(road.line.at_each(all.iter().copied()))
+            && line.points().len() == all.len()
+        {
+            road.line = line;
+            stations = all;
+        }
     }
     let mut heights = Vec::with_capacity(stations.len());
     let mut i = 0;
