@@ -1,5 +1,6 @@
 //! A line of points, measured by station: the distance along it from its first point.
 
+use super::cells::Bounds;
 use super::{Point, Vector, left_of};
 
 /// Two or more points, no two neighbours closer than [`Polyline::MERGE`].
@@ -58,6 +59,11 @@ impl Polyline {
     /// The last point.
     pub fn last(&self) -> Point {
         self.points[self.points.len() - 1]
+    }
+
+    /// The box around it.
+    pub fn bounds(&self) -> Bounds {
+        self.points.iter().fold([self.points[0]; 2], |[low, high], p| [low.inf(p), high.sup(p)])
     }
 
     /// Its length in metres.
@@ -253,7 +259,7 @@ impl Polyline {
 }
 
 /// How far `p` lies from a segment, metres; `None` where it lies farther than `distance` from the box around it.
-fn within((a, b): (Point, Point), p: Point, distance: f64) -> Option<f64> {
+pub fn within((a, b): (Point, Point), p: Point, distance: f64) -> Option<f64> {
     let beyond = |p: f64, a: f64, b: f64| p < a.min(b) - distance || p > a.max(b) + distance;
     if beyond(p.x, a.x, b.x) || beyond(p.y, a.y, b.y) {
         return None;

@@ -61,6 +61,8 @@ pub fn faults(ring: &[Point], spike: f64, limit: usize) -> Vec<RingFault> {
     };
     let boxes: Vec<Aabb> = (0..count).map(|i| (at(i), at(i + 1))).map(|(a, b)| aabb(a, b)).collect();
     if count <= FEW {
+        (0..count).all(|i| (i + 2..count).filter(|&j| boxes[j].intersects(&boxes[i])).all(|j| meet(i, j)));
+    } else if count <= MANY {
         touching(&boxes).into_iter().all(|(i, j)| meet(i, j));
     } else {
         let of_box = |(i, reach): (usize, &Aabb)| GeomWithData::new(Rectangle::from_aabb(*reach), i);
@@ -81,8 +83,10 @@ fn aabb(a: Point, b: Point) -> Aabb {
     AABB::from_corners([a.x, a.y], [b.x, b.y])
 }
 
-/// Up to so many edges a sweep finds those that come near each other; beyond, a tree.
-const FEW: usize = 512;
+/// Up to so many edges each is held against every other, ...
+const FEW: usize = 48;
+/// ... up to so many a sweep finds those that come near each other; beyond, a tree.
+const MANY: usize = 512;
 
 /// The pairs of boxes that touch, lower index first, ascending: by a sweep along the axis on which they spread most.
 fn touching(boxes: &[Aabb]) -> Vec<(usize, usize)> {

@@ -1,6 +1,6 @@
 //! Finds where the edges of two roads that meet collide.
 
-use crate::geometry::polygon::bounds;
+use crate::geometry::cells::{Bounds, touch};
 use crate::geometry::{Point, Polyline, segment_crossing};
 
 use super::thicken::{Arm, Side};
@@ -74,7 +74,10 @@ fn crossed(a: &Arm, b: &Arm) -> Vec<Collision> {
     let mut found = Vec::new();
     for sa in [Side::Left, Side::Right] {
         for sb in [Side::Left, Side::Right] {
-            for (along_a, along_b, point) in crossings(a.edge(sa), b.edge(sb)) {
+            if !touch(&a.reach(sa), &b.reach(sb)) {
+                continue;
+            }
+            for (along_a, along_b, point) in crossings_within(a.edge(sa), b.edge(sb), b.reach(sb)) {
                 let stations = [foot(a, point), foot(b, point)];
                 found.push(Collision { point, a: sa, b: sb, stations, along: [along_a, along_b] });
             }
@@ -95,41 +98,40 @@ fn apart(a: &Arm, b: &Arm, from: f64, to: f64) -> bool {
         return false;
     }
     let steps = ((to - from) / STEP).ceil() as usize;
+    let mut near = 0;
     (1..steps).any(|i| {
         let p = a.line.at(from + (to - from) * i as f64 / steps as f64);
-        b.line.distance(p) > a.half + b.half
+        !b.line.reaches(p, a.half + b.half, &mut near)
     })
 }
 
 /// Where two lines cross: distance along each, and the point.
 pub fn crossings(a: &Polyline, b: &Polyline) -> Vec<(f64, f64, Point)> {
+    crossings_within(a, b, b.bounds())
+}
+
+/// As [`crossings`], with the box around the second line.
+fn crossings_within(a: &Polyline, b: &Polyline, [low, high]: Bounds) -> Vec<(f64, f64, Point)> {
     let mut found = Vec::new();
-    let (Some([low, high]), lengths) = (bounds(b.points()), lengths(b)) else { return found };
-    let mut along_a = 0.0;
-    for (p, q) in a.segments() {
-        let length_a = (q - p).norm();
-        if boxes_touch(p, q, low, high) {
-            let mut along_b = 0.0;
-            for ((r, s), length_b) in b.segments().zip(&lengths) {
-                if boxes_touch(p, q, r, s)
-                    && let Some((t, u, point)) = segment_crossing(p, q, r, s)
-                {
-                    found.push((along_a + t * length_a, along_b + u * length_b, point));
-                }
-                along_b += length_b;
+    for (i, (p, q)) in a.segments().enumerate().filter(|(_, (p, q))| boxes_touch(*p, *q, low, high)) {
+        for (j, (r, s)) in b.segments().enumerate() {
+            if boxes_touch(p, q, r, s)
+                && let Some((t, u, point)) = segment_crossing(p, q, r, s)
+            {
+                found.push((along(a, i) + t * (q - p).norm(), along(b, j) + u * (s - r).norm(), point));
             }
         }
-        along_a += length_a;
     }
     found
 }
 
-fn lengths(line: &Polyline) -> Vec<f64> {
-    line.segments().map(|(p, q)| (q - p).norm()).collect()
+/// The length of so many segments of a line.
+fn along(line: &Polyline, segments: usize) -> f64 {
+    line.segments().take(segments).fold(0.0, |sum, (p, q)| sum + (q - p).norm())
 }
 
 /// Whether the boxes around two segments touch.
-fn boxes_touch(p: Point, q: Point, r: Point, s: Point) -> bool {
+pub fn boxes_touch(p: Point, q: Point, r: Point, s: Point) -> bool {
     p.x.min(q.x) <= r.x.max(s.x)
         && r.x.min(s.x) <= p.x.max(q.x)
         && p.y.min(q.y) <= r.y.max(s.y)

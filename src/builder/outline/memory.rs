@@ -31,11 +31,12 @@ impl Memory {
     /// How far the arms of every intersection are cut back in a network whose roads are whole.
     pub(super) fn trims(&mut self, network: &RoadNetwork, options: &OutlineOptions) -> Vec<Trims> {
         let within = uncut(network);
+        let shapes: Vec<u64> = network.roads.par_iter().map(|road| shape(&road.line, road.half_width())).collect();
         let all: Vec<(u64, Trims)> = network
             .intersections
             .par_iter()
             .map(|intersection| {
-                let print = fingerprint(network, intersection, options);
+                let print = fingerprint(network, intersection, &shapes, options);
                 let trims = self.known.get(&print).cloned().unwrap_or_else(|| {
                     let star = plan(network, intersection, &within, options).star;
                     Trims { least: star.least, wanted: star.trims }
@@ -48,28 +49,28 @@ impl Memory {
     }
 }
 
-/// The same for intersections of the same shape, seen from the same arms.
-fn fingerprint(network: &RoadNetwork, intersection: &Intersection, options: &OutlineOptions) -> u64 {
+/// The same for intersections of the same shape, seen from the same arms; `shapes` are those of the roads.
+fn fingerprint(network: &RoadNetwork, intersection: &Intersection, shapes: &[u64], options: &OutlineOptions) -> u64 {
     let mut print = DefaultHasher::new();
     (&intersection.nodes, intersection.map_edge).hash(&mut print);
     for at in &intersection.arms {
         let road = network.road(at.road);
-        (at.end, road.node(at.end)).hash(&mut print);
-        shape(&road.line, road.half_width(), &mut print);
+        (at.end, road.node(at.end), shapes[at.road.0 as usize]).hash(&mut print);
         Arm::kerb_of(road.class, options).to_bits().hash(&mut print);
     }
     for inner in &intersection.inner {
-        (inner.key.first, inner.key.last).hash(&mut print);
-        shape(&inner.line, inner.section.width(), &mut print);
+        (inner.key.first, inner.key.last, shape(&inner.line, inner.section.width())).hash(&mut print);
     }
     print.finish()
 }
 
-fn shape(line: &Polyline, width: f64, print: &mut DefaultHasher) {
-    width.to_bits().hash(print);
-    line.points().len().hash(print);
+fn shape(line: &Polyline, width: f64) -> u64 {
+    let mut print = DefaultHasher::new();
+    width.to_bits().hash(&mut print);
+    line.points().len().hash(&mut print);
     for p in line.points() {
         print.write_u64(p.x.to_bits());
         print.write_u64(p.y.to_bits());
     }
+    print.finish()
 }

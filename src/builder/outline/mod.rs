@@ -32,8 +32,8 @@ use general::Star;
 pub use memory::Memory;
 pub use merged::ribbon;
 pub use overlap::{overlap, overlapping, overlaps};
+use thicken::Arm;
 pub use thicken::MITER_LIMIT;
-use thicken::{Arm, Side};
 use walk::Corner;
 
 /// Which method made an outline.
@@ -205,6 +205,9 @@ pub fn outlines_within(
 /// Edges that meet at less than this, degrees, lie on each other where coordinates are rounded.
 const FOLD: f64 = 1.0;
 
+/// Cuts closer together than this, metres, are the same but for rounding.
+const SAME: f64 = 1e-9;
+
 /// Where an outline does not close, cuts are moved outwards so often,
 const WIDENINGS: usize = 12;
 /// by so many metres at a time.
@@ -304,17 +307,23 @@ struct Plan {
     star: Star,
     /// The ground inside, where several nodes were merged.
     ground: Vec<Vec<Point>>,
+    /// The outline if the star is trimmed as it would like to be.
+    outline: Option<Outline>,
+}
+
+impl Plan {
+    fn new(case: Case, arms: Vec<Arm>, star: Star) -> Self {
+        Self { case, arms, star, ground: Vec::new(), outline: None }
+    }
 }
 
 fn plan(network: &RoadNetwork, intersection: &Intersection, within: &[[f64; 2]], options: &OutlineOptions) -> Plan {
     let arms: Vec<Arm> = intersection.arms.iter().map(|at| Arm::new(network, *at, options)).collect();
     match arms.as_slice() {
-        [_] if intersection.map_edge => {
-            Plan { case: Case::MapEdge, arms, star: Star::terminus(0.0), ground: Vec::new() }
-        }
+        [_] if intersection.map_edge => Plan::new(Case::MapEdge, arms, Star::terminus(0.0)),
         [arm] => {
             let star = Star::terminus(terminus::dead_end(arm, options));
-            Plan { case: Case::DeadEnd, arms, star, ground: Vec::new() }
+            Plan::new(Case::DeadEnd, arms, star)
         }
         _ => {
             let mut star = general::star(&arms, options);
@@ -330,8 +339,11 @@ fn plan(network: &RoadNetwork, intersection: &Intersection, within: &[[f64; 2]],
                 _ if star.wedge => Case::Ramp,
                 _ => Case::General,
             };
-            let mut plan = Plan { case, arms, star, ground: Vec::new() };
-            if merged || ring(&plan, &plan.star.trims).is_none() {
+            let mut plan = Plan::new(case, arms, star);
+            if !merged {
+                plan.outline = outline(&plan, &plan.star.trims);
+            }
+            if plan.outline.is_none() {
                 plan.ground = merged::ground(network, intersection, &plan.arms);
                 plan.star.least = merged::trims(&plan.arms, &plan.ground, &plan.star.least, options);
                 plan.star.trims = merged::trims(&plan.arms, &plan.ground, &plan.star.trims, options);
@@ -341,14 +353,15 @@ fn plan(network: &RoadNetwork, intersection: &Intersection, within: &[[f64; 2]],
     }
 }
 
-/// Corners and ring of the general method; `None` if they are no simple polygon.
-fn ring(plan: &Plan, trims: &[f64]) -> Option<(Vec<Vec<Point>>, Vec<Point>)> {
+/// The outline of the general method; `None` if it is no simple polygon.
+fn outline(plan: &Plan, trims: &[f64]) -> Option<Outline> {
     let cuts = cuts(plan, trims);
-    [true, false].into_iter().find_map(|rounded| {
-        let corners = corners(plan, trims, rounded);
+    let (corners, ring) = [true, false].into_iter().find_map(|rounded| {
+        let corners = corners(plan, trims, &cuts, rounded);
         let ring = walk::ring(&cuts, &corners);
         is_sound(&ring).then_some((corners, ring))
-    })
+    })?;
+    Some(Outline { case: plan.case, cuts, corners, ring })
 }
 
 /// Closes the ring with the cuts as they came out; `None` if no simple ring goes through them.
@@ -360,19 +373,18 @@ fn close(
     options: &OutlineOptions,
 ) -> Option<Outline> {
     let (trims, far) = ends(plan, kept);
-    let cuts = cuts(plan, &trims);
-    if matches!(plan.case, Case::MapEdge) || cuts.is_empty() {
+    if matches!(plan.case, Case::MapEdge) || trims.is_empty() {
+        let cuts = cuts(plan, &trims);
         return Some(Outline { case: plan.case, corners: vec![Vec::new(); cuts.len()], cuts, ring: Vec::new() });
     }
-    if plan.ground.is_empty()
-        && let Some((corners, ring)) = ring(plan, &trims)
-    {
-        return Some(Outline { case: plan.case, cuts, corners, ring });
+    let as_planned = trims.iter().zip(&plan.star.trims).all(|(trim, planned)| (trim - planned).abs() < SAME);
+    if let (true, Some(outline)) = (as_planned, &plan.outline) {
+        return Some(outline.clone());
     }
-    around_union(network, intersection, plan, [&trims, &far], &cuts, options).or_else(|| {
-        // Roads that cover a cut of another keep the boundary from closing; the star's own corners still may.
-        ring(plan, &trims).map(|(corners, ring)| Outline { case: plan.case, cuts, corners, ring })
-    })
+    let general = || outline(plan, &trims);
+    let around = || around_union(network, intersection, plan, [&trims, &far], options);
+    // Roads that cover a cut of another keep the boundary from closing; the star's own corners still may.
+    if plan.ground.is_empty() { general().or_else(around) } else { around().or_else(general) }
 }
 
 /// Whether the ring is simple where it will be written, on the grid, and stays so when others round it again.
@@ -388,38 +400,37 @@ fn around_union(
     intersection: &Intersection,
     plan: &Plan,
     [trims, far]: [&[f64]; 2],
-    cuts: &[Cut],
     options: &OutlineOptions,
 ) -> Option<Outline> {
-    let ground = ground(network, intersection, plan);
-    let sharp = merged::corners(&plan.arms, trims, far, cuts, &ground)?;
+    let (cuts, ground) = (cuts(plan, trims), ground(network, intersection, plan));
+    let sharp = merged::corners(&plan.arms, trims, far, &cuts, &ground)?;
     let round = sharp.iter().map(|chain| merged::rounded(chain, options.kerb_reach)).collect();
     [round, sharp].into_iter().find_map(|corners: Vec<Vec<Point>>| {
-        let ring = walk::ring(cuts, &corners);
-        is_sound(&ring).then(|| Outline { case: plan.case, cuts: cuts.to_vec(), corners, ring })
+        let ring = walk::ring(&cuts, &corners);
+        is_sound(&ring).then(|| Outline { case: plan.case, cuts: cuts.clone(), corners, ring })
     })
 }
 
-fn corners(plan: &Plan, trims: &[f64], rounded: bool) -> Vec<Vec<Point>> {
+fn corners(plan: &Plan, trims: &[f64], cuts: &[Cut], rounded: bool) -> Vec<Vec<Point>> {
     let n = plan.arms.len();
     (0..n)
         .map(|i| {
             let next = (i + 1) % n;
             let (a, b) = (&plan.arms[i], &plan.arms[next]);
-            let corner = fitted(a, b, [trims[i], trims[next]], plan.star.corners[i], rounded);
-            match corner {
-                Some(corner) => walk::corner(a, b, [trims[i], trims[next]], corner),
-                None => vec![walk::cut(a, trims[i]).left, walk::cut(b, trims[next]).right],
+            let ends = [cuts[i].left, cuts[next].right];
+            match fitted(a, b, ends, plan.star.corners[i], rounded) {
+                Some(corner) => walk::corner(a, b, [trims[i], trims[next]], ends, corner),
+                None => ends.to_vec(),
             }
         })
         .collect()
 }
 
 /// The corner with a curve that begins before the cuts; `None` if the collision itself lies beyond a cut.
-fn fitted(a: &Arm, b: &Arm, trims: [f64; 2], corner: Corner, rounded: bool) -> Option<Corner> {
+fn fitted(a: &Arm, b: &Arm, ends: [Point; 2], corner: Corner, rounded: bool) -> Option<Corner> {
     let Corner::Collision { point, along, tangent } = corner else { return Some(corner) };
-    let room_a = a.right.project(a.corner(trims[0], Side::Right)).station - along[0];
-    let room_b = b.left.project(b.corner(trims[1], Side::Left)).station - along[1];
+    let room_a = a.right.project(ends[0]).station - along[0];
+    let room_b = b.left.project(ends[1]).station - along[1];
     let room = room_a.min(room_b);
     let tangent = if rounded { tangent.min(room) } else { 0.0 };
     (room >= 0.0).then_some(Corner::Collision { point, along, tangent })

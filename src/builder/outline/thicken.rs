@@ -1,6 +1,7 @@
 //! Thickens each road: its two edges, seen from an intersection outwards.
 
 use crate::builder::road_network::{End, RoadClass, RoadEnd, RoadNetwork};
+use crate::geometry::cells::Bounds;
 use crate::geometry::{Point, Polyline, left_of};
 
 use super::OutlineOptions;
@@ -25,6 +26,8 @@ pub struct Arm {
     pub left: Polyline,
     /// Right edge, outwards.
     pub right: Polyline,
+    /// The boxes around both edges.
+    reach: [Bounds; 2],
 }
 
 /// Which edge of an arm, seen from the intersection outwards.
@@ -66,7 +69,9 @@ impl Arm {
     /// An arm along `line`, which runs from the intersection outwards.
     pub fn from_line(at: RoadEnd, line: Polyline, half: f64, kerb: f64) -> Self {
         let edge = |side: Side| line.offset(side.sign() * half, MITER_LIMIT).unwrap_or_else(|| line.clone());
-        Self { at, length: line.length(), left: edge(Side::Left), right: edge(Side::Right), line, half, kerb }
+        let (left, right) = (edge(Side::Left), edge(Side::Right));
+        let reach = [&left, &right].map(Polyline::bounds);
+        Self { at, length: line.length(), left, right, reach, line, half, kerb }
     }
 
     /// One of its edges.
@@ -75,6 +80,11 @@ impl Arm {
             Side::Left => &self.left,
             Side::Right => &self.right,
         }
+    }
+
+    /// The box around an edge.
+    pub fn reach(&self, side: Side) -> Bounds {
+        self.reach[usize::from(side == Side::Right)]
     }
 
     /// End of the cross-section at `station`.

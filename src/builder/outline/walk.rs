@@ -27,9 +27,9 @@ pub fn cut(arm: &Arm, station: f64) -> Cut {
     Cut { at: arm.at, left: arm.corner(station, Side::Right), right: arm.corner(station, Side::Left) }
 }
 
-/// The kerb from the cut of `a` at station `trims[0]` to that of `b`, the next arm clockwise.
-pub fn corner(a: &Arm, b: &Arm, trims: [f64; 2], corner: Corner) -> Vec<Point> {
-    let (first, last) = (cut(a, trims[0]).left, cut(b, trims[1]).right);
+/// The kerb from the cut of `a` at station `trims[0]` to that of `b`, the next arm clockwise; `first` and `last` are the ends
+/// of the cuts.
+pub fn corner(a: &Arm, b: &Arm, trims: [f64; 2], [first, last]: [Point; 2], corner: Corner) -> Vec<Point> {
     let mut inner = match corner {
         Corner::Collision { point, along, tangent } => {
             let start = a.right.at(along[0] + tangent);
