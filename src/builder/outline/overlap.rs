@@ -4,14 +4,18 @@
 //! Roads on one level that cross without a common node, and roads drawn closer together than their lanes are wide, have
 //! nowhere to go. The map is built all the same; the user hears of the place.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
 use crate::builder::road_network::{Intersection, Road, RoadNetwork};
 use crate::diagnostic::{Finding, Place, Severity, Subject};
-use crate::geometry::cells::{Bounds, Cells};
-use crate::geometry::{Point, Polyline, Vector, polygon};
+use crate::geometry::cells::{Bounds, Cells, touch};
+use crate::geometry::polyline::within;
+use crate::geometry::{Point, Polyline, Vector, polygon, segment_crossing};
 
 use super::Outlines;
+use super::collide::{boxes_touch, crossings};
 use super::merged::ribbon;
 
 /// Boxes are sought in cells of this side, metres; roads are looked at in pieces no longer.
@@ -23,7 +27,7 @@ const LEAST: f64 = 0.1;
 /// between which each road remains.
 pub fn overlapping(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<[usize; 2]> {
     let grounds = of_roads(network, kept);
-    of_pairs(&grounds, |a, b| {
+    of_pairs(network, &grounds, |a, b| {
         let roads = [a.road()?, b.road()?];
         common(a, b).map(|_| roads)
     })
@@ -33,18 +37,18 @@ pub fn overlapping(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<[usize; 2]> 
 pub fn overlap(network: &RoadNetwork, kept: &[[f64; 2]], roads: [usize; 2]) -> bool {
     let ground = |road: usize| of_road(network, road, kept[road]);
     let [Some(a), Some(b)] = roads.map(ground) else { return false };
-    common(&a, &b).is_some()
+    let [parts, others] = [a.parts(0), b.parts(1)];
+    let meet = |part: &Part| others.iter().any(|other| touch(&part.bounds, &other.bounds) && part.meets(other));
+    parts.iter().any(meet) && common(&a, &b).is_some()
 }
 
 /// A finding for every two roads or intersections on one level that lie on the same ground and do not belong together.
 pub fn overlaps(network: &RoadNetwork, outlines: &Outlines) -> Vec<Finding> {
     let mut grounds = of_roads(network, &outlines.kept);
-    let rings = network.intersections.iter().zip(&outlines.intersections).zip(0..);
-    grounds.extend(rings.filter(|((_, outline), _)| !outline.ring.is_empty()).map(|((at, outline), i)| {
-        let levels = at.arms.iter().map(|arm| network.road(arm.road).level).collect();
-        Ground { owner: Owner::Intersection(i), ring: outline.ring.clone(), line: None, half: 0.0, levels }
-    }));
-    of_pairs(&grounds, |a, b| {
+    let rings = outlines.intersections.iter().map(|outline| &outline.ring[..]).enumerate();
+    let rings = rings.filter(|(_, ring)| !ring.is_empty());
+    grounds.extend(rings.map(|(i, ring)| Ground { owner: Owner::Intersection(i), shape: Shape::Area(ring) }));
+    of_pairs(network, &grounds, |a, b| {
         if attached(network, a.owner, b.owner) {
             return None;
         }
@@ -61,16 +65,20 @@ enum Owner {
 }
 
 /// The ground of one road between its cuts, or of one intersection.
-struct Ground {
+struct Ground<'a> {
     owner: Owner,
-    ring: Vec<Point>,
-    /// The middle of a road, and half its width.
-    line: Option<Polyline>,
-    half: f64,
-    levels: Vec<f64>,
+    shape: Shape<'a>,
 }
 
-impl Ground {
+/// What a ground covers.
+enum Shape<'a> {
+    /// So much, metres, to either side of a line.
+    Strip(Polyline, f64),
+    /// The inside of a ring.
+    Area(&'a [Point]),
+}
+
+impl Ground<'_> {
     fn road(&self) -> Option<usize> {
         match self.owner {
             Owner::Road(road) => Some(road),
@@ -78,47 +86,111 @@ impl Ground {
         }
     }
 
-    /// Boxes that cover it: one for each piece of a road.
-    fn boxes(&self) -> Vec<Bounds> {
-        let Some(line) = &self.line else { return polygon::bounds(&self.ring).into_iter().collect() };
-        let around = Vector::repeat(self.half);
-        let pieces = line.segments().flat_map(|(p, q)| {
+    fn ring(&self) -> Option<Cow<'_, [Point]>> {
+        match &self.shape {
+            Shape::Strip(line, half) => ribbon(line, *half).map(Cow::Owned),
+            Shape::Area(ring) => Some(Cow::Borrowed(*ring)),
+        }
+    }
+
+    /// Parts that cover it: of a road each about as long as a cell.
+    fn parts(&self, owner: usize) -> Vec<Part<'_>> {
+        let (line, half) = match &self.shape {
+            Shape::Strip(line, half) => (line, *half),
+            Shape::Area(ring) => {
+                return polygon::bounds(ring)
+                    .map(|bounds| Part { owner, bounds, line: &[], half: 0.0 })
+                    .into_iter()
+                    .collect();
+            }
+        };
+        let (points, around) = (line.points(), Vector::repeat(half));
+        let mut parts: Vec<Part> = Vec::new();
+        let mut first = 0;
+        for (i, (p, q)) in line.segments().enumerate() {
             let count = ((q - p).norm() / CELL).ceil().clamp(1.0, Polyline::MOST_PIECES) as usize;
-            let at = move |i: usize| p + (q - p) * (i as f64 / count as f64);
-            (0..count).map(move |i| [at(i), at(i + 1)])
-        });
-        pieces.map(|[p, q]| [p.inf(&q) - around, p.sup(&q) + around]).collect()
+            for k in 0..count {
+                let [p, q] = [k, k + 1].map(|k| p + (q - p) * (k as f64 / count as f64));
+                let [low, high] = [p.inf(&q) - around, p.sup(&q) + around];
+                match parts.last_mut() {
+                    Some(Part { bounds: [l, h], line, .. })
+                        if (h.sup(&high) - l.inf(&low)).max() <= CELL + 2.0 * half =>
+                    {
+                        (*l, *h) = (l.inf(&low), h.sup(&high));
+                        *line = &points[first..i + 2];
+                    }
+                    _ => {
+                        first = i;
+                        parts.push(Part { owner, bounds: [low, high], line: &points[i..i + 2], half });
+                    }
+                }
+            }
+        }
+        parts
     }
 }
 
-fn of_roads(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<Ground> {
+/// A part of a ground, by the ground's index.
+struct Part<'a> {
+    owner: usize,
+    bounds: Bounds,
+    /// The middle of a road, and half its width; nothing for what is no road.
+    line: &'a [Point],
+    half: f64,
+}
+
+impl Part<'_> {
+    /// Whether the two may have ground in common.
+    fn meets(&self, other: &Self) -> bool {
+        self.line.is_empty() || other.line.is_empty() || closer(self.line, other.line, self.half + other.half)
+    }
+}
+
+fn of_roads<'a>(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<Ground<'a>> {
     kept.par_iter().enumerate().filter_map(|(road, kept)| of_road(network, road, *kept)).collect()
 }
 
-fn of_road(network: &RoadNetwork, index: usize, [from, to]: [f64; 2]) -> Option<Ground> {
+fn of_road<'a>(network: &RoadNetwork, index: usize, [from, to]: [f64; 2]) -> Option<Ground<'a>> {
     let road = &network.roads[index];
-    let line = road.line.cut(from, to)?;
-    let (half, levels) = (road.half_width(), vec![road.level]);
-    Some(Ground { owner: Owner::Road(index), ring: ribbon(&line, half)?, line: Some(line), half, levels })
+    Some(Ground { owner: Owner::Road(index), shape: Shape::Strip(road.line.cut(from, to)?, road.half_width()) })
 }
 
 /// What is to be said of the pairs of grounds on one level whose boxes touch, in their order.
-fn of_pairs<T: Send>(grounds: &[Ground], say: impl Fn(&Ground, &Ground) -> Option<T> + Sync) -> Vec<T> {
-    let boxes: Vec<Vec<Bounds>> = grounds.par_iter().map(Ground::boxes).collect();
-    let owners: Vec<usize> = boxes.iter().enumerate().flat_map(|(i, of)| std::iter::repeat_n(i, of.len())).collect();
-    let cells = Cells::new(boxes.concat(), CELL);
-    let said = |(i, boxes): (usize, &Vec<Bounds>)| {
+fn of_pairs<T: Send>(
+    network: &RoadNetwork,
+    grounds: &[Ground],
+    say: impl Fn(&Ground, &Ground) -> Option<T> + Sync,
+) -> Vec<T> {
+    let parts: Vec<Part> = grounds.par_iter().enumerate().flat_map_iter(|(i, ground)| ground.parts(i)).collect();
+    let cells = Cells::new(parts.iter().map(|part| part.bounds).collect(), CELL);
+    let of_ground = |parts_of: &[Part]| {
         let mut others: Vec<usize> = Vec::new();
-        for reach in boxes {
-            cells.touching(*reach, |at| others.extend(Some(owners[at]).filter(|&other| other > i)));
+        for part in parts_of {
+            cells.touching(part.bounds, |at| {
+                let other = &parts[at];
+                if other.owner > part.owner && !others.contains(&other.owner) && part.meets(other) {
+                    others.push(other.owner);
+                }
+            });
         }
         others.sort_unstable();
-        others.dedup();
-        let level = |&other: &usize| grounds[i].levels.iter().any(|level| grounds[other].levels.contains(level));
-        others.into_iter().filter(level).filter_map(|other| say(&grounds[i], &grounds[other])).collect::<Vec<T>>()
+        let Some(ground) = parts_of.first().map(|part| &grounds[part.owner]) else { return Vec::new() };
+        let others = others.into_iter().map(|other| &grounds[other]);
+        let level = |other: &&Ground| on_one_level(network, ground.owner, other.owner);
+        others.filter(level).filter_map(|other| say(ground, other)).collect::<Vec<T>>()
     };
-    let found: Vec<Vec<T>> = boxes.par_iter().enumerate().map(said).collect();
+    let by_ground: Vec<&[Part]> = parts.chunk_by(|a, b| a.owner == b.owner).collect();
+    let found: Vec<Vec<T>> = by_ground.into_par_iter().map(of_ground).collect();
     found.into_iter().flatten().collect()
+}
+
+/// Whether there is a level on which both lie.
+fn on_one_level(network: &RoadNetwork, a: Owner, b: Owner) -> bool {
+    let lies = |owner: Owner, on: &dyn Fn(f64) -> bool| match owner {
+        Owner::Road(road) => on(network.roads[road].level),
+        Owner::Intersection(at) => network.intersections[at].arms.iter().any(|arm| on(network.road(arm.road).level)),
+    };
+    lies(a, &|level| lies(b, &|other| other == level))
 }
 
 /// Whether a road ends at an intersection.
@@ -134,22 +206,18 @@ fn attached(network: &RoadNetwork, a: Owner, b: Owner) -> bool {
 
 /// Square metres that both cover, if they are worth a word.
 fn common(a: &Ground, b: &Ground) -> Option<f64> {
-    if let (Some(s), Some(t)) = (&a.line, &b.line)
-        && nearest(s, t).distance >= a.half + b.half
-    {
-        return None;
-    }
-    let area = polygon::overlap(&a.ring, &b.ring);
+    let area = polygon::overlap(&a.ring()?, &b.ring()?);
     (area > LEAST).then_some(area)
 }
 
 /// A place on both.
 fn meeting(a: &Ground, b: &Ground) -> Point {
-    match (&a.line, &b.line) {
-        (Some(s), Some(t)) => nearest(s, t).at,
-        (Some(line), None) => nearest_vertex(line, &b.ring),
-        (None, Some(line)) => nearest_vertex(line, &a.ring),
-        (None, None) => a.ring.first().copied().unwrap_or_else(Point::origin),
+    match (&a.shape, &b.shape) {
+        (Shape::Strip(s, _), Shape::Strip(t, _)) => nearest(s, t),
+        (Shape::Strip(line, _), Shape::Area(ring)) | (Shape::Area(ring), Shape::Strip(line, _)) => {
+            nearest_vertex(line, ring)
+        }
+        (Shape::Area(ring), Shape::Area(_)) => ring.first().copied().unwrap_or_else(Point::origin),
     }
 }
 
@@ -158,24 +226,23 @@ fn nearest_vertex(line: &Polyline, ring: &[Point]) -> Point {
     ring.iter().min_by(|p, q| distance(p).total_cmp(&distance(q))).copied().unwrap_or_else(|| line.first())
 }
 
-/// Where two lines come closest.
-struct Nearest {
-    /// Metres; zero where they cross.
-    distance: f64,
-    at: Point,
+/// Whether two lines cross, or come closer to each other than so many metres.
+fn closer(a: &[Point], b: &[Point], distance: f64) -> bool {
+    let close = |ends: &[Point], p: Point| within((ends[0], ends[1]), p, distance).is_some_and(|from| from < distance);
+    let reaches = |a: &[Point], b: &[Point]| a.iter().any(|p| b.windows(2).any(|ends| close(ends, *p)));
+    let cross =
+        |p: Point, q: Point, r: Point, s: Point| boxes_touch(p, q, r, s) && segment_crossing(p, q, r, s).is_some();
+    reaches(a, b) || reaches(b, a) || a.windows(2).any(|v| b.windows(2).any(|w| cross(v[0], v[1], w[0], w[1])))
 }
 
-fn nearest(a: &Polyline, b: &Polyline) -> Nearest {
-    if let Some((_, _, at)) = super::collide::crossings(a, b).first() {
-        return Nearest { distance: 0.0, at: *at };
+/// Where two lines come closest.
+fn nearest(a: &Polyline, b: &Polyline) -> Point {
+    if let Some((_, _, at)) = crossings(a, b).first() {
+        return *at;
     }
-    let from = |a: &Polyline, b: &Polyline| {
-        let distances = a.points().iter().map(|at| Nearest { distance: b.distance(*at), at: *at });
-        distances.min_by(|p, q| p.distance.total_cmp(&q.distance))
-    };
-    let both = [from(a, b), from(b, a)].into_iter().flatten();
-    let unknown = Nearest { distance: f64::INFINITY, at: a.first() };
-    both.min_by(|p, q| p.distance.total_cmp(&q.distance)).unwrap_or(unknown)
+    let from = |a: &Polyline, b: &Polyline| a.points().iter().map(|at| (b.distance(*at), *at)).collect::<Vec<_>>();
+    let both = [from(a, b), from(b, a)].concat().into_iter();
+    both.min_by(|p, q| p.0.total_cmp(&q.0)).map_or_else(|| a.first(), |(_, at)| at)
 }
 
 fn finding(network: &RoadNetwork, owners: [Owner; 2], at: Point, area: f64) -> Finding {
