@@ -4,18 +4,21 @@
 //! as the mapper's hand put them. Widened to their lanes, such roads overlap far from any intersection. Here each
 //! gives way sideways, the lighter more than the wider, until their edges touch.
 
+mod again;
 mod beside;
+mod sieve;
 
 use rayon::prelude::*;
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 
-use crate::builder::road_network::{End, Road, RoadIx, RoadNetwork};
-use crate::geometry::cells::Cells;
+use crate::builder::road_network::{End, Road, RoadEnd, RoadNetwork};
 use crate::geometry::{Point, Polyline, Vector, left_of};
 
 use super::eased;
 use super::sides::{Sides, Told, sides};
+use again::{Surroundings, sorted};
 use beside::{Beside, apart, find};
+use sieve::likely;
 
 /// Distance between the places, metres, at which a road is compared with others.
 const STEP: f64 = 4.0;
@@ -33,8 +36,33 @@ const SLOPE: f64 = 0.12;
 const ROUNDS: usize = 12;
 /// A part of a road shorter than this between its cuts, metres, need not be laid abreast.
 const SHORTEST: f64 = 2.0;
-/// As [`CELL`], for whole roads.
-const ROAD_CELL: f64 = 128.0;
+
+/// The tracks of the roads that may move or lie near others that do; all others stay as they are drawn.
+struct Tracks<'a> {
+    network: &'a RoadNetwork,
+    kept: &'a [[f64; 2]],
+    made: FxHashMap<usize, Track>,
+}
+
+impl Tracks<'_> {
+    /// The track of a road.
+    fn of(&mut self, road: usize) -> &mut Track {
+        self.made.entry(road).or_insert_with(|| Track::new(&self.network.roads[road], self.kept[road]))
+    }
+
+    /// Makes the tracks of many roads.
+    fn make(&mut self, roads: &[usize]) {
+        let new = roads.par_iter().filter(|road| !self.made.contains_key(road));
+        let new: Vec<_> = new.map(|&road| (road, Track::new(&self.network.roads[road], self.kept[road]))).collect();
+        self.made.extend(new);
+    }
+
+    /// How far an end of a road has moved.
+    fn shift(&self, at: RoadEnd) -> f64 {
+        let track = self.made.get(&(at.road.0 as usize));
+        track.and_then(|track| track.shift.get(track.end(at.end))).copied().unwrap_or_default()
+    }
+}
 
 /// One road as a list of places that can move sideways.
 struct Track {
@@ -69,6 +97,14 @@ impl Track {
         let mobility = if road.link { 3.0 } else { 1.0 } / (width * width).max(1.0);
         let shift = vec![0.0; base.len()];
         Self { stations, base, normals, shift, kept, half: width / 2.0, level: road.level, mobility }
+    }
+
+    /// The place at one end.
+    fn end(&self, end: End) -> usize {
+        match end {
+            End::Start => 0,
+            End::End => self.shift.len() - 1,
+        }
     }
 
     fn place(&self, i: usize) -> Point {
@@ -145,31 +181,32 @@ fn normals(points: &[Point]) -> Vec<Vector> {
 /// the intersections may overlap.
 #[must_use]
 pub fn abreast(mut network: RoadNetwork, kept: &[[f64; 2]]) -> RoadNetwork {
-    let mut tracks: Vec<Track> =
-        network.roads.par_iter().zip(kept).map(|(road, kept)| Track::new(road, *kept)).collect();
     let sides = sides(&network);
-    let mut near: Vec<usize> = (0..tracks.len()).collect();
-    let mut hot = near.clone();
-    for round in 0..ROUNDS {
-        let beside = find(&tracks, &sides, &hot, &near);
-        let targets = targets(&tracks, &sides, &beside);
+    let mut tracks = Tracks { network: &network, kept, made: FxHashMap::default() };
+    let mut hot = likely(&network, kept);
+    tracks.make(&hot);
+    let mut beside = find(&tracks.made, &sides, &hot, &hot);
+    let mut surroundings = None;
+    for round in 1..=ROUNDS {
+        let targets = targets(&tracks.made, &sides, &beside);
         if targets.is_empty() {
             break;
         }
         let mut moved: Vec<usize> = targets.keys().copied().collect();
         for (road, target) in targets {
-            tracks[road].take(&target);
+            tracks.of(road).take(&target);
         }
-        moved.extend(join(&network, &mut tracks));
-        if round == 0 {
-            near = around(&tracks, &moved);
+        moved.extend(join(&mut tracks));
+        sorted(&mut moved);
+        if round < ROUNDS {
+            let surroundings = surroundings.get_or_insert_with(|| Surroundings::new(&network, &moved));
+            hot = surroundings.find_again(&mut beside, &mut tracks, &sides, &hot, &moved);
         }
-        hot = beside.into_keys().flat_map(|(a, b)| [a, b]).chain(moved).collect();
-        hot.sort_unstable();
-        hot.dedup();
     }
-    for (road, track) in network.roads.iter_mut().zip(&tracks) {
-        if track.shift.iter().any(|s| s.abs() > TOLERANCE)
+    let tracks = tracks.made;
+    network.roads.par_iter_mut().enumerate().for_each(|(i, road)| {
+        if let Some(track) = tracks.get(&i)
+            && track.shift.iter().any(|s| s.abs() > TOLERANCE)
             && let Some(line) = shifted(road, track)
         {
             for feature in &mut road.features {
@@ -177,7 +214,7 @@ pub fn abreast(mut network: RoadNetwork, kept: &[[f64; 2]]) -> RoadNetwork {
             }
             road.line = line;
         }
-    }
+    });
     network
 }
 
@@ -203,7 +240,7 @@ fn shifted(road: &Road, track: &Track) -> Option<Polyline> {
 
 /// For every road that has to give way: how far it should lie from its drawn line, place by place.
 fn targets(
-    tracks: &[Track],
+    tracks: &FxHashMap<usize, Track>,
     sides: &Sides,
     pairs: &FxHashMap<(usize, usize), Vec<Beside>>,
 ) -> std::collections::BTreeMap<usize, Vec<f64>> {
@@ -213,7 +250,7 @@ fn targets(
     let mut pushes: std::collections::BTreeMap<usize, Vec<[f64; 2]>> = std::collections::BTreeMap::new();
     for &&(a, b) in &keys {
         let list = &pairs[&(a, b)];
-        let (me, other) = (&tracks[a], &tracks[b]);
+        let (me, other) = (&tracks[&a], &tracks[&b]);
         let share = me.mobility / (me.mobility + other.mobility);
         let told = sides.get(&(a, b)).map_or(&[][..], Vec::as_slice);
         for run in list.chunk_by(|x, y| x.place + 1 == y.place) {
@@ -234,7 +271,7 @@ fn targets(
     pushes
         .into_iter()
         .map(|(road, push)| {
-            let target = tracks[road].shift.iter().zip(push).map(|(s, [left, right])| s + left - right).collect();
+            let target = tracks[&road].shift.iter().zip(push).map(|(s, [left, right])| s + left - right).collect();
             (road, target)
         })
         .collect()
@@ -274,54 +311,28 @@ fn drawn_side(run: &[Beside], first: bool) -> f64 {
 }
 
 /// Two roads that continue each other shift together where they meet. Returns those that moved.
-fn join(network: &RoadNetwork, tracks: &mut [Track]) -> Vec<usize> {
+fn join(tracks: &mut Tracks) -> Vec<usize> {
     let mut moved = Vec::new();
-    for intersection in &network.intersections {
+    for intersection in &tracks.network.intersections {
         let [a, b] = intersection.arms.as_slice() else { continue };
         if a.road == b.road {
             continue;
         }
-        let end = |tracks: &[Track], arm: (RoadIx, End)| {
-            let track = &tracks[arm.0.0 as usize];
-            let i = if arm.1 == End::Start { 0 } else { track.shift.len() - 1 };
-            (i, track.shift[i])
-        };
-        let (ia, sa) = end(tracks, (a.road, a.end));
-        let (ib, sb) = end(tracks, (b.road, b.end));
+        let [sa, sb] = [*a, *b].map(|at| tracks.shift(at));
         // Lines that both begin here run apart: left of one is right of the other.
         let turn = if a.end == b.end { -1.0 } else { 1.0 };
-        let (road, i, value) = match sa.abs() > sb.abs() {
-            true => (b.road, ib, sa * turn),
-            false => (a.road, ia, sb * turn),
+        let (at, shift, value) = match sa.abs() > sb.abs() {
+            true => (b, sb, sa * turn),
+            false => (a, sa, sb * turn),
         };
-        let track = &mut tracks[road.0 as usize];
-        if (track.shift[i] - value).abs() > TOLERANCE {
+        if (shift - value).abs() > TOLERANCE {
+            let road = at.road.0 as usize;
+            let track = tracks.of(road);
             let mut target = track.shift.clone();
-            target[i] = value;
+            target[track.end(at.end)] = value;
             track.take(&target);
-            moved.push(road.0 as usize);
+            moved.push(road);
         }
     }
     moved
-}
-
-/// The roads that the next rounds must look at: those that moved, and whatever lies near them.
-fn around(tracks: &[Track], moved: &[usize]) -> Vec<usize> {
-    let bounds = |road: usize| {
-        let mut points = (0..tracks[road].base.len()).map(|i| tracks[road].place(i));
-        let first = points.next().unwrap_or_else(Point::origin);
-        let (low, high) = points.fold((first, first), |(l, h), p| (l.inf(&p), h.sup(&p)));
-        let reach = Vector::repeat(tracks[road].half + FARTHEST);
-        [low - reach, high + reach]
-    };
-    let cells = Cells::new((0..tracks.len()).map(bounds).collect(), ROAD_CELL);
-    let mut near: FxHashSet<usize> = FxHashSet::default();
-    for road in moved {
-        cells.touching(bounds(*road), |other| {
-            near.insert(other);
-        });
-    }
-    let mut near: Vec<usize> = near.into_iter().collect();
-    near.sort_unstable();
-    near
 }

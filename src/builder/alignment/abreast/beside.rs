@@ -13,7 +13,7 @@ use crate::geometry::{Point, Vector, cross};
 use super::{CLEAR, TOLERANCE, Track};
 
 /// Roads whose directions differ by more than this cosine tells cross each other; they do not run abreast. 40 degrees.
-const PARALLEL: f64 = 0.77;
+pub const PARALLEL: f64 = 0.77;
 /// Cells of this side, metres, hold stretches of roads: some pieces and half their width to either side.
 const CELL: f64 = 64.0;
 /// One place of a road beside another road.
@@ -45,8 +45,8 @@ impl Piece {
 }
 
 /// The pieces of a road.
-fn pieces(tracks: &[Track], road: usize) -> impl Iterator<Item = Piece> + '_ {
-    let track = &tracks[road];
+fn pieces(tracks: &FxHashMap<usize, Track>, road: usize) -> impl Iterator<Item = Piece> + '_ {
+    let track = &tracks[&road];
     let mut end = track.place(0);
     (0..track.base.len() - 1).map(move |first| {
         let ends = [end, track.place(first + 1)];
@@ -113,15 +113,20 @@ impl<'a> Stretch<'a> {
 
 /// For each ordered pair of roads that overlap lengthwise: the places of the first that lie beside the second.
 /// Only roads of `hot` are compared, with all of `near`.
-pub fn find(tracks: &[Track], sides: &Sides, hot: &[usize], near: &[usize]) -> FxHashMap<(usize, usize), Vec<Beside>> {
+pub fn find(
+    tracks: &FxHashMap<usize, Track>,
+    sides: &Sides,
+    hot: &[usize],
+    near: &[usize],
+) -> FxHashMap<(usize, usize), Vec<Beside>> {
     /// Roads that one thread takes at a time.
     const CHUNK: usize = 64;
-    let worth = |road: &&usize| tracks[**road].kept.is_some();
+    let worth = |road: &&usize| tracks[*road].kept.is_some();
     let of_chunk =
         |roads: &[usize]| roads.iter().filter(worth).flat_map(|&road| pieces(tracks, road)).collect::<Vec<Piece>>();
     let chunks: Vec<Vec<Piece>> = near.par_chunks(CHUNK).map(of_chunk).collect();
     let roads = chunks.iter().flat_map(|chunk| chunk.chunk_by(|a, b| a.road == b.road));
-    let near: Vec<Stretch> = roads.flat_map(|road| Stretch::of_road(road, tracks[road[0].road].half)).collect();
+    let near: Vec<Stretch> = roads.flat_map(|road| Stretch::of_road(road, tracks[&road[0].road].half)).collect();
     let cells = Cells::new(near.iter().map(|stretch| stretch.reach).collect(), CELL);
     let found: Vec<_> =
         hot.par_chunks(CHUNK).map(|hot| find_in(tracks, sides, &of_chunk(hot), &near, &cells)).collect();
@@ -130,7 +135,7 @@ pub fn find(tracks: &[Track], sides: &Sides, hot: &[usize], near: &[usize]) -> F
 
 /// As [`find`], with the pieces of some hot roads and those of all roads of `near` in cells.
 fn find_in(
-    tracks: &[Track],
+    tracks: &FxHashMap<usize, Track>,
     sides: &Sides,
     hot: &[Piece],
     near: &[Stretch],
@@ -139,7 +144,7 @@ fn find_in(
     let mut nearest: FxHashMap<(usize, usize, usize), (f64, Beside)> = FxHashMap::default();
     for road in hot.chunk_by(|a, b| a.road == b.road) {
         let bends = bends(road);
-        let track = &tracks[road[0].road];
+        let track = &tracks[&road[0].road];
         for stretch in Stretch::of_road(road, track.half + searched(track)) {
             cells.touching(stretch.reach, |at| {
                 let others = near[at].pieces;
@@ -168,7 +173,7 @@ fn bends(road: &[Piece]) -> bool {
 
 /// Compares pieces of one road with pieces of another; of each place, what lies nearest is kept.
 fn compare_all(
-    tracks: &[Track],
+    tracks: &FxHashMap<usize, Track>,
     sides: &Sides,
     pieces: &[Piece],
     others: &[Piece],
@@ -176,13 +181,13 @@ fn compare_all(
 ) {
     for piece in pieces {
         let a = piece.road;
-        let track = &tracks[a];
+        let track = &tracks[&a];
         let reach = piece.reach(track.half + searched(track));
         let spots = [piece.first, piece.first + 1].map(|k| Spot::new(track, k).filter(|_| track.is_kept(k)));
         if spots.iter().all(Option::is_none) {
             continue;
         }
-        for other in others.iter().filter(|other| touch(&other.reach(tracks[other.road].half), &reach)) {
+        for other in others.iter().filter(|other| touch(&other.reach(tracks[&other.road].half), &reach)) {
             let Some(along) = other.along else { continue };
             let b = other.road;
             // Most that lies near is the road itself, or crosses it.
@@ -191,10 +196,10 @@ fn compare_all(
                 same <= -PARALLEL || (same >= PARALLEL && a != b)
             };
             for spot in spots.iter().flatten().filter(abreast) {
-                if tracks[b].level != track.level && !meet(sides, a, b) {
+                if tracks[&b].level != track.level && !meet(sides, a, b) {
                     continue;
                 }
-                let Some((distance, beside)) = compare(track, spot, &tracks[b], other, along) else { continue };
+                let Some((distance, beside)) = compare(track, spot, &tracks[&b], other, along) else { continue };
                 match nearest.entry((a, b, spot.place)) {
                     Entry::Occupied(mut e) => {
                         let closer =
