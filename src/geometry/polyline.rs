@@ -36,7 +36,7 @@ impl Polyline {
 
     /// As [`Polyline::new`].
     fn merged(mut points: Vec<Point>) -> Option<Self> {
-        let distinct = |p: &Point, last: &Point| (p - last).norm() > Self::MERGE;
+        let distinct = |p: &Point, last: &Point| (p - last).norm_squared() > Self::MERGE * Self::MERGE;
         points.dedup_by(|p, last| !distinct(p, last));
         (points.len() >= 2).then_some(Self { points })
     }

@@ -46,13 +46,16 @@ pub fn evened(network: &mut RoadNetwork, kept: &[[f64; 2]], options: &HeightOpti
     let crossings = crossings(network, kept);
     let mut web = Web::new(network, &sampled, &crossings, options.storey);
     web.give_way();
-    ties.iter().for_each(|tie| web.tie(tie.ends, tie.climb));
+    web.tie(ties.par_iter().map(|tie| (tie.ends, tie.climb)));
     let heights = web.heights();
     let roads = network.roads.par_iter_mut().enumerate().zip(&before);
     let changed =
         roads.zip(sampled.par_iter().zip(&heights)).filter_map(|(((i, road), before), (sampled, heights))| {
-            let change = sampled.wanted.iter().zip(heights).map(|(before, height)| height - before);
-            let change = fewest(&sampled.stations.iter().copied().zip(change).collect::<Vec<_>>());
+            let change = || sampled.wanted.iter().zip(heights).map(|(before, height)| height - before);
+            if change().all(|by| by.abs() < TOLERANCE) {
+                return None;
+            }
+            let change = fewest(&sampled.stations.iter().copied().zip(change()).collect::<Vec<_>>());
             if change.iter().all(|(_, by)| by.abs() < TOLERANCE) {
                 return None;
             }

@@ -139,9 +139,10 @@ impl<'a> Web<'a> {
         }
     }
 
-    /// Lets two places differ by so many metres at most.
-    pub fn tie(&mut self, [a, b]: [OnRoad; 2], climb: f64) {
-        self.ties.push((self.at(a), self.at(b), units(climb)));
+    /// Lets pairs of places differ by so many metres at most.
+    pub fn tie(&mut self, ties: impl ParallelIterator<Item = ([OnRoad; 2], f64)>) {
+        let ties: Vec<Pair> = ties.map(|([a, b], climb)| (self.at(a), self.at(b), units(climb))).collect();
+        self.ties.extend(ties);
     }
 
     /// Heights of every road that hold the grades, and the room at crossings where it can be had.
@@ -292,7 +293,7 @@ impl<'a> Web<'a> {
         let rooms = self.rooms.iter().enumerate();
         let rooms = rooms.flat_map(|(i, &(low, high, _))| [(low, high, Bound::Above(i)), (high, low, Bound::Below(i))]);
         let mut bounds: Vec<(usize, usize, Bound)> = ties.chain(rooms).collect();
-        bounds.sort_by_key(|(place, ..)| *place);
+        bounds.par_sort_by_key(|(place, ..)| *place);
         bounds
     }
 }

@@ -156,8 +156,8 @@ pub fn outlines_within(
     let mut wanted = stations(network, arms().zip(plans.iter().map(|plan| &plan.star.trims[..])));
     let mut kept: Vec<[f64; 2]> = network
         .roads
-        .iter()
-        .zip(least.iter().zip(&wanted))
+        .par_iter()
+        .zip(least.par_iter().zip(&wanted))
         .map(|(road, (least, wanted))| kept_of(road, *least, *wanted, options))
         .collect();
     let mut closed: Vec<Option<Outline>> = vec![None; plans.len()];
@@ -188,18 +188,15 @@ pub fn outlines_within(
             break;
         }
     }
-    let mut findings = Vec::new();
-    let intersections = closed
-        .into_iter()
-        .zip(plans.iter().zip(&network.intersections))
-        .map(|(outline, (plan, intersection))| {
-            outline.or_else(|| close(network, intersection, plan, &kept, options)).unwrap_or_else(|| {
-                findings.push(failure(network, intersection));
-                fallback(cuts(plan, &ends(plan, &kept).0))
-            })
-        })
-        .collect();
-    (Outlines { kept, intersections }, findings)
+    let finish = |((outline, plan), intersection): ((Option<Outline>, Plan), &Intersection)| match outline
+        .or_else(|| close(network, intersection, &plan, &kept, options))
+    {
+        Some(outline) => (outline, None),
+        None => (fallback(cuts(&plan, &ends(&plan, &kept).0)), Some(failure(network, intersection))),
+    };
+    let finished = closed.into_par_iter().zip(plans).zip(&network.intersections).map(finish);
+    let (intersections, findings): (Vec<Outline>, Vec<Option<Finding>>) = finished.unzip();
+    (Outlines { kept, intersections }, findings.into_iter().flatten().collect())
 }
 
 /// Edges that meet at less than this, degrees, lie on each other where coordinates are rounded.

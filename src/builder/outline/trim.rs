@@ -26,8 +26,13 @@ pub fn clear_of_bends(line: &Polyline, station: f64, half: f64) -> f64 {
     let stations = line.stations();
     let mut cut = station;
     for (w, s) in line.points().windows(3).zip(&stations[1..]) {
-        let turn = angle_between(w[1] - w[0], w[2] - w[1]).abs();
-        if *s > cut && *s - cut <= half * (turn / 2.0).tan() + SLIVER {
+        let (before, behind) = (w[1] - w[0], w[2] - w[1]);
+        // Only a bend of more than a right angle reaches farther ahead than half the width.
+        if *s <= cut || *s - cut > half + SLIVER && before.dot(&behind) > 0.0 {
+            continue;
+        }
+        let turn = angle_between(before, behind).abs();
+        if *s - cut <= half * (turn / 2.0).tan() + SLIVER {
             cut = *s + PAST;
         }
     }

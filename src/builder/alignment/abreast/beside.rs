@@ -179,27 +179,26 @@ fn compare_all(
     others: &[Piece],
     nearest: &mut FxHashMap<(usize, usize, usize), (f64, Beside)>,
 ) {
+    let [Some(a), Some(b)] = [pieces, others].map(|pieces| pieces.first().map(|piece| piece.road)) else { return };
+    let (track, neighbour) = (&tracks[&a], &tracks[&b]);
+    if neighbour.level != track.level && !meet(sides, a, b) {
+        return;
+    }
     for piece in pieces {
-        let a = piece.road;
-        let track = &tracks[&a];
         let reach = piece.reach(track.half + searched(track));
         let spots = [piece.first, piece.first + 1].map(|k| Spot::new(track, k).filter(|_| track.is_kept(k)));
         if spots.iter().all(Option::is_none) {
             continue;
         }
-        for other in others.iter().filter(|other| touch(&other.reach(tracks[&other.road].half), &reach)) {
+        for other in others.iter().filter(|other| touch(&other.reach(neighbour.half), &reach)) {
             let Some(along) = other.along else { continue };
-            let b = other.road;
             // Most that lies near is the road itself, or crosses it.
             let abreast = |spot: &&Spot| {
                 let same = spot.along.dot(&along);
                 same <= -PARALLEL || (same >= PARALLEL && a != b)
             };
             for spot in spots.iter().flatten().filter(abreast) {
-                if tracks[&b].level != track.level && !meet(sides, a, b) {
-                    continue;
-                }
-                let Some((distance, beside)) = compare(track, spot, &tracks[&b], other, along) else { continue };
+                let Some((distance, beside)) = compare(track, spot, neighbour, other, along) else { continue };
                 match nearest.entry((a, b, spot.place)) {
                     Entry::Occupied(mut e) => {
                         let closer =
