@@ -54,7 +54,7 @@ fn join_pair(edit: &mut Edit, at: IntersectionIx, one: RoadEnd, two: RoadEnd) ->
     if a.roundabout || b.roundabout || (a.class, a.link) != (b.class, b.link) {
         return None;
     }
-    let road = around_island(a, &b)?;
+    let road = around_island(&a, &b)?;
     edit.join([away.road, back.road], road, |end| Some(if end == away || end == back { End::Start } else { End::End }));
     Some(())
 }
@@ -77,7 +77,7 @@ fn neighbours(arms: &[RoadEnd], a: RoadIx, b: RoadIx) -> bool {
 }
 
 /// `a` is driven with the line, `b` against it.
-fn around_island(a: Road, b: &Road) -> Option<Road> {
+fn around_island(a: &Road, b: &Road) -> Option<Road> {
     let count = (a.line.length().max(b.line.length()) / STEP).ceil() as usize + 1;
     let (with, against) = (a.line.resampled_to(count), b.line.resampled_to(count));
     let half = a.half_width() + b.half_width();
@@ -121,5 +121,5 @@ fn around_island(a: Road, b: &Road) -> Option<Road> {
     }
     features.sort_by(|x, y| x.station.total_cmp(&y.station));
     let speed = [a.speed[0], b.speed[1]];
-    Some(Road { ways, line, section, features, speed, ..a })
+    Some(Road { ways, line, section, features, speed, ..a.clone() })
 }

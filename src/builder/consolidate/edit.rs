@@ -3,7 +3,7 @@
 use rustc_hash::FxHashMap;
 
 use crate::builder::road_network::{
-    End, Intersection, IntersectionIx, LaneConnection, Road, RoadEnd, RoadIx, RoadNetwork,
+    End, Intersection, IntersectionIx, LaneConnection, Road, RoadEnd, RoadIx, RoadNetwork, TurnRestriction,
 };
 
 /// A network under change. Indices of intersections stay until [`Edit::finish`]; a joined road takes a new index.
@@ -73,70 +73,65 @@ impl Edit {
     }
 
     /// What an end is called by now; `None` if nothing took its place.
-    fn renamed(&self, mut end: RoadEnd) -> Option<RoadEnd> {
-        while let Some(next) = self.renames.get(&end) {
-            end = (*next)?;
-        }
-        Some(end)
+    fn renamed(&self, end: RoadEnd) -> Option<RoadEnd> {
+        renamed(&self.renames, end)
     }
 
     /// The network that is left, its roads in order of their keys, without intersections that have no road.
     pub fn finish(self) -> RoadNetwork {
-        let mut order: Vec<usize> = (0..self.network.roads.len()).filter(|i| !self.gone[*i]).collect();
-        order.sort_by_key(|i| self.network.roads[*i].key);
-        let place: FxHashMap<RoadIx, RoadIx> =
-            order.iter().enumerate().map(|(new, old)| (RoadIx(*old as u32), RoadIx(new as u32))).collect();
+        let Self { network, gone, renames } = self;
+        let RoadNetwork { roads, intersections, restrictions, connections, .. } = network;
+        let left = (0..).map(RoadIx).zip(roads).zip(gone).filter(|(_, gone)| !gone);
+        let mut left: Vec<(RoadIx, Road)> = left.map(|(road, _)| road).collect();
+        left.sort_by_key(|(_, road)| road.key);
+        let place: FxHashMap<RoadIx, RoadIx> = left.iter().zip(0..).map(|((old, _), new)| (*old, RoadIx(new))).collect();
         let renamed = |end: RoadEnd| {
-            let end = self.renamed(end)?;
+            let end = renamed(&renames, end)?;
             Some(RoadEnd { road: *place.get(&end.road)?, end: end.end })
         };
-        let mut intersections = Vec::new();
-        let mut moved: FxHashMap<IntersectionIx, IntersectionIx> = FxHashMap::default();
-        for (i, old) in self.network.intersections.iter().enumerate() {
-            if old.arms.is_empty() {
+        let mut kept: Vec<Intersection> = Vec::with_capacity(intersections.len());
+        let mut moved: Vec<IntersectionIx> = Vec::with_capacity(intersections.len());
+        for mut intersection in intersections {
+            moved.push(IntersectionIx(kept.len() as u32));
+            if intersection.arms.is_empty() {
                 continue;
             }
-            let mut intersection = old.clone();
-            intersection.arms = old.arms.iter().filter_map(|arm| renamed(*arm)).collect();
-            intersection.passages = old.passages.as_ref().map(|passages| {
-                let mut passages: Vec<_> =
-                    passages.iter().filter_map(|(a, b)| Some((renamed(*a)?, renamed(*b)?))).collect();
+            intersection.arms = intersection.arms.iter().filter_map(|arm| renamed(*arm)).collect();
+            if let Some(passages) = &mut intersection.passages {
+                *passages = passages.iter().filter_map(|(a, b)| Some((renamed(*a)?, renamed(*b)?))).collect();
                 passages.sort();
                 passages.dedup();
-                passages
-            });
-            moved.insert(IntersectionIx(i as u32), IntersectionIx(intersections.len() as u32));
-            intersections.push(intersection);
+            }
+            kept.push(intersection);
         }
-        let roads = order
-            .iter()
-            .map(|i| {
-                let mut road = self.network.roads[*i].clone();
-                road.from = moved[&road.from];
-                road.to = moved[&road.to];
-                road
-            })
-            .collect();
-        let restrictions = self
-            .network
-            .restrictions
-            .iter()
-            .filter_map(|r| {
-                let mut via = Vec::new();
-                for road in &r.via {
-                    // A road that was joined lives on under both its ends, or under one of them.
-                    let [start, end] = [End::Start, End::End].map(|end| renamed(RoadEnd { road: *road, end }));
-                    via.push(start.or(end)?.road);
-                }
-                via.dedup();
-                let mut r = r.clone();
-                (r.from, r.to, r.via) = (renamed(r.from)?, renamed(r.to)?, via);
-                Some(r)
-            })
-            .collect();
-        let connected =
-            |c: &LaneConnection| Some(LaneConnection { from: renamed(c.from)?, to: renamed(c.to)?, ..c.clone() });
-        let connections = self.network.connections.iter().filter_map(connected).collect();
-        RoadNetwork { roads, intersections, restrictions, connections, ..self.network }
+        let moved = |at: IntersectionIx| moved[at.0 as usize];
+        let roads = left.into_iter().map(|(_, road)| Road { from: moved(road.from), to: moved(road.to), ..road });
+        let restricted = |mut r: TurnRestriction| {
+            let mut via = Vec::new();
+            for road in &r.via {
+                // A road that was joined lives on under both its ends, or under one of them.
+                let [start, end] = [End::Start, End::End].map(|end| renamed(RoadEnd { road: *road, end }));
+                via.push(start.or(end)?.road);
+            }
+            via.dedup();
+            (r.from, r.to, r.via) = (renamed(r.from)?, renamed(r.to)?, via);
+            Some(r)
+        };
+        let connected = |c: LaneConnection| Some(LaneConnection { from: renamed(c.from)?, to: renamed(c.to)?, ..c });
+        RoadNetwork {
+            roads: roads.collect(),
+            intersections: kept,
+            restrictions: restrictions.into_iter().filter_map(restricted).collect(),
+            connections: connections.into_iter().filter_map(connected).collect(),
+            ..network
+        }
     }
+}
+
+/// What an end is called after all renames; `None` if nothing took its place.
+fn renamed(renames: &FxHashMap<RoadEnd, Option<RoadEnd>>, mut end: RoadEnd) -> Option<RoadEnd> {
+    while let Some(next) = renames.get(&end) {
+        end = (*next)?;
+    }
+    Some(end)
 }

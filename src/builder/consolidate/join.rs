@@ -3,6 +3,8 @@
 //! OpenStreetMap cuts a way where any tag changes: a name, a surface, a bus route. Where nothing changes that a lane
 //! shows, there is no reason for a seam.
 
+use std::borrow::Cow;
+
 use crate::builder::control::priority_road::is_priority_road;
 use crate::builder::cross_section::{CrossSection, Strip, Travel};
 use crate::builder::marking;
@@ -38,15 +40,19 @@ fn join_at(edit: &mut Edit, at: IntersectionIx) -> Option<()> {
     }
     // `a` arrives, `b` leaves; both are turned so that their lines run that way.
     let (a_arm, b_arm) = if edit.road(one.road).key <= edit.road(two.road).key { (one, two) } else { (two, one) };
-    let a = directed(edit.road(a_arm.road), a_arm.end == End::End);
-    let b = directed(edit.road(b_arm.road), b_arm.end == End::Start);
+    let [a, b] = [edit.road(a_arm.road), edit.road(b_arm.road)];
+    if !alike_either_way(a, b) {
+        return None;
+    }
+    let a = directed(a, a_arm.end == End::End);
+    let b = directed(b, b_arm.end == End::Start);
     if !alike(&a, &b) || (a.line.last() - b.line.first()).norm() > SAME_PLACE {
         return None;
     }
     if doubles_back(&a.line, &b.line) {
         return None;
     }
-    let road = joined(a, b)?;
+    let road = joined(a.into_owned(), b.into_owned())?;
     edit.join([a_arm.road, b_arm.road], road, |end: RoadEnd| match end {
         end if end == a_arm || end == b_arm => None,
         end if end.road == a_arm.road => Some(End::Start),
@@ -61,8 +67,8 @@ fn doubles_back(a: &Polyline, b: &Polyline) -> bool {
 }
 
 /// The road, its line turned around unless `keep`.
-pub fn directed(road: &Road, keep: bool) -> Road {
-    if keep { road.clone() } else { reversed(road) }
+pub fn directed(road: &Road, keep: bool) -> Cow<'_, Road> {
+    if keep { Cow::Borrowed(road) } else { Cow::Owned(reversed(road)) }
 }
 
 /// The same road with its line turned around.
@@ -112,17 +118,21 @@ fn turned(kind: FeatureKind) -> FeatureKind {
     }
 }
 
+/// Whether nothing changes from one road to the next that does not depend on which way their lines run.
+fn alike_either_way(a: &Road, b: &Road) -> bool {
+    let told = |road: &Road| (road.class, road.link, road.roundabout, road.public, road.section.strips.len());
+    told(a) == told(b) && a.level == b.level
+}
+
 /// Whether nothing changes from one road to the next that a lane shows. Arrows may: they belong to the road's end.
 fn alike(a: &Road, b: &Road) -> bool {
-    let same_strips = a.section.strips.len() == b.section.strips.len()
-        && a.section.strips.iter().zip(&b.section.strips).all(|(s, t)| {
-            (s.kind, s.travel, s.change) == (t.kind, t.travel, t.change)
-                && s.arrows == t.arrows
-                && (s.width - t.width).abs() < SAME_PLACE
-        });
-    same_strips
-        && (a.class, a.link, a.roundabout, a.public) == (b.class, b.link, b.roundabout, b.public)
-        && a.level == b.level
+    let same_strips = a.section.strips.iter().zip(&b.section.strips).all(|(s, t)| {
+        (s.kind, s.travel, s.change) == (t.kind, t.travel, t.change)
+            && s.arrows == t.arrows
+            && (s.width - t.width).abs() < SAME_PLACE
+    });
+    alike_either_way(a, b)
+        && same_strips
         && a.speed == b.speed
         && marking::alike(&a.tags, &b.tags)
         && is_priority_road(&a.tags) == is_priority_road(&b.tags)

@@ -139,9 +139,11 @@ fn corrected(osm: &OsmData, roads: &[RoadSettings], notes: &mut Vec<Finding>) ->
 
 /// The ways to drive on, with a note for every road that is left out.
 fn drivable<'a>(osm: &'a OsmData, corrected: &'a FxHashMap<i64, Way>, notes: &mut Vec<Finding>) -> Vec<Drivable<'a>> {
+    let ways = ways(osm).into_par_iter().map(|way| corrected.get(&way.id).unwrap_or(way));
+    let judged: Vec<(&Way, Verdict)> = ways.map(|way| (way, judge(way))).collect();
     let mut drivable = Vec::new();
-    for way in ways(osm).into_iter().map(|way| corrected.get(&way.id).unwrap_or(way)) {
-        match judge(way) {
+    for (way, verdict) in judged {
+        match verdict {
             Verdict::Road(road) => drivable.push(road),
             Verdict::LeftOut(why) => {
                 let message = format!("way {} is not built: {why}", way.id);
@@ -286,7 +288,7 @@ fn intersections(
         edges.extend(ends.into_iter().zip(piece.edge).filter(|(_, edge)| *edge).map(|(id, _)| (id, ())));
     }
     nodes
-        .iter()
+        .par_iter()
         .zip(rays)
         .map(|(&id, rays)| {
             let position = positions[&id];
