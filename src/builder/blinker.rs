@@ -104,8 +104,13 @@ fn edge(map: &LaneletMap, lanelet: &Lanelet, end: bool) -> Option<[PointId; 2]> 
 
 /// Length of the shorter bound: never more than the way driven.
 fn length(map: &LaneletMap, lanelet: &Lanelet) -> f64 {
-    let along = |line: Vec<Point>| line.windows(2).map(|w| (w[1] - w[0]).norm()).sum::<f64>();
-    along(map.bound_line(lanelet.left)).min(along(map.bound_line(lanelet.right)))
+    let along = |bound: Bound| {
+        let Some(line) = map.linestrings.get(bound.line) else { return 0.0 };
+        let mut before: Option<Point> = None;
+        let places = map.points.get_each(line.points.iter().copied()).map(|point| point.position);
+        places.map(|at| before.replace(at).map_or(0.0, |before| (at - before).norm())).sum::<f64>()
+    };
+    along(lanelet.left).min(along(lanelet.right))
 }
 
 #[cfg(test)]

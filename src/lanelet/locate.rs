@@ -74,7 +74,7 @@ pub fn span_of(map: &LaneletMap, subject: Subject) -> Option<SourceSpan> {
 
 /// The points that a primitive is made of; those of its lines and lanelets for a regulatory element.
 fn points_of(map: &LaneletMap, subject: Subject) -> Vec<&Point> {
-    let all = |ids: &[PointId]| -> Vec<&Point> { ids.iter().filter_map(|&id| map.points.get(id)).collect() };
+    let all = |ids: &[PointId]| -> Vec<&Point> { map.points.get_each(ids.iter().copied()).collect() };
     let line = |id: LineStringId| map.linestrings.get(id).map_or(Vec::new(), |line| all(&line.points));
     let lanelet = |id: LaneletId| {
         let bounds = map.lanelets.get(id).map(|lanelet| [lanelet.left, lanelet.right]);

@@ -276,10 +276,7 @@ impl LaneletMap {
     pub fn bound_points(&self, bound: Bound) -> impl DoubleEndedIterator<Item = &Point> + '_ {
         let ids: &[PointId] = self.linestrings.get(bound.line).map_or(&[], |l| &l.points);
         let count = ids.len();
-        (0..count).filter_map(move |i| {
-            let id = if bound.inverted { ids[count - 1 - i] } else { ids[i] };
-            self.points.get(id)
-        })
+        self.points.get_each((0..count).map(move |i| if bound.inverted { ids[count - 1 - i] } else { ids[i] }))
     }
 
     /// Where the points of a bound lie, in the lanelet's direction of travel.

@@ -99,6 +99,12 @@ impl<T: Shelved> Shelf<T> {
         self.position(id).map(|at| &self.items[at])
     }
 
+    /// The items of these ids, where there are any. Quick where they stand on the shelf one behind the other, in either
+    /// direction.
+    pub fn get_each<'s, I: Iterator<Item = T::Id>>(&'s self, ids: I) -> Each<'s, I, T> {
+        Each { shelf: self, ids, last: 0 }
+    }
+
     /// The item of this id, to change; its id must stay.
     pub fn get_mut(&mut self, id: T::Id) -> Option<&mut T> {
         self.position(id).map(|at| &mut self.items[at])
@@ -164,6 +170,52 @@ impl<T: Shelved> Shelf<T> {
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.items.is_empty()
+    }
+}
+
+/// See [`Shelf::get_each`].
+pub struct Each<'s, I, T: Shelved> {
+    shelf: &'s Shelf<T>,
+    ids: I,
+    /// Where the last one stood.
+    last: usize,
+}
+
+impl<'s, I, T: Shelved> Each<'s, I, T> {
+    fn find(&mut self, id: T::Id) -> Option<&'s T> {
+        let items = &self.shelf.items;
+        let beside = [self.last + 1, self.last.wrapping_sub(1)];
+        let guess = beside.into_iter().find(|&at| items.get(at).is_some_and(|item| item.id() == id));
+        self.last = guess.or_else(|| self.shelf.position(id))?;
+        Some(&items[self.last])
+    }
+}
+
+impl<'s, I: Iterator<Item = T::Id>, T: Shelved> Iterator for Each<'s, I, T> {
+    type Item = &'s T;
+
+    fn next(&mut self) -> Option<&'s T> {
+        loop {
+            let id = self.ids.next()?;
+            if let Some(item) = self.find(id) {
+                return Some(item);
+            }
+        }
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        (0, self.ids.size_hint().1)
+    }
+}
+
+impl<I: DoubleEndedIterator<Item = T::Id>, T: Shelved> DoubleEndedIterator for Each<'_, I, T> {
+    fn next_back(&mut self) -> Option<Self::Item> {
+        loop {
+            let id = self.ids.next_back()?;
+            if let Some(item) = self.find(id) {
+                return Some(item);
+            }
+        }
     }
 }
 

@@ -84,7 +84,8 @@ impl Edit {
         let left = (0..).map(RoadIx).zip(roads).zip(gone).filter(|(_, gone)| !gone);
         let mut left: Vec<(RoadIx, Road)> = left.map(|(road, _)| road).collect();
         left.sort_by_key(|(_, road)| road.key);
-        let place: FxHashMap<RoadIx, RoadIx> = left.iter().zip(0..).map(|((old, _), new)| (*old, RoadIx(new))).collect();
+        let place: FxHashMap<RoadIx, RoadIx> =
+            left.iter().zip(0..).map(|((old, _), new)| (*old, RoadIx(new))).collect();
         let renamed = |end: RoadEnd| {
             let end = renamed(&renames, end)?;
             Some(RoadEnd { road: *place.get(&end.road)?, end: end.end })

@@ -86,11 +86,11 @@ struct Reach {
 
 impl Reach {
     fn of(map: &LaneletMap, line: &LineString) -> Option<Self> {
-        let points = || line.points.iter().filter_map(|&id| map.points.get(id));
-        points().all(|p| p.position.x.is_finite() && p.position.y.is_finite()).then_some(())?;
-        points()
-            .map(|p| Self { extent: [p.position; 2], heights: [p.ele.unwrap_or(0.0); 2] })
-            .reduce(|one, other| one.with(&other))
+        let reaches = map.points.get_each(line.points.iter().copied()).map(|p| {
+            let finite = p.position.x.is_finite() && p.position.y.is_finite();
+            finite.then_some(Self { extent: [p.position; 2], heights: [p.ele.unwrap_or(0.0); 2] })
+        });
+        reaches.reduce(|one, other| Some(one?.with(&other?))).flatten()
     }
 
     fn with(&self, other: &Self) -> Self {

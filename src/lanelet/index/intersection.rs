@@ -115,7 +115,7 @@ fn of_area(
     tree: &LaneTree,
     thresholds: &Thresholds,
 ) -> Intersection {
-    let points: Vec<_> = area.points.iter().filter_map(|&id| map.points.get(id)).collect();
+    let points: Vec<_> = map.points.get_each(area.points.iter().copied()).collect();
     let closed = points.len() > 1 && points[0].id == points[points.len() - 1].id;
     let open = &points[..points.len() - usize::from(closed)];
     let outline: Vec<Point> = open.iter().map(|p| p.position).collect();

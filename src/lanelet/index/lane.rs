@@ -1,7 +1,7 @@
 //! A lanelet with its geometry in the direction of travel.
 
 use crate::geometry::{Point, Polyline, Vector, angle_between, polygon, ring};
-use crate::lanelet::{Bound, Lanelet, LaneletId, LaneletMap, LineStringId, PointId, RoadType};
+use crate::lanelet::{Lanelet, LaneletId, LaneletMap, LineStringId, PointId, RoadType};
 
 /// Step along a lanelet at which headings are compared, metres: short enough for the sharpest turn, long enough that
 /// the hand of a drawer does not count as a bend.
@@ -96,19 +96,19 @@ impl Lane {
             ids: [left.id, right.id],
             points: [left.position, right.position],
         };
-        let ends = |bound: Bound| {
-            let mut points = map.bound_points(bound);
-            Some((points.next()?, points.next_back()?))
+        let points = [lanelet.left, lanelet.right].map(|bound| map.bound_points(bound).collect::<Vec<_>>());
+        let [[left_first, .., left_last], [right_first, .., right_last]] = points.each_ref().map(|points| &points[..])
+        else {
+            return None;
         };
-        let ((left_first, left_last), (right_first, right_last)) = (ends(lanelet.left)?, ends(lanelet.right)?);
-        let (left, right) = (map.bound_line(lanelet.left), map.bound_line(lanelet.right));
-        let outline = map.outline(lanelet);
+        let [left, right] = points.each_ref().map(|points| points.iter().map(|p| p.position).collect::<Vec<Point>>());
+        let outline: Vec<Point> = left.iter().chain(right.iter().rev()).copied().collect();
         if !outline.iter().all(|p| p.x.is_finite() && p.y.is_finite()) {
             return None;
         }
-        let heights = [lanelet.left, lanelet.right]
-            .into_iter()
-            .flat_map(|bound| map.bound_points(bound))
+        let heights = points
+            .iter()
+            .flatten()
             .map(|p| p.ele.unwrap_or(0.0))
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], z| [low.min(z), high.max(z)]);
         Some(Self {

@@ -221,7 +221,7 @@ impl<'m> View<'m> {
 
     /// The points of a line.
     pub fn points(&self, line: &LineString) -> Vec<&'m Point> {
-        line.points.iter().filter_map(|&id| self.map.points.get(id)).collect()
+        self.map.points.get_each(line.points.iter().copied()).collect()
     }
 
     /// Where the points of a line lie.
@@ -231,7 +231,7 @@ impl<'m> View<'m> {
 
     /// Where the points of a polygon lie.
     pub fn ring(&self, polygon: &Polygon) -> Vec<Place> {
-        polygon.points.iter().filter_map(|&id| self.map.points.get(id)).map(|point| point.position).collect()
+        self.map.points.get_each(polygon.points.iter().copied()).map(|point| point.position).collect()
     }
 }
 
