@@ -51,7 +51,8 @@ pub struct Assembled {
 /// Builds the map.
 pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
     let Settled { network, restricted, draft, notes } = settled;
-    let network = &network;
+    let settled = network;
+    let network = &settled;
     let Draft { lines, mut assembly, mut lanes, ways, .. } = draft;
     let lit = drive_light::lit(network, &lines, &ways);
     let (guarded, unguarded) = drive_light::guarded(network, &lines, &lanes, &ways);
@@ -90,21 +91,23 @@ pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
     let passing: Vec<&Intersection> = passed.iter().map(|(at, _)| *at).collect();
     let (parts, mut beside): (Vec<Part>, Vec<Assembled>) =
         passed.into_par_iter().map(|(at, ways)| made(&assembly, at, ways)).unzip();
-    whole.map = match assembly.finish(parts) {
-        Ok(map) => map,
-        Err(parts) => {
-            assembly.be_careful();
-            for ((&at, part), beside) in passing.iter().zip(parts).zip(&mut beside) {
-                if assembly.add(part).is_err() {
-                    // Something added before has taken one of its ids: it is made once more, over all that stands.
-                    let ways = Ways::draw(network, &restricted, &lanes, at, &assembly);
-                    let again = made(&assembly, at, ways.outlined(network, &restricted, &lanes, at, &assembly));
-                    *beside = again.1;
-                    let _ = assembly.add(again.0);
-                }
+    whole.map = if assembly.is_apart_from(&parts) {
+        // A whole map takes the most memory of all that is made: what it was made from need not stand beside it.
+        drop(passing);
+        drop((crossings, lanes, lines, settled));
+        assembly.finish(parts)
+    } else {
+        assembly.be_careful();
+        for ((&at, part), beside) in passing.iter().zip(parts).zip(&mut beside) {
+            if assembly.add(part).is_err() {
+                // Something added before has taken one of its ids: it is made once more, over all that stands.
+                let ways = Ways::draw(network, &restricted, &lanes, at, &assembly);
+                let again = made(&assembly, at, ways.outlined(network, &restricted, &lanes, at, &assembly));
+                *beside = again.1;
+                let _ = assembly.add(again.0);
             }
-            assembly.into_map()
         }
+        assembly.into_map()
     };
     for mut beside in beside {
         whole.notes.append(&mut beside.notes);

@@ -134,19 +134,17 @@ impl<'a> Assembly<'a> {
         Ok(())
     }
 
-    /// As [`Assembly::add_all`] for the last parts: takes out the whole map.
-    pub fn finish(&mut self, parts: Vec<Part>) -> Result<LaneletMap, Vec<Part>> {
-        if !self.is_apart_from(&parts) {
-            return Err(parts);
-        }
+    /// The whole map, with the last parts, which are apart from it and from each other.
+    pub fn finish(mut self, parts: Vec<Part>) -> LaneletMap {
         let mut spots = self.join_all(parts);
-        let Part { mut map, spots: own, .. } = std::mem::take(&mut self.part);
+        let Part { mut map, spots: own, .. } = self.part;
         spots.insert(0, own);
         map.points.append(spots);
-        Ok(map)
+        map
     }
 
-    fn is_apart_from(&self, parts: &[Part]) -> bool {
+    /// Whether all ids of parts that were made side by side over this assembly are different, and none is one of its own.
+    pub fn is_apart_from(&self, parts: &[Part]) -> bool {
         Ids::are_apart(parts.iter().chain([&self.part]).map(|part| &part.ids))
     }
 
