@@ -186,11 +186,11 @@ fn middle(places: &[LonLat]) -> LonLat {
 fn centre(piece: &Piece, positions: &FxHashMap<i64, Point>) -> Option<Polyline> {
     let points: Vec<Point> = piece.nodes.iter().filter_map(|id| positions.get(id).copied()).collect();
     // Of a loop smaller than the tolerance nothing would be left.
-    Polyline::new(simplified(points.clone())).or_else(|| Polyline::new(points))
+    Polyline::new(simplified(&points)).or_else(|| Polyline::new(points))
 }
 
 /// Douglas and Peucker's method.
-fn simplified(points: Vec<Point>) -> Vec<Point> {
+fn simplified(points: &[Point]) -> Vec<Point> {
     let mut keep = vec![false; points.len()];
     let mut open = vec![(0, points.len().saturating_sub(1))];
     while let Some((a, b)) = open.pop() {
@@ -205,14 +205,13 @@ fn simplified(points: Vec<Point>) -> Vec<Point> {
             open.extend([(a, i), (i, b)]);
         }
     }
-    points.into_iter().zip(keep).filter_map(|(p, keep)| keep.then_some(p)).collect()
+    points.iter().zip(keep).filter_map(|(p, keep)| keep.then_some(*p)).collect()
 }
 
 fn distance_to_segment(p: Point, a: Point, b: Point) -> f64 {
-    match Polyline::new([a, b]) {
-        Some(segment) => segment.distance(p),
-        None => (p - a).norm(),
-    }
+    let along = b - a;
+    let part = if along.norm() > Polyline::MERGE { (p - a).dot(&along) / along.norm_squared() } else { 0.0 };
+    (p - (a + along * part.clamp(0.0, 1.0))).norm()
 }
 
 fn road(
