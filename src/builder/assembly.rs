@@ -182,10 +182,12 @@ impl<'a> Assembly<'a> {
         self.part.ids.release(id.0);
     }
 
-    /// Takes away the points that were given back and not made anew.
-    pub fn sweep_points(&mut self) {
-        let Part { spots, ids, .. } = &mut self.part;
+    /// Takes away the points, lines and lanelets that were given back and not made anew.
+    pub fn sweep(&mut self) {
+        let Part { map, spots, ids, .. } = &mut self.part;
         spots.retain(|point| ids.taken(&(point.id.0 as Id)));
+        map.linestrings.retain(|line| ids.taken(&(line.id.0 as Id)));
+        map.lanelets.retain(|lanelet| ids.taken(&(lanelet.id.0 as Id)));
     }
 
     fn claim(&mut self, key: Key) -> i64 {

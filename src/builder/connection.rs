@@ -5,6 +5,7 @@
 
 mod dead_end;
 mod mapped;
+mod needs;
 mod setback;
 #[cfg(test)]
 mod tests;
@@ -16,11 +17,11 @@ use crate::geometry::{Point, Vector, angle_between, curve::Pose, left_of};
 
 use super::control::walk_light::has_lights;
 use super::cross_section::{CrossSection, SIDEWALK, StripKind, Travel};
-use super::road_network::{End, FeatureKind, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
+use super::road_network::{End, FeatureKind, Road, RoadIx, RoadNetwork};
 use super::seam::level;
-use dead_end::clearances;
 use mapped::{bend, drawn_back, mapped};
-use setback::{comfort, eased, turn_setbacks};
+pub use needs::Needs;
+use setback::eased;
 
 /// Breadth of a crosswalk along the road, metres: the usual painted zebra.
 pub const CROSSWALK_BREADTH: f64 = 3.0;
@@ -44,8 +45,6 @@ const SIDEWALK_BEND: f64 = 45.0;
 /// What must remain of a road, metres, before its ends are cut back further than the outline asks: the stop lines at both its
 /// ends stay apart. A turn that a car can take needs the rest more than it does.
 pub const ROAD_LEFT: f64 = 2.0;
-/// What must remain of a road, metres, whatever the outline says.
-const ROAD_LEAST: f64 = 1.0;
 
 /// A place where people cross the carriageway.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,6 +64,8 @@ pub struct Crossing {
 pub struct ConnectionLines {
     /// Per road: the stations between which its own lanes run.
     pub kept: Vec<[f64; 2]>,
+    /// Per road: the directions there into the intersections at its ends.
+    pub inward: Vec<[Vector; 2]>,
     /// Per road: the stations where its outlines, held to its length, would cut it.
     pub least: Vec<[f64; 2]>,
     /// In order of roads and stations.
@@ -131,30 +132,6 @@ pub fn lane_pose(road: &Road, end: End, station: f64, lane: LaneAt) -> Pose {
     Pose { point: on_cut(road, end, station, offset), heading: if lane.into { inward } else { -inward } }
 }
 
-/// What the ends of roads need for the ways between them, however far they are cut back.
-pub struct Needs {
-    /// Per road: the stations where its outlines, held to its length, would cut it.
-    least: Vec<[f64; 2]>,
-    /// Per intersection that has ways, and for all dead ends: how far to cut roads back, and how much farther for comfort.
-    wanted: Vec<[Vec<(RoadEnd, f64)>; 2]>,
-}
-
-impl Needs {
-    /// `joined` tells which intersections need no room: there the roads meet face to face. `kept` are the stations between
-    /// which the outlines leave each road.
-    pub fn new(network: &RoadNetwork, kept: &[[f64; 2]], joined: impl Fn(IntersectionIx) -> bool + Sync) -> Self {
-        let least: Vec<[f64; 2]> = (0..network.roads.len()).map(|i| least_cut(network, kept, i, &joined)).collect();
-        let wanted = |(i, intersection): (usize, &Intersection)| {
-            let passed = intersection.arms.len() >= 2 && !joined(IntersectionIx(i as u32));
-            let arms = &intersection.arms;
-            passed.then(|| [turn_setbacks(network, arms, &least), comfort(network, arms, &least)])
-        };
-        let mut wanted: Vec<_> = network.intersections.par_iter().enumerate().filter_map(wanted).collect();
-        wanted.push([clearances(network, &least), Vec::new()]);
-        Self { least, wanted }
-    }
-}
-
 /// Cuts every road for crosswalks, stop lines and turns. `back` says how far each end is cut back at least, metres behind
 /// its outline, `stops` whether it is cut where the map says that vehicles stop.
 pub fn connection_lines(
@@ -163,92 +140,96 @@ pub fn connection_lines(
     back: &[[f64; 2]],
     stops: &[[bool; 2]],
 ) -> ConnectionLines {
-    let Needs { least, wanted } = needs;
+    let least = &needs.least;
     let mut setbacks = back.to_vec();
     let mut wishes = vec![[0.0_f64; 2]; back.len()];
-    for [needs, more] in wanted {
-        for (of, asked) in [(&mut setbacks, needs), (&mut wishes, more)] {
-            for (at, by) in asked {
-                let back = &mut of[at.road.0 as usize][side(at.end)];
-                *back = back.max(*by);
-            }
-        }
-    }
-    let mut lines = cut(network, least, setbacks.clone(), &wishes, stops);
+    needs.raise(&mut setbacks, &mut wishes);
+    let cut = |i: usize, setbacks: [f64; 2]| cut(network, RoadIx(i as u32), (least[i], setbacks, wishes[i]), stops[i]);
+    let mut cuts: Vec<Cut> = setbacks.par_iter().enumerate().map(|(i, setbacks)| cut(i, *setbacks)).collect();
     // Where a road is too short to be cut back, its neighbour gives.
     for give in [None, None, Some(back)] {
-        if level(network, least, &lines.kept, &mut setbacks, give) {
-            lines = cut(network, least, setbacks.clone(), &wishes, stops);
+        for road in level(network, least, &cuts, &mut setbacks, give) {
+            cuts[road] = cut(road, setbacks[road]);
         }
     }
-    ConnectionLines { least: least.clone(), ..lines }
-}
-
-/// Cuts every road at its setbacks, and farther out where people cross.
-fn cut(
-    network: &RoadNetwork,
-    least: &[[f64; 2]],
-    mut setbacks: Vec<[f64; 2]>,
-    wishes: &[[f64; 2]],
-    stopped: &[[bool; 2]],
-) -> ConnectionLines {
-    let mut lines = ConnectionLines::default();
+    let mut lines = ConnectionLines { least: least.clone(), ..ConnectionLines::default() };
     let mut placed: FxHashSet<i64> = FxHashSet::default();
-    for (i, road) in network.roads.iter().enumerate() {
-        let ix = RoadIx(i as u32);
-        let at = |end| network.intersection(road.intersection(end));
-        let continued = |end| at(end).arms.len() == 2;
-        // Lights hold vehicles before the crosswalk, too, where a road only goes on.
-        let room = |end| (at(end).arms.len() >= 3 || continued(end) && at(end).signals) && !road.roundabout;
-        let mut stops = mapped(road, least[i], |end| room(end) && stopped[i][side(end)]);
-        let drawn = |setbacks: [f64; 2], stops: [Option<f64>; 2]| {
-            let (back, mapped) = drawn_back(least[i], setbacks, stops);
-            let kept = apply(least[i], back, road.line.length());
-            let more = |end: usize| if mapped[end] { 0.0 } else { (wishes[i][end] - back[end]).max(0.0) };
-            (untwisted(road, eased(road, kept, [0, 1].map(more))), mapped)
-        };
-        let (begun, _) = drawn(setbacks[i], [None; 2]);
-        let reach = |end: End| stops[side(end)].unwrap_or_default().max(CROSSING_REACH);
-        let belongs = |end, station, lights| match lights && !at(end).signals {
-            // What holds nobody before the intersection is a crossing of its own, if a vehicle can wait behind.
-            true => from_cut(begun, end, station) <= HELD_BEFORE,
-            false => from_cut(least[i], end, station) <= reach(end),
-        };
-        let mut crossings = crossings_of(road, ix, least[i], [&room, &continued], belongs);
-        for crossing in &crossings {
-            let Some(end) = crossing.arm else { continue };
-            let behind = from_cut(least[i], end, crossing.station) + CROSSWALK_BREADTH / 2.0;
-            let stop = &mut stops[side(end)];
-            *stop = stop.filter(|stop| *stop > behind).map(|stop| stop.max(behind + STOP_GAP_LEAST));
-            let back = &mut setbacks[i][side(end)];
-            *back = back.max(stop.unwrap_or(f64::INFINITY).min(behind + STOP_GAP));
-        }
-        for end in [End::Start, End::End].into_iter().filter(|&end| room(end) && leads_out(network, road, end)) {
-            if crossings.iter().all(|crossing| crossing.arm != Some(end)) {
-                let needed = before_sidewalk(road, end, least[i], setbacks[i][side(end.other())]);
-                let back = &mut setbacks[i][side(end)];
-                *back = back.max(needed.unwrap_or_default());
-            }
-        }
-        let (kept, mapped) = drawn(setbacks[i], stops);
-        for crossing in &mut crossings {
-            let Some(end) = crossing.arm else { continue };
-            // Where the road is too short the crosswalk moves toward the middle of the intersection with the cut; where it
-            // is cut far back, up the road.
-            let middle = from_cut(least[i], end, kept[side(end)]) - CROSSWALK_BREADTH / 2.0;
-            let depth = from_cut(least[i], end, crossing.station);
-            let far = if mapped[side(end)] { depth } else { depth.max(middle - STOP_GAP_MOST) };
-            let held = far.min(middle - STOP_GAP_LEAST);
-            crossing.station = at_depth(least[i], end, held);
-        }
-        // What lies between intersections crosses the road's own lanes, once where the way is cut in two.
-        crossings.retain_mut(|crossing| {
-            crossing.arm.is_some() || between(road, crossing, kept) && placed.insert(crossing.node)
-        });
+    for Cut { kept, inward, crossings } in cuts {
         lines.kept.push(kept);
-        lines.crossings.extend(crossings);
+        lines.inward.push(inward);
+        // What lies between intersections crosses the lanes once where the way is cut in two.
+        let once = |crossing: &Crossing| crossing.arm.is_some() || placed.insert(crossing.node);
+        lines.crossings.extend(crossings.into_iter().filter(once));
     }
     lines
+}
+
+/// Where a road is cut.
+pub struct Cut {
+    /// The stations between which its own lanes run.
+    pub kept: [f64; 2],
+    /// The directions there into the intersections at its ends.
+    pub inward: [Vector; 2],
+    /// In order of stations.
+    crossings: Vec<Crossing>,
+}
+
+/// Cuts a road at its setbacks, and farther out where people cross.
+fn cut(
+    network: &RoadNetwork,
+    ix: RoadIx,
+    (least, mut setbacks, wishes): ([f64; 2], [f64; 2], [f64; 2]),
+    stopped: [bool; 2],
+) -> Cut {
+    let road = network.road(ix);
+    let at = |end| network.intersection(road.intersection(end));
+    let continued = |end| at(end).arms.len() == 2;
+    // Lights hold vehicles before the crosswalk, too, where a road only goes on.
+    let room = |end| (at(end).arms.len() >= 3 || continued(end) && at(end).signals) && !road.roundabout;
+    let mut stops = mapped(road, least, |end| room(end) && stopped[side(end)]);
+    let drawn = |setbacks: [f64; 2], stops: [Option<f64>; 2]| {
+        let (back, mapped) = drawn_back(least, setbacks, stops);
+        let kept = apply(least, back, road.line.length());
+        let more = |end: usize| if mapped[end] { 0.0 } else { (wishes[end] - back[end]).max(0.0) };
+        (untwisted(road, eased(road, kept, [0, 1].map(more))), mapped)
+    };
+    let begun = || drawn(setbacks, [None; 2]).0;
+    let reach = |end: End| stops[side(end)].unwrap_or_default().max(CROSSING_REACH);
+    let belongs = |end, station, lights| match lights && !at(end).signals {
+        // What holds nobody before the intersection is a crossing of its own, if a vehicle can wait behind.
+        true => from_cut(begun(), end, station) <= HELD_BEFORE,
+        false => from_cut(least, end, station) <= reach(end),
+    };
+    let mut crossings = crossings_of(road, ix, least, [&room, &continued], belongs);
+    for crossing in &crossings {
+        let Some(end) = crossing.arm else { continue };
+        let behind = from_cut(least, end, crossing.station) + CROSSWALK_BREADTH / 2.0;
+        let stop = &mut stops[side(end)];
+        *stop = stop.filter(|stop| *stop > behind).map(|stop| stop.max(behind + STOP_GAP_LEAST));
+        let back = &mut setbacks[side(end)];
+        *back = back.max(stop.unwrap_or(f64::INFINITY).min(behind + STOP_GAP));
+    }
+    for end in [End::Start, End::End].into_iter().filter(|&end| room(end) && leads_out(network, road, end)) {
+        if crossings.iter().all(|crossing| crossing.arm != Some(end)) {
+            let needed = before_sidewalk(road, end, least, setbacks[side(end.other())]);
+            let back = &mut setbacks[side(end)];
+            *back = back.max(needed.unwrap_or_default());
+        }
+    }
+    let (kept, mapped) = drawn(setbacks, stops);
+    for crossing in &mut crossings {
+        let Some(end) = crossing.arm else { continue };
+        // Where the road is too short the crosswalk moves toward the middle of the intersection with the cut; where it
+        // is cut far back, up the road.
+        let middle = from_cut(least, end, kept[side(end)]) - CROSSWALK_BREADTH / 2.0;
+        let depth = from_cut(least, end, crossing.station);
+        let far = if mapped[side(end)] { depth } else { depth.max(middle - STOP_GAP_MOST) };
+        let held = far.min(middle - STOP_GAP_LEAST);
+        crossing.station = at_depth(least, end, held);
+    }
+    // What lies between intersections crosses the road's own lanes.
+    crossings.retain_mut(|crossing| crossing.arm.is_some() || between(road, crossing, kept));
+    Cut { kept, inward: [End::Start, End::End].map(|end| inward(road, end, kept[side(end)])), crossings }
 }
 
 /// How far behind the outline, metres, who leaves private ground stops before a sidewalk that is mapped as a way of its
@@ -274,31 +255,6 @@ pub fn sidewalk(road: &Road, end: End) -> Option<f64> {
     let across = road.features.iter().filter(|feature| feature.kind == FeatureKind::Sidewalk);
     let own = across.map(|feature| feature.station).filter(|station| depth(*station) <= length / 2.0);
     own.min_by(|a, b| depth(*a).total_cmp(&depth(*b)))
-}
-
-/// The outline's cut, held to the line and to a least length; the whole line where roads meet face to face.
-fn least_cut(
-    network: &RoadNetwork,
-    kept: &[[f64; 2]],
-    index: usize,
-    joined: &impl Fn(IntersectionIx) -> bool,
-) -> [f64; 2] {
-    let road = &network.roads[index];
-    let length = road.line.length();
-    let [mut start, mut end] = kept.get(index).copied().unwrap_or([0.0, length]);
-    if joined(road.from) {
-        start = 0.0;
-    }
-    if joined(road.to) {
-        end = length;
-    }
-    let (start, end) = (start.clamp(0.0, length), end.clamp(0.0, length));
-    if end - start >= ROAD_LEAST.min(length / 2.0) {
-        return [start, end];
-    }
-    let middle = ((start + end) / 2.0).clamp(length / 4.0, length * 3.0 / 4.0);
-    let half = ROAD_LEAST.min(length / 2.0) / 2.0;
-    [middle - half, middle + half]
 }
 
 /// Distance up the road from the cut at one end.

@@ -4,23 +4,23 @@
 //! whose cut lies under a turn is cut back behind it, and everything is drawn again: lanes end where the intersection
 //! begins, and their end nodes lie on its outline.
 
+mod renewed;
 mod ways;
 
 pub use ways::Ways;
 
 use rayon::prelude::*;
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashSet;
 
 use crate::geometry::{Point, Polyline, Vector, polygon};
 
 use super::assembly::Assembly;
 use super::connection::{ConnectionLines, Needs, ROAD_LEFT, carriageway, connection_lines, from_cut, side};
 use super::join::Joins;
-use super::lanes::{Arm, Lanes, lanes, redraw};
-use super::movement::movements;
+use super::lanes::{Lanes, lanes, redraw};
 use super::paths::Drawn;
 use super::restricted::Restricted;
-use super::road_network::{End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
+use super::road_network::{End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
 use super::seam::seams;
 
 /// Each round settles what the round before moved; ways grow by less than they give.
@@ -61,23 +61,11 @@ pub struct Draft {
     needs: Needs,
 }
 
-/// Whether an arm ends on the same nodes at the same places.
-fn same_cut(a: &Arm, of_a: &Assembly, b: &Arm, of_b: &Assembly) -> bool {
-    let places = || a.cut.iter().all(|&node| of_a.position(node) == of_b.position(node));
-    a.inward == b.inward && a.cut == b.cut && places()
-}
-
 impl Draft {
     /// Draws until no way runs over the end of a lane, as far as the roads have room. `kept` are the stations between
-    /// which the outlines leave each road. What was drawn `before`, of a network of which some intersections have been
-    /// merged since, is drawn again only around those.
-    pub fn new(
-        network: &RoadNetwork,
-        kept: &[[f64; 2]],
-        restricted: &Restricted,
-        before: Option<(&RoadNetwork, Self)>,
-    ) -> Self {
-        Self::begun(network, kept, restricted, before).cleared(network, restricted)
+    /// which the outlines leave each road.
+    pub fn new(network: &RoadNetwork, kept: &[[f64; 2]], restricted: &Restricted) -> Self {
+        Self::begun(network, kept, restricted).cleared(network, restricted)
     }
 
     /// Cuts roads where the map says that vehicles stop. Around an intersection where more ways would run over the ends of
@@ -128,52 +116,30 @@ impl Draft {
         draft
     }
 
-    /// Draws what changes where these roads have been laid at another height.
+    /// Draws what changes where these roads have been laid at another height, and clears away all that was drawn and is not
+    /// any more.
     #[must_use]
-    pub fn relaid(mut self, network: &RoadNetwork, restricted: &Restricted, roads: &[RoadIx]) -> Self {
-        if roads.is_empty() {
-            return self;
+    pub fn relaid(self, network: &RoadNetwork, restricted: &Restricted, roads: &[RoadIx]) -> Self {
+        let mut draft = self;
+        if !roads.is_empty() {
+            draft.joins.lift(roads);
+            draft = draft.redrawn(network, restricted, roads).outlined(network, restricted);
         }
-        self.joins.lift(roads);
-        self.redrawn(network, restricted, roads).outlined(network, restricted)
+        draft.assembly.sweep();
+        draft
     }
 
-    /// Draws everything but the ways of the intersections that are as they were before.
-    fn begun(
-        network: &RoadNetwork,
-        kept: &[[f64; 2]],
-        restricted: &Restricted,
-        before: Option<(&RoadNetwork, Self)>,
-    ) -> Self {
-        let old = before.as_ref().map_or_else(Vec::new, |(old, _)| counterparts(network, old));
-        let back = match &before {
-            Some((before, draft)) => draft.back_in(before, network, &old),
-            None => vec![[0.0; 2]; network.roads.len()],
-        };
+    /// Draws everything, with the roads cut where their outlines ask for.
+    fn begun(network: &RoadNetwork, kept: &[[f64; 2]], restricted: &Restricted) -> Self {
         let mut joins = Joins::find(network);
         let needs = Needs::new(network, kept, |ix| joins.joined(ix));
-        let stops = vec![[false; 2]; network.roads.len()];
+        let (back, stops) = (vec![[0.0; 2]; network.roads.len()], vec![[false; 2]; network.roads.len()]);
         let lines = connection_lines(network, &needs, &back, &stops);
         joins.beside(seams(network, &lines));
         let mut assembly = Assembly::default();
         let lanes = lanes(&mut assembly, network, &lines, &mut joins);
         let mut ways: Vec<Option<Ways>> = Vec::new();
         ways.resize_with(network.intersections.len(), || None);
-        if let Some((earlier, mut draft)) = before {
-            for (at, (old, ways)) in network.intersections.iter().zip(old.into_iter().zip(&mut ways)) {
-                let Some((old, known)) = old.and_then(|i| Some((&earlier.intersections[i], draft.ways[i].take()?)))
-                else {
-                    continue;
-                };
-                let same = |(a, b): (&RoadEnd, &RoadEnd)| {
-                    same_cut(draft.lanes.arm(*a), &draft.assembly, lanes.arm(*b), &assembly)
-                };
-                let stays = old.arms.len() == at.arms.len() && old.arms.iter().zip(&at.arms).all(same);
-                if stays && known.plan == movements(network.side, restricted, &lanes, at) {
-                    *ways = Some(Ways { stood: true, ..known });
-                }
-            }
-        }
         Self { joins, lines, assembly, lanes, ways, back, stops, needs }.complete(network, restricted)
     }
 
@@ -188,45 +154,36 @@ impl Draft {
         let moved: Vec<RoadIx> = (0..lines.kept.len()).map(|road| RoadIx(road as u32)).filter(moved).collect();
         redraw(&mut assembly, network, &lines, &mut joins, &mut lanes, &moved);
         let cut = |lines: &ConnectionLines, at: &RoadEnd| lines.kept[at.road.0 as usize][side(at.end)];
-        for (ways, at) in ways.iter_mut().zip(&network.intersections) {
+        for (slot, at) in ways.iter_mut().zip(&network.intersections) {
             let stays = at.arms.iter().all(|at| cut(&before, at) == cut(&lines, at) && !redrawn(&at.road));
-            *ways = ways.take().filter(|_| stays).map(|ways| Ways { stood: true, ..ways });
+            match slot {
+                Some(ways) if stays => ways.stood = true,
+                _ => *slot = None,
+            }
         }
         Self { joins, lines, assembly, lanes, ways, back, stops, needs }.complete(network, restricted)
     }
 
     /// Draws the ways that are not drawn yet.
     fn complete(mut self, network: &RoadNetwork, restricted: &Restricted) -> Self {
-        let known = std::mem::take(&mut self.ways);
-        let Self { joins, assembly, lanes, .. } = &self;
-        let draw = |(i, known): (usize, Option<Ways>)| {
+        let Self { joins, assembly, lanes, ways, .. } = &mut self;
+        ways.par_iter_mut().enumerate().filter(|(_, ways)| ways.is_none()).for_each(|(i, ways)| {
             let at = &network.intersections[i];
             let passed = at.arms.len() >= 2 && !joins.joined(IntersectionIx(i as u32));
-            known.or_else(|| passed.then(|| Ways::draw(network, restricted, lanes, at, assembly)))
-        };
-        let ways = known.into_par_iter().enumerate().map(draw).collect();
-        Self { ways, ..self }
+            *ways = passed.then(|| Ways::draw(network, restricted, lanes, at, assembly));
+        });
+        self
     }
 
-    /// How far the ends of roads are cut back for ways that run over them, in a network of which some intersections
-    /// have been merged since. `old` gives for each of its intersections what it was before.
-    fn back_in(&self, before: &RoadNetwork, network: &RoadNetwork, old: &[Option<usize>]) -> Vec<[f64; 2]> {
-        let keys = before.roads.iter().zip(&self.back).map(|(road, back)| (road.key, *back));
-        let known: FxHashMap<RoadKey, [f64; 2]> = keys.collect();
-        let of = |road: &Road| {
-            let back = known.get(&road.key).copied().unwrap_or_default();
-            let stays = |end: End| old[road.intersection(end).0 as usize].is_some();
-            [End::Start, End::End].map(|end| if stays(end) { back[side(end)] } else { 0.0 })
-        };
-        network.roads.iter().map(of).collect()
-    }
-
-    /// Outlines the ways of every intersection.
+    /// Outlines the ways that are not outlined yet.
     fn outlined(mut self, network: &RoadNetwork, restricted: &Restricted) -> Self {
-        let drawn = std::mem::take(&mut self.ways).into_par_iter().zip(&network.intersections);
-        let Self { assembly, lanes, .. } = &self;
-        let ways = drawn.map(|(ways, at)| Some(ways?.outlined(network, restricted, lanes, at, assembly))).collect();
-        Self { ways, ..self }
+        let Self { assembly, lanes, ways, .. } = &mut self;
+        let bare = |ways: &Option<Ways>| ways.as_ref().is_some_and(|ways| ways.conflicts.is_none());
+        let bare = ways.par_iter_mut().zip(&network.intersections).filter(|(ways, _)| bare(ways));
+        bare.for_each(|(slot, at)| {
+            *slot = slot.take().map(|ways| ways.outlined(network, restricted, lanes, at, assembly));
+        });
+        self
     }
 
     /// The ends of roads whose lanes do not end on the outline around the ways there: some way runs over them.
@@ -332,10 +289,4 @@ fn behind_cut(road: &Road, kept: [f64; 2], end: End, half: f64) -> Option<[Point
     let [low, high] = polygon::bounds(road.line.cut(from, to)?.points())?;
     let around = Vector::repeat(half);
     Some([low - around, high + around])
-}
-
-/// For each intersection its index in the network before some were merged; `None` where it is new.
-fn counterparts(network: &RoadNetwork, before: &RoadNetwork) -> Vec<Option<usize>> {
-    let known: FxHashMap<&[i64], usize> = before.intersections.iter().map(|at| &at.nodes[..]).zip(0..).collect();
-    network.intersections.iter().map(|at| known.get(&at.nodes[..]).copied()).collect()
 }

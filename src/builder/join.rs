@@ -13,6 +13,7 @@ use super::connection::{LaneAt, carriageway, inward, lanes_at};
 use super::cross_section::StripKind;
 use super::heights::Ground;
 use super::ids::Key;
+use super::origins::Origins;
 use super::road_network::{End, IntersectionIx, RoadEnd, RoadIx, RoadNetwork};
 use super::seam::{EdgeAt, Seam};
 
@@ -24,7 +25,7 @@ const STEP_MOST: f64 = 0.5;
 const APART: f64 = 0.06;
 
 /// Where the edges of two roads meet.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 struct Meeting {
     /// Key of the shared node.
     key: Key,
@@ -95,6 +96,43 @@ impl Joins {
             self.seams.insert(edges, self.meetings.len());
             self.meetings.push(Meeting { key, place });
         }
+        changed
+    }
+
+    /// Takes over the nodes where the same edges met at the same places in the network before. Gives the roads that end
+    /// elsewhere than before.
+    pub fn take_over(&mut self, before: &Self, origins: &Origins) -> FxHashSet<RoadIx> {
+        // How many edges met in each place and do so no more.
+        let mut missing = vec![0_usize; before.meetings.len()];
+        before.of_edge.values().for_each(|meeting| missing[*meeting] += 1);
+        let mut was: Vec<Option<usize>> = vec![None; self.meetings.len()];
+        let mut other = vec![false; self.meetings.len()];
+        for (&(at, edge), &meeting) in &self.of_edge {
+            let met = before.of_edge.get(&(origins.of_end(at), edge));
+            match met.filter(|met| before.meetings[**met] == self.meetings[meeting]) {
+                Some(&met) => {
+                    missing[met] -= 1;
+                    was[meeting] = Some(met);
+                }
+                None => other[meeting] = true,
+            }
+        }
+        let mut changed = FxHashSet::default();
+        let Self { of_edge, points, .. } = self;
+        for (&(at, _), &meeting) in &*of_edge {
+            let stays = was[meeting].filter(|met| !other[meeting] && missing[*met] == 0);
+            match stays.and_then(|met| before.points.get(&met)) {
+                Some(&node) => {
+                    points.insert(meeting, node);
+                }
+                None => {
+                    changed.insert(at.road);
+                }
+            }
+        }
+        let now = |&(at, edge): &EdgeAt| Some((RoadEnd { road: origins.now(at.road)?, ..at }, edge));
+        let parted = before.of_edge.keys().filter_map(now).filter(|edge| !of_edge.contains_key(edge));
+        changed.extend(parted.map(|(at, _)| at.road));
         changed
     }
 

@@ -15,6 +15,7 @@ use super::heights::Ground;
 use super::ids::Key;
 use super::join::Joins;
 use super::marking::SHARES;
+use super::origins::Origins;
 use super::road_network::{End, Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
 use super::stretch::Cause;
 use border::borders;
@@ -102,6 +103,31 @@ pub struct Piece {
 }
 
 impl Lanes {
+    /// The lanes of the roads that are left of a network, by the indices that these have now.
+    #[must_use]
+    pub fn renamed(self, origins: &Origins) -> Self {
+        let mut left = Self::default();
+        let mut lanes = self.lanes.into_iter().peekable();
+        let mut first = 0;
+        for (was, (mut arms, pieces)) in (0..).map(RoadIx).zip(self.arms.into_iter().zip(self.pieces)) {
+            let begin = left.lanes.len();
+            let own = std::iter::from_fn(|| lanes.next_if(|lane| lane.road == was));
+            let Some(road) = origins.now(was) else {
+                first += own.count();
+                continue;
+            };
+            left.lanes.extend(own.map(|lane| Lane { road, ..lane }));
+            for arm in &mut arms {
+                arm.at.road = road;
+                arm.into.iter_mut().chain(&mut arm.out).for_each(|end| end.lane = end.lane - first + begin);
+            }
+            first += left.lanes.len() - begin;
+            left.arms.push(arms);
+            left.pieces.push(pieces);
+        }
+        left
+    }
+
     /// The lanes of a road.
     pub fn of_road(&self, road: RoadIx) -> &[Lane] {
         &self.lanes[self.range_of(road)]
@@ -189,6 +215,17 @@ pub fn lanes(assembly: &mut Assembly, network: &RoadNetwork, lines: &ConnectionL
     lanes
 }
 
+/// Gives back the ids of the lanes of some roads, and of their nodes but for those that they share with others.
+pub fn release(assembly: &mut Assembly, joins: &Joins, lanes: &Lanes, roads: impl Iterator<Item = RoadIx>) {
+    let shared = joins.nodes();
+    for ix in roads {
+        for bound in lanes.pieces[ix.0 as usize].iter().flat_map(|piece| &piece.borders).flatten() {
+            assembly.release_line(bound.line, |point| shared.contains(&point));
+        }
+        lanes.of_road(ix).iter().for_each(|lane| assembly.release_lanelet(lane.lanelet));
+    }
+}
+
 /// Builds the lanes of some roads once more, whose cuts have moved. All elements keep their ids.
 pub fn redraw(
     assembly: &mut Assembly,
@@ -198,13 +235,7 @@ pub fn redraw(
     lanes: &mut Lanes,
     roads: &[RoadIx],
 ) {
-    let shared = joins.nodes();
-    for &ix in roads {
-        for bound in lanes.pieces[ix.0 as usize].iter().flat_map(|piece| &piece.borders).flatten() {
-            assembly.release_line(bound.line, |point| shared.contains(&point));
-        }
-        lanes.of_road(ix).iter().for_each(|lane| assembly.release_lanelet(lane.lanelet));
-    }
+    release(assembly, joins, lanes, roads.iter().copied());
     joins.place(assembly, network);
     for &ix in roads {
         let (i, range) = (ix.0 as usize, lanes.range_of(ix));
@@ -215,7 +246,6 @@ pub fn redraw(
         lanes.pieces[i] = vec![road.whole];
     }
     assembly.stand_on(Ground::default());
-    assembly.sweep_points();
 }
 
 /// What is drawn of one road.

@@ -39,6 +39,7 @@ pub mod lanes;
 pub(crate) mod marking;
 pub(crate) mod midway;
 pub mod movement;
+pub mod origins;
 pub mod outline;
 pub(crate) mod overhead;
 pub mod paths;

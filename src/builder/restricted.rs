@@ -76,6 +76,13 @@ impl Restricted {
         !forbidden && !elsewhere
     }
 
+    /// Whether any turn of an intersection is restricted, or told by lanes.
+    pub fn concern(&self, intersection: &Intersection) -> bool {
+        let arms = || intersection.arms.iter().copied();
+        let told = |from: RoadEnd| arms().any(|to| self.lanes.contains_key(&[from, to]));
+        arms().any(|at| self.of.contains_key(&at)) || !self.lanes.is_empty() && arms().any(told)
+    }
+
     /// The lanes that lead from one arm to the other, where that is told: pairs, each counted from 1 on the left.
     pub fn lanes(&self, from: RoadEnd, to: RoadEnd) -> Option<&[[usize; 2]]> {
         self.lanes.get(&[from, to]).map(Vec::as_slice)

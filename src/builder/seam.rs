@@ -4,9 +4,11 @@
 //! that lead into them. Were one cut farther out than the other, or each given a corner of its own, no bound could be
 //! shared on either side of the cut.
 
-use crate::geometry::{Point, left_of};
+use std::collections::BTreeSet;
 
-use super::connection::{ConnectionLines, carriageway, from_cut, inward, lanes_at, on_cut, side};
+use crate::geometry::{Point, Vector, left_of};
+
+use super::connection::{ConnectionLines, Cut, carriageway, from_cut, lanes_at, on_cut, side};
 use super::heights::Ground;
 use super::ids::Key;
 use super::lanes::road_key;
@@ -40,8 +42,13 @@ pub struct Seam {
     pub place: Point,
 }
 
-/// Neighbours around every intersection clockwise, each with the edge that faces the other.
-fn neighbours(network: &RoadNetwork) -> impl Iterator<Item = [EdgeAt; 2]> + '_ {
+/// Neighbours around every intersection clockwise that leave it at an angle with a cosine above this, each with the edge
+/// that faces the other. `inward` gives for either end of a road its direction into the intersection there.
+fn neighbours<'a>(
+    network: &'a RoadNetwork,
+    inward: impl Fn(RoadEnd) -> Vector + Copy + 'a,
+    together: f64,
+) -> impl Iterator<Item = [EdgeAt; 2]> + 'a {
     let facing = |at: RoadEnd, right: bool| {
         let (left_edge, right_edge) = carriageway(&network.road(at.road).section);
         // Seen from the intersection, a line that ends there has its left on the right.
@@ -52,55 +59,54 @@ fn neighbours(network: &RoadNetwork) -> impl Iterator<Item = [EdgeAt; 2]> + '_ {
         let arms = &intersection.arms;
         let next = arms.iter().cycle().skip(1);
         let pairs = arms.iter().zip(next).filter(|(a, b)| a.road != b.road);
+        let pairs = pairs.filter(move |(a, b)| inward(**a).dot(&inward(**b)) > together);
         pairs.map(move |(a, b)| [facing(*a, true), facing(*b, false)])
     })
 }
 
-/// Cosine of the angle at which two roads leave their intersection.
-fn together(network: &RoadNetwork, kept: &[[f64; 2]], pair: [EdgeAt; 2]) -> f64 {
-    let [a, b] = pair.map(|(at, _)| inward(network.road(at.road), at.end, kept[at.road.0 as usize][side(at.end)]));
-    a.dot(&b)
-}
-
 /// Where an edge of a road meets the cut.
-fn corner(network: &RoadNetwork, kept: &[[f64; 2]], (at, edge): EdgeAt) -> Point {
+fn corner(network: &RoadNetwork, kept: [f64; 2], (at, edge): EdgeAt) -> Point {
     let road = network.road(at.road);
-    on_cut(road, at.end, kept[at.road.0 as usize][side(at.end)], road.section.edge(edge))
+    on_cut(road, at.end, kept[side(at.end)], road.section.edge(edge))
 }
 
 /// How far behind its own cut, metres, a road should be cut to be level with the corner of its neighbour; `None` if it
 /// does not lie beside that corner.
-fn behind(network: &RoadNetwork, kept: &[[f64; 2]], (at, edge): EdgeAt, neighbour: EdgeAt) -> Option<f64> {
-    let (road, place) = (network.road(at.road), corner(network, kept, neighbour));
+fn behind(network: &RoadNetwork, cuts: &[Cut], (at, edge): EdgeAt, neighbour: EdgeAt) -> Option<f64> {
+    let kept = |at: RoadEnd| cuts[at.road.0 as usize].kept;
+    let (road, place) = (network.road(at.road), corner(network, kept(neighbour.0), neighbour));
     let foot = road.line.project(place);
     let beside = foot.point + left_of(road.line.direction(foot.station)) * road.section.edge(edge);
-    let behind = from_cut(kept[at.road.0 as usize], at.end, foot.station);
+    let behind = from_cut(kept(at), at.end, foot.station);
     ((beside - place).norm() <= GAP && behind.abs() > TOUCH && behind.abs() <= LEVEL_MOST).then_some(behind)
 }
 
 /// Changes the setbacks, metres behind `least`, so that of two roads side by side neither is cut farther out than the
-/// other: the one is cut back, or, if `give` are the setbacks that must stay, the other less far. `kept` are the
-/// stations between which the roads' lanes run so far. `false` if all are level.
+/// other: the one is cut back, or, if `give` are the setbacks that must stay, the other less far. `cuts` tell where the
+/// roads' lanes run so far. Gives the roads whose setbacks have changed.
 pub fn level(
     network: &RoadNetwork,
     least: &[[f64; 2]],
-    kept: &[[f64; 2]],
+    cuts: &[Cut],
     setbacks: &mut [[f64; 2]],
     give: Option<&[[f64; 2]]>,
-) -> bool {
-    let mut changed = false;
-    for [a, b] in neighbours(network).filter(|pair| together(network, kept, *pair) > PARALLEL) {
+) -> BTreeSet<usize> {
+    let mut changed = BTreeSet::new();
+    let inward = |at: RoadEnd| cuts[at.road.0 as usize].inward[side(at.end)];
+    for [a, b] in neighbours(network, inward, PARALLEL) {
         for (one, other) in [(a, b), (b, a)] {
-            let Some(behind) = behind(network, kept, one, other) else { continue };
+            let Some(behind) = behind(network, cuts, one, other) else { continue };
             let (road, side) = (one.0.road.0 as usize, side(one.0.end));
-            let cut = from_cut(least[road], one.0.end, kept[road][side]);
+            let cut = from_cut(least[road], one.0.end, cuts[road].kept[side]);
             let back = &mut setbacks[road][side];
             let wanted = match give {
                 None => back.max(cut + behind),
                 Some(stay) => back.min((cut + behind).max(stay[road][side])),
             };
-            changed |= wanted != *back;
-            *back = wanted;
+            if wanted != *back {
+                *back = wanted;
+                changed.insert(road);
+            }
         }
     }
     changed
@@ -134,10 +140,10 @@ fn on_one_level(network: &RoadNetwork, edges: [EdgeAt; 2], place: Point) -> bool
 
 /// The corners that neighbouring roads share.
 pub fn seams(network: &RoadNetwork, lines: &ConnectionLines) -> Vec<Seam> {
-    let abreast = neighbours(network).filter(|pair| together(network, &lines.kept, *pair) > ABREAST);
-    let abreast = abreast.filter(|pair| !approaches_apart(network, *pair));
+    let inward = |at: RoadEnd| lines.inward[at.road.0 as usize][side(at.end)];
+    let abreast = neighbours(network, inward, ABREAST).filter(|pair| !approaches_apart(network, *pair));
     let seam = |edges: [EdgeAt; 2]| {
-        let [a, b] = edges.map(|edge| corner(network, &lines.kept, edge));
+        let [a, b] = edges.map(|edge| corner(network, lines.kept[edge.0.road.0 as usize], edge));
         let (at, edge) = edges[0];
         let key = road_key("seam", network.road(at.road)).number(side(at.end) as i64).number(edge as i64);
         let place = nalgebra::center(&a, &b);

@@ -6,7 +6,7 @@
 //! a car can take. A dead end of that kind is no road at all. When all are found, the roads are laid at heights that suit the
 //! cuts.
 
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashSet;
 
 use crate::diagnostic::{Finding, Severity, Subject};
 
@@ -15,6 +15,7 @@ use super::consolidate::{ConsolidateOptions, MergeNote, take_in, without};
 use super::cramped::cramped;
 use super::draft::Draft;
 use super::heights::{HeightOptions, evened};
+use super::origins::Origins;
 use super::restricted::Restricted;
 use super::road_network::{Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
 
@@ -44,11 +45,9 @@ pub fn settle(
     let mut taken: Vec<Finding> = Vec::new();
     let mut refused = apart.clone();
     let mut round = 0;
-    let mut before: Option<(RoadNetwork, Draft)> = None;
+    let (mut restricted, mut notes) = Restricted::new(&network);
+    let mut draft = Draft::new(&network, &kept, &restricted);
     loop {
-        let (restricted, mut notes) = Restricted::new(&network);
-        let (old, drawn) = before.take().unzip();
-        let draft = Draft::new(&network, &kept, &restricted, old.as_ref().zip(drawn));
         let (mut next, merges) = if round < ROUNDS { merged(&network, &draft, &refused) } else { Default::default() };
         refused.extend(merges.iter().filter(|note| !note.merged).map(|note| note.key));
         taken.extend(merges.iter().filter(|note| note.merged).map(note));
@@ -64,10 +63,11 @@ pub fn settle(
             let draft = draft.relaid(&network, &restricted, &relaid);
             return Settled { network, restricted, draft, notes };
         };
-        let stations: FxHashMap<RoadKey, [f64; 2]> = network.roads.iter().map(|road| road.key).zip(kept).collect();
-        let of = |key: &RoadKey| stations.get(key).copied().unwrap_or_default();
-        kept = next.roads.iter().map(|road| of(&road.key)).collect();
-        before = Some((std::mem::replace(&mut network, next), draft));
+        let origins = Origins::between(&network, &next);
+        kept = (0..next.roads.len()).map(|road| kept[origins.of(RoadIx(road as u32)).0 as usize]).collect();
+        let (ruled, more) = Restricted::new(&next);
+        draft = draft.renewed(&origins, (&network, &restricted), &next, &kept, &ruled);
+        (network, restricted, notes) = (next, ruled, more);
         round += 1;
     }
 }
