@@ -185,9 +185,10 @@ impl<'a> Assembly<'a> {
     /// Takes away the points, lines and lanelets that were given back and not made anew.
     pub fn sweep(&mut self) {
         let Part { map, spots, ids, .. } = &mut self.part;
-        spots.retain(|point| ids.taken(&(point.id.0 as Id)));
-        map.linestrings.retain(|line| ids.taken(&(line.id.0 as Id)));
-        map.lanelets.retain(|lanelet| ids.taken(&(lanelet.id.0 as Id)));
+        let gone = ids.released();
+        spots.retain(|point| !gone.contains(&(point.id.0 as Id)));
+        map.linestrings.retain(|line| !gone.contains(&(line.id.0 as Id)));
+        map.lanelets.retain(|lanelet| !gone.contains(&(lanelet.id.0 as Id)));
     }
 
     fn claim(&mut self, key: Key) -> i64 {

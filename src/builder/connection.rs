@@ -60,7 +60,7 @@ pub struct Crossing {
 }
 
 /// Where every road is cut, and the crossings.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct ConnectionLines {
     /// Per road: the stations between which its own lanes run.
     pub kept: Vec<[f64; 2]>,
@@ -70,6 +70,20 @@ pub struct ConnectionLines {
     pub least: Vec<[f64; 2]>,
     /// In order of roads and stations.
     pub crossings: Vec<Crossing>,
+    /// Per road.
+    cuts: Vec<Cut>,
+}
+
+impl ConnectionLines {
+    /// Whether all roads are cut, and crossed, at the same stations.
+    pub fn agree(&self, other: &Self) -> bool {
+        self.kept == other.kept && self.crossings == other.crossings
+    }
+
+    /// How a road is cut: known beforehand where the same is asked of it, and nothing else has changed at its ends.
+    pub fn cut(&self, road: RoadIx) -> &Cut {
+        &self.cuts[road.0 as usize]
+    }
 }
 
 /// Index of an end in pairs ordered start, end.
@@ -133,18 +147,23 @@ pub fn lane_pose(road: &Road, end: End, station: f64, lane: LaneAt) -> Pose {
 }
 
 /// Cuts every road for crosswalks, stop lines and turns. `back` says how far each end is cut back at least, metres behind
-/// its outline, `stops` whether it is cut where the map says that vehicles stop.
-pub fn connection_lines(
+/// its outline, `stops` whether it is cut where the map says that vehicles stop. `known` gives for roads at whose ends nothing
+/// else has changed how they were cut before.
+pub fn connection_lines<'a>(
     network: &RoadNetwork,
     needs: &Needs,
     back: &[[f64; 2]],
     stops: &[[bool; 2]],
+    known: impl Fn(RoadIx) -> Option<&'a Cut> + Sync,
 ) -> ConnectionLines {
     let least = &needs.least;
     let mut setbacks = back.to_vec();
     let mut wishes = vec![[0.0_f64; 2]; back.len()];
     needs.raise(&mut setbacks, &mut wishes);
-    let cut = |i: usize, setbacks: [f64; 2]| cut(network, RoadIx(i as u32), (least[i], setbacks, wishes[i]), stops[i]);
+    let cut = |i: usize, setbacks: [f64; 2]| {
+        let (ix, asked) = (RoadIx(i as u32), Asked { least: least[i], setbacks, wishes: wishes[i], stops: stops[i] });
+        known(ix).filter(|known| known.asked == asked).map_or_else(|| cut(network, ix, asked), |known| known.of(ix))
+    };
     let mut cuts: Vec<Cut> = setbacks.par_iter().enumerate().map(|(i, setbacks)| cut(i, *setbacks)).collect();
     // Where a road is too short to be cut back, its neighbour gives.
     for give in [None, None, Some(back)] {
@@ -154,18 +173,30 @@ pub fn connection_lines(
     }
     let mut lines = ConnectionLines { least: least.clone(), ..ConnectionLines::default() };
     let mut placed: FxHashSet<i64> = FxHashSet::default();
-    for Cut { kept, inward, crossings } in cuts {
-        lines.kept.push(kept);
-        lines.inward.push(inward);
+    for Cut { kept, inward, crossings, .. } in &cuts {
+        lines.kept.push(*kept);
+        lines.inward.push(*inward);
         // What lies between intersections crosses the lanes once where the way is cut in two.
-        let once = |crossing: &Crossing| crossing.arm.is_some() || placed.insert(crossing.node);
-        lines.crossings.extend(crossings.into_iter().filter(once));
+        let once = |crossing: &&Crossing| crossing.arm.is_some() || placed.insert(crossing.node);
+        lines.crossings.extend(crossings.iter().filter(once).cloned());
     }
+    lines.cuts = cuts;
     lines
 }
 
+/// What is asked of the cuts of a road.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Asked {
+    least: [f64; 2],
+    setbacks: [f64; 2],
+    wishes: [f64; 2],
+    stops: [bool; 2],
+}
+
 /// Where a road is cut.
+#[derive(Clone, Debug)]
 pub struct Cut {
+    asked: Asked,
     /// The stations between which its own lanes run.
     pub kept: [f64; 2],
     /// The directions there into the intersections at its ends.
@@ -174,13 +205,18 @@ pub struct Cut {
     crossings: Vec<Crossing>,
 }
 
+impl Cut {
+    /// The same of a road that may have had another index.
+    fn of(&self, road: RoadIx) -> Self {
+        let mut cut = self.clone();
+        cut.crossings.iter_mut().for_each(|crossing| crossing.road = road);
+        cut
+    }
+}
+
 /// Cuts a road at its setbacks, and farther out where people cross.
-fn cut(
-    network: &RoadNetwork,
-    ix: RoadIx,
-    (least, mut setbacks, wishes): ([f64; 2], [f64; 2], [f64; 2]),
-    stopped: [bool; 2],
-) -> Cut {
+fn cut(network: &RoadNetwork, ix: RoadIx, asked: Asked) -> Cut {
+    let Asked { least, mut setbacks, wishes, stops: stopped } = asked;
     let road = network.road(ix);
     let at = |end| network.intersection(road.intersection(end));
     let continued = |end| at(end).arms.len() == 2;
@@ -229,7 +265,7 @@ fn cut(
     }
     // What lies between intersections crosses the road's own lanes.
     crossings.retain_mut(|crossing| crossing.arm.is_some() || between(road, crossing, kept));
-    Cut { kept, inward: [End::Start, End::End].map(|end| inward(road, end, kept[side(end)])), crossings }
+    Cut { asked, kept, inward: [End::Start, End::End].map(|end| inward(road, end, kept[side(end)])), crossings }
 }
 
 /// How far behind the outline, metres, who leaves private ground stops before a sidewalk that is mapped as a way of its

@@ -17,9 +17,10 @@ const SAME: f64 = 0.05;
 /// want of it; in order. The pieces of a roundabout's ring are driven around whatever their length.
 pub fn cramped(draft: &Draft, network: &RoadNetwork) -> Vec<RoadIx> {
     let spent = |road: &RoadIx| draft.left(*road) < ROAD_LEFT + SAME && !network.road(*road).roundabout;
+    let some_spent = |(at, _): &(&Intersection, &[Path])| at.arms.iter().any(|at| spent(&at.road));
     let at = |(at, ways)| short_arms(draft, at, ways).filter(spent).collect::<Vec<_>>();
     let paths = draft.ways.iter().map(|ways| ways.as_ref().map_or(&[][..], |ways| &ways.drawn.paths));
-    let mut roads: Vec<RoadIx> = network.intersections.iter().zip(paths).flat_map(at).collect();
+    let mut roads: Vec<RoadIx> = network.intersections.iter().zip(paths).filter(some_spent).flat_map(at).collect();
     roads.sort_unstable();
     roads.dedup();
     roads

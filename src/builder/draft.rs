@@ -18,7 +18,7 @@ use super::assembly::Assembly;
 use super::connection::{ConnectionLines, Needs, ROAD_LEFT, carriageway, connection_lines, from_cut, side};
 use super::join::Joins;
 use super::lanes::{Lanes, lanes, redraw};
-use super::paths::Drawn;
+use super::paths::Path;
 use super::restricted::Restricted;
 use super::road_network::{End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
 use super::seam::seams;
@@ -73,7 +73,9 @@ impl Draft {
     #[must_use]
     pub fn with_stops(self, network: &RoadNetwork, restricted: &Restricted) -> Self {
         let mut stops = vec![[true; 2]; network.roads.len()];
-        if connection_lines(network, &self.needs, &self.back, &stops) == self.lines {
+        if connection_lines(network, &self.needs, &self.back, &stops, |road| Some(self.lines.cut(road)))
+            .agree(&self.lines)
+        {
             return self;
         }
         let (back, overrun) = (self.back.clone(), self.overrun(network).collect::<FxHashSet<RoadEnd>>());
@@ -134,7 +136,7 @@ impl Draft {
         let mut joins = Joins::find(network);
         let needs = Needs::new(network, kept, |ix| joins.joined(ix));
         let (back, stops) = (vec![[0.0; 2]; network.roads.len()], vec![[false; 2]; network.roads.len()]);
-        let lines = connection_lines(network, &needs, &back, &stops);
+        let lines = connection_lines(network, &needs, &back, &stops, |_| None);
         joins.beside(seams(network, &lines));
         let mut assembly = Assembly::default();
         let lanes = lanes(&mut assembly, network, &lines, &mut joins);
@@ -147,7 +149,7 @@ impl Draft {
     /// the ways that end there.
     fn redrawn(self, network: &RoadNetwork, restricted: &Restricted, anew: &[RoadIx]) -> Self {
         let Self { mut joins, lines: before, mut assembly, mut lanes, mut ways, back, stops, needs } = self;
-        let lines = connection_lines(network, &needs, &back, &stops);
+        let lines = connection_lines(network, &needs, &back, &stops, |road| Some(before.cut(road)));
         let beside = joins.beside(seams(network, &lines));
         let redrawn = |road: &RoadIx| beside.contains(road) || anew.binary_search(road).is_ok();
         let moved = |road: &RoadIx| before.kept[road.0 as usize] != lines.kept[road.0 as usize] || redrawn(road);
@@ -219,7 +221,9 @@ impl Draft {
     fn cut_back(&mut self, network: &RoadNetwork) -> bool {
         let reached = |(intersection, ways): (&Intersection, &Option<Ways>)| {
             let ways = ways.as_ref().filter(|ways| intersection.arms.len() > 2 && !ways.stood)?;
-            let depth = |&at: &RoadEnd| (at, self.depth(network, intersection, at, &ways.drawn));
+            let paths = ways.drawn.paths.iter();
+            let paths: Vec<_> = paths.filter_map(|path| Some((path, polygon::bounds(&path.outline)?))).collect();
+            let depth = |&at: &RoadEnd| (at, self.depth(network, intersection, at, &paths));
             Some(intersection.arms.iter().map(depth).collect::<Vec<_>>())
         };
         let reached: Vec<_> = network.intersections.par_iter().zip(&self.ways).filter_map(reached).collect();
@@ -237,8 +241,14 @@ impl Draft {
         raised
     }
 
-    /// How far behind the cut of a road the ways of its intersection reach.
-    fn depth(&self, network: &RoadNetwork, intersection: &Intersection, at: RoadEnd, drawn: &Drawn) -> f64 {
+    /// How far behind the cut of a road the ways of its intersection reach, each of which comes with the box around it.
+    fn depth(
+        &self,
+        network: &RoadNetwork,
+        intersection: &Intersection,
+        at: RoadEnd,
+        paths: &[(&Path, [Point; 2])],
+    ) -> f64 {
         let road = network.road(at.road);
         let kept = self.lines.kept[at.road.0 as usize];
         let cut = self.lanes.arm(at);
@@ -262,18 +272,15 @@ impl Draft {
             if level && within && depth < BACK_MOST { depth } else { 0.0 }
         };
         let own = |arm: usize| intersection.arms[arm] == at;
-        drawn
-            .paths
+        paths
             .iter()
             // What begins or ends here lies on the cut; it reaches behind it only where it turns back.
-            .filter(|path| !(own(path.movement.from) || own(path.movement.to)) || path.turn.abs() > 90.0)
-            .filter(|path| {
-                let touches =
-                    |[from, to]: [Point; 2]| from.x <= high.x && from.y <= high.y && low.x <= to.x && low.y <= to.y;
-                polygon::bounds(&path.outline).is_some_and(touches)
-                    && path.outline.iter().any(|p| (p - places[0]).norm() < reach)
+            .filter(|(path, _)| !(own(path.movement.from) || own(path.movement.to)) || path.turn.abs() > 90.0)
+            .filter(|(path, [from, to])| {
+                let touches = from.x <= high.x && from.y <= high.y && low.x <= to.x && low.y <= to.y;
+                touches && path.outline.iter().any(|p| (p - places[0]).norm() < reach)
             })
-            .filter_map(|path| Polyline::new(path.outline.iter().chain(path.outline.first()).copied()))
+            .filter_map(|(path, _)| Polyline::new(path.outline.iter().chain(path.outline.first()).copied()))
             .flat_map(|ring| ring.resampled(STEP).into_points())
             .map(|p| beyond(&p))
             .fold(0.0, f64::max)

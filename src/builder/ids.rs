@@ -60,6 +60,8 @@ pub struct IdTaken;
 #[derive(Clone, Debug, Default)]
 pub struct Ids {
     taken: FxHashSet<Id>,
+    /// Those given back, some of which may have been handed out again.
+    released: Vec<Id>,
 }
 
 impl Ids {
@@ -81,7 +83,14 @@ impl Ids {
 
     /// Gives an id back: its element is to be made anew.
     pub fn release(&mut self, id: i64) {
-        self.taken.remove(&(id as Id));
+        if self.taken.remove(&(id as Id)) {
+            self.released.push(id as Id);
+        }
+    }
+
+    /// The ids that were given back and not handed out again.
+    pub fn released(&self) -> FxHashSet<Id> {
+        self.released.iter().filter(|id| !self.taken(id)).copied().collect()
     }
 
     /// Takes all ids that others have handed out, unless one of them is taken already.

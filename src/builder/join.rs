@@ -344,7 +344,7 @@ mod tests {
         let network = &streets.network;
         let joins = Joins::find(network);
         let needs = Needs::new(network, &streets.outlines.kept, |ix| joins.joined(ix));
-        let lines = connection_lines(network, &needs, &[[0.0; 2]; 3], &[[false; 2]; 3]);
+        let lines = connection_lines(network, &needs, &[[0.0; 2]; 3], &[[false; 2]; 3], |_| None);
         let weave = Weave::new(single_lanes(network, &lines.kept));
         let ends = weave.iter().flat_map(|(id, lane)| LaneEnd::BOTH.map(|end| (id, end, lane)));
         let joined = ends.filter(|(id, end, _)| matches!(weave.meeting(*id, *end), Some(Meeting::Joined(_))));

@@ -1,6 +1,7 @@
 //! The lanes of every road between its connection lines: borders as shared lines, lanelets between them.
 
 mod border;
+mod renewed;
 
 use rayon::prelude::*;
 
@@ -15,7 +16,6 @@ use super::heights::Ground;
 use super::ids::Key;
 use super::join::Joins;
 use super::marking::SHARES;
-use super::origins::Origins;
 use super::road_network::{End, Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
 use super::stretch::Cause;
 use border::borders;
@@ -103,31 +103,6 @@ pub struct Piece {
 }
 
 impl Lanes {
-    /// The lanes of the roads that are left of a network, by the indices that these have now.
-    #[must_use]
-    pub fn renamed(self, origins: &Origins) -> Self {
-        let mut left = Self::default();
-        let mut lanes = self.lanes.into_iter().peekable();
-        let mut first = 0;
-        for (was, (mut arms, pieces)) in (0..).map(RoadIx).zip(self.arms.into_iter().zip(self.pieces)) {
-            let begin = left.lanes.len();
-            let own = std::iter::from_fn(|| lanes.next_if(|lane| lane.road == was));
-            let Some(road) = origins.now(was) else {
-                first += own.count();
-                continue;
-            };
-            left.lanes.extend(own.map(|lane| Lane { road, ..lane }));
-            for arm in &mut arms {
-                arm.at.road = road;
-                arm.into.iter_mut().chain(&mut arm.out).for_each(|end| end.lane = end.lane - first + begin);
-            }
-            first += left.lanes.len() - begin;
-            left.arms.push(arms);
-            left.pieces.push(pieces);
-        }
-        left
-    }
-
     /// The lanes of a road.
     pub fn of_road(&self, road: RoadIx) -> &[Lane] {
         &self.lanes[self.range_of(road)]
@@ -268,7 +243,8 @@ impl RoadLanes {
 fn road_lanes(assembly: &mut Assembly, network: &RoadNetwork, ix: RoadIx, kept: [f64; 2], joins: &Joins) -> RoadLanes {
     let road = network.road(ix);
     assembly.stand_on(Ground::under(road));
-    let nodes = [End::Start, End::End].map(|end| end_nodes(assembly, road, ix, end, kept[side(end)], joins));
+    let used = used_edges(&road.section);
+    let nodes = [End::Start, End::End].map(|end| end_nodes(assembly, (road, ix), end, kept[side(end)], &used, joins));
     let borders = borders(assembly, road, network.country.as_deref(), kept, &nodes);
     let mut lanes = Vec::new();
     road_lanelets(assembly, road, ix, &borders, &mut lanes);
@@ -299,15 +275,14 @@ fn used_edges(section: &CrossSection) -> Vec<bool> {
 /// The nodes on a cut by edge of the cross-section; `None` where nothing ends.
 fn end_nodes(
     assembly: &mut Assembly,
-    road: &Road,
-    ix: RoadIx,
+    (road, ix): (&Road, RoadIx),
     end: End,
     station: f64,
+    used: &[bool],
     joins: &Joins,
 ) -> Vec<Option<PointId>> {
     let key = road_key("road end", road).number(side(end) as i64);
-    used_edges(&road.section)
-        .into_iter()
+    used.iter()
         .enumerate()
         .map(|(edge, used)| {
             used.then(|| {

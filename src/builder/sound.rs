@@ -16,25 +16,25 @@ const SPIKE: f64 = 1e-6;
 
 /// Whether a lane of this width (metres) between two bounds is simple, on the right sides, nowhere pinched, and its
 /// bounds nowhere kinked.
-pub fn sound(bounds: &[Vec<Point>; 2], width: f64) -> bool {
+pub fn sound<L: AsRef<[Point]>>(bounds: &[L; 2], width: f64) -> bool {
+    let bounds = &bounds.each_ref().map(AsRef::as_ref);
     let Some(lines) = lines(bounds) else { return false };
-    let wide = |a: usize, b: usize| bounds[a].iter().all(|&p| lines[b].clears(p, WIDTH_LEFT * width));
+    let wide = |a: usize, b: usize| lines[b].clears(bounds[a], WIDTH_LEFT * width);
     let long = lines.iter().all(|line| line.length() >= LENGTH_LEAST);
     long && simple(bounds) && aligned(bounds) && bounds.iter().all(|line| !kinked(line)) && wide(0, 1) && wide(1, 0)
 }
 
 /// Whether the outline between the bounds is simple, with the left bound on the left.
-pub fn simple([left, right]: &[Vec<Point>; 2]) -> bool {
-    let mut outline = left.clone();
-    outline.extend(right.iter().rev());
+pub fn simple<L: AsRef<[Point]>>([left, right]: &[L; 2]) -> bool {
+    let outline: Vec<Point> = left.as_ref().iter().chain(right.as_ref().iter().rev()).copied().collect();
     polygon::signed_area(&outline) < 0.0 && ring::faults(&outline, SPIKE, 1).is_empty()
 }
 
 /// Whether the loader keeps both bounds as they run: it looks at one point of each to see on which side of the other it
 /// lies.
-pub fn aligned(bounds: &[Vec<Point>; 2]) -> bool {
-    side_of(&bounds[0], middle(&bounds[1])) == Some(Side::Right)
-        && side_of(&bounds[1], middle(&bounds[0])) == Some(Side::Left)
+pub fn aligned<L: AsRef<[Point]>>(bounds: &[L; 2]) -> bool {
+    let [left, right] = bounds.each_ref().map(AsRef::as_ref);
+    side_of(left, middle(right)) == Some(Side::Right) && side_of(right, middle(left)) == Some(Side::Left)
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -66,7 +66,7 @@ fn middle(line: &[Point]) -> Point {
     }
 }
 
-fn lines(bounds: &[Vec<Point>; 2]) -> Option<[Polyline; 2]> {
+fn lines(bounds: &[&[Point]; 2]) -> Option<[Polyline; 2]> {
     Some([Polyline::new(bounds[0].iter().copied())?, Polyline::new(bounds[1].iter().copied())?])
 }
 

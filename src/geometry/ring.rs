@@ -49,10 +49,9 @@ pub fn faults(ring: &[Point], spike: f64, limit: usize) -> Vec<RingFault> {
         .map(|i| RingFault::Spike(kept[i]))
         .take(limit)
         .collect();
+    let apart = |i: usize, j: usize| j > i + 1 && !(i == 0 && j == count - 1);
     let mut meet = |i: usize, j: usize| {
-        if j > i + 1
-            && !(i == 0 && j == count - 1)
-            && found.len() < limit
+        if found.len() < limit
             && let Some(place) = meeting(at(i), at(i + 1), at(j), at(j + 1))
         {
             found.push(RingFault::Crossing(kept[i], kept[j], place));
@@ -61,15 +60,16 @@ pub fn faults(ring: &[Point], spike: f64, limit: usize) -> Vec<RingFault> {
     };
     let boxes: Vec<Aabb> = (0..count).map(|i| (at(i), at(i + 1))).map(|(a, b)| aabb(a, b)).collect();
     if count <= FEW {
-        (0..count).all(|i| (i + 2..count).filter(|&j| boxes[j].intersects(&boxes[i])).all(|j| meet(i, j)));
+        let near = |i: usize, j: usize| apart(i, j) && boxes[i].intersects(&boxes[j]);
+        (0..count).all(|i| (i + 2..count).filter(|&j| near(i, j)).all(|j| meet(i, j)));
     } else if count <= MANY {
-        touching(&boxes).into_iter().all(|(i, j)| meet(i, j));
+        touching(&boxes, apart).into_iter().all(|(i, j)| meet(i, j));
     } else {
         let of_box = |(i, reach): (usize, &Aabb)| GeomWithData::new(Rectangle::from_aabb(*reach), i);
         let tree = RTree::bulk_load(boxes.iter().enumerate().map(of_box).collect());
         (0..count).all(|i| {
             let near = tree.locate_in_envelope_intersecting(&boxes[i]).map(|edge| edge.data);
-            let mut near: Vec<usize> = near.filter(|&j| j > i).collect();
+            let mut near: Vec<usize> = near.filter(|&j| apart(i, j)).collect();
             near.sort_unstable();
             near.into_iter().all(|j| meet(i, j))
         });
@@ -88,8 +88,9 @@ const FEW: usize = 48;
 /// ... up to so many a sweep finds those that come near each other; beyond, a tree.
 const MANY: usize = 512;
 
-/// The pairs of boxes that touch, lower index first, ascending: by a sweep along the axis on which they spread most.
-fn touching(boxes: &[Aabb]) -> Vec<(usize, usize)> {
+/// The pairs of boxes that touch and count, lower index first, ascending: by a sweep along the axis on which they spread
+/// most.
+fn touching(boxes: &[Aabb], counts: impl Fn(usize, usize) -> bool) -> Vec<(usize, usize)> {
     let all = boxes.iter().fold(Aabb::new_empty(), |all, one| all.merged(one));
     let spread = |axis: usize| all.upper()[axis] - all.lower()[axis];
     let axis = usize::from(spread(1) > spread(0));
@@ -99,7 +100,8 @@ fn touching(boxes: &[Aabb]) -> Vec<(usize, usize)> {
     for (k, &i) in order.iter().enumerate() {
         let end = boxes[i].upper()[axis];
         let ahead = order[k + 1..].iter().take_while(|&&j| boxes[j].lower()[axis] <= end);
-        pairs.extend(ahead.filter(|&&j| boxes[j].intersects(&boxes[i])).map(|&j| (i.min(j), i.max(j))));
+        let ahead = ahead.map(|&j| (i.min(j), i.max(j))).filter(|&(a, b)| counts(a, b));
+        pairs.extend(ahead.filter(|&(a, b)| boxes[a].intersects(&boxes[b])));
     }
     pairs.sort_unstable();
     pairs

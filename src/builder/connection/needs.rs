@@ -74,10 +74,8 @@ impl Needs {
         let wanted = |(i, known): (usize, Option<Wanted>)| {
             let arms = &network.intersections[i].arms;
             let passed = arms.len() >= 2 && !joined(IntersectionIx(i as u32));
-            let find = || Wanted {
-                needed: turn_setbacks(network, arms, &least),
-                wished: comfort(network, arms, &least),
-            };
+            let find =
+                || Wanted { needed: turn_setbacks(network, arms, &least), wished: comfort(network, arms, &least) };
             known.or_else(|| passed.then(find)).unwrap_or_default()
         };
         let ways = known.into_par_iter().enumerate().map(wanted).collect();

@@ -54,7 +54,12 @@ impl Draft {
         let mut joins = Joins::find(network);
         let needs = needs.renewed(origins, network, kept, |ix| joins.joined(ix));
         let stops = vec![[false; 2]; network.roads.len()];
-        let lines = connection_lines(network, &needs, &back, &stops);
+        let untouched = |ix: &RoadIx| {
+            let road = network.road(*ix);
+            [road.from, road.to].iter().all(|&at| origins.untouched(at).is_some())
+        };
+        let cut_before = |road: RoadIx| Some(road).filter(untouched).map(|road| before.cut(origins.of(road)));
+        let lines = connection_lines(network, &needs, &back, &stops, cut_before);
         joins.beside(seams(network, &lines));
         let elsewhere = joins.take_over(&met, origins);
         let cut = |lines: &ConnectionLines, road: RoadIx| lines.kept[road.0 as usize];

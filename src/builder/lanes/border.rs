@@ -77,15 +77,17 @@ fn border_places(
     let mut places: Vec<Option<Vec<Point>>> = (0..nodes[0].len())
         .map(|edge| ends(edge).map(|ends| border(road, kept, road.section.edge(edge), ends)))
         .collect();
-    let pair = |places: &[Option<Vec<Point>>], strip: usize| Some([places[strip].clone()?, places[strip + 1].clone()?]);
     let strips: Vec<usize> = road.section.driven().map(|(i, _)| i).collect();
-    let all = |places: &[Option<Vec<Point>>], holds: fn(&[Vec<Point>; 2]) -> bool| {
-        strips.iter().all(|&strip| pair(places, strip).is_none_or(|pair| holds(&pair)))
+    let all = |places: &[Option<Vec<Point>>], holds: fn(&[&[Point]; 2]) -> bool| {
+        strips.iter().all(|&strip| match &places[strip..strip + 2] {
+            [Some(left), Some(right)] => holds(&[left, right]),
+            _ => true,
+        })
     };
-    if !all(&places, simple) {
+    if !all(&places, |lane| simple(lane)) {
         places = (0..nodes[0].len()).map(|edge| ends(edge).map(|ends| ends.to_vec())).collect();
     }
-    if !all(&places, aligned) {
+    if !all(&places, |lane| aligned(lane)) {
         places = places.into_iter().map(|p| p.map(|p| centred(&p))).collect();
     }
     places
