@@ -3,6 +3,8 @@
 //! Each way is drawn as it is smoothest by itself. Where a lane goes straight on for long before it turns off, or shifts
 //! sideways, it can run into the lane beside it although both lead apart; then one of the two bends earlier or later.
 
+use std::cell::OnceCell;
+
 use crate::geometry::{Point, curve, curve::Pose, polygon, swing};
 
 use super::lanes::ArmLane;
@@ -67,26 +69,43 @@ pub fn courses(ends: &[Ends]) -> Vec<Vec<Pose>> {
 /// Every way as it is smoothest by itself. It swings out for a wider turn unless it would run into a way from the lane
 /// beside it, however that one is drawn.
 fn swept(ends: &[Ends]) -> Vec<Vec<Pose>> {
-    let shapes = |end: &Ends| {
-        let plain = curve::join(end.1.pose, end.2.pose);
-        let wide = swing::turn(end.1.pose, end.2.pose);
-        let swings = wide != plain;
-        (shape(end, plain), swings.then(|| shape(end, wide)))
+    let sketches = |(_, from, to): &Ends| {
+        let plain = curve::join(from.pose, to.pose);
+        let wide = swing::wider(from.pose, to.pose, &plain);
+        (Sketch::new(plain), wide.map(Sketch::new))
     };
-    let shapes: Vec<(Shape, Option<Shape>)> = ends.iter().map(shapes).collect();
-    let clear = |i: usize, wide: &Shape| {
-        let plain = &shapes[i].0;
+    let sketches: Vec<(Sketch, Option<Sketch>)> = ends.iter().map(sketches).collect();
+    let clear = |i: usize, wide: &Sketch| {
         let beside =
             |&j: &usize| ends[j].0.from == ends[i].0.from && ends[j].0.in_lane.abs_diff(ends[i].0.in_lane) == 1;
-        let mut others =
-            (0..ends.len()).filter(beside).flat_map(|j| [Some(&shapes[j].0), shapes[j].1.as_ref()]).flatten();
-        let shared = |a: &Shape, b: &Shape| polygon::overlap(&a.outline, &b.outline);
-        others.all(|other| shared(wide, other) <= shared(plain, other).max(TOUCH))
+        let both = |j: usize| [Some(&sketches[j].0), sketches[j].1.as_ref()].into_iter().flatten();
+        let mut others = (0..ends.len()).filter(beside).flat_map(|j| both(j).map(move |other| other.outline(&ends[j])));
+        others.all(|other| {
+            let shared = |own: &Sketch| polygon::overlap(own.outline(&ends[i]), other);
+            let more = shared(wide);
+            more <= TOUCH || more <= shared(&sketches[i].0)
+        })
     };
     let clear: Vec<bool> =
-        shapes.iter().enumerate().map(|(i, (_, wide))| wide.as_ref().is_some_and(|wide| clear(i, wide))).collect();
-    let chosen = shapes.into_iter().zip(clear);
+        sketches.iter().enumerate().map(|(i, (_, wide))| wide.as_ref().is_some_and(|wide| clear(i, wide))).collect();
+    let chosen = sketches.into_iter().zip(clear);
     chosen.map(|((plain, wide), clear)| wide.filter(|_| clear).unwrap_or(plain).poses).collect()
+}
+
+/// A course whose outline is drawn where it is asked for: few ways come near others.
+struct Sketch {
+    poses: Vec<Pose>,
+    outline: OnceCell<Vec<Point>>,
+}
+
+impl Sketch {
+    fn new(poses: Vec<Pose>) -> Self {
+        Self { poses, outline: OnceCell::new() }
+    }
+
+    fn outline(&self, ends: &Ends) -> &[Point] {
+        self.outline.get_or_init(|| outline(ends, &self.poses))
+    }
 }
 
 /// Whether two movements begin side by side and do not end so.
@@ -113,11 +132,15 @@ fn bundles(ends: &[Ends]) -> Vec<usize> {
     first
 }
 
-fn shape((_, from, to): &Ends, poses: Vec<Pose>) -> Shape {
-    let mut outline = curve::untangled(&curve::beside(&poses, from.width / 2.0, to.width / 2.0));
-    let right = curve::untangled(&curve::beside(&poses, -from.width / 2.0, -to.width / 2.0));
+fn shape(ends: &Ends, poses: Vec<Pose>) -> Shape {
+    Shape { outline: outline(ends, &poses), poses }
+}
+
+fn outline((_, from, to): &Ends, poses: &[Pose]) -> Vec<Point> {
+    let mut outline = curve::untangled(&curve::beside(poses, from.width / 2.0, to.width / 2.0));
+    let right = curve::untangled(&curve::beside(poses, -from.width / 2.0, -to.width / 2.0));
     outline.extend(right.into_iter().rev());
-    Shape { poses, outline }
+    outline
 }
 
 fn add_shapes(course: &mut Course, ends: &Ends) {

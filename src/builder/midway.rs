@@ -42,7 +42,7 @@ const SQUEEZED_MOST: f64 = 0.2;
 pub fn keeps_width(bound: &[Point], other: &Polyline, [from, to]: [f64; 2]) -> bool {
     let (low, high) = (from.min(to) * (1.0 - SQUEEZED_MOST), from.max(to) * (1.0 + SQUEEZED_MOST));
     let mut hint = 0;
-    bound.iter().all(|&p| other.reaches(p, high, &mut hint) && other.clears(p, low))
+    bound.iter().all(|&p| other.reaches(p, high, &mut hint)) && other.clears(bound, low)
 }
 
 /// Bounds that two ways through an intersection share although neither runs quite where the other would have it: they
@@ -57,17 +57,30 @@ impl Meant {
 
     /// Of the ways between two ends each, with their middles.
     pub fn new(courses: &[(Ends, Vec<Pose>)]) -> Self {
-        let bounds = |((_, from, to), course): &(Ends, Vec<Pose>)| {
-            smooth([from, to], course).map(|places| Polyline::new(curve::untangled(&places)))
+        let nodes = |(_, from, to): &Ends, side: usize| {
+            let (a, b) = (from.nodes[side], to.nodes[side]);
+            (a.min(b), a.max(b))
+        };
+        // Most bounds are those of one way alone, and are not drawn here.
+        let mut ways: FxHashMap<(PointId, PointId), usize> = FxHashMap::default();
+        for (ends, _) in courses {
+            [0, 1].into_iter().for_each(|side| *ways.entry(nodes(ends, side)).or_default() += 1);
+        }
+        let bounds = |(ends, course): &(Ends, Vec<Pose>)| {
+            if (0..2).all(|side| ways[&nodes(ends, side)] < 2) {
+                return [None, None];
+            }
+            smooth([ends.1, ends.2], course).map(|places| Polyline::new(curve::untangled(&places)))
         };
         let bounds: Vec<[Option<Polyline>; 2]> = courses.iter().map(bounds).collect();
         let mut wanted: FxHashMap<(PointId, PointId), Vec<Wanted>> = FxHashMap::default();
-        for (((_, from, to), _), bounds) in courses.iter().zip(&bounds) {
+        for ((ends, _), bounds) in courses.iter().zip(&bounds) {
             let [Some(left), Some(right)] = bounds else { continue };
             for (side, [line, other]) in [[left, right], [right, left]].into_iter().enumerate() {
-                let (a, b) = (from.nodes[side], to.nodes[side]);
-                let wanted = wanted.entry((a.min(b), a.max(b))).or_default();
-                wanted.push(Wanted { line, other, width: [from.width, to.width], reversed: a > b });
+                let (_, from, to) = ends;
+                let reversed = from.nodes[side] > to.nodes[side];
+                let wanted = wanted.entry(nodes(ends, side)).or_default();
+                wanted.push(Wanted { line, other, width: [from.width, to.width], reversed });
             }
         }
         let lines = wanted.into_iter().filter_map(|(ends, lines)| Some((ends, Self::midway(&lines)?))).collect();

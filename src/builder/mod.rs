@@ -44,6 +44,7 @@ pub mod outline;
 pub(crate) mod overhead;
 pub mod paths;
 pub(crate) mod pen;
+pub(crate) mod places;
 pub mod restricted;
 pub mod ring;
 pub mod road_network;

@@ -15,6 +15,7 @@ use super::ids::Key;
 use super::lanes::{ADMITS_BICYCLES, Arm, ArmLane, Lanes, road_attributes};
 use super::midway::{Meant, keeps_width, smooth};
 use super::movement::{Movement, turned};
+use super::places::Places;
 use super::ring::Ring;
 use super::road_network::{DrivingSide, Intersection, RoadNetwork};
 use super::sound::sound;
@@ -44,14 +45,11 @@ pub struct Bounds {
     lines: FxHashMap<(PointId, PointId), Bound>,
     /// For every node where lines end, the other ends of those lines.
     ends: FxHashMap<PointId, Vec<PointId>>,
-    points: FxHashMap<(i64, i64), PointId>,
+    points: Places,
 }
 
 /// How tightly a bound may bend, and how much wider a lane may become where it turns.
 const BENDS: Rounding = Rounding { least: 1.25, easy: 2.0, cut: 0.6 };
-
-/// Points of an intersection closer than this, metres, are one: where two bounds cross on a point of each.
-const SAME: f64 = 2e-3;
 
 impl Bounds {
     /// The line from one node to another, as a bound in that direction.
@@ -101,24 +99,20 @@ impl Bounds {
 
     /// The point at a place, at a height if it is not there already.
     fn point(&mut self, assembly: &mut Assembly, key: Key, place: Point, height: f64) -> PointId {
-        let cell = ((place.x / SAME).round() as i64, (place.y / SAME).round() as i64);
-        let near = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (cell.0 + dx, cell.1 + dy)));
-        let known = near.filter_map(|c| self.points.get(&c)).find(|&&id| (assembly.position(id) - place).norm() < SAME);
-        if let Some(&id) = known {
-            return id;
-        }
-        let id = assembly.point_at(key, place, height, Attributes::new());
-        self.points.insert(cell, id);
-        id
+        self.points.at(place, || assembly.point_at(key, place, height, Attributes::new()))
     }
 
     /// Keeps the places of a line that is to be drawn from one node to another beside the lines that end on either node.
     fn beside_others(&self, assembly: &Assembly, [from, to]: [PointId; 2], mut places: Vec<Point>) -> Vec<Point> {
         for node in [from, to] {
+            let mut own = None;
             for &end in self.ends.get(&node).into_iter().flatten().filter(|end| ![from, to].contains(end)) {
-                let other = self.get(node, end).map(|bound| Polyline::new(assembly.bound_line(bound)));
-                let (Some(own), Some(Some(other))) = (Polyline::new(places.iter().copied()), other) else { continue };
-                places = parted(&own, &other).unwrap_or(places);
+                let other = self.get(node, end).and_then(|bound| Polyline::new(assembly.bound_line(bound)));
+                own = own.or_else(|| Polyline::new(places.iter().copied()));
+                let (Some(line), Some(other)) = (&own, other) else { continue };
+                if let Some(apart) = parted(line, &other) {
+                    (places, own) = (apart, None);
+                }
             }
             places.reverse();
         }
@@ -241,14 +235,15 @@ impl Drawn {
             let attributes = (tagged.lanelet)(assembly, &(movement, from, to), kind);
             let lanelet = assembly.lanelet(path_key(key, from, to), left, right, attributes);
             // As whoever reads the map sees it, not as it was meant: what bounds are shared moves the middle.
-            let center = center_line(&assembly.bound_line(left), &assembly.bound_line(right));
+            let [left_line, right_line] = [left, right].map(|bound| assembly.bound_line(bound));
+            let center = center_line(&left_line, &right_line);
             paths.push(Path {
                 movement,
                 lanelet,
                 bounds: [left.line, right.line],
                 heading: center.as_ref().and_then(heading).unwrap_or(from.pose.heading),
                 turn: center.map_or(0.0, |center| turned(side, &center)),
-                outline: assembly.outline(lanelet),
+                outline: left_line.into_iter().chain(right_line.into_iter().rev()).collect(),
                 kind,
             });
         }
@@ -283,13 +278,14 @@ fn shape(
     known: [Option<Bound>; 2],
     meant: &Meant,
 ) -> Option<Shape> {
-    let smooth = smooth([from, to], course);
-    let midway = [0, 1].map(|side| meant.get(from.nodes[side], to.nodes[side]).unwrap_or_else(|| smooth[side].clone()));
+    let smooth = smooth([from, to], course).map(|line| curve::untangled(&line));
+    let meant = [0, 1].map(|side| meant.get(from.nodes[side], to.nodes[side]).map(|line| curve::untangled(&line)));
+    let midway = [0, 1].map(|side| meant[side].as_ref().unwrap_or(&smooth[side]));
     let straight = [0, 1].map(|side| vec![assembly.position(from.nodes[side]), assembly.position(to.nodes[side])]);
     // Where the turn is tighter than half the lane, its inner bound is a straight line.
     let left_turn = angle_between(from.pose.heading, to.pose.heading) > 0.0;
-    let tight =
-        if left_turn { [straight[0].clone(), smooth[1].clone()] } else { [smooth[0].clone(), straight[1].clone()] };
+    let tight = if left_turn { [&straight[0], &smooth[1]] } else { [&smooth[0], &straight[1]] };
+    let (smooth, straight) = (smooth.each_ref(), straight.each_ref());
     let old = known.map(|bound| bound.map(|b| assembly.bound_line(b)));
     let width = [from.width, to.width];
     let even = |[left, right]: &[Vec<Point>; 2]| {
@@ -299,25 +295,31 @@ fn shape(
     };
     // Rather a bound of its own than one shared that squeezes it, and rather that than a corner.
     let shapes = [
-        (&midway, Share::Evenly),
-        (&smooth, Share::Evenly),
-        (&smooth, Share::Not),
-        (&midway, Share::Anyhow),
-        (&smooth, Share::Anyhow),
-        (&tight, Share::Anyhow),
-        (&tight, Share::Not),
-        (&straight, Share::Not),
+        (midway, Share::Evenly),
+        (smooth, Share::Evenly),
+        (smooth, Share::Not),
+        (midway, Share::Anyhow),
+        (smooth, Share::Anyhow),
+        (tight, Share::Anyhow),
+        (tight, Share::Not),
+        (straight, Share::Not),
     ];
+    let mut unsound: Vec<[Vec<Point>; 2]> = Vec::new();
     for (shape, share) in shapes {
         let known = if share == Share::Not { [None, None] } else { known };
-        let line = |side: usize| match &old[side] {
-            Some(old) if known[side].is_some() => old.clone(),
-            _ => curve::untangled(&shape[side]),
-        };
-        let lines = [line(0), line(1)];
+        let lines = [0, 1].map(|side| old[side].as_ref().filter(|_| known[side].is_some()).unwrap_or(shape[side]));
+        // Where nothing is shared, several come to the same.
+        if unsound.iter().any(|tried| tried.each_ref() == lines) {
+            continue;
+        }
+        let lines = lines.map(Vec::clone);
+        if !sound(&lines, from.width.min(to.width)) {
+            unsound.push(lines);
+            continue;
+        }
         // Ways side by side share whatever comes: they must not overlap.
         let with_opposite = known.iter().flatten().any(|bound| bound.inverted);
-        if sound(&lines, from.width.min(to.width)) && (share != Share::Evenly || !with_opposite || even(&lines)) {
+        if share != Share::Evenly || !with_opposite || even(&lines) {
             let round =
                 [0, 1].map(|side| if known[side].is_some() { lines[side].clone() } else { BENDS.of(&lines[side]) });
             let serves = round == lines || sound(&round, from.width.min(to.width));

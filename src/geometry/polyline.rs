@@ -174,9 +174,25 @@ impl Polyline {
         self.nearest(p).2.sqrt()
     }
 
-    /// Whether the line keeps this far, metres, from `p`.
-    pub fn clears(&self, p: Point, distance: f64) -> bool {
-        self.segments().all(|segment| within(segment, p, distance).is_none_or(|from| from >= distance))
+    /// Whether the line keeps this far, metres, from all places.
+    pub fn clears(&self, places: &[Point], distance: f64) -> bool {
+        let stations = self.stations();
+        places.iter().all(|&p| {
+            let mut i = 0;
+            while i + 1 < stations.len() {
+                let segment = (self.points[i], self.points[i + 1]);
+                if within(segment, p, distance).is_some_and(|from| from < distance) {
+                    return false;
+                }
+                i += 1;
+                // What is farther from the place than it is along the line keeps clear of it, too.
+                let clear = stations[i] + (p - segment.1).norm() - distance - Self::MERGE;
+                while stations.get(i + 1).is_some_and(|end| *end <= clear) {
+                    i += 1;
+                }
+            }
+            true
+        })
     }
 
     /// Whether some place of the line is this close, metres, to `p`. Segments are tried from `hint` on, which becomes the

@@ -27,16 +27,14 @@ const PARALLEL: f64 = 1e-6;
 /// From this change of direction on, degrees, it is where the end lies that tells to which side the curve turns.
 const BACK: f64 = 150.0;
 
-/// The curve of [`curve::join`], or, where that would be tight, one that swings out for a wider radius.
-pub fn turn(from: Pose, to: Pose) -> Vec<Pose> {
-    let plain = curve::join(from, to);
-    if curve::radius(&plain) >= EASY {
-        return plain;
+/// Where the curve of [`curve::join`] between two places is tight, one that swings out for a wider radius.
+pub fn wider(from: Pose, to: Pose, plain: &[Pose]) -> Option<Vec<Pose>> {
+    let radius = curve::radius(plain);
+    if radius >= EASY {
+        return None;
     }
-    match swung(from, to) {
-        Some(swing) if swing.cost() < cost(curve::radius(&plain), bent_back(&plain), length(&plain)) => swing.poses(),
-        _ => plain,
-    }
+    let swing = swung(from, to).filter(|swing| swing.cost() < cost(radius, bent_back(plain), length(plain)))?;
+    Some(swing.poses()).filter(|poses| poses != plain)
 }
 
 /// How little one likes a curve of a least radius (metres) that bends back by so many degrees and is so long (metres).
@@ -169,6 +167,12 @@ mod tests {
 
     fn pose(x: f64, y: f64, degrees: f64) -> Pose {
         Pose { point: Point::new(x, y), heading: Vector::new(degrees.to_radians().cos(), degrees.to_radians().sin()) }
+    }
+
+    /// The curve, swung out where that makes it wider.
+    fn turn(from: Pose, to: Pose) -> Vec<Pose> {
+        let plain = curve::join(from, to);
+        wider(from, to, &plain).unwrap_or(plain)
     }
 
     fn smooth(poses: &[Pose], from: Pose, to: Pose) {
