@@ -199,6 +199,30 @@ fn what_is_wrong_is_shown_where_it_stands() {
     refused(new, &["format 2", "reads 1"]);
 }
 
+/// Roads that do not say their keys are numbered: one that says the number of another of these is no road of its own.
+#[test]
+fn a_key_that_a_numbered_road_has_is_refused() {
+    let mut file = small();
+    let features = file["features"].as_array_mut().unwrap();
+    // All lead along one way from one intersection to another.
+    features[1]["properties"]["osm_ids"] = json!([7]);
+    features[1]["properties"]["dst"] = json!("e");
+    features.push(json!({"type": "Feature", "geometry": null, "properties": {"type": "intersection", "id": "e"}}));
+    let another = |id: &str, features: &[Value]| {
+        let mut road = features[1].clone();
+        road["properties"]["id"] = json!(id);
+        road
+    };
+    features.extend(["e2", "e3"].map(|id| another(id, features)));
+    let roads = read(&file.to_string()).streets.network.roads;
+    let key = roads.iter().map(|road| road.key).find(|key| key.turn == 1).unwrap();
+    let features = file["features"].as_array_mut().unwrap();
+    let mut said = another("e4", features);
+    said["properties"]["key"] = json!({"way": key.way, "first": key.first, "last": key.last, "turn": 1});
+    features.push(said);
+    refused(&file.to_string(), &["road e4 has the key of another", "leave `key` out"]);
+}
+
 #[test]
 fn several_inputs_go_to_a_directory() {
     let dir = tempfile::tempdir().unwrap();

@@ -250,3 +250,33 @@ impl<'a, T: Shelved> IntoIterator for &'a Shelf<T> {
         self.items.iter()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    impl Shelved for i64 {
+        type Id = Self;
+
+        fn id(&self) -> Self {
+            *self
+        }
+    }
+
+    #[test]
+    fn each_item_is_found_in_any_order_from_either_end() {
+        let mut shelf = Shelf::default();
+        shelf.extend([7, 3, 9, 1, 4]);
+        let asked = [7, 3, 9, 9, 3, 7, 5, 4, 1, 9, 8, 7];
+        let there: Vec<i64> = asked.into_iter().filter(|id| shelf.contains(*id)).collect();
+        assert_eq!(shelf.get_each(asked.into_iter()).copied().collect::<Vec<_>>(), there);
+        let backwards: Vec<i64> = shelf.get_each(asked.into_iter()).rev().copied().collect();
+        assert_eq!(backwards, there.into_iter().rev().collect::<Vec<_>>());
+        let mut ends = shelf.get_each(asked.into_iter());
+        assert_eq!(
+            (ends.next(), ends.next_back(), ends.next(), ends.next_back()),
+            (Some(&7), Some(&7), Some(&3), Some(&9))
+        );
+        assert_eq!(Shelf::<i64>::default().get_each([1].into_iter()).next(), None);
+    }
+}

@@ -270,7 +270,7 @@ fn tell_apart(keyed: &mut [Keyed<'_>]) -> Result<(), ReadError> {
         } else if !said {
             turn = keyed[i - 1].0.turn.max(turn) + 1;
             keyed[i].0.turn = turn;
-        } else if keyed[i].0 == keyed[i - 1].0 {
+        } else if keyed[i].0 <= keyed[i - 1].0 {
             let message = format!("road {} has the key of another", site.it.properties.id.0);
             return Err(ReadError::new(site.offset, message, "leave `key` out, or number the roads by its `turn`"));
         }
