@@ -1,5 +1,7 @@
 //! A line of points, measured by station: the distance along it from its first point.
 
+use geo::SimplifyIdx;
+
 use super::cells::Bounds;
 use super::{Point, Vector, left_of};
 
@@ -228,6 +230,13 @@ impl Polyline {
         Self::merged(points)
     }
 
+    /// The line without the points that lie within `distance` metres of the straight way between those that stay.
+    #[must_use]
+    pub fn straightened(&self, distance: f64) -> Self {
+        let line: geo::LineString = self.points.iter().map(|p| (p.x, p.y)).collect();
+        Self { points: line.simplify_idx(distance).into_iter().map(|i| self.points[i]).collect() }
+    }
+
     /// Points at most `step` metres apart, evenly spread over the whole length; the ends stay, the corners need not.
     /// Farther apart where there would be more than [`Polyline::MOST_PIECES`].
     #[must_use]
@@ -288,6 +297,17 @@ pub fn within((a, b): (Point, Point), p: Point, distance: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_points_on_the_straight_way_go() {
+        let line = |points: &[(f64, f64)]| Polyline::new(points.iter().map(|(x, y)| Point::new(*x, *y))).unwrap();
+        let drawn = line(&[(0.0, 0.0), (4.0, 0.0009), (8.0, 0.0), (12.0, 0.01), (16.0, 0.0), (16.0, 4.0)]);
+        let wanted = line(&[(0.0, 0.0), (8.0, 0.0), (12.0, 0.01), (16.0, 0.0), (16.0, 4.0)]);
+        assert_eq!(drawn.straightened(0.001), wanted);
+        assert_eq!(wanted.straightened(0.001), wanted);
+        let there_and_back = line(&[(0.0, 0.0), (8.0, 0.0), (4.0, 0.0)]);
+        assert_eq!(there_and_back.straightened(0.001), there_and_back);
+    }
 
     #[test]
     fn a_line_around_the_world_costs_no_memory() {

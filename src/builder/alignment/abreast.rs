@@ -32,6 +32,8 @@ const UNCLEAR: f64 = 1.0;
 const FARTHEST: f64 = 7.0;
 /// Metres sideways per metre along the road at which it gives way.
 const SLOPE: f64 = 0.12;
+/// A place of a moved road is no point of it where it lies within this, metres, of the straight way.
+const STRAIGHT: f64 = 0.001;
 /// Rounds after which what still overlaps is left.
 const ROUNDS: usize = 12;
 /// A part of a road shorter than this between its cuts, metres, need not be laid abreast.
@@ -218,7 +220,7 @@ pub fn abreast(mut network: RoadNetwork, kept: &[[f64; 2]]) -> RoadNetwork {
     network
 }
 
-/// The road's line, moved.
+/// The road's line, moved; places at which it only goes on straight are no points of it.
 fn shifted(road: &Road, track: &Track) -> Option<Polyline> {
     let mut stations = road.line.stations();
     stations.extend(&track.stations);
@@ -235,7 +237,7 @@ fn shifted(road: &Road, track: &Track) -> Option<Polyline> {
         let t = if span > 0.0 { ((s - track.stations[i]) / span).clamp(0.0, 1.0) } else { 0.0 };
         p + n * (track.shift[i] + (track.shift[i + 1] - track.shift[i]) * t)
     });
-    Some(eased(&Polyline::new(moved)?, track.half))
+    Some(eased(&Polyline::new(moved)?, track.half).straightened(STRAIGHT))
 }
 
 /// For every road that has to give way: how far it should lie from its drawn line, place by place.
