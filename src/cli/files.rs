@@ -3,8 +3,6 @@
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::Path;
-use std::sync::mpsc::{self, SyncSender};
-use std::thread;
 
 use lanewright::report::failure::Failure;
 use tempfile::TempDir;
@@ -16,7 +14,7 @@ pub fn write(file: &Path, bytes: &[u8]) -> Result<(), Failure> {
 }
 
 /// Writes one file by a function that need not hold all of it in memory, whole or not at all.
-pub fn write_by(file: &Path, content: impl FnOnce(&mut Steadily) -> io::Result<()>) -> Result<(), Failure> {
+pub fn write_by(file: &Path, content: impl FnOnce(&mut File) -> io::Result<()>) -> Result<(), Failure> {
     let (dir, name) = split(file)?;
     let mut draft = Draft::new(dir)?;
     draft.write(name, content)?;
@@ -40,11 +38,12 @@ fn split(file: &Path) -> Result<(&Path, &str), Failure> {
     Ok((dir.unwrap_or(Path::new(".")), name))
 }
 
-/// Writes files into `dir`, made if it is not there, all or none.
+/// Writes files into `dir`, made if it is not there, all or none. The disk has them before they take the place of what was
+/// there, which may be a map that nobody can make again.
 pub fn publish(dir: &Path, files: &[(&str, &[u8])]) -> Result<(), Failure> {
     let mut draft = Draft::new(dir)?;
     for (name, bytes) in files {
-        draft.write(name, |file| file.write_all(bytes))?;
+        draft.write(name, |file| file.write_all(bytes).and_then(|()| file.sync_all()))?;
     }
     draft.publish()
 }
@@ -69,10 +68,11 @@ impl<'a> Draft<'a> {
         Ok(Self { dir, aside, names: Vec::new(), fresh })
     }
 
-    /// Writes a file, by a function that need not hold all of it in memory.
-    pub fn write(&mut self, name: &str, content: impl FnOnce(&mut Steadily) -> io::Result<()>) -> Result<(), Failure> {
+    /// Writes a file, by a function that need not hold all of it in memory. Of what can be made again, it need not wait until the
+    /// disk has it.
+    pub fn write(&mut self, name: &str, content: impl FnOnce(&mut File) -> io::Result<()>) -> Result<(), Failure> {
         let place = self.dir.join(name);
-        let written = File::create(self.aside.path().join(name)).and_then(|file| Steadily::write(&file, content));
+        let written = File::create(self.aside.path().join(name)).and_then(|mut file| content(&mut file));
         written.map_err(|e| failed("write", &place, e))?;
         if place.is_dir() {
             return Err(Failure::new(format!("{} is a directory", place.display()))
@@ -115,48 +115,6 @@ impl<'a> Draft<'a> {
             let (old, place) = (kept.join(name), self.dir.join(name));
             let _ = if old.exists() { fs::rename(old, place) } else { fs::remove_file(place) };
         }
-    }
-}
-
-/// A file whose content goes to the disk while more of it is made.
-pub struct Steadily<'f> {
-    file: &'f File,
-    /// Bytes since the disk was last told to take them.
-    waiting: usize,
-    tell: SyncSender<()>,
-}
-
-impl<'f> Steadily<'f> {
-    /// The disk is told to take what is there whenever there are so many bytes more.
-    const EACH: usize = 16 << 20;
-
-    /// Writes a file and sees that the disk has it.
-    fn write(file: &'f File, content: impl FnOnce(&mut Self) -> io::Result<()>) -> io::Result<()> {
-        let (tell, told) = mpsc::sync_channel(1);
-        thread::scope(|scope| {
-            let taking = scope.spawn(move || told.iter().try_for_each(|()| file.sync_data()));
-            let written = content(&mut Self { file, waiting: 0, tell });
-            let taken = taking.join().unwrap_or_else(|_| Err(io::Error::other("the disk was not asked to take it")));
-            written.and(taken)
-        })?;
-        file.sync_all()
-    }
-}
-
-impl Write for Steadily<'_> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let written = self.file.write(bytes)?;
-        self.waiting += written;
-        if self.waiting >= Self::EACH {
-            self.waiting = 0;
-            // A disk that is still busy takes this with what comes next.
-            let _ = self.tell.try_send(());
-        }
-        Ok(written)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.file.flush()
     }
 }
 
