@@ -40,7 +40,9 @@ pub struct Streets {
 /// Lays out the streets: pieces of one road are joined, bends eased, the nodes of one intersection merged, roads that
 /// overlap laid abreast, those narrowed that find no room, all laid at their height, and every intersection outlined.
 pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
-    let network = ease(join(network));
+    let network = join(network);
+    // On the grid from the beginning, a road that nothing moves keeps its shape to the end.
+    let network = grid::network(ease(network));
     let mut memory = Memory::default();
     let kept = |network: &RoadNetwork| remaining(network, &options.outline, &mut memory);
     let (network, merges) = consolidate(network, &options.consolidate, kept);
@@ -49,7 +51,7 @@ pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     let (network, steep) = raised(network, &cut, &options.heights);
     findings.extend(steep);
     let network = told_apart(grid::network(network));
-    let (outlines, failed) = outlines_within(&network, &cut, &options.outline);
+    let (outlines, failed) = outlines_within(&network, &cut, &options.outline, &memory);
     findings.extend(failed);
     findings.extend(merged_whole(&network));
     findings.extend(overlaps(&network, &outlines));

@@ -8,45 +8,56 @@ use rustc_hash::FxHashMap;
 use crate::builder::road_network::{Intersection, RoadNetwork};
 use crate::geometry::Polyline;
 
-use super::{Arm, OutlineOptions, plan, uncut};
+use super::site::{Plan, Site};
+use super::thicken::Arm;
+use super::{OutlineOptions, uncut};
 
-/// How far the arms of one intersection are cut back, by what lies around it. Consolidation asks again after every
-/// round, which changes few intersections.
+/// The plans of intersections, by what lies around them. Consolidation asks again after every round, which changes few
+/// intersections; where no road is moved afterwards, the outline is what was planned.
 #[derive(Debug, Default)]
 pub struct Memory {
     /// By the fingerprint of all that decides.
-    known: FxHashMap<u64, Trims>,
-}
-
-/// Per arm: see [`super::general::Star`].
-#[derive(Clone, Debug)]
-pub(super) struct Trims {
-    /// How far it must be trimmed.
-    pub least: Vec<f64>,
-    /// How far it should be trimmed.
-    pub wanted: Vec<f64>,
+    known: FxHashMap<u64, Plan>,
 }
 
 impl Memory {
-    /// How far the arms of every intersection are cut back in a network whose roads are whole.
-    pub(super) fn trims(&mut self, network: &RoadNetwork, options: &OutlineOptions) -> Vec<Trims> {
+    /// The plan of every intersection in a network whose roads are whole.
+    pub(super) fn plans<'m>(
+        &'m mut self,
+        network: &RoadNetwork,
+        options: &OutlineOptions,
+    ) -> impl Iterator<Item = &'m Plan> {
         let within = uncut(network);
-        let shapes: Vec<u64> = network.roads.par_iter().map(|road| shape(&road.line, road.half_width())).collect();
-        let all: Vec<(u64, Trims)> = network
-            .intersections
-            .par_iter()
-            .map(|intersection| {
-                let print = fingerprint(network, intersection, &shapes, options);
-                let trims = self.known.get(&print).cloned().unwrap_or_else(|| {
-                    let star = plan(network, intersection, &within, options).star;
-                    Trims { least: star.least, wanted: star.trims }
-                });
-                (print, trims)
-            })
-            .collect();
-        self.known = all.iter().cloned().collect();
-        all.into_iter().map(|(_, trims)| trims).collect()
+        let prints = fingerprints(network, options);
+        let unknown =
+            prints.par_iter().zip(&network.intersections).filter(|(print, _)| !self.known.contains_key(print));
+        let plan = |intersection| Site::new(network, intersection, &within, options).plan.into_owned();
+        let new: Vec<(u64, Plan)> = unknown.map(|(print, intersection)| (*print, plan(intersection))).collect();
+        self.known.extend(new);
+        prints.into_iter().map(|print| &self.known[&print])
     }
+
+    /// Every intersection of a network with its plan. That of stars which close by their own corners is remembered; others
+    /// come out of the ground between them only step by step, from where `within` has them.
+    pub(super) fn sites<'a>(
+        &'a self,
+        network: &'a RoadNetwork,
+        within: &[[f64; 2]],
+        options: &'a OutlineOptions,
+    ) -> Vec<Site<'a>> {
+        let prints = fingerprints(network, options);
+        let site = |(intersection, print): (&'a Intersection, &u64)| match self.known.get(print) {
+            Some(plan) if plan.outline.is_some() => Site::known(network, intersection, plan, options),
+            _ => Site::new(network, intersection, within, options),
+        };
+        network.intersections.par_iter().zip(&prints).map(site).collect()
+    }
+}
+
+/// The fingerprint of every intersection.
+fn fingerprints(network: &RoadNetwork, options: &OutlineOptions) -> Vec<u64> {
+    let shapes: Vec<u64> = network.roads.par_iter().map(|road| shape(&road.line, road.half_width())).collect();
+    network.intersections.par_iter().map(|at| fingerprint(network, at, &shapes, options)).collect()
 }
 
 /// The same for intersections of the same shape, seen from the same arms; `shapes` are those of the roads.

@@ -4,7 +4,8 @@ use crate::builder::road_network::{IntersectionIx, RoadEnd, RoadNetwork};
 use crate::geometry::{Point, Polyline};
 
 use super::collide::collisions;
-use super::{OutlineOptions, plan, uncut};
+use super::site::Site;
+use super::{OutlineOptions, uncut};
 
 /// The steps at one intersection.
 #[derive(Clone, Debug)]
@@ -47,8 +48,8 @@ pub struct Hit {
 
 /// Makes the outline of one intersection once more and tells each step.
 pub fn trace(network: &RoadNetwork, ix: IntersectionIx, options: &OutlineOptions) -> Trace {
-    let plan = plan(network, network.intersection(ix), &uncut(network), options);
-    let arms = &plan.arms;
+    let site = Site::new(network, network.intersection(ix), &uncut(network), options);
+    let (arms, plan) = (site.arms(), &site.plan);
     let mut found = Vec::new();
     let mut farthest = vec![f64::NEG_INFINITY; arms.len()];
     for i in 0..arms.len() {
@@ -75,5 +76,5 @@ pub fn trace(network: &RoadNetwork, ix: IntersectionIx, options: &OutlineOptions
         least: *least,
         wanted: *wanted,
     });
-    Trace { arms: arms.collect(), hits, ground: plan.ground }
+    Trace { arms: arms.collect(), hits, ground: plan.ground.clone() }
 }
