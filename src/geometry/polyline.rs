@@ -1,7 +1,5 @@
 //! A line of points, measured by station: the distance along it from its first point.
 
-use geo::SimplifyIdx;
-
 use super::cells::Bounds;
 use super::{Point, Vector, left_of};
 
@@ -230,11 +228,28 @@ impl Polyline {
         Self::merged(points)
     }
 
-    /// The line without the points that lie within `distance` metres of the straight way between those that stay.
+    /// The line without the points that lie within `distance` metres of the straight way between those that stay: Douglas and
+    /// Peucker's method. A ring smaller than that stays as it is.
     #[must_use]
     pub fn straightened(&self, distance: f64) -> Self {
-        let line: geo::LineString = self.points.iter().map(|p| (p.x, p.y)).collect();
-        Self { points: line.simplify_idx(distance).into_iter().map(|i| self.points[i]).collect() }
+        let points = &self.points;
+        let mut keep = vec![false; points.len()];
+        // A list of what is left to do instead of calls within calls, which broken data could nest without end.
+        let mut open = vec![(0, points.len() - 1)];
+        while let Some((a, b)) = open.pop() {
+            keep[a] = true;
+            keep[b] = true;
+            let farthest = (a + 1..b)
+                .map(|i| (i, distance_to_segment(points[i], points[a], points[b])))
+                .max_by(|x, y| x.1.total_cmp(&y.1));
+            if let Some((i, from)) = farthest
+                && from > distance
+            {
+                open.extend([(a, i), (i, b)]);
+            }
+        }
+        let kept = points.iter().zip(keep).filter_map(|(p, keep)| keep.then_some(*p));
+        Self::new(kept).unwrap_or_else(|| self.clone())
     }
 
     /// Points at most `step` metres apart, evenly spread over the whole length; the ends stay, the corners need not.
@@ -283,6 +298,12 @@ impl Polyline {
     }
 }
 
+fn distance_to_segment(p: Point, a: Point, b: Point) -> f64 {
+    let along = b - a;
+    let part = if along.norm() > Polyline::MERGE { (p - a).dot(&along) / along.norm_squared() } else { 0.0 };
+    (p - (a + along * part.clamp(0.0, 1.0))).norm()
+}
+
 /// How far `p` lies from a segment, metres; `None` where it lies farther than `distance` from the box around it.
 pub fn within((a, b): (Point, Point), p: Point, distance: f64) -> Option<f64> {
     let beyond = |p: f64, a: f64, b: f64| p < a.min(b) - distance || p > a.max(b) + distance;
@@ -307,6 +328,8 @@ mod tests {
         assert_eq!(wanted.straightened(0.001), wanted);
         let there_and_back = line(&[(0.0, 0.0), (8.0, 0.0), (4.0, 0.0)]);
         assert_eq!(there_and_back.straightened(0.001), there_and_back);
+        let ring = line(&[(0.0, 0.0), (0.01, 0.0), (0.0, 0.01), (0.0, 0.0)]);
+        assert_eq!(ring.straightened(0.03), ring);
     }
 
     #[test]

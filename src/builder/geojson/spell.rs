@@ -1,13 +1,43 @@
-//! How positions, ids, tags and arrows are spelt in the file.
+//! How numbers, positions, ids, tags and arrows are spelt in the file.
+
+use std::io::{self, Write};
 
 use serde::Deserialize;
 use serde::de::{self, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::ser::{SerializeMap, Serializer};
+use serde_json::ser::{CompactFormatter, Formatter};
 
 use crate::builder::cross_section::Arrows;
-use crate::osm::{Tags, Text};
+use crate::osm::{Tags, Text, fixed};
 
 use super::shape::{Id, Place};
+
+/// Spells numbers as `serde_json` does, in less time where they have no more than nine decimals, as most have.
+#[derive(Default)]
+pub struct Spelling {
+    number: String,
+}
+
+impl Formatter for Spelling {
+    fn write_f64<W: ?Sized + Write>(&mut self, out: &mut W, value: f64) -> io::Result<()> {
+        const DECIMALS: usize = 9;
+        const STEPS: f64 = 1e9;
+        // Numbers of up to fifteen digits are all different ones: no shorter spelling stands for the same. Of small ones
+        // the usual spelling has an exponent.
+        let spelt = (1e-3..1e6).contains(&value.abs()) && {
+            let steps = (value.abs() * STEPS + 0.5) as u64;
+            steps as f64 / STEPS == value.abs()
+        };
+        if !spelt {
+            return CompactFormatter.write_f64(out, value);
+        }
+        self.number.clear();
+        fixed(&mut self.number, value, DECIMALS);
+        let short = self.number.trim_end_matches('0');
+        let whole = usize::from(short.ends_with('.'));
+        out.write_all(&self.number.as_bytes()[..short.len() + whole])
+    }
+}
 
 impl<'de> Deserialize<'de> for Place {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -124,5 +154,35 @@ pub mod arrow_names {
                     .1,
             ))
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use serde::Serialize;
+
+    use super::*;
+
+    fn spelt(number: f64) -> String {
+        let mut out = Vec::new();
+        number.serialize(&mut serde_json::Serializer::with_formatter(&mut out, Spelling::default())).unwrap();
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn odd_numbers_are_spelt_as_everywhere() {
+        for number in [0.0, -0.0, 1.0, -1.0, 1e-3, 0.000999999, 1e-9, 1e6, 999999.999999999, 0.1 + 0.2, -0.001, 1e300] {
+            assert_eq!(spelt(number), serde_json::to_string(&number).unwrap());
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn numbers_are_spelt_as_everywhere(steps in -180_000_000_000_i64..180_000_000_000, decimals in 0..12, any: f64) {
+            for number in [steps as f64 / 10_f64.powi(decimals), any] {
+                prop_assert_eq!(spelt(number), serde_json::to_string(&number).unwrap());
+            }
+        }
     }
 }

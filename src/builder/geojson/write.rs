@@ -21,6 +21,7 @@ use super::shape::{
     ArmShape, ConnectionShape, EndShape, Feature, FurnitureKind, FurnitureShape, Geometry, Id, InnerShape,
     IntersectionShape, IslandShape, LaneShape, Levels, Place, Placed, RestrictionShape, RoadShape, StripShape, Type,
 };
+use super::spell::Spelling;
 
 /// Why there is no file.
 #[derive(Debug, thiserror::Error)]
@@ -54,7 +55,8 @@ pub fn write(
 ) -> Result<(), WriteError> {
     let restrictions = by_place(network, &network.restrictions, |restriction| restriction.from);
     let connections = by_place(network, &network.connections, |connection| connection.from);
-    let streets = &Streets { network, outlines, projector, restrictions, connections };
+    let ids = network.roads.par_iter().map(|road| road_id(&road.key)).collect();
+    let streets = &Streets { network, outlines, projector, ids, restrictions, connections };
     out.write_all(b"{\"type\":\"FeatureCollection\",\"lanewright\":")?;
     out.write_all(&serde_json::to_vec(&Head::new(network, projector))?)?;
     out.write_all(b",\"features\":[\n")?;
@@ -97,6 +99,8 @@ struct Streets<'a> {
     network: &'a RoadNetwork,
     outlines: &'a Outlines,
     projector: &'a Projector,
+    /// Of each road.
+    ids: Vec<Id>,
     restrictions: FxHashMap<IntersectionIx, Vec<&'a TurnRestriction>>,
     connections: FxHashMap<IntersectionIx, Vec<&'a LaneConnection>>,
 }
@@ -144,12 +148,11 @@ impl Streets<'_> {
         locate(self.projector, places)?;
         let mut out = Vec::new();
         for (i, (mut feature, edges)) in range.zip(roads) {
-            let road = &self.network.roads[i];
             let last = edges.len() - 1;
             feature.geometry = between(&edges, 0, last);
             push(&mut out, &feature)?;
             for lane in 0..last {
-                push(&mut out, &Feature::new(self.lane(road, lane), between(&edges, lane, lane + 1)))?;
+                push(&mut out, &Feature::new(self.lane(i, lane), between(&edges, lane, lane + 1)))?;
             }
         }
         Ok(out)
@@ -172,7 +175,7 @@ impl Streets<'_> {
         let ends = [End::Start, End::End].map(|end| self.end(ix, end));
         let shape = RoadShape {
             kind: Type::Road,
-            id: road_id(&road.key),
+            id: self.id(ix),
             src: Some(intersection_id(self.network, road.from)),
             dst: Some(intersection_id(self.network, road.to)),
             osm_ids: road.ways.clone(),
@@ -211,9 +214,13 @@ impl Streets<'_> {
         }
     }
 
-    fn lane(&self, road: &Road, index: usize) -> LaneShape {
+    fn id(&self, road: RoadIx) -> Id {
+        self.ids[road.0 as usize].clone()
+    }
+
+    fn lane(&self, road: usize, index: usize) -> LaneShape {
+        let (id, road) = (self.ids[road].clone(), &self.network.roads[road]);
         let Strip { kind, travel, width, arrows, change, width_guessed } = road.section.strips[index].clone();
-        let id = road_id(&road.key);
         LaneShape {
             kind: Type::Lane,
             id: Some(Id(Text::from(format!("{}:{index}", id.0)))),
@@ -246,7 +253,7 @@ impl Streets<'_> {
         let shape = IntersectionShape {
             kind: Type::Intersection,
             id: intersection_id(network, ix),
-            roads: intersection.arms.iter().map(|arm| road_id(&network.road(arm.road).key)).collect(),
+            roads: intersection.arms.iter().map(|arm| self.id(arm.road)).collect(),
             drive: true,
             layer: Some(Levels::Several(layers)),
             case: Some(outline.case),
@@ -269,7 +276,7 @@ impl Streets<'_> {
     }
 
     fn arm(&self, at: RoadEnd) -> ArmShape {
-        ArmShape { road: road_id(&self.network.road(at.road).key), end: at.end }
+        ArmShape { road: self.id(at.road), end: at.end }
     }
 
     fn connection(&self, connection: &LaneConnection) -> ConnectionShape {
@@ -285,7 +292,7 @@ impl Streets<'_> {
         RestrictionShape {
             relation: restriction.relation,
             from: self.arm(restriction.from),
-            via: restriction.via.iter().map(|via| road_id(&self.network.road(*via).key)).collect(),
+            via: restriction.via.iter().map(|via| self.id(*via)).collect(),
             to: self.arm(restriction.to),
             only: restriction.only,
         }
@@ -296,7 +303,7 @@ fn push(out: &mut Vec<u8>, feature: &impl serde::Serialize) -> serde_json::Resul
     if !out.is_empty() {
         out.extend(b",\n");
     }
-    serde_json::to_writer(out, feature)
+    feature.serialize(&mut serde_json::Serializer::with_formatter(out, Spelling::default()))
 }
 
 /// Turns metres into degrees, all at once.

@@ -184,34 +184,8 @@ fn middle(places: &[LonLat]) -> LonLat {
 
 /// The piece's line without points that tell nothing, ends kept.
 fn centre(piece: &Piece, positions: &FxHashMap<i64, Point>) -> Option<Polyline> {
-    let points: Vec<Point> = piece.nodes.iter().filter_map(|id| positions.get(id).copied()).collect();
-    // Of a loop smaller than the tolerance nothing would be left.
-    Polyline::new(simplified(&points)).or_else(|| Polyline::new(points))
-}
-
-/// Douglas and Peucker's method.
-fn simplified(points: &[Point]) -> Vec<Point> {
-    let mut keep = vec![false; points.len()];
-    let mut open = vec![(0, points.len().saturating_sub(1))];
-    while let Some((a, b)) = open.pop() {
-        keep[a] = true;
-        keep[b] = true;
-        let farthest = (a + 1..b)
-            .map(|i| (i, distance_to_segment(points[i], points[a], points[b])))
-            .max_by(|x, y| x.1.total_cmp(&y.1));
-        if let Some((i, distance)) = farthest
-            && distance > SIMPLIFY
-        {
-            open.extend([(a, i), (i, b)]);
-        }
-    }
-    points.iter().zip(keep).filter_map(|(p, keep)| keep.then_some(*p)).collect()
-}
-
-fn distance_to_segment(p: Point, a: Point, b: Point) -> f64 {
-    let along = b - a;
-    let part = if along.norm() > Polyline::MERGE { (p - a).dot(&along) / along.norm_squared() } else { 0.0 };
-    (p - (a + along * part.clamp(0.0, 1.0))).norm()
+    let line = Polyline::new(piece.nodes.iter().filter_map(|id| positions.get(id).copied()))?;
+    Some(line.straightened(SIMPLIFY))
 }
 
 fn road(
