@@ -121,14 +121,15 @@ fn kerb_of_track(section: &CrossSection, tags: &Tags, left: bool) -> Option<usiz
 /// Whether bicycles on one side of a road ride behind a kerb, or what else holds cars back.
 fn is_behind_kerb(tags: &Tags, left: bool) -> bool {
     let (side, toward_lanes) = if left { ("left", "right") } else { ("right", "left") };
-    let of = |keys: &[&str]| {
-        let all = [format!("cycleway:{side}"), "cycleway:both".to_owned(), "cycleway".to_owned()];
-        let keys = all.iter().flat_map(|base| keys.iter().map(move |key| format!("{base}{key}")));
-        keys.filter_map(|key| tags.get(&key)).next()
+    let of = |keys: &[[&str; 2]]| {
+        let sides = [[":", side], [":", "both"], ["", ""]];
+        let mut found = sides.into_iter().flat_map(|[colon, side]| {
+            keys.iter().filter_map(move |[key, edge]| tags.get_joined(["cycleway", colon, side, key, edge]))
+        });
+        found.next()
     };
-    let parts = [format!(":separation:{toward_lanes}"), ":separation:both".to_owned(), ":separation".to_owned()];
-    let parted = of(&parts.each_ref().map(String::as_str));
-    matches!(of(&[""]), Some("track" | "opposite_track"))
+    let parted = of(&[[":separation:", toward_lanes], [":separation:", "both"], [":separation", ""]]);
+    matches!(of(&[["", ""]]), Some("track" | "opposite_track"))
         || parted.is_some_and(|parted| parted.split(';').any(|one| BARRIERS.contains(&one.trim())))
 }
 

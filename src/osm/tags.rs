@@ -20,6 +20,15 @@ impl Tags {
         self.0.iter().rev().find(|(k, _)| k == key).map(|(_, v)| v.as_str())
     }
 
+    /// The value of the key that these parts make up, one behind the other: nothing is allocated to ask for it.
+    pub fn get_joined<const N: usize>(&self, parts: [&str; N]) -> Option<&str> {
+        let length: usize = parts.iter().map(|part| part.len()).sum();
+        let is_key = |key: &str| {
+            key.len() == length && parts.iter().try_fold(key, |rest, part| rest.strip_prefix(part)).is_some()
+        };
+        self.0.iter().rev().find(|(k, _)| is_key(k)).map(|(_, v)| v.as_str())
+    }
+
     /// Whether `key` has exactly this value.
     pub fn is(&self, key: &str, value: &str) -> bool {
         self.get(key) == Some(value)

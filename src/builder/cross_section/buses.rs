@@ -74,7 +74,7 @@ fn own(facts: &Facts<'_>, lanes: &mut Vec<Strip>, travel: Travel) {
 /// `lanes:bus` and `lanes:psv`, with or without a direction; `true` if there was one.
 fn mark_counted(facts: &Facts<'_>, flow: Flow, forward: &mut [Strip], backward: &mut [Strip]) -> bool {
     let count = |suffix: &str| {
-        let value = ["lanes:bus", "lanes:psv"].iter().find_map(|key| facts.tags.get(&format!("{key}{suffix}")))?;
+        let value = ["lanes:bus", "lanes:psv"].iter().find_map(|key| facts.tags.get_joined([key, suffix]))?;
         number_of(value).filter(|n| *n >= 1.0).map(|n| n as usize)
     };
     let (mut ahead, mut back) = (count(":forward"), count(":backward"));

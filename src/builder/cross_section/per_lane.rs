@@ -35,10 +35,12 @@ pub(super) fn per_lane(
         Travel::Both => (":both_ways", flow == Flow::Reversible),
     };
     let get = |key: &str| {
-        let marked = facts.tags.get(&format!("{key}{suffix}"));
+        let marked = facts.tags.get_joined([key, suffix]);
         marked.or_else(|| if only { facts.tags.get(key) } else { None })
     };
-    let keys = MOTOR.into_iter().chain(BUS).chain([BICYCLE]).chain(OTHERS);
+    // Most ways tell nothing lane by lane.
+    let any = facts.tags.iter().any(|(key, _)| key.contains(":lanes"));
+    let keys = MOTOR.into_iter().chain(BUS).chain([BICYCLE]).chain(OTHERS).filter(|_| any);
     let lists: Vec<_> =
         keys.filter_map(|key| Some((key, entries(get(key)?).map(str::to_owned).collect::<Vec<_>>()))).collect();
     let change = get("change").or_else(|| facts.tags.get("change")).map(str::to_owned);

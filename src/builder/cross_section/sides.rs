@@ -1,7 +1,7 @@
 //! What lies beside the lanes on one side: bicycle lanes, strips for people on foot, parking, shoulder, sidewalk.
 
 use crate::builder::road_network::DrivingSide;
-use crate::builder::tags::{metres, metres_under};
+use crate::builder::tags::metres;
 
 use super::flow::Flow;
 use super::read::Facts;
@@ -75,13 +75,14 @@ impl Side<'_> {
     /// The value of `prefix:left` (or right), else `prefix:both`, with an optional subkey.
     fn get(&self, prefix: &str, subkey: &str) -> Option<&str> {
         let tags = self.facts.tags;
-        tags.get(&format!("{prefix}:{}{subkey}", self.name)).or_else(|| tags.get(&format!("{prefix}:both{subkey}")))
+        let on = |side: &str| tags.get_joined([prefix, ":", side, subkey]);
+        on(self.name).or_else(|| on("both"))
     }
 
     /// A width under `prefix:left:width`, `prefix:both:width` or `prefix:width`.
     fn width(&self, prefix: &str) -> Option<f64> {
         let own = self.get(prefix, ":width").and_then(metres);
-        own.or_else(|| metres_under(self.facts.tags, [format!("{prefix}:width").as_str()]))
+        own.or_else(|| self.facts.tags.get_joined([prefix, ":width"]).and_then(metres))
             .filter(|width| PLAUSIBLE.contains(width))
     }
 
@@ -120,7 +121,7 @@ impl Side<'_> {
     fn rides(&self, flow: Flow, own: Travel, value: &str) -> Travel {
         let tags = self.facts.tags;
         // What holds for the tracks on both sides alike cannot mean one direction along the way.
-        let one_side = tags.get(&format!("cycleway:{}:oneway", self.name));
+        let one_side = tags.get_joined(["cycleway:", self.name, ":oneway"]);
         match one_side.or_else(|| self.get("cycleway", ":oneway")).or_else(|| tags.get("cycleway:oneway")) {
             Some("no") => return Travel::Both,
             Some("-1") if one_side.is_some() || flow.is_oneway() => return Travel::Backward,
@@ -139,9 +140,8 @@ impl Side<'_> {
 
     /// A painted buffer on one edge of the bicycle lane.
     fn buffer(&self, edge: &str) -> Option<Strip> {
-        let value = [format!(":buffer:{edge}"), ":buffer:both".to_owned(), ":buffer".to_owned()]
-            .iter()
-            .find_map(|subkey| self.get("cycleway", subkey))?;
+        let own = if edge == "left" { ":buffer:left" } else { ":buffer:right" };
+        let value = [own, ":buffer:both", ":buffer"].iter().find_map(|subkey| self.get("cycleway", subkey))?;
         if value == "no" {
             return None;
         }
@@ -190,13 +190,14 @@ impl Side<'_> {
     }
 
     fn pedestrian(&self) -> Option<Strip> {
-        let width = self.width("pedestrian_lane");
-        self.has("pedestrian_lane").then(|| self.strip(StripKind::Pedestrian, width, self.facts.usual.pedestrian_lane))
+        let width = || self.width("pedestrian_lane");
+        let strip = || self.strip(StripKind::Pedestrian, width(), self.facts.usual.pedestrian_lane);
+        self.has("pedestrian_lane").then(strip)
     }
 
     fn shoulder(&self) -> Option<Strip> {
-        let width = self.width("shoulder");
-        self.has("shoulder").then(|| self.strip(StripKind::Shoulder, width, self.facts.usual.shoulder))
+        let width = || self.width("shoulder");
+        self.has("shoulder").then(|| self.strip(StripKind::Shoulder, width(), self.facts.usual.shoulder))
     }
 
     fn sidewalk(&self) -> Option<Strip> {

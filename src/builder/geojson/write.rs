@@ -39,6 +39,8 @@ pub enum WriteError {
 
 /// Roads or intersections that one thread writes at a time.
 const CHUNK: usize = 64;
+/// Bytes of text for which room is made at once, for each of them: most take no more.
+const ROOM: usize = 3072;
 /// Chunks whose text is held in memory.
 const BATCH: usize = 16;
 /// Degrees are written with nine decimals: a tenth of a millimetre.
@@ -146,7 +148,7 @@ impl Streets<'_> {
             places.extend(edges.iter_mut().flatten().flatten());
         }
         locate(self.projector, places)?;
-        let mut out = Vec::new();
+        let mut out = Vec::with_capacity(roads.len() * ROOM);
         for (i, (mut feature, edges)) in range.zip(roads) {
             let last = edges.len() - 1;
             feature.geometry = between(&edges, 0, last);
@@ -164,7 +166,7 @@ impl Streets<'_> {
         let mut places: Vec<&mut Place> = Vec::new();
         features.iter_mut().for_each(|feature| feature.each_place(&mut |p| places.push(p)));
         locate(self.projector, places)?;
-        let mut out = Vec::new();
+        let mut out = Vec::with_capacity(features.len() * ROOM);
         features.iter().try_for_each(|feature| push(&mut out, feature))?;
         Ok(out)
     }

@@ -20,7 +20,7 @@ use super::islands;
 use super::layouts::layouts;
 use super::pieces::{Piece, pieces};
 use super::restriction::turns;
-use super::select::{Access, Drivable, Verdict, judge, ways};
+use super::select::{Access, Drivable, Verdict, judge};
 use super::stop_lines;
 use super::stubs::without_stubs;
 use super::{DrivingSide, End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
@@ -137,10 +137,17 @@ fn corrected(osm: &OsmData, roads: &[RoadSettings], notes: &mut Vec<Finding>) ->
     corrected
 }
 
-/// The ways to drive on, with a note for every road that is left out.
+/// The ways to drive on, in the order of their ids, with a note for every road that is left out.
 fn drivable<'a>(osm: &'a OsmData, corrected: &'a FxHashMap<i64, Way>, notes: &mut Vec<Finding>) -> Vec<Drivable<'a>> {
-    let ways = ways(osm).into_par_iter().map(|way| corrected.get(&way.id).unwrap_or(way));
-    let judged: Vec<(&Way, Verdict)> = ways.map(|way| (way, judge(way))).collect();
+    // Of ways with one id the last one counts.
+    let counts = |way: &Way| osm.way(way.id).is_some_and(|last| std::ptr::eq(last, way));
+    let judged = |way: &'a Way| {
+        let said = corrected.get(&way.id).unwrap_or(way);
+        let verdict = judge(said);
+        (!matches!(verdict, Verdict::NoRoad) && counts(way)).then_some((said, verdict))
+    };
+    let mut judged: Vec<(&Way, Verdict)> = osm.ways.par_iter().filter_map(judged).collect();
+    judged.sort_unstable_by_key(|(way, _)| way.id);
     let mut drivable = Vec::new();
     for (way, verdict) in judged {
         match verdict {

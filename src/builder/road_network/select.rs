@@ -1,6 +1,6 @@
 //! Which ways carry motor vehicles, and who may use them.
 
-use crate::osm::{OsmData, Tags, Way};
+use crate::osm::{Tags, Way};
 
 use super::RoadClass;
 
@@ -30,14 +30,6 @@ pub(super) enum Verdict<'a> {
     LeftOut(&'static str),
     /// No road for motor vehicles at all.
     NoRoad,
-}
-
-/// Every way of the data, once per id, in the order of ids.
-pub(super) fn ways(osm: &OsmData) -> Vec<&Way> {
-    let mut ids: Vec<i64> = osm.ways.iter().map(|way| way.id).collect();
-    ids.sort_unstable();
-    ids.dedup();
-    ids.into_iter().filter_map(|id| osm.way(id)).collect()
 }
 
 /// What `way` is to the network.

@@ -120,7 +120,7 @@ pub fn find(
     near: &[usize],
 ) -> FxHashMap<(usize, usize), Vec<Beside>> {
     /// Roads that one thread takes at a time.
-    const CHUNK: usize = 64;
+    const CHUNK: usize = 16;
     let worth = |road: &&usize| tracks[*road].kept.is_some();
     let of_chunk =
         |roads: &[usize]| roads.iter().filter(worth).flat_map(|&road| pieces(tracks, road)).collect::<Vec<Piece>>();
