@@ -1,5 +1,7 @@
 //! Boxes found by place: a grid of cells, hashed. For many small boxes of like size, which a tree sorts at more cost.
 
+use rayon::prelude::*;
+
 use super::Point;
 
 /// A box: its lowest and highest coordinates.
@@ -69,6 +71,33 @@ impl Cells {
         self.large.iter().map(|&i| i as usize).filter(|&i| touches(i)).for_each(each);
     }
 
+    /// What is said of the pairs of boxes that touch, the lower index first; seldom of one of them more than once. In an order
+    /// that depends on the boxes alone.
+    pub fn pairs<T: Send>(&self, say: impl Fn(usize, usize) -> Option<T> + Sync) -> Vec<T> {
+        let buckets = self.begins.len() - 1;
+        let of_bucket = |at: usize| {
+            let held = &self.covered[self.begins[at] as usize..self.begins[at + 1] as usize];
+            let pairs = held.iter().enumerate().flat_map(move |(k, i)| held[k + 1..].iter().map(move |j| (*i, *j)));
+            pairs.filter_map(move |(i, j)| {
+                let (i, j) = (i.min(j) as usize, i.max(j) as usize);
+                let [a, b] = [&self.boxes[i], &self.boxes[j]];
+                // Both boxes may cover several cells: the first of these counts.
+                let first = || bucket(self.cell(a[0].x.max(b[0].x)), self.cell(a[0].y.max(b[0].y)), buckets);
+                let here = i != j && touch(a, b) && first() == at;
+                here.then_some((i, j))
+            })
+        };
+        let large = self.large.par_iter().flat_map_iter(|&l| {
+            let l = l as usize;
+            let others = (0..self.boxes.len()).filter(move |&i| i != l && touch(&self.boxes[i], &self.boxes[l]));
+            // Of two that are large, only the lower one finds the other.
+            let others = others.filter(move |&i| i > l || self.range(&self.boxes[i]).is_some());
+            others.map(move |i| (i.min(l), i.max(l)))
+        });
+        let small = (0..buckets).into_par_iter().flat_map_iter(of_bucket);
+        small.chain(large).filter_map(|(i, j)| say(i, j)).collect()
+    }
+
     /// The column or row of a coordinate.
     fn cell(&self, v: f64) -> i64 {
         let cells = v / self.side;
@@ -135,6 +164,20 @@ mod tests {
             found.sort_unstable();
             found.dedup();
             let wanted: Vec<usize> = (0..boxes.len()).filter(|&i| touch(&boxes[i], &reach)).collect();
+            prop_assert_eq!(found, wanted);
+        }
+
+        #[test]
+        fn finds_the_pairs_that_touch(
+            boxes in prop::collection::vec((-50.0..50.0, -50.0..50.0, 0.0..20.0, 0.0..200.0), 0..60),
+        ) {
+            let of = |(x, y, w, h): (f64, f64, f64, f64)| [Point::new(x, y), Point::new(x + w, y + h)];
+            let boxes: Vec<Bounds> = boxes.into_iter().map(of).collect();
+            let mut found = Cells::new(boxes.clone(), 8.0).pairs(|i, j| Some((i, j)));
+            found.sort_unstable();
+            found.dedup();
+            let all = (0..boxes.len()).flat_map(|i| (i + 1..boxes.len()).map(move |j| (i, j)));
+            let wanted: Vec<(usize, usize)> = all.filter(|&(i, j)| touch(&boxes[i], &boxes[j])).collect();
             prop_assert_eq!(found, wanted);
         }
     }

@@ -3,7 +3,8 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::builder::road_network::{
-    InnerRoad, Intersection, IntersectionIx, Island, LaneConnection, RoadEnd, RoadIx, RoadNetwork, TurnRestriction,
+    InnerRoad, Intersection, IntersectionIx, Island, LaneConnection, Road, RoadEnd, RoadIx, RoadNetwork,
+    TurnRestriction,
 };
 use crate::geometry::Point;
 
@@ -12,13 +13,13 @@ use super::island::encloses_island;
 use super::passages::{Rules, other_end, passages};
 use super::{ConsolidateOptions, MergeNote};
 
-/// The network after one round, `None` where nothing merged, and a note per verdict.
+/// The network after one round, whether anything merged, and a note per verdict.
 pub fn contract(
-    network: &RoadNetwork,
+    network: RoadNetwork,
     verdicts: &[Verdict],
     options: &ConsolidateOptions,
-) -> (Option<RoadNetwork>, Vec<MergeNote>) {
-    let clusters = clusters(network, verdicts, options);
+) -> (RoadNetwork, bool, Vec<MergeNote>) {
+    let clusters = clusters(&network, verdicts, options);
     let mut notes = Vec::new();
     for verdict in verdicts {
         let refusal = clusters.refused.get(&verdict.road).copied();
@@ -30,8 +31,10 @@ pub fn contract(
             wish: verdict.wish,
         });
     }
-    let next = (!clusters.accepted.is_empty()).then(|| rebuild(network, &clusters.accepted));
-    (next, notes)
+    match clusters.accepted.is_empty() {
+        true => (network, false, notes),
+        false => (rebuild(network, &clusters.accepted), true, notes),
+    }
 }
 
 /// Intersections that become one.
@@ -178,77 +181,49 @@ fn contour(network: &RoadNetwork, members: &[IntersectionIx], inner: &[RoadIx]) 
     (walk.len() == outer.len()).then_some(walk)
 }
 
-fn rebuild(network: &RoadNetwork, clusters: &[Cluster]) -> RoadNetwork {
+fn rebuild(network: RoadNetwork, clusters: &[Cluster]) -> RoadNetwork {
     let rules = Rules::new(&network.restrictions);
-    let mut cluster_of: FxHashMap<IntersectionIx, usize> = FxHashMap::default();
-    let mut gone: FxHashSet<RoadIx> = FxHashSet::default();
-    for (i, cluster) in clusters.iter().enumerate() {
-        cluster_of.extend(cluster.members.iter().map(|m| (*m, i)));
-        gone.extend(cluster.inner.iter().copied());
-    }
-    let mut old: Vec<(Intersection, Vec<IntersectionIx>)> = Vec::new();
-    for (i, intersection) in network.intersections.iter().enumerate() {
-        let ix = IntersectionIx(i as u32);
-        match cluster_of.get(&ix) {
-            None => old.push((intersection.clone(), vec![ix])),
-            Some(&c) if clusters[c].members[0] == ix => {
-                old.push((merged(network, &clusters[c], &rules), clusters[c].members.clone()));
-            }
-            Some(_) => {}
-        }
-    }
+    let made: Vec<Intersection> = clusters.iter().map(|cluster| merged(&network, cluster, &rules)).collect();
+    drop(rules);
+    let RoadNetwork { roads, intersections, restrictions, connections, .. } = network;
+    let mut taken = vec![false; intersections.len()];
+    clusters.iter().flat_map(|cluster| &cluster.members).for_each(|member| taken[member.0 as usize] = true);
+    let whole = (0..).map(IntersectionIx).zip(intersections).filter(|(ix, _)| !taken[ix.0 as usize]);
+    let mut old: Vec<(Intersection, Vec<IntersectionIx>)> = whole.map(|(ix, at)| (at, vec![ix])).collect();
+    old.extend(made.into_iter().zip(clusters).map(|(at, cluster)| (at, cluster.members.clone())));
     old.sort_by(|a, b| a.0.nodes.cmp(&b.0.nodes));
-    let new_intersection: FxHashMap<IntersectionIx, IntersectionIx> = old
-        .iter()
-        .enumerate()
-        .flat_map(|(i, (_, members))| members.iter().map(move |m| (*m, IntersectionIx(i as u32))))
-        .collect();
-    let mut new_road: FxHashMap<RoadIx, RoadIx> = FxHashMap::default();
-    let mut roads = Vec::with_capacity(network.roads.len() - gone.len());
-    for (i, road) in network.roads.iter().enumerate() {
-        let ix = RoadIx(i as u32);
-        if !gone.contains(&ix) {
-            new_road.insert(ix, RoadIx(roads.len() as u32));
-            let mut road = road.clone();
-            road.from = new_intersection[&road.from];
-            road.to = new_intersection[&road.to];
-            roads.push(road);
-        }
+    let mut moved = vec![IntersectionIx(0); taken.len()];
+    for ((_, members), new) in old.iter().zip(0..) {
+        members.iter().for_each(|member| moved[member.0 as usize] = IntersectionIx(new));
     }
-    let renamed = |arm: &RoadEnd| new_road.get(&arm.road).map(|road| RoadEnd { road: *road, end: arm.end });
-    let intersections = old
-        .into_iter()
-        .map(|(mut intersection, _)| {
-            intersection.arms = intersection.arms.iter().filter_map(renamed).collect();
-            intersection.passages = intersection.passages.map(|passages| {
-                passages.iter().filter_map(|(from, to)| Some((renamed(from)?, renamed(to)?))).collect()
-            });
-            intersection
-        })
-        .collect();
+    let mut place: Vec<Option<RoadIx>> = vec![Some(RoadIx(0)); roads.len()];
+    clusters.iter().flat_map(|cluster| &cluster.inner).for_each(|road| place[road.0 as usize] = None);
+    place.iter_mut().flatten().zip(0..).for_each(|(road, new)| *road = RoadIx(new));
+    let moved = |at: IntersectionIx| moved[at.0 as usize];
+    let left = roads.into_iter().zip(&place).filter(|(_, place)| place.is_some());
+    let roads = left.map(|(road, _)| Road { from: moved(road.from), to: moved(road.to), ..road }).collect();
+    let place = |road: RoadIx| place[road.0 as usize];
+    let renamed = |arm: RoadEnd| place(arm.road).map(|road| RoadEnd { road, end: arm.end });
+    let intersections = old.into_iter().map(|(mut intersection, _)| {
+        intersection.arms = intersection.arms.into_iter().filter_map(renamed).collect();
+        intersection.passages = intersection.passages.map(|passages| {
+            passages.into_iter().filter_map(|(from, to)| Some((renamed(from)?, renamed(to)?))).collect()
+        });
+        intersection
+    });
     // A restriction over inner roads alone is kept by the passages.
-    let restrictions = network
-        .restrictions
-        .iter()
-        .filter_map(|r| {
-            let via: Vec<RoadIx> = r.via.iter().filter_map(|v| new_road.get(v).copied()).collect();
-            let kept = via.is_empty() == r.via.is_empty();
-            kept.then_some(TurnRestriction { from: renamed(&r.from)?, to: renamed(&r.to)?, via, ..r.clone() })
-        })
-        .collect();
-    let connected =
-        |c: &LaneConnection| Some(LaneConnection { from: renamed(&c.from)?, to: renamed(&c.to)?, ..c.clone() });
-    let connections = network.connections.iter().filter_map(connected).collect();
+    let restricted = |r: TurnRestriction| {
+        let via: Vec<RoadIx> = r.via.iter().filter_map(|road| place(*road)).collect();
+        let kept = via.is_empty() == r.via.is_empty();
+        kept.then_some(TurnRestriction { from: renamed(r.from)?, to: renamed(r.to)?, via, ..r })
+    };
+    let connected = |c: LaneConnection| Some(LaneConnection { from: renamed(c.from)?, to: renamed(c.to)?, ..c });
     RoadNetwork {
-        side: network.side,
-        country: network.country.clone(),
-        beside: network.beside,
-        markings: network.markings,
-        fan_out: network.fan_out,
         roads,
-        intersections,
-        restrictions,
-        connections,
+        intersections: intersections.collect(),
+        restrictions: restrictions.into_iter().filter_map(restricted).collect(),
+        connections: connections.into_iter().filter_map(connected).collect(),
+        ..network
     }
 }
 

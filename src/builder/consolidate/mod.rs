@@ -89,7 +89,8 @@ pub fn take_in(
 ) -> (Option<RoadNetwork>, Vec<MergeNote>) {
     let verdict = |&road| Verdict { road, merge: true, reason: Reason::Overrun, left: left(road), wish: None };
     let verdicts: Vec<Verdict> = roads.iter().map(verdict).collect();
-    contract::contract(network, &verdicts, options)
+    let (network, merged, notes) = contract::contract(network.clone(), &verdicts, options);
+    (merged.then_some(network), notes)
 }
 
 /// Takes roads away, and the intersections that no road is left of.
@@ -111,15 +112,15 @@ pub fn consolidate(
     for _ in 0..options.rounds {
         let kept = kept(&network);
         let verdicts = decide::decide(&network, &kept, options);
-        let (next, round) = contract::contract(&network, &verdicts, options);
+        let (next, merged, round) = contract::contract(network, &verdicts, options);
+        network = next;
         let changed = round.iter().any(|note| note.merged);
         // A road that the user keeps apart is gone where other roads merge its ends: that is told.
         let gone = |note: &MergeNote| !round.iter().any(|later| later.key == note.key);
         notes.retain(|note| note.merged || (note.wish.is_some() && gone(note)));
         notes.extend(round);
-        match next {
-            Some(next) if changed => network = next,
-            _ => break,
+        if !(merged && changed) {
+            break;
         }
     }
     notes.sort_by_key(|note| note.key);

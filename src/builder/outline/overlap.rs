@@ -163,29 +163,19 @@ fn of_pairs<T: Send>(
 ) -> Vec<T> {
     let parts: Vec<Part> = grounds.par_iter().enumerate().flat_map_iter(|(i, ground)| ground.parts(i)).collect();
     let cells = Cells::new(parts.iter().map(|part| part.bounds).collect(), CELL);
-    let of_ground = |parts_of: &[Part]| {
-        let mut others: Vec<usize> = Vec::new();
-        for part in parts_of {
-            cells.touching(part.bounds, |at| {
-                let other = &parts[at];
-                if other.owner > part.owner && !others.contains(&other.owner) && part.meets(other) {
-                    others.push(other.owner);
-                }
-            });
-        }
-        others.sort_unstable();
-        let Some(ground) = parts_of.first().map(|part| &grounds[part.owner]) else { return Vec::new() };
-        let others = others.into_iter().map(|other| &grounds[other]);
-        let level = |other: &&Ground| on_one_level(network, ground.owner, other.owner);
-        others.filter(level).filter_map(|other| say(ground, other)).collect::<Vec<T>>()
-    };
-    let by_ground: Vec<&[Part]> = parts.chunk_by(|a, b| a.owner == b.owner).collect();
-    let found: Vec<Vec<T>> = by_ground.into_par_iter().map(of_ground).collect();
-    found.into_iter().flatten().collect()
+    let mut pairs: Vec<[usize; 2]> = cells.pairs(|i, j| {
+        let [a, b] = [&parts[i], &parts[j]];
+        let owners = [a, b].map(|part| grounds[part.owner].owner);
+        (a.owner != b.owner && on_one_level(network, owners) && a.meets(b))
+            .then(|| [a.owner.min(b.owner), a.owner.max(b.owner)])
+    });
+    pairs.par_sort_unstable();
+    pairs.dedup();
+    pairs.into_par_iter().filter_map(|[a, b]| say(&grounds[a], &grounds[b])).collect()
 }
 
 /// Whether there is a level on which both lie.
-fn on_one_level(network: &RoadNetwork, a: Owner, b: Owner) -> bool {
+fn on_one_level(network: &RoadNetwork, [a, b]: [Owner; 2]) -> bool {
     let lies = |owner: Owner, on: &dyn Fn(f64) -> bool| match owner {
         Owner::Road(road) => on(network.roads[road].level),
         Owner::Intersection(at) => network.intersections[at].arms.iter().any(|arm| on(network.road(arm.road).level)),

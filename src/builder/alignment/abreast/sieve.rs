@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::builder::alignment::TIGHTEST;
 use crate::builder::road_network::{Road, RoadNetwork};
-use crate::geometry::cells::{Bounds, Cells};
+use crate::geometry::cells::{Bounds, Cells, touch};
 use crate::geometry::{Point, Polyline, Vector, left_of};
 
 use super::again::sorted;
@@ -25,7 +25,7 @@ struct Stretch {
     /// Whether it lies between the cuts.
     kept: bool,
     half: f64,
-    /// A corner of the box, where the road heads, and how far the box reaches ahead and to the left.
+    /// Where the road begins and heads, and how far the box reaches from there ahead and to the left.
     origin: Point,
     axis: Vector,
     ahead: [f64; 2],
@@ -147,23 +147,21 @@ fn stretches(index: usize, road: &Road, kept: [f64; 2]) -> Vec<Stretch> {
 pub fn likely(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<usize> {
     let roads = network.roads.par_iter().zip(kept).enumerate();
     let all: Vec<Stretch> = roads.flat_map_iter(|(i, (road, kept))| stretches(i, road, *kept)).collect();
-    let cells = Cells::new(all.iter().map(|stretch| stretch.reach(stretch.half)).collect(), CELL);
+    // As far as a hairpin's legs may lie apart.
+    let around = |stretch: &Stretch| stretch.reach(stretch.half * (2.0 * TIGHTEST - 1.0) + CLEAR);
+    let cells = Cells::new(all.iter().map(around).collect(), CELL);
     let levelled = |a: &Stretch, b: &Stretch| {
         let [a, b] = [a, b].map(|stretch| &network.roads[stretch.road]);
         a.level == b.level || [a.from, a.to].iter().any(|end| [b.from, b.to].contains(end))
     };
-    let of_stretch = |stretch: &Stretch| {
-        let mut found = Vec::new();
-        // As far as a hairpin's legs may lie apart.
-        let half = stretch.half * (2.0 * TIGHTEST - 1.0) + CLEAR;
-        cells.touching(stretch.reach(half), |i| {
-            if stretch.may_lie_beside(&all[i]) && levelled(stretch, &all[i]) {
-                found.extend([stretch.road, all[i].road]);
-            }
-        });
-        found
-    };
-    let mut likely: Vec<usize> = all.par_iter().filter(|stretch| stretch.kept).flat_map_iter(of_stretch).collect();
+    let near = |a: &Stretch, b: &Stretch| a.kept && touch(&around(a), &b.reach(b.half)) && a.may_lie_beside(b);
+    let pairs = cells.pairs(|i, j| {
+        let [a, b] = [&all[i], &all[j]];
+        (levelled(a, b) && (near(a, b) || near(b, a))).then_some([a.road, b.road])
+    });
+    let bent = all.par_iter().filter(|stretch| near(stretch, stretch)).map(|stretch| stretch.road);
+    let mut likely: Vec<usize> = pairs.into_iter().flatten().collect();
+    likely.par_extend(bent);
     sorted(&mut likely);
     likely
 }
