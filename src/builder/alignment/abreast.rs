@@ -7,6 +7,8 @@
 mod again;
 mod beside;
 mod sieve;
+#[cfg(test)]
+mod tests;
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;

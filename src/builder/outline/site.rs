@@ -217,7 +217,7 @@ fn outline(plan: &Plan, arms: &[Arm], trims: &[f64]) -> Option<Outline> {
 }
 
 /// Whether the ring is simple where it will be written, on the grid, and stays so when others round it again.
-fn is_sound(ring: &[Point]) -> bool {
+pub fn is_sound(ring: &[Point]) -> bool {
     let ring: Vec<Point> = ring.iter().copied().map(snapped).collect();
     let distinct = ring.iter().zip(ring.iter().cycle().skip(1)).all(|(a, b)| a != b);
     distinct && faults(&ring, FOLD, 1).is_empty()

@@ -2,6 +2,7 @@
 
 use proptest::prelude::*;
 
+use super::site::is_sound;
 use super::*;
 use crate::builder::alignment::{abreast, ease};
 use crate::builder::cross_section::{Arrows, CrossSection, Strip, StripKind, Travel};
@@ -104,9 +105,16 @@ fn assert_sound(network: &RoadNetwork) -> Outlines {
     // Without consolidation, which would join the two roads of a bend.
     let options = OutlineOptions::default();
     let network = ease(network.clone());
-    let cut = wanted(&network, &options, &mut Memory::default());
+    let mut memory = Memory::default();
+    let cut = wanted(&network, &options, &mut memory);
     let network = &abreast(network, &cut);
-    let (outlines, findings) = outlines_within(network, &cut, &options);
+    let (outlines, findings) = outlines_within(network, &cut, &options, &memory);
+    let (forgetful, _) = outlines_within(network, &cut, &options, &Memory::default());
+    assert_eq!(
+        format!("{:.6?}", outlines),
+        format!("{:.6?}", forgetful),
+        "what is remembered is what would be planned"
+    );
     assert!(findings.is_empty(), "{findings:?}");
     for (outline, intersection) in outlines.intersections.iter().zip(&network.intersections) {
         assert_eq!(outline.cuts.iter().map(|c| c.at).collect::<Vec<_>>(), intersection.arms);
