@@ -125,8 +125,8 @@ pub fn find(
     let of_chunk =
         |roads: &[usize]| roads.iter().filter(worth).flat_map(|&road| pieces(tracks, road)).collect::<Vec<Piece>>();
     let chunks: Vec<Vec<Piece>> = near.par_chunks(CHUNK).map(of_chunk).collect();
-    let roads = chunks.iter().flat_map(|chunk| chunk.chunk_by(|a, b| a.road == b.road));
-    let near: Vec<Stretch> = roads.flat_map(|road| Stretch::of_road(road, tracks[&road[0].road].half)).collect();
+    let roads = chunks.par_iter().flat_map_iter(|chunk| chunk.chunk_by(|a, b| a.road == b.road));
+    let near: Vec<Stretch> = roads.flat_map_iter(|road| Stretch::of_road(road, tracks[&road[0].road].half)).collect();
     let cells = Cells::new(near.iter().map(|stretch| stretch.reach).collect(), CELL);
     let found: Vec<_> =
         hot.par_chunks(CHUNK).map(|hot| find_in(tracks, sides, &of_chunk(hot), &near, &cells)).collect();
