@@ -169,7 +169,9 @@ fn a_bound_that_leaves_its_guide_line_is_found() {
 
 /// The settings of one stop line across the first far turn of a map, this far from its begin (of 1) and moved by degrees.
 fn stop_line(map: &LaneletMap, part: f64, by: f64) -> String {
-    let lanelet = map.lanelets.iter().find(|lanelet| lanelet.attributes.is("turn_direction", "left")).unwrap();
+    let far = map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("turn_direction", "left"));
+    // By its id, as the order of the map is nobody's promise: one that leads where the move takes no width.
+    let lanelet = far.max_by_key(|lanelet| lanelet.id).unwrap();
     let place = |bound| {
         let points: Vec<_> = map.bound_points(bound).map(|point| point.lonlat.unwrap()).collect();
         let at = points[(points.len() as f64 * part) as usize];
@@ -216,10 +218,12 @@ fn what_cannot_be_drawn_is_named_with_its_place_and_left_out() {
     assert!(undrawn(&built)[0].contains("lanewright.toml:4: ") && undrawn(&built)[0].contains("has a stop line"));
 }
 
-/// The settings of a guide line along the first 0.6 of the right bound of the first far turn: at its end it lies this part of the
+/// The settings of a guide line along the first 0.6 of the right bound of one far turn: at its end it lies this part of the
 /// lane's width inside, and everything is moved by degrees.
 fn guide_line(map: &LaneletMap, inside: f64, by: f64) -> String {
-    let lanelet = map.lanelets.iter().find(|lanelet| lanelet.attributes.is("turn_direction", "left")).unwrap();
+    let far = map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("turn_direction", "left"));
+    // By its id, as the order of the map is nobody's promise: one that leads where the move takes no width.
+    let lanelet = far.max_by_key(|lanelet| lanelet.id).unwrap();
     let bound =
         |bound| -> Vec<_> { map.bound_points(bound).map(|point| (point.position, point.lonlat.unwrap())).collect() };
     let (left, right) = (bound(lanelet.left), bound(lanelet.right));
