@@ -89,13 +89,17 @@ impl<'a> Assembly<'a> {
 
     /// The ground between points that exist.
     pub fn ground_between(&self, points: impl Iterator<Item = PointId>) -> Ground {
-        Ground::between(points.map(|id| (self.position(id), self.height(id))).collect())
+        let place = |spot: &Spot| (spot.position, spot.ele);
+        Ground::between(points.map(|id| self.spot(id).map_or_else(Default::default, place)).collect())
+    }
+
+    fn spot(&self, id: PointId) -> Option<&Spot> {
+        self.part.spots.get(id).or_else(|| self.below?.spot(id))
     }
 
     /// How high a point lies, metres.
     fn height(&self, id: PointId) -> f64 {
-        let own = self.part.spots.get(id).map(|p| p.ele);
-        own.or_else(|| Some(self.below?.height(id))).unwrap_or_default()
+        self.spot(id).map(|spot| spot.ele).unwrap_or_default()
     }
 
     /// What has been added.
@@ -256,13 +260,12 @@ impl<'a> Assembly<'a> {
 
     /// Heights of the places of a line on the ground from one point to another, which are among the places.
     pub fn heights_along(&self, line: &[PlanePoint], ends: [PointId; 2]) -> Vec<f64> {
-        self.ground.along(line, ends.map(|id| self.height(id)))
+        self.ground.along(line, || ends.map(|id| self.height(id)))
     }
 
     /// Where a point lies.
     pub fn position(&self, id: PointId) -> PlanePoint {
-        let point = self.part.spots.get(id).map(|p| p.position);
-        point.or_else(|| Some(self.below?.position(id))).unwrap_or_default()
+        self.spot(id).map(|spot| spot.position).unwrap_or_default()
     }
 
     /// Adds a line through points.

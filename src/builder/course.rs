@@ -137,8 +137,8 @@ fn shape(ends: &Ends, poses: Vec<Pose>) -> Shape {
 }
 
 fn outline((_, from, to): &Ends, poses: &[Pose]) -> Vec<Point> {
-    let mut outline = curve::untangled(&curve::beside(poses, from.width / 2.0, to.width / 2.0));
-    let right = curve::untangled(&curve::beside(poses, -from.width / 2.0, -to.width / 2.0));
+    let [mut outline, right] =
+        curve::beside(poses, from.width / 2.0, to.width / 2.0).map(|side| curve::untangled(&side));
     outline.extend(right.into_iter().rev());
     outline
 }

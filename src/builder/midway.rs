@@ -2,22 +2,25 @@
 
 use rustc_hash::FxHashMap;
 
+use crate::geometry::polyline::{clears, reaches};
 use crate::geometry::{Point, Polyline, curve, curve::Pose};
 use crate::lanelet::PointId;
 
 use super::course::Ends;
-use super::lanes::ArmLane;
+
+/// A way between two lanes, with its bounds as they are smoothest, left and right.
+pub type Smooth<'a> = (Ends<'a>, [Vec<Point>; 2]);
 
 /// The bounds of a lane that follows a course.
-pub fn smooth([from, to]: [&ArmLane; 2], course: &[Pose]) -> [Vec<Point>; 2] {
-    [0.5, -0.5].map(|sign| curve::beside(course, sign * from.width, sign * to.width))
+pub fn smooth((_, from, to): &Ends, course: &[Pose]) -> [Vec<Point>; 2] {
+    curve::beside(course, 0.5 * from.width, 0.5 * to.width).map(|side| curve::untangled(&side))
 }
 
 /// A bound as one way would have it.
 struct Wanted<'a> {
-    line: &'a Polyline,
+    line: &'a [Point],
     /// The other bound of that way.
-    other: &'a Polyline,
+    other: &'a [Point],
     /// Widths of the way at its ends, metres.
     width: [f64; 2],
     /// Whether the way runs from the higher node to the lower.
@@ -26,12 +29,12 @@ struct Wanted<'a> {
 
 impl Wanted<'_> {
     /// Places on the line, evenly spread from the lower node to the higher.
-    fn spread(&self, count: usize) -> Vec<Point> {
-        let mut points = self.line.resampled_to(count).into_points();
+    fn spread(&self, count: usize) -> Option<Vec<Point>> {
+        let mut points = Polyline::new(self.line.iter().copied())?.resampled_to(count).into_points();
         if self.reversed {
             points.reverse();
         }
-        points
+        Some(points)
     }
 }
 
@@ -39,69 +42,59 @@ impl Wanted<'_> {
 const SQUEEZED_MOST: f64 = 0.2;
 
 /// Whether a bound is as far from the other one as the way between them is wide, or nearly so.
-pub fn keeps_width(bound: &[Point], other: &Polyline, [from, to]: [f64; 2]) -> bool {
+pub fn keeps_width(bound: &[Point], other: &[Point], [from, to]: [f64; 2]) -> bool {
     let (low, high) = (from.min(to) * (1.0 - SQUEEZED_MOST), from.max(to) * (1.0 + SQUEEZED_MOST));
     let mut hint = 0;
-    bound.iter().all(|&p| other.reaches(p, high, &mut hint)) && other.clears(bound, low)
+    bound.iter().all(|&p| reaches(other, p, high, &mut hint)) && clears(other, bound, low)
 }
 
 /// Bounds that two ways through an intersection share although neither runs quite where the other would have it: they
 /// meet midway.
 pub struct Meant {
-    lines: FxHashMap<(PointId, PointId), Vec<Point>>,
+    /// By the nodes at their ends, the lower first.
+    lines: FxHashMap<[PointId; 2], Vec<Point>>,
 }
 
 impl Meant {
     /// Bounds that differ by no more, metres, are the same.
     const SAME: f64 = 0.02;
 
-    /// Of the ways between two ends each, with their middles.
-    pub fn new(courses: &[(Ends, Vec<Pose>)]) -> Self {
-        let nodes = |(_, from, to): &Ends, side: usize| {
-            let (a, b) = (from.nodes[side], to.nodes[side]);
-            (a.min(b), a.max(b))
-        };
-        // Most bounds are those of one way alone, and are not drawn here.
-        let mut ways: FxHashMap<(PointId, PointId), usize> = FxHashMap::default();
-        for (ends, _) in courses {
-            [0, 1].into_iter().for_each(|side| *ways.entry(nodes(ends, side)).or_default() += 1);
+    /// Of ways through one intersection.
+    pub fn new(ways: &[Smooth]) -> Self {
+        let long = |line: &Vec<Point>| line.windows(2).any(|w| (w[1] - w[0]).norm() > Polyline::MERGE);
+        let mut wanted: Vec<([PointId; 2], usize, usize)> = Vec::with_capacity(2 * ways.len());
+        for (way, ((_, from, to), sides)) in ways.iter().enumerate().filter(|(_, (_, sides))| sides.iter().all(long)) {
+            let nodes = |side: usize| [from.nodes[side], to.nodes[side]];
+            let lower_first = |[a, b]: [PointId; 2]| [a.min(b), a.max(b)];
+            wanted.extend((0..sides.len()).map(|side| (lower_first(nodes(side)), way, side)));
         }
-        let bounds = |(ends, course): &(Ends, Vec<Pose>)| {
-            if (0..2).all(|side| ways[&nodes(ends, side)] < 2) {
-                return [None, None];
-            }
-            smooth([ends.1, ends.2], course).map(|places| Polyline::new(curve::untangled(&places)))
+        wanted.sort_unstable();
+        let as_wanted = |&(_, way, side): &([PointId; 2], usize, usize)| {
+            let ((_, from, to), sides) = &ways[way];
+            let reversed = from.nodes[side] > to.nodes[side];
+            Wanted { line: &sides[side], other: &sides[1 - side], width: [from.width, to.width], reversed }
         };
-        let bounds: Vec<[Option<Polyline>; 2]> = courses.iter().map(bounds).collect();
-        let mut wanted: FxHashMap<(PointId, PointId), Vec<Wanted>> = FxHashMap::default();
-        for ((ends, _), bounds) in courses.iter().zip(&bounds) {
-            let [Some(left), Some(right)] = bounds else { continue };
-            for (side, [line, other]) in [[left, right], [right, left]].into_iter().enumerate() {
-                let (_, from, to) = ends;
-                let reversed = from.nodes[side] > to.nodes[side];
-                let wanted = wanted.entry(nodes(ends, side)).or_default();
-                wanted.push(Wanted { line, other, width: [from.width, to.width], reversed });
-            }
-        }
-        let lines = wanted.into_iter().filter_map(|(ends, lines)| Some((ends, Self::midway(&lines)?))).collect();
-        Self { lines }
+        // Most bounds are those of one way alone.
+        let lines = wanted.chunk_by(|a, b| a.0 == b.0).filter_map(|wanted| match wanted {
+            [first, second] => Some((first.0, Self::midway(&[first, second].map(as_wanted))?)),
+            _ => None,
+        });
+        Self { lines: lines.collect() }
     }
 
-    /// The line between two; `None` where they agree, where it would squeeze either of two opposite ways, and where more
-    /// have a say.
-    fn midway(wanted: &[Wanted]) -> Option<Vec<Point>> {
-        let [first, second] = wanted else { return None };
+    /// The line between two; `None` where they agree, and where it would squeeze either of two opposite ways.
+    fn midway(wanted: &[Wanted; 2]) -> Option<Vec<Point>> {
+        let [first, second] = wanted;
         let (a, b) = (first.line, second.line);
-        let along = |of: &Polyline, from: &Polyline| {
+        let along = |of: &[Point], from: &[Point]| {
             let mut hint = 0;
-            let mut points = of.points().iter();
-            points.all(|&p| from.reaches(p, Self::SAME, &mut hint))
+            of.iter().all(|&p| reaches(from, p, Self::SAME, &mut hint))
         };
         if along(a, b) && along(b, a) {
             return None;
         }
-        let count = a.points().len().max(b.points().len());
-        let (a, b) = (first.spread(count), second.spread(count));
+        let count = a.len().max(b.len());
+        let (a, b) = (first.spread(count)?, second.spread(count)?);
         let line: Vec<Point> = a.iter().zip(&b).map(|(a, b)| nalgebra::center(a, b)).collect();
         let opposite = first.reversed != second.reversed;
         (!opposite || wanted.iter().all(|way| keeps_width(&line, way.other, way.width))).then_some(line)
@@ -109,10 +102,8 @@ impl Meant {
 
     /// The places of a bound from one node to another; `None` where it runs as each of its ways would have it.
     pub fn get(&self, from: PointId, to: PointId) -> Option<Vec<Point>> {
-        match self.lines.get(&(from, to)) {
-            Some(line) => Some(line.clone()),
-            None => self.lines.get(&(to, from)).map(|line| line.iter().rev().copied().collect()),
-        }
+        let line = self.lines.get(&[from.min(to), from.max(to)])?;
+        Some(if from < to { line.clone() } else { line.iter().rev().copied().collect() })
     }
 }
 
@@ -129,6 +120,7 @@ mod tests {
         let midway = |bends: [f64; 2]| {
             let lines = [line(0.0, bends[0]), line(0.0, bends[1]).reversed()];
             let others = [line(3.0, bends[0]), line(-3.0, bends[1]).reversed()];
+            let [lines, others] = [lines, others].map(|pair| pair.map(Polyline::into_points));
             let way = |i: usize| Wanted { line: &lines[i], other: &others[i], width: [3.0; 2], reversed: i == 1 };
             Meant::midway(&[way(0), way(1)])
         };

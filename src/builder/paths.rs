@@ -1,8 +1,11 @@
 //! The lanelets of an intersection: one per movement, smooth, with bounds that neighbours share.
 
+use std::borrow::Cow;
+use std::sync::OnceLock;
+
 use rustc_hash::FxHashMap;
 
-use crate::geometry::part::parted;
+use crate::geometry::part::{Measured, parted};
 use crate::geometry::round::Rounding;
 use crate::geometry::{Point, Polyline, Vector, angle_between, curve, curve::Pose};
 use crate::lanelet::index::{HEADING_REACH, center_line};
@@ -13,7 +16,7 @@ use super::course::{Ends, courses};
 use super::cross_section::StripKind;
 use super::ids::Key;
 use super::lanes::{ADMITS_BICYCLES, Arm, ArmLane, Lanes, road_attributes};
-use super::midway::{Meant, keeps_width, smooth};
+use super::midway::{Meant, Smooth, keeps_width, smooth};
 use super::movement::{Movement, turned};
 use super::places::Places;
 use super::ring::Ring;
@@ -42,10 +45,41 @@ pub struct Path {
 /// Lines between two nodes of an intersection, each drawn once.
 #[derive(Clone, Debug, Default)]
 pub struct Bounds {
-    lines: FxHashMap<(PointId, PointId), Bound>,
-    /// For every node where lines end, the other ends of those lines.
-    ends: FxHashMap<PointId, Vec<PointId>>,
+    lines: Vec<Line>,
+    /// For every node where lines end, the other ends of those lines, each with the last line to there.
+    ends: FxHashMap<PointId, Vec<(PointId, u32)>>,
     points: Places,
+}
+
+/// The line of a bound.
+#[derive(Clone, Debug)]
+struct Line {
+    id: LineStringId,
+    /// The node where it begins.
+    from: PointId,
+    places: Vec<Point>,
+    /// From its begin and from its end, where that is asked for.
+    measured: [OnceLock<Option<Measured>>; 2],
+}
+
+impl Line {
+    /// As a bound that begins at a node.
+    fn bound(&self, from: PointId) -> Bound {
+        Bound { line: self.id, inverted: from != self.from }
+    }
+
+    /// Its places in order from a node.
+    fn places(&self, from: PointId) -> Cow<'_, [Point]> {
+        match from == self.from {
+            true => Cow::Borrowed(&self.places),
+            false => Cow::Owned(self.places.iter().rev().copied().collect()),
+        }
+    }
+
+    fn measured(&self, from: PointId) -> Option<&Measured> {
+        let known = &self.measured[usize::from(from != self.from)];
+        known.get_or_init(|| Measured::new(self.places(from).iter().copied())).as_ref()
+    }
 }
 
 /// How tightly a bound may bend, and how much wider a lane may become where it turns.
@@ -54,63 +88,64 @@ const BENDS: Rounding = Rounding { least: 1.25, easy: 2.0, cut: 0.6 };
 impl Bounds {
     /// The line from one node to another, as a bound in that direction.
     pub fn get(&self, from: PointId, to: PointId) -> Option<Bound> {
-        self.lines.get(&(from, to)).copied()
+        self.line(from, to).map(|line| line.bound(from))
+    }
+
+    fn line(&self, from: PointId, to: PointId) -> Option<&Line> {
+        let (_, at) = self.ends.get(&from)?.iter().find(|(end, _)| *end == to)?;
+        self.lines.get(*at as usize)
     }
 
     /// Every point of every line, in order of the lines' ids.
     pub fn points(&self, assembly: &Assembly) -> Vec<PointId> {
-        let mut lines: Vec<LineStringId> = self.lines.values().map(|b| b.line).collect();
+        let lines = self.ends.values().flatten().map(|(_, at)| self.lines[*at as usize].id);
+        let mut lines: Vec<LineStringId> = lines.collect();
         lines.sort_unstable();
         lines.dedup();
-        lines.into_iter().filter_map(|l| assembly.line_of(l)).flat_map(|l| l.points.clone()).collect()
+        lines.into_iter().filter_map(|l| assembly.line_of(l)).flat_map(|l| l.points.iter().copied()).collect()
     }
 
-    /// Adds the line of a bound between two nodes that exist.
+    /// Adds the line of a bound between two nodes that exist, from the place of the one to that of the other.
     fn draw(
         &mut self,
         assembly: &mut Assembly,
         key: Key,
         [a, b]: [PointId; 2],
-        mut places: Vec<Point>,
+        places: &[Point],
         attributes: Attributes,
-    ) -> LineStringId {
-        // The curve ends at the nodes but for rounding; the nodes are the truth.
-        if let Some(first) = places.first_mut() {
-            *first = assembly.position(a);
-        }
-        if let Some(last) = places.last_mut() {
-            *last = assembly.position(b);
-        }
+    ) -> Bound {
         // The pair of nodes is unordered, so that the same bound has the same id whichever way it was drawn.
         let (low, high) = if a < b { (a, b) } else { (b, a) };
         let key = key.word("bound").number(low.0).number(high.0);
-        let clean = curve::untangled(&places);
+        let clean = curve::untangled(places);
         let heights = assembly.heights_along(&clean, [a, b]);
         let inner = 1.min(clean.len())..clean.len().max(2) - 1;
-        let mut points = Vec::with_capacity(clean.len().max(2));
-        points.push(a);
-        for (number, i) in inner.enumerate() {
-            points.push(self.point(assembly, key.number(number as i64), clean[i], heights[i]));
-        }
-        points.push(b);
-        points.dedup();
-        assembly.line(key, points, attributes)
-    }
-
-    /// The point at a place, at a height if it is not there already.
-    fn point(&mut self, assembly: &mut Assembly, key: Key, place: Point, height: f64) -> PointId {
-        self.points.at(place, || assembly.point_at(key, place, height, Attributes::new()))
+        let number = |i: usize| i as i64 - 1;
+        let between = inner.map(|i| {
+            let make = || assembly.point_at(key.number(number(i)), clean[i], heights[i], Attributes::new());
+            self.points.at(clean[i], make)
+        });
+        let ends = [(a, clean.first()), (b, clean.last())].map(|(id, place)| (id, place.copied().unwrap_or_default()));
+        let mut points: Vec<(PointId, Point)> = Vec::with_capacity(clean.len().max(2));
+        points.push(ends[0]);
+        points.extend(between);
+        points.push(ends[1]);
+        points.dedup_by_key(|(id, _)| *id);
+        let (points, places) = points.into_iter().unzip();
+        let line = assembly.line(key, points, attributes);
+        self.insert([a, b], Line { id: line, from: a, places, measured: Default::default() })
     }
 
     /// Keeps the places of a line that is to be drawn from one node to another beside the lines that end on either node.
-    fn beside_others(&self, assembly: &Assembly, [from, to]: [PointId; 2], mut places: Vec<Point>) -> Vec<Point> {
+    fn beside_others(&self, [from, to]: [PointId; 2], mut places: Vec<Point>) -> Vec<Point> {
         for node in [from, to] {
             let mut own = None;
-            for &end in self.ends.get(&node).into_iter().flatten().filter(|end| ![from, to].contains(end)) {
-                let other = self.get(node, end).and_then(|bound| Polyline::new(assembly.bound_line(bound)));
-                own = own.or_else(|| Polyline::new(places.iter().copied()));
+            let ends = self.ends.get(&node).into_iter().flatten();
+            for (_, at) in ends.filter(|(end, _)| ![from, to].contains(end)) {
+                own = own.or_else(|| Measured::new(places.iter().copied()));
+                let other = self.lines.get(*at as usize).and_then(|other| other.measured(node));
                 let (Some(line), Some(other)) = (&own, other) else { continue };
-                if let Some(apart) = parted(line, &other) {
+                if let Some(apart) = parted(line, other) {
                     (places, own) = (apart, None);
                 }
             }
@@ -119,12 +154,15 @@ impl Bounds {
         places
     }
 
-    fn insert(&mut self, from: PointId, to: PointId, line: LineStringId) -> Bound {
-        self.ends.entry(from).or_default().push(to);
-        self.ends.entry(to).or_default().push(from);
-        self.lines.insert((to, from), Bound { line, inverted: true });
-        let bound = Bound { line, inverted: false };
-        self.lines.insert((from, to), bound);
+    fn insert(&mut self, [from, to]: [PointId; 2], line: Line) -> Bound {
+        let at = self.lines.len() as u32;
+        for (end, other) in [(from, to), (to, from)] {
+            let ends = self.ends.entry(end).or_default();
+            ends.iter_mut().filter(|(end, _)| *end == other).for_each(|(_, line)| *line = at);
+            ends.push((other, at));
+        }
+        let bound = line.bound(from);
+        self.lines.push(line);
         bound
     }
 }
@@ -210,32 +248,39 @@ impl Drawn {
         let Self { paths, bounds, dropped } = self;
         let radius = |(_, from, to): &Ends| curve::join_radius(from.pose, to.pose).unwrap_or(f64::INFINITY);
         order.sort_by(|(a, _), (b, _)| radius(a).total_cmp(&radius(b)).then(a.0.cmp(&b.0)));
-        let meant = Meant::new(&order);
-        for ((movement, from, to), course) in order {
-            if from.nodes[0] == to.nodes[0] || from.nodes[1] == to.nodes[1] {
+        let ways: Vec<Smooth> = order.into_iter().map(|(ends, course)| (ends, smooth(&ends, &course))).collect();
+        let meant = Meant::new(&ways);
+        for way in &ways {
+            let (movement, from, to) = way.0;
+            let nodes = [0, 1].map(|side| [from.nodes[side], to.nodes[side]]);
+            if nodes.iter().any(|[a, b]| a == b) {
                 continue;
             }
-            let known = [0, 1].map(|i| bounds.get(from.nodes[i], to.nodes[i]));
-            let Some((shape, known)) = shape(assembly, [from, to], &course, known, &meant) else {
+            let straight = nodes.map(|ends| ends.map(|node| assembly.position(node)));
+            let known = nodes.map(|[a, b]| bounds.line(a, b));
+            let Some([left, right]) = shape(way, &straight, known, &meant) else {
                 dropped.push(movement);
                 continue;
             };
-            let mut sides = [0, 1].into_iter().zip(shape).map(|(i, places)| {
-                known[i].unwrap_or_else(|| {
-                    let attributes = (tagged.bound)(assembly, from, i);
-                    let (a, b) = (from.nodes[i], to.nodes[i]);
-                    let places = bounds.beside_others(assembly, [a, b], places);
-                    let line = bounds.draw(assembly, key, [a, b], places, attributes);
-                    bounds.insert(a, b, line)
-                })
-            });
-            let (Some(left), Some(right)) = (sides.next(), sides.next()) else { continue };
-            drop(sides);
+            let mut draw = |i: usize, side: Side| {
+                let mut places = match side {
+                    Side::Shared(bound) => return bound,
+                    Side::Own(places) => bounds.beside_others(nodes[i], places),
+                };
+                // The curve ends at the nodes but for rounding; the nodes are the truth.
+                if let [first, .., last] = &mut places[..] {
+                    [*first, *last] = straight[i];
+                }
+                let attributes = (tagged.bound)(assembly, from, i);
+                bounds.draw(assembly, key, nodes[i], &places, attributes)
+            };
+            let [left, right] = [draw(0, left), draw(1, right)];
             let kind = if from.kind == to.kind { from.kind } else { StripKind::Bus };
-            let attributes = (tagged.lanelet)(assembly, &(movement, from, to), kind);
+            let attributes = (tagged.lanelet)(assembly, &way.0, kind);
             let lanelet = assembly.lanelet(path_key(key, from, to), left, right, attributes);
             // As whoever reads the map sees it, not as it was meant: what bounds are shared moves the middle.
-            let [left_line, right_line] = [left, right].map(|bound| assembly.bound_line(bound));
+            let [left_line, right_line] = nodes.map(|[a, b]| bounds.line(a, b).map(|line| line.places(a)));
+            let (Some(left_line), Some(right_line)) = (left_line, right_line) else { continue };
             let center = center_line(&left_line, &right_line);
             paths.push(Path {
                 movement,
@@ -243,7 +288,7 @@ impl Drawn {
                 bounds: [left.line, right.line],
                 heading: center.as_ref().and_then(heading).unwrap_or(from.pose.heading),
                 turn: center.map_or(0.0, |center| turned(side, &center)),
-                outline: left_line.into_iter().chain(right_line.into_iter().rev()).collect(),
+                outline: left_line.iter().chain(right_line.iter().rev()).copied().collect(),
                 kind,
             });
         }
@@ -257,8 +302,13 @@ fn heading(center: &Polyline) -> Option<Vector> {
     (center.at(HEADING_REACH) - center.first()).try_normalize(f64::EPSILON)
 }
 
-/// Places of both bounds, and the bounds among the known ones that serve.
-type Shape = ([Vec<Point>; 2], [Option<Bound>; 2]);
+/// One side of a way.
+enum Side {
+    /// A bound that another way has drawn.
+    Shared(Bound),
+    /// Places of a bound of its own.
+    Own(Vec<Point>),
+}
 
 /// Whether a way takes the bounds that others have drawn between the same nodes.
 #[derive(Clone, Copy, PartialEq)]
@@ -270,29 +320,26 @@ enum Share {
     Not,
 }
 
-/// The shape of a lane between two ends; `None` if there is no room for one.
+/// Both sides of a lane between two ends; `None` if there is no room for one. `straight` joins the nodes at these on either
+/// side, `known` are lines between the same nodes.
 fn shape(
-    assembly: &Assembly,
-    [from, to]: [&ArmLane; 2],
-    course: &[Pose],
-    known: [Option<Bound>; 2],
+    ((_, from, to), smooth): &Smooth,
+    straight: &[[Point; 2]; 2],
+    known: [Option<&Line>; 2],
     meant: &Meant,
-) -> Option<Shape> {
-    let smooth = smooth([from, to], course).map(|line| curve::untangled(&line));
-    let meant = [0, 1].map(|side| meant.get(from.nodes[side], to.nodes[side]).map(|line| curve::untangled(&line)));
-    let midway = [0, 1].map(|side| meant[side].as_ref().unwrap_or(&smooth[side]));
-    let straight = [0, 1].map(|side| vec![assembly.position(from.nodes[side]), assembly.position(to.nodes[side])]);
+) -> Option<[Side; 2]> {
+    let sides = [0, 1];
+    let meant = sides.map(|side| meant.get(from.nodes[side], to.nodes[side]).map(|line| curve::untangled(&line)));
+    let smooth = smooth.each_ref().map(Vec::as_slice);
+    let midway = sides.map(|side| meant[side].as_deref().unwrap_or(smooth[side]));
+    let straight = straight.each_ref().map(|line| &line[..]);
     // Where the turn is tighter than half the lane, its inner bound is a straight line.
     let left_turn = angle_between(from.pose.heading, to.pose.heading) > 0.0;
-    let tight = if left_turn { [&straight[0], &smooth[1]] } else { [&smooth[0], &straight[1]] };
-    let (smooth, straight) = (smooth.each_ref(), straight.each_ref());
-    let old = known.map(|bound| bound.map(|b| assembly.bound_line(b)));
-    let width = [from.width, to.width];
-    let even = |[left, right]: &[Vec<Point>; 2]| {
-        let lines = [left, right].map(|line| Polyline::new(line.iter().copied()));
-        let [Some(a), Some(b)] = lines else { return false };
-        keeps_width(left, &b, width) && keeps_width(right, &a, width)
-    };
+    let tight = if left_turn { [straight[0], smooth[1]] } else { [smooth[0], straight[1]] };
+    let old = sides.map(|side| known[side].map(|line| line.places(from.nodes[side])));
+    let known = sides.map(|side| known[side].map(|line| line.bound(from.nodes[side])));
+    let (width, narrow) = ([from.width, to.width], from.width.min(to.width));
+    let even = |[left, right]: [&[Point]; 2]| keeps_width(left, right, width) && keeps_width(right, left, width);
     // Rather a bound of its own than one shared that squeezes it, and rather that than a corner.
     let shapes = [
         (midway, Share::Evenly),
@@ -304,26 +351,32 @@ fn shape(
         (tight, Share::Not),
         (straight, Share::Not),
     ];
-    let mut unsound: Vec<[Vec<Point>; 2]> = Vec::new();
+    let mut unsound: Vec<[&[Point]; 2]> = Vec::new();
     for (shape, share) in shapes {
         let known = if share == Share::Not { [None, None] } else { known };
-        let lines = [0, 1].map(|side| old[side].as_ref().filter(|_| known[side].is_some()).unwrap_or(shape[side]));
+        let lines = sides.map(|side| old[side].as_deref().filter(|_| known[side].is_some()).unwrap_or(shape[side]));
         // Where nothing is shared, several come to the same.
-        if unsound.iter().any(|tried| tried.each_ref() == lines) {
+        if unsound.contains(&lines) {
             continue;
         }
-        let lines = lines.map(Vec::clone);
-        if !sound(&lines, from.width.min(to.width)) {
+        if !sound(&lines, narrow) {
             unsound.push(lines);
             continue;
         }
         // Ways side by side share whatever comes: they must not overlap.
         let with_opposite = known.iter().flatten().any(|bound| bound.inverted);
-        if share != Share::Evenly || !with_opposite || even(&lines) {
+        if share != Share::Evenly || !with_opposite || even(lines) {
             let round =
-                [0, 1].map(|side| if known[side].is_some() { lines[side].clone() } else { BENDS.of(&lines[side]) });
-            let serves = round == lines || sound(&round, from.width.min(to.width));
-            return Some((if serves { round } else { lines }, known));
+                |side: usize| if known[side].is_some() { Cow::Borrowed(lines[side]) } else { BENDS.of(lines[side]) };
+            let round = sides.map(round);
+            let rounded = round.iter().any(|line| matches!(line, Cow::Owned(_)));
+            let serves = !rounded || sound(&round, narrow);
+            let lines = if serves { round } else { lines.map(Cow::Borrowed) };
+            let [left, right] = lines;
+            let side = |known: Option<Bound>, line: Cow<[Point]>| {
+                known.map_or_else(|| Side::Own(line.into_owned()), Side::Shared)
+            };
+            return Some([side(known[0], left), side(known[1], right)]);
         }
     }
     None

@@ -1,24 +1,22 @@
 //! Points found by where they lie: those closer to each other than the eye can tell are one.
 
-use rustc_hash::FxHashMap;
-
 use crate::geometry::Point;
 use crate::lanelet::PointId;
 
 /// Points of an intersection closer than this, metres, are one: where two bounds cross on a point of each.
 const SAME: f64 = 2e-3;
-/// So many cells of that size along either side are one field of the table: a place has few neighbours, and most lie in its
-/// own field.
-const FIELD: i64 = 512;
+/// Two to the power of this many cells of that size along either side are one field of the table: a place has few
+/// neighbours, and most lie in its own field.
+const FIELD: u32 = 9;
 
-/// Cells of the plane, no more than one point in each.
+/// Cells of the plane.
 type Cell = (i64, i64);
 
 /// Points by their places.
 #[derive(Clone, Debug, Default)]
 pub struct Places {
-    /// The last point of every field, by its position in `points`.
-    fields: FxHashMap<Cell, u32>,
+    /// The last point of the fields that fall together here, by its position in `points`; a power of two of them.
+    fields: Vec<Option<u32>>,
     points: Vec<Placed>,
 }
 
@@ -26,39 +24,67 @@ pub struct Places {
 struct Placed {
     place: Point,
     id: PointId,
-    /// The one before in its field.
+    /// The one before in its field, or in one that falls together with it.
     before: Option<u32>,
 }
 
 impl Places {
-    /// The point at a place, which `make` makes if there is none yet.
-    pub fn at(&mut self, place: Point, make: impl FnOnce() -> PointId) -> PointId {
-        if let Some(known) = self.near(place) {
-            return known;
+    /// The point at a place, which `make` makes if there is none yet, and where it lies.
+    pub fn at(&mut self, place: Point, make: impl FnOnce() -> PointId) -> (PointId, Point) {
+        let home = cell(place);
+        if let Some(known) = self.near(place, home) {
+            return (known.id, known.place);
+        }
+        if self.points.len() == self.fields.len() {
+            self.spread();
         }
         let id = make();
-        let at = self.points.len() as u32;
-        let before = self.fields.insert(field(cell(place)), at);
+        let slot = self.slot(field(home));
+        let before = self.fields[slot].replace(self.points.len() as u32);
         self.points.push(Placed { place, id, before });
-        id
+        (id, place)
     }
 
-    /// The point at a place, in the first of the cells around it that has one so near.
-    fn near(&self, place: Point) -> Option<PointId> {
-        let (x, y) = cell(place);
+    /// The point at a place, in the first of the cells around it that has one so near; of two there, the later.
+    fn near(&self, place: Point, (x, y): Cell) -> Option<&Placed> {
+        if self.points.is_empty() {
+            return None;
+        }
         let (low, high) = (field((x - 1, y - 1)), field((x + 1, y + 1)));
-        let mut found: Option<&Placed> = None;
+        let mut found: Option<u32> = None;
         for field in (low.0..=high.0).flat_map(|x| (low.1..=high.1).map(move |y| (x, y))) {
-            let mut at = self.fields.get(&field).copied();
-            while let Some(placed) = at.map(|at| &self.points[at as usize]) {
-                at = placed.before;
-                let first = || found.is_none_or(|found| cell(placed.place) < cell(found.place));
-                if (placed.place - place).norm() < SAME && first() {
-                    found = Some(placed);
+            let mut next = self.fields[self.slot(field)];
+            while let Some(at) = next {
+                let placed = &self.points[at as usize];
+                next = placed.before;
+                if (placed.place - place).norm() < SAME {
+                    let order = |at: u32| (cell(self.points[at as usize].place), std::cmp::Reverse(at));
+                    found = Some(found.map_or(at, |found| if order(at) < order(found) { at } else { found }));
                 }
             }
         }
-        found.map(|placed| placed.id)
+        found.map(|at| &self.points[at as usize])
+    }
+
+    /// Makes room for as many points again.
+    fn spread(&mut self) {
+        /// What most intersections have at least.
+        const FEW: usize = 256;
+        let count = (2 * self.fields.len()).max(FEW);
+        self.fields = vec![None; count];
+        self.points.reserve_exact(count - self.points.len());
+        for at in 0..self.points.len() {
+            let slot = self.slot(field(cell(self.points[at].place)));
+            self.points[at].before = self.fields[slot].replace(at as u32);
+        }
+    }
+
+    /// Where a field stands in the table.
+    fn slot(&self, (x, y): Cell) -> usize {
+        /// Odd numbers without a pattern: neighbours come to lie far apart.
+        const SPREAD: [u64; 2] = [0x9e37_79b9_7f4a_7c15, 0xc2b2_ae3d_27d4_eb4f];
+        let mixed = (x as u64).wrapping_mul(SPREAD[0]) ^ (y as u64).wrapping_mul(SPREAD[1]);
+        (mixed >> 32) as usize & (self.fields.len() - 1)
     }
 }
 
@@ -67,5 +93,5 @@ fn cell(place: Point) -> Cell {
 }
 
 fn field((x, y): Cell) -> Cell {
-    (x.div_euclid(FIELD), y.div_euclid(FIELD))
+    (x >> FIELD, y >> FIELD)
 }

@@ -1,6 +1,7 @@
 //! Whether two bounds make a lane that Autoware's loader reads as it is drawn.
 
-use crate::geometry::{Point, Polyline, polygon, ring};
+use crate::geometry::polyline::clears;
+use crate::geometry::{Point, Vector, cross, left_of, polygon, ring};
 
 /// Part of its width that a lane must keep everywhere.
 const WIDTH_LEFT: f64 = 0.4;
@@ -13,21 +14,53 @@ const LENGTH_LEAST: f64 = 0.2;
 const EQUALLY_NEAR: f64 = 1e-6;
 /// An outline that turns back on itself within this, degrees, encloses nothing there.
 const SPIKE: f64 = 1e-6;
+/// What lies on one side of a line by more than this, metres, does so whatever the rounding.
+const SURE: f64 = 1e-6;
 
 /// Whether a lane of this width (metres) between two bounds is simple, on the right sides, nowhere pinched, and its
 /// bounds nowhere kinked.
 pub fn sound<L: AsRef<[Point]>>(bounds: &[L; 2], width: f64) -> bool {
-    let bounds = &bounds.each_ref().map(AsRef::as_ref);
-    let Some(lines) = lines(bounds) else { return false };
-    let wide = |a: usize, b: usize| lines[b].clears(bounds[a], WIDTH_LEFT * width);
-    let long = lines.iter().all(|line| line.length() >= LENGTH_LEAST);
-    long && simple(bounds) && aligned(bounds) && bounds.iter().all(|line| !kinked(line)) && wide(0, 1) && wide(1, 0)
+    let bounds = bounds.each_ref().map(AsRef::as_ref);
+    let long = |line: &[Point]| line.windows(2).map(|w| (w[1] - w[0]).norm()).sum::<f64>() >= LENGTH_LEAST;
+    let wide = |a: usize, b: usize| clears(bounds[b], bounds[a], WIDTH_LEFT * width);
+    let even = bounds.iter().all(|line| long(line) && !kinked(line)) && wide(0, 1) && wide(1, 0);
+    even && aligned(&bounds) && if plain(&bounds) { runs_clockwise(&bounds) } else { simple(&bounds) }
 }
 
 /// Whether the outline between the bounds is simple, with the left bound on the left.
-pub fn simple<L: AsRef<[Point]>>([left, right]: &[L; 2]) -> bool {
-    let outline: Vec<Point> = left.as_ref().iter().chain(right.as_ref().iter().rev()).copied().collect();
-    polygon::signed_area(&outline) < 0.0 && ring::faults(&outline, SPIKE, 1).is_empty()
+pub fn simple<L: AsRef<[Point]>>(bounds: &[L; 2]) -> bool {
+    let bounds = bounds.each_ref().map(AsRef::as_ref);
+    let outline: Vec<Point> = around(&bounds).copied().collect();
+    runs_clockwise(&bounds) && ring::faults(&outline, SPIKE, 1).is_empty()
+}
+
+/// The outline between two bounds.
+fn around<'a>([left, right]: &[&'a [Point]; 2]) -> impl Iterator<Item = &'a Point> + Clone {
+    left.iter().chain(right.iter().rev())
+}
+
+/// Whether the left bound lies on the left.
+fn runs_clockwise(bounds: &[&[Point]; 2]) -> bool {
+    polygon::area_around(around(bounds)) < 0.0
+}
+
+/// Whether the outline between bounds that keep clear of each other, and have no kinks, is surely simple: neither bound turns
+/// back, and the whole lane lies between its two ends.
+fn plain([left, right]: &[&[Point]; 2]) -> bool {
+    let onward = |line: &[Point]| {
+        let way = line[line.len() - 1] - line[0];
+        let least = SURE * way.norm();
+        line.windows(2).all(|w| (w[1] - w[0]).dot(&way) > least)
+    };
+    let behind = |end: Point, out: Vector, lines: [&[Point]; 2]| {
+        let least = SURE * out.norm();
+        lines.iter().all(|line| line.iter().all(|p| (p - end).dot(&out) < -least))
+    };
+    let (l, r) = (left.len() - 1, right.len() - 1);
+    onward(left)
+        && onward(right)
+        && behind(left[0], -left_of(right[0] - left[0]), [&left[1..], &right[1..]])
+        && behind(left[l], left_of(right[r] - left[l]), [&left[..l], &right[..r]])
 }
 
 /// Whether the loader keeps both bounds as they run: it looks at one point of each to see on which side of the other it
@@ -45,15 +78,14 @@ enum Side {
 
 /// On which side of a line a point lies; `None` where its nearest segments disagree, as beside a corner.
 fn side_of(line: &[Point], p: Point) -> Option<Side> {
-    let segments = line.windows(2).map(|w| {
+    let way = |w: &[Point]| {
         let along = w[1] - w[0];
         let t = ((p - w[0]).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
-        let side = if crate::geometry::cross(along, p - w[0]) > 0.0 { Side::Left } else { Side::Right };
-        ((p - (w[0] + along * t)).norm(), side)
-    });
-    let segments: Vec<(f64, Side)> = segments.collect();
-    let nearest = segments.iter().map(|s| s.0).fold(f64::INFINITY, f64::min);
-    let mut near = segments.iter().filter(|s| s.0 <= nearest + EQUALLY_NEAR).map(|s| s.1);
+        p - (w[0] + along * t)
+    };
+    let nearest = line.windows(2).map(|w| way(w).norm_squared()).fold(f64::INFINITY, f64::min).sqrt();
+    let side = |w: &[Point]| if cross(w[1] - w[0], p - w[0]) > 0.0 { Side::Left } else { Side::Right };
+    let mut near = line.windows(2).filter(|w| way(w).norm() <= nearest + EQUALLY_NEAR).map(side);
     let side = near.next()?;
     near.all(|other| other == side).then_some(side)
 }
@@ -64,10 +96,6 @@ fn middle(line: &[Point]) -> Point {
         [a, b] => nalgebra::center(a, b),
         _ => line[line.len() / 2],
     }
-}
-
-fn lines(bounds: &[&[Point]; 2]) -> Option<[Polyline; 2]> {
-    Some([Polyline::new(bounds[0].iter().copied())?, Polyline::new(bounds[1].iter().copied())?])
 }
 
 fn kinked(line: &[Point]) -> bool {

@@ -257,22 +257,18 @@ fn parameters(at: impl Fn(f64) -> (Point, Vector, Vector)) -> Vec<f64> {
         .collect()
 }
 
-/// The line beside a curve whose offset (left positive) goes linearly from `start` to `end` metres.
-pub fn beside(curve: &[Pose], start: f64, end: f64) -> Vec<Point> {
-    let mut stations = Vec::with_capacity(curve.len());
-    let mut sum = 0.0;
-    for (i, pose) in curve.iter().enumerate() {
-        if i > 0 {
-            sum += (pose.point - curve[i - 1].point).norm();
-        }
-        stations.push(sum);
+/// The lines on the left and on the right of a curve, as far from it as goes linearly from `start` to `end` metres.
+pub fn beside(curve: &[Pose], start: f64, end: f64) -> [Vec<Point>; 2] {
+    let total = curve.windows(2).map(|w| (w[1].point - w[0].point).norm()).sum::<f64>().max(f64::MIN_POSITIVE);
+    let mut sides = [Vec::with_capacity(curve.len()), Vec::with_capacity(curve.len())];
+    let (mut station, mut before) = (0.0, curve.first().map(|pose| pose.point));
+    for pose in curve {
+        station += before.replace(pose.point).map_or(0.0, |before| (pose.point - before).norm());
+        let aside = left_of(pose.heading) * (start + (end - start) * station / total);
+        sides[0].push(pose.point + aside);
+        sides[1].push(pose.point - aside);
     }
-    let total = sum.max(f64::MIN_POSITIVE);
-    curve
-        .iter()
-        .zip(stations)
-        .map(|(pose, s)| pose.point + left_of(pose.heading) * (start + (end - start) * s / total))
-        .collect()
+    sides
 }
 
 /// Neighbours on a line are at least this far apart, metres.
@@ -284,15 +280,15 @@ const LOOP_REACH: usize = 64;
 /// A line without loops and without neighbours closer than [`MIN_SPACING`]; first and last points stay.
 #[must_use]
 pub fn untangled(line: &[Point]) -> Vec<Point> {
-    spaced(&without_loops(line))
-}
-
-fn without_loops(line: &[Point]) -> Vec<Point> {
     let (Some(&first), Some(&last)) = (line.first(), line.last()) else { return Vec::new() };
     // What never turns back does not cross itself.
     if line.windows(2).all(|w| (w[1] - w[0]).dot(&(last - first)) > 0.0) {
-        return line.to_vec();
+        return spaced(line);
     }
+    spaced(&without_loops(line, first))
+}
+
+fn without_loops(line: &[Point], first: Point) -> Vec<Point> {
     let mut out: Vec<Point> = Vec::with_capacity(line.len());
     let mut i = 0;
     out.push(first);
@@ -319,7 +315,8 @@ fn without_loops(line: &[Point]) -> Vec<Point> {
 
 fn spaced(line: &[Point]) -> Vec<Point> {
     let (Some(&first), Some(&last)) = (line.first(), line.last()) else { return Vec::new() };
-    let mut out = vec![first];
+    let mut out = Vec::with_capacity(line.len().max(2));
+    out.push(first);
     let mut previous = first;
     for &p in &line[1..line.len().max(2) - 1] {
         if (p - previous).norm() >= MIN_SPACING && (p - last).norm() >= MIN_SPACING {
@@ -345,7 +342,7 @@ mod tests {
         for p in &curve {
             assert!(((p.point - Point::new(-8.0, -8.0)).norm() - 8.0).abs() < 1e-9);
         }
-        for p in beside(&curve, 1.5, 1.5) {
+        for p in &beside(&curve, 1.5, 1.5)[0] {
             assert!(((p - Point::new(-8.0, -8.0)).norm() - 6.5).abs() < 1e-9);
         }
         assert_eq!(join_radius(pose(0.0, -8.0, 90.0), pose(-8.0, 0.0, 180.0)).map(f64::round), Some(8.0));
@@ -403,7 +400,7 @@ mod tests {
     fn the_line_keeps_to_the_curve_with_few_places() {
         let gentle = join(pose(0.0, 0.0, 0.0), pose(60.0, 20.0, 37.0));
         assert!(gentle.len() < 30, "{}", gentle.len());
-        for w in beside(&gentle, -1.75, -1.75).windows(3) {
+        for w in beside(&gentle, 1.75, 1.75)[1].windows(3) {
             let turn = angle_between(w[1] - w[0], w[2] - w[1]).abs();
             let sagitta = (w[1] - w[0]).norm() * turn / 8.0;
             assert!(sagitta < 1.2 * SAGITTA, "{sagitta}");

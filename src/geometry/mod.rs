@@ -3,6 +3,7 @@
 //! Points and vectors are nalgebra's; [`Polyline`] is a list of points with stations along it. What needs a sweep
 //! line (areas of overlap, unions, validity) goes through `geo` in [`polygon`].
 
+pub mod apart;
 pub mod cells;
 pub mod curve;
 pub mod miter;

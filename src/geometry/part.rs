@@ -19,18 +19,36 @@ const BENT_MOST: f64 = 10.0;
 /// Metres by which a line may lie over another: less than a coordinate's last digit.
 const EXACT: f64 = 1e-6;
 
+/// A line with the stations of its points.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    line: Polyline,
+    stations: Vec<f64>,
+}
+
+impl Measured {
+    /// A line through these points; `None` if fewer than two distinct ones are left.
+    pub fn new(points: impl IntoIterator<Item = Point>) -> Option<Self> {
+        Polyline::new(points).map(|line| Self { stations: line.stations(), line })
+    }
+
+    fn length(&self) -> f64 {
+        self.stations[self.stations.len() - 1]
+    }
+}
+
 /// The line, which starts where the other one does, kept on the side of it on which it goes on: where it runs over the
 /// other by less than a hand's breadth before the two part, it follows the other, vertex by vertex. `None` where it is to
 /// stay as it is.
-pub fn parted(line: &Polyline, other: &Polyline) -> Option<Vec<Point>> {
-    let steps = [line, other].map(|l| l.at(STEP.min(l.length())) - l.first());
+pub fn parted(line: &Measured, other: &Measured) -> Option<Vec<Point>> {
+    let steps = [line, other].map(|l| l.line.at(STEP.min(l.length())) - l.line.first());
     if angle_between(steps[0], steps[1]).abs() > ALONG.to_radians() {
         return None;
     }
+    let [length, other_length] = [line, other].map(Measured::length);
+    let (Measured { line, stations: own }, Measured { line: other, stations: others }) = (line, other);
     // Where the line runs beside the other: stations on both, and how far to the left of the other it is.
     let mut beside: Vec<[f64; 3]> = Vec::new();
-    let (own, others) = (line.stations(), other.stations());
-    let [length, other_length] = [&own, &others].map(|stations| stations[stations.len() - 1]);
     let (mut walked, mut foot) = (0, Foot::default());
     for station in merged(&own[1..], length.min(other_length)) {
         while walked + 2 < own.len() && own[walked + 1] < station {
@@ -38,7 +56,7 @@ pub fn parted(line: &Polyline, other: &Polyline) -> Option<Vec<Point>> {
         }
         let [a, b] = [line.points()[walked], line.points()[walked + 1]];
         let place = a + (b - a) * ((station - own[walked]) / (own[walked + 1] - own[walked])).min(1.0);
-        foot = foot.on(other, &others, place);
+        foot = foot.on(other, others, place);
         if foot.station >= other_length - EXACT {
             return None;
         }
@@ -54,8 +72,8 @@ pub fn parted(line: &Polyline, other: &Polyline) -> Option<Vec<Point>> {
     }
     let (leaves, rejoined) = (beside[over][1], beside[over + 1][0]);
     let followed = other.points().iter().zip(others);
-    let followed: Vec<Point> = followed.take_while(|(_, s)| *s <= leaves).map(|(p, _)| *p).collect();
-    let mut own = line.points().iter().zip(own).filter(|(_, s)| *s >= rejoined - EXACT).peekable();
+    let followed: Vec<Point> = followed.take_while(|(_, s)| **s <= leaves).map(|(p, _)| *p).collect();
+    let mut own = line.points().iter().zip(own).filter(|(_, s)| **s >= rejoined - EXACT).peekable();
     let leaving = other.at(leaves);
     let mut points = followed;
     if points.last().is_some_and(|p| (p - leaving).norm() > STEP) {
@@ -71,7 +89,7 @@ pub fn parted(line: &Polyline, other: &Polyline) -> Option<Vec<Point>> {
         let bends = [(other.direction(leaves), way), (way, line.direction(station))];
         bends.map(|(a, b)| angle_between(a, b).abs()).iter().sum::<f64>() * SHARPEST > way.norm()
     };
-    while own.next_if(|(p, s)| *s < rejoined + SKIPPED_MOST && (across(p) || sharp(p, *s))).is_some() {}
+    while own.next_if(|(p, s)| **s < rejoined + SKIPPED_MOST && (across(p) || sharp(p, **s))).is_some() {}
     let (next, _) = own.peek()?;
     let turn = angle_between(other.direction(leaves), *next - leaving).abs();
     if across(next) || turn > BENT_MOST.to_radians() {
@@ -129,6 +147,11 @@ mod tests {
 
     fn line(points: &[(f64, f64)]) -> Polyline {
         Polyline::new(points.iter().map(|&(x, y)| Point::new(x, y))).unwrap()
+    }
+
+    fn parted(line: &Polyline, other: &Polyline) -> Option<Vec<Point>> {
+        let [line, other] = [line, other].map(|line| Measured::new(line.points().iter().copied()).unwrap());
+        super::parted(&line, &other)
     }
 
     /// A quarter of a circle to the left.

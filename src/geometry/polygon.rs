@@ -11,8 +11,14 @@ pub fn to_geo(ring: &[Point]) -> Polygon<f64> {
 
 /// Signed area in square metres: positive when the ring runs counter-clockwise.
 pub fn signed_area(ring: &[Point]) -> f64 {
-    let Some(&origin) = ring.first() else { return 0.0 };
-    ring.iter().zip(ring.iter().cycle().skip(1)).map(|(a, b)| super::cross(a - origin, b - origin)).sum::<f64>() / 2.0
+    area_around(ring.iter())
+}
+
+/// As [`signed_area`], of places one after the other.
+pub fn area_around<'a>(ring: impl Iterator<Item = &'a Point> + Clone) -> f64 {
+    let Some(origin) = ring.clone().next() else { return 0.0 };
+    let next = ring.clone().cycle().skip(1);
+    ring.zip(next).map(|(a, b)| super::cross(a - origin, b - origin)).sum::<f64>() / 2.0
 }
 
 /// Area in square metres that both rings cover. Rings that cross themselves count by the non-zero rule.

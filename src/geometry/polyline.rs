@@ -1,5 +1,6 @@
 //! A line of points, measured by station: the distance along it from its first point.
 
+use super::apart::apart;
 use super::cells::Bounds;
 use super::{Point, Vector, left_of};
 
@@ -110,13 +111,7 @@ impl Polyline {
 
     /// The stations of all points.
     pub fn stations(&self) -> Vec<f64> {
-        let mut sum = 0.0;
-        let mut stations = vec![0.0];
-        for (a, b) in self.segments() {
-            sum += (b - a).norm();
-            stations.push(sum);
-        }
-        stations
+        stations(&self.points)
     }
 
     /// The part between two stations, held to the ends; `None` if nothing is left.
@@ -174,36 +169,9 @@ impl Polyline {
         self.nearest(p).2.sqrt()
     }
 
-    /// Whether the line keeps this far, metres, from all places.
-    pub fn clears(&self, places: &[Point], distance: f64) -> bool {
-        let stations = self.stations();
-        places.iter().all(|&p| {
-            let mut i = 0;
-            while i + 1 < stations.len() {
-                let segment = (self.points[i], self.points[i + 1]);
-                if within(segment, p, distance).is_some_and(|from| from < distance) {
-                    return false;
-                }
-                i += 1;
-                // What is farther from the place than it is along the line keeps clear of it, too.
-                let clear = stations[i] + (p - segment.1).norm() - distance - Self::MERGE;
-                while stations.get(i + 1).is_some_and(|end| *end <= clear) {
-                    i += 1;
-                }
-            }
-            true
-        })
-    }
-
-    /// Whether some place of the line is this close, metres, to `p`. Segments are tried from `hint` on, which becomes the
-    /// one found.
+    /// See [`reaches`].
     pub fn reaches(&self, p: Point, distance: f64, hint: &mut usize) -> bool {
-        let count = self.points.len() - 1;
-        let close = |i: usize| within((self.points[i], self.points[i + 1]), p, distance);
-        let mut order = (0..count).map(|i| (*hint + i) % count);
-        let found = order.find(|&i| close(i).is_some_and(|from| from <= distance));
-        *hint = found.unwrap_or(*hint);
-        found.is_some()
+        reaches(&self.points, p, distance, hint)
     }
 
     /// The line moved sideways by `offset` metres (left positive): miter joins up to `miter_limit` times the offset,
@@ -302,6 +270,51 @@ fn distance_to_segment(p: Point, a: Point, b: Point) -> f64 {
     let along = b - a;
     let part = if along.norm() > Polyline::MERGE { (p - a).dot(&along) / along.norm_squared() } else { 0.0 };
     (p - (a + along * part.clamp(0.0, 1.0))).norm()
+}
+
+/// The stations of all points of a line.
+fn stations(line: &[Point]) -> Vec<f64> {
+    let mut sum = 0.0;
+    let mut stations = Vec::with_capacity(line.len());
+    stations.push(sum);
+    for w in line.windows(2) {
+        sum += (w[1] - w[0]).norm();
+        stations.push(sum);
+    }
+    stations
+}
+
+/// Whether a line keeps this far, metres, from all places.
+pub fn clears(line: &[Point], places: &[Point], distance: f64) -> bool {
+    if apart(places, line, distance) {
+        return true;
+    }
+    let stations = stations(line);
+    places.iter().all(|&p| {
+        let mut i = 0;
+        while i + 1 < stations.len() {
+            let segment = (line[i], line[i + 1]);
+            if within(segment, p, distance).is_some_and(|from| from < distance) {
+                return false;
+            }
+            i += 1;
+            // What is farther from the place than it is along the line keeps clear of it, too.
+            let clear = stations[i] + (p - segment.1).norm() - distance - Polyline::MERGE;
+            while stations.get(i + 1).is_some_and(|end| *end <= clear) {
+                i += 1;
+            }
+        }
+        true
+    })
+}
+
+/// Whether some place of a line is this close, metres, to `p`. Segments are tried from `hint` on, which becomes the one
+/// found.
+pub fn reaches(line: &[Point], p: Point, distance: f64, hint: &mut usize) -> bool {
+    let close = |i: &usize| within((line[*i], line[i + 1]), p, distance).is_some_and(|from| from <= distance);
+    let found = (*hint..line.len().max(1) - 1).chain(0..*hint).find(close);
+    *hint = found.unwrap_or(*hint);
+    found.is_some()
 }
 
 /// How far `p` lies from a segment, metres; `None` where it lies farther than `distance` from the box around it.

@@ -1,5 +1,7 @@
 //! Rounds what bends too tightly in a line: the inner edge of a bend, where little is left of its radius.
 
+use std::borrow::Cow;
+
 use super::curve::MIN_SPACING;
 use super::{Point, Polyline, Vector, angle_between, left_of, line_crossing};
 
@@ -37,12 +39,14 @@ impl Rounding {
 
     /// The line with every bend that is too tight replaced by an arc that cuts its corner, tangent to the line before and
     /// behind; where the line ends too soon, by the widest arc that there is room for. Its ends stay.
-    #[must_use]
-    pub fn of(&self, line: &[Point]) -> Vec<Point> {
+    pub fn of<'a>(&self, line: &'a [Point]) -> Cow<'a, [Point]> {
+        if line.windows(3).all(|w| tighter([w[0], w[1], w[2]], self.easy * (1.0 - TOLERANCE)).is_none()) {
+            return Cow::Borrowed(line);
+        }
         let before = line;
         let mut line = self.once(before);
         if line == before {
-            return line;
+            return Cow::Borrowed(before);
         }
         let rest = Self { easy: self.least, cut: 0.0, ..*self };
         for _ in 1..ROUNDS {
@@ -52,7 +56,7 @@ impl Rounding {
             }
             line = round;
         }
-        line
+        Cow::Owned(line)
     }
 
     fn once(&self, line: &[Point]) -> Vec<Point> {
@@ -265,7 +269,7 @@ mod tests {
     fn a_tight_bend_becomes_an_arc_within_its_corner() {
         for side in [1.0, -1.0] {
             for bend in [quarter(0.2, side), quarter(0.9, side), line(&[(0.0, 0.0), (5.0, 0.0), (5.0, 6.0)], side)] {
-                let round = LEAST.of(&bend);
+                let round = LEAST.of(&bend).into_owned();
                 assert!(tightest(&round) > 1.2, "{}", tightest(&round));
                 assert_eq!((round.first(), round.last()), (bend.first(), bend.last()));
                 let (old, new) = (Polyline::new(bend).unwrap(), Polyline::new(round.clone()).unwrap());
@@ -281,9 +285,9 @@ mod tests {
     fn a_wider_arc_is_taken_where_it_cuts_off_little() {
         let rounding = Rounding { least: 1.25, easy: 2.0, cut: 0.6 };
         for side in [1.0, -1.0] {
-            let slight = rounding.of(&line(&[(0.0, 0.0), (5.0, 0.0), (9.0, 4.0)], side));
+            let slight = rounding.of(&line(&[(0.0, 0.0), (5.0, 0.0), (9.0, 4.0)], side)).into_owned();
             assert!(tightest(&slight) > 1.95, "{}", tightest(&slight));
-            let sharp = rounding.of(&line(&[(0.0, 0.0), (5.0, 0.0), (5.0, 6.0)], side));
+            let sharp = rounding.of(&line(&[(0.0, 0.0), (5.0, 0.0), (5.0, 6.0)], side)).into_owned();
             assert!((1.4..1.5).contains(&tightest(&sharp)), "{}", tightest(&sharp));
         }
     }
@@ -291,7 +295,7 @@ mod tests {
     #[test]
     fn where_the_line_ends_too_soon_the_arc_is_as_wide_as_there_is_room() {
         for side in [1.0, -1.0] {
-            let round = LEAST.of(&line(&[(0.0, 0.0), (0.8, 0.0), (0.8, 0.9)], side));
+            let round = LEAST.of(&line(&[(0.0, 0.0), (0.8, 0.0), (0.8, 0.9)], side)).into_owned();
             assert!((0.75..0.81).contains(&tightest(&round)), "{}", tightest(&round));
         }
     }
@@ -301,7 +305,7 @@ mod tests {
         for side in [1.0, -1.0] {
             let bend = line(&[(0.0, 0.0), (0.8, 0.0), (1.8, 1.0), (1.8, 6.0)], side);
             for bend in [bend.clone(), bend.into_iter().rev().collect()] {
-                let round = LEAST.of(&bend);
+                let round = LEAST.of(&bend).into_owned();
                 assert!(tightest(&round) > 1.2, "{}", tightest(&round));
                 assert_eq!((round.first(), round.last()), (bend.first(), bend.last()));
             }
@@ -312,7 +316,7 @@ mod tests {
     fn an_arc_leaves_room_for_the_bends_beside_it() {
         let places = [(0.0, 0.0), (8.0, 0.0), (8.2, 0.1), (8.4, 0.3), (8.6, 0.6), (8.7, 0.9), (8.7, 1.1), (8.0, 9.1)];
         for side in [1.0, -1.0] {
-            let round = LEAST.of(&line(&places, side));
+            let round = LEAST.of(&line(&places, side)).into_owned();
             assert!(tightest(&round) > 1.2, "{}", tightest(&round));
         }
     }
@@ -325,6 +329,6 @@ mod tests {
             let back = line(&[(0.0, 0.0), (5.0, 0.0), (0.0, 0.1)], side);
             assert_eq!(LEAST.of(&back), back);
         }
-        assert_eq!(LEAST.of(&[]), []);
+        assert!(LEAST.of(&[]).is_empty());
     }
 }

@@ -75,10 +75,11 @@ impl Ground {
     }
 
     /// Heights of the places of a line between two ends whose heights are known.
-    pub fn along(&self, line: &[Point], [first, last]: [f64; 2]) -> Vec<f64> {
+    pub fn along(&self, line: &[Point], ends: impl FnOnce() -> [f64; 2]) -> Vec<f64> {
         if let Self::Level(height) = self {
             return vec![*height; line.len()];
         }
+        let [first, last] = ends();
         let mut stations = Vec::with_capacity(line.len());
         let mut station = 0.0;
         for (i, place) in line.iter().enumerate() {

@@ -111,7 +111,7 @@ fn border(road: &Road, kept: [f64; 2], offset: f64, ends: [Point; 2]) -> Vec<Poi
         }
     }
     line.push(ends[1]);
-    BENDS.of(&untangled(&line))
+    BENDS.of(&untangled(&line)).into_owned()
 }
 
 /// A corner moved sideways: one mitred point where the bend is slight, an arc outside a sharp bend, both ends of the
