@@ -38,6 +38,8 @@ pub struct AreaOutline {
     pub overrun: Vec<usize>,
     /// Arms, by index, whose lanes do not end on the outline side by side.
     pub lost: Vec<usize>,
+    /// Whether it gives way to the lanes of roads.
+    pub yields: bool,
     /// The ways around islands on which the outline lies all the same.
     pub covered: Vec<i64>,
 }
@@ -64,12 +66,13 @@ pub fn area_outline(
     let walked = walked(assembly, key, arms, bounds);
     let apart = |ring: &[PointId]| -> Vec<usize> { (0..arms.len()).filter(|&i| !runs_along(ring, arms[i])).collect() };
     let mut ring = walked.clone();
-    let mut overrun = apart(&ring);
+    let (mut overrun, mut yields) = (apart(&ring), false);
     let (paths, strips) = paths;
     if !holds(assembly, &ring, paths, strips) {
         ring = united(assembly, key, &walked, arms, bounds, paths, [&[], &[]]);
         overrun = apart(&ring);
-        if !overrun.is_empty() || !is_simple(assembly, &ring) {
+        yields = !overrun.is_empty() || !is_simple(assembly, &ring);
+        if yields {
             let behind: Vec<Vec<Point>> = arms.iter().flat_map(|arm| own_lanes(assembly, lanes, arm)).collect();
             let key = key.word("beside lanes");
             let beside = united(assembly, key, &walked, arms, bounds, paths, [&[], &behind]);
@@ -81,7 +84,7 @@ pub fn area_outline(
     let (ring, covered) = cut_out(assembly, key, ring, (arms, bounds, paths), islands);
     let kerbs = kerbs(assembly, key, &ring, arms);
     let lost = (0..arms.len()).filter(|&i| !runs_beside(&ring, arms[i])).collect();
-    AreaOutline { ring, kerbs, overrun, lost, covered }
+    AreaOutline { ring, kerbs, overrun, lost, yields, covered }
 }
 
 /// The ring of cuts and the kerbs between them.

@@ -84,7 +84,7 @@ pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
             as_roads,
         };
         stage.intersection(intersection, &ways.plan, &ways.drawn, &ways.conflicts.unwrap_or_default(), ways.area);
-        (stage.assembly.into_part(), stage.beside)
+        (stage.assembly.into_part().shrunk(), stage.beside)
     };
     let passed = network.intersections.iter().zip(ways).filter_map(|(at, ways)| Some((at, ways?)));
     let passed: Vec<(&Intersection, Ways)> = passed.collect();
@@ -333,7 +333,8 @@ impl Stage<'_> {
                 if crossing.arm == Some(at.end) {
                     let cycles = self.cycling.paths.iter().filter(|_| as_roads);
                     let all = paths.iter().chain(cycles);
-                    announce(&mut self.assembly, *id, all.map(|p| (p.lanelet, &p.outline[..])));
+                    let all: Vec<_> = all.map(|p| (p.lanelet, self.assembly.outline(p.lanelet))).collect();
+                    announce(&mut self.assembly, *id, all.iter().map(|(lanelet, outline)| (*lanelet, &outline[..])));
                 }
             }
         }

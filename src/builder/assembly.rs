@@ -66,6 +66,17 @@ pub fn tags(pairs: &[(&str, &str)]) -> Attributes {
     pairs.iter().copied().collect()
 }
 
+impl Part {
+    /// The same without room for more.
+    #[must_use]
+    pub fn shrunk(mut self) -> Self {
+        self.spots.shrink();
+        self.map.linestrings.shrink();
+        self.map.lanelets.shrink();
+        self
+    }
+}
+
 impl<'a> Assembly<'a> {
     /// An empty assembly that knows what stands in another.
     pub fn over(below: &'a Assembly<'a>) -> Self {
@@ -103,8 +114,7 @@ impl<'a> Assembly<'a> {
     }
 
     /// What has been added.
-    pub fn into_part(mut self) -> Part {
-        self.part.spots.shrink();
+    pub fn into_part(self) -> Part {
         self.part
     }
 
@@ -195,6 +205,20 @@ impl<'a> Assembly<'a> {
         map.lanelets.retain(|lanelet| !gone.contains(&(lanelet.id.0 as Id)));
     }
 
+    /// Puts an element on a shelf. What was given back is made anew in its place; over another assembly nothing is.
+    fn put<T: Shelved>(&mut self, shelf: impl Fn(&mut Part) -> &mut Shelf<T>, item: T) {
+        match self.below {
+            Some(_) => shelf(&mut self.part).push(item),
+            None => drop(shelf(&mut self.part).insert(item)),
+        }
+    }
+
+    /// Makes room for so many more points.
+    pub fn reserve(&mut self, points: usize) {
+        self.part.spots.reserve(points);
+        self.part.ids.reserve(points);
+    }
+
     fn claim(&mut self, key: Key) -> i64 {
         self.part.ids.claim(key, |id| self.below.is_some_and(|below| below.forbids(id)))
     }
@@ -246,7 +270,7 @@ impl<'a> Assembly<'a> {
     /// Adds a point that lies at a height, metres, whatever the ground is.
     pub fn point_at(&mut self, key: Key, position: PlanePoint, ele: f64, attributes: Attributes) -> PointId {
         let id = PointId(self.claim(key));
-        self.part.spots.insert(Spot { id, position, ele, attributes });
+        self.put(|part| &mut part.spots, Spot { id, position, ele, attributes });
         id
     }
 
@@ -271,14 +295,14 @@ impl<'a> Assembly<'a> {
     /// Adds a line through points.
     pub fn line(&mut self, key: Key, points: Vec<PointId>, attributes: Attributes) -> LineStringId {
         let id = LineStringId(self.claim(key));
-        self.part.map.linestrings.insert(LineString { id, points, attributes, span: None });
+        self.put(|part| &mut part.map.linestrings, LineString { id, points, attributes, span: None });
         id
     }
 
     /// Adds a line whose id fits 31 bits: tools read the tags that name it into as many.
     pub fn named_line(&mut self, key: Key, points: Vec<PointId>, attributes: Attributes) -> LineStringId {
         let id = LineStringId(self.polygon_id(key).0);
-        self.part.map.linestrings.insert(LineString { id, points, attributes, span: None });
+        self.put(|part| &mut part.map.linestrings, LineString { id, points, attributes, span: None });
         id
     }
 
@@ -315,15 +339,9 @@ impl<'a> Assembly<'a> {
     /// Adds a lanelet between two bounds.
     pub fn lanelet(&mut self, key: Key, left: Bound, right: Bound, attributes: Attributes) -> LaneletId {
         let id = LaneletId(self.claim(key));
-        self.part.map.lanelets.insert(Lanelet {
-            id,
-            left,
-            right,
-            centerline: None,
-            regulatory_elements: Vec::new(),
-            attributes,
-            span: None,
-        });
+        let (centerline, regulatory_elements) = (None, Vec::new());
+        let lanelet = Lanelet { id, left, right, centerline, regulatory_elements, attributes, span: None };
+        self.put(|part| &mut part.map.lanelets, lanelet);
         id
     }
 

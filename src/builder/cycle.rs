@@ -58,13 +58,16 @@ pub struct Cycling {
     pub paths: Vec<Path>,
 }
 
+/// Whether roads with bicycle lanes meet; never where the settings leave those out.
+pub fn ridden(network: &RoadNetwork, intersection: &Intersection) -> bool {
+    let ridden = |at: &RoadEnd| runs(&network.road(at.road).section).iter().any(|run| run.used == Use::Bicycle);
+    network.beside.bicycle_lanes != BicycleLanes::None && intersection.arms.iter().any(ridden)
+}
+
 impl Cycles {
-    /// Finds them; none where the settings leave bicycle lanes out.
+    /// Finds them where an intersection is [`ridden`].
     pub fn find(assembly: &Assembly, network: &RoadNetwork, lanes: &Lanes, intersection: &Intersection) -> Self {
         let mut found = Self::default();
-        if network.beside.bicycle_lanes == BicycleLanes::None {
-            return found;
-        }
         for (arm, &at) in intersection.arms.iter().enumerate() {
             let road = network.road(at.road);
             for run in runs(&road.section) {

@@ -4,6 +4,7 @@
 //! whose cut lies under a turn is cut back behind it, and everything is drawn again: lanes end where the intersection
 //! begins, and their end nodes lie on its outline.
 
+mod overrun;
 mod renewed;
 mod ways;
 
@@ -12,15 +13,12 @@ pub use ways::Ways;
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
-use crate::geometry::{Point, Polyline, Vector, polygon};
-
 use super::assembly::Assembly;
-use super::connection::{ConnectionLines, Needs, ROAD_LEFT, carriageway, connection_lines, from_cut, side};
+use super::connection::{ConnectionLines, Needs, ROAD_LEFT, connection_lines, from_cut, side};
 use super::join::Joins;
 use super::lanes::{Lanes, lanes, redraw};
-use super::paths::Path;
 use super::restricted::Restricted;
-use super::road_network::{End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
+use super::road_network::{IntersectionIx, RoadEnd, RoadIx, RoadNetwork};
 use super::seam::seams;
 
 /// Each round settles what the round before moved; ways grow by less than they give.
@@ -38,8 +36,6 @@ const CLEAR: f64 = 0.2;
 /// No road is cut back further than this, metres, beyond its outline for the sake of a way beside it: what reaches
 /// further runs along the road and not over its end.
 const BACK_MOST: f64 = 12.0;
-/// Outlines are looked at in steps of this length, metres.
-const STEP: f64 = 0.5;
 
 /// What is drawn of a map before it is known what rules its intersections.
 pub struct Draft {
@@ -103,7 +99,7 @@ impl Draft {
     fn cleared(self, network: &RoadNetwork, restricted: &Restricted) -> Self {
         let mut draft = self;
         for _ in 0..ROUNDS {
-            if !draft.cut_back(network) {
+            if !draft.cut_back() {
                 break;
             }
             draft = draft.redrawn(network, restricted, &[]);
@@ -158,21 +154,31 @@ impl Draft {
         let cut = |lines: &ConnectionLines, at: &RoadEnd| lines.kept[at.road.0 as usize][side(at.end)];
         for (slot, at) in ways.iter_mut().zip(&network.intersections) {
             let stays = at.arms.iter().all(|at| cut(&before, at) == cut(&lines, at) && !redrawn(&at.road));
+            let elsewhere = || at.arms.iter().any(|at| moved.binary_search(&at.road).is_ok());
             match slot {
-                Some(ways) if stays => ways.stood = true,
+                Some(ways) if stays && !(ways.leans && elsewhere()) => ways.stood = true,
                 _ => *slot = None,
             }
         }
         Self { joins, lines, assembly, lanes, ways, back, stops, needs }.complete(network, restricted)
     }
 
-    /// Draws the ways that are not drawn yet.
+    /// Draws the ways that are not drawn yet, and their outlines where no way runs over a cut: else they are drawn again.
     fn complete(mut self, network: &RoadNetwork, restricted: &Restricted) -> Self {
-        let Self { joins, assembly, lanes, ways, .. } = &mut self;
-        ways.par_iter_mut().enumerate().filter(|(_, ways)| ways.is_none()).for_each(|(i, ways)| {
+        let Self { joins, lines, assembly, lanes, ways, .. } = &mut self;
+        ways.par_iter_mut().enumerate().filter(|(_, ways)| ways.is_none()).for_each(|(i, slot)| {
             let at = &network.intersections[i];
-            let passed = at.arms.len() >= 2 && !joins.joined(IntersectionIx(i as u32));
-            *ways = passed.then(|| Ways::draw(network, restricted, lanes, at, assembly));
+            if at.arms.len() < 2 || joins.joined(IntersectionIx(i as u32)) {
+                return;
+            }
+            let mut ways = Ways::draw(network, restricted, lanes, at, assembly);
+            if at.arms.len() > 2 {
+                ways.over = overrun::depths(network, lines, lanes, assembly, at, &ways.drawn.paths);
+            }
+            if ways.over.is_empty() {
+                ways = ways.outlined(network, restricted, lanes, at, assembly);
+            }
+            *slot = Some(ways);
         });
         self
     }
@@ -185,6 +191,8 @@ impl Draft {
         bare.for_each(|(slot, at)| {
             *slot = slot.take().map(|ways| ways.outlined(network, restricted, lanes, at, assembly));
         });
+        // From here on outlines stay though roads are cut at their other ends.
+        ways.iter_mut().flatten().for_each(|ways| ways.leans = false);
         self
     }
 
@@ -218,82 +226,18 @@ impl Draft {
     }
 
     /// Cuts roads back so that every cut lies behind the ways that run over it; `false` if all do.
-    fn cut_back(&mut self, network: &RoadNetwork) -> bool {
-        let reached = |(intersection, ways): (&Intersection, &Option<Ways>)| {
-            let ways = ways.as_ref().filter(|ways| intersection.arms.len() > 2 && !ways.stood)?;
-            let paths = ways.drawn.paths.iter();
-            let paths: Vec<_> = paths.filter_map(|path| Some((path, polygon::bounds(&path.outline)?))).collect();
-            let depth = |&at: &RoadEnd| (at, self.depth(network, intersection, at, &paths));
-            Some(intersection.arms.iter().map(depth).collect::<Vec<_>>())
-        };
-        let reached: Vec<_> = network.intersections.par_iter().zip(&self.ways).filter_map(reached).collect();
+    fn cut_back(&mut self) -> bool {
         let mut raised = false;
-        for (at, depth) in reached.into_iter().flatten() {
+        for (at, depth) in self.ways.iter().flatten().filter(|ways| !ways.stood).flat_map(|ways| &ways.over) {
             let (road, side) = (at.road.0 as usize, side(at.end));
             let now = from_cut(self.lines.least[road], at.end, self.lines.kept[road][side]);
             let wanted = (now + depth + CLEAR).min(BACK_MOST);
             let back = &mut self.back[road][side];
-            if depth > TOUCH && wanted > *back + TOUCH {
+            if wanted > *back + TOUCH {
                 *back = wanted;
                 raised = true;
             }
         }
         raised
     }
-
-    /// How far behind the cut of a road the ways of its intersection reach, each of which comes with the box around it.
-    fn depth(
-        &self,
-        network: &RoadNetwork,
-        intersection: &Intersection,
-        at: RoadEnd,
-        paths: &[(&Path, [Point; 2])],
-    ) -> f64 {
-        let road = network.road(at.road);
-        let kept = self.lines.kept[at.road.0 as usize];
-        let cut = self.lanes.arm(at);
-        let places: Vec<Point> = cut.cut.iter().map(|&id| self.assembly.position(id)).collect();
-        let (Some(&right), Some(&left)) = (places.first(), places.last()) else { return 0.0 };
-        let reach = (left - right).norm() + BACK_MOST;
-        let (first, last) = carriageway(&road.section);
-        let (left, right) = (road.section.edge(first), road.section.edge(last));
-        // What lies beside the part in question lies within this of the cut's end.
-        let near = BACK_MOST + 2.0 * left.abs().max(right.abs()) + TOUCH;
-        let Some([low, high]) = behind_cut(road, kept, at.end, left.abs().max(right.abs()) + TOUCH) else { return 0.0 };
-        let beyond = |p: &Point| {
-            let within = p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y;
-            if !within || (p - places[0]).norm() > near {
-                return 0.0;
-            }
-            let foot = road.line.project(*p);
-            let level = ((p - foot.point).norm() - foot.offset.abs()).abs() < TOUCH;
-            let within = foot.offset < left - TOUCH && foot.offset > right + TOUCH;
-            let depth = from_cut(kept, at.end, foot.station);
-            if level && within && depth < BACK_MOST { depth } else { 0.0 }
-        };
-        let own = |arm: usize| intersection.arms[arm] == at;
-        paths
-            .iter()
-            // What begins or ends here lies on the cut; it reaches behind it only where it turns back.
-            .filter(|(path, _)| !(own(path.movement.from) || own(path.movement.to)) || path.turn.abs() > 90.0)
-            .filter(|(path, [from, to])| {
-                let touches = from.x <= high.x && from.y <= high.y && low.x <= to.x && low.y <= to.y;
-                touches && path.outline.iter().any(|p| (p - places[0]).norm() < reach)
-            })
-            .filter_map(|(path, _)| Polyline::new(path.outline.iter().chain(path.outline.first()).copied()))
-            .flat_map(|ring| ring.resampled(STEP).into_points())
-            .map(|p| beyond(&p))
-            .fold(0.0, f64::max)
-    }
-}
-
-/// The box around what lies up to [`BACK_MOST`] behind the cut of a road, `half` metres to either side of its line.
-fn behind_cut(road: &Road, kept: [f64; 2], end: End, half: f64) -> Option<[Point; 2]> {
-    let [from, to] = match end {
-        End::Start => [kept[0], kept[0] + BACK_MOST],
-        End::End => [kept[1] - BACK_MOST, kept[1]],
-    };
-    let [low, high] = polygon::bounds(road.line.cut(from, to)?.points())?;
-    let around = Vector::repeat(half);
-    Some([low - around, high + around])
 }

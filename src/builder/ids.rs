@@ -76,6 +76,11 @@ impl Ids {
         self.claim_in(key, 1, POLYGON_LIMIT, elsewhere)
     }
 
+    /// Makes room for so many more.
+    pub fn reserve(&mut self, more: usize) {
+        self.taken.reserve(more);
+    }
+
     /// Whether an id has been handed out.
     pub fn taken(&self, id: &Id) -> bool {
         self.taken.contains(id)

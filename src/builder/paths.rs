@@ -32,7 +32,7 @@ pub struct Path {
     pub lanelet: LaneletId,
     /// Change of direction in degrees, left positive.
     pub turn: f64,
-    /// Left bound, then the right bound backwards.
+    /// Left bound, then the right bound backwards; empty when nothing is drawn around it any more.
     pub outline: Vec<Point>,
     /// Its bounds, left and right.
     pub bounds: [LineStringId; 2],
@@ -40,6 +40,13 @@ pub struct Path {
     pub heading: Vector,
     /// For all motor vehicles, for buses only, or for bicycles.
     pub kind: StripKind,
+}
+
+impl Path {
+    /// Lets go what only the drawing asks for: where the points lie stands in the map.
+    pub fn done(&mut self) {
+        self.outline = Vec::new();
+    }
 }
 
 /// Lines between two nodes of an intersection, each drawn once.
@@ -236,6 +243,13 @@ pub struct Tagged<'a> {
 }
 
 impl Drawn {
+    /// Lets go what only the drawing asks for: it takes more memory than the ways.
+    pub fn done(&mut self) {
+        self.bounds = Bounds::default();
+        self.paths.iter_mut().for_each(Path::done);
+        self.paths.shrink_to_fit();
+    }
+
     /// Draws ways, each with its middle, beside those that are there, with which they share bounds.
     pub fn add(
         &mut self,
@@ -250,6 +264,8 @@ impl Drawn {
         order.sort_by(|(a, _), (b, _)| radius(a).total_cmp(&radius(b)).then(a.0.cmp(&b.0)));
         let ways: Vec<Smooth> = order.into_iter().map(|(ends, course)| (ends, smooth(&ends, &course))).collect();
         let meant = Meant::new(&ways);
+        // Most bounds are drawn once for two ways.
+        assembly.reserve(ways.iter().flat_map(|(_, sides)| sides).map(Vec::len).sum::<usize>() * 2 / 3);
         for way in &ways {
             let (movement, from, to) = way.0;
             let nodes = [0, 1].map(|side| [from.nodes[side], to.nodes[side]]);

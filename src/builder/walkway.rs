@@ -58,18 +58,17 @@ pub fn walkways(
             public.and_then(|of| sidewalk_end(network, lanes, of, side == 0))
         });
         let mapped = mapped(network.road(at.road), at.end).filter(|_| (0..count).any(|arm| !private(arm)));
-        let own = |path: &&Path| path.movement.from == arm || path.movement.to == arm;
-        let own = paths.iter().filter(own).map(|path| (path.lanelet, path.outline.clone()));
+        let leads = |path: &&Path| path.movement.from == arm || path.movement.to == arm;
+        let own = paths.iter().filter(leads).map(|path| (path.lanelet, assembly.outline(path.lanelet)));
         let mut own: Vec<(LaneletId, Vec<Point>)> = own.collect();
         if mapped.is_some() {
             own.extend(lanes.of_road(at.road).iter().map(|lane| (lane.lanelet, assembly.outline(lane.lanelet))));
         }
         let ends = mapped.map_or(ends, |end| [Some(end), None]);
-        let others: Vec<&Path> =
-            paths.iter().filter(|path| path.movement.from != arm && path.movement.to != arm).collect();
         let Some(shape) = shape(&ends, &own) else { continue };
         let outline: Vec<Point> = shape[0].iter().chain(shape[1].iter().rev()).copied().collect();
-        if others.iter().any(|path| polygon::common_area(&path.outline, &outline) >= CROSSES) {
+        let mut others = paths.iter().filter(|path| !leads(path)).map(|path| assembly.outline(path.lanelet));
+        if others.any(|path| polygon::common_area(&path, &outline) >= CROSSES) {
             continue;
         }
         let carriers = own.iter().filter(|(_, lane)| polygon::common_area(lane, &outline) >= CROSSES);

@@ -1,6 +1,7 @@
 //! Primitives of one kind, in insertion order, found by id.
 
 use std::hash::{BuildHasher, Hash};
+use std::sync::OnceLock;
 
 use hashbrown::HashTable;
 use hashbrown::hash_table::Entry;
@@ -20,12 +21,13 @@ pub trait Shelved {
 #[derive(Clone, Debug)]
 pub struct Shelf<T: Shelved> {
     items: Vec<T>,
-    index: Index,
+    /// Made when an item is first looked up.
+    index: OnceLock<Index>,
 }
 
 impl<T: Shelved> Default for Shelf<T> {
     fn default() -> Self {
-        Self { items: Vec::new(), index: Index::default() }
+        Self { items: Vec::new(), index: OnceLock::new() }
     }
 }
 
@@ -79,9 +81,24 @@ impl Index {
 }
 
 impl<T: Shelved> Shelf<T> {
+    fn index(&self) -> &Index {
+        self.index.get_or_init(|| Index::of(&self.items.iter().map(|item| hash(item.id())).collect::<Vec<u64>>()))
+    }
+
+    /// Puts an item on the shelf whose id no other has.
+    pub fn push(&mut self, item: T) {
+        if let Some(index) = self.index.get_mut() {
+            let (items, id) = (&self.items, hash(item.id()));
+            index.table_mut(id).insert_unique(id, items.len() as u32, |&at| hash(items[at as usize].id()));
+        }
+        self.items.push(item);
+    }
+
     /// Puts an item on the shelf; one of the same id gives up its place and is returned.
     pub fn insert(&mut self, item: T) -> Option<T> {
+        self.index();
         let Self { items, index } = self;
+        let Some(index) = index.get_mut() else { return None };
         let id = item.id();
         let table = index.table_mut(hash(id));
         match table.entry(hash(id), |&at| items[at as usize].id() == id, |&at| hash(items[at as usize].id())) {
@@ -116,8 +133,7 @@ impl<T: Shelved> Shelf<T> {
         let before = items.len();
         items.retain(stays);
         if items.len() < before {
-            let hashes: Vec<u64> = items.iter().map(|item| hash(item.id())).collect();
-            *index = Index::of(&hashes);
+            *index = OnceLock::new();
         }
     }
 
@@ -129,12 +145,12 @@ impl<T: Shelved> Shelf<T> {
         self.items.reserve_exact(others.iter().map(Shelf::len).sum());
         others.into_iter().for_each(|other| self.items.extend(other.items.into_iter().map(T::from)));
         let hashes: Vec<u64> = self.items.par_iter().map(|item| hash(item.id())).collect();
-        self.index = Index::of(&hashes);
+        self.index = Index::of(&hashes).into();
     }
 
     /// Position on the shelf, for side tables.
     pub fn position(&self, id: T::Id) -> Option<usize> {
-        self.index.table(hash(id)).find(hash(id), |&at| self.items[at as usize].id() == id).map(|&at| at as usize)
+        self.index().table(hash(id)).find(hash(id), |&at| self.items[at as usize].id() == id).map(|&at| at as usize)
     }
 
     /// Whether there is an item of this id.
@@ -142,9 +158,15 @@ impl<T: Shelved> Shelf<T> {
         self.position(id).is_some()
     }
 
-    /// Gives back the memory that more items would need.
+    /// Makes room for so many more items.
+    pub fn reserve(&mut self, more: usize) {
+        self.items.reserve(more);
+    }
+
+    /// Gives back the memory that more items would need, and that of the index until it is asked for again.
     pub fn shrink(&mut self) {
         self.items.shrink_to_fit();
+        self.index = OnceLock::new();
     }
 
     /// All items in insertion order.

@@ -3,12 +3,12 @@
 use crate::builder::area::{AreaOutline, area_outline, covers};
 use crate::builder::assembly::{Assembly, Part};
 use crate::builder::conflict::{Conflicts, conflicts, strips};
-use crate::builder::cycle::{Cycles, Cycling, Wanted};
+use crate::builder::cycle::{Cycles, Cycling, Wanted, ridden};
 use crate::builder::lanes::{Arm, Lanes};
 use crate::builder::movement::{Movements, movements};
-use crate::builder::paths::{Bounds, Drawn, Paint, Path, intersection_key, paths};
+use crate::builder::paths::{Drawn, Paint, Path, intersection_key, paths};
 use crate::builder::restricted::Restricted;
-use crate::builder::road_network::{Intersection, RoadNetwork};
+use crate::builder::road_network::{Intersection, RoadEnd, RoadNetwork};
 use crate::geometry::polygon;
 
 /// Ways that share less than this, square metres, only touch.
@@ -30,6 +30,10 @@ pub struct Ways {
     pub part: Part,
     /// Whether they stood in the round before: no way runs over a cut that did not then.
     pub(super) stood: bool,
+    /// The ends of roads that they run over, and how far behind their cuts, metres.
+    pub(super) over: Vec<(RoadEnd, f64)>,
+    /// Whether their outline is another where a road is cut elsewhere at its other end.
+    pub(super) leans: bool,
 }
 
 impl Ways {
@@ -46,8 +50,8 @@ impl Ways {
         let mut assembly = Assembly::over(below);
         assembly.stand_on(lanes.ground_of(intersection, below));
         let drawn = paths(&mut assembly, network, lanes, intersection, &plan.all, paint);
-        let cycles = Cycling::default();
-        Self { plan, drawn, conflicts: None, cycles, area: None, part: assembly.into_part(), stood: false }
+        let (cycles, part) = (Cycling::default(), assembly.into_part());
+        Self { plan, drawn, conflicts: None, cycles, area: None, part, stood: false, over: Vec::new(), leans: false }
     }
 
     /// Draws the outline around ways that were drawn over `below`, and the ways of bicycles where they fit into it.
@@ -63,16 +67,28 @@ impl Ways {
         if self.conflicts.is_some() {
             return self;
         }
-        let Self { plan, mut drawn, part, stood, .. } = self;
+        let Self { plan, mut drawn, part, stood, over, .. } = self;
         let own = strips(&drawn.paths);
         let conflicts = Some(conflicts(&drawn.paths, &own));
         let roundabout = intersection.arms.iter().any(|at| network.road(at.road).roundabout);
         let crossed = !roundabout && conflicts.iter().flat_map(|found| &found.real).any(|found| !found.is_empty());
-        let ends = Cycles::find(below, network, lanes, intersection);
+        let ridden = ridden(network, intersection);
+        let ends = if ridden { Cycles::find(below, network, lanes, intersection) } else { Cycles::default() };
         let tries: &[Wanted] = if ends.is_empty() { &[] } else { &[Wanted::All, Wanted::Straight] };
         if !crossed && tries.is_empty() {
-            drawn.bounds = Bounds::default();
-            return Self { plan, drawn, conflicts, cycles: Cycling::default(), area: None, part, stood };
+            drawn.done();
+            let cycles = Cycling::default();
+            return Self {
+                plan,
+                drawn,
+                conflicts,
+                cycles,
+                area: None,
+                part: part.shrunk(),
+                stood,
+                over,
+                leans: ridden,
+            };
         }
         let bare = if tries.is_empty() { Part::default() } else { part.clone() };
         let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
@@ -112,9 +128,10 @@ impl Ways {
                 break;
             }
         }
-        // Nothing but the outline asks for them, and they take more memory than the ways.
-        drawn.bounds = Bounds::default();
-        Self { plan, drawn, conflicts, cycles, area, part, stood }
+        let leans = ridden || area.as_ref().is_some_and(|area| area.yields);
+        drawn.done();
+        cycles.paths.iter_mut().for_each(Path::done);
+        Self { plan, drawn, conflicts, cycles, area, part: part.shrunk(), stood, over, leans }
     }
 }
 
