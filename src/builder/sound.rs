@@ -1,5 +1,6 @@
 //! Whether two bounds make a lane that Autoware's loader reads as it is drawn.
 
+use crate::geometry::apart::apart;
 use crate::geometry::polyline::clears;
 use crate::geometry::{Point, Vector, cross, left_of, polygon, ring};
 
@@ -14,24 +15,31 @@ const LENGTH_LEAST: f64 = 0.2;
 const EQUALLY_NEAR: f64 = 1e-6;
 /// An outline that turns back on itself within this, degrees, encloses nothing there.
 const SPIKE: f64 = 1e-6;
-/// What lies on one side of a line by more than this, metres, does so whatever the rounding.
-const SURE: f64 = 1e-6;
+/// What lies on one side of a line by more than this, metres, does so whatever the rounding, and is no spike across it.
+const SURE: f64 = 1e-4;
 
 /// Whether a lane of this width (metres) between two bounds is simple, on the right sides, nowhere pinched, and its
 /// bounds nowhere kinked.
 pub fn sound<L: AsRef<[Point]>>(bounds: &[L; 2], width: f64) -> bool {
     let bounds = bounds.each_ref().map(AsRef::as_ref);
     let long = |line: &[Point]| line.windows(2).map(|w| (w[1] - w[0]).norm()).sum::<f64>() >= LENGTH_LEAST;
-    let wide = |a: usize, b: usize| clears(bounds[b], bounds[a], WIDTH_LEFT * width);
-    let even = bounds.iter().all(|line| long(line) && !kinked(line)) && wide(0, 1) && wide(1, 0);
-    even && aligned(&bounds) && if plain(&bounds) { runs_clockwise(&bounds) } else { simple(&bounds) }
+    let least = WIDTH_LEFT * width;
+    let clear = apart(bounds[0], bounds[1], least);
+    let wide = || clear || clears(bounds[0], bounds[1], least) && clears(bounds[1], bounds[0], least);
+    bounds.iter().all(|line| long(line) && !kinked(line)) && wide() && aligned(&bounds) && whole(&bounds, clear)
 }
 
 /// Whether the outline between the bounds is simple, with the left bound on the left.
 pub fn simple<L: AsRef<[Point]>>(bounds: &[L; 2]) -> bool {
     let bounds = bounds.each_ref().map(AsRef::as_ref);
-    let outline: Vec<Point> = around(&bounds).copied().collect();
-    runs_clockwise(&bounds) && ring::faults(&outline, SPIKE, 1).is_empty()
+    whole(&bounds, apart(bounds[0], bounds[1], 0.0))
+}
+
+/// As [`simple`]; `clear` tells that the bounds are known to keep clear of each other.
+fn whole(bounds: &[&[Point]; 2], clear: bool) -> bool {
+    let outline = || around(bounds).copied().collect::<Vec<Point>>();
+    polygon::area_around(around(bounds)) < 0.0
+        && (clear && plain(bounds) || ring::faults(&outline(), SPIKE, 1).is_empty())
 }
 
 /// The outline between two bounds.
@@ -39,13 +47,8 @@ fn around<'a>([left, right]: &[&'a [Point]; 2]) -> impl Iterator<Item = &'a Poin
     left.iter().chain(right.iter().rev())
 }
 
-/// Whether the left bound lies on the left.
-fn runs_clockwise(bounds: &[&[Point]; 2]) -> bool {
-    polygon::area_around(around(bounds)) < 0.0
-}
-
-/// Whether the outline between bounds that keep clear of each other, and have no kinks, is surely simple: neither bound turns
-/// back, and the whole lane lies between its two ends.
+/// Whether the outline between bounds that keep clear of each other is surely simple: neither bound turns back, and the whole
+/// lane lies between its two ends.
 fn plain([left, right]: &[&[Point]; 2]) -> bool {
     let onward = |line: &[Point]| {
         let way = line[line.len() - 1] - line[0];

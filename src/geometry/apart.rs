@@ -8,7 +8,7 @@ const SURE: f64 = 1e-6;
 /// Whether two lines surely keep more than this far, metres, from each other; `false` tells nothing. There is a straight
 /// gap of that width between the two, or between the halves of either and those of the other.
 pub fn apart(a: &[Point], b: &[Point], distance: f64) -> bool {
-    let (Some(&from), Some(&to)) = (a.get(a.len() / 2), b.get(b.len() / 2)) else { return true };
+    let (Some(&from), Some(&to)) = (a.get(a.len() / 2), b.get(b.len() / 2)) else { return false };
     let across = to - from;
     let along = |p: &Point| (p - from).dot(&across);
     let nearest = b.iter().map(along).fold(f64::INFINITY, f64::min);

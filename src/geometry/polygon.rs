@@ -48,10 +48,10 @@ pub fn common_part(a: &[Point], b: &[Point]) -> Option<(f64, Point)> {
 /// A simple ring as its edges, each with the strip below it: made once where what it shares with several others is asked.
 pub struct Strips {
     bounds: [Point; 2],
+    /// Between which sums and differences of the coordinates it lies.
+    aslant: [[f64; 2]; 2],
     /// By where they begin.
     edges: Vec<Edge>,
-    /// The largest reach of an edge to the east, metres.
-    widest: f64,
 }
 
 impl Strips {
@@ -59,9 +59,13 @@ impl Strips {
     /// any point.
     pub fn new(ring: &[Point], base: Point) -> Option<Self> {
         let mut edges = edges(ring, base);
-        edges.sort_unstable_by(|a, b| a.from.total_cmp(&b.from));
-        let widest = edges.iter().map(|edge| edge.to - edge.from).fold(0.0, f64::max);
-        Some(Self { bounds: bounds(ring)?, edges, widest })
+        // Most rings run to the east and back.
+        edges.sort_by(|a, b| a.from.total_cmp(&b.from));
+        let range = |of: fn(&Point) -> f64| {
+            ring.iter().map(of).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
+        };
+        let aslant = [range(|p| p.x + p.y), range(|p| p.x - p.y)];
+        Some(Self { bounds: bounds(ring)?, aslant, edges })
     }
 
     /// Area in square metres that both rings cover.
@@ -75,16 +79,27 @@ impl Strips {
     fn each_pair(&self, other: &Self, mut each: impl FnMut(&Edge, &Edge)) {
         let ([low_a, high_a], [low_b, high_b]) = (self.bounds, other.bounds);
         let (low, high) = (low_a.sup(&low_b), high_a.inf(&high_b));
-        if low.x >= high.x || low.y >= high.y {
+        if low.x >= high.x || low.y >= high.y || self.beside(other) {
             return;
         }
-        let mut first = 0;
+        // The edges of the other ring that begin before the one at hand, and end behind its begin.
+        let mut open: Vec<&Edge> = Vec::new();
+        let mut next = 0;
         for x in self.edges.iter().take_while(|x| x.from < high.x).filter(|x| x.to > low.x) {
-            while other.edges.get(first).is_some_and(|y| y.from + other.widest < x.from) {
-                first += 1;
+            open.retain(|y| y.to > x.from);
+            while let Some(y) = other.edges.get(next).filter(|y| y.from <= x.from) {
+                open.extend((y.to > x.from).then_some(y));
+                next += 1;
             }
-            other.edges[first..].iter().take_while(|y| y.from < x.to).for_each(|y| each(x, y));
+            open.iter().for_each(|y| each(x, y));
+            other.edges[next..].iter().take_while(|y| y.from < x.to).for_each(|y| each(x, y));
         }
+    }
+
+    /// Whether a line from southwest to northeast, or one from northwest to southeast, runs between the two.
+    fn beside(&self, other: &Self) -> bool {
+        let apart = |[low_a, high_a]: [f64; 2], [low_b, high_b]: [f64; 2]| low_a > high_b || low_b > high_a;
+        (0..2).any(|i| apart(self.aslant[i], other.aslant[i]))
     }
 }
 
@@ -107,11 +122,12 @@ struct Edge {
 /// The edges that are not vertical; heights are above `base`.
 fn edges(ring: &[Point], base: Point) -> Vec<Edge> {
     let ends = ring.iter().zip(ring.iter().cycle().skip(1)).filter(|(p, q)| p.x != q.x);
-    ends.map(|(p, q)| {
+    let mut edges = Vec::with_capacity(ring.len());
+    edges.extend(ends.map(|(p, q)| {
         let (left, right, sign) = if p.x < q.x { (p, q, 1.0) } else { (q, p, -1.0) };
         Edge { from: left.x, to: right.x, height: [left.y - base.y, right.y - base.y], sign }
-    })
-    .collect()
+    }));
+    edges
 }
 
 impl Edge {

@@ -150,6 +150,28 @@ impl Polyline {
         Projection { station: before + t * (b - a).norm(), offset, point: a + (b - a) * t, segment }
     }
 
+    /// As the station of [`Polyline::project`], where the stations of the points are known.
+    pub fn station_of(&self, p: Point, stations: &[f64]) -> f64 {
+        let mut best = (0.0, f64::INFINITY);
+        let mut i = 0;
+        while i + 1 < self.points.len() {
+            let (a, b) = (self.points[i], self.points[i + 1]);
+            let d = b - a;
+            let t = ((p - a).dot(&d) / d.norm_squared()).clamp(0.0, 1.0);
+            let square = (p - (a + d * t)).norm_squared();
+            if square < best.1 {
+                best = (stations[i] + t * d.norm(), square);
+            }
+            i += 1;
+            // What is farther from the place than the best is along the line is not nearer either.
+            let far = stations[i] + (p - b).norm() - best.1.sqrt() - Self::MERGE;
+            while stations.get(i + 1).is_some_and(|end| *end <= far) {
+                i += 1;
+            }
+        }
+        best.0
+    }
+
     /// The nearest segment, the part of it that lies before the place nearest to `p`, and the square of the distance.
     fn nearest(&self, p: Point) -> (usize, f64, f64) {
         let mut best = (0, 0.0, f64::INFINITY);
@@ -308,11 +330,13 @@ pub fn clears(line: &[Point], places: &[Point], distance: f64) -> bool {
     })
 }
 
-/// Whether some place of a line is this close, metres, to `p`. Segments are tried from `hint` on, which becomes the one
-/// found.
+/// Whether some place of a line is this close, metres, to `p`. The segments around `hint` are tried first, which becomes the
+/// one found.
 pub fn reaches(line: &[Point], p: Point, distance: f64, hint: &mut usize) -> bool {
     let close = |i: &usize| within((line[*i], line[i + 1]), p, distance).is_some_and(|from| from <= distance);
-    let found = (*hint..line.len().max(1) - 1).chain(0..*hint).find(close);
+    let count = line.len().max(1) - 1;
+    let around = [*hint, *hint + 1, hint.wrapping_sub(1)].into_iter().filter(|i| *i < count);
+    let found = around.chain(0..count).find(close);
     *hint = found.unwrap_or(*hint);
     found.is_some()
 }

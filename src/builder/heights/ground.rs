@@ -64,7 +64,7 @@ impl Ground {
         let height = match self {
             Self::Level(height) => return *height,
             Self::Along(line, stations, heights) => {
-                let station = line.project(place).station;
+                let station = line.station_of(place, stations);
                 let i = stations.partition_point(|s| *s < station).clamp(1, stations.len() - 1);
                 let part = ((station - stations[i - 1]) / (stations[i] - stations[i - 1])).clamp(0.0, 1.0);
                 heights[i - 1] + (heights[i] - heights[i - 1]) * part
