@@ -212,8 +212,7 @@ impl<'a> Draft<'a> {
             Edit::SetPlace { point, place } => {
                 let element = self.element(Subject::Point(*point))?;
                 for (name, value) in [("lat", place.lat), ("lon", place.lon)] {
-                    let mut degrees = String::new();
-                    fixed(&mut degrees, value, DECIMALS);
+                    let degrees = fixed(value, DECIMALS);
                     element.set_attribute(name, &degrees);
                 }
             }

@@ -73,8 +73,7 @@ pub fn moved(osm: &OsmData, places: &[(i64, LonLat)]) -> Option<String> {
     moves.sort_by_key(|(start, _)| std::cmp::Reverse(*start));
     for (start, LonLat { lon, lat }) in moves {
         for (name, value) in [("lon", lon), ("lat", lat)] {
-            let mut degrees = String::new();
-            fixed(&mut degrees, value, DECIMALS);
+            let degrees = fixed(value, DECIMALS);
             let (from, to) = attribute(text.get(start..)?, name)?;
             text.replace_range(start + from..start + to, &degrees);
         }

@@ -3,6 +3,7 @@
 //! [`OsmData`] holds what a file says, in file order, with the byte position of each element; it judges nothing
 //! about roads or lanelets.
 
+mod digits;
 mod edit;
 mod error;
 mod pbf;
@@ -10,11 +11,12 @@ mod read;
 mod tags;
 mod write;
 
+pub use digits::fixed;
 pub use edit::{attribute, kept, moved};
 pub use error::ReadError;
 pub use read::{read_bytes, read_file, read_files};
 pub use tags::{Tags, Text};
-pub use write::{OsmText, fixed};
+pub use write::OsmText;
 
 use rustc_hash::FxHashMap;
 
