@@ -57,15 +57,7 @@ fn lonlat(x: f64, y: f64) -> LonLat {
 fn map() -> LaneletMap {
     let mut map = LaneletMap::default();
     for (id, x, y) in [(1, 0.0, 3.0), (2, 10.0, 3.0), (3, 0.0, 0.0), (4, 10.0, 0.0)] {
-        map.points.insert(Point {
-            id: PointId(id),
-            position: PlanePoint::new(x, y),
-            ele: Some(0.0),
-            lonlat: Some(lonlat(x, y)),
-            local: [false; 2],
-            attributes: Attributes::new(),
-            span: None,
-        });
+        map.points.insert(Point::new(PointId(id), PlanePoint::new(x, y), Some(0.0)).with_lonlat(Some(lonlat(x, y))));
     }
     for (id, points) in [(5, [1, 2]), (6, [3, 4])] {
         let points = points.map(PointId).to_vec();

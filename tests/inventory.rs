@@ -187,7 +187,7 @@ fn every_reference_resolves_and_every_id_is_used_once() {
             Target::Lanelet(id) => map.lanelets.contains(id),
         });
     }
-    assert!(map.points.iter().all(|p| p.lonlat.is_some() && p.ele.is_some()));
+    assert!(map.points.iter().all(|p| p.lonlat().is_some() && p.ele().is_some()));
 }
 
 #[test]

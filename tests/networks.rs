@@ -173,7 +173,7 @@ fn stop_line(map: &LaneletMap, part: f64, by: f64) -> String {
     // By its id, as the order of the map is nobody's promise: one that leads where the move takes no width.
     let lanelet = far.max_by_key(|lanelet| lanelet.id).unwrap();
     let place = |bound| {
-        let points: Vec<_> = map.bound_points(bound).map(|point| point.lonlat.unwrap()).collect();
+        let points: Vec<_> = map.bound_points(bound).map(|point| point.lonlat().unwrap()).collect();
         let at = points[(points.len() as f64 * part) as usize];
         format!("[{}, {}]", at.lat + by, at.lon + by)
     };
@@ -225,7 +225,7 @@ fn guide_line(map: &LaneletMap, inside: f64, by: f64) -> String {
     // By its id, as the order of the map is nobody's promise: one that leads where the move takes no width.
     let lanelet = far.max_by_key(|lanelet| lanelet.id).unwrap();
     let bound =
-        |bound| -> Vec<_> { map.bound_points(bound).map(|point| (point.position, point.lonlat.unwrap())).collect() };
+        |bound| -> Vec<_> { map.bound_points(bound).map(|point| (point.position, point.lonlat().unwrap())).collect() };
     let (left, right) = (bound(lanelet.left), bound(lanelet.right));
     let count = right.len() * 6 / 10;
     let places = right.iter().take(count).enumerate().map(|(i, (place, at))| {
@@ -711,7 +711,7 @@ fn arrows(map: &LaneletMap) -> Vec<(Option<&str>, BTreeSet<&str>)> {
     }
     let arrow = |bulbs: LineStringId| {
         let bulbs = &map.linestrings.get(bulbs).unwrap().points;
-        let bulbs: Vec<_> = bulbs.iter().map(|&id| &map.points.get(id).unwrap().attributes).collect();
+        let bulbs: Vec<_> = bulbs.iter().map(|&id| map.points.get(id).unwrap().attributes()).collect();
         let arrows: Vec<&str> = bulbs.iter().filter_map(|tags| tags.get("arrow")).collect();
         assert_eq!(bulbs.len(), 3 + arrows.len(), "three colours, and what is an arrow");
         assert!(bulbs.iter().all(|tags| !tags.has("arrow") || tags.is("color", "green")));

@@ -98,7 +98,7 @@ fn official_maps_are_the_same_after_writing_and_reading() {
         for point in &first.map.points {
             let again = second.map.points.get(point.id).unwrap();
             assert!((again.position - point.position).norm() < 1e-5 && again.ele == point.ele, "{name} {}", point.id);
-            assert_eq!(again.attributes, point.attributes);
+            assert_eq!(again.attributes(), point.attributes());
         }
         for line in &first.map.linestrings {
             let again = second.map.linestrings.get(line.id).unwrap();

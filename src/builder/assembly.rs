@@ -29,36 +29,10 @@ pub struct Assembly<'a> {
 /// What has been added to an [`Assembly`].
 #[derive(Clone, Debug, Default)]
 pub struct Part {
-    /// All but the points.
     map: LaneletMap,
-    spots: Shelf<Spot>,
     ids: Ids,
     /// Elements to which lanelets from below are to refer.
     carried: Vec<(LaneletId, RegulatoryElementId)>,
-}
-
-/// A point as the builder knows it. Most of a map is points, and all parts of it are held until they are joined: a
-/// [`Point`] that may have been read from a file is thrice as large.
-#[derive(Clone, Debug)]
-struct Spot {
-    id: PointId,
-    position: PlanePoint,
-    ele: f64,
-    attributes: Attributes,
-}
-
-impl Shelved for Spot {
-    type Id = PointId;
-
-    fn id(&self) -> PointId {
-        self.id
-    }
-}
-
-impl From<Spot> for Point {
-    fn from(Spot { id, position, ele, attributes }: Spot) -> Self {
-        Self { id, position, ele: Some(ele), lonlat: None, local: [true; 2], attributes, span: None }
-    }
 }
 
 /// Tags from pairs.
@@ -70,7 +44,7 @@ impl Part {
     /// The same without room for more.
     #[must_use]
     pub fn shrunk(mut self) -> Self {
-        self.spots.shrink();
+        self.map.points.shrink();
         self.map.linestrings.shrink();
         self.map.lanelets.shrink();
         self
@@ -100,17 +74,17 @@ impl<'a> Assembly<'a> {
 
     /// The ground between points that exist.
     pub fn ground_between(&self, points: impl Iterator<Item = PointId>) -> Ground {
-        let place = |spot: &Spot| (spot.position, spot.ele);
-        Ground::between(points.map(|id| self.spot(id).map_or_else(Default::default, place)).collect())
+        let place = |point: &Point| (point.position, point.ele().unwrap_or_default());
+        Ground::between(points.map(|id| self.found(id).map_or_else(Default::default, place)).collect())
     }
 
-    fn spot(&self, id: PointId) -> Option<&Spot> {
-        self.part.spots.get(id).or_else(|| self.below?.spot(id))
+    fn found(&self, id: PointId) -> Option<&Point> {
+        self.part.map.points.get(id).or_else(|| self.below?.found(id))
     }
 
     /// How high a point lies, metres.
     fn height(&self, id: PointId) -> f64 {
-        self.spot(id).map(|spot| spot.ele).unwrap_or_default()
+        self.found(id).and_then(Point::ele).unwrap_or_default()
     }
 
     /// What has been added.
@@ -120,15 +94,12 @@ impl<'a> Assembly<'a> {
 
     /// What has been added, as a map.
     pub fn into_map(self) -> LaneletMap {
-        let Part { mut map, spots, .. } = self.part;
-        map.points.append(vec![spots]);
-        map
+        self.part.map
     }
 
     /// Adds a part that was made over this assembly. Nothing is added where the part has an id that was taken since.
     pub fn add(&mut self, part: Part) -> Result<(), IdTaken> {
         self.part.ids.join(&part.ids)?;
-        self.part.spots.extend(part.spots);
         self.part.map.absorb(part.map);
         for (lanelet, element) in part.carried {
             self.carry(lanelet, element);
@@ -143,18 +114,16 @@ impl<'a> Assembly<'a> {
             return Err(parts);
         }
         self.part.ids.join_apart(parts.iter().map(|part| &part.ids));
-        let spots = self.join_all(parts);
-        self.part.spots.append(spots);
+        self.join_all(parts);
         Ok(())
     }
 
     /// The whole map, with the last parts, which are apart from it and from each other.
     pub fn finish(mut self, parts: Vec<Part>) -> LaneletMap {
-        let mut spots = self.join_all(parts);
-        let Part { mut map, spots: own, .. } = self.part;
-        spots.insert(0, own);
-        map.points.append(spots);
-        map
+        // No more ids are handed out: what is taken need not be known while the whole is made.
+        self.part.ids = Ids::default();
+        self.join_all(parts);
+        self.part.map
     }
 
     /// Whether all ids of parts that were made side by side over this assembly are different, and none is one of its own.
@@ -162,18 +131,14 @@ impl<'a> Assembly<'a> {
         Ids::are_apart(parts.iter().chain([&self.part]).map(|part| &part.ids))
     }
 
-    /// Adds all of the parts but their points, and gives those.
-    fn join_all(&mut self, parts: Vec<Part>) -> Vec<Shelf<Spot>> {
-        let mut spots = Vec::with_capacity(parts.len());
+    fn join_all(&mut self, parts: Vec<Part>) {
         let mut carried = Vec::new();
-        let rest = parts.into_iter().map(|part| {
-            spots.push(part.spots);
+        let maps = parts.into_iter().map(|part| {
             carried.extend(part.carried);
             part.map
         });
-        self.part.map.absorb_all(rest.collect());
+        self.part.map.absorb_all(maps.collect());
         carried.into_iter().for_each(|(lanelet, element)| self.carry(lanelet, element));
-        spots
     }
 
     fn carry(&mut self, carrier: LaneletId, element: RegulatoryElementId) {
@@ -198,9 +163,9 @@ impl<'a> Assembly<'a> {
 
     /// Takes away the points, lines and lanelets that were given back and not made anew.
     pub fn sweep(&mut self) {
-        let Part { map, spots, ids, .. } = &mut self.part;
+        let Part { map, ids, .. } = &mut self.part;
         let gone = ids.released();
-        spots.retain(|point| !gone.contains(&(point.id.0 as Id)));
+        map.points.retain(|point| !gone.contains(&(point.id.0 as Id)));
         map.linestrings.retain(|line| !gone.contains(&(line.id.0 as Id)));
         map.lanelets.retain(|lanelet| !gone.contains(&(lanelet.id.0 as Id)));
     }
@@ -215,7 +180,7 @@ impl<'a> Assembly<'a> {
 
     /// Makes room for so many more points.
     pub fn reserve(&mut self, points: usize) {
-        self.part.spots.reserve(points);
+        self.part.map.points.reserve(points);
         self.part.ids.reserve(points);
     }
 
@@ -270,7 +235,8 @@ impl<'a> Assembly<'a> {
     /// Adds a point that lies at a height, metres, whatever the ground is.
     pub fn point_at(&mut self, key: Key, position: PlanePoint, ele: f64, attributes: Attributes) -> PointId {
         let id = PointId(self.claim(key));
-        self.put(|part| &mut part.spots, Spot { id, position, ele, attributes });
+        let point = Point::new(id, position, Some(ele)).with_attributes(attributes);
+        self.put(|part| &mut part.map.points, point);
         id
     }
 
@@ -289,7 +255,7 @@ impl<'a> Assembly<'a> {
 
     /// Where a point lies.
     pub fn position(&self, id: PointId) -> PlanePoint {
-        self.spot(id).map(|spot| spot.position).unwrap_or_default()
+        self.found(id).map(|point| point.position).unwrap_or_default()
     }
 
     /// Adds a line through points.

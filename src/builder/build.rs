@@ -3,7 +3,6 @@
 use std::borrow::Borrow;
 use std::sync::Arc;
 
-use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
 use crate::diagnostic::{Finding, Severity, Subject};
@@ -88,7 +87,7 @@ pub struct Summary {
 /// A map and what goes beside it.
 #[derive(Debug)]
 pub struct Built {
-    /// The map; every point has longitude and latitude.
+    /// The map.
     pub map: LaneletMap,
     /// How its metres relate to degrees.
     pub projector: Projector,
@@ -117,9 +116,11 @@ pub struct Plan {
     pub heights: HeightOptions,
 }
 
-/// Builds a map from OpenStreetMap's elements.
+/// Builds a map from OpenStreetMap's elements; every point has longitude and latitude.
 pub fn build(osm: &OsmData, options: &BuildOptions) -> Result<Built, BuildError> {
-    Ok(build_plan(plan(osm, options)?))
+    let mut built = build_plan(plan(osm, options)?);
+    built.map.place_on_globe(&built.projector);
+    Ok(built)
 }
 
 /// Lays out the streets of OpenStreetMap's elements. They are not held longer than they are needed, if they are given away.
@@ -243,9 +244,11 @@ fn unmet_wish((said, merge): &(MergeSettings, bool)) -> Finding {
         .graded(Severity::Warning)
 }
 
-/// Builds a map from streets.
+/// Builds a map from streets; its points know their place in the plane only, until [`LaneletMap::place_on_globe`].
 pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights }: Plan) -> Built {
     let Streets { network, outlines, merges, findings } = streets;
+    // Only what they leave of the roads is asked for.
+    drop(outlines.intersections);
     let network = without_dead_lanes(network);
     notes.extend(findings);
     let apart = merges.iter().filter(|note| note.wish.is_some() && !note.merged).map(|note| note.key).collect();
@@ -255,7 +258,6 @@ pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights
     notes.extend(more);
     blinker::limit(&mut map);
     overhead::ignore(&mut map);
-    locate(&mut map, &projector);
     notes.extend(inside::draw(&mut map, &projector, &inside, &mut settings));
     let summary = Summary {
         roads,
@@ -276,17 +278,4 @@ fn extent(osm: &OsmData) -> Result<Extent, BuildError> {
         None if osm.ways.iter().any(|w| w.tags.has("highway")) => Err(BuildError::NoPlace),
         None => Err(NetworkError::NoRoad { ways: osm.ways.len(), left_out: 0 }.into()),
     }
-}
-
-/// Gives every point its longitude and latitude.
-fn locate(map: &mut LaneletMap, projector: &Projector) {
-    /// Points that one thread takes at a time: some milliseconds of work.
-    const CHUNK: usize = 1 << 13;
-    map.points.as_mut_slice().par_chunks_mut(CHUNK).for_each(|points| {
-        let places: Vec<_> = points.iter().map(|p| p.position).collect();
-        let found = projector.inverse_each(&places, |i| points[i].ele.unwrap_or_default());
-        for (point, lonlat) in points.iter_mut().zip(found) {
-            point.lonlat = lonlat;
-        }
-    });
 }

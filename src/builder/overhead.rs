@@ -13,7 +13,7 @@ use super::pen::is_taken;
 /// Lists every lane on another level as one that yields, for each lane of an intersection that would wait for it.
 pub fn ignore(map: &mut LaneletMap) {
     let thresholds = Thresholds::default();
-    let heights = map.points.iter().filter_map(|point| point.ele);
+    let heights = map.points.iter().filter_map(|point| point.ele());
     let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)));
     // Most maps are flat.
     if high - low <= thresholds.grade_separation {

@@ -45,16 +45,7 @@ impl<'m> Pen<'m> {
     pub fn point(&mut self, key: Key, position: Place, ele: f64) -> PointId {
         let id = PointId(self.claim(key));
         let lonlat = self.projector.inverse_each(&[position], |_| ele).pop().flatten();
-        let attributes = Attributes::new();
-        self.map.points.insert(Point {
-            id,
-            position,
-            ele: Some(ele),
-            lonlat,
-            local: [true; 2],
-            attributes,
-            span: None,
-        });
+        self.map.points.insert(Point::new(id, position, Some(ele)).with_lonlat(lonlat));
         id
     }
 
@@ -97,7 +88,7 @@ impl<'m> Pen<'m> {
             let nearest = points.windows(2).filter_map(|pair| {
                 let segment = Polyline::new(pair.iter().map(|point| point.position))?;
                 let at = segment.project(place);
-                let ends = [pair[0].ele?, pair[1].ele?];
+                let ends = [pair[0].ele()?, pair[1].ele()?];
                 let ele = ends[0] + (ends[1] - ends[0]) * at.station / segment.length();
                 Some(((at.point - place).norm(), ele))
             });

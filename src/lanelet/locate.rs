@@ -45,14 +45,14 @@ const DEGREE: f64 = 111_195.0;
 /// another point tells.
 fn lonlat_of(points: &[&Point], local: Option<PlanePoint>) -> Option<LonLat> {
     let far = |p: &Point, from: PlanePoint| (p.position - from).norm_squared();
-    let Some(local) = local else { return points.first()?.lonlat };
+    let Some(local) = local else { return points.first()?.lonlat() };
     let nearest = points.iter().min_by(|a, b| far(a, local).total_cmp(&far(b, local)))?;
-    let origin = nearest.lonlat?;
+    let origin = nearest.lonlat()?;
     let along = origin.lat.to_radians().cos();
     let on_globe = |to: LonLat| Complex::new((to.lon - origin.lon) * along, to.lat - origin.lat) * DEGREE;
     let in_plane = |to: PlanePoint| Complex::new(to.x - nearest.position.x, to.y - nearest.position.y);
     let other = points.iter().max_by(|a, b| far(a, nearest.position).total_cmp(&far(b, nearest.position)))?;
-    let told = other.lonlat.filter(|_| far(other, nearest.position) > TELLING * TELLING);
+    let told = other.lonlat().filter(|_| far(other, nearest.position) > TELLING * TELLING);
     let turned = told.map(|to| on_globe(to) / in_plane(other.position));
     let Some(turned) = turned.filter(|turned| (turned.norm() - 1.0).abs() < ALIKE) else { return Some(origin) };
     let away = in_plane(local) * turned / DEGREE;
@@ -63,7 +63,7 @@ fn lonlat_of(points: &[&Point], local: Option<PlanePoint>) -> Option<LonLat> {
 pub fn span_of(map: &LaneletMap, subject: Subject) -> Option<SourceSpan> {
     match subject {
         Subject::Map => None,
-        Subject::Point(id) => map.points.get(PointId(id))?.span.clone(),
+        Subject::Point(id) => map.points.get(PointId(id))?.span().cloned(),
         Subject::LineString(id) => map.linestrings.get(LineStringId(id))?.span.clone(),
         Subject::Polygon(id) => map.polygons.get(PolygonId(id))?.span.clone(),
         Subject::Lanelet(id) => map.lanelets.get(LaneletId(id))?.span.clone(),
@@ -105,19 +105,9 @@ fn points_of(map: &LaneletMap, subject: Subject) -> Vec<&Point> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanelet::Attributes;
 
     fn point(x: f64, y: f64, lonlat: LonLat) -> Point {
-        let position = PlanePoint::new(x, y);
-        Point {
-            id: PointId(1),
-            position,
-            ele: None,
-            lonlat: Some(lonlat),
-            local: [true; 2],
-            attributes: Attributes::default(),
-            span: None,
-        }
+        Point::new(PointId(1), PlanePoint::new(x, y), None).with_lonlat(Some(lonlat))
     }
 
     #[test]

@@ -13,6 +13,7 @@ mod limits;
 pub mod locate;
 pub mod number;
 mod open;
+mod point;
 mod projector_info;
 pub mod referrers;
 pub mod right_of_way;
@@ -24,8 +25,9 @@ pub use fault::{BoundRole, Condition, InfoFault, LoadFault, Repeat};
 pub use from_osm::{Loaded, SUPPORTED_FORMAT_VERSION, from_osm};
 pub use limits::{RoleLimit, TargetKind, known_subtypes, role_limits};
 pub use open::{OpenError, Opened, ProjectorFrom, files_of, is_lanelet2, is_navigation_osm, open, projector_for};
+pub use point::Point;
 pub use projector_info::{INFO, ProjectorInfo, twice};
-pub use shelf::{Shelf, Shelved};
+pub use shelf::{Cursor, Shelf, Shelved};
 pub use to_osm::to_osm;
 
 /// What kind of element a fault speaks about.
@@ -38,13 +40,18 @@ use serde::Serialize;
 use crate::diagnostic::SourceSpan;
 use crate::geometry::Point as PlanePoint;
 use crate::osm::Text;
-use crate::projection::LonLat;
 
 macro_rules! ids {
     ($($(#[$doc:meta])* $name:ident),* $(,)?) => {$(
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
         pub struct $name(pub i64);
+
+        impl From<$name> for i64 {
+            fn from(id: $name) -> Self {
+                id.0
+            }
+        }
 
         impl std::fmt::Display for $name {
             fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -65,25 +72,6 @@ ids! {
     LaneletId,
     /// Id of a [`RegulatoryElement`]: a relation with `type=regulatory_element`.
     RegulatoryElementId,
-}
-
-/// A point: shared by id, never by place.
-#[derive(Clone, Debug)]
-pub struct Point {
-    /// Its id.
-    pub id: PointId,
-    /// East, north in local metres, as the projector or `local_x`/`local_y` gives them.
-    pub position: PlanePoint,
-    /// Ellipsoidal height in metres (`ele`); `None` if the file has none, which loads as 0.
-    pub ele: Option<f64>,
-    /// As written; `None` if absent, which loads as 0, 0.
-    pub lonlat: Option<LonLat>,
-    /// Whether the tags `local_x` and `local_y` exist and are numbers.
-    pub local: [bool; 2],
-    /// The other tags (`ele`, `local_x`, `local_y` are left out).
-    pub attributes: Attributes,
-    /// Where it stands in the file.
-    pub span: Option<SourceSpan>,
 }
 
 /// A line of points, without area: one at least, two or more where it is a bound of a lanelet.
@@ -265,11 +253,14 @@ impl LaneletMap {
             shelves.3.push(other.lanelets);
             shelves.4.push(other.regulatory_elements);
         }
-        self.points.append(shelves.0);
-        self.linestrings.append(shelves.1);
-        self.polygons.append(shelves.2);
-        self.lanelets.append(shelves.3);
-        self.regulatory_elements.append(shelves.4);
+        let Self { points, linestrings, polygons, lanelets, regulatory_elements, .. } = self;
+        let rest = || {
+            linestrings.append(shelves.1);
+            polygons.append(shelves.2);
+            lanelets.append(shelves.3);
+            regulatory_elements.append(shelves.4);
+        };
+        rayon::join(|| points.append(shelves.0), rest);
     }
 
     /// The points of a bound in the lanelet's direction of travel.

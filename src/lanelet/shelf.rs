@@ -1,17 +1,17 @@
 //! Primitives of one kind, in insertion order, found by id.
 
-use std::hash::{BuildHasher, Hash};
+mod index;
+
+use std::borrow::Cow;
+use std::hash::Hash;
 use std::sync::OnceLock;
 
-use hashbrown::HashTable;
-use hashbrown::hash_table::Entry;
-use rayon::prelude::*;
-use rustc_hash::FxBuildHasher;
+use index::Index;
 
 /// What can stand on a [`Shelf`].
 pub trait Shelved {
     /// The type of its id.
-    type Id: Copy + Eq + Hash + Ord;
+    type Id: Copy + Eq + Hash + Ord + Into<i64>;
 
     /// Its id.
     fn id(&self) -> Self::Id;
@@ -31,65 +31,16 @@ impl<T: Shelved> Default for Shelf<T> {
     }
 }
 
-/// Positions by id. The ids themselves stand in the items: a map has many, and they fill the caches. Many shelves have
-/// few items and one table; where many items come at once, each thread fills tables of its own.
-#[derive(Clone, Debug, Default)]
-struct Index {
-    one: HashTable<u32>,
-    /// Instead of the one: none or [`TABLES`].
-    many: Vec<HashTable<u32>>,
-}
-
-/// Tables of a large shelf: enough for the threads of most machines.
-const TABLES: usize = 32;
-/// A shelf of more items is indexed by all threads.
-const LARGE: usize = 1 << 14;
-
-impl Index {
-    /// Which of [`TABLES`] holds a hash: by bits that the tables themselves do not go by.
-    fn table_of(hash: u64) -> usize {
-        (hash >> 40) as usize % TABLES
-    }
-
-    fn table(&self, hash: u64) -> &HashTable<u32> {
-        self.many.get(Self::table_of(hash)).unwrap_or(&self.one)
-    }
-
-    fn table_mut(&mut self, hash: u64) -> &mut HashTable<u32> {
-        self.many.get_mut(Self::table_of(hash)).unwrap_or(&mut self.one)
-    }
-
-    /// The index of items with these hashes, all of different ids.
-    fn of(hashes: &[u64]) -> Self {
-        let fill = |positions: &[u32]| {
-            let mut table = HashTable::with_capacity(positions.len());
-            for &at in positions {
-                table.insert_unique(hashes[at as usize], at, |&at| hashes[at as usize]);
-            }
-            table
-        };
-        if hashes.len() < LARGE {
-            let all: Vec<u32> = (0..hashes.len() as u32).collect();
-            return Self { one: fill(&all), many: Vec::new() };
-        }
-        let mut own: [Vec<u32>; TABLES] = std::array::from_fn(|_| Vec::with_capacity(hashes.len() / TABLES * 9 / 8));
-        for (at, &hash) in hashes.iter().enumerate() {
-            own[Self::table_of(hash)].push(at as u32);
-        }
-        Self { one: HashTable::new(), many: own.par_iter().map(|own| fill(own)).collect() }
-    }
-}
-
 impl<T: Shelved> Shelf<T> {
     fn index(&self) -> &Index {
-        self.index.get_or_init(|| Index::of(&self.items.iter().map(|item| hash(item.id())).collect::<Vec<u64>>()))
+        // By this thread alone: one that waited for others here might be given work that needs the same index.
+        self.index.get_or_init(|| Index::table(&self.ids()))
     }
 
     /// Puts an item on the shelf whose id no other has.
     pub fn push(&mut self, item: T) {
         if let Some(index) = self.index.get_mut() {
-            let (items, id) = (&self.items, hash(item.id()));
-            index.table_mut(id).insert_unique(id, items.len() as u32, |&at| hash(items[at as usize].id()));
+            index.find_or_add(&self.items, item.id());
         }
         self.items.push(item);
     }
@@ -97,15 +48,11 @@ impl<T: Shelved> Shelf<T> {
     /// Puts an item on the shelf; one of the same id gives up its place and is returned.
     pub fn insert(&mut self, item: T) -> Option<T> {
         self.index();
-        let Self { items, index } = self;
-        let Some(index) = index.get_mut() else { return None };
-        let id = item.id();
-        let table = index.table_mut(hash(id));
-        match table.entry(hash(id), |&at| items[at as usize].id() == id, |&at| hash(items[at as usize].id())) {
-            Entry::Occupied(at) => Some(std::mem::replace(&mut items[*at.get() as usize], item)),
-            Entry::Vacant(place) => {
-                place.insert(items.len() as u32);
-                items.push(item);
+        let index = self.index.get_mut()?;
+        match index.find_or_add(&self.items, item.id()) {
+            Some(at) => Some(std::mem::replace(&mut self.items[at], item)),
+            None => {
+                self.items.push(item);
                 None
             }
         }
@@ -119,7 +66,12 @@ impl<T: Shelved> Shelf<T> {
     /// The items of these ids, where there are any. Quick where they stand on the shelf one behind the other, in either
     /// direction.
     pub fn get_each<'s, I: Iterator<Item = T::Id>>(&'s self, ids: I) -> Each<'s, I, T> {
-        Each { shelf: self, ids, last: 0 }
+        Each { cursor: self.cursor(), ids }
+    }
+
+    /// Finds items quickly that stand on the shelf beside one of those that it found last.
+    pub fn cursor(&self) -> Cursor<'_, T> {
+        Cursor { shelf: self, last: [0; RECENT] }
     }
 
     /// The item of this id, to change; its id must stay.
@@ -129,28 +81,36 @@ impl<T: Shelved> Shelf<T> {
 
     /// Keeps the items for which `stays` holds, in their order.
     pub fn retain(&mut self, stays: impl FnMut(&T) -> bool) {
-        let Self { items, index } = self;
-        let before = items.len();
-        items.retain(stays);
-        if items.len() < before {
-            *index = OnceLock::new();
+        let before = self.items.len();
+        self.items.retain(stays);
+        if self.items.len() < before {
+            self.put_in_order();
         }
     }
 
-    /// Puts the items of other shelves behind its own, in their order; they are found by all threads. No id may come twice.
-    pub fn append<U: Shelved>(&mut self, others: Vec<Shelf<U>>)
-    where
-        T: From<U> + Sync,
-    {
-        self.items.reserve_exact(others.iter().map(Shelf::len).sum());
-        others.into_iter().for_each(|other| self.items.extend(other.items.into_iter().map(T::from)));
-        let hashes: Vec<u64> = self.items.par_iter().map(|item| hash(item.id())).collect();
-        self.index = Index::of(&hashes).into();
+    /// Puts the items of other shelves behind its own, in their order. No id may come twice.
+    pub fn append(&mut self, others: Vec<Self>) {
+        self.items.reserve_exact(others.iter().map(Self::len).sum());
+        others.into_iter().for_each(|other| self.items.extend(other.items));
+        self.put_in_order();
+    }
+
+    fn ids(&self) -> Vec<i64> {
+        self.items.iter().map(|item| item.id().into()).collect()
+    }
+
+    fn put_in_order(&mut self) {
+        self.index = Index::of(&self.ids()).into();
     }
 
     /// Position on the shelf, for side tables.
     pub fn position(&self, id: T::Id) -> Option<usize> {
-        self.index().table(hash(id)).find(hash(id), |&at| self.items[at as usize].id() == id).map(|&at| at as usize)
+        self.index().find(&self.items, id)
+    }
+
+    /// The positions of all items, by ascending id.
+    pub fn ascending(&self) -> Cow<'_, [u32]> {
+        self.index().ascending(&self.items)
     }
 
     /// Whether there is an item of this id.
@@ -195,22 +155,41 @@ impl<T: Shelved> Shelf<T> {
     }
 }
 
-/// See [`Shelf::get_each`].
-pub struct Each<'s, I, T: Shelved> {
+/// Finds of which a [`Cursor`] knows the places: a line has two ends that other lines share, and points between them that
+/// stand behind those of the line before.
+const RECENT: usize = 4;
+
+/// See [`Shelf::cursor`].
+pub struct Cursor<'s, T: Shelved> {
     shelf: &'s Shelf<T>,
-    ids: I,
-    /// Where the last one stood.
-    last: usize,
+    /// Where the last ones stood that did not stand beside each other, the latest first.
+    last: [usize; RECENT],
 }
 
-impl<'s, I, T: Shelved> Each<'s, I, T> {
-    fn find(&mut self, id: T::Id) -> Option<&'s T> {
+impl<'s, T: Shelved> Cursor<'s, T> {
+    /// The item of this id.
+    pub fn get(&mut self, id: T::Id) -> Option<&'s T> {
         let items = &self.shelf.items;
-        let beside = [self.last + 1, self.last.wrapping_sub(1)];
-        let guess = beside.into_iter().find(|&at| items.get(at).is_some_and(|item| item.id() == id));
-        self.last = guess.or_else(|| self.shelf.position(id))?;
-        Some(&items[self.last])
+        for recent in 0..RECENT {
+            let last = self.last[recent];
+            let beside = [last + 1, last.wrapping_sub(1)];
+            if let Some(at) = beside.into_iter().find(|&at| items.get(at).is_some_and(|item| item.id() == id)) {
+                self.last[..=recent].rotate_right(1);
+                self.last[0] = at;
+                return Some(&items[at]);
+            }
+        }
+        let at = self.shelf.position(id)?;
+        self.last.rotate_right(1);
+        self.last[0] = at;
+        Some(&items[at])
     }
+}
+
+/// See [`Shelf::get_each`].
+pub struct Each<'s, I, T: Shelved> {
+    cursor: Cursor<'s, T>,
+    ids: I,
 }
 
 impl<'s, I: Iterator<Item = T::Id>, T: Shelved> Iterator for Each<'s, I, T> {
@@ -219,7 +198,7 @@ impl<'s, I: Iterator<Item = T::Id>, T: Shelved> Iterator for Each<'s, I, T> {
     fn next(&mut self) -> Option<&'s T> {
         loop {
             let id = self.ids.next()?;
-            if let Some(item) = self.find(id) {
+            if let Some(item) = self.cursor.get(id) {
                 return Some(item);
             }
         }
@@ -234,15 +213,11 @@ impl<I: DoubleEndedIterator<Item = T::Id>, T: Shelved> DoubleEndedIterator for E
     fn next_back(&mut self) -> Option<Self::Item> {
         loop {
             let id = self.ids.next_back()?;
-            if let Some(item) = self.find(id) {
+            if let Some(item) = self.cursor.get(id) {
                 return Some(item);
             }
         }
     }
-}
-
-fn hash(id: impl Hash) -> u64 {
-    FxBuildHasher.hash_one(id)
 }
 
 impl<T: Shelved> IntoIterator for Shelf<T> {

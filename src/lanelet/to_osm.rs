@@ -4,15 +4,16 @@ use std::io::{self, Write};
 
 use rayon::prelude::*;
 
-use super::{Attributes, Lanelet, LaneletMap, LineString, Point, Polygon, RegulatoryElement, Shelf, Shelved, Target};
+use super::point::lonlats;
+use super::{Attributes, Lanelet, LaneletMap, LineString, Point, Polygon, RegulatoryElement, Target};
 use crate::osm::{ElementKind, MetaInfo, OsmText, Text};
 use crate::projection::{LonLat, Projector};
 
 /// Decimals of `local_x` and `local_y`: a tenth of a millimetre, as in the official maps.
 const LOCAL_DECIMALS: usize = 4;
 
-/// Elements whose text one thread makes at a time: some hundred kilobytes.
-const CHUNK: usize = 1 << 11;
+/// Elements whose text one thread makes at a time: what its own cache holds.
+const CHUNK: usize = 1 << 8;
 /// Chunks that are made before they are written: their text is held in memory.
 const CHUNKS: usize = 16;
 
@@ -22,72 +23,75 @@ pub fn to_osm(map: &LaneletMap, projector: &Projector, mut out: impl Write + Sen
     let format_version = map.format_version.clone().unwrap_or_else(|| Text::const_new("2"));
     let meta = MetaInfo { format_version: Some(format_version), map_version: Some(Text::const_new("1")) };
     out.write_all(OsmText::head(&meta).as_bytes())?;
-    write_all(&mut out, &sorted(&map.points), |points, text| {
-        for (point, place) in points.iter().zip(places(points, projector)) {
+    let mut texts = Texts::default();
+    let points = map.points.as_slice();
+    texts.write_all(&mut out, &map.points.ascending(), |positions, text| {
+        let points: Vec<&Point> = positions.iter().map(|&at| &points[at as usize]).collect();
+        for (point, place) in points.iter().zip(lonlats(&points, projector)) {
             node(text, point, place);
         }
     })?;
-    write_all(&mut out, &ways(map), |ways, text| ways.iter().for_each(|way| way.write(text)))?;
-    write_all(&mut out, &relations(map), |relations, text| relations.iter().for_each(|one| one.write(text)))?;
+    let lines = map.linestrings.iter().map(|line| ((line.id.0, false), Way::Line(line)));
+    let ways = sorted(lines.chain(map.polygons.iter().map(|area| ((area.id.0, true), Way::Area(area)))));
+    texts.write_all(&mut out, &ways, |ways, text| ways.iter().for_each(|(_, way)| way.write(text)))?;
+    let lanelets = map.lanelets.iter().map(|lanelet| ((lanelet.id.0, false), Relation::Lanelet(lanelet)));
+    let elements = map.regulatory_elements.iter().map(|element| ((element.id.0, true), Relation::Element(element)));
+    let relations = sorted(lanelets.chain(elements));
+    texts.write_all(&mut out, &relations, |relations, text| relations.iter().for_each(|(_, one)| one.write(text)))?;
     out.write_all(OsmText::tail().as_bytes())?;
     out.flush()
 }
 
-/// Writes the text of all items in their order; it is made by all threads, while one writes what is made.
-fn write_all<T: Sync>(
-    out: &mut (impl Write + Send),
-    items: &[T],
-    text_of: impl Fn(&[T], &mut OsmText) + Sync,
-) -> io::Result<()> {
-    let made = |(text, items): (&mut OsmText, &[T])| {
-        text.clear();
-        text_of(items, text);
-    };
-    let mut texts: [Vec<OsmText>; 2] = Default::default();
-    let [mut ready, mut next] = texts.each_mut();
-    let mut filled = 0;
-    for batch in items.chunks(CHUNK * CHUNKS) {
-        next.resize_with(CHUNKS, OsmText::default);
-        let (written, ()) = rayon::join(
-            || ready[..filled].iter().try_for_each(|text| out.write_all(text.as_bytes())),
-            || next.par_iter_mut().zip(batch.par_chunks(CHUNK)).for_each(made),
-        );
-        written?;
-        filled = batch.len().div_ceil(CHUNK);
-        std::mem::swap(&mut ready, &mut next);
-    }
-    ready[..filled].iter().try_for_each(|text| out.write_all(text.as_bytes()))
+/// The texts of two batches: one is made while the other is written. Their memory serves all batches.
+#[derive(Default)]
+struct Texts {
+    ready: Vec<OsmText>,
+    next: Vec<OsmText>,
 }
 
-fn sorted<T: Shelved + Sync>(shelf: &Shelf<T>) -> Vec<&T>
-where
-    T::Id: Send,
-{
-    // The ids stand beside the items while they are sorted: to fetch each from its item takes longer than the sort.
-    let mut items: Vec<(T::Id, &T)> = shelf.iter().map(|item| (item.id(), item)).collect();
-    items.par_sort_unstable_by_key(|(id, _)| *id);
-    items.into_iter().map(|(_, item)| item).collect()
+impl Texts {
+    /// Writes the text of all items in their order; it is made by all threads, while one writes what is made.
+    fn write_all<T: Sync>(
+        &mut self,
+        out: &mut (impl Write + Send),
+        items: &[T],
+        text_of: impl Fn(&[T], &mut OsmText) + Sync,
+    ) -> io::Result<()> {
+        let made = |(text, items): (&mut OsmText, &[T])| {
+            text.clear();
+            text_of(items, text);
+        };
+        let Self { ready, next } = self;
+        let mut filled = 0;
+        for batch in items.chunks(CHUNK * CHUNKS) {
+            next.resize_with(CHUNKS, OsmText::default);
+            let (written, ()) = rayon::join(
+                || ready.iter().take(filled).try_for_each(|text| out.write_all(text.as_bytes())),
+                || next.par_iter_mut().zip(batch.par_chunks(CHUNK)).for_each(made),
+            );
+            written?;
+            filled = batch.len().div_ceil(CHUNK);
+            std::mem::swap(ready, next);
+        }
+        ready.iter().take(filled).try_for_each(|text| out.write_all(text.as_bytes()))
+    }
 }
 
-fn places(points: &[&Point], projector: &Projector) -> Vec<Option<LonLat>> {
-    let mut places: Vec<Option<LonLat>> = points.iter().map(|p| p.lonlat).collect();
-    let wanted: Vec<usize> = (0..points.len()).filter(|&i| places[i].is_none()).collect();
-    let positions: Vec<_> = wanted.iter().map(|&i| points[i].position).collect();
-    let found = projector.inverse_each(&positions, |i| points[wanted[i]].ele.unwrap_or(0.0));
-    for (&i, place) in wanted.iter().zip(found) {
-        places[i] = place;
-    }
-    places
+/// Items by ascending keys, which stand beside them: to fetch each from its item takes longer than the sort.
+fn sorted<K: Copy + Ord + Send, T: Send>(items: impl Iterator<Item = (K, T)>) -> Vec<(K, T)> {
+    let mut items: Vec<(K, T)> = items.collect();
+    items.par_sort_unstable_by_key(|(key, _)| *key);
+    items
 }
 
 fn node(text: &mut OsmText, point: &Point, place: Option<LonLat>) {
     text.begin_node(point.id.0, place);
     text.number("local_x", point.position.x, LOCAL_DECIMALS);
     text.number("local_y", point.position.y, LOCAL_DECIMALS);
-    if let Some(metres) = point.ele {
+    if let Some(metres) = point.ele() {
         text.exact("ele", metres);
     }
-    point.attributes.iter().for_each(|(key, value)| text.tag(key, value));
+    point.attributes().iter().for_each(|(key, value)| text.tag(key, value));
     text.end_node();
 }
 
@@ -95,16 +99,6 @@ fn node(text: &mut OsmText, point: &Point, place: Option<LonLat>) {
 enum Way<'a> {
     Line(&'a LineString),
     Area(&'a Polygon),
-}
-
-fn ways(map: &LaneletMap) -> Vec<Way<'_>> {
-    let lines = map.linestrings.iter().map(Way::Line);
-    let mut ways: Vec<Way> = lines.chain(map.polygons.iter().map(Way::Area)).collect();
-    ways.par_sort_unstable_by_key(|way| match way {
-        Way::Line(line) => (line.id.0, false),
-        Way::Area(area) => (area.id.0, true),
-    });
-    ways
 }
 
 impl Way<'_> {
@@ -123,16 +117,6 @@ impl Way<'_> {
 enum Relation<'a> {
     Lanelet(&'a Lanelet),
     Element(&'a RegulatoryElement),
-}
-
-fn relations(map: &LaneletMap) -> Vec<Relation<'_>> {
-    let lanelets = map.lanelets.iter().map(Relation::Lanelet);
-    let mut relations: Vec<Relation> = lanelets.chain(map.regulatory_elements.iter().map(Relation::Element)).collect();
-    relations.par_sort_unstable_by_key(|relation| match relation {
-        Relation::Lanelet(lanelet) => (lanelet.id.0, false),
-        Relation::Element(element) => (element.id.0, true),
-    });
-    relations
 }
 
 impl Relation<'_> {
@@ -189,8 +173,7 @@ mod tests {
 
     fn point(id: i64, x: f64, y: f64) -> Point {
         let position = PlanePoint::new(x, y);
-        let (id, attributes) = (PointId(id), Attributes::new());
-        Point { id, position, ele: Some(12.5), lonlat: None, local: [false; 2], attributes, span: None }
+        Point::new(PointId(id), position, Some(12.5))
     }
 
     /// A lane of ten metres with a stop line element and an area, made in an order that is not that of the ids.

@@ -104,7 +104,7 @@ pub(super) fn of_subject(map: &LaneletMap, subject: Subject) -> Option<Value> {
 }
 
 fn places(map: &LaneletMap, points: &[PointId]) -> Vec<LonLat> {
-    points.iter().filter_map(|&id| map.points.get(id)?.lonlat).collect()
+    points.iter().filter_map(|&id| map.points.get(id)?.lonlat()).collect()
 }
 
 fn line_places(map: &LaneletMap, id: LineStringId) -> Vec<LonLat> {
@@ -112,7 +112,7 @@ fn line_places(map: &LaneletMap, id: LineStringId) -> Vec<LonLat> {
 }
 
 fn bound_places(map: &LaneletMap, bound: Bound) -> Vec<LonLat> {
-    map.bound_points(bound).filter_map(|point| point.lonlat).collect()
+    map.bound_points(bound).filter_map(|point| point.lonlat()).collect()
 }
 
 fn point_of(places: &[LonLat]) -> Option<Value> {

@@ -35,7 +35,7 @@ impl<'m> Barrier<'m> {
         if !places.points().iter().all(|p| p.x.is_finite() && p.y.is_finite()) {
             return None;
         }
-        let heights: Vec<f64> = points.iter().filter_map(|point| point.ele).collect();
+        let heights: Vec<f64> = points.iter().filter_map(|point| point.ele()).collect();
         let height = (!heights.is_empty()).then(|| heights.iter().sum::<f64>() / heights.len() as f64);
         Some(Self { id: line.id, kind, line: places, height })
     }

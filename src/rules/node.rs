@@ -134,7 +134,7 @@ fn neighbouring_heights(map: &MapIndex) -> BTreeMap<PointId, f64> {
             if let Some(before) = at.checked_sub(1).and_then(|before| points.get(before)) {
                 station += (point.position - before.position).norm();
             }
-            match point.ele {
+            match point.ele() {
                 Some(ele) => known.push((station, ele)),
                 None if wanted.contains(&point.id) => drop(open.insert(point.id, station)),
                 None => {}
@@ -167,7 +167,7 @@ fn steps(map: &MapIndex, params: &Params) -> Vec<Finding> {
     for (subject, ids) in bounds {
         let points: Vec<_> = ids.iter().filter_map(|&id| map.map.points.get(id)).collect();
         for pair in points.windows(2) {
-            let (Some(low), Some(high)) = (pair[0].ele, pair[1].ele) else { continue };
+            let (Some(low), Some(high)) = (pair[0].ele(), pair[1].ele()) else { continue };
             let (step, length) = ((high - low).abs(), (pair[1].position - pair[0].position).norm());
             if step <= params.least_step || step <= params.slope * length {
                 continue;

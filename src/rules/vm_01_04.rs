@@ -66,7 +66,7 @@ fn part(map: &MapIndex, twins: &Twins, params: &Params) -> bool {
     // Lanes that run against each other touch on the same hand.
     let side = usize::from(mine.bounds[0] != twins.ways[0]);
     let [Some(own), Some(other)] = [mine, theirs].map(|lane| lane.border(side)) else { return false };
-    let height = |id| map.map.points.get(id).and_then(|point| point.ele);
+    let height = |id| map.map.points.get(id).and_then(|point| point.ele());
     [(&mine.start, &theirs.end), (&mine.end, &theirs.start)].into_iter().any(|(a, b)| {
         // Where one is cut a little earlier, its end still lies on the other.
         let across = other.project(a.points[side]).offset.abs().min(own.project(b.points[side]).offset.abs());

@@ -25,14 +25,14 @@ impl Rule for Bulbs {
                     let finding = Finding::new(fault, Subject::Point(id.0), message);
                     findings.push(finding.with(Subject::LineString(line.id.0), "bulbs"));
                 };
-                match point.attributes.get("color") {
+                match point.attributes().get("color") {
                     None => say("color-missing", format!("Bulb {id} has no color.")),
                     Some("red" | "yellow" | "green") => {}
                     Some(other) => {
                         say("color-invalid", format!("color={other} of bulb {id} is not red, yellow or green."))
                     }
                 }
-                match point.attributes.get("arrow") {
+                match point.attributes().get("arrow") {
                     None | Some("up" | "right" | "left" | "up_right" | "up_left") => {}
                     Some(other) => say("arrow-invalid", format!("arrow={other} of bulb {id} points nowhere.")),
                 }

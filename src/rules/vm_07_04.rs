@@ -48,6 +48,6 @@ impl Rule for EllipsoidalHeight {
 
 /// Height, latitude and longitude of a point that has all three.
 fn placed(point: &Point) -> Option<[f64; 3]> {
-    let place = point.lonlat.filter(|place| (place.lat, place.lon) != (0.0, 0.0))?;
-    point.ele.filter(|ele| ele.is_finite()).map(|ele| [ele, place.lat, place.lon])
+    let place = point.lonlat().filter(|place| (place.lat, place.lon) != (0.0, 0.0))?;
+    point.ele().filter(|ele| ele.is_finite()).map(|ele| [ele, place.lat, place.lon])
 }

@@ -58,6 +58,7 @@ pub fn draw(map: &mut LaneletMap, projector: &Projector, inside: &Inside, beside
     if wanted.is_empty() && inside.everywhere.says_nothing() {
         return Vec::new();
     }
+    map.place_on_globe(projector);
     let mut settings = beside.clone();
     settings.intersection.extend(wanted);
     let (led, mut notes) = lead(map, projector, &settings);

@@ -195,7 +195,7 @@ fn end_of(pen: &mut Pen, drawn: &mut EndLines, nodes: [PointId; 2]) -> LineStrin
 
 /// What stands for the infrastructure: a line above the stop line, with the tags by which it is known.
 fn anchor_of(pen: &mut Pen, key: Key, stop: &Edge, known: BTreeMap<String, String>) -> LineStringId {
-    let ele = |id: PointId| pen.map.points.get(id).and_then(|point| point.ele).unwrap_or_default();
+    let ele = |id: PointId| pen.map.points.get(id).and_then(|point| point.ele()).unwrap_or_default();
     let ele = (ele(stop.ids[0]) + ele(stop.ids[1])) / 2.0 + LIGHT_HEIGHT;
     let places = [0.25, 0.75].map(|part| stop.points[0] + stop.across() * part);
     let nodes = ["left", "right"].into_iter().zip(places).map(|(side, place)| pen.point(key.word(side), place, ele));

@@ -179,7 +179,8 @@ impl Bench {
         let plan = plan(&data, &options).map_err(|error| input::build_failure(error, &self.title))?;
         let mut workshop = self.workshop(&plan, &data, own);
         workshop.part = frame.map(|corners| (corners, [data.ways.len(), self.data.ways.len()]));
-        let built = build_plan(plan);
+        let mut built = build_plan(plan);
+        built.map.place_on_globe(&built.projector);
         let diagnostics = self.diagnostics(&built, &data, !question.quick)?;
         workshop.took = u64::try_from(start.elapsed().as_millis()).unwrap_or(u64::MAX);
         self.parcel(&built, &diagnostics, &workshop)

@@ -89,15 +89,10 @@ impl Loader<'_> {
         };
         let own = |key: &str| !matches!(key, "ele" | "local_x" | "local_y");
         let attributes: Attributes = node.tags.iter().filter(|(k, _)| own(k)).collect();
-        let point = Point {
-            id: PointId(node.id),
-            position,
-            ele: ele.value(),
-            lonlat: node.position,
-            local: local.map(|number| number.is_some()),
-            attributes,
-            span: Some(node.span.clone()),
-        };
+        let point = Point::new(PointId(node.id), position, ele.value())
+            .with_attributes(attributes)
+            .with_lonlat(node.position)
+            .read(local.map(|number| number.is_some()), node.span.clone());
         Made { point, local, projected: if self.local { None } else { projected }, bad_ele }
     }
 
@@ -123,7 +118,7 @@ impl Loader<'_> {
             let condition = Condition::PartialLocal { x: x.is_some(), y: y.is_some() };
             self.fault(subject, &node.span, condition);
         }
-        match (&made.bad_ele, made.point.ele) {
+        match (&made.bad_ele, made.point.ele()) {
             (Some(found), _) => {
                 let found = found.clone();
                 self.fault(subject, &node.span, Condition::BadElevation { found });

@@ -88,7 +88,7 @@ impl Reach {
     fn of(map: &LaneletMap, line: &LineString) -> Option<Self> {
         let reaches = map.points.get_each(line.points.iter().copied()).map(|p| {
             let finite = p.position.x.is_finite() && p.position.y.is_finite();
-            finite.then_some(Self { extent: [p.position; 2], heights: [p.ele.unwrap_or(0.0); 2] })
+            finite.then_some(Self { extent: [p.position; 2], heights: [p.ele().unwrap_or(0.0); 2] })
         });
         reaches.reduce(|one, other| Some(one?.with(&other?))).flatten()
     }
@@ -176,7 +176,7 @@ fn height_of(map: &LaneletMap, bound: Bound, place: Point) -> Option<f64> {
         let length = along.norm();
         (length > Polyline::MERGE).then(|| {
             let t = ((place - pair[0].position).dot(&along) / (length * length)).clamp(0.0, 1.0);
-            let [low, high] = [pair[0], pair[1]].map(|p| p.ele.unwrap_or(0.0));
+            let [low, high] = [pair[0], pair[1]].map(|p| p.ele().unwrap_or(0.0));
             ((pair[0].position + along * t - place).norm(), low + (high - low) * t)
         })
     });

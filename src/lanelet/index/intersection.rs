@@ -119,7 +119,7 @@ fn of_area(
     let closed = points.len() > 1 && points[0].id == points[points.len() - 1].id;
     let open = &points[..points.len() - usize::from(closed)];
     let outline: Vec<Point> = open.iter().map(|p| p.position).collect();
-    let height = open.iter().map(|p| p.ele.unwrap_or(0.0)).sum::<f64>() / open.len().max(1) as f64;
+    let height = open.iter().map(|p| p.ele().unwrap_or(0.0)).sum::<f64>() / open.len().max(1) as f64;
     let [low, high] = extent(&outline);
     let mut near: Vec<usize> = if low.x <= high.x {
         let reach = AABB::from_corners([low.x, low.y], [high.x, high.y]);

@@ -109,7 +109,7 @@ impl Lane {
         let heights = points
             .iter()
             .flatten()
-            .map(|p| p.ele.unwrap_or(0.0))
+            .map(|p| p.ele().unwrap_or(0.0))
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], z| [low.min(z), high.max(z)]);
         Some(Self {
             id: lanelet.id,

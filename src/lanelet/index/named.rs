@@ -45,7 +45,7 @@ pub(super) fn entries(map: &LaneletMap, intersections: &[Intersection], settings
 /// The outline of the area in degrees; empty where there is none.
 fn degrees(map: &LaneletMap, intersection: &Intersection) -> Vec<Point> {
     let area = intersection.area.and_then(|id| map.polygons.get(id));
-    let points = area.into_iter().flat_map(|area| &area.points).filter_map(|&id| map.points.get(id)?.lonlat);
+    let points = area.into_iter().flat_map(|area| &area.points).filter_map(|&id| map.points.get(id)?.lonlat());
     points.map(|place| Point::new(place.lon, place.lat)).filter(|p| p.x.is_finite() && p.y.is_finite()).collect()
 }
 

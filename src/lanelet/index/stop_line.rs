@@ -40,7 +40,7 @@ impl StopLine {
         let end = |id| map.map.points.get(id).filter(|point| point.position.coords.iter().all(|c| c.is_finite()));
         let points = [end(*line.points.first()?)?, end(*line.points.last()?)?];
         let ends = points.map(|point| point.position);
-        let [a, b] = points.map(|point| point.ele.unwrap_or_default());
+        let [a, b] = points.map(|point| point.ele().unwrap_or_default());
         ((ends[1] - ends[0]).norm() > Polyline::MERGE).then_some(Self { way: line.id, ends, height: (a + b) / 2.0 })
     }
 

@@ -256,7 +256,7 @@ pub type Spot = nalgebra::Point3<f64>;
 
 /// A point with its height.
 pub fn spot(point: &Point) -> Spot {
-    Spot::new(point.position.x, point.position.y, point.ele.unwrap_or(0.0))
+    Spot::new(point.position.x, point.position.y, point.ele().unwrap_or(0.0))
 }
 
 /// `count` places evenly spread along a line, by its length in the plane.

@@ -155,11 +155,11 @@ impl Compared for Point {
         if by > sides.tolerance {
             facts.push(Fact::Moved { by });
         }
-        let raised = new.ele.unwrap_or(0.0) - self.ele.unwrap_or(0.0);
+        let raised = new.ele().unwrap_or(0.0) - self.ele().unwrap_or(0.0);
         if raised.abs() > sides.tolerance {
             facts.push(Fact::Raised { by: raised });
         }
-        tags(&self.attributes, &new.attributes, &mut facts);
+        tags(self.attributes(), new.attributes(), &mut facts);
         facts
     }
 

@@ -22,15 +22,7 @@ fn map() -> LaneletMap {
     for id in 1..=6 {
         let position = PlanePoint::new(f64::from((id - 1) % 3) * 10.0, if id > 3 { 3.0 } else { 0.0 });
         let id = PointId(i64::from(id));
-        map.points.insert(Point {
-            id,
-            position,
-            ele: None,
-            lonlat: None,
-            local: [false; 2],
-            attributes: tags(&[]),
-            span: None,
-        });
+        map.points.insert(Point::new(id, position, None));
     }
     for (id, points) in [(10, [1, 2]), (11, [4, 5]), (20, [2, 3]), (21, [5, 6])] {
         let points = points.map(PointId).to_vec();

@@ -34,7 +34,7 @@ fn arrows(canvas: &mut Canvas, map: &LaneletMap, bulbs: &LineString) {
     let (Some(&first), Some(&last)) = (points.first(), points.last()) else { return };
     let (right, ahead) = (last - first, left_of(last - first));
     let pointed = bulbs.points.iter().filter_map(|&id| {
-        let heading = match map.points.get(id)?.attributes.get("arrow")? {
+        let heading = match map.points.get(id)?.attributes().get("arrow")? {
             "left" => -right,
             "right" => right,
             "up" => ahead,

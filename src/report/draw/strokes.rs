@@ -35,7 +35,7 @@ pub fn geojson(map: &LaneletMap, projector: &Projector, view: &View, out: &mut d
     }
     for line in &map.linestrings {
         let painted = Painted::of(map, line);
-        let ele = line.points.iter().find_map(|&id| map.points.get(id)?.ele).unwrap_or_default();
+        let ele = line.points.iter().find_map(|&id| map.points.get(id)?.ele()).unwrap_or_default();
         let places = view.sees(&painted.points).then(|| projector.inverse_each(&painted.points, |_| ele));
         let Some(places) = places.and_then(|places| places.into_iter().collect::<Option<Vec<_>>>()) else { continue };
         let properties = json!({

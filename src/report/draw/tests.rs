@@ -13,15 +13,7 @@ fn tags(pairs: &[(&str, &str)]) -> Attributes {
 fn lane(subtype: &str, turn: Option<&str>) -> LaneletMap {
     let mut map = LaneletMap::default();
     for (id, x, y) in [(1, 0.0, 0.0), (2, 0.0, 20.0), (3, 3.0, 0.0), (4, 3.0, 20.0)] {
-        map.points.insert(MapPoint {
-            id: PointId(id),
-            position: Point::new(x, y),
-            ele: Some(0.0),
-            lonlat: None,
-            local: [false; 2],
-            attributes: Attributes::new(),
-            span: None,
-        });
+        map.points.insert(MapPoint::new(PointId(id), Point::new(x, y), Some(0.0)));
     }
     for (id, points, kind) in [(11, [1, 2], "line_thin"), (12, [3, 4], "road_border")] {
         map.linestrings.insert(LineString {

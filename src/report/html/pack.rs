@@ -62,7 +62,7 @@ impl Packer {
                 order.push(&map.points.as_slice()[position]);
             }
         }
-        let tags: Vec<i32> = order.iter().map(|p| self.tags(&p.attributes)).collect();
+        let tags: Vec<i32> = order.iter().map(|p| self.tags(p.attributes())).collect();
         self.wide("point.id", order.iter().map(|p| p.id.0));
         self.column("point.x", order.iter().map(|p| steps(p.position.x - frame.origin.x)));
         self.column("point.y", order.iter().map(|p| steps(p.position.y - frame.origin.y)));

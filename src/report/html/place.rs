@@ -38,7 +38,7 @@ fn median(points: &[&MapPoint], value: impl Fn(&MapPoint) -> f64) -> f64 {
 }
 
 fn fit(points: &[&MapPoint], origin: Point) -> Option<[[f64; 6]; 2]> {
-    let placed: Vec<_> = points.iter().filter_map(|p| Some((p.position - origin, p.lonlat?))).collect();
+    let placed: Vec<_> = points.iter().filter_map(|p| Some((p.position - origin, p.lonlat()?))).collect();
     let step = placed.len().div_ceil(SAMPLE).max(1);
     let sample: Vec<_> = placed.iter().step_by(step).collect();
     if sample.len() < 3 {
@@ -71,15 +71,7 @@ mod tests {
         let mut map = LaneletMap::default();
         for i in 0..40_i64 {
             let (x, y) = (5000.0 + (i * 37 % 400) as f64, 7000.0 + (i * 91 % 300) as f64);
-            map.points.insert(MapPoint {
-                id: PointId(i),
-                position: Point::new(x, y),
-                ele: None,
-                lonlat: Some(place(x, y)),
-                local: [false; 2],
-                attributes: Attributes::new(),
-                span: None,
-            });
+            map.points.insert(MapPoint::new(PointId(i), Point::new(x, y), None).with_lonlat(Some(place(x, y))));
         }
         map
     }

@@ -13,15 +13,7 @@ const EVIL: &str = "</script><script>alert('{{map}}')</script><img src=x onerror
 fn map() -> LaneletMap {
     let mut map = LaneletMap::default();
     for i in 1..=2_i64 {
-        map.points.insert(MapPoint {
-            id: PointId(i),
-            position: Point::new(i as f64 * 10.0, 5.0),
-            ele: None,
-            lonlat: None,
-            local: [false; 2],
-            attributes: Attributes::new(),
-            span: None,
-        });
+        map.points.insert(MapPoint::new(PointId(i), Point::new(i as f64 * 10.0, 5.0), None));
     }
     let attributes = [("type", "line_thin"), ("name", EVIL)].into_iter().collect();
     map.linestrings.insert(LineString {

@@ -190,7 +190,7 @@ fn content(map: &LaneletMap) -> Vec<Content> {
     let tagged = |key: &str| map.lanelets.iter().filter(|l| l.attributes.has(key)).count();
     let subtype = |value: &str| map.lanelets.iter().filter(|l| l.attributes.is("subtype", value)).count();
     let all = [
-        ("heights", map.points.iter().filter(|p| p.ele.is_some()).count()),
+        ("heights", map.points.iter().filter(|p| p.ele().is_some()).count()),
         ("speed limits", tagged("speed_limit")),
         ("turn directions", tagged("turn_direction")),
         ("intersection areas", polygons("intersection_area")),

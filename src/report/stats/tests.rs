@@ -11,15 +11,7 @@ fn map() -> LaneletMap {
     let mut map = LaneletMap::default();
     for (column, x) in [0.0, 10.0, 20.0, 100.0, 110.0].into_iter().enumerate() {
         for (row, y) in [0.0, 3.5].into_iter().enumerate() {
-            map.points.insert(MapPoint {
-                id: PointId((column * 10 + row) as i64),
-                position: Point::new(x, y),
-                ele: None,
-                lonlat: None,
-                local: [false; 2],
-                attributes: Attributes::new(),
-                span: None,
-            });
+            map.points.insert(MapPoint::new(PointId((column * 10 + row) as i64), Point::new(x, y), None));
         }
     }
     for (id, from, to) in [(1, 0, 1), (2, 1, 2), (3, 3, 4)] {

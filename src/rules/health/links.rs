@@ -207,6 +207,6 @@ fn turn(a: Vector, b: Vector) -> f64 {
 
 /// Whether two ends lie on one level, so that one can continue the other.
 fn same_level(map: &MapIndex, end: &Edge, start: &Edge) -> bool {
-    let height = |edge: &Edge| map.map.points.get(edge.ids[0]).and_then(|point| point.ele).unwrap_or_default();
+    let height = |edge: &Edge| map.map.points.get(edge.ids[0]).and_then(|point| point.ele()).unwrap_or_default();
     (height(end) - height(start)).abs() <= map.thresholds.grade_separation
 }

@@ -56,7 +56,7 @@ fn share_a_point(map: &MapIndex, lane: &Lane) -> bool {
 fn tilted(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
     let lane = &map.lanes[at];
     let leaning = |edge: &Edge| {
-        let [left, right] = edge.ids.map(|id| map.map.points.get(id).and_then(|point| point.ele));
+        let [left, right] = edge.ids.map(|id| map.map.points.get(id).and_then(|point| point.ele()));
         let step = (left? - right?).abs();
         let limit = (params.tilt * edge.across().norm()).max(params.least_tilt);
         (step > limit).then_some((step, limit))

@@ -121,11 +121,11 @@ pub fn turn_signal(view: &View, params: &Params) -> Vec<Issue> {
 /// `local_coordinates_declaration`: once a point has local coordinates, all have both.
 pub fn local_coordinates(view: &View, _: &Params) -> Vec<Issue> {
     let points = || view.map.points.iter();
-    if !points().any(|point| point.local.contains(&true)) {
+    if !points().any(|point| point.local().contains(&true)) {
         return Vec::new();
     }
     let lacking = points().filter_map(|point| {
-        let (number, lacks) = match point.local {
+        let (number, lacks) = match point.local() {
             [false, false] => (1, "neither local_x nor local_y"),
             [true, false] => (2, "local_x but no local_y"),
             [false, true] => (3, "local_y but no local_x"),
