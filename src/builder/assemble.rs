@@ -91,7 +91,8 @@ pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
     let passing: Vec<&Intersection> = passed.iter().map(|(at, _)| *at).collect();
     let (parts, mut beside): (Vec<Part>, Vec<Assembled>) =
         passed.into_par_iter().map(|(at, ways)| made(&assembly, at, ways)).unzip();
-    whole.map = if assembly.is_apart_from(&parts) {
+    let apart = assembly.is_apart_from(&parts);
+    whole.map = if apart {
         // A whole map takes the most memory of all that is made: what it was made from need not stand beside it.
         drop(passing);
         drop((crossings, lanes, lines, settled));

@@ -5,13 +5,12 @@
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
-use std::sync::OnceLock;
 
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::geometry::Point;
-use crate::lanelet::{Bound, Lanelet, LaneletId, LaneletMap, PointId, TurnDirection};
+use crate::lanelet::index::Reach;
+use crate::lanelet::{Bound, Lanelet, LaneletMap, PointId, TurnDirection};
 
 /// Autoware blinks from this distance before a turn, metres, ...
 const DISTANCE: f64 = 30.0;
@@ -24,42 +23,69 @@ const CLEAR: f64 = 0.1;
 /// Lengths are kept as whole millimetres, which have an order.
 const PER_METRE: f64 = 1e3;
 
-/// Sets `turn_signal_distance` wherever the usual distance reaches back into an opposite turn.
-pub fn limit(map: &mut LaneletMap) {
+/// Sets `turn_signal_distance` wherever the usual distance reaches back into an opposite turn. Each line of the map reaches
+/// as far as its place among `reaches` says.
+pub fn limit(map: &mut LaneletMap, reaches: &[Option<Reach>]) {
     let lanelets = map.lanelets.as_slice();
-    let mut ways = Ways { map, ending: FxHashMap::default(), lengths: Vec::new() };
-    ways.lengths.resize_with(lanelets.len(), OnceLock::new);
-    for (at, lanelet) in lanelets.iter().enumerate() {
-        if let Some(edge) = edge(map, lanelet, true) {
-            ways.ending.entry(edge).or_default().push(at);
-        }
+    let ways = Ways::new(lanelets.par_iter().map(|lanelet| Way::of(map, reaches, lanelet)).collect());
+    let limit = |(at, lanelet): (usize, &Lanelet)| Some((at, ways.opposite_before(at, lanelet)?));
+    let limits: Vec<(usize, f64)> = lanelets.par_iter().enumerate().filter_map(limit).collect();
+    let lanelets = map.lanelets.as_mut_slice();
+    for (at, metres) in limits {
+        // Less than the way by a hand's breadth and rounded down, so that the blinker surely starts behind the other turn.
+        let distance = ((metres - CLEAR) * 10.0).floor().max(0.0) / 10.0;
+        lanelets[at].attributes.set("turn_signal_distance", format!("{distance:.1}"));
     }
-    let limit = |(at, lanelet): (usize, &Lanelet)| Some((lanelet.id, ways.opposite_before(at)?));
-    let limits: Vec<(LaneletId, f64)> = lanelets.par_iter().enumerate().filter_map(limit).collect();
-    for (id, metres) in limits {
-        if let Some(lanelet) = map.lanelets.get_mut(id) {
-            // Less than the way by a hand's breadth and rounded down, so that the blinker surely starts behind the other turn.
-            let distance = ((metres - CLEAR) * 10.0).floor().max(0.0) / 10.0;
-            lanelet.attributes.set("turn_signal_distance", format!("{distance:.1}"));
-        }
+}
+
+/// What a way back needs to know of a lanelet.
+struct Way {
+    /// The points that it starts with: left, right.
+    start: Option<[PointId; 2]>,
+    /// The points that it ends with.
+    end: Option<[PointId; 2]>,
+    turn: Option<TurnDirection>,
+    /// That of the shorter bound: never more than the way driven.
+    length: u64,
+}
+
+impl Way {
+    fn of(map: &LaneletMap, reaches: &[Option<Reach>], lanelet: &Lanelet) -> Self {
+        let lines = [lanelet.left, lanelet.right].map(|bound| map.linestrings.position(bound.line));
+        let edge = |end: bool| {
+            let point = |bound: Bound, line: Option<usize>| {
+                let points = &map.linestrings.as_slice()[line?].points;
+                if bound.inverted == end { points.first() } else { points.last() }.copied()
+            };
+            Some([point(lanelet.left, lines[0])?, point(lanelet.right, lines[1])?])
+        };
+        let [left, right] = lines.map(|line| reaches[line?].map(|reach| reach.length)).map(Option::unwrap_or_default);
+        let turn = lanelet.attributes.get("turn_direction").and_then(TurnDirection::parse);
+        Self { start: edge(false), end: edge(true), turn, length: (left.min(right) * PER_METRE) as u64 }
     }
 }
 
 /// The lanelets of a map, by position, as they follow each other.
-struct Ways<'m> {
-    map: &'m LaneletMap,
-    ending: FxHashMap<[PointId; 2], Vec<usize>>,
-    /// Many ways back pass the same lanelets.
-    lengths: Vec<OnceLock<f64>>,
+struct Ways {
+    ways: Vec<Way>,
+    /// The last that ends with these points.
+    ending: FxHashMap<[PointId; 2], usize>,
+    /// For each way the one before it that ends with the same points.
+    beside: Vec<Option<usize>>,
 }
 
-impl Ways<'_> {
+impl Ways {
+    fn new(ways: Vec<Way>) -> Self {
+        let mut ending = FxHashMap::default();
+        ending.reserve(ways.len());
+        let beside = ways.iter().enumerate().map(|(at, way)| ending.insert(way.end?, at)).collect();
+        Self { ways, ending, beside }
+    }
+
     /// How far behind the end of an opposite turn a lanelet starts, if that is nearer than the usual distance. Walks back,
     /// the nearest first.
-    fn opposite_before(&self, at: usize) -> Option<f64> {
-        let lanelets = self.map.lanelets.as_slice();
-        let lanelet = &lanelets[at];
-        let opposite = match turn(lanelet)? {
+    fn opposite_before(&self, at: usize, lanelet: &Lanelet) -> Option<f64> {
+        let opposite = match self.ways[at].turn? {
             TurnDirection::Left => TurnDirection::Right,
             TurnDirection::Right => TurnDirection::Left,
             TurnDirection::Straight => return None,
@@ -67,21 +93,22 @@ impl Ways<'_> {
         let speed = lanelet.attributes.get("speed_limit").and_then(|v| v.parse().ok()).unwrap_or(USUAL_SPEED);
         let reach = ((DISTANCE + TIME * speed / 3.6) * PER_METRE) as u64;
         let mut seen = FxHashSet::from_iter([at]);
-        let mut open = BinaryHeap::from([(Reverse(0_u64), lanelet.id, at)]);
-        while let Some((Reverse(gap), _, next)) = open.pop() {
-            let Some(start) = edge(self.map, &lanelets[next], false) else { continue };
-            for &at in self.ending.get(&start).into_iter().flatten() {
-                let before = &lanelets[at];
+        let mut open = BinaryHeap::from([(Reverse(0_u64), at)]);
+        while let Some((Reverse(gap), next)) = open.pop() {
+            let Some(start) = self.ways[next].start else { continue };
+            let mut before = self.ending.get(&start).copied();
+            while let Some(at) = before {
+                let way = &self.ways[at];
+                before = self.beside[at];
                 if !seen.insert(at) {
                     continue;
                 }
-                if turn(before) == Some(opposite) {
+                if way.turn == Some(opposite) {
                     return Some(gap as f64 / PER_METRE);
                 }
-                let length = *self.lengths[at].get_or_init(|| length(self.map, before));
-                let farther = gap + (length * PER_METRE) as u64;
+                let farther = gap + way.length;
                 if farther < reach {
-                    open.push((Reverse(farther), before.id, at));
+                    open.push((Reverse(farther), at));
                 }
             }
         }
@@ -89,35 +116,14 @@ impl Ways<'_> {
     }
 }
 
-fn turn(lanelet: &Lanelet) -> Option<TurnDirection> {
-    lanelet.attributes.get("turn_direction").and_then(TurnDirection::parse)
-}
-
-/// The points that a lanelet starts or ends with: left, right.
-fn edge(map: &LaneletMap, lanelet: &Lanelet, end: bool) -> Option<[PointId; 2]> {
-    let point = |bound: Bound| {
-        let points = &map.linestrings.get(bound.line)?.points;
-        if bound.inverted == end { points.first() } else { points.last() }.copied()
-    };
-    Some([point(lanelet.left)?, point(lanelet.right)?])
-}
-
-/// Length of the shorter bound: never more than the way driven.
-fn length(map: &LaneletMap, lanelet: &Lanelet) -> f64 {
-    let along = |bound: Bound| {
-        let Some(line) = map.linestrings.get(bound.line) else { return 0.0 };
-        let mut before: Option<Point> = None;
-        let places = map.points.get_each(line.points.iter().copied()).map(|point| point.position);
-        places.map(|at| before.replace(at).map_or(0.0, |before| (at - before).norm())).sum::<f64>()
-    };
-    along(lanelet.left).min(along(lanelet.right))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::builder::assembly::{Assembly, tags};
     use crate::builder::ids::Key;
+    use crate::geometry::Point;
+    use crate::lanelet::LaneletId;
+    use crate::lanelet::index::reaches;
 
     /// Three lanelets in a row, each of this length: a right turn, a plain lane, a left turn.
     fn row(length: f64) -> (LaneletMap, LaneletId) {
@@ -151,7 +157,8 @@ mod tests {
 
     fn distance(length: f64) -> Option<String> {
         let (mut map, last) = row(length);
-        limit(&mut map);
+        let reaches = reaches(&map);
+        limit(&mut map, &reaches);
         map.lanelets.get(last)?.attributes.get("turn_signal_distance").map(str::to_owned)
     }
 

@@ -8,6 +8,7 @@ use rustc_hash::FxHashSet;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::Point;
 use crate::lanelet::LaneletMap;
+use crate::lanelet::index::reaches;
 use crate::osm::OsmData;
 use crate::projection::{Extent, LonLat, Projector};
 use crate::settings::{AssumeSettings, BesideSettings, MarkingSettings, MergeSettings, RoadSettings, Settings};
@@ -256,8 +257,10 @@ pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights
     let Assembled { mut map, mut settings, notes: more, areas, roads } =
         assemble(settled, &Arrows::new(&inside, &projector));
     notes.extend(more);
-    blinker::limit(&mut map);
-    overhead::ignore(&mut map);
+    let reaches = reaches(&map);
+    blinker::limit(&mut map, &reaches);
+    overhead::ignore(&mut map, &reaches);
+    drop(reaches);
     notes.extend(inside::draw(&mut map, &projector, &inside, &mut settings));
     let summary = Summary {
         roads,

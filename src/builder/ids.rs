@@ -1,6 +1,5 @@
 //! Ids that stay: derived from the ids of the input and the part an element plays, by a hash that never changes.
 
-use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
 /// Every id but a polygon's is above this, so that the two can never meet.
@@ -119,10 +118,20 @@ impl Ids {
     }
 
     /// Whether none of all these ids has been handed out twice.
-    pub fn are_apart<'a>(all: impl IntoIterator<Item = &'a Self>) -> bool {
-        let mut ids: Vec<Id> = all.into_iter().flat_map(|ids| &ids.taken).copied().collect();
-        ids.par_sort_unstable();
-        ids.windows(2).all(|pair| pair[0] != pair[1])
+    pub fn are_apart<'a>(all: impl Iterator<Item = &'a Self> + Clone) -> bool {
+        // Ids are hashes, so few share their last bits with one before: only these are held against all.
+        let bits = 16 * all.clone().map(|ids| ids.taken.len()).sum::<usize>().next_power_of_two().max(4);
+        let mut seen = vec![0_u64; bits / 64];
+        let mut doubtful = FxHashSet::default();
+        for id in all.clone().flat_map(|ids| &ids.taken) {
+            let place = *id as usize % bits;
+            let (word, bit) = (&mut seen[place / 64], 1 << (place % 64));
+            if *word & bit != 0 && !doubtful.insert(*id) {
+                return false;
+            }
+            *word |= bit;
+        }
+        all.flat_map(|ids| &ids.taken).filter(|id| doubtful.contains(id)).count() == doubtful.len()
     }
 
     /// The key's place in `from..to`, or where a number added to the key leads if that is taken.
@@ -188,7 +197,7 @@ mod tests {
         let first = a.claim(key, FREE);
         b.claim(key, FREE);
         assert_ne!(c.claim(key, |id| a.taken(id)), first);
-        assert!(Ids::are_apart([&a, &c]) && !Ids::are_apart([&a, &b, &c]));
+        assert!(Ids::are_apart([&a, &c].into_iter()) && !Ids::are_apart([&a, &b, &c].into_iter()));
         assert_eq!((a.join(&c), a.join(&b)), (Ok(()), Err(IdTaken)));
     }
 }

@@ -3,23 +3,19 @@
 
 use std::collections::BTreeMap;
 
-use crate::lanelet::index::{self, Thresholds};
-use crate::lanelet::{LaneletId, LaneletMap, Member, RegulatoryElement, RegulatoryElementId, Target, TurnDirection};
+use crate::lanelet::index::{self, Reach, Thresholds};
+use crate::lanelet::{
+    Lanelet, LaneletId, LaneletMap, Member, RegulatoryElement, RegulatoryElementId, Target, TurnDirection,
+};
 
 use super::assembly::tags;
 use super::ids::{Ids, Key};
 use super::pen::is_taken;
 
-/// Lists every lane on another level as one that yields, for each lane of an intersection that would wait for it.
-pub fn ignore(map: &mut LaneletMap) {
-    let thresholds = Thresholds::default();
-    let heights = map.points.iter().filter_map(|point| point.ele());
-    let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)));
-    // Most maps are flat.
-    if high - low <= thresholds.grade_separation {
-        return;
-    }
-    for (lane, others) in passing(map, &thresholds) {
+/// Lists every lane on another level as one that yields, for each lane of an intersection that would wait for it. Each
+/// line of the map reaches as far as its place among `reaches` says.
+pub fn ignore(map: &mut LaneletMap, reaches: &[Option<Reach>]) {
+    for (lane, others) in passing(map, reaches) {
         let own = map.lanelets.get(lane).map(|lanelet| lanelet.regulatory_elements.clone()).unwrap_or_default();
         let listing = |id: &RegulatoryElementId| {
             let element = map.regulatory_elements.get(*id);
@@ -34,11 +30,11 @@ pub fn ignore(map: &mut LaneletMap) {
 }
 
 /// For each lane of an intersection the lanes on another level for which it would wait.
-fn passing(map: &LaneletMap, thresholds: &Thresholds) -> BTreeMap<LaneletId, Vec<LaneletId>> {
+fn passing(map: &LaneletMap, reaches: &[Option<Reach>]) -> BTreeMap<LaneletId, Vec<LaneletId>> {
     let mut waiting: BTreeMap<LaneletId, Vec<LaneletId>> = BTreeMap::new();
-    let pairs = index::passing(map, thresholds);
+    let pairs = index::passing(map, reaches, &Thresholds::default(), |lanelet| waits(map, lanelet));
     for (lane, other) in pairs.into_iter().flat_map(|[x, y]| [(x, y), (y, x)]) {
-        if waits(map, lane) && !ignores(map, lane, other) {
+        if map.lanelets.get(lane).is_some_and(|lanelet| waits(map, lanelet)) && !ignores(map, lane, other) {
             waiting.entry(lane).or_default().push(other);
         }
     }
@@ -48,10 +44,9 @@ fn passing(map: &LaneletMap, thresholds: &Thresholds) -> BTreeMap<LaneletId, Vec
 }
 
 /// Whether a lane is part of an intersection and has no light for straight on, which lets Autoware wait for nobody.
-fn waits(map: &LaneletMap, lane: LaneletId) -> bool {
-    let Some(lanelet) = map.lanelets.get(lane) else { return false };
+fn waits(map: &LaneletMap, lanelet: &Lanelet) -> bool {
     let straight = lanelet.attributes.is("turn_direction", TurnDirection::Straight.as_str());
-    lanelet.attributes.has("intersection_area") && !(straight && index::is_signalised(map, lane))
+    lanelet.attributes.has("intersection_area") && !(straight && index::is_signalised(map, lanelet.id))
 }
 
 /// Whether a lane's own `right_of_way` element lists another as one that yields.

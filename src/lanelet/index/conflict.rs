@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 use super::lane::drivable_by_vehicle;
 use super::{Lane, LaneTree, MapIndex, Thresholds};
 use crate::geometry::{Point, Polyline, polygon};
-use crate::lanelet::{Bound, LaneletId, LaneletMap, LineString};
+use crate::lanelet::{Bound, Cursor, Lanelet, LaneletId, LaneletMap, LineString, Point as MapPoint};
 
 /// Another lanelet whose outline overlaps that of this one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,18 +77,35 @@ fn related(x: &Lane, y: &Lane) -> bool {
         || x.start.ids == y.start.ids
 }
 
-/// Box and heights of a line or a lanelet.
-#[derive(Clone, Copy)]
-struct Reach {
-    extent: [Point; 2],
-    heights: [f64; 2],
+/// How far a line or a lanelet reaches.
+#[derive(Clone, Copy, Debug)]
+pub struct Reach {
+    /// Its box.
+    pub extent: [Point; 2],
+    /// Its lowest and its highest point, metres.
+    pub heights: [f64; 2],
+    /// The way from its first point to its last, metres; nothing sensible for a lanelet.
+    pub length: f64,
+}
+
+/// How far each line of a map reaches, by its place in the map; `None` for one that has no place.
+pub fn reaches(map: &LaneletMap) -> Vec<Option<Reach>> {
+    /// Lines that one thread takes at a time: they were made one behind the other, and so were their points.
+    const CHUNK: usize = 256;
+    let of_each = |lines: &[LineString]| {
+        let mut points = map.points.cursor();
+        lines.iter().map(|line| Reach::of(&mut points, line)).collect::<Vec<_>>()
+    };
+    map.linestrings.as_slice().par_chunks(CHUNK).flat_map_iter(of_each).collect()
 }
 
 impl Reach {
-    fn of(map: &LaneletMap, line: &LineString) -> Option<Self> {
-        let reaches = map.points.get_each(line.points.iter().copied()).map(|p| {
+    fn of(points: &mut Cursor<'_, MapPoint>, line: &LineString) -> Option<Self> {
+        let mut before: Option<Point> = None;
+        let reaches = line.points.iter().filter_map(|id| points.get(*id)).map(|p| {
             let finite = p.position.x.is_finite() && p.position.y.is_finite();
-            finite.then_some(Self { extent: [p.position; 2], heights: [p.ele().unwrap_or(0.0); 2] })
+            let length = before.replace(p.position).map_or(0.0, |before| (p.position - before).norm());
+            finite.then_some(Self { extent: [p.position; 2], heights: [p.ele().unwrap_or(0.0); 2], length })
         });
         reaches.reduce(|one, other| Some(one?.with(&other?))).flatten()
     }
@@ -96,24 +113,32 @@ impl Reach {
     fn with(&self, other: &Self) -> Self {
         let ([low, high], [other_low, other_high]) = (self.extent, other.extent);
         let heights = [self.heights[0].min(other.heights[0]), self.heights[1].max(other.heights[1])];
-        Self { extent: [low.inf(&other_low), high.sup(&other_high)], heights }
+        Self { extent: [low.inf(&other_low), high.sup(&other_high)], heights, length: self.length + other.length }
     }
 }
 
 /// Pairs of lanelets for vehicles of which one passes over the other, ascending by their places in the map: what an index
-/// of the whole map calls grade separated, without making one.
-pub fn passing(map: &LaneletMap, thresholds: &Thresholds) -> Vec<[LaneletId; 2]> {
-    let lines: Vec<Option<Reach>> = map.linestrings.as_slice().par_iter().map(|line| Reach::of(map, line)).collect();
+/// of the whole map calls grade separated, without making one. Those of which neither `counts` are left out. The lines reach
+/// as far as [`reaches`] says.
+pub fn passing(
+    map: &LaneletMap,
+    lines: &[Option<Reach>],
+    thresholds: &Thresholds,
+    counts: impl Fn(&Lanelet) -> bool + Sync,
+) -> Vec<[LaneletId; 2]> {
     let lanelets = map.lanelets.as_slice();
     let of_line = |bound: Bound| lines[map.linestrings.position(bound.line)?];
     let reaches: Vec<(usize, Reach)> = (lanelets.par_iter().enumerate())
         .filter(|(_, lanelet)| drivable_by_vehicle(lanelet))
         .filter_map(|(at, lanelet)| Some((at, of_line(lanelet.left)?.with(&of_line(lanelet.right)?))))
         .collect();
-    let low = reaches.iter().map(|(_, reach)| reach.heights[0]).fold(f64::INFINITY, f64::min);
-    // One of two lies above what is lowest; few do, so all are held against those.
-    let upper = reaches.iter().filter(|(_, reach)| reach.heights[1] - low > thresholds.grade_separation);
-    let boxed = upper.map(|(at, reach)| {
+    // Of two, one lies above or below what is as high as most, give or take; few do, so all are held against those.
+    let mut lowest: Vec<f64> = reaches.iter().map(|(_, reach)| reach.heights[0]).collect();
+    let middle = lowest.len() / 2;
+    let usual = if lowest.is_empty() { 0.0 } else { *lowest.select_nth_unstable_by(middle, f64::total_cmp).1 };
+    let near = 0.49 * thresholds.grade_separation;
+    let odd = reaches.iter().filter(|(_, reach)| reach.heights.iter().any(|height| (height - usual).abs() > near));
+    let boxed = odd.map(|(at, reach)| {
         let [low, high] = reach.extent;
         GeomWithData::new(Rectangle::from_corners([low.x, low.y], [high.x, high.y]), (*at, reach.heights))
     });
@@ -121,8 +146,13 @@ pub fn passing(map: &LaneletMap, thresholds: &Thresholds) -> Vec<[LaneletId; 2]>
     let over = |(x, reach): &(usize, Reach)| -> Vec<[usize; 2]> {
         let ([low, high], x) = (reach.extent, *x);
         let near = tree.locate_in_envelope_intersecting(&AABB::from_corners([low.x, low.y], [high.x, high.y]));
-        let over = near.filter(|found| found.data.1[1] - reach.heights[0] > thresholds.grade_separation);
-        over.map(|found| found.data.0).filter(|&y| y != x).map(|y| [x.min(y), x.max(y)]).collect()
+        let apart = near.filter(|found| {
+            let [low, high] = found.data.1;
+            (high - reach.heights[0]).max(reach.heights[1] - low) > thresholds.grade_separation
+        });
+        let others = apart.map(|found| found.data.0).filter(|&y| y != x);
+        let counted = others.filter(|&y| counts(&lanelets[x]) || counts(&lanelets[y]));
+        counted.map(|y| [x.min(y), x.max(y)]).collect()
     };
     let mut pairs: Vec<[usize; 2]> = reaches.par_iter().flat_map_iter(over).collect();
     pairs.sort_unstable();

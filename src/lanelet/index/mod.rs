@@ -15,7 +15,7 @@ mod thresholds;
 mod traffic;
 pub mod view;
 
-pub use conflict::{Conflict, passing};
+pub use conflict::{Conflict, Reach, passing, reaches};
 pub use intersection::{Arm, ArmEdge, Intersection, Member, declared_area};
 pub use lane::{Edge, HEADING_REACH, Lane, STEP, center_line, extent, turn_along};
 pub use leg::{Crossed, legs};
