@@ -12,6 +12,7 @@ mod tags;
 mod write;
 
 pub use digits::fixed;
+pub(crate) use digits::put_fixed;
 pub use edit::{attribute, kept, moved};
 pub use error::ReadError;
 pub use read::{read_bytes, read_file, read_files};

@@ -8,14 +8,14 @@ use serde::ser::{SerializeMap, Serializer};
 use serde_json::ser::{CompactFormatter, Formatter};
 
 use crate::builder::cross_section::Arrows;
-use crate::osm::{Tags, Text, fixed};
+use crate::osm::{Tags, Text, put_fixed};
 
 use super::shape::{Id, Place};
 
 /// Spells numbers as `serde_json` does, in less time where they have no more than nine decimals, as most have.
 #[derive(Default)]
 pub struct Spelling {
-    number: String,
+    number: Vec<u8>,
 }
 
 impl Formatter for Spelling {
@@ -32,10 +32,11 @@ impl Formatter for Spelling {
             return CompactFormatter.write_f64(out, value);
         }
         self.number.clear();
-        fixed(&mut self.number, value, DECIMALS);
-        let short = self.number.trim_end_matches('0');
-        let whole = usize::from(short.ends_with('.'));
-        out.write_all(&self.number.as_bytes()[..short.len() + whole])
+        put_fixed(&mut self.number, value, DECIMALS);
+        let spare = self.number.iter().rev().take_while(|digit| **digit == b'0').count();
+        // Of a whole number one decimal stays.
+        let spare = spare.min(DECIMALS - 1);
+        out.write_all(&self.number[..self.number.len() - spare])
     }
 }
 
