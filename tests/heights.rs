@@ -76,7 +76,7 @@ fn climbs(map: &LaneletMap) -> Vec<(f64, f64)> {
         let points: Vec<_> = line.points.iter().filter_map(|id| map.points.get(*id)).collect();
         for pair in points.windows(2) {
             let run = (pair[1].position - pair[0].position).norm();
-            climbs.push((run, (pair[1].ele.unwrap() - pair[0].ele.unwrap()).abs()));
+            climbs.push((run, (pair[1].ele().unwrap() - pair[0].ele().unwrap()).abs()));
         }
     }
     climbs
@@ -87,7 +87,7 @@ fn steepest(map: &LaneletMap) -> f64 {
 }
 
 fn range(map: &LaneletMap) -> [f64; 2] {
-    let heights = || map.points.iter().filter_map(|point| point.ele);
+    let heights = || map.points.iter().filter_map(|point| point.ele());
     [heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max)]
 }
 

@@ -97,7 +97,11 @@ fn official_maps_are_the_same_after_writing_and_reading() {
         let second = from_osm(&osm, &projector);
         for point in &first.map.points {
             let again = second.map.points.get(point.id).unwrap();
-            assert!((again.position - point.position).norm() < 1e-5 && again.ele == point.ele, "{name} {}", point.id);
+            assert!(
+                (again.position - point.position).norm() < 1e-5 && again.ele() == point.ele(),
+                "{name} {}",
+                point.id
+            );
             assert_eq!(again.attributes(), point.attributes());
         }
         for line in &first.map.linestrings {

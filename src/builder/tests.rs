@@ -285,7 +285,7 @@ fn lights_stand_behind_the_intersection_and_face_who_waits() {
             let right = (stop[1].position - stop[0].position).normalize();
             assert!(across.dot(&right) > 0.99, "{side:?}");
             assert!(body.iter().all(|point| point.ele() == Some(5.0)));
-            let colours: Vec<_> = bulbs.iter().map(|bulb| bulb.attributes.get("color").unwrap()).collect();
+            let colours: Vec<_> = bulbs.iter().map(|bulb| bulb.attributes().get("color").unwrap()).collect();
             assert_eq!(colours, ["green", "yellow", "red"]);
         }
     }

@@ -4,6 +4,8 @@ use std::io::Write;
 
 /// The digits that are made at a time.
 const AT_ONCE: usize = 16;
+/// As many letters `0`.
+const ZEROS: u128 = u128::from_ne_bytes([b'0'; AT_ONCE]);
 /// Numbers below this have no more digits.
 const BEYOND: u64 = 10_000_000_000_000_000;
 /// Powers of ten up to the most decimals.
@@ -58,7 +60,7 @@ pub(super) fn put_integer(out: &mut Vec<u8>, number: i64) {
         return put_steps(out, false, number, 0);
     }
     put_steps(out, false, number / BEYOND, 0);
-    put_last(out, digits(number % BEYOND), AT_ONCE);
+    put_last(out, digits(number % BEYOND) | ZEROS, AT_ONCE);
 }
 
 /// Appends a number of steps, below [`BEYOND`], each a power of ten with so many decimals.
@@ -70,7 +72,7 @@ fn put_steps(out: &mut Vec<u8>, below_zero: bool, steps: u64, decimals: usize) {
     let digits = digits(steps);
     let known = AT_ONCE - digits.trailing_zeros() as usize / 8;
     let whole = known.saturating_sub(decimals).max(1);
-    let digits = digits | u128::from_ne_bytes([b'0'; AT_ONCE]);
+    let digits = digits | ZEROS;
     put_last(out, digits << (8 * decimals), whole);
     if decimals > 0 {
         out.push(b'.');

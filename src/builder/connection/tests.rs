@@ -26,7 +26,7 @@ fn crossing(side: DrivingSide, west: &[&[i64]], nodes: Nodes<'_>, ways: Ways<'_>
 
 /// Metres east and north of the middle, as the nodes were given.
 fn place(map: &LaneletMap, point: PointId) -> [f64; 2] {
-    let place = map.points.get(point).and_then(|point| point.lonlat).unwrap();
+    let place = map.points.get(point).and_then(|point| point.lonlat()).unwrap();
     [(place.lon - 9.5) * 111_320.0, (place.lat - 0.5) * 110_574.0]
 }
 

@@ -64,7 +64,7 @@ fn fit(points: &[&MapPoint], origin: Point) -> Option<[[f64; 6]; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanelet::{Attributes, PointId};
+    use crate::lanelet::PointId;
     use crate::projection::LonLat;
 
     fn map(place: impl Fn(f64, f64) -> LonLat) -> LaneletMap {

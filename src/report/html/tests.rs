@@ -5,7 +5,7 @@ use super::*;
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::Point;
-use crate::lanelet::{Attributes, LaneletMap, LineString, LineStringId, Point as MapPoint, PointId};
+use crate::lanelet::{LaneletMap, LineString, LineStringId, Point as MapPoint, PointId};
 use crate::projection::LonLat;
 
 const EVIL: &str = "</script><script>alert('{{map}}')</script><img src=x onerror=alert(1)>";
