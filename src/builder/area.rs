@@ -208,21 +208,19 @@ fn united(
         outer.reverse();
     }
     let cell = |p: Point| ((p.x / SNAP).round() as i64, (p.y / SNAP).round() as i64);
-    let mut known: FxHashMap<(i64, i64), PointId> = FxHashMap::default();
-    for id in bounds.points(assembly).into_iter().chain(ring.iter().copied()) {
-        let (x, y) = cell(assembly.position(id));
-        // A vertex can come out of the union a hair off, in the next cell.
-        for (dx, dy) in (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (dx, dy))) {
-            known.entry((x + dx, y + dy)).or_insert(id);
-        }
+    // By cell the first point there, with its rank; and the point of the ring.
+    let mut known: FxHashMap<(i64, i64), (usize, PointId)> = FxHashMap::default();
+    for found in bounds.points(assembly).into_iter().chain(ring.iter().copied()).enumerate() {
+        known.entry(cell(assembly.position(found.1))).or_insert(found);
     }
-    for id in ring {
-        known.insert(cell(assembly.position(*id)), *id);
-    }
+    let on_ring: FxHashMap<(i64, i64), PointId> = ring.iter().map(|&id| (cell(assembly.position(id)), id)).collect();
+    // A vertex can come out of the union a hair off, in the next cell.
+    let around = |(x, y): (i64, i64)| (-1..=1).flat_map(move |dx| (-1..=1).map(move |dy| (x + dx, y + dy)));
+    let first = |at: (i64, i64)| around(at).filter_map(|cell| known.get(&cell)).min().map(|(_, id)| *id);
     let mut nodes: Vec<PointId> = Vec::new();
     let count = outer.len();
     for (i, p) in outer.into_iter().enumerate() {
-        let id = known.get(&cell(p)).copied();
+        let id = on_ring.get(&cell(p)).copied().or_else(|| first(cell(p)));
         let id = id.unwrap_or_else(|| assembly.point(key.word("outline").number(i as i64), p, 0.0));
         match nodes.iter().position(|&n| n == id) {
             None => nodes.push(id),

@@ -87,10 +87,10 @@ pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
         (stage.assembly.into_part().shrunk(), stage.beside)
     };
     let passed = network.intersections.iter().zip(ways).filter_map(|(at, ways)| Some((at, ways?)));
-    let passed: Vec<(&Intersection, Ways)> = passed.collect();
+    let passed: Vec<(&Intersection, Box<Ways>)> = passed.collect();
     let passing: Vec<&Intersection> = passed.iter().map(|(at, _)| *at).collect();
     let (parts, mut beside): (Vec<Part>, Vec<Assembled>) =
-        passed.into_par_iter().map(|(at, ways)| made(&assembly, at, ways)).unzip();
+        passed.into_par_iter().map(|(at, ways)| made(&assembly, at, *ways)).unzip();
     let apart = assembly.is_apart_from(&parts);
     whole.map = if apart {
         // A whole map takes the most memory of all that is made: what it was made from need not stand beside it.

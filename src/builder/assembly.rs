@@ -35,6 +35,12 @@ pub struct Part {
     carried: Vec<(LaneletId, RegulatoryElementId)>,
 }
 
+/// What stands on a shelf or below. A part that is being drawn mostly asks for what stands below: it needs no index of its own
+/// before it asks for more.
+fn found<'a, T: Shelved>(shelf: &'a Shelf<T>, id: T::Id, below: impl FnOnce() -> Option<&'a T>) -> Option<&'a T> {
+    if shelf.is_indexed() { shelf.get(id).or_else(below) } else { below().or_else(|| shelf.get(id)) }
+}
+
 /// Tags from pairs.
 pub fn tags(pairs: &[(&str, &str)]) -> Attributes {
     pairs.iter().copied().collect()
@@ -75,16 +81,16 @@ impl<'a> Assembly<'a> {
     /// The ground between points that exist.
     pub fn ground_between(&self, points: impl Iterator<Item = PointId>) -> Ground {
         let place = |point: &Point| (point.position, point.ele().unwrap_or_default());
-        Ground::between(points.map(|id| self.found(id).map_or_else(Default::default, place)).collect())
+        Ground::between(points.map(|id| self.point_of(id).map_or_else(Default::default, place)).collect())
     }
 
-    fn found(&self, id: PointId) -> Option<&Point> {
-        self.part.map.points.get(id).or_else(|| self.below?.found(id))
+    fn point_of(&self, id: PointId) -> Option<&Point> {
+        found(&self.part.map.points, id, || self.below?.point_of(id))
     }
 
     /// How high a point lies, metres.
     fn height(&self, id: PointId) -> f64 {
-        self.found(id).and_then(Point::ele).unwrap_or_default()
+        self.point_of(id).and_then(Point::ele).unwrap_or_default()
     }
 
     /// What has been added.
@@ -194,7 +200,7 @@ impl<'a> Assembly<'a> {
 
     /// The lanelet of an id.
     pub fn lanelet_of(&self, id: LaneletId) -> Option<&Lanelet> {
-        self.part.map.lanelets.get(id).or_else(|| self.below?.lanelet_of(id))
+        found(&self.part.map.lanelets, id, || self.below?.lanelet_of(id))
     }
 
     /// Attributes of a lanelet that this part has added, to change.
@@ -218,7 +224,7 @@ impl<'a> Assembly<'a> {
 
     /// The line of an id.
     pub fn line_of(&self, id: LineStringId) -> Option<&LineString> {
-        self.part.map.linestrings.get(id).or_else(|| self.below?.line_of(id))
+        found(&self.part.map.linestrings, id, || self.below?.line_of(id))
     }
 
     /// Adds a point at a place in local metres, `ele` metres above the ground.
@@ -255,7 +261,7 @@ impl<'a> Assembly<'a> {
 
     /// Where a point lies.
     pub fn position(&self, id: PointId) -> PlanePoint {
-        self.found(id).map(|point| point.position).unwrap_or_default()
+        self.point_of(id).map(|point| point.position).unwrap_or_default()
     }
 
     /// Adds a line through points.

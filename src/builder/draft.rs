@@ -48,7 +48,7 @@ pub struct Draft {
     /// Lanes and arms.
     pub lanes: Lanes,
     /// Per intersection which lane leads to which, and the ways; `None` where roads meet face to face or end.
-    pub ways: Vec<Option<Ways>>,
+    pub ways: Vec<Option<Box<Ways>>>,
     /// How far each end of a road is cut back at least, metres behind its outline.
     back: Vec<[f64; 2]>,
     /// Whether each end of a road is cut where the map says that vehicles stop.
@@ -136,7 +136,7 @@ impl Draft {
         joins.beside(seams(network, &lines));
         let mut assembly = Assembly::default();
         let lanes = lanes(&mut assembly, network, &lines, &mut joins);
-        let mut ways: Vec<Option<Ways>> = Vec::new();
+        let mut ways: Vec<Option<Box<Ways>>> = Vec::new();
         ways.resize_with(network.intersections.len(), || None);
         Self { joins, lines, assembly, lanes, ways, back, stops, needs }.complete(network, restricted)
     }
@@ -178,7 +178,7 @@ impl Draft {
             if ways.over.is_empty() {
                 ways = ways.outlined(network, restricted, lanes, at, assembly);
             }
-            *slot = Some(ways);
+            *slot = Some(Box::new(ways));
         });
         self
     }
@@ -186,10 +186,10 @@ impl Draft {
     /// Outlines the ways that are not outlined yet.
     fn outlined(mut self, network: &RoadNetwork, restricted: &Restricted) -> Self {
         let Self { assembly, lanes, ways, .. } = &mut self;
-        let bare = |ways: &Option<Ways>| ways.as_ref().is_some_and(|ways| ways.conflicts.is_none());
+        let bare = |ways: &Option<Box<Ways>>| ways.as_ref().is_some_and(|ways| ways.conflicts.is_none());
         let bare = ways.par_iter_mut().zip(&network.intersections).filter(|(ways, _)| bare(ways));
         bare.for_each(|(slot, at)| {
-            *slot = slot.take().map(|ways| ways.outlined(network, restricted, lanes, at, assembly));
+            *slot = slot.take().map(|ways| Box::new(ways.outlined(network, restricted, lanes, at, assembly)));
         });
         // From here on outlines stay though roads are cut at their other ends.
         ways.iter_mut().flatten().for_each(|ways| ways.leans = false);

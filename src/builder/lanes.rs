@@ -3,6 +3,7 @@
 mod border;
 mod renewed;
 
+use compact_str::ToCompactString;
 use rayon::prelude::*;
 
 use crate::geometry::{Vector, curve::Pose};
@@ -339,7 +340,7 @@ fn shares_bus_lane(road: &Road, strip: usize) -> bool {
 pub fn road_attributes(road: &Road, kind: StripKind, speed: f64) -> Attributes {
     let location = if road.public { "urban" } else { "private" };
     let mut attributes = tags(&[("type", "lanelet"), ("subtype", "road"), ("location", location), ("one_way", "yes")]);
-    attributes.push("speed_limit", crate::osm::Text::from(format!("{}", speed.round().clamp(5.0, 130.0))));
+    attributes.push("speed_limit", (speed.round().clamp(5.0, 130.0) as u8).to_compact_string());
     if kind == StripKind::Bus {
         // No lane of a car's graph, which holds what `road` names.
         attributes.set("subtype", "bus_lane");

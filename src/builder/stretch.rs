@@ -43,7 +43,7 @@ pub fn cut_across(
     assembly: &mut Assembly,
     network: &RoadNetwork,
     lines: &ConnectionLines,
-    ways: &[Option<Ways>],
+    ways: &[Option<Box<Ways>>],
     (lit, guarded): (&[Lit], &[RoadEnd]),
     lanes: &mut Lanes,
 ) {
@@ -100,7 +100,7 @@ fn usual_length(network: &RoadNetwork) -> f64 {
 /// The ends of roads with a stop line before which other lines are painted, in order.
 fn approaches(
     network: &RoadNetwork,
-    ways: &[Option<Ways>],
+    ways: &[Option<Box<Ways>>],
     guarded: &[RoadEnd],
     lanes: &Lanes,
 ) -> Vec<(RoadEnd, Painted)> {

@@ -69,7 +69,7 @@ fn fillet(from: Pose, to: Pose) -> Option<Vec<Pose>> {
 }
 
 /// Places on an arc from a pose, both ends among them.
-pub(super) fn arc(from: Pose, turn: f64, radius: f64) -> impl Iterator<Item = Pose> {
+pub(super) fn arc(from: Pose, turn: f64, radius: f64) -> impl DoubleEndedIterator<Item = Pose> {
     let centre = from.point + left_of(from.heading) * radius * turn.signum();
     let pieces = (radius * turn.abs() * density(1.0 / radius)).ceil().max(1.0) as usize;
     (0..=pieces).map(move |i| {

@@ -150,21 +150,28 @@ impl Polyline {
         Projection { station: before + t * (b - a).norm(), offset, point: a + (b - a) * t, segment }
     }
 
-    /// As the station of [`Polyline::project`], where the stations of the points are known.
-    pub fn station_of(&self, p: Point, stations: &[f64]) -> f64 {
-        let mut best = (0.0, f64::INFINITY);
-        let mut i = 0;
-        while i + 1 < self.points.len() {
+    /// As the station of [`Polyline::project`], where the stations of the points are known. It is found the sooner the nearer
+    /// the segment `beside` lies, which becomes the nearest.
+    pub fn station_of(&self, p: Point, stations: &[f64], beside: &mut usize) -> f64 {
+        let on = |i: usize| {
             let (a, b) = (self.points[i], self.points[i + 1]);
             let d = b - a;
             let t = ((p - a).dot(&d) / d.norm_squared()).clamp(0.0, 1.0);
-            let square = (p - (a + d * t)).norm_squared();
-            if square < best.1 {
-                best = (stations[i] + t * d.norm(), square);
+            (stations[i] + t * d.norm(), (p - (a + d * t)).norm_squared())
+        };
+        let near = on((*beside).min(self.points.len() - 2)).1.sqrt() + Self::MERGE;
+        let mut best = (0.0, f64::INFINITY);
+        let mut i = 0;
+        while i + 1 < self.points.len() {
+            // What is farther from the place than another segment is along the line is not the nearest.
+            let far = stations[i] + (p - self.points[i]).norm() - near;
+            if stations[i + 1] > far {
+                let (station, square) = on(i);
+                if square < best.1 {
+                    (best, *beside) = ((station, square), i);
+                }
             }
             i += 1;
-            // What is farther from the place than the best is along the line is not nearer either.
-            let far = stations[i] + (p - b).norm() - best.1.sqrt() - Self::MERGE;
             while stations.get(i + 1).is_some_and(|end| *end <= far) {
                 i += 1;
             }

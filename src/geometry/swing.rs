@@ -62,9 +62,8 @@ fn swung(from: Pose, to: Pose) -> Option<Swing> {
         return None;
     }
     let bends = |place: Pose, side: f64| -> Vec<(f64, Pose)> {
-        let ends =
-            (0..=SWING_MOST).map(f64::from).map(|by| (by, bend(place, side * by).last().copied().unwrap_or(place)));
-        ends.collect()
+        let end = |by: f64| if by == 0.0 { None } else { arc(place, side * by).next_back() };
+        (0..=SWING_MOST).map(f64::from).map(|by| (by, end(by).unwrap_or(place))).collect()
     };
     let (before, behind) = (bends(from, -side), bends(reversed(to), side));
     let pairs = before.iter().flat_map(|a| behind.iter().map(move |b| (a, b)));
@@ -158,7 +157,12 @@ fn reversed(pose: Pose) -> Pose {
 
 /// A bend of the easy radius from a place on, by so many degrees, left positive; at least that place.
 fn bend(from: Pose, degrees: f64) -> Vec<Pose> {
-    if degrees == 0.0 { vec![from] } else { curve::arc(from, degrees.to_radians(), EASY).collect() }
+    if degrees == 0.0 { vec![from] } else { arc(from, degrees).collect() }
+}
+
+/// Places on an arc of the easy radius from a place on, by so many degrees.
+fn arc(from: Pose, degrees: f64) -> impl DoubleEndedIterator<Item = Pose> {
+    curve::arc(from, degrees.to_radians(), EASY)
 }
 
 #[cfg(test)]

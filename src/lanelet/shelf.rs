@@ -58,6 +58,11 @@ impl<T: Shelved> Shelf<T> {
         }
     }
 
+    /// Whether items have been looked up.
+    pub fn is_indexed(&self) -> bool {
+        self.index.get().is_some()
+    }
+
     /// The item of this id.
     pub fn get(&self, id: T::Id) -> Option<&T> {
         self.position(id).map(|at| &self.items[at])

@@ -1,8 +1,9 @@
 //! How far dead ends are cut back from carriageways beside which they end, with which OpenStreetMap does not join them.
 
+use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
-use crate::builder::road_network::{Intersection, RoadEnd, RoadIx, RoadNetwork};
+use crate::builder::road_network::{Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
 use crate::geometry::cells::{Bounds, Cells};
 use crate::geometry::{Point, polygon};
 
@@ -36,13 +37,15 @@ pub fn clearances(network: &RoadNetwork, least: &[[f64; 2]]) -> Vec<(RoadEnd, f6
         })
         .collect();
     let cells = Cells::new(ends.iter().map(|end| end.reach).collect(), CELL);
+    let reached = |(ix, road): (usize, &Road)| {
+        let mut reached: Vec<(usize, RoadIx)> = Vec::new();
+        road.reaches().for_each(|reach| cells.touching(reach, |end| reached.push((end, RoadIx(ix as u32)))));
+        reached
+    };
+    let reached: Vec<(usize, RoadIx)> = network.roads.par_iter().enumerate().flat_map_iter(reached).collect();
     let mut near: Vec<FxHashSet<RoadIx>> = vec![FxHashSet::default(); ends.len()];
-    for (road, ix) in network.roads.iter().zip(0..) {
-        for reach in road.reaches() {
-            cells.touching(reach, |end| {
-                near[end].insert(RoadIx(ix));
-            });
-        }
+    for (end, road) in reached {
+        near[end].insert(road);
     }
     let clearance = |(end, mut near): (DeadEnd, FxHashSet<RoadIx>)| {
         near.remove(&end.at.road);

@@ -42,7 +42,7 @@ pub struct Lit {
 }
 
 /// Finds them, in order of roads and stations.
-pub fn lit(network: &RoadNetwork, lines: &ConnectionLines, ways: &[Option<Ways>]) -> Vec<Lit> {
+pub fn lit(network: &RoadNetwork, lines: &ConnectionLines, ways: &[Option<Box<Ways>>]) -> Vec<Lit> {
     let half = CROSSWALK_BREADTH / 2.0;
     let between = lines.crossings.iter().filter(|crossing| crossing.arm.is_none());
     let mut found: Vec<Lit> = Vec::new();
@@ -66,7 +66,7 @@ pub fn lit(network: &RoadNetwork, lines: &ConnectionLines, ways: &[Option<Ways>]
 fn leaves_lights(
     network: &RoadNetwork,
     lines: &ConnectionLines,
-    ways: &[Option<Ways>],
+    ways: &[Option<Box<Ways>>],
     at: RoadEnd,
     driven: f64,
 ) -> bool {
@@ -95,7 +95,7 @@ pub fn guarded(
     network: &RoadNetwork,
     lines: &ConnectionLines,
     lanes: &Lanes,
-    ways: &[Option<Ways>],
+    ways: &[Option<Box<Ways>>],
 ) -> (Vec<RoadEnd>, Vec<Finding>) {
     let mut of: Vec<Vec<(RoadEnd, &Crossing)>> = vec![Vec::new(); network.intersections.len()];
     for crossing in lines.crossings.iter().filter(|crossing| has_lights(network.road(crossing.road), crossing)) {

@@ -15,7 +15,7 @@ use crate::builder::seam::seams;
 use crate::geometry::{Point, Vector};
 use crate::lanelet::PointId;
 
-use super::{Draft, Ways};
+use super::Draft;
 
 /// The direction in which a road ends, and the nodes on which its lanes do.
 type CutAt = (Vector, Vec<(PointId, Point)>);
@@ -72,14 +72,15 @@ impl Draft {
         redraw(&mut assembly, network, &lines, &mut joins, &mut lanes, &moved);
         let standing = |(i, at): (u32, &Intersection)| {
             let old = origins.untouched(IntersectionIx(i))?;
-            let ways = known[old.0 as usize].take()?;
+            let mut ways = known[old.0 as usize].take()?;
             let again = || at.arms.iter().filter_map(|at| Some((lanes.arm(*at), ends.get(at)?)));
             if again().any(|(arm, before)| cut_at(arm, &assembly) != *before) {
                 return None;
             }
             let asked = again().next().is_some() || restricted.concern(at) || ruled.concern(was.intersection(old));
             let same = !asked || ways.plan == movements(network.side, restricted, &lanes, at);
-            same.then_some(Ways { stood: true, ..ways })
+            ways.stood = true;
+            same.then_some(ways)
         };
         let ways = (0..).zip(&network.intersections).map(standing).collect();
         Self { joins, lines, assembly, lanes, ways, back, stops, needs }.complete(network, restricted)

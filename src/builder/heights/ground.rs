@@ -61,10 +61,15 @@ impl Ground {
 
     /// Height at a place.
     pub fn at(&self, place: Point) -> f64 {
+        self.near(place, &mut 0)
+    }
+
+    /// The same of a place after another, which lay beside some segment of the line.
+    fn near(&self, place: Point, beside: &mut usize) -> f64 {
         let height = match self {
             Self::Level(height) => return *height,
             Self::Along(line, stations, heights) => {
-                let station = line.station_of(place, stations);
+                let station = line.station_of(place, stations, beside);
                 let i = stations.partition_point(|s| *s < station).clamp(1, stations.len() - 1);
                 let part = ((station - stations[i - 1]) / (stations[i] - stations[i - 1])).clamp(0.0, 1.0);
                 heights[i - 1] + (heights[i] - heights[i - 1]) * part
@@ -87,10 +92,11 @@ impl Ground {
             stations.push(station);
         }
         let last_ix = line.len().saturating_sub(1);
+        let mut beside = 0;
         let height = |(i, place): (usize, &Point)| match i {
             0 => first,
             i if i == last_ix => last,
-            _ => self.at(*place),
+            _ => self.near(*place, &mut beside),
         };
         eased(&stations, line.iter().enumerate().map(height).collect())
     }
