@@ -52,6 +52,7 @@ pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     findings.extend(steep);
     let network = told_apart(grid::network(network));
     let (outlines, failed) = outlines_within(&network, &cut, &options.outline, &memory);
+    let network = in_order(network, &outlines);
     findings.extend(failed);
     findings.extend(merged_whole(&network));
     findings.extend(overlaps(&network, &outlines));
@@ -66,6 +67,15 @@ fn told_apart(mut network: RoadNetwork) -> RoadNetwork {
         while !taken.insert(road.key) {
             road.key.turn += 1;
         }
+    }
+    network
+}
+
+/// Lets the arms of every intersection follow each other as their cuts do on its outline.
+fn in_order(mut network: RoadNetwork, outlines: &Outlines) -> RoadNetwork {
+    for (intersection, outline) in network.intersections.iter_mut().zip(&outlines.intersections) {
+        intersection.arms.clear();
+        intersection.arms.extend(outline.cuts.iter().map(|cut| cut.at));
     }
     network
 }

@@ -84,12 +84,15 @@ pub fn trims(arms: &[Arm], ground: &[Vec<Point>], at_least: &[f64], options: &Ou
     trims
 }
 
-/// The arms whose cuts do not lie on the boundary of ground and stubs: something covers them. All, where the cuts lie
-/// on it but not in their order.
-pub fn hidden(arms: &[Arm], trims: &[f64], cuts: &[Cut], ground: &[Vec<Point>]) -> Vec<usize> {
+/// The arms whose cuts something covers, even where ground and stubs give way to what remains of the roads. All, where the
+/// cuts lie on the boundary but among each other. `far` as for [`corners`].
+pub fn hidden(arms: &[Arm], [trims, far]: [&[f64]; 2], cuts: &[Cut], ground: &[Vec<Point>]) -> Vec<usize> {
     let all = || (0..arms.len()).collect();
-    let Some(boundary) = boundary(arms, trims, cuts, ground) else { return all() };
-    let seen = |cut: &Cut| [cut.left, cut.right].iter().all(|p| find(&boundary, *p, SNAP).is_some());
+    let boundary = boundary(arms, trims, cuts, ground);
+    let Some(boundary) = boundary.and_then(|boundary| beside_roads(&boundary, arms, [trims, far])) else {
+        return all();
+    };
+    let seen = |cut: &Cut| [cut.left, cut.right].iter().all(|p| find(&boundary, *p, TOUCH).is_some());
     let hidden: Vec<usize> = (0..arms.len()).filter(|i| !seen(&cuts[*i])).collect();
     if hidden.is_empty() { all() } else { hidden }
 }
@@ -133,25 +136,20 @@ fn way_out(arm: &Arm, ground: &[Vec<Point>], reach: f64) -> f64 {
     out
 }
 
-/// The corners from cut to cut along the boundary of ground and stubs; `None` if a cut does not lie on it, or not in
-/// its order. `far` gives the stations where the arms end at their other intersections: where ground or a stub covers
+/// The corners from cut to cut along the boundary of ground and stubs; `None` if a cut does not lie on it. The arms come
+/// in the order of their nodes' roads, which is not that of the cuts where roads cross each other behind a node. `far` gives the stations where the arms end at their other intersections: where ground or a stub covers
 /// a cut, what remains of the roads is taken out of the ground.
-pub fn corners(
-    arms: &[Arm],
-    trims: &[f64],
-    far: &[f64],
-    cuts: &[Cut],
-    ground: &[Vec<Point>],
-) -> Option<Vec<Vec<Point>>> {
+pub fn corners(arms: &[Arm], trims: &[f64], far: &[f64], cuts: &[Cut], ground: &[Vec<Point>]) -> Option<Threaded> {
     let boundary = boundary(arms, trims, cuts, ground)?;
-    thread(&boundary, cuts, SNAP).or_else(|| {
-        let roads: Vec<Vec<Point>> = arms
-            .iter()
-            .zip(trims.iter().zip(far))
-            .filter_map(|(arm, (trim, far))| ribbon(&arm.line.cut(*trim, far.min(trim + BESIDE))?, arm.half))
-            .collect();
-        thread(&outside(&boundary, &roads)?, cuts, TOUCH)
-    })
+    thread(&boundary, cuts, SNAP).or_else(|| thread(&beside_roads(&boundary, arms, [trims, far])?, cuts, TOUCH))
+}
+
+/// A boundary of ground and stubs without what remains of the roads behind their cuts.
+fn beside_roads(boundary: &[Point], arms: &[Arm], [trims, far]: [&[f64]; 2]) -> Option<Vec<Point>> {
+    let remains =
+        |(arm, (trim, far)): (&Arm, (&f64, &f64))| ribbon(&arm.line.cut(*trim, far.min(trim + BESIDE))?, arm.half);
+    let roads: Vec<Vec<Point>> = arms.iter().zip(trims.iter().zip(far)).filter_map(remains).collect();
+    outside(boundary, &roads)
 }
 
 /// The boundary of ground and stubs.
@@ -199,26 +197,27 @@ fn between(a: &Arm, b: &Arm, trims: [f64; 2], ends: [Point; 2]) -> Vec<Point> {
     convex_hull(points)
 }
 
+/// The cuts in the order in which they lie on the boundary, by index from the first, and the corner behind each.
+pub type Threaded = (Vec<usize>, Vec<Vec<Point>>);
+
 /// Cuts the boundary at the cuts.
-fn thread(boundary: &[Point], cuts: &[Cut], snap: f64) -> Option<Vec<Vec<Point>>> {
+fn thread(boundary: &[Point], cuts: &[Cut], snap: f64) -> Option<Threaded> {
     let n = boundary.len();
-    let mut marks = Vec::with_capacity(cuts.len() * 2);
-    for cut in cuts {
-        marks.push(find(boundary, cut.right, snap)?);
-        marks.push(find(boundary, cut.left, snap)?);
-    }
-    let first = marks[0];
-    let along: Vec<usize> = marks.iter().map(|m| (m + n - first) % n).collect();
-    if !along.is_sorted() {
+    let start = find(boundary, cuts.first()?.right, snap)?;
+    let along = |p: Point| Some((find(boundary, p, snap)? + n - start) % n);
+    let marks: Option<Vec<[usize; 2]>> = cuts.iter().map(|cut| Some([along(cut.right)?, along(cut.left)?])).collect();
+    let marks = marks?;
+    let mut order: Vec<usize> = (0..cuts.len()).collect();
+    order.sort_by_key(|&i| marks[i]);
+    if !order.iter().flat_map(|&i| marks[i]).is_sorted() {
         return None;
     }
     let corner = |i: usize| {
-        let next = (i + 1) % cuts.len();
-        let from = along[2 * i + 1];
-        let to = if next == 0 { n } else { along[2 * next] };
-        let mut chain = vec![cuts[i].left];
-        for k in from + 1..to {
-            let p = boundary[(k + first) % n];
+        let (cut, next) = (order[i], order[(i + 1) % order.len()]);
+        let to = if next == order[0] { n } else { marks[next][0] };
+        let mut chain = vec![cuts[cut].left];
+        for k in marks[cut][1] + 1..to {
+            let p = boundary[(k + start) % n];
             let last = chain[chain.len() - 1];
             if (p - last).norm() > CLOSE && (p - cuts[next].right).norm() > CLOSE {
                 chain.push(p);
@@ -227,7 +226,8 @@ fn thread(boundary: &[Point], cuts: &[Cut], snap: f64) -> Option<Vec<Vec<Point>>
         chain.push(cuts[next].right);
         chain
     };
-    Some((0..cuts.len()).map(corner).collect())
+    let corners = (0..cuts.len()).map(corner).collect();
+    Some((order, corners))
 }
 
 /// The chain with its inward corners rounded off by curves that leave the edges at most `reach` metres from them.

@@ -69,7 +69,7 @@ pub struct Cut {
 pub struct Outline {
     /// How it was made.
     pub case: Case,
-    /// The cuts in clockwise order, the order of the intersection's arms.
+    /// The cuts in clockwise order: that of the intersection's arms, but where roads cross each other before their cuts.
     pub cuts: Vec<Cut>,
     /// `corners[i]` runs clockwise from the left end of `cuts[i]` to the right end of the next cut, both included: the
     /// kerb between two roads.

@@ -173,7 +173,8 @@ impl<'a> Site<'a> {
     /// The outline around the union of what the roads cover.
     fn around_union(&self, [trims, far]: [&[f64]; 2]) -> Option<Outline> {
         let cuts = cuts(self.arms(), trims);
-        let sharp = merged::corners(self.arms(), trims, far, &cuts, &self.ground())?;
+        let (order, sharp) = merged::corners(self.arms(), trims, far, &cuts, &self.ground())?;
+        let cuts: Vec<Cut> = order.into_iter().map(|i| cuts[i].clone()).collect();
         let round = sharp.iter().map(|chain| merged::rounded(chain, self.options.kerb_reach)).collect();
         [round, sharp].into_iter().find_map(|corners: Vec<Vec<Point>>| {
             let ring = walk::ring(&cuts, &corners);
@@ -183,8 +184,8 @@ impl<'a> Site<'a> {
 
     /// The arms whose cuts other roads cover.
     pub fn hidden(&self, kept: &[[f64; 2]]) -> impl Iterator<Item = &Arm> {
-        let (trims, _) = self.ends(kept);
-        let hidden = merged::hidden(self.arms(), &trims, &cuts(self.arms(), &trims), &self.ground());
+        let (trims, far) = self.ends(kept);
+        let hidden = merged::hidden(self.arms(), [&trims, &far], &cuts(self.arms(), &trims), &self.ground());
         hidden.into_iter().map(|i| &self.arms()[i])
     }
 

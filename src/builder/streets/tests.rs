@@ -190,3 +190,51 @@ fn guessed_widths_give_way_where_the_drawing_leaves_less_room() {
     assert_eq!(faults(&tagged), ["roads-overlap"]);
     assert_eq!(widths(&tagged), [6.0, 6.0]);
 }
+
+/// A dual carriageway north and south of two nodes that are one intersection, streets to the west and east, a second
+/// carriageway to the north-west and a slip lane between the two, through these places.
+fn slip_lane_between(inner: (f64, f64), north_west: (f64, f64), slip: [(f64, f64); 5]) -> Streets {
+    let mut nodes: Vec<Node> = vec![
+        (1, 0.0, 0.0),
+        (2, inner.0, inner.1),
+        (3, 10.0, 95.0),
+        (4, -60.0, -5.0),
+        (5, -3.0, -70.0),
+        (6, 60.0, 15.0),
+        (7, north_west.0, north_west.1),
+        (8, -10.0, 95.0),
+    ];
+    nodes.extend(slip.iter().zip(11..).map(|((x, y), id)| (id, *x, *y)));
+    let carriageway = "highway=primary lanes=4 oneway=yes";
+    laid_out(
+        &nodes,
+        &[
+            way(101, &[5, 1], carriageway),
+            way(102, &[1, 2], &format!("{carriageway} junction=intersection")),
+            way(103, &[2, 3], carriageway),
+            way(104, &[4, 1], "highway=secondary lanes=2"),
+            way(105, &[2, 6], "highway=secondary lanes=2"),
+            way(106, &[1, 11, 12, 13, 14, 15], "highway=primary_link lanes=1 oneway=yes"),
+            way(107, &[1, 7, 8], carriageway),
+        ],
+    )
+}
+
+#[test]
+fn a_slip_lane_over_the_edge_of_its_intersection_has_its_cut_on_the_outline() {
+    let slip = [(-2.2, 3.6), (-3.5, 11.4), (-6.8, 23.5), (0.5, 29.7), (0.5, 95.0)];
+    assert_valid(&slip_lane_between((2.0, 16.0), (-13.8, 14.1), slip));
+}
+
+#[test]
+fn roads_that_cross_behind_their_node_follow_each_other_as_their_cuts_do() {
+    let slip = [(-4.8, 3.3), (-3.0, 13.4), (-3.5, 18.5), (-1.2, 33.1), (-2.1, 95.0)];
+    let streets = slip_lane_between((2.9, 19.8), (-15.4, 13.6), slip);
+    assert_valid(&streets);
+    let crossed = streets.network.intersections.iter().find(|at| at.nodes.contains(&1)).unwrap();
+    let ways: Vec<i64> = crossed.arms.iter().map(|arm| streets.network.road(arm.road).key.way).collect();
+    // The slip lane begins on the west of the carriageway to the north-west, and leaves on its east.
+    let at = |way: i64| ways.iter().position(|one| *one == way).unwrap();
+    assert_eq!((at(107) + 1) % ways.len(), at(106), "{ways:?}");
+    assert_eq!((at(106) + 1) % ways.len(), at(103), "{ways:?}");
+}
