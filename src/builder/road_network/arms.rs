@@ -2,14 +2,17 @@
 
 use std::cmp::Ordering;
 
-use crate::geometry::{Point, Polyline, Vector, orientation};
+use crate::geometry::{Point, Polyline, Vector, cross, orientation};
 
 /// Distance from the node, metres, at which directions are compared: beyond the jitter of a mapper's hand, before
 /// the roads bend toward elsewhere.
 const LOOK: f64 = 4.0;
 
-/// How often the distance is doubled where two roads leave in exactly the same direction.
+/// How often the distance is doubled where two roads leave in nearly the same direction.
 const DOUBLINGS: usize = 6;
+
+/// Roads drawn closer together than this, metres, may lie on either side of each other: a mapper's accuracy.
+const UNCLEAR: f64 = 1.0;
 
 /// One road end at a node: its line as seen from the node, and what breaks ties.
 pub(crate) struct Ray<K> {
@@ -37,10 +40,32 @@ pub(crate) fn clockwise<K: Ord>(node: Point, rays: &[Ray<K>]) -> Vec<usize> {
         }
         found.then_with(|| rays[a].key.cmp(&rays[b].key))
     });
+    let misplaced = |order: &[usize], i: usize| {
+        let (a, b) = (order[i], order[(i + 1) % order.len()]);
+        part_to_the_left(node, &samples[a], &samples[b])
+    };
+    // What has changed places is told apart: each pair does so once.
+    for _ in 0..order.len() * order.len() {
+        let Some(i) = (0..order.len()).find(|&i| misplaced(&order, i)) else { break };
+        let next = (i + 1) % order.len();
+        order.swap(i, next);
+    }
     if let Some(first) = (0..order.len()).min_by_key(|&i| &rays[order[i]].key) {
         order.rotate_left(first);
     }
     order
+}
+
+/// Whether the second of two rays, which leaves in nearly the same direction on the right of the first, lies on its left
+/// where they have come apart.
+fn part_to_the_left(node: Point, a: &[Point], b: &[Point]) -> bool {
+    let aside = |(p, q): (&Point, &Point)| {
+        let (p, q) = (p - node, q - node);
+        (p.dot(&q) > 0.0).then(|| cross(p, q) / p.norm().max(q.norm()))
+    };
+    let mut aside = a.iter().zip(b).map_while(aside).peekable();
+    aside.peek().is_some_and(|first| *first <= 0.0)
+        && aside.find(|aside| aside.abs() >= UNCLEAR).is_some_and(|aside| aside > 0.0)
 }
 
 /// Compares the directions from `node` to `p` and `q` counter-clockwise from that to `seam`, exactly.
@@ -93,5 +118,18 @@ mod tests {
         let back = &[(-50.0, 0.0)][..];
         assert_eq!(order(&[left, right, back]), [0, 1, 2]);
         assert_eq!(order(&[right, left, back]), [0, 2, 1]);
+    }
+
+    #[test]
+    fn hears_what_is_farther_where_roads_leave_closer_than_one_can_draw() {
+        let ramp = &[(6.0, 0.2), (30.0, -1.5), (90.0, -8.0)][..];
+        let road = &[(90.0, 0.0)][..];
+        let back = &[(-50.0, 0.0)][..];
+        assert_eq!(order(&[road, ramp, back]), [0, 1, 2]);
+        assert_eq!(order(&[ramp, road, back]), [0, 2, 1]);
+        // Both beside a third, and none else at the node.
+        let other = &[(6.0, -0.3), (90.0, -20.0)][..];
+        assert_eq!(order(&[road, ramp, other]), [0, 1, 2]);
+        assert_eq!(order(&[other, ramp, road]), [0, 2, 1]);
     }
 }
