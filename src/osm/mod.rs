@@ -211,62 +211,82 @@ impl OsmData {
         }
     }
 
-    /// Forgets which ids repeat, and the index: for a part of a file, of which the whole will know.
-    fn forget_repeats(&mut self) {
-        self.oddities.retain(|oddity| oddity.kind != OddityKind::DuplicateId);
-        self.node_index = FxHashMap::default();
-        self.way_index = FxHashMap::default();
-        self.relation_index = FxHashMap::default();
-    }
-
-    /// Adds what another part of the same file says, behind what is here.
-    fn append(&mut self, part: Self) {
+    /// Adds what another part of the same file says, behind what is here. The index does not know of it yet.
+    fn append(&mut self, mut part: Self) {
         self.meta = part.meta.or(self.meta.take());
         self.generator = part.generator.or(self.generator.take());
-        self.bounds.extend(part.bounds);
-        self.nodes.reserve(part.nodes.len());
-        part.nodes.into_iter().for_each(|node| self.push_node(node));
-        part.ways.into_iter().for_each(|way| self.push_way(way));
-        part.relations.into_iter().for_each(|relation| self.push_relation(relation));
-        self.oddities.extend(part.oddities);
+        self.bounds.append(&mut part.bounds);
+        self.nodes.append(&mut part.nodes);
+        self.ways.append(&mut part.ways);
+        self.relations.append(&mut part.relations);
+        self.oddities.append(&mut part.oddities);
+    }
+
+    /// How many nodes, ways and relations there are.
+    fn counts(&self) -> [usize; 3] {
+        [self.nodes.len(), self.ways.len(), self.relations.len()]
+    }
+
+    /// Makes the elements behind these many known by their ids; repeated ones are noted as oddities.
+    fn index(&mut self, [nodes, ways, relations]: [usize; 3]) {
+        let mut of_ways = || index(&self.ways, ways, &mut self.way_index);
+        let mut of_relations = || index(&self.relations, relations, &mut self.relation_index);
+        let others = || [of_ways(), of_relations()].concat();
+        let (of_nodes, others) = rayon::join(|| index(&self.nodes, nodes, &mut self.node_index), others);
+        self.oddities.extend(of_nodes.into_iter().chain(others));
     }
 
     /// Adds a node; a repeated id is noted as an oddity.
     pub fn push_node(&mut self, node: Node) {
-        let (id, span) = (node.id, node.span.clone());
-        let at = self.nodes.len() as u32;
         self.nodes.push(node);
-        if self.node_index.insert(id, at).is_some() {
-            self.repeated(ElementKind::Node, id, span);
-        }
+        self.oddities.extend(index(&self.nodes, self.nodes.len() - 1, &mut self.node_index));
     }
 
     /// Adds a way; a repeated id is noted as an oddity.
     pub fn push_way(&mut self, way: Way) {
-        let (id, span) = (way.id, way.span.clone());
-        let at = self.ways.len() as u32;
         self.ways.push(way);
-        if self.way_index.insert(id, at).is_some() {
-            self.repeated(ElementKind::Way, id, span);
-        }
+        self.oddities.extend(index(&self.ways, self.ways.len() - 1, &mut self.way_index));
     }
 
     /// Adds a relation; a repeated id is noted as an oddity.
     pub fn push_relation(&mut self, relation: Relation) {
-        let (id, span) = (relation.id, relation.span.clone());
-        let at = self.relations.len() as u32;
         self.relations.push(relation);
-        if self.relation_index.insert(id, at).is_some() {
-            self.repeated(ElementKind::Relation, id, span);
-        }
+        self.oddities.extend(index(&self.relations, self.relations.len() - 1, &mut self.relation_index));
     }
+}
 
-    fn repeated(&mut self, kind: ElementKind, id: i64, span: SourceSpan) {
-        self.oddities.push(Oddity {
-            kind: OddityKind::DuplicateId,
-            element: Some((kind, id)),
-            message: format!("{kind} id {id} is used twice"),
-            span,
-        });
+/// Notes where the elements from one on stand, by their ids, and tells of ids that repeat.
+fn index<E: Element>(elements: &[E], from: usize, index: &mut FxHashMap<i64, u32>) -> Vec<Oddity> {
+    index.reserve(elements.len() - from);
+    let repeated = |(at, element): (usize, &E)| {
+        let (kind, id, span) = element.identity();
+        index.insert(id, at as u32)?;
+        let message = format!("{kind} id {id} is used twice");
+        Some(Oddity { kind: OddityKind::DuplicateId, element: Some((kind, id)), message, span: span.clone() })
+    };
+    elements.iter().enumerate().skip(from).filter_map(repeated).collect()
+}
+
+/// What nodes, ways and relations have in common.
+trait Element {
+    /// What tells one from all others, and where it stands.
+    fn identity(&self) -> (ElementKind, i64, &SourceSpan);
+}
+
+impl Element for Node {
+    fn identity(&self) -> (ElementKind, i64, &SourceSpan) {
+        (ElementKind::Node, self.id, &self.span)
+    }
+}
+
+impl Element for Way {
+    fn identity(&self) -> (ElementKind, i64, &SourceSpan) {
+        (ElementKind::Way, self.id, &self.span)
+    }
+}
+
+impl Element for Relation {
+    fn identity(&self) -> (ElementKind, i64, &SourceSpan) {
+        (ElementKind::Relation, self.id, &self.span)
     }
 }

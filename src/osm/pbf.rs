@@ -42,9 +42,9 @@ pub fn read(data: &mut OsmData, name: &str, bytes: &[u8]) -> Result<(), ReadErro
             return Err(damaged(message));
         }
         part.bounds.into_iter().for_each(|bounds| data.push_bounds(bounds));
-        part.nodes.into_iter().for_each(|node| data.push_node(node));
-        part.ways.into_iter().for_each(|way| data.push_way(way));
-        part.relations.into_iter().for_each(|relation| data.push_relation(relation));
+        data.nodes.extend(part.nodes);
+        data.ways.extend(part.ways);
+        data.relations.extend(part.relations);
     }
     data.sources.push(Source { name: name.to_owned(), text: String::new() });
     Ok(())

@@ -43,9 +43,12 @@ pub fn read_files(paths: &[PathBuf]) -> Result<OsmData, ReadError> {
 /// Adds the content of one file, XML (unpacked where it is gzip) or PBF, to `data`. After an error, `data` holds what was
 /// read up to there.
 pub fn read_bytes(data: &mut OsmData, name: &str, bytes: Vec<u8>) -> Result<(), ReadError> {
-    let known = data.bounds.len();
-    read_content(data, name, bytes)?;
-    if data.bounds.len() == known {
+    let (known, bounds, oddities) = (data.counts(), data.bounds.len(), data.oddities.len());
+    let read = read_content(data, name, bytes);
+    data.index(known);
+    data.oddities[oddities..].sort_by_key(|oddity| oddity.span.start);
+    read?;
+    if data.bounds.len() == bounds {
         data.push_bounds(Extent::EARTH);
     }
     Ok(())
@@ -64,7 +67,6 @@ fn read_content(data: &mut OsmData, name: &str, bytes: Vec<u8>) -> Result<(), Re
     let text = String::from_utf8(bytes)
         .map_err(|error| ReadError::NotText { name: name.to_owned(), offset: error.utf8_error().valid_up_to() })?;
     let file = data.sources.len() as u32;
-    let oddities = data.oddities.len();
     if let Err(mut error) = parse(data, file, name, &text) {
         // The error shows the place in the text, so it takes the text along; a copy could be large.
         if let ReadError::Broken { text: shown, .. } = &mut error {
@@ -72,7 +74,6 @@ fn read_content(data: &mut OsmData, name: &str, bytes: Vec<u8>) -> Result<(), Re
         }
         return Err(error);
     }
-    data.oddities[oddities..].sort_by_key(|oddity| oddity.span.start);
     data.sources.push(Source { name: name.to_owned(), text });
     Ok(())
 }
@@ -106,6 +107,7 @@ struct Parser<'a> {
 
 fn parse(data: &mut OsmData, file: u32, name: &str, text: &str) -> Result<(), ReadError> {
     if let Some(parts) = parts::parse(file, name, text) {
+        data.nodes.reserve(parts.iter().map(|part| part.nodes.len()).sum());
         parts.into_iter().for_each(|part| data.append(part));
         return Ok(());
     }
@@ -351,15 +353,15 @@ impl Parser<'_> {
         match open {
             Some(Open::Node(mut node)) => {
                 node.span.end = end;
-                self.data.push_node(node);
+                self.data.nodes.push(node);
             }
             Some(Open::Way(mut way)) => {
                 way.span.end = end;
-                self.data.push_way(way);
+                self.data.ways.push(way);
             }
             Some(Open::Relation(mut relation)) => {
                 relation.span.end = end;
-                self.data.push_relation(relation);
+                self.data.relations.push(relation);
             }
             Some(Open::Skipped) | None => {}
         }

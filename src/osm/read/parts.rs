@@ -13,7 +13,7 @@ use crate::osm::OsmData;
 
 /// Length of a part, bytes: enough for reading to outweigh the joining, small enough to keep many threads busy. It does
 /// not depend on the number of threads, so nor does the result.
-const LENGTH: usize = if cfg!(test) { 1 << 12 } else { 1 << 20 };
+const LENGTH: usize = if cfg!(test) { 1 << 12 } else { 1 << 18 };
 
 /// What the parts of the text say, in order; `None` where it is too short, or must be read in one pass.
 pub(super) fn parse(file: u32, name: &str, text: &str) -> Option<Vec<OsmData>> {
@@ -27,8 +27,6 @@ pub(super) fn parse(file: u32, name: &str, text: &str) -> Option<Vec<OsmData>> {
         let from = if i == 0 { Place::default() } else { Place::IN_ROOT };
         let to = if i == last { Place { depth: 0, seen_root: true } } else { Place::IN_ROOT };
         let reached = Parser { data: &mut data, file, name, text }.run(range.clone(), from).ok()?;
-        // What repeats within a part repeats in the whole and will be noted there.
-        data.forget_repeats();
         (reached == to).then_some(data)
     };
     parts.par_iter().enumerate().map(read).collect()
@@ -72,6 +70,7 @@ mod tests {
         let mut data = OsmData::default();
         let mut parser = Parser { data: &mut data, file: 0, name: "test", text };
         parser.run(0..text.len(), Place::default()).unwrap();
+        data.index([0; 3]);
         data.oddities.sort_by_key(|oddity| oddity.span.start);
         data
     }
