@@ -1,6 +1,7 @@
 //! How numbers, positions, ids, tags and arrows are spelt in the file.
 
 use std::io::{self, Write};
+use std::ops::Range;
 
 use serde::Deserialize;
 use serde::de::{self, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
@@ -20,23 +21,67 @@ pub struct Spelling {
 
 impl Formatter for Spelling {
     fn write_f64<W: ?Sized + Write>(&mut self, out: &mut W, value: f64) -> io::Result<()> {
-        const DECIMALS: usize = 9;
-        const STEPS: f64 = 1e9;
-        // Numbers of up to fifteen digits are all different ones: no shorter spelling stands for the same. Of small ones
-        // the usual spelling has an exponent.
-        let spelt = (1e-3..1e6).contains(&value.abs()) && {
-            let steps = (value.abs() * STEPS + 0.5) as u64;
-            steps as f64 / STEPS == value.abs()
-        };
-        if !spelt {
-            return CompactFormatter.write_f64(out, value);
-        }
         self.number.clear();
-        put_fixed(&mut self.number, value, DECIMALS);
-        let spare = self.number.iter().rev().take_while(|digit| **digit == b'0').count();
-        // Of a whole number one decimal stays.
-        let spare = spare.min(DECIMALS - 1);
-        out.write_all(&self.number[..self.number.len() - spare])
+        put_number(&mut self.number, value)?;
+        out.write_all(&self.number)
+    }
+}
+
+fn put_number(out: &mut Vec<u8>, value: f64) -> io::Result<()> {
+    const DECIMALS: usize = 9;
+    const STEPS: f64 = 1e9;
+    // Numbers of up to fifteen digits are all different ones: no shorter spelling stands for the same. Of small ones
+    // the usual spelling has an exponent.
+    let spelt = (1e-3..1e6).contains(&value.abs()) && {
+        let steps = (value.abs() * STEPS + 0.5) as u64;
+        steps as f64 / STEPS == value.abs()
+    };
+    if !spelt {
+        return CompactFormatter.write_f64(out, value);
+    }
+    put_fixed(out, value, DECIMALS);
+    let spare = out.iter().rev().take_while(|digit| **digit == b'0').count();
+    // Of a whole number one decimal stays.
+    out.truncate(out.len() - spare.min(DECIMALS - 1));
+    Ok(())
+}
+
+/// Places as they are spelt, each with a comma behind it: what stands in the file several times is spelt once.
+#[derive(Default)]
+pub struct Spelt {
+    text: Vec<u8>,
+    /// Where the text of each place ends.
+    ends: Vec<usize>,
+}
+
+impl Spelt {
+    /// Spells one more place.
+    pub fn push(&mut self, Place([east, north]): Place) -> io::Result<()> {
+        self.text.push(b'[');
+        put_number(&mut self.text, east)?;
+        self.text.push(b',');
+        put_number(&mut self.text, north)?;
+        self.text.extend(b"],");
+        self.ends.push(self.text.len());
+        Ok(())
+    }
+
+    /// The text of places that follow each other.
+    fn text(&self, places: Range<usize>) -> &[u8] {
+        let end = |places: usize| places.checked_sub(1).map_or(0, |last| self.ends[last]);
+        &self.text[end(places.start)..end(places.end)]
+    }
+
+    /// Puts the ground between two lines that run side by side, left and right, into the feature that was written last,
+    /// without a geometry.
+    pub fn put_ground(&self, out: &mut Vec<u8>, [left, right]: [&Range<usize>; 2]) {
+        out.truncate(out.len() - b"null}".len());
+        out.extend(b"{\"type\":\"Polygon\",\"coordinates\":[[");
+        out.extend(self.text(right.clone()));
+        left.clone().rev().for_each(|place| out.extend(self.text(place..place + 1)));
+        out.extend(self.text(right.start..right.start + 1));
+        out.pop();
+        out.extend(b"]]}}");
     }
 }
 

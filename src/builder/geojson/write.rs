@@ -21,7 +21,7 @@ use super::shape::{
     ArmShape, ConnectionShape, EndShape, Feature, FurnitureKind, FurnitureShape, Geometry, Id, InnerShape,
     IntersectionShape, IslandShape, LaneShape, Levels, Place, Placed, RestrictionShape, RoadShape, StripShape, Type,
 };
-use super::spell::Spelling;
+use super::spell::{Spelling, Spelt};
 
 /// Why there is no file.
 #[derive(Debug, thiserror::Error)]
@@ -38,11 +38,11 @@ pub enum WriteError {
 }
 
 /// Roads or intersections that one thread writes at a time.
-const CHUNK: usize = 64;
-/// Bytes of text for which room is made at once, for each of them: most take no more.
-const ROOM: usize = 3072;
-/// Chunks whose text is held in memory.
-const BATCH: usize = 16;
+const CHUNK: usize = 16;
+/// Chunks whose text is made while that of as many others is written.
+const BATCH: usize = 32;
+/// What stands between two features.
+const BETWEEN: &[u8] = b",\n";
 /// Degrees are written with nine decimals: a tenth of a millimetre.
 const PER_DEGREE: f64 = 1e9;
 /// Lengths and widths that only tell are written to a tenth of a millimetre; what is built from is written in full.
@@ -64,22 +64,21 @@ pub fn write(
     out.write_all(b",\"features\":[\n")?;
     let roads = chunks(network.roads.len()).map(Chunk::Roads);
     let all: Vec<Chunk> = roads.chain(chunks(network.intersections.len()).map(Chunk::Intersections)).collect();
-    let mut first = true;
-    let mut put = |ready: &[Vec<u8>]| {
-        ready.iter().filter(|chunk| !chunk.is_empty()).try_for_each(|chunk| {
-            let between: &[u8] = if std::mem::take(&mut first) { b"" } else { b",\n" };
-            out.write_all(between).and_then(|()| out.write_all(chunk))
-        })
-    };
-    // What is made is written while what follows is made.
-    let mut ready: Vec<Vec<u8>> = Vec::new();
+    // What is made is written while what follows is made, in the memory of what was written before.
+    let [mut ready, mut next] = [(); 2].map(|()| vec![Vec::new(); BATCH]);
+    let mut made = 0;
     for batch in all.chunks(BATCH) {
-        let (written, next) =
-            rayon::join(|| put(&ready), || batch.par_iter().map(|chunk| streets.text(chunk)).collect::<Result<_, _>>());
+        let make = || batch.par_iter().zip(&mut next).try_for_each(|(chunk, out)| streets.put(chunk, out));
+        let (written, done) = rayon::join(|| ready[..made].iter().try_for_each(|text| out.write_all(text)), make);
         written?;
-        ready = next?;
+        done?;
+        std::mem::swap(&mut ready, &mut next);
+        made = batch.len();
     }
-    put(&ready)?;
+    if let Some(last) = ready[..made].last_mut() {
+        last.truncate(last.len() - BETWEEN.len());
+    }
+    ready[..made].iter().try_for_each(|text| out.write_all(text))?;
     out.write_all(b"\n]}\n")?;
     Ok(out.flush()?)
 }
@@ -93,8 +92,6 @@ enum Chunk {
 fn chunks(count: usize) -> impl Iterator<Item = Range<usize>> {
     (0..count).step_by(CHUNK).map(move |start| start..(start + CHUNK).min(count))
 }
-
-type Written = Result<Vec<u8>, WriteError>;
 
 /// What is written; restrictions and connections of lanes by the intersection where they begin.
 struct Streets<'a> {
@@ -122,53 +119,54 @@ fn by_place<'a, T>(
 }
 
 impl Streets<'_> {
-    fn text(&self, chunk: &Chunk) -> Written {
+    /// Writes features in the place of an older text, each with what parts it from the next.
+    fn put(&self, chunk: &Chunk, out: &mut Vec<u8>) -> Result<(), WriteError> {
+        out.clear();
         match chunk {
-            Chunk::Roads(range) => self.roads(range.clone()),
-            Chunk::Intersections(range) => self.intersections(range.clone()),
+            Chunk::Roads(range) => self.put_roads(range.clone(), out),
+            Chunk::Intersections(range) => self.put_intersections(range.clone(), out),
         }
     }
 
-    fn roads(&self, range: Range<usize>) -> Written {
-        // Neighbouring lanes share an edge, and the outermost edges are those of the road: each is located once.
+    fn put_roads(&self, range: Range<usize>, out: &mut Vec<u8>) -> Result<(), WriteError> {
         let mut roads: Vec<(Feature<RoadShape>, Edges)> = Vec::with_capacity(range.len());
+        // Neighbouring lanes share an edge, and the outermost edges are those of the road: each is located and spelt once.
+        let mut points: Vec<Point> = Vec::new();
         for i in range.clone() {
             let road = &self.network.roads[i];
             let [from, to] = self.outlines.kept[i];
             let line = road.line.cut(from, to);
             let edges = (0..=road.section.strips.len()).map(|edge| {
                 let edge = line.as_ref()?.offset(road.section.edge(edge), MITER_LIMIT)?;
-                Some(places(edge.points()))
+                points.extend(edge.points());
+                Some(points.len() - edge.points().len()..points.len())
             });
             roads.push((self.road(RoadIx(i as u32), road, line.as_ref()), edges.collect()));
         }
         let mut places: Vec<&mut Place> = Vec::new();
-        for (road, edges) in &mut roads {
-            road.each_place(&mut |p| places.push(p));
-            places.extend(edges.iter_mut().flatten().flatten());
-        }
+        roads.iter_mut().for_each(|(road, _)| road.each_place(&mut |p| places.push(p)));
         locate(self.projector, places)?;
-        let mut out = Vec::with_capacity(roads.len() * ROOM);
-        for (i, (mut feature, edges)) in range.zip(roads) {
+        let mut spelt = Spelt::default();
+        located(self.projector, &points).try_for_each(|place| Ok::<(), WriteError>(spelt.push(place?)?))?;
+        for (i, (road, edges)) in range.zip(roads) {
+            let between = |left: usize, right: usize| Some((&spelt, [edges[left].as_ref()?, edges[right].as_ref()?]));
             let last = edges.len() - 1;
-            feature.geometry = between(&edges, 0, last);
-            push(&mut out, &feature)?;
+            put(out, &road, between(0, last))?;
             for lane in 0..last {
-                push(&mut out, &Feature::new(self.lane(i, lane), between(&edges, lane, lane + 1)))?;
+                put(out, &Feature::new(self.lane(i, lane), None), between(lane, lane + 1))?;
             }
         }
-        Ok(out)
+        Ok(())
     }
 
-    fn intersections(&self, range: Range<usize>) -> Written {
+    fn put_intersections(&self, range: Range<usize>, out: &mut Vec<u8>) -> Result<(), WriteError> {
         let mut features: Vec<Feature<IntersectionShape>> =
             range.map(|i| self.intersection(IntersectionIx(i as u32), &self.outlines.intersections[i])).collect();
         let mut places: Vec<&mut Place> = Vec::new();
         features.iter_mut().for_each(|feature| feature.each_place(&mut |p| places.push(p)));
         locate(self.projector, places)?;
-        let mut out = Vec::with_capacity(features.len() * ROOM);
-        features.iter().try_for_each(|feature| push(&mut out, feature))?;
-        Ok(out)
+        features.iter().try_for_each(|feature| put(out, feature, None))?;
+        Ok(())
     }
 
     fn road(&self, ix: RoadIx, road: &Road, line: Option<&Polyline>) -> Feature<RoadShape> {
@@ -301,22 +299,37 @@ impl Streets<'_> {
     }
 }
 
-fn push(out: &mut Vec<u8>, feature: &impl serde::Serialize) -> serde_json::Result<()> {
-    if !out.is_empty() {
-        out.extend(b",\n");
+/// Writes a feature, with the ground between two edges where it has no geometry of its own.
+fn put(
+    out: &mut Vec<u8>,
+    feature: &impl serde::Serialize,
+    ground: Option<(&Spelt, [&Range<usize>; 2])>,
+) -> serde_json::Result<()> {
+    feature.serialize(&mut serde_json::Serializer::with_formatter(&mut *out, Spelling::default()))?;
+    if let Some((spelt, edges)) = ground {
+        spelt.put_ground(out, edges);
     }
-    feature.serialize(&mut serde_json::Serializer::with_formatter(out, Spelling::default()))
+    out.extend(BETWEEN);
+    Ok(())
 }
 
 /// Turns metres into degrees, all at once.
 fn locate(projector: &Projector, places: Vec<&mut Place>) -> Result<(), WriteError> {
     let points: Vec<Point> = places.iter().map(|Place([x, y])| Point::new(*x, *y)).collect();
+    places.into_iter().zip(located(projector, &points)).try_for_each(|(place, found)| {
+        *place = found?;
+        Ok(())
+    })
+}
+
+/// The places of points, in degrees.
+fn located(projector: &Projector, points: &[Point]) -> impl Iterator<Item = Result<Place, WriteError>> {
+    let name = projector.name();
     let rounded = |degrees: f64| (degrees * PER_DEGREE).round() / PER_DEGREE;
-    for (place, found) in places.into_iter().zip(projector.inverse_each(&points, |_| 0.0)) {
-        let found = found.ok_or(WriteError::OutOfReach(projector.name()))?;
-        *place = Place([rounded(found.lon), rounded(found.lat)]);
-    }
-    Ok(())
+    projector.inverse_each(points, |_| 0.0).into_iter().map(move |found| {
+        let found = found.ok_or(WriteError::OutOfReach(name))?;
+        Ok(Place([rounded(found.lon), rounded(found.lat)]))
+    })
 }
 
 fn told(metres: f64) -> f64 {
@@ -339,15 +352,8 @@ fn polygon(ring: &[Point]) -> Option<Geometry> {
     (closed.len() > 3).then_some(Geometry::Polygon(vec![closed]))
 }
 
-/// The edges of a road's cross-section along it, left to right; `None` where nothing is left of it.
-type Edges = Vec<Option<Vec<Place>>>;
-
-/// What lies between two edges, left and right.
-fn between(edges: &Edges, left: usize, right: usize) -> Option<Geometry> {
-    let (left, right) = (edges.get(left)?.as_ref()?, edges.get(right)?.as_ref()?);
-    let ring = right.iter().chain(left.iter().rev()).chain(right.first());
-    Some(Geometry::Polygon(vec![ring.copied().collect()]))
-}
+/// The edges of a road's cross-section along it, left to right, by their points among all; `None` where nothing is left of it.
+type Edges = Vec<Option<Range<usize>>>;
 
 /// The id of a road in the file.
 pub fn road_id(key: &RoadKey) -> Id {
