@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::builder::road_network::ToMetres;
@@ -30,6 +31,9 @@ impl Spots {
 /// Reads the heights of the nodes of all roads.
 pub fn spots(osm: &OsmData, to_metres: ToMetres<'_>) -> Spots {
     let mut spots = Spots::default();
+    if osm.nodes.par_iter().all(|node| !node.tags.has("ele")) {
+        return spots;
+    }
     for way in osm.ways.iter().filter(|way| way.tags.has("highway")) {
         let known = |id: &i64| {
             let node = osm.node(*id)?;

@@ -26,29 +26,28 @@ pub(crate) struct Ray<K> {
 pub(crate) fn clockwise<K: Ord>(node: Point, rays: &[Ray<K>]) -> Vec<usize> {
     let shortest = rays.iter().map(|ray| ray.line.length()).fold(f64::INFINITY, f64::min);
     let look = LOOK.min(shortest / 2.0);
-    let samples: Vec<Vec<Point>> =
-        rays.iter().map(|ray| (0..DOUBLINGS).map(|n| ray.line.at(look * f64::from(1_u32 << n))).collect()).collect();
+    let sample = |ray: usize, doublings: usize| rays[ray].line.at(look * f64::from(1_u32 << doublings));
     let mut order: Vec<usize> = (0..rays.len()).collect();
-    order.sort_by(|&a, &b| {
-        // Seen from the west at first, then from behind the direction that the two have in common, lest the
-        // seam of the angles part them.
-        let mut behind = node - Vector::x();
-        let mut found = Ordering::Equal;
-        for (p, q) in samples[a].iter().zip(&samples[b]) {
-            found = found.then_with(|| turn_order(node, behind, *q, *p));
-            behind = node - (samples[a][0] - node);
+    // Two have but one order around a node.
+    if rays.len() > 2 {
+        let near: Vec<Point> = order.iter().map(|ray| sample(*ray, 0)).collect();
+        order.sort_by(|&a, &b| {
+            // Seen from the west at first, then from behind the direction that the two have in common, lest the
+            // seam of the angles part them.
+            let behind = node - (near[a] - node);
+            let farther = |doublings| turn_order(node, behind, sample(b, doublings), sample(a, doublings));
+            let near = turn_order(node, node - Vector::x(), near[b], near[a]);
+            let found = (1..DOUBLINGS).fold(near, |found, doublings| found.then_with(|| farther(doublings)));
+            found.then_with(|| rays[a].key.cmp(&rays[b].key))
+        });
+        let next = |i: usize| (i + 1) % rays.len();
+        let misplaced =
+            |a: usize, b: usize| part_to_the_left(node, |doublings| [sample(a, doublings), sample(b, doublings)]);
+        // What has changed places is told apart: each pair does so once.
+        for _ in 0..rays.len() * rays.len() {
+            let Some(i) = (0..rays.len()).find(|&i| misplaced(order[i], order[next(i)])) else { break };
+            order.swap(i, next(i));
         }
-        found.then_with(|| rays[a].key.cmp(&rays[b].key))
-    });
-    let misplaced = |order: &[usize], i: usize| {
-        let (a, b) = (order[i], order[(i + 1) % order.len()]);
-        part_to_the_left(node, &samples[a], &samples[b])
-    };
-    // What has changed places is told apart: each pair does so once.
-    for _ in 0..order.len() * order.len() {
-        let Some(i) = (0..order.len()).find(|&i| misplaced(&order, i)) else { break };
-        let next = (i + 1) % order.len();
-        order.swap(i, next);
     }
     if let Some(first) = (0..order.len()).min_by_key(|&i| &rays[order[i]].key) {
         order.rotate_left(first);
@@ -57,14 +56,14 @@ pub(crate) fn clockwise<K: Ord>(node: Point, rays: &[Ray<K>]) -> Vec<usize> {
 }
 
 /// Whether the second of two rays, which leaves in nearly the same direction on the right of the first, lies on its left
-/// where they have come apart.
-fn part_to_the_left(node: Point, a: &[Point], b: &[Point]) -> bool {
-    let aside = |(p, q): (&Point, &Point)| {
-        let (p, q) = (p - node, q - node);
+/// where they have come apart. `pair` gives a place of each, after so many doublings of the distance.
+fn part_to_the_left(node: Point, pair: impl Fn(usize) -> [Point; 2]) -> bool {
+    let aside = |doublings: usize| {
+        let [p, q] = pair(doublings).map(|place| place - node);
         (p.dot(&q) > 0.0).then(|| cross(p, q) / p.norm().max(q.norm()))
     };
-    let mut aside = a.iter().zip(b).map_while(aside).peekable();
-    aside.peek().is_some_and(|first| *first <= 0.0)
+    let mut aside = (0..DOUBLINGS).map_while(aside).peekable();
+    aside.peek().is_some_and(|first| (-UNCLEAR..=0.0).contains(first))
         && aside.find(|aside| aside.abs() >= UNCLEAR).is_some_and(|aside| aside > 0.0)
 }
 

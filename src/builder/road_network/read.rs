@@ -1,7 +1,7 @@
 //! The stage itself: from OpenStreetMap's elements to roads and intersections.
 
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
 
 use crate::builder::cross_section::{Customs, Layout};
 use crate::builder::driving_side;
@@ -170,13 +170,14 @@ struct Places {
 /// Where the ways' nodes lie in the plane, and the middle of them all.
 fn places(osm: &OsmData, drivable: &[Drivable<'_>], to_metres: ToMetres<'_>) -> Places {
     let mut ids: Vec<i64> = drivable.iter().flat_map(|d| d.way.nodes.iter().copied()).collect();
-    ids.sort_unstable();
+    ids.par_sort_unstable();
     ids.dedup();
     let (ids, places): (Vec<i64>, Vec<LonLat>) =
         ids.into_iter().filter_map(|id| Some((id, osm.node(id)?.position?))).unzip();
     let points = to_metres(&places);
     let finite = |p: &Point| p.x.is_finite() && p.y.is_finite();
-    let positions = ids.into_iter().zip(points).filter(|(_, p)| finite(p)).collect();
+    let mut positions = FxHashMap::with_capacity_and_hasher(ids.len(), FxBuildHasher);
+    positions.extend(ids.into_iter().zip(points).filter(|(_, p)| finite(p)));
     Places { positions, middle: middle(&places) }
 }
 
@@ -255,24 +256,28 @@ fn intersections(
     roads: &[Road],
     centres: &[Polyline],
 ) -> Vec<Intersection> {
-    type Rays = Vec<(RoadEnd, Ray<(RoadKey, End)>)>;
-    let mut rays: Vec<Rays> = nodes.iter().map(|_| Vec::new()).collect();
-    for ((road, centre), ix) in roads.iter().zip(centres).zip(0..) {
-        for (end, at, line) in [(End::Start, road.from, centre.clone()), (End::End, road.to, centre.reversed())] {
-            rays[at.0 as usize].push((RoadEnd { road: RoadIx(ix), end }, Ray { line, key: (road.key, end) }));
+    let mut ends: Vec<Vec<RoadEnd>> = vec![Vec::new(); nodes.len()];
+    for (road, ix) in roads.iter().zip(0..) {
+        for end in [End::Start, End::End] {
+            ends[road.intersection(end).0 as usize].push(RoadEnd { road: RoadIx(ix), end });
         }
     }
-    let mut edges: FxHashMap<i64, ()> = FxHashMap::default();
+    let ray = |&RoadEnd { road, end }: &RoadEnd| {
+        let (road, centre) = (&roads[road.0 as usize], &centres[road.0 as usize]);
+        let line = if end == End::Start { centre.clone() } else { centre.reversed() };
+        Ray { line, key: (road.key, end) }
+    };
+    let mut edges: FxHashSet<i64> = FxHashSet::default();
     for piece in pieces {
         let ends = [piece.nodes[0], piece.nodes[piece.nodes.len() - 1]];
-        edges.extend(ends.into_iter().zip(piece.edge).filter(|(_, edge)| *edge).map(|(id, _)| (id, ())));
+        edges.extend(ends.into_iter().zip(piece.edge).filter(|(_, edge)| *edge).map(|(id, _)| id));
     }
     nodes
         .par_iter()
-        .zip(rays)
-        .map(|(&id, rays)| {
+        .zip(ends)
+        .map(|(&id, ends)| {
             let position = positions[&id];
-            let (ends, rays): (Vec<RoadEnd>, Vec<Ray<_>>) = rays.into_iter().unzip();
+            let rays: Vec<Ray<_>> = ends.iter().map(ray).collect();
             let arms = clockwise(position, &rays).into_iter().map(|i| ends[i]).collect();
             let node = osm.node(id);
             let highway = node.and_then(|node| node.tags.get("highway"));
@@ -282,7 +287,7 @@ fn intersections(
                 nodes: vec![id],
                 position,
                 arms,
-                map_edge: edges.contains_key(&id) || cut_off,
+                map_edge: edges.contains(&id) || cut_off,
                 signals: highway == Some("traffic_signals"),
                 all_way_stop: highway == Some("stop") && osm.node(id).is_some_and(|node| node.tags.is("stop", "all")),
                 circle: highway
