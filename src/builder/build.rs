@@ -125,10 +125,9 @@ pub fn build(osm: &OsmData, options: &BuildOptions) -> Result<Built, BuildError>
 }
 
 /// Lays out the streets of OpenStreetMap's elements. They are not held longer than they are needed, if they are given away.
-pub fn plan(osm: impl Borrow<OsmData>, options: &BuildOptions) -> Result<Plan, BuildError> {
+pub fn plan(osm: impl Borrow<OsmData> + Send, options: &BuildOptions) -> Result<Plan, BuildError> {
     let read = read(osm.borrow(), options)?;
-    drop(osm);
-    Ok(laid_out(read, options))
+    Ok(rayon::join(|| laid_out(read, options), || drop(osm)).0)
 }
 
 /// What OpenStreetMap's elements say of roads.

@@ -20,6 +20,8 @@ pub fn run(args: &GeometryArgs) -> Result<u8, Failure> {
         write(input, output, &plan)?;
         drop(progress);
         screen::print(&summary(args, output, &plan))?;
+        // Its memory is given back beside what follows; where nothing does, the process need not wait for it.
+        rayon::spawn(move || drop(plan));
     }
     Ok(CLEAN)
 }
@@ -72,8 +74,8 @@ fn summary(args: &GeometryArgs, output: &Path, plan: &Plan) -> String {
         (network.intersections.iter().filter(|i| i.nodes.len() > 1).count(), "of several nodes", "of several nodes"),
         (plan.guesses, "guess", "guesses"),
     ]);
-    let notes: Vec<_> = plan.notes.iter().chain(&plan.streets.findings).cloned().collect();
-    let guesses = input::guesses(plan.guesses, &notes, &args.streets);
+    let notes = plan.notes.iter().chain(&plan.streets.findings);
+    let guesses = input::guesses(plan.guesses, notes, &args.streets);
     let merges = input::merges(&plan.streets.merges, &plan.streets.findings, &args.streets);
     format!("{}: {}\n{counts}{guesses}{merges}", output.display(), plan.projector.name())
 }

@@ -53,7 +53,7 @@ pub fn osm(input: &Path, args: &StreetArgs) -> Result<(OsmData, BuildOptions), F
 
 /// The bytes of an input, and what a user decides about building it.
 fn asked(input: &Path, args: &StreetArgs) -> Result<(Vec<u8>, BuildOptions), Failure> {
-    let bytes = fs::read(input).map_err(|source| read_failure(ReadError::Io { path: input.to_path_buf(), source }))?;
+    let bytes = osm::load(input).map_err(|source| read_failure(ReadError::Io { path: input.to_path_buf(), source }))?;
     let settings = settings(input, args)?;
     let driving_side = match (args.driving_side, settings.driving_side) {
         (SideArg::Left, _) | (SideArg::Auto, Some(Side::Left)) => Some(DrivingSide::Left),
@@ -207,12 +207,12 @@ pub fn undrawn(notes: &[Finding]) -> String {
 }
 
 /// What was guessed: all of it, or how to see it.
-pub fn guesses(count: usize, notes: &[Finding], args: &StreetArgs) -> String {
+pub fn guesses<'a>(count: usize, notes: impl IntoIterator<Item = &'a Finding>, args: &StreetArgs) -> String {
     let mut text = String::new();
     if count > 0 && !args.guesses {
         let _ = writeln!(text, "--guesses lists what the input did not say");
     }
-    for Finding { fault, subject, message, .. } in notes.iter().filter(|_| args.guesses) {
+    for Finding { fault, subject, message, .. } in notes.into_iter().filter(|_| args.guesses) {
         let _ = writeln!(text, "{subject}: {message} [{fault}]");
     }
     text

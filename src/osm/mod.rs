@@ -6,6 +6,7 @@
 mod digits;
 mod edit;
 mod error;
+mod load;
 mod pbf;
 mod read;
 mod tags;
@@ -15,6 +16,7 @@ pub use digits::fixed;
 pub(crate) use digits::put_fixed;
 pub use edit::{attribute, kept, moved};
 pub use error::ReadError;
+pub use load::load;
 pub use read::{read_bytes, read_file, read_files};
 pub use tags::{Tags, Text};
 pub use write::OsmText;

@@ -11,6 +11,7 @@ use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
+use super::load::load;
 use super::pbf;
 use super::{
     ElementKind, Member, MetaInfo, Node, Oddity, OddityKind, OsmData, ReadError, Relation, Source, Tags, Text, Way,
@@ -34,7 +35,7 @@ pub fn read_file(path: &Path) -> Result<OsmData, ReadError> {
 pub fn read_files(paths: &[PathBuf]) -> Result<OsmData, ReadError> {
     let mut data = OsmData::default();
     for path in paths {
-        let bytes = std::fs::read(path).map_err(|source| ReadError::Io { path: path.clone(), source })?;
+        let bytes = load(path).map_err(|source| ReadError::Io { path: path.clone(), source })?;
         read_bytes(&mut data, &path.display().to_string(), bytes)?;
     }
     Ok(data)

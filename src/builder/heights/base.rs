@@ -3,6 +3,8 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use rayon::prelude::*;
+
 use crate::builder::road_network::{Road, RoadNetwork};
 use crate::geometry::Point;
 
@@ -60,6 +62,11 @@ struct Web {
 
 /// The ground along all roads.
 pub fn bases(network: &RoadNetwork, options: &HeightOptions) -> Vec<Base> {
+    if options.terrain.is_none() && options.spots.is_empty() {
+        let level =
+            |road: &Road| [0.0, road.line.length()].map(|station| (station, options.ground)).into_iter().collect();
+        return network.roads.par_iter().map(level).collect();
+    }
     let mut web = web(network, options);
     fill(&mut web, options.ground);
     let height = |place: usize| web.heights[place].unwrap_or(options.ground);
