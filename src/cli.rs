@@ -354,8 +354,9 @@ fn place(text: &str) -> Result<(f64, f64), String> {
 /// Runs the program.
 pub fn run() -> ExitCode {
     let result: Result<u8, Failure> = match Cli::parse().verb {
-        Verb::Build(args) => build::run(&args),
-        Verb::Geometry(args) => geometry::run(&args),
+        // On one of the threads that share the work: no other is waited for where there is none to share.
+        Verb::Build(args) => rayon::scope(|_| build::run(&args)),
+        Verb::Geometry(args) => rayon::scope(|_| geometry::run(&args)),
         Verb::Check(args) => check::run(&args),
         Verb::Draw(args) => draw::run(&args),
         Verb::Fix(args) => fix::run(&args),
