@@ -93,14 +93,16 @@ impl<'a> Draft<'a> {
         fs::create_dir_all(self.dir).map_err(|e| failed("make the directory", self.dir, e))?;
         let kept = builder(false).tempdir_in(self.dir).map_err(|e| failed("write into", self.dir, e))?;
         for (done, name) in self.names.iter().enumerate() {
-            let place = self.dir.join(name);
-            let old = kept.path().join(name);
-            let moved = if place.exists() {
-                fs::hard_link(&place, &old).or_else(|_| fs::copy(&place, &old).map(drop))
+            let [new, place, old] = [self.aside.path(), self.dir, kept.path()].map(|dir| dir.join(name));
+            let moved = if exchanged(&new, &place) {
+                fs::rename(&new, &old).inspect_err(|_| drop(exchanged(&new, &place)))
+            } else if place.exists() {
+                fs::hard_link(&place, &old)
+                    .or_else(|_| fs::copy(&place, &old).map(drop))
+                    .and_then(|()| fs::rename(&new, &place))
             } else {
-                Ok(())
-            }
-            .and_then(|()| fs::rename(self.aside.path().join(name), &place));
+                fs::rename(&new, &place)
+            };
             if let Err(error) = moved {
                 self.put_back(kept.path(), &self.names[..done]);
                 return Err(failed("write", &place, error));
@@ -128,6 +130,19 @@ fn builder<'p>(result: bool) -> tempfile::Builder<'p, 'p> {
         builder.permissions(fs::Permissions::from_mode(0o777));
     }
     builder
+}
+
+/// Whether two files could take each other's place in one move. Where one took the other's, file systems would begin to write
+/// it to the disk before they go on.
+#[cfg(target_os = "linux")]
+fn exchanged(a: &Path, b: &Path) -> bool {
+    use rustix::fs::{CWD, RenameFlags, renameat_with};
+    [a, b].iter().all(|file| file.is_file()) && renameat_with(CWD, a, CWD, b, RenameFlags::EXCHANGE).is_ok()
+}
+
+#[cfg(not(target_os = "linux"))]
+fn exchanged(_: &Path, _: &Path) -> bool {
+    false
 }
 
 fn parent(dir: &Path) -> &Path {
