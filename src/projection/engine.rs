@@ -74,10 +74,15 @@ impl Frame {
             *frame = Some(self);
         }
         let plane = self.mercator();
+        // Most points lie in the square of the one before.
+        let mut here: Option<(Square, Option<Patch>)> = None;
         let place = |&point: &Point| {
             let square = square_of(point)?;
-            let patch = patches.entry(square).or_insert_with(|| Patch::new(square, |point| plane.inverse(point)));
-            let place = patch.as_ref().map(|patch| patch.inverse(point));
+            if here.as_ref().is_none_or(|(here, _)| *here != square) {
+                let patch = patches.entry(square).or_insert_with(|| Patch::new(square, |point| plane.inverse(point)));
+                here = Some((square, patch.clone()));
+            }
+            let place = here.as_ref().and_then(|(_, patch)| Some(patch.as_ref()?.inverse(point)));
             place.filter(|place| !on_border(place)).or_else(|| plane.inverse(point))
         };
         points.iter().map(place).collect()

@@ -10,6 +10,7 @@ use serde_json::ser::{CompactFormatter, Formatter};
 
 use crate::builder::cross_section::Arrows;
 use crate::osm::{Tags, Text, put_fixed};
+use crate::projection::LonLat;
 
 use super::shape::{Id, Place};
 
@@ -27,23 +28,45 @@ impl Formatter for Spelling {
     }
 }
 
+/// The decimals of degrees, a tenth of a millimetre, and of most other numbers.
+const DECIMALS: usize = 9;
+/// As many steps has a whole.
+const STEPS: f64 = 1e9;
+
+/// Whether a number is spelt without an exponent. Those of nine decimals have up to fifteen digits then, and are all
+/// different ones: no shorter spelling stands for the same.
+fn is_plain(value: f64) -> bool {
+    (1e-3..1e6).contains(&value.abs())
+}
+
 fn put_number(out: &mut Vec<u8>, value: f64) -> io::Result<()> {
-    const DECIMALS: usize = 9;
-    const STEPS: f64 = 1e9;
-    // Numbers of up to fifteen digits are all different ones: no shorter spelling stands for the same. Of small ones
-    // the usual spelling has an exponent.
-    let spelt = (1e-3..1e6).contains(&value.abs()) && {
-        let steps = (value.abs() * STEPS + 0.5) as u64;
-        steps as f64 / STEPS == value.abs()
-    };
-    if !spelt {
-        return CompactFormatter.write_f64(out, value);
+    let steps = (value.abs() * STEPS + 0.5) as u64;
+    if is_plain(value) && steps as f64 / STEPS == value.abs() {
+        put_rounded(out, value);
+        return Ok(());
     }
+    CompactFormatter.write_f64(out, value)
+}
+
+/// Spells a plain number rounded to nine decimals.
+fn put_rounded(out: &mut Vec<u8>, value: f64) {
     put_fixed(out, value, DECIMALS);
     let spare = out.iter().rev().take_while(|digit| **digit == b'0').count();
     // Of a whole number one decimal stays.
     out.truncate(out.len() - spare.min(DECIMALS - 1));
-    Ok(())
+}
+
+/// Degrees with nine decimals.
+pub fn rounded(degrees: f64) -> f64 {
+    (degrees * STEPS).round() / STEPS
+}
+
+fn put_degrees(out: &mut Vec<u8>, degrees: f64) -> io::Result<()> {
+    if is_plain(degrees) {
+        put_rounded(out, degrees);
+        return Ok(());
+    }
+    put_number(out, rounded(degrees))
 }
 
 /// Places as they are spelt, each with a comma behind it: what stands in the file several times is spelt once.
@@ -56,11 +79,11 @@ pub struct Spelt {
 
 impl Spelt {
     /// Spells one more place.
-    pub fn push(&mut self, Place([east, north]): Place) -> io::Result<()> {
+    pub fn push(&mut self, LonLat { lon, lat }: LonLat) -> io::Result<()> {
         self.text.push(b'[');
-        put_number(&mut self.text, east)?;
+        put_degrees(&mut self.text, lon)?;
         self.text.push(b',');
-        put_number(&mut self.text, north)?;
+        put_degrees(&mut self.text, lat)?;
         self.text.extend(b"],");
         self.ends.push(self.text.len());
         Ok(())

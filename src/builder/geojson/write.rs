@@ -14,14 +14,14 @@ use crate::builder::road_network::{
 };
 use crate::geometry::{Point, Polyline};
 use crate::osm::Text;
-use crate::projection::Projector;
+use crate::projection::{LonLat, Projector};
 
 use super::head::Head;
 use super::shape::{
     ArmShape, ConnectionShape, EndShape, Feature, FurnitureKind, FurnitureShape, Geometry, Id, InnerShape,
     IntersectionShape, IslandShape, LaneShape, Levels, Place, Placed, RestrictionShape, RoadShape, StripShape, Type,
 };
-use super::spell::{Spelling, Spelt};
+use super::spell::{Spelling, Spelt, rounded};
 
 /// Why there is no file.
 #[derive(Debug, thiserror::Error)]
@@ -43,8 +43,6 @@ const CHUNK: usize = 16;
 const BATCH: usize = 32;
 /// What stands between two features.
 const BETWEEN: &[u8] = b",\n";
-/// Degrees are written with nine decimals: a tenth of a millimetre.
-const PER_DEGREE: f64 = 1e9;
 /// Lengths and widths that only tell are written to a tenth of a millimetre; what is built from is written in full.
 const PER_METRE: f64 = 1e4;
 
@@ -317,19 +315,16 @@ fn put(
 fn locate(projector: &Projector, places: Vec<&mut Place>) -> Result<(), WriteError> {
     let points: Vec<Point> = places.iter().map(|Place([x, y])| Point::new(*x, *y)).collect();
     places.into_iter().zip(located(projector, &points)).try_for_each(|(place, found)| {
-        *place = found?;
+        let LonLat { lon, lat } = found?;
+        *place = Place([lon, lat].map(rounded));
         Ok(())
     })
 }
 
 /// The places of points, in degrees.
-fn located(projector: &Projector, points: &[Point]) -> impl Iterator<Item = Result<Place, WriteError>> {
+fn located(projector: &Projector, points: &[Point]) -> impl Iterator<Item = Result<LonLat, WriteError>> {
     let name = projector.name();
-    let rounded = |degrees: f64| (degrees * PER_DEGREE).round() / PER_DEGREE;
-    projector.inverse_each(points, |_| 0.0).into_iter().map(move |found| {
-        let found = found.ok_or(WriteError::OutOfReach(name))?;
-        Ok(Place([rounded(found.lon), rounded(found.lat)]))
-    })
+    projector.inverse_each(points, |_| 0.0).into_iter().map(move |found| found.ok_or(WriteError::OutOfReach(name)))
 }
 
 fn told(metres: f64) -> f64 {
