@@ -159,8 +159,8 @@ fn read(osm: &OsmData, options: &BuildOptions) -> Result<Read, BuildError> {
     Ok(Read { network, notes, spots, projector })
 }
 
-fn laid_out(Read { mut network, notes, spots, projector }: Read, options: &BuildOptions) -> Plan {
-    let (mut wishes, notes): (Vec<Finding>, _) = notes.into_iter().partition(|note| note.fault == UNMET_ROAD);
+fn laid_out(Read { mut network, mut notes, spots, projector }: Read, options: &BuildOptions) -> Plan {
+    let mut wishes: Vec<Finding> = notes.extract_if(.., |note| note.fault == UNMET_ROAD).collect();
     network.beside = options.beside;
     network.markings = options.markings;
     network.fan_out = options.inside.everywhere.fan_out.unwrap_or_default();

@@ -54,9 +54,9 @@ pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     let (outlines, failed) = outlines_within(&network, &cut, &options.outline, &memory);
     let network = in_order(network, &outlines);
     findings.extend(failed);
-    findings.extend(merged_whole(&network));
-    findings.extend(overlaps(&network, &outlines));
-    let outlines = grid::outlines(outlines);
+    let (whole, overlaps) = rayon::join(|| merged_whole(&network), || overlaps(&network, &outlines));
+    findings.extend(whole.into_iter().chain(overlaps));
+    let (outlines, ()) = rayon::join(|| grid::outlines(outlines), || drop((memory, cut)));
     Streets { network, outlines, merges, findings }
 }
 

@@ -13,7 +13,8 @@ const MOST: i64 = 64;
 /// Boxes by the cells that they cover.
 #[derive(Clone, Debug)]
 pub struct Cells {
-    side: f64,
+    /// Cells in one metre.
+    per_metre: f64,
     boxes: Vec<Bounds>,
     /// Per bucket where its boxes begin in `covered`; a power of two of buckets, and the end.
     begins: Vec<u32>,
@@ -24,7 +25,7 @@ pub struct Cells {
 impl Cells {
     /// Sorts boxes into cells of this side, metres: best a little more than a box has.
     pub fn new(boxes: Vec<Bounds>, side: f64) -> Self {
-        let mut cells = Self { side, begins: Vec::new(), covered: Vec::new(), large: Vec::new(), boxes };
+        let mut cells = Self { per_metre: 1.0 / side, begins: Vec::new(), covered: Vec::new(), large: Vec::new(), boxes };
         let buckets = cells.boxes.len().next_power_of_two();
         let mut begins = vec![0_u32; buckets + 1];
         for (i, reach) in cells.boxes.iter().enumerate() {
@@ -100,7 +101,7 @@ impl Cells {
 
     /// The column or row of a coordinate.
     fn cell(&self, v: f64) -> i64 {
-        let cells = v / self.side;
+        let cells = v * self.per_metre;
         // Cheaper than `floor`, for which processors without an instruction call a function.
         let whole = cells as i64;
         whole.saturating_sub(i64::from(whole as f64 > cells))

@@ -185,9 +185,8 @@ fn normals(points: &[Point]) -> Vec<Vector> {
 /// the intersections may overlap.
 #[must_use]
 pub fn abreast(mut network: RoadNetwork, kept: &[[f64; 2]]) -> RoadNetwork {
-    let sides = sides(&network);
+    let (sides, mut hot) = rayon::join(|| sides(&network), || likely(&network, kept));
     let mut tracks = Tracks { network: &network, kept, made: FxHashMap::default() };
-    let mut hot = likely(&network, kept);
     tracks.make(&hot);
     let mut beside = find(&tracks.made, &sides, &hot, &hot);
     let mut surroundings = None;

@@ -3,8 +3,7 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::builder::road_network::{
-    InnerRoad, Intersection, IntersectionIx, Island, LaneConnection, Road, RoadEnd, RoadIx, RoadNetwork,
-    TurnRestriction,
+    InnerRoad, Intersection, IntersectionIx, Island, LaneConnection, RoadEnd, RoadIx, RoadNetwork, TurnRestriction,
 };
 use crate::geometry::Point;
 
@@ -185,23 +184,32 @@ fn rebuild(network: RoadNetwork, clusters: &[Cluster]) -> RoadNetwork {
     let rules = Rules::new(&network.restrictions);
     let made: Vec<Intersection> = clusters.iter().map(|cluster| merged(&network, cluster, &rules)).collect();
     drop(rules);
-    let RoadNetwork { roads, intersections, restrictions, connections, .. } = network;
+    let RoadNetwork { mut roads, intersections, restrictions, connections, .. } = network;
     let mut taken = vec![false; intersections.len()];
     clusters.iter().flat_map(|cluster| &cluster.members).for_each(|member| taken[member.0 as usize] = true);
-    let whole = (0..).map(IntersectionIx).zip(intersections).filter(|(ix, _)| !taken[ix.0 as usize]);
-    let mut old: Vec<(Intersection, Vec<IntersectionIx>)> = whole.map(|(ix, at)| (at, vec![ix])).collect();
-    old.extend(made.into_iter().zip(clusters).map(|(at, cluster)| (at, cluster.members.clone())));
+    // Each with its old place, and the merged ones with the numbers behind those.
+    let mut old: Vec<(Intersection, usize)> =
+        intersections.into_iter().zip(0..).filter(|(_, at)| !taken[*at]).collect();
+    old.extend(made.into_iter().zip(taken.len()..));
     old.sort_by(|a, b| a.0.nodes.cmp(&b.0.nodes));
     let mut moved = vec![IntersectionIx(0); taken.len()];
-    for ((_, members), new) in old.iter().zip(0..) {
-        members.iter().for_each(|member| moved[member.0 as usize] = IntersectionIx(new));
+    for ((_, at), new) in old.iter().zip(0..) {
+        match at.checked_sub(taken.len()) {
+            None => moved[*at] = IntersectionIx(new),
+            Some(cluster) => {
+                clusters[cluster].members.iter().for_each(|member| moved[member.0 as usize] = IntersectionIx(new));
+            }
+        }
     }
     let mut place: Vec<Option<RoadIx>> = vec![Some(RoadIx(0)); roads.len()];
     clusters.iter().flat_map(|cluster| &cluster.inner).for_each(|road| place[road.0 as usize] = None);
     place.iter_mut().flatten().zip(0..).for_each(|(road, new)| *road = RoadIx(new));
     let moved = |at: IntersectionIx| moved[at.0 as usize];
-    let left = roads.into_iter().zip(&place).filter(|(_, place)| place.is_some());
-    let roads = left.map(|(road, _)| Road { from: moved(road.from), to: moved(road.to), ..road }).collect();
+    let mut places = place.iter();
+    roads.retain_mut(|road| {
+        (road.from, road.to) = (moved(road.from), moved(road.to));
+        places.next().is_some_and(Option::is_some)
+    });
     let place = |road: RoadIx| place[road.0 as usize];
     let renamed = |arm: RoadEnd| place(arm.road).map(|road| RoadEnd { road, end: arm.end });
     let intersections = old.into_iter().map(|(mut intersection, _)| {

@@ -1,5 +1,7 @@
 //! Whether a road lies inside an intersection: whether no vehicle waits on it.
 
+use rayon::prelude::*;
+
 use crate::builder::cross_section::Travel;
 use crate::builder::road_network::{End, FeatureKind, IntersectionIx, Road, RoadClass, RoadEnd, RoadIx, RoadNetwork};
 use crate::geometry::Vector;
@@ -56,6 +58,7 @@ pub struct Verdict {
 pub fn decide(network: &RoadNetwork, kept: &[[f64; 2]], options: &ConsolidateOptions) -> Vec<Verdict> {
     let wishes = wished(network, &options.wishes);
     (0..network.roads.len() as u32)
+        .into_par_iter()
         .map(RoadIx)
         .zip(kept)
         .filter_map(|(ix, &[from, to])| judge(network, ix, to - from, options, wishes.get(&ix).copied()))

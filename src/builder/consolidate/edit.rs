@@ -81,14 +81,14 @@ impl Edit {
     pub fn finish(self) -> RoadNetwork {
         let Self { network, gone, renames } = self;
         let RoadNetwork { roads, intersections, restrictions, connections, .. } = network;
+        let mut place = vec![None; roads.len()];
         let left = (0..).map(RoadIx).zip(roads).zip(gone).filter(|(_, gone)| !gone);
         let mut left: Vec<(RoadIx, Road)> = left.map(|(road, _)| road).collect();
         left.sort_by_key(|(_, road)| road.key);
-        let place: FxHashMap<RoadIx, RoadIx> =
-            left.iter().zip(0..).map(|((old, _), new)| (*old, RoadIx(new))).collect();
+        left.iter().zip(0..).for_each(|((old, _), new)| place[old.0 as usize] = Some(RoadIx(new)));
         let renamed = |end: RoadEnd| {
             let end = renamed(&renames, end)?;
-            Some(RoadEnd { road: *place.get(&end.road)?, end: end.end })
+            Some(RoadEnd { road: place[end.road.0 as usize]?, end: end.end })
         };
         let mut kept: Vec<Intersection> = Vec::with_capacity(intersections.len());
         let mut moved: Vec<IntersectionIx> = Vec::with_capacity(intersections.len());

@@ -220,7 +220,7 @@ fn widen(site: &Site, kept: &[[f64; 2]], stations: [&mut Vec<[f64; 2]>; 2], opti
 
 /// The whole of every road.
 fn uncut(network: &RoadNetwork) -> Vec<[f64; 2]> {
-    network.roads.iter().map(|road| [0.0, road.line.length()]).collect()
+    network.roads.par_iter().map(|road| [0.0, road.line.length()]).collect()
 }
 
 /// Per road the stations between which it remains if each end is trimmed as its star says.

@@ -48,6 +48,7 @@ pub(super) fn layouts(
             *entry = read(entry.0, Some(&lanes));
         }
     });
+    notes.reserve(read_all.iter().map(|(.., own)| own.len()).sum());
     let told = |(i, layout, own): (usize, Layout, Vec<Finding>)| {
         notes.extend(own);
         (i, layout)

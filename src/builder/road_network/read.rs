@@ -90,7 +90,8 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
     let country = options.country.clone().or(place.country);
 
     let customs = Customs { side, country: country.as_deref(), assume: &options.assume };
-    let layouts = layouts(&drivable, pieces.iter().map(|(piece, _)| piece.way), customs, &mut notes);
+    let used = pieces.iter().map(|(piece, _)| piece.way);
+    let (layouts, at_nodes) = rayon::join(|| layouts(&drivable, used, customs, &mut notes), || NodeFeatures::new(osm));
     let (pieces, centres): (Vec<Piece>, Vec<Polyline>) =
         without_stubs(pieces, &drivable, &layouts, &mut notes).into_iter().unzip();
     let mut nodes: Vec<i64> = pieces.iter().flat_map(|p| [p.nodes[0], p.nodes[p.nodes.len() - 1]]).collect();
@@ -98,7 +99,6 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
     nodes.dedup();
     let index: FxHashMap<i64, IntersectionIx> = nodes.iter().zip(0..).map(|(id, i)| (*id, IntersectionIx(i))).collect();
 
-    let at_nodes = NodeFeatures::new(osm);
     let roads = pieces.par_iter().zip(&centres).map(|(piece, centre)| {
         let layout = &layouts[&piece.way];
         let mut road = road(piece, &drivable[piece.way], layout, &customs, centre, &index);

@@ -145,18 +145,25 @@ fn stretches(index: usize, road: &Road, kept: [f64; 2]) -> Vec<Stretch> {
 
 /// All roads of which some place may lie beside another road or another leg of the same one, and those others, ascending.
 pub fn likely(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<usize> {
-    let roads = network.roads.par_iter().zip(kept).enumerate();
-    let all: Vec<Stretch> = roads.flat_map_iter(|(i, (road, kept))| stretches(i, road, *kept)).collect();
+    /// Roads that one thread takes at a time.
+    const CHUNK: usize = 64;
+    let of_chunk = |(chunk, (roads, kept)): (usize, (&[Road], &[[f64; 2]]))| -> Vec<Stretch> {
+        let roads = roads.iter().zip(kept).zip(chunk * CHUNK..);
+        roads.flat_map(|((road, kept), i)| stretches(i, road, *kept)).collect()
+    };
+    let roads = network.roads.par_chunks(CHUNK).zip(kept.par_chunks(CHUNK)).enumerate();
+    let chunks: Vec<Vec<Stretch>> = roads.map(of_chunk).collect();
+    let all: Vec<&Stretch> = chunks.iter().flatten().collect();
     // As far as a hairpin's legs may lie apart.
     let around = |stretch: &Stretch| stretch.reach(stretch.half * (2.0 * TIGHTEST - 1.0) + CLEAR);
-    let cells = Cells::new(all.iter().map(around).collect(), CELL);
+    let cells = Cells::new(all.iter().map(|stretch| around(stretch)).collect(), CELL);
     let levelled = |a: &Stretch, b: &Stretch| {
         let [a, b] = [a, b].map(|stretch| &network.roads[stretch.road]);
         a.level == b.level || [a.from, a.to].iter().any(|end| [b.from, b.to].contains(end))
     };
     let near = |a: &Stretch, b: &Stretch| a.kept && touch(&around(a), &b.reach(b.half)) && a.may_lie_beside(b);
     let pairs = cells.pairs(|i, j| {
-        let [a, b] = [&all[i], &all[j]];
+        let [a, b] = [all[i], all[j]];
         (levelled(a, b) && (near(a, b) || near(b, a))).then_some([a.road, b.road])
     });
     let bent = all.par_iter().filter(|stretch| near(stretch, stretch)).map(|stretch| stretch.road);
