@@ -109,7 +109,7 @@ impl Reader {
 fn winds_around(ring: &[u8], [x, y]: [i64; 2]) -> bool {
     let corner = |bytes: &[u8]| [0, 2].map(|i| i64::from(bytes[i]) << 8 | i64::from(bytes[i + 1]));
     let corners = || ring.chunks_exact(4).map(corner);
-    let Some(mut before) = corners().last() else { return false };
+    let Some(mut before) = corners().next_back() else { return false };
     let mut turns = 0;
     for behind in corners() {
         let ([ax, ay], [bx, by]) = (before, behind);
