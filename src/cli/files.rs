@@ -95,7 +95,9 @@ impl<'a> Draft<'a> {
         for (done, name) in self.names.iter().enumerate() {
             let [new, place, old] = [self.aside.path(), self.dir, kept.path()].map(|dir| dir.join(name));
             let moved = if exchanged(&new, &place) {
-                fs::rename(&new, &old).inspect_err(|_| drop(exchanged(&new, &place)))
+                fs::rename(&new, &old).inspect_err(|_| {
+                    exchanged(&new, &place);
+                })
             } else if place.exists() {
                 fs::hard_link(&place, &old)
                     .or_else(|_| fs::copy(&place, &old).map(drop))
