@@ -25,7 +25,8 @@ pub struct Cells {
 impl Cells {
     /// Sorts boxes into cells of this side, metres: best a little more than a box has.
     pub fn new(boxes: Vec<Bounds>, side: f64) -> Self {
-        let mut cells = Self { per_metre: 1.0 / side, begins: Vec::new(), covered: Vec::new(), large: Vec::new(), boxes };
+        let mut cells =
+            Self { per_metre: 1.0 / side, begins: Vec::new(), covered: Vec::new(), large: Vec::new(), boxes };
         let buckets = cells.boxes.len().next_power_of_two();
         let mut begins = vec![0_u32; buckets + 1];
         for (i, reach) in cells.boxes.iter().enumerate() {

@@ -1,16 +1,19 @@
-//! The planes that places are projected onto, and the way there and back for many places at once.
+//! PROJ: one transformation per thread and frame, made when first needed.
+//!
+//! Frames are given as pipelines with their own ellipsoid, never as EPSG codes: those need PROJ's database, and
+//! `PROJ_DATA` of a foreign installation (conda, QGIS, ROS) would put a wrong one in its place.
 
 use std::cell::RefCell;
 
+use proj::Proj;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::LonLat;
-use super::mercator::Mercator;
 use super::patch::{Patch, Square, square_of};
 use crate::geometry::{Point, Vector};
 
-/// A plane.
+/// A plane that PROJ knows how to reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Frame {
     /// UTM; northings go below zero in the south.
@@ -27,27 +30,34 @@ pub(super) enum Frame {
     },
 }
 
-/// Points that one thread takes at a time: a few tenths of a millisecond of work.
-const CHUNK: usize = 1 << 11;
+/// Points that one thread takes at a time: a few milliseconds of work.
+const CHUNK: usize = 1 << 14;
 
-/// The squares of one frame; `None` where no polynomial fits.
+/// More frames than this in one thread are not worth keeping: a map needs one, or two at a zone's border.
+const KEPT: usize = 8;
+
+/// The squares of one frame; `None` where PROJ itself is to be asked.
 type Patches = (Option<Frame>, FxHashMap<Square, Option<Patch>>);
 
 /// More squares than this are not worth keeping: a large city covers a dozen.
 const PATCHES_MOST: usize = 1024;
 
 thread_local! {
+    static MADE: RefCell<Vec<(Frame, Option<Proj>)>> = const { RefCell::new(Vec::new()) };
     static PATCHES: RefCell<Patches> = RefCell::default();
 }
 
 impl Frame {
-    /// The plane itself, without the polynomials.
-    pub(super) fn mercator(self) -> Mercator {
-        match self {
-            Self::Utm { zone } => Mercator::utm(zone),
-            // Widened without rounding, as C++ does.
-            Self::Mercator { origin, scale_factor } => Mercator::around(origin.lon, f64::from(scale_factor)),
-        }
+    fn definition(self) -> String {
+        let plane = match self {
+            Self::Utm { zone } => format!("+proj=utm +zone={zone}"),
+            Self::Mercator { origin, scale_factor } => {
+                // Widened without rounding, as C++ does.
+                let k = f64::from(scale_factor);
+                format!("+proj=tmerc +lon_0={} +lat_0=0 +k={k}", origin.lon)
+            }
+        };
+        format!("+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad +step {plane} +ellps=WGS84")
     }
 
     /// What this frame says of the place that is to be zero.
@@ -59,8 +69,12 @@ impl Frame {
 
     /// East and north of each place.
     pub(super) fn forward(self, places: &[LonLat]) -> Vec<Option<Point>> {
-        let plane = self.mercator();
-        in_chunks(places, |chunk| chunk.iter().map(|place| plane.forward(*place)).collect())
+        let run = |chunk: &[LonLat]| {
+            let pairs = chunk.iter().map(|p| (p.lon, p.lat)).collect();
+            let done = self.transform(pairs, false);
+            done.into_iter().map(|pair| pair.map(|(x, y)| Point::new(x, y))).collect::<Vec<_>>()
+        };
+        in_chunks(places, run)
     }
 
     /// The place of each point, by [`Patch`]es where those fit. It does not depend on the other points.
@@ -73,19 +87,45 @@ impl Frame {
             patches.clear();
             *frame = Some(self);
         }
-        let plane = self.mercator();
         // Most points lie in the square of the one before.
         let mut here: Option<(Square, Option<Patch>)> = None;
         let place = |&point: &Point| {
             let square = square_of(point)?;
             if here.as_ref().is_none_or(|(here, _)| *here != square) {
-                let patch = patches.entry(square).or_insert_with(|| Patch::new(square, |point| plane.inverse(point)));
+                let patch = patches.entry(square);
+                let patch = patch.or_insert_with(|| Patch::new(square, |places| self.inverse_by_proj(places)));
                 here = Some((square, patch.clone()));
             }
             let place = here.as_ref().and_then(|(_, patch)| Some(patch.as_ref()?.inverse(point)));
-            place.filter(|place| !on_border(place)).or_else(|| plane.inverse(point))
+            match place.filter(|place| !on_border(place)) {
+                Some(place) => Some(place),
+                None => self.inverse_by_proj(&[point]).pop()?,
+            }
         };
         points.iter().map(place).collect()
+    }
+
+    /// As [`Frame::inverse`], by PROJ.
+    pub(super) fn inverse_by_proj(self, points: &[Point]) -> Vec<Option<LonLat>> {
+        let run = |chunk: &[Point]| {
+            let pairs = chunk.iter().map(|p| (p.x, p.y)).collect();
+            let done = self.transform(pairs, true);
+            done.into_iter().map(|pair| pair.map(|(lon, lat)| LonLat { lon, lat })).collect::<Vec<_>>()
+        };
+        in_chunks(points, run)
+    }
+
+    fn transform(self, mut pairs: Vec<(f64, f64)>, back: bool) -> Vec<Option<(f64, f64)>> {
+        with_proj(self, |proj| {
+            let Some(proj) = proj else { return vec![None; pairs.len()] };
+            let before = pairs.clone();
+            let finite = |(x, y): (f64, f64)| (x.is_finite() && y.is_finite()).then_some((x, y));
+            match proj.project_array(&mut pairs, back) {
+                Ok(_) => pairs.into_iter().map(finite).collect(),
+                // One bad point spoils the batch: take them one by one.
+                Err(_) => before.into_iter().map(|p| proj.project(p, back).ok().and_then(finite)).collect(),
+            }
+        })
     }
 }
 
@@ -95,6 +135,23 @@ fn in_chunks<T: Sync, R: Send>(items: &[T], run: impl Fn(&[T]) -> Vec<R> + Sync 
     }
     let parts: Vec<Vec<R>> = items.par_chunks(CHUNK).map(run).collect();
     parts.into_iter().flatten().collect()
+}
+
+fn with_proj<R>(frame: Frame, use_it: impl FnOnce(Option<&Proj>) -> R) -> R {
+    MADE.with(|made| {
+        let mut made = made.borrow_mut();
+        let at = match made.iter().position(|(f, _)| *f == frame) {
+            Some(at) => at,
+            None => {
+                if made.len() == KEPT {
+                    made.remove(0);
+                }
+                made.push((frame, Proj::new(&frame.definition()).ok()));
+                made.len() - 1
+            }
+        };
+        use_it(made[at].1.as_ref())
+    })
 }
 
 /// Whether a place lies where zones and bands may end, so nearly that the last digits decide on which side.

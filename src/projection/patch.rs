@@ -1,14 +1,14 @@
-//! The way back from a plane to degrees by polynomials, each for one square of the plane: the exact way takes sines and
-//! logarithms for every point.
+//! The way back from a plane to degrees by polynomials, each for one square of the plane: PROJ's own takes a series of
+//! sines for every point.
 
 use super::LonLat;
 use crate::geometry::Point;
 
 /// Side of a square, metres: the terms beyond the last grow with it, and small maps should need few squares.
 const SIDE: f64 = 8192.0;
-/// Places along either side at which the exact way is asked, and terms in either direction.
+/// Places along either side at which PROJ is asked, and terms in either direction.
 const TERMS: usize = 7;
-/// The polynomial may differ from that by so much, degrees: a hundredth of the last digit that is written.
+/// The polynomial may differ from PROJ by so much, degrees: a hundredth of the last digit that is written.
 const ERROR_MOST: f64 = 1e-13;
 
 /// Which square.
@@ -34,13 +34,13 @@ pub(super) fn square_of(point: Point) -> Option<Square> {
 
 impl Patch {
     /// The polynomial of a square through what `inverse` says of some points of it; `None` where it does not fit.
-    pub(super) fn new((x, y): Square, inverse: impl Fn(Point) -> Option<LonLat>) -> Option<Self> {
+    pub(super) fn new((x, y): Square, inverse: impl Fn(&[Point]) -> Vec<Option<LonLat>>) -> Option<Self> {
         let middle = Point::new((x as f64 + 0.5) * SIDE, (y as f64 + 0.5) * SIDE);
         let angle = |k: usize| (k as f64 + 0.5) * std::f64::consts::PI / TERMS as f64;
         let place = |u: f64, v: f64| Point::new(middle.x + u * SIDE / 2.0, middle.y + v * SIDE / 2.0);
         let nodes: Vec<Point> = pairs().map(|(k, l)| place(angle(k).cos(), angle(l).cos())).collect();
-        let zero = inverse(middle)?;
-        let known: Vec<LonLat> = nodes.into_iter().map(&inverse).collect::<Option<_>>()?;
+        let zero = inverse(&[middle]).pop()??;
+        let known: Vec<LonLat> = inverse(&nodes).into_iter().collect::<Option<_>>()?;
         let mut terms = [[[0.0; 2]; TERMS]; TERMS];
         for (i, j) in pairs() {
             let scale = [i, j].map(|order| if order == 0 { 1.0 } else { 2.0 } / TERMS as f64);
@@ -52,12 +52,15 @@ impl Patch {
         }
         let patch = Self { middle, zero, terms };
         // Between the nodes a polynomial errs most at the rim.
-        let rim = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (0.4, 1.0), (1.0, -0.4), (0.2, 0.3)];
-        let fits = |(u, v)| {
-            let (told, own) = (inverse(place(u, v))?, patch.inverse(place(u, v)));
+        let rim: Vec<Point> = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (0.4, 1.0), (1.0, -0.4), (0.2, 0.3)]
+            .map(|(u, v)| place(u, v))
+            .to_vec();
+        let fits = |(at, told): (&Point, Option<LonLat>)| {
+            let (told, own) = (told?, patch.inverse(*at));
             Some((told.lon - own.lon).abs() <= ERROR_MOST && (told.lat - own.lat).abs() <= ERROR_MOST)
         };
-        rim.into_iter().all(|at| fits(at) == Some(true)).then_some(patch)
+        let told = inverse(&rim);
+        rim.iter().zip(told).all(|pair| fits(pair) == Some(true)).then_some(patch)
     }
 
     /// The place of a point of the square.
