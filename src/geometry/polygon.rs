@@ -40,7 +40,7 @@ pub fn common_part(a: &[Point], b: &[Point]) -> Option<(f64, Point)> {
     let base = *a.first()?;
     let (a, b) = (Strips::new(a, base)?, Strips::new(b, base)?);
     let mut sum = Moments::default();
-    a.each_pair(&b, |x, y| x.add_below_both(y, base.x, &mut sum));
+    a.each_piece(&b, |piece| piece.add_to(base.x, &mut sum));
     let middle = base + super::Vector::new(sum.east, sum.north) / sum.area;
     (sum.area != 0.0 && middle.x.is_finite() && middle.y.is_finite()).then(|| (sum.area.abs(), middle))
 }
@@ -50,49 +50,72 @@ pub struct Strips {
     bounds: [Point; 2],
     /// Between which sums and differences of the coordinates it lies.
     aslant: [[f64; 2]; 2],
-    /// By where they begin.
+    /// Run after run, each from west to east.
     edges: Vec<Edge>,
+    /// Where the runs end among the edges, and on which side of them the ring lies: 1 or -1.
+    runs: Vec<(usize, f64)>,
 }
 
 impl Strips {
     /// Of a ring; strips end at the height of `base`, which is the same for all rings that are compared. `None` without
     /// any point.
     pub fn new(ring: &[Point], base: Point) -> Option<Self> {
-        let mut edges = edges(ring, base);
-        // Most rings run to the east and back.
-        edges.sort_by(|a, b| a.from.total_cmp(&b.from));
         let range = |of: fn(&Point) -> f64| {
             ring.iter().map(of).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
         };
-        let aslant = [range(|p| p.x + p.y), range(|p| p.x - p.y)];
-        Some(Self { bounds: bounds(ring)?, aslant, edges })
+        let (bounds, aslant) = (bounds(ring)?, [range(|p| p.x + p.y), range(|p| p.x - p.y)]);
+        let mut strips = Self { bounds, aslant, edges: Vec::with_capacity(ring.len()), runs: Vec::with_capacity(4) };
+        let (mut first, mut last, mut sign) = (0, *ring.last()?, 0.0);
+        for p in ring {
+            if let Some((edge, way)) = Edge::new(last, *p, base) {
+                if way != sign {
+                    strips.end_run(&mut first, sign);
+                    sign = way;
+                }
+                strips.edges.push(edge);
+            }
+            last = *p;
+        }
+        strips.end_run(&mut first, sign);
+        Some(strips)
+    }
+
+    /// Ends a run that began at an edge, where there is any edge since, and begins another.
+    fn end_run(&mut self, first: &mut usize, sign: f64) {
+        let end = self.edges.len();
+        if end > *first {
+            if sign < 0.0 {
+                self.edges[*first..].reverse();
+            }
+            self.runs.push((end, sign));
+            *first = end;
+        }
+    }
+
+    /// The edges of each run with its side.
+    fn runs(&self) -> impl Iterator<Item = (&[Edge], f64)> {
+        let mut first = 0;
+        self.runs.iter().map(move |&(end, sign)| (&self.edges[std::mem::replace(&mut first, end)..end], sign))
     }
 
     /// Area in square metres that both rings cover.
     pub fn common_area(&self, other: &Self) -> f64 {
         let mut sum = 0.0;
-        self.each_pair(other, |x, y| sum += x.below_both(y));
+        self.each_piece(other, |piece| sum += piece.below_both());
         sum.abs()
     }
 
-    /// Goes through the pairs of edges of which one may lie above the other.
-    fn each_pair(&self, other: &Self, mut each: impl FnMut(&Edge, &Edge)) {
+    /// Goes through the pieces of pairs of edges, one of either ring, that lie above each other.
+    fn each_piece(&self, other: &Self, mut each: impl FnMut(Piece)) {
         let ([low_a, high_a], [low_b, high_b]) = (self.bounds, other.bounds);
         let (low, high) = (low_a.sup(&low_b), high_a.inf(&high_b));
         if low.x >= high.x || low.y >= high.y || self.beside(other) {
             return;
         }
-        // The edges of the other ring that begin before the one at hand, and end behind its begin.
-        let mut open: Vec<&Edge> = Vec::new();
-        let mut next = 0;
-        for x in self.edges.iter().take_while(|x| x.from < high.x).filter(|x| x.to > low.x) {
-            open.retain(|y| y.to > x.from);
-            while let Some(y) = other.edges.get(next).filter(|y| y.from <= x.from) {
-                open.extend((y.to > x.from).then_some(y));
-                next += 1;
+        for (a, of_a) in self.runs() {
+            for (b, of_b) in other.runs() {
+                along_both(a, b, of_a * of_b, &mut each);
             }
-            open.iter().for_each(|y| each(x, y));
-            other.edges[next..].iter().take_while(|y| y.from < x.to).for_each(|y| each(x, y));
         }
     }
 
@@ -100,6 +123,19 @@ impl Strips {
     fn beside(&self, other: &Self) -> bool {
         let apart = |[low_a, high_a]: [f64; 2], [low_b, high_b]: [f64; 2]| low_a > high_b || low_b > high_a;
         (0..2).any(|i| apart(self.aslant[i], other.aslant[i]))
+    }
+}
+
+/// Goes through the pieces of two runs that lie above each other, from west to east.
+fn along_both(a: &[Edge], b: &[Edge], sign: f64, each: &mut impl FnMut(Piece)) {
+    let mut from = a[0].from.max(b[0].from);
+    let [mut i, mut j] = [a, b].map(|run| run.partition_point(|edge| edge.to <= from));
+    while let (Some(x), Some(y)) = (a.get(i), b.get(j)) {
+        let to = x.to.min(y.to);
+        each(Piece { sign, from, to, heights: [[x.at(from), x.at(to)], [y.at(from), y.at(to)]] });
+        i += usize::from(x.to <= to);
+        j += usize::from(y.to <= to);
+        from = to;
     }
 }
 
@@ -113,54 +149,52 @@ pub fn bounds(ring: &[Point]) -> Option<[Point; 2]> {
 struct Edge {
     from: f64,
     to: f64,
-    /// Heights at both ends.
-    height: [f64; 2],
-    /// Which side of it the ring lies on: 1 or -1.
-    sign: f64,
-}
-
-/// The edges that are not vertical; heights are above `base`.
-fn edges(ring: &[Point], base: Point) -> Vec<Edge> {
-    let ends = ring.iter().zip(ring.iter().cycle().skip(1)).filter(|(p, q)| p.x != q.x);
-    let mut edges = Vec::with_capacity(ring.len());
-    edges.extend(ends.map(|(p, q)| {
-        let (left, right, sign) = if p.x < q.x { (p, q, 1.0) } else { (q, p, -1.0) };
-        Edge { from: left.x, to: right.x, height: [left.y - base.y, right.y - base.y], sign }
-    }));
-    edges
+    /// Height at `from`.
+    height: f64,
+    slope: f64,
 }
 
 impl Edge {
-    fn at(&self, x: f64) -> f64 {
-        let [left, right] = self.height;
-        left + (right - left) * ((x - self.from) / (self.to - self.from))
+    /// The edge from one place to another, its heights above `base`, and whether it runs to the east (1) or back (-1); `None`
+    /// if it is as good as vertical.
+    fn new(p: Point, q: Point, base: Point) -> Option<(Self, f64)> {
+        let (left, right, way) = if p.x < q.x { (p, q, 1.0) } else { (q, p, -1.0) };
+        let slope = (right.y - left.y) / (right.x - left.x);
+        slope.is_finite().then_some((Self { from: left.x, to: right.x, height: left.y - base.y, slope }, way))
     }
 
-    /// The signed area of what lies below this edge and another.
-    fn below_both(&self, other: &Self) -> f64 {
-        let (from, to) = (self.from.max(other.from), self.to.min(other.to));
-        if from >= to {
-            return 0.0;
-        }
-        let [a, b] = [self, other].map(|edge| [edge.at(from), edge.at(to)]);
+    fn at(&self, x: f64) -> f64 {
+        self.height + self.slope * (x - self.from)
+    }
+}
+
+/// What lies below an edge of one ring and one of another, from west to east.
+struct Piece {
+    /// Whether the rings lie on the same side of their edges (1) or not (-1).
+    sign: f64,
+    from: f64,
+    to: f64,
+    /// Of either edge, at both ends.
+    heights: [[f64; 2]; 2],
+}
+
+impl Piece {
+    /// Its signed area.
+    fn below_both(&self) -> f64 {
+        let [a, b] = self.heights;
         let [first, last] = [a[0] - b[0], a[1] - b[1]];
         let least = a[0].min(b[0]) + a[1].min(b[1]);
         // Where the edges cross, a triangle above the lower ends counts too.
         let crossing = if first * last < 0.0 { first * last / (first - last).abs() } else { 0.0 };
-        self.sign * other.sign * (least - crossing) / 2.0 * (to - from)
+        self.sign * (least - crossing) / 2.0 * (self.to - self.from)
     }
 
-    /// Adds area and moments of what lies below this edge and another; east is counted from `base`.
-    fn add_below_both(&self, other: &Self, base: f64, sum: &mut Moments) {
-        let (from, to) = (self.from.max(other.from), self.to.min(other.to));
-        if from >= to {
-            return;
-        }
-        let sign = self.sign * other.sign;
-        let [a, b] = [self, other].map(|edge| [edge.at(from), edge.at(to)]);
+    /// Adds its area and moments; east is counted from `base`.
+    fn add_to(&self, base: f64, sum: &mut Moments) {
+        let (sign, [a, b]) = (self.sign, self.heights);
         let [first, last] = [a[0] - b[0], a[1] - b[1]];
         let ends = [a[0].min(b[0]), a[1].min(b[1])];
-        let (from, to) = (from - base, to - base);
+        let (from, to) = (self.from - base, self.to - base);
         if first * last < 0.0 {
             let part = first / (first - last);
             let (middle, height) = (from + (to - from) * part, a[0] + (a[1] - a[0]) * part);
