@@ -3,7 +3,7 @@
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, Envelope, RTree};
 
-use super::{Point, orientation};
+use super::{Point, Vector, cross, orientation};
 
 /// One way in which a ring is no simple polygon. Indices are positions in the ring.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,6 +49,9 @@ pub fn faults(ring: &[Point], spike: f64, limit: usize) -> Vec<RingFault> {
         .map(|i| RingFault::Spike(kept[i]))
         .take(limit)
         .collect();
+    if found.len() == limit || goes_around(kept.iter().map(|&i| ring[i])) {
+        return found;
+    }
     let apart = |i: usize, j: usize| j > i + 1 && !(i == 0 && j == count - 1);
     let mut meet = |i: usize, j: usize| {
         if found.len() < limit
@@ -75,6 +78,26 @@ pub fn faults(ring: &[Point], spike: f64, limit: usize) -> Vec<RingFault> {
         });
     }
     found
+}
+
+/// An edge and a place beside it span at least twice this, square metres, if it passes the place on one side for sure.
+const SURE: f64 = 1e-6;
+
+/// Whether a ring surely goes around the middle of its vertices once, without ever turning back: so it does not meet itself.
+fn goes_around(ring: impl ExactSizeIterator<Item = Point> + DoubleEndedIterator + Clone) -> bool {
+    let middle = ring.clone().map(|p| p.coords).sum::<Vector>() / ring.len() as f64;
+    let mut spokes = ring.map(|p| p.coords - middle);
+    let Some(mut before) = spokes.clone().next_back() else { return false };
+    let side = spokes.clone().next().map_or(0.0, |first| cross(before, first).signum());
+    // It passes what lies to the east of the middle and what lies to the west once each.
+    let mut passed = 0;
+    let onward = spokes.all(|next| {
+        passed += usize::from((before.y < 0.0) != (next.y < 0.0));
+        let onward = cross(before, next) * side > SURE;
+        before = next;
+        onward
+    });
+    onward && passed == 2
 }
 
 type Aabb = AABB<[f64; 2]>;
