@@ -42,13 +42,16 @@ impl Measured {
 /// stay as it is.
 pub fn parted(line: &Measured, other: &Measured) -> Option<Vec<Point>> {
     let steps = [line, other].map(|l| l.line.at(STEP.min(l.length())) - l.line.first());
-    if angle_between(steps[0], steps[1]).abs() > ALONG.to_radians() {
+    if steps[0].dot(&steps[1]) < ALONG.to_radians().cos() * steps[0].norm() * steps[1].norm() {
         return None;
     }
     let [length, other_length] = [line, other].map(Measured::length);
     let (Measured { line, stations: own }, Measured { line: other, stations: others }) = (line, other);
-    // Where the line runs beside the other: stations on both, and how far to the left of the other it is.
-    let mut beside: Vec<[f64; 3]> = Vec::new();
+    // Where it ran over the other last, were it to go on to the left of that or to the right: the station on the other, and its
+    // own behind that.
+    let mut over: [Option<(f64, Option<f64>)>; 2] = [None; 2];
+    // How far to the left of the other it ran at least and at most.
+    let [mut least, mut most] = [0.0_f64; 2];
     let (mut walked, mut foot) = (0, Foot::default());
     for station in merged(&own[1..], length.min(other_length)) {
         while walked + 2 < own.len() && own[walked + 1] < station {
@@ -60,17 +63,27 @@ pub fn parted(line: &Measured, other: &Measured) -> Option<Vec<Point>> {
         if foot.station >= other_length - EXACT {
             return None;
         }
-        beside.push([station, foot.station, foot.offset]);
+        (least, most) = (least.min(foot.offset), most.max(foot.offset));
+        for (over, left) in over.iter_mut().zip([foot.offset, -foot.offset]) {
+            match over {
+                _ if left < -EXACT => *over = Some((foot.station, None)),
+                Some((_, behind)) => *behind = behind.or(Some(station)),
+                None => {}
+            }
+        }
         if foot.offset.abs() > PARTED {
             break;
         }
     }
-    let side = beside.last().filter(|[_, _, offset]| offset.abs() > PARTED)?[2].signum();
-    let over = beside.iter().rposition(|[_, _, offset]| offset * side < -EXACT)?;
-    if beside.iter().any(|[_, _, offset]| offset * side < -OVER_MOST) {
+    if foot.offset.abs() <= PARTED {
         return None;
     }
-    let (leaves, rejoined) = (beside[over][1], beside[over + 1][0]);
+    let side = foot.offset.signum();
+    let (over, farthest) = if side > 0.0 { (over[0], -least) } else { (over[1], most) };
+    let (leaves, rejoined) = over.and_then(|(leaves, behind)| Some((leaves, behind?)))?;
+    if farthest > OVER_MOST {
+        return None;
+    }
     let followed = other.points().iter().zip(others);
     let followed: Vec<Point> = followed.take_while(|(_, s)| **s <= leaves).map(|(p, _)| *p).collect();
     let mut own = line.points().iter().zip(own).filter(|(_, s)| **s >= rejoined - EXACT).peekable();

@@ -29,12 +29,22 @@ const BACK: f64 = 150.0;
 
 /// Where the curve of [`curve::join`] between two places is tight, one that swings out for a wider radius.
 pub fn wider(from: Pose, to: Pose, plain: &[Pose]) -> Option<Vec<Pose>> {
+    if plain.windows(2).all(|w| easy(w[0], w[1])) {
+        return None;
+    }
     let radius = curve::radius(plain);
     if radius >= EASY {
         return None;
     }
     let swing = swung(from, to).filter(|swing| swing.cost() < cost(radius, bent_back(plain), length(plain)))?;
     Some(swing.poses()).filter(|poses| poses != plain)
+}
+
+/// Whether a curve surely bends no more tightly than the easy radius from one place to the next: up to half a radian, an angle
+/// is hardly larger than its sine.
+fn easy(from: Pose, to: Pose) -> bool {
+    let sine = cross(from.heading, to.heading).abs();
+    sine < 0.47 && from.heading.dot(&to.heading) > 0.0 && (to.point - from.point).norm() > EASY * 1.05 * sine
 }
 
 /// How little one likes a curve of a least radius (metres) that bends back by so many degrees and is so long (metres).

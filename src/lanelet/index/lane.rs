@@ -184,15 +184,16 @@ pub fn turn_along(line: &Polyline) -> f64 {
 
 /// Midpoints of both bounds, each cut into the same number of pieces of about [`STEP`].
 pub fn center_line(left: &[Point], right: &[Point]) -> Option<Polyline> {
-    let longest = [left, right].into_iter().filter_map(|bound| Polyline::new(bound.iter().copied()));
-    let longest = longest.map(|line| line.length()).fold(0.0, f64::max);
-    let pieces = (longest / STEP).ceil().clamp(1.0, Polyline::MOST_PIECES);
-    let spread = |bound: &[Point]| match Polyline::new(bound.iter().copied()) {
-        Some(line) => line.resampled_to(pieces as usize + 1).points().to_vec(),
+    let lines = [left, right].map(|bound| Polyline::new(bound.iter().copied()));
+    let longest = lines.iter().flatten().map(Polyline::length).fold(0.0, f64::max);
+    let pieces = (longest / STEP).ceil().clamp(1.0, Polyline::MOST_PIECES) as usize;
+    let spread = |line: Option<Polyline>, bound: &[Point]| match line {
+        Some(line) => line.resampled_to(pieces + 1).into_points(),
         // A bound of no length is one place, as often as needed.
-        None => vec![bound.first().copied().unwrap_or_default(); pieces as usize + 1],
+        None => vec![bound.first().copied().unwrap_or_default(); pieces + 1],
     };
-    let (left, right) = (spread(left), spread(right));
+    let [first, second] = lines;
+    let (left, right) = (spread(first, left), spread(second, right));
     Polyline::new(left.iter().zip(&right).map(|(a, b)| nalgebra::center(a, b)))
 }
 
