@@ -7,7 +7,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::geometry::ring::RingFault;
 use crate::geometry::{Point, curve, curve::Pose, polygon, polygon::Strips, ring};
-use crate::lanelet::{Bound, LineStringId, PointId};
+use crate::lanelet::{LineStringId, PointId};
 
 use super::assembly::{Assembly, tags};
 use super::conflict::strips_beside;
@@ -64,11 +64,11 @@ pub fn area_outline(
     islands: &[Island],
 ) -> AreaOutline {
     let walked = walked(assembly, key, arms, bounds);
+    let mut ring: Vec<PointId> = walked.iter().map(|(id, _)| *id).collect();
     let apart = |ring: &[PointId]| -> Vec<usize> { (0..arms.len()).filter(|&i| !runs_along(ring, arms[i])).collect() };
-    let mut ring = walked.clone();
     let (mut overrun, mut yields) = (apart(&ring), false);
     let (paths, strips) = paths;
-    if !holds(assembly, &ring, paths, strips) {
+    if !holds(&walked, paths, strips) {
         ring = united(assembly, key, &walked, arms, bounds, paths, [&[], &[]]);
         overrun = apart(&ring);
         yields = !overrun.is_empty() || !is_simple(assembly, &ring);
@@ -87,21 +87,24 @@ pub fn area_outline(
     AreaOutline { ring, kerbs, overrun, lost, yields, covered }
 }
 
+/// A node and where it lies.
+type Node = (PointId, Point);
+
 /// The ring of cuts and the kerbs between them.
-fn walked(assembly: &mut Assembly, key: Key, arms: &[&Arm], bounds: &Bounds) -> Vec<PointId> {
-    let mut ring: Vec<PointId> = Vec::new();
+fn walked(assembly: &mut Assembly, key: Key, arms: &[&Arm], bounds: &Bounds) -> Vec<Node> {
+    let cuts: Vec<Vec<Node>> = arms.iter().map(|arm| nodes(assembly, &arm.cut)).collect();
+    let mut ring: Vec<Node> = Vec::new();
     for (i, arm) in arms.iter().enumerate() {
-        let next = arms[(i + 1) % arms.len()];
-        ring.extend(&arm.cut);
-        let (Some(&from), Some(&to)) = (arm.cut.last(), next.cut.first()) else { continue };
-        let corner = match bounds.get(from, to) {
-            Some(bound) => along(assembly, bound),
-            None => corner(assembly, key, [from, to], [arm, next]),
-        };
-        ring.extend(corner);
+        let next = (i + 1) % arms.len();
+        ring.extend(&cuts[i]);
+        let (Some(&from), Some(&to)) = (cuts[i].last(), cuts[next].first()) else { continue };
+        ring.extend(match bounds.line(from.0, to.0) {
+            Some(line) => line.inner(from.0),
+            None => corner(assembly, key, [from, to], [arm, arms[next]]),
+        });
     }
-    ring.dedup();
-    while ring.len() > 1 && ring.first() == ring.last() {
+    ring.dedup_by_key(|(id, _)| *id);
+    while ring.len() > 1 && ring.first().map(|(id, _)| id) == ring.last().map(|(id, _)| id) {
         ring.pop();
     }
     ring
@@ -115,8 +118,8 @@ fn own_lanes(assembly: &Assembly, lanes: &Lanes, arm: &Arm) -> Vec<Vec<Point>> {
 
 /// Whether the ends of an arm's lanes are a run of the ring, in their order across the road.
 fn runs_along(ring: &[PointId], arm: &Arm) -> bool {
-    let ends: FxHashSet<PointId> = lane_ends(&[arm]).collect();
-    let mut line = arm.cut.iter().filter(|id| ends.contains(id));
+    let is_end = |id: PointId| arm.into.iter().chain(&arm.out).any(|lane| lane.nodes.contains(&id));
+    let mut line = arm.cut.iter().filter(|id| is_end(**id));
     let Some(start) = line.next().map(|first| ring.iter().position(|id| id == first)) else { return true };
     start.is_some_and(|start| ring.iter().cycle().skip(start + 1).zip(line).all(|(a, b)| a == b))
 }
@@ -132,28 +135,26 @@ fn runs_beside(ring: &[PointId], arm: &Arm) -> bool {
     arm.into.iter().chain(&arm.out).all(|lane| side_by_side(lane.nodes))
 }
 
-/// The points of a bound between its ends.
-fn along(assembly: &Assembly, bound: Bound) -> Vec<PointId> {
-    let points = assembly.bound_ids(bound);
-    points[1.min(points.len())..points.len().max(2) - 1].to_vec()
-}
-
 /// A rounded kerb between the ends of two cuts, which keeps clear of none and touches both.
-fn corner(assembly: &mut Assembly, key: Key, [from, to]: [PointId; 2], [arm, next]: [&Arm; 2]) -> Vec<PointId> {
-    let start = Pose { point: assembly.position(from), heading: arm.inward };
-    let end = Pose { point: assembly.position(to), heading: -next.inward };
+fn corner(assembly: &mut Assembly, key: Key, [from, to]: [Node; 2], [arm, next]: [&Arm; 2]) -> Vec<Node> {
+    let start = Pose { point: from.1, heading: arm.inward };
+    let end = Pose { point: to.1, heading: -next.inward };
     if (start.point - end.point).norm() < curve::MIN_SPACING {
         return Vec::new();
     }
     let line: Vec<Point> = curve::join(start, end).into_iter().map(|p| p.point).collect();
     let line = curve::untangled(&line);
-    let key = key.word("kerb").number(from.0).number(to.0);
+    let key = key.word("kerb").number(from.0.0).number(to.0.0);
     let inner = &line[1.min(line.len())..line.len().max(2) - 1];
-    inner.iter().enumerate().map(|(i, p)| assembly.point(key.number(i as i64), *p, 0.0)).collect()
+    inner.iter().enumerate().map(|(i, p)| (assembly.point(key.number(i as i64), *p, 0.0), *p)).collect()
 }
 
 fn places(assembly: &Assembly, ring: &[PointId]) -> Vec<Point> {
     ring.iter().map(|&id| assembly.position(id)).collect()
+}
+
+fn nodes(assembly: &Assembly, ids: &[PointId]) -> Vec<Node> {
+    ids.iter().copied().zip(assembly.positions(ids)).collect()
 }
 
 fn is_simple(assembly: &Assembly, ring: &[PointId]) -> bool {
@@ -161,8 +162,8 @@ fn is_simple(assembly: &Assembly, ring: &[PointId]) -> bool {
 }
 
 /// Whether the ring is simple and covers every path.
-fn holds(assembly: &Assembly, ring: &[PointId], paths: &[Path], strips: &[Option<Strips>]) -> bool {
-    let ring = places(assembly, ring);
+fn holds(ring: &[Node], paths: &[Path], strips: &[Option<Strips>]) -> bool {
+    let ring: Vec<Point> = ring.iter().map(|(_, place)| *place).collect();
     let simple = ring::faults(&ring, SPIKE, 1).is_empty() && polygon::signed_area(&ring) < 0.0;
     let Some(inside) = strips_beside(paths, &ring).filter(|_| simple) else { return false };
     let covered = |strips: &Option<Strips>| strips.as_ref().map_or(0.0, |path| path.common_area(&inside));
@@ -171,7 +172,7 @@ fn holds(assembly: &Assembly, ring: &[PointId], paths: &[Path], strips: &[Option
 
 /// Whether a ring covers every path.
 pub fn covers(assembly: &Assembly, ring: &[PointId], paths: &[Path]) -> bool {
-    let ring = places(assembly, ring);
+    let ring = if paths.is_empty() { Vec::new() } else { places(assembly, ring) };
     paths.iter().all(|path| polygon::common_area(&path.outline, &ring) >= COVERED * area_of(&path.outline))
 }
 
@@ -184,13 +185,14 @@ fn area_of(ring: &[Point]) -> f64 {
 fn united(
     assembly: &mut Assembly,
     key: Key,
-    ring: &[PointId],
+    ring: &[Node],
     arms: &[&Arm],
     bounds: &Bounds,
     paths: &[Path],
     [islands, behind]: [&[Vec<Point>]; 2],
 ) -> Vec<PointId> {
-    let mut whole = MultiPolygon(vec![polygon::to_geo(&places(assembly, ring))]);
+    let around: Vec<Point> = ring.iter().map(|(_, place)| *place).collect();
+    let mut whole = MultiPolygon(vec![polygon::to_geo(&around)]);
     for island in islands {
         whole = whole.difference(&polygon::to_geo(island));
     }
@@ -201,7 +203,7 @@ fn united(
         whole = whole.difference(&polygon::to_geo(lane));
     }
     let largest = whole.0.iter().max_by(|a, b| a.unsigned_area().total_cmp(&b.unsigned_area()));
-    let Some(largest) = largest else { return ring.to_vec() };
+    let Some(largest) = largest else { return ring.iter().map(|(id, _)| *id).collect() };
     let mut outer: Vec<Point> = largest.exterior().points().map(|p| Point::new(p.x(), p.y())).collect();
     outer.pop();
     if polygon::signed_area(&outer) > 0.0 {
@@ -210,10 +212,10 @@ fn united(
     let cell = |p: Point| ((p.x / SNAP).round() as i64, (p.y / SNAP).round() as i64);
     // By cell the first point there, with its rank; and the point of the ring.
     let mut known: FxHashMap<(i64, i64), (usize, PointId)> = FxHashMap::default();
-    for found in bounds.points(assembly).into_iter().chain(ring.iter().copied()).enumerate() {
-        known.entry(cell(assembly.position(found.1))).or_insert(found);
+    for (rank, (id, place)) in bounds.points().chain(ring.iter().copied()).enumerate() {
+        known.entry(cell(place)).or_insert((rank, id));
     }
-    let on_ring: FxHashMap<(i64, i64), PointId> = ring.iter().map(|&id| (cell(assembly.position(id)), id)).collect();
+    let on_ring: FxHashMap<(i64, i64), PointId> = ring.iter().map(|&(id, place)| (cell(place), id)).collect();
     // A vertex can come out of the union a hair off, in the next cell.
     let around = |(x, y): (i64, i64)| (-1..=1).flat_map(move |dx| (-1..=1).map(move |dy| (x + dx, y + dy)));
     let first = |at: (i64, i64)| around(at).filter_map(|cell| known.get(&cell)).min().map(|(_, id)| *id);
@@ -294,17 +296,7 @@ fn with_lane_ends(assembly: &Assembly, mut ring: Vec<PointId>, arms: &[&Arm]) ->
 
 /// One `road_border` for every stretch of the ring that is not a cut.
 fn kerbs(assembly: &mut Assembly, key: Key, ring: &[PointId], arms: &[&Arm]) -> Vec<LineStringId> {
-    let mut arms_of: FxHashMap<PointId, Vec<usize>> = FxHashMap::default();
-    for (i, arm) in arms.iter().enumerate() {
-        for &id in &arm.cut {
-            arms_of.entry(id).or_default().push(i);
-        }
-    }
-    // Neighbouring roads may share a corner.
-    let is_cut = |a: PointId, b: PointId| {
-        let of = |id: PointId| arms_of.get(&id).map_or(&[][..], Vec::as_slice);
-        of(a).iter().any(|arm| of(b).contains(arm))
-    };
+    let is_cut = |a: PointId, b: PointId| arms.iter().any(|arm| arm.cut.contains(&a) && arm.cut.contains(&b));
     let count = ring.len();
     let Some(start) = (0..count).find(|&i| is_cut(ring[(i + count - 1) % count], ring[i])) else { return Vec::new() };
     let mut lines = Vec::new();

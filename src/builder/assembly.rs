@@ -81,7 +81,18 @@ impl<'a> Assembly<'a> {
     /// The ground between points that exist.
     pub fn ground_between(&self, points: impl Iterator<Item = PointId>) -> Ground {
         let place = |point: &Point| (point.position, point.ele().unwrap_or_default());
-        Ground::between(points.map(|id| self.point_of(id).map_or_else(Default::default, place)).collect())
+        Ground::between(self.points_of(points).map(|point| point.map_or_else(Default::default, place)).collect())
+    }
+
+    /// Where points lie. Quick where they were made one behind the other and stand below.
+    pub fn positions(&self, ids: &[PointId]) -> Vec<PlanePoint> {
+        let points = self.points_of(ids.iter().copied());
+        points.map(|point| point.map(|point| point.position).unwrap_or_default()).collect()
+    }
+
+    fn points_of(&self, ids: impl Iterator<Item = PointId>) -> impl Iterator<Item = Option<&Point>> {
+        let mut below = self.below.unwrap_or(self).part.map.points.cursor();
+        ids.map(move |id| below.get(id).or_else(|| self.point_of(id)))
     }
 
     fn point_of(&self, id: PointId) -> Option<&Point> {

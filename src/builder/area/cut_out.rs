@@ -11,7 +11,7 @@ use crate::builder::road_network::Island;
 use crate::geometry::polygon;
 use crate::lanelet::PointId;
 
-use super::{area_of, covers, is_simple, places, runs_beside, united};
+use super::{area_of, covers, is_simple, nodes, places, runs_beside, united};
 
 /// Islands that share less than this with the ground of an intersection, square metres, only touch it.
 const TOUCH: f64 = 0.5;
@@ -42,7 +42,8 @@ pub fn cut_out(
         if area_of(&island.ring) - common > TOUCH && under <= UNDER * common {
             let key = key.word("island").number(island.way);
             let ground = std::slice::from_ref(&island.ring);
-            let without = united(assembly, key, &ring, arms, bounds, &over, [ground, &[]]);
+            let around = nodes(assembly, &ring);
+            let without = united(assembly, key, &around, arms, bounds, &over, [ground, &[]]);
             let left = polygon::common_area(&places(assembly, &without), &island.ring);
             let whole = is_simple(assembly, &without) && covers(assembly, &without, paths) && left <= UNDER * common;
             if whole && along(&without) >= along(&ring) {

@@ -23,7 +23,7 @@ pub fn depths(
 ) -> Vec<(RoadEnd, f64)> {
     let paths: Vec<_> = paths.iter().filter_map(|path| Some((path, polygon::bounds(&path.outline)?))).collect();
     let depth = |&at: &RoadEnd| {
-        let cut: Vec<Point> = lanes.arm(at).cut.iter().map(|&id| assembly.position(id)).collect();
+        let cut = assembly.positions(&lanes.arm(at).cut);
         (at, depth(network.road(at.road), lines.kept[at.road.0 as usize], (at, &cut), intersection, &paths))
     };
     intersection.arms.iter().map(depth).filter(|(_, depth)| *depth > TOUCH).collect()
@@ -61,8 +61,12 @@ fn depth(
         // What begins or ends here lies on the cut; it reaches behind it only where it turns back.
         .filter(|(path, _)| !(own(path.movement.from) || own(path.movement.to)) || path.turn.abs() > 90.0)
         .filter(|(path, [from, to])| {
-            let touches = from.x <= high.x && from.y <= high.y && low.x <= to.x && low.y <= to.y;
-            touches && path.outline.iter().any(|p| (p - places[0]).norm() < reach)
+            let touches =
+                |from: &Point, to: &Point| from.x <= high.x && from.y <= high.y && low.x <= to.x && low.y <= to.y;
+            let edges = || path.outline.iter().zip(path.outline.iter().cycle().skip(1));
+            touches(from, to)
+                && edges().any(|(a, b)| touches(&a.inf(b), &a.sup(b)))
+                && path.outline.iter().any(|p| (p - places[0]).norm() < reach)
         })
         .filter_map(|(path, _)| Polyline::new(path.outline.iter().chain(path.outline.first()).copied()))
         .flat_map(|ring| ring.resampled(STEP).into_points())

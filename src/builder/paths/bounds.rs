@@ -25,8 +25,9 @@ pub struct Bounds {
 #[derive(Clone, Debug)]
 pub struct Line {
     id: LineStringId,
-    /// The node where it begins.
-    from: PointId,
+    /// Its points, from the node where it begins to that where it ends, ...
+    nodes: Vec<PointId>,
+    /// ... and where they lie.
     places: Vec<Point>,
     /// From its begin and from its end, where that is asked for.
     measured: [OnceLock<Option<Measured>>; 2],
@@ -35,42 +36,55 @@ pub struct Line {
 impl Line {
     /// As a bound that begins at a node.
     pub fn bound(&self, from: PointId) -> Bound {
-        Bound { line: self.id, inverted: from != self.from }
+        Bound { line: self.id, inverted: !self.begins_at(from) }
     }
 
     /// Its places in order from a node.
     pub fn places(&self, from: PointId) -> Cow<'_, [Point]> {
-        match from == self.from {
+        match self.begins_at(from) {
             true => Cow::Borrowed(&self.places),
             false => Cow::Owned(self.places.iter().rev().copied().collect()),
         }
     }
 
+    /// The points between its ends and where they lie, in order from a node.
+    pub fn inner(&self, from: PointId) -> Vec<(PointId, Point)> {
+        let inner = 1..self.nodes.len() - 1;
+        let points = inner.map(|i| (self.nodes[i], self.places[i]));
+        if self.begins_at(from) { points.collect() } else { points.rev().collect() }
+    }
+
+    fn begins_at(&self, node: PointId) -> bool {
+        self.nodes[0] == node
+    }
+
     fn measured(&self, from: PointId) -> Option<&Measured> {
-        let known = &self.measured[usize::from(from != self.from)];
-        known.get_or_init(|| Measured::new(self.places(from).iter().copied())).as_ref()
+        let (begins, places) = (self.begins_at(from), self.places.iter().copied());
+        let measure = || if begins { Measured::new(places) } else { Measured::new(places.rev()) };
+        self.measured[usize::from(!begins)].get_or_init(measure).as_ref()
     }
 }
 
 impl Bounds {
-    /// The line from one node to another, as a bound in that direction.
-    pub fn get(&self, from: PointId, to: PointId) -> Option<Bound> {
-        self.line(from, to).map(|line| line.bound(from))
-    }
-
     /// The line from one node to another, or back.
     pub fn line(&self, from: PointId, to: PointId) -> Option<&Line> {
         let (_, at) = self.ends.get(&from)?.iter().find(|(end, _)| *end == to)?;
         self.lines.get(*at as usize)
     }
 
-    /// Every point of every line, in order of the lines' ids.
-    pub fn points(&self, assembly: &Assembly) -> Vec<PointId> {
-        let lines = self.ends.values().flatten().map(|(_, at)| self.lines[*at as usize].id);
-        let mut lines: Vec<LineStringId> = lines.collect();
-        lines.sort_unstable();
-        lines.dedup();
-        lines.into_iter().filter_map(|l| assembly.line_of(l)).flat_map(|l| l.points.iter().copied()).collect()
+    /// Makes room for so many more lines.
+    pub fn reserve(&mut self, more: usize) {
+        self.lines.reserve(more);
+        self.ends.reserve(more);
+    }
+
+    /// Every point of every line and where it lies, in order of the lines' ids.
+    pub fn points(&self) -> impl Iterator<Item = (PointId, Point)> {
+        let lines = self.ends.values().flatten().map(|(_, at)| &self.lines[*at as usize]);
+        let mut lines: Vec<&Line> = lines.collect();
+        lines.sort_unstable_by_key(|line| line.id);
+        lines.dedup_by_key(|line| line.id);
+        lines.into_iter().flat_map(|line| line.nodes.iter().copied().zip(line.places.iter().copied()))
     }
 
     /// Adds the line of a bound between two nodes that exist, from the place of the one to that of the other.
@@ -99,9 +113,9 @@ impl Bounds {
         points.extend(between);
         points.push(ends[1]);
         points.dedup_by_key(|(id, _)| *id);
-        let (points, places) = points.into_iter().unzip();
-        let line = assembly.line(key, points, attributes);
-        self.insert([a, b], Line { id: line, from: a, places, measured: Default::default() })
+        let (nodes, places): (Vec<PointId>, Vec<Point>) = points.into_iter().unzip();
+        let id = assembly.line(key, nodes.clone(), attributes);
+        self.insert([a, b], Line { id, nodes, places, measured: Default::default() })
     }
 
     /// Keeps the places of a line that is to be drawn from one node to another beside the lines that end on either node.
