@@ -27,8 +27,6 @@ struct Course {
     chosen: usize,
     /// The ways from the lanes beside it that part from it, by index.
     beside: Vec<usize>,
-    /// The ways that go side by side with it from end to end, itself among them: they bend alike.
-    bundle: Vec<usize>,
 }
 
 struct Shape {
@@ -47,14 +45,15 @@ pub fn courses(ends: &[Ends]) -> Vec<Vec<Pose>> {
         .map(|((i, end), poses)| {
             let beside: Vec<usize> = (0..ends.len()).filter(|&j| j != i && part(&end.0, &ends[j].0)).collect();
             let only = if beside.is_empty() { Shape { poses, outline: Vec::new() } } else { shape(end, poses) };
-            let bundle = (0..ends.len()).filter(|&j| bundles[j] == bundles[i]).collect();
-            Course { shapes: vec![Some(only)], chosen: 0, beside, bundle }
+            Course { shapes: vec![Some(only)], chosen: 0, beside }
         })
         .collect();
+    // The ways that go side by side with one from end to end, itself among them: they bend alike.
+    let bundle = |i: usize| (0..ends.len()).filter(|&j| bundles[j] == bundles[i]).collect::<Vec<usize>>();
     for i in 0..courses.len() {
         for j in courses[i].beside.clone().into_iter().filter(|&j| j > i && bundles[j] != bundles[i]) {
             if overlap(&courses, i, j) > TOUCH {
-                let both = [courses[i].bundle.clone(), courses[j].bundle.clone()];
+                let both = [bundle(i), bundle(j)];
                 for &member in both.iter().flatten() {
                     add_shapes(&mut courses[member], &ends[member]);
                 }
@@ -205,6 +204,7 @@ mod tests {
         ArmLane {
             lane: 0,
             nodes: [PointId(1), PointId(2)],
+            places: [Point::new(x, y); 2],
             pose: Pose { point: Point::new(x, y), heading },
             width: 3.0,
             kind: StripKind::Drive,

@@ -200,6 +200,7 @@ fn end(assembly: &Assembly, lanes: &Lanes, at: RoadEnd, sides: [Bound; 2], into:
     Some(ArmLane {
         lane,
         nodes,
+        places: [left, right],
         pose: Pose { point: nalgebra::center(&left, &right), heading },
         width: (left - right).norm(),
         kind: StripKind::Bicycle,

@@ -6,10 +6,10 @@ mod renewed;
 use compact_str::ToCompactString;
 use rayon::prelude::*;
 
-use crate::geometry::{Vector, curve::Pose};
+use crate::geometry::{Point, Vector, curve::Pose};
 use crate::lanelet::{Attributes, Bound, LaneletId, PointId};
 
-use super::assembly::{Assembly, Part, tags};
+use super::assembly::{Assembly, Part};
 use super::beside::runs;
 use super::connection::{ConnectionLines, carriageway, inward, lanes_at, on_cut, side};
 use super::cross_section::{Arrows, CrossSection, StripKind, Travel};
@@ -53,6 +53,8 @@ pub struct ArmLane {
     pub lane: usize,
     /// End nodes on the cut, left and right in its direction of travel.
     pub nodes: [PointId; 2],
+    /// Where they lie.
+    pub places: [Point; 2],
     /// Middle of the cut, in the direction of travel.
     pub pose: Pose,
     /// Metres.
@@ -336,18 +338,22 @@ fn shares_bus_lane(road: &Road, strip: usize) -> bool {
     section.strips[strip].kind == StripKind::Bus && keys.iter().any(|key| road.tags.is(key, SHARES))
 }
 
+/// So many tags the lanelet of a way through an intersection has in the end, and hardly a lane fewer.
+const USUAL_TAGS: usize = 8;
+
 /// Tags of a vehicle lanelet.
 pub fn road_attributes(road: &Road, kind: StripKind, speed: f64) -> Attributes {
     let location = if road.public { "urban" } else { "private" };
-    let mut attributes = tags(&[("type", "lanelet"), ("subtype", "road"), ("location", location), ("one_way", "yes")]);
+    // No lane of a car's graph, which holds what `road` names.
+    let (subtype, participant) = match kind {
+        StripKind::Bus => ("bus_lane", "participant:vehicle:bus"),
+        _ => ("road", "participant:vehicle"),
+    };
+    let mut attributes = Attributes::with_room(USUAL_TAGS);
+    let known = [("type", "lanelet"), ("subtype", subtype), ("location", location), ("one_way", "yes")];
+    known.into_iter().for_each(|(key, value)| attributes.push(key, value));
     attributes.push("speed_limit", (speed.round().clamp(5.0, 130.0) as u8).to_compact_string());
-    if kind == StripKind::Bus {
-        // No lane of a car's graph, which holds what `road` names.
-        attributes.set("subtype", "bus_lane");
-        attributes.push("participant:vehicle:bus", "yes");
-    } else {
-        attributes.push("participant:vehicle", "yes");
-    }
+    attributes.push(participant, "yes");
     attributes
 }
 
@@ -377,6 +383,7 @@ fn arm(assembly: &Assembly, road: &Road, at: RoadEnd, station: f64, nodes: &[Opt
         let placed = ArmLane {
             lane,
             nodes: ends,
+            places: [left, right],
             pose: Pose { point: nalgebra::center(&left, &right), heading },
             width: (left - right).norm(),
             kind: strip.kind,

@@ -134,23 +134,26 @@ impl Drawn {
         assembly: &mut Assembly,
         side: DrivingSide,
         key: Key,
-        mut order: Vec<(Ends, Vec<Pose>)>,
+        order: Vec<(Ends, Vec<Pose>)>,
         tagged: &Tagged,
     ) {
         let Self { paths, bounds, dropped } = self;
         let radius = |(_, from, to): &Ends| curve::join_radius(from.pose, to.pose).unwrap_or(f64::INFINITY);
-        order.sort_by(|(a, _), (b, _)| radius(a).total_cmp(&radius(b)).then(a.0.cmp(&b.0)));
-        let ways: Vec<Smooth> = order.into_iter().map(|(ends, course)| (ends, smooth(&ends, &course))).collect();
+        let mut order: Vec<_> = order.into_iter().map(|(ends, course)| (radius(&ends), ends, course)).collect();
+        order.sort_by(|(a, one, _), (b, other, _)| a.total_cmp(b).then(one.0.cmp(&other.0)));
+        let ways: Vec<Smooth> = order.into_iter().map(|(_, ends, course)| (ends, smooth(&ends, &course))).collect();
         let meant = Meant::new(&ways);
         // Most bounds are drawn once for two ways.
         assembly.reserve(ways.iter().flat_map(|(_, sides)| sides).map(Vec::len).sum::<usize>() * 2 / 3);
+        bounds.reserve(2 * ways.len() * 2 / 3);
+        paths.reserve(ways.len());
         for way in &ways {
             let (movement, from, to) = way.0;
             let nodes = [0, 1].map(|side| [from.nodes[side], to.nodes[side]]);
             if nodes.iter().any(|[a, b]| a == b) {
                 continue;
             }
-            let straight = nodes.map(|ends| ends.map(|node| assembly.position(node)));
+            let straight = [0, 1].map(|side| [from.places[side], to.places[side]]);
             let known = nodes.map(|[a, b]| bounds.line(a, b));
             let Some([left, right]) = shape(way, &straight, known, &meant) else {
                 dropped.push(movement);

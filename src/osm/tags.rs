@@ -15,6 +15,11 @@ impl Tags {
         Self(ThinVec::new())
     }
 
+    /// No tags yet, and room for so many.
+    pub fn with_room(count: usize) -> Self {
+        Self(ThinVec::with_capacity(count))
+    }
+
     /// The value of `key`.
     pub fn get(&self, key: &str) -> Option<&str> {
         self.0.iter().rev().find(|(k, _)| k == key).map(|(_, v)| v.as_str())
