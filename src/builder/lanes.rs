@@ -338,8 +338,8 @@ fn shares_bus_lane(road: &Road, strip: usize) -> bool {
     section.strips[strip].kind == StripKind::Bus && keys.iter().any(|key| road.tags.is(key, SHARES))
 }
 
-/// So many tags the lanelet of a way through an intersection has in the end, and hardly a lane fewer.
-const USUAL_TAGS: usize = 8;
+/// So many bytes the tags of a way through an intersection take in the end, and hardly those of a lane fewer.
+const USUAL_TAGS: usize = 176;
 
 /// Tags of a vehicle lanelet.
 pub fn road_attributes(road: &Road, kind: StripKind, speed: f64) -> Attributes {

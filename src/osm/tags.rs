@@ -5,9 +5,10 @@ use thin_vec::ThinVec;
 /// A short string: keys, values, roles. Up to 24 bytes lie inline.
 pub type Text = compact_str::CompactString;
 
-/// Tags of one element. Few, so a list; the last value wins where a key repeats, as it does for Lanelet2's reader.
+/// Tags of one element. Few, so a list; the last value wins where a key repeats, as it does for Lanelet2's reader. They lie
+/// one behind the other in one piece of memory: a map has more of them than of anything else.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Tags(ThinVec<(Text, Text)>);
+pub struct Tags(ThinVec<u8>);
 
 impl Tags {
     /// No tags.
@@ -15,23 +16,31 @@ impl Tags {
         Self(ThinVec::new())
     }
 
-    /// No tags yet, and room for so many.
-    pub fn with_room(count: usize) -> Self {
-        Self(ThinVec::with_capacity(count))
+    /// No tags yet, and room for so many bytes of keys and values.
+    pub fn with_room(bytes: usize) -> Self {
+        Self(ThinVec::with_capacity(bytes))
+    }
+
+    fn pairs(&self) -> Pairs<'_> {
+        Pairs(&self.0)
+    }
+
+    /// The value of the last key for which this holds.
+    fn last(&self, is_key: impl Fn(&[u8]) -> bool) -> Option<&str> {
+        self.pairs().filter(|(key, _)| is_key(key)).last().map(|(_, value)| text(value))
     }
 
     /// The value of `key`.
     pub fn get(&self, key: &str) -> Option<&str> {
-        self.0.iter().rev().find(|(k, _)| k == key).map(|(_, v)| v.as_str())
+        self.last(|k| k == key.as_bytes())
     }
 
     /// The value of the key that these parts make up, one behind the other: nothing is allocated to ask for it.
     pub fn get_joined<const N: usize>(&self, parts: [&str; N]) -> Option<&str> {
-        let length: usize = parts.iter().map(|part| part.len()).sum();
-        let is_key = |key: &str| {
-            key.len() == length && parts.iter().try_fold(key, |rest, part| rest.strip_prefix(part)).is_some()
-        };
-        self.0.iter().rev().find(|(k, _)| is_key(k)).map(|(_, v)| v.as_str())
+        self.last(|key| {
+            let rest = parts.iter().try_fold(key, |rest, part| rest.strip_prefix(part.as_bytes()));
+            rest.is_some_and(<[u8]>::is_empty)
+        })
     }
 
     /// Whether `key` has exactly this value.
@@ -41,26 +50,31 @@ impl Tags {
 
     /// Whether `key` is there.
     pub fn has(&self, key: &str) -> bool {
-        self.get(key).is_some()
+        self.pairs().any(|(k, _)| k == key.as_bytes())
     }
 
     /// Sets `key`, replacing an earlier value.
-    pub fn set(&mut self, key: impl Into<Text>, value: impl Into<Text>) {
-        let (key, value) = (key.into(), value.into());
-        match self.0.iter_mut().find(|(k, _)| *k == key) {
-            Some(pair) => pair.1 = value,
-            None => self.0.push((key, value)),
-        }
+    pub fn set(&mut self, key: impl AsRef<str>, value: impl AsRef<str>) {
+        let (key, value) = (key.as_ref(), value.as_ref());
+        let before = self.pairs().position(|(k, _)| k == key.as_bytes());
+        let Some(before) = before else { return self.push(key, value) };
+        let pairs = self.iter().enumerate();
+        *self = pairs.map(|(i, (key, old))| (key, if i == before { value } else { old })).collect();
     }
 
     /// Adds a pair as a file says it, without looking for an earlier one.
-    pub fn push(&mut self, key: impl Into<Text>, value: impl Into<Text>) {
-        self.0.push((key.into(), value.into()));
+    pub fn push(&mut self, key: impl AsRef<str>, value: impl AsRef<str>) {
+        let words = [key.as_ref(), value.as_ref()];
+        self.0.reserve(words.iter().map(|word| word.len() + length_of(word.len()).count()).sum());
+        for word in words {
+            self.0.extend(length_of(word.len()));
+            self.0.extend_from_slice(word.as_bytes());
+        }
     }
 
     /// All pairs in order.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &str)> {
-        self.0.iter().map(|(k, v)| (k.as_str(), v.as_str()))
+        self.pairs().map(|(key, value)| (text(key), text(value)))
     }
 
     /// Whether there is none.
@@ -70,12 +84,77 @@ impl Tags {
 
     /// How many.
     pub fn len(&self) -> usize {
-        self.0.len()
+        self.pairs().count()
     }
 }
 
-impl<K: Into<Text>, V: Into<Text>> FromIterator<(K, V)> for Tags {
+/// What was pushed is text.
+fn text(word: &[u8]) -> &str {
+    std::str::from_utf8(word).unwrap_or_default()
+}
+
+/// The bytes that say how long the word behind them is: seven bits each, the lowest first, the eighth where more follow.
+fn length_of(length: usize) -> impl Iterator<Item = u8> {
+    let mut rest = Some(length);
+    std::iter::from_fn(move || {
+        let length = rest?;
+        rest = Some(length >> 7).filter(|rest| *rest > 0);
+        Some((length & 0x7f) as u8 | if rest.is_some() { 0x80 } else { 0 })
+    })
+}
+
+/// The pairs that are left.
+struct Pairs<'a>(&'a [u8]);
+
+impl<'a> Pairs<'a> {
+    fn word(&mut self) -> Option<&'a [u8]> {
+        let mut length = 0;
+        let mut shift = 0;
+        loop {
+            let (&byte, rest) = self.0.split_first()?;
+            self.0 = rest;
+            length |= usize::from(byte & 0x7f) << shift;
+            if byte < 0x80 {
+                break;
+            }
+            shift += 7;
+        }
+        let (word, rest) = self.0.split_at_checked(length)?;
+        self.0 = rest;
+        Some(word)
+    }
+}
+
+impl<'a> Iterator for Pairs<'a> {
+    type Item = (&'a [u8], &'a [u8]);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        Some((self.word()?, self.word()?))
+    }
+}
+
+impl<K: AsRef<str>, V: AsRef<str>> FromIterator<(K, V)> for Tags {
     fn from_iter<I: IntoIterator<Item = (K, V)>>(pairs: I) -> Self {
-        Self(pairs.into_iter().map(|(k, v)| (k.into(), v.into())).collect())
+        let mut tags = Self::new();
+        pairs.into_iter().for_each(|(key, value)| tags.push(key, value));
+        tags
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tags_are_read_as_they_were_written() {
+        let long = "ä".repeat(20_000);
+        let mut tags: Tags = [("name", long.as_str()), ("", ""), ("oneway", "yes"), ("oneway", "no")].into_iter().collect();
+        assert_eq!(tags.iter().last(), Some(("oneway", "no")));
+        assert_eq!((tags.get("name"), tags.get("oneway"), tags.get("")), (Some(long.as_str()), Some("no"), Some("")));
+        assert_eq!((tags.get_joined(["one", "way"]), tags.get_joined(["on", "way"])), (Some("no"), None));
+        tags.set("name", "B 27");
+        tags.set("ref", "27");
+        assert_eq!((tags.len(), tags.get("name"), tags.iter().last()), (5, Some("B 27"), Some(("ref", "27"))));
+        assert!(tags.has("ref") && !tags.has("re") && !tags.is_empty());
     }
 }
