@@ -66,10 +66,8 @@ impl Tags {
     pub fn push(&mut self, key: impl AsRef<str>, value: impl AsRef<str>) {
         let words = [key.as_ref(), value.as_ref()];
         self.0.reserve(words.iter().map(|word| word.len() + length_of(word.len()).count()).sum());
-        for word in words {
-            self.0.extend(length_of(word.len()));
-            self.0.extend_from_slice(word.as_bytes());
-        }
+        words.iter().for_each(|word| self.0.extend(length_of(word.len())));
+        words.iter().for_each(|word| self.0.extend_from_slice(word.as_bytes()));
     }
 
     /// All pairs in order.
@@ -93,43 +91,47 @@ fn text(word: &[u8]) -> &str {
     std::str::from_utf8(word).unwrap_or_default()
 }
 
-/// The bytes that say how long the word behind them is: seven bits each, the lowest first, the eighth where more follow.
+/// Tells that more bytes say how long a word is.
+const MORE: u8 = 0x80;
+
+/// The bytes that say how long a word is: seven bits each, the lowest first.
 fn length_of(length: usize) -> impl Iterator<Item = u8> {
     let mut rest = Some(length);
     std::iter::from_fn(move || {
         let length = rest?;
         rest = Some(length >> 7).filter(|rest| *rest > 0);
-        Some((length & 0x7f) as u8 | if rest.is_some() { 0x80 } else { 0 })
+        Some((length & 0x7f) as u8 | if rest.is_some() { MORE } else { 0 })
     })
 }
 
-/// The pairs that are left.
-struct Pairs<'a>(&'a [u8]);
-
-impl<'a> Pairs<'a> {
-    fn word(&mut self) -> Option<&'a [u8]> {
-        let mut length = 0;
-        let mut shift = 0;
-        loop {
-            let (&byte, rest) = self.0.split_first()?;
-            self.0 = rest;
-            length |= usize::from(byte & 0x7f) << shift;
-            if byte < 0x80 {
-                break;
-            }
-            shift += 7;
-        }
-        let (word, rest) = self.0.split_at_checked(length)?;
-        self.0 = rest;
-        Some(word)
-    }
+/// A length, and what stands behind it.
+fn length_in(bytes: &[u8]) -> Option<(usize, &[u8])> {
+    let end = bytes.iter().position(|byte| byte & MORE == 0)?;
+    let length = bytes[..=end].iter().rev().fold(0, |length, byte| length << 7 | usize::from(byte & !MORE));
+    Some((length, &bytes[end + 1..]))
 }
+
+/// The pairs that are left, each the lengths of key and value, the key, the value.
+struct Pairs<'a>(&'a [u8]);
 
 impl<'a> Iterator for Pairs<'a> {
     type Item = (&'a [u8], &'a [u8]);
 
+    #[inline]
     fn next(&mut self) -> Option<Self::Item> {
-        Some((self.word()?, self.word()?))
+        let (key, value, rest) = match self.0 {
+            // Hardly a word is so long that one byte does not say it.
+            [key, value, rest @ ..] if (key | value) & MORE == 0 => (usize::from(*key), usize::from(*value), rest),
+            _ => {
+                let (key, rest) = length_in(self.0)?;
+                let (value, rest) = length_in(rest)?;
+                (key, value, rest)
+            }
+        };
+        let (key, rest) = rest.split_at_checked(key)?;
+        let (value, rest) = rest.split_at_checked(value)?;
+        self.0 = rest;
+        Some((key, value))
     }
 }
 
@@ -148,7 +150,8 @@ mod tests {
     #[test]
     fn tags_are_read_as_they_were_written() {
         let long = "ä".repeat(20_000);
-        let mut tags: Tags = [("name", long.as_str()), ("", ""), ("oneway", "yes"), ("oneway", "no")].into_iter().collect();
+        let mut tags: Tags =
+            [("name", long.as_str()), ("", ""), ("oneway", "yes"), ("oneway", "no")].into_iter().collect();
         assert_eq!(tags.iter().last(), Some(("oneway", "no")));
         assert_eq!((tags.get("name"), tags.get("oneway"), tags.get("")), (Some(long.as_str()), Some("no"), Some("")));
         assert_eq!((tags.get_joined(["one", "way"]), tags.get_joined(["on", "way"])), (Some("no"), None));
