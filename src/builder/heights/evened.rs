@@ -7,24 +7,18 @@
 use rayon::prelude::*;
 
 use crate::builder::connection::{carriageway, on_cut, side};
-use crate::builder::road_network::{Road, RoadEnd, RoadIx, RoadNetwork};
+use crate::builder::road_network::{Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
 use crate::geometry::{Point, Polyline};
 
 use super::base::Base;
 use super::crossings::crossings;
-use super::limit::{OnRoad, Sampled, Web};
+use super::limit::{Sampled, Ties, Web};
 use super::{HeightOptions, STEP, TOLERANCE, fewest, lay};
 
 /// Stations closer than this, metres, are one.
 const SAME: f64 = 1.0;
 /// Ends that touch may differ by this much, metres, which no wheel feels.
 const LEAST: f64 = 0.02;
-
-/// The ends of two roads at one intersection, and the most that one may lie above the other, metres.
-struct Tie {
-    ends: [OnRoad; 2],
-    climb: f64,
-}
 
 /// Changes the heights of roads that are cut at the stations `kept`, so that between their ends at an intersection there is no
 /// more to climb than on a ramp. Gives the roads that changed.
@@ -33,12 +27,16 @@ pub fn evened(network: &mut RoadNetwork, kept: &[[f64; 2]], options: &HeightOpti
         return Vec::new();
     }
     let before: Vec<Base> = network.roads.par_iter().map(Base::under).collect();
-    let ties = ties(network, kept, options);
-    let holds = |tie: &Tie| {
-        let [a, b] = tie.ends.map(|(road, station)| before[road].at(station));
-        (a - b).abs() <= tie.climb
+    let climb = |a: RoadEnd, b: RoadEnd| climb(network, kept, options, [a, b]);
+    let stepped = |at: &Intersection| {
+        let height = |at: &RoadEnd| before[at.road.0 as usize].at(kept[at.road.0 as usize][side(at.end)]);
+        let heights: Vec<f64> = at.arms.iter().map(height).collect();
+        let step = |i: usize, j: usize| (heights[i] - heights[j]).abs();
+        let pairs = (0..heights.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
+        // Most are level.
+        pairs.filter(|&(i, j)| step(i, j) > LEAST).any(|(i, j)| step(i, j) > climb(at.arms[i], at.arms[j]))
     };
-    if ties.iter().all(holds) {
+    if !network.intersections.par_iter().any(stepped) {
         return Vec::new();
     }
     let roads = network.roads.par_iter().zip(kept).zip(&before);
@@ -46,7 +44,7 @@ pub fn evened(network: &mut RoadNetwork, kept: &[[f64; 2]], options: &HeightOpti
     let crossings = crossings(network, kept);
     let mut web = Web::new(network, &sampled, &crossings, options.storey);
     web.give_way();
-    web.tie(ties.par_iter().map(|tie| (tie.ends, tie.climb)));
+    web.tie(Ties { kept, climb: &climb, least: LEAST });
     let heights = web.heights();
     let roads = network.roads.par_iter_mut().enumerate().zip(&before);
     let changed =
@@ -70,26 +68,18 @@ pub fn evened(network: &mut RoadNetwork, kept: &[[f64; 2]], options: &HeightOpti
     changed.collect()
 }
 
-/// The ends of every two roads of every intersection.
-fn ties(network: &RoadNetwork, kept: &[[f64; 2]], options: &HeightOptions) -> Vec<Tie> {
-    let tie = |a: RoadEnd, b: RoadEnd| {
-        let [one, other] = [a, b].map(|at| cut(network, kept, at));
-        let apart = match (Polyline::new(one), Polyline::new(other)) {
-            (Some(line), Some(beside)) => {
-                let to = |line: &Polyline, ends: [Point; 2]| line.distance(ends[0]).min(line.distance(ends[1]));
-                to(&line, other).min(to(&beside, one))
-            }
-            _ => (one[0] - other[0]).norm(),
-        };
-        let grade = options.grade_of(network.road(a.road)).max(options.grade_of(network.road(b.road)));
-        let end = |at: RoadEnd| (at.road.0 as usize, kept[at.road.0 as usize][side(at.end)]);
-        Tie { ends: [end(a), end(b)], climb: (grade * apart).max(LEAST) }
+/// The most that one of two roads that end at one intersection may lie above the other there, metres.
+fn climb(network: &RoadNetwork, kept: &[[f64; 2]], options: &HeightOptions, ends: [RoadEnd; 2]) -> f64 {
+    let [one, other] = ends.map(|at| cut(network, kept, at));
+    let apart = match (Polyline::new(one), Polyline::new(other)) {
+        (Some(line), Some(beside)) => {
+            let to = |line: &Polyline, ends: [Point; 2]| line.distance(ends[0]).min(line.distance(ends[1]));
+            to(&line, other).min(to(&beside, one))
+        }
+        _ => (one[0] - other[0]).norm(),
     };
-    let of_arms = |arms: &[RoadEnd]| -> Vec<Tie> {
-        let pairs = arms.iter().enumerate().flat_map(|(i, a)| arms[i + 1..].iter().map(move |b| (*a, *b)));
-        pairs.map(|(a, b)| tie(a, b)).collect()
-    };
-    network.intersections.par_iter().flat_map_iter(|at| of_arms(&at.arms)).collect()
+    let [a, b] = ends.map(|at| options.grade_of(network.road(at.road)));
+    (a.max(b) * apart).max(LEAST)
 }
 
 /// The ends of the cut across the carriageway of a road.

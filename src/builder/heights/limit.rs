@@ -14,8 +14,10 @@ use std::collections::BinaryHeap;
 use std::ops::RangeInclusive;
 
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
-use crate::builder::road_network::{End, RoadEnd, RoadNetwork};
+use crate::builder::connection::side;
+use crate::builder::road_network::{End, Intersection, IntersectionIx, RoadEnd, RoadIx, RoadNetwork};
 
 use super::REACH;
 use super::crossings::Crossing;
@@ -53,7 +55,7 @@ impl Sampled {
 }
 
 /// A place of a road: its index in the network, and the station, metres.
-pub type OnRoad = (usize, f64);
+type OnRoad = (usize, f64);
 
 /// The places along one road: an intersection at either end, and what lies between in a row.
 #[derive(Clone, Copy)]
@@ -73,18 +75,43 @@ impl Chain {
     }
 }
 
-/// A way between two places, or the room between them, and the most or the least that one lies above the other.
+/// Two places, and the least that one lies above the other.
 type Pair = (usize, usize, i64);
 
-/// What binds the height of one place to that of another beside the roads.
+/// How the ends of roads at one intersection bind each other.
+#[derive(Clone, Copy)]
+pub struct Ties<'a> {
+    /// Per road: the stations where it ends.
+    pub kept: &'a [[f64; 2]],
+    /// The most that one of two ends may lie above the other, metres. Few are asked for.
+    pub climb: &'a (dyn Fn(RoadEnd, RoadEnd) -> f64 + Sync),
+    /// No two are held closer than this, metres.
+    pub least: f64,
+}
+
+/// What binds the height of one place to that of another on the road over or below it.
 #[derive(Clone, Copy)]
 enum Bound {
-    /// The most by which they may differ.
-    Tie(i64),
     /// The other place lies on the road over this one: the crossing's index.
     Above(usize),
     /// The other place lies on the road below this one.
     Below(usize),
+}
+
+/// Heights of all places, few of which differ from the wanted ones.
+struct Heights<'a> {
+    wanted: &'a [i64],
+    moved: FxHashMap<usize, i64>,
+}
+
+impl<'a> Heights<'a> {
+    fn of(wanted: &'a [i64]) -> Self {
+        Self { wanted, moved: FxHashMap::default() }
+    }
+
+    fn at(&self, place: usize) -> i64 {
+        self.moved.get(&place).copied().unwrap_or(self.wanted[place])
+    }
 }
 
 /// All places with a height, the intersections first, and how they bind each other.
@@ -93,8 +120,7 @@ pub struct Web<'a> {
     sampled: &'a [Sampled],
     chains: Vec<Chain>,
     wanted: Vec<i64>,
-    /// Pairs of places that are not neighbours on a road, with the most that one may lie above the other.
-    ties: Vec<Pair>,
+    ties: Option<Ties<'a>>,
     /// Lower and upper place of every crossing, and the room asked between them.
     rooms: Vec<Pair>,
 }
@@ -115,7 +141,7 @@ impl<'a> Web<'a> {
             }
             chains.push(chain);
         }
-        let mut web = Self { network, sampled, chains, wanted, ties: Vec::new(), rooms: Vec::new() };
+        let mut web = Self { network, sampled, chains, wanted, ties: None, rooms: Vec::new() };
         for Crossing { upper: (upper, above), lower: (lower, below), levels, .. } in crossings {
             let room = units(levels * storey);
             let [high, low] = [web.at((*upper, *above)), web.at((*lower, *below))];
@@ -139,10 +165,57 @@ impl<'a> Web<'a> {
         }
     }
 
-    /// Lets pairs of places differ by so many metres at most.
-    pub fn tie(&mut self, ties: impl ParallelIterator<Item = ([OnRoad; 2], f64)>) {
-        let ties: Vec<Pair> = ties.map(|([a, b], climb)| (self.at(a), self.at(b), units(climb))).collect();
-        self.ties.extend(ties);
+    /// Ties the ends of roads to each other.
+    pub fn tie(&mut self, ties: Ties<'a>) {
+        self.ties = Some(ties);
+    }
+
+    /// The place where a road ends.
+    fn end(&self, ties: &Ties<'_>, at: RoadEnd) -> usize {
+        let road = at.road.0 as usize;
+        self.at((road, ties.kept[road][side(at.end)]))
+    }
+
+    /// The ends at an intersection that are too steep beside each other.
+    fn stepped(&self, ties: &Ties<'_>, at: &Intersection) -> Vec<usize> {
+        let ends: Vec<usize> = at.arms.iter().map(|at| self.end(ties, *at)).collect();
+        let apart = |i: usize, j: usize| (self.wanted[ends[i]] - self.wanted[ends[j]]).abs();
+        let pairs = (0..ends.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
+        let pairs = pairs.filter(|&(i, j)| apart(i, j) > units(ties.least));
+        let steep = pairs.filter(|&(i, j)| apart(i, j) > units((ties.climb)(at.arms[i], at.arms[j])));
+        steep.flat_map(|(i, j)| [ends[i], ends[j]]).collect()
+    }
+
+    /// Goes through the places to which the ends of roads at a place are tied, with the most by which they may differ.
+    fn tied(&self, place: usize, mut each: impl FnMut(usize, i64)) {
+        let Some(ties) = &self.ties else { return };
+        let roads: Vec<usize> = match self.network.intersections.get(place) {
+            Some(at) => at.arms.iter().map(|at| at.road.0 as usize).collect(),
+            None => vec![self.road_of(place)],
+        };
+        let ends =
+            roads.iter().flat_map(|&road| [End::Start, End::End].map(|end| RoadEnd { road: RoadIx(road as u32), end }));
+        let ends = ends.filter(|at| self.end(ties, *at) == place);
+        let mut around: Vec<IntersectionIx> = ends.map(|at| self.network.road(at.road).intersection(at.end)).collect();
+        around.sort_unstable();
+        around.dedup();
+        for at in around {
+            let arms = &self.network.intersection(at).arms;
+            for (i, &a) in arms.iter().enumerate() {
+                for &b in &arms[i + 1..] {
+                    let ends = [a, b].map(|at| self.end(ties, at));
+                    if !ends.contains(&place) {
+                        continue;
+                    }
+                    let most = units((ties.climb)(a, b));
+                    for (from, to) in [(ends[0], ends[1]), (ends[1], ends[0])] {
+                        if from == place {
+                            each(to, most);
+                        }
+                    }
+                }
+            }
+        }
     }
 
     /// Heights of every road that hold the grades, and the room at crossings where it can be had.
@@ -165,9 +238,9 @@ impl<'a> Web<'a> {
         let [raised, lowered] = loop {
             let mut lifts = vec![0; self.rooms.len()];
             let spread = [1, -1].map(|sign| {
-                let mut heights = self.wanted.clone();
+                let mut heights = Heights::of(&self.wanted);
                 self.spread(&bounds, &mut heights, sign, &broken, &mut lifts);
-                heights
+                heights.moved
             });
             if lifts.iter().all(|lifts| *lifts <= MOST_LIFTS) {
                 break spread;
@@ -179,15 +252,18 @@ impl<'a> Web<'a> {
         };
         // The mean where a bound is broken; from there others give way as far as they must. The middle of three heights,
         // place by place, keeps every bound that all three keep.
-        let mut held = self.wanted.clone();
+        let mut held = Heights::of(&self.wanted);
         for &place in &broken {
-            held[place] = (raised[place] + lowered[place]).div_euclid(2);
+            let [high, low] = [&raised, &lowered].map(|of| of.get(&place).unwrap_or(&self.wanted[place]));
+            held.moved.insert(place, (high + low).div_euclid(2));
         }
         let mut lifts = vec![0; self.rooms.len()];
         for sign in [1, -1] {
             self.spread(&bounds, &mut held, sign, &broken, &mut lifts);
         }
-        self.wanted = held;
+        for (place, height) in held.moved {
+            self.wanted[place] = height;
+        }
     }
 
     /// The places between which the wanted heights climb more than they may.
@@ -203,8 +279,9 @@ impl<'a> Web<'a> {
             sampled.climbs.iter().enumerate().filter_map(pair).flatten().collect::<Vec<usize>>()
         };
         let mut steep: Vec<usize> = self.chains.par_iter().zip(self.sampled).flat_map_iter(along).collect();
-        let ties = self.ties.iter().filter(|(a, b, most)| apart(*a, *b) > *most);
-        steep.extend(ties.flat_map(|(a, b, _)| [*a, *b]));
+        if let Some(ties) = &self.ties {
+            steep.par_extend(self.network.intersections.par_iter().flat_map_iter(|at| self.stepped(ties, at)));
+        }
         steep
     }
 
@@ -223,21 +300,21 @@ impl<'a> Web<'a> {
     fn spread(
         &self,
         bounds: &[(usize, usize, Bound)],
-        heights: &mut [i64],
+        heights: &mut Heights<'_>,
         sign: i64,
         from: &[usize],
         lifts: &mut [u32],
     ) {
         lifts.iter_mut().for_each(|lifts| *lifts = if *lifts > MOST_LIFTS { *lifts } else { 0 });
         let mut open: BinaryHeap<(i64, Reverse<usize>)> =
-            from.iter().map(|&at| (sign * heights[at], Reverse(at))).collect();
+            from.iter().map(|&at| (sign * heights.at(at), Reverse(at))).collect();
         while let Some((height, Reverse(at))) = open.pop() {
-            if sign * heights[at] != height {
+            if sign * heights.at(at) != height {
                 continue;
             }
             let mut pull = |to: usize, fall: i64, room: Option<usize>| {
                 let least = height - fall;
-                if least <= sign * heights[to] {
+                if least <= sign * heights.at(to) {
                     return;
                 }
                 if let Some(room) = room {
@@ -246,14 +323,14 @@ impl<'a> Web<'a> {
                         return;
                     }
                 }
-                heights[to] = sign * least;
+                heights.moved.insert(to, sign * least);
                 open.push((least, Reverse(to)));
             };
             self.neighbours(at, |to, most| pull(to, most, None));
+            self.tied(at, |to, most| pull(to, most, None));
             let first = bounds.partition_point(|(place, ..)| *place < at);
             for (_, to, bound) in bounds[first..].iter().take_while(|(place, ..)| *place == at) {
                 match *bound {
-                    Bound::Tie(most) => pull(*to, most, None),
                     Bound::Above(i) if sign > 0 && self.rooms[i].2 > 0 => pull(*to, -self.rooms[i].2, Some(i)),
                     Bound::Below(i) if sign < 0 && self.rooms[i].2 > 0 => pull(*to, -self.rooms[i].2, Some(i)),
                     _ => {}
@@ -279,7 +356,7 @@ impl<'a> Web<'a> {
                 }
             }
             None => {
-                let road = self.chains.partition_point(|chain| chain.first <= place) - 1;
+                let road = self.road_of(place);
                 let i = place - self.chains[road].first + 1;
                 step(road, i, i - 1);
                 step(road, i, i + 1);
@@ -287,12 +364,16 @@ impl<'a> Web<'a> {
         }
     }
 
-    /// What binds places to others beside the roads, in the order of the places.
+    /// The road on which a place lies that is none of an intersection.
+    fn road_of(&self, place: usize) -> usize {
+        self.chains.partition_point(|chain| chain.first <= place) - 1
+    }
+
+    /// What binds places to others above and below them, in the order of the places.
     fn bounds(&self) -> Vec<(usize, usize, Bound)> {
-        let ties = self.ties.iter().flat_map(|&(a, b, most)| [(a, b, Bound::Tie(most)), (b, a, Bound::Tie(most))]);
         let rooms = self.rooms.iter().enumerate();
         let rooms = rooms.flat_map(|(i, &(low, high, _))| [(low, high, Bound::Above(i)), (high, low, Bound::Below(i))]);
-        let mut bounds: Vec<(usize, usize, Bound)> = ties.chain(rooms).collect();
+        let mut bounds: Vec<(usize, usize, Bound)> = rooms.collect();
         bounds.par_sort_by_key(|(place, ..)| *place);
         bounds
     }
