@@ -95,8 +95,8 @@ pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
     whole.map = if apart {
         // A whole map takes the most memory of all that is made: what it was made from need not stand beside it.
         drop(passing);
-        drop((crossings, lanes, lines, settled));
-        assembly.finish(parts)
+        let done = (crossings, lanes, lines, settled);
+        rayon::join(|| assembly.finish(parts), || drop(done)).0
     } else {
         assembly.be_careful();
         for ((&at, part), beside) in passing.iter().zip(parts).zip(&mut beside) {

@@ -5,6 +5,8 @@ mod knife;
 #[cfg(test)]
 mod tests;
 
+use rayon::prelude::*;
+
 use crate::lanelet::Attributes;
 
 use super::assembly::Assembly;
@@ -48,16 +50,18 @@ pub fn cut_across(
     lanes: &mut Lanes,
 ) {
     let wanted = usual_length(network);
-    let mut approaches = approaches(network, ways, guarded, lanes).into_iter().peekable();
-    let mut lit = lit.iter().peekable();
-    let mut found = Vec::new();
-    for (i, road) in network.roads.iter().enumerate() {
+    let approaches = approaches(network, ways, guarded, lanes);
+    let found = |(i, road): (usize, &Road)| {
         let ix = RoadIx(i as u32);
+        let lit = of_road(lit, ix, |lit| lit.road);
+        let approaches = of_road(&approaches, ix, |(at, _)| at.road);
+        if lit.is_empty() && approaches.is_empty() {
+            return None;
+        }
         let pieces = lanes.pieces_of(ix);
-        let Some(whole) = pieces.first() else { continue };
-        let mut knife = Knife::new(assembly, road, whole);
+        let mut knife = Knife::new(assembly, road, pieces.first()?);
         let mut stops: Vec<(Cause, f64, End, f64, Painted)> = Vec::new();
-        while let Some(lit) = lit.next_if(|lit| lit.road == ix) {
+        for lit in lit {
             for end in [End::Start, End::End] {
                 knife.cut_at_stop_line(lit, end);
             }
@@ -67,21 +71,26 @@ pub fn cut_across(
                 stops.push((Cause::Approach(lit.node, end), line, end, last, painted));
             }
         }
-        while let Some((at, painted)) = approaches.next_if(|(at, _)| at.road == ix) {
+        for (at, painted) in approaches {
             let line = lines.kept[i][side(at.end)];
-            stops.push((Cause::Stop(at.end), line, at.end, line, painted));
+            stops.push((Cause::Stop(at.end), line, at.end, line, painted.clone()));
         }
         let stretches = stops.into_iter().filter_map(|(cause, line, end, last, painted)| {
             let first = knife.cut_stretch(cause, line, end, wanted, LEAST)?;
             Some(Stretch { span: [first.min(last), first.max(last)], painted })
         });
         let stretches: Vec<Stretch> = stretches.collect();
-        let cuts = knife.into_cuts();
-        if !cuts.is_empty() {
-            found.push((ix, cuts, stretches));
-        }
-    }
+        Some((ix, knife.into_cuts(), stretches)).filter(|(_, cuts, _)| !cuts.is_empty())
+    };
+    let found = network.roads.par_iter().enumerate().filter_map(found).collect();
     lanes.divide(assembly, network, found);
+}
+
+/// What belongs to a road among things in the order of the roads.
+fn of_road<T>(all: &[T], ix: RoadIx, road: impl Fn(&T) -> RoadIx) -> &[T] {
+    let first = all.partition_point(|one| road(one) < ix);
+    let count = all[first..].partition_point(|one| road(one) == ix);
+    &all[first..first + count]
 }
 
 /// How long the stretch before a stop line is, metres, that drivers reach over a way of some length; `None` if there is none.
