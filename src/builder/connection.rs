@@ -171,17 +171,16 @@ pub fn connection_lines<'a>(
             cuts[road] = cut(road, setbacks[road]);
         }
     }
-    let mut lines = ConnectionLines { least: least.clone(), ..ConnectionLines::default() };
     let mut placed: FxHashSet<i64> = FxHashSet::default();
-    for Cut { kept, inward, crossings, .. } in &cuts {
-        lines.kept.push(*kept);
-        lines.inward.push(*inward);
-        // What lies between intersections crosses the lanes once where the way is cut in two.
-        let once = |crossing: &&Crossing| crossing.arm.is_some() || placed.insert(crossing.node);
-        lines.crossings.extend(crossings.iter().filter(once).cloned());
+    // What lies between intersections crosses the lanes once where the way is cut in two.
+    let once = |crossing: &&Crossing| crossing.arm.is_some() || placed.insert(crossing.node);
+    ConnectionLines {
+        kept: cuts.iter().map(|cut| cut.kept).collect(),
+        inward: cuts.iter().map(|cut| cut.inward).collect(),
+        least: least.clone(),
+        crossings: cuts.iter().flat_map(|cut| &cut.crossings).filter(once).cloned().collect(),
+        cuts,
     }
-    lines.cuts = cuts;
-    lines
 }
 
 /// What is asked of the cuts of a road.

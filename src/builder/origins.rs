@@ -3,7 +3,29 @@
 
 use rustc_hash::FxHashMap;
 
-use super::road_network::{IntersectionIx, RoadEnd, RoadIx, RoadNetwork};
+use super::road_network::{IntersectionIx, RoadEnd, RoadIx, RoadKey, RoadNetwork};
+
+/// What is known of a network after others followed from it.
+pub struct Before {
+    roads: Vec<RoadKey>,
+    /// The nodes of every intersection, and the roads that ended there.
+    intersections: Vec<(Vec<i64>, Vec<RoadEnd>)>,
+}
+
+impl Before {
+    /// What is to be known of a network.
+    pub fn of(network: &RoadNetwork) -> Self {
+        Self {
+            roads: network.roads.iter().map(|road| road.key).collect(),
+            intersections: network.intersections.iter().map(|at| (at.nodes.clone(), at.arms.clone())).collect(),
+        }
+    }
+
+    /// The roads that ended at an intersection.
+    pub fn arms(&self, ix: IntersectionIx) -> &[RoadEnd] {
+        &self.intersections[ix.0 as usize].1
+    }
+}
 
 /// The indices of roads and intersections before and after.
 pub struct Origins {
@@ -19,21 +41,21 @@ pub struct Origins {
 
 impl Origins {
     /// Compares a network with the one before, among whose roads all of its roads were; both are in order of their keys.
-    pub fn between(before: &RoadNetwork, network: &RoadNetwork) -> Self {
+    pub fn between(before: &Before, network: &RoadNetwork) -> Self {
         let mut now = vec![None; before.roads.len()];
         let mut of = Vec::with_capacity(network.roads.len());
         for road in &network.roads {
-            let was = before.roads.partition_point(|old| old.key < road.key);
+            let was = before.roads.partition_point(|old| *old < road.key);
             now[was] = Some(RoadIx(of.len() as u32));
             of.push(RoadIx(was as u32));
         }
-        let nodes = before.intersections.iter().map(|at| &at.nodes[..]);
+        let nodes = before.intersections.iter().map(|(nodes, _)| &nodes[..]);
         let known: FxHashMap<&[i64], u32> = nodes.zip(0..).collect();
         let same_nodes = network.intersections.iter().map(|at| known.get(&at.nodes[..]).copied().map(IntersectionIx));
         let intersections: Vec<_> = same_nodes.collect();
         let mut origins = Self { of, now, intersections, untouched: Vec::new() };
         let untouched = network.intersections.iter().zip(&origins.intersections).map(|(at, was)| {
-            let arms = was.map_or(&[][..], |was| &before.intersection(was).arms);
+            let arms = was.map_or(&[][..], |was| before.arms(was));
             let same = |(arm, was): (&RoadEnd, &RoadEnd)| origins.of_end(*arm) == *was;
             was.is_some() && at.arms.len() == arms.len() && at.arms.iter().zip(arms).all(same)
         });

@@ -76,9 +76,9 @@ impl Restricted {
         !forbidden && !elsewhere
     }
 
-    /// Whether any turn of an intersection is restricted, or told by lanes.
-    pub fn concern(&self, intersection: &Intersection) -> bool {
-        let arms = || intersection.arms.iter().copied();
+    /// Whether any turn between these arms of an intersection is restricted, or told by lanes.
+    pub fn concern(&self, arms: &[RoadEnd]) -> bool {
+        let arms = || arms.iter().copied();
         let told = |from: RoadEnd| arms().any(|to| self.lanes.contains_key(&[from, to]));
         arms().any(|at| self.of.contains_key(&at)) || !self.lanes.is_empty() && arms().any(told)
     }

@@ -6,13 +6,15 @@
 
 use std::collections::BTreeSet;
 
+use rayon::prelude::*;
+
 use crate::geometry::{Point, Vector, left_of};
 
 use super::connection::{ConnectionLines, Cut, carriageway, from_cut, lanes_at, on_cut, side};
 use super::heights::Ground;
 use super::ids::Key;
 use super::lanes::road_key;
-use super::road_network::{End, RoadEnd, RoadNetwork};
+use super::road_network::{End, Intersection, RoadEnd, RoadNetwork};
 
 /// Corners no farther apart than this, metres, are one: so narrow no island and no kerb is.
 const GAP: f64 = 0.3;
@@ -42,26 +44,25 @@ pub struct Seam {
     pub place: Point,
 }
 
-/// Neighbours around every intersection clockwise that leave it at an angle with a cosine above this, each with the edge
+/// Neighbours around an intersection clockwise that leave it at an angle with a cosine above this, each with the edge
 /// that faces the other. `inward` gives for either end of a road its direction into the intersection there.
 fn neighbours<'a>(
     network: &'a RoadNetwork,
+    intersection: &'a Intersection,
     inward: impl Fn(RoadEnd) -> Vector + Copy + 'a,
     together: f64,
 ) -> impl Iterator<Item = [EdgeAt; 2]> + 'a {
-    let facing = |at: RoadEnd, right: bool| {
+    let facing = move |at: RoadEnd, right: bool| {
         let (left_edge, right_edge) = carriageway(&network.road(at.road).section);
         // Seen from the intersection, a line that ends there has its left on the right.
         let edge = if right == (at.end == End::Start) { right_edge } else { left_edge };
         (at, edge)
     };
-    network.intersections.iter().flat_map(move |intersection| {
-        let arms = &intersection.arms;
-        let next = arms.iter().cycle().skip(1);
-        let pairs = arms.iter().zip(next).filter(|(a, b)| a.road != b.road);
-        let pairs = pairs.filter(move |(a, b)| inward(**a).dot(&inward(**b)) > together);
-        pairs.map(move |(a, b)| [facing(*a, true), facing(*b, false)])
-    })
+    let arms = &intersection.arms;
+    let next = arms.iter().cycle().skip(1);
+    let pairs = arms.iter().zip(next).filter(|(a, b)| a.road != b.road);
+    let pairs = pairs.filter(move |(a, b)| inward(**a).dot(&inward(**b)) > together);
+    pairs.map(move |(a, b)| [facing(*a, true), facing(*b, false)])
 }
 
 /// Where an edge of a road meets the cut.
@@ -91,22 +92,25 @@ pub fn level(
     setbacks: &mut [[f64; 2]],
     give: Option<&[[f64; 2]]>,
 ) -> BTreeSet<usize> {
-    let mut changed = BTreeSet::new();
     let inward = |at: RoadEnd| cuts[at.road.0 as usize].inward[side(at.end)];
-    for [a, b] in neighbours(network, inward, PARALLEL) {
-        for (one, other) in [(a, b), (b, a)] {
-            let Some(behind) = behind(network, cuts, one, other) else { continue };
-            let (road, side) = (one.0.road.0 as usize, side(one.0.end));
-            let cut = from_cut(least[road], one.0.end, cuts[road].kept[side]);
-            let back = &mut setbacks[road][side];
-            let wanted = match give {
-                None => back.max(cut + behind),
-                Some(stay) => back.min((cut + behind).max(stay[road][side])),
-            };
-            if wanted != *back {
-                *back = wanted;
-                changed.insert(road);
-            }
+    let depth = |(one, other): (EdgeAt, EdgeAt)| {
+        let behind = behind(network, cuts, one, other)?;
+        let (road, side) = (one.0.road.0 as usize, side(one.0.end));
+        Some((road, side, from_cut(least[road], one.0.end, cuts[road].kept[side]) + behind))
+    };
+    let beside = |at| neighbours(network, at, inward, PARALLEL).flat_map(|[a, b]| [(a, b), (b, a)]);
+    let depths = network.intersections.par_iter().flat_map_iter(|at| beside(at).filter_map(depth));
+    let depths: Vec<(usize, usize, f64)> = depths.collect();
+    let mut changed = BTreeSet::new();
+    for (road, side, depth) in depths {
+        let back = &mut setbacks[road][side];
+        let wanted = match give {
+            None => back.max(depth),
+            Some(stay) => back.min(depth.max(stay[road][side])),
+        };
+        if wanted != *back {
+            *back = wanted;
+            changed.insert(road);
         }
     }
     changed
@@ -141,7 +145,7 @@ fn on_one_level(network: &RoadNetwork, edges: [EdgeAt; 2], place: Point) -> bool
 /// The corners that neighbouring roads share.
 pub fn seams(network: &RoadNetwork, lines: &ConnectionLines) -> Vec<Seam> {
     let inward = |at: RoadEnd| lines.inward[at.road.0 as usize][side(at.end)];
-    let abreast = neighbours(network, inward, ABREAST).filter(|pair| !approaches_apart(network, *pair));
+    let abreast = |at| neighbours(network, at, inward, ABREAST).filter(|pair| !approaches_apart(network, *pair));
     let seam = |edges: [EdgeAt; 2]| {
         let [a, b] = edges.map(|edge| corner(network, lines.kept[edge.0.road.0 as usize], edge));
         let (at, edge) = edges[0];
@@ -149,7 +153,7 @@ pub fn seams(network: &RoadNetwork, lines: &ConnectionLines) -> Vec<Seam> {
         let place = nalgebra::center(&a, &b);
         ((a - b).norm() <= GAP && on_one_level(network, edges, place)).then_some(Seam { edges, key, place })
     };
-    abreast.filter_map(seam).collect()
+    network.intersections.par_iter().flat_map_iter(|at| abreast(at).filter_map(seam)).collect()
 }
 
 #[cfg(test)]

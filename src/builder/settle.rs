@@ -15,7 +15,7 @@ use super::consolidate::{ConsolidateOptions, MergeNote, take_in, without};
 use super::cramped::cramped;
 use super::draft::Draft;
 use super::heights::{HeightOptions, evened};
-use super::origins::Origins;
+use super::origins::{Before, Origins};
 use super::restricted::Restricted;
 use super::road_network::{Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
 
@@ -48,33 +48,40 @@ pub fn settle(
     let (mut restricted, mut notes) = Restricted::new(&network);
     let mut draft = Draft::new(&network, &kept, &restricted);
     loop {
-        let (mut next, merges) = if round < ROUNDS { merged(&network, &draft, &refused) } else { Default::default() };
+        let inside = if round < ROUNDS { inside(&network, &draft, &refused) } else { Vec::new() };
+        let mut before = (!inside.is_empty()).then(|| Before::of(&network));
+        let (next, changed, merges) =
+            take_in(network, &inside, |road| draft.left(road), &ConsolidateOptions::default());
+        network = next;
+        before = before.filter(|_| changed);
         refused.extend(merges.iter().filter(|note| !note.merged).map(|note| note.key));
         taken.extend(merges.iter().filter(|note| note.merged).map(note));
-        if next.is_none() && round < ROUNDS {
+        if before.is_none() && round < ROUNDS {
             let stubs = stubs(&network, &draft, apart);
             taken.extend(stubs.iter().map(|stub| left_out(network.road(*stub))));
-            next = (!stubs.is_empty()).then(|| without(network.clone(), &stubs));
+            if !stubs.is_empty() {
+                before = Some(Before::of(&network));
+                network = without(network, &stubs);
+            }
         }
-        let Some(next) = next else {
+        let Some(before) = before else {
             notes.append(&mut taken);
             let draft = draft.with_stops(&network, &restricted);
             let relaid = evened(&mut network, &draft.lines.kept, heights);
             let draft = draft.relaid(&network, &restricted, &relaid);
             return Settled { network, restricted, draft, notes };
         };
-        let origins = Origins::between(&network, &next);
-        kept = (0..next.roads.len()).map(|road| kept[origins.of(RoadIx(road as u32)).0 as usize]).collect();
-        let (ruled, more) = Restricted::new(&next);
-        draft = draft.renewed(&origins, (&network, &restricted), &next, &kept, &ruled);
-        (network, restricted, notes) = (next, ruled, more);
+        let origins = Origins::between(&before, &network);
+        kept = (0..network.roads.len()).map(|road| kept[origins.of(RoadIx(road as u32)).0 as usize]).collect();
+        let (ruled, more) = Restricted::new(&network);
+        draft = draft.renewed(&origins, (&before, &restricted), &network, &kept, &ruled);
+        (restricted, notes) = (ruled, more);
         round += 1;
     }
 }
 
-/// The network without the roads that have no room behind the ways over their ends, or none for the turns there; `None` if
-/// there are none.
-fn merged(network: &RoadNetwork, draft: &Draft, refused: &FxHashSet<RoadKey>) -> (Option<RoadNetwork>, Vec<MergeNote>) {
+/// The roads that have no room behind the ways over their ends, or none for the turns there; in order.
+fn inside(network: &RoadNetwork, draft: &Draft, refused: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
     let no_room = |road: &RoadIx| {
         let Some(one) = network.roads.get(road.0 as usize) else { return false };
         draft.left(*road) < VEHICLE && one.from != one.to && !refused.contains(&one.key)
@@ -84,7 +91,7 @@ fn merged(network: &RoadNetwork, draft: &Draft, refused: &FxHashSet<RoadKey>) ->
     let mut roads: Vec<RoadIx> = draft.overrun(network).map(|at| at.road).chain(cramped).filter(no_room).collect();
     roads.sort_unstable();
     roads.dedup();
-    take_in(network, &roads, |road| draft.left(road), &ConsolidateOptions::default())
+    roads
 }
 
 /// Whether nothing goes on at one end of a road.

@@ -80,17 +80,16 @@ pub fn join(network: RoadNetwork) -> RoadNetwork {
 }
 
 /// Takes roads into the intersections at their ends, whose lanes run over them. `left` says how much remains of each,
-/// metres. `None` where none may be taken in.
+/// metres. Gives whether any may be taken in, too.
 pub fn take_in(
-    network: &RoadNetwork,
+    network: RoadNetwork,
     roads: &[RoadIx],
     left: impl Fn(RoadIx) -> f64,
     options: &ConsolidateOptions,
-) -> (Option<RoadNetwork>, Vec<MergeNote>) {
+) -> (RoadNetwork, bool, Vec<MergeNote>) {
     let verdict = |&road| Verdict { road, merge: true, reason: Reason::Overrun, left: left(road), wish: None };
     let verdicts: Vec<Verdict> = roads.iter().map(verdict).collect();
-    let (network, merged, notes) = contract::contract(network.clone(), &verdicts, options);
-    (merged.then_some(network), notes)
+    contract::contract(network, &verdicts, options)
 }
 
 /// Takes roads away, and the intersections that no road is left of.

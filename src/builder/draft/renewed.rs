@@ -8,7 +8,7 @@ use crate::builder::connection::{ConnectionLines, connection_lines, side};
 use crate::builder::join::Joins;
 use crate::builder::lanes::{Arm, redraw, release};
 use crate::builder::movement::movements;
-use crate::builder::origins::Origins;
+use crate::builder::origins::{Before, Origins};
 use crate::builder::restricted::Restricted;
 use crate::builder::road_network::{End, Intersection, IntersectionIx, RoadEnd, RoadIx, RoadNetwork};
 use crate::builder::seam::seams;
@@ -31,7 +31,7 @@ impl Draft {
     pub fn renewed(
         self,
         origins: &Origins,
-        before: (&RoadNetwork, &Restricted),
+        before: (&Before, &Restricted),
         network: &RoadNetwork,
         kept: &[[f64; 2]],
         restricted: &Restricted,
@@ -43,7 +43,7 @@ impl Draft {
     fn followed(
         self,
         origins: &Origins,
-        (was, ruled): (&RoadNetwork, &Restricted),
+        (was, ruled): (&Before, &Restricted),
         network: &RoadNetwork,
         kept: &[[f64; 2]],
         restricted: &Restricted,
@@ -77,7 +77,7 @@ impl Draft {
             if again().any(|(arm, before)| cut_at(arm, &assembly) != *before) {
                 return None;
             }
-            let asked = again().next().is_some() || restricted.concern(at) || ruled.concern(was.intersection(old));
+            let asked = again().next().is_some() || restricted.concern(&at.arms) || ruled.concern(was.arms(old));
             let same = !asked || ways.plan == movements(network.side, restricted, &lanes, at);
             ways.stood = true;
             same.then_some(ways)

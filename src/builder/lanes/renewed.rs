@@ -3,31 +3,34 @@
 use crate::builder::origins::Origins;
 use crate::builder::road_network::RoadIx;
 
-use super::{Lane, Lanes};
+use super::Lanes;
 
 impl Lanes {
     /// The lanes of the roads that are left of a network, by the indices that these have now.
     #[must_use]
-    pub fn renamed(self, origins: &Origins) -> Self {
-        let mut left = Self::default();
-        let mut lanes = self.lanes.into_iter().peekable();
-        let mut first = 0;
-        for (was, (mut arms, pieces)) in (0..).map(RoadIx).zip(self.arms.into_iter().zip(self.pieces)) {
-            let begin = left.lanes.len();
-            let own = std::iter::from_fn(|| lanes.next_if(|lane| lane.road == was));
-            let Some(road) = origins.now(was) else {
-                first += own.count();
-                continue;
-            };
-            left.lanes.extend(own.map(|lane| Lane { road, ..lane }));
-            for arm in &mut arms {
-                arm.at.road = road;
-                arm.into.iter_mut().chain(&mut arm.out).for_each(|end| end.lane = end.lane - first + begin);
+    pub fn renamed(mut self, origins: &Origins) -> Self {
+        let mut gone =
+            origins.gone().map(|was| (was, self.range_of(was).len())).collect::<Vec<_>>().into_iter().peekable();
+        let (mut was, mut fewer) = ((0..).map(RoadIx), 0);
+        self.arms.retain_mut(|arms| {
+            let Some(was) = was.next() else { return false };
+            if let Some((_, lanes)) = gone.next_if(|(gone, _)| *gone == was) {
+                fewer += lanes;
             }
-            first += left.lanes.len() - begin;
-            left.arms.push(arms);
-            left.pieces.push(pieces);
-        }
-        left
+            let Some(road) = origins.now(was) else { return false };
+            for arm in arms {
+                arm.at.road = road;
+                arm.into.iter_mut().chain(&mut arm.out).for_each(|end| end.lane -= fewer);
+            }
+            true
+        });
+        let mut stays = (0..).map(|was| origins.now(RoadIx(was)).is_some());
+        self.pieces.retain(|_| stays.next().unwrap_or_default());
+        self.lanes.retain_mut(|lane| {
+            let road = origins.now(lane.road);
+            lane.road = road.unwrap_or(lane.road);
+            road.is_some()
+        });
+        self
     }
 }
