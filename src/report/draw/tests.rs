@@ -111,9 +111,9 @@ fn one_primitive_can_be_looked_at() {
 fn painted(subtype: &str, colour: Option<&str>) -> LaneletMap {
     let mut map = lane("road", None);
     if let Some(line) = map.linestrings.get_mut(LineStringId(11)) {
-        line.attributes.set("subtype", subtype.to_owned());
+        line.attributes.set("subtype", subtype);
         if let Some(colour) = colour {
-            line.attributes.set("color", colour.to_owned());
+            line.attributes.set("color", colour);
         }
     }
     map
