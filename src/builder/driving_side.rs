@@ -1,6 +1,8 @@
 //! The country of a place, and the side of the road people drive on there.
 
-mod borders;
+use std::sync::LazyLock;
+
+use country_boundaries::{BOUNDARIES_ODBL_360X180, CountryBoundaries, LatLon};
 
 use crate::osm::Text;
 use crate::projection::LonLat;
@@ -28,14 +30,21 @@ pub struct Country {
     pub side: DrivingSide,
 }
 
+/// Unpacked once: it takes some milliseconds.
+static BOUNDARIES: LazyLock<Option<CountryBoundaries>> =
+    LazyLock::new(|| CountryBoundaries::from_reader(BOUNDARIES_ODBL_360X180).ok());
+
 /// The country of `place` and its driving side.
 pub fn of_place(place: LonLat) -> Country {
-    let ids = borders::ids(place);
-    let side = side_of(ids.iter().copied());
+    let ids: Vec<Text> = match (&*BOUNDARIES, LatLon::new(place.lat, place.lon)) {
+        (Some(boundaries), Ok(position)) => boundaries.ids(position).into_iter().map(Text::from).collect(),
+        _ => Vec::new(),
+    };
+    let side = side_of(ids.iter().map(Text::as_str));
     // The smallest area comes first; a subdivision is `US-VI`, of which the country is the part before the hyphen.
-    let country = ids.iter().find(|id| !id.contains('-')).copied();
-    let country = country.or_else(|| ids.first().and_then(|id| id.split('-').next()));
-    Country { country: country.map(Text::from), side }
+    let country = ids.iter().find(|id| !id.contains('-')).cloned();
+    let country = country.or_else(|| ids.first().and_then(|id| id.split('-').next()).map(Text::from));
+    Country { country, side }
 }
 
 /// The driving side of a place with these ISO 3166 codes, of a country or of its parts.
