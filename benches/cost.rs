@@ -1,7 +1,7 @@
-//! Whether cost grows with size: `cargo bench --bench cost` says how much processor time building takes for each road and
-//! checking for each lanelet over grids of streets, each four times as large as the one before, and over the extracts
-//! that stand in `../shared/corpus/osm`. It fails where a road, or a lanelet, of the largest grid costs far more than one of
-//! the smallest. What is checked is a map, so its cost is held against the lanelets of the map.
+//! Whether the cost of a road grows with the number of roads: `cargo bench --bench cost` says how much processor time
+//! building and checking take over grids of streets, each four times as large as the one before, and over the extracts
+//! that stand in `../shared/corpus/osm`. It fails where a road of the largest grid costs far more than one of the
+//! smallest.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a benchmark that cannot go on must stop")]
 
@@ -33,7 +33,7 @@ const SMALLEST: usize = 8;
 const GRIDS: u32 = 4;
 /// Each time is the least of so many runs; the first also makes what is made once, as the projections.
 const RUNS: usize = 3;
-/// A road or lanelet of the largest grid may cost so many times what one of the smallest costs. A small grid lies in the
+/// A road of the largest grid may cost so many times what one of the smallest costs. A small grid lies in the
 /// processor's caches and a large one does not; what grows with the logarithm of the size is no matter either. A cost
 /// that grows as the size does would come out at 64.
 const MOST: f64 = 2.0;
@@ -42,15 +42,14 @@ const MOST: f64 = 2.0;
 #[derive(Clone, Copy, Debug)]
 struct Times {
     roads: usize,
-    lanelets: usize,
     geometry: f64,
     build: f64,
     check: f64,
 }
 
 fn main() {
-    println!("| input | roads | lanelets | geometry, µs/road | build, µs/road | check, µs/lanelet |");
-    println!("|---|---:|---:|---:|---:|---:|");
+    println!("| input | roads | geometry, µs/road | build, µs/road | check, µs/road |");
+    println!("|---|---:|---:|---:|---:|");
     let grids: Vec<Times> = (0..GRIDS)
         .map(|i| SMALLEST << i)
         .map(|side| row(&format!("grid {side} x {side}"), grid(side).into_bytes()))
@@ -59,25 +58,25 @@ fn main() {
         row(&name, bytes);
     }
     let (Some(smallest), Some(largest)) = (grids.first(), grids.last()) else { return };
-    for ((stage, small), large) in ["geometry", "build", "check"].iter().zip(smallest.each()).zip(largest.each()) {
+    let per_road = |times: &Times| [times.geometry, times.build, times.check].map(|t| t / times.roads as f64);
+    for ((stage, small), large) in ["geometry", "build", "check"].iter().zip(per_road(smallest)).zip(per_road(largest))
+    {
         let growth = large / small;
-        println!("{stage}: in the largest grid each costs {growth:.2} times one in the smallest");
-        assert!(growth <= MOST, "the cost grows with the size");
-    }
-}
-
-impl Times {
-    /// Seconds of geometry and build for each road, of check for each lanelet.
-    fn each(&self) -> [f64; 3] {
-        let (roads, lanelets) = (self.roads as f64, self.lanelets as f64);
-        [self.geometry / roads, self.build / roads, self.check / lanelets]
+        println!("{stage}: a road of the largest grid costs {growth:.2} times one of the smallest");
+        assert!(growth <= MOST, "the cost of a road grows with the number of roads");
     }
 }
 
 fn row(name: &str, bytes: Vec<u8>) -> Times {
     let times = measure(&bytes);
-    let [geometry, build, check] = times.each().map(|seconds| seconds * 1e6);
-    println!("| {name} | {} | {} | {geometry:.0} | {build:.0} | {check:.0} |", times.roads, times.lanelets);
+    let per_road = |seconds: f64| seconds * 1e6 / times.roads as f64;
+    println!(
+        "| {name} | {} | {:.0} | {:.0} | {:.0} |",
+        times.roads,
+        per_road(times.geometry),
+        per_road(times.build),
+        per_road(times.check)
+    );
     times
 }
 
@@ -95,11 +94,11 @@ fn measure(bytes: &[u8]) -> Times {
         let network = road_network(&osm, &plane, &NetworkOptions::default()).unwrap().network;
         streets(network, &StreetOptions::default()).network.roads.len()
     });
-    let (build, (map, lanelets)) = least(|| {
+    let (build, map) = least(|| {
         let built = build(&read(bytes), &BuildOptions::default()).unwrap();
         let mut map = Vec::new();
         to_osm(&built.map, &built.projector, &mut map).unwrap();
-        (map, built.map.lanelets.len())
+        map
     });
     let (check, _) = least(|| {
         let osm = read(&map);
@@ -108,7 +107,7 @@ fn measure(bytes: &[u8]) -> Times {
         let index = MapIndex::new(&loaded.map, &loaded.faults, &settings, Thresholds::default());
         rules::run(&index, &Config::from(&settings)).unwrap().len()
     });
-    Times { roads, lanelets, geometry, build, check }
+    Times { roads, geometry, build, check }
 }
 
 /// The least time of some runs, and what the last of them made.
