@@ -59,11 +59,11 @@ pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
     cut_across(&mut assembly, network, &lines, &ways, (&lit, &guarded), &mut lanes);
     let as_roads = network.beside.bicycle_lanes == BicycleLanes::Road;
     let bicycles = beside(&mut assembly, network, &lanes);
-    let crossings = Crossings::add(&mut assembly, network, &lines, &lanes);
+    let crossings = Crossings::add(&mut assembly, network, &lines, &lanes, &ways);
     let unlit = drive_light::draw(&mut assembly, network, &lanes, network.side, &lit);
     let mut whole = Assembled { notes, roads: network.roads.len(), ..Assembled::default() };
     whole.settings.driving_side = Some(if network.side == DrivingSide::Left { Side::Left } else { Side::Right });
-    whole.notes.extend(unlit.into_iter().chain(unguarded));
+    whole.notes.extend(unlit.into_iter().chain(unguarded).chain(crossings.notes.iter().cloned()));
     if as_roads {
         whole.settings.bicycle_lanes = bicycles.iter().map(|lanelet| lanelet.0).collect();
     }
@@ -120,34 +120,64 @@ pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
 }
 
 /// Crosswalks, found by road.
+#[derive(Default)]
 struct Crossings {
     of_road: FxHashMap<RoadIx, Vec<(Crossing, LaneletId)>>,
+    /// Those that were left out.
+    notes: Vec<Finding>,
 }
 
 impl Crossings {
-    /// Adds all crosswalks; those between intersections are announced to the road they cross.
-    fn add(assembly: &mut Assembly, network: &RoadNetwork, lines: &ConnectionLines, lanes: &Lanes) -> Self {
-        let mut of_road: FxHashMap<RoadIx, Vec<(Crossing, LaneletId)>> = FxHashMap::default();
+    /// Adds the crosswalks over which somebody drives; those over lanes that are there already are announced to them.
+    fn add(
+        assembly: &mut Assembly,
+        network: &RoadNetwork,
+        lines: &ConnectionLines,
+        lanes: &Lanes,
+        ways: &[Option<Box<Ways>>],
+    ) -> Self {
+        let mut all = Self::default();
         for crossing in &lines.crossings {
             let road = network.road(crossing.road);
-            assembly.stand_on(match crossing.arm {
-                Some(end) => lanes.ground_of(network.intersection(road.intersection(end)), assembly),
+            let at = crossing.arm.map(|end| (RoadEnd { road: crossing.road, end }, road.intersection(end)));
+            let passed = at.map(|(at, ix)| (at, network.intersection(ix), ways[ix.0 as usize].as_deref()));
+            if let Some((at, intersection, Some(ways))) = passed
+                && !ways.lead_over(intersection, at, network.beside.bicycle_lanes)
+            {
+                all.notes.push(idle(crossing, network));
+                continue;
+            }
+            assembly.stand_on(match passed {
+                Some((_, intersection, _)) => lanes.ground_of(intersection, assembly),
                 None => Ground::under(road),
             });
             let cuts: Vec<PointId> =
                 lanes.arms[crossing.road.0 as usize].iter().flat_map(|arm| &arm.cut).copied().collect();
             let id = crosswalk(assembly, road, crossing, &cuts);
             walk_lights(assembly, road, crossing, id);
-            if crossing.arm.is_none() {
-                let own = lanes.of_road(crossing.road).iter();
-                let own: Vec<(LaneletId, Vec<Point>)> = own.map(|l| (l.lanelet, assembly.outline(l.lanelet))).collect();
-                announce(assembly, id, own.iter().map(|(id, outline)| (*id, &outline[..])));
-            }
-            of_road.entry(crossing.road).or_default().push((crossing.clone(), id));
+            // Where two roads go on as one, the lanes do.
+            let over: Vec<RoadIx> = match passed {
+                Some((_, _, Some(_))) => Vec::new(),
+                Some((_, intersection, None)) => intersection.arms.iter().map(|arm| arm.road).collect(),
+                None => vec![crossing.road],
+            };
+            let over = over.into_iter().flat_map(|road| lanes.of_road(road)).map(|lane| lane.lanelet);
+            let over: Vec<(LaneletId, Vec<Point>)> = over.map(|lane| (lane, assembly.outline(lane))).collect();
+            announce(assembly, id, over.iter().map(|(id, outline)| (*id, &outline[..])));
+            all.of_road.entry(crossing.road).or_default().push((crossing.clone(), id));
         }
         assembly.stand_on(Ground::default());
-        Self { of_road }
+        all
     }
+}
+
+/// A crosswalk over the end of a road from which nobody drives on, and to which nobody comes.
+fn idle(crossing: &Crossing, network: &RoadNetwork) -> Finding {
+    let road = network.road(crossing.road);
+    let (node, way) = (crossing.node, road.key.way);
+    let message = format!("Nobody drives over the crosswalk at node {node} of way {way}: it is left out.");
+    let finding = Finding::new("crosswalk-idle", Subject::Node(node), message).graded(Severity::Info);
+    finding.with(Subject::Way(way), "road").at(Place::Point(road.line.at(crossing.station)))
 }
 
 /// One intersection: what is built of it so far, and what it is built from.

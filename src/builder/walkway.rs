@@ -18,6 +18,8 @@ use super::road_network::{End, Intersection, Road, RoadEnd, RoadNetwork};
 const BEYOND: f64 = 3.1;
 /// Nobody looks for the lanes that cross a sidewalk farther than this, metres, from where it begins.
 const REACH: f64 = 40.0;
+/// What is crossed so far, metres, beyond the rest is another road.
+const APART: f64 = 6.0;
 /// It keeps clear, metres, of the kerb: the lanes along the road end there.
 const CLEAR: f64 = 0.2;
 /// Least and largest width, metres.
@@ -119,31 +121,43 @@ fn cut(road: &Road, lanes: &Lanes, at: RoadEnd) -> Option<(f64, Vector)> {
 
 /// The two bounds of a walkway, left and right as one walks clockwise around the intersection, over all that crosses it.
 fn shape(ends: &[Option<SidewalkEnd>; 2], crossing: &[(LaneletId, Vec<Point>)]) -> Option<[Vec<Point>; 2]> {
-    let (start, along, width) = match ends {
+    let (start, along, width, sought) = match ends {
         [Some(a), Some(b)] => {
             let along = (b.place - a.place).try_normalize(1e-6)?;
             // Around a corner there is no straight line from one sidewalk to the other.
             let straight = along.dot(&a.ahead) > 0.5 && along.dot(&b.ahead) < -0.5;
-            straight.then_some((a.place, along, a.width.min(b.width)))?
+            straight.then_some((a.place, along, a.width.min(b.width), (b.place - a.place).norm()))?
         }
-        [Some(a), None] => (a.place, a.ahead, a.width),
-        [None, Some(b)] => (b.place + b.ahead * REACH, -b.ahead, b.width),
+        [Some(a), None] => (a.place, a.ahead, a.width, 0.0),
+        [None, Some(b)] => (b.place + b.ahead * REACH, -b.ahead, b.width, 0.0),
         [None, None] => return None,
     };
+    let sought = if ends[0].is_some() { [0.0, sought] } else { [REACH; 2] };
     let half = (width.clamp(WIDTH[0], WIDTH[1]) / 2.0 - CLEAR).max(WIDTH[0] / 2.0);
     let left = left_of(along);
     let bounds =
         |from: f64, to: f64| [half, -half].map(|offset| [from, to].map(|s| start + along * s + left * offset).to_vec());
     let [a, b] = bounds(-REACH, 2.0 * REACH);
     let band: Vec<Point> = a.iter().chain(b.iter().rev()).copied().collect();
-    let corners = crossing.iter().flat_map(|(_, lane)| {
-        let inside = polygon::intersection(lane, &band);
-        let corners: Vec<Point> = geo::CoordsIter::coords_iter(&inside).map(|c| Point::new(c.x, c.y)).collect();
-        corners
-    });
-    let stations = corners.map(|corner| (corner - start).dot(&along));
-    let [from, to] = stations.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], s| [a.min(s), b.max(s)]);
-    from.is_finite().then(|| bounds(from - BEYOND, to + BEYOND))
+    let crossed = crossing.iter().flat_map(|(_, lane)| polygon::intersection(lane, &band));
+    let stations = |part: geo::Polygon| {
+        let stations = part.exterior().coords().map(|c| (Point::new(c.x, c.y) - start).dot(&along));
+        stations.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], s| [a.min(s), b.max(s)])
+    };
+    let [from, to] = together(crossed.map(stations).collect(), sought)?;
+    Some(bounds(from - BEYOND, to + BEYOND))
+}
+
+/// The span of those that lie where one looks, or next to it, and of all that lie beside them without a gap.
+fn together(mut spans: Vec<[f64; 2]>, sought: [f64; 2]) -> Option<[f64; 2]> {
+    let gap = |a: [f64; 2], b: [f64; 2]| (a[0] - b[1]).max(b[0] - a[1]).max(0.0);
+    let nearest = spans.iter().copied().min_by(|a, b| gap(*a, sought).total_cmp(&gap(*b, sought)))?;
+    let mut whole = nearest;
+    while let Some(next) = spans.iter().position(|&span| gap(span, whole) <= APART || gap(span, sought) == 0.0) {
+        let [from, to] = spans.swap_remove(next);
+        whole = [whole[0].min(from), whole[1].max(to)];
+    }
+    Some(whole)
 }
 
 fn add(assembly: &mut Assembly, key: Key, shape: &[Vec<Point>; 2], carriers: &[LaneletId]) {

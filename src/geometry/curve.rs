@@ -138,7 +138,8 @@ const BEND_MOST: f64 = std::f64::consts::FRAC_PI_2;
 /// Changes of direction below this, radians, are none.
 const STRAIGHT: f64 = 1e-9;
 
-fn double_bend(from: Pose, to: Pose) -> Option<Vec<Pose>> {
+/// A bend to either side with a straight between the two; `None` where there is no room for them.
+pub(super) fn double_bend(from: Pose, to: Pose) -> Option<Vec<Pose>> {
     if angle_between(from.heading, to.heading).abs() > REVERSAL {
         return None;
     }

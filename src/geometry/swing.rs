@@ -20,7 +20,7 @@ const TIGHT: f64 = 10.0;
 const WAY: f64 = 30.0;
 /// A turn that narrows to a bottle's neck has no straights longer than this, metres: there it leaves the roads.
 const NECK: f64 = 2.0;
-/// Changes of direction below this, degrees, are no turns: who swings out there weaves.
+/// Changes of direction below this, degrees, are no turns: who swings out there weaves, but for a bend to either side.
 const TURN_LEAST: f64 = 45.0;
 /// Unit directions whose cross product is below this are parallel: next to them there is another swing.
 const PARALLEL: f64 = 1e-6;
@@ -36,8 +36,14 @@ pub fn wider(from: Pose, to: Pose, plain: &[Pose]) -> Option<Vec<Pose>> {
     if radius >= EASY {
         return None;
     }
-    let swing = swung(from, to).filter(|swing| swing.cost() < cost(radius, bent_back(plain), length(plain)))?;
-    Some(swing.poses()).filter(|poses| poses != plain)
+    let worst = cost(radius, bent_back(plain), length(plain));
+    let wide = if angle_between(from.heading, to.heading).abs() < TURN_LEAST.to_radians() {
+        // Where the tangents meet all but at an end, the arc between them is a corner; two bends need not be.
+        curve::double_bend(from, to).filter(|two| cost(curve::radius(two), bent_back(two), length(two)) < worst)
+    } else {
+        swung(from, to).filter(|swing| swing.cost() < worst).map(|swing| swing.poses())
+    };
+    wide.filter(|poses| poses != plain)
 }
 
 /// Whether a curve surely bends no more tightly than the easy radius from one place to the next: up to half a radian, an angle
@@ -68,7 +74,7 @@ fn swung(from: Pose, to: Pose) -> Option<Swing> {
     let across = cross(from.heading, to.point - from.point).signum();
     let change = angle_between(from.heading, to.heading);
     let side = if change.abs() > BACK.to_radians() { across } else { change.signum() };
-    if change.abs() < TURN_LEAST.to_radians() || side != across {
+    if side != across {
         return None;
     }
     let bends = |place: Pose, side: f64| -> Vec<(f64, Pose)> {
@@ -225,6 +231,20 @@ mod tests {
             smooth(&poses, from, to);
             assert!(curve::radius(&poses) > curve::radius(&curve::join(from, to)), "{}", curve::radius(&poses));
             assert!(curve::radius(&poses) > 2.1, "{}", curve::radius(&poses));
+        }
+    }
+
+    #[test]
+    fn no_corner_is_left_where_a_lane_leads_on_right_beside_its_tangent() {
+        for (ahead, aside) in [(20.0, -14.0), (20.0, -14.3), (16.4, -11.0)] {
+            for side in [1.0, -1.0] {
+                let (from, to) = (pose(0.0, 0.0, 0.0), pose(ahead, side * aside, side * -35.0));
+                for (from, to) in [(from, to), (reversed(to), reversed(from))] {
+                    let poses = turn(from, to);
+                    smooth(&poses, from, to);
+                    assert!(curve::radius(&poses) > 4.0, "{ahead} {aside}: {}", curve::radius(&poses));
+                }
+            }
         }
     }
 

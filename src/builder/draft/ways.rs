@@ -10,6 +10,7 @@ use crate::builder::paths::{Drawn, Paint, Path, intersection_key, paths};
 use crate::builder::restricted::Restricted;
 use crate::builder::road_network::{Intersection, RoadEnd, RoadNetwork};
 use crate::geometry::polygon;
+use crate::settings::BicycleLanes;
 
 /// Ways that share less than this, square metres, only touch.
 const TOUCHING: f64 = 0.25;
@@ -52,6 +53,14 @@ impl Ways {
         let drawn = paths(&mut assembly, network, lanes, intersection, &plan.all, paint);
         let (cycles, part) = (Cycling::default(), assembly.into_part());
         Self { plan, drawn, conflicts: None, cycles, area: None, part, stood: false, over: Vec::new(), leans: false }
+    }
+
+    /// Whether some lead into the intersection over the end of this road, or out of it.
+    pub fn lead_over(&self, intersection: &Intersection, at: RoadEnd, bicycles: BicycleLanes) -> bool {
+        let arm = intersection.arms.iter().position(|&arm| arm == at);
+        let leads = |path: &Path| [Some(path.movement.from), Some(path.movement.to)].contains(&arm);
+        self.drawn.paths.iter().any(leads)
+            || bicycles == BicycleLanes::Road && self.cycles.paths.iter().any(leads)
     }
 
     /// Draws the outline around ways that were drawn over `below`, and the ways of bicycles where they fit into it.

@@ -163,6 +163,11 @@ impl<'m> MapIndex<'m> {
         self.ending.get(&self.lanes[lane].start.ids).map_or(&[], Vec::as_slice)
     }
 
+    /// Whether a single lane leads from the end of one to the start of another.
+    pub fn are_linked(&self, from: usize, to: usize) -> bool {
+        self.followers(from).iter().any(|&lane| self.followers(lane).contains(&to))
+    }
+
     /// Other lanes that start with the same points.
     pub fn siblings(&self, lane: usize) -> impl Iterator<Item = usize> + '_ {
         let same = self.starting.get(&self.lanes[lane].start.ids).map_or(&[][..], Vec::as_slice);

@@ -70,7 +70,7 @@ impl<'m> Links<'m> {
                 let end = self.map.lanes[x].end;
                 let apart = |side: usize| (end.points[side] - start.points[side]).norm();
                 // Lanes that lead on from here as they should need no other way on.
-                if apart(0).max(apart(1)) >= params.near_miss {
+                if apart(0).max(apart(1)) >= params.near_miss || self.map.are_linked(x, y) {
                     continue;
                 }
                 self.ends.insert(x);

@@ -56,7 +56,7 @@ pub fn near_misses<'m>(map: &'m MapIndex<'m>, params: &Params) -> Misses<'m> {
     misses
 }
 
-/// Lanes that end close to where a lane starts, in its direction, but not there.
+/// Lanes that end close to where a lane starts, in its direction, but not there, and that no lane leads on to it.
 fn ending_near(map: &MapIndex, params: &Params, y: usize, start: &Edge) -> Vec<usize> {
     let reach = nalgebra::Vector2::repeat(params.near_miss);
     let middle = start.middle();
@@ -68,6 +68,7 @@ fn ending_near(map: &MapIndex, params: &Params, y: usize, start: &Edge) -> Vec<u
             && end.ids != start.ids
             && end.points.iter().zip(start.points).all(|(a, b)| (b - a).norm() < params.near_miss)
             && straight_on(map, params, *x, y)
+            && !map.are_linked(*x, y)
     };
     near.into_iter().filter(close).collect()
 }
