@@ -138,12 +138,20 @@ const BEND_MOST: f64 = std::f64::consts::FRAC_PI_2;
 /// Changes of direction below this, radians, are none.
 const STRAIGHT: f64 = 1e-9;
 
-/// A bend to either side with a straight between the two; `None` where there is no room for them.
-pub(super) fn double_bend(from: Pose, to: Pose) -> Option<Vec<Pose>> {
+fn double_bend(from: Pose, to: Pose) -> Option<Vec<Pose>> {
     if angle_between(from.heading, to.heading).abs() > REVERSAL {
         return None;
     }
-    let DoubleBend { radius, turns, along } = DoubleBend::find(from, to)?;
+    drawn(from, to, &DoubleBend::find(from, to)?)
+}
+
+/// Two bends of this radius with a straight between them, the first to the left (1) or to the right (-1); `None` where there is
+/// no room for them.
+pub(super) fn bent_twice(from: Pose, to: Pose, radius: f64, first: f64) -> Option<Vec<Pose>> {
+    drawn(from, to, &DoubleBend::new(from, to, radius, first)?)
+}
+
+fn drawn(from: Pose, to: Pose, &DoubleBend { radius, turns, along }: &DoubleBend) -> Option<Vec<Pose>> {
     let bends = turns.map(|turn| turn.abs() > STRAIGHT);
     let mut poses = if bends[0] { arc(from, turns[0], radius).collect() } else { vec![from] };
     // From the other end backwards, so that both ends are exact.

@@ -38,8 +38,10 @@ pub fn wider(from: Pose, to: Pose, plain: &[Pose]) -> Option<Vec<Pose>> {
     }
     let worst = cost(radius, bent_back(plain), length(plain));
     let wide = if angle_between(from.heading, to.heading).abs() < TURN_LEAST.to_radians() {
-        // Where the tangents meet all but at an end, the arc between them is a corner; two bends need not be.
-        curve::double_bend(from, to).filter(|two| cost(curve::radius(two), bent_back(two), length(two)) < worst)
+        // Where the tangents meet all but at an end, the arc between them is a corner.
+        let bent = [1.0, -1.0].into_iter().filter_map(|first| curve::bent_twice(from, to, EASY, first));
+        let bent = bent.map(|poses| (cost(EASY, bent_back(&poses), length(&poses)), poses));
+        bent.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(cost, _)| *cost < worst).map(|(_, poses)| poses)
     } else {
         swung(from, to).filter(|swing| swing.cost() < worst).map(|swing| swing.poses())
     };

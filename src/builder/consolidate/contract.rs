@@ -8,7 +8,7 @@ use crate::builder::road_network::{
 use crate::geometry::Point;
 
 use super::decide::{Reason, Verdict};
-use super::island::encloses_island;
+use super::island::{around_corner, encloses_island};
 use super::passages::{Rules, other_end, passages};
 use super::{ConsolidateOptions, MergeNote};
 
@@ -63,18 +63,15 @@ fn clusters(network: &RoadNetwork, verdicts: &[Verdict], options: &ConsolidateOp
             .then(a.left.total_cmp(&b.left))
             .then(network.road(a.road).key.cmp(&network.road(b.road).key))
     });
-    let mut groups = Groups::new(network.intersections.len());
-    for verdict in order {
-        let road = network.road(verdict.road);
-        let union = groups.union_of(road.from, road.to);
-        let reason = if verdict.reason == Reason::Wish { None } else { objection(network, &union, options) };
-        match reason {
-            Some(reason) => {
-                result.refused.insert(verdict.road, reason);
-            }
-            None => groups.join(road.from, road.to),
+    let mut barred: FxHashSet<RoadIx> = FxHashSet::default();
+    let groups = loop {
+        let (groups, refused, lopsided) = grow(network, &order, &barred, options);
+        if lopsided.is_empty() {
+            result.refused = refused;
+            break groups;
         }
-    }
+        barred.extend(lopsided);
+    };
     for members in groups.into_groups() {
         let inner = inner_roads(network, &members);
         match contour(network, &members, &inner) {
@@ -85,6 +82,45 @@ fn clusters(network: &RoadNetwork, verdicts: &[Verdict], options: &ConsolidateOp
         }
     }
     result
+}
+
+/// Joins intersections by the roads in their order but for those `barred`. Returns the sets, why roads do not join any, and
+/// those that should not have, although vehicles can wait on them: three corners of a block would be one intersection, and
+/// the fourth left over.
+fn grow(
+    network: &RoadNetwork,
+    order: &[&Verdict],
+    barred: &FxHashSet<RoadIx>,
+    options: &ConsolidateOptions,
+) -> (Groups, FxHashMap<RoadIx, Reason>, Vec<RoadIx>) {
+    let mut groups = Groups::new(network.intersections.len());
+    let (mut refused, mut lopsided) = (FxHashMap::default(), Vec::new());
+    let mut joined: FxHashMap<RoadIx, usize> = FxHashMap::default();
+    for (rank, verdict) in order.iter().enumerate() {
+        let road = network.road(verdict.road);
+        let union = groups.union_of(road.from, road.to);
+        let reason = match verdict.reason {
+            Reason::Wish => None,
+            _ if barred.contains(&verdict.road) => Some(Reason::Island),
+            _ => objection(network, &union, options),
+        };
+        match reason {
+            Some(reason) => {
+                if reason == Reason::Island {
+                    let waiting = |road: &RoadIx| {
+                        matches!(order[joined[road]].reason, Reason::AcrossMedian | Reason::BetweenSignals)
+                    };
+                    lopsided.extend(around_corner(network, verdict.road, &joined).filter(waiting));
+                }
+                refused.insert(verdict.road, reason);
+            }
+            None => {
+                joined.insert(verdict.road, rank);
+                groups.join(road.from, road.to);
+            }
+        }
+    }
+    (groups, refused, lopsided)
 }
 
 /// Why these intersections must not become one; `None` if they may.

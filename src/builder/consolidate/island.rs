@@ -1,11 +1,11 @@
 //! Islands that traffic drives around: what encloses one is a ring of roads, not an intersection.
 
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use geo::{Area, Polygon};
 
 use crate::builder::outline::ribbon;
-use crate::builder::road_network::{End, IntersectionIx, RoadIx, RoadNetwork};
+use crate::builder::road_network::{End, IntersectionIx, Road, RoadIx, RoadNetwork};
 use crate::geometry::{Point, polygon};
 
 /// A merged intersection covers at most so many times the ground of the roads inside it: what is more is no carriageway.
@@ -23,6 +23,30 @@ pub fn encloses_island(network: &RoadNetwork, members: &[IntersectionIx], inner:
     }
     let Some([ground, holes]) = covered(network, members, inner) else { return false };
     ground + holes > COVER_MOST * ground
+}
+
+/// Where a road would close a block of four sides of which two that meet are `joined`: that of these which was joined last.
+pub fn around_corner(network: &RoadNetwork, closing: RoadIx, joined: &FxHashMap<RoadIx, usize>) -> Option<RoadIx> {
+    // The roads from an intersection, with those that they lead to.
+    let sides = |from: IntersectionIx| {
+        network
+            .intersection(from)
+            .arms
+            .iter()
+            .map(move |arm| (arm.road, network.road(arm.road).intersection(arm.end.other())))
+    };
+    let Road { from, to, .. } = *network.road(closing);
+    for [near, far] in [[from, to], [to, from]] {
+        for (first, middle) in sides(near).filter(|(road, _)| joined.contains_key(road)) {
+            for (second, last) in sides(middle).filter(|(road, _)| joined.contains_key(road)) {
+                let apart = ![near, middle, far].contains(&last) && ![near, far].contains(&middle);
+                if apart && sides(last).any(|(_, end)| end == far) {
+                    return [first, second].into_iter().max_by_key(|road| joined[road]);
+                }
+            }
+        }
+    }
+    None
 }
 
 /// The ground of the roads inside, and what they enclose, square metres.

@@ -39,11 +39,16 @@ fn merge(network: RoadNetwork, options: &ConsolidateOptions) -> (RoadNetwork, Ve
 /// Two dual carriageways, 12 m apart, driven on the right: `N-S` on x = 0 (south) and 12 (north), `E-W` on y = 0
 /// (east) and 12 (west).
 fn crossing_of_dual_carriageways(relations: &str) -> RoadNetwork {
+    crossing_at([(0.0, 0.0), (12.0, 0.0), (12.0, 12.0), (0.0, 12.0)], relations)
+}
+
+/// Two dual carriageways that cross at these corners, counter-clockwise from the south-west.
+fn crossing_at([a, b, c, d]: [(f64, f64); 4], relations: &str) -> RoadNetwork {
     let nodes = [
-        (1, 0.0, 0.0),
-        (2, 12.0, 0.0),
-        (3, 12.0, 12.0),
-        (4, 0.0, 12.0),
+        (1, a.0, a.1),
+        (2, b.0, b.1),
+        (3, c.0, c.1),
+        (4, d.0, d.1),
         (11, 0.0, 120.0),
         (12, 0.0, -120.0),
         (13, 12.0, -120.0),
@@ -86,6 +91,19 @@ fn the_crossing_of_two_dual_carriageways_is_one_intersection() {
     assert_eq!(far, [12, 15, 18, 11, 14, 17, 16, 13]);
     assert_eq!(merged.roads.len(), 8);
     assert_eq!(merged.intersections.len(), 9);
+}
+
+#[test]
+fn around_an_island_opposite_sides_are_merged_and_not_a_corner() {
+    let wide = 19.0;
+    for (a, b) in [(0.3, 0.2), (0.0, 0.1)] {
+        // The shortest two sides meet.
+        let corners = [(0.0, 0.0), (wide + a, 0.0), (wide + 1.0, wide + 1.2), (0.0, wide + b)];
+        let (merged, notes) = merge(crossing_at(corners, ""), &ConsolidateOptions::default());
+        let nodes: Vec<&[i64]> = merged.intersections.iter().map(|i| &i.nodes[..]).filter(|n| n.len() > 1).collect();
+        assert_eq!(notes.iter().filter(|note| note.reason == Reason::Island).count(), 2, "{notes:?}");
+        assert!(nodes == [[1, 2], [3, 4]] || nodes == [[1, 4], [2, 3]], "{nodes:?}");
+    }
 }
 
 #[test]

@@ -59,8 +59,7 @@ impl Ways {
     pub fn lead_over(&self, intersection: &Intersection, at: RoadEnd, bicycles: BicycleLanes) -> bool {
         let arm = intersection.arms.iter().position(|&arm| arm == at);
         let leads = |path: &Path| [Some(path.movement.from), Some(path.movement.to)].contains(&arm);
-        self.drawn.paths.iter().any(leads)
-            || bicycles == BicycleLanes::Road && self.cycles.paths.iter().any(leads)
+        self.drawn.paths.iter().any(leads) || bicycles == BicycleLanes::Road && self.cycles.paths.iter().any(leads)
     }
 
     /// Draws the outline around ways that were drawn over `below`, and the ways of bicycles where they fit into it.
