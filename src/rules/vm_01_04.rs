@@ -59,15 +59,22 @@ fn is_barrier(map: &MapIndex, way: LineStringId) -> bool {
     })
 }
 
-/// Whether two borders part at an end, where a median or a wall begins: they close up to one line, but no way could be the
-/// border of both.
+/// Whether two borders part at an end, where a median or a wall begins, however narrow: they close up to one line, but no way
+/// could be the border of both.
 fn part(map: &MapIndex, twins: &Twins, params: &Params) -> bool {
     let [mine, theirs] = twins.lanes.map(|lane| &map.lanes[lane]);
     // Lanes that run against each other touch on the same hand.
     let side = usize::from(mine.bounds[0] != twins.ways[0]);
     let [Some(own), Some(other)] = [mine, theirs].map(|lane| lane.border(side)) else { return false };
     let height = |id| map.map.points.get(id).and_then(|point| point.ele());
-    [(&mine.start, &theirs.end), (&mine.end, &theirs.start)].into_iter().any(|(a, b)| {
+    let [lane, oncoming] = twins.lanes;
+    let before = [map.predecessors(lane), map.followers(oncoming)];
+    let behind = [map.followers(lane), map.predecessors(oncoming)];
+    let walled = |lanes: &&[usize]| lanes.iter().any(|&lane| is_barrier(map, map.lanes[lane].bounds[side]));
+    [(&mine.start, &theirs.end, before), (&mine.end, &theirs.start, behind)].into_iter().any(|(a, b, next)| {
+        if a.ids[side] != b.ids[side] && next.iter().all(walled) {
+            return true;
+        }
         // Where one is cut a little earlier, its end still lies on the other.
         let across = other.project(a.points[side]).offset.abs().min(own.project(b.points[side]).offset.abs());
         let up = height(a.ids[side]).zip(height(b.ids[side])).map_or(0.0, |(a, b)| (a - b).abs());

@@ -11,7 +11,7 @@ use crate::lanelet::{Bound, PointId};
 
 use super::road_key;
 
-/// Corners of the road's line closer to a cut than this, metres, are left out of the borders.
+/// Corners of the road's line closer to a cut than this, metres, are left out of the borders, or more where these would cross.
 const CLEAR: f64 = 0.5;
 /// Corners are mitred up to this bend, degrees, and rounded beyond it.
 const MITER: f64 = 30.0;
@@ -65,8 +65,8 @@ pub fn borders(
         .collect()
 }
 
-/// Where the borders run, along the road's line. Where a lane between two would not be read as drawn, they are mended:
-/// first by points that show its sides, then by leaving the road's corners out.
+/// Where the borders run, along the road's line. Where a lane between two would cross itself, more and more of the road's corners
+/// are left out, those next to its cuts first; where one would not be read as drawn, points show its sides.
 fn border_places(
     assembly: &Assembly,
     road: &Road,
@@ -74,9 +74,10 @@ fn border_places(
     nodes: &[Vec<Option<PointId>>; 2],
 ) -> Vec<Option<Vec<Point>>> {
     let ends = |edge: usize| Some([nodes[0][edge]?, nodes[1][edge]?].map(|id| assembly.position(id)));
-    let mut places: Vec<Option<Vec<Point>>> = (0..nodes[0].len())
-        .map(|edge| ends(edge).map(|ends| border(road, kept, road.section.edge(edge), ends)))
-        .collect();
+    let beside = |clear: f64| -> Vec<Option<Vec<Point>>> {
+        let along = |edge| ends(edge).map(|ends| border(road, kept, clear, road.section.edge(edge), ends));
+        (0..nodes[0].len()).map(along).collect()
+    };
     let strips: Vec<usize> = road.section.driven().map(|(i, _)| i).collect();
     let all = |places: &[Option<Vec<Point>>], holds: fn(&[&[Point]; 2]) -> bool| {
         strips.iter().all(|&strip| match &places[strip..strip + 2] {
@@ -84,8 +85,11 @@ fn border_places(
             _ => true,
         })
     };
-    if !all(&places, |lane| simple(lane)) {
-        places = (0..nodes[0].len()).map(|edge| ends(edge).map(|ends| ends.to_vec())).collect();
+    let mut clear = CLEAR;
+    let mut places = beside(clear);
+    while clear < kept[1] - kept[0] && !all(&places, |lane| simple(lane)) {
+        clear *= 2.0;
+        places = beside(clear);
     }
     if !all(&places, |lane| aligned(lane)) {
         places = places.into_iter().map(|p| p.map(|p| centred(&p))).collect();
@@ -93,8 +97,8 @@ fn border_places(
     places
 }
 
-/// A border between its ends: the road's own corners, moved sideways.
-fn border(road: &Road, kept: [f64; 2], offset: f64, ends: [Point; 2]) -> Vec<Point> {
+/// A border between its ends: the road's own corners, moved sideways, that are no closer to the cuts than `clear`.
+fn border(road: &Road, kept: [f64; 2], clear: f64, offset: f64, ends: [Point; 2]) -> Vec<Point> {
     let corners: Vec<(Point, f64)> = road.line.points().iter().copied().zip(road.line.stations()).collect();
     let cuts = [road.line.direction(kept[0]), -road.line.direction((kept[1] - 1e-3).max(0.0))];
     // Inside a bend near a cut, a moved corner can fall behind the cut.
@@ -105,7 +109,7 @@ fn border(road: &Road, kept: [f64; 2], offset: f64, ends: [Point; 2]) -> Vec<Poi
     let mut line = vec![ends[0]];
     for w in corners.windows(3) {
         let [(before, _), (corner, station), (after, _)] = [w[0], w[1], w[2]];
-        if station >= kept[0] + CLEAR && station <= kept[1] - CLEAR {
+        if station >= kept[0] + clear && station <= kept[1] - clear {
             let around = [(corner - before).normalize(), (after - corner).normalize()];
             line.extend(beside_corner(corner, around, offset).into_iter().filter(|&p| before_cut(p, station)));
         }
