@@ -23,6 +23,8 @@ const COVERED: f64 = 0.995;
 const SNAP: f64 = 1e-3;
 /// A lane end node that a union lost is put back on its nearest edge up to this distance, metres.
 const INSERT: f64 = 0.3;
+/// Another node of a cut is put back only where it lies on an edge, up to this distance, metres.
+const ON_EDGE: f64 = 0.01;
 /// An outline that turns back on itself within this, degrees, has an edge on both sides of nothing: the tip of a median
 /// is wider.
 const SPIKE: f64 = 1.5;
@@ -232,7 +234,7 @@ fn united(
         }
     }
     let nodes = tidied(nodes, &lane_ends(arms).collect(), |id| assembly.position(id));
-    with_lane_ends(assembly, nodes, arms)
+    with_cuts(assembly, nodes, arms)
 }
 
 fn lane_ends(arms: &[&Arm]) -> impl Iterator<Item = PointId> {
@@ -268,9 +270,11 @@ fn tidied(mut ring: Vec<PointId>, fixed: &FxHashSet<PointId>, place: impl Fn(Poi
     ring
 }
 
-/// Puts lane end nodes that are missing back on the nearest edge, if it is near enough.
-fn with_lane_ends(assembly: &Assembly, mut ring: Vec<PointId>, arms: &[&Arm]) -> Vec<PointId> {
-    for id in lane_ends(arms) {
+/// Puts nodes of the cuts that are missing back on the nearest edge, if it is near enough: the ends of lanes, and then those
+/// between other strips, bicycle lanes among them.
+fn with_cuts(assembly: &Assembly, mut ring: Vec<PointId>, arms: &[&Arm]) -> Vec<PointId> {
+    let others = arms.iter().flat_map(|arm| &arm.cut).map(|&id| (id, ON_EDGE));
+    for (id, most) in lane_ends(arms).map(|id| (id, INSERT)).chain(others) {
         if ring.contains(&id) {
             continue;
         }
@@ -282,7 +286,7 @@ fn with_lane_ends(assembly: &Assembly, mut ring: Vec<PointId>, arms: &[&Arm]) ->
                 crate::geometry::Polyline::new(edge).map(|line| (line.distance(p), i))
             })
             .min_by(|a, b| a.0.total_cmp(&b.0));
-        let with = nearest.filter(|(distance, _)| *distance <= INSERT).map(|(_, i)| {
+        let with = nearest.filter(|(distance, _)| *distance <= most).map(|(_, i)| {
             let mut with = ring.clone();
             with.insert(i + 1, id);
             with
