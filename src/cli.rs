@@ -30,6 +30,8 @@ use std::process::ExitCode;
 
 use check_args::{CheckArgs, ProfileArg};
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use lanewright::builder::driving_side;
+use lanewright::projection;
 use lanewright::report::failure::Failure;
 
 /// Exit code of a run that found nothing bad enough.
@@ -351,12 +353,23 @@ fn place(text: &str) -> Result<(f64, f64), String> {
     Ok((lat, lon))
 }
 
+/// Runs on one of the threads that share the work: no other is waited for where there is none to share. This thread, which would
+/// only wait, meanwhile unpacks what every layout of streets asks for first.
+fn shared(run: impl FnOnce() -> Result<u8, Failure> + Send) -> Result<u8, Failure> {
+    let mut result = Ok(CLEAN);
+    rayon::in_place_scope(|threads| {
+        threads.spawn(|_| result = run());
+        projection::warm_up();
+        driving_side::warm_up();
+    });
+    result
+}
+
 /// Runs the program.
 pub fn run() -> ExitCode {
     let result: Result<u8, Failure> = match Cli::parse().verb {
-        // On one of the threads that share the work: no other is waited for where there is none to share.
-        Verb::Build(args) => rayon::scope(|_| build::run(&args)),
-        Verb::Geometry(args) => rayon::scope(|_| geometry::run(&args)),
+        Verb::Build(args) => shared(|| build::run(&args)),
+        Verb::Geometry(args) => shared(|| geometry::run(&args)),
         Verb::Check(args) => check::run(&args),
         Verb::Draw(args) => draw::run(&args),
         Verb::Fix(args) => fix::run(&args),

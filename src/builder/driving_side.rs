@@ -34,6 +34,11 @@ pub struct Country {
 static BOUNDARIES: LazyLock<Option<CountryBoundaries>> =
     LazyLock::new(|| CountryBoundaries::from_reader(BOUNDARIES_ODBL_360X180).ok());
 
+/// Unpacks the borders of the countries, so that the first place is told without delay.
+pub fn warm_up() {
+    LazyLock::force(&BOUNDARIES);
+}
+
 /// The country of `place` and its driving side.
 pub fn of_place(place: LonLat) -> Country {
     let ids: Vec<Text> = match (&*BOUNDARIES, LatLon::new(place.lat, place.lon)) {

@@ -47,6 +47,12 @@ thread_local! {
     static PATCHES: RefCell<Patches> = RefCell::default();
 }
 
+/// PROJ opens its database for the first transformation that it makes in a process, which takes as long as a small city does to
+/// be projected: time for that while there is nothing to project yet.
+pub fn warm_up() {
+    let _ = Frame::Utm { zone: 31 }.forward(&[LonLat { lon: 3.0, lat: 0.0 }]);
+}
+
 impl Frame {
     fn definition(self) -> String {
         let plane = match self {

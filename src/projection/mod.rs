@@ -10,6 +10,7 @@ mod info;
 mod mgrs;
 mod patch;
 
+pub use engine::warm_up;
 pub use infer::{Explained, Twice, infer, residual};
 pub use info::{Info, InfoError, VerticalDatum, read_info, write_info};
 pub use mgrs::{MgrsError, MgrsGrid};

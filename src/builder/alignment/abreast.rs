@@ -195,7 +195,7 @@ pub fn abreast(mut network: RoadNetwork, kept: &[[f64; 2]]) -> RoadNetwork {
         if targets.is_empty() {
             break;
         }
-        let mut moved: Vec<usize> = targets.keys().copied().collect();
+        let mut moved: Vec<usize> = targets.iter().map(|(road, _)| *road).collect();
         for (road, target) in targets {
             tracks.of(road).take(&target);
         }
@@ -241,43 +241,41 @@ fn shifted(road: &Road, track: &Track) -> Option<Polyline> {
     Some(eased(&Polyline::new(moved)?, track.half).straightened(STRAIGHT))
 }
 
-/// For every road that has to give way: how far it should lie from its drawn line, place by place.
+/// The roads that have to give way, ascending, and how far each should lie from its drawn line, place by place.
 fn targets(
     tracks: &FxHashMap<usize, Track>,
     sides: &Sides,
     pairs: &FxHashMap<(usize, usize), Vec<Beside>>,
-) -> std::collections::BTreeMap<usize, Vec<f64>> {
+) -> Vec<(usize, Vec<f64>)> {
     let mut keys: Vec<&(usize, usize)> = pairs.keys().collect();
-    keys.sort();
-    // To the left and to the right, the farthest that any neighbour asks for.
-    let mut pushes: std::collections::BTreeMap<usize, Vec<[f64; 2]>> = std::collections::BTreeMap::new();
-    for &&(a, b) in &keys {
-        let list = &pairs[&(a, b)];
-        let (me, other) = (&tracks[&a], &tracks[&b]);
-        let share = me.mobility / (me.mobility + other.mobility);
-        let told = sides.get(&(a, b)).map_or(&[][..], Vec::as_slice);
-        for run in list.chunk_by(|x, y| x.place + 1 == y.place) {
-            if me.level != other.level && !told.iter().any(|t| begins_where_they_meet(me, run, t)) {
-                continue;
-            }
-            let side = told_side(me, run, told).unwrap_or_else(|| drawn_side(run, a < b));
-            for beside in run {
-                let overlap = apart(me, other) - beside.offset * side;
-                if overlap > TOLERANCE {
-                    let push = &mut pushes.entry(a).or_insert_with(|| vec![[0.0; 2]; me.base.len()])[beside.place];
-                    let way = usize::from(side > 0.0);
-                    push[way] = push[way].max(overlap * share);
+    keys.par_sort_unstable();
+    let target = |of_road: &[&(usize, usize)]| {
+        let road = of_road.first()?.0;
+        let me = &tracks[&road];
+        // To the left and to the right, the farthest that any neighbour asks for.
+        let mut push: Option<Vec<[f64; 2]>> = None;
+        for &&(a, b) in of_road {
+            let other = &tracks[&b];
+            let share = me.mobility / (me.mobility + other.mobility);
+            let told = sides.get(&(a, b)).map_or(&[][..], Vec::as_slice);
+            for run in pairs[&(a, b)].chunk_by(|x, y| x.place + 1 == y.place) {
+                if me.level != other.level && !told.iter().any(|t| begins_where_they_meet(me, run, t)) {
+                    continue;
+                }
+                let side = told_side(me, run, told).unwrap_or_else(|| drawn_side(run, a < b));
+                for beside in run {
+                    let overlap = apart(me, other) - beside.offset * side;
+                    if overlap > TOLERANCE {
+                        let push = push.get_or_insert_with(|| vec![[0.0; 2]; me.base.len()]);
+                        let way = &mut push[beside.place][usize::from(side > 0.0)];
+                        *way = way.max(overlap * share);
+                    }
                 }
             }
         }
-    }
-    pushes
-        .into_iter()
-        .map(|(road, push)| {
-            let target = tracks[&road].shift.iter().zip(push).map(|(s, [left, right])| s + left - right).collect();
-            (road, target)
-        })
-        .collect()
+        Some((road, me.shift.iter().zip(push?).map(|(s, [left, right])| s + left - right).collect()))
+    };
+    keys.par_chunk_by(|x, y| x.0 == y.0).filter_map(target).collect()
 }
 
 /// Whether a run of places begins at the cut of the intersection that the two roads share.
