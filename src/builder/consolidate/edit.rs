@@ -3,7 +3,7 @@
 use rustc_hash::FxHashMap;
 
 use crate::builder::road_network::{
-    End, Intersection, IntersectionIx, LaneConnection, Road, RoadEnd, RoadIx, RoadNetwork, TurnRestriction,
+    End, Intersection, IntersectionIx, LaneConnection, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, TurnRestriction,
 };
 
 /// A network under change. Indices of intersections stay until [`Edit::finish`]; a joined road takes a new index.
@@ -80,12 +80,16 @@ impl Edit {
     /// The network that is left, its roads in order of their keys, without intersections that have no road.
     pub fn finish(self) -> RoadNetwork {
         let Self { network, gone, renames } = self;
+        if renames.is_empty() && is_finished(&network) {
+            return network;
+        }
         let RoadNetwork { roads, intersections, restrictions, connections, .. } = network;
         let mut place = vec![None; roads.len()];
-        let left = (0..).map(RoadIx).zip(roads).zip(gone).filter(|(_, gone)| !gone);
-        let mut left: Vec<(RoadIx, Road)> = left.map(|(road, _)| road).collect();
-        left.sort_by_key(|(_, road)| road.key);
-        left.iter().zip(0..).for_each(|((old, _), new)| place[old.0 as usize] = Some(RoadIx(new)));
+        // Roads are large: they are moved once, to where they belong.
+        let mut left: Vec<(RoadKey, usize)> = Vec::with_capacity(roads.len());
+        left.extend((roads.iter().map(|road| road.key).zip(0..)).filter(|(_, old)| !gone[*old]));
+        left.sort_unstable();
+        left.iter().zip(0..).for_each(|((_, old), new)| place[*old] = Some(RoadIx(new)));
         let renamed = |end: RoadEnd| {
             let end = renamed(&renames, end)?;
             Some(RoadEnd { road: place[end.road.0 as usize]?, end: end.end })
@@ -106,7 +110,12 @@ impl Edit {
             kept.push(intersection);
         }
         let moved = |at: IntersectionIx| moved[at.0 as usize];
-        let roads = left.into_iter().map(|(_, road)| Road { from: moved(road.from), to: moved(road.to), ..road });
+        let mut roads: Vec<Option<Road>> = roads.into_iter().map(Some).collect();
+        let roads = left.iter().filter_map(|(_, old)| {
+            let mut road = roads[*old].take()?;
+            (road.from, road.to) = (moved(road.from), moved(road.to));
+            Some(road)
+        });
         let restricted = |mut r: TurnRestriction| {
             let mut via = Vec::new();
             for road in &r.via {
@@ -127,6 +136,11 @@ impl Edit {
             ..network
         }
     }
+}
+
+/// Whether a network is as [`Edit::finish`] leaves one.
+fn is_finished(network: &RoadNetwork) -> bool {
+    network.roads.is_sorted_by_key(|road| road.key) && network.intersections.iter().all(|at| !at.arms.is_empty())
 }
 
 /// What an end is called after all renames; `None` if nothing took its place.
