@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use country_boundaries::{BOUNDARIES_ODBL_360X180, CountryBoundaries, LatLon};
+use country_boundaries::{BOUNDARIES_ODBL_60X30, CountryBoundaries, LatLon};
 
 use crate::osm::Text;
 use crate::projection::LonLat;
@@ -30,9 +30,10 @@ pub struct Country {
     pub side: DrivingSide,
 }
 
-/// Unpacked once: it takes some milliseconds.
+/// Unpacked once. In its cells of six degrees borders lie within ten metres; smaller ones are faster to ask, but there are so
+/// many that to unpack them takes several times as long and megabytes of memory, for the one question that a map asks.
 static BOUNDARIES: LazyLock<Option<CountryBoundaries>> =
-    LazyLock::new(|| CountryBoundaries::from_reader(BOUNDARIES_ODBL_360X180).ok());
+    LazyLock::new(|| CountryBoundaries::from_reader(BOUNDARIES_ODBL_60X30).ok());
 
 /// Unpacks the borders of the countries, so that the first place is told without delay.
 pub fn warm_up() {
