@@ -183,6 +183,9 @@ pub fn lanes(assembly: &mut Assembly, network: &RoadNetwork, lines: &ConnectionL
         }
     }
     let mut lanes = Lanes::default();
+    lanes.lanes.reserve_exact(of_roads.iter().flatten().map(|road| road.lanes.len()).sum());
+    lanes.arms.reserve_exact(all.len());
+    lanes.pieces.reserve_exact(all.len());
     for mut road in of_roads.into_iter().flatten() {
         road.begin_at(lanes.lanes.len());
         lanes.lanes.extend(road.lanes);
@@ -361,18 +364,20 @@ pub fn road_attributes(road: &Road, kind: StripKind, speed: f64) -> Attributes {
 fn arm(assembly: &Assembly, road: &Road, at: RoadEnd, station: f64, nodes: &[Option<PointId>], lanes: &[Lane]) -> Arm {
     let inward = inward(road, at.end, station);
     let inside = road.place(at.end) - road.line.at(station);
+    let ends = lanes_at(&road.section, at.end);
+    let leading_in = ends.iter().filter(|lane| lane.into).count();
     let mut arm = Arm {
         at,
         inward,
         aim: inside.try_normalize(LEAST_AIM).unwrap_or(inward),
-        into: Vec::new(),
-        out: Vec::new(),
+        into: Vec::with_capacity(leading_in),
+        out: Vec::with_capacity(ends.len() - leading_in),
         cut: nodes.iter().flatten().copied().collect(),
     };
     if at.end == End::End {
         arm.cut.reverse();
     }
-    for lane_at in lanes_at(&road.section, at.end) {
+    for lane_at in ends {
         let backward = lane_at.into == (at.end == End::Start);
         let found = lanes.iter().position(|l| l.strip == lane_at.strip && l.backward == backward);
         let (Some(lane), Some(a), Some(b)) = (found, nodes[lane_at.strip], nodes[lane_at.strip + 1]) else { continue };
