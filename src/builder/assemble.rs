@@ -8,10 +8,10 @@ use rustc_hash::FxHashMap;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::Point;
 use crate::lanelet::{LaneletId, LaneletMap, PointId, PolygonId, TurnDirection};
-use crate::settings::{BicycleLanes, Settings, Side};
+use crate::settings::{BicycleLanes, IntersectionSettings, Settings, Side};
 
 use super::area::AreaOutline;
-use super::assembly::{Assembly, Part, tags};
+use super::assembly::{Assembly, Part, Parts, tags};
 use super::beside::beside;
 use super::conflict::{self, Conflicts};
 use super::connection::{ConnectionLines, Crossing};
@@ -48,12 +48,25 @@ pub struct Assembled {
     pub roads: usize,
 }
 
+/// What is told of one intersection beside the map.
+#[derive(Default)]
+struct Beside {
+    notes: Vec<Finding>,
+    intersections: Vec<IntersectionSettings>,
+    bicycle_lanes: Vec<i64>,
+    areas: usize,
+}
+
+/// Intersections that are made before they are added to the map.
+const BATCH: usize = 128;
+
 /// Builds the map.
 pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
     let Settled { network, restricted, draft, notes } = settled;
     let settled = network;
     let network = &settled;
-    let Draft { lines, mut assembly, mut lanes, ways, .. } = draft;
+    // Moved, so that what is not asked for any more goes at once.
+    let Draft { lines, mut assembly, mut lanes, ways, .. } = { draft };
     let lit = drive_light::lit(network, &lines, &ways);
     let (guarded, unguarded) = drive_light::guarded(network, &lines, &lanes, &ways);
     cut_across(&mut assembly, network, &lines, &ways, (&lit, &guarded), &mut lanes);
@@ -70,7 +83,7 @@ pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
     let made = |below: &Assembly, intersection: &Intersection, ways: Ways| {
         let mut assembly = Assembly::resumed(below, ways.part);
         assembly.stand_on(lanes.ground_of(intersection, below));
-        let beside = Assembled::default();
+        let beside = Beside::default();
         let cycling = ways.cycles;
         let mut stage = Stage {
             network,
@@ -89,9 +102,27 @@ pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
     let passed = network.intersections.iter().zip(ways).filter_map(|(at, ways)| Some((at, ways?)));
     let passed: Vec<(&Intersection, Box<Ways>)> = passed.collect();
     let passing: Vec<&Intersection> = passed.iter().map(|(at, _)| *at).collect();
-    let (parts, mut beside): (Vec<Part>, Vec<Assembled>) =
-        passed.into_par_iter().map(|(at, ways)| made(&assembly, at, *ways)).unzip();
-    let apart = assembly.is_apart_from(&parts);
+    let mut parts = Parts::over(&assembly, passed.iter().map(|(_, ways)| &ways.part));
+    let mut all_beside: Vec<Beside> = Vec::with_capacity(passed.len());
+    let mut passed = passed.into_iter();
+    let mut ready: Vec<(Part, Beside)> = Vec::new();
+    loop {
+        let batch: Vec<(&Intersection, Box<Ways>)> = passed.by_ref().take(BATCH).collect();
+        let done = batch.is_empty();
+        let add = |(part, beside)| {
+            parts.add(part);
+            all_beside.push(beside);
+        };
+        let (next, ()) = rayon::join(
+            || batch.into_par_iter().map(|(at, ways)| made(&assembly, at, *ways)).collect(),
+            || std::mem::take(&mut ready).into_iter().for_each(add),
+        );
+        ready = next;
+        if done {
+            break;
+        }
+    }
+    let apart = parts.are_apart_from(&assembly);
     whole.map = if apart {
         // A whole map takes the most memory of all that is made: what it was made from need not stand beside it.
         drop(passing);
@@ -99,7 +130,7 @@ pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
         rayon::join(|| assembly.finish(parts), || drop(done)).0
     } else {
         assembly.be_careful();
-        for ((&at, part), beside) in passing.iter().zip(parts).zip(&mut beside) {
+        for ((&at, part), beside) in passing.iter().zip(parts.split()).zip(&mut all_beside) {
             if assembly.add(part).is_err() {
                 // Something added before has taken one of its ids: it is made once more, over all that stands.
                 let ways = Ways::draw(network, &restricted, &lanes, at, &assembly);
@@ -110,10 +141,10 @@ pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
         }
         assembly.into_map()
     };
-    for mut beside in beside {
+    for mut beside in all_beside {
         whole.notes.append(&mut beside.notes);
-        whole.settings.intersection.append(&mut beside.settings.intersection);
-        whole.settings.bicycle_lanes.append(&mut beside.settings.bicycle_lanes);
+        whole.settings.intersection.append(&mut beside.intersections);
+        whole.settings.bicycle_lanes.append(&mut beside.bicycle_lanes);
         whole.areas += beside.areas;
     }
     whole
@@ -190,7 +221,7 @@ struct Stage<'a> {
     guarded: &'a [RoadEnd],
     assembly: Assembly<'a>,
     /// All but the map.
-    beside: Assembled,
+    beside: Beside,
     /// Its lanes for bicycles.
     cycling: Cycling,
     /// Whether these are written as roads, which others watch and yield to.
@@ -211,7 +242,7 @@ impl Stage<'_> {
         let Drawn { paths, dropped, .. } = drawn;
         self.note_dropped(intersection, dropped);
         if self.as_roads {
-            self.beside.settings.bicycle_lanes = self.cycling.paths.iter().map(|path| path.lanelet.0).collect();
+            self.beside.bicycle_lanes = self.cycling.paths.iter().map(|path| path.lanelet.0).collect();
         }
         self.note_closed(
             intersection,
@@ -330,7 +361,7 @@ impl Stage<'_> {
         let movers = self.movers(arms, paths, &controls, &legs);
         self.rights_of_way(&legs, paths, &movers, conflicts);
         let names = sidecar::names(arms, self.lanes);
-        self.beside.settings.intersection.extend(sidecar::settings(id, &names, prohibited, &movers));
+        self.beside.intersections.extend(sidecar::settings(id, &names, prohibited, &movers));
     }
 
     fn tag_path(&mut self, path: &Path, area: PolygonId) {

@@ -4,6 +4,10 @@
 //! Parts that do not depend on each other are made apart, each over what stands already, and then added in order: the
 //! map is the same as if they had been made one after the other.
 
+mod parts;
+
+pub use parts::Parts;
+
 use crate::geometry::Point as PlanePoint;
 use crate::lanelet::{
     Attributes, Bound, Lanelet, LaneletId, LaneletMap, LineString, LineStringId, Member, Point, PointId, Polygon,
@@ -50,9 +54,8 @@ impl Part {
     /// The same without room for more.
     #[must_use]
     pub fn shrunk(mut self) -> Self {
-        self.map.points.shrink();
-        self.map.linestrings.shrink();
-        self.map.lanelets.shrink();
+        self.map.shrink();
+        self.ids.rest();
         self
     }
 }
@@ -64,7 +67,8 @@ impl<'a> Assembly<'a> {
     }
 
     /// Goes on with a part that was begun over the same assembly.
-    pub fn resumed(below: &'a Assembly<'a>, part: Part) -> Self {
+    pub fn resumed(below: &'a Assembly<'a>, mut part: Part) -> Self {
+        part.ids.wake();
         Self { part, below: Some(below), ground: Ground::default(), careful: false }
     }
 
@@ -127,28 +131,10 @@ impl<'a> Assembly<'a> {
     /// Adds parts that were made side by side over this assembly, in order, if all ids are different; else it gives the
     /// parts back, to be added one by one.
     pub fn add_all(&mut self, parts: Vec<Part>) -> Result<(), Vec<Part>> {
-        if !self.is_apart_from(&parts) {
+        if !Ids::are_apart(parts.iter().chain([&self.part]).map(|part| &part.ids)) {
             return Err(parts);
         }
         self.part.ids.join_apart(parts.iter().map(|part| &part.ids));
-        self.join_all(parts);
-        Ok(())
-    }
-
-    /// The whole map, with the last parts, which are apart from it and from each other.
-    pub fn finish(mut self, parts: Vec<Part>) -> LaneletMap {
-        // No more ids are handed out: what is taken need not be known while the whole is made.
-        self.part.ids = Ids::default();
-        self.join_all(parts);
-        self.part.map
-    }
-
-    /// Whether all ids of parts that were made side by side over this assembly are different, and none is one of its own.
-    pub fn is_apart_from(&self, parts: &[Part]) -> bool {
-        Ids::are_apart(parts.iter().chain([&self.part]).map(|part| &part.ids))
-    }
-
-    fn join_all(&mut self, parts: Vec<Part>) {
         let mut carried = Vec::new();
         let maps = parts.into_iter().map(|part| {
             carried.extend(part.carried);
@@ -156,6 +142,20 @@ impl<'a> Assembly<'a> {
         });
         self.part.map.absorb_all(maps.collect());
         carried.into_iter().for_each(|(lanelet, element)| self.carry(lanelet, element));
+        Ok(())
+    }
+
+    /// The whole map, with the parts that were made over this assembly.
+    pub fn finish(self, parts: Parts) -> LaneletMap {
+        let (mut whole, Part { map: first, ids, .. }) =
+            (Self { part: parts.into_part(), ..Self::default() }, self.part);
+        // No more ids are handed out: what is taken need not be known while the whole is made.
+        drop((ids, std::mem::take(&mut whole.part.ids)));
+        whole.part.map.prepend(first);
+        for (lanelet, element) in std::mem::take(&mut whole.part.carried) {
+            whole.carry(lanelet, element);
+        }
+        whole.part.map
     }
 
     fn carry(&mut self, carrier: LaneletId, element: RegulatoryElementId) {
@@ -316,7 +316,7 @@ impl<'a> Assembly<'a> {
 
     /// Adds a polygon under an id from [`Assembly::polygon_id`].
     pub fn polygon(&mut self, id: PolygonId, points: Vec<PointId>, attributes: Attributes) {
-        self.part.map.polygons.insert(Polygon { id, points, attributes, span: None });
+        self.put(|part| &mut part.map.polygons, Polygon { id, points, attributes, span: None });
     }
 
     /// Adds a lanelet between two bounds.
@@ -337,13 +337,14 @@ impl<'a> Assembly<'a> {
         carriers: &[LaneletId],
     ) -> RegulatoryElementId {
         let id = RegulatoryElementId(self.claim(key));
-        self.part.map.regulatory_elements.insert(RegulatoryElement {
+        let element = RegulatoryElement {
             id,
             subtype: subtype.into(),
             members: members.iter().map(|&(role, target)| Member { role: role.into(), target }).collect(),
             attributes: tags(&[("type", "regulatory_element"), ("subtype", subtype)]),
             span: None,
-        });
+        };
+        self.put(|part| &mut part.map.regulatory_elements, element);
         for &carrier in carriers {
             self.carry(carrier, id);
         }

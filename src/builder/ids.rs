@@ -59,6 +59,8 @@ pub struct IdTaken;
 #[derive(Clone, Debug, Default)]
 pub struct Ids {
     taken: FxHashSet<Id>,
+    /// Taken too, in half the memory, while no more are claimed.
+    resting: Vec<Id>,
     /// Those given back, some of which may have been handed out again.
     released: Vec<Id>,
 }
@@ -73,6 +75,38 @@ impl Ids {
     /// An id in 1..=2147483647 for a polygon: Autoware reads it into 32 bits.
     pub fn claim_polygon(&mut self, key: Key, elsewhere: impl Fn(&Id) -> bool) -> i64 {
         self.claim_in(key, 1, POLYGON_LIMIT, elsewhere)
+    }
+
+    /// Takes less memory until [`Ids::wake`]; nothing is to be asked until then.
+    pub fn rest(&mut self) {
+        let taken = std::mem::take(&mut self.taken);
+        self.resting.reserve_exact(taken.len());
+        self.resting.extend(taken);
+    }
+
+    /// Is ready to claim more.
+    pub fn wake(&mut self) {
+        self.taken.extend(std::mem::take(&mut self.resting));
+    }
+
+    /// Takes all ids that others have handed out and that are not asked for any more.
+    pub fn pile(&mut self, others: &Self) {
+        self.resting.extend(others.all());
+    }
+
+    /// Gives back those that were piled up behind so many.
+    pub fn split_off(&mut self, count: usize) -> Self {
+        Self { resting: self.resting.split_off(count), ..Self::default() }
+    }
+
+    /// All that are taken, in any order.
+    fn all(&self) -> impl Iterator<Item = &Id> {
+        self.taken.iter().chain(&self.resting)
+    }
+
+    /// How many are taken.
+    pub fn count(&self) -> usize {
+        self.taken.len() + self.resting.len()
     }
 
     /// Makes room for so many more.
@@ -99,10 +133,10 @@ impl Ids {
 
     /// Takes all ids that others have handed out, unless one of them is taken already.
     pub fn join(&mut self, others: &Self) -> Result<(), IdTaken> {
-        self.taken.reserve(others.taken.len());
-        for (joined, id) in others.taken.iter().enumerate() {
+        self.taken.reserve(others.count());
+        for (joined, id) in others.all().enumerate() {
             if !self.taken.insert(*id) {
-                others.taken.iter().take(joined).for_each(|id| {
+                others.all().take(joined).for_each(|id| {
                     self.taken.remove(id);
                 });
                 return Err(IdTaken);
@@ -113,17 +147,17 @@ impl Ids {
 
     /// Takes all ids that others have handed out, which are none of those taken.
     pub fn join_apart<'a>(&mut self, others: impl Iterator<Item = &'a Self> + Clone) {
-        self.taken.reserve(others.clone().map(|ids| ids.taken.len()).sum());
-        self.taken.extend(others.flat_map(|ids| &ids.taken));
+        self.taken.reserve(others.clone().map(Self::count).sum());
+        self.taken.extend(others.flat_map(Self::all));
     }
 
     /// Whether none of all these ids has been handed out twice.
     pub fn are_apart<'a>(all: impl Iterator<Item = &'a Self> + Clone) -> bool {
         // Ids are hashes, so few share their last bits with one before: only these are held against all.
-        let bits = 16 * all.clone().map(|ids| ids.taken.len()).sum::<usize>().next_power_of_two().max(4);
+        let bits = 16 * all.clone().map(Self::count).sum::<usize>().next_power_of_two().max(4);
         let mut seen = vec![0_u64; bits / 64];
         let mut doubtful = FxHashSet::default();
-        for id in all.clone().flat_map(|ids| &ids.taken) {
+        for id in all.clone().flat_map(Self::all) {
             let place = *id as usize % bits;
             let (word, bit) = (&mut seen[place / 64], 1 << (place % 64));
             if *word & bit != 0 && !doubtful.insert(*id) {
@@ -131,7 +165,7 @@ impl Ids {
             }
             *word |= bit;
         }
-        all.flat_map(|ids| &ids.taken).filter(|id| doubtful.contains(id)).count() == doubtful.len()
+        all.flat_map(Self::all).filter(|id| doubtful.contains(id)).count() == doubtful.len()
     }
 
     /// The key's place in `from..to`, or where a number added to the key leads if that is taken.
@@ -198,6 +232,10 @@ mod tests {
         b.claim(key, FREE);
         assert_ne!(c.claim(key, |id| a.taken(id)), first);
         assert!(Ids::are_apart([&a, &c].into_iter()) && !Ids::are_apart([&a, &b, &c].into_iter()));
+        c.rest();
+        assert!(Ids::are_apart([&a, &c].into_iter()) && !Ids::are_apart([&c, &b, &c].into_iter()));
         assert_eq!((a.join(&c), a.join(&b)), (Ok(()), Err(IdTaken)));
+        c.wake();
+        assert!(c.count() == 1 && c.all().all(|id| c.taken(id) && a.taken(id)));
     }
 }

@@ -263,6 +263,55 @@ impl LaneletMap {
         rayon::join(|| points.append(shelves.0), rest);
     }
 
+    /// Adds all primitives of another map behind its own, to be found when all are there. No id may come twice.
+    pub fn pile(&mut self, other: Self) {
+        self.points.pile(other.points);
+        self.linestrings.pile(other.linestrings);
+        self.polygons.pile(other.polygons);
+        self.lanelets.pile(other.lanelets);
+        self.regulatory_elements.pile(other.regulatory_elements);
+    }
+
+    /// How many primitives there are: points, linestrings, polygons, lanelets, regulatory elements.
+    pub fn counts(&self) -> [usize; 5] {
+        let Self { points, linestrings, polygons, lanelets, regulatory_elements, .. } = self;
+        [points.len(), linestrings.len(), polygons.len(), lanelets.len(), regulatory_elements.len()]
+    }
+
+    /// Takes away the primitives behind so many of each kind, in the order of [`LaneletMap::counts`].
+    #[must_use]
+    pub fn split_off(&mut self, [points, linestrings, polygons, lanelets, regulatory_elements]: [usize; 5]) -> Self {
+        Self {
+            format_version: None,
+            points: self.points.split_off(points),
+            linestrings: self.linestrings.split_off(linestrings),
+            polygons: self.polygons.split_off(polygons),
+            lanelets: self.lanelets.split_off(lanelets),
+            regulatory_elements: self.regulatory_elements.split_off(regulatory_elements),
+        }
+    }
+
+    /// Puts all primitives of another map before its own, with all threads. No id may come twice.
+    pub fn prepend(&mut self, first: Self) {
+        let Self { points, linestrings, polygons, lanelets, regulatory_elements, .. } = self;
+        let rest = || {
+            linestrings.prepend(first.linestrings);
+            polygons.prepend(first.polygons);
+            lanelets.prepend(first.lanelets);
+            regulatory_elements.prepend(first.regulatory_elements);
+        };
+        rayon::join(|| points.prepend(first.points), rest);
+    }
+
+    /// Gives back the memory that more primitives would need.
+    pub fn shrink(&mut self) {
+        self.points.shrink();
+        self.linestrings.shrink();
+        self.polygons.shrink();
+        self.lanelets.shrink();
+        self.regulatory_elements.shrink();
+    }
+
     /// The points of a bound in the lanelet's direction of travel.
     pub fn bound_points(&self, bound: Bound) -> impl DoubleEndedIterator<Item = &Point> + '_ {
         let ids: &[PointId] = self.linestrings.get(bound.line).map_or(&[], |l| &l.points);

@@ -22,7 +22,7 @@ pub trait Shelved {
 pub struct Shelf<T: Shelved> {
     items: Vec<T>,
     /// Made when an item is first looked up.
-    index: OnceLock<Index>,
+    index: OnceLock<Box<Index>>,
 }
 
 impl<T: Shelved> Default for Shelf<T> {
@@ -34,7 +34,7 @@ impl<T: Shelved> Default for Shelf<T> {
 impl<T: Shelved> Shelf<T> {
     fn index(&self) -> &Index {
         // By this thread alone: one that waited for others here might be given work that needs the same index.
-        self.index.get_or_init(|| Index::table(&self.ids()))
+        self.index.get_or_init(|| Box::new(Index::table(&self.ids())))
     }
 
     /// Puts an item on the shelf whose id no other has.
@@ -100,12 +100,31 @@ impl<T: Shelved> Shelf<T> {
         self.put_in_order();
     }
 
+    /// Puts the items of another shelf behind its own. No id may come twice. Where they stand is looked for when one is asked
+    /// for again.
+    pub fn pile(&mut self, other: Self) {
+        self.index = OnceLock::new();
+        self.items.extend(other.items);
+    }
+
+    /// Takes away the items behind so many.
+    pub fn split_off(&mut self, count: usize) -> Self {
+        self.index = OnceLock::new();
+        Self { items: self.items.split_off(count), index: OnceLock::new() }
+    }
+
+    /// Puts the items of another shelf before its own. No id may come twice.
+    pub fn prepend(&mut self, first: Self) {
+        self.items.splice(0..0, first.items);
+        self.put_in_order();
+    }
+
     fn ids(&self) -> Vec<i64> {
         self.items.iter().map(|item| item.id().into()).collect()
     }
 
     fn put_in_order(&mut self) {
-        self.index = Index::of(&self.ids()).into();
+        self.index = Box::new(Index::of(&self.ids())).into();
     }
 
     /// Position on the shelf, for side tables.
