@@ -12,9 +12,6 @@ use super::Shelved;
 
 /// So many items that come at once are put in order.
 const MANY: usize = 1 << 14;
-/// Ranges of ids that are put in order side by side: enough for the threads of most machines, and each takes a look at
-/// all ids.
-const RANGES: u64 = 4;
 
 /// Positions by id. The ids themselves stand in the items: a map has many, and they fill the caches. Items that come one
 /// by one stand in a table; many that come at once are put in the order of their ids, in which a map is written as well.
@@ -89,8 +86,10 @@ struct Order {
 impl Order {
     fn of(ids: &[i64]) -> Self {
         let buckets = Buckets::of(ids);
-        let each = buckets.count.div_ceil(RANGES);
-        let ranges: Vec<Self> = (0..RANGES)
+        // One range of ids for each thread, which takes a look at all ids.
+        let count = rayon::current_num_threads() as u64;
+        let each = buckets.count.div_ceil(count);
+        let ranges: Vec<Self> = (0..count)
             .into_par_iter()
             .map(|range| Self::of_range(ids, buckets, range * each..buckets.count.min((range + 1) * each)))
             .collect();
