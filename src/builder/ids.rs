@@ -152,13 +152,23 @@ impl Ids {
     }
 
     /// Whether none of all these ids has been handed out twice.
-    pub fn are_apart<'a>(all: impl Iterator<Item = &'a Self> + Clone) -> bool {
+    pub fn are_apart<'a>(all: impl Iterator<Item = &'a Self> + Clone + Send + Sync) -> bool {
+        let [even, odd] = [0, 1].map(|half| {
+            let all = all.clone();
+            move || Self::are_half_apart(all, half)
+        });
+        let (even, odd) = rayon::join(even, odd);
+        even && odd
+    }
+
+    /// As [`Ids::are_apart`] for the even ids (`half` 0) or the odd ones.
+    fn are_half_apart<'a>(all: impl Iterator<Item = &'a Self> + Clone, half: Id) -> bool {
         // Ids are hashes, so few share their last bits with one before: only these are held against all.
-        let bits = 16 * all.clone().map(Self::count).sum::<usize>().next_power_of_two().max(4);
+        let bits = 8 * all.clone().map(Self::count).sum::<usize>().next_power_of_two().max(8);
         let mut seen = vec![0_u64; bits / 64];
         let mut doubtful = FxHashSet::default();
-        for id in all.clone().flat_map(Self::all) {
-            let place = *id as usize % bits;
+        for id in all.clone().flat_map(Self::all).filter(|id| **id % 2 == half) {
+            let place = (*id / 2) as usize % bits;
             let (word, bit) = (&mut seen[place / 64], 1 << (place % 64));
             if *word & bit != 0 && !doubtful.insert(*id) {
                 return false;
