@@ -101,6 +101,7 @@ pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
     };
     let passed = network.intersections.iter().zip(ways).filter_map(|(at, ways)| Some((at, ways?)));
     let passed: Vec<(&Intersection, Box<Ways>)> = passed.collect();
+    assembly.rest();
     let passing: Vec<&Intersection> = passed.iter().map(|(at, _)| *at).collect();
     let mut parts = Parts::over(&assembly, passed.iter().map(|(_, ways)| &ways.part));
     let mut all_beside: Vec<Beside> = Vec::with_capacity(passed.len());

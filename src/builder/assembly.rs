@@ -74,7 +74,13 @@ impl<'a> Assembly<'a> {
 
     /// From now on parts over this one take none of its ids.
     pub fn be_careful(&mut self) {
+        self.part.ids.wake();
         self.careful = true;
+    }
+
+    /// Takes less memory until [`Assembly::be_careful`]; nothing is added until then.
+    pub fn rest(&mut self) {
+        self.part.ids.rest();
     }
 
     /// Puts all points that are added from now on on this ground.

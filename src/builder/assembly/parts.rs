@@ -68,3 +68,33 @@ impl Parts {
         parts
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::builder::assembly::tags;
+    use crate::builder::ids::Key;
+    use crate::geometry::Point;
+
+    #[test]
+    fn parts_that_share_an_id_are_told_apart_again() {
+        let point = |assembly: &mut Assembly, key| assembly.point(key, Point::new(1.0, 2.0), 0.0);
+        let mut below = Assembly::default();
+        point(&mut below, Key::new("below"));
+        let made = |word| {
+            let mut part = Assembly::over(&below);
+            let points = [0, 1].map(|i| point(&mut part, Key::new(word).number(i)));
+            part.line(Key::new(word), points.to_vec(), tags(&[("type", "virtual")]));
+            part.into_part().shrunk()
+        };
+        let mut parts = Parts::over(&below, std::iter::empty());
+        ["one", "other"].into_iter().for_each(|word| parts.add(made(word)));
+        assert!(parts.are_apart_from(&below));
+        parts.add(made("one"));
+        assert!(!parts.are_apart_from(&below));
+        let split = parts.split();
+        let added: Vec<bool> = split.into_iter().map(|part| below.add(part).is_ok()).collect();
+        assert_eq!(added, [true, true, false]);
+        assert_eq!(below.into_map().counts(), [5, 2, 0, 0, 0]);
+    }
+}
