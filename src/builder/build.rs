@@ -3,13 +3,14 @@
 use std::borrow::Borrow;
 use std::sync::Arc;
 
+use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::Point;
 use crate::lanelet::LaneletMap;
 use crate::lanelet::index::reaches;
-use crate::osm::OsmData;
+use crate::osm::{OsmData, Way};
 use crate::projection::{Extent, LonLat, Projector};
 use crate::settings::{AssumeSettings, BesideSettings, MarkingSettings, MergeSettings, RoadSettings, Settings};
 use crate::terrain::Terrain;
@@ -273,9 +274,9 @@ pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights
 
 /// The box around all nodes of ways that are roads by their tags.
 fn extent(osm: &OsmData) -> Result<Extent, BuildError> {
-    let roads = osm.ways.iter().filter(|w| w.tags.has("highway"));
-    let places = roads.flat_map(|w| &w.nodes).filter_map(|&id| osm.node(id)?.position);
-    match Extent::of(places) {
+    let roads = osm.ways.par_iter().filter(|w| w.tags.has("highway"));
+    let around = |w: &Way| Extent::of(w.nodes.iter().filter_map(|&id| osm.node(id)?.position));
+    match roads.filter_map(around).reduce_with(|one, other| one.with(&other)) {
         Some(extent) => Ok(extent),
         None if osm.ways.iter().any(|w| w.tags.has("highway")) => Err(BuildError::NoPlace),
         None => Err(NetworkError::NoRoad { ways: osm.ways.len(), left_out: 0 }.into()),

@@ -40,11 +40,14 @@ pub struct Extent {
 impl Extent {
     /// The smallest box around these places; `None` if there is none.
     pub fn of(places: impl IntoIterator<Item = LonLat>) -> Option<Self> {
-        places.into_iter().fold(None, |extent, p| {
-            let Some(Self { min, max }) = extent else { return Some(Self { min: p, max: p }) };
-            let min = LonLat { lon: min.lon.min(p.lon), lat: min.lat.min(p.lat) };
-            Some(Self { min, max: LonLat { lon: max.lon.max(p.lon), lat: max.lat.max(p.lat) } })
-        })
+        places.into_iter().map(|p| Self { min: p, max: p }).reduce(|extent, p| extent.with(&p))
+    }
+
+    /// The smallest box around two.
+    #[must_use]
+    pub fn with(&self, Self { min, max }: &Self) -> Self {
+        let min = LonLat { lon: self.min.lon.min(min.lon), lat: self.min.lat.min(min.lat) };
+        Self { min, max: LonLat { lon: self.max.lon.max(max.lon), lat: self.max.lat.max(max.lat) } }
     }
 
     /// All of it.
