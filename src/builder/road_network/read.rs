@@ -26,7 +26,7 @@ use super::stubs::without_stubs;
 use super::{DrivingSide, End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
 
 /// From longitude and latitude to local metres, for many places at once, in their order.
-pub type ToMetres<'a> = &'a dyn Fn(&[LonLat]) -> Vec<Point>;
+pub type ToMetres<'a> = &'a (dyn Fn(&[LonLat]) -> Vec<Point> + Sync);
 
 /// Vertices closer than this (metres) to the line through their neighbours are dropped: below a mapper's accuracy.
 const SIMPLIFY: f64 = 0.03;
@@ -77,8 +77,13 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
     let mut notes = Vec::new();
     let corrected = corrected(osm, &options.roads, &mut notes);
     let drivable = drivable(osm, &corrected, &mut notes);
-    let Places { positions, middle } = places(osm, &drivable, to_metres);
-    let pieces = pieces(&drivable, &positions, &mut notes);
+    // Beside each other: to cut the ways is the work of one thread.
+    let cut = || {
+        let places = places(osm, &drivable, to_metres);
+        let pieces = pieces(&drivable, &places.positions, &mut notes);
+        (places, pieces)
+    };
+    let ((Places { positions, middle }, pieces), at_nodes) = rayon::join(cut, || NodeFeatures::new(osm));
     let pieces: Vec<(Piece, Polyline)> =
         pieces.into_par_iter().filter_map(|piece| centre(&piece, &positions).map(|line| (piece, line))).collect();
     if pieces.is_empty() {
@@ -91,7 +96,7 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
 
     let customs = Customs { side, country: country.as_deref(), assume: &options.assume };
     let used = pieces.iter().map(|(piece, _)| piece.way);
-    let (layouts, at_nodes) = rayon::join(|| layouts(&drivable, used, customs, &mut notes), || NodeFeatures::new(osm));
+    let layouts = layouts(&drivable, used, customs, &mut notes);
     let (pieces, centres): (Vec<Piece>, Vec<Polyline>) =
         without_stubs(pieces, &drivable, &layouts, &mut notes).into_iter().unzip();
     let mut nodes: Vec<i64> = pieces.iter().flat_map(|p| [p.nodes[0], p.nodes[p.nodes.len() - 1]]).collect();
@@ -172,8 +177,8 @@ fn places(osm: &OsmData, drivable: &[Drivable<'_>], to_metres: ToMetres<'_>) -> 
     let mut ids: Vec<i64> = drivable.iter().flat_map(|d| d.way.nodes.iter().copied()).collect();
     ids.par_sort_unstable();
     ids.dedup();
-    let (ids, places): (Vec<i64>, Vec<LonLat>) =
-        ids.into_iter().filter_map(|id| Some((id, osm.node(id)?.position?))).unzip();
+    let known: Vec<(i64, LonLat)> = ids.into_par_iter().filter_map(|id| Some((id, osm.node(id)?.position?))).collect();
+    let (ids, places): (Vec<i64>, Vec<LonLat>) = known.into_iter().unzip();
     let points = to_metres(&places);
     let finite = |p: &Point| p.x.is_finite() && p.y.is_finite();
     let mut positions = FxHashMap::with_capacity_and_hasher(ids.len(), FxBuildHasher);
