@@ -97,7 +97,7 @@ pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
             as_roads,
         };
         stage.intersection(intersection, &ways.plan, &ways.drawn, &ways.conflicts.unwrap_or_default(), ways.area);
-        (stage.assembly.into_part().shrunk(), stage.beside)
+        (stage.assembly.into_part(), stage.beside)
     };
     let passed = network.intersections.iter().zip(ways).filter_map(|(at, ways)| Some((at, ways?)));
     let passed: Vec<(&Intersection, Box<Ways>)> = passed.collect();
