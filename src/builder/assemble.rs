@@ -72,11 +72,11 @@ pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
     cut_across(&mut assembly, network, &lines, &ways, (&lit, &guarded), &mut lanes);
     let as_roads = network.beside.bicycle_lanes == BicycleLanes::Road;
     let bicycles = beside(&mut assembly, network, &lanes);
-    let crossings = Crossings::add(&mut assembly, network, &lines, &lanes, &ways);
+    let (crossings, idle) = Crossings::add(&mut assembly, network, &lines, &lanes, &ways);
     let unlit = drive_light::draw(&mut assembly, network, &lanes, network.side, &lit);
     let mut whole = Assembled { notes, roads: network.roads.len(), ..Assembled::default() };
     whole.settings.driving_side = Some(if network.side == DrivingSide::Left { Side::Left } else { Side::Right });
-    whole.notes.extend(unlit.into_iter().chain(unguarded).chain(crossings.notes.iter().cloned()));
+    whole.notes.extend(unlit.into_iter().chain(unguarded).chain(idle));
     if as_roads {
         whole.settings.bicycle_lanes = bicycles.iter().map(|lanelet| lanelet.0).collect();
     }
@@ -155,20 +155,19 @@ pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
 #[derive(Default)]
 struct Crossings {
     of_road: FxHashMap<RoadIx, Vec<(Crossing, LaneletId)>>,
-    /// Those that were left out.
-    notes: Vec<Finding>,
 }
 
 impl Crossings {
-    /// Adds the crosswalks over which somebody drives; those over lanes that are there already are announced to them.
+    /// Adds the crosswalks over which somebody drives, and tells of the others; those over lanes that are there already are
+    /// announced to them.
     fn add(
         assembly: &mut Assembly,
         network: &RoadNetwork,
         lines: &ConnectionLines,
         lanes: &Lanes,
         ways: &[Option<Box<Ways>>],
-    ) -> Self {
-        let mut all = Self::default();
+    ) -> (Self, Vec<Finding>) {
+        let (mut all, mut left_out) = (Self::default(), Vec::new());
         for crossing in &lines.crossings {
             let road = network.road(crossing.road);
             let at = crossing.arm.map(|end| (RoadEnd { road: crossing.road, end }, road.intersection(end)));
@@ -176,7 +175,7 @@ impl Crossings {
             if let Some((at, intersection, Some(ways))) = passed
                 && !ways.lead_over(intersection, at, network.beside.bicycle_lanes)
             {
-                all.notes.push(idle(crossing, network));
+                left_out.push(idle(crossing, network));
                 continue;
             }
             assembly.stand_on(match passed {
@@ -199,7 +198,7 @@ impl Crossings {
             all.of_road.entry(crossing.road).or_default().push((crossing.clone(), id));
         }
         assembly.stand_on(Ground::default());
-        all
+        (all, left_out)
     }
 }
 

@@ -59,3 +59,59 @@ pub fn announce<'a>(
     assembly.element(key, "crosswalk", &[("refers", Target::Lanelet(crosswalk))], &carriers);
     true
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::builder::tests::{Asked, built_as};
+    use crate::builder::{BuildOptions, Built};
+
+    /// Three streets meet; people cross the one in the west between its end and the middle.
+    fn crossing(west: &str, north: &str, east: &str) -> Built {
+        let nodes = [
+            (1, 0.0, 0.0, ""),
+            (2, -80.0, 0.0, ""),
+            (3, 0.0, 80.0, ""),
+            (4, 80.0, 0.0, ""),
+            (5, -9.0, 0.0, "highway=crossing"),
+        ];
+        let street = |tags| format!("highway=residential lanes=1 {tags}");
+        let [west, north, east] = [west, north, east].map(street);
+        let ways: [(i64, &[i64], &str); 3] = [(10, &[2, 5, 1], &west), (11, &[3, 1], &north), (12, &[4, 1], &east)];
+        built_as(&Asked { nodes: &nodes, ways: &ways, options: BuildOptions::default() })
+    }
+
+    /// How many crosswalks there are, elements that tell of them, and notes of those left out.
+    fn found(built: &Built) -> [usize; 3] {
+        let map = &built.map;
+        [
+            map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", "crosswalk")).count(),
+            map.regulatory_elements.iter().filter(|element| element.subtype == "crosswalk").count(),
+            built.notes.iter().filter(|note| note.fault == "crosswalk-idle").count(),
+        ]
+    }
+
+    #[test]
+    fn a_crosswalk_over_which_nobody_drives_is_left_out() {
+        let [to, from] = ["oneway=yes", "oneway=-1"];
+        assert_eq!(found(&crossing(to, to, from)), [1, 1, 0]);
+        assert_eq!(found(&crossing(from, from, to)), [1, 1, 0]);
+        // All come in, and none gets out.
+        assert_eq!(found(&crossing(to, to, to)), [0, 0, 1]);
+    }
+
+    #[test]
+    fn lanes_that_go_on_through_lights_know_of_the_crosswalk_before_them() {
+        let nodes = [
+            (1, 0.0, 0.0, "highway=traffic_signals"),
+            (2, -80.0, 0.0, ""),
+            (3, 80.0, 0.0, ""),
+            (4, -8.0, 0.0, "highway=crossing crossing=traffic_signals"),
+        ];
+        let ways: [(i64, &[i64], &str); 2] = [
+            (10, &[2, 4, 1], "highway=residential oneway=yes lanes=1 name=A"),
+            (11, &[1, 3], "highway=residential oneway=yes lanes=1 name=B"),
+        ];
+        let built = built_as(&Asked { nodes: &nodes, ways: &ways, options: BuildOptions::default() });
+        assert_eq!(found(&built), [1, 1, 0]);
+    }
+}
