@@ -12,6 +12,9 @@ use super::Shelved;
 
 /// So many items that come at once are put in order.
 const MANY: usize = 1 << 14;
+/// Ranges of ids that are put in order side by side at the most: each takes a look at all ids, which many threads would pay for
+/// with more work than they share.
+const RANGES_MOST: usize = 8;
 
 /// Positions by id. The ids themselves stand in the items: a map has many, and they fill the caches. Items that come one
 /// by one stand in a table; many that come at once are put in the order of their ids, in which a map is written as well.
@@ -86,8 +89,7 @@ struct Order {
 impl Order {
     fn of(ids: &[i64]) -> Self {
         let buckets = Buckets::of(ids);
-        // One range of ids for each thread, which takes a look at all ids.
-        let count = rayon::current_num_threads() as u64;
+        let count = rayon::current_num_threads().min(RANGES_MOST) as u64;
         let each = buckets.count.div_ceil(count);
         let ranges: Vec<Self> = (0..count)
             .into_par_iter()
