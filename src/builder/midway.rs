@@ -28,13 +28,10 @@ struct Wanted<'a> {
 }
 
 impl Wanted<'_> {
-    /// Places on the line, evenly spread from the lower node to the higher.
-    fn spread(&self, count: usize) -> Option<Vec<Point>> {
-        let mut points = Polyline::new(self.line.iter().copied())?.resampled_to(count).into_points();
-        if self.reversed {
-            points.reverse();
-        }
-        Some(points)
+    /// The line from the lower node to the higher.
+    fn upward(&self) -> Option<Polyline> {
+        let line = Polyline::new(self.line.iter().copied())?;
+        Some(if self.reversed { line.reversed() } else { line })
     }
 }
 
@@ -93,9 +90,12 @@ impl Meant {
         if along(a, b) && along(b, a) {
             return None;
         }
-        let count = a.len().max(b.len());
-        let (a, b) = (first.spread(count)?, second.spread(count)?);
-        let line: Vec<Point> = a.iter().zip(&b).map(|(a, b)| nalgebra::center(a, b)).collect();
+        let (a, b) = (first.upward()?, second.upward()?);
+        // Points stand close where a line bends: those of the one that has more of them stay where they are along it.
+        let [more, fewer] = if a.points().len() >= b.points().len() { [&a, &b] } else { [&b, &a] };
+        let part = fewer.length() / more.length();
+        let beside = fewer.at_each(more.stations().iter().map(|station| station * part));
+        let line: Vec<Point> = more.points().iter().zip(&beside).map(|(a, b)| nalgebra::center(a, b)).collect();
         let opposite = first.reversed != second.reversed;
         (!opposite || wanted.iter().all(|way| keeps_width(&line, way.other, way.width))).then_some(line)
     }

@@ -61,19 +61,22 @@ pub fn walkways(
         });
         let mapped = mapped(network.road(at.road), at.end).filter(|_| (0..count).any(|arm| !private(arm)));
         let leads = |path: &&Path| path.movement.from == arm || path.movement.to == arm;
+        let outlines = |road| lanes.of_road(road).iter().map(|lane| (lane.lanelet, assembly.outline(lane.lanelet)));
         let own = paths.iter().filter(leads).map(|path| (path.lanelet, assembly.outline(path.lanelet)));
-        let mut own: Vec<(LaneletId, Vec<Point>)> = own.collect();
-        if mapped.is_some() {
-            own.extend(lanes.of_road(at.road).iter().map(|lane| (lane.lanelet, assembly.outline(lane.lanelet))));
-        }
-        let ends = mapped.map_or(ends, |end| [Some(end), None]);
-        let Some(shape) = shape(&ends, &own) else { continue };
-        let outline: Vec<Point> = shape[0].iter().chain(shape[1].iter().rev()).copied().collect();
-        let mut others = paths.iter().filter(|path| !leads(path)).map(|path| assembly.outline(path.lanelet));
-        if others.any(|path| polygon::common_area(&path, &outline) >= CROSSES) {
-            continue;
-        }
-        let carriers = own.iter().filter(|(_, lane)| polygon::common_area(lane, &outline) >= CROSSES);
+        let own: Vec<(LaneletId, Vec<Point>)> = own.collect();
+        let reached: Vec<_> = own.iter().cloned().chain(outlines(at.road).filter(|_| mapped.is_some())).collect();
+        // Who does not turn onto private ground meets nobody.
+        let through = paths.iter().filter(|path| !leads(path)).map(|path| assembly.outline(path.lanelet));
+        let along = intersection.arms.iter().filter(|other| other.road != at.road);
+        let along = along.flat_map(|other| outlines(other.road)).map(|(_, outline)| outline);
+        let others: Vec<Vec<Point>> = through.chain(along).collect();
+        let shapes = [mapped.and_then(|end| shape(&[Some(end), None], &reached)), shape(&ends, &own)];
+        let outline = |shape: &[Vec<Point>; 2]| shape[0].iter().chain(shape[1].iter().rev()).copied().collect::<Vec<_>>();
+        let crosses = |lane: &[Point], outline: &[Point]| polygon::common_area(lane, outline) >= CROSSES;
+        let clear = |outline: &[Point]| !others.iter().any(|lane| crosses(lane, outline));
+        let found = shapes.into_iter().flatten().map(|shape| (outline(&shape), shape)).find(|(outline, _)| clear(outline));
+        let Some((outline, shape)) = found else { continue };
+        let carriers = reached.iter().filter(|(_, lane)| crosses(lane, &outline));
         let carriers: Vec<LaneletId> = carriers.map(|(lanelet, _)| *lanelet).collect();
         let key = road_key("walkway", network.road(at.road)).number(at.end as i64);
         add(assembly, key, &shape, &carriers);

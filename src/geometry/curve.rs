@@ -11,14 +11,14 @@ pub struct Pose {
     pub heading: Vector,
 }
 
-/// A line leaves the curve it stands for by at most this, metres: a tenth of a wide painted line.
-const SAGITTA: f64 = 0.01;
+/// A line leaves the curve it stands for by at most this, metres: a fifth of a wide painted line.
+const SAGITTA: f64 = 0.02;
 /// The outer bound of a lane lies this far, metres, outside the curve in its middle; it bends as much and is longer.
 const OUTSIDE: f64 = 2.0;
 /// Longest distance between neighbours on straights, metres.
 const STRAIGHT_STEP: f64 = 3.0;
-/// Largest change of direction between neighbours, radians (5 degrees).
-const TURN_STEP: f64 = 5.0 * std::f64::consts::PI / 180.0;
+/// Largest change of direction between neighbours, radians (8 degrees).
+const TURN_STEP: f64 = 8.0 * std::f64::consts::PI / 180.0;
 /// Below this change of direction (2 degrees) two lines count as parallel, and a cubic joins them.
 const PARALLEL: f64 = 2.0 * std::f64::consts::PI / 180.0;
 /// Above this change of direction (150 degrees) the tangents meet too far away for an arc between them.
@@ -68,12 +68,13 @@ fn fillet(from: Pose, to: Pose) -> Option<Vec<Pose>> {
     Some(poses)
 }
 
-/// Places on an arc from a pose, both ends among them.
+/// Places on an arc from a pose, both ends among them. The first and the last step are half as long as the others: the line
+/// sets out along the tangent, or nearly.
 pub(super) fn arc(from: Pose, turn: f64, radius: f64) -> impl DoubleEndedIterator<Item = Pose> {
     let centre = from.point + left_of(from.heading) * radius * turn.signum();
-    let pieces = (radius * turn.abs() * density(1.0 / radius)).ceil().max(1.0) as usize;
-    (0..=pieces).map(move |i| {
-        let rotation = nalgebra::Rotation2::new(turn * i as f64 / pieces as f64);
+    let steps = (radius * turn.abs() * density(1.0 / radius)).ceil().max(1.0);
+    (0..=steps as usize + 1).map(move |i| {
+        let rotation = nalgebra::Rotation2::new(turn * ((i as f64 - 0.5) / steps).clamp(0.0, 1.0));
         Pose { point: centre + rotation * (from.point - centre), heading: rotation * from.heading }
     })
 }
