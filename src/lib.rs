@@ -20,6 +20,7 @@ pub mod fix;
 pub mod geometry;
 pub mod lanelet;
 pub mod osm;
+mod parallel;
 pub mod projection;
 pub mod report;
 pub mod requirement;

@@ -2,6 +2,7 @@
 
 mod right_of_way;
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -115,7 +116,7 @@ pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
             all_beside.push(beside);
         };
         let (next, ()) = rayon::join(
-            || batch.into_par_iter().map(|(at, ways)| made(&assembly, at, *ways)).collect(),
+            || batch.into_par_iter().finely().map(|(at, ways)| made(&assembly, at, *ways)).collect(),
             || std::mem::take(&mut ready).into_iter().for_each(add),
         );
         ready = next;

@@ -6,6 +6,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -27,9 +28,9 @@ const PER_METRE: f64 = 1e3;
 /// as far as its place among `reaches` says.
 pub fn limit(map: &mut LaneletMap, reaches: &[Option<Reach>]) {
     let lanelets = map.lanelets.as_slice();
-    let ways = Ways::new(lanelets.par_iter().map(|lanelet| Way::of(map, reaches, lanelet)).collect());
+    let ways = Ways::new(lanelets.par_iter().finely().map(|lanelet| Way::of(map, reaches, lanelet)).collect());
     let limit = |(at, lanelet): (usize, &Lanelet)| Some((at, ways.opposite_before(at, lanelet)?));
-    let limits: Vec<(usize, f64)> = lanelets.par_iter().enumerate().filter_map(limit).collect();
+    let limits: Vec<(usize, f64)> = lanelets.par_iter().finely().enumerate().filter_map(limit).collect();
     let lanelets = map.lanelets.as_mut_slice();
     for (at, metres) in limits {
         // Less than the way by a hand's breadth and rounded down, so that the blinker surely starts behind the other turn.

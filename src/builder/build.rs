@@ -3,6 +3,7 @@
 use std::borrow::Borrow;
 use std::sync::Arc;
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
@@ -274,7 +275,7 @@ pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights
 
 /// The box around all nodes of ways that are roads by their tags.
 fn extent(osm: &OsmData) -> Result<Extent, BuildError> {
-    let roads = osm.ways.par_iter().filter(|w| w.tags.has("highway"));
+    let roads = osm.ways.par_iter().finely().filter(|w| w.tags.has("highway"));
     let around = |w: &Way| Extent::of(w.nodes.iter().filter_map(|&id| osm.node(id)?.position));
     match roads.filter_map(around).reduce_with(|one, other| one.with(&other)) {
         Some(extent) => Ok(extent),

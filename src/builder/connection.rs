@@ -10,6 +10,7 @@ mod setback;
 #[cfg(test)]
 mod tests;
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
@@ -164,7 +165,7 @@ pub fn connection_lines<'a>(
         let (ix, asked) = (RoadIx(i as u32), Asked { least: least[i], setbacks, wishes: wishes[i], stops: stops[i] });
         known(ix).filter(|known| known.asked == asked).map_or_else(|| cut(network, ix, asked), |known| known.of(ix))
     };
-    let mut cuts: Vec<Cut> = setbacks.par_iter().enumerate().map(|(i, setbacks)| cut(i, *setbacks)).collect();
+    let mut cuts: Vec<Cut> = setbacks.par_iter().finely().enumerate().map(|(i, setbacks)| cut(i, *setbacks)).collect();
     // Where a road is too short to be cut back, its neighbour gives.
     for give in [None, None, Some(back)] {
         for road in level(network, least, &cuts, &mut setbacks, give) {

@@ -10,6 +10,7 @@ mod ways;
 
 pub use ways::Ways;
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
@@ -166,7 +167,7 @@ impl Draft {
     /// Draws the ways that are not drawn yet, and their outlines where no way runs over a cut: else they are drawn again.
     fn complete(mut self, network: &RoadNetwork, restricted: &Restricted) -> Self {
         let Self { joins, lines, assembly, lanes, ways, .. } = &mut self;
-        ways.par_iter_mut().enumerate().filter(|(_, ways)| ways.is_none()).for_each(|(i, slot)| {
+        ways.par_iter_mut().finely().enumerate().filter(|(_, ways)| ways.is_none()).for_each(|(i, slot)| {
             let at = &network.intersections[i];
             if at.arms.len() < 2 || joins.joined(IntersectionIx(i as u32)) {
                 return;
@@ -187,7 +188,7 @@ impl Draft {
     fn outlined(mut self, network: &RoadNetwork, restricted: &Restricted) -> Self {
         let Self { assembly, lanes, ways, .. } = &mut self;
         let bare = |ways: &Option<Box<Ways>>| ways.as_ref().is_some_and(|ways| ways.conflicts.is_none());
-        let bare = ways.par_iter_mut().zip(&network.intersections).filter(|(ways, _)| bare(ways));
+        let bare = ways.par_iter_mut().finely().zip(&network.intersections).filter(|(ways, _)| bare(ways));
         bare.for_each(|(slot, at)| {
             *slot = slot.take().map(|ways| Box::new(ways.outlined(network, restricted, lanes, at, assembly)));
         });

@@ -1,5 +1,6 @@
 //! The grid on which streets lie: what is written with nine decimals of a degree is read back as the very same metres.
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::geometry::{Point, Polyline};
@@ -33,7 +34,7 @@ fn short(number: &mut f64) {
 /// The network with every place on the grid, and no number longer than it is written.
 #[must_use]
 pub fn network(mut network: RoadNetwork) -> RoadNetwork {
-    network.roads.par_iter_mut().for_each(|road| {
+    network.roads.par_iter_mut().finely().for_each(|road| {
         line(&mut road.line);
         road.heights.iter_mut().for_each(short);
         let stations = road.features.iter_mut().map(|feature| &mut feature.station);
@@ -55,7 +56,7 @@ pub fn network(mut network: RoadNetwork) -> RoadNetwork {
 #[must_use]
 pub fn outlines(mut outlines: Outlines) -> Outlines {
     outlines.kept.iter_mut().flatten().for_each(short);
-    outlines.intersections.par_iter_mut().for_each(|outline| {
+    outlines.intersections.par_iter_mut().finely().for_each(|outline| {
         let cuts = outline.cuts.iter_mut().flat_map(|cut| [&mut cut.left, &mut cut.right]);
         for p in cuts.chain(outline.corners.iter_mut().flatten()).chain(&mut outline.ring) {
             *p = snapped(*p);

@@ -3,6 +3,7 @@
 mod border;
 mod renewed;
 
+use crate::parallel::Finely;
 use compact_str::ToCompactString;
 use rayon::prelude::*;
 
@@ -169,7 +170,7 @@ pub fn lanes(assembly: &mut Assembly, network: &RoadNetwork, lines: &ConnectionL
             roads.iter().map(|ix| road_lanes(&mut part, network, *ix, kept(ix), joins)).collect();
         (part.into_part(), drawn)
     };
-    let parts: Vec<_> = all.par_chunks(CHUNK).map(|roads| drawn(assembly, roads)).collect();
+    let parts: Vec<_> = all.par_chunks(CHUNK).finely().map(|roads| drawn(assembly, roads)).collect();
     let (parts, mut of_roads): (Vec<Part>, Vec<Vec<RoadLanes>>) = parts.into_iter().unzip();
     if let Err(parts) = assembly.add_all(parts) {
         assembly.be_careful();

@@ -6,6 +6,7 @@
 
 use std::collections::BTreeSet;
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::geometry::{Point, Vector, left_of};
@@ -99,7 +100,7 @@ pub fn level(
         Some((road, side, from_cut(least[road], one.0.end, cuts[road].kept[side]) + behind))
     };
     let beside = |at| neighbours(network, at, inward, PARALLEL).flat_map(|[a, b]| [(a, b), (b, a)]);
-    let depths = network.intersections.par_iter().flat_map_iter(|at| beside(at).filter_map(depth));
+    let depths = network.intersections.par_iter().finely().flat_map_iter(|at| beside(at).filter_map(depth));
     let depths: Vec<(usize, usize, f64)> = depths.collect();
     let mut changed = BTreeSet::new();
     for (road, side, depth) in depths {
@@ -153,7 +154,7 @@ pub fn seams(network: &RoadNetwork, lines: &ConnectionLines) -> Vec<Seam> {
         let place = nalgebra::center(&a, &b);
         ((a - b).norm() <= GAP && on_one_level(network, edges, place)).then_some(Seam { edges, key, place })
     };
-    network.intersections.par_iter().flat_map_iter(|at| abreast(at).filter_map(seam)).collect()
+    network.intersections.par_iter().finely().flat_map_iter(|at| abreast(at).filter_map(seam)).collect()
 }
 
 #[cfg(test)]

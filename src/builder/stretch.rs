@@ -5,6 +5,7 @@ mod knife;
 #[cfg(test)]
 mod tests;
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::lanelet::Attributes;
@@ -82,7 +83,7 @@ pub fn cut_across(
         let stretches: Vec<Stretch> = stretches.collect();
         Some((ix, knife.into_cuts(), stretches)).filter(|(_, cuts, _)| !cuts.is_empty())
     };
-    let found = network.roads.par_iter().enumerate().filter_map(found).collect();
+    let found = network.roads.par_iter().finely().enumerate().filter_map(found).collect();
     lanes.divide(assembly, network, found);
 }
 

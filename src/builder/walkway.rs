@@ -71,10 +71,12 @@ pub fn walkways(
         let along = along.flat_map(|other| outlines(other.road)).map(|(_, outline)| outline);
         let others: Vec<Vec<Point>> = through.chain(along).collect();
         let shapes = [mapped.and_then(|end| shape(&[Some(end), None], &reached)), shape(&ends, &own)];
-        let outline = |shape: &[Vec<Point>; 2]| shape[0].iter().chain(shape[1].iter().rev()).copied().collect::<Vec<_>>();
+        let outline =
+            |shape: &[Vec<Point>; 2]| shape[0].iter().chain(shape[1].iter().rev()).copied().collect::<Vec<_>>();
         let crosses = |lane: &[Point], outline: &[Point]| polygon::common_area(lane, outline) >= CROSSES;
         let clear = |outline: &[Point]| !others.iter().any(|lane| crosses(lane, outline));
-        let found = shapes.into_iter().flatten().map(|shape| (outline(&shape), shape)).find(|(outline, _)| clear(outline));
+        let found =
+            shapes.into_iter().flatten().map(|shape| (outline(&shape), shape)).find(|(outline, _)| clear(outline));
         let Some((outline, shape)) = found else { continue };
         let carriers = reached.iter().filter(|(_, lane)| crosses(lane, &outline));
         let carriers: Vec<LaneletId> = carriers.map(|(lanelet, _)| *lanelet).collect();

@@ -2,6 +2,8 @@
 
 use rayon::prelude::*;
 
+use crate::parallel::Finely;
+
 use super::Point;
 
 /// A box: its lowest and highest coordinates.
@@ -89,14 +91,14 @@ impl Cells {
                 here.then_some((i, j))
             })
         };
-        let large = self.large.par_iter().flat_map_iter(|&l| {
+        let large = self.large.par_iter().finely().flat_map_iter(|&l| {
             let l = l as usize;
             let others = (0..self.boxes.len()).filter(move |&i| i != l && touch(&self.boxes[i], &self.boxes[l]));
             // Of two that are large, only the lower one finds the other.
             let others = others.filter(move |&i| i > l || self.range(&self.boxes[i]).is_some());
             others.map(move |i| (i.min(l), i.max(l)))
         });
-        let small = (0..buckets).into_par_iter().flat_map_iter(of_bucket);
+        let small = (0..buckets).into_par_iter().finely().flat_map_iter(of_bucket);
         small.chain(large).filter_map(|(i, j)| say(i, j)).collect()
     }
 

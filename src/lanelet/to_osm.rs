@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::point::lonlats;
 use super::{Attributes, Lanelet, LaneletMap, LineString, Point, Polygon, RegulatoryElement, Target};
 use crate::osm::{ElementKind, MetaInfo, OsmText, Text};
+use crate::parallel::Finely;
 use crate::projection::{LonLat, Projector};
 
 /// Decimals of `local_x` and `local_y`: a tenth of a millimetre, as in the official maps.
@@ -67,7 +68,7 @@ impl Texts {
             next.resize_with(CHUNKS, OsmText::default);
             let (written, ()) = rayon::join(
                 || ready.iter().take(filled).try_for_each(|text| out.write_all(text.as_bytes())),
-                || next.par_iter_mut().zip(batch.par_chunks(CHUNK)).for_each(made),
+                || next.par_iter_mut().finely().zip(batch.par_chunks(CHUNK).finely()).for_each(made),
             );
             written?;
             filled = batch.len().div_ceil(CHUNK);

@@ -8,6 +8,7 @@ use std::path::Path;
 pub fn load(path: &Path) -> io::Result<Vec<u8>> {
     use std::os::unix::fs::FileExt;
 
+    use crate::parallel::Finely;
     use rayon::prelude::*;
 
     /// Bytes that one thread reads at a time.
@@ -20,7 +21,7 @@ pub fn load(path: &Path) -> io::Result<Vec<u8>> {
         return std::fs::read(path);
     }
     let mut bytes = vec![0; about.len() as usize];
-    let parts = bytes.par_chunks_mut(PART).enumerate();
+    let parts = bytes.par_chunks_mut(PART).finely().enumerate();
     parts.try_for_each(|(i, part)| file.read_exact_at(part, (i * PART) as u64))?;
     Ok(bytes)
 }

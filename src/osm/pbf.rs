@@ -13,6 +13,7 @@ use super::ReadError;
 use super::read::MAX_REFERENCES;
 use super::{ElementKind, Member, Node, OsmData, Relation, Source, Tags, Text, Way};
 use crate::diagnostic::SourceSpan;
+use crate::parallel::Finely;
 use crate::projection::{Extent, LonLat};
 
 /// Whether these bytes begin like a PBF file: a length, then a blob header that names its type `OSMHeader`.
@@ -34,7 +35,7 @@ pub fn read(data: &mut OsmData, name: &str, bytes: &[u8]) -> Result<(), ReadErro
     // The decoder panics on what no program writes: a member of an unknown kind, ids that overflow. It has nothing to lose
     // but the blob, so the panic can stop here.
     let guarded = |blob: &Blob| catch_unwind(AssertUnwindSafe(|| decode(blob)));
-    let parts: Vec<_> = blobs.par_iter().map(guarded).collect();
+    let parts: Vec<_> = blobs.par_iter().finely().map(guarded).collect();
     for part in parts {
         let part = part.map_err(|_| damaged("a block holds values that no program writes".to_owned()))?;
         let part = part.map_err(|error| damaged(error.to_string()))?;

@@ -12,6 +12,7 @@ use rustc_hash::FxHashMap;
 use super::LonLat;
 use super::patch::{Patch, Square, square_of};
 use crate::geometry::{Point, Vector};
+use crate::parallel::Finely;
 
 /// A plane that PROJ knows how to reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -139,7 +140,7 @@ fn in_chunks<T: Sync, R: Send>(items: &[T], run: impl Fn(&[T]) -> Vec<R> + Sync 
     if items.len() <= CHUNK {
         return run(items);
     }
-    let parts: Vec<Vec<R>> = items.par_chunks(CHUNK).map(run).collect();
+    let parts: Vec<Vec<R>> = items.par_chunks(CHUNK).finely().map(run).collect();
     parts.into_iter().flatten().collect()
 }
 

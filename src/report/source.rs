@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::escape::is_plain;
 use crate::diagnostic::SourceSpan;
+use crate::parallel::Finely;
 
 /// More bytes than this around a label are not shown: some programs write a whole map on one line.
 const MOST_CONTEXT: usize = 300;
@@ -110,7 +111,7 @@ fn harmless(text: &str) -> Cow<'_, str> {
     let printable = |b: &u8| matches!(b, b' '..=b'~' | b'\t' | b'\n' | b'\r');
     let harms = |c: char| !matches!(c, '\t' | '\n' | '\r') && !is_plain(c);
     // Most maps are plain ASCII, which is faster to tell than that no letter does harm.
-    if text.as_bytes().par_chunks(CHUNK).all(|part| part.iter().all(printable)) || !text.contains(harms) {
+    if text.as_bytes().par_chunks(CHUNK).finely().all(|part| part.iter().all(printable)) || !text.contains(harms) {
         return Cow::Borrowed(text);
     }
     let replaced = |c: char| match c.len_utf8() {

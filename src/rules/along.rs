@@ -6,6 +6,7 @@ use crate::diagnostic::Edit;
 use crate::geometry::{Point, Polyline};
 use crate::lanelet::LineStringId;
 use crate::lanelet::index::{Lane, MapIndex};
+use crate::parallel::Finely;
 
 /// Steps along a bound between measurements, metres: short against any lane.
 const STEP: f64 = 1.0;
@@ -102,7 +103,7 @@ pub fn all(
 ) -> Vec<Twins> {
     let bounds = |lane: &Lane| [0, 1].map(|side| lane.border(side));
     let taking_part = |lane: &Lane| if first(lane) || second(lane) { bounds(lane) } else { Bounds::default() };
-    let lines: Vec<Bounds> = map.lanes.par_iter().map(taking_part).collect();
+    let lines: Vec<Bounds> = map.lanes.par_iter().finely().map(taking_part).collect();
     let of_lane = |at: usize| {
         let [low, high] = map.lanes[at].extent;
         let margin = crate::geometry::Vector::new(reach.apart, reach.apart);
@@ -110,6 +111,6 @@ pub fn all(
         let others = near.filter(|&other| other != at && second(&map.lanes[other]));
         others.filter_map(|other| Twins::of(map, [at, other], [&lines[at], &lines[other]], reach)).collect::<Vec<_>>()
     };
-    let all = (0..map.lanes.len()).into_par_iter().filter(|&at| first(&map.lanes[at]));
+    let all = (0..map.lanes.len()).into_par_iter().finely().filter(|&at| first(&map.lanes[at]));
     all.flat_map_iter(of_lane).collect()
 }

@@ -99,6 +99,7 @@ pub use rule::{NoParams, Rule};
 
 use crate::diagnostic::{Diagnostic, Finding, Severity};
 use crate::lanelet::index::MapIndex;
+use crate::parallel::Finely;
 use crate::requirement::{DocumentError, Requirement};
 use crate::settings::Profile;
 
@@ -234,7 +235,7 @@ pub fn run(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigErr
         return tier4::run(map, config);
     }
     let by_rule: Vec<Vec<Diagnostic>> =
-        rows.par_iter().map(|row| run_row(map, config, row)).collect::<Result<_, ConfigError>>()?;
+        rows.par_iter().finely().map(|row| run_row(map, config, row)).collect::<Result<_, ConfigError>>()?;
     Ok(by_rule.into_iter().flatten().collect())
 }
 

@@ -12,6 +12,7 @@ use crate::geometry::{Point, Polyline, Vector, polygon};
 use crate::lanelet::index::view::boxes_meet;
 use crate::lanelet::index::{Lane, MapIndex, extent};
 use crate::lanelet::{LaneletId, LineStringId, RoadType};
+use crate::parallel::Finely;
 
 /// See `rules/vm-01-03.md`.
 pub struct SharedBorders;
@@ -36,9 +37,10 @@ impl Rule for SharedBorders {
     type Params = Params;
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let borders: Vec<Vec<Polyline>> = map.lanes.par_iter().map(|lane| borders(map, lane)).collect();
+        let borders: Vec<Vec<Polyline>> = map.lanes.par_iter().finely().map(|lane| borders(map, lane)).collect();
         let pairs: Vec<(usize, usize)> = (0..map.lanes.len())
             .into_par_iter()
+            .finely()
             .flat_map_iter(|at| along(map, &borders, params, at).into_iter().map(move |other| (at, other)))
             .collect();
         let mut findings = Vec::new();

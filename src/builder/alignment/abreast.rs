@@ -10,6 +10,7 @@ mod sieve;
 #[cfg(test)]
 mod tests;
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -56,7 +57,7 @@ impl Tracks<'_> {
 
     /// Makes the tracks of many roads.
     fn make(&mut self, roads: &[usize]) {
-        let new = roads.par_iter().filter(|road| !self.made.contains_key(road));
+        let new = roads.par_iter().finely().filter(|road| !self.made.contains_key(road));
         let new: Vec<_> = new.map(|&road| (road, Track::new(&self.network.roads[road], self.kept[road]))).collect();
         self.made.extend(new);
     }
@@ -207,7 +208,7 @@ pub fn abreast(mut network: RoadNetwork, kept: &[[f64; 2]]) -> RoadNetwork {
         }
     }
     let tracks = tracks.made;
-    network.roads.par_iter_mut().enumerate().for_each(|(i, road)| {
+    network.roads.par_iter_mut().finely().enumerate().for_each(|(i, road)| {
         if let Some(track) = tracks.get(&i)
             && track.shift.iter().any(|s| s.abs() > TOLERANCE)
             && let Some(line) = shifted(road, track)

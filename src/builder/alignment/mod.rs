@@ -5,6 +5,7 @@ mod ease;
 mod narrow;
 mod sides;
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use super::road_network::RoadNetwork;
@@ -18,7 +19,7 @@ pub use narrow::narrowed;
 /// places.
 #[must_use]
 pub fn ease(mut network: RoadNetwork) -> RoadNetwork {
-    network.roads.par_iter_mut().for_each(|road| {
+    network.roads.par_iter_mut().finely().for_each(|road| {
         let line = eased(&road.line, road.half_width());
         for feature in &mut road.features {
             feature.station = line.project(road.line.at(feature.station)).station;

@@ -1,5 +1,6 @@
 //! How far dead ends are cut back from carriageways beside which they end, with which OpenStreetMap does not join them.
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
@@ -42,7 +43,7 @@ pub fn clearances(network: &RoadNetwork, least: &[[f64; 2]]) -> Vec<(RoadEnd, f6
         road.reaches().for_each(|reach| cells.touching(reach, |end| reached.push((end, RoadIx(ix as u32)))));
         reached
     };
-    let reached: Vec<(usize, RoadIx)> = network.roads.par_iter().enumerate().flat_map_iter(reached).collect();
+    let reached: Vec<(usize, RoadIx)> = network.roads.par_iter().finely().enumerate().flat_map_iter(reached).collect();
     let mut near: Vec<FxHashSet<RoadIx>> = vec![FxHashSet::default(); ends.len()];
     for (end, road) in reached {
         near[end].insert(road);

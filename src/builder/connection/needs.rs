@@ -1,5 +1,6 @@
 //! What the ends of roads need for the ways between them, however far they are cut back.
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::builder::origins::Origins;
@@ -78,7 +79,7 @@ impl Needs {
                 || Wanted { needed: turn_setbacks(network, arms, &least), wished: comfort(network, arms, &least) };
             known.or_else(|| passed.then(find)).unwrap_or_default()
         };
-        let ways = known.into_par_iter().enumerate().map(wanted).collect();
+        let ways = known.into_par_iter().finely().enumerate().map(wanted).collect();
         let dead_ends = clearances(network, &least);
         Self { least, ways, dead_ends }
     }
@@ -104,7 +105,7 @@ fn least_cuts(
     kept: &[[f64; 2]],
     joined: &(impl Fn(IntersectionIx) -> bool + Sync),
 ) -> Vec<[f64; 2]> {
-    (0..network.roads.len()).into_par_iter().map(|i| least_cut(network, kept, i, joined)).collect()
+    (0..network.roads.len()).into_par_iter().finely().map(|i| least_cut(network, kept, i, joined)).collect()
 }
 
 /// The outline's cut, held to the line and to a least length; the whole line where roads meet face to face.

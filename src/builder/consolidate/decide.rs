@@ -1,5 +1,6 @@
 //! Whether a road lies inside an intersection: whether no vehicle waits on it.
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::builder::cross_section::Travel;
@@ -59,6 +60,7 @@ pub fn decide(network: &RoadNetwork, kept: &[[f64; 2]], options: &ConsolidateOpt
     let wishes = wished(network, &options.wishes);
     (0..network.roads.len() as u32)
         .into_par_iter()
+        .finely()
         .map(RoadIx)
         .zip(kept)
         .filter_map(|(ix, &[from, to])| judge(network, ix, to - from, options, wishes.get(&ix).copied()))

@@ -1,5 +1,6 @@
 //! GeoJSON to features in metres: each is read by itself, so that a fault is shown where it stands.
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 use serde::Deserialize;
 
@@ -37,7 +38,7 @@ pub fn parse(text: &str, wanted: Option<Projector>) -> Result<Parsed, ReadError>
     let layout = scan(text).ok_or_else(|| no_collection(text))?;
     let head = head(text, &layout)?;
     let read = |range: &std::ops::Range<usize>| one(&text[range.clone()], range.start);
-    let features: Vec<Result<Any, ReadError>> = layout.features.par_iter().map(read).collect();
+    let features: Vec<Result<Any, ReadError>> = layout.features.par_iter().finely().map(read).collect();
     let mut parsed = Parsed {
         head,
         projector: Projector::Local,

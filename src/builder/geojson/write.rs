@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 use std::ops::Range;
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -55,7 +56,7 @@ pub fn write(
 ) -> Result<(), WriteError> {
     let restrictions = by_place(network, &network.restrictions, |restriction| restriction.from);
     let connections = by_place(network, &network.connections, |connection| connection.from);
-    let ids = network.roads.par_iter().map(|road| road_id(&road.key)).collect();
+    let ids = network.roads.par_iter().finely().map(|road| road_id(&road.key)).collect();
     let streets = &Streets { network, outlines, projector, ids, restrictions, connections };
     out.write_all(b"{\"type\":\"FeatureCollection\",\"lanewright\":")?;
     out.write_all(&serde_json::to_vec(&Head::new(network, projector))?)?;
@@ -66,7 +67,7 @@ pub fn write(
     let [mut ready, mut next] = [(); 2].map(|()| vec![Vec::new(); BATCH]);
     let mut made = 0;
     for batch in all.chunks(BATCH) {
-        let make = || batch.par_iter().zip(&mut next).try_for_each(|(chunk, out)| streets.put(chunk, out));
+        let make = || batch.par_iter().finely().zip(&mut next).try_for_each(|(chunk, out)| streets.put(chunk, out));
         let (written, done) = rayon::join(|| ready[..made].iter().try_for_each(|text| out.write_all(text)), make);
         written?;
         done?;

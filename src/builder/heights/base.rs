@@ -3,6 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::builder::road_network::{Road, RoadNetwork};
@@ -65,7 +66,7 @@ pub fn bases(network: &RoadNetwork, options: &HeightOptions) -> Vec<Base> {
     if options.terrain.is_none() && options.spots.is_empty() {
         let level =
             |road: &Road| [0.0, road.line.length()].map(|station| (station, options.ground)).into_iter().collect();
-        return network.roads.par_iter().map(level).collect();
+        return network.roads.par_iter().finely().map(level).collect();
     }
     let mut web = web(network, options);
     fill(&mut web, options.ground);

@@ -2,6 +2,7 @@
 
 use std::cmp::Ordering;
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::builder::road_network::{Road, RoadNetwork};
@@ -84,7 +85,7 @@ pub fn crossings(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<Crossing> {
         of_road(road).for_each(|piece| of_piece(&piece, &mut found));
         found
     };
-    let mut found: Vec<_> = (0..network.roads.len()).into_par_iter().flat_map_iter(of_road).collect();
+    let mut found: Vec<_> = (0..network.roads.len()).into_par_iter().finely().flat_map_iter(of_road).collect();
     found.sort_unstable_by_key(|(places, _)| *places);
     found.dedup_by_key(|(places, _)| *places);
     found.into_iter().map(|(_, crossing)| crossing).collect()

@@ -4,6 +4,7 @@
 //! ramp of its own, so that two may end side by side at unlike heights. What remains of the step is spread over the roads
 //! around, as gently as the grades allow; where there is none, nothing changes.
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::builder::connection::{carriageway, on_cut, side};
@@ -26,7 +27,7 @@ pub fn evened(network: &mut RoadNetwork, kept: &[[f64; 2]], options: &HeightOpti
     if network.roads.iter().all(|road| road.heights.is_empty()) {
         return Vec::new();
     }
-    let before: Vec<Base> = network.roads.par_iter().map(Base::under).collect();
+    let before: Vec<Base> = network.roads.par_iter().finely().map(Base::under).collect();
     let climb = |a: RoadEnd, b: RoadEnd| climb(network, kept, options, [a, b]);
     let stepped = |at: &Intersection| {
         let height = |at: &RoadEnd| before[at.road.0 as usize].at(kept[at.road.0 as usize][side(at.end)]);
@@ -36,19 +37,19 @@ pub fn evened(network: &mut RoadNetwork, kept: &[[f64; 2]], options: &HeightOpti
         // Most are level.
         pairs.filter(|&(i, j)| step(i, j) > LEAST).any(|(i, j)| step(i, j) > climb(at.arms[i], at.arms[j]))
     };
-    if !network.intersections.par_iter().any(stepped) {
+    if !network.intersections.par_iter().finely().any(stepped) {
         return Vec::new();
     }
-    let roads = network.roads.par_iter().zip(kept).zip(&before);
+    let roads = network.roads.par_iter().finely().zip(kept).zip(&before);
     let sampled: Vec<Sampled> = roads.map(|((road, kept), before)| sampled(road, *kept, before, options)).collect();
     let crossings = crossings(network, kept);
     let mut web = Web::new(network, &sampled, &crossings, options.storey);
     web.give_way();
     web.tie(Ties { kept, climb: &climb, least: LEAST });
     let heights = web.heights();
-    let roads = network.roads.par_iter_mut().enumerate().zip(&before);
+    let roads = network.roads.par_iter_mut().finely().enumerate().zip(&before);
     let changed =
-        roads.zip(sampled.par_iter().zip(&heights)).filter_map(|(((i, road), before), (sampled, heights))| {
+        roads.zip(sampled.par_iter().finely().zip(&heights)).filter_map(|(((i, road), before), (sampled, heights))| {
             let change = || sampled.wanted.iter().zip(heights).map(|(before, height)| height - before);
             if change().all(|by| by.abs() < TOLERANCE) {
                 return None;

@@ -13,6 +13,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::ops::RangeInclusive;
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -223,7 +224,7 @@ impl<'a> Web<'a> {
         self.hold();
         let height = |place: usize| self.wanted[place] as f64 / PER_METRE;
         let along = |chain: &Chain| (0..chain.inner + 2).map(|i| height(chain.place(i))).collect();
-        self.chains.par_iter().map(along).collect()
+        self.chains.par_iter().finely().map(along).collect()
     }
 
     /// Puts the heights nearest to the wanted ones that keep all bounds in their place.
@@ -278,9 +279,9 @@ impl<'a> Web<'a> {
             };
             sampled.climbs.iter().enumerate().filter_map(pair).flatten().collect::<Vec<usize>>()
         };
-        let mut steep: Vec<usize> = self.chains.par_iter().zip(self.sampled).flat_map_iter(along).collect();
+        let mut steep: Vec<usize> = self.chains.par_iter().finely().zip(self.sampled).flat_map_iter(along).collect();
         if let Some(ties) = &self.ties {
-            steep.par_extend(self.network.intersections.par_iter().flat_map_iter(|at| self.stepped(ties, at)));
+            steep.par_extend(self.network.intersections.par_iter().finely().flat_map_iter(|at| self.stepped(ties, at)));
         }
         steep
     }

@@ -17,6 +17,7 @@ mod tests;
 
 use std::sync::Arc;
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::diagnostic::{Finding, Place, Severity, Subject};
@@ -125,11 +126,11 @@ pub fn raised(mut network: RoadNetwork, kept: &[[f64; 2]], options: &HeightOptio
     let bases = base::bases(&network, options);
     let crossings = crossings(&network, kept);
     let ramps = ramp::ramps(&network, kept, &bases, &crossings, options);
-    let roads = network.roads.par_iter().zip(kept).zip(bases.par_iter().zip(&ramps));
+    let roads = network.roads.par_iter().finely().zip(kept).zip(bases.par_iter().finely().zip(&ramps));
     let sample = |((road, kept), (base, ramp)): ((&Road, &[f64; 2]), _)| sampled(road, *kept, base, ramp, options);
     let sampled: Vec<Sampled> = roads.map(sample).collect();
     let heights = Web::new(&network, &sampled, &crossings, options.storey).heights();
-    let roads = network.roads.par_iter_mut().zip(sampled.into_par_iter().zip(heights));
+    let roads = network.roads.par_iter_mut().finely().zip(sampled.into_par_iter().finely().zip(heights));
     let laid = roads.map(|(road, (sampled, heights))| {
         let astray = astray(road, &sampled, &heights);
         lay(road, &profile(&sampled.stations, &heights));

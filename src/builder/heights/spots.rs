@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -31,7 +32,7 @@ impl Spots {
 /// Reads the heights of the nodes of all roads.
 pub fn spots(osm: &OsmData, to_metres: ToMetres<'_>) -> Spots {
     let mut spots = Spots::default();
-    if osm.nodes.par_iter().all(|node| !node.tags.has("ele")) {
+    if osm.nodes.par_iter().finely().all(|node| !node.tags.has("ele")) {
         return spots;
     }
     for way in osm.ways.iter().filter(|way| way.tags.has("highway")) {

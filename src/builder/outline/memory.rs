@@ -2,6 +2,7 @@
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -30,7 +31,7 @@ impl Memory {
         let within = uncut(network);
         let prints = fingerprints(network, options);
         let unknown =
-            prints.par_iter().zip(&network.intersections).filter(|(print, _)| !self.known.contains_key(print));
+            prints.par_iter().finely().zip(&network.intersections).filter(|(print, _)| !self.known.contains_key(print));
         let plan = |intersection| Site::new(network, intersection, &within, options).plan.into_owned();
         let new: Vec<(u64, Plan)> = unknown.map(|(print, intersection)| (*print, plan(intersection))).collect();
         self.known.extend(new);
@@ -50,14 +51,14 @@ impl Memory {
             Some(plan) if plan.outline.is_some() => Site::known(network, intersection, plan, options),
             _ => Site::new(network, intersection, within, options),
         };
-        network.intersections.par_iter().zip(&prints).map(site).collect()
+        network.intersections.par_iter().finely().zip(&prints).map(site).collect()
     }
 }
 
 /// The fingerprint of every intersection.
 fn fingerprints(network: &RoadNetwork, options: &OutlineOptions) -> Vec<u64> {
-    let shapes: Vec<u64> = network.roads.par_iter().map(|road| shape(&road.line, road.half_width())).collect();
-    network.intersections.par_iter().map(|at| fingerprint(network, at, &shapes, options)).collect()
+    let shapes: Vec<u64> = network.roads.par_iter().finely().map(|road| shape(&road.line, road.half_width())).collect();
+    network.intersections.par_iter().finely().map(|at| fingerprint(network, at, &shapes, options)).collect()
 }
 
 /// The same for intersections of the same shape, seen from the same arms; `shapes` are those of the roads.

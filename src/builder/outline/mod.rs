@@ -20,6 +20,7 @@ mod walk;
 
 use std::collections::BTreeSet;
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::diagnostic::{Finding, Place, Severity, Subject};
@@ -156,14 +157,17 @@ pub fn outlines_within(
     let mut kept: Vec<[f64; 2]> = network
         .roads
         .par_iter()
-        .zip(least.par_iter().zip(&wanted))
+        .finely()
+        .zip(least.par_iter().finely().zip(&wanted))
         .map(|(road, (least, wanted))| kept_of(road, *least, *wanted, options))
         .collect();
     let mut closed: Vec<Option<Outline>> = vec![None; sites.len()];
     for _ in 0..WIDENINGS {
-        closed.par_iter_mut().zip(&sites).filter(|(outline, _)| outline.is_none()).for_each(|(outline, site)| {
-            *outline = site.close(&kept);
-        });
+        closed.par_iter_mut().finely().zip(&sites).filter(|(outline, _)| outline.is_none()).for_each(
+            |(outline, site)| {
+                *outline = site.close(&kept);
+            },
+        );
         let mut changed: BTreeSet<usize> = BTreeSet::new();
         for (_, site) in closed.iter().zip(&sites).filter(|(outline, _)| outline.is_none()) {
             changed.extend(widen(site, &kept, [&mut least, &mut wanted], options));
@@ -187,7 +191,7 @@ pub fn outlines_within(
         Some(outline) => (outline, None),
         None => (site.fallback(&kept), Some(failure(network, site.intersection))),
     };
-    let finished = closed.into_par_iter().zip(sites).map(finish);
+    let finished = closed.into_par_iter().finely().zip(sites).map(finish);
     let (intersections, findings): (Vec<Outline>, Vec<Option<Finding>>) = finished.unzip();
     (Outlines { kept, intersections }, findings.into_iter().flatten().collect())
 }
@@ -220,7 +224,7 @@ fn widen(site: &Site, kept: &[[f64; 2]], stations: [&mut Vec<[f64; 2]>; 2], opti
 
 /// The whole of every road.
 fn uncut(network: &RoadNetwork) -> Vec<[f64; 2]> {
-    network.roads.par_iter().map(|road| [0.0, road.line.length()]).collect()
+    network.roads.par_iter().finely().map(|road| [0.0, road.line.length()]).collect()
 }
 
 /// Per road the stations between which it remains if each end is trimmed as its star says.

@@ -6,6 +6,7 @@
 
 use std::borrow::Cow;
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::builder::road_network::{Intersection, Road, RoadNetwork};
@@ -147,7 +148,7 @@ impl Part<'_> {
 }
 
 fn of_roads<'a>(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<Ground<'a>> {
-    kept.par_iter().enumerate().filter_map(|(road, kept)| of_road(network, road, *kept)).collect()
+    kept.par_iter().finely().enumerate().filter_map(|(road, kept)| of_road(network, road, *kept)).collect()
 }
 
 fn of_road<'a>(network: &RoadNetwork, index: usize, [from, to]: [f64; 2]) -> Option<Ground<'a>> {
@@ -161,7 +162,8 @@ fn of_pairs<T: Send>(
     grounds: &[Ground],
     say: impl Fn(&Ground, &Ground) -> Option<T> + Sync,
 ) -> Vec<T> {
-    let parts: Vec<Part> = grounds.par_iter().enumerate().flat_map_iter(|(i, ground)| ground.parts(i)).collect();
+    let parts: Vec<Part> =
+        grounds.par_iter().finely().enumerate().flat_map_iter(|(i, ground)| ground.parts(i)).collect();
     let cells = Cells::new(parts.iter().map(|part| part.bounds).collect(), CELL);
     let mut pairs: Vec<[usize; 2]> = cells.pairs(|i, j| {
         let [a, b] = [&parts[i], &parts[j]];
@@ -171,7 +173,7 @@ fn of_pairs<T: Send>(
     });
     pairs.par_sort_unstable();
     pairs.dedup();
-    pairs.into_par_iter().filter_map(|[a, b]| say(&grounds[a], &grounds[b])).collect()
+    pairs.into_par_iter().finely().filter_map(|[a, b]| say(&grounds[a], &grounds[b])).collect()
 }
 
 /// Whether there is a level on which both lie.

@@ -3,6 +3,7 @@
 //! Who tags lanes often leaves out the short piece between two carriageways, over a bridge, through a crossing: there the
 //! road has as many lanes as before and behind.
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -41,9 +42,9 @@ pub(super) fn layouts(
         let mut notes = Vec::new();
         (i, layout(&facts, &mut notes), notes)
     };
-    let mut read_all: Vec<_> = used.par_iter().map(|&i| read(i, None)).collect();
+    let mut read_all: Vec<_> = used.par_iter().finely().map(|&i| read(i, None)).collect();
     let streets = Streets::new(drivable, read_all.iter().map(|(i, layout, _)| (*i, layout)));
-    read_all.par_iter_mut().for_each(|entry| {
+    read_all.par_iter_mut().finely().for_each(|entry| {
         if let Some(lanes) = streets.continued(entry.0) {
             *entry = read(entry.0, Some(&lanes));
         }

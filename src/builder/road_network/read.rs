@@ -1,5 +1,6 @@
 //! The stage itself: from OpenStreetMap's elements to roads and intersections.
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
 
@@ -84,8 +85,11 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
         (places, pieces)
     };
     let ((Places { positions, middle }, pieces), at_nodes) = rayon::join(cut, || NodeFeatures::new(osm));
-    let pieces: Vec<(Piece, Polyline)> =
-        pieces.into_par_iter().filter_map(|piece| centre(&piece, &positions).map(|line| (piece, line))).collect();
+    let pieces: Vec<(Piece, Polyline)> = pieces
+        .into_par_iter()
+        .finely()
+        .filter_map(|piece| centre(&piece, &positions).map(|line| (piece, line)))
+        .collect();
     if pieces.is_empty() {
         let left_out = notes.iter().filter(|note| note.fault == "way-skipped").count();
         return Err(NetworkError::NoRoad { ways: osm.ways.len(), left_out });
@@ -104,7 +108,7 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
     nodes.dedup();
     let index: FxHashMap<i64, IntersectionIx> = nodes.iter().zip(0..).map(|(id, i)| (*id, IntersectionIx(i))).collect();
 
-    let roads = pieces.par_iter().zip(&centres).map(|(piece, centre)| {
+    let roads = pieces.par_iter().finely().zip(&centres).map(|(piece, centre)| {
         let layout = &layouts[&piece.way];
         let mut road = road(piece, &drivable[piece.way], layout, &customs, centre, &index);
         road.features = features::along(piece, &road, &positions, &at_nodes);
@@ -151,7 +155,7 @@ fn drivable<'a>(osm: &'a OsmData, corrected: &'a FxHashMap<i64, Way>, notes: &mu
         let verdict = judge(said);
         (!matches!(verdict, Verdict::NoRoad) && counts(way)).then_some((said, verdict))
     };
-    let mut judged: Vec<(&Way, Verdict)> = osm.ways.par_iter().filter_map(judged).collect();
+    let mut judged: Vec<(&Way, Verdict)> = osm.ways.par_iter().finely().filter_map(judged).collect();
     judged.sort_unstable_by_key(|(way, _)| way.id);
     let mut drivable = Vec::new();
     for (way, verdict) in judged {
@@ -177,7 +181,8 @@ fn places(osm: &OsmData, drivable: &[Drivable<'_>], to_metres: ToMetres<'_>) -> 
     let mut ids: Vec<i64> = drivable.iter().flat_map(|d| d.way.nodes.iter().copied()).collect();
     ids.par_sort_unstable();
     ids.dedup();
-    let known: Vec<(i64, LonLat)> = ids.into_par_iter().filter_map(|id| Some((id, osm.node(id)?.position?))).collect();
+    let known: Vec<(i64, LonLat)> =
+        ids.into_par_iter().finely().filter_map(|id| Some((id, osm.node(id)?.position?))).collect();
     let (ids, places): (Vec<i64>, Vec<LonLat>) = known.into_iter().unzip();
     let points = to_metres(&places);
     let finite = |p: &Point| p.x.is_finite() && p.y.is_finite();
@@ -279,6 +284,7 @@ fn intersections(
     }
     nodes
         .par_iter()
+        .finely()
         .zip(ends)
         .map(|(&id, ends)| {
             let position = positions[&id];

@@ -9,6 +9,7 @@ use super::lane::drivable_by_vehicle;
 use super::{Lane, LaneTree, MapIndex, Thresholds};
 use crate::geometry::{Point, Polyline, polygon};
 use crate::lanelet::{Bound, Cursor, Lanelet, LaneletId, LaneletMap, LineString, Point as MapPoint};
+use crate::parallel::Finely;
 
 /// Another lanelet whose outline overlaps that of this one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,6 +36,7 @@ pub(super) fn conflicts(
 ) -> Vec<Vec<Conflict>> {
     let pairs: Vec<(usize, usize, f64, Point, bool)> = lanes
         .par_iter()
+        .finely()
         .enumerate()
         .filter(|(_, lane)| lane.simple && lane.is_drivable())
         .flat_map_iter(|(x, lane)| {
@@ -96,7 +98,7 @@ pub fn reaches(map: &LaneletMap) -> Vec<Option<Reach>> {
         let mut points = map.points.cursor();
         lines.iter().map(|line| Reach::of(&mut points, line)).collect::<Vec<_>>()
     };
-    map.linestrings.as_slice().par_chunks(CHUNK).flat_map_iter(of_each).collect()
+    map.linestrings.as_slice().par_chunks(CHUNK).finely().flat_map_iter(of_each).collect()
 }
 
 impl Reach {
@@ -128,7 +130,7 @@ pub fn passing(
 ) -> Vec<[LaneletId; 2]> {
     let lanelets = map.lanelets.as_slice();
     let of_line = |bound: Bound| lines[map.linestrings.position(bound.line)?];
-    let reaches: Vec<(usize, Reach)> = (lanelets.par_iter().enumerate())
+    let reaches: Vec<(usize, Reach)> = (lanelets.par_iter().finely().enumerate())
         .filter(|(_, lanelet)| drivable_by_vehicle(lanelet))
         .filter_map(|(at, lanelet)| Some((at, of_line(lanelet.left)?.with(&of_line(lanelet.right)?))))
         .collect();
@@ -154,14 +156,14 @@ pub fn passing(
         let counted = others.filter(|&y| counts(&lanelets[x]) || counts(&lanelets[y]));
         counted.map(|y| [x.min(y), x.max(y)]).collect()
     };
-    let mut pairs: Vec<[usize; 2]> = reaches.par_iter().flat_map_iter(over).collect();
+    let mut pairs: Vec<[usize; 2]> = reaches.par_iter().finely().flat_map_iter(over).collect();
     pairs.sort_unstable();
     pairs.dedup();
     let mut taking_part: Vec<usize> = pairs.iter().flatten().copied().collect();
     taking_part.sort_unstable();
     taking_part.dedup();
     let lane = |at: usize| Some((at, Lane::new(map, &lanelets[at])?));
-    let lanes: FxHashMap<usize, Lane> = taking_part.into_par_iter().filter_map(lane).collect();
+    let lanes: FxHashMap<usize, Lane> = taking_part.into_par_iter().finely().filter_map(lane).collect();
     let apart = |&[x, y]: &[usize; 2]| {
         let (x, y) = (lanes.get(&x)?, lanes.get(&y)?);
         let sound = [x, y].into_iter().all(|lane| lane.simple && lane.is_drivable()) && !related(x, y);
@@ -169,7 +171,7 @@ pub fn passing(
         let apart = area > thresholds.raw_conflict && gap(map, x, y, place) > thresholds.grade_separation;
         apart.then_some([x.id, y.id])
     };
-    pairs.par_iter().filter_map(apart).collect()
+    pairs.par_iter().finely().filter_map(apart).collect()
 }
 
 /// Vertical distance of the two lanes at a place, metres.

@@ -14,6 +14,7 @@ use super::{Conflict, Edge, Lane, LaneTree, Thresholds};
 use crate::geometry::{Point, Vector, polygon, ring};
 use crate::lanelet::right_of_way::opposites;
 use crate::lanelet::{LaneletMap, PolygonId};
+use crate::parallel::Finely;
 
 /// A lanelet that is part of an intersection: one movement from one approach to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,6 +92,7 @@ pub(super) fn intersections(
         .polygons
         .as_slice()
         .par_iter()
+        .finely()
         .filter(|polygon| polygon.attributes.is("type", "intersection_area"))
         .map(|polygon| of_area(map, polygon, lanes, tree, thresholds))
         .collect();

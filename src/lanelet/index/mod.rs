@@ -34,6 +34,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::{Condition, LaneletId, LaneletMap, LineStringId, LoadFault, PointId, RegulatoryElementId};
 use crate::diagnostic::Subject;
 use crate::geometry::Point;
+use crate::parallel::Finely;
 use crate::settings::Settings;
 
 /// Rectangles of lanes, each with the lane's position.
@@ -84,6 +85,7 @@ impl<'m> MapIndex<'m> {
             .lanelets
             .as_slice()
             .par_iter()
+            .finely()
             .filter(|lanelet| !broken.contains(&lanelet.id))
             .filter_map(|lanelet| Lane::new(map, lanelet))
             .collect();
@@ -139,7 +141,8 @@ impl<'m> MapIndex<'m> {
             touching,
             view: View::new(map),
         };
-        index.traffic = (0..index.intersections.len()).into_par_iter().map(|at| traffic::traffic(&index, at)).collect();
+        index.traffic =
+            (0..index.intersections.len()).into_par_iter().finely().map(|at| traffic::traffic(&index, at)).collect();
         index
     }
 

@@ -13,6 +13,7 @@ use crate::lanelet::number::leading_integer;
 use crate::lanelet::{
     Bound, Lanelet, LaneletId, LaneletMap, LineString, Point, Polygon, RegulatoryElement, RegulatoryElementId, Target,
 };
+use crate::parallel::Finely;
 
 /// Boxes of lanelets with their positions.
 type Boxes = RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>;
@@ -122,7 +123,7 @@ impl<'m> Seen<'m> {
 impl<'m> View<'m> {
     /// Looks at a map.
     pub fn new(map: &'m LaneletMap) -> Self {
-        let lanelets = map.lanelets.as_slice().par_iter().filter_map(|lanelet| Seen::new(map, lanelet));
+        let lanelets = map.lanelets.as_slice().par_iter().finely().filter_map(|lanelet| Seen::new(map, lanelet));
         let lanelets: Vec<Seen<'m>> = lanelets.collect();
         let mut referrers: FxHashMap<RegulatoryElementId, Vec<usize>> = FxHashMap::default();
         for (at, seen) in lanelets.iter().enumerate() {

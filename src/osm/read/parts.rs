@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::{Parser, Place};
 use crate::osm::OsmData;
+use crate::parallel::Finely;
 
 /// Length of a part, bytes: enough for reading to outweigh the joining, small enough to keep many threads busy. It does
 /// not depend on the number of threads, so nor does the result.
@@ -29,7 +30,7 @@ pub(super) fn parse(file: u32, name: &str, text: &str) -> Option<Vec<OsmData>> {
         let reached = Parser { data: &mut data, file, name, text }.run(range.clone(), from).ok()?;
         (reached == to).then_some(data)
     };
-    parts.par_iter().enumerate().map(read).collect()
+    parts.par_iter().finely().enumerate().map(read).collect()
 }
 
 /// Cuts a text before what seem to be nodes, ways and relations, into parts of at least this many bytes.

@@ -10,6 +10,7 @@ use crate::geometry::{Point as Place, Polyline, Vector, left_of, polygon};
 use crate::lanelet::index::extent;
 use crate::lanelet::index::view::{Seen, View, boxes_meet, covered_by};
 use crate::lanelet::{LaneletId, Point};
+use crate::parallel::Finely;
 use crate::rules::graph::{Graph, Rules};
 
 /// By this share of its width (1) a lanelet is widened to find what lies beside it.
@@ -21,6 +22,7 @@ pub fn border_sharing(view: &View, params: &Params) -> Vec<Issue> {
     let most = params.number("iou_threshold");
     let pairs: Vec<(usize, usize)> = (0..view.lanelets.len())
         .into_par_iter()
+        .finely()
         .flat_map_iter(|at| covered(view, &graph, most, at).into_iter().map(move |other| (at, other)))
         .collect();
     let mut issues = Vec::new();

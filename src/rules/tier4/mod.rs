@@ -21,6 +21,7 @@ use super::{Config, ConfigError, Row};
 use crate::diagnostic::{Diagnostic, Finding, Severity, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::View;
+use crate::parallel::Finely;
 
 /// What a reading finds.
 #[derive(Debug)]
@@ -184,8 +185,8 @@ pub fn run(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigErr
     let loading = rows.iter().filter(|row| row.requirement.id == "load");
     let mut found: Vec<Vec<Diagnostic>> =
         loading.map(|row| super::run_row(map, config, row)).collect::<Result<_, ConfigError>>()?;
-    found.par_extend(READINGS.par_iter().map(|&(name, reading)| read(map, view, config, name, reading)));
-    let by_rule = rows.par_iter().map(|row| apply(map, config, row));
+    found.par_extend(READINGS.par_iter().finely().map(|&(name, reading)| read(map, view, config, name, reading)));
+    let by_rule = rows.par_iter().finely().map(|row| apply(map, config, row));
     found.extend(by_rule.collect::<Result<Vec<_>, _>>()?);
     let mut found: Vec<Diagnostic> = found.into_iter().flatten().collect();
     let place = |one: &Diagnostic| {

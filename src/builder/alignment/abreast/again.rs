@@ -1,5 +1,6 @@
 //! Which roads lie beside which others once some have moved: only what these touch is compared again.
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -29,7 +30,7 @@ impl Surroundings {
             let ([low, high], reach) = (road.line.bounds(), Vector::repeat(road.half_width() + FARTHEST));
             [low - reach, high + reach]
         };
-        let boxes: Vec<Bounds> = network.roads.par_iter().map(reach).collect();
+        let boxes: Vec<Bounds> = network.roads.par_iter().finely().map(reach).collect();
         let mut all = Self { cells: Cells::new(boxes.clone(), CELL), boxes, near: Vec::new() };
         all.near = all.of(moved);
         all

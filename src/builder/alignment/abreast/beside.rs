@@ -2,6 +2,7 @@
 
 use std::collections::hash_map::Entry;
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -124,12 +125,12 @@ pub fn find(
     let worth = |road: &&usize| tracks[*road].kept.is_some();
     let of_chunk =
         |roads: &[usize]| roads.iter().filter(worth).flat_map(|&road| pieces(tracks, road)).collect::<Vec<Piece>>();
-    let chunks: Vec<Vec<Piece>> = near.par_chunks(CHUNK).map(of_chunk).collect();
-    let roads = chunks.par_iter().flat_map_iter(|chunk| chunk.chunk_by(|a, b| a.road == b.road));
+    let chunks: Vec<Vec<Piece>> = near.par_chunks(CHUNK).finely().map(of_chunk).collect();
+    let roads = chunks.par_iter().finely().flat_map_iter(|chunk| chunk.chunk_by(|a, b| a.road == b.road));
     let near: Vec<Stretch> = roads.flat_map_iter(|road| Stretch::of_road(road, tracks[&road[0].road].half)).collect();
     let cells = Cells::new(near.iter().map(|stretch| stretch.reach).collect(), CELL);
     let found: Vec<_> =
-        hot.par_chunks(CHUNK).map(|hot| find_in(tracks, sides, &of_chunk(hot), &near, &cells)).collect();
+        hot.par_chunks(CHUNK).finely().map(|hot| find_in(tracks, sides, &of_chunk(hot), &near, &cells)).collect();
     found.into_iter().flatten().collect()
 }
 

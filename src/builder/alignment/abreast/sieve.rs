@@ -1,6 +1,7 @@
 //! Which roads may lie abreast of others, seen from their own segments. Most have nothing beside them lengthwise, and need no
 //! places to be compared.
 
+use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::builder::alignment::TIGHTEST;
@@ -151,7 +152,7 @@ pub fn likely(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<usize> {
         let roads = roads.iter().zip(kept).zip(chunk * CHUNK..);
         roads.flat_map(|((road, kept), i)| stretches(i, road, *kept)).collect()
     };
-    let roads = network.roads.par_chunks(CHUNK).zip(kept.par_chunks(CHUNK)).enumerate();
+    let roads = network.roads.par_chunks(CHUNK).finely().zip(kept.par_chunks(CHUNK).finely()).enumerate();
     let chunks: Vec<Vec<Stretch>> = roads.map(of_chunk).collect();
     let all: Vec<&Stretch> = chunks.iter().flatten().collect();
     // As far as a hairpin's legs may lie apart.
@@ -166,7 +167,7 @@ pub fn likely(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<usize> {
         let [a, b] = [all[i], all[j]];
         (levelled(a, b) && (near(a, b) || near(b, a))).then_some([a.road, b.road])
     });
-    let bent = all.par_iter().filter(|stretch| near(stretch, stretch)).map(|stretch| stretch.road);
+    let bent = all.par_iter().finely().filter(|stretch| near(stretch, stretch)).map(|stretch| stretch.road);
     let mut likely: Vec<usize> = pairs.into_iter().flatten().collect();
     likely.par_extend(bent);
     sorted(&mut likely);
