@@ -13,7 +13,7 @@ static ALLOCATOR: tikv_jemallocator::Jemalloc = tikv_jemallocator::Jemalloc;
 #[cfg(not(target_env = "msvc"))]
 #[allow(unsafe_code, reason = "a name for the linker; nothing else has it")]
 #[unsafe(export_name = "_rjem_malloc_conf")]
-pub static ALLOCATION: &[u8] = b"dirty_decay_ms:300,muzzy_decay_ms:0\0";
+pub static ALLOCATION: &[u8] = b"dirty_decay_ms:100,muzzy_decay_ms:0\0";
 
 fn main() -> std::process::ExitCode {
     cli::run()
