@@ -1,8 +1,9 @@
 //! vm-01-03: lanes side by side share their border.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
 use super::Rule;
@@ -11,7 +12,7 @@ use crate::diagnostic::{Finding, Subject};
 use crate::geometry::{Point, Polyline, Vector, polygon};
 use crate::lanelet::index::view::boxes_meet;
 use crate::lanelet::index::{Lane, MapIndex, extent};
-use crate::lanelet::{LaneletId, LineStringId, RoadType};
+use crate::lanelet::{Attributes, LaneletId, LineString, LineStringId, PointId, RoadType};
 use crate::parallel::Finely;
 
 /// See `rules/vm-01-03.md`.
@@ -37,12 +38,20 @@ impl Rule for SharedBorders {
     type Params = Params;
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let borders: Vec<Vec<Polyline>> = map.lanes.par_iter().finely().map(|lane| borders(map, lane)).collect();
-        let pairs: Vec<(usize, usize)> = (0..map.lanes.len())
-            .into_par_iter()
-            .finely()
-            .flat_map_iter(|at| along(map, &borders, params, at).into_iter().map(move |other| (at, other)))
-            .collect();
+        let open = |lane| borders(map, lane, &FxHashSet::default());
+        let mut borders_of: Vec<Vec<Polyline>> = map.lanes.par_iter().finely().map(open).collect();
+        let found = |at: usize, borders_of: &[Vec<Polyline>]| {
+            along(map, borders_of, params, at).into_iter().map(move |other| (at, other))
+        };
+        let all = (0..map.lanes.len()).into_par_iter().finely();
+        let mut pairs: Vec<(usize, usize)> = all.flat_map_iter(|at| found(at, &borders_of)).collect();
+        if !pairs.is_empty() {
+            // Few maps come so far: only here it is asked for what stands on the bounds.
+            let (walls, first) = (walls(map), pairs.iter().flat_map(|&(at, other)| [at, other]));
+            let lanes: BTreeSet<usize> = first.collect();
+            lanes.iter().for_each(|&at| borders_of[at] = borders(map, &map.lanes[at], &walls));
+            pairs = lanes.iter().flat_map(|&at| found(at, &borders_of)).collect();
+        }
         let mut findings = Vec::new();
         let mut one_way: BTreeMap<usize, Vec<LaneletId>> = BTreeMap::new();
         for &(at, other) in &pairs {
@@ -70,15 +79,29 @@ fn partly(id: LaneletId, mut others: Vec<LaneletId>) -> Finding {
     others.into_iter().fold(finding, |finding, other| finding.with(Subject::Lanelet(other.0), "neighbour"))
 }
 
-/// The bounds over which a lane may lie beside another. Bicycle lanes have a rule of their own, and who walks across
-/// lies beside nobody.
-fn borders(map: &MapIndex, lane: &Lane) -> Vec<Polyline> {
+/// From each point of a barrier to the next, the lower id first.
+fn walls(map: &MapIndex) -> FxHashSet<[PointId; 2]> {
+    let barriers = map.map.linestrings.iter().filter(|line| is_barrier(&line.attributes));
+    barriers.flat_map(|line| line.points.windows(2).map(step)).collect()
+}
+
+fn is_barrier(attributes: &Attributes) -> bool {
+    attributes.get("type").is_some_and(|kind| BARRIERS.contains(&kind))
+}
+
+fn step(pair: &[PointId]) -> [PointId; 2] {
+    [pair[0].min(pair[1]), pair[0].max(pair[1])]
+}
+
+/// The bounds over which a lane may lie beside another: no barrier, and none along which one stands on the same points, as
+/// kerbs do on virtual bounds in intersections. Bicycle lanes have a rule of their own, and who walks across lies beside nobody.
+fn borders(map: &MapIndex, lane: &Lane, walls: &FxHashSet<[PointId; 2]>) -> Vec<Polyline> {
     if lane.bicycle || matches!(lane.kind, RoadType::Crosswalk | RoadType::Walkway) {
         return Vec::new();
     }
     let open = |way: LineStringId| {
-        let kind = map.map.linestrings.get(way).and_then(|line| line.attributes.get("type"));
-        kind.is_none_or(|kind| !BARRIERS.contains(&kind))
+        let walled = |line: &LineString| line.points.windows(2).all(|pair| walls.contains(&step(pair)));
+        map.map.linestrings.get(way).is_none_or(|line| !is_barrier(&line.attributes) && !walled(line))
     };
     let sides = [(lane.bounds[0], &lane.left), (lane.bounds[1], &lane.right)];
     let open = sides.into_iter().filter(|(way, _)| open(*way));
