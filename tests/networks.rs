@@ -11,7 +11,7 @@ use common::judge_as;
 use lanewright::builder::inside::{Inside, UNDRAWN};
 use lanewright::builder::road_network::DrivingSide;
 use lanewright::builder::{BuildOptions, Built, build};
-use lanewright::geometry::{Point, Polyline};
+use lanewright::geometry::{Point, Polyline, polygon};
 use lanewright::lanelet::{
     Lanelet, LaneletId, LaneletMap, LineString, LineStringId, Loaded, PointId, RegulatoryElement, Target,
 };
@@ -942,5 +942,34 @@ fn a_crossing_of_narrow_streets_is_no_larger_than_its_turns_need() {
             // Streets of 6 m, and a turn of 6 m in the middle of lanes of 3 m at either side.
             assert!(high - low < 2.0 * (1.5 + 6.0) + 0.5, "{side:?} {off}: {}", high - low);
         }
+    }
+}
+
+#[test]
+fn who_leaves_a_driveway_below_a_bridge_crosses_nobody_on_it() {
+    for side in SIDES {
+        let nodes = [
+            (1, 0.0, 0.0, ""),
+            (2, -120.0, 0.0, ""),
+            (3, 120.0, 0.0, ""),
+            (4, 0.0, 40.0, ""),
+            (6, -150.0, -70.0, ""),
+            (7, 150.0, 82.0, ""),
+        ];
+        let ways: [(i64, &[i64], &str); 3] = [
+            (10, &[2, 1, 3], "highway=residential lanes=2 sidewalk=both"),
+            (11, &[1, 4], "highway=service service=driveway"),
+            (12, &[6, 7], "highway=primary lanes=2 bridge=yes layer=1"),
+        ];
+        let built = built(&network_of(side, &nodes, &ways), side, "");
+        let walkways = built.map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", "walkway"));
+        let bridge = built.map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("road_id", "12:6-7:0"));
+        let [walkways, bridge] = [walkways.collect::<Vec<_>>(), bridge.collect()];
+        assert_eq!((walkways.len(), bridge.len()), (1, 2));
+        let walkway = built.map.outline(walkways[0]);
+        let above = |lane: &&Lanelet| polygon::common_area(&built.map.outline(lane), &walkway) > 1.0;
+        assert!(bridge.iter().any(above), "the bridge leads over the walkway");
+        let found = found(&built.map, &built.settings);
+        assert!(!found.iter().any(|code| code.starts_with("vm-03-13")), "{found:?}");
     }
 }

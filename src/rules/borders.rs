@@ -24,9 +24,13 @@ impl Borders {
         Self(rstar::RTree::bulk_load(lines.collect()))
     }
 
-    /// Where a line first crosses a border, and which.
-    pub fn crossed(&self, line: &Polyline) -> Option<(LineStringId, Point)> {
-        line.segments().find_map(|(a, b)| self.hits(a, b).into_iter().min_by_key(|hit| hit.0))
+    /// Where a line first crosses one of the borders that are on its level there, and which.
+    pub fn crossed(
+        &self,
+        line: &Polyline,
+        on_level: impl Fn(&(LineStringId, Point)) -> bool,
+    ) -> Option<(LineStringId, Point)> {
+        line.segments().find_map(|(a, b)| self.hits(a, b).into_iter().filter(&on_level).min_by_key(|hit| hit.0))
     }
 
     /// The nearest border that one meets on the way from a place, and how far it is, metres.

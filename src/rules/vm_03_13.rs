@@ -31,8 +31,9 @@ impl Rule for PrivateAreaAndSidewalk {
             findings.extend(walkway_missing(map, params, &borders, at));
         }
         let has_crosswalks = map.map.regulatory_elements.iter().any(|element| element.subtype == "crosswalk");
-        for walkway in map.lanes.iter().filter(|lane| lane.kind == RoadType::Walkway && lane.simple) {
-            findings.extend(judge_walkway(map, params, walkway, has_crosswalks));
+        let walkway = |at: &usize| map.lanes[*at].kind == RoadType::Walkway && map.lanes[*at].simple;
+        for at in (0..map.lanes.len()).filter(walkway) {
+            findings.extend(judge_walkway(map, params, at, has_crosswalks));
         }
         findings
     }
@@ -105,19 +106,29 @@ fn walkway_missing(map: &MapIndex, params: &Params, borders: &Borders, at: usize
         let finding = Finding::new("walkway-missing", subject, message(format!("pedestrian lane {}", strip.id)));
         return Some(finding.with(Subject::Lanelet(strip.id.0), "pedestrian lane"));
     }
-    let (border, place) = borders.crossed(lane.center.as_ref()?)?;
+    let on_level = |&(border, place): &_| map.is_level_with(at, border, place);
+    let (border, place) = borders.crossed(lane.center.as_ref()?, on_level)?;
     let finding = Finding::new("walkway-missing", subject, message(format!("road border {border}")));
     Some(finding.with(Subject::LineString(border.0), "road border").at(Place::Point(place)))
 }
 
-fn judge_walkway(map: &MapIndex, params: &Params, walkway: &Lane, has_crosswalks: bool) -> Vec<Finding> {
+/// Whether a walkway leads across a lane, and not below a bridge.
+fn crosses(map: &MapIndex, params: &Params, walkway: usize, lane: usize) -> bool {
+    let shared = polygon::common_part(&map.lanes[walkway].outline, &map.lanes[lane].outline);
+    shared.is_some_and(|(area, place)| area > params.touch && map.are_level(walkway, lane, place))
+}
+
+fn judge_walkway(map: &MapIndex, params: &Params, at: usize, has_crosswalks: bool) -> Vec<Finding> {
+    let walkway = &map.lanes[at];
     let subject = Subject::Lanelet(walkway.id.0);
     let near = map.lanes_near(walkway.extent[0], walkway.extent[1]);
     let crossed: Vec<&Lane> = near
         .into_iter()
+        .filter(|&other| {
+            let lane = &map.lanes[other];
+            lane.kind == RoadType::Road && lane.vehicle && lane.simple && crosses(map, params, at, other)
+        })
         .map(|other| &map.lanes[other])
-        .filter(|other| other.kind == RoadType::Road && other.vehicle && other.simple)
-        .filter(|other| polygon::overlap(&walkway.outline, &other.outline) > params.touch)
         .collect();
     if crossed.is_empty() {
         let message = format!("Walkway {} crosses no road lanelet.", walkway.id);

@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 use super::lane::drivable_by_vehicle;
 use super::{Lane, LaneTree, MapIndex, Thresholds};
 use crate::geometry::{Point, Polyline, polygon};
-use crate::lanelet::{Bound, Cursor, Lanelet, LaneletId, LaneletMap, LineString, Point as MapPoint};
+use crate::lanelet::{Bound, Cursor, Lanelet, LaneletId, LaneletMap, LineString, LineStringId, Point as MapPoint};
 use crate::parallel::Finely;
 
 /// Another lanelet whose outline overlaps that of this one.
@@ -191,6 +191,18 @@ impl MapIndex<'_> {
     /// Height of a lane abreast of a place, metres: the mean of its two bounds.
     pub fn height(&self, lane: usize, place: Point) -> Option<f64> {
         height(self.map, &self.lanes[lane], place)
+    }
+
+    /// Whether a lane and a line do not pass over each other at a place; so it is where a height is not known.
+    pub fn is_level_with(&self, lane: usize, line: LineStringId, place: Point) -> bool {
+        let line = height_of(self.map, Bound { line, inverted: false }, place);
+        self.height(lane, place).zip(line).is_none_or(|(a, b)| (a - b).abs() <= self.thresholds.grade_separation)
+    }
+
+    /// The same of two lanes.
+    pub fn are_level(&self, one: usize, other: usize, place: Point) -> bool {
+        let heights = self.height(one, place).zip(self.height(other, place));
+        heights.is_none_or(|(a, b)| (a - b).abs() <= self.thresholds.grade_separation)
     }
 }
 
