@@ -14,6 +14,8 @@ use super::movement::Movement;
 const TOUCH: f64 = 0.01;
 /// Handles of the cubics to choose from at either end, in parts of the distance between the ends.
 const HANDLES: [f64; 4] = [1.0 / 3.0, 0.2, 0.6, 0.8];
+/// Parts of the distance between the ends over which a way may go straight on before it bends, and behind.
+const HELD: [f64; 3] = [0.0, 0.25, 0.5];
 /// No way bends more tightly than this radius, metres, only to keep clear of another.
 const RADIUS_LEAST: f64 = 6.0;
 
@@ -22,7 +24,7 @@ pub type Ends<'a> = (Movement, &'a ArmLane, &'a ArmLane);
 
 /// One way with its shapes to choose from.
 struct Course {
-    /// As it is smoothest by itself, then by handles; `None` where it would bend too tightly.
+    /// As it is smoothest by itself, then by handles, then held straight; `None` where it would bend too tightly.
     shapes: Vec<Option<Shape>>,
     chosen: usize,
     /// The ways from the lanes beside it that part from it, by index.
@@ -147,8 +149,10 @@ fn add_shapes(course: &mut Course, ends: &Ends) {
         return;
     }
     let least = RADIUS_LEAST.min(course.shapes[0].as_ref().map_or(RADIUS_LEAST, |own| curve::radius(&own.poses)));
-    let handles = HANDLES.iter().flat_map(|&a| HANDLES.iter().map(move |&b| [a, b]));
-    let poses = handles.map(|handles| curve::cubic(ends.1.pose, ends.2.pose, handles));
+    let [from, to] = [ends.1.pose, ends.2.pose];
+    let bent = HANDLES.iter().flat_map(|&a| HANDLES.iter().map(move |&b| curve::cubic(from, to, [a, b])));
+    let held = HELD.iter().flat_map(|&a| HELD.iter().map(move |&b| [a, b])).skip(1);
+    let poses = bent.chain(held.map(|parts| curve::held(from, to, parts)));
     course.shapes.extend(poses.map(|poses| (curve::radius(&poses) >= least).then(|| shape(ends, poses))));
 }
 

@@ -34,6 +34,18 @@ pub fn join(from: Pose, to: Pose) -> Vec<Pose> {
     })
 }
 
+/// A curve that goes straight on at either end for so many parts of the way between the two, and as [`join`] has it between.
+pub fn held(from: Pose, to: Pose, [before, behind]: [f64; 2]) -> Vec<Pose> {
+    let way = (to.point - from.point).norm();
+    let begin = Pose { point: from.point + from.heading * (way * before), ..from };
+    let end = Pose { point: to.point - to.heading * (way * behind), ..to };
+    let mut poses = straight(from.point, begin.point, from.heading);
+    poses.extend(join(begin, end));
+    let tail = straight(to.point, end.point, to.heading);
+    poses.extend(tail.into_iter().rev());
+    poses
+}
+
 /// Radius of the arc of [`join`]; `None` where it would be a cubic.
 pub fn join_radius(from: Pose, to: Pose) -> Option<f64> {
     let (before, after, turn) = tangents(from, to)?;
