@@ -16,7 +16,7 @@ use super::course::{Ends, courses};
 use super::cross_section::StripKind;
 use super::ids::Key;
 use super::lanes::{ADMITS_BICYCLES, Arm, ArmLane, Lanes, road_attributes};
-use super::midway::{Meant, Smooth, keeps_width, smooth};
+use super::midway::{Meant, Smooth, keep_width, smooth};
 use super::movement::{Movement, turned};
 use super::ring::Ring;
 use super::road_network::{DrivingSide, Intersection, RoadNetwork};
@@ -236,7 +236,6 @@ fn shape(
     let old = sides.map(|side| known[side].map(|line| line.places(from.nodes[side])));
     let known = sides.map(|side| known[side].map(|line| line.bound(from.nodes[side])));
     let (width, narrow) = ([from.width, to.width], from.width.min(to.width));
-    let even = |[left, right]: [&[Point]; 2]| keeps_width(left, right, width) && keeps_width(right, left, width);
     // Rather a bound of its own than one shared that squeezes it, and rather that than a corner.
     let shapes = [
         (midway, Share::Evenly),
@@ -262,7 +261,7 @@ fn shape(
         }
         // Ways side by side share whatever comes: they must not overlap.
         let with_opposite = known.iter().flatten().any(|bound| bound.inverted);
-        if share != Share::Evenly || !with_opposite || even(lines) {
+        if share != Share::Evenly || !with_opposite || keep_width(lines, width) {
             let round =
                 |side: usize| if known[side].is_some() { Cow::Borrowed(lines[side]) } else { BENDS.of(lines[side]) };
             let round = sides.map(round);

@@ -313,11 +313,18 @@ fn stations(line: &[Point]) -> Vec<f64> {
     stations
 }
 
+/// Whether two lines keep this far, metres, from each other.
+pub fn clear(a: &[Point], b: &[Point], distance: f64) -> bool {
+    apart(a, b, distance) || all_clear(a, b, distance) && all_clear(b, a, distance)
+}
+
 /// Whether a line keeps this far, metres, from all places.
 pub fn clears(line: &[Point], places: &[Point], distance: f64) -> bool {
-    if apart(places, line, distance) {
-        return true;
-    }
+    apart(places, line, distance) || all_clear(line, places, distance)
+}
+
+/// As [`clears`], without a look at the whole.
+pub fn all_clear(line: &[Point], places: &[Point], distance: f64) -> bool {
     let stations = stations(line);
     places.iter().all(|&p| {
         let mut i = 0;
