@@ -330,7 +330,7 @@ impl Stage<'_> {
         let (paths, conflicts) = match self.as_roads && !cycling.paths.is_empty() {
             true => {
                 with = [paths, &cycling.paths].concat();
-                across = conflict::conflicts(&with, &conflict::strips(&with));
+                across = conflict::conflicts(&with, &conflict::columns(&with));
                 (&with[..], &across)
             }
             false => (paths, conflicts),

@@ -2,7 +2,7 @@
 
 use crate::builder::area::{AreaOutline, area_outline, covers};
 use crate::builder::assembly::{Assembly, Part};
-use crate::builder::conflict::{Conflicts, conflicts, strips};
+use crate::builder::conflict::{Conflicts, columns, conflicts};
 use crate::builder::cycle::{Cycles, Cycling, Wanted, ridden};
 use crate::builder::lanes::{Arm, Lanes};
 use crate::builder::movement::{Movements, movements};
@@ -76,7 +76,7 @@ impl Ways {
             return self;
         }
         let Self { plan, mut drawn, part, stood, over, .. } = self;
-        let own = strips(&drawn.paths);
+        let own = columns(&drawn.paths);
         let conflicts = Some(conflicts(&drawn.paths, &own));
         let roundabout = intersection.arms.iter().any(|at| network.road(at.road).roundabout);
         let crossed = !roundabout && conflicts.iter().flat_map(|found| &found.real).any(|found| !found.is_empty());
@@ -119,7 +119,7 @@ impl Ways {
                     );
                 }
                 let paths = [&drawn.paths[..], &cycles.paths].concat();
-                area_outline(&mut assembly, key, lanes, &arms, &cycles.bounds, (&paths, &strips(&paths)), islands)
+                area_outline(&mut assembly, key, lanes, &arms, &cycles.bounds, (&paths, &columns(&paths)), islands)
             });
             let clear = || cycles.paths.iter().all(|cycle| drawn.paths.iter().all(|path| apart(cycle, path)));
             let covered = area.as_ref().map_or_else(clear, |area| covers(&assembly, &area.ring, &cycles.paths));
