@@ -75,6 +75,11 @@ impl Tags {
         self.pairs().map(|(key, value)| (text(key), text(value)))
     }
 
+    /// As [`Tags::iter`], as the bytes that they are: what is only copied need not be known to be text.
+    pub fn words(&self) -> impl Iterator<Item = (&[u8], &[u8])> {
+        self.pairs()
+    }
+
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
