@@ -52,15 +52,18 @@ impl Columns {
         let begin = |column: usize| self.base.x + (column as f64 - COUNT as f64 / 2.0) * WIDTH;
         let own = self.heights[(first - self.west).min(self.heights.len())..].iter();
         let others = other.heights[(first - other.west).min(other.heights.len())..].iter();
+        let depths = own.zip(others).map(|(a, b)| a[1].min(b[1]) - a[0].max(b[0]));
+        let shared = (first..).zip(depths).filter(|(_, depth)| *depth > 0.0);
+        // Where they lie beside each other the deepest, there is most to be found.
+        let Some((deepest, _)) = shared.clone().max_by(|a, b| a.1.total_cmp(&b.1)) else { return 0.0 };
         let mut sum = 0.0_f64;
-        for (column, (a, b)) in (first..).zip(own.zip(others)) {
-            if a[0] < b[1] && b[0] < a[1] {
-                let from = if column == 0 { f64::NEG_INFINITY } else { begin(column) };
-                let to = if column + 1 == COUNT { f64::INFINITY } else { begin(column + 1) };
-                sum += self.strips.common_area_between(&other.strips, [from, to]);
-                if sum.abs() > enough {
-                    break;
-                }
+        let rest = shared.map(|(column, _)| column).filter(|column| *column != deepest);
+        for column in std::iter::once(deepest).chain(rest) {
+            let from = if column == 0 { f64::NEG_INFINITY } else { begin(column) };
+            let to = if column + 1 == COUNT { f64::INFINITY } else { begin(column + 1) };
+            sum += self.strips.common_area_between(&other.strips, [from, to]);
+            if sum.abs() > enough {
+                break;
             }
         }
         sum.abs()
