@@ -275,8 +275,13 @@ impl Polyline {
     /// `count` points (at least two), evenly spread over the whole length; the ends stay, the corners need not.
     #[must_use]
     pub fn resampled_to(&self, count: usize) -> Self {
+        self.spread(&self.stations(), count)
+    }
+
+    /// As [`Polyline::resampled_to`], where the stations of the points are known.
+    #[must_use]
+    pub fn spread(&self, stations: &[f64], count: usize) -> Self {
         let pieces = count.max(2) - 1;
-        let stations = self.stations();
         let length = stations[stations.len() - 1];
         let mut points = Vec::with_capacity(pieces + 1);
         let mut segment = 0;
