@@ -34,6 +34,8 @@ const SPIKE: f64 = 1.5;
 pub struct AreaOutline {
     /// Clockwise, not closed.
     pub ring: Vec<PointId>,
+    /// Where these lie.
+    pub places: Vec<Point>,
     /// The kerbs between the roads, in ring order.
     pub kerbs: Vec<LineStringId>,
     /// Arms, by index, over whose cuts some path runs, so that the outline around all paths does not lead along them.
@@ -84,9 +86,11 @@ pub fn area_outline(
         }
     }
     let (ring, covered) = cut_out(assembly, key, ring, (arms, bounds, paths), islands);
+    let as_walked = ring.iter().eq(walked.iter().map(|(id, _)| id));
+    let places = if as_walked { walked.iter().map(|node| node.1).collect() } else { places(assembly, &ring) };
     let kerbs = kerbs(assembly, key, &ring, arms);
     let lost = (0..arms.len()).filter(|&i| !runs_beside(&ring, arms[i])).collect();
-    AreaOutline { ring, kerbs, overrun, lost, yields, covered }
+    AreaOutline { ring, places, kerbs, overrun, lost, yields, covered }
 }
 
 /// A node and where it lies.
@@ -173,9 +177,8 @@ fn holds(ring: &[Node], paths: &[Path], columns: &[Option<Columns>]) -> bool {
 }
 
 /// Whether a ring covers every path.
-pub fn covers(assembly: &Assembly, ring: &[PointId], paths: &[Path]) -> bool {
-    let ring = if paths.is_empty() { Vec::new() } else { places(assembly, ring) };
-    paths.iter().all(|path| polygon::common_area(&path.outline, &ring) >= COVERED * area_of(&path.outline))
+pub fn covers(ring: &[Point], paths: &[Path]) -> bool {
+    paths.iter().all(|path| polygon::common_area(&path.outline, ring) >= COVERED * area_of(&path.outline))
 }
 
 fn area_of(ring: &[Point]) -> f64 {

@@ -21,6 +21,14 @@ impl Tags {
         Self(ThinVec::with_capacity(bytes))
     }
 
+    /// The same, and room for so many bytes more.
+    #[must_use]
+    pub fn with_more_room(&self, bytes: usize) -> Self {
+        let mut tags = self.clone();
+        tags.0.reserve_exact(bytes);
+        tags
+    }
+
     fn pairs(&self) -> Pairs<'_> {
         Pairs(&self.0)
     }
