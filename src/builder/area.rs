@@ -6,7 +6,7 @@ use geo::{Area, BooleanOps, MultiPolygon};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::geometry::ring::RingFault;
-use crate::geometry::{Point, curve, curve::Pose, polygon, polygon::Strips, ring};
+use crate::geometry::{Point, columns::Columns, curve, curve::Pose, polygon, ring};
 use crate::lanelet::{LineStringId, PointId};
 
 use super::assembly::{Assembly, tags};
@@ -34,6 +34,8 @@ const SPIKE: f64 = 1.5;
 pub struct AreaOutline {
     /// Clockwise, not closed.
     pub ring: Vec<PointId>,
+    /// Where these lie.
+    pub places: Vec<Point>,
     /// The kerbs between the roads, in ring order.
     pub kerbs: Vec<LineStringId>,
     /// Arms, by index, over whose cuts some path runs, so that the outline around all paths does not lead along them.
@@ -53,7 +55,7 @@ impl AreaOutline {
     }
 }
 
-/// Walks the arms clockwise: cut, kerb, cut, kerb. `paths` come with the strips of their outlines. Where a path leaves
+/// Walks the arms clockwise: cut, kerb, cut, kerb. `paths` come with the columns of their outlines. Where a path leaves
 /// that ring, it is widened to hold the path; where it then swallows the end of a road, it gives way to the lanes of that
 /// road. Islands that reach into it are cut out.
 pub fn area_outline(
@@ -62,15 +64,15 @@ pub fn area_outline(
     lanes: &Lanes,
     arms: &[&Arm],
     bounds: &Bounds,
-    paths: (&[Path], &[Option<Strips>]),
+    paths: (&[Path], &[Option<Columns>]),
     islands: &[Island],
 ) -> AreaOutline {
     let walked = walked(assembly, key, arms, bounds);
     let mut ring: Vec<PointId> = walked.iter().map(|(id, _)| *id).collect();
     let apart = |ring: &[PointId]| -> Vec<usize> { (0..arms.len()).filter(|&i| !runs_along(ring, arms[i])).collect() };
     let (mut overrun, mut yields) = (apart(&ring), false);
-    let (paths, strips) = paths;
-    if !holds(&walked, paths, strips) {
+    let (paths, columns) = paths;
+    if !holds(&walked, paths, columns) {
         ring = united(assembly, key, &walked, arms, bounds, paths, [&[], &[]]);
         overrun = apart(&ring);
         yields = !overrun.is_empty() || !is_simple(assembly, &ring);
@@ -84,9 +86,11 @@ pub fn area_outline(
         }
     }
     let (ring, covered) = cut_out(assembly, key, ring, (arms, bounds, paths), islands);
+    let as_walked = ring.iter().eq(walked.iter().map(|(id, _)| id));
+    let places = if as_walked { walked.iter().map(|node| node.1).collect() } else { places(assembly, &ring) };
     let kerbs = kerbs(assembly, key, &ring, arms);
     let lost = (0..arms.len()).filter(|&i| !runs_beside(&ring, arms[i])).collect();
-    AreaOutline { ring, kerbs, overrun, lost, yields, covered }
+    AreaOutline { ring, places, kerbs, overrun, lost, yields, covered }
 }
 
 /// A node and where it lies.
@@ -164,18 +168,17 @@ fn is_simple(assembly: &Assembly, ring: &[PointId]) -> bool {
 }
 
 /// Whether the ring is simple and covers every path.
-fn holds(ring: &[Node], paths: &[Path], strips: &[Option<Strips>]) -> bool {
+fn holds(ring: &[Node], paths: &[Path], columns: &[Option<Columns>]) -> bool {
     let ring: Vec<Point> = ring.iter().map(|(_, place)| *place).collect();
     let simple = ring::faults(&ring, SPIKE, 1).is_empty() && polygon::signed_area(&ring) < 0.0;
     let Some(inside) = strips_beside(paths, &ring).filter(|_| simple) else { return false };
-    let covered = |strips: &Option<Strips>| strips.as_ref().map_or(0.0, |path| path.common_area(&inside));
-    paths.iter().zip(strips).all(|(path, strips)| covered(strips) >= COVERED * area_of(&path.outline))
+    let covered = |path: &Option<Columns>| path.as_ref().map_or(0.0, |path| path.strips().common_area(&inside));
+    paths.iter().zip(columns).all(|(path, columns)| covered(columns) >= COVERED * area_of(&path.outline))
 }
 
 /// Whether a ring covers every path.
-pub fn covers(assembly: &Assembly, ring: &[PointId], paths: &[Path]) -> bool {
-    let ring = if paths.is_empty() { Vec::new() } else { places(assembly, ring) };
-    paths.iter().all(|path| polygon::common_area(&path.outline, &ring) >= COVERED * area_of(&path.outline))
+pub fn covers(ring: &[Point], paths: &[Path]) -> bool {
+    paths.iter().all(|path| polygon::common_area(&path.outline, ring) >= COVERED * area_of(&path.outline))
 }
 
 fn area_of(ring: &[Point]) -> f64 {

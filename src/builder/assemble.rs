@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::Point;
-use crate::lanelet::{LaneletId, LaneletMap, PointId, PolygonId, TurnDirection};
+use crate::lanelet::{LaneletId, LaneletMap, PointId, TurnDirection};
 use crate::settings::{BicycleLanes, IntersectionSettings, Settings, Side};
 
 use super::area::AreaOutline;
@@ -27,7 +27,7 @@ use super::draft::{Draft, Ways};
 use super::heights::Ground;
 use super::lanes::{Arm, Lanes};
 use super::movement::{Movement, Movements, STRAIGHT};
-use super::paths::{Drawn, Path, intersection_key};
+use super::paths::{Drawn, Paint, Path, intersection_key, paint};
 use super::road_network::{DrivingSide, Intersection, RoadEnd, RoadIx, RoadNetwork};
 use super::settle::Settled;
 use super::sidecar;
@@ -305,7 +305,7 @@ impl Stage<'_> {
         self.beside.areas += 1;
         let key = intersection_key("intersection area", intersection);
         let id = self.assembly.polygon_id(key);
-        let ring: Vec<Point> = outline.ring.iter().map(|&p| self.assembly.position(p)).collect();
+        let ring = outline.places;
         self.assembly.polygon(id, outline.ring, tags(&[("type", "intersection_area"), ("area", "yes")]));
         for arm in outline.lost {
             let cut = arms[arm].cut.iter().map(|&node| self.assembly.position(node)).collect();
@@ -322,15 +322,20 @@ impl Stage<'_> {
             self.beside.notes.push(finding.with(Subject::Way(way), "island"));
         }
         let cycling = std::mem::take(&mut self.cycling);
+        let (name, painted) = (id.0.to_string(), paint(intersection) != Paint::None);
         for path in paths.iter().chain(&cycling.paths) {
-            self.tag_path(path, id);
+            self.tag_path(path, &name);
+            // Nothing is painted across an intersection, not even where two roads only merge lanes.
+            for line in path.bounds.into_iter().filter(|_| painted) {
+                self.assembly.retag_line(line, tags(&[("type", "virtual")]));
+            }
         }
         // Only what is a road is watched, has lights, and is yielded to.
         let (with, across);
         let (paths, conflicts) = match self.as_roads && !cycling.paths.is_empty() {
             true => {
                 with = [paths, &cycling.paths].concat();
-                across = conflict::conflicts(&with, &conflict::strips(&with));
+                across = conflict::conflicts(&with, &conflict::columns(&with));
                 (&with[..], &across)
             }
             false => (paths, conflicts),
@@ -365,15 +370,10 @@ impl Stage<'_> {
         self.beside.intersections.extend(sidecar::settings(id, &names, prohibited, &movers));
     }
 
-    fn tag_path(&mut self, path: &Path, area: PolygonId) {
+    fn tag_path(&mut self, path: &Path, area: &str) {
         let Some(attributes) = self.assembly.attributes_mut(path.lanelet) else { return };
         attributes.set("turn_direction", direction(path).as_str());
-        attributes.set("intersection_area", crate::osm::Text::from(area.0.to_string()));
-        let bounds = self.assembly.lanelet_of(path.lanelet).map(|lanelet| [lanelet.left.line, lanelet.right.line]);
-        // Nothing is painted across an intersection, not even where two roads only merge lanes.
-        for line in bounds.into_iter().flatten() {
-            self.assembly.retag_line(line, tags(&[("type", "virtual")]));
-        }
+        attributes.set("intersection_area", area);
     }
 
     fn walkways(&mut self, intersection: &Intersection, paths: &[Path]) {

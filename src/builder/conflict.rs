@@ -1,6 +1,7 @@
 //! Which movements of an intersection get into each other's way.
 
 use crate::geometry::Point;
+use crate::geometry::columns::Columns;
 use crate::geometry::polygon::{self, Strips};
 
 use super::cross_section::StripKind;
@@ -34,8 +35,9 @@ impl Conflicts {
 }
 
 /// The outlines of paths, to be compared with each other and with what is made by [`strips_beside`].
-pub fn strips(paths: &[Path]) -> Vec<Option<Strips>> {
-    paths.iter().map(|path| strips_beside(paths, &path.outline)).collect()
+pub fn columns(paths: &[Path]) -> Vec<Option<Columns>> {
+    let base = paths.first().and_then(|path| path.outline.first());
+    paths.iter().map(|path| Columns::new(&path.outline, *base?)).collect()
 }
 
 /// A ring, to be compared with the outlines of paths.
@@ -43,15 +45,16 @@ pub fn strips_beside(paths: &[Path], ring: &[Point]) -> Option<Strips> {
     Strips::new(ring, *paths.first()?.outline.first()?)
 }
 
-/// Finds the conflicts. `strips` are the outlines of the paths.
-pub fn conflicts(paths: &[Path], strips: &[Option<Strips>]) -> Conflicts {
+/// Finds the conflicts. `columns` are the outlines of the paths.
+pub fn conflicts(paths: &[Path], columns: &[Option<Columns>]) -> Conflicts {
     let areas: Vec<f64> = paths.iter().map(|p| polygon::signed_area(&p.outline).abs()).collect();
     let mut found = Conflicts { real: vec![Vec::new(); paths.len()], slivers: Vec::new() };
     for (i, path) in paths.iter().enumerate() {
         for j in (i + 1..paths.len()).filter(|&j| !siblings(path, &paths[j]) && !adjacent(path, &paths[j])) {
-            let both = strips[i].as_ref().zip(strips[j].as_ref());
-            let overlap = both.map_or(0.0, |(a, b)| a.common_area(b));
-            if overlap >= AREA || overlap >= PART * areas[i].min(areas[j]) {
+            let both = columns[i].as_ref().zip(columns[j].as_ref());
+            let enough = AREA.min(PART * areas[i].min(areas[j]));
+            let overlap = both.map_or(0.0, |(a, b)| a.common_area(b, enough));
+            if overlap >= enough {
                 found.real[i].push(j);
                 found.real[j].push(i);
             } else if overlap > RAW {

@@ -5,7 +5,7 @@
 
 use std::cell::OnceCell;
 
-use crate::geometry::{Point, curve, curve::Pose, polygon, swing};
+use crate::geometry::{Point, curve, curve::Pose, polygon, ring, swing};
 
 use super::lanes::ArmLane;
 use super::movement::Movement;
@@ -33,8 +33,30 @@ struct Course {
 
 struct Shape {
     poses: Vec<Pose>,
-    /// Empty where no way lies beside it.
-    outline: Vec<Point>,
+    /// `None` where no way lies beside it.
+    outline: Option<Outline>,
+}
+
+/// What a way covers.
+struct Outline {
+    ring: Vec<Point>,
+    /// Whether it never crosses itself, as hardly one does: what it shares with others is known without a sweep.
+    simple: bool,
+}
+
+impl Outline {
+    fn new((_, from, to): &Ends, poses: &[Pose]) -> Self {
+        let [mut ring, right] =
+            curve::beside(poses, from.width / 2.0, to.width / 2.0).map(|side| curve::untangled(&side));
+        ring.extend(right.into_iter().rev());
+        Self { simple: ring::is_simple(&ring), ring }
+    }
+
+    /// Area in square metres that both cover.
+    fn shared(&self, other: &Self) -> f64 {
+        let simple = self.simple && other.simple;
+        if simple { polygon::common_area(&self.ring, &other.ring) } else { polygon::overlap(&self.ring, &other.ring) }
+    }
 }
 
 /// The poses of all movements, in their order.
@@ -46,7 +68,7 @@ pub fn courses(ends: &[Ends]) -> Vec<Vec<Pose>> {
         .zip(swept(ends))
         .map(|((i, end), poses)| {
             let beside: Vec<usize> = (0..ends.len()).filter(|&j| j != i && part(&end.0, &ends[j].0)).collect();
-            let only = if beside.is_empty() { Shape { poses, outline: Vec::new() } } else { shape(end, poses) };
+            let only = if beside.is_empty() { Shape { poses, outline: None } } else { shape(end, poses) };
             Course { shapes: vec![Some(only)], chosen: 0, beside }
         })
         .collect();
@@ -82,7 +104,7 @@ fn swept(ends: &[Ends]) -> Vec<Vec<Pose>> {
         let both = |j: usize| [Some(&sketches[j].0), sketches[j].1.as_ref()].into_iter().flatten();
         let mut others = (0..ends.len()).filter(beside).flat_map(|j| both(j).map(move |other| other.outline(&ends[j])));
         others.all(|other| {
-            let shared = |own: &Sketch| polygon::overlap(own.outline(&ends[i]), other);
+            let shared = |own: &Sketch| own.outline(&ends[i]).shared(other);
             let more = shared(wide);
             more <= TOUCH || more <= shared(&sketches[i].0)
         })
@@ -96,7 +118,7 @@ fn swept(ends: &[Ends]) -> Vec<Vec<Pose>> {
 /// A course whose outline is drawn where it is asked for: few ways come near others.
 struct Sketch {
     poses: Vec<Pose>,
-    outline: OnceCell<Vec<Point>>,
+    outline: OnceCell<Outline>,
 }
 
 impl Sketch {
@@ -104,8 +126,8 @@ impl Sketch {
         Self { poses, outline: OnceCell::new() }
     }
 
-    fn outline(&self, ends: &Ends) -> &[Point] {
-        self.outline.get_or_init(|| outline(ends, &self.poses))
+    fn outline(&self, ends: &Ends) -> &Outline {
+        self.outline.get_or_init(|| Outline::new(ends, &self.poses))
     }
 }
 
@@ -134,14 +156,7 @@ fn bundles(ends: &[Ends]) -> Vec<usize> {
 }
 
 fn shape(ends: &Ends, poses: Vec<Pose>) -> Shape {
-    Shape { outline: outline(ends, &poses), poses }
-}
-
-fn outline((_, from, to): &Ends, poses: &[Pose]) -> Vec<Point> {
-    let [mut outline, right] =
-        curve::beside(poses, from.width / 2.0, to.width / 2.0).map(|side| curve::untangled(&side));
-    outline.extend(right.into_iter().rev());
-    outline
+    Shape { outline: Some(Outline::new(ends, &poses)), poses }
 }
 
 fn add_shapes(course: &mut Course, ends: &Ends) {
@@ -157,8 +172,8 @@ fn add_shapes(course: &mut Course, ends: &Ends) {
 }
 
 fn overlap(courses: &[Course], i: usize, j: usize) -> f64 {
-    let outline = |at: usize| courses[at].shapes[courses[at].chosen].as_ref().map_or(&[][..], |shape| &shape.outline);
-    polygon::overlap(outline(i), outline(j))
+    let outline = |at: usize| courses[at].shapes[courses[at].chosen].as_ref()?.outline.as_ref();
+    outline(i).zip(outline(j)).map_or(0.0, |(a, b)| a.shared(b))
 }
 
 /// Takes the shapes of two bundles by which they and their neighbours overlap least; of equals the first.
@@ -223,12 +238,12 @@ mod tests {
         let (on, off) = (lane(70.0, 0.0, 0.0), lane(66.0, -8.0, -30.0));
         let movement = |to, in_lane| Movement { from: 0, to, in_lane, out_lane: 0 };
         let ends = [(movement(1, 0), &left, &on), (movement(2, 1), &right, &off)];
-        let alone = ends.map(|end| shape(&end, curve::join(end.1.pose, end.2.pose)));
-        let apart = polygon::overlap(&alone[0].outline, &alone[1].outline);
+        let alone = ends.map(|end| Outline::new(&end, &curve::join(end.1.pose, end.2.pose)));
+        let apart = alone[0].shared(&alone[1]);
         assert!(apart > 5.0, "{apart} m2");
         let poses = courses(&ends);
-        let outlines: Vec<Vec<Point>> = ends.iter().zip(poses).map(|(end, poses)| shape(end, poses).outline).collect();
-        let left = polygon::overlap(&outlines[0], &outlines[1]);
+        let outlines: Vec<Outline> = ends.iter().zip(poses).map(|(end, poses)| Outline::new(end, &poses)).collect();
+        let left = outlines[0].shared(&outlines[1]);
         assert!(left < 0.5, "{left} m2 remain");
     }
 
@@ -245,8 +260,8 @@ mod tests {
         ];
         assert_eq!(bundles(&ends), [0, 0, 2]);
         let poses = courses(&ends);
-        let outlines: Vec<Vec<Point>> = ends.iter().zip(poses).map(|(end, poses)| shape(end, poses).outline).collect();
-        let turns = polygon::overlap(&outlines[0], &outlines[1]);
+        let outlines: Vec<Outline> = ends.iter().zip(poses).map(|(end, poses)| Outline::new(end, &poses)).collect();
+        let turns = outlines[0].shared(&outlines[1]);
         // What remains between two cubics of unlike length is taken away where their common bound runs midway.
         assert!(turns < 4.0, "the two turns overlap by {turns} m2");
     }

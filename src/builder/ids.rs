@@ -16,6 +16,8 @@ impl Key {
     /// FNV-1a's offset basis and prime, 64 bits; the finish below mixes the high bits.
     const BASIS: u64 = 0xcbf2_9ce4_8422_2325;
     const PRIME: u64 = 0x0000_0100_0000_01b3;
+    /// What seven bytes that are 0 multiply the hash by.
+    const ZEROS: u64 = Self::PRIME.wrapping_pow(7);
 
     /// The key of an element that plays this part.
     pub fn new(part: &str) -> Self {
@@ -32,7 +34,10 @@ impl Key {
     /// Refined by a number.
     #[must_use]
     pub fn number(self, number: i64) -> Self {
-        self.bytes(&number.to_le_bytes())
+        match u8::try_from(number) {
+            Ok(byte) => Self(self.bytes(&[byte]).0.wrapping_mul(Self::ZEROS)),
+            Err(_) => self.bytes(&number.to_le_bytes()),
+        }
     }
 
     fn bytes(self, bytes: &[u8]) -> Self {
@@ -167,7 +172,8 @@ impl Ids {
         let bits = 8 * all.clone().map(Self::count).sum::<usize>().next_power_of_two().max(8);
         let mut seen = vec![0_u64; bits / 64];
         let mut doubtful = FxHashSet::default();
-        for id in all.clone().flat_map(Self::all).filter(|id| **id % 2 == half) {
+        let own = || all.clone().flat_map(Self::all).filter(|id| **id % 2 == half);
+        for id in own() {
             let place = (*id / 2) as usize % bits;
             let (word, bit) = (&mut seen[place / 64], 1 << (place % 64));
             if *word & bit != 0 && !doubtful.insert(*id) {
@@ -175,7 +181,7 @@ impl Ids {
             }
             *word |= bit;
         }
-        all.flat_map(Self::all).filter(|id| doubtful.contains(id)).count() == doubtful.len()
+        own().filter(|id| doubtful.contains(id)).count() == doubtful.len()
     }
 
     /// The key's place in `from..to`, or where a number added to the key leads if that is taken.

@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::geometry::polyline::{clears, reaches};
+use crate::geometry::polyline::{clear, clears, reaches};
 use crate::geometry::{Point, Polyline, curve, curve::Pose};
 use crate::lanelet::PointId;
 
@@ -38,11 +38,28 @@ impl Wanted<'_> {
 /// Part of its width that a way gives up for a bound that it shares: more, and it has one of its own.
 const SQUEEZED_MOST: f64 = 0.2;
 
-/// Whether a bound is as far from the other one as the way between them is wide, or nearly so.
-pub fn keeps_width(bound: &[Point], other: &[Point], [from, to]: [f64; 2]) -> bool {
-    let (low, high) = (from.min(to) * (1.0 - SQUEEZED_MOST), from.max(to) * (1.0 + SQUEEZED_MOST));
+/// How close the bounds of a way may come to each other, and how far they may lie apart, where it is as wide as this at its ends
+/// or nearly so.
+fn apart_by([from, to]: [f64; 2]) -> [f64; 2] {
+    [from.min(to) * (1.0 - SQUEEZED_MOST), from.max(to) * (1.0 + SQUEEZED_MOST)]
+}
+
+/// Whether every place of a bound is this close to another.
+fn follows(bound: &[Point], other: &[Point], distance: f64) -> bool {
     let mut hint = 0;
-    bound.iter().all(|&p| reaches(other, p, high, &mut hint)) && clears(other, bound, low)
+    bound.iter().all(|&p| reaches(other, p, distance, &mut hint))
+}
+
+/// Whether two bounds are as far from each other as the way between them is wide, or nearly so.
+pub fn keep_width([left, right]: [&[Point]; 2], width: [f64; 2]) -> bool {
+    let [low, high] = apart_by(width);
+    follows(left, right, high) && follows(right, left, high) && clear(left, right, low)
+}
+
+/// Whether a bound is as far from the other one as the way between them is wide, or nearly so.
+fn keeps_width(bound: &[Point], other: &[Point], width: [f64; 2]) -> bool {
+    let [low, high] = apart_by(width);
+    follows(bound, other, high) && clears(other, bound, low)
 }
 
 /// Bounds that two ways through an intersection share although neither runs quite where the other would have it: they
@@ -83,11 +100,7 @@ impl Meant {
     fn midway(wanted: &[Wanted; 2]) -> Option<Vec<Point>> {
         let [first, second] = wanted;
         let (a, b) = (first.line, second.line);
-        let along = |of: &[Point], from: &[Point]| {
-            let mut hint = 0;
-            of.iter().all(|&p| reaches(from, p, Self::SAME, &mut hint))
-        };
-        if along(a, b) && along(b, a) {
+        if follows(a, b, Self::SAME) && follows(b, a, Self::SAME) {
             return None;
         }
         let (a, b) = (first.upward()?, second.upward()?);

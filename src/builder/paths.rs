@@ -5,6 +5,7 @@ mod bounds;
 pub use bounds::Bounds;
 
 use std::borrow::Cow;
+use std::cell::RefCell;
 
 use crate::geometry::round::Rounding;
 use crate::geometry::{Point, Polyline, Vector, angle_between, curve, curve::Pose};
@@ -16,7 +17,7 @@ use super::course::{Ends, courses};
 use super::cross_section::StripKind;
 use super::ids::Key;
 use super::lanes::{ADMITS_BICYCLES, Arm, ArmLane, Lanes, road_attributes};
-use super::midway::{Meant, Smooth, keeps_width, smooth};
+use super::midway::{Meant, Smooth, keep_width, smooth};
 use super::movement::{Movement, turned};
 use super::ring::Ring;
 use super::road_network::{DrivingSide, Intersection, RoadNetwork};
@@ -52,6 +53,9 @@ impl Path {
 /// How tightly a bound may bend, and how much wider a lane may become where it turns.
 const BENDS: Rounding = Rounding { least: 1.25, easy: 2.0, cut: 0.6 };
 
+/// Bytes that the tags take which only a way through an intersection has.
+const TURN_TAGS: usize = 64;
+
 /// How the bounds of paths are tagged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Paint {
@@ -59,6 +63,11 @@ pub enum Paint {
     None,
     /// As the bounds of the lane that leads in: the road merely goes on.
     AsBefore,
+}
+
+/// How the bounds of the paths of an intersection are tagged.
+pub fn paint(intersection: &Intersection) -> Paint {
+    if intersection.arms.len() == 2 { Paint::AsBefore } else { Paint::None }
 }
 
 /// What [`paths`] made.
@@ -80,7 +89,6 @@ pub fn paths(
     lanes: &Lanes,
     intersection: &Intersection,
     movements: &[Movement],
-    paint: Paint,
 ) -> Drawn {
     let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
     let key = intersection_key("path", intersection);
@@ -94,19 +102,27 @@ pub fn paths(
         *course = around.unwrap_or_else(|| std::mem::take(course));
     }
     let mut drawn = Drawn::default();
-    let lanelet = |assembly: &Assembly, (movement, from, _): &Ends, kind| {
-        let road = network.road(arms[movement.from].at.road);
-        let speed = assembly
-            .lanelet_of(lanes.lanes[from.lane].lanelet)
-            .and_then(|l| l.attributes.get("speed_limit")?.parse().ok())
-            .unwrap_or(road.speed[0]);
+    let attributes_from = |assembly: &Assembly, arm: usize, lane: usize, kind| {
+        let road = network.road(arms[arm].at.road);
+        let before = assembly.lanelet_of(lanes.lanes[lane].lanelet).map(|lanelet| &lanelet.attributes);
+        let speed = before.and_then(|before| before.get("speed_limit")?.parse().ok()).unwrap_or(road.speed[0]);
         let mut attributes = road_attributes(road, kind, speed);
-        let before = assembly.lanelet_of(lanes.lanes[from.lane].lanelet).map(|lanelet| &lanelet.attributes);
         if kind == StripKind::Bus && before.is_some_and(|before| before.is(ADMITS_BICYCLES, "yes")) {
             attributes.push(ADMITS_BICYCLES, "yes");
         }
         attributes
     };
+    // All ways of one kind from a lane are tagged alike.
+    let known: RefCell<Vec<(usize, StripKind, Attributes)>> = RefCell::default();
+    let lanelet = |assembly: &Assembly, (movement, from, _): &Ends, kind| {
+        let mut known = known.borrow_mut();
+        let at = known.iter().position(|one| (one.0, one.1) == (from.lane, kind)).unwrap_or_else(|| {
+            known.push((from.lane, kind, attributes_from(assembly, movement.from, from.lane, kind)));
+            known.len() - 1
+        });
+        known[at].2.with_more_room(TURN_TAGS)
+    };
+    let paint = paint(intersection);
     let bound = |assembly: &Assembly, from: &ArmLane, side| bound_attributes(assembly, lanes, from, side, paint);
     drawn.add(assembly, network.side, key, all, &Tagged { bound: &bound, lanelet: &lanelet });
     drawn
@@ -236,7 +252,6 @@ fn shape(
     let old = sides.map(|side| known[side].map(|line| line.places(from.nodes[side])));
     let known = sides.map(|side| known[side].map(|line| line.bound(from.nodes[side])));
     let (width, narrow) = ([from.width, to.width], from.width.min(to.width));
-    let even = |[left, right]: [&[Point]; 2]| keeps_width(left, right, width) && keeps_width(right, left, width);
     // Rather a bound of its own than one shared that squeezes it, and rather that than a corner.
     let shapes = [
         (midway, Share::Evenly),
@@ -262,7 +277,7 @@ fn shape(
         }
         // Ways side by side share whatever comes: they must not overlap.
         let with_opposite = known.iter().flatten().any(|bound| bound.inverted);
-        if share != Share::Evenly || !with_opposite || even(lines) {
+        if share != Share::Evenly || !with_opposite || keep_width(lines, width) {
             let round =
                 |side: usize| if known[side].is_some() { Cow::Borrowed(lines[side]) } else { BENDS.of(lines[side]) };
             let round = sides.map(round);

@@ -5,9 +5,9 @@ use crate::lanelet::PointId;
 
 /// Points of an intersection closer than this, metres, are one: where two bounds cross on a point of each.
 const SAME: f64 = 2e-3;
-/// Two to the power of this many cells of that size along either side are one field of the table: a place has few
-/// neighbours, and most lie in its own field.
-const FIELD: u32 = 9;
+/// Two to the power of this many cells of that size along either side are one field of the table, a hand's breadth: few points
+/// share one, and most places have all their neighbours in their own.
+const FIELD: u32 = 6;
 
 /// Cells of the plane.
 type Cell = (i64, i64);
@@ -57,7 +57,9 @@ impl Places {
             while let Some(at) = next {
                 let placed = &self.points[at as usize];
                 next = placed.before;
-                if (placed.place - place).norm() < SAME {
+                let apart = placed.place - place;
+                // Few come so near that the root is worth its time.
+                if apart.norm_squared() < 2.0 * SAME * SAME && apart.norm() < SAME {
                     let order = |at: u32| (cell(self.points[at as usize].place), std::cmp::Reverse(at));
                     found = Some(found.map_or(at, |found| if order(at) < order(found) { at } else { found }));
                 }
@@ -89,7 +91,9 @@ impl Places {
 }
 
 fn cell(place: Point) -> Cell {
-    ((place.x / SAME).round() as i64, (place.y / SAME).round() as i64)
+    // Rounded without `round`, which is a function call where processors may be old.
+    let rounded = |cells: f64| (cells + 0.5_f64.copysign(cells)) as i64;
+    (rounded(place.x / SAME), rounded(place.y / SAME))
 }
 
 fn field((x, y): Cell) -> Cell {

@@ -1,7 +1,7 @@
 //! Whether two bounds make a lane that Autoware's loader reads as it is drawn.
 
 use crate::geometry::apart::apart;
-use crate::geometry::polyline::clears;
+use crate::geometry::polyline::all_clear;
 use crate::geometry::{Point, Vector, cross, left_of, polygon, ring};
 
 /// Part of its width that a lane must keep everywhere.
@@ -25,7 +25,7 @@ pub fn sound<L: AsRef<[Point]>>(bounds: &[L; 2], width: f64) -> bool {
     let long = |line: &[Point]| line.windows(2).map(|w| (w[1] - w[0]).norm()).sum::<f64>() >= LENGTH_LEAST;
     let least = WIDTH_LEFT * width;
     let clear = apart(bounds[0], bounds[1], least);
-    let wide = || clear || clears(bounds[0], bounds[1], least) && clears(bounds[1], bounds[0], least);
+    let wide = || clear || all_clear(bounds[0], bounds[1], least) && all_clear(bounds[1], bounds[0], least);
     bounds.iter().all(|line| long(line) && !kinked(line)) && wide() && aligned(&bounds) && whole(&bounds, clear)
 }
 

@@ -5,6 +5,7 @@
 
 pub mod apart;
 pub mod cells;
+pub mod columns;
 pub mod curve;
 pub mod miter;
 pub mod part;

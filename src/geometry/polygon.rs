@@ -40,7 +40,9 @@ pub fn common_part(a: &[Point], b: &[Point]) -> Option<(f64, Point)> {
     let base = *a.first()?;
     let (a, b) = (Strips::new(a, base)?, Strips::new(b, base)?);
     let mut sum = Moments::default();
-    a.each_piece(&b, |piece| piece.add_to(base.x, &mut sum));
+    if a.may_touch(&b) {
+        a.each_piece(&b, EVERYWHERE, |piece| piece.add_to(base.x, &mut sum));
+    }
     let middle = base + super::Vector::new(sum.east, sum.north) / sum.area;
     (sum.area != 0.0 && middle.x.is_finite() && middle.y.is_finite()).then(|| (sum.area.abs(), middle))
 }
@@ -100,38 +102,49 @@ impl Strips {
 
     /// Area in square metres that both rings cover.
     pub fn common_area(&self, other: &Self) -> f64 {
+        if self.may_touch(other) { self.common_area_between(other, EVERYWHERE).abs() } else { 0.0 }
+    }
+
+    /// Area in square metres that both rings cover from one place to another on the way to the east; below 0 if they run different
+    /// ways around.
+    pub(super) fn common_area_between(&self, other: &Self, range: [f64; 2]) -> f64 {
         let mut sum = 0.0;
-        self.each_piece(other, |piece| sum += piece.below_both());
-        sum.abs()
+        self.each_piece(other, range, |piece| sum += piece.below_both());
+        sum
     }
 
     /// Goes through the pieces of pairs of edges, one of either ring, that lie above each other.
-    fn each_piece(&self, other: &Self, mut each: impl FnMut(Piece)) {
-        let ([low_a, high_a], [low_b, high_b]) = (self.bounds, other.bounds);
-        let (low, high) = (low_a.sup(&low_b), high_a.inf(&high_b));
-        if low.x >= high.x || low.y >= high.y || self.beside(other) {
-            return;
-        }
+    fn each_piece(&self, other: &Self, range: [f64; 2], mut each: impl FnMut(Piece)) {
         for (a, of_a) in self.runs() {
             for (b, of_b) in other.runs() {
-                along_both(a, b, of_a * of_b, &mut each);
+                along_both(a, b, range, of_a * of_b, &mut each);
             }
         }
     }
 
-    /// Whether a line from southwest to northeast, or one from northwest to southeast, runs between the two.
-    fn beside(&self, other: &Self) -> bool {
+    /// Whether no line from south to north, from west to east or midway between these runs between the two.
+    pub(super) fn may_touch(&self, other: &Self) -> bool {
+        let ([low_a, high_a], [low_b, high_b]) = (self.bounds, other.bounds);
+        let (low, high) = (low_a.sup(&low_b), high_a.inf(&high_b));
         let apart = |[low_a, high_a]: [f64; 2], [low_b, high_b]: [f64; 2]| low_a > high_b || low_b > high_a;
-        (0..2).any(|i| apart(self.aslant[i], other.aslant[i]))
+        low.x < high.x && low.y < high.y && !(0..2).any(|i| apart(self.aslant[i], other.aslant[i]))
     }
 }
 
+/// From the farthest west to the farthest east.
+const EVERYWHERE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
 /// Goes through the pieces of two runs that lie above each other, from west to east.
-fn along_both(a: &[Edge], b: &[Edge], sign: f64, each: &mut impl FnMut(Piece)) {
-    let mut from = a[0].from.max(b[0].from);
+fn along_both(a: &[Edge], b: &[Edge], [west, east]: [f64; 2], sign: f64, each: &mut impl FnMut(Piece)) {
+    let mut from = a[0].from.max(b[0].from).max(west);
+    if from >= a[a.len() - 1].to.min(b[b.len() - 1].to).min(east) {
+        return;
+    }
     let [mut i, mut j] = [a, b].map(|run| run.partition_point(|edge| edge.to <= from));
-    while let (Some(x), Some(y)) = (a.get(i), b.get(j)) {
-        let to = x.to.min(y.to);
+    while let (Some(x), Some(y)) = (a.get(i), b.get(j))
+        && from < east
+    {
+        let to = x.to.min(y.to).min(east);
         each(Piece { sign, from, to, heights: [[x.at(from), x.at(to)], [y.at(from), y.at(to)]] });
         i += usize::from(x.to <= to);
         j += usize::from(y.to <= to);

@@ -275,8 +275,13 @@ impl Polyline {
     /// `count` points (at least two), evenly spread over the whole length; the ends stay, the corners need not.
     #[must_use]
     pub fn resampled_to(&self, count: usize) -> Self {
+        self.spread(&self.stations(), count)
+    }
+
+    /// As [`Polyline::resampled_to`], where the stations of the points are known.
+    #[must_use]
+    pub fn spread(&self, stations: &[f64], count: usize) -> Self {
         let pieces = count.max(2) - 1;
-        let stations = self.stations();
         let length = stations[stations.len() - 1];
         let mut points = Vec::with_capacity(pieces + 1);
         let mut segment = 0;
@@ -313,11 +318,18 @@ fn stations(line: &[Point]) -> Vec<f64> {
     stations
 }
 
+/// Whether two lines keep this far, metres, from each other.
+pub fn clear(a: &[Point], b: &[Point], distance: f64) -> bool {
+    apart(a, b, distance) || all_clear(a, b, distance) && all_clear(b, a, distance)
+}
+
 /// Whether a line keeps this far, metres, from all places.
 pub fn clears(line: &[Point], places: &[Point], distance: f64) -> bool {
-    if apart(places, line, distance) {
-        return true;
-    }
+    apart(places, line, distance) || all_clear(line, places, distance)
+}
+
+/// As [`clears`], without a look at the whole.
+pub fn all_clear(line: &[Point], places: &[Point], distance: f64) -> bool {
     let stations = stations(line);
     places.iter().all(|&p| {
         let mut i = 0;

@@ -291,7 +291,8 @@ impl LaneletMap {
         }
     }
 
-    /// Puts all primitives of another map before its own, with all threads. No id may come twice.
+    /// Puts all primitives of another map before its own, with all threads; but its points behind, since they are many and their
+    /// order says nothing. No id may come twice.
     pub fn prepend(&mut self, first: Self) {
         let Self { points, linestrings, polygons, lanelets, regulatory_elements, .. } = self;
         let rest = || {
@@ -300,7 +301,7 @@ impl LaneletMap {
             lanelets.prepend(first.lanelets);
             regulatory_elements.prepend(first.regulatory_elements);
         };
-        rayon::join(|| points.prepend(first.points), rest);
+        rayon::join(|| points.append(vec![first.points]), rest);
     }
 
     /// Gives back the memory that more primitives would need.

@@ -105,9 +105,9 @@ enum Way<'a> {
 impl Way<'_> {
     fn write(&self, text: &mut OsmText) {
         match self {
-            Self::Line(line) => text.way(line.id.0, line.points.iter().map(|p| p.0), line.attributes.iter()),
+            Self::Line(line) => text.way(line.id.0, line.points.iter().map(|p| p.0), line.attributes.words()),
             Self::Area(area) => {
-                let tags = area.attributes.iter().chain(given(&area.attributes, "area", "yes"));
+                let tags = area.attributes.words().chain(given(&area.attributes, "area", "yes"));
                 text.way(area.id.0, area.points.iter().map(|p| p.0), tags);
             }
         }
@@ -135,7 +135,7 @@ fn write_lanelet(text: &mut OsmText, lanelet: &Lanelet) {
     let ways = lines.map(|(line, role)| (ElementKind::Way, line.0, role));
     let elements =
         lanelet.regulatory_elements.iter().map(|element| (ElementKind::Relation, element.0, "regulatory_element"));
-    let tags = given(&lanelet.attributes, "type", "lanelet").chain(lanelet.attributes.iter());
+    let tags = given(&lanelet.attributes, "type", "lanelet").chain(lanelet.attributes.words());
     text.relation(lanelet.id.0, ways.chain(elements), tags);
 }
 
@@ -151,7 +151,7 @@ fn write_element(text: &mut OsmText, element: &RegulatoryElement) {
     });
     let kind = given(&element.attributes, "type", "regulatory_element");
     let subtype = given(&element.attributes, "subtype", &element.subtype);
-    text.relation(element.id.0, members, kind.chain(subtype).chain(element.attributes.iter()));
+    text.relation(element.id.0, members, kind.chain(subtype).chain(element.attributes.words()));
 }
 
 /// A tag that the primitive's kind implies, unless its attributes say it already.
@@ -159,8 +159,8 @@ fn given<'a>(
     attributes: &Attributes,
     key: &'a str,
     value: &'a str,
-) -> impl Iterator<Item = (&'a str, &'a str)> + use<'a> {
-    (!attributes.has(key)).then_some((key, value)).into_iter()
+) -> impl Iterator<Item = (&'a [u8], &'a [u8])> + use<'a> {
+    (!attributes.has(key)).then_some((key.as_bytes(), value.as_bytes())).into_iter()
 }
 
 #[cfg(test)]

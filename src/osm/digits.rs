@@ -73,18 +73,33 @@ fn put_steps(out: &mut Vec<u8>, below_zero: bool, steps: u64, decimals: usize) {
     let known = AT_ONCE - digits.trailing_zeros() as usize / 8;
     let whole = known.saturating_sub(decimals).max(1);
     let digits = digits | ZEROS;
-    put_last(out, digits << (8 * decimals), whole);
-    if decimals > 0 {
+    let count = whole + decimals;
+    if decimals == 0 {
+        put_last(out, digits, whole);
+    } else if count < AT_ONCE {
+        // The point fits in between, and all is copied at once.
+        let text = digits >> (8 * (AT_ONCE - count));
+        let before = (1 << (8 * whole)) - 1;
+        let point = u128::from(b'.') << (8 * whole);
+        put_first(out, text & before | point | (text & !before) << 8, count + 1);
+    } else {
+        put_last(out, digits << (8 * decimals), whole);
         out.push(b'.');
         put_last(out, digits, decimals);
     }
 }
 
-/// Appends the last so many of the digits. A fixed number of bytes is copied faster than one that is known late.
+/// Appends the last so many of the digits.
 #[inline]
 fn put_last(out: &mut Vec<u8>, digits: u128, count: usize) {
+    put_first(out, digits >> (8 * (AT_ONCE - count)), count);
+}
+
+/// Appends the first so many letters. A fixed number of bytes is copied faster than one that is known late.
+#[inline]
+fn put_first(out: &mut Vec<u8>, text: u128, count: usize) {
     let end = out.len() + count;
-    out.extend_from_slice(&(digits >> (8 * (AT_ONCE - count))).to_le_bytes());
+    out.extend_from_slice(&text.to_le_bytes());
     out.truncate(end);
 }
 

@@ -21,6 +21,14 @@ impl Tags {
         Self(ThinVec::with_capacity(bytes))
     }
 
+    /// The same, and room for so many bytes more.
+    #[must_use]
+    pub fn with_more_room(&self, bytes: usize) -> Self {
+        let mut tags = self.clone();
+        tags.0.reserve_exact(bytes);
+        tags
+    }
+
     fn pairs(&self) -> Pairs<'_> {
         Pairs(&self.0)
     }
@@ -73,6 +81,11 @@ impl Tags {
     /// All pairs in order.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &str)> {
         self.pairs().map(|(key, value)| (text(key), text(value)))
+    }
+
+    /// As [`Tags::iter`], as the bytes that they are: what is only copied need not be known to be text.
+    pub fn words(&self) -> impl Iterator<Item = (&[u8], &[u8])> {
+        self.pairs()
     }
 
     /// Whether there is none.

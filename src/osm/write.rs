@@ -27,7 +27,7 @@ impl OsmText {
                     text.put(" ");
                     text.put(name);
                     text.put("=\"");
-                    text.escaped(version);
+                    text.escaped(version.as_bytes());
                     text.put("\"");
                 }
             }
@@ -47,7 +47,7 @@ impl OsmText {
     }
 
     /// A node; without a place, `lat` and `lon` are empty, as in other editors' maps without projection.
-    pub fn node<'t>(&mut self, id: i64, place: Option<LonLat>, tags: impl IntoIterator<Item = (&'t str, &'t str)>) {
+    pub fn node<T: AsRef<[u8]>>(&mut self, id: i64, place: Option<LonLat>, tags: impl IntoIterator<Item = (T, T)>) {
         self.node_head(id, place);
         let before = self.text.len();
         self.put("\">\n");
@@ -114,11 +114,11 @@ impl OsmText {
     }
 
     /// A way.
-    pub fn way<'t>(
+    pub fn way<T: AsRef<[u8]>>(
         &mut self,
         id: i64,
         nodes: impl IntoIterator<Item = i64>,
-        tags: impl IntoIterator<Item = (&'t str, &'t str)>,
+        tags: impl IntoIterator<Item = (T, T)>,
     ) {
         self.put("  <way id=\"");
         self.integer(id);
@@ -133,11 +133,11 @@ impl OsmText {
     }
 
     /// A relation.
-    pub fn relation<'t>(
+    pub fn relation<'t, T: AsRef<[u8]>>(
         &mut self,
         id: i64,
         members: impl IntoIterator<Item = (ElementKind, i64, &'t str)>,
-        tags: impl IntoIterator<Item = (&'t str, &'t str)>,
+        tags: impl IntoIterator<Item = (T, T)>,
     ) {
         self.put("  <relation id=\"");
         self.integer(id);
@@ -148,19 +148,20 @@ impl OsmText {
             self.put("\" ref=\"");
             self.integer(target);
             self.put("\" role=\"");
-            self.escaped(role);
+            self.escaped(role.as_bytes());
             self.put("\"/>\n");
         }
         self.tags(tags);
         self.put("  </relation>\n");
     }
 
-    fn tags<'t>(&mut self, tags: impl IntoIterator<Item = (&'t str, &'t str)>) {
+    /// Keys and values are text, the bytes of which need not be known to be.
+    fn tags<T: AsRef<[u8]>>(&mut self, tags: impl IntoIterator<Item = (T, T)>) {
         for (key, value) in tags {
             self.put("    <tag k=\"");
-            self.escaped(key);
+            self.escaped(key.as_ref());
             self.put("\" v=\"");
-            self.escaped(value);
+            self.escaped(value.as_ref());
             self.put("\"/>\n");
         }
     }
@@ -178,14 +179,14 @@ impl OsmText {
 
     /// The text of an attribute. Line breaks and tabs would be read back as blanks if they stood bare; what XML cannot
     /// hold becomes a replacement character.
-    fn escaped(&mut self, text: &str) {
+    fn escaped(&mut self, text: &[u8]) {
         // U+FFFE and U+FFFF are the only letters beyond ASCII that XML cannot hold; they begin with this byte.
         let plain = |b: u8| b >= b' ' && !matches!(b, b'&' | b'<' | b'>' | b'"' | 0xef);
-        if text.bytes().all(plain) {
-            return self.put(text);
+        if text.iter().copied().all(plain) {
+            return self.text.extend_from_slice(text);
         }
         let mut letter_bytes = [0; 4];
-        for letter in text.chars() {
+        for letter in String::from_utf8_lossy(text).chars() {
             self.put(match letter {
                 '&' => "&amp;",
                 '<' => "&lt;",
@@ -211,9 +212,9 @@ mod tests {
         let nasty = "a & b < c > \"d\" 'e' \n\t\r &amp; é 道路 \u{1f6a6}";
         let mut elements = OsmText::default();
         elements.node(-1, Some(LonLat { lon: 139.5, lat: -0.0 }), [(nasty, nasty)]);
-        elements.node(2, None, []);
+        elements.node::<&str>(2, None, []);
         elements.way(3, [2, -1], [("k", "")]);
-        elements.relation(4, [(ElementKind::Way, 3, nasty)], []);
+        elements.relation::<&str>(4, [(ElementKind::Way, 3, nasty)], []);
         let text = [OsmText::head(&MetaInfo::default()), elements, OsmText::tail()].map(|text| text.text).concat();
         let text = String::from_utf8(text).unwrap();
         assert!(text.contains(r#"<node id="-1" version="1" lat="0.00000000000" lon="139.50000000000">"#), "{text}");
@@ -230,7 +231,7 @@ mod tests {
     #[test]
     fn what_xml_cannot_hold_is_replaced() {
         let mut text = OsmText::default();
-        text.escaped("a\u{0}b\u{1f}\u{feff}\u{ffff}");
+        text.escaped("a\u{0}b\u{1f}\u{feff}\u{ffff}".as_bytes());
         assert_eq!(text.text, "a\u{fffd}b\u{fffd}\u{feff}\u{fffd}".as_bytes());
     }
 }

@@ -94,16 +94,11 @@ impl Frame {
             patches.clear();
             *frame = Some(self);
         }
-        // Most points lie in the square of the one before.
-        let mut here: Option<(Square, Option<Patch>)> = None;
         let place = |&point: &Point| {
             let square = square_of(point)?;
-            if here.as_ref().is_none_or(|(here, _)| *here != square) {
-                let patch = patches.entry(square);
-                let patch = patch.or_insert_with(|| Patch::new(square, |places| self.inverse_by_proj(places)));
-                here = Some((square, patch.clone()));
-            }
-            let place = here.as_ref().and_then(|(_, patch)| Some(patch.as_ref()?.inverse(point)));
+            let patch = patches.entry(square);
+            let patch = patch.or_insert_with(|| Patch::new(square, |places| self.inverse_by_proj(places)));
+            let place = patch.as_ref().map(|patch| patch.inverse(point));
             match place.filter(|place| !on_border(place)) {
                 Some(place) => Some(place),
                 None => self.inverse_by_proj(&[point]).pop()?,
@@ -165,5 +160,7 @@ fn with_proj<R>(frame: Frame, use_it: impl FnOnce(Option<&Proj>) -> R) -> R {
 fn on_border(place: &LonLat) -> bool {
     /// Degrees: a tenth of a millimetre.
     const NEAR: f64 = 1e-9;
-    [place.lon, place.lat].iter().any(|degrees| (degrees - degrees.round()).abs() < NEAR)
+    // Rounded without `round`, which is a function call where processors may be old.
+    let beside = |degrees: f64| degrees - (degrees + 0.5) as i64 as f64;
+    [place.lon, place.lat].iter().any(|degrees| beside(degrees.abs()).abs() < NEAR)
 }

@@ -44,8 +44,9 @@ pub fn cut_out(
             let ground = std::slice::from_ref(&island.ring);
             let around = nodes(assembly, &ring);
             let without = united(assembly, key, &around, arms, bounds, &over, [ground, &[]]);
-            let left = polygon::common_area(&places(assembly, &without), &island.ring);
-            let whole = is_simple(assembly, &without) && covers(assembly, &without, paths) && left <= UNDER * common;
+            let outline = places(assembly, &without);
+            let left = polygon::common_area(&outline, &island.ring);
+            let whole = is_simple(assembly, &without) && covers(&outline, paths) && left <= UNDER * common;
             if whole && along(&without) >= along(&ring) {
                 ring = without;
                 continue;

@@ -2,11 +2,11 @@
 
 use crate::builder::area::{AreaOutline, area_outline, covers};
 use crate::builder::assembly::{Assembly, Part};
-use crate::builder::conflict::{Conflicts, conflicts, strips};
+use crate::builder::conflict::{Conflicts, columns, conflicts};
 use crate::builder::cycle::{Cycles, Cycling, Wanted, ridden};
 use crate::builder::lanes::{Arm, Lanes};
 use crate::builder::movement::{Movements, movements};
-use crate::builder::paths::{Drawn, Paint, Path, intersection_key, paths};
+use crate::builder::paths::{Drawn, Path, intersection_key, paths};
 use crate::builder::restricted::Restricted;
 use crate::builder::road_network::{Intersection, RoadEnd, RoadNetwork};
 use crate::geometry::polygon;
@@ -47,10 +47,9 @@ impl Ways {
         below: &Assembly<'_>,
     ) -> Self {
         let plan = movements(network.side, restricted, lanes, intersection);
-        let paint = if intersection.arms.len() == 2 { Paint::AsBefore } else { Paint::None };
         let mut assembly = Assembly::over(below);
         assembly.stand_on(lanes.ground_of(intersection, below));
-        let drawn = paths(&mut assembly, network, lanes, intersection, &plan.all, paint);
+        let drawn = paths(&mut assembly, network, lanes, intersection, &plan.all);
         let (cycles, part) = (Cycling::default(), assembly.into_part());
         Self { plan, drawn, conflicts: None, cycles, area: None, part, stood: false, over: Vec::new(), leans: false }
     }
@@ -76,7 +75,7 @@ impl Ways {
             return self;
         }
         let Self { plan, mut drawn, part, stood, over, .. } = self;
-        let own = strips(&drawn.paths);
+        let own = columns(&drawn.paths);
         let conflicts = Some(conflicts(&drawn.paths, &own));
         let roundabout = intersection.arms.iter().any(|at| network.road(at.road).roundabout);
         let crossed = !roundabout && conflicts.iter().flat_map(|found| &found.real).any(|found| !found.is_empty());
@@ -119,10 +118,10 @@ impl Ways {
                     );
                 }
                 let paths = [&drawn.paths[..], &cycles.paths].concat();
-                area_outline(&mut assembly, key, lanes, &arms, &cycles.bounds, (&paths, &strips(&paths)), islands)
+                area_outline(&mut assembly, key, lanes, &arms, &cycles.bounds, (&paths, &columns(&paths)), islands)
             });
             let clear = || cycles.paths.iter().all(|cycle| drawn.paths.iter().all(|path| apart(cycle, path)));
-            let covered = area.as_ref().map_or_else(clear, |area| covers(&assembly, &area.ring, &cycles.paths));
+            let covered = area.as_ref().map_or_else(clear, |area| covers(&area.places, &cycles.paths));
             (assembly.into_part(), area, cycles, covered)
         };
         let (mut part, mut area, ..) = around(part, &|_| Drawn::default());

@@ -184,11 +184,12 @@ pub fn turn_along(line: &Polyline) -> f64 {
 
 /// Midpoints of both bounds, each cut into the same number of pieces of about [`STEP`].
 pub fn center_line(left: &[Point], right: &[Point]) -> Option<Polyline> {
-    let lines = [left, right].map(|bound| Polyline::new(bound.iter().copied()));
-    let longest = lines.iter().flatten().map(Polyline::length).fold(0.0, f64::max);
+    let measured = |bound: &[Point]| Polyline::new(bound.iter().copied()).map(|line| (line.stations(), line));
+    let lines = [left, right].map(measured);
+    let longest = lines.iter().flatten().filter_map(|(stations, _)| stations.last()).copied().fold(0.0, f64::max);
     let pieces = (longest / STEP).ceil().clamp(1.0, Polyline::MOST_PIECES) as usize;
-    let spread = |line: Option<Polyline>, bound: &[Point]| match line {
-        Some(line) => line.resampled_to(pieces + 1).into_points(),
+    let spread = |line: Option<(Vec<f64>, Polyline)>, bound: &[Point]| match line {
+        Some((stations, line)) => line.spread(&stations, pieces + 1).into_points(),
         // A bound of no length is one place, as often as needed.
         None => vec![bound.first().copied().unwrap_or_default(); pieces + 1],
     };
