@@ -143,7 +143,7 @@ fn assign(from: usize, arm: &Arm, targets: &[Target], kind: StripKind, all: &mut
     if lanes.is_empty() || usable.is_empty() {
         return;
     }
-    let goals = goals(&lanes, &usable, kind);
+    let mut goals = goals(&lanes, &usable, kind);
     for (t, target) in usable.iter().enumerate() {
         let mut ins: Vec<usize> = (0..lanes.len()).filter(|&i| goals[i].contains(&t)).collect();
         if ins.is_empty() {
@@ -156,14 +156,14 @@ fn assign(from: usize, arm: &Arm, targets: &[Target], kind: StripKind, all: &mut
         }
         let outs: Vec<usize> = (0..target.arm.out.len()).filter(|&o| target.arm.out[o].kind == kind).collect();
         while ins.len() > outs.len() {
-            // More lanes than the arm takes: those that lead elsewhere too stay out, the far ones first.
+            // More lanes than the arm takes: those that still lead elsewhere too stay out, the far ones first.
             let spare = |&i: &usize| goals[ins[i]].len() > 1;
             let candidates = 0..ins.len();
             let out = if target.turn > 0.0 { candidates.rev().find(spare) } else { candidates.into_iter().find(spare) };
             match out {
-                Some(i) => ins.remove(i),
+                Some(i) => goals[ins.remove(i)].retain(|&goal| goal != t),
                 None => break,
-            };
+            }
         }
         for (i, o) in pair_up(&ins, &outs, &lanes, target) {
             all.push(Movement { from, to: target.to, in_lane: lanes[i].0, out_lane: o });
