@@ -23,8 +23,10 @@ use proptest::test_runner::TestRunner;
 const MOST: usize = 5;
 /// Towns of the slice.
 const TOWNS: usize = 40;
-/// Of so many towns at least, one may have an error: roads of a random town lie closer together here and there than any real ones.
-const OF: usize = 20;
+/// In one of so many towns, ways from lanes side by side may run into each other: their lanes end where no smooth curves lead past
+/// each other. Nothing else may be wrong.
+const OF: usize = 10;
+const SIDE_BY_SIDE: &str = "vm-03-07/";
 
 /// Streets with traffic both ways, then streets with one direction, which only lead from one of the others to another.
 const TWO_WAY: [&str; 8] = [
@@ -226,21 +228,29 @@ fn errors(town: &Town) -> BTreeMap<String, usize> {
 }
 
 #[test]
-fn hardly_any_town_has_an_error() {
+fn towns_have_no_errors_but_for_a_few_lanes_side_by_side() {
     let count = if std::env::var_os("LANEWRIGHT_SOAK").is_some() { 10 * TOWNS } else { TOWNS };
     let mut runner = TestRunner::deterministic();
     let towns: Vec<Town> = (0..count).map(|_| any_town().new_tree(&mut runner).unwrap().current()).collect();
-    let mut wrong = Vec::new();
+    let (mut wrong, mut side_by_side) = (Vec::new(), 0);
     for (i, town) in towns.iter().enumerate() {
         let errors = errors(town);
-        if !errors.is_empty() {
-            if let Some(dir) = std::env::var_os("LANEWRIGHT_TOWNS") {
-                let file = std::path::Path::new(&dir).join(format!("town_{i}.osm"));
-                std::fs::write(file, town.drawn().xml(town.turned)).unwrap();
-            }
-            wrong.push(format!("town {i}, left-hand {}: {errors:?}", town.left_hand));
+        if errors.is_empty() {
+            continue;
+        }
+        // To look at: `LANEWRIGHT_TOWNS` names a directory.
+        if let Some(dir) = std::env::var_os("LANEWRIGHT_TOWNS") {
+            let file = std::path::Path::new(&dir).join(format!("town_{i}.osm"));
+            std::fs::write(file, town.drawn().xml(town.turned)).unwrap();
+        }
+        let said = format!("town {i}, left-hand {}: {errors:?}", town.left_hand);
+        println!("{said}");
+        if errors.keys().all(|code| code.starts_with(SIDE_BY_SIDE)) {
+            side_by_side += 1;
+        } else {
+            wrong.push(said);
         }
     }
-    println!("{} of {count} towns have errors\n{}", wrong.len(), wrong.join("\n"));
-    assert!(wrong.len() * OF <= count, "{} of {count} towns have errors:\n{}", wrong.len(), wrong.join("\n"));
+    assert!(wrong.is_empty(), "of {count} towns:\n{}", wrong.join("\n"));
+    assert!(side_by_side * OF <= count, "in {side_by_side} of {count} towns");
 }
