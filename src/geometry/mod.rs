@@ -7,6 +7,7 @@ pub mod apart;
 pub mod cells;
 pub mod columns;
 pub mod curve;
+pub mod double_bend;
 pub mod miter;
 pub mod part;
 pub mod polygon;

@@ -1,7 +1,7 @@
 //! Turns for which there is little room: the curve swings out to the other side before it turns, or behind, as drivers do.
 
 use super::curve::{self, Pose};
-use super::{Point, Vector, angle_between, cross, left_of};
+use super::{Point, Vector, angle_between, cross, double_bend, left_of};
 
 /// Radius, metres, from which on a turn needs no swing: a car takes it at walking pace without turning the wheel fully.
 const EASY: f64 = 4.5;
@@ -39,7 +39,7 @@ pub fn wider(from: Pose, to: Pose, plain: &[Pose]) -> Option<Vec<Pose>> {
     let worst = cost(radius, bent_back(plain), length(plain));
     let wide = if angle_between(from.heading, to.heading).abs() < TURN_LEAST.to_radians() {
         // Where the tangents meet all but at an end, the arc between them is a corner.
-        let bent = [1.0, -1.0].into_iter().filter_map(|first| curve::bent_twice(from, to, EASY, first));
+        let bent = [1.0, -1.0].into_iter().filter_map(|first| double_bend::bent_twice(from, to, EASY, first));
         let bent = bent.map(|poses| (cost(EASY, bent_back(&poses), length(&poses)), poses));
         bent.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(cost, _)| *cost < worst).map(|(_, poses)| poses)
     } else {

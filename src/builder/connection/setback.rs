@@ -1,7 +1,7 @@
 //! How far roads are cut back so that turns have room, and lanes that weave or change their width.
 
 use crate::builder::road_network::{End, Road, RoadEnd, RoadNetwork};
-use crate::geometry::{angle_between, curve, curve::Pose};
+use crate::geometry::{angle_between, curve, curve::Pose, double_bend};
 
 use super::{inward, lane_pose, lanes_at, side};
 
@@ -139,7 +139,7 @@ fn weave(from: &[Pose], to: &[Pose]) -> f64 {
     let bends = |back: f64, shift: [usize; 2]| {
         let pairs = from[shift[0]..].iter().zip(&to[shift[1]..]);
         let moved = |pose: &Pose, by: f64| Pose { point: pose.point + pose.heading * by, ..*pose };
-        pairs.map(|(a, b)| curve::to_and_fro(moved(a, -back), moved(b, back))).fold(0.0, f64::max)
+        pairs.map(|(a, b)| double_bend::to_and_fro(moved(a, -back), moved(b, back))).fold(0.0, f64::max)
     };
     let shifts = (0..=from.len() - few).flat_map(|i| (0..=to.len() - few).map(move |j| [i, j]));
     let least = shifts.min_by(|&s, &t| bends(0.0, s).total_cmp(&bends(0.0, t))).unwrap_or_default();
