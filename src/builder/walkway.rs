@@ -65,12 +65,15 @@ pub fn walkways(
         let own = paths.iter().filter(leads).map(|path| (path.lanelet, assembly.outline(path.lanelet)));
         let own: Vec<(LaneletId, Vec<Point>)> = own.collect();
         let reached: Vec<_> = own.iter().cloned().chain(outlines(at.road).filter(|_| mapped.is_some())).collect();
+        let shapes = [mapped.and_then(|end| shape(&[Some(end), None], &reached)), shape(&ends, &own)];
+        if shapes.iter().all(Option::is_none) {
+            continue;
+        }
         // Who does not turn onto private ground meets nobody.
         let through = paths.iter().filter(|path| !leads(path)).map(|path| assembly.outline(path.lanelet));
         let along = intersection.arms.iter().filter(|other| other.road != at.road);
         let along = along.flat_map(|other| outlines(other.road)).map(|(_, outline)| outline);
         let others: Vec<Vec<Point>> = through.chain(along).collect();
-        let shapes = [mapped.and_then(|end| shape(&[Some(end), None], &reached)), shape(&ends, &own)];
         let outline =
             |shape: &[Vec<Point>; 2]| shape[0].iter().chain(shape[1].iter().rev()).copied().collect::<Vec<_>>();
         let crosses = |lane: &[Point], outline: &[Point]| polygon::common_area(lane, outline) >= CROSSES;

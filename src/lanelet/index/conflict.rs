@@ -201,8 +201,7 @@ impl MapIndex<'_> {
 
     /// The same of two lanes.
     pub fn are_level(&self, one: usize, other: usize, place: Point) -> bool {
-        let heights = self.height(one, place).zip(self.height(other, place));
-        heights.is_none_or(|(a, b)| (a - b).abs() <= self.thresholds.grade_separation)
+        gap(self.map, &self.lanes[one], &self.lanes[other], place) <= self.thresholds.grade_separation
     }
 }
 
