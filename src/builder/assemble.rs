@@ -2,13 +2,13 @@
 
 mod right_of_way;
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::Point;
 use crate::lanelet::{LaneletId, LaneletMap, PointId, TurnDirection};
+use crate::parallel::Finely;
 use crate::settings::{BicycleLanes, IntersectionSettings, Settings, Side};
 
 use super::area::AreaOutline;

@@ -6,12 +6,12 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::lanelet::index::Reach;
 use crate::lanelet::{Bound, Lanelet, LaneletMap, PointId, TurnDirection};
+use crate::parallel::Finely;
 
 /// Autoware blinks from this distance before a turn, metres, ...
 const DISTANCE: f64 = 30.0;

@@ -3,7 +3,6 @@
 use std::borrow::Borrow;
 use std::sync::Arc;
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
@@ -12,6 +11,7 @@ use crate::geometry::Point;
 use crate::lanelet::LaneletMap;
 use crate::lanelet::index::reaches;
 use crate::osm::{OsmData, Way};
+use crate::parallel::Finely;
 use crate::projection::{Extent, LonLat, Projector};
 use crate::settings::{AssumeSettings, BesideSettings, MarkingSettings, MergeSettings, RoadSettings, Settings};
 use crate::terrain::Terrain;

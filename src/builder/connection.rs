@@ -10,11 +10,11 @@ mod setback;
 #[cfg(test)]
 mod tests;
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
 use crate::geometry::{Point, Vector, angle_between, curve::Pose, left_of};
+use crate::parallel::Finely;
 
 use super::control::walk_light::has_lights;
 use super::cross_section::{CrossSection, SIDEWALK, StripKind, Travel};

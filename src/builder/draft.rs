@@ -10,9 +10,10 @@ mod ways;
 
 pub use ways::Ways;
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
+
+use crate::parallel::Finely;
 
 use super::assembly::Assembly;
 use super::connection::{ConnectionLines, Needs, ROAD_LEFT, connection_lines, from_cut, side};

@@ -1,9 +1,9 @@
 //! The grid on which streets lie: what is written with nine decimals of a degree is read back as the very same metres.
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::geometry::{Point, Polyline};
+use crate::parallel::Finely;
 
 use super::outline::Outlines;
 use super::road_network::RoadNetwork;

@@ -3,12 +3,12 @@
 mod border;
 mod renewed;
 
-use crate::parallel::Finely;
 use compact_str::ToCompactString;
 use rayon::prelude::*;
 
 use crate::geometry::{Point, Vector, curve::Pose};
 use crate::lanelet::{Attributes, Bound, LaneletId, PointId};
+use crate::parallel::Finely;
 
 use super::assembly::{Assembly, Part};
 use super::beside::runs;

@@ -6,10 +6,10 @@
 
 use std::collections::BTreeSet;
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::geometry::{Point, Vector, left_of};
+use crate::parallel::Finely;
 
 use super::connection::{ConnectionLines, Cut, carriageway, from_cut, lanes_at, on_cut, side};
 use super::heights::Ground;

@@ -5,10 +5,10 @@ mod knife;
 #[cfg(test)]
 mod tests;
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::lanelet::Attributes;
+use crate::parallel::Finely;
 
 use super::assembly::Assembly;
 use super::connection::{ConnectionLines, STOP_GAP, at_depth, side};

@@ -10,12 +10,12 @@ mod sieve;
 #[cfg(test)]
 mod tests;
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::builder::road_network::{End, Road, RoadEnd, RoadNetwork};
 use crate::geometry::{Point, Polyline, Vector, left_of};
+use crate::parallel::Finely;
 
 use super::eased;
 use super::sides::{Sides, Told, sides};

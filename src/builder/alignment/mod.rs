@@ -5,8 +5,9 @@ mod ease;
 mod narrow;
 mod sides;
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
+
+use crate::parallel::Finely;
 
 use super::road_network::RoadNetwork;
 

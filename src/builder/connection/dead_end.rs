@@ -1,12 +1,12 @@
 //! How far dead ends are cut back from carriageways beside which they end, with which OpenStreetMap does not join them.
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
 use crate::builder::road_network::{Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
 use crate::geometry::cells::{Bounds, Cells};
 use crate::geometry::{Point, polygon};
+use crate::parallel::Finely;
 
 use super::{at_depth, carriageway, from_cut, inward, on_cut, side};
 

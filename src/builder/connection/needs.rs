@@ -1,10 +1,10 @@
 //! What the ends of roads need for the ways between them, however far they are cut back.
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::builder::origins::Origins;
 use crate::builder::road_network::{IntersectionIx, RoadEnd, RoadNetwork};
+use crate::parallel::Finely;
 
 use super::dead_end::clearances;
 use super::setback::{comfort, turn_setbacks};

@@ -1,11 +1,11 @@
 //! Whether a road lies inside an intersection: whether no vehicle waits on it.
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::builder::cross_section::Travel;
 use crate::builder::road_network::{End, FeatureKind, IntersectionIx, Road, RoadClass, RoadEnd, RoadIx, RoadNetwork};
 use crate::geometry::Vector;
+use crate::parallel::Finely;
 
 use super::ConsolidateOptions;
 use super::wish::wished;

@@ -1,12 +1,12 @@
 //! GeoJSON to features in metres: each is read by itself, so that a fault is shown where it stands.
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 use serde::Deserialize;
 
 use crate::builder::grid::snapped;
 use crate::geometry::Point;
 use crate::osm::Text;
+use crate::parallel::Finely;
 use crate::projection::{Extent, LonLat, Projector};
 
 use super::ReadError;

@@ -3,7 +3,6 @@
 use std::io::{self, Write};
 use std::ops::Range;
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -15,6 +14,7 @@ use crate::builder::road_network::{
 };
 use crate::geometry::{Point, Polyline};
 use crate::osm::Text;
+use crate::parallel::Finely;
 use crate::projection::{LonLat, Projector};
 
 use super::head::Head;

@@ -3,11 +3,11 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::builder::road_network::{Road, RoadNetwork};
 use crate::geometry::Point;
+use crate::parallel::Finely;
 
 use super::HeightOptions;
 

@@ -2,12 +2,12 @@
 
 use std::cmp::Ordering;
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::builder::road_network::{Road, RoadNetwork};
 use crate::geometry::cells::Cells;
 use crate::geometry::{Point, segment_crossing};
+use crate::parallel::Finely;
 
 /// Cells of this side, metres, hold the pieces of roads.
 const CELL: f64 = 32.0;

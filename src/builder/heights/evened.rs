@@ -4,12 +4,12 @@
 //! ramp of its own, so that two may end side by side at unlike heights. What remains of the step is spread over the roads
 //! around, as gently as the grades allow; where there is none, nothing changes.
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::builder::connection::{carriageway, on_cut, side};
 use crate::builder::road_network::{Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
 use crate::geometry::{Point, Polyline};
+use crate::parallel::Finely;
 
 use super::base::Base;
 use super::crossings::crossings;

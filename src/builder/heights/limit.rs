@@ -13,12 +13,12 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::ops::RangeInclusive;
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::builder::connection::side;
 use crate::builder::road_network::{End, Intersection, IntersectionIx, RoadEnd, RoadIx, RoadNetwork};
+use crate::parallel::Finely;
 
 use super::REACH;
 use super::crossings::Crossing;

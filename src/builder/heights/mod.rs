@@ -17,11 +17,11 @@ mod tests;
 
 use std::sync::Arc;
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Polyline};
+use crate::parallel::Finely;
 
 use super::road_network::{Road, RoadClass, RoadNetwork};
 

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::builder::road_network::ToMetres;
 use crate::geometry::Point;
 use crate::osm::OsmData;
+use crate::parallel::Finely;
 
 /// No place on earth is higher or lower, metres; beyond, the unit is wrong.
 const RANGE: std::ops::RangeInclusive<f64> = -500.0..=9000.0;

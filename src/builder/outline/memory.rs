@@ -2,12 +2,12 @@
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::builder::road_network::{Intersection, RoadNetwork};
 use crate::geometry::Polyline;
+use crate::parallel::Finely;
 
 use super::site::{Plan, Site};
 use super::thicken::Arm;

@@ -20,11 +20,11 @@ mod walk;
 
 use std::collections::BTreeSet;
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Polyline};
+use crate::parallel::Finely;
 
 use super::road_network::{End, Intersection, Road, RoadEnd, RoadNetwork};
 

@@ -6,7 +6,6 @@
 
 use std::borrow::Cow;
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::builder::road_network::{Intersection, Road, RoadNetwork};
@@ -14,6 +13,7 @@ use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::cells::{Bounds, Cells, touch};
 use crate::geometry::polyline::within;
 use crate::geometry::{Point, Polyline, Vector, polygon, segment_crossing};
+use crate::parallel::Finely;
 
 use super::Outlines;
 use super::collide::{boxes_touch, crossings};

@@ -3,12 +3,12 @@
 //! Who tags lanes often leaves out the short piece between two carriageways, over a bridge, through a crossing: there the
 //! road has as many lanes as before and behind.
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::builder::cross_section::{Customs, Facts, Lane, Layout, StripKind, Travel, layout, tells_lanes};
 use crate::diagnostic::Finding;
+use crate::parallel::Finely;
 
 use super::read::is_roundabout;
 use super::select::{Access, Drivable};

@@ -1,6 +1,5 @@
 //! The stage itself: from OpenStreetMap's elements to roads and intersections.
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
 
@@ -10,6 +9,7 @@ use crate::builder::speed::limit;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::{Point, Polyline};
 use crate::osm::{OsmData, Tags, Text, Way};
+use crate::parallel::Finely;
 use crate::projection::LonLat;
 use crate::settings::{AssumeSettings, RoadSettings};
 

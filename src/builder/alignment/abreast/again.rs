@@ -1,6 +1,5 @@
 //! Which roads lie beside which others once some have moved: only what these touch is compared again.
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -8,6 +7,7 @@ use crate::builder::alignment::sides::Sides;
 use crate::builder::road_network::{Road, RoadNetwork};
 use crate::geometry::Vector;
 use crate::geometry::cells::{Bounds, Cells};
+use crate::parallel::Finely;
 
 use super::beside::{Beside, find};
 use super::{FARTHEST, Tracks};

@@ -2,7 +2,6 @@
 
 use std::collections::hash_map::Entry;
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -10,6 +9,7 @@ use crate::builder::alignment::TIGHTEST;
 use crate::builder::alignment::sides::Sides;
 use crate::geometry::cells::{Bounds, Cells, touch};
 use crate::geometry::{Point, Vector, cross};
+use crate::parallel::Finely;
 
 use super::{CLEAR, TOLERANCE, Track};
 

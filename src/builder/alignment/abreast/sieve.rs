@@ -1,13 +1,13 @@
 //! Which roads may lie abreast of others, seen from their own segments. Most have nothing beside them lengthwise, and need no
 //! places to be compared.
 
-use crate::parallel::Finely;
 use rayon::prelude::*;
 
 use crate::builder::alignment::TIGHTEST;
 use crate::builder::road_network::{Road, RoadNetwork};
 use crate::geometry::cells::{Bounds, Cells, touch};
 use crate::geometry::{Point, Polyline, Vector, left_of};
+use crate::parallel::Finely;
 
 use super::again::sorted;
 use super::beside::PARALLEL;
