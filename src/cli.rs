@@ -15,6 +15,7 @@ mod gallery;
 mod geometry;
 mod input;
 mod load;
+mod memory;
 mod packaging;
 mod page;
 mod project;
@@ -356,6 +357,7 @@ fn place(text: &str) -> Result<(f64, f64), String> {
 /// Runs on one of the threads that share the work: no other is waited for where there is none to share. This thread, which would
 /// only wait, meanwhile unpacks what every layout of streets asks for first.
 fn shared(run: impl FnOnce() -> Result<u8, Failure> + Send) -> Result<u8, Failure> {
+    memory::keep(memory::QUICK);
     let mut result = Ok(CLEAN);
     rayon::in_place_scope(|threads| {
         threads.spawn(|_| result = run());

@@ -10,7 +10,7 @@ use lanewright::projection::{VerticalDatum, write_info};
 use lanewright::report::failure::Failure;
 
 use super::screen::{self, Progress};
-use super::{BuildArgs, CLEAN, files, input};
+use super::{BuildArgs, CLEAN, files, input, memory};
 
 /// The settings that go with a map.
 const SETTINGS: &str = "lanewright.toml";
@@ -22,6 +22,7 @@ pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
     spare(&args.output.join(SETTINGS))?;
     let progress = Progress::start("reading");
     let plan = input::streets(&args.input, &args.streets, &progress)?;
+    memory::keep(memory::SPARING);
     progress.next("building");
     let merges = input::merges(&plan.streets.merges, &plan.streets.findings, &args.streets);
     let built = build_plan(plan);

@@ -31,8 +31,8 @@ pub(super) enum Frame {
     },
 }
 
-/// Points that one thread takes at a time: a few milliseconds of work.
-const CHUNK: usize = 1 << 14;
+/// Points that one thread takes at a time: half a millisecond of work.
+const CHUNK: usize = 1 << 11;
 
 /// More frames than this in one thread are not worth keeping: a map needs one, or two at a zone's border.
 const KEPT: usize = 8;

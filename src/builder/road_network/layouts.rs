@@ -17,44 +17,57 @@ use super::{End, RoadClass};
 /// So many ways without tagged lanes, one behind the other, are continued from one tagged way to the next.
 const WAYS_MOST: usize = 4;
 
-/// The cross-section of every way that is used, by the way's index.
-pub(super) fn layouts(
-    drivable: &[Drivable<'_>],
-    used: impl Iterator<Item = usize>,
-    customs: Customs<'_>,
-    notes: &mut Vec<Finding>,
-) -> FxHashMap<usize, Layout> {
-    let mut used: Vec<usize> = used.collect();
-    used.sort_unstable();
-    used.dedup();
-    let read = |i: usize, continued: Option<&[Lane]>| {
-        let way = &drivable[i];
+/// What the tags of each way tell by themselves.
+pub(super) struct Told<'d, 'a> {
+    drivable: &'d [Drivable<'a>],
+    customs: Customs<'d>,
+    layouts: Vec<(Layout, Vec<Finding>)>,
+}
+
+impl<'d, 'a> Told<'d, 'a> {
+    /// Reads the tags of all ways.
+    pub fn read(drivable: &'d [Drivable<'a>], customs: Customs<'d>) -> Self {
+        let mut told = Self { drivable, customs, layouts: Vec::new() };
+        told.layouts = drivable.par_iter().finely().map(|way| told.layout(way, None)).collect();
+        told
+    }
+
+    fn layout(&self, way: &Drivable<'a>, continued: Option<&[Lane]>) -> (Layout, Vec<Finding>) {
         let facts = Facts {
             way: way.way.id,
             tags: &way.way.tags,
             class: way.class,
             link: way.link,
             bus_road: way.access == Access::Bus,
-            side: customs.side,
-            usual: customs.usual(way.class, way.link),
+            side: self.customs.side,
+            usual: self.customs.usual(way.class, way.link),
             continued,
         };
         let mut notes = Vec::new();
-        (i, layout(&facts, &mut notes), notes)
-    };
-    let mut read_all: Vec<_> = used.par_iter().finely().map(|&i| read(i, None)).collect();
-    let streets = Streets::new(drivable, read_all.iter().map(|(i, layout, _)| (*i, layout)));
-    read_all.par_iter_mut().finely().for_each(|entry| {
-        if let Some(lanes) = streets.continued(entry.0) {
-            *entry = read(entry.0, Some(&lanes));
+        (layout(&facts, &mut notes), notes)
+    }
+
+    /// The cross-section of every way that is used, by the way's index.
+    pub fn layouts(mut self, used: impl Iterator<Item = usize>, notes: &mut Vec<Finding>) -> FxHashMap<usize, Layout> {
+        let mut used: Vec<usize> = used.collect();
+        used.sort_unstable();
+        used.dedup();
+        let streets = Streets::new(self.drivable, used.iter().map(|&i| (i, &self.layouts[i].0)));
+        let again = used.par_iter().finely().filter_map(|&i| {
+            let lanes = streets.continued(i)?;
+            Some((i, self.layout(&self.drivable[i], Some(&lanes))))
+        });
+        let again: Vec<_> = again.collect();
+        for (i, told) in again {
+            self.layouts[i] = told;
         }
-    });
-    notes.reserve(read_all.iter().map(|(.., own)| own.len()).sum());
-    let told = |(i, layout, own): (usize, Layout, Vec<Finding>)| {
-        notes.extend(own);
-        (i, layout)
-    };
-    read_all.into_iter().map(told).collect()
+        let of_used = self.layouts.into_iter().enumerate().filter(|(i, _)| used.binary_search(i).is_ok());
+        let noted = |(i, (layout, own)): (usize, (Layout, Vec<Finding>))| {
+            notes.extend(own);
+            (i, layout)
+        };
+        of_used.map(noted).collect()
+    }
 }
 
 /// The ways as far as their tags tell, and how they meet end to end.

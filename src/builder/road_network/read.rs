@@ -18,7 +18,7 @@ use super::control;
 use super::crossed;
 use super::features::{self, NodeFeatures};
 use super::islands;
-use super::layouts::layouts;
+use super::layouts::Told;
 use super::pieces::{Piece, pieces};
 use super::restriction::turns;
 use super::select::{Access, Drivable, Verdict, judge};
@@ -78,13 +78,19 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
     let mut notes = Vec::new();
     let corrected = corrected(osm, &options.roads, &mut notes);
     let drivable = drivable(osm, &corrected, &mut notes);
+    let (ids, places) = located(osm, &drivable);
+    let place = driving_side::of_place(middle(&places));
+    let side = options.driving_side.unwrap_or(place.side);
+    let country = options.country.clone().or(place.country);
+    let customs = Customs { side, country: country.as_deref(), assume: &options.assume };
     // Beside each other: to cut the ways is the work of one thread.
     let cut = || {
-        let places = places(osm, &drivable, to_metres);
-        let pieces = pieces(&drivable, &places.positions, &mut notes);
-        (places, pieces)
+        let positions = positions(ids, to_metres(&places));
+        let pieces = pieces(&drivable, &positions, &mut notes);
+        (positions, pieces)
     };
-    let ((Places { positions, middle }, pieces), at_nodes) = rayon::join(cut, || NodeFeatures::new(osm));
+    let told = || (NodeFeatures::new(osm), Told::read(&drivable, customs));
+    let ((positions, pieces), (at_nodes, told)) = rayon::join(cut, told);
     let pieces: Vec<(Piece, Polyline)> = pieces
         .into_par_iter()
         .finely()
@@ -94,13 +100,8 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
         let left_out = notes.iter().filter(|note| note.fault == "way-skipped").count();
         return Err(NetworkError::NoRoad { ways: osm.ways.len(), left_out });
     }
-    let place = driving_side::of_place(middle);
-    let side = options.driving_side.unwrap_or(place.side);
-    let country = options.country.clone().or(place.country);
-
-    let customs = Customs { side, country: country.as_deref(), assume: &options.assume };
     let used = pieces.iter().map(|(piece, _)| piece.way);
-    let layouts = layouts(&drivable, used, customs, &mut notes);
+    let layouts = told.layouts(used, &mut notes);
     let (pieces, centres): (Vec<Piece>, Vec<Polyline>) =
         without_stubs(pieces, &drivable, &layouts, &mut notes).into_iter().unzip();
     let mut nodes: Vec<i64> = pieces.iter().flat_map(|p| [p.nodes[0], p.nodes[p.nodes.len() - 1]]).collect();
@@ -171,24 +172,22 @@ fn drivable<'a>(osm: &'a OsmData, corrected: &'a FxHashMap<i64, Way>, notes: &mu
     drivable
 }
 
-struct Places {
-    positions: FxHashMap<i64, Point>,
-    middle: LonLat,
-}
-
-/// Where the ways' nodes lie in the plane, and the middle of them all.
-fn places(osm: &OsmData, drivable: &[Drivable<'_>], to_metres: ToMetres<'_>) -> Places {
+/// The ways' nodes that have a place, by ascending id, and where each lies.
+fn located(osm: &OsmData, drivable: &[Drivable<'_>]) -> (Vec<i64>, Vec<LonLat>) {
     let mut ids: Vec<i64> = drivable.iter().flat_map(|d| d.way.nodes.iter().copied()).collect();
     ids.par_sort_unstable();
     ids.dedup();
     let known: Vec<(i64, LonLat)> =
         ids.into_par_iter().finely().filter_map(|id| Some((id, osm.node(id)?.position?))).collect();
-    let (ids, places): (Vec<i64>, Vec<LonLat>) = known.into_iter().unzip();
-    let points = to_metres(&places);
+    known.into_iter().unzip()
+}
+
+/// The nodes by their ids, as far as they lie in the plane.
+fn positions(ids: Vec<i64>, points: Vec<Point>) -> FxHashMap<i64, Point> {
     let finite = |p: &Point| p.x.is_finite() && p.y.is_finite();
     let mut positions = FxHashMap::with_capacity_and_hasher(ids.len(), FxBuildHasher);
     positions.extend(ids.into_iter().zip(points).filter(|(_, p)| finite(p)));
-    Places { positions, middle: middle(&places) }
+    positions
 }
 
 /// The middle of the box around the places.
