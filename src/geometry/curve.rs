@@ -171,14 +171,21 @@ fn parameters(at: impl Fn(f64) -> (Point, Vector, Vector)) -> Vec<f64> {
         .collect()
 }
 
-/// The lines on the left and on the right of a curve, as far from it as goes linearly from `start` to `end` metres.
+/// The lines on the left and on the right of a curve: how far they lie from it goes from `start` to `end` metres. It does so for
+/// the most part where the curve bends, for before and behind the bend other lanes may lie close beside it; where it hardly
+/// bends, evenly.
 pub fn beside(curve: &[Pose], start: f64, end: f64) -> [Vec<Point>; 2] {
-    let total = curve.windows(2).map(|w| (w[1].point - w[0].point).norm()).sum::<f64>().max(f64::MIN_POSITIVE);
+    /// A change of direction, radians, that counts as much as the whole way.
+    const EVENLY: f64 = 0.2;
+    let step = |w: &[Pose]| [(w[1].point - w[0].point).norm(), (w[1].heading - w[0].heading).norm()];
+    let [length, turned] = curve.windows(2).map(step).fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d]);
+    let share = |[ahead, turn]: [f64; 2]| (EVENLY * ahead / length.max(f64::MIN_POSITIVE) + turn) / (EVENLY + turned);
+    let parts = std::iter::once(0.0).chain(curve.windows(2).map(|w| share(step(w))));
     let mut sides = [Vec::with_capacity(curve.len()), Vec::with_capacity(curve.len())];
-    let (mut station, mut before) = (0.0, curve.first().map(|pose| pose.point));
-    for pose in curve {
-        station += before.replace(pose.point).map_or(0.0, |before| (pose.point - before).norm());
-        let aside = left_of(pose.heading) * (start + (end - start) * station / total);
+    let mut sum = 0.0;
+    for (pose, part) in curve.iter().zip(parts) {
+        sum += part;
+        let aside = left_of(pose.heading) * (start + (end - start) * sum);
         sides[0].push(pose.point + aside);
         sides[1].push(pose.point - aside);
     }
@@ -260,6 +267,18 @@ mod tests {
             assert!(((p - Point::new(-8.0, -8.0)).norm() - 6.5).abs() < 1e-9);
         }
         assert_eq!(join_radius(pose(0.0, -8.0, 90.0), pose(-8.0, 0.0, 180.0)).map(f64::round), Some(8.0));
+    }
+
+    #[test]
+    fn a_lane_widens_where_it_bends() {
+        let straight = (0..10).map(|i| pose(f64::from(i), 0.0, 0.0));
+        let turn = join(pose(10.0, 0.0, 0.0), pose(16.0, 6.0, 90.0));
+        let curve: Vec<Pose> = straight.chain(turn).chain((7..=16).map(|i| pose(16.0, f64::from(i), 90.0))).collect();
+        let [left, right] = beside(&curve, 1.5, 1.9);
+        assert!(right[..=10].iter().all(|p| (-1.53..=-1.5).contains(&p.y)), "before the bend");
+        assert!(left[left.len() - 10..].iter().all(|p| (14.1..14.13).contains(&p.x)), "behind it");
+        let straight: Vec<Pose> = (0..=20).map(|i| pose(f64::from(i), 0.0, 0.0)).collect();
+        assert!((beside(&straight, 1.5, 1.9)[0][10].y - 1.7).abs() < 1e-9, "half the way");
     }
 
     #[test]
