@@ -22,8 +22,10 @@ use support::{osm_files, root, samples, shared};
 const SLICE: u64 = 750_000;
 /// Part of a lanelet that lies in its area at least.
 const COVERED: f64 = 0.99;
-/// Two areas share less than this, square metres.
+/// Two areas share less than this, square metres, ...
 const SHARED: f64 = 1.0;
+/// ... unless one lies so far above the other, metres.
+const ABOVE: f64 = 3.0;
 
 /// What is wrong with the areas of the map that is built from this.
 fn faults(data: &OsmData) -> String {
@@ -48,7 +50,11 @@ fn faults(data: &OsmData) -> String {
         for lanelet in &members[&area.id.to_string()] {
             judge(&map, area, outline, lanelet, &mut said);
         }
-        for (other, beside) in &areas[i + 1..] {
+        let on_one_level = |other: &Polygon| {
+            let [(low, high), (others_low, others_high)] = [area, other].map(|area| heights(&map, area));
+            low < others_high + ABOVE && others_low < high + ABOVE
+        };
+        for (other, beside) in areas[i + 1..].iter().filter(|(other, _)| on_one_level(other)) {
             let shared = polygon::common_area(outline, beside);
             if shared > SHARED {
                 let _ = writeln!(said, "areas {} and {} share {shared:.2} m2", area.id, other.id);
@@ -56,6 +62,12 @@ fn faults(data: &OsmData) -> String {
         }
     }
     said
+}
+
+/// How low and how high the outline of an area lies, metres.
+fn heights(map: &LaneletMap, area: &Polygon) -> (f64, f64) {
+    let heights = area.points.iter().filter_map(|&id| map.points.get(id)?.ele());
+    heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), ele| (low.min(ele), high.max(ele)))
 }
 
 /// Both ends of the lanelet are edges of the outline, and the outline holds the lanelet.
