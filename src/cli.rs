@@ -26,14 +26,15 @@ mod tier4;
 mod view;
 mod watch;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use crate::builder::driving_side;
+use crate::projection;
+use crate::report::failure::Failure;
 use check_args::{CheckArgs, ProfileArg};
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use lanewright::builder::driving_side;
-use lanewright::projection;
-use lanewright::report::failure::Failure;
 
 /// Exit code of a run that found nothing bad enough.
 const CLEAN: u8 = 0;
@@ -367,9 +368,22 @@ fn shared(run: impl FnOnce() -> Result<u8, Failure> + Send) -> Result<u8, Failur
     result
 }
 
-/// Runs the program.
+/// Runs the program with the arguments of the process.
 pub fn run() -> ExitCode {
-    let result: Result<u8, Failure> = match Cli::parse().verb {
+    ExitCode::from(run_with(std::env::args_os()))
+}
+
+/// Runs the program with these arguments, the first of which is its own name, and gives its exit code.
+pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let verb = match Cli::try_parse_from(arguments) {
+        Ok(Cli { verb }) => verb,
+        Err(asked) => {
+            // Help and version are asked for; there is nobody to tell that they could not be printed.
+            let _ = asked.print();
+            return if asked.use_stderr() { FAILED } else { CLEAN };
+        }
+    };
+    let result: Result<u8, Failure> = match verb {
         Verb::Build(args) => shared(|| build::run(&args)),
         Verb::Geometry(args) => shared(|| geometry::run(&args)),
         Verb::Check(args) => check::run(&args),
@@ -386,11 +400,8 @@ pub fn run() -> ExitCode {
         Verb::Completions { shell } => packaging::completions(shell),
         Verb::Man { dir } => packaging::man(&dir),
     };
-    match result {
-        Ok(code) => ExitCode::from(code),
-        Err(failure) => {
-            screen::complain(&failure.render(screen::stderr_style()));
-            ExitCode::from(FAILED)
-        }
-    }
+    result.unwrap_or_else(|failure| {
+        screen::complain(&failure.render(screen::stderr_style()));
+        FAILED
+    })
 }

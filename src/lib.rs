@@ -15,6 +15,8 @@
 //! east, north. Angles turn counter-clockwise, so a left turn is positive.
 
 pub mod builder;
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod diagnostic;
 pub mod fix;
 pub mod geometry;

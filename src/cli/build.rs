@@ -4,10 +4,10 @@ use std::fs;
 use std::io::Write;
 use std::path::Path;
 
-use lanewright::builder::{Built, Summary, build_plan};
-use lanewright::lanelet;
-use lanewright::projection::{VerticalDatum, write_info};
-use lanewright::report::failure::Failure;
+use crate::builder::{Built, Summary, build_plan};
+use crate::lanelet;
+use crate::projection::{VerticalDatum, write_info};
+use crate::report::failure::Failure;
 
 use super::screen::{self, Progress};
 use super::{BuildArgs, CLEAN, files, input, memory};

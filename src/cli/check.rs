@@ -4,13 +4,13 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use lanewright::diagnostic::{Diagnostic, Severity};
-use lanewright::lanelet::index::{MapIndex, Thresholds};
-use lanewright::projection::LonLat;
-use lanewright::report::failure::Failure;
-use lanewright::report::{self, Report, Sources, Totals};
-use lanewright::rules::{self, Config};
-use lanewright::triage::{self, Baseline, Sorted};
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::lanelet::index::{MapIndex, Thresholds};
+use crate::projection::LonLat;
+use crate::report::failure::Failure;
+use crate::report::{self, Report, Sources, Totals};
+use crate::rules::{self, Config};
+use crate::triage::{self, Baseline, Sorted};
 
 use super::check_args::{CheckArgs, FormatArg};
 use super::load::Loaded;

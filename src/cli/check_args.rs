@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
+use crate::report::FailOn;
+use crate::settings::Profile;
 use clap::{Args, ValueEnum};
-use lanewright::report::FailOn;
-use lanewright::settings::Profile;
 
 /// Hold a Lanelet2 map against Autoware's requirements
 #[derive(Debug, Args)]

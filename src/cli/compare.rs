@@ -4,12 +4,12 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use lanewright::builder::Plan;
-use lanewright::builder::geojson::is_json;
-use lanewright::geometry::{Point, Polyline};
-use lanewright::report::draw::sketch::{Mark, beside};
-use lanewright::report::draw::{self, Focus, Options, bounding_box};
-use lanewright::report::failure::Failure;
+use crate::builder::Plan;
+use crate::builder::geojson::is_json;
+use crate::geometry::{Point, Polyline};
+use crate::report::draw::sketch::{Mark, beside};
+use crate::report::draw::{self, Focus, Options, bounding_box};
+use crate::report::failure::Failure;
 
 use super::load::Loaded;
 use super::screen::{self, Progress};

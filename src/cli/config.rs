@@ -3,11 +3,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use lanewright::report::failure::Failure;
-use lanewright::requirement::Requirement;
-use lanewright::rules;
-use lanewright::settings::{Document, Settings};
-use lanewright::triage;
+use crate::report::failure::Failure;
+use crate::requirement::Requirement;
+use crate::rules;
+use crate::settings::{Document, Settings};
+use crate::triage;
 
 use super::check_args::ConfigArgs;
 

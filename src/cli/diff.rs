@@ -3,12 +3,12 @@
 use std::io::Error;
 use std::path::Path;
 
-use lanewright::lanelet::{Opened, open};
-use lanewright::projection::LonLat;
-use lanewright::report::diff::{self, Diff};
-use lanewright::report::failure::Failure;
-use lanewright::report::html::{Page, html};
-use lanewright::report::{FailOn, Report, Sources};
+use crate::lanelet::{Opened, open};
+use crate::projection::LonLat;
+use crate::report::diff::{self, Diff};
+use crate::report::failure::Failure;
+use crate::report::html::{Page, html};
+use crate::report::{FailOn, Report, Sources};
 
 use super::load::open_failure;
 use super::screen::{self, Progress};

@@ -3,10 +3,10 @@
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use lanewright::projection::LonLat;
-use lanewright::report;
-use lanewright::report::draw::{self, DrawError, Focus, Options};
-use lanewright::report::failure::Failure;
+use crate::projection::LonLat;
+use crate::report;
+use crate::report::draw::{self, DrawError, Focus, Options};
+use crate::report::failure::Failure;
 
 use super::load::Loaded;
 use super::screen::{self, Progress};

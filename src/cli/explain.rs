@@ -1,10 +1,10 @@
 //! `explain` and `rules`: the standard, for people.
 
-use lanewright::report::failure::Failure;
-use lanewright::report::{self, diff};
-use lanewright::rules;
-use lanewright::settings::covers;
-use lanewright::triage;
+use crate::report::failure::Failure;
+use crate::report::{self, diff};
+use crate::rules;
+use crate::settings::covers;
+use crate::triage;
 
 use super::check_args::ProfileArg;
 use super::{CLEAN, screen};

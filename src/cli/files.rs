@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::Path;
 
-use lanewright::report::failure::Failure;
+use crate::report::failure::Failure;
 use tempfile::TempDir;
 
 /// Writes one file, whole or not at all.

@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use lanewright::diagnostic::{Diagnostic, Severity};
-use lanewright::fix::{FixError, Mended, mend};
-use lanewright::lanelet::index::{MapIndex, Thresholds};
-use lanewright::lanelet::{files_of, from_osm};
-use lanewright::osm::{OsmData, Source};
-use lanewright::report::failure::Failure;
-use lanewright::report::visible;
-use lanewright::rules::{self, Config};
-use lanewright::triage;
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::fix::{FixError, Mended, mend};
+use crate::lanelet::index::{MapIndex, Thresholds};
+use crate::lanelet::{files_of, from_osm};
+use crate::osm::{OsmData, Source};
+use crate::report::failure::Failure;
+use crate::report::visible;
+use crate::rules::{self, Config};
+use crate::triage;
 use similar::TextDiff;
 
 use super::check_args::ConfigArgs;

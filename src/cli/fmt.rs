@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use lanewright::fix::canonical;
-use lanewright::lanelet::open;
-use lanewright::report::failure::Failure;
+use crate::fix::canonical;
+use crate::lanelet::open;
+use crate::report::failure::Failure;
 
 use super::load::open_failure;
 use super::{CLEAN, FmtArgs, files, screen};

@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use lanewright::builder::Plan;
-use lanewright::report::draw;
-use lanewright::report::draw::sketch::around;
-use lanewright::report::failure::Failure;
+use crate::builder::Plan;
+use crate::report::draw;
+use crate::report::draw::sketch::around;
+use crate::report::failure::Failure;
 
 use super::screen::Progress;
 use super::stage::{self, Pictures};

@@ -3,9 +3,9 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use lanewright::builder::geojson::WriteError;
-use lanewright::builder::{Plan, geojson};
-use lanewright::report::failure::Failure;
+use crate::builder::geojson::WriteError;
+use crate::builder::{Plan, geojson};
+use crate::report::failure::Failure;
 
 use super::screen::{self, Progress};
 use super::{CLEAN, GeometryArgs, files, input};

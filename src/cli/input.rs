@@ -5,17 +5,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use lanewright::builder::consolidate::MergeNote;
-use lanewright::builder::geojson;
-use lanewright::builder::inside::{Inside, UNDRAWN};
-use lanewright::builder::road_network::{DrivingSide, UNMET_ROAD};
-use lanewright::builder::{BuildError, BuildOptions, Plan, UNMET_WISH, plan};
-use lanewright::diagnostic::Finding;
-use lanewright::osm::{self, OsmData, ReadError};
-use lanewright::projection::{Extent, LonLat, MgrsGrid, Projector};
-use lanewright::report::failure::Failure;
-use lanewright::settings::{Settings, Side};
-use lanewright::terrain::Terrain;
+use crate::builder::consolidate::MergeNote;
+use crate::builder::geojson;
+use crate::builder::inside::{Inside, UNDRAWN};
+use crate::builder::road_network::{DrivingSide, UNMET_ROAD};
+use crate::builder::{BuildError, BuildOptions, Plan, UNMET_WISH, plan};
+use crate::diagnostic::Finding;
+use crate::osm::{self, OsmData, ReadError};
+use crate::projection::{Extent, LonLat, MgrsGrid, Projector};
+use crate::report::failure::Failure;
+use crate::settings::{Settings, Side};
+use crate::terrain::Terrain;
 
 use super::check_args::ConfigArgs;
 

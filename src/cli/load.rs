@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use lanewright::lanelet::{
+use crate::lanelet::{
     LaneletMap, LoadFault, Loaded as FromOsm, OpenError, Opened, ProjectorInfo, from_osm, open, projector_for,
 };
-use lanewright::osm::{OsmData, ReadError};
-use lanewright::projection::{LonLat, Projector};
-use lanewright::report::failure::Failure;
-use lanewright::settings::{ProjectorType, Settings};
+use crate::osm::{OsmData, ReadError};
+use crate::projection::{LonLat, Projector};
+use crate::report::failure::Failure;
+use crate::settings::{ProjectorType, Settings};
 
 use super::check_args::ConfigArgs;
 use super::config;

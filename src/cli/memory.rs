@@ -1,6 +1,6 @@
 //! How long the allocator keeps what was freed before it gives it back to the system.
 
-#[cfg(not(target_env = "msvc"))]
+#[cfg(feature = "allocator")]
 use tikv_jemalloc_ctl::{Access, AsName};
 
 /// While streets are laid out, which takes less for a city: what one stage frees the next one takes again, and the system need
@@ -11,7 +11,7 @@ pub const QUICK: isize = 1000;
 pub const SPARING: isize = 100;
 
 /// Lets the allocator keep what was freed for so many milliseconds.
-#[cfg(not(target_env = "msvc"))]
+#[cfg(feature = "allocator")]
 pub fn keep(milliseconds: isize) {
     // For threads to come, and for those that are there. Where it cannot be set, all goes on as before.
     let _ = "arenas.dirty_decay_ms\0".name().write(milliseconds);
@@ -22,5 +22,5 @@ pub fn keep(milliseconds: isize) {
 }
 
 /// There is no such allocator.
-#[cfg(target_env = "msvc")]
+#[cfg(not(feature = "allocator"))]
 pub fn keep(_milliseconds: isize) {}

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use crate::report::failure::Failure;
 use clap::CommandFactory;
 use clap_complete::Shell;
-use lanewright::report::failure::Failure;
 
 use super::{CLEAN, Cli, files, screen};
 

@@ -3,11 +3,11 @@
 use std::fs;
 use std::path::Path;
 
-use lanewright::report::Report;
-use lanewright::report::failure::Failure;
-use lanewright::report::html::{Earlier, Page, html};
-use lanewright::requirement::Requirement;
-use lanewright::rules;
+use crate::report::Report;
+use crate::report::failure::Failure;
+use crate::report::html::{Earlier, Page, html};
+use crate::requirement::Requirement;
+use crate::rules;
 
 use super::check_args::CheckArgs;
 use super::files;

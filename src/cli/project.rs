@@ -3,12 +3,12 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use lanewright::diagnostic::{Edit, Fix, Subject};
-use lanewright::fix::edited;
-use lanewright::lanelet::{INFO, ProjectorFrom, open, twice};
+use crate::diagnostic::{Edit, Fix, Subject};
+use crate::fix::edited;
+use crate::lanelet::{INFO, ProjectorFrom, open, twice};
 
-use lanewright::projection::{Extent, LonLat, MgrsGrid, Projector, VerticalDatum, infer, residual, write_info};
-use lanewright::report::failure::Failure;
+use crate::projection::{Extent, LonLat, MgrsGrid, Projector, VerticalDatum, infer, residual, write_info};
+use crate::report::failure::Failure;
 
 use super::load::open_failure;
 use super::screen::{self, Progress};
@@ -61,9 +61,8 @@ pub fn convert(args: &ConvertArgs) -> Result<u8, Failure> {
     let opened = open(&args.map, None).map_err(open_failure)?;
     let mut places: Vec<LonLat> = Vec::new();
     for node in &opened.osm.nodes {
-        let metres = || {
-            Some(lanewright::geometry::Point::new(number(node.tags.get("local_x"))?, number(node.tags.get("local_y"))?))
-        };
+        let metres =
+            || Some(crate::geometry::Point::new(number(node.tags.get("local_x"))?, number(node.tags.get("local_y"))?));
         let given = node.position.filter(|place| *place != LonLat::default());
         let place = given.or_else(|| opened.projector.inverse(metres()?));
         places.push(place.ok_or_else(|| {

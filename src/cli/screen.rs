@@ -3,9 +3,9 @@
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::time::Duration;
 
+use crate::report::TextStyle;
+use crate::report::failure::Failure;
 use indicatif::{ProgressBar, ProgressStyle};
-use lanewright::report::TextStyle;
-use lanewright::report::failure::Failure;
 
 /// Widest text: lines longer than this are hard to read, however wide the terminal is.
 const MAX_WIDTH: usize = 110;

@@ -2,9 +2,9 @@
 
 use std::io::Error;
 
-use lanewright::lanelet::index::{MapIndex, Thresholds};
-use lanewright::report::failure::Failure;
-use lanewright::report::stats::Stats;
+use crate::lanelet::index::{MapIndex, Thresholds};
+use crate::report::failure::Failure;
+use crate::report::stats::Stats;
 
 use super::check_args::ConfigArgs;
 use super::load::Loaded;

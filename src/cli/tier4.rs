@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use lanewright::diagnostic::Severity;
-use lanewright::report::failure::Failure;
-use lanewright::report::tier4::{Exclusions, FormatError, Outcome, RequirementSet, Validator};
-use lanewright::report::{FailOn, sentence};
-use lanewright::rules;
-use lanewright::settings::Profile;
-use lanewright::triage::Sorted;
+use crate::diagnostic::Severity;
+use crate::report::failure::Failure;
+use crate::report::tier4::{Exclusions, FormatError, Outcome, RequirementSet, Validator};
+use crate::report::{FailOn, sentence};
+use crate::rules;
+use crate::settings::Profile;
+use crate::triage::Sorted;
 use saphyr::{LoadableYamlNode, Yaml};
 
 use super::check_args::{CheckArgs, FormatArg};

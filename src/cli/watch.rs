@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::thread::sleep;
 use std::time::{Duration, SystemTime};
 
-use lanewright::lanelet;
-use lanewright::report::failure::Failure;
+use crate::lanelet;
+use crate::report::failure::Failure;
 
 use super::check_args::CheckArgs;
 use super::{check, config, load, screen};

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use lanewright::osm::{OsmData, kept};
-use lanewright::projection::LonLat;
-use lanewright::report::failure::Failure;
-use lanewright::settings::MergeSettings;
+use crate::osm::{OsmData, kept};
+use crate::projection::LonLat;
+use crate::report::failure::Failure;
+use crate::settings::MergeSettings;
 use serde::{Deserialize, Deserializer};
 
 /// One edit. A later one of the same thing goes above an earlier one.

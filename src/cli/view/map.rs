@@ -3,13 +3,13 @@
 use std::sync::Arc;
 use std::thread;
 
-use lanewright::lanelet::from_osm;
-use lanewright::report::TextStyle;
-use lanewright::report::failure::Failure;
-use lanewright::report::html::{Ghost, Page, Served, ghosts, parcel, served};
-use lanewright::requirement::Requirement;
-use lanewright::rules;
-use lanewright::triage::{self, Sorted};
+use crate::lanelet::from_osm;
+use crate::report::TextStyle;
+use crate::report::failure::Failure;
+use crate::report::html::{Ghost, Page, Served, ghosts, parcel, served};
+use crate::requirement::Requirement;
+use crate::rules;
+use crate::triage::{self, Sorted};
 
 use super::super::load::Loaded;
 use super::super::watch::Watched;

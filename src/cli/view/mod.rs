@@ -10,7 +10,7 @@ mod workshop;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use lanewright::report::failure::Failure;
+use crate::report::failure::Failure;
 
 use super::screen;
 use super::watch::Watched;

@@ -1,10 +1,10 @@
 //! The edits as files to download: the input with them, and the lines of `lanewright.toml`.
 
-use lanewright::diagnostic::{Edit, Fix, Subject};
-use lanewright::fix;
-use lanewright::osm::{MetaInfo, OsmData, OsmText, moved, read_bytes};
-use lanewright::projection::LonLat;
-use lanewright::settings::Settings;
+use crate::diagnostic::{Edit, Fix, Subject};
+use crate::fix;
+use crate::osm::{MetaInfo, OsmData, OsmText, moved, read_bytes};
+use crate::projection::LonLat;
+use crate::settings::Settings;
 
 use super::edits::Question;
 use super::server::Answer;

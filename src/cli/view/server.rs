@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use lanewright::report::failure::Failure;
+use crate::report::failure::Failure;
 use tiny_http::{Header, Method, Request, Response, StatusCode};
 
 use super::live::Live;

@@ -10,6 +10,7 @@ pub mod sketch;
 mod strokes;
 mod style;
 
+#[cfg(feature = "draw")]
 use resvg::{tiny_skia, usvg};
 
 pub use canvas::{Canvas, View, bounding_box};
@@ -129,6 +130,7 @@ pub fn svg_of(map: &LaneletMap, diagnostics: &[Diagnostic], view: View, options:
 }
 
 /// The same as PNG bytes; refuses pictures of more than [`MAX_PIXELS`].
+#[cfg(feature = "draw")]
 pub fn png(map: &LaneletMap, diagnostics: &[Diagnostic], options: &Options) -> Result<Vec<u8>, DrawError> {
     let view = view(map, options)?;
     let (width, height) = (view.width(), view.height());
@@ -139,6 +141,7 @@ pub fn png(map: &LaneletMap, diagnostics: &[Diagnostic], options: &Options) -> R
 }
 
 /// An SVG document as PNG bytes; refuses pictures of more than [`MAX_PIXELS`].
+#[cfg(feature = "draw")]
 pub fn rendered(svg: &str) -> Result<Vec<u8>, DrawError> {
     let failed = |error: &dyn std::fmt::Display| DrawError::Render(error.to_string());
     let tree = usvg::Tree::from_str(svg, &usvg::Options::default()).map_err(|e| failed(&e))?;
