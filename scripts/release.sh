@@ -37,6 +37,8 @@ wheel() {
     maturin build --release --locked --zig --target "$target" --compatibility "manylinux_$(echo $glibc | tr . _)" \
         --strip --features bundled,allocator --manifest-path "$root/python/Cargo.toml" --out "$root/dist"
     auditwheel show "$root"/dist/*.whl
+    cd "$root"
+    scripts/python.sh dist/*.whl
 }
 
 archive() {
@@ -55,7 +57,26 @@ archive() {
     # The same files give the same archive.
     tar --sort=name --owner=0 --group=0 --numeric-owner --mtime="@${SOURCE_DATE_EPOCH:-0}" -C "$work" -cf - "$name" |
         gzip -n9 >"$root/dist/$name.tar.gz"
+    runs_alone "$work/$name/lanewright"
     ls -l "$root/dist/$name.tar.gz"
+}
+
+# The program in a root that holds nothing but the system's C library: neither PROJ nor its data, no C++ runtime.
+runs_alone() {
+    if [ "$(id -u)" -ne 0 ]; then
+        echo "skipped: the program in an empty root (chroot is for root)"
+        return
+    fi
+    alone=$work/root
+    mkdir -p "$alone/tmp"
+    for library in $(ldd "$1" | grep -o '/[^ ]*'); do
+        mkdir -p "$alone$(dirname "$library")"
+        cp -L "$library" "$alone$library"
+    done
+    echo "needs: $(ldd "$1" | awk '{ print $1 }' | xargs -n 1 basename | xargs)"
+    cp "$1" "$root/sample_maps/crossing_right.osm" "$alone"
+    chroot "$alone" /lanewright build /crossing_right.osm -o /out
+    chroot "$alone" /lanewright check /out
 }
 
 case $what in
