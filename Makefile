@@ -60,8 +60,8 @@ fuzz: deps
 	@CARGO="$(CARGO)" scripts/fuzz.sh
 
 lint: deps
-	$(CARGO) fmt --check
-	$(CARGO) clippy --locked --all-targets -- -D warnings
+	$(CARGO) fmt --all --check
+	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
 
 docs: deps
 	@CARGO="$(CARGO)" scripts/docs.sh
