@@ -1,7 +1,9 @@
 //! Single elements as the existing validator judges them: road markings, the parts of virtual traffic lights (vm-03-14,
 //! 16), and blinkers that overlap (vm-03-02).
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, VecDeque};
+
+use rustc_hash::FxHashSet;
 
 use super::{Issue, Params, issue};
 use crate::diagnostic::Subject;
@@ -93,19 +95,21 @@ pub fn turn_signal(view: &View, params: &Params) -> Vec<Issue> {
         let own = seen.tag("turn_signal_distance").and_then(|value| value.trim().parse().ok());
         let limit = own.unwrap_or_else(|| params.number("default_turn_signal_distance"));
         let mut found = BTreeSet::new();
-        let mut open = vec![(at, 0.0)];
-        while let Some((here, behind)) = open.pop() {
-            for before in graph.previous(here) {
-                let length = view.lanelets[before].length(view.map);
-                let total = behind + length;
-                if total > limit || length <= 0.0 {
-                    continue;
-                }
-                if view.lanelets[before].tag("turn_direction") == Some(opposite) {
-                    found.insert(view.lanelets[before].id());
-                }
-                open.push((before, total));
+        let before = |here: usize, behind: f64| -> Vec<(usize, f64)> {
+            let previous = graph.previous(here).into_iter();
+            previous.map(|before| (before, behind + view.lanelets[before].length(view.map))).collect()
+        };
+        let mut open = VecDeque::from(before(at, 0.0));
+        // A lanelet counts once, with the length of the way of the fewest lanelets that leads to it.
+        let mut visited = FxHashSet::default();
+        while let Some((here, length)) = open.pop_front() {
+            if length > limit || !visited.insert(here) {
+                continue;
             }
+            if view.lanelets[here].tag("turn_direction") == Some(opposite) {
+                found.insert(view.lanelets[here].id());
+            }
+            open.extend(before(here, length));
         }
         if !found.is_empty() {
             let id = seen.id();
