@@ -5,10 +5,10 @@ use std::collections::{BTreeSet, VecDeque};
 
 use rustc_hash::FxHashSet;
 
-use super::{Issue, Params, issue};
+use super::{Issue, Params, issue, layer};
 use crate::diagnostic::Subject;
 use crate::lanelet::index::view::View;
-use crate::lanelet::{LaneletId, LineString, RegulatoryElement};
+use crate::lanelet::{LaneletId, LineString, Point, RegulatoryElement};
 use crate::rules::graph::{Graph, Rules};
 
 fn element(found: &RegulatoryElement) -> Subject {
@@ -122,21 +122,33 @@ pub fn turn_signal(view: &View, params: &Params) -> Vec<Issue> {
     issues
 }
 
-/// `local_coordinates_declaration`: once a point has local coordinates, all have both.
+/// `local_coordinates_declaration`: once a point has local coordinates, all have both, but for the first that has any.
 pub fn local_coordinates(view: &View, _: &Params) -> Vec<Issue> {
     let points = || view.map.points.iter();
     if !points().any(|point| point.local().contains(&true)) {
         return Vec::new();
     }
-    let lacking = points().filter_map(|point| {
-        let (number, lacks) = match point.local() {
-            [false, false] => (1, "neither local_x nor local_y"),
-            [true, false] => (2, "local_x but no local_y"),
-            [false, true] => (3, "local_y but no local_x"),
+    if points().all(|point| matches!(point.local(), [true, true] | [false, false])) {
+        return points().filter(|point| point.local() == [false, false]).map(|point| lacks(point, 1)).collect();
+    }
+    let first = layer::first_point(view, |point| point.local().contains(&true)).map(|point| point.id);
+    let lacking = points().filter(|point| Some(point.id) != first).filter_map(|point| {
+        Some(match point.local() {
+            [false, false] => lacks(point, 1),
+            [true, false] => lacks(point, 2),
+            [false, true] => lacks(point, 3),
             [true, true] => return None,
-        };
-        let id = point.id;
-        Some(issue(number, Subject::Point(id.0), format!("Point {id} has {lacks}; others have local coordinates.")))
+        })
     });
     lacking.collect()
+}
+
+fn lacks(point: &Point, number: u16) -> Issue {
+    let what = match number {
+        1 => "neither local_x nor local_y",
+        2 => "local_x but no local_y",
+        _ => "local_y but no local_x",
+    };
+    let id = point.id;
+    issue(number, Subject::Point(id.0), format!("Point {id} has {what}; others have local coordinates."))
 }

@@ -1,6 +1,7 @@
 //! In which order the existing validator goes through lanelets. No file shows it: it is that of a hash table in memory,
 //! which follows from the ids and from nothing else, and decides what comes first where two would do.
 
+use crate::lanelet::Point;
 use crate::lanelet::index::view::View;
 
 /// Numbers of buckets that the table of the GNU library grows through.
@@ -8,6 +9,14 @@ const BUCKETS: [usize; 22] = [
     13, 29, 59, 127, 257, 541, 1109, 2357, 5087, 10273, 20753, 42043, 85229, 172_933, 351_061, 712_697, 1_447_153,
     2_938_679, 5_967_347, 12_117_689, 24_607_243, 49_969_847,
 ];
+
+/// The point that comes first among those of which something holds.
+pub fn first_point<'m>(view: &View<'m>, holds: impl Fn(&Point) -> bool) -> Option<&'m Point> {
+    let mut points: Vec<&Point> = view.map.points.iter().collect();
+    points.sort_by_key(|point| point.id);
+    let ids: Vec<i64> = points.iter().map(|point| point.id.0).collect();
+    order(&ids).into_iter().map(|at| points[at]).find(|point| holds(point))
+}
 
 /// For every lanelet of the view how many come before it.
 pub fn ranks(view: &View) -> Vec<usize> {

@@ -7,8 +7,10 @@
 mod areas;
 mod centerline;
 mod elements;
+mod facing;
 mod lanes;
 mod layer;
+mod neighbours;
 mod placed;
 mod right_of_way;
 mod section;
@@ -60,6 +62,9 @@ const READINGS: &[(&str, Reading)] = &[
     ("mapping.intersection.turn_signal_distance_overlap", elements::turn_signal),
     ("mapping.lane.centerline_geometry", centerline::geometry),
     ("mapping.lane.border_sharing", lanes::border_sharing),
+    ("mapping.lane.lane_change_attribute", neighbours::lane_change),
+    ("mapping.lane.lateral_subtype_connection", neighbours::lateral),
+    ("mapping.traffic_light.correct_facing", facing::facing),
     ("mapping.lane.local_coordinates_declaration", elements::local_coordinates),
     ("mapping.lane.walkway_intersection", walkway::walkways),
 ];

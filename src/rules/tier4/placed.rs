@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use crate::geometry::Point as Place;
 use crate::lanelet::align::align_in_space;
 use crate::lanelet::index::view::{Spot, spot};
-use crate::lanelet::{Bound, Lanelet, LaneletId, LaneletMap, LineStringId};
+use crate::lanelet::{Bound, Lanelet, LaneletId, LaneletMap};
 use crate::projection::{LonLat, Projector};
 
 /// The map with other places or other directions of bounds; `None` where nothing differs.
@@ -36,13 +36,19 @@ pub fn placed(map: &LaneletMap) -> Option<LaneletMap> {
 
 /// The bounds of a lanelet if they are used in other directions than it says.
 fn turned(map: &LaneletMap, lanelet: &Lanelet) -> Option<[Bound; 2]> {
-    let [left, right] = aligned(map, [lanelet.left.line, lanelet.right.line]);
+    let [left, right] = aligned(map, lanelet, 2);
     ([left, right] != [lanelet.left, lanelet.right]).then_some([left, right])
 }
 
-fn aligned(map: &LaneletMap, lines: [LineStringId; 2]) -> [Bound; 2] {
-    let mut bounds = lines.map(|line| Bound { line, inverted: false });
-    for _ in 0..2 {
+/// The bounds of a lanelet as the loader first aligns them.
+pub fn aligned_once(map: &LaneletMap, lanelet: &Lanelet) -> [Bound; 2] {
+    aligned(map, lanelet, 1)
+}
+
+/// The bounds of a lanelet, aligned so many times one after the other.
+fn aligned(map: &LaneletMap, lanelet: &Lanelet, times: usize) -> [Bound; 2] {
+    let mut bounds = [lanelet.left, lanelet.right].map(|bound| Bound { inverted: false, ..bound });
+    for _ in 0..times {
         let spots = |bound: Bound| -> Vec<Spot> { map.bound_points(bound).map(spot).collect() };
         let (left, right) = align_in_space(&spots(bounds[0]), &spots(bounds[1]));
         bounds[0].inverted ^= left;
