@@ -6,7 +6,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::{Issue, Params, issue, layer, placed};
 use crate::diagnostic::Subject;
 use crate::lanelet::Bound;
-use crate::lanelet::index::view::{Seen, View};
+use crate::lanelet::index::view::View;
 use crate::rules::graph::{Graph, Rules};
 
 /// Subtypes that may lie beside each other.
@@ -36,12 +36,13 @@ pub fn lane_change(view: &View, _: &Params) -> Vec<Issue> {
         if !view.lanelets[at].is("road") {
             continue;
         }
-        let beside: [(Bound, fn(&Seen) -> Bound); 2] =
-            [(lanelet.left, |other| other.lanelet.right), (lanelet.right, |other| other.lanelet.left)];
-        for (bound, of_other) in beside {
-            let shares = |&other: &usize| other != at && of_other(&view.lanelets[other]) == bound;
+        for (bound, is_left) in [(lanelet.left, true), (lanelet.right, false)] {
+            let shares = |other: usize| {
+                let neighbour = view.lanelets[other].lanelet;
+                other != at && bound == if is_left { neighbour.right } else { neighbour.left }
+            };
             let first = asked.insert(bound.line);
-            if first && users.get(&bound).is_some_and(|users| users.iter().any(shares)) {
+            if first && users.get(&bound).is_some_and(|users| users.iter().any(|&other| shares(other))) {
                 issues.extend(said(view, bound));
             }
         }
