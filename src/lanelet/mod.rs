@@ -201,6 +201,8 @@ impl RegulatoryElement {
 pub struct LaneletMap {
     /// `format_version` of `MetaInfo`, as written.
     pub format_version: Option<Text>,
+    /// Whether its points lie where `local_x` and `local_y` say, whatever their latitudes and longitudes are.
+    pub local: bool,
     /// Points by id.
     pub points: Shelf<Point>,
     /// Linestrings by id.
@@ -283,6 +285,7 @@ impl LaneletMap {
     pub fn split_off(&mut self, [points, linestrings, polygons, lanelets, regulatory_elements]: [usize; 5]) -> Self {
         Self {
             format_version: None,
+            local: self.local,
             points: self.points.split_off(points),
             linestrings: self.linestrings.split_off(linestrings),
             polygons: self.polygons.split_off(polygons),
