@@ -100,8 +100,13 @@ pub(super) fn wrote(settings: &Path) -> bool {
     fs::read(settings).is_ok_and(|written| written.starts_with(SETTINGS_HEAD.as_bytes()))
 }
 
-/// Refuses to write over settings that no build has written.
-pub(crate) fn spare(directory: &Path) -> Result<(), Error> {
+/// Refuses a directory to build into where that would write over settings that no build has written: to be asked before the
+/// work begins.
+///
+/// # Errors
+///
+/// Where such settings are there.
+pub fn spare(directory: &Path) -> Result<(), Error> {
     let settings = directory.join(NAME);
     if settings.is_file() && !wrote(&settings) {
         let failure =

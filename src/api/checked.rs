@@ -92,13 +92,22 @@ impl Checked {
     ///
     /// Where the file cannot be written.
     pub fn write_baseline(&self, file: &Path) -> Result<(), Error> {
-        let mut text = Vec::new();
-        let failed = |what: std::io::Error| {
-            ErrorKind::Write.error(Failure::new(format!("cannot write the baseline {}: {what}", file.display())))
-        };
-        self.baseline().write(&mut text).map_err(failed)?;
-        files::write(file, &text).map_err(ErrorKind::Write.of())
+        write_baseline(&self.baseline(), file)
     }
+}
+
+/// Writes a baseline, whole or not at all.
+///
+/// # Errors
+///
+/// Where the file cannot be written.
+pub fn write_baseline(baseline: &Baseline, file: &Path) -> Result<(), Error> {
+    let mut text = Vec::new();
+    let failed = |what: std::io::Error| {
+        ErrorKind::Write.error(Failure::new(format!("cannot write the baseline {}: {what}", file.display())))
+    };
+    baseline.write(&mut text).map_err(failed)?;
+    files::write(file, &text).map_err(ErrorKind::Write.of())
 }
 
 /// What the loader and the rules say about a map.

@@ -39,6 +39,13 @@ pub enum ConfigSource {
         /// Such as `parameters.vm-03-08.spike = 2`.
         text: String,
     },
+    /// The text of a file like `lanewright.toml`, above all files; messages show its lines.
+    Document {
+        /// What messages call it.
+        name: String,
+        /// All of it.
+        text: String,
+    },
 }
 
 impl ConfigSource {
@@ -63,7 +70,7 @@ pub(super) fn settings_from(found: Vec<PathBuf>, said: &Configuration) -> Result
         .clone()
         .filter_map(|source| match source {
             ConfigSource::File(file) => Some(file),
-            ConfigSource::Text { .. } => None,
+            ConfigSource::Text { .. } | ConfigSource::Document { .. } => None,
         })
         .collect();
     let files = match (files.is_empty(), said.isolated) {
@@ -73,9 +80,11 @@ pub(super) fn settings_from(found: Vec<PathBuf>, said: &Configuration) -> Result
     };
     let mut settings = Settings::default();
     for source in named {
-        if let ConfigSource::Text { name, text } = source {
-            settings = settings.over(of_keys(name, text)?);
-        }
+        settings = match source {
+            ConfigSource::File(_) => settings,
+            ConfigSource::Text { name, text } => settings.over(of_keys(name, text)?),
+            ConfigSource::Document { name, text } => settings.over(of_text(name, text)?),
+        };
     }
     for file in files {
         settings = settings.over(of_file(&file)?);

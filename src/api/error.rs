@@ -39,6 +39,17 @@ pub struct Error {
 }
 
 impl Error {
+    /// A fault of ours.
+    pub fn internal(message: impl Into<String>) -> Self {
+        ErrorKind::Internal.error(Failure::new(message).help("please report this"))
+    }
+
+    /// With other words for what the program says: where the command line is not what the reader types.
+    #[must_use]
+    pub fn reworded(self, words: impl Fn(&str) -> String) -> Self {
+        Self { failure: Box::new(self.failure.reworded(words)), ..self }
+    }
+
     /// What it is about.
     pub fn kind(&self) -> ErrorKind {
         self.kind

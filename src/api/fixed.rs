@@ -6,13 +6,14 @@ use similar::TextDiff;
 
 use crate::diagnostic::Diagnostic;
 use crate::fix::{FixError, Mended, mend};
-use crate::lanelet::from_osm;
 use crate::lanelet::index::{MapIndex, Thresholds};
+use crate::lanelet::{Loaded as FromOsm, from_osm};
 use crate::osm::{OsmData, Source};
 use crate::report::failure::Failure;
 use crate::rules::{self, Config};
-use crate::triage;
+use crate::triage::{self, Sorted};
 
+use super::checked::Checked;
 use super::config::Configuration;
 use super::error::{Error, ErrorKind};
 use super::files;
@@ -63,6 +64,42 @@ impl Fixed {
             .collect()
     }
 
+    /// The changes to the files, to be written now or later.
+    pub fn edits(&self) -> Edits {
+        let paths = self.loaded.files.iter().map(Some).chain(std::iter::repeat(None));
+        let sources = self.loaded.osm.sources.iter().zip(&self.mended.osm.sources);
+        let changed = paths.zip(sources).filter(|(_, (old, new))| old.text != new.text);
+        let files = changed.map(|(path, (_, new))| (path.cloned(), new.clone()));
+        Edits { files: files.collect() }
+    }
+
+    /// Writes the files that changed in place, all or none.
+    ///
+    /// # Errors
+    ///
+    /// See [`Edits::write`].
+    pub fn write(&self) -> Result<(), Error> {
+        self.edits().write()
+    }
+
+    /// The mended map with what is left to find in it.
+    pub fn into_left(self) -> Checked {
+        let Self { loaded: Loaded { files, projector, info, settings, .. }, mended: Mended { osm, left, .. } } = self;
+        let FromOsm { map, mut faults } = from_osm(&osm, &projector);
+        info.judge(&osm, &projector, &mut faults);
+        let loaded = Loaded { osm, files, map, faults, projector, info, settings };
+        Checked { loaded, sorted: Sorted { left, ..Sorted::default() } }
+    }
+}
+
+/// What mending changes in the files of a map.
+#[derive(Clone, Debug, Default)]
+pub struct Edits {
+    /// Each file that changes, where it is one, with its name and its new text, unpacked.
+    pub files: Vec<(Option<PathBuf>, Source)>,
+}
+
+impl Edits {
     /// Writes the files that changed in place, all or none.
     ///
     /// # Errors
@@ -73,23 +110,19 @@ impl Fixed {
     }
 
     fn publish(&self) -> Result<(), Failure> {
-        let names: Vec<PathBuf> = self.loaded.files.clone();
-        if names.is_empty() {
-            return Err(Failure::new("the map was given as bytes: there is no file to change")
-                .help("take the changed text from the result"));
-        }
         let mut changed: Vec<(&Path, &[u8])> = Vec::new();
-        let sources = self.loaded.osm.sources.iter().zip(&self.mended.osm.sources);
-        for (path, (old, new)) in names.iter().zip(sources) {
-            if old.text == new.text {
-                continue;
-            }
+        for (path, source) in &self.files {
+            let Some(path) = path else {
+                return Err(Failure::new(format!("{} was given as bytes: there is no file to change", source.name))
+                    .about(&source.name)
+                    .help("take the changed text from the result"));
+            };
             if path.extension().is_some_and(|extension| extension != "osm") {
                 return Err(Failure::new(format!("{} is packed", path.display()))
                     .about(path.display().to_string())
                     .help("unpack it first; only plain .osm files are edited, and nothing was changed"));
             }
-            changed.push((path, new.text.as_bytes()));
+            changed.push((path, source.text.as_bytes()));
         }
         files::write_all(&changed)
     }

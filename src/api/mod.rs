@@ -14,10 +14,10 @@ pub(crate) mod load;
 
 use std::path::{Path, PathBuf};
 
-pub use built::BuiltMap;
 #[cfg(feature = "cli")]
-pub(crate) use built::{MAP, spare};
-pub use checked::{CheckOptions, Checked};
+pub(crate) use built::MAP;
+pub use built::{BuiltMap, spare};
+pub use checked::{CheckOptions, Checked, write_baseline};
 #[cfg(feature = "cli")]
 pub(crate) use checked::{judged, read_baseline};
 #[cfg(feature = "cli")]
@@ -26,7 +26,7 @@ pub use config::{ConfigSource, Configuration};
 pub use error::{Error, ErrorKind};
 #[cfg(feature = "cli")]
 pub(crate) use fixed::mended;
-pub use fixed::{FixOptions, Fixed};
+pub use fixed::{Edits, FixOptions, Fixed};
 pub use layout::{Layout, LayoutOptions};
 pub use load::Loaded;
 
@@ -83,6 +83,15 @@ impl From<&str> for Input {
     fn from(path: &str) -> Self {
         Self::Path(path.into())
     }
+}
+
+/// Writes a file, whole or not at all.
+///
+/// # Errors
+///
+/// Where it cannot be written; what was there before is unchanged.
+pub fn write_file(file: &Path, bytes: &[u8]) -> Result<(), Error> {
+    files::write(file, bytes).map_err(ErrorKind::Write.of())
 }
 
 /// Builds a Lanelet2 map from OpenStreetMap data (XML, gzip, PBF), or from streets as [`geometry`] writes them.

@@ -46,6 +46,14 @@ impl Failure {
         self
     }
 
+    /// With other words for what the program says: where the command line is not what the reader types.
+    #[must_use]
+    pub fn reworded(mut self, words: impl Fn(&str) -> String) -> Self {
+        self.message = words(&self.message);
+        self.help = self.help.as_deref().map(&words);
+        self
+    }
+
     /// What is wrong, in one line.
     pub fn message(&self) -> &str {
         &self.message
