@@ -14,8 +14,8 @@ use crate::triage::Sorted;
 use saphyr::{LoadableYamlNode, Yaml};
 
 use super::check_args::{CheckArgs, FormatArg};
-use super::load::Loaded;
 use super::screen;
+use crate::api::Loaded;
 
 /// Holds that the files are given where they mean something.
 pub fn vet(args: &CheckArgs) -> Result<(), Failure> {

@@ -24,7 +24,9 @@ pub use attributes::{Attributes, RoadType, TurnDirection};
 pub use fault::{BoundRole, Condition, InfoFault, LoadFault, Repeat};
 pub use from_osm::{Loaded, SUPPORTED_FORMAT_VERSION, from_osm};
 pub use limits::{RoleLimit, TargetKind, known_subtypes, role_limits};
-pub use open::{OpenError, Opened, ProjectorFrom, files_of, is_lanelet2, is_navigation_osm, open, projector_for};
+pub use open::{
+    OpenError, Opened, ProjectorFrom, files_of, is_lanelet2, is_navigation_osm, open, open_bytes, projector_for,
+};
 pub use point::Point;
 pub use projector_info::{INFO, ProjectorInfo, twice};
 pub use shelf::{Cursor, Shelf, Shelved};

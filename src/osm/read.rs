@@ -16,6 +16,7 @@ use super::pbf;
 use super::{
     ElementKind, Member, MetaInfo, Node, Oddity, OddityKind, OsmData, ReadError, Relation, Source, Tags, Text, Way,
 };
+use crate::cancel;
 use crate::diagnostic::SourceSpan;
 use crate::projection::{Extent, LonLat};
 
@@ -25,6 +26,9 @@ pub const MAX_REFERENCES: usize = 1_000_000;
 
 /// Bytes that a packed file may hold: a country of XML. A small file can be packed so that it fills any memory.
 const MOST_UNPACKED: u64 = 8 << 30;
+
+/// After so many bytes it is looked whether the reading was called off.
+const LOOK: usize = 1 << 20;
 
 /// Reads one file.
 pub fn read_file(path: &Path) -> Result<OsmData, ReadError> {
@@ -149,8 +153,13 @@ impl Parser<'_> {
         // The end of an element that was open before is seen to below.
         reader.config_mut().allow_unmatched_ends = depth > 0;
         let mut open: Option<Open> = None;
+        let mut looked = 0;
         loop {
             let start = range.start + reader.buffer_position() as usize;
+            if start > looked + LOOK {
+                cancel::look();
+                looked = start;
+            }
             let event = match reader.read_event() {
                 Ok(event) => event,
                 Err(error) => {

@@ -4,7 +4,7 @@ use std::fmt;
 
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, SourceCode};
 
-use super::source::SourceFile;
+use super::source::{SourceFile, boundary};
 use super::{Sources, TextStyle};
 use crate::diagnostic::SourceSpan;
 
@@ -13,6 +13,8 @@ use crate::diagnostic::SourceSpan;
 pub struct Failure {
     message: String,
     help: Option<String>,
+    /// The file it is about, where it has no place in it.
+    file: Option<String>,
     /// Name and text of the file, byte offset of the place.
     place: Option<(String, String, usize)>,
 }
@@ -20,7 +22,7 @@ pub struct Failure {
 impl Failure {
     /// A failure with one line that says what is wrong.
     pub fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into(), help: None, place: None }
+        Self { message: message.into(), help: None, file: None, place: None }
     }
 
     /// Adds a way out.
@@ -35,6 +37,44 @@ impl Failure {
     pub fn at(mut self, file: &str, text: &str, offset: usize) -> Self {
         self.place = Some((file.to_owned(), text.to_owned(), offset));
         self
+    }
+
+    /// Names the file that it is about, for whoever asks: the message says it already.
+    #[must_use]
+    pub fn about(mut self, file: impl Into<String>) -> Self {
+        self.file = Some(file.into());
+        self
+    }
+
+    /// With other words for what the program says: where the command line is not what the reader types.
+    #[must_use]
+    pub fn reworded(mut self, words: impl Fn(&str) -> String) -> Self {
+        self.message = words(&self.message);
+        self.help = self.help.as_deref().map(&words);
+        self
+    }
+
+    /// What is wrong, in one line.
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+
+    /// A way out, where one is known.
+    pub fn way_out(&self) -> Option<&str> {
+        self.help.as_deref()
+    }
+
+    /// The file that it is about, where it is about one.
+    pub fn file(&self) -> Option<&str> {
+        self.place.as_ref().map(|(file, ..)| file).or(self.file.as_ref()).map(String::as_str)
+    }
+
+    /// Line and column of its place in the file, both from 1, the column in characters.
+    pub fn line_and_column(&self) -> Option<(usize, usize)> {
+        let (_, text, offset) = self.place.as_ref()?;
+        let before = &text[..boundary(text, *offset)];
+        let line = before.rsplit('\n').next().unwrap_or_default();
+        Some((before.matches('\n').count() + 1, line.chars().count() + 1))
     }
 
     /// The report, several lines, with a line feed at its end.
@@ -105,6 +145,7 @@ mod tests {
         let text = "<osm>\n  <node id=\"1\"\n</osm>\n";
         let failure = Failure::new("not well-formed XML").help("download it again").at("a.osm", text, 21);
         let report = failure.render(TextStyle::default());
+        assert_eq!((failure.file(), failure.line_and_column()), (Some("a.osm"), Some((3, 1))));
         for part in ["not well-formed XML", "a.osm:3:1", "</osm>", "download it again"] {
             assert!(report.contains(part), "{part} is missing in:\n{report}");
         }

@@ -21,12 +21,13 @@ use clap::ValueEnum;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::super::watch::Watched;
-use super::super::{StageArg, StreetArgs, ViewArgs, input, page, stage};
+use super::super::{StageArg, StreetArgs, ViewArgs, page, stage};
 use super::edits::Question;
 use super::live::Live;
 use super::map::requirements;
 use super::save;
 use super::server::{Answer, Desk};
+use crate::api::layout::{build_failure, osm_data};
 
 /// More roads than this are not built at once: the answer would come too late for a hand that waits.
 const MOST_WAYS: usize = 700;
@@ -150,13 +151,13 @@ impl Bench {
             ..StreetArgs::default()
         };
         let title = page::title(&args.map);
-        let (data, options) = input::osm(&args.map, &streets)?;
+        let (data, options) = osm_data(&args.map, &streets.options())?;
         let of_roads: FxHashSet<i64> =
             data.ways.iter().filter(|way| way.tags.has("highway")).flat_map(|way| way.nodes.iter().copied()).collect();
         let places: Vec<LonLat> = of_roads.iter().filter_map(|id| data.node(*id)?.position).collect();
         let Some(extent) = Extent::of(places.iter().copied()) else {
             let error = plan(&data, &options).err().unwrap_or(BuildError::NoPlace);
-            return Err(input::build_failure(error, &title));
+            return Err(build_failure(error, &title));
         };
         let projector = options.projector.unwrap_or_else(|| Projector::for_extent(&extent));
         let middle = args.at.map_or_else(|| median(places), |(lat, lon)| LonLat { lon, lat });
@@ -176,7 +177,7 @@ impl Bench {
         let wishes = question.merges();
         let own = wishes.len();
         options.merges.splice(0..0, wishes);
-        let plan = plan(&data, &options).map_err(|error| input::build_failure(error, &self.title))?;
+        let plan = plan(&data, &options).map_err(|error| build_failure(error, &self.title))?;
         let mut workshop = self.workshop(&plan, &data, own);
         workshop.part = frame.map(|corners| (corners, [data.ways.len(), self.data.ways.len()]));
         let mut built = build_plan(plan);
