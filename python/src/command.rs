@@ -53,8 +53,13 @@ impl Interrupt {
     /// Lets the system end the process at Ctrl-C.
     fn left_to_the_system(py: Python<'_>) -> PyResult<Self> {
         let signal = py.import("signal")?;
+        let (interrupt, ignored) = (signal.getattr("SIGINT")?, signal.getattr("SIG_IGN")?);
+        // Who started us where Ctrl-C is not heard wanted that.
+        if signal.getattr("getsignal")?.call1((&interrupt,))?.eq(ignored)? {
+            return Ok(Self(None));
+        }
         // Only the main thread may say that; on another one, Ctrl-C is its business.
-        let before = signal.getattr("signal")?.call1((signal.getattr("SIGINT")?, signal.getattr("SIG_DFL")?));
+        let before = signal.getattr("signal")?.call1((interrupt, signal.getattr("SIG_DFL")?));
         Ok(Self(before.ok().map(Bound::unbind)))
     }
 

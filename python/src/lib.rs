@@ -18,8 +18,16 @@ mod work;
 
 use pyo3::prelude::*;
 
-// THE ALLOCATOR OF THE MODULE GOES HERE: `#[global_allocator] static ALLOCATOR: ... = ...;`
-// Without one it is the system's.
+/// As in the program; of the module's own memory only, not of Python's.
+#[cfg(feature = "allocator")]
+#[global_allocator]
+static ALLOCATOR: tikv_jemallocator::Jemalloc = tikv_jemallocator::Jemalloc;
+
+/// As in the program (`main.rs`).
+#[cfg(feature = "allocator")]
+#[allow(unsafe_code, reason = "a name for the linker; nothing else has it")]
+#[unsafe(export_name = "_rjem_malloc_conf")]
+pub static ALLOCATION: &[u8] = b"dirty_decay_ms:100,muzzy_decay_ms:0\0";
 
 /// What lanewright does, for Python: see the package `lanewright`, which brings all of it.
 #[pymodule(gil_used = false)]
