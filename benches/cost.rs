@@ -12,7 +12,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use clock::processor_time;
-use lanewright::builder::road_network::{NetworkOptions, road_network};
+use lanewright::builder::network::{NetworkOptions, road_network};
 use lanewright::builder::streets::{StreetOptions, streets};
 use lanewright::builder::{BuildOptions, build};
 use lanewright::lanelet::index::{MapIndex, Thresholds};

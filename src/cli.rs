@@ -30,9 +30,10 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use crate::builder::driving_side;
-use crate::projection;
+use crate::builder::tags::driving_side;
 use crate::report::failure::Failure;
+
+use super::projection;
 use check_args::{CheckArgs, ProfileArg};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 

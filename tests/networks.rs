@@ -8,8 +8,8 @@ mod common;
 use std::collections::{BTreeMap, BTreeSet};
 
 use common::judge_as;
-use lanewright::builder::inside::{Inside, UNDRAWN};
-use lanewright::builder::road_network::DrivingSide;
+use lanewright::builder::network::DrivingSide;
+use lanewright::builder::postprocess::inside::{Inside, UNDRAWN};
 use lanewright::builder::{BuildOptions, Built, build};
 use lanewright::geometry::{Point, Polyline, polygon};
 use lanewright::lanelet::{

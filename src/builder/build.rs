@@ -17,17 +17,16 @@ use crate::settings::{AssumeSettings, BesideSettings, MarkingSettings, MergeSett
 use crate::terrain::Terrain;
 
 use super::assemble::{Assembled, assemble};
-use super::blinker;
-use super::consolidate::{Wish, Wished};
 use super::control::arrows::Arrows;
-use super::dead_lanes::without_dead_lanes;
-use super::heights::{HeightOptions, Spots, spots};
-use super::inside::{self, Inside};
-use super::overhead;
-use super::road_network::{
+use super::layout::settle::settle;
+use super::network::dead_lanes::without_dead_lanes;
+use super::network::{
     DrivingSide, Network, NetworkError, NetworkOptions, RoadKey, RoadNetwork, UNMET_ROAD, road_network,
 };
-use super::settle::settle;
+use super::postprocess::inside::Inside;
+use super::postprocess::{blinker, inside, overhead};
+use super::streets::consolidate::{Wish, Wished};
+use super::streets::heights::{HeightOptions, Spots, spots};
 use super::streets::{StreetOptions, Streets, streets};
 
 /// What a user may decide about a build.

@@ -5,20 +5,19 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::builder::consolidate::MergeNote;
-use crate::builder::geojson;
-use crate::builder::inside::{Inside, UNDRAWN};
-use crate::builder::road_network::{DrivingSide, UNMET_ROAD};
-use crate::builder::{BuildError, BuildOptions, Plan, UNMET_WISH, plan};
+use crate::builder::network::{DrivingSide, UNMET_ROAD};
+use crate::builder::postprocess::inside::{Inside, UNDRAWN};
+use crate::builder::streets::consolidate::MergeNote;
+use crate::builder::{BuildError, BuildOptions, Plan, UNMET_WISH, geojson, plan};
 use crate::diagnostic::Finding;
-use crate::osm::{self, OsmData, ReadError};
+use crate::osm;
+use crate::osm::{OsmData, ReadError};
 use crate::projection::{Extent, LonLat, MgrsGrid, Projector};
 use crate::report::failure::Failure;
 use crate::settings::{Settings, Side};
 use crate::terrain::Terrain;
 
 use super::check_args::ConfigArgs;
-
 use super::load::{home, read_failure};
 use super::screen::Progress;
 use super::{ProjectorArg, SideArg, StreetArgs, build, config};

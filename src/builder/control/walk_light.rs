@@ -1,13 +1,13 @@
 //! Lights for people on foot: one at each end of a crosswalk, for those who come from the other.
 
+use crate::builder::ids::Key;
+use crate::builder::lanes::connection::{CROSSWALK_BREADTH, Crossing, carriageway};
+use crate::builder::map::assembly::{Assembly, tags};
+use crate::builder::network::{FeatureKind, Road};
 use crate::geometry::{Point, Vector, left_of};
 use crate::lanelet::{LaneletId, LineStringId, Target};
 
 use super::bulbs_of;
-use crate::builder::assembly::{Assembly, tags};
-use crate::builder::connection::{CROSSWALK_BREADTH, Crossing, carriageway};
-use crate::builder::ids::Key;
-use crate::builder::road_network::{FeatureKind, Road};
 
 /// Lower edge of a light above the ground, metres: a tall person walks below.
 const LIGHT_HEIGHT: f64 = 2.1;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::builder::road_network::{DrivingSide, RoadNetwork};
+use crate::builder::network::{DrivingSide, RoadNetwork};
 use crate::osm::Text;
 use crate::projection::{LonLat, Projector};
 

@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::builder::road_network::{
+use crate::builder::network::{
     End, InnerRoad, Intersection, Island, LaneConnection, Ray, Road, RoadEnd, RoadIx, RoadKey, TurnRestriction,
     clockwise,
 };

@@ -1,7 +1,7 @@
 //! Streets as GeoJSON: roads, lanes and intersections, for other tools to draw and measure, and for `build` to read
 //! back. `docs/geometry.md` describes the file.
 //!
-//! What is read back is what was written, to the bit: places lie on a grid ([`super::grid`]) that nine decimals of a
+//! What is read back is what was written, to the bit: places lie on a grid ([`super::streets::grid`]) that nine decimals of a
 //! degree can tell apart. Files from elsewhere may leave out almost everything; what is assumed then is noted.
 
 mod head;

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use serde::Deserialize;
 
-use crate::builder::grid::snapped;
+use crate::builder::streets::grid::snapped;
 use crate::geometry::Point;
 use crate::osm::Text;
 use crate::parallel::Finely;

@@ -1,10 +1,10 @@
 //! One road of the file: its line, its lanes, and what stands on it.
 
-use crate::builder::cross_section::{CrossSection, Customs, Facts, Strip, StripKind, Travel, Usual, layout};
-use crate::builder::road_network::{
+use crate::builder::network::{
     DrivingSide, Feature as Furniture, FeatureKind, IntersectionIx, Road, RoadClass, RoadKey, class_of,
 };
-use crate::builder::speed;
+use crate::builder::tags::cross_section::{CrossSection, Customs, Facts, Strip, StripKind, Travel, Usual, layout};
+use crate::builder::tags::speed;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::Polyline;
 use crate::osm::{Tags, Text};

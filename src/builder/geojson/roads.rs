@@ -3,10 +3,10 @@
 use rustc_hash::FxHashMap;
 
 use crate::builder::BuildOptions;
-use crate::builder::cross_section::Customs;
-use crate::builder::driving_side;
 use crate::builder::ids::{Ids, Key};
-use crate::builder::road_network::{End, IntersectionIx, RoadIx, RoadKey, RoadNetwork};
+use crate::builder::network::{End, IntersectionIx, RoadIx, RoadKey, RoadNetwork};
+use crate::builder::tags::cross_section::Customs;
+use crate::builder::tags::driving_side;
 use crate::diagnostic::Finding;
 use crate::geometry::{Point, Vector, polygon};
 use crate::osm::Text;

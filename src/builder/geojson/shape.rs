@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::builder::cross_section::{Arrows, StripKind, Travel};
-use crate::builder::outline::Case;
-use crate::builder::road_network::{End, RoadClass, RoadKey};
+use crate::builder::network::{End, RoadClass, RoadKey};
+use crate::builder::streets::outline::Case;
+use crate::builder::tags::cross_section::{Arrows, StripKind, Travel};
 use crate::osm::{Tags, Text};
 
 use super::spell::{arrow_names, tag_map};

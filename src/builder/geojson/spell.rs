@@ -8,7 +8,7 @@ use serde::de::{self, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::ser::{SerializeMap, Serializer};
 use serde_json::ser::{CompactFormatter, Formatter};
 
-use crate::builder::cross_section::Arrows;
+use crate::builder::tags::cross_section::Arrows;
 use crate::osm::{Tags, Text, put_fixed};
 use crate::projection::LonLat;
 

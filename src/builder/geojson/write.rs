@@ -6,12 +6,12 @@ use std::ops::Range;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::builder::cross_section::{CrossSection, Strip, StripKind};
-use crate::builder::outline::{Case, MITER_LIMIT, Outline, Outlines};
-use crate::builder::road_network::{
+use crate::builder::network::{
     End, Feature as Furniture, FeatureKind, Intersection, IntersectionIx, Island, LaneConnection, Road, RoadEnd,
     RoadIx, RoadKey, RoadNetwork, TurnRestriction,
 };
+use crate::builder::streets::outline::{Case, MITER_LIMIT, Outline, Outlines};
+use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind};
 use crate::geometry::{Point, Polyline};
 use crate::osm::Text;
 use crate::parallel::Finely;

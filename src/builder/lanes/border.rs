@@ -1,15 +1,18 @@
 //! The borders between the lanes of a road, as lines along it.
 
-use crate::builder::assembly::Assembly;
-use crate::builder::beside::runs;
-use crate::builder::cross_section::{CrossSection, Travel};
-use crate::builder::marking::marking;
-use crate::builder::road_network::Road;
-use crate::builder::sound::{aligned, centred, simple};
-use crate::geometry::{Point, Vector, curve::untangled, left_of, miter::miter, round::Rounding};
+use crate::builder::map::assembly::Assembly;
+use crate::builder::network::Road;
+use crate::builder::tags::cross_section::{CrossSection, Travel};
+use crate::builder::tags::marking::marking;
+use crate::geometry::curve::untangled;
+use crate::geometry::miter::miter;
+use crate::geometry::round::Rounding;
+use crate::geometry::{Point, Vector, left_of};
 use crate::lanelet::{Bound, PointId};
 
-use super::road_key;
+use super::beside::runs;
+use super::road_lanes::road_key;
+use super::sound::{aligned, centred, simple};
 
 /// Corners of the road's line closer to a cut than this, metres, are left out of the borders, or more where these would cross.
 const CLEAR: f64 = 0.5;

@@ -1,0 +1,385 @@
+//! Connection lines: where the lanes of a road end and those of an intersection begin.
+//!
+//! The outline says how far a road must be cut back at least. Here it is cut back further, along its own line, so that
+//! the crosswalk lies inside the intersection with the stop line before it, and so that a car can take the near turn.
+
+mod dead_end;
+mod mapped;
+mod needs;
+mod setback;
+#[cfg(test)]
+mod tests;
+
+use rayon::prelude::*;
+use rustc_hash::FxHashSet;
+
+use crate::builder::control::walk_light::has_lights;
+use crate::builder::network::{End, FeatureKind, Road, RoadIx, RoadNetwork};
+use crate::builder::tags::cross_section::{CrossSection, SIDEWALK, StripKind, Travel};
+use crate::geometry::curve::Pose;
+use crate::geometry::{Point, Vector, angle_between, left_of};
+use crate::parallel::Finely;
+
+use super::seam::level;
+use mapped::{bend, drawn_back, mapped};
+use setback::eased;
+
+pub use needs::Needs;
+
+/// Breadth of a crosswalk along the road, metres: the usual painted zebra.
+pub const CROSSWALK_BREADTH: f64 = 3.0;
+/// From the stop line to the crosswalk, metres: official maps have 1.2 to 4.2.
+pub const STOP_GAP: f64 = 2.0;
+/// The least that lies between them, metres, where the stop line is mapped.
+const STOP_GAP_LEAST: f64 = 1.2;
+/// The most that may lie between them, metres, where it is not.
+pub const STOP_GAP_MOST: f64 = 4.0;
+/// From the corner of the crossing road to the crosswalk, metres.
+const CORNER_GAP: f64 = 0.5;
+/// A crossing belongs to the intersection if it lies at most this far, metres, up the road from the outline.
+const CROSSING_REACH: f64 = 12.0;
+/// What a vehicle takes that waits, metres.
+pub const VEHICLE: f64 = 5.0;
+/// A crossing with lights whose middle lies no farther, metres, from where the road is cut leaves a vehicle no room to wait.
+const HELD_BEFORE: f64 = CROSSWALK_BREADTH / 2.0 + STOP_GAP + VEHICLE;
+/// No cut moves before a sidewalk that lies around a bend of more than this, degrees: ways would begin as if they came from
+/// elsewhere.
+const SIDEWALK_BEND: f64 = 45.0;
+/// What must remain of a road, metres, before its ends are cut back further than the outline asks: the stop lines at both its
+/// ends stay apart. A turn that a car can take needs the rest more than it does.
+pub const ROAD_LEFT: f64 = 2.0;
+
+/// A place where people cross the carriageway.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Crossing {
+    /// Id of the OpenStreetMap node.
+    pub node: i64,
+    /// The road it crosses.
+    pub road: RoadIx,
+    /// Its middle on the road's line, metres.
+    pub station: f64,
+    /// The intersection it belongs to, by the arm; `None` between intersections.
+    pub arm: Option<End>,
+}
+
+/// Where every road is cut, and the crossings.
+#[derive(Clone, Debug, Default)]
+pub struct ConnectionLines {
+    /// Per road: the stations between which its own lanes run.
+    pub kept: Vec<[f64; 2]>,
+    /// Per road: the directions there into the intersections at its ends.
+    pub inward: Vec<[Vector; 2]>,
+    /// Per road: the stations where its outlines, held to its length, would cut it.
+    pub least: Vec<[f64; 2]>,
+    /// In order of roads and stations.
+    pub crossings: Vec<Crossing>,
+    /// Per road.
+    cuts: Vec<Cut>,
+}
+
+impl ConnectionLines {
+    /// Whether all roads are cut, and crossed, at the same stations.
+    pub fn agree(&self, other: &Self) -> bool {
+        self.kept == other.kept && self.crossings == other.crossings
+    }
+
+    /// How a road is cut: known beforehand where the same is asked of it, and nothing else has changed at its ends.
+    pub fn cut(&self, road: RoadIx) -> &Cut {
+        &self.cuts[road.0 as usize]
+    }
+}
+
+/// Index of an end in pairs ordered start, end.
+pub fn side(end: End) -> usize {
+    match end {
+        End::Start => 0,
+        End::End => 1,
+    }
+}
+
+/// The direction into the intersection at the end of a road that is cut at `station`.
+pub fn inward(road: &Road, end: End, station: f64) -> Vector {
+    match end {
+        End::Start => -road.line.direction(station),
+        // At a vertex the segment before it counts, whose remaining part is the road's.
+        End::End => road.line.direction((station - 1e-3).max(0.0)),
+    }
+}
+
+/// A place on the cut across a road: `offset` metres to the left of its line.
+pub fn on_cut(road: &Road, end: End, station: f64, offset: f64) -> Point {
+    let along = match end {
+        End::Start => -inward(road, end, station),
+        End::End => inward(road, end, station),
+    };
+    road.line.at(station) + left_of(along) * offset
+}
+
+/// Lanes of a road as one sees them from the road looking into the intersection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LaneAt {
+    /// Index of the strip.
+    pub strip: usize,
+    /// Whether it leads into the intersection.
+    pub into: bool,
+}
+
+/// Driven lanes at an end, left to right looking into the intersection. A strip for both directions gives two.
+pub fn lanes_at(section: &CrossSection, end: End) -> Vec<LaneAt> {
+    let mut lanes = Vec::new();
+    for (strip, s) in section.driven() {
+        let with_line = matches!(s.travel, Travel::Forward | Travel::Both);
+        let against = matches!(s.travel, Travel::Backward | Travel::Both);
+        for (used, into) in [(with_line, end == End::End), (against, end == End::Start)] {
+            if used {
+                lanes.push(LaneAt { strip, into });
+            }
+        }
+    }
+    if end == End::Start {
+        lanes.reverse();
+    }
+    lanes
+}
+
+/// The middle of a lane on the cut, heading in its direction of travel.
+pub fn lane_pose(road: &Road, end: End, station: f64, lane: LaneAt) -> Pose {
+    let offset = (road.section.edge(lane.strip) + road.section.edge(lane.strip + 1)) / 2.0;
+    let inward = inward(road, end, station);
+    Pose { point: on_cut(road, end, station, offset), heading: if lane.into { inward } else { -inward } }
+}
+
+/// Cuts every road for crosswalks, stop lines and turns. `back` says how far each end is cut back at least, metres behind
+/// its outline, `stops` whether it is cut where the map says that vehicles stop. `known` gives for roads at whose ends nothing
+/// else has changed how they were cut before.
+pub fn connection_lines<'a>(
+    network: &RoadNetwork,
+    needs: &Needs,
+    back: &[[f64; 2]],
+    stops: &[[bool; 2]],
+    known: impl Fn(RoadIx) -> Option<&'a Cut> + Sync,
+) -> ConnectionLines {
+    let least = &needs.least;
+    let mut setbacks = back.to_vec();
+    let mut wishes = vec![[0.0_f64; 2]; back.len()];
+    needs.raise(&mut setbacks, &mut wishes);
+    let cut = |i: usize, setbacks: [f64; 2]| {
+        let (ix, asked) = (RoadIx(i as u32), Asked { least: least[i], setbacks, wishes: wishes[i], stops: stops[i] });
+        known(ix).filter(|known| known.asked == asked).map_or_else(|| cut(network, ix, asked), |known| known.of(ix))
+    };
+    let mut cuts: Vec<Cut> = setbacks.par_iter().finely().enumerate().map(|(i, setbacks)| cut(i, *setbacks)).collect();
+    // Where a road is too short to be cut back, its neighbour gives.
+    for give in [None, None, Some(back)] {
+        for road in level(network, least, &cuts, &mut setbacks, give) {
+            cuts[road] = cut(road, setbacks[road]);
+        }
+    }
+    let mut placed: FxHashSet<i64> = FxHashSet::default();
+    // What lies between intersections crosses the lanes once where the way is cut in two.
+    let once = |crossing: &&Crossing| crossing.arm.is_some() || placed.insert(crossing.node);
+    ConnectionLines {
+        kept: cuts.iter().map(|cut| cut.kept).collect(),
+        inward: cuts.iter().map(|cut| cut.inward).collect(),
+        least: least.clone(),
+        crossings: cuts.iter().flat_map(|cut| &cut.crossings).filter(once).cloned().collect(),
+        cuts,
+    }
+}
+
+/// What is asked of the cuts of a road.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Asked {
+    least: [f64; 2],
+    setbacks: [f64; 2],
+    wishes: [f64; 2],
+    stops: [bool; 2],
+}
+
+/// Where a road is cut.
+#[derive(Clone, Debug)]
+pub struct Cut {
+    asked: Asked,
+    /// The stations between which its own lanes run.
+    pub kept: [f64; 2],
+    /// The directions there into the intersections at its ends.
+    pub inward: [Vector; 2],
+    /// In order of stations.
+    crossings: Vec<Crossing>,
+}
+
+impl Cut {
+    /// The same of a road that may have had another index.
+    fn of(&self, road: RoadIx) -> Self {
+        let mut cut = self.clone();
+        cut.crossings.iter_mut().for_each(|crossing| crossing.road = road);
+        cut
+    }
+}
+
+/// Cuts a road at its setbacks, and farther out where people cross.
+fn cut(network: &RoadNetwork, ix: RoadIx, asked: Asked) -> Cut {
+    let Asked { least, mut setbacks, wishes, stops: stopped } = asked;
+    let road = network.road(ix);
+    let at = |end| network.intersection(road.intersection(end));
+    let continued = |end| at(end).arms.len() == 2;
+    // Lights hold vehicles before the crosswalk, too, where a road only goes on.
+    let room = |end| (at(end).arms.len() >= 3 || continued(end) && at(end).signals) && !road.roundabout;
+    let mut stops = mapped(road, least, |end| room(end) && stopped[side(end)]);
+    let drawn = |setbacks: [f64; 2], stops: [Option<f64>; 2]| {
+        let (back, mapped) = drawn_back(least, setbacks, stops);
+        let kept = apply(least, back, road.line.length());
+        let more = |end: usize| if mapped[end] { 0.0 } else { (wishes[end] - back[end]).max(0.0) };
+        (untwisted(road, eased(road, kept, [0, 1].map(more))), mapped)
+    };
+    let begun = || drawn(setbacks, [None; 2]).0;
+    let reach = |end: End| stops[side(end)].unwrap_or_default().max(CROSSING_REACH);
+    let belongs = |end, station, lights| match lights && !at(end).signals {
+        // What holds nobody before the intersection is a crossing of its own, if a vehicle can wait behind.
+        true => from_cut(begun(), end, station) <= HELD_BEFORE,
+        false => from_cut(least, end, station) <= reach(end),
+    };
+    let mut crossings = crossings_of(road, ix, least, [&room, &continued], belongs);
+    for crossing in &crossings {
+        let Some(end) = crossing.arm else { continue };
+        let behind = from_cut(least, end, crossing.station) + CROSSWALK_BREADTH / 2.0;
+        let stop = &mut stops[side(end)];
+        *stop = stop.filter(|stop| *stop > behind).map(|stop| stop.max(behind + STOP_GAP_LEAST));
+        let back = &mut setbacks[side(end)];
+        *back = back.max(stop.unwrap_or(f64::INFINITY).min(behind + STOP_GAP));
+    }
+    for end in [End::Start, End::End].into_iter().filter(|&end| room(end) && leads_out(network, road, end)) {
+        if crossings.iter().all(|crossing| crossing.arm != Some(end)) {
+            let needed = before_sidewalk(road, end, least, setbacks[side(end.other())]);
+            let back = &mut setbacks[side(end)];
+            *back = back.max(needed.unwrap_or_default());
+        }
+    }
+    let (kept, mapped) = drawn(setbacks, stops);
+    for crossing in &mut crossings {
+        let Some(end) = crossing.arm else { continue };
+        // Where the road is too short the crosswalk moves toward the middle of the intersection with the cut; where it
+        // is cut far back, up the road.
+        let middle = from_cut(least, end, kept[side(end)]) - CROSSWALK_BREADTH / 2.0;
+        let depth = from_cut(least, end, crossing.station);
+        let far = if mapped[side(end)] { depth } else { depth.max(middle - STOP_GAP_MOST) };
+        let held = far.min(middle - STOP_GAP_LEAST);
+        crossing.station = at_depth(least, end, held);
+    }
+    // What lies between intersections crosses the road's own lanes.
+    crossings.retain_mut(|crossing| crossing.arm.is_some() || between(road, crossing, kept));
+    Cut { asked, kept, inward: [End::Start, End::End].map(|end| inward(road, end, kept[side(end)])), crossings }
+}
+
+/// How far behind the outline, metres, who leaves private ground stops before a sidewalk that is mapped as a way of its
+/// own; `None` without one near the end, and where the road has no room behind it or bends too much before it.
+fn before_sidewalk(road: &Road, end: End, least: [f64; 2], other: f64) -> Option<f64> {
+    let behind = from_cut(least, end, sidewalk(road, end)?) + SIDEWALK / 2.0;
+    let needed = behind + STOP_GAP;
+    let left = least[1] - least[0] - other - needed;
+    let fits = behind <= CROSSING_REACH && left >= ROAD_LEFT && bend(road, least, end, needed) <= SIDEWALK_BEND;
+    fits.then_some(needed)
+}
+
+/// Whether a road on private ground leads out of it at this end.
+fn leads_out(network: &RoadNetwork, road: &Road, end: End) -> bool {
+    let arms = &network.intersection(road.intersection(end)).arms;
+    !road.public && arms.iter().any(|arm| network.road(arm.road).public)
+}
+
+/// Where a sidewalk that is mapped as a way of its own first leads across a road before its end: its station.
+pub fn sidewalk(road: &Road, end: End) -> Option<f64> {
+    let length = road.line.length();
+    let depth = |station: f64| from_cut([0.0, length], end, station);
+    let across = road.features.iter().filter(|feature| feature.kind == FeatureKind::Sidewalk);
+    let own = across.map(|feature| feature.station).filter(|station| depth(*station) <= length / 2.0);
+    own.min_by(|a, b| depth(*a).total_cmp(&depth(*b)))
+}
+
+/// Distance up the road from the cut at one end.
+pub fn from_cut(cut: [f64; 2], end: End, station: f64) -> f64 {
+    match end {
+        End::Start => station - cut[0],
+        End::End => cut[1] - station,
+    }
+}
+
+/// The station so far up the road from the cut at one end.
+pub fn at_depth(cut: [f64; 2], end: End, depth: f64) -> f64 {
+    match end {
+        End::Start => cut[0] + depth,
+        End::End => cut[1] - depth,
+    }
+}
+
+/// Moves both cuts up the road; where it is too short for both, each gives in proportion.
+fn apply([start, end]: [f64; 2], [a, b]: [f64; 2], length: f64) -> [f64; 2] {
+    let room = (end - start - ROAD_LEFT.min(length / 2.0)).max(0.0);
+    let share = if a + b > room { room / (a + b) } else { 1.0 };
+    [start + a * share, end - b * share]
+}
+
+/// Where little remains of a road around a sharp bend, its two cuts would cross: then a part without a bend remains.
+fn untwisted(road: &Road, [start, end]: [f64; 2]) -> [f64; 2] {
+    /// Change of direction, degrees, that is safe between cuts as close as the road is wide.
+    const BEND_MOST: f64 = 40.0;
+    let directions = [road.line.direction(start), road.line.direction((end - 1e-3).max(0.0))];
+    let bend = angle_between(directions[0], directions[1]).abs();
+    if end - start > 2.0 * road.half_width() || bend <= BEND_MOST.to_radians() {
+        return [start, end];
+    }
+    let stations = road.line.stations();
+    let parts = stations.windows(2).map(|w| [w[0].max(start), w[1].min(end)]);
+    parts.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0]))).filter(|p| p[1] > p[0]).unwrap_or([start, end])
+}
+
+/// The crossings of a road; those that belong to an intersection at its ends, at most one per arm.
+fn crossings_of(
+    road: &Road,
+    ix: RoadIx,
+    cut: [f64; 2],
+    [room, continued]: [&dyn Fn(End) -> bool; 2],
+    belongs: impl Fn(End, f64, bool) -> bool,
+) -> Vec<Crossing> {
+    let half = CROSSWALK_BREADTH / 2.0;
+    let mut found: Vec<Crossing> = Vec::new();
+    for feature in &road.features {
+        let FeatureKind::Crossing { signals: lights, .. } = feature.kind else { continue };
+        let near = [End::Start, End::End]
+            .into_iter()
+            .min_by(|&a, &b| from_cut(cut, a, feature.station).total_cmp(&from_cut(cut, b, feature.station)));
+        let arm = near.filter(|&end| room(end) && belongs(end, feature.station, lights));
+        let station = match arm {
+            Some(end) => at_depth(cut, end, from_cut(cut, end, feature.station).max(half + CORNER_GAP)),
+            None => feature.station,
+        };
+        let free = arm.is_none_or(|end| !found.iter().any(|c| c.arm == Some(end)));
+        let inside = station > cut[0] + half && station < cut[1] - half;
+        let inside = inside || arm.is_some() || near.is_some_and(&continued);
+        if free && inside {
+            found.push(Crossing { node: feature.node, road: ix, station, arm });
+        }
+    }
+    found
+}
+
+/// Moves a crossing so that it lies on the lanes between two cuts, with its stop lines where it has lights; `false` if they
+/// are too short.
+fn between(road: &Road, crossing: &mut Crossing, [start, end]: [f64; 2]) -> bool {
+    let half = CROSSWALK_BREADTH / 2.0;
+    let stopping = half + STOP_GAP;
+    let need = if has_lights(road, crossing) && end - start > 2.0 * stopping { stopping } else { half };
+    let room = end - start > 2.0 * need;
+    if room {
+        crossing.station = crossing.station.clamp(start + need, end - need);
+    }
+    room
+}
+
+/// Index of the first and behind the last strip of the carriageway: what lies between the kerbs.
+pub fn carriageway(section: &CrossSection) -> (usize, usize) {
+    let between =
+        |s: &crate::builder::tags::cross_section::Strip| !matches!(s.kind, StripKind::Sidewalk | StripKind::Buffer);
+    let first = section.strips.iter().position(between).unwrap_or(0);
+    let last = section.strips.iter().rposition(between).map_or(section.strips.len(), |i| i + 1);
+    (first, last)
+}
