@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::Point;
-use crate::lanelet::{LaneletId, LaneletMap, PointId, TurnDirection};
+use crate::lanelet::{Attributes, LaneletId, LaneletMap, PointId, TurnDirection};
 use crate::parallel::Finely;
 use crate::settings::{BicycleLanes, IntersectionSettings, Settings, Side};
 
@@ -29,7 +29,7 @@ use super::lanes::connection::{ConnectionLines, Crossing};
 use super::lanes::road_lanes::{Arm, Lanes};
 use super::layout::draft::{Draft, Ways};
 use super::layout::settle::Settled;
-use super::map::assembly::{Assembly, Part, Parts, tags};
+use super::map::assembly::{Assembly, Part, Parts};
 use super::network::{DrivingSide, Intersection, RoadEnd, RoadIx, RoadNetwork};
 use super::streets::heights::Ground;
 use super::tags::cross_section::StripKind;
@@ -306,7 +306,7 @@ impl Stage<'_> {
         let key = intersection_key("intersection area", intersection);
         let id = self.assembly.polygon_id(key);
         let ring = outline.places;
-        self.assembly.polygon(id, outline.ring, tags(&[("type", "intersection_area"), ("area", "yes")]));
+        self.assembly.polygon(id, outline.ring, Attributes::of(&[("type", "intersection_area"), ("area", "yes")]));
         for arm in outline.lost {
             let cut = arms[arm].cut.iter().map(|&node| self.assembly.position(node)).collect();
             let message = format!("The outline of intersection area {id} does not lead along the end of a road.");
@@ -327,7 +327,7 @@ impl Stage<'_> {
             self.tag_path(path, &name);
             // Nothing is painted across an intersection, not even where two roads only merge lanes.
             for line in path.bounds.into_iter().filter(|_| painted) {
-                self.assembly.retag_line(line, tags(&[("type", "virtual")]));
+                self.assembly.retag_line(line, Attributes::of(&[("type", "virtual")]));
             }
         }
         // Only what is a road is watched, has lights, and is yielded to.

@@ -1,11 +1,11 @@
 //! Crosswalks: a lanelet from kerb to kerb, and the element by which every lane that crosses it knows of it.
 
 use crate::builder::ids::Key;
-use crate::builder::lanes::connection::{CROSSWALK_BREADTH, Crossing, carriageway};
-use crate::builder::map::assembly::{Assembly, tags};
+use crate::builder::lanes::connection::{CROSSWALK_BREADTH, Crossing};
+use crate::builder::map::assembly::Assembly;
 use crate::builder::network::Road;
 use crate::geometry::{Point, left_of, polygon};
-use crate::lanelet::{Bound, LaneletId, PointId, Target};
+use crate::lanelet::{Attributes, Bound, LaneletId, PointId, Target};
 
 /// A corner so close to the end of a kerb, metres, is that end.
 const SAME: f64 = 0.01;
@@ -16,7 +16,7 @@ const CROSSES: f64 = 0.1;
 /// corners are those of the `cuts` of the road, points that exist, where they fall on one.
 pub fn crosswalk(assembly: &mut Assembly, road: &Road, crossing: &Crossing, cuts: &[PointId]) -> LaneletId {
     let key = Key::new("crosswalk").number(crossing.node).number(road.key.way).number(road.key.first);
-    let (left, right) = carriageway(&road.section);
+    let (left, right) = road.section.carriageway();
     let (left, right) = (road.section.edge(left), road.section.edge(right));
     let direction = road.line.direction(crossing.station);
     let middle = road.line.at(crossing.station);
@@ -26,12 +26,12 @@ pub fn crosswalk(assembly: &mut Assembly, road: &Road, crossing: &Crossing, cuts
             let there = cuts.iter().copied().find(|&cut| (assembly.position(cut) - place).norm() < SAME);
             there.unwrap_or_else(|| assembly.point(key.word(name).word(end), place, 0.0))
         });
-        assembly.line(key.word(name), ends.to_vec(), tags(&[("type", "pedestrian_marking")]))
+        assembly.line(key.word(name), ends.to_vec(), Attributes::of(&[("type", "pedestrian_marking")]))
     };
     // Walking to the right of the road, the road's own direction is on the left.
     let bounds = [side("left", CROSSWALK_BREADTH / 2.0), side("right", -CROSSWALK_BREADTH / 2.0)];
     let [left, right] = bounds.map(|line| Bound { line, inverted: false });
-    let attributes = tags(&[
+    let attributes = Attributes::of(&[
         ("type", "lanelet"),
         ("subtype", "crosswalk"),
         ("location", "urban"),

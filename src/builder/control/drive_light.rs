@@ -8,9 +8,9 @@
 //! they cross stop before the intersection: it has lights for that road, and whoever has none gives way.
 
 use crate::builder::lanes::connection::{
-    CROSSWALK_BREADTH, ConnectionLines, Crossing, STOP_GAP, STOP_GAP_MOST, VEHICLE, side,
+    CROSSWALK_BREADTH, ConnectionLines, Crossing, STOP_GAP, STOP_GAP_MOST, VEHICLE,
 };
-use crate::builder::lanes::road_lanes::{Lane, Lanes, road_key};
+use crate::builder::lanes::road_lanes::{Lane, Lanes};
 use crate::builder::layout::draft::Ways;
 use crate::builder::map::assembly::Assembly;
 use crate::builder::network::{DrivingSide, End, Intersection, RoadEnd, RoadIx, RoadNetwork};
@@ -169,9 +169,9 @@ pub fn draw(
     for lit in lit {
         let Some((piece, own)) = lanes.piece_at(lit.road, (lit.span[0] + lit.span[1]) / 2.0) else { continue };
         let gaps = [piece.span[1] - lit.span[1], lit.span[0] - piece.span[0]];
-        for toward in [End::Start, End::End].into_iter().filter(|toward| lit.stops[side(*toward)]) {
+        for toward in [End::Start, End::End].into_iter().filter(|toward| lit.stops[toward.index()]) {
             let own: Vec<&Lane> = own.iter().filter(|lane| lane.backward == (toward == End::Start)).collect();
-            if (GAP_LEAST..=2.0 * STOP_GAP_MOST).contains(&gaps[side(toward)]) {
+            if (GAP_LEAST..=2.0 * STOP_GAP_MOST).contains(&gaps[toward.index()]) {
                 draw_one_way(assembly, network, driving, (lit, toward), &own);
             } else if !own.is_empty() {
                 notes.push(note(network, lit));
@@ -203,12 +203,12 @@ fn draw_one_way(
     let road = network.road(lit.road);
     let (Some(first), Some(last)) = (lanes.first(), lanes.last()) else { return };
     let forth = if toward == End::End { 1.0 } else { -1.0 };
-    let station = lit.span[side(toward)] + BEHIND * forth;
+    let station = lit.span[toward.index()] + BEHIND * forth;
     let along = road.line.direction(station);
     let middle = (road.section.edge(first.strip) + road.section.edge(last.strip + 1)) / 2.0;
     assembly.stand_on(crate::builder::streets::heights::Ground::under(road));
     let shape = LightShape::new(driving, road.line.at(station) + left_of(along) * middle, along * forth);
-    let key = road_key("drive lights", road).number(lit.node).number(side(toward) as i64);
+    let key = road.key_of("drive lights").number(lit.node).number(toward.index() as i64);
     let light = add_light(assembly, key, &shape);
     for lane in lanes {
         let starts = [lane.left, lane.right].map(|bound| assembly.bound_ids(bound).first().copied());

@@ -13,7 +13,7 @@ use crate::lanelet::{Attributes, LaneletId, LineStringId, PointId, Target, TurnD
 
 use super::ids::Key;
 use super::lanes::road_lanes::{Arm, ArmLane};
-use super::map::assembly::{Assembly, tags};
+use super::map::assembly::Assembly;
 use super::network::{DrivingSide, End, FeatureKind, Road};
 use super::tags::cross_section::Travel;
 
@@ -108,7 +108,7 @@ pub fn control_arm(
 
 /// A stop line on the end nodes of a lane.
 pub fn stop_line(assembly: &mut Assembly, key: Key, nodes: [PointId; 2]) -> LineStringId {
-    assembly.line(key.word("stop line"), nodes.to_vec(), tags(&[("type", "stop_line"), ("subtype", "solid")]))
+    assembly.line(key.word("stop line"), nodes.to_vec(), Attributes::of(&[("type", "stop_line"), ("subtype", "solid")]))
 }
 
 /// Lets the lanelets behind a stop line obey a light.
@@ -169,11 +169,11 @@ pub fn add_light(assembly: &mut Assembly, key: Key, shape: &LightShape) -> [Line
     let ends = ends.map(|(name, place)| assembly.point(key.word(name), place, LIGHT_HEIGHT)).collect();
     let light = assembly.named_line(key, ends, shape.attributes());
     let lamps = shape.lamps.iter().map(|(color, place, up)| {
-        assembly.tagged_point(key.word(color), *place, LIGHT_HEIGHT + up, tags(&[("color", color)]))
+        assembly.tagged_point(key.word(color), *place, LIGHT_HEIGHT + up, Attributes::of(&[("color", color)]))
     });
     let mut lamps: Vec<PointId> = lamps.collect();
     lamps.extend(shape.arrow.map(|(arrow, place, up)| {
-        let attributes = tags(&[("color", "green"), ("arrow", arrow)]);
+        let attributes = Attributes::of(&[("color", "green"), ("arrow", arrow)]);
         assembly.tagged_point(key.word("arrow"), place, LIGHT_HEIGHT + up, attributes)
     }));
     let bulbs = assembly.line(key.word("bulbs"), lamps, bulbs_of(light));
@@ -225,7 +225,7 @@ impl LightShape {
 
     /// Tags of its body.
     fn attributes(&self) -> Attributes {
-        let mut attributes = tags(&[("type", "traffic_light"), ("subtype", "red_yellow_green")]);
+        let mut attributes = Attributes::of(&[("type", "traffic_light"), ("subtype", "red_yellow_green")]);
         attributes.push("height", crate::osm::Text::from(format!("{}", self.height)));
         attributes
     }
@@ -233,7 +233,7 @@ impl LightShape {
 
 /// Tags of the bulbs of a light.
 pub fn bulbs_of(light: LineStringId) -> Attributes {
-    let mut attributes = tags(&[("type", "light_bulbs")]);
+    let mut attributes = Attributes::of(&[("type", "light_bulbs")]);
     attributes.push("traffic_light_id", crate::osm::Text::from(light.0.to_string()));
     attributes
 }
@@ -255,8 +255,11 @@ fn sign_element(
     let ends = [("left", -0.5), ("right", 0.5)].map(|(name, along)| {
         assembly.point(key.word("sign").word(name), middle + right * (SIGN_SIZE * along), SIGN_HEIGHT)
     });
-    let sign =
-        assembly.line(key.word("sign line"), ends.to_vec(), tags(&[("type", "traffic_sign"), ("subtype", subtype)]));
+    let sign = assembly.line(
+        key.word("sign line"),
+        ends.to_vec(),
+        Attributes::of(&[("type", "traffic_sign"), ("subtype", subtype)]),
+    );
     let members = [("refers", Target::LineString(sign)), ("ref_line", Target::LineString(line))];
     assembly.element(key.word("sign"), "traffic_sign", &members, &[before]);
 }

@@ -7,7 +7,7 @@ mod tests;
 
 use rayon::prelude::*;
 
-use crate::builder::lanes::connection::{ConnectionLines, STOP_GAP, at_depth, side};
+use crate::builder::lanes::connection::{ConnectionLines, STOP_GAP, at_depth};
 use crate::builder::lanes::road_lanes::{Arm, Lanes, Piece};
 use crate::builder::layout::draft::Ways;
 use crate::builder::map::assembly::Assembly;
@@ -74,7 +74,7 @@ pub fn cut_across(
             }
         }
         for (at, painted) in approaches {
-            let line = lines.kept[i][side(at.end)];
+            let line = lines.kept[i][at.end.index()];
             stops.push((Cause::Stop(at.end), line, at.end, line, painted.clone()));
         }
         let stretches = stops.into_iter().filter_map(|(cause, line, end, last, painted)| {
@@ -153,7 +153,7 @@ fn painted(road: &Road, lanes: &Lanes, arm: &Arm, leads_on: impl Fn(usize) -> bo
 /// What is painted between the lanes that stop before a crosswalk, by the end of the road that they head for.
 fn before_crosswalk(road: &Road, pieces: &[Piece], lit: &Lit) -> Vec<(End, Painted)> {
     let towards = [(End::Start, Travel::Backward), (End::End, Travel::Forward)];
-    let stopping = towards.into_iter().filter(|(end, _)| lit.stops[side(*end)]);
+    let stopping = towards.into_iter().filter(|(end, _)| lit.stops[end.index()]);
     let painted = stopping.map(|(end, travel)| {
         let own = |edge: &usize| road.section.strips.get(*edge).is_some_and(|strip| strip.travel == travel);
         (end, repainted(road, pieces, (0..road.section.strips.len()).filter(own)))

@@ -1,11 +1,11 @@
 //! Lights for people on foot: one at each end of a crosswalk, for those who come from the other.
 
 use crate::builder::ids::Key;
-use crate::builder::lanes::connection::{CROSSWALK_BREADTH, Crossing, carriageway};
-use crate::builder::map::assembly::{Assembly, tags};
+use crate::builder::lanes::connection::{CROSSWALK_BREADTH, Crossing};
+use crate::builder::map::assembly::Assembly;
 use crate::builder::network::{FeatureKind, Road};
 use crate::geometry::{Point, Vector, left_of};
-use crate::lanelet::{LaneletId, LineStringId, Target};
+use crate::lanelet::{Attributes, LaneletId, LineStringId, Target};
 
 use super::bulbs_of;
 
@@ -29,7 +29,7 @@ pub fn walk_lights(assembly: &mut Assembly, road: &Road, crossing: &Crossing, cr
     if !has_lights(road, crossing) {
         return;
     }
-    let (first, last) = carriageway(&road.section);
+    let (first, last) = road.section.carriageway();
     let middle = road.line.at(crossing.station);
     let to_left = left_of(road.line.direction(crossing.station));
     let key = Key::new("walk lights").number(crosswalk.0);
@@ -48,11 +48,11 @@ fn light(assembly: &mut Assembly, key: Key, kerb: Point, ahead: Vector) -> [Line
     let middle = kerb + ahead * BEHIND + right * (CROSSWALK_BREADTH / 2.0 + BESIDE);
     let ends = [("from", -0.5), ("to", 0.5)]
         .map(|(name, along)| assembly.point(key.word(name), middle + right * (width * along), LIGHT_HEIGHT));
-    let mut attributes = tags(&[("type", "traffic_light"), ("subtype", "red_green")]);
+    let mut attributes = Attributes::of(&[("type", "traffic_light"), ("subtype", "red_green")]);
     attributes.push("height", crate::osm::Text::from(format!("{height}")));
     let body = assembly.named_line(key, ends.to_vec(), attributes);
     let lamps = [("green", 0.25), ("red", 0.75)].map(|(color, up)| {
-        assembly.tagged_point(key.word(color), middle, LIGHT_HEIGHT + height * up, tags(&[("color", color)]))
+        assembly.tagged_point(key.word(color), middle, LIGHT_HEIGHT + height * up, Attributes::of(&[("color", color)]))
     });
     [body, assembly.line(key.word("bulbs"), lamps.to_vec(), bulbs_of(body))]
 }

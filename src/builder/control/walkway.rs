@@ -5,13 +5,13 @@ mod tests;
 
 use crate::builder::ids::Key;
 use crate::builder::intersection::paths::Path;
-use crate::builder::lanes::connection::{carriageway, from_cut, on_cut, sidewalk};
-use crate::builder::lanes::road_lanes::{Lanes, road_key};
-use crate::builder::map::assembly::{Assembly, tags};
+use crate::builder::lanes::connection::{from_cut, on_cut, sidewalk};
+use crate::builder::lanes::road_lanes::Lanes;
+use crate::builder::map::assembly::Assembly;
 use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadNetwork};
 use crate::builder::tags::cross_section::{SIDEWALK, StripKind};
 use crate::geometry::{Point, Vector, left_of, polygon};
-use crate::lanelet::{Bound, LaneletId, Target};
+use crate::lanelet::{Attributes, Bound, LaneletId, Target};
 
 /// A walkway reaches so far, metres, beyond the lanes that cross it: 3 m are asked for.
 const BEYOND: f64 = 3.1;
@@ -82,7 +82,7 @@ pub fn walkways(
         let Some((outline, shape)) = found else { continue };
         let carriers = reached.iter().filter(|(_, lane)| crosses(lane, &outline));
         let carriers: Vec<LaneletId> = carriers.map(|(lanelet, _)| *lanelet).collect();
-        let key = road_key("walkway", network.road(at.road)).number(at.end as i64);
+        let key = network.road(at.road).key_of("walkway").number(at.end as i64);
         add(assembly, key, &shape, &carriers);
     }
 }
@@ -109,7 +109,7 @@ fn mapped(road: &Road, end: End) -> Option<SidewalkEnd> {
 
 /// The edges of the sidewalk beside the kerb on one side of a road.
 fn strips(road: &Road, left: bool) -> Option<(usize, usize)> {
-    let (first, last) = carriageway(&road.section);
+    let (first, last) = road.section.carriageway();
     let walk = |i: usize| road.section.strips.get(i).is_some_and(|strip| strip.kind == StripKind::Sidewalk);
     match left {
         true => (0..first).rev().find(|&i| walk(i)).map(|i| (i, i + 1)),
@@ -171,10 +171,10 @@ fn add(assembly: &mut Assembly, key: Key, shape: &[Vec<Point>; 2], carriers: &[L
     let mut side = |name: &str, places: &[Point]| {
         let points = places.iter().zip(0..).map(|(place, i)| assembly.point(key.word(name).number(i), *place, 0.0));
         let points = points.collect();
-        Bound { line: assembly.line(key.word(name), points, tags(&[("type", "virtual")])), inverted: false }
+        Bound { line: assembly.line(key.word(name), points, Attributes::of(&[("type", "virtual")])), inverted: false }
     };
     let (left, right) = (side("left", &shape[0]), side("right", &shape[1]));
-    let attributes = tags(&[
+    let attributes = Attributes::of(&[
         ("type", "lanelet"),
         ("subtype", "walkway"),
         ("location", "urban"),

@@ -7,13 +7,13 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::builder::ids::Key;
 use crate::builder::lanes::road_lanes::{Arm, Lanes};
-use crate::builder::map::assembly::{Assembly, tags};
+use crate::builder::map::assembly::Assembly;
 use crate::builder::network::Island;
 use crate::geometry::columns::Columns;
 use crate::geometry::curve::Pose;
 use crate::geometry::ring::RingFault;
 use crate::geometry::{Point, curve, polygon, ring};
-use crate::lanelet::{LineStringId, PointId};
+use crate::lanelet::{Attributes, LineStringId, PointId};
 
 use super::conflict::strips_beside;
 use super::paths::{Bounds, Path};
@@ -329,7 +329,11 @@ fn kerbs(assembly: &mut Assembly, key: Key, ring: &[PointId], arms: &[&Arm]) -> 
 
 fn kerb(assembly: &mut Assembly, key: Key, chain: Vec<PointId>) -> LineStringId {
     let ends = [chain.first(), chain.last()].map(|id| id.map_or(0, |id| id.0));
-    assembly.line(key.word("kerb line").number(ends[0]).number(ends[1]), chain, tags(&[("type", "road_border")]))
+    assembly.line(
+        key.word("kerb line").number(ends[0]).number(ends[1]),
+        chain,
+        Attributes::of(&[("type", "road_border")]),
+    )
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ mod tests;
 
 use crate::builder::lanes::beside::{Run, Use, attributes, bounds, runs};
 use crate::builder::lanes::road_lanes::{ArmLane, Lanes};
-use crate::builder::map::assembly::{Assembly, tags};
+use crate::builder::map::assembly::Assembly;
 use crate::builder::network::restricted::Restricted;
 use crate::builder::network::{DrivingSide, End, Intersection, RoadEnd, RoadNetwork};
 use crate::builder::tags::cross_section::{Arrows, CrossSection, StripKind};
@@ -148,8 +148,8 @@ impl Cycles {
             pairs.iter().map(|&(i, o)| (movement(i, o), &self.into[i].end, &self.out[o].end)).collect();
         let passed = intersection.arms.len() > 2;
         let bound = |_: &Assembly, _: &ArmLane, _: usize| match passed {
-            true => tags(&[("type", "virtual")]),
-            false => tags(&[("type", "line_thin"), ("subtype", "solid"), ("lane_change", "no")]),
+            true => Attributes::of(&[("type", "virtual")]),
+            false => Attributes::of(&[("type", "line_thin"), ("subtype", "solid"), ("lane_change", "no")]),
         };
         let lanelet = |_: &Assembly, (movement, _, _): &Ends, _: StripKind| -> Attributes {
             let Cycle { arm, run, .. } = &self.into[movement.in_lane];

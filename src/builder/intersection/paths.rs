@@ -10,7 +10,7 @@ use std::cell::RefCell;
 use crate::builder::ids::Key;
 use crate::builder::lanes::road_lanes::{ADMITS_BICYCLES, Arm, ArmLane, Lanes, road_attributes};
 use crate::builder::lanes::sound::sound;
-use crate::builder::map::assembly::{Assembly, tags};
+use crate::builder::map::assembly::Assembly;
 use crate::builder::network::{DrivingSide, Intersection, RoadNetwork};
 use crate::builder::tags::cross_section::StripKind;
 use crate::geometry::curve::Pose;
@@ -306,7 +306,7 @@ fn path_key(key: Key, from: &ArmLane, to: &ArmLane) -> Key {
 
 fn bound_attributes(assembly: &Assembly, lanes: &Lanes, from: &ArmLane, side: usize, paint: Paint) -> Attributes {
     match paint {
-        Paint::None => tags(&[("type", "virtual")]),
+        Paint::None => Attributes::of(&[("type", "virtual")]),
         Paint::AsBefore => {
             let lane = &lanes.lanes[from.lane];
             let bound = [lane.left, lane.right][side];

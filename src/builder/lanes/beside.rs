@@ -10,13 +10,13 @@ mod tests;
 use std::ops::Range;
 
 use crate::builder::ids::Key;
-use crate::builder::map::assembly::{Assembly, tags};
+use crate::builder::map::assembly::Assembly;
 use crate::builder::network::{Road, RoadIx, RoadNetwork};
 use crate::builder::tags::cross_section::{CrossSection, StripKind, Travel};
 use crate::lanelet::{Attributes, Bound, LaneletId};
 use crate::settings::{BesideSettings, BicycleLanes};
 
-use super::road_lanes::{Lanes, road_key};
+use super::road_lanes::Lanes;
 use super::sound::sound;
 
 /// Widths of a lane for bicycles, metres: what is narrower is no lane, what is wider no lane for bicycles alone.
@@ -165,7 +165,7 @@ pub fn beside(assembly: &mut Assembly, network: &RoadNetwork, lanes: &Lanes) -> 
     let mut bicycles = Vec::new();
     for (ix, road) in network.roads.iter().enumerate() {
         let ix = RoadIx(ix as u32);
-        let key = road_key("beside", road);
+        let key = road.key_of("beside");
         let pieces = lanes.pieces_of(ix).iter();
         let pieces = pieces.map(|piece| (piece.behind.map_or(key, |cause| cause.of(key)), &piece.borders[..]));
         let pieces: Vec<(Key, &[Option<Bound>])> = pieces.collect();
@@ -238,7 +238,8 @@ pub fn attributes(road: &Road, run: &Run, settings: &BesideSettings) -> Attribut
         (Use::Pedestrian, _) => ("pedestrian_lane", CRAWLING),
     };
     let location = if road.public { "urban" } else { "private" };
-    let mut tags = tags(&[("type", "lanelet"), ("subtype", subtype), ("location", location), ("one_way", "yes")]);
+    let mut tags =
+        Attributes::of(&[("type", "lanelet"), ("subtype", subtype), ("location", location), ("one_way", "yes")]);
     tags.push("speed_limit", speed);
     tags
 }

@@ -11,7 +11,6 @@ use crate::geometry::{Point, Vector, left_of};
 use crate::lanelet::{Bound, PointId};
 
 use super::beside::runs;
-use super::road_lanes::road_key;
 use super::sound::{aligned, centred, simple};
 
 /// Corners of the road's line closer to a cut than this, metres, are left out of the borders, or more where these would cross.
@@ -48,7 +47,7 @@ pub fn borders(
     kept: [f64; 2],
     nodes: &[Vec<Option<PointId>>; 2],
 ) -> Vec<Option<Bound>> {
-    let key = road_key("border", road);
+    let key = road.key_of("border");
     let places = border_places(assembly, road, kept, nodes);
     let travels = travels(&road.section);
     places

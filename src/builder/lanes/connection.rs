@@ -15,7 +15,7 @@ use rustc_hash::FxHashSet;
 
 use crate::builder::control::walk_light::has_lights;
 use crate::builder::network::{End, FeatureKind, Road, RoadIx, RoadNetwork};
-use crate::builder::tags::cross_section::{CrossSection, SIDEWALK, StripKind, Travel};
+use crate::builder::tags::cross_section::{CrossSection, SIDEWALK, Travel};
 use crate::geometry::curve::Pose;
 use crate::geometry::{Point, Vector, angle_between, left_of};
 use crate::parallel::Finely;
@@ -86,14 +86,6 @@ impl ConnectionLines {
     /// How a road is cut: known beforehand where the same is asked of it, and nothing else has changed at its ends.
     pub fn cut(&self, road: RoadIx) -> &Cut {
         &self.cuts[road.0 as usize]
-    }
-}
-
-/// Index of an end in pairs ordered start, end.
-pub fn side(end: End) -> usize {
-    match end {
-        End::Start => 0,
-        End::End => 1,
     }
 }
 
@@ -224,7 +216,7 @@ fn cut(network: &RoadNetwork, ix: RoadIx, asked: Asked) -> Cut {
     let continued = |end| at(end).arms.len() == 2;
     // Lights hold vehicles before the crosswalk, too, where a road only goes on.
     let room = |end| (at(end).arms.len() >= 3 || continued(end) && at(end).signals) && !road.roundabout;
-    let mut stops = mapped(road, least, |end| room(end) && stopped[side(end)]);
+    let mut stops = mapped(road, least, |end| room(end) && stopped[end.index()]);
     let drawn = |setbacks: [f64; 2], stops: [Option<f64>; 2]| {
         let (back, mapped) = drawn_back(least, setbacks, stops);
         let kept = apply(least, back, road.line.length());
@@ -232,7 +224,7 @@ fn cut(network: &RoadNetwork, ix: RoadIx, asked: Asked) -> Cut {
         (untwisted(road, eased(road, kept, [0, 1].map(more))), mapped)
     };
     let begun = || drawn(setbacks, [None; 2]).0;
-    let reach = |end: End| stops[side(end)].unwrap_or_default().max(CROSSING_REACH);
+    let reach = |end: End| stops[end.index()].unwrap_or_default().max(CROSSING_REACH);
     let belongs = |end, station, lights| match lights && !at(end).signals {
         // What holds nobody before the intersection is a crossing of its own, if a vehicle can wait behind.
         true => from_cut(begun(), end, station) <= HELD_BEFORE,
@@ -242,15 +234,15 @@ fn cut(network: &RoadNetwork, ix: RoadIx, asked: Asked) -> Cut {
     for crossing in &crossings {
         let Some(end) = crossing.arm else { continue };
         let behind = from_cut(least, end, crossing.station) + CROSSWALK_BREADTH / 2.0;
-        let stop = &mut stops[side(end)];
+        let stop = &mut stops[end.index()];
         *stop = stop.filter(|stop| *stop > behind).map(|stop| stop.max(behind + STOP_GAP_LEAST));
-        let back = &mut setbacks[side(end)];
+        let back = &mut setbacks[end.index()];
         *back = back.max(stop.unwrap_or(f64::INFINITY).min(behind + STOP_GAP));
     }
     for end in [End::Start, End::End].into_iter().filter(|&end| room(end) && leads_out(network, road, end)) {
         if crossings.iter().all(|crossing| crossing.arm != Some(end)) {
-            let needed = before_sidewalk(road, end, least, setbacks[side(end.other())]);
-            let back = &mut setbacks[side(end)];
+            let needed = before_sidewalk(road, end, least, setbacks[end.other().index()]);
+            let back = &mut setbacks[end.index()];
             *back = back.max(needed.unwrap_or_default());
         }
     }
@@ -259,15 +251,15 @@ fn cut(network: &RoadNetwork, ix: RoadIx, asked: Asked) -> Cut {
         let Some(end) = crossing.arm else { continue };
         // Where the road is too short the crosswalk moves toward the middle of the intersection with the cut; where it
         // is cut far back, up the road.
-        let middle = from_cut(least, end, kept[side(end)]) - CROSSWALK_BREADTH / 2.0;
+        let middle = from_cut(least, end, kept[end.index()]) - CROSSWALK_BREADTH / 2.0;
         let depth = from_cut(least, end, crossing.station);
-        let far = if mapped[side(end)] { depth } else { depth.max(middle - STOP_GAP_MOST) };
+        let far = if mapped[end.index()] { depth } else { depth.max(middle - STOP_GAP_MOST) };
         let held = far.min(middle - STOP_GAP_LEAST);
         crossing.station = at_depth(least, end, held);
     }
     // What lies between intersections crosses the road's own lanes.
     crossings.retain_mut(|crossing| crossing.arm.is_some() || between(road, crossing, kept));
-    Cut { asked, kept, inward: [End::Start, End::End].map(|end| inward(road, end, kept[side(end)])), crossings }
+    Cut { asked, kept, inward: [End::Start, End::End].map(|end| inward(road, end, kept[end.index()])), crossings }
 }
 
 /// How far behind the outline, metres, who leaves private ground stops before a sidewalk that is mapped as a way of its
@@ -373,13 +365,4 @@ fn between(road: &Road, crossing: &mut Crossing, [start, end]: [f64; 2]) -> bool
         crossing.station = crossing.station.clamp(start + need, end - need);
     }
     room
-}
-
-/// Index of the first and behind the last strip of the carriageway: what lies between the kerbs.
-pub fn carriageway(section: &CrossSection) -> (usize, usize) {
-    let between =
-        |s: &crate::builder::tags::cross_section::Strip| !matches!(s.kind, StripKind::Sidewalk | StripKind::Buffer);
-    let first = section.strips.iter().position(between).unwrap_or(0);
-    let last = section.strips.iter().rposition(between).map_or(section.strips.len(), |i| i + 1);
-    (first, last)
 }

@@ -15,7 +15,7 @@ use crate::geometry::{Point, angle_between};
 use crate::lanelet::PointId;
 
 use super::beside::runs;
-use super::connection::{LaneAt, carriageway, inward, lanes_at};
+use super::connection::{LaneAt, inward, lanes_at};
 use super::seam::{EdgeAt, Seam};
 
 /// Roads meet face to face up to this change of direction, degrees; beyond, a curve joins them.
@@ -232,7 +232,7 @@ fn edge_pairs(network: &RoadNetwork, a: RoadEnd, b: RoadEnd) -> Option<Vec<EdgeP
     for [x, y] in continued(network, a, b)? {
         pairs.extend(x.edges.into_iter().zip(y.edges));
     }
-    let (kerbs_a, kerbs_b) = (carriageway(&network.road(a.road).section), carriageway(&network.road(b.road).section));
+    let (kerbs_a, kerbs_b) = (network.road(a.road).section.carriageway(), network.road(b.road).section.carriageway());
     let ends = |(first, last): (usize, usize), turned: bool| if turned { [last, first] } else { [first, last] };
     let kerbs = ends(kerbs_a, a.end == End::Start).into_iter().zip(ends(kerbs_b, b.end == End::End));
     pairs.extend(kerbs);

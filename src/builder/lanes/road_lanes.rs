@@ -4,7 +4,6 @@ use compact_str::ToCompactString;
 use rayon::prelude::*;
 
 use crate::builder::control::stretch::Cause;
-use crate::builder::ids::Key;
 use crate::builder::map::assembly::{Assembly, Part};
 use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
 use crate::builder::streets::heights::Ground;
@@ -17,7 +16,7 @@ use crate::parallel::Finely;
 
 use super::beside::runs;
 use super::border::borders;
-use super::connection::{ConnectionLines, carriageway, inward, lanes_at, on_cut, side};
+use super::connection::{ConnectionLines, inward, lanes_at, on_cut};
 use super::join::Joins;
 
 /// A cut closer than this, metres, to the end of the road's line tells no more than the road's own direction there.
@@ -143,14 +142,8 @@ impl Lanes {
 
     /// The arm at the end of a road.
     pub fn arm(&self, at: RoadEnd) -> &Arm {
-        &self.arms[at.road.0 as usize][side(at.end)]
+        &self.arms[at.road.0 as usize][at.end.index()]
     }
-}
-
-/// The key of a road.
-pub fn road_key(part: &str, road: &Road) -> Key {
-    let key = road.key;
-    Key::new(part).number(key.way).number(key.first).number(key.last).number(i64::from(key.turn))
 }
 
 /// Roads whose lanes one thread draws at a time.
@@ -249,13 +242,13 @@ fn road_lanes(assembly: &mut Assembly, network: &RoadNetwork, ix: RoadIx, kept: 
     let road = network.road(ix);
     assembly.stand_on(Ground::under(road));
     let used = used_edges(&road.section);
-    let nodes = [End::Start, End::End].map(|end| end_nodes(assembly, (road, ix), end, kept[side(end)], &used, joins));
+    let nodes = [End::Start, End::End].map(|end| end_nodes(assembly, (road, ix), end, kept[end.index()], &used, joins));
     let borders = borders(assembly, road, network.country.as_deref(), kept, &nodes);
     let mut lanes = Vec::new();
     road_lanelets(assembly, road, ix, &borders, &mut lanes);
     let arms = [End::Start, End::End].map(|end| {
         let at = RoadEnd { road: ix, end };
-        arm(assembly, road, at, kept[side(end)], &nodes[side(end)], &lanes)
+        arm(assembly, road, at, kept[end.index()], &nodes[end.index()], &lanes)
     });
     RoadLanes { lanes, arms, whole: Piece { behind: None, span: kept, borders } }
 }
@@ -271,7 +264,7 @@ fn used_edges(section: &CrossSection) -> Vec<bool> {
         used[i] = true;
         used[i + 1] = true;
     }
-    let (left, right) = carriageway(section);
+    let (left, right) = section.carriageway();
     used[left] = true;
     used[right] = true;
     used
@@ -286,7 +279,7 @@ fn end_nodes(
     used: &[bool],
     joins: &Joins,
 ) -> Vec<Option<PointId>> {
-    let key = road_key("road end", road).number(side(end) as i64);
+    let key = road.key_of("road end").number(end.index() as i64);
     used.iter()
         .enumerate()
         .map(|(edge, used)| {
@@ -315,7 +308,7 @@ fn road_lanelets(assembly: &mut Assembly, road: &Road, ix: RoadIx, borders: &[Op
             }
             let turned = |bound: Bound| Bound { inverted: !bound.inverted, ..bound };
             let (left, right) = if backward { (turned(right), turned(left)) } else { (left, right) };
-            let key = road_key("lane", road).number(i as i64).number(i64::from(backward));
+            let key = road.key_of("lane").number(i as i64).number(i64::from(backward));
             let mut attributes = road_attributes(road, strip.kind, road.speed[usize::from(backward)]);
             if shares_bus_lane(road, i) {
                 attributes.push(ADMITS_BICYCLES, "yes");

@@ -14,8 +14,7 @@ use crate::builder::streets::heights::Ground;
 use crate::geometry::{Point, Vector, left_of};
 use crate::parallel::Finely;
 
-use super::connection::{ConnectionLines, Cut, carriageway, from_cut, lanes_at, on_cut, side};
-use super::road_lanes::road_key;
+use super::connection::{ConnectionLines, Cut, from_cut, lanes_at, on_cut};
 
 /// Corners no farther apart than this, metres, are one: so narrow no island and no kerb is.
 const GAP: f64 = 0.3;
@@ -54,7 +53,7 @@ fn neighbours<'a>(
     together: f64,
 ) -> impl Iterator<Item = [EdgeAt; 2]> + 'a {
     let facing = move |at: RoadEnd, right: bool| {
-        let (left_edge, right_edge) = carriageway(&network.road(at.road).section);
+        let (left_edge, right_edge) = network.road(at.road).section.carriageway();
         // Seen from the intersection, a line that ends there has its left on the right.
         let edge = if right == (at.end == End::Start) { right_edge } else { left_edge };
         (at, edge)
@@ -69,7 +68,7 @@ fn neighbours<'a>(
 /// Where an edge of a road meets the cut.
 fn corner(network: &RoadNetwork, kept: [f64; 2], (at, edge): EdgeAt) -> Point {
     let road = network.road(at.road);
-    on_cut(road, at.end, kept[side(at.end)], road.section.edge(edge))
+    on_cut(road, at.end, kept[at.end.index()], road.section.edge(edge))
 }
 
 /// How far behind its own cut, metres, a road should be cut to be level with the corner of its neighbour; `None` if it
@@ -93,10 +92,10 @@ pub fn level(
     setbacks: &mut [[f64; 2]],
     give: Option<&[[f64; 2]]>,
 ) -> BTreeSet<usize> {
-    let inward = |at: RoadEnd| cuts[at.road.0 as usize].inward[side(at.end)];
+    let inward = |at: RoadEnd| cuts[at.road.0 as usize].inward[at.end.index()];
     let depth = |(one, other): (EdgeAt, EdgeAt)| {
         let behind = behind(network, cuts, one, other)?;
-        let (road, side) = (one.0.road.0 as usize, side(one.0.end));
+        let (road, side) = (one.0.road.0 as usize, one.0.end.index());
         Some((road, side, from_cut(least[road], one.0.end, cuts[road].kept[side]) + behind))
     };
     let beside = |at| neighbours(network, at, inward, PARALLEL).flat_map(|[a, b]| [(a, b), (b, a)]);
@@ -145,12 +144,12 @@ fn on_one_level(network: &RoadNetwork, edges: [EdgeAt; 2], place: Point) -> bool
 
 /// The corners that neighbouring roads share.
 pub fn seams(network: &RoadNetwork, lines: &ConnectionLines) -> Vec<Seam> {
-    let inward = |at: RoadEnd| lines.inward[at.road.0 as usize][side(at.end)];
+    let inward = |at: RoadEnd| lines.inward[at.road.0 as usize][at.end.index()];
     let abreast = |at| neighbours(network, at, inward, ABREAST).filter(|pair| !approaches_apart(network, *pair));
     let seam = |edges: [EdgeAt; 2]| {
         let [a, b] = edges.map(|edge| corner(network, lines.kept[edge.0.road.0 as usize], edge));
         let (at, edge) = edges[0];
-        let key = road_key("seam", network.road(at.road)).number(side(at.end) as i64).number(edge as i64);
+        let key = network.road(at.road).key_of("seam").number(at.end.index() as i64).number(edge as i64);
         let place = nalgebra::center(&a, &b);
         ((a - b).norm() <= GAP && on_one_level(network, edges, place)).then_some(Seam { edges, key, place })
     };

@@ -13,7 +13,7 @@ pub use ways::Ways;
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
-use crate::builder::lanes::connection::{ConnectionLines, Needs, ROAD_LEFT, connection_lines, from_cut, side};
+use crate::builder::lanes::connection::{ConnectionLines, Needs, ROAD_LEFT, connection_lines, from_cut};
 use crate::builder::lanes::join::Joins;
 use crate::builder::lanes::road_lanes::{Lanes, lanes, redraw};
 use crate::builder::lanes::seam::seams;
@@ -152,7 +152,7 @@ impl Draft {
         let moved = |road: &RoadIx| before.kept[road.0 as usize] != lines.kept[road.0 as usize] || redrawn(road);
         let moved: Vec<RoadIx> = (0..lines.kept.len()).map(|road| RoadIx(road as u32)).filter(moved).collect();
         redraw(&mut assembly, network, &lines, &mut joins, &mut lanes, &moved);
-        let cut = |lines: &ConnectionLines, at: &RoadEnd| lines.kept[at.road.0 as usize][side(at.end)];
+        let cut = |lines: &ConnectionLines, at: &RoadEnd| lines.kept[at.road.0 as usize][at.end.index()];
         for (slot, at) in ways.iter_mut().zip(&network.intersections) {
             let stays = at.arms.iter().all(|at| cut(&before, at) == cut(&lines, at) && !redrawn(&at.road));
             let elsewhere = || at.arms.iter().any(|at| moved.binary_search(&at.road).is_ok());
@@ -216,7 +216,7 @@ impl Draft {
         let overrun: Vec<RoadEnd> = self.overrun(network).collect();
         let mut raised = false;
         for at in overrun {
-            let (road, side) = (at.road.0 as usize, side(at.end));
+            let (road, side) = (at.road.0 as usize, at.end.index());
             if self.left(at.road) >= ROAD_LEFT + CLEARING {
                 let now = from_cut(self.lines.least[road], at.end, self.lines.kept[road][side]);
                 self.back[road][side] = now + CLEARING;
@@ -230,7 +230,7 @@ impl Draft {
     fn cut_back(&mut self) -> bool {
         let mut raised = false;
         for (at, depth) in self.ways.iter().flatten().filter(|ways| !ways.stood).flat_map(|ways| &ways.over) {
-            let (road, side) = (at.road.0 as usize, side(at.end));
+            let (road, side) = (at.road.0 as usize, at.end.index());
             let now = from_cut(self.lines.least[road], at.end, self.lines.kept[road][side]);
             let wanted = (now + depth + CLEAR).min(BACK_MOST);
             let back = &mut self.back[road][side];

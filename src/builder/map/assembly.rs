@@ -44,11 +44,6 @@ fn found<'a, T: Shelved>(shelf: &'a Shelf<T>, id: T::Id, below: impl FnOnce() ->
     if shelf.is_indexed() { shelf.get(id).or_else(below) } else { below().or_else(|| shelf.get(id)) }
 }
 
-/// Tags from pairs.
-pub fn tags(pairs: &[(&str, &str)]) -> Attributes {
-    pairs.iter().copied().collect()
-}
-
 impl Part {
     /// The same without room for more.
     #[must_use]
@@ -346,7 +341,7 @@ impl<'a> Assembly<'a> {
             id,
             subtype: subtype.into(),
             members: members.iter().map(|&(role, target)| Member { role: role.into(), target }).collect(),
-            attributes: tags(&[("type", "regulatory_element"), ("subtype", subtype)]),
+            attributes: Attributes::of(&[("type", "regulatory_element"), ("subtype", subtype)]),
             span: None,
         };
         self.put(|part| &mut part.map.regulatory_elements, element);

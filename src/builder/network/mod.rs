@@ -33,6 +33,7 @@ use crate::geometry::{Point, Polyline, Vector};
 use crate::osm::{Tags, Text};
 use crate::settings::{BesideSettings, MarkingSettings};
 
+use super::ids::Key;
 use super::tags::cross_section::{CrossSection, Travel};
 
 /// Which side of the road people drive on.
@@ -65,6 +66,14 @@ pub enum End {
 }
 
 impl End {
+    /// Its place in pairs ordered start, end.
+    pub fn index(self) -> usize {
+        match self {
+            Self::Start => 0,
+            Self::End => 1,
+        }
+    }
+
     /// The other end of the same line.
     #[must_use]
     pub fn other(self) -> Self {
@@ -209,6 +218,12 @@ pub struct Road {
 }
 
 impl Road {
+    /// The key of an element of a kind that is made of it.
+    pub fn key_of(&self, kind: &str) -> Key {
+        let key = self.key;
+        Key::new(kind).number(key.way).number(key.first).number(key.last).number(i64::from(key.turn))
+    }
+
     /// The OpenStreetMap node at one end.
     pub fn node(&self, end: End) -> i64 {
         match end {

@@ -120,8 +120,9 @@ impl Ways {
 #[cfg(test)]
 mod tests {
     use crate::builder::ids::Key;
-    use crate::builder::map::assembly::{Assembly, tags};
+    use crate::builder::map::assembly::Assembly;
     use crate::geometry::Point;
+    use crate::lanelet::Attributes;
     use crate::lanelet::LaneletId;
     use crate::lanelet::index::reaches;
 
@@ -144,11 +145,11 @@ mod tests {
         for (i, turn) in [Some("right"), None, Some("left")].into_iter().enumerate() {
             let n = i as i64;
             let mut bound = |word, side: usize| Bound {
-                line: assembly.line(key(word, n), vec![points[i][side], points[i + 1][side]], tags(&[])),
+                line: assembly.line(key(word, n), vec![points[i][side], points[i + 1][side]], Attributes::of(&[])),
                 inverted: false,
             };
             let (left, right) = (bound("left line", 0), bound("right line", 1));
-            let mut attributes = tags(&[("speed_limit", "36")]);
+            let mut attributes = Attributes::of(&[("speed_limit", "36")]);
             if let Some(turn) = turn {
                 attributes.push("turn_direction", turn);
             }

@@ -4,10 +4,10 @@
 use std::collections::BTreeMap;
 
 use crate::builder::ids::{Ids, Key};
-use crate::builder::map::assembly::tags;
 use crate::lanelet::index::{Reach, Thresholds};
 use crate::lanelet::{
-    Lanelet, LaneletId, LaneletMap, Member, RegulatoryElement, RegulatoryElementId, Target, TurnDirection, index,
+    Attributes, Lanelet, LaneletId, LaneletMap, Member, RegulatoryElement, RegulatoryElementId, Target, TurnDirection,
+    index,
 };
 
 use super::pen::is_taken;
@@ -65,7 +65,7 @@ fn added(map: &mut LaneletMap, lane: LaneletId) -> RegulatoryElementId {
         id,
         subtype: "right_of_way".into(),
         members: vec![Member { role: "right_of_way".into(), target: Target::Lanelet(lane) }],
-        attributes: tags(&[("type", "regulatory_element"), ("subtype", "right_of_way")]),
+        attributes: Attributes::of(&[("type", "regulatory_element"), ("subtype", "right_of_way")]),
         span: None,
     });
     if let Some(lanelet) = map.lanelets.get_mut(lane) {

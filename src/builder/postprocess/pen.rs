@@ -1,7 +1,6 @@
 //! Draws into a map that stands: points on its bounds, lines through them, elements that lanelets refer to.
 
 use crate::builder::ids::{Id, Ids, Key};
-use crate::builder::map::assembly::tags;
 use crate::geometry::{Point as Place, Polyline};
 use crate::lanelet::{
     Attributes, LaneletId, LaneletMap, LineString, LineStringId, Member, Point, PointId, PolygonId, RegulatoryElement,
@@ -63,7 +62,7 @@ impl<'m> Pen<'m> {
             id,
             subtype: subtype.into(),
             members: members.collect(),
-            attributes: tags(&[("type", "regulatory_element"), ("subtype", subtype)]),
+            attributes: Attributes::of(&[("type", "regulatory_element"), ("subtype", subtype)]),
             span: None,
         });
         for &carrier in carriers {

@@ -140,6 +140,14 @@ impl CrossSection {
         self.width() / 2.0 - self.strips[..i].iter().map(|s| s.width).sum::<f64>()
     }
 
+    /// Index of the first and behind the last strip of the carriageway: what lies between the kerbs.
+    pub fn carriageway(&self) -> (usize, usize) {
+        let between = |s: &Strip| !matches!(s.kind, StripKind::Sidewalk | StripKind::Buffer);
+        let first = self.strips.iter().position(between).unwrap_or(0);
+        let last = self.strips.iter().rposition(between).map_or(self.strips.len(), |i| i + 1);
+        (first, last)
+    }
+
     /// The strips that motor vehicles drive on, with their index.
     pub fn driven(&self) -> impl Iterator<Item = (usize, &Strip)> {
         self.strips.iter().enumerate().filter(|(_, s)| matches!(s.kind, StripKind::Drive | StripKind::Bus))

@@ -1,7 +1,5 @@
 //! What is painted along the edges of a road's lanes: by its tags, the conventions of the country, and what the lanes are for.
 
-use crate::builder::lanes::connection::carriageway;
-use crate::builder::map::assembly::tags as attributes;
 use crate::lanelet::Attributes;
 use crate::osm::{Tags, Text};
 
@@ -73,12 +71,12 @@ impl Paint {
 /// Tags of the border at an edge of a cross-section: kerb, paint between lanes, or the edge of a lane. The border runs along
 /// the road's line or, `inverted`, against it.
 pub fn marking(section: &CrossSection, edge: usize, tags: &Tags, country: Option<&str>, inverted: bool) -> Attributes {
-    let (kerb_left, kerb_right) = carriageway(section);
+    let (kerb_left, kerb_right) = section.carriageway();
     if edge == kerb_left || edge == kerb_right {
-        return attributes(&[("type", "road_border")]);
+        return Attributes::of(&[("type", "road_border")]);
     }
     if [true, false].iter().any(|&left| kerb_of_track(section, tags, left) == Some(edge)) {
-        return attributes(&[("type", "road_border"), ("lane_change", "no")]);
+        return Attributes::of(&[("type", "road_border"), ("lane_change", "no")]);
     }
     let (paint, change, opposed) = match lanes_beside(section, edge) {
         Some([left, right]) if same_way(left, right) => {
@@ -89,7 +87,7 @@ pub fn marking(section: &CrossSection, edge: usize, tags: &Tags, country: Option
         None => (Paint::One(Solid), "no", false),
     };
     let [kind, subtype] = paint.names(inverted);
-    let mut marking = attributes(&[("type", kind)]);
+    let mut marking = Attributes::of(&[("type", kind)]);
     if paint != Paint::Bare {
         marking.push("subtype", subtype);
         if opposed && country.is_some_and(|country| YELLOW.contains(&country)) {
@@ -141,7 +139,7 @@ pub fn before_stop(section: &CrossSection, edge: usize, tags: &Tags, inverted: b
         [left.kind == right.kind, false].map(|usual| between_lanes(may_change(left, right, usual), tags));
     let (paint, change) = there;
     let [kind, subtype] = paint.names(inverted);
-    let marking = attributes(&[("type", kind), ("subtype", subtype), ("lane_change", change)]);
+    let marking = Attributes::of(&[("type", kind), ("subtype", subtype), ("lane_change", change)]);
     (paint != rest.0).then_some(marking)
 }
 

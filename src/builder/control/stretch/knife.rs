@@ -7,8 +7,8 @@
 use crate::builder::control::drive_light::Lit;
 use crate::builder::ids::Key;
 use crate::builder::lanes::beside::runs;
-use crate::builder::lanes::connection::{STOP_GAP, at_depth, side};
-use crate::builder::lanes::road_lanes::{Lane, Lanes, Piece, road_key};
+use crate::builder::lanes::connection::{STOP_GAP, at_depth};
+use crate::builder::lanes::road_lanes::{Lane, Lanes, Piece};
 use crate::builder::lanes::sound::{aligned, simple, sound};
 use crate::builder::map::assembly::Assembly;
 use crate::builder::network::{End, Road, RoadIx, RoadNetwork};
@@ -52,7 +52,7 @@ impl Cause {
             Self::Line(node, end) => ("line", node, end),
             Self::Approach(node, end) => ("approach", node, end),
         };
-        key.word(word).number(node).number(side(end) as i64)
+        key.word(word).number(node).number(end.index() as i64)
     }
 }
 
@@ -106,7 +106,7 @@ impl<'a> Knife<'a> {
             self.cuts.iter().filter(|cut| matches!(cut.cause, Cause::Line(..))).map(|cut| depth_of(cut.station));
         // The stop line itself may have been moved.
         let before = lines.filter(|depth| *depth > STOP_GAP + STEP);
-        let room = before.fold(depth_of(self.span[side(toward.other())]), f64::min);
+        let room = before.fold(depth_of(self.span[toward.other().index()]), f64::min);
         let (most, least) = (wanted.min(room / 2.0), least.min(wanted));
         let depths = (0..STEPS).map(|i| most - i as f64 * STEP).take_while(|&depth| depth >= least && depth > 0.0);
         let stations: Vec<f64> = depths.map(|depth| line - depth * sign).collect();
@@ -242,7 +242,7 @@ fn divided(
     let mut pieces: Vec<Piece> = Vec::with_capacity(cuts.len() + 1);
     for i in 0..=cuts.len() {
         let (before, behind) = (i.checked_sub(1).and_then(|i| cuts.get(i)), cuts.get(i));
-        let station = |cut: Option<&Cut>, end: End| cut.map_or(whole.span[side(end)], |cut| cut.station);
+        let station = |cut: Option<&Cut>, end: End| cut.map_or(whole.span[end.index()], |cut| cut.station);
         let span = [station(before, End::Start), station(behind, End::End)];
         pieces.push(Piece { behind: before.map(|cut| cut.cause), span, borders: vec![None; whole.borders.len()] });
     }
@@ -264,7 +264,7 @@ fn divided(
         for lane in lanes {
             let (left, right) = (beyond(lane.left), beyond(lane.right));
             let attributes = assembly.lanelet_of(lane.lanelet).map(|it| it.attributes.clone()).unwrap_or_default();
-            let key = cause.of(road_key("lane", road)).number(lane.strip as i64).number(i64::from(lane.backward));
+            let key = cause.of(road.key_of("lane")).number(lane.strip as i64).number(i64::from(lane.backward));
             let lanelet = assembly.lanelet(key, left, right, attributes);
             more.push(Lane { lanelet, left, right, ..lane.clone() });
         }
@@ -283,7 +283,7 @@ fn border_pieces(
 ) -> Vec<LineStringId> {
     let ids = assembly.bound_ids(border);
     let own = assembly.line_of(border.line).map(|line| line.attributes.clone()).unwrap_or_default();
-    let key = |cause: Cause| cause.of(road_key("border", road)).number(edge as i64);
+    let key = |cause: Cause| cause.of(road.key_of("border")).number(edge as i64);
     let nodes = cuts.iter().map(|cut| {
         let (i, place) = place(Some(&cut.places), edge)?;
         Some((i, assembly.point_between(key(cut.cause).word("cut"), place, [*ids.get(i)?, *ids.get(i + 1)?])))

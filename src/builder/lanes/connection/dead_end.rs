@@ -8,7 +8,7 @@ use crate::geometry::cells::{Bounds, Cells};
 use crate::geometry::{Point, polygon};
 use crate::parallel::Finely;
 
-use super::{at_depth, carriageway, from_cut, inward, on_cut, side};
+use super::{at_depth, from_cut, inward, on_cut};
 
 /// Lanes that end keep clear, metres, of a carriageway ahead: there is a kerb, or a gate, between the two.
 const CLEAR: f64 = 1.5;
@@ -66,9 +66,9 @@ pub fn clearances(network: &RoadNetwork, least: &[[f64; 2]]) -> Vec<(RoadEnd, f6
 fn ahead(network: &RoadNetwork, least: &[[f64; 2]], at: RoadEnd, by: f64) -> Vec<Point> {
     let road = network.road(at.road);
     let cut = least[at.road.0 as usize];
-    let depth = by.min(from_cut(cut, at.end, cut[1 - side(at.end)]));
+    let depth = by.min(from_cut(cut, at.end, cut[1 - at.end.index()]));
     let station = at_depth(cut, at.end, depth);
-    let (left, right) = carriageway(&road.section);
+    let (left, right) = road.section.carriageway();
     let [left, right] = [left, right].map(|edge| road.section.edge(edge));
     let beyond = inward(road, at.end, station) * CLEAR;
     let across = [left, (left + right) / 2.0, right].map(|offset| on_cut(road, at.end, station, offset));

@@ -4,7 +4,7 @@ use crate::builder::network::{End, FeatureKind, Road};
 use crate::geometry::angle_between;
 
 use super::setback::{EASE_BEND, EASE_LEFT};
-use super::{at_depth, from_cut, inward, side};
+use super::{at_depth, from_cut, inward};
 
 /// No stop line lies further than this, metres, from the corner of the crossing road: behind a crosswalk, and a box for bicycles.
 /// What stands further out is a sign, or stops vehicles for something else.
@@ -36,7 +36,7 @@ pub fn bend(road: &Road, least: [f64; 2], end: End, depth: f64) -> f64 {
 /// were.
 pub fn drawn_back(least: [f64; 2], setbacks: [f64; 2], mapped: [Option<f64>; 2]) -> ([f64; 2], [bool; 2]) {
     let (mut drawn, mut moved) = (setbacks, [false; 2]);
-    for end in [End::Start, End::End].map(side) {
+    for end in [End::Start, End::End].map(End::index) {
         let Some(depth) = mapped[end].filter(|depth| *depth >= setbacks[end]) else { continue };
         if least[1] - least[0] - drawn[1 - end] - depth >= EASE_LEFT {
             (drawn[end], moved[end]) = (depth, true);

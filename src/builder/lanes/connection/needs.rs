@@ -8,7 +8,6 @@ use crate::parallel::Finely;
 
 use super::dead_end::clearances;
 use super::setback::{comfort, turn_setbacks};
-use super::side;
 
 /// What must remain of a road, metres, whatever the outline says.
 const ROAD_LEAST: f64 = 1.0;
@@ -52,7 +51,7 @@ impl Needs {
             let ix = IntersectionIx(i as u32);
             let old = origins.untouched(ix)?;
             let same = |at: &RoadEnd| {
-                least[at.road.0 as usize][side(at.end)] == self.least[origins.of(at.road).0 as usize][side(at.end)]
+                least[at.road.0 as usize][at.end.index()] == self.least[origins.of(at.road).0 as usize][at.end.index()]
             };
             network.intersection(ix).arms.iter().all(same).then(|| {
                 let mut wanted = std::mem::take(&mut self.ways[old.0 as usize]);
@@ -88,7 +87,7 @@ impl Needs {
     pub(super) fn raise(&self, setbacks: &mut [[f64; 2]], wishes: &mut [[f64; 2]]) {
         let raise = |of: &mut [[f64; 2]], asked: &[(RoadEnd, f64)]| {
             for (at, by) in asked {
-                let back = &mut of[at.road.0 as usize][side(at.end)];
+                let back = &mut of[at.road.0 as usize][at.end.index()];
                 *back = back.max(*by);
             }
         };

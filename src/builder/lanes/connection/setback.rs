@@ -4,7 +4,7 @@ use crate::builder::network::{End, Road, RoadEnd, RoadNetwork};
 use crate::geometry::curve::Pose;
 use crate::geometry::{angle_between, curve, double_bend};
 
-use super::{inward, lane_pose, lanes_at, side};
+use super::{inward, lane_pose, lanes_at};
 
 /// Radius of the near turn's centre line that a car takes with ease, metres.
 const TURN_RADIUS: f64 = 6.0;
@@ -92,7 +92,7 @@ fn room_for_turn([from, to]: [Pose; 2], most: f64) -> Option<[f64; 2]> {
 /// The lanes that lead into an intersection or out of it, from left to right in their direction of travel.
 fn lane_poses(network: &RoadNetwork, least: &[[f64; 2]], at: RoadEnd, into: bool) -> Vec<Pose> {
     let road = network.road(at.road);
-    let station = least[at.road.0 as usize][side(at.end)];
+    let station = least[at.road.0 as usize][at.end.index()];
     let lanes = lanes_at(&road.section, at.end).into_iter().filter(|lane| lane.into == into);
     let mut poses: Vec<Pose> = lanes.map(|lane| lane_pose(road, at.end, station, lane)).collect();
     if !into {

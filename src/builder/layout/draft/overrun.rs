@@ -1,7 +1,7 @@
 //! How far the ways through an intersection run over the ends of its roads.
 
 use crate::builder::intersection::paths::Path;
-use crate::builder::lanes::connection::{ConnectionLines, carriageway, from_cut};
+use crate::builder::lanes::connection::{ConnectionLines, from_cut};
 use crate::builder::lanes::road_lanes::Lanes;
 use crate::builder::map::assembly::Assembly;
 use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadNetwork};
@@ -39,7 +39,7 @@ fn depth(
 ) -> f64 {
     let (Some(&right), Some(&left)) = (places.first(), places.last()) else { return 0.0 };
     let reach = (left - right).norm() + BACK_MOST;
-    let (first, last) = carriageway(&road.section);
+    let (first, last) = road.section.carriageway();
     let (left, right) = (road.section.edge(first), road.section.edge(last));
     // What lies beside the part in question lies within this of the cut's end.
     let near = BACK_MOST + 2.0 * left.abs().max(right.abs()) + TOUCH;

@@ -4,7 +4,7 @@
 use rustc_hash::FxHashMap;
 
 use crate::builder::intersection::movement::movements;
-use crate::builder::lanes::connection::{ConnectionLines, connection_lines, side};
+use crate::builder::lanes::connection::{ConnectionLines, connection_lines};
 use crate::builder::lanes::join::Joins;
 use crate::builder::lanes::road_lanes::{Arm, redraw, release};
 use crate::builder::lanes::seam::seams;
@@ -90,6 +90,6 @@ impl Draft {
     fn back_in(&self, origins: &Origins, network: &RoadNetwork, road: RoadIx) -> [f64; 2] {
         let back = self.back[origins.of(road).0 as usize];
         let stays = |end: End| origins.of_intersection(network.road(road).intersection(end)).is_some();
-        [End::Start, End::End].map(|end| if stays(end) { back[side(end)] } else { 0.0 })
+        [End::Start, End::End].map(|end| if stays(end) { back[end.index()] } else { 0.0 })
     }
 }

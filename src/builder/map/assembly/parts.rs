@@ -73,8 +73,8 @@ impl Parts {
 #[cfg(test)]
 mod tests {
     use crate::builder::ids::Key;
-    use crate::builder::map::assembly::tags;
     use crate::geometry::Point;
+    use crate::lanelet::Attributes;
 
     use super::*;
 
@@ -86,7 +86,7 @@ mod tests {
         let made = |word| {
             let mut part = Assembly::over(&below);
             let points = [0, 1].map(|i| point(&mut part, Key::new(word).number(i)));
-            part.line(Key::new(word), points.to_vec(), tags(&[("type", "virtual")]));
+            part.line(Key::new(word), points.to_vec(), Attributes::of(&[("type", "virtual")]));
             part.into_part().shrunk()
         };
         let mut parts = Parts::over(&below, std::iter::empty());

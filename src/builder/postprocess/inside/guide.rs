@@ -4,12 +4,11 @@
 use std::collections::BTreeMap;
 
 use crate::builder::ids::Key;
-use crate::builder::map::assembly::tags;
 use crate::builder::postprocess::pen::Pen;
 use crate::geometry::Polyline;
-use crate::lanelet::LineStringId;
 use crate::lanelet::index::{MapIndex, Movement, Traffic};
 use crate::lanelet::right_of_way::Turn;
+use crate::lanelet::{Attributes, LineStringId};
 
 use super::stop_line::drivable;
 
@@ -92,5 +91,5 @@ pub fn draw(pen: &mut Pen, Guide { bound, inverted, length }: Guide) {
         nodes.push(pen.point_on(key.word("end"), bound, end));
         nodes.dedup();
     }
-    pen.line(key, nodes, tags(&[("type", "line_thin"), ("subtype", "dashed")]));
+    pen.line(key, nodes, Attributes::of(&[("type", "line_thin"), ("subtype", "dashed")]));
 }

@@ -4,12 +4,11 @@
 use rustc_hash::FxHashSet;
 
 use crate::builder::ids::Key;
-use crate::builder::map::assembly::tags;
 use crate::builder::postprocess::pen::Pen;
 use crate::geometry::curve::Pose;
 use crate::geometry::{Point, Polyline, angle_between, curve};
 use crate::lanelet::index::{Lane, MapIndex, Movement, Traffic};
-use crate::lanelet::{LaneletId, LaneletMap, LineStringId, PointId};
+use crate::lanelet::{Attributes, LaneletId, LaneletMap, LineStringId, PointId};
 
 use super::stop_line::drivable;
 
@@ -138,7 +137,7 @@ impl Led {
             }
             before.push((bound.line, std::mem::replace(&mut line.points, points)));
         }
-        let guide = pen.line(key, painted, tags(&[("type", "line_thin"), ("subtype", "dashed")]));
+        let guide = pen.line(key, painted, Attributes::of(&[("type", "line_thin"), ("subtype", "dashed")]));
         Traced { guide, before, added }
     }
 

@@ -3,13 +3,12 @@
 use std::collections::BTreeSet;
 
 use crate::builder::ids::Key;
-use crate::builder::map::assembly::tags;
 use crate::builder::postprocess::across::{Ends, across, crosses};
 use crate::builder::postprocess::pen::Pen;
 use crate::geometry::{Point, Polyline, angle_between, polygon};
 use crate::lanelet::index::{Lane, MapIndex, Movement, Traffic};
 use crate::lanelet::right_of_way::Turn;
-use crate::lanelet::{LaneletId, Target};
+use crate::lanelet::{Attributes, LaneletId, Target};
 
 /// Who waits stands this far, metres, before the first lane that he has to watch.
 const CLEAR: f64 = 1.0;
@@ -174,6 +173,6 @@ pub fn draw(pen: &mut Pen, StopLine { carriers, ends }: StopLine) {
         .zip(ends)
         .map(|(side, (line, at))| pen.point_on(key.word(side), line, at))
         .collect();
-    let line = pen.line(key, nodes, tags(&[("type", "stop_line"), ("subtype", "solid")]));
+    let line = pen.line(key, nodes, Attributes::of(&[("type", "stop_line"), ("subtype", "solid")]));
     pen.element(key.word("marking"), "road_marking", vec![("refers", Target::LineString(line))], &carriers);
 }

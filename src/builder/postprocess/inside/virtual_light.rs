@@ -5,12 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::builder::control::LIGHT_HEIGHT;
 use crate::builder::ids::Key;
-use crate::builder::map::assembly::tags;
 use crate::builder::postprocess::across::{Ends, across};
 use crate::builder::postprocess::pen::Pen;
 use crate::geometry::polygon;
 use crate::lanelet::index::{Edge, MapIndex, Traffic};
-use crate::lanelet::{LaneletId, LineStringId, PointId, Target};
+use crate::lanelet::{Attributes, LaneletId, LineStringId, PointId, Target};
 use crate::osm::Text;
 use crate::settings::VirtualLightSettings;
 
@@ -165,7 +164,7 @@ pub fn draw(pen: &mut Pen, drawn: &mut EndLines, light: VirtualLight) {
     let key = Key::new("virtual light").number(stop.ids[0].0).number(stop.ids[1].0);
     let start = start_of(pen, key.word("start"), start);
     let stop_line = stop_line.unwrap_or_else(|| {
-        pen.line(key.word("stop"), stop.ids.to_vec(), tags(&[("type", "stop_line"), ("subtype", "solid")]))
+        pen.line(key.word("stop"), stop.ids.to_vec(), Attributes::of(&[("type", "stop_line"), ("subtype", "solid")]))
     });
     let anchor = anchor_of(pen, key.word("anchor"), &stop, known);
     let mut members = vec![("start_line", Target::LineString(start)), ("ref_line", Target::LineString(stop_line))];
@@ -184,13 +183,13 @@ fn start_of(pen: &mut Pen, key: Key, ends: Ends) -> LineStringId {
         pen.point(key.word(side), place, ele)
     });
     let nodes = nodes.collect();
-    pen.line(key, nodes, tags(&[("type", "virtual")]))
+    pen.line(key, nodes, Attributes::of(&[("type", "virtual")]))
 }
 
 /// Lanelets that leave by one lane share its line.
 fn end_of(pen: &mut Pen, drawn: &mut EndLines, nodes: [PointId; 2]) -> LineStringId {
     let key = Key::new("virtual light end").number(nodes[0].0).number(nodes[1].0);
-    *drawn.entry(nodes).or_insert_with(|| pen.line(key, nodes.to_vec(), tags(&[("type", "virtual")])))
+    *drawn.entry(nodes).or_insert_with(|| pen.line(key, nodes.to_vec(), Attributes::of(&[("type", "virtual")])))
 }
 
 /// What stands for the infrastructure: a line above the stop line, with the tags by which it is known.
@@ -200,7 +199,7 @@ fn anchor_of(pen: &mut Pen, key: Key, stop: &Edge, known: BTreeMap<String, Strin
     let places = [0.25, 0.75].map(|part| stop.points[0] + stop.across() * part);
     let nodes = ["left", "right"].into_iter().zip(places).map(|(side, place)| pen.point(key.word(side), place, ele));
     let nodes = nodes.collect();
-    let mut attributes = tags(&[("type", "intersection_coordination")]);
+    let mut attributes = Attributes::of(&[("type", "intersection_coordination")]);
     for (name, value) in &known {
         attributes.set(name, Text::from(value.as_str()));
     }

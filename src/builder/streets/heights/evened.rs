@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use crate::builder::lanes::connection::{carriageway, on_cut, side};
+use crate::builder::lanes::connection::on_cut;
 use crate::builder::network::{Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
 use crate::geometry::{Point, Polyline};
 use crate::parallel::Finely;
@@ -30,7 +30,7 @@ pub fn evened(network: &mut RoadNetwork, kept: &[[f64; 2]], options: &HeightOpti
     let before: Vec<Base> = network.roads.par_iter().finely().map(Base::under).collect();
     let climb = |a: RoadEnd, b: RoadEnd| climb(network, kept, options, [a, b]);
     let stepped = |at: &Intersection| {
-        let height = |at: &RoadEnd| before[at.road.0 as usize].at(kept[at.road.0 as usize][side(at.end)]);
+        let height = |at: &RoadEnd| before[at.road.0 as usize].at(kept[at.road.0 as usize][at.end.index()]);
         let heights: Vec<f64> = at.arms.iter().map(height).collect();
         let step = |i: usize, j: usize| (heights[i] - heights[j]).abs();
         let pairs = (0..heights.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
@@ -86,8 +86,8 @@ fn climb(network: &RoadNetwork, kept: &[[f64; 2]], options: &HeightOptions, ends
 /// The ends of the cut across the carriageway of a road.
 fn cut(network: &RoadNetwork, kept: &[[f64; 2]], RoadEnd { road: ix, end }: RoadEnd) -> [Point; 2] {
     let road = network.road(ix);
-    let (left, right) = carriageway(&road.section);
-    [left, right].map(|edge| on_cut(road, end, kept[ix.0 as usize][side(end)], road.section.edge(edge)))
+    let (left, right) = road.section.carriageway();
+    [left, right].map(|edge| on_cut(road, end, kept[ix.0 as usize][end.index()], road.section.edge(edge)))
 }
 
 /// Heights as they are, at even stations of a road and where it is cut. Where it is steep, it may stay so.

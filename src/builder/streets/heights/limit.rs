@@ -16,7 +16,6 @@ use std::ops::RangeInclusive;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::builder::lanes::connection::side;
 use crate::builder::network::{End, Intersection, IntersectionIx, RoadEnd, RoadIx, RoadNetwork};
 use crate::parallel::Finely;
 
@@ -174,7 +173,7 @@ impl<'a> Web<'a> {
     /// The place where a road ends.
     fn end(&self, ties: &Ties<'_>, at: RoadEnd) -> usize {
         let road = at.road.0 as usize;
-        self.at((road, ties.kept[road][side(at.end)]))
+        self.at((road, ties.kept[road][at.end.index()]))
     }
 
     /// The ends at an intersection that are too steep beside each other.
