@@ -18,6 +18,7 @@ pub mod lanes;
 pub mod layout;
 pub mod map;
 pub mod network;
+pub mod options;
 pub mod postprocess;
 pub mod single_lanes;
 pub mod streets;
@@ -25,4 +26,5 @@ pub mod tags;
 #[cfg(test)]
 mod tests;
 
-pub use build::{BuildError, BuildOptions, Built, Plan, Summary, UNMET_WISH, build, build_plan, plan};
+pub use build::{BuildError, Built, Summary, UNMET_WISH, build, build_plan, plan};
+pub use options::{BuildOptions, Plan};

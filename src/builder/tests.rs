@@ -4,12 +4,12 @@ use crate::geometry::polygon;
 use crate::lanelet::{Lanelet, LaneletMap, PointId};
 use crate::osm::{OsmData, read_bytes};
 
-use super::network::DrivingSide;
+use super::tags::road_class::DrivingSide;
 use super::*;
 
 /// Builds from nodes in metres (about, driven on the right) and ways with tags.
 fn built(nodes: &[(i64, f64, f64, &str)], ways: &[(i64, &[i64], &str)]) -> Built {
-    let options = BuildOptions { driving_side: Some(network::DrivingSide::Right), ..BuildOptions::default() };
+    let options = BuildOptions { driving_side: Some(DrivingSide::Right), ..BuildOptions::default() };
     built_as(&Asked { nodes, ways, options })
 }
 

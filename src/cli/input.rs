@@ -5,9 +5,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::builder::network::{DrivingSide, UNMET_ROAD};
-use crate::builder::postprocess::inside::{Inside, UNDRAWN};
+use crate::builder::network::UNMET_ROAD;
+use crate::builder::options::Inside;
+use crate::builder::postprocess::inside::UNDRAWN;
 use crate::builder::streets::consolidate::MergeNote;
+use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::{BuildError, BuildOptions, Plan, UNMET_WISH, geojson, plan};
 use crate::diagnostic::Finding;
 use crate::osm;

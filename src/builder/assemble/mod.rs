@@ -22,17 +22,19 @@ use super::intersection::area::AreaOutline;
 use super::intersection::conflict;
 use super::intersection::conflict::Conflicts;
 use super::intersection::cycle::Cycling;
-use super::intersection::movement::{Movement, Movements, STRAIGHT};
+use super::intersection::movement_types::{Movement, Movements};
 use super::intersection::paths::{Drawn, Paint, Path, intersection_key, paint};
 use super::lanes::beside::beside;
-use super::lanes::connection::{ConnectionLines, Crossing};
-use super::lanes::road_lanes::{Arm, Lanes};
+use super::lanes::cut::{ConnectionLines, Crossing};
+use super::lanes::types::{Arm, Lanes};
 use super::layout::draft::{Draft, Ways};
 use super::layout::settle::Settled;
 use super::map::assembly::{Assembly, Part, Parts};
-use super::network::{DrivingSide, Intersection, RoadEnd, RoadIx, RoadNetwork};
+use super::network::turn::STRAIGHT;
+use super::network::{Intersection, RoadEnd, RoadIx, RoadNetwork};
 use super::streets::heights::Ground;
 use super::tags::cross_section::StripKind;
+use super::tags::road_class::DrivingSide;
 
 /// A map in local metres, without longitude and latitude.
 #[derive(Debug, Default)]

@@ -4,11 +4,12 @@ use crate::builder::control::priority_road::{Approaching, give_way, is_priority_
 use crate::builder::control::{Control, sign_at};
 use crate::builder::ids::Key;
 use crate::builder::intersection::conflict::Conflicts;
-use crate::builder::intersection::movement::STRAIGHT;
 use crate::builder::intersection::paths::Path;
-use crate::builder::lanes::road_lanes::Arm;
-use crate::builder::network::{DrivingSide, Intersection};
+use crate::builder::lanes::types::Arm;
+use crate::builder::network::Intersection;
+use crate::builder::network::turn::STRAIGHT;
 use crate::builder::tags::cross_section::StripKind;
+use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::Vector;
 use crate::lanelet::index::{Crossed, Edge, Thresholds, legs};
 use crate::lanelet::right_of_way::{Mover, OPPOSITE, Relation, Turn, opposites, yields};

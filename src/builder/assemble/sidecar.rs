@@ -1,6 +1,6 @@
 //! What OpenStreetMap says of an intersection and the map cannot: goes beside it into `lanewright.toml`.
 
-use crate::builder::lanes::road_lanes::{Arm, Lanes};
+use crate::builder::lanes::types::{Arm, Lanes};
 use crate::geometry::Vector;
 use crate::lanelet::PolygonId;
 use crate::lanelet::right_of_way::Mover;

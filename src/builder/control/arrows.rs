@@ -1,6 +1,6 @@
 //! Where lights have arrows: by the settings, for lanes from which all go one way.
 
-use crate::builder::postprocess::inside::{Inside, metres};
+use crate::builder::options::{Inside, metres};
 use crate::geometry::{Point, polygon};
 use crate::lanelet::{PolygonId, TurnDirection};
 use crate::projection::Projector;

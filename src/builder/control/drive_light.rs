@@ -7,18 +7,18 @@
 //! Where they cross so close to an intersection without lights that no vehicle can wait between, those on the road that
 //! they cross stop before the intersection: it has lights for that road, and whoever has none gives way.
 
-use crate::builder::lanes::connection::{
-    CROSSWALK_BREADTH, ConnectionLines, Crossing, STOP_GAP, STOP_GAP_MOST, VEHICLE,
+use crate::builder::lanes::cut::{
+    CROSSWALK_BREADTH, ConnectionLines, Crossing, STOP_GAP, STOP_GAP_MOST, VEHICLE, has_lights,
 };
-use crate::builder::lanes::road_lanes::{Lane, Lanes};
+use crate::builder::lanes::types::{Lane, Lanes};
 use crate::builder::layout::draft::Ways;
 use crate::builder::map::assembly::Assembly;
-use crate::builder::network::{DrivingSide, End, Intersection, RoadEnd, RoadIx, RoadNetwork};
+use crate::builder::network::{End, Intersection, RoadEnd, RoadIx, RoadNetwork};
+use crate::builder::tags::road_class::DrivingSide;
 use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::{angle_between, left_of};
 use crate::lanelet::right_of_way::OPPOSITE;
 
-use super::walk_light::has_lights;
 use super::{BEHIND, Control, LightShape, add_light, light_element, sign_at, stop_line};
 
 /// The least that lies between the stop line and the crosswalk, metres.

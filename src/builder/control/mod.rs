@@ -12,10 +12,11 @@ use crate::geometry::{Point, Vector, left_of};
 use crate::lanelet::{Attributes, LaneletId, LineStringId, PointId, Target, TurnDirection};
 
 use super::ids::Key;
-use super::lanes::road_lanes::{Arm, ArmLane};
+use super::lanes::types::{Arm, ArmLane};
 use super::map::assembly::Assembly;
-use super::network::{DrivingSide, End, FeatureKind, Road};
+use super::network::{End, FeatureKind, Road};
 use super::tags::cross_section::Travel;
+use super::tags::road_class::DrivingSide;
 
 /// A sign or light on the road belongs to the intersection if it stands at most this far from its end, metres.
 const SIGN_REACH: f64 = 40.0;

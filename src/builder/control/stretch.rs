@@ -7,10 +7,11 @@ mod tests;
 
 use rayon::prelude::*;
 
-use crate::builder::lanes::connection::{ConnectionLines, STOP_GAP, at_depth};
-use crate::builder::lanes::road_lanes::{Arm, Lanes, Piece};
+use crate::builder::lanes::cut::{ConnectionLines, STOP_GAP};
+use crate::builder::lanes::types::{Arm, Cause, Lanes, Piece};
 use crate::builder::layout::draft::Ways;
 use crate::builder::map::assembly::Assembly;
+use crate::builder::network::road_end::at_depth;
 use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
 use crate::builder::tags::cross_section::Travel;
 use crate::builder::tags::marking::before_stop;
@@ -21,7 +22,7 @@ use super::drive_light::Lit;
 use super::{Control, sign_at};
 use knife::Knife;
 
-pub use knife::{Cause, Cut};
+pub use knife::Cut;
 
 /// Length of the stretch, metres, where nobody says otherwise: so far before an intersection Japan's Road Traffic Act,
 /// article 30, forbids to overtake, and about so far (100 ft) before lights many agencies paint solid lines.

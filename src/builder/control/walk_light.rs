@@ -1,9 +1,10 @@
 //! Lights for people on foot: one at each end of a crosswalk, for those who come from the other.
 
 use crate::builder::ids::Key;
-use crate::builder::lanes::connection::{CROSSWALK_BREADTH, Crossing};
+use crate::builder::lanes::cut::has_lights;
+use crate::builder::lanes::cut::{CROSSWALK_BREADTH, Crossing};
 use crate::builder::map::assembly::Assembly;
-use crate::builder::network::{FeatureKind, Road};
+use crate::builder::network::Road;
 use crate::geometry::{Point, Vector, left_of};
 use crate::lanelet::{Attributes, LaneletId, LineStringId, Target};
 
@@ -17,12 +18,6 @@ const BODY: [f64; 2] = [0.3, 0.85];
 const BEHIND: f64 = 0.5;
 /// ... and so far, metres, beside the paint, on the right of those who look at it.
 const BESIDE: f64 = 0.3;
-
-/// Whether lights protect the people on a crossing, by the tags of its node or of the way on foot through it.
-pub fn has_lights(road: &Road, crossing: &Crossing) -> bool {
-    let lights = |kind| matches!(kind, FeatureKind::Crossing { signals: true, .. });
-    road.features.iter().any(|feature| feature.node == crossing.node && lights(feature.kind))
-}
 
 /// Adds the lights of a crosswalk that has some, and the element by which it knows of them.
 pub fn walk_lights(assembly: &mut Assembly, road: &Road, crossing: &Crossing, crosswalk: LaneletId) {

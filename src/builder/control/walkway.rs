@@ -5,9 +5,10 @@ mod tests;
 
 use crate::builder::ids::Key;
 use crate::builder::intersection::paths::Path;
-use crate::builder::lanes::connection::{from_cut, on_cut, sidewalk};
-use crate::builder::lanes::road_lanes::Lanes;
+use crate::builder::lanes::connection::sidewalk;
+use crate::builder::lanes::types::Lanes;
 use crate::builder::map::assembly::Assembly;
+use crate::builder::network::road_end::{from_cut, on_cut};
 use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadNetwork};
 use crate::builder::tags::cross_section::{SIDEWALK, StripKind};
 use crate::geometry::{Point, Vector, left_of, polygon};

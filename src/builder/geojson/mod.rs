@@ -17,7 +17,7 @@ mod write;
 
 use crate::diagnostic::{Finding, Severity, Subject};
 
-use super::build::{BuildOptions, Plan};
+use super::options::{BuildOptions, Plan};
 use super::streets::Streets;
 
 pub use write::{WriteError, write};

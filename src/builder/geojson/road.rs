@@ -1,9 +1,8 @@
 //! One road of the file: its line, its lanes, and what stands on it.
 
-use crate::builder::network::{
-    DrivingSide, Feature as Furniture, FeatureKind, IntersectionIx, Road, RoadClass, RoadKey, class_of,
-};
+use crate::builder::network::{Feature as Furniture, FeatureKind, IntersectionIx, Road, RoadKey, class_of};
 use crate::builder::tags::cross_section::{CrossSection, Customs, Facts, Strip, StripKind, Travel, Usual, layout};
+use crate::builder::tags::road_class::{DrivingSide, RoadClass};
 use crate::builder::tags::speed;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::Polyline;

@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::builder::network::{End, RoadClass, RoadKey};
+use crate::builder::network::{End, RoadKey};
 use crate::builder::streets::outline::Case;
 use crate::builder::tags::cross_section::{Arrows, StripKind, Travel};
+use crate::builder::tags::road_class::RoadClass;
 use crate::osm::{Tags, Text};
 
 use super::spell::{arrow_names, tag_map};

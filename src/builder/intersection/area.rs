@@ -6,7 +6,7 @@ use geo::{Area, BooleanOps, MultiPolygon};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::builder::ids::Key;
-use crate::builder::lanes::road_lanes::{Arm, Lanes};
+use crate::builder::lanes::types::{Arm, Lanes};
 use crate::builder::map::assembly::Assembly;
 use crate::builder::network::Island;
 use crate::geometry::columns::Columns;

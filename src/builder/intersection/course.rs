@@ -5,11 +5,11 @@
 
 use std::cell::OnceCell;
 
-use crate::builder::lanes::road_lanes::ArmLane;
+use crate::builder::lanes::types::ArmLane;
 use crate::geometry::curve::Pose;
 use crate::geometry::{Point, curve, polygon, ring, swing};
 
-use super::movement::Movement;
+use super::movement_types::Movement;
 
 /// Ways that share less than this, square metres, do not touch.
 const TOUCH: f64 = 0.01;

@@ -5,18 +5,21 @@
 #[cfg(test)]
 mod tests;
 
-use crate::builder::lanes::beside::{Run, Use, attributes, bounds, runs};
-use crate::builder::lanes::road_lanes::{ArmLane, Lanes};
+use crate::builder::lanes::beside::{attributes, bounds};
+use crate::builder::lanes::types::{ArmLane, Lanes};
 use crate::builder::map::assembly::Assembly;
 use crate::builder::network::restricted::Restricted;
-use crate::builder::network::{DrivingSide, End, Intersection, RoadEnd, RoadNetwork};
+use crate::builder::network::turn::{STRAIGHT, turn};
+use crate::builder::network::{End, Intersection, RoadEnd, RoadNetwork};
 use crate::builder::tags::cross_section::{Arrows, CrossSection, StripKind};
+use crate::builder::tags::road_class::DrivingSide;
+use crate::builder::tags::side_runs::{Run, Use, runs};
 use crate::geometry::curve::Pose;
 use crate::lanelet::{Attributes, Bound, PointId};
 use crate::settings::BicycleLanes;
 
 use super::course::{Ends, courses};
-use super::movement::{Movement, STRAIGHT, turn};
+use super::movement_types::Movement;
 use super::paths::{Drawn, Path, Tagged, intersection_key};
 
 /// A turn up to this change of direction, degrees, leads around a corner; beyond, back.

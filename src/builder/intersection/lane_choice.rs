@@ -1,12 +1,13 @@
 //! Which lanes of an arm lead to which lanes of the others: as is told, by arrows, else in order, so that neighbours never
 //! cross.
 
-use crate::builder::lanes::road_lanes::{Arm, ArmLane};
+use crate::builder::lanes::types::{Arm, ArmLane};
 use crate::builder::network::restricted::Restricted;
+use crate::builder::network::turn::STRAIGHT;
 use crate::builder::tags::cross_section::{Arrows, StripKind};
 use crate::geometry::{angle_between, cross};
 
-use super::movement::{Movement, STRAIGHT, Target};
+use super::movement_types::{Movement, Target};
 
 /// An arrow means an arm at most this far, degrees, from the arrow's own direction.
 const ARROW_REACH: f64 = 70.0;

@@ -7,5 +7,6 @@ pub mod cycle;
 pub(crate) mod lane_choice;
 pub(crate) mod midway;
 pub mod movement;
+pub mod movement_types;
 pub mod paths;
 pub mod ring;

@@ -1,19 +1,17 @@
 //! Which arm leads to which through an intersection, and what a turn is called.
 
-use crate::builder::lanes::road_lanes::{Arm, ArmLane, Lanes};
+use crate::builder::lanes::types::{Arm, ArmLane, Lanes};
+use crate::builder::network::Intersection;
 use crate::builder::network::restricted::Restricted;
-use crate::builder::network::{DrivingSide, Intersection};
+use crate::builder::network::turn::turn;
 use crate::builder::tags::cross_section::{Arrows, StripKind};
+use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::curve::Pose;
-use crate::geometry::{Polyline, Vector, angle_between, curve};
-use crate::lanelet::index::turn_along;
+use crate::geometry::{angle_between, curve};
 
 use super::lane_choice::assigned;
+use super::movement_types::{Movement, Movements, Target};
 
-/// A movement up to this change of direction, degrees, goes straight on.
-pub const STRAIGHT: f64 = 30.0;
-/// A movement beyond this change of direction, degrees, turns back.
-pub const TURNS_BACK: f64 = 150.0;
 /// Curvature, 1/m, beyond which nobody is led back who could go elsewhere: a car drives it with ease.
 const TIGHTEST_BACK: f64 = 0.25;
 
@@ -21,63 +19,6 @@ const TIGHTEST_BACK: f64 = 0.25;
 const HAIRPIN: f64 = 135.0;
 /// ... which no car gets around at once beyond this curvature, 1/m: a small one turns on a radius of 4.5 m.
 const TIGHTEST_HAIRPIN: f64 = 1.0 / 3.0;
-
-/// One movement of an intersection. Arms and lanes are indices.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Movement {
-    /// Arm where it starts, in [`Intersection::arms`].
-    pub from: usize,
-    /// Arm where it ends.
-    pub to: usize,
-    /// Lane of [`Arm::into`].
-    pub in_lane: usize,
-    /// Lane of [`Arm::out`].
-    pub out_lane: usize,
-}
-
-/// The movements of one intersection.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Movements {
-    /// Sorted.
-    pub all: Vec<Movement>,
-    /// Pairs of arms with lanes from the first and to the second, between which there must be none.
-    pub prohibited: Vec<(usize, usize)>,
-}
-
-/// An arm that one may turn into, seen from the arm where one comes from.
-#[derive(Clone, Copy)]
-pub struct Target<'a> {
-    /// The arm, by its position.
-    pub to: usize,
-    /// That arm.
-    pub arm: &'a Arm,
-    /// Change of direction in degrees, left positive.
-    pub turn: f64,
-    /// The same as arrows mean it: between the directions in which the roads meet, wherever they are cut off.
-    pub shown: f64,
-}
-
-impl Target<'_> {
-    /// Whether it leads back to where one comes from.
-    pub fn turns_back(&self) -> bool {
-        self.turn.abs() > TURNS_BACK
-    }
-}
-
-/// Change of direction from one heading to another in degrees, left positive. Who turns back does so across the
-/// oncoming traffic, however the angle falls.
-pub fn turn(side: DrivingSide, from: Vector, to: Vector) -> f64 {
-    let turn = angle_between(from, to).to_degrees();
-    let across = if side == DrivingSide::Right { 1.0 } else { -1.0 };
-    if turn.abs() > TURNS_BACK && turn * across < 0.0 { turn + across * 360.0 } else { turn }
-}
-
-/// Change of direction along the middle of a lane in degrees, left positive: what all its bends add up to. See [`turn`].
-pub fn turned(side: DrivingSide, middle: &Polyline) -> f64 {
-    let turn = turn_along(middle);
-    let across = if side == DrivingSide::Right { 1.0 } else { -1.0 };
-    if turn.abs() > TURNS_BACK { across * turn.abs() } else { turn }
-}
 
 /// Finds the movements of an intersection.
 pub fn movements(side: DrivingSide, restricted: &Restricted, lanes: &Lanes, intersection: &Intersection) -> Movements {
@@ -190,32 +131,4 @@ fn turning_around(side: DrivingSide, from: usize, arm: &Arm, target: &Target) ->
 fn gentle(course: &[Pose], most: f64) -> bool {
     let bend = |w: &[Pose]| angle_between(w[0].heading, w[1].heading).abs();
     course.windows(2).all(|w| bend(w) <= most * (w[1].point - w[0].point).norm() + 1e-3)
-}
-
-#[cfg(test)]
-mod tests {
-    use crate::geometry::Point;
-
-    use super::*;
-
-    fn pose(x: f64, y: f64, degrees: f64) -> Pose {
-        Pose { point: Point::new(x, y), heading: Vector::new(degrees.to_radians().cos(), degrees.to_radians().sin()) }
-    }
-
-    /// What is drawn by poses.
-    fn line(poses: Vec<Pose>) -> Polyline {
-        Polyline::new(poses.into_iter().map(|pose| pose.point)).unwrap()
-    }
-
-    #[test]
-    fn a_way_is_named_after_its_bends() {
-        let left = line(curve::join(pose(0.0, 0.0, 0.0), pose(10.0, 10.0, 90.0)));
-        assert!((turned(DrivingSide::Right, &left) - 90.0).abs() < 5.0);
-        // A loop that ends 140 degrees to the right of where it began, but gets there by the left.
-        let round = |i: i32| pose(f64::from(i * 10).to_radians().cos(), f64::from(i * 10).to_radians().sin(), 0.0);
-        let loop_ = line((0..=23).map(round).collect());
-        assert!((turned(DrivingSide::Right, &loop_) - 220.0).abs() < 1.0);
-        // Who turns back does so across the oncoming traffic.
-        assert!((turned(DrivingSide::Left, &loop_) + 220.0).abs() < 1.0);
-    }
 }

@@ -8,11 +8,14 @@ use std::borrow::Cow;
 use std::cell::RefCell;
 
 use crate::builder::ids::Key;
-use crate::builder::lanes::road_lanes::{ADMITS_BICYCLES, Arm, ArmLane, Lanes, road_attributes};
+use crate::builder::lanes::road_lanes::{ADMITS_BICYCLES, road_attributes};
 use crate::builder::lanes::sound::sound;
+use crate::builder::lanes::types::{Arm, ArmLane, Lanes};
 use crate::builder::map::assembly::Assembly;
-use crate::builder::network::{DrivingSide, Intersection, RoadNetwork};
+use crate::builder::network::turn::turned;
+use crate::builder::network::{Intersection, RoadNetwork};
 use crate::builder::tags::cross_section::StripKind;
+use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::curve::Pose;
 use crate::geometry::round::Rounding;
 use crate::geometry::{Point, Polyline, Vector, angle_between, curve};
@@ -21,7 +24,7 @@ use crate::lanelet::{Attributes, Bound, LaneletId, LineStringId};
 
 use super::course::{Ends, courses};
 use super::midway::{Meant, Smooth, keep_width, smooth};
-use super::movement::{Movement, turned};
+use super::movement_types::Movement;
 use super::ring::Ring;
 use bounds::Line;
 

@@ -4,13 +4,13 @@ use crate::builder::map::assembly::Assembly;
 use crate::builder::network::Road;
 use crate::builder::tags::cross_section::{CrossSection, Travel};
 use crate::builder::tags::marking::marking;
+use crate::builder::tags::side_runs::runs;
 use crate::geometry::curve::untangled;
 use crate::geometry::miter::miter;
 use crate::geometry::round::Rounding;
 use crate::geometry::{Point, Vector, left_of};
 use crate::lanelet::{Bound, PointId};
 
-use super::beside::runs;
 use super::sound::{aligned, centred, simple};
 
 /// Corners of the road's line closer to a cut than this, metres, are left out of the borders, or more where these would cross.

@@ -10,136 +10,33 @@ mod setback;
 #[cfg(test)]
 mod tests;
 
-use rayon::prelude::*;
-use rustc_hash::FxHashSet;
-
-use crate::builder::control::walk_light::has_lights;
+use crate::builder::network::road_end::{at_depth, from_cut, inward};
 use crate::builder::network::{End, FeatureKind, Road, RoadIx, RoadNetwork};
-use crate::builder::tags::cross_section::{CrossSection, SIDEWALK, Travel};
-use crate::geometry::curve::Pose;
-use crate::geometry::{Point, Vector, angle_between, left_of};
+use crate::builder::tags::cross_section::SIDEWALK;
+use crate::geometry::angle_between;
 use crate::parallel::Finely;
 
+use super::cut::{
+    Asked, CROSSWALK_BREADTH, ConnectionLines, Crossing, Cut, ROAD_LEFT, STOP_GAP, STOP_GAP_LEAST, STOP_GAP_MOST,
+    VEHICLE, has_lights,
+};
 use super::seam::level;
 use mapped::{bend, drawn_back, mapped};
+use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 use setback::eased;
 
 pub use needs::Needs;
 
-/// Breadth of a crosswalk along the road, metres: the usual painted zebra.
-pub const CROSSWALK_BREADTH: f64 = 3.0;
-/// From the stop line to the crosswalk, metres: official maps have 1.2 to 4.2.
-pub const STOP_GAP: f64 = 2.0;
-/// The least that lies between them, metres, where the stop line is mapped.
-const STOP_GAP_LEAST: f64 = 1.2;
-/// The most that may lie between them, metres, where it is not.
-pub const STOP_GAP_MOST: f64 = 4.0;
 /// From the corner of the crossing road to the crosswalk, metres.
 const CORNER_GAP: f64 = 0.5;
 /// A crossing belongs to the intersection if it lies at most this far, metres, up the road from the outline.
 const CROSSING_REACH: f64 = 12.0;
-/// What a vehicle takes that waits, metres.
-pub const VEHICLE: f64 = 5.0;
 /// A crossing with lights whose middle lies no farther, metres, from where the road is cut leaves a vehicle no room to wait.
 const HELD_BEFORE: f64 = CROSSWALK_BREADTH / 2.0 + STOP_GAP + VEHICLE;
 /// No cut moves before a sidewalk that lies around a bend of more than this, degrees: ways would begin as if they came from
 /// elsewhere.
 const SIDEWALK_BEND: f64 = 45.0;
-/// What must remain of a road, metres, before its ends are cut back further than the outline asks: the stop lines at both its
-/// ends stay apart. A turn that a car can take needs the rest more than it does.
-pub const ROAD_LEFT: f64 = 2.0;
-
-/// A place where people cross the carriageway.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Crossing {
-    /// Id of the OpenStreetMap node.
-    pub node: i64,
-    /// The road it crosses.
-    pub road: RoadIx,
-    /// Its middle on the road's line, metres.
-    pub station: f64,
-    /// The intersection it belongs to, by the arm; `None` between intersections.
-    pub arm: Option<End>,
-}
-
-/// Where every road is cut, and the crossings.
-#[derive(Clone, Debug, Default)]
-pub struct ConnectionLines {
-    /// Per road: the stations between which its own lanes run.
-    pub kept: Vec<[f64; 2]>,
-    /// Per road: the directions there into the intersections at its ends.
-    pub inward: Vec<[Vector; 2]>,
-    /// Per road: the stations where its outlines, held to its length, would cut it.
-    pub least: Vec<[f64; 2]>,
-    /// In order of roads and stations.
-    pub crossings: Vec<Crossing>,
-    /// Per road.
-    cuts: Vec<Cut>,
-}
-
-impl ConnectionLines {
-    /// Whether all roads are cut, and crossed, at the same stations.
-    pub fn agree(&self, other: &Self) -> bool {
-        self.kept == other.kept && self.crossings == other.crossings
-    }
-
-    /// How a road is cut: known beforehand where the same is asked of it, and nothing else has changed at its ends.
-    pub fn cut(&self, road: RoadIx) -> &Cut {
-        &self.cuts[road.0 as usize]
-    }
-}
-
-/// The direction into the intersection at the end of a road that is cut at `station`.
-pub fn inward(road: &Road, end: End, station: f64) -> Vector {
-    match end {
-        End::Start => -road.line.direction(station),
-        // At a vertex the segment before it counts, whose remaining part is the road's.
-        End::End => road.line.direction((station - 1e-3).max(0.0)),
-    }
-}
-
-/// A place on the cut across a road: `offset` metres to the left of its line.
-pub fn on_cut(road: &Road, end: End, station: f64, offset: f64) -> Point {
-    let along = match end {
-        End::Start => -inward(road, end, station),
-        End::End => inward(road, end, station),
-    };
-    road.line.at(station) + left_of(along) * offset
-}
-
-/// Lanes of a road as one sees them from the road looking into the intersection.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LaneAt {
-    /// Index of the strip.
-    pub strip: usize,
-    /// Whether it leads into the intersection.
-    pub into: bool,
-}
-
-/// Driven lanes at an end, left to right looking into the intersection. A strip for both directions gives two.
-pub fn lanes_at(section: &CrossSection, end: End) -> Vec<LaneAt> {
-    let mut lanes = Vec::new();
-    for (strip, s) in section.driven() {
-        let with_line = matches!(s.travel, Travel::Forward | Travel::Both);
-        let against = matches!(s.travel, Travel::Backward | Travel::Both);
-        for (used, into) in [(with_line, end == End::End), (against, end == End::Start)] {
-            if used {
-                lanes.push(LaneAt { strip, into });
-            }
-        }
-    }
-    if end == End::Start {
-        lanes.reverse();
-    }
-    lanes
-}
-
-/// The middle of a lane on the cut, heading in its direction of travel.
-pub fn lane_pose(road: &Road, end: End, station: f64, lane: LaneAt) -> Pose {
-    let offset = (road.section.edge(lane.strip) + road.section.edge(lane.strip + 1)) / 2.0;
-    let inward = inward(road, end, station);
-    Pose { point: on_cut(road, end, station, offset), heading: if lane.into { inward } else { -inward } }
-}
 
 /// Cuts every road for crosswalks, stop lines and turns. `back` says how far each end is cut back at least, metres behind
 /// its outline, `stops` whether it is cut where the map says that vehicles stop. `known` gives for roads at whose ends nothing
@@ -175,36 +72,6 @@ pub fn connection_lines<'a>(
         least: least.clone(),
         crossings: cuts.iter().flat_map(|cut| &cut.crossings).filter(once).cloned().collect(),
         cuts,
-    }
-}
-
-/// What is asked of the cuts of a road.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Asked {
-    least: [f64; 2],
-    setbacks: [f64; 2],
-    wishes: [f64; 2],
-    stops: [bool; 2],
-}
-
-/// Where a road is cut.
-#[derive(Clone, Debug)]
-pub struct Cut {
-    asked: Asked,
-    /// The stations between which its own lanes run.
-    pub kept: [f64; 2],
-    /// The directions there into the intersections at its ends.
-    pub inward: [Vector; 2],
-    /// In order of stations.
-    crossings: Vec<Crossing>,
-}
-
-impl Cut {
-    /// The same of a road that may have had another index.
-    fn of(&self, road: RoadIx) -> Self {
-        let mut cut = self.clone();
-        cut.crossings.iter_mut().for_each(|crossing| crossing.road = road);
-        cut
     }
 }
 
@@ -285,22 +152,6 @@ pub fn sidewalk(road: &Road, end: End) -> Option<f64> {
     let across = road.features.iter().filter(|feature| feature.kind == FeatureKind::Sidewalk);
     let own = across.map(|feature| feature.station).filter(|station| depth(*station) <= length / 2.0);
     own.min_by(|a, b| depth(*a).total_cmp(&depth(*b)))
-}
-
-/// Distance up the road from the cut at one end.
-pub fn from_cut(cut: [f64; 2], end: End, station: f64) -> f64 {
-    match end {
-        End::Start => station - cut[0],
-        End::End => cut[1] - station,
-    }
-}
-
-/// The station so far up the road from the cut at one end.
-pub fn at_depth(cut: [f64; 2], end: End, depth: f64) -> f64 {
-    match end {
-        End::Start => cut[0] + depth,
-        End::End => cut[1] - depth,
-    }
 }
 
 /// Moves both cuts up the road; where it is too short for both, each gives in proportion.

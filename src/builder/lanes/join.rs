@@ -7,15 +7,15 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::builder::ids::Key;
 use crate::builder::map::assembly::Assembly;
 use crate::builder::network::origins::Origins;
+use crate::builder::network::road_end::{LaneAt, inward, lanes_at};
 use crate::builder::network::{End, IntersectionIx, RoadEnd, RoadIx, RoadNetwork};
 use crate::builder::streets::heights::Ground;
 use crate::builder::tags::cross_section::StripKind;
+use crate::builder::tags::side_runs::runs;
 use crate::geometry::miter::miter;
 use crate::geometry::{Point, angle_between};
 use crate::lanelet::PointId;
 
-use super::beside::runs;
-use super::connection::{LaneAt, inward, lanes_at};
 use super::seam::{EdgeAt, Seam};
 
 /// Roads meet face to face up to this change of direction, degrees; beyond, a curve joins them.

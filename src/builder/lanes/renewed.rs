@@ -3,7 +3,7 @@
 use crate::builder::network::RoadIx;
 use crate::builder::network::origins::Origins;
 
-use super::road_lanes::Lanes;
+use super::types::Lanes;
 
 impl Lanes {
     /// The lanes of the roads that are left of a network, by the indices that these have now.

@@ -1,150 +1,28 @@
 //! The lanes of every road between its connection lines: borders as shared lines, lanelets between them.
 
-use compact_str::ToCompactString;
-use rayon::prelude::*;
-
-use crate::builder::control::stretch::Cause;
 use crate::builder::map::assembly::{Assembly, Part};
-use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
+use crate::builder::network::road_end::{inward, lanes_at, on_cut};
+use crate::builder::network::{End, Road, RoadEnd, RoadIx, RoadNetwork};
 use crate::builder::streets::heights::Ground;
-use crate::builder::tags::cross_section::{Arrows, CrossSection, StripKind, Travel};
+use crate::builder::tags::cross_section::{CrossSection, StripKind, Travel};
 use crate::builder::tags::marking::SHARES;
+use crate::builder::tags::side_runs::runs;
 use crate::geometry::curve::Pose;
-use crate::geometry::{Point, Vector};
-use crate::lanelet::{Attributes, Bound, LaneletId, PointId};
+use crate::lanelet::{Attributes, Bound, PointId};
 use crate::parallel::Finely;
 
-use super::beside::runs;
 use super::border::borders;
-use super::connection::{ConnectionLines, inward, lanes_at, on_cut};
+use super::cut::ConnectionLines;
 use super::join::Joins;
+use super::types::{Arm, ArmLane, Lane, Lanes, Piece};
+use compact_str::ToCompactString;
+use rayon::prelude::*;
 
 /// A cut closer than this, metres, to the end of the road's line tells no more than the road's own direction there.
 const LEAST_AIM: f64 = 2.0;
 
 /// The tag of a bus lane that bicycles may use.
 pub const ADMITS_BICYCLES: &str = "participant:bicycle";
-
-/// One lane of a road.
-#[derive(Clone, Debug)]
-pub struct Lane {
-    /// The road.
-    pub road: RoadIx,
-    /// Its strip in the cross-section.
-    pub strip: usize,
-    /// Whether it runs against the road's line.
-    pub backward: bool,
-    /// Its lanelet.
-    pub lanelet: LaneletId,
-    /// Bounds, in its direction of travel.
-    pub left: Bound,
-    /// See [`Lane::left`].
-    pub right: Bound,
-    /// What the strip is for.
-    pub kind: StripKind,
-}
-
-/// A lane where it meets an intersection.
-#[derive(Clone, Copy, Debug)]
-pub struct ArmLane {
-    /// Index in [`Lanes::lanes`].
-    pub lane: usize,
-    /// End nodes on the cut, left and right in its direction of travel.
-    pub nodes: [PointId; 2],
-    /// Where they lie.
-    pub places: [Point; 2],
-    /// Middle of the cut, in the direction of travel.
-    pub pose: Pose,
-    /// Metres.
-    pub width: f64,
-    /// What the strip is for.
-    pub kind: StripKind,
-    /// Arrows painted on it.
-    pub arrows: Arrows,
-}
-
-/// A road where it meets an intersection.
-#[derive(Clone, Debug)]
-pub struct Arm {
-    /// Which road, which end.
-    pub at: RoadEnd,
-    /// Unit direction from the road into the intersection.
-    pub inward: Vector,
-    /// Unit direction from the cut to the place where the road's line ends inside: where the road leads in the end, when
-    /// the cut lies before or in a bend.
-    pub aim: Vector,
-    /// Lanes that lead in, from left to right in their direction of travel.
-    pub into: Vec<ArmLane>,
-    /// Lanes that lead out, from left to right in their direction of travel.
-    pub out: Vec<ArmLane>,
-    /// Every lane end node and both kerb ends on the cut, right to left looking into the intersection.
-    pub cut: Vec<PointId>,
-}
-
-/// All lanes and arms.
-#[derive(Clone, Debug, Default)]
-pub struct Lanes {
-    /// In order of roads, of their pieces and of strips.
-    pub lanes: Vec<Lane>,
-    /// Per road: the arms at its start and its end.
-    pub arms: Vec<[Arm; 2]>,
-    /// Per road, along its line.
-    pub(crate) pieces: Vec<Vec<Piece>>,
-}
-
-/// A road between its ends, or from one of the places where it was cut across to the next.
-#[derive(Clone, Debug)]
-pub struct Piece {
-    /// What begins or ends where it begins; `None` at the begin of the road.
-    pub behind: Option<Cause>,
-    /// Between which stations of the road's line it lies, metres.
-    pub span: [f64; 2],
-    /// By the edges of the cross-section, each along the road's line.
-    pub borders: Vec<Option<Bound>>,
-}
-
-impl Lanes {
-    /// The lanes of a road.
-    pub fn of_road(&self, road: RoadIx) -> &[Lane] {
-        &self.lanes[self.range_of(road)]
-    }
-
-    pub(super) fn range_of(&self, road: RoadIx) -> std::ops::Range<usize> {
-        let first = self.lanes.partition_point(|l| l.road < road);
-        let last = self.lanes.partition_point(|l| l.road <= road);
-        first..last
-    }
-
-    /// The pieces of a road, along its line.
-    pub fn pieces_of(&self, road: RoadIx) -> &[Piece] {
-        self.pieces.get(road.0 as usize).map_or(&[][..], Vec::as_slice)
-    }
-
-    /// The piece of a road at a station, and its lanes.
-    pub fn piece_at(&self, road: RoadIx, station: f64) -> Option<(&Piece, &[Lane])> {
-        let (pieces, lanes) = (self.pieces_of(road), self.of_road(road));
-        let i = pieces.iter().position(|piece| station <= piece.span[1])?;
-        let count = lanes.len() / pieces.len();
-        Some((&pieces[i], lanes.get(i * count..(i + 1) * count)?))
-    }
-
-    /// The borders of a road where it ends, by the edges of its cross-section, each along the road's line.
-    pub fn borders_at(&self, at: RoadEnd) -> &[Option<Bound>] {
-        let pieces = self.pieces_of(at.road);
-        let piece = if at.end == End::Start { pieces.first() } else { pieces.last() };
-        piece.map_or(&[][..], |piece| &piece.borders)
-    }
-
-    /// The ground between the ends of the lanes of an intersection.
-    pub fn ground_of(&self, intersection: &Intersection, assembly: &Assembly) -> Ground {
-        assembly.ground_between(intersection.arms.iter().flat_map(|&at| self.arm(at).cut.iter().copied()))
-    }
-
-    /// The arm at the end of a road.
-    pub fn arm(&self, at: RoadEnd) -> &Arm {
-        &self.arms[at.road.0 as usize][at.end.index()]
-    }
-}
 
 /// Roads whose lanes one thread draws at a time.
 const CHUNK: usize = 128;

@@ -9,12 +9,13 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use crate::builder::ids::Key;
+use crate::builder::network::road_end::{from_cut, lanes_at, on_cut};
 use crate::builder::network::{End, Intersection, RoadEnd, RoadNetwork};
 use crate::builder::streets::heights::Ground;
 use crate::geometry::{Point, Vector, left_of};
 use crate::parallel::Finely;
 
-use super::connection::{ConnectionLines, Cut, from_cut, lanes_at, on_cut};
+use super::cut::{ConnectionLines, Cut};
 
 /// Corners no farther apart than this, metres, are one: so narrow no island and no kerb is.
 const GAP: f64 = 0.3;

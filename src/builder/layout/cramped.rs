@@ -1,8 +1,8 @@
 //! Roads too short for the turns at their ends: no vehicle waits on what is left of them, and none takes the turn.
 
-use crate::builder::intersection::movement::Movement;
+use crate::builder::intersection::movement_types::Movement;
 use crate::builder::intersection::paths::Path;
-use crate::builder::lanes::connection::ROAD_LEFT;
+use crate::builder::lanes::cut::ROAD_LEFT;
 use crate::builder::network::{Intersection, RoadEnd, RoadIx, RoadNetwork};
 use crate::geometry::curve;
 

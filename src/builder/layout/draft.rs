@@ -13,12 +13,15 @@ pub use ways::Ways;
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
-use crate::builder::lanes::connection::{ConnectionLines, Needs, ROAD_LEFT, connection_lines, from_cut};
+use crate::builder::lanes::connection::{Needs, connection_lines};
+use crate::builder::lanes::cut::{ConnectionLines, ROAD_LEFT};
 use crate::builder::lanes::join::Joins;
-use crate::builder::lanes::road_lanes::{Lanes, lanes, redraw};
+use crate::builder::lanes::road_lanes::{lanes, redraw};
 use crate::builder::lanes::seam::seams;
+use crate::builder::lanes::types::Lanes;
 use crate::builder::map::assembly::Assembly;
 use crate::builder::network::restricted::Restricted;
+use crate::builder::network::road_end::from_cut;
 use crate::builder::network::{IntersectionIx, RoadEnd, RoadIx, RoadNetwork};
 use crate::parallel::Finely;
 

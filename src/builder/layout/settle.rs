@@ -8,7 +8,7 @@
 
 use rustc_hash::FxHashSet;
 
-use crate::builder::lanes::connection::VEHICLE;
+use crate::builder::lanes::cut::VEHICLE;
 use crate::builder::network::origins::{Before, Origins};
 use crate::builder::network::restricted::Restricted;
 use crate::builder::network::{Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};

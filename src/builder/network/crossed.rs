@@ -6,7 +6,8 @@ use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Vector, angle_between};
 use crate::osm::{OsmData, Tags};
 
-use super::{End, Feature, FeatureKind, IntersectionIx, RoadEnd, RoadNetwork, ToMetres};
+use super::frame::ToMetres;
+use super::{End, Feature, FeatureKind, IntersectionIx, RoadEnd, RoadNetwork};
 
 /// Directions are taken this far, metres, from the junction.
 const LOOK: f64 = 4.0;

@@ -1,10 +1,11 @@
 //! Lanes that are driven both ways lose the direction in which they lead nowhere.
 
-use crate::builder::intersection::movement::{STRAIGHT, TURNS_BACK, turn};
 use crate::builder::tags::cross_section::Travel;
+use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::Vector;
 
-use super::{DrivingSide, End, RoadEnd, RoadIx, RoadNetwork};
+use super::turn::{STRAIGHT, TURNS_BACK, turn};
+use super::{End, RoadEnd, RoadIx, RoadNetwork};
 
 /// Rounds after which a chain of lanes that lead nowhere is left as it is.
 const ROUNDS: usize = 16;

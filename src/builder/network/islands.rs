@@ -11,8 +11,8 @@ use crate::geometry::{Point, Polyline, Vector, polygon, ring};
 use crate::osm::{ElementKind, OsmData, Relation, Tags, Way};
 use crate::projection::LonLat;
 
-use super::read::level;
-use super::{Intersection, Road, ToMetres};
+use super::frame::{ToMetres, level};
+use super::{Intersection, Road};
 
 /// A piece of ground that nobody drives on.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,12 +7,12 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::builder::tags::cross_section::{Customs, Facts, Lane, Layout, StripKind, Travel, layout, tells_lanes};
+use crate::builder::tags::road_class::{RoadClass, is_roundabout};
 use crate::diagnostic::Finding;
 use crate::parallel::Finely;
 
-use super::read::is_roundabout;
+use super::End;
 use super::select::{Access, Drivable};
-use super::{End, RoadClass};
 
 /// So many ways without tagged lanes, one behind the other, are continued from one tagged way to the next.
 const WAYS_MOST: usize = 4;

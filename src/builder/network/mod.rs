@@ -6,6 +6,7 @@ mod control;
 mod crossed;
 pub mod dead_lanes;
 mod features;
+pub(crate) mod frame;
 mod islands;
 mod layouts;
 pub mod origins;
@@ -13,17 +14,20 @@ mod pieces;
 mod read;
 pub mod restricted;
 mod restriction;
+pub mod road_end;
 mod select;
 mod stop_lines;
 mod stubs;
 #[cfg(test)]
 mod tests;
+pub mod turn;
 
+use crate::builder::tags::road_class::{DrivingSide, RoadClass};
 pub(crate) use arms::{Ray, clockwise};
 pub(crate) use connectivity::cross;
+pub use frame::ToMetres;
 pub use islands::Island;
-pub(crate) use read::is_roundabout;
-pub use read::{Network, NetworkError, NetworkOptions, ToMetres, UNMET_ROAD, road_network};
+pub use read::{Network, NetworkError, NetworkOptions, UNMET_ROAD, road_network};
 pub(crate) use select::class as class_of;
 
 use std::fmt;
@@ -35,17 +39,6 @@ use crate::settings::{BesideSettings, MarkingSettings};
 
 use super::ids::Key;
 use super::tags::cross_section::{CrossSection, Travel};
-
-/// Which side of the road people drive on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum DrivingSide {
-    /// As in Japan and the United Kingdom.
-    Left,
-    /// As in Germany and the United States.
-    #[default]
-    Right,
-}
 
 /// Index of a road in [`RoadNetwork::roads`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -99,32 +92,6 @@ pub struct RoadEnd {
     pub road: RoadIx,
     /// Which of its ends.
     pub end: End,
-}
-
-/// What a road is in the road hierarchy, from `highway`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum RoadClass {
-    /// `motorway`.
-    Motorway,
-    /// `trunk`.
-    Trunk,
-    /// `primary`.
-    Primary,
-    /// `secondary`.
-    Secondary,
-    /// `tertiary`.
-    Tertiary,
-    /// `unclassified`, and `road`.
-    Unclassified,
-    /// `residential`.
-    Residential,
-    /// `living_street`.
-    LivingStreet,
-    /// `service`.
-    Service,
-    /// `track`.
-    Track,
 }
 
 /// What identifies a road from one build to the next, whatever changes elsewhere.

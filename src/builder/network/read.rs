@@ -1,14 +1,17 @@
 //! The stage itself: from OpenStreetMap's elements to roads and intersections.
 
+use crate::builder::network::frame::{ToMetres, level};
+use crate::builder::tags::road_class::is_roundabout;
 use rayon::prelude::*;
 use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
 
 use crate::builder::tags::cross_section::{Customs, Layout};
 use crate::builder::tags::driving_side;
+use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tags::speed::limit;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::{Point, Polyline};
-use crate::osm::{OsmData, Tags, Text, Way};
+use crate::osm::{OsmData, Text, Way};
 use crate::parallel::Finely;
 use crate::projection::LonLat;
 use crate::settings::{AssumeSettings, RoadSettings};
@@ -21,12 +24,9 @@ use super::restriction::turns;
 use super::select::{Access, Drivable, Verdict, judge};
 use super::stubs::without_stubs;
 use super::{
-    DrivingSide, End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, control, crossed,
-    features, islands, stop_lines,
+    End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, control, crossed, features,
+    islands, stop_lines,
 };
-
-/// From longitude and latitude to local metres, for many places at once, in their order.
-pub type ToMetres<'a> = &'a (dyn Fn(&[LonLat]) -> Vec<Point> + Sync);
 
 /// Vertices closer than this (metres) to the line through their neighbours are dropped: below a mapper's accuracy.
 const SIMPLIFY: f64 = 0.03;
@@ -232,27 +232,6 @@ fn road(
         speed: limit(tags, way.class, way.link, customs),
         features: Vec::new(),
         tags: tags.clone(),
-    }
-}
-
-/// Whether the way is a ring that is driven round.
-pub(crate) fn is_roundabout(tags: &Tags) -> bool {
-    matches!(tags.get("junction"), Some("roundabout" | "circular"))
-}
-
-/// Vertical level: `layer`, else 1 on a bridge, -1 in a tunnel, else 0.
-pub(super) fn level(tags: &Tags) -> f64 {
-    if let Some(layer) = tags.get("layer").and_then(|v| v.trim().parse::<f64>().ok())
-        && layer.is_finite()
-    {
-        return layer;
-    }
-    let set = |key| tags.get(key).is_some_and(|v| v != "no");
-    match () {
-        () if set("bridge") => 1.0,
-        // A passage through a building stays on the ground.
-        () if set("tunnel") && !tags.is("tunnel", "building_passage") => -1.0,
-        () => 0.0,
     }
 }
 

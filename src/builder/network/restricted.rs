@@ -6,9 +6,9 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::builder::streets::consolidate::passages::{leads_in, leads_out, other_end};
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 
+use super::road_end::{leads_in, leads_out, other_end};
 use super::{End, Intersection, RoadEnd, RoadNetwork, TurnRestriction, cross};
 
 /// Which turns are restricted, by where they begin, and which lanes take them.

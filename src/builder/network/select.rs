@@ -1,8 +1,7 @@
 //! Which ways carry motor vehicles, and who may use them.
 
+use crate::builder::tags::road_class::RoadClass;
 use crate::osm::{Tags, Way};
-
-use super::RoadClass;
 
 /// A way that becomes one or more roads.
 pub(super) struct Drivable<'a> {

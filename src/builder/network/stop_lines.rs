@@ -6,8 +6,8 @@ use crate::geometry::{Point, left_of, polygon};
 use crate::osm::{OsmData, Tags, Way};
 use crate::projection::LonLat;
 
-use super::read::level;
-use super::{Feature, FeatureKind, Road, ToMetres};
+use super::frame::{ToMetres, level};
+use super::{Feature, FeatureKind, Road};
 
 /// A shorter line, metres, stops nobody; a longer one runs along a road.
 const LENGTH: [f64; 2] = [1.0, 40.0];

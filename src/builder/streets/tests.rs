@@ -2,7 +2,8 @@
 
 use proptest::prelude::*;
 
-use crate::builder::network::{DrivingSide, NetworkOptions, road_network};
+use crate::builder::network::{NetworkOptions, road_network};
+use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::{Point, polygon, ring};
 use crate::osm::{OsmData, read_bytes};
 use crate::projection::LonLat;

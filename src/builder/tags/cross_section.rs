@@ -15,7 +15,7 @@ pub(crate) use lanes::tells_lanes;
 pub(crate) use read::{Facts, Lane, Layout, layout};
 pub(crate) use usual::{Customs, SIDEWALK, Usual};
 
-use crate::builder::network::RoadClass;
+use super::road_class::RoadClass;
 
 /// What a strip of the road is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]

@@ -4,9 +4,10 @@ use std::sync::LazyLock;
 
 use country_boundaries::{BOUNDARIES_ODBL_60X30, CountryBoundaries, LatLon};
 
-use crate::builder::network::DrivingSide;
 use crate::osm::Text;
 use crate::projection::LonLat;
+
+use super::road_class::DrivingSide;
 
 /// ISO 3166 codes of the countries and territories where people drive on the left, ascending.
 const LEFT: [&str; 76] = [

@@ -3,5 +3,7 @@
 pub mod cross_section;
 pub mod driving_side;
 pub(crate) mod marking;
+pub mod road_class;
+pub mod side_runs;
 pub(crate) mod speed;
 pub(crate) mod values;

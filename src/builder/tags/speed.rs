@@ -1,9 +1,9 @@
 //! Speed limits from `maxspeed*`, else defaults of class and country.
 
-use crate::builder::network::RoadClass;
 use crate::osm::Tags;
 
 use super::cross_section::Customs;
+use super::road_class::RoadClass;
 use super::values::number_of;
 
 const KMH_PER_MPH: f64 = 1.609_344;
@@ -129,7 +129,7 @@ fn of_zone(zone: &str, country: Option<&str>) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use crate::builder::network::DrivingSide;
+    use crate::builder::tags::road_class::DrivingSide;
 
     use super::*;
 

@@ -5,14 +5,14 @@
 //! of the road.
 
 use crate::builder::control::drive_light::Lit;
-use crate::builder::ids::Key;
-use crate::builder::lanes::beside::runs;
-use crate::builder::lanes::connection::{STOP_GAP, at_depth};
-use crate::builder::lanes::road_lanes::{Lane, Lanes, Piece};
+use crate::builder::lanes::cut::STOP_GAP;
 use crate::builder::lanes::sound::{aligned, simple, sound};
+use crate::builder::lanes::types::{Cause, Lane, Lanes, Piece};
 use crate::builder::map::assembly::Assembly;
+use crate::builder::network::road_end::at_depth;
 use crate::builder::network::{End, Road, RoadIx, RoadNetwork};
 use crate::builder::streets::heights::Ground;
+use crate::builder::tags::side_runs::runs;
 use crate::geometry::{Point, Vector, cross};
 use crate::lanelet::{Bound, LineStringId, PointId};
 
@@ -32,29 +32,6 @@ const STEP: f64 = 0.5;
 const STEPS: usize = 20;
 /// So far, metres, a stop line before a crosswalk is moved away from it, or toward it, where it cannot lie as it should.
 const GAPS: [f64; 7] = [0.0, 0.5, -0.5, 1.0, 1.5, 2.0, -0.8];
-
-/// What begins or ends where a road is cut.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cause {
-    /// The stretch before the stop line at an end of the road.
-    Stop(End),
-    /// The place before a crossing, an OpenStreetMap node, where those who drive toward an end stop.
-    Line(i64, End),
-    /// The stretch before that.
-    Approach(i64, End),
-}
-
-impl Cause {
-    /// Refines the key of a road's element to that of the piece behind the cut.
-    pub fn of(self, key: Key) -> Key {
-        let (word, node, end) = match self {
-            Self::Stop(end) => ("stop", 0, end),
-            Self::Line(node, end) => ("line", node, end),
-            Self::Approach(node, end) => ("approach", node, end),
-        };
-        key.word(word).number(node).number(end.index() as i64)
-    }
-}
 
 /// Where a cut meets each border, by edges of the cross-section: behind which of its points, and the place.
 type Places = Vec<Option<(usize, Point)>>;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::builder::network::DrivingSide;
+use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tests::{Asked, built_as, ends};
 use crate::builder::{BuildOptions, Built};
 use crate::lanelet::{Bound, Lanelet, LaneletMap};

@@ -1,7 +1,7 @@
 //! Walkways across the ways onto private ground, on small networks.
 
 use crate::builder::BuildOptions;
-use crate::builder::network::DrivingSide;
+use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tests::{Asked, built_as};
 use crate::geometry::polygon;
 use crate::lanelet::{Lanelet, LaneletMap};

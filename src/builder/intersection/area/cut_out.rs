@@ -5,7 +5,7 @@
 
 use crate::builder::ids::Key;
 use crate::builder::intersection::paths::{Bounds, Path};
-use crate::builder::lanes::road_lanes::Arm;
+use crate::builder::lanes::types::Arm;
 use crate::builder::map::assembly::Assembly;
 use crate::builder::network::Island;
 use crate::geometry::polygon;

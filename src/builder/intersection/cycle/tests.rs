@@ -1,6 +1,6 @@
 //! Bicycle lanes through intersections, on small networks.
 
-use crate::builder::network::DrivingSide;
+use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tests::{Asked, built_as, ends};
 use crate::builder::{BuildOptions, Built};
 use crate::lanelet::{Lanelet, LaneletMap};

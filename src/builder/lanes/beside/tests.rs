@@ -16,11 +16,11 @@ fn street(first: &str, second: &str, options: BuildOptions) -> Built {
 }
 
 fn right() -> BuildOptions {
-    BuildOptions { driving_side: Some(crate::builder::network::DrivingSide::Right), ..BuildOptions::default() }
+    BuildOptions { driving_side: Some(crate::builder::tags::road_class::DrivingSide::Right), ..BuildOptions::default() }
 }
 
 fn left() -> BuildOptions {
-    BuildOptions { driving_side: Some(crate::builder::network::DrivingSide::Left), ..BuildOptions::default() }
+    BuildOptions { driving_side: Some(crate::builder::tags::road_class::DrivingSide::Left), ..BuildOptions::default() }
 }
 
 fn of<'a>(map: &'a LaneletMap, subtype: &str) -> Vec<&'a Lanelet> {

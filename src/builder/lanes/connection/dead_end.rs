@@ -3,12 +3,11 @@
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
+use crate::builder::network::road_end::{at_depth, from_cut, inward, on_cut};
 use crate::builder::network::{Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
 use crate::geometry::cells::{Bounds, Cells};
 use crate::geometry::{Point, polygon};
 use crate::parallel::Finely;
-
-use super::{at_depth, from_cut, inward, on_cut};
 
 /// Lanes that end keep clear, metres, of a carriageway ahead: there is a kerb, or a gate, between the two.
 const CLEAR: f64 = 1.5;

@@ -1,10 +1,10 @@
 //! Where vehicles stop before an intersection by the map: the cut is drawn back to there, if geometry and crosswalks let it.
 
+use crate::builder::network::road_end::{at_depth, from_cut, inward};
 use crate::builder::network::{End, FeatureKind, Road};
 use crate::geometry::angle_between;
 
 use super::setback::{EASE_BEND, EASE_LEFT};
-use super::{at_depth, from_cut, inward};
 
 /// No stop line lies further than this, metres, from the corner of the crossing road: behind a crosswalk, and a box for bicycles.
 /// What stands further out is a sign, or stops vehicles for something else.

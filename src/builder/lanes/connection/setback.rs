@@ -1,10 +1,9 @@
 //! How far roads are cut back so that turns have room, and lanes that weave or change their width.
 
+use crate::builder::network::road_end::{inward, lane_pose, lanes_at};
 use crate::builder::network::{End, Road, RoadEnd, RoadNetwork};
 use crate::geometry::curve::Pose;
 use crate::geometry::{angle_between, curve, double_bend};
-
-use super::{inward, lane_pose, lanes_at};
 
 /// Radius of the near turn's centre line that a car takes with ease, metres.
 const TURN_RADIUS: f64 = 6.0;

@@ -1,7 +1,7 @@
 //! Where vehicles stop before an intersection, on small networks.
 
 use crate::builder::BuildOptions;
-use crate::builder::network::DrivingSide;
+use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tests::{Asked, built_as};
 use crate::lanelet::{LaneletMap, PointId};
 

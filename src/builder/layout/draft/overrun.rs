@@ -1,9 +1,10 @@
 //! How far the ways through an intersection run over the ends of its roads.
 
 use crate::builder::intersection::paths::Path;
-use crate::builder::lanes::connection::{ConnectionLines, from_cut};
-use crate::builder::lanes::road_lanes::Lanes;
+use crate::builder::lanes::cut::ConnectionLines;
+use crate::builder::lanes::types::Lanes;
 use crate::builder::map::assembly::Assembly;
+use crate::builder::network::road_end::from_cut;
 use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadNetwork};
 use crate::geometry::{Point, Polyline, Vector, polygon};
 

@@ -4,10 +4,12 @@
 use rustc_hash::FxHashMap;
 
 use crate::builder::intersection::movement::movements;
-use crate::builder::lanes::connection::{ConnectionLines, connection_lines};
+use crate::builder::lanes::connection::connection_lines;
+use crate::builder::lanes::cut::ConnectionLines;
 use crate::builder::lanes::join::Joins;
-use crate::builder::lanes::road_lanes::{Arm, redraw, release};
+use crate::builder::lanes::road_lanes::{redraw, release};
 use crate::builder::lanes::seam::seams;
+use crate::builder::lanes::types::Arm;
 use crate::builder::map::assembly::Assembly;
 use crate::builder::network::origins::{Before, Origins};
 use crate::builder::network::restricted::Restricted;

@@ -3,9 +3,10 @@
 use crate::builder::intersection::area::{AreaOutline, area_outline, covers};
 use crate::builder::intersection::conflict::{Conflicts, columns, conflicts};
 use crate::builder::intersection::cycle::{Cycles, Cycling, Wanted, ridden};
-use crate::builder::intersection::movement::{Movements, movements};
+use crate::builder::intersection::movement::movements;
+use crate::builder::intersection::movement_types::Movements;
 use crate::builder::intersection::paths::{Drawn, Path, intersection_key, paths};
-use crate::builder::lanes::road_lanes::{Arm, Lanes};
+use crate::builder::lanes::types::{Arm, Lanes};
 use crate::builder::map::assembly::{Assembly, Part};
 use crate::builder::network::restricted::Restricted;
 use crate::builder::network::{Intersection, RoadEnd, RoadNetwork};

@@ -11,12 +11,12 @@ mod right_of_way;
 mod stop_line;
 mod virtual_light;
 
+use crate::builder::options::{Inside, metres};
 use crate::diagnostic::{Finding, Severity, Subject};
-use crate::geometry::Point;
 use crate::lanelet::index::{MapIndex, Thresholds};
 use crate::lanelet::{LaneletMap, LineStringId};
-use crate::projection::{LonLat, Projector};
-use crate::settings::{GuideLine, InsideSettings, IntersectionSettings, LightSettings, Place, Settings};
+use crate::projection::Projector;
+use crate::settings::{GuideLine, InsideSettings, IntersectionSettings, Settings};
 
 use super::pen::Pen;
 use guide::Guide;
@@ -27,17 +27,6 @@ use virtual_light::{VirtualLight, VirtualLights};
 
 /// Slug of the finding about something that is not drawn.
 pub const UNDRAWN: &str = "inside-undrawn";
-
-/// What a user wants drawn inside intersections.
-#[derive(Clone, Debug, Default)]
-pub struct Inside {
-    /// In all of them.
-    pub everywhere: InsideSettings,
-    /// How traffic lights look.
-    pub lights: LightSettings,
-    /// In single ones.
-    pub intersections: Vec<IntersectionSettings>,
-}
 
 /// What is to be drawn.
 #[derive(Default)]
@@ -167,11 +156,6 @@ fn sketch(map: &MapIndex, projector: &Projector, everywhere: InsideSettings, led
         sketch.stop_lines.append(&mut stop_lines.lines);
     }
     sketch
-}
-
-/// A place in metres; far away from everything where the projection does not reach it.
-pub fn metres(projector: &Projector, [lat, lon]: Place) -> Point {
-    projector.forward(LonLat { lon, lat }, 0.0).unwrap_or(Point::new(f64::MAX.sqrt(), f64::MAX.sqrt()))
 }
 
 /// Entries that speak of no intersection.

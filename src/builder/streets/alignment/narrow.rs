@@ -3,9 +3,10 @@
 //! A default width is an average: where the drawing leaves less room, the lanes have less. What a tag says stays as it
 //! is, and no lane becomes narrower than its class needs.
 
-use crate::builder::network::{IntersectionIx, Road, RoadClass, RoadNetwork};
+use crate::builder::network::{IntersectionIx, Road, RoadNetwork};
 use crate::builder::streets::outline::{overlap, overlapping};
 use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind, minimum_lane_width};
+use crate::builder::tags::road_class::RoadClass;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 
 /// So often the search for the widest section that fits halves what it has to spare.

@@ -2,6 +2,7 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::builder::network::road_end::other_end;
 use crate::builder::network::{
     InnerRoad, Intersection, IntersectionIx, Island, LaneConnection, RoadEnd, RoadIx, RoadNetwork, TurnRestriction,
 };
@@ -9,7 +10,7 @@ use crate::geometry::Point;
 
 use super::decide::{Reason, Verdict};
 use super::island::{around_corner, encloses_island};
-use super::passages::{Rules, other_end, passages};
+use super::passages::{Rules, passages};
 use super::{ConsolidateOptions, MergeNote};
 
 /// The network after one round, whether anything merged, and a note per verdict.

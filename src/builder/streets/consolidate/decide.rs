@@ -2,8 +2,9 @@
 
 use rayon::prelude::*;
 
-use crate::builder::network::{End, FeatureKind, IntersectionIx, Road, RoadClass, RoadEnd, RoadIx, RoadNetwork};
+use crate::builder::network::{End, FeatureKind, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
 use crate::builder::tags::cross_section::Travel;
+use crate::builder::tags::road_class::RoadClass;
 use crate::geometry::Vector;
 use crate::parallel::Finely;
 

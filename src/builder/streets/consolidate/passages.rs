@@ -1,7 +1,7 @@
 //! Which arm of a merged intersection leads to which: paths over its inner roads, as signs and directions allow.
 
-use crate::builder::network::{End, IntersectionIx, RoadEnd, RoadIx, RoadNetwork, TurnRestriction};
-use crate::builder::tags::cross_section::Travel;
+use crate::builder::network::road_end::{leads_in, leads_out, other_end};
+use crate::builder::network::{IntersectionIx, RoadEnd, RoadIx, RoadNetwork, TurnRestriction};
 
 use rustc_hash::FxHashMap;
 
@@ -49,22 +49,6 @@ pub fn passages(
     }
     found.sort();
     found
-}
-
-/// Whether vehicles arrive at the intersection over this road end.
-pub fn leads_in(network: &RoadNetwork, arm: RoadEnd) -> bool {
-    let wanted = if arm.end == End::End { Travel::Forward } else { Travel::Backward };
-    network.road(arm.road).section.driven().any(|(_, s)| s.travel == wanted || s.travel == Travel::Both)
-}
-
-/// Whether vehicles leave the intersection over this road end.
-pub fn leads_out(network: &RoadNetwork, arm: RoadEnd) -> bool {
-    leads_in(network, other_end(arm))
-}
-
-/// The same road's other end.
-pub fn other_end(arm: RoadEnd) -> RoadEnd {
-    RoadEnd { road: arm.road, end: arm.end.other() }
 }
 
 /// A depth-first walk over simple paths: no intersection twice.

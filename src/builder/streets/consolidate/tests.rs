@@ -1,7 +1,9 @@
 //! Merging on small hand-drawn networks.
 
-use crate::builder::network::{DrivingSide, IntersectionIx, NetworkOptions, RoadEnd, road_network};
+use crate::builder::network::road_end::other_end;
+use crate::builder::network::{IntersectionIx, NetworkOptions, RoadEnd, road_network};
 use crate::builder::streets::outline::{Case, Memory, OutlineOptions, outlines, remaining};
+use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::Point;
 use crate::osm::{OsmData, read_bytes};
 use crate::projection::LonLat;
@@ -76,7 +78,7 @@ fn crossing_at([a, b, c, d]: [(f64, f64); 4], relations: &str) -> RoadNetwork {
 /// The merged intersection, and its arms as the far nodes they lead to.
 fn the_merged(network: &RoadNetwork) -> (IntersectionIx, Vec<i64>) {
     let at = network.intersections.iter().position(|i| i.nodes.len() > 1).unwrap();
-    let far = |arm: &RoadEnd| network.road(arm.road).node(passages::other_end(*arm).end);
+    let far = |arm: &RoadEnd| network.road(arm.road).node(other_end(*arm).end);
     (IntersectionIx(at as u32), network.intersections[at].arms.iter().map(far).collect())
 }
 
@@ -111,7 +113,7 @@ fn around_an_island_opposite_sides_are_merged_and_not_a_corner() {
 fn its_passages_follow_the_inner_roads() {
     let (merged, _) = merge(crossing_of_dual_carriageways(""), &ConsolidateOptions::default());
     let (ix, _) = the_merged(&merged);
-    let far = |arm: RoadEnd| merged.road(arm.road).node(passages::other_end(arm).end);
+    let far = |arm: RoadEnd| merged.road(arm.road).node(other_end(arm).end);
     let mut pairs: Vec<(i64, i64)> =
         merged.intersection(ix).passages.iter().flatten().map(|(a, b)| (far(*a), far(*b))).collect();
     pairs.sort_unstable();
@@ -129,7 +131,7 @@ fn restrictions_over_inner_roads_survive() {
                     <tag k='restriction' v='no_left_turn'/></relation>";
     let (merged, _) = merge(crossing_of_dual_carriageways(relation), &ConsolidateOptions::default());
     let (ix, _) = the_merged(&merged);
-    let far = |arm: RoadEnd| merged.road(arm.road).node(passages::other_end(arm).end);
+    let far = |arm: RoadEnd| merged.road(arm.road).node(other_end(arm).end);
     let from_south: Vec<i64> = merged
         .intersection(ix)
         .passages

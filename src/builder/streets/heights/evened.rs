@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use crate::builder::lanes::connection::on_cut;
+use crate::builder::network::road_end::on_cut;
 use crate::builder::network::{Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
 use crate::geometry::{Point, Polyline};
 use crate::parallel::Finely;

@@ -19,7 +19,8 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::builder::network::{Road, RoadClass, RoadNetwork};
+use crate::builder::network::{Road, RoadNetwork};
+use crate::builder::tags::road_class::RoadClass;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Polyline};
 use crate::parallel::Finely;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::builder::network::ToMetres;
+use crate::builder::network::frame::ToMetres;
 use crate::geometry::Point;
 use crate::osm::OsmData;
 use crate::parallel::Finely;

@@ -32,8 +32,10 @@ fn network(nodes: &[(i64, f64, f64, Option<f64>)], ways: &[Way<'_>]) -> (RoadNet
     let metres = |places: &[LonLat]| -> Vec<Point> {
         places.iter().map(|place| Point::new(place.lon * DEGREE, place.lat * DEGREE)).collect()
     };
-    let options =
-        NetworkOptions { driving_side: Some(crate::builder::network::DrivingSide::Right), ..NetworkOptions::default() };
+    let options = NetworkOptions {
+        driving_side: Some(crate::builder::tags::road_class::DrivingSide::Right),
+        ..NetworkOptions::default()
+    };
     (road_network(&osm, &metres, &options).unwrap().network, spots(&osm, &metres))
 }
 

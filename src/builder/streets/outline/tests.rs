@@ -2,9 +2,10 @@
 
 use proptest::prelude::*;
 
-use crate::builder::network::{IntersectionIx, Road, RoadClass, RoadIx, RoadKey};
+use crate::builder::network::{IntersectionIx, Road, RoadIx, RoadKey};
 use crate::builder::streets::alignment::{abreast, ease};
 use crate::builder::tags::cross_section::{Arrows, CrossSection, Strip, StripKind, Travel};
+use crate::builder::tags::road_class::RoadClass;
 use crate::geometry::{Polyline, polygon, ring};
 use crate::osm::Tags;
 

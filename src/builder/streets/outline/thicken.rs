@@ -1,6 +1,7 @@
 //! Thickens each road: its two edges, seen from an intersection outwards.
 
-use crate::builder::network::{End, RoadClass, RoadEnd, RoadNetwork};
+use crate::builder::network::{End, RoadEnd, RoadNetwork};
+use crate::builder::tags::road_class::RoadClass;
 use crate::geometry::cells::Bounds;
 use crate::geometry::{Point, Polyline, left_of};
 

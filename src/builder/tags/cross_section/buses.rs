@@ -1,6 +1,6 @@
 //! Bus lanes from `lanes:bus`, `lanes:psv` and `busway`.
 
-use crate::builder::network::DrivingSide;
+use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tags::values::number_of;
 
 use super::flow::Flow;

@@ -1,6 +1,6 @@
 //! Whether traffic runs one way or both ways, from `oneway` and what implies it.
 
-use crate::builder::network::{RoadClass, is_roundabout};
+use crate::builder::tags::road_class::{RoadClass, is_roundabout};
 
 use super::read::Facts;
 

@@ -1,6 +1,6 @@
 //! The lanes for motor vehicles: how many each way, and what the `:lanes` tags say of each.
 
-use crate::builder::network::{DrivingSide, RoadClass};
+use crate::builder::tags::road_class::{DrivingSide, RoadClass};
 use crate::builder::tags::values::{metres_under, number_of};
 use crate::diagnostic::{Finding, Severity};
 use crate::osm::Tags;

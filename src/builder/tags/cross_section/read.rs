@@ -1,6 +1,6 @@
 //! From the tags of a way to its cross-section: the parts are read apart and put together here.
 
-use crate::builder::network::{DrivingSide, RoadClass};
+use crate::builder::tags::road_class::{DrivingSide, RoadClass};
 use crate::builder::tags::values::metres_under;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::osm::Tags;

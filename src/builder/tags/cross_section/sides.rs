@@ -1,6 +1,6 @@
 //! What lies beside the lanes on one side: bicycle lanes, strips for people on foot, parking, shoulder, sidewalk.
 
-use crate::builder::network::DrivingSide;
+use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tags::values::metres;
 
 use super::flow::Flow;

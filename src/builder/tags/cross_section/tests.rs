@@ -1,6 +1,6 @@
 //! Every tag family, each case driving right and, mirrored, driving left.
 
-use crate::builder::network::{DrivingSide, RoadClass};
+use crate::builder::tags::road_class::{DrivingSide, RoadClass};
 use crate::diagnostic::Finding;
 use crate::osm::Tags;
 

@@ -1,6 +1,6 @@
 //! What is assumed of a road where its tags are silent: the usual of its class, unless the settings say otherwise.
 
-use crate::builder::network::{DrivingSide, RoadClass};
+use crate::builder::tags::road_class::{DrivingSide, RoadClass};
 use crate::settings::{AssumeSettings, Highway};
 
 /// A sidewalk, metres.

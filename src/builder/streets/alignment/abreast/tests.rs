@@ -2,8 +2,9 @@
 
 use proptest::prelude::*;
 
-use crate::builder::network::{IntersectionIx, RoadClass, RoadKey};
+use crate::builder::network::{IntersectionIx, RoadKey};
 use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind, Travel};
+use crate::builder::tags::road_class::RoadClass;
 use crate::osm::Tags;
 
 use super::*;
