@@ -1,12 +1,5 @@
 //! The whole way from OpenStreetMap's elements to a Lanelet2 map with longitude and latitude.
 
-use crate::builder::options::{BuildOptions, Plan};
-use std::borrow::Borrow;
-use std::sync::Arc;
-
-use rayon::prelude::*;
-use rustc_hash::FxHashSet;
-
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::Point;
 use crate::lanelet::LaneletMap;
@@ -21,10 +14,17 @@ use super::control::arrows::Arrows;
 use super::layout::settle::settle;
 use super::network::dead_lanes::without_dead_lanes;
 use super::network::{Network, NetworkError, NetworkOptions, RoadKey, RoadNetwork, UNMET_ROAD, road_network};
+use super::options::{BuildOptions, Plan};
 use super::postprocess::{blinker, inside, overhead};
 use super::streets::consolidate::{Wish, Wished};
 use super::streets::heights::{Spots, spots};
 use super::streets::{Streets, streets};
+
+use std::borrow::Borrow;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
 /// Why there is no map.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

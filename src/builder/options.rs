@@ -12,6 +12,7 @@ use crate::terrain::Terrain;
 use super::streets::heights::HeightOptions;
 use super::streets::{StreetOptions, Streets};
 use super::tags::road_class::DrivingSide;
+
 use std::sync::Arc;
 
 /// What a user wants drawn inside intersections.

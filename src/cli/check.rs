@@ -8,14 +8,15 @@ use crate::diagnostic::{Diagnostic, Severity};
 use crate::lanelet::index::{MapIndex, Thresholds};
 use crate::projection::LonLat;
 use crate::report::failure::Failure;
-use crate::report::{self, Report, Sources, Totals};
-use crate::rules::{self, Config};
-use crate::triage::{self, Baseline, Sorted};
+use crate::report::{Report, Sources, Totals};
+use crate::rules::Config;
+use crate::triage::{Baseline, Sorted};
+use crate::{report, rules, triage};
 
 use super::check_args::{CheckArgs, FormatArg};
 use super::load::Loaded;
-use super::screen::{self, Progress};
-use super::{CLEAN, files, fix, page, tier4, watch};
+use super::screen::Progress;
+use super::{CLEAN, files, fix, page, screen, tier4, watch};
 
 /// Checks the map and prints what was found, once or until somebody ends it.
 pub fn run(args: &CheckArgs) -> Result<u8, Failure> {

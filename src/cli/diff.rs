@@ -5,14 +5,14 @@ use std::path::Path;
 
 use crate::lanelet::{Opened, open};
 use crate::projection::LonLat;
-use crate::report::diff::{self, Diff};
+use crate::report::diff::Diff;
 use crate::report::failure::Failure;
 use crate::report::html::{Page, html};
-use crate::report::{FailOn, Report, Sources};
+use crate::report::{FailOn, Report, Sources, diff};
 
 use super::load::open_failure;
-use super::screen::{self, Progress};
-use super::{CLEAN, DiffArgs, DiffFormat, files};
+use super::screen::Progress;
+use super::{CLEAN, DiffArgs, DiffFormat, files, screen};
 
 /// Exit code where the maps differ, as diff(1) has it.
 const DIFFERENT: u8 = 1;

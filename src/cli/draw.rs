@@ -5,12 +5,13 @@ use std::path::Path;
 
 use crate::projection::LonLat;
 use crate::report;
-use crate::report::draw::{self, DrawError, Focus, Options};
+use crate::report::draw;
+use crate::report::draw::{DrawError, Focus, Options};
 use crate::report::failure::Failure;
 
 use super::load::Loaded;
-use super::screen::{self, Progress};
-use super::{CLEAN, DrawArgs, check, compare, files, stage};
+use super::screen::Progress;
+use super::{CLEAN, DrawArgs, check, compare, files, screen, stage};
 
 /// Draws the map into a file.
 pub fn run(args: &DrawArgs) -> Result<u8, Failure> {

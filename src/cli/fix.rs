@@ -9,14 +9,15 @@ use crate::lanelet::{files_of, from_osm};
 use crate::osm::{OsmData, Source};
 use crate::report::failure::Failure;
 use crate::report::visible;
-use crate::rules::{self, Config};
-use crate::triage;
-use similar::TextDiff;
+use crate::rules::Config;
+use crate::{rules, triage};
 
 use super::check_args::ConfigArgs;
 use super::load::{Loaded, open_failure};
-use super::screen::{self, Progress};
-use super::{CLEAN, FixArgs, files};
+use super::screen::Progress;
+use super::{CLEAN, FixArgs, files, screen};
+
+use similar::TextDiff;
 
 /// Exit code where an error is left, or `--diff` has something to show.
 const LEFT: u8 = 1;

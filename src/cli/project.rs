@@ -6,13 +6,12 @@ use std::path::Path;
 use crate::diagnostic::{Edit, Fix, Subject};
 use crate::fix::edited;
 use crate::lanelet::{INFO, ProjectorFrom, open, twice};
-
 use crate::projection::{Extent, LonLat, MgrsGrid, Projector, VerticalDatum, infer, residual, write_info};
 use crate::report::failure::Failure;
 
 use super::load::open_failure;
-use super::screen::{self, Progress};
-use super::{CLEAN, ConvertArgs, ProjectorArg, files};
+use super::screen::Progress;
+use super::{CLEAN, ConvertArgs, ProjectorArg, files, screen};
 
 /// Exit code where what stands beside the map does not explain it.
 const UNEXPLAINED: u8 = 1;

@@ -8,8 +8,8 @@ use crate::report::stats::Stats;
 
 use super::check_args::ConfigArgs;
 use super::load::Loaded;
-use super::screen::{self, Progress};
-use super::{CLEAN, StatsArgs, StatsFormat};
+use super::screen::Progress;
+use super::{CLEAN, StatsArgs, StatsFormat, screen};
 
 /// Measures the map and prints the numbers.
 pub fn run(args: &StatsArgs) -> Result<u8, Failure> {

@@ -27,7 +27,8 @@ pub use limits::{RoleLimit, TargetKind, known_subtypes, role_limits};
 pub use open::{OpenError, Opened, ProjectorFrom, files_of, is_lanelet2, is_navigation_osm, open, projector_for};
 pub use point::Point;
 pub use projector_info::{INFO, ProjectorInfo, twice};
-pub use shelf::{Cursor, Shelf, Shelved};
+pub use shelf::Shelved;
+pub use shelf::{Cursor, Shelf};
 pub use to_osm::to_osm;
 
 /// What kind of element a fault speaks about.

@@ -5,8 +5,6 @@ mod knife;
 #[cfg(test)]
 mod tests;
 
-use rayon::prelude::*;
-
 use crate::builder::lanes::cut::{ConnectionLines, STOP_GAP};
 use crate::builder::lanes::types::{Arm, Cause, Lanes, Piece};
 use crate::builder::layout::draft::Ways;
@@ -15,12 +13,13 @@ use crate::builder::network::road_end::at_depth;
 use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
 use crate::builder::tags::cross_section::Travel;
 use crate::builder::tags::marking::before_stop;
-use crate::lanelet::Attributes;
 use crate::parallel::Finely;
 
 use super::drive_light::Lit;
 use super::{Control, sign_at};
-use knife::Knife;
+use knife::{Knife, Painted, Stretch};
+
+use rayon::prelude::*;
 
 pub use knife::Cut;
 
@@ -31,17 +30,6 @@ const USUAL: f64 = 30.0;
 const DASHED: [&str; 1] = ["GB"];
 /// Where there is only room for less than this, metres, there is none: two cars wait on as much.
 const LEAST: f64 = 10.0;
-
-/// A part of a road where some of its edges are painted otherwise.
-pub struct Stretch {
-    /// Between which stations.
-    pub span: [f64; 2],
-    /// What is painted on which edge.
-    pub painted: Painted,
-}
-
-/// Edges of a road's cross-section with what is painted there before the stop line.
-pub type Painted = Vec<(usize, Attributes)>;
 
 /// Cuts the roads at stop lines between intersections, and before all stop lines where that changes what is painted.
 pub fn cut_across(

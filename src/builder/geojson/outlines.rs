@@ -5,7 +5,7 @@ use crate::builder::streets::outline::{Case, Cut, Outline, OutlineOptions, Outli
 use crate::diagnostic::Finding;
 use crate::geometry::{Point, Polyline, left_of, polygon, segment_crossing};
 
-use super::roads::{Rings, cut_of, ring};
+use super::values::{Rings, cut_of, ring};
 
 /// A vertex of a polygon this near, metres, to the end of a cut is that end.
 const SAME: f64 = 1e-3;

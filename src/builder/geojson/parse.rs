@@ -11,8 +11,9 @@ use crate::projection::{Extent, LonLat, Projector};
 
 use super::ReadError;
 use super::head::{FORMAT, Head};
+use super::id::Place;
 use super::scan::{Layout, scan};
-use super::shape::{Feature, IntersectionShape, LaneShape, Place, Placed, RoadShape};
+use super::shape::{Feature, IntersectionShape, LaneShape, Placed, RoadShape};
 
 /// Something of the file, with the byte where it begins.
 #[derive(Debug)]

@@ -12,7 +12,7 @@ use crate::builder::tags::cross_section::Arrows;
 use crate::osm::{Tags, Text, put_fixed};
 use crate::projection::LonLat;
 
-use super::shape::{Id, Place};
+use super::id::{Id, Place};
 
 /// Spells numbers as `serde_json` does, in less time where they have no more than nine decimals, as most have.
 #[derive(Default)]

@@ -18,9 +18,10 @@ use crate::parallel::Finely;
 use crate::projection::{LonLat, Projector};
 
 use super::head::Head;
+use super::id::{Id, Place};
 use super::shape::{
-    ArmShape, ConnectionShape, EndShape, Feature, FurnitureKind, FurnitureShape, Geometry, Id, InnerShape,
-    IntersectionShape, IslandShape, LaneShape, Levels, Place, Placed, RestrictionShape, RoadShape, StripShape, Type,
+    ArmShape, ConnectionShape, EndShape, Feature, FurnitureKind, FurnitureShape, Geometry, InnerShape,
+    IntersectionShape, IslandShape, LaneShape, Levels, Placed, RestrictionShape, RoadShape, StripShape, Type,
 };
 use super::spell::{Spelling, Spelt, rounded};
 

@@ -6,7 +6,7 @@
 use std::cell::OnceCell;
 
 use crate::builder::lanes::types::ArmLane;
-use crate::geometry::curve::Pose;
+use crate::geometry::pose::Pose;
 use crate::geometry::{Point, curve, polygon, ring, swing};
 
 use super::movement_types::Movement;

@@ -14,7 +14,7 @@ use crate::builder::network::{End, Intersection, RoadEnd, RoadNetwork};
 use crate::builder::tags::cross_section::{Arrows, CrossSection, StripKind};
 use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tags::side_runs::{Run, Use, runs};
-use crate::geometry::curve::Pose;
+use crate::geometry::pose::Pose;
 use crate::lanelet::{Attributes, Bound, PointId};
 use crate::settings::BicycleLanes;
 

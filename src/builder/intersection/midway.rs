@@ -2,8 +2,8 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::geometry::curve::Pose;
 use crate::geometry::polyline::{clear, clears, reaches};
+use crate::geometry::pose::Pose;
 use crate::geometry::{Point, Polyline, curve};
 use crate::lanelet::PointId;
 

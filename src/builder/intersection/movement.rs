@@ -6,7 +6,7 @@ use crate::builder::network::restricted::Restricted;
 use crate::builder::network::turn::turn;
 use crate::builder::tags::cross_section::{Arrows, StripKind};
 use crate::builder::tags::road_class::DrivingSide;
-use crate::geometry::curve::Pose;
+use crate::geometry::pose::Pose;
 use crate::geometry::{angle_between, curve};
 
 use super::lane_choice::assigned;

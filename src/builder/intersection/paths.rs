@@ -16,7 +16,7 @@ use crate::builder::network::turn::turned;
 use crate::builder::network::{Intersection, RoadNetwork};
 use crate::builder::tags::cross_section::StripKind;
 use crate::builder::tags::road_class::DrivingSide;
-use crate::geometry::curve::Pose;
+use crate::geometry::pose::Pose;
 use crate::geometry::round::Rounding;
 use crate::geometry::{Point, Polyline, Vector, angle_between, curve};
 use crate::lanelet::index::{HEADING_REACH, center_line};

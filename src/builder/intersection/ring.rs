@@ -2,7 +2,7 @@
 
 use crate::builder::network::{InnerRoad, Intersection};
 use crate::builder::tags::cross_section::Travel;
-use crate::geometry::curve::Pose;
+use crate::geometry::pose::Pose;
 use crate::geometry::{Point, Polyline, angle_between, cross, curve};
 
 /// Pieces whose ends lie no farther apart than this, metres, follow each other.

@@ -7,7 +7,7 @@ use crate::builder::streets::heights::Ground;
 use crate::builder::tags::cross_section::{CrossSection, StripKind, Travel};
 use crate::builder::tags::marking::SHARES;
 use crate::builder::tags::side_runs::runs;
-use crate::geometry::curve::Pose;
+use crate::geometry::pose::Pose;
 use crate::lanelet::{Attributes, Bound, PointId};
 use crate::parallel::Finely;
 
@@ -15,6 +15,7 @@ use super::border::borders;
 use super::cut::ConnectionLines;
 use super::join::Joins;
 use super::types::{Arm, ArmLane, Lane, Lanes, Piece};
+
 use compact_str::ToCompactString;
 use rayon::prelude::*;
 

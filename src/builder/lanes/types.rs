@@ -5,7 +5,7 @@ use crate::builder::map::assembly::Assembly;
 use crate::builder::network::{End, Intersection, RoadEnd, RoadIx};
 use crate::builder::streets::heights::Ground;
 use crate::builder::tags::cross_section::{Arrows, StripKind};
-use crate::geometry::curve::Pose;
+use crate::geometry::pose::Pose;
 use crate::geometry::{Point, Vector};
 use crate::lanelet::{Bound, LaneletId, PointId};
 

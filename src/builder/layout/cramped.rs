@@ -4,7 +4,7 @@ use crate::builder::intersection::movement_types::Movement;
 use crate::builder::intersection::paths::Path;
 use crate::builder::lanes::cut::ROAD_LEFT;
 use crate::builder::network::{Intersection, RoadEnd, RoadIx, RoadNetwork};
-use crate::geometry::curve;
+use crate::geometry::pose;
 
 use super::draft::Draft;
 
@@ -32,7 +32,7 @@ fn short_arms<'a>(draft: &'a Draft, at: &'a Intersection, paths: &'a [Path]) -> 
         let Movement { from, to, in_lane, out_lane } = path.movement;
         let arms: [RoadEnd; 2] = [at.arms[from], at.arms[to]];
         let ends = (draft.lanes.arm(arms[0]).into.get(in_lane)).zip(draft.lanes.arm(arms[1]).out.get(out_lane));
-        let tangents = ends.and_then(|(into, out)| curve::tangents(into.pose, out.pose));
+        let tangents = ends.and_then(|(into, out)| pose::tangents(into.pose, out.pose));
         let short = tangents.map(|(before, behind, turn)| {
             let needed = CAR_RADIUS * (turn.abs() / 2.0).tan();
             [(arms[0], before), (arms[1], behind)].map(|(arm, length)| (length < needed).then_some(arm.road))

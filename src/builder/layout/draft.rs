@@ -8,11 +8,6 @@ mod overrun;
 mod renewed;
 mod ways;
 
-pub use ways::Ways;
-
-use rayon::prelude::*;
-use rustc_hash::FxHashSet;
-
 use crate::builder::lanes::connection::{Needs, connection_lines};
 use crate::builder::lanes::cut::{ConnectionLines, ROAD_LEFT};
 use crate::builder::lanes::join::Joins;
@@ -25,6 +20,12 @@ use crate::builder::network::road_end::from_cut;
 use crate::builder::network::{IntersectionIx, RoadEnd, RoadIx, RoadNetwork};
 use crate::parallel::Finely;
 
+use overrun::{BACK_MOST, TOUCH};
+pub use ways::Ways;
+
+use rayon::prelude::*;
+use rustc_hash::FxHashSet;
+
 /// Each round settles what the round before moved; ways grow by less than they give.
 const ROUNDS: usize = 4;
 /// Where the outline shows that more is needed, so many rounds more,
@@ -33,13 +34,8 @@ const ROUNDS_OUTLINED: usize = 8;
 const CLEARING: f64 = 1.0;
 /// Stop lines that get into the way of something are left out in so many rounds, then all.
 const ROUNDS_STOPPED: usize = 3;
-/// A way that reaches over a cut by less than this, metres, only touches it.
-const TOUCH: f64 = 0.05;
 /// A cut lies this far, metres, behind the way that would run over it.
 const CLEAR: f64 = 0.2;
-/// No road is cut back further than this, metres, beyond its outline for the sake of a way beside it: what reaches
-/// further runs along the road and not over its end.
-const BACK_MOST: f64 = 12.0;
 
 /// What is drawn of a map before it is known what rules its intersections.
 pub struct Draft {

@@ -1,13 +1,8 @@
 //! The stage itself: from OpenStreetMap's elements to roads and intersections.
 
-use crate::builder::network::frame::{ToMetres, level};
-use crate::builder::tags::road_class::is_roundabout;
-use rayon::prelude::*;
-use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
-
 use crate::builder::tags::cross_section::{Customs, Layout};
 use crate::builder::tags::driving_side;
-use crate::builder::tags::road_class::DrivingSide;
+use crate::builder::tags::road_class::{DrivingSide, is_roundabout};
 use crate::builder::tags::speed::limit;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::{Point, Polyline};
@@ -18,6 +13,7 @@ use crate::settings::{AssumeSettings, RoadSettings};
 
 use super::arms::{Ray, clockwise};
 use super::features::NodeFeatures;
+use super::frame::{ToMetres, level};
 use super::layouts::Told;
 use super::pieces::{Piece, pieces};
 use super::restriction::turns;
@@ -27,6 +23,9 @@ use super::{
     End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, control, crossed, features,
     islands, stop_lines,
 };
+
+use rayon::prelude::*;
+use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
 
 /// Vertices closer than this (metres) to the line through their neighbours are dropped: below a mapper's accuracy.
 const SIMPLIFY: f64 = 0.03;

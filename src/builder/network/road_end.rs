@@ -1,7 +1,7 @@
 //! The end of a road: its direction, the places and lanes on a cut across it, and its other end.
 
 use crate::builder::tags::cross_section::{CrossSection, Travel};
-use crate::geometry::curve::Pose;
+use crate::geometry::pose::Pose;
 use crate::geometry::{Point, Vector, left_of};
 
 use super::{End, Road, RoadEnd, RoadNetwork};

@@ -26,8 +26,8 @@ pub fn turned(side: DrivingSide, middle: &Polyline) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::geometry::curve::{self, Pose};
-    use crate::geometry::{Point, Polyline};
+    use crate::geometry::pose::Pose;
+    use crate::geometry::{Point, Polyline, curve};
 
     use super::*;
 

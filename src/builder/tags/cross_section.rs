@@ -1,6 +1,7 @@
 //! The lanes of a road as an ordered cross-section, read from OpenStreetMap's tags.
 
 mod buses;
+mod facts;
 mod flow;
 mod lanes;
 mod per_lane;
@@ -11,8 +12,10 @@ mod sides;
 mod tests;
 mod usual;
 
+pub(crate) use facts::{Facts, Lane, Layout};
+
 pub(crate) use lanes::tells_lanes;
-pub(crate) use read::{Facts, Lane, Layout, layout};
+pub(crate) use read::layout;
 pub(crate) use usual::{Customs, SIDEWALK, Usual};
 
 use super::road_class::RoadClass;

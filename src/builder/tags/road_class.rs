@@ -43,3 +43,8 @@ pub enum RoadClass {
 pub(crate) fn is_roundabout(tags: &Tags) -> bool {
     matches!(tags.get("junction"), Some("roundabout" | "circular"))
 }
+
+/// Whether a road is a priority road: `priority_road`, other than `no` and the `end` of one.
+pub fn is_priority_road(tags: &Tags) -> bool {
+    matches!(tags.get("priority_road"), Some("designated" | "yes_unposted" | "yes"))
+}

@@ -3,17 +3,17 @@
 use std::sync::Arc;
 use std::thread;
 
+use crate::cli::load::Loaded;
+use crate::cli::watch::Watched;
+use crate::cli::{ViewArgs, check, fix, page};
 use crate::lanelet::from_osm;
 use crate::report::TextStyle;
 use crate::report::failure::Failure;
 use crate::report::html::{Ghost, Page, Served, ghosts, parcel, served};
 use crate::requirement::Requirement;
-use crate::rules;
-use crate::triage::{self, Sorted};
+use crate::triage::Sorted;
+use crate::{rules, triage};
 
-use super::super::load::Loaded;
-use super::super::watch::Watched;
-use super::super::{ViewArgs, check, fix, page};
 use super::live::Live;
 use super::server::Desk;
 

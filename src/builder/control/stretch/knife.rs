@@ -14,9 +14,7 @@ use crate::builder::network::{End, Road, RoadIx, RoadNetwork};
 use crate::builder::streets::heights::Ground;
 use crate::builder::tags::side_runs::runs;
 use crate::geometry::{Point, Vector, cross};
-use crate::lanelet::{Bound, LineStringId, PointId};
-
-use super::Stretch;
+use crate::lanelet::{Attributes, Bound, LineStringId, PointId};
 
 /// No cut comes closer than this, metres, to another point of a border.
 const CLEAR: f64 = 0.5;
@@ -288,3 +286,14 @@ fn border_pieces(
     }
     lines
 }
+
+/// A part of a road where some of its edges are painted otherwise.
+pub struct Stretch {
+    /// Between which stations.
+    pub span: [f64; 2],
+    /// What is painted on which edge.
+    pub painted: Painted,
+}
+
+/// Edges of a road's cross-section with what is painted there before the stop line.
+pub type Painted = Vec<(usize, Attributes)>;

@@ -11,7 +11,7 @@ use crate::builder::network::Island;
 use crate::geometry::polygon;
 use crate::lanelet::PointId;
 
-use super::{area_of, covers, is_simple, nodes, places, runs_beside, united};
+use super::area_ring::{area_of, covers, is_simple, nodes, places, runs_beside, united};
 
 /// Islands that share less than this with the ground of an intersection, square metres, only touch it.
 const TOUCH: f64 = 0.5;

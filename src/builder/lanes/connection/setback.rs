@@ -2,8 +2,8 @@
 
 use crate::builder::network::road_end::{inward, lane_pose, lanes_at};
 use crate::builder::network::{End, Road, RoadEnd, RoadNetwork};
-use crate::geometry::curve::Pose;
-use crate::geometry::{angle_between, curve, double_bend};
+use crate::geometry::pose::Pose;
+use crate::geometry::{angle_between, double_bend, pose};
 
 /// Radius of the near turn's centre line that a car takes with ease, metres.
 const TURN_RADIUS: f64 = 6.0;
@@ -77,7 +77,7 @@ pub fn turn_setbacks(network: &RoadNetwork, arms: &[RoadEnd], least: &[[f64; 2]]
 /// How far, metres, to cut back the roads before and behind a turn so that a car takes it with ease; by no more than `most`
 /// for a sharp one.
 fn room_for_turn([from, to]: [Pose; 2], most: f64) -> Option<[f64; 2]> {
-    let (before, after, turn) = curve::crossing(from, to)?;
+    let (before, after, turn) = pose::crossing(from, to)?;
     let degrees = turn.abs().to_degrees();
     let ahead = before > 0.0 && after > 0.0;
     if degrees > BACK || !(ahead || degrees > TURN_LEAST) {

@@ -8,7 +8,11 @@ use crate::builder::network::road_end::from_cut;
 use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadNetwork};
 use crate::geometry::{Point, Polyline, Vector, polygon};
 
-use super::{BACK_MOST, TOUCH};
+/// A way that reaches over a cut by less than this, metres, only touches it.
+pub(super) const TOUCH: f64 = 0.05;
+/// No road is cut back further than this, metres, beyond its outline for the sake of a way beside it: what reaches
+/// further runs along the road and not over its end.
+pub(super) const BACK_MOST: f64 = 12.0;
 
 /// Outlines are looked at in steps of this length, metres.
 const STEP: f64 = 0.5;

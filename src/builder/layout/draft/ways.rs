@@ -1,6 +1,7 @@
 //! The ways through one intersection, drawn over its lanes, and the outline around them.
 
-use crate::builder::intersection::area::{AreaOutline, area_outline, covers};
+use crate::builder::intersection::area::area_ring::covers;
+use crate::builder::intersection::area::{AreaOutline, area_outline};
 use crate::builder::intersection::conflict::{Conflicts, columns, conflicts};
 use crate::builder::intersection::cycle::{Cycles, Cycling, Wanted, ridden};
 use crate::builder::intersection::movement::movements;

@@ -5,7 +5,7 @@ use rustc_hash::FxHashSet;
 
 use crate::builder::ids::Key;
 use crate::builder::postprocess::pen::Pen;
-use crate::geometry::curve::Pose;
+use crate::geometry::pose::Pose;
 use crate::geometry::{Point, Polyline, angle_between, curve};
 use crate::lanelet::index::{Lane, MapIndex, Movement, Traffic};
 use crate::lanelet::{Attributes, LaneletId, LaneletMap, LineStringId, PointId};

@@ -9,12 +9,10 @@ mod beside;
 mod sieve;
 #[cfg(test)]
 mod tests;
+mod track;
 
-use rayon::prelude::*;
-use rustc_hash::FxHashMap;
-
-use crate::builder::network::{End, Road, RoadEnd, RoadNetwork};
-use crate::geometry::{Point, Polyline, Vector, left_of};
+use crate::builder::network::{End, Road, RoadNetwork};
+use crate::geometry::Polyline;
 use crate::parallel::Finely;
 
 use super::eased;
@@ -22,165 +20,17 @@ use super::sides::{Sides, Told, sides};
 use again::{Surroundings, sorted};
 use beside::{Beside, apart, find};
 use sieve::likely;
+use track::{TOLERANCE, Track, Tracks, normals, places};
 
-/// Distance between the places, metres, at which a road is compared with others.
-const STEP: f64 = 4.0;
-/// Gap, metres, that is left between two roads laid side by side.
-const CLEAR: f64 = 0.05;
-/// An overlap below this, metres, is left as it is.
-const TOLERANCE: f64 = 0.03;
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
 /// Two roads drawn closer together than this, metres, may lie on either side of each other: a mapper's accuracy.
 const UNCLEAR: f64 = 1.0;
-/// A road is never moved further than this, metres: beyond, the map is wrong, or the widths are.
-const FARTHEST: f64 = 7.0;
-/// Metres sideways per metre along the road at which it gives way.
-const SLOPE: f64 = 0.12;
 /// A place of a moved road is no point of it where it lies within this, metres, of the straight way.
 const STRAIGHT: f64 = 0.001;
 /// Rounds after which what still overlaps is left.
 const ROUNDS: usize = 12;
-/// A part of a road shorter than this between its cuts, metres, need not be laid abreast.
-const SHORTEST: f64 = 2.0;
-
-/// The tracks of the roads that may move or lie near others that do; all others stay as they are drawn.
-struct Tracks<'a> {
-    network: &'a RoadNetwork,
-    kept: &'a [[f64; 2]],
-    made: FxHashMap<usize, Track>,
-}
-
-impl Tracks<'_> {
-    /// The track of a road.
-    fn of(&mut self, road: usize) -> &mut Track {
-        self.made.entry(road).or_insert_with(|| Track::new(&self.network.roads[road], self.kept[road]))
-    }
-
-    /// Makes the tracks of many roads.
-    fn make(&mut self, roads: &[usize]) {
-        let new = roads.par_iter().finely().filter(|road| !self.made.contains_key(road));
-        let new: Vec<_> = new.map(|&road| (road, Track::new(&self.network.roads[road], self.kept[road]))).collect();
-        self.made.extend(new);
-    }
-
-    /// How far an end of a road has moved.
-    fn shift(&self, at: RoadEnd) -> f64 {
-        let track = self.made.get(&(at.road.0 as usize));
-        track.and_then(|track| track.shift.get(track.end(at.end))).copied().unwrap_or_default()
-    }
-}
-
-/// One road as a list of places that can move sideways.
-struct Track {
-    stations: Vec<f64>,
-    base: Vec<Point>,
-    normals: Vec<Vector>,
-    /// Signed, left positive, metres.
-    shift: Vec<f64>,
-    /// First and last place between the cuts; `None` if nothing worth moving remains.
-    kept: Option<[usize; 2]>,
-    half: f64,
-    level: f64,
-    mobility: f64,
-}
-
-impl Track {
-    fn new(road: &Road, kept: [f64; 2]) -> Self {
-        let length = road.line.length();
-        let [from, to] = [kept[0].clamp(0.0, length), kept[1].clamp(0.0, length)];
-        let mut stations = vec![0.0];
-        if to - from > SHORTEST {
-            let pieces = ((to - from) / STEP).ceil() as usize;
-            let inner = (0..=pieces).map(|i| from + (to - from) * i as f64 / pieces as f64);
-            stations.extend(inner.filter(|s| *s > Polyline::MERGE && *s < length - Polyline::MERGE));
-        }
-        stations.push(length);
-        let base: Vec<Point> = places(&road.line, &stations);
-        let normals = normals(&base);
-        let index = |station: f64| stations.iter().position(|s| *s >= station - Polyline::MERGE);
-        let kept = if to - from > SHORTEST { index(from).zip(index(to)).map(|(a, b)| [a, b]) } else { None };
-        let width = road.section.width();
-        let mobility = if road.link { 3.0 } else { 1.0 } / (width * width).max(1.0);
-        let shift = vec![0.0; base.len()];
-        Self { stations, base, normals, shift, kept, half: width / 2.0, level: road.level, mobility }
-    }
-
-    /// The place at one end.
-    fn end(&self, end: End) -> usize {
-        match end {
-            End::Start => 0,
-            End::End => self.shift.len() - 1,
-        }
-    }
-
-    fn place(&self, i: usize) -> Point {
-        self.base[i] + self.normals[i] * self.shift[i]
-    }
-
-    fn is_kept(&self, i: usize) -> bool {
-        self.kept.is_some_and(|[a, b]| (a..=b).contains(&i))
-    }
-
-    /// Station with the parts beyond the cuts folded into them: a road keeps its shift up to its end.
-    fn folded(&self, i: usize) -> f64 {
-        match self.kept {
-            Some([a, b]) => self.stations[i.clamp(a, b)],
-            None => self.stations[i],
-        }
-    }
-
-    /// Raises the shift to at least `target` on its own side everywhere, with gentle slopes around.
-    fn take(&mut self, target: &[f64]) {
-        let mut high: Vec<f64> = self.shift.iter().zip(target).map(|(s, t)| s.max(*t).max(0.0)).collect();
-        let mut low: Vec<f64> = self.shift.iter().zip(target).map(|(s, t)| (-s).max(-*t).max(0.0)).collect();
-        for i in 0..target.len() {
-            // A target between the old shift and zero lets the road come back.
-            if target[i] >= 0.0 && self.shift[i] > target[i] {
-                high[i] = target[i];
-            }
-            if target[i] <= 0.0 && self.shift[i] < target[i] {
-                low[i] = -target[i];
-            }
-        }
-        for side in [&mut high, &mut low] {
-            for i in 1..side.len() {
-                side[i] = side[i].max(side[i - 1] - SLOPE * (self.folded(i) - self.folded(i - 1)));
-            }
-            for i in (1..side.len()).rev() {
-                side[i - 1] = side[i - 1].max(side[i] - SLOPE * (self.folded(i) - self.folded(i - 1)));
-            }
-        }
-        for (i, shift) in self.shift.iter_mut().enumerate() {
-            *shift = (high[i] - low[i]).clamp(-FARTHEST, FARTHEST);
-        }
-    }
-}
-
-/// The points of a line at ascending stations.
-fn places(line: &Polyline, stations: &[f64]) -> Vec<Point> {
-    let marks = line.stations();
-    let points = line.points();
-    let mut segment = 0;
-    stations
-        .iter()
-        .map(|s| {
-            while segment + 2 < marks.len() && marks[segment + 1] < *s {
-                segment += 1;
-            }
-            let t = ((s - marks[segment]) / (marks[segment + 1] - marks[segment])).clamp(0.0, 1.0);
-            points[segment] + (points[segment + 1] - points[segment]) * t
-        })
-        .collect()
-}
-
-/// Unit normals to the left at each of two or more points.
-fn normals(points: &[Point]) -> Vec<Vector> {
-    (0..points.len())
-        .map(|i| {
-            let (a, b) = (points[i.saturating_sub(1)], points[(i + 1).min(points.len() - 1)]);
-            left_of((b - a).try_normalize(0.0).unwrap_or_else(Vector::x))
-        })
-        .collect()
-}
 
 /// The network with roads laid abreast. `kept` gives the stations between which each road remains: what lies within
 /// the intersections may overlap.

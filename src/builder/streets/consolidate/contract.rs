@@ -8,10 +8,9 @@ use crate::builder::network::{
 };
 use crate::geometry::Point;
 
-use super::decide::{Reason, Verdict};
 use super::island::{around_corner, encloses_island};
 use super::passages::{Rules, passages};
-use super::{ConsolidateOptions, MergeNote};
+use super::{ConsolidateOptions, MergeNote, Reason, Verdict};
 
 /// The network after one round, whether anything merged, and a note per verdict.
 pub fn contract(

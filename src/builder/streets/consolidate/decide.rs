@@ -1,60 +1,15 @@
 //! Whether a road lies inside an intersection: whether no vehicle waits on it.
 
-use rayon::prelude::*;
-
 use crate::builder::network::{End, FeatureKind, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
 use crate::builder::tags::cross_section::Travel;
 use crate::builder::tags::road_class::RoadClass;
 use crate::geometry::Vector;
 use crate::parallel::Finely;
 
-use super::ConsolidateOptions;
 use super::wish::wished;
+use super::{ConsolidateOptions, Reason, Verdict};
 
-/// What speaks for or against merging a road.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Reason {
-    /// The user says so.
-    Wish,
-    /// `junction=intersection`.
-    Tagged,
-    /// Nothing, or too little for a vehicle, is left between its cuts.
-    Short,
-    /// It lies between two signalised nodes and holds less than two cars.
-    BetweenSignals,
-    /// It crosses the median of a dual carriageway and holds less than three cars.
-    AcrossMedian,
-    /// What passes an end of it runs over it, and it has no room to be cut back.
-    Overrun,
-    /// Kept apart: a stop line of its own stands on it.
-    OwnStopLine,
-    /// Kept apart: the whole roundabout would collapse.
-    Roundabout,
-    /// Kept apart: traffic drives around an island that the merged intersection would cover.
-    Island,
-    /// Kept apart: the merged intersection would reach too far.
-    Reach,
-    /// Kept apart: an arm would be enclosed by the merged intersection.
-    Enclosed,
-    /// Kept apart: an end of it is the edge of the map, or no intersection at all.
-    Edge,
-}
-
-/// The decision on one road.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Verdict {
-    /// The road.
-    pub road: RoadIx,
-    /// Whether it lies inside an intersection.
-    pub merge: bool,
-    /// What decided.
-    pub reason: Reason,
-    /// Metres between its two cuts; negative where they overlap.
-    pub left: f64,
-    /// The wish that decided, by its index.
-    pub wish: Option<usize>,
-}
+use rayon::prelude::*;
 
 /// A verdict for every road that something speaks for merging.
 pub fn decide(network: &RoadNetwork, kept: &[[f64; 2]], options: &ConsolidateOptions) -> Vec<Verdict> {

@@ -5,10 +5,10 @@
 
 use std::borrow::Cow;
 
-use crate::builder::control::priority_road::is_priority_road;
 use crate::builder::network::{End, Feature, FeatureKind, IntersectionIx, Road, RoadEnd, RoadKey, RoadNetwork};
 use crate::builder::tags::cross_section::{CrossSection, Strip, Travel};
 use crate::builder::tags::marking;
+use crate::builder::tags::road_class::is_priority_road;
 use crate::geometry::{Polyline, angle_between};
 
 use super::edit::Edit;

@@ -15,63 +15,14 @@ mod join;
 pub(crate) mod passages;
 #[cfg(test)]
 mod tests;
+mod types;
 mod wish;
 
-use crate::builder::network::{RoadIx, RoadKey, RoadNetwork};
+pub use types::{ConsolidateOptions, MergeNote, Reason, Verdict};
 
-pub use decide::{Reason, Verdict};
+use crate::builder::network::{RoadIx, RoadNetwork};
+
 pub use wish::{Wish, Wished};
-
-/// Limits of the decision, metres unless said otherwise.
-#[derive(Clone, Debug)]
-pub struct ConsolidateOptions {
-    /// A road with less than this left between its two cuts has no room for a vehicle to wait: it lies inside.
-    pub short: f64,
-    /// As `short`, for a piece of a roundabout's ring: less than a lanelet takes.
-    pub short_on_ring: f64,
-    /// As `short`, for a road between two signalised nodes: less than two waiting cars.
-    pub short_between_signals: f64,
-    /// As `short`, for a road across the median of a dual carriageway: less than three waiting cars.
-    pub short_across_median: f64,
-    /// A road tagged `junction=intersection` longer than this is a tagging mistake.
-    pub tagged: f64,
-    /// No merged intersection reaches further than this across; beyond, it is a network of its own.
-    pub reach: f64,
-    /// More rounds than this mean that the decision does not settle.
-    pub rounds: usize,
-    /// Roads that the user decided.
-    pub wishes: Vec<Wish>,
-}
-
-impl Default for ConsolidateOptions {
-    fn default() -> Self {
-        Self {
-            short: 5.0,
-            short_on_ring: 3.0,
-            short_between_signals: 12.0,
-            short_across_median: 18.0,
-            tagged: 60.0,
-            reach: 90.0,
-            rounds: 8,
-            wishes: Vec::new(),
-        }
-    }
-}
-
-/// Why a road was merged, or was not although something spoke for it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MergeNote {
-    /// The road.
-    pub key: RoadKey,
-    /// Whether it became part of an intersection.
-    pub merged: bool,
-    /// What decided.
-    pub reason: Reason,
-    /// Metres between its two cuts.
-    pub left: f64,
-    /// The wish that decided, by its index.
-    pub wish: Option<usize>,
-}
 
 /// Joins what is one road: pieces that continue each other without any change, and carriageways around an island.
 #[must_use]

@@ -14,7 +14,8 @@ use crate::parallel::Finely;
 use super::base::Base;
 use super::crossings::crossings;
 use super::limit::{Sampled, Ties, Web};
-use super::{HeightOptions, STEP, TOLERANCE, fewest, lay};
+use super::options::{STEP, TOLERANCE};
+use super::{HeightOptions, fewest, lay};
 
 /// Stations closer than this, metres, are one.
 const SAME: f64 = 1.0;

@@ -19,8 +19,8 @@ use rustc_hash::FxHashMap;
 use crate::builder::network::{End, Intersection, IntersectionIx, RoadEnd, RoadIx, RoadNetwork};
 use crate::parallel::Finely;
 
-use super::REACH;
 use super::crossings::Crossing;
+use super::options::REACH;
 
 /// Heights are kept as whole tenths of a millimetre, which have an order.
 const PER_METRE: f64 = 1e4;

@@ -10,106 +10,35 @@ mod crossings;
 mod evened;
 mod ground;
 mod limit;
+mod options;
 mod ramp;
 mod spots;
 #[cfg(test)]
 mod tests;
 
-use std::sync::Arc;
-
-use rayon::prelude::*;
+pub use options::HeightOptions;
 
 use crate::builder::network::{Road, RoadNetwork};
-use crate::builder::tags::road_class::RoadClass;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
-use crate::geometry::{Point, Polyline};
+use crate::geometry::Polyline;
 use crate::parallel::Finely;
 
 use base::Base;
 use crossings::{Crossing, crossings};
 use limit::{Sampled, Web};
+use options::{REACH, STEP, TOLERANCE};
 use ramp::Ramp;
+
+use rayon::prelude::*;
 
 pub use evened::evened;
 pub use ground::{Ground, rounded};
 pub use spots::{Spots, spots};
 
-/// Height from one level to the next, metres: 4.5 m of clearance, as most countries ask for, and the deck.
-pub const STOREY: f64 = 6.0;
-/// Distance, metres, between the places of a road at which its height is worked out.
-const STEP: f64 = 5.0;
-/// Heights are averaged over this distance, metres, to either side, so that the grade does not change at once.
-const ROUNDED: f64 = 15.0;
-/// As many steps.
-const REACH: usize = (ROUNDED / STEP) as usize;
-/// A road's line gets no vertex for what changes its height by less than this, metres.
-const TOLERANCE: f64 = 0.02;
 /// A road is told of where it lies so far, metres, from the height that ground and level ask for.
 const ASTRAY: f64 = 0.5;
 /// A crossing is told of where so much of its room, metres, is missing.
 const CRAMPED: f64 = 0.5;
-
-/// Heights at places of the plane, metres; `None` where nothing is known.
-pub type Surface = dyn Fn(&[Point]) -> Vec<Option<f64>> + Send + Sync;
-
-/// What heights are made from.
-#[derive(Clone)]
-pub struct HeightOptions {
-    /// Height of the ground where nothing is known of it, metres.
-    pub ground: f64,
-    /// Height from one level to the next, metres.
-    pub storey: f64,
-    /// Steepest ramp, metres per metre; by the class of the road where absent.
-    pub grade: Option<f64>,
-    /// Steepest road, metres per metre, where the ground is steeper than a ramp may be; by the class where absent.
-    pub steepest: Option<f64>,
-    /// Heights that the input's nodes give.
-    pub spots: Spots,
-    /// The ground by a terrain model.
-    pub terrain: Option<Arc<Surface>>,
-}
-
-impl Default for HeightOptions {
-    fn default() -> Self {
-        Self { ground: 0.0, storey: STOREY, grade: None, steepest: None, spots: Spots::default(), terrain: None }
-    }
-}
-
-impl std::fmt::Debug for HeightOptions {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("HeightOptions")
-            .field("ground", &self.ground)
-            .field("storey", &self.storey)
-            .field("grade", &self.grade)
-            .field("steepest", &self.steepest)
-            .field("terrain", &self.terrain.is_some())
-            .finish_non_exhaustive()
-    }
-}
-
-impl HeightOptions {
-    /// Steepest ramp on a road, metres per metre: what design manuals allow for the class.
-    fn grade_of(&self, road: &Road) -> f64 {
-        let usual = match road.class {
-            RoadClass::Motorway | RoadClass::Trunk if !road.link => 0.05,
-            RoadClass::Motorway | RoadClass::Trunk | RoadClass::Primary => 0.07,
-            RoadClass::Secondary | RoadClass::Tertiary => 0.08,
-            _ => 0.12,
-        };
-        self.grade.unwrap_or(usual)
-    }
-
-    /// Steepest road of a class, metres per metre, on ground that is steep: about the steepest that exist.
-    fn steepest_of(&self, road: &Road) -> f64 {
-        let usual = match road.class {
-            RoadClass::Motorway | RoadClass::Trunk if !road.link => 0.1,
-            RoadClass::Motorway | RoadClass::Trunk | RoadClass::Primary => 0.15,
-            RoadClass::Secondary | RoadClass::Tertiary => 0.2,
-            _ => 0.3,
-        };
-        self.steepest.unwrap_or(usual).max(self.grade_of(road))
-    }
-}
 
 /// The network with a height at every vertex of every road, and a finding for each road that could not lie as ground and
 /// level ask, and for each crossing without room. `kept` gives the stations between which each road remains: within the

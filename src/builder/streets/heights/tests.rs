@@ -1,10 +1,14 @@
 //! Heights of hand-written networks.
 
+use std::sync::Arc;
+
 use crate::builder::network::{NetworkOptions, RoadIx, road_network};
+use crate::geometry::Point;
 use crate::osm::{OsmData, read_bytes};
 use crate::projection::LonLat;
 
 use super::ground::eased;
+use super::options::{STOREY, Surface};
 use super::*;
 
 /// Metres east and north of a corner of the world where a degree is as long as this.

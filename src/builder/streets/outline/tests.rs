@@ -6,7 +6,7 @@ use crate::builder::network::{IntersectionIx, Road, RoadIx, RoadKey};
 use crate::builder::streets::alignment::{abreast, ease};
 use crate::builder::tags::cross_section::{Arrows, CrossSection, Strip, StripKind, Travel};
 use crate::builder::tags::road_class::RoadClass;
-use crate::geometry::{Polyline, polygon, ring};
+use crate::geometry::{Point, Polyline, polygon, ring};
 use crate::osm::Tags;
 
 use super::site::is_sound;

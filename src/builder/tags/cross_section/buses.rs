@@ -3,11 +3,10 @@
 use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tags::values::number_of;
 
+use super::facts::plain;
 use super::flow::Flow;
-use super::lanes::plain;
 use super::per_lane::PerLane;
-use super::read::Facts;
-use super::{Strip, StripKind, Travel};
+use super::{Facts, Strip, StripKind, Travel};
 
 /// One edge of a direction's lanes.
 #[derive(Clone, Copy, PartialEq, Eq)]

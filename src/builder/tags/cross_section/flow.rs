@@ -2,7 +2,7 @@
 
 use crate::builder::tags::road_class::{RoadClass, is_roundabout};
 
-use super::read::Facts;
+use super::Facts;
 
 /// How motor traffic runs along a way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

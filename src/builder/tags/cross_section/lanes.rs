@@ -6,10 +6,10 @@ use crate::diagnostic::{Finding, Severity};
 use crate::osm::Tags;
 
 use super::buses::mark_bus_lanes;
+use super::facts::{MAX_SINGLE_TRACK, plain};
 use super::flow::Flow;
 use super::per_lane::{PerLane, per_lane};
-use super::read::{Facts, Lane, MAX_SINGLE_TRACK};
-use super::{Strip, StripKind, Travel, minimum_lane_width};
+use super::{Facts, Lane, Strip, StripKind, Travel, minimum_lane_width};
 
 /// The lanes of a way from left to right along it.
 pub(super) type Lanes = Vec<Strip>;
@@ -78,15 +78,6 @@ pub(crate) fn tells_lanes(tags: &Tags) -> bool {
 fn fit(class: RoadClass, lanes: &[Lane], room: Option<f64>) -> bool {
     let each = minimum_lane_width(class)..=MAX_SINGLE_TRACK;
     room.is_none_or(|width| each.contains(&(width / lanes.len() as f64)))
-}
-
-/// A lane of which nothing is known but its direction.
-pub(super) fn plain(facts: &Facts<'_>, travel: Travel) -> Strip {
-    let kind = if facts.bus_road { StripKind::Bus } else { StripKind::Drive };
-    match metres_under(facts.tags, ["lane_width", "width:lane"]) {
-        Some(width) if super::LANE_WIDTHS.contains(&width) => Strip::plain(kind, travel, width, false),
-        _ => Strip::plain(kind, travel, facts.usual.lane, true),
-    }
 }
 
 /// The number under `key`: `1.5` counts as 1, the first of a list counts.

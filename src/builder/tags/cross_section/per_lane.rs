@@ -4,8 +4,7 @@ use crate::builder::tags::values::{is_yes, metres, per_lane as entries};
 use crate::diagnostic::{Finding, Severity};
 
 use super::flow::Flow;
-use super::read::Facts;
-use super::{Arrows, LANE_WIDTHS, Strip, StripKind, Travel, Usual};
+use super::{Arrows, Facts, LANE_WIDTHS, Strip, StripKind, Travel, Usual};
 
 /// The lists that tell who may use a lane, from the most specific to the least.
 const MOTOR: [&str; 4] = ["motorcar:lanes", "motor_vehicle:lanes", "vehicle:lanes", "access:lanes"];

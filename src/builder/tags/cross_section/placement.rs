@@ -3,8 +3,7 @@
 use crate::diagnostic::{Finding, Severity};
 
 use super::flow::Flow;
-use super::read::Facts;
-use super::{CrossSection, Strip, StripKind, Travel};
+use super::{CrossSection, Facts, Strip, StripKind, Travel};
 
 /// Offset of OpenStreetMap's line from the middle of the section, left positive, metres; `None` where no tag tells
 /// it.

@@ -1,68 +1,22 @@
 //! From the tags of a way to its cross-section: the parts are read apart and put together here.
 
-use crate::builder::tags::road_class::{DrivingSide, RoadClass};
 use crate::builder::tags::values::metres_under;
-use crate::diagnostic::{Finding, Severity, Subject};
-use crate::osm::Tags;
+use crate::diagnostic::{Finding, Severity};
 
+use super::facts::MAX_SINGLE_TRACK;
 use super::flow::flow;
 use super::lanes::{Lanes, lanes};
 use super::placement::reference;
 use super::sides::{SideStrips, side_strips};
-use super::usual::Usual;
-use super::{CrossSection, Strip, StripKind, Travel, minimum_lane_width};
+use super::{CrossSection, Facts, Layout, Strip, StripKind, Travel, minimum_lane_width};
 
 /// Lanes are drawn no wider than this, metres, whatever the width of the carriageway says: what is left over is a
 /// shoulder.
 pub(super) const MAX_LANE_WIDTH: f64 = 3.75;
 
-/// A single track for both directions may take all of a narrow carriageway, metres.
-pub(super) const MAX_SINGLE_TRACK: f64 = 5.5;
-
 /// A shoulder left over on one side, metres: below, it is no strip of its own; above, the tagged width is not that of
 /// this carriageway.
 const LEFT_OVER: std::ops::RangeInclusive<f64> = 0.25..=6.0;
-
-/// What is known of a way before its strips are read.
-#[derive(Clone, Copy)]
-pub(crate) struct Facts<'a> {
-    /// Its id.
-    pub way: i64,
-    /// Its tags.
-    pub tags: &'a Tags,
-    /// Its class.
-    pub class: RoadClass,
-    /// Whether it is a `_link`.
-    pub link: bool,
-    /// Whether only buses may use it.
-    pub bus_road: bool,
-    /// The side people drive on.
-    pub side: DrivingSide,
-    /// What is assumed where its tags are silent.
-    pub usual: Usual,
-    /// The lanes, left to right along the way, of the road that it continues on both sides; heeded where its own tags tell
-    /// none.
-    pub continued: Option<&'a [Lane]>,
-}
-
-/// What a lane for motor vehicles is for, and which way.
-pub(crate) type Lane = (StripKind, Travel);
-
-impl Facts<'_> {
-    /// A note about the way.
-    pub(super) fn note(&self, slug: &'static str, severity: Severity, what: &str) -> Finding {
-        Finding::new(slug, Subject::Way(self.way), format!("way {}: {what}", self.way)).graded(severity)
-    }
-}
-
-/// A cross-section and where it lies beside OpenStreetMap's line.
-#[derive(Clone, Debug)]
-pub(crate) struct Layout {
-    /// What lies across the road, along the way's direction.
-    pub section: CrossSection,
-    /// How far the middle of the section lies left of the way's line, metres.
-    pub shift: f64,
-}
 
 /// The strips of a way while their widths are settled, left to right along the way.
 struct Draft {

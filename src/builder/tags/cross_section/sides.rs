@@ -4,8 +4,7 @@ use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tags::values::metres;
 
 use super::flow::Flow;
-use super::read::Facts;
-use super::{Strip, StripKind, Travel};
+use super::{Facts, Strip, StripKind, Travel};
 
 /// So much wider, metres, is what bicycles ride on both ways: two pass each other.
 pub(super) const BOTH_WAYS: f64 = 1.0;

@@ -10,7 +10,7 @@ use crate::geometry::cells::{Bounds, Cells};
 use crate::parallel::Finely;
 
 use super::beside::{Beside, find};
-use super::{FARTHEST, Tracks};
+use super::track::{FARTHEST, Tracks};
 
 /// Cells of this side, metres, hold whole roads.
 const CELL: f64 = 128.0;

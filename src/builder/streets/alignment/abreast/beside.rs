@@ -11,7 +11,7 @@ use crate::geometry::cells::{Bounds, Cells, touch};
 use crate::geometry::{Point, Vector, cross};
 use crate::parallel::Finely;
 
-use super::{CLEAR, TOLERANCE, Track};
+use super::track::{CLEAR, TOLERANCE, Track};
 
 /// Roads whose directions differ by more than this cosine tells cross each other; they do not run abreast. 40 degrees.
 pub const PARALLEL: f64 = 0.77;

@@ -11,7 +11,7 @@ use crate::parallel::Finely;
 
 use super::again::sorted;
 use super::beside::PARALLEL;
-use super::{CLEAR, SHORTEST, STEP, TOLERANCE};
+use super::track::{CLEAR, SHORTEST, STEP, TOLERANCE};
 
 /// A stretch between the cuts is no longer than this, metres.
 const LONGEST: f64 = 48.0;

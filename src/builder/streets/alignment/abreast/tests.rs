@@ -5,6 +5,7 @@ use proptest::prelude::*;
 use crate::builder::network::{IntersectionIx, RoadKey};
 use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind, Travel};
 use crate::builder::tags::road_class::RoadClass;
+use crate::geometry::Point;
 use crate::osm::Tags;
 
 use super::*;
