@@ -12,10 +12,11 @@ use std::path::Path;
 use std::time::Instant;
 
 use clock::processor_time;
-use lanewright::builder::road_network::{NetworkOptions, road_network};
+use lanewright::builder::network::{NetworkOptions, road_network};
 use lanewright::builder::streets::{StreetOptions, streets};
 use lanewright::builder::{BuildOptions, build};
-use lanewright::lanelet::index::{MapIndex, Thresholds};
+use lanewright::lanelet::index::MapIndex;
+use lanewright::lanelet::index::Thresholds;
 use lanewright::lanelet::{from_osm, projector_for, to_osm};
 use lanewright::osm::{OsmData, read_bytes};
 use lanewright::projection::Projector;

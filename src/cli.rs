@@ -27,7 +27,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use crate::builder::driving_side;
+use crate::builder::tags::driving_side;
 use crate::projection;
 use crate::report::failure::Failure;
 use crate::settings::ProjectorType;

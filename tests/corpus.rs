@@ -14,9 +14,9 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use geo::{Area, BooleanOps, MultiPolygon};
-use lanewright::builder::outline::ribbon;
-use lanewright::builder::road_network::{End, Intersection};
+use lanewright::builder::network::{End, Intersection};
 use lanewright::builder::streets::Streets;
+use lanewright::builder::streets::outline::ribbon;
 use lanewright::builder::{BuildOptions, plan};
 use lanewright::geometry::polygon;
 use lanewright::osm::{OsmData, read_bytes};

@@ -8,8 +8,9 @@ mod common;
 use std::collections::{BTreeMap, BTreeSet};
 
 use common::judge_as;
-use lanewright::builder::inside::{Inside, UNDRAWN};
-use lanewright::builder::road_network::DrivingSide;
+use lanewright::builder::options::Inside;
+use lanewright::builder::postprocess::inside::UNDRAWN;
+use lanewright::builder::tags::road_class::DrivingSide;
 use lanewright::builder::{BuildOptions, Built, build};
 use lanewright::geometry::{Point, Polyline, polygon};
 use lanewright::lanelet::{

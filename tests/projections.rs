@@ -12,7 +12,8 @@ use std::process::Stdio;
 use lanewright::geometry::Point;
 use lanewright::lanelet::from_osm;
 use lanewright::osm::{OsmData, read_bytes};
-use lanewright::projection::{DEFAULT_SCALE_FACTOR, LonLat, Projector};
+use lanewright::projection::LonLat;
+use lanewright::projection::{DEFAULT_SCALE_FACTOR, Projector};
 use serde_json::{Value, json};
 
 /// Metres.

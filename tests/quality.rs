@@ -11,8 +11,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 
-use lanewright::builder::cross_section::{StripKind, minimum_lane_width};
-use lanewright::builder::road_network::{NetworkOptions, Road, road_network};
+use lanewright::builder::network::{NetworkOptions, Road, road_network};
+use lanewright::builder::tags::cross_section::{StripKind, minimum_lane_width};
 use lanewright::builder::{BuildOptions, plan};
 use lanewright::osm::read_file;
 use serde_json::Value;

@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use lanewright::builder::road_network::{End, Network, NetworkOptions, road_network};
+use lanewright::builder::network::{End, Network, NetworkOptions, road_network};
 use lanewright::diagnostic::SourceSpan;
 use lanewright::geometry::Point;
 use lanewright::osm::{Node, OsmData, Tags, Way, read_file};

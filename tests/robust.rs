@@ -9,7 +9,8 @@ use std::path::Path;
 
 use havoc::{ODD, changed, with_value};
 use lanewright::builder::{BuildOptions, build};
-use lanewright::lanelet::index::{MapIndex, Thresholds};
+use lanewright::lanelet::index::MapIndex;
+use lanewright::lanelet::index::Thresholds;
 use lanewright::lanelet::{Loaded, from_osm, to_osm};
 use lanewright::osm::{OsmData, read_bytes};
 use lanewright::projection::{MgrsGrid, Projector};

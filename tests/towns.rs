@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use common::judge;
-use lanewright::builder::road_network::DrivingSide;
+use lanewright::builder::tags::road_class::DrivingSide;
 use lanewright::builder::{BuildOptions, build};
 use lanewright::diagnostic::Severity;
 use lanewright::lanelet::Loaded;

@@ -5,7 +5,8 @@
 #[path = "../../tests/havoc/mod.rs"]
 mod havoc;
 
-use lanewright::lanelet::index::{MapIndex, Thresholds};
+use lanewright::lanelet::index::Thresholds;
+use lanewright::lanelet::index::MapIndex;
 use lanewright::lanelet::{Loaded, from_osm};
 use lanewright::osm::{OsmData, read_bytes};
 use lanewright::projection::{MgrsGrid, Projector};

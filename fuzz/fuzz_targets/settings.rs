@@ -4,7 +4,8 @@
 
 use std::sync::LazyLock;
 
-use lanewright::lanelet::index::{MapIndex, Thresholds};
+use lanewright::lanelet::index::Thresholds;
+use lanewright::lanelet::index::MapIndex;
 use lanewright::lanelet::{Loaded, from_osm};
 use lanewright::osm::{OsmData, read_bytes};
 use lanewright::projection::{MgrsGrid, Projector};

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use lanewright::Input;
 use lanewright::api::{ConfigSource, Configuration};
-use lanewright::builder::road_network::DrivingSide;
+use lanewright::builder::tags::road_class::DrivingSide;
 use lanewright::settings::{Profile, ProjectorType};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;

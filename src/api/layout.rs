@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::builder::geojson::{self, WriteError};
-use crate::builder::inside::Inside;
-use crate::builder::road_network::DrivingSide;
+use crate::builder::options::Inside;
+use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::{BuildError, BuildOptions, Plan, plan};
 use crate::osm::{self, OsmData, ReadError};
 use crate::projection::{Extent, LonLat, MgrsGrid, Projector};

@@ -1,11 +1,5 @@
 //! The whole way from OpenStreetMap's elements to a Lanelet2 map with longitude and latitude.
 
-use std::borrow::Borrow;
-use std::sync::Arc;
-
-use rayon::prelude::*;
-use rustc_hash::FxHashSet;
-
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::Point;
 use crate::lanelet::LaneletMap;
@@ -13,47 +7,24 @@ use crate::lanelet::index::reaches;
 use crate::osm::{OsmData, Way};
 use crate::parallel::Finely;
 use crate::projection::{Extent, LonLat, Projector};
-use crate::settings::{AssumeSettings, BesideSettings, MarkingSettings, MergeSettings, RoadSettings, Settings};
-use crate::terrain::Terrain;
+use crate::settings::{MergeSettings, Settings};
 
 use super::assemble::{Assembled, assemble};
-use super::blinker;
-use super::consolidate::{Wish, Wished};
 use super::control::arrows::Arrows;
-use super::dead_lanes::without_dead_lanes;
-use super::heights::{HeightOptions, Spots, spots};
-use super::inside::{self, Inside};
-use super::overhead;
-use super::road_network::{
-    DrivingSide, Network, NetworkError, NetworkOptions, RoadKey, RoadNetwork, UNMET_ROAD, road_network,
-};
-use super::settle::settle;
-use super::streets::{StreetOptions, Streets, streets};
+use super::layout::settle::settle;
+use super::network::dead_lanes::without_dead_lanes;
+use super::network::{Network, NetworkError, NetworkOptions, RoadKey, RoadNetwork, UNMET_ROAD, road_network};
+use super::options::{BuildOptions, Plan};
+use super::postprocess::{blinker, inside, overhead};
+use super::streets::consolidate::{Wish, Wished};
+use super::streets::heights::{Spots, spots};
+use super::streets::{Streets, streets};
 
-/// What a user may decide about a build.
-#[derive(Clone, Debug, Default)]
-pub struct BuildOptions {
-    /// Which side people drive on; from the place where absent.
-    pub driving_side: Option<DrivingSide>,
-    /// How to turn degrees into metres; MGRS or a transverse Mercator, whichever suits the place, where absent.
-    pub projector: Option<Projector>,
-    /// How roads and intersections are laid out.
-    pub streets: StreetOptions,
-    /// The ground; level where absent.
-    pub terrain: Option<Arc<Terrain>>,
-    /// What is drawn beside the lanes for cars.
-    pub beside: BesideSettings,
-    /// What is drawn inside intersections.
-    pub inside: Inside,
-    /// What is painted where the tags are silent.
-    pub markings: MarkingSettings,
-    /// What is assumed of roads where the input is silent.
-    pub assume: Vec<AssumeSettings>,
-    /// Tags that stand in the place of OpenStreetMap's. A file of streets has its lanes already.
-    pub roads: Vec<RoadSettings>,
-    /// Roads that the user decided to merge (`true`) or to keep apart. A file of streets is merged already.
-    pub merges: Vec<(MergeSettings, bool)>,
-}
+use std::borrow::Borrow;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
 /// Why there is no map.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -100,23 +71,6 @@ pub struct Built {
     pub notes: Vec<Finding>,
     /// How much there is.
     pub summary: Summary,
-}
-
-/// Streets and the plane they lie in: all that a map is built from.
-#[derive(Clone, Debug)]
-pub struct Plan {
-    /// Roads and intersections on the ground.
-    pub streets: Streets,
-    /// How their metres relate to degrees.
-    pub projector: Projector,
-    /// What was guessed or left out.
-    pub notes: Vec<Finding>,
-    /// How much of that the input did not say.
-    pub guesses: usize,
-    /// What is to be drawn inside intersections.
-    pub inside: Inside,
-    /// How steep roads may be.
-    pub heights: HeightOptions,
 }
 
 /// Builds a map from OpenStreetMap's elements; every point has longitude and latitude.

@@ -2,15 +2,17 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::geometry::{Polyline, curve::untangled};
+use crate::geometry::Polyline;
+use crate::geometry::curve::untangled;
 use crate::lanelet::Attributes;
-use crate::weave::{self, Kind, LaneId, Marking, Paint, Widths};
+use crate::weave;
+use crate::weave::{Kind, LaneId, Marking, Paint, Widths};
 
-use super::cross_section::{CrossSection, Travel};
-use super::join::continued;
-use super::marking::{before_stop, marking as along};
-use super::road_network::{End, Road, RoadEnd, RoadIx, RoadNetwork};
-use super::stretch::{has_stop_line, length_on};
+use super::control::stretch::{has_stop_line, length_on};
+use super::lanes::join::continued;
+use super::network::{End, Road, RoadEnd, RoadIx, RoadNetwork};
+use super::tags::cross_section::{CrossSection, Travel};
+use super::tags::marking::{before_stop, marking as along};
 
 /// The middle of a lane is mitred up to so many times its distance from the road's line.
 const MITER_MOST: f64 = 3.0;

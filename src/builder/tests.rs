@@ -1,14 +1,15 @@
 //! The whole builder on small hand-drawn networks: what must hold of the map that comes out.
 
-use super::*;
-use crate::builder::road_network::DrivingSide;
 use crate::geometry::polygon;
 use crate::lanelet::{Lanelet, LaneletMap, PointId};
 use crate::osm::{OsmData, read_bytes};
 
+use super::tags::road_class::DrivingSide;
+use super::*;
+
 /// Builds from nodes in metres (about, driven on the right) and ways with tags.
 fn built(nodes: &[(i64, f64, f64, &str)], ways: &[(i64, &[i64], &str)]) -> Built {
-    let options = BuildOptions { driving_side: Some(road_network::DrivingSide::Right), ..BuildOptions::default() };
+    let options = BuildOptions { driving_side: Some(DrivingSide::Right), ..BuildOptions::default() };
     built_as(&Asked { nodes, ways, options })
 }
 

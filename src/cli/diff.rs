@@ -5,10 +5,10 @@ use std::path::Path;
 
 use crate::lanelet::{Opened, open};
 use crate::projection::LonLat;
-use crate::report::diff::{self, Diff};
+use crate::report::diff::Diff;
 use crate::report::failure::Failure;
 use crate::report::html::{Page, html};
-use crate::report::{FailOn, Report, Sources};
+use crate::report::{FailOn, Report, Sources, diff};
 
 use super::screen::{self, Progress};
 use super::{CLEAN, DiffArgs, DiffFormat};

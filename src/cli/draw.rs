@@ -5,7 +5,8 @@ use std::path::Path;
 
 use crate::projection::LonLat;
 use crate::report;
-use crate::report::draw::{self, DrawError, Focus, Options};
+use crate::report::draw;
+use crate::report::draw::{DrawError, Focus, Options};
 use crate::report::failure::Failure;
 
 use super::screen::{self, Progress};

@@ -5,9 +5,10 @@ use std::path::Path;
 
 use crate::api::layout::{Layout, LayoutOptions};
 use crate::builder::UNMET_WISH;
-use crate::builder::consolidate::MergeNote;
-use crate::builder::inside::UNDRAWN;
-use crate::builder::road_network::{DrivingSide, UNMET_ROAD};
+use crate::builder::network::UNMET_ROAD;
+use crate::builder::postprocess::inside::UNDRAWN;
+use crate::builder::streets::consolidate::MergeNote;
+use crate::builder::tags::road_class::DrivingSide;
 use crate::diagnostic::Finding;
 use crate::report::failure::Failure;
 

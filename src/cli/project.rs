@@ -6,7 +6,6 @@ use std::path::Path;
 use crate::diagnostic::{Edit, Fix, Subject};
 use crate::fix::edited;
 use crate::lanelet::{INFO, ProjectorFrom, open, twice};
-
 use crate::projection::{Extent, LonLat, MgrsGrid, Projector, VerticalDatum, infer, residual, write_info};
 use crate::report::failure::Failure;
 

@@ -2,17 +2,18 @@
 
 use std::cell::OnceCell;
 
-use crate::builder::consolidate::MergeNote;
-use crate::builder::cross_section::StripKind;
-use crate::builder::outline::trace::{Trace, trace};
-use crate::builder::outline::{Case, MITER_LIMIT, OutlineOptions};
-use crate::builder::road_network::{IntersectionIx, Road, RoadIx};
+use crate::builder::network::{IntersectionIx, Road, RoadIx};
+use crate::builder::streets::consolidate::MergeNote;
+use crate::builder::streets::outline::trace::{Trace, trace};
+use crate::builder::streets::outline::{Case, MITER_LIMIT, OutlineOptions};
+use crate::builder::tags::cross_section::StripKind;
 use crate::builder::{Plan, build_plan};
 use crate::geometry::{Point, Polyline, left_of};
 use crate::lanelet::LaneletMap;
 use crate::projection::LonLat;
+use crate::report::draw;
 use crate::report::draw::sketch::{Mark, Sketch, around};
-use crate::report::draw::{self, DrawError, Focus, Options, View};
+use crate::report::draw::{DrawError, Focus, Options, View};
 use crate::report::failure::Failure;
 
 use super::screen::{self, Progress};
@@ -311,7 +312,7 @@ impl Stage<'_> {
         sketch.push("outlines", self.outline_areas());
         let strips = self.roads().flat_map(|(i, road)| {
             let line = self.kept(i, road).flatten();
-            let strip = move |(s, strip): (usize, &crate::builder::cross_section::Strip)| {
+            let strip = move |(s, strip): (usize, &crate::builder::tags::cross_section::Strip)| {
                 let ring = ribbon(line.as_ref(), road.section.edge(s), road.section.edge(s + 1))?;
                 let title = format!("{} · {:?} {:?} {:.2} m", title(road), strip.kind, strip.travel, strip.width);
                 Some(Mark::Area { class: strip_class(strip.kind), ring, title })

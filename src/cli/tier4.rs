@@ -11,11 +11,12 @@ use crate::report::{FailOn, sentence};
 use crate::rules;
 use crate::settings::Profile;
 use crate::triage::Sorted;
-use saphyr::{LoadableYamlNode, Yaml};
 
 use super::check_args::{CheckArgs, FormatArg};
 use super::screen;
 use crate::api::Loaded;
+
+use saphyr::{LoadableYamlNode, Yaml};
 
 /// Holds that the files are given where they mean something.
 pub fn vet(args: &CheckArgs) -> Result<(), Failure> {

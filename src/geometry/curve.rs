@@ -1,28 +1,7 @@
 //! Smooth curves between two directed places, and lines beside them.
 
-use super::{Point, Vector, angle_between, cross, double_bend, left_of, line_crossing, segment_crossing};
-
-/// A place and the unit direction in which a curve passes it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pose {
-    /// The place.
-    pub point: Point,
-    /// Unit length.
-    pub heading: Vector,
-}
-
-/// A line leaves the curve it stands for by at most this, metres: a fifth of a wide painted line.
-const SAGITTA: f64 = 0.02;
-/// The outer bound of a lane lies this far, metres, outside the curve in its middle; it bends as much and is longer.
-const OUTSIDE: f64 = 2.0;
-/// Longest distance between neighbours on straights, metres.
-const STRAIGHT_STEP: f64 = 3.0;
-/// Largest change of direction between neighbours, radians (8 degrees).
-const TURN_STEP: f64 = 8.0 * std::f64::consts::PI / 180.0;
-/// Below this change of direction (2 degrees) two lines count as parallel, and a cubic joins them.
-pub(super) const PARALLEL: f64 = 2.0 * std::f64::consts::PI / 180.0;
-/// Above this change of direction (150 degrees) the tangents meet too far away for an arc between them.
-pub(super) const REVERSAL: f64 = 150.0 * std::f64::consts::PI / 180.0;
+use super::pose::{MIN_SPACING, Pose, arc, density, straight, tangents};
+use super::{Point, Vector, angle_between, cross, double_bend, left_of, segment_crossing};
 
 /// A curve that leaves `from` and arrives at `to` in their headings: straight, arc, straight where the tangents meet
 /// between them; else a bend to either side with a straight between the two, else a cubic.
@@ -52,21 +31,6 @@ pub fn join_radius(from: Pose, to: Pose) -> Option<f64> {
     Some(before.min(after) / (turn.abs() / 2.0).tan())
 }
 
-/// How far the tangents run from `from` and to `to` until they meet, and the change of direction.
-pub fn tangents(from: Pose, to: Pose) -> Option<(f64, f64, f64)> {
-    crossing(from, to).filter(|(before, after, turn)| *before > 0.0 && *after > 0.0 && turn.abs() <= REVERSAL)
-}
-
-/// The same wherever the tangents' lines meet: a length is negative where they have met already.
-pub fn crossing(from: Pose, to: Pose) -> Option<(f64, f64, f64)> {
-    let turn = angle_between(from.heading, to.heading);
-    if turn.abs() < PARALLEL {
-        return None;
-    }
-    let (before, after, _) = line_crossing(from.point, from.heading, to.point, to.heading)?;
-    Some((before, -after, turn))
-}
-
 fn fillet(from: Pose, to: Pose) -> Option<Vec<Pose>> {
     let (before, after, turn) = tangents(from, to)?;
     let tangent = before.min(after);
@@ -80,23 +44,6 @@ fn fillet(from: Pose, to: Pose) -> Option<Vec<Pose>> {
     Some(poses)
 }
 
-/// Places on an arc from a pose, both ends among them. The first and the last step are half as long as the others: the line
-/// sets out along the tangent, or nearly.
-pub(super) fn arc(from: Pose, turn: f64, radius: f64) -> impl DoubleEndedIterator<Item = Pose> {
-    let centre = from.point + left_of(from.heading) * radius * turn.signum();
-    let steps = (radius * turn.abs() * density(1.0 / radius)).ceil().max(1.0);
-    (0..=steps as usize + 1).map(move |i| {
-        let rotation = nalgebra::Rotation2::new(turn * ((i as f64 - 0.5) / steps).clamp(0.0, 1.0));
-        Pose { point: centre + rotation * (from.point - centre), heading: rotation * from.heading }
-    })
-}
-
-/// How many places a metre a curve needs where it bends this much (1 / radius).
-fn density(curvature: f64) -> f64 {
-    let arc = (curvature * (1.0 + OUTSIDE * curvature) / (8.0 * SAGITTA)).sqrt();
-    arc.max(curvature / TURN_STEP).max(1.0 / STRAIGHT_STEP)
-}
-
 /// The smallest radius of a curve, metres.
 pub fn radius(poses: &[Pose]) -> f64 {
     let bends = poses.windows(2).map(|w| {
@@ -104,16 +51,6 @@ pub fn radius(poses: &[Pose]) -> f64 {
         (w[1].point - w[0].point).norm() / turn.max(f64::MIN_POSITIVE)
     });
     bends.fold(f64::INFINITY, f64::min)
-}
-
-/// Places from `from` toward `to`, without `to`.
-pub(super) fn straight(from: Point, to: Point, heading: Vector) -> Vec<Pose> {
-    let length = (to - from).norm();
-    let pieces = (length / STRAIGHT_STEP).ceil() as usize;
-    if length < MIN_SPACING {
-        return Vec::new();
-    }
-    (0..pieces).map(|i| Pose { point: from + (to - from) * (i as f64 / pieces as f64), heading }).collect()
 }
 
 /// A cubic whose handles at `from` and `to` are so many times as long as the way between the two.
@@ -192,9 +129,6 @@ pub fn beside(curve: &[Pose], start: f64, end: f64) -> [Vec<Point>; 2] {
     sides
 }
 
-/// Neighbours on a line are at least this far apart, metres.
-pub const MIN_SPACING: f64 = 0.1;
-
 /// How many segments ahead a line is searched for crossings with itself; loops of an offset line are local.
 const LOOP_REACH: usize = 64;
 
@@ -252,6 +186,7 @@ fn spaced(line: &[Point]) -> Vec<Point> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::pose::{SAGITTA, STRAIGHT_STEP};
 
     fn pose(x: f64, y: f64, degrees: f64) -> Pose {
         Pose { point: Point::new(x, y), heading: Vector::new(degrees.to_radians().cos(), degrees.to_radians().sin()) }

@@ -1,6 +1,6 @@
 //! Shifts to one side: a bend, a straight, and a bend the other way.
 
-use super::curve::{MIN_SPACING, PARALLEL, Pose, REVERSAL, arc, straight, tangents};
+use super::pose::{MIN_SPACING, PARALLEL, Pose, REVERSAL, arc, straight, tangents};
 use super::{Vector, angle_between, left_of};
 
 /// A bend to one side, a straight and a bend to the other side.

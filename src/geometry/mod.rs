@@ -12,6 +12,7 @@ pub mod miter;
 pub mod part;
 pub mod polygon;
 pub mod polyline;
+pub mod pose;
 pub mod ring;
 pub mod round;
 pub mod swing;

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::curve::MIN_SPACING;
+use super::pose::MIN_SPACING;
 use super::{Point, Polyline, Vector, angle_between, left_of, line_crossing};
 
 /// Above this change of direction (150 degrees) the lines before and behind a bend meet too far away.

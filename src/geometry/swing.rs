@@ -1,7 +1,7 @@
 //! Turns for which there is little room: the curve swings out to the other side before it turns, or behind, as drivers do.
 
-use super::curve::{self, Pose};
-use super::{Point, Vector, angle_between, cross, double_bend, left_of};
+use super::pose::Pose;
+use super::{Point, Vector, angle_between, cross, curve, double_bend, left_of, pose};
 
 /// Radius, metres, from which on a turn needs no swing: a car takes it at walking pace without turning the wheel fully.
 const EASY: f64 = 4.5;
@@ -120,7 +120,7 @@ impl Swing {
         // Both straights are what they are at no radius, and so much longer by metre of radius.
         let straights = [(fixed[0], by_radius[0]), (-fixed[1], -by_radius[1])];
         let neck = angle_between(a.heading, b.heading) * side < 0.0;
-        let (mut least, mut most) = (curve::MIN_SPACING, f64::INFINITY);
+        let (mut least, mut most) = (pose::MIN_SPACING, f64::INFINITY);
         for (none, by) in straights {
             let limits = if neck { [0.0, NECK] } else { [0.0, f64::INFINITY] }.map(|length| (length - none) / by);
             least = least.max(limits[0].min(limits[1]));
@@ -152,7 +152,7 @@ impl Swing {
         let mut poses = Self::led_up(from, -self.side * self.swing[0], self.turn[0]);
         let tail = Self::led_up(reversed(to), self.side * self.swing[1], self.turn[1]);
         let start = Pose { point: self.turn[0], heading: self.inner[0].heading };
-        poses.extend(curve::arc(start, self.turned(), self.radius).skip(1));
+        poses.extend(pose::arc(start, self.turned(), self.radius).skip(1));
         poses.pop();
         poses.extend(tail.into_iter().rev().map(reversed));
         poses
@@ -162,7 +162,7 @@ impl Swing {
     fn led_up(end: Pose, swing: f64, turn: Point) -> Vec<Pose> {
         let mut poses = bend(end, swing);
         let last = poses.pop().unwrap_or(end);
-        poses.extend(curve::straight(last.point, turn, last.heading));
+        poses.extend(pose::straight(last.point, turn, last.heading));
         // The end is where it is; where the turn begins a hair behind it, it begins there.
         poses.push(if poses.is_empty() { end } else { Pose { point: turn, ..last } });
         poses
@@ -180,7 +180,7 @@ fn bend(from: Pose, degrees: f64) -> Vec<Pose> {
 
 /// Places on an arc of the easy radius from a place on, by so many degrees.
 fn arc(from: Pose, degrees: f64) -> impl DoubleEndedIterator<Item = Pose> {
-    curve::arc(from, degrees.to_radians(), EASY)
+    pose::arc(from, degrees.to_radians(), EASY)
 }
 
 #[cfg(test)]

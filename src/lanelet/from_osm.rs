@@ -2,20 +2,22 @@
 
 mod meant;
 mod nodes;
+mod relation_type;
 mod relations;
 mod repeat;
 mod whole;
 mod without_bound;
 
-use std::borrow::Cow;
-
-use rustc_hash::FxHashMap;
+use crate::diagnostic::{SourceSpan, Subject};
+use crate::osm::{ElementKind, OsmData, Relation, Way};
+use crate::projection::Projector;
 
 use super::fault::{Condition, LoadFault};
 use super::{LaneletMap, LineString, LineStringId, PointId, Polygon, PolygonId};
-use crate::diagnostic::{SourceSpan, Subject};
-use crate::osm::{ElementKind, OsmData, Relation, Tags, Way};
-use crate::projection::Projector;
+use relation_type::is_area;
+use std::borrow::Cow;
+
+use rustc_hash::FxHashMap;
 
 /// A map and what was wrong with it.
 #[derive(Clone, Debug, Default)]
@@ -28,32 +30,6 @@ pub struct Loaded {
 
 /// Autoware reads the highest number before the first dot; higher than this it warns or refuses.
 pub const SUPPORTED_FORMAT_VERSION: u32 = 2;
-
-/// What a relation is to the loader.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum RelationType {
-    Lanelet,
-    RegulatoryElement,
-    /// An area; Autoware uses none, so the map keeps none.
-    Multipolygon,
-    Unknown,
-}
-
-impl RelationType {
-    fn of(tags: &Tags) -> Self {
-        match tags.get("type") {
-            Some("lanelet") => Self::Lanelet,
-            Some("regulatory_element") => Self::RegulatoryElement,
-            Some("multipolygon") => Self::Multipolygon,
-            _ => Self::Unknown,
-        }
-    }
-}
-
-/// Whether the loader takes a way with these tags as a polygon.
-fn is_area(tags: &Tags) -> bool {
-    matches!(tags.get("area"), Some("yes" | "true" | "1"))
-}
 
 /// Simulates Autoware's loader. References in the map always resolve: what does not is a fault and left out.
 pub fn from_osm(osm: &OsmData, projector: &Projector) -> Loaded {

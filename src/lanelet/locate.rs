@@ -1,9 +1,11 @@
 //! Where a primitive stands: in the file, in the plane, on the globe.
 
-use super::{LaneletId, LaneletMap, LineStringId, Point, PointId, PolygonId, RegulatoryElementId, Target};
 use crate::diagnostic::{Place, SourceSpan, Subject};
 use crate::geometry::Point as PlanePoint;
 use crate::projection::LonLat;
+
+use super::{LaneletId, LaneletMap, LineStringId, Point, PointId, PolygonId, RegulatoryElementId, Target};
+
 use nalgebra::Complex;
 
 /// What [`locate`] found.

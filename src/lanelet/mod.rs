@@ -29,7 +29,8 @@ pub use open::{
 };
 pub use point::Point;
 pub use projector_info::{INFO, ProjectorInfo, twice};
-pub use shelf::{Cursor, Shelf, Shelved};
+pub use shelf::Shelved;
+pub use shelf::{Cursor, Shelf};
 pub use to_osm::to_osm;
 
 /// What kind of element a fault speaks about.

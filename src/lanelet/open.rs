@@ -3,9 +3,10 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use super::{Loaded, ProjectorInfo, from_osm};
 use crate::osm::{OsmData, ReadError, read_bytes, read_files};
 use crate::projection::{LonLat, MgrsGrid, Projector};
+
+use super::{Loaded, ProjectorInfo, from_osm};
 
 /// What Autoware calls the map in a map directory, a file or a directory of files.
 const MAP: &str = "lanelet2_map.osm";

@@ -1,10 +1,12 @@
 //! Points: most of a map, so they are as small as can be.
 
-use super::{Attributes, LaneletMap, PointId};
 use crate::diagnostic::SourceSpan;
 use crate::geometry::Point as PlanePoint;
 use crate::parallel::Finely;
 use crate::projection::{LonLat, Projector};
+
+use super::{Attributes, LaneletMap, PointId};
+
 use rayon::prelude::*;
 
 /// A point: shared by id, never by place.

@@ -3,10 +3,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::fault::{Condition, InfoFault, LoadFault};
 use crate::diagnostic::{Subject, nearest};
 use crate::osm::OsmData;
 use crate::projection::{Info, LonLat, MgrsGrid, Projector, Twice, infer, read_info};
+
+use super::fault::{Condition, InfoFault, LoadFault};
 
 /// What Autoware calls the projector's file beside a map.
 pub const INFO: &str = "map_projector_info.yaml";

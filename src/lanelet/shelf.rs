@@ -2,20 +2,11 @@
 
 mod index;
 
-use std::borrow::Cow;
-use std::hash::Hash;
-use std::sync::OnceLock;
+pub use index::Shelved;
 
 use index::Index;
-
-/// What can stand on a [`Shelf`].
-pub trait Shelved {
-    /// The type of its id.
-    type Id: Copy + Eq + Hash + Ord + Into<i64>;
-
-    /// Its id.
-    fn id(&self) -> Self::Id;
-}
+use std::borrow::Cow;
+use std::sync::OnceLock;
 
 /// A list with an index. Iteration is in insertion order, so it is the same for the same input.
 #[derive(Clone, Debug)]

@@ -4,11 +4,12 @@ use std::io::{self, Write};
 
 use rayon::prelude::*;
 
-use super::point::lonlats;
-use super::{Attributes, Lanelet, LaneletMap, LineString, Point, Polygon, RegulatoryElement, Target};
 use crate::osm::{ElementKind, MetaInfo, OsmText, Text};
 use crate::parallel::Finely;
 use crate::projection::{LonLat, Projector};
+
+use super::point::lonlats;
+use super::{Attributes, Lanelet, LaneletMap, LineString, Point, Polygon, RegulatoryElement, Target};
 
 /// Decimals of `local_x` and `local_y`: a tenth of a millimetre, as in the official maps.
 const LOCAL_DECIMALS: usize = 4;

@@ -9,13 +9,16 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use osmpbf::{Blob, BlobDecode, BlobReader, Element, HeaderBBox, PrimitiveBlock, RelMemberType};
 use rayon::prelude::*;
 
-use super::ReadError;
-use super::read::MAX_REFERENCES;
-use super::{ElementKind, Member, Node, OsmData, Relation, Source, Tags, Text, Way};
 use crate::cancel;
 use crate::diagnostic::SourceSpan;
 use crate::parallel::Finely;
 use crate::projection::{Extent, LonLat};
+
+use super::{ElementKind, Member, Node, OsmData, ReadError, Relation, Source, Tags, Text, Way};
+
+/// More node references or members than this in one element is damage or an attack, not a map: OpenStreetMap allows
+/// 2,000 nodes in a way and 32,000 members in a relation.
+pub const MAX_REFERENCES: usize = 1_000_000;
 
 /// Whether these bytes begin like a PBF file: a length, then a blob header that names its type `OSMHeader`.
 pub fn is_pbf(bytes: &[u8]) -> bool {

@@ -1,6 +1,15 @@
 //! Reads OpenStreetMap XML, plain or gzip, with the byte position of every element: small files in one pass over a
 //! slice, large ones in parts that all threads read at the same time.
 
+use crate::cancel;
+use crate::diagnostic::SourceSpan;
+use crate::projection::{Extent, LonLat};
+
+use super::load::load;
+use super::pbf::MAX_REFERENCES;
+use super::{
+    ElementKind, Member, MetaInfo, Node, Oddity, OddityKind, OsmData, ReadError, Relation, Source, Tags, Text, Way, pbf,
+};
 use std::io::Read;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -10,19 +19,6 @@ mod parts;
 use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
-
-use super::load::load;
-use super::pbf;
-use super::{
-    ElementKind, Member, MetaInfo, Node, Oddity, OddityKind, OsmData, ReadError, Relation, Source, Tags, Text, Way,
-};
-use crate::cancel;
-use crate::diagnostic::SourceSpan;
-use crate::projection::{Extent, LonLat};
-
-/// More node references or members than this in one element is damage or an attack, not a map: OpenStreetMap allows
-/// 2,000 nodes in a way and 32,000 members in a relation.
-pub const MAX_REFERENCES: usize = 1_000_000;
 
 /// Bytes that a packed file may hold: a country of XML. A small file can be packed so that it fills any memory.
 const MOST_UNPACKED: u64 = 8 << 30;

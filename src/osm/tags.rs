@@ -16,6 +16,11 @@ impl Tags {
         Self(ThinVec::new())
     }
 
+    /// From pairs of key and value.
+    pub fn of(pairs: &[(&str, &str)]) -> Self {
+        pairs.iter().copied().collect()
+    }
+
     /// No tags yet, and room for so many bytes of keys and values.
     pub fn with_room(bytes: usize) -> Self {
         Self(ThinVec::with_capacity(bytes))

@@ -9,10 +9,11 @@ use proj::Proj;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::LonLat;
-use super::patch::{Patch, Square, square_of};
 use crate::geometry::{Point, Vector};
 use crate::parallel::Finely;
+
+use super::LonLat;
+use super::patch::{Patch, Square, square_of};
 
 /// A plane that PROJ knows how to reach.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,8 +2,9 @@
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::LonLat;
 use crate::geometry::Point;
+
+use super::LonLat;
 
 /// Semi-major axis of WGS84, metres.
 const A: f64 = 6_378_137.0;

@@ -2,8 +2,9 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::{LonLat, MgrsGrid, Projector};
 use crate::geometry::Point;
+
+use super::{LonLat, MgrsGrid, Projector};
 
 /// A point whose place is said twice.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,8 +2,9 @@
 
 use std::fmt::Write as _;
 
-use super::{DEFAULT_SCALE_FACTOR, LonLat, MgrsError, Projector};
 use crate::diagnostic::nearest;
+
+use super::{DEFAULT_SCALE_FACTOR, LonLat, MgrsError, Projector};
 
 /// What heights are measured from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -1,11 +1,12 @@
 //! The 100 km squares of the Military Grid Reference System, as Autoware names them (`54SUE`), and their UTM zones.
 
+use crate::geometry::{Point, Vector};
+
+use super::LonLat;
+use super::engine::Frame;
+
 use std::fmt;
 use std::str::FromStr;
-
-use super::engine::Frame;
-use super::{LonLat, Projector};
-use crate::geometry::{Point, Vector};
 
 /// Side of a square, metres.
 const SQUARE: f64 = 100_000.0;
@@ -37,7 +38,7 @@ pub struct MgrsError(pub String);
 impl MgrsGrid {
     /// The square of a place; `None` beyond 80 degrees south and 84 degrees north.
     pub fn of(place: LonLat) -> Option<Self> {
-        Projector::squares(&[place]).pop().flatten()
+        utm_of(&[place]).pop().flatten().map(|utm| utm.square())
     }
 
     /// The UTM zone, 1..=60.
@@ -121,8 +122,13 @@ impl Utm {
     }
 }
 
+/// Index of the latitude band.
+fn band_of(lat: f64) -> Option<u8> {
+    (-80.0..84.0).contains(&lat).then(|| (((lat + 80.0) / 8.0).floor() as u8).min(BANDS.len() as u8 - 1))
+}
+
 /// Each place in its own zone; `None` beyond 80 degrees south and 84 degrees north.
-pub(super) fn utm_of(places: &[LonLat]) -> Vec<Option<Utm>> {
+pub(crate) fn utm_of(places: &[LonLat]) -> Vec<Option<Utm>> {
     let zones: Vec<Option<u8>> = places.iter().map(|&p| zone_of(p)).collect();
     let mut utm = vec![None; places.len()];
     let mut left = zones.clone();
@@ -137,13 +143,8 @@ pub(super) fn utm_of(places: &[LonLat]) -> Vec<Option<Utm>> {
     utm
 }
 
-/// Index of the latitude band.
-fn band_of(lat: f64) -> Option<u8> {
-    (-80.0..84.0).contains(&lat).then(|| (((lat + 80.0) / 8.0).floor() as u8).min(BANDS.len() as u8 - 1))
-}
-
 /// The UTM zone, with the exceptions of Norway and Svalbard; `None` beyond 80 degrees south and 84 degrees north.
-pub(super) fn zone_of(place: LonLat) -> Option<u8> {
+pub(crate) fn zone_of(place: LonLat) -> Option<u8> {
     const NORWAY: usize = 17;
     const SVALBARD: usize = 19;
     let band = usize::from(band_of(place.lat)?);

@@ -7,26 +7,19 @@ mod engine;
 mod enu;
 mod infer;
 mod info;
+mod lon_lat;
 mod mgrs;
 mod patch;
 
+pub use lon_lat::LonLat;
+
+use crate::geometry::Point;
+
+use engine::Frame;
 pub use engine::warm_up;
 pub use infer::{Explained, Twice, infer, residual};
 pub use info::{Info, InfoError, VerticalDatum, read_info, write_info};
 pub use mgrs::{MgrsError, MgrsGrid};
-
-use engine::Frame;
-
-use crate::geometry::Point;
-
-/// A place on the WGS84 ellipsoid, degrees.
-#[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Default, serde::Serialize, serde::Deserialize)]
-pub struct LonLat {
-    /// East positive, -180..=180.
-    pub lon: f64,
-    /// North positive, -90..=90.
-    pub lat: f64,
-}
 
 /// A box of longitudes and latitudes, degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,8 +1,9 @@
 //! The way back from a plane to degrees by polynomials, each for one square of the plane: PROJ's own takes a series of
 //! sines for every point.
 
-use super::LonLat;
 use crate::geometry::Point;
+
+use super::LonLat;
 
 /// Side of a square, metres: the terms beyond the last grow with it, and small maps should need few squares.
 const SIDE: f64 = 8192.0;

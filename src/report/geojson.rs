@@ -4,13 +4,14 @@ use std::io::{self, Write};
 
 use serde_json::{Value, json};
 
-use super::{Entry, Report, Unproject, split_code};
 use crate::diagnostic::{Place, Subject};
 use crate::geometry::Point;
 use crate::lanelet::{
     Bound, Lanelet, LaneletId, LaneletMap, LineStringId, PointId, PolygonId, RegulatoryElementId, Target,
 };
 use crate::projection::LonLat;
+
+use super::{Entry, Report, Unproject, split_code};
 
 /// Decimals of a degree: a tenth of a millimetre.
 const DECIMALS: i32 = 9;

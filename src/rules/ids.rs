@@ -2,11 +2,12 @@
 
 use rustc_hash::FxHashSet;
 
-use super::load::name;
-use super::{NoParams, Rule};
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{Condition, ElementKind, LoadFault, PolygonId, Repeat};
+
+use super::load::name;
+use super::{NoParams, Rule};
 
 /// See `rules/ids.md`.
 pub struct Ids;

@@ -2,12 +2,13 @@
 
 use rustc_hash::FxHashSet;
 
-use super::{NoParams, Rule};
 use crate::diagnostic::{Edit, Finding, Place, Subject, nearest};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{
     BoundRole, Condition, ElementKind, LaneletId, LineStringId, LoadFault, RegulatoryElementId, known_subtypes,
 };
+
+use super::{NoParams, Rule};
 
 /// See `rules/load.md`.
 pub struct Load;

@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use rustc_hash::{FxHashMap, FxHashSet};
 use serde::Deserialize;
 
-use super::Rule;
-use super::load::name;
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{Condition, LoadFault, PointId};
+
+use super::Rule;
+use super::load::name;
 
 /// See `rules/node.md`.
 pub struct Nodes;

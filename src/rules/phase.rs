@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::{NoParams, Rule};
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::{Intersection, MapIndex, Traffic};
 use crate::lanelet::right_of_way::Turn;
 use crate::lanelet::{LineStringId, RegulatoryElementId};
+
+use super::{NoParams, Rule};
 
 /// See `rules/phase.md`.
 pub struct Phase;

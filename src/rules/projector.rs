@@ -2,10 +2,11 @@
 
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{Condition, InfoError, InfoFault};
+
+use super::Rule;
 
 /// See `rules/projector.md`.
 pub struct ProjectorFile;

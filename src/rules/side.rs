@@ -2,9 +2,10 @@
 
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::{DrivingSide, MapIndex};
+
+use super::Rule;
 
 /// See `rules/side.md`.
 pub struct OneSide;

@@ -1,10 +1,12 @@
 //! Strips at the side of a road, be it a shoulder or one for people on foot: what lies beside them.
 
-use super::along::{self, Reach, Twins};
-use super::graph::{Graph, Rules};
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{LaneletId, RoadType};
+
+use super::along;
+use super::along::{Reach, Twins};
+use super::graph::{Graph, Rules};
 
 /// Judges all lanelets of a subtype: each lies beside another lanelet, and a side that is free ends in a road border.
 /// `copied`: one whose border is as close to that of a road is not called alone. `beside_road`: the only neighbour has to

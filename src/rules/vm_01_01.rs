@@ -1,8 +1,9 @@
 //! vm-01-01: a road lanelet says where it lies and which way it runs.
 
-use super::{NoParams, Rule};
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
+
+use super::{NoParams, Rule};
 
 /// See `rules/vm-01-01.md`.
 pub struct RoadBasics;

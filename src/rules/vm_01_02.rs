@@ -6,10 +6,11 @@ use rustc_hash::FxHashSet;
 
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{Bound, LaneletId, LineStringId};
+
+use super::Rule;
 
 /// See `rules/vm-01-02.md`.
 pub struct LaneChange;

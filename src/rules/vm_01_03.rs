@@ -6,14 +6,15 @@ use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
-use super::Rule;
-use super::along::on_two_levels;
 use crate::diagnostic::{Finding, Subject};
 use crate::geometry::{Point, Polyline, Vector, polygon};
 use crate::lanelet::index::view::boxes_meet;
 use crate::lanelet::index::{Lane, MapIndex, extent};
 use crate::lanelet::{Attributes, LaneletId, LineString, LineStringId, PointId, RoadType};
 use crate::parallel::Finely;
+
+use super::Rule;
+use super::along::on_two_levels;
 
 /// See `rules/vm-01-03.md`.
 pub struct SharedBorders;

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::Rule;
-use super::along::{self, Reach, Twins};
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::LineStringId;
 use crate::lanelet::index::{MapIndex, is_road_border};
+
+use super::along::{Reach, Twins};
+use super::{Rule, along};
 
 /// See `rules/vm-01-04.md`.
 pub struct OpposingLanes;

@@ -2,10 +2,11 @@
 
 use rustc_hash::FxHashSet;
 
-use super::{NoParams, Rule};
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::PointId;
 use crate::lanelet::index::MapIndex;
+
+use super::{NoParams, Rule};
 
 /// See `rules/vm-01-05.md`.
 pub struct SeparateBounds;

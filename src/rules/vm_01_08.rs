@@ -2,12 +2,13 @@
 
 use serde::Deserialize;
 
-use super::Rule;
-use super::borders::Borders;
 use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::{Point, Polyline, left_of};
 use crate::lanelet::LineStringId;
 use crate::lanelet::index::MapIndex;
+
+use super::Rule;
+use super::borders::Borders;
 
 /// See `rules/vm-01-08.md`.
 pub struct RoadEdge;

@@ -2,10 +2,11 @@
 
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::number::number;
+
+use super::Rule;
 
 /// See `rules/vm-01-09.md`.
 pub struct SpeedLimit;

@@ -2,12 +2,13 @@
 
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::{Polyline, polygon};
 use crate::lanelet::Point;
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::{Seen, Spot, View, covered_by, spot};
+
+use super::Rule;
 
 /// See `rules/vm-01-10.md`.
 pub struct CenterLine;

@@ -2,10 +2,11 @@
 
 use serde::Deserialize;
 
-use super::Rule;
-use super::joint::{End, OwnLine, bend, lane_bend};
 use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::lanelet::index::MapIndex;
+
+use super::Rule;
+use super::joint::{End, OwnLine, bend, lane_bend};
 
 /// See `rules/vm-01-11.md`.
 pub struct CenterLinesConnected;
@@ -14,7 +15,7 @@ pub struct CenterLinesConnected;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
-    gap: f64,
+    pub(super) gap: f64,
     edge: f64,
     bend: f64,
 }

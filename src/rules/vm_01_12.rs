@@ -2,11 +2,12 @@
 
 use serde::Deserialize;
 
-use super::Rule;
-use super::joint::{End, OwnLine, bend, heading, lane_bend};
 use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::angle_between;
 use crate::lanelet::index::MapIndex;
+
+use super::Rule;
+use super::joint::{End, OwnLine, bend, heading, lane_bend};
 
 /// See `rules/vm-01-12.md`.
 pub struct CenterLineEnds;

@@ -2,11 +2,12 @@
 
 use serde::Deserialize;
 
-use super::Rule;
-use super::opposed::{self, Opposed, is_plain, width};
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::LineStringId;
 use crate::lanelet::index::MapIndex;
+
+use super::opposed::{Opposed, is_plain, width};
+use super::{Rule, opposed};
 
 /// See `rules/vm-01-13.md`.
 pub struct WideUnmarkedRoad;

@@ -2,10 +2,11 @@
 
 use serde::Deserialize;
 
-use super::Rule;
-use super::opposed::{self, Opposed, width};
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::{Lane, MapIndex};
+
+use super::opposed::{Opposed, width};
+use super::{Rule, opposed};
 
 /// See `rules/vm-01-14.md`.
 pub struct NarrowSharedRoad;

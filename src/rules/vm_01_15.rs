@@ -2,11 +2,12 @@
 
 use serde::Deserialize;
 
-use super::along::Reach;
-use super::{Rule, side_lane};
 use crate::diagnostic::Finding;
 use crate::lanelet::RoadType;
 use crate::lanelet::index::MapIndex;
+
+use super::along::Reach;
+use super::{Rule, side_lane};
 
 /// See `rules/vm-01-15.md`.
 pub struct RoadShoulder;

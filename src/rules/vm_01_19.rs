@@ -2,11 +2,12 @@
 
 use serde::Deserialize;
 
-use super::{Rule, walkway};
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::geometry::polygon;
 use crate::lanelet::RoadType;
 use crate::lanelet::index::{Lane, MapIndex};
+
+use super::{Rule, walkway};
 
 /// See `rules/vm-01-19.md`.
 pub struct Walkway;

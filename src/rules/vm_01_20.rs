@@ -2,11 +2,12 @@
 
 use rustc_hash::FxHashSet;
 
-use super::graph::{Graph, Rules};
-use super::{NoParams, Rule};
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::Seen;
+
+use super::graph::{Graph, Rules};
+use super::{NoParams, Rule};
 
 /// See `rules/vm-01-20.md`.
 pub struct SideBySide;

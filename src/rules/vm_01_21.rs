@@ -2,10 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use super::graph::{Graph, Rules};
-use super::{NoParams, Rule};
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
+
+use super::graph::{Graph, Rules};
+use super::{NoParams, Rule};
 
 /// See `rules/vm-01-21.md`.
 pub struct EndToEnd;

@@ -2,11 +2,12 @@
 
 use serde::Deserialize;
 
-use super::Rule;
-use super::stops::{self, Crossing};
 use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::{Point, Polyline};
 use crate::lanelet::index::{MapIndex, StopLine};
+
+use super::stops::Crossing;
+use super::{Rule, stops};
 
 /// See `rules/vm-02-01.md`.
 pub struct StopLineAlignment;

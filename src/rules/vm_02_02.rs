@@ -3,11 +3,12 @@
 use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::View;
 use crate::lanelet::{LineString, LineStringId, RegulatoryElement};
+
+use super::Rule;
 
 /// See `rules/vm-02-02.md`.
 pub struct StopLines;

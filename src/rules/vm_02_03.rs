@@ -5,12 +5,13 @@ use std::collections::BTreeMap;
 use rustc_hash::{FxHashMap, FxHashSet};
 use serde::Deserialize;
 
-use super::Rule;
-use super::stops::{self, Crossing};
 use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::polygon;
 use crate::lanelet::index::{MapIndex, StopLine};
 use crate::lanelet::{LineStringId, RegulatoryElement, RoadType};
+
+use super::stops::Crossing;
+use super::{Rule, stops};
 
 /// See `rules/vm-02-03.md`.
 pub struct DoubleStopLines;

@@ -3,12 +3,13 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 use serde::Deserialize;
 
-use super::Rule;
-use super::stops::{self, Crossing};
 use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::{Point, Polyline, polygon, segment_crossing};
 use crate::lanelet::index::{Lane, MapIndex};
 use crate::lanelet::{LineStringId, RegulatoryElement};
+
+use super::stops::Crossing;
+use super::{Rule, stops};
 
 /// See `rules/vm-02-04.md`.
 pub struct StopLineUse;

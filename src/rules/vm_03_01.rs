@@ -1,9 +1,10 @@
 //! vm-03-01: an intersection is an area, lanelets that name it, and their rules of the road.
 
-use super::{NoParams, Rule};
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::lanelet::index::{Intersection, MapIndex};
 use crate::lanelet::{Lanelet, LineStringId, PolygonId};
+
+use super::{NoParams, Rule};
 
 /// See `rules/vm-03-01.md`.
 pub struct Criteria;

@@ -5,10 +5,11 @@ use std::collections::BinaryHeap;
 use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::lanelet::index::{Lane, MapIndex, allows_lane_change};
 use crate::lanelet::{Attributes, LineString, TurnDirection};
+
+use super::Rule;
 
 /// See `rules/vm-03-02.md`.
 pub struct TurnDirectionAndBounds;

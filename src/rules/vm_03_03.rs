@@ -2,11 +2,12 @@
 
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Polyline, Vector, angle_between};
 use crate::lanelet::LineStringId;
 use crate::lanelet::index::{Lane, MapIndex};
+
+use super::Rule;
 
 /// See `rules/vm-03-03.md`.
 pub struct WidthAndSmoothness;

@@ -2,11 +2,12 @@
 
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::geometry::{Polyline, polygon};
 use crate::lanelet::index::{Intersection, MapIndex};
 use crate::lanelet::{Bound, Lanelet, LineStringId, PolygonId, Target};
+
+use super::Rule;
 
 /// See `rules/vm-03-05.md`.
 pub struct NoDivision;

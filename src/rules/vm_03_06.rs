@@ -2,11 +2,12 @@
 
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::{Point, Polyline, angle_between, polygon};
 use crate::lanelet::index::{Intersection, Lane, MapIndex, Movement, Traffic};
 use crate::lanelet::{LineString, LineStringId};
+
+use super::Rule;
 
 /// See `rules/vm-03-06.md`.
 pub struct GuideLines;

@@ -2,10 +2,11 @@
 
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::geometry::{Polyline, cross};
 use crate::lanelet::index::{Arm, Intersection, Lane, MapIndex, Movement, Traffic};
+
+use super::Rule;
 
 /// See `rules/vm-03-07.md`.
 pub struct SideBySide;

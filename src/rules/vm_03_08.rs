@@ -4,12 +4,13 @@
 use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
-use crate::geometry::ring::{self, RingFault};
-use crate::geometry::{Point, Polyline, Vector, polygon};
+use crate::geometry::ring::RingFault;
+use crate::geometry::{Point, Polyline, Vector, polygon, ring};
 use crate::lanelet::index::{Arm, Edge, Intersection, MapIndex, extent, is_road_border};
 use crate::lanelet::{LaneletId, PointId, Polygon};
+
+use super::Rule;
 
 /// See `rules/vm-03-08.md`.
 pub struct Outline;

@@ -2,11 +2,12 @@
 
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Vector, cross, polygon};
 use crate::lanelet::RoadType;
 use crate::lanelet::index::{Arm, ArmEdge, Intersection, MapIndex, StopLine};
+
+use super::Rule;
 
 /// See `rules/vm-03-09.md`.
 pub struct Extent;

@@ -1,11 +1,12 @@
 //! vm-03-10: where signals rule, a turning lanelet lists those whom it need not watch.
 
-use super::right_of_way::{Judged, ruled_by_signal, wiring};
-use super::virtual_light::is_coordinated;
-use super::{NoParams, Rule};
 use crate::diagnostic::{Edit, Finding, Severity, Subject};
 use crate::lanelet::index::{MapIndex, Traffic};
 use crate::lanelet::right_of_way::{Relation, Turn};
+
+use super::right_of_way::{Judged, ruled_by_signal, wiring};
+use super::virtual_light::is_coordinated;
+use super::{NoParams, Rule};
 
 /// See `rules/vm-03-10.md`.
 pub struct RightOfWayWithSignal;

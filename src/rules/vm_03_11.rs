@@ -1,11 +1,12 @@
 //! vm-03-11: where no signal rules, a lanelet lists those who give way to it.
 
-use super::right_of_way::{Judged, ruled_by_signal, wiring};
-use super::virtual_light::is_coordinated;
-use super::{NoParams, Rule};
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::{Intersection, MapIndex, Rank, Traffic};
 use crate::lanelet::right_of_way::{Relation, Turn};
+
+use super::right_of_way::{Judged, ruled_by_signal, wiring};
+use super::virtual_light::is_coordinated;
+use super::{NoParams, Rule};
 
 /// See `rules/vm-03-11.md`.
 pub struct RightOfWayWithoutSignal;

@@ -2,9 +2,10 @@
 
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::lanelet::index::{Conflict, MapIndex};
+
+use super::Rule;
 
 /// See `rules/vm-03-12.md`.
 pub struct Attention;

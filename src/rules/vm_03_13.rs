@@ -2,12 +2,13 @@
 
 use serde::Deserialize;
 
-use super::borders::Borders;
-use super::{Rule, walkway};
 use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::geometry::polygon;
 use crate::lanelet::RoadType;
 use crate::lanelet::index::{Lane, MapIndex};
+
+use super::borders::Borders;
+use super::{Rule, walkway};
 
 /// See `rules/vm-03-13.md`.
 pub struct PrivateAreaAndSidewalk;

@@ -2,11 +2,12 @@
 
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::geometry::{Point, polygon, segment_crossing};
 use crate::lanelet::index::{Intersection, Lane, MapIndex, StopLine};
 use crate::lanelet::{LineStringId, RegulatoryElement, Target};
+
+use super::Rule;
 
 /// See `rules/vm-03-14.md`.
 pub struct RoadMarking;

@@ -2,12 +2,13 @@
 
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Polyline, angle_between};
 use crate::lanelet::index::{DrivingSide, Lane, MapIndex, allows_lane_change, is_road_border};
 use crate::lanelet::right_of_way::{Relation, Turn};
 use crate::lanelet::{LineStringId, RoadType};
+
+use super::Rule;
 
 /// See `rules/vm-03-15.md`.
 pub struct BicycleLane;
@@ -16,7 +17,7 @@ pub struct BicycleLane;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
-    gap: f64,
+    pub(super) gap: f64,
     along: f64,
 }
 

@@ -2,11 +2,12 @@
 
 use serde::Deserialize;
 
-use super::Rule;
-use super::virtual_light::{ANCHOR, Broken, Section, lights, sections};
 use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::lanelet::index::{MapIndex, extent};
 use crate::lanelet::{LaneletId, LineStringId, RegulatoryElement, Target};
+
+use super::Rule;
+use super::virtual_light::{ANCHOR, Broken, Section, lights, sections};
 
 /// See `rules/vm-03-16.md`.
 pub struct VirtualTrafficLight;

@@ -1,12 +1,13 @@
 //! vm-03-17: a lanelet that a virtual traffic light rules yields everybody: the light alone decides who drives.
 
-use super::right_of_way::{Judged, wiring};
-use super::virtual_light::is_coordinated;
-use super::{NoParams, Rule};
 use crate::diagnostic::{Finding, Subject};
 use crate::geometry::polygon;
 use crate::lanelet::RegulatoryElement;
 use crate::lanelet::index::MapIndex;
+
+use super::right_of_way::{Judged, wiring};
+use super::virtual_light::is_coordinated;
+use super::{NoParams, Rule};
 
 /// See `rules/vm-03-17.md`.
 pub struct RightOfWayWithVirtualLight;

@@ -2,11 +2,12 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::virtual_light::{Section, lights, sections};
-use super::{NoParams, Rule};
 use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::Point;
 use crate::lanelet::index::MapIndex;
+
+use super::virtual_light::{Section, lights, sections};
+use super::{NoParams, Rule};
 
 /// See `rules/vm-03-18.md`.
 pub struct SectionsApart;

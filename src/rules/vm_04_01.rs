@@ -5,12 +5,13 @@ use std::collections::BTreeSet;
 use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::View;
 use crate::lanelet::number::leading_integer;
 use crate::lanelet::{LineString, LineStringId, RegulatoryElement};
+
+use super::Rule;
 
 /// See `rules/vm-04-01.md`.
 pub struct TrafficLights;

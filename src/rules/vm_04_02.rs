@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::{Seen, View, spot};
 use crate::lanelet::{LineString, LineStringId, Point, RegulatoryElement};
+
+use super::Rule;
 
 /// Referrers whose edges turn away from the first one's by more than this (cosine) do not belong to one light.
 const TOGETHER: f64 = 0.707;

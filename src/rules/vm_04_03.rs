@@ -2,10 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use super::{NoParams, Rule};
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::LineStringId;
 use crate::lanelet::index::MapIndex;
+
+use super::{NoParams, Rule};
 
 /// See `rules/vm-04-03.md`.
 pub struct Bulbs;

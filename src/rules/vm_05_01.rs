@@ -4,12 +4,13 @@ use geo::Intersects;
 use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Finding, Subject};
 use crate::geometry::polygon;
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::{Seen, View};
 use crate::lanelet::{LaneletId, RegulatoryElement};
+
+use super::Rule;
 
 /// See `rules/vm-05-01.md`.
 pub struct Crosswalks;

@@ -2,12 +2,13 @@
 
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Edit, Finding, Severity, Subject};
 use crate::geometry::{Point, Polyline, polygon};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::View;
 use crate::lanelet::{LineString, RegulatoryElement};
+
+use super::Rule;
 
 /// See `rules/vm-05-02.md`.
 pub struct PedestrianLights;

@@ -1,9 +1,10 @@
 //! vm-05-03: where vehicles slow down before a crosswalk, speed and distance are numbers.
 
-use super::{NoParams, Rule};
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::number::number;
+
+use super::{NoParams, Rule};
 
 /// See `rules/vm-05-03.md`.
 pub struct SlowDown;

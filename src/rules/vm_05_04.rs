@@ -1,10 +1,11 @@
 //! vm-05-04: fences beside crosswalks stand where nobody walks.
 
-use super::{NoParams, Rule, barrier};
 use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::{Point, Polyline, segment_crossing};
 use crate::lanelet::RoadType;
 use crate::lanelet::index::MapIndex;
+
+use super::{NoParams, Rule, barrier};
 
 /// See `rules/vm-05-04.md`.
 pub struct Fences;

@@ -3,12 +3,13 @@
 use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Finding, Subject};
 use crate::geometry::{Point as Place, polygon, ring};
 use crate::lanelet::index::view::View;
 use crate::lanelet::index::{MapIndex, extent};
 use crate::lanelet::{PointId, Polygon};
+
+use super::Rule;
 
 /// A corner sharper than this (deg) turns back on itself.
 const SPIKE: f64 = 1e-6;

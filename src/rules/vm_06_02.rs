@@ -1,8 +1,9 @@
 //! vm-06-02: an area without parking has an element that road lanelets refer to.
 
-use super::{NoParams, Rule, area_element};
 use crate::diagnostic::Finding;
 use crate::lanelet::index::MapIndex;
+
+use super::{NoParams, Rule, area_element};
 
 /// See `rules/vm-06-02.md`.
 pub struct NoParking;

@@ -1,8 +1,9 @@
 //! vm-06-03: the lanes on which nobody may stop are those that tell of it.
 
-use super::{NoParams, Rule, area_element};
 use crate::diagnostic::Finding;
 use crate::lanelet::index::MapIndex;
+
+use super::{NoParams, Rule, area_element};
 
 /// See `rules/vm-06-03.md`.
 pub struct NoStoppingSign;

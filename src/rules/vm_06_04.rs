@@ -1,8 +1,9 @@
 //! vm-06-04: an area without stopping has an element that road lanelets refer to.
 
-use super::{NoParams, Rule, area_element};
 use crate::diagnostic::Finding;
 use crate::lanelet::index::MapIndex;
+
+use super::{NoParams, Rule, area_element};
 
 /// See `rules/vm-06-04.md`.
 pub struct NoStopping;

@@ -1,8 +1,9 @@
 //! vm-06-05: a detection area has an element with a stop line that road lanelets refer to.
 
-use super::{NoParams, Rule, area_element};
 use crate::diagnostic::Finding;
 use crate::lanelet::index::MapIndex;
+
+use super::{NoParams, Rule, area_element};
 
 /// See `rules/vm-06-05.md`.
 pub struct DetectionArea;

@@ -1,8 +1,9 @@
 //! vm-06-06: a bus stop has an element.
 
-use super::{NoParams, Rule, area_element};
 use crate::diagnostic::Finding;
 use crate::lanelet::index::MapIndex;
+
+use super::{NoParams, Rule, area_element};
 
 /// See `rules/vm-06-06.md`.
 pub struct BusStop;

@@ -2,9 +2,10 @@
 
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Finding, Place, Subject};
 use crate::lanelet::index::MapIndex;
+
+use super::Rule;
 
 /// See `rules/vm-07-01.md`.
 pub struct Range;

@@ -1,9 +1,10 @@
 //! vm-07-02: lines behind which nobody steps onto the road are said so that they are seen.
 
-use super::barrier::KINDS;
-use super::{NoParams, Rule};
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
+
+use super::barrier::KINDS;
+use super::{NoParams, Rule};
 
 /// See `rules/vm-07-02.md`.
 pub struct PedestrianRange;

@@ -2,11 +2,12 @@
 
 use serde::Deserialize;
 
-use super::{Rule, barrier};
 use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::Polyline;
 use crate::lanelet::RoadType;
 use crate::lanelet::index::MapIndex;
+
+use super::{Rule, barrier};
 
 /// See `rules/vm-07-03.md`.
 pub struct GuardRails;

@@ -2,10 +2,11 @@
 
 use serde::Deserialize;
 
-use super::{Rule, geoid};
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::Point;
 use crate::lanelet::index::MapIndex;
+
+use super::{Rule, geoid};
 
 /// See `rules/vm-07-04.md`.
 pub struct EllipsoidalHeight;

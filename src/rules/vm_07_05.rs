@@ -2,11 +2,12 @@
 
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::angle_between;
 use crate::lanelet::RoadType;
 use crate::lanelet::index::MapIndex;
+
+use super::Rule;
 
 /// See `rules/vm-07-05.md`.
 pub struct BicycleMarks;

@@ -2,12 +2,13 @@
 
 use serde::Deserialize;
 
-use super::Rule;
-use super::moves::Moves;
 use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::Vector;
 use crate::lanelet::RoadType;
 use crate::lanelet::index::{Edge, MapIndex};
+
+use super::Rule;
+use super::moves::Moves;
 
 /// See `rules/vm-07-06.md`.
 pub struct AddedLane;

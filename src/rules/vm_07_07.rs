@@ -2,12 +2,13 @@
 
 use serde::Deserialize;
 
-use super::moves::Moves;
-use super::{Rule, area_element};
 use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::Point;
 use crate::lanelet::index::view::View;
 use crate::lanelet::index::{DrivingSide, MapIndex};
+
+use super::moves::Moves;
+use super::{Rule, area_element};
 
 /// See `rules/vm-07-07.md`.
 pub struct BusStop;

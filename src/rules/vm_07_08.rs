@@ -2,11 +2,12 @@
 
 use serde::Deserialize;
 
-use super::Rule;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, angle_between, polygon};
 use crate::lanelet::RoadType;
 use crate::lanelet::index::{Conflict, Lane, MapIndex};
+
+use super::Rule;
 
 /// See `rules/vm-07-08.md`.
 pub struct OverlappingLanes;

@@ -5,9 +5,10 @@ use std::io::{self, Write};
 
 use serde::{Deserialize, Serialize};
 
-use super::Sorted;
 use crate::diagnostic::{Diagnostic, Finding, Subject};
 use crate::settings::{PrimitiveKind, Selection};
+
+use super::Sorted;
 
 /// Version of the file's shape.
 const SCHEMA_VERSION: u32 = 1;

@@ -2,30 +2,22 @@
 //! itself; what it says, it says of suppressions and baselines.
 
 mod baseline;
+mod sorted;
 mod suppress;
 
-use std::sync::LazyLock;
+pub use sorted::Sorted;
 
-pub use baseline::{Baseline, BaselineError};
-pub use suppress::TAG;
-
-use crate::diagnostic::{Diagnostic, Finding, Severity, Subject};
+use crate::diagnostic::{Diagnostic, Finding, Severity};
 use crate::lanelet::LaneletMap;
 use crate::lanelet::locate::locate;
 use crate::osm::OsmData;
 use crate::requirement::{DocumentError, Requirement};
 use crate::settings::{Settings, most_specific};
 
-/// What is left of a run's findings.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Sorted {
-    /// The findings that count, in the order of the run, then what there is to say of suppressions and the baseline.
-    pub left: Vec<Diagnostic>,
-    /// How many a suppression took out.
-    pub suppressed: usize,
-    /// How many the baseline knows.
-    pub known: usize,
-}
+use std::sync::LazyLock;
+
+pub use baseline::{Baseline, BaselineError};
+pub use suppress::TAG;
 
 /// The document of what this module says.
 pub fn requirement() -> Result<&'static Requirement, &'static DocumentError> {
@@ -78,15 +70,4 @@ fn wanted(settings: &Settings, code: &str) -> bool {
     let mut selection = settings.selection();
     selection.select.clear();
     selection.wants(code)
-}
-
-/// The element of the file that a primitive is, whatever it means in Lanelet2.
-fn element(subject: Subject) -> Option<(crate::osm::ElementKind, i64)> {
-    use crate::osm::ElementKind::{Node, Relation, Way};
-    Some(match subject {
-        Subject::Map => return None,
-        Subject::Point(id) | Subject::Node(id) => (Node, id),
-        Subject::LineString(id) | Subject::Polygon(id) | Subject::Way(id) => (Way, id),
-        Subject::Lanelet(id) | Subject::RegulatoryElement(id) | Subject::Relation(id) => (Relation, id),
-    })
 }

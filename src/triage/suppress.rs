@@ -2,10 +2,12 @@
 
 use rustc_hash::FxHashMap;
 
-use super::{Sorted, element};
 use crate::diagnostic::{Finding, Subject};
 use crate::osm::{ElementKind, OsmData, Tags};
 use crate::settings::{Settings, covers};
+
+use super::Sorted;
+use super::sorted::element;
 
 /// The tag of a primitive that lists what is to be passed over: `vm-03-02/turn-mismatch: reason; vm-03-05: reason`.
 pub const TAG: &str = "lanewright:ignore";

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use lanewright::diagnostic::Diagnostic;
-use lanewright::lanelet::index::{MapIndex, Thresholds};
+use lanewright::lanelet::index::MapIndex;
+use lanewright::lanelet::index::Thresholds;
 use lanewright::lanelet::{Loaded, ProjectorInfo, from_osm};
 use lanewright::osm::{OsmData, read_bytes};
 use lanewright::projection::{MgrsGrid, Projector};

@@ -4,7 +4,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use lanewright::diagnostic::{Diagnostic, Severity};
 use lanewright::fix::mend;
-use lanewright::lanelet::index::{MapIndex, Thresholds};
+use lanewright::lanelet::index::MapIndex;
+use lanewright::lanelet::index::Thresholds;
 use lanewright::lanelet::{Loaded, from_osm};
 use lanewright::osm::{self, OsmData};
 use lanewright::rules::{self, Config, ConfigError};

@@ -2,10 +2,12 @@
 
 use std::path::Path;
 
-use lanewright::lanelet::index::{MapIndex, Thresholds};
+use lanewright::lanelet::index::MapIndex;
+use lanewright::lanelet::index::Thresholds;
 use lanewright::lanelet::{INFO, Loaded, ProjectorInfo, from_osm};
 use lanewright::osm::{self, OsmData};
-use lanewright::projection::{LonLat, Projector, VerticalDatum, write_info};
+use lanewright::projection::LonLat;
+use lanewright::projection::{Projector, VerticalDatum, write_info};
 use lanewright::rules::{self, Config};
 
 use super::{Base, Draft, bases};

@@ -1,14 +1,15 @@
 //! Who goes first at an intersection: what rules its arms, and whom each lanelet may ignore.
 
-use crate::builder::conflict::Conflicts;
-use crate::builder::control::priority_road::{Approaching, give_way, is_priority_road};
+use crate::builder::control::priority_road::{Approaching, give_way};
 use crate::builder::control::{Control, sign_at};
-use crate::builder::cross_section::StripKind;
 use crate::builder::ids::Key;
-use crate::builder::lanes::Arm;
-use crate::builder::movement::STRAIGHT;
-use crate::builder::paths::Path;
-use crate::builder::road_network::{DrivingSide, Intersection};
+use crate::builder::intersection::conflict::Conflicts;
+use crate::builder::intersection::paths::Path;
+use crate::builder::lanes::types::Arm;
+use crate::builder::network::Intersection;
+use crate::builder::network::turn::STRAIGHT;
+use crate::builder::tags::cross_section::StripKind;
+use crate::builder::tags::road_class::{DrivingSide, is_priority_road};
 use crate::geometry::Vector;
 use crate::lanelet::index::{Crossed, Edge, Thresholds, legs};
 use crate::lanelet::right_of_way::{Mover, OPPOSITE, Relation, Turn, opposites, yields};

@@ -1,10 +1,9 @@
 //! Where lights have arrows: by the settings, for lanes from which all go one way.
 
+use crate::builder::options::{Inside, metres};
 use crate::geometry::{Point, polygon};
 use crate::lanelet::{PolygonId, TurnDirection};
 use crate::projection::Projector;
-
-use crate::builder::inside::{Inside, metres};
 
 /// What the settings say of arrows.
 #[derive(Clone, Debug, Default)]

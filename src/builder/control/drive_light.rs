@@ -7,19 +7,19 @@
 //! Where they cross so close to an intersection without lights that no vehicle can wait between, those on the road that
 //! they cross stop before the intersection: it has lights for that road, and whoever has none gives way.
 
+use crate::builder::lanes::cut::{
+    CROSSWALK_BREADTH, ConnectionLines, Crossing, STOP_GAP, STOP_GAP_MOST, VEHICLE, has_lights,
+};
+use crate::builder::lanes::types::{Lane, Lanes};
+use crate::builder::layout::draft::Ways;
+use crate::builder::map::assembly::Assembly;
+use crate::builder::network::{End, Intersection, RoadEnd, RoadIx, RoadNetwork};
+use crate::builder::tags::road_class::DrivingSide;
 use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::{angle_between, left_of};
 use crate::lanelet::right_of_way::OPPOSITE;
 
-use super::walk_light::has_lights;
 use super::{BEHIND, Control, LightShape, add_light, light_element, sign_at, stop_line};
-use crate::builder::assembly::Assembly;
-use crate::builder::connection::{
-    CROSSWALK_BREADTH, ConnectionLines, Crossing, STOP_GAP, STOP_GAP_MOST, VEHICLE, side,
-};
-use crate::builder::draft::Ways;
-use crate::builder::lanes::{Lane, Lanes, road_key};
-use crate::builder::road_network::{DrivingSide, End, Intersection, RoadEnd, RoadIx, RoadNetwork};
 
 /// The least that lies between the stop line and the crosswalk, metres.
 const GAP_LEAST: f64 = 0.5;
@@ -169,9 +169,9 @@ pub fn draw(
     for lit in lit {
         let Some((piece, own)) = lanes.piece_at(lit.road, (lit.span[0] + lit.span[1]) / 2.0) else { continue };
         let gaps = [piece.span[1] - lit.span[1], lit.span[0] - piece.span[0]];
-        for toward in [End::Start, End::End].into_iter().filter(|toward| lit.stops[side(*toward)]) {
+        for toward in [End::Start, End::End].into_iter().filter(|toward| lit.stops[toward.index()]) {
             let own: Vec<&Lane> = own.iter().filter(|lane| lane.backward == (toward == End::Start)).collect();
-            if (GAP_LEAST..=2.0 * STOP_GAP_MOST).contains(&gaps[side(toward)]) {
+            if (GAP_LEAST..=2.0 * STOP_GAP_MOST).contains(&gaps[toward.index()]) {
                 draw_one_way(assembly, network, driving, (lit, toward), &own);
             } else if !own.is_empty() {
                 notes.push(note(network, lit));
@@ -203,12 +203,12 @@ fn draw_one_way(
     let road = network.road(lit.road);
     let (Some(first), Some(last)) = (lanes.first(), lanes.last()) else { return };
     let forth = if toward == End::End { 1.0 } else { -1.0 };
-    let station = lit.span[side(toward)] + BEHIND * forth;
+    let station = lit.span[toward.index()] + BEHIND * forth;
     let along = road.line.direction(station);
     let middle = (road.section.edge(first.strip) + road.section.edge(last.strip + 1)) / 2.0;
-    assembly.stand_on(crate::builder::heights::Ground::under(road));
+    assembly.stand_on(crate::builder::streets::heights::Ground::under(road));
     let shape = LightShape::new(driving, road.line.at(station) + left_of(along) * middle, along * forth);
-    let key = road_key("drive lights", road).number(lit.node).number(side(toward) as i64);
+    let key = road.key_of("drive lights").number(lit.node).number(toward.index() as i64);
     let light = add_light(assembly, key, &shape);
     for lane in lanes {
         let starts = [lane.left, lane.right].map(|bound| assembly.bound_ids(bound).first().copied());
@@ -217,5 +217,5 @@ fn draw_one_way(
         let line = stop_line(assembly, key, [left, right]);
         light_element(assembly, key, light, line, &[lane.lanelet]);
     }
-    assembly.stand_on(crate::builder::heights::Ground::default());
+    assembly.stand_on(crate::builder::streets::heights::Ground::default());
 }

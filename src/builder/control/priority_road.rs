@@ -1,12 +1,5 @@
 //! Priority roads: who goes first where no sign stands, by what the roads' tags say.
 
-use crate::osm::Tags;
-
-/// Whether a road is a priority road: `priority_road`, other than `no` and the `end` of one.
-pub fn is_priority_road(tags: &Tags) -> bool {
-    matches!(tags.get("priority_road"), Some("designated" | "yes_unposted" | "yes"))
-}
-
 /// The approaches that give way to a priority road, from what each is; `None` if no priority road leads through. To let a lane
 /// ignore another is only safe where it is certain who waits: the priority road comes to the intersection over two approaches,
 /// whether it goes straight or bends, no sign there says otherwise, and some other road meets it.

@@ -1,13 +1,14 @@
 //! Lights for people on foot: one at each end of a crosswalk, for those who come from the other.
 
+use crate::builder::ids::Key;
+use crate::builder::lanes::cut::has_lights;
+use crate::builder::lanes::cut::{CROSSWALK_BREADTH, Crossing};
+use crate::builder::map::assembly::Assembly;
+use crate::builder::network::Road;
 use crate::geometry::{Point, Vector, left_of};
-use crate::lanelet::{LaneletId, LineStringId, Target};
+use crate::lanelet::{Attributes, LaneletId, LineStringId, Target};
 
 use super::bulbs_of;
-use crate::builder::assembly::{Assembly, tags};
-use crate::builder::connection::{CROSSWALK_BREADTH, Crossing, carriageway};
-use crate::builder::ids::Key;
-use crate::builder::road_network::{FeatureKind, Road};
 
 /// Lower edge of a light above the ground, metres: a tall person walks below.
 const LIGHT_HEIGHT: f64 = 2.1;
@@ -18,18 +19,12 @@ const BEHIND: f64 = 0.5;
 /// ... and so far, metres, beside the paint, on the right of those who look at it.
 const BESIDE: f64 = 0.3;
 
-/// Whether lights protect the people on a crossing, by the tags of its node or of the way on foot through it.
-pub fn has_lights(road: &Road, crossing: &Crossing) -> bool {
-    let lights = |kind| matches!(kind, FeatureKind::Crossing { signals: true, .. });
-    road.features.iter().any(|feature| feature.node == crossing.node && lights(feature.kind))
-}
-
 /// Adds the lights of a crosswalk that has some, and the element by which it knows of them.
 pub fn walk_lights(assembly: &mut Assembly, road: &Road, crossing: &Crossing, crosswalk: LaneletId) {
     if !has_lights(road, crossing) {
         return;
     }
-    let (first, last) = carriageway(&road.section);
+    let (first, last) = road.section.carriageway();
     let middle = road.line.at(crossing.station);
     let to_left = left_of(road.line.direction(crossing.station));
     let key = Key::new("walk lights").number(crosswalk.0);
@@ -48,11 +43,11 @@ fn light(assembly: &mut Assembly, key: Key, kerb: Point, ahead: Vector) -> [Line
     let middle = kerb + ahead * BEHIND + right * (CROSSWALK_BREADTH / 2.0 + BESIDE);
     let ends = [("from", -0.5), ("to", 0.5)]
         .map(|(name, along)| assembly.point(key.word(name), middle + right * (width * along), LIGHT_HEIGHT));
-    let mut attributes = tags(&[("type", "traffic_light"), ("subtype", "red_green")]);
+    let mut attributes = Attributes::of(&[("type", "traffic_light"), ("subtype", "red_green")]);
     attributes.push("height", crate::osm::Text::from(format!("{height}")));
     let body = assembly.named_line(key, ends.to_vec(), attributes);
     let lamps = [("green", 0.25), ("red", 0.75)].map(|(color, up)| {
-        assembly.tagged_point(key.word(color), middle, LIGHT_HEIGHT + height * up, tags(&[("color", color)]))
+        assembly.tagged_point(key.word(color), middle, LIGHT_HEIGHT + height * up, Attributes::of(&[("color", color)]))
     });
     [body, assembly.line(key.word("bulbs"), lamps.to_vec(), bulbs_of(body))]
 }

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::builder::road_network::{DrivingSide, RoadNetwork};
+use crate::builder::network::RoadNetwork;
+use crate::builder::tags::road_class::DrivingSide;
 use crate::osm::Text;
 use crate::projection::{LonLat, Projector};
 

@@ -2,17 +2,17 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::builder::road_network::{
+use crate::builder::network::{
     End, InnerRoad, Intersection, Island, LaneConnection, Ray, Road, RoadEnd, RoadIx, RoadKey, TurnRestriction,
     clockwise,
 };
 use crate::geometry::{Point, Polyline, ring as rings};
 
 use super::ReadError;
+use super::id::Id;
 use super::parse::{Parsed, Sited};
-use super::road::section_of;
-use super::roads::{Node, centre, mean, point, ring};
-use super::shape::{ArmShape, Feature, Id, IntersectionShape};
+use super::shape::{ArmShape, Feature, IntersectionShape};
+use super::values::{Node, centre, mean, point, ring, section_of};
 
 /// Roads that one intersection joins at most; more are damage.
 const MAX_ARMS: usize = 1000;

@@ -1,10 +1,12 @@
 //! Streets as GeoJSON: roads, lanes and intersections, for other tools to draw and measure, and for `build` to read
 //! back. `docs/geometry.md` describes the file.
 //!
-//! What is read back is what was written, to the bit: places lie on a grid ([`super::grid`]) that nine decimals of a
+//! What is read back is what was written, to the bit: places lie on a grid ([`super::streets::grid`]) that nine decimals of a
 //! degree can tell apart. Files from elsewhere may leave out almost everything; what is assumed then is noted.
 
+mod error;
 mod head;
+mod id;
 mod meet;
 mod outlines;
 mod parse;
@@ -13,44 +15,17 @@ mod roads;
 mod scan;
 mod shape;
 mod spell;
+mod values;
 mod write;
+
+pub use error::ReadError;
 
 use crate::diagnostic::{Finding, Severity, Subject};
 
-use super::build::{BuildOptions, Plan};
+use super::options::{BuildOptions, Plan};
 use super::streets::Streets;
 
 pub use write::{WriteError, write};
-
-/// Why a file cannot be read.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{message}")]
-pub struct ReadError {
-    /// What is wrong, in one line.
-    pub message: String,
-    /// A way out, in one line.
-    pub help: &'static str,
-    /// Byte offset in the text.
-    pub offset: usize,
-}
-
-impl ReadError {
-    fn new(offset: usize, message: String, help: &'static str) -> Self {
-        Self { message, help, offset }
-    }
-
-    /// What the JSON reader says of a piece of the text that begins at a byte.
-    fn json(piece: &str, offset: usize, error: &serde_json::Error) -> Self {
-        let line_start = piece.split_inclusive('\n').take(error.line().saturating_sub(1)).map(str::len).sum::<usize>();
-        let mut at = (line_start + error.column().saturating_sub(1)).min(piece.len());
-        while !piece.is_char_boundary(at) {
-            at -= 1;
-        }
-        let said = error.to_string();
-        let message = said.rsplit_once(" at line ").map_or(said.as_str(), |(message, _)| message).to_owned();
-        Self::new(offset + at, message, "docs/geometry.md says what each feature may hold")
-    }
-}
 
 /// Whether a file's content is JSON and not OpenStreetMap's XML or PBF.
 pub fn is_json(bytes: &[u8]) -> bool {

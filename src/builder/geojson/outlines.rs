@@ -1,11 +1,11 @@
 //! The outlines of a file: cuts and kerbs found again on its polygons, and those it lacks computed.
 
-use crate::builder::outline::{Case, Cut, Outline, OutlineOptions, Outlines, outlines as computed};
-use crate::builder::road_network::{End, Intersection, IntersectionIx, Road, RoadEnd, RoadNetwork};
+use crate::builder::network::{End, Intersection, IntersectionIx, Road, RoadEnd, RoadNetwork};
+use crate::builder::streets::outline::{Case, Cut, Outline, OutlineOptions, Outlines, outlines as computed};
 use crate::diagnostic::Finding;
 use crate::geometry::{Point, Polyline, left_of, polygon, segment_crossing};
 
-use super::roads::{Rings, cut_of, ring};
+use super::values::{Rings, cut_of, ring};
 
 /// A vertex of a polygon this near, metres, to the end of a cut is that end.
 const SAME: f64 = 1e-3;

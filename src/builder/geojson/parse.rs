@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use serde::Deserialize;
 
-use crate::builder::grid::snapped;
+use crate::builder::streets::grid::snapped;
 use crate::geometry::Point;
 use crate::osm::Text;
 use crate::parallel::Finely;
@@ -11,8 +11,9 @@ use crate::projection::{Extent, LonLat, Projector};
 
 use super::ReadError;
 use super::head::{FORMAT, Head};
+use super::id::Place;
 use super::scan::{Layout, scan};
-use super::shape::{Feature, IntersectionShape, LaneShape, Place, Placed, RoadShape};
+use super::shape::{Feature, IntersectionShape, LaneShape, Placed, RoadShape};
 
 /// Something of the file, with the byte where it begins.
 #[derive(Debug)]

@@ -1,18 +1,17 @@
 //! One road of the file: its line, its lanes, and what stands on it.
 
-use crate::builder::cross_section::{CrossSection, Customs, Facts, Strip, StripKind, Travel, Usual, layout};
-use crate::builder::road_network::{
-    DrivingSide, Feature as Furniture, FeatureKind, IntersectionIx, Road, RoadClass, RoadKey, class_of,
-};
-use crate::builder::speed;
+use crate::builder::network::{Feature as Furniture, FeatureKind, IntersectionIx, Road, RoadKey, class_of};
+use crate::builder::tags::cross_section::{CrossSection, Customs, Facts, Strip, StripKind, Travel, Usual, layout};
+use crate::builder::tags::road_class::{DrivingSide, RoadClass};
+use crate::builder::tags::speed;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::Polyline;
 use crate::osm::{Tags, Text};
 
 use super::ReadError;
 use super::parse::Sited;
-use super::roads::{number, points_of};
-use super::shape::{Feature, FurnitureKind, FurnitureShape, LaneShape, Levels, RoadShape, StripShape};
+use super::shape::{Feature, FurnitureKind, FurnitureShape, LaneShape, Levels, RoadShape};
+use super::values::{number, points_of};
 
 /// No strip is wider than this, metres: beyond, the unit is wrong.
 const WIDEST: f64 = 100.0;
@@ -167,19 +166,6 @@ fn usual_travel(nth: usize, count: usize, side: DrivingSide) -> Travel {
         _ if from_near < count.div_ceil(2) => Travel::Forward,
         _ => Travel::Backward,
     }
-}
-
-/// The cross-section of lanes that are no features of their own.
-pub fn section_of(lanes: &[StripShape]) -> CrossSection {
-    let strip = |lane: &StripShape| Strip {
-        kind: lane.used,
-        travel: lane.travel,
-        width: lane.width,
-        arrows: lane.arrows,
-        change: lane.change,
-        width_guessed: lane.width_guessed,
-    };
-    CrossSection { strips: lanes.iter().map(strip).collect() }
 }
 
 fn furniture(road: &RoadShape, index: usize, shape: &FurnitureShape) -> Furniture {

@@ -1,21 +1,22 @@
 //! Features to a road network, with what they leave out filled in.
 
-use rustc_hash::FxHashMap;
-
 use crate::builder::BuildOptions;
-use crate::builder::cross_section::Customs;
-use crate::builder::driving_side;
-use crate::builder::ids::{Ids, Key};
-use crate::builder::road_network::{End, IntersectionIx, RoadIx, RoadKey, RoadNetwork};
+use crate::builder::network::{IntersectionIx, RoadIx, RoadKey, RoadNetwork};
+use crate::builder::tags::cross_section::Customs;
+use crate::builder::tags::driving_side;
 use crate::diagnostic::Finding;
-use crate::geometry::{Point, Vector, polygon};
+use crate::geometry::Point;
 use crate::osm::Text;
 
 use super::ReadError;
+use super::id::Id;
 use super::meet::{connections, intersections, restrictions};
 use super::parse::{Parsed, Sited};
 use super::road::road;
-use super::shape::{EndShape, Feature, Geometry, Id, IntersectionShape, Place, RoadShape};
+use super::shape::{Feature, IntersectionShape, RoadShape};
+use super::values::{Node, Rings, centre, number, points_of};
+
+use rustc_hash::FxHashMap;
 
 /// What the features are, beside the network: the shapes of its intersections and the ends of its roads, as the file
 /// has them.
@@ -24,21 +25,8 @@ pub struct Network<'a> {
     pub rings: Rings<'a>,
 }
 
-/// Per road and per intersection of the network, what the file says of its outline.
-pub struct Rings<'a> {
-    pub roads: Vec<&'a RoadShape>,
-    pub intersections: Vec<Option<&'a Feature<IntersectionShape>>>,
-}
-
 /// Where a road meets nothing that the file names.
 const LOOSE: [&str; 2] = ["start", "end"];
-
-/// An intersection before its roads are known.
-pub struct Node<'a> {
-    pub id: Id,
-    pub nodes: Vec<i64>,
-    pub feature: Option<&'a Sited<Feature<IntersectionShape>>>,
-}
 
 /// A road with its key, and the intersections at its ends.
 type Keyed<'a> = (RoadKey, &'a Sited<Feature<RoadShape>>, [IntersectionIx; 2]);
@@ -120,20 +108,6 @@ fn middle(parsed: &Parsed) -> crate::projection::LonLat {
     parsed.projector.inverse(nalgebra::center(&low, &high)).unwrap_or_default()
 }
 
-pub fn point(place: &Place) -> Point {
-    Point::new(place.0[0], place.0[1])
-}
-
-/// The vertices of a road's centre line: the property, else the geometry if that is a line.
-pub fn points_of(road: &Feature<RoadShape>) -> Vec<Point> {
-    let own = &road.properties.centerline;
-    let line = match &road.geometry {
-        Some(Geometry::LineString(line)) if own.is_empty() => line,
-        _ => own,
-    };
-    line.iter().map(point).collect()
-}
-
 /// The intersections that name a road, by the road's id.
 fn attached(parsed: &Parsed) -> FxHashMap<&Id, Vec<&Feature<IntersectionShape>>> {
     let mut found: FxHashMap<&Id, Vec<&Feature<IntersectionShape>>> = FxHashMap::default();
@@ -169,46 +143,6 @@ fn ends(road: &Feature<RoadShape>, attached: &FxHashMap<&Id, Vec<&Feature<Inters
         let loose = || Id(Text::from(format!("{} {}", shape.id.0, LOOSE[end])));
         said[end].clone().or_else(|| nearer(end)).unwrap_or_else(loose)
     })
-}
-
-/// The outer ring of a polygon, clockwise and not closed; of several the largest.
-pub fn ring(geometry: Option<&Geometry>) -> Vec<Point> {
-    let outer = |rings: &Vec<Vec<Place>>| {
-        let mut ring: Vec<Point> = rings.first().into_iter().flatten().map(point).collect();
-        if ring.len() > 1 && ring.first() == ring.last() {
-            ring.pop();
-        }
-        if polygon::signed_area(&ring) > 0.0 {
-            ring.reverse();
-        }
-        ring
-    };
-    match geometry {
-        Some(Geometry::Polygon(rings)) => outer(rings),
-        Some(Geometry::MultiPolygon(parts)) => {
-            let rings = parts.iter().map(outer);
-            rings
-                .max_by(|a, b| polygon::signed_area(a).abs().total_cmp(&polygon::signed_area(b).abs()))
-                .unwrap_or_default()
-        }
-        Some(Geometry::LineString(_)) | None => Vec::new(),
-    }
-}
-
-/// The place of an intersection: as it says, else the middle of its corners.
-pub fn centre(intersection: &Feature<IntersectionShape>) -> Option<Point> {
-    let own = intersection.properties.position.as_ref().map(point);
-    own.or_else(|| mean(&ring(intersection.geometry.as_ref())))
-}
-
-pub fn mean(points: &[Point]) -> Option<Point> {
-    let sum = points.iter().fold(Vector::zeros(), |sum, p| sum + p.coords);
-    (!points.is_empty()).then(|| Point::from(sum / points.len() as f64))
-}
-
-/// A number for something that OpenStreetMap does not know, the same in every build.
-pub fn number(part: &str, name: &str) -> i64 {
-    Ids::default().claim(Key::new(part).word(name), |_| false)
 }
 
 /// All intersections at which a road ends, and those where the map ends, in order of their smallest node.
@@ -276,19 +210,4 @@ fn tell_apart(keyed: &mut [Keyed<'_>]) -> Result<(), ReadError> {
         }
     }
     Ok(())
-}
-
-/// The cut that the file gives for one end of a road: its ends, in the order of the file.
-pub fn cut_of(shape: &RoadShape, end: End, at: Option<&Id>) -> Option<[Point; 2]> {
-    let pair = |end: &EndShape| match end.pts.as_slice() {
-        [a, b] => Some([point(a), point(b)]),
-        _ => None,
-    };
-    let own = match (shape.ends.as_slice(), end) {
-        ([start, end_], _) if start.int == shape.src && end_.int == shape.dst => {
-            Some(if end == End::Start { start } else { end_ })
-        }
-        (ends, _) => ends.iter().find(|e| e.int.is_some() && e.int.as_ref() == at),
-    };
-    own.and_then(pair)
 }

@@ -1,17 +1,15 @@
 //! The features of the file, as they are written and read. `docs/geometry.md` says what each property means.
 
-use serde::{Deserialize, Serialize};
-
-use crate::builder::cross_section::{Arrows, StripKind, Travel};
-use crate::builder::outline::Case;
-use crate::builder::road_network::{End, RoadClass, RoadKey};
+use crate::builder::network::{End, RoadKey};
+use crate::builder::streets::outline::Case;
+use crate::builder::tags::cross_section::{Arrows, StripKind, Travel};
+use crate::builder::tags::road_class::RoadClass;
 use crate::osm::{Tags, Text};
 
+use super::id::{Id, Place};
 use super::spell::{arrow_names, tag_map};
 
-/// Longitude and latitude in degrees; metres until the file is written and after it is read.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Place(pub [f64; 2]);
+use serde::{Deserialize, Serialize};
 
 /// A feature of one type.
 #[derive(Debug, Serialize, Deserialize)]
@@ -50,10 +48,6 @@ pub enum Type {
     Lane,
     Intersection,
 }
-
-/// The id of a feature: text, or a number that is read as text.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
-pub struct Id(pub Text);
 
 /// A number, or a list of them.
 #[derive(Clone, Debug, Serialize, Deserialize)]

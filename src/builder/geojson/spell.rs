@@ -8,11 +8,11 @@ use serde::de::{self, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::ser::{SerializeMap, Serializer};
 use serde_json::ser::{CompactFormatter, Formatter};
 
-use crate::builder::cross_section::Arrows;
+use crate::builder::tags::cross_section::Arrows;
 use crate::osm::{Tags, Text, put_fixed};
 use crate::projection::LonLat;
 
-use super::shape::{Id, Place};
+use super::id::{Id, Place};
 
 /// Spells numbers as `serde_json` does, in less time where they have no more than nine decimals, as most have.
 #[derive(Default)]

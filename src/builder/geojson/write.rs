@@ -6,21 +6,22 @@ use std::ops::Range;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::builder::cross_section::{CrossSection, Strip, StripKind};
-use crate::builder::outline::{Case, MITER_LIMIT, Outline, Outlines};
-use crate::builder::road_network::{
+use crate::builder::network::{
     End, Feature as Furniture, FeatureKind, Intersection, IntersectionIx, Island, LaneConnection, Road, RoadEnd,
     RoadIx, RoadKey, RoadNetwork, TurnRestriction,
 };
+use crate::builder::streets::outline::{Case, MITER_LIMIT, Outline, Outlines};
+use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind};
 use crate::geometry::{Point, Polyline};
 use crate::osm::Text;
 use crate::parallel::Finely;
 use crate::projection::{LonLat, Projector};
 
 use super::head::Head;
+use super::id::{Id, Place};
 use super::shape::{
-    ArmShape, ConnectionShape, EndShape, Feature, FurnitureKind, FurnitureShape, Geometry, Id, InnerShape,
-    IntersectionShape, IslandShape, LaneShape, Levels, Place, Placed, RestrictionShape, RoadShape, StripShape, Type,
+    ArmShape, ConnectionShape, EndShape, Feature, FurnitureKind, FurnitureShape, Geometry, InnerShape,
+    IntersectionShape, IslandShape, LaneShape, Levels, Placed, RestrictionShape, RoadShape, StripShape, Type,
 };
 use super::spell::{Spelling, Spelt, rounded};
 

@@ -1,15 +1,17 @@
 //! The borders between the lanes of a road, as lines along it.
 
-use crate::builder::assembly::Assembly;
-use crate::builder::beside::runs;
-use crate::builder::cross_section::{CrossSection, Travel};
-use crate::builder::marking::marking;
-use crate::builder::road_network::Road;
-use crate::builder::sound::{aligned, centred, simple};
-use crate::geometry::{Point, Vector, curve::untangled, left_of, miter::miter, round::Rounding};
+use crate::builder::map::assembly::Assembly;
+use crate::builder::network::Road;
+use crate::builder::tags::cross_section::{CrossSection, Travel};
+use crate::builder::tags::marking::marking;
+use crate::builder::tags::side_runs::runs;
+use crate::geometry::curve::untangled;
+use crate::geometry::miter::miter;
+use crate::geometry::round::Rounding;
+use crate::geometry::{Point, Vector, left_of};
 use crate::lanelet::{Bound, PointId};
 
-use super::road_key;
+use super::sound::{aligned, centred, simple};
 
 /// Corners of the road's line closer to a cut than this, metres, are left out of the borders, or more where these would cross.
 const CLEAR: f64 = 0.5;
@@ -45,7 +47,7 @@ pub fn borders(
     kept: [f64; 2],
     nodes: &[Vec<Option<PointId>>; 2],
 ) -> Vec<Option<Bound>> {
-    let key = road_key("border", road);
+    let key = road.key_of("border");
     let places = border_places(assembly, road, kept, nodes);
     let travels = travels(&road.section);
     places

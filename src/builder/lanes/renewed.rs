@@ -1,9 +1,9 @@
 //! Lanes of a network under the indices that their roads have in another that followed from it.
 
-use crate::builder::origins::Origins;
-use crate::builder::road_network::RoadIx;
+use crate::builder::network::RoadIx;
+use crate::builder::network::origins::Origins;
 
-use super::Lanes;
+use super::types::Lanes;
 
 impl Lanes {
     /// The lanes of the roads that are left of a network, by the indices that these have now.

@@ -2,12 +2,14 @@
 
 use proptest::prelude::*;
 
-use super::*;
-use crate::builder::outline::Case;
-use crate::builder::road_network::{DrivingSide, NetworkOptions, road_network};
+use crate::builder::network::{NetworkOptions, road_network};
+use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::{Point, polygon, ring};
 use crate::osm::{OsmData, read_bytes};
 use crate::projection::LonLat;
+
+use super::outline::Case;
+use super::*;
 
 /// A node with its place in metres.
 type Node = (i64, f64, f64);

@@ -3,6 +3,8 @@
 use std::sync::Arc;
 use std::thread;
 
+use crate::cli::watch::Watched;
+use crate::cli::{ViewArgs, page};
 use crate::lanelet::from_osm;
 use crate::report::TextStyle;
 use crate::report::failure::Failure;
@@ -11,8 +13,6 @@ use crate::requirement::Requirement;
 use crate::rules;
 use crate::triage;
 
-use super::super::watch::Watched;
-use super::super::{ViewArgs, page};
 use super::live::Live;
 use super::server::Desk;
 use crate::api::{CheckOptions, Checked, Loaded, check, mended};

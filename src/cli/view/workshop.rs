@@ -5,29 +5,30 @@ use std::thread;
 use std::time::Instant;
 
 use crate::builder::{BuildError, BuildOptions, Built, Plan, build_plan, plan};
+use crate::cli::watch::Watched;
+use crate::cli::{StageArg, StreetArgs, ViewArgs, page, stage};
 use crate::diagnostic::{Diagnostic, Finding, Severity, Subject};
 use crate::geometry::Point;
 use crate::lanelet::index::{MapIndex, Thresholds};
 use crate::lanelet::locate::locate;
 use crate::osm::OsmData;
 use crate::projection::{Extent, LonLat, Projector};
-use crate::report::TextStyle;
 use crate::report::draw::sketch::Sketch;
 use crate::report::failure::Failure;
 use crate::report::html::{InputRoad, InputWay, Page, Served, Stage, Workshop, parcel, served_workshop};
-use crate::report::{Report, Sources};
-use crate::rules::{self, Config};
-use clap::ValueEnum;
-use rustc_hash::{FxHashMap, FxHashSet};
+use crate::report::{Report, Sources, TextStyle};
+use crate::rules;
+use crate::rules::Config;
 
-use super::super::watch::Watched;
-use super::super::{StageArg, StreetArgs, ViewArgs, page, stage};
 use super::edits::Question;
 use super::live::Live;
 use super::map::requirements;
 use super::save;
 use super::server::{Answer, Desk};
 use crate::api::layout::{build_failure, osm_data};
+
+use clap::ValueEnum;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// More roads than this are not built at once: the answer would come too late for a hand that waits.
 const MOST_WAYS: usize = 700;

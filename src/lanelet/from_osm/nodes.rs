@@ -1,11 +1,12 @@
 //! Nodes become points: coordinates by the projector or by `local_x` and `local_y`, heights from `ele`.
 
-use super::Loader;
 use crate::diagnostic::Subject;
 use crate::geometry::{Point as PlanePoint, Vector};
 use crate::lanelet::{Attributes, Condition, LoadFault, Point, PointId};
 use crate::osm::{ElementKind, Node, Text};
 use crate::projection::{LonLat, MgrsGrid, Projector};
+
+use super::Loader;
 
 /// `local_x` and `local_y` have four decimals at best and come from editors with projections of their own; what is
 /// farther from latitude and longitude than this (metres) is another place.

@@ -1,7 +1,6 @@
 //! Relations become lanelets and regulatory elements, in the loader's order: lanelets need bounds, elements need
 //! lanelets, and in the end lanelets are told their elements.
 
-use super::{Loader, RelationType, meant, merged};
 use crate::diagnostic::Subject;
 use crate::geometry::Point as PlanePoint;
 use crate::lanelet::align::{align, opposed};
@@ -10,7 +9,11 @@ use crate::lanelet::{
     Bound, BoundRole, Condition, Lanelet, LaneletId, LineStringId, Member, PointId, PolygonId, RegulatoryElement,
     RegulatoryElementId, Target,
 };
-use crate::osm::{self, ElementKind, Relation, Text};
+use crate::osm;
+use crate::osm::{ElementKind, Relation, Text};
+
+use super::relation_type::RelationType;
+use super::{Loader, meant, merged};
 
 /// What a member of a regulatory element turns out to be.
 enum Resolved {

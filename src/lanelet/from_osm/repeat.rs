@@ -3,11 +3,12 @@
 use nalgebra::Vector2;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::RelationType;
 use crate::diagnostic::{SourceSpan, Subject};
 use crate::lanelet::fault::Repeat;
 use crate::osm::{ElementKind, Member, Node, OsmData, Relation, Tags, Way};
 use crate::projection::LonLat;
+
+use super::relation_type::RelationType;
 
 type Key = (ElementKind, i64);
 

@@ -322,9 +322,10 @@ mod random {
 
     use proptest::prelude::*;
 
-    use super::*;
     use crate::lanelet::to_osm;
     use crate::projection::LonLat;
+
+    use super::*;
 
     /// What is done to a sound file at a place (a fraction of its length).
     #[derive(Clone, Debug)]

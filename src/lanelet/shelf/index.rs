@@ -8,8 +8,6 @@ use hashbrown::hash_table::Entry;
 use rayon::prelude::*;
 use rustc_hash::FxBuildHasher;
 
-use super::Shelved;
-
 /// So many items that come at once are put in order.
 const MANY: usize = 1 << 14;
 /// Ranges of ids that are put in order side by side at the most: each takes a look at all ids, which many threads would pay for
@@ -162,6 +160,15 @@ impl Buckets {
     fn of_id(self, id: i64) -> u64 {
         (id.wrapping_sub(self.lowest) as u64) >> self.shift
     }
+}
+
+/// What can stand on a [`Shelf`].
+pub trait Shelved {
+    /// The type of its id.
+    type Id: Copy + Eq + Hash + Ord + Into<i64>;
+
+    /// Its id.
+    fn id(&self) -> Self::Id;
 }
 
 #[cfg(test)]

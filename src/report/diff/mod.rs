@@ -18,6 +18,7 @@ use crate::diagnostic::{Place, Subject};
 use crate::lanelet::locate::locate;
 use crate::lanelet::{LaneletMap, Shelf, Shelved};
 use crate::projection::LonLat;
+
 use facts::Sides;
 
 /// Whether an element is in both maps.

@@ -1,9 +1,10 @@
 //! A lane, an intersection lanelet and a finding on a sheet.
 
-use super::*;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::lanelet::{Attributes, Bound, Lanelet, LineString, Point as MapPoint};
 use crate::projection::{LonLat, Projector};
+
+use super::*;
 
 fn tags(pairs: &[(&str, &str)]) -> Attributes {
     pairs.iter().copied().collect()

@@ -63,9 +63,10 @@ fn fit(points: &[&MapPoint], origin: Point) -> Option<[[f64; 6]; 2]> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::lanelet::PointId;
     use crate::projection::LonLat;
+
+    use super::*;
 
     fn map(place: impl Fn(f64, f64) -> LonLat) -> LaneletMap {
         let mut map = LaneletMap::default();

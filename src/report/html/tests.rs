@@ -1,12 +1,12 @@
 //! The page on small maps: what it holds, and that hostile text stays text.
 
-use super::super::{FailOn, Sources};
-use super::*;
-use crate::diagnostic::Diagnostic;
-use crate::diagnostic::{Finding, Place, Severity, Subject};
+use crate::diagnostic::{Diagnostic, Finding, Place, Severity, Subject};
 use crate::geometry::Point;
 use crate::lanelet::{LaneletMap, LineString, LineStringId, Point as MapPoint, PointId};
 use crate::projection::LonLat;
+use crate::report::{FailOn, Sources};
+
+use super::*;
 
 const EVIL: &str = "</script><script>alert('{{map}}')</script><img src=x onerror=alert(1)>";
 

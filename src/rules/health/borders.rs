@@ -4,10 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rustc_hash::FxHashMap;
 
-use super::subject;
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::{DrivingSide, MapIndex};
 use crate::lanelet::{Bound, LineStringId, RoadType};
+
+use super::params::subject;
 
 pub fn judge(map: &MapIndex) -> Vec<Finding> {
     let mut findings = wrong_side(map);

@@ -1,12 +1,13 @@
 //! Lanes inside the map that lead nowhere, or into which nothing leads.
 
-use super::links::Links;
-use super::{Params, subject};
 use crate::diagnostic::{Finding, Place};
 use crate::geometry::{Point, Polyline, Vector, angle_between, cross, polygon};
 use crate::lanelet::RoadType;
 use crate::lanelet::index::{Edge, MapIndex};
 use crate::rules::moves::Moves;
+
+use super::links::Links;
+use super::params::{Params, subject};
 
 pub fn judge(map: &MapIndex, params: &Params, moves: &Moves, links: &Links) -> Vec<Finding> {
     let Some(border) = border(map) else { return Vec::new() };

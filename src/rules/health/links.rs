@@ -2,11 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Params, subject};
 use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::geometry::{Point, Vector, angle_between, cross};
 use crate::lanelet::index::{Edge, MapIndex};
 use crate::lanelet::{LaneletId, PointId};
+
+use super::params::{Params, subject};
 
 /// Lanes outside intersections that nearly continue each other. Those of intersections are the business of vm-03-04.
 pub struct Links<'m> {

@@ -4,32 +4,19 @@ mod borders;
 mod ends;
 mod links;
 mod network;
+mod params;
 mod shape;
 
-use serde::Deserialize;
+use crate::diagnostic::Finding;
+use crate::lanelet::index::MapIndex;
 
 use super::Rule;
 use super::moves::Moves;
-use crate::diagnostic::{Finding, Subject};
-use crate::lanelet::index::MapIndex;
+
+use params::Params;
 
 /// See `rules/health.md`.
 pub struct Health;
-
-/// See the document.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Params {
-    least_length: f64,
-    tilt: f64,
-    least_tilt: f64,
-    near_miss: f64,
-    gap: f64,
-    straight_on: f64,
-    shortest_loop: f64,
-    map_border: f64,
-    turning_place: f64,
-}
 
 impl Rule for Health {
     type Params = Params;
@@ -44,8 +31,4 @@ impl Rule for Health {
         findings.extend(links.into_findings());
         findings
     }
-}
-
-fn subject(map: &MapIndex, lane: usize) -> Subject {
-    Subject::Lanelet(map.lanes[lane].id.0)
 }

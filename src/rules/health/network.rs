@@ -1,8 +1,9 @@
 //! The net of lanes: rings too small to drive, parts that hang together with nothing.
 
-use super::{Params, subject};
 use crate::diagnostic::{Finding, Place};
 use crate::lanelet::index::MapIndex;
+
+use super::params::{Params, subject};
 
 /// A ring of more lanelets than this has pieces too short to be lanes, and those are told of already.
 const MOST_PIECES: usize = 12;

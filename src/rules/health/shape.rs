@@ -2,11 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use super::{Params, subject};
 use crate::diagnostic::{Edit, Finding, Place, Subject};
-use crate::geometry::ring::{self, RingFault};
+use crate::geometry::ring;
+use crate::geometry::ring::RingFault;
 use crate::lanelet::index::{Edge, Lane, MapIndex};
 use crate::lanelet::{LineStringId, PointId};
+
+use super::params::{Params, subject};
 
 pub fn judge(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let mut findings = repeated(map);

@@ -22,11 +22,12 @@ use std::sync::LazyLock;
 use rayon::prelude::*;
 use serde::Deserialize;
 
-use super::{Config, ConfigError, Row};
 use crate::diagnostic::{Diagnostic, Finding, Severity, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::View;
 use crate::parallel::Finely;
+
+use super::{Config, ConfigError, Row};
 
 /// What a reading finds.
 #[derive(Debug)]

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 
 use rustc_hash::FxHashSet;
 
-use super::Params;
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::geometry::{Point, angle_between};
 use crate::lanelet::PointId;
 use crate::lanelet::index::{Edge, MapIndex};
+
+use super::params::Params;
 
 /// Two nodes that nearly coincide, with the lanes that they keep apart.
 struct Miss {

@@ -1,30 +1,21 @@
 //! vm-03-04: every lanelet of an intersection exists, is connected, and is linked to its signal.
 
 mod connection;
+mod params;
 mod signal;
 
-use rustc_hash::FxHashSet;
-use serde::Deserialize;
-
-use super::Rule;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Polyline, polygon};
 use crate::lanelet::RoadType;
 use crate::lanelet::index::{Arm, Edge, Intersection, MapIndex, Traffic};
 
+use super::Rule;
+
+use params::Params;
+use rustc_hash::FxHashSet;
+
 /// See `rules/vm-03-04.md`.
 pub struct AllLanelets;
-
-/// See the document.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Params {
-    border: f64,
-    near_miss: f64,
-    near_angle: f64,
-    map_border: f64,
-    stop_line: f64,
-}
 
 impl Rule for AllLanelets {
     type Params = Params;

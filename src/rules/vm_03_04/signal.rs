@@ -1,10 +1,11 @@
 //! Lanelets and their traffic lights.
 
-use super::Params;
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::{MapIndex, Movement, Traffic};
 use crate::lanelet::right_of_way::Turn;
 use crate::lanelet::{RegulatoryElement, RoadType};
+
+use super::params::Params;
 
 /// All findings about lights.
 pub fn judge(map: &MapIndex, params: &Params) -> Vec<Finding> {

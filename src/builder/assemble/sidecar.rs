@@ -1,0 +1,55 @@
+//! What OpenStreetMap says of an intersection and the map cannot: goes beside it into `lanewright.toml`.
+
+use crate::builder::lanes::types::{Arm, Lanes};
+use crate::geometry::Vector;
+use crate::lanelet::PolygonId;
+use crate::lanelet::right_of_way::Mover;
+use crate::settings::{ApproachName, IntersectionSettings};
+
+/// Compass names, clockwise from north, one for every 45 degrees.
+const COMPASS: [&str; 8] = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
+
+/// A direction this near, degrees, to the border between two sides may be taken for either, by one who measures it on the
+/// lanes.
+const UNSURE: f64 = 10.0;
+
+/// The sides of the intersection on which an arm may be seen, from its direction into the intersection.
+fn sides(inward: Vector) -> [&'static str; 2] {
+    let bearing = (-inward.x).atan2(-inward.y).to_degrees();
+    [bearing - UNSURE, bearing + UNSURE].map(|b| COMPASS[(b.rem_euclid(360.0) / 45.0).round() as usize % COMPASS.len()])
+}
+
+/// The names of all arms: compass names, ids of its lanelets where another arm might be taken for it.
+pub fn names(arms: &[&Arm], lanes: &Lanes) -> Vec<ApproachName> {
+    let sides: Vec<[&str; 2]> = arms.iter().map(|a| sides(a.inward)).collect();
+    arms.iter()
+        .zip(&sides)
+        .map(|(arm, [side, other])| {
+            if side == other && sides.iter().filter(|s| s.contains(side)).count() == 1 {
+                return ApproachName::Compass((*side).to_owned());
+            }
+            let own = arm.into.iter().chain(&arm.out).map(|l| lanes.lanes[l.lane].lanelet.0);
+            ApproachName::Ids(own.collect())
+        })
+        .collect()
+}
+
+/// The settings of one intersection; `None` if there is nothing to say.
+pub fn settings(
+    area: PolygonId,
+    names: &[ApproachName],
+    prohibited: &[(usize, usize)],
+    movers: &[Mover],
+) -> Option<IntersectionSettings> {
+    let mut arms: Vec<usize> =
+        movers.iter().filter(|m| m.priority == Some(true) && !m.signalised).map(|m| m.arm).collect();
+    arms.sort_unstable();
+    arms.dedup();
+    let settings = IntersectionSettings {
+        ia: Some(area.0),
+        priority_arms: arms.into_iter().map(|a| names[a].clone()).collect(),
+        prohibited: prohibited.iter().map(|&(a, b)| [names[a].clone(), names[b].clone()]).collect(),
+        ..IntersectionSettings::default()
+    };
+    (!settings.priority_arms.is_empty() || !settings.prohibited.is_empty()).then_some(settings)
+}

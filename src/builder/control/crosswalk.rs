@@ -1,0 +1,115 @@
+//! Crosswalks: a lanelet from kerb to kerb, and the element by which every lane that crosses it knows of it.
+
+use crate::builder::ids::Key;
+use crate::builder::lanes::cut::{CROSSWALK_BREADTH, Crossing};
+use crate::builder::map::assembly::Assembly;
+use crate::builder::network::Road;
+use crate::geometry::{Point, left_of, polygon};
+use crate::lanelet::{Attributes, Bound, LaneletId, PointId, Target};
+
+/// A corner so close to the end of a kerb, metres, is that end.
+const SAME: f64 = 0.01;
+/// Lanelets that share at least this area, square metres, with a crosswalk cross it.
+const CROSSES: f64 = 0.1;
+
+/// Adds the lanelet of a crossing, in the walking direction from the left kerb of the road's line to the right one. Its
+/// corners are those of the `cuts` of the road, points that exist, where they fall on one.
+pub fn crosswalk(assembly: &mut Assembly, road: &Road, crossing: &Crossing, cuts: &[PointId]) -> LaneletId {
+    let key = Key::new("crosswalk").number(crossing.node).number(road.key.way).number(road.key.first);
+    let (left, right) = road.section.carriageway();
+    let (left, right) = (road.section.edge(left), road.section.edge(right));
+    let direction = road.line.direction(crossing.station);
+    let middle = road.line.at(crossing.station);
+    let mut side = |name: &str, along: f64| {
+        let ends = [("from", left), ("to", right)].map(|(end, offset)| {
+            let place = middle + direction * along + left_of(direction) * offset;
+            let there = cuts.iter().copied().find(|&cut| (assembly.position(cut) - place).norm() < SAME);
+            there.unwrap_or_else(|| assembly.point(key.word(name).word(end), place, 0.0))
+        });
+        assembly.line(key.word(name), ends.to_vec(), Attributes::of(&[("type", "pedestrian_marking")]))
+    };
+    // Walking to the right of the road, the road's own direction is on the left.
+    let bounds = [side("left", CROSSWALK_BREADTH / 2.0), side("right", -CROSSWALK_BREADTH / 2.0)];
+    let [left, right] = bounds.map(|line| Bound { line, inverted: false });
+    let attributes = Attributes::of(&[
+        ("type", "lanelet"),
+        ("subtype", "crosswalk"),
+        ("location", "urban"),
+        ("one_way", "no"),
+        ("participant:pedestrian", "yes"),
+    ]);
+    assembly.lanelet(key, left, right, attributes)
+}
+
+/// Tells the lanelets that cross a crosswalk of it; `false` if there is none.
+pub fn announce<'a>(
+    assembly: &mut Assembly,
+    crosswalk: LaneletId,
+    lanes: impl Iterator<Item = (LaneletId, &'a [Point])>,
+) -> bool {
+    let area = assembly.outline(crosswalk);
+    let carriers: Vec<LaneletId> =
+        lanes.filter(|(_, outline)| polygon::common_area(&area, outline) >= CROSSES).map(|(id, _)| id).collect();
+    if carriers.is_empty() {
+        return false;
+    }
+    let key = Key::new("crosswalk element").number(crosswalk.0);
+    assembly.element(key, "crosswalk", &[("refers", Target::Lanelet(crosswalk))], &carriers);
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::builder::tests::{Asked, built_as};
+    use crate::builder::{BuildOptions, Built};
+
+    /// Three streets meet; people cross the one in the west between its end and the middle.
+    fn crossing(west: &str, north: &str, east: &str) -> Built {
+        let nodes = [
+            (1, 0.0, 0.0, ""),
+            (2, -80.0, 0.0, ""),
+            (3, 0.0, 80.0, ""),
+            (4, 80.0, 0.0, ""),
+            (5, -9.0, 0.0, "highway=crossing"),
+        ];
+        let street = |tags| format!("highway=residential lanes=1 {tags}");
+        let [west, north, east] = [west, north, east].map(street);
+        let ways: [(i64, &[i64], &str); 3] = [(10, &[2, 5, 1], &west), (11, &[3, 1], &north), (12, &[4, 1], &east)];
+        built_as(&Asked { nodes: &nodes, ways: &ways, options: BuildOptions::default() })
+    }
+
+    /// How many crosswalks there are, elements that tell of them, and notes of those left out.
+    fn found(built: &Built) -> [usize; 3] {
+        let map = &built.map;
+        [
+            map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", "crosswalk")).count(),
+            map.regulatory_elements.iter().filter(|element| element.subtype == "crosswalk").count(),
+            built.notes.iter().filter(|note| note.fault == "crosswalk-idle").count(),
+        ]
+    }
+
+    #[test]
+    fn a_crosswalk_over_which_nobody_drives_is_left_out() {
+        let [to, from] = ["oneway=yes", "oneway=-1"];
+        assert_eq!(found(&crossing(to, to, from)), [1, 1, 0]);
+        assert_eq!(found(&crossing(from, from, to)), [1, 1, 0]);
+        // All come in, and none gets out.
+        assert_eq!(found(&crossing(to, to, to)), [0, 0, 1]);
+    }
+
+    #[test]
+    fn lanes_that_go_on_through_lights_know_of_the_crosswalk_before_them() {
+        let nodes = [
+            (1, 0.0, 0.0, "highway=traffic_signals"),
+            (2, -80.0, 0.0, ""),
+            (3, 80.0, 0.0, ""),
+            (4, -8.0, 0.0, "highway=crossing crossing=traffic_signals"),
+        ];
+        let ways: [(i64, &[i64], &str); 2] = [
+            (10, &[2, 4, 1], "highway=residential oneway=yes lanes=1 name=A"),
+            (11, &[1, 3], "highway=residential oneway=yes lanes=1 name=B"),
+        ];
+        let built = built_as(&Asked { nodes: &nodes, ways: &ways, options: BuildOptions::default() });
+        assert_eq!(found(&built), [1, 1, 0]);
+    }
+}

@@ -1,0 +1,80 @@
+//! Which movements of an intersection get into each other's way.
+
+use crate::builder::tags::cross_section::StripKind;
+use crate::geometry::columns::Columns;
+use crate::geometry::polygon::Strips;
+use crate::geometry::{Point, polygon};
+
+use super::paths::Path;
+
+/// Two lanelets conflict if they share this part of one of them ...
+const PART: f64 = 0.01;
+/// ... or this area, square metres.
+const AREA: f64 = 0.25;
+/// Autoware takes two lanelets for conflicting from this overlap on, square metres.
+const RAW: f64 = 1e-4;
+
+/// Conflicts among the paths of one intersection, by index; siblings (which start at the same nodes) never conflict.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Conflicts {
+    /// Per path the others that really overlap it, ascending.
+    pub real: Vec<Vec<usize>>,
+    /// Pairs that overlap by so little that it is not a conflict but for Autoware.
+    pub slivers: Vec<(usize, usize)>,
+}
+
+impl Conflicts {
+    /// The paths that overlap this one by too little to be in its way.
+    pub fn touching(&self, path: usize) -> impl Iterator<Item = usize> + '_ {
+        self.slivers.iter().filter_map(move |&(a, b)| match path {
+            _ if path == a => Some(b),
+            _ if path == b => Some(a),
+            _ => None,
+        })
+    }
+}
+
+/// The outlines of paths, to be compared with each other and with what is made by [`strips_beside`].
+pub fn columns(paths: &[Path]) -> Vec<Option<Columns>> {
+    let base = paths.first().and_then(|path| path.outline.first());
+    paths.iter().map(|path| Columns::new(&path.outline, *base?)).collect()
+}
+
+/// A ring, to be compared with the outlines of paths.
+pub fn strips_beside(paths: &[Path], ring: &[Point]) -> Option<Strips> {
+    Strips::new(ring, *paths.first()?.outline.first()?)
+}
+
+/// Finds the conflicts. `columns` are the outlines of the paths.
+pub fn conflicts(paths: &[Path], columns: &[Option<Columns>]) -> Conflicts {
+    let areas: Vec<f64> = paths.iter().map(|p| polygon::signed_area(&p.outline).abs()).collect();
+    let mut found = Conflicts { real: vec![Vec::new(); paths.len()], slivers: Vec::new() };
+    for (i, path) in paths.iter().enumerate() {
+        for j in (i + 1..paths.len()).filter(|&j| !siblings(path, &paths[j]) && !adjacent(path, &paths[j])) {
+            let both = columns[i].as_ref().zip(columns[j].as_ref());
+            let enough = AREA.min(PART * areas[i].min(areas[j]));
+            let overlap = both.map_or(0.0, |(a, b)| a.common_area(b, enough));
+            if overlap >= enough {
+                found.real[i].push(j);
+                found.real[j].push(i);
+            } else if overlap > RAW {
+                found.slivers.push((i, j));
+            }
+        }
+    }
+    for list in &mut found.real {
+        list.sort_unstable();
+    }
+    found
+}
+
+/// Whether two paths begin on the same lane.
+pub fn siblings(a: &Path, b: &Path) -> bool {
+    let lane = |path: &Path| (path.movement.from, path.movement.in_lane, path.kind == StripKind::Bicycle);
+    lane(a) == lane(b)
+}
+
+/// Whether two paths share a bound: then Autoware takes them for neighbours, and not for conflicting.
+fn adjacent(a: &Path, b: &Path) -> bool {
+    a.bounds.iter().any(|line| b.bounds.contains(line))
+}

@@ -1,0 +1,174 @@
+//! Crossings, lights and signs from the tags of nodes, at their stations on the roads.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::builder::tags::cross_section::Travel;
+use crate::geometry::{Point, Polyline};
+use crate::osm::{OsmData, Tags};
+
+use super::pieces::Piece;
+use super::{Feature, FeatureKind, Road};
+
+/// How far along the line, metres, a node may lie from where its share of the way's length puts it: lines that are
+/// moved sideways grow and shrink in bends.
+const WINDOW: f64 = 10.0;
+
+/// What stands at each node that any road uses.
+pub(super) struct NodeFeatures<'a> {
+    osm: &'a OsmData,
+    crossing_ways: FxHashMap<i64, Crossing>,
+    /// The nodes of sidewalks that are mapped as ways of their own.
+    sidewalks: FxHashSet<i64>,
+}
+
+#[derive(Clone, Copy)]
+struct Crossing {
+    signals: bool,
+    marked: bool,
+}
+
+impl<'a> NodeFeatures<'a> {
+    /// Looks for ways on which people cross, whose nodes may have no tags themselves.
+    pub fn new(osm: &'a OsmData) -> Self {
+        let mut crossing_ways = FxHashMap::default();
+        let mut sidewalks = FxHashSet::default();
+        for way in &osm.ways {
+            let crosses = ["footway", "path", "cycleway"].iter().any(|key| way.tags.is(key, "crossing"));
+            if let (true, Some(crossing)) = (crosses, crossing(&way.tags)) {
+                crossing_ways.extend(way.nodes.iter().map(|id| (*id, crossing)));
+            }
+            if way.tags.is("footway", "sidewalk") {
+                sidewalks.extend(&way.nodes);
+            }
+        }
+        Self { osm, crossing_ways, sidewalks }
+    }
+
+    /// What the node has for the traffic on a way through it.
+    pub fn at(&self, id: i64) -> Vec<FeatureKind> {
+        let mut kinds = Vec::new();
+        let tags = self.osm.node(id).map(|node| &node.tags);
+        let highway = tags.and_then(|tags| tags.get("highway"));
+        let crossing_tagged = tags.is_some_and(|tags| tags.has("crossing") || tags.has("crossing:markings"));
+        let crossing = match tags {
+            Some(tags) if highway == Some("crossing") || crossing_tagged => crossing(tags),
+            _ => self.crossing_ways.get(&id).copied(),
+        };
+        if let Some(Crossing { signals, marked }) = crossing {
+            // Lights for vehicles at a crossing stop them for the people on it.
+            let signals = signals || highway == Some("traffic_signals");
+            kinds.push(FeatureKind::Crossing { signals, marked });
+        } else if self.sidewalks.contains(&id) {
+            kinds.push(FeatureKind::Sidewalk);
+        }
+        let Some(tags) = tags else { return kinds };
+        let (kind, travel) = match highway {
+            Some("traffic_signals") => {
+                let travel = faced(tags, "traffic_signals:direction");
+                (FeatureKind::Signals(travel), travel)
+            }
+            Some("stop") => (FeatureKind::Stop(faced(tags, "direction")), faced(tags, "direction")),
+            Some("give_way") => (FeatureKind::GiveWay(faced(tags, "direction")), faced(tags, "direction")),
+            _ => return kinds,
+        };
+        // Where people cross nobody stops, but before.
+        if crossing.is_none() {
+            kinds.push(FeatureKind::StopLine(travel));
+        }
+        kinds.push(kind);
+        kinds
+    }
+}
+
+/// The crossing that tags of a node or of a way describe; `None` for `crossing=no`.
+fn crossing(tags: &Tags) -> Option<Crossing> {
+    let kind = tags.get("crossing");
+    let lights = matches!(kind, Some("traffic_signals" | "pelican" | "toucan" | "puffin" | "pegasus"));
+    let signals = match tags.get("crossing:signals") {
+        Some(value) => value != "no",
+        None => lights,
+    };
+    let marked = match tags.get("crossing:markings") {
+        Some(value) => value != "no",
+        None => lights || matches!(kind, Some("marked" | "zebra" | "uncontrolled")) || tags.has("crossing_ref"),
+    };
+    (kind != Some("no")).then_some(Crossing { signals, marked })
+}
+
+/// The travel that lights or a sign are meant for.
+fn faced(tags: &Tags, key: &str) -> Travel {
+    match tags.get(key).or_else(|| tags.get("direction")) {
+        Some("forward") => Travel::Forward,
+        Some("backward") => Travel::Backward,
+        _ => Travel::Both,
+    }
+}
+
+/// The features of one road, by station.
+pub(super) fn along(
+    piece: &Piece,
+    road: &Road,
+    positions: &FxHashMap<i64, Point>,
+    at_nodes: &NodeFeatures<'_>,
+) -> Vec<Feature> {
+    let found: Vec<(usize, FeatureKind)> = piece
+        .nodes
+        .iter()
+        .enumerate()
+        .flat_map(|(i, id)| at_nodes.at(*id).into_iter().map(move |kind| (i, kind)))
+        .filter(|(_, kind)| *kind != FeatureKind::Sidewalk || !road.public)
+        .collect();
+    if found.is_empty() {
+        return Vec::new();
+    }
+    let points: Vec<Point> = piece.nodes.iter().filter_map(|id| positions.get(id).copied()).collect();
+    let mut sums = vec![0.0];
+    sums.extend(points.windows(2).scan(0.0, |sum, pair| {
+        *sum += (pair[1] - pair[0]).norm();
+        Some(*sum)
+    }));
+    let (total, length) = (sums.last().copied().unwrap_or(0.0), road.line.length());
+    let only = only_travel(road);
+    let mut features: Vec<Feature> = found
+        .into_iter()
+        .filter_map(|(i, kind)| {
+            let (point, share) = (*points.get(i)?, sums.get(i)? / total);
+            let station = match i {
+                0 => 0.0,
+                _ if i + 1 == points.len() => length,
+                _ => station(&road.line, point, share * length),
+            };
+            Some(Feature { station, node: piece.nodes[i], kind: toward(kind, only) })
+        })
+        .filter(|feature| feature.kind != FeatureKind::StopLine(Travel::Both))
+        .collect();
+    features.sort_by(|a, b| a.station.total_cmp(&b.station));
+    features
+}
+
+/// Where `point` lies on the line, near the guess.
+fn station(line: &Polyline, point: Point, guess: f64) -> f64 {
+    let from = (guess - WINDOW).max(0.0);
+    match line.cut(from, guess + WINDOW) {
+        Some(part) => from + part.project(point).station,
+        None => guess.clamp(0.0, line.length()),
+    }
+}
+
+/// The travel of all motor traffic, where it is one.
+pub(super) fn only_travel(road: &Road) -> Option<Travel> {
+    let mut travels = road.section.driven().map(|(_, strip)| strip.travel);
+    let first = travels.next()?;
+    (first != Travel::Both && travels.all(|travel| travel == first)).then_some(first)
+}
+
+/// The same feature, meant for the only travel there is.
+fn toward(kind: FeatureKind, only: Option<Travel>) -> FeatureKind {
+    match (kind, only) {
+        (FeatureKind::Signals(Travel::Both), Some(travel)) => FeatureKind::Signals(travel),
+        (FeatureKind::Stop(Travel::Both), Some(travel)) => FeatureKind::Stop(travel),
+        (FeatureKind::GiveWay(Travel::Both), Some(travel)) => FeatureKind::GiveWay(travel),
+        (FeatureKind::StopLine(Travel::Both), Some(travel)) => FeatureKind::StopLine(travel),
+        _ => kind,
+    }
+}

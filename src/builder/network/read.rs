@@ -1,0 +1,289 @@
+//! The stage itself: from OpenStreetMap's elements to roads and intersections.
+
+use crate::builder::tags::cross_section::{Customs, Layout};
+use crate::builder::tags::driving_side;
+use crate::builder::tags::road_class::{DrivingSide, is_roundabout};
+use crate::builder::tags::speed::limit;
+use crate::diagnostic::{Finding, Severity, Subject};
+use crate::geometry::{Point, Polyline};
+use crate::osm::{OsmData, Text, Way};
+use crate::parallel::Finely;
+use crate::projection::LonLat;
+use crate::settings::{AssumeSettings, RoadSettings};
+
+use super::arms::{Ray, clockwise};
+use super::features::NodeFeatures;
+use super::frame::{ToMetres, level};
+use super::layouts::Told;
+use super::pieces::{Piece, pieces};
+use super::restriction::turns;
+use super::select::{Access, Drivable, Verdict, judge};
+use super::stubs::without_stubs;
+use super::{
+    End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, control, crossed, features,
+    islands, stop_lines,
+};
+
+use rayon::prelude::*;
+use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
+
+/// Vertices closer than this (metres) to the line through their neighbours are dropped: below a mapper's accuracy.
+const SIMPLIFY: f64 = 0.03;
+
+/// Miter joins reach this many times the offset when a line is moved sideways.
+const SHIFT_MITER: f64 = 3.0;
+
+/// The fault of a `[[road]]` whose way is not in the data.
+pub const UNMET_ROAD: &str = "road-unmet";
+
+/// What a user may decide about the network.
+#[derive(Clone, Debug, Default)]
+pub struct NetworkOptions {
+    /// Which side people drive on; from the place where absent.
+    pub driving_side: Option<DrivingSide>,
+    /// ISO 3166-1 code of the country; from the place where absent.
+    pub country: Option<Text>,
+    /// What is assumed where tags are silent.
+    pub assume: Vec<AssumeSettings>,
+    /// Tags that stand in the place of those of the data.
+    pub roads: Vec<RoadSettings>,
+}
+
+/// What the stage returns.
+#[derive(Clone, Debug)]
+pub struct Network {
+    /// Roads and intersections.
+    pub network: RoadNetwork,
+    /// What was guessed, left out or passed over; subjects are OpenStreetMap's elements.
+    pub notes: Vec<Finding>,
+}
+
+/// Why there is no network.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NetworkError {
+    /// Nothing to drive on.
+    #[error("there is no drivable road in the input ({ways} ways, {left_out} left out as not drivable)")]
+    NoRoad {
+        /// Ways in the data.
+        ways: usize,
+        /// Of these, roads that were left out for a reason.
+        left_out: usize,
+    },
+}
+
+/// Reads the road network out of the data.
+pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOptions) -> Result<Network, NetworkError> {
+    let mut notes = Vec::new();
+    let corrected = corrected(osm, &options.roads, &mut notes);
+    let drivable = drivable(osm, &corrected, &mut notes);
+    let (ids, places) = located(osm, &drivable);
+    let place = driving_side::of_place(middle(&places));
+    let side = options.driving_side.unwrap_or(place.side);
+    let country = options.country.clone().or(place.country);
+    let customs = Customs { side, country: country.as_deref(), assume: &options.assume };
+    // Beside each other: to cut the ways is the work of one thread.
+    let cut = || {
+        let positions = positions(ids, to_metres(&places));
+        let pieces = pieces(&drivable, &positions, &mut notes);
+        (positions, pieces)
+    };
+    let told = || (NodeFeatures::new(osm), Told::read(&drivable, customs));
+    let ((positions, pieces), (at_nodes, told)) = rayon::join(cut, told);
+    let pieces: Vec<(Piece, Polyline)> = pieces
+        .into_par_iter()
+        .finely()
+        .filter_map(|piece| centre(&piece, &positions).map(|line| (piece, line)))
+        .collect();
+    if pieces.is_empty() {
+        let left_out = notes.iter().filter(|note| note.fault == "way-skipped").count();
+        return Err(NetworkError::NoRoad { ways: osm.ways.len(), left_out });
+    }
+    let used = pieces.iter().map(|(piece, _)| piece.way);
+    let layouts = told.layouts(used, &mut notes);
+    let (pieces, centres): (Vec<Piece>, Vec<Polyline>) =
+        without_stubs(pieces, &drivable, &layouts, &mut notes).into_iter().unzip();
+    let mut nodes: Vec<i64> = pieces.iter().flat_map(|p| [p.nodes[0], p.nodes[p.nodes.len() - 1]]).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let index: FxHashMap<i64, IntersectionIx> = nodes.iter().zip(0..).map(|(id, i)| (*id, IntersectionIx(i))).collect();
+
+    let roads = pieces.par_iter().finely().zip(&centres).map(|(piece, centre)| {
+        let layout = &layouts[&piece.way];
+        let mut road = road(piece, &drivable[piece.way], layout, &customs, centre, &index);
+        road.features = features::along(piece, &road, &positions, &at_nodes);
+        road
+    });
+    let mut roads: Vec<Road> = roads.collect();
+    stop_lines::assign(osm, to_metres, &mut roads);
+    let mut intersections = intersections(osm, &nodes, &positions, &pieces, &roads, &centres);
+    islands::assign(osm, to_metres, &roads, &mut intersections);
+    let mut network = RoadNetwork { side, country, roads, intersections, ..RoadNetwork::default() };
+    crossed::settle(osm, to_metres, &mut network, &mut notes);
+    control::assign(osm, &mut network, &mut notes);
+    (network.restrictions, network.connections) = turns(osm, &network, &mut notes);
+    Ok(Network { network, notes })
+}
+
+/// The ways that the user gives other tags, with a note for every one that is not in the data.
+fn corrected(osm: &OsmData, roads: &[RoadSettings], notes: &mut Vec<Finding>) -> FxHashMap<i64, Way> {
+    let mut corrected: FxHashMap<i64, Way> = FxHashMap::default();
+    // The last entry is that of the outermost file: those before it overrule it.
+    for said in roads.iter().rev() {
+        for id in &said.ways {
+            let Some(way) = osm.way(*id) else {
+                let place = said.origin.as_ref().map(|at| format!("{}:{}: ", at.file, at.line)).unwrap_or_default();
+                let message = format!("{place}[[road]] does nothing for way {id}: it is not in the data");
+                notes.push(Finding::new(UNMET_ROAD, Subject::Way(*id), message).graded(Severity::Warning));
+                continue;
+            };
+            let tags = &mut corrected.entry(*id).or_insert_with(|| way.clone()).tags;
+            let others = tags.iter().filter(|(key, _)| !said.tags.contains_key(*key));
+            let own = said.tags.iter().filter(|(_, value)| !value.is_empty());
+            *tags = others.chain(own.map(|(key, value)| (key.as_str(), value.as_str()))).collect();
+        }
+    }
+    corrected
+}
+
+/// The ways to drive on, in the order of their ids, with a note for every road that is left out.
+fn drivable<'a>(osm: &'a OsmData, corrected: &'a FxHashMap<i64, Way>, notes: &mut Vec<Finding>) -> Vec<Drivable<'a>> {
+    // Of ways with one id the last one counts.
+    let counts = |way: &Way| osm.way(way.id).is_some_and(|last| std::ptr::eq(last, way));
+    let judged = |way: &'a Way| {
+        let said = corrected.get(&way.id).unwrap_or(way);
+        let verdict = judge(said);
+        (!matches!(verdict, Verdict::NoRoad) && counts(way)).then_some((said, verdict))
+    };
+    let mut judged: Vec<(&Way, Verdict)> = osm.ways.par_iter().finely().filter_map(judged).collect();
+    judged.sort_unstable_by_key(|(way, _)| way.id);
+    let mut drivable = Vec::new();
+    for (way, verdict) in judged {
+        match verdict {
+            Verdict::Road(road) => drivable.push(road),
+            Verdict::LeftOut(why) => {
+                let message = format!("way {} is not built: {why}", way.id);
+                notes.push(Finding::new("way-skipped", Subject::Way(way.id), message).graded(Severity::Info));
+            }
+            Verdict::NoRoad => {}
+        }
+    }
+    drivable
+}
+
+/// The ways' nodes that have a place, by ascending id, and where each lies.
+fn located(osm: &OsmData, drivable: &[Drivable<'_>]) -> (Vec<i64>, Vec<LonLat>) {
+    let mut ids: Vec<i64> = drivable.iter().flat_map(|d| d.way.nodes.iter().copied()).collect();
+    ids.par_sort_unstable();
+    ids.dedup();
+    let known: Vec<(i64, LonLat)> =
+        ids.into_par_iter().finely().filter_map(|id| Some((id, osm.node(id)?.position?))).collect();
+    known.into_iter().unzip()
+}
+
+/// The nodes by their ids, as far as they lie in the plane.
+fn positions(ids: Vec<i64>, points: Vec<Point>) -> FxHashMap<i64, Point> {
+    let finite = |p: &Point| p.x.is_finite() && p.y.is_finite();
+    let mut positions = FxHashMap::with_capacity_and_hasher(ids.len(), FxBuildHasher);
+    positions.extend(ids.into_iter().zip(points).filter(|(_, p)| finite(p)));
+    positions
+}
+
+/// The middle of the box around the places.
+fn middle(places: &[LonLat]) -> LonLat {
+    let range = |values: &mut dyn Iterator<Item = f64>| {
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        (low + high) / 2.0
+    };
+    LonLat { lon: range(&mut places.iter().map(|p| p.lon)), lat: range(&mut places.iter().map(|p| p.lat)) }
+}
+
+/// The piece's line without points that tell nothing, ends kept.
+fn centre(piece: &Piece, positions: &FxHashMap<i64, Point>) -> Option<Polyline> {
+    let line = Polyline::new(piece.nodes.iter().filter_map(|id| positions.get(id).copied()))?;
+    Some(line.straightened(SIMPLIFY))
+}
+
+fn road(
+    piece: &Piece,
+    way: &Drivable<'_>,
+    layout: &Layout,
+    customs: &Customs<'_>,
+    centre: &Polyline,
+    index: &FxHashMap<i64, IntersectionIx>,
+) -> Road {
+    let tags = &way.way.tags;
+    let (first, last) = (piece.nodes[0], piece.nodes[piece.nodes.len() - 1]);
+    let line = if layout.shift == 0.0 { None } else { centre.offset(layout.shift, SHIFT_MITER) };
+    Road {
+        key: RoadKey { way: way.way.id, first, last, turn: piece.turn },
+        ways: vec![way.way.id],
+        from: index[&first],
+        to: index[&last],
+        line: line.unwrap_or_else(|| centre.clone()),
+        heights: Vec::new(),
+        section: layout.section.clone(),
+        class: way.class,
+        link: way.link,
+        level: level(tags),
+        roundabout: is_roundabout(tags),
+        public: way.access != Access::Private,
+        name: tags.get("name").or_else(|| tags.get("ref")).map(Text::from),
+        speed: limit(tags, way.class, way.link, customs),
+        features: Vec::new(),
+        tags: tags.clone(),
+    }
+}
+
+fn intersections(
+    osm: &OsmData,
+    nodes: &[i64],
+    positions: &FxHashMap<i64, Point>,
+    pieces: &[Piece],
+    roads: &[Road],
+    centres: &[Polyline],
+) -> Vec<Intersection> {
+    let mut ends: Vec<Vec<RoadEnd>> = vec![Vec::new(); nodes.len()];
+    for (road, ix) in roads.iter().zip(0..) {
+        for end in [End::Start, End::End] {
+            ends[road.intersection(end).0 as usize].push(RoadEnd { road: RoadIx(ix), end });
+        }
+    }
+    let ray = |&RoadEnd { road, end }: &RoadEnd| {
+        let (road, centre) = (&roads[road.0 as usize], &centres[road.0 as usize]);
+        let line = if end == End::Start { centre.clone() } else { centre.reversed() };
+        Ray { line, key: (road.key, end) }
+    };
+    let mut edges: FxHashSet<i64> = FxHashSet::default();
+    for piece in pieces {
+        let ends = [piece.nodes[0], piece.nodes[piece.nodes.len() - 1]];
+        edges.extend(ends.into_iter().zip(piece.edge).filter(|(_, edge)| *edge).map(|(id, _)| id));
+    }
+    nodes
+        .par_iter()
+        .finely()
+        .zip(ends)
+        .map(|(&id, ends)| {
+            let position = positions[&id];
+            let rays: Vec<Ray<_>> = ends.iter().map(ray).collect();
+            let arms = clockwise(position, &rays).into_iter().map(|i| ends[i]).collect();
+            let node = osm.node(id);
+            let highway = node.and_then(|node| node.tags.get("highway"));
+            let place = node.and_then(|node| node.position);
+            let cut_off = ends.len() == 1 && place.is_some_and(|place| !osm.reaches_beyond(place));
+            Intersection {
+                nodes: vec![id],
+                position,
+                arms,
+                map_edge: edges.contains(&id) || cut_off,
+                signals: highway == Some("traffic_signals"),
+                all_way_stop: highway == Some("stop") && osm.node(id).is_some_and(|node| node.tags.is("stop", "all")),
+                circle: highway
+                    .filter(|v| matches!(*v, "mini_roundabout" | "turning_circle" | "turning_loop"))
+                    .map(Text::from),
+                inner: Vec::new(),
+                passages: None,
+                islands: Vec::new(),
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,69 @@
+//! What the sieve lets through, held against the comparison of all roads with all.
+
+use proptest::prelude::*;
+
+use crate::builder::network::{IntersectionIx, RoadKey};
+use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind, Travel};
+use crate::builder::tags::road_class::RoadClass;
+use crate::geometry::Point;
+use crate::osm::Tags;
+
+use super::*;
+
+/// A road through these points: its width, its level, and where it begins and ends.
+type Drawn = (Vec<(f64, f64)>, f64, bool, u32, u32);
+
+fn road(index: usize, (points, width, raised, from, to): &Drawn) -> Option<Road> {
+    let way = index as i64;
+    Some(Road {
+        key: RoadKey { way, first: 0, last: 1, turn: 0 },
+        ways: vec![way],
+        from: IntersectionIx(*from),
+        to: IntersectionIx(*to),
+        line: Polyline::new(points.iter().map(|(x, y)| Point::new(*x, *y)))?,
+        heights: Vec::new(),
+        section: CrossSection { strips: vec![Strip::plain(StripKind::Drive, Travel::Forward, *width, false)] },
+        class: RoadClass::Residential,
+        link: false,
+        level: f64::from(u8::from(*raised)),
+        roundabout: false,
+        public: true,
+        name: None,
+        speed: [50.0, 50.0],
+        features: Vec::new(),
+        tags: Tags::default(),
+    })
+}
+
+/// Points each a stride from the one before: roads that wind, turn back and cross themselves.
+fn line() -> impl Strategy<Value = Vec<(f64, f64)>> {
+    let strides = prop::collection::vec((-60.0..60.0, -40.0..40.0), 1..6);
+    ((0.0..120.0, 0.0..80.0), strides).prop_map(|(begin, strides)| {
+        let walked = strides.into_iter().scan(begin, |at, stride| {
+            *at = (at.0 + stride.0, at.1 + stride.1);
+            Some(*at)
+        });
+        std::iter::once(begin).chain(walked).collect()
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 512, ..ProptestConfig::default() })]
+
+    #[test]
+    fn the_sieve_holds_every_road_beside_another(
+        drawn in prop::collection::vec((line(), 2.0..14.0, any::<bool>(), 0..5_u32, 0..5_u32), 1..8),
+        cut in 0.0..6.0,
+    ) {
+        let roads: Vec<Road> = drawn.iter().enumerate().filter_map(|(i, drawn)| road(i, drawn)).collect();
+        let network = RoadNetwork { roads, ..RoadNetwork::default() };
+        let kept: Vec<[f64; 2]> = network.roads.iter().map(|road| [cut, road.line.length() - cut]).collect();
+        let likely = likely(&network, &kept);
+        let all: Vec<usize> = (0..network.roads.len()).collect();
+        let mut tracks = Tracks { network: &network, kept: &kept, made: FxHashMap::default() };
+        tracks.make(&all);
+        for (a, b) in find(&tracks.made, &Sides::default(), &all, &all).keys() {
+            prop_assert!(likely.contains(a) && likely.contains(b), "road {} beside road {}", a, b);
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Whether a road lies inside an intersection: whether no vehicle waits on it.
+
+use crate::builder::network::{End, FeatureKind, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
+use crate::builder::tags::cross_section::Travel;
+use crate::builder::tags::road_class::RoadClass;
+use crate::geometry::Vector;
+use crate::parallel::Finely;
+
+use super::wish::wished;
+use super::{ConsolidateOptions, Reason, Verdict};
+
+use rayon::prelude::*;
+
+/// A verdict for every road that something speaks for merging.
+pub fn decide(network: &RoadNetwork, kept: &[[f64; 2]], options: &ConsolidateOptions) -> Vec<Verdict> {
+    let wishes = wished(network, &options.wishes);
+    (0..network.roads.len() as u32)
+        .into_par_iter()
+        .finely()
+        .map(RoadIx)
+        .zip(kept)
+        .filter_map(|(ix, &[from, to])| judge(network, ix, to - from, options, wishes.get(&ix).copied()))
+        .collect()
+}
+
+fn judge(
+    network: &RoadNetwork,
+    ix: RoadIx,
+    left: f64,
+    options: &ConsolidateOptions,
+    wish: Option<usize>,
+) -> Option<Verdict> {
+    let road = network.road(ix);
+    let verdict = |merge, reason| Some(Verdict { road: ix, merge, reason, left, wish });
+    if let Some(wish) = wish.and_then(|wish| options.wishes.get(wish)) {
+        return if road.from == road.to { None } else { verdict(wish.merge, Reason::Wish) };
+    }
+    let reason = speaks_for(network, road, left, options)?;
+    if road.from == road.to {
+        return None;
+    }
+    let ends = [network.intersection(road.from), network.intersection(road.to)];
+    if ends.iter().any(|i| i.map_edge || i.arms.len() < 2) {
+        return verdict(false, Reason::Edge);
+    }
+    if reason != Reason::Tagged && left > options.short && stops_inside(road) {
+        return verdict(false, Reason::OwnStopLine);
+    }
+    verdict(true, reason)
+}
+
+fn speaks_for(network: &RoadNetwork, road: &Road, left: f64, options: &ConsolidateOptions) -> Option<Reason> {
+    if road.tags.is("junction", "intersection") && road.line.length() <= options.tagged {
+        return Some(Reason::Tagged);
+    }
+    // Nobody waits on a roundabout: its ring is driven around, piece by piece, as long as there are pieces.
+    let short = if road.roundabout { options.short_on_ring } else { options.short };
+    if left < short {
+        return Some(Reason::Short);
+    }
+    if road.roundabout {
+        return None;
+    }
+    let [a, b] = [network.intersection(road.from), network.intersection(road.to)];
+    if a.signals && b.signals && left < options.short_between_signals {
+        return Some(Reason::BetweenSignals);
+    }
+    (left < options.short_across_median && crosses_median(network, road)).then_some(Reason::AcrossMedian)
+}
+
+/// Whether a stop line, for either direction, stands on the road between its intersections.
+fn stops_inside(road: &Road) -> bool {
+    let length = road.line.length();
+    road.features.iter().any(|f| {
+        let inside = f.station > 1.0 && f.station < length - 1.0;
+        inside && matches!(f.kind, FeatureKind::Signals(_) | FeatureKind::Stop(_) | FeatureKind::GiveWay(_))
+    })
+}
+
+/// Whether the road joins the two carriageways of one divided road: at each of its ends a one-way street passes
+/// across it, the two run in opposite directions, and nothing tells their names apart. The aisles of a car park look
+/// like that too, so service roads do not count.
+fn crosses_median(network: &RoadNetwork, road: &Road) -> bool {
+    let chord = (road.line.last() - road.line.first()).normalize();
+    let here = carriageways(network, road.from, road, chord);
+    let there = carriageways(network, road.to, road, chord);
+    here.iter().any(|a| {
+        there
+            .iter()
+            .any(|b| a.direction.dot(&b.direction) < OPPOSITE && network.road(a.road).name == network.road(b.road).name)
+    })
+}
+
+/// Cosine of the angle beyond which two carriageways run in opposite directions: 135 degrees.
+const OPPOSITE: f64 = -0.7;
+/// Cosine of the smallest angle at which a carriageway crosses a road instead of joining it: 45 degrees.
+const ACROSS: f64 = 0.7;
+
+struct Carriageway {
+    road: RoadIx,
+    direction: Vector,
+}
+
+/// The one-way streets that pass an intersection across `chord`.
+fn carriageways(network: &RoadNetwork, at: IntersectionIx, besides: &Road, chord: Vector) -> Vec<Carriageway> {
+    network
+        .intersection(at)
+        .arms
+        .iter()
+        .filter(|arm| network.road(arm.road).key != besides.key)
+        .filter_map(|arm| {
+            let direction = one_way_direction(network, *arm)?;
+            let street = network.road(arm.road).class < RoadClass::Service;
+            (street && direction.dot(&chord).abs() < ACROSS).then_some(Carriageway { road: arm.road, direction })
+        })
+        .collect()
+}
+
+/// Direction of travel on a one-way road near one of its ends; `None` if it is not one-way.
+fn one_way_direction(network: &RoadNetwork, arm: RoadEnd) -> Option<Vector> {
+    let road = network.road(arm.road);
+    let mut travels = road.section.driven().map(|(_, strip)| strip.travel);
+    let first = travels.next()?;
+    if first == Travel::Both || travels.any(|t| t != first) {
+        return None;
+    }
+    let along = match arm.end {
+        End::Start => road.line.direction(0.0),
+        End::End => road.line.direction(road.line.length()),
+    };
+    Some(if first == Travel::Forward { along } else { -along })
+}

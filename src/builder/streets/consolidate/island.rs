@@ -1,0 +1,72 @@
+//! Islands that traffic drives around: what encloses one is a ring of roads, not an intersection.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use geo::{Area, Polygon};
+
+use crate::builder::network::{End, IntersectionIx, Road, RoadIx, RoadNetwork};
+use crate::builder::streets::outline::ribbon;
+use crate::geometry::{Point, polygon};
+
+/// A merged intersection covers at most so many times the ground of the roads inside it: what is more is no carriageway.
+pub const COVER_MOST: f64 = 1.3;
+/// The arms of an intersection belong to it over about so many metres: what a collision at a right angle takes.
+const STUB: f64 = 3.0;
+
+/// Whether the intersections, merged with the roads inside, would cover much more than the ground of these roads.
+pub fn encloses_island(network: &RoadNetwork, members: &[IntersectionIx], inner: &[RoadIx]) -> bool {
+    let before: usize = members.iter().map(|m| network.intersection(*m).inner.len()).sum();
+    let nodes: usize = members.iter().map(|m| network.intersection(*m).nodes.len()).sum();
+    // As many links as nodes close a ring; a tree encloses nothing.
+    if before + inner.len() < nodes {
+        return false;
+    }
+    let Some([ground, holes]) = covered(network, members, inner) else { return false };
+    ground + holes > COVER_MOST * ground
+}
+
+/// Where a road would close a block of four sides of which two that meet are `joined`: that of these which was joined last.
+pub fn around_corner(network: &RoadNetwork, closing: RoadIx, joined: &FxHashMap<RoadIx, usize>) -> Option<RoadIx> {
+    // The roads from an intersection, with those that they lead to.
+    let sides = |from: IntersectionIx| {
+        network
+            .intersection(from)
+            .arms
+            .iter()
+            .map(move |arm| (arm.road, network.road(arm.road).intersection(arm.end.other())))
+    };
+    let Road { from, to, .. } = *network.road(closing);
+    for [near, far] in [[from, to], [to, from]] {
+        for (first, middle) in sides(near).filter(|(road, _)| joined.contains_key(road)) {
+            for (second, last) in sides(middle).filter(|(road, _)| joined.contains_key(road)) {
+                let apart = ![near, middle, far].contains(&last) && ![near, far].contains(&middle);
+                if apart && sides(last).any(|(_, end)| end == far) {
+                    return [first, second].into_iter().max_by_key(|road| joined[road]);
+                }
+            }
+        }
+    }
+    None
+}
+
+/// The ground of the roads inside, and what they enclose, square metres.
+fn covered(network: &RoadNetwork, members: &[IntersectionIx], inner: &[RoadIx]) -> Option<[f64; 2]> {
+    let held: FxHashSet<RoadIx> = inner.iter().copied().collect();
+    let intersections = || members.iter().map(|m| network.intersection(*m));
+    let mut ribbons: Vec<Vec<Point>> = intersections()
+        .flat_map(|at| &at.inner)
+        .filter_map(|road| ribbon(&road.line, road.section.width() / 2.0))
+        .collect();
+    ribbons.extend(inner.iter().map(|ix| network.road(*ix)).filter_map(|road| ribbon(&road.line, road.half_width())));
+    for arm in intersections().flat_map(|at| &at.arms).filter(|arm| !held.contains(&arm.road)) {
+        let road = network.road(arm.road);
+        let (length, stub) = (road.line.length(), STUB.min(road.line.length()));
+        let [from, to] = if arm.end == End::Start { [0.0, stub] } else { [length - stub, length] };
+        ribbons.extend(road.line.cut(from, to).and_then(|line| ribbon(&line, road.half_width())));
+    }
+    let ground = polygon::ground(&ribbons);
+    let whole: f64 =
+        ground.iter().map(|piece| Polygon::new(piece.exterior().clone(), Vec::new()).unsigned_area()).sum();
+    let ground = ground.unsigned_area();
+    (ground > 0.0).then_some([ground, whole - ground])
+}

@@ -1,0 +1,185 @@
+//! How high roads lie: the ground as far as it is known, and ramps to what lies on another level.
+//!
+//! The ground comes from a terrain model, else from nodes with `ele`, else it is level. On top of it a road on a bridge or
+//! in a tunnel lies as many storeys higher or lower as its `layer` says, on its whole length; the roads at its ends climb
+//! there as steeply as their class allows. Roads that meet do so at one height. Last the grades are held: what is too steep,
+//! ground or ramp, is spread over the roads around.
+
+mod base;
+mod crossings;
+mod evened;
+mod ground;
+mod limit;
+mod options;
+mod ramp;
+mod spots;
+#[cfg(test)]
+mod tests;
+
+pub use options::HeightOptions;
+
+use crate::builder::network::{Road, RoadNetwork};
+use crate::diagnostic::{Finding, Place, Severity, Subject};
+use crate::geometry::Polyline;
+use crate::parallel::Finely;
+
+use base::Base;
+use crossings::{Crossing, crossings};
+use limit::{Sampled, Web};
+use options::{REACH, STEP, TOLERANCE};
+use ramp::Ramp;
+
+use rayon::prelude::*;
+
+pub use evened::evened;
+pub use ground::{Ground, rounded};
+pub use spots::{Spots, spots};
+
+/// A road is told of where it lies so far, metres, from the height that ground and level ask for.
+const ASTRAY: f64 = 0.5;
+/// A crossing is told of where so much of its room, metres, is missing.
+const CRAMPED: f64 = 0.5;
+
+/// The network with a height at every vertex of every road, and a finding for each road that could not lie as ground and
+/// level ask, and for each crossing without room. `kept` gives the stations between which each road remains: within the
+/// intersections no ramp rises.
+#[must_use]
+pub fn raised(mut network: RoadNetwork, kept: &[[f64; 2]], options: &HeightOptions) -> (RoadNetwork, Vec<Finding>) {
+    let level = network.roads.iter().all(|road| road.level == 0.0);
+    if level && options.terrain.is_none() && options.spots.is_empty() {
+        if options.ground != 0.0 {
+            network.roads.iter_mut().for_each(|road| road.heights = vec![options.ground; road.line.points().len()]);
+        }
+        return (network, Vec::new());
+    }
+    let bases = base::bases(&network, options);
+    let crossings = crossings(&network, kept);
+    let ramps = ramp::ramps(&network, kept, &bases, &crossings, options);
+    let roads = network.roads.par_iter().finely().zip(kept).zip(bases.par_iter().finely().zip(&ramps));
+    let sample = |((road, kept), (base, ramp)): ((&Road, &[f64; 2]), _)| sampled(road, *kept, base, ramp, options);
+    let sampled: Vec<Sampled> = roads.map(sample).collect();
+    let heights = Web::new(&network, &sampled, &crossings, options.storey).heights();
+    let roads = network.roads.par_iter_mut().finely().zip(sampled.into_par_iter().finely().zip(heights));
+    let laid = roads.map(|(road, (sampled, heights))| {
+        let astray = astray(road, &sampled, &heights);
+        lay(road, &profile(&sampled.stations, &heights));
+        astray
+    });
+    let mut findings: Vec<Finding> = laid.flatten_iter().collect();
+    findings.extend(crossings.iter().filter_map(|crossing| cramped(&network, crossing, options.storey)));
+    (network, findings)
+}
+
+/// Wanted height at even stations of a road, and what it may climb between them.
+fn sampled(road: &Road, kept: [f64; 2], base: &Base, ramp: &Ramp, options: &HeightOptions) -> Sampled {
+    let length = road.line.length();
+    let pieces = (length / STEP).ceil().max(1.0) as usize;
+    let step = length / pieces as f64;
+    let stations: Vec<f64> = (0..=pieces).map(|i| step * i as f64).collect();
+    let ground: Vec<f64> = stations.iter().map(|station| base.at(*station)).collect();
+    let wanted = stations.iter().zip(&ground).map(|(station, ground)| ground + ramp.at(*station)).collect();
+    let [usual, most] = [options.grade_of(road), options.steepest_of(road)];
+    let climb = |(pair, ground): (&[f64], &[f64])| {
+        let (length, middle) = (pair[1] - pair[0], (pair[0] + pair[1]) / 2.0);
+        // Between intersections a road may climb as the ground does; these are built as level as ramps allow.
+        let steep = if (kept[0]..=kept[1]).contains(&middle) { (ground[1] - ground[0]).abs() } else { 0.0 };
+        steep.min(most * length).max(usual * length)
+    };
+    let climbs = stations.windows(2).zip(ground.windows(2)).map(climb).collect();
+    Sampled { stations, wanted, climbs }
+}
+
+/// Heights by station, as few as tell the height everywhere, from those at even steps.
+fn profile(stations: &[f64], heights: &[f64]) -> Vec<(f64, f64)> {
+    if heights.iter().all(|height| *height == heights[0]) {
+        return [0, heights.len() - 1].map(|i| (stations[i], heights[i])).to_vec();
+    }
+    // As far to the one side as to the other, so that the ends stay and a steady grade does, too.
+    let mean = |i: usize| {
+        let reach = REACH.min(i).min(heights.len() - 1 - i);
+        heights[i - reach..=i + reach].iter().sum::<f64>() / (2 * reach + 1) as f64
+    };
+    let all: Vec<(f64, f64)> = stations.iter().copied().zip((0..heights.len()).map(mean)).collect();
+    fewest(&all)
+}
+
+/// The corners of a profile that differ from the line through the others.
+fn fewest(all: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mut keep = vec![false; all.len()];
+    let mut open = vec![(0, all.len() - 1)];
+    while let Some((a, b)) = open.pop() {
+        (keep[a], keep[b]) = (true, true);
+        let slope = (all[b].1 - all[a].1) / (all[b].0 - all[a].0).max(f64::EPSILON);
+        let off = |i: usize| (all[i].1 - all[a].1 - slope * (all[i].0 - all[a].0)).abs();
+        let farthest = (a + 1..b).max_by(|i, j| off(*i).total_cmp(&off(*j)));
+        if let Some(i) = farthest.filter(|i| off(*i) > TOLERANCE) {
+            open.extend([(a, i), (i, b)]);
+        }
+    }
+    all.iter().zip(keep).filter_map(|(at, keep)| keep.then_some(*at)).collect()
+}
+
+/// Gives a road its profile; its line gets a vertex wherever the grade changes.
+fn lay(road: &mut Road, profile: &[(f64, f64)]) {
+    /// Vertices closer than this, metres, are one.
+    const SAME: f64 = 0.5;
+    let mut stations = road.line.stations();
+    let inner = profile.iter().map(|at| at.0).filter(|s| stations.iter().all(|own| (own - s).abs() > SAME));
+    let inner: Vec<f64> = inner.collect();
+    if !inner.is_empty() {
+        let mut all = [&stations[..], &inner].concat();
+        all.sort_by(f64::total_cmp);
+        if let Some(line) = Polyline::new(road.line.at_each(all.iter().copied()))
+            && line.points().len() == all.len()
+        {
+            road.line = line;
+            stations = all;
+        }
+    }
+    let mut heights = Vec::with_capacity(stations.len());
+    let mut i = 0;
+    for station in stations {
+        while i + 2 < profile.len() && profile[i + 1].0 < station {
+            i += 1;
+        }
+        let [(from, low), (to, high)] = [profile[i], profile[(i + 1).min(profile.len() - 1)]];
+        let part = if to > from { ((station - from) / (to - from)).clamp(0.0, 1.0) } else { 0.0 };
+        heights.push(low + (high - low) * part);
+    }
+    road.heights = heights;
+}
+
+/// A finding where a road lies elsewhere than ground and level ask, for the sake of its grade or of a road that it passes.
+fn astray(road: &Road, sampled: &Sampled, heights: &[f64]) -> Option<Finding> {
+    let off = |i: usize| heights[i] - sampled.wanted[i];
+    let worst = (0..heights.len()).max_by(|a, b| off(*a).abs().total_cmp(&off(*b).abs()))?;
+    (off(worst).abs() > ASTRAY).then(|| {
+        let message = format!(
+            "way {} lies up to {:.1} m {} than ground and layer ask, so that no road climbs more than it may",
+            road.key.way,
+            off(worst).abs(),
+            if off(worst) > 0.0 { "higher" } else { "lower" },
+        );
+        Finding::new("grade-held", Subject::Way(road.key.way), message)
+            .at(Place::Point(road.line.at(sampled.stations[worst])))
+            .graded(Severity::Info)
+    })
+}
+
+/// A finding where two roads pass over each other with less room than their levels ask.
+fn cramped(network: &RoadNetwork, crossing: &Crossing, storey: f64) -> Option<Finding> {
+    let roads = [crossing.upper, crossing.lower];
+    let [above, below] = roads.map(|(road, _)| Ground::under(&network.roads[road]).at(crossing.place));
+    let (room, wanted) = (above - below, crossing.levels * storey);
+    (room < wanted - CRAMPED).then(|| {
+        let [upper, lower] = roads.map(|(road, _)| network.roads[road].key.way);
+        let message = format!(
+            "way {upper} passes over way {lower} with {room:.1} m between them, not {wanted:.1} m: \
+             the roads around are too short to climb there"
+        );
+        Finding::new("clearance-short", Subject::Way(upper), message)
+            .with(Subject::Way(lower), "below")
+            .at(Place::Point(crossing.place))
+            .graded(Severity::Info)
+    })
+}

@@ -1,0 +1,56 @@
+//! Heights that nodes of the input give: `ele`, metres.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use crate::builder::network::frame::ToMetres;
+use crate::geometry::Point;
+use crate::osm::OsmData;
+use crate::parallel::Finely;
+
+/// No place on earth is higher or lower, metres; beyond, the unit is wrong.
+const RANGE: std::ops::RangeInclusive<f64> = -500.0..=9000.0;
+
+/// Where the height is known.
+#[derive(Clone, Debug, Default)]
+pub struct Spots {
+    /// By node.
+    pub of_node: FxHashMap<i64, f64>,
+    /// By way, in its order: place and height.
+    pub of_way: BTreeMap<i64, Vec<(Point, f64)>>,
+}
+
+impl Spots {
+    /// Whether nothing is known.
+    pub fn is_empty(&self) -> bool {
+        self.of_node.is_empty()
+    }
+}
+
+/// Reads the heights of the nodes of all roads.
+pub fn spots(osm: &OsmData, to_metres: ToMetres<'_>) -> Spots {
+    let mut spots = Spots::default();
+    if osm.nodes.par_iter().finely().all(|node| !node.tags.has("ele")) {
+        return spots;
+    }
+    for way in osm.ways.iter().filter(|way| way.tags.has("highway")) {
+        let known = |id: &i64| {
+            let node = osm.node(*id)?;
+            let ele = node.tags.get("ele")?.trim().trim_end_matches('m').trim().parse::<f64>().ok()?;
+            RANGE.contains(&ele).then_some((*id, node.position?, ele))
+        };
+        let known: Vec<_> = way.nodes.iter().filter_map(known).collect();
+        if known.is_empty() {
+            continue;
+        }
+        let places = to_metres(&known.iter().map(|(_, place, _)| *place).collect::<Vec<_>>());
+        let finite = |p: &Point| p.x.is_finite() && p.y.is_finite();
+        let sited: Vec<(Point, f64)> =
+            places.into_iter().zip(&known).map(|(p, (_, _, ele))| (p, *ele)).filter(|(p, _)| finite(p)).collect();
+        spots.of_node.extend(known.iter().map(|(id, _, ele)| (*id, *ele)));
+        spots.of_way.insert(way.id, sited);
+    }
+    spots
+}

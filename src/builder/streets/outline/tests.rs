@@ -1,0 +1,272 @@
+//! Outlines of small stars of roads.
+
+use proptest::prelude::*;
+
+use crate::builder::network::{IntersectionIx, Road, RoadIx, RoadKey};
+use crate::builder::streets::alignment::{abreast, ease};
+use crate::builder::tags::cross_section::{Arrows, CrossSection, Strip, StripKind, Travel};
+use crate::builder::tags::road_class::RoadClass;
+use crate::geometry::{Point, Polyline, polygon, ring};
+use crate::osm::Tags;
+
+use super::site::is_sound;
+use super::*;
+
+/// A road from node 0 at the origin outwards through these points, of this width.
+#[derive(Clone, Debug)]
+struct Arm {
+    points: Vec<(f64, f64)>,
+    width: f64,
+}
+
+fn arm(points: &[(f64, f64)], width: f64) -> Arm {
+    Arm { points: points.to_vec(), width }
+}
+
+fn section(width: f64) -> CrossSection {
+    let strip = |travel| Strip {
+        kind: StripKind::Drive,
+        travel,
+        width: width / 2.0,
+        arrows: Arrows::NONE,
+        change: [None, None],
+        width_guessed: false,
+    };
+    CrossSection { strips: vec![strip(Travel::Backward), strip(Travel::Forward)] }
+}
+
+/// The arms around one node, each ending at a node of its own.
+fn network(arms: &[Arm]) -> RoadNetwork {
+    let mut roads = Vec::new();
+    let mut ends = Vec::new();
+    for (i, arm) in arms.iter().enumerate() {
+        let points = std::iter::once(&(0.0, 0.0)).chain(&arm.points).map(|(x, y)| Point::new(*x, *y));
+        let line = Polyline::new(points).unwrap();
+        let node = i as i64 + 1;
+        ends.push((node, line.last()));
+        roads.push(Road {
+            key: RoadKey { way: node, first: 0, last: node, turn: 0 },
+            ways: vec![node],
+            from: IntersectionIx(0),
+            to: IntersectionIx(i as u32 + 1),
+            line,
+            heights: Vec::new(),
+            section: section(arm.width),
+            class: RoadClass::Residential,
+            link: false,
+            level: 0.0,
+            roundabout: false,
+            public: true,
+            name: None,
+            speed: [50.0, 50.0],
+            features: Vec::new(),
+            tags: Tags::default(),
+        });
+    }
+    let direction = |i: usize| {
+        let p = roads[i].line.at(1.0);
+        -p.y.atan2(p.x)
+    };
+    let mut order: Vec<usize> = (0..roads.len()).collect();
+    order.sort_by(|a, b| direction(*a).total_cmp(&direction(*b)));
+    let first = order.iter().position(|i| *i == 0).unwrap();
+    order.rotate_left(first);
+    let intersection = |node: i64, position, arms, map_edge| Intersection {
+        nodes: vec![node],
+        position,
+        arms,
+        map_edge,
+        signals: false,
+        all_way_stop: false,
+        circle: None,
+        inner: Vec::new(),
+        passages: None,
+        islands: Vec::new(),
+    };
+    let centre = order.iter().map(|i| RoadEnd { road: RoadIx(*i as u32), end: End::Start }).collect();
+    let mut intersections = vec![intersection(0, Point::origin(), centre, false)];
+    for (i, (node, p)) in ends.into_iter().enumerate() {
+        let at = RoadEnd { road: RoadIx(i as u32), end: End::End };
+        intersections.push(intersection(node, p, vec![at], true));
+    }
+    RoadNetwork { roads, intersections, ..RoadNetwork::default() }
+}
+
+/// The ground of a road between its cuts.
+fn ribbon(network: &RoadNetwork, outlines: &Outlines, road: usize) -> Vec<Point> {
+    let [from, to] = outlines.kept[road];
+    let line = network.roads[road].line.cut(from, to).unwrap();
+    let half = network.roads[road].half_width();
+    let mut ring = line.offset(half, thicken::MITER_LIMIT).unwrap().points().to_vec();
+    ring.extend(line.offset(-half, thicken::MITER_LIMIT).unwrap().reversed().points());
+    ring
+}
+
+/// What must hold for every outline.
+fn assert_sound(network: &RoadNetwork) -> Outlines {
+    // Without consolidation, which would join the two roads of a bend.
+    let options = OutlineOptions::default();
+    let network = ease(network.clone());
+    let mut memory = Memory::default();
+    let cut = wanted(&network, &options, &mut memory);
+    let network = &abreast(network, &cut);
+    let (outlines, findings) = outlines_within(network, &cut, &options, &memory);
+    let (forgetful, _) = outlines_within(network, &cut, &options, &Memory::default());
+    assert_eq!(
+        format!("{:.6?}", outlines),
+        format!("{:.6?}", forgetful),
+        "what is remembered is what would be planned"
+    );
+    assert!(findings.is_empty(), "{findings:?}");
+    for (outline, intersection) in outlines.intersections.iter().zip(&network.intersections) {
+        assert_eq!(outline.cuts.iter().map(|c| c.at).collect::<Vec<_>>(), intersection.arms);
+        if outline.case == Case::MapEdge {
+            continue;
+        }
+        assert!(ring::is_simple(&outline.ring), "{:?}", outline.ring);
+        assert!(polygon::signed_area(&outline.ring) < 0.0, "the ring runs clockwise");
+        for (i, cut) in outline.cuts.iter().enumerate() {
+            assert!(outline.ring.contains(&cut.left) && outline.ring.contains(&cut.right));
+            assert_eq!(outline.corners[i].first(), Some(&cut.left));
+            assert_eq!(outline.corners[i].last(), Some(&outline.cuts[(i + 1) % outline.cuts.len()].right));
+        }
+        for road in 0..network.roads.len() {
+            let shared = polygon::overlap(&outline.ring, &ribbon(network, &outlines, road));
+            assert!(shared < 0.05, "the outline overlaps road {road} by {shared} m2");
+        }
+    }
+    for a in 0..network.roads.len() {
+        for b in a + 1..network.roads.len() {
+            let shared = polygon::overlap(&ribbon(network, &outlines, a), &ribbon(network, &outlines, b));
+            assert!(shared < 0.05, "roads {a} and {b} overlap by {shared} m2");
+        }
+    }
+    outlines
+}
+
+#[test]
+fn a_crossing_at_right_angles_has_four_rounded_corners() {
+    let network = network(&[
+        arm(&[(0.0, 50.0)], 6.0),
+        arm(&[(50.0, 0.0)], 6.0),
+        arm(&[(0.0, -50.0)], 6.0),
+        arm(&[(-50.0, 0.0)], 6.0),
+    ]);
+    let outlines = assert_sound(&network);
+    let options = OutlineOptions::default();
+    let trim = 3.0 + options.kerb_radius + options.margin;
+    assert!(outlines.kept.iter().all(|k| (k[0] - trim).abs() < 1e-9), "{:?}", outlines.kept);
+    let outline = &outlines.intersections[0];
+    assert_eq!(outline.case, Case::General);
+    assert!(outline.corners.iter().all(|c| c.len() == 9));
+    let north = &outline.cuts[0];
+    assert_eq!((north.left.x, north.right.x), (3.0, -3.0), "left as seen by who drives in");
+}
+
+#[test]
+fn a_t_junction_is_straight_on_its_far_side() {
+    let network = network(&[arm(&[(0.0, -50.0)], 6.0), arm(&[(-50.0, 0.0)], 8.0), arm(&[(50.0, 0.0)], 8.0)]);
+    let outlines = assert_sound(&network);
+    let ring = &outlines.intersections[0].ring;
+    assert!(ring.iter().all(|p| p.y <= 4.0 + 1e-9));
+}
+
+#[test]
+fn a_bend_is_trimmed_by_its_angle() {
+    let trim = |to: (f64, f64)| {
+        let network = network(&[arm(&[(-60.0, 0.0)], 6.0), arm(&[to], 6.0)]);
+        let outlines = assert_sound(&network);
+        assert_eq!(outlines.intersections[0].case, Case::Degenerate);
+        outlines.kept[0][0]
+    };
+    let (straight, slight, right, sharp) =
+        (trim((60.0, 0.0)), trim((60.0, 10.0)), trim((0.0, 60.0)), trim((-60.0, 40.0)));
+    assert!(
+        straight < 1.0 && straight < slight && slight < right && right < sharp,
+        "{straight} {slight} {right} {sharp}"
+    );
+}
+
+#[test]
+fn a_change_of_width_is_a_taper() {
+    assert_sound(&network(&[arm(&[(-60.0, 0.0)], 12.0), arm(&[(60.0, 3.0)], 6.0)]));
+}
+
+#[test]
+fn a_ramp_parts_in_a_wedge() {
+    // Six degrees: edges that collide 50 m away must not make an intersection of 50 m.
+    let (main, ramp) = (7.0, 4.0);
+    let network = network(&[arm(&[(-150.0, 0.0)], main), arm(&[(150.0, 0.0)], main), arm(&[(150.0, 15.0)], ramp)]);
+    let outlines = assert_sound(&network);
+    let outline = &outlines.intersections[0];
+    assert_eq!(outline.case, Case::Ramp);
+    let farthest = OutlineOptions::default().reach * main + 1.0;
+    assert!(outlines.kept.iter().all(|kept| kept[0] < farthest), "{:?}", outlines.kept);
+    assert!(polygon::signed_area(&outline.ring).abs() < (main + ramp) * farthest * 1.5);
+}
+
+#[test]
+fn a_ring_that_folds_is_not_sound() {
+    let ring = |tip: f64| [(0.0, 0.0), (0.0, 9.0), (9.0, 9.0), (9.0, 4.0), (9.5, tip), (5.0, 3.0)];
+    let ring = |tip| ring(tip).map(|(x, y)| Point::new(x, y));
+    assert!(is_sound(&ring(3.5)));
+    let hair =
+        [(0.0, 0.0), (0.0, 9.0), (9.0, 9.0), (9.0, 4.0), (9.5, 4.01), (5.0, 3.88)].map(|(x, y)| Point::new(x, y));
+    assert!(ring::is_simple(&hair) && !is_sound(&hair), "two edges that are a hair apart");
+}
+
+#[test]
+fn a_dead_end_is_cut_square() {
+    let mut network = network(&[arm(&[(60.0, 0.0)], 6.0)]);
+    let outlines = assert_sound(&network);
+    assert_eq!(outlines.intersections[0].case, Case::DeadEnd);
+    assert_eq!(outlines.kept[0], [3.0, 60.0]);
+    network.intersections[0].map_edge = true;
+    let (outlines, _) = super::outlines(&network, &OutlineOptions::default());
+    assert_eq!(outlines.intersections[0].case, Case::MapEdge);
+    assert_eq!(outlines.kept[0], [0.0, 60.0]);
+}
+
+fn any_star() -> impl Strategy<Value = Vec<Arm>> {
+    (2_usize..=6, 0.0..std::f64::consts::TAU)
+        .prop_flat_map(|(n, turn)| {
+            proptest::collection::vec((-0.3..0.3_f64, 3.0..14.0_f64, -0.3..0.3_f64), n).prop_map(move |arms| {
+                arms.iter()
+                    .enumerate()
+                    .map(|(i, (jitter, width, bend))| {
+                        let angle = turn + (i as f64 + jitter) * std::f64::consts::TAU / n as f64;
+                        let at = |r: f64, a: f64| (r * a.cos(), r * a.sin());
+                        let p = at(40.0, angle);
+                        let q = at(60.0, angle + bend);
+                        arm(&[p, (p.0 + q.0, p.1 + q.1)], *width)
+                    })
+                    .collect()
+            })
+        })
+        .prop_filter("roads that run into each other again where they end", |arms: &Vec<Arm>| ends_clear(arms))
+}
+
+/// Whether no road reaches over the far end of another: no cut at the intersection could part them.
+fn ends_clear(arms: &[Arm]) -> bool {
+    let end = |arm: &Arm| arm.points.last().map(|&(x, y)| Point::new(x, y));
+    let clear = |a: &Arm, b: &Arm| end(a).zip(end(b)).is_none_or(|(p, q)| (p - q).norm() >= (a.width + b.width) / 2.0);
+    arms.iter().enumerate().all(|(i, a)| arms[i + 1..].iter().all(|b| clear(a, b)))
+}
+
+proptest! {
+    #[test]
+    fn stars_are_sound(arms in any_star()) {
+        assert_sound(&network(&arms));
+    }
+
+    #[test]
+    fn the_order_of_the_arms_does_not_matter(arms in any_star(), shift in 1_usize..6) {
+        let mut moved = arms.clone();
+        let n = arms.len();
+        moved.rotate_left(shift % n);
+        let (a, b) = (assert_sound(&network(&arms)), assert_sound(&network(&moved)));
+        for i in 0..n {
+            prop_assert_eq!(a.kept[(i + shift) % n], b.kept[i]);
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! What `turn:lanes`, `change:lanes`, `width:lanes` and the access tags say of each lane of one direction.
+
+use crate::builder::tags::values::{is_yes, metres, per_lane as entries};
+use crate::diagnostic::{Finding, Severity};
+
+use super::flow::Flow;
+use super::{Arrows, Facts, LANE_WIDTHS, Strip, StripKind, Travel, Usual};
+
+/// The lists that tell who may use a lane, from the most specific to the least.
+const MOTOR: [&str; 4] = ["motorcar:lanes", "motor_vehicle:lanes", "vehicle:lanes", "access:lanes"];
+const BUS: [&str; 2] = ["bus:lanes", "psv:lanes"];
+const BICYCLE: &str = "bicycle:lanes";
+const OTHERS: [&str; 4] = ["turn:lanes", "change:lanes", "width:lanes", "hov:lanes"];
+
+/// The lists of one direction, each from left to right as its traffic sees them.
+#[derive(Debug, Default)]
+pub(super) struct PerLane {
+    lists: Vec<(&'static str, Vec<String>)>,
+    change: Option<String>,
+}
+
+/// Reads the lists of one direction of travel; unmarked lists belong to the only direction of a one-way road.
+/// `count` is what `lanes:forward` or its like says.
+pub(super) fn per_lane(
+    facts: &Facts<'_>,
+    travel: Travel,
+    flow: Flow,
+    count: Option<usize>,
+    notes: &mut Vec<Finding>,
+) -> PerLane {
+    let (suffix, only) = match travel {
+        Travel::Forward => (":forward", flow == Flow::Forward),
+        Travel::Backward => (":backward", flow == Flow::Backward),
+        Travel::Both => (":both_ways", flow == Flow::Reversible),
+    };
+    let get = |key: &str| {
+        let marked = facts.tags.get_joined([key, suffix]);
+        marked.or_else(|| if only { facts.tags.get(key) } else { None })
+    };
+    // Most ways tell nothing lane by lane.
+    let any = facts.tags.iter().any(|(key, _)| key.contains(":lanes"));
+    let keys = MOTOR.into_iter().chain(BUS).chain([BICYCLE]).chain(OTHERS).filter(|_| any);
+    let lists: Vec<_> =
+        keys.filter_map(|key| Some((key, entries(get(key)?).map(str::to_owned).collect::<Vec<_>>()))).collect();
+    let change = get("change").or_else(|| facts.tags.get("change")).map(str::to_owned);
+    let list = PerLane { lists, change };
+    if let Some((first, second)) = list.disagreement(count) {
+        let what = format!("{first} and {second} speak of different numbers of lanes{suffix}");
+        notes.push(facts.note("lanes-contradict", Severity::Warning, &what));
+    }
+    list
+}
+
+impl PerLane {
+    fn list(&self, key: &str, count: usize) -> Option<&[String]> {
+        let (_, list) = self.lists.iter().find(|(k, list)| *k == key && list.len() == count)?;
+        Some(list)
+    }
+
+    fn entry(&self, key: &str, count: usize, lane: usize) -> Option<&str> {
+        let entry = self.list(key, count)?.get(lane)?.as_str();
+        (!entry.is_empty()).then_some(entry)
+    }
+
+    /// Two tags of different length, where no count decides between them.
+    fn disagreement(&self, count: Option<usize>) -> Option<(&'static str, &'static str)> {
+        if self.agreed(count).is_some() {
+            return None;
+        }
+        let (first, list) = self.lists.first()?;
+        let other = self.lists.iter().find(|(_, other)| other.len() != list.len());
+        match (other, count) {
+            (Some((second, _)), _) => Some((first, second)),
+            (None, Some(count)) if count != list.len() => Some((first, "the number of lanes")),
+            _ => None,
+        }
+    }
+
+    /// How many entries the lists have whose lanes for motor vehicles are `count` in number.
+    pub fn agreed(&self, count: Option<usize>) -> Option<usize> {
+        let count = count?;
+        let fits = |len: &usize| {
+            let without = |lanes: usize| len.saturating_sub(lanes) == count;
+            without(0) || without(self.bicycle_lanes(*len)) || without(self.special_lanes(*len))
+        };
+        self.lists.iter().map(|(_, list)| list.len()).filter(fits).max()
+    }
+
+    /// The greatest number of entries of any list that tells of lanes.
+    pub fn longest(&self) -> Option<usize> {
+        self.lists.iter().map(|(_, list)| list.len()).max()
+    }
+
+    /// How many of `count` lanes are for bicycles alone.
+    pub fn bicycle_lanes(&self, count: usize) -> usize {
+        (0..count).filter(|lane| self.kind(count, *lane) == Some(StripKind::Bicycle)).count()
+    }
+
+    /// How many of `count` lanes are not for cars.
+    pub fn special_lanes(&self, count: usize) -> usize {
+        (0..count).filter(|lane| self.kind(count, *lane).is_some()).count()
+    }
+
+    /// What a lane is for, where its lists restrict it.
+    fn kind(&self, count: usize, lane: usize) -> Option<StripKind> {
+        let cars = MOTOR.iter().find_map(|key| self.entry(key, count, lane));
+        let bus = BUS.iter().find_map(|key| self.entry(key, count, lane));
+        let bicycle = self.entry(BICYCLE, count, lane);
+        match cars {
+            Some("no" | "private") if bus.is_some_and(is_yes) => Some(StripKind::Bus),
+            Some("no" | "private") if bicycle.is_some_and(is_yes) => Some(StripKind::Bicycle),
+            Some("no") => Some(StripKind::Buffer),
+            Some(_) => None,
+            None if matches!(bus, Some("designated" | "official")) => Some(StripKind::Bus),
+            None if bicycle == Some("designated") => Some(StripKind::Bicycle),
+            None => None,
+        }
+    }
+
+    /// Whether the lists name bus lanes.
+    pub fn names_buses(&self, count: usize) -> bool {
+        BUS.iter().any(|key| self.list(key, count).is_some())
+    }
+
+    /// Puts what the lists say onto lanes of their number, left to right as the traffic sees them.
+    pub fn apply(&self, strips: &mut [Strip], usual: &Usual) {
+        let count = strips.len();
+        for (lane, strip) in strips.iter_mut().enumerate() {
+            if let Some(kind) = self.kind(count, lane) {
+                strip.kind = kind;
+                if kind == StripKind::Bicycle {
+                    strip.width = usual.bicycle_lane;
+                }
+            }
+            if let Some(width) = self.entry("width:lanes", count, lane).and_then(metres)
+                && (LANE_WIDTHS.contains(&width) || strip.kind == StripKind::Bicycle)
+            {
+                strip.width = width;
+                strip.width_guessed = false;
+            }
+            strip.arrows = self.entry("turn:lanes", count, lane).map_or(Arrows::NONE, arrows);
+            let said = self.entry("change:lanes", count, lane).or(self.change.as_deref());
+            strip.change = said.map_or([None, None], change);
+        }
+    }
+}
+
+/// The arrows of one entry of `turn:lanes`.
+fn arrows(entry: &str) -> Arrows {
+    entry.split(';').fold(Arrows::NONE, |sum, arrow| {
+        sum.and(match arrow.trim() {
+            "left" => Arrows::LEFT,
+            "slight_left" => Arrows::SLIGHT_LEFT,
+            "sharp_left" => Arrows::SHARP_LEFT,
+            "through" => Arrows::THROUGH,
+            "right" => Arrows::RIGHT,
+            "slight_right" => Arrows::SLIGHT_RIGHT,
+            "sharp_right" => Arrows::SHARP_RIGHT,
+            "reverse" => Arrows::REVERSE,
+            "merge_to_left" => Arrows::MERGE_TO_LEFT,
+            "merge_to_right" => Arrows::MERGE_TO_RIGHT,
+            _ => Arrows::NONE,
+        })
+    })
+}
+
+/// Whether a vehicle may change to the left and to the right, by one entry of `change:lanes`.
+fn change(entry: &str) -> [Option<bool>; 2] {
+    match entry {
+        "yes" => [Some(true); 2],
+        "no" => [Some(false); 2],
+        "not_left" | "only_right" => [Some(false), Some(true)],
+        "not_right" | "only_left" => [Some(true), Some(false)],
+        _ => [None; 2],
+    }
+}

@@ -1,0 +1,53 @@
+//! Where `placement` puts OpenStreetMap's line in the cross-section.
+
+use crate::diagnostic::{Finding, Severity};
+
+use super::flow::Flow;
+use super::{CrossSection, Facts, Strip, StripKind, Travel};
+
+/// Offset of OpenStreetMap's line from the middle of the section, left positive, metres; `None` where no tag tells
+/// it.
+pub(super) fn reference(
+    facts: &Facts<'_>,
+    flow: Flow,
+    section: &CrossSection,
+    notes: &mut Vec<Finding>,
+) -> Option<f64> {
+    let plain = if flow == Flow::Backward { Travel::Backward } else { Travel::Forward };
+    let (value, travel) =
+        [("placement:forward", Travel::Forward), ("placement:backward", Travel::Backward), ("placement", plain)]
+            .iter()
+            .find_map(|(key, travel)| Some((facts.tags.get(key)?, *travel)))?;
+    if value == "transition" {
+        return None;
+    }
+    let offset = offset(value, travel, section);
+    if offset.is_none() {
+        let what = format!("placement={value} names no lane of the road; its line is taken as the middle");
+        notes.push(facts.note("placement-unread", Severity::Info, &what));
+    }
+    offset
+}
+
+fn offset(value: &str, travel: Travel, section: &CrossSection) -> Option<f64> {
+    let (place, number) = value.split_once(':')?;
+    let number: usize = number.trim().parse().ok()?;
+    let is_lane = |strip: &Strip| {
+        strip.travel == travel && matches!(strip.kind, StripKind::Drive | StripKind::Bus | StripKind::Buffer)
+    };
+    let mut lanes: Vec<usize> = (0..section.strips.len()).filter(|&i| is_lane(&section.strips[i])).collect();
+    if travel == Travel::Backward {
+        lanes.reverse();
+    }
+    let lane = *lanes.get(number.checked_sub(1)?)?;
+    let (left, right) = match travel {
+        Travel::Backward => (section.edge(lane + 1), section.edge(lane)),
+        _ => (section.edge(lane), section.edge(lane + 1)),
+    };
+    match place {
+        "left_of" => Some(left),
+        "right_of" => Some(right),
+        "middle_of" => Some((left + right) / 2.0),
+        _ => None,
+    }
+}

@@ -1,0 +1,216 @@
+//! What lies beside the lanes on one side: bicycle lanes, strips for people on foot, parking, shoulder, sidewalk.
+
+use crate::builder::tags::road_class::DrivingSide;
+use crate::builder::tags::values::metres;
+
+use super::flow::Flow;
+use super::{Facts, Strip, StripKind, Travel};
+
+/// So much wider, metres, is what bicycles ride on both ways: two pass each other.
+pub(super) const BOTH_WAYS: f64 = 1.0;
+/// `buffer=yes` beside a bicycle lane, metres.
+pub(super) const BUFFER: f64 = 0.5;
+/// Cars parked askew, metres.
+pub(super) const PARKING_DIAGONAL: f64 = 4.5;
+/// Cars parked across, metres.
+pub(super) const PARKING_PERPENDICULAR: f64 = 5.0;
+
+/// Widths of strips beside the lanes that can be true, metres.
+const PLAUSIBLE: std::ops::RangeInclusive<f64> = 0.3..=8.0;
+
+/// The strips on one side of the lanes, each list from the lanes outwards.
+#[derive(Debug, Default)]
+pub(super) struct SideStrips {
+    /// On the carriageway: what `width` measures.
+    pub carriageway: Vec<Strip>,
+    /// Beyond it.
+    pub beyond: Vec<Strip>,
+}
+
+/// One side of a way and the names of its tags.
+struct Side<'a> {
+    facts: &'a Facts<'a>,
+    /// `left` or `right`.
+    name: &'static str,
+    /// Which way traffic beside this side runs.
+    travel: Travel,
+    /// Whether this is the near side of the only direction, or either side of a two-way road.
+    near: bool,
+}
+
+/// Reads one side: the left for `Backward`, the right for `Forward`.
+pub(super) fn side_strips(facts: &Facts<'_>, flow: Flow, which: Travel) -> SideStrips {
+    let right = which == Travel::Forward;
+    let own = if right == (facts.side == DrivingSide::Right) { Travel::Forward } else { Travel::Backward };
+    let only = match flow {
+        Flow::Forward => Some(Travel::Forward),
+        Flow::Backward => Some(Travel::Backward),
+        _ => None,
+    };
+    let side = Side {
+        facts,
+        name: if right { "right" } else { "left" },
+        travel: only.unwrap_or(own),
+        near: only.is_none_or(|only| only == own),
+    };
+    let mut strips = SideStrips::default();
+    side.bicycle(flow, own, &mut strips);
+    strips.carriageway.extend(side.pedestrian());
+    side.parking(&mut strips);
+    // Outward beyond the carriageway: shoulder, parking bay, bicycle track, sidewalk.
+    strips.beyond.sort_by_key(|strip| match strip.kind {
+        StripKind::Shoulder => 0,
+        StripKind::Parking => 1,
+        _ => 2,
+    });
+    if let Some(shoulder) = side.shoulder() {
+        strips.beyond.insert(0, shoulder);
+    }
+    strips.beyond.extend(side.sidewalk());
+    strips
+}
+
+impl Side<'_> {
+    /// The value of `prefix:left` (or right), else `prefix:both`, with an optional subkey.
+    fn get(&self, prefix: &str, subkey: &str) -> Option<&str> {
+        let tags = self.facts.tags;
+        let on = |side: &str| tags.get_joined([prefix, ":", side, subkey]);
+        on(self.name).or_else(|| on("both"))
+    }
+
+    /// A width under `prefix:left:width`, `prefix:both:width` or `prefix:width`.
+    fn width(&self, prefix: &str) -> Option<f64> {
+        let own = self.get(prefix, ":width").and_then(metres);
+        own.or_else(|| self.facts.tags.get_joined([prefix, ":width"]).and_then(metres))
+            .filter(|width| PLAUSIBLE.contains(width))
+    }
+
+    fn strip(&self, kind: StripKind, tagged: Option<f64>, default: f64) -> Strip {
+        Strip::plain(kind, self.travel, tagged.unwrap_or(default), tagged.is_none())
+    }
+
+    fn bicycle(&self, flow: Flow, own: Travel, strips: &mut SideStrips) {
+        let all = self.facts.tags.get("cycleway");
+        let value = match (self.get("cycleway", ""), all) {
+            (Some(value), _) => value,
+            // On a one-way road `opposite_*` lies on the far side, all else on the near side.
+            (None, Some(value)) if value.starts_with("opposite") != self.near || !flow.is_oneway() => value,
+            _ => return,
+        };
+        let on_carriageway = match value {
+            "lane" | "opposite_lane" => true,
+            "track" | "opposite_track" => false,
+            _ => return,
+        };
+        let travel = self.rides(flow, own, value);
+        let usual = &self.facts.usual;
+        let one_way = if on_carriageway { usual.bicycle_lane } else { usual.bicycle_track };
+        let default = if travel == Travel::Both { one_way + BOTH_WAYS } else { one_way };
+        let lane = Strip { travel, ..self.strip(StripKind::Bicycle, self.width("cycleway"), default) };
+        let list = if on_carriageway { &mut strips.carriageway } else { &mut strips.beyond };
+        let (inner, outer) = if self.name == "right" { ("left", "right") } else { ("right", "left") };
+        list.extend(self.buffer(inner));
+        list.push(lane);
+        list.extend(self.buffer(outer));
+    }
+
+    /// Which way bicycles ride, on a lane or track of some value of `cycleway`: by its own `oneway`, seen along the way, else
+    /// with the traffic beside it. `oneway:bicycle=no` tells that some ride against the traffic of a one-way road: on its far
+    /// side, else on a track of which there is no other.
+    fn rides(&self, flow: Flow, own: Travel, value: &str) -> Travel {
+        let tags = self.facts.tags;
+        // What holds for the tracks on both sides alike cannot mean one direction along the way.
+        let one_side = tags.get_joined(["cycleway:", self.name, ":oneway"]);
+        match one_side.or_else(|| self.get("cycleway", ":oneway")).or_else(|| tags.get("cycleway:oneway")) {
+            Some("no") => return Travel::Both,
+            Some("-1") if one_side.is_some() || flow.is_oneway() => return Travel::Backward,
+            Some("yes" | "1") if one_side.is_some() && !value.starts_with("opposite") => return Travel::Forward,
+            _ => {}
+        }
+        let against = flow.is_oneway() && tags.is("oneway:bicycle", "no");
+        let other = if self.name == "left" { "cycleway:right" } else { "cycleway:left" };
+        let elsewhere = ["cycleway:both", other].iter().any(|key| tags.get(key).is_some_and(is_for_bicycles));
+        match value {
+            _ if value.starts_with("opposite") || against && !self.near => own,
+            "track" if against && !elsewhere => Travel::Both,
+            _ => self.travel,
+        }
+    }
+
+    /// A painted buffer on one edge of the bicycle lane.
+    fn buffer(&self, edge: &str) -> Option<Strip> {
+        let own = if edge == "left" { ":buffer:left" } else { ":buffer:right" };
+        let value = [own, ":buffer:both", ":buffer"].iter().find_map(|subkey| self.get("cycleway", subkey))?;
+        if value == "no" {
+            return None;
+        }
+        let width = metres(value).filter(|width| PLAUSIBLE.contains(width));
+        Some(self.strip(StripKind::Buffer, width, BUFFER))
+    }
+
+    fn parking(&self, strips: &mut SideStrips) {
+        let (place, orientation) = match self.get("parking", "") {
+            Some(place) => (place, self.get("parking", ":orientation").unwrap_or("parallel")),
+            None => {
+                let Some(kind) = self.get("parking:lane", "") else { return };
+                let place = self.get("parking:lane", &format!(":{kind}")).unwrap_or("lane");
+                match kind {
+                    "parallel" | "diagonal" | "perpendicular" => (place, kind),
+                    "marked" => ("lane", "parallel"),
+                    _ => return,
+                }
+            }
+        };
+        let default = match orientation {
+            "diagonal" => PARKING_DIAGONAL,
+            "perpendicular" => PARKING_PERPENDICULAR,
+            _ => self.facts.usual.parking,
+        };
+        let width = self.width("parking").or_else(|| self.width("parking:lane"));
+        let strip = self.strip(StripKind::Parking, width, default);
+        match place {
+            "lane" | "yes" | "on_street" | "painted_area_only" | "marked" => strips.carriageway.push(strip),
+            "half_on_kerb" => strips.carriageway.push(Strip { width: strip.width / 2.0, ..strip }),
+            "street_side" | "lay_by" => strips.beyond.push(strip),
+            _ => {}
+        }
+    }
+
+    /// Whether a key says of this side that there is one: `KEY:left`, `KEY:both`, or `KEY` itself with the name of the
+    /// side; `yes` on a one-way road is its near side.
+    fn has(&self, key: &str) -> bool {
+        match (self.get(key, ""), self.facts.tags.get(key)) {
+            (Some(value), _) => value != "no",
+            (None, Some("both")) => true,
+            (None, Some("yes")) => self.near,
+            (None, Some(value)) => value == self.name,
+            (None, None) => false,
+        }
+    }
+
+    fn pedestrian(&self) -> Option<Strip> {
+        let width = || self.width("pedestrian_lane");
+        let strip = || self.strip(StripKind::Pedestrian, width(), self.facts.usual.pedestrian_lane);
+        self.has("pedestrian_lane").then(strip)
+    }
+
+    fn shoulder(&self) -> Option<Strip> {
+        let width = || self.width("shoulder");
+        self.has("shoulder").then(|| self.strip(StripKind::Shoulder, width(), self.facts.usual.shoulder))
+    }
+
+    fn sidewalk(&self) -> Option<Strip> {
+        let here = match (self.get("sidewalk", ""), self.facts.tags.get("sidewalk")) {
+            (Some(value), _) => value == "yes",
+            (None, Some("both" | "yes")) => true,
+            (None, Some(value)) => value == self.name,
+            (None, None) => false,
+        };
+        here.then(|| self.strip(StripKind::Sidewalk, self.width("sidewalk"), self.facts.usual.sidewalk))
+    }
+}
+
+/// Whether a value of `cycleway` means a lane or track.
+fn is_for_bicycles(value: &str) -> bool {
+    matches!(value, "lane" | "track" | "opposite_lane" | "opposite_track")
+}

@@ -1,0 +1,9 @@
+//! Room 2: tags become lanes, widths, speeds and markings.
+
+pub mod cross_section;
+pub mod driving_side;
+pub(crate) mod marking;
+pub mod road_class;
+pub mod side_runs;
+pub(crate) mod speed;
+pub(crate) mod values;
