@@ -3,6 +3,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on must stop")]
 
+#[path = "common/imports.rs"]
+mod reader;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -138,4 +141,91 @@ fn every_file_says_what_it_is() {
 fn imports_are_found() {
     let found = imports("use crate::{a::B, c::{d, E}, f};\nuse crate::g::h;\nfn x() -> crate::i::J {}\n// crate::no\n");
     assert_eq!(found.into_iter().collect::<Vec<_>>(), ["a", "c", "f", "g", "i"]);
+}
+
+/// The rooms of the builder in the order of the data, as `docs/architecture.md` has them in the first column of a table.
+fn rooms() -> Vec<String> {
+    let page = fs::read_to_string(root().join("docs/architecture.md")).unwrap();
+    let rows = page.lines().skip_while(|line| !line.starts_with("| room |")).skip(2).take_while(|l| l.starts_with('|'));
+    let first =
+        |row: &str| row.trim_matches('|').split('|').next().map(|cell| cell.trim().trim_matches('`').to_owned());
+    rows.filter_map(first).collect()
+}
+
+/// All files of the library, by their paths from `src` on.
+fn sources() -> Vec<(String, String)> {
+    let source = root().join("src");
+    let named = |path: PathBuf| {
+        let name = path.strip_prefix(&source).unwrap().to_string_lossy().replace('\\', "/");
+        (name, fs::read_to_string(path).unwrap())
+    };
+    files(&source, "rs").into_iter().map(named).collect()
+}
+
+/// What is wrong with imports inside the builder: those of a room that comes later, and those that close a circle of files.
+fn builder_faults(files: &[(String, String)], rooms: &[String]) -> Vec<String> {
+    let inside = |module: &reader::Module| module.first().is_some_and(|name| name == "builder") && module.len() > 1;
+    let imports: Vec<reader::Import> =
+        reader::imports(files).into_iter().filter(|it| inside(&it.from) && inside(&it.to)).collect();
+    let place = |module: &reader::Module| rooms.iter().position(|room| *room == module[1]);
+    let mut faults = Vec::new();
+    for import in &imports {
+        // What is in no room leads through all of them.
+        if let Some(from) = place(&import.from)
+            && place(&import.to).is_none_or(|to| to > from)
+        {
+            faults.push(format!("{}, which comes later", import.told()));
+        }
+    }
+    for circle in reader::circles(&imports) {
+        faults.push(format!("a circle: {}", circle.iter().map(reader::Import::told).collect::<Vec<_>>().join("; ")));
+    }
+    faults
+}
+
+#[test]
+fn the_builder_imports_only_what_comes_before() {
+    let rooms = rooms();
+    assert!(rooms.len() >= 12, "the table of rooms of docs/architecture.md was not found");
+    for room in &rooms {
+        let path = root().join("src/builder").join(room);
+        assert!(path.is_dir() || path.with_extension("rs").is_file(), "there is no room {room} in src/builder");
+    }
+    let faults = builder_faults(&sources(), &rooms);
+    assert!(faults.is_empty(), "{} imports of the builder are out of order:\n{}", faults.len(), faults.join("\n"));
+}
+
+#[test]
+fn an_import_out_of_order_is_found_however_it_is_written() {
+    let rooms = ["tags".to_owned(), "lanes".to_owned()];
+    let told = |planted: &str, other: &str| {
+        let files = [
+            ("builder/mod.rs", "pub mod tags;\npub mod lanes;\n"),
+            ("builder/tags/mod.rs", "pub mod values;\npub use values::Width;\n"),
+            ("builder/tags/values.rs", planted),
+            ("builder/lanes/mod.rs", "pub mod cut;\npub use cut::Cut;\n"),
+            ("builder/lanes/cut.rs", other),
+        ];
+        let files: Vec<_> = files.iter().map(|(file, text)| ((*file).to_owned(), (*text).to_owned())).collect();
+        builder_faults(&files, &rooms)
+    };
+    let good = "use crate::builder::tags::Width;\npub struct Cut;\n";
+    assert_eq!(told("pub struct Width;\n", good), Vec::<String>::new());
+    for planted in [
+        "use crate::builder::lanes::Cut;\n",
+        "use crate::{builder::{lanes::{self, Cut}}};\n",
+        "use super::super::lanes::cut::Cut;\n",
+        "fn f(_: crate::builder::lanes::Cut) {}\n",
+        "fn f() { use super::super::lanes::Cut as Other; }\n",
+        "pub use crate::builder::lanes::cut as other;\n",
+    ] {
+        let faults = told(planted, "pub struct Cut;\n");
+        assert!(
+            faults.iter().any(|fault| fault.starts_with("src/builder/tags/values.rs:1 imports")),
+            "{planted}{faults:?}"
+        );
+    }
+    let circle = "use super::Cut;\npub struct Gap;\n";
+    let faults = told("pub struct Width;\n", &format!("{circle}use super::super::lanes;\nfn g(_: lanes::Cut) {{}}\n"));
+    assert!(faults.is_empty() || faults.iter().all(|fault| fault.starts_with("a circle")), "{faults:?}");
 }
