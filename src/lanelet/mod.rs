@@ -13,6 +13,7 @@ mod limits;
 pub mod locate;
 pub mod number;
 mod open;
+pub mod placed;
 mod point;
 mod projector_info;
 pub mod referrers;

@@ -11,7 +11,6 @@ mod facing;
 mod lanes;
 mod layer;
 mod neighbours;
-mod placed;
 mod right_of_way;
 mod section;
 mod walkway;
@@ -25,6 +24,7 @@ use serde::Deserialize;
 use crate::diagnostic::{Diagnostic, Finding, Severity, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::View;
+use crate::lanelet::placed::placed;
 use crate::parallel::Finely;
 
 use super::{Config, ConfigError, Row};
@@ -198,7 +198,7 @@ pub fn run(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigErr
     let loading = rows.iter().filter(|row| row.requirement.id == "load");
     let loading = loading.map(|row| super::run_row(map, config, row));
     let mut found = loading.collect::<Result<Vec<_>, ConfigError>>()?.concat();
-    let Some(placed) = placed::placed(map.map) else {
+    let Some(placed) = placed(map.map) else {
         found.extend(validate(map, config)?);
         return Ok(found);
     };

@@ -3,10 +3,11 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::{Issue, Params, issue, layer, placed};
+use super::{Issue, Params, issue, layer};
 use crate::diagnostic::Subject;
 use crate::lanelet::Bound;
 use crate::lanelet::index::view::View;
+use crate::lanelet::placed::aligned_once;
 use crate::rules::graph::{Graph, Rules};
 
 /// Subtypes that may lie beside each other.
@@ -25,7 +26,7 @@ pub fn lane_change(view: &View, _: &Params) -> Vec<Issue> {
     // Who uses a bound was noted before bounds were aligned for the second time.
     let mut users: FxHashMap<Bound, Vec<usize>> = FxHashMap::default();
     for (at, seen) in view.lanelets.iter().enumerate().filter(|(_, seen)| seen.is("road")) {
-        for bound in placed::aligned_once(view.map, seen.lanelet) {
+        for bound in aligned_once(view.map, seen.lanelet) {
             users.entry(bound).or_default().push(at);
         }
     }

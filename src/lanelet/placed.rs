@@ -1,11 +1,11 @@
-//! The map as the loader behind the existing validator holds it, where that is another than Autoware itself makes of it.
+//! The map as the existing validator holds it (profile `tier4`), where that is another than Autoware itself makes of it.
 
 use std::borrow::Cow;
 
+use super::align::align_in_space;
+use super::index::view::{Spot, spot};
+use super::{Bound, Lanelet, LaneletId, LaneletMap};
 use crate::geometry::Point as Place;
-use crate::lanelet::align::align_in_space;
-use crate::lanelet::index::view::{Spot, spot};
-use crate::lanelet::{Bound, Lanelet, LaneletId, LaneletMap};
 use crate::projection::{LonLat, Projector};
 
 /// The map with other places or other directions of bounds; `None` where nothing differs.
