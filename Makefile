@@ -4,7 +4,7 @@ CARGO ?= cargo
 RUN = $(CARGO) run --quiet --locked --
 DEMO = sample_maps/crossing_right.osm
 
-.PHONY: help demo gallery rules test browser-test soak fuzz bench movements lint docs fittings deps clean
+.PHONY: help demo gallery rules test browser-test soak fuzz bench movements lint docs wheel dist fittings deps clean
 
 help:
 	@echo "make demo   build the program, turn $(DEMO) into a Lanelet2 map, check and draw it"
@@ -18,8 +18,10 @@ help:
 	@echo "make fuzz   the fuzzers, FUZZ_SECONDS (300) each"
 	@echo "make lint   formatting and lints alone"
 	@echo "make docs   build the documentation site"
+	@echo "make wheel  the Python wheel, command and module, for any Linux of this processor, in dist/"
+	@echo "make dist   the program alone as .tar.gz, in dist/"
 	@echo "make fittings   hold the action, the hooks and the Dockerfile against the tools that read them"
-	@echo "make deps   install what PROJ's build needs, or say what is missing"
+	@echo "make deps   install what the build needs, or say what is missing"
 
 demo: deps
 	$(CARGO) build --locked
@@ -58,15 +60,22 @@ fuzz: deps
 	@CARGO="$(CARGO)" scripts/fuzz.sh
 
 lint: deps
-	$(CARGO) fmt --check
-	$(CARGO) clippy --locked --all-targets -- -D warnings
+	$(CARGO) fmt --all --check
+	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
 
 docs: deps
 	@CARGO="$(CARGO)" scripts/docs.sh
 
+wheel:
+	@CARGO="$(CARGO)" scripts/release.sh wheel
+
+dist:
+	@CARGO="$(CARGO)" scripts/release.sh archive
+
 fittings: deps
 	$(CARGO) build --locked
-	@scripts/fittings.sh "$${CARGO_TARGET_DIR:-target}/debug/lanewright"
+	@ls dist/*.whl >/dev/null 2>&1 || CARGO="$(CARGO)" scripts/release.sh wheel
+	@scripts/fittings.sh "$${CARGO_TARGET_DIR:-target}/debug/lanewright" dist/*.whl
 
 deps:
 	@scripts/deps.sh

@@ -6,9 +6,9 @@ cd "$(dirname "$0")/.."
 CARGO=${CARGO:-cargo}
 target=${CARGO_TARGET_DIR:-target}
 
-$CARGO build --release --locked
-$CARGO bench --locked --bench cost
-$CARGO bench --locked --bench weave
+$CARGO build --release --locked --features allocator
+$CARGO bench --locked --features allocator --bench cost
+$CARGO bench --locked --features allocator --bench weave
 oracle=$(scripts/oracle.sh)
 if [ -z "$oracle" ]; then
     echo "skipped: the comparison with netconvert and the Lanelet2 library, which needs ../shared" >&2

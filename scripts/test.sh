@@ -1,5 +1,5 @@
 #!/bin/sh
-# Formatting, lints, documentation tests, then all tests; the runner's closing line comes last.
+# Formatting, lints, documentation tests, the Python module, then all tests; the runner's closing line comes last.
 set -eu
 cd "$(dirname "$0")/.."
 CARGO=${CARGO:-cargo}
@@ -7,11 +7,13 @@ start=$(date +%s)
 step() { printf '\n== %s (%s s)\n' "$1" "$(($(date +%s) - start))"; }
 
 step "formatting"
-$CARGO fmt --check
+$CARGO fmt --all --check
 step "lints"
-$CARGO clippy --locked --all-targets -- -D warnings
+$CARGO clippy --locked --workspace --all-targets -- -D warnings
 step "documentation tests"
 $CARGO test --locked --doc
+step "the Python module"
+scripts/python.sh
 step "tests"
 scripts/browser.sh
 oracle=$(scripts/oracle.sh)

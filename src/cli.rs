@@ -4,17 +4,14 @@ mod build;
 mod check;
 mod check_args;
 mod compare;
-mod config;
 mod diff;
 mod draw;
 mod explain;
-mod files;
 mod fix;
 mod fmt;
 mod gallery;
 mod geometry;
 mod input;
-mod load;
 mod memory;
 mod packaging;
 mod page;
@@ -31,9 +28,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use crate::builder::tags::driving_side;
+use crate::projection;
 use crate::report::failure::Failure;
-
-use super::projection;
+use crate::settings::ProjectorType;
 use check_args::{CheckArgs, ProfileArg};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
@@ -342,6 +339,17 @@ enum ProjectorArg {
     LocalCartesianUtm,
     #[value(name = "LocalCartesian", alias = "local-cartesian")]
     LocalCartesian,
+}
+
+impl From<ProjectorArg> for ProjectorType {
+    fn from(projector: ProjectorArg) -> Self {
+        match projector {
+            ProjectorArg::Mgrs => Self::Mgrs,
+            ProjectorArg::TransverseMercator => Self::TransverseMercator,
+            ProjectorArg::LocalCartesianUtm => Self::LocalCartesianUtm,
+            ProjectorArg::LocalCartesian => Self::LocalCartesian,
+        }
+    }
 }
 
 /// `LAT,LON` in degrees.

@@ -11,10 +11,22 @@
 //! floor 1   osm, projection, geometry, diagnostic, terrain  know nothing of ours
 //! ```
 //!
+//! The verbs of the command line are functions of this crate, on files or on bytes:
+//!
+//! ```
+#![doc = include_str!("../examples/build.rs")]
+//! ```
+//!
+//! ```
+#![doc = include_str!("../examples/check.rs")]
+//! ```
+//!
 //! Units, said once: metres, seconds, radians; speeds as maps write them (km/h); coordinates in the plane are
 //! east, north. Angles turn counter-clockwise, so a left turn is positive.
 
+pub mod api;
 pub mod builder;
+pub mod cancel;
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod diagnostic;
@@ -31,3 +43,5 @@ pub mod settings;
 pub mod terrain;
 pub mod triage;
 pub mod weave;
+
+pub use api::{Input, build, check, fix, geometry};

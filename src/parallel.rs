@@ -1,7 +1,9 @@
-//! Work that all threads share evenly.
+//! Work that all threads share evenly, and that can be called off.
 
-use rayon::iter::MaxLen;
-use rayon::prelude::*;
+use rayon::iter::plumbing::{Consumer, Producer, ProducerCallback, UnindexedConsumer, bridge};
+use rayon::iter::{IndexedParallelIterator, MaxLen, ParallelIterator};
+
+use crate::cancel;
 
 /// So many parts a thread: the last one to be done keeps the others waiting for a thirtieth of their time at the most.
 const PARTS: usize = 32;
@@ -9,18 +11,86 @@ const PARTS: usize = 32;
 /// Work in parts that are small enough to be passed on.
 pub(crate) trait Finely: IndexedParallelIterator {
     /// In many parts. By itself rayon makes four of the work of two threads, and halves what a thread takes from another: what costs
-    /// more than the rest, as large intersections do, keeps one thread busy while the others have nothing to do.
-    fn finely(self) -> MaxLen<Self> {
+    /// more than the rest, as large intersections do, keeps one thread busy while the others have nothing to do. Before each part it
+    /// is looked whether the work was called off.
+    fn finely(self) -> MaxLen<Watched<Self>> {
         let most = self.len().div_ceil(PARTS * rayon::current_num_threads());
-        self.with_max_len(most.max(1))
+        Watched(self).with_max_len(most.max(1))
     }
 }
 
 impl<I: IndexedParallelIterator> Finely for I {}
 
+/// An iterator of which no part is begun any more once the work was called off.
+#[derive(Clone, Debug)]
+pub(crate) struct Watched<I>(I);
+
+impl<I: IndexedParallelIterator> ParallelIterator for Watched<I> {
+    type Item = I::Item;
+
+    fn drive_unindexed<C: UnindexedConsumer<Self::Item>>(self, consumer: C) -> C::Result {
+        bridge(self, consumer)
+    }
+
+    fn opt_len(&self) -> Option<usize> {
+        Some(self.0.len())
+    }
+}
+
+impl<I: IndexedParallelIterator> IndexedParallelIterator for Watched<I> {
+    fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    fn drive<C: Consumer<Self::Item>>(self, consumer: C) -> C::Result {
+        bridge(self, consumer)
+    }
+
+    fn with_producer<CB: ProducerCallback<Self::Item>>(self, callback: CB) -> CB::Output {
+        return self.0.with_producer(Callback(callback));
+
+        struct Callback<CB>(CB);
+
+        impl<T, CB: ProducerCallback<T>> ProducerCallback<T> for Callback<CB> {
+            type Output = CB::Output;
+
+            fn callback<P: Producer<Item = T>>(self, producer: P) -> CB::Output {
+                self.0.callback(Part(producer))
+            }
+        }
+    }
+}
+
+/// A part of the work.
+struct Part<P>(P);
+
+impl<P: Producer> Producer for Part<P> {
+    type Item = P::Item;
+    type IntoIter = P::IntoIter;
+
+    fn into_iter(self) -> Self::IntoIter {
+        cancel::look();
+        self.0.into_iter()
+    }
+
+    fn min_len(&self) -> usize {
+        self.0.min_len()
+    }
+
+    fn max_len(&self) -> usize {
+        self.0.max_len()
+    }
+
+    fn split_at(self, index: usize) -> (Self, Self) {
+        let (left, right) = self.0.split_at(index);
+        (Self(left), Self(right))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rayon::prelude::*;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     #[test]

@@ -67,7 +67,7 @@ fn sources() -> Vec<(String, String)> {
 fn across_floors(imports: &[Import], allowed: &BTreeMap<String, BTreeSet<String>>) -> Vec<String> {
     let mut faults = Vec::new();
     for import in imports {
-        let [Some(from), Some(to)] = [import.from.first(), import.to.first()] else { continue };
+        let [Some(from), Some(to)] = [import.from.first(), import.named.first()] else { continue };
         match allowed.get(from) {
             _ if from == to || from == "cli" => {}
             Some(may) if may.contains(to) => {}
@@ -88,7 +88,7 @@ fn up_the_rooms(imports: &[Import], rooms: &[String]) -> Vec<String> {
     for import in imports {
         let [Some(from), Some(to)] = [room(&import.from), room(&import.to)] else { continue };
         match [place(&from), place(&to)] {
-            [Some(from), Some(to)] if from >= to => {}
+            [Some(own), Some(other)] if own >= other => {}
             [Some(_), Some(_)] => faults.push(format!("{}, a later room than {from}", import.told())),
             _ => faults.push(format!("{}: no row of docs/architecture.md for one of them", import.told())),
         }
@@ -227,7 +227,7 @@ fn planted_faults_are_named() {
     ] {
         assert_eq!(
             up(&format!("\n{own}\n")),
-            ["src/builder/b/own.rs:2 imports builder::c, a later room than 1"],
+            ["src/builder/b/own.rs:2 imports builder::c, a later room than b"],
             "{own}"
         );
     }

@@ -1,22 +1,16 @@
 //! `check`: a map in, findings and a verdict out.
 
-use std::fs;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use crate::diagnostic::{Diagnostic, Severity};
-use crate::lanelet::index::{MapIndex, Thresholds};
-use crate::projection::LonLat;
+use crate::api::{Checked, Loaded, read_baseline};
+use crate::diagnostic::Severity;
 use crate::report::failure::Failure;
-use crate::report::{Report, Sources, Totals};
-use crate::rules::Config;
-use crate::triage::{Baseline, Sorted};
-use crate::{report, rules, triage};
+use crate::report::{self, Report, Totals};
 
 use super::check_args::{CheckArgs, FormatArg};
-use super::load::Loaded;
-use super::screen::Progress;
-use super::{CLEAN, files, fix, page, screen, tier4, watch};
+use super::screen::{self, Progress};
+use super::{CLEAN, fix, page, tier4, watch};
 
 /// Checks the map and prints what was found, once or until somebody ends it.
 pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
@@ -35,22 +29,20 @@ pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
 /// Checks the map and prints what was found.
 pub fn once(args: &CheckArgs) -> Result<u8, Failure> {
     let progress = Progress::start("reading");
-    let loaded = Loaded::read(&args.map, &args.config)?;
-    let baseline = args.baseline.as_deref().map(read_baseline).transpose()?;
+    let loaded = Loaded::read(args.map.as_path(), &args.config.configuration())?;
+    let baseline = args.baseline.as_deref().map(|file| read_baseline(&file.into())).transpose()?;
     progress.next("checking");
-    let index = MapIndex::new(&loaded.map, &loaded.faults, &loaded.settings, Thresholds::default());
-    let mut config = Config::from(&loaded.settings);
-    config.peer_parameters = args.parameters.as_deref().map(tier4::parameters).transpose()?;
-    let found = run_rules(&index, &config)?;
-    let sorted = triage::sort(found, &loaded.settings, &loaded.osm, &loaded.map, baseline.as_ref());
+    let peer_parameters = args.parameters.as_deref().map(tier4::parameters).transpose()?;
+    let checked = Checked::judge(loaded, peer_parameters, baseline.as_ref())?;
     drop(progress);
     if let Some(file) = &args.write_baseline {
-        return write_baseline(file, &loaded, &sorted);
+        return write_baseline(file, &checked);
     }
+    let sorted = &checked.sorted;
     if args.format == FormatArg::Tier4 {
-        return tier4::print(args, &loaded, &sorted);
+        return tier4::print(args, &checked.loaded, sorted);
     }
-    print(args, &loaded, &sorted)?;
+    print(args, &checked)?;
     let warnings = sorted.left.iter().filter(|one| one.severity == Severity::Warning).count();
     if let Some(most) = args.max_warnings.filter(|&most| warnings > most) {
         screen::complain(&format!("{warnings} warnings; --max-warnings allows {most}\n"));
@@ -59,41 +51,11 @@ pub fn once(args: &CheckArgs) -> Result<u8, Failure> {
     Ok(report::exit_code(&sorted.left, args.fail_on.into()))
 }
 
-/// What the loader and the rules say about a map.
-pub fn judge(loaded: &Loaded) -> Result<Vec<Diagnostic>, Failure> {
-    let index = MapIndex::new(&loaded.map, &loaded.faults, &loaded.settings, Thresholds::default());
-    run_rules(&index, &Config::from(&loaded.settings))
-}
-
-fn run_rules(index: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, Failure> {
-    rules::run(index, config).map_err(|error| Failure::new(error.to_string()))
-}
-
-fn print(args: &CheckArgs, loaded: &Loaded, sorted: &Sorted) -> Result<(), Failure> {
-    with_report(loaded, sorted, |report| {
+fn print(args: &CheckArgs, checked: &Checked) -> Result<(), Failure> {
+    checked.with_report(|report| {
         let report = Report { cap: (args.max_per_code > 0).then_some(args.max_per_code), ..*report };
         let report = Report { fail_on: args.fail_on.into(), ..report };
         shown(args, &report)
-    })
-}
-
-/// What a run found, with all that shows it.
-pub fn with_report<T>(loaded: &Loaded, sorted: &Sorted, show: impl FnOnce(&Report<'_>) -> T) -> T {
-    let sources = Sources::new(loaded.osm.sources.iter().map(|s| (s.name.as_str(), s.text.as_str())));
-    let mut requirements = rules::selected(&Config::from(&loaded.settings));
-    if sorted.suppressed + sorted.known > 0 || sorted.left.iter().any(|one| one.code.starts_with("triage/")) {
-        requirements.extend(triage::requirement().ok());
-    }
-    let to_globe =
-        |points: &[_]| -> Option<Vec<LonLat>> { loaded.projector.inverse_each(points, |_| 0.0).into_iter().collect() };
-    let root = repository();
-    show(&Report {
-        requirements: &requirements,
-        suppressed: sorted.suppressed,
-        known: sorted.known,
-        unproject: Some(&to_globe),
-        root: root.as_deref(),
-        ..Report::new(&sorted.left, &sources, &loaded.map)
     })
 }
 
@@ -132,31 +94,9 @@ fn people(args: &CheckArgs, report: &Report<'_>, out: &mut dyn Write) -> std::io
     if left_out.is_empty() { Ok(()) } else { writeln!(out, "left out: {}", left_out.join(", ")) }
 }
 
-fn read_baseline(file: &Path) -> Result<Baseline, Failure> {
-    let name = file.display();
-    let text = fs::read_to_string(file).map_err(|error| {
-        Failure::new(format!("cannot read the baseline {name}: {error}")).help("--write-baseline FILE makes one")
-    })?;
-    Baseline::parse(&text)
-        .map_err(|error| Failure::new(format!("{name}: {error}")).help("--write-baseline FILE writes it anew"))
-}
-
-fn write_baseline(file: &Path, loaded: &Loaded, sorted: &Sorted) -> Result<u8, Failure> {
-    // What triage says is about suppressions; they are mended, not remembered.
-    let found: Vec<Diagnostic> = sorted.left.iter().filter(|one| !one.code.starts_with("triage/")).cloned().collect();
-    let baseline = Baseline::of(&found);
-    let mut text = Vec::new();
-    let failed = |what: String| Failure::new(format!("cannot write the baseline {}: {what}", file.display()));
-    baseline.write(&mut text).map_err(|error| failed(error.to_string()))?;
-    files::write(file, &text)?;
-    let map = loaded.osm.sources.first().map_or("", |source| &source.name);
-    screen::print(&format!("{}: {} findings of {map} written\n", file.display(), baseline.len()))?;
+fn write_baseline(file: &Path, checked: &Checked) -> Result<u8, Failure> {
+    checked.write_baseline(file)?;
+    let map = checked.loaded.osm.sources.first().map_or("", |source| &source.name);
+    screen::print(&format!("{}: {} findings of {map} written\n", file.display(), checked.baseline().len()))?;
     Ok(CLEAN)
-}
-
-/// The root of the repository that we run in; without one, the directory itself.
-fn repository() -> Option<PathBuf> {
-    let here = std::env::current_dir().ok()?;
-    let root = here.ancestors().find(|directory| directory.join(".git").exists());
-    Some(root.unwrap_or(&here).to_path_buf())
 }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::api::{ConfigSource, Configuration};
 use crate::report::FailOn;
 use crate::settings::Profile;
 use clap::{Args, ValueEnum};
@@ -78,6 +79,19 @@ pub struct ConfigArgs {
     /// Read no lanewright.toml
     #[arg(long)]
     pub isolated: bool,
+}
+
+impl ConfigArgs {
+    /// As the library wants them.
+    pub fn configuration(&self) -> Configuration {
+        Configuration {
+            profile: self.profile.map(Into::into),
+            select: self.select.clone(),
+            ignore: self.ignore.clone(),
+            sources: self.config.iter().map(|argument| ConfigSource::guess("--config", argument)).collect(),
+            isolated: self.isolated,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -11,9 +11,9 @@ use crate::report::draw::sketch::{Mark, beside};
 use crate::report::draw::{self, Focus, Options, bounding_box};
 use crate::report::failure::Failure;
 
-use super::load::Loaded;
 use super::screen::{self, Progress};
 use super::{CLEAN, DrawArgs, StageArg, StreetArgs, input, stage};
+use crate::api::Loaded;
 
 /// Outlines that lie apart by no more than this, metres, have not changed.
 const SAME: f64 = 0.05;
@@ -84,7 +84,7 @@ fn read(path: &Path, progress: &Progress) -> Result<Version, Failure> {
     };
     Ok(match is_map {
         true => Version::Map(Box::new(Loaded::read(path, &Default::default())?)),
-        false => Version::Streets(Box::new(input::streets(path, &StreetArgs::default(), progress)?)),
+        false => Version::Streets(Box::new(input::streets(path, &StreetArgs::default(), progress)?.plan)),
     })
 }
 

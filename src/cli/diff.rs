@@ -10,9 +10,10 @@ use crate::report::failure::Failure;
 use crate::report::html::{Page, html};
 use crate::report::{FailOn, Report, Sources, diff};
 
-use super::load::open_failure;
-use super::screen::Progress;
-use super::{CLEAN, DiffArgs, DiffFormat, files, screen};
+use super::screen::{self, Progress};
+use super::{CLEAN, DiffArgs, DiffFormat};
+use crate::api::files;
+use crate::api::load::open_failure;
 
 /// Exit code where the maps differ, as diff(1) has it.
 const DIFFERENT: u8 = 1;

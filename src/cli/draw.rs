@@ -9,9 +9,11 @@ use crate::report::draw;
 use crate::report::draw::{DrawError, Focus, Options};
 use crate::report::failure::Failure;
 
-use super::load::Loaded;
-use super::screen::Progress;
-use super::{CLEAN, DrawArgs, check, compare, files, screen, stage};
+use super::screen::{self, Progress};
+use super::{CLEAN, DrawArgs, compare, stage};
+use crate::api::files;
+use crate::api::{Loaded, judged};
+use crate::rules::Config;
 
 /// Draws the map into a file.
 pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
@@ -37,7 +39,7 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
     progress.next("checking");
     // Strokes have no place for findings; `check --format geojson` has.
     let unfound = args.no_findings || as_what == Format::GeoJson;
-    let found = if unfound { Vec::new() } else { check::judge(&loaded)? };
+    let found = if unfound { Vec::new() } else { judged(&loaded, &Config::from(&loaded.settings))? };
     progress.next("drawing");
     let options =
         Options { focus: focus(args, &loaded)?, scale: args.scale, ids: args.ids, title: map.display().to_string() };

@@ -6,8 +6,9 @@ use crate::fix::canonical;
 use crate::lanelet::open;
 use crate::report::failure::Failure;
 
-use super::load::open_failure;
-use super::{CLEAN, FmtArgs, files, screen};
+use super::{CLEAN, FmtArgs, screen};
+use crate::api::files;
+use crate::api::load::open_failure;
 
 /// Exit code of `--check` where a file would change.
 const WOULD_CHANGE: u8 = 1;

@@ -7,9 +7,10 @@ use crate::report::draw;
 use crate::report::draw::sketch::around;
 use crate::report::failure::Failure;
 
+use super::DrawArgs;
 use super::screen::Progress;
 use super::stage::{self, Pictures};
-use super::{DrawArgs, files};
+use crate::api::files;
 
 /// Look of the page.
 const STYLE: &str = "body{font:15px system-ui,sans-serif;margin:1.5em;background:#f6f6f3;color:#1d2024}\

@@ -1,49 +1,27 @@
 //! `geometry`: streets in, GeoJSON out.
 
-use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::builder::geojson::WriteError;
-use crate::builder::{Plan, geojson};
+use crate::builder::Plan;
 use crate::report::failure::Failure;
 
 use super::screen::{self, Progress};
-use super::{CLEAN, GeometryArgs, files, input};
+use super::{CLEAN, GeometryArgs, input};
 
 /// Lays out the streets of each input and writes them.
 pub fn run(args: &GeometryArgs) -> Result<u8, Failure> {
     let outputs = outputs(args)?;
     for (input, output) in args.inputs.iter().zip(&outputs) {
         let progress = Progress::start("reading");
-        let plan = input::streets(input, &args.streets, &progress)?;
+        let layout = input::streets(input, &args.streets, &progress)?;
         progress.next("writing");
-        write(input, output, &plan)?;
+        layout.write_to(output)?;
         drop(progress);
-        screen::print(&summary(args, output, &plan))?;
+        screen::print(&summary(args, output, &layout.plan))?;
         // Its memory is given back beside what follows; where nothing does, the process need not wait for it.
-        rayon::spawn(move || drop(plan));
+        rayon::spawn(move || drop(layout));
     }
     Ok(CLEAN)
-}
-
-/// Writes the streets of an input.
-fn write(input: &Path, output: &Path, plan: &Plan) -> Result<(), Failure> {
-    let Plan { streets, projector, .. } = plan;
-    let mut unwritten = None;
-    let done =
-        files::write_by(output, |file| match geojson::write(&streets.network, &streets.outlines, projector, file) {
-            Err(WriteError::Output(error)) => Err(error),
-            Err(error) => {
-                let told = io::Error::other(error.to_string());
-                unwritten = Some(error);
-                Err(told)
-            }
-            Ok(()) => Ok(()),
-        });
-    match unwritten {
-        Some(error) => Err(Failure::new(format!("{}: {error}", input.display()))),
-        None => done,
-    }
 }
 
 /// Where each input goes: the file that the user names, or one of its name in a directory.

@@ -6,7 +6,8 @@ use crate::report::failure::Failure;
 use clap::CommandFactory;
 use clap_complete::Shell;
 
-use super::{CLEAN, Cli, files, screen};
+use super::{CLEAN, Cli, screen};
+use crate::api::files;
 
 /// Prints the completions of one shell.
 pub fn completions(shell: Shell) -> Result<u8, Failure> {

@@ -10,7 +10,7 @@ use crate::requirement::Requirement;
 use crate::rules;
 
 use super::check_args::CheckArgs;
-use super::files;
+use crate::api::files;
 
 /// Writes the page, and compares it with an earlier one where the user named one.
 pub fn write(file: &Path, args: &CheckArgs, report: &Report<'_>) -> Result<(), Failure> {

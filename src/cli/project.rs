@@ -9,9 +9,10 @@ use crate::lanelet::{INFO, ProjectorFrom, open, twice};
 use crate::projection::{Extent, LonLat, MgrsGrid, Projector, VerticalDatum, infer, residual, write_info};
 use crate::report::failure::Failure;
 
-use super::load::open_failure;
-use super::screen::Progress;
-use super::{CLEAN, ConvertArgs, ProjectorArg, files, screen};
+use super::screen::{self, Progress};
+use super::{CLEAN, ConvertArgs, ProjectorArg};
+use crate::api::files;
+use crate::api::load::open_failure;
 
 /// Exit code where what stands beside the map does not explain it.
 const UNEXPLAINED: u8 = 1;

@@ -16,14 +16,15 @@ use crate::report::draw::sketch::{Mark, Sketch, around};
 use crate::report::draw::{DrawError, Focus, Options, View};
 use crate::report::failure::Failure;
 
-use super::screen::Progress;
-use super::{CLEAN, DrawArgs, StageArg, StreetArgs, files, input, screen};
+use super::screen::{self, Progress};
+use super::{CLEAN, DrawArgs, StageArg, StreetArgs, input};
+use crate::api::files;
 
 /// Draws the stages that are asked for: one picture, or one of each intersection.
 pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
     let progress = Progress::start("reading");
     let input = args.map.as_deref().unwrap_or_else(|| "".as_ref());
-    let plan = input::streets(input, &StreetArgs::default(), &progress)?;
+    let plan = input::streets(input, &StreetArgs::default(), &progress)?.plan;
     progress.next("drawing");
     if args.each {
         let count = super::gallery::write(args, &plan, &progress)?;

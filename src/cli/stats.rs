@@ -6,15 +6,14 @@ use crate::lanelet::index::{MapIndex, Thresholds};
 use crate::report::failure::Failure;
 use crate::report::stats::Stats;
 
-use super::check_args::ConfigArgs;
-use super::load::Loaded;
-use super::screen::Progress;
-use super::{CLEAN, StatsArgs, StatsFormat, screen};
+use super::screen::{self, Progress};
+use super::{CLEAN, StatsArgs, StatsFormat};
+use crate::api::{Configuration, Loaded};
 
 /// Measures the map and prints the numbers.
 pub fn run(args: &StatsArgs) -> Result<u8, Failure> {
     let progress = Progress::start("reading");
-    let loaded = Loaded::read(&args.map, &ConfigArgs::default())?;
+    let loaded = Loaded::read(args.map.as_path(), &Configuration::default())?;
     progress.next("measuring");
     let index = MapIndex::new(&loaded.map, &loaded.faults, &loaded.settings, Thresholds::default());
     let stats = Stats::of(&index);

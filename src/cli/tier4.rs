@@ -13,8 +13,8 @@ use crate::settings::Profile;
 use crate::triage::Sorted;
 
 use super::check_args::{CheckArgs, FormatArg};
-use super::load::Loaded;
 use super::screen;
+use crate::api::Loaded;
 
 use saphyr::{LoadableYamlNode, Yaml};
 

@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use std::thread::sleep;
 use std::time::{Duration, SystemTime};
 
+use crate::api::{above, load};
 use crate::lanelet;
 use crate::report::failure::Failure;
 
 use super::check_args::CheckArgs;
-use super::{check, config, load, screen};
+use super::{check, screen};
 
 /// How often the files are looked at. Asking costs little, and every file system can answer.
 const PAUSE: Duration = Duration::from_millis(250);
@@ -35,7 +36,7 @@ impl Watched {
         let home = load::home(&self.map);
         let mut files = lanelet::files_of(&self.map).unwrap_or_default();
         files.push(home.join(lanelet::INFO));
-        files.extend(config::above(home));
+        files.extend(above(home));
         files.extend(self.more.iter().cloned());
         let stamp = |file: &PathBuf| {
             let about = std::fs::metadata(file).ok()?;

@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 
 use rustc_hash::FxHashSet;
 
+use crate::cancel;
 use crate::diagnostic::{Diagnostic, Fix, Severity, Subject};
 use crate::osm::{OsmData, ReadError, Source, read_bytes};
 pub use canonical::canonical;
@@ -66,6 +67,7 @@ pub fn mend<E>(
     // What was tried once is not tried again, whatever came of it: two fixes cannot undo each other for ever.
     let mut tried: FxHashSet<Mend> = FxHashSet::default();
     loop {
+        cancel::look();
         let open: Vec<(Mend, Fix)> = state
             .left
             .iter()

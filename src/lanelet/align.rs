@@ -1,6 +1,7 @@
 //! Which way round a lanelet uses its bounds, as Lanelet2's `geometry::align` decides it on loading.
 
 use crate::geometry::{Point, cross};
+use crate::lanelet::index::view::Spot;
 
 /// Whether the left and the right bound (points in file order) are turned around on loading.
 ///
@@ -12,6 +13,62 @@ pub fn align(left: &[Point], right: &[Point]) -> (bool, bool) {
     let Some(left_middle) = middle(left, left_inverted) else { return (false, false) };
     let right_inverted = right.len() > 1 && side(right, left_middle) <= 0.0;
     (left_inverted, right_inverted)
+}
+
+/// As [`align`] of bounds in space, which is how the loader has them: heights decide what lies nearest, and where bounds
+/// lie above each other in the plane they are all that there is.
+pub fn align_in_space(left: &[Spot], right: &[Spot]) -> (bool, bool) {
+    if left.is_empty() || right.is_empty() || (left.len() == 1 && right.len() == 1) {
+        return (false, false);
+    }
+    let mut left = left.to_vec();
+    let left_inverted = left.len() > 1 && side_in_space(&left, middle_in_space(right)) >= 0.0;
+    if left_inverted {
+        left.reverse();
+    }
+    let right_inverted = right.len() > 1 && side_in_space(right, middle_in_space(&left)) <= 0.0;
+    (left_inverted, right_inverted)
+}
+
+fn middle_in_space(line: &[Spot]) -> Spot {
+    match line {
+        [first, .., last] if line.len() == 2 => nalgebra::center(first, last),
+        _ => line.get(line.len() / 2).or(line.first()).copied().unwrap_or_default(),
+    }
+}
+
+/// Distance in space, signed by the side in the plane on which `p` lies of the nearest segment.
+fn side_in_space(line: &[Spot], p: Spot) -> f64 {
+    let mut nearest: Option<(usize, f64, Spot)> = None;
+    for (at, pair) in line.windows(2).enumerate() {
+        let (along, to) = (pair[1] - pair[0], p - pair[0]);
+        let (part, whole) = (to.dot(&along), along.norm_squared());
+        let foot = match part {
+            _ if part <= 0.0 => pair[0],
+            _ if whole <= part => pair[1],
+            _ => pair[0] + along * (part / whole),
+        };
+        let found = (foot - p).norm();
+        if nearest.is_none_or(|(_, best, _)| found < best) {
+            nearest = Some((at, found, foot));
+        }
+        if found == 0.0 {
+            break;
+        }
+    }
+    let Some((at, distance, foot)) = nearest else { return 0.0 };
+    let is_left = |a: Spot, b: Spot, p: Spot| cross((b - a).xy(), (p - a).xy()) > 0.0;
+    let (a, b) = (line[at], line[at + 1]);
+    let mut left = is_left(a, b, p);
+    // At a corner the next segment has its say.
+    if b == foot
+        && let Some(&next) = line.iter().position(|spot| *spot == b).and_then(|found| line.get(found + 1))
+        && left != is_left(b, next, p)
+        && left == is_left(a, b, next)
+    {
+        left = !left;
+    }
+    if left { distance } else { -distance }
 }
 
 /// Whether two bounds, each in the direction it is used in, run against one another: `align` was led astray, and the

@@ -38,6 +38,7 @@ pub fn from_osm(osm: &OsmData, projector: &Projector) -> Loaded {
     let local = *projector == Projector::Local;
     let mut loader = Loader { osm, loaded: Loaded::default(), repeated, repeats, local };
     loader.loaded.map.format_version = osm.meta.as_ref().and_then(|m| m.format_version.clone());
+    loader.loaded.map.local = local;
     loader.nodes(projector);
     loader.ways();
     loader.relations();

@@ -13,6 +13,7 @@ mod limits;
 pub mod locate;
 pub mod number;
 mod open;
+pub mod placed;
 mod point;
 mod projector_info;
 pub mod referrers;
@@ -24,7 +25,9 @@ pub use attributes::{Attributes, RoadType, TurnDirection};
 pub use fault::{BoundRole, Condition, InfoFault, LoadFault, Repeat};
 pub use from_osm::{Loaded, SUPPORTED_FORMAT_VERSION, from_osm};
 pub use limits::{RoleLimit, TargetKind, known_subtypes, role_limits};
-pub use open::{OpenError, Opened, ProjectorFrom, files_of, is_lanelet2, is_navigation_osm, open, projector_for};
+pub use open::{
+    OpenError, Opened, ProjectorFrom, files_of, is_lanelet2, is_navigation_osm, open, open_bytes, projector_for,
+};
 pub use point::Point;
 pub use projector_info::{INFO, ProjectorInfo, twice};
 pub use shelf::Shelved;
@@ -202,6 +205,8 @@ impl RegulatoryElement {
 pub struct LaneletMap {
     /// `format_version` of `MetaInfo`, as written.
     pub format_version: Option<Text>,
+    /// Whether its points lie where `local_x` and `local_y` say, whatever their latitudes and longitudes are.
+    pub local: bool,
     /// Points by id.
     pub points: Shelf<Point>,
     /// Linestrings by id.
@@ -284,6 +289,7 @@ impl LaneletMap {
     pub fn split_off(&mut self, [points, linestrings, polygons, lanelets, regulatory_elements]: [usize; 5]) -> Self {
         Self {
             format_version: None,
+            local: self.local,
             points: self.points.split_off(points),
             linestrings: self.linestrings.split_off(linestrings),
             polygons: self.polygons.split_off(polygons),

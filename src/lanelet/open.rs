@@ -3,7 +3,7 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use crate::osm::{OsmData, ReadError, read_files};
+use crate::osm::{OsmData, ReadError, read_bytes, read_files};
 use crate::projection::{LonLat, MgrsGrid, Projector};
 
 use super::{Loaded, ProjectorInfo, from_osm};
@@ -105,6 +105,30 @@ pub fn open(path: &Path, projector: Option<Projector>) -> Result<Opened, OpenErr
         None => found.info()?,
     };
     let osm = read_files(&found.files)?;
+    opened(path, osm, found.files, info, projector)
+}
+
+/// Reads and loads a map of one file from its content; `info` stands beside it, `projector` goes above it. Messages call
+/// the file by `name`.
+pub fn open_bytes(
+    name: &str,
+    bytes: Vec<u8>,
+    info: ProjectorInfo,
+    projector: Option<Projector>,
+) -> Result<Opened, OpenError> {
+    let info = if projector.is_some() { ProjectorInfo::overruled() } else { info };
+    let mut osm = OsmData::default();
+    read_bytes(&mut osm, name, bytes)?;
+    opened(Path::new(name), osm, Vec::new(), info, projector)
+}
+
+fn opened(
+    path: &Path,
+    osm: OsmData,
+    files: Vec<PathBuf>,
+    info: ProjectorInfo,
+    projector: Option<Projector>,
+) -> Result<Opened, OpenError> {
     if !is_lanelet2(&osm) {
         let path = path.to_path_buf();
         return Err(if is_navigation_osm(&osm) {
@@ -121,7 +145,7 @@ pub fn open(path: &Path, projector: Option<Projector>) -> Result<Opened, OpenErr
     };
     let mut loaded = from_osm(&osm, &projector);
     info.judge(&osm, &projector, &mut loaded.faults);
-    Ok(Opened { osm, files: found.files, projector, projector_from, info, loaded })
+    Ok(Opened { osm, files, projector, projector_from, info, loaded })
 }
 
 /// The projector of a map that does not name one. Autoware then takes MGRS; a map whose nodes have no longitude and

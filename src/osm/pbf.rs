@@ -9,6 +9,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use osmpbf::{Blob, BlobDecode, BlobReader, Element, HeaderBBox, PrimitiveBlock, RelMemberType};
 use rayon::prelude::*;
 
+use crate::cancel;
 use crate::diagnostic::SourceSpan;
 use crate::parallel::Finely;
 use crate::projection::{Extent, LonLat};
@@ -40,7 +41,10 @@ pub fn read(data: &mut OsmData, name: &str, bytes: &[u8]) -> Result<(), ReadErro
     let guarded = |blob: &Blob| catch_unwind(AssertUnwindSafe(|| decode(blob)));
     let parts: Vec<_> = blobs.par_iter().finely().map(guarded).collect();
     for part in parts {
-        let part = part.map_err(|_| damaged("a block holds values that no program writes".to_owned()))?;
+        let part = part.map_err(|payload| {
+            cancel::pass_on(payload);
+            damaged("a block holds values that no program writes".to_owned())
+        })?;
         let part = part.map_err(|error| damaged(error.to_string()))?;
         if let Some(message) = part.too_long {
             return Err(damaged(message));

@@ -1,6 +1,7 @@
 //! Reads OpenStreetMap XML, plain or gzip, with the byte position of every element: small files in one pass over a
 //! slice, large ones in parts that all threads read at the same time.
 
+use crate::cancel;
 use crate::diagnostic::SourceSpan;
 use crate::projection::{Extent, LonLat};
 
@@ -21,6 +22,9 @@ use quick_xml::reader::Reader;
 
 /// Bytes that a packed file may hold: a country of XML. A small file can be packed so that it fills any memory.
 const MOST_UNPACKED: u64 = 8 << 30;
+
+/// After so many bytes it is looked whether the reading was called off.
+const LOOK: usize = 1 << 20;
 
 /// Reads one file.
 pub fn read_file(path: &Path) -> Result<OsmData, ReadError> {
@@ -145,8 +149,13 @@ impl Parser<'_> {
         // The end of an element that was open before is seen to below.
         reader.config_mut().allow_unmatched_ends = depth > 0;
         let mut open: Option<Open> = None;
+        let mut looked = 0;
         loop {
             let start = range.start + reader.buffer_position() as usize;
+            if start > looked + LOOK {
+                cancel::look();
+                looked = start;
+            }
             let event = match reader.read_event() {
                 Ok(event) => event,
                 Err(error) => {

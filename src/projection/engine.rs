@@ -165,3 +165,42 @@ fn on_border(place: &LonLat) -> bool {
     let beside = |degrees: f64| degrees - (degrees + 0.5) as i64 as f64;
     [place.lon, place.lat].iter().any(|degrees| beside(degrees.abs()).abs() < NEAR)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// FNV-1a over the bits of numbers.
+    fn hashed(hash: u64, number: f64) -> u64 {
+        let step = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        number.to_bits().to_le_bytes().into_iter().fold(hash, step)
+    }
+
+    /// The same number came from PROJ 9.1.1 of Debian 12 (GCC) and from PROJ 9.6.2 as it is built from source into wheels and
+    /// archives (Clang). So a map does not depend on which of them made it.
+    #[cfg(all(target_os = "linux", target_env = "gnu", target_arch = "x86_64"))]
+    #[test]
+    fn every_proj_computes_the_same_bits() {
+        const EXPECTED: u64 = 0x2013_7e38_9e47_fc9d;
+        let mut hash = 0x1465_0fb0_739d_0383_u64;
+        for zone in 1..=60_u8 {
+            let middle = -183.0 + 6.0 * f64::from(zone);
+            let origin = LonLat { lon: middle + 0.123, lat: 0.0 };
+            for frame in [Frame::Utm { zone }, Frame::Mercator { origin, scale_factor: 0.9996 }] {
+                let spread = |i: u32, prime: u32, most: u32| f64::from(i.wrapping_mul(prime) % most) / f64::from(most);
+                let places: Vec<LonLat> = (0..2000)
+                    .map(|i| LonLat {
+                        lon: middle + (spread(i, 7919, 2003) - 0.5) * 7.0,
+                        lat: spread(i, 104_729, 1999) * 164.0 - 80.0,
+                    })
+                    .collect();
+                let points: Vec<Point> = frame.forward(&places).into_iter().map(Option::unwrap).collect();
+                let back: Vec<LonLat> = frame.inverse_by_proj(&points).into_iter().map(Option::unwrap).collect();
+                for (point, place) in points.iter().zip(back) {
+                    hash = [point.x, point.y, place.lon, place.lat].into_iter().fold(hash, hashed);
+                }
+            }
+        }
+        assert_eq!(hash, EXPECTED, "{hash:#x}: this PROJ computes other numbers; its maps differ from those of wheels");
+    }
+}

@@ -4,7 +4,7 @@ use std::fmt;
 
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, SourceCode};
 
-use super::source::SourceFile;
+use super::source::{SourceFile, boundary};
 use super::{Sources, TextStyle};
 use crate::diagnostic::SourceSpan;
 
@@ -13,14 +13,24 @@ use crate::diagnostic::SourceSpan;
 pub struct Failure {
     message: String,
     help: Option<String>,
-    /// Name and text of the file, byte offset of the place.
-    place: Option<(String, String, usize)>,
+    /// The file it is about, where it has no place in it.
+    file: Option<String>,
+    place: Option<Box<Place>>,
+}
+
+/// A place in a file.
+#[derive(Debug)]
+struct Place {
+    name: String,
+    text: String,
+    /// Bytes from the begin of the text.
+    offset: usize,
 }
 
 impl Failure {
     /// A failure with one line that says what is wrong.
     pub fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into(), help: None, place: None }
+        Self { message: message.into(), help: None, file: None, place: None }
     }
 
     /// Adds a way out.
@@ -33,8 +43,46 @@ impl Failure {
     /// Shows the place, a byte offset into the whole text of a file.
     #[must_use]
     pub fn at(mut self, file: &str, text: &str, offset: usize) -> Self {
-        self.place = Some((file.to_owned(), text.to_owned(), offset));
+        self.place = Some(Box::new(Place { name: file.to_owned(), text: text.to_owned(), offset }));
         self
+    }
+
+    /// Names the file that it is about, for whoever asks: the message says it already.
+    #[must_use]
+    pub fn about(mut self, file: impl Into<String>) -> Self {
+        self.file = Some(file.into());
+        self
+    }
+
+    /// With other words for what the program says: where the command line is not what the reader types.
+    #[must_use]
+    pub fn reworded(mut self, words: impl Fn(&str) -> String) -> Self {
+        self.message = words(&self.message);
+        self.help = self.help.as_deref().map(&words);
+        self
+    }
+
+    /// What is wrong, in one line.
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+
+    /// A way out, where one is known.
+    pub fn way_out(&self) -> Option<&str> {
+        self.help.as_deref()
+    }
+
+    /// The file that it is about, where it is about one.
+    pub fn file(&self) -> Option<&str> {
+        self.place.as_ref().map(|place| &place.name).or(self.file.as_ref()).map(String::as_str)
+    }
+
+    /// Line and column of its place in the file, both from 1, the column in characters.
+    pub fn line_and_column(&self) -> Option<(usize, usize)> {
+        let Place { text, offset, .. } = self.place.as_deref()?;
+        let before = &text[..boundary(text, *offset)];
+        let line = before.rsplit('\n').next().unwrap_or_default();
+        Some((before.matches('\n').count() + 1, line.chars().count() + 1))
     }
 
     /// The report, several lines, with a line feed at its end.
@@ -45,12 +93,12 @@ impl Failure {
             .with_width(style.width)
             .with_wrap_lines(false)
             .without_cause_chain();
-        let sources = Sources::new(self.place.iter().map(|(file, text, _)| (file.as_str(), text.as_str())));
-        let offset = self.place.as_ref().map_or(0, |(_, _, offset)| *offset as u64);
+        let sources = Sources::new(self.place.iter().map(|place| (place.name.as_str(), place.text.as_str())));
+        let offset = self.place.as_ref().map_or(0, |place| place.offset as u64);
         let span = SourceSpan { file: 0, start: offset, end: offset };
-        let shown = Shown { failure: self, file: sources.file(&span), span };
+        let seen = Seen { failure: self, file: sources.file(&span), span };
         let mut text = String::new();
-        match handler.render_report(&mut text, &shown) {
+        match handler.render_report(&mut text, &seen) {
             Ok(()) => text,
             Err(fmt::Error) => format!("error: {}\n", self.message),
         }
@@ -67,21 +115,21 @@ impl std::error::Error for Failure {}
 
 /// A failure as miette sees it.
 #[derive(Debug)]
-struct Shown<'a> {
+struct Seen<'a> {
     failure: &'a Failure,
     file: Option<&'a SourceFile<'a>>,
     span: SourceSpan,
 }
 
-impl fmt::Display for Shown<'_> {
+impl fmt::Display for Seen<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.failure.fmt(f)
     }
 }
 
-impl std::error::Error for Shown<'_> {}
+impl std::error::Error for Seen<'_> {}
 
-impl miette::Diagnostic for Shown<'_> {
+impl miette::Diagnostic for Seen<'_> {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
         self.failure.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
     }
@@ -105,6 +153,7 @@ mod tests {
         let text = "<osm>\n  <node id=\"1\"\n</osm>\n";
         let failure = Failure::new("not well-formed XML").help("download it again").at("a.osm", text, 21);
         let report = failure.render(TextStyle::default());
+        assert_eq!((failure.file(), failure.line_and_column()), (Some("a.osm"), Some((3, 1))));
         for part in ["not well-formed XML", "a.osm:3:1", "</osm>", "download it again"] {
             assert!(report.contains(part), "{part} is missing in:\n{report}");
         }

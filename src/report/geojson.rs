@@ -6,10 +6,12 @@ use serde_json::{Value, json};
 
 use crate::diagnostic::{Place, Subject};
 use crate::geometry::Point;
-use crate::lanelet::{Bound, LaneletId, LaneletMap, LineStringId, PointId, PolygonId, RegulatoryElementId, Target};
+use crate::lanelet::{
+    Bound, Lanelet, LaneletId, LaneletMap, LineStringId, PointId, PolygonId, RegulatoryElementId, Target,
+};
 use crate::projection::LonLat;
 
-use super::{Entry, Report, split_code};
+use super::{Entry, Report, Unproject, split_code};
 
 /// Decimals of a degree: a tenth of a millimetre.
 const DECIMALS: i32 = 9;
@@ -24,6 +26,41 @@ pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
         writeln!(out, "{}", if at + 1 < entries.len() { "," } else { "" })?;
     }
     writeln!(out, "]}}")
+}
+
+/// One feature for every finding, in the order of the run: what [`write()`] writes.
+pub fn features(report: &Report<'_>) -> Vec<Value> {
+    let (entries, referrers) = (report.entries(), report.referrers());
+    let of_entry = |entry: &Entry<'_>| feature(report, entry, &referrers.chain(report.map, entry.subject()));
+    entries.iter().map(of_entry).collect()
+}
+
+/// One feature for every lanelet, in the map's order: its outline, with the tags as properties. Points without longitude and
+/// latitude get them by `unproject`.
+pub fn lanelets(map: &LaneletMap, unproject: Unproject<'_>) -> Vec<Value> {
+    let ring = |lanelet: &Lanelet| {
+        let right: Vec<Point> = map.bound_points(lanelet.right).map(|point| point.position).collect();
+        let left = map.bound_points(lanelet.left).map(|point| point.position);
+        unproject(&left.chain(right.into_iter().rev()).collect::<Vec<_>>()).and_then(ring_of)
+    };
+    let of_lanelet = |lanelet: &Lanelet| {
+        let tags = lanelet.attributes.iter().map(|(key, value)| (key.to_string(), json!(value.to_string())));
+        let mut properties = serde_json::Map::from_iter([("id".to_owned(), json!(lanelet.id.0))]);
+        properties.extend(tags);
+        json!({ "type": "Feature", "id": lanelet.id.0, "geometry": ring(lanelet), "properties": properties })
+    };
+    map.lanelets.iter().map(of_lanelet).collect()
+}
+
+/// A place in the plane as GeoJSON geometry; `null` where it is none.
+pub fn place(place: &Place, unproject: Unproject<'_>) -> Value {
+    let found = match place {
+        Place::Unknown => None,
+        Place::Point(point) => unproject(&[*point]).and_then(|places| point_of(&places)),
+        Place::Line(points) => unproject(points).and_then(|places| line_of(&places)),
+        Place::Polygon(ring) => unproject(ring).and_then(ring_of),
+    };
+    found.unwrap_or(Value::Null)
 }
 
 fn feature(report: &Report<'_>, entry: &Entry<'_>, chain: &[Subject]) -> Value {
@@ -68,13 +105,8 @@ fn feature(report: &Report<'_>, entry: &Entry<'_>, chain: &[Subject]) -> Value {
 /// `null` where nothing is known about the place, which RFC 7946 allows.
 fn geometry(report: &Report<'_>, entry: &Entry<'_>) -> Value {
     let diagnostic = entry.diagnostic;
-    let on_globe = |points: &[Point]| report.unproject.and_then(|unproject| unproject(points));
-    let place = match &diagnostic.finding.place {
-        Place::Unknown => None,
-        Place::Point(point) => on_globe(&[*point]).and_then(|places| point_of(&places)),
-        Place::Line(points) => on_globe(points).and_then(|places| line_of(&places)),
-        Place::Polygon(ring) => on_globe(ring).and_then(ring_of),
-    };
+    let place = report.unproject.map(|unproject| place(&diagnostic.finding.place, unproject));
+    let place = place.filter(|geometry| !geometry.is_null());
     let own = || of_subject(report.map, diagnostic.finding.subject);
     let spot = || diagnostic.lonlat.and_then(|at| point_of(&[at]));
     place.or_else(own).or_else(spot).unwrap_or(Value::Null)

@@ -121,10 +121,24 @@ struct Shape {
 /// Writes the report, indented by two spaces.
 pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
     let entries = report.entries();
+    serde_json::to_writer_pretty(&mut *out, &document(report, &entries))?;
+    writeln!(out)
+}
+
+/// The report as a value: what [`write()`] writes.
+///
+/// # Errors
+///
+/// Where JSON has no word for something, which would be a fault of ours.
+pub fn value(report: &Report<'_>) -> serde_json::Result<serde_json::Value> {
+    serde_json::to_value(document(report, &report.entries()))
+}
+
+fn document<'a>(report: &'a Report<'a>, entries: &'a [Entry<'a>]) -> Document<'a> {
     let referrers = report.referrers();
     let mut shown: BTreeMap<&str, usize> = BTreeMap::new();
     let mut findings = Vec::new();
-    for entry in &entries {
+    for entry in entries {
         let count = shown.entry(&entry.diagnostic.code).or_default();
         if report.cap.is_some_and(|cap| *count >= cap) {
             continue;
@@ -133,7 +147,7 @@ pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
         findings.push(finding(entry, referrers.chain(report.map, entry.subject())));
     }
     let totals = Totals::of(report.diagnostics);
-    let document = Document {
+    Document {
         schema_version: SCHEMA_VERSION,
         tool: Tool { name: TOOL, version: VERSION },
         files: report.sources.names().collect(),
@@ -166,9 +180,7 @@ pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
             })
             .collect(),
         findings,
-    };
-    serde_json::to_writer_pretty(&mut *out, &document)?;
-    writeln!(out)
+    }
 }
 
 fn finding<'a>(entry: &'a Entry<'a>, referrers: Vec<Subject>) -> Finding<'a> {

@@ -80,7 +80,7 @@ impl<'a> Sources<'a> {
 }
 
 /// An offset held to a text and to the start of a character.
-fn boundary(text: &str, offset: usize) -> usize {
+pub(super) fn boundary(text: &str, offset: usize) -> usize {
     let mut at = offset.min(text.len());
     while !text.is_char_boundary(at) {
         at -= 1;

@@ -91,6 +91,18 @@ impl Vertex {
         Some(Self { seen: at, inverted: false, start, end, left, right })
     }
 
+    /// Whether two lanelets have a bound in common, or one follows the other, be the first driven backwards.
+    fn touches(&self, other: &Self) -> bool {
+        let turned = self.against();
+        self.left == other.right
+            || self.right == other.left
+            || turned.right == other.left
+            || turned.left == other.right
+            || self.end == other.start
+            || other.end == self.start
+            || turned.end == other.start
+    }
+
     fn against(self) -> Self {
         let turned = |(line, inverted): Side| (line, !inverted);
         let [[a, b], [c, d]] = [self.start, self.end];
@@ -175,29 +187,41 @@ impl<'v, 'm> Graph<'v, 'm> {
         others?.iter().map(|&other| self.vertices[other].seen).find(|&other| other != at)
     }
 
-    /// Whether two lanelets lie beside each other over a common bound, or one follows the other, in whatever direction.
-    pub fn related(&self, x: usize, y: usize) -> bool {
-        let [a, b] = [x, y].map(|at| self.view.lanelets[at].lanelet);
-        let turned = |bound: Bound| Bound { inverted: !bound.inverted, ..bound };
-        let beside = a.left == b.right || a.right == b.left;
-        let opposite = a.left == turned(b.left) || a.right == turned(b.right);
-        beside || opposite || self.follows(x, y) || self.follows(y, x)
+    /// Whether a lane change leads from one lanelet to another or would, were it allowed, or one follows the other: what
+    /// the graph has an edge for. Of several lanelets to which one may change on the same side it keeps one: the
+    /// last of those that `rank` puts in order.
+    pub fn linked_to(&self, x: usize, y: usize, rank: &[usize]) -> bool {
+        let (Some(a), Some(b)) = (self.vertex(x), self.vertex(y)) else { return false };
+        let last = |others: Option<&Vec<usize>>| {
+            let vertex = |&&at: &&usize| (self.vertices[at].inverted, rank[self.vertices[at].seen]);
+            others.into_iter().flatten().filter(|&&at| self.vertices[at].seen != x).max_by_key(vertex).copied()
+        };
+        let beside = |side: Side, others: Option<&Vec<usize>>| {
+            !self.changeable(side) || last(others).is_some_and(|at| self.of[y] == Some(at))
+        };
+        a.end == b.start
+            || b.end == a.start
+            || (a.left == b.right && beside(a.left, self.by_right.get(&a.left)))
+            || (a.right == b.left && beside(a.right, self.by_left.get(&a.right)))
     }
 
-    fn follows(&self, x: usize, y: usize) -> bool {
-        self.directions(x).any(|a| self.directions(y).any(|b| a.end == b.start))
+    fn vertex(&self, at: usize) -> Option<&Vertex> {
+        Some(&self.vertices[self.of[at]?])
     }
 
-    /// The vertices of a lanelet: one for each direction in which it may be passed.
-    fn directions(&self, at: usize) -> impl Iterator<Item = &Vertex> {
-        let first = self.of[at].unwrap_or(self.vertices.len());
-        self.vertices[first..].iter().take(2).filter(move |vertex| vertex.seen == at)
+    fn changeable(&self, (line, _): Side) -> bool {
+        self.view.map.linestrings.get(line).is_some_and(allows_lane_change)
     }
 
-    /// Whether two lanelets conflict: both may be passed, neither lies beside or behind the other, their insides meet.
+    /// Whether two lanelets conflict: both may be passed, they have no bound in common, neither follows the other nor
+    /// starts where the other does, the other way around, and their insides meet.
     pub fn conflict(&self, x: usize, y: usize) -> bool {
+        let (Some(a), Some(b)) = (self.vertex(x), self.vertex(y)) else { return false };
         let lanelets = &self.view.lanelets;
-        x != y && self.passes(x) && self.passes(y) && !self.related(x, y) && lanelets[x].meets(&lanelets[y])
+        // A lanelet that is passed both ways is in conflict as soon as it is one way round.
+        let against = self.vertices.get(self.of[y].map_or(0, |at| at + 1)).filter(|other| other.seen == y);
+        let apart = |b: &Vertex| !a.touches(b);
+        x != y && (apart(b) || against.is_some_and(apart)) && lanelets[x].meets(&lanelets[y])
     }
 
     /// The lanelets that a lanelet conflicts with, in file order.

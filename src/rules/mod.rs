@@ -97,6 +97,7 @@ use rayon::prelude::*;
 pub use config::{Config, ConfigError, vet};
 pub use rule::{NoParams, Rule};
 
+use crate::cancel;
 use crate::diagnostic::{Diagnostic, Finding, Severity};
 use crate::lanelet::index::MapIndex;
 use crate::parallel::Finely;
@@ -240,6 +241,7 @@ pub fn run(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigErr
 }
 
 fn run_row(map: &MapIndex, config: &Config, row: &Row) -> Result<Vec<Diagnostic>, ConfigError> {
+    cancel::look();
     let requirement = &row.requirement;
     let Some(predicate) = row.predicate.filter(|_| config.wants_rule(requirement)) else {
         return Ok(Vec::new());

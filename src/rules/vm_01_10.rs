@@ -68,13 +68,13 @@ fn judge(view: &View, params: &Params, seen: &Seen) -> Vec<Finding> {
 }
 
 /// Distance of a point from an edge, in the plane.
-fn distance(point: &Point, edge: [&Point; 2]) -> f64 {
+pub fn distance(point: &Point, edge: [&Point; 2]) -> f64 {
     let [a, b] = edge.map(|end| end.position);
     Polyline::new([a, b]).map_or((point.position - a).norm(), |line| line.distance(point.position))
 }
 
 /// Distance of a spot from the plane that fits others best.
-fn off_plane(spots: &[Spot], p: Spot) -> Option<f64> {
+pub fn off_plane(spots: &[Spot], p: Spot) -> Option<f64> {
     if !spots.iter().all(|spot| spot.iter().all(|value| value.is_finite())) {
         return None;
     }

@@ -31,6 +31,8 @@ pub struct Import {
     pub from: Module,
     /// The module whose file defines what is imported.
     pub to: Module,
+    /// How it is named there: what is handed on by a module may be taken from it.
+    pub named: Module,
     /// Where.
     pub file: String,
     /// Which line there, from 1 on.
@@ -245,7 +247,7 @@ fn modules(files: &[(String, String)]) -> BTreeMap<Module, Read> {
                 text.lines().skip(i + 1).find_map(|line| line.trim().trim_end_matches(';').rsplit_once("mod "));
             let mut place: Vec<&str> = folder.split('/').filter(|part| !part.is_empty()).collect();
             for part in other.split('/') {
-                if part == ".." { drop(place.pop()) } else { place.push(part) }
+                if part == ".." { place.truncate(place.len().saturating_sub(1)) } else { place.push(part) }
             }
             if let Some((_, name)) = declared {
                 moved.insert(place.join("/"), [by_place(file), vec![name.to_owned()]].concat());
@@ -281,7 +283,13 @@ pub fn imports(files: &[(String, String)]) -> Vec<Import> {
             }
             let to = definer(&modules, path, 16);
             if to != *from {
-                found.push(Import { from: from.clone(), to, file: format!("src/{}", read.file), line: *line });
+                found.push(Import {
+                    from: from.clone(),
+                    to,
+                    named: path.clone(),
+                    file: format!("src/{}", read.file),
+                    line: *line,
+                });
             }
         }
     }
@@ -291,7 +299,9 @@ pub fn imports(files: &[(String, String)]) -> Vec<Import> {
 /// Imports that close a circle, circle by circle.
 pub fn circles(imports: &[Import]) -> Vec<Vec<Import>> {
     let mut next: BTreeMap<&Module, BTreeSet<&Module>> = BTreeMap::new();
-    imports.iter().for_each(|it| drop(next.entry(&it.from).or_default().insert(&it.to)));
+    for import in imports {
+        next.entry(&import.from).or_default().insert(&import.to);
+    }
     let reach = |from: &Module| -> BTreeSet<Module> {
         let (mut seen, mut open) = (BTreeSet::new(), vec![from]);
         while let Some(at) = open.pop() {

@@ -3,19 +3,19 @@
 use std::sync::Arc;
 use std::thread;
 
-use crate::cli::load::Loaded;
 use crate::cli::watch::Watched;
-use crate::cli::{ViewArgs, check, fix, page};
+use crate::cli::{ViewArgs, page};
 use crate::lanelet::from_osm;
 use crate::report::TextStyle;
 use crate::report::failure::Failure;
 use crate::report::html::{Ghost, Page, Served, ghosts, parcel, served};
 use crate::requirement::Requirement;
-use crate::triage::Sorted;
-use crate::{rules, triage};
+use crate::rules;
+use crate::triage;
 
 use super::live::Live;
 use super::server::Desk;
+use crate::api::{CheckOptions, Checked, Loaded, check, mended};
 
 /// The page of a map's report.
 pub struct Reports {
@@ -32,11 +32,11 @@ impl Reports {
     /// Reads and checks the map, and goes on whenever a file changes.
     pub fn start(args: ViewArgs, watched: Watched, live: Arc<Live>) -> Result<Self, Failure> {
         let mut stamps = watched.stamps();
-        let first = Checked::read(&args)?;
+        let first = Judged::read(&args)?;
         let page = served(&page::title(&args.map), &requirements()?);
         live.show(first.parcel(&args, &[])?);
         thread::spawn(move || {
-            let mut checked: Result<Checked, Failure> = Ok(first);
+            let mut checked: Result<Judged, Failure> = Ok(first);
             loop {
                 let told = checked.and_then(|checked| {
                     let ghosts = checked.ghosts(args.r#unsafe)?;
@@ -50,7 +50,7 @@ impl Reports {
                 }
                 watched.wait(stamps);
                 stamps = watched.stamps();
-                checked = Checked::read(&args).and_then(|checked| {
+                checked = Judged::read(&args).and_then(|checked| {
                     live.show(checked.parcel(&args, &[])?);
                     Ok(checked)
                 });
@@ -69,22 +69,17 @@ pub fn requirements() -> Result<Vec<&'static Requirement>, Failure> {
 }
 
 /// A map and what was found in it.
-struct Checked {
-    loaded: Loaded,
-    sorted: Sorted,
-}
+struct Judged(Checked);
 
-impl Checked {
+impl Judged {
     fn read(args: &ViewArgs) -> Result<Self, Failure> {
-        let loaded = Loaded::read(&args.map, &args.config)?;
-        let found = check::judge(&loaded)?;
-        let sorted = triage::sort(found, &loaded.settings, &loaded.osm, &loaded.map, None);
-        Ok(Self { loaded, sorted })
+        let options = CheckOptions { configuration: args.config.configuration(), ..CheckOptions::default() };
+        Ok(Self(check(args.map.as_path(), options)?))
     }
 
     /// What the page fetches.
     fn parcel(&self, args: &ViewArgs, ghosts: &[Ghost]) -> Result<Vec<u8>, Failure> {
-        check::with_report(&self.loaded, &self.sorted, |report| {
+        self.0.with_report(|report| {
             let (title, path, requirements) =
                 (page::title(&args.map), page::only_file(report), page::requirements(report)?);
             let page = Page { title: &title, path: path.as_deref(), requirements: &requirements, ..Page::default() };
@@ -94,12 +89,12 @@ impl Checked {
 
     /// What `fix` would change. The files stay as they are.
     fn ghosts(&self, unsafe_too: bool) -> Result<Vec<Ghost>, Failure> {
-        let Loaded { map, projector, .. } = &self.loaded;
-        let findings = &self.sorted.left;
+        let Loaded { map, projector, .. } = &self.0.loaded;
+        let findings = &self.0.sorted.left;
         if findings.iter().all(|one| one.finding.fix.is_none()) {
             return Ok(Vec::new());
         }
-        let mended = fix::mended_map(&self.loaded, unsafe_too)?;
+        let mended = mended(&self.0.loaded, unsafe_too)?;
         let kept = |i: &usize| {
             let one = &findings[*i];
             let same = |title: &str| {

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use crate::builder::{BuildError, BuildOptions, Built, Plan, build_plan, plan};
 use crate::cli::watch::Watched;
-use crate::cli::{StageArg, StreetArgs, ViewArgs, input, page, stage};
+use crate::cli::{StageArg, StreetArgs, ViewArgs, page, stage};
 use crate::diagnostic::{Diagnostic, Finding, Severity, Subject};
 use crate::geometry::Point;
 use crate::lanelet::index::{MapIndex, Thresholds};
@@ -25,6 +25,7 @@ use super::live::Live;
 use super::map::requirements;
 use super::save;
 use super::server::{Answer, Desk};
+use crate::api::layout::{build_failure, osm_data};
 
 use clap::ValueEnum;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -151,13 +152,13 @@ impl Bench {
             ..StreetArgs::default()
         };
         let title = page::title(&args.map);
-        let (data, options) = input::osm(&args.map, &streets)?;
+        let (data, options) = osm_data(&args.map, &streets.options())?;
         let of_roads: FxHashSet<i64> =
             data.ways.iter().filter(|way| way.tags.has("highway")).flat_map(|way| way.nodes.iter().copied()).collect();
         let places: Vec<LonLat> = of_roads.iter().filter_map(|id| data.node(*id)?.position).collect();
         let Some(extent) = Extent::of(places.iter().copied()) else {
             let error = plan(&data, &options).err().unwrap_or(BuildError::NoPlace);
-            return Err(input::build_failure(error, &title));
+            return Err(build_failure(error, &title));
         };
         let projector = options.projector.unwrap_or_else(|| Projector::for_extent(&extent));
         let middle = args.at.map_or_else(|| median(places), |(lat, lon)| LonLat { lon, lat });
@@ -177,7 +178,7 @@ impl Bench {
         let wishes = question.merges();
         let own = wishes.len();
         options.merges.splice(0..0, wishes);
-        let plan = plan(&data, &options).map_err(|error| input::build_failure(error, &self.title))?;
+        let plan = plan(&data, &options).map_err(|error| build_failure(error, &self.title))?;
         let mut workshop = self.workshop(&plan, &data, own);
         workshop.part = frame.map(|corners| (corners, [data.ways.len(), self.data.ways.len()]));
         let mut built = build_plan(plan);

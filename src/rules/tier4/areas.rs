@@ -74,13 +74,14 @@ fn coverage(seen: &Seen, tag: Option<i64>, area: PolygonId, outline: &[Place]) -
     if !own && !candidate {
         return None;
     }
-    let covered = seen.share(outline) >= COVER;
-    let (number, message) = match (covered, tag) {
+    let share = seen.share(outline);
+    // A lanelet without an area has no share, and neither lies in an area nor outside.
+    let (number, message) = match (share >= COVER, tag) {
         (true, None) => (1, format!("Lanelet {id} lies in intersection_area {area} but is not tagged with it.")),
         (true, Some(other)) if !own => {
             (2, format!("Lanelet {id} lies in intersection_area {area} but is tagged with {other}."))
         }
-        (false, Some(_)) if own => {
+        (false, Some(_)) if own && share < COVER => {
             (3, format!("Lanelet {id} is tagged with intersection_area {area} but does not lie in it."))
         }
         _ => return None,

@@ -1,12 +1,14 @@
 //! Single elements as the existing validator judges them: road markings, the parts of virtual traffic lights (vm-03-14,
 //! 16), and blinkers that overlap (vm-03-02).
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, VecDeque};
 
-use super::{Issue, Params, issue};
+use rustc_hash::FxHashSet;
+
+use super::{Issue, Params, issue, layer};
 use crate::diagnostic::Subject;
 use crate::lanelet::index::view::View;
-use crate::lanelet::{LaneletId, LineString, RegulatoryElement};
+use crate::lanelet::{LaneletId, LineString, Point, RegulatoryElement};
 use crate::rules::graph::{Graph, Rules};
 
 fn element(found: &RegulatoryElement) -> Subject {
@@ -93,19 +95,21 @@ pub fn turn_signal(view: &View, params: &Params) -> Vec<Issue> {
         let own = seen.tag("turn_signal_distance").and_then(|value| value.trim().parse().ok());
         let limit = own.unwrap_or_else(|| params.number("default_turn_signal_distance"));
         let mut found = BTreeSet::new();
-        let mut open = vec![(at, 0.0)];
-        while let Some((here, behind)) = open.pop() {
-            for before in graph.previous(here) {
-                let length = view.lanelets[before].length(view.map);
-                let total = behind + length;
-                if total > limit || length <= 0.0 {
-                    continue;
-                }
-                if view.lanelets[before].tag("turn_direction") == Some(opposite) {
-                    found.insert(view.lanelets[before].id());
-                }
-                open.push((before, total));
+        let before = |here: usize, behind: f64| -> Vec<(usize, f64)> {
+            let previous = graph.previous(here).into_iter();
+            previous.map(|before| (before, behind + view.lanelets[before].length(view.map))).collect()
+        };
+        let mut open = VecDeque::from(before(at, 0.0));
+        // A lanelet counts once, with the length of the way of the fewest lanelets that leads to it.
+        let mut visited = FxHashSet::default();
+        while let Some((here, length)) = open.pop_front() {
+            if length > limit || !visited.insert(here) {
+                continue;
             }
+            if view.lanelets[here].tag("turn_direction") == Some(opposite) {
+                found.insert(view.lanelets[here].id());
+            }
+            open.extend(before(here, length));
         }
         if !found.is_empty() {
             let id = seen.id();
@@ -118,21 +122,33 @@ pub fn turn_signal(view: &View, params: &Params) -> Vec<Issue> {
     issues
 }
 
-/// `local_coordinates_declaration`: once a point has local coordinates, all have both.
+/// `local_coordinates_declaration`: once a point has local coordinates, all have both, but for the first that has any.
 pub fn local_coordinates(view: &View, _: &Params) -> Vec<Issue> {
     let points = || view.map.points.iter();
     if !points().any(|point| point.local().contains(&true)) {
         return Vec::new();
     }
-    let lacking = points().filter_map(|point| {
-        let (number, lacks) = match point.local() {
-            [false, false] => (1, "neither local_x nor local_y"),
-            [true, false] => (2, "local_x but no local_y"),
-            [false, true] => (3, "local_y but no local_x"),
+    if points().all(|point| matches!(point.local(), [true, true] | [false, false])) {
+        return points().filter(|point| point.local() == [false, false]).map(|point| lacks(point, 1)).collect();
+    }
+    let first = layer::first_point(view, |point| point.local().contains(&true)).map(|point| point.id);
+    let lacking = points().filter(|point| Some(point.id) != first).filter_map(|point| {
+        Some(match point.local() {
+            [false, false] => lacks(point, 1),
+            [true, false] => lacks(point, 2),
+            [false, true] => lacks(point, 3),
             [true, true] => return None,
-        };
-        let id = point.id;
-        Some(issue(number, Subject::Point(id.0), format!("Point {id} has {lacks}; others have local coordinates.")))
+        })
     });
     lacking.collect()
+}
+
+fn lacks(point: &Point, number: u16) -> Issue {
+    let what = match number {
+        1 => "neither local_x nor local_y",
+        2 => "local_x but no local_y",
+        _ => "local_y but no local_x",
+    };
+    let id = point.id;
+    issue(number, Subject::Point(id.0), format!("Point {id} has {what}; others have local coordinates."))
 }

@@ -5,8 +5,12 @@
 //! which. What both judge alike is judged by the rule itself.
 
 mod areas;
+mod centerline;
 mod elements;
+mod facing;
 mod lanes;
+mod layer;
+mod neighbours;
 mod right_of_way;
 mod section;
 mod walkway;
@@ -20,6 +24,7 @@ use serde::Deserialize;
 use crate::diagnostic::{Diagnostic, Finding, Severity, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::View;
+use crate::lanelet::placed::placed;
 use crate::parallel::Finely;
 
 use super::{Config, ConfigError, Row};
@@ -56,7 +61,11 @@ const READINGS: &[(&str, Reading)] = &[
     ("mapping.intersection.right_of_way_for_virtual_traffic_lights", right_of_way::for_virtual_traffic_lights),
     ("mapping.intersection.virtual_traffic_light_section_overlap", section::section_overlap),
     ("mapping.intersection.turn_signal_distance_overlap", elements::turn_signal),
+    ("mapping.lane.centerline_geometry", centerline::geometry),
     ("mapping.lane.border_sharing", lanes::border_sharing),
+    ("mapping.lane.lane_change_attribute", neighbours::lane_change),
+    ("mapping.lane.lateral_subtype_connection", neighbours::lateral),
+    ("mapping.traffic_light.correct_facing", facing::facing),
     ("mapping.lane.local_coordinates_declaration", elements::local_coordinates),
     ("mapping.lane.walkway_intersection", walkway::walkways),
 ];
@@ -156,6 +165,10 @@ impl Params {
         value.and_then(|value| value.as_float().or_else(|| Some(value.as_integer()? as f64))).unwrap_or_default()
     }
 
+    fn word(&self, name: &str) -> &str {
+        self.0.get(name).and_then(toml::Value::as_str).unwrap_or_default()
+    }
+
     fn words(&self, name: &str) -> Vec<String> {
         let list = self.0.get(name).and_then(toml::Value::as_array);
         list.into_iter().flatten().filter_map(|value| value.as_str().map(str::to_owned)).collect()
@@ -181,11 +194,28 @@ fn fits(value: &toml::Value, other: &toml::Value) -> bool {
 /// Runs every validator over the map, in parallel, after the rule that says what does not load. The findings come in the
 /// order of the table, within a validator by number, then by subject.
 pub fn run(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigError> {
-    let view = map.view();
     let rows = super::table().map_err(Clone::clone)?;
     let loading = rows.iter().filter(|row| row.requirement.id == "load");
-    let mut found: Vec<Vec<Diagnostic>> =
-        loading.map(|row| super::run_row(map, config, row)).collect::<Result<_, ConfigError>>()?;
+    let loading = loading.map(|row| super::run_row(map, config, row));
+    let mut found = loading.collect::<Result<Vec<_>, ConfigError>>()?.concat();
+    let Some(placed) = placed(map.map) else {
+        found.extend(validate(map, config)?);
+        return Ok(found);
+    };
+    let index = MapIndex::new(&placed, map.faults, map.settings, map.thresholds);
+    found.extend(validate(&index, config)?.into_iter().map(|one| {
+        // What is found is shown where the map has it, not where the validator's loader puts it.
+        let at = crate::lanelet::locate::locate(map.map, one.finding.subject, &one.finding.place);
+        Diagnostic { span: at.span, lonlat: at.lonlat, local: at.local, ..one }
+    }));
+    Ok(found)
+}
+
+/// What the validators find, in the order of the table.
+fn validate(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigError> {
+    let view = map.view();
+    let rows = super::table().map_err(Clone::clone)?;
+    let mut found: Vec<Vec<Diagnostic>> = Vec::new();
     found.par_extend(READINGS.par_iter().finely().map(|&(name, reading)| read(map, view, config, name, reading)));
     let by_rule = rows.par_iter().finely().map(|row| apply(map, config, row));
     found.extend(by_rule.collect::<Result<Vec<_>, _>>()?);

@@ -217,8 +217,8 @@ fn coordinated(case: &Case) -> Vec<Issue> {
         let message = format!("right_of_way {id} lists lanelet {} instead of its lanelet {lanelet}.", own[0]);
         return vec![issue(4, subject, message)];
     }
-    let (real, slivers): (Vec<usize>, Vec<usize>) =
-        case.graph.conflicting(case.at).into_iter().partition(|&other| case.share(other) >= REAL);
+    let (slivers, real): (Vec<usize>, Vec<usize>) =
+        case.graph.conflicting(case.at).into_iter().partition(|&other| case.share(other) < REAL);
     let expected = real.into_iter().map(|other| case.view.lanelets[other].id()).collect();
     let mut issues: Vec<Issue> = slivers.into_iter().map(|other| case.sliver(element, 7, other)).collect();
     issues.extend(case.compare(element, &expected, [5, 6]));

@@ -138,8 +138,7 @@ fn order(view: &View, graph: &Graph, light: &RegulatoryElement) -> Vec<Issue> {
         issues.push(issue(3, start_subject, message));
         return issues;
     }
-    issues
-        .extend(pairs.into_iter().filter_map(|(end, to)| along_way(view, graph, light, [start, stop, end], from, to)));
+    issues.extend(pairs.into_iter().flat_map(|(end, to)| along_way(view, graph, light, [start, stop, end], from, to)));
     issues
 }
 
@@ -151,29 +150,31 @@ fn along_way(
     lines: [&LineString; 3],
     from: usize,
     to: usize,
-) -> Option<Issue> {
+) -> Vec<Issue> {
     let (id, [_, stop, end]) = (light.id, lines);
     let Some(path) = graph.path(from, to) else {
         let message =
             format!("No way leads from the start_line of virtual_traffic_light {id} to its end_line {}.", end.id);
-        return Some(issue(4, about(light), message));
+        return vec![issue(4, about(light), message)];
     };
-    let way = Way::along(view, &path)?;
+    let Some(way) = Way::along(view, &path) else { return Vec::new() };
+    let mut issues = Vec::new();
     if share_inside(&view.places(stop), &way.outline()) < ON_WAY {
         let message =
             format!("ref_line {} of virtual_traffic_light {id} does not lie on the way to {}.", stop.id, end.id);
-        return Some(issue(5, Subject::LineString(stop.id.0), message));
+        issues.push(issue(5, Subject::LineString(stop.id.0), message));
     }
     let stations = lines.map(|line| way.stations(&view.places(line)));
-    let [Some(first), Some(second), Some(third)] = stations else { return None };
+    let [Some(first), Some(second), Some(third)] = stations else { return issues };
     let ordered = (0..2).all(|side| first[side] < second[side] && second[side] < third[side]);
-    (!ordered).then(|| {
+    if !ordered {
         let message = format!(
             "On the way to {} the lines of virtual_traffic_light {id} do not stand in the order start, stop, end.",
             end.id
         );
-        issue(6, about(light), message)
-    })
+        issues.push(issue(6, about(light), message));
+    }
+    issues
 }
 
 /// The bounds of lanelets that follow each other, joined.

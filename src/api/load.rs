@@ -1,22 +1,27 @@
 //! Opens a map with the settings that apply to it.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::lanelet::{
-    LaneletMap, LoadFault, Loaded as FromOsm, OpenError, Opened, ProjectorInfo, from_osm, open, projector_for,
+    INFO, LaneletMap, LoadFault, Loaded as FromOsm, OpenError, Opened, ProjectorInfo, from_osm, open, open_bytes,
+    projector_for,
 };
 use crate::osm::{OsmData, ReadError};
 use crate::projection::{LonLat, Projector};
 use crate::report::failure::Failure;
 use crate::settings::{ProjectorType, Settings};
 
-use super::check_args::ConfigArgs;
-use super::config;
+use super::config::{self, Configuration};
+use super::error::{Error, ErrorKind};
+use super::{InMemory, Input};
 
 /// A map as Autoware would load it, and what is known beyond it.
+#[derive(Debug)]
 pub struct Loaded {
     /// What the files say.
     pub osm: OsmData,
+    /// The files, in reading order; none where the map was read from bytes.
+    pub files: Vec<PathBuf>,
     /// What they mean.
     pub map: LaneletMap,
     /// What the loader stumbles over.
@@ -30,12 +35,28 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Reads a `.osm` file, a directory of them, or a map directory.
-    pub fn read(path: &Path, config: &ConfigArgs) -> Result<Self, Failure> {
-        let settings = config::settings(home(path), config)?;
-        let opened = open(path, projector(&settings)).map_err(open_failure)?;
-        let Opened { osm, projector, info, loaded: FromOsm { map, faults }, .. } = in_squares(opened, &settings);
-        Ok(Self { osm, map, faults, projector, info, settings })
+    /// Reads a `.osm` file, a directory of them, a map directory, or bytes.
+    ///
+    /// # Errors
+    ///
+    /// Where settings or the map cannot be read, and where what is read is no Lanelet2 map.
+    pub fn read(input: impl Into<Input>, said: &Configuration) -> Result<Self, Error> {
+        let (settings, opened) = match input.into() {
+            Input::Path(path) => {
+                let settings = config::settings(home(&path), said).map_err(ErrorKind::Config.of())?;
+                let opened = open(&path, projector(&settings));
+                (settings, opened)
+            }
+            Input::Bytes(InMemory { name, bytes, projector_info, settings }) => {
+                let settings = config::settings_of(settings.as_deref(), said).map_err(ErrorKind::Config.of())?;
+                let info = projector_info.as_deref().map(|text| ProjectorInfo::of(Path::new(INFO), text));
+                let opened = open_bytes(&name, bytes, info.unwrap_or_default(), projector(&settings));
+                (settings, opened)
+            }
+        };
+        let opened = opened.map_err(|error| ErrorKind::Read.error(open_failure(error)))?;
+        let Opened { osm, files, projector, info, loaded: FromOsm { map, faults }, .. } = in_squares(opened, &settings);
+        Ok(Self { osm, files, map, faults, projector, info, settings })
     }
 }
 
@@ -62,7 +83,7 @@ fn in_squares(mut opened: Opened, settings: &Settings) -> Opened {
 }
 
 /// The directory of a map, beside whose files the projector's and ours stand.
-pub fn home(path: &Path) -> &Path {
+pub(crate) fn home(path: &Path) -> &Path {
     if path.is_dir() {
         return path;
     }
@@ -71,22 +92,31 @@ pub fn home(path: &Path) -> &Path {
 }
 
 /// Why a map could not be opened, and the way out.
-pub fn open_failure(error: OpenError) -> Failure {
+pub(crate) fn open_failure(error: OpenError) -> Failure {
+    let message = error.to_string();
     match error {
         OpenError::Read(error) => read_failure(error),
-        OpenError::Navigation { ref path, .. } => Failure::new(error.to_string())
+        OpenError::Navigation { ref path, .. } => Failure::new(message)
+            .about(path.display().to_string())
             .help(format!("make a Lanelet2 map of it first: lanewright build {} -o DIR", path.display())),
-        _ => Failure::new(error.to_string()).help(error.help()),
+        OpenError::EmptyDirectory { ref path } | OpenError::NotLanelet2 { ref path } => {
+            Failure::new(message).about(path.display().to_string()).help(error.help())
+        }
     }
 }
 
 /// Why a file could not be read, with the place where it broke.
-pub fn read_failure(error: ReadError) -> Failure {
+pub(crate) fn read_failure(error: ReadError) -> Failure {
     let help = error.help();
+    let message = error.to_string();
     match &error {
         ReadError::Broken { name, offset, text, message, .. } => {
             Failure::new(message.clone()).help(help).at(name, text, *offset)
         }
-        _ => Failure::new(error.to_string()).help(help),
+        ReadError::Io { path, .. } => Failure::new(message).help(help).about(path.display().to_string()),
+        ReadError::Empty { name }
+        | ReadError::Packed { name, .. }
+        | ReadError::NotText { name, .. }
+        | ReadError::Pbf { name, .. } => Failure::new(message).help(help).about(name.clone()),
     }
 }

@@ -1,0 +1,35 @@
+#!/bin/sh
+# The Python module's tests: makes a wheel, installs it where there is neither a Rust toolchain nor a compiler, and runs tests/python.
+# Usage: python.sh [WHEEL]. Without a wheel, one is made of the development profile, as quickly as can be: with the system's PROJ.
+set -eu
+cd "$(dirname "$0")/.."
+root=$(pwd)
+. scripts/apt.sh
+. scripts/tools.sh
+CARGO=${CARGO:-cargo}
+target=${CARGO_TARGET_DIR:-$root/target}
+export CARGO_TARGET_DIR="$target"
+wheel=${1:-}
+environment=$target/python
+
+tools_in "$target/python-tools" maturin==1.16.0 abi3audit==0.0.26 || {
+    echo "skipped: the tests of the Python module (python3 with venv and PyPI are needed)"
+    exit 0
+}
+if [ -z "$wheel" ]; then
+    rm -rf "$target/wheel"
+    "$target/python-tools/bin/maturin" build --quiet --locked --profile dev --compatibility linux \
+        --manifest-path python/Cargo.toml --out "$target/wheel"
+    wheel=$(ls "$target"/wheel/*.whl)
+fi
+"$target/python-tools/bin/abi3audit" --strict "$wheel"
+
+rm -rf "$environment"
+python3 -m venv "$environment"
+# Neither cargo nor a compiler is on this path: a wheel needs none.
+start=$(date +%s)
+env -i HOME="$HOME" PATH="$environment/bin" "$environment/bin/pip" install --quiet --disable-pip-version-check --no-index "$wheel"
+echo "$(basename "$wheel"): $(wc -c <"$wheel" | awk '{ printf "%.1f", $1 / 1e6 }') MB, installed in $(($(date +%s) - start)) s"
+"$environment/bin/pip" install --quiet --disable-pip-version-check pytest==8.4.2
+$CARGO build --quiet --locked
+LANEWRIGHT_PROGRAM=${LANEWRIGHT_PROGRAM:-$target/debug/lanewright} "$environment/bin/python" -m pytest -q -p no:cacheprovider tests/python

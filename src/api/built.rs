@@ -1,0 +1,113 @@
+//! A map that was built, and the files that it becomes.
+
+use std::io::Write;
+use std::path::Path;
+
+use crate::builder::{Built, build_plan};
+use crate::lanelet::{self, INFO};
+use crate::projection::{VerticalDatum, write_info};
+use crate::report::failure::Failure;
+
+use super::config::NAME;
+use super::error::{Error, ErrorKind};
+use super::files::{self, SETTINGS_HEAD, wrote};
+use super::layout::Layout;
+use super::{InMemory, Input};
+
+/// The map's file in its directory.
+pub(crate) const MAP: &str = "lanelet2_map.osm";
+
+/// A map that was built, with what goes beside it.
+#[derive(Debug)]
+pub struct BuiltMap {
+    /// The map, its projector, what it cannot say itself, and what was guessed.
+    pub built: Built,
+}
+
+impl BuiltMap {
+    /// The map that streets become.
+    pub fn of(layout: Layout) -> Self {
+        Self { built: build_plan(layout.plan) }
+    }
+
+    /// Writes `lanelet2_map.osm`.
+    ///
+    /// # Errors
+    ///
+    /// Where `out` fails.
+    pub fn write_osm(&self, out: impl Write + Send) -> std::io::Result<()> {
+        lanelet::to_osm(&self.built.map, &self.built.projector, out)
+    }
+
+    /// The text of `map_projector_info.yaml`.
+    pub fn projector_info(&self) -> String {
+        write_info(&self.built.projector, VerticalDatum::default())
+    }
+
+    /// The text of `lanewright.toml`.
+    ///
+    /// # Errors
+    ///
+    /// Where TOML cannot say what is known of the map, which would be a fault of ours.
+    pub fn settings(&self) -> Result<String, Error> {
+        let settings = toml::to_string(&self.built.settings).map_err(|error| {
+            ErrorKind::Internal.error(Failure::new(format!("the settings cannot be written: {error}")))
+        })?;
+        Ok(format!("{SETTINGS_HEAD}{settings}"))
+    }
+
+    /// Writes the three files of a map into a directory, made if it is not there, all or none.
+    ///
+    /// # Errors
+    ///
+    /// Where they cannot be written, or would take the place of settings that no build has written.
+    pub fn write(&self, directory: &Path) -> Result<(), Error> {
+        spare(directory)?;
+        let (info, settings) = (self.projector_info(), self.settings()?);
+        let write = || -> Result<(), Failure> {
+            let mut draft = files::Draft::new(directory)?;
+            draft.write(MAP, |file| self.write_osm(file))?;
+            draft.write(INFO, |file| file.write_all(info.as_bytes()))?;
+            draft.write(NAME, |file| file.write_all(settings.as_bytes()))?;
+            draft.publish()
+        };
+        write().map_err(ErrorKind::Write.of())
+    }
+
+    /// The map as an input for [`check`](crate::check()) and [`fix`](crate::fix()), by this name in messages.
+    ///
+    /// # Errors
+    ///
+    /// See [`BuiltMap::settings`].
+    pub fn to_input(&self, name: &str) -> Result<Input, Error> {
+        let mut bytes = Vec::new();
+        self.write_osm(&mut bytes)
+            .map_err(|error| ErrorKind::Internal.error(Failure::new(format!("the map cannot be written: {error}"))))?;
+        Ok(Input::Bytes(InMemory {
+            name: name.to_owned(),
+            bytes,
+            projector_info: Some(self.projector_info()),
+            settings: Some(self.settings()?),
+        }))
+    }
+}
+
+/// Refuses a directory to build into where that would write over settings that no build has written: to be asked before the
+/// work begins.
+///
+/// # Errors
+///
+/// Where such settings are there.
+pub fn spare(directory: &Path) -> Result<(), Error> {
+    let settings = directory.join(NAME);
+    if settings.is_file() && !wrote(&settings) {
+        let failure =
+            Failure::new(format!("{} was not written by `build`, which would write over it", settings.display()));
+        return Err(ErrorKind::Write.error(
+            failure
+                .about(settings.display().to_string())
+                .help("build into a directory of its own; the settings of directories above it count there, too"),
+        ));
+    }
+    Ok(())
+}
