@@ -1,6 +1,5 @@
 //! A map that was built, and the files that it becomes.
 
-use std::fs;
 use std::io::Write;
 use std::path::Path;
 
@@ -11,14 +10,12 @@ use crate::report::failure::Failure;
 
 use super::config::NAME;
 use super::error::{Error, ErrorKind};
-use super::files;
+use super::files::{self, SETTINGS_HEAD, wrote};
 use super::layout::Layout;
 use super::{InMemory, Input};
 
 /// The map's file in its directory.
 pub(crate) const MAP: &str = "lanelet2_map.osm";
-/// Says how the settings came to be and what they are for.
-const SETTINGS_HEAD: &str = "# What OpenStreetMap told and the map cannot say; `lanewright check` reads it.\n";
 
 /// A map that was built, with what goes beside it.
 #[derive(Debug)]
@@ -93,11 +90,6 @@ impl BuiltMap {
             settings: Some(self.settings()?),
         }))
     }
-}
-
-/// Whether a build has written these settings.
-pub(super) fn wrote(settings: &Path) -> bool {
-    fs::read(settings).is_ok_and(|written| written.starts_with(SETTINGS_HEAD.as_bytes()))
 }
 
 /// Refuses a directory to build into where that would write over settings that no build has written: to be asked before the

@@ -7,6 +7,15 @@ use std::path::Path;
 use crate::report::failure::Failure;
 use tempfile::TempDir;
 
+/// Says how the settings of a build came to be and what they are for.
+pub(super) const SETTINGS_HEAD: &str =
+    "# What OpenStreetMap told and the map cannot say; `lanewright check` reads it.\n";
+
+/// Whether a build has written these settings.
+pub(super) fn wrote(settings: &Path) -> bool {
+    fs::read(settings).is_ok_and(|written| written.starts_with(SETTINGS_HEAD.as_bytes()))
+}
+
 /// Writes one file, whole or not at all.
 pub fn write(file: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let (dir, name) = split(file)?;

@@ -18,7 +18,7 @@ use crate::terrain::Terrain;
 use super::config::{self, Configuration};
 use super::error::{Error, ErrorKind};
 use super::load::{home, read_failure};
-use super::{InMemory, Input, built, files};
+use super::{InMemory, Input, files};
 
 /// How streets are laid out, for `build` and `geometry`.
 #[derive(Clone, Debug, Default)]
@@ -186,7 +186,7 @@ fn terrain(input: &Input) -> Result<Terrain, Error> {
 
 /// What `lanewright.toml` beside the input or above it says. One that a build has written is what that build made of these.
 fn settings(input: &Path, said: &Configuration) -> Result<Settings, Failure> {
-    let told = |file: &PathBuf| file.is_file() && !built::wrote(file);
+    let told = |file: &PathBuf| file.is_file() && !files::wrote(file);
     config::settings_from(config::above(home(input)).into_iter().filter(told).collect(), said)
 }
 

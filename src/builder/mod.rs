@@ -1,8 +1,7 @@
-//! From OpenStreetMap to a Lanelet2 map, one stage a file. Each stage borrows what came before and returns a new value.
+//! From OpenStreetMap to a Lanelet2 map: a room for each stage, in the order of the table in `docs/architecture.md`.
 //!
 //! ```text
-//! OsmData ─road_network→ RoadNetwork ─consolidate→ RoadNetwork ─outline→ Outlines ─lanes→ Lanes ─movement→ Movements
-//!     └→ conflict, crosswalk, control, right_of_way ─assemble→ LaneletMap
+//! OsmData ─network→ RoadNetwork ─streets→ Streets ─layout→ lanes and movements ─assemble, postprocess→ LaneletMap
 //! ```
 //!
 //! Widths come before the outline (the cut-back needs the roads' edges), lane borders after it (they end at the cut).

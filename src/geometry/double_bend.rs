@@ -94,7 +94,7 @@ fn drawn(from: Pose, to: Pose, &DoubleBend { radius, turns, along }: &DoubleBend
     Some(poses)
 }
 
-/// How much a curve of [`join`] bends to and fro, radians: what its bends add up to beyond what it turns in the end.
+/// How much a curve of `curve::join` bends to and fro, radians: what its bends add up to beyond what it turns in the end.
 pub fn to_and_fro(from: Pose, to: Pose) -> f64 {
     if tangents(from, to).is_some() {
         return 0.0;

@@ -28,7 +28,7 @@ pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "]}}")
 }
 
-/// One feature for every finding, in the order of the run: what [`write`] writes.
+/// One feature for every finding, in the order of the run: what [`write()`] writes.
 pub fn features(report: &Report<'_>) -> Vec<Value> {
     let (entries, referrers) = (report.entries(), report.referrers());
     let of_entry = |entry: &Entry<'_>| feature(report, entry, &referrers.chain(report.map, entry.subject()));

@@ -125,7 +125,7 @@ pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out)
 }
 
-/// The report as a value: what [`write`] writes.
+/// The report as a value: what [`write()`] writes.
 ///
 /// # Errors
 ///

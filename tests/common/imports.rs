@@ -31,6 +31,8 @@ pub struct Import {
     pub from: Module,
     /// The module whose file defines what is imported.
     pub to: Module,
+    /// How it is named there: what is handed on by a module may be taken from it.
+    pub named: Module,
     /// Where.
     pub file: String,
     /// Which line there, from 1 on.
@@ -179,7 +181,7 @@ fn read(file: &str, module: &Module, text: &str) -> Read {
             "{" => depth += 1,
             "}" => {
                 depth = depth.saturating_sub(1);
-                inner.retain(|it| it.1 < depth || it.1 == depth && depth == usize::MAX);
+                inner.retain(|it| it.1 < depth);
             }
             "mod" if word(i + 2) == "{" => {
                 if test {
@@ -281,7 +283,13 @@ pub fn imports(files: &[(String, String)]) -> Vec<Import> {
             }
             let to = definer(&modules, path, 16);
             if to != *from {
-                found.push(Import { from: from.clone(), to, file: format!("src/{}", read.file), line: *line });
+                found.push(Import {
+                    from: from.clone(),
+                    to,
+                    named: path.clone(),
+                    file: format!("src/{}", read.file),
+                    line: *line,
+                });
             }
         }
     }

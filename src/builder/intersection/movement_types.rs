@@ -6,7 +6,7 @@ use crate::builder::network::turn::TURNS_BACK;
 /// One movement of an intersection. Arms and lanes are indices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Movement {
-    /// Arm where it starts, in [`Intersection::arms`].
+    /// Arm where it starts, in the arms of the intersection.
     pub from: usize,
     /// Arm where it ends.
     pub to: usize,

@@ -162,7 +162,7 @@ impl Buckets {
     }
 }
 
-/// What can stand on a [`Shelf`].
+/// What can stand on a shelf.
 pub trait Shelved {
     /// The type of its id.
     type Id: Copy + Eq + Hash + Ord + Into<i64>;

@@ -2,7 +2,7 @@
 //!
 //! OpenStreetMap draws the crossing of two dual carriageways as four nodes, a dogleg as two, a channelised turn as a
 //! handful. Vehicles do not stop between them, so Autoware wants one intersection. A round decides for every road
-//! whether it lies inside an intersection ([`decide`]), contracts what it found ([`contract`]), and looks again, for
+//! whether it lies inside an intersection (`decide`), contracts what it found (`contract`), and looks again, for
 //! a merged intersection cuts its neighbours back further; the rounds end when nothing changes.
 
 mod contract;
