@@ -30,6 +30,8 @@ python3 -m venv "$environment"
 start=$(date +%s)
 env -i HOME="$HOME" PATH="$environment/bin" "$environment/bin/pip" install --quiet --disable-pip-version-check --no-index "$wheel"
 echo "$(basename "$wheel"): $(wc -c <"$wheel" | awk '{ printf "%.1f", $1 / 1e6 }') MB, installed in $(($(date +%s) - start)) s"
-"$environment/bin/pip" install --quiet --disable-pip-version-check pytest==8.4.2
+"$environment/bin/pip" install --quiet --disable-pip-version-check pytest==8.4.2 mypy==2.4.1
+# From where no folder is called as the package is.
+(cd / && "$environment/bin/python" -m mypy.stubtest lanewright)
 $CARGO build --quiet --locked
 LANEWRIGHT_PROGRAM=${LANEWRIGHT_PROGRAM:-$target/debug/lanewright} "$environment/bin/python" -m pytest -q -p no:cacheprovider tests/python

@@ -1,9 +1,39 @@
 """Types of the native library; the package `lanewright` brings all of it."""
 
 from os import PathLike
-from typing import Any, Dict, Iterator, List, Literal, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Iterator, List, Literal, Mapping, Optional, Sequence, Tuple, Union, final
 
 __version__: str
+__all__ = [
+    "BuildError",
+    "BuildSummary",
+    "BuiltMap",
+    "CheckResult",
+    "ConfigError",
+    "Error",
+    "Fault",
+    "Finding",
+    "Fix",
+    "FixResult",
+    "InternalError",
+    "Measure",
+    "Mend",
+    "Note",
+    "Parameter",
+    "Place",
+    "Primitive",
+    "ReadError",
+    "Rule",
+    "Streets",
+    "WriteError",
+    "__version__",
+    "build",
+    "check",
+    "fix",
+    "geometry",
+    "main",
+    "rules",
+]
 
 _Path = Union[str, "PathLike[str]"]
 _Bytes = Union[bytes, bytearray, memoryview]
@@ -82,6 +112,7 @@ def fix(
 def rules() -> List[Rule]: ...
 def main(argv: Optional[Sequence[str]] = None) -> int: ...
 
+@final
 class BuildSummary:
     @property
     def roads(self) -> int: ...
@@ -95,6 +126,7 @@ class BuildSummary:
     def guesses(self) -> int: ...
     def to_dict(self) -> Dict[str, int]: ...
 
+@final
 class BuiltMap:
     @property
     def osm(self) -> bytes: ...
@@ -114,6 +146,7 @@ class BuiltMap:
     def to_dict(self) -> Dict[str, Any]: ...
     def to_geojson(self) -> Dict[str, Any]: ...
 
+@final
 class Streets:
     @property
     def geojson(self) -> bytes: ...
@@ -131,6 +164,7 @@ class Streets:
     def to_dict(self) -> Dict[str, Any]: ...
     def to_geojson(self) -> Dict[str, Any]: ...
 
+@final
 class Note:
     @property
     def code(self) -> str: ...
@@ -159,6 +193,7 @@ class Note:
     def to_dict(self) -> Dict[str, Any]: ...
     def to_geojson(self) -> Optional[Dict[str, Any]]: ...
 
+@final
 class Primitive:
     @property
     def kind(self) -> str: ...
@@ -167,12 +202,14 @@ class Primitive:
     @property
     def part(self) -> Optional[str]: ...
 
+@final
 class Place:
     @property
     def kind(self) -> Literal["point", "line", "polygon"]: ...
     @property
     def points(self) -> List[Tuple[float, float]]: ...
 
+@final
 class Measure:
     @property
     def value(self) -> float: ...
@@ -181,6 +218,7 @@ class Measure:
     @property
     def unit(self) -> str: ...
 
+@final
 class Fix:
     @property
     def title(self) -> str: ...
@@ -189,6 +227,7 @@ class Fix:
     @property
     def edits(self) -> List[Dict[str, Any]]: ...
 
+@final
 class Finding:
     @property
     def code(self) -> str: ...
@@ -235,6 +274,7 @@ class Finding:
     def to_dict(self) -> Dict[str, Any]: ...
     def to_geojson(self) -> Dict[str, Any]: ...
 
+@final
 class CheckResult:
     @property
     def findings(self) -> Tuple[Finding, ...]: ...
@@ -262,6 +302,7 @@ class CheckResult:
     def __bool__(self) -> bool: ...
     def __iter__(self) -> Iterator[Finding]: ...
 
+@final
 class Mend:
     @property
     def code(self) -> str: ...
@@ -273,6 +314,7 @@ class Mend:
     def title(self) -> str: ...
     def to_dict(self) -> Dict[str, Any]: ...
 
+@final
 class FixResult:
     @property
     def fixed(self) -> List[Mend]: ...
@@ -294,6 +336,7 @@ class FixResult:
     def to_dict(self) -> Dict[str, Any]: ...
     def to_geojson(self) -> Dict[str, Any]: ...
 
+@final
 class Rule:
     @property
     def id(self) -> str: ...
@@ -315,6 +358,7 @@ class Rule:
     def prose(self) -> str: ...
     def to_dict(self) -> Dict[str, Any]: ...
 
+@final
 class Fault:
     @property
     def code(self) -> str: ...
@@ -325,6 +369,7 @@ class Fault:
     @property
     def help(self) -> str: ...
 
+@final
 class Parameter:
     @property
     def default(self) -> Any: ...
