@@ -8,6 +8,8 @@ root=$(pwd)
 . scripts/tools.sh
 CARGO=${CARGO:-cargo}
 target=${CARGO_TARGET_DIR:-$root/target}
+mkdir -p "$target"
+target=$(realpath "$target")
 export CARGO_TARGET_DIR="$target"
 wheel=${1:-}
 environment=$target/python

@@ -13,7 +13,9 @@ what=$1
 glibc=2.17
 target=$(rustc -vV | sed -n 's/^host: //p')
 version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
-export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$root/target}"
+mkdir -p "${CARGO_TARGET_DIR:-$root/target}"
+CARGO_TARGET_DIR=$(realpath "${CARGO_TARGET_DIR:-$root/target}")
+export CARGO_TARGET_DIR
 tools=$CARGO_TARGET_DIR/release-tools
 
 case $target in
