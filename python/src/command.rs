@@ -52,7 +52,8 @@ struct Interrupt(Option<Py<PyAny>>);
 impl Interrupt {
     /// Lets the system end the process at Ctrl-C.
     fn left_to_the_system(py: Python<'_>) -> PyResult<Self> {
-        let signal = py.import("signal")?;
+        // What `signal` is made of; that one takes as long to import as a small map to build.
+        let signal = py.import("_signal")?;
         let (interrupt, ignored) = (signal.getattr("SIGINT")?, signal.getattr("SIG_IGN")?);
         // Who started us where Ctrl-C is not heard wanted that.
         if signal.getattr("getsignal")?.call1((&interrupt,))?.eq(ignored)? {
@@ -66,7 +67,7 @@ impl Interrupt {
     fn restored(self, py: Python<'_>) -> PyResult<()> {
         // None where no Python code had set it.
         if let Some(before) = self.0.filter(|before| !before.is_none(py)) {
-            let signal = py.import("signal")?;
+            let signal = py.import("_signal")?;
             signal.getattr("signal")?.call1((signal.getattr("SIGINT")?, before))?;
         }
         Ok(())
