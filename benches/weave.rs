@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use clock::processor_time;
 use lanewright::geometry::{Point, Polyline};
-use lanewright::weave::{Kind, Lane, LaneId, Marking, Paint, Weave, Widths};
+use lanewright::lane_stitching::{Kind, Lane, LaneId, Marking, Paint, Weave, Widths};
 
 /// Streets side by side.
 const STREETS: u32 = 20;

@@ -32,6 +32,7 @@ pub mod cli;
 pub mod diagnostic;
 pub mod fix;
 pub mod geometry;
+pub mod lane_stitching;
 pub mod lanelet;
 pub mod osm;
 mod parallel;
@@ -42,6 +43,5 @@ pub mod rules;
 pub mod settings;
 pub mod terrain;
 pub mod triage;
-pub mod weave;
 
 pub use api::{Input, build, check, fix, geometry};

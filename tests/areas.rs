@@ -12,7 +12,7 @@ use std::fmt::Write;
 use std::fs;
 
 use lanewright::builder::{BuildOptions, Built, build};
-use lanewright::geometry::{Point, polygon, ring};
+use lanewright::geometry::{Point, polygon, simple_ring as ring};
 use lanewright::lanelet::{Lanelet, LaneletMap, PointId, Polygon};
 use lanewright::osm::{OsmData, Way, read_bytes, read_file};
 use proptest::prelude::*;

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use common::judge_as;
 use lanewright::builder::options::Inside;
-use lanewright::builder::postprocess::inside::UNDRAWN;
+use lanewright::builder::postprocess::user_elements::UNDRAWN;
 use lanewright::builder::tags::road_class::DrivingSide;
 use lanewright::builder::{BuildOptions, Built, build};
 use lanewright::geometry::{Point, Polyline, polygon};

@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use lanewright::geometry::{Point, Polyline};
-use lanewright::weave::{Kind, Lane, LaneEnd, LaneId, Marking, Paint, Weave, WidthAt, Widths, Woven};
+use lanewright::lane_stitching::{Kind, Lane, LaneEnd, LaneId, Marking, Paint, Weave, WidthAt, Widths, Woven};
 use proptest::prelude::*;
 
 /// A lane to be: so small are the numbers that ends often meet.

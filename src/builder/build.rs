@@ -10,12 +10,12 @@ use crate::projection::{Extent, LonLat, Projector};
 use crate::settings::{MergeSettings, Settings};
 
 use super::assemble::{Assembled, assemble};
-use super::control::arrows::Arrows;
-use super::layout::settle::settle;
-use super::network::dead_lanes::without_dead_lanes;
+use super::control::signal_arrows::Arrows;
+use super::layout::layout_loop::settle;
+use super::network::unreachable_lanes::without_dead_lanes;
 use super::network::{Network, NetworkError, NetworkOptions, RoadKey, RoadNetwork, UNMET_ROAD, road_network};
 use super::options::{BuildOptions, Plan};
-use super::postprocess::{blinker, inside, overhead};
+use super::postprocess::{grade_separation, turn_signal, user_elements};
 use super::streets::consolidate::{Wish, Wished};
 use super::streets::heights::{Spots, spots};
 use super::streets::{Streets, streets};
@@ -213,10 +213,10 @@ pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights
         assemble(settled, &Arrows::new(&inside, &projector));
     notes.extend(more);
     let reaches = reaches(&map);
-    blinker::limit(&mut map, &reaches);
-    overhead::ignore(&mut map, &reaches);
+    turn_signal::limit(&mut map, &reaches);
+    grade_separation::ignore(&mut map, &reaches);
     drop(reaches);
-    notes.extend(inside::draw(&mut map, &projector, &inside, &mut settings));
+    notes.extend(user_elements::draw(&mut map, &projector, &inside, &mut settings));
     let summary = Summary {
         roads,
         intersections: areas,

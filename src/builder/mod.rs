@@ -13,13 +13,13 @@ pub mod control;
 pub mod geojson;
 pub mod ids;
 pub mod intersection;
+pub mod lane_export;
 pub mod lanes;
 pub mod layout;
 pub mod map;
 pub mod network;
 pub mod options;
 pub mod postprocess;
-pub mod single_lanes;
 pub mod streets;
 pub mod tags;
 #[cfg(test)]

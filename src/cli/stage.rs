@@ -2,9 +2,10 @@
 
 use std::cell::OnceCell;
 
+use crate::api::files;
 use crate::builder::network::{IntersectionIx, Road, RoadIx};
 use crate::builder::streets::consolidate::MergeNote;
-use crate::builder::streets::outline::trace::{Trace, trace};
+use crate::builder::streets::outline::debug_steps::{Trace, trace};
 use crate::builder::streets::outline::{Case, MITER_LIMIT, OutlineOptions};
 use crate::builder::tags::cross_section::StripKind;
 use crate::builder::{Plan, build_plan};
@@ -16,9 +17,8 @@ use crate::report::draw::sketch::{Mark, Sketch, around};
 use crate::report::draw::{DrawError, Focus, Options, View};
 use crate::report::failure::Failure;
 
-use super::screen::{self, Progress};
-use super::{CLEAN, DrawArgs, StageArg, StreetArgs, input};
-use crate::api::files;
+use super::screen::Progress;
+use super::{CLEAN, DrawArgs, StageArg, StreetArgs, input, screen};
 
 /// Draws the stages that are asked for: one picture, or one of each intersection.
 pub fn run(args: &DrawArgs) -> Result<u8, Failure> {

@@ -1,12 +1,12 @@
 //! Smooth curves between two directed places, and lines beside them.
 
 use super::pose::{MIN_SPACING, Pose, arc, density, straight, tangents};
-use super::{Point, Vector, angle_between, cross, double_bend, left_of, segment_crossing};
+use super::{Point, Vector, angle_between, cross, left_of, s_curve, segment_crossing};
 
 /// A curve that leaves `from` and arrives at `to` in their headings: straight, arc, straight where the tangents meet
 /// between them; else a bend to either side with a straight between the two, else a cubic.
 pub fn join(from: Pose, to: Pose) -> Vec<Pose> {
-    fillet(from, to).or_else(|| double_bend::join(from, to)).unwrap_or_else(|| {
+    fillet(from, to).or_else(|| s_curve::join(from, to)).unwrap_or_else(|| {
         let turn = angle_between(from.heading, to.heading).abs();
         // The handle of the cubic nearest to a circular arc.
         cubic(from, to, [1.0 / (3.0 * (turn / 4.0).cos().powi(2)); 2])

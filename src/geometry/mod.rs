@@ -3,19 +3,19 @@
 //! Points and vectors are nalgebra's; [`Polyline`] is a list of points with stations along it. What needs a sweep
 //! line (areas of overlap, unions, validity) goes through `geo` in [`polygon`].
 
-pub mod apart;
-pub mod cells;
-pub mod columns;
 pub mod curve;
-pub mod double_bend;
+pub mod diverge;
+pub mod fillet;
 pub mod miter;
-pub mod part;
 pub mod polygon;
 pub mod polyline;
 pub mod pose;
-pub mod ring;
-pub mod round;
-pub mod swing;
+pub mod s_curve;
+pub mod separation;
+pub mod simple_ring;
+pub mod spatial_hash;
+pub mod strip_index;
+pub mod swing_out_turn;
 
 pub use polyline::Polyline;
 

@@ -1,7 +1,7 @@
 //! A line of points, measured by station: the distance along it from its first point.
 
-use super::apart::apart;
-use super::cells::Bounds;
+use super::separation::apart;
+use super::spatial_hash::Bounds;
 use super::{Point, Vector, left_of};
 
 /// Two or more points, no two neighbours closer than [`Polyline::MERGE`].

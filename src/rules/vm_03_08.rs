@@ -5,8 +5,8 @@ use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
-use crate::geometry::ring::RingFault;
-use crate::geometry::{Point, Polyline, Vector, polygon, ring};
+use crate::geometry::simple_ring::RingFault;
+use crate::geometry::{Point, Polyline, Vector, polygon, simple_ring};
 use crate::lanelet::index::{Arm, Edge, Intersection, MapIndex, extent, is_road_border};
 use crate::lanelet::{LaneletId, PointId, Polygon};
 
@@ -97,7 +97,7 @@ fn judge_ring(map: &MapIndex, params: &Params, area: &Polygon, intersection: &In
         findings.push(if twice { finding.fixed_by("remove the repeated node", true, edits) } else { finding });
     }
     if !findings.iter().any(|finding| finding.fault == "invalid") {
-        let faults = ring::faults(&intersection.ring, params.spike, MOST_PLACES);
+        let faults = simple_ring::faults(&intersection.ring, params.spike, MOST_PLACES);
         findings.extend(faults.into_iter().map(|fault| broken_ring(area, &intersection.ring, fault)));
     }
     findings
@@ -255,7 +255,7 @@ fn islands(map: &MapIndex) -> Vec<Island> {
     let closed = |points: &[PointId]| points.len() > 3 && points.first() == points.last();
     let kerbs = map.map.linestrings.iter().filter(|line| closed(&line.points) && is_road_border(line));
     let kerbs = kerbs.map(|line| island(Subject::LineString(line.id.0), "island", &line.points[1..]));
-    hatched.chain(kerbs).filter(|island| ring::is_simple(&island.ring)).collect()
+    hatched.chain(kerbs).filter(|island| simple_ring::is_simple(&island.ring)).collect()
 }
 
 /// The outline should run around what cannot be driven over.

@@ -4,7 +4,7 @@ use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
 use crate::diagnostic::{Finding, Subject};
-use crate::geometry::{Point as Place, polygon, ring};
+use crate::geometry::{Point as Place, polygon, simple_ring};
 use crate::lanelet::index::view::View;
 use crate::lanelet::index::{MapIndex, extent};
 use crate::lanelet::{PointId, Polygon};
@@ -51,7 +51,7 @@ fn judge(map: &MapIndex, view: &View, params: &Params, zone: &Polygon) -> Vec<Fi
         let message = format!("Points of buffer zone {id} belong to no lanelet's bound: {}.", own.join(", "));
         findings.push(Finding::new("not-shared", subject, message));
     }
-    if !ring::faults(&outline, SPIKE, 1).is_empty() {
+    if !simple_ring::faults(&outline, SPIKE, 1).is_empty() {
         findings.push(Finding::new("invalid", subject, format!("Buffer zone {id} is no valid polygon.")));
         return findings;
     }

@@ -1,7 +1,7 @@
 //! From roads and outlines to the whole map: lanes, then each intersection with everything that belongs to it.
 
+pub mod intersection_settings;
 mod right_of_way;
-pub mod sidecar;
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -12,24 +12,24 @@ use crate::lanelet::{Attributes, LaneletId, LaneletMap, PointId, TurnDirection};
 use crate::parallel::Finely;
 use crate::settings::{BicycleLanes, IntersectionSettings, Settings, Side};
 
-use super::control::arrows::{Arrows, one_way};
 use super::control::crosswalk::{announce, crosswalk};
-use super::control::stretch::cut_across;
-use super::control::walk_light::walk_lights;
+use super::control::pedestrian_signals::walk_lights;
+use super::control::signal_arrows::{Arrows, one_way};
+use super::control::stop_line_segments::cut_across;
 use super::control::walkway::walkways;
-use super::control::{Approach, Control, control_arm, drive_light};
+use super::control::{Approach, Control, control_arm, pedestrian_crossing_signals};
 use super::intersection::area::AreaOutline;
+use super::intersection::bicycle_lanelets::Cycling;
 use super::intersection::conflict;
 use super::intersection::conflict::Conflicts;
-use super::intersection::cycle::Cycling;
 use super::intersection::movement_types::{Movement, Movements};
-use super::intersection::paths::{Drawn, Paint, Path, intersection_key, paint};
-use super::lanes::beside::beside;
-use super::lanes::cut::{ConnectionLines, Crossing};
+use super::intersection::turning_lanelets::{Drawn, Paint, Path, intersection_key, paint};
+use super::lanes::road_cut::{ConnectionLines, Crossing};
+use super::lanes::side_lanes::beside;
 use super::lanes::types::{Arm, Lanes};
-use super::layout::draft::{Draft, Ways};
-use super::layout::settle::Settled;
-use super::map::assembly::{Assembly, Part, Parts};
+use super::layout::layout_loop::Settled;
+use super::layout::map_layout::{Draft, Ways};
+use super::map::map_builder::{Assembly, Part, Parts};
 use super::network::turn::STRAIGHT;
 use super::network::{Intersection, RoadEnd, RoadIx, RoadNetwork};
 use super::streets::heights::Ground;
@@ -70,13 +70,13 @@ pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
     let network = &settled;
     // Moved, so that what is not asked for any more goes at once.
     let Draft { lines, mut assembly, mut lanes, ways, .. } = { draft };
-    let lit = drive_light::lit(network, &lines, &ways);
-    let (guarded, unguarded) = drive_light::guarded(network, &lines, &lanes, &ways);
+    let lit = pedestrian_crossing_signals::lit(network, &lines, &ways);
+    let (guarded, unguarded) = pedestrian_crossing_signals::guarded(network, &lines, &lanes, &ways);
     cut_across(&mut assembly, network, &lines, &ways, (&lit, &guarded), &mut lanes);
     let as_roads = network.beside.bicycle_lanes == BicycleLanes::Road;
     let bicycles = beside(&mut assembly, network, &lanes);
     let (crossings, idle) = Crossings::add(&mut assembly, network, &lines, &lanes, &ways);
-    let unlit = drive_light::draw(&mut assembly, network, &lanes, network.side, &lit);
+    let unlit = pedestrian_crossing_signals::draw(&mut assembly, network, &lanes, network.side, &lit);
     let mut whole = Assembled { notes, roads: network.roads.len(), ..Assembled::default() };
     whole.settings.driving_side = Some(if network.side == DrivingSide::Left { Side::Left } else { Side::Right });
     whole.notes.extend(unlit.into_iter().chain(unguarded).chain(idle));
@@ -368,8 +368,8 @@ impl Stage<'_> {
         let legs = self.legs(arms);
         let movers = self.movers(arms, paths, &controls, &legs);
         self.rights_of_way(&legs, paths, &movers, conflicts);
-        let names = sidecar::names(arms, self.lanes);
-        self.beside.intersections.extend(sidecar::settings(id, &names, prohibited, &movers));
+        let names = intersection_settings::names(arms, self.lanes);
+        self.beside.intersections.extend(intersection_settings::settings(id, &names, prohibited, &movers));
     }
 
     fn tag_path(&mut self, path: &Path, area: &str) {

@@ -4,7 +4,7 @@ use crate::builder::control::priority_road::{Approaching, give_way};
 use crate::builder::control::{Control, sign_at};
 use crate::builder::ids::Key;
 use crate::builder::intersection::conflict::Conflicts;
-use crate::builder::intersection::paths::Path;
+use crate::builder::intersection::turning_lanelets::Path;
 use crate::builder::lanes::types::Arm;
 use crate::builder::network::Intersection;
 use crate::builder::network::turn::STRAIGHT;

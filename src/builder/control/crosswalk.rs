@@ -1,8 +1,8 @@
 //! Crosswalks: a lanelet from kerb to kerb, and the element by which every lane that crosses it knows of it.
 
 use crate::builder::ids::Key;
-use crate::builder::lanes::cut::{CROSSWALK_BREADTH, Crossing};
-use crate::builder::map::assembly::Assembly;
+use crate::builder::lanes::road_cut::{CROSSWALK_BREADTH, Crossing};
+use crate::builder::map::map_builder::Assembly;
 use crate::builder::network::Road;
 use crate::geometry::{Point, left_of, polygon};
 use crate::lanelet::{Attributes, Bound, LaneletId, PointId, Target};

@@ -1,11 +1,11 @@
 //! Stop lines, traffic lights and stop signs, and the elements that tie them to lanes.
 
-pub mod arrows;
 pub mod crosswalk;
-pub mod drive_light;
+pub mod pedestrian_crossing_signals;
+pub mod pedestrian_signals;
 pub(crate) mod priority_road;
-pub mod stretch;
-pub mod walk_light;
+pub mod signal_arrows;
+pub mod stop_line_segments;
 pub mod walkway;
 
 use crate::geometry::{Point, Vector, left_of};
@@ -13,7 +13,7 @@ use crate::lanelet::{Attributes, LaneletId, LineStringId, PointId, Target, TurnD
 
 use super::ids::Key;
 use super::lanes::types::{Arm, ArmLane};
-use super::map::assembly::Assembly;
+use super::map::map_builder::Assembly;
 use super::network::{End, FeatureKind, Road};
 use super::tags::cross_section::Travel;
 use super::tags::road_class::DrivingSide;

@@ -4,10 +4,10 @@
 mod tests;
 
 use crate::builder::ids::Key;
-use crate::builder::intersection::paths::Path;
-use crate::builder::lanes::connection::sidewalk;
+use crate::builder::intersection::turning_lanelets::Path;
+use crate::builder::lanes::lane_ends::sidewalk;
 use crate::builder::lanes::types::Lanes;
-use crate::builder::map::assembly::Assembly;
+use crate::builder::map::map_builder::Assembly;
 use crate::builder::network::road_end::{from_cut, on_cut};
 use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadNetwork};
 use crate::builder::tags::cross_section::{SIDEWALK, StripKind};

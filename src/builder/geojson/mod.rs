@@ -1,20 +1,20 @@
 //! Streets as GeoJSON: roads, lanes and intersections, for other tools to draw and measure, and for `build` to read
 //! back. `docs/geometry.md` describes the file.
 //!
-//! What is read back is what was written, to the bit: places lie on a grid ([`super::streets::grid`]) that nine decimals of a
+//! What is read back is what was written, to the bit: places lie on a grid ([`super::streets::snap_grid`]) that nine decimals of a
 //! degree can tell apart. Files from elsewhere may leave out almost everything; what is assumed then is noted.
 
 mod error;
-mod head;
+mod header;
 mod id;
-mod meet;
-mod outlines;
+mod number_format;
 mod parse;
-mod road;
-mod roads;
-mod scan;
-mod shape;
-mod spell;
+mod read_intersections;
+mod read_network;
+mod read_outlines;
+mod read_road;
+mod schema;
+mod split_features;
 mod values;
 mod write;
 
@@ -41,13 +41,13 @@ pub fn read(text: &str, options: &BuildOptions) -> Result<Plan, ReadError> {
         let message = format!("{} features are neither road, lane nor intersection", parsed.others);
         notes.push(Finding::new("feature-skipped", Subject::Map, message).graded(Severity::Info));
     }
-    let roads::Network { mut network, rings } = roads::network(&parsed, options, &mut notes)?;
+    let read_network::Network { mut network, rings } = read_network::network(&parsed, options, &mut notes)?;
     network.beside = options.beside;
     network.markings = options.markings;
     network.fan_out = options.inside.everywhere.fan_out.unwrap_or_default();
     let guesses = notes.len();
     let mut findings = Vec::new();
-    let outlines = outlines::outlines(&network, &rings, &options.streets.outline, &mut findings);
+    let outlines = read_outlines::outlines(&network, &rings, &options.streets.outline, &mut findings);
     let streets = Streets { network, outlines, merges: Vec::new(), findings };
     let (inside, heights) = (options.inside.clone(), options.streets.heights.clone());
     Ok(Plan { streets, projector: parsed.projector, notes, guesses, inside, heights })

@@ -3,17 +3,17 @@
 use rayon::prelude::*;
 use serde::Deserialize;
 
-use crate::builder::streets::grid::snapped;
+use crate::builder::streets::snap_grid::snapped;
 use crate::geometry::Point;
 use crate::osm::Text;
 use crate::parallel::Finely;
 use crate::projection::{Extent, LonLat, Projector};
 
 use super::ReadError;
-use super::head::{FORMAT, Head};
+use super::header::{FORMAT, Head};
 use super::id::Place;
-use super::scan::{Layout, scan};
-use super::shape::{Feature, IntersectionShape, LaneShape, Placed, RoadShape};
+use super::schema::{Feature, IntersectionShape, LaneShape, Placed, RoadShape};
+use super::split_features::{Layout, scan};
 
 /// Something of the file, with the byte where it begins.
 #[derive(Debug)]
@@ -180,7 +180,7 @@ impl Parsed {
     /// Turns degrees into metres: those of the user's plane, the file's, or one that suits the place.
     fn into_plane(mut self, wanted: Option<Projector>) -> Result<Self, ReadError> {
         let own = self.head.as_ref().and_then(|head| head.projector.as_ref());
-        let own = own.map(super::head::ProjectorShape::projector).transpose().map_err(|message| {
+        let own = own.map(super::header::ProjectorShape::projector).transpose().map_err(|message| {
             ReadError::new(0, message, "leave `projector` out to let lanewright choose, or use --projector")
         })?;
         let mut places: Vec<&mut Place> = Vec::new();

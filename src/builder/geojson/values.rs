@@ -7,7 +7,7 @@ use crate::geometry::{Point, Vector, polygon};
 
 use super::id::{Id, Place};
 use super::parse::Sited;
-use super::shape::{EndShape, Feature, Geometry, IntersectionShape, RoadShape, StripShape};
+use super::schema::{EndShape, Feature, Geometry, IntersectionShape, RoadShape, StripShape};
 
 /// Per road and per intersection of the network, what the file says of its outline.
 pub struct Rings<'a> {

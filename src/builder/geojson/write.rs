@@ -17,13 +17,13 @@ use crate::osm::Text;
 use crate::parallel::Finely;
 use crate::projection::{LonLat, Projector};
 
-use super::head::Head;
+use super::header::Head;
 use super::id::{Id, Place};
-use super::shape::{
+use super::number_format::{Spelling, Spelt, rounded};
+use super::schema::{
     ArmShape, ConnectionShape, EndShape, Feature, FurnitureKind, FurnitureShape, Geometry, InnerShape,
     IntersectionShape, IslandShape, LaneShape, Levels, Placed, RestrictionShape, RoadShape, StripShape, Type,
 };
-use super::spell::{Spelling, Spelt, rounded};
 
 /// Why there is no file.
 #[derive(Debug, thiserror::Error)]

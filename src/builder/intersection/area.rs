@@ -1,20 +1,20 @@
 //! The `intersection_area`: kerb chains between the roads, straight cuts across them, clockwise.
 
 pub(crate) mod area_ring;
-mod cut_out;
+mod subtract_islands;
 
 use crate::builder::ids::Key;
 use crate::builder::lanes::types::{Arm, Lanes};
-use crate::builder::map::assembly::Assembly;
+use crate::builder::map::map_builder::Assembly;
 use crate::builder::network::Island;
-use crate::geometry::columns::Columns;
 use crate::geometry::pose::Pose;
+use crate::geometry::strip_index::Columns;
 use crate::geometry::{Point, curve, pose};
 use crate::lanelet::{Attributes, LineStringId, PointId};
 
-use super::paths::{Bounds, Path};
+use super::turning_lanelets::{Bounds, Path};
 use area_ring::{Node, holds, is_simple, nodes, places, runs_beside, united};
-use cut_out::cut_out;
+use subtract_islands::cut_out;
 
 /// The outline of an intersection as nodes.
 #[derive(Clone, Debug, Default)]
@@ -163,9 +163,10 @@ fn kerb(assembly: &mut Assembly, key: Key, chain: Vec<PointId>) -> LineStringId 
 
 #[cfg(test)]
 mod tests {
+    use crate::geometry::simple_ring;
+
     use super::area_ring::tidied;
     use super::*;
-    use crate::geometry::ring;
 
     /// What is left of a ring of nodes 0, 1, 2, ... of which some are fixed.
     fn left(places: &[(f64, f64)], fixed: &[i64]) -> Vec<i64> {
@@ -188,7 +189,7 @@ mod tests {
             |ids: &[i64]| ids.iter().map(|&i| Point::new(looped[i as usize].0, looped[i as usize].1)).collect();
         let kept = left(&looped, &[]);
         let shape: Vec<Point> = places(&kept);
-        assert!(ring::is_simple(&shape), "{kept:?}");
+        assert!(simple_ring::is_simple(&shape), "{kept:?}");
         assert!([0, 1, 6, 7].iter().all(|corner| kept.contains(corner)), "{kept:?}");
     }
 

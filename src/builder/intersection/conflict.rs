@@ -1,11 +1,11 @@
 //! Which movements of an intersection get into each other's way.
 
 use crate::builder::tags::cross_section::StripKind;
-use crate::geometry::columns::Columns;
 use crate::geometry::polygon::Strips;
+use crate::geometry::strip_index::Columns;
 use crate::geometry::{Point, polygon};
 
-use super::paths::Path;
+use super::turning_lanelets::Path;
 
 /// Two lanelets conflict if they share this part of one of them ...
 const PART: f64 = 0.01;

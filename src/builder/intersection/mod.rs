@@ -1,12 +1,12 @@
 //! Room 9: movements through an intersection, their lanelets and its area.
 
 pub mod area;
+pub mod bicycle_lanelets;
 pub mod conflict;
-pub mod course;
-pub mod cycle;
-pub(crate) mod lane_choice;
-pub(crate) mod midway;
+pub(crate) mod lane_assignment;
 pub mod movement;
 pub mod movement_types;
-pub mod paths;
-pub mod ring;
+pub mod roundabout;
+pub(crate) mod shared_bounds;
+pub mod turn_centerline;
+pub mod turning_lanelets;

@@ -2,14 +2,14 @@
 
 use crate::builder::lanes::types::{Arm, ArmLane, Lanes};
 use crate::builder::network::Intersection;
-use crate::builder::network::restricted::Restricted;
 use crate::builder::network::turn::turn;
+use crate::builder::network::turn_restrictions::Restricted;
 use crate::builder::tags::cross_section::{Arrows, StripKind};
 use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::pose::Pose;
 use crate::geometry::{angle_between, curve};
 
-use super::lane_choice::assigned;
+use super::lane_assignment::assigned;
 use super::movement_types::{Movement, Movements, Target};
 
 /// Curvature, 1/m, beyond which nobody is led back who could go elsewhere: a car drives it with ease.

@@ -1,17 +1,17 @@
 //! The borders between the lanes of a road, as lines along it.
 
-use crate::builder::map::assembly::Assembly;
+use crate::builder::map::map_builder::Assembly;
 use crate::builder::network::Road;
 use crate::builder::tags::cross_section::{CrossSection, Travel};
 use crate::builder::tags::marking::marking;
-use crate::builder::tags::side_runs::runs;
+use crate::builder::tags::side_strips::runs;
 use crate::geometry::curve::untangled;
+use crate::geometry::fillet::Rounding;
 use crate::geometry::miter::miter;
-use crate::geometry::round::Rounding;
 use crate::geometry::{Point, Vector, left_of};
 use crate::lanelet::{Bound, PointId};
 
-use super::sound::{aligned, centred, simple};
+use super::lanelet_validity::{aligned, centred, simple};
 
 /// Corners of the road's line closer to a cut than this, metres, are left out of the borders, or more where these would cross.
 const CLEAR: f64 = 0.5;

@@ -1,12 +1,12 @@
 //! Room 8: roads get lanes, up to where they end before an intersection.
 
-pub mod beside;
 pub(crate) mod border;
-pub mod connection;
-pub mod cut;
-pub mod join;
-pub(crate) mod renewed;
+pub mod gore;
+pub mod lane_ends;
+pub mod lanelet_validity;
+pub(crate) mod reindex;
+pub mod road_continuation;
+pub mod road_cut;
 pub mod road_lanes;
-pub mod seam;
-pub mod sound;
+pub mod side_lanes;
 pub mod types;

@@ -1,19 +1,19 @@
 //! The lanes of every road between its connection lines: borders as shared lines, lanelets between them.
 
-use crate::builder::map::assembly::{Assembly, Part};
+use crate::builder::map::map_builder::{Assembly, Part};
 use crate::builder::network::road_end::{inward, lanes_at, on_cut};
 use crate::builder::network::{End, Road, RoadEnd, RoadIx, RoadNetwork};
 use crate::builder::streets::heights::Ground;
 use crate::builder::tags::cross_section::{CrossSection, StripKind, Travel};
 use crate::builder::tags::marking::SHARES;
-use crate::builder::tags::side_runs::runs;
+use crate::builder::tags::side_strips::runs;
 use crate::geometry::pose::Pose;
 use crate::lanelet::{Attributes, Bound, PointId};
 use crate::parallel::Finely;
 
 use super::border::borders;
-use super::cut::ConnectionLines;
-use super::join::Joins;
+use super::road_continuation::Joins;
+use super::road_cut::ConnectionLines;
 use super::types::{Arm, ArmLane, Lane, Lanes, Piece};
 
 use compact_str::ToCompactString;

@@ -1,7 +1,7 @@
 //! Lanes of roads, the pieces of a road between its cuts, and a road's arm at an intersection.
 
 use crate::builder::ids::Key;
-use crate::builder::map::assembly::Assembly;
+use crate::builder::map::map_builder::Assembly;
 use crate::builder::network::{End, Intersection, RoadEnd, RoadIx};
 use crate::builder::streets::heights::Ground;
 use crate::builder::tags::cross_section::{Arrows, StripKind};

@@ -1,4 +1,4 @@
 //! Room 5: the map under construction, its ids and its points.
 
-pub mod assembly;
-pub(crate) mod places;
+pub mod map_builder;
+pub(crate) mod point_index;

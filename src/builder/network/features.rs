@@ -6,7 +6,7 @@ use crate::builder::tags::cross_section::Travel;
 use crate::geometry::{Point, Polyline};
 use crate::osm::{OsmData, Tags};
 
-use super::pieces::Piece;
+use super::way_pieces::Piece;
 use super::{Feature, FeatureKind, Road};
 
 /// How far along the line, metres, a node may lie from where its share of the way's length puts it: lines that are

@@ -6,8 +6,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::geometry::cells::{Bounds, Cells};
-use crate::geometry::{Point, Polyline, Vector, polygon, ring};
+use crate::geometry::spatial_hash::{Bounds, Cells};
+use crate::geometry::{Point, Polyline, Vector, polygon, simple_ring};
 use crate::osm::{ElementKind, OsmData, Relation, Tags, Way};
 use crate::projection::LonLat;
 
@@ -76,7 +76,9 @@ fn islands(osm: &OsmData, to_metres: ToMetres<'_>) -> Vec<(Island, f64)> {
     });
     let sound = |(island, _): &(Island, f64)| {
         let finite = island.ring.iter().all(|p| p.x.is_finite() && p.y.is_finite());
-        finite && (LEAST..=MOST).contains(&polygon::signed_area(&island.ring).abs()) && ring::is_simple(&island.ring)
+        finite
+            && (LEAST..=MOST).contains(&polygon::signed_area(&island.ring).abs())
+            && simple_ring::is_simple(&island.ring)
     };
     sited.filter(sound).collect()
 }

@@ -1,44 +1,43 @@
 //! Roads and where they meet: OpenStreetMap's ways cut at shared nodes, in local metres.
 
-mod arms;
+mod access;
+mod arm_order;
 mod connectivity;
-mod control;
-mod crossed;
-pub mod dead_lanes;
+mod crossing_assignment;
 mod features;
 pub(crate) mod frame;
 mod islands;
-mod layouts;
-pub mod origins;
-mod pieces;
+pub mod network_diff;
 mod read;
-pub mod restricted;
-mod restriction;
 pub mod road_end;
-mod select;
+mod short_dead_ends;
+mod signal_assignment;
 mod stop_lines;
-mod stubs;
 #[cfg(test)]
 mod tests;
 pub mod turn;
+mod turn_relations;
+pub mod turn_restrictions;
+pub mod unreachable_lanes;
+mod way_cross_sections;
+mod way_pieces;
 
-use crate::builder::tags::road_class::{DrivingSide, RoadClass};
-pub(crate) use arms::{Ray, clockwise};
-pub(crate) use connectivity::cross;
-pub use frame::ToMetres;
-pub use islands::Island;
-pub use read::{Network, NetworkError, NetworkOptions, UNMET_ROAD, road_network};
-pub(crate) use select::class as class_of;
-
-use std::fmt;
-
-use crate::geometry::cells::Bounds;
+use crate::geometry::spatial_hash::Bounds;
 use crate::geometry::{Point, Polyline, Vector};
 use crate::osm::{Tags, Text};
 use crate::settings::{BesideSettings, MarkingSettings};
 
 use super::ids::Key;
 use super::tags::cross_section::{CrossSection, Travel};
+use super::tags::road_class::{DrivingSide, RoadClass};
+pub(crate) use access::class as class_of;
+pub(crate) use arm_order::{Ray, clockwise};
+pub(crate) use connectivity::cross;
+pub use frame::ToMetres;
+pub use islands::Island;
+pub use read::{Network, NetworkError, NetworkOptions, UNMET_ROAD, road_network};
+
+use std::fmt;
 
 /// Index of a road in [`RoadNetwork::roads`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

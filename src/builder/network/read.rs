@@ -11,17 +11,17 @@ use crate::parallel::Finely;
 use crate::projection::LonLat;
 use crate::settings::{AssumeSettings, RoadSettings};
 
-use super::arms::{Ray, clockwise};
+use super::access::{Access, Drivable, Verdict, judge};
+use super::arm_order::{Ray, clockwise};
 use super::features::NodeFeatures;
 use super::frame::{ToMetres, level};
-use super::layouts::Told;
-use super::pieces::{Piece, pieces};
-use super::restriction::turns;
-use super::select::{Access, Drivable, Verdict, judge};
-use super::stubs::without_stubs;
+use super::short_dead_ends::without_stubs;
+use super::turn_relations::turns;
+use super::way_cross_sections::Told;
+use super::way_pieces::{Piece, pieces};
 use super::{
-    End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, control, crossed, features,
-    islands, stop_lines,
+    End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, crossing_assignment, features,
+    islands, signal_assignment, stop_lines,
 };
 
 use rayon::prelude::*;
@@ -118,8 +118,8 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
     let mut intersections = intersections(osm, &nodes, &positions, &pieces, &roads, &centres);
     islands::assign(osm, to_metres, &roads, &mut intersections);
     let mut network = RoadNetwork { side, country, roads, intersections, ..RoadNetwork::default() };
-    crossed::settle(osm, to_metres, &mut network, &mut notes);
-    control::assign(osm, &mut network, &mut notes);
+    crossing_assignment::settle(osm, to_metres, &mut network, &mut notes);
+    signal_assignment::assign(osm, &mut network, &mut notes);
     (network.restrictions, network.connections) = turns(osm, &network, &mut notes);
     Ok(Network { network, notes })
 }

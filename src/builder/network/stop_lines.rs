@@ -1,7 +1,7 @@
 //! Stop lines that OpenStreetMap maps as ways of their own, each with the road and the traffic that it stops.
 
 use crate::builder::tags::cross_section::Travel;
-use crate::geometry::cells::{Bounds, Cells};
+use crate::geometry::spatial_hash::{Bounds, Cells};
 use crate::geometry::{Point, left_of, polygon};
 use crate::osm::{OsmData, Tags, Way};
 use crate::projection::LonLat;

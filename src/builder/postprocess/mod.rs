@@ -1,7 +1,7 @@
 //! Room 12: what only the whole map tells, and what the user adds.
 
-pub(crate) mod across;
-pub(crate) mod blinker;
-pub mod inside;
-pub(crate) mod overhead;
-pub(crate) mod pen;
+pub(crate) mod cross_line;
+pub(crate) mod grade_separation;
+pub(crate) mod map_editor;
+pub(crate) mod turn_signal;
+pub mod user_elements;

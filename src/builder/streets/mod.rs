@@ -2,9 +2,9 @@
 
 pub mod alignment;
 pub mod consolidate;
-pub mod grid;
 pub mod heights;
 pub mod outline;
+pub mod snap_grid;
 
 use std::collections::BTreeMap;
 
@@ -47,7 +47,7 @@ pub struct Streets {
 pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     let network = join(network);
     // On the grid from the beginning, a road that nothing moves keeps its shape to the end.
-    let network = grid::network(ease(network));
+    let network = snap_grid::network(ease(network));
     let mut memory = Memory::default();
     let kept = |network: &RoadNetwork| remaining(network, &options.outline, &mut memory);
     let (network, merges) = consolidate(network, &options.consolidate, kept);
@@ -55,13 +55,13 @@ pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     let (network, mut findings) = narrowed(abreast(network, &cut), &cut);
     let (network, steep) = raised(network, &cut, &options.heights);
     findings.extend(steep);
-    let network = told_apart(grid::network(network));
+    let network = told_apart(snap_grid::network(network));
     let (outlines, failed) = outlines_within(&network, &cut, &options.outline, &memory);
     let network = in_order(network, &outlines);
     findings.extend(failed);
     let (whole, overlaps) = rayon::join(|| merged_whole(&network), || overlaps(&network, &outlines));
     findings.extend(whole.into_iter().chain(overlaps));
-    let (outlines, ()) = rayon::join(|| grid::outlines(outlines), || drop((memory, cut)));
+    let (outlines, ()) = rayon::join(|| snap_grid::outlines(outlines), || drop((memory, cut)));
     Streets { network, outlines, merges, findings }
 }
 

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use crate::builder::network::{NetworkOptions, road_network};
 use crate::builder::tags::road_class::DrivingSide;
-use crate::geometry::{Point, polygon, ring};
+use crate::geometry::{Point, polygon, simple_ring};
 use crate::osm::{OsmData, read_bytes};
 use crate::projection::LonLat;
 
@@ -49,7 +49,7 @@ fn assert_valid(streets: &Streets) {
         if outline.ring.is_empty() {
             continue;
         }
-        assert!(ring::is_simple(&outline.ring), "{:?}: {:?}", intersection.nodes, outline.ring);
+        assert!(simple_ring::is_simple(&outline.ring), "{:?}: {:?}", intersection.nodes, outline.ring);
         assert!(polygon::signed_area(&outline.ring) < 0.0, "the ring runs clockwise");
         for cut in &outline.cuts {
             assert!(outline.ring.contains(&cut.left) && outline.ring.contains(&cut.right));
@@ -61,7 +61,7 @@ fn assert_valid(streets: &Streets) {
         let half = road.half_width();
         let mut strip = line.offset(half, 2.0).unwrap().points().to_vec();
         strip.extend(line.offset(-half, 2.0).unwrap().points().iter().rev());
-        assert!(ring::is_simple(&strip), "way {}: {strip:?}", road.key.way);
+        assert!(simple_ring::is_simple(&strip), "way {}: {strip:?}", road.key.way);
     }
 }
 

@@ -1,6 +1,7 @@
 //! The lanes of a road as an ordered cross-section, read from OpenStreetMap's tags.
 
-mod buses;
+mod bus_lanes;
+mod defaults;
 mod facts;
 mod flow;
 mod lanes;
@@ -10,13 +11,12 @@ mod read;
 mod sides;
 #[cfg(test)]
 mod tests;
-mod usual;
 
 pub(crate) use facts::{Facts, Lane, Layout};
 
+pub(crate) use defaults::{Customs, SIDEWALK, Usual};
 pub(crate) use lanes::tells_lanes;
 pub(crate) use read::layout;
-pub(crate) use usual::{Customs, SIDEWALK, Usual};
 
 use super::road_class::RoadClass;
 

@@ -4,6 +4,6 @@ pub mod cross_section;
 pub mod driving_side;
 pub(crate) mod marking;
 pub mod road_class;
-pub mod side_runs;
+pub mod side_strips;
 pub(crate) mod speed;
 pub(crate) mod values;

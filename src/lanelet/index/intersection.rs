@@ -6,15 +6,16 @@ use rayon::prelude::*;
 use rstar::AABB;
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::geometry::{Point, Vector, polygon, simple_ring};
+use crate::lanelet::right_of_way::opposites;
+use crate::lanelet::{LaneletMap, PolygonId};
+use crate::parallel::Finely;
+
 use super::groups::Groups;
 use super::lane::extent;
 use super::leg::{Crossed, legs};
 use super::named::COMPASS;
 use super::{Conflict, Edge, Lane, LaneTree, Thresholds};
-use crate::geometry::{Point, Vector, polygon, ring};
-use crate::lanelet::right_of_way::opposites;
-use crate::lanelet::{LaneletMap, PolygonId};
-use crate::parallel::Finely;
 
 /// A lanelet that is part of an intersection: one movement from one approach to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,7 +131,7 @@ fn of_area(
         Vec::new()
     };
     near.sort_unstable();
-    let simple = ring::is_simple(&outline);
+    let simple = simple_ring::is_simple(&outline);
     let (mut members, mut touched) = (Vec::new(), Vec::new());
     for lane in near {
         let common = match lanes[lane].simple && lanes[lane].area > 0.0 {
@@ -299,6 +300,6 @@ fn arm(lanes: &[Lane], middle: Point, edges: Vec<ArmEdge>) -> (f64, Arm) {
 impl Intersection {
     /// Whether its area is a simple polygon.
     pub fn is_simple(&self) -> bool {
-        ring::is_simple(&self.ring)
+        simple_ring::is_simple(&self.ring)
     }
 }

@@ -1,6 +1,6 @@
 //! A lanelet with its geometry in the direction of travel.
 
-use crate::geometry::{Point, Polyline, Vector, angle_between, polygon, ring};
+use crate::geometry::{Point, Polyline, Vector, angle_between, polygon, simple_ring};
 use crate::lanelet::{Lanelet, LaneletId, LaneletMap, LineStringId, PointId, RoadType};
 
 /// Step along a lanelet at which headings are compared, metres: short enough for the sharpest turn, long enough that
@@ -123,7 +123,7 @@ impl Lane {
             kind: RoadType::of(&lanelet.attributes),
             vehicle: drivable_by_vehicle(lanelet),
             bicycle: RoadType::of(&lanelet.attributes) == RoadType::BicycleLane,
-            simple: ring::is_simple(&outline),
+            simple: simple_ring::is_simple(&outline),
             both_ways: false,
             left,
             right,

@@ -7,13 +7,14 @@ use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 use rustc_hash::FxHashMap;
 
-use crate::geometry::{Point as Place, Polyline, polygon, ring};
-use crate::lanelet::index::extent;
+use crate::geometry::{Point as Place, Polyline, polygon, simple_ring};
 use crate::lanelet::number::leading_integer;
 use crate::lanelet::{
     Bound, Lanelet, LaneletId, LaneletMap, LineString, Point, Polygon, RegulatoryElement, RegulatoryElementId, Target,
 };
 use crate::parallel::Finely;
+
+use super::extent;
 
 /// Boxes of lanelets with their positions.
 type Boxes = RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>;
@@ -59,7 +60,7 @@ impl<'m> Seen<'m> {
             right: points(lanelet.right),
             extent: extent(&outline),
             area: polygon::signed_area(&outline).abs(),
-            simple: ring::is_simple(&outline),
+            simple: simple_ring::is_simple(&outline),
             outline,
         })
     }

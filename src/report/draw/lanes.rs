@@ -1,10 +1,12 @@
 //! Surfaces, markings and direction arrows.
 
-use super::canvas::Canvas;
-use super::style::{self, Stroke};
 use crate::geometry::{Point, Polyline};
+use crate::lane_stitching::{Colour, Strokes};
 use crate::lanelet::{Lanelet, LaneletMap, LineString, RoadType};
-use crate::weave::{Colour, Strokes};
+
+use super::canvas::Canvas;
+use super::style;
+use super::style::Stroke;
 
 /// Below this many pixels per metre, arrows and invisible bounds are left out: they would only be noise.
 const DETAIL_SCALE: f64 = 1.5;

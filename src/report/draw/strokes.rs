@@ -4,15 +4,16 @@ use std::io::{self, Write};
 
 use serde_json::{Value, json};
 
-use super::View;
-use super::lanes::positions;
-use super::style::{self, Stroke};
 use crate::diagnostic::Subject;
 use crate::geometry::Point;
+use crate::lane_stitching::{Colour, Strokes};
 use crate::lanelet::{LaneletMap, LineString};
 use crate::projection::Projector;
 use crate::report::geojson::{line_of, of_subject};
-use crate::weave::{Colour, Strokes};
+
+use super::lanes::positions;
+use super::style::Stroke;
+use super::{View, style};
 
 /// Writes the outline of each lanelet that is in view, then each stroke of each linestring: a feature a line, in the map's
 /// order. What has no longitude and latitude is left out.

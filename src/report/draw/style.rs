@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
+use crate::lane_stitching::{KERB, Kind, PAINT, Paint};
 use crate::lanelet::{Attributes, RoadType, TurnDirection};
-use crate::weave::{KERB, Kind, PAINT, Paint};
 
 /// How a linestring is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -28,10 +28,11 @@ pub use ghosts::{Ghost, ghosts};
 pub use served::{Served, parcel, served, served_workshop};
 pub use workshop::{InputRoad, InputWay, Stage, Workshop};
 
-use super::{Report, VERSION};
 use crate::geometry::Point;
+use crate::lane_stitching;
 use crate::requirement::Requirement;
-use crate::weave;
+
+use super::{Report, VERSION};
 use place::Frame;
 
 /// What a page shows beside the run's own [`Report`].
@@ -103,11 +104,11 @@ fn facts(report: &Report<'_>, page: &Page<'_>, frame: &Frame) -> serde_json::Val
 /// The page with its parts in their places; `data` are the packed report and map, where the page brings them along.
 fn filled(title: &str, pages: &str, scripts: &[&str], connect: &str, data: Option<[&str; 2]>) -> String {
     let paint = json!({
-        "thin": weave::PAINT,
-        "thick": 2.0 * weave::PAINT,
-        "kerb": weave::KERB,
-        "apart": weave::DOUBLE_APART,
-        "dash": [weave::DASH, weave::DASH_PERIOD - weave::DASH],
+        "thin": lane_stitching::PAINT,
+        "thick": 2.0 * lane_stitching::PAINT,
+        "kerb": lane_stitching::KERB,
+        "apart": lane_stitching::DOUBLE_APART,
+        "dash": [lane_stitching::DASH, lane_stitching::DASH_PERIOD - lane_stitching::DASH],
     });
     let script = format!("(() => {{\n'use strict';\nconst PAINT = {paint};\n{}}})();\n", scripts.concat());
     let policy = policy(&script, connect);

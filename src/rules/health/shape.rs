@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use crate::diagnostic::{Edit, Finding, Place, Subject};
-use crate::geometry::ring;
-use crate::geometry::ring::RingFault;
+use crate::geometry::simple_ring;
+use crate::geometry::simple_ring::RingFault;
 use crate::lanelet::index::{Edge, Lane, MapIndex};
 use crate::lanelet::{LineStringId, PointId};
 
@@ -38,7 +38,7 @@ fn crossing(map: &MapIndex, at: usize) -> Option<Finding> {
     if lane.simple || lane.start.ids == lane.end.ids || share_a_point(map, lane) {
         return None;
     }
-    let place = match ring::faults(&lane.outline, 0.0, 1).first()? {
+    let place = match simple_ring::faults(&lane.outline, 0.0, 1).first()? {
         RingFault::Crossing(_, _, place) => *place,
         RingFault::TooFew(at) | RingFault::NotFinite(at) | RingFault::Spike(at) => *lane.outline.get(*at)?,
     };

@@ -2,14 +2,15 @@
 
 use rustc_hash::FxHashSet;
 
-use super::{Issue, Params, issue};
 use crate::diagnostic::Subject;
-use crate::geometry::{Point as Place, polygon, ring};
+use crate::geometry::{Point as Place, polygon, simple_ring};
 use crate::lanelet::index::extent;
 use crate::lanelet::index::view::{Seen, View, boxes_meet, covered_by};
 use crate::lanelet::number::leading_integer;
 use crate::lanelet::{LaneletId, PointId, Polygon, PolygonId};
 use crate::rules::graph::{Graph, Rules};
+
+use super::{Issue, Params, issue};
 
 /// Share of a lanelet that an area has to cover for the lanelet to lie in it.
 const COVER: f64 = 0.99;
@@ -154,14 +155,14 @@ pub fn division(view: &View, _: &Params) -> Vec<Issue> {
 /// `intersection_area_validity`: a ring either way round; points that repeat at once count as one.
 pub fn validity(view: &View, _: &Params) -> Vec<Issue> {
     let areas = view.polygons("intersection_area").map(|area| (area.id, view.ring(area)));
-    let faults = areas.filter_map(|(id, outline)| Some((id, *ring::faults(&outline, SPIKE, 1).first()?)));
+    let faults = areas.filter_map(|(id, outline)| Some((id, *simple_ring::faults(&outline, SPIKE, 1).first()?)));
     faults
         .map(|(id, fault)| {
             let reason = match fault {
-                ring::RingFault::TooFew(_) => "it has too few points",
-                ring::RingFault::NotFinite(_) => "a coordinate is no number",
-                ring::RingFault::Spike(_) => "it has a spike",
-                ring::RingFault::Crossing(..) => "it crosses itself",
+                simple_ring::RingFault::TooFew(_) => "it has too few points",
+                simple_ring::RingFault::NotFinite(_) => "a coordinate is no number",
+                simple_ring::RingFault::Spike(_) => "it has a spike",
+                simple_ring::RingFault::Crossing(..) => "it crosses itself",
             };
             issue(1, Subject::Polygon(id.0), format!("intersection_area {id} is no valid polygon: {reason}."))
         })

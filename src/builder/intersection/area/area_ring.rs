@@ -2,12 +2,12 @@
 
 use crate::builder::ids::Key;
 use crate::builder::intersection::conflict::strips_beside;
-use crate::builder::intersection::paths::{Bounds, Path};
+use crate::builder::intersection::turning_lanelets::{Bounds, Path};
 use crate::builder::lanes::types::Arm;
-use crate::builder::map::assembly::Assembly;
-use crate::geometry::columns::Columns;
-use crate::geometry::ring::RingFault;
-use crate::geometry::{Point, polygon, ring};
+use crate::builder::map::map_builder::Assembly;
+use crate::geometry::simple_ring::RingFault;
+use crate::geometry::strip_index::Columns;
+use crate::geometry::{Point, polygon, simple_ring};
 use crate::lanelet::PointId;
 
 use geo::{Area, BooleanOps, MultiPolygon};
@@ -50,13 +50,13 @@ pub(super) fn nodes(assembly: &Assembly, ids: &[PointId]) -> Vec<Node> {
 }
 
 pub(super) fn is_simple(assembly: &Assembly, ring: &[PointId]) -> bool {
-    ring::faults(&places(assembly, ring), SPIKE, 1).is_empty()
+    simple_ring::faults(&places(assembly, ring), SPIKE, 1).is_empty()
 }
 
 /// Whether the ring is simple and covers every path.
 pub(super) fn holds(ring: &[Node], paths: &[Path], columns: &[Option<Columns>]) -> bool {
     let ring: Vec<Point> = ring.iter().map(|(_, place)| *place).collect();
-    let simple = ring::faults(&ring, SPIKE, 1).is_empty() && polygon::signed_area(&ring) < 0.0;
+    let simple = simple_ring::faults(&ring, SPIKE, 1).is_empty() && polygon::signed_area(&ring) < 0.0;
     let Some(inside) = strips_beside(paths, &ring).filter(|_| simple) else { return false };
     let covered = |path: &Option<Columns>| path.as_ref().map_or(0.0, |path| path.strips().common_area(&inside));
     paths.iter().zip(columns).all(|(path, columns)| covered(columns) >= COVERED * area_of(&path.outline))
@@ -140,7 +140,7 @@ pub(super) fn tidied(
     for _ in 0..ring.len() {
         let places: Vec<Point> = ring.iter().map(|&id| place(id)).collect();
         let count = ring.len();
-        let loose: Vec<usize> = match ring::faults(&places, SPIKE, 1).first() {
+        let loose: Vec<usize> = match simple_ring::faults(&places, SPIKE, 1).first() {
             Some(RingFault::Spike(i)) => {
                 let near = [*i, (i + count - 1) % count, (i + 1) % count];
                 near.into_iter().filter(|&i| !fixed.contains(&ring[i])).take(1).collect()
@@ -184,7 +184,7 @@ pub(super) fn with_cuts(assembly: &Assembly, mut ring: Vec<PointId>, arms: &[&Ar
             with.insert(i + 1, id);
             with
         });
-        if let Some(with) = with.filter(|with| ring::faults(&places(assembly, with), SPIKE, 1).is_empty()) {
+        if let Some(with) = with.filter(|with| simple_ring::faults(&places(assembly, with), SPIKE, 1).is_empty()) {
             ring = with;
         }
     }

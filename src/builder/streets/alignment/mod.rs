@@ -1,20 +1,20 @@
 //! Where each carriageway lies: OpenStreetMap's lines, bent and shifted as roads of their width can follow them.
 
-mod abreast;
-mod ease;
-mod narrow;
-mod sides;
+mod narrow_roads;
+mod parallel_roads;
+mod side_order;
+mod smooth_bends;
 
 use rayon::prelude::*;
 
 use crate::builder::network::RoadNetwork;
 use crate::parallel::Finely;
 
-use ease::TIGHTEST;
+use smooth_bends::TIGHTEST;
 
-pub use abreast::abreast;
-pub use ease::eased;
-pub use narrow::narrowed;
+pub use narrow_roads::narrowed;
+pub use parallel_roads::abreast;
+pub use smooth_bends::eased;
 
 /// The network with the bends of every road eased to what its width can follow. Stations of features move with their
 /// places.

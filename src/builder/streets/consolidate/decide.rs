@@ -6,7 +6,7 @@ use crate::builder::tags::road_class::RoadClass;
 use crate::geometry::Vector;
 use crate::parallel::Finely;
 
-use super::wish::wished;
+use super::user_overrides::wished;
 use super::{ConsolidateOptions, Reason, Verdict};
 
 use rayon::prelude::*;

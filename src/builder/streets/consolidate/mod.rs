@@ -5,29 +5,29 @@
 //! whether it lies inside an intersection (`decide`), contracts what it found (`contract`), and looks again, for
 //! a merged intersection cuts its neighbours back further; the rounds end when nothing changes.
 
-mod contract;
+mod contract_edges;
 mod decide;
-mod divided;
-mod edit;
-mod explain;
+mod dual_carriageway;
 mod island;
-mod join;
+mod join_roads;
+mod network_edit;
 pub(crate) mod passages;
+mod reasons;
 #[cfg(test)]
 mod tests;
 mod types;
-mod wish;
+mod user_overrides;
 
 pub use types::{ConsolidateOptions, MergeNote, Reason, Verdict};
 
 use crate::builder::network::{RoadIx, RoadNetwork};
 
-pub use wish::{Wish, Wished};
+pub use user_overrides::{Wish, Wished};
 
 /// Joins what is one road: pieces that continue each other without any change, and carriageways around an island.
 #[must_use]
 pub fn join(network: RoadNetwork) -> RoadNetwork {
-    join::join_alike(divided::join_around_islands(join::join_alike(network)))
+    join_roads::join_alike(dual_carriageway::join_around_islands(join_roads::join_alike(network)))
 }
 
 /// Takes roads into the intersections at their ends, whose lanes run over them. `left` says how much remains of each,
@@ -40,13 +40,13 @@ pub fn take_in(
 ) -> (RoadNetwork, bool, Vec<MergeNote>) {
     let verdict = |&road| Verdict { road, merge: true, reason: Reason::Overrun, left: left(road), wish: None };
     let verdicts: Vec<Verdict> = roads.iter().map(verdict).collect();
-    contract::contract(network, &verdicts, options)
+    contract_edges::contract(network, &verdicts, options)
 }
 
 /// Takes roads away, and the intersections that no road is left of.
 #[must_use]
 pub fn without(network: RoadNetwork, roads: &[RoadIx]) -> RoadNetwork {
-    let mut edit = edit::Edit::new(network);
+    let mut edit = network_edit::Edit::new(network);
     roads.iter().for_each(|road| edit.remove(*road));
     edit.finish()
 }
@@ -62,7 +62,7 @@ pub fn consolidate(
     for _ in 0..options.rounds {
         let kept = kept(&network);
         let verdicts = decide::decide(&network, &kept, options);
-        let (next, merged, round) = contract::contract(network, &verdicts, options);
+        let (next, merged, round) = contract_edges::contract(network, &verdicts, options);
         network = next;
         let changed = round.iter().any(|note| note.merged);
         // A road that the user keeps apart is gone where other roads merge its ends: that is told.

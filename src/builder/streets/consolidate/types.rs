@@ -2,7 +2,7 @@
 
 use crate::builder::network::{RoadIx, RoadKey};
 
-use super::wish::Wish;
+use super::user_overrides::Wish;
 
 /// Limits of the decision, metres unless said otherwise.
 #[derive(Clone, Debug)]

@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use rayon::prelude::*;
 
 use crate::builder::network::{Road, RoadNetwork};
-use crate::geometry::cells::Cells;
+use crate::geometry::spatial_hash::Cells;
 use crate::geometry::{Point, segment_crossing};
 use crate::parallel::Finely;
 

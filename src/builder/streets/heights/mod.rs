@@ -5,14 +5,14 @@
 //! there as steeply as their class allows. Roads that meet do so at one height. Last the grades are held: what is too steep,
 //! ground or ramp, is spread over the roads around.
 
-mod base;
 mod crossings;
-mod evened;
-mod ground;
-mod limit;
+mod elevation_tags;
+mod grade_limit;
+mod level_at_cuts;
 mod options;
-mod ramp;
-mod spots;
+mod ramps;
+mod surface;
+mod terrain_profile;
 #[cfg(test)]
 mod tests;
 
@@ -23,17 +23,17 @@ use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::Polyline;
 use crate::parallel::Finely;
 
-use base::Base;
 use crossings::{Crossing, crossings};
-use limit::{Sampled, Web};
+use grade_limit::{Sampled, Web};
 use options::{REACH, STEP, TOLERANCE};
-use ramp::Ramp;
+use ramps::Ramp;
+use terrain_profile::Base;
 
 use rayon::prelude::*;
 
-pub use evened::evened;
-pub use ground::{Ground, rounded};
-pub use spots::{Spots, spots};
+pub use elevation_tags::{Spots, spots};
+pub use level_at_cuts::evened;
+pub use surface::{Ground, rounded};
 
 /// A road is told of where it lies so far, metres, from the height that ground and level ask for.
 const ASTRAY: f64 = 0.5;
@@ -52,9 +52,9 @@ pub fn raised(mut network: RoadNetwork, kept: &[[f64; 2]], options: &HeightOptio
         }
         return (network, Vec::new());
     }
-    let bases = base::bases(&network, options);
+    let bases = terrain_profile::bases(&network, options);
     let crossings = crossings(&network, kept);
-    let ramps = ramp::ramps(&network, kept, &bases, &crossings, options);
+    let ramps = ramps::ramps(&network, kept, &bases, &crossings, options);
     let roads = network.roads.par_iter().finely().zip(kept).zip(bases.par_iter().finely().zip(&ramps));
     let sample = |((road, kept), (base, ramp)): ((&Road, &[f64; 2]), _)| sampled(road, *kept, base, ramp, options);
     let sampled: Vec<Sampled> = roads.map(sample).collect();

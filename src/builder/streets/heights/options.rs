@@ -4,7 +4,7 @@ use crate::builder::network::Road;
 use crate::builder::tags::road_class::RoadClass;
 use crate::geometry::Point;
 
-use super::spots::Spots;
+use super::elevation_tags::Spots;
 
 use std::sync::Arc;
 

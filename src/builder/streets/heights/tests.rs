@@ -7,8 +7,8 @@ use crate::geometry::Point;
 use crate::osm::{OsmData, read_bytes};
 use crate::projection::LonLat;
 
-use super::ground::eased;
 use super::options::{STOREY, Surface};
+use super::surface::eased;
 use super::*;
 
 /// Metres east and north of a corner of the world where a degree is as long as this.

@@ -1,6 +1,6 @@
 //! Finds where the edges of two roads that meet collide.
 
-use crate::geometry::cells::{Bounds, touch};
+use crate::geometry::spatial_hash::{Bounds, touch};
 use crate::geometry::{Point, Polyline, segment_crossing};
 
 use super::thicken::{Arm, Side};

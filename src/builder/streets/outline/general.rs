@@ -9,8 +9,8 @@ use crate::geometry::{angle_between, line_crossing};
 
 use super::OutlineOptions;
 use super::collide::{Collision, collisions};
+use super::ring::Corner;
 use super::thicken::{Arm, Side};
-use super::walk::Corner;
 
 /// What the method found at one intersection.
 #[derive(Clone, Debug)]

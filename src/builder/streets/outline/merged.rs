@@ -10,8 +10,8 @@ use crate::geometry::polygon::{convex_hull, outside, union};
 use crate::geometry::{Point, Polyline, Vector, left_of, orientation};
 
 use super::collide::{collisions_within, crossings};
+use super::ring::cut;
 use super::thicken::{Arm, MITER_LIMIT, Side};
-use super::walk::cut;
 use super::{Cut, OutlineOptions};
 
 /// A stretch of an arm outside the ground longer than this, metres, ends the intersection.

@@ -5,19 +5,19 @@
 //! line, and walk the trimmed ends and the collisions clockwise into one polygon.
 
 mod collide;
+pub mod debug_steps;
 mod general;
-mod memory;
+mod intersection_plan;
 mod merged;
 mod overlap;
-mod site;
+mod plan_cache;
+mod ring;
 mod terminus;
 #[cfg(test)]
 mod tests;
 mod thicken;
-pub mod trace;
 mod trim;
 mod types;
-mod walk;
 
 pub use types::{Case, Cut, Outline, OutlineOptions, Outlines};
 
@@ -26,14 +26,15 @@ use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::Polyline;
 use crate::parallel::Finely;
 
-use site::Site;
+use intersection_plan::Site;
+
 use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
-pub use memory::Memory;
 pub use merged::ribbon;
 pub use overlap::{overlap, overlapping, overlaps};
+pub use plan_cache::Memory;
 pub use thicken::MITER_LIMIT;
 
 /// The stations between which each road remains at the most: after what its ends must have, without the room that

@@ -10,8 +10,8 @@ use rayon::prelude::*;
 
 use crate::builder::network::{Intersection, Road, RoadNetwork};
 use crate::diagnostic::{Finding, Place, Severity, Subject};
-use crate::geometry::cells::{Bounds, Cells, touch};
 use crate::geometry::polyline::within;
+use crate::geometry::spatial_hash::{Bounds, Cells, touch};
 use crate::geometry::{Point, Polyline, Vector, polygon, segment_crossing};
 use crate::parallel::Finely;
 

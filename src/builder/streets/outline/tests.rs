@@ -6,10 +6,10 @@ use crate::builder::network::{IntersectionIx, Road, RoadIx, RoadKey};
 use crate::builder::streets::alignment::{abreast, ease};
 use crate::builder::tags::cross_section::{Arrows, CrossSection, Strip, StripKind, Travel};
 use crate::builder::tags::road_class::RoadClass;
-use crate::geometry::{Point, Polyline, polygon, ring};
+use crate::geometry::{Point, Polyline, polygon, simple_ring};
 use crate::osm::Tags;
 
-use super::site::is_sound;
+use super::intersection_plan::is_sound;
 use super::*;
 
 /// A road from node 0 at the origin outwards through these points, of this width.
@@ -123,7 +123,7 @@ fn assert_sound(network: &RoadNetwork) -> Outlines {
         if outline.case == Case::MapEdge {
             continue;
         }
-        assert!(ring::is_simple(&outline.ring), "{:?}", outline.ring);
+        assert!(simple_ring::is_simple(&outline.ring), "{:?}", outline.ring);
         assert!(polygon::signed_area(&outline.ring) < 0.0, "the ring runs clockwise");
         for (i, cut) in outline.cuts.iter().enumerate() {
             assert!(outline.ring.contains(&cut.left) && outline.ring.contains(&cut.right));
@@ -212,7 +212,7 @@ fn a_ring_that_folds_is_not_sound() {
     assert!(is_sound(&ring(3.5)));
     let hair =
         [(0.0, 0.0), (0.0, 9.0), (9.0, 9.0), (9.0, 4.0), (9.5, 4.01), (5.0, 3.88)].map(|(x, y)| Point::new(x, y));
-    assert!(ring::is_simple(&hair) && !is_sound(&hair), "two edges that are a hair apart");
+    assert!(simple_ring::is_simple(&hair) && !is_sound(&hair), "two edges that are a hair apart");
 }
 
 #[test]

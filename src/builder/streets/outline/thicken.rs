@@ -2,7 +2,7 @@
 
 use crate::builder::network::{End, RoadEnd, RoadNetwork};
 use crate::builder::tags::road_class::RoadClass;
-use crate::geometry::cells::Bounds;
+use crate::geometry::spatial_hash::Bounds;
 use crate::geometry::{Point, Polyline, left_of};
 
 use super::OutlineOptions;

@@ -5,7 +5,7 @@ use crate::builder::tags::values::metres_under;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::osm::Tags;
 
-use super::usual::Usual;
+use super::defaults::Usual;
 use super::{CrossSection, Strip, StripKind, Travel};
 
 /// A single track for both directions may take all of a narrow carriageway, metres.

@@ -5,7 +5,7 @@ use crate::builder::tags::values::{metres_under, number_of};
 use crate::diagnostic::{Finding, Severity};
 use crate::osm::Tags;
 
-use super::buses::mark_bus_lanes;
+use super::bus_lanes::mark_bus_lanes;
 use super::facts::{MAX_SINGLE_TRACK, plain};
 use super::flow::Flow;
 use super::per_lane::{PerLane, per_lane};

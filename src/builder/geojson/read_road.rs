@@ -1,0 +1,186 @@
+//! One road of the file: its line, its lanes, and what stands on it.
+
+use crate::builder::network::{Feature as Furniture, FeatureKind, IntersectionIx, Road, RoadKey, class_of};
+use crate::builder::tags::cross_section::{CrossSection, Customs, Facts, Strip, StripKind, Travel, Usual, layout};
+use crate::builder::tags::road_class::{DrivingSide, RoadClass};
+use crate::builder::tags::speed;
+use crate::diagnostic::{Finding, Severity, Subject};
+use crate::geometry::Polyline;
+use crate::osm::{Tags, Text};
+
+use super::ReadError;
+use super::parse::Sited;
+use super::schema::{Feature, FurnitureKind, FurnitureShape, LaneShape, Levels, RoadShape};
+use super::values::{number, points_of};
+
+/// No strip is wider than this, metres: beyond, the unit is wrong.
+const WIDEST: f64 = 100.0;
+/// No speed limit is higher than this, km/h.
+const FASTEST: f64 = 300.0;
+
+/// The road of a feature.
+pub fn road(
+    site: &Sited<Feature<RoadShape>>,
+    key: RoadKey,
+    [from, to]: [IntersectionIx; 2],
+    lanes: &[&Sited<LaneShape>],
+    customs: &Customs<'_>,
+    notes: &mut Vec<Finding>,
+) -> Result<Road, ReadError> {
+    let shape = &site.it.properties;
+    let line = Polyline::new(points_of(&site.it)).ok_or_else(|| {
+        let message = format!("road {} has no centre line of two places or more", shape.id.0);
+        ReadError::new(site.offset, message, "give it the property `centerline`, or a LineString as geometry")
+    })?;
+    let heights = &shape.heights;
+    if !heights.is_empty() && (heights.len() != line.points().len() || heights.iter().any(|h| !h.is_finite())) {
+        let message = format!(
+            "road {} has {} heights, and its centre line has {} different places",
+            shape.id.0,
+            heights.len(),
+            line.points().len()
+        );
+        return Err(ReadError::new(site.offset, message, "give one height for each place of `centerline`, or none"));
+    }
+    let tagged = shape.tags.get("highway").and_then(class_of);
+    let class = shape.class.or(tagged.map(|(class, _)| class)).unwrap_or_else(|| {
+        notes.push(note(key, "class-guessed", "has no class; unclassified is assumed".to_owned()));
+        RoadClass::Unclassified
+    });
+    let link = shape.link || tagged.is_some_and(|(_, link)| link);
+    let section = match lanes {
+        [] => assumed(shape, key, (class, link), customs, notes)?,
+        lanes => section(lanes, key, customs.usual(class, link), customs.side, notes)?,
+    };
+    let speed = shape.speed.unwrap_or_else(|| {
+        if !["maxspeed", "maxspeed:forward", "maxspeed:backward"].iter().any(|key| shape.tags.has(key)) {
+            notes.push(note(key, "speed-guessed", "has no speed; the usual limit of its class is assumed".to_owned()));
+        }
+        speed::limit(&shape.tags, class, link, customs)
+    });
+    if speed.iter().any(|v| !(*v > 0.0 && *v <= FASTEST)) {
+        let message = format!("road {} has the speed {speed:?}", shape.id.0);
+        return Err(ReadError::new(
+            site.offset,
+            message,
+            "speeds are km/h, forward and backward, above 0 and at most 300",
+        ));
+    }
+    Ok(Road {
+        key,
+        ways: if shape.osm_ids.is_empty() { vec![key.way] } else { shape.osm_ids.clone() },
+        from,
+        to,
+        line,
+        heights: heights.clone(),
+        section,
+        class,
+        link,
+        level: shape.layer.as_ref().and_then(Levels::first).unwrap_or_default(),
+        roundabout: shape.roundabout,
+        public: shape.public,
+        name: shape.name.clone(),
+        speed,
+        features: shape.furniture.iter().enumerate().map(|(i, f)| furniture(shape, i, f)).collect(),
+        tags: shape.tags.clone(),
+    })
+}
+
+fn note(key: RoadKey, slug: &'static str, what: String) -> Finding {
+    Finding::new(slug, Subject::Way(key.way), format!("way {}: {what}", key.way)).graded(Severity::Info)
+}
+
+/// The cross-section of a road without lanes: as its tags say, or the usual one of its class, as wide as it is.
+fn assumed(
+    shape: &RoadShape,
+    key: RoadKey,
+    (class, link): (RoadClass, bool),
+    customs: &Customs<'_>,
+    notes: &mut Vec<Finding>,
+) -> Result<CrossSection, ReadError> {
+    let mut tags: Tags = shape.tags.clone();
+    if let Some(width) = shape.width
+        && !["width", "width:carriageway", "est_width"].iter().any(|key| tags.has(key))
+    {
+        tags.push("width", Text::from(width.to_string()));
+    }
+    let (side, usual) = (customs.side, customs.usual(class, link));
+    let facts = Facts { way: key.way, tags: &tags, class, link, bus_road: false, side, usual, continued: None };
+    Ok(layout(&facts, notes).section)
+}
+
+/// The cross-section that the lanes make up.
+fn section(
+    lanes: &[&Sited<LaneShape>],
+    key: RoadKey,
+    usual: Usual,
+    side: DrivingSide,
+    notes: &mut Vec<Finding>,
+) -> Result<CrossSection, ReadError> {
+    let mut ordered: Vec<&Sited<LaneShape>> = lanes.to_vec();
+    ordered.sort_by_key(|lane| lane.it.index);
+    let driven = |lane: &LaneShape| matches!(lane.used, StripKind::Drive | StripKind::Bus);
+    let count = ordered.iter().filter(|lane| driven(&lane.it)).count();
+    let mut nth = 0;
+    let mut strips = Vec::with_capacity(ordered.len());
+    for site in ordered {
+        let lane = &site.it;
+        let travel = lane.travel.unwrap_or_else(|| match driven(lane) {
+            true => usual_travel(nth, count, side),
+            false => Travel::Both,
+        });
+        nth += usize::from(driven(lane));
+        if lane.travel.is_none() && driven(lane) {
+            notes.push(note(
+                key,
+                "travel-guessed",
+                "a lane has no direction of travel; the usual one is assumed".to_owned(),
+            ));
+        }
+        let width = lane.width.unwrap_or_else(|| {
+            notes.push(note(key, "width-guessed", "a lane has no width; the usual one is assumed".to_owned()));
+            usual.lane
+        });
+        if !(width > 0.0 && width <= WIDEST) {
+            let message = format!("a lane of road {} is {width} m wide", lane.road.0);
+            return Err(ReadError::new(site.offset, message, "widths are metres, above 0 and at most 100"));
+        }
+        strips.push(Strip {
+            kind: lane.used,
+            travel,
+            width,
+            arrows: lane.arrows,
+            change: lane.change,
+            width_guessed: lane.width_guessed || lane.width.is_none(),
+        });
+    }
+    Ok(CrossSection { strips })
+}
+
+/// The direction of one of several lanes from left to right: the near half goes with the line, of an odd number the
+/// greater part; a single one goes both ways.
+fn usual_travel(nth: usize, count: usize, side: DrivingSide) -> Travel {
+    let from_near = if side == DrivingSide::Left { nth } else { count - 1 - nth };
+    match count {
+        1 => Travel::Both,
+        _ if from_near < count.div_ceil(2) => Travel::Forward,
+        _ => Travel::Backward,
+    }
+}
+
+fn furniture(road: &RoadShape, index: usize, shape: &FurnitureShape) -> Furniture {
+    let travel = shape.travel.unwrap_or(Travel::Both);
+    let kind = match shape.kind {
+        FurnitureKind::Crossing => FeatureKind::Crossing {
+            signals: shape.signals.unwrap_or_default(),
+            marked: shape.marked.unwrap_or_default(),
+        },
+        FurnitureKind::Signals => FeatureKind::Signals(travel),
+        FurnitureKind::Stop => FeatureKind::Stop(travel),
+        FurnitureKind::GiveWay => FeatureKind::GiveWay(travel),
+        FurnitureKind::StopLine => FeatureKind::StopLine(travel),
+        FurnitureKind::Sidewalk => FeatureKind::Sidewalk,
+    };
+    let node = if shape.node == 0 { number("furniture", &format!("{} {index}", road.id.0)) } else { shape.node };
+    Furniture { station: shape.station, node, kind }
+}

@@ -1,0 +1,158 @@
+//! Whether two bounds make a lane that Autoware's loader reads as it is drawn.
+
+use crate::geometry::polyline::all_clear;
+use crate::geometry::separation::apart;
+use crate::geometry::{Point, Vector, cross, left_of, polygon, simple_ring};
+
+/// Part of its width that a lane must keep everywhere.
+const WIDTH_LEFT: f64 = 0.4;
+/// No bound turns more sharply than this at a point, degrees: it would be a leftover of a loop.
+const KINK_MOST: f64 = 75.0;
+
+/// No bound is shorter than this, metres: what is shorter has no direction.
+const LENGTH_LEAST: f64 = 0.2;
+/// Segments whose distances to a point differ by less than this, metres, are equally near to it.
+const EQUALLY_NEAR: f64 = 1e-6;
+/// An outline that turns back on itself within this, degrees, encloses nothing there.
+const SPIKE: f64 = 1e-6;
+/// What lies on one side of a line by more than this, metres, does so whatever the rounding, and is no spike across it.
+const SURE: f64 = 1e-4;
+
+/// Whether a lane of this width (metres) between two bounds is simple, on the right sides, nowhere pinched, and its
+/// bounds nowhere kinked.
+pub fn sound<L: AsRef<[Point]>>(bounds: &[L; 2], width: f64) -> bool {
+    let bounds = bounds.each_ref().map(AsRef::as_ref);
+    let long = |line: &[Point]| line.windows(2).map(|w| (w[1] - w[0]).norm()).sum::<f64>() >= LENGTH_LEAST;
+    let least = WIDTH_LEFT * width;
+    let clear = apart(bounds[0], bounds[1], least);
+    let wide = || clear || all_clear(bounds[0], bounds[1], least) && all_clear(bounds[1], bounds[0], least);
+    bounds.iter().all(|line| long(line) && !kinked(line)) && wide() && aligned(&bounds) && whole(&bounds, clear)
+}
+
+/// Whether the outline between the bounds is simple, with the left bound on the left.
+pub fn simple<L: AsRef<[Point]>>(bounds: &[L; 2]) -> bool {
+    let bounds = bounds.each_ref().map(AsRef::as_ref);
+    whole(&bounds, apart(bounds[0], bounds[1], 0.0))
+}
+
+/// As [`simple`]; `clear` tells that the bounds are known to keep clear of each other.
+fn whole(bounds: &[&[Point]; 2], clear: bool) -> bool {
+    let outline = || around(bounds).copied().collect::<Vec<Point>>();
+    polygon::area_around(around(bounds)) < 0.0
+        && (clear && plain(bounds) || simple_ring::faults(&outline(), SPIKE, 1).is_empty())
+}
+
+/// The outline between two bounds.
+fn around<'a>([left, right]: &[&'a [Point]; 2]) -> impl Iterator<Item = &'a Point> + Clone {
+    left.iter().chain(right.iter().rev())
+}
+
+/// Whether the outline between bounds that keep clear of each other is surely simple: neither bound turns back, and the whole
+/// lane lies between its two ends.
+fn plain([left, right]: &[&[Point]; 2]) -> bool {
+    let onward = |line: &[Point]| {
+        let way = line[line.len() - 1] - line[0];
+        let least = SURE * way.norm();
+        line.windows(2).all(|w| (w[1] - w[0]).dot(&way) > least)
+    };
+    let behind = |end: Point, out: Vector, lines: [&[Point]; 2]| {
+        let least = SURE * out.norm();
+        lines.iter().all(|line| line.iter().all(|p| (p - end).dot(&out) < -least))
+    };
+    let (l, r) = (left.len() - 1, right.len() - 1);
+    onward(left)
+        && onward(right)
+        && behind(left[0], -left_of(right[0] - left[0]), [&left[1..], &right[1..]])
+        && behind(left[l], left_of(right[r] - left[l]), [&left[..l], &right[..r]])
+}
+
+/// Whether the loader keeps both bounds as they run: it looks at one point of each to see on which side of the other it
+/// lies.
+pub fn aligned<L: AsRef<[Point]>>(bounds: &[L; 2]) -> bool {
+    let [left, right] = bounds.each_ref().map(AsRef::as_ref);
+    side_of(left, middle(right)) == Some(Side::Right) && side_of(right, middle(left)) == Some(Side::Left)
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Side {
+    Left,
+    Right,
+}
+
+/// On which side of a line a point lies; `None` where its nearest segments disagree, as beside a corner.
+fn side_of(line: &[Point], p: Point) -> Option<Side> {
+    let way = |w: &[Point]| {
+        let along = w[1] - w[0];
+        let t = ((p - w[0]).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+        p - (w[0] + along * t)
+    };
+    let nearest = line.windows(2).map(|w| way(w).norm_squared()).fold(f64::INFINITY, f64::min).sqrt();
+    let side = |w: &[Point]| if cross(w[1] - w[0], p - w[0]) > 0.0 { Side::Left } else { Side::Right };
+    let mut near = line.windows(2).filter(|w| way(w).norm() <= nearest + EQUALLY_NEAR).map(side);
+    let side = near.next()?;
+    near.all(|other| other == side).then_some(side)
+}
+
+/// The point of a bound that the loader looks at.
+fn middle(line: &[Point]) -> Point {
+    match line {
+        [a, b] => nalgebra::center(a, b),
+        _ => line[line.len() / 2],
+    }
+}
+
+fn kinked(line: &[Point]) -> bool {
+    let least = KINK_MOST.to_radians().cos();
+    line.windows(3).any(|w| {
+        let (before, behind) = (w[1] - w[0], w[2] - w[1]);
+        before.dot(&behind) < least * (before.norm_squared() * behind.norm_squared()).sqrt()
+    })
+}
+
+/// The same line with more points, so that the one the loader looks at lies in the middle of its longest segment: beside
+/// a corner of the other bound, sides are hard to tell.
+#[must_use]
+pub fn centred(line: &[Point]) -> Vec<Point> {
+    let longest = |range: std::ops::Range<usize>, line: &[Point]| {
+        let length = |i: &usize| (line[i + 1] - line[*i]).norm();
+        range.max_by(|a, b| length(a).total_cmp(&length(b)))
+    };
+    let mut line = line.to_vec();
+    let Some(segment) = longest(0..line.len().max(1) - 1, &line) else { return line };
+    let mut target = segment + 1;
+    line.insert(target, nalgebra::center(&line[segment], &line[segment + 1]));
+    while line.len() / 2 != target {
+        let before = line.len() / 2 > target;
+        let range = if before { 0..target } else { target..line.len() - 1 };
+        let Some(split) = longest(range, &line) else { break };
+        line.insert(split + 1, nalgebra::center(&line[split], &line[split + 1]));
+        target += usize::from(before);
+    }
+    line
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(points: &[(f64, f64)]) -> Vec<Point> {
+        points.iter().map(|&(x, y)| Point::new(x, y)).collect()
+    }
+
+    #[test]
+    fn a_lane_runs_between_its_bounds() {
+        let (left, right) = (line(&[(0.0, 3.0), (10.0, 3.0)]), line(&[(0.0, 0.0), (10.0, 0.0)]));
+        assert!(sound(&[left.clone(), right.clone()], 3.0));
+        assert!(!sound(&[right.clone(), left.clone()], 3.0), "sides swapped");
+        assert!(!sound(&[left.clone(), line(&[(0.0, 0.0), (5.0, 2.5), (10.0, 0.0)])], 3.0), "pinched");
+        assert!(!sound(&[left, line(&[(0.0, 0.0), (5.0, 0.0), (4.9, 0.1), (10.0, 0.0)])], 3.0), "kinked");
+    }
+
+    #[test]
+    fn the_middle_point_comes_to_lie_on_the_longest_segment() {
+        let bent = line(&[(0.0, 0.0), (1.0, 0.0), (2.0, 1.0), (2.0, 2.0), (3.0, 3.0), (30.0, 3.0)]);
+        let centred = centred(&bent);
+        assert_eq!(centred[centred.len() / 2], Point::new(16.5, 3.0));
+        assert!(bent.iter().all(|p| centred.contains(p)));
+    }
+}

@@ -1,0 +1,91 @@
+//! How far the ways through an intersection run over the ends of its roads.
+
+use crate::builder::intersection::turning_lanelets::Path;
+use crate::builder::lanes::road_cut::ConnectionLines;
+use crate::builder::lanes::types::Lanes;
+use crate::builder::map::map_builder::Assembly;
+use crate::builder::network::road_end::from_cut;
+use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadNetwork};
+use crate::geometry::{Point, Polyline, Vector, polygon};
+
+/// A way that reaches over a cut by less than this, metres, only touches it.
+pub(super) const TOUCH: f64 = 0.05;
+/// No road is cut back further than this, metres, beyond its outline for the sake of a way beside it: what reaches
+/// further runs along the road and not over its end.
+pub(super) const BACK_MOST: f64 = 12.0;
+
+/// Outlines are looked at in steps of this length, metres.
+const STEP: f64 = 0.5;
+
+/// The ends of roads that ways run over, and how far behind their cuts, metres.
+pub fn depths(
+    network: &RoadNetwork,
+    lines: &ConnectionLines,
+    lanes: &Lanes,
+    assembly: &Assembly,
+    intersection: &Intersection,
+    paths: &[Path],
+) -> Vec<(RoadEnd, f64)> {
+    let paths: Vec<_> = paths.iter().filter_map(|path| Some((path, polygon::bounds(&path.outline)?))).collect();
+    let depth = |&at: &RoadEnd| {
+        let cut = assembly.positions(&lanes.arm(at).cut);
+        (at, depth(network.road(at.road), lines.kept[at.road.0 as usize], (at, &cut), intersection, &paths))
+    };
+    intersection.arms.iter().map(depth).filter(|(_, depth)| *depth > TOUCH).collect()
+}
+
+/// How far behind the cut of a road, of which the places are given, ways reach, each of which comes with the box around it.
+fn depth(
+    road: &Road,
+    kept: [f64; 2],
+    (at, places): (RoadEnd, &[Point]),
+    intersection: &Intersection,
+    paths: &[(&Path, [Point; 2])],
+) -> f64 {
+    let (Some(&right), Some(&left)) = (places.first(), places.last()) else { return 0.0 };
+    let reach = (left - right).norm() + BACK_MOST;
+    let (first, last) = road.section.carriageway();
+    let (left, right) = (road.section.edge(first), road.section.edge(last));
+    // What lies beside the part in question lies within this of the cut's end.
+    let near = BACK_MOST + 2.0 * left.abs().max(right.abs()) + TOUCH;
+    let Some([low, high]) = behind_cut(road, kept, at.end, left.abs().max(right.abs()) + TOUCH) else { return 0.0 };
+    let beyond = |p: &Point| {
+        let within = p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y;
+        if !within || (p - places[0]).norm() > near {
+            return 0.0;
+        }
+        let foot = road.line.project(*p);
+        let level = ((p - foot.point).norm() - foot.offset.abs()).abs() < TOUCH;
+        let within = foot.offset < left - TOUCH && foot.offset > right + TOUCH;
+        let depth = from_cut(kept, at.end, foot.station);
+        if level && within && depth < BACK_MOST { depth } else { 0.0 }
+    };
+    let own = |arm: usize| intersection.arms[arm] == at;
+    paths
+        .iter()
+        // What begins or ends here lies on the cut; it reaches behind it only where it turns back.
+        .filter(|(path, _)| !(own(path.movement.from) || own(path.movement.to)) || path.turn.abs() > 90.0)
+        .filter(|(path, [from, to])| {
+            let touches =
+                |from: &Point, to: &Point| from.x <= high.x && from.y <= high.y && low.x <= to.x && low.y <= to.y;
+            let edges = || path.outline.iter().zip(path.outline.iter().cycle().skip(1));
+            touches(from, to)
+                && edges().any(|(a, b)| touches(&a.inf(b), &a.sup(b)))
+                && path.outline.iter().any(|p| (p - places[0]).norm() < reach)
+        })
+        .filter_map(|(path, _)| Polyline::new(path.outline.iter().chain(path.outline.first()).copied()))
+        .flat_map(|ring| ring.resampled(STEP).into_points())
+        .map(|p| beyond(&p))
+        .fold(0.0, f64::max)
+}
+
+/// The box around what lies up to [`BACK_MOST`] behind the cut of a road, `half` metres to either side of its line.
+fn behind_cut(road: &Road, kept: [f64; 2], end: End, half: f64) -> Option<[Point; 2]> {
+    let [from, to] = match end {
+        End::Start => [kept[0], kept[0] + BACK_MOST],
+        End::End => [kept[1] - BACK_MOST, kept[1]],
+    };
+    let [low, high] = polygon::bounds(road.line.cut(from, to)?.points())?;
+    let around = Vector::repeat(half);
+    Some([low - around, high + around])
+}

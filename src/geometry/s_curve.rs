@@ -1,0 +1,155 @@
+//! Shifts to one side: a bend, a straight, and a bend the other way.
+
+use super::pose::{MIN_SPACING, PARALLEL, Pose, REVERSAL, arc, straight, tangents};
+use super::{Vector, angle_between, left_of};
+
+/// A bend to one side, a straight and a bend to the other side.
+struct DoubleBend {
+    /// Radius of both bends, metres.
+    radius: f64,
+    /// Change of direction in either bend, radians, left positive.
+    turns: [f64; 2],
+    /// Unit direction of the straight.
+    along: Vector,
+}
+
+impl DoubleBend {
+    /// Bends of this radius, the first to the left (1) or to the right (-1); `None` if there is no room for
+    /// them.
+    fn new(from: Pose, to: Pose, radius: f64, first: f64) -> Option<Self> {
+        let centres =
+            [from.point + left_of(from.heading) * radius * first, to.point - left_of(to.heading) * radius * first];
+        let way = centres[1] - centres[0];
+        let sine = 2.0 * radius / way.norm();
+        if sine.is_nan() || sine > 1.0 {
+            return None;
+        }
+        let along = (nalgebra::Rotation2::new(first * sine.asin()) * way).normalize();
+        let turns = [angle_between(from.heading, along), angle_between(along, to.heading)];
+        let apart = turns[0] * first >= -STRAIGHT && turns[1] * first <= STRAIGHT;
+        let gentle = turns.iter().all(|turn| turn.abs() <= BEND_MOST);
+        (apart && gentle).then_some(Self { radius, turns, along })
+    }
+
+    /// The bends that turn least to and fro and yet are not sharp.
+    fn find(from: Pose, to: Pose) -> Option<Self> {
+        let sharp = [1.0, -1.0].into_iter().filter_map(|first| Some((first, Self::new(from, to, MIN_SPACING, first)?)));
+        let (first, _) = sharp.min_by(|a, b| a.1.turned().total_cmp(&b.1.turned()))?;
+        let (mut fits, mut fails) = (MIN_SPACING, RADIUS_MOST);
+        for _ in 0..HALVINGS {
+            let middle = (fits * fails).sqrt();
+            *(if Self::new(from, to, middle, first).is_some() { &mut fits } else { &mut fails }) = middle;
+        }
+        Self::new(from, to, (fits * BEND_SHARE).max(RADIUS_LEAST.min(fits * BEND_SHARE_MOST)), first)
+    }
+
+    fn turned(&self) -> f64 {
+        self.turns[0].abs() + self.turns[1].abs()
+    }
+}
+
+/// Bends of a [`DoubleBend`] are no tighter than this, metres, where there is room: a car takes them with ease.
+pub(super) const RADIUS_LEAST: f64 = 4.5;
+/// Beyond this radius, metres, a bend is as good as straight.
+const RADIUS_MOST: f64 = 4096.0;
+/// How often the range of radii is halved to find the largest that fits.
+const HALVINGS: usize = 24;
+/// The radius is this part of the largest that fits: the longer the straight between the bends, the less both turn.
+const BEND_SHARE: f64 = 0.35;
+/// In scant room it is up to this part of the largest.
+const BEND_SHARE_MOST: f64 = 0.7;
+/// What must bend further than a right angle, radians, is no shift but a loop.
+const BEND_MOST: f64 = std::f64::consts::FRAC_PI_2;
+/// Changes of direction below this, radians, are none.
+const STRAIGHT: f64 = 1e-9;
+
+/// The curve by the bends that turn least to and fro; `None` where the way turns back, or for want of room.
+pub(super) fn join(from: Pose, to: Pose) -> Option<Vec<Pose>> {
+    if angle_between(from.heading, to.heading).abs() > REVERSAL {
+        return None;
+    }
+    drawn(from, to, &DoubleBend::find(from, to)?)
+}
+
+/// Two bends of this radius with a straight between them, the first to the left (1) or to the right (-1); `None` where there is
+/// no room for them.
+pub(super) fn bent_twice(from: Pose, to: Pose, radius: f64, first: f64) -> Option<Vec<Pose>> {
+    drawn(from, to, &DoubleBend::new(from, to, radius, first)?)
+}
+
+fn drawn(from: Pose, to: Pose, &DoubleBend { radius, turns, along }: &DoubleBend) -> Option<Vec<Pose>> {
+    let bends = turns.map(|turn| turn.abs() > STRAIGHT);
+    let mut poses = if bends[0] { arc(from, turns[0], radius).collect() } else { vec![from] };
+    // From the other end backwards, so that both ends are exact.
+    let back = Pose { point: to.point, heading: -to.heading };
+    let mut last: Vec<Pose> = if bends[1] { arc(back, -turns[1], radius).collect() } else { vec![back] };
+    last.iter_mut().for_each(|pose| pose.heading = -pose.heading);
+    let (start, end) = (poses.last()?.point, last.last()?.point);
+    let between = straight(start, end, along);
+    if between.is_empty() && last.len() > 1 {
+        last.pop();
+    }
+    poses.extend(between.into_iter().skip(1));
+    poses.extend(last.into_iter().rev());
+    Some(poses)
+}
+
+/// How much a curve of `curve::join` bends to and fro, radians: what its bends add up to beyond what it turns in the end.
+pub fn to_and_fro(from: Pose, to: Pose) -> f64 {
+    if tangents(from, to).is_some() {
+        return 0.0;
+    }
+    let bent = |[a, b]: [f64; 2]| a.abs() + b.abs() - (a + b).abs();
+    DoubleBend::find(from, to).map_or_else(
+        || {
+            // Hardly any bend at all, and to one side: too little for an arc.
+            let way = to.point - from.point;
+            let turns = [angle_between(from.heading, way), angle_between(way, to.heading)];
+            let slight = way.norm() > MIN_SPACING && turns.iter().all(|turn| turn.abs() < PARALLEL);
+            if slight { bent(turns) } else { std::f64::consts::TAU }
+        },
+        |bends| bent(bends.turns),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::geometry::{Point, curve};
+
+    use super::*;
+
+    fn pose(x: f64, y: f64, degrees: f64) -> Pose {
+        Pose { point: Point::new(x, y), heading: Vector::new(degrees.to_radians().cos(), degrees.to_radians().sin()) }
+    }
+
+    #[test]
+    fn a_lane_that_shifts_sideways_bends_once_to_either_side_and_hardly_more_than_it_must() {
+        for (length, aside, degrees) in [(20.0, 3.0, 0.0), (22.0, -8.0, 0.0), (16.0, 4.0, 5.0), (20.0, 9.0, -23.0)] {
+            let (from, to) = (pose(0.0, 0.0, 0.0), pose(length, aside, degrees));
+            let curve = curve::join(from, to);
+            let turns: Vec<f64> = curve.windows(2).map(|w| angle_between(w[0].heading, w[1].heading)).collect();
+            let weave = turns.iter().map(|turn| turn.abs()).sum::<f64>() - turns.iter().sum::<f64>().abs();
+            assert!((weave - to_and_fro(from, to)).abs() < 1e-6);
+            let straight = (to.point - from.point).normalize();
+            let least = [(from.heading, straight), (straight, to.heading)].map(|(a, b)| angle_between(a, b));
+            let least = least[0].abs() + least[1].abs() - (least[0] + least[1]).abs();
+            assert!(weave < 1.4 * least, "{weave} of {least}");
+            let sides: Vec<f64> = turns.iter().filter(|turn| turn.abs() > 1e-6).map(|turn| turn.signum()).collect();
+            assert_eq!(sides.windows(2).filter(|w| w[0] != w[1]).count(), 1);
+            for w in curve.windows(2) {
+                let turn = angle_between(w[0].heading, w[1].heading).abs();
+                assert!(turn < 1e-6 || (w[1].point - w[0].point).norm() / turn > 0.9 * RADIUS_LEAST);
+            }
+        }
+    }
+
+    #[test]
+    fn what_hardly_bends_and_to_one_side_does_not_bend_to_and_fro() {
+        for (aside, degrees) in [(0.0, 0.0), (1e-5, 1e-4), (0.1, 0.6), (-0.3, -1.9), (0.2, 0.4)] {
+            let there = to_and_fro(pose(0.0, 0.0, 0.0), pose(20.0, aside, degrees));
+            assert!(there < 0.5_f64.to_radians(), "{aside} {degrees}: {there}");
+        }
+        let weave = to_and_fro(pose(0.0, 0.0, 0.0), pose(20.0, 1.0, 0.0));
+        assert!(weave > 5.0_f64.to_radians(), "{weave}");
+    }
+}
