@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use lanewright::builder::network::{End, Network, NetworkOptions, road_network};
+use lanewright::builder::network::{End, NetworkOptions, NetworkReading, road_network};
 use lanewright::diagnostic::SourceSpan;
 use lanewright::geometry::Point;
 use lanewright::osm::{Node, OsmData, Tags, Way, read_file};
@@ -21,7 +21,7 @@ fn plane(places: &[LonLat]) -> Vec<Point> {
     places.iter().map(|p| Point::new((p.lon - origin.lon) * squeeze, p.lat - origin.lat) * METRES_PER_DEGREE).collect()
 }
 
-fn build(osm: &OsmData) -> Network {
+fn build(osm: &OsmData) -> NetworkReading {
     road_network(osm, &plane, &NetworkOptions::default()).unwrap()
 }
 
@@ -35,7 +35,7 @@ fn shared() -> Option<PathBuf> {
     there.then_some(shared)
 }
 
-fn assert_sound(name: &str, Network { network, .. }: &Network) {
+fn assert_sound(name: &str, NetworkReading { network, .. }: &NetworkReading) {
     let keys: Vec<_> = network.roads.iter().map(|road| road.key).collect();
     assert!(keys.is_sorted() && keys.windows(2).all(|w| w[0] != w[1]), "{name}: keys are in order and distinct");
     let mut ends = 0;
@@ -82,7 +82,7 @@ fn every_extract_of_the_corpus_has_a_network() {
         let built = build(&osm);
         let time = start.elapsed();
         assert_sound(&name, &built);
-        let Network { network, notes } = &built;
+        let NetworkReading { network, notes } = &built;
         let kilometres = network.roads.iter().map(|road| road.line.length()).sum::<f64>() / 1000.0;
         println!(
             "{name}: {} {:?}, {} roads, {kilometres:.1} km, {} intersections, {} restrictions, {} notes, {} ms",

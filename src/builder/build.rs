@@ -11,13 +11,13 @@ use crate::settings::{MergeSettings, Settings};
 
 use super::assemble::{Assembled, assemble};
 use super::control::signal_arrows::Arrows;
-use super::layout::layout_loop::settle;
-use super::network::unreachable_lanes::without_dead_lanes;
-use super::network::{Network, NetworkError, NetworkOptions, RoadKey, RoadNetwork, UNMET_ROAD, road_network};
+use super::layout::layout_loop::lay_out;
+use super::network::unreachable_lanes::without_unreachable_lanes;
+use super::network::{NetworkError, NetworkOptions, NetworkReading, RoadKey, RoadNetwork, UNMET_ROAD, road_network};
 use super::options::{BuildOptions, Plan};
 use super::postprocess::{grade_separation, turn_signal, user_elements};
-use super::streets::consolidate::{Wish, Wished};
-use super::streets::heights::{Spots, spots};
+use super::streets::consolidate::{MergeOverride, OverrideTarget};
+use super::streets::heights::{ElevationTags, spots};
 use super::streets::{Streets, streets};
 
 use std::borrow::Borrow;
@@ -90,7 +90,7 @@ pub fn plan(osm: impl Borrow<OsmData> + Send, options: &BuildOptions) -> Result<
 struct Read {
     network: RoadNetwork,
     notes: Vec<Finding>,
-    spots: Spots,
+    spots: ElevationTags,
     projector: Projector,
 }
 
@@ -110,7 +110,7 @@ fn read(osm: &OsmData, options: &BuildOptions) -> Result<Read, BuildError> {
         roads: options.roads.clone(),
     };
     let to_metres = |places: &[LonLat]| projector.forward_all(places);
-    let Network { network, notes } = road_network(osm, &to_metres, &network_options)?;
+    let NetworkReading { network, notes } = road_network(osm, &to_metres, &network_options)?;
     let spots = spots(osm, &to_metres);
     Ok(Read { network, notes, spots, projector })
 }
@@ -145,17 +145,17 @@ fn laid_out(Read { mut network, mut notes, spots, projector }: Read, options: &B
 }
 
 /// A wish of the settings in the metres of the map.
-fn wish(said: &MergeSettings, merge: bool, projector: &Projector) -> Wish {
+fn wish(said: &MergeSettings, merge: bool, projector: &Projector) -> MergeOverride {
     let of = match *said {
         MergeSettings { at: Some([lat, lon]), .. } => {
             // A place that the projection does not reach has no road near it.
             let nowhere = Point::new(f64::INFINITY, f64::INFINITY);
-            Wished::Near(projector.forward(LonLat { lon, lat }, 0.0).unwrap_or(nowhere))
+            OverrideTarget::Near(projector.forward(LonLat { lon, lat }, 0.0).unwrap_or(nowhere))
         }
-        MergeSettings { way: Some(way), .. } => Wished::Way(way),
-        MergeSettings { ref nodes, .. } => Wished::Nodes(nodes.clone()),
+        MergeSettings { way: Some(way), .. } => OverrideTarget::Way(way),
+        MergeSettings { ref nodes, .. } => OverrideTarget::Nodes(nodes.clone()),
     };
-    Wish { of, merge }
+    MergeOverride { of, merge }
 }
 
 /// A road that is to be kept apart lies inside all the same where other roads merge the intersections at its ends.
@@ -205,10 +205,10 @@ pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights
     let Streets { network, outlines, merges, findings } = streets;
     // Only what they leave of the roads is asked for.
     drop(outlines.intersections);
-    let network = without_dead_lanes(network);
+    let network = without_unreachable_lanes(network);
     notes.extend(findings);
     let apart = merges.iter().filter(|note| note.wish.is_some() && !note.merged).map(|note| note.key).collect();
-    let settled = settle(network, outlines.kept, &apart, &heights);
+    let settled = lay_out(network, outlines.kept, &apart, &heights);
     let Assembled { mut map, mut settings, notes: more, areas, roads } =
         assemble(settled, &Arrows::new(&inside, &projector));
     notes.extend(more);

@@ -5,8 +5,8 @@ use std::cell::OnceCell;
 use crate::api::files;
 use crate::builder::network::{IntersectionIx, Road, RoadIx};
 use crate::builder::streets::consolidate::MergeNote;
-use crate::builder::streets::outline::debug_steps::{Trace, trace};
-use crate::builder::streets::outline::{Case, MITER_LIMIT, OutlineOptions};
+use crate::builder::streets::outline::debug_steps::{DebugSteps, trace};
+use crate::builder::streets::outline::{MITER_LIMIT, OutlineCase, OutlineOptions};
 use crate::builder::tags::cross_section::StripKind;
 use crate::builder::{Plan, build_plan};
 use crate::geometry::{Point, Polyline, left_of};
@@ -166,7 +166,7 @@ impl Stage<'_> {
         (0..self.plan.streets.network.intersections.len()).filter(|at| self.sees(&corners(self.plan, *at)))
     }
 
-    fn traces(&self) -> Vec<Trace> {
+    fn traces(&self) -> Vec<DebugSteps> {
         let options = OutlineOptions::default();
         let network = &self.plan.streets.network;
         self.intersections().map(|at| trace(network, IntersectionIx(at as u32), &options)).collect()
@@ -257,7 +257,7 @@ impl Stage<'_> {
         let areas = self.intersections().map(|at| {
             let (outline, intersection) = (&streets.outlines.intersections[at], &streets.network.intersections[at]);
             let class = match outline.case {
-                Case::Fallback => "outline fallback",
+                OutlineCase::Fallback => "outline fallback",
                 _ if intersection.nodes.len() > 1 => "outline merged",
                 _ => "outline",
             };

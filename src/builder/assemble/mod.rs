@@ -19,17 +19,17 @@ use super::control::stop_line_segments::cut_across;
 use super::control::walkway::walkways;
 use super::control::{Approach, Control, control_arm, pedestrian_crossing_signals};
 use super::intersection::area::AreaOutline;
-use super::intersection::bicycle_lanelets::Cycling;
+use super::intersection::bicycle_lanelets::BicycleMovements;
 use super::intersection::conflict;
 use super::intersection::conflict::Conflicts;
 use super::intersection::movement_types::{Movement, Movements};
-use super::intersection::turning_lanelets::{Drawn, Paint, Path, intersection_key, paint};
-use super::lanes::road_cut::{ConnectionLines, Crossing};
+use super::intersection::turning_lanelets::{DrawnMovements, IntersectionPaint, Path, intersection_key, paint};
+use super::lanes::road_cut::{ConnectionLines, RoadCrossing};
 use super::lanes::side_lanes::beside;
 use super::lanes::types::{Arm, Lanes};
-use super::layout::layout_loop::Settled;
-use super::layout::map_layout::{Draft, Ways};
-use super::map::map_builder::{Assembly, Part, Parts};
+use super::layout::layout_loop::Layout;
+use super::layout::map_layout::{IntersectionLanelets, MapLayout};
+use super::map::map_builder::{MapBuilder, MapPart, PartialMaps};
 use super::network::turn::STRAIGHT;
 use super::network::{Intersection, RoadEnd, RoadIx, RoadNetwork};
 use super::streets::heights::Ground;
@@ -64,12 +64,12 @@ struct Beside {
 const BATCH: usize = 128;
 
 /// Builds the map.
-pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
-    let Settled { network, restricted, draft, notes } = settled;
+pub fn assemble(settled: Layout, arrows: &Arrows) -> Assembled {
+    let Layout { network, restricted, draft, notes } = settled;
     let settled = network;
     let network = &settled;
     // Moved, so that what is not asked for any more goes at once.
-    let Draft { lines, mut assembly, mut lanes, ways, .. } = { draft };
+    let MapLayout { lines, mut assembly, mut lanes, ways, .. } = { draft };
     let lit = pedestrian_crossing_signals::lit(network, &lines, &ways);
     let (guarded, unguarded) = pedestrian_crossing_signals::guarded(network, &lines, &lanes, &ways);
     cut_across(&mut assembly, network, &lines, &ways, (&lit, &guarded), &mut lanes);
@@ -83,9 +83,9 @@ pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
     if as_roads {
         whole.settings.bicycle_lanes = bicycles.iter().map(|lanelet| lanelet.0).collect();
     }
-    let made = |below: &Assembly, intersection: &Intersection, ways: Ways| {
-        let mut assembly = Assembly::resumed(below, ways.part);
-        assembly.stand_on(lanes.ground_of(intersection, below));
+    let made = |below: &MapBuilder, intersection: &Intersection, ways: IntersectionLanelets| {
+        let mut assembly = MapBuilder::resume(below, ways.part);
+        assembly.set_ground(lanes.ground_of(intersection, below));
         let beside = Beside::default();
         let cycling = ways.cycles;
         let mut stage = Stage {
@@ -103,15 +103,15 @@ pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
         (stage.assembly.into_part(), stage.beside)
     };
     let passed = network.intersections.iter().zip(ways).filter_map(|(at, ways)| Some((at, ways?)));
-    let passed: Vec<(&Intersection, Box<Ways>)> = passed.collect();
-    assembly.rest();
+    let passed: Vec<(&Intersection, Box<IntersectionLanelets>)> = passed.collect();
+    assembly.compact();
     let passing: Vec<&Intersection> = passed.iter().map(|(at, _)| *at).collect();
-    let mut parts = Parts::over(&assembly, passed.iter().map(|(_, ways)| &ways.part));
+    let mut parts = PartialMaps::over(&assembly, passed.iter().map(|(_, ways)| &ways.part));
     let mut all_beside: Vec<Beside> = Vec::with_capacity(passed.len());
     let mut passed = passed.into_iter();
-    let mut ready: Vec<(Part, Beside)> = Vec::new();
+    let mut ready: Vec<(MapPart, Beside)> = Vec::new();
     loop {
-        let batch: Vec<(&Intersection, Box<Ways>)> = passed.by_ref().take(BATCH).collect();
+        let batch: Vec<(&Intersection, Box<IntersectionLanelets>)> = passed.by_ref().take(BATCH).collect();
         let done = batch.is_empty();
         let add = |(part, beside)| {
             parts.add(part);
@@ -133,11 +133,11 @@ pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
         let done = (crossings, lanes, lines, settled);
         rayon::join(|| assembly.finish(parts), || drop(done)).0
     } else {
-        assembly.be_careful();
+        assembly.require_unique_ids();
         for ((&at, part), beside) in passing.iter().zip(parts.split()).zip(&mut all_beside) {
             if assembly.add(part).is_err() {
                 // Something added before has taken one of its ids: it is made once more, over all that stands.
-                let ways = Ways::draw(network, &restricted, &lanes, at, &assembly);
+                let ways = IntersectionLanelets::draw(network, &restricted, &lanes, at, &assembly);
                 let again = made(&assembly, at, ways.outlined(network, &restricted, &lanes, at, &assembly));
                 *beside = again.1;
                 let _ = assembly.add(again.0);
@@ -157,18 +157,18 @@ pub fn assemble(settled: Settled, arrows: &Arrows) -> Assembled {
 /// Crosswalks, found by road.
 #[derive(Default)]
 struct Crossings {
-    of_road: FxHashMap<RoadIx, Vec<(Crossing, LaneletId)>>,
+    of_road: FxHashMap<RoadIx, Vec<(RoadCrossing, LaneletId)>>,
 }
 
 impl Crossings {
     /// Adds the crosswalks over which somebody drives, and tells of the others; those over lanes that are there already are
     /// announced to them.
     fn add(
-        assembly: &mut Assembly,
+        assembly: &mut MapBuilder,
         network: &RoadNetwork,
         lines: &ConnectionLines,
         lanes: &Lanes,
-        ways: &[Option<Box<Ways>>],
+        ways: &[Option<Box<IntersectionLanelets>>],
     ) -> (Self, Vec<Finding>) {
         let (mut all, mut left_out) = (Self::default(), Vec::new());
         for crossing in &lines.crossings {
@@ -181,7 +181,7 @@ impl Crossings {
                 left_out.push(idle(crossing, network));
                 continue;
             }
-            assembly.stand_on(match passed {
+            assembly.set_ground(match passed {
                 Some((_, intersection, _)) => lanes.ground_of(intersection, assembly),
                 None => Ground::under(road),
             });
@@ -200,13 +200,13 @@ impl Crossings {
             announce(assembly, id, over.iter().map(|(id, outline)| (*id, &outline[..])));
             all.of_road.entry(crossing.road).or_default().push((crossing.clone(), id));
         }
-        assembly.stand_on(Ground::default());
+        assembly.set_ground(Ground::default());
         (all, left_out)
     }
 }
 
 /// A crosswalk over the end of a road from which nobody drives on, and to which nobody comes.
-fn idle(crossing: &Crossing, network: &RoadNetwork) -> Finding {
+fn idle(crossing: &RoadCrossing, network: &RoadNetwork) -> Finding {
     let road = network.road(crossing.road);
     let (node, way) = (crossing.node, road.key.way);
     let message = format!("Nobody drives over the crosswalk at node {node} of way {way}: it is left out.");
@@ -222,11 +222,11 @@ struct Stage<'a> {
     arrows: &'a Arrows,
     /// The ends of roads that have lights because people have some there, in order.
     guarded: &'a [RoadEnd],
-    assembly: Assembly<'a>,
+    assembly: MapBuilder<'a>,
     /// All but the map.
     beside: Beside,
     /// Its lanes for bicycles.
-    cycling: Cycling,
+    cycling: BicycleMovements,
     /// Whether these are written as roads, which others watch and yield to.
     as_roads: bool,
 }
@@ -236,13 +236,13 @@ impl Stage<'_> {
         &mut self,
         intersection: &Intersection,
         plan: &Movements,
-        drawn: &Drawn,
+        drawn: &DrawnMovements,
         conflicts: &Conflicts,
         area: Option<AreaOutline>,
     ) {
         let lanes = self.lanes;
         let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
-        let Drawn { paths, dropped, .. } = drawn;
+        let DrawnMovements { paths, dropped, .. } = drawn;
         self.note_dropped(intersection, dropped);
         if self.as_roads {
             self.beside.bicycle_lanes = self.cycling.paths.iter().map(|path| path.lanelet.0).collect();
@@ -324,7 +324,7 @@ impl Stage<'_> {
             self.beside.notes.push(finding.with(Subject::Way(way), "island"));
         }
         let cycling = std::mem::take(&mut self.cycling);
-        let (name, painted) = (id.0.to_string(), paint(intersection) != Paint::None);
+        let (name, painted) = (id.0.to_string(), paint(intersection) != IntersectionPaint::None);
         for path in paths.iter().chain(&cycling.paths) {
             self.tag_path(path, &name);
             // Nothing is painted across an intersection, not even where two roads only merge lanes.
@@ -337,7 +337,7 @@ impl Stage<'_> {
         let (paths, conflicts) = match self.as_roads && !cycling.paths.is_empty() {
             true => {
                 with = [paths, &cycling.paths].concat();
-                across = conflict::conflicts(&with, &conflict::columns(&with));
+                across = conflict::conflicts(&with, &conflict::strip_indices(&with));
                 (&with[..], &across)
             }
             false => (paths, conflicts),
@@ -417,7 +417,7 @@ fn direction(path: &Path) -> TurnDirection {
 
 /// Pairs of arms between which there is no movement: those that must not be, and, where there is no room for it, the way
 /// once more around a loop.
-fn prohibited(plan: &Movements, drawn: &Drawn, arms: &[&Arm]) -> Vec<(usize, usize)> {
+fn prohibited(plan: &Movements, drawn: &DrawnMovements, arms: &[&Arm]) -> Vec<(usize, usize)> {
     let is_drawn = |pair: (usize, usize)| drawn.paths.iter().any(|it| (it.movement.from, it.movement.to) == pair);
     let dropped = drawn.dropped.iter().map(|it| (it.from, it.to));
     let around = dropped.filter(|&(from, to)| arms[from].at.road == arms[to].at.road && !is_drawn((from, to)));

@@ -1,8 +1,8 @@
 //! Crosswalks: a lanelet from kerb to kerb, and the element by which every lane that crosses it knows of it.
 
 use crate::builder::ids::Key;
-use crate::builder::lanes::road_cut::{CROSSWALK_BREADTH, Crossing};
-use crate::builder::map::map_builder::Assembly;
+use crate::builder::lanes::road_cut::{CROSSWALK_BREADTH, RoadCrossing};
+use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::Road;
 use crate::geometry::{Point, left_of, polygon};
 use crate::lanelet::{Attributes, Bound, LaneletId, PointId, Target};
@@ -14,7 +14,7 @@ const CROSSES: f64 = 0.1;
 
 /// Adds the lanelet of a crossing, in the walking direction from the left kerb of the road's line to the right one. Its
 /// corners are those of the `cuts` of the road, points that exist, where they fall on one.
-pub fn crosswalk(assembly: &mut Assembly, road: &Road, crossing: &Crossing, cuts: &[PointId]) -> LaneletId {
+pub fn crosswalk(assembly: &mut MapBuilder, road: &Road, crossing: &RoadCrossing, cuts: &[PointId]) -> LaneletId {
     let key = Key::new("crosswalk").number(crossing.node).number(road.key.way).number(road.key.first);
     let (left, right) = road.section.carriageway();
     let (left, right) = (road.section.edge(left), road.section.edge(right));
@@ -43,7 +43,7 @@ pub fn crosswalk(assembly: &mut Assembly, road: &Road, crossing: &Crossing, cuts
 
 /// Tells the lanelets that cross a crosswalk of it; `false` if there is none.
 pub fn announce<'a>(
-    assembly: &mut Assembly,
+    assembly: &mut MapBuilder,
     crosswalk: LaneletId,
     lanes: impl Iterator<Item = (LaneletId, &'a [Point])>,
 ) -> bool {

@@ -13,7 +13,7 @@ use crate::lanelet::{Attributes, LaneletId, LineStringId, PointId, Target, TurnD
 
 use super::ids::Key;
 use super::lanes::types::{Arm, ArmLane};
-use super::map::map_builder::Assembly;
+use super::map::map_builder::MapBuilder;
 use super::network::{End, FeatureKind, Road};
 use super::tags::cross_section::Travel;
 use super::tags::road_class::DrivingSide;
@@ -78,7 +78,7 @@ pub struct Approach {
 
 /// Adds stop lines, lights or signs of one arm and ties them to its lanes, one approach each, and what lies behind.
 pub fn control_arm(
-    assembly: &mut Assembly,
+    assembly: &mut MapBuilder,
     driving: DrivingSide,
     key: Key,
     arm: &Arm,
@@ -108,13 +108,13 @@ pub fn control_arm(
 }
 
 /// A stop line on the end nodes of a lane.
-pub fn stop_line(assembly: &mut Assembly, key: Key, nodes: [PointId; 2]) -> LineStringId {
+pub fn stop_line(assembly: &mut MapBuilder, key: Key, nodes: [PointId; 2]) -> LineStringId {
     assembly.line(key.word("stop line"), nodes.to_vec(), Attributes::of(&[("type", "stop_line"), ("subtype", "solid")]))
 }
 
 /// Lets the lanelets behind a stop line obey a light.
 pub fn light_element(
-    assembly: &mut Assembly,
+    assembly: &mut MapBuilder,
     key: Key,
     [light, bulbs]: [LineStringId; 2],
     line: LineStringId,
@@ -136,7 +136,7 @@ fn right_of(heading: Vector) -> Vector {
 /// Lights on the far side of the intersection that face the arm, and their bulbs, by lane: neighbours with the same arrow, or
 /// without one, have one together. There is none where nothing leads on.
 fn traffic_lights(
-    assembly: &mut Assembly,
+    assembly: &mut MapBuilder,
     driving: DrivingSide,
     key: Key,
     arm: &Arm,
@@ -165,7 +165,7 @@ fn traffic_lights(
 }
 
 /// Adds a light and its bulbs.
-pub fn add_light(assembly: &mut Assembly, key: Key, shape: &LightShape) -> [LineStringId; 2] {
+pub fn add_light(assembly: &mut MapBuilder, key: Key, shape: &LightShape) -> [LineStringId; 2] {
     let ends = ["left", "right"].into_iter().zip(shape.ends);
     let ends = ends.map(|(name, place)| assembly.point(key.word(name), place, LIGHT_HEIGHT)).collect();
     let light = assembly.named_line(key, ends, shape.attributes());
@@ -242,7 +242,7 @@ pub fn bulbs_of(light: LineStringId) -> Attributes {
 /// Lets the lane before a stop line obey a sign at its kerb side: `stop_sign` is the word that Autoware looks for, and halts;
 /// others it passes.
 fn sign_element(
-    assembly: &mut Assembly,
+    assembly: &mut MapBuilder,
     driving: DrivingSide,
     key: Key,
     lane: &ArmLane,

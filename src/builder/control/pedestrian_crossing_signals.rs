@@ -8,11 +8,11 @@
 //! they cross stop before the intersection: it has lights for that road, and whoever has none gives way.
 
 use crate::builder::lanes::road_cut::{
-    CROSSWALK_BREADTH, ConnectionLines, Crossing, STOP_GAP, STOP_GAP_MOST, VEHICLE, has_lights,
+    CROSSWALK_BREADTH, ConnectionLines, RoadCrossing, STOP_GAP, STOP_GAP_MOST, VEHICLE, has_lights,
 };
-use crate::builder::lanes::types::{Lane, Lanes};
-use crate::builder::layout::map_layout::Ways;
-use crate::builder::map::map_builder::Assembly;
+use crate::builder::lanes::types::{Lanes, RoadLane};
+use crate::builder::layout::map_layout::IntersectionLanelets;
+use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::{End, Intersection, RoadEnd, RoadIx, RoadNetwork};
 use crate::builder::tags::road_class::DrivingSide;
 use crate::diagnostic::{Finding, Place, Subject};
@@ -42,7 +42,7 @@ pub struct Lit {
 }
 
 /// Finds them, in order of roads and stations.
-pub fn lit(network: &RoadNetwork, lines: &ConnectionLines, ways: &[Option<Box<Ways>>]) -> Vec<Lit> {
+pub fn lit(network: &RoadNetwork, lines: &ConnectionLines, ways: &[Option<Box<IntersectionLanelets>>]) -> Vec<Lit> {
     let half = CROSSWALK_BREADTH / 2.0;
     let between = lines.crossings.iter().filter(|crossing| crossing.arm.is_none());
     let mut found: Vec<Lit> = Vec::new();
@@ -66,7 +66,7 @@ pub fn lit(network: &RoadNetwork, lines: &ConnectionLines, ways: &[Option<Box<Wa
 fn leaves_lights(
     network: &RoadNetwork,
     lines: &ConnectionLines,
-    ways: &[Option<Box<Ways>>],
+    ways: &[Option<Box<IntersectionLanelets>>],
     at: RoadEnd,
     driven: f64,
 ) -> bool {
@@ -95,9 +95,9 @@ pub fn guarded(
     network: &RoadNetwork,
     lines: &ConnectionLines,
     lanes: &Lanes,
-    ways: &[Option<Box<Ways>>],
+    ways: &[Option<Box<IntersectionLanelets>>],
 ) -> (Vec<RoadEnd>, Vec<Finding>) {
-    let mut of: Vec<Vec<(RoadEnd, &Crossing)>> = vec![Vec::new(); network.intersections.len()];
+    let mut of: Vec<Vec<(RoadEnd, &RoadCrossing)>> = vec![Vec::new(); network.intersections.len()];
     for crossing in lines.crossings.iter().filter(|crossing| has_lights(network.road(crossing.road), crossing)) {
         let Some(end) = crossing.arm else { continue };
         let ix = network.road(crossing.road).intersection(end);
@@ -145,7 +145,7 @@ fn main_road(
     (!crossed.iter().any(minor) && others.iter().all(below)).then_some(main)
 }
 
-fn unguarded(network: &RoadNetwork, at: RoadEnd, crossing: &Crossing) -> Finding {
+fn unguarded(network: &RoadNetwork, at: RoadEnd, crossing: &RoadCrossing) -> Finding {
     let road = network.road(at.road);
     let [node, way] = [crossing.node, road.key.way];
     let message = format!(
@@ -159,7 +159,7 @@ fn unguarded(network: &RoadNetwork, at: RoadEnd, crossing: &Crossing) -> Finding
 
 /// Draws the lights, and gives notes of lanes that have no room for a stop line.
 pub fn draw(
-    assembly: &mut Assembly,
+    assembly: &mut MapBuilder,
     network: &RoadNetwork,
     lanes: &Lanes,
     driving: DrivingSide,
@@ -170,7 +170,7 @@ pub fn draw(
         let Some((piece, own)) = lanes.piece_at(lit.road, (lit.span[0] + lit.span[1]) / 2.0) else { continue };
         let gaps = [piece.span[1] - lit.span[1], lit.span[0] - piece.span[0]];
         for toward in [End::Start, End::End].into_iter().filter(|toward| lit.stops[toward.index()]) {
-            let own: Vec<&Lane> = own.iter().filter(|lane| lane.backward == (toward == End::Start)).collect();
+            let own: Vec<&RoadLane> = own.iter().filter(|lane| lane.backward == (toward == End::Start)).collect();
             if (GAP_LEAST..=2.0 * STOP_GAP_MOST).contains(&gaps[toward.index()]) {
                 draw_one_way(assembly, network, driving, (lit, toward), &own);
             } else if !own.is_empty() {
@@ -194,11 +194,11 @@ fn note(network: &RoadNetwork, lit: &Lit) -> Finding {
 
 /// Draws the light of those who drive toward an end of a road, and a stop line and an element for each of their lanes.
 fn draw_one_way(
-    assembly: &mut Assembly,
+    assembly: &mut MapBuilder,
     network: &RoadNetwork,
     driving: DrivingSide,
     (lit, toward): (&Lit, End),
-    lanes: &[&Lane],
+    lanes: &[&RoadLane],
 ) {
     let road = network.road(lit.road);
     let (Some(first), Some(last)) = (lanes.first(), lanes.last()) else { return };
@@ -206,7 +206,7 @@ fn draw_one_way(
     let station = lit.span[toward.index()] + BEHIND * forth;
     let along = road.line.direction(station);
     let middle = (road.section.edge(first.strip) + road.section.edge(last.strip + 1)) / 2.0;
-    assembly.stand_on(crate::builder::streets::heights::Ground::under(road));
+    assembly.set_ground(crate::builder::streets::heights::Ground::under(road));
     let shape = LightShape::new(driving, road.line.at(station) + left_of(along) * middle, along * forth);
     let key = road.key_of("drive lights").number(lit.node).number(toward.index() as i64);
     let light = add_light(assembly, key, &shape);
@@ -217,5 +217,5 @@ fn draw_one_way(
         let line = stop_line(assembly, key, [left, right]);
         light_element(assembly, key, light, line, &[lane.lanelet]);
     }
-    assembly.stand_on(crate::builder::streets::heights::Ground::default());
+    assembly.set_ground(crate::builder::streets::heights::Ground::default());
 }

@@ -1,8 +1,8 @@
 //! Lights for people on foot: one at each end of a crosswalk, for those who come from the other.
 
 use crate::builder::ids::Key;
-use crate::builder::lanes::road_cut::{CROSSWALK_BREADTH, Crossing, has_lights};
-use crate::builder::map::map_builder::Assembly;
+use crate::builder::lanes::road_cut::{CROSSWALK_BREADTH, RoadCrossing, has_lights};
+use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::Road;
 use crate::geometry::{Point, Vector, left_of};
 use crate::lanelet::{Attributes, LaneletId, LineStringId, Target};
@@ -19,7 +19,7 @@ const BEHIND: f64 = 0.5;
 const BESIDE: f64 = 0.3;
 
 /// Adds the lights of a crosswalk that has some, and the element by which it knows of them.
-pub fn walk_lights(assembly: &mut Assembly, road: &Road, crossing: &Crossing, crosswalk: LaneletId) {
+pub fn walk_lights(assembly: &mut MapBuilder, road: &Road, crossing: &RoadCrossing, crosswalk: LaneletId) {
     if !has_lights(road, crossing) {
         return;
     }
@@ -36,7 +36,7 @@ pub fn walk_lights(assembly: &mut Assembly, road: &Road, crossing: &Crossing, cr
 }
 
 /// A light behind a kerb, and its bulbs, for those who walk `ahead` toward it.
-fn light(assembly: &mut Assembly, key: Key, kerb: Point, ahead: Vector) -> [LineStringId; 2] {
+fn light(assembly: &mut MapBuilder, key: Key, kerb: Point, ahead: Vector) -> [LineStringId; 2] {
     let right = -left_of(ahead);
     let [width, height] = BODY;
     let middle = kerb + ahead * BEHIND + right * (CROSSWALK_BREADTH / 2.0 + BESIDE);

@@ -6,9 +6,9 @@ mod lanelet_split;
 mod tests;
 
 use crate::builder::lanes::road_cut::{ConnectionLines, STOP_GAP};
-use crate::builder::lanes::types::{Arm, Cause, Lanes, Piece};
-use crate::builder::layout::map_layout::Ways;
-use crate::builder::map::map_builder::Assembly;
+use crate::builder::lanes::types::{Arm, Lanes, Piece, SplitReason};
+use crate::builder::layout::map_layout::IntersectionLanelets;
+use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::road_end::at_depth;
 use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
 use crate::builder::tags::cross_section::Travel;
@@ -33,10 +33,10 @@ const LEAST: f64 = 10.0;
 
 /// Cuts the roads at stop lines between intersections, and before all stop lines where that changes what is painted.
 pub fn cut_across(
-    assembly: &mut Assembly,
+    assembly: &mut MapBuilder,
     network: &RoadNetwork,
     lines: &ConnectionLines,
-    ways: &[Option<Box<Ways>>],
+    ways: &[Option<Box<IntersectionLanelets>>],
     (lit, guarded): (&[Lit], &[RoadEnd]),
     lanes: &mut Lanes,
 ) {
@@ -51,7 +51,7 @@ pub fn cut_across(
         }
         let pieces = lanes.pieces_of(ix);
         let mut knife = Knife::new(assembly, road, pieces.first()?);
-        let mut stops: Vec<(Cause, f64, End, f64, Painted)> = Vec::new();
+        let mut stops: Vec<(SplitReason, f64, End, f64, Painted)> = Vec::new();
         for lit in lit {
             for end in [End::Start, End::End] {
                 knife.cut_at_stop_line(lit, end);
@@ -59,12 +59,12 @@ pub fn cut_across(
             for (end, painted) in before_crosswalk(road, pieces, lit) {
                 // Lines do not change on the crosswalk.
                 let (line, last) = (at_depth(lit.span, end.other(), -STOP_GAP), at_depth(lit.span, end, -STOP_GAP));
-                stops.push((Cause::Approach(lit.node, end), line, end, last, painted));
+                stops.push((SplitReason::Approach(lit.node, end), line, end, last, painted));
             }
         }
         for (at, painted) in approaches {
             let line = lines.kept[i][at.end.index()];
-            stops.push((Cause::Stop(at.end), line, at.end, line, painted.clone()));
+            stops.push((SplitReason::Stop(at.end), line, at.end, line, painted.clone()));
         }
         let stretches = stops.into_iter().filter_map(|(cause, line, end, last, painted)| {
             let first = knife.cut_stretch(cause, line, end, wanted, LEAST)?;
@@ -100,7 +100,7 @@ fn usual_length(network: &RoadNetwork) -> f64 {
 /// The ends of roads with a stop line before which other lines are painted, in order.
 fn approaches(
     network: &RoadNetwork,
-    ways: &[Option<Box<Ways>>],
+    ways: &[Option<Box<IntersectionLanelets>>],
     guarded: &[RoadEnd],
     lanes: &Lanes,
 ) -> Vec<(RoadEnd, Painted)> {

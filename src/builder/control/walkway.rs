@@ -7,7 +7,7 @@ use crate::builder::ids::Key;
 use crate::builder::intersection::turning_lanelets::Path;
 use crate::builder::lanes::lane_ends::sidewalk;
 use crate::builder::lanes::types::Lanes;
-use crate::builder::map::map_builder::Assembly;
+use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::road_end::{from_cut, on_cut};
 use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadNetwork};
 use crate::builder::tags::cross_section::{SIDEWALK, StripKind};
@@ -39,7 +39,7 @@ struct SidewalkEnd {
 /// Adds the walkways of an intersection, and the elements by which what crosses them knows of them. No walkway lies
 /// where a crosswalk does.
 pub fn walkways(
-    assembly: &mut Assembly,
+    assembly: &mut MapBuilder,
     network: &RoadNetwork,
     lanes: &Lanes,
     intersection: &Intersection,
@@ -168,7 +168,7 @@ fn together(mut spans: Vec<[f64; 2]>, sought: [f64; 2]) -> Option<[f64; 2]> {
     Some(whole)
 }
 
-fn add(assembly: &mut Assembly, key: Key, shape: &[Vec<Point>; 2], carriers: &[LaneletId]) {
+fn add(assembly: &mut MapBuilder, key: Key, shape: &[Vec<Point>; 2], carriers: &[LaneletId]) {
     let mut side = |name: &str, places: &[Point]| {
         let points = places.iter().zip(0..).map(|(place, i)| assembly.point(key.word(name).number(i), *place, 0.0));
         let points = points.collect();

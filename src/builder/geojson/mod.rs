@@ -41,7 +41,7 @@ pub fn read(text: &str, options: &BuildOptions) -> Result<Plan, ReadError> {
         let message = format!("{} features are neither road, lane nor intersection", parsed.others);
         notes.push(Finding::new("feature-skipped", Subject::Map, message).graded(Severity::Info));
     }
-    let read_network::Network { mut network, rings } = read_network::network(&parsed, options, &mut notes)?;
+    let read_network::FileNetwork { mut network, rings } = read_network::network(&parsed, options, &mut notes)?;
     network.beside = options.beside;
     network.markings = options.markings;
     network.fan_out = options.inside.everywhere.fan_out.unwrap_or_default();

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use serde::Deserialize;
 
-use crate::builder::streets::snap_grid::snapped;
+use crate::builder::streets::snap_grid::snap;
 use crate::geometry::Point;
 use crate::osm::Text;
 use crate::parallel::Finely;
@@ -190,7 +190,7 @@ impl Parsed {
         let chosen = || Extent::of(degrees.iter().copied()).map(|extent| Projector::for_extent(&extent));
         let projector = wanted.or(own).or_else(chosen).unwrap_or(Projector::Local);
         for (place, metres) in places.into_iter().zip(projector.forward_each(&degrees, |_| 0.0)) {
-            let metres: Point = snapped(metres.ok_or_else(|| {
+            let metres: Point = snap(metres.ok_or_else(|| {
                 let message = format!("the projection {} does not reach all places of the file", projector.name());
                 ReadError::new(0, message, "choose another with --projector")
             })?);

@@ -20,7 +20,7 @@ use rustc_hash::FxHashMap;
 
 /// What the features are, beside the network: the shapes of its intersections and the ends of its roads, as the file
 /// has them.
-pub struct Network<'a> {
+pub struct FileNetwork<'a> {
     pub network: RoadNetwork,
     pub rings: Rings<'a>,
 }
@@ -36,7 +36,7 @@ pub fn network<'a>(
     parsed: &'a Parsed,
     options: &BuildOptions,
     notes: &mut Vec<Finding>,
-) -> Result<Network<'a>, ReadError> {
+) -> Result<FileNetwork<'a>, ReadError> {
     let place = driving_side::of_place(middle(parsed));
     let head = parsed.head.as_ref();
     let side = options.driving_side.or(head.and_then(|head| head.driving_side)).unwrap_or(place.side);
@@ -95,7 +95,7 @@ pub fn network<'a>(
         roads: keyed.iter().map(|(_, site, _)| &site.it.properties).collect(),
         intersections: nodes.iter().map(|node| node.feature.map(|feature| &feature.it)).collect(),
     };
-    Ok(Network { network, rings })
+    Ok(FileNetwork { network, rings })
 }
 
 /// The middle of the box around all roads.

@@ -1,7 +1,9 @@
 //! The outlines of a file: cuts and kerbs found again on its polygons, and those it lacks computed.
 
 use crate::builder::network::{End, Intersection, IntersectionIx, Road, RoadEnd, RoadNetwork};
-use crate::builder::streets::outline::{Case, Cut, Outline, OutlineOptions, Outlines, outlines as computed};
+use crate::builder::streets::outline::{
+    Outline, OutlineCase, OutlineCut, OutlineOptions, Outlines, outlines as computed,
+};
 use crate::diagnostic::Finding;
 use crate::geometry::{Point, Polyline, left_of, polygon, segment_crossing};
 
@@ -94,13 +96,13 @@ fn outline(
         let said = cut_of(rings.roads[at.road.0 as usize], at.end, id);
         across(road, *at, kept[at.road.0 as usize], said)
     };
-    let cuts: Vec<Cut> = intersection.arms.iter().map(cut).collect();
-    let usual = if ring.len() < 3 { Case::MapEdge } else { Case::General };
+    let cuts: Vec<OutlineCut> = intersection.arms.iter().map(cut).collect();
+    let usual = if ring.len() < 3 { OutlineCase::MapEdge } else { OutlineCase::General };
     let case = feature.and_then(|feature| feature.properties.case).unwrap_or(usual);
     let corners = (0..cuts.len())
         .map(|i| match case {
-            Case::MapEdge => Vec::new(),
-            Case::Fallback => vec![cuts[i].left, cuts[(i + 1) % cuts.len()].right],
+            OutlineCase::MapEdge => Vec::new(),
+            OutlineCase::Fallback => vec![cuts[i].left, cuts[(i + 1) % cuts.len()].right],
             _ => kerb(ring, cuts[i].left, cuts[(i + 1) % cuts.len()].right),
         })
         .collect();
@@ -109,7 +111,7 @@ fn outline(
 
 /// The cut across a road's end, seen looking into the intersection: between the places that the file gives, or straight
 /// across the line.
-fn across(road: &Road, at: RoadEnd, kept: [f64; 2], said: Option<[Point; 2]>) -> Cut {
+fn across(road: &Road, at: RoadEnd, kept: [f64; 2], said: Option<[Point; 2]>) -> OutlineCut {
     let station = kept[usize::from(at.end == End::End)];
     let along = road.line.direction(station);
     let inward = if at.end == End::Start { -along } else { along };
@@ -120,7 +122,7 @@ fn across(road: &Road, at: RoadEnd, kept: [f64; 2], said: Option<[Point; 2]>) ->
         Some([a, b]) => [a, b],
         None => [middle + half, middle - half],
     };
-    Cut { at, left, right }
+    OutlineCut { at, left, right }
 }
 
 /// The part of a clockwise ring from one place on it to the next, both included.

@@ -1,7 +1,9 @@
 //! One road of the file: its line, its lanes, and what stands on it.
 
 use crate::builder::network::{Feature as Furniture, FeatureKind, IntersectionIx, Road, RoadKey, class_of};
-use crate::builder::tags::cross_section::{CrossSection, Customs, Facts, Strip, StripKind, Travel, Usual, layout};
+use crate::builder::tags::cross_section::{
+    CrossSection, Customs, Defaults, Strip, StripKind, Travel, WayFacts, layout,
+};
 use crate::builder::tags::road_class::{DrivingSide, RoadClass};
 use crate::builder::tags::speed;
 use crate::diagnostic::{Finding, Severity, Subject};
@@ -105,7 +107,7 @@ fn assumed(
         tags.push("width", Text::from(width.to_string()));
     }
     let (side, usual) = (customs.side, customs.usual(class, link));
-    let facts = Facts { way: key.way, tags: &tags, class, link, bus_road: false, side, usual, continued: None };
+    let facts = WayFacts { way: key.way, tags: &tags, class, link, bus_road: false, side, usual, continued: None };
     Ok(layout(&facts, notes).section)
 }
 
@@ -113,7 +115,7 @@ fn assumed(
 fn section(
     lanes: &[&Sited<LaneShape>],
     key: RoadKey,
-    usual: Usual,
+    usual: Defaults,
     side: DrivingSide,
     notes: &mut Vec<Finding>,
 ) -> Result<CrossSection, ReadError> {

@@ -1,7 +1,7 @@
 //! The features of the file, as they are written and read. `docs/geometry.md` says what each property means.
 
 use crate::builder::network::{End, RoadKey};
-use crate::builder::streets::outline::Case;
+use crate::builder::streets::outline::OutlineCase;
 use crate::builder::tags::cross_section::{Arrows, StripKind, Travel};
 use crate::builder::tags::road_class::RoadClass;
 use crate::osm::{Tags, Text};
@@ -247,7 +247,7 @@ pub struct IntersectionShape {
     #[serde(default)]
     pub layer: Option<Levels>,
     #[serde(default)]
-    pub case: Option<Case>,
+    pub case: Option<OutlineCase>,
     #[serde(default)]
     pub terminal: bool,
     #[serde(default)]

@@ -10,7 +10,7 @@ use crate::builder::network::{
     End, Feature as Furniture, FeatureKind, Intersection, IntersectionIx, Island, LaneConnection, Road, RoadEnd,
     RoadIx, RoadKey, RoadNetwork, TurnRestriction,
 };
-use crate::builder::streets::outline::{Case, MITER_LIMIT, Outline, Outlines};
+use crate::builder::streets::outline::{MITER_LIMIT, Outline, OutlineCase, Outlines};
 use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind};
 use crate::geometry::{Point, Polyline};
 use crate::osm::Text;
@@ -258,7 +258,7 @@ impl Streets<'_> {
             layer: Some(Levels::Several(layers)),
             case: Some(outline.case),
             terminal: intersection.arms.len() < 2,
-            fallback: outline.case == Case::Fallback,
+            fallback: outline.case == OutlineCase::Fallback,
             merged_from: intersection.nodes.clone(),
             map_edge: Some(intersection.map_edge),
             signals: intersection.signals,

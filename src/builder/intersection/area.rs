@@ -5,16 +5,16 @@ mod subtract_islands;
 
 use crate::builder::ids::Key;
 use crate::builder::lanes::types::{Arm, Lanes};
-use crate::builder::map::map_builder::Assembly;
+use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::Island;
 use crate::geometry::pose::Pose;
 use crate::geometry::strip_index::Columns;
 use crate::geometry::{Point, curve, pose};
 use crate::lanelet::{Attributes, LineStringId, PointId};
 
-use super::turning_lanelets::{Bounds, Path};
-use area_ring::{Node, holds, is_simple, nodes, places, runs_beside, united};
-use subtract_islands::cut_out;
+use super::turning_lanelets::{Path, SharedBounds};
+use area_ring::{Node, holds, is_simple, nodes, places, runs_beside, union_outline};
+use subtract_islands::subtract_islands;
 
 /// The outline of an intersection as nodes.
 #[derive(Clone, Debug, Default)]
@@ -46,11 +46,11 @@ impl AreaOutline {
 /// that ring, it is widened to hold the path; where it then swallows the end of a road, it gives way to the lanes of that
 /// road. Islands that reach into it are cut out.
 pub fn area_outline(
-    assembly: &mut Assembly,
+    assembly: &mut MapBuilder,
     key: Key,
     lanes: &Lanes,
     arms: &[&Arm],
-    bounds: &Bounds,
+    bounds: &SharedBounds,
     paths: (&[Path], &[Option<Columns>]),
     islands: &[Island],
 ) -> AreaOutline {
@@ -60,19 +60,19 @@ pub fn area_outline(
     let (mut overrun, mut yields) = (apart(&ring), false);
     let (paths, columns) = paths;
     if !holds(&walked, paths, columns) {
-        ring = united(assembly, key, &walked, arms, bounds, paths, [&[], &[]]);
+        ring = union_outline(assembly, key, &walked, arms, bounds, paths, [&[], &[]]);
         overrun = apart(&ring);
         yields = !overrun.is_empty() || !is_simple(assembly, &ring);
         if yields {
             let behind: Vec<Vec<Point>> = arms.iter().flat_map(|arm| own_lanes(assembly, lanes, arm)).collect();
             let key = key.word("beside lanes");
-            let beside = united(assembly, key, &walked, arms, bounds, paths, [&[], &behind]);
+            let beside = union_outline(assembly, key, &walked, arms, bounds, paths, [&[], &behind]);
             if is_simple(assembly, &beside) && apart(&beside).len() <= overrun.len() {
                 ring = beside;
             }
         }
     }
-    let (ring, covered) = cut_out(assembly, key, ring, (arms, bounds, paths), islands);
+    let (ring, covered) = subtract_islands(assembly, key, ring, (arms, bounds, paths), islands);
     let as_walked = ring.iter().eq(walked.iter().map(|(id, _)| id));
     let places = if as_walked { walked.iter().map(|node| node.1).collect() } else { places(assembly, &ring) };
     let kerbs = kerbs(assembly, key, &ring, arms);
@@ -81,7 +81,7 @@ pub fn area_outline(
 }
 
 /// The ring of cuts and the kerbs between them.
-fn walked(assembly: &mut Assembly, key: Key, arms: &[&Arm], bounds: &Bounds) -> Vec<Node> {
+fn walked(assembly: &mut MapBuilder, key: Key, arms: &[&Arm], bounds: &SharedBounds) -> Vec<Node> {
     let cuts: Vec<Vec<Node>> = arms.iter().map(|arm| nodes(assembly, &arm.cut)).collect();
     let mut ring: Vec<Node> = Vec::new();
     for (i, arm) in arms.iter().enumerate() {
@@ -101,7 +101,7 @@ fn walked(assembly: &mut Assembly, key: Key, arms: &[&Arm], bounds: &Bounds) -> 
 }
 
 /// The ground of the lanes that end at an arm.
-fn own_lanes(assembly: &Assembly, lanes: &Lanes, arm: &Arm) -> Vec<Vec<Point>> {
+fn own_lanes(assembly: &MapBuilder, lanes: &Lanes, arm: &Arm) -> Vec<Vec<Point>> {
     let ends = arm.into.iter().chain(&arm.out);
     ends.map(|end| assembly.outline(lanes.lanes[end.lane].lanelet)).collect()
 }
@@ -115,7 +115,7 @@ fn runs_along(ring: &[PointId], arm: &Arm) -> bool {
 }
 
 /// A rounded kerb between the ends of two cuts, which keeps clear of none and touches both.
-fn corner(assembly: &mut Assembly, key: Key, [from, to]: [Node; 2], [arm, next]: [&Arm; 2]) -> Vec<Node> {
+fn corner(assembly: &mut MapBuilder, key: Key, [from, to]: [Node; 2], [arm, next]: [&Arm; 2]) -> Vec<Node> {
     let start = Pose { point: from.1, heading: arm.inward };
     let end = Pose { point: to.1, heading: -next.inward };
     if (start.point - end.point).norm() < pose::MIN_SPACING {
@@ -129,7 +129,7 @@ fn corner(assembly: &mut Assembly, key: Key, [from, to]: [Node; 2], [arm, next]:
 }
 
 /// One `road_border` for every stretch of the ring that is not a cut.
-fn kerbs(assembly: &mut Assembly, key: Key, ring: &[PointId], arms: &[&Arm]) -> Vec<LineStringId> {
+fn kerbs(assembly: &mut MapBuilder, key: Key, ring: &[PointId], arms: &[&Arm]) -> Vec<LineStringId> {
     let is_cut = |a: PointId, b: PointId| arms.iter().any(|arm| arm.cut.contains(&a) && arm.cut.contains(&b));
     let count = ring.len();
     let Some(start) = (0..count).find(|&i| is_cut(ring[(i + count - 1) % count], ring[i])) else { return Vec::new() };
@@ -152,7 +152,7 @@ fn kerbs(assembly: &mut Assembly, key: Key, ring: &[PointId], arms: &[&Arm]) -> 
     lines
 }
 
-fn kerb(assembly: &mut Assembly, key: Key, chain: Vec<PointId>) -> LineStringId {
+fn kerb(assembly: &mut MapBuilder, key: Key, chain: Vec<PointId>) -> LineStringId {
     let ends = [chain.first(), chain.last()].map(|id| id.map_or(0, |id| id.0));
     assembly.line(
         key.word("kerb line").number(ends[0]).number(ends[1]),
@@ -165,14 +165,14 @@ fn kerb(assembly: &mut Assembly, key: Key, chain: Vec<PointId>) -> LineStringId 
 mod tests {
     use crate::geometry::simple_ring;
 
-    use super::area_ring::tidied;
+    use super::area_ring::without_spikes;
     use super::*;
 
     /// What is left of a ring of nodes 0, 1, 2, ... of which some are fixed.
     fn left(places: &[(f64, f64)], fixed: &[i64]) -> Vec<i64> {
         let ring = (0..places.len() as i64).map(PointId).collect();
         let place = |id: PointId| Point::new(places[id.0 as usize].0, places[id.0 as usize].1);
-        tidied(ring, &fixed.iter().copied().map(PointId).collect(), place).into_iter().map(|id| id.0).collect()
+        without_spikes(ring, &fixed.iter().copied().map(PointId).collect(), place).into_iter().map(|id| id.0).collect()
     }
 
     #[test]

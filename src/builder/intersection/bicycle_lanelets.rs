@@ -7,27 +7,27 @@ mod tests;
 
 use crate::builder::lanes::side_lanes::{attributes, bounds};
 use crate::builder::lanes::types::{ArmLane, Lanes};
-use crate::builder::map::map_builder::Assembly;
+use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::turn::{STRAIGHT, turn};
-use crate::builder::network::turn_restrictions::Restricted;
+use crate::builder::network::turn_restrictions::ResolvedRestrictions;
 use crate::builder::network::{End, Intersection, RoadEnd, RoadNetwork};
 use crate::builder::tags::cross_section::{Arrows, CrossSection, StripKind};
 use crate::builder::tags::road_class::DrivingSide;
-use crate::builder::tags::side_strips::{Run, Use, runs};
+use crate::builder::tags::side_strips::{StripRun, StripUse, strip_runs};
 use crate::geometry::pose::Pose;
 use crate::lanelet::{Attributes, Bound, PointId};
 use crate::settings::BicycleLanes;
 
 use super::movement_types::Movement;
-use super::turn_centerline::{Ends, courses};
-use super::turning_lanelets::{Drawn, Path, Tagged, intersection_key};
+use super::turn_centerline::{MovementEnds, turn_centerlines};
+use super::turning_lanelets::{DrawnMovements, LaneletTags, Path, intersection_key};
 
 /// A turn up to this change of direction, degrees, leads around a corner; beyond, back.
 const CORNER_MOST: f64 = 150.0;
 
 /// A bicycle lane where it meets an intersection.
 #[derive(Clone, Debug)]
-struct Cycle {
+struct BicycleLaneEnd {
     /// The arm, by index.
     arm: usize,
     /// Its end, in its direction of travel.
@@ -35,7 +35,7 @@ struct Cycle {
     /// On which edge of its road it lies, as who rides there sees it; `None` between lanes for cars.
     edge: Option<Edge>,
     /// The strips it is made of.
-    run: Run,
+    run: StripRun,
 }
 
 /// An edge of a road.
@@ -47,39 +47,40 @@ enum Edge {
 
 /// The bicycle lanes that lead into an intersection and out of it.
 #[derive(Clone, Debug, Default)]
-pub struct Cycles {
-    into: Vec<Cycle>,
-    out: Vec<Cycle>,
+pub struct BicycleLaneEnds {
+    into: Vec<BicycleLaneEnd>,
+    out: Vec<BicycleLaneEnd>,
 }
 
 /// The bicycle lanes of an intersection, and the ways between them.
 #[derive(Clone, Debug, Default)]
-pub struct Cycling {
+pub struct BicycleMovements {
     /// Where bicycle lanes end and begin.
-    pub ends: Cycles,
+    pub ends: BicycleLaneEnds,
     /// The ways, whose lanes are counted among those ends.
     pub paths: Vec<Path>,
 }
 
 /// Whether roads with bicycle lanes meet; never where the settings leave those out.
 pub fn ridden(network: &RoadNetwork, intersection: &Intersection) -> bool {
-    let ridden = |at: &RoadEnd| runs(&network.road(at.road).section).iter().any(|run| run.used == Use::Bicycle);
+    let ridden =
+        |at: &RoadEnd| strip_runs(&network.road(at.road).section).iter().any(|run| run.used == StripUse::Bicycle);
     network.beside.bicycle_lanes != BicycleLanes::None && intersection.arms.iter().any(ridden)
 }
 
-impl Cycles {
+impl BicycleLaneEnds {
     /// Finds them where an intersection is [`ridden`].
-    pub fn find(assembly: &Assembly, network: &RoadNetwork, lanes: &Lanes, intersection: &Intersection) -> Self {
+    pub fn find(assembly: &MapBuilder, network: &RoadNetwork, lanes: &Lanes, intersection: &Intersection) -> Self {
         let mut found = Self::default();
         for (arm, &at) in intersection.arms.iter().enumerate() {
             let road = network.road(at.road);
-            for run in runs(&road.section) {
-                for &backward in run.directions().iter().filter(|_| run.used == Use::Bicycle) {
+            for run in strip_runs(&road.section) {
+                for &backward in run.directions().iter().filter(|_| run.used == StripUse::Bicycle) {
                     let sides = bounds(assembly, road, lanes.borders_at(at), (&run, backward));
                     let into = backward == (at.end == End::Start);
                     let Some(end) = sides.and_then(|sides| end(assembly, lanes, at, sides, into)) else { continue };
                     let list = if into { &mut found.into } else { &mut found.out };
-                    list.push(Cycle { arm, end, edge: edge(&road.section, &run, backward), run: run.clone() });
+                    list.push(BicycleLaneEnd { arm, end, edge: edge(&road.section, &run, backward), run: run.clone() });
                 }
             }
         }
@@ -100,9 +101,9 @@ impl Cycles {
     fn joined(
         &self,
         side: DrivingSide,
-        restricted: &Restricted,
+        restricted: &ResolvedRestrictions,
         intersection: &Intersection,
-        wanted: Wanted,
+        wanted: BicycleTurns,
     ) -> Vec<(usize, usize)> {
         let mut pairs = Vec::new();
         for (i, from) in self.into.iter().enumerate() {
@@ -116,7 +117,7 @@ impl Cycles {
                         Some(Edge::Right) => -turn,
                         None => f64::NAN,
                     };
-                    let corner = wanted == Wanted::All && (STRAIGHT..=CORNER_MOST).contains(&own);
+                    let corner = wanted == BicycleTurns::All && (STRAIGHT..=CORNER_MOST).contains(&own);
                     (turn.abs() <= STRAIGHT || corner) && from.keeps_to(to)
                 };
                 let sideways = |o: &usize| {
@@ -136,36 +137,36 @@ impl Cycles {
     /// Adds the lanelets between them to those of an intersection.
     pub fn draw(
         &self,
-        assembly: &mut Assembly,
+        assembly: &mut MapBuilder,
         network: &RoadNetwork,
-        restricted: &Restricted,
+        restricted: &ResolvedRestrictions,
         intersection: &Intersection,
-        wanted: Wanted,
-        beside: &Drawn,
-    ) -> Drawn {
-        let mut drawn = Drawn { bounds: beside.bounds.clone(), ..Drawn::default() };
+        wanted: BicycleTurns,
+        beside: &DrawnMovements,
+    ) -> DrawnMovements {
+        let mut drawn = DrawnMovements { bounds: beside.bounds.clone(), ..DrawnMovements::default() };
         let movement =
             |i: usize, o: usize| Movement { from: self.into[i].arm, to: self.out[o].arm, in_lane: i, out_lane: o };
         let pairs = self.joined(network.side, restricted, intersection, wanted);
-        let ends: Vec<Ends> =
+        let ends: Vec<MovementEnds> =
             pairs.iter().map(|&(i, o)| (movement(i, o), &self.into[i].end, &self.out[o].end)).collect();
         let passed = intersection.arms.len() > 2;
-        let bound = |_: &Assembly, _: &ArmLane, _: usize| match passed {
+        let bound = |_: &MapBuilder, _: &ArmLane, _: usize| match passed {
             true => Attributes::of(&[("type", "virtual")]),
             false => Attributes::of(&[("type", "line_thin"), ("subtype", "solid"), ("lane_change", "no")]),
         };
-        let lanelet = |_: &Assembly, (movement, _, _): &Ends, _: StripKind| -> Attributes {
-            let Cycle { arm, run, .. } = &self.into[movement.in_lane];
+        let lanelet = |_: &MapBuilder, (movement, _, _): &MovementEnds, _: StripKind| -> Attributes {
+            let BicycleLaneEnd { arm, run, .. } = &self.into[movement.in_lane];
             attributes(network.road(intersection.arms[*arm].road), run, &network.beside)
         };
         let key = intersection_key("cycle path", intersection);
-        let courses = ends.iter().copied().zip(courses(&ends)).collect();
-        drawn.add(assembly, network.side, key, courses, &Tagged { bound: &bound, lanelet: &lanelet });
+        let courses = ends.iter().copied().zip(turn_centerlines(&ends)).collect();
+        drawn.add(assembly, network.side, key, courses, &LaneletTags { bound: &bound, lanelet: &lanelet });
         drawn
     }
 }
 
-impl Cycle {
+impl BicycleLaneEnd {
     /// Whether nobody crosses the lanes for cars who goes on here.
     fn keeps_to(&self, to: &Self) -> bool {
         self.edge.zip(to.edge).is_none_or(|(from, to)| from == to)
@@ -173,7 +174,7 @@ impl Cycle {
 }
 
 /// The edge of a road on which a run lies, seen in its own direction.
-fn edge(section: &CrossSection, run: &Run, backward: bool) -> Option<Edge> {
+fn edge(section: &CrossSection, run: &StripRun, backward: bool) -> Option<Edge> {
     let left = section.driven().all(|(driven, _)| driven >= run.strips.end);
     let right = section.driven().all(|(driven, _)| driven < run.strips.start);
     (left != right).then_some(if left != backward { Edge::Left } else { Edge::Right })
@@ -181,7 +182,7 @@ fn edge(section: &CrossSection, run: &Run, backward: bool) -> Option<Edge> {
 
 /// Which ways through an intersection are drawn for bicycles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wanted {
+pub enum BicycleTurns {
     /// Straight on, and around the corner beside them.
     All,
     /// Straight on.
@@ -189,7 +190,7 @@ pub enum Wanted {
 }
 
 /// The end of a bicycle lane between two bounds, in its direction of travel.
-fn end(assembly: &Assembly, lanes: &Lanes, at: RoadEnd, sides: [Bound; 2], into: bool) -> Option<ArmLane> {
+fn end(assembly: &MapBuilder, lanes: &Lanes, at: RoadEnd, sides: [Bound; 2], into: bool) -> Option<ArmLane> {
     let node = |bound: Bound| -> Option<PointId> {
         let ids = assembly.bound_ids(bound);
         if into { ids.last().copied() } else { ids.first().copied() }

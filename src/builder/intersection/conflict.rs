@@ -35,7 +35,7 @@ impl Conflicts {
 }
 
 /// The outlines of paths, to be compared with each other and with what is made by [`strips_beside`].
-pub fn columns(paths: &[Path]) -> Vec<Option<Columns>> {
+pub fn strip_indices(paths: &[Path]) -> Vec<Option<Columns>> {
     let base = paths.first().and_then(|path| path.outline.first());
     paths.iter().map(|path| Columns::new(&path.outline, *base?)).collect()
 }

@@ -3,17 +3,22 @@
 
 use crate::builder::lanes::types::{Arm, ArmLane};
 use crate::builder::network::turn::STRAIGHT;
-use crate::builder::network::turn_restrictions::Restricted;
+use crate::builder::network::turn_restrictions::ResolvedRestrictions;
 use crate::builder::tags::cross_section::{Arrows, StripKind};
 use crate::geometry::{angle_between, cross};
 
-use super::movement_types::{Movement, Target};
+use super::movement_types::{Movement, TurnTarget};
 
 /// An arrow means an arm at most this far, degrees, from the arrow's own direction.
 const ARROW_REACH: f64 = 70.0;
 
 /// The movements from all arms; those of which `heed` says no as if nothing were painted.
-pub fn assigned(restricted: &Restricted, arms: &[&Arm], targets: &[Vec<Target>], heed: &[bool]) -> Vec<Movement> {
+pub fn assign_lanes(
+    restricted: &ResolvedRestrictions,
+    arms: &[&Arm],
+    targets: &[Vec<TurnTarget>],
+    heed: &[bool],
+) -> Vec<Movement> {
     let mut all = Vec::new();
     for (from, arm) in arms.iter().enumerate() {
         let bare;
@@ -44,7 +49,7 @@ fn without_arrows(arm: &Arm) -> Arm {
 }
 
 /// The arms each lane leads to, so that no lane crosses another.
-fn goals(lanes: &[(usize, &ArmLane)], targets: &[Target], kind: StripKind) -> Vec<Vec<usize>> {
+fn goals(lanes: &[(usize, &ArmLane)], targets: &[TurnTarget], kind: StripKind) -> Vec<Vec<usize>> {
     let mut goals = wishes(lanes, targets);
     let room: Vec<usize> = targets.iter().map(|t| t.arm.out.iter().filter(|l| l.kind == kind).count()).collect();
     while let Some((lane, target)) = crossing(&goals, targets, &room) {
@@ -56,7 +61,7 @@ fn goals(lanes: &[(usize, &ArmLane)], targets: &[Target], kind: StripKind) -> Ve
 /// A lane and a target that it had better leave to others: another lane crosses it on its way. Rather the target that
 /// more lanes lead to than it takes, then the one that lies farther from straight on. `None` if nothing crosses, or
 /// nothing can be spared.
-fn crossing(goals: &[Vec<usize>], targets: &[Target], room: &[usize]) -> Option<(usize, usize)> {
+fn crossing(goals: &[Vec<usize>], targets: &[TurnTarget], room: &[usize]) -> Option<(usize, usize)> {
     let users = |target: usize| goals.iter().filter(|g| g.contains(&target)).count();
     let spare = |&(lane, target): &(usize, usize)| goals[lane].len() > 1 && users(target) > 1;
     let mut crossing = Vec::new();
@@ -77,11 +82,11 @@ fn crossing(goals: &[Vec<usize>], targets: &[Target], room: &[usize]) -> Option<
 }
 
 /// The arms each lane leads to: by its arrows, else the outer lanes turn and all go on where they can.
-fn wishes(lanes: &[(usize, &ArmLane)], targets: &[Target]) -> Vec<Vec<usize>> {
+fn wishes(lanes: &[(usize, &ArmLane)], targets: &[TurnTarget]) -> Vec<Vec<usize>> {
     let count = lanes.len();
     let straight: Vec<usize> = (0..targets.len()).filter(|&t| targets[t].turn.abs() <= STRAIGHT).collect();
     // Without an arrow a lane turns back only where every way on does.
-    let by_itself = |t: usize| !targets[t].turns_back() || targets.iter().all(Target::turns_back);
+    let by_itself = |t: usize| !targets[t].turns_back() || targets.iter().all(TurnTarget::turns_back);
     let lefts: Vec<usize> = (0..targets.len()).filter(|&t| targets[t].turn > STRAIGHT && by_itself(t)).collect();
     let rights: Vec<usize> = (0..targets.len()).filter(|&t| targets[t].turn < -STRAIGHT && by_itself(t)).collect();
     lanes
@@ -111,7 +116,7 @@ fn wishes(lanes: &[(usize, &ArmLane)], targets: &[Target]) -> Vec<Vec<usize>> {
 }
 
 /// The arms that a lane's arrows mean.
-fn pointed(arrows: Arrows, targets: &[Target]) -> Vec<usize> {
+fn pointed(arrows: Arrows, targets: &[TurnTarget]) -> Vec<usize> {
     const MEANING: [(Arrows, f64); 7] = [
         (Arrows::SHARP_LEFT, 135.0),
         (Arrows::LEFT, 90.0),
@@ -126,7 +131,7 @@ fn pointed(arrows: Arrows, targets: &[Target]) -> Vec<usize> {
         .iter()
         .filter(|(arrow, _)| arrows.has(*arrow))
         .filter_map(|(_, angle)| {
-            let off = |t: &Target| (t.shown - angle).abs();
+            let off = |t: &TurnTarget| (t.shown - angle).abs();
             let best = (0..targets.len()).min_by(|&a, &b| off(&targets[a]).total_cmp(&off(&targets[b])))?;
             (off(&targets[best]) <= ARROW_REACH).then_some(best)
         })
@@ -138,9 +143,10 @@ fn pointed(arrows: Arrows, targets: &[Target]) -> Vec<usize> {
 }
 
 /// Leads the lanes of one kind to the lanes of the same kind, in order, so that neighbours never cross.
-fn assign(from: usize, arm: &Arm, targets: &[Target], kind: StripKind, all: &mut Vec<Movement>) {
+fn assign(from: usize, arm: &Arm, targets: &[TurnTarget], kind: StripKind, all: &mut Vec<Movement>) {
     let lanes: Vec<(usize, &ArmLane)> = arm.into.iter().enumerate().filter(|(_, l)| l.kind == kind).collect();
-    let usable: Vec<Target> = targets.iter().filter(|t| t.arm.out.iter().any(|l| l.kind == kind)).copied().collect();
+    let usable: Vec<TurnTarget> =
+        targets.iter().filter(|t| t.arm.out.iter().any(|l| l.kind == kind)).copied().collect();
     if lanes.is_empty() || usable.is_empty() {
         return;
     }
@@ -173,7 +179,7 @@ fn assign(from: usize, arm: &Arm, targets: &[Target], kind: StripKind, all: &mut
 }
 
 /// Pairs lanes with lanes in order.
-fn pair_up(ins: &[usize], outs: &[usize], lanes: &[(usize, &ArmLane)], target: &Target) -> Vec<(usize, usize)> {
+fn pair_up(ins: &[usize], outs: &[usize], lanes: &[(usize, &ArmLane)], target: &TurnTarget) -> Vec<(usize, usize)> {
     let (k, n) = (ins.len(), outs.len());
     if k > n {
         return ins.iter().enumerate().map(|(j, &i)| (i, outs[j * n / k])).collect();
@@ -199,7 +205,7 @@ fn pair_up(ins: &[usize], outs: &[usize], lanes: &[(usize, &ArmLane)], target: &
 }
 
 /// Buses keep to their own lane where there is one ahead, and else join the others on the straightest way.
-fn assign_bus(from: usize, arm: &Arm, targets: &[Target], all: &mut Vec<Movement>) {
+fn assign_bus(from: usize, arm: &Arm, targets: &[TurnTarget], all: &mut Vec<Movement>) {
     for (in_lane, lane) in arm.into.iter().enumerate().filter(|(_, l)| l.kind == StripKind::Bus) {
         let aimed = pointed(lane.arrows, targets);
         let ahead = (0..targets.len())
@@ -224,8 +230,8 @@ fn assign_bus(from: usize, arm: &Arm, targets: &[Target], all: &mut Vec<Movement
 }
 
 /// Where a road is for buses only, they enter it from the lane for all that lies nearest to it.
-fn assign_bus_roads(from: usize, arm: &Arm, targets: &[Target], all: &mut Vec<Movement>) {
-    let reserved = |t: &&Target| t.arm.out.iter().all(|lane| lane.kind == StripKind::Bus) && !t.turns_back();
+fn assign_bus_roads(from: usize, arm: &Arm, targets: &[TurnTarget], all: &mut Vec<Movement>) {
+    let reserved = |t: &&TurnTarget| t.arm.out.iter().all(|lane| lane.kind == StripKind::Bus) && !t.turns_back();
     for target in targets.iter().filter(reserved) {
         if arm.into.is_empty() || target.arm.out.is_empty() || arm.into.iter().any(|l| l.kind == StripKind::Bus) {
             continue;
@@ -238,7 +244,7 @@ fn assign_bus_roads(from: usize, arm: &Arm, targets: &[Target], all: &mut Vec<Mo
 }
 
 /// Where it is told which lanes lead to which, those do and no others; a road with other lanes than are spoken of is not meant.
-fn connect(restricted: &Restricted, from: usize, arm: &Arm, targets: &[Target], all: &mut Vec<Movement>) {
+fn connect(restricted: &ResolvedRestrictions, from: usize, arm: &Arm, targets: &[TurnTarget], all: &mut Vec<Movement>) {
     for target in targets {
         let Some(told) = restricted.lanes(arm.at, target.arm.at) else { continue };
         let there = |&[a, b]: &[usize; 2]| (1..=arm.into.len()).contains(&a) && (1..=target.arm.out.len()).contains(&b);
@@ -251,7 +257,7 @@ fn connect(restricted: &Restricted, from: usize, arm: &Arm, targets: &[Target], 
 }
 
 /// Leads the outermost lanes of each turn to all lanes of the road beyond those that the turn takes.
-fn fan_out(from: usize, arm: &Arm, targets: &[Target], all: &mut Vec<Movement>) {
+fn fan_out(from: usize, arm: &Arm, targets: &[TurnTarget], all: &mut Vec<Movement>) {
     for target in targets {
         let drive = |lane: &ArmLane| lane.kind == StripKind::Drive;
         let own = all.iter().filter(|m| (m.from, m.to) == (from, target.to));

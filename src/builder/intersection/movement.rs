@@ -3,14 +3,14 @@
 use crate::builder::lanes::types::{Arm, ArmLane, Lanes};
 use crate::builder::network::Intersection;
 use crate::builder::network::turn::turn;
-use crate::builder::network::turn_restrictions::Restricted;
+use crate::builder::network::turn_restrictions::ResolvedRestrictions;
 use crate::builder::tags::cross_section::{Arrows, StripKind};
 use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::pose::Pose;
 use crate::geometry::{angle_between, curve};
 
-use super::lane_assignment::assigned;
-use super::movement_types::{Movement, Movements, Target};
+use super::lane_assignment::assign_lanes;
+use super::movement_types::{Movement, Movements, TurnTarget};
 
 /// Curvature, 1/m, beyond which nobody is led back who could go elsewhere: a car drives it with ease.
 const TIGHTEST_BACK: f64 = 0.25;
@@ -21,10 +21,15 @@ const HAIRPIN: f64 = 135.0;
 const TIGHTEST_HAIRPIN: f64 = 1.0 / 3.0;
 
 /// Finds the movements of an intersection.
-pub fn movements(side: DrivingSide, restricted: &Restricted, lanes: &Lanes, intersection: &Intersection) -> Movements {
+pub fn movements(
+    side: DrivingSide,
+    restricted: &ResolvedRestrictions,
+    lanes: &Lanes,
+    intersection: &Intersection,
+) -> Movements {
     let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
     let mut found = Movements::default();
-    let mut targets: Vec<Vec<Target>> = Vec::new();
+    let mut targets: Vec<Vec<TurnTarget>> = Vec::new();
     for (from, arm) in arms.iter().enumerate() {
         let mut open = Vec::new();
         for (to, other) in arms.iter().enumerate() {
@@ -33,7 +38,7 @@ pub fn movements(side: DrivingSide, restricted: &Restricted, lanes: &Lanes, inte
             }
             if restricted.permit(intersection, arm.at, other.at) {
                 let (turn, shown) = (turn(side, arm.inward, -other.inward), turn(side, arm.aim, -other.aim));
-                open.push(Target { to, arm: other, turn, shown });
+                open.push(TurnTarget { to, arm: other, turn, shown });
             } else {
                 found.prohibited.push((from, to));
             }
@@ -45,7 +50,7 @@ pub fn movements(side: DrivingSide, restricted: &Restricted, lanes: &Lanes, inte
     }
     let around = without_turning_back(side, &arms, &mut targets);
     let mut heed = vec![true; arms.len()];
-    found.all = assigned(restricted, &arms, &targets, &heed);
+    found.all = assign_lanes(restricted, &arms, &targets, &heed);
     // Where all arrows lead past a road, they are not meant for this place: lanes are marked long before they part.
     let missed: Vec<usize> = (0..arms.len())
         .filter(|to| !found.all.iter().any(|m| m.to == *to))
@@ -56,7 +61,7 @@ pub fn movements(side: DrivingSide, restricted: &Restricted, lanes: &Lanes, inte
         .collect();
     if !missed.is_empty() {
         missed.into_iter().for_each(|from| heed[from] = false);
-        found.all = assigned(restricted, &arms, &targets, &heed);
+        found.all = assign_lanes(restricted, &arms, &targets, &heed);
     }
     found.all.extend(around);
     found.all.sort_unstable();
@@ -76,9 +81,9 @@ pub fn movements(side: DrivingSide, restricted: &Restricted, lanes: &Lanes, inte
 
 /// Takes away the arms that one would have to turn back for, or around a hairpin without room, unless an arrow says so, there
 /// is no other way on, or nobody else could enter that arm. Gives the ways back for which a median leaves room.
-fn without_turning_back(side: DrivingSide, arms: &[&Arm], targets: &mut [Vec<Target>]) -> Vec<Movement> {
+fn without_turning_back(side: DrivingSide, arms: &[&Arm], targets: &mut [Vec<TurnTarget>]) -> Vec<Movement> {
     let mut around = Vec::new();
-    let closed = |from: usize, t: &Target| t.turns_back() || is_cramped(arms[from], t);
+    let closed = |from: usize, t: &TurnTarget| t.turns_back() || is_cramped(arms[from], t);
     let entered = targets.iter().enumerate().flat_map(|(from, open)| open.iter().filter(move |t| !closed(from, t)));
     let entered: Vec<usize> = entered.map(|t| t.to).collect();
     for (from, open) in targets.iter_mut().enumerate() {
@@ -98,14 +103,14 @@ fn without_turning_back(side: DrivingSide, arms: &[&Arm], targets: &mut [Vec<Tar
 }
 
 /// Whether the way into an arm is a hairpin for which there is no room, whatever the lanes.
-fn is_cramped(arm: &Arm, target: &Target) -> bool {
+fn is_cramped(arm: &Arm, target: &TurnTarget) -> bool {
     let mut pairs = arm.into.iter().flat_map(|into| target.arm.out.iter().map(move |out| (into.pose, out.pose)));
     target.turn.abs() > HAIRPIN && !pairs.any(|(into, out)| gentle(&curve::join(into, out), TIGHTEST_HAIRPIN))
 }
 
 /// The way back around the end of a median, or into a road that leaves at an acute angle: from the lane on the far side to
 /// the first one that is far enough from it, unless an arrow leads elsewhere.
-fn turning_around(side: DrivingSide, from: usize, arm: &Arm, target: &Target) -> Option<Movement> {
+fn turning_around(side: DrivingSide, from: usize, arm: &Arm, target: &TurnTarget) -> Option<Movement> {
     let (far, turns) = match side {
         DrivingSide::Right => (1.0, Arrows::LEFT),
         DrivingSide::Left => (-1.0, Arrows::RIGHT),

@@ -27,7 +27,7 @@ pub struct Movements {
 
 /// An arm that one may turn into, seen from the arm where one comes from.
 #[derive(Clone, Copy)]
-pub struct Target<'a> {
+pub struct TurnTarget<'a> {
     /// The arm, by its position.
     pub to: usize,
     /// That arm.
@@ -38,7 +38,7 @@ pub struct Target<'a> {
     pub shown: f64,
 }
 
-impl Target<'_> {
+impl TurnTarget<'_> {
     /// Whether it leads back to where one comes from.
     pub fn turns_back(&self) -> bool {
         self.turn.abs() > TURNS_BACK

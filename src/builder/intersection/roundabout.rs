@@ -17,11 +17,11 @@ const RADIUS_LEAST: f64 = 2.5;
 const PLACE_EVERY: f64 = 60.0;
 
 /// The pieces of a ring inside one intersection, each run of them as it is driven.
-pub struct Ring {
+pub struct CirculatingRing {
     runs: Vec<Polyline>,
 }
 
-impl Ring {
+impl CirculatingRing {
     /// `None` if no piece of a ring with a single lane lies inside.
     pub fn of(intersection: &Intersection) -> Option<Self> {
         let as_driven = |inner: &InnerRoad| {
@@ -134,7 +134,7 @@ mod tests {
     }
 
     /// The way from a street at the angle `from` to one at the angle `to`, and how close it comes to the middle.
-    fn across(ring: &Ring, from: f64, to: f64) -> Option<f64> {
+    fn across(ring: &CirculatingRing, from: f64, to: f64) -> Option<f64> {
         let street = |angle: f64, along: f64| {
             let out = on_circle(1.0, angle).point.coords;
             Pose { point: Point::from(out * 15.0), heading: out * along }
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn ways_lead_around_the_island() {
-        let half = Ring { runs: vec![arc(0, 180)] };
+        let half = CirculatingRing { runs: vec![arc(0, 180)] };
         let closest = across(&half, 0.0, 180.0).unwrap();
         assert!(closest > 7.0, "{closest} m from the middle");
         // The other way round it does not run over what was taken in.
@@ -160,7 +160,7 @@ mod tests {
         let mut runs = vec![arc(0, 180), arc(180, 360)];
         assert_eq!(following(&runs), Some((0, 1)));
         runs = vec![arc(0, 720)];
-        let closest = across(&Ring { runs }, 270.0, 90.0).unwrap();
+        let closest = across(&CirculatingRing { runs }, 270.0, 90.0).unwrap();
         assert!(closest > 7.0, "{closest} m from the middle");
     }
 }

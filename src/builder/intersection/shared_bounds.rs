@@ -7,13 +7,13 @@ use crate::geometry::pose::Pose;
 use crate::geometry::{Point, Polyline, curve};
 use crate::lanelet::PointId;
 
-use super::turn_centerline::Ends;
+use super::turn_centerline::MovementEnds;
 
 /// A way between two lanes, with its bounds as they are smoothest, left and right.
-pub type Smooth<'a> = (Ends<'a>, [Vec<Point>; 2]);
+pub type Smooth<'a> = (MovementEnds<'a>, [Vec<Point>; 2]);
 
 /// The bounds of a lane that follows a course.
-pub fn smooth((_, from, to): &Ends, course: &[Pose]) -> [Vec<Point>; 2] {
+pub fn smooth((_, from, to): &MovementEnds, course: &[Pose]) -> [Vec<Point>; 2] {
     curve::beside(course, 0.5 * from.width, 0.5 * to.width).map(|side| curve::untangled(&side))
 }
 
@@ -65,12 +65,12 @@ fn keeps_width(bound: &[Point], other: &[Point], width: [f64; 2]) -> bool {
 
 /// Bounds that two ways through an intersection share although neither runs quite where the other would have it: they
 /// meet midway.
-pub struct Meant {
+pub struct PreferredBounds {
     /// By the nodes at their ends, the lower first.
     lines: FxHashMap<[PointId; 2], Vec<Point>>,
 }
 
-impl Meant {
+impl PreferredBounds {
     /// Bounds that differ by no more, metres, are the same.
     const SAME: f64 = 0.02;
 
@@ -136,7 +136,7 @@ mod tests {
             let others = [line(3.0, bends[0]), line(-3.0, bends[1]).reversed()];
             let [lines, others] = [lines, others].map(|pair| pair.map(Polyline::into_points));
             let way = |i: usize| Wanted { line: &lines[i], other: &others[i], width: [3.0; 2], reversed: i == 1 };
-            Meant::midway(&[way(0), way(1)])
+            PreferredBounds::midway(&[way(0), way(1)])
         };
         let line = midway([0.4, -0.4]).unwrap();
         assert!(line.iter().all(|p| p.y.abs() < 1e-9), "{line:?}");

@@ -21,10 +21,10 @@ const HELD: [f64; 3] = [0.0, 0.25, 0.5];
 const RADIUS_LEAST: f64 = 6.0;
 
 /// A movement with the lanes that it joins.
-pub type Ends<'a> = (Movement, &'a ArmLane, &'a ArmLane);
+pub type MovementEnds<'a> = (Movement, &'a ArmLane, &'a ArmLane);
 
 /// One way with its shapes to choose from.
-struct Course {
+struct TurnCenterline {
     /// As it is smoothest by itself, then by handles, then held straight; `None` where it would bend too tightly.
     shapes: Vec<Option<Shape>>,
     chosen: usize,
@@ -46,7 +46,7 @@ struct Outline {
 }
 
 impl Outline {
-    fn new((_, from, to): &Ends, poses: &[Pose]) -> Self {
+    fn new((_, from, to): &MovementEnds, poses: &[Pose]) -> Self {
         let [mut ring, right] =
             curve::beside(poses, from.width / 2.0, to.width / 2.0).map(|side| curve::untangled(&side));
         ring.extend(right.into_iter().rev());
@@ -61,16 +61,16 @@ impl Outline {
 }
 
 /// The poses of all movements, in their order.
-pub fn courses(ends: &[Ends]) -> Vec<Vec<Pose>> {
+pub fn turn_centerlines(ends: &[MovementEnds]) -> Vec<Vec<Pose>> {
     let bundles = bundles(ends);
-    let mut courses: Vec<Course> = ends
+    let mut courses: Vec<TurnCenterline> = ends
         .iter()
         .enumerate()
         .zip(swept(ends))
         .map(|((i, end), poses)| {
             let beside: Vec<usize> = (0..ends.len()).filter(|&j| j != i && part(&end.0, &ends[j].0)).collect();
             let only = if beside.is_empty() { Shape { poses, outline: None } } else { shape(end, poses) };
-            Course { shapes: vec![Some(only)], chosen: 0, beside }
+            TurnCenterline { shapes: vec![Some(only)], chosen: 0, beside }
         })
         .collect();
     // The ways that go side by side with one from end to end, itself among them: they bend alike.
@@ -92,8 +92,8 @@ pub fn courses(ends: &[Ends]) -> Vec<Vec<Pose>> {
 
 /// Every way as it is smoothest by itself. It swings out for a wider turn unless it would run into a way from the lane
 /// beside it, however that one is drawn.
-fn swept(ends: &[Ends]) -> Vec<Vec<Pose>> {
-    let sketches = |(_, from, to): &Ends| {
+fn swept(ends: &[MovementEnds]) -> Vec<Vec<Pose>> {
+    let sketches = |(_, from, to): &MovementEnds| {
         let plain = curve::join(from.pose, to.pose);
         let wide = swing_out_turn::wider(from.pose, to.pose, &plain);
         (Sketch::new(plain), wide.map(Sketch::new))
@@ -127,7 +127,7 @@ impl Sketch {
         Self { poses, outline: OnceCell::new() }
     }
 
-    fn outline(&self, ends: &Ends) -> &Outline {
+    fn outline(&self, ends: &MovementEnds) -> &Outline {
         self.outline.get_or_init(|| Outline::new(ends, &self.poses))
     }
 }
@@ -139,7 +139,7 @@ fn part(a: &Movement, b: &Movement) -> bool {
 }
 
 /// For every movement the first of those that go side by side with it from end to end.
-fn bundles(ends: &[Ends]) -> Vec<usize> {
+fn bundles(ends: &[MovementEnds]) -> Vec<usize> {
     let beside = |a: &Movement, b: &Movement| {
         let lanes = (b.in_lane.checked_sub(a.in_lane), b.out_lane.checked_sub(a.out_lane));
         (a.from, a.to) == (b.from, b.to) && lanes == (Some(1), Some(1))
@@ -156,11 +156,11 @@ fn bundles(ends: &[Ends]) -> Vec<usize> {
     first
 }
 
-fn shape(ends: &Ends, poses: Vec<Pose>) -> Shape {
+fn shape(ends: &MovementEnds, poses: Vec<Pose>) -> Shape {
     Shape { outline: Some(Outline::new(ends, &poses)), poses }
 }
 
-fn add_shapes(course: &mut Course, ends: &Ends) {
+fn add_shapes(course: &mut TurnCenterline, ends: &MovementEnds) {
     if course.shapes.len() > 1 {
         return;
     }
@@ -172,17 +172,17 @@ fn add_shapes(course: &mut Course, ends: &Ends) {
     course.shapes.extend(poses.map(|poses| (curve::radius(&poses) >= least).then(|| shape(ends, poses))));
 }
 
-fn overlap(courses: &[Course], i: usize, j: usize) -> f64 {
+fn overlap(courses: &[TurnCenterline], i: usize, j: usize) -> f64 {
     let outline = |at: usize| courses[at].shapes[courses[at].chosen].as_ref()?.outline.as_ref();
     outline(i).zip(outline(j)).map_or(0.0, |(a, b)| a.shared(b))
 }
 
 /// Takes the shapes of two bundles by which they and their neighbours overlap least; of equals the first.
-fn choose(courses: &mut [Course], bundles: &[Vec<usize>; 2]) {
-    let open = |courses: &[Course], bundle: &[usize], shape: usize| {
+fn choose(courses: &mut [TurnCenterline], bundles: &[Vec<usize>; 2]) {
+    let open = |courses: &[TurnCenterline], bundle: &[usize], shape: usize| {
         bundle.iter().all(|&member| courses[member].shapes.get(shape).is_some_and(Option::is_some))
     };
-    let take = |courses: &mut [Course], [a, b]: [usize; 2]| {
+    let take = |courses: &mut [TurnCenterline], [a, b]: [usize; 2]| {
         bundles[0].iter().for_each(|&member| courses[member].chosen = a);
         bundles[1].iter().for_each(|&member| courses[member].chosen = b);
     };
@@ -243,7 +243,7 @@ mod tests {
         let alone = ends.map(|end| Outline::new(&end, &curve::join(end.1.pose, end.2.pose)));
         let apart = alone[0].shared(&alone[1]);
         assert!(apart > 5.0, "{apart} m2");
-        let poses = courses(&ends);
+        let poses = turn_centerlines(&ends);
         let outlines: Vec<Outline> = ends.iter().zip(poses).map(|(end, poses)| Outline::new(end, &poses)).collect();
         let left = outlines[0].shared(&outlines[1]);
         assert!(left < 0.5, "{left} m2 remain");
@@ -261,7 +261,7 @@ mod tests {
             (movement(2, 2, 0), &into[2], &out[2]),
         ];
         assert_eq!(bundles(&ends), [0, 0, 2]);
-        let poses = courses(&ends);
+        let poses = turn_centerlines(&ends);
         let outlines: Vec<Outline> = ends.iter().zip(poses).map(|(end, poses)| Outline::new(end, &poses)).collect();
         let turns = outlines[0].shared(&outlines[1]);
         // What remains between two cubics of unlike length is taken away where their common bound runs midway.

@@ -2,16 +2,16 @@
 
 mod bounds;
 
-pub use bounds::Bounds;
+pub use bounds::SharedBounds;
 
 use std::borrow::Cow;
 use std::cell::RefCell;
 
 use crate::builder::ids::Key;
-use crate::builder::lanes::lanelet_validity::sound;
+use crate::builder::lanes::lanelet_validity::is_valid;
 use crate::builder::lanes::road_lanes::{ADMITS_BICYCLES, road_attributes};
 use crate::builder::lanes::types::{Arm, ArmLane, Lanes};
-use crate::builder::map::map_builder::Assembly;
+use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::turn::turned;
 use crate::builder::network::{Intersection, RoadNetwork};
 use crate::builder::tags::cross_section::StripKind;
@@ -23,9 +23,9 @@ use crate::lanelet::index::{HEADING_REACH, center_line};
 use crate::lanelet::{Attributes, Bound, LaneletId, LineStringId};
 
 use super::movement_types::Movement;
-use super::roundabout::Ring;
-use super::shared_bounds::{Meant, Smooth, keep_width, smooth};
-use super::turn_centerline::{Ends, courses};
+use super::roundabout::CirculatingRing;
+use super::shared_bounds::{PreferredBounds, Smooth, keep_width, smooth};
+use super::turn_centerline::{MovementEnds, turn_centerlines};
 use bounds::Line;
 
 /// One movement, drawn.
@@ -49,7 +49,7 @@ pub struct Path {
 
 impl Path {
     /// Lets go what only the drawing asks for: where the points lie stands in the map.
-    pub fn done(&mut self) {
+    pub fn drop_outline(&mut self) {
         self.outline = Vec::new();
     }
 }
@@ -62,7 +62,7 @@ const TURN_TAGS: usize = 64;
 
 /// How the bounds of paths are tagged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Paint {
+pub enum IntersectionPaint {
     /// `virtual`: nothing is painted across an intersection.
     None,
     /// As the bounds of the lane that leads in: the road merely goes on.
@@ -70,43 +70,43 @@ pub enum Paint {
 }
 
 /// How the bounds of the paths of an intersection are tagged.
-pub fn paint(intersection: &Intersection) -> Paint {
-    if intersection.arms.len() == 2 { Paint::AsBefore } else { Paint::None }
+pub fn paint(intersection: &Intersection) -> IntersectionPaint {
+    if intersection.arms.len() == 2 { IntersectionPaint::AsBefore } else { IntersectionPaint::None }
 }
 
 /// What [`paths`] made.
 #[derive(Clone, Debug, Default)]
-pub struct Drawn {
+pub struct DrawnMovements {
     /// Sorted by movement.
     pub paths: Vec<Path>,
     /// The lines they share.
-    pub bounds: Bounds,
+    pub bounds: SharedBounds,
     /// Movements for which there is no room: their lanes end too close together or side by side.
     pub dropped: Vec<Movement>,
 }
 
 /// Draws the movements of one intersection, the tightest turns first: where two share a bound, the tighter one needs it
 /// exact.
-pub fn paths(
-    assembly: &mut Assembly,
+pub fn turning_lanelets(
+    assembly: &mut MapBuilder,
     network: &RoadNetwork,
     lanes: &Lanes,
     intersection: &Intersection,
     movements: &[Movement],
-) -> Drawn {
+) -> DrawnMovements {
     let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
     let key = intersection_key("path", intersection);
     let ends = |m: &Movement| Some((arms.get(m.from)?.into.get(m.in_lane)?, arms.get(m.to)?.out.get(m.out_lane)?));
-    let all: Vec<Ends> = movements.iter().filter_map(|m| ends(m).map(|(from, to)| (*m, from, to))).collect();
-    let ring = Ring::of(intersection);
-    let mut all: Vec<(Ends, Vec<Pose>)> = all.iter().copied().zip(courses(&all)).collect();
+    let all: Vec<MovementEnds> = movements.iter().filter_map(|m| ends(m).map(|(from, to)| (*m, from, to))).collect();
+    let ring = CirculatingRing::of(intersection);
+    let mut all: Vec<(MovementEnds, Vec<Pose>)> = all.iter().copied().zip(turn_centerlines(&all)).collect();
     for ((movement, from, to), course) in &mut all {
         let roads = [movement.from, movement.to].map(|arm| network.road(arms[arm].at.road).place(arms[arm].at.end));
         let around = ring.as_ref().and_then(|ring| ring.around(roads, [from.pose, to.pose], course));
         *course = around.unwrap_or_else(|| std::mem::take(course));
     }
-    let mut drawn = Drawn::default();
-    let attributes_from = |assembly: &Assembly, arm: usize, lane: usize, kind| {
+    let mut drawn = DrawnMovements::default();
+    let attributes_from = |assembly: &MapBuilder, arm: usize, lane: usize, kind| {
         let road = network.road(arms[arm].at.road);
         let before = assembly.lanelet_of(lanes.lanes[lane].lanelet).map(|lanelet| &lanelet.attributes);
         let speed = before.and_then(|before| before.get("speed_limit")?.parse().ok()).unwrap_or(road.speed[0]);
@@ -118,7 +118,7 @@ pub fn paths(
     };
     // All ways of one kind from a lane are tagged alike.
     let known: RefCell<Vec<(usize, StripKind, Attributes)>> = RefCell::default();
-    let lanelet = |assembly: &Assembly, (movement, from, _): &Ends, kind| {
+    let lanelet = |assembly: &MapBuilder, (movement, from, _): &MovementEnds, kind| {
         let mut known = known.borrow_mut();
         let at = known.iter().position(|one| (one.0, one.1) == (from.lane, kind)).unwrap_or_else(|| {
             known.push((from.lane, kind, attributes_from(assembly, movement.from, from.lane, kind)));
@@ -127,42 +127,42 @@ pub fn paths(
         known[at].2.with_more_room(TURN_TAGS)
     };
     let paint = paint(intersection);
-    let bound = |assembly: &Assembly, from: &ArmLane, side| bound_attributes(assembly, lanes, from, side, paint);
-    drawn.add(assembly, network.side, key, all, &Tagged { bound: &bound, lanelet: &lanelet });
+    let bound = |assembly: &MapBuilder, from: &ArmLane, side| bound_attributes(assembly, lanes, from, side, paint);
+    drawn.add(assembly, network.side, key, all, &LaneletTags { bound: &bound, lanelet: &lanelet });
     drawn
 }
 
 /// How what is drawn is tagged.
-pub struct Tagged<'a> {
+pub struct LaneletTags<'a> {
     /// Tags of a bound, from the lane that leads in and its side: 0 left, 1 right.
-    pub bound: &'a dyn Fn(&Assembly, &ArmLane, usize) -> Attributes,
+    pub bound: &'a dyn Fn(&MapBuilder, &ArmLane, usize) -> Attributes,
     /// Tags of a lanelet.
-    pub lanelet: &'a dyn Fn(&Assembly, &Ends, StripKind) -> Attributes,
+    pub lanelet: &'a dyn Fn(&MapBuilder, &MovementEnds, StripKind) -> Attributes,
 }
 
-impl Drawn {
+impl DrawnMovements {
     /// Lets go what only the drawing asks for: it takes more memory than the ways.
     pub fn done(&mut self) {
-        self.bounds = Bounds::default();
-        self.paths.iter_mut().for_each(Path::done);
+        self.bounds = SharedBounds::default();
+        self.paths.iter_mut().for_each(Path::drop_outline);
         self.paths.shrink_to_fit();
     }
 
     /// Draws ways, each with its middle, beside those that are there, with which they share bounds.
     pub fn add(
         &mut self,
-        assembly: &mut Assembly,
+        assembly: &mut MapBuilder,
         side: DrivingSide,
         key: Key,
-        order: Vec<(Ends, Vec<Pose>)>,
-        tagged: &Tagged,
+        order: Vec<(MovementEnds, Vec<Pose>)>,
+        tagged: &LaneletTags,
     ) {
         let Self { paths, bounds, dropped } = self;
-        let radius = |(_, from, to): &Ends| curve::join_radius(from.pose, to.pose).unwrap_or(f64::INFINITY);
+        let radius = |(_, from, to): &MovementEnds| curve::join_radius(from.pose, to.pose).unwrap_or(f64::INFINITY);
         let mut order: Vec<_> = order.into_iter().map(|(ends, course)| (radius(&ends), ends, course)).collect();
         order.sort_by(|(a, one, _), (b, other, _)| a.total_cmp(b).then(one.0.cmp(&other.0)));
         let ways: Vec<Smooth> = order.into_iter().map(|(_, ends, course)| (ends, smooth(&ends, &course))).collect();
-        let meant = Meant::new(&ways);
+        let meant = PreferredBounds::new(&ways);
         // Most bounds are drawn once for two ways.
         assembly.reserve(ways.iter().flat_map(|(_, sides)| sides).map(Vec::len).sum::<usize>() * 2 / 3);
         bounds.reserve(2 * ways.len() * 2 / 3);
@@ -243,7 +243,7 @@ fn shape(
     ((_, from, to), smooth): &Smooth,
     straight: &[[Point; 2]; 2],
     known: [Option<&Line>; 2],
-    meant: &Meant,
+    meant: &PreferredBounds,
 ) -> Option<[Side; 2]> {
     let sides = [0, 1];
     let meant = sides.map(|side| meant.get(from.nodes[side], to.nodes[side]).map(|line| curve::untangled(&line)));
@@ -275,7 +275,7 @@ fn shape(
         if unsound.contains(&lines) {
             continue;
         }
-        if !sound(&lines, narrow) {
+        if !is_valid(&lines, narrow) {
             unsound.push(lines);
             continue;
         }
@@ -286,7 +286,7 @@ fn shape(
                 |side: usize| if known[side].is_some() { Cow::Borrowed(lines[side]) } else { BENDS.of(lines[side]) };
             let round = sides.map(round);
             let rounded = round.iter().any(|line| matches!(line, Cow::Owned(_)));
-            let serves = !rounded || sound(&round, narrow);
+            let serves = !rounded || is_valid(&round, narrow);
             let lines = if serves { round } else { lines.map(Cow::Borrowed) };
             let [left, right] = lines;
             let side = |known: Option<Bound>, line: Cow<[Point]>| {
@@ -307,10 +307,16 @@ fn path_key(key: Key, from: &ArmLane, to: &ArmLane) -> Key {
     [from.nodes[0], from.nodes[1], to.nodes[0], to.nodes[1]].into_iter().fold(key, |key, node| key.number(node.0))
 }
 
-fn bound_attributes(assembly: &Assembly, lanes: &Lanes, from: &ArmLane, side: usize, paint: Paint) -> Attributes {
+fn bound_attributes(
+    assembly: &MapBuilder,
+    lanes: &Lanes,
+    from: &ArmLane,
+    side: usize,
+    paint: IntersectionPaint,
+) -> Attributes {
     match paint {
-        Paint::None => Attributes::of(&[("type", "virtual")]),
-        Paint::AsBefore => {
+        IntersectionPaint::None => Attributes::of(&[("type", "virtual")]),
+        IntersectionPaint::AsBefore => {
             let lane = &lanes.lanes[from.lane];
             let bound = [lane.left, lane.right][side];
             assembly.line_of(bound.line).map(|l| l.attributes.clone()).unwrap_or_default()

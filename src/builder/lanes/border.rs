@@ -1,10 +1,10 @@
 //! The borders between the lanes of a road, as lines along it.
 
-use crate::builder::map::map_builder::Assembly;
+use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::Road;
 use crate::builder::tags::cross_section::{CrossSection, Travel};
 use crate::builder::tags::marking::marking;
-use crate::builder::tags::side_strips::runs;
+use crate::builder::tags::side_strips::strip_runs;
 use crate::geometry::curve::untangled;
 use crate::geometry::fillet::Rounding;
 use crate::geometry::miter::miter;
@@ -23,7 +23,7 @@ const BENDS: Rounding = Rounding { least: 1.25, easy: 1.25, cut: 0.0 };
 /// Which way the lanelets of each strip run; `None` where there are none.
 fn travels(section: &CrossSection) -> Vec<Option<Travel>> {
     let mut travels = vec![None; section.strips.len()];
-    for run in runs(section) {
+    for run in strip_runs(section) {
         travels[run.strips].fill(Some(run.travel));
     }
     for (i, strip) in section.driven() {
@@ -41,7 +41,7 @@ fn against_line(travels: &[Option<Travel>], edge: usize) -> bool {
 
 /// The border line at each edge of the cross-section that is used, as a bound along the road's line.
 pub fn borders(
-    assembly: &mut Assembly,
+    assembly: &mut MapBuilder,
     road: &Road,
     country: Option<&str>,
     kept: [f64; 2],
@@ -70,7 +70,7 @@ pub fn borders(
 /// Where the borders run, along the road's line. Where a lane between two would cross itself, more and more of the road's corners
 /// are left out, those next to its cuts first; where one would not be read as drawn, points show its sides.
 fn border_places(
-    assembly: &Assembly,
+    assembly: &MapBuilder,
     road: &Road,
     kept: [f64; 2],
     nodes: &[Vec<Option<PointId>>; 2],

@@ -15,7 +15,7 @@ use crate::builder::streets::heights::Ground;
 use crate::geometry::{Point, Vector, left_of};
 use crate::parallel::Finely;
 
-use super::road_cut::{ConnectionLines, Cut};
+use super::road_cut::{ConnectionLines, RoadCut};
 
 /// Corners no farther apart than this, metres, are one: so narrow no island and no kerb is.
 const GAP: f64 = 0.3;
@@ -36,7 +36,7 @@ pub type EdgeAt = (RoadEnd, usize);
 
 /// The corner that two neighbouring roads share.
 #[derive(Clone, Copy, Debug)]
-pub struct Seam {
+pub struct GoreCorner {
     /// The edges that end there.
     pub edges: [EdgeAt; 2],
     /// Key of the node.
@@ -74,7 +74,7 @@ fn corner(network: &RoadNetwork, kept: [f64; 2], (at, edge): EdgeAt) -> Point {
 
 /// How far behind its own cut, metres, a road should be cut to be level with the corner of its neighbour; `None` if it
 /// does not lie beside that corner.
-fn behind(network: &RoadNetwork, cuts: &[Cut], (at, edge): EdgeAt, neighbour: EdgeAt) -> Option<f64> {
+fn behind(network: &RoadNetwork, cuts: &[RoadCut], (at, edge): EdgeAt, neighbour: EdgeAt) -> Option<f64> {
     let kept = |at: RoadEnd| cuts[at.road.0 as usize].kept;
     let (road, place) = (network.road(at.road), corner(network, kept(neighbour.0), neighbour));
     let foot = road.line.project(place);
@@ -86,10 +86,10 @@ fn behind(network: &RoadNetwork, cuts: &[Cut], (at, edge): EdgeAt, neighbour: Ed
 /// Changes the setbacks, metres behind `least`, so that of two roads side by side neither is cut farther out than the
 /// other: the one is cut back, or, if `give` are the setbacks that must stay, the other less far. `cuts` tell where the
 /// roads' lanes run so far. Gives the roads whose setbacks have changed.
-pub fn level(
+pub fn level_cuts(
     network: &RoadNetwork,
     least: &[[f64; 2]],
-    cuts: &[Cut],
+    cuts: &[RoadCut],
     setbacks: &mut [[f64; 2]],
     give: Option<&[[f64; 2]]>,
 ) -> BTreeSet<usize> {
@@ -144,7 +144,7 @@ fn on_one_level(network: &RoadNetwork, edges: [EdgeAt; 2], place: Point) -> bool
 }
 
 /// The corners that neighbouring roads share.
-pub fn seams(network: &RoadNetwork, lines: &ConnectionLines) -> Vec<Seam> {
+pub fn gore_corners(network: &RoadNetwork, lines: &ConnectionLines) -> Vec<GoreCorner> {
     let inward = |at: RoadEnd| lines.inward[at.road.0 as usize][at.end.index()];
     let abreast = |at| neighbours(network, at, inward, ABREAST).filter(|pair| !approaches_apart(network, *pair));
     let seam = |edges: [EdgeAt; 2]| {
@@ -152,7 +152,7 @@ pub fn seams(network: &RoadNetwork, lines: &ConnectionLines) -> Vec<Seam> {
         let (at, edge) = edges[0];
         let key = network.road(at.road).key_of("seam").number(at.end.index() as i64).number(edge as i64);
         let place = nalgebra::center(&a, &b);
-        ((a - b).norm() <= GAP && on_one_level(network, edges, place)).then_some(Seam { edges, key, place })
+        ((a - b).norm() <= GAP && on_one_level(network, edges, place)).then_some(GoreCorner { edges, key, place })
     };
     network.intersections.par_iter().finely().flat_map_iter(|at| abreast(at).filter_map(seam)).collect()
 }

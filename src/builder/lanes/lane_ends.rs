@@ -16,10 +16,10 @@ use crate::builder::tags::cross_section::SIDEWALK;
 use crate::geometry::angle_between;
 use crate::parallel::Finely;
 
-use super::gore::level;
+use super::gore::level_cuts;
 use super::road_cut::{
-    Asked, CROSSWALK_BREADTH, ConnectionLines, Crossing, Cut, ROAD_LEFT, STOP_GAP, STOP_GAP_LEAST, STOP_GAP_MOST,
-    VEHICLE, has_lights,
+    CROSSWALK_BREADTH, ConnectionLines, ROAD_LEFT, RoadCrossing, RoadCut, STOP_GAP, STOP_GAP_LEAST, STOP_GAP_MOST,
+    SetbackDemand, VEHICLE, has_lights,
 };
 use mapped_stop_line::{bend, drawn_back, mapped};
 use setback::eased;
@@ -27,7 +27,7 @@ use setback::eased;
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
-pub use required_setback::Needs;
+pub use required_setback::RequiredSetbacks;
 
 /// From the corner of the crossing road to the crosswalk, metres.
 const CORNER_GAP: f64 = 0.5;
@@ -44,29 +44,31 @@ const SIDEWALK_BEND: f64 = 45.0;
 /// else has changed how they were cut before.
 pub fn connection_lines<'a>(
     network: &RoadNetwork,
-    needs: &Needs,
+    needs: &RequiredSetbacks,
     back: &[[f64; 2]],
     stops: &[[bool; 2]],
-    known: impl Fn(RoadIx) -> Option<&'a Cut> + Sync,
+    known: impl Fn(RoadIx) -> Option<&'a RoadCut> + Sync,
 ) -> ConnectionLines {
     let least = &needs.least;
     let mut setbacks = back.to_vec();
     let mut wishes = vec![[0.0_f64; 2]; back.len()];
     needs.raise(&mut setbacks, &mut wishes);
     let cut = |i: usize, setbacks: [f64; 2]| {
-        let (ix, asked) = (RoadIx(i as u32), Asked { least: least[i], setbacks, wishes: wishes[i], stops: stops[i] });
+        let (ix, asked) =
+            (RoadIx(i as u32), SetbackDemand { least: least[i], setbacks, wishes: wishes[i], stops: stops[i] });
         known(ix).filter(|known| known.asked == asked).map_or_else(|| cut(network, ix, asked), |known| known.of(ix))
     };
-    let mut cuts: Vec<Cut> = setbacks.par_iter().finely().enumerate().map(|(i, setbacks)| cut(i, *setbacks)).collect();
+    let mut cuts: Vec<RoadCut> =
+        setbacks.par_iter().finely().enumerate().map(|(i, setbacks)| cut(i, *setbacks)).collect();
     // Where a road is too short to be cut back, its neighbour gives.
     for give in [None, None, Some(back)] {
-        for road in level(network, least, &cuts, &mut setbacks, give) {
+        for road in level_cuts(network, least, &cuts, &mut setbacks, give) {
             cuts[road] = cut(road, setbacks[road]);
         }
     }
     let mut placed: FxHashSet<i64> = FxHashSet::default();
     // What lies between intersections crosses the lanes once where the way is cut in two.
-    let once = |crossing: &&Crossing| crossing.arm.is_some() || placed.insert(crossing.node);
+    let once = |crossing: &&RoadCrossing| crossing.arm.is_some() || placed.insert(crossing.node);
     ConnectionLines {
         kept: cuts.iter().map(|cut| cut.kept).collect(),
         inward: cuts.iter().map(|cut| cut.inward).collect(),
@@ -77,8 +79,8 @@ pub fn connection_lines<'a>(
 }
 
 /// Cuts a road at its setbacks, and farther out where people cross.
-fn cut(network: &RoadNetwork, ix: RoadIx, asked: Asked) -> Cut {
-    let Asked { least, mut setbacks, wishes, stops: stopped } = asked;
+fn cut(network: &RoadNetwork, ix: RoadIx, asked: SetbackDemand) -> RoadCut {
+    let SetbackDemand { least, mut setbacks, wishes, stops: stopped } = asked;
     let road = network.road(ix);
     let at = |end| network.intersection(road.intersection(end));
     let continued = |end| at(end).arms.len() == 2;
@@ -127,7 +129,7 @@ fn cut(network: &RoadNetwork, ix: RoadIx, asked: Asked) -> Cut {
     }
     // What lies between intersections crosses the road's own lanes.
     crossings.retain_mut(|crossing| crossing.arm.is_some() || between(road, crossing, kept));
-    Cut { asked, kept, inward: [End::Start, End::End].map(|end| inward(road, end, kept[end.index()])), crossings }
+    RoadCut { asked, kept, inward: [End::Start, End::End].map(|end| inward(road, end, kept[end.index()])), crossings }
 }
 
 /// How far behind the outline, metres, who leaves private ground stops before a sidewalk that is mapped as a way of its
@@ -183,9 +185,9 @@ fn crossings_of(
     cut: [f64; 2],
     [room, continued]: [&dyn Fn(End) -> bool; 2],
     belongs: impl Fn(End, f64, bool) -> bool,
-) -> Vec<Crossing> {
+) -> Vec<RoadCrossing> {
     let half = CROSSWALK_BREADTH / 2.0;
-    let mut found: Vec<Crossing> = Vec::new();
+    let mut found: Vec<RoadCrossing> = Vec::new();
     for feature in &road.features {
         let FeatureKind::Crossing { signals: lights, .. } = feature.kind else { continue };
         let near = [End::Start, End::End]
@@ -200,7 +202,7 @@ fn crossings_of(
         let inside = station > cut[0] + half && station < cut[1] - half;
         let inside = inside || arm.is_some() || near.is_some_and(&continued);
         if free && inside {
-            found.push(Crossing { node: feature.node, road: ix, station, arm });
+            found.push(RoadCrossing { node: feature.node, road: ix, station, arm });
         }
     }
     found
@@ -208,7 +210,7 @@ fn crossings_of(
 
 /// Moves a crossing so that it lies on the lanes between two cuts, with its stop lines where it has lights; `false` if they
 /// are too short.
-fn between(road: &Road, crossing: &mut Crossing, [start, end]: [f64; 2]) -> bool {
+fn between(road: &Road, crossing: &mut RoadCrossing, [start, end]: [f64; 2]) -> bool {
     let half = CROSSWALK_BREADTH / 2.0;
     let stopping = half + STOP_GAP;
     let need = if has_lights(road, crossing) && end - start > 2.0 * stopping { stopping } else { half };

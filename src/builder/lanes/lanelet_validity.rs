@@ -20,7 +20,7 @@ const SURE: f64 = 1e-4;
 
 /// Whether a lane of this width (metres) between two bounds is simple, on the right sides, nowhere pinched, and its
 /// bounds nowhere kinked.
-pub fn sound<L: AsRef<[Point]>>(bounds: &[L; 2], width: f64) -> bool {
+pub fn is_valid<L: AsRef<[Point]>>(bounds: &[L; 2], width: f64) -> bool {
     let bounds = bounds.each_ref().map(AsRef::as_ref);
     let long = |line: &[Point]| line.windows(2).map(|w| (w[1] - w[0]).norm()).sum::<f64>() >= LENGTH_LEAST;
     let least = WIDTH_LEFT * width;

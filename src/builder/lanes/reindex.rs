@@ -1,14 +1,14 @@
 //! Lanes of a network under the indices that their roads have in another that followed from it.
 
 use crate::builder::network::RoadIx;
-use crate::builder::network::network_diff::Origins;
+use crate::builder::network::network_diff::NetworkDiff;
 
 use super::types::Lanes;
 
 impl Lanes {
     /// The lanes of the roads that are left of a network, by the indices that these have now.
     #[must_use]
-    pub fn renamed(mut self, origins: &Origins) -> Self {
+    pub fn reindexed(mut self, origins: &NetworkDiff) -> Self {
         let mut gone =
             origins.gone().map(|was| (was, self.range_of(was).len())).collect::<Vec<_>>().into_iter().peekable();
         let (mut was, mut fewer) = ((0..).map(RoadIx), 0);

@@ -5,18 +5,18 @@ use std::collections::BTreeSet;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::builder::ids::Key;
-use crate::builder::map::map_builder::Assembly;
-use crate::builder::network::network_diff::Origins;
+use crate::builder::map::map_builder::MapBuilder;
+use crate::builder::network::network_diff::NetworkDiff;
 use crate::builder::network::road_end::{LaneAt, inward, lanes_at};
 use crate::builder::network::{End, IntersectionIx, RoadEnd, RoadIx, RoadNetwork};
 use crate::builder::streets::heights::Ground;
 use crate::builder::tags::cross_section::StripKind;
-use crate::builder::tags::side_strips::runs;
+use crate::builder::tags::side_strips::strip_runs;
 use crate::geometry::miter::miter;
 use crate::geometry::{Point, angle_between};
 use crate::lanelet::PointId;
 
-use super::gore::{EdgeAt, Seam};
+use super::gore::{EdgeAt, GoreCorner};
 
 /// Roads meet face to face up to this change of direction, degrees; beyond, a curve joins them.
 const ANGLE_MOST: f64 = 30.0;
@@ -36,7 +36,7 @@ struct Meeting {
 
 /// All places where roads meet face to face, and where they lie side by side.
 #[derive(Debug, Default)]
-pub struct Joins {
+pub struct Continuations {
     intersections: Vec<bool>,
     meetings: Vec<Meeting>,
     of_edge: FxHashMap<(RoadEnd, usize), usize>,
@@ -46,7 +46,7 @@ pub struct Joins {
     seams: FxHashMap<[EdgeAt; 2], usize>,
 }
 
-impl Joins {
+impl Continuations {
     /// Finds them in the network.
     pub fn find(network: &RoadNetwork) -> Self {
         let mut joins = Self::default();
@@ -74,8 +74,8 @@ impl Joins {
 
     /// Takes these corners as those that roads share side by side, instead of what was. Gives the roads for which that
     /// changes anything.
-    pub fn beside(&mut self, seams: Vec<Seam>) -> FxHashSet<RoadIx> {
-        let mut wanted: FxHashMap<[EdgeAt; 2], Seam> = seams.iter().map(|seam| (seam.edges, *seam)).collect();
+    pub fn beside(&mut self, seams: Vec<GoreCorner>) -> FxHashSet<RoadIx> {
+        let mut wanted: FxHashMap<[EdgeAt; 2], GoreCorner> = seams.iter().map(|seam| (seam.edges, *seam)).collect();
         let mut changed = FxHashSet::default();
         let Self { meetings, of_edge, points, seams: known, .. } = self;
         known.retain(|edges, meeting| {
@@ -91,7 +91,7 @@ impl Joins {
             }
             stays
         });
-        for Seam { edges, key, place } in seams.into_iter().filter(|seam| wanted.contains_key(&seam.edges)) {
+        for GoreCorner { edges, key, place } in seams.into_iter().filter(|seam| wanted.contains_key(&seam.edges)) {
             changed.extend(edges.iter().map(|(at, _)| at.road));
             self.of_edge.extend(edges.map(|edge| (edge, self.meetings.len())));
             self.seams.insert(edges, self.meetings.len());
@@ -102,7 +102,7 @@ impl Joins {
 
     /// Takes over the nodes where the same edges met at the same places in the network before. Gives the roads that end
     /// elsewhere than before.
-    pub fn take_over(&mut self, before: &Self, origins: &Origins) -> FxHashSet<RoadIx> {
+    pub fn take_over(&mut self, before: &Self, origins: &NetworkDiff) -> FxHashSet<RoadIx> {
         // How many edges met in each place and do so no more.
         let mut missing = vec![0_usize; before.meetings.len()];
         before.of_edge.values().for_each(|meeting| missing[*meeting] += 1);
@@ -143,17 +143,17 @@ impl Joins {
     }
 
     /// Adds the nodes that two roads share, as far as they are not there yet.
-    pub fn place(&mut self, assembly: &mut Assembly, network: &RoadNetwork) {
+    pub fn place(&mut self, assembly: &mut MapBuilder, network: &RoadNetwork) {
         let new = self.of_edge.iter().filter(|(_, meeting)| !self.points.contains_key(meeting));
         let new: BTreeSet<(usize, RoadIx)> = new.map(|((at, _), meeting)| (*meeting, at.road)).collect();
         for (meeting, road) in new {
             if !self.points.contains_key(&meeting) {
-                assembly.stand_on(Ground::under(network.road(road)));
+                assembly.set_ground(Ground::under(network.road(road)));
                 let Meeting { key, place } = self.meetings[meeting].clone();
                 self.points.insert(meeting, assembly.point(key, place, 0.0));
             }
         }
-        assembly.stand_on(Ground::default());
+        assembly.set_ground(Ground::default());
     }
 
     /// Takes back the nodes that these roads share with others, to be placed anew.
@@ -263,7 +263,7 @@ fn alike_at(network: &RoadNetwork, (a, i): (RoadEnd, usize), (b, j): (RoadEnd, u
     let used = |at: RoadEnd, edge: usize| {
         let section = &network.road(at.road).section;
         let driven = section.driven().any(|(strip, _)| strip == edge || strip + 1 == edge);
-        let beside = runs(section).into_iter().find(|run| run.strips.start == edge || run.strips.end == edge);
+        let beside = strip_runs(section).into_iter().find(|run| run.strips.start == edge || run.strips.end == edge);
         beside.filter(|_| !driven).map(|run| run.used)
     };
     used(a, i).zip(used(b, j)).is_none_or(|(one, other)| one == other)
@@ -271,7 +271,7 @@ fn alike_at(network: &RoadNetwork, (a, i): (RoadEnd, usize), (b, j): (RoadEnd, u
 
 /// The edges of what lies beside the lanes of both roads for the same use, as far as they meet.
 fn pairs_beside(network: &RoadNetwork, a: RoadEnd, b: RoadEnd) -> Vec<EdgePair> {
-    let [ours, theirs] = [a, b].map(|at| runs(&network.road(at.road).section));
+    let [ours, theirs] = [a, b].map(|at| strip_runs(&network.road(at.road).section));
     let mirrored = a.end == b.end;
     let mut pairs = Vec::new();
     for (run, other) in ours.iter().flat_map(|run| theirs.iter().map(move |other| (run, other))) {
@@ -313,7 +313,7 @@ fn meeting(network: &RoadNetwork, (a, i): (RoadEnd, usize), (b, j): (RoadEnd, us
 #[cfg(test)]
 mod tests {
     use crate::builder::lane_export::single_lanes;
-    use crate::builder::lanes::lane_ends::{Needs, connection_lines};
+    use crate::builder::lanes::lane_ends::{RequiredSetbacks, connection_lines};
     use crate::builder::{BuildOptions, plan};
     use crate::lane_stitching::{LaneEnd, Meeting, Weave};
     use crate::osm::{OsmData, read_bytes};
@@ -344,8 +344,8 @@ mod tests {
     fn roads_meet_where_their_lanes_do_when_woven() {
         let streets = plan(street(), &BuildOptions::default()).unwrap().streets;
         let network = &streets.network;
-        let joins = Joins::find(network);
-        let needs = Needs::new(network, &streets.outlines.kept, |ix| joins.joined(ix));
+        let joins = Continuations::find(network);
+        let needs = RequiredSetbacks::new(network, &streets.outlines.kept, |ix| joins.joined(ix));
         let lines = connection_lines(network, &needs, &[[0.0; 2]; 3], &[[false; 2]; 3], |_| None);
         let weave = Weave::new(single_lanes(network, &lines.kept));
         let ends = weave.iter().flat_map(|(id, lane)| LaneEnd::BOTH.map(|end| (id, end, lane)));

@@ -19,7 +19,7 @@ pub const ROAD_LEFT: f64 = 2.0;
 
 /// A place where people cross the carriageway.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Crossing {
+pub struct RoadCrossing {
     /// Id of the OpenStreetMap node.
     pub node: i64,
     /// The road it crosses.
@@ -40,9 +40,9 @@ pub struct ConnectionLines {
     /// Per road: the stations where its outlines, held to its length, would cut it.
     pub least: Vec<[f64; 2]>,
     /// In order of roads and stations.
-    pub crossings: Vec<Crossing>,
+    pub crossings: Vec<RoadCrossing>,
     /// Per road.
-    pub(super) cuts: Vec<Cut>,
+    pub(super) cuts: Vec<RoadCut>,
 }
 
 impl ConnectionLines {
@@ -52,14 +52,14 @@ impl ConnectionLines {
     }
 
     /// How a road is cut: known beforehand where the same is asked of it, and nothing else has changed at its ends.
-    pub fn cut(&self, road: RoadIx) -> &Cut {
+    pub fn cut(&self, road: RoadIx) -> &RoadCut {
         &self.cuts[road.0 as usize]
     }
 }
 
 /// What is asked of the cuts of a road.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Asked {
+pub(super) struct SetbackDemand {
     pub(super) least: [f64; 2],
     pub(super) setbacks: [f64; 2],
     pub(super) wishes: [f64; 2],
@@ -68,17 +68,17 @@ pub(super) struct Asked {
 
 /// Where a road is cut.
 #[derive(Clone, Debug)]
-pub struct Cut {
-    pub(super) asked: Asked,
+pub struct RoadCut {
+    pub(super) asked: SetbackDemand,
     /// The stations between which its own lanes run.
     pub kept: [f64; 2],
     /// The directions there into the intersections at its ends.
     pub inward: [Vector; 2],
     /// In order of stations.
-    pub(super) crossings: Vec<Crossing>,
+    pub(super) crossings: Vec<RoadCrossing>,
 }
 
-impl Cut {
+impl RoadCut {
     /// The same of a road that may have had another index.
     pub(super) fn of(&self, road: RoadIx) -> Self {
         let mut cut = self.clone();
@@ -88,7 +88,7 @@ impl Cut {
 }
 
 /// Whether lights protect the people on a crossing, by the tags of its node or of the way on foot through it.
-pub fn has_lights(road: &Road, crossing: &Crossing) -> bool {
+pub fn has_lights(road: &Road, crossing: &RoadCrossing) -> bool {
     let lights = |kind| matches!(kind, FeatureKind::Crossing { signals: true, .. });
     road.features.iter().any(|feature| feature.node == crossing.node && lights(feature.kind))
 }

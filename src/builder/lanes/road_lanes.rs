@@ -1,20 +1,20 @@
 //! The lanes of every road between its connection lines: borders as shared lines, lanelets between them.
 
-use crate::builder::map::map_builder::{Assembly, Part};
+use crate::builder::map::map_builder::{MapBuilder, MapPart};
 use crate::builder::network::road_end::{inward, lanes_at, on_cut};
 use crate::builder::network::{End, Road, RoadEnd, RoadIx, RoadNetwork};
 use crate::builder::streets::heights::Ground;
 use crate::builder::tags::cross_section::{CrossSection, StripKind, Travel};
 use crate::builder::tags::marking::SHARES;
-use crate::builder::tags::side_strips::runs;
+use crate::builder::tags::side_strips::strip_runs;
 use crate::geometry::pose::Pose;
 use crate::lanelet::{Attributes, Bound, PointId};
 use crate::parallel::Finely;
 
 use super::border::borders;
-use super::road_continuation::Joins;
+use super::road_continuation::Continuations;
 use super::road_cut::ConnectionLines;
-use super::types::{Arm, ArmLane, Lane, Lanes, Piece};
+use super::types::{Arm, ArmLane, Lanes, Piece, RoadLane};
 
 use compact_str::ToCompactString;
 use rayon::prelude::*;
@@ -29,21 +29,26 @@ pub const ADMITS_BICYCLES: &str = "participant:bicycle";
 const CHUNK: usize = 128;
 
 /// Builds the lanes of all roads.
-pub fn lanes(assembly: &mut Assembly, network: &RoadNetwork, lines: &ConnectionLines, joins: &mut Joins) -> Lanes {
+pub fn lanes(
+    assembly: &mut MapBuilder,
+    network: &RoadNetwork,
+    lines: &ConnectionLines,
+    joins: &mut Continuations,
+) -> Lanes {
     joins.place(assembly, network);
     let joins = &*joins;
     let all: Vec<RoadIx> = (0..network.roads.len()).map(|i| RoadIx(i as u32)).collect();
-    let drawn = |below: &Assembly, roads: &[RoadIx]| {
-        let mut part = Assembly::over(below);
+    let drawn = |below: &MapBuilder, roads: &[RoadIx]| {
+        let mut part = MapBuilder::over(below);
         let kept = |ix: &RoadIx| lines.kept[ix.0 as usize];
-        let drawn: Vec<RoadLanes> =
+        let drawn: Vec<RoadDrawing> =
             roads.iter().map(|ix| road_lanes(&mut part, network, *ix, kept(ix), joins)).collect();
         (part.into_part(), drawn)
     };
     let parts: Vec<_> = all.par_chunks(CHUNK).finely().map(|roads| drawn(assembly, roads)).collect();
-    let (parts, mut of_roads): (Vec<Part>, Vec<Vec<RoadLanes>>) = parts.into_iter().unzip();
+    let (parts, mut of_roads): (Vec<MapPart>, Vec<Vec<RoadDrawing>>) = parts.into_iter().unzip();
     if let Err(parts) = assembly.add_all(parts) {
-        assembly.be_careful();
+        assembly.require_unique_ids();
         for ((part, of_roads), roads) in parts.into_iter().zip(&mut of_roads).zip(all.chunks(CHUNK)) {
             if assembly.add(part).is_err() {
                 // A part before has taken one of its ids: it is drawn once more, over all that stands.
@@ -63,12 +68,12 @@ pub fn lanes(assembly: &mut Assembly, network: &RoadNetwork, lines: &ConnectionL
         lanes.arms.push(road.arms);
         lanes.pieces.push(vec![road.whole]);
     }
-    assembly.stand_on(Ground::default());
+    assembly.set_ground(Ground::default());
     lanes
 }
 
 /// Gives back the ids of the lanes of some roads, and of their nodes but for those that they share with others.
-pub fn release(assembly: &mut Assembly, joins: &Joins, lanes: &Lanes, roads: impl Iterator<Item = RoadIx>) {
+pub fn release(assembly: &mut MapBuilder, joins: &Continuations, lanes: &Lanes, roads: impl Iterator<Item = RoadIx>) {
     let shared = joins.nodes();
     for ix in roads {
         for bound in lanes.pieces[ix.0 as usize].iter().flat_map(|piece| &piece.borders).flatten() {
@@ -80,10 +85,10 @@ pub fn release(assembly: &mut Assembly, joins: &Joins, lanes: &Lanes, roads: imp
 
 /// Builds the lanes of some roads once more, whose cuts have moved. All elements keep their ids.
 pub fn redraw(
-    assembly: &mut Assembly,
+    assembly: &mut MapBuilder,
     network: &RoadNetwork,
     lines: &ConnectionLines,
-    joins: &mut Joins,
+    joins: &mut Continuations,
     lanes: &mut Lanes,
     roads: &[RoadIx],
 ) {
@@ -97,18 +102,18 @@ pub fn redraw(
         lanes.arms[i] = road.arms;
         lanes.pieces[i] = vec![road.whole];
     }
-    assembly.stand_on(Ground::default());
+    assembly.set_ground(Ground::default());
 }
 
 /// What is drawn of one road.
-struct RoadLanes {
-    lanes: Vec<Lane>,
+struct RoadDrawing {
+    lanes: Vec<RoadLane>,
     /// With indices in `lanes`.
     arms: [Arm; 2],
     whole: Piece,
 }
 
-impl RoadLanes {
+impl RoadDrawing {
     /// Lets the arms refer to the lanes of all roads, among which these begin at an index.
     fn begin_at(&mut self, first: usize) {
         let ends = self.arms.iter_mut().flat_map(|arm| arm.into.iter_mut().chain(&mut arm.out));
@@ -117,9 +122,15 @@ impl RoadLanes {
 }
 
 /// The lanes of one road between its cuts.
-fn road_lanes(assembly: &mut Assembly, network: &RoadNetwork, ix: RoadIx, kept: [f64; 2], joins: &Joins) -> RoadLanes {
+fn road_lanes(
+    assembly: &mut MapBuilder,
+    network: &RoadNetwork,
+    ix: RoadIx,
+    kept: [f64; 2],
+    joins: &Continuations,
+) -> RoadDrawing {
     let road = network.road(ix);
-    assembly.stand_on(Ground::under(road));
+    assembly.set_ground(Ground::under(road));
     let used = used_edges(&road.section);
     let nodes = [End::Start, End::End].map(|end| end_nodes(assembly, (road, ix), end, kept[end.index()], &used, joins));
     let borders = borders(assembly, road, network.country.as_deref(), kept, &nodes);
@@ -129,13 +140,13 @@ fn road_lanes(assembly: &mut Assembly, network: &RoadNetwork, ix: RoadIx, kept: 
         let at = RoadEnd { road: ix, end };
         arm(assembly, road, at, kept[end.index()], &nodes[end.index()], &lanes)
     });
-    RoadLanes { lanes, arms, whole: Piece { behind: None, span: kept, borders } }
+    RoadDrawing { lanes, arms, whole: Piece { behind: None, span: kept, borders } }
 }
 
 /// Which edges of the cross-section bound a driven strip, or a lanelet beside them, or are a kerb.
 fn used_edges(section: &CrossSection) -> Vec<bool> {
     let mut used = vec![false; section.strips.len() + 1];
-    for run in runs(section) {
+    for run in strip_runs(section) {
         used[run.strips.start] = true;
         used[run.strips.end] = true;
     }
@@ -151,12 +162,12 @@ fn used_edges(section: &CrossSection) -> Vec<bool> {
 
 /// The nodes on a cut by edge of the cross-section; `None` where nothing ends.
 fn end_nodes(
-    assembly: &mut Assembly,
+    assembly: &mut MapBuilder,
     (road, ix): (&Road, RoadIx),
     end: End,
     station: f64,
     used: &[bool],
-    joins: &Joins,
+    joins: &Continuations,
 ) -> Vec<Option<PointId>> {
     let key = road.key_of("road end").number(end.index() as i64);
     used.iter()
@@ -173,7 +184,13 @@ fn end_nodes(
 }
 
 /// Adds the lanelets of a road, strip by strip.
-fn road_lanelets(assembly: &mut Assembly, road: &Road, ix: RoadIx, borders: &[Option<Bound>], lanes: &mut Vec<Lane>) {
+fn road_lanelets(
+    assembly: &mut MapBuilder,
+    road: &Road,
+    ix: RoadIx,
+    borders: &[Option<Bound>],
+    lanes: &mut Vec<RoadLane>,
+) {
     for (i, strip) in road.section.driven() {
         let (Some(left), Some(right)) = (borders[i], borders[i + 1]) else { continue };
         let ways = match strip.travel {
@@ -198,7 +215,7 @@ fn road_lanelets(assembly: &mut Assembly, road: &Road, ix: RoadIx, borders: &[Op
                 attributes.push(key, crate::osm::Text::from(value));
             }
             let lanelet = assembly.lanelet(key, left, right, attributes);
-            lanes.push(Lane { road: ix, strip: i, backward, lanelet, left, right, kind: strip.kind });
+            lanes.push(RoadLane { road: ix, strip: i, backward, lanelet, left, right, kind: strip.kind });
         }
     }
 }
@@ -232,7 +249,14 @@ pub fn road_attributes(road: &Road, kind: StripKind, speed: f64) -> Attributes {
 }
 
 /// The arm at one end of a road.
-fn arm(assembly: &Assembly, road: &Road, at: RoadEnd, station: f64, nodes: &[Option<PointId>], lanes: &[Lane]) -> Arm {
+fn arm(
+    assembly: &MapBuilder,
+    road: &Road,
+    at: RoadEnd,
+    station: f64,
+    nodes: &[Option<PointId>],
+    lanes: &[RoadLane],
+) -> Arm {
     let inward = inward(road, at.end, station);
     let inside = road.place(at.end) - road.line.at(station);
     let ends = lanes_at(&road.section, at.end);

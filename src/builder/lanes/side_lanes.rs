@@ -8,14 +8,14 @@
 mod tests;
 
 use crate::builder::ids::Key;
-use crate::builder::map::map_builder::Assembly;
+use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::{Road, RoadIx, RoadNetwork};
 use crate::builder::tags::cross_section::{StripKind, Travel};
-use crate::builder::tags::side_strips::{Run, Use, runs};
+use crate::builder::tags::side_strips::{StripRun, StripUse, strip_runs};
 use crate::lanelet::{Attributes, Bound, LaneletId};
 use crate::settings::{BesideSettings, BicycleLanes};
 
-use super::lanelet_validity::sound;
+use super::lanelet_validity::is_valid;
 use super::types::Lanes;
 
 /// How fast one cycles, km/h.
@@ -24,7 +24,7 @@ const CYCLING: &str = "20";
 const CRAWLING: &str = "10";
 
 /// Adds the lanelets beside the lanes of all roads; gives those for bicycles.
-pub fn beside(assembly: &mut Assembly, network: &RoadNetwork, lanes: &Lanes) -> Vec<LaneletId> {
+pub fn beside(assembly: &mut MapBuilder, network: &RoadNetwork, lanes: &Lanes) -> Vec<LaneletId> {
     let mut bicycles = Vec::new();
     for (ix, road) in network.roads.iter().enumerate() {
         let ix = RoadIx(ix as u32);
@@ -32,11 +32,11 @@ pub fn beside(assembly: &mut Assembly, network: &RoadNetwork, lanes: &Lanes) -> 
         let pieces = lanes.pieces_of(ix).iter();
         let pieces = pieces.map(|piece| (piece.behind.map_or(key, |cause| cause.of(key)), &piece.borders[..]));
         let pieces: Vec<(Key, &[Option<Bound>])> = pieces.collect();
-        for run in runs(&road.section) {
+        for run in strip_runs(&road.section) {
             for &(key, borders) in &pieces {
                 for &backward in run.directions() {
                     let lanelet = lanelet(assembly, road, (key, borders), (&run, backward), &network.beside);
-                    bicycles.extend(lanelet.filter(|_| run.used == Use::Bicycle));
+                    bicycles.extend(lanelet.filter(|_| run.used == StripUse::Bicycle));
                 }
             }
         }
@@ -46,23 +46,23 @@ pub fn beside(assembly: &mut Assembly, network: &RoadNetwork, lanes: &Lanes) -> 
 
 /// Adds the lanelet of a run, unless the settings leave it out or there is no room for it.
 fn lanelet(
-    assembly: &mut Assembly,
+    assembly: &mut MapBuilder,
     road: &Road,
     (key, borders): (Key, &[Option<Bound>]),
-    (run, backward): (&Run, bool),
+    (run, backward): (&StripRun, bool),
     settings: &BesideSettings,
 ) -> Option<LaneletId> {
     let parked = road.section.strips[run.strips.clone()].iter().any(|strip| strip.kind == StripKind::Parking);
     let wanted = match run.used {
-        Use::Bicycle => settings.bicycle_lanes != BicycleLanes::None,
-        Use::Shoulder => {
+        StripUse::Bicycle => settings.bicycle_lanes != BicycleLanes::None,
+        StripUse::Shoulder => {
             if parked {
                 settings.parking
             } else {
                 settings.shoulders
             }
         }
-        Use::Pedestrian => settings.pedestrian_lanes,
+        StripUse::Pedestrian => settings.pedestrian_lanes,
     };
     if !wanted {
         return None;
@@ -78,27 +78,27 @@ fn lanelet(
 /// The bounds of the lanelet of a run that runs along the road's line or against it, in its direction; `None` if there is no
 /// room for it.
 pub fn bounds(
-    assembly: &Assembly,
+    assembly: &MapBuilder,
     road: &Road,
     borders: &[Option<Bound>],
-    (run, backward): (&Run, bool),
+    (run, backward): (&StripRun, bool),
 ) -> Option<[Bound; 2]> {
     let border = |edge: usize| borders.get(edge).copied().flatten();
     let (left, right) = (border(run.strips.start)?, border(run.strips.end)?);
     let turned = |bound: Bound| Bound { inverted: !bound.inverted, ..bound };
     let bounds = if backward { [turned(right), turned(left)] } else { [left, right] };
     let width: f64 = road.section.strips[run.strips.clone()].iter().map(|strip| strip.width).sum();
-    sound(&bounds.map(|bound| assembly.bound_line(bound)), width).then_some(bounds)
+    is_valid(&bounds.map(|bound| assembly.bound_line(bound)), width).then_some(bounds)
 }
 
 /// Tags of a lanelet beside the lanes. Its subtype says who may use it: Lanelet2 admits bicycles to a `bicycle_lane`, and
 /// nobody to the others, over which no route leads.
-pub fn attributes(road: &Road, run: &Run, settings: &BesideSettings) -> Attributes {
+pub fn attributes(road: &Road, run: &StripRun, settings: &BesideSettings) -> Attributes {
     let (subtype, speed) = match (run.used, settings.bicycle_lanes) {
-        (Use::Bicycle, BicycleLanes::Road) => ("road", CYCLING),
-        (Use::Bicycle, _) => ("bicycle_lane", CYCLING),
-        (Use::Shoulder, _) => ("road_shoulder", CRAWLING),
-        (Use::Pedestrian, _) => ("pedestrian_lane", CRAWLING),
+        (StripUse::Bicycle, BicycleLanes::Road) => ("road", CYCLING),
+        (StripUse::Bicycle, _) => ("bicycle_lane", CYCLING),
+        (StripUse::Shoulder, _) => ("road_shoulder", CRAWLING),
+        (StripUse::Pedestrian, _) => ("pedestrian_lane", CRAWLING),
     };
     let location = if road.public { "urban" } else { "private" };
     let mut tags =

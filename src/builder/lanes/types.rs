@@ -1,7 +1,7 @@
 //! Lanes of roads, the pieces of a road between its cuts, and a road's arm at an intersection.
 
 use crate::builder::ids::Key;
-use crate::builder::map::map_builder::Assembly;
+use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::{End, Intersection, RoadEnd, RoadIx};
 use crate::builder::streets::heights::Ground;
 use crate::builder::tags::cross_section::{Arrows, StripKind};
@@ -11,7 +11,7 @@ use crate::lanelet::{Bound, LaneletId, PointId};
 
 /// One lane of a road.
 #[derive(Clone, Debug)]
-pub struct Lane {
+pub struct RoadLane {
     /// The road.
     pub road: RoadIx,
     /// Its strip in the cross-section.
@@ -69,7 +69,7 @@ pub struct Arm {
 #[derive(Clone, Debug, Default)]
 pub struct Lanes {
     /// In order of roads, of their pieces and of strips.
-    pub lanes: Vec<Lane>,
+    pub lanes: Vec<RoadLane>,
     /// Per road: the arms at its start and its end.
     pub arms: Vec<[Arm; 2]>,
     /// Per road, along its line.
@@ -80,7 +80,7 @@ pub struct Lanes {
 #[derive(Clone, Debug)]
 pub struct Piece {
     /// What begins or ends where it begins; `None` at the begin of the road.
-    pub behind: Option<Cause>,
+    pub behind: Option<SplitReason>,
     /// Between which stations of the road's line it lies, metres.
     pub span: [f64; 2],
     /// By the edges of the cross-section, each along the road's line.
@@ -89,7 +89,7 @@ pub struct Piece {
 
 impl Lanes {
     /// The lanes of a road.
-    pub fn of_road(&self, road: RoadIx) -> &[Lane] {
+    pub fn of_road(&self, road: RoadIx) -> &[RoadLane] {
         &self.lanes[self.range_of(road)]
     }
 
@@ -105,7 +105,7 @@ impl Lanes {
     }
 
     /// The piece of a road at a station, and its lanes.
-    pub fn piece_at(&self, road: RoadIx, station: f64) -> Option<(&Piece, &[Lane])> {
+    pub fn piece_at(&self, road: RoadIx, station: f64) -> Option<(&Piece, &[RoadLane])> {
         let (pieces, lanes) = (self.pieces_of(road), self.of_road(road));
         let i = pieces.iter().position(|piece| station <= piece.span[1])?;
         let count = lanes.len() / pieces.len();
@@ -120,7 +120,7 @@ impl Lanes {
     }
 
     /// The ground between the ends of the lanes of an intersection.
-    pub fn ground_of(&self, intersection: &Intersection, assembly: &Assembly) -> Ground {
+    pub fn ground_of(&self, intersection: &Intersection, assembly: &MapBuilder) -> Ground {
         assembly.ground_between(intersection.arms.iter().flat_map(|&at| self.arm(at).cut.iter().copied()))
     }
 
@@ -132,7 +132,7 @@ impl Lanes {
 
 /// What begins or ends where a road is cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cause {
+pub enum SplitReason {
     /// The stretch before the stop line at an end of the road.
     Stop(End),
     /// The place before a crossing, an OpenStreetMap node, where those who drive toward an end stop.
@@ -141,7 +141,7 @@ pub enum Cause {
     Approach(i64, End),
 }
 
-impl Cause {
+impl SplitReason {
     /// Refines the key of a road's element to that of the piece behind the cut.
     pub fn of(self, key: Key) -> Key {
         let (word, node, end) = match self {

@@ -9,49 +9,49 @@
 use rustc_hash::FxHashSet;
 
 use crate::builder::lanes::road_cut::VEHICLE;
-use crate::builder::network::network_diff::{Before, Origins};
-use crate::builder::network::turn_restrictions::Restricted;
+use crate::builder::network::network_diff::{NetworkDiff, NetworkSnapshot};
+use crate::builder::network::turn_restrictions::ResolvedRestrictions;
 use crate::builder::network::{Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
-use crate::builder::streets::consolidate::{ConsolidateOptions, MergeNote, take_in, without};
-use crate::builder::streets::heights::{HeightOptions, evened};
+use crate::builder::streets::consolidate::{ConsolidateOptions, MergeNote, absorb_roads, without_roads};
+use crate::builder::streets::heights::{HeightOptions, level_at_cuts};
 use crate::diagnostic::{Finding, Severity, Subject};
 
-use super::map_layout::Draft;
+use super::map_layout::MapLayout;
 use super::short_links::cramped;
 
 /// Each round takes in the roads that the round before laid bare.
 const ROUNDS: usize = 8;
 
 /// A network, and what is drawn of it.
-pub struct Settled {
+pub struct Layout {
     /// Without the roads that lie inside intersections.
     pub network: RoadNetwork,
     /// Its turn restrictions.
-    pub restricted: Restricted,
+    pub restricted: ResolvedRestrictions,
     /// Its lanes and the ways through its intersections.
-    pub draft: Draft,
+    pub draft: MapLayout,
     /// What could not be expressed, and which roads were taken in.
     pub notes: Vec<Finding>,
 }
 
 /// Draws a network and takes roads into intersections until no way runs over the end of a road. `kept` are the stations
 /// between which the outlines leave each road; the roads in `apart` are never taken in. Last the heights are held once more.
-pub fn settle(
+pub fn lay_out(
     mut network: RoadNetwork,
     mut kept: Vec<[f64; 2]>,
     apart: &FxHashSet<RoadKey>,
     heights: &HeightOptions,
-) -> Settled {
+) -> Layout {
     let mut taken: Vec<Finding> = Vec::new();
     let mut refused = apart.clone();
     let mut round = 0;
-    let (mut restricted, mut notes) = Restricted::new(&network);
-    let mut draft = Draft::new(&network, &kept, &restricted);
+    let (mut restricted, mut notes) = ResolvedRestrictions::new(&network);
+    let mut draft = MapLayout::new(&network, &kept, &restricted);
     loop {
         let inside = if round < ROUNDS { inside(&network, &draft, &refused) } else { Vec::new() };
-        let mut before = (!inside.is_empty()).then(|| Before::of(&network));
+        let mut before = (!inside.is_empty()).then(|| NetworkSnapshot::of(&network));
         let (next, changed, merges) =
-            take_in(network, &inside, |road| draft.left(road), &ConsolidateOptions::default());
+            absorb_roads(network, &inside, |road| draft.left(road), &ConsolidateOptions::default());
         network = next;
         before = before.filter(|_| changed);
         refused.extend(merges.iter().filter(|note| !note.merged).map(|note| note.key));
@@ -60,20 +60,20 @@ pub fn settle(
             let stubs = stubs(&network, &draft, apart);
             taken.extend(stubs.iter().map(|stub| left_out(network.road(*stub))));
             if !stubs.is_empty() {
-                before = Some(Before::of(&network));
-                network = without(network, &stubs);
+                before = Some(NetworkSnapshot::of(&network));
+                network = without_roads(network, &stubs);
             }
         }
         let Some(before) = before else {
             notes.append(&mut taken);
             let draft = draft.with_stops(&network, &restricted);
-            let relaid = evened(&mut network, &draft.lines.kept, heights);
+            let relaid = level_at_cuts(&mut network, &draft.lines.kept, heights);
             let draft = draft.relaid(&network, &restricted, &relaid);
-            return Settled { network, restricted, draft, notes };
+            return Layout { network, restricted, draft, notes };
         };
-        let origins = Origins::between(&before, &network);
+        let origins = NetworkDiff::between(&before, &network);
         kept = (0..network.roads.len()).map(|road| kept[origins.of(RoadIx(road as u32)).0 as usize]).collect();
-        let (ruled, more) = Restricted::new(&network);
+        let (ruled, more) = ResolvedRestrictions::new(&network);
         draft = draft.renewed(&origins, (&before, &restricted), &network, &kept, &ruled);
         (restricted, notes) = (ruled, more);
         round += 1;
@@ -81,7 +81,7 @@ pub fn settle(
 }
 
 /// The roads that have no room behind the ways over their ends, or none for the turns there; in order.
-fn inside(network: &RoadNetwork, draft: &Draft, refused: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
+fn inside(network: &RoadNetwork, draft: &MapLayout, refused: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
     let no_room = |road: &RoadIx| {
         let Some(one) = network.roads.get(road.0 as usize) else { return false };
         draft.left(*road) < VEHICLE && one.from != one.to && !refused.contains(&one.key)
@@ -101,7 +101,7 @@ fn ends_here(network: &RoadNetwork, road: &Road) -> bool {
 
 /// Dead ends too short for a turn into them that a car can take, where two longer roads meet without them: where all are
 /// short they are what there is.
-fn stubs(network: &RoadNetwork, draft: &Draft, apart: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
+fn stubs(network: &RoadNetwork, draft: &MapLayout, apart: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
     let stub = |road: &RoadIx| {
         let one = network.road(*road);
         let length = one.line.length();

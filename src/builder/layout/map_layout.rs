@@ -8,21 +8,21 @@ mod intersection_lanelets;
 mod lane_end_overlap;
 mod reindex;
 
-use crate::builder::lanes::gore::seams;
-use crate::builder::lanes::lane_ends::{Needs, connection_lines};
-use crate::builder::lanes::road_continuation::Joins;
+use crate::builder::lanes::gore::gore_corners;
+use crate::builder::lanes::lane_ends::{RequiredSetbacks, connection_lines};
+use crate::builder::lanes::road_continuation::Continuations;
 use crate::builder::lanes::road_cut::{ConnectionLines, ROAD_LEFT};
 use crate::builder::lanes::road_lanes::{lanes, redraw};
 use crate::builder::lanes::types::Lanes;
-use crate::builder::map::map_builder::Assembly;
+use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::road_end::from_cut;
-use crate::builder::network::turn_restrictions::Restricted;
+use crate::builder::network::turn_restrictions::ResolvedRestrictions;
 use crate::builder::network::{IntersectionIx, RoadEnd, RoadIx, RoadNetwork};
 use crate::parallel::Finely;
 
 use lane_end_overlap::{BACK_MOST, TOUCH};
 
-pub use intersection_lanelets::Ways;
+pub use intersection_lanelets::IntersectionLanelets;
 
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
@@ -39,36 +39,36 @@ const ROUNDS_STOPPED: usize = 3;
 const CLEAR: f64 = 0.2;
 
 /// What is drawn of a map before it is known what rules its intersections.
-pub struct Draft {
+pub struct MapLayout {
     /// Where roads meet face to face.
-    pub joins: Joins,
+    pub joins: Continuations,
     /// Where roads are cut.
     pub lines: ConnectionLines,
     /// Lanes, as primitives.
-    pub assembly: Assembly<'static>,
+    pub assembly: MapBuilder<'static>,
     /// Lanes and arms.
     pub lanes: Lanes,
     /// Per intersection which lane leads to which, and the ways; `None` where roads meet face to face or end.
-    pub ways: Vec<Option<Box<Ways>>>,
+    pub ways: Vec<Option<Box<IntersectionLanelets>>>,
     /// How far each end of a road is cut back at least, metres behind its outline.
     back: Vec<[f64; 2]>,
     /// Whether each end of a road is cut where the map says that vehicles stop.
     stops: Vec<[bool; 2]>,
     /// What the ends of roads need, however far they are cut back.
-    needs: Needs,
+    needs: RequiredSetbacks,
 }
 
-impl Draft {
+impl MapLayout {
     /// Draws until no way runs over the end of a lane, as far as the roads have room. `kept` are the stations between
     /// which the outlines leave each road.
-    pub fn new(network: &RoadNetwork, kept: &[[f64; 2]], restricted: &Restricted) -> Self {
+    pub fn new(network: &RoadNetwork, kept: &[[f64; 2]], restricted: &ResolvedRestrictions) -> Self {
         Self::begun(network, kept, restricted).cleared(network, restricted)
     }
 
     /// Cuts roads where the map says that vehicles stop. Around an intersection where more ways would run over the ends of
     /// lanes then, all stays as it is.
     #[must_use]
-    pub fn with_stops(self, network: &RoadNetwork, restricted: &Restricted) -> Self {
+    pub fn with_stops(self, network: &RoadNetwork, restricted: &ResolvedRestrictions) -> Self {
         let mut stops = vec![[true; 2]; network.roads.len()];
         if connection_lines(network, &self.needs, &self.back, &stops, |road| Some(self.lines.cut(road)))
             .agree(&self.lines)
@@ -97,7 +97,7 @@ impl Draft {
     }
 
     /// Cuts roads back and draws again until no way runs over the end of a lane, as far as the roads have room.
-    fn cleared(self, network: &RoadNetwork, restricted: &Restricted) -> Self {
+    fn cleared(self, network: &RoadNetwork, restricted: &ResolvedRestrictions) -> Self {
         let mut draft = self;
         for _ in 0..ROUNDS {
             if !draft.cut_back() {
@@ -118,36 +118,36 @@ impl Draft {
     /// Draws what changes where these roads have been laid at another height, and clears away all that was drawn and is not
     /// any more.
     #[must_use]
-    pub fn relaid(self, network: &RoadNetwork, restricted: &Restricted, roads: &[RoadIx]) -> Self {
+    pub fn relaid(self, network: &RoadNetwork, restricted: &ResolvedRestrictions, roads: &[RoadIx]) -> Self {
         let mut draft = self;
         if !roads.is_empty() {
             draft.joins.lift(roads);
             draft = draft.redrawn(network, restricted, roads).outlined(network, restricted);
         }
-        draft.assembly.sweep();
+        draft.assembly.remove_released();
         draft
     }
 
     /// Draws everything, with the roads cut where their outlines ask for.
-    fn begun(network: &RoadNetwork, kept: &[[f64; 2]], restricted: &Restricted) -> Self {
-        let mut joins = Joins::find(network);
-        let needs = Needs::new(network, kept, |ix| joins.joined(ix));
+    fn begun(network: &RoadNetwork, kept: &[[f64; 2]], restricted: &ResolvedRestrictions) -> Self {
+        let mut joins = Continuations::find(network);
+        let needs = RequiredSetbacks::new(network, kept, |ix| joins.joined(ix));
         let (back, stops) = (vec![[0.0; 2]; network.roads.len()], vec![[false; 2]; network.roads.len()]);
         let lines = connection_lines(network, &needs, &back, &stops, |_| None);
-        joins.beside(seams(network, &lines));
-        let mut assembly = Assembly::default();
+        joins.beside(gore_corners(network, &lines));
+        let mut assembly = MapBuilder::default();
         let lanes = lanes(&mut assembly, network, &lines, &mut joins);
-        let mut ways: Vec<Option<Box<Ways>>> = Vec::new();
+        let mut ways: Vec<Option<Box<IntersectionLanelets>>> = Vec::new();
         ways.resize_with(network.intersections.len(), || None);
         Self { joins, lines, assembly, lanes, ways, back, stops, needs }.complete(network, restricted)
     }
 
     /// Draws the roads whose cuts have moved, those that are to be drawn anew in any case, by their indices in order, and
     /// the ways that end there.
-    fn redrawn(self, network: &RoadNetwork, restricted: &Restricted, anew: &[RoadIx]) -> Self {
+    fn redrawn(self, network: &RoadNetwork, restricted: &ResolvedRestrictions, anew: &[RoadIx]) -> Self {
         let Self { mut joins, lines: before, mut assembly, mut lanes, mut ways, back, stops, needs } = self;
         let lines = connection_lines(network, &needs, &back, &stops, |road| Some(before.cut(road)));
-        let beside = joins.beside(seams(network, &lines));
+        let beside = joins.beside(gore_corners(network, &lines));
         let redrawn = |road: &RoadIx| beside.contains(road) || anew.binary_search(road).is_ok();
         let moved = |road: &RoadIx| before.kept[road.0 as usize] != lines.kept[road.0 as usize] || redrawn(road);
         let moved: Vec<RoadIx> = (0..lines.kept.len()).map(|road| RoadIx(road as u32)).filter(moved).collect();
@@ -165,14 +165,14 @@ impl Draft {
     }
 
     /// Draws the ways that are not drawn yet, and their outlines where no way runs over a cut: else they are drawn again.
-    fn complete(mut self, network: &RoadNetwork, restricted: &Restricted) -> Self {
+    fn complete(mut self, network: &RoadNetwork, restricted: &ResolvedRestrictions) -> Self {
         let Self { joins, lines, assembly, lanes, ways, .. } = &mut self;
         ways.par_iter_mut().finely().enumerate().filter(|(_, ways)| ways.is_none()).for_each(|(i, slot)| {
             let at = &network.intersections[i];
             if at.arms.len() < 2 || joins.joined(IntersectionIx(i as u32)) {
                 return;
             }
-            let mut ways = Ways::draw(network, restricted, lanes, at, assembly);
+            let mut ways = IntersectionLanelets::draw(network, restricted, lanes, at, assembly);
             if at.arms.len() > 2 {
                 ways.over = lane_end_overlap::depths(network, lines, lanes, assembly, at, &ways.drawn.paths);
             }
@@ -185,9 +185,10 @@ impl Draft {
     }
 
     /// Outlines the ways that are not outlined yet.
-    fn outlined(mut self, network: &RoadNetwork, restricted: &Restricted) -> Self {
+    fn outlined(mut self, network: &RoadNetwork, restricted: &ResolvedRestrictions) -> Self {
         let Self { assembly, lanes, ways, .. } = &mut self;
-        let bare = |ways: &Option<Box<Ways>>| ways.as_ref().is_some_and(|ways| ways.conflicts.is_none());
+        let bare =
+            |ways: &Option<Box<IntersectionLanelets>>| ways.as_ref().is_some_and(|ways| ways.conflicts.is_none());
         let bare = ways.par_iter_mut().finely().zip(&network.intersections).filter(|(ways, _)| bare(ways));
         bare.for_each(|(slot, at)| {
             *slot = slot.take().map(|ways| Box::new(ways.outlined(network, restricted, lanes, at, assembly)));

@@ -6,7 +6,7 @@ use crate::builder::lanes::road_cut::ROAD_LEFT;
 use crate::builder::network::{Intersection, RoadEnd, RoadIx, RoadNetwork};
 use crate::geometry::pose;
 
-use super::map_layout::Draft;
+use super::map_layout::MapLayout;
 
 /// A car does not turn on a smaller radius, metres, of the middle of its lane: at full lock a usual one turns on some 4 to 5 m.
 const CAR_RADIUS: f64 = 4.0;
@@ -15,7 +15,7 @@ const SAME: f64 = 0.05;
 
 /// The roads of which nothing more can be cut off, although a way that begins or ends there bends too tightly for a car for
 /// want of it; in order. The pieces of a roundabout's ring are driven around whatever their length.
-pub fn cramped(draft: &Draft, network: &RoadNetwork) -> Vec<RoadIx> {
+pub fn cramped(draft: &MapLayout, network: &RoadNetwork) -> Vec<RoadIx> {
     let spent = |road: &RoadIx| draft.left(*road) < ROAD_LEFT + SAME && !network.road(*road).roundabout;
     let some_spent = |(at, _): &(&Intersection, &[Path])| at.arms.iter().any(|at| spent(&at.road));
     let at = |(at, ways)| short_arms(draft, at, ways).filter(spent).collect::<Vec<_>>();
@@ -27,7 +27,7 @@ pub fn cramped(draft: &Draft, network: &RoadNetwork) -> Vec<RoadIx> {
 }
 
 /// The roads at an intersection that were not cut back far enough for a turn from or to them.
-fn short_arms<'a>(draft: &'a Draft, at: &'a Intersection, paths: &'a [Path]) -> impl Iterator<Item = RoadIx> + 'a {
+fn short_arms<'a>(draft: &'a MapLayout, at: &'a Intersection, paths: &'a [Path]) -> impl Iterator<Item = RoadIx> + 'a {
     let short = move |path: &Path| {
         let Movement { from, to, in_lane, out_lane } = path.movement;
         let arms: [RoadEnd; 2] = [at.arms[from], at.arms[to]];

@@ -6,7 +6,7 @@
 
 mod partial_maps;
 
-pub use partial_maps::Parts;
+pub use partial_maps::PartialMaps;
 
 use crate::builder::ids::{Id, IdTaken, Ids, Key};
 use crate::builder::streets::heights::{Ground, rounded};
@@ -18,10 +18,10 @@ use crate::lanelet::{
 
 /// A [`LaneletMap`] and the ids it has used.
 #[derive(Debug, Default)]
-pub struct Assembly<'a> {
-    part: Part,
+pub struct MapBuilder<'a> {
+    part: MapPart,
     /// What stood before this part was begun.
-    below: Option<&'a Assembly<'a>>,
+    below: Option<&'a MapBuilder<'a>>,
     /// What points that are added stand on.
     ground: Ground,
     /// Whether parts over this one ask for every id whether it is taken here. It hardly ever is, so they are first made
@@ -31,7 +31,7 @@ pub struct Assembly<'a> {
 
 /// What has been added to an [`Assembly`].
 #[derive(Clone, Debug, Default)]
-pub struct Part {
+pub struct MapPart {
     map: LaneletMap,
     ids: Ids,
     /// Elements to which lanelets from below are to refer.
@@ -44,7 +44,7 @@ fn found<'a, T: Shelved>(shelf: &'a Shelf<T>, id: T::Id, below: impl FnOnce() ->
     if shelf.is_indexed() { shelf.get(id).or_else(below) } else { below().or_else(|| shelf.get(id)) }
 }
 
-impl Part {
+impl MapPart {
     /// The same without room for more.
     #[must_use]
     pub fn shrunk(mut self) -> Self {
@@ -54,31 +54,31 @@ impl Part {
     }
 }
 
-impl<'a> Assembly<'a> {
+impl<'a> MapBuilder<'a> {
     /// An empty assembly that knows what stands in another.
-    pub fn over(below: &'a Assembly<'a>) -> Self {
-        Self::resumed(below, Part::default())
+    pub fn over(below: &'a MapBuilder<'a>) -> Self {
+        Self::resume(below, MapPart::default())
     }
 
     /// Goes on with a part that was begun over the same assembly.
-    pub fn resumed(below: &'a Assembly<'a>, mut part: Part) -> Self {
+    pub fn resume(below: &'a MapBuilder<'a>, mut part: MapPart) -> Self {
         part.ids.wake();
         Self { part, below: Some(below), ground: Ground::default(), careful: false }
     }
 
     /// From now on parts over this one take none of its ids.
-    pub fn be_careful(&mut self) {
+    pub fn require_unique_ids(&mut self) {
         self.part.ids.wake();
         self.careful = true;
     }
 
     /// Takes less memory until [`Assembly::be_careful`]; nothing is added until then.
-    pub fn rest(&mut self) {
+    pub fn compact(&mut self) {
         self.part.ids.rest();
     }
 
     /// Puts all points that are added from now on on this ground.
-    pub fn stand_on(&mut self, ground: Ground) {
+    pub fn set_ground(&mut self, ground: Ground) {
         self.ground = ground;
     }
 
@@ -109,7 +109,7 @@ impl<'a> Assembly<'a> {
     }
 
     /// What has been added.
-    pub fn into_part(self) -> Part {
+    pub fn into_part(self) -> MapPart {
         self.part
     }
 
@@ -119,7 +119,7 @@ impl<'a> Assembly<'a> {
     }
 
     /// Adds a part that was made over this assembly. Nothing is added where the part has an id that was taken since.
-    pub fn add(&mut self, part: Part) -> Result<(), IdTaken> {
+    pub fn add(&mut self, part: MapPart) -> Result<(), IdTaken> {
         self.part.ids.join(&part.ids)?;
         self.part.map.absorb(part.map);
         for (lanelet, element) in part.carried {
@@ -130,7 +130,7 @@ impl<'a> Assembly<'a> {
 
     /// Adds parts that were made side by side over this assembly, in order, if all ids are different; else it gives the
     /// parts back, to be added one by one.
-    pub fn add_all(&mut self, parts: Vec<Part>) -> Result<(), Vec<Part>> {
+    pub fn add_all(&mut self, parts: Vec<MapPart>) -> Result<(), Vec<MapPart>> {
         if !Ids::are_apart(parts.iter().chain([&self.part]).map(|part| &part.ids)) {
             return Err(parts);
         }
@@ -146,8 +146,8 @@ impl<'a> Assembly<'a> {
     }
 
     /// The whole map, with the parts that were made over this assembly.
-    pub fn finish(self, parts: Parts) -> LaneletMap {
-        let (mut whole, Part { map: first, ids, .. }) =
+    pub fn finish(self, parts: PartialMaps) -> LaneletMap {
+        let (mut whole, MapPart { map: first, ids, .. }) =
             (Self { part: parts.into_part(), ..Self::default() }, self.part);
         // No more ids are handed out: what is taken need not be known while the whole is made.
         drop((ids, std::mem::take(&mut whole.part.ids)));
@@ -167,7 +167,7 @@ impl<'a> Assembly<'a> {
 
     /// Gives back the ids of a line and of its points but for those that stay, so that they can be made anew.
     pub fn release_line(&mut self, id: LineStringId, stays: impl Fn(PointId) -> bool) {
-        let Part { map, ids, .. } = &mut self.part;
+        let MapPart { map, ids, .. } = &mut self.part;
         let points = map.linestrings.get(id).map_or(&[][..], |line| &line.points);
         points.iter().filter(|point| !stays(**point)).for_each(|point| ids.release(point.0));
         ids.release(id.0);
@@ -179,8 +179,8 @@ impl<'a> Assembly<'a> {
     }
 
     /// Takes away the points, lines and lanelets that were given back and not made anew.
-    pub fn sweep(&mut self) {
-        let Part { map, ids, .. } = &mut self.part;
+    pub fn remove_released(&mut self) {
+        let MapPart { map, ids, .. } = &mut self.part;
         let gone = ids.released();
         map.points.retain(|point| !gone.contains(&(point.id.0 as Id)));
         map.linestrings.retain(|line| !gone.contains(&(line.id.0 as Id)));
@@ -188,7 +188,7 @@ impl<'a> Assembly<'a> {
     }
 
     /// Puts an element on a shelf. What was given back is made anew in its place; over another assembly nothing is.
-    fn put<T: Shelved>(&mut self, shelf: impl Fn(&mut Part) -> &mut Shelf<T>, item: T) {
+    fn put<T: Shelved>(&mut self, shelf: impl Fn(&mut MapPart) -> &mut Shelf<T>, item: T) {
         match self.below {
             Some(_) => shelf(&mut self.part).push(item),
             None => drop(shelf(&mut self.part).insert(item)),

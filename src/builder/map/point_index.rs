@@ -14,7 +14,7 @@ type Cell = (i64, i64);
 
 /// Points by their places.
 #[derive(Clone, Debug, Default)]
-pub struct Places {
+pub struct PointIndex {
     /// The last point of the fields that fall together here, by its position in `points`; a power of two of them.
     fields: Vec<Option<u32>>,
     points: Vec<Placed>,
@@ -28,7 +28,7 @@ struct Placed {
     before: Option<u32>,
 }
 
-impl Places {
+impl PointIndex {
     /// The point at a place, which `make` makes if there is none yet, and where it lies.
     pub fn at(&mut self, place: Point, make: impl FnOnce() -> PointId) -> (PointId, Point) {
         let home = cell(place);

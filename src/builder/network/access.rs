@@ -23,7 +23,7 @@ pub(crate) enum Access {
 }
 
 /// What a way is to the network.
-pub(super) enum Verdict<'a> {
+pub(super) enum AccessVerdict<'a> {
     Road(Drivable<'a>),
     /// A road by its class, left out for this reason.
     LeftOut(&'static str),
@@ -32,18 +32,18 @@ pub(super) enum Verdict<'a> {
 }
 
 /// What `way` is to the network.
-pub(super) fn judge(way: &Way) -> Verdict<'_> {
+pub(super) fn judge(way: &Way) -> AccessVerdict<'_> {
     let tags = &way.tags;
-    let Some((class, link)) = tags.get("highway").and_then(class) else { return Verdict::NoRoad };
+    let Some((class, link)) = tags.get("highway").and_then(class) else { return AccessVerdict::NoRoad };
     if tags.is("area", "yes") {
-        return Verdict::LeftOut("it is an area (area=yes), not a line");
+        return AccessVerdict::LeftOut("it is an area (area=yes), not a line");
     }
     if way.nodes.len() < 2 {
-        return Verdict::LeftOut("it has fewer than two nodes");
+        return AccessVerdict::LeftOut("it has fewer than two nodes");
     }
     match access(tags) {
-        Some(access) => Verdict::Road(Drivable { way, class, link, access }),
-        None => Verdict::LeftOut("motor vehicles are not admitted (access tags)"),
+        Some(access) => AccessVerdict::Road(Drivable { way, class, link, access }),
+        None => AccessVerdict::LeftOut("motor vehicles are not admitted (access tags)"),
     }
 }
 

@@ -15,7 +15,12 @@ const LOOK: f64 = 4.0;
 /// Keeps each crossing on the node of a junction at the roads that it crosses, and notes those of which this is not
 /// known: the ways on foot around the node say it. They lie between the roads, and part them: a road that lies alone
 /// between two of them is crossed.
-pub(super) fn settle(osm: &OsmData, to_metres: ToMetres<'_>, network: &mut RoadNetwork, notes: &mut Vec<Finding>) {
+pub(super) fn assign_crossings(
+    osm: &OsmData,
+    to_metres: ToMetres<'_>,
+    network: &mut RoadNetwork,
+    notes: &mut Vec<Finding>,
+) {
     let junctions: Vec<(i64, IntersectionIx)> = network
         .intersections
         .iter()

@@ -6,7 +6,7 @@ use crate::builder::tags::cross_section::Travel;
 use crate::geometry::{Point, Polyline};
 use crate::osm::{OsmData, Tags};
 
-use super::way_pieces::Piece;
+use super::way_pieces::WayPiece;
 use super::{Feature, FeatureKind, Road};
 
 /// How far along the line, metres, a node may lie from where its share of the way's length puts it: lines that are
@@ -106,7 +106,7 @@ fn faced(tags: &Tags, key: &str) -> Travel {
 
 /// The features of one road, by station.
 pub(super) fn along(
-    piece: &Piece,
+    piece: &WayPiece,
     road: &Road,
     positions: &FxHashMap<i64, Point>,
     at_nodes: &NodeFeatures<'_>,

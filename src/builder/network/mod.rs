@@ -35,7 +35,7 @@ pub(crate) use arm_order::{Ray, clockwise};
 pub(crate) use connectivity::cross;
 pub use frame::ToMetres;
 pub use islands::Island;
-pub use read::{Network, NetworkError, NetworkOptions, UNMET_ROAD, road_network};
+pub use read::{NetworkError, NetworkOptions, NetworkReading, UNMET_ROAD, road_network};
 
 use std::fmt;
 

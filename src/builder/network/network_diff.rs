@@ -6,13 +6,13 @@ use rustc_hash::FxHashMap;
 use super::{IntersectionIx, RoadEnd, RoadIx, RoadKey, RoadNetwork};
 
 /// What is known of a network after others followed from it.
-pub struct Before {
+pub struct NetworkSnapshot {
     roads: Vec<RoadKey>,
     /// The nodes of every intersection, and the roads that ended there.
     intersections: Vec<(Vec<i64>, Vec<RoadEnd>)>,
 }
 
-impl Before {
+impl NetworkSnapshot {
     /// What is to be known of a network.
     pub fn of(network: &RoadNetwork) -> Self {
         Self {
@@ -28,7 +28,7 @@ impl Before {
 }
 
 /// The indices of roads and intersections before and after.
-pub struct Origins {
+pub struct NetworkDiff {
     /// Per road of now.
     of: Vec<RoadIx>,
     /// Per road of before.
@@ -39,9 +39,9 @@ pub struct Origins {
     untouched: Vec<bool>,
 }
 
-impl Origins {
+impl NetworkDiff {
     /// Compares a network with the one before, among whose roads all of its roads were; both are in order of their keys.
-    pub fn between(before: &Before, network: &RoadNetwork) -> Self {
+    pub fn between(before: &NetworkSnapshot, network: &RoadNetwork) -> Self {
         let mut now = vec![None; before.roads.len()];
         let mut of = Vec::with_capacity(network.roads.len());
         for road in &network.roads {

@@ -1,6 +1,6 @@
 //! The stage itself: from OpenStreetMap's elements to roads and intersections.
 
-use crate::builder::tags::cross_section::{Customs, Layout};
+use crate::builder::tags::cross_section::{Customs, SectionReading};
 use crate::builder::tags::driving_side;
 use crate::builder::tags::road_class::{DrivingSide, is_roundabout};
 use crate::builder::tags::speed::limit;
@@ -11,14 +11,14 @@ use crate::parallel::Finely;
 use crate::projection::LonLat;
 use crate::settings::{AssumeSettings, RoadSettings};
 
-use super::access::{Access, Drivable, Verdict, judge};
+use super::access::{Access, AccessVerdict, Drivable, judge};
 use super::arm_order::{Ray, clockwise};
 use super::features::NodeFeatures;
 use super::frame::{ToMetres, level};
-use super::short_dead_ends::without_stubs;
+use super::short_dead_ends::without_short_dead_ends;
 use super::turn_relations::turns;
 use super::way_cross_sections::Told;
-use super::way_pieces::{Piece, pieces};
+use super::way_pieces::{WayPiece, pieces};
 use super::{
     End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, crossing_assignment, features,
     islands, signal_assignment, stop_lines,
@@ -51,7 +51,7 @@ pub struct NetworkOptions {
 
 /// What the stage returns.
 #[derive(Clone, Debug)]
-pub struct Network {
+pub struct NetworkReading {
     /// Roads and intersections.
     pub network: RoadNetwork,
     /// What was guessed, left out or passed over; subjects are OpenStreetMap's elements.
@@ -72,7 +72,11 @@ pub enum NetworkError {
 }
 
 /// Reads the road network out of the data.
-pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOptions) -> Result<Network, NetworkError> {
+pub fn road_network(
+    osm: &OsmData,
+    to_metres: ToMetres<'_>,
+    options: &NetworkOptions,
+) -> Result<NetworkReading, NetworkError> {
     let mut notes = Vec::new();
     let corrected = corrected(osm, &options.roads, &mut notes);
     let drivable = drivable(osm, &corrected, &mut notes);
@@ -89,7 +93,7 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
     };
     let told = || (NodeFeatures::new(osm), Told::read(&drivable, customs));
     let ((positions, pieces), (at_nodes, told)) = rayon::join(cut, told);
-    let pieces: Vec<(Piece, Polyline)> = pieces
+    let pieces: Vec<(WayPiece, Polyline)> = pieces
         .into_par_iter()
         .finely()
         .filter_map(|piece| centre(&piece, &positions).map(|line| (piece, line)))
@@ -100,8 +104,8 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
     }
     let used = pieces.iter().map(|(piece, _)| piece.way);
     let layouts = told.layouts(used, &mut notes);
-    let (pieces, centres): (Vec<Piece>, Vec<Polyline>) =
-        without_stubs(pieces, &drivable, &layouts, &mut notes).into_iter().unzip();
+    let (pieces, centres): (Vec<WayPiece>, Vec<Polyline>) =
+        without_short_dead_ends(pieces, &drivable, &layouts, &mut notes).into_iter().unzip();
     let mut nodes: Vec<i64> = pieces.iter().flat_map(|p| [p.nodes[0], p.nodes[p.nodes.len() - 1]]).collect();
     nodes.sort_unstable();
     nodes.dedup();
@@ -118,10 +122,10 @@ pub fn road_network(osm: &OsmData, to_metres: ToMetres<'_>, options: &NetworkOpt
     let mut intersections = intersections(osm, &nodes, &positions, &pieces, &roads, &centres);
     islands::assign(osm, to_metres, &roads, &mut intersections);
     let mut network = RoadNetwork { side, country, roads, intersections, ..RoadNetwork::default() };
-    crossing_assignment::settle(osm, to_metres, &mut network, &mut notes);
+    crossing_assignment::assign_crossings(osm, to_metres, &mut network, &mut notes);
     signal_assignment::assign(osm, &mut network, &mut notes);
     (network.restrictions, network.connections) = turns(osm, &network, &mut notes);
-    Ok(Network { network, notes })
+    Ok(NetworkReading { network, notes })
 }
 
 /// The ways that the user gives other tags, with a note for every one that is not in the data.
@@ -152,19 +156,19 @@ fn drivable<'a>(osm: &'a OsmData, corrected: &'a FxHashMap<i64, Way>, notes: &mu
     let judged = |way: &'a Way| {
         let said = corrected.get(&way.id).unwrap_or(way);
         let verdict = judge(said);
-        (!matches!(verdict, Verdict::NoRoad) && counts(way)).then_some((said, verdict))
+        (!matches!(verdict, AccessVerdict::NoRoad) && counts(way)).then_some((said, verdict))
     };
-    let mut judged: Vec<(&Way, Verdict)> = osm.ways.par_iter().finely().filter_map(judged).collect();
+    let mut judged: Vec<(&Way, AccessVerdict)> = osm.ways.par_iter().finely().filter_map(judged).collect();
     judged.sort_unstable_by_key(|(way, _)| way.id);
     let mut drivable = Vec::new();
     for (way, verdict) in judged {
         match verdict {
-            Verdict::Road(road) => drivable.push(road),
-            Verdict::LeftOut(why) => {
+            AccessVerdict::Road(road) => drivable.push(road),
+            AccessVerdict::LeftOut(why) => {
                 let message = format!("way {} is not built: {why}", way.id);
                 notes.push(Finding::new("way-skipped", Subject::Way(way.id), message).graded(Severity::Info));
             }
-            Verdict::NoRoad => {}
+            AccessVerdict::NoRoad => {}
         }
     }
     drivable
@@ -198,15 +202,15 @@ fn middle(places: &[LonLat]) -> LonLat {
 }
 
 /// The piece's line without points that tell nothing, ends kept.
-fn centre(piece: &Piece, positions: &FxHashMap<i64, Point>) -> Option<Polyline> {
+fn centre(piece: &WayPiece, positions: &FxHashMap<i64, Point>) -> Option<Polyline> {
     let line = Polyline::new(piece.nodes.iter().filter_map(|id| positions.get(id).copied()))?;
     Some(line.straightened(SIMPLIFY))
 }
 
 fn road(
-    piece: &Piece,
+    piece: &WayPiece,
     way: &Drivable<'_>,
-    layout: &Layout,
+    layout: &SectionReading,
     customs: &Customs<'_>,
     centre: &Polyline,
     index: &FxHashMap<i64, IntersectionIx>,
@@ -238,7 +242,7 @@ fn intersections(
     osm: &OsmData,
     nodes: &[i64],
     positions: &FxHashMap<i64, Point>,
-    pieces: &[Piece],
+    pieces: &[WayPiece],
     roads: &[Road],
     centres: &[Polyline],
 ) -> Vec<Intersection> {

@@ -2,25 +2,25 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::builder::tags::cross_section::Layout;
+use crate::builder::tags::cross_section::SectionReading;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::Polyline;
 
 use super::access::Drivable;
-use super::way_pieces::Piece;
+use super::way_pieces::WayPiece;
 
 /// Length of a small car, metres.
 const CAR: f64 = 4.0;
 
 /// Takes away the pieces that end within a car's length beside a road that they leave, with a note each. `centres` has
 /// the lines of the pieces.
-pub(super) fn without_stubs(
-    pieces: Vec<(Piece, Polyline)>,
+pub(super) fn without_short_dead_ends(
+    pieces: Vec<(WayPiece, Polyline)>,
     drivable: &[Drivable<'_>],
-    layouts: &FxHashMap<usize, Layout>,
+    layouts: &FxHashMap<usize, SectionReading>,
     notes: &mut Vec<Finding>,
-) -> Vec<(Piece, Polyline)> {
-    let half_width = |piece: &Piece| layouts[&piece.way].section.width() / 2.0;
+) -> Vec<(WayPiece, Polyline)> {
+    let half_width = |piece: &WayPiece| layouts[&piece.way].section.width() / 2.0;
     let mut at_node: FxHashMap<i64, Vec<(usize, f64)>> = FxHashMap::default();
     for (i, (piece, _)) in pieces.iter().enumerate() {
         for node in piece.ends() {

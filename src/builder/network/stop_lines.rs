@@ -22,14 +22,14 @@ const STOPPED: f64 = 0.7;
 const OVERRULED: f64 = 25.0;
 
 /// A mapped stop line, from end to end.
-struct Mapped {
+struct MappedStopLine {
     node: i64,
     level: f64,
     ends: [Point; 2],
 }
 
 /// Where a stop line lies on a road.
-struct Place {
+struct StopPlace {
     road: usize,
     /// The level is the road's.
     level: bool,
@@ -48,12 +48,12 @@ pub(super) fn assign(osm: &OsmData, to_metres: ToMetres<'_>, roads: &mut [Road])
     }
     let boxes: Vec<Bounds> = lines.iter().filter_map(|line| polygon::bounds(&line.ends)).collect();
     let cells = Cells::new(boxes, LENGTH[1]);
-    let mut best: Vec<Option<Place>> = lines.iter().map(|_| None).collect();
+    let mut best: Vec<Option<StopPlace>> = lines.iter().map(|_| None).collect();
     for (i, road) in roads.iter().enumerate() {
         for reach in road.reaches() {
             cells.touching(reach, |line| {
                 let found = place(i, road, &lines[line]);
-                let better = |a: &Place, b: &Place| (a.level, a.covers) > (b.level, b.covers);
+                let better = |a: &StopPlace, b: &StopPlace| (a.level, a.covers) > (b.level, b.covers);
                 if let Some(found) = found
                     && best[line].as_ref().is_none_or(|best| better(&found, best))
                 {
@@ -62,13 +62,13 @@ pub(super) fn assign(osm: &OsmData, to_metres: ToMetres<'_>, roads: &mut [Road])
             });
         }
     }
-    let placed: Vec<(i64, Place)> =
+    let placed: Vec<(i64, StopPlace)> =
         lines.iter().zip(best).filter_map(|(line, place)| Some((line.node, place?))).collect();
-    for (_, Place { road, station, travel, .. }) in &placed {
+    for (_, StopPlace { road, station, travel, .. }) in &placed {
         let told = |f: &Feature| f.kind == FeatureKind::StopLine(*travel) && (f.station - station).abs() < OVERRULED;
         roads[*road].features.retain(|feature| !told(feature));
     }
-    for (node, Place { road, station, travel, .. }) in placed {
+    for (node, StopPlace { road, station, travel, .. }) in placed {
         let features = &mut roads[road].features;
         features.push(Feature { station, node, kind: FeatureKind::StopLine(travel) });
         features.sort_by(|a, b| a.station.total_cmp(&b.station));
@@ -82,7 +82,7 @@ fn is_stop_line(tags: &Tags) -> bool {
 }
 
 /// All mapped stop lines, in order of their ids.
-fn mapped(osm: &OsmData, to_metres: ToMetres<'_>) -> Vec<Mapped> {
+fn mapped(osm: &OsmData, to_metres: ToMetres<'_>) -> Vec<MappedStopLine> {
     let mut ways: Vec<&Way> = osm.ways.iter().filter(|way| is_stop_line(&way.tags)).collect();
     ways.sort_by_key(|way| way.id);
     let ends = ways.into_iter().filter_map(|way| {
@@ -94,12 +94,12 @@ fn mapped(osm: &OsmData, to_metres: ToMetres<'_>) -> Vec<Mapped> {
     let places: Vec<LonLat> = ends.iter().flat_map(|(.., places)| *places).collect();
     let points = to_metres(&places);
     let lines = ends.into_iter().zip(points.chunks_exact(2));
-    let lines = lines.map(|((node, level, _), ends)| Mapped { node, level, ends: [ends[0], ends[1]] });
+    let lines = lines.map(|((node, level, _), ends)| MappedStopLine { node, level, ends: [ends[0], ends[1]] });
     lines.filter(|line| (LENGTH[0]..=LENGTH[1]).contains(&(line.ends[1] - line.ends[0]).norm())).collect()
 }
 
 /// Where a stop line lies on a road, if it lies across its lanes.
-fn place(index: usize, road: &Road, line: &Mapped) -> Option<Place> {
+fn place(index: usize, road: &Road, line: &MappedStopLine) -> Option<StopPlace> {
     let [a, b] = line.ends;
     let foot = road.line.project(nalgebra::center(&a, &b));
     let along = road.line.direction(foot.station);
@@ -121,6 +121,6 @@ fn place(index: usize, road: &Road, line: &Mapped) -> Option<Place> {
     };
     let inside = foot.station > 0.0 && foot.station < road.line.length();
     let level = line.level == road.level;
-    let found = Place { road: index, level, covers, station: foot.station, travel };
+    let found = StopPlace { road: index, level, covers, station: foot.station, travel };
     (inside && ahead && all >= ON_ROAD * length).then_some(found)
 }

@@ -42,26 +42,26 @@ fn relation(osm: &mut OsmData, id: i64, text: &str, members: &[(&str, char, i64)
     osm.push_relation(Relation { id, members, tags, span: SPAN });
 }
 
-fn try_build(osm: &OsmData) -> Result<Network, NetworkError> {
+fn try_build(osm: &OsmData) -> Result<NetworkReading, NetworkError> {
     let plane = |places: &[LonLat]| places.iter().map(|p| Point::new(p.lon, p.lat) * SCALE).collect();
     road_network(osm, &plane, &NetworkOptions::default())
 }
 
-fn build(osm: &OsmData) -> Network {
+fn build(osm: &OsmData) -> NetworkReading {
     try_build(osm).unwrap()
 }
 
 /// Way and end nodes of every road.
-fn keys(network: &Network) -> Vec<(i64, i64, i64)> {
+fn keys(network: &NetworkReading) -> Vec<(i64, i64, i64)> {
     network.network.roads.iter().map(|r| (r.key.way, r.key.first, r.key.last)).collect()
 }
 
-fn slugs(network: &Network) -> Vec<&'static str> {
+fn slugs(network: &NetworkReading) -> Vec<&'static str> {
     let quiet = ["lanes-guessed", "width-guessed"];
     network.notes.iter().map(|note| note.fault).filter(|fault| !quiet.contains(fault)).collect()
 }
 
-fn at(network: &Network, node: i64) -> &Intersection {
+fn at(network: &NetworkReading, node: i64) -> &Intersection {
     network.network.intersections.iter().find(|i| i.nodes == [node]).unwrap()
 }
 
@@ -309,7 +309,7 @@ fn stops_on_every_arm_are_an_all_way_stop() {
 }
 
 /// What a restriction says, as (from way, via ways, to way, only).
-fn turns(network: &Network) -> Vec<(i64, Vec<i64>, i64, bool)> {
+fn turns(network: &NetworkReading) -> Vec<(i64, Vec<i64>, i64, bool)> {
     let way = |ix: RoadIx| network.network.road(ix).key.way;
     let turn =
         |r: &TurnRestriction| (way(r.from.road), r.via.iter().map(|ix| way(*ix)).collect(), way(r.to.road), r.only);
@@ -441,7 +441,7 @@ fn the_user_may_know_better_than_the_tags() {
     let Settings { assume, road: roads, .. } = said.over(outer);
     let options = NetworkOptions { country: Some("DE".into()), assume, roads, ..NetworkOptions::default() };
     let plane = |places: &[LonLat]| places.iter().map(|p| Point::new(p.lon, p.lat) * SCALE).collect();
-    let Network { network, notes } = road_network(&data(&CROSS, &ways), &plane, &options).unwrap();
+    let NetworkReading { network, notes } = road_network(&data(&CROSS, &ways), &plane, &options).unwrap();
     let road = |way: i64| network.roads.iter().find(|road| road.key.way == way).unwrap();
     let widths = |way: i64| road(way).section.driven().map(|(_, strip)| strip.width).collect::<Vec<_>>();
     // What is said of one road stands in the place of its tags, and what is assumed where there are none.

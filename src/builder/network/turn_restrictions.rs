@@ -13,7 +13,7 @@ use super::{End, Intersection, RoadEnd, RoadNetwork, TurnRestriction, cross};
 
 /// Which turns are restricted, by where they begin, and which lanes take them.
 #[derive(Debug, Default)]
-pub struct Restricted {
+pub struct ResolvedRestrictions {
     of: FxHashMap<RoadEnd, Vec<Turn>>,
     lanes: FxHashMap<[RoadEnd; 2], Vec<[usize; 2]>>,
     /// Whether every lane leads to all lanes of the road that it turns into.
@@ -28,7 +28,7 @@ struct Turn {
     only: bool,
 }
 
-impl Restricted {
+impl ResolvedRestrictions {
     /// Reads the restrictions of a network; those that single turns cannot express are noted.
     pub fn new(network: &RoadNetwork) -> (Self, Vec<Finding>) {
         let mut found = Self { fan_out: network.fan_out, ..Self::default() };
@@ -143,7 +143,7 @@ impl<'a> Chain<'a> {
     }
 
     /// The single turns to restrict, so that nobody is bound whom the restriction does not mean.
-    fn as_turns(&self, network: &RoadNetwork, at_nodes: &Restricted) -> Expressed {
+    fn as_turns(&self, network: &RoadNetwork, at_nodes: &ResolvedRestrictions) -> Expressed {
         let lone = |at: RoadEnd, before: bool, other: RoadEnd| {
             at_nodes.neighbours(network, at, before).all(|neighbour| neighbour == other)
         };
@@ -214,7 +214,7 @@ mod tests {
         read_bytes(&mut data, "test", xml.into_bytes()).unwrap();
         let plane = |places: &[LonLat]| places.iter().map(|p| Point::new(p.lon * 1e5, p.lat * 1e5)).collect();
         let network = road_network(&data, &plane, &NetworkOptions::default()).unwrap().network;
-        let (restricted, notes) = Restricted::new(&network);
+        let (restricted, notes) = ResolvedRestrictions::new(&network);
         let after = |way: i64| {
             let road = network.roads.iter().position(|r| r.key.way == way).unwrap();
             let from = RoadEnd { road: crate::builder::network::RoadIx(road as u32), end: End::End };

@@ -17,7 +17,7 @@ const LOOK: f64 = 10.0;
 /// ground. From a lane in the middle, between those of both directions, it takes the one in which there is nothing to
 /// turn into and no lane to go on in: who stayed on it would have to push into the lane beside it.
 #[must_use]
-pub fn without_dead_lanes(mut network: RoadNetwork) -> RoadNetwork {
+pub fn without_unreachable_lanes(mut network: RoadNetwork) -> RoadNetwork {
     for _ in 0..ROUNDS {
         let left: Vec<Option<(usize, Travel)>> =
             (0..network.roads.len() as u32).map(|road| left_over(&network, RoadIx(road))).collect();

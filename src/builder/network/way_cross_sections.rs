@@ -6,7 +6,9 @@
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::builder::tags::cross_section::{Customs, Facts, Lane, Layout, StripKind, Travel, layout, tells_lanes};
+use crate::builder::tags::cross_section::{
+    Customs, Lane, SectionReading, StripKind, Travel, WayFacts, layout, tells_lanes,
+};
 use crate::builder::tags::road_class::{RoadClass, is_roundabout};
 use crate::diagnostic::Finding;
 use crate::parallel::Finely;
@@ -21,7 +23,7 @@ const WAYS_MOST: usize = 4;
 pub(super) struct Told<'d, 'a> {
     drivable: &'d [Drivable<'a>],
     customs: Customs<'d>,
-    layouts: Vec<(Layout, Vec<Finding>)>,
+    layouts: Vec<(SectionReading, Vec<Finding>)>,
 }
 
 impl<'d, 'a> Told<'d, 'a> {
@@ -32,8 +34,8 @@ impl<'d, 'a> Told<'d, 'a> {
         told
     }
 
-    fn layout(&self, way: &Drivable<'a>, continued: Option<&[Lane]>) -> (Layout, Vec<Finding>) {
-        let facts = Facts {
+    fn layout(&self, way: &Drivable<'a>, continued: Option<&[Lane]>) -> (SectionReading, Vec<Finding>) {
+        let facts = WayFacts {
             way: way.way.id,
             tags: &way.way.tags,
             class: way.class,
@@ -48,7 +50,11 @@ impl<'d, 'a> Told<'d, 'a> {
     }
 
     /// The cross-section of every way that is used, by the way's index.
-    pub fn layouts(mut self, used: impl Iterator<Item = usize>, notes: &mut Vec<Finding>) -> FxHashMap<usize, Layout> {
+    pub fn layouts(
+        mut self,
+        used: impl Iterator<Item = usize>,
+        notes: &mut Vec<Finding>,
+    ) -> FxHashMap<usize, SectionReading> {
         let mut used: Vec<usize> = used.collect();
         used.sort_unstable();
         used.dedup();
@@ -62,7 +68,7 @@ impl<'d, 'a> Told<'d, 'a> {
             self.layouts[i] = told;
         }
         let of_used = self.layouts.into_iter().enumerate().filter(|(i, _)| used.binary_search(i).is_ok());
-        let noted = |(i, (layout, own)): (usize, (Layout, Vec<Finding>))| {
+        let noted = |(i, (layout, own)): (usize, (SectionReading, Vec<Finding>))| {
             notes.extend(own);
             (i, layout)
         };
@@ -96,7 +102,7 @@ struct Street<'a> {
 }
 
 impl<'a> Streets<'a> {
-    fn new<'l>(drivable: &[Drivable<'a>], layouts: impl Iterator<Item = (usize, &'l Layout)>) -> Self {
+    fn new<'l>(drivable: &[Drivable<'a>], layouts: impl Iterator<Item = (usize, &'l SectionReading)>) -> Self {
         let (mut ways, mut ends) = (FxHashMap::default(), FxHashMap::<i64, Vec<(usize, End)>>::default());
         for (i, layout) in layouts {
             let Drivable { way, class, link, access } = &drivable[i];

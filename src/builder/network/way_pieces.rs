@@ -18,7 +18,7 @@ const FARTHEST: f64 = 20_000.0;
 
 /// A piece of a way between two nodes that end it.
 #[derive(Debug)]
-pub(super) struct Piece {
+pub(super) struct WayPiece {
     /// Index of the way in the list of drivable ways.
     pub way: usize,
     /// At least two, no neighbours alike.
@@ -29,7 +29,7 @@ pub(super) struct Piece {
     pub edge: [bool; 2],
 }
 
-impl Piece {
+impl WayPiece {
     /// Its first and its last node.
     pub fn ends(&self) -> [i64; 2] {
         [self.nodes[0], self.nodes[self.nodes.len() - 1]]
@@ -45,7 +45,11 @@ struct Run {
 
 /// Cuts the ways. `positions` holds every node that exists. Of pieces over the same nodes only the one of the
 /// highest class remains.
-pub(super) fn pieces(ways: &[Drivable<'_>], positions: &FxHashMap<i64, Point>, notes: &mut Vec<Finding>) -> Vec<Piece> {
+pub(super) fn pieces(
+    ways: &[Drivable<'_>],
+    positions: &FxHashMap<i64, Point>,
+    notes: &mut Vec<Finding>,
+) -> Vec<WayPiece> {
     let mut runs: Vec<Run> = ways.iter().enumerate().flat_map(|(i, way)| runs(i, way, positions, notes)).collect();
     merge_coincident(&mut runs, positions);
     runs.retain(|run| {
@@ -147,14 +151,14 @@ fn ends(runs: &[Run]) -> FxHashSet<i64> {
     ends
 }
 
-fn cut(run: &Run, ends: &FxHashSet<i64>) -> Vec<Piece> {
+fn cut(run: &Run, ends: &FxHashSet<i64>) -> Vec<WayPiece> {
     let mut pieces = Vec::new();
     let last = run.nodes.len() - 1;
     let mut start = 0;
     for (i, id) in run.nodes.iter().enumerate().skip(1) {
         if i == last || ends.contains(id) {
             let edge = [start == 0 && run.edge[0], i == last && run.edge[1]];
-            pieces.push(Piece { way: run.way, nodes: run.nodes[start..=i].to_vec(), turn: 0, edge });
+            pieces.push(WayPiece { way: run.way, nodes: run.nodes[start..=i].to_vec(), turn: 0, edge });
             start = i;
         }
     }
@@ -162,8 +166,8 @@ fn cut(run: &Run, ends: &FxHashSet<i64>) -> Vec<Piece> {
 }
 
 /// Keeps one of the pieces that run over the same nodes, in whichever direction.
-fn without_duplicates(mut pieces: Vec<Piece>, ways: &[Drivable<'_>], notes: &mut Vec<Finding>) -> Vec<Piece> {
-    let rank = |piece: &Piece| (ways[piece.way].link, ways[piece.way].class, ways[piece.way].way.id);
+fn without_duplicates(mut pieces: Vec<WayPiece>, ways: &[Drivable<'_>], notes: &mut Vec<Finding>) -> Vec<WayPiece> {
+    let rank = |piece: &WayPiece| (ways[piece.way].link, ways[piece.way].class, ways[piece.way].way.id);
     pieces.sort_by_key(rank);
     let mut kept: FxHashMap<Vec<i64>, i64> = FxHashMap::default();
     pieces.retain(|piece| {
@@ -189,8 +193,8 @@ fn without_duplicates(mut pieces: Vec<Piece>, ways: &[Drivable<'_>], notes: &mut
 }
 
 /// Sorts by way and ends, and numbers the pieces of one way between the same two nodes in their order along it.
-fn number(pieces: &mut [Piece], ways: &[Drivable<'_>]) {
-    let ends = |p: &Piece| (ways[p.way].way.id, p.nodes[0], p.nodes[p.nodes.len() - 1]);
+fn number(pieces: &mut [WayPiece], ways: &[Drivable<'_>]) {
+    let ends = |p: &WayPiece| (ways[p.way].way.id, p.nodes[0], p.nodes[p.nodes.len() - 1]);
     // Stable: pieces of one way still stand in their order along it.
     pieces.sort_by_key(ends);
     for i in 1..pieces.len() {

@@ -120,7 +120,7 @@ impl Ways {
 #[cfg(test)]
 mod tests {
     use crate::builder::ids::Key;
-    use crate::builder::map::map_builder::Assembly;
+    use crate::builder::map::map_builder::MapBuilder;
     use crate::geometry::Point;
     use crate::lanelet::index::reaches;
     use crate::lanelet::{Attributes, LaneletId};
@@ -129,7 +129,7 @@ mod tests {
 
     /// Three lanelets in a row, each of this length: a right turn, a plain lane, a left turn.
     fn row(length: f64) -> (LaneletMap, LaneletId) {
-        let mut assembly = Assembly::default();
+        let mut assembly = MapBuilder::default();
         let key = |word: &'static str, i: i64| Key::new("row").word(word).number(i);
         let points: Vec<[PointId; 2]> = (0..4)
             .map(|i| {

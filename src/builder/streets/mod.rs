@@ -13,10 +13,10 @@ use rustc_hash::FxHashSet;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 
 use super::network::{InnerRoad, Intersection, RoadNetwork};
-use alignment::{abreast, ease, narrowed};
+use alignment::{lay_side_by_side, narrow_roads, smooth_bends};
 use consolidate::{ConsolidateOptions, MergeNote, consolidate, join};
-use heights::{HeightOptions, raised};
-use outline::{Memory, OutlineOptions, Outlines, outlines_within, overlaps, remaining, wanted};
+use heights::{HeightOptions, with_heights};
+use outline::{OutlineOptions, Outlines, PlanCache, outlines_within, overlaps, remaining, wanted};
 
 /// What the stages of the geometry may be told.
 #[derive(Clone, Debug, Default)]
@@ -47,17 +47,17 @@ pub struct Streets {
 pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     let network = join(network);
     // On the grid from the beginning, a road that nothing moves keeps its shape to the end.
-    let network = snap_grid::network(ease(network));
-    let mut memory = Memory::default();
+    let network = snap_grid::network(smooth_bends(network));
+    let mut memory = PlanCache::default();
     let kept = |network: &RoadNetwork| remaining(network, &options.outline, &mut memory);
     let (network, merges) = consolidate(network, &options.consolidate, kept);
     let cut = wanted(&network, &options.outline, &mut memory);
-    let (network, mut findings) = narrowed(abreast(network, &cut), &cut);
-    let (network, steep) = raised(network, &cut, &options.heights);
+    let (network, mut findings) = narrow_roads(lay_side_by_side(network, &cut), &cut);
+    let (network, steep) = with_heights(network, &cut, &options.heights);
     findings.extend(steep);
-    let network = told_apart(snap_grid::network(network));
+    let network = with_unique_keys(snap_grid::network(network));
     let (outlines, failed) = outlines_within(&network, &cut, &options.outline, &memory);
-    let network = in_order(network, &outlines);
+    let network = in_key_order(network, &outlines);
     findings.extend(failed);
     let (whole, overlaps) = rayon::join(|| merged_whole(&network), || overlaps(&network, &outlines));
     findings.extend(whole.into_iter().chain(overlaps));
@@ -66,7 +66,7 @@ pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
 }
 
 /// Gives every road a key of its own: pieces that were joined may begin and end like another of the same way.
-fn told_apart(mut network: RoadNetwork) -> RoadNetwork {
+fn with_unique_keys(mut network: RoadNetwork) -> RoadNetwork {
     let mut taken = FxHashSet::default();
     for road in &mut network.roads {
         while !taken.insert(road.key) {
@@ -77,7 +77,7 @@ fn told_apart(mut network: RoadNetwork) -> RoadNetwork {
 }
 
 /// Lets the arms of every intersection follow each other as their cuts do on its outline.
-fn in_order(mut network: RoadNetwork, outlines: &Outlines) -> RoadNetwork {
+fn in_key_order(mut network: RoadNetwork, outlines: &Outlines) -> RoadNetwork {
     for (intersection, outline) in network.intersections.iter_mut().zip(&outlines.intersections) {
         intersection.arms.clear();
         intersection.arms.extend(outline.cuts.iter().map(|cut| cut.at));

@@ -13,13 +13,13 @@ use super::outline::Outlines;
 const LINES_PER_METRE: f64 = 4096.0;
 
 /// The place of the grid nearest to this one.
-pub fn snapped(p: Point) -> Point {
+pub fn snap(p: Point) -> Point {
     Point::new((p.x * LINES_PER_METRE).round() / LINES_PER_METRE, (p.y * LINES_PER_METRE).round() / LINES_PER_METRE)
 }
 
 fn line(line: &mut Polyline) {
     // What is smaller than the grid stays as it is.
-    if let Some(snapped) = Polyline::new(line.points().iter().copied().map(snapped)) {
+    if let Some(snapped) = Polyline::new(line.points().iter().copied().map(snap)) {
         *line = snapped;
     }
 }
@@ -42,8 +42,8 @@ pub fn network(mut network: RoadNetwork) -> RoadNetwork {
         stations.chain(widths).chain(&mut road.speed).for_each(short);
     });
     for intersection in &mut network.intersections {
-        intersection.position = snapped(intersection.position);
-        intersection.islands.iter_mut().flat_map(|island| &mut island.ring).for_each(|p| *p = snapped(*p));
+        intersection.position = snap(intersection.position);
+        intersection.islands.iter_mut().flat_map(|island| &mut island.ring).for_each(|p| *p = snap(*p));
         for inner in &mut intersection.inner {
             line(&mut inner.line);
             inner.section.strips.iter_mut().for_each(|strip| short(&mut strip.width));
@@ -59,7 +59,7 @@ pub fn outlines(mut outlines: Outlines) -> Outlines {
     outlines.intersections.par_iter_mut().finely().for_each(|outline| {
         let cuts = outline.cuts.iter_mut().flat_map(|cut| [&mut cut.left, &mut cut.right]);
         for p in cuts.chain(outline.corners.iter_mut().flatten()).chain(&mut outline.ring) {
-            *p = snapped(*p);
+            *p = snap(*p);
         }
     });
     outlines

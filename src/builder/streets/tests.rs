@@ -8,7 +8,7 @@ use crate::geometry::{Point, polygon, simple_ring};
 use crate::osm::{OsmData, read_bytes};
 use crate::projection::LonLat;
 
-use super::outline::Case;
+use super::outline::OutlineCase;
 use super::*;
 
 /// A node with its place in metres.

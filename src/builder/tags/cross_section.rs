@@ -12,9 +12,9 @@ mod sides;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use facts::{Facts, Lane, Layout};
+pub(crate) use facts::{Lane, SectionReading, WayFacts};
 
-pub(crate) use defaults::{Customs, SIDEWALK, Usual};
+pub(crate) use defaults::{Customs, Defaults, SIDEWALK};
 pub(crate) use lanes::tells_lanes;
 pub(crate) use read::layout;
 

@@ -14,7 +14,7 @@ pub(crate) const PEDESTRIAN_LEAST: f64 = 0.6;
 
 /// What a run of strips is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Use {
+pub enum StripUse {
     /// Bicycles.
     Bicycle,
     /// Vehicles that halt.
@@ -25,28 +25,28 @@ pub enum Use {
 
 /// Strips side by side that are one lanelet.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Run {
+pub struct StripRun {
     /// What it is for.
-    pub used: Use,
+    pub used: StripUse,
     /// The strips, by index.
     pub strips: Range<usize>,
     /// Which way its lanelet runs; two that lie on each other where it is both ways.
     pub travel: Travel,
 }
 
-impl Run {
+impl StripRun {
     /// For each of its lanelets whether it runs against the road's line.
     pub fn directions(&self) -> &'static [bool] {
         match (self.travel, self.used) {
             (Travel::Backward, _) => &[true],
-            (Travel::Both, Use::Bicycle) => &[false, true],
+            (Travel::Both, StripUse::Bicycle) => &[false, true],
             _ => &[false],
         }
     }
 }
 
 /// What lies beside the driven strips of a section, from left to right.
-pub fn runs(section: &CrossSection) -> Vec<Run> {
+pub fn strip_runs(section: &CrossSection) -> Vec<StripRun> {
     let mut runs = whole(section);
     loop {
         let open: Vec<bool> = runs.iter().map(|run| reached(section, &runs, run)).collect();
@@ -59,9 +59,9 @@ pub fn runs(section: &CrossSection) -> Vec<Run> {
 }
 
 /// All runs that are neither too narrow nor too wide, whatever lies beside them.
-pub(crate) fn whole(section: &CrossSection) -> Vec<Run> {
+pub(crate) fn whole(section: &CrossSection) -> Vec<StripRun> {
     let strips = &section.strips;
-    let mut runs: Vec<Run> = Vec::new();
+    let mut runs: Vec<StripRun> = Vec::new();
     let mut at = 0;
     while at < strips.len() {
         let begin = at;
@@ -70,25 +70,25 @@ pub(crate) fn whole(section: &CrossSection) -> Vec<Run> {
         while strips.get(at).is_some_and(|strip| self::used(strip.kind) == Some(used)) {
             at += 1;
         }
-        let strips = if used == Use::Bicycle { with_buffers(section, begin..at) } else { begin..at };
+        let strips = if used == StripUse::Bicycle { with_buffers(section, begin..at) } else { begin..at };
         let width: f64 = section.strips[strips.clone()].iter().map(|strip| strip.width).sum();
         let fits = match used {
-            Use::Bicycle => bicycle_widths(section, begin..at).contains(&width),
-            Use::Shoulder => width >= SHOULDER_LEAST,
-            Use::Pedestrian => width >= PEDESTRIAN_LEAST,
+            StripUse::Bicycle => bicycle_widths(section, begin..at).contains(&width),
+            StripUse::Shoulder => width >= SHOULDER_LEAST,
+            StripUse::Pedestrian => width >= PEDESTRIAN_LEAST,
         };
         if fits {
-            runs.push(Run { used, travel: travel(section, used, begin..at), strips });
+            runs.push(StripRun { used, travel: travel(section, used, begin..at), strips });
         }
     }
     runs
 }
 
-pub(crate) fn used(kind: StripKind) -> Option<Use> {
+pub(crate) fn used(kind: StripKind) -> Option<StripUse> {
     match kind {
-        StripKind::Bicycle => Some(Use::Bicycle),
-        StripKind::Shoulder | StripKind::Parking => Some(Use::Shoulder),
-        StripKind::Pedestrian => Some(Use::Pedestrian),
+        StripKind::Bicycle => Some(StripUse::Bicycle),
+        StripKind::Shoulder | StripKind::Parking => Some(StripUse::Shoulder),
+        StripKind::Pedestrian => Some(StripUse::Pedestrian),
         StripKind::Drive | StripKind::Bus | StripKind::Sidewalk | StripKind::Buffer => None,
     }
 }
@@ -115,9 +115,9 @@ pub(crate) fn bicycle_widths(section: &CrossSection, strips: Range<usize>) -> st
 }
 
 /// Bicycles have a direction of their own; all else runs as the traffic beside it does.
-pub(crate) fn travel(section: &CrossSection, used: Use, strips: Range<usize>) -> Travel {
+pub(crate) fn travel(section: &CrossSection, used: StripUse, strips: Range<usize>) -> Travel {
     let own = section.strips[strips.start].travel;
-    if used == Use::Bicycle {
+    if used == StripUse::Bicycle {
         return own;
     }
     let nearest = section.driven().min_by_key(|(i, _)| i.abs_diff(strips.start));
@@ -126,7 +126,7 @@ pub(crate) fn travel(section: &CrossSection, used: Use, strips: Range<usize>) ->
 }
 
 /// Whether a run is of any use: nobody finds a shoulder, or a strip for people on foot, that touches no lane.
-pub(crate) fn reached(section: &CrossSection, runs: &[Run], run: &Run) -> bool {
+pub(crate) fn reached(section: &CrossSection, runs: &[StripRun], run: &StripRun) -> bool {
     let Range { start, end } = run.strips;
     let drive =
         |i: Option<usize>| i.and_then(|i| section.strips.get(i)).is_some_and(|strip| strip.kind == StripKind::Drive);
@@ -134,8 +134,8 @@ pub(crate) fn reached(section: &CrossSection, runs: &[Run], run: &Run) -> bool {
     let other =
         [runs.iter().any(|other| other.strips.end == start), runs.iter().any(|other| other.strips.start == end)];
     match run.used {
-        Use::Bicycle => true,
-        Use::Shoulder => road.contains(&true) || other.contains(&true),
-        Use::Pedestrian => road.contains(&true),
+        StripUse::Bicycle => true,
+        StripUse::Shoulder => road.contains(&true) || other.contains(&true),
+        StripUse::Pedestrian => road.contains(&true),
     }
 }

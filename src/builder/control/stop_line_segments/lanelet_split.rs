@@ -5,14 +5,14 @@
 //! of the road.
 
 use crate::builder::control::pedestrian_crossing_signals::Lit;
-use crate::builder::lanes::lanelet_validity::{aligned, simple, sound};
+use crate::builder::lanes::lanelet_validity::{aligned, is_valid, simple};
 use crate::builder::lanes::road_cut::STOP_GAP;
-use crate::builder::lanes::types::{Cause, Lane, Lanes, Piece};
-use crate::builder::map::map_builder::Assembly;
+use crate::builder::lanes::types::{Lanes, Piece, RoadLane, SplitReason};
+use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::road_end::at_depth;
 use crate::builder::network::{End, Road, RoadIx, RoadNetwork};
 use crate::builder::streets::heights::Ground;
-use crate::builder::tags::side_strips::runs;
+use crate::builder::tags::side_strips::strip_runs;
 use crate::geometry::{Point, Vector, cross};
 use crate::lanelet::{Attributes, Bound, LineStringId, PointId};
 
@@ -38,7 +38,7 @@ type Places = Vec<Option<(usize, Point)>>;
 pub struct Cut {
     /// Along the road's line, metres.
     station: f64,
-    cause: Cause,
+    cause: SplitReason,
     places: Places,
 }
 
@@ -54,7 +54,7 @@ pub struct Knife<'a> {
 
 impl<'a> Knife<'a> {
     /// For a road of one piece.
-    pub fn new(assembly: &Assembly, road: &'a Road, whole: &Piece) -> Self {
+    pub fn new(assembly: &MapBuilder, road: &'a Road, whole: &Piece) -> Self {
         let lines = whole.borders.iter().map(|it| it.map(|it| assembly.bound_line(it))).collect();
         Self { road, span: whole.span, lines, cuts: Vec::new() }
     }
@@ -68,17 +68,17 @@ impl<'a> Knife<'a> {
     pub fn cut_at_stop_line(&mut self, lit: &Lit, toward: End) {
         let stations = GAPS.map(|gap| at_depth(lit.span, toward.other(), -STOP_GAP - gap));
         if stations.first().is_some_and(|&station| self.is_clear(station)) {
-            let _ = stations.into_iter().any(|station| self.cut(station, Cause::Line(lit.node, toward)));
+            let _ = stations.into_iter().any(|station| self.cut(station, SplitReason::Line(lit.node, toward)));
         }
     }
 
     /// Cuts as far before the stop line of those who drive toward an end as they want, but by half of the way that they
     /// have to it at most, and by the least at least; gives the station.
-    pub fn cut_stretch(&mut self, cause: Cause, line: f64, toward: End, wanted: f64, least: f64) -> Option<f64> {
+    pub fn cut_stretch(&mut self, cause: SplitReason, line: f64, toward: End, wanted: f64, least: f64) -> Option<f64> {
         let sign = if toward == End::End { 1.0 } else { -1.0 };
         let depth_of = |station: f64| (line - station) * sign;
         let lines =
-            self.cuts.iter().filter(|cut| matches!(cut.cause, Cause::Line(..))).map(|cut| depth_of(cut.station));
+            self.cuts.iter().filter(|cut| matches!(cut.cause, SplitReason::Line(..))).map(|cut| depth_of(cut.station));
         // The stop line itself may have been moved.
         let before = lines.filter(|depth| *depth > STOP_GAP + STEP);
         let room = before.fold(depth_of(self.span[toward.other().index()]), f64::min);
@@ -100,7 +100,7 @@ impl<'a> Knife<'a> {
     }
 
     /// Cuts the road at a station; `false` if it cannot be cut there.
-    fn cut(&mut self, station: f64, cause: Cause) -> bool {
+    fn cut(&mut self, station: f64, cause: SplitReason) -> bool {
         if !self.is_clear(station) {
             return false;
         }
@@ -118,10 +118,11 @@ impl<'a> Knife<'a> {
         let mut lanes = section.driven().filter_map(|(i, _)| pair([i, i + 1]));
         let read_as_drawn = |it: &[Vec<Point>; 2]| simple(it) && aligned(it) && aligned(&turned(it));
         let width = |strips: std::ops::Range<usize>| section.strips[strips].iter().map(|s| s.width).sum::<f64>();
-        let beside = runs(section).into_iter();
+        let beside = strip_runs(section).into_iter();
         let mut beside = beside.filter_map(|run| Some((pair([run.strips.start, run.strips.end])?, width(run.strips))));
         let whole = lanes.all(|[_, a, b]| read_as_drawn(&a) && read_as_drawn(&b))
-            && beside.all(|([whole, a, b], width)| !sound(&whole, width) || sound(&a, width) && sound(&b, width));
+            && beside
+                .all(|([whole, a, b], width)| !is_valid(&whole, width) || is_valid(&a, width) && is_valid(&b, width));
         if whole {
             self.cuts.insert(at, Cut { station, cause, places });
         }
@@ -174,7 +175,7 @@ impl Lanes {
     /// Divides roads, in their order, where they are cut, and paints stretches of them.
     pub(super) fn divide(
         &mut self,
-        assembly: &mut Assembly,
+        assembly: &mut MapBuilder,
         network: &RoadNetwork,
         found: Vec<(RoadIx, Vec<Cut>, Vec<Stretch>)>,
     ) {
@@ -183,7 +184,7 @@ impl Lanes {
         let mut first = 0;
         for (i, (arms, pieces)) in self.arms.iter_mut().zip(&mut self.pieces).enumerate() {
             let ix = RoadIx(i as u32);
-            let own: Vec<Lane> = std::iter::from_fn(|| known.next_if(|lane| lane.road == ix)).collect();
+            let own: Vec<RoadLane> = std::iter::from_fn(|| known.next_if(|lane| lane.road == ix)).collect();
             let begin = self.lanes.len();
             let count = own.len();
             self.lanes.extend(own);
@@ -201,19 +202,19 @@ impl Lanes {
             }
             first += count;
         }
-        assembly.stand_on(Ground::default());
+        assembly.set_ground(Ground::default());
     }
 }
 
 /// The pieces of a road, and the lanes of all but the first.
 fn divided(
-    assembly: &mut Assembly,
+    assembly: &mut MapBuilder,
     road: &Road,
-    (whole, lanes): (&Piece, &[Lane]),
+    (whole, lanes): (&Piece, &[RoadLane]),
     cuts: &[Cut],
     stretches: &[Stretch],
-) -> (Vec<Piece>, Vec<Lane>) {
-    assembly.stand_on(Ground::under(road));
+) -> (Vec<Piece>, Vec<RoadLane>) {
+    assembly.set_ground(Ground::under(road));
     let mut pieces: Vec<Piece> = Vec::with_capacity(cuts.len() + 1);
     for i in 0..=cuts.len() {
         let (before, behind) = (i.checked_sub(1).and_then(|i| cuts.get(i)), cuts.get(i));
@@ -241,7 +242,7 @@ fn divided(
             let attributes = assembly.lanelet_of(lane.lanelet).map(|it| it.attributes.clone()).unwrap_or_default();
             let key = cause.of(road.key_of("lane")).number(lane.strip as i64).number(i64::from(lane.backward));
             let lanelet = assembly.lanelet(key, left, right, attributes);
-            more.push(Lane { lanelet, left, right, ..lane.clone() });
+            more.push(RoadLane { lanelet, left, right, ..lane.clone() });
         }
     }
     (pieces, more)
@@ -249,7 +250,7 @@ fn divided(
 
 /// Shortens a border to the first piece of its road, and draws the others anew, painted as it was or as stretches say.
 fn border_pieces(
-    assembly: &mut Assembly,
+    assembly: &mut MapBuilder,
     road: &Road,
     (edge, border): (usize, Bound),
     cuts: &[Cut],
@@ -258,7 +259,7 @@ fn border_pieces(
 ) -> Vec<LineStringId> {
     let ids = assembly.bound_ids(border);
     let own = assembly.line_of(border.line).map(|line| line.attributes.clone()).unwrap_or_default();
-    let key = |cause: Cause| cause.of(road.key_of("border")).number(edge as i64);
+    let key = |cause: SplitReason| cause.of(road.key_of("border")).number(edge as i64);
     let nodes = cuts.iter().map(|cut| {
         let (i, place) = place(Some(&cut.places), edge)?;
         Some((i, assembly.point_between(key(cut.cause).word("cut"), place, [*ids.get(i)?, *ids.get(i + 1)?])))

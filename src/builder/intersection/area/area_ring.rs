@@ -2,9 +2,9 @@
 
 use crate::builder::ids::Key;
 use crate::builder::intersection::conflict::strips_beside;
-use crate::builder::intersection::turning_lanelets::{Bounds, Path};
+use crate::builder::intersection::turning_lanelets::{Path, SharedBounds};
 use crate::builder::lanes::types::Arm;
-use crate::builder::map::map_builder::Assembly;
+use crate::builder::map::map_builder::MapBuilder;
 use crate::geometry::simple_ring::RingFault;
 use crate::geometry::strip_index::Columns;
 use crate::geometry::{Point, polygon, simple_ring};
@@ -41,15 +41,15 @@ pub(super) fn runs_beside(ring: &[PointId], arm: &Arm) -> bool {
     arm.into.iter().chain(&arm.out).all(|lane| side_by_side(lane.nodes))
 }
 
-pub(super) fn places(assembly: &Assembly, ring: &[PointId]) -> Vec<Point> {
+pub(super) fn places(assembly: &MapBuilder, ring: &[PointId]) -> Vec<Point> {
     ring.iter().map(|&id| assembly.position(id)).collect()
 }
 
-pub(super) fn nodes(assembly: &Assembly, ids: &[PointId]) -> Vec<Node> {
+pub(super) fn nodes(assembly: &MapBuilder, ids: &[PointId]) -> Vec<Node> {
     ids.iter().copied().zip(assembly.positions(ids)).collect()
 }
 
-pub(super) fn is_simple(assembly: &Assembly, ring: &[PointId]) -> bool {
+pub(super) fn is_simple(assembly: &MapBuilder, ring: &[PointId]) -> bool {
     simple_ring::faults(&places(assembly, ring), SPIKE, 1).is_empty()
 }
 
@@ -73,12 +73,12 @@ pub(super) fn area_of(ring: &[Point]) -> f64 {
 
 /// The outer ring of everything together but for islands, over which ways may lie, and for what lies behind the cuts, on
 /// the nodes that exist where it passes them.
-pub(super) fn united(
-    assembly: &mut Assembly,
+pub(super) fn union_outline(
+    assembly: &mut MapBuilder,
     key: Key,
     ring: &[Node],
     arms: &[&Arm],
-    bounds: &Bounds,
+    bounds: &SharedBounds,
     paths: &[Path],
     [islands, behind]: [&[Vec<Point>]; 2],
 ) -> Vec<PointId> {
@@ -122,7 +122,7 @@ pub(super) fn united(
             Some(_) => {}
         }
     }
-    let nodes = tidied(nodes, &lane_ends(arms).collect(), |id| assembly.position(id));
+    let nodes = without_spikes(nodes, &lane_ends(arms).collect(), |id| assembly.position(id));
     with_cuts(assembly, nodes, arms)
 }
 
@@ -132,7 +132,7 @@ pub(super) fn lane_ends(arms: &[&Arm]) -> impl Iterator<Item = PointId> {
 
 /// Takes out nodes where the ring turns back on itself or crosses itself: a union whose vertices became nodes close by may
 /// do so by a hair. Nodes in `fixed` stay.
-pub(super) fn tidied(
+pub(super) fn without_spikes(
     mut ring: Vec<PointId>,
     fixed: &FxHashSet<PointId>,
     place: impl Fn(PointId) -> Point,
@@ -165,7 +165,7 @@ pub(super) fn tidied(
 
 /// Puts nodes of the cuts that are missing back on the nearest edge, if it is near enough: the ends of lanes, and then those
 /// between other strips, bicycle lanes among them.
-pub(super) fn with_cuts(assembly: &Assembly, mut ring: Vec<PointId>, arms: &[&Arm]) -> Vec<PointId> {
+pub(super) fn with_cuts(assembly: &MapBuilder, mut ring: Vec<PointId>, arms: &[&Arm]) -> Vec<PointId> {
     let others = arms.iter().flat_map(|arm| &arm.cut).map(|&id| (id, ON_EDGE));
     for (id, most) in lane_ends(arms).map(|id| (id, INSERT)).chain(others) {
         if ring.contains(&id) {

@@ -4,14 +4,14 @@
 //! its area, so where ways run over an island by more than their widths may be wrong, the island stays under them.
 
 use crate::builder::ids::Key;
-use crate::builder::intersection::turning_lanelets::{Bounds, Path};
+use crate::builder::intersection::turning_lanelets::{Path, SharedBounds};
 use crate::builder::lanes::types::Arm;
-use crate::builder::map::map_builder::Assembly;
+use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::Island;
 use crate::geometry::polygon;
 use crate::lanelet::PointId;
 
-use super::area_ring::{area_of, covers, is_simple, nodes, places, runs_beside, united};
+use super::area_ring::{area_of, covers, is_simple, nodes, places, runs_beside, union_outline};
 
 /// Islands that share less than this with the ground of an intersection, square metres, only touch it.
 const TOUCH: f64 = 0.5;
@@ -22,11 +22,11 @@ const GRAZE: f64 = 1e-3;
 const UNDER: f64 = 0.2;
 
 /// The ring without the islands, and the ways around those that it covers all the same.
-pub fn cut_out(
-    assembly: &mut Assembly,
+pub fn subtract_islands(
+    assembly: &mut MapBuilder,
     key: Key,
     mut ring: Vec<PointId>,
-    (arms, bounds, paths): (&[&Arm], &Bounds, &[Path]),
+    (arms, bounds, paths): (&[&Arm], &SharedBounds, &[Path]),
     islands: &[Island],
 ) -> (Vec<PointId>, Vec<i64>) {
     let mut covered = Vec::new();
@@ -43,7 +43,7 @@ pub fn cut_out(
             let key = key.word("island").number(island.way);
             let ground = std::slice::from_ref(&island.ring);
             let around = nodes(assembly, &ring);
-            let without = united(assembly, key, &around, arms, bounds, &over, [ground, &[]]);
+            let without = union_outline(assembly, key, &around, arms, bounds, &over, [ground, &[]]);
             let outline = places(assembly, &without);
             let left = polygon::common_area(&outline, &island.ring);
             let whole = is_simple(assembly, &without) && covers(&outline, paths) && left <= UNDER * common;

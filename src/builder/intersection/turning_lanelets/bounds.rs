@@ -6,19 +6,19 @@ use std::sync::OnceLock;
 use rustc_hash::FxHashMap;
 
 use crate::builder::ids::Key;
-use crate::builder::map::map_builder::Assembly;
-use crate::builder::map::point_index::Places;
+use crate::builder::map::map_builder::MapBuilder;
+use crate::builder::map::point_index::PointIndex;
 use crate::geometry::diverge::{Measured, parted};
 use crate::geometry::{Point, curve};
 use crate::lanelet::{Attributes, Bound, LineStringId, PointId};
 
 /// Lines between two nodes of an intersection, each drawn once.
 #[derive(Clone, Debug, Default)]
-pub struct Bounds {
+pub struct SharedBounds {
     lines: Vec<Line>,
     /// For every node where lines end, the other ends of those lines, each with the last line to there.
     ends: FxHashMap<PointId, Vec<(PointId, u32)>>,
-    points: Places,
+    points: PointIndex,
 }
 
 /// The line of a bound.
@@ -65,7 +65,7 @@ impl Line {
     }
 }
 
-impl Bounds {
+impl SharedBounds {
     /// The line from one node to another, or back.
     pub fn line(&self, from: PointId, to: PointId) -> Option<&Line> {
         let (_, at) = self.ends.get(&from)?.iter().find(|(end, _)| *end == to)?;
@@ -90,7 +90,7 @@ impl Bounds {
     /// Adds the line of a bound between two nodes that exist, from the place of the one to that of the other.
     pub fn draw(
         &mut self,
-        assembly: &mut Assembly,
+        assembly: &mut MapBuilder,
         key: Key,
         [a, b]: [PointId; 2],
         places: &[Point],

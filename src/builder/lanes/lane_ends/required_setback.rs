@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::builder::network::network_diff::Origins;
+use crate::builder::network::network_diff::NetworkDiff;
 use crate::builder::network::{IntersectionIx, RoadEnd, RoadNetwork};
 use crate::parallel::Finely;
 
@@ -13,7 +13,7 @@ use super::setback::{comfort, turn_setbacks};
 const ROAD_LEAST: f64 = 1.0;
 
 /// What the ends of roads need.
-pub struct Needs {
+pub struct RequiredSetbacks {
     /// Per road: the stations where its outlines, held to its length, would cut it.
     pub(super) least: Vec<[f64; 2]>,
     /// Per intersection.
@@ -29,7 +29,7 @@ struct Wanted {
     wished: Vec<(RoadEnd, f64)>,
 }
 
-impl Needs {
+impl RequiredSetbacks {
     /// `joined` tells which intersections need no room: there the roads meet face to face. `kept` are the stations between
     /// which the outlines leave each road.
     pub fn new(network: &RoadNetwork, kept: &[[f64; 2]], joined: impl Fn(IntersectionIx) -> bool + Sync) -> Self {
@@ -41,7 +41,7 @@ impl Needs {
     #[must_use]
     pub fn renewed(
         mut self,
-        origins: &Origins,
+        origins: &NetworkDiff,
         network: &RoadNetwork,
         kept: &[[f64; 2]],
         joined: impl Fn(IntersectionIx) -> bool + Sync,

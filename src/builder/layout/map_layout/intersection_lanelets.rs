@@ -2,14 +2,14 @@
 
 use crate::builder::intersection::area::area_ring::covers;
 use crate::builder::intersection::area::{AreaOutline, area_outline};
-use crate::builder::intersection::bicycle_lanelets::{Cycles, Cycling, Wanted, ridden};
-use crate::builder::intersection::conflict::{Conflicts, columns, conflicts};
+use crate::builder::intersection::bicycle_lanelets::{BicycleLaneEnds, BicycleMovements, BicycleTurns, ridden};
+use crate::builder::intersection::conflict::{Conflicts, conflicts, strip_indices};
 use crate::builder::intersection::movement::movements;
 use crate::builder::intersection::movement_types::Movements;
-use crate::builder::intersection::turning_lanelets::{Drawn, Path, intersection_key, paths};
+use crate::builder::intersection::turning_lanelets::{DrawnMovements, Path, intersection_key, turning_lanelets};
 use crate::builder::lanes::types::{Arm, Lanes};
-use crate::builder::map::map_builder::{Assembly, Part};
-use crate::builder::network::turn_restrictions::Restricted;
+use crate::builder::map::map_builder::{MapBuilder, MapPart};
+use crate::builder::network::turn_restrictions::ResolvedRestrictions;
 use crate::builder::network::{Intersection, RoadEnd, RoadNetwork};
 use crate::geometry::polygon;
 use crate::settings::BicycleLanes;
@@ -18,19 +18,19 @@ use crate::settings::BicycleLanes;
 const TOUCHING: f64 = 0.25;
 
 /// The ways through one intersection.
-pub struct Ways {
+pub struct IntersectionLanelets {
     /// Which lane leads to which.
     pub plan: Movements,
     /// The ways as they lie.
-    pub drawn: Drawn,
+    pub drawn: DrawnMovements,
     /// Which of them get into each other's way; `None` before they are outlined.
     pub conflicts: Option<Conflicts>,
     /// Bicycle lanes that lead in and out, and the ways between them.
-    pub cycles: Cycling,
+    pub cycles: BicycleMovements,
     /// The outline around them, where some do and it is no roundabout.
     pub area: Option<AreaOutline>,
     /// Their primitives, over those of the lanes.
-    pub part: Part,
+    pub part: MapPart,
     /// Whether they stood in the round before: no way runs over a cut that did not then.
     pub(super) stood: bool,
     /// The ends of roads that they run over, and how far behind their cuts, metres.
@@ -39,20 +39,20 @@ pub struct Ways {
     pub(super) leans: bool,
 }
 
-impl Ways {
+impl IntersectionLanelets {
     /// Draws the ways of an intersection over what stands.
     pub fn draw(
         network: &RoadNetwork,
-        restricted: &Restricted,
+        restricted: &ResolvedRestrictions,
         lanes: &Lanes,
         intersection: &Intersection,
-        below: &Assembly<'_>,
+        below: &MapBuilder<'_>,
     ) -> Self {
         let plan = movements(network.side, restricted, lanes, intersection);
-        let mut assembly = Assembly::over(below);
-        assembly.stand_on(lanes.ground_of(intersection, below));
-        let drawn = paths(&mut assembly, network, lanes, intersection, &plan.all);
-        let (cycles, part) = (Cycling::default(), assembly.into_part());
+        let mut assembly = MapBuilder::over(below);
+        assembly.set_ground(lanes.ground_of(intersection, below));
+        let drawn = turning_lanelets(&mut assembly, network, lanes, intersection, &plan.all);
+        let (cycles, part) = (BicycleMovements::default(), assembly.into_part());
         Self { plan, drawn, conflicts: None, cycles, area: None, part, stood: false, over: Vec::new(), leans: false }
     }
 
@@ -68,25 +68,29 @@ impl Ways {
     pub fn outlined(
         self,
         network: &RoadNetwork,
-        restricted: &Restricted,
+        restricted: &ResolvedRestrictions,
         lanes: &Lanes,
         intersection: &Intersection,
-        below: &Assembly<'_>,
+        below: &MapBuilder<'_>,
     ) -> Self {
         if self.conflicts.is_some() {
             return self;
         }
         let Self { plan, mut drawn, part, stood, over, .. } = self;
-        let own = columns(&drawn.paths);
+        let own = strip_indices(&drawn.paths);
         let conflicts = Some(conflicts(&drawn.paths, &own));
         let roundabout = intersection.arms.iter().any(|at| network.road(at.road).roundabout);
         let crossed = !roundabout && conflicts.iter().flat_map(|found| &found.real).any(|found| !found.is_empty());
         let ridden = ridden(network, intersection);
-        let ends = if ridden { Cycles::find(below, network, lanes, intersection) } else { Cycles::default() };
-        let tries: &[Wanted] = if ends.is_empty() { &[] } else { &[Wanted::All, Wanted::Straight] };
+        let ends = if ridden {
+            BicycleLaneEnds::find(below, network, lanes, intersection)
+        } else {
+            BicycleLaneEnds::default()
+        };
+        let tries: &[BicycleTurns] = if ends.is_empty() { &[] } else { &[BicycleTurns::All, BicycleTurns::Straight] };
         if !crossed && tries.is_empty() {
             drawn.done();
-            let cycles = Cycling::default();
+            let cycles = BicycleMovements::default();
             return Self {
                 plan,
                 drawn,
@@ -99,12 +103,12 @@ impl Ways {
                 leans: ridden,
             };
         }
-        let bare = if tries.is_empty() { Part::default() } else { part.clone() };
+        let bare = if tries.is_empty() { MapPart::default() } else { part.clone() };
         let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
         let islands = &intersection.islands;
-        let around = |part: Part, add: &dyn Fn(&mut Assembly) -> Drawn| {
-            let mut assembly = Assembly::resumed(below, part);
-            assembly.stand_on(lanes.ground_of(intersection, below));
+        let around = |part: MapPart, add: &dyn Fn(&mut MapBuilder) -> DrawnMovements| {
+            let mut assembly = MapBuilder::resume(below, part);
+            assembly.set_ground(lanes.ground_of(intersection, below));
             let cycles = add(&mut assembly);
             let key = intersection_key("intersection area", intersection);
             let area = crossed.then(|| {
@@ -120,26 +124,35 @@ impl Ways {
                     );
                 }
                 let paths = [&drawn.paths[..], &cycles.paths].concat();
-                area_outline(&mut assembly, key, lanes, &arms, &cycles.bounds, (&paths, &columns(&paths)), islands)
+                area_outline(
+                    &mut assembly,
+                    key,
+                    lanes,
+                    &arms,
+                    &cycles.bounds,
+                    (&paths, &strip_indices(&paths)),
+                    islands,
+                )
             });
             let clear = || cycles.paths.iter().all(|cycle| drawn.paths.iter().all(|path| apart(cycle, path)));
             let covered = area.as_ref().map_or_else(clear, |area| covers(&area.places, &cycles.paths));
             (assembly.into_part(), area, cycles, covered)
         };
-        let (mut part, mut area, ..) = around(part, &|_| Drawn::default());
-        let mut cycles = Cycling::default();
+        let (mut part, mut area, ..) = around(part, &|_| DrawnMovements::default());
+        let mut cycles = BicycleMovements::default();
         for &wanted in tries {
-            let add = |assembly: &mut Assembly| ends.draw(assembly, network, restricted, intersection, wanted, &drawn);
+            let add =
+                |assembly: &mut MapBuilder| ends.draw(assembly, network, restricted, intersection, wanted, &drawn);
             let (with, outline, ways, covered) = around(bare.clone(), &add);
             let fits = outline.as_ref().zip(area.as_ref()).is_none_or(|(with, without)| with.fits_as_well(without));
             if covered && fits && !ways.paths.is_empty() {
-                (part, area, cycles) = (with, outline, Cycling { ends, paths: ways.paths });
+                (part, area, cycles) = (with, outline, BicycleMovements { ends, paths: ways.paths });
                 break;
             }
         }
         let leans = ridden || area.as_ref().is_some_and(|area| area.yields);
         drawn.done();
-        cycles.paths.iter_mut().for_each(Path::done);
+        cycles.paths.iter_mut().for_each(Path::drop_outline);
         Self { plan, drawn, conflicts, cycles, area, part: part.shrunk(), stood, over, leans }
     }
 }

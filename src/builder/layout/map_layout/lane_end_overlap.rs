@@ -3,7 +3,7 @@
 use crate::builder::intersection::turning_lanelets::Path;
 use crate::builder::lanes::road_cut::ConnectionLines;
 use crate::builder::lanes::types::Lanes;
-use crate::builder::map::map_builder::Assembly;
+use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::road_end::from_cut;
 use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadNetwork};
 use crate::geometry::{Point, Polyline, Vector, polygon};
@@ -22,7 +22,7 @@ pub fn depths(
     network: &RoadNetwork,
     lines: &ConnectionLines,
     lanes: &Lanes,
-    assembly: &Assembly,
+    assembly: &MapBuilder,
     intersection: &Intersection,
     paths: &[Path],
 ) -> Vec<(RoadEnd, f64)> {

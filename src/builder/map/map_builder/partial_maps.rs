@@ -4,12 +4,12 @@
 use crate::builder::ids::Ids;
 use crate::lanelet::LaneletMap;
 
-use super::{Assembly, Part};
+use super::{MapBuilder, MapPart};
 
 /// Parts over an assembly.
 #[derive(Default)]
-pub struct Parts {
-    whole: Part,
+pub struct PartialMaps {
+    whole: MapPart,
     /// How much there was before each part.
     begins: Vec<Counts>,
 }
@@ -22,9 +22,9 @@ struct Counts {
     carried: usize,
 }
 
-impl Parts {
+impl PartialMaps {
     /// None yet, and room for what stands below and in the parts as far as they are begun; hardly more is added.
-    pub fn over<'p>(below: &'p Assembly, begun: impl Iterator<Item = &'p Part>) -> Self {
+    pub fn over<'p>(below: &'p MapBuilder, begun: impl Iterator<Item = &'p MapPart>) -> Self {
         /// One element in so many is added.
         const MORE: usize = 8;
         let maps = begun.chain([&below.part]).map(|part| part.map.counts());
@@ -38,8 +38,8 @@ impl Parts {
     }
 
     /// Adds a part.
-    pub fn add(&mut self, part: Part) {
-        let Part { map, ids, carried } = &mut self.whole;
+    pub fn add(&mut self, part: MapPart) {
+        let MapPart { map, ids, carried } = &mut self.whole;
         self.begins.push(Counts { elements: map.counts(), ids: ids.count(), carried: carried.len() });
         map.pile(part.map);
         ids.pile(&part.ids);
@@ -47,24 +47,24 @@ impl Parts {
     }
 
     /// Whether all their ids are different, and none is taken below.
-    pub fn are_apart_from(&self, below: &Assembly) -> bool {
+    pub fn are_apart_from(&self, below: &MapBuilder) -> bool {
         Ids::are_apart([&below.part.ids, &self.whole.ids].into_iter())
     }
 
     /// All of them as one.
-    pub fn into_part(self) -> Part {
+    pub fn into_part(self) -> MapPart {
         self.whole
     }
 
     /// Each by itself again.
-    pub fn split(self) -> Vec<Part> {
+    pub fn split(self) -> Vec<MapPart> {
         let Self { mut whole, begins } = self;
-        let last = |Counts { elements, ids, carried }| Part {
+        let last = |Counts { elements, ids, carried }| MapPart {
             map: whole.map.split_off(elements),
             ids: whole.ids.split_off(ids),
             carried: whole.carried.split_off(carried),
         };
-        let mut parts: Vec<Part> = begins.into_iter().rev().map(last).collect();
+        let mut parts: Vec<MapPart> = begins.into_iter().rev().map(last).collect();
         parts.reverse();
         parts
     }
@@ -80,16 +80,16 @@ mod tests {
 
     #[test]
     fn parts_that_share_an_id_are_told_apart_again() {
-        let point = |assembly: &mut Assembly, key| assembly.point(key, Point::new(1.0, 2.0), 0.0);
-        let mut below = Assembly::default();
+        let point = |assembly: &mut MapBuilder, key| assembly.point(key, Point::new(1.0, 2.0), 0.0);
+        let mut below = MapBuilder::default();
         point(&mut below, Key::new("below"));
         let made = |word| {
-            let mut part = Assembly::over(&below);
+            let mut part = MapBuilder::over(&below);
             let points = [0, 1].map(|i| point(&mut part, Key::new(word).number(i)));
             part.line(Key::new(word), points.to_vec(), Attributes::of(&[("type", "virtual")]));
             part.into_part().shrunk()
         };
-        let mut parts = Parts::over(&below, std::iter::empty());
+        let mut parts = PartialMaps::over(&below, std::iter::empty());
         ["one", "other"].into_iter().for_each(|word| parts.add(made(word)));
         assert!(parts.are_apart_from(&below));
         parts.add(made("one"));

@@ -12,14 +12,14 @@ use crate::parallel::Finely;
 
 use smooth_bends::TIGHTEST;
 
-pub use narrow_roads::narrowed;
-pub use parallel_roads::abreast;
+pub use narrow_roads::narrow_roads;
+pub use parallel_roads::lay_side_by_side;
 pub use smooth_bends::eased;
 
 /// The network with the bends of every road eased to what its width can follow. Stations of features move with their
 /// places.
 #[must_use]
-pub fn ease(mut network: RoadNetwork) -> RoadNetwork {
+pub fn smooth_bends(mut network: RoadNetwork) -> RoadNetwork {
     network.roads.par_iter_mut().finely().for_each(|road| {
         let line = eased(&road.line, road.half_width());
         for feature in &mut road.features {

@@ -15,7 +15,7 @@ const HALVINGS: usize = 5;
 /// The network without the overlaps that narrower guesses undo, with a finding for each road that lost width. `kept`
 /// gives the stations between which each road remains.
 #[must_use]
-pub fn narrowed(mut network: RoadNetwork, kept: &[[f64; 2]]) -> (RoadNetwork, Vec<Finding>) {
+pub fn narrow_roads(mut network: RoadNetwork, kept: &[[f64; 2]]) -> (RoadNetwork, Vec<Finding>) {
     let before: Vec<f64> = network.roads.iter().map(|road| road.section.width()).collect();
     let kept = with_dead_ends(&network, kept);
     for roads in overlapping(&network, &kept) {

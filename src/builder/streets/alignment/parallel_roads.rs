@@ -17,9 +17,9 @@ use crate::parallel::Finely;
 
 use super::eased;
 use super::side_order::{Sides, Told, sides};
-use broad_phase::likely;
-use carriageway_edges::{TOLERANCE, Track, Tracks, normals, places};
-use overlap_search::{Beside, apart, find};
+use broad_phase::candidates;
+use carriageway_edges::{CarriagewayEdges, TOLERANCE, Tracks, normals, places};
+use overlap_search::{OverlapSearch, apart, find};
 use recheck::{Surroundings, sorted};
 
 use rayon::prelude::*;
@@ -35,8 +35,8 @@ const ROUNDS: usize = 12;
 /// The network with roads laid abreast. `kept` gives the stations between which each road remains: what lies within
 /// the intersections may overlap.
 #[must_use]
-pub fn abreast(mut network: RoadNetwork, kept: &[[f64; 2]]) -> RoadNetwork {
-    let (sides, mut hot) = rayon::join(|| sides(&network), || likely(&network, kept));
+pub fn lay_side_by_side(mut network: RoadNetwork, kept: &[[f64; 2]]) -> RoadNetwork {
+    let (sides, mut hot) = rayon::join(|| sides(&network), || candidates(&network, kept));
     let mut tracks = Tracks { network: &network, kept, made: FxHashMap::default() };
     tracks.make(&hot);
     let mut beside = find(&tracks.made, &sides, &hot, &hot);
@@ -73,7 +73,7 @@ pub fn abreast(mut network: RoadNetwork, kept: &[[f64; 2]]) -> RoadNetwork {
 }
 
 /// The road's line, moved; places at which it only goes on straight are no points of it.
-fn shifted(road: &Road, track: &Track) -> Option<Polyline> {
+fn shifted(road: &Road, track: &CarriagewayEdges) -> Option<Polyline> {
     let mut stations = road.line.stations();
     stations.extend(&track.stations);
     stations.sort_by(f64::total_cmp);
@@ -94,9 +94,9 @@ fn shifted(road: &Road, track: &Track) -> Option<Polyline> {
 
 /// The roads that have to give way, ascending, and how far each should lie from its drawn line, place by place.
 fn targets(
-    tracks: &FxHashMap<usize, Track>,
+    tracks: &FxHashMap<usize, CarriagewayEdges>,
     sides: &Sides,
-    pairs: &FxHashMap<(usize, usize), Vec<Beside>>,
+    pairs: &FxHashMap<(usize, usize), Vec<OverlapSearch>>,
 ) -> Vec<(usize, Vec<f64>)> {
     let mut keys: Vec<&(usize, usize)> = pairs.keys().collect();
     keys.par_sort_unstable();
@@ -130,7 +130,7 @@ fn targets(
 }
 
 /// Whether a run of places begins at the cut of the intersection that the two roads share.
-fn begins_where_they_meet(track: &Track, run: &[Beside], told: &Told) -> bool {
+fn begins_where_they_meet(track: &CarriagewayEdges, run: &[OverlapSearch], told: &Told) -> bool {
     let Some([first, last]) = track.kept else { return false };
     match told.meets {
         Some(End::Start) => run.first().is_some_and(|beside| beside.place == first),
@@ -141,7 +141,7 @@ fn begins_where_they_meet(track: &Track, run: &[Beside], told: &Told) -> bool {
 
 /// On which side the other road lies along a run of places as the intersections tell it; `None` if they tell nothing,
 /// or contradict each other. Away from the intersection they are heard only where the drawing leaves it open.
-fn told_side(track: &Track, run: &[Beside], told: &[Told]) -> Option<f64> {
+fn told_side(track: &CarriagewayEdges, run: &[OverlapSearch], told: &[Told]) -> Option<f64> {
     let unclear = run.iter().all(|beside| beside.offset.abs() < UNCLEAR);
     let holds = |t: &&Told| {
         begins_where_they_meet(track, run, t) || unclear && run.iter().any(|beside| t.at(track.stations[beside.place]))
@@ -153,7 +153,7 @@ fn told_side(track: &Track, run: &[Beside], told: &[Told]) -> Option<f64> {
 
 /// On which side the other road is drawn along a run of places: 1 left, -1 right. Where it is drawn on top, the lower
 /// index goes left of the higher.
-fn drawn_side(run: &[Beside], first: bool) -> f64 {
+fn drawn_side(run: &[OverlapSearch], first: bool) -> f64 {
     let farthest = run.iter().max_by(|x, y| x.offset.abs().total_cmp(&y.offset.abs()));
     match farthest {
         Some(beside) if beside.offset.abs() > TOLERANCE => beside.offset.signum(),

@@ -10,12 +10,12 @@ use crate::geometry::Point;
 
 use super::island::{around_corner, encloses_island};
 use super::passages::{Rules, passages};
-use super::{ConsolidateOptions, MergeNote, Reason, Verdict};
+use super::{ConsolidateOptions, MergeNote, MergeReason, MergeVerdict};
 
 /// The network after one round, whether anything merged, and a note per verdict.
 pub fn contract(
     network: RoadNetwork,
-    verdicts: &[Verdict],
+    verdicts: &[MergeVerdict],
     options: &ConsolidateOptions,
 ) -> (RoadNetwork, bool, Vec<MergeNote>) {
     let clusters = clusters(&network, verdicts, options);
@@ -49,15 +49,15 @@ struct Cluster {
 #[derive(Default)]
 struct Clusters {
     accepted: Vec<Cluster>,
-    refused: FxHashMap<RoadIx, Reason>,
+    refused: FxHashMap<RoadIx, MergeReason>,
 }
 
 /// Grows clusters road by road, the shortest first, so that a limit cuts off the weakest link and not the whole.
-fn clusters(network: &RoadNetwork, verdicts: &[Verdict], options: &ConsolidateOptions) -> Clusters {
+fn clusters(network: &RoadNetwork, verdicts: &[MergeVerdict], options: &ConsolidateOptions) -> Clusters {
     let mut result = Clusters::default();
-    let mut order: Vec<&Verdict> = verdicts.iter().filter(|v| v.merge).collect();
+    let mut order: Vec<&MergeVerdict> = verdicts.iter().filter(|v| v.merge).collect();
     order.sort_by(|a, b| {
-        let rank = |v: &Verdict| u8::from(v.reason != Reason::Wish);
+        let rank = |v: &MergeVerdict| u8::from(v.reason != MergeReason::Wish);
         rank(a)
             .cmp(&rank(b))
             .then(a.left.total_cmp(&b.left))
@@ -77,7 +77,7 @@ fn clusters(network: &RoadNetwork, verdicts: &[Verdict], options: &ConsolidateOp
         match contour(network, &members, &inner) {
             Some(contour) => result.accepted.push(Cluster { members, inner, contour }),
             None => {
-                result.refused.extend(inner.into_iter().map(|road| (road, Reason::Enclosed)));
+                result.refused.extend(inner.into_iter().map(|road| (road, MergeReason::Enclosed)));
             }
         }
     }
@@ -89,10 +89,10 @@ fn clusters(network: &RoadNetwork, verdicts: &[Verdict], options: &ConsolidateOp
 /// the fourth left over.
 fn grow(
     network: &RoadNetwork,
-    order: &[&Verdict],
+    order: &[&MergeVerdict],
     barred: &FxHashSet<RoadIx>,
     options: &ConsolidateOptions,
-) -> (Groups, FxHashMap<RoadIx, Reason>, Vec<RoadIx>) {
+) -> (Groups, FxHashMap<RoadIx, MergeReason>, Vec<RoadIx>) {
     let mut groups = Groups::new(network.intersections.len());
     let (mut refused, mut lopsided) = (FxHashMap::default(), Vec::new());
     let mut joined: FxHashMap<RoadIx, usize> = FxHashMap::default();
@@ -100,15 +100,15 @@ fn grow(
         let road = network.road(verdict.road);
         let union = groups.union_of(road.from, road.to);
         let reason = match verdict.reason {
-            Reason::Wish => None,
-            _ if barred.contains(&verdict.road) => Some(Reason::Island),
+            MergeReason::Wish => None,
+            _ if barred.contains(&verdict.road) => Some(MergeReason::Island),
             _ => objection(network, &union, options),
         };
         match reason {
             Some(reason) => {
-                if reason == Reason::Island {
+                if reason == MergeReason::Island {
                     let waiting = |road: &RoadIx| {
-                        matches!(order[joined[road]].reason, Reason::AcrossMedian | Reason::BetweenSignals)
+                        matches!(order[joined[road]].reason, MergeReason::AcrossMedian | MergeReason::BetweenSignals)
                     };
                     lopsided.extend(around_corner(network, verdict.road, &joined).filter(waiting));
                 }
@@ -124,16 +124,16 @@ fn grow(
 }
 
 /// Why these intersections must not become one; `None` if they may.
-fn objection(network: &RoadNetwork, members: &[IntersectionIx], options: &ConsolidateOptions) -> Option<Reason> {
+fn objection(network: &RoadNetwork, members: &[IntersectionIx], options: &ConsolidateOptions) -> Option<MergeReason> {
     let points: Vec<Point> = members.iter().flat_map(|m| reach_points(network.intersection(*m))).collect();
     let too_far = points.iter().any(|a| points.iter().any(|b| (a - b).norm() > options.reach));
     if too_far {
-        return Some(Reason::Reach);
+        return Some(MergeReason::Reach);
     }
     if collapses_roundabout(network, members, options) {
-        return Some(Reason::Roundabout);
+        return Some(MergeReason::Roundabout);
     }
-    encloses_island(network, members, &inner_roads(network, members)).then_some(Reason::Island)
+    encloses_island(network, members, &inner_roads(network, members)).then_some(MergeReason::Island)
 }
 
 /// Its position, and the ends of the roads that were merged into it.

@@ -7,12 +7,12 @@ use crate::geometry::Vector;
 use crate::parallel::Finely;
 
 use super::user_overrides::wished;
-use super::{ConsolidateOptions, Reason, Verdict};
+use super::{ConsolidateOptions, MergeReason, MergeVerdict};
 
 use rayon::prelude::*;
 
 /// A verdict for every road that something speaks for merging.
-pub fn decide(network: &RoadNetwork, kept: &[[f64; 2]], options: &ConsolidateOptions) -> Vec<Verdict> {
+pub fn decide(network: &RoadNetwork, kept: &[[f64; 2]], options: &ConsolidateOptions) -> Vec<MergeVerdict> {
     let wishes = wished(network, &options.wishes);
     (0..network.roads.len() as u32)
         .into_par_iter()
@@ -29,11 +29,11 @@ fn judge(
     left: f64,
     options: &ConsolidateOptions,
     wish: Option<usize>,
-) -> Option<Verdict> {
+) -> Option<MergeVerdict> {
     let road = network.road(ix);
-    let verdict = |merge, reason| Some(Verdict { road: ix, merge, reason, left, wish });
+    let verdict = |merge, reason| Some(MergeVerdict { road: ix, merge, reason, left, wish });
     if let Some(wish) = wish.and_then(|wish| options.wishes.get(wish)) {
-        return if road.from == road.to { None } else { verdict(wish.merge, Reason::Wish) };
+        return if road.from == road.to { None } else { verdict(wish.merge, MergeReason::Wish) };
     }
     let reason = speaks_for(network, road, left, options)?;
     if road.from == road.to {
@@ -41,31 +41,31 @@ fn judge(
     }
     let ends = [network.intersection(road.from), network.intersection(road.to)];
     if ends.iter().any(|i| i.map_edge || i.arms.len() < 2) {
-        return verdict(false, Reason::Edge);
+        return verdict(false, MergeReason::Edge);
     }
-    if reason != Reason::Tagged && left > options.short && stops_inside(road) {
-        return verdict(false, Reason::OwnStopLine);
+    if reason != MergeReason::Tagged && left > options.short && stops_inside(road) {
+        return verdict(false, MergeReason::OwnStopLine);
     }
     verdict(true, reason)
 }
 
-fn speaks_for(network: &RoadNetwork, road: &Road, left: f64, options: &ConsolidateOptions) -> Option<Reason> {
+fn speaks_for(network: &RoadNetwork, road: &Road, left: f64, options: &ConsolidateOptions) -> Option<MergeReason> {
     if road.tags.is("junction", "intersection") && road.line.length() <= options.tagged {
-        return Some(Reason::Tagged);
+        return Some(MergeReason::Tagged);
     }
     // Nobody waits on a roundabout: its ring is driven around, piece by piece, as long as there are pieces.
     let short = if road.roundabout { options.short_on_ring } else { options.short };
     if left < short {
-        return Some(Reason::Short);
+        return Some(MergeReason::Short);
     }
     if road.roundabout {
         return None;
     }
     let [a, b] = [network.intersection(road.from), network.intersection(road.to)];
     if a.signals && b.signals && left < options.short_between_signals {
-        return Some(Reason::BetweenSignals);
+        return Some(MergeReason::BetweenSignals);
     }
-    (left < options.short_across_median && crosses_median(network, road)).then_some(Reason::AcrossMedian)
+    (left < options.short_across_median && crosses_median(network, road)).then_some(MergeReason::AcrossMedian)
 }
 
 /// Whether a stop line, for either direction, stands on the road between its intersections.

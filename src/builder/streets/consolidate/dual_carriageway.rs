@@ -8,7 +8,7 @@ use crate::builder::tags::cross_section::{Arrows, CrossSection, Strip, StripKind
 use crate::geometry::{Point, Polyline};
 
 use super::join_roads::directed;
-use super::network_edit::Edit;
+use super::network_edit::NetworkEdit;
 
 /// Islands longer than this (metres) are medians between two roads.
 const LONGEST: f64 = 120.0;
@@ -19,7 +19,7 @@ const STEP: f64 = 2.0;
 
 /// Joins every pair of one-way roads around an island.
 pub fn join_around_islands(network: RoadNetwork) -> RoadNetwork {
-    let mut edit = Edit::new(network);
+    let mut edit = NetworkEdit::new(network);
     for at in edit.intersections() {
         let arms = edit.intersection(at).arms.clone();
         for pair in arms.iter().zip(arms.iter().cycle().skip(1)).take(arms.len()) {
@@ -32,7 +32,7 @@ pub fn join_around_islands(network: RoadNetwork) -> RoadNetwork {
 }
 
 /// Joins two arms that are neighbours at `at` if they are the two carriageways around one island.
-fn join_pair(edit: &mut Edit, at: IntersectionIx, one: RoadEnd, two: RoadEnd) -> Option<()> {
+fn join_pair(edit: &mut NetworkEdit, at: IntersectionIx, one: RoadEnd, two: RoadEnd) -> Option<()> {
     let (away, back) = match (one_way(edit.road(one.road))?, one_way(edit.road(two.road))?) {
         _ if one.road == two.road => return None,
         (x, y) => match (leaves(one, x), leaves(two, y)) {

@@ -11,7 +11,7 @@ use crate::builder::tags::marking;
 use crate::builder::tags::road_class::is_priority_road;
 use crate::geometry::{Polyline, angle_between};
 
-use super::network_edit::Edit;
+use super::network_edit::NetworkEdit;
 
 /// Ends of two lines further apart than this (metres) are not one place: `placement` shifts them.
 const SAME_PLACE: f64 = 0.01;
@@ -20,14 +20,14 @@ const SHARPEST: f64 = 2.0 * std::f64::consts::FRAC_PI_3;
 
 /// Joins roads at every intersection of exactly two that are alike.
 pub fn join_alike(network: RoadNetwork) -> RoadNetwork {
-    let mut edit = Edit::new(network);
+    let mut edit = NetworkEdit::new(network);
     for at in edit.intersections() {
         join_at(&mut edit, at);
     }
     edit.finish()
 }
 
-fn join_at(edit: &mut Edit, at: IntersectionIx) -> Option<()> {
+fn join_at(edit: &mut NetworkEdit, at: IntersectionIx) -> Option<()> {
     let intersection = edit.intersection(at);
     let &[one, two] = intersection.arms.as_slice() else { return None };
     if one.road == two.road

@@ -18,11 +18,11 @@ mod tests;
 mod types;
 mod user_overrides;
 
-pub use types::{ConsolidateOptions, MergeNote, Reason, Verdict};
+pub use types::{ConsolidateOptions, MergeNote, MergeReason, MergeVerdict};
 
 use crate::builder::network::{RoadIx, RoadNetwork};
 
-pub use user_overrides::{Wish, Wished};
+pub use user_overrides::{MergeOverride, OverrideTarget};
 
 /// Joins what is one road: pieces that continue each other without any change, and carriageways around an island.
 #[must_use]
@@ -32,21 +32,22 @@ pub fn join(network: RoadNetwork) -> RoadNetwork {
 
 /// Takes roads into the intersections at their ends, whose lanes run over them. `left` says how much remains of each,
 /// metres. Gives whether any may be taken in, too.
-pub fn take_in(
+pub fn absorb_roads(
     network: RoadNetwork,
     roads: &[RoadIx],
     left: impl Fn(RoadIx) -> f64,
     options: &ConsolidateOptions,
 ) -> (RoadNetwork, bool, Vec<MergeNote>) {
-    let verdict = |&road| Verdict { road, merge: true, reason: Reason::Overrun, left: left(road), wish: None };
-    let verdicts: Vec<Verdict> = roads.iter().map(verdict).collect();
+    let verdict =
+        |&road| MergeVerdict { road, merge: true, reason: MergeReason::Overrun, left: left(road), wish: None };
+    let verdicts: Vec<MergeVerdict> = roads.iter().map(verdict).collect();
     contract_edges::contract(network, &verdicts, options)
 }
 
 /// Takes roads away, and the intersections that no road is left of.
 #[must_use]
-pub fn without(network: RoadNetwork, roads: &[RoadIx]) -> RoadNetwork {
-    let mut edit = network_edit::Edit::new(network);
+pub fn without_roads(network: RoadNetwork, roads: &[RoadIx]) -> RoadNetwork {
+    let mut edit = network_edit::NetworkEdit::new(network);
     roads.iter().for_each(|road| edit.remove(*road));
     edit.finish()
 }

@@ -7,14 +7,14 @@ use crate::builder::network::{
 };
 
 /// A network under change. Indices of intersections stay until [`Edit::finish`]; a joined road takes a new index.
-pub struct Edit {
+pub struct NetworkEdit {
     network: RoadNetwork,
     gone: Vec<bool>,
     /// For each end of a road that is gone: the end that took its place, if any did.
     renames: FxHashMap<RoadEnd, Option<RoadEnd>>,
 }
 
-impl Edit {
+impl NetworkEdit {
     /// Starts with the whole network.
     pub fn new(network: RoadNetwork) -> Self {
         let gone = vec![false; network.roads.len()];

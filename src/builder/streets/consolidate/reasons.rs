@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use super::{MergeNote, Reason};
+use super::{MergeNote, MergeReason};
 
-impl Reason {
+impl MergeReason {
     /// What decided, as the rest of a sentence about a road.
     pub fn words(self) -> &'static str {
         match self {

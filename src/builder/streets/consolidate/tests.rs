@@ -2,7 +2,7 @@
 
 use crate::builder::network::road_end::other_end;
 use crate::builder::network::{IntersectionIx, NetworkOptions, RoadEnd, road_network};
-use crate::builder::streets::outline::{Case, Memory, OutlineOptions, outlines, remaining};
+use crate::builder::streets::outline::{OutlineCase, OutlineOptions, PlanCache, outlines, remaining};
 use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::Point;
 use crate::osm::{OsmData, read_bytes};
@@ -36,7 +36,7 @@ fn network(nodes: &[(i64, f64, f64)], ways: &[(i64, &[i64], &str)], relations: &
 
 fn merge(network: RoadNetwork, options: &ConsolidateOptions) -> (RoadNetwork, Vec<MergeNote>) {
     let outline = OutlineOptions::default();
-    consolidate(join(network), options, |n| remaining(n, &outline, &mut Memory::default()))
+    consolidate(join(network), options, |n| remaining(n, &outline, &mut PlanCache::default()))
 }
 
 /// Two dual carriageways, 12 m apart, driven on the right: `N-S` on x = 0 (south) and 12 (north), `E-W` on y = 0
@@ -160,7 +160,7 @@ fn its_outline_is_one_simple_ring_with_all_cuts() {
 
 #[test]
 fn a_user_can_forbid_and_force() {
-    let forbid = |way| Wish { of: Wished::Way(way), merge: false };
+    let forbid = |way| MergeOverride { of: OverrideTarget::Way(way), merge: false };
     let options = ConsolidateOptions { wishes: [101, 102, 103, 104].map(forbid).into(), ..Default::default() };
     let (apart, notes) = merge(crossing_of_dual_carriageways(""), &options);
     assert!(apart.intersections.iter().all(|i| i.nodes.len() == 1));

@@ -2,7 +2,7 @@
 
 use crate::builder::network::{RoadIx, RoadKey};
 
-use super::user_overrides::Wish;
+use super::user_overrides::MergeOverride;
 
 /// Limits of the decision, metres unless said otherwise.
 #[derive(Clone, Debug)]
@@ -22,7 +22,7 @@ pub struct ConsolidateOptions {
     /// More rounds than this mean that the decision does not settle.
     pub rounds: usize,
     /// Roads that the user decided.
-    pub wishes: Vec<Wish>,
+    pub wishes: Vec<MergeOverride>,
 }
 
 impl Default for ConsolidateOptions {
@@ -48,7 +48,7 @@ pub struct MergeNote {
     /// Whether it became part of an intersection.
     pub merged: bool,
     /// What decided.
-    pub reason: Reason,
+    pub reason: MergeReason,
     /// Metres between its two cuts.
     pub left: f64,
     /// The wish that decided, by its index.
@@ -58,7 +58,7 @@ pub struct MergeNote {
 /// What speaks for or against merging a road.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Reason {
+pub enum MergeReason {
     /// The user says so.
     Wish,
     /// `junction=intersection`.
@@ -87,13 +87,13 @@ pub enum Reason {
 
 /// The decision on one road.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Verdict {
+pub struct MergeVerdict {
     /// The road.
     pub road: RoadIx,
     /// Whether it lies inside an intersection.
     pub merge: bool,
     /// What decided.
-    pub reason: Reason,
+    pub reason: MergeReason,
     /// Metres between its two cuts; negative where they overlap.
     pub left: f64,
     /// The wish that decided, by its index.

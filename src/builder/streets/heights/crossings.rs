@@ -16,7 +16,7 @@ const MEETING: f64 = 1.0;
 
 /// One road above another.
 #[derive(Clone, Copy, Debug)]
-pub struct Crossing {
+pub struct Overpass {
     /// The upper road, by its place in the network, and the station there.
     pub upper: (usize, f64),
     /// The lower road, and the station there.
@@ -28,14 +28,14 @@ pub struct Crossing {
 }
 
 /// One straight piece of a road, from a station on.
-struct Piece {
+struct LevelPiece {
     road: usize,
     segment: usize,
     ends: [Point; 2],
     station: f64,
 }
 
-impl Piece {
+impl LevelPiece {
     /// Which piece of which road it is.
     fn place(&self) -> (usize, usize) {
         (self.road, self.segment)
@@ -49,25 +49,25 @@ impl Piece {
 
 /// All places where one road passes over another, of which `kept` gives the stations between the intersections. Roads of
 /// different levels that meet at an intersection do not cross within it.
-pub fn crossings(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<Crossing> {
+pub fn overpasses(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<Overpass> {
     let of_road = |road: usize| pieces(road, &network.roads[road]);
-    let level = |piece: &Piece| network.roads[piece.road].level;
+    let level = |piece: &LevelPiece| network.roads[piece.road].level;
     // Of two roads on unlike levels one at least is off the ground, and these are few.
     let off_ground = (0..network.roads.len()).filter(|road| network.roads[*road].level != 0.0);
-    let off_ground: Vec<Piece> = off_ground.flat_map(of_road).collect();
+    let off_ground: Vec<LevelPiece> = off_ground.flat_map(of_road).collect();
     if off_ground.is_empty() {
         return Vec::new();
     }
-    let cells = Cells::new(off_ground.iter().map(Piece::bounds).collect(), CELL);
-    let crossing = |upper: &Piece, lower: &Piece| {
+    let cells = Cells::new(off_ground.iter().map(LevelPiece::bounds).collect(), CELL);
+    let crossing = |upper: &LevelPiece, lower: &LevelPiece| {
         let [[a, b], [c, d]] = [upper.ends, lower.ends];
         let (_, _, place) = segment_crossing(a, b, c, d)?;
-        let at = |piece: &Piece| (piece.road, piece.station + (place - piece.ends[0]).norm());
+        let at = |piece: &LevelPiece| (piece.road, piece.station + (place - piece.ends[0]).norm());
         let levels = level(upper) - level(lower);
-        let crossing = Crossing { upper: at(upper), lower: at(lower), levels, place };
+        let crossing = Overpass { upper: at(upper), lower: at(lower), levels, place };
         (!meets(network, kept, &crossing)).then_some(crossing)
     };
-    let of_piece = |piece: &Piece, found: &mut Vec<_>| {
+    let of_piece = |piece: &LevelPiece, found: &mut Vec<_>| {
         cells.touching(piece.bounds(), |i| {
             let other = &off_ground[i];
             let pair = match level(piece).total_cmp(&level(other)) {
@@ -91,17 +91,17 @@ pub fn crossings(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<Crossing> {
     found.into_iter().map(|(_, crossing)| crossing).collect()
 }
 
-fn pieces(i: usize, road: &Road) -> impl Iterator<Item = Piece> + '_ {
+fn pieces(i: usize, road: &Road) -> impl Iterator<Item = LevelPiece> + '_ {
     let mut station = 0.0;
     road.line.segments().enumerate().map(move |(segment, (a, b))| {
-        let piece = Piece { road: i, segment, ends: [a, b], station };
+        let piece = LevelPiece { road: i, segment, ends: [a, b], station };
         station += (b - a).norm();
         piece
     })
 }
 
 /// Whether two roads join at an intersection where they seem to cross.
-fn meets(network: &RoadNetwork, kept: &[[f64; 2]], crossing: &Crossing) -> bool {
+fn meets(network: &RoadNetwork, kept: &[[f64; 2]], crossing: &Overpass) -> bool {
     let ends = [crossing.upper, crossing.lower].map(|(road, station)| {
         let [from, to] = kept[road];
         let (road, length) = (&network.roads[road], network.roads[road].line.length());

@@ -15,14 +15,14 @@ const RANGE: std::ops::RangeInclusive<f64> = -500.0..=9000.0;
 
 /// Where the height is known.
 #[derive(Clone, Debug, Default)]
-pub struct Spots {
+pub struct ElevationTags {
     /// By node.
     pub of_node: FxHashMap<i64, f64>,
     /// By way, in its order: place and height.
     pub of_way: BTreeMap<i64, Vec<(Point, f64)>>,
 }
 
-impl Spots {
+impl ElevationTags {
     /// Whether nothing is known.
     pub fn is_empty(&self) -> bool {
         self.of_node.is_empty()
@@ -30,8 +30,8 @@ impl Spots {
 }
 
 /// Reads the heights of the nodes of all roads.
-pub fn spots(osm: &OsmData, to_metres: ToMetres<'_>) -> Spots {
-    let mut spots = Spots::default();
+pub fn spots(osm: &OsmData, to_metres: ToMetres<'_>) -> ElevationTags {
+    let mut spots = ElevationTags::default();
     if osm.nodes.par_iter().finely().all(|node| !node.tags.has("ele")) {
         return spots;
     }

@@ -19,7 +19,7 @@ use rustc_hash::FxHashMap;
 use crate::builder::network::{End, Intersection, IntersectionIx, RoadEnd, RoadIx, RoadNetwork};
 use crate::parallel::Finely;
 
-use super::crossings::Crossing;
+use super::crossings::Overpass;
 use super::options::REACH;
 
 /// Heights are kept as whole tenths of a millimetre, which have an order.
@@ -127,7 +127,7 @@ pub struct Web<'a> {
 
 impl<'a> Web<'a> {
     /// The places of all roads, and the room at crossings.
-    pub fn new(network: &'a RoadNetwork, sampled: &'a [Sampled], crossings: &[Crossing], storey: f64) -> Self {
+    pub fn new(network: &'a RoadNetwork, sampled: &'a [Sampled], crossings: &[Overpass], storey: f64) -> Self {
         let inner = |of: &Sampled| of.wanted.len().saturating_sub(2);
         let mut wanted = vec![0; network.intersections.len()];
         wanted.reserve_exact(sampled.iter().map(inner).sum());
@@ -142,7 +142,7 @@ impl<'a> Web<'a> {
             chains.push(chain);
         }
         let mut web = Self { network, sampled, chains, wanted, ties: None, rooms: Vec::new() };
-        for Crossing { upper: (upper, above), lower: (lower, below), levels, .. } in crossings {
+        for Overpass { upper: (upper, above), lower: (lower, below), levels, .. } in crossings {
             let room = units(levels * storey);
             let [high, low] = [web.at((*upper, *above)), web.at((*lower, *below))];
             let over = sampled[*upper].around(*above).map(|i| (low, web.chains[*upper].place(i), room));

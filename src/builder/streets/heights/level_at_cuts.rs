@@ -11,10 +11,10 @@ use crate::builder::network::{Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
 use crate::geometry::{Point, Polyline};
 use crate::parallel::Finely;
 
-use super::crossings::crossings;
+use super::crossings::overpasses;
 use super::grade_limit::{Sampled, Ties, Web};
 use super::options::{STEP, TOLERANCE};
-use super::terrain_profile::Base;
+use super::terrain_profile::TerrainProfile;
 use super::{HeightOptions, fewest, lay};
 
 /// Stations closer than this, metres, are one.
@@ -24,11 +24,11 @@ const LEAST: f64 = 0.02;
 
 /// Changes the heights of roads that are cut at the stations `kept`, so that between their ends at an intersection there is no
 /// more to climb than on a ramp. Gives the roads that changed.
-pub fn evened(network: &mut RoadNetwork, kept: &[[f64; 2]], options: &HeightOptions) -> Vec<RoadIx> {
+pub fn level_at_cuts(network: &mut RoadNetwork, kept: &[[f64; 2]], options: &HeightOptions) -> Vec<RoadIx> {
     if network.roads.iter().all(|road| road.heights.is_empty()) {
         return Vec::new();
     }
-    let before: Vec<Base> = network.roads.par_iter().finely().map(Base::under).collect();
+    let before: Vec<TerrainProfile> = network.roads.par_iter().finely().map(TerrainProfile::under).collect();
     let climb = |a: RoadEnd, b: RoadEnd| climb(network, kept, options, [a, b]);
     let stepped = |at: &Intersection| {
         let height = |at: &RoadEnd| before[at.road.0 as usize].at(kept[at.road.0 as usize][at.end.index()]);
@@ -43,7 +43,7 @@ pub fn evened(network: &mut RoadNetwork, kept: &[[f64; 2]], options: &HeightOpti
     }
     let roads = network.roads.par_iter().finely().zip(kept).zip(&before);
     let sampled: Vec<Sampled> = roads.map(|((road, kept), before)| sampled(road, *kept, before, options)).collect();
-    let crossings = crossings(network, kept);
+    let crossings = overpasses(network, kept);
     let mut web = Web::new(network, &sampled, &crossings, options.storey);
     web.give_way();
     web.tie(Ties { kept, climb: &climb, least: LEAST });
@@ -62,7 +62,7 @@ pub fn evened(network: &mut RoadNetwork, kept: &[[f64; 2]], options: &HeightOpti
             let mut stations: Vec<f64> = road.line.stations().into_iter().chain(change.iter().map(|at| at.0)).collect();
             stations.sort_by(f64::total_cmp);
             stations.dedup();
-            let change: Base = change.into_iter().collect();
+            let change: TerrainProfile = change.into_iter().collect();
             let profile: Vec<(f64, f64)> = stations.into_iter().map(|s| (s, before.at(s) + change.at(s))).collect();
             lay(road, &profile);
             Some(RoadIx(i as u32))
@@ -92,7 +92,7 @@ fn cut(network: &RoadNetwork, kept: &[[f64; 2]], RoadEnd { road: ix, end }: Road
 }
 
 /// Heights as they are, at even stations of a road and where it is cut. Where it is steep, it may stay so.
-fn sampled(road: &Road, kept: [f64; 2], before: &Base, options: &HeightOptions) -> Sampled {
+fn sampled(road: &Road, kept: [f64; 2], before: &TerrainProfile, options: &HeightOptions) -> Sampled {
     let length = road.line.length();
     let pieces = (length / STEP).ceil().max(1.0) as usize;
     let cuts: Vec<f64> = kept.into_iter().filter(|cut| (SAME..=length - SAME).contains(cut)).collect();

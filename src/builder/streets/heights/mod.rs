@@ -23,16 +23,16 @@ use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::Polyline;
 use crate::parallel::Finely;
 
-use crossings::{Crossing, crossings};
+use crossings::{Overpass, overpasses};
 use grade_limit::{Sampled, Web};
 use options::{REACH, STEP, TOLERANCE};
 use ramps::Ramp;
-use terrain_profile::Base;
+use terrain_profile::TerrainProfile;
 
 use rayon::prelude::*;
 
-pub use elevation_tags::{Spots, spots};
-pub use level_at_cuts::evened;
+pub use elevation_tags::{ElevationTags, spots};
+pub use level_at_cuts::level_at_cuts;
 pub use surface::{Ground, rounded};
 
 /// A road is told of where it lies so far, metres, from the height that ground and level ask for.
@@ -44,7 +44,11 @@ const CRAMPED: f64 = 0.5;
 /// level ask, and for each crossing without room. `kept` gives the stations between which each road remains: within the
 /// intersections no ramp rises.
 #[must_use]
-pub fn raised(mut network: RoadNetwork, kept: &[[f64; 2]], options: &HeightOptions) -> (RoadNetwork, Vec<Finding>) {
+pub fn with_heights(
+    mut network: RoadNetwork,
+    kept: &[[f64; 2]],
+    options: &HeightOptions,
+) -> (RoadNetwork, Vec<Finding>) {
     let level = network.roads.iter().all(|road| road.level == 0.0);
     if level && options.terrain.is_none() && options.spots.is_empty() {
         if options.ground != 0.0 {
@@ -52,8 +56,8 @@ pub fn raised(mut network: RoadNetwork, kept: &[[f64; 2]], options: &HeightOptio
         }
         return (network, Vec::new());
     }
-    let bases = terrain_profile::bases(&network, options);
-    let crossings = crossings(&network, kept);
+    let bases = terrain_profile::terrain_profiles(&network, options);
+    let crossings = overpasses(&network, kept);
     let ramps = ramps::ramps(&network, kept, &bases, &crossings, options);
     let roads = network.roads.par_iter().finely().zip(kept).zip(bases.par_iter().finely().zip(&ramps));
     let sample = |((road, kept), (base, ramp)): ((&Road, &[f64; 2]), _)| sampled(road, *kept, base, ramp, options);
@@ -71,7 +75,7 @@ pub fn raised(mut network: RoadNetwork, kept: &[[f64; 2]], options: &HeightOptio
 }
 
 /// Wanted height at even stations of a road, and what it may climb between them.
-fn sampled(road: &Road, kept: [f64; 2], base: &Base, ramp: &Ramp, options: &HeightOptions) -> Sampled {
+fn sampled(road: &Road, kept: [f64; 2], base: &TerrainProfile, ramp: &Ramp, options: &HeightOptions) -> Sampled {
     let length = road.line.length();
     let pieces = (length / STEP).ceil().max(1.0) as usize;
     let step = length / pieces as f64;
@@ -167,7 +171,7 @@ fn astray(road: &Road, sampled: &Sampled, heights: &[f64]) -> Option<Finding> {
 }
 
 /// A finding where two roads pass over each other with less room than their levels ask.
-fn cramped(network: &RoadNetwork, crossing: &Crossing, storey: f64) -> Option<Finding> {
+fn cramped(network: &RoadNetwork, crossing: &Overpass, storey: f64) -> Option<Finding> {
     let roads = [crossing.upper, crossing.lower];
     let [above, below] = roads.map(|(road, _)| Ground::under(&network.roads[road]).at(crossing.place));
     let (room, wanted) = (above - below, crossing.levels * storey);

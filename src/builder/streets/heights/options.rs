@@ -4,7 +4,7 @@ use crate::builder::network::Road;
 use crate::builder::tags::road_class::RoadClass;
 use crate::geometry::Point;
 
-use super::elevation_tags::Spots;
+use super::elevation_tags::ElevationTags;
 
 use std::sync::Arc;
 
@@ -32,14 +32,21 @@ pub struct HeightOptions {
     /// Steepest road, metres per metre, where the ground is steeper than a ramp may be; by the class where absent.
     pub steepest: Option<f64>,
     /// Heights that the input's nodes give.
-    pub spots: Spots,
+    pub spots: ElevationTags,
     /// The ground by a terrain model.
     pub terrain: Option<Arc<Surface>>,
 }
 
 impl Default for HeightOptions {
     fn default() -> Self {
-        Self { ground: 0.0, storey: STOREY, grade: None, steepest: None, spots: Spots::default(), terrain: None }
+        Self {
+            ground: 0.0,
+            storey: STOREY,
+            grade: None,
+            steepest: None,
+            spots: ElevationTags::default(),
+            terrain: None,
+        }
     }
 }
 

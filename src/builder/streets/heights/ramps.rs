@@ -10,8 +10,8 @@ use std::collections::BinaryHeap;
 use crate::builder::network::{Road, RoadEnd, RoadNetwork};
 
 use super::HeightOptions;
-use super::crossings::Crossing;
-use super::terrain_profile::Base;
+use super::crossings::Overpass;
+use super::terrain_profile::TerrainProfile;
 
 /// Heights are kept as whole tenths of a millimetre, which have an order.
 const PER_METRE: f64 = 1e4;
@@ -71,8 +71,8 @@ fn free(road: &Road, kept: [f64; 2]) -> [f64; 2] {
 pub fn ramps(
     network: &RoadNetwork,
     kept: &[[f64; 2]],
-    bases: &[Base],
-    crossings: &[Crossing],
+    bases: &[TerrainProfile],
+    crossings: &[Overpass],
     options: &HeightOptions,
 ) -> Vec<Ramp> {
     let free: Vec<[f64; 2]> = network.roads.iter().zip(kept).map(|(road, kept)| free(road, *kept)).collect();
@@ -97,7 +97,7 @@ pub fn ramps(
 }
 
 /// Per road how much its level lacks where it crosses a road of another level, with the ground as it is.
-fn missing(network: &RoadNetwork, bases: &[Base], crossings: &[Crossing], storey: f64) -> Vec<f64> {
+fn missing(network: &RoadNetwork, bases: &[TerrainProfile], crossings: &[Overpass], storey: f64) -> Vec<f64> {
     let mut missing = vec![0.0_f64; network.roads.len()];
     for crossing in crossings {
         let [(upper, above), (lower, below)] = [crossing.upper, crossing.lower];

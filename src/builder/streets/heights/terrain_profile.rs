@@ -23,12 +23,12 @@ const SWEEPS: usize = 60;
 const PER_METRE: f64 = 1e3;
 
 /// The ground along one road: stations and heights, linear between them.
-pub struct Base {
+pub struct TerrainProfile {
     stations: Vec<f64>,
     heights: Vec<f64>,
 }
 
-impl FromIterator<(f64, f64)> for Base {
+impl FromIterator<(f64, f64)> for TerrainProfile {
     /// From stations, in order, and the heights there.
     fn from_iter<T: IntoIterator<Item = (f64, f64)>>(profile: T) -> Self {
         let (stations, heights) = profile.into_iter().unzip();
@@ -36,7 +36,7 @@ impl FromIterator<(f64, f64)> for Base {
     }
 }
 
-impl Base {
+impl TerrainProfile {
     /// What a road lies on.
     pub fn under(road: &Road) -> Self {
         let heights = road.heights.iter().copied().chain(std::iter::repeat(0.0));
@@ -62,7 +62,7 @@ struct Web {
 }
 
 /// The ground along all roads.
-pub fn bases(network: &RoadNetwork, options: &HeightOptions) -> Vec<Base> {
+pub fn terrain_profiles(network: &RoadNetwork, options: &HeightOptions) -> Vec<TerrainProfile> {
     if options.terrain.is_none() && options.spots.is_empty() {
         let level =
             |road: &Road| [0.0, road.line.length()].map(|station| (station, options.ground)).into_iter().collect();

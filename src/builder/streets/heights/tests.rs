@@ -18,7 +18,7 @@ const DEGREE: f64 = 1e5;
 type Way<'a> = (i64, &'a [i64], &'a [(&'a str, &'a str)]);
 
 /// Ways through nodes; a node is a place in metres and a height, if known.
-fn network(nodes: &[(i64, f64, f64, Option<f64>)], ways: &[Way<'_>]) -> (RoadNetwork, Spots) {
+fn network(nodes: &[(i64, f64, f64, Option<f64>)], ways: &[Way<'_>]) -> (RoadNetwork, ElevationTags) {
     let mut text = String::from("<osm version='0.6'>");
     for (id, x, y, ele) in nodes {
         let tag = ele.map_or_else(String::new, |ele| format!("<tag k='ele' v='{ele}'/>"));
@@ -66,7 +66,7 @@ fn overpass() -> RoadNetwork {
 /// The network at its height, no road of it cut back.
 fn laid(network: RoadNetwork, options: &HeightOptions) -> (RoadNetwork, Vec<Finding>) {
     let kept: Vec<[f64; 2]> = network.roads.iter().map(|road| [0.0, road.line.length()]).collect();
-    raised(network, &kept, options)
+    with_heights(network, &kept, options)
 }
 
 fn road(network: &RoadNetwork, way: i64) -> &Road {
@@ -281,7 +281,7 @@ fn roads_cut_farther_back_than_their_outlines_ask_end_without_a_step() {
         |network: &RoadNetwork| (height(&network.roads[ramp], 45.0) - height(&network.roads[beside], 45.0)).abs();
     assert!(step(&network) > 1.5, "{}", step(&network));
     let before = network.clone();
-    let changed = evened(&mut network, &kept, &HeightOptions::default());
+    let changed = level_at_cuts(&mut network, &kept, &HeightOptions::default());
     assert!(changed.contains(&RoadIx(ramp as u32)) && changed.contains(&RoadIx(beside as u32)), "{changed:?}");
     // Their kerbs are less than 3 m apart there.
     assert!(step(&network) < 0.3, "{}", step(&network));

@@ -3,7 +3,7 @@
 use crate::geometry::spatial_hash::{Bounds, touch};
 use crate::geometry::{Point, Polyline, segment_crossing};
 
-use super::thicken::{Arm, Side};
+use super::thicken::{Side, ThickenedArm};
 
 /// Steps, metres, in which the gap between two roads is looked for.
 const STEP: f64 = 2.0;
@@ -27,7 +27,7 @@ pub struct Collision {
 
 /// The collisions of two arms that belong to the overlap at the intersection: those beyond a gap, where the roads
 /// meet a second time, are left out. Sorted from the intersection outwards.
-pub fn collisions(a: &Arm, b: &Arm) -> Vec<Collision> {
+pub fn collisions(a: &ThickenedArm, b: &ThickenedArm) -> Vec<Collision> {
     let mut found = all(a, b);
     found.sort_by(|p, q| (p.stations[0] + p.stations[1]).total_cmp(&(q.stations[0] + q.stations[1])));
     let connected = (0..found.len())
@@ -41,14 +41,14 @@ pub fn collisions(a: &Arm, b: &Arm) -> Vec<Collision> {
 }
 
 /// The collisions of two arms within so many metres of the begin of both, whatever lies between.
-pub fn collisions_within(a: &Arm, b: &Arm, reach: f64) -> Vec<Collision> {
+pub fn collisions_within(a: &ThickenedArm, b: &ThickenedArm, reach: f64) -> Vec<Collision> {
     let mut found = all(a, b);
     found.retain(|c| c.stations.iter().all(|s| *s <= reach));
     found
 }
 
 /// Every crossing of their edges: the same to the last bit, whichever arm is named first.
-fn all(a: &Arm, b: &Arm) -> Vec<Collision> {
+fn all(a: &ThickenedArm, b: &ThickenedArm) -> Vec<Collision> {
     if ahead(a, b) {
         return crossed(a, b);
     }
@@ -63,14 +63,14 @@ fn all(a: &Arm, b: &Arm) -> Vec<Collision> {
 }
 
 /// An order of arms that depends on where they lie and not on how they are numbered.
-fn ahead(a: &Arm, b: &Arm) -> bool {
-    let place = |arm: &Arm| (arm.line.last(), arm.line.first(), arm.half);
+fn ahead(a: &ThickenedArm, b: &ThickenedArm) -> bool {
+    let place = |arm: &ThickenedArm| (arm.line.last(), arm.line.first(), arm.half);
     let ((p, q, wide), (r, s, other)) = (place(a), place(b));
     let by_place = |p: Point, q: Point| p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y));
     by_place(p, r).then(by_place(q, s)).then(wide.total_cmp(&other)).is_le()
 }
 
-fn crossed(a: &Arm, b: &Arm) -> Vec<Collision> {
+fn crossed(a: &ThickenedArm, b: &ThickenedArm) -> Vec<Collision> {
     let mut found = Vec::new();
     for sa in [Side::Left, Side::Right] {
         for sb in [Side::Left, Side::Right] {
@@ -88,12 +88,12 @@ fn crossed(a: &Arm, b: &Arm) -> Vec<Collision> {
 
 /// Station of the perpendicular foot of `point` on the arm's centre line. Where the perpendicular misses the line (at
 /// a bend, or beyond an end), the nearest place on it.
-fn foot(arm: &Arm, point: Point) -> f64 {
+fn foot(arm: &ThickenedArm, point: Point) -> f64 {
     arm.line.project(point).station
 }
 
 /// Whether somewhere between two stations of `a` the roads lie clear of each other.
-fn apart(a: &Arm, b: &Arm, from: f64, to: f64) -> bool {
+fn apart(a: &ThickenedArm, b: &ThickenedArm, from: f64, to: f64) -> bool {
     if to - from < NEAR {
         return false;
     }

@@ -4,12 +4,12 @@ use crate::builder::network::{IntersectionIx, RoadEnd, RoadNetwork};
 use crate::geometry::{Point, Polyline};
 
 use super::collide::collisions;
-use super::intersection_plan::Site;
+use super::intersection_plan::IntersectionSite;
 use super::{OutlineOptions, uncut};
 
 /// The steps at one intersection.
 #[derive(Clone, Debug)]
-pub struct Trace {
+pub struct DebugSteps {
     /// The roads that meet, clockwise.
     pub arms: Vec<ArmTrace>,
     /// Where their edges collide.
@@ -47,8 +47,8 @@ pub struct Hit {
 }
 
 /// Makes the outline of one intersection once more and tells each step.
-pub fn trace(network: &RoadNetwork, ix: IntersectionIx, options: &OutlineOptions) -> Trace {
-    let site = Site::new(network, network.intersection(ix), &uncut(network), options);
+pub fn trace(network: &RoadNetwork, ix: IntersectionIx, options: &OutlineOptions) -> DebugSteps {
+    let site = IntersectionSite::new(network, network.intersection(ix), &uncut(network), options);
     let (arms, plan) = (site.arms(), &site.plan);
     let mut found = Vec::new();
     let mut farthest = vec![f64::NEG_INFINITY; arms.len()];
@@ -76,5 +76,5 @@ pub fn trace(network: &RoadNetwork, ix: IntersectionIx, options: &OutlineOptions
         least: *least,
         wanted: *wanted,
     });
-    Trace { arms: arms.collect(), hits, ground: plan.ground.clone() }
+    DebugSteps { arms: arms.collect(), hits, ground: plan.ground.clone() }
 }

@@ -10,11 +10,11 @@ use crate::geometry::{angle_between, line_crossing};
 use super::OutlineOptions;
 use super::collide::{Collision, collisions};
 use super::ring::Corner;
-use super::thicken::{Arm, Side};
+use super::thicken::{Side, ThickenedArm};
 
 /// What the method found at one intersection.
 #[derive(Clone, Debug)]
-pub struct Star {
+pub struct RoadStar {
     /// Per arm: how far it must be trimmed, metres from the begin of its line.
     pub least: Vec<f64>,
     /// Per arm: how far it should be trimmed, so that the kerbs have room for their curves.
@@ -25,7 +25,7 @@ pub struct Star {
     pub wedge: bool,
 }
 
-impl Star {
+impl RoadStar {
     /// One arm, cut back by `trim` metres.
     pub fn terminus(trim: f64) -> Self {
         Self { least: vec![trim], trims: vec![trim], corners: vec![Corner::Open], wedge: false }
@@ -33,7 +33,7 @@ impl Star {
 }
 
 /// Collides the arms, given in clockwise order.
-pub fn star(arms: &[Arm], options: &OutlineOptions) -> Star {
+pub fn star(arms: &[ThickenedArm], options: &OutlineOptions) -> RoadStar {
     let n = arms.len();
     let mut trims = vec![0.0_f64; n];
     let mut corners = vec![Corner::Open; n];
@@ -76,11 +76,11 @@ pub fn star(arms: &[Arm], options: &OutlineOptions) -> Star {
         *trim = (*trim + options.margin).max(options.least_trim);
     }
     let wedge = (0..n).any(|i| gap(&arms[i], &arms[(i + 1) % n]) < WEDGE);
-    Star { least, trims, corners, wedge }
+    RoadStar { least, trims, corners, wedge }
 }
 
 /// The corner from `a` clockwise to `b`: the farthest collision of the edges that face each other.
-fn between(a: &Arm, b: &Arm, found: &[Collision], swapped: bool, options: &OutlineOptions) -> Corner {
+fn between(a: &ThickenedArm, b: &ThickenedArm, found: &[Collision], swapped: bool, options: &OutlineOptions) -> Corner {
     let facing = found.iter().rev().find(|c| match swapped {
         false => c.a == Side::Right && c.b == Side::Left,
         true => c.a == Side::Left && c.b == Side::Right,
@@ -97,7 +97,7 @@ fn between(a: &Arm, b: &Arm, found: &[Collision], swapped: bool, options: &Outli
 /// The corner from `a` clockwise to `b` whose edges do not collide: open where the arms lie a half turn or more apart;
 /// else one road is so much wider that the other's edge begins inside it, and only its own edge, drawn back beyond its
 /// begin, meets the other.
-fn apart(a: &Arm, b: &Arm) -> Corner {
+fn apart(a: &ThickenedArm, b: &ThickenedArm) -> Corner {
     if gap(a, b) >= PI {
         return Corner::Open;
     }
@@ -113,8 +113,8 @@ fn apart(a: &Arm, b: &Arm) -> Corner {
 }
 
 /// The angle from `a` clockwise to `b`, in 0..2 pi, between the directions in which they leave.
-fn gap(a: &Arm, b: &Arm) -> f64 {
-    let look = |arm: &Arm| arm.line.at(LOOK.min(arm.length)) - arm.line.first();
+fn gap(a: &ThickenedArm, b: &ThickenedArm) -> f64 {
+    let look = |arm: &ThickenedArm| arm.line.at(LOOK.min(arm.length)) - arm.line.first();
     (-angle_between(look(a), look(b))).rem_euclid(TAU)
 }
 

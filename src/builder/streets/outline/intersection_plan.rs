@@ -5,14 +5,14 @@ use std::borrow::Cow;
 use std::sync::OnceLock;
 
 use crate::builder::network::{End, Intersection, RoadNetwork};
-use crate::builder::streets::snap_grid::snapped;
+use crate::builder::streets::snap_grid::snap;
 use crate::geometry::Point;
 use crate::geometry::simple_ring::faults;
 
-use super::general::Star;
+use super::general::RoadStar;
 use super::ring::Corner;
-use super::thicken::Arm;
-use super::{Case, Cut, Outline, OutlineOptions, general, merged, ring, terminus};
+use super::thicken::ThickenedArm;
+use super::{Outline, OutlineCase, OutlineCut, OutlineOptions, general, merged, ring, terminus};
 
 /// Edges that meet at less than this, degrees, lie on each other where coordinates are rounded.
 const FOLD: f64 = 1.0;
@@ -22,8 +22,8 @@ const SAME: f64 = 1e-9;
 /// What is to be done at one intersection before the roads' other ends are known.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    pub case: Case,
-    pub star: Star,
+    pub case: OutlineCase,
+    pub star: RoadStar,
     /// The ground inside, where several nodes were merged.
     pub ground: Vec<Vec<Point>>,
     /// The outline if the star is trimmed as it would like to be.
@@ -31,20 +31,20 @@ pub struct Plan {
 }
 
 impl Plan {
-    fn new(case: Case, star: Star) -> Self {
+    fn new(case: OutlineCase, star: RoadStar) -> Self {
         Self { case, star, ground: Vec::new(), outline: None }
     }
 
     fn of(
         network: &RoadNetwork,
         intersection: &Intersection,
-        arms: &[Arm],
+        arms: &[ThickenedArm],
         within: &[[f64; 2]],
         options: &OutlineOptions,
     ) -> Self {
         match arms {
-            [_] if intersection.map_edge => Self::new(Case::MapEdge, Star::terminus(0.0)),
-            [arm] => Self::new(Case::DeadEnd, Star::terminus(terminus::dead_end(arm, options))),
+            [_] if intersection.map_edge => Self::new(OutlineCase::MapEdge, RoadStar::terminus(0.0)),
+            [arm] => Self::new(OutlineCase::DeadEnd, RoadStar::terminus(terminus::dead_end(arm, options))),
             _ => {
                 let mut star = general::star(arms, options);
                 for (i, arm) in arms.iter().enumerate() {
@@ -54,10 +54,10 @@ impl Plan {
                 }
                 let merged = !intersection.inner.is_empty();
                 let case = match arms.len() {
-                    _ if merged => Case::Merged,
-                    2 => Case::Degenerate,
-                    _ if star.wedge => Case::Ramp,
-                    _ => Case::General,
+                    _ if merged => OutlineCase::Merged,
+                    2 => OutlineCase::Degenerate,
+                    _ if star.wedge => OutlineCase::Ramp,
+                    _ => OutlineCase::General,
                 };
                 let mut plan = Self::new(case, star);
                 if !merged {
@@ -75,15 +75,15 @@ impl Plan {
 }
 
 /// An intersection of a network with its plan.
-pub struct Site<'a> {
+pub struct IntersectionSite<'a> {
     network: &'a RoadNetwork,
     pub intersection: &'a Intersection,
     options: &'a OutlineOptions,
     pub plan: Cow<'a, Plan>,
-    arms: OnceLock<Vec<Arm>>,
+    arms: OnceLock<Vec<ThickenedArm>>,
 }
 
-impl<'a> Site<'a> {
+impl<'a> IntersectionSite<'a> {
     /// Plans an intersection, with every road cut back at least to the stations in `within`.
     pub fn new(
         network: &'a RoadNetwork,
@@ -107,13 +107,13 @@ impl<'a> Site<'a> {
     }
 
     /// Its arms in clockwise order.
-    pub fn arms(&self) -> &[Arm] {
+    pub fn arms(&self) -> &[ThickenedArm] {
         self.arms.get_or_init(|| arms(self.network, self.intersection, self.options))
     }
 
     /// The station of each arm's cut, and that of the cut at its other end, seen from the intersection outwards.
     fn ends(&self, kept: &[[f64; 2]]) -> (Vec<f64>, Vec<f64>) {
-        let seen = |arm: &Arm| {
+        let seen = |arm: &ThickenedArm| {
             let [from, to] = kept[arm.at.road.0 as usize];
             match arm.at.end {
                 End::Start => (from, to),
@@ -155,7 +155,7 @@ impl<'a> Site<'a> {
             return Some(outline);
         }
         let (trims, far) = self.ends(kept);
-        if matches!(self.plan.case, Case::MapEdge) || trims.is_empty() {
+        if matches!(self.plan.case, OutlineCase::MapEdge) || trims.is_empty() {
             let cuts = cuts(self.arms(), &trims);
             return Some(Outline {
                 case: self.plan.case,
@@ -174,7 +174,7 @@ impl<'a> Site<'a> {
     fn around_union(&self, [trims, far]: [&[f64]; 2]) -> Option<Outline> {
         let cuts = cuts(self.arms(), trims);
         let (order, sharp) = merged::corners(self.arms(), trims, far, &cuts, &self.ground())?;
-        let cuts: Vec<Cut> = order.into_iter().map(|i| cuts[i].clone()).collect();
+        let cuts: Vec<OutlineCut> = order.into_iter().map(|i| cuts[i].clone()).collect();
         let round = sharp.iter().map(|chain| merged::rounded(chain, self.options.kerb_reach)).collect();
         [round, sharp].into_iter().find_map(|corners: Vec<Vec<Point>>| {
             let ring = ring::ring(&cuts, &corners);
@@ -183,7 +183,7 @@ impl<'a> Site<'a> {
     }
 
     /// The arms whose cuts other roads cover.
-    pub fn hidden(&self, kept: &[[f64; 2]]) -> impl Iterator<Item = &Arm> {
+    pub fn hidden(&self, kept: &[[f64; 2]]) -> impl Iterator<Item = &ThickenedArm> {
         let (trims, far) = self.ends(kept);
         let hidden = merged::hidden(self.arms(), [&trims, &far], &cuts(self.arms(), &trims), &self.ground());
         hidden.into_iter().map(|i| &self.arms()[i])
@@ -194,20 +194,20 @@ impl<'a> Site<'a> {
         let cuts = cuts(self.arms(), &self.ends(kept).0);
         let corners = (0..cuts.len()).map(|i| vec![cuts[i].left, cuts[(i + 1) % cuts.len()].right]).collect();
         let ring = crate::geometry::polygon::convex_hull(cuts.iter().flat_map(|cut| [cut.left, cut.right]));
-        Outline { case: Case::Fallback, cuts, corners, ring }
+        Outline { case: OutlineCase::Fallback, cuts, corners, ring }
     }
 }
 
-fn arms(network: &RoadNetwork, intersection: &Intersection, options: &OutlineOptions) -> Vec<Arm> {
-    intersection.arms.iter().map(|at| Arm::new(network, *at, options)).collect()
+fn arms(network: &RoadNetwork, intersection: &Intersection, options: &OutlineOptions) -> Vec<ThickenedArm> {
+    intersection.arms.iter().map(|at| ThickenedArm::new(network, *at, options)).collect()
 }
 
-fn cuts(arms: &[Arm], trims: &[f64]) -> Vec<Cut> {
+fn cuts(arms: &[ThickenedArm], trims: &[f64]) -> Vec<OutlineCut> {
     arms.iter().zip(trims).map(|(arm, trim)| ring::cut(arm, *trim)).collect()
 }
 
 /// The outline of the general method; `None` if it is no simple polygon.
-fn outline(plan: &Plan, arms: &[Arm], trims: &[f64]) -> Option<Outline> {
+fn outline(plan: &Plan, arms: &[ThickenedArm], trims: &[f64]) -> Option<Outline> {
     let cuts = cuts(arms, trims);
     let (corners, ring) = [true, false].into_iter().find_map(|rounded| {
         let corners = corners(&plan.star, arms, trims, &cuts, rounded);
@@ -219,12 +219,18 @@ fn outline(plan: &Plan, arms: &[Arm], trims: &[f64]) -> Option<Outline> {
 
 /// Whether the ring is simple where it will be written, on the grid, and stays so when others round it again.
 pub fn is_sound(ring: &[Point]) -> bool {
-    let ring: Vec<Point> = ring.iter().copied().map(snapped).collect();
+    let ring: Vec<Point> = ring.iter().copied().map(snap).collect();
     let distinct = ring.iter().zip(ring.iter().cycle().skip(1)).all(|(a, b)| a != b);
     distinct && faults(&ring, FOLD, 1).is_empty()
 }
 
-fn corners(star: &Star, arms: &[Arm], trims: &[f64], cuts: &[Cut], rounded: bool) -> Vec<Vec<Point>> {
+fn corners(
+    star: &RoadStar,
+    arms: &[ThickenedArm],
+    trims: &[f64],
+    cuts: &[OutlineCut],
+    rounded: bool,
+) -> Vec<Vec<Point>> {
     let n = arms.len();
     (0..n)
         .map(|i| {
@@ -240,7 +246,7 @@ fn corners(star: &Star, arms: &[Arm], trims: &[f64], cuts: &[Cut], rounded: bool
 }
 
 /// The corner with a curve that begins before the cuts; `None` if the collision itself lies beyond a cut.
-fn fitted(a: &Arm, b: &Arm, ends: [Point; 2], corner: Corner, rounded: bool) -> Option<Corner> {
+fn fitted(a: &ThickenedArm, b: &ThickenedArm, ends: [Point; 2], corner: Corner, rounded: bool) -> Option<Corner> {
     let Corner::Collision { point, along, tangent } = corner else { return Some(corner) };
     let room_a = a.right.project(ends[0]).station - along[0];
     let room_b = b.left.project(ends[1]).station - along[1];

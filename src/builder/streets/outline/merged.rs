@@ -11,8 +11,8 @@ use crate::geometry::{Point, Polyline, Vector, left_of, orientation};
 
 use super::collide::{collisions_within, crossings};
 use super::ring::cut;
-use super::thicken::{Arm, MITER_LIMIT, Side};
-use super::{Cut, OutlineOptions};
+use super::thicken::{MITER_LIMIT, Side, ThickenedArm};
+use super::{OutlineCut, OutlineOptions};
 
 /// A stretch of an arm outside the ground longer than this, metres, ends the intersection.
 const APART: f64 = 6.0;
@@ -34,7 +34,7 @@ const EXPOSE_ROUNDS: usize = 20;
 const ROUND: usize = 4;
 
 /// The ground inside: the inner roads, and around each node what lies between the roads that end there.
-pub fn ground(network: &RoadNetwork, intersection: &Intersection, arms: &[Arm]) -> Vec<Vec<Point>> {
+pub fn ground(network: &RoadNetwork, intersection: &Intersection, arms: &[ThickenedArm]) -> Vec<Vec<Point>> {
     let mut caps: BTreeMap<i64, Vec<Point>> = BTreeMap::new();
     let mut ground = Vec::new();
     let mut cap = |node: i64, at: Point, along: Vector, half: f64| {
@@ -64,7 +64,7 @@ pub fn ribbon(line: &Polyline, half: f64) -> Option<Vec<Point>> {
 }
 
 /// How far each arm must be cut back to come out of the ground and of the other arms.
-pub fn trims(arms: &[Arm], ground: &[Vec<Point>], at_least: &[f64], options: &OutlineOptions) -> Vec<f64> {
+pub fn trims(arms: &[ThickenedArm], ground: &[Vec<Point>], at_least: &[f64], options: &OutlineOptions) -> Vec<f64> {
     let widest = arms.iter().map(|arm| arm.half * 2.0).fold(0.0, f64::max);
     let mut trims: Vec<f64> = arms
         .iter()
@@ -86,21 +86,26 @@ pub fn trims(arms: &[Arm], ground: &[Vec<Point>], at_least: &[f64], options: &Ou
 
 /// The arms whose cuts something covers, even where ground and stubs give way to what remains of the roads. All, where the
 /// cuts lie on the boundary but among each other. `far` as for [`corners`].
-pub fn hidden(arms: &[Arm], [trims, far]: [&[f64]; 2], cuts: &[Cut], ground: &[Vec<Point>]) -> Vec<usize> {
+pub fn hidden(
+    arms: &[ThickenedArm],
+    [trims, far]: [&[f64]; 2],
+    cuts: &[OutlineCut],
+    ground: &[Vec<Point>],
+) -> Vec<usize> {
     let all = || (0..arms.len()).collect();
     let boundary = boundary(arms, trims, cuts, ground);
     let Some(boundary) = boundary.and_then(|boundary| beside_roads(&boundary, arms, [trims, far])) else {
         return all();
     };
-    let seen = |cut: &Cut| [cut.left, cut.right].iter().all(|p| find(&boundary, *p, TOUCH).is_some());
+    let seen = |cut: &OutlineCut| [cut.left, cut.right].iter().all(|p| find(&boundary, *p, TOUCH).is_some());
     let hidden: Vec<usize> = (0..arms.len()).filter(|i| !seen(&cuts[*i])).collect();
     if hidden.is_empty() { all() } else { hidden }
 }
 
 /// Cuts those arms back further whose cuts other roads still cover.
-fn expose(arms: &[Arm], ground: &[Vec<Point>], trims: &mut [f64], reach: f64) {
+fn expose(arms: &[ThickenedArm], ground: &[Vec<Point>], trims: &mut [f64], reach: f64) {
     for _ in 0..EXPOSE_ROUNDS {
-        let cuts: Vec<Cut> = arms.iter().zip(trims.iter()).map(|(arm, trim)| cut(arm, *trim)).collect();
+        let cuts: Vec<OutlineCut> = arms.iter().zip(trims.iter()).map(|(arm, trim)| cut(arm, *trim)).collect();
         let Some(boundary) = boundary(arms, trims, &cuts, ground) else { return };
         let mut hidden = false;
         for ((arm, cut), trim) in arms.iter().zip(&cuts).zip(trims.iter_mut()) {
@@ -117,7 +122,7 @@ fn expose(arms: &[Arm], ground: &[Vec<Point>], trims: &mut [f64], reach: f64) {
 }
 
 /// The station where an arm leaves the ground for good.
-fn way_out(arm: &Arm, ground: &[Vec<Point>], reach: f64) -> f64 {
+fn way_out(arm: &ThickenedArm, ground: &[Vec<Point>], reach: f64) -> f64 {
     let mut stations: Vec<f64> = Vec::new();
     for ring in ground {
         let Some(ring) = Polyline::new(ring.iter().chain(ring.first()).copied()) else { continue };
@@ -139,21 +144,28 @@ fn way_out(arm: &Arm, ground: &[Vec<Point>], reach: f64) -> f64 {
 /// The corners from cut to cut along the boundary of ground and stubs; `None` if a cut does not lie on it. The arms come
 /// in the order of their nodes' roads, which is not that of the cuts where roads cross each other behind a node. `far` gives the stations where the arms end at their other intersections: where ground or a stub covers
 /// a cut, what remains of the roads is taken out of the ground.
-pub fn corners(arms: &[Arm], trims: &[f64], far: &[f64], cuts: &[Cut], ground: &[Vec<Point>]) -> Option<Threaded> {
+pub fn corners(
+    arms: &[ThickenedArm],
+    trims: &[f64],
+    far: &[f64],
+    cuts: &[OutlineCut],
+    ground: &[Vec<Point>],
+) -> Option<Threaded> {
     let boundary = boundary(arms, trims, cuts, ground)?;
     thread(&boundary, cuts, SNAP).or_else(|| thread(&beside_roads(&boundary, arms, [trims, far])?, cuts, TOUCH))
 }
 
 /// A boundary of ground and stubs without what remains of the roads behind their cuts.
-fn beside_roads(boundary: &[Point], arms: &[Arm], [trims, far]: [&[f64]; 2]) -> Option<Vec<Point>> {
-    let remains =
-        |(arm, (trim, far)): (&Arm, (&f64, &f64))| ribbon(&arm.line.cut(*trim, far.min(trim + BESIDE))?, arm.half);
+fn beside_roads(boundary: &[Point], arms: &[ThickenedArm], [trims, far]: [&[f64]; 2]) -> Option<Vec<Point>> {
+    let remains = |(arm, (trim, far)): (&ThickenedArm, (&f64, &f64))| {
+        ribbon(&arm.line.cut(*trim, far.min(trim + BESIDE))?, arm.half)
+    };
     let roads: Vec<Vec<Point>> = arms.iter().zip(trims.iter().zip(far)).filter_map(remains).collect();
     outside(boundary, &roads)
 }
 
 /// The boundary of ground and stubs.
-fn boundary(arms: &[Arm], trims: &[f64], cuts: &[Cut], ground: &[Vec<Point>]) -> Option<Vec<Point>> {
+fn boundary(arms: &[ThickenedArm], trims: &[f64], cuts: &[OutlineCut], ground: &[Vec<Point>]) -> Option<Vec<Point>> {
     let mut pieces: Vec<Vec<Point>> = ground.to_vec();
     for ((arm, trim), cut) in arms.iter().zip(trims).zip(cuts) {
         pieces.extend(stub(arm, *trim, cut));
@@ -175,7 +187,7 @@ fn find(boundary: &[Point], p: Point, snap: f64) -> Option<usize> {
 }
 
 /// The part of an arm that is cut off.
-fn stub(arm: &Arm, trim: f64, cut: &Cut) -> Option<Vec<Point>> {
+fn stub(arm: &ThickenedArm, trim: f64, cut: &OutlineCut) -> Option<Vec<Point>> {
     let line = arm.line.cut(0.0, trim)?;
     let mut ring = line.offset(arm.half, MITER_LIMIT)?.points().to_vec();
     let mut right = line.offset(-arm.half, MITER_LIMIT)?.points().to_vec();
@@ -188,7 +200,7 @@ fn stub(arm: &Arm, trim: f64, cut: &Cut) -> Option<Vec<Point>> {
 }
 
 /// The strip between the stubs of two neighbours that lie side by side.
-fn between(a: &Arm, b: &Arm, trims: [f64; 2], ends: [Point; 2]) -> Vec<Point> {
+fn between(a: &ThickenedArm, b: &ThickenedArm, trims: [f64; 2], ends: [Point; 2]) -> Vec<Point> {
     let mut points = ends.to_vec();
     points.push(a.corner(0.0, Side::Right));
     points.push(b.corner(0.0, Side::Left));
@@ -201,7 +213,7 @@ fn between(a: &Arm, b: &Arm, trims: [f64; 2], ends: [Point; 2]) -> Vec<Point> {
 pub type Threaded = (Vec<usize>, Vec<Vec<Point>>);
 
 /// Cuts the boundary at the cuts.
-fn thread(boundary: &[Point], cuts: &[Cut], snap: f64) -> Option<Threaded> {
+fn thread(boundary: &[Point], cuts: &[OutlineCut], snap: f64) -> Option<Threaded> {
     let n = boundary.len();
     let start = find(boundary, cuts.first()?.right, snap)?;
     let along = |p: Point| Some((find(boundary, p, snap)? + n - start) % n);

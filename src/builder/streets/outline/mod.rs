@@ -19,14 +19,14 @@ mod thicken;
 mod trim;
 mod types;
 
-pub use types::{Case, Cut, Outline, OutlineOptions, Outlines};
+pub use types::{Outline, OutlineCase, OutlineCut, OutlineOptions, Outlines};
 
 use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadNetwork};
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::Polyline;
 use crate::parallel::Finely;
 
-use intersection_plan::Site;
+use intersection_plan::IntersectionSite;
 
 use std::collections::BTreeSet;
 
@@ -34,26 +34,26 @@ use rayon::prelude::*;
 
 pub use merged::ribbon;
 pub use overlap::{overlap, overlapping, overlaps};
-pub use plan_cache::Memory;
+pub use plan_cache::PlanCache;
 pub use thicken::MITER_LIMIT;
 
 /// The stations between which each road remains at the most: after what its ends must have, without the room that
 /// kerbs would like. Consolidation decides by them. The first is beyond the second where the road lies inside what
 /// its ends need.
-pub fn remaining(network: &RoadNetwork, options: &OutlineOptions, memory: &mut Memory) -> Vec<[f64; 2]> {
+pub fn remaining(network: &RoadNetwork, options: &OutlineOptions, memory: &mut PlanCache) -> Vec<[f64; 2]> {
     let plans = memory.plans(network, options);
     stations(network, network.intersections.iter().zip(plans).map(|(at, plan)| (&at.arms[..], &plan.star.least[..])))
 }
 
 /// The stations between which each road remains if its ends get all they would like, kerbs included.
-pub fn wanted(network: &RoadNetwork, options: &OutlineOptions, memory: &mut Memory) -> Vec<[f64; 2]> {
+pub fn wanted(network: &RoadNetwork, options: &OutlineOptions, memory: &mut PlanCache) -> Vec<[f64; 2]> {
     let plans = memory.plans(network, options);
     stations(network, network.intersections.iter().zip(plans).map(|(at, plan)| (&at.arms[..], &plan.star.trims[..])))
 }
 
 /// The outline of every intersection of the network, with a finding for each that could not be made as it should.
 pub fn outlines(network: &RoadNetwork, options: &OutlineOptions) -> (Outlines, Vec<Finding>) {
-    outlines_within(network, &uncut(network), options, &Memory::default())
+    outlines_within(network, &uncut(network), options, &PlanCache::default())
 }
 
 /// As [`outlines`], with every road cut back at least to the stations in `within`, and with what is known of intersections whose
@@ -62,7 +62,7 @@ pub fn outlines_within(
     network: &RoadNetwork,
     within: &[[f64; 2]],
     options: &OutlineOptions,
-    memory: &Memory,
+    memory: &PlanCache,
 ) -> (Outlines, Vec<Finding>) {
     let sites = memory.sites(network, within, options);
     let arms = || network.intersections.iter().map(|at| &at.arms[..]);
@@ -101,7 +101,7 @@ pub fn outlines_within(
             break;
         }
     }
-    let finish = |(outline, site): (Option<Outline>, Site)| match outline.or_else(|| site.close(&kept)) {
+    let finish = |(outline, site): (Option<Outline>, IntersectionSite)| match outline.or_else(|| site.close(&kept)) {
         Some(outline) => (outline, None),
         None => (site.fallback(&kept), Some(failure(network, site.intersection))),
     };
@@ -116,7 +116,12 @@ const WIDENINGS: usize = 12;
 const WIDENING: f64 = 1.0;
 
 /// Cuts those arms back further whose cuts other roads cover. Returns the roads that changed.
-fn widen(site: &Site, kept: &[[f64; 2]], stations: [&mut Vec<[f64; 2]>; 2], options: &OutlineOptions) -> Vec<usize> {
+fn widen(
+    site: &IntersectionSite,
+    kept: &[[f64; 2]],
+    stations: [&mut Vec<[f64; 2]>; 2],
+    options: &OutlineOptions,
+) -> Vec<usize> {
     let [least, wanted] = stations;
     let mut changed = Vec::new();
     for at in site.hidden(kept).map(|arm| arm.at) {

@@ -9,19 +9,19 @@ use crate::builder::network::{Intersection, RoadNetwork};
 use crate::geometry::Polyline;
 use crate::parallel::Finely;
 
-use super::intersection_plan::{Plan, Site};
-use super::thicken::Arm;
+use super::intersection_plan::{IntersectionSite, Plan};
+use super::thicken::ThickenedArm;
 use super::{OutlineOptions, uncut};
 
 /// The plans of intersections, by what lies around them. Consolidation asks again after every round, which changes few
 /// intersections; where no road is moved afterwards, the outline is what was planned.
 #[derive(Debug, Default)]
-pub struct Memory {
+pub struct PlanCache {
     /// By the fingerprint of all that decides.
     known: FxHashMap<u64, Plan>,
 }
 
-impl Memory {
+impl PlanCache {
     /// The plan of every intersection in a network whose roads are whole.
     pub(super) fn plans<'m>(
         &'m mut self,
@@ -32,7 +32,7 @@ impl Memory {
         let prints = fingerprints(network, options);
         let unknown =
             prints.par_iter().finely().zip(&network.intersections).filter(|(print, _)| !self.known.contains_key(print));
-        let plan = |intersection| Site::new(network, intersection, &within, options).plan.into_owned();
+        let plan = |intersection| IntersectionSite::new(network, intersection, &within, options).plan.into_owned();
         let new: Vec<(u64, Plan)> = unknown.map(|(print, intersection)| (*print, plan(intersection))).collect();
         self.known.extend(new);
         prints.into_iter().map(|print| &self.known[&print])
@@ -45,11 +45,11 @@ impl Memory {
         network: &'a RoadNetwork,
         within: &[[f64; 2]],
         options: &'a OutlineOptions,
-    ) -> Vec<Site<'a>> {
+    ) -> Vec<IntersectionSite<'a>> {
         let prints = fingerprints(network, options);
         let site = |(intersection, print): (&'a Intersection, &u64)| match self.known.get(print) {
-            Some(plan) if plan.outline.is_some() => Site::known(network, intersection, plan, options),
-            _ => Site::new(network, intersection, within, options),
+            Some(plan) if plan.outline.is_some() => IntersectionSite::known(network, intersection, plan, options),
+            _ => IntersectionSite::new(network, intersection, within, options),
         };
         network.intersections.par_iter().finely().zip(&prints).map(site).collect()
     }
@@ -68,7 +68,7 @@ fn fingerprint(network: &RoadNetwork, intersection: &Intersection, shapes: &[u64
     for at in &intersection.arms {
         let road = network.road(at.road);
         (at.end, road.node(at.end), shapes[at.road.0 as usize]).hash(&mut print);
-        Arm::kerb_of(road.class, options).to_bits().hash(&mut print);
+        ThickenedArm::kerb_of(road.class, options).to_bits().hash(&mut print);
     }
     for inner in &intersection.inner {
         (inner.key.first, inner.key.last, shape(&inner.line, inner.section.width())).hash(&mut print);

@@ -2,8 +2,8 @@
 
 use crate::geometry::{Point, Polyline, orientation};
 
-use super::Cut;
-use super::thicken::{Arm, Side};
+use super::OutlineCut;
+use super::thicken::{Side, ThickenedArm};
 
 /// Points of a corner closer together than this, metres, are one.
 const CLOSE: f64 = 0.02;
@@ -23,13 +23,19 @@ pub enum Corner {
 }
 
 /// The cut across an arm at a station.
-pub fn cut(arm: &Arm, station: f64) -> Cut {
-    Cut { at: arm.at, left: arm.corner(station, Side::Right), right: arm.corner(station, Side::Left) }
+pub fn cut(arm: &ThickenedArm, station: f64) -> OutlineCut {
+    OutlineCut { at: arm.at, left: arm.corner(station, Side::Right), right: arm.corner(station, Side::Left) }
 }
 
 /// The kerb from the cut of `a` at station `trims[0]` to that of `b`, the next arm clockwise; `first` and `last` are the ends
 /// of the cuts.
-pub fn corner(a: &Arm, b: &Arm, trims: [f64; 2], [first, last]: [Point; 2], corner: Corner) -> Vec<Point> {
+pub fn corner(
+    a: &ThickenedArm,
+    b: &ThickenedArm,
+    trims: [f64; 2],
+    [first, last]: [Point; 2],
+    corner: Corner,
+) -> Vec<Point> {
     let mut inner = match corner {
         Corner::Collision { point, along, tangent } => {
             let start = a.right.at(along[0] + tangent);
@@ -62,7 +68,7 @@ pub fn corner(a: &Arm, b: &Arm, trims: [f64; 2], [first, last]: [Point; 2], corn
 }
 
 /// The edge of the arm between two stations, outwards, without its last point, which is the cut's.
-fn stub(arm: &Arm, side: Side, from: f64, to: f64) -> Vec<Point> {
+fn stub(arm: &ThickenedArm, side: Side, from: f64, to: f64) -> Vec<Point> {
     let edge = arm.line.cut(from, to).and_then(|line| line.offset(side.sign() * arm.half, super::thicken::MITER_LIMIT));
     let mut points = edge.as_ref().map_or_else(Vec::new, |edge: &Polyline| edge.points().to_vec());
     points.pop();
@@ -96,7 +102,7 @@ fn outer_hull(chain: &[Point]) -> Vec<Point> {
 }
 
 /// The ring of cuts and corners, clockwise.
-pub fn ring(cuts: &[Cut], corners: &[Vec<Point>]) -> Vec<Point> {
+pub fn ring(cuts: &[OutlineCut], corners: &[Vec<Point>]) -> Vec<Point> {
     let mut ring = Vec::new();
     for (cut, corner) in cuts.iter().zip(corners) {
         ring.push(cut.right);

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use crate::builder::network::{IntersectionIx, Road, RoadIx, RoadKey};
-use crate::builder::streets::alignment::{abreast, ease};
+use crate::builder::streets::alignment::{lay_side_by_side, smooth_bends};
 use crate::builder::tags::cross_section::{Arrows, CrossSection, Strip, StripKind, Travel};
 use crate::builder::tags::road_class::RoadClass;
 use crate::geometry::{Point, Polyline, polygon, simple_ring};
@@ -106,12 +106,12 @@ fn ribbon(network: &RoadNetwork, outlines: &Outlines, road: usize) -> Vec<Point>
 fn assert_sound(network: &RoadNetwork) -> Outlines {
     // Without consolidation, which would join the two roads of a bend.
     let options = OutlineOptions::default();
-    let network = ease(network.clone());
-    let mut memory = Memory::default();
+    let network = smooth_bends(network.clone());
+    let mut memory = PlanCache::default();
     let cut = wanted(&network, &options, &mut memory);
-    let network = &abreast(network, &cut);
+    let network = &lay_side_by_side(network, &cut);
     let (outlines, findings) = outlines_within(network, &cut, &options, &memory);
-    let (forgetful, _) = outlines_within(network, &cut, &options, &Memory::default());
+    let (forgetful, _) = outlines_within(network, &cut, &options, &PlanCache::default());
     assert_eq!(
         format!("{:.6?}", outlines),
         format!("{:.6?}", forgetful),
@@ -120,7 +120,7 @@ fn assert_sound(network: &RoadNetwork) -> Outlines {
     assert!(findings.is_empty(), "{findings:?}");
     for (outline, intersection) in outlines.intersections.iter().zip(&network.intersections) {
         assert_eq!(outline.cuts.iter().map(|c| c.at).collect::<Vec<_>>(), intersection.arms);
-        if outline.case == Case::MapEdge {
+        if outline.case == OutlineCase::MapEdge {
             continue;
         }
         assert!(simple_ring::is_simple(&outline.ring), "{:?}", outline.ring);

@@ -12,7 +12,7 @@ pub const MITER_LIMIT: f64 = 2.0;
 
 /// A road as seen from one of its ends.
 #[derive(Clone, Debug)]
-pub struct Arm {
+pub struct ThickenedArm {
     /// The road and the end from which it is seen.
     pub at: RoadEnd,
     /// Its line, from the intersection outwards.
@@ -50,7 +50,7 @@ impl Side {
     }
 }
 
-impl Arm {
+impl ThickenedArm {
     /// The arm of `network` at this road end.
     pub fn new(network: &RoadNetwork, at: RoadEnd, options: &OutlineOptions) -> Self {
         let road = network.road(at.road);

@@ -6,7 +6,7 @@ use crate::geometry::Point;
 /// Which method made an outline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Case {
+pub enum OutlineCase {
     /// The extract ends here.
     MapEdge,
     /// One road ends.
@@ -25,7 +25,7 @@ pub enum Case {
 
 /// Where a road is cut at an intersection, seen by someone who looks from the road into the intersection.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Cut {
+pub struct OutlineCut {
     /// The road and which of its ends.
     pub at: RoadEnd,
     /// Left end of the cut.
@@ -38,9 +38,9 @@ pub struct Cut {
 #[derive(Clone, Debug)]
 pub struct Outline {
     /// How it was made.
-    pub case: Case,
+    pub case: OutlineCase,
     /// The cuts in clockwise order: that of the intersection's arms, but where roads cross each other before their cuts.
-    pub cuts: Vec<Cut>,
+    pub cuts: Vec<OutlineCut>,
     /// `corners[i]` runs clockwise from the left end of `cuts[i]` to the right end of the next cut, both included: the
     /// kerb between two roads.
     pub corners: Vec<Vec<Point>>,

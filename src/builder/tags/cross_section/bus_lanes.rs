@@ -6,7 +6,7 @@ use crate::builder::tags::values::number_of;
 use super::facts::plain;
 use super::flow::Flow;
 use super::per_lane::PerLane;
-use super::{Facts, Strip, StripKind, Travel};
+use super::{Strip, StripKind, Travel, WayFacts};
 
 /// One edge of a direction's lanes.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -19,7 +19,7 @@ enum Edge {
 
 /// Makes bus lanes of lanes, or adds a lane where none would be left for cars. `lanes` and `lists` are those of
 /// forward and backward travel; lists that name bus lanes themselves have the last word.
-pub(super) fn mark_bus_lanes(facts: &Facts<'_>, flow: Flow, lanes: [&mut Vec<Strip>; 2], lists: [&PerLane; 2]) {
+pub(super) fn mark_bus_lanes(facts: &WayFacts<'_>, flow: Flow, lanes: [&mut Vec<Strip>; 2], lists: [&PerLane; 2]) {
     let [forward, backward] = lanes;
     if lists[0].names_buses(forward.len()) || lists[1].names_buses(backward.len()) || facts.bus_road {
         return;
@@ -66,12 +66,12 @@ fn edge(here: Travel, travel: Travel) -> Edge {
     if here == travel { Edge::Near } else { Edge::Far }
 }
 
-fn own(facts: &Facts<'_>, lanes: &mut Vec<Strip>, travel: Travel) {
+fn own(facts: &WayFacts<'_>, lanes: &mut Vec<Strip>, travel: Travel) {
     mark(facts, lanes, Edge::Near, travel);
 }
 
 /// `lanes:bus` and `lanes:psv`, with or without a direction; `true` if there was one.
-fn mark_counted(facts: &Facts<'_>, flow: Flow, forward: &mut [Strip], backward: &mut [Strip]) -> bool {
+fn mark_counted(facts: &WayFacts<'_>, flow: Flow, forward: &mut [Strip], backward: &mut [Strip]) -> bool {
     let count = |suffix: &str| {
         let value = ["lanes:bus", "lanes:psv"].iter().find_map(|key| facts.tags.get_joined([key, suffix]))?;
         number_of(value).filter(|n| *n >= 1.0).map(|n| n as usize)
@@ -94,7 +94,7 @@ fn mark_counted(facts: &Facts<'_>, flow: Flow, forward: &mut [Strip], backward: 
 }
 
 /// Makes a bus lane of the outermost lane on one edge; adds one where it is the only lane.
-fn mark(facts: &Facts<'_>, lanes: &mut Vec<Strip>, edge: Edge, travel: Travel) {
+fn mark(facts: &WayFacts<'_>, lanes: &mut Vec<Strip>, edge: Edge, travel: Travel) {
     let first = (edge == Edge::Near) == (facts.side == DrivingSide::Left);
     let cars = lanes.iter().filter(|lane| lane.kind == StripKind::Drive).count();
     if cars < 2 {
@@ -109,7 +109,7 @@ fn mark(facts: &Facts<'_>, lanes: &mut Vec<Strip>, edge: Edge, travel: Travel) {
 }
 
 /// A bus lane against a one-way street.
-fn against(facts: &Facts<'_>, flow: Flow, forward: &mut Vec<Strip>, backward: &mut Vec<Strip>) {
+fn against(facts: &WayFacts<'_>, flow: Flow, forward: &mut Vec<Strip>, backward: &mut Vec<Strip>) {
     let (lanes, travel) = match flow {
         Flow::Forward => (backward, Travel::Backward),
         Flow::Backward => (forward, Travel::Forward),

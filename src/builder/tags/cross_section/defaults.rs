@@ -19,12 +19,12 @@ pub(crate) struct Customs<'a> {
 
 impl Customs<'_> {
     /// What is assumed of a road.
-    pub fn usual(&self, class: RoadClass, link: bool) -> Usual {
-        let usual = Usual::of(class);
+    pub fn usual(&self, class: RoadClass, link: bool) -> Defaults {
+        let usual = Defaults::of(class);
         let Some(highway) = (!self.assume.is_empty()).then(|| highway(class, link)) else { return usual };
         let about: Vec<_> = self.assume.iter().filter(|said| said.is_about(highway, self.country)).collect();
         let said = |of: fn(&AssumeSettings) -> Option<f64>| about.iter().find_map(|said| of(said));
-        Usual {
+        Defaults {
             lanes: about.iter().find_map(|said| said.lanes).map(usize::from),
             speed: said(|s| s.speed),
             lane: said(|s| s.lane_width).unwrap_or(usual.lane),
@@ -40,7 +40,7 @@ impl Customs<'_> {
 
 /// What is assumed of a road where its tags are silent. Widths are metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Usual {
+pub(crate) struct Defaults {
     /// Lanes in each direction, where the user says it.
     pub lanes: Option<usize>,
     /// Speed limit, km/h, where the user says it.
@@ -61,7 +61,7 @@ pub(crate) struct Usual {
     pub sidewalk: f64,
 }
 
-impl Usual {
+impl Defaults {
     /// The usual of a class.
     pub fn of(class: RoadClass) -> Self {
         let lane = match class {

@@ -5,7 +5,7 @@ use crate::builder::tags::values::metres_under;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::osm::Tags;
 
-use super::defaults::Usual;
+use super::defaults::Defaults;
 use super::{CrossSection, Strip, StripKind, Travel};
 
 /// A single track for both directions may take all of a narrow carriageway, metres.
@@ -13,7 +13,7 @@ pub(super) const MAX_SINGLE_TRACK: f64 = 5.5;
 
 /// What is known of a way before its strips are read.
 #[derive(Clone, Copy)]
-pub(crate) struct Facts<'a> {
+pub(crate) struct WayFacts<'a> {
     /// Its id.
     pub way: i64,
     /// Its tags.
@@ -27,7 +27,7 @@ pub(crate) struct Facts<'a> {
     /// The side people drive on.
     pub side: DrivingSide,
     /// What is assumed where its tags are silent.
-    pub usual: Usual,
+    pub usual: Defaults,
     /// The lanes, left to right along the way, of the road that it continues on both sides; heeded where its own tags tell
     /// none.
     pub continued: Option<&'a [Lane]>,
@@ -36,7 +36,7 @@ pub(crate) struct Facts<'a> {
 /// What a lane for motor vehicles is for, and which way.
 pub(crate) type Lane = (StripKind, Travel);
 
-impl Facts<'_> {
+impl WayFacts<'_> {
     /// A note about the way.
     pub(super) fn note(&self, slug: &'static str, severity: Severity, what: &str) -> Finding {
         Finding::new(slug, Subject::Way(self.way), format!("way {}: {what}", self.way)).graded(severity)
@@ -45,7 +45,7 @@ impl Facts<'_> {
 
 /// A cross-section and where it lies beside OpenStreetMap's line.
 #[derive(Clone, Debug)]
-pub(crate) struct Layout {
+pub(crate) struct SectionReading {
     /// What lies across the road, along the way's direction.
     pub section: CrossSection,
     /// How far the middle of the section lies left of the way's line, metres.
@@ -53,7 +53,7 @@ pub(crate) struct Layout {
 }
 
 /// A lane of which nothing is known but its direction.
-pub(super) fn plain(facts: &Facts<'_>, travel: Travel) -> Strip {
+pub(super) fn plain(facts: &WayFacts<'_>, travel: Travel) -> Strip {
     let kind = if facts.bus_road { StripKind::Bus } else { StripKind::Drive };
     match metres_under(facts.tags, ["lane_width", "width:lane"]) {
         Some(width) if super::LANE_WIDTHS.contains(&width) => Strip::plain(kind, travel, width, false),

@@ -2,7 +2,7 @@
 
 use crate::builder::tags::road_class::{RoadClass, is_roundabout};
 
-use super::Facts;
+use super::WayFacts;
 
 /// How motor traffic runs along a way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,7 +25,7 @@ impl Flow {
 }
 
 /// The flow of a way.
-pub(super) fn flow(facts: &Facts<'_>) -> Flow {
+pub(super) fn flow(facts: &WayFacts<'_>) -> Flow {
     let said = ["oneway:motorcar", "oneway:motor_vehicle", "oneway:vehicle", "oneway"]
         .iter()
         .find_map(|key| facts.tags.get(key));

@@ -9,7 +9,7 @@ use super::bus_lanes::mark_bus_lanes;
 use super::facts::{MAX_SINGLE_TRACK, plain};
 use super::flow::Flow;
 use super::per_lane::{PerLane, per_lane};
-use super::{Facts, Lane, Strip, StripKind, Travel, minimum_lane_width};
+use super::{Lane, Strip, StripKind, Travel, WayFacts, minimum_lane_width};
 
 /// The lanes of a way from left to right along it.
 pub(super) type Lanes = Vec<Strip>;
@@ -33,7 +33,7 @@ struct Counts {
 }
 
 /// Reads the lanes of a way; `beside` is what parked cars and bicycle lanes take of its carriageway, metres.
-pub(super) fn lanes(facts: &Facts<'_>, flow: Flow, beside: f64, notes: &mut Vec<Finding>) -> Lanes {
+pub(super) fn lanes(facts: &WayFacts<'_>, flow: Flow, beside: f64, notes: &mut Vec<Finding>) -> Lanes {
     let room = metres_under(facts.tags, ["width:carriageway", "width", "est_width"]).map(|width| width - beside);
     if let Some(lanes) = facts.continued.filter(|lanes| !tells_lanes(facts.tags) && fit(facts.class, lanes, room)) {
         let what = "no lanes tag; as many as the road has before and behind are assumed";
@@ -81,13 +81,13 @@ fn fit(class: RoadClass, lanes: &[Lane], room: Option<f64>) -> bool {
 }
 
 /// The number under `key`: `1.5` counts as 1, the first of a list counts.
-fn said(facts: &Facts<'_>, key: &str) -> Option<usize> {
+fn said(facts: &WayFacts<'_>, key: &str) -> Option<usize> {
     let value = facts.tags.get(key)?;
     let number = number_of(value.split(';').next().unwrap_or(value))?;
     (number >= 0.0 && number.is_finite()).then(|| (number as usize).min(MOST_LANES))
 }
 
-fn one_way(facts: &Facts<'_>, flow: Flow, list: &PerLane, notes: &mut Vec<Finding>) -> usize {
+fn one_way(facts: &WayFacts<'_>, flow: Flow, list: &PerLane, notes: &mut Vec<Finding>) -> usize {
     let tagged = said(facts, "lanes").filter(|n| *n > 0);
     let directed = match flow {
         Flow::Forward => said(facts, "lanes:forward"),
@@ -109,7 +109,7 @@ fn one_way(facts: &Facts<'_>, flow: Flow, list: &PerLane, notes: &mut Vec<Findin
     n
 }
 
-fn two_way(facts: &Facts<'_>, lists: [&PerLane; 3], room: Option<f64>, notes: &mut Vec<Finding>) -> Counts {
+fn two_way(facts: &WayFacts<'_>, lists: [&PerLane; 3], room: Option<f64>, notes: &mut Vec<Finding>) -> Counts {
     let [forward, backward] = [(lists[0], "lanes:forward"), (lists[1], "lanes:backward")].map(|(list, key)| {
         let tagged = said(facts, key).filter(|n| *n > 0);
         list.agreed(tagged).or(tagged).or(list.longest()).map(|n| n.min(MOST_LANES))
@@ -145,7 +145,7 @@ fn two_way(facts: &Facts<'_>, lists: [&PerLane; 3], room: Option<f64>, notes: &m
 }
 
 /// Two-way traffic on `total` lanes besides those for both, where no tag tells the direction of each.
-fn split(facts: &Facts<'_>, total: usize, both: usize, room: Option<f64>, notes: &mut Vec<Finding>) -> Counts {
+fn split(facts: &WayFacts<'_>, total: usize, both: usize, room: Option<f64>, notes: &mut Vec<Finding>) -> Counts {
     if total <= 1 && both == 0 {
         let wide = room.is_some_and(|width| width >= SURELY_TWO_LANES);
         if !wide {
@@ -163,7 +163,7 @@ fn split(facts: &Facts<'_>, total: usize, both: usize, room: Option<f64>, notes:
 }
 
 fn without_total(
-    facts: &Facts<'_>,
+    facts: &WayFacts<'_>,
     [forward, backward]: [Option<usize>; 2],
     both: usize,
     room: Option<f64>,
@@ -188,7 +188,7 @@ fn without_total(
 }
 
 /// Whether two-way traffic shares one lane where no `lanes` tag tells it.
-fn is_single_track(facts: &Facts<'_>, room: Option<f64>) -> bool {
+fn is_single_track(facts: &WayFacts<'_>, room: Option<f64>) -> bool {
     match room {
         Some(width) => width < TWO_LANES_FIT,
         None => {
@@ -200,7 +200,7 @@ fn is_single_track(facts: &Facts<'_>, room: Option<f64>) -> bool {
 }
 
 /// A road that is open to motor vehicles keeps a lane for them, whatever its lists say.
-fn keep_drivable(facts: &Facts<'_>, lanes: [&mut Vec<Strip>; 2], both: &[Strip], notes: &mut Vec<Finding>) {
+fn keep_drivable(facts: &WayFacts<'_>, lanes: [&mut Vec<Strip>; 2], both: &[Strip], notes: &mut Vec<Finding>) {
     let driven = |strips: &[Strip]| strips.iter().any(|s| matches!(s.kind, StripKind::Drive | StripKind::Bus));
     if driven(both) || lanes.iter().any(|strips| driven(strips)) {
         return;

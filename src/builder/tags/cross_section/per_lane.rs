@@ -4,7 +4,7 @@ use crate::builder::tags::values::{is_yes, metres, per_lane as entries};
 use crate::diagnostic::{Finding, Severity};
 
 use super::flow::Flow;
-use super::{Arrows, Facts, LANE_WIDTHS, Strip, StripKind, Travel, Usual};
+use super::{Arrows, Defaults, LANE_WIDTHS, Strip, StripKind, Travel, WayFacts};
 
 /// The lists that tell who may use a lane, from the most specific to the least.
 const MOTOR: [&str; 4] = ["motorcar:lanes", "motor_vehicle:lanes", "vehicle:lanes", "access:lanes"];
@@ -22,7 +22,7 @@ pub(super) struct PerLane {
 /// Reads the lists of one direction of travel; unmarked lists belong to the only direction of a one-way road.
 /// `count` is what `lanes:forward` or its like says.
 pub(super) fn per_lane(
-    facts: &Facts<'_>,
+    facts: &WayFacts<'_>,
     travel: Travel,
     flow: Flow,
     count: Option<usize>,
@@ -123,7 +123,7 @@ impl PerLane {
     }
 
     /// Puts what the lists say onto lanes of their number, left to right as the traffic sees them.
-    pub fn apply(&self, strips: &mut [Strip], usual: &Usual) {
+    pub fn apply(&self, strips: &mut [Strip], usual: &Defaults) {
         let count = strips.len();
         for (lane, strip) in strips.iter_mut().enumerate() {
             if let Some(kind) = self.kind(count, lane) {

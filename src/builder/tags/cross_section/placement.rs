@@ -3,12 +3,12 @@
 use crate::diagnostic::{Finding, Severity};
 
 use super::flow::Flow;
-use super::{CrossSection, Facts, Strip, StripKind, Travel};
+use super::{CrossSection, Strip, StripKind, Travel, WayFacts};
 
 /// Offset of OpenStreetMap's line from the middle of the section, left positive, metres; `None` where no tag tells
 /// it.
 pub(super) fn reference(
-    facts: &Facts<'_>,
+    facts: &WayFacts<'_>,
     flow: Flow,
     section: &CrossSection,
     notes: &mut Vec<Finding>,

@@ -8,7 +8,7 @@ use super::flow::flow;
 use super::lanes::{Lanes, lanes};
 use super::placement::reference;
 use super::sides::{SideStrips, side_strips};
-use super::{CrossSection, Facts, Layout, Strip, StripKind, Travel, minimum_lane_width};
+use super::{CrossSection, SectionReading, Strip, StripKind, Travel, WayFacts, minimum_lane_width};
 
 /// Lanes are drawn no wider than this, metres, whatever the width of the carriageway says: what is left over is a
 /// shoulder.
@@ -19,14 +19,14 @@ pub(super) const MAX_LANE_WIDTH: f64 = 3.75;
 const LEFT_OVER: std::ops::RangeInclusive<f64> = 0.25..=6.0;
 
 /// The strips of a way while their widths are settled, left to right along the way.
-struct Draft {
+struct SectionDraft {
     beyond_left: Vec<Strip>,
     carriageway: Vec<Strip>,
     beyond_right: Vec<Strip>,
 }
 
 /// Reads the cross-section of a way.
-pub(crate) fn layout(facts: &Facts<'_>, notes: &mut Vec<Finding>) -> Layout {
+pub(crate) fn layout(facts: &WayFacts<'_>, notes: &mut Vec<Finding>) -> SectionReading {
     let flow = flow(facts);
     let mut left = side_strips(facts, flow, Travel::Backward);
     let mut right = side_strips(facts, flow, Travel::Forward);
@@ -43,7 +43,7 @@ pub(crate) fn layout(facts: &Facts<'_>, notes: &mut Vec<Finding>) -> Layout {
     let section = CrossSection { strips };
     let middle = section.width() / 2.0 - lead - carriageway / 2.0;
     let reference = reference(facts, flow, &section, notes).unwrap_or(middle);
-    Layout { section, shift: if reference == 0.0 { 0.0 } else { -reference } }
+    SectionReading { section, shift: if reference == 0.0 { 0.0 } else { -reference } }
 }
 
 /// A bicycle lane that `bicycle:lanes` already put beside the motor lanes is not repeated for `cycleway`.
@@ -55,7 +55,7 @@ fn drop_repeated_bicycle_lane(lanes: &[Strip], left: &mut SideStrips, right: &mu
     }
 }
 
-fn assemble(lanes: Lanes, left: SideStrips, right: SideStrips) -> Draft {
+fn assemble(lanes: Lanes, left: SideStrips, right: SideStrips) -> SectionDraft {
     let outward = |mut strips: Vec<Strip>| {
         strips.reverse();
         strips
@@ -63,11 +63,11 @@ fn assemble(lanes: Lanes, left: SideStrips, right: SideStrips) -> Draft {
     let mut carriageway = outward(left.carriageway);
     carriageway.extend(lanes);
     carriageway.extend(right.carriageway);
-    Draft { beyond_left: outward(left.beyond), carriageway, beyond_right: right.beyond }
+    SectionDraft { beyond_left: outward(left.beyond), carriageway, beyond_right: right.beyond }
 }
 
 /// Spreads a tagged width of the carriageway over the lanes that have none of their own.
-fn settle_widths(facts: &Facts<'_>, draft: &mut Draft, notes: &mut Vec<Finding>) {
+fn settle_widths(facts: &WayFacts<'_>, draft: &mut SectionDraft, notes: &mut Vec<Finding>) {
     let tagged = metres_under(facts.tags, ["width:carriageway", "width"]);
     let Some(total) = tagged.or_else(|| metres_under(facts.tags, ["est_width"])) else {
         if draft.carriageway.iter().any(|strip| strip.width_guessed) {
@@ -98,7 +98,7 @@ fn settle_widths(facts: &Facts<'_>, draft: &mut Draft, notes: &mut Vec<Finding>)
 }
 
 /// What a carriageway is wider than its lanes lies at both edges.
-fn leave_shoulders(facts: &Facts<'_>, draft: &mut Draft, width: f64, notes: &mut Vec<Finding>) {
+fn leave_shoulders(facts: &WayFacts<'_>, draft: &mut SectionDraft, width: f64, notes: &mut Vec<Finding>) {
     if width > *LEFT_OVER.end() {
         let what = format!("the tagged width is {:.1} m more than the lanes can fill; it is passed over", width * 2.0);
         notes.push(facts.note("width-implausible", Severity::Warning, &what));

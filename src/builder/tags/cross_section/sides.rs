@@ -4,7 +4,7 @@ use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tags::values::metres;
 
 use super::flow::Flow;
-use super::{Facts, Strip, StripKind, Travel};
+use super::{Strip, StripKind, Travel, WayFacts};
 
 /// So much wider, metres, is what bicycles ride on both ways: two pass each other.
 pub(super) const BOTH_WAYS: f64 = 1.0;
@@ -29,7 +29,7 @@ pub(super) struct SideStrips {
 
 /// One side of a way and the names of its tags.
 struct Side<'a> {
-    facts: &'a Facts<'a>,
+    facts: &'a WayFacts<'a>,
     /// `left` or `right`.
     name: &'static str,
     /// Which way traffic beside this side runs.
@@ -39,7 +39,7 @@ struct Side<'a> {
 }
 
 /// Reads one side: the left for `Backward`, the right for `Forward`.
-pub(super) fn side_strips(facts: &Facts<'_>, flow: Flow, which: Travel) -> SideStrips {
+pub(super) fn side_strips(facts: &WayFacts<'_>, flow: Flow, which: Travel) -> SideStrips {
     let right = which == Travel::Forward;
     let own = if right == (facts.side == DrivingSide::Right) { Travel::Forward } else { Travel::Backward };
     let only = match flow {

@@ -9,7 +9,7 @@ use super::*;
 /// The tables of widths as `docs/lanes.md` shows them.
 fn width_tables() -> String {
     use super::sides::*;
-    let usual = Usual::of(RoadClass::Residential);
+    let usual = Defaults::of(RoadClass::Residential);
     let mut text = String::from("| class | lane | least lane |\n|---|---|---|\n");
     for (name, class) in [
         ("motorway", RoadClass::Motorway),
@@ -35,7 +35,7 @@ fn width_tables() -> String {
         ("parking, parallel", usual.parking),
         ("parking, diagonal", PARKING_DIAGONAL),
         ("parking, perpendicular", PARKING_PERPENDICULAR),
-        ("shoulder of a motorway or trunk road", Usual::of(RoadClass::Trunk).shoulder),
+        ("shoulder of a motorway or trunk road", Defaults::of(RoadClass::Trunk).shoulder),
         ("shoulder elsewhere", usual.shoulder),
         ("painted strip for people on foot", usual.pedestrian_lane),
         ("sidewalk", usual.sidewalk),
@@ -57,10 +57,18 @@ fn tags(text: &str) -> Tags {
     text.split_whitespace().filter_map(|word| word.split_once('=')).collect()
 }
 
-fn read(tags: &Tags, class: RoadClass, side: DrivingSide) -> (Layout, Vec<Finding>) {
+fn read(tags: &Tags, class: RoadClass, side: DrivingSide) -> (SectionReading, Vec<Finding>) {
     let mut notes = Vec::new();
-    let facts =
-        Facts { way: 1, tags, class, link: false, bus_road: false, side, usual: Usual::of(class), continued: None };
+    let facts = WayFacts {
+        way: 1,
+        tags,
+        class,
+        link: false,
+        bus_road: false,
+        side,
+        usual: Defaults::of(class),
+        continued: None,
+    };
     let layout = layout(&facts, &mut notes);
     (layout, notes)
 }
@@ -97,7 +105,7 @@ fn mirrored(tags: &Tags) -> Tags {
 
 /// Checks a residential road driving right, and its mirror image driving left.
 #[track_caller]
-fn expect(text: &str, expected: &str) -> Layout {
+fn expect(text: &str, expected: &str) -> SectionReading {
     let tags = tags(text);
     let (layout, _) = read(&tags, RoadClass::Residential, DrivingSide::Right);
     assert_eq!(drawn(&layout.section.strips), expected, "{text}");

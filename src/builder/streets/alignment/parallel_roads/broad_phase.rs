@@ -145,7 +145,7 @@ fn stretches(index: usize, road: &Road, kept: [f64; 2]) -> Vec<Stretch> {
 }
 
 /// All roads of which some place may lie beside another road or another leg of the same one, and those others, ascending.
-pub fn likely(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<usize> {
+pub fn candidates(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<usize> {
     /// Roads that one thread takes at a time.
     const CHUNK: usize = 64;
     let of_chunk = |(chunk, (roads, kept)): (usize, (&[Road], &[[f64; 2]]))| -> Vec<Stretch> {

@@ -25,19 +25,20 @@ pub(super) const SHORTEST: f64 = 2.0;
 pub(super) struct Tracks<'a> {
     pub(super) network: &'a RoadNetwork,
     pub(super) kept: &'a [[f64; 2]],
-    pub(super) made: FxHashMap<usize, Track>,
+    pub(super) made: FxHashMap<usize, CarriagewayEdges>,
 }
 
 impl Tracks<'_> {
     /// The track of a road.
-    pub(super) fn of(&mut self, road: usize) -> &mut Track {
-        self.made.entry(road).or_insert_with(|| Track::new(&self.network.roads[road], self.kept[road]))
+    pub(super) fn of(&mut self, road: usize) -> &mut CarriagewayEdges {
+        self.made.entry(road).or_insert_with(|| CarriagewayEdges::new(&self.network.roads[road], self.kept[road]))
     }
 
     /// Makes the tracks of many roads.
     pub(super) fn make(&mut self, roads: &[usize]) {
         let new = roads.par_iter().finely().filter(|road| !self.made.contains_key(road));
-        let new: Vec<_> = new.map(|&road| (road, Track::new(&self.network.roads[road], self.kept[road]))).collect();
+        let new: Vec<_> =
+            new.map(|&road| (road, CarriagewayEdges::new(&self.network.roads[road], self.kept[road]))).collect();
         self.made.extend(new);
     }
 
@@ -49,7 +50,7 @@ impl Tracks<'_> {
 }
 
 /// One road as a list of places that can move sideways.
-pub(super) struct Track {
+pub(super) struct CarriagewayEdges {
     pub(super) stations: Vec<f64>,
     pub(super) base: Vec<Point>,
     pub(super) normals: Vec<Vector>,
@@ -62,7 +63,7 @@ pub(super) struct Track {
     pub(super) mobility: f64,
 }
 
-impl Track {
+impl CarriagewayEdges {
     pub(super) fn new(road: &Road, kept: [f64; 2]) -> Self {
         let length = road.line.length();
         let [from, to] = [kept[0].clamp(0.0, length), kept[1].clamp(0.0, length)];

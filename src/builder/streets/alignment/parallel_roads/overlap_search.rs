@@ -11,14 +11,14 @@ use crate::geometry::spatial_hash::{Bounds, Cells, touch};
 use crate::geometry::{Point, Vector, cross};
 use crate::parallel::Finely;
 
-use super::carriageway_edges::{CLEAR, TOLERANCE, Track};
+use super::carriageway_edges::{CLEAR, CarriagewayEdges, TOLERANCE};
 
 /// Roads whose directions differ by more than this cosine tells cross each other; they do not run abreast. 40 degrees.
 pub const PARALLEL: f64 = 0.77;
 /// Cells of this side, metres, hold stretches of roads: some pieces and half their width to either side.
 const CELL: f64 = 64.0;
 /// One place of a road beside another road.
-pub struct Beside {
+pub struct OverlapSearch {
     pub place: usize,
     /// Signed distance of the other road, left positive.
     pub offset: f64,
@@ -46,7 +46,7 @@ impl Piece {
 }
 
 /// The pieces of a road.
-fn pieces(tracks: &FxHashMap<usize, Track>, road: usize) -> impl Iterator<Item = Piece> + '_ {
+fn pieces(tracks: &FxHashMap<usize, CarriagewayEdges>, road: usize) -> impl Iterator<Item = Piece> + '_ {
     let track = &tracks[&road];
     let mut end = track.place(0);
     (0..track.base.len() - 1).map(move |first| {
@@ -64,7 +64,7 @@ struct Spot {
 }
 
 impl Spot {
-    fn new(track: &Track, place: usize) -> Option<Self> {
+    fn new(track: &CarriagewayEdges, place: usize) -> Option<Self> {
         let (before, after) =
             (track.place(place.saturating_sub(1)), track.place((place + 1).min(track.base.len() - 1)));
         Some(Self { place, point: track.place(place), along: (after - before).try_normalize(0.0)? })
@@ -72,7 +72,7 @@ impl Spot {
 }
 
 /// How far around a road its neighbours are looked for: the legs of a hairpin of its own may lie farther apart.
-fn searched(track: &Track) -> f64 {
+fn searched(track: &CarriagewayEdges) -> f64 {
     track.half * 2.0 * (TIGHTEST - 1.0) + CLEAR
 }
 
@@ -115,11 +115,11 @@ impl<'a> Stretch<'a> {
 /// For each ordered pair of roads that overlap lengthwise: the places of the first that lie beside the second.
 /// Only roads of `hot` are compared, with all of `near`.
 pub fn find(
-    tracks: &FxHashMap<usize, Track>,
+    tracks: &FxHashMap<usize, CarriagewayEdges>,
     sides: &Sides,
     hot: &[usize],
     near: &[usize],
-) -> FxHashMap<(usize, usize), Vec<Beside>> {
+) -> FxHashMap<(usize, usize), Vec<OverlapSearch>> {
     /// Roads that one thread takes at a time.
     const CHUNK: usize = 16;
     let worth = |road: &&usize| tracks[*road].kept.is_some();
@@ -136,13 +136,13 @@ pub fn find(
 
 /// As [`find`], with the pieces of some hot roads and those of all roads of `near` in cells.
 fn find_in(
-    tracks: &FxHashMap<usize, Track>,
+    tracks: &FxHashMap<usize, CarriagewayEdges>,
     sides: &Sides,
     hot: &[Piece],
     near: &[Stretch],
     cells: &Cells,
-) -> FxHashMap<(usize, usize), Vec<Beside>> {
-    let mut nearest: FxHashMap<(usize, usize, usize), (f64, Beside)> = FxHashMap::default();
+) -> FxHashMap<(usize, usize), Vec<OverlapSearch>> {
+    let mut nearest: FxHashMap<(usize, usize, usize), (f64, OverlapSearch)> = FxHashMap::default();
     for road in hot.chunk_by(|a, b| a.road == b.road) {
         let bends = bends(road);
         let track = &tracks[&road[0].road];
@@ -156,7 +156,7 @@ fn find_in(
             });
         }
     }
-    let mut pairs: FxHashMap<(usize, usize), Vec<Beside>> = FxHashMap::default();
+    let mut pairs: FxHashMap<(usize, usize), Vec<OverlapSearch>> = FxHashMap::default();
     for ((a, b, _), (_, beside)) in nearest {
         pairs.entry((a, b)).or_default().push(beside);
     }
@@ -174,11 +174,11 @@ fn bends(road: &[Piece]) -> bool {
 
 /// Compares pieces of one road with pieces of another; of each place, what lies nearest is kept.
 fn compare_all(
-    tracks: &FxHashMap<usize, Track>,
+    tracks: &FxHashMap<usize, CarriagewayEdges>,
     sides: &Sides,
     pieces: &[Piece],
     others: &[Piece],
-    nearest: &mut FxHashMap<(usize, usize, usize), (f64, Beside)>,
+    nearest: &mut FxHashMap<(usize, usize, usize), (f64, OverlapSearch)>,
 ) {
     let [Some(a), Some(b)] = [pieces, others].map(|pieces| pieces.first().map(|piece| piece.road)) else { return };
     let (track, neighbour) = (&tracks[&a], &tracks[&b]);
@@ -218,14 +218,20 @@ fn compare_all(
 }
 
 /// How far apart the lines of two roads must lie, or those of the legs of one hairpin, which turns between them.
-pub fn apart(a: &Track, b: &Track) -> f64 {
+pub fn apart(a: &CarriagewayEdges, b: &CarriagewayEdges) -> f64 {
     let turn = if std::ptr::eq(a, b) { TIGHTEST } else { 1.0 };
     (a.half + b.half) * turn + CLEAR
 }
 
 /// A place of one road against a piece of another that runs `along` as it does, or against it: the distance, if they
 /// overlap there.
-fn compare(a: &Track, spot: &Spot, b: &Track, piece: &Piece, along: Vector) -> Option<(f64, Beside)> {
+fn compare(
+    a: &CarriagewayEdges,
+    spot: &Spot,
+    b: &CarriagewayEdges,
+    piece: &Piece,
+    along: Vector,
+) -> Option<(f64, OverlapSearch)> {
     let (p, j) = (spot.point, piece.first);
     let [q, r] = piece.ends;
     let length = (r - q).norm();
@@ -244,7 +250,7 @@ fn compare(a: &Track, spot: &Spot, b: &Track, piece: &Piece, along: Vector) -> O
         return None;
     }
     let offset = if cross(spot.along, foot - p) < 0.0 { -distance } else { distance };
-    Some((distance, Beside { place: spot.place, offset, along: spot.along.dot(&along) > 0.0 }))
+    Some((distance, OverlapSearch { place: spot.place, offset, along: spot.along.dot(&along) > 0.0 }))
 }
 
 /// Whether two roads share an intersection where they run abreast.

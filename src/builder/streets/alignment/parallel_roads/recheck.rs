@@ -10,7 +10,7 @@ use crate::geometry::spatial_hash::{Bounds, Cells};
 use crate::parallel::Finely;
 
 use super::carriageway_edges::{FARTHEST, Tracks};
-use super::overlap_search::{Beside, find};
+use super::overlap_search::{OverlapSearch, find};
 
 /// Cells of this side, metres, hold whole roads.
 const CELL: f64 = 128.0;
@@ -50,7 +50,7 @@ impl Surroundings {
     /// those the ones beside others are looked at again, with those that moved. Returns them.
     pub fn find_again(
         &self,
-        beside: &mut FxHashMap<(usize, usize), Vec<Beside>>,
+        beside: &mut FxHashMap<(usize, usize), Vec<OverlapSearch>>,
         tracks: &mut Tracks,
         sides: &Sides,
         hot: &[usize],

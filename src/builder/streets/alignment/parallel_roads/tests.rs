@@ -58,7 +58,7 @@ proptest! {
         let roads: Vec<Road> = drawn.iter().enumerate().filter_map(|(i, drawn)| road(i, drawn)).collect();
         let network = RoadNetwork { roads, ..RoadNetwork::default() };
         let kept: Vec<[f64; 2]> = network.roads.iter().map(|road| [cut, road.line.length() - cut]).collect();
-        let likely = likely(&network, &kept);
+        let likely = candidates(&network, &kept);
         let all: Vec<usize> = (0..network.roads.len()).collect();
         let mut tracks = Tracks { network: &network, kept: &kept, made: FxHashMap::default() };
         tracks.make(&all);
