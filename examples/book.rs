@@ -13,7 +13,7 @@ use lanewright::requirement::Requirement;
 use lanewright::{rules, triage};
 
 /// Chapters in reading order: title, file in `docs/`.
-const PAGES: [(&str, &str); 13] = [
+const PAGES: [(&str, &str); 14] = [
     ("Start in five minutes", "start.md"),
     ("Maps in CI", "ci.md"),
     ("The command line", "cli.md"),
@@ -22,8 +22,9 @@ const PAGES: [(&str, &str); 13] = [
     ("Configuration", "configuration.md"),
     ("Output formats", "formats.md"),
     ("Lanes from tags", "lanes.md"),
-    ("Lanes through edits", "weave.md"),
+    ("Lanes through edits", "lane_stitching.md"),
     ("Architecture", "architecture.md"),
+    ("Terms", "terms.md"),
     ("How fast it is", "benchmarks.md"),
     ("Adding a rule", "add_a_rule.md"),
     ("Contributing", "../CONTRIBUTING.md"),

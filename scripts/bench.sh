@@ -8,7 +8,7 @@ target=${CARGO_TARGET_DIR:-target}
 
 $CARGO build --release --locked --features allocator
 $CARGO bench --locked --features allocator --bench cost
-$CARGO bench --locked --features allocator --bench weave
+$CARGO bench --locked --features allocator --bench lane_stitching
 oracle=$(scripts/oracle.sh)
 if [ -z "$oracle" ]; then
     echo "skipped: the comparison with netconvert and the Lanelet2 library, which needs ../shared" >&2

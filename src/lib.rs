@@ -7,7 +7,7 @@
 //! floor 4   main, cli                                 arguments in, exit code out
 //! floor 3   builder | rules | triage | fix | report   five wings that never meet
 //! floor 2   lanelet (the waist), requirement, settings  the map in Lanelet2's words; a document of rules/ parsed
-//!           weave                                       lanes stitched and painted, kept so through edits
+//!           lane_stitching                              lanes stitched and painted, kept so through edits
 //! floor 1   osm, projection, geometry, diagnostic, terrain  know nothing of ours
 //! ```
 //!

@@ -5,7 +5,9 @@
 use std::collections::BTreeMap;
 
 use lanewright::geometry::{Point, Polyline};
-use lanewright::lane_stitching::{Kind, Lane, LaneEnd, LaneId, Marking, Paint, Weave, WidthAt, Widths, Woven};
+use lanewright::lane_stitching::{
+    Kind, Lane, LaneEnd, LaneId, LaneStitching, Marking, Paint, StitchedLane, WidthAt, Widths,
+};
 use proptest::prelude::*;
 
 /// A lane to be: so small are the numbers that ends often meet.
@@ -98,7 +100,7 @@ fn edit() -> impl Strategy<Value = Edit> {
 }
 
 /// All that a woven lane consists of, as bytes.
-fn bytes(lane: &Woven) -> Vec<u8> {
+fn bytes(lane: &StitchedLane) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut line = |points: &[Point]| {
         bytes.extend(points.len().to_le_bytes());
@@ -113,18 +115,18 @@ fn bytes(lane: &Woven) -> Vec<u8> {
     bytes
 }
 
-fn all(weave: &Weave) -> BTreeMap<LaneId, Vec<u8>> {
+fn all(weave: &LaneStitching) -> BTreeMap<LaneId, Vec<u8>> {
     weave.iter().map(|(id, lane)| (id, bytes(lane))).collect()
 }
 
 /// The lanes of a weave, woven all at once.
-fn rebuilt(weave: &Weave) -> Weave {
-    let mut anew = Weave::new(weave.iter().map(|(id, _)| (id, weave.lane(id).unwrap().clone())));
+fn rebuilt(weave: &LaneStitching) -> LaneStitching {
+    let mut anew = LaneStitching::new(weave.iter().map(|(id, _)| (id, weave.lane(id).unwrap().clone())));
     anew.exclude(weave.excluded());
     anew
 }
 
-fn apply(weave: &mut Weave, edit: &Edit) -> Vec<LaneId> {
+fn apply(weave: &mut LaneStitching, edit: &Edit) -> Vec<LaneId> {
     match edit {
         Edit::Set(road, lane, sketch) => {
             sketch.lane().map_or_else(Vec::new, |made| weave.set(LaneId { road: *road, lane: *lane }, made))
@@ -146,7 +148,7 @@ proptest! {
         let named = first.iter().filter_map(|((road, lane), sketch)| {
             Some((LaneId { road: *road, lane: *lane }, sketch.lane()?))
         });
-        let mut weave = Weave::new(named);
+        let mut weave = LaneStitching::new(named);
         for edit in &edits {
             let before = all(&weave);
             let anew = apply(&mut weave, edit);
@@ -178,10 +180,10 @@ proptest! {
             .zip(0..)
             .map(|(lane, road)| (LaneId { road, lane: 0 }, lane))
             .collect();
-        let weave = Weave::new(named.clone());
+        let weave = LaneStitching::new(named.clone());
         let turn = turn.min(named.len());
         named.rotate_left(turn);
-        prop_assert_eq!(all(&weave), all(&Weave::new(named)));
+        prop_assert_eq!(all(&weave), all(&LaneStitching::new(named)));
     }
 }
 
@@ -191,7 +193,7 @@ fn an_edit_reaches_no_farther_than_the_lanes_that_it_is_joined_to() {
     let lane = |points: &[(f64, f64)]| Lane::along(middle(points), Widths::even(3.0).unwrap()).unwrap();
     let id = |road| LaneId { road, lane: 0 };
     let at = |i: i64| (i as f64 * 30.0, (i % 3) as f64);
-    let mut weave = Weave::new((0..20).map(|i| (id(i), lane(&[at(i), at(i + 1)]))));
+    let mut weave = LaneStitching::new((0..20).map(|i| (id(i), lane(&[at(i), at(i + 1)]))));
     // Its bounds leave the joints in another direction; then only a bend in its middle changes.
     let bent = |y: f64| lane(&[at(9), (273.0, 0.3), (279.0, 0.3), (285.0, y), (291.0, 0.6), (297.0, 0.6), at(10)]);
     assert_eq!(weave.set(id(9), bent(1.0)), [id(8), id(9), id(10)]);

@@ -10,14 +10,14 @@ use crate::projection::{Extent, LonLat, Projector};
 use crate::settings::{MergeSettings, Settings};
 
 use super::assemble::{Assembled, assemble};
-use super::control::signal_arrows::Arrows;
+use super::control::signal_arrows::SignalArrows;
 use super::layout::layout_loop::lay_out;
 use super::network::unreachable_lanes::without_unreachable_lanes;
 use super::network::{NetworkError, NetworkOptions, NetworkReading, RoadKey, RoadNetwork, UNMET_ROAD, road_network};
 use super::options::{BuildOptions, Plan};
 use super::postprocess::{grade_separation, turn_signal, user_elements};
 use super::streets::consolidate::{MergeOverride, OverrideTarget};
-use super::streets::heights::{ElevationTags, spots};
+use super::streets::heights::{ElevationTags, elevation_tags};
 use super::streets::{Streets, streets};
 
 use std::borrow::Borrow;
@@ -111,7 +111,7 @@ fn read(osm: &OsmData, options: &BuildOptions) -> Result<Read, BuildError> {
     };
     let to_metres = |places: &[LonLat]| projector.forward_all(places);
     let NetworkReading { network, notes } = road_network(osm, &to_metres, &network_options)?;
-    let spots = spots(osm, &to_metres);
+    let spots = elevation_tags(osm, &to_metres);
     Ok(Read { network, notes, spots, projector })
 }
 
@@ -210,11 +210,11 @@ pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights
     let apart = merges.iter().filter(|note| note.wish.is_some() && !note.merged).map(|note| note.key).collect();
     let settled = lay_out(network, outlines.kept, &apart, &heights);
     let Assembled { mut map, mut settings, notes: more, areas, roads } =
-        assemble(settled, &Arrows::new(&inside, &projector));
+        assemble(settled, &SignalArrows::new(&inside, &projector));
     notes.extend(more);
     let reaches = reaches(&map);
-    turn_signal::limit(&mut map, &reaches);
-    grade_separation::ignore(&mut map, &reaches);
+    turn_signal::limit_turn_signals(&mut map, &reaches);
+    grade_separation::ignore_other_levels(&mut map, &reaches);
     drop(reaches);
     notes.extend(user_elements::draw(&mut map, &projector, &inside, &mut settings));
     let summary = Summary {

@@ -147,7 +147,7 @@ fn kind(attributes: &Attributes, backward: bool) -> Kind {
 mod tests {
     use crate::builder::{BuildOptions, plan};
     use crate::geometry::Point;
-    use crate::lane_stitching::Weave;
+    use crate::lane_stitching::LaneStitching;
     use crate::osm::{OsmData, read_bytes};
 
     use super::*;
@@ -174,7 +174,7 @@ mod tests {
         let streets = plan(&osm, &BuildOptions::default()).unwrap().streets;
         let lanes = single_lanes(&streets.network, &streets.outlines.kept);
         assert_eq!(lanes.len(), 16);
-        let weave = Weave::new(lanes);
+        let weave = LaneStitching::new(lanes);
         let strokes = weave.iter().flat_map(|(_, lane)| lane.strokes().iter());
         let between = strokes.filter(|stroke| stroke.kind == Kind::Solid(Paint::White));
         let length = |line: &[Point]| line.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum::<f64>();

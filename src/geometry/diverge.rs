@@ -40,7 +40,7 @@ impl Measured {
 /// The line, which starts where the other one does, kept on the side of it on which it goes on: where it runs over the
 /// other by less than a hand's breadth before the two part, it follows the other, vertex by vertex. `None` where it is to
 /// stay as it is.
-pub fn parted(line: &Measured, other: &Measured) -> Option<Vec<Point>> {
+pub fn diverge(line: &Measured, other: &Measured) -> Option<Vec<Point>> {
     let steps = [line, other].map(|l| l.line.at(STEP.min(l.length())) - l.line.first());
     if steps[0].dot(&steps[1]) < ALONG.to_radians().cos() * steps[0].norm() * steps[1].norm() {
         return None;
@@ -162,9 +162,9 @@ mod tests {
         Polyline::new(points.iter().map(|&(x, y)| Point::new(x, y))).unwrap()
     }
 
-    fn parted(line: &Polyline, other: &Polyline) -> Option<Vec<Point>> {
+    fn diverge(line: &Polyline, other: &Polyline) -> Option<Vec<Point>> {
         let [line, other] = [line, other].map(|line| Measured::new(line.points().iter().copied()).unwrap());
-        super::parted(&line, &other)
+        super::diverge(&line, &other)
     }
 
     /// A quarter of a circle to the left.
@@ -191,14 +191,14 @@ mod tests {
     fn a_line_that_dips_over_its_neighbour_follows_it() {
         // Straight on, but a little to the left, where the turn to the left begins straight on.
         let straight = line(&[(0.0, 0.0), (30.0, 2.7)]);
-        let bent = parted(&turn(8.0), &straight).unwrap();
+        let bent = diverge(&turn(8.0), &straight).unwrap();
         assert!(over(&bent, &straight) < 1e-6);
         assert!(over(turn(8.0).points(), &straight) > 1e-3, "as it was");
         assert_eq!(bent.last(), Some(&turn(8.0).last()));
-        let other_hand = parted(&mirrored(&turn(8.0)), &mirrored(&straight)).unwrap();
+        let other_hand = diverge(&mirrored(&turn(8.0)), &mirrored(&straight)).unwrap();
         assert_eq!(other_hand, bent.iter().map(|p| Point::new(p.x, -p.y)).collect::<Vec<_>>());
         // The other way round.
-        let bent = parted(&straight, &turn(8.0)).unwrap();
+        let bent = diverge(&straight, &turn(8.0)).unwrap();
         let turn = mirrored(&turn(8.0));
         let bent: Vec<Point> = bent.iter().map(|p| Point::new(p.x, -p.y)).collect();
         assert!(over(&bent, &turn) < 1e-6);
@@ -207,9 +207,9 @@ mod tests {
     #[test]
     fn lines_that_part_at_once_or_swing_out_stay() {
         let straight = line(&[(0.0, 0.0), (30.0, 0.0)]);
-        assert_eq!(parted(&turn(8.0), &straight), None);
+        assert_eq!(diverge(&turn(8.0), &straight), None);
         let swings = line(&[(0.0, 0.0), (2.0, -0.3), (4.0, -0.4), (8.0, 2.0)]);
-        assert_eq!(parted(&swings, &straight), None);
-        assert_eq!(parted(&line(&[(0.0, 0.0), (0.0, 9.0)]), &straight), None);
+        assert_eq!(diverge(&swings, &straight), None);
+        assert_eq!(diverge(&line(&[(0.0, 0.0), (0.0, 9.0)]), &straight), None);
     }
 }

@@ -1,6 +1,6 @@
 //! A line of points, measured by station: the distance along it from its first point.
 
-use super::separation::apart;
+use super::separation::are_apart;
 use super::spatial_hash::Bounds;
 use super::{Point, Vector, left_of};
 
@@ -320,12 +320,12 @@ fn stations(line: &[Point]) -> Vec<f64> {
 
 /// Whether two lines keep this far, metres, from each other.
 pub fn clear(a: &[Point], b: &[Point], distance: f64) -> bool {
-    apart(a, b, distance) || all_clear(a, b, distance) && all_clear(b, a, distance)
+    are_apart(a, b, distance) || all_clear(a, b, distance) && all_clear(b, a, distance)
 }
 
 /// Whether a line keeps this far, metres, from all places.
 pub fn clears(line: &[Point], places: &[Point], distance: f64) -> bool {
-    apart(places, line, distance) || all_clear(line, places, distance)
+    are_apart(places, line, distance) || all_clear(line, places, distance)
 }
 
 /// As [`clears`], without a look at the whole.

@@ -4,7 +4,7 @@ use super::pose::{MIN_SPACING, PARALLEL, Pose, REVERSAL, arc, straight, tangents
 use super::{Vector, angle_between, left_of};
 
 /// A bend to one side, a straight and a bend to the other side.
-struct DoubleBend {
+struct SCurve {
     /// Radius of both bends, metres.
     radius: f64,
     /// Change of direction in either bend, radians, left positive.
@@ -13,7 +13,7 @@ struct DoubleBend {
     along: Vector,
 }
 
-impl DoubleBend {
+impl SCurve {
     /// Bends of this radius, the first to the left (1) or to the right (-1); `None` if there is no room for
     /// them.
     fn new(from: Pose, to: Pose, radius: f64, first: f64) -> Option<Self> {
@@ -48,7 +48,7 @@ impl DoubleBend {
     }
 }
 
-/// Bends of a [`DoubleBend`] are no tighter than this, metres, where there is room: a car takes them with ease.
+/// Bends of a [`SCurve`] are no tighter than this, metres, where there is room: a car takes them with ease.
 pub(super) const RADIUS_LEAST: f64 = 4.5;
 /// Beyond this radius, metres, a bend is as good as straight.
 const RADIUS_MOST: f64 = 4096.0;
@@ -68,16 +68,16 @@ pub(super) fn join(from: Pose, to: Pose) -> Option<Vec<Pose>> {
     if angle_between(from.heading, to.heading).abs() > REVERSAL {
         return None;
     }
-    drawn(from, to, &DoubleBend::find(from, to)?)
+    drawn(from, to, &SCurve::find(from, to)?)
 }
 
 /// Two bends of this radius with a straight between them, the first to the left (1) or to the right (-1); `None` where there is
 /// no room for them.
 pub(super) fn bent_twice(from: Pose, to: Pose, radius: f64, first: f64) -> Option<Vec<Pose>> {
-    drawn(from, to, &DoubleBend::new(from, to, radius, first)?)
+    drawn(from, to, &SCurve::new(from, to, radius, first)?)
 }
 
-fn drawn(from: Pose, to: Pose, &DoubleBend { radius, turns, along }: &DoubleBend) -> Option<Vec<Pose>> {
+fn drawn(from: Pose, to: Pose, &SCurve { radius, turns, along }: &SCurve) -> Option<Vec<Pose>> {
     let bends = turns.map(|turn| turn.abs() > STRAIGHT);
     let mut poses = if bends[0] { arc(from, turns[0], radius).collect() } else { vec![from] };
     // From the other end backwards, so that both ends are exact.
@@ -100,7 +100,7 @@ pub fn to_and_fro(from: Pose, to: Pose) -> f64 {
         return 0.0;
     }
     let bent = |[a, b]: [f64; 2]| a.abs() + b.abs() - (a + b).abs();
-    DoubleBend::find(from, to).map_or_else(
+    SCurve::find(from, to).map_or_else(
         || {
             // Hardly any bend at all, and to one side: too little for an arc.
             let way = to.point - from.point;

@@ -7,7 +7,7 @@ const SURE: f64 = 1e-6;
 
 /// Whether two lines surely keep more than this far, metres, from each other; `false` tells nothing. There is a straight
 /// gap of that width between the two, or between the halves of either and those of the other.
-pub fn apart(a: &[Point], b: &[Point], distance: f64) -> bool {
+pub fn are_apart(a: &[Point], b: &[Point], distance: f64) -> bool {
     let (Some(&from), Some(&to)) = (a.get(a.len() / 2), b.get(b.len() / 2)) else { return false };
     let across = to - from;
     let along = |p: &Point| (p - from).dot(&across);
@@ -18,9 +18,9 @@ pub fn apart(a: &[Point], b: &[Point], distance: f64) -> bool {
     }
     match (halves(a), halves(b)) {
         (None, None) => false,
-        (Some(a), None) => a.iter().all(|a| apart(a, b, distance)),
-        (None, Some(b)) => b.iter().all(|b| apart(a, b, distance)),
-        (Some(a), Some(b)) => a.iter().all(|a| b.iter().all(|b| apart(a, b, distance))),
+        (Some(a), None) => a.iter().all(|a| are_apart(a, b, distance)),
+        (None, Some(b)) => b.iter().all(|b| are_apart(a, b, distance)),
+        (Some(a), Some(b)) => a.iter().all(|a| b.iter().all(|b| are_apart(a, b, distance))),
     }
 }
 
@@ -47,7 +47,7 @@ mod tests {
         ) {
             let a: Vec<Point> = a.into_iter().map(|(x, y)| Point::new(x, y)).collect();
             let b: Vec<Point> = b.into_iter().map(|(x, y)| Point::new(x + aside, y)).collect();
-            if apart(&a, &b, distance) {
+            if are_apart(&a, &b, distance) {
                 let near = |p: &Point| b.windows(2).any(|w| within((w[0], w[1]), *p, distance).is_some_and(|d| d < distance));
                 prop_assert!(!a.iter().any(near));
             }
@@ -62,7 +62,7 @@ mod tests {
                 .map(|t| Point::new(radius * t.cos(), radius * t.sin()))
                 .collect()
         };
-        assert!(apart(&arc(5.0), &arc(8.0), 2.4));
-        assert!(!apart(&arc(5.0), &arc(8.0), 3.1));
+        assert!(are_apart(&arc(5.0), &arc(8.0), 2.4));
+        assert!(!are_apart(&arc(5.0), &arc(8.0), 3.1));
     }
 }

@@ -14,7 +14,7 @@ const MOST: i64 = 64;
 
 /// Boxes by the cells that they cover.
 #[derive(Clone, Debug)]
-pub struct Cells {
+pub struct SpatialHash {
     /// Cells in one metre.
     per_metre: f64,
     boxes: Vec<Bounds>,
@@ -24,7 +24,7 @@ pub struct Cells {
     large: Vec<u32>,
 }
 
-impl Cells {
+impl SpatialHash {
     /// Sorts boxes into cells of this side, metres: best a little more than a box has.
     pub fn new(boxes: Vec<Bounds>, side: f64) -> Self {
         let mut cells =
@@ -164,7 +164,7 @@ mod tests {
             let boxes: Vec<Bounds> = boxes.into_iter().map(of).collect();
             let reach = of((x, y, size, size));
             let mut found: Vec<usize> = Vec::new();
-            Cells::new(boxes.clone(), 8.0).touching(reach, |i| found.push(i));
+            SpatialHash::new(boxes.clone(), 8.0).touching(reach, |i| found.push(i));
             found.sort_unstable();
             found.dedup();
             let wanted: Vec<usize> = (0..boxes.len()).filter(|&i| touch(&boxes[i], &reach)).collect();
@@ -177,7 +177,7 @@ mod tests {
         ) {
             let of = |(x, y, w, h): (f64, f64, f64, f64)| [Point::new(x, y), Point::new(x + w, y + h)];
             let boxes: Vec<Bounds> = boxes.into_iter().map(of).collect();
-            let mut found = Cells::new(boxes.clone(), 8.0).pairs(|i, j| Some((i, j)));
+            let mut found = SpatialHash::new(boxes.clone(), 8.0).pairs(|i, j| Some((i, j)));
             found.sort_unstable();
             found.dedup();
             let all = (0..boxes.len()).flat_map(|i| (i + 1..boxes.len()).map(move |j| (i, j)));

@@ -10,7 +10,7 @@ const WIDTH: f64 = 4.0;
 const COUNT: usize = 64;
 
 /// A simple ring in columns: made once where what it shares with several others is asked.
-pub struct Columns {
+pub struct StripIndex {
     strips: Strips,
     base: Point,
     /// The first column that it reaches.
@@ -19,7 +19,7 @@ pub struct Columns {
     heights: Vec<[f64; 2]>,
 }
 
-impl Columns {
+impl StripIndex {
     /// Of a ring; `base` is the same for all rings that are compared. `None` without any point.
     pub fn new(ring: &[Point], base: Point) -> Option<Self> {
         let column = |p: &Point| (((p.x - base.x) / WIDTH + COUNT as f64 / 2.0) as usize).min(COUNT - 1);
@@ -89,7 +89,7 @@ mod tests {
                 reach.iter().enumerate().map(|(i, r)| Point::new(x + r * angle(i).cos(), y + r * angle(i).sin())).collect()
             };
             let (a, b) = (ring(&a, (0.0, 0.0)), ring(&b, aside));
-            let [a, b] = [a.clone(), b].map(|ring| Columns::new(&ring, a[0]).unwrap());
+            let [a, b] = [a.clone(), b].map(|ring| StripIndex::new(&ring, a[0]).unwrap());
             let whole = a.strips().common_area(b.strips());
             prop_assert!((a.common_area(&b, f64::INFINITY) - whole).abs() < 1e-6);
             let some = a.common_area(&b, enough);

@@ -28,7 +28,7 @@ const PARALLEL: f64 = 1e-6;
 const BACK: f64 = 150.0;
 
 /// Where the curve of [`curve::join`] between two places is tight, one that swings out for a wider radius.
-pub fn wider(from: Pose, to: Pose, plain: &[Pose]) -> Option<Vec<Pose>> {
+pub fn swing_out(from: Pose, to: Pose, plain: &[Pose]) -> Option<Vec<Pose>> {
     if plain.windows(2).all(|w| easy(w[0], w[1])) {
         return None;
     }
@@ -72,7 +72,7 @@ fn bent_back(poses: &[Pose]) -> f64 {
 }
 
 /// The swing that one likes best; `None` where nothing turns or there is no room for any.
-fn swung(from: Pose, to: Pose) -> Option<Swing> {
+fn swung(from: Pose, to: Pose) -> Option<SwingOutTurn> {
     let across = cross(from.heading, to.point - from.point).signum();
     let change = angle_between(from.heading, to.heading);
     let side = if change.abs() > BACK.to_radians() { across } else { change.signum() };
@@ -86,13 +86,13 @@ fn swung(from: Pose, to: Pose) -> Option<Swing> {
     let (before, behind) = (bends(from, -side), bends(reversed(to), side));
     let pairs = before.iter().flat_map(|a| behind.iter().map(move |b| (a, b)));
     let pairs = pairs.filter(|(a, b)| a.0 + b.0 <= SWINGS_MOST);
-    let all =
-        pairs.filter_map(|(&(a, first), &(b, last))| Swing::new([from, to], side, [a, b], [first, reversed(last)]));
+    let all = pairs
+        .filter_map(|(&(a, first), &(b, last))| SwingOutTurn::new([from, to], side, [a, b], [first, reversed(last)]));
     all.min_by(|a, b| a.cost().total_cmp(&b.cost()))
 }
 
 /// A bend away from the turn, a straight, the turn, a straight, a bend back: any of them but the turn may be nothing.
-struct Swing {
+struct SwingOutTurn {
     ends: [Pose; 2],
     /// Degrees by which it swings out before and behind the turn.
     swing: [f64; 2],
@@ -106,7 +106,7 @@ struct Swing {
     side: f64,
 }
 
-impl Swing {
+impl SwingOutTurn {
     fn new(ends: [Pose; 2], side: f64, swing: [f64; 2], inner: [Pose; 2]) -> Option<Self> {
         let [a, b] = inner;
         // Centre of a circle that touches both lines: a + s a' + r n = b + u b' + r m.
@@ -194,7 +194,7 @@ mod tests {
     /// The curve, swung out where that makes it wider.
     fn turn(from: Pose, to: Pose) -> Vec<Pose> {
         let plain = curve::join(from, to);
-        wider(from, to, &plain).unwrap_or(plain)
+        swing_out(from, to, &plain).unwrap_or(plain)
     }
 
     fn smooth(poses: &[Pose], from: Pose, to: Pose) {

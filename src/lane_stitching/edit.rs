@@ -4,12 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::joint::Pull;
 use super::lane::Node;
-use super::{Lane, LaneEnd, LaneId, Meeting, Weave};
+use super::{Lane, LaneEnd, LaneId, LaneStitching, Meeting};
 
 /// Lanes to put in the place of those with their names; `None` takes away.
 type Edits = BTreeMap<LaneId, Option<Lane>>;
 
-impl Weave {
+impl LaneStitching {
     /// Adds a lane, or puts it in the place of the one with its name. Gives the lanes that were made anew.
     pub fn set(&mut self, id: LaneId, lane: Lane) -> Vec<LaneId> {
         self.edit(Edits::from([(id, Some(lane))]))

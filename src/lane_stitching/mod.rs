@@ -1,6 +1,6 @@
 //! Lanes that continue each other, stitched at their ends and painted; after an edit only what depends on it is made
 //! anew.
-#![doc = include_str!("../../docs/weave.md")]
+#![doc = include_str!("../../docs/lane_stitching.md")]
 
 mod border;
 mod edit;
@@ -28,13 +28,13 @@ const BACK: f64 = -0.99;
 
 /// A lane as it is drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Woven {
+pub struct StitchedLane {
     bounds: [Vec<Point>; 2],
     outline: Vec<Point>,
     strokes: Strokes,
 }
 
-impl Woven {
+impl StitchedLane {
     /// The left and the right bound, in the lane's direction of travel.
     pub fn bounds(&self) -> &[Vec<Point>; 2] {
         &self.bounds
@@ -83,18 +83,18 @@ struct Entry {
     borders: [Vec<Point>; 2],
     /// What its ends are pulled to, start and end, by side.
     pulls: [Option<[Pull; 2]>; 2],
-    woven: Woven,
+    woven: StitchedLane,
 }
 
 /// Lanes, kept woven through all edits: the same, to the last bit, as if the lanes had been woven all at once.
 #[derive(Clone, Debug, Default)]
-pub struct Weave {
+pub struct LaneStitching {
     lanes: BTreeMap<LaneId, Entry>,
     ends: Ends,
     excluded: Option<LaneId>,
 }
 
-impl Weave {
+impl LaneStitching {
     /// Weaves lanes. Of several with one name the last one counts.
     pub fn new(lanes: impl IntoIterator<Item = (LaneId, Lane)>) -> Self {
         let mut weave = Self::default();
@@ -111,12 +111,12 @@ impl Weave {
     }
 
     /// What became of a lane.
-    pub fn get(&self, id: LaneId) -> Option<&Woven> {
+    pub fn get(&self, id: LaneId) -> Option<&StitchedLane> {
         self.lanes.get(&id).map(|entry| &entry.woven)
     }
 
     /// All lanes in order of their names.
-    pub fn iter(&self) -> impl Iterator<Item = (LaneId, &Woven)> {
+    pub fn iter(&self) -> impl Iterator<Item = (LaneId, &StitchedLane)> {
         self.lanes.iter().map(|(id, entry)| (*id, &entry.woven))
     }
 
@@ -150,7 +150,7 @@ impl Weave {
     fn put(&mut self, id: LaneId, lane: Lane) {
         self.ends.add(id, &lane);
         let borders = borders(&lane.shape);
-        self.lanes.insert(id, Entry { lane, borders, pulls: [None, None], woven: Woven::default() });
+        self.lanes.insert(id, Entry { lane, borders, pulls: [None, None], woven: StitchedLane::default() });
     }
 
     fn take(&mut self, id: LaneId) {
@@ -182,7 +182,7 @@ impl Weave {
             }
         }
         entry.pulls = pulls;
-        entry.woven = Woven { bounds, outline, strokes };
+        entry.woven = StitchedLane { bounds, outline, strokes };
     }
 }
 

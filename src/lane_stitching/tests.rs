@@ -37,12 +37,12 @@ fn coming(points: usize) -> Lane {
     Lane::along(middle, Widths::even(2.0 * HALF).unwrap()).unwrap()
 }
 
-fn turning(degrees: f64) -> Weave {
-    Weave::new([(A, coming(2)), (B, leaving(degrees, 2))])
+fn turning(degrees: f64) -> LaneStitching {
+    LaneStitching::new([(A, coming(2)), (B, leaving(degrees, 2))])
 }
 
 /// The place that both lanes share on a side; panics if they do not.
-fn shared(weave: &Weave, side: usize) -> Point {
+fn shared(weave: &LaneStitching, side: usize) -> Point {
     let [a, b] = [A, B].map(|id| weave.get(id).unwrap().bounds()[side].clone());
     assert_eq!(a.last(), b.first(), "a gap on side {side}");
     b[0]
@@ -57,7 +57,7 @@ fn ends_meet_in_four_ways_of_which_two_are_stitched() {
     let (west, east) = ([(-40.0, 0.0), (0.0, 0.0)], [(0.0, 0.0), (40.0, 9.0)]);
     let back = |points: [(f64, f64); 2]| [points[1], points[0]];
     let at = |a: [(f64, f64); 2], b: [(f64, f64); 2]| {
-        let weave = Weave::new([(A, lane(&a)), (B, lane(&b))]);
+        let weave = LaneStitching::new([(A, lane(&a)), (B, lane(&b))]);
         LaneEnd::BOTH.map(|end| weave.meeting(A, end).unwrap())
     };
     assert_eq!(at(west, east), [Meeting::Open, Meeting::Joined(B)]);
@@ -72,23 +72,23 @@ fn forks_and_merges_stay_as_they_are() {
         ([(0.0, 0.0), (-40.0, 0.0)], [(0.0, 0.0), (40.0, 9.0)]),
         ([(-40.0, 0.0), (0.0, 0.0)], [(40.0, 9.0), (0.0, 0.0)]),
     ] {
-        let both = Weave::new([(A, lane(&a)), (B, lane(&b))]);
-        assert_eq!(both.get(A), Weave::new([(A, lane(&a))]).get(A));
+        let both = LaneStitching::new([(A, lane(&a)), (B, lane(&b))]);
+        assert_eq!(both.get(A), LaneStitching::new([(A, lane(&a))]).get(A));
     }
 }
 
 #[test]
 fn three_ends_are_left_to_the_topology() {
     let three = [(A, coming(2)), (B, leaving(20.0, 2)), (C, leaving(-20.0, 2))];
-    let weave = Weave::new(three);
+    let weave = LaneStitching::new(three);
     assert_eq!(weave.meeting(A, LaneEnd::End), Some(Meeting::Junction));
-    assert_eq!(weave.get(A), Weave::new([(A, coming(2))]).get(A));
+    assert_eq!(weave.get(A), LaneStitching::new([(A, coming(2))]).get(A));
 }
 
 #[test]
 fn a_lane_is_not_stitched_to_itself() {
     let ring = lane(&[(0.0, 0.0), (40.0, 0.0), (40.0, 40.0), (0.0, 40.0), (0.0, 0.0)]);
-    assert_eq!(Weave::new([(A, ring)]).meeting(A, LaneEnd::End), Some(Meeting::Loop));
+    assert_eq!(LaneStitching::new([(A, ring)]).meeting(A, LaneEnd::End), Some(Meeting::Loop));
 }
 
 #[test]
@@ -97,11 +97,11 @@ fn lanes_that_lead_back_are_not_stitched() {
     for y in [3.5, 0.0] {
         let lanes =
             [(A, coming(2).hung_on([None, Some(7)])), (B, lane(&[(0.0, y), (-40.0, y)]).hung_on([Some(7), None]))];
-        let weave = Weave::new(lanes.clone());
+        let weave = LaneStitching::new(lanes.clone());
         assert_eq!(weave.meeting(A, LaneEnd::End), Some(Meeting::Back));
         assert_eq!(weave.meeting(B, LaneEnd::Start), Some(Meeting::Back));
         for (id, lane) in lanes {
-            assert_eq!(weave.get(id), Weave::new([(id, lane)]).get(id));
+            assert_eq!(weave.get(id), LaneStitching::new([(id, lane)]).get(id));
         }
     }
     assert_eq!(turning(171.5).meeting(A, LaneEnd::End), Some(Meeting::Joined(B)));
@@ -176,10 +176,12 @@ fn a_miter_too_far_is_clamped_beyond_a_turn_of_120_degrees_and_bevelled_below() 
 #[test]
 fn the_cap_is_that_of_the_wider_lane() {
     // Half widths of 1 and 2 m: the miter on the outside of this bend lies 3.5 m away, within three times the wider.
-    let weave = Weave::new([(A, wide(&[(-40.0, 0.0), (0.0, 0.0)], 2.0)), (B, wide(&[(0.0, 0.0), (0.0, 40.0)], 4.0))]);
+    let weave =
+        LaneStitching::new([(A, wide(&[(-40.0, 0.0), (0.0, 0.0)], 2.0)), (B, wide(&[(0.0, 0.0), (0.0, 40.0)], 4.0))]);
     assert!(close(shared(&weave, 1), (2.0, -1.0)));
     // Hardly bent, the borders cross far away: midway between their ends.
-    let weave = Weave::new([(A, wide(&[(-40.0, 0.0), (0.0, 0.0)], 2.0)), (B, wide(&[(0.0, 0.0), (40.0, 0.5)], 4.0))]);
+    let weave =
+        LaneStitching::new([(A, wide(&[(-40.0, 0.0), (0.0, 0.0)], 2.0)), (B, wide(&[(0.0, 0.0), (40.0, 0.5)], 4.0))]);
     let place = shared(&weave, 1);
     assert!((place.y + 1.5).abs() < 0.01 && place.x.abs() < 0.1, "{place}");
 }
@@ -193,7 +195,7 @@ fn sparse_borders_are_trimmed_and_dense_ones_are_not() {
         x.into_iter().map(|x| (x, 0.0)).collect()
     };
     let inner = |points: usize| {
-        let weave = Weave::new([(A, lane(&near(points))), (B, leaving(90.0, 2))]);
+        let weave = LaneStitching::new([(A, lane(&near(points))), (B, leaving(90.0, 2))]);
         (shared(&weave, 0), weave.get(A).unwrap().bounds()[0].len())
     };
     let (place, left) = inner(6);
@@ -204,7 +206,7 @@ fn sparse_borders_are_trimmed_and_dense_ones_are_not() {
     // But for the one that it would have to run back from.
     assert_eq!(left, 6);
     // No point falls away where none lies behind the bend.
-    let weave = Weave::new([(A, coming(81)), (B, leaving(20.0, 81))]);
+    let weave = LaneStitching::new([(A, coming(81)), (B, leaving(20.0, 81))]);
     assert!(close(shared(&weave, 0), (-HALF * 10_f64.to_radians().tan(), HALF)));
     assert_eq!(weave.get(A).unwrap().bounds()[0].len(), 81);
 }
@@ -224,7 +226,7 @@ fn the_outline_follows_the_ends() {
 fn no_joint_folds_an_outline() {
     for degrees in (-170..=170).step_by(5) {
         for points in [[2, 2], [3, 6], [6, 9], [9, 81], [81, 81]] {
-            let weave = Weave::new([(A, coming(points[0])), (B, leaving(f64::from(degrees), points[1]))]);
+            let weave = LaneStitching::new([(A, coming(points[0])), (B, leaving(f64::from(degrees), points[1]))]);
             for (id, lane) in weave.iter() {
                 assert!(
                     is_simple(lane.outline()),
@@ -243,19 +245,19 @@ fn explicit_bounds_are_neither_stitched_nor_painted() {
     let bounds = [line(&[(-40.0, 2.0), (0.3, 2.0)]), line(&[(-40.0, -2.0), (-0.3, -2.0)])];
     let solid = || vec![Marking { station: 0.0, kinds: vec![Kind::Solid(Paint::White)] }];
     let given = Lane::between(bounds.clone()).unwrap().painted([solid(), solid()]).unwrap();
-    let weave = Weave::new([(A, given), (B, leaving(30.0, 2))]);
+    let weave = LaneStitching::new([(A, given), (B, leaving(30.0, 2))]);
     assert_eq!(weave.meeting(A, LaneEnd::End), Some(Meeting::Explicit));
     assert_eq!(weave.meeting(B, LaneEnd::Start), Some(Meeting::Explicit));
     let [left, right] = weave.get(A).unwrap().bounds();
     assert_eq!([&left[..], &right[..]], [bounds[0].points(), bounds[1].points()]);
     assert!(weave.get(A).unwrap().strokes().is_empty());
-    assert_eq!(weave.get(B), Weave::new([(B, leaving(30.0, 2))]).get(B));
+    assert_eq!(weave.get(B), LaneStitching::new([(B, leaving(30.0, 2))]).get(B));
 }
 
 #[test]
 fn a_lane_under_edit_is_left_out() {
     // The dragged one passes by a joint of two others.
-    let mut weave = Weave::new([(A, coming(2)), (B, leaving(30.0, 2)), (C, leaving(200.0, 2))]);
+    let mut weave = LaneStitching::new([(A, coming(2)), (B, leaving(30.0, 2)), (C, leaving(200.0, 2))]);
     assert_eq!(weave.meeting(A, LaneEnd::End), Some(Meeting::Junction));
     assert_eq!(weave.exclude(Some(C)), [A, B]);
     assert_eq!(weave.meeting(A, LaneEnd::End), Some(Meeting::Joined(B)));
@@ -267,7 +269,7 @@ fn a_lane_under_edit_is_left_out() {
 
 #[test]
 fn ends_without_a_node_meet_on_one_centimetre() {
-    let at = |x: f64| Weave::new([(A, coming(2)), (B, lane(&[(x, 0.0), (40.0, 9.0)]))]);
+    let at = |x: f64| LaneStitching::new([(A, coming(2)), (B, lane(&[(x, 0.0), (40.0, 9.0)]))]);
     assert_eq!(at(0.004).meeting(A, LaneEnd::End), Some(Meeting::Joined(B)));
     shared(&at(0.004), 0);
     assert_eq!(at(0.006).meeting(A, LaneEnd::End), Some(Meeting::Open));
@@ -277,7 +279,7 @@ fn ends_without_a_node_meet_on_one_centimetre() {
 fn ends_with_a_node_meet_by_graph() {
     let joined = |a: Option<i64>, b: Option<i64>, x: f64| {
         let away = lane(&[(x, 0.0), (40.0, 9.0)]).hung_on([b, None]);
-        Weave::new([(A, coming(2).hung_on([None, a])), (B, away)]).meeting(A, LaneEnd::End)
+        LaneStitching::new([(A, coming(2).hung_on([None, a])), (B, away)]).meeting(A, LaneEnd::End)
     };
     assert_eq!(joined(Some(7), Some(7), 0.2), Some(Meeting::Joined(B)));
     assert_eq!(joined(Some(7), Some(8), 0.0), Some(Meeting::Open));
@@ -302,7 +304,7 @@ fn what_is_no_lane_is_told() {
 fn a_middle_that_runs_back_on_itself_stays_finite() {
     // Evenly cut, it has the same point on both sides of its turn.
     let back = line(&[(0.0, 0.0), (30.0, 0.0), (20.0, 0.0)]).resampled_to(5);
-    let weave = Weave::new([(A, Lane::along(back, Widths::even(2.0).unwrap()).unwrap())]);
+    let weave = LaneStitching::new([(A, Lane::along(back, Widths::even(2.0).unwrap()).unwrap())]);
     let finite = |p: &Point| p.x.is_finite() && p.y.is_finite();
     assert!(weave.get(A).unwrap().outline().iter().all(finite));
     let spot = line(&[(0.0, 0.0), (1.0, 0.0), (0.0, 0.0)]).resampled_to(2);
@@ -318,7 +320,7 @@ mod painted {
     fn strokes(markings: &[(f64, &[Kind])]) -> Vec<Drawn> {
         let markings = markings.iter().map(|&(station, kinds)| Marking { station, kinds: kinds.to_vec() }).collect();
         let lane = lane(&[(0.0, 0.0), (20.0, 0.0)]).painted([markings, Vec::new()]).unwrap();
-        let weave = Weave::new([(A, lane)]);
+        let weave = LaneStitching::new([(A, lane)]);
         let strokes = weave.get(A).unwrap().strokes();
         assert_eq!(strokes.iter().count(), strokes.len());
         strokes
@@ -381,7 +383,7 @@ mod painted {
         let weave = |kind| {
             let marking = Marking { station: 0.0, kinds: vec![kind] };
             let lane = lane(&[(0.0, 0.0), (20.0, 0.0)]).painted([Vec::new(), vec![marking]]).unwrap();
-            let weave = Weave::new([(A, lane)]);
+            let weave = LaneStitching::new([(A, lane)]);
             weave.get(A).unwrap().strokes().iter().map(|s| (s.side, s.breadth)).next().unwrap()
         };
         assert_eq!(weave(Kind::Kerb).0, 1);
@@ -401,7 +403,7 @@ mod painted {
     fn pieces_bend_with_the_bound() {
         let marking = Marking { station: 5.0, kinds: vec![Kind::Solid(Paint::White)] };
         let lane = lane(&[(0.0, 0.0), (10.0, 0.0), (10.0, -20.0)]).painted([vec![marking], Vec::new()]).unwrap();
-        let weave = Weave::new([(A, lane)]);
+        let weave = LaneStitching::new([(A, lane)]);
         let line = weave.get(A).unwrap().strokes().iter().next().unwrap().line.to_vec();
         assert_eq!(line, [(5.0, HALF), (11.75, HALF), (11.75, -20.0)].map(|(x, y)| Point::new(x, y)));
     }
@@ -410,7 +412,7 @@ mod painted {
     fn paint_runs_from_joint_to_joint() {
         let solid = || vec![Marking { station: 0.0, kinds: vec![Kind::Solid(Paint::White)] }];
         let painted = |lane: Lane| lane.painted([solid(), solid()]).unwrap();
-        let weave = Weave::new([(A, painted(coming(2))), (B, painted(leaving(40.0, 2)))]);
+        let weave = LaneStitching::new([(A, painted(coming(2))), (B, painted(leaving(40.0, 2)))]);
         for side in [0, 1] {
             let line = |id| weave.get(id).unwrap().strokes().iter().nth(side).unwrap().line.to_vec();
             assert_eq!(line(A).last(), Some(&shared(&weave, side)));
@@ -422,6 +424,6 @@ mod painted {
     fn a_line_around_the_world_costs_no_memory() {
         let marking = Marking { station: 0.0, kinds: vec![Kind::Dotted(Paint::White)] };
         let lane = lane(&[(0.0, 0.0), (9e7, 0.0)]).painted([vec![marking], Vec::new()]).unwrap();
-        assert_eq!(Weave::new([(A, lane)]).get(A).unwrap().strokes().len(), 10_000);
+        assert_eq!(LaneStitching::new([(A, lane)]).get(A).unwrap().strokes().len(), 10_000);
     }
 }

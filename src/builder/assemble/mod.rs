@@ -13,9 +13,9 @@ use crate::parallel::Finely;
 use crate::settings::{BicycleLanes, IntersectionSettings, Settings, Side};
 
 use super::control::crosswalk::{announce, crosswalk};
-use super::control::pedestrian_signals::walk_lights;
-use super::control::signal_arrows::{Arrows, one_way};
-use super::control::stop_line_segments::cut_across;
+use super::control::pedestrian_signals::pedestrian_signals;
+use super::control::signal_arrows::{SignalArrows, one_way};
+use super::control::stop_line_segments::split_before_stop_lines;
 use super::control::walkway::walkways;
 use super::control::{Approach, Control, control_arm, pedestrian_crossing_signals};
 use super::intersection::area::AreaOutline;
@@ -23,9 +23,11 @@ use super::intersection::bicycle_lanelets::BicycleMovements;
 use super::intersection::conflict;
 use super::intersection::conflict::Conflicts;
 use super::intersection::movement_types::{Movement, Movements};
-use super::intersection::turning_lanelets::{DrawnMovements, IntersectionPaint, Path, intersection_key, paint};
+use super::intersection::turning_lanelets::{
+    DrawnMovements, IntersectionPaint, TurningLanelet, intersection_key, paint,
+};
 use super::lanes::road_cut::{ConnectionLines, RoadCrossing};
-use super::lanes::side_lanes::beside;
+use super::lanes::side_lanes::side_lanes;
 use super::lanes::types::{Arm, Lanes};
 use super::layout::layout_loop::Layout;
 use super::layout::map_layout::{IntersectionLanelets, MapLayout};
@@ -53,7 +55,7 @@ pub struct Assembled {
 
 /// What is told of one intersection beside the map.
 #[derive(Default)]
-struct Beside {
+struct IntersectionOutput {
     notes: Vec<Finding>,
     intersections: Vec<IntersectionSettings>,
     bicycle_lanes: Vec<i64>,
@@ -64,17 +66,17 @@ struct Beside {
 const BATCH: usize = 128;
 
 /// Builds the map.
-pub fn assemble(settled: Layout, arrows: &Arrows) -> Assembled {
+pub fn assemble(settled: Layout, arrows: &SignalArrows) -> Assembled {
     let Layout { network, restricted, draft, notes } = settled;
     let settled = network;
     let network = &settled;
     // Moved, so that what is not asked for any more goes at once.
     let MapLayout { lines, mut assembly, mut lanes, ways, .. } = { draft };
-    let lit = pedestrian_crossing_signals::lit(network, &lines, &ways);
+    let lit = pedestrian_crossing_signals::signalised_crossings(network, &lines, &ways);
     let (guarded, unguarded) = pedestrian_crossing_signals::guarded(network, &lines, &lanes, &ways);
-    cut_across(&mut assembly, network, &lines, &ways, (&lit, &guarded), &mut lanes);
+    split_before_stop_lines(&mut assembly, network, &lines, &ways, (&lit, &guarded), &mut lanes);
     let as_roads = network.beside.bicycle_lanes == BicycleLanes::Road;
-    let bicycles = beside(&mut assembly, network, &lanes);
+    let bicycles = side_lanes(&mut assembly, network, &lanes);
     let (crossings, idle) = Crossings::add(&mut assembly, network, &lines, &lanes, &ways);
     let unlit = pedestrian_crossing_signals::draw(&mut assembly, network, &lanes, network.side, &lit);
     let mut whole = Assembled { notes, roads: network.roads.len(), ..Assembled::default() };
@@ -86,7 +88,7 @@ pub fn assemble(settled: Layout, arrows: &Arrows) -> Assembled {
     let made = |below: &MapBuilder, intersection: &Intersection, ways: IntersectionLanelets| {
         let mut assembly = MapBuilder::resume(below, ways.part);
         assembly.set_ground(lanes.ground_of(intersection, below));
-        let beside = Beside::default();
+        let beside = IntersectionOutput::default();
         let cycling = ways.cycles;
         let mut stage = Stage {
             network,
@@ -107,9 +109,9 @@ pub fn assemble(settled: Layout, arrows: &Arrows) -> Assembled {
     assembly.compact();
     let passing: Vec<&Intersection> = passed.iter().map(|(at, _)| *at).collect();
     let mut parts = PartialMaps::over(&assembly, passed.iter().map(|(_, ways)| &ways.part));
-    let mut all_beside: Vec<Beside> = Vec::with_capacity(passed.len());
+    let mut all_beside: Vec<IntersectionOutput> = Vec::with_capacity(passed.len());
     let mut passed = passed.into_iter();
-    let mut ready: Vec<(MapPart, Beside)> = Vec::new();
+    let mut ready: Vec<(MapPart, IntersectionOutput)> = Vec::new();
     loop {
         let batch: Vec<(&Intersection, Box<IntersectionLanelets>)> = passed.by_ref().take(BATCH).collect();
         let done = batch.is_empty();
@@ -188,7 +190,7 @@ impl Crossings {
             let cuts: Vec<PointId> =
                 lanes.arms[crossing.road.0 as usize].iter().flat_map(|arm| &arm.cut).copied().collect();
             let id = crosswalk(assembly, road, crossing, &cuts);
-            walk_lights(assembly, road, crossing, id);
+            pedestrian_signals(assembly, road, crossing, id);
             // Where two roads go on as one, the lanes do.
             let over: Vec<RoadIx> = match passed {
                 Some((_, _, Some(_))) => Vec::new(),
@@ -219,12 +221,12 @@ struct Stage<'a> {
     network: &'a RoadNetwork,
     lanes: &'a Lanes,
     crossings: &'a Crossings,
-    arrows: &'a Arrows,
+    arrows: &'a SignalArrows,
     /// The ends of roads that have lights because people have some there, in order.
     guarded: &'a [RoadEnd],
     assembly: MapBuilder<'a>,
     /// All but the map.
-    beside: Beside,
+    beside: IntersectionOutput,
     /// Its lanes for bicycles.
     cycling: BicycleMovements,
     /// Whether these are written as roads, which others watch and yield to.
@@ -300,7 +302,7 @@ impl Stage<'_> {
         intersection: &Intersection,
         arms: &[&Arm],
         prohibited: &[(usize, usize)],
-        paths: &[Path],
+        paths: &[TurningLanelet],
         conflicts: &Conflicts,
         outline: AreaOutline,
     ) {
@@ -345,8 +347,9 @@ impl Stage<'_> {
         let controls = self.controls(intersection, arms);
         let arrows = self.arrows.wanted(id, &ring);
         for (i, arm) in arms.iter().enumerate() {
-            let starts = |path: &Path| (path.movement.from, path.movement.in_lane, path.kind == StripKind::Bicycle);
-            let from = |lane: usize| move |path: &&Path| starts(path) == (i, lane, false);
+            let starts =
+                |path: &TurningLanelet| (path.movement.from, path.movement.in_lane, path.kind == StripKind::Bicycle);
+            let from = |lane: usize| move |path: &&TurningLanelet| starts(path) == (i, lane, false);
             let mut approaches: Vec<Approach> = (arm.into.iter().enumerate())
                 .map(|(lane, before)| Approach {
                     lane: self.lanes.lanes[before.lane].lanelet,
@@ -372,13 +375,13 @@ impl Stage<'_> {
         self.beside.intersections.extend(intersection_settings::settings(id, &names, prohibited, &movers));
     }
 
-    fn tag_path(&mut self, path: &Path, area: &str) {
+    fn tag_path(&mut self, path: &TurningLanelet, area: &str) {
         let Some(attributes) = self.assembly.attributes_mut(path.lanelet) else { return };
         attributes.set("turn_direction", direction(path).as_str());
         attributes.set("intersection_area", area);
     }
 
-    fn walkways(&mut self, intersection: &Intersection, paths: &[Path]) {
+    fn walkways(&mut self, intersection: &Intersection, paths: &[TurningLanelet]) {
         if !self.network.beside.walkways {
             return;
         }
@@ -390,7 +393,7 @@ impl Stage<'_> {
         walkways(&mut self.assembly, self.network, self.lanes, intersection, crossed, paths);
     }
 
-    fn announce_crosswalks(&mut self, intersection: &Intersection, paths: &[Path]) {
+    fn announce_crosswalks(&mut self, intersection: &Intersection, paths: &[TurningLanelet]) {
         let as_roads = self.as_roads;
         for &at in &intersection.arms {
             let crossings = self.crossings;
@@ -407,7 +410,7 @@ impl Stage<'_> {
 }
 
 /// Which way a movement goes.
-fn direction(path: &Path) -> TurnDirection {
+fn direction(path: &TurningLanelet) -> TurnDirection {
     match path.turn {
         turn if turn.abs() <= STRAIGHT => TurnDirection::Straight,
         turn if turn > 0.0 => TurnDirection::Left,

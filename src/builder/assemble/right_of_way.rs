@@ -1,10 +1,10 @@
 //! Who goes first at an intersection: what rules its arms, and whom each lanelet may ignore.
 
-use crate::builder::control::priority_road::{Approaching, give_way};
+use crate::builder::control::priority_road::{PriorityArm, give_way};
 use crate::builder::control::{Control, sign_at};
 use crate::builder::ids::Key;
 use crate::builder::intersection::conflict::Conflicts;
-use crate::builder::intersection::turning_lanelets::Path;
+use crate::builder::intersection::turning_lanelets::TurningLanelet;
 use crate::builder::lanes::types::Arm;
 use crate::builder::network::Intersection;
 use crate::builder::network::turn::STRAIGHT;
@@ -29,13 +29,19 @@ impl Stage<'_> {
             .collect()
     }
 
-    pub(super) fn movers(&self, arms: &[&Arm], paths: &[Path], controls: &[Control], legs: &[usize]) -> Vec<Mover> {
+    pub(super) fn movers(
+        &self,
+        arms: &[&Arm],
+        paths: &[TurningLanelet],
+        controls: &[Control],
+        legs: &[usize],
+    ) -> Vec<Mover> {
         let leads_in = |a: &usize| !arms[*a].into.is_empty();
         let signed = |a: usize| matches!(controls[a], Control::Stop | Control::GiveWay);
         let private = |a: usize| !self.network.road(arms[a].at.road).public;
         // A driveway that arrives side by side with a street is part of its approach.
         let of_street = |a: usize| (0..arms.len()).any(|b| !private(b) && !signed(b) && legs[a] == legs[b]);
-        let approaching = |a: usize| Approaching {
+        let approaching = |a: usize| PriorityArm {
             leg: legs[a],
             priority_road: is_priority_road(&self.network.road(arms[a].at.road).tags),
             leads_in: leads_in(&a),
@@ -86,7 +92,13 @@ impl Stage<'_> {
         first
     }
 
-    pub(super) fn rights_of_way(&mut self, legs: &[usize], paths: &[Path], movers: &[Mover], conflicts: &Conflicts) {
+    pub(super) fn rights_of_way(
+        &mut self,
+        legs: &[usize],
+        paths: &[TurningLanelet],
+        movers: &[Mover],
+        conflicts: &Conflicts,
+    ) {
         // Only where vehicles arrive is there a light, or a rank, to be opposite to another. Where they head counts.
         let heading = |of: usize| -> Vector {
             paths.iter().filter(|path| legs[path.movement.from] == of).map(|path| path.heading).sum()

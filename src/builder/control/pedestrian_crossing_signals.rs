@@ -30,7 +30,7 @@ const BEHIND_LIGHTS: f64 = 30.0;
 const TOGETHER: f64 = 2.0 * STOP_GAP + VEHICLE;
 
 /// A part of a road between intersections where people cross and have lights.
-pub struct Lit {
+pub struct SignalisedCrossings {
     /// The road.
     pub road: RoadIx,
     /// The first crossing on it, an OpenStreetMap node.
@@ -42,15 +42,19 @@ pub struct Lit {
 }
 
 /// Finds them, in order of roads and stations.
-pub fn lit(network: &RoadNetwork, lines: &ConnectionLines, ways: &[Option<Box<IntersectionLanelets>>]) -> Vec<Lit> {
+pub fn signalised_crossings(
+    network: &RoadNetwork,
+    lines: &ConnectionLines,
+    ways: &[Option<Box<IntersectionLanelets>>],
+) -> Vec<SignalisedCrossings> {
     let half = CROSSWALK_BREADTH / 2.0;
     let between = lines.crossings.iter().filter(|crossing| crossing.arm.is_none());
-    let mut found: Vec<Lit> = Vec::new();
+    let mut found: Vec<SignalisedCrossings> = Vec::new();
     for crossing in between.filter(|crossing| has_lights(network.road(crossing.road), crossing)) {
         let span = [crossing.station - half, crossing.station + half];
         match found.last_mut() {
             Some(last) if last.road == crossing.road && span[0] - last.span[1] < TOGETHER => last.span[1] = span[1],
-            _ => found.push(Lit { road: crossing.road, node: crossing.node, span, stops: [true; 2] }),
+            _ => found.push(SignalisedCrossings { road: crossing.road, node: crossing.node, span, stops: [true; 2] }),
         }
     }
     for lit in &mut found {
@@ -163,7 +167,7 @@ pub fn draw(
     network: &RoadNetwork,
     lanes: &Lanes,
     driving: DrivingSide,
-    lit: &[Lit],
+    lit: &[SignalisedCrossings],
 ) -> Vec<Finding> {
     let mut notes = Vec::new();
     for lit in lit {
@@ -181,7 +185,7 @@ pub fn draw(
     notes
 }
 
-fn note(network: &RoadNetwork, lit: &Lit) -> Finding {
+fn note(network: &RoadNetwork, lit: &SignalisedCrossings) -> Finding {
     let road = network.road(lit.road);
     let [node, way] = [lit.node, road.key.way];
     let message = format!(
@@ -197,7 +201,7 @@ fn draw_one_way(
     assembly: &mut MapBuilder,
     network: &RoadNetwork,
     driving: DrivingSide,
-    (lit, toward): (&Lit, End),
+    (lit, toward): (&SignalisedCrossings, End),
     lanes: &[&RoadLane],
 ) {
     let road = network.road(lit.road);

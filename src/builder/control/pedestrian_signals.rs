@@ -19,7 +19,7 @@ const BEHIND: f64 = 0.5;
 const BESIDE: f64 = 0.3;
 
 /// Adds the lights of a crosswalk that has some, and the element by which it knows of them.
-pub fn walk_lights(assembly: &mut MapBuilder, road: &Road, crossing: &RoadCrossing, crosswalk: LaneletId) {
+pub fn pedestrian_signals(assembly: &mut MapBuilder, road: &Road, crossing: &RoadCrossing, crosswalk: LaneletId) {
     if !has_lights(road, crossing) {
         return;
     }

@@ -3,7 +3,7 @@
 /// The approaches that give way to a priority road, from what each is; `None` if no priority road leads through. To let a lane
 /// ignore another is only safe where it is certain who waits: the priority road comes to the intersection over two approaches,
 /// whether it goes straight or bends, no sign there says otherwise, and some other road meets it.
-pub fn give_way(arms: &[Approaching]) -> Option<Vec<bool>> {
+pub fn give_way(arms: &[PriorityArm]) -> Option<Vec<bool>> {
     let mut through: Vec<usize> = arms.iter().filter(|arm| arm.priority_road).map(|arm| arm.leg).collect();
     through.sort_unstable();
     through.dedup();
@@ -18,7 +18,7 @@ pub fn give_way(arms: &[Approaching]) -> Option<Vec<bool>> {
 
 /// A road end at an intersection.
 #[derive(Clone, Copy, Debug)]
-pub struct Approaching {
+pub struct PriorityArm {
     /// Carriageways on both sides of a median are one approach: the number of its first arm.
     pub leg: usize,
     /// Whether it belongs to a priority road.
@@ -39,10 +39,10 @@ mod tests {
     /// Approaches, each with as many letters as it has arms: `p` for a priority road, `o` for another, `s` for a sign on a
     /// priority road.
     fn gives_way(approaches: &[&str]) -> Option<Vec<bool>> {
-        let mut arms: Vec<Approaching> = Vec::new();
+        let mut arms: Vec<PriorityArm> = Vec::new();
         for approach in approaches {
             let leg = arms.len();
-            arms.extend(approach.chars().map(|kind| Approaching {
+            arms.extend(approach.chars().map(|kind| PriorityArm {
                 leg,
                 priority_road: kind != 'o',
                 leads_in: true,

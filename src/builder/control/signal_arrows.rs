@@ -7,13 +7,13 @@ use crate::projection::Projector;
 
 /// What the settings say of arrows.
 #[derive(Clone, Debug, Default)]
-pub struct Arrows {
+pub struct SignalArrows {
     everywhere: bool,
     /// Single intersections, by the id of the area or a place in it, and whether they have some.
     said: Vec<(Option<i64>, Option<Point>, bool)>,
 }
 
-impl Arrows {
+impl SignalArrows {
     /// From the settings, in the metres of the map.
     pub fn new(inside: &Inside, projector: &Projector) -> Self {
         let said = inside.intersections.iter().filter_map(|entry| {

@@ -6,7 +6,7 @@ mod lanelet_split;
 mod tests;
 
 use crate::builder::lanes::road_cut::{ConnectionLines, STOP_GAP};
-use crate::builder::lanes::types::{Arm, Lanes, Piece, SplitReason};
+use crate::builder::lanes::types::{Arm, Lanes, RoadPiece, SplitReason};
 use crate::builder::layout::map_layout::IntersectionLanelets;
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::road_end::at_depth;
@@ -15,13 +15,13 @@ use crate::builder::tags::cross_section::Travel;
 use crate::builder::tags::marking::before_stop;
 use crate::parallel::Finely;
 
-use super::pedestrian_crossing_signals::Lit;
+use super::pedestrian_crossing_signals::SignalisedCrossings;
 use super::{Control, sign_at};
-use lanelet_split::{Knife, Painted, Stretch};
+use lanelet_split::{LaneletSplitter, Painted, Stretch};
 
 use rayon::prelude::*;
 
-pub use lanelet_split::Cut;
+pub use lanelet_split::LaneletCut;
 
 /// Length of the stretch, metres, where nobody says otherwise: so far before an intersection Japan's Road Traffic Act,
 /// article 30, forbids to overtake, and about so far (100 ft) before lights many agencies paint solid lines.
@@ -32,12 +32,12 @@ const DASHED: [&str; 1] = ["GB"];
 const LEAST: f64 = 10.0;
 
 /// Cuts the roads at stop lines between intersections, and before all stop lines where that changes what is painted.
-pub fn cut_across(
+pub fn split_before_stop_lines(
     assembly: &mut MapBuilder,
     network: &RoadNetwork,
     lines: &ConnectionLines,
     ways: &[Option<Box<IntersectionLanelets>>],
-    (lit, guarded): (&[Lit], &[RoadEnd]),
+    (lit, guarded): (&[SignalisedCrossings], &[RoadEnd]),
     lanes: &mut Lanes,
 ) {
     let wanted = usual_length(network);
@@ -50,7 +50,7 @@ pub fn cut_across(
             return None;
         }
         let pieces = lanes.pieces_of(ix);
-        let mut knife = Knife::new(assembly, road, pieces.first()?);
+        let mut knife = LaneletSplitter::new(assembly, road, pieces.first()?);
         let mut stops: Vec<(SplitReason, f64, End, f64, Painted)> = Vec::new();
         for lit in lit {
             for end in [End::Start, End::End] {
@@ -140,7 +140,7 @@ fn painted(road: &Road, lanes: &Lanes, arm: &Arm, leads_on: impl Fn(usize) -> bo
 }
 
 /// What is painted between the lanes that stop before a crosswalk, by the end of the road that they head for.
-fn before_crosswalk(road: &Road, pieces: &[Piece], lit: &Lit) -> Vec<(End, Painted)> {
+fn before_crosswalk(road: &Road, pieces: &[RoadPiece], lit: &SignalisedCrossings) -> Vec<(End, Painted)> {
     let towards = [(End::Start, Travel::Backward), (End::End, Travel::Forward)];
     let stopping = towards.into_iter().filter(|(end, _)| lit.stops[end.index()]);
     let painted = stopping.map(|(end, travel)| {
@@ -151,7 +151,7 @@ fn before_crosswalk(road: &Road, pieces: &[Piece], lit: &Lit) -> Vec<(End, Paint
 }
 
 /// Those of some edges of a road that are painted otherwise before a stop line.
-fn repainted(road: &Road, pieces: &[Piece], edges: impl Iterator<Item = usize>) -> Painted {
+fn repainted(road: &Road, pieces: &[RoadPiece], edges: impl Iterator<Item = usize>) -> Painted {
     let inverted = |edge: usize| Some((*pieces.first()?.borders.get(edge)?)?.inverted);
     edges.filter_map(|edge| Some((edge, before_stop(&road.section, edge, &road.tags, inverted(edge)?)?))).collect()
 }

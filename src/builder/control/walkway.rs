@@ -4,7 +4,7 @@
 mod tests;
 
 use crate::builder::ids::Key;
-use crate::builder::intersection::turning_lanelets::Path;
+use crate::builder::intersection::turning_lanelets::TurningLanelet;
 use crate::builder::lanes::lane_ends::sidewalk;
 use crate::builder::lanes::types::Lanes;
 use crate::builder::map::map_builder::MapBuilder;
@@ -44,7 +44,7 @@ pub fn walkways(
     lanes: &Lanes,
     intersection: &Intersection,
     crossed: impl Fn(RoadEnd) -> bool,
-    paths: &[Path],
+    paths: &[TurningLanelet],
 ) {
     let count = intersection.arms.len();
     let private = |arm: usize| !network.road(intersection.arms[arm].road).public;
@@ -60,7 +60,7 @@ pub fn walkways(
             public.and_then(|of| sidewalk_end(network, lanes, of, side == 0))
         });
         let mapped = mapped(network.road(at.road), at.end).filter(|_| (0..count).any(|arm| !private(arm)));
-        let leads = |path: &&Path| path.movement.from == arm || path.movement.to == arm;
+        let leads = |path: &&TurningLanelet| path.movement.from == arm || path.movement.to == arm;
         let outlines = |road| lanes.of_road(road).iter().map(|lane| (lane.lanelet, assembly.outline(lane.lanelet)));
         let own = paths.iter().filter(leads).map(|path| (path.lanelet, assembly.outline(path.lanelet)));
         let own: Vec<(LaneletId, Vec<Point>)> = own.collect();

@@ -12,7 +12,7 @@ pub const FORMAT: u32 = 1;
 
 /// The member `lanewright` of the collection.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Head {
+pub struct Header {
     pub format: u32,
     #[serde(default)]
     pub driving_side: Option<DrivingSide>,
@@ -22,7 +22,7 @@ pub struct Head {
     pub projector: Option<ProjectorShape>,
 }
 
-impl Head {
+impl Header {
     pub fn new(network: &RoadNetwork, projector: &Projector) -> Self {
         Self {
             format: FORMAT,

@@ -5,8 +5,8 @@ use serde::Serialize;
 
 /// Longitude and latitude in degrees; metres until the file is written and after it is read.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Place(pub [f64; 2]);
+pub struct FeaturePlace(pub [f64; 2]);
 
 /// The id of a feature: text, or a number that is read as text.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
-pub struct Id(pub Text);
+pub struct FeatureId(pub Text);

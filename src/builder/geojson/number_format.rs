@@ -12,7 +12,7 @@ use crate::builder::tags::cross_section::Arrows;
 use crate::osm::{Tags, Text, put_fixed};
 use crate::projection::LonLat;
 
-use super::id::{Id, Place};
+use super::id::{FeatureId, FeaturePlace};
 
 /// Spells numbers as `serde_json` does, in less time where they have no more than nine decimals, as most have.
 #[derive(Default)]
@@ -108,19 +108,19 @@ impl Spelt {
     }
 }
 
-impl<'de> Deserialize<'de> for Place {
+impl<'de> Deserialize<'de> for FeaturePlace {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Position;
         impl<'de> Visitor<'de> for Position {
-            type Value = Place;
+            type Value = FeaturePlace;
 
             fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                 f.write_str("a position: [longitude, latitude]")
             }
 
-            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Place, A::Error> {
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<FeaturePlace, A::Error> {
                 let mut number = |i| seq.next_element::<f64>()?.ok_or_else(|| de::Error::invalid_length(i, &self));
-                let place = Place([number(0)?, number(1)?]);
+                let place = FeaturePlace([number(0)?, number(1)?]);
                 // A height, which streets do not have.
                 while seq.next_element::<IgnoredAny>()?.is_some() {}
                 Ok(place)
@@ -130,26 +130,26 @@ impl<'de> Deserialize<'de> for Place {
     }
 }
 
-impl<'de> Deserialize<'de> for Id {
+impl<'de> Deserialize<'de> for FeatureId {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct TextOrNumber;
         impl Visitor<'_> for TextOrNumber {
-            type Value = Id;
+            type Value = FeatureId;
 
             fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                 f.write_str("an id: text or a whole number")
             }
 
-            fn visit_str<E: de::Error>(self, text: &str) -> Result<Id, E> {
-                Ok(Id(text.into()))
+            fn visit_str<E: de::Error>(self, text: &str) -> Result<FeatureId, E> {
+                Ok(FeatureId(text.into()))
             }
 
-            fn visit_i64<E: de::Error>(self, number: i64) -> Result<Id, E> {
-                Ok(Id(number.to_string().into()))
+            fn visit_i64<E: de::Error>(self, number: i64) -> Result<FeatureId, E> {
+                Ok(FeatureId(number.to_string().into()))
             }
 
-            fn visit_u64<E: de::Error>(self, number: u64) -> Result<Id, E> {
-                Ok(Id(number.to_string().into()))
+            fn visit_u64<E: de::Error>(self, number: u64) -> Result<FeatureId, E> {
+                Ok(FeatureId(number.to_string().into()))
             }
         }
         deserializer.deserialize_any(TextOrNumber)

@@ -10,14 +10,14 @@ use crate::parallel::Finely;
 use crate::projection::{Extent, LonLat, Projector};
 
 use super::ReadError;
-use super::header::{FORMAT, Head};
-use super::id::Place;
+use super::header::{FORMAT, Header};
+use super::id::FeaturePlace;
 use super::schema::{Feature, IntersectionShape, LaneShape, Placed, RoadShape};
-use super::split_features::{Layout, scan};
+use super::split_features::{FeatureSpans, scan};
 
 /// Something of the file, with the byte where it begins.
 #[derive(Debug)]
-pub struct Sited<T> {
+pub struct Spanned<T> {
     pub offset: usize,
     pub it: T,
 }
@@ -25,11 +25,11 @@ pub struct Sited<T> {
 /// What the file says, in metres.
 #[derive(Debug)]
 pub struct Parsed {
-    pub head: Option<Head>,
+    pub head: Option<Header>,
     pub projector: Projector,
-    pub roads: Vec<Sited<Feature<RoadShape>>>,
-    pub lanes: Vec<Sited<LaneShape>>,
-    pub intersections: Vec<Sited<Feature<IntersectionShape>>>,
+    pub roads: Vec<Spanned<Feature<RoadShape>>>,
+    pub lanes: Vec<Spanned<LaneShape>>,
+    pub intersections: Vec<Spanned<Feature<IntersectionShape>>>,
     /// Features of other types.
     pub others: usize,
 }
@@ -50,9 +50,9 @@ pub fn parse(text: &str, wanted: Option<Projector>) -> Result<Parsed, ReadError>
     };
     for (feature, offset) in features.into_iter().zip(layout.features.iter().map(|range| range.start)) {
         match feature? {
-            Any::Road(it) => parsed.roads.push(Sited { offset, it }),
-            Any::Lane(it) => parsed.lanes.push(Sited { offset, it }),
-            Any::Intersection(it) => parsed.intersections.push(Sited { offset, it }),
+            Any::Road(it) => parsed.roads.push(Spanned { offset, it }),
+            Any::Lane(it) => parsed.lanes.push(Spanned { offset, it }),
+            Any::Intersection(it) => parsed.intersections.push(Spanned { offset, it }),
             Any::Other => parsed.others += 1,
         }
     }
@@ -99,7 +99,7 @@ fn one(text: &str, offset: usize) -> Result<Any, ReadError> {
         _ => Any::Other,
     };
     let mut wrong = None;
-    let mut visit = |place: &mut Place| {
+    let mut visit = |place: &mut FeaturePlace| {
         let [lon, lat] = place.0;
         if !((-180.0..=180.0).contains(&lon) && (-90.0..=90.0).contains(&lat)) {
             wrong = wrong.or(Some([lon, lat]));
@@ -117,7 +117,7 @@ fn one(text: &str, offset: usize) -> Result<Any, ReadError> {
 }
 
 impl Any {
-    fn each_place<'a>(&'a mut self, visit: &mut dyn FnMut(&'a mut Place)) {
+    fn each_place<'a>(&'a mut self, visit: &mut dyn FnMut(&'a mut FeaturePlace)) {
         match self {
             Self::Road(road) => road.each_place(visit),
             Self::Intersection(intersection) => intersection.each_place(visit),
@@ -127,13 +127,13 @@ impl Any {
 }
 
 /// What the collection says beside its features.
-fn head(text: &str, layout: &Layout) -> Result<Option<Head>, ReadError> {
+fn head(text: &str, layout: &FeatureSpans) -> Result<Option<Header>, ReadError> {
     #[derive(Deserialize)]
     struct Collection {
         #[serde(rename = "type")]
         kind: Text,
         #[serde(default)]
-        lanewright: Option<Head>,
+        lanewright: Option<Header>,
         #[serde(default)]
         units: Option<Text>,
     }
@@ -183,10 +183,11 @@ impl Parsed {
         let own = own.map(super::header::ProjectorShape::projector).transpose().map_err(|message| {
             ReadError::new(0, message, "leave `projector` out to let lanewright choose, or use --projector")
         })?;
-        let mut places: Vec<&mut Place> = Vec::new();
+        let mut places: Vec<&mut FeaturePlace> = Vec::new();
         self.roads.iter_mut().for_each(|road| road.it.each_place(&mut |p| places.push(p)));
         self.intersections.iter_mut().for_each(|i| i.it.each_place(&mut |p| places.push(p)));
-        let degrees: Vec<LonLat> = places.iter().map(|Place([lon, lat])| LonLat { lon: *lon, lat: *lat }).collect();
+        let degrees: Vec<LonLat> =
+            places.iter().map(|FeaturePlace([lon, lat])| LonLat { lon: *lon, lat: *lat }).collect();
         let chosen = || Extent::of(degrees.iter().copied()).map(|extent| Projector::for_extent(&extent));
         let projector = wanted.or(own).or_else(chosen).unwrap_or(Projector::Local);
         for (place, metres) in places.into_iter().zip(projector.forward_each(&degrees, |_| 0.0)) {
@@ -194,7 +195,7 @@ impl Parsed {
                 let message = format!("the projection {} does not reach all places of the file", projector.name());
                 ReadError::new(0, message, "choose another with --projector")
             })?);
-            *place = Place([metres.x, metres.y]);
+            *place = FeaturePlace([metres.x, metres.y]);
         }
         self.projector = projector;
         Ok(self)

@@ -9,8 +9,8 @@ use crate::builder::network::{
 use crate::geometry::{Point, Polyline, simple_ring as rings};
 
 use super::ReadError;
-use super::id::Id;
-use super::parse::{Parsed, Sited};
+use super::id::FeatureId;
+use super::parse::{Parsed, Spanned};
 use super::schema::{ArmShape, Feature, IntersectionShape};
 use super::values::{Node, centre, mean, point, ring, section_of};
 
@@ -21,7 +21,7 @@ const MAX_ARMS: usize = 1000;
 pub fn intersections(
     nodes: &[Node<'_>],
     roads: &[Road],
-    by_id: &FxHashMap<&Id, RoadIx>,
+    by_id: &FxHashMap<&FeatureId, RoadIx>,
 ) -> Result<Vec<Intersection>, ReadError> {
     let mut meeting: Vec<Vec<RoadEnd>> = vec![Vec::new(); nodes.len()];
     for (road, ix) in roads.iter().zip(0..) {
@@ -36,7 +36,7 @@ fn intersection(
     node: &Node<'_>,
     ends: Vec<RoadEnd>,
     roads: &[Road],
-    by_id: &FxHashMap<&Id, RoadIx>,
+    by_id: &FxHashMap<&FeatureId, RoadIx>,
 ) -> Result<Intersection, ReadError> {
     let tip = |at: &RoadEnd| {
         let line = &roads[at.road.0 as usize].line;
@@ -92,11 +92,11 @@ fn bare(nodes: Vec<i64>, position: Point, arms: Vec<RoadEnd>) -> Intersection {
 
 /// The arms in clockwise order: as the file says, which must be all; else by the directions in which they leave.
 fn arms(
-    feature: &Sited<Feature<IntersectionShape>>,
+    feature: &Spanned<Feature<IntersectionShape>>,
     ends: Vec<RoadEnd>,
     position: Point,
     roads: &[Road],
-    by_id: &FxHashMap<&Id, RoadIx>,
+    by_id: &FxHashMap<&FeatureId, RoadIx>,
 ) -> Result<Vec<RoadEnd>, ReadError> {
     let shape = &feature.it.properties;
     if ends.len() > MAX_ARMS {
@@ -132,12 +132,12 @@ fn arms(
     Ok(said)
 }
 
-fn arm_of(arm: &ArmShape, by_id: &FxHashMap<&Id, RoadIx>) -> Option<RoadEnd> {
+fn arm_of(arm: &ArmShape, by_id: &FxHashMap<&FeatureId, RoadIx>) -> Option<RoadEnd> {
     Some(RoadEnd { road: *by_id.get(&arm.road)?, end: arm.end })
 }
 
 /// The islands whose rings are simple; nothing can be cut out along others.
-fn islands(feature: &Sited<Feature<IntersectionShape>>) -> Vec<Island> {
+fn islands(feature: &Spanned<Feature<IntersectionShape>>) -> Vec<Island> {
     let islands = feature.it.properties.islands.iter().map(|island| {
         let ring: Vec<Point> = island.ring.iter().map(point).collect();
         Island { way: island.osm_id, ring }
@@ -145,7 +145,7 @@ fn islands(feature: &Sited<Feature<IntersectionShape>>) -> Vec<Island> {
     islands.filter(|island| rings::is_simple(&island.ring)).collect()
 }
 
-fn inner(feature: &Sited<Feature<IntersectionShape>>) -> Vec<InnerRoad> {
+fn inner(feature: &Spanned<Feature<IntersectionShape>>) -> Vec<InnerRoad> {
     let inner = feature.it.properties.inner.iter().filter_map(|inner| {
         Some(InnerRoad {
             key: inner.key.into(),
@@ -159,7 +159,7 @@ fn inner(feature: &Sited<Feature<IntersectionShape>>) -> Vec<InnerRoad> {
 }
 
 /// All connections of lanes, by relation as in the input they came from.
-pub fn connections(parsed: &Parsed, by_id: &FxHashMap<&Id, RoadIx>) -> Result<Vec<LaneConnection>, ReadError> {
+pub fn connections(parsed: &Parsed, by_id: &FxHashMap<&FeatureId, RoadIx>) -> Result<Vec<LaneConnection>, ReadError> {
     let mut found = Vec::new();
     for feature in &parsed.intersections {
         for shape in &feature.it.properties.connections {
@@ -177,7 +177,7 @@ pub fn connections(parsed: &Parsed, by_id: &FxHashMap<&Id, RoadIx>) -> Result<Ve
 }
 
 /// All turn restrictions, by relation as in the input they came from.
-pub fn restrictions(parsed: &Parsed, by_id: &FxHashMap<&Id, RoadIx>) -> Result<Vec<TurnRestriction>, ReadError> {
+pub fn restrictions(parsed: &Parsed, by_id: &FxHashMap<&FeatureId, RoadIx>) -> Result<Vec<TurnRestriction>, ReadError> {
     let mut found = Vec::new();
     for feature in &parsed.intersections {
         for shape in &feature.it.properties.restrictions {

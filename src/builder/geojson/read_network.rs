@@ -9,8 +9,8 @@ use crate::geometry::Point;
 use crate::osm::Text;
 
 use super::ReadError;
-use super::id::Id;
-use super::parse::{Parsed, Sited};
+use super::id::FeatureId;
+use super::parse::{Parsed, Spanned};
 use super::read_intersections::{connections, intersections, restrictions};
 use super::read_road::road;
 use super::schema::{Feature, IntersectionShape, RoadShape};
@@ -29,7 +29,7 @@ pub struct FileNetwork<'a> {
 const LOOSE: [&str; 2] = ["start", "end"];
 
 /// A road with its key, and the intersections at its ends.
-type Keyed<'a> = (RoadKey, &'a Sited<Feature<RoadShape>>, [IntersectionIx; 2]);
+type Keyed<'a> = (RoadKey, &'a Spanned<Feature<RoadShape>>, [IntersectionIx; 2]);
 
 /// Puts the network together.
 pub fn network<'a>(
@@ -43,11 +43,11 @@ pub fn network<'a>(
     let country = head.and_then(|head| head.country.clone()).or(place.country);
 
     let attached = attached(parsed);
-    let ends: Vec<[Id; 2]> = parsed.roads.iter().map(|road| ends(&road.it, &attached)).collect();
+    let ends: Vec<[FeatureId; 2]> = parsed.roads.iter().map(|road| ends(&road.it, &attached)).collect();
     let nodes = nodes(parsed, &ends)?;
-    let at: FxHashMap<&Id, IntersectionIx> =
+    let at: FxHashMap<&FeatureId, IntersectionIx> =
         nodes.iter().zip(0..).map(|(node, i)| (&node.id, IntersectionIx(i))).collect();
-    let mut lanes: FxHashMap<&Id, Vec<_>> = FxHashMap::default();
+    let mut lanes: FxHashMap<&FeatureId, Vec<_>> = FxHashMap::default();
     for lane in &parsed.lanes {
         lanes.entry(&lane.it.road).or_default().push(lane);
     }
@@ -76,7 +76,7 @@ pub fn network<'a>(
 
     let customs = Customs { side, country: country.as_deref(), assume: &options.assume };
     let mut roads = Vec::with_capacity(keyed.len());
-    let mut by_id: FxHashMap<&Id, RoadIx> = FxHashMap::default();
+    let mut by_id: FxHashMap<&FeatureId, RoadIx> = FxHashMap::default();
     for (i, (key, site, ends)) in keyed.iter().enumerate() {
         let id = &site.it.properties.id;
         let own = lanes.remove(id).unwrap_or_default();
@@ -109,8 +109,8 @@ fn middle(parsed: &Parsed) -> crate::projection::LonLat {
 }
 
 /// The intersections that name a road, by the road's id.
-fn attached(parsed: &Parsed) -> FxHashMap<&Id, Vec<&Feature<IntersectionShape>>> {
-    let mut found: FxHashMap<&Id, Vec<&Feature<IntersectionShape>>> = FxHashMap::default();
+fn attached(parsed: &Parsed) -> FxHashMap<&FeatureId, Vec<&Feature<IntersectionShape>>> {
+    let mut found: FxHashMap<&FeatureId, Vec<&Feature<IntersectionShape>>> = FxHashMap::default();
     for intersection in &parsed.intersections {
         for road in &intersection.it.properties.roads {
             found.entry(road).or_default().push(&intersection.it);
@@ -121,7 +121,10 @@ fn attached(parsed: &Parsed) -> FxHashMap<&Id, Vec<&Feature<IntersectionShape>>>
 
 /// The intersections at both ends of a road: as it says; else those that name it, each at the end it is nearer to;
 /// else one of its own, where the map ends.
-fn ends(road: &Feature<RoadShape>, attached: &FxHashMap<&Id, Vec<&Feature<IntersectionShape>>>) -> [Id; 2] {
+fn ends(
+    road: &Feature<RoadShape>,
+    attached: &FxHashMap<&FeatureId, Vec<&Feature<IntersectionShape>>>,
+) -> [FeatureId; 2] {
     let shape = &road.properties;
     if let (Some(src), Some(dst)) = (&shape.src, &shape.dst) {
         return [src.clone(), dst.clone()];
@@ -140,14 +143,14 @@ fn ends(road: &Feature<RoadShape>, attached: &FxHashMap<&Id, Vec<&Feature<Inters
             .map(|(_, id)| id.clone())
     };
     [0, 1].map(|end| {
-        let loose = || Id(Text::from(format!("{} {}", shape.id.0, LOOSE[end])));
+        let loose = || FeatureId(Text::from(format!("{} {}", shape.id.0, LOOSE[end])));
         said[end].clone().or_else(|| nearer(end)).unwrap_or_else(loose)
     })
 }
 
 /// All intersections at which a road ends, and those where the map ends, in order of their smallest node.
-fn nodes<'a>(parsed: &'a Parsed, ends: &[[Id; 2]]) -> Result<Vec<Node<'a>>, ReadError> {
-    let mut features: FxHashMap<&Id, &Sited<Feature<IntersectionShape>>> = FxHashMap::default();
+fn nodes<'a>(parsed: &'a Parsed, ends: &[[FeatureId; 2]]) -> Result<Vec<Node<'a>>, ReadError> {
+    let mut features: FxHashMap<&FeatureId, &Spanned<Feature<IntersectionShape>>> = FxHashMap::default();
     for feature in &parsed.intersections {
         let id = &feature.it.properties.id;
         if features.insert(id, feature).is_some() {
@@ -156,10 +159,10 @@ fn nodes<'a>(parsed: &'a Parsed, ends: &[[Id; 2]]) -> Result<Vec<Node<'a>>, Read
         }
     }
     let loose = parsed.roads.iter().zip(ends).flat_map(|(road, ends)| {
-        let name = |end: usize| Id(Text::from(format!("{} {}", road.it.properties.id.0, LOOSE[end])));
+        let name = |end: usize| FeatureId(Text::from(format!("{} {}", road.it.properties.id.0, LOOSE[end])));
         [0, 1].into_iter().filter(move |&end| ends[end] == name(end)).map(|end| ends[end].clone())
     });
-    let used: std::collections::BTreeSet<&Id> = ends.iter().flatten().collect();
+    let used: std::collections::BTreeSet<&FeatureId> = ends.iter().flatten().collect();
     let named = used.into_iter().filter_map(|id| features.get(id)).copied();
     let mut nodes: Vec<Node<'a>> = named
         .map(|feature| {

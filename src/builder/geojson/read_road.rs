@@ -11,7 +11,7 @@ use crate::geometry::Polyline;
 use crate::osm::{Tags, Text};
 
 use super::ReadError;
-use super::parse::Sited;
+use super::parse::Spanned;
 use super::schema::{Feature, FurnitureKind, FurnitureShape, LaneShape, Levels, RoadShape};
 use super::values::{number, points_of};
 
@@ -22,10 +22,10 @@ const FASTEST: f64 = 300.0;
 
 /// The road of a feature.
 pub fn road(
-    site: &Sited<Feature<RoadShape>>,
+    site: &Spanned<Feature<RoadShape>>,
     key: RoadKey,
     [from, to]: [IntersectionIx; 2],
-    lanes: &[&Sited<LaneShape>],
+    lanes: &[&Spanned<LaneShape>],
     customs: &Customs<'_>,
     notes: &mut Vec<Finding>,
 ) -> Result<Road, ReadError> {
@@ -52,7 +52,7 @@ pub fn road(
     let link = shape.link || tagged.is_some_and(|(_, link)| link);
     let section = match lanes {
         [] => assumed(shape, key, (class, link), customs, notes)?,
-        lanes => section(lanes, key, customs.usual(class, link), customs.side, notes)?,
+        lanes => section(lanes, key, customs.defaults(class, link), customs.side, notes)?,
     };
     let speed = shape.speed.unwrap_or_else(|| {
         if !["maxspeed", "maxspeed:forward", "maxspeed:backward"].iter().any(|key| shape.tags.has(key)) {
@@ -106,20 +106,20 @@ fn assumed(
     {
         tags.push("width", Text::from(width.to_string()));
     }
-    let (side, usual) = (customs.side, customs.usual(class, link));
+    let (side, usual) = (customs.side, customs.defaults(class, link));
     let facts = WayFacts { way: key.way, tags: &tags, class, link, bus_road: false, side, usual, continued: None };
     Ok(layout(&facts, notes).section)
 }
 
 /// The cross-section that the lanes make up.
 fn section(
-    lanes: &[&Sited<LaneShape>],
+    lanes: &[&Spanned<LaneShape>],
     key: RoadKey,
     usual: Defaults,
     side: DrivingSide,
     notes: &mut Vec<Finding>,
 ) -> Result<CrossSection, ReadError> {
-    let mut ordered: Vec<&Sited<LaneShape>> = lanes.to_vec();
+    let mut ordered: Vec<&Spanned<LaneShape>> = lanes.to_vec();
     ordered.sort_by_key(|lane| lane.it.index);
     let driven = |lane: &LaneShape| matches!(lane.used, StripKind::Drive | StripKind::Bus);
     let count = ordered.iter().filter(|lane| driven(&lane.it)).count();

@@ -6,7 +6,7 @@ use crate::builder::tags::cross_section::{Arrows, StripKind, Travel};
 use crate::builder::tags::road_class::RoadClass;
 use crate::osm::{Tags, Text};
 
-use super::id::{Id, Place};
+use super::id::{FeatureId, FeaturePlace};
 use super::number_format::{arrow_names, tag_map};
 
 use serde::{Deserialize, Serialize};
@@ -35,9 +35,9 @@ pub enum FeatureTag {
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(tag = "type", content = "coordinates")]
 pub enum Geometry {
-    LineString(Vec<Place>),
-    Polygon(Vec<Vec<Place>>),
-    MultiPolygon(Vec<Vec<Vec<Place>>>),
+    LineString(Vec<FeaturePlace>),
+    Polygon(Vec<Vec<FeaturePlace>>),
+    MultiPolygon(Vec<Vec<Vec<FeaturePlace>>>),
 }
 
 /// The type of a feature.
@@ -74,11 +74,11 @@ fn yes() -> bool {
 pub struct RoadShape {
     #[serde(rename = "type")]
     pub kind: Type,
-    pub id: Id,
+    pub id: FeatureId,
     #[serde(default)]
-    pub src: Option<Id>,
+    pub src: Option<FeatureId>,
     #[serde(default)]
-    pub dst: Option<Id>,
+    pub dst: Option<FeatureId>,
     #[serde(default)]
     pub osm_ids: Vec<i64>,
     #[serde(default = "yes")]
@@ -112,7 +112,7 @@ pub struct RoadShape {
     #[serde(default)]
     pub key: Option<KeyShape>,
     #[serde(default)]
-    pub centerline: Vec<Place>,
+    pub centerline: Vec<FeaturePlace>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub heights: Vec<f64>,
     #[serde(default)]
@@ -126,8 +126,8 @@ pub struct RoadShape {
 /// The cut across one end of a road.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct EndShape {
-    pub int: Option<Id>,
-    pub pts: Vec<Place>,
+    pub int: Option<FeatureId>,
+    pub pts: Vec<FeaturePlace>,
 }
 
 /// What tells a road from every other, whatever else the input says.
@@ -186,8 +186,8 @@ pub struct LaneShape {
     #[serde(rename = "type")]
     pub kind: Type,
     #[serde(default)]
-    pub id: Option<Id>,
-    pub road: Id,
+    pub id: Option<FeatureId>,
+    pub road: FeatureId,
     #[serde(default)]
     pub index: Option<u32>,
     #[serde(default = "yes")]
@@ -239,9 +239,9 @@ fn is_silent(change: &[Option<bool>; 2]) -> bool {
 pub struct IntersectionShape {
     #[serde(rename = "type")]
     pub kind: Type,
-    pub id: Id,
+    pub id: FeatureId,
     #[serde(default)]
-    pub roads: Vec<Id>,
+    pub roads: Vec<FeatureId>,
     #[serde(default = "yes")]
     pub drive: bool,
     #[serde(default)]
@@ -263,7 +263,7 @@ pub struct IntersectionShape {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub circle: Option<Text>,
     #[serde(default)]
-    pub position: Option<Place>,
+    pub position: Option<FeaturePlace>,
     #[serde(default)]
     pub arms: Vec<ArmShape>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -283,13 +283,13 @@ pub struct IntersectionShape {
 pub struct IslandShape {
     #[serde(default)]
     pub osm_id: i64,
-    pub ring: Vec<Place>,
+    pub ring: Vec<FeaturePlace>,
 }
 
 /// One end of a road.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ArmShape {
-    pub road: Id,
+    pub road: FeatureId,
     pub end: End,
 }
 
@@ -298,7 +298,7 @@ pub struct ArmShape {
 pub struct InnerShape {
     pub key: KeyShape,
     pub osm_ids: Vec<i64>,
-    pub centerline: Vec<Place>,
+    pub centerline: Vec<FeaturePlace>,
     pub lanes: Vec<StripShape>,
     #[serde(default)]
     pub roundabout: bool,
@@ -310,7 +310,7 @@ pub struct RestrictionShape {
     pub relation: i64,
     pub from: ArmShape,
     #[serde(default)]
-    pub via: Vec<Id>,
+    pub via: Vec<FeatureId>,
     pub to: ArmShape,
     pub only: bool,
 }
@@ -328,11 +328,11 @@ pub struct ConnectionShape {
 /// Everything that holds places, so that all of a file can be moved to another plane at once.
 pub trait Placed {
     /// Hands out every place.
-    fn each_place<'a>(&'a mut self, visit: &mut dyn FnMut(&'a mut Place));
+    fn each_place<'a>(&'a mut self, visit: &mut dyn FnMut(&'a mut FeaturePlace));
 }
 
 impl<P: Placed> Placed for Feature<P> {
-    fn each_place<'a>(&'a mut self, visit: &mut dyn FnMut(&'a mut Place)) {
+    fn each_place<'a>(&'a mut self, visit: &mut dyn FnMut(&'a mut FeaturePlace)) {
         self.properties.each_place(visit);
         match &mut self.geometry {
             None => {}
@@ -344,18 +344,18 @@ impl<P: Placed> Placed for Feature<P> {
 }
 
 impl Placed for RoadShape {
-    fn each_place<'a>(&'a mut self, visit: &mut dyn FnMut(&'a mut Place)) {
+    fn each_place<'a>(&'a mut self, visit: &mut dyn FnMut(&'a mut FeaturePlace)) {
         self.centerline.iter_mut().for_each(&mut *visit);
         self.ends.iter_mut().flat_map(|end| &mut end.pts).for_each(visit);
     }
 }
 
 impl Placed for LaneShape {
-    fn each_place<'a>(&'a mut self, _: &mut dyn FnMut(&'a mut Place)) {}
+    fn each_place<'a>(&'a mut self, _: &mut dyn FnMut(&'a mut FeaturePlace)) {}
 }
 
 impl Placed for IntersectionShape {
-    fn each_place<'a>(&'a mut self, visit: &mut dyn FnMut(&'a mut Place)) {
+    fn each_place<'a>(&'a mut self, visit: &mut dyn FnMut(&'a mut FeaturePlace)) {
         self.position.iter_mut().for_each(&mut *visit);
         self.inner.iter_mut().flat_map(|inner| &mut inner.centerline).for_each(&mut *visit);
         self.islands.iter_mut().flat_map(|island| &mut island.ring).for_each(visit);

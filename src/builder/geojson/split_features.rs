@@ -4,7 +4,7 @@ use std::ops::Range;
 
 /// Where things stand in the text of a feature collection.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Layout {
+pub struct FeatureSpans {
     /// The list of features, without its brackets.
     pub list: Range<usize>,
     /// Each feature.
@@ -13,7 +13,7 @@ pub struct Layout {
 
 /// The layout of a JSON object with a member `features`. `None` if the text is no object or has no such list; faults
 /// inside the features are not looked for.
-pub fn scan(text: &str) -> Option<Layout> {
+pub fn scan(text: &str) -> Option<FeatureSpans> {
     let mut scanner = Scanner { bytes: text.as_bytes(), at: 0 };
     scanner.take(b'{')?;
     let mut layout = None;
@@ -106,7 +106,7 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    fn list(&mut self) -> Option<Layout> {
+    fn list(&mut self) -> Option<FeatureSpans> {
         self.take(b'[')?;
         let start = self.at;
         let mut features = Vec::new();
@@ -121,7 +121,7 @@ impl<'a> Scanner<'a> {
         }
         let end = self.at;
         self.take(b']')?;
-        Some(Layout { list: start..end, features })
+        Some(FeatureSpans { list: start..end, features })
     }
 }
 

@@ -5,8 +5,8 @@ use crate::builder::network::End;
 use crate::builder::tags::cross_section::{CrossSection, Strip};
 use crate::geometry::{Point, Vector, polygon};
 
-use super::id::{Id, Place};
-use super::parse::Sited;
+use super::id::{FeatureId, FeaturePlace};
+use super::parse::Spanned;
 use super::schema::{EndShape, Feature, Geometry, IntersectionShape, RoadShape, StripShape};
 
 /// Per road and per intersection of the network, what the file says of its outline.
@@ -17,12 +17,12 @@ pub struct Rings<'a> {
 
 /// An intersection before its roads are known.
 pub struct Node<'a> {
-    pub id: Id,
+    pub id: FeatureId,
     pub nodes: Vec<i64>,
-    pub feature: Option<&'a Sited<Feature<IntersectionShape>>>,
+    pub feature: Option<&'a Spanned<Feature<IntersectionShape>>>,
 }
 
-pub fn point(place: &Place) -> Point {
+pub fn point(place: &FeaturePlace) -> Point {
     Point::new(place.0[0], place.0[1])
 }
 
@@ -38,7 +38,7 @@ pub fn points_of(road: &Feature<RoadShape>) -> Vec<Point> {
 
 /// The outer ring of a polygon, clockwise and not closed; of several the largest.
 pub fn ring(geometry: Option<&Geometry>) -> Vec<Point> {
-    let outer = |rings: &Vec<Vec<Place>>| {
+    let outer = |rings: &Vec<Vec<FeaturePlace>>| {
         let mut ring: Vec<Point> = rings.first().into_iter().flatten().map(point).collect();
         if ring.len() > 1 && ring.first() == ring.last() {
             ring.pop();
@@ -77,7 +77,7 @@ pub fn number(part: &str, name: &str) -> i64 {
 }
 
 /// The cut that the file gives for one end of a road: its ends, in the order of the file.
-pub fn cut_of(shape: &RoadShape, end: End, at: Option<&Id>) -> Option<[Point; 2]> {
+pub fn cut_of(shape: &RoadShape, end: End, at: Option<&FeatureId>) -> Option<[Point; 2]> {
     let pair = |end: &EndShape| match end.pts.as_slice() {
         [a, b] => Some([point(a), point(b)]),
         _ => None,

@@ -17,8 +17,8 @@ use crate::osm::Text;
 use crate::parallel::Finely;
 use crate::projection::{LonLat, Projector};
 
-use super::header::Head;
-use super::id::{Id, Place};
+use super::header::Header;
+use super::id::{FeatureId, FeaturePlace};
 use super::number_format::{Spelling, Spelt, rounded};
 use super::schema::{
     ArmShape, ConnectionShape, EndShape, Feature, FurnitureKind, FurnitureShape, Geometry, InnerShape,
@@ -60,7 +60,7 @@ pub fn write(
     let ids = network.roads.par_iter().finely().map(|road| road_id(&road.key)).collect();
     let streets = &Streets { network, outlines, projector, ids, restrictions, connections };
     out.write_all(b"{\"type\":\"FeatureCollection\",\"lanewright\":")?;
-    out.write_all(&serde_json::to_vec(&Head::new(network, projector))?)?;
+    out.write_all(&serde_json::to_vec(&Header::new(network, projector))?)?;
     out.write_all(b",\"features\":[\n")?;
     let roads = chunks(network.roads.len()).map(Chunk::Roads);
     let all: Vec<Chunk> = roads.chain(chunks(network.intersections.len()).map(Chunk::Intersections)).collect();
@@ -99,7 +99,7 @@ struct Streets<'a> {
     outlines: &'a Outlines,
     projector: &'a Projector,
     /// Of each road.
-    ids: Vec<Id>,
+    ids: Vec<FeatureId>,
     restrictions: FxHashMap<IntersectionIx, Vec<&'a TurnRestriction>>,
     connections: FxHashMap<IntersectionIx, Vec<&'a LaneConnection>>,
 }
@@ -143,7 +143,7 @@ impl Streets<'_> {
             });
             roads.push((self.road(RoadIx(i as u32), road, line.as_ref()), edges.collect()));
         }
-        let mut places: Vec<&mut Place> = Vec::new();
+        let mut places: Vec<&mut FeaturePlace> = Vec::new();
         roads.iter_mut().for_each(|(road, _)| road.each_place(&mut |p| places.push(p)));
         locate(self.projector, places)?;
         let mut spelt = Spelt::default();
@@ -162,7 +162,7 @@ impl Streets<'_> {
     fn put_intersections(&self, range: Range<usize>, out: &mut Vec<u8>) -> Result<(), WriteError> {
         let mut features: Vec<Feature<IntersectionShape>> =
             range.map(|i| self.intersection(IntersectionIx(i as u32), &self.outlines.intersections[i])).collect();
-        let mut places: Vec<&mut Place> = Vec::new();
+        let mut places: Vec<&mut FeaturePlace> = Vec::new();
         features.iter_mut().for_each(|feature| feature.each_place(&mut |p| places.push(p)));
         locate(self.projector, places)?;
         features.iter().try_for_each(|feature| put(out, feature, None))?;
@@ -214,7 +214,7 @@ impl Streets<'_> {
         }
     }
 
-    fn id(&self, road: RoadIx) -> Id {
+    fn id(&self, road: RoadIx) -> FeatureId {
         self.ids[road.0 as usize].clone()
     }
 
@@ -223,7 +223,7 @@ impl Streets<'_> {
         let Strip { kind, travel, width, arrows, change, width_guessed } = road.section.strips[index].clone();
         LaneShape {
             kind: Type::Lane,
-            id: Some(Id(Text::from(format!("{}:{index}", id.0)))),
+            id: Some(FeatureId(Text::from(format!("{}:{index}", id.0)))),
             road: id,
             index: Some(index as u32),
             drive: for_motor_traffic(kind),
@@ -314,11 +314,11 @@ fn put(
 }
 
 /// Turns metres into degrees, all at once.
-fn locate(projector: &Projector, places: Vec<&mut Place>) -> Result<(), WriteError> {
-    let points: Vec<Point> = places.iter().map(|Place([x, y])| Point::new(*x, *y)).collect();
+fn locate(projector: &Projector, places: Vec<&mut FeaturePlace>) -> Result<(), WriteError> {
+    let points: Vec<Point> = places.iter().map(|FeaturePlace([x, y])| Point::new(*x, *y)).collect();
     places.into_iter().zip(located(projector, &points)).try_for_each(|(place, found)| {
         let LonLat { lon, lat } = found?;
-        *place = Place([lon, lat].map(rounded));
+        *place = FeaturePlace([lon, lat].map(rounded));
         Ok(())
     })
 }
@@ -333,11 +333,11 @@ fn told(metres: f64) -> f64 {
     (metres * PER_METRE).round() / PER_METRE
 }
 
-fn place(p: Point) -> Place {
-    Place([p.x, p.y])
+fn place(p: Point) -> FeaturePlace {
+    FeaturePlace([p.x, p.y])
 }
 
-fn places(points: &[Point]) -> Vec<Place> {
+fn places(points: &[Point]) -> Vec<FeaturePlace> {
     points.iter().copied().map(place).collect()
 }
 
@@ -353,14 +353,14 @@ fn polygon(ring: &[Point]) -> Option<Geometry> {
 type Edges = Vec<Option<Range<usize>>>;
 
 /// The id of a road in the file.
-pub fn road_id(key: &RoadKey) -> Id {
-    Id(Text::from(key.to_string()))
+pub fn road_id(key: &RoadKey) -> FeatureId {
+    FeatureId(Text::from(key.to_string()))
 }
 
 /// The id of an intersection in the file: its smallest node.
-pub fn intersection_id(network: &RoadNetwork, ix: IntersectionIx) -> Id {
+pub fn intersection_id(network: &RoadNetwork, ix: IntersectionIx) -> FeatureId {
     let node = network.intersection(ix).nodes.first();
-    Id(node.map_or_else(|| Text::from(format!("#{}", ix.0)), |node| Text::from(node.to_string())))
+    FeatureId(node.map_or_else(|| Text::from(format!("#{}", ix.0)), |node| Text::from(node.to_string())))
 }
 
 fn for_motor_traffic(kind: StripKind) -> bool {

@@ -8,11 +8,11 @@ use crate::builder::lanes::types::{Arm, Lanes};
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::Island;
 use crate::geometry::pose::Pose;
-use crate::geometry::strip_index::Columns;
+use crate::geometry::strip_index::StripIndex;
 use crate::geometry::{Point, curve, pose};
 use crate::lanelet::{Attributes, LineStringId, PointId};
 
-use super::turning_lanelets::{Path, SharedBounds};
+use super::turning_lanelets::{SharedBounds, TurningLanelet};
 use area_ring::{Node, holds, is_simple, nodes, places, runs_beside, union_outline};
 use subtract_islands::subtract_islands;
 
@@ -51,7 +51,7 @@ pub fn area_outline(
     lanes: &Lanes,
     arms: &[&Arm],
     bounds: &SharedBounds,
-    paths: (&[Path], &[Option<Columns>]),
+    paths: (&[TurningLanelet], &[Option<StripIndex>]),
     islands: &[Island],
 ) -> AreaOutline {
     let walked = walked(assembly, key, arms, bounds);

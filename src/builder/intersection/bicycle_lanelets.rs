@@ -20,7 +20,7 @@ use crate::settings::BicycleLanes;
 
 use super::movement_types::Movement;
 use super::turn_centerline::{MovementEnds, turn_centerlines};
-use super::turning_lanelets::{DrawnMovements, LaneletTags, Path, intersection_key};
+use super::turning_lanelets::{DrawnMovements, LaneletTags, TurningLanelet, intersection_key};
 
 /// A turn up to this change of direction, degrees, leads around a corner; beyond, back.
 const CORNER_MOST: f64 = 150.0;
@@ -58,18 +58,18 @@ pub struct BicycleMovements {
     /// Where bicycle lanes end and begin.
     pub ends: BicycleLaneEnds,
     /// The ways, whose lanes are counted among those ends.
-    pub paths: Vec<Path>,
+    pub paths: Vec<TurningLanelet>,
 }
 
 /// Whether roads with bicycle lanes meet; never where the settings leave those out.
-pub fn ridden(network: &RoadNetwork, intersection: &Intersection) -> bool {
+pub fn has_bicycle_lanes(network: &RoadNetwork, intersection: &Intersection) -> bool {
     let ridden =
         |at: &RoadEnd| strip_runs(&network.road(at.road).section).iter().any(|run| run.used == StripUse::Bicycle);
     network.beside.bicycle_lanes != BicycleLanes::None && intersection.arms.iter().any(ridden)
 }
 
 impl BicycleLaneEnds {
-    /// Finds them where an intersection is [`ridden`].
+    /// Finds them where an intersection is [`has_bicycle_lanes`].
     pub fn find(assembly: &MapBuilder, network: &RoadNetwork, lanes: &Lanes, intersection: &Intersection) -> Self {
         let mut found = Self::default();
         for (arm, &at) in intersection.arms.iter().enumerate() {

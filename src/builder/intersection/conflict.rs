@@ -2,10 +2,10 @@
 
 use crate::builder::tags::cross_section::StripKind;
 use crate::geometry::polygon::Strips;
-use crate::geometry::strip_index::Columns;
+use crate::geometry::strip_index::StripIndex;
 use crate::geometry::{Point, polygon};
 
-use super::turning_lanelets::Path;
+use super::turning_lanelets::TurningLanelet;
 
 /// Two lanelets conflict if they share this part of one of them ...
 const PART: f64 = 0.01;
@@ -35,18 +35,18 @@ impl Conflicts {
 }
 
 /// The outlines of paths, to be compared with each other and with what is made by [`strips_beside`].
-pub fn strip_indices(paths: &[Path]) -> Vec<Option<Columns>> {
+pub fn strip_indices(paths: &[TurningLanelet]) -> Vec<Option<StripIndex>> {
     let base = paths.first().and_then(|path| path.outline.first());
-    paths.iter().map(|path| Columns::new(&path.outline, *base?)).collect()
+    paths.iter().map(|path| StripIndex::new(&path.outline, *base?)).collect()
 }
 
 /// A ring, to be compared with the outlines of paths.
-pub fn strips_beside(paths: &[Path], ring: &[Point]) -> Option<Strips> {
+pub fn strips_beside(paths: &[TurningLanelet], ring: &[Point]) -> Option<Strips> {
     Strips::new(ring, *paths.first()?.outline.first()?)
 }
 
 /// Finds the conflicts. `columns` are the outlines of the paths.
-pub fn conflicts(paths: &[Path], columns: &[Option<Columns>]) -> Conflicts {
+pub fn conflicts(paths: &[TurningLanelet], columns: &[Option<StripIndex>]) -> Conflicts {
     let areas: Vec<f64> = paths.iter().map(|p| polygon::signed_area(&p.outline).abs()).collect();
     let mut found = Conflicts { real: vec![Vec::new(); paths.len()], slivers: Vec::new() };
     for (i, path) in paths.iter().enumerate() {
@@ -69,12 +69,12 @@ pub fn conflicts(paths: &[Path], columns: &[Option<Columns>]) -> Conflicts {
 }
 
 /// Whether two paths begin on the same lane.
-pub fn siblings(a: &Path, b: &Path) -> bool {
-    let lane = |path: &Path| (path.movement.from, path.movement.in_lane, path.kind == StripKind::Bicycle);
+pub fn siblings(a: &TurningLanelet, b: &TurningLanelet) -> bool {
+    let lane = |path: &TurningLanelet| (path.movement.from, path.movement.in_lane, path.kind == StripKind::Bicycle);
     lane(a) == lane(b)
 }
 
 /// Whether two paths share a bound: then Autoware takes them for neighbours, and not for conflicting.
-fn adjacent(a: &Path, b: &Path) -> bool {
+fn adjacent(a: &TurningLanelet, b: &TurningLanelet) -> bool {
     a.bounds.iter().any(|line| b.bounds.contains(line))
 }

@@ -95,7 +95,7 @@ pub fn turn_centerlines(ends: &[MovementEnds]) -> Vec<Vec<Pose>> {
 fn swept(ends: &[MovementEnds]) -> Vec<Vec<Pose>> {
     let sketches = |(_, from, to): &MovementEnds| {
         let plain = curve::join(from.pose, to.pose);
-        let wide = swing_out_turn::wider(from.pose, to.pose, &plain);
+        let wide = swing_out_turn::swing_out(from.pose, to.pose, &plain);
         (Sketch::new(plain), wide.map(Sketch::new))
     };
     let sketches: Vec<(Sketch, Option<Sketch>)> = ends.iter().map(sketches).collect();

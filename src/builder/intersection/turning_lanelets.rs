@@ -30,7 +30,7 @@ use bounds::Line;
 
 /// One movement, drawn.
 #[derive(Clone, Debug)]
-pub struct Path {
+pub struct TurningLanelet {
     /// From where to where.
     pub movement: Movement,
     /// Its lanelet.
@@ -47,7 +47,7 @@ pub struct Path {
     pub kind: StripKind,
 }
 
-impl Path {
+impl TurningLanelet {
     /// Lets go what only the drawing asks for: where the points lie stands in the map.
     pub fn drop_outline(&mut self) {
         self.outline = Vec::new();
@@ -78,7 +78,7 @@ pub fn paint(intersection: &Intersection) -> IntersectionPaint {
 #[derive(Clone, Debug, Default)]
 pub struct DrawnMovements {
     /// Sorted by movement.
-    pub paths: Vec<Path>,
+    pub paths: Vec<TurningLanelet>,
     /// The lines they share.
     pub bounds: SharedBounds,
     /// Movements for which there is no room: their lanes end too close together or side by side.
@@ -144,7 +144,7 @@ impl DrawnMovements {
     /// Lets go what only the drawing asks for: it takes more memory than the ways.
     pub fn done(&mut self) {
         self.bounds = SharedBounds::default();
-        self.paths.iter_mut().for_each(Path::drop_outline);
+        self.paths.iter_mut().for_each(TurningLanelet::drop_outline);
         self.paths.shrink_to_fit();
     }
 
@@ -199,7 +199,7 @@ impl DrawnMovements {
             let [left_line, right_line] = nodes.map(|[a, b]| bounds.line(a, b).map(|line| line.places(a)));
             let (Some(left_line), Some(right_line)) = (left_line, right_line) else { continue };
             let center = center_line(&left_line, &right_line);
-            paths.push(Path {
+            paths.push(TurningLanelet {
                 movement,
                 lanelet,
                 bounds: [left.line, right.line],

@@ -1,7 +1,7 @@
 //! Whether two bounds make a lane that Autoware's loader reads as it is drawn.
 
 use crate::geometry::polyline::all_clear;
-use crate::geometry::separation::apart;
+use crate::geometry::separation::are_apart;
 use crate::geometry::{Point, Vector, cross, left_of, polygon, simple_ring};
 
 /// Part of its width that a lane must keep everywhere.
@@ -24,7 +24,7 @@ pub fn is_valid<L: AsRef<[Point]>>(bounds: &[L; 2], width: f64) -> bool {
     let bounds = bounds.each_ref().map(AsRef::as_ref);
     let long = |line: &[Point]| line.windows(2).map(|w| (w[1] - w[0]).norm()).sum::<f64>() >= LENGTH_LEAST;
     let least = WIDTH_LEFT * width;
-    let clear = apart(bounds[0], bounds[1], least);
+    let clear = are_apart(bounds[0], bounds[1], least);
     let wide = || clear || all_clear(bounds[0], bounds[1], least) && all_clear(bounds[1], bounds[0], least);
     bounds.iter().all(|line| long(line) && !kinked(line)) && wide() && aligned(&bounds) && whole(&bounds, clear)
 }
@@ -32,7 +32,7 @@ pub fn is_valid<L: AsRef<[Point]>>(bounds: &[L; 2], width: f64) -> bool {
 /// Whether the outline between the bounds is simple, with the left bound on the left.
 pub fn simple<L: AsRef<[Point]>>(bounds: &[L; 2]) -> bool {
     let bounds = bounds.each_ref().map(AsRef::as_ref);
-    whole(&bounds, apart(bounds[0], bounds[1], 0.0))
+    whole(&bounds, are_apart(bounds[0], bounds[1], 0.0))
 }
 
 /// As [`simple`]; `clear` tells that the bounds are known to keep clear of each other.
@@ -142,10 +142,10 @@ mod tests {
     #[test]
     fn a_lane_runs_between_its_bounds() {
         let (left, right) = (line(&[(0.0, 3.0), (10.0, 3.0)]), line(&[(0.0, 0.0), (10.0, 0.0)]));
-        assert!(sound(&[left.clone(), right.clone()], 3.0));
-        assert!(!sound(&[right.clone(), left.clone()], 3.0), "sides swapped");
-        assert!(!sound(&[left.clone(), line(&[(0.0, 0.0), (5.0, 2.5), (10.0, 0.0)])], 3.0), "pinched");
-        assert!(!sound(&[left, line(&[(0.0, 0.0), (5.0, 0.0), (4.9, 0.1), (10.0, 0.0)])], 3.0), "kinked");
+        assert!(is_valid(&[left.clone(), right.clone()], 3.0));
+        assert!(!is_valid(&[right.clone(), left.clone()], 3.0), "sides swapped");
+        assert!(!is_valid(&[left.clone(), line(&[(0.0, 0.0), (5.0, 2.5), (10.0, 0.0)])], 3.0), "pinched");
+        assert!(!is_valid(&[left, line(&[(0.0, 0.0), (5.0, 0.0), (4.9, 0.1), (10.0, 0.0)])], 3.0), "kinked");
     }
 
     #[test]

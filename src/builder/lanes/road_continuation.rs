@@ -315,7 +315,7 @@ mod tests {
     use crate::builder::lane_export::single_lanes;
     use crate::builder::lanes::lane_ends::{RequiredSetbacks, connection_lines};
     use crate::builder::{BuildOptions, plan};
-    use crate::lane_stitching::{LaneEnd, Meeting, Weave};
+    use crate::lane_stitching::{LaneEnd, LaneStitching, Meeting};
     use crate::osm::{OsmData, read_bytes};
 
     use super::*;
@@ -347,7 +347,7 @@ mod tests {
         let joins = Continuations::find(network);
         let needs = RequiredSetbacks::new(network, &streets.outlines.kept, |ix| joins.joined(ix));
         let lines = connection_lines(network, &needs, &[[0.0; 2]; 3], &[[false; 2]; 3], |_| None);
-        let weave = Weave::new(single_lanes(network, &lines.kept));
+        let weave = LaneStitching::new(single_lanes(network, &lines.kept));
         let ends = weave.iter().flat_map(|(id, lane)| LaneEnd::BOTH.map(|end| (id, end, lane)));
         let joined = ends.filter(|(id, end, _)| matches!(weave.meeting(*id, *end), Some(Meeting::Joined(_))));
         let mut count = 0;

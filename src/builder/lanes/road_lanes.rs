@@ -14,7 +14,7 @@ use crate::parallel::Finely;
 use super::border::borders;
 use super::road_continuation::Continuations;
 use super::road_cut::ConnectionLines;
-use super::types::{Arm, ArmLane, Lanes, Piece, RoadLane};
+use super::types::{Arm, ArmLane, Lanes, RoadLane, RoadPiece};
 
 use compact_str::ToCompactString;
 use rayon::prelude::*;
@@ -110,7 +110,7 @@ struct RoadDrawing {
     lanes: Vec<RoadLane>,
     /// With indices in `lanes`.
     arms: [Arm; 2],
-    whole: Piece,
+    whole: RoadPiece,
 }
 
 impl RoadDrawing {
@@ -140,7 +140,7 @@ fn road_lanes(
         let at = RoadEnd { road: ix, end };
         arm(assembly, road, at, kept[end.index()], &nodes[end.index()], &lanes)
     });
-    RoadDrawing { lanes, arms, whole: Piece { behind: None, span: kept, borders } }
+    RoadDrawing { lanes, arms, whole: RoadPiece { behind: None, span: kept, borders } }
 }
 
 /// Which edges of the cross-section bound a driven strip, or a lanelet beside them, or are a kerb.

@@ -24,7 +24,7 @@ const CYCLING: &str = "20";
 const CRAWLING: &str = "10";
 
 /// Adds the lanelets beside the lanes of all roads; gives those for bicycles.
-pub fn beside(assembly: &mut MapBuilder, network: &RoadNetwork, lanes: &Lanes) -> Vec<LaneletId> {
+pub fn side_lanes(assembly: &mut MapBuilder, network: &RoadNetwork, lanes: &Lanes) -> Vec<LaneletId> {
     let mut bicycles = Vec::new();
     for (ix, road) in network.roads.iter().enumerate() {
         let ix = RoadIx(ix as u32);

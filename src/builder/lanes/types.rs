@@ -73,12 +73,12 @@ pub struct Lanes {
     /// Per road: the arms at its start and its end.
     pub arms: Vec<[Arm; 2]>,
     /// Per road, along its line.
-    pub(crate) pieces: Vec<Vec<Piece>>,
+    pub(crate) pieces: Vec<Vec<RoadPiece>>,
 }
 
 /// A road between its ends, or from one of the places where it was cut across to the next.
 #[derive(Clone, Debug)]
-pub struct Piece {
+pub struct RoadPiece {
     /// What begins or ends where it begins; `None` at the begin of the road.
     pub behind: Option<SplitReason>,
     /// Between which stations of the road's line it lies, metres.
@@ -100,12 +100,12 @@ impl Lanes {
     }
 
     /// The pieces of a road, along its line.
-    pub fn pieces_of(&self, road: RoadIx) -> &[Piece] {
+    pub fn pieces_of(&self, road: RoadIx) -> &[RoadPiece] {
         self.pieces.get(road.0 as usize).map_or(&[][..], Vec::as_slice)
     }
 
     /// The piece of a road at a station, and its lanes.
-    pub fn piece_at(&self, road: RoadIx, station: f64) -> Option<(&Piece, &[RoadLane])> {
+    pub fn piece_at(&self, road: RoadIx, station: f64) -> Option<(&RoadPiece, &[RoadLane])> {
         let (pieces, lanes) = (self.pieces_of(road), self.of_road(road));
         let i = pieces.iter().position(|piece| station <= piece.span[1])?;
         let count = lanes.len() / pieces.len();

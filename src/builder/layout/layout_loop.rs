@@ -17,7 +17,7 @@ use crate::builder::streets::heights::{HeightOptions, level_at_cuts};
 use crate::diagnostic::{Finding, Severity, Subject};
 
 use super::map_layout::MapLayout;
-use super::short_links::cramped;
+use super::short_links::short_links;
 
 /// Each round takes in the roads that the round before laid bare.
 const ROUNDS: usize = 8;
@@ -87,7 +87,7 @@ fn inside(network: &RoadNetwork, draft: &MapLayout, refused: &FxHashSet<RoadKey>
         draft.left(*road) < VEHICLE && one.from != one.to && !refused.contains(&one.key)
     };
     let leads_on = |road: &RoadIx| !ends_here(network, network.road(*road));
-    let cramped = cramped(draft, network).into_iter().filter(leads_on);
+    let cramped = short_links(draft, network).into_iter().filter(leads_on);
     let mut roads: Vec<RoadIx> = draft.overrun(network).map(|at| at.road).chain(cramped).filter(no_room).collect();
     roads.sort_unstable();
     roads.dedup();
@@ -109,7 +109,7 @@ fn stubs(network: &RoadNetwork, draft: &MapLayout, apart: &FxHashSet<RoadKey>) -
         let through = |at| network.intersection(at).arms.iter().filter(longer).count() > 1;
         ends_here(network, one) && [one.from, one.to].into_iter().any(through) && !apart.contains(&one.key)
     };
-    cramped(draft, network).into_iter().filter(stub).collect()
+    short_links(draft, network).into_iter().filter(stub).collect()
 }
 
 fn left_out(road: &Road) -> Finding {

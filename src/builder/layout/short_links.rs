@@ -1,7 +1,7 @@
 //! Roads too short for the turns at their ends: no vehicle waits on what is left of them, and none takes the turn.
 
 use crate::builder::intersection::movement_types::Movement;
-use crate::builder::intersection::turning_lanelets::Path;
+use crate::builder::intersection::turning_lanelets::TurningLanelet;
 use crate::builder::lanes::road_cut::ROAD_LEFT;
 use crate::builder::network::{Intersection, RoadEnd, RoadIx, RoadNetwork};
 use crate::geometry::pose;
@@ -15,9 +15,9 @@ const SAME: f64 = 0.05;
 
 /// The roads of which nothing more can be cut off, although a way that begins or ends there bends too tightly for a car for
 /// want of it; in order. The pieces of a roundabout's ring are driven around whatever their length.
-pub fn cramped(draft: &MapLayout, network: &RoadNetwork) -> Vec<RoadIx> {
+pub fn short_links(draft: &MapLayout, network: &RoadNetwork) -> Vec<RoadIx> {
     let spent = |road: &RoadIx| draft.left(*road) < ROAD_LEFT + SAME && !network.road(*road).roundabout;
-    let some_spent = |(at, _): &(&Intersection, &[Path])| at.arms.iter().any(|at| spent(&at.road));
+    let some_spent = |(at, _): &(&Intersection, &[TurningLanelet])| at.arms.iter().any(|at| spent(&at.road));
     let at = |(at, ways)| short_arms(draft, at, ways).filter(spent).collect::<Vec<_>>();
     let paths = draft.ways.iter().map(|ways| ways.as_ref().map_or(&[][..], |ways| &ways.drawn.paths));
     let mut roads: Vec<RoadIx> = network.intersections.iter().zip(paths).filter(some_spent).flat_map(at).collect();
@@ -27,8 +27,12 @@ pub fn cramped(draft: &MapLayout, network: &RoadNetwork) -> Vec<RoadIx> {
 }
 
 /// The roads at an intersection that were not cut back far enough for a turn from or to them.
-fn short_arms<'a>(draft: &'a MapLayout, at: &'a Intersection, paths: &'a [Path]) -> impl Iterator<Item = RoadIx> + 'a {
-    let short = move |path: &Path| {
+fn short_arms<'a>(
+    draft: &'a MapLayout,
+    at: &'a Intersection,
+    paths: &'a [TurningLanelet],
+) -> impl Iterator<Item = RoadIx> + 'a {
+    let short = move |path: &TurningLanelet| {
         let Movement { from, to, in_lane, out_lane } = path.movement;
         let arms: [RoadEnd; 2] = [at.arms[from], at.arms[to]];
         let ends = (draft.lanes.arm(arms[0]).into.get(in_lane)).zip(draft.lanes.arm(arms[1]).out.get(out_lane));

@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::geometry::spatial_hash::{Bounds, Cells};
+use crate::geometry::spatial_hash::{Bounds, SpatialHash};
 use crate::geometry::{Point, Polyline, Vector, polygon, simple_ring};
 use crate::osm::{ElementKind, OsmData, Relation, Tags, Way};
 use crate::projection::LonLat;
@@ -38,7 +38,7 @@ pub(super) fn assign(osm: &OsmData, to_metres: ToMetres<'_>, roads: &[Road], int
     if boxes.is_empty() {
         return;
     }
-    let cells = Cells::new(boxes, NEAR);
+    let cells = SpatialHash::new(boxes, NEAR);
     for intersection in intersections.iter_mut().filter(|i| i.arms.len() > 1) {
         let (at, around) = (intersection.position, Vector::repeat(NEAR));
         let levels: Vec<f64> = intersection.arms.iter().map(|arm| roads[arm.road.0 as usize].level).collect();

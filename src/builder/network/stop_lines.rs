@@ -1,7 +1,7 @@
 //! Stop lines that OpenStreetMap maps as ways of their own, each with the road and the traffic that it stops.
 
 use crate::builder::tags::cross_section::Travel;
-use crate::geometry::spatial_hash::{Bounds, Cells};
+use crate::geometry::spatial_hash::{Bounds, SpatialHash};
 use crate::geometry::{Point, left_of, polygon};
 use crate::osm::{OsmData, Tags, Way};
 use crate::projection::LonLat;
@@ -47,7 +47,7 @@ pub(super) fn assign(osm: &OsmData, to_metres: ToMetres<'_>, roads: &mut [Road])
         return;
     }
     let boxes: Vec<Bounds> = lines.iter().filter_map(|line| polygon::bounds(&line.ends)).collect();
-    let cells = Cells::new(boxes, LENGTH[1]);
+    let cells = SpatialHash::new(boxes, LENGTH[1]);
     let mut best: Vec<Option<StopPlace>> = lines.iter().map(|_| None).collect();
     for (i, road) in roads.iter().enumerate() {
         for reach in road.reaches() {

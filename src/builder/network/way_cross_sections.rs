@@ -42,7 +42,7 @@ impl<'d, 'a> Told<'d, 'a> {
             link: way.link,
             bus_road: way.access == Access::Bus,
             side: self.customs.side,
-            usual: self.customs.usual(way.class, way.link),
+            usual: self.customs.defaults(way.class, way.link),
             continued,
         };
         let mut notes = Vec::new();

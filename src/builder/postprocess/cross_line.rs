@@ -8,10 +8,10 @@ use crate::lanelet::index::Lane;
 const REACH: f64 = 12.0;
 
 /// Where a line meets the bounds of a lane, left and right.
-pub type Ends = [(LineStringId, Point); 2];
+pub type LaneletEnds = [(LineStringId, Point); 2];
 
 /// The straight across a lane, this far (m) along its middle.
-pub fn across(lane: &Lane, station: f64) -> Option<Ends> {
+pub fn cross_line(lane: &Lane, station: f64) -> Option<LaneletEnds> {
     let center = lane.center.as_ref()?;
     let (middle, left) = (center.at(station), left_of(center.direction(station)));
     let meets = |points: &[Point], sign: f64| {

@@ -14,7 +14,7 @@ use super::map_editor::is_taken;
 
 /// Lists every lane on another level as one that yields, for each lane of an intersection that would wait for it. Each
 /// line of the map reaches as far as its place among `reaches` says.
-pub fn ignore(map: &mut LaneletMap, reaches: &[Option<Reach>]) {
+pub fn ignore_other_levels(map: &mut LaneletMap, reaches: &[Option<Reach>]) {
     for (lane, others) in passing(map, reaches) {
         let own = map.lanelets.get(lane).map(|lanelet| lanelet.regulatory_elements.clone()).unwrap_or_default();
         let listing = |id: &RegulatoryElementId| {

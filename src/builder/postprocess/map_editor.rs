@@ -12,7 +12,7 @@ use crate::projection::Projector;
 const NEAR: f64 = 0.3;
 
 /// A map, and what is needed to add to it.
-pub struct Pen<'m> {
+pub struct MapEditor<'m> {
     /// The map.
     pub map: &'m mut LaneletMap,
     projector: &'m Projector,
@@ -29,7 +29,7 @@ pub fn is_taken(map: &LaneletMap, id: Id) -> bool {
         || map.regulatory_elements.contains(RegulatoryElementId(id))
 }
 
-impl<'m> Pen<'m> {
+impl<'m> MapEditor<'m> {
     /// For a map whose points have longitude and latitude by a projector.
     pub fn new(map: &'m mut LaneletMap, projector: &'m Projector) -> Self {
         Self { map, projector, ids: Ids::default() }

@@ -26,9 +26,10 @@ const PER_METRE: f64 = 1e3;
 
 /// Sets `turn_signal_distance` wherever the usual distance reaches back into an opposite turn. Each line of the map reaches
 /// as far as its place among `reaches` says.
-pub fn limit(map: &mut LaneletMap, reaches: &[Option<Reach>]) {
+pub fn limit_turn_signals(map: &mut LaneletMap, reaches: &[Option<Reach>]) {
     let lanelets = map.lanelets.as_slice();
-    let ways = Ways::new(lanelets.par_iter().finely().map(|lanelet| Way::of(map, reaches, lanelet)).collect());
+    let ways =
+        TurnChains::new(lanelets.par_iter().finely().map(|lanelet| TurnChain::of(map, reaches, lanelet)).collect());
     let limit = |(at, lanelet): (usize, &Lanelet)| Some((at, ways.opposite_before(at, lanelet)?));
     let limits: Vec<(usize, f64)> = lanelets.par_iter().finely().enumerate().filter_map(limit).collect();
     let lanelets = map.lanelets.as_mut_slice();
@@ -40,7 +41,7 @@ pub fn limit(map: &mut LaneletMap, reaches: &[Option<Reach>]) {
 }
 
 /// What a way back needs to know of a lanelet.
-struct Way {
+struct TurnChain {
     /// The points that it starts with: left, right.
     start: Option<[PointId; 2]>,
     /// The points that it ends with.
@@ -50,7 +51,7 @@ struct Way {
     length: u64,
 }
 
-impl Way {
+impl TurnChain {
     fn of(map: &LaneletMap, reaches: &[Option<Reach>], lanelet: &Lanelet) -> Self {
         let lines = [lanelet.left, lanelet.right].map(|bound| map.linestrings.position(bound.line));
         let edge = |end: bool| {
@@ -67,16 +68,16 @@ impl Way {
 }
 
 /// The lanelets of a map, by position, as they follow each other.
-struct Ways {
-    ways: Vec<Way>,
+struct TurnChains {
+    ways: Vec<TurnChain>,
     /// The last that ends with these points.
     ending: FxHashMap<[PointId; 2], usize>,
     /// For each way the one before it that ends with the same points.
     beside: Vec<Option<usize>>,
 }
 
-impl Ways {
-    fn new(ways: Vec<Way>) -> Self {
+impl TurnChains {
+    fn new(ways: Vec<TurnChain>) -> Self {
         let mut ending = FxHashMap::default();
         ending.reserve(ways.len());
         let beside = ways.iter().enumerate().map(|(at, way)| ending.insert(way.end?, at)).collect();
@@ -160,7 +161,7 @@ mod tests {
     fn distance(length: f64) -> Option<String> {
         let (mut map, last) = row(length);
         let reaches = reaches(&map);
-        limit(&mut map, &reaches);
+        limit_turn_signals(&mut map, &reaches);
         map.lanelets.get(last)?.attributes.get("turn_signal_distance").map(str::to_owned)
     }
 

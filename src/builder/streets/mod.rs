@@ -14,7 +14,7 @@ use crate::diagnostic::{Finding, Place, Severity, Subject};
 
 use super::network::{InnerRoad, Intersection, RoadNetwork};
 use alignment::{lay_side_by_side, narrow_roads, smooth_bends};
-use consolidate::{ConsolidateOptions, MergeNote, consolidate, join};
+use consolidate::{ConsolidateOptions, MergeNote, consolidate, join_continuations};
 use heights::{HeightOptions, with_heights};
 use outline::{OutlineOptions, Outlines, PlanCache, outlines_within, overlaps, remaining, wanted};
 
@@ -45,9 +45,9 @@ pub struct Streets {
 /// Lays out the streets: pieces of one road are joined, bends eased, the nodes of one intersection merged, roads that
 /// overlap laid abreast, those narrowed that find no room, all laid at their height, and every intersection outlined.
 pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
-    let network = join(network);
+    let network = join_continuations(network);
     // On the grid from the beginning, a road that nothing moves keeps its shape to the end.
-    let network = snap_grid::network(smooth_bends(network));
+    let network = snap_grid::snap_network(smooth_bends(network));
     let mut memory = PlanCache::default();
     let kept = |network: &RoadNetwork| remaining(network, &options.outline, &mut memory);
     let (network, merges) = consolidate(network, &options.consolidate, kept);
@@ -55,13 +55,13 @@ pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     let (network, mut findings) = narrow_roads(lay_side_by_side(network, &cut), &cut);
     let (network, steep) = with_heights(network, &cut, &options.heights);
     findings.extend(steep);
-    let network = with_unique_keys(snap_grid::network(network));
+    let network = with_unique_keys(snap_grid::snap_network(network));
     let (outlines, failed) = outlines_within(&network, &cut, &options.outline, &memory);
     let network = in_key_order(network, &outlines);
     findings.extend(failed);
     let (whole, overlaps) = rayon::join(|| merged_whole(&network), || overlaps(&network, &outlines));
     findings.extend(whole.into_iter().chain(overlaps));
-    let (outlines, ()) = rayon::join(|| snap_grid::outlines(outlines), || drop((memory, cut)));
+    let (outlines, ()) = rayon::join(|| snap_grid::snap_outlines(outlines), || drop((memory, cut)));
     Streets { network, outlines, merges, findings }
 }
 

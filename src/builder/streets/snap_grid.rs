@@ -33,7 +33,7 @@ fn short(number: &mut f64) {
 
 /// The network with every place on the grid, and no number longer than it is written.
 #[must_use]
-pub fn network(mut network: RoadNetwork) -> RoadNetwork {
+pub fn snap_network(mut network: RoadNetwork) -> RoadNetwork {
     network.roads.par_iter_mut().finely().for_each(|road| {
         line(&mut road.line);
         road.heights.iter_mut().for_each(short);
@@ -54,7 +54,7 @@ pub fn network(mut network: RoadNetwork) -> RoadNetwork {
 
 /// The outlines with every place on the grid.
 #[must_use]
-pub fn outlines(mut outlines: Outlines) -> Outlines {
+pub fn snap_outlines(mut outlines: Outlines) -> Outlines {
     outlines.kept.iter_mut().flatten().for_each(short);
     outlines.intersections.par_iter_mut().finely().for_each(|outline| {
         let cuts = outline.cuts.iter_mut().flat_map(|cut| [&mut cut.left, &mut cut.right]);

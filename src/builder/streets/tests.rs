@@ -45,7 +45,7 @@ fn assert_valid(streets: &Streets) {
     keys.sort_unstable();
     assert!(keys.windows(2).all(|pair| pair[0] != pair[1]), "two roads of one key");
     for (outline, intersection) in streets.outlines.intersections.iter().zip(&streets.network.intersections) {
-        assert_ne!(outline.case, Case::Fallback, "node {:?}", intersection.nodes);
+        assert_ne!(outline.case, OutlineCase::Fallback, "node {:?}", intersection.nodes);
         if outline.ring.is_empty() {
             continue;
         }

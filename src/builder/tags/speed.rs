@@ -66,7 +66,7 @@ pub(crate) fn limit(tags: &Tags, class: RoadClass, link: bool, customs: &Customs
     let read = |key| tags.get(key).and_then(|value| said(value, country));
     let kinds =
         || ["maxspeed:type", "source:maxspeed", "zone:maxspeed", "zone:traffic"].iter().find_map(|key| read(key));
-    let usual = || customs.usual(class, link).speed.unwrap_or_else(|| default(class, link, country));
+    let usual = || customs.defaults(class, link).speed.unwrap_or_else(|| default(class, link, country));
     let both = read("maxspeed").or_else(kinds);
     ["maxspeed:forward", "maxspeed:backward"].map(|key| read(key).or(both).unwrap_or_else(usual))
 }

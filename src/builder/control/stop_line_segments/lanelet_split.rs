@@ -4,10 +4,10 @@
 //! share their bounds on both sides of the cut, and what continues each other its end nodes. The first piece keeps the ids
 //! of the road.
 
-use crate::builder::control::pedestrian_crossing_signals::Lit;
+use crate::builder::control::pedestrian_crossing_signals::SignalisedCrossings;
 use crate::builder::lanes::lanelet_validity::{aligned, is_valid, simple};
 use crate::builder::lanes::road_cut::STOP_GAP;
-use crate::builder::lanes::types::{Lanes, Piece, RoadLane, SplitReason};
+use crate::builder::lanes::types::{Lanes, RoadLane, RoadPiece, SplitReason};
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::road_end::at_depth;
 use crate::builder::network::{End, Road, RoadIx, RoadNetwork};
@@ -35,7 +35,7 @@ const GAPS: [f64; 7] = [0.0, 0.5, -0.5, 1.0, 1.5, 2.0, -0.8];
 type Places = Vec<Option<(usize, Point)>>;
 
 /// A cut across a road.
-pub struct Cut {
+pub struct LaneletCut {
     /// Along the road's line, metres.
     station: f64,
     cause: SplitReason,
@@ -43,29 +43,29 @@ pub struct Cut {
 }
 
 /// Finds where a road can be cut.
-pub struct Knife<'a> {
+pub struct LaneletSplitter<'a> {
     road: &'a Road,
     span: [f64; 2],
     /// The borders of the whole road.
     lines: Vec<Option<Vec<Point>>>,
     /// By stations.
-    cuts: Vec<Cut>,
+    cuts: Vec<LaneletCut>,
 }
 
-impl<'a> Knife<'a> {
+impl<'a> LaneletSplitter<'a> {
     /// For a road of one piece.
-    pub fn new(assembly: &MapBuilder, road: &'a Road, whole: &Piece) -> Self {
+    pub fn new(assembly: &MapBuilder, road: &'a Road, whole: &RoadPiece) -> Self {
         let lines = whole.borders.iter().map(|it| it.map(|it| assembly.bound_line(it))).collect();
         Self { road, span: whole.span, lines, cuts: Vec::new() }
     }
 
     /// The cuts by stations.
-    pub fn into_cuts(self) -> Vec<Cut> {
+    pub fn into_cuts(self) -> Vec<LaneletCut> {
         self.cuts
     }
 
     /// Cuts where those who drive toward an end stop before a crosswalk, if they are not on another road there.
-    pub fn cut_at_stop_line(&mut self, lit: &Lit, toward: End) {
+    pub fn cut_at_stop_line(&mut self, lit: &SignalisedCrossings, toward: End) {
         let stations = GAPS.map(|gap| at_depth(lit.span, toward.other(), -STOP_GAP - gap));
         if stations.first().is_some_and(|&station| self.is_clear(station)) {
             let _ = stations.into_iter().any(|station| self.cut(station, SplitReason::Line(lit.node, toward)));
@@ -124,7 +124,7 @@ impl<'a> Knife<'a> {
             && beside
                 .all(|([whole, a, b], width)| !is_valid(&whole, width) || is_valid(&a, width) && is_valid(&b, width));
         if whole {
-            self.cuts.insert(at, Cut { station, cause, places });
+            self.cuts.insert(at, LaneletCut { station, cause, places });
         }
         whole
     }
@@ -177,7 +177,7 @@ impl Lanes {
         &mut self,
         assembly: &mut MapBuilder,
         network: &RoadNetwork,
-        found: Vec<(RoadIx, Vec<Cut>, Vec<Stretch>)>,
+        found: Vec<(RoadIx, Vec<LaneletCut>, Vec<Stretch>)>,
     ) {
         let mut known = std::mem::take(&mut self.lanes).into_iter().peekable();
         let mut found = found.into_iter().peekable();
@@ -210,17 +210,17 @@ impl Lanes {
 fn divided(
     assembly: &mut MapBuilder,
     road: &Road,
-    (whole, lanes): (&Piece, &[RoadLane]),
-    cuts: &[Cut],
+    (whole, lanes): (&RoadPiece, &[RoadLane]),
+    cuts: &[LaneletCut],
     stretches: &[Stretch],
-) -> (Vec<Piece>, Vec<RoadLane>) {
+) -> (Vec<RoadPiece>, Vec<RoadLane>) {
     assembly.set_ground(Ground::under(road));
-    let mut pieces: Vec<Piece> = Vec::with_capacity(cuts.len() + 1);
+    let mut pieces: Vec<RoadPiece> = Vec::with_capacity(cuts.len() + 1);
     for i in 0..=cuts.len() {
         let (before, behind) = (i.checked_sub(1).and_then(|i| cuts.get(i)), cuts.get(i));
-        let station = |cut: Option<&Cut>, end: End| cut.map_or(whole.span[end.index()], |cut| cut.station);
+        let station = |cut: Option<&LaneletCut>, end: End| cut.map_or(whole.span[end.index()], |cut| cut.station);
         let span = [station(before, End::Start), station(behind, End::End)];
-        pieces.push(Piece { behind: before.map(|cut| cut.cause), span, borders: vec![None; whole.borders.len()] });
+        pieces.push(RoadPiece { behind: before.map(|cut| cut.cause), span, borders: vec![None; whole.borders.len()] });
     }
     for (edge, border) in whole.borders.iter().enumerate() {
         let Some(border) = *border else { continue };
@@ -253,8 +253,8 @@ fn border_pieces(
     assembly: &mut MapBuilder,
     road: &Road,
     (edge, border): (usize, Bound),
-    cuts: &[Cut],
-    pieces: &[Piece],
+    cuts: &[LaneletCut],
+    pieces: &[RoadPiece],
     stretches: &[Stretch],
 ) -> Vec<LineStringId> {
     let ids = assembly.bound_ids(border);

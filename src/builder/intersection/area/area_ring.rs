@@ -2,11 +2,11 @@
 
 use crate::builder::ids::Key;
 use crate::builder::intersection::conflict::strips_beside;
-use crate::builder::intersection::turning_lanelets::{Path, SharedBounds};
+use crate::builder::intersection::turning_lanelets::{SharedBounds, TurningLanelet};
 use crate::builder::lanes::types::Arm;
 use crate::builder::map::map_builder::MapBuilder;
 use crate::geometry::simple_ring::RingFault;
-use crate::geometry::strip_index::Columns;
+use crate::geometry::strip_index::StripIndex;
 use crate::geometry::{Point, polygon, simple_ring};
 use crate::lanelet::PointId;
 
@@ -54,16 +54,16 @@ pub(super) fn is_simple(assembly: &MapBuilder, ring: &[PointId]) -> bool {
 }
 
 /// Whether the ring is simple and covers every path.
-pub(super) fn holds(ring: &[Node], paths: &[Path], columns: &[Option<Columns>]) -> bool {
+pub(super) fn holds(ring: &[Node], paths: &[TurningLanelet], columns: &[Option<StripIndex>]) -> bool {
     let ring: Vec<Point> = ring.iter().map(|(_, place)| *place).collect();
     let simple = simple_ring::faults(&ring, SPIKE, 1).is_empty() && polygon::signed_area(&ring) < 0.0;
     let Some(inside) = strips_beside(paths, &ring).filter(|_| simple) else { return false };
-    let covered = |path: &Option<Columns>| path.as_ref().map_or(0.0, |path| path.strips().common_area(&inside));
+    let covered = |path: &Option<StripIndex>| path.as_ref().map_or(0.0, |path| path.strips().common_area(&inside));
     paths.iter().zip(columns).all(|(path, columns)| covered(columns) >= COVERED * area_of(&path.outline))
 }
 
 /// Whether a ring covers every path.
-pub fn covers(ring: &[Point], paths: &[Path]) -> bool {
+pub fn covers(ring: &[Point], paths: &[TurningLanelet]) -> bool {
     paths.iter().all(|path| polygon::common_area(&path.outline, ring) >= COVERED * area_of(&path.outline))
 }
 
@@ -79,7 +79,7 @@ pub(super) fn union_outline(
     ring: &[Node],
     arms: &[&Arm],
     bounds: &SharedBounds,
-    paths: &[Path],
+    paths: &[TurningLanelet],
     [islands, behind]: [&[Vec<Point>]; 2],
 ) -> Vec<PointId> {
     let around: Vec<Point> = ring.iter().map(|(_, place)| *place).collect();

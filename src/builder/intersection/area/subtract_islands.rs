@@ -4,7 +4,7 @@
 //! its area, so where ways run over an island by more than their widths may be wrong, the island stays under them.
 
 use crate::builder::ids::Key;
-use crate::builder::intersection::turning_lanelets::{Path, SharedBounds};
+use crate::builder::intersection::turning_lanelets::{SharedBounds, TurningLanelet};
 use crate::builder::lanes::types::Arm;
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::Island;
@@ -26,7 +26,7 @@ pub fn subtract_islands(
     assembly: &mut MapBuilder,
     key: Key,
     mut ring: Vec<PointId>,
-    (arms, bounds, paths): (&[&Arm], &SharedBounds, &[Path]),
+    (arms, bounds, paths): (&[&Arm], &SharedBounds, &[TurningLanelet]),
     islands: &[Island],
 ) -> (Vec<PointId>, Vec<i64>) {
     let mut covered = Vec::new();
@@ -36,8 +36,8 @@ pub fn subtract_islands(
         if common < TOUCH {
             continue;
         }
-        let run_over = |path: &&Path| polygon::common_area(&path.outline, &island.ring) > GRAZE;
-        let over: Vec<Path> = paths.iter().filter(run_over).cloned().collect();
+        let run_over = |path: &&TurningLanelet| polygon::common_area(&path.outline, &island.ring) > GRAZE;
+        let over: Vec<TurningLanelet> = paths.iter().filter(run_over).cloned().collect();
         let under: f64 = over.iter().map(|path| polygon::common_area(&path.outline, &island.ring)).sum();
         if area_of(&island.ring) - common > TOUCH && under <= UNDER * common {
             let key = key.word("island").number(island.way);

@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 use crate::builder::ids::Key;
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::map::point_index::PointIndex;
-use crate::geometry::diverge::{Measured, parted};
+use crate::geometry::diverge::{Measured, diverge};
 use crate::geometry::{Point, curve};
 use crate::lanelet::{Attributes, Bound, LineStringId, PointId};
 
@@ -127,7 +127,7 @@ impl SharedBounds {
                 own = own.or_else(|| Measured::new(places.iter().copied()));
                 let other = self.lines.get(*at as usize).and_then(|other| other.measured(node));
                 let (Some(line), Some(other)) = (&own, other) else { continue };
-                if let Some(apart) = parted(line, other) {
+                if let Some(apart) = diverge(line, other) {
                     (places, own) = (apart, None);
                 }
             }

@@ -5,7 +5,7 @@ use rustc_hash::FxHashSet;
 
 use crate::builder::network::road_end::{at_depth, from_cut, inward, on_cut};
 use crate::builder::network::{Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
-use crate::geometry::spatial_hash::{Bounds, Cells};
+use crate::geometry::spatial_hash::{Bounds, SpatialHash};
 use crate::geometry::{Point, polygon};
 use crate::parallel::Finely;
 
@@ -36,7 +36,7 @@ pub fn clearances(network: &RoadNetwork, least: &[[f64; 2]]) -> Vec<(RoadEnd, f6
             Some(DeadEnd { at: at.arms[0], reach: polygon::bounds(&places)? })
         })
         .collect();
-    let cells = Cells::new(ends.iter().map(|end| end.reach).collect(), CELL);
+    let cells = SpatialHash::new(ends.iter().map(|end| end.reach).collect(), CELL);
     let reached = |(ix, road): (usize, &Road)| {
         let mut reached: Vec<(usize, RoadIx)> = Vec::new();
         road.reaches().for_each(|reach| cells.touching(reach, |end| reached.push((end, RoadIx(ix as u32)))));

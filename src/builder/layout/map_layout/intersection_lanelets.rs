@@ -2,11 +2,15 @@
 
 use crate::builder::intersection::area::area_ring::covers;
 use crate::builder::intersection::area::{AreaOutline, area_outline};
-use crate::builder::intersection::bicycle_lanelets::{BicycleLaneEnds, BicycleMovements, BicycleTurns, ridden};
+use crate::builder::intersection::bicycle_lanelets::{
+    BicycleLaneEnds, BicycleMovements, BicycleTurns, has_bicycle_lanes,
+};
 use crate::builder::intersection::conflict::{Conflicts, conflicts, strip_indices};
 use crate::builder::intersection::movement::movements;
 use crate::builder::intersection::movement_types::Movements;
-use crate::builder::intersection::turning_lanelets::{DrawnMovements, Path, intersection_key, turning_lanelets};
+use crate::builder::intersection::turning_lanelets::{
+    DrawnMovements, TurningLanelet, intersection_key, turning_lanelets,
+};
 use crate::builder::lanes::types::{Arm, Lanes};
 use crate::builder::map::map_builder::{MapBuilder, MapPart};
 use crate::builder::network::turn_restrictions::ResolvedRestrictions;
@@ -59,7 +63,7 @@ impl IntersectionLanelets {
     /// Whether some lead into the intersection over the end of this road, or out of it.
     pub fn lead_over(&self, intersection: &Intersection, at: RoadEnd, bicycles: BicycleLanes) -> bool {
         let arm = intersection.arms.iter().position(|&arm| arm == at);
-        let leads = |path: &Path| [Some(path.movement.from), Some(path.movement.to)].contains(&arm);
+        let leads = |path: &TurningLanelet| [Some(path.movement.from), Some(path.movement.to)].contains(&arm);
         self.drawn.paths.iter().any(leads) || bicycles == BicycleLanes::Road && self.cycles.paths.iter().any(leads)
     }
 
@@ -81,7 +85,7 @@ impl IntersectionLanelets {
         let conflicts = Some(conflicts(&drawn.paths, &own));
         let roundabout = intersection.arms.iter().any(|at| network.road(at.road).roundabout);
         let crossed = !roundabout && conflicts.iter().flat_map(|found| &found.real).any(|found| !found.is_empty());
-        let ridden = ridden(network, intersection);
+        let ridden = has_bicycle_lanes(network, intersection);
         let ends = if ridden {
             BicycleLaneEnds::find(below, network, lanes, intersection)
         } else {
@@ -152,12 +156,12 @@ impl IntersectionLanelets {
         }
         let leans = ridden || area.as_ref().is_some_and(|area| area.yields);
         drawn.done();
-        cycles.paths.iter_mut().for_each(Path::drop_outline);
+        cycles.paths.iter_mut().for_each(TurningLanelet::drop_outline);
         Self { plan, drawn, conflicts, cycles, area, part: part.shrunk(), stood, over, leans }
     }
 }
 
 /// Whether two ways hardly touch: where nothing rules an intersection, no bicycle lane crosses another lane.
-fn apart(cycle: &Path, path: &Path) -> bool {
+fn apart(cycle: &TurningLanelet, path: &TurningLanelet) -> bool {
     polygon::common_area(&cycle.outline, &path.outline) < TOUCHING
 }

@@ -1,6 +1,6 @@
 //! How far the ways through an intersection run over the ends of its roads.
 
-use crate::builder::intersection::turning_lanelets::Path;
+use crate::builder::intersection::turning_lanelets::TurningLanelet;
 use crate::builder::lanes::road_cut::ConnectionLines;
 use crate::builder::lanes::types::Lanes;
 use crate::builder::map::map_builder::MapBuilder;
@@ -24,7 +24,7 @@ pub fn depths(
     lanes: &Lanes,
     assembly: &MapBuilder,
     intersection: &Intersection,
-    paths: &[Path],
+    paths: &[TurningLanelet],
 ) -> Vec<(RoadEnd, f64)> {
     let paths: Vec<_> = paths.iter().filter_map(|path| Some((path, polygon::bounds(&path.outline)?))).collect();
     let depth = |&at: &RoadEnd| {
@@ -40,7 +40,7 @@ fn depth(
     kept: [f64; 2],
     (at, places): (RoadEnd, &[Point]),
     intersection: &Intersection,
-    paths: &[(&Path, [Point; 2])],
+    paths: &[(&TurningLanelet, [Point; 2])],
 ) -> f64 {
     let (Some(&right), Some(&left)) = (places.first(), places.last()) else { return 0.0 };
     let reach = (left - right).norm() + BACK_MOST;

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use crate::builder::ids::Key;
-use crate::builder::postprocess::map_editor::Pen;
+use crate::builder::postprocess::map_editor::MapEditor;
 use crate::geometry::Polyline;
 use crate::lanelet::index::{MapIndex, Movement, Traffic};
 use crate::lanelet::right_of_way::Turn;
@@ -76,7 +76,7 @@ fn together(map: &MapIndex, traffic: &Traffic, movement: &Movement, side: usize)
 }
 
 /// Draws a line over the nodes of its bound; nothing else uses it.
-pub fn draw(pen: &mut Pen, Guide { bound, inverted, length }: Guide) {
+pub fn draw(pen: &mut MapEditor, Guide { bound, inverted, length }: Guide) {
     let Some(mut nodes) = pen.map.linestrings.get(bound).map(|line| line.points.clone()) else { return };
     let Some(mut shape) = pen.shape(bound) else { return };
     if inverted {

@@ -18,11 +18,11 @@ use crate::lanelet::{LaneletMap, LineStringId};
 use crate::projection::Projector;
 use crate::settings::{GuideLine, InsideSettings, IntersectionSettings, Settings};
 
-use super::map_editor::Pen;
+use super::map_editor::MapEditor;
 use guide_lines::Guide;
-use signal_phases::Phased;
+use signal_phases::SignalPhases;
 use stop_line::{StopLine, StopLines};
-use traced_guide_lines::Led;
+use traced_guide_lines::TracedBounds;
 use virtual_light::{VirtualLight, VirtualLights};
 
 /// Slug of the finding about something that is not drawn.
@@ -34,7 +34,7 @@ struct Sketch {
     guides: Vec<Guide>,
     stop_lines: Vec<StopLine>,
     lights: Vec<VirtualLight>,
-    phases: Vec<Phased>,
+    phases: Vec<SignalPhases>,
     notes: Vec<Finding>,
 }
 
@@ -54,7 +54,7 @@ pub fn draw(map: &mut LaneletMap, projector: &Projector, inside: &Inside, beside
         let index = MapIndex::new(map, &[], &settings, Thresholds::default());
         sketch(&index, projector, inside.everywhere, &led)
     };
-    let mut pen = Pen::new(map, projector);
+    let mut pen = MapEditor::new(map, projector);
     sketch.guides.into_iter().for_each(|guide| guide_lines::draw(&mut pen, guide));
     sketch.stop_lines.into_iter().for_each(|line| stop_line::draw(&mut pen, line));
     sketch.phases.into_iter().for_each(|phased| signal_phases::write(&mut pen, beside, phased));
@@ -81,8 +81,8 @@ fn lead(map: &mut LaneletMap, projector: &Projector, settings: &Settings) -> (Ve
                 for (i, line) in settings.intersection[entry].guide_lines.iter().enumerate() {
                     let GuideLine::Places(places) = line else { continue };
                     let places = places.iter().map(|&place| metres(projector, place)).collect();
-                    match Led::new(&index, traffic, places) {
-                        Ok(led) if found.iter().any(|(_, other): &(_, Led)| led.shares_with(other)) => {
+                    match TracedBounds::new(&index, traffic, places) {
+                        Ok(led) if found.iter().any(|(_, other): &(_, TracedBounds)| led.shares_with(other)) => {
                             notes.push(not_drawn((entry, i), "another guide line leads the same bound"));
                         }
                         Ok(led) => found.push(((entry, i), led)),
@@ -92,7 +92,7 @@ fn lead(map: &mut LaneletMap, projector: &Projector, settings: &Settings) -> (Ve
             }
         }
     }
-    let mut pen = Pen::new(map, projector);
+    let mut pen = MapEditor::new(map, projector);
     let drawn: Vec<_> = found.into_iter().map(|(at, led)| (at, led.draw(&mut pen), led)).collect();
     let vetted: Vec<_> = {
         let index = MapIndex::new(map, &[], settings, Thresholds::default());

@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 
 use crate::builder::ids::Key;
-use crate::builder::postprocess::map_editor::Pen;
+use crate::builder::postprocess::map_editor::MapEditor;
 use crate::lanelet::{LaneletId, Member, RegulatoryElementId, Target};
 
 /// Lets a lanelet ignore `ignored`, and of `met` nothing else.
-pub fn amend(pen: &mut Pen, lane: LaneletId, met: &[LaneletId], ignored: &[LaneletId]) {
+pub fn amend(pen: &mut MapEditor, lane: LaneletId, met: &[LaneletId], ignored: &[LaneletId]) {
     let Some(id) = element_of(pen, lane) else {
         if !ignored.is_empty() {
             let mut members = vec![("right_of_way", Target::Lanelet(lane))];
@@ -35,7 +35,7 @@ pub fn amend(pen: &mut Pen, lane: LaneletId, met: &[LaneletId], ignored: &[Lanel
 }
 
 /// The one that a lanelet refers to and that lists it.
-fn element_of(pen: &Pen, lane: LaneletId) -> Option<RegulatoryElementId> {
+fn element_of(pen: &MapEditor, lane: LaneletId) -> Option<RegulatoryElementId> {
     let listing = |id: &RegulatoryElementId| {
         let element = pen.map.regulatory_elements.get(*id);
         element.is_some_and(|e| e.subtype == "right_of_way" && e.lanelets("right_of_way").any(|own| own == lane))

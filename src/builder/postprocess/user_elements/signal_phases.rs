@@ -1,7 +1,7 @@
 //! Which signals are green together, by the user's word: whom the lanelets of an intersection ignore, and what the settings
 //! beside the map say of it.
 
-use crate::builder::postprocess::map_editor::Pen;
+use crate::builder::postprocess::map_editor::MapEditor;
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{LaneletId, PolygonId};
 use crate::settings::{ApproachName, IntersectionSettings, Settings};
@@ -12,7 +12,7 @@ use super::right_of_way;
 type Phases = Vec<Vec<ApproachName>>;
 
 /// The phases of one intersection, before they are written.
-pub struct Phased {
+pub struct SignalPhases {
     area: PolygonId,
     phases: Phases,
     /// Per lanelet that has a phase all whom it meets, and those of them that it may ignore.
@@ -20,7 +20,7 @@ pub struct Phased {
 }
 
 /// What the entries say of an intersection; `None` where that is nothing.
-pub fn phased(map: &MapIndex, at: usize, entries: &[&IntersectionSettings]) -> Option<Phased> {
+pub fn phased(map: &MapIndex, at: usize, entries: &[&IntersectionSettings]) -> Option<SignalPhases> {
     let phases: Phases = entries.iter().flat_map(|entry| entry.phases.iter().cloned()).collect();
     let area = map.intersections[at].area.filter(|_| !phases.is_empty())?;
     let traffic = &map.traffic[at];
@@ -28,7 +28,7 @@ pub fn phased(map: &MapIndex, at: usize, entries: &[&IntersectionSettings]) -> O
     let ids = |movements: Vec<usize>| movements.into_iter().map(lane).collect();
     let with_phase = (0..traffic.movements.len()).filter(|&x| traffic.has_phase(x));
     let rights = with_phase.map(|x| (lane(x), [ids(traffic.met(map, x)), ids(traffic.yields(map, x))]));
-    Some(Phased { area, phases, rights: rights.collect() })
+    Some(SignalPhases { area, phases, rights: rights.collect() })
 }
 
 /// Why the phases of an entry do not say what they are to say, each with its place in the list.
@@ -49,7 +49,7 @@ pub fn faults(map: &MapIndex, at: usize, entry: &IntersectionSettings) -> Vec<(u
 }
 
 /// Lets lanelets ignore those who are red while they drive, and nobody else; adds the phases to the settings of the map.
-pub fn write(pen: &mut Pen, settings: &mut Settings, phased: Phased) {
+pub fn write(pen: &mut MapEditor, settings: &mut Settings, phased: SignalPhases) {
     for (lane, [met, ignored]) in &phased.rights {
         right_of_way::amend(pen, *lane, met, ignored);
     }

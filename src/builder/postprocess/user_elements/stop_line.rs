@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use crate::builder::ids::Key;
-use crate::builder::postprocess::cross_line::{Ends, across, crosses};
-use crate::builder::postprocess::map_editor::Pen;
+use crate::builder::postprocess::cross_line::{LaneletEnds, cross_line, crosses};
+use crate::builder::postprocess::map_editor::MapEditor;
 use crate::geometry::{Point, Polyline, angle_between, polygon};
 use crate::lanelet::index::{Lane, MapIndex, Movement, Traffic};
 use crate::lanelet::right_of_way::Turn;
@@ -31,7 +31,7 @@ const BEGIN: f64 = 2.0;
 pub struct StopLine {
     /// The lanelet across which it lies, and those from the same lane that cross it too.
     carriers: Vec<LaneletId>,
-    ends: Ends,
+    ends: LaneletEnds,
 }
 
 /// The lines of one intersection.
@@ -87,7 +87,7 @@ impl StopLines {
         }
     }
 
-    fn push(&mut self, map: &MapIndex, carriers: Vec<usize>, ends: Ends) {
+    fn push(&mut self, map: &MapIndex, carriers: Vec<usize>, ends: LaneletEnds) {
         self.lines.push(StopLine { carriers: carriers.iter().map(|&lane| map.lanes[lane].id).collect(), ends });
         self.taken.extend(carriers);
     }
@@ -108,11 +108,11 @@ fn waits(movement: &Movement) -> bool {
 }
 
 /// The line before the first lane that a lane has to watch, with room for a car behind it.
-fn waiting_line(map: &MapIndex, at: usize) -> Option<Ends> {
+fn waiting_line(map: &MapIndex, at: usize) -> Option<LaneletEnds> {
     let lane = &map.lanes[at];
     let watched = map.attention(at).into_iter().filter_map(|other| reached(lane, &map.lanes[other]));
     let station = watched.min_by(f64::total_cmp)? - CLEAR;
-    (station >= ROOM).then(|| across(lane, station)).flatten()
+    (station >= ROOM).then(|| cross_line(lane, station)).flatten()
 }
 
 /// How far along a lane, metres, another one is reached; `None` if it never is.
@@ -127,7 +127,7 @@ fn reached(lane: &Lane, other: &Lane) -> Option<f64> {
 
 /// The outline of a lane up to a station, metres.
 fn lane_before(lane: &Lane, station: f64) -> Option<Vec<Point>> {
-    let [left, right] = across(lane, station)?.map(|(_, place)| place);
+    let [left, right] = cross_line(lane, station)?.map(|(_, place)| place);
     let part = |points: &[Point], end: Point| {
         let line = Polyline::new(points.iter().copied())?;
         line.cut(0.0, line.project(end).station)
@@ -150,7 +150,7 @@ struct Fit {
     /// Distance of its ends from the lane's bounds, metres.
     off: f64,
     /// The places on the bounds nearest to its ends.
-    ends: Ends,
+    ends: LaneletEnds,
 }
 
 fn fit(lane: &Lane, ends: [Point; 2]) -> Option<Fit> {
@@ -165,7 +165,7 @@ fn fit(lane: &Lane, ends: [Point; 2]) -> Option<Fit> {
 }
 
 /// Draws a line over one node of either bound, and its element.
-pub fn draw(pen: &mut Pen, StopLine { carriers, ends }: StopLine) {
+pub fn draw(pen: &mut MapEditor, StopLine { carriers, ends }: StopLine) {
     let Some(first) = carriers.first() else { return };
     let key = Key::new("inside stop line").number(first.0);
     let nodes: Vec<_> = ["left", "right"]

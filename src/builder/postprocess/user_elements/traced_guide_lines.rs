@@ -4,7 +4,7 @@
 use rustc_hash::FxHashSet;
 
 use crate::builder::ids::Key;
-use crate::builder::postprocess::map_editor::Pen;
+use crate::builder::postprocess::map_editor::MapEditor;
 use crate::geometry::pose::Pose;
 use crate::geometry::{Point, Polyline, angle_between, curve};
 use crate::lanelet::index::{Lane, MapIndex, Movement, Traffic};
@@ -26,7 +26,7 @@ const WIDTH: [f64; 2] = [0.8, 1.25];
 const COVERED: f64 = 0.99;
 
 /// A guide line, before it is drawn.
-pub struct Led {
+pub struct TracedBounds {
     /// Where the lanes begin.
     node: PointId,
     /// The places along it, the node left out.
@@ -61,7 +61,7 @@ struct Side<'a> {
     off: f64,
 }
 
-impl Led {
+impl TracedBounds {
     /// Finds the bounds for a line along some places, metres; else says why there are none.
     pub fn new(map: &MapIndex, traffic: &Traffic, places: Vec<Point>) -> Result<Self, String> {
         let line = Polyline::new(places).ok_or("its places are one and the same")?;
@@ -112,11 +112,11 @@ impl Led {
     }
 
     /// Draws the line, and the bounds along it.
-    pub fn draw(&self, pen: &mut Pen) -> Traced {
+    pub fn draw(&self, pen: &mut MapEditor) -> Traced {
         let key = Key::new("guide line").number(self.node.0);
         let heights = self.bounds.first().map_or(LineStringId(0), |bound| bound.line);
         let mut added = Vec::new();
-        let mut point = |pen: &mut Pen, key: Key, place: Point| {
+        let mut point = |pen: &mut MapEditor, key: Key, place: Point| {
             let ele = pen.height(heights, place);
             let id = pen.point(key, place, ele);
             added.push(id);

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::builder::control::LIGHT_HEIGHT;
 use crate::builder::ids::Key;
-use crate::builder::postprocess::cross_line::{Ends, across};
-use crate::builder::postprocess::map_editor::Pen;
+use crate::builder::postprocess::cross_line::{LaneletEnds, cross_line};
+use crate::builder::postprocess::map_editor::MapEditor;
 use crate::geometry::polygon;
 use crate::lanelet::index::{Edge, MapIndex, Traffic};
 use crate::lanelet::{Attributes, LaneletId, LineStringId, PointId, Target};
@@ -28,7 +28,7 @@ const MARGIN: f64 = 0.5;
 pub struct VirtualLight {
     /// The lanelets that begin at its stop line.
     carriers: Vec<LaneletId>,
-    start: Ends,
+    start: LaneletEnds,
     stop: Edge,
     /// The line that is there already.
     stop_line: Option<LineStringId>,
@@ -119,7 +119,7 @@ fn light(map: &MapIndex, lanes: &[usize], wanted: &VirtualLightSettings) -> Resu
 }
 
 /// Across the one way that leads to a lane: as far before it as is wanted, or as that way reaches where nothing is.
-fn start_line(map: &MapIndex, lane: usize, wanted: Option<f64>) -> Result<Ends, String> {
+fn start_line(map: &MapIndex, lane: usize, wanted: Option<f64>) -> Result<LaneletEnds, String> {
     let before = |at: usize| match map.predecessors(at) {
         [before] if map.intersections_of(*before).is_empty() && map.lanes[*before].vehicle => Some(*before),
         _ => None,
@@ -137,7 +137,7 @@ fn start_line(map: &MapIndex, lane: usize, wanted: Option<f64>) -> Result<Ends, 
         let most = (ahead - ROOM).max(0.0);
         return Err(format!("there are {ahead:.0} m of road, so that `start` is {most:.0} at most,"));
     }
-    across(&map.lanes[at], (ahead - back).min(map.lanes[at].length())).ok_or("no lane has a middle".to_owned())
+    cross_line(&map.lanes[at], (ahead - back).min(map.lanes[at].length())).ok_or("no lane has a middle".to_owned())
 }
 
 /// All lanes of vehicles that a lane meets, those that begin with it included, unless they are its neighbours.
@@ -159,7 +159,7 @@ fn conflicts(map: &MapIndex, lane: usize) -> Vec<LaneletId> {
 pub type EndLines = BTreeMap<[PointId; 2], LineStringId>;
 
 /// Draws a light with all its lines, and lets its lanelets yield to nobody whom it holds back.
-pub fn draw(pen: &mut Pen, drawn: &mut EndLines, light: VirtualLight) {
+pub fn draw(pen: &mut MapEditor, drawn: &mut EndLines, light: VirtualLight) {
     let VirtualLight { carriers, start, stop, stop_line, ends, conflicts, tags: known } = light;
     let key = Key::new("virtual light").number(stop.ids[0].0).number(stop.ids[1].0);
     let start = start_of(pen, key.word("start"), start);
@@ -177,7 +177,7 @@ pub fn draw(pen: &mut Pen, drawn: &mut EndLines, light: VirtualLight) {
     }
 }
 
-fn start_of(pen: &mut Pen, key: Key, ends: Ends) -> LineStringId {
+fn start_of(pen: &mut MapEditor, key: Key, ends: LaneletEnds) -> LineStringId {
     let nodes = ["left", "right"].into_iter().zip(ends).map(|(side, (bound, place))| {
         let ele = pen.height(bound, place);
         pen.point(key.word(side), place, ele)
@@ -187,13 +187,13 @@ fn start_of(pen: &mut Pen, key: Key, ends: Ends) -> LineStringId {
 }
 
 /// Lanelets that leave by one lane share its line.
-fn end_of(pen: &mut Pen, drawn: &mut EndLines, nodes: [PointId; 2]) -> LineStringId {
+fn end_of(pen: &mut MapEditor, drawn: &mut EndLines, nodes: [PointId; 2]) -> LineStringId {
     let key = Key::new("virtual light end").number(nodes[0].0).number(nodes[1].0);
     *drawn.entry(nodes).or_insert_with(|| pen.line(key, nodes.to_vec(), Attributes::of(&[("type", "virtual")])))
 }
 
 /// What stands for the infrastructure: a line above the stop line, with the tags by which it is known.
-fn anchor_of(pen: &mut Pen, key: Key, stop: &Edge, known: BTreeMap<String, String>) -> LineStringId {
+fn anchor_of(pen: &mut MapEditor, key: Key, stop: &Edge, known: BTreeMap<String, String>) -> LineStringId {
     let ele = |id: PointId| pen.map.points.get(id).and_then(|point| point.ele()).unwrap_or_default();
     let ele = (ele(stop.ids[0]) + ele(stop.ids[1])) / 2.0 + LIGHT_HEIGHT;
     let places = [0.25, 0.75].map(|part| stop.points[0] + stop.across() * part);

@@ -26,7 +26,7 @@ pub use user_overrides::{MergeOverride, OverrideTarget};
 
 /// Joins what is one road: pieces that continue each other without any change, and carriageways around an island.
 #[must_use]
-pub fn join(network: RoadNetwork) -> RoadNetwork {
+pub fn join_continuations(network: RoadNetwork) -> RoadNetwork {
     join_roads::join_alike(dual_carriageway::join_around_islands(join_roads::join_alike(network)))
 }
 

@@ -36,7 +36,7 @@ fn network(nodes: &[(i64, f64, f64)], ways: &[(i64, &[i64], &str)], relations: &
 
 fn merge(network: RoadNetwork, options: &ConsolidateOptions) -> (RoadNetwork, Vec<MergeNote>) {
     let outline = OutlineOptions::default();
-    consolidate(join(network), options, |n| remaining(n, &outline, &mut PlanCache::default()))
+    consolidate(join_continuations(network), options, |n| remaining(n, &outline, &mut PlanCache::default()))
 }
 
 /// Two dual carriageways, 12 m apart, driven on the right: `N-S` on x = 0 (south) and 12 (north), `E-W` on y = 0
@@ -104,7 +104,7 @@ fn around_an_island_opposite_sides_are_merged_and_not_a_corner() {
         let corners = [(0.0, 0.0), (wide + a, 0.0), (wide + 1.0, wide + 1.2), (0.0, wide + b)];
         let (merged, notes) = merge(crossing_at(corners, ""), &ConsolidateOptions::default());
         let nodes: Vec<&[i64]> = merged.intersections.iter().map(|i| &i.nodes[..]).filter(|n| n.len() > 1).collect();
-        assert_eq!(notes.iter().filter(|note| note.reason == Reason::Island).count(), 2, "{notes:?}");
+        assert_eq!(notes.iter().filter(|note| note.reason == MergeReason::Island).count(), 2, "{notes:?}");
         assert!(nodes == [[1, 2], [3, 4]] || nodes == [[1, 4], [2, 3]], "{nodes:?}");
     }
 }
@@ -151,7 +151,7 @@ fn its_outline_is_one_simple_ring_with_all_cuts() {
     let (outlines, findings) = outlines(&merged, &OutlineOptions::default());
     assert!(findings.is_empty(), "{findings:?}");
     let outline = &outlines.intersections[ix.0 as usize];
-    assert_eq!(outline.case, Case::Merged);
+    assert_eq!(outline.case, OutlineCase::Merged);
     assert_eq!(outline.cuts.len(), 8);
     for cut in &outline.cuts {
         assert!(outline.ring.contains(&cut.left) && outline.ring.contains(&cut.right));
@@ -164,7 +164,7 @@ fn a_user_can_forbid_and_force() {
     let options = ConsolidateOptions { wishes: [101, 102, 103, 104].map(forbid).into(), ..Default::default() };
     let (apart, notes) = merge(crossing_of_dual_carriageways(""), &options);
     assert!(apart.intersections.iter().all(|i| i.nodes.len() == 1));
-    assert!(notes.iter().all(|n| !n.merged && n.reason == Reason::Wish));
+    assert!(notes.iter().all(|n| !n.merged && n.reason == MergeReason::Wish));
 
     let t_junctions = || {
         network(
@@ -181,7 +181,10 @@ fn a_user_can_forbid_and_force() {
     };
     let (offset, _) = merge(t_junctions(), &ConsolidateOptions::default());
     assert_eq!(offset.intersections.iter().filter(|i| i.arms.len() == 3).count(), 2, "vehicles queue on 40 m");
-    let options = ConsolidateOptions { wishes: vec![Wish { of: Wished::Way(22), merge: true }], ..Default::default() };
+    let options = ConsolidateOptions {
+        wishes: vec![MergeOverride { of: OverrideTarget::Way(22), merge: true }],
+        ..Default::default()
+    };
     let (forced, _) = merge(t_junctions(), &options);
     assert_eq!(forced.intersections.iter().filter(|i| i.arms.len() == 4).count(), 1);
 }
@@ -201,7 +204,7 @@ fn a_dogleg_too_short_for_a_car_is_one_intersection() {
         &ConsolidateOptions::default(),
     );
     assert_eq!(notes.len(), 1);
-    assert!(notes[0].merged && notes[0].reason == Reason::Short && notes[0].left < 5.0, "{notes:?}");
+    assert!(notes[0].merged && notes[0].reason == MergeReason::Short && notes[0].left < 5.0, "{notes:?}");
     assert_eq!(the_merged(&merged).1, [4, 6, 3, 5]);
 }
 

@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use rayon::prelude::*;
 
 use crate::builder::network::{Road, RoadNetwork};
-use crate::geometry::spatial_hash::Cells;
+use crate::geometry::spatial_hash::SpatialHash;
 use crate::geometry::{Point, segment_crossing};
 use crate::parallel::Finely;
 
@@ -58,7 +58,7 @@ pub fn overpasses(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<Overpass> {
     if off_ground.is_empty() {
         return Vec::new();
     }
-    let cells = Cells::new(off_ground.iter().map(LevelPiece::bounds).collect(), CELL);
+    let cells = SpatialHash::new(off_ground.iter().map(LevelPiece::bounds).collect(), CELL);
     let crossing = |upper: &LevelPiece, lower: &LevelPiece| {
         let [[a, b], [c, d]] = [upper.ends, lower.ends];
         let (_, _, place) = segment_crossing(a, b, c, d)?;

@@ -30,7 +30,7 @@ impl ElevationTags {
 }
 
 /// Reads the heights of the nodes of all roads.
-pub fn spots(osm: &OsmData, to_metres: ToMetres<'_>) -> ElevationTags {
+pub fn elevation_tags(osm: &OsmData, to_metres: ToMetres<'_>) -> ElevationTags {
     let mut spots = ElevationTags::default();
     if osm.nodes.par_iter().finely().all(|node| !node.tags.has("ele")) {
         return spots;

@@ -31,7 +31,7 @@ use terrain_profile::TerrainProfile;
 
 use rayon::prelude::*;
 
-pub use elevation_tags::{ElevationTags, spots};
+pub use elevation_tags::{ElevationTags, elevation_tags};
 pub use level_at_cuts::level_at_cuts;
 pub use surface::{Ground, rounded};
 

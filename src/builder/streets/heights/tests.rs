@@ -40,7 +40,7 @@ fn network(nodes: &[(i64, f64, f64, Option<f64>)], ways: &[Way<'_>]) -> (RoadNet
         driving_side: Some(crate::builder::tags::road_class::DrivingSide::Right),
         ..NetworkOptions::default()
     };
-    (road_network(&osm, &metres, &options).unwrap().network, spots(&osm, &metres))
+    (road_network(&osm, &metres, &options).unwrap().network, elevation_tags(&osm, &metres))
 }
 
 /// A road along x from 0 to 1000 m with a bridge from 400 to 460 m, and a road under it.
@@ -296,7 +296,7 @@ fn roads_cut_farther_back_than_their_outlines_ask_end_without_a_step() {
 fn roads_without_a_step_between_their_ends_stay_as_they_are() {
     let mut network = beside_a_ramp();
     let kept: Vec<[f64; 2]> = network.roads.iter().map(|road| [0.0, road.line.length()]).collect();
-    assert!(evened(&mut network, &kept, &HeightOptions::default()).is_empty());
+    assert!(level_at_cuts(&mut network, &kept, &HeightOptions::default()).is_empty());
 }
 
 #[test]

@@ -21,7 +21,7 @@ const SAME: f64 = 1e-9;
 
 /// What is to be done at one intersection before the roads' other ends are known.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub struct IntersectionPlan {
     pub case: OutlineCase,
     pub star: RoadStar,
     /// The ground inside, where several nodes were merged.
@@ -30,7 +30,7 @@ pub struct Plan {
     pub outline: Option<Outline>,
 }
 
-impl Plan {
+impl IntersectionPlan {
     fn new(case: OutlineCase, star: RoadStar) -> Self {
         Self { case, star, ground: Vec::new(), outline: None }
     }
@@ -79,7 +79,7 @@ pub struct IntersectionSite<'a> {
     network: &'a RoadNetwork,
     pub intersection: &'a Intersection,
     options: &'a OutlineOptions,
-    pub plan: Cow<'a, Plan>,
+    pub plan: Cow<'a, IntersectionPlan>,
     arms: OnceLock<Vec<ThickenedArm>>,
 }
 
@@ -92,7 +92,7 @@ impl<'a> IntersectionSite<'a> {
         options: &'a OutlineOptions,
     ) -> Self {
         let arms = arms(network, intersection, options);
-        let plan = Cow::Owned(Plan::of(network, intersection, &arms, within, options));
+        let plan = Cow::Owned(IntersectionPlan::of(network, intersection, &arms, within, options));
         Self { network, intersection, options, plan, arms: OnceLock::from(arms) }
     }
 
@@ -100,7 +100,7 @@ impl<'a> IntersectionSite<'a> {
     pub fn known(
         network: &'a RoadNetwork,
         intersection: &'a Intersection,
-        plan: &'a Plan,
+        plan: &'a IntersectionPlan,
         options: &'a OutlineOptions,
     ) -> Self {
         Self { network, intersection, options, plan: Cow::Borrowed(plan), arms: OnceLock::new() }
@@ -207,7 +207,7 @@ fn cuts(arms: &[ThickenedArm], trims: &[f64]) -> Vec<OutlineCut> {
 }
 
 /// The outline of the general method; `None` if it is no simple polygon.
-fn outline(plan: &Plan, arms: &[ThickenedArm], trims: &[f64]) -> Option<Outline> {
+fn outline(plan: &IntersectionPlan, arms: &[ThickenedArm], trims: &[f64]) -> Option<Outline> {
     let cuts = cuts(arms, trims);
     let (corners, ring) = [true, false].into_iter().find_map(|rounded| {
         let corners = corners(&plan.star, arms, trims, &cuts, rounded);

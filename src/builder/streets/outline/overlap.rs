@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::builder::network::{Intersection, Road, RoadNetwork};
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::polyline::within;
-use crate::geometry::spatial_hash::{Bounds, Cells, touch};
+use crate::geometry::spatial_hash::{Bounds, SpatialHash, touch};
 use crate::geometry::{Point, Polyline, Vector, polygon, segment_crossing};
 use crate::parallel::Finely;
 
@@ -164,7 +164,7 @@ fn of_pairs<T: Send>(
 ) -> Vec<T> {
     let parts: Vec<Part> =
         grounds.par_iter().finely().enumerate().flat_map_iter(|(i, ground)| ground.parts(i)).collect();
-    let cells = Cells::new(parts.iter().map(|part| part.bounds).collect(), CELL);
+    let cells = SpatialHash::new(parts.iter().map(|part| part.bounds).collect(), CELL);
     let mut pairs: Vec<[usize; 2]> = cells.pairs(|i, j| {
         let [a, b] = [&parts[i], &parts[j]];
         let owners = [a, b].map(|part| grounds[part.owner].owner);

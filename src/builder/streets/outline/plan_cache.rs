@@ -9,7 +9,7 @@ use crate::builder::network::{Intersection, RoadNetwork};
 use crate::geometry::Polyline;
 use crate::parallel::Finely;
 
-use super::intersection_plan::{IntersectionSite, Plan};
+use super::intersection_plan::{IntersectionPlan, IntersectionSite};
 use super::thicken::ThickenedArm;
 use super::{OutlineOptions, uncut};
 
@@ -18,7 +18,7 @@ use super::{OutlineOptions, uncut};
 #[derive(Debug, Default)]
 pub struct PlanCache {
     /// By the fingerprint of all that decides.
-    known: FxHashMap<u64, Plan>,
+    known: FxHashMap<u64, IntersectionPlan>,
 }
 
 impl PlanCache {
@@ -27,13 +27,14 @@ impl PlanCache {
         &'m mut self,
         network: &RoadNetwork,
         options: &OutlineOptions,
-    ) -> impl Iterator<Item = &'m Plan> {
+    ) -> impl Iterator<Item = &'m IntersectionPlan> {
         let within = uncut(network);
         let prints = fingerprints(network, options);
         let unknown =
             prints.par_iter().finely().zip(&network.intersections).filter(|(print, _)| !self.known.contains_key(print));
         let plan = |intersection| IntersectionSite::new(network, intersection, &within, options).plan.into_owned();
-        let new: Vec<(u64, Plan)> = unknown.map(|(print, intersection)| (*print, plan(intersection))).collect();
+        let new: Vec<(u64, IntersectionPlan)> =
+            unknown.map(|(print, intersection)| (*print, plan(intersection))).collect();
         self.known.extend(new);
         prints.into_iter().map(|print| &self.known[&print])
     }

@@ -157,7 +157,7 @@ fn a_crossing_at_right_angles_has_four_rounded_corners() {
     let trim = 3.0 + options.kerb_radius + options.margin;
     assert!(outlines.kept.iter().all(|k| (k[0] - trim).abs() < 1e-9), "{:?}", outlines.kept);
     let outline = &outlines.intersections[0];
-    assert_eq!(outline.case, Case::General);
+    assert_eq!(outline.case, OutlineCase::General);
     assert!(outline.corners.iter().all(|c| c.len() == 9));
     let north = &outline.cuts[0];
     assert_eq!((north.left.x, north.right.x), (3.0, -3.0), "left as seen by who drives in");
@@ -176,7 +176,7 @@ fn a_bend_is_trimmed_by_its_angle() {
     let trim = |to: (f64, f64)| {
         let network = network(&[arm(&[(-60.0, 0.0)], 6.0), arm(&[to], 6.0)]);
         let outlines = assert_sound(&network);
-        assert_eq!(outlines.intersections[0].case, Case::Degenerate);
+        assert_eq!(outlines.intersections[0].case, OutlineCase::Degenerate);
         outlines.kept[0][0]
     };
     let (straight, slight, right, sharp) =
@@ -199,7 +199,7 @@ fn a_ramp_parts_in_a_wedge() {
     let network = network(&[arm(&[(-150.0, 0.0)], main), arm(&[(150.0, 0.0)], main), arm(&[(150.0, 15.0)], ramp)]);
     let outlines = assert_sound(&network);
     let outline = &outlines.intersections[0];
-    assert_eq!(outline.case, Case::Ramp);
+    assert_eq!(outline.case, OutlineCase::Ramp);
     let farthest = OutlineOptions::default().reach * main + 1.0;
     assert!(outlines.kept.iter().all(|kept| kept[0] < farthest), "{:?}", outlines.kept);
     assert!(polygon::signed_area(&outline.ring).abs() < (main + ramp) * farthest * 1.5);
@@ -219,11 +219,11 @@ fn a_ring_that_folds_is_not_sound() {
 fn a_dead_end_is_cut_square() {
     let mut network = network(&[arm(&[(60.0, 0.0)], 6.0)]);
     let outlines = assert_sound(&network);
-    assert_eq!(outlines.intersections[0].case, Case::DeadEnd);
+    assert_eq!(outlines.intersections[0].case, OutlineCase::DeadEnd);
     assert_eq!(outlines.kept[0], [3.0, 60.0]);
     network.intersections[0].map_edge = true;
     let (outlines, _) = super::outlines(&network, &OutlineOptions::default());
-    assert_eq!(outlines.intersections[0].case, Case::MapEdge);
+    assert_eq!(outlines.intersections[0].case, OutlineCase::MapEdge);
     assert_eq!(outlines.kept[0], [0.0, 60.0]);
 }
 

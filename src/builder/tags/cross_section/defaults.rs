@@ -19,7 +19,7 @@ pub(crate) struct Customs<'a> {
 
 impl Customs<'_> {
     /// What is assumed of a road.
-    pub fn usual(&self, class: RoadClass, link: bool) -> Defaults {
+    pub fn defaults(&self, class: RoadClass, link: bool) -> Defaults {
         let usual = Defaults::of(class);
         let Some(highway) = (!self.assume.is_empty()).then(|| highway(class, link)) else { return usual };
         let about: Vec<_> = self.assume.iter().filter(|said| said.is_about(highway, self.country)).collect();

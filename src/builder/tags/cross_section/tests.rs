@@ -23,7 +23,7 @@ fn width_tables() -> String {
         ("service", RoadClass::Service),
         ("track", RoadClass::Track),
     ] {
-        text += &format!("| {name} | {} m | {} m |\n", Usual::of(class).lane, minimum_lane_width(class));
+        text += &format!("| {name} | {} m | {} m |\n", Defaults::of(class).lane, minimum_lane_width(class));
     }
     text += "\n| strip | default |\n|---|---|\n";
     for (name, width) in [

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::builder::network::{Road, RoadNetwork};
 use crate::builder::streets::alignment::TIGHTEST;
-use crate::geometry::spatial_hash::{Bounds, Cells, touch};
+use crate::geometry::spatial_hash::{Bounds, SpatialHash, touch};
 use crate::geometry::{Point, Polyline, Vector, left_of};
 use crate::parallel::Finely;
 
@@ -157,7 +157,7 @@ pub fn candidates(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<usize> {
     let all: Vec<&Stretch> = chunks.iter().flatten().collect();
     // As far as a hairpin's legs may lie apart.
     let around = |stretch: &Stretch| stretch.reach(stretch.half * (2.0 * TIGHTEST - 1.0) + CLEAR);
-    let cells = Cells::new(all.iter().map(|stretch| around(stretch)).collect(), CELL);
+    let cells = SpatialHash::new(all.iter().map(|stretch| around(stretch)).collect(), CELL);
     let levelled = |a: &Stretch, b: &Stretch| {
         let [a, b] = [a, b].map(|stretch| &network.roads[stretch.road]);
         a.level == b.level || [a.from, a.to].iter().any(|end| [b.from, b.to].contains(end))

@@ -7,7 +7,7 @@ use rustc_hash::FxHashMap;
 
 use crate::builder::streets::alignment::TIGHTEST;
 use crate::builder::streets::alignment::side_order::Sides;
-use crate::geometry::spatial_hash::{Bounds, Cells, touch};
+use crate::geometry::spatial_hash::{Bounds, SpatialHash, touch};
 use crate::geometry::{Point, Vector, cross};
 use crate::parallel::Finely;
 
@@ -128,7 +128,7 @@ pub fn find(
     let chunks: Vec<Vec<Piece>> = near.par_chunks(CHUNK).finely().map(of_chunk).collect();
     let roads = chunks.par_iter().finely().flat_map_iter(|chunk| chunk.chunk_by(|a, b| a.road == b.road));
     let near: Vec<Stretch> = roads.flat_map_iter(|road| Stretch::of_road(road, tracks[&road[0].road].half)).collect();
-    let cells = Cells::new(near.iter().map(|stretch| stretch.reach).collect(), CELL);
+    let cells = SpatialHash::new(near.iter().map(|stretch| stretch.reach).collect(), CELL);
     let found: Vec<_> =
         hot.par_chunks(CHUNK).finely().map(|hot| find_in(tracks, sides, &of_chunk(hot), &near, &cells)).collect();
     found.into_iter().flatten().collect()
@@ -140,7 +140,7 @@ fn find_in(
     sides: &Sides,
     hot: &[Piece],
     near: &[Stretch],
-    cells: &Cells,
+    cells: &SpatialHash,
 ) -> FxHashMap<(usize, usize), Vec<OverlapSearch>> {
     let mut nearest: FxHashMap<(usize, usize, usize), (f64, OverlapSearch)> = FxHashMap::default();
     for road in hot.chunk_by(|a, b| a.road == b.road) {

@@ -6,7 +6,7 @@ use rustc_hash::FxHashMap;
 use crate::builder::network::{Road, RoadNetwork};
 use crate::builder::streets::alignment::side_order::Sides;
 use crate::geometry::Vector;
-use crate::geometry::spatial_hash::{Bounds, Cells};
+use crate::geometry::spatial_hash::{Bounds, SpatialHash};
 use crate::parallel::Finely;
 
 use super::carriageway_edges::{FARTHEST, Tracks};
@@ -17,7 +17,7 @@ const CELL: f64 = 128.0;
 
 /// Which roads may ever come to touch which others, as no road moves farther than [`FARTHEST`].
 pub struct Surroundings {
-    cells: Cells,
+    cells: SpatialHash,
     boxes: Vec<Bounds>,
     /// The roads around those that moved first: all later rounds stay among them.
     near: Vec<usize>,
@@ -31,7 +31,7 @@ impl Surroundings {
             [low - reach, high + reach]
         };
         let boxes: Vec<Bounds> = network.roads.par_iter().finely().map(reach).collect();
-        let mut all = Self { cells: Cells::new(boxes.clone(), CELL), boxes, near: Vec::new() };
+        let mut all = Self { cells: SpatialHash::new(boxes.clone(), CELL), boxes, near: Vec::new() };
         all.near = all.of(moved);
         all
     }

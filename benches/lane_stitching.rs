@@ -1,4 +1,4 @@
-//! How long lanes take to be stitched and painted: `cargo bench --bench weave` weaves 500 lanes all at once and then
+//! How long lanes take to be stitched and painted: `cargo bench --bench lane_stitching` weaves 500 lanes all at once and then
 //! edits one of them again and again. It fails where an edit costs more than a hundredth of the whole, or either more than its
 //! budget.
 
@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use clock::processor_time;
 use lanewright::geometry::{Point, Polyline};
-use lanewright::lane_stitching::{Kind, Lane, LaneId, Marking, Paint, Weave, Widths};
+use lanewright::lane_stitching::{Kind, Lane, LaneId, LaneStitching, Marking, Paint, Widths};
 
 /// Streets side by side.
 const STREETS: u32 = 20;
@@ -41,8 +41,8 @@ fn main() {
 fn row(points: u32) {
     let lanes: Vec<(LaneId, Lane)> = names().map(|id| (id, lane(id, points, 0.0, 70.0))).collect();
     // Several, since the clock is too coarse for one.
-    let (whole, _) = least(|_| vec![lanes.clone(); 4], Weave::new);
-    let mut weave = Weave::new(lanes);
+    let (whole, _) = least(|_| vec![lanes.clone(); 4], LaneStitching::new);
+    let mut weave = LaneStitching::new(lanes);
     let inner = || names().filter(|id| (1..LANES - 1).contains(&id.lane));
     let repainted = |run: u32| inner().map(|id| (id, lane(id, points, 0.0, 60.0 + f64::from(run)))).collect();
     let (paint, anew) = least(repainted, |(id, lane)| weave.set(id, lane));
