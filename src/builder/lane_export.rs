@@ -10,7 +10,7 @@ use crate::lanelet::Attributes;
 
 use super::control::stop_line_segments::{has_stop_line, length_on};
 use super::lanes::road_continuation::continued;
-use super::network::{End, Road, RoadEnd, RoadIx, RoadNetwork};
+use super::network::{End, Road, RoadEnd, RoadIx, RoadNetwork, Stations};
 use super::tags::cross_section::{CrossSection, Travel};
 use super::tags::marking::{before_stop, marking as along};
 
@@ -23,11 +23,11 @@ type Hanging = (RoadEnd, usize, bool);
 /// Every lane that motor vehicles drive on, between the stations between which its road is kept. A lane's road is the
 /// index of the road. Lanes of two roads that continue each other, lane by lane, hang on a node of their own; all other
 /// ends at an intersection hang on one together.
-pub fn single_lanes(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<(LaneId, lane_stitching::Lane)> {
+pub fn single_lanes(network: &RoadNetwork, kept: &[Stations]) -> Vec<(LaneId, lane_stitching::Lane)> {
     let nodes = own_nodes(network);
     let mut lanes = Vec::new();
     for (i, (road, kept)) in network.roads.iter().zip(kept).enumerate() {
-        let ix = RoadIx(i as u32);
+        let ix = RoadIx::new(i);
         let Some(line) = road.line.cut(kept[0], kept[1]) else { continue };
         for (lane, (strip, backward)) in (0..).zip(driven(&road.section)) {
             let node = |end: End| {
@@ -35,7 +35,7 @@ pub fn single_lanes(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<(LaneId, la
                 let at = RoadEnd { road: ix, end };
                 nodes.get(&(at, strip, out)).copied().unwrap_or_else(|| i64::from(road.intersection(end).0))
             };
-            let mut nodes = [End::Start, End::End].map(|end| Some(node(end)));
+            let mut nodes = End::BOTH.map(|end| Some(node(end)));
             if backward {
                 nodes.reverse();
             }

@@ -169,7 +169,7 @@ impl Stage<'_> {
     fn traces(&self) -> Vec<DebugSteps> {
         let options = OutlineOptions::default();
         let network = &self.plan.streets.network;
-        self.intersections().map(|at| trace(network, IntersectionIx(at as u32), &options)).collect()
+        self.intersections().map(|at| trace(network, IntersectionIx::new(at), &options)).collect()
     }
 
     fn thicken(&self, sketch: &mut Sketch) {
@@ -332,7 +332,7 @@ impl Stage<'_> {
             Some(Mark::Words { at: intersection.position, text: intersection.nodes.first()?.to_string() })
         });
         let roads = self.roads().map(|(i, _)| {
-            let road = network.road(RoadIx(i as u32));
+            let road = network.road(RoadIx::new(i));
             Mark::Words { at: road.line.at(road.line.length() / 2.0), text: road.key.way.to_string() }
         });
         nodes.chain(roads).collect()

@@ -176,7 +176,7 @@ impl Crossings {
         for crossing in &lines.crossings {
             let road = network.road(crossing.road);
             let at = crossing.arm.map(|end| (RoadEnd { road: crossing.road, end }, road.intersection(end)));
-            let passed = at.map(|(at, ix)| (at, network.intersection(ix), ways[ix.0 as usize].as_deref()));
+            let passed = at.map(|(at, ix)| (at, network.intersection(ix), ways[ix].as_deref()));
             if let Some((at, intersection, Some(ways))) = passed
                 && !ways.lead_over(intersection, at, network.beside.bicycle_lanes)
             {
@@ -187,8 +187,7 @@ impl Crossings {
                 Some((_, intersection, _)) => lanes.ground_of(intersection, assembly),
                 None => Ground::under(road),
             });
-            let cuts: Vec<PointId> =
-                lanes.arms[crossing.road.0 as usize].iter().flat_map(|arm| &arm.cut).copied().collect();
+            let cuts: Vec<PointId> = lanes.arms[crossing.road].iter().flat_map(|arm| &arm.cut).copied().collect();
             let id = crosswalk(assembly, road, crossing, &cuts);
             pedestrian_signals(assembly, road, crossing, id);
             // Where two roads go on as one, the lanes do.

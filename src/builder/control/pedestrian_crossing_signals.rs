@@ -30,7 +30,7 @@ const BEHIND_LIGHTS: f64 = 30.0;
 const TOGETHER: f64 = 2.0 * STOP_GAP + VEHICLE;
 
 /// A part of a road between intersections where people cross and have lights.
-pub struct SignalisedCrossings {
+pub struct SignalisedCrossing {
     /// The road.
     pub road: RoadIx,
     /// The first crossing on it, an OpenStreetMap node.
@@ -46,19 +46,19 @@ pub fn signalised_crossings(
     network: &RoadNetwork,
     lines: &ConnectionLines,
     ways: &[Option<Box<IntersectionLanelets>>],
-) -> Vec<SignalisedCrossings> {
+) -> Vec<SignalisedCrossing> {
     let half = CROSSWALK_BREADTH / 2.0;
     let between = lines.crossings.iter().filter(|crossing| crossing.arm.is_none());
-    let mut found: Vec<SignalisedCrossings> = Vec::new();
+    let mut found: Vec<SignalisedCrossing> = Vec::new();
     for crossing in between.filter(|crossing| has_lights(network.road(crossing.road), crossing)) {
         let span = [crossing.station - half, crossing.station + half];
         match found.last_mut() {
             Some(last) if last.road == crossing.road && span[0] - last.span[1] < TOGETHER => last.span[1] = span[1],
-            _ => found.push(SignalisedCrossings { road: crossing.road, node: crossing.node, span, stops: [true; 2] }),
+            _ => found.push(SignalisedCrossing { road: crossing.road, node: crossing.node, span, stops: [true; 2] }),
         }
     }
     for lit in &mut found {
-        let [start, end] = lines.kept[lit.road.0 as usize];
+        let [start, end] = lines.kept[lit.road];
         let from = |end, driven| leaves_lights(network, lines, ways, RoadEnd { road: lit.road, end }, driven);
         lit.stops = [!from(End::End, end - lit.span[1]), !from(End::Start, lit.span[0] - start)];
     }
@@ -78,7 +78,7 @@ fn leaves_lights(
     while let Some((at, driven)) = open.pop() {
         let ix = network.road(at.road).intersection(at.end);
         let intersection = network.intersection(ix);
-        let area = ways.get(ix.0 as usize).and_then(|ways| ways.as_ref()?.area.as_ref());
+        let area = ways.get(ix.position()).and_then(|ways| ways.as_ref()?.area.as_ref());
         if driven > BEHIND_LIGHTS || area.is_some() && !intersection.signals {
             continue;
         }
@@ -86,7 +86,7 @@ fn leaves_lights(
             return true;
         }
         for before in intersection.arms.iter().filter(|before| before.road != at.road) {
-            let [start, end] = lines.kept[before.road.0 as usize];
+            let [start, end] = lines.kept[before.road];
             open.push((RoadEnd { road: before.road, end: before.end.other() }, driven + end - start));
         }
     }
@@ -105,7 +105,7 @@ pub fn guarded(
     for crossing in lines.crossings.iter().filter(|crossing| has_lights(network.road(crossing.road), crossing)) {
         let Some(end) = crossing.arm else { continue };
         let ix = network.road(crossing.road).intersection(end);
-        of[ix.0 as usize].push((RoadEnd { road: crossing.road, end }, crossing));
+        of[ix].push((RoadEnd { road: crossing.road, end }, crossing));
     }
     let (mut guarded, mut notes) = (Vec::new(), Vec::new());
     for ((intersection, ways), lit) in network.intersections.iter().zip(ways).zip(of) {
@@ -167,15 +167,15 @@ pub fn draw(
     network: &RoadNetwork,
     lanes: &Lanes,
     driving: DrivingSide,
-    lit: &[SignalisedCrossings],
+    lit: &[SignalisedCrossing],
 ) -> Vec<Finding> {
     let mut notes = Vec::new();
     for lit in lit {
         let Some((piece, own)) = lanes.piece_at(lit.road, (lit.span[0] + lit.span[1]) / 2.0) else { continue };
         let gaps = [piece.span[1] - lit.span[1], lit.span[0] - piece.span[0]];
-        for toward in [End::Start, End::End].into_iter().filter(|toward| lit.stops[toward.index()]) {
+        for toward in End::BOTH.into_iter().filter(|toward| lit.stops[*toward]) {
             let own: Vec<&RoadLane> = own.iter().filter(|lane| lane.backward == (toward == End::Start)).collect();
-            if (GAP_LEAST..=2.0 * STOP_GAP_MOST).contains(&gaps[toward.index()]) {
+            if (GAP_LEAST..=2.0 * STOP_GAP_MOST).contains(&gaps[toward]) {
                 draw_one_way(assembly, network, driving, (lit, toward), &own);
             } else if !own.is_empty() {
                 notes.push(note(network, lit));
@@ -185,7 +185,7 @@ pub fn draw(
     notes
 }
 
-fn note(network: &RoadNetwork, lit: &SignalisedCrossings) -> Finding {
+fn note(network: &RoadNetwork, lit: &SignalisedCrossing) -> Finding {
     let road = network.road(lit.road);
     let [node, way] = [lit.node, road.key.way];
     let message = format!(
@@ -201,13 +201,13 @@ fn draw_one_way(
     assembly: &mut MapBuilder,
     network: &RoadNetwork,
     driving: DrivingSide,
-    (lit, toward): (&SignalisedCrossings, End),
+    (lit, toward): (&SignalisedCrossing, End),
     lanes: &[&RoadLane],
 ) {
     let road = network.road(lit.road);
     let (Some(first), Some(last)) = (lanes.first(), lanes.last()) else { return };
     let forth = if toward == End::End { 1.0 } else { -1.0 };
-    let station = lit.span[toward.index()] + BEHIND * forth;
+    let station = lit.span[toward] + BEHIND * forth;
     let along = road.line.direction(station);
     let middle = (road.section.edge(first.strip) + road.section.edge(last.strip + 1)) / 2.0;
     assembly.set_ground(crate::builder::streets::heights::Ground::under(road));

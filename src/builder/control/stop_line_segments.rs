@@ -15,7 +15,7 @@ use crate::builder::tags::cross_section::Travel;
 use crate::builder::tags::marking::before_stop;
 use crate::parallel::Finely;
 
-use super::pedestrian_crossing_signals::SignalisedCrossings;
+use super::pedestrian_crossing_signals::SignalisedCrossing;
 use super::{Control, sign_at};
 use lanelet_split::{LaneletSplitter, Painted, Stretch};
 
@@ -37,13 +37,13 @@ pub fn split_before_stop_lines(
     network: &RoadNetwork,
     lines: &ConnectionLines,
     ways: &[Option<Box<IntersectionLanelets>>],
-    (lit, guarded): (&[SignalisedCrossings], &[RoadEnd]),
+    (lit, guarded): (&[SignalisedCrossing], &[RoadEnd]),
     lanes: &mut Lanes,
 ) {
     let wanted = usual_length(network);
     let approaches = approaches(network, ways, guarded, lanes);
     let found = |(i, road): (usize, &Road)| {
-        let ix = RoadIx(i as u32);
+        let ix = RoadIx::new(i);
         let lit = of_road(lit, ix, |lit| lit.road);
         let approaches = of_road(&approaches, ix, |(at, _)| at.road);
         if lit.is_empty() && approaches.is_empty() {
@@ -53,7 +53,7 @@ pub fn split_before_stop_lines(
         let mut knife = LaneletSplitter::new(assembly, road, pieces.first()?);
         let mut stops: Vec<(SplitReason, f64, End, f64, Painted)> = Vec::new();
         for lit in lit {
-            for end in [End::Start, End::End] {
+            for end in End::BOTH {
                 knife.cut_at_stop_line(lit, end);
             }
             for (end, painted) in before_crosswalk(road, pieces, lit) {
@@ -63,7 +63,7 @@ pub fn split_before_stop_lines(
             }
         }
         for (at, painted) in approaches {
-            let line = lines.kept[i][at.end.index()];
+            let line = lines.kept[i][at.end];
             stops.push((SplitReason::Stop(at.end), line, at.end, line, painted.clone()));
         }
         let stretches = stops.into_iter().filter_map(|(cause, line, end, last, painted)| {
@@ -140,9 +140,9 @@ fn painted(road: &Road, lanes: &Lanes, arm: &Arm, leads_on: impl Fn(usize) -> bo
 }
 
 /// What is painted between the lanes that stop before a crosswalk, by the end of the road that they head for.
-fn before_crosswalk(road: &Road, pieces: &[RoadPiece], lit: &SignalisedCrossings) -> Vec<(End, Painted)> {
+fn before_crosswalk(road: &Road, pieces: &[RoadPiece], lit: &SignalisedCrossing) -> Vec<(End, Painted)> {
     let towards = [(End::Start, Travel::Backward), (End::End, Travel::Forward)];
-    let stopping = towards.into_iter().filter(|(end, _)| lit.stops[end.index()]);
+    let stopping = towards.into_iter().filter(|(end, _)| lit.stops[*end]);
     let painted = stopping.map(|(end, travel)| {
         let own = |edge: &usize| road.section.strips.get(*edge).is_some_and(|strip| strip.travel == travel);
         (end, repainted(road, pieces, (0..road.section.strips.len()).filter(own)))

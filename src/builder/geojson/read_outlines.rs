@@ -1,6 +1,6 @@
 //! The outlines of a file: cuts and kerbs found again on its polygons, and those it lacks computed.
 
-use crate::builder::network::{End, Intersection, IntersectionIx, Road, RoadEnd, RoadNetwork};
+use crate::builder::network::{End, Intersection, IntersectionIx, Road, RoadEnd, RoadNetwork, Stations};
 use crate::builder::streets::outline::{
     Outline, OutlineCase, OutlineCut, OutlineOptions, Outlines, outlines as computed,
 };
@@ -28,13 +28,13 @@ pub fn outlines(
         outlines
     });
     let substitute = substitute.as_ref();
-    let kept: Vec<[f64; 2]> = network
+    let kept: Vec<Stations> = network
         .roads
         .iter()
         .enumerate()
         .map(|(i, road)| {
             let said = said(rings, i, road);
-            [End::Start, End::End].map(|end| {
+            End::BOTH.map(|end| {
                 let (side, at) = (usize::from(end == End::End), road.intersection(end).0 as usize);
                 let computed = substitute.filter(|_| lacking(at)).map(|outlines| outlines.kept[i][side]);
                 computed.or(said.map(|kept| kept[side])).unwrap_or_else(|| exit(road, end, &own[at]))
@@ -47,7 +47,7 @@ pub fn outlines(
         .enumerate()
         .map(|(i, intersection)| match substitute {
             Some(outlines) if lacking(i) => outlines.intersections[i].clone(),
-            _ => outline(network, rings, IntersectionIx(i as u32), intersection, &own[i], &kept),
+            _ => outline(network, rings, IntersectionIx::new(i), intersection, &own[i], &kept),
         })
         .collect();
     Outlines { kept, intersections }
@@ -87,14 +87,14 @@ fn outline(
     ix: IntersectionIx,
     intersection: &Intersection,
     ring: &[Point],
-    kept: &[[f64; 2]],
+    kept: &[Stations],
 ) -> Outline {
-    let feature = rings.intersections[ix.0 as usize];
+    let feature = rings.intersections[ix];
     let id = feature.map(|feature| &feature.properties.id);
     let cut = |at: &RoadEnd| {
         let road = network.road(at.road);
-        let said = cut_of(rings.roads[at.road.0 as usize], at.end, id);
-        across(road, *at, kept[at.road.0 as usize], said)
+        let said = cut_of(rings.roads[at.road], at.end, id);
+        across(road, *at, kept[at.road], said)
     };
     let cuts: Vec<OutlineCut> = intersection.arms.iter().map(cut).collect();
     let usual = if ring.len() < 3 { OutlineCase::MapEdge } else { OutlineCase::General };
@@ -111,7 +111,7 @@ fn outline(
 
 /// The cut across a road's end, seen looking into the intersection: between the places that the file gives, or straight
 /// across the line.
-fn across(road: &Road, at: RoadEnd, kept: [f64; 2], said: Option<[Point; 2]>) -> OutlineCut {
+fn across(road: &Road, at: RoadEnd, kept: Stations, said: Option<[Point; 2]>) -> OutlineCut {
     let station = kept[usize::from(at.end == End::End)];
     let along = road.line.direction(station);
     let inward = if at.end == End::Start { -along } else { along };

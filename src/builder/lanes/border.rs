@@ -1,7 +1,7 @@
 //! The borders between the lanes of a road, as lines along it.
 
 use crate::builder::map::map_builder::MapBuilder;
-use crate::builder::network::Road;
+use crate::builder::network::{Road, Stations};
 use crate::builder::tags::cross_section::{CrossSection, Travel};
 use crate::builder::tags::marking::marking;
 use crate::builder::tags::side_strips::strip_runs;
@@ -44,7 +44,7 @@ pub fn borders(
     assembly: &mut MapBuilder,
     road: &Road,
     country: Option<&str>,
-    kept: [f64; 2],
+    kept: Stations,
     nodes: &[Vec<Option<PointId>>; 2],
 ) -> Vec<Option<Bound>> {
     let key = road.key_of("border");
@@ -72,7 +72,7 @@ pub fn borders(
 fn border_places(
     assembly: &MapBuilder,
     road: &Road,
-    kept: [f64; 2],
+    kept: Stations,
     nodes: &[Vec<Option<PointId>>; 2],
 ) -> Vec<Option<Vec<Point>>> {
     let ends = |edge: usize| Some([nodes[0][edge]?, nodes[1][edge]?].map(|id| assembly.position(id)));
@@ -100,7 +100,7 @@ fn border_places(
 }
 
 /// A border between its ends: the road's own corners, moved sideways, that are no closer to the cuts than `clear`.
-fn border(road: &Road, kept: [f64; 2], clear: f64, offset: f64, ends: [Point; 2]) -> Vec<Point> {
+fn border(road: &Road, kept: Stations, clear: f64, offset: f64, ends: [Point; 2]) -> Vec<Point> {
     let corners: Vec<(Point, f64)> = road.line.points().iter().copied().zip(road.line.stations()).collect();
     let cuts = [road.line.direction(kept[0]), -road.line.direction((kept[1] - 1e-3).max(0.0))];
     // Inside a bend near a cut, a moved corner can fall behind the cut.

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::builder::ids::Key;
 use crate::builder::network::road_end::{from_cut, lanes_at, on_cut};
-use crate::builder::network::{End, Intersection, RoadEnd, RoadNetwork};
+use crate::builder::network::{End, Intersection, RoadEnd, RoadNetwork, Stations};
 use crate::builder::streets::heights::Ground;
 use crate::geometry::{Point, Vector, left_of};
 use crate::parallel::Finely;
@@ -67,15 +67,15 @@ fn neighbours<'a>(
 }
 
 /// Where an edge of a road meets the cut.
-fn corner(network: &RoadNetwork, kept: [f64; 2], (at, edge): EdgeAt) -> Point {
+fn corner(network: &RoadNetwork, kept: Stations, (at, edge): EdgeAt) -> Point {
     let road = network.road(at.road);
-    on_cut(road, at.end, kept[at.end.index()], road.section.edge(edge))
+    on_cut(road, at.end, kept[at.end], road.section.edge(edge))
 }
 
 /// How far behind its own cut, metres, a road should be cut to be level with the corner of its neighbour; `None` if it
 /// does not lie beside that corner.
 fn behind(network: &RoadNetwork, cuts: &[RoadCut], (at, edge): EdgeAt, neighbour: EdgeAt) -> Option<f64> {
-    let kept = |at: RoadEnd| cuts[at.road.0 as usize].kept;
+    let kept = |at: RoadEnd| cuts[at.road].kept;
     let (road, place) = (network.road(at.road), corner(network, kept(neighbour.0), neighbour));
     let foot = road.line.project(place);
     let beside = foot.point + left_of(road.line.direction(foot.station)) * road.section.edge(edge);
@@ -88,15 +88,15 @@ fn behind(network: &RoadNetwork, cuts: &[RoadCut], (at, edge): EdgeAt, neighbour
 /// roads' lanes run so far. Gives the roads whose setbacks have changed.
 pub fn level_cuts(
     network: &RoadNetwork,
-    least: &[[f64; 2]],
+    least: &[Stations],
     cuts: &[RoadCut],
     setbacks: &mut [[f64; 2]],
     give: Option<&[[f64; 2]]>,
 ) -> BTreeSet<usize> {
-    let inward = |at: RoadEnd| cuts[at.road.0 as usize].inward[at.end.index()];
+    let inward = |at: RoadEnd| cuts[at.road].inward[at.end];
     let depth = |(one, other): (EdgeAt, EdgeAt)| {
         let behind = behind(network, cuts, one, other)?;
-        let (road, side) = (one.0.road.0 as usize, one.0.end.index());
+        let (road, side) = (one.0.road.position(), one.0.end.index());
         Some((road, side, from_cut(least[road], one.0.end, cuts[road].kept[side]) + behind))
     };
     let beside = |at| neighbours(network, at, inward, PARALLEL).flat_map(|[a, b]| [(a, b), (b, a)]);
@@ -145,10 +145,10 @@ fn on_one_level(network: &RoadNetwork, edges: [EdgeAt; 2], place: Point) -> bool
 
 /// The corners that neighbouring roads share.
 pub fn gore_corners(network: &RoadNetwork, lines: &ConnectionLines) -> Vec<GoreCorner> {
-    let inward = |at: RoadEnd| lines.inward[at.road.0 as usize][at.end.index()];
+    let inward = |at: RoadEnd| lines.inward[at.road][at.end];
     let abreast = |at| neighbours(network, at, inward, ABREAST).filter(|pair| !approaches_apart(network, *pair));
     let seam = |edges: [EdgeAt; 2]| {
-        let [a, b] = edges.map(|edge| corner(network, lines.kept[edge.0.road.0 as usize], edge));
+        let [a, b] = edges.map(|edge| corner(network, lines.kept[edge.0.road], edge));
         let (at, edge) = edges[0];
         let key = network.road(at.road).key_of("seam").number(at.end.index() as i64).number(edge as i64);
         let place = nalgebra::center(&a, &b);

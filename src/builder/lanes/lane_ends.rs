@@ -11,7 +11,7 @@ mod setback;
 mod tests;
 
 use crate::builder::network::road_end::{at_depth, from_cut, inward};
-use crate::builder::network::{End, FeatureKind, Road, RoadIx, RoadNetwork};
+use crate::builder::network::{End, FeatureKind, Road, RoadIx, RoadNetwork, Stations};
 use crate::builder::tags::cross_section::SIDEWALK;
 use crate::geometry::angle_between;
 use crate::parallel::Finely;
@@ -55,7 +55,7 @@ pub fn connection_lines<'a>(
     needs.raise(&mut setbacks, &mut wishes);
     let cut = |i: usize, setbacks: [f64; 2]| {
         let (ix, asked) =
-            (RoadIx(i as u32), SetbackDemand { least: least[i], setbacks, wishes: wishes[i], stops: stops[i] });
+            (RoadIx::new(i), SetbackDemand { least: least[i], setbacks, wishes: wishes[i], stops: stops[i] });
         known(ix).filter(|known| known.asked == asked).map_or_else(|| cut(network, ix, asked), |known| known.of(ix))
     };
     let mut cuts: Vec<RoadCut> =
@@ -86,7 +86,7 @@ fn cut(network: &RoadNetwork, ix: RoadIx, asked: SetbackDemand) -> RoadCut {
     let continued = |end| at(end).arms.len() == 2;
     // Lights hold vehicles before the crosswalk, too, where a road only goes on.
     let room = |end| (at(end).arms.len() >= 3 || continued(end) && at(end).signals) && !road.roundabout;
-    let mut stops = mapped(road, least, |end| room(end) && stopped[end.index()]);
+    let mut stops = mapped(road, least, |end| room(end) && stopped[end]);
     let drawn = |setbacks: [f64; 2], stops: [Option<f64>; 2]| {
         let (back, mapped) = drawn_back(least, setbacks, stops);
         let kept = apply(least, back, road.line.length());
@@ -94,7 +94,7 @@ fn cut(network: &RoadNetwork, ix: RoadIx, asked: SetbackDemand) -> RoadCut {
         (untwisted(road, eased(road, kept, [0, 1].map(more))), mapped)
     };
     let begun = || drawn(setbacks, [None; 2]).0;
-    let reach = |end: End| stops[end.index()].unwrap_or_default().max(CROSSING_REACH);
+    let reach = |end: End| stops[end].unwrap_or_default().max(CROSSING_REACH);
     let belongs = |end, station, lights| match lights && !at(end).signals {
         // What holds nobody before the intersection is a crossing of its own, if a vehicle can wait behind.
         true => from_cut(begun(), end, station) <= HELD_BEFORE,
@@ -104,15 +104,15 @@ fn cut(network: &RoadNetwork, ix: RoadIx, asked: SetbackDemand) -> RoadCut {
     for crossing in &crossings {
         let Some(end) = crossing.arm else { continue };
         let behind = from_cut(least, end, crossing.station) + CROSSWALK_BREADTH / 2.0;
-        let stop = &mut stops[end.index()];
+        let stop = &mut stops[end];
         *stop = stop.filter(|stop| *stop > behind).map(|stop| stop.max(behind + STOP_GAP_LEAST));
-        let back = &mut setbacks[end.index()];
+        let back = &mut setbacks[end];
         *back = back.max(stop.unwrap_or(f64::INFINITY).min(behind + STOP_GAP));
     }
-    for end in [End::Start, End::End].into_iter().filter(|&end| room(end) && leads_out(network, road, end)) {
+    for end in End::BOTH.into_iter().filter(|&end| room(end) && leads_out(network, road, end)) {
         if crossings.iter().all(|crossing| crossing.arm != Some(end)) {
             let needed = before_sidewalk(road, end, least, setbacks[end.other().index()]);
-            let back = &mut setbacks[end.index()];
+            let back = &mut setbacks[end];
             *back = back.max(needed.unwrap_or_default());
         }
     }
@@ -121,20 +121,20 @@ fn cut(network: &RoadNetwork, ix: RoadIx, asked: SetbackDemand) -> RoadCut {
         let Some(end) = crossing.arm else { continue };
         // Where the road is too short the crosswalk moves toward the middle of the intersection with the cut; where it
         // is cut far back, up the road.
-        let middle = from_cut(least, end, kept[end.index()]) - CROSSWALK_BREADTH / 2.0;
+        let middle = from_cut(least, end, kept[end]) - CROSSWALK_BREADTH / 2.0;
         let depth = from_cut(least, end, crossing.station);
-        let far = if mapped[end.index()] { depth } else { depth.max(middle - STOP_GAP_MOST) };
+        let far = if mapped[end] { depth } else { depth.max(middle - STOP_GAP_MOST) };
         let held = far.min(middle - STOP_GAP_LEAST);
         crossing.station = at_depth(least, end, held);
     }
     // What lies between intersections crosses the road's own lanes.
     crossings.retain_mut(|crossing| crossing.arm.is_some() || between(road, crossing, kept));
-    RoadCut { asked, kept, inward: [End::Start, End::End].map(|end| inward(road, end, kept[end.index()])), crossings }
+    RoadCut { asked, kept, inward: End::BOTH.map(|end| inward(road, end, kept[end])), crossings }
 }
 
 /// How far behind the outline, metres, who leaves private ground stops before a sidewalk that is mapped as a way of its
 /// own; `None` without one near the end, and where the road has no room behind it or bends too much before it.
-fn before_sidewalk(road: &Road, end: End, least: [f64; 2], other: f64) -> Option<f64> {
+fn before_sidewalk(road: &Road, end: End, least: Stations, other: f64) -> Option<f64> {
     let behind = from_cut(least, end, sidewalk(road, end)?) + SIDEWALK / 2.0;
     let needed = behind + STOP_GAP;
     let left = least[1] - least[0] - other - needed;
@@ -190,7 +190,7 @@ fn crossings_of(
     let mut found: Vec<RoadCrossing> = Vec::new();
     for feature in &road.features {
         let FeatureKind::Crossing { signals: lights, .. } = feature.kind else { continue };
-        let near = [End::Start, End::End]
+        let near = End::BOTH
             .into_iter()
             .min_by(|&a, &b| from_cut(cut, a, feature.station).total_cmp(&from_cut(cut, b, feature.station)));
         let arm = near.filter(|&end| room(end) && belongs(end, feature.station, lights));

@@ -139,7 +139,7 @@ impl Continuations {
 
     /// Whether the roads of this intersection meet face to face.
     pub fn joined(&self, ix: IntersectionIx) -> bool {
-        self.intersections.get(ix.0 as usize).copied().unwrap_or(false)
+        self.intersections.get(ix.position()).copied().unwrap_or(false)
     }
 
     /// Adds the nodes that two roads share, as far as they are not there yet.

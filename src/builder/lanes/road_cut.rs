@@ -1,6 +1,6 @@
 //! Where a road is cut before an intersection, and where people cross it.
 
-use crate::builder::network::{End, FeatureKind, Road, RoadIx};
+use crate::builder::network::{End, FeatureKind, Road, RoadIx, Stations};
 use crate::geometry::Vector;
 
 /// Breadth of a crosswalk along the road, metres: the usual painted zebra.
@@ -34,11 +34,11 @@ pub struct RoadCrossing {
 #[derive(Clone, Debug, Default)]
 pub struct ConnectionLines {
     /// Per road: the stations between which its own lanes run.
-    pub kept: Vec<[f64; 2]>,
+    pub kept: Vec<Stations>,
     /// Per road: the directions there into the intersections at its ends.
     pub inward: Vec<[Vector; 2]>,
     /// Per road: the stations where its outlines, held to its length, would cut it.
-    pub least: Vec<[f64; 2]>,
+    pub least: Vec<Stations>,
     /// In order of roads and stations.
     pub crossings: Vec<RoadCrossing>,
     /// Per road.
@@ -53,14 +53,14 @@ impl ConnectionLines {
 
     /// How a road is cut: known beforehand where the same is asked of it, and nothing else has changed at its ends.
     pub fn cut(&self, road: RoadIx) -> &RoadCut {
-        &self.cuts[road.0 as usize]
+        &self.cuts[road]
     }
 }
 
 /// What is asked of the cuts of a road.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SetbackDemand {
-    pub(super) least: [f64; 2],
+    pub(super) least: Stations,
     pub(super) setbacks: [f64; 2],
     pub(super) wishes: [f64; 2],
     pub(super) stops: [bool; 2],
@@ -71,7 +71,7 @@ pub(super) struct SetbackDemand {
 pub struct RoadCut {
     pub(super) asked: SetbackDemand,
     /// The stations between which its own lanes run.
-    pub kept: [f64; 2],
+    pub kept: Stations,
     /// The directions there into the intersections at its ends.
     pub inward: [Vector; 2],
     /// In order of stations.

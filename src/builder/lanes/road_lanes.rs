@@ -2,7 +2,7 @@
 
 use crate::builder::map::map_builder::{MapBuilder, MapPart};
 use crate::builder::network::road_end::{inward, lanes_at, on_cut};
-use crate::builder::network::{End, Road, RoadEnd, RoadIx, RoadNetwork};
+use crate::builder::network::{End, Road, RoadEnd, RoadIx, RoadNetwork, Stations};
 use crate::builder::streets::heights::Ground;
 use crate::builder::tags::cross_section::{CrossSection, StripKind, Travel};
 use crate::builder::tags::marking::SHARES;
@@ -37,10 +37,10 @@ pub fn lanes(
 ) -> Lanes {
     joins.place(assembly, network);
     let joins = &*joins;
-    let all: Vec<RoadIx> = (0..network.roads.len()).map(|i| RoadIx(i as u32)).collect();
+    let all: Vec<RoadIx> = (0..network.roads.len()).map(|i| RoadIx::new(i)).collect();
     let drawn = |below: &MapBuilder, roads: &[RoadIx]| {
         let mut part = MapBuilder::over(below);
-        let kept = |ix: &RoadIx| lines.kept[ix.0 as usize];
+        let kept = |ix: &RoadIx| lines.kept[*ix];
         let drawn: Vec<RoadDrawing> =
             roads.iter().map(|ix| road_lanes(&mut part, network, *ix, kept(ix), joins)).collect();
         (part.into_part(), drawn)
@@ -76,7 +76,7 @@ pub fn lanes(
 pub fn release(assembly: &mut MapBuilder, joins: &Continuations, lanes: &Lanes, roads: impl Iterator<Item = RoadIx>) {
     let shared = joins.nodes();
     for ix in roads {
-        for bound in lanes.pieces[ix.0 as usize].iter().flat_map(|piece| &piece.borders).flatten() {
+        for bound in lanes.pieces[ix].iter().flat_map(|piece| &piece.borders).flatten() {
             assembly.release_line(bound.line, |point| shared.contains(&point));
         }
         lanes.of_road(ix).iter().for_each(|lane| assembly.release_lanelet(lane.lanelet));
@@ -95,7 +95,7 @@ pub fn redraw(
     release(assembly, joins, lanes, roads.iter().copied());
     joins.place(assembly, network);
     for &ix in roads {
-        let (i, range) = (ix.0 as usize, lanes.range_of(ix));
+        let (i, range) = (ix.position(), lanes.range_of(ix));
         let mut road = road_lanes(assembly, network, ix, lines.kept[i], joins);
         road.begin_at(range.start);
         lanes.lanes.splice(range, road.lanes);
@@ -126,19 +126,19 @@ fn road_lanes(
     assembly: &mut MapBuilder,
     network: &RoadNetwork,
     ix: RoadIx,
-    kept: [f64; 2],
+    kept: Stations,
     joins: &Continuations,
 ) -> RoadDrawing {
     let road = network.road(ix);
     assembly.set_ground(Ground::under(road));
     let used = used_edges(&road.section);
-    let nodes = [End::Start, End::End].map(|end| end_nodes(assembly, (road, ix), end, kept[end.index()], &used, joins));
+    let nodes = End::BOTH.map(|end| end_nodes(assembly, (road, ix), end, kept[end], &used, joins));
     let borders = borders(assembly, road, network.country.as_deref(), kept, &nodes);
     let mut lanes = Vec::new();
     road_lanelets(assembly, road, ix, &borders, &mut lanes);
-    let arms = [End::Start, End::End].map(|end| {
+    let arms = End::BOTH.map(|end| {
         let at = RoadEnd { road: ix, end };
-        arm(assembly, road, at, kept[end.index()], &nodes[end.index()], &lanes)
+        arm(assembly, road, at, kept[end], &nodes[end], &lanes)
     });
     RoadDrawing { lanes, arms, whole: RoadPiece { behind: None, span: kept, borders } }
 }

@@ -27,7 +27,7 @@ const CRAWLING: &str = "10";
 pub fn side_lanes(assembly: &mut MapBuilder, network: &RoadNetwork, lanes: &Lanes) -> Vec<LaneletId> {
     let mut bicycles = Vec::new();
     for (ix, road) in network.roads.iter().enumerate() {
-        let ix = RoadIx(ix as u32);
+        let ix = RoadIx::new(ix);
         let key = road.key_of("beside");
         let pieces = lanes.pieces_of(ix).iter();
         let pieces = pieces.map(|piece| (piece.behind.map_or(key, |cause| cause.of(key)), &piece.borders[..]));

@@ -101,7 +101,7 @@ impl Lanes {
 
     /// The pieces of a road, along its line.
     pub fn pieces_of(&self, road: RoadIx) -> &[RoadPiece] {
-        self.pieces.get(road.0 as usize).map_or(&[][..], Vec::as_slice)
+        self.pieces.get(road.position()).map_or(&[][..], Vec::as_slice)
     }
 
     /// The piece of a road at a station, and its lanes.
@@ -126,7 +126,7 @@ impl Lanes {
 
     /// The arm at the end of a road.
     pub fn arm(&self, at: RoadEnd) -> &Arm {
-        &self.arms[at.road.0 as usize][at.end.index()]
+        &self.arms[at.road][at.end]
     }
 }
 

@@ -11,7 +11,7 @@ use rustc_hash::FxHashSet;
 use crate::builder::lanes::road_cut::VEHICLE;
 use crate::builder::network::network_diff::{NetworkDiff, NetworkSnapshot};
 use crate::builder::network::turn_restrictions::ResolvedRestrictions;
-use crate::builder::network::{Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
+use crate::builder::network::{Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, Stations};
 use crate::builder::streets::consolidate::{ConsolidateOptions, MergeNote, absorb_roads, without_roads};
 use crate::builder::streets::heights::{HeightOptions, level_at_cuts};
 use crate::diagnostic::{Finding, Severity, Subject};
@@ -38,7 +38,7 @@ pub struct Layout {
 /// between which the outlines leave each road; the roads in `apart` are never taken in. Last the heights are held once more.
 pub fn lay_out(
     mut network: RoadNetwork,
-    mut kept: Vec<[f64; 2]>,
+    mut kept: Vec<Stations>,
     apart: &FxHashSet<RoadKey>,
     heights: &HeightOptions,
 ) -> Layout {
@@ -72,7 +72,7 @@ pub fn lay_out(
             return Layout { network, restricted, draft, notes };
         };
         let origins = NetworkDiff::between(&before, &network);
-        kept = (0..network.roads.len()).map(|road| kept[origins.of(RoadIx(road as u32)).0 as usize]).collect();
+        kept = (0..network.roads.len()).map(|road| kept[origins.of(RoadIx::new(road)).0 as usize]).collect();
         let (ruled, more) = ResolvedRestrictions::new(&network);
         draft = draft.renewed(&origins, (&before, &restricted), &network, &kept, &ruled);
         (restricted, notes) = (ruled, more);
@@ -83,7 +83,7 @@ pub fn lay_out(
 /// The roads that have no room behind the ways over their ends, or none for the turns there; in order.
 fn inside(network: &RoadNetwork, draft: &MapLayout, refused: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
     let no_room = |road: &RoadIx| {
-        let Some(one) = network.roads.get(road.0 as usize) else { return false };
+        let Some(one) = network.roads.get(road.position()) else { return false };
         draft.left(*road) < VEHICLE && one.from != one.to && !refused.contains(&one.key)
     };
     let leads_on = |road: &RoadIx| !ends_here(network, network.road(*road));

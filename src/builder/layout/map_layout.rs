@@ -17,7 +17,7 @@ use crate::builder::lanes::types::Lanes;
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::road_end::from_cut;
 use crate::builder::network::turn_restrictions::ResolvedRestrictions;
-use crate::builder::network::{IntersectionIx, RoadEnd, RoadIx, RoadNetwork};
+use crate::builder::network::{IntersectionIx, RoadEnd, RoadIx, RoadNetwork, Stations};
 use crate::parallel::Finely;
 
 use lane_end_overlap::{BACK_MOST, TOUCH};
@@ -61,7 +61,7 @@ pub struct MapLayout {
 impl MapLayout {
     /// Draws until no way runs over the end of a lane, as far as the roads have room. `kept` are the stations between
     /// which the outlines leave each road.
-    pub fn new(network: &RoadNetwork, kept: &[[f64; 2]], restricted: &ResolvedRestrictions) -> Self {
+    pub fn new(network: &RoadNetwork, kept: &[Stations], restricted: &ResolvedRestrictions) -> Self {
         Self::begun(network, kept, restricted).cleared(network, restricted)
     }
 
@@ -91,7 +91,7 @@ impl MapLayout {
             // What is drawn at both ends of a road depends on where either is cut.
             let around = |at: RoadEnd| network.intersection(network.road(at.road).intersection(at.end)).arms.iter();
             let roads: Vec<RoadIx> = more.into_iter().flat_map(around).map(|arm| arm.road).collect();
-            roads.into_iter().for_each(|road| stops[road.0 as usize] = [false; 2]);
+            roads.into_iter().for_each(|road| stops[road] = [false; 2]);
         }
         draft
     }
@@ -129,7 +129,7 @@ impl MapLayout {
     }
 
     /// Draws everything, with the roads cut where their outlines ask for.
-    fn begun(network: &RoadNetwork, kept: &[[f64; 2]], restricted: &ResolvedRestrictions) -> Self {
+    fn begun(network: &RoadNetwork, kept: &[Stations], restricted: &ResolvedRestrictions) -> Self {
         let mut joins = Continuations::find(network);
         let needs = RequiredSetbacks::new(network, kept, |ix| joins.joined(ix));
         let (back, stops) = (vec![[0.0; 2]; network.roads.len()], vec![[false; 2]; network.roads.len()]);
@@ -149,10 +149,10 @@ impl MapLayout {
         let lines = connection_lines(network, &needs, &back, &stops, |road| Some(before.cut(road)));
         let beside = joins.beside(gore_corners(network, &lines));
         let redrawn = |road: &RoadIx| beside.contains(road) || anew.binary_search(road).is_ok();
-        let moved = |road: &RoadIx| before.kept[road.0 as usize] != lines.kept[road.0 as usize] || redrawn(road);
-        let moved: Vec<RoadIx> = (0..lines.kept.len()).map(|road| RoadIx(road as u32)).filter(moved).collect();
+        let moved = |road: &RoadIx| before.kept[*road] != lines.kept[*road] || redrawn(road);
+        let moved: Vec<RoadIx> = (0..lines.kept.len()).map(|road| RoadIx::new(road)).filter(moved).collect();
         redraw(&mut assembly, network, &lines, &mut joins, &mut lanes, &moved);
-        let cut = |lines: &ConnectionLines, at: &RoadEnd| lines.kept[at.road.0 as usize][at.end.index()];
+        let cut = |lines: &ConnectionLines, at: &RoadEnd| lines.kept[at.road][at.end];
         for (slot, at) in ways.iter_mut().zip(&network.intersections) {
             let stays = at.arms.iter().all(|at| cut(&before, at) == cut(&lines, at) && !redrawn(&at.road));
             let elsewhere = || at.arms.iter().any(|at| moved.binary_search(&at.road).is_ok());
@@ -169,7 +169,7 @@ impl MapLayout {
         let Self { joins, lines, assembly, lanes, ways, .. } = &mut self;
         ways.par_iter_mut().finely().enumerate().filter(|(_, ways)| ways.is_none()).for_each(|(i, slot)| {
             let at = &network.intersections[i];
-            if at.arms.len() < 2 || joins.joined(IntersectionIx(i as u32)) {
+            if at.arms.len() < 2 || joins.joined(IntersectionIx::new(i)) {
                 return;
             }
             let mut ways = IntersectionLanelets::draw(network, restricted, lanes, at, assembly);
@@ -208,7 +208,7 @@ impl MapLayout {
 
     /// What is left of a road between its cuts, metres.
     pub fn left(&self, road: RoadIx) -> f64 {
-        let [from, to] = self.lines.kept[road.0 as usize];
+        let [from, to] = self.lines.kept[road];
         to - from
     }
 
@@ -217,7 +217,7 @@ impl MapLayout {
         let overrun: Vec<RoadEnd> = self.overrun(network).collect();
         let mut raised = false;
         for at in overrun {
-            let (road, side) = (at.road.0 as usize, at.end.index());
+            let (road, side) = (at.road.position(), at.end.index());
             if self.left(at.road) >= ROAD_LEFT + CLEARING {
                 let now = from_cut(self.lines.least[road], at.end, self.lines.kept[road][side]);
                 self.back[road][side] = now + CLEARING;
@@ -231,7 +231,7 @@ impl MapLayout {
     fn cut_back(&mut self) -> bool {
         let mut raised = false;
         for (at, depth) in self.ways.iter().flatten().filter(|ways| !ways.stood).flat_map(|ways| &ways.over) {
-            let (road, side) = (at.road.0 as usize, at.end.index());
+            let (road, side) = (at.road.position(), at.end.index());
             let now = from_cut(self.lines.least[road], at.end, self.lines.kept[road][side]);
             let wanted = (now + depth + CLEAR).min(BACK_MOST);
             let back = &mut self.back[road][side];

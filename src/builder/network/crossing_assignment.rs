@@ -42,7 +42,7 @@ pub(super) fn assign_crossings(
         }
         for at in arms.into_iter().zip(crossed).filter_map(|(at, crossed)| (!crossed).then_some(at)) {
             if let Some(feature) = crossing_at(network, at, node) {
-                network.roads[at.road.0 as usize].features.remove(feature);
+                network.roads[at.road].features.remove(feature);
             }
         }
     }

@@ -41,7 +41,7 @@ pub(super) fn assign(osm: &OsmData, to_metres: ToMetres<'_>, roads: &[Road], int
     let cells = SpatialHash::new(boxes, NEAR);
     for intersection in intersections.iter_mut().filter(|i| i.arms.len() > 1) {
         let (at, around) = (intersection.position, Vector::repeat(NEAR));
-        let levels: Vec<f64> = intersection.arms.iter().map(|arm| roads[arm.road.0 as usize].level).collect();
+        let levels: Vec<f64> = intersection.arms.iter().map(|arm| roads[arm.road].level).collect();
         let mut near = Vec::new();
         cells.touching([at - around, at + around], |i| near.push(i));
         near.sort_unstable();

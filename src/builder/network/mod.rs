@@ -6,6 +6,7 @@ mod connectivity;
 mod crossing_assignment;
 mod features;
 pub(crate) mod frame;
+mod index;
 mod islands;
 pub mod network_diff;
 mod read;
@@ -43,9 +44,33 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct RoadIx(pub u32);
 
+impl RoadIx {
+    /// The road at a position in [`RoadNetwork::roads`].
+    pub fn new(position: usize) -> Self {
+        Self(position as u32)
+    }
+
+    /// Its position in [`RoadNetwork::roads`].
+    pub fn position(self) -> usize {
+        self.0 as usize
+    }
+}
+
 /// Index of an intersection in [`RoadNetwork::intersections`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct IntersectionIx(pub u32);
+
+impl IntersectionIx {
+    /// The intersection at a position in [`RoadNetwork::intersections`].
+    pub fn new(position: usize) -> Self {
+        Self(position as u32)
+    }
+
+    /// Its position in [`RoadNetwork::intersections`].
+    pub fn position(self) -> usize {
+        self.0 as usize
+    }
+}
 
 /// One of the two ends of a road's line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
@@ -57,8 +82,14 @@ pub enum End {
     End,
 }
 
+/// Where a road is cut at its start and at its end: distances along its line, metres. Indexed by [`End`].
+pub type Stations = [f64; 2];
+
 impl End {
-    /// Its place in pairs ordered start, end.
+    /// Both, in their order along the line.
+    pub const BOTH: [Self; 2] = [Self::Start, Self::End];
+
+    /// Its position in pairs with one value for each end.
     pub fn index(self) -> usize {
         match self {
             Self::Start => 0,
@@ -324,11 +355,11 @@ pub struct RoadNetwork {
 impl RoadNetwork {
     /// The road of this index.
     pub fn road(&self, ix: RoadIx) -> &Road {
-        &self.roads[ix.0 as usize]
+        &self.roads[ix]
     }
 
     /// The intersection of this index.
     pub fn intersection(&self, ix: IntersectionIx) -> &Intersection {
-        &self.intersections[ix.0 as usize]
+        &self.intersections[ix]
     }
 }

@@ -23,7 +23,7 @@ impl NetworkSnapshot {
 
     /// The roads that ended at an intersection.
     pub fn arms(&self, ix: IntersectionIx) -> &[RoadEnd] {
-        &self.intersections[ix.0 as usize].1
+        &self.intersections[ix].1
     }
 }
 
@@ -47,7 +47,7 @@ impl NetworkDiff {
         for road in &network.roads {
             let was = before.roads.partition_point(|old| *old < road.key);
             now[was] = Some(RoadIx(of.len() as u32));
-            of.push(RoadIx(was as u32));
+            of.push(RoadIx::new(was));
         }
         let nodes = before.intersections.iter().map(|(nodes, _)| &nodes[..]);
         let known: FxHashMap<&[i64], u32> = nodes.zip(0..).collect();
@@ -65,7 +65,7 @@ impl NetworkDiff {
 
     /// What a road was before.
     pub fn of(&self, road: RoadIx) -> RoadIx {
-        self.of[road.0 as usize]
+        self.of[road]
     }
 
     /// What an end of a road was before.
@@ -75,7 +75,7 @@ impl NetworkDiff {
 
     /// What a road is now; `None` if it is gone.
     pub fn now(&self, road: RoadIx) -> Option<RoadIx> {
-        self.now[road.0 as usize]
+        self.now[road]
     }
 
     /// The roads of before that are gone.
@@ -85,11 +85,11 @@ impl NetworkDiff {
 
     /// What an intersection of the same nodes was before.
     pub fn of_intersection(&self, ix: IntersectionIx) -> Option<IntersectionIx> {
-        self.intersections[ix.0 as usize]
+        self.intersections[ix]
     }
 
     /// What an intersection was before, if it is of the same nodes and the same roads end there.
     pub fn untouched(&self, ix: IntersectionIx) -> Option<IntersectionIx> {
-        self.of_intersection(ix).filter(|_| self.untouched[ix.0 as usize])
+        self.of_intersection(ix).filter(|_| self.untouched[ix])
     }
 }

@@ -248,12 +248,12 @@ fn intersections(
 ) -> Vec<Intersection> {
     let mut ends: Vec<Vec<RoadEnd>> = vec![Vec::new(); nodes.len()];
     for (road, ix) in roads.iter().zip(0..) {
-        for end in [End::Start, End::End] {
-            ends[road.intersection(end).0 as usize].push(RoadEnd { road: RoadIx(ix), end });
+        for end in End::BOTH {
+            ends[road.intersection(end)].push(RoadEnd { road: RoadIx(ix), end });
         }
     }
     let ray = |&RoadEnd { road, end }: &RoadEnd| {
-        let (road, centre) = (&roads[road.0 as usize], &centres[road.0 as usize]);
+        let (road, centre) = (&roads[road], &centres[road]);
         let line = if end == End::Start { centre.clone() } else { centre.reversed() };
         Ray { line, key: (road.key, end) }
     };

@@ -18,7 +18,7 @@ pub(super) fn assign(osm: &OsmData, network: &mut RoadNetwork, notes: &mut Vec<F
     for (intersection, ix) in network.intersections.iter().zip(0..) {
         let dropped = |arm: &RoadEnd| {
             let before = network.road(arm.road).features.iter().filter(|f| is_sign(f.kind)).count();
-            let after = facing[arm.road.0 as usize].iter().filter(|f| is_sign(f.kind)).count();
+            let after = facing[arm.road].iter().filter(|f| is_sign(f.kind)).count();
             after < before
         };
         if is_crossing(network, IntersectionIx(ix)) && intersection.arms.iter().all(dropped) {

@@ -131,7 +131,7 @@ impl Lookup<'_> {
         if roads.is_empty() {
             return Err("a way it names is missing or is not driven on");
         }
-        Ok(roads.into_iter().flat_map(|road| [End::Start, End::End].map(|end| RoadEnd { road, end })).collect())
+        Ok(roads.into_iter().flat_map(|road| End::BOTH.map(|end| RoadEnd { road, end })).collect())
     }
 
     fn place(&self, end: RoadEnd) -> IntersectionIx {

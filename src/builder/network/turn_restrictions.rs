@@ -131,7 +131,7 @@ impl<'a> Chain<'a> {
         let mut turns = Vec::new();
         let mut from = restriction.from;
         for &road in &restriction.via {
-            let ends = [End::Start, End::End];
+            let ends = End::BOTH;
             let departures = ends.map(|end| RoadEnd { road, end });
             let to = departures.into_iter().find(|&to| place(to) == place(from) && leads_out(network, to))?;
             turns.push((from, to));
@@ -217,7 +217,7 @@ mod tests {
         let (restricted, notes) = ResolvedRestrictions::new(&network);
         let after = |way: i64| {
             let road = network.roads.iter().position(|r| r.key.way == way).unwrap();
-            let from = RoadEnd { road: crate::builder::network::RoadIx(road as u32), end: End::End };
+            let from = RoadEnd { road: crate::builder::network::RoadIx::new(road), end: End::End };
             let mut ways: Vec<i64> =
                 restricted.neighbours(&network, from, false).map(|to| network.road(to.road).key.way).collect();
             ways.sort_unstable();

@@ -37,7 +37,7 @@ pub fn without_unreachable_lanes(mut network: RoadNetwork) -> RoadNetwork {
 /// neither, and without such a strip or with several.
 fn left_over(network: &RoadNetwork, road: RoadIx) -> Option<(usize, Travel)> {
     let strip = driven_both_ways(network, road)?;
-    let ends = [End::Start, End::End].map(|end| RoadEnd { road, end });
+    let ends = End::BOTH.map(|end| RoadEnd { road, end });
     let travel = if network.road(road).section.driven().count() == 1 {
         ends.iter().find_map(|&at| single_track(network, at))
     } else {

@@ -124,7 +124,7 @@ impl<'a> Streets<'a> {
     /// The lanes of the road that a way without tagged ones continues, if it has the same on both sides.
     fn continued(&self, way: usize) -> Option<Vec<Lane>> {
         let street = self.ways.get(&way).filter(|street| !street.tagged)?;
-        let [before, behind] = [End::Start, End::End].map(|end| self.tagged_beyond(way, end));
+        let [before, behind] = End::BOTH.map(|end| self.tagged_beyond(way, end));
         before.filter(|lanes| behind.as_ref() == Some(lanes) && directions(lanes) == directions(&street.lanes))
     }
 

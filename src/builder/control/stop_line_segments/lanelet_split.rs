@@ -4,7 +4,7 @@
 //! share their bounds on both sides of the cut, and what continues each other its end nodes. The first piece keeps the ids
 //! of the road.
 
-use crate::builder::control::pedestrian_crossing_signals::SignalisedCrossings;
+use crate::builder::control::pedestrian_crossing_signals::SignalisedCrossing;
 use crate::builder::lanes::lanelet_validity::{aligned, is_valid, simple};
 use crate::builder::lanes::road_cut::STOP_GAP;
 use crate::builder::lanes::types::{Lanes, RoadLane, RoadPiece, SplitReason};
@@ -65,7 +65,7 @@ impl<'a> LaneletSplitter<'a> {
     }
 
     /// Cuts where those who drive toward an end stop before a crosswalk, if they are not on another road there.
-    pub fn cut_at_stop_line(&mut self, lit: &SignalisedCrossings, toward: End) {
+    pub fn cut_at_stop_line(&mut self, lit: &SignalisedCrossing, toward: End) {
         let stations = GAPS.map(|gap| at_depth(lit.span, toward.other(), -STOP_GAP - gap));
         if stations.first().is_some_and(|&station| self.is_clear(station)) {
             let _ = stations.into_iter().any(|station| self.cut(station, SplitReason::Line(lit.node, toward)));
@@ -183,7 +183,7 @@ impl Lanes {
         let mut found = found.into_iter().peekable();
         let mut first = 0;
         for (i, (arms, pieces)) in self.arms.iter_mut().zip(&mut self.pieces).enumerate() {
-            let ix = RoadIx(i as u32);
+            let ix = RoadIx::new(i);
             let own: Vec<RoadLane> = std::iter::from_fn(|| known.next_if(|lane| lane.road == ix)).collect();
             let begin = self.lanes.len();
             let count = own.len();
@@ -218,7 +218,7 @@ fn divided(
     let mut pieces: Vec<RoadPiece> = Vec::with_capacity(cuts.len() + 1);
     for i in 0..=cuts.len() {
         let (before, behind) = (i.checked_sub(1).and_then(|i| cuts.get(i)), cuts.get(i));
-        let station = |cut: Option<&LaneletCut>, end: End| cut.map_or(whole.span[end.index()], |cut| cut.station);
+        let station = |cut: Option<&LaneletCut>, end: End| cut.map_or(whole.span[end], |cut| cut.station);
         let span = [station(before, End::Start), station(behind, End::End)];
         pieces.push(RoadPiece { behind: before.map(|cut| cut.cause), span, borders: vec![None; whole.borders.len()] });
     }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
 use crate::builder::network::road_end::{at_depth, from_cut, inward, on_cut};
-use crate::builder::network::{Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
+use crate::builder::network::{Intersection, Road, RoadEnd, RoadIx, RoadNetwork, Stations};
 use crate::geometry::spatial_hash::{Bounds, SpatialHash};
 use crate::geometry::{Point, polygon};
 use crate::parallel::Finely;
@@ -25,7 +25,7 @@ struct DeadEnd {
 }
 
 /// The dead ends before carriageways on their level, each with how far it is cut back. One that would not get clear stays.
-pub fn clearances(network: &RoadNetwork, least: &[[f64; 2]]) -> Vec<(RoadEnd, f64)> {
+pub fn clearances(network: &RoadNetwork, least: &[Stations]) -> Vec<(RoadEnd, f64)> {
     let dead = |at: &&Intersection| at.arms.len() == 1 && !at.map_edge && at.circle.is_none();
     let ends: Vec<DeadEnd> = network
         .intersections
@@ -39,7 +39,7 @@ pub fn clearances(network: &RoadNetwork, least: &[[f64; 2]]) -> Vec<(RoadEnd, f6
     let cells = SpatialHash::new(ends.iter().map(|end| end.reach).collect(), CELL);
     let reached = |(ix, road): (usize, &Road)| {
         let mut reached: Vec<(usize, RoadIx)> = Vec::new();
-        road.reaches().for_each(|reach| cells.touching(reach, |end| reached.push((end, RoadIx(ix as u32)))));
+        road.reaches().for_each(|reach| cells.touching(reach, |end| reached.push((end, RoadIx::new(ix)))));
         reached
     };
     let reached: Vec<(usize, RoadIx)> = network.roads.par_iter().finely().enumerate().flat_map_iter(reached).collect();
@@ -62,9 +62,9 @@ pub fn clearances(network: &RoadNetwork, least: &[[f64; 2]]) -> Vec<(RoadEnd, f6
 }
 
 /// Places across the end of a road that is cut so far back, and those so far ahead of them as is to be clear.
-fn ahead(network: &RoadNetwork, least: &[[f64; 2]], at: RoadEnd, by: f64) -> Vec<Point> {
+fn ahead(network: &RoadNetwork, least: &[Stations], at: RoadEnd, by: f64) -> Vec<Point> {
     let road = network.road(at.road);
-    let cut = least[at.road.0 as usize];
+    let cut = least[at.road];
     let depth = by.min(from_cut(cut, at.end, cut[1 - at.end.index()]));
     let station = at_depth(cut, at.end, depth);
     let (left, right) = road.section.carriageway();

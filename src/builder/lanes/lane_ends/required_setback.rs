@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::builder::network::network_diff::NetworkDiff;
-use crate::builder::network::{IntersectionIx, RoadEnd, RoadNetwork};
+use crate::builder::network::{IntersectionIx, RoadEnd, RoadNetwork, Stations};
 use crate::parallel::Finely;
 
 use super::dead_end::clearances;
@@ -15,7 +15,7 @@ const ROAD_LEAST: f64 = 1.0;
 /// What the ends of roads need.
 pub struct RequiredSetbacks {
     /// Per road: the stations where its outlines, held to its length, would cut it.
-    pub(super) least: Vec<[f64; 2]>,
+    pub(super) least: Vec<Stations>,
     /// Per intersection.
     ways: Vec<Wanted>,
     /// How far dead ends are cut back.
@@ -32,7 +32,7 @@ struct Wanted {
 impl RequiredSetbacks {
     /// `joined` tells which intersections need no room: there the roads meet face to face. `kept` are the stations between
     /// which the outlines leave each road.
-    pub fn new(network: &RoadNetwork, kept: &[[f64; 2]], joined: impl Fn(IntersectionIx) -> bool + Sync) -> Self {
+    pub fn new(network: &RoadNetwork, kept: &[Stations], joined: impl Fn(IntersectionIx) -> bool + Sync) -> Self {
         let none = network.intersections.iter().map(|_| None).collect();
         Self::completed(network, least_cuts(network, kept, &joined), none, joined)
     }
@@ -43,18 +43,16 @@ impl RequiredSetbacks {
         mut self,
         origins: &NetworkDiff,
         network: &RoadNetwork,
-        kept: &[[f64; 2]],
+        kept: &[Stations],
         joined: impl Fn(IntersectionIx) -> bool + Sync,
     ) -> Self {
         let least = least_cuts(network, kept, &joined);
         let known = (0..network.intersections.len()).map(|i| {
-            let ix = IntersectionIx(i as u32);
+            let ix = IntersectionIx::new(i);
             let old = origins.untouched(ix)?;
-            let same = |at: &RoadEnd| {
-                least[at.road.0 as usize][at.end.index()] == self.least[origins.of(at.road).0 as usize][at.end.index()]
-            };
+            let same = |at: &RoadEnd| least[at.road][at.end] == self.least[origins.of(at.road)][at.end];
             network.intersection(ix).arms.iter().all(same).then(|| {
-                let mut wanted = std::mem::take(&mut self.ways[old.0 as usize]);
+                let mut wanted = std::mem::take(&mut self.ways[old]);
                 let ends = wanted.needed.iter_mut().chain(&mut wanted.wished);
                 ends.for_each(|(at, _)| at.road = origins.now(at.road).unwrap_or(at.road));
                 wanted
@@ -67,13 +65,13 @@ impl RequiredSetbacks {
     /// Finds what is not known yet.
     fn completed(
         network: &RoadNetwork,
-        least: Vec<[f64; 2]>,
+        least: Vec<Stations>,
         known: Vec<Option<Wanted>>,
         joined: impl Fn(IntersectionIx) -> bool + Sync,
     ) -> Self {
         let wanted = |(i, known): (usize, Option<Wanted>)| {
             let arms = &network.intersections[i].arms;
-            let passed = arms.len() >= 2 && !joined(IntersectionIx(i as u32));
+            let passed = arms.len() >= 2 && !joined(IntersectionIx::new(i));
             let find =
                 || Wanted { needed: turn_setbacks(network, arms, &least), wished: comfort(network, arms, &least) };
             known.or_else(|| passed.then(find)).unwrap_or_default()
@@ -87,7 +85,7 @@ impl RequiredSetbacks {
     pub(super) fn raise(&self, setbacks: &mut [[f64; 2]], wishes: &mut [[f64; 2]]) {
         let raise = |of: &mut [[f64; 2]], asked: &[(RoadEnd, f64)]| {
             for (at, by) in asked {
-                let back = &mut of[at.road.0 as usize][at.end.index()];
+                let back = &mut of[at.road][at.end];
                 *back = back.max(*by);
             }
         };
@@ -101,7 +99,7 @@ impl RequiredSetbacks {
 
 fn least_cuts(
     network: &RoadNetwork,
-    kept: &[[f64; 2]],
+    kept: &[Stations],
     joined: &(impl Fn(IntersectionIx) -> bool + Sync),
 ) -> Vec<[f64; 2]> {
     (0..network.roads.len()).into_par_iter().finely().map(|i| least_cut(network, kept, i, joined)).collect()
@@ -110,7 +108,7 @@ fn least_cuts(
 /// The outline's cut, held to the line and to a least length; the whole line where roads meet face to face.
 fn least_cut(
     network: &RoadNetwork,
-    kept: &[[f64; 2]],
+    kept: &[Stations],
     index: usize,
     joined: &impl Fn(IntersectionIx) -> bool,
 ) -> [f64; 2] {

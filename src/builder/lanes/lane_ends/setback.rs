@@ -1,7 +1,7 @@
 //! How far roads are cut back so that turns have room, and lanes that weave or change their width.
 
 use crate::builder::network::road_end::{inward, lane_pose, lanes_at};
-use crate::builder::network::{End, Road, RoadEnd, RoadNetwork};
+use crate::builder::network::{End, Road, RoadEnd, RoadNetwork, Stations};
 use crate::geometry::pose::Pose;
 use crate::geometry::{angle_between, pose, s_curve};
 
@@ -39,7 +39,7 @@ const WEAVE_TURN: f64 = 60.0;
 const PARALLEL: f64 = 15.0;
 
 /// Room for the turns between the arms, and for tapers between two roads: how far to cut them back at least.
-pub fn turn_setbacks(network: &RoadNetwork, arms: &[RoadEnd], least: &[[f64; 2]]) -> Vec<(RoadEnd, f64)> {
+pub fn turn_setbacks(network: &RoadNetwork, arms: &[RoadEnd], least: &[Stations]) -> Vec<(RoadEnd, f64)> {
     let mut setbacks = Vec::new();
     let mut raise = |at: RoadEnd, by: f64| {
         if by > 0.0 {
@@ -89,9 +89,9 @@ fn room_for_turn([from, to]: [Pose; 2], most: f64) -> Option<[f64; 2]> {
 }
 
 /// The lanes that lead into an intersection or out of it, from left to right in their direction of travel.
-fn lane_poses(network: &RoadNetwork, least: &[[f64; 2]], at: RoadEnd, into: bool) -> Vec<Pose> {
+fn lane_poses(network: &RoadNetwork, least: &[Stations], at: RoadEnd, into: bool) -> Vec<Pose> {
     let road = network.road(at.road);
-    let station = least[at.road.0 as usize][at.end.index()];
+    let station = least[at.road][at.end];
     let lanes = lanes_at(&road.section, at.end).into_iter().filter(|lane| lane.into == into);
     let mut poses: Vec<Pose> = lanes.map(|lane| lane_pose(road, at.end, station, lane)).collect();
     if !into {
@@ -101,7 +101,7 @@ fn lane_poses(network: &RoadNetwork, least: &[[f64; 2]], at: RoadEnd, into: bool
 }
 
 /// More room for turns, and for lanes that shift sideways, where the roads can spare it.
-pub fn comfort(network: &RoadNetwork, arms: &[RoadEnd], least: &[[f64; 2]]) -> Vec<(RoadEnd, f64)> {
+pub fn comfort(network: &RoadNetwork, arms: &[RoadEnd], least: &[Stations]) -> Vec<(RoadEnd, f64)> {
     let mut wishes = Vec::new();
     if arms.len() == 2 {
         return wishes;

@@ -5,7 +5,7 @@ use crate::builder::lanes::road_cut::ConnectionLines;
 use crate::builder::lanes::types::Lanes;
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::road_end::from_cut;
-use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadNetwork};
+use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadNetwork, Stations};
 use crate::geometry::{Point, Polyline, Vector, polygon};
 
 /// A way that reaches over a cut by less than this, metres, only touches it.
@@ -29,7 +29,7 @@ pub fn depths(
     let paths: Vec<_> = paths.iter().filter_map(|path| Some((path, polygon::bounds(&path.outline)?))).collect();
     let depth = |&at: &RoadEnd| {
         let cut = assembly.positions(&lanes.arm(at).cut);
-        (at, depth(network.road(at.road), lines.kept[at.road.0 as usize], (at, &cut), intersection, &paths))
+        (at, depth(network.road(at.road), lines.kept[at.road], (at, &cut), intersection, &paths))
     };
     intersection.arms.iter().map(depth).filter(|(_, depth)| *depth > TOUCH).collect()
 }
@@ -37,7 +37,7 @@ pub fn depths(
 /// How far behind the cut of a road, of which the places are given, ways reach, each of which comes with the box around it.
 fn depth(
     road: &Road,
-    kept: [f64; 2],
+    kept: Stations,
     (at, places): (RoadEnd, &[Point]),
     intersection: &Intersection,
     paths: &[(&TurningLanelet, [Point; 2])],
@@ -80,7 +80,7 @@ fn depth(
 }
 
 /// The box around what lies up to [`BACK_MOST`] behind the cut of a road, `half` metres to either side of its line.
-fn behind_cut(road: &Road, kept: [f64; 2], end: End, half: f64) -> Option<[Point; 2]> {
+fn behind_cut(road: &Road, kept: Stations, end: End, half: f64) -> Option<[Point; 2]> {
     let [from, to] = match end {
         End::Start => [kept[0], kept[0] + BACK_MOST],
         End::End => [kept[1] - BACK_MOST, kept[1]],

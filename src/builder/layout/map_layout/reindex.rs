@@ -13,7 +13,7 @@ use crate::builder::lanes::types::Arm;
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::network_diff::{NetworkDiff, NetworkSnapshot};
 use crate::builder::network::turn_restrictions::ResolvedRestrictions;
-use crate::builder::network::{End, Intersection, IntersectionIx, RoadEnd, RoadIx, RoadNetwork};
+use crate::builder::network::{End, Intersection, IntersectionIx, RoadEnd, RoadIx, RoadNetwork, Stations};
 use crate::geometry::{Point, Vector};
 use crate::lanelet::PointId;
 
@@ -35,7 +35,7 @@ impl MapLayout {
         origins: &NetworkDiff,
         before: (&NetworkSnapshot, &ResolvedRestrictions),
         network: &RoadNetwork,
-        kept: &[[f64; 2]],
+        kept: &[Stations],
         restricted: &ResolvedRestrictions,
     ) -> Self {
         self.followed(origins, before, network, kept, restricted).cleared(network, restricted)
@@ -47,10 +47,10 @@ impl MapLayout {
         origins: &NetworkDiff,
         (was, ruled): (&NetworkSnapshot, &ResolvedRestrictions),
         network: &RoadNetwork,
-        kept: &[[f64; 2]],
+        kept: &[Stations],
         restricted: &ResolvedRestrictions,
     ) -> Self {
-        let roads = || (0..network.roads.len()).map(|road| RoadIx(road as u32));
+        let roads = || (0..network.roads.len()).map(|road| RoadIx::new(road));
         let back: Vec<[f64; 2]> = roads().map(|road| self.back_in(origins, network, road)).collect();
         let Self { joins: met, lines: before, mut assembly, lanes, ways: mut known, needs, .. } = self;
         let mut joins = Continuations::find(network);
@@ -64,17 +64,17 @@ impl MapLayout {
         let lines = connection_lines(network, &needs, &back, &stops, cut_before);
         joins.beside(gore_corners(network, &lines));
         let elsewhere = joins.take_over(&met, origins);
-        let cut = |lines: &ConnectionLines, road: RoadIx| lines.kept[road.0 as usize];
+        let cut = |lines: &ConnectionLines, road: RoadIx| lines.kept[road];
         let moves = |road: &RoadIx| elsewhere.contains(road) || cut(&before, origins.of(*road)) != cut(&lines, *road);
         let moved: Vec<RoadIx> = roads().filter(moves).collect();
         release(&mut assembly, &joins, &lanes, origins.gone());
         let mut lanes = lanes.reindexed(origins);
-        let ends = moved.iter().flat_map(|&road| [End::Start, End::End].map(|end| RoadEnd { road, end }));
+        let ends = moved.iter().flat_map(|&road| End::BOTH.map(|end| RoadEnd { road, end }));
         let ends: FxHashMap<RoadEnd, CutAt> = ends.map(|at| (at, cut_at(lanes.arm(at), &assembly))).collect();
         redraw(&mut assembly, network, &lines, &mut joins, &mut lanes, &moved);
         let standing = |(i, at): (u32, &Intersection)| {
             let old = origins.untouched(IntersectionIx(i))?;
-            let mut ways = known[old.0 as usize].take()?;
+            let mut ways = known[old].take()?;
             let again = || at.arms.iter().filter_map(|at| Some((lanes.arm(*at), ends.get(at)?)));
             if again().any(|(arm, before)| cut_at(arm, &assembly) != *before) {
                 return None;
@@ -90,8 +90,8 @@ impl MapLayout {
 
     /// How far the ends of a road are cut back for ways that run over them, but where intersections have been merged.
     fn back_in(&self, origins: &NetworkDiff, network: &RoadNetwork, road: RoadIx) -> [f64; 2] {
-        let back = self.back[origins.of(road).0 as usize];
+        let back = self.back[origins.of(road)];
         let stays = |end: End| origins.of_intersection(network.road(road).intersection(end)).is_some();
-        [End::Start, End::End].map(|end| if stays(end) { back[end.index()] } else { 0.0 })
+        End::BOTH.map(|end| if stays(end) { back[end] } else { 0.0 })
     }
 }

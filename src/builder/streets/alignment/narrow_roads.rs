@@ -3,7 +3,7 @@
 //! A default width is an average: where the drawing leaves less room, the lanes have less. What a tag says stays as it
 //! is, and no lane becomes narrower than its class needs.
 
-use crate::builder::network::{IntersectionIx, Road, RoadNetwork};
+use crate::builder::network::{IntersectionIx, Road, RoadNetwork, Stations};
 use crate::builder::streets::outline::{overlap, overlapping};
 use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind, minimum_lane_width};
 use crate::builder::tags::road_class::RoadClass;
@@ -15,7 +15,7 @@ const HALVINGS: usize = 5;
 /// The network without the overlaps that narrower guesses undo, with a finding for each road that lost width. `kept`
 /// gives the stations between which each road remains.
 #[must_use]
-pub fn narrow_roads(mut network: RoadNetwork, kept: &[[f64; 2]]) -> (RoadNetwork, Vec<Finding>) {
+pub fn narrow_roads(mut network: RoadNetwork, kept: &[Stations]) -> (RoadNetwork, Vec<Finding>) {
     let before: Vec<f64> = network.roads.iter().map(|road| road.section.width()).collect();
     let kept = with_dead_ends(&network, kept);
     for roads in overlapping(&network, &kept) {
@@ -26,7 +26,7 @@ pub fn narrow_roads(mut network: RoadNetwork, kept: &[[f64; 2]]) -> (RoadNetwork
 }
 
 /// The same stations, with the dead ends: they are as wide as their road.
-fn with_dead_ends(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<[f64; 2]> {
+fn with_dead_ends(network: &RoadNetwork, kept: &[Stations]) -> Vec<[f64; 2]> {
     let ends = |end: IntersectionIx| network.intersection(end).arms.len() == 1;
     let whole = |(road, [from, to]): (&Road, &[f64; 2])| {
         [if ends(road.from) { 0.0 } else { *from }, if ends(road.to) { road.line.length() } else { *to }]
@@ -35,7 +35,7 @@ fn with_dead_ends(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<[f64; 2]> {
 }
 
 /// Narrows two roads, or one of them where that will do, by no more than parts them; not at all where nothing does.
-fn give_way(network: &mut RoadNetwork, kept: &[[f64; 2]], roads: [usize; 2]) {
+fn give_way(network: &mut RoadNetwork, kept: &[Stations], roads: [usize; 2]) {
     let old = roads.map(|road| network.roads[road].section.clone());
     let mut parted = |shares: [f64; 2]| {
         for ((road, old), share) in roads.into_iter().zip(&old).zip(shares) {

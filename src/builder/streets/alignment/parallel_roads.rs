@@ -11,7 +11,7 @@ mod recheck;
 #[cfg(test)]
 mod tests;
 
-use crate::builder::network::{End, Road, RoadNetwork};
+use crate::builder::network::{End, Road, RoadNetwork, Stations};
 use crate::geometry::Polyline;
 use crate::parallel::Finely;
 
@@ -35,7 +35,7 @@ const ROUNDS: usize = 12;
 /// The network with roads laid abreast. `kept` gives the stations between which each road remains: what lies within
 /// the intersections may overlap.
 #[must_use]
-pub fn lay_side_by_side(mut network: RoadNetwork, kept: &[[f64; 2]]) -> RoadNetwork {
+pub fn lay_side_by_side(mut network: RoadNetwork, kept: &[Stations]) -> RoadNetwork {
     let (sides, mut hot) = rayon::join(|| sides(&network), || candidates(&network, kept));
     let mut tracks = Tracks { network: &network, kept, made: FxHashMap::default() };
     tracks.make(&hot);
@@ -178,7 +178,7 @@ fn join(tracks: &mut Tracks) -> Vec<usize> {
             false => (a, sa, sb * turn),
         };
         if (shift - value).abs() > TOLERANCE {
-            let road = at.road.0 as usize;
+            let road = at.road.position();
             let track = tracks.of(road);
             let mut target = track.shift.clone();
             target[track.end(at.end)] = value;

@@ -89,7 +89,7 @@ fn tell(network: &RoadNetwork, a: RoadEnd, b: RoadEnd, sides: &mut Sides) {
                     End::End => ([length - (REACH - of.from), length], -outward),
                 };
                 let told = Told { range, side, meets: meets.then_some(end) };
-                sides.entry((of.arm.road.0 as usize, other.arm.road.0 as usize)).or_default().push(told);
+                sides.entry((of.arm.road.position(), other.arm.road.position())).or_default().push(told);
             }
         }
     }

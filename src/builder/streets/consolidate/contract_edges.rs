@@ -222,7 +222,7 @@ fn rebuild(network: RoadNetwork, clusters: &[Cluster]) -> RoadNetwork {
     drop(rules);
     let RoadNetwork { mut roads, intersections, restrictions, connections, .. } = network;
     let mut taken = vec![false; intersections.len()];
-    clusters.iter().flat_map(|cluster| &cluster.members).for_each(|member| taken[member.0 as usize] = true);
+    clusters.iter().flat_map(|cluster| &cluster.members).for_each(|member| taken[*member] = true);
     // Each with its old place, and the merged ones with the numbers behind those.
     let mut old: Vec<(Intersection, usize)> =
         intersections.into_iter().zip(0..).filter(|(_, at)| !taken[*at]).collect();
@@ -233,20 +233,20 @@ fn rebuild(network: RoadNetwork, clusters: &[Cluster]) -> RoadNetwork {
         match at.checked_sub(taken.len()) {
             None => moved[*at] = IntersectionIx(new),
             Some(cluster) => {
-                clusters[cluster].members.iter().for_each(|member| moved[member.0 as usize] = IntersectionIx(new));
+                clusters[cluster].members.iter().for_each(|member| moved[*member] = IntersectionIx(new));
             }
         }
     }
     let mut place: Vec<Option<RoadIx>> = vec![Some(RoadIx(0)); roads.len()];
-    clusters.iter().flat_map(|cluster| &cluster.inner).for_each(|road| place[road.0 as usize] = None);
+    clusters.iter().flat_map(|cluster| &cluster.inner).for_each(|road| place[*road] = None);
     place.iter_mut().flatten().zip(0..).for_each(|(road, new)| *road = RoadIx(new));
-    let moved = |at: IntersectionIx| moved[at.0 as usize];
+    let moved = |at: IntersectionIx| moved[at];
     let mut places = place.iter();
     roads.retain_mut(|road| {
         (road.from, road.to) = (moved(road.from), moved(road.to));
         places.next().is_some_and(Option::is_some)
     });
-    let place = |road: RoadIx| place[road.0 as usize];
+    let place = |road: RoadIx| place[road];
     let renamed = |arm: RoadEnd| place(arm.road).map(|road| RoadEnd { road, end: arm.end });
     let intersections = old.into_iter().map(|(mut intersection, _)| {
         intersection.arms = intersection.arms.into_iter().filter_map(renamed).collect();
@@ -316,11 +316,11 @@ struct Groups {
 
 impl Groups {
     fn new(count: usize) -> Self {
-        Self { group: (0..count).collect(), members: (0..count).map(|i| vec![IntersectionIx(i as u32)]).collect() }
+        Self { group: (0..count).collect(), members: (0..count).map(|i| vec![IntersectionIx::new(i)]).collect() }
     }
 
     fn of(&self, ix: IntersectionIx) -> usize {
-        self.group[ix.0 as usize]
+        self.group[ix]
     }
 
     fn union_of(&self, a: IntersectionIx, b: IntersectionIx) -> Vec<IntersectionIx> {
@@ -340,7 +340,7 @@ impl Groups {
             std::mem::swap(&mut large, &mut small);
         }
         for ix in std::mem::take(&mut self.members[small]) {
-            self.group[ix.0 as usize] = large;
+            self.group[ix] = large;
             self.members[large].push(ix);
         }
     }

@@ -1,6 +1,6 @@
 //! Whether a road lies inside an intersection: whether no vehicle waits on it.
 
-use crate::builder::network::{End, FeatureKind, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
+use crate::builder::network::{End, FeatureKind, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork, Stations};
 use crate::builder::tags::cross_section::Travel;
 use crate::builder::tags::road_class::RoadClass;
 use crate::geometry::Vector;
@@ -12,7 +12,7 @@ use super::{ConsolidateOptions, MergeReason, MergeVerdict};
 use rayon::prelude::*;
 
 /// A verdict for every road that something speaks for merging.
-pub fn decide(network: &RoadNetwork, kept: &[[f64; 2]], options: &ConsolidateOptions) -> Vec<MergeVerdict> {
+pub fn decide(network: &RoadNetwork, kept: &[Stations], options: &ConsolidateOptions) -> Vec<MergeVerdict> {
     let wishes = wished(network, &options.wishes);
     (0..network.roads.len() as u32)
         .into_par_iter()

@@ -52,9 +52,9 @@ impl NetworkEdit {
     fn replace(&mut self, old: &[RoadIx], place: impl Fn(RoadEnd) -> Option<RoadEnd>) {
         let mut touched = vec![];
         for &ix in old {
-            self.gone[ix.0 as usize] = true;
+            self.gone[ix] = true;
             touched.extend([self.road(ix).from, self.road(ix).to]);
-            for end in [End::Start, End::End] {
+            for end in End::BOTH {
                 let end = RoadEnd { road: ix, end };
                 self.renames.insert(end, place(end));
             }
@@ -62,13 +62,13 @@ impl NetworkEdit {
         touched.sort();
         touched.dedup();
         for ix in touched {
-            let arms = std::mem::take(&mut self.network.intersections[ix.0 as usize].arms);
+            let arms = std::mem::take(&mut self.network.intersections[ix].arms);
             let mut arms: Vec<RoadEnd> = arms.into_iter().filter_map(|arm| self.renamed(arm)).collect();
             arms.dedup();
             if arms.len() > 1 && arms.first() == arms.last() {
                 arms.pop();
             }
-            self.network.intersections[ix.0 as usize].arms = arms;
+            self.network.intersections[ix].arms = arms;
         }
     }
 
@@ -92,7 +92,7 @@ impl NetworkEdit {
         left.iter().zip(0..).for_each(|((_, old), new)| place[*old] = Some(RoadIx(new)));
         let renamed = |end: RoadEnd| {
             let end = renamed(&renames, end)?;
-            Some(RoadEnd { road: place[end.road.0 as usize]?, end: end.end })
+            Some(RoadEnd { road: place[end.road]?, end: end.end })
         };
         let mut kept: Vec<Intersection> = Vec::with_capacity(intersections.len());
         let mut moved: Vec<IntersectionIx> = Vec::with_capacity(intersections.len());
@@ -109,7 +109,7 @@ impl NetworkEdit {
             }
             kept.push(intersection);
         }
-        let moved = |at: IntersectionIx| moved[at.0 as usize];
+        let moved = |at: IntersectionIx| moved[at];
         let mut roads: Vec<Option<Road>> = roads.into_iter().map(Some).collect();
         let roads = left.iter().filter_map(|(_, old)| {
             let mut road = roads[*old].take()?;
@@ -120,7 +120,7 @@ impl NetworkEdit {
             let mut via = Vec::new();
             for road in &r.via {
                 // A road that was joined lives on under both its ends, or under one of them.
-                let [start, end] = [End::Start, End::End].map(|end| renamed(RoadEnd { road: *road, end }));
+                let [start, end] = End::BOTH.map(|end| renamed(RoadEnd { road: *road, end }));
                 via.push(start.or(end)?.road);
             }
             via.dedup();

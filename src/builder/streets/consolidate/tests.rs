@@ -79,7 +79,7 @@ fn crossing_at([a, b, c, d]: [(f64, f64); 4], relations: &str) -> RoadNetwork {
 fn the_merged(network: &RoadNetwork) -> (IntersectionIx, Vec<i64>) {
     let at = network.intersections.iter().position(|i| i.nodes.len() > 1).unwrap();
     let far = |arm: &RoadEnd| network.road(arm.road).node(other_end(*arm).end);
-    (IntersectionIx(at as u32), network.intersections[at].arms.iter().map(far).collect())
+    (IntersectionIx::new(at), network.intersections[at].arms.iter().map(far).collect())
 }
 
 #[test]
@@ -150,7 +150,7 @@ fn its_outline_is_one_simple_ring_with_all_cuts() {
     let (ix, _) = the_merged(&merged);
     let (outlines, findings) = outlines(&merged, &OutlineOptions::default());
     assert!(findings.is_empty(), "{findings:?}");
-    let outline = &outlines.intersections[ix.0 as usize];
+    let outline = &outlines.intersections[ix];
     assert_eq!(outline.case, OutlineCase::Merged);
     assert_eq!(outline.cuts.len(), 8);
     for cut in &outline.cuts {

@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 use rayon::prelude::*;
 
-use crate::builder::network::{Road, RoadNetwork};
+use crate::builder::network::{Road, RoadNetwork, Stations};
 use crate::geometry::spatial_hash::SpatialHash;
 use crate::geometry::{Point, segment_crossing};
 use crate::parallel::Finely;
@@ -49,7 +49,7 @@ impl LevelPiece {
 
 /// All places where one road passes over another, of which `kept` gives the stations between the intersections. Roads of
 /// different levels that meet at an intersection do not cross within it.
-pub fn overpasses(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<Overpass> {
+pub fn overpasses(network: &RoadNetwork, kept: &[Stations]) -> Vec<Overpass> {
     let of_road = |road: usize| pieces(road, &network.roads[road]);
     let level = |piece: &LevelPiece| network.roads[piece.road].level;
     // Of two roads on unlike levels one at least is off the ground, and these are few.
@@ -101,7 +101,7 @@ fn pieces(i: usize, road: &Road) -> impl Iterator<Item = LevelPiece> + '_ {
 }
 
 /// Whether two roads join at an intersection where they seem to cross.
-fn meets(network: &RoadNetwork, kept: &[[f64; 2]], crossing: &Overpass) -> bool {
+fn meets(network: &RoadNetwork, kept: &[Stations], crossing: &Overpass) -> bool {
     let ends = [crossing.upper, crossing.lower].map(|(road, station)| {
         let [from, to] = kept[road];
         let (road, length) = (&network.roads[road], network.roads[road].line.length());

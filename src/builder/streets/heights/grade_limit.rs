@@ -16,7 +16,7 @@ use std::ops::RangeInclusive;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::builder::network::{End, Intersection, IntersectionIx, RoadEnd, RoadIx, RoadNetwork};
+use crate::builder::network::{End, Intersection, IntersectionIx, RoadEnd, RoadIx, RoadNetwork, Stations};
 use crate::parallel::Finely;
 
 use super::crossings::Overpass;
@@ -82,7 +82,7 @@ type Pair = (usize, usize, i64);
 #[derive(Clone, Copy)]
 pub struct Ties<'a> {
     /// Per road: the stations where it ends.
-    pub kept: &'a [[f64; 2]],
+    pub kept: &'a [Stations],
     /// The most that one of two ends may lie above the other, metres. Few are asked for.
     pub climb: &'a (dyn Fn(RoadEnd, RoadEnd) -> f64 + Sync),
     /// No two are held closer than this, metres.
@@ -133,7 +133,7 @@ impl<'a> Web<'a> {
         wanted.reserve_exact(sampled.iter().map(inner).sum());
         let mut chains = Vec::with_capacity(sampled.len());
         for (road, of) in network.roads.iter().zip(sampled) {
-            let ends = [road.from, road.to].map(|at| at.0 as usize);
+            let ends = [road.from, road.to].map(|at| at.position());
             let chain = Chain { ends, first: wanted.len(), inner: inner(of) };
             wanted.resize(chain.first + chain.inner, 0);
             for (i, height) in of.wanted.iter().enumerate() {
@@ -172,8 +172,8 @@ impl<'a> Web<'a> {
 
     /// The place where a road ends.
     fn end(&self, ties: &Ties<'_>, at: RoadEnd) -> usize {
-        let road = at.road.0 as usize;
-        self.at((road, ties.kept[road][at.end.index()]))
+        let road = at.road.position();
+        self.at((road, ties.kept[road][at.end]))
     }
 
     /// The ends at an intersection that are too steep beside each other.
@@ -190,11 +190,10 @@ impl<'a> Web<'a> {
     fn tied(&self, place: usize, mut each: impl FnMut(usize, i64)) {
         let Some(ties) = &self.ties else { return };
         let roads: Vec<usize> = match self.network.intersections.get(place) {
-            Some(at) => at.arms.iter().map(|at| at.road.0 as usize).collect(),
+            Some(at) => at.arms.iter().map(|at| at.road.position()).collect(),
             None => vec![self.road_of(place)],
         };
-        let ends =
-            roads.iter().flat_map(|&road| [End::Start, End::End].map(|end| RoadEnd { road: RoadIx(road as u32), end }));
+        let ends = roads.iter().flat_map(|&road| End::BOTH.map(|end| RoadEnd { road: RoadIx::new(road), end }));
         let ends = ends.filter(|at| self.end(ties, *at) == place);
         let mut around: Vec<IntersectionIx> = ends.map(|at| self.network.road(at.road).intersection(at.end)).collect();
         around.sort_unstable();
@@ -347,7 +346,7 @@ impl<'a> Web<'a> {
         match self.network.intersections.get(place) {
             Some(intersection) => {
                 for RoadEnd { road, end } in &intersection.arms {
-                    let road = road.0 as usize;
+                    let road = road.position();
                     let last = self.chains[road].inner + 1;
                     match end {
                         End::Start => step(road, 0, 1),

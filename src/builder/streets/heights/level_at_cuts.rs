@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 
 use crate::builder::network::road_end::on_cut;
-use crate::builder::network::{Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
+use crate::builder::network::{Intersection, Road, RoadEnd, RoadIx, RoadNetwork, Stations};
 use crate::geometry::{Point, Polyline};
 use crate::parallel::Finely;
 
@@ -24,14 +24,14 @@ const LEAST: f64 = 0.02;
 
 /// Changes the heights of roads that are cut at the stations `kept`, so that between their ends at an intersection there is no
 /// more to climb than on a ramp. Gives the roads that changed.
-pub fn level_at_cuts(network: &mut RoadNetwork, kept: &[[f64; 2]], options: &HeightOptions) -> Vec<RoadIx> {
+pub fn level_at_cuts(network: &mut RoadNetwork, kept: &[Stations], options: &HeightOptions) -> Vec<RoadIx> {
     if network.roads.iter().all(|road| road.heights.is_empty()) {
         return Vec::new();
     }
     let before: Vec<TerrainProfile> = network.roads.par_iter().finely().map(TerrainProfile::under).collect();
     let climb = |a: RoadEnd, b: RoadEnd| climb(network, kept, options, [a, b]);
     let stepped = |at: &Intersection| {
-        let height = |at: &RoadEnd| before[at.road.0 as usize].at(kept[at.road.0 as usize][at.end.index()]);
+        let height = |at: &RoadEnd| before[at.road].at(kept[at.road][at.end]);
         let heights: Vec<f64> = at.arms.iter().map(height).collect();
         let step = |i: usize, j: usize| (heights[i] - heights[j]).abs();
         let pairs = (0..heights.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
@@ -65,13 +65,13 @@ pub fn level_at_cuts(network: &mut RoadNetwork, kept: &[[f64; 2]], options: &Hei
             let change: TerrainProfile = change.into_iter().collect();
             let profile: Vec<(f64, f64)> = stations.into_iter().map(|s| (s, before.at(s) + change.at(s))).collect();
             lay(road, &profile);
-            Some(RoadIx(i as u32))
+            Some(RoadIx::new(i))
         });
     changed.collect()
 }
 
 /// The most that one of two roads that end at one intersection may lie above the other there, metres.
-fn climb(network: &RoadNetwork, kept: &[[f64; 2]], options: &HeightOptions, ends: [RoadEnd; 2]) -> f64 {
+fn climb(network: &RoadNetwork, kept: &[Stations], options: &HeightOptions, ends: [RoadEnd; 2]) -> f64 {
     let [one, other] = ends.map(|at| cut(network, kept, at));
     let apart = match (Polyline::new(one), Polyline::new(other)) {
         (Some(line), Some(beside)) => {
@@ -85,14 +85,14 @@ fn climb(network: &RoadNetwork, kept: &[[f64; 2]], options: &HeightOptions, ends
 }
 
 /// The ends of the cut across the carriageway of a road.
-fn cut(network: &RoadNetwork, kept: &[[f64; 2]], RoadEnd { road: ix, end }: RoadEnd) -> [Point; 2] {
+fn cut(network: &RoadNetwork, kept: &[Stations], RoadEnd { road: ix, end }: RoadEnd) -> [Point; 2] {
     let road = network.road(ix);
     let (left, right) = road.section.carriageway();
-    [left, right].map(|edge| on_cut(road, end, kept[ix.0 as usize][end.index()], road.section.edge(edge)))
+    [left, right].map(|edge| on_cut(road, end, kept[ix][end], road.section.edge(edge)))
 }
 
 /// Heights as they are, at even stations of a road and where it is cut. Where it is steep, it may stay so.
-fn sampled(road: &Road, kept: [f64; 2], before: &TerrainProfile, options: &HeightOptions) -> Sampled {
+fn sampled(road: &Road, kept: Stations, before: &TerrainProfile, options: &HeightOptions) -> Sampled {
     let length = road.line.length();
     let pieces = (length / STEP).ceil().max(1.0) as usize;
     let cuts: Vec<f64> = kept.into_iter().filter(|cut| (SAME..=length - SAME).contains(cut)).collect();

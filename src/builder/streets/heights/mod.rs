@@ -18,7 +18,7 @@ mod tests;
 
 pub use options::HeightOptions;
 
-use crate::builder::network::{Road, RoadNetwork};
+use crate::builder::network::{Road, RoadNetwork, Stations};
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::Polyline;
 use crate::parallel::Finely;
@@ -46,7 +46,7 @@ const CRAMPED: f64 = 0.5;
 #[must_use]
 pub fn with_heights(
     mut network: RoadNetwork,
-    kept: &[[f64; 2]],
+    kept: &[Stations],
     options: &HeightOptions,
 ) -> (RoadNetwork, Vec<Finding>) {
     let level = network.roads.iter().all(|road| road.level == 0.0);
@@ -75,7 +75,7 @@ pub fn with_heights(
 }
 
 /// Wanted height at even stations of a road, and what it may climb between them.
-fn sampled(road: &Road, kept: [f64; 2], base: &TerrainProfile, ramp: &Ramp, options: &HeightOptions) -> Sampled {
+fn sampled(road: &Road, kept: Stations, base: &TerrainProfile, ramp: &Ramp, options: &HeightOptions) -> Sampled {
     let length = road.line.length();
     let pieces = (length / STEP).ceil().max(1.0) as usize;
     let step = length / pieces as f64;

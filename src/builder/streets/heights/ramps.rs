@@ -7,7 +7,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use crate::builder::network::{Road, RoadEnd, RoadNetwork};
+use crate::builder::network::{Road, RoadEnd, RoadNetwork, Stations};
 
 use super::HeightOptions;
 use super::crossings::Overpass;
@@ -55,7 +55,7 @@ impl Ramp {
 }
 
 /// The stations between which a ramp may rise: not within the intersections and where lanes wait before them.
-fn free(road: &Road, kept: [f64; 2]) -> [f64; 2] {
+fn free(road: &Road, kept: Stations) -> [f64; 2] {
     let length = road.line.length();
     let [from, to] = kept.map(|station| station.clamp(0.0, length));
     let left = to - from;
@@ -70,12 +70,12 @@ fn free(road: &Road, kept: [f64; 2]) -> [f64; 2] {
 /// The ramps of all roads, of which `kept` gives the stations between the intersections, over the ground of `bases`.
 pub fn ramps(
     network: &RoadNetwork,
-    kept: &[[f64; 2]],
+    kept: &[Stations],
     bases: &[TerrainProfile],
     crossings: &[Overpass],
     options: &HeightOptions,
 ) -> Vec<Ramp> {
-    let free: Vec<[f64; 2]> = network.roads.iter().zip(kept).map(|(road, kept)| free(road, *kept)).collect();
+    let free: Vec<Stations> = network.roads.iter().zip(kept).map(|(road, kept)| free(road, *kept)).collect();
     // A terrain model holds most of it already, embankments and the valleys under bridges: with one only what is missing
     // between roads that cross counts.
     let targets = match options.terrain {
@@ -117,7 +117,7 @@ fn missing(network: &RoadNetwork, bases: &[TerrainProfile], crossings: &[Overpas
 
 /// The height above the ground at which roads with a level meet: the farthest from the ground that one asks for.
 fn asked(arms: &[RoadEnd], targets: &[f64]) -> Option<f64> {
-    let targets = arms.iter().map(|arm| targets[arm.road.0 as usize]).filter(|target| *target != 0.0);
+    let targets = arms.iter().map(|arm| targets[arm.road]).filter(|target| *target != 0.0);
     targets.max_by(|a, b| a.abs().total_cmp(&b.abs()).then(a.total_cmp(b)))
 }
 
@@ -125,7 +125,7 @@ fn asked(arms: &[RoadEnd], targets: &[f64]) -> Option<f64> {
 fn fallen(
     network: &RoadNetwork,
     options: &HeightOptions,
-    free: &[[f64; 2]],
+    free: &[Stations],
     targets: &[f64],
     asked: &[Option<f64>],
     sign: f64,
@@ -142,10 +142,10 @@ fn fallen(
         if heights[at] != height {
             continue;
         }
-        for arm in network.intersections[at].arms.iter().filter(|arm| targets[arm.road.0 as usize] == 0.0) {
+        for arm in network.intersections[at].arms.iter().filter(|arm| targets[arm.road] == 0.0) {
             let road = network.road(arm.road);
             let next = road.intersection(arm.end.other()).0 as usize;
-            let [from, to] = free[arm.road.0 as usize];
+            let [from, to] = free[arm.road];
             let left = height - units(options.grade_of(road) * (to - from));
             if asked[next].is_none() && left > heights[next] {
                 heights[next] = left;

@@ -86,13 +86,13 @@ fn web(network: &RoadNetwork, options: &HeightOptions) -> Web {
     let heights = heights.map(|(at, below)| of_nodes(&at.nodes).or(below.filter(|_| on_ground(&at.arms)))).collect();
     let mut web = Web { heights, near: vec![Vec::new(); places.len()], chains: Vec::new() };
     for road in &network.roads {
-        let mut chain = vec![(0.0, road.from.0 as usize)];
+        let mut chain = vec![(0.0, road.from.position())];
         for (station, height) in known(road, options) {
             chain.push((station, web.heights.len()));
             web.heights.push(Some(height));
             web.near.push(Vec::new());
         }
-        chain.push((road.line.length(), road.to.0 as usize));
+        chain.push((road.line.length(), road.to.position()));
         for pair in chain.windows(2) {
             let [(from, a), (to, b)] = [pair[0], pair[1]];
             web.near[a].push((b, to - from));

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::builder::network::{NetworkOptions, RoadIx, road_network};
+use crate::builder::network::{NetworkOptions, RoadIx, Stations, road_network};
 use crate::geometry::Point;
 use crate::osm::{OsmData, read_bytes};
 use crate::projection::LonLat;
@@ -65,7 +65,7 @@ fn overpass() -> RoadNetwork {
 
 /// The network at its height, no road of it cut back.
 fn laid(network: RoadNetwork, options: &HeightOptions) -> (RoadNetwork, Vec<Finding>) {
-    let kept: Vec<[f64; 2]> = network.roads.iter().map(|road| [0.0, road.line.length()]).collect();
+    let kept: Vec<Stations> = network.roads.iter().map(|road| [0.0, road.line.length()]).collect();
     with_heights(network, &kept, options)
 }
 
@@ -274,7 +274,7 @@ fn roads_cut_farther_back_than_their_outlines_ask_end_without_a_step() {
     let mut network = beside_a_ramp();
     let at = |way: i64| network.roads.iter().position(|road| road.key.way == way).unwrap();
     let (ramp, beside) = (at(11), at(13));
-    let mut kept: Vec<[f64; 2]> = network.roads.iter().map(|road| [0.0, road.line.length()]).collect();
+    let mut kept: Vec<Stations> = network.roads.iter().map(|road| [0.0, road.line.length()]).collect();
     kept[ramp][0] = 45.0;
     kept[beside][0] = 45.0;
     let step =
@@ -282,7 +282,7 @@ fn roads_cut_farther_back_than_their_outlines_ask_end_without_a_step() {
     assert!(step(&network) > 1.5, "{}", step(&network));
     let before = network.clone();
     let changed = level_at_cuts(&mut network, &kept, &HeightOptions::default());
-    assert!(changed.contains(&RoadIx(ramp as u32)) && changed.contains(&RoadIx(beside as u32)), "{changed:?}");
+    assert!(changed.contains(&RoadIx::new(ramp)) && changed.contains(&RoadIx::new(beside)), "{changed:?}");
     // Their kerbs are less than 3 m apart there.
     assert!(step(&network) < 0.3, "{}", step(&network));
     assert!(network.roads.iter().all(|road| steepest(road) <= 0.08 * 1.05), "grades hold all the same");
@@ -295,7 +295,7 @@ fn roads_cut_farther_back_than_their_outlines_ask_end_without_a_step() {
 #[test]
 fn roads_without_a_step_between_their_ends_stay_as_they_are() {
     let mut network = beside_a_ramp();
-    let kept: Vec<[f64; 2]> = network.roads.iter().map(|road| [0.0, road.line.length()]).collect();
+    let kept: Vec<Stations> = network.roads.iter().map(|road| [0.0, road.line.length()]).collect();
     assert!(level_at_cuts(&mut network, &kept, &HeightOptions::default()).is_empty());
 }
 

@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 use std::sync::OnceLock;
 
-use crate::builder::network::{End, Intersection, RoadNetwork};
+use crate::builder::network::{End, Intersection, RoadNetwork, Stations};
 use crate::builder::streets::snap_grid::snap;
 use crate::geometry::Point;
 use crate::geometry::simple_ring::faults;
@@ -39,7 +39,7 @@ impl IntersectionPlan {
         network: &RoadNetwork,
         intersection: &Intersection,
         arms: &[ThickenedArm],
-        within: &[[f64; 2]],
+        within: &[Stations],
         options: &OutlineOptions,
     ) -> Self {
         match arms {
@@ -48,7 +48,7 @@ impl IntersectionPlan {
             _ => {
                 let mut star = general::star(arms, options);
                 for (i, arm) in arms.iter().enumerate() {
-                    let [from, to] = within[arm.at.road.0 as usize];
+                    let [from, to] = within[arm.at.road];
                     let floor = if arm.at.end == End::Start { from } else { arm.length - to };
                     star.trims[i] = star.trims[i].max(floor);
                 }
@@ -88,7 +88,7 @@ impl<'a> IntersectionSite<'a> {
     pub fn new(
         network: &'a RoadNetwork,
         intersection: &'a Intersection,
-        within: &[[f64; 2]],
+        within: &[Stations],
         options: &'a OutlineOptions,
     ) -> Self {
         let arms = arms(network, intersection, options);
@@ -112,9 +112,9 @@ impl<'a> IntersectionSite<'a> {
     }
 
     /// The station of each arm's cut, and that of the cut at its other end, seen from the intersection outwards.
-    fn ends(&self, kept: &[[f64; 2]]) -> (Vec<f64>, Vec<f64>) {
+    fn ends(&self, kept: &[Stations]) -> (Vec<f64>, Vec<f64>) {
         let seen = |arm: &ThickenedArm| {
-            let [from, to] = kept[arm.at.road.0 as usize];
+            let [from, to] = kept[arm.at.road];
             match arm.at.end {
                 End::Start => (from, to),
                 End::End => (arm.length - to, arm.length - from),
@@ -131,11 +131,11 @@ impl<'a> IntersectionSite<'a> {
     }
 
     /// The outline that was planned, if every road is cut where the plan has it.
-    fn as_planned(&self, kept: &[[f64; 2]]) -> Option<Outline> {
+    fn as_planned(&self, kept: &[Stations]) -> Option<Outline> {
         let mut outline = self.plan.outline.clone()?;
         let arms = &self.intersection.arms;
         for ((at, planned), cut) in arms.iter().zip(&self.plan.star.trims).zip(&mut outline.cuts) {
-            let [from, to] = kept[at.road.0 as usize];
+            let [from, to] = kept[at.road];
             let trim = match at.end {
                 End::Start => from,
                 End::End => self.network.road(at.road).line.length() - to,
@@ -150,7 +150,7 @@ impl<'a> IntersectionSite<'a> {
     }
 
     /// Closes the ring with the cuts as they came out; `None` if no simple ring goes through them.
-    pub fn close(&self, kept: &[[f64; 2]]) -> Option<Outline> {
+    pub fn close(&self, kept: &[Stations]) -> Option<Outline> {
         if let Some(outline) = self.as_planned(kept) {
             return Some(outline);
         }
@@ -183,14 +183,14 @@ impl<'a> IntersectionSite<'a> {
     }
 
     /// The arms whose cuts other roads cover.
-    pub fn hidden(&self, kept: &[[f64; 2]]) -> impl Iterator<Item = &ThickenedArm> {
+    pub fn hidden(&self, kept: &[Stations]) -> impl Iterator<Item = &ThickenedArm> {
         let (trims, far) = self.ends(kept);
         let hidden = merged::hidden(self.arms(), [&trims, &far], &cuts(self.arms(), &trims), &self.ground());
         hidden.into_iter().map(|i| &self.arms()[i])
     }
 
     /// A shape for the intersection whose own could not be made: the convex hull of its cuts.
-    pub fn fallback(&self, kept: &[[f64; 2]]) -> Outline {
+    pub fn fallback(&self, kept: &[Stations]) -> Outline {
         let cuts = cuts(self.arms(), &self.ends(kept).0);
         let corners = (0..cuts.len()).map(|i| vec![cuts[i].left, cuts[(i + 1) % cuts.len()].right]).collect();
         let ring = crate::geometry::polygon::convex_hull(cuts.iter().flat_map(|cut| [cut.left, cut.right]));

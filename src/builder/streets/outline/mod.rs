@@ -21,7 +21,7 @@ mod types;
 
 pub use types::{Outline, OutlineCase, OutlineCut, OutlineOptions, Outlines};
 
-use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadNetwork};
+use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadNetwork, Stations};
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::Polyline;
 use crate::parallel::Finely;
@@ -60,7 +60,7 @@ pub fn outlines(network: &RoadNetwork, options: &OutlineOptions) -> (Outlines, V
 /// arms have kept their shape.
 pub fn outlines_within(
     network: &RoadNetwork,
-    within: &[[f64; 2]],
+    within: &[Stations],
     options: &OutlineOptions,
     memory: &PlanCache,
 ) -> (Outlines, Vec<Finding>) {
@@ -68,7 +68,7 @@ pub fn outlines_within(
     let arms = || network.intersections.iter().map(|at| &at.arms[..]);
     let mut least = stations(network, arms().zip(sites.iter().map(|site| &site.plan.star.least[..])));
     let mut wanted = stations(network, arms().zip(sites.iter().map(|site| &site.plan.star.trims[..])));
-    let mut kept: Vec<[f64; 2]> = network
+    let mut kept: Vec<Stations> = network
         .roads
         .par_iter()
         .finely()
@@ -91,10 +91,10 @@ pub fn outlines_within(
             let Road { from, to, .. } = network.roads[road];
             kept[road] = kept_of(&network.roads[road], least[road], wanted[road], options);
             if kept[road][0] != before[0] {
-                closed[from.0 as usize] = None;
+                closed[from] = None;
             }
             if kept[road][1] != before[1] {
-                closed[to.0 as usize] = None;
+                closed[to] = None;
             }
         }
         if changed.is_empty() {
@@ -118,14 +118,14 @@ const WIDENING: f64 = 1.0;
 /// Cuts those arms back further whose cuts other roads cover. Returns the roads that changed.
 fn widen(
     site: &IntersectionSite,
-    kept: &[[f64; 2]],
+    kept: &[Stations],
     stations: [&mut Vec<[f64; 2]>; 2],
     options: &OutlineOptions,
 ) -> Vec<usize> {
     let [least, wanted] = stations;
     let mut changed = Vec::new();
     for at in site.hidden(kept).map(|arm| arm.at) {
-        let road = at.road.0 as usize;
+        let road = at.road.position();
         let left = kept[road][1] - kept[road][0];
         if left < 2.0 * WIDENING + options.least_road {
             continue;
@@ -151,7 +151,7 @@ fn stations<'a>(network: &RoadNetwork, stars: impl Iterator<Item = (&'a [RoadEnd
     let mut stations = uncut(network);
     for (arms, trims) in stars {
         for (arm, trim) in arms.iter().zip(trims) {
-            let [from, to] = &mut stations[arm.road.0 as usize];
+            let [from, to] = &mut stations[arm.road];
             match arm.end {
                 End::Start => *from = *trim,
                 End::End => *to -= *trim,
@@ -162,7 +162,7 @@ fn stations<'a>(network: &RoadNetwork, stars: impl Iterator<Item = (&'a [RoadEnd
 }
 
 /// What is left of a road between its cuts, which lie clear of its bends.
-fn kept_of(road: &Road, least: [f64; 2], wanted: [f64; 2], options: &OutlineOptions) -> [f64; 2] {
+fn kept_of(road: &Road, least: Stations, wanted: [f64; 2], options: &OutlineOptions) -> [f64; 2] {
     let (length, half) = (road.line.length(), road.half_width());
     let trims = |[from, to]: [f64; 2]| [from, length - to];
     let [from, to] = trim::share(length, trims(least), trims(wanted), options.least_road);

@@ -8,7 +8,7 @@ use std::borrow::Cow;
 
 use rayon::prelude::*;
 
-use crate::builder::network::{Intersection, Road, RoadNetwork};
+use crate::builder::network::{Intersection, Road, RoadNetwork, Stations};
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::polyline::within;
 use crate::geometry::spatial_hash::{Bounds, SpatialHash, touch};
@@ -26,7 +26,7 @@ const LEAST: f64 = 0.1;
 
 /// Every two roads on one level of which parts lie on the same ground, by their indices. `kept` gives the stations
 /// between which each road remains.
-pub fn overlapping(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<[usize; 2]> {
+pub fn overlapping(network: &RoadNetwork, kept: &[Stations]) -> Vec<[usize; 2]> {
     let grounds = of_roads(network, kept);
     of_pairs(network, &grounds, |a, b| {
         let roads = [a.road()?, b.road()?];
@@ -35,7 +35,7 @@ pub fn overlapping(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<[usize; 2]> 
 }
 
 /// Whether two roads cover some ground both.
-pub fn overlap(network: &RoadNetwork, kept: &[[f64; 2]], roads: [usize; 2]) -> bool {
+pub fn overlap(network: &RoadNetwork, kept: &[Stations], roads: [usize; 2]) -> bool {
     let ground = |road: usize| of_road(network, road, kept[road]);
     let [Some(a), Some(b)] = roads.map(ground) else { return false };
     let [parts, others] = [a.parts(0), b.parts(1)];
@@ -147,7 +147,7 @@ impl Part<'_> {
     }
 }
 
-fn of_roads<'a>(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<Ground<'a>> {
+fn of_roads<'a>(network: &RoadNetwork, kept: &[Stations]) -> Vec<Ground<'a>> {
     kept.par_iter().finely().enumerate().filter_map(|(road, kept)| of_road(network, road, *kept)).collect()
 }
 
@@ -190,7 +190,7 @@ fn attached(network: &RoadNetwork, a: Owner, b: Owner) -> bool {
     match (a, b) {
         (Owner::Road(road), Owner::Intersection(at)) | (Owner::Intersection(at), Owner::Road(road)) => {
             let Road { from, to, .. } = network.roads[road];
-            [from, to].iter().any(|end| end.0 as usize == at)
+            [from, to].iter().any(|end| end.position() == at)
         }
         _ => false,
     }

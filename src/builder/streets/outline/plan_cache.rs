@@ -5,7 +5,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::builder::network::{Intersection, RoadNetwork};
+use crate::builder::network::{Intersection, RoadNetwork, Stations};
 use crate::geometry::Polyline;
 use crate::parallel::Finely;
 
@@ -44,7 +44,7 @@ impl PlanCache {
     pub(super) fn sites<'a>(
         &'a self,
         network: &'a RoadNetwork,
-        within: &[[f64; 2]],
+        within: &[Stations],
         options: &'a OutlineOptions,
     ) -> Vec<IntersectionSite<'a>> {
         let prints = fingerprints(network, options);
@@ -68,7 +68,7 @@ fn fingerprint(network: &RoadNetwork, intersection: &Intersection, shapes: &[u64
     (&intersection.nodes, intersection.map_edge).hash(&mut print);
     for at in &intersection.arms {
         let road = network.road(at.road);
-        (at.end, road.node(at.end), shapes[at.road.0 as usize]).hash(&mut print);
+        (at.end, road.node(at.end), shapes[at.road]).hash(&mut print);
         ThickenedArm::kerb_of(road.class, options).to_bits().hash(&mut print);
     }
     for inner in &intersection.inner {

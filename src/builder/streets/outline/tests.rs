@@ -86,7 +86,7 @@ fn network(arms: &[Arm]) -> RoadNetwork {
     let centre = order.iter().map(|i| RoadEnd { road: RoadIx(*i as u32), end: End::Start }).collect();
     let mut intersections = vec![intersection(0, Point::origin(), centre, false)];
     for (i, (node, p)) in ends.into_iter().enumerate() {
-        let at = RoadEnd { road: RoadIx(i as u32), end: End::End };
+        let at = RoadEnd { road: RoadIx::new(i), end: End::End };
         intersections.push(intersection(node, p, vec![at], true));
     }
     RoadNetwork { roads, intersections, ..RoadNetwork::default() }

@@ -1,11 +1,12 @@
 //! How much of each road remains between the cuts at its two ends.
 
+use crate::builder::network::Stations;
 use crate::geometry::{Polyline, angle_between};
 
 /// Shares a road of `length` between the trims that its two ends want, so that `remains` is left of it: where it is
 /// too short they give up the room for their kerbs in proportion, down to the `least` they need, and where even that
 /// is too much, in proportion again.
-pub fn share(length: f64, least: [f64; 2], wanted: [f64; 2], remains: f64) -> [f64; 2] {
+pub fn share(length: f64, least: Stations, wanted: [f64; 2], remains: f64) -> [f64; 2] {
     let sum = |trims: [f64; 2]| trims[0] + trims[1];
     // A road no longer than twice what should remain keeps its middle half.
     let room = length - remains.min(length / 2.0);

@@ -1,6 +1,6 @@
 //! The outline of an intersection, where it cuts the roads, and what may be decided about it.
 
-use crate::builder::network::RoadEnd;
+use crate::builder::network::{RoadEnd, Stations};
 use crate::geometry::Point;
 
 /// Which method made an outline.
@@ -53,7 +53,7 @@ pub struct Outline {
 #[derive(Clone, Debug)]
 pub struct Outlines {
     /// Per road: the stations of its line between which it remains, start and end.
-    pub kept: Vec<[f64; 2]>,
+    pub kept: Vec<Stations>,
     /// Per intersection.
     pub intersections: Vec<Outline>,
 }

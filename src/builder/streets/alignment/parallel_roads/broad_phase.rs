@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use crate::builder::network::{Road, RoadNetwork};
+use crate::builder::network::{Road, RoadNetwork, Stations};
 use crate::builder::streets::alignment::TIGHTEST;
 use crate::geometry::spatial_hash::{Bounds, SpatialHash, touch};
 use crate::geometry::{Point, Polyline, Vector, left_of};
@@ -113,7 +113,7 @@ impl Stretch {
 }
 
 /// The stretches of a road: what each intersection cuts off, and those between.
-fn stretches(index: usize, road: &Road, kept: [f64; 2]) -> Vec<Stretch> {
+fn stretches(index: usize, road: &Road, kept: Stations) -> Vec<Stretch> {
     let stations = road.line.stations();
     let length = stations[stations.len() - 1];
     let [from, to] = kept.map(|station| station.clamp(0.0, length));
@@ -145,7 +145,7 @@ fn stretches(index: usize, road: &Road, kept: [f64; 2]) -> Vec<Stretch> {
 }
 
 /// All roads of which some place may lie beside another road or another leg of the same one, and those others, ascending.
-pub fn candidates(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<usize> {
+pub fn candidates(network: &RoadNetwork, kept: &[Stations]) -> Vec<usize> {
     /// Roads that one thread takes at a time.
     const CHUNK: usize = 64;
     let of_chunk = |(chunk, (roads, kept)): (usize, (&[Road], &[[f64; 2]]))| -> Vec<Stretch> {

@@ -1,6 +1,6 @@
 //! The edges of a carriageway as they are compared with those of others.
 
-use crate::builder::network::{End, Road, RoadEnd, RoadNetwork};
+use crate::builder::network::{End, Road, RoadEnd, RoadNetwork, Stations};
 use crate::geometry::{Point, Polyline, Vector, left_of};
 use crate::parallel::Finely;
 
@@ -24,7 +24,7 @@ pub(super) const SHORTEST: f64 = 2.0;
 /// The tracks of the roads that may move or lie near others that do; all others stay as they are drawn.
 pub(super) struct Tracks<'a> {
     pub(super) network: &'a RoadNetwork,
-    pub(super) kept: &'a [[f64; 2]],
+    pub(super) kept: &'a [Stations],
     pub(super) made: FxHashMap<usize, CarriagewayEdges>,
 }
 
@@ -44,7 +44,7 @@ impl Tracks<'_> {
 
     /// How far an end of a road has moved.
     pub(super) fn shift(&self, at: RoadEnd) -> f64 {
-        let track = self.made.get(&(at.road.0 as usize));
+        let track = self.made.get(&(at.road.position()));
         track.and_then(|track| track.shift.get(track.end(at.end))).copied().unwrap_or_default()
     }
 }
@@ -64,7 +64,7 @@ pub(super) struct CarriagewayEdges {
 }
 
 impl CarriagewayEdges {
-    pub(super) fn new(road: &Road, kept: [f64; 2]) -> Self {
+    pub(super) fn new(road: &Road, kept: Stations) -> Self {
         let length = road.line.length();
         let [from, to] = [kept[0].clamp(0.0, length), kept[1].clamp(0.0, length)];
         let mut stations = vec![0.0];

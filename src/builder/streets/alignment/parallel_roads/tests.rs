@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use crate::builder::network::{IntersectionIx, RoadKey};
+use crate::builder::network::{IntersectionIx, RoadKey, Stations};
 use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind, Travel};
 use crate::builder::tags::road_class::RoadClass;
 use crate::geometry::Point;
@@ -57,7 +57,7 @@ proptest! {
     ) {
         let roads: Vec<Road> = drawn.iter().enumerate().filter_map(|(i, drawn)| road(i, drawn)).collect();
         let network = RoadNetwork { roads, ..RoadNetwork::default() };
-        let kept: Vec<[f64; 2]> = network.roads.iter().map(|road| [cut, road.line.length() - cut]).collect();
+        let kept: Vec<Stations> = network.roads.iter().map(|road| [cut, road.line.length() - cut]).collect();
         let likely = candidates(&network, &kept);
         let all: Vec<usize> = (0..network.roads.len()).collect();
         let mut tracks = Tracks { network: &network, kept: &kept, made: FxHashMap::default() };
