@@ -208,9 +208,10 @@ pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights
     let network = without_unreachable_lanes(network);
     notes.extend(findings);
     let apart = merges.iter().filter(|note| note.wish.is_some() && !note.merged).map(|note| note.key).collect();
-    let settled = lay_out(network, outlines.kept, &apart, &heights);
+    let (layout, more) = lay_out(network, outlines.kept, &apart, &heights);
+    notes.extend(more);
     let Assembled { mut map, mut settings, notes: more, areas, roads } =
-        assemble(settled, &SignalArrows::new(&inside, &projector));
+        assemble(layout, &SignalArrows::new(&inside, &projector));
     notes.extend(more);
     let reaches = reaches(&map);
     turn_signal::limit_turn_signals(&mut map, &reaches);

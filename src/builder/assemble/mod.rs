@@ -29,8 +29,7 @@ use super::intersection::turning_lanelets::{
 use super::lanes::road_cut::{ConnectionLines, RoadCrossing};
 use super::lanes::side_lanes::side_lanes;
 use super::lanes::types::{Arm, Lanes};
-use super::layout::layout_loop::Layout;
-use super::layout::map_layout::{IntersectionLanelets, MapLayout};
+use super::layout::map_layout::{IntersectionLanelets, Layout};
 use super::map::map_builder::{MapBuilder, MapPart, PartialMaps};
 use super::network::turn::STRAIGHT;
 use super::network::{Intersection, RoadEnd, RoadIx, RoadNetwork};
@@ -66,12 +65,10 @@ struct IntersectionOutput {
 const BATCH: usize = 128;
 
 /// Builds the map.
-pub fn assemble(settled: Layout, arrows: &SignalArrows) -> Assembled {
-    let Layout { network, restricted, draft, notes } = settled;
-    let settled = network;
-    let network = &settled;
+pub fn assemble(layout: Layout, arrows: &SignalArrows) -> Assembled {
     // Moved, so that what is not asked for any more goes at once.
-    let MapLayout { lines, mut assembly, mut lanes, ways, .. } = { draft };
+    let Layout { network: owned_network, restrictions, lines, mut assembly, mut lanes, ways, .. } = { layout };
+    let network = &owned_network;
     let lit = pedestrian_crossing_signals::signalised_crossings(network, &lines, &ways);
     let (guarded, unguarded) = pedestrian_crossing_signals::guarded(network, &lines, &lanes, &ways);
     split_before_stop_lines(&mut assembly, network, &lines, &ways, (&lit, &guarded), &mut lanes);
@@ -79,7 +76,7 @@ pub fn assemble(settled: Layout, arrows: &SignalArrows) -> Assembled {
     let bicycles = side_lanes(&mut assembly, network, &lanes);
     let (crossings, idle) = Crossings::add(&mut assembly, network, &lines, &lanes, &ways);
     let unlit = pedestrian_crossing_signals::draw(&mut assembly, network, &lanes, network.side, &lit);
-    let mut whole = Assembled { notes, roads: network.roads.len(), ..Assembled::default() };
+    let mut whole = Assembled { roads: network.roads.len(), ..Assembled::default() };
     whole.settings.driving_side = Some(if network.side == DrivingSide::Left { Side::Left } else { Side::Right });
     whole.notes.extend(unlit.into_iter().chain(unguarded).chain(idle));
     if as_roads {
@@ -132,15 +129,15 @@ pub fn assemble(settled: Layout, arrows: &SignalArrows) -> Assembled {
     whole.map = if apart {
         // A whole map takes the most memory of all that is made: what it was made from need not stand beside it.
         drop(passing);
-        let done = (crossings, lanes, lines, settled);
+        let done = (crossings, lanes, lines, owned_network);
         rayon::join(|| assembly.finish(parts), || drop(done)).0
     } else {
         assembly.require_unique_ids();
         for ((&at, part), beside) in passing.iter().zip(parts.split()).zip(&mut all_beside) {
             if assembly.add(part).is_err() {
                 // Something added before has taken one of its ids: it is made once more, over all that stands.
-                let ways = IntersectionLanelets::draw(network, &restricted, &lanes, at, &assembly);
-                let again = made(&assembly, at, ways.outlined(network, &restricted, &lanes, at, &assembly));
+                let ways = IntersectionLanelets::draw(network, &restrictions, &lanes, at, &assembly);
+                let again = made(&assembly, at, ways.outlined(network, &restrictions, &lanes, at, &assembly));
                 *beside = again.1;
                 let _ = assembly.add(again.0);
             }

@@ -1,94 +1,195 @@
-//! Which roads are left when every lane ends on the outline of its intersection.
+//! The loop that draws a network until every lane ends on the outline of its intersection.
 //!
-//! How much of a road the lanes at its ends take shows only when they are drawn. Where a way through an intersection
-//! runs over the end of a road that is too short to be cut back behind it, no vehicle can wait on that road: it lies
-//! inside, and the intersections at its ends are one. So it is where a road is too short to be cut back for a turn that
-//! a car can take. A dead end of that kind is no road at all. When all are found, the roads are laid at heights that suit the
-//! cuts.
+//! How much of a road the lanes at its ends take shows only when they are drawn. A layout makes demands: cuts farther back, roads
+//! that are no roads, cuts at stop lines. Each round meets those of one kind and draws again what that changes. Where a lanelet
+//! runs over the end of a road that is too short to be cut back behind it, no vehicle can wait on that road: it lies inside an
+//! intersection, and the intersections at its ends are one. So it is where a road is too short to be cut back for a turn that a
+//! car can take. A dead end of that kind is left out.
+
+use std::ops::ControlFlow;
 
 use rustc_hash::FxHashSet;
 
 use crate::builder::lanes::road_cut::VEHICLE;
 use crate::builder::network::network_diff::{NetworkDiff, NetworkSnapshot};
-use crate::builder::network::turn_restrictions::ResolvedRestrictions;
 use crate::builder::network::{Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, Stations};
 use crate::builder::streets::consolidate::{ConsolidateOptions, MergeNote, absorb_roads, without_roads};
 use crate::builder::streets::heights::{HeightOptions, level_at_cuts};
 use crate::diagnostic::{Finding, Severity, Subject};
 
-use super::map_layout::MapLayout;
+use super::map_layout::Layout;
 use super::short_links::short_links;
 
-/// Each round takes in the roads that the round before laid bare.
-const ROUNDS: usize = 8;
+/// No layout makes more demands than this. Each cuts more off roads, merges some or leaves some out, so that the loop ends by itself.
+const ROUNDS: usize = 200;
+/// Stop lines that get into the way of a lanelet are left out in so many rounds, then all.
+const ROUNDS_AT_STOP_LINES: usize = 3;
 
-/// A network, and what is drawn of it.
-pub struct Layout {
-    /// Without the roads that lie inside intersections.
-    pub network: RoadNetwork,
-    /// Its turn restrictions.
-    pub restricted: ResolvedRestrictions,
-    /// Its lanes and the ways through its intersections.
-    pub draft: MapLayout,
-    /// What could not be expressed, and which roads were taken in.
-    pub notes: Vec<Finding>,
-}
-
-/// Draws a network and takes roads into intersections until no way runs over the end of a road. `kept` are the stations
-/// between which the outlines leave each road; the roads in `apart` are never taken in. Last the heights are held once more.
+/// Draws a network. `kept` are the stations between which the outlines leave each road; roads in `apart` are never merged. Last
+/// the roads are laid at heights that suit their cuts. Also gives what could not be expressed, and what became of roads.
 pub fn lay_out(
-    mut network: RoadNetwork,
-    mut kept: Vec<Stations>,
+    network: RoadNetwork,
+    kept: Vec<Stations>,
     apart: &FxHashSet<RoadKey>,
     heights: &HeightOptions,
-) -> Layout {
-    let mut taken: Vec<Finding> = Vec::new();
-    let mut refused = apart.clone();
-    let mut round = 0;
-    let (mut restricted, mut notes) = ResolvedRestrictions::new(&network);
-    let mut draft = MapLayout::new(&network, &kept, &restricted);
-    loop {
-        let inside = if round < ROUNDS { inside(&network, &draft, &refused) } else { Vec::new() };
-        let mut before = (!inside.is_empty()).then(|| NetworkSnapshot::of(&network));
-        let (next, changed, merges) =
-            absorb_roads(network, &inside, |road| draft.left(road), &ConsolidateOptions::default());
-        network = next;
-        before = before.filter(|_| changed);
-        refused.extend(merges.iter().filter(|note| !note.merged).map(|note| note.key));
-        taken.extend(merges.iter().filter(|note| note.merged).map(note));
-        if before.is_none() && round < ROUNDS {
-            let stubs = stubs(&network, &draft, apart);
-            taken.extend(stubs.iter().map(|stub| left_out(network.road(*stub))));
-            if !stubs.is_empty() {
-                before = Some(NetworkSnapshot::of(&network));
-                network = without_roads(network, &stubs);
+) -> (Layout, Vec<Finding>) {
+    let (layout, notes) = Layout::new(network, &kept);
+    let refused = apart.clone();
+    let begun =
+        LayoutLoop { layout, kept, apart, refused, stop_lines: StopLines::Untried, notes, road_notes: Vec::new() };
+    let (ControlFlow::Continue(rounds) | ControlFlow::Break(rounds)) =
+        (0..ROUNDS).try_fold(begun, |rounds, _| rounds.meet_demand());
+    rounds.finished(heights)
+}
+
+/// A layout, and what is known of its demands.
+struct LayoutLoop<'a> {
+    layout: Layout,
+    /// The stations between which the outlines leave each road.
+    kept: Vec<Stations>,
+    /// Roads that the user keeps apart.
+    apart: &'a FxHashSet<RoadKey>,
+    /// These, and roads that could not be merged.
+    refused: FxHashSet<RoadKey>,
+    stop_lines: StopLines,
+    /// What could not be expressed of the network as it is.
+    notes: Vec<Finding>,
+    /// What became of roads.
+    road_notes: Vec<Finding>,
+}
+
+/// How far the layout is with cutting roads where the map says that vehicles stop.
+enum StopLines {
+    Untried,
+    /// So many rounds tried it on a layout that had these setbacks and whose outlines did not lead along these ends of roads.
+    Tried {
+        rounds: usize,
+        back: Vec<[f64; 2]>,
+        overrun: FxHashSet<RoadEnd>,
+    },
+    Done,
+}
+
+impl LayoutLoop<'_> {
+    /// Meets the demands of the first kind that there are; breaks where there are none.
+    fn meet_demand(mut self) -> ControlFlow<Self, Self> {
+        if self.set_back_cuts() {
+            self.layout.redraw(&[]);
+            return ControlFlow::Continue(self);
+        }
+        if matches!(self.stop_lines, StopLines::Untried) {
+            let before = NetworkSnapshot::of(&self.layout.network);
+            if self.merge_roads() || self.leave_out_dead_ends() {
+                return ControlFlow::Continue(self.followed(&before));
             }
         }
-        let Some(before) = before else {
-            notes.append(&mut taken);
-            let draft = draft.with_stops(&network, &restricted);
-            let relaid = level_at_cuts(&mut network, &draft.lines.kept, heights);
-            let draft = draft.relaid(&network, &restricted, &relaid);
-            return Layout { network, restricted, draft, notes };
-        };
-        let origins = NetworkDiff::between(&before, &network);
-        kept = (0..network.roads.len()).map(|road| kept[origins.of(RoadIx::new(road)).0 as usize]).collect();
-        let (ruled, more) = ResolvedRestrictions::new(&network);
-        draft = draft.renewed(&origins, (&before, &restricted), &network, &kept, &ruled);
-        (restricted, notes) = (ruled, more);
-        round += 1;
+        if self.cut_at_stop_lines() {
+            self.layout.redraw(&[]);
+            return ControlFlow::Continue(self);
+        }
+        ControlFlow::Break(self)
+    }
+
+    /// Wants cuts behind the lanelets that run over them; where there are none, along the outlines.
+    fn set_back_cuts(&mut self) -> bool {
+        if self.layout.set_back_overlapped_cuts() {
+            return true;
+        }
+        self.layout.outline();
+        self.layout.set_back_overrun_cuts()
+    }
+
+    /// Merges the intersections at the ends of roads that lie inside; `false` if there are none, or none can be merged.
+    fn merge_roads(&mut self) -> bool {
+        let roads = roads_inside(&self.layout, &self.refused);
+        if roads.is_empty() {
+            return false;
+        }
+        let network = std::mem::take(&mut self.layout.network);
+        let (network, changed, merges) =
+            absorb_roads(network, &roads, |road| self.layout.left(road), &ConsolidateOptions::default());
+        self.layout.network = network;
+        self.refused.extend(merges.iter().filter(|note| !note.merged).map(|note| note.key));
+        self.road_notes.extend(merges.iter().filter(|note| note.merged).map(road_inside));
+        changed
+    }
+
+    /// Leaves out dead ends that no car can turn into; `false` if there are none.
+    fn leave_out_dead_ends(&mut self) -> bool {
+        let roads = short_dead_ends(&self.layout, self.apart);
+        if roads.is_empty() {
+            return false;
+        }
+        let network = std::mem::take(&mut self.layout.network);
+        self.road_notes.extend(roads.iter().map(|road| left_out(network.road(*road))));
+        self.layout.network = without_roads(network, &roads);
+        true
+    }
+
+    /// Draws what changed since the network was as `before`.
+    fn followed(mut self, before: &NetworkSnapshot) -> Self {
+        let network = std::mem::take(&mut self.layout.network);
+        let diff = NetworkDiff::between(before, &network);
+        let kept: Vec<Stations> = (0..network.roads.len()).map(|road| self.kept[diff.of(RoadIx::new(road))]).collect();
+        let (layout, notes) = self.layout.followed((before, &diff), network, &kept);
+        Self { layout, kept, notes, ..self }
+    }
+
+    /// Wants roads cut where the map says that vehicles stop. Around an intersection where more lanelets would run over the ends
+    /// of lanes then, all stays as it was. `false` if nothing is left to try.
+    fn cut_at_stop_lines(&mut self) -> bool {
+        let layout = &mut self.layout;
+        match &mut self.stop_lines {
+            StopLines::Untried => {
+                layout.stops.fill([true; 2]);
+                let changed = !layout.wanted_lines().agree(&layout.lines);
+                self.stop_lines = if changed {
+                    StopLines::Tried { rounds: 0, back: layout.back.clone(), overrun: layout.overrun().collect() }
+                } else {
+                    StopLines::Done
+                };
+                changed
+            }
+            StopLines::Tried { rounds, back, overrun } => {
+                let more: Vec<RoadEnd> = layout.overrun().filter(|at| !overrun.contains(at)).collect();
+                if more.is_empty() || *rounds == ROUNDS_AT_STOP_LINES {
+                    self.stop_lines = StopLines::Done;
+                    return false;
+                }
+                *rounds += 1;
+                if *rounds == ROUNDS_AT_STOP_LINES {
+                    layout.stops.fill([false; 2]);
+                } else {
+                    layout.ignore_stop_lines_around(&more);
+                }
+                layout.back.clone_from(back);
+                true
+            }
+            StopLines::Done => false,
+        }
+    }
+
+    /// The layout with its roads at heights that suit their cuts, and all notes.
+    fn finished(self, heights: &HeightOptions) -> (Layout, Vec<Finding>) {
+        let Self { mut layout, mut notes, road_notes, .. } = self;
+        layout.outline();
+        let lifted = level_at_cuts(&mut layout.network, &layout.lines.kept, heights);
+        layout.lift(&lifted);
+        notes.extend(road_notes);
+        (layout, notes)
     }
 }
 
 /// The roads that have no room behind the ways over their ends, or none for the turns there; in order.
-fn inside(network: &RoadNetwork, draft: &MapLayout, refused: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
+fn roads_inside(layout: &Layout, refused: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
+    let network = &layout.network;
     let no_room = |road: &RoadIx| {
         let Some(one) = network.roads.get(road.position()) else { return false };
-        draft.left(*road) < VEHICLE && one.from != one.to && !refused.contains(&one.key)
+        layout.left(*road) < VEHICLE && one.from != one.to && !refused.contains(&one.key)
     };
     let leads_on = |road: &RoadIx| !ends_here(network, network.road(*road));
-    let cramped = short_links(draft, network).into_iter().filter(leads_on);
-    let mut roads: Vec<RoadIx> = draft.overrun(network).map(|at| at.road).chain(cramped).filter(no_room).collect();
+    let short = short_links(layout).into_iter().filter(leads_on);
+    let mut roads: Vec<RoadIx> = layout.overrun().map(|at| at.road).chain(short).filter(no_room).collect();
     roads.sort_unstable();
     roads.dedup();
     roads
@@ -101,15 +202,16 @@ fn ends_here(network: &RoadNetwork, road: &Road) -> bool {
 
 /// Dead ends too short for a turn into them that a car can take, where two longer roads meet without them: where all are
 /// short they are what there is.
-fn stubs(network: &RoadNetwork, draft: &MapLayout, apart: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
-    let stub = |road: &RoadIx| {
+fn short_dead_ends(layout: &Layout, apart: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
+    let network = &layout.network;
+    let is_short = |road: &RoadIx| {
         let one = network.road(*road);
         let length = one.line.length();
         let longer = |arm: &&RoadEnd| network.road(arm.road).line.length() > length;
         let through = |at| network.intersection(at).arms.iter().filter(longer).count() > 1;
         ends_here(network, one) && [one.from, one.to].into_iter().any(through) && !apart.contains(&one.key)
     };
-    short_links(draft, network).into_iter().filter(stub).collect()
+    short_links(layout).into_iter().filter(is_short).collect()
 }
 
 fn left_out(road: &Road) -> Finding {
@@ -120,7 +222,7 @@ fn left_out(road: &Road) -> Finding {
     Finding::new("way-skipped", Subject::Way(way), message).graded(Severity::Info)
 }
 
-fn note(MergeNote { key, left, .. }: &MergeNote) -> Finding {
+fn road_inside(MergeNote { key, left, .. }: &MergeNote) -> Finding {
     let message = format!(
         "Of way {} between nodes {} and {} there are {left:.1} m left, too few for the ways at its ends: it lies inside an intersection.",
         key.way, key.first, key.last

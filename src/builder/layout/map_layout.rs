@@ -1,8 +1,8 @@
-//! Lanes and the ways through the intersections, drawn until no way runs over the end of a lane.
+//! The lanes of a network and the lanelets through its intersections, as they are drawn and redrawn.
 //!
-//! Where each road is cut follows from the outlines, but how far a turn swings out shows only when it is drawn. A road
-//! whose cut lies under a turn is cut back behind it, and everything is drawn again: lanes end where the intersection
-//! begins, and their end nodes lie on its outline.
+//! Where each road is cut follows from the outlines, but how far a turn swings out shows only when it is drawn. A road whose cut
+//! lies under a turn is cut back behind it and drawn again: lanes end where the intersection begins, and their end nodes lie on
+//! its outline.
 
 mod intersection_lanelets;
 mod lane_end_overlap;
@@ -18,6 +18,7 @@ use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::road_end::from_cut;
 use crate::builder::network::turn_restrictions::ResolvedRestrictions;
 use crate::builder::network::{IntersectionIx, RoadEnd, RoadIx, RoadNetwork, Stations};
+use crate::diagnostic::Finding;
 use crate::parallel::Finely;
 
 use lane_end_overlap::{BACK_MOST, TOUCH};
@@ -25,21 +26,20 @@ use lane_end_overlap::{BACK_MOST, TOUCH};
 pub use intersection_lanelets::IntersectionLanelets;
 
 use rayon::prelude::*;
-use rustc_hash::FxHashSet;
 
-/// Each round settles what the round before moved; ways grow by less than they give.
-const ROUNDS: usize = 4;
-/// Where the outline shows that more is needed, so many rounds more,
-const ROUNDS_OUTLINED: usize = 8;
-/// by so many metres each.
+/// A cut moves by this much, metres, each time that the outline does not lead along it, ...
 const CLEARING: f64 = 1.0;
-/// Stop lines that get into the way of something are left out in so many rounds, then all.
-const ROUNDS_STOPPED: usize = 3;
-/// A cut lies this far, metres, behind the way that would run over it.
+/// ... until it lies this far, metres, behind the outline of the streets.
+const CLEARING_MOST: f64 = 30.0;
+/// A cut lies this far, metres, behind the lanelet that would run over it.
 const CLEAR: f64 = 0.2;
 
-/// What is drawn of a map before it is known what rules its intersections.
-pub struct MapLayout {
+/// A network and what is drawn of it before it is known who goes first at its intersections.
+pub struct Layout {
+    /// The network.
+    pub network: RoadNetwork,
+    /// Its turn restrictions.
+    pub restrictions: ResolvedRestrictions,
     /// Where roads meet face to face.
     pub joins: Continuations,
     /// Where roads are cut.
@@ -48,159 +48,107 @@ pub struct MapLayout {
     pub assembly: MapBuilder<'static>,
     /// Lanes and arms.
     pub lanes: Lanes,
-    /// Per intersection which lane leads to which, and the ways; `None` where roads meet face to face or end.
+    /// Per intersection its movements and their lanelets; `None` where roads meet face to face or end.
     pub ways: Vec<Option<Box<IntersectionLanelets>>>,
     /// How far each end of a road is cut back at least, metres behind its outline.
-    back: Vec<[f64; 2]>,
+    pub(super) back: Vec<[f64; 2]>,
     /// Whether each end of a road is cut where the map says that vehicles stop.
-    stops: Vec<[bool; 2]>,
-    /// What the ends of roads need, however far they are cut back.
+    pub(super) stops: Vec<[bool; 2]>,
+    /// How far the turns at each end of a road want it cut back.
     needs: RequiredSetbacks,
 }
 
-impl MapLayout {
-    /// Draws until no way runs over the end of a lane, as far as the roads have room. `kept` are the stations between
-    /// which the outlines leave each road.
-    pub fn new(network: &RoadNetwork, kept: &[Stations], restricted: &ResolvedRestrictions) -> Self {
-        Self::begun(network, kept, restricted).cleared(network, restricted)
-    }
-
-    /// Cuts roads where the map says that vehicles stop. Around an intersection where more ways would run over the ends of
-    /// lanes then, all stays as it is.
-    #[must_use]
-    pub fn with_stops(self, network: &RoadNetwork, restricted: &ResolvedRestrictions) -> Self {
-        let mut stops = vec![[true; 2]; network.roads.len()];
-        if connection_lines(network, &self.needs, &self.back, &stops, |road| Some(self.lines.cut(road)))
-            .agree(&self.lines)
-        {
-            return self;
-        }
-        let (back, overrun) = (self.back.clone(), self.overrun(network).collect::<FxHashSet<RoadEnd>>());
-        let mut draft = self;
-        for round in 0..=ROUNDS_STOPPED {
-            if round == ROUNDS_STOPPED {
-                stops.fill([false; 2]);
-            }
-            draft.back.clone_from(&back);
-            draft.stops.clone_from(&stops);
-            draft = draft.redrawn(network, restricted, &[]).cleared(network, restricted);
-            let more: Vec<RoadEnd> = draft.overrun(network).filter(|at| !overrun.contains(at)).collect();
-            if more.is_empty() {
-                break;
-            }
-            // What is drawn at both ends of a road depends on where either is cut.
-            let around = |at: RoadEnd| network.intersection(network.road(at.road).intersection(at.end)).arms.iter();
-            let roads: Vec<RoadIx> = more.into_iter().flat_map(around).map(|arm| arm.road).collect();
-            roads.into_iter().for_each(|road| stops[road] = [false; 2]);
-        }
-        draft
-    }
-
-    /// Cuts roads back and draws again until no way runs over the end of a lane, as far as the roads have room.
-    fn cleared(self, network: &RoadNetwork, restricted: &ResolvedRestrictions) -> Self {
-        let mut draft = self;
-        for _ in 0..ROUNDS {
-            if !draft.cut_back() {
-                break;
-            }
-            draft = draft.redrawn(network, restricted, &[]);
-        }
-        draft = draft.outlined(network, restricted);
-        for _ in 0..ROUNDS_OUTLINED {
-            if !draft.cut_clear(network) {
-                break;
-            }
-            draft = draft.redrawn(network, restricted, &[]).outlined(network, restricted);
-        }
-        draft
-    }
-
-    /// Draws what changes where these roads have been laid at another height, and clears away all that was drawn and is not
-    /// any more.
-    #[must_use]
-    pub fn relaid(self, network: &RoadNetwork, restricted: &ResolvedRestrictions, roads: &[RoadIx]) -> Self {
-        let mut draft = self;
-        if !roads.is_empty() {
-            draft.joins.lift(roads);
-            draft = draft.redrawn(network, restricted, roads).outlined(network, restricted);
-        }
-        draft.assembly.remove_released();
-        draft
-    }
-
-    /// Draws everything, with the roads cut where their outlines ask for.
-    fn begun(network: &RoadNetwork, kept: &[Stations], restricted: &ResolvedRestrictions) -> Self {
-        let mut joins = Continuations::find(network);
-        let needs = RequiredSetbacks::new(network, kept, |ix| joins.joined(ix));
+impl Layout {
+    /// Draws a network with its roads cut at `kept`, the stations between which the outlines leave them. Also gives the
+    /// restrictions that cannot be expressed.
+    pub fn new(network: RoadNetwork, kept: &[Stations]) -> (Self, Vec<Finding>) {
+        let (restrictions, notes) = ResolvedRestrictions::new(&network);
+        let mut joins = Continuations::find(&network);
+        let needs = RequiredSetbacks::new(&network, kept, |ix| joins.joined(ix));
         let (back, stops) = (vec![[0.0; 2]; network.roads.len()], vec![[false; 2]; network.roads.len()]);
-        let lines = connection_lines(network, &needs, &back, &stops, |_| None);
-        joins.beside(gore_corners(network, &lines));
+        let lines = connection_lines(&network, &needs, &back, &stops, |_| None);
+        joins.beside(gore_corners(&network, &lines));
         let mut assembly = MapBuilder::default();
-        let lanes = lanes(&mut assembly, network, &lines, &mut joins);
-        let mut ways: Vec<Option<Box<IntersectionLanelets>>> = Vec::new();
-        ways.resize_with(network.intersections.len(), || None);
-        Self { joins, lines, assembly, lanes, ways, back, stops, needs }.complete(network, restricted)
+        let lanes = lanes(&mut assembly, &network, &lines, &mut joins);
+        let ways = network.intersections.iter().map(|_| None).collect();
+        let mut layout = Self { network, restrictions, joins, lines, assembly, lanes, ways, back, stops, needs };
+        layout.draw_lanelets();
+        (layout, notes)
     }
 
-    /// Draws the roads whose cuts have moved, those that are to be drawn anew in any case, by their indices in order, and
-    /// the ways that end there.
-    fn redrawn(self, network: &RoadNetwork, restricted: &ResolvedRestrictions, anew: &[RoadIx]) -> Self {
-        let Self { mut joins, lines: before, mut assembly, mut lanes, mut ways, back, stops, needs } = self;
-        let lines = connection_lines(network, &needs, &back, &stops, |road| Some(before.cut(road)));
-        let beside = joins.beside(gore_corners(network, &lines));
-        let redrawn = |road: &RoadIx| beside.contains(road) || anew.binary_search(road).is_ok();
+    /// The connection lines that the setbacks and stop lines of now ask for.
+    pub(super) fn wanted_lines(&self) -> ConnectionLines {
+        connection_lines(&self.network, &self.needs, &self.back, &self.stops, |road| Some(self.lines.cut(road)))
+    }
+
+    /// Draws the roads whose cuts have moved, those in `anew`, by their indices in order, and the lanelets at their ends.
+    pub(super) fn redraw(&mut self, anew: &[RoadIx]) {
+        let lines = self.wanted_lines();
+        let Self { network, joins, assembly, lanes, ways, .. } = self;
+        let gores = joins.beside(gore_corners(network, &lines));
+        let before = std::mem::replace(&mut self.lines, lines);
+        let lines = &self.lines;
+        let redrawn = |road: &RoadIx| gores.contains(road) || anew.binary_search(road).is_ok();
         let moved = |road: &RoadIx| before.kept[*road] != lines.kept[*road] || redrawn(road);
-        let moved: Vec<RoadIx> = (0..lines.kept.len()).map(|road| RoadIx::new(road)).filter(moved).collect();
-        redraw(&mut assembly, network, &lines, &mut joins, &mut lanes, &moved);
-        let cut = |lines: &ConnectionLines, at: &RoadEnd| lines.kept[at.road][at.end];
+        let moved: Vec<RoadIx> = (0..lines.kept.len()).map(RoadIx::new).filter(moved).collect();
+        redraw(assembly, network, lines, joins, lanes, &moved);
         for (slot, at) in ways.iter_mut().zip(&network.intersections) {
-            let stays = at.arms.iter().all(|at| cut(&before, at) == cut(&lines, at) && !redrawn(&at.road));
-            let elsewhere = || at.arms.iter().any(|at| moved.binary_search(&at.road).is_ok());
+            let stays =
+                |arm: &RoadEnd| before.kept[arm.road][arm.end] == lines.kept[arm.road][arm.end] && !redrawn(&arm.road);
+            let far_cut_moved = || at.arms.iter().any(|arm| moved.binary_search(&arm.road).is_ok());
             match slot {
-                Some(ways) if stays && !(ways.leans && elsewhere()) => ways.stood = true,
+                Some(ways) if at.arms.iter().all(stays) && !(ways.leans && far_cut_moved()) => ways.stood = true,
                 _ => *slot = None,
             }
         }
-        Self { joins, lines, assembly, lanes, ways, back, stops, needs }.complete(network, restricted)
+        self.draw_lanelets();
     }
 
-    /// Draws the ways that are not drawn yet, and their outlines where no way runs over a cut: else they are drawn again.
-    fn complete(mut self, network: &RoadNetwork, restricted: &ResolvedRestrictions) -> Self {
-        let Self { joins, lines, assembly, lanes, ways, .. } = &mut self;
+    /// Draws the lanelets that are not drawn yet, and their outlines where no lanelet runs over a cut: else they are drawn again.
+    fn draw_lanelets(&mut self) {
+        let Self { network, restrictions, joins, lines, assembly, lanes, ways, .. } = self;
         ways.par_iter_mut().finely().enumerate().filter(|(_, ways)| ways.is_none()).for_each(|(i, slot)| {
             let at = &network.intersections[i];
             if at.arms.len() < 2 || joins.joined(IntersectionIx::new(i)) {
                 return;
             }
-            let mut ways = IntersectionLanelets::draw(network, restricted, lanes, at, assembly);
+            let mut ways = IntersectionLanelets::draw(network, restrictions, lanes, at, assembly);
             if at.arms.len() > 2 {
                 ways.over = lane_end_overlap::depths(network, lines, lanes, assembly, at, &ways.drawn.paths);
             }
             if ways.over.is_empty() {
-                ways = ways.outlined(network, restricted, lanes, at, assembly);
+                ways = ways.outlined(network, restrictions, lanes, at, assembly);
             }
             *slot = Some(Box::new(ways));
         });
-        self
     }
 
-    /// Outlines the ways that are not outlined yet.
-    fn outlined(mut self, network: &RoadNetwork, restricted: &ResolvedRestrictions) -> Self {
-        let Self { assembly, lanes, ways, .. } = &mut self;
+    /// Outlines the lanelets that are not outlined yet.
+    pub(super) fn outline(&mut self) {
+        let Self { network, restrictions, assembly, lanes, ways, .. } = self;
         let bare =
             |ways: &Option<Box<IntersectionLanelets>>| ways.as_ref().is_some_and(|ways| ways.conflicts.is_none());
         let bare = ways.par_iter_mut().finely().zip(&network.intersections).filter(|(ways, _)| bare(ways));
         bare.for_each(|(slot, at)| {
-            *slot = slot.take().map(|ways| Box::new(ways.outlined(network, restricted, lanes, at, assembly)));
+            *slot = slot.take().map(|ways| Box::new(ways.outlined(network, restrictions, lanes, at, assembly)));
         });
         // From here on outlines stay though roads are cut at their other ends.
         ways.iter_mut().flatten().for_each(|ways| ways.leans = false);
-        self
     }
 
-    /// The ends of roads whose lanes do not end on the outline around the ways there: some way runs over them.
-    pub fn overrun<'a>(&'a self, network: &'a RoadNetwork) -> impl Iterator<Item = RoadEnd> + 'a {
-        network.intersections.iter().zip(&self.ways).flat_map(|(at, ways)| {
+    /// Lays roads at the heights that the network has got since, and clears away all that was drawn and is not any more.
+    pub(super) fn lift(&mut self, roads: &[RoadIx]) {
+        if !roads.is_empty() {
+            self.joins.lift(roads);
+            self.redraw(roads);
+            self.outline();
+        }
+        self.assembly.remove_released();
+    }
+
+    /// The ends of roads whose lanes do not end on the outline around the lanelets there: some lanelet runs over them.
+    pub fn overrun(&self) -> impl Iterator<Item = RoadEnd> {
+        self.network.intersections.iter().zip(&self.ways).flat_map(|(at, ways)| {
             let area = ways.as_ref().and_then(|ways| ways.area.as_ref());
             area.into_iter().flat_map(|area| area.overrun.iter().map(|&arm| at.arms[arm]))
         })
@@ -212,34 +160,46 @@ impl MapLayout {
         to - from
     }
 
-    /// Cuts the ends of roads further back that ways run over; `false` if no road has room.
-    fn cut_clear(&mut self, network: &RoadNetwork) -> bool {
-        let overrun: Vec<RoadEnd> = self.overrun(network).collect();
-        let mut raised = false;
-        for at in overrun {
-            let (road, side) = (at.road.position(), at.end.index());
-            if self.left(at.road) >= ROAD_LEFT + CLEARING {
-                let now = from_cut(self.lines.least[road], at.end, self.lines.kept[road][side]);
-                self.back[road][side] = now + CLEARING;
-                raised = true;
-            }
-        }
-        raised
+    /// How far behind its outline a road is cut, metres.
+    fn setback(&self, at: RoadEnd) -> f64 {
+        from_cut(self.lines.least[at.road], at.end, self.lines.kept[at.road][at.end])
     }
 
-    /// Cuts roads back so that every cut lies behind the ways that run over it; `false` if all do.
-    fn cut_back(&mut self) -> bool {
-        let mut raised = false;
-        for (at, depth) in self.ways.iter().flatten().filter(|ways| !ways.stood).flat_map(|ways| &ways.over) {
-            let (road, side) = (at.road.position(), at.end.index());
-            let now = from_cut(self.lines.least[road], at.end, self.lines.kept[road][side]);
-            let wanted = (now + depth + CLEAR).min(BACK_MOST);
-            let back = &mut self.back[road][side];
-            if wanted > *back + TOUCH {
-                *back = wanted;
-                raised = true;
+    /// Wants cuts behind the lanelets that run over them; `false` if all are.
+    pub(super) fn set_back_overlapped_cuts(&mut self) -> bool {
+        let over = self.ways.iter().flatten().filter(|ways| !ways.stood).flat_map(|ways| &ways.over);
+        let behind = |(at, depth): &(RoadEnd, f64)| (*at, (self.setback(*at) + depth + CLEAR).min(BACK_MOST));
+        let wanted: Vec<(RoadEnd, f64)> = over.map(behind).collect();
+        self.set_back(wanted, TOUCH)
+    }
+
+    /// Wants cuts farther back along which the outline does not lead, where their roads have room; `false` if none has.
+    pub(super) fn set_back_overrun_cuts(&mut self) -> bool {
+        let roomy = |at: &RoadEnd| self.left(at.road) >= ROAD_LEFT + CLEARING;
+        let wanted: Vec<(RoadEnd, f64)> =
+            self.overrun().filter(roomy).map(|at| (at, (self.setback(at) + CLEARING).min(CLEARING_MOST))).collect();
+        self.set_back(wanted, 0.0)
+    }
+
+    /// Wants no road that ends where these do cut at its stop lines: what is drawn at both ends of a road depends on where either
+    /// is cut.
+    pub(super) fn ignore_stop_lines_around(&mut self, ends: &[RoadEnd]) {
+        for at in ends {
+            let intersection = self.network.intersection(self.network.road(at.road).intersection(at.end));
+            intersection.arms.iter().for_each(|arm| self.stops[arm.road] = [false; 2]);
+        }
+    }
+
+    /// Wants ends of roads cut back this far, metres, if that is more than so far by more than `least`; `false` if none is.
+    fn set_back(&mut self, wanted: Vec<(RoadEnd, f64)>, least: f64) -> bool {
+        let mut changed = false;
+        for (at, by) in wanted {
+            let back = &mut self.back[at.road][at.end];
+            if by > *back + least {
+                *back = by;
+                changed = true;
             }
         }
-        raised
+        changed
     }
 }
