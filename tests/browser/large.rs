@@ -15,6 +15,7 @@ use serde_json::json;
 
 use super::driver::Browser;
 use super::{DESKTOP, at_peace, data};
+use crate::common::soak;
 
 /// Bytes of XML with and without LANEWRIGHT_SOAK.
 const SIZES: [usize; 2] = [100_000_000, 2_000_000];
@@ -122,7 +123,7 @@ fn frame_rate(browser: &Browser, frames: u32) -> f64 {
 #[test]
 fn a_large_map_opens_soon_and_moves_smoothly() {
     let Some(browser) = Browser::start(DESKTOP.0, DESKTOP.1) else { return };
-    let whole = std::env::var_os("LANEWRIGHT_SOAK").is_some();
+    let whole = soak();
     let text = tiled(SIZES[usize::from(!whole)]);
     let size = text.len();
     let file = written("large", text);
