@@ -16,8 +16,7 @@ use rayon::prelude::*;
 use serde_json::Value;
 
 use crate::common::judging::{beside, judge, judge_as, load};
-use crate::common::needs::shared;
-use crate::common::{root, rule_maps};
+use crate::common::{hand_made_maps, root, rule_maps, shared_maps};
 
 /// The first finding of a rule's bad map that has this code.
 fn finding(rule: &str, map: &str, code: &str) -> Diagnostic {
@@ -122,22 +121,9 @@ fn a_fix_in_a_report_mends_the_file() {
     assert!(mended > 40, "{mended} of {proposed}");
 }
 
-/// All maps below a folder of the material beside the project; none where it is not there.
-fn official_maps(folder: &str) -> Vec<PathBuf> {
-    let mut open: Vec<PathBuf> = shared(folder).into_iter().collect();
-    let mut maps = Vec::new();
-    while let Some(folder) = open.pop() {
-        for entry in folder.read_dir().unwrap() {
-            let path = entry.unwrap().path();
-            match path.extension() {
-                _ if path.is_dir() => open.push(path),
-                Some(ending) if ending == "osm" => maps.push(path),
-                _ => {}
-            }
-        }
-    }
-    maps.sort();
-    maps
+/// The maps of the existing validator's tests.
+fn validator_maps() -> Vec<PathBuf> {
+    shared_maps("corpus/conformance/map", 107)
 }
 
 /// The errors of a map by code and subject, with how often each is said.
@@ -151,8 +137,7 @@ fn errors(found: &[Diagnostic]) -> BTreeMap<(String, String), usize> {
 
 #[test]
 fn formatting_twice_changes_nothing() {
-    let hand_made = official_maps("corpus/lanelet2");
-    let maps = [official_maps("corpus/conformance/map"), hand_made].concat();
+    let maps = [validator_maps(), hand_made_maps()].concat();
     maps.par_iter().for_each(|path| {
         let text = std::fs::read_to_string(path).unwrap();
         let once = canonical(&text).unwrap_or_else(|| panic!("{} cannot be formatted", path.display()));
@@ -167,7 +152,7 @@ fn formatting_twice_changes_nothing() {
 
 #[test]
 fn fixing_makes_no_error_where_there_was_none() {
-    let maps = official_maps("corpus/conformance/map");
+    let maps = validator_maps();
     let (settings, config) = (Settings::default(), Config::default());
     let done: usize = maps
         .par_iter()

@@ -16,10 +16,15 @@ pub fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The `.osm` files of a directory, sorted; there is at least one.
+/// The `.osm` files below a directory, sorted; there is at least one.
 pub fn osm_files(dir: &Path) -> Vec<PathBuf> {
-    let mut files: Vec<PathBuf> = fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().path()).collect();
-    files.retain(|path| path.extension().is_some_and(|extension| extension == "osm"));
+    let (mut open, mut files) = (vec![dir.to_path_buf()], Vec::new());
+    while let Some(dir) = open.pop() {
+        let (dirs, others): (Vec<PathBuf>, Vec<PathBuf>) =
+            fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().path()).partition(|path| path.is_dir());
+        open.extend(dirs);
+        files.extend(others.into_iter().filter(|path| path.extension().is_some_and(|extension| extension == "osm")));
+    }
     files.sort();
     assert!(!files.is_empty(), "no .osm file in {}", dir.display());
     files
@@ -32,17 +37,30 @@ pub fn samples() -> Vec<PathBuf> {
 
 /// The maps of the rules' tests whose names start with this, sorted.
 pub fn rule_maps(start: &str) -> Vec<PathBuf> {
-    let folders = fs::read_dir(root().join("tests/rules")).unwrap().map(|entry| entry.unwrap().path());
-    let mut maps: Vec<PathBuf> = folders.flat_map(|folder| osm_files(&folder)).collect();
+    let mut maps = osm_files(&root().join("tests/rules"));
     maps.retain(|path| path.file_name().unwrap().to_string_lossy().starts_with(start));
-    maps.sort();
     maps
 }
 
-/// The extracts of `../shared` up to this size in bytes, or all of them in a soak; none, noted as skipped, without `../shared`.
+/// The `.osm` files below a folder of `../shared`, which are so many; none, noted as skipped, without `../shared`.
+pub fn shared_maps(folder: &str, count: usize) -> Vec<PathBuf> {
+    let Some(folder) = shared(folder) else { return Vec::new() };
+    let files = osm_files(&folder);
+    assert_eq!(files.len(), count, "in {}", folder.display());
+    files
+}
+
+/// Autoware's and other hand-made Lanelet2 maps.
+pub fn hand_made_maps() -> Vec<PathBuf> {
+    shared_maps("corpus/lanelet2", 13)
+}
+
+/// Extracts of OpenStreetMap up to this size in bytes, or all of them in a soak.
 pub fn extracts(most: u64) -> Vec<PathBuf> {
-    let Some(folder) = shared("corpus/osm") else { return Vec::new() };
-    let mut files = osm_files(&folder);
+    let mut files = shared_maps("corpus/osm", 21);
+    if files.is_empty() {
+        return files;
+    }
     files.retain(|path| soak() || fs::metadata(path).unwrap().len() <= most);
     assert!(!files.is_empty(), "no extract has {most} bytes or less");
     files

@@ -44,7 +44,8 @@ pub fn skip<T>(reason: &str) -> Option<T> {
 /// A Python that has the real Lanelet2 library; `None`, noted as skipped, where there is none.
 pub fn python() -> Option<Command> {
     let python = std::env::var("LANEWRIGHT_ORACLE").ok().filter(|path| !path.is_empty()).map(PathBuf::from);
-    match python.or_else(|| Some(root().join("target/oracle/bin/python")).filter(|path| path.exists())) {
+    let installed = root().join("target/oracle");
+    match python.or_else(|| installed.join("ready").exists().then(|| installed.join("bin/python"))) {
         Some(python) => Some(Command::new(python)),
         None => skip("no Python with the Lanelet2 library; scripts/oracle.sh installs one"),
     }

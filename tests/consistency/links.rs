@@ -40,9 +40,9 @@ fn anchor(title: &str) -> String {
 }
 
 fn pages() -> Vec<PathBuf> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = super::root();
     let mut pages = Vec::new();
-    for dir in [root.to_path_buf(), root.join("docs"), root.join("rules")] {
+    for dir in [root.join("docs"), root.join("rules"), root] {
         let files = fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().path());
         pages.extend(files.filter(|path| path.extension().is_some_and(|extension| extension == "md")));
     }
