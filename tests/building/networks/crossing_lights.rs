@@ -5,7 +5,7 @@ use lanewright::builder::tags::road_class::DrivingSide;
 use lanewright::geometry::Polyline;
 use lanewright::lanelet::{Lanelet, LaneletId, LaneletMap, LineStringId, RegulatoryElement};
 
-use super::{SIDES, built, elements, found, network, referring};
+use super::{SIDES, built, elements, found, network, network_of, referring};
 
 /// A road of 200 m that is crossed at node 2, in two ways if it is to be split there.
 fn crossed(side: DrivingSide, tags: &str, split: bool) -> Built {
@@ -145,10 +145,9 @@ fn crossed_near(side: DrivingSide, off: f64, side_road: &str) -> Built {
         (4, 0.0, -80.0, ""),
         (5, off, 0.0, "highway=crossing crossing=traffic_signals"),
     ];
-    let xml = network(side, &nodes, &[(12, &[2, 1]), (13, &[1, 5, 3])], "highway=tertiary lanes=2");
-    let stem = network(side, &[], &[(14, &[4, 1])], side_road);
-    let (xml, stem) = (xml.replace("</osm>", ""), stem.replace("<osm>", ""));
-    built(&(xml + &stem), side, "")
+    let main = "highway=tertiary lanes=2";
+    let ways: [(i64, &[i64], &str); 3] = [(12, &[2, 1], main), (13, &[1, 5, 3], main), (14, &[4, 1], side_road)];
+    built(&network_of(side, &nodes, &ways), side, "")
 }
 
 #[test]
