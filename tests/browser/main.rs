@@ -9,7 +9,6 @@
 mod common;
 mod driver;
 mod large;
-mod program;
 mod reports;
 mod view;
 mod workshop;

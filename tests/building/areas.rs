@@ -1,7 +1,7 @@
-//! Every intersection area is a simple polygon that leads along the ends of its lanes, holds them, and lies beside the
-//! other areas: of the sample maps, of real extracts, and of stubs too short for a vehicle.
+//! Every intersection area is a simple polygon that runs along the ends of its lanes, contains them, and does not overlap other
+//! areas: in sample maps, in real extracts, and around roads too short for a vehicle.
 //!
-//! `make test` takes a slice of the extracts, `make soak` (LANEWRIGHT_SOAK=1) all of them.
+//! `make test` takes the small extracts, `make soak` (LANEWRIGHT_SOAK=1) all of them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -15,7 +15,7 @@ use proptest::prelude::*;
 use crate::common::drawing::Drawing;
 use crate::common::{extracts, root, samples};
 
-/// Largest input of the slice, bytes.
+/// Largest extract that `make test` takes, bytes.
 const SLICE: u64 = 750_000;
 /// Part of a lanelet that lies in its area at least.
 const COVERED: f64 = 0.99;
@@ -131,7 +131,7 @@ fn a_dead_end_under_a_bend_is_no_road() {
     assert_eq!(faults(&network(&nodes, &roads)), "");
 }
 
-/// The ways around islands that areas of a map cover all the same, as its notes say.
+/// The ways around islands that areas cover nevertheless, as the notes of the build say.
 fn covered(built: &Built) -> Vec<i64> {
     let notes = built.notes.iter().filter(|note| note.fault == "island-covered");
     notes.flat_map(|note| note.related.iter().filter_map(|related| related.subject.id())).collect()
@@ -168,7 +168,7 @@ fn medians_that_reach_into_an_area_are_cut_out() {
 }
 
 #[test]
-fn what_ways_run_over_is_not_cut_out() {
+fn an_island_that_ways_cross_is_not_cut_out() {
     let middle = data_with_median(1.0);
     assert_eq!(faults(&middle), "");
     assert_eq!(covered(&build(&middle, &BuildOptions::default()).unwrap()), [9]);

@@ -1,12 +1,11 @@
-//! Lanes hang together as the streets of OpenStreetMap do.
+//! Lanes are connected as the streets of OpenStreetMap are.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::fs;
 use std::hash::Hash;
 
 use lanewright::builder::{BuildOptions, Built, build};
 use lanewright::lanelet::{Bound, Lanelet, LaneletMap, PointId};
-use lanewright::osm::{OsmData, Way, read_bytes};
+use lanewright::osm::{OsmData, Way, read_file};
 use lanewright::projection::LonLat;
 
 use super::extracts::{DRIVABLE, SLICE};
@@ -15,7 +14,7 @@ use crate::common::extracts;
 /// One step along a street, from node to node as traffic runs.
 type Step = (i64, i64);
 
-/// Which of some things hang together: a number for each, the same for all that do.
+/// Connected components (union-find).
 struct Parts<T> {
     numbers: HashMap<T, usize>,
     above: Vec<usize>,
@@ -78,7 +77,7 @@ fn turns_back(osm: &OsmData, [from, at, to]: [i64; 3]) -> bool {
     (ax * by - ay * bx).atan2(ax * bx + ay * by).abs() > BACK.to_radians()
 }
 
-/// How the streets hang together, nobody turning back.
+/// The connected components of the streets, without turning back.
 fn streets(osm: &OsmData) -> Parts<Step> {
     let all: BTreeSet<Step> = osm.ways.iter().flat_map(steps).collect();
     let mut parts = Parts::new(all.iter().copied());
@@ -102,7 +101,7 @@ fn ends(map: &LaneletMap, lane: &Lanelet) -> Option<[[PointId; 2]; 2]> {
     Some([[left[0], right[0]], [left[1], right[1]]])
 }
 
-/// How the lanes for cars hang together, those for buses among them: cars cross them where they turn.
+/// The connected components of the lanes for cars, bus lanes included: cars cross them where they turn.
 fn lanes(map: &LaneletMap) -> Parts<i64> {
     let driven = |lane: &&Lanelet| ["road", "bus_lane"].iter().any(|kind| lane.attributes.is("subtype", kind));
     let all: Vec<&Lanelet> = map.lanelets.iter().filter(driven).collect();
@@ -145,11 +144,10 @@ fn part_of(osm: &OsmData, built: &Built, streets: &Parts<Step>, lane: &Lanelet) 
 }
 
 #[test]
-fn lanes_hang_together_where_streets_do() {
+fn lanes_are_connected_where_streets_are() {
     let mut loose = Vec::new();
     for input in extracts(SLICE) {
-        let mut osm = OsmData::default();
-        read_bytes(&mut osm, "input", fs::read(&input).unwrap()).unwrap();
+        let osm = read_file(&input).unwrap();
         let built = build(&osm, &BuildOptions::default()).unwrap();
         let (streets, lanes) = (streets(&osm), lanes(&built.map));
         let mut parts: BTreeMap<usize, Vec<&Lanelet>> = BTreeMap::new();

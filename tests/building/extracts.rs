@@ -1,4 +1,4 @@
-//! Real extracts of OpenStreetMap build, fast enough, and the real Lanelet2 library accepts what comes out.
+//! Maps can be built from real extracts of OpenStreetMap, and the real Lanelet2 library accepts them.
 //!
 //! `make test` takes the small ones, `make soak` (LANEWRIGHT_SOAK=1) all of them.
 
@@ -18,7 +18,7 @@ use crate::common::extracts;
 use crate::common::needs::accept;
 use crate::common::program::lanewright;
 
-/// Largest input of the slice, bytes: the Lanelet2 library's check of a larger one takes minutes.
+/// Largest extract that `make test` takes, bytes: the Lanelet2 library's check of a larger one takes minutes.
 pub const SLICE: u64 = 1_000_000;
 
 #[test]
@@ -63,7 +63,7 @@ pub const DRIVABLE: [&str; 12] = [
     "busway",
     "track",
 ];
-/// A way shorter than this, metres, may be missing without a word.
+/// A way shorter than this, metres, may be missing without a note.
 const SHORT: f64 = 10.0;
 
 /// Metres between two places that are close.
@@ -74,7 +74,7 @@ fn between(a: LonLat, b: LonLat) -> f64 {
 }
 
 #[test]
-fn no_way_is_lost_in_silence() {
+fn every_missing_way_has_a_note() {
     let mut lost = Vec::new();
     for input in extracts(SLICE) {
         let osm = read_file(&input).unwrap();
@@ -115,7 +115,7 @@ fn ground(streets: &Streets, at: &Intersection) -> f64 {
 }
 
 #[test]
-fn no_merge_covers_much_more_than_its_roads() {
+fn no_merged_intersection_covers_much_more_than_its_roads() {
     let mut wide = Vec::new();
     for input in extracts(SLICE) {
         let osm = read_file(&input).unwrap();

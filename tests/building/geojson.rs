@@ -1,4 +1,5 @@
-//! Streets as GeoJSON: as `docs/geometry.md` says, the same map by the detour, from elsewhere too, and never a panic.
+//! Streets as GeoJSON: files are as `docs/geometry.md` describes them, give the same map as a direct build, may come from other tools,
+//! and never cause a panic.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,12 +12,12 @@ use serde_json::{Value, json};
 use crate::common::program::lanewright;
 use crate::common::{extracts, root, samples};
 
-/// Largest input of the slice, bytes.
+/// Largest extract that `make test` takes, bytes.
 const SLICE: u64 = 750_000;
-/// The same where a map is built of each.
+/// The same where a map is built from each.
 const SLICE_OF_MAPS: u64 = 200_000;
 
-/// The sample maps, and of the corpus what a slice holds.
+/// The sample maps and the extracts up to this size.
 fn inputs(slice: u64) -> Vec<PathBuf> {
     samples().into_iter().chain(extracts(slice)).collect()
 }
@@ -66,7 +67,7 @@ fn what_is_read_is_what_was_written() {
 }
 
 #[test]
-fn the_detour_gives_the_same_map() {
+fn a_build_by_way_of_geojson_gives_the_same_map() {
     for input in inputs(SLICE_OF_MAPS) {
         let direct = streets(&input);
         let detour = read(&text(&direct));
@@ -131,7 +132,7 @@ fn a_file_from_elsewhere_becomes_a_map() {
     assert!(map("map") == map("again"));
 }
 
-/// The outline of a crossing that another tool made, whose roads run on to its middle.
+/// Another tool drew the outline of the intersection; its roads run on to the middle.
 #[test]
 fn a_foreign_outline_cuts_the_roads() {
     let mut file = small();

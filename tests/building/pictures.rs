@@ -1,5 +1,5 @@
-//! Pictures of a dozen places, held line by line. `LANEWRIGHT_UPDATE=1 cargo test --test building pictures` takes what is drawn
-//! now; what differs is shown beside what was, in target/tmp/pictures.
+//! Pictures of a dozen street layouts, compared line by line with `tests/pictures`. What differs is drawn beside the old picture in
+//! target/tmp/pictures; `LANEWRIGHT_UPDATE=1 cargo test --test building pictures` writes the pictures anew.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,18 +11,18 @@ use lanewright::report::draw::{View, rendered};
 use crate::common::program::lanewright;
 use crate::common::{osm_files, root, samples, updating};
 
-/// What is drawn of every place. One picture holds the shapes of the others.
+/// The stages that are drawn of every layout.
 const STAGES: [&str; 2] = ["outline", "lanes"];
-/// What is drawn of a few, for the sake of the drawing itself.
+/// Further stages, drawn of a few layouts to test the drawing itself.
 const STEPS: [&str; 4] = ["thicken", "collide", "trim", "consolidate"];
-/// The places of which every stage is drawn.
+/// The layouts of which every stage is drawn.
 const WHOLE: [&str; 2] = ["divided_crossing", "dogleg"];
 /// Pixels per metre: enough to see 10 cm, and not more.
 const SCALE: &str = "4";
 /// Where the style sheet begins.
 const STYLE: &str = "<style>";
 
-/// The places: the sample maps, and others that only the tests need.
+/// The sample maps and the layouts in `tests/street_layouts`.
 fn places() -> Vec<PathBuf> {
     let own = osm_files(&root().join("tests/street_layouts"));
     samples().into_iter().chain(own).collect()
@@ -32,7 +32,7 @@ fn stem(path: &Path) -> String {
     path.file_stem().unwrap().to_string_lossy().into_owned()
 }
 
-/// The picture as text without the style sheet, which is not the place's; and the style sheet.
+/// The picture as text without the style sheet, which is the same for all; and the style sheet.
 fn drawn(place: &Path, stage: &str, dir: &Path) -> (String, String) {
     let picture = dir.join("picture.svg");
     let arguments = ["draw", place.to_str().unwrap(), "--stage", stage, "--scale", SCALE, "-o"];
@@ -68,7 +68,7 @@ fn show(name: &str, old: &str, new: &str, style: &str) -> PathBuf {
 }
 
 #[test]
-fn the_pictures_of_the_places_stay() {
+fn the_pictures_are_as_before() {
     let kept = root().join("tests/pictures");
     let dir = tempfile::tempdir().unwrap();
     let mut moved = Vec::new();
@@ -149,7 +149,7 @@ fn two_versions_are_compared() {
 }
 
 #[test]
-fn a_wish_that_means_nothing_is_a_warning() {
+fn a_setting_without_effect_is_a_warning() {
     let dir = tempfile::tempdir().unwrap();
     let place = root().join("tests/street_layouts/dogleg.osm");
     fs::copy(&place, dir.path().join("dogleg.osm")).unwrap();

@@ -1,5 +1,5 @@
-//! The streets of real extracts, measured as the acceptance does (`../shared/tools/quality.py`), beside what osm2streets
-//! makes of the same data; and that no road loses width that a tag gives it, or that its class needs.
+//! The streets of real extracts, measured by `../shared/tools/quality.py` and compared with those of osm2streets; and no road is
+//! narrower than its tags or its class say.
 //!
 //! `make test` measures the small extracts one by one, `make soak` (LANEWRIGHT_SOAK=1) all of them and their total.
 
@@ -17,7 +17,7 @@ use crate::common::needs::{python, shared};
 use crate::common::program::lanewright;
 use crate::common::{extracts, soak};
 
-/// Largest input of the slice, bytes.
+/// Largest extract that `make test` takes, bytes.
 const SLICE: u64 = 1_000_000;
 
 /// Measures that are to be zero.
@@ -39,7 +39,7 @@ fn number(measures: &Value, name: &str) -> f64 {
 }
 
 #[test]
-fn the_streets_are_as_good_as_the_acceptance_asks() {
+fn the_streets_are_no_worse_than_those_of_osm2streets() {
     let (Some(osm), Some(script), Some(mut python)) = (shared("corpus/osm"), shared("tools/quality.py"), python())
     else {
         return;

@@ -1,6 +1,6 @@
-//! Random towns, built and judged by all rules: what the extracts of the corpus happen not to hold. The same towns come each time.
+//! Random towns, built and judged by all rules, for layouts that the extracts do not contain. The towns are the same in every run.
 //!
-//! `make test` takes a slice of them, `make soak` (LANEWRIGHT_SOAK=1) ten times as many.
+//! `make test` takes 40 of them, `make soak` (LANEWRIGHT_SOAK=1) ten times as many.
 
 use std::collections::BTreeMap;
 
@@ -37,7 +37,7 @@ const TWO_WAY: [&str; 8] = [
     "highway=secondary lanes=2 cycleway:right=lane maxspeed=50",
 ];
 const ONE_WAY: [&str; 2] = ["highway=residential oneway=yes", "highway=tertiary oneway=yes lanes=2"];
-/// What stands at crossings; at most nothing.
+/// Tags of crossings; most have none.
 const SIGNS: [&str; 8] =
     ["highway=traffic_signals", "highway=traffic_signals", "highway=stop", "highway=crossing", "", "", "", ""];
 
@@ -207,7 +207,7 @@ impl Town {
 
 /// The errors in the map of a town, with how often each comes.
 fn errors(town: &Town) -> BTreeMap<String, usize> {
-    let data = osm(&town.drawn().xml(town.turned));
+    let data = osm(town.drawn().xml(town.turned));
     let side = if town.left_hand { DrivingSide::Left } else { DrivingSide::Right };
     let built = build(&data, &BuildOptions { driving_side: Some(side), ..BuildOptions::default() }).unwrap();
     let found = judge(&Loaded { map: built.map, faults: Vec::new() }, &built.settings);

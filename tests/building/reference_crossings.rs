@@ -1,4 +1,4 @@
-//! The parts list of the reference crossings: what a crossing of four ways and a T must consist of, both sides driven.
+//! The elements of which the map of a four-way crossing and of a T junction must consist, for traffic on either side.
 
 use std::collections::{BTreeMap, BTreeSet};
 

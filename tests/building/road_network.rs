@@ -12,7 +12,7 @@ use proptest::sample::select;
 
 use crate::common::extracts;
 
-/// A plane good enough for a test: equirectangular around the first place.
+/// An equirectangular projection around the first place.
 fn plane(places: &[LonLat]) -> Vec<Point> {
     const METRES_PER_DEGREE: f64 = 111_195.0;
     let Some(origin) = places.first() else { return Vec::new() };
@@ -80,7 +80,7 @@ fn every_extract_of_the_corpus_has_a_network() {
     }
 }
 
-/// Tags as they are, as they should not be, and nonsense.
+/// Valid tags, wrong tags and nonsense.
 const KEYS: [&str; 24] = [
     "lanes",
     "lanes:forward",
@@ -177,7 +177,7 @@ fn data(nodes: &[(i8, i8, &'static str)], ways: &[RandomWay], reversed: bool) ->
 
 proptest! {
     #[test]
-    fn any_data_has_a_sound_network_or_none((nodes, ways) in anything()) {
+    fn any_data_gives_a_valid_network_or_an_error((nodes, ways) in anything()) {
         let network = |reversed| road_network(&data(&nodes, &ways, reversed), &plane_at_zero, &NetworkOptions::default());
         match (network(false), network(true)) {
             (Ok(first), Ok(second)) => {
@@ -189,7 +189,7 @@ proptest! {
     }
 }
 
-/// A plane that does not depend on which place comes first.
+/// A projection that does not depend on which place comes first.
 fn plane_at_zero(places: &[LonLat]) -> Vec<Point> {
     places.iter().map(|p| Point::new(p.lon, p.lat) * 100_000.0).collect()
 }

@@ -1,4 +1,4 @@
-//! Whatever is edited in whatever order, a weave is to the last bit what weaving its lanes all at once makes of them.
+//! Edits in any order give, to the last bit, the same weave as weaving the edited lanes all at once.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use lanewright::geometry::{Point, Polyline};
 use lanewright::weave::{Kind, Lane, LaneEnd, LaneId, Marking, Paint, Weave, WidthAt, Widths, Woven};
 use proptest::prelude::*;
 
-/// A lane to be: so small are the numbers that ends often meet.
+/// The description of a random lane, in numbers so small that ends often meet.
 #[derive(Clone, Debug)]
 struct Sketch {
     /// Places on a grid of 10 m.

@@ -1,4 +1,4 @@
-//! A piece that is missing from one lane of a road, while the other direction passes by.
+//! Dead ends: a lanelet is missing in one direction of a road, while the other direction is whole.
 
 use lanewright::lanelet::from_osm;
 use lanewright::osm::OsmData;
@@ -8,7 +8,7 @@ use lanewright::settings::Settings;
 use crate::common::drawing::Drawing;
 use crate::common::judging::judge;
 
-/// Three two-way roads abreast, each in five pieces of 40 m; without the pieces that are named by row, lane and number.
+/// Three parallel two-way roads, each in five pieces of 40 m, without the lanelets given by row, lane and number.
 fn roads(without: &[(i64, i64, i64)]) -> OsmData {
     let mut drawing = Drawing::default();
     let node = |row: i64, line: i64, at: i64| 1000 * row + 100 * line + at + 1;
@@ -36,7 +36,7 @@ fn roads(without: &[(i64, i64, i64)]) -> OsmData {
     drawing.data()
 }
 
-/// What is said of loose ends.
+/// The findings about dead ends, unreachable lanes and gaps.
 fn ends(without: &[(i64, i64, i64)]) -> Vec<String> {
     let found = judge(&from_osm(&roads(without), &Projector::Local), &Settings::default());
     let about = |code: &&str| matches!(*code, "health/dead-end" | "health/unreachable" | "health/gap");

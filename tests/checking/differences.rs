@@ -1,4 +1,4 @@
-//! In how many things two maps differ: an element together with the parts that only it has and the references to it.
+//! In how many things two maps differ. One thing is an element, together with the parts that only it has and the references to it.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use lanewright::diagnostic::{Diagnostic, Edit, Severity, Subject};
 use lanewright::fix::{canonical, mend};
 use lanewright::lanelet::from_osm;
-use lanewright::osm::{OsmData, read_bytes};
+use lanewright::osm::OsmData;
 use lanewright::projection::{MgrsGrid, Projector};
 use lanewright::report::{Report, Sources, sarif};
 use lanewright::rules::Config;
@@ -15,6 +15,7 @@ use lanewright::settings::Settings;
 use rayon::prelude::*;
 use serde_json::Value;
 
+use crate::common::drawing::osm;
 use crate::common::judging::{beside, judge, judge_as, load};
 use crate::common::{hand_made_maps, root, rule_maps, shared_maps};
 
@@ -51,14 +52,14 @@ fn a_missing_node_goes_between_its_neighbours() {
 }
 
 #[test]
-fn a_label_follows_the_shape() {
+fn a_turn_direction_follows_the_shape() {
     let found = finding("vm-03-02", "bad-turn-mismatch.osm", "vm-03-02/turn-mismatch");
     let on = Subject::Lanelet(213);
     assert_eq!(edits(&found), [Edit::SetTag { on, key: "turn_direction".into(), value: "right".into() }]);
 }
 
 #[test]
-fn a_blinker_starts_behind_the_turn_before() {
+fn a_turn_signal_starts_behind_the_turn_before() {
     let found = finding("vm-03-02", "bad-turn-signal-overlap.osm", "vm-03-02/turn-signal-overlap");
     let on = Subject::Lanelet(214);
     let [Edit::SetTag { on: set_on, key, value }] = edits(&found) else { panic!("{found:?}") };
@@ -88,7 +89,7 @@ fn applied(text: &str, fix: &Value) -> String {
 }
 
 #[test]
-fn a_fix_in_a_report_mends_the_file() {
+fn a_fix_in_a_sarif_report_repairs_the_file() {
     let dir = tempfile::tempdir().unwrap();
     let (mut proposed, mut mended) = (0, 0);
     for path in rule_maps("bad-") {
@@ -142,8 +143,7 @@ fn formatting_twice_changes_nothing() {
         let text = std::fs::read_to_string(path).unwrap();
         let once = canonical(&text).unwrap_or_else(|| panic!("{} cannot be formatted", path.display()));
         assert_eq!(canonical(&once).unwrap(), once, "{}", path.display());
-        let mut data = OsmData::default();
-        read_bytes(&mut data, "map.osm", once.into_bytes()).unwrap();
+        let data = osm(once);
         let (before, _) = load(path);
         let counts = |data: &OsmData| [data.nodes.len(), data.ways.len(), data.relations.len()];
         assert_eq!(counts(&data), counts(&before), "{}", path.display());

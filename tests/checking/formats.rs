@@ -1,4 +1,4 @@
-//! Every format of a report: valid by its own schema, and proof against hostile text in a map.
+//! Every format of a report is valid by its own schema, and text in a map cannot break out of it.
 
 use lanewright::diagnostic::{Diagnostic, Edit, Finding, Place, Severity, SourceSpan, Subject};
 use lanewright::geometry::Point as PlanePoint;

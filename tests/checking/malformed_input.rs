@@ -1,4 +1,4 @@
-//! Whatever stands in a file, reading, judging, reporting and building neither panic nor hang. A slice of what the
+//! Reading, judging, reporting and building neither panic nor hang, whatever is in a file. This is a short version of what the
 //! fuzzers in `fuzz/` do for hours.
 
 use lanewright::builder::{BuildOptions, build};
@@ -83,7 +83,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(cases()))]
 
     #[test]
-    fn broken_values_are_survived(changes in prop::collection::vec((any::<prop::sample::Index>(), 0..ODD.len(), any::<bool>()), 1..12)) {
+    fn broken_values_cause_no_panic(changes in prop::collection::vec((any::<prop::sample::Index>(), 0..ODD.len(), any::<bool>()), 1..12)) {
         let mut text = text_of(MAPS[changes.len() % MAPS.len()]);
         let values = text.matches('"').count() / 2;
         for (at, odd, swap) in changes {
@@ -98,17 +98,17 @@ proptest! {
     }
 
     #[test]
-    fn broken_maps_are_survived(map in 0..MAPS.len(), bytes in prop::collection::vec(any::<u8>(), 1..120)) {
+    fn broken_maps_cause_no_panic(map in 0..MAPS.len(), bytes in prop::collection::vec(any::<u8>(), 1..120)) {
         judge_whatever(changed(&text_of(MAPS[map]), &bytes, 12));
     }
 
     #[test]
-    fn broken_extracts_are_survived(map in 0..EXTRACTS.len(), bytes in prop::collection::vec(any::<u8>(), 1..60)) {
+    fn broken_extracts_cause_no_panic(map in 0..EXTRACTS.len(), bytes in prop::collection::vec(any::<u8>(), 1..60)) {
         build_whatever(changed(&text_of(EXTRACTS[map]), &bytes, 6));
     }
 
     #[test]
-    fn cut_and_spliced_text_is_survived(from in any::<prop::sample::Index>(), to in any::<prop::sample::Index>(), junk in prop::collection::vec(any::<u8>(), 0..8)) {
+    fn cut_and_spliced_text_causes_no_panic(from in any::<prop::sample::Index>(), to in any::<prop::sample::Index>(), junk in prop::collection::vec(any::<u8>(), 0..8)) {
         let mut bytes = text_of(MAPS[3]).into_bytes();
         let (from, to) = (from.index(bytes.len()), to.index(bytes.len()));
         bytes.splice(from.min(to)..from.max(to), junk);
@@ -116,7 +116,7 @@ proptest! {
     }
 
     #[test]
-    fn broken_pbf_is_survived(changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6), cut in any::<prop::sample::Index>()) {
+    fn broken_pbf_causes_no_panic(changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6), cut in any::<prop::sample::Index>()) {
         let mut block = fault_injection::pbf::block();
         for (at, byte) in changes {
             let at = at.index(block.len());
@@ -130,7 +130,7 @@ proptest! {
     }
 
     #[test]
-    fn broken_settings_are_survived(at in any::<prop::sample::Index>(), length in 0_usize..20, word in prop::sample::select(&ODD[..])) {
+    fn broken_settings_cause_no_panic(at in any::<prop::sample::Index>(), length in 0_usize..20, word in prop::sample::select(&ODD[..])) {
         let text = text_of("docs/configuration.md");
         let text = text.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
         let letters: Vec<char> = text.chars().collect();
@@ -147,7 +147,7 @@ proptest! {
 }
 
 #[test]
-fn the_pbf_of_these_tests_is_sound() {
+fn the_pbf_of_these_tests_is_valid() {
     let mut data = OsmData::default();
     read_bytes(&mut data, "a.osm.pbf", fault_injection::pbf::file(&fault_injection::pbf::block())).unwrap();
     assert_eq!((data.nodes.len(), data.ways.len(), data.relations.len()), (3, 1, 1));
@@ -158,7 +158,7 @@ fn the_pbf_of_these_tests_is_sound() {
 }
 
 #[test]
-fn a_member_of_an_unknown_kind_is_told() {
+fn a_member_of_an_unknown_kind_is_an_error() {
     let mut block = fault_injection::pbf::block();
     // The last byte is the kind of the relation's member.
     *block.last_mut().unwrap() = b'e';

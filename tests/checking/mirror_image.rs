@@ -1,4 +1,4 @@
-//! A map seen in a mirror, where people drive on the other side, has the same findings: no rule knows left from right.
+//! A mirrored map, with traffic on the other side, has the same findings: no rule treats left and right differently.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use crate::common::judging::{judge, load};
 use crate::common::needs::shared;
 use crate::common::{hand_made_maps, rule_maps};
 
-/// The map in the mirror: east becomes west, left bounds become right ones, left turns right turns.
+/// The mirrored map: east becomes west, left bounds become right ones, left turns right turns.
 fn mirrored(loaded: &Loaded) -> Loaded {
     let map = &loaded.map;
     let points = changed(&map.points, |point| {

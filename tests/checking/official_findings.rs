@@ -42,7 +42,7 @@ const EXPECTED: [(&str, Severity, [usize; 4]); 23] = [
     ("phase/arrow", Severity::Info, [1, 0, 0, 8]),
 ];
 
-/// What has no business on any of them.
+/// Faults that none of these maps may have.
 const NEVER: [&str; 24] = [
     "vm-03-01/ia-tag-dangling",
     "vm-03-01/not-covered",

@@ -1,9 +1,10 @@
 //! Loads the official and other public maps of the shared corpus.
 use lanewright::geometry::Point;
 use lanewright::lanelet::{Condition, Loaded, PointId, RegulatoryElement, from_osm, to_osm};
-use lanewright::osm::{Node, OsmData, read_bytes};
+use lanewright::osm::{Node, OsmData};
 use lanewright::projection::Projector;
 
+use crate::common::drawing::osm;
 use crate::common::hand_made_maps;
 use crate::common::judging;
 use crate::common::needs::shared;
@@ -76,9 +77,7 @@ fn official_maps_are_the_same_after_writing_and_reading() {
         let projector = Projector::mgrs("54SUE".parse().unwrap());
         let mut bytes = Vec::new();
         to_osm(&first.map, &projector, &mut bytes).unwrap();
-        let mut osm = OsmData::default();
-        read_bytes(&mut osm, name, bytes).unwrap();
-        let second = from_osm(&osm, &projector);
+        let second = from_osm(&osm(bytes), &projector);
         for point in &first.map.points {
             let again = second.map.points.get(point.id).unwrap();
             assert!(

@@ -64,7 +64,7 @@ fn tasks() -> Vec<Task> {
     tasks
 }
 
-/// What others make of the tasks: an answer to each, `None` where nobody here can say. `None`, said aloud, without a Python.
+/// The answers of the other implementation, one for each task; `None` for a task that it cannot do. `None` without a Python.
 fn asked(tasks: &[Task], by: &str) -> Option<Vec<Option<Vec<Point>>>> {
     let mut python = python()?;
     let questions: Vec<Value> = tasks
@@ -83,7 +83,7 @@ fn asked(tasks: &[Task], by: &str) -> Option<Vec<Option<Vec<Point>>>> {
     Some(answers.into_iter().map(|one| one.map(|points| points.into_iter().map(Point::from).collect())).collect())
 }
 
-/// Metres between two points of a square that starts again every 100 km.
+/// Metres between two points whose coordinates are modulo 100 km.
 fn apart(projector: &Projector, a: Point, b: Point) -> f64 {
     let mut gap = a - b;
     if matches!(projector, Projector::Mgrs(_)) {

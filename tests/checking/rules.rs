@@ -1,6 +1,6 @@
-//! Walks `tests/rules/`: good maps are silent, bad maps say what stands beside them.
+//! The maps of `tests/rules`: good maps have no findings, bad maps have the findings that the text file beside them lists.
 //!
-//! `make rules` writes what is said now, the pictures and the index of the rules; look at the difference before you keep it.
+//! `make rules` writes these text files, the pictures and the index of the rules anew; look at `git diff` before you commit.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -114,7 +114,7 @@ fn every_rule_has_a_good_map_and_every_fault_a_bad_one() {
 }
 
 #[test]
-fn every_specified_fault_is_judged() {
+fn every_specified_fault_exists() {
     for (rule, severities, slugs) in SPECIFIED {
         let requirement = rules::find(rule).unwrap_or_else(|| panic!("no rule {rule}"));
         for slug in slugs.split(' ') {
@@ -222,7 +222,7 @@ fn every_folder_belongs_to_a_rule() {
 }
 
 #[test]
-fn good_maps_are_silent() {
+fn good_maps_have_no_findings() {
     for path in rule_ids().into_iter().flat_map(|rule| maps(rule, "good")) {
         let (_, loaded) = load(&path);
         let (settings, config) = beside(&path);
@@ -235,7 +235,7 @@ fn good_maps_are_silent() {
 }
 
 #[test]
-fn bad_maps_say_what_stands_beside_them() {
+fn bad_maps_have_the_findings_in_their_text_files() {
     let mut wrong = Vec::new();
     for rule in rule_ids() {
         for path in maps(rule, "bad-") {

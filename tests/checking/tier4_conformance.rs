@@ -101,8 +101,8 @@ const MAPS: usize = 18;
 /// Validators that it ran on each.
 const VALIDATORS: usize = 43;
 
-/// What the program itself said of hand-made maps, held against what we say: every pair of map and validator, issue by
-/// issue. No answer among them hangs on an order in memory that we could not follow, so none is let off.
+/// Compares what the validator's own program reports of hand-made maps with what we report, issue by issue, for every pair of map
+/// and validator. None of its answers depends on an order in memory, so no pair is left out.
 #[test]
 fn hand_made_maps_come_out_as_the_existing_validator_itself_judges_them() {
     let Some(corpus) = shared("corpus") else { return };

@@ -31,7 +31,7 @@ impl Drawing {
     }
 
     pub fn data(&self) -> OsmData {
-        osm(&self.xml())
+        osm(self.xml())
     }
 }
 
@@ -40,9 +40,9 @@ fn tags_of(text: &str) -> String {
     pairs.map(|(key, value)| format!("<tag k='{key}' v='{value}'/>")).collect()
 }
 
-/// The data of a text.
-pub fn osm(text: &str) -> OsmData {
+/// The data of a file with this content.
+pub fn osm(content: impl Into<Vec<u8>>) -> OsmData {
     let mut data = OsmData::default();
-    read_bytes(&mut data, "test", text.as_bytes().to_vec()).unwrap();
+    read_bytes(&mut data, "test.osm", content.into()).unwrap();
     data
 }

@@ -1,5 +1,5 @@
-//! What can drift is held here: imports run downward, the rules' table, documents and folders agree, the page of the
-//! command line shows what the program says.
+//! What must agree within the project: imports run downward; the table, the documents and the folders of the rules match; links lead
+//! somewhere.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on must stop")]
 
@@ -182,7 +182,7 @@ fn found(own: &str) -> Vec<(usize, String)> {
 }
 
 #[test]
-fn every_way_of_importing_is_read() {
+fn every_form_of_import_is_recognised() {
     let is = |own: &str, expected: &[(usize, &str)]| {
         let expected: Vec<_> = expected.iter().map(|(line, to)| (*line, (*to).to_owned())).collect();
         assert_eq!(found(own), expected, "{own}");
@@ -212,7 +212,7 @@ fn every_way_of_importing_is_read() {
 }
 
 #[test]
-fn planted_faults_are_named() {
+fn wrong_imports_are_reported() {
     let rooms = ["a", "b", "c"].map(str::to_owned);
     let up = |own: &str| {
         let files = [("builder/mod.rs", ""), ("builder/a.rs", ""), ("builder/b/own.rs", own), ("builder/c/mod.rs", "")];

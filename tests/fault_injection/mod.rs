@@ -1,5 +1,5 @@
-//! Damage, dealt as a stream of bytes says: for the tests and for the fuzzers in `fuzz/`. What comes out is well-formed;
-//! what it says is what editors, converters and people who mean harm write.
+//! Faults that a stream of bytes chooses are injected into maps, for the tests and for the fuzzers in `fuzz/`. The files stay
+//! well-formed XML; their content is what broken editors and converters, or attackers, write.
 
 #![allow(clippy::unwrap_used, dead_code, missing_docs, reason = "part of tests")]
 

@@ -1,4 +1,4 @@
-//! PBF files around blocks of any content, so that damage lies inside the block and not in its packing.
+//! PBF files around blocks of any content, so that faults lie inside the block and not in its packing.
 
 /// One field of a protocol buffer: bytes under a number.
 fn field(number: u8, bytes: &[u8]) -> Vec<u8> {

@@ -7,12 +7,13 @@ use lanewright::fix::mend;
 use lanewright::lanelet::index::MapIndex;
 use lanewright::lanelet::index::Thresholds;
 use lanewright::lanelet::{Loaded, from_osm};
-use lanewright::osm::{self, OsmData};
+use lanewright::osm::OsmData;
 use lanewright::rules::{self, Config, ConfigError};
 use rayon::prelude::*;
 
 use super::draft::Draft;
 use super::{Base, Kind, all_kinds, bases, broken, keep};
+use crate::common::drawing::osm;
 
 /// Mutations that a program can take back for certain: what is gone follows from what is left.
 const ALL: &[&str] = &[
@@ -45,8 +46,7 @@ struct FixRate {
 
 /// What is worse than before the mutation, after fixing.
 fn worse(base: &Base, draft: &Draft, unsafe_too: bool) -> Vec<Diagnostic> {
-    let mut data = OsmData::default();
-    osm::read_bytes(&mut data, "map.osm", draft.text()).unwrap();
+    let data = osm(draft.text());
     let judge = |osm: &OsmData| -> Result<Vec<Diagnostic>, ConfigError> {
         let Loaded { map, faults } = from_osm(osm, &draft.projector);
         let index = MapIndex::new(&map, &faults, &base.settings, Thresholds::default());

@@ -26,6 +26,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
+use common::drawing::osm;
 use common::{samples, soak};
 use draft::{Dice, Draft};
 use lanewright::builder::{BuildOptions, build};
@@ -33,7 +34,7 @@ use lanewright::diagnostic::{Diagnostic, Severity, Subject};
 use lanewright::lanelet::index::MapIndex;
 use lanewright::lanelet::index::Thresholds;
 use lanewright::lanelet::{Loaded, from_osm, to_osm};
-use lanewright::osm::{self, OsmData};
+use lanewright::osm::read_file;
 use lanewright::rules::{self, Config};
 use lanewright::settings::Settings;
 use rayon::prelude::*;
@@ -75,11 +76,10 @@ fn said(found: &[Diagnostic]) -> BTreeSet<Said> {
 
 impl Base {
     fn of(sample: &Path) -> Self {
-        let built = build(&osm::read_file(sample).unwrap(), &BuildOptions::default()).unwrap();
+        let built = build(&read_file(sample).unwrap(), &BuildOptions::default()).unwrap();
         let mut text = Vec::new();
         to_osm(&built.map, &built.projector, &mut text).unwrap();
-        let mut data = OsmData::default();
-        osm::read_bytes(&mut data, "map.osm", text).unwrap();
+        let data = osm(text);
         let draft = Draft::of(&data, built.projector);
         let Loaded { map, faults } = from_osm(&data, &built.projector);
         let index = MapIndex::new(&map, &faults, &built.settings, Thresholds::default());
@@ -122,8 +122,7 @@ impl Base {
 
     /// What is said of a map after a mutation.
     fn judge(&self, draft: &Draft) -> Vec<Diagnostic> {
-        let mut data = OsmData::default();
-        osm::read_bytes(&mut data, "map.osm", draft.text()).unwrap();
+        let data = osm(draft.text());
         let Loaded { map, faults } = from_osm(&data, &draft.projector);
         let index = MapIndex::new(&map, &faults, &self.settings, Thresholds::default());
         rules::run(&index, &Config::default()).unwrap()

@@ -5,12 +5,12 @@ use std::path::Path;
 use lanewright::lanelet::index::MapIndex;
 use lanewright::lanelet::index::Thresholds;
 use lanewright::lanelet::{INFO, Loaded, ProjectorInfo, from_osm};
-use lanewright::osm::{self, OsmData};
 use lanewright::projection::LonLat;
 use lanewright::projection::{Projector, VerticalDatum, write_info};
 use lanewright::rules::{self, Config};
 
 use super::{Base, Draft, bases};
+use crate::common::drawing::osm;
 
 /// What the test raises besides.
 pub const ALSO: [&str; 2] = ["projector/other-grid", "projector/far-origin"];
@@ -44,8 +44,7 @@ fn changed(text: &str, from: &str, to: &str) -> Option<(&'static str, String)> {
 
 /// What is said of a map beside such a file.
 fn said(draft: &Draft, base: &Base, info: Option<(&str, String)>) -> Vec<String> {
-    let mut data = OsmData::default();
-    osm::read_bytes(&mut data, "map.osm", draft.text()).unwrap();
+    let data = osm(draft.text());
     let info = info.map_or_else(ProjectorInfo::default, |(name, text)| ProjectorInfo::of(Path::new(name), &text));
     let projector = info.projector().unwrap_or_else(|| lanewright::lanelet::projector_for(&data));
     let Loaded { map, mut faults } = from_osm(&data, &projector);

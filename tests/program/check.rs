@@ -228,7 +228,7 @@ fn watching_checks_again_when_the_map_changes() {
 }
 
 #[test]
-fn what_triage_says_is_explained() {
+fn findings_about_settings_are_explained() {
     let run = lanewright(Path::new("."), &["explain", "triage/unused-suppression"]).exits(0);
     says(&run, "lanewright:ignore");
     says(&lanewright(Path::new("."), &["rules"]).exits(0), "triage");

@@ -15,7 +15,7 @@ fn place_with(name: &str, content: &[u8]) -> tempfile::TempDir {
     dir
 }
 
-/// Both verbs that read a file refuse this content, saying so.
+/// Every command that reads a file refuses this content with these words.
 #[track_caller]
 fn both_refuse(content: &[u8], words: &[&str]) {
     let dir = place_with("bad.osm", content);
@@ -147,9 +147,9 @@ fn settings_of_the_user_are_not_written_over() {
     build("out").exits(0);
 }
 
-/// The input lies beside the map that is built from it: what a build has written tells the next one nothing.
+/// The input lies beside the map that is built from it: what one build has written does not influence the next.
 #[test]
-fn what_a_build_has_written_does_not_outlive_what_it_was_told() {
+fn what_a_build_has_written_does_not_influence_the_next() {
     let sample = fs::read(root().join("sample_maps/crossing_right.osm")).unwrap();
     let dir = tempfile::tempdir().unwrap();
     let map = dir.path().join("map");
@@ -236,8 +236,8 @@ fn a_foreign_proj_installation_does_no_harm() {
     assert!(map("out") == map("plain"));
 }
 
-/// Runs what stands behind `$ ` in the `console` blocks of the README and holds what stands below it. A line `...`
-/// stands for any lines.
+/// Runs the commands behind `$ ` in the `console` blocks of the README and compares the output with the lines below. A line
+/// `...` stands for any lines.
 #[test]
 fn the_readme_shows_what_happens() {
     let dir = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! A PBF extract reads the same as the XML of the same extract.
+//! A PBF extract gives the same data as the XML file of the same extract.
 
 use std::fs;
 

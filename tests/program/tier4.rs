@@ -10,7 +10,7 @@ use crate::common::needs::shared;
 use crate::common::program::{Run, lanewright};
 use crate::common::{is_fresh, root};
 
-/// The map of a rule's tests, without a fault for the tool, or with one.
+/// A map of the tests of vm-03-01.
 fn map(name: &str) -> String {
     root().join("tests/rules/vm-03-01").join(name).display().to_string()
 }
@@ -133,7 +133,7 @@ fn parameters_replace_the_tools_own() {
 }
 
 #[test]
-fn what_does_not_fit_is_said() {
+fn what_does_not_fit_is_an_error() {
     let dir = tempfile::tempdir().unwrap();
     let good = map("good.osm");
     let format = lanewright(&root(), &["check", &good, "--isolated", "--format", "tier4"]);
@@ -181,7 +181,7 @@ fn the_page_shows_the_table() {
     assert!(is_fresh(&page, &text), "docs/tier4.md is stale; run: LANEWRIGHT_UPDATE=1 cargo test --test program");
 }
 
-/// Severities and codes against the tool's own list.
+/// Compares severities and codes with the validator's own list.
 #[test]
 fn the_table_holds_every_issue_code_of_the_tool() {
     let Some(file) = shared("corpus/conformance/issue_codes.json") else { return };

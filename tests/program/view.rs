@@ -1,59 +1,16 @@
-//! `lanewright view` as browsers and others on the machine speak to it.
+//! `lanewright view` as browsers and other programs on the machine request it.
 
 use std::fs;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{Read, Write};
 use std::net::TcpStream;
-use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::Command;
 
 use serde_json::Value;
 
-use crate::common::program::{command, lanewright};
+use crate::common::program::{Server, lanewright};
 use crate::common::root;
 
-/// The program while it serves a page.
-struct Program {
-    child: Child,
-    port: u16,
-}
-
-impl Program {
-    fn start(dir: &Path, arguments: &[&str]) -> Self {
-        let mut command = command(dir, &[&["view", "--isolated"], arguments].concat());
-        let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
-        let mut line = String::new();
-        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        let port = line.strip_prefix("http://127.0.0.1:").and_then(|rest| rest.split_once('/')?.0.parse().ok());
-        Self { child, port: port.unwrap_or_else(|| panic!("no address: {line}")) }
-    }
-
-    /// Status, head and body of an answer.
-    fn ask(&self, request: &str, headers: &str, body: &str) -> (u16, String, Vec<u8>) {
-        let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
-        let length = body.len();
-        write!(stream, "{request} HTTP/1.1\r\n{headers}Connection: close\r\nContent-Length: {length}\r\n\r\n{body}")
-            .unwrap();
-        let mut answer = Vec::new();
-        stream.read_to_end(&mut answer).unwrap();
-        let end = answer.windows(4).position(|four| four == b"\r\n\r\n").unwrap();
-        let head = String::from_utf8(answer[..end].to_vec()).unwrap();
-        let status = head.split(' ').nth(1).unwrap().parse().unwrap();
-        (status, head, answer[end + 4..].to_vec())
-    }
-
-    fn host(&self) -> String {
-        format!("Host: 127.0.0.1:{}\r\n", self.port)
-    }
-}
-
-impl Drop for Program {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
-/// A directory with a bad map of the rules' own.
+/// A directory with a bad map from `tests/rules`.
 fn place() -> tempfile::TempDir {
     let dir = tempfile::tempdir().unwrap();
     fs::copy(root().join("tests/rules/vm-03-08/bad-lane-node-missing.osm"), dir.path().join("map.osm")).unwrap();
@@ -63,13 +20,13 @@ fn place() -> tempfile::TempDir {
 #[test]
 fn only_pages_of_its_own_are_answered() {
     let dir = place();
-    let program = Program::start(dir.path(), &["map.osm"]);
-    let (host, port) = (program.host(), program.port);
-    let (status, head, page) = program.ask("GET /", &host, "");
+    let server = Server::start(dir.path(), &["map.osm"]);
+    let (host, port) = (server.host(), server.port);
+    let (status, head, page) = server.ask("GET /", &host, "");
     assert_eq!(status, 200);
     assert!(head.contains("text/html") && !head.to_lowercase().contains("access-control"), "{head}");
     assert!(String::from_utf8(page).unwrap().contains("connect-src 'self' http://127.0.0.1:8111;"));
-    let (status, head, data) = program.ask("GET /data", &format!("Host: localhost:{port}\r\n"), "");
+    let (status, head, data) = server.ask("GET /data", &format!("Host: localhost:{port}\r\n"), "");
     assert!(status == 200 && head.contains("Lanewright-Version: ") && data.len() > 1000, "{head}");
     // A name that an attacker lets point here, another port, no name at all; a page of somebody else.
     for headers in [
@@ -80,37 +37,37 @@ fn only_pages_of_its_own_are_answered() {
         format!("{host}Origin: http://evil.example\r\n"),
         format!("{host}Origin: null\r\n"),
     ] {
-        let (status, _, body) = program.ask("GET /data", &headers, "");
+        let (status, _, body) = server.ask("GET /data", &headers, "");
         assert_eq!((status, body.as_slice()), (403, b"only for pages of this server".as_slice()), "{headers}");
     }
-    assert_eq!(program.ask("GET /data", &format!("{host}Origin: http://127.0.0.1:{port}\r\n"), "").0, 200);
-    assert_eq!(program.ask("GET /../map.osm", &host, "").0, 404);
-    assert_eq!(program.ask("POST /nothing", &host, "{}").0, 404);
-    assert_eq!(program.ask("PUT /data", &host, "{}").0, 404);
+    assert_eq!(server.ask("GET /data", &format!("{host}Origin: http://127.0.0.1:{port}\r\n"), "").0, 200);
+    assert_eq!(server.ask("GET /../map.osm", &host, "").0, 404);
+    assert_eq!(server.ask("POST /nothing", &host, "{}").0, 404);
+    assert_eq!(server.ask("PUT /data", &host, "{}").0, 404);
 }
 
 #[test]
 fn ctrl_c_ends_it_cleanly() {
     let dir = place();
-    let mut program = Program::start(dir.path(), &["map.osm"]);
+    let mut server = Server::start(dir.path(), &["map.osm"]);
     // Somebody waits for news that will never come.
-    let mut stream = TcpStream::connect(("127.0.0.1", program.port)).unwrap();
-    write!(stream, "GET /changes?after=2 HTTP/1.1\r\n{}\r\n", program.host()).unwrap();
-    let told = Command::new("kill").args(["-INT", &program.child.id().to_string()]).status().unwrap();
+    let mut stream = TcpStream::connect(("127.0.0.1", server.port)).unwrap();
+    write!(stream, "GET /changes?after=2 HTTP/1.1\r\n{}\r\n", server.host()).unwrap();
+    let told = Command::new("kill").args(["-INT", &server.child.id().to_string()]).status().unwrap();
     assert!(told.success());
-    assert_eq!(program.child.wait().unwrap().code(), Some(0));
+    assert_eq!(server.child.wait().unwrap().code(), Some(0));
 }
 
 #[test]
-fn what_cannot_be_served_is_told_at_once() {
+fn what_cannot_be_served_is_an_error_at_once() {
     let dir = place();
     lanewright(dir.path(), &["view", "no.osm"]).fails_saying(&["no.osm"]);
-    let program = Program::start(dir.path(), &["map.osm"]);
-    let port = program.port.to_string();
+    let server = Server::start(dir.path(), &["map.osm"]);
+    let port = server.port.to_string();
     lanewright(dir.path(), &["view", "map.osm", "--port", &port]).fails_saying(&["cannot listen", &port]);
 }
 
-/// What a page fetches of a map in the making, unpacked.
+/// The data that a page of `view --build` fetches, decoded.
 fn unpacked(parcel: &[u8]) -> Value {
     let length = u32::from_le_bytes(parcel[..4].try_into().unwrap()) as usize;
     let mut text = String::new();
@@ -129,9 +86,9 @@ fn streets() -> (tempfile::TempDir, String) {
 #[test]
 fn saved_edits_build_what_was_shown() {
     let (dir, input) = streets();
-    let program = Program::start(dir.path(), &["--build", "in.osm"]);
-    let host = program.host();
-    let (_, _, first) = program.ask("GET /data", &host, "");
+    let server = Server::start(dir.path(), &["--build", "in.osm"]);
+    let host = server.host();
+    let (_, _, first) = server.ask("GET /data", &host, "");
     let before = unpacked(&first);
     let id = before["workshop"]["ways"][0]["id"].as_str().unwrap();
     // In the midst, so that the saved input has the same extent, and the page the same origin.
@@ -148,20 +105,20 @@ fn saved_edits_build_what_was_shown() {
         { "edit": "tag", "way": id, "key": "name", "value": null },
         { "edit": "merge", "nodes": ends, "merge": false },
     ] });
-    let (status, _, built) = program.ask("POST /build", &host, &edits.to_string());
+    let (status, _, built) = server.ask("POST /build", &host, &edits.to_string());
     assert_eq!(status, 200);
     let shown = unpacked(&built);
     assert!(shown["workshop"]["stages"] != before["workshop"]["stages"]);
-    let (_, head, saved) = program.ask("POST /save/osm", &host, &edits.to_string());
+    let (_, head, saved) = server.ask("POST /save/osm", &host, &edits.to_string());
     assert!(head.contains("Lanewright-Name: in_edited.osm"), "{head}");
-    let (_, _, toml) = program.ask("POST /save/toml", &host, &edits.to_string());
+    let (_, _, toml) = server.ask("POST /save/toml", &host, &edits.to_string());
     assert_eq!(fs::read_to_string(dir.path().join("in.osm")).unwrap(), input, "the input is not written to");
 
     // Elsewhere, with the settings beside it, the saved input gives the same stages.
     let there = tempfile::tempdir().unwrap();
     fs::write(there.path().join("in.osm"), &saved).unwrap();
     fs::write(there.path().join("said.toml"), &toml).unwrap();
-    let again = Program::start(there.path(), &["--build", "in.osm", "--config", "said.toml"]);
+    let again = Server::start(there.path(), &["--build", "in.osm", "--config", "said.toml"]);
     let again = unpacked(&again.ask("GET /data", &again.host(), "").2);
     for part in ["stages", "nodes", "ways"] {
         assert!(again["workshop"][part] == shown["workshop"][part], "{part} differ");
@@ -174,20 +131,20 @@ fn saved_edits_build_what_was_shown() {
 }
 
 #[test]
-fn what_is_no_edit_is_refused_in_words() {
+fn an_invalid_edit_is_refused_with_a_reason() {
     let (dir, _) = streets();
-    let program = Program::start(dir.path(), &["--build", "in.osm"]);
+    let server = Server::start(dir.path(), &["--build", "in.osm"]);
     for (body, word) in [
         ("", "no list of edits"),
         (r#"{"edits":[{"edit":"move","node":"1","lat":95,"lon":0}]}"#, "cannot go to"),
         (r#"{"path":"/etc/passwd"}"#, "no list of edits"),
     ] {
-        let (status, head, answer) = program.ask("POST /build", &program.host(), body);
+        let (status, head, answer) = server.ask("POST /build", &server.host(), body);
         let answer = String::from_utf8(answer).unwrap();
         assert!(status == 200 && head.contains("text/plain") && answer.contains(word), "{head}\n{answer}");
     }
-    let evil = format!("{}Origin: http://evil.example\r\n", program.host());
-    assert_eq!(program.ask("POST /build", &evil, "{}").0, 403);
+    let evil = format!("{}Origin: http://evil.example\r\n", server.host());
+    assert_eq!(server.ask("POST /build", &evil, "{}").0, 403);
     fs::write(
         dir.path().join("map.osm"),
         fs::read(root().join("tests/rules/vm-03-08/bad-lane-node-missing.osm")).unwrap(),

@@ -30,7 +30,7 @@ fn roads_that_leave_side_by_side_are_approaches_of_their_own() {
 }
 
 #[test]
-fn nobody_misses_the_way_once_more_around_a_small_loop() {
+fn a_turn_around_a_small_loop_may_be_missing() {
     for side in SIDES {
         let nodes = [
             (1, 0.0, 0.0, ""),
