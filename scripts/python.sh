@@ -6,6 +6,7 @@ cd "$(dirname "$0")/.."
 root=$(pwd)
 . scripts/apt.sh
 . scripts/tools.sh
+. scripts/skipped.sh
 CARGO=${CARGO:-cargo}
 target=${CARGO_TARGET_DIR:-$root/target}
 mkdir -p "$target"
@@ -15,7 +16,7 @@ wheel=${1:-}
 environment=$target/python
 
 tools_in "$target/python-tools" maturin==1.16.0 abi3audit==0.0.26 || {
-    echo "skipped: the tests of the Python module (python3 with venv and PyPI are needed)"
+    skipped "tests/python" "python3 with venv and PyPI are needed"
     exit 0
 }
 if [ -z "$wheel" ]; then

@@ -2,8 +2,8 @@
 
 #![no_main]
 
-#[path = "../../tests/havoc/mod.rs"]
-mod havoc;
+#[path = "../../tests/fault_injection/mod.rs"]
+mod fault_injection;
 
 use lanewright::builder::{BuildOptions, build};
 use lanewright::lanelet::to_osm;
@@ -23,7 +23,7 @@ const EXTRACTS: [&str; 7] = [
 fuzz_target!(|bytes: &[u8]| {
     let Some((&choice, bytes)) = bytes.split_first() else { return };
     let text = match EXTRACTS.get(usize::from(choice) % (EXTRACTS.len() + 1)) {
-        Some(extract) => havoc::changed(extract, bytes, 10),
+        Some(extract) => fault_injection::changed(extract, bytes, 10),
         None => bytes.to_vec(),
     };
     let mut data = OsmData::default();

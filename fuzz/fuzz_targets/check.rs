@@ -2,8 +2,8 @@
 
 #![no_main]
 
-#[path = "../../tests/havoc/mod.rs"]
-mod havoc;
+#[path = "../../tests/fault_injection/mod.rs"]
+mod fault_injection;
 
 use lanewright::lanelet::index::Thresholds;
 use lanewright::lanelet::index::MapIndex;
@@ -29,7 +29,7 @@ const MAPS: [&str; 9] = [
 fuzz_target!(|bytes: &[u8]| {
     let Some((&choice, bytes)) = bytes.split_first() else { return };
     let text = match MAPS.get(usize::from(choice) % (MAPS.len() + 1)) {
-        Some(map) => havoc::changed(map, bytes, 16),
+        Some(map) => fault_injection::changed(map, bytes, 16),
         None => bytes.to_vec(),
     };
     let mut data = OsmData::default();

@@ -2,15 +2,15 @@
 
 #![no_main]
 
-#[path = "../../tests/havoc/mod.rs"]
-mod havoc;
+#[path = "../../tests/fault_injection/mod.rs"]
+mod fault_injection;
 
 use lanewright::osm::{OsmData, read_bytes};
 use libfuzzer_sys::fuzz_target;
 
 // The decoder's own panics are caught by the reader; libFuzzer's hook would end the run before that.
 fuzz_target!(init: std::panic::set_hook(Box::new(|_| ())), |bytes: &[u8]| {
-    for file in [bytes.to_vec(), havoc::pbf::file(bytes)] {
+    for file in [bytes.to_vec(), fault_injection::pbf::file(bytes)] {
         let mut data = OsmData::default();
         let _ = read_bytes(&mut data, "fuzz.osm.pbf", file);
     }

@@ -11,6 +11,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 
+use crate::common::needs::skip;
+
 /// Where Debian's package `chromium` puts the browser.
 const CHROMIUM: &str = "/usr/bin/chromium";
 /// The same for `chromium-driver`.
@@ -29,11 +31,10 @@ pub struct Browser {
 }
 
 impl Browser {
-    /// Starts a browser with a window of this size; `None`, said aloud, where there is none on this machine.
+    /// Starts a browser with a window of this size; `None`, noted as skipped, where there is none on this machine.
     pub fn start(width: u32, height: u32) -> Option<Self> {
         if !Path::new(CHROMIUM).exists() || !Path::new(DRIVER).exists() {
-            eprintln!("skipped: no browser here; apt-get install chromium chromium-driver");
-            return None;
+            return skip("no browser here; apt-get install chromium chromium-driver");
         }
         let profile = tempfile::tempdir().unwrap();
         let mut driver = Command::new(DRIVER)

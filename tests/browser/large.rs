@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use lanewright::builder::{BuildOptions, build};
 use lanewright::diagnostic::{Diagnostic, Finding, Severity, Subject};
 use lanewright::lanelet::{from_osm, to_osm};
-use lanewright::osm::{OsmData, read_bytes};
+use lanewright::osm::read_file;
 use lanewright::projection::Projector;
 use lanewright::report::html::{Page, html};
 use lanewright::report::{Report, Sources};
@@ -15,6 +15,8 @@ use serde_json::json;
 
 use super::driver::Browser;
 use super::{DESKTOP, at_peace, data};
+use crate::common::drawing::osm;
+use crate::common::{root, soak};
 
 /// Bytes of XML with and without LANEWRIGHT_SOAK.
 const SIZES: [usize; 2] = [100_000_000, 2_000_000];
@@ -55,8 +57,8 @@ fn change(line: &mut String, key: &str, with: impl Fn(&str) -> String) {
 
 /// Many crossings side by side, as XML of at least this size.
 fn tiled(size: usize) -> String {
-    let input = Path::new(env!("CARGO_MANIFEST_DIR")).join("sample_maps/crossing_right.osm");
-    let built = build(&lanewright::osm::read_file(&input).unwrap(), &BuildOptions::default()).unwrap();
+    let built =
+        build(&read_file(&root().join("sample_maps/crossing_right.osm")).unwrap(), &BuildOptions::default()).unwrap();
     let mut one = Vec::new();
     to_osm(&built.map, &built.projector, &mut one).unwrap();
     let one = String::from_utf8(one).unwrap();
@@ -76,8 +78,7 @@ fn tiled(size: usize) -> String {
 
 /// Writes the report of a map with two findings in each copy; its file.
 fn written(name: &str, text: String) -> PathBuf {
-    let mut osm = OsmData::default();
-    read_bytes(&mut osm, name, text.into_bytes()).unwrap();
+    let osm = osm(text);
     assert!(osm.oddities.is_empty(), "ids repeat: {:?}", osm.oddities.first());
     let first = osm.nodes.iter().find_map(|node| node.position).unwrap();
     let map = from_osm(&osm, &Projector::transverse_mercator(first)).map;
@@ -122,7 +123,7 @@ fn frame_rate(browser: &Browser, frames: u32) -> f64 {
 #[test]
 fn a_large_map_opens_soon_and_moves_smoothly() {
     let Some(browser) = Browser::start(DESKTOP.0, DESKTOP.1) else { return };
-    let whole = std::env::var_os("LANEWRIGHT_SOAK").is_some();
+    let whole = soak();
     let text = tiled(SIZES[usize::from(!whole)]);
     let size = text.len();
     let file = written("large", text);

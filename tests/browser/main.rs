@@ -1,13 +1,14 @@
 //! The report in a real browser: what it shows, what a hand does to it, and that nothing of a map runs.
 //!
-//! Needs Debian's packages chromium and chromium-driver; says so and passes where they are not. Pictures of what was
+//! Needs Debian's packages chromium and chromium-driver; skipped where they and `../shared` are missing. Pictures of what was
 //! tested lie in target/tmp.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
 
+#[path = "../common/mod.rs"]
+mod common;
 mod driver;
 mod large;
-mod program;
 mod reports;
 mod view;
 mod workshop;

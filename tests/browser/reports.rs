@@ -12,6 +12,8 @@ use lanewright::report::{FailOn, Report, Sources};
 use lanewright::requirement::Requirement;
 use lanewright::rules::{self, Config};
 
+use crate::common::root;
+
 /// What a hostile mapper writes into a tag. The slash is written so that only an HTML parser sees it.
 pub const EVIL: &str =
     "</script><script>window.evil=1</script><img src=x onerror=window.evil=2>\"'><svg onload=evil=3>";
@@ -36,8 +38,7 @@ pub fn compared(name: &str, turns: usize) -> Written {
 }
 
 fn write(name: &str, turns: usize, earlier: Option<&Earlier>) -> Written {
-    let input = Path::new(env!("CARGO_MANIFEST_DIR")).join("sample_maps/crossing_right.osm");
-    let osm = lanewright::osm::read_file(&input).unwrap();
+    let osm = lanewright::osm::read_file(&root().join("sample_maps/crossing_right.osm")).unwrap();
     let built = build(&osm, &BuildOptions::default()).unwrap();
     let (mut map, settings) = (built.map, built.settings);
     let turning: Vec<_> = map.lanelets.iter().filter(|l| l.attributes.has("turn_direction")).map(|l| l.id).collect();

@@ -1,18 +1,18 @@
 //! `lanewright view` in the browser: the page follows its file, and shows what fixes would change.
 
 use std::fs;
-use std::path::Path;
 
 use serde_json::json;
 
 use super::driver::Browser;
-use super::program::Program;
 use super::reports::EVIL;
 use super::{DESKTOP, at_peace, data};
+use crate::common::program::Server;
+use crate::common::root;
 
 /// A bad map of the rules' own; its area lacks a node, which a fix puts in.
 fn bad_map() -> String {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/rules/vm-03-08/bad-lane-node-missing.osm");
+    let file = root().join("tests/rules/vm-03-08/bad-lane-node-missing.osm");
     fs::read_to_string(file).unwrap()
 }
 
@@ -29,8 +29,8 @@ fn a_page_follows_its_file_and_shows_ghosts() {
     let file = dir.path().join("a <b> & 'c'.osm");
     let bad = hostile(&bad_map());
     fs::write(&file, &bad).unwrap();
-    let program = Program::view(&[], &file);
-    browser.visit(&program.url);
+    let server = Server::start(&root(), &[file.to_str().unwrap()]);
+    browser.visit(&server.url);
     browser.run("window.kept = 'the page was not loaded again'");
     browser.wait("Number(document.getElementById('map').dataset.ghosts) > 0");
     browser.wait("document.getElementById('list').dataset.count !== '0'");
@@ -77,8 +77,8 @@ fn a_phone_shows_a_served_page() {
     let dir = tempfile::tempdir().unwrap();
     let file = dir.path().join("map.osm");
     fs::write(&file, bad_map()).unwrap();
-    let program = Program::view(&["--unsafe"], &file);
-    browser.visit(&program.url);
+    let server = Server::start(&root(), &["--unsafe", file.to_str().unwrap()]);
+    browser.visit(&server.url);
     browser.wait(
         "document.getElementById('map').dataset.painted && Number(document.getElementById('map').dataset.ghosts) > 0",
     );

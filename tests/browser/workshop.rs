@@ -5,9 +5,9 @@ use std::fs;
 use serde_json::json;
 
 use super::driver::Browser;
-use super::program::Program;
 use super::reports::EVIL;
 use super::{DESKTOP, PHONE, at_peace, data};
+use crate::common::program::Server;
 
 /// Two side roads that leave a main road 9 m apart: too little for a vehicle to wait, so they are one intersection.
 fn staggered() -> String {
@@ -34,7 +34,7 @@ fn staggered() -> String {
 struct Shop {
     browser: Browser,
     file: std::path::PathBuf,
-    _program: Program,
+    _server: Server,
     _dir: tempfile::TempDir,
 }
 
@@ -44,10 +44,10 @@ impl Shop {
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("staggered.osm");
         fs::write(&file, staggered()).unwrap();
-        let program = Program::view(&["--build"], &file);
-        browser.visit(&program.url);
+        let server = Server::start(dir.path(), &["--build", file.to_str().unwrap()]);
+        browser.visit(&server.url);
         browser.wait("document.getElementById('map').dataset.painted");
-        Some(Self { browser, file, _program: program, _dir: dir })
+        Some(Self { browser, file, _server: server, _dir: dir })
     }
 
     /// Where a place of the map is in the window; metres from the middle of the page's plane.

@@ -1,73 +1,86 @@
-//! What the tests of the rules share: a map from a file, judged.
+//! What the test binaries share: files of the project, how much is to be tested, and files that tests can write anew.
 
+#![allow(dead_code, reason = "no test binary uses all of it")]
+
+pub mod drawing;
+pub mod judging;
+pub mod needs;
+pub mod program;
+
+use std::fs;
 use std::path::{Path, PathBuf};
 
-use lanewright::diagnostic::Diagnostic;
-use lanewright::lanelet::index::MapIndex;
-use lanewright::lanelet::index::Thresholds;
-use lanewright::lanelet::{Loaded, ProjectorInfo, from_osm};
-use lanewright::osm::{OsmData, read_bytes};
-use lanewright::projection::{MgrsGrid, Projector};
-use lanewright::rules::{self, Config};
-use lanewright::settings::Settings;
+use needs::shared;
 
-/// A file's content and the map Autoware would make of it, with the projector that is named beside it, or else in the MGRS
-/// square of its first node.
-#[allow(dead_code)]
-pub fn load(path: &Path) -> (OsmData, Loaded) {
-    let mut data = OsmData::default();
-    let name = path.file_name().unwrap().to_string_lossy().into_owned();
-    read_bytes(&mut data, &name, std::fs::read(path).unwrap()).unwrap();
-    let first = data.nodes.iter().find_map(|node| node.position).and_then(MgrsGrid::of);
-    let info =
-        info_of(path).map_or_else(ProjectorInfo::default, |(name, text)| ProjectorInfo::of(name.as_ref(), &text));
-    let projector = info.projector().unwrap_or(first.map_or(Projector::Local, Projector::mgrs));
-    let mut loaded = from_osm(&data, &projector);
-    info.judge(&data, &projector, &mut loaded.faults);
-    (data, loaded)
+pub fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Name and text of the projector's file of a map of the tests: `good.map_projector_info.yaml` beside `good.osm`.
-#[allow(dead_code)]
-pub fn info_of(map: &Path) -> Option<(String, String)> {
-    let start = format!("{}.", map.file_stem()?.to_string_lossy());
-    let files = map.parent()?.read_dir().ok()?.map(|entry| entry.unwrap().path());
-    let mut infos = files.filter(|path| path.extension().is_some_and(|ending| ending == "yaml" || ending == "yml"));
-    infos.find_map(|path| {
-        let name = path.file_name()?.to_str()?.strip_prefix(&start)?.to_owned();
-        Some((name, std::fs::read_to_string(&path).unwrap()))
-    })
-}
-
-/// The findings of all rules as their documents have them.
-#[allow(dead_code)]
-pub fn judge(loaded: &Loaded, settings: &Settings) -> Vec<Diagnostic> {
-    judge_as(loaded, settings, &Config::default())
-}
-
-/// The findings of all rules as a user wants them.
-pub fn judge_as(loaded: &Loaded, settings: &Settings, config: &Config) -> Vec<Diagnostic> {
-    let index = MapIndex::new(&loaded.map, &loaded.faults, settings, Thresholds::default());
-    rules::run(&index, config).unwrap()
-}
-
-/// What stands beside a map of the tests: `good.toml` beside `good.osm`, as `lanewright.toml` stands beside a map.
-#[allow(dead_code)]
-pub fn beside(map: &Path) -> (Settings, Config) {
-    let Ok(text) = std::fs::read_to_string(map.with_extension("toml")) else { return Default::default() };
-    let mut table: toml::Table = toml::from_str(&text).unwrap();
-    let parameters = table.remove("parameters").map(|value| value.try_into().unwrap()).unwrap_or_default();
-    (toml::Value::Table(table).try_into().unwrap(), Config { parameters, ..Config::default() })
-}
-
-/// A file of the material beside the project; `None`, said aloud, where it is not there.
-#[allow(dead_code)]
-pub fn shared(path: &str) -> Option<PathBuf> {
-    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared");
-    let root = std::env::var_os("LANEWRIGHT_SHARED").map_or_else(beside, PathBuf::from);
-    if root.is_dir() {
-        return Some(root.join(path));
+/// The `.osm` files below a directory, sorted; there is at least one.
+pub fn osm_files(dir: &Path) -> Vec<PathBuf> {
+    let (mut open, mut files) = (vec![dir.to_path_buf()], Vec::new());
+    while let Some(dir) = open.pop() {
+        let (dirs, others): (Vec<PathBuf>, Vec<PathBuf>) =
+            fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().path()).partition(|path| path.is_dir());
+        open.extend(dirs);
+        files.extend(others.into_iter().filter(|path| path.extension().is_some_and(|extension| extension == "osm")));
     }
-    eprintln!("skipped: ../shared is not here");
-    None
+    files.sort();
+    assert!(!files.is_empty(), "no .osm file in {}", dir.display());
+    files
+}
+
+/// The sample maps, sorted.
+pub fn samples() -> Vec<PathBuf> {
+    osm_files(&root().join("sample_maps"))
+}
+
+/// The maps of the rules' tests whose names start with this, sorted.
+pub fn rule_maps(start: &str) -> Vec<PathBuf> {
+    let mut maps = osm_files(&root().join("tests/rules"));
+    maps.retain(|path| path.file_name().unwrap().to_string_lossy().starts_with(start));
+    maps
+}
+
+/// The `.osm` files below a folder of `../shared`, which are so many; none, noted as skipped, without `../shared`.
+pub fn shared_maps(folder: &str, count: usize) -> Vec<PathBuf> {
+    let Some(folder) = shared(folder) else { return Vec::new() };
+    let files = osm_files(&folder);
+    assert_eq!(files.len(), count, "in {}", folder.display());
+    files
+}
+
+/// Autoware's and other hand-made Lanelet2 maps.
+pub fn hand_made_maps() -> Vec<PathBuf> {
+    shared_maps("corpus/lanelet2", 13)
+}
+
+/// Extracts of OpenStreetMap up to this size in bytes, or all of them in a soak.
+pub fn extracts(most: u64) -> Vec<PathBuf> {
+    let mut files = shared_maps("corpus/osm", 21);
+    if files.is_empty() {
+        return files;
+    }
+    files.retain(|path| soak() || fs::metadata(path).unwrap().len() <= most);
+    assert!(!files.is_empty(), "no extract has {most} bytes or less");
+    files
+}
+
+/// Whether the long tests are to run whole: `make soak` sets LANEWRIGHT_SOAK.
+pub fn soak() -> bool {
+    std::env::var_os("LANEWRIGHT_SOAK").is_some()
+}
+
+/// Whether expected files are to be written anew instead of compared: LANEWRIGHT_UPDATE=1.
+pub fn updating() -> bool {
+    std::env::var_os("LANEWRIGHT_UPDATE").is_some()
+}
+
+/// Compares a file with what it should hold, or writes it with LANEWRIGHT_UPDATE; whether the file holds it now.
+pub fn is_fresh(path: &Path, wanted: &str) -> bool {
+    if updating() {
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, wanted).unwrap();
+    }
+    fs::read_to_string(path).unwrap_or_default() == wanted
 }

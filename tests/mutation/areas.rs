@@ -1,4 +1,4 @@
-//! Slips that break the outline of an intersection.
+//! Mutations that break the outline of an intersection.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +11,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "remove a vertex at a lane's end",
         raises: &["vm-03-08/lane-node-missing"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (area, at) = vertex(map, dice)?;
             map.way(area).nodes.remove(at);
             Some(vec![area])
@@ -20,7 +20,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "shift a vertex inward",
         raises: &["vm-03-08/edge-not-border"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (area, at) = vertex(map, dice)?;
             let ring = map.line(area);
             let middle = ring.iter().fold(Vector::zeros(), |sum, p| sum + p.coords) / ring.len() as f64;
@@ -30,7 +30,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "copy a vertex",
         raises: &["vm-03-08/edge-not-border"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (area, at) = vertex(map, dice)?;
             replace(map, area, at, Vector::zeros())
         },
@@ -38,7 +38,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "exchange two vertices",
         raises: &["vm-03-08/invalid"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (area, at) = vertex(map, dice)?;
             let count = map.way(area).nodes.len();
             map.way(area).nodes.swap(at, (at + count / 2) % count);
@@ -48,7 +48,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "run over a vertex twice",
         raises: &["vm-03-08/invalid"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (area, at) = vertex(map, dice)?;
             let nodes = &mut map.way(area).nodes;
             // At the very end it would only close the ring.
@@ -64,7 +64,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "close the ring",
         raises: &["vm-03-08/closed"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let area = dice.pick(map.lines("intersection_area"))?.id;
             let first = map.way(area).nodes[0];
             map.way(area).nodes.push(first);
@@ -74,7 +74,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "cut the area down to two vertices",
         raises: &["vm-03-08/invalid"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let area = dice.pick(map.lines("intersection_area"))?.id;
             map.way(area).nodes.truncate(2);
             Some(vec![area])
@@ -83,7 +83,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "drop area=yes of an area",
         raises: &["vm-03-01/ia-tag-dangling"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let area = dice.pick(map.lines("intersection_area"))?.id;
             map.way(area).tags = without(&map.way(area).tags, "area");
             Some(named(map, area))
@@ -92,7 +92,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "retype an area",
         raises: &["vm-03-01/ia-tag-dangling"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let area = dice.pick(map.lines("intersection_area"))?.id;
             map.way(area).tags.set("type", "detection_area");
             Some(named(map, area))
@@ -101,7 +101,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "forget a whole intersection",
         raises: &["vm-03-01/turn-without-ia"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let area = dice.pick(map.lines("intersection_area"))?.id;
             let lanelets = named(map, area);
             map.remove(lanewright::osm::ElementKind::Way, area);

@@ -1,4 +1,4 @@
-//! Slips that break signals, stop lines and rights of way.
+//! Mutations that break signals, stop lines and rights of way.
 
 use lanewright::geometry::Vector;
 use lanewright::osm::{ElementKind, Member, Relation};
@@ -13,7 +13,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "drop a light's stop line",
         raises: &["vm-03-04/signal-no-stopline"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (light, _) = dice.pick(lights(map))?;
             map.relation(light).members.retain(|member| member.role != "ref_line");
             Some(vec![light])
@@ -22,7 +22,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "let a lanelet forget its light",
         raises: &["vm-03-04/signal-link-missing"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             // Where it is the only one behind the stop line, the whole approach has none, as some have.
             let (light, lanelet) =
                 dice.pick(lights(map).into_iter().filter(|(light, _)| map.referrers(*light).len() > 1))?;
@@ -33,7 +33,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "hang a light on the lane before it",
         raises: &["vm-03-04/signal-on-in-lane"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (light, _) = dice.pick(lights(map))?;
             let behind = map.referrers(light);
             let before = dice.pick(before(map, behind[0]))?;
@@ -47,7 +47,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "hang a second light on a lanelet",
         raises: &["vm-03-04/signal-multi"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (light, lanelet) = dice.pick(lights(map))?;
             let (other, _) = dice.pick(lights(map).into_iter().filter(|(other, _)| *other != light))?;
             map.relation(lanelet).members.push(relation_member(other, "regulatory_element"));
@@ -57,7 +57,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "delete a stop line and its marking",
         raises: &["vm-03-09/no-stop-line"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let marking = dice.pick(map.elements("road_marking"))?;
             let (id, line) = (marking.id, members(marking, "refers").next()?);
             let lanelets = map.referrers(id);
@@ -69,7 +69,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "delete a signal's stop line",
         raises: &["vm-03-04/signal-no-stopline"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (light, _) = dice.pick(lights(map))?;
             let line = members(map.relation(light), "ref_line").next()?;
             map.remove(ElementKind::Way, line);
@@ -79,7 +79,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "delete a marking",
         raises: &["vm-03-09/no-stop-line"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             // A line at which a sign stops vehicles stays one.
             let alone = |marking: &&Relation| {
                 let line = members(marking, "refers").next();
@@ -94,7 +94,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "retype a marking's stop line",
         raises: &["vm-03-14/shape"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let marking = dice.pick(map.elements("road_marking"))?;
             let (id, line) = (marking.id, members(marking, "refers").next()?);
             map.way(line).tags.set("type", dice.pick(["line_thin", "pedestrian_marking", "virtual"])?);
@@ -104,7 +104,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "name a marking's line as ref_line, too",
         raises: &["vm-03-14/shape"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(map.elements("road_marking"))?.id;
             let mut again = map.relation(id).members.iter().find(|member| member.role == "refers")?.clone();
             again.role = "ref_line".into();
@@ -116,7 +116,7 @@ pub const KINDS: &[Kind] = &[
         // From the end of a short lane, 2 m are out of its reach: then it has none.
         name: "move a stop line 2 m back",
         raises: &["vm-03-09/start-misaligned", "vm-03-09/no-stop-line"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let line = dice.pick(map.lines("stop_line"))?.id;
             move_line(map, line, [2.0, 2.0])
         },
@@ -124,7 +124,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "turn a stop line",
         raises: &["vm-03-09/start-misaligned"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let line = dice.pick(map.lines("stop_line"))?.id;
             let shift = dice.pick([[1.2, 0.0], [0.0, 1.2]])?;
             move_line(map, line, shift)
@@ -133,7 +133,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "delete a yield",
         raises: YIELD_MISSING,
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let several = |element: &&Relation| members(element, "yield").count() > 1;
             let element = dice.pick(map.elements("right_of_way").filter(several))?;
             let (id, gone) = (element.id, dice.pick(members(element, "yield"))?);
@@ -144,7 +144,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "delete a right_of_way",
         raises: MISSING,
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let element = dice.pick(map.elements("right_of_way"))?;
             let (id, lanelets) = (element.id, members(element, "right_of_way").collect());
             map.remove(ElementKind::Relation, id);
@@ -154,7 +154,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "let a lanelet forget its right_of_way",
         raises: &["vm-03-10/not-referenced", "vm-03-11/not-referenced"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(map.elements("right_of_way"))?.id;
             let lanelet = dice.pick(map.referrers(id))?;
             map.relation(lanelet).members.retain(|member| member.id != id);
@@ -164,7 +164,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "give a right_of_way to another lanelet",
         raises: &["vm-03-10/self-missing", "vm-03-11/self-missing"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(map.elements("right_of_way"))?.id;
             let own: Vec<i64> = members(map.relation(id), "right_of_way").collect();
             let other = dice.pick(map.movements().map(|lanelet| lanelet.id).filter(|id| !own.contains(id)))?;
@@ -176,7 +176,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "hang a second right_of_way on a lanelet",
         raises: &["vm-03-10/multi-re", "vm-03-11/multi-re"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let element = dice.pick(map.elements("right_of_way"))?;
             let (own, lanelet) = (element.id, members(element, "right_of_way").next()?);
             let mut other = map.relation(own).clone();
@@ -189,7 +189,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "let a lanelet ignore one that goes first",
         raises: &["vm-03-10/yield-unsafe", "vm-03-11/yield-unsafe", "vm-03-11/mutual", "vm-03-11/priority-inverted"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             // Who is told to yield, and has an element of its own that does not name the other.
             let mut pairs = Vec::new();
             for element in map.elements("right_of_way") {
@@ -210,7 +210,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "let a lanelet ignore one that it does not touch",
         raises: &["vm-03-10/yield-needless", "vm-03-11/yield-needless"],
-        slip: |base, map, dice| {
+        mutate: |base, map, dice| {
             let id = dice.pick(map.elements("right_of_way"))?.id;
             let own = members(map.relation(id), "right_of_way").next()?;
             let other = dice.pick(base.untouched.iter().filter(|(one, _)| *one == own))?.1;
@@ -281,7 +281,7 @@ pub const HARMLESS: &[Kind] = &[
     Kind {
         name: "reverse a bound",
         raises: &[],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let way = dice.pick(map.lanelets().flat_map(bounds))?;
             map.way(way).nodes.reverse();
             Some(Vec::new())
@@ -290,7 +290,7 @@ pub const HARMLESS: &[Kind] = &[
     Kind {
         name: "reverse a stop line or an area",
         raises: &[],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let way = dice.pick(map.lines("stop_line").chain(map.lines("intersection_area")))?.id;
             map.way(way).nodes.reverse();
             Some(Vec::new())
@@ -299,7 +299,7 @@ pub const HARMLESS: &[Kind] = &[
     Kind {
         name: "shuffle the elements",
         raises: &[],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             dice.shuffle(&mut map.nodes);
             dice.shuffle(&mut map.ways);
             dice.shuffle(&mut map.relations);
@@ -309,7 +309,7 @@ pub const HARMLESS: &[Kind] = &[
     Kind {
         name: "shuffle a relation's members",
         raises: &[],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(&map.relations)?.id;
             let members: &mut Vec<Member> = &mut map.relation(id).members;
             dice.shuffle(members);
@@ -319,7 +319,7 @@ pub const HARMLESS: &[Kind] = &[
     Kind {
         name: "write a note",
         raises: &[],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(&map.relations)?.id;
             map.relation(id).tags.set("note", "seen on 3 May; \"<&>\"");
             let id = dice.pick(&map.ways)?.id;
@@ -330,7 +330,7 @@ pub const HARMLESS: &[Kind] = &[
     Kind {
         name: "add a node that nothing uses",
         raises: &[],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(&map.nodes)?.id;
             map.copy_node(id);
             Some(Vec::new())

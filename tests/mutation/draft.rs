@@ -1,4 +1,4 @@
-//! A map in pieces: what an editor's slip can change, and the map's text after it.
+//! A map in pieces: what a mutation can change, and the map's text after it.
 
 use std::collections::BTreeSet;
 

@@ -1,4 +1,4 @@
-//! Slips that no requirement of intersections forbids: points and lanelets said twice, barriers where people walk or drive.
+//! Mutations that no requirement of intersections forbids: points and lanelets said twice, barriers where people walk or drive.
 
 use lanewright::osm::{Relation, Tags, Way};
 
@@ -9,7 +9,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "name a point of a bound twice",
         raises: &["health/repeated-point"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let way = dice.pick(map.lanelets().flat_map(bounds))?;
             let nodes = &mut map.way(way).nodes;
             let at = dice.below(nodes.len());
@@ -20,7 +20,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "draw a lanelet twice",
         raises: &["health/twice"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(map.lanelets())?.id;
             let again = Relation { id: map.fresh(), ..map.relation(id).clone() };
             map.relations.push(again);
@@ -30,17 +30,17 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "draw a fence across a crosswalk",
         raises: &["vm-05-04/across"],
-        slip: |_, map, dice| barrier(map, dice, "crosswalk", "fence"),
+        mutate: |_, map, dice| barrier(map, dice, "crosswalk", "fence"),
     },
     Kind {
         name: "draw a guard rail across a lane",
         raises: &["vm-07-03/on-lane"],
-        slip: |_, map, dice| barrier(map, dice, "road", "guard_rail"),
+        mutate: |_, map, dice| barrier(map, dice, "road", "guard_rail"),
     },
     Kind {
         name: "misspell a guard rail",
         raises: &["vm-07-02/word"],
-        slip: |_, map, dice| barrier(map, dice, "road", "guardrail").map(|ids| ids[..1].to_vec()),
+        mutate: |_, map, dice| barrier(map, dice, "road", "guardrail").map(|ids| ids[..1].to_vec()),
     },
 ];
 

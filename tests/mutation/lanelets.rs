@@ -1,4 +1,4 @@
-//! Slips that break a lanelet of an intersection: its tags, its bounds, how it hangs together with others.
+//! Mutations that break a lanelet of an intersection: its tags, its bounds, how it hangs together with others.
 
 use lanewright::geometry::{Point, Vector};
 use lanewright::osm::{ElementKind, Relation};
@@ -16,12 +16,12 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "drop turn_direction",
         raises: &["vm-03-02/turn-missing"],
-        slip: |_, map, dice| untag(map, dice, "turn_direction"),
+        mutate: |_, map, dice| untag(map, dice, "turn_direction"),
     },
     Kind {
         name: "misspell turn_direction",
         raises: &["vm-03-02/turn-invalid"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(map.movements())?.id;
             let value = dice.pick(["Left", "rigth", "straight ", "", "none", "left;straight"])?;
             map.relation(id).tags.set("turn_direction", value);
@@ -31,7 +31,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "label a turn as its opposite",
         raises: &["vm-03-02/turn-mismatch"],
-        slip: |base, map, dice| {
+        mutate: |base, map, dice| {
             let id = dice.pick(base.turns.iter().filter(|(_, turn)| turn.abs() > 45.0 && turn.abs() < 150.0))?.0;
             let tags = &mut map.relation(*id).tags;
             let other = if tags.is("turn_direction", "left") { "right" } else { "left" };
@@ -42,7 +42,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "write a distance that is no number",
         raises: &["vm-03-02/turn-signal-distance"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(map.movements())?.id;
             let value = dice.pick(["far", "-1", "", "nan", "15 m"])?;
             map.relation(id).tags.set("turn_signal_distance", value);
@@ -52,12 +52,12 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "drop intersection_area",
         raises: &["vm-03-01/ia-tag-missing"],
-        slip: |_, map, dice| untag(map, dice, "intersection_area"),
+        mutate: |_, map, dice| untag(map, dice, "intersection_area"),
     },
     Kind {
         name: "name an area that is not there",
         raises: &["vm-03-01/ia-tag-dangling"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (id, fresh) = (dice.pick(map.movements())?.id, map.fresh());
             let value =
                 dice.pick([fresh.to_string(), "0".to_owned(), "east".to_owned(), format!("{}", 1_i64 << 32)])?;
@@ -68,7 +68,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "name another intersection's area",
         raises: &["vm-03-01/ia-tag-wrong"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let lanelet = dice.pick(map.movements())?;
             let (id, own) = (lanelet.id, lanelet.tags.get("intersection_area")?.to_owned());
             let other = dice.pick(map.lines("intersection_area").filter(|way| way.id.to_string() != own))?.id;
@@ -79,7 +79,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "paint a bound",
         raises: &["vm-03-02/bound-type"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let way = dice.pick(map.inner_bounds())?;
             let (kind, subtype) = dice.pick([
                 ("line_thin", "solid"),
@@ -95,7 +95,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "drop a bound's type",
         raises: &["vm-03-02/bound-type"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let way = dice.pick(map.inner_bounds())?;
             map.way(way).tags = without(&map.way(way).tags, "type");
             Some(vec![way])
@@ -104,17 +104,17 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "allow a lane change over a bound",
         raises: &["vm-03-02/lane-change-in-ia"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let way = dice.pick(map.inner_bounds())?;
             map.way(way).tags.set("lane_change", "yes");
             Some(vec![way])
         },
     },
-    Kind { name: "split a lanelet", raises: &["vm-03-05/divided"], slip: split },
+    Kind { name: "split a lanelet", raises: &["vm-03-05/divided"], mutate: split },
     Kind {
         name: "delete a lanelet",
         raises: UNCONNECTED,
-        slip: |base, map, dice| {
+        mutate: |base, map, dice| {
             let &id = dice.pick(&base.sole)?;
             map.remove(ElementKind::Relation, id);
             // The lanes and the area that miss it are named, not the lanelet, which is gone.
@@ -124,7 +124,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "swap the roles left and right",
         raises: UNCONNECTED,
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(map.movements())?.id;
             for member in &mut map.relation(id).members {
                 member.role = match member.role.as_str() {
@@ -139,17 +139,17 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "copy an end node",
         raises: &["vm-03-04/near-miss", "vm-03-08/lane-node-missing"],
-        slip: |_, map, dice| apart(map, dice, 0.0),
+        mutate: |_, map, dice| apart(map, dice, 0.0),
     },
     Kind {
         name: "tear an end node 0.4 m off",
         raises: &["vm-03-04/near-miss", "vm-03-08/lane-node-missing"],
-        slip: |_, map, dice| apart(map, dice, 0.4),
+        mutate: |_, map, dice| apart(map, dice, 0.4),
     },
     Kind {
         name: "move a node of a curve 0.4 m sideways",
         raises: UNEVEN,
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let mut places = Vec::new();
             for way in map.inner_bounds() {
                 let line = map.line(way);
@@ -169,7 +169,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "let a bound bulge by half a lane",
         raises: UNEVEN,
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let lanelet = dice.pick(map.movements())?;
             let (left, right) = (map.line(bounds(lanelet)[0]), map.line(bounds(lanelet)[1]));
             let width = (left[0] - right[0]).norm().min((left[0] - right[right.len() - 1]).norm());
@@ -189,7 +189,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "draw a neighbour's bound a second time",
         raises: &["vm-03-07/not-shared", "vm-03-15/not-shared"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let mut pairs = Vec::new();
             for a in map.movements() {
                 for b in map.movements().filter(|b| bounds(a)[1] == bounds(b)[0]) {

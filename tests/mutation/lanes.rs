@@ -1,4 +1,4 @@
-//! Slips that break a lane between intersections: its borders, its centre line, what lies beside it, its stop line.
+//! Mutations that break a lane between intersections: its borders, its centre line, what lies beside it, its stop line.
 
 use lanewright::geometry::{Point, Vector, cross};
 use lanewright::osm::{ElementKind, Member, Relation, Way};
@@ -10,7 +10,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "draw the line to oncoming traffic a second time",
         raises: &["vm-01-04/not-shared"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (_, lanelet, way) = dice.pick(oncoming(map))?;
             let copy = map.copy_way(way);
             exchange(map, lanelet, way, copy);
@@ -20,7 +20,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "let a lane reach over the line to oncoming traffic",
         raises: &["vm-01-13/overlap"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (other, lanelet, way) = dice.pick(oncoming(map))?;
             let far = bounds(map.relation(other)).into_iter().find(|&bound| bound != way)?;
             let toward = toward(&map.line(way), &map.line(far));
@@ -32,7 +32,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "lay a lane onto the oncoming one over ways of its own",
         raises: &["vm-01-14/not-shared"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (other, lanelet, _) = dice.pick(oncoming(map))?;
             let [left, right] = bounds(map.relation(other));
             let [a, b] = [map.copy_way(left), map.copy_way(right)];
@@ -45,7 +45,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "let a centre line begin beside the one before it",
         raises: &["vm-01-11/gap"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (first, second) = dice.pick(in_a_row(map))?;
             let before = center_line(map, first, [0.0, 0.0]);
             center_line(map, second, [0.6, 0.0]);
@@ -55,7 +55,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "let a centre line end beside the middle",
         raises: &["vm-01-12/off-middle"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (first, _) = dice.pick(in_a_row(map))?;
             Some(vec![center_line(map, first, [0.0, 0.6])])
         },
@@ -63,17 +63,17 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "put a shoulder beside a lane over a way of its own",
         raises: &["vm-01-16/not-shared"],
-        slip: |_, map, dice| strip(map, dice, "road_shoulder"),
+        mutate: |_, map, dice| strip(map, dice, "road_shoulder"),
     },
     Kind {
         name: "put a side strip beside a lane over a way of its own",
         raises: &["vm-01-18/not-shared"],
-        slip: |_, map, dice| strip(map, dice, "pedestrian_lane"),
+        mutate: |_, map, dice| strip(map, dice, "pedestrian_lane"),
     },
     Kind {
         name: "put a walkway onto a crosswalk",
         raises: &["vm-01-19/doubled"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let mut walkway = crosswalk(map, dice)?;
             walkway.tags.set("subtype", "walkway");
             let id = walkway.id;
@@ -84,7 +84,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "make a walkway for bicycles of a crosswalk",
         raises: &["vm-01-19/not-for-people"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(map.lanelets().filter(|one| one.tags.is("subtype", "crosswalk")))?.id;
             let tags = &mut map.relation(id).tags;
             tags.set("subtype", "walkway");
@@ -96,7 +96,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "bend a stop line",
         raises: &["vm-02-01/bent"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let way = dice.pick(map.lines("stop_line"))?.id;
             let line = map.line(way);
             let along = line[1] - line[0];
@@ -111,7 +111,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "cut a stop line short",
         raises: &["vm-02-01/short"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let way = dice.pick(map.lines("stop_line"))?.id;
             let (line, nodes) = (map.line(way), map.way(way).nodes.clone());
             // Of a line across several lanes, a piece of the first: it has to be short in its own lane.
@@ -131,7 +131,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "draw a stop line a second time",
         raises: &["vm-02-03/doubled"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let way = dice.pick(map.lines("stop_line"))?.id;
             let copy = map.copy_way(way);
             Some(vec![way, copy])
@@ -140,7 +140,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "let a light or sign stop vehicles at a second line",
         raises: &["vm-02-03/second-line"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let element = dice.pick(map.elements("traffic_light").chain(map.elements("traffic_sign")))?;
             let (id, line) = (element.id, members(element, "ref_line").next()?);
             let others = |one: &&Relation| one.id != id && one.members.iter().any(|member| member.id == line);
@@ -159,7 +159,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "name the stop line of another approach",
         raises: &["vm-02-04/off-lane"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let element = dice.pick(map.elements("traffic_light").chain(map.elements("traffic_sign")))?;
             let (id, own) = (element.id, members(element, "ref_line").next()?);
             // A line that no lane of the element leads across: the one farthest away.

@@ -1,4 +1,4 @@
-//! Slips that break the file: Autoware's loader stumbles, or reads something else than was meant.
+//! Mutations that break the file: Autoware's loader stumbles, or reads something else than was meant.
 
 use lanewright::geometry::Vector;
 use lanewright::osm::ElementKind::{Node, Relation, Way};
@@ -10,7 +10,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "delete a node of a way",
         raises: &["load/missing-ref"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let way = dice.pick(&map.ways)?;
             let (way, node) = (way.id, dice.pick(way.nodes.clone())?);
             map.remove_alone(Node, node);
@@ -20,7 +20,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "delete a bound",
         raises: &["load/missing-ref"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let lanelet = dice.pick(map.lanelets())?;
             let (lanelet, way) = (lanelet.id, dice.pick(bounds(lanelet))?);
             map.remove_alone(Way, way);
@@ -30,7 +30,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "delete a lanelet that gives way",
         raises: &["load/missing-ref"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let element = dice.pick(map.elements("right_of_way"))?;
             let (element, lanelet) = (element.id, dice.pick(members(element, "yield"))?);
             map.remove_alone(Relation, lanelet);
@@ -40,7 +40,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "delete an element that lanelets refer to",
         raises: &["load/missing-ref"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let lanelets =
                 map.lanelets().flat_map(|lanelet| members(lanelet, "regulatory_element").map(|id| (lanelet.id, id)));
             let (lanelet, element) = dice.pick(lanelets)?;
@@ -51,7 +51,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "duplicate a node's id",
         raises: &["ids/duplicate"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (id, at) = (dice.pick(&map.nodes)?.id, dice.below(map.nodes.len()));
             let copy = map.node(id).clone();
             map.nodes.insert(at, copy);
@@ -61,7 +61,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "give a node the id of another",
         raises: &["ids/duplicate"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (from, to) = (dice.pick(&map.nodes)?.id, dice.pick(&map.nodes)?.id);
             (from != to).then(|| map.renumber(Node, from, to))?;
             Some(vec![to])
@@ -70,7 +70,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "duplicate a way's id",
         raises: &["ids/duplicate"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (copy, other) = (dice.pick(&map.ways)?.id, dice.pick(&map.ways)?.id);
             let mut copy = map.way(copy).clone();
             copy.id = other;
@@ -81,7 +81,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "duplicate a relation's id",
         raises: &["ids/duplicate"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (copy, other) = (dice.pick(&map.relations)?.id, dice.pick(&map.relations)?.id);
             let mut copy = map.relation(copy).clone();
             copy.id = other;
@@ -92,7 +92,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "give an element a negative id",
         raises: &["ids/range", "vm-03-01/ia-id-range"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let kind = dice.pick([Node, Way, Relation])?;
             let id = any(map, dice, kind)?;
             map.renumber(kind, id, -id);
@@ -102,7 +102,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "give an area an id beyond 31 bits",
         raises: &["vm-03-01/ia-id-range"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(map.ways.iter().filter(|way| way.tags.is("area", "yes")))?.id;
             map.renumber(Way, id, id + (1 << 31));
             Some(vec![id + (1 << 31)])
@@ -111,7 +111,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "drop a bound of a lanelet",
         raises: &["load/bound-count"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (id, role) = (dice.pick(map.lanelets())?.id, dice.pick(["left", "right"])?);
             map.relation(id).members.retain(|member| member.role != role);
             Some(vec![id])
@@ -120,7 +120,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "give a lanelet a second bound",
         raises: &["load/bound-count"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(map.lanelets())?.id;
             let mut again = dice.pick(map.relation(id).members.iter().filter(|member| member.role == "left"))?.clone();
             again.id = dice.pick(map.lines("virtual").filter(|way| way.id != again.id))?.id;
@@ -131,7 +131,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "mark a bound as area",
         raises: &["load/bound-polygon"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let lanelet = dice.pick(map.lanelets())?;
             let (id, way) = (lanelet.id, dice.pick(bounds(lanelet))?);
             map.way(way).tags.set("area", "yes");
@@ -141,7 +141,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "empty a way",
         raises: &["load/empty-way"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(&map.ways)?.id;
             map.way(id).nodes.clear();
             Some(vec![id])
@@ -150,7 +150,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "cut a bound down to one node",
         raises: &["load/bound-short"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let lanelet = dice.pick(map.lanelets())?;
             let (id, way) = (lanelet.id, dice.pick(bounds(lanelet))?);
             map.way(way).nodes.truncate(1);
@@ -160,7 +160,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "drop a relation's type",
         raises: &["load/relation-type"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(&map.relations)?.id;
             map.relation(id).tags = without(&map.relation(id).tags, "type");
             Some(vec![id])
@@ -169,7 +169,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "misspell an element's subtype",
         raises: &["load/re-subtype"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(elements(map))?;
             let subtype = map.relation(id).tags.get("subtype")?.replacen('_', "-", 1) + "s";
             map.relation(id).tags.set("subtype", subtype);
@@ -179,7 +179,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "drop an element's subtype",
         raises: &["load/re-subtype"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(elements(map))?;
             map.relation(id).tags = without(&map.relation(id).tags, "subtype");
             Some(vec![id])
@@ -188,7 +188,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "delete all yields of an element",
         raises: &["load/re-members"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(map.elements("right_of_way"))?.id;
             map.relation(id).members.retain(|member| member.role != "yield");
             Some(vec![id])
@@ -197,7 +197,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "drop what a light or marking refers to",
         raises: &["load/re-members"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(map.elements("traffic_light").chain(map.elements("road_marking")))?.id;
             map.relation(id).members.retain(|member| member.role != "refers");
             Some(vec![id])
@@ -206,7 +206,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "refer to a lanelet as element",
         raises: &["load/element-type"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (id, other) = (dice.pick(map.lanelets())?.id, dice.pick(map.lanelets())?.id);
             map.relation(id).members.push(super::draft::relation_member(other, "regulatory_element"));
             Some(vec![id])
@@ -215,7 +215,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "drop a height",
         raises: &["node/no-ele"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(&map.nodes)?.id;
             map.node(id).tags = without(&map.node(id).tags, "ele");
             Some(vec![id])
@@ -224,7 +224,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "drop a latitude",
         raises: &["node/coordinate"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(&map.nodes)?.id;
             map.node(id).position = None;
             Some(vec![id])
@@ -233,7 +233,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "drop a local coordinate",
         raises: &["node/local-partial"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (id, key) = (dice.pick(&map.nodes)?.id, dice.pick(["local_x", "local_y"])?);
             map.node(id).tags = without(&map.node(id).tags, key);
             Some(vec![id])
@@ -242,7 +242,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "move a node 0.4 m by latitude and longitude alone",
         raises: &["node/local-mismatch"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(&map.nodes)?.id;
             let moved = map.place(id) + direction(dice) * 0.4;
             map.node(id).position = map.projector.inverse(moved);
@@ -252,7 +252,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "raise a node of a bound by 3 m",
         raises: &["node/ele-step"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let ways: Vec<i64> = map.lanelets().flat_map(bounds).collect();
             let steps = ways.into_iter().flat_map(|way| {
                 let line = map.line(way);
@@ -270,7 +270,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "name a later format",
         raises: &["load/format-version"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let later = ["3", "x", "2-beta", ""];
             map.meta.format_version = dice.pick(later).map(Into::into);
             Some(Vec::new())

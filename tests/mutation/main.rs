@@ -1,15 +1,18 @@
-//! A clean map, one slip of the hand, and the fault that must be said: more than a hundred kinds of slips, at random places.
+//! Mutation tests: a clean map, one mistake as a mapper makes it, and the fault that must be reported; more than a hundred kinds of
+//! mistakes, at random places.
 //!
-//! The maps are the sample maps as `build` makes them. A slip is found if a code that it raises is said of a primitive
-//! that it touched, and was not said before. `LANEWRIGHT_SOAK` makes more of them; the table by kind is printed.
+//! The maps are the sample maps as `build` makes them. A mutation is found if a code that it raises is reported of a primitive
+//! that it touched, and was not reported before. `LANEWRIGHT_SOAK` makes more of them; the table by kind is printed.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
 #![allow(missing_docs)]
 
 mod areas;
+#[path = "../common/mod.rs"]
+mod common;
 mod control;
 mod draft;
-mod healing;
+mod fix_rate;
 mod health;
 mod lanelets;
 mod lanes;
@@ -23,19 +26,21 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
+use common::drawing::osm;
+use common::{samples, soak};
 use draft::{Dice, Draft};
 use lanewright::builder::{BuildOptions, build};
 use lanewright::diagnostic::{Diagnostic, Severity, Subject};
 use lanewright::lanelet::index::MapIndex;
 use lanewright::lanelet::index::Thresholds;
 use lanewright::lanelet::{Loaded, from_osm, to_osm};
-use lanewright::osm::{self, OsmData};
+use lanewright::osm::read_file;
 use lanewright::rules::{self, Config};
 use lanewright::settings::Settings;
 use rayon::prelude::*;
 
-/// Slips of each kind: in every run, and in a soak.
-const SLIPS: [usize; 2] = [3, 15];
+/// Mutations of each kind: in every run, and in a soak.
+const MUTATIONS: [usize; 2] = [3, 15];
 
 /// A way to break a map.
 pub struct Kind {
@@ -44,7 +49,7 @@ pub struct Kind {
     pub raises: &'static [&'static str],
     /// Breaks the map; gives the ids of which one must be named (any if there are none), or `None` where the map has
     /// nothing to break in this way.
-    pub slip: fn(&Base, &mut Draft, &mut Dice) -> Option<Vec<i64>>,
+    pub mutate: fn(&Base, &mut Draft, &mut Dice) -> Option<Vec<i64>>,
 }
 
 /// A clean map and what is known of it.
@@ -71,11 +76,10 @@ fn said(found: &[Diagnostic]) -> BTreeSet<Said> {
 
 impl Base {
     fn of(sample: &Path) -> Self {
-        let built = build(&osm::read_file(sample).unwrap(), &BuildOptions::default()).unwrap();
+        let built = build(&read_file(sample).unwrap(), &BuildOptions::default()).unwrap();
         let mut text = Vec::new();
         to_osm(&built.map, &built.projector, &mut text).unwrap();
-        let mut data = OsmData::default();
-        osm::read_bytes(&mut data, "map.osm", text).unwrap();
+        let data = osm(text);
         let draft = Draft::of(&data, built.projector);
         let Loaded { map, faults } = from_osm(&data, &built.projector);
         let index = MapIndex::new(&map, &faults, &built.settings, Thresholds::default());
@@ -116,10 +120,9 @@ impl Base {
         }
     }
 
-    /// What is said of a map after a slip.
+    /// What is said of a map after a mutation.
     fn judge(&self, draft: &Draft) -> Vec<Diagnostic> {
-        let mut data = OsmData::default();
-        osm::read_bytes(&mut data, "map.osm", draft.text()).unwrap();
+        let data = osm(draft.text());
         let Loaded { map, faults } = from_osm(&data, &draft.projector);
         let index = MapIndex::new(&map, &faults, &self.settings, Thresholds::default());
         rules::run(&index, &Config::default()).unwrap()
@@ -131,25 +134,21 @@ impl Base {
 }
 
 fn bases() -> Vec<Base> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("sample_maps");
-    let mut samples: Vec<_> = folder.read_dir().unwrap().map(|entry| entry.unwrap().path()).collect();
-    samples.retain(|path| path.extension().is_some_and(|extension| extension == "osm"));
-    samples.sort();
-    samples.iter().map(|sample| Base::of(sample)).collect()
+    samples().iter().map(|sample| Base::of(sample)).collect()
 }
 
-fn slips() -> usize {
-    SLIPS[usize::from(std::env::var_os("LANEWRIGHT_SOAK").is_some())]
+fn mutations() -> usize {
+    MUTATIONS[usize::from(soak())]
 }
 
 /// A kind's broken maps: the map, the seed, the draft and what must be named. Maps that cannot be broken so are passed over.
 fn broken<'a>(bases: &'a [Base], at: usize, kind: &'a Kind) -> impl Iterator<Item = (&'a Base, u64, Draft, Vec<i64>)> {
-    (0..slips()).filter_map(move |nth| {
+    (0..mutations()).filter_map(move |nth| {
         (0..bases.len()).find_map(|turn| {
             let base = &bases[(at + nth + turn) % bases.len()];
             let seed = (at * 1000 + nth) as u64;
             let mut draft = base.draft.clone();
-            let named = (kind.slip)(base, &mut draft, &mut Dice(seed))?;
+            let named = (kind.mutate)(base, &mut draft, &mut Dice(seed))?;
             Some((base, seed, draft, named))
         })
     })
@@ -169,7 +168,7 @@ fn names(found: &Diagnostic, ids: &[i64]) -> bool {
     ids.is_empty() || subjects.filter_map(Subject::id).any(|id| ids.contains(&id))
 }
 
-/// All kinds of slips.
+/// All kinds of mutations.
 pub fn all_kinds() -> impl Iterator<Item = &'static Kind> {
     let families = [
         loading::KINDS,
@@ -186,15 +185,15 @@ pub fn all_kinds() -> impl Iterator<Item = &'static Kind> {
 
 struct Outcome {
     name: &'static str,
-    slips: usize,
+    mutations: usize,
     raised: BTreeMap<String, usize>,
     missed: Vec<String>,
 }
 
 fn try_kind(bases: &[Base], at: usize, kind: &Kind) -> Outcome {
-    let mut outcome = Outcome { name: kind.name, slips: 0, raised: BTreeMap::new(), missed: Vec::new() };
+    let mut outcome = Outcome { name: kind.name, mutations: 0, raised: BTreeMap::new(), missed: Vec::new() };
     for (base, seed, draft, named) in broken(bases, at, kind) {
-        outcome.slips += 1;
+        outcome.mutations += 1;
         let judged = catch_unwind(AssertUnwindSafe(|| base.judge(&draft)));
         let Ok(found) = judged else {
             outcome.missed.push(format!("panicked: {}", keep(base, kind, seed, &draft)));
@@ -214,20 +213,20 @@ fn try_kind(bases: &[Base], at: usize, kind: &Kind) -> Outcome {
 }
 
 #[test]
-fn the_fault_of_every_slip_is_said() {
+fn the_fault_of_every_mutation_is_reported() {
     let bases = bases();
-    // With LANEWRIGHT_SLIP only those whose name holds its value.
-    let wanted = std::env::var("LANEWRIGHT_SLIP").unwrap_or_default();
+    // With LANEWRIGHT_MUTATION only those whose name holds its value.
+    let wanted = std::env::var("LANEWRIGHT_MUTATION").unwrap_or_default();
     let kinds: Vec<&Kind> = all_kinds().filter(|kind| kind.name.contains(&wanted)).collect();
     let outcomes: Vec<Outcome> = kinds.par_iter().enumerate().map(|(at, kind)| try_kind(&bases, at, kind)).collect();
-    println!("{:>5} {:>5}  slip", "slips", "said");
-    for Outcome { name, slips, raised, .. } in &outcomes {
+    println!("{:>5} {:>5}  mutation", "count", "found");
+    for Outcome { name, mutations, raised, .. } in &outcomes {
         let codes: Vec<String> = raised.iter().map(|(code, count)| format!("{code} {count}")).collect();
-        println!("{slips:>5} {:>5}  {name}: {}", raised.values().sum::<usize>(), codes.join(", "));
+        println!("{mutations:>5} {:>5}  {name}: {}", raised.values().sum::<usize>(), codes.join(", "));
     }
-    let all: usize = outcomes.iter().map(|outcome| outcome.slips).sum();
-    println!("{all} slips of {} kinds", kinds.len());
-    let idle: Vec<&str> = outcomes.iter().filter(|one| one.slips == 0).map(|one| one.name).collect();
+    let all: usize = outcomes.iter().map(|outcome| outcome.mutations).sum();
+    println!("{all} mutations of {} kinds", kinds.len());
+    let idle: Vec<&str> = outcomes.iter().filter(|one| one.mutations == 0).map(|one| one.name).collect();
     assert!(idle.is_empty(), "no sample map can be broken so: {idle:?}");
     let missed: Vec<String> =
         outcomes.iter().flat_map(|one| one.missed.iter().map(move |what| format!("{}: {what}", one.name))).collect();
@@ -235,7 +234,7 @@ fn the_fault_of_every_slip_is_said() {
 }
 
 #[test]
-fn nothing_is_said_of_a_harmless_change() {
+fn nothing_is_reported_of_a_harmless_change() {
     let bases = bases();
     let loud: Vec<String> = control::HARMLESS
         .par_iter()

@@ -1,24 +1,24 @@
-//! Slips in the file beside the map that names its projector.
+//! Mutations in the file beside the map that names its projector.
 
 use std::path::Path;
 
 use lanewright::lanelet::index::MapIndex;
 use lanewright::lanelet::index::Thresholds;
 use lanewright::lanelet::{INFO, Loaded, ProjectorInfo, from_osm};
-use lanewright::osm::{self, OsmData};
 use lanewright::projection::LonLat;
 use lanewright::projection::{Projector, VerticalDatum, write_info};
 use lanewright::rules::{self, Config};
 
 use super::{Base, Draft, bases};
+use crate::common::drawing::osm;
 
 /// What the test raises besides.
 pub const ALSO: [&str; 2] = ["projector/other-grid", "projector/far-origin"];
 
-/// What is slipped, what is raised, and the file's name and text after it, if it is still there.
+/// What is changed, what is raised, and the file's name and text after it, if it is still there.
 type Slip = (&'static str, &'static str, fn(&str) -> Option<(&'static str, String)>);
 
-pub const SLIPS: &[Slip] = &[
+pub const MUTATIONS: &[Slip] = &[
     ("misname the file", "projector/misnamed", |text| Some(("map_projecter_info.yaml", text.to_owned()))),
     ("name the file in capitals", "projector/misnamed", |text| Some(("MAP_PROJECTOR_INFO.YAML", text.to_owned()))),
     ("lose a colon", "projector/syntax", |text| changed(text, "vertical_datum:", "vertical_datum")),
@@ -44,8 +44,7 @@ fn changed(text: &str, from: &str, to: &str) -> Option<(&'static str, String)> {
 
 /// What is said of a map beside such a file.
 fn said(draft: &Draft, base: &Base, info: Option<(&str, String)>) -> Vec<String> {
-    let mut data = OsmData::default();
-    osm::read_bytes(&mut data, "map.osm", draft.text()).unwrap();
+    let data = osm(draft.text());
     let info = info.map_or_else(ProjectorInfo::default, |(name, text)| ProjectorInfo::of(Path::new(name), &text));
     let projector = info.projector().unwrap_or_else(|| lanewright::lanelet::projector_for(&data));
     let Loaded { map, mut faults } = from_osm(&data, &projector);
@@ -55,10 +54,10 @@ fn said(draft: &Draft, base: &Base, info: Option<(&str, String)>) -> Vec<String>
 }
 
 #[test]
-fn the_fault_of_every_slip_in_the_projectors_file_is_said() {
+fn the_fault_of_every_mutation_of_the_projectors_file_is_reported() {
     let base = bases().remove(0);
     let mut draft = base.draft.clone();
-    // In Tokyo, wherever the sample lies: the slips below name digits.
+    // In Tokyo, wherever the sample lies: the mutations below name digits.
     let origin = LonLat { lon: 139.7, lat: 35.7 };
     let there = Projector::transverse_mercator(origin);
     let ids: Vec<i64> = draft.nodes.iter().map(|node| node.id).collect();
@@ -75,9 +74,9 @@ fn the_fault_of_every_slip_in_the_projectors_file_is_said() {
         codes.into_iter().filter(|code| code.starts_with("projector/") || code.starts_with("node/")).collect()
     };
     assert_eq!(family(said(&draft, &base, Some((INFO, good.clone())))), Vec::<String>::new());
-    for (name, raises, slip) in SLIPS {
+    for (name, raises, mutation) in MUTATIONS {
         // Nothing else follows from it.
-        let said = family(said(&draft, &base, slip(&good)));
+        let said = family(said(&draft, &base, mutation(&good)));
         assert!(!said.is_empty() && said.iter().all(|code| code == raises), "{name}: {said:?}");
     }
     let mgrs = Projector::mgrs("54SUE".parse().unwrap());

@@ -1,4 +1,4 @@
-//! Every fault of every rule is raised by a slip, or it stands here why not.
+//! Every fault of every rule is raised by a mutation, or it stands here why not.
 
 use std::collections::BTreeSet;
 
@@ -6,7 +6,7 @@ use lanewright::rules;
 
 use super::{all_kinds, projector};
 
-/// Reasons why no slip of the sample maps raises a fault; a bad map of `tests/rules`, one step from a good one, raises
+/// Reasons why no mutation of the sample maps raises a fault; a bad map of `tests/rules`, one step from a good one, raises
 /// each of them all the same.
 const UNRAISED: &[(&str, &[&str])] = &[
     (
@@ -59,7 +59,7 @@ const UNRAISED: &[(&str, &[&str])] = &[
         ],
     ),
     (
-        "no sample map has guide lines, shoulders or side strips; for bicycle lanes and walkways no slip is written",
+        "no sample map has guide lines, shoulders or side strips; for bicycle lanes and walkways no mutation is written",
         &[
             "vm-03-15/lane-change",
             "vm-03-15/routable",
@@ -158,20 +158,20 @@ const UNRAISED: &[(&str, &[&str])] = &[
 ];
 
 #[test]
-fn every_fault_is_raised_by_a_slip_or_it_is_said_why_not() {
-    let slipped = all_kinds().flat_map(|kind| kind.raises.iter().copied());
-    let files = projector::SLIPS.iter().map(|(_, raises, _)| *raises).chain(projector::ALSO);
-    let raised: BTreeSet<&str> = slipped.chain(files).collect();
+fn every_fault_is_raised_by_a_mutation_or_listed_with_a_reason() {
+    let mutated = all_kinds().flat_map(|kind| kind.raises.iter().copied());
+    let files = projector::MUTATIONS.iter().map(|(_, raises, _)| *raises).chain(projector::ALSO);
+    let raised: BTreeSet<&str> = mutated.chain(files).collect();
     let unraised: BTreeSet<&str> = UNRAISED.iter().flat_map(|(_, slugs)| slugs.iter().copied()).collect();
     let rows = rules::table().unwrap().iter().map(|row| &row.requirement);
     let all: BTreeSet<String> =
         rows.flat_map(|one| one.faults.iter().map(move |(slug, _)| format!("{}/{slug}", one.id))).collect();
     let neither: Vec<&String> =
         all.iter().filter(|code| !raised.contains(code.as_str()) && !unraised.contains(code.as_str())).collect();
-    assert!(neither.is_empty(), "no slip raises {neither:?}: add one, or say why not");
+    assert!(neither.is_empty(), "no mutation raises {neither:?}: add one, or say why not");
     let both: Vec<&str> = raised.intersection(&unraised).copied().collect();
-    assert!(both.is_empty(), "{both:?} are raised by slips after all");
+    assert!(both.is_empty(), "{both:?} are raised by mutations after all");
     let unknown: Vec<&str> = raised.union(&unraised).copied().filter(|code| !all.contains(*code)).collect();
     assert!(unknown.is_empty(), "{unknown:?} are faults of no rule");
-    println!("{} of {} faults are raised by slips", raised.len(), all.len());
+    println!("{} of {} faults are raised by mutations", raised.len(), all.len());
 }

@@ -1,4 +1,4 @@
-//! Slips that break how lanes lie beside each other, on each other and at the road's edge; centre lines and walkways.
+//! Mutations that break how lanes lie beside each other, on each other and at the road's edge; centre lines and walkways.
 
 use lanewright::osm::{Member, Relation, Way};
 
@@ -10,7 +10,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "cut a lane and not the oncoming one",
         raises: &["vm-01-04/cut-apart"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (other, lanelet, _) = dice.pick(oncoming(map))?;
             for (role, nodes) in ["left", "right"].into_iter().zip(course(map, lanelet)) {
                 let (first, last) = (*nodes.first()?, *nodes.last()?);
@@ -29,17 +29,17 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "leave out the middle line and draw the border beside the middle",
         raises: &["vm-01-13/off-middle"],
-        slip: |_, map, dice| unpainted(map, dice, 0.6),
+        mutate: |_, map, dice| unpainted(map, dice, 0.6),
     },
     Kind {
         name: "leave out the middle line of a road too narrow for two",
         raises: &["vm-01-13/narrow"],
-        slip: |_, map, dice| unpainted(map, dice, 1.6),
+        mutate: |_, map, dice| unpainted(map, dice, 1.6),
     },
     Kind {
         name: "lay two lanes of a wide road onto each other",
         raises: &["vm-01-14/wide"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (other, lanelet, way) = dice.pick(oncoming(map))?;
             let [far, own] = [other, lanelet].map(|id| bounds(map.relation(id)));
             let outer = |bounds: [i64; 2]| bounds.into_iter().find(|&bound| bound != way);
@@ -56,7 +56,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "draw a road's edge far inside its border",
         raises: &["vm-01-08/edge-distance"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (_, way, inner) = dice.pick(outer(map))?;
             let outward = -toward(&map.line(way), &map.line(inner));
             // The way itself becomes the edge, lest the border stay where it was.
@@ -69,7 +69,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "let a centre line end before its lane does",
         raises: &["vm-01-10/end-off"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (first, _) = dice.pick(in_a_row(map))?;
             let line = center_line(map, first, [0.0, 0.0]);
             let places = map.line(line);
@@ -82,7 +82,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "let a centre line leave its lane",
         raises: &["vm-01-10/outside"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (first, _) = dice.pick(in_a_row(map))?;
             let line = center_line(map, first, [0.0, 0.0]);
             let places = map.line(line);
@@ -97,7 +97,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "let a walkway go on along the road",
         raises: &["vm-01-19/long"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let mut walkway = crosswalk(map, dice)?;
             walkway.tags.set("subtype", "walkway");
             let id = walkway.id;
@@ -119,7 +119,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "draw a walkway that crosses nothing",
         raises: &["vm-03-13/walkway-idle"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let mut walkway = crosswalk(map, dice)?;
             walkway.tags.set("subtype", "walkway");
             let id = walkway.id;
@@ -134,7 +134,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "let a crosswalk be continued by another",
         raises: &["vm-01-21/follower"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let own = dice.pick(map.lanelets().filter(|one| one.tags.is("subtype", "crosswalk")))?.id;
             let next = Relation { id: map.fresh(), ..map.relation(own).clone() };
             let id = next.id;
@@ -156,7 +156,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "draw a crosswalk's stop line behind it",
         raises: &["vm-02-04/behind"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let mut choices = Vec::new();
             for element in map.elements("crosswalk") {
                 let walk = members(element, "refers").next()?;
@@ -189,7 +189,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "let a lane's two sides change places",
         raises: &["health/self-crossing", "load/align"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let lane = dice.pick(lanes(map).iter().map(|one| one.id).collect::<Vec<_>>())?;
             let [mut left, mut right] = course(map, lane);
             let (a, b) = (left.len() - 1, right.len() - 1);

@@ -1,4 +1,4 @@
-//! Slips of one tag, one member or one node: what is written is no word that Autoware knows, or is not written at all.
+//! Mutations of one tag, one member or one node: what is written is no word that Autoware knows, or is not written at all.
 
 use lanewright::geometry::Vector;
 use lanewright::osm::{ElementKind, Member, Relation, Way};
@@ -12,7 +12,7 @@ macro_rules! tag {
         Kind {
             name: $name,
             raises: $raises,
-            slip: |_, map, dice| {
+            mutate: |_, map, dice| {
                 let among: fn(&Draft) -> Vec<i64> = $among;
                 let values: &[&str] = $values;
                 let id = dice.pick(among(map))?;
@@ -33,7 +33,7 @@ macro_rules! member {
         Kind {
             name: $name,
             raises: $raises,
-            slip: |_, map, dice| {
+            mutate: |_, map, dice| {
                 let has = |one: &&Relation| members(one, $role).next().is_some();
                 let id = dice.pick(map.elements($subtype).filter(has))?.id;
                 map.relation(id).members.retain(|member| member.role != $role);
@@ -49,7 +49,7 @@ macro_rules! area {
         Kind {
             name: $name,
             raises: $raises,
-            slip: |_, map, dice| {
+            mutate: |_, map, dice| {
                 let lane = dice.pick(plain(map))?;
                 let [left, right] = bounds(map.relation(lane));
                 let nodes = [left, right].map(|way| map.way(way).nodes[..2].to_vec());
@@ -130,7 +130,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "let bulbs name a light that is not there",
         raises: &["vm-04-01/bulbs-unpaired"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let element = dice.pick(map.elements("traffic_light"))?;
             let (id, bulbs) = (element.id, members(element, "light_bulbs").next()?);
             map.way(bulbs).tags.set("traffic_light_id", "7");
@@ -140,7 +140,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "give a light the bulbs of another, too",
         raises: &["vm-04-01/bulbs-count"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let element = dice.pick(map.elements("traffic_light"))?;
             let (id, own) = (element.id, members(element, "light_bulbs").collect::<Vec<_>>());
             let other = dice.pick(bulbs(map).into_iter().filter(|way| !own.contains(way)))?;
@@ -151,7 +151,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "turn a light around",
         raises: &["vm-04-02/reversed"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(drivers_lights(map))?;
             map.way(id).nodes.reverse();
             Some(vec![id])
@@ -160,7 +160,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "draw a light that belongs to nothing",
         raises: &["vm-04-01/unreferenced"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(lights(map))?;
             Some(vec![map.copy_way(id)])
         },
@@ -168,7 +168,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "let all forget a light",
         raises: &["vm-04-01/idle"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(map.elements("traffic_light"))?.id;
             map.relations.iter_mut().for_each(|one| one.members.retain(|member| member.id != id));
             Some(vec![id])
@@ -177,7 +177,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "delete a crosswalk's element",
         raises: &["vm-05-01/unreferenced"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             // An element may also refer to a walkway, which needs none where the map has no others.
             let walks = crosswalks(map);
             let of_crosswalks =
@@ -190,7 +190,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "give a crosswalk's element a second crosswalk",
         raises: &["vm-05-01/several-refers"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let element = dice.pick(map.elements("crosswalk"))?;
             let (id, own) = (element.id, members(element, "refers").next()?);
             let other = dice.pick(crosswalks(map).into_iter().filter(|walk| *walk != own))?;
@@ -201,7 +201,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "let a crosswalk's element refer to a lane",
         raises: &["vm-05-01/refers-type"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (id, lane) = (dice.pick(map.elements("crosswalk"))?.id, dice.pick(plain(map))?);
             map.relation(id).members.iter_mut().filter(|member| member.role == "refers").for_each(|one| one.id = lane);
             Some(vec![id, lane])
@@ -210,7 +210,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "let a lane that crosses nothing refer to a crosswalk's element",
         raises: &["vm-05-01/not-crossing"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (id, lane) = (dice.pick(map.elements("crosswalk"))?.id, dice.pick(plain(map))?);
             map.relation(lane).members.push(relation_member(id, "regulatory_element"));
             Some(vec![id, lane])
@@ -219,7 +219,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "take a node for a bound",
         raises: &["load/bound-not-way"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let lanelet = dice.pick(map.lanelets())?;
             let (id, way) = (lanelet.id, bounds(lanelet)[0]);
             let node = map.way(way).nodes[0];
@@ -231,7 +231,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "put an element into an element",
         raises: &["load/re-member-type"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (id, other) = (dice.pick(map.elements("right_of_way"))?.id, dice.pick(map.elements("crosswalk"))?.id);
             map.relation(id).members.push(relation_member(other, "yield"));
             Some(vec![id])
@@ -240,7 +240,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "give a way the id of a node",
         raises: &["ids/reused"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let (way, node) = (dice.pick(&map.ways)?.id, dice.pick(&map.nodes)?.id);
             map.renumber(ElementKind::Way, way, node);
             Some(vec![node])
@@ -249,7 +249,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "move a node into another square",
         raises: &["node/other-square"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let id = dice.pick(&map.nodes)?.id;
             let node = map.node(id);
             if let Some(place) = &mut node.position {
@@ -261,7 +261,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "raise one side of a lane by 2 m",
         raises: &["health/tilt"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let lane = dice.pick(plain(map))?;
             let [left, _] = bounds(map.relation(lane));
             for node in map.way(left).nodes.clone() {
@@ -274,7 +274,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "draw a lanelet of no length",
         raises: &["health/zero-length"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let lane = dice.pick(plain(map))?;
             let own = bounds(map.relation(lane));
             let id = map.fresh();
@@ -295,7 +295,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "let a lane end in a point",
         raises: &["vm-01-05/shared-point"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let lane = dice.pick(plain(map))?;
             let [left, right] = bounds(map.relation(lane));
             let node = *map.way(left).nodes.last()?;
@@ -313,7 +313,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "draw a stop line that nothing refers to",
         raises: &["vm-02-02/unreferenced"],
-        slip: |_, map, dice| {
+        mutate: |_, map, dice| {
             let lane = dice.pick(plain(map))?;
             let [left, right] = bounds(map.relation(lane));
             let first = *map.way(left).nodes.first()?;

@@ -1,0 +1,19 @@
+//! Streets, networks and maps that are built from OpenStreetMap: sample maps, hand-drawn streets, real extracts, random data.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
+
+mod areas;
+#[path = "../common/mod.rs"]
+mod common;
+mod connectivity;
+mod extracts;
+mod geojson;
+mod heights;
+mod lane_stitching;
+mod networks;
+mod pictures;
+mod quality;
+mod random_towns;
+mod reference_crossings;
+mod road_network;
+mod samples;

@@ -1,0 +1,145 @@
+//! Which lanes there are, who may use them, and where they lead.
+
+use std::collections::BTreeSet;
+
+use lanewright::builder::Built;
+use lanewright::lanelet::{Lanelet, LaneletMap};
+
+use super::{SIDES, built, crossing, found, found_of_geometry, network_of};
+
+/// The bus lanes outside and inside the intersection that bicycles may use, and those that they may not.
+fn bus_lanes(map: &LaneletMap) -> [[usize; 2]; 2] {
+    let mut count = [[0; 2]; 2];
+    for lanelet in map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", "bus_lane")) {
+        let tags = &lanelet.attributes;
+        assert!(tags.is("participant:vehicle:bus", "yes") && !tags.has("participant:vehicle"), "buses only");
+        let inside = usize::from(tags.has("intersection_area"));
+        count[inside][usize::from(!tags.is("participant:bicycle", "yes"))] += 1;
+    }
+    count
+}
+
+#[test]
+fn bicycles_share_the_bus_lanes_of_their_side_of_the_road() {
+    for side in SIDES {
+        let shared = |tags: &str| {
+            let xml = crossing(side, "", &format!("highway=secondary lanes=4 busway=lane {tags}"));
+            let Built { map, settings, .. } = built(&xml, side, "");
+            let mut found = found(&map, &settings);
+            // Nothing says which of them has priority.
+            found.retain(|code| code != "vm-03-11/priority-unknown");
+            assert_eq!(found, Vec::<String>::new(), "{side:?} {tags}");
+            bus_lanes(&map)
+        };
+        // Each of the four roads has one in either direction.
+        let [outside, inside] = shared("");
+        assert_eq!(outside, [0, 8], "{side:?}");
+        assert!(inside[0] == 0 && inside[1] > 0, "{side:?} {inside:?}");
+        for tags in ["cycleway=share_busway", "cycleway:both=share_busway"] {
+            assert_eq!(shared(tags), [[8, 0], [inside[1], 0]], "{side:?} {tags}");
+        }
+        assert_eq!(shared("cycleway:right=share_busway")[0], [4, 4], "{side:?}");
+        assert_eq!(shared("cycleway:left=share_busway")[0], [4, 4], "{side:?}");
+    }
+}
+
+/// Where lanes that go straight on from south to north begin and end, each counted from the left.
+fn northbound(map: &LaneletMap) -> BTreeSet<[usize; 2]> {
+    let middle = |lanelet: &Lanelet, last: bool| {
+        let [left, right] = [lanelet.left, lanelet.right].map(|bound| {
+            let mut points = map.bound_points(bound).map(|point| point.position);
+            if last { points.next_back() } else { points.next() }
+        });
+        nalgebra::center(&left.unwrap(), &right.unwrap())
+    };
+    let straight = map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("turn_direction", "straight"));
+    let ends = straight.map(|lanelet| [false, true].map(|last| middle(lanelet, last)));
+    let ends: Vec<[f64; 2]> = ends.filter(|[a, b]| b.y > a.y + 10.0).map(|[a, b]| [a.x, b.x]).collect();
+    let rank = |side: usize, x: f64| {
+        let mut all: Vec<i64> = ends.iter().map(|end| end[side].round() as i64).collect();
+        all.sort_unstable();
+        all.dedup();
+        1 + all.iter().position(|other| *other == x.round() as i64).unwrap()
+    };
+    ends.iter().map(|[a, b]| [rank(0, *a), rank(1, *b)]).collect()
+}
+
+#[test]
+fn lanes_lead_where_a_relation_says() {
+    let relation = |tags: &str| {
+        format!(
+            "<relation id='9'><member type='way' ref='14' role='from'/><member type='node' ref='1' role='via'/>\
+             <member type='way' ref='15' role='to'/><tag k='type' v='connectivity'/>{tags}</relation></osm>"
+        )
+    };
+    for side in SIDES {
+        let plain = crossing(side, "highway=traffic_signals", "highway=secondary lanes=6");
+        let judged = |tags: &str| {
+            let built = built(&plain.replace("</osm>", &relation(tags)), side, "");
+            assert_eq!(found(&built.map, &built.settings), Vec::<String>::new(), "{side:?} {tags}");
+            let notes: Vec<_> = built.notes.iter().filter(|note| note.fault == "connectivity-skipped").collect();
+            (northbound(&built.map), notes.len())
+        };
+        let usual = BTreeSet::from([[1, 1], [2, 2], [3, 3]]);
+        let told = BTreeSet::from([[1, 1], [2, 2], [2, 3]]);
+        assert_eq!(judged("<tag k='connectivity' v='1:1|2:2,3|3:(3)'/>"), (told, 0), "{side:?}");
+        assert_eq!(judged("<tag k='connectivity' v='1:2|2:1'/>"), (usual.clone(), 1), "{side:?}: they would cross");
+        assert_eq!(judged("<tag k='connectivity' v='1:1|4:3'/>"), (usual, 0), "{side:?}: there is no fourth lane");
+    }
+}
+
+#[test]
+fn lanes_fan_out_where_the_settings_have_it() {
+    for side in SIDES {
+        let xml = crossing(side, "highway=traffic_signals", "highway=secondary lanes=4");
+        let turns = |settings: &str| {
+            let built = built(&xml, side, settings);
+            assert_eq!(found(&built.map, &built.settings), Vec::<String>::new(), "{side:?} {settings}");
+            built.map.lanelets.iter().filter(|lanelet| lanelet.attributes.has("turn_direction")).count()
+        };
+        assert_eq!(turns(""), 4 * (2 + 1 + 1), "{side:?}: straight on, and a lane to either side");
+        assert_eq!(turns("[inside]\nfan_out = true\n"), 4 * (2 + 2 + 2), "{side:?}");
+    }
+}
+
+#[test]
+fn a_lane_in_the_middle_leads_only_where_it_is_needed() {
+    let middle = "highway=primary lanes=5 lanes:forward=2 lanes:backward=2 lanes:both_ways=1";
+    let one_way = "highway=primary lanes=2 oneway=yes";
+    for side in SIDES {
+        // Into two carriageways, with and without a side street at the end; beyond it, or into a road of five lanes.
+        let nodes = [
+            (1, 0.0, 0.0, ""),
+            (2, -200.0, 0.0, ""),
+            (3, 200.0, -9.0, ""),
+            (4, 200.0, 9.0, ""),
+            (5, 0.0, 120.0, ""),
+            (6, -400.0, 0.0, ""),
+            (7, -200.0, 120.0, ""),
+        ];
+        let parts: [(i64, &[i64], &str); 3] = [(11, &[2, 1], middle), (12, &[1, 3], one_way), (13, &[4, 1], one_way)];
+        let at_the_end: (i64, &[i64], &str) = (14, &[1, 5], "highway=residential");
+        let before: [(i64, &[i64], &str); 2] = [(15, &[6, 2], middle), (16, &[2, 7], "highway=residential")];
+        let of_ways = |map: &LaneletMap| {
+            [11, 15].map(|way| {
+                let of_way = |id: &str| id.starts_with(&format!("{way}:"));
+                map.lanelets.iter().filter(|l| l.attributes.get("road_id").is_some_and(of_way)).count()
+            })
+        };
+        let lanes = |ways: &[(i64, &[i64], &str)]| {
+            let built = built(&network_of(side, &nodes, ways), side, "");
+            let mut found = found_of_geometry(&built.map, &built.settings);
+            // Beside a side street the lane at the far edge meets nobody.
+            found.retain(|code| code != "vm-03-12/no-conflict");
+            assert!(found.is_empty(), "{side:?} {}: {found:?}", ways.len());
+            of_ways(&built.map)
+        };
+        assert_eq!(lanes(&parts), [5, 0], "{side:?}: not into the two carriageways");
+        assert_eq!(lanes(&[&parts[..], &[at_the_end]].concat()), [6, 0], "{side:?}: to turn");
+        assert_eq!(lanes(&[&parts[..], &before].concat()), [5, 6], "{side:?}: to turn before the end");
+        // The road becomes narrower, and the lane in its middle goes on.
+        let narrower = "highway=primary lanes=3 lanes:forward=1 lanes:backward=1 lanes:both_ways=1";
+        let narrowed = network_of(side, &nodes, &[(11, &[2, 1], middle), (15, &[6, 2], narrower)]);
+        assert_eq!(of_ways(&built(&narrowed, side, "").map), [6, 4], "{side:?}: to go on");
+    }
+}

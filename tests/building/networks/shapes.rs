@@ -1,0 +1,142 @@
+//! The shapes of junctions: short roads, narrow streets, roads side by side or above each other.
+
+use lanewright::builder::Built;
+use lanewright::geometry::polygon;
+use lanewright::lanelet::Lanelet;
+
+use super::{SIDES, built, found, found_of_geometry, network, network_of};
+
+#[test]
+fn roads_that_leave_side_by_side_are_approaches_of_their_own() {
+    for side in SIDES {
+        for east in [6.0, 20.0, 30.0] {
+            let nodes = [
+                (1, 0.0, 0.0, ""),
+                (2, -90.0, 3.0, ""),
+                (3, 90.0, 0.0, ""),
+                (4, 0.0, 90.0, ""),
+                (5, 0.0, -80.0, ""),
+                (6, east, -80.0, ""),
+            ];
+            let ways: [(i64, &[i64]); 5] = [(12, &[2, 1]), (13, &[3, 1]), (14, &[4, 1]), (15, &[5, 1]), (16, &[6, 1])];
+            let xml = network(side, &nodes, &ways, "highway=residential lanes=2");
+            let Built { map, settings, .. } = built(&xml, side, "");
+            let mut found = found(&map, &settings);
+            // Nothing says which of them has priority.
+            found.retain(|code| code != "vm-03-11/priority-unknown");
+            assert_eq!(found, Vec::<String>::new(), "{side:?}, {east} m apart at their ends");
+        }
+    }
+}
+
+#[test]
+fn a_turn_around_a_small_loop_may_be_missing() {
+    for side in SIDES {
+        let nodes = [
+            (1, 0.0, 0.0, ""),
+            (2, 80.0, 20.0, ""),
+            (3, -10.8, 3.0, ""),
+            (4, -18.0, -2.0, ""),
+            (5, -18.9, -6.3, ""),
+            (6, -14.4, -10.8, ""),
+            (7, -7.2, -7.2, ""),
+        ];
+        let ways: [(i64, &[i64]); 2] = [(12, &[2, 1]), (13, &[1, 3, 4, 5, 6, 7, 1])];
+        let Built { map, settings, notes, .. } =
+            built(&network(side, &nodes, &ways, "highway=residential lanes=2"), side, "");
+        let dropped = notes.iter().filter(|note| note.fault == "movement-dropped").count();
+        assert_eq!(dropped, 2, "{side:?}: there is no room for it");
+        let missed = found(&map, &settings).into_iter().filter(|code| code == "vm-03-04/movement-missing").count();
+        assert_eq!(missed, 0, "{side:?}");
+    }
+}
+
+#[test]
+fn what_is_left_of_a_road_too_short_for_the_turns_at_its_ends_lies_inside() {
+    for side in SIDES {
+        for apart in [18.0, 20.0, 22.0] {
+            let nodes = [
+                (1, 0.0, 0.0, ""),
+                (2, apart, 0.0, ""),
+                (3, -150.0, 0.0, ""),
+                (4, apart + 150.0, 0.0, ""),
+                (5, 85.0, 120.0, ""),
+                (6, apart - 85.0, -120.0, ""),
+            ];
+            let ways: [(i64, &[i64]); 3] = [(11, &[3, 1, 2, 4]), (14, &[1, 5]), (15, &[2, 6])];
+            let built = built(&network(side, &nodes, &ways, "highway=residential"), side, "");
+            let found = found_of_geometry(&built.map, &built.settings);
+            assert!(found.is_empty(), "{side:?} {apart}: {found:?}");
+            assert_eq!((built.summary.roads, built.summary.intersections), (4, 1), "{side:?} {apart}");
+        }
+    }
+}
+
+#[test]
+fn a_dead_end_too_short_for_the_turn_into_it_is_left_out() {
+    for side in SIDES {
+        for (length, roads) in [(9.0, 2), (20.0, 3)] {
+            let nodes = [(1, 0.0, 0.0, ""), (3, -150.0, 0.0, ""), (4, 150.0, 0.0, ""), (5, 0.0, length, "")];
+            let ways: [(i64, &[i64]); 3] = [(11, &[3, 1]), (13, &[1, 4]), (14, &[1, 5])];
+            let built = built(&network(side, &nodes, &ways, "highway=residential"), side, "");
+            let found = found_of_geometry(&built.map, &built.settings);
+            assert!(found.is_empty(), "{side:?} {length}: {found:?}");
+            assert_eq!(built.summary.roads, roads, "{side:?} {length}");
+            let told = built.notes.iter().any(|note| note.fault == "way-skipped" && note.message.contains("way 14"));
+            assert_eq!(told, roads == 2, "{side:?} {length}");
+        }
+    }
+}
+
+#[test]
+fn a_crossing_of_narrow_streets_is_no_larger_than_its_turns_need() {
+    for side in SIDES {
+        // The two halves of a street in line with each other, but for a hair, and at an angle that an eye sees.
+        for off in [0.0, 0.01, 1.0] {
+            let nodes = [
+                (1, 0.0, 0.0, ""),
+                (2, -150.0, off, ""),
+                (3, 150.0, off, ""),
+                (4, off, -150.0, ""),
+                (5, off, 150.0, ""),
+            ];
+            let ways: [(i64, &[i64]); 4] = [(12, &[2, 1]), (13, &[3, 1]), (14, &[4, 1]), (15, &[5, 1])];
+            let built = built(&network(side, &nodes, &ways, "highway=residential"), side, "");
+            assert_eq!(found_of_geometry(&built.map, &built.settings), Vec::<String>::new(), "{side:?} {off}");
+            let area = built.map.polygons.iter().next().unwrap();
+            let places = area.points.iter().map(|&id| built.map.points.get(id).unwrap().position);
+            let (low, high) = places.fold((f64::MAX, f64::MIN), |(low, high), p| (low.min(p.x), high.max(p.x)));
+            // Streets of 6 m, and a turn of 6 m in the middle of lanes of 3 m at either side.
+            assert!(high - low < 2.0 * (1.5 + 6.0) + 0.5, "{side:?} {off}: {}", high - low);
+        }
+    }
+}
+
+#[test]
+fn who_leaves_a_driveway_below_a_bridge_crosses_nobody_on_it() {
+    for side in SIDES {
+        let nodes = [
+            (1, 0.0, 0.0, ""),
+            (2, -120.0, 0.0, ""),
+            (3, 120.0, 0.0, ""),
+            (4, 0.0, 40.0, ""),
+            (6, -150.0, -70.0, ""),
+            (7, 150.0, 82.0, ""),
+        ];
+        let ways: [(i64, &[i64], &str); 3] = [
+            (10, &[2, 1, 3], "highway=residential lanes=2 sidewalk=both"),
+            (11, &[1, 4], "highway=service service=driveway"),
+            (12, &[6, 7], "highway=primary lanes=2 bridge=yes layer=1"),
+        ];
+        let built = built(&network_of(side, &nodes, &ways), side, "");
+        let walkways = built.map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", "walkway"));
+        let bridge = built.map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("road_id", "12:6-7:0"));
+        let [walkways, bridge] = [walkways.collect::<Vec<_>>(), bridge.collect()];
+        assert_eq!((walkways.len(), bridge.len()), (1, 2));
+        let walkway = built.map.outline(walkways[0]);
+        let above = |lane: &&Lanelet| polygon::common_area(&built.map.outline(lane), &walkway) > 1.0;
+        assert!(bridge.iter().any(above), "the bridge leads over the walkway");
+        let found = found(&built.map, &built.settings);
+        assert!(!found.iter().any(|code| code.starts_with("vm-03-13")), "{found:?}");
+    }
+}

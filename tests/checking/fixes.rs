@@ -1,0 +1,174 @@
+//! The edits that rules propose.
+
+use std::collections::BTreeMap;
+use std::convert::Infallible;
+use std::path::PathBuf;
+
+use lanewright::diagnostic::{Diagnostic, Edit, Severity, Subject};
+use lanewright::fix::{canonical, mend};
+use lanewright::lanelet::from_osm;
+use lanewright::osm::OsmData;
+use lanewright::projection::{MgrsGrid, Projector};
+use lanewright::report::{Report, Sources, sarif};
+use lanewright::rules::Config;
+use lanewright::settings::Settings;
+use rayon::prelude::*;
+use serde_json::Value;
+
+use crate::common::drawing::osm;
+use crate::common::judging::{beside, judge, judge_as, load};
+use crate::common::{hand_made_maps, root, rule_maps, shared_maps};
+
+/// The first finding of a rule's bad map that has this code.
+fn finding(rule: &str, map: &str, code: &str) -> Diagnostic {
+    let path = root().join("tests/rules").join(rule).join(map);
+    let (_, loaded) = load(&path);
+    judge(&loaded, &Settings::default()).into_iter().find(|diagnostic| diagnostic.code == code).unwrap()
+}
+
+fn edits(diagnostic: &Diagnostic) -> &[Edit] {
+    &diagnostic.finding.fix.as_ref().unwrap().edits
+}
+
+#[test]
+fn pieces_are_merged_point_by_point() {
+    let found = finding("vm-03-05", "bad-divided.osm", "vm-03-05/divided");
+    let merged = edits(&found);
+    // Ways 141 and 143 get the far points of 142 and 144 (nodes 4 and 5, the lanes' ends in the east).
+    assert_eq!(merged[0], Edit::InsertVertex { way: Subject::LineString(141), position: 2, point: 4 });
+    assert_eq!(merged[1], Edit::InsertVertex { way: Subject::LineString(143), position: 2, point: 5 });
+    let (role, member) = ("right_of_way".into(), Subject::Lanelet(217));
+    assert!(merged.contains(&Edit::RemoveMember { on: Subject::RegulatoryElement(311), role, member }));
+    for subject in [Subject::Lanelet(217), Subject::LineString(142), Subject::LineString(144)] {
+        assert!(merged.contains(&Edit::Remove { subject }), "{subject} stays");
+    }
+}
+
+#[test]
+fn a_missing_node_goes_between_its_neighbours() {
+    let found = finding("vm-03-08", "bad-lane-node-missing.osm", "vm-03-08/lane-node-missing");
+    // The outline begins with the kerb, then the south and the north end of the lanes; node 2 lies between the two.
+    assert_eq!(edits(&found), [Edit::InsertVertex { way: Subject::Polygon(150), position: 2, point: 2 }]);
+}
+
+#[test]
+fn a_turn_direction_follows_the_shape() {
+    let found = finding("vm-03-02", "bad-turn-mismatch.osm", "vm-03-02/turn-mismatch");
+    let on = Subject::Lanelet(213);
+    assert_eq!(edits(&found), [Edit::SetTag { on, key: "turn_direction".into(), value: "right".into() }]);
+}
+
+#[test]
+fn a_turn_signal_starts_behind_the_turn_before() {
+    let found = finding("vm-03-02", "bad-turn-signal-overlap.osm", "vm-03-02/turn-signal-overlap");
+    let on = Subject::Lanelet(214);
+    let [Edit::SetTag { on: set_on, key, value }] = edits(&found) else { panic!("{found:?}") };
+    assert_eq!((*set_on, key.as_str()), (on, "turn_signal_distance"));
+    assert!((29.9..=30.0).contains(&value.parse::<f64>().unwrap()), "{value}");
+}
+
+/// The byte at a line and a column in characters, both from 1.
+fn offset(text: &str, place: [&Value; 2]) -> usize {
+    let [line, column] = place.map(|number| usize::try_from(number.as_u64().unwrap()).unwrap());
+    let start: usize = text.split_inclusive('\n').take(line - 1).map(str::len).sum();
+    start + text[start..].chars().take(column - 1).map(char::len_utf8).sum::<usize>()
+}
+
+/// The text after the changes of a SARIF fix.
+fn applied(text: &str, fix: &Value) -> String {
+    let mut out = text.to_owned();
+    let replacements = fix["artifactChanges"][0]["replacements"].as_array().unwrap();
+    // From the last to the first, so that places stay what they are.
+    for replacement in replacements.iter().rev() {
+        let region = &replacement["deletedRegion"];
+        let start = offset(text, [&region["startLine"], &region["startColumn"]]);
+        let end = offset(text, [&region["endLine"], &region["endColumn"]]);
+        out.replace_range(start..end, replacement["insertedContent"]["text"].as_str().unwrap());
+    }
+    out
+}
+
+#[test]
+fn a_fix_in_a_sarif_report_repairs_the_file() {
+    let dir = tempfile::tempdir().unwrap();
+    let (mut proposed, mut mended) = (0, 0);
+    for path in rule_maps("bad-") {
+        let (settings, config) = beside(&path);
+        let (data, loaded) = load(&path);
+        let found = judge_as(&loaded, &settings, &config);
+        let source = &data.sources[0];
+        let sources = Sources::new([(source.name.as_str(), source.text.as_str())]);
+        let mut log = Vec::new();
+        sarif::write(&Report::new(&found, &sources, &loaded.map), &mut log).unwrap();
+        let log: Value = serde_json::from_slice(&log).unwrap();
+        for result in log["runs"][0]["results"].as_array().unwrap() {
+            let rule = result["ruleId"].as_str().unwrap();
+            let message = result["message"]["text"].as_str().unwrap();
+            proposed += usize::from(!result["properties"]["fix"].is_null());
+            for fix in result["fixes"].as_array().into_iter().flatten() {
+                mended += 1;
+                let file = dir.path().join("mended.osm");
+                std::fs::write(&file, applied(&source.text, fix)).unwrap();
+                let after = |config: &Config| judge_as(&load(&file).1, &settings, config);
+                let said = after(&config)
+                    .into_iter()
+                    .filter(|one| one.code == rule)
+                    .any(|one| message.contains(&one.finding.message));
+                assert!(!said, "{}: {message} is still said after {fix:#}", path.display());
+            }
+        }
+    }
+    println!("{mended} of {proposed} proposed fixes are changes of text alone");
+    assert!(mended > 40, "{mended} of {proposed}");
+}
+
+/// The maps of the existing validator's tests.
+fn validator_maps() -> Vec<PathBuf> {
+    shared_maps("corpus/conformance/map", 107)
+}
+
+/// The errors of a map by code and subject, with how often each is said.
+fn errors(found: &[Diagnostic]) -> BTreeMap<(String, String), usize> {
+    let mut counts = BTreeMap::new();
+    for one in found.iter().filter(|one| one.severity == Severity::Error) {
+        *counts.entry((one.code.clone(), one.finding.subject.to_string())).or_default() += 1;
+    }
+    counts
+}
+
+#[test]
+fn formatting_twice_changes_nothing() {
+    let maps = [validator_maps(), hand_made_maps()].concat();
+    maps.par_iter().for_each(|path| {
+        let text = std::fs::read_to_string(path).unwrap();
+        let once = canonical(&text).unwrap_or_else(|| panic!("{} cannot be formatted", path.display()));
+        assert_eq!(canonical(&once).unwrap(), once, "{}", path.display());
+        let data = osm(once);
+        let (before, _) = load(path);
+        let counts = |data: &OsmData| [data.nodes.len(), data.ways.len(), data.relations.len()];
+        assert_eq!(counts(&data), counts(&before), "{}", path.display());
+    });
+}
+
+#[test]
+fn fixing_makes_no_error_where_there_was_none() {
+    let maps = validator_maps();
+    let (settings, config) = (Settings::default(), Config::default());
+    let done: usize = maps
+        .par_iter()
+        .map(|path| {
+            let (data, loaded) = load(path);
+            let before = errors(&judge_as(&loaded, &settings, &config));
+            let first = data.nodes.iter().find_map(|node| node.position).and_then(MgrsGrid::of);
+            let projector = first.map_or(Projector::Local, Projector::mgrs);
+            let judge = |osm: &OsmData| Ok::<_, Infallible>(judge_as(&from_osm(osm, &projector), &settings, &config));
+            let mended = mend(data, true, judge).unwrap();
+            for (error, count) in errors(&mended.left) {
+                let known = before.get(&error).copied().unwrap_or_default();
+                assert!(count <= known, "{}: {error:?} was said {known} times, now {count}", path.display());
+            }
+            mended.done.len()
+        })
+        .sum();
+    println!("{done} fixes on {} maps", maps.len());
+}

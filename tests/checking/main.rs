@@ -1,0 +1,19 @@
+//! Maps that are loaded, judged by the rules, reported and fixed.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
+
+#[path = "../common/mod.rs"]
+mod common;
+mod dead_ends;
+mod differences;
+#[path = "../fault_injection/mod.rs"]
+mod fault_injection;
+mod fixes;
+mod formats;
+mod malformed_input;
+mod mirror_image;
+mod official_findings;
+mod official_maps;
+mod projections;
+mod rules;
+mod tier4_conformance;

@@ -1,0 +1,12 @@
+//! The program as its users run it.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
+
+mod check;
+mod cli;
+#[path = "../common/mod.rs"]
+mod common;
+mod pbf;
+mod tier4;
+#[cfg(unix)]
+mod view;
