@@ -15,16 +15,16 @@ use crate::lanelet::index::{Crossed, Edge, Thresholds, legs};
 use crate::lanelet::right_of_way::{Mover, OPPOSITE, Relation, Turn, opposites, yields};
 use crate::lanelet::{PointId, Target};
 
-use super::Stage;
+use super::intersection::IntersectionAssembly;
 
-impl Stage<'_> {
+impl IntersectionAssembly<'_> {
     pub(super) fn controls(&self, intersection: &Intersection, arms: &[&Arm]) -> Vec<Control> {
         arms.iter()
             .map(|arm| match (intersection.signals, intersection.all_way_stop) {
                 (true, _) => Control::Signals,
-                _ if self.guarded.binary_search(&arm.at).is_ok() => Control::Signals,
+                _ if self.site.guarded.binary_search(&arm.at).is_ok() => Control::Signals,
                 (false, true) => Control::Stop,
-                (false, false) => sign_at(self.network.road(arm.at.road), arm.at.end),
+                (false, false) => sign_at(self.site.network.road(arm.at.road), arm.at.end),
             })
             .collect()
     }
@@ -38,12 +38,12 @@ impl Stage<'_> {
     ) -> Vec<Mover> {
         let leads_in = |a: &usize| !arms[*a].into.is_empty();
         let signed = |a: usize| matches!(controls[a], Control::Stop | Control::GiveWay);
-        let private = |a: usize| !self.network.road(arms[a].at.road).public;
+        let private = |a: usize| !self.site.network.road(arms[a].at.road).public;
         // A driveway that arrives side by side with a street is part of its approach.
         let of_street = |a: usize| (0..arms.len()).any(|b| !private(b) && !signed(b) && legs[a] == legs[b]);
         let approaching = |a: usize| PriorityArm {
             leg: legs[a],
-            priority_road: is_priority_road(&self.network.road(arms[a].at.road).tags),
+            priority_road: is_priority_road(&self.site.network.road(arms[a].at.road).tags),
             leads_in: leads_in(&a),
             signed: signed(a),
         };
@@ -55,7 +55,7 @@ impl Stage<'_> {
         let minor = |a: usize| signed(a) || private(a) && !of_street(a) || crosses_priority(a) || unlit(a);
         let all: Vec<usize> = (0..arms.len()).filter(leads_in).collect();
         let ranked = all.iter().any(|&a| minor(a)) && !all.iter().all(|&a| minor(a));
-        let near = if self.network.side == DrivingSide::Left { 1.0 } else { -1.0 };
+        let near = if self.site.network.side == DrivingSide::Left { 1.0 } else { -1.0 };
         paths
             .iter()
             .map(|path| {

@@ -158,6 +158,24 @@ impl<'a> MapBuilder<'a> {
         whole.part.map
     }
 
+    /// The whole map where parts that were made over this assembly share ids: where something added before has taken one of a
+    /// part's ids, `make` makes that part, by its index, once more over all that stands.
+    pub fn add_one_by_one(
+        mut self,
+        parts: PartialMaps,
+        mut make: impl FnMut(usize, &MapBuilder) -> MapPart,
+    ) -> LaneletMap {
+        self.require_unique_ids();
+        for (i, part) in parts.split().into_iter().enumerate() {
+            if self.add(part).is_err() {
+                let again = make(i, &self);
+                // Made over all that stands, it shares no id.
+                let _ = self.add(again);
+            }
+        }
+        self.into_map()
+    }
+
     fn carry(&mut self, carrier: LaneletId, element: RegulatoryElementId) {
         match self.part.map.lanelets.get_mut(carrier) {
             Some(lanelet) => lanelet.regulatory_elements.push(element),

@@ -1,10 +1,16 @@
 //! Parts of a map that were made side by side over one assembly, put together in their order as they become ready: what they
 //! were made from is let go meanwhile, and never stands beside the whole.
 
+use rayon::prelude::*;
+
 use crate::builder::ids::Ids;
 use crate::lanelet::LaneletMap;
+use crate::parallel::Finely;
 
 use super::{MapBuilder, MapPart};
+
+/// Parts that are made before they are added.
+const BATCH: usize = 128;
 
 /// Parts over an assembly.
 #[derive(Default)]
@@ -37,8 +43,34 @@ impl PartialMaps {
         parts
     }
 
+    /// These with the parts that `make` makes of all inputs, many at once, and what else it gives of each.
+    pub fn filled<T: Send, O: Send>(
+        mut self,
+        mut inputs: impl Iterator<Item = T>,
+        make: impl Fn(T) -> (MapPart, O) + Sync,
+    ) -> (Self, Vec<O>) {
+        let mut outputs = Vec::with_capacity(inputs.size_hint().0);
+        let mut ready: Vec<(MapPart, O)> = Vec::new();
+        loop {
+            let batch: Vec<T> = inputs.by_ref().take(BATCH).collect();
+            let done = batch.is_empty();
+            let add = |(part, output)| {
+                self.add(part);
+                outputs.push(output);
+            };
+            let (next, ()) = rayon::join(
+                || batch.into_par_iter().finely().map(&make).collect(),
+                || std::mem::take(&mut ready).into_iter().for_each(add),
+            );
+            ready = next;
+            if done {
+                return (self, outputs);
+            }
+        }
+    }
+
     /// Adds a part.
-    pub fn add(&mut self, part: MapPart) {
+    fn add(&mut self, part: MapPart) {
         let MapPart { map, ids, carried } = &mut self.whole;
         self.begins.push(Counts { elements: map.counts(), ids: ids.count(), carried: carried.len() });
         map.pile(part.map);

@@ -1,0 +1,261 @@
+//! One intersection: what is told of it, its area, and everything that rules its lanelets.
+
+use crate::builder::control::signal_arrows::one_way;
+use crate::builder::control::walkway::walkways;
+use crate::builder::control::{Approach, Control, control_arm};
+use crate::builder::intersection::area::AreaOutline;
+use crate::builder::intersection::bicycle_lanelets::BicycleMovements;
+use crate::builder::intersection::conflict::{Conflicts, conflicts, strip_indices};
+use crate::builder::intersection::movement_types::{Movement, Movements};
+use crate::builder::intersection::turning_lanelets::{
+    DrawnMovements, IntersectionPaint, TurningLanelet, intersection_key, paint,
+};
+use crate::builder::lanes::types::Arm;
+use crate::builder::layout::map_layout::IntersectionLanelets;
+use crate::builder::map::map_builder::{MapBuilder, MapPart};
+use crate::builder::network::turn::STRAIGHT;
+use crate::builder::network::{Intersection, RoadEnd};
+use crate::builder::tags::cross_section::StripKind;
+use crate::diagnostic::{Finding, Place, Severity, Subject};
+use crate::lanelet::{Attributes, LaneletId, PolygonId, TurnDirection};
+use crate::settings::IntersectionSettings;
+
+use super::crossings::announce_to;
+use super::intersection_settings;
+use super::site::Site;
+
+/// What is told of one intersection beside the map.
+#[derive(Default)]
+pub(super) struct IntersectionOutput {
+    pub(super) notes: Vec<Finding>,
+    pub(super) settings: Option<IntersectionSettings>,
+    pub(super) bicycle_lanes: Vec<i64>,
+    pub(super) has_area: bool,
+}
+
+/// One intersection while it is built.
+pub(super) struct IntersectionAssembly<'a> {
+    pub(super) site: &'a Site<'a>,
+    pub(super) assembly: MapBuilder<'a>,
+    output: IntersectionOutput,
+    /// Its lanes for bicycles.
+    bicycles: BicycleMovements,
+}
+
+/// The lanelets that vehicles take, and which of them are in each other's way.
+struct Traffic<'a> {
+    paths: &'a [TurningLanelet],
+    conflicts: &'a Conflicts,
+}
+
+impl<'a> IntersectionAssembly<'a> {
+    /// Finishes an intersection whose lanelets were drawn over `below`.
+    pub(super) fn finish(
+        site: &'a Site,
+        below: &'a MapBuilder<'a>,
+        intersection: &Intersection,
+        ways: IntersectionLanelets,
+    ) -> (MapPart, IntersectionOutput) {
+        let mut assembly = MapBuilder::resume(below, ways.part);
+        assembly.set_ground(site.lanes.ground_of(intersection, below));
+        let mut one = Self { site, assembly, output: IntersectionOutput::default(), bicycles: ways.cycles };
+        let arms: Vec<&Arm> = intersection.arms.iter().map(|&arm| site.lanes.arm(arm)).collect();
+        let DrawnMovements { paths, dropped, .. } = &ways.drawn;
+        one.note_dropped(intersection, dropped);
+        if site.as_roads {
+            one.output.bicycle_lanes = one.bicycles.paths.iter().map(|path| path.lanelet.0).collect();
+        }
+        let movements: Vec<Movement> = paths.iter().map(|path| path.movement).chain(dropped.iter().copied()).collect();
+        one.note_closed(intersection, &arms, &movements);
+        one.announce_crosswalks(intersection, paths);
+        one.walkways(intersection, paths);
+        if let Some(area) = ways.area {
+            let prohibited = prohibited(&ways.plan, &ways.drawn, &arms);
+            let traffic = Traffic { paths, conflicts: &ways.conflicts.unwrap_or_default() };
+            one.area(intersection, &arms, traffic, &prohibited, &area);
+        }
+        (one.assembly.into_part(), one.output)
+    }
+
+    fn note_dropped(&mut self, intersection: &Intersection, dropped: &[Movement]) {
+        for movement in dropped {
+            let way = |arm: usize| self.site.network.road(intersection.arms[arm].road).key.way;
+            let (from, to) = (way(movement.from), way(movement.to));
+            let node = intersection.nodes.first().copied().unwrap_or_default();
+            let message = format!("There is no room for a lane from way {from} to way {to} at node {node}.");
+            let finding = Finding::new("movement-dropped", Subject::Node(node), message)
+                .with(Subject::Way(from), "from")
+                .with(Subject::Way(to), "to")
+                .at(Place::Point(intersection.position));
+            self.output.notes.push(finding);
+        }
+    }
+
+    /// Lanes that the input leaves no way into the intersection, or out of it.
+    fn note_closed(&mut self, intersection: &Intersection, arms: &[&Arm], movements: &[Movement]) {
+        let node = intersection.nodes.first().copied().unwrap_or_default();
+        for (i, arm) in arms.iter().enumerate() {
+            let way = self.site.network.road(arm.at.road).key.way;
+            let led_on = |lane: usize| movements.iter().any(|m| (m.from, m.in_lane) == (i, lane));
+            let led_to = |lane: usize| movements.iter().any(|m| (m.to, m.out_lane) == (i, lane));
+            let ends = (0..arm.into.len()).filter(|&lane| !led_on(lane)).map(|_| "on from");
+            let begins = (0..arm.out.len()).filter(|&lane| !led_to(lane)).map(|_| "to");
+            for whither in ends.chain(begins) {
+                let message =
+                    format!("No road leads {whither} a lane of way {way} at node {node}: is a one-way missing?");
+                let finding = Finding::new("lane-closed", Subject::Way(way), message);
+                self.output
+                    .notes
+                    .push(finding.with(Subject::Node(node), "there").at(Place::Point(intersection.position)));
+            }
+        }
+    }
+
+    /// Everything that makes crossing lanelets an intersection for Autoware.
+    fn area(
+        &mut self,
+        intersection: &Intersection,
+        arms: &[&Arm],
+        traffic: Traffic,
+        prohibited: &[(usize, usize)],
+        outline: &AreaOutline,
+    ) {
+        let id = self.area_polygon(intersection, arms, outline);
+        let bicycles = std::mem::take(&mut self.bicycles);
+        self.tag_lanelets(intersection, id, traffic.paths.iter().chain(&bicycles.paths));
+        // Only what is a road is watched, has lights, and is yielded to.
+        let (with_bicycles, conflicts_with_bicycles);
+        let Traffic { paths, conflicts } = if self.site.as_roads && !bicycles.paths.is_empty() {
+            with_bicycles = [traffic.paths, &bicycles.paths].concat();
+            conflicts_with_bicycles = conflicts(&with_bicycles, &strip_indices(&with_bicycles));
+            Traffic { paths: &with_bicycles, conflicts: &conflicts_with_bicycles }
+        } else {
+            traffic
+        };
+        let controls = self.controls(intersection, arms);
+        let arrows = self.site.arrows.wanted(id, &outline.places);
+        let (side, key) = (self.site.network.side, intersection_key("intersection area", intersection).word("arm"));
+        for (i, arm) in arms.iter().enumerate() {
+            let (arm, approaches) = self.approaches((i, arm), paths, &bicycles, controls[i], arrows);
+            control_arm(&mut self.assembly, side, key, &arm, controls[i], &approaches, &outline.places);
+        }
+        let legs = self.legs(arms);
+        let movers = self.movers(arms, paths, &controls, &legs);
+        self.rights_of_way(&legs, paths, &movers, conflicts);
+        let names = intersection_settings::names(arms, self.site.lanes);
+        self.output.settings = intersection_settings::settings(id, &names, prohibited, &movers);
+    }
+
+    /// Adds the polygon of the area, and notes where it is not as it should be.
+    fn area_polygon(&mut self, intersection: &Intersection, arms: &[&Arm], outline: &AreaOutline) -> PolygonId {
+        self.output.has_area = true;
+        let id = self.assembly.polygon_id(intersection_key("intersection area", intersection));
+        let attributes = Attributes::of(&[("type", "intersection_area"), ("area", "yes")]);
+        self.assembly.polygon(id, outline.ring.clone(), attributes);
+        for &arm in &outline.lost {
+            let cut = self.assembly.positions(&arms[arm].cut);
+            let message = format!("The outline of intersection area {id} does not lead along the end of a road.");
+            let finding = Finding::new("lane-end-inside", Subject::Polygon(id.0), message);
+            self.output.notes.push(finding.at(Place::Line(cut)));
+        }
+        for &way in &outline.covered {
+            let message = format!(
+                "Intersection area {id} covers the island of way {way}: it lies wholly inside, and an area has no holes, or \
+                 ways run over it."
+            );
+            let finding = Finding::new("island-covered", Subject::Polygon(id.0), message).graded(Severity::Info);
+            self.output.notes.push(finding.with(Subject::Way(way), "island"));
+        }
+        id
+    }
+
+    /// Says of lanelets where they lie and whither they turn. Nothing is painted across an intersection, not even where two roads
+    /// only merge lanes.
+    fn tag_lanelets<'p>(
+        &mut self,
+        intersection: &Intersection,
+        area: PolygonId,
+        paths: impl Iterator<Item = &'p TurningLanelet>,
+    ) {
+        let (area, painted) = (area.0.to_string(), paint(intersection) != IntersectionPaint::None);
+        for path in paths {
+            if let Some(attributes) = self.assembly.attributes_mut(path.lanelet) {
+                attributes.set("turn_direction", direction(path).as_str());
+                attributes.set("intersection_area", &area);
+            }
+            for line in path.bounds.into_iter().filter(|_| painted) {
+                self.assembly.retag_line(line, Attributes::of(&[("type", "virtual")]));
+            }
+        }
+    }
+
+    /// The lanes over which vehicles approach on an arm, and bicycles where their lanes are roads; with the arm to which these
+    /// are added.
+    fn approaches(
+        &self,
+        (index, arm): (usize, &Arm),
+        paths: &[TurningLanelet],
+        bicycles: &BicycleMovements,
+        control: Control,
+        arrows: bool,
+    ) -> (Arm, Vec<Approach>) {
+        let from = |lane: usize, bicycle: bool| {
+            paths.iter().filter(move |path| {
+                let movement = path.movement;
+                (movement.from, movement.in_lane, path.kind == StripKind::Bicycle) == (index, lane, bicycle)
+            })
+        };
+        let mut approaches: Vec<Approach> = (arm.into.iter().enumerate())
+            .map(|(lane, before)| Approach {
+                lane: self.site.lanes.lanes[before.lane].lanelet,
+                behind: from(lane, false).map(|path| path.lanelet).collect(),
+                arrow: arrows.then(|| one_way(from(lane, false).map(direction))).flatten(),
+            })
+            .collect();
+        let mut arm = arm.clone();
+        for (lane, end) in bicycles.ends.into_of(index).filter(|_| self.site.as_roads && control != Control::Stop) {
+            let behind: Vec<LaneletId> = from(lane, true).map(|path| path.lanelet).collect();
+            let Some(&lane) = behind.first() else { continue };
+            arm.into.push(*end);
+            approaches.push(Approach { lane, behind, arrow: None });
+        }
+        (arm, approaches)
+    }
+
+    fn walkways(&mut self, intersection: &Intersection, paths: &[TurningLanelet]) {
+        if self.site.network.beside.walkways {
+            let crossings = self.site.crossings;
+            let crossed = |arm: RoadEnd| crossings.at(arm).next().is_some();
+            walkways(&mut self.assembly, self.site.network, self.site.lanes, intersection, crossed, paths);
+        }
+    }
+
+    fn announce_crosswalks(&mut self, intersection: &Intersection, paths: &[TurningLanelet]) {
+        for crosswalk in intersection.arms.iter().flat_map(|arm| self.site.crossings.at(*arm)) {
+            let bicycles = self.bicycles.paths.iter().filter(|_| self.site.as_roads);
+            let lanelets: Vec<LaneletId> = paths.iter().chain(bicycles).map(|path| path.lanelet).collect();
+            announce_to(&mut self.assembly, crosswalk, lanelets.into_iter());
+        }
+    }
+}
+
+/// Which way a movement goes.
+fn direction(path: &TurningLanelet) -> TurnDirection {
+    match path.turn {
+        turn if turn.abs() <= STRAIGHT => TurnDirection::Straight,
+        turn if turn > 0.0 => TurnDirection::Left,
+        _ => TurnDirection::Right,
+    }
+}
+
+/// Pairs of arms between which there is no movement: those that must not be, and, where there is no room for it, the way
+/// once more around a loop.
+fn prohibited(plan: &Movements, drawn: &DrawnMovements, arms: &[&Arm]) -> Vec<(usize, usize)> {
+    let is_drawn = |pair: (usize, usize)| drawn.paths.iter().any(|it| (it.movement.from, it.movement.to) == pair);
+    let dropped = drawn.dropped.iter().map(|it| (it.from, it.to));
+    let around = dropped.filter(|&(from, to)| arms[from].at.road == arms[to].at.road && !is_drawn((from, to)));
+    let mut all: Vec<(usize, usize)> = plan.prohibited.iter().copied().chain(around).collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}

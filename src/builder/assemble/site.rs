@@ -1,0 +1,19 @@
+//! What all intersections of a map are built from.
+
+use crate::builder::control::signal_arrows::SignalArrows;
+use crate::builder::lanes::types::Lanes;
+use crate::builder::network::{RoadEnd, RoadNetwork};
+
+use super::crossings::Crossings;
+
+/// What all intersections are built from.
+pub(super) struct Site<'a> {
+    pub(super) network: &'a RoadNetwork,
+    pub(super) lanes: &'a Lanes,
+    pub(super) crossings: &'a Crossings,
+    pub(super) arrows: &'a SignalArrows,
+    /// The ends of roads that have lights because people have some there, in order.
+    pub(super) guarded: &'a [RoadEnd],
+    /// Whether lanes for bicycles are written as roads, which others watch and yield to.
+    pub(super) as_roads: bool,
+}
