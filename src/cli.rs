@@ -13,10 +13,10 @@ mod gallery;
 mod geometry;
 mod input;
 mod memory;
+mod output;
 mod packaging;
-mod page;
 mod project;
-mod screen;
+mod report_page;
 mod stage;
 mod stats;
 mod tier4;
@@ -410,7 +410,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Man { dir } => packaging::man(&dir),
     };
     result.unwrap_or_else(|failure| {
-        screen::complain(&failure.render(screen::stderr_style()));
+        output::complain(&failure.render(output::stderr_style()));
         FAILED
     })
 }

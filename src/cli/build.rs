@@ -4,7 +4,7 @@ use crate::api::{BuiltMap, MAP, spare};
 use crate::builder::{Built, Summary};
 use crate::report::failure::Failure;
 
-use super::screen::{self, Progress};
+use super::output::{self, Progress};
 use super::{BuildArgs, CLEAN, input, memory};
 
 /// Builds the map and writes its three files, all or none.
@@ -20,7 +20,7 @@ pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
     progress.next("writing");
     map.write(&args.output)?;
     drop(progress);
-    screen::print(&format!("{}{merges}{}", summary(args, &map.built), input::undrawn(&map.built.notes)))?;
+    output::print(&format!("{}{merges}{}", summary(args, &map.built), input::undrawn(&map.built.notes)))?;
     // The process ends: the memory of a map need not be given back piece by piece.
     std::mem::forget(map);
     Ok(CLEAN)

@@ -9,8 +9,8 @@ use crate::report::failure::Failure;
 use crate::report::{self, Report, Totals};
 
 use super::check_args::{CheckArgs, FormatArg};
-use super::screen::{self, Progress};
-use super::{CLEAN, fix, page, tier4, watch};
+use super::output::{self, Progress};
+use super::{CLEAN, fix, report_page, tier4, watch};
 
 /// Checks the map and prints what was found, once or until somebody ends it.
 pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
@@ -45,7 +45,7 @@ pub fn once(args: &CheckArgs) -> Result<u8, Failure> {
     print(args, &checked)?;
     let warnings = sorted.left.iter().filter(|one| one.severity == Severity::Warning).count();
     if let Some(most) = args.max_warnings.filter(|&most| warnings > most) {
-        screen::complain(&format!("{warnings} warnings; --max-warnings allows {most}\n"));
+        output::complain(&format!("{warnings} warnings; --max-warnings allows {most}\n"));
         return Ok(1);
     }
     Ok(report::exit_code(&sorted.left, args.fail_on.into()))
@@ -60,7 +60,7 @@ fn print(args: &CheckArgs, checked: &Checked) -> Result<(), Failure> {
 }
 
 fn shown(args: &CheckArgs, report: &Report<'_>) -> Result<(), Failure> {
-    screen::print_with(|out| match args.format {
+    output::print_with(|out| match args.format {
         FormatArg::Text | FormatArg::Concise => people(args, report, out),
         FormatArg::Json => report::json::write(report, out),
         FormatArg::Sarif => report::sarif::write(report, out),
@@ -71,7 +71,7 @@ fn shown(args: &CheckArgs, report: &Report<'_>) -> Result<(), Failure> {
         FormatArg::Tier4 => Ok(()),
     })?;
     match &args.report {
-        Some(file) => page::write(file, args, report),
+        Some(file) => report_page::write(file, args, report),
         None => Ok(()),
     }
 }
@@ -86,7 +86,7 @@ fn people(args: &CheckArgs, report: &Report<'_>, out: &mut dyn Write) -> std::io
         report::concise(out, found, report.sources)?;
         writeln!(out, "{}", report::summary(found))?;
     } else {
-        report::text(out, report, screen::stdout_style())?;
+        report::text(out, report, output::stdout_style())?;
     }
     let left_out = [(report.suppressed, "suppressed"), (report.known, "known from the baseline")];
     let left_out: Vec<String> =
@@ -97,6 +97,6 @@ fn people(args: &CheckArgs, report: &Report<'_>, out: &mut dyn Write) -> std::io
 fn write_baseline(file: &Path, checked: &Checked) -> Result<u8, Failure> {
     checked.write_baseline(file)?;
     let map = checked.loaded.osm.sources.first().map_or("", |source| &source.name);
-    screen::print(&format!("{}: {} findings of {map} written\n", file.display(), checked.baseline().len()))?;
+    output::print(&format!("{}: {} findings of {map} written\n", file.display(), checked.baseline().len()))?;
     Ok(CLEAN)
 }

@@ -11,7 +11,7 @@ use crate::report::draw::sketch::{Mark, beside};
 use crate::report::draw::{self, Focus, Options, bounding_box};
 use crate::report::failure::Failure;
 
-use super::screen::{self, Progress};
+use super::output::{self, Progress};
 use super::{CLEAN, DrawArgs, StageArg, StreetArgs, input, stage};
 use crate::api::Loaded;
 
@@ -73,7 +73,7 @@ pub fn run(args: &DrawArgs, old: &Path, new: &Path) -> Result<u8, Failure> {
     };
     stage::publish(args, &picture)?;
     drop(progress);
-    screen::print(&list(args, &changes, [shapes_before.len(), shapes_after.len()]))?;
+    output::print(&list(args, &changes, [shapes_before.len(), shapes_after.len()]))?;
     Ok(CLEAN)
 }
 

@@ -10,7 +10,7 @@ use crate::report::failure::Failure;
 use crate::report::html::{Page, html};
 use crate::report::{FailOn, Report, Sources, diff};
 
-use super::screen::{self, Progress};
+use super::output::{self, Progress};
 use super::{CLEAN, DiffArgs, DiffFormat};
 use crate::api::files;
 use crate::api::load::open_failure;
@@ -30,7 +30,7 @@ pub fn run(args: &DiffArgs) -> Result<u8, Failure> {
     if let Some(file) = &args.report {
         page(file, &args.new, &diff, &new)?;
     }
-    screen::print_with(|out| match args.format {
+    output::print_with(|out| match args.format {
         DiffFormat::Text => out.write_all(diff.text().as_bytes()),
         DiffFormat::Json => writeln!(out, "{}", serde_json::to_string_pretty(&diff).map_err(Error::other)?),
     })?;

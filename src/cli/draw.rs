@@ -9,7 +9,7 @@ use crate::report::draw;
 use crate::report::draw::{DrawError, Focus, Options};
 use crate::report::failure::Failure;
 
-use super::screen::{self, Progress};
+use super::output::{self, Progress};
 use super::{CLEAN, DrawArgs, compare, stage};
 use crate::api::files;
 use crate::api::{Loaded, judged};
@@ -53,7 +53,7 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
     files::publish(dir, &[(name, &picture)])?;
     drop(progress);
     let drawn = if unfound { String::new() } else { format!(" ({})", report::summary(&found)) };
-    screen::print(&format!("{}{drawn}\n", args.output.display()))?;
+    output::print(&format!("{}{drawn}\n", args.output.display()))?;
     Ok(CLEAN)
 }
 
@@ -87,7 +87,7 @@ fn strokes(args: &DrawArgs, loaded: &Loaded, options: &Options, progress: Progre
     })?;
     draft.publish()?;
     drop(progress);
-    screen::print(&format!("{}\n", args.output.display()))?;
+    output::print(&format!("{}\n", args.output.display()))?;
     Ok(CLEAN)
 }
 

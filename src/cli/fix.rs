@@ -9,7 +9,7 @@ use crate::report::failure::Failure;
 use crate::report::visible;
 
 use super::check_args::ConfigArgs;
-use super::screen::{self, Progress};
+use super::output::{self, Progress};
 use super::{CLEAN, FixArgs};
 
 /// Exit code where an error is left, or `--diff` has something to show.
@@ -20,11 +20,11 @@ pub fn run(args: &FixArgs) -> Result<u8, Failure> {
     let fixed = fixed(&args.map, &args.config, args.r#unsafe)?;
     if args.diff {
         let diff = fixed.diff();
-        screen::print(&diff)?;
+        output::print(&diff)?;
         return Ok(if diff.is_empty() { CLEAN } else { LEFT });
     }
     fixed.write()?;
-    screen::print(&told(&fixed.mended))?;
+    output::print(&told(&fixed.mended))?;
     Ok(if fixed.mended.left.iter().any(|one| one.severity == Severity::Error) { LEFT } else { CLEAN })
 }
 
@@ -32,7 +32,7 @@ pub fn run(args: &FixArgs) -> Result<u8, Failure> {
 pub fn in_place(map: &Path, config: &ConfigArgs, unsafe_too: bool) -> Result<(), Failure> {
     let fixed = fixed(map, config, unsafe_too)?;
     fixed.write()?;
-    screen::complain(&told(&fixed.mended));
+    output::complain(&told(&fixed.mended));
     Ok(())
 }
 

@@ -6,7 +6,7 @@ use crate::fix::canonical;
 use crate::lanelet::open;
 use crate::report::failure::Failure;
 
-use super::{CLEAN, FmtArgs, screen};
+use super::{CLEAN, FmtArgs, output};
 use crate::api::files;
 use crate::api::load::open_failure;
 
@@ -30,7 +30,7 @@ pub fn run(args: &FmtArgs) -> Result<u8, Failure> {
         .map(|(path, _)| format!("{}: {}\n", path.display(), if args.check { "not formatted" } else { "formatted" }))
         .collect();
     if args.check {
-        screen::print(&told)?;
+        output::print(&told)?;
         return Ok(if changed.is_empty() { CLEAN } else { WOULD_CHANGE });
     }
     if let Some((packed, _)) = changed.iter().find(|(path, _)| path.extension().is_some_and(|one| one != "osm")) {
@@ -39,6 +39,6 @@ pub fn run(args: &FmtArgs) -> Result<u8, Failure> {
     }
     let texts: Vec<(&Path, &[u8])> = changed.iter().map(|(path, text)| (*path, text.as_bytes())).collect();
     files::write_all(&texts)?;
-    screen::print(&told)?;
+    output::print(&told)?;
     Ok(CLEAN)
 }

@@ -8,7 +8,7 @@ use crate::report::draw::sketch::around;
 use crate::report::failure::Failure;
 
 use super::DrawArgs;
-use super::screen::Progress;
+use super::output::Progress;
 use super::stage::{self, Pictures};
 use crate::api::files;
 

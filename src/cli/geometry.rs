@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::builder::Plan;
 use crate::report::failure::Failure;
 
-use super::screen::{self, Progress};
+use super::output::{self, Progress};
 use super::{CLEAN, GeometryArgs, input};
 
 /// Lays out the streets of each input and writes them.
@@ -17,7 +17,7 @@ pub fn run(args: &GeometryArgs) -> Result<u8, Failure> {
         progress.next("writing");
         layout.write_to(output)?;
         drop(progress);
-        screen::print(&summary(args, output, &layout.plan))?;
+        output::print(&summary(args, output, &layout.plan))?;
         // Its memory is given back beside what follows; where nothing does, the process need not wait for it.
         rayon::spawn(move || drop(layout));
     }

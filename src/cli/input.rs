@@ -13,7 +13,7 @@ use crate::diagnostic::Finding;
 use crate::report::failure::Failure;
 
 use super::check_args::ConfigArgs;
-use super::screen::Progress;
+use super::output::Progress;
 use super::{SideArg, StreetArgs};
 
 /// Reads an input and lays out its streets.

@@ -6,14 +6,14 @@ use crate::report::failure::Failure;
 use clap::CommandFactory;
 use clap_complete::Shell;
 
-use super::{CLEAN, Cli, screen};
+use super::{CLEAN, Cli, output};
 use crate::api::files;
 
 /// Prints the completions of one shell.
 pub fn completions(shell: Shell) -> Result<u8, Failure> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Cli::command(), "lanewright", &mut script);
-    screen::print_with(|out| out.write_all(&script))?;
+    output::print_with(|out| out.write_all(&script))?;
     Ok(CLEAN)
 }
 
@@ -31,6 +31,6 @@ pub fn man(dir: &Path) -> Result<u8, Failure> {
     }
     let drafts: Vec<(&str, &[u8])> = pages.iter().map(|(name, text)| (name.as_str(), text.as_slice())).collect();
     files::publish(dir, &drafts)?;
-    screen::print(&format!("{}: {} pages\n", dir.display(), pages.len()))?;
+    output::print(&format!("{}: {} pages\n", dir.display(), pages.len()))?;
     Ok(CLEAN)
 }

@@ -9,7 +9,7 @@ use crate::lanelet::{INFO, ProjectorFrom, open, twice};
 use crate::projection::{Extent, LonLat, MgrsGrid, Projector, VerticalDatum, infer, residual, write_info};
 use crate::report::failure::Failure;
 
-use super::screen::{self, Progress};
+use super::output::{self, Progress};
 use super::{CLEAN, ConvertArgs, ProjectorArg};
 use crate::api::files;
 use crate::api::load::open_failure;
@@ -51,7 +51,7 @@ pub fn infer_map(map: &Path) -> Result<u8, Failure> {
         _ if best.is_some() && opened.info.is_sound() => CLEAN,
         _ => UNEXPLAINED,
     };
-    screen::print(&text)?;
+    output::print(&text)?;
     Ok(code)
 }
 
@@ -102,7 +102,7 @@ pub fn convert(args: &ConvertArgs) -> Result<u8, Failure> {
         names.iter().zip(&texts).map(|(name, text)| (name.as_str(), text.as_bytes())).collect();
     drafts.push((INFO, info.as_bytes()));
     files::publish(&args.output, &drafts)?;
-    screen::print(&format!("{}: {} nodes in {}\n", args.output.display(), places.len(), to))?;
+    output::print(&format!("{}: {} nodes in {}\n", args.output.display(), places.len(), to))?;
     Ok(CLEAN)
 }
 

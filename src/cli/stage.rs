@@ -16,7 +16,7 @@ use crate::report::draw::sketch::{Mark, Sketch, around};
 use crate::report::draw::{DrawError, Focus, Options, View};
 use crate::report::failure::Failure;
 
-use super::screen::{self, Progress};
+use super::output::{self, Progress};
 use super::{CLEAN, DrawArgs, StageArg, StreetArgs, input};
 use crate::api::files;
 
@@ -29,7 +29,7 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
     if args.each {
         let count = super::gallery::write(args, &plan, &progress)?;
         drop(progress);
-        screen::print(&format!("{}: {count} intersections\n", args.output.join("index.html").display()))?;
+        output::print(&format!("{}: {count} intersections\n", args.output.join("index.html").display()))?;
         return Ok(CLEAN);
     }
     let [stage] = args.stage[..] else {
@@ -38,7 +38,7 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
     let svg = Pictures::new(args, &plan).svg(stage, focus(args, &plan)?)?;
     publish(args, &svg)?;
     drop(progress);
-    screen::print(&format!("{}\n", args.output.display()))?;
+    output::print(&format!("{}\n", args.output.display()))?;
     Ok(CLEAN)
 }
 

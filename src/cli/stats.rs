@@ -6,7 +6,7 @@ use crate::lanelet::index::{MapIndex, Thresholds};
 use crate::report::failure::Failure;
 use crate::report::stats::Stats;
 
-use super::screen::{self, Progress};
+use super::output::{self, Progress};
 use super::{CLEAN, StatsArgs, StatsFormat};
 use crate::api::{Configuration, Loaded};
 
@@ -18,7 +18,7 @@ pub fn run(args: &StatsArgs) -> Result<u8, Failure> {
     let index = MapIndex::new(&loaded.map, &loaded.faults, &loaded.settings, Thresholds::default());
     let stats = Stats::of(&index);
     drop(progress);
-    screen::print_with(|out| match args.format {
+    output::print_with(|out| match args.format {
         StatsFormat::Text => out.write_all(stats.text().as_bytes()),
         StatsFormat::Json => writeln!(out, "{}", serde_json::to_string_pretty(&stats).map_err(Error::other)?),
     })?;

@@ -10,7 +10,7 @@ use crate::lanelet;
 use crate::report::failure::Failure;
 
 use super::check_args::CheckArgs;
-use super::{check, screen};
+use super::{check, output};
 
 /// How often the files are looked at. Asking costs little, and every file system can answer.
 const PAUSE: Duration = Duration::from_millis(250);
@@ -68,13 +68,13 @@ pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
         // Taken before the run, so that a change during it is seen.
         let before = watched.stamps();
         if let Err(failure) = check::once(args) {
-            screen::complain(&failure.render(screen::stderr_style()));
+            output::complain(&failure.render(output::stderr_style()));
         }
-        screen::complain(&format!("watching {}; Ctrl-C ends\n", args.map.display()));
+        output::complain(&format!("watching {}; Ctrl-C ends\n", args.map.display()));
         watched.wait(before);
         if std::io::stdout().is_terminal() {
             const CLEAR: &str = "\u{1b}[2J\u{1b}[H";
-            screen::print(CLEAR)?;
+            output::print(CLEAR)?;
         }
     }
 }

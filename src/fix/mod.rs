@@ -2,10 +2,10 @@
 //! again: a fix that brings a new error is not kept.
 
 mod canonical;
-mod draft;
 mod element;
 #[cfg(test)]
 mod tests;
+mod text_edits;
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use crate::cancel;
 use crate::diagnostic::{Diagnostic, Fix, Severity, Subject};
 use crate::osm::{OsmData, ReadError, Source, read_bytes};
 pub use canonical::canonical;
-use draft::Draft;
+use text_edits::TextEdits;
 
 /// A fix and what it mends.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -116,8 +116,8 @@ fn is_of_the_file(mend: &Mend) -> bool {
 
 /// The files' texts with the edits of one fix; `None` if it cannot be made.
 pub fn edited(osm: &OsmData, fix: &Fix) -> Option<Vec<String>> {
-    let mut draft = Draft::new(osm);
-    draft.apply(fix).then(|| draft.texts())
+    let mut edits = TextEdits::new(osm);
+    edits.apply(fix).then(|| edits.texts())
 }
 
 /// A batch of fixes, made and judged.
@@ -134,12 +134,12 @@ fn attempt<E>(
     batch: &[(Mend, Fix)],
     judge: &impl Fn(&OsmData) -> Result<Vec<Diagnostic>, FixError<E>>,
 ) -> Result<Option<Attempt>, FixError<E>> {
-    let mut draft = Draft::new(&state.osm);
-    let done: Vec<Mend> = batch.iter().filter(|(_, fix)| draft.apply(fix)).map(|(mend, _)| mend.clone()).collect();
+    let mut edits = TextEdits::new(&state.osm);
+    let done: Vec<Mend> = batch.iter().filter(|(_, fix)| edits.apply(fix)).map(|(mend, _)| mend.clone()).collect();
     if done.is_empty() {
         return Ok(None);
     }
-    let osm = reread(&state.osm.sources, draft.texts()).map_err(FixError::Read)?;
+    let osm = reread(&state.osm.sources, edits.texts()).map_err(FixError::Read)?;
     let left = judge(&osm)?;
     let good = !worse(&state.left, &left) && done.iter().all(|mend| count(&left, mend) < count(&state.left, mend));
     Ok(Some(Attempt { osm, left, done, good }))

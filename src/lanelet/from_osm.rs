@@ -1,12 +1,12 @@
 //! From what a file says to the map that Autoware's loader makes of it, with everything the loader stumbles over.
 
-mod meant;
+mod duplicate_ids;
+mod file_level;
+mod infer_type;
+mod missing_bound;
 mod nodes;
 mod relation_type;
 mod relations;
-mod repeat;
-mod whole;
-mod without_bound;
 
 use crate::diagnostic::{SourceSpan, Subject};
 use crate::osm::{ElementKind, OsmData, Relation, Way};
@@ -34,7 +34,7 @@ pub const SUPPORTED_FORMAT_VERSION: u32 = 2;
 /// Simulates Autoware's loader. References in the map always resolve: what does not is a fault and left out.
 pub fn from_osm(osm: &OsmData, projector: &Projector) -> Loaded {
     let repeated = repeated(osm);
-    let repeats = repeat::Repeats::of(osm, &repeated);
+    let repeats = duplicate_ids::DuplicateIds::of(osm, &repeated);
     let local = *projector == Projector::Local;
     let mut loader = Loader { osm, loaded: Loaded::default(), repeated, repeats, local };
     loader.loaded.map.format_version = osm.meta.as_ref().and_then(|m| m.format_version.clone());
@@ -42,8 +42,8 @@ pub fn from_osm(osm: &OsmData, projector: &Projector) -> Loaded {
     loader.nodes(projector);
     loader.ways();
     loader.relations();
-    loader.without_bound();
-    loader.whole();
+    loader.infer_missing_bounds();
+    loader.file_level_faults();
     loader.loaded
 }
 
@@ -52,7 +52,7 @@ struct Loader<'a> {
     loaded: Loaded,
     /// Where the elements stand that share an id within one file.
     repeated: FxHashMap<(ElementKind, i64), Vec<SourceSpan>>,
-    repeats: repeat::Repeats<'a>,
+    repeats: duplicate_ids::DuplicateIds<'a>,
     local: bool,
 }
 

@@ -15,10 +15,10 @@ pub mod number;
 mod open;
 pub mod placed;
 mod point;
+mod primitive_layer;
 mod projector_info;
 pub mod referrers;
 pub mod right_of_way;
-mod shelf;
 mod to_osm;
 
 pub use attributes::{Attributes, RoadType, TurnDirection};
@@ -29,9 +29,9 @@ pub use open::{
     OpenError, Opened, ProjectorFrom, files_of, is_lanelet2, is_navigation_osm, open, open_bytes, projector_for,
 };
 pub use point::Point;
+pub use primitive_layer::Primitive;
+pub use primitive_layer::{Cursor, PrimitiveLayer};
 pub use projector_info::{INFO, ProjectorInfo, twice};
-pub use shelf::Shelved;
-pub use shelf::{Cursor, Shelf};
 pub use to_osm::to_osm;
 
 /// What kind of element a fault speaks about.
@@ -208,20 +208,20 @@ pub struct LaneletMap {
     /// Whether its points lie where `local_x` and `local_y` say, whatever their latitudes and longitudes are.
     pub local: bool,
     /// Points by id.
-    pub points: Shelf<Point>,
+    pub points: PrimitiveLayer<Point>,
     /// Linestrings by id.
-    pub linestrings: Shelf<LineString>,
+    pub linestrings: PrimitiveLayer<LineString>,
     /// Polygons by id.
-    pub polygons: Shelf<Polygon>,
+    pub polygons: PrimitiveLayer<Polygon>,
     /// Lanelets by id.
-    pub lanelets: Shelf<Lanelet>,
+    pub lanelets: PrimitiveLayer<Lanelet>,
     /// Regulatory elements by id.
-    pub regulatory_elements: Shelf<RegulatoryElement>,
+    pub regulatory_elements: PrimitiveLayer<RegulatoryElement>,
 }
 
 macro_rules! shelved {
     ($($item:ident => $id:ident),* $(,)?) => {$(
-        impl Shelved for $item {
+        impl Primitive for $item {
             type Id = $id;
 
             fn id(&self) -> $id {

@@ -33,11 +33,12 @@ pub fn to_osm(map: &LaneletMap, projector: &Projector, mut out: impl Write + Sen
             node(text, point, place);
         }
     })?;
-    let lines = map.linestrings.iter().map(|line| ((line.id.0, false), Way::Line(line)));
-    let ways = sorted(lines.chain(map.polygons.iter().map(|area| ((area.id.0, true), Way::Area(area)))));
+    let lines = map.linestrings.iter().map(|line| ((line.id.0, false), WrittenWay::Line(line)));
+    let ways = sorted(lines.chain(map.polygons.iter().map(|area| ((area.id.0, true), WrittenWay::Area(area)))));
     texts.write_all(&mut out, &ways, |ways, text| ways.iter().for_each(|(_, way)| way.write(text)))?;
-    let lanelets = map.lanelets.iter().map(|lanelet| ((lanelet.id.0, false), Relation::Lanelet(lanelet)));
-    let elements = map.regulatory_elements.iter().map(|element| ((element.id.0, true), Relation::Element(element)));
+    let lanelets = map.lanelets.iter().map(|lanelet| ((lanelet.id.0, false), WrittenRelation::Lanelet(lanelet)));
+    let elements =
+        map.regulatory_elements.iter().map(|element| ((element.id.0, true), WrittenRelation::Element(element)));
     let relations = sorted(lanelets.chain(elements));
     texts.write_all(&mut out, &relations, |relations, text| relations.iter().for_each(|(_, one)| one.write(text)))?;
     out.write_all(OsmText::tail().as_bytes())?;
@@ -98,12 +99,12 @@ fn node(text: &mut OsmText, point: &Point, place: Option<LonLat>) {
 }
 
 /// What becomes a way.
-enum Way<'a> {
+enum WrittenWay<'a> {
     Line(&'a LineString),
     Area(&'a Polygon),
 }
 
-impl Way<'_> {
+impl WrittenWay<'_> {
     fn write(&self, text: &mut OsmText) {
         match self {
             Self::Line(line) => text.way(line.id.0, line.points.iter().map(|p| p.0), line.attributes.words()),
@@ -116,12 +117,12 @@ impl Way<'_> {
 }
 
 /// What becomes a relation.
-enum Relation<'a> {
+enum WrittenRelation<'a> {
     Lanelet(&'a Lanelet),
     Element(&'a RegulatoryElement),
 }
 
-impl Relation<'_> {
+impl WrittenRelation<'_> {
     fn write(&self, text: &mut OsmText) {
         match self {
             Self::Lanelet(lanelet) => write_lanelet(text, lanelet),

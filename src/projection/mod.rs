@@ -3,13 +3,13 @@
 //! Autoware has five projector types; each is reproduced with its quirks (`map_projection_loader` and the projectors
 //! of `autoware_lanelet2_extension`). Heights play a part in [`Projector::LocalCartesian`] only.
 
+mod chebyshev_inverse;
 mod engine;
 mod enu;
 mod infer;
 mod info;
 mod lon_lat;
 mod mgrs;
-mod patch;
 
 pub use lon_lat::LonLat;
 

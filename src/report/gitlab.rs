@@ -8,23 +8,23 @@ use super::{Report, details, sentence};
 use crate::diagnostic::Severity;
 
 #[derive(Serialize)]
-struct Issue<'a> {
+struct CodeQualityIssue<'a> {
     description: String,
-    content: Content,
+    content: IssueContent,
     check_name: &'a str,
     fingerprint: &'a str,
     severity: &'static str,
-    location: Location,
+    location: IssueLocation,
 }
 
 /// GitLab shows the description alone; the shape, Code Climate's, has a place for the rest.
 #[derive(Serialize)]
-struct Content {
+struct IssueContent {
     body: String,
 }
 
 #[derive(Serialize)]
-struct Location {
+struct IssueLocation {
     path: String,
     lines: Lines,
     positions: Positions,
@@ -37,11 +37,11 @@ struct Lines {
 
 #[derive(Serialize)]
 struct Positions {
-    begin: Place,
+    begin: LineAndColumn,
 }
 
 #[derive(Serialize)]
-struct Place {
+struct LineAndColumn {
     line: usize,
     column: usize,
 }
@@ -53,9 +53,11 @@ pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
         let diagnostic = entry.diagnostic;
         let at = entry.position.or_else(|| report.top());
         let (line, column) = at.map_or((1, 1), |at| (at.line, at.column));
-        Issue {
+        CodeQualityIssue {
             description: sentence(diagnostic),
-            content: Content { body: details(diagnostic, &referrers.chain(report.map, entry.subject())).join("\n") },
+            content: IssueContent {
+                body: details(diagnostic, &referrers.chain(report.map, entry.subject())).join("\n"),
+            },
             check_name: &diagnostic.code,
             fingerprint: &entry.fingerprint,
             severity: match diagnostic.severity {
@@ -63,10 +65,10 @@ pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
                 Severity::Warning => "major",
                 Severity::Info => "info",
             },
-            location: Location {
+            location: IssueLocation {
                 path: at.map_or(String::new(), |at| report.path(at.name)),
                 lines: Lines { begin: line },
-                positions: Positions { begin: Place { line, column } },
+                positions: Positions { begin: LineAndColumn { line, column } },
             },
         }
     });

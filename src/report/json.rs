@@ -69,7 +69,7 @@ struct Finding<'a> {
     related: Vec<Part>,
     position: Option<Coordinates>,
     source: Option<Source<'a>>,
-    place: Option<Shape>,
+    place: Option<FindingShape>,
     measure: Option<Measure>,
     message: &'a str,
     help: Option<&'a str>,
@@ -113,7 +113,7 @@ struct Source<'a> {
 
 /// In local metres, east and north.
 #[derive(Serialize)]
-struct Shape {
+struct FindingShape {
     kind: &'static str,
     points: Vec<[f64; 2]>,
 }
@@ -217,12 +217,12 @@ fn finding<'a>(entry: &'a Entry<'a>, referrers: Vec<Subject>) -> Finding<'a> {
     }
 }
 
-fn shape(place: &Place) -> Option<Shape> {
+fn shape(place: &Place) -> Option<FindingShape> {
     let (kind, points) = match place {
         Place::Unknown => return None,
         Place::Point(point) => ("point", std::slice::from_ref(point)),
         Place::Line(points) => ("line", points.as_slice()),
         Place::Polygon(ring) => ("polygon", ring.as_slice()),
     };
-    Some(Shape { kind, points: points.iter().map(|point| [point.x, point.y]).collect() })
+    Some(FindingShape { kind, points: points.iter().map(|point| [point.x, point.y]).collect() })
 }

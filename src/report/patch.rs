@@ -60,9 +60,9 @@ fn vertices_shift(edits: &[Edit]) -> bool {
 }
 
 /// Offsets within the element, and the new text.
-type Change = (usize, usize, String);
+type ByteChange = (usize, usize, String);
 
-fn of_edit<'r>(report: &Report<'r>, edit: &Edit) -> Option<(Element<'r>, Vec<Change>)> {
+fn of_edit<'r>(report: &Report<'r>, edit: &Edit) -> Option<(Element<'r>, Vec<ByteChange>)> {
     let open = |subject: Subject| Element::read(report, subject);
     Some(match edit {
         Edit::SetTag { on, key, value } => {
@@ -229,12 +229,12 @@ impl<'r> Element<'r> {
     }
 
     /// A child and the blanks before it, taken out.
-    fn without(&self, child: &Child) -> Change {
+    fn without(&self, child: &Child) -> ByteChange {
         (child.start - self.gap(child).len(), child.end, String::new())
     }
 
     /// Text behind the last child of a name, or else behind the last one, or else first.
-    fn behind_last(&self, name: &str, text: String) -> Option<Change> {
+    fn behind_last(&self, name: &str, text: String) -> Option<ByteChange> {
         let last = self.named(name).last().or(self.children.last());
         match last {
             Some(last) => Some((last.end, last.end, format!("{}{text}", self.gap(last)))),
@@ -242,7 +242,7 @@ impl<'r> Element<'r> {
         }
     }
 
-    fn vertex(&self, position: usize, point: i64) -> Option<Change> {
+    fn vertex(&self, position: usize, point: i64) -> Option<ByteChange> {
         let text = format!("<nd ref=\"{point}\"/>");
         match self.named("nd").nth(position) {
             Some(next) => Some((next.start, next.start, format!("{text}{}", self.gap(next)))),

@@ -1,28 +1,28 @@
 //! The table of the standard: number, document, predicate; and the engine that runs it.
 
-mod along;
 mod area_element;
 mod barrier;
 mod borders;
+mod centerline_ends;
 mod config;
 mod geoid;
 mod graph;
 mod health;
 mod ids;
-mod joint;
 mod load;
-mod moves;
 mod node;
+mod parallel_bounds;
+mod routing_moves;
 
-mod opposed;
+mod driving_side;
+mod opposing_overlap;
 mod phase;
 mod pictures;
 mod projector;
 mod right_of_way;
 mod rule;
-mod side;
 mod side_lane;
-mod stops;
+mod stop_line_crossings;
 pub mod tier4;
 
 mod virtual_light;
@@ -134,7 +134,7 @@ table! {
     "ids" => Some(judge::<ids::Ids>),
     "node" => Some(judge::<node::Nodes>),
     "projector" => Some(judge::<projector::ProjectorFile>),
-    "side" => Some(judge::<side::OneSide>),
+    "side" => Some(judge::<driving_side::OneSide>),
     "phase" => Some(judge::<phase::Phase>),
     "health" => Some(judge::<health::Health>),
     "vm-01-01" => Some(judge::<vm_01_01::RoadBasics>),
@@ -168,7 +168,7 @@ table! {
     "vm-03-04" => Some(judge::<vm_03_04::AllLanelets>),
     "vm-03-05" => Some(judge::<vm_03_05::NoDivision>),
     "vm-03-06" => Some(judge::<vm_03_06::GuideLines>),
-    "vm-03-07" => Some(judge::<vm_03_07::SideBySide>),
+    "vm-03-07" => Some(judge::<vm_03_07::SideBySideStarts>),
     "vm-03-08" => Some(judge::<vm_03_08::Outline>),
     "vm-03-09" => Some(judge::<vm_03_09::Extent>),
     "vm-03-10" => Some(judge::<vm_03_10::RightOfWayWithSignal>),
@@ -192,14 +192,14 @@ table! {
     "vm-06-03" => Some(judge::<vm_06_03::NoStoppingSign>),
     "vm-06-04" => Some(judge::<vm_06_04::NoStopping>),
     "vm-06-05" => Some(judge::<vm_06_05::DetectionArea>),
-    "vm-06-06" => Some(judge::<vm_06_06::BusStop>),
+    "vm-06-06" => Some(judge::<vm_06_06::BusStopElement>),
     "vm-07-01" => Some(judge::<vm_07_01::Range>),
     "vm-07-02" => Some(judge::<vm_07_02::PedestrianRange>),
     "vm-07-03" => Some(judge::<vm_07_03::GuardRails>),
     "vm-07-04" => Some(judge::<vm_07_04::EllipsoidalHeight>),
     "vm-07-05" => Some(judge::<vm_07_05::BicycleMarks>),
     "vm-07-06" => Some(judge::<vm_07_06::AddedLane>),
-    "vm-07-07" => Some(judge::<vm_07_07::BusStop>),
+    "vm-07-07" => Some(judge::<vm_07_07::BusStopPosition>),
     "vm-07-08" => Some(judge::<vm_07_08::OverlappingLanes>),
 }
 

@@ -14,7 +14,7 @@ use crate::lanelet::{Attributes, LaneletId, LineString, LineStringId, PointId, R
 use crate::parallel::Finely;
 
 use super::Rule;
-use super::along::on_two_levels;
+use super::parallel_bounds::on_two_levels;
 
 /// See `rules/vm-01-03.md`.
 pub struct SharedBorders;

@@ -6,10 +6,10 @@ use rayon::prelude::*;
 use rstar::AABB;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::groups::Groups;
 use super::lane::extent;
-use super::leg::{Crossed, legs};
-use super::named::COMPASS;
+use super::road_leg::{Crossed, legs};
+use super::union_find::UnionFind;
+use super::user_names::COMPASS;
 use super::{Conflict, Edge, Lane, LaneTree, Thresholds};
 use crate::geometry::{Point, Vector, polygon, ring};
 use crate::lanelet::right_of_way::opposites;
@@ -18,7 +18,7 @@ use crate::parallel::Finely;
 
 /// A lanelet that is part of an intersection: one movement from one approach to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Member {
+pub struct IntersectionMember {
     /// By its position in `MapIndex::lanes`.
     pub lane: usize,
     /// Whether its tag `intersection_area` names the area.
@@ -27,7 +27,7 @@ pub struct Member {
     pub cover: f64,
 }
 
-impl Member {
+impl IntersectionMember {
     /// Whether it lies inside for the greater part; one that only names the area was tagged by mistake, and tells
     /// nothing about the intersection.
     pub fn is_inside(&self) -> bool {
@@ -47,7 +47,7 @@ pub struct Intersection {
     /// Mean height of the area's points, metres.
     pub height: f64,
     /// Its lanelets, by their position.
-    pub members: Vec<Member>,
+    pub members: Vec<IntersectionMember>,
     /// Other lanelets that its area touches, with the share of their area inside, by their position.
     pub touched: Vec<(usize, f64)>,
     /// Its approaches, clockwise from north as seen from the middle.
@@ -146,7 +146,7 @@ fn of_area(
             && lanes[lane].area > thresholds.least_area
             && (middle - height).abs() <= thresholds.grade_separation;
         if lanes[lane].is_drivable() && (declared || inside) {
-            members.push(Member { lane, declared, cover });
+            members.push(IntersectionMember { lane, declared, cover });
         } else if declared || cover > 0.0 {
             touched.push((lane, cover));
         }
@@ -171,7 +171,7 @@ fn add_far_members(map: &LaneletMap, lanes: &[Lane], found: &mut [Intersection])
         }
         let one = &mut found[intersection];
         if lane.is_drivable() {
-            one.members.push(Member { lane: at, declared: true, cover: 0.0 });
+            one.members.push(IntersectionMember { lane: at, declared: true, cover: 0.0 });
         } else {
             one.touched.push((at, 0.0));
         }
@@ -194,7 +194,7 @@ fn clusters(
         .filter(|&at| !taken[at] && lanes[at].is_drivable())
         .filter(|&at| map.lanelets.get(lanes[at].id).is_some_and(|l| l.attributes.has("turn_direction")))
         .collect();
-    let mut groups = Groups::new(lanes.len());
+    let mut groups = UnionFind::new(lanes.len());
     let mut at_edge = FxHashMap::default();
     for &at in &free {
         for key in [(true, lanes[at].start.ids), (false, lanes[at].end.ids)] {
@@ -231,7 +231,10 @@ fn clusters(
                 ring: Vec::new(),
                 middle: nalgebra::center(&low, &high),
                 height: 0.0,
-                members: cluster.into_iter().map(|lane| Member { lane, declared: false, cover: 1.0 }).collect(),
+                members: cluster
+                    .into_iter()
+                    .map(|lane| IntersectionMember { lane, declared: false, cover: 1.0 })
+                    .collect(),
                 touched: Vec::new(),
                 arms: Vec::new(),
             }
@@ -244,7 +247,7 @@ fn clusters(
 fn arms(lanes: &[Lane], intersection: &Intersection, thresholds: &Thresholds) -> Vec<Arm> {
     let mut edges: Vec<ArmEdge> = Vec::new();
     let mut by_ids = FxHashMap::default();
-    let members: Vec<&Member> = intersection.members.iter().filter(|member| member.is_inside()).collect();
+    let members: Vec<&IntersectionMember> = intersection.members.iter().filter(|member| member.is_inside()).collect();
     let starts: FxHashSet<_> = members.iter().map(|member| lanes[member.lane].start.ids).collect();
     let ends: FxHashSet<_> = members.iter().map(|member| lanes[member.lane].end.ids).collect();
     for member in members {

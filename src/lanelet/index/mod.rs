@@ -2,28 +2,28 @@
 //! intersection, which approach a lane belongs to, on which side people drive.
 
 mod conflict;
-mod groups;
+mod driving_side;
 mod intersection;
 mod lane;
-mod leg;
-mod named;
+mod priority;
 mod queries;
-mod rank;
-mod side;
+mod right_of_way;
+mod road_leg;
 mod stop_line;
 mod thresholds;
-mod traffic;
+mod union_find;
+mod user_names;
 pub mod view;
 
 pub use conflict::{Conflict, Reach, passing, reaches};
-pub use intersection::{Arm, ArmEdge, Intersection, Member, declared_area};
+pub use driving_side::{DrivingSide, SideVotes};
+pub use intersection::{Arm, ArmEdge, Intersection, IntersectionMember, declared_area};
 pub use lane::{Edge, HEADING_REACH, Lane, STEP, center_line, extent, turn_along};
-pub use leg::{Crossed, legs};
 pub use queries::{allows_lane_change, is_road_border, is_signalised};
-pub use side::{DrivingSide, SideVotes};
+pub use right_of_way::{Movement, Rank, STRAIGHT, Traffic, U_TURN};
+pub use road_leg::{Crossed, legs};
 pub use stop_line::{Misfit, StopLine};
 pub use thresholds::Thresholds;
-pub use traffic::{Movement, Rank, STRAIGHT, Traffic, U_TURN};
 use view::View;
 
 use rayon::prelude::*;
@@ -100,7 +100,7 @@ impl<'m> MapIndex<'m> {
         let tree = RTree::bulk_load(boxes.collect());
         let conflicts = conflict::conflicts(map, &lanes, &tree, &thresholds);
         let intersections = intersection::intersections(map, &lanes, &tree, &conflicts, &thresholds);
-        let side = side::votes(&lanes, &intersections, settings);
+        let side = driving_side::votes(&lanes, &intersections, settings);
         let mut referrers: FxHashMap<RegulatoryElementId, Vec<LaneletId>> = FxHashMap::default();
         for lanelet in &map.lanelets {
             for &element in &lanelet.regulatory_elements {
@@ -118,7 +118,7 @@ impl<'m> MapIndex<'m> {
                 touching[lane].push(at);
             }
         }
-        let named = named::entries(map, &intersections, settings);
+        let named = user_names::entries(map, &intersections, settings);
         let mut index = Self {
             by_id: lanes.iter().enumerate().map(|(at, lane)| (lane.id, at)).collect(),
             starting: grouped(lanes.iter().enumerate().map(|(at, lane)| (lane.start.ids, at))),
@@ -141,8 +141,11 @@ impl<'m> MapIndex<'m> {
             touching,
             view: View::new(map),
         };
-        index.traffic =
-            (0..index.intersections.len()).into_par_iter().finely().map(|at| traffic::traffic(&index, at)).collect();
+        index.traffic = (0..index.intersections.len())
+            .into_par_iter()
+            .finely()
+            .map(|at| right_of_way::traffic(&index, at))
+            .collect();
         index
     }
 

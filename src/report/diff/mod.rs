@@ -16,7 +16,7 @@ pub use findings::{diagnostics, requirement};
 
 use crate::diagnostic::{Place, Subject};
 use crate::lanelet::locate::locate;
-use crate::lanelet::{LaneletMap, Shelf, Shelved};
+use crate::lanelet::{LaneletMap, Primitive, PrimitiveLayer};
 use crate::projection::LonLat;
 
 use facts::Sides;
@@ -85,11 +85,11 @@ impl Diff {
         diff
     }
 
-    fn shelf<T: Shelved + facts::Compared>(
+    fn shelf<T: Primitive + facts::Compared>(
         &mut self,
         name: &'static str,
-        old: &Shelf<T>,
-        new: &Shelf<T>,
+        old: &PrimitiveLayer<T>,
+        new: &PrimitiveLayer<T>,
         sides: &Sides<'_>,
     ) {
         let mut count = Count::default();

@@ -8,7 +8,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use serde::Deserialize;
 
 use super::data::{PageFinding, Status};
-use super::place::Frame;
+use super::plane::Frame;
 use crate::geometry::Point;
 
 /// Findings of one code closer than this are the same finding, though ids changed; degrees of latitude, about 2 m.

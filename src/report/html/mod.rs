@@ -3,14 +3,14 @@
 //! Text of the map is hostile. It stands in the page only inside packed data, which the page's script shows as text;
 //! the page's policy runs no script but its own, known by hash, and loads nothing.
 
+mod build_stages;
 mod compare;
 mod data;
-mod ghosts;
+mod fix_preview;
 mod pack;
 mod pages;
-mod place;
+mod plane;
 mod served;
-mod workshop;
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -23,16 +23,16 @@ use flate2::write::DeflateEncoder;
 use serde_json::json;
 use sha2::{Digest, Sha256};
 
+pub use build_stages::{BuildStages, InputRoad, InputWay, Stage};
 pub use compare::{Earlier, EarlierError};
-pub use ghosts::{Ghost, ghosts};
-pub use served::{Served, parcel, served, served_workshop};
-pub use workshop::{InputRoad, InputWay, Stage, Workshop};
+pub use fix_preview::{FixPreview, fix_previews};
+pub use served::{Served, parcel, served, served_build_stages};
 
 use super::{Report, VERSION};
 use crate::geometry::Point;
 use crate::requirement::Requirement;
 use crate::weave;
-use place::Frame;
+use plane::Frame;
 
 /// What a page shows beside the run's own [`Report`].
 #[derive(Clone, Copy, Debug, Default)]
@@ -58,11 +58,11 @@ const SCRIPTS: [&str; 14] = [
     include_str!("paint.js"),
     include_str!("pins.js"),
     include_str!("view.js"),
-    include_str!("hands.js"),
+    include_str!("input_gestures.js"),
     include_str!("area.js"),
     include_str!("filters.js"),
     include_str!("list.js"),
-    include_str!("card.js"),
+    include_str!("popup.js"),
     include_str!("summary.js"),
     MAIN,
 ];

@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 use serde::Serialize;
 use serde_json::json;
 
-use super::place::Frame;
+use super::plane::Frame;
 use crate::lanelet::{Attributes, Bound, LaneletMap, PointId, Target};
 
 /// Positions are kept to the millimetre, as whole numbers.

@@ -16,11 +16,11 @@ pub struct Exclusions {
 struct Exclusion {
     primitive: String,
     id: i64,
-    validators: Option<Vec<Named>>,
+    validators: Option<Vec<ExcludedPrimitive>>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
-struct Named {
+struct ExcludedPrimitive {
     name: String,
 }
 

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::data::relative;
-use super::place::Frame;
+use super::plane::Frame;
 use crate::geometry::Point;
 use crate::report::draw::sketch::{Mark, Sketch};
 
@@ -23,7 +23,7 @@ pub struct Stage {
 pub struct InputWay {
     /// Its id.
     pub id: i64,
-    /// Its nodes, by their number in [`Workshop::nodes`].
+    /// Its nodes, by their number in [`BuildStages::nodes`].
     pub nodes: Vec<usize>,
     /// Its tags.
     pub tags: Vec<(String, String)>,
@@ -44,7 +44,7 @@ pub struct InputRoad {
 
 /// Streets in the making.
 #[derive(Clone, Debug, Default)]
-pub struct Workshop {
+pub struct BuildStages {
     /// The stages in their order.
     pub stages: Vec<Stage>,
     /// The nodes of the input's roads: id and place in the map's metres.
@@ -59,27 +59,27 @@ pub struct Workshop {
     pub part: Option<([Point; 2], [usize; 2])>,
 }
 
-/// A workshop as the page reads it. Ids are texts: JavaScript's numbers do not hold all of them.
-pub fn pages_workshop(workshop: &Workshop, frame: &Frame) -> Value {
-    let stages = workshop.stages.iter().map(|Stage { name, title, sketch }| {
+/// A build_stages as the page reads it. Ids are texts: JavaScript's numbers do not hold all of them.
+pub fn page_build_stages(build_stages: &BuildStages, frame: &Frame) -> Value {
+    let stages = build_stages.stages.iter().map(|Stage { name, title, sketch }| {
         let layers = sketch.layers.iter().map(|(name, marks)| {
             let marks: Vec<Value> = marks.iter().map(|mark| of_mark(mark, frame)).collect();
             json!({ "name": name, "marks": marks })
         });
         json!({ "name": name, "title": title, "layers": layers.collect::<Vec<_>>(), "key": sketch.key })
     });
-    let nodes = workshop.nodes.iter().map(|(id, at)| {
+    let nodes = build_stages.nodes.iter().map(|(id, at)| {
         let [x, y] = relative(*at, frame);
         json!([id.to_string(), x, y])
     });
     let ways =
-        workshop.ways.iter().map(|way| json!({ "id": way.id.to_string(), "nodes": way.nodes, "tags": way.tags }));
-    let roads = workshop.roads.iter().map(|road| {
+        build_stages.ways.iter().map(|way| json!({ "id": way.id.to_string(), "nodes": way.nodes, "tags": way.tags }));
+    let roads = build_stages.roads.iter().map(|road| {
         let InputRoad { way, ends, merged, why } = road;
         let ends = ends.map(|id| id.to_string());
         json!({ "way": way.to_string(), "ends": ends, "merged": merged, "why": why })
     });
-    let part = workshop.part.map(|(corners, [ways, of])| {
+    let part = build_stages.part.map(|(corners, [ways, of])| {
         let [low, high] = corners.map(|corner| relative(corner, frame));
         json!({ "box": [low[0], low[1], high[0], high[1]], "ways": ways, "of": of })
     });
@@ -88,7 +88,7 @@ pub fn pages_workshop(workshop: &Workshop, frame: &Frame) -> Value {
         "nodes": nodes.collect::<Vec<_>>(),
         "ways": ways.collect::<Vec<_>>(),
         "roads": roads.collect::<Vec<_>>(),
-        "took": workshop.took,
+        "took": build_stages.took,
         "part": part,
     })
 }

@@ -37,7 +37,7 @@ impl Index {
         Self { order: Order::default(), table }
     }
 
-    pub fn find<T: Shelved>(&self, items: &[T], id: T::Id) -> Option<usize> {
+    pub fn find<T: Primitive>(&self, items: &[T], id: T::Id) -> Option<usize> {
         let found = self.order.find(items, id);
         found
             .or_else(|| self.table.find(hash(id.into()), |&at| items[at as usize].id() == id).copied())
@@ -45,7 +45,7 @@ impl Index {
     }
 
     /// Where the item of an id stands, or notes that it will be the next.
-    pub fn find_or_add<T: Shelved>(&mut self, items: &[T], id: T::Id) -> Option<usize> {
+    pub fn find_or_add<T: Primitive>(&mut self, items: &[T], id: T::Id) -> Option<usize> {
         if let Some(at) = self.order.find(items, id) {
             return Some(at as usize);
         }
@@ -60,7 +60,7 @@ impl Index {
     }
 
     /// The positions of all items, by ascending id.
-    pub fn ascending<T: Shelved>(&self, items: &[T]) -> Cow<'_, [u32]> {
+    pub fn ascending<T: Primitive>(&self, items: &[T]) -> Cow<'_, [u32]> {
         if self.table.is_empty() {
             return Cow::Borrowed(&self.order.positions);
         }
@@ -131,7 +131,7 @@ impl Order {
         Self { positions, begins, buckets }
     }
 
-    fn find<T: Shelved>(&self, items: &[T], id: T::Id) -> Option<u32> {
+    fn find<T: Primitive>(&self, items: &[T], id: T::Id) -> Option<u32> {
         let bucket = usize::try_from(self.buckets.of_id(id.into())).ok()?;
         let [begin, end] = *self.begins.get(bucket..)?.first_chunk()?;
         let near = &self.positions[begin as usize..end as usize];
@@ -163,7 +163,7 @@ impl Buckets {
 }
 
 /// What can stand on a shelf.
-pub trait Shelved {
+pub trait Primitive {
     /// The type of its id.
     type Id: Copy + Eq + Hash + Ord + Into<i64>;
 

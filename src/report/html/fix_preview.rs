@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde_json::{Value, json};
 
 use super::data::{kind, relative};
-use super::place::Frame;
+use super::plane::Frame;
 use crate::diagnostic::{Diagnostic, Edit, Subject};
 use crate::geometry::Point;
 use crate::lanelet::{LaneletId, LaneletMap, LineStringId, PointId, PolygonId, RegulatoryElementId, Target};
@@ -16,7 +16,7 @@ const STILL: f64 = 0.001;
 
 /// A primitive that fixes would change.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Ghost {
+pub struct FixPreview {
     /// The primitive.
     pub subject: Subject,
     /// Whether it would come, go or change.
@@ -30,11 +30,11 @@ pub struct Ghost {
 }
 
 /// What is different between a map and the map mended by the fixes of some of its findings (`done`, by number).
-pub fn ghosts(map: &LaneletMap, mended: &LaneletMap, findings: &[Diagnostic], done: &[usize]) -> Vec<Ghost> {
+pub fn fix_previews(map: &LaneletMap, mended: &LaneletMap, findings: &[Diagnostic], done: &[usize]) -> Vec<FixPreview> {
     let changes = Diff::between(map, mended, STILL).changes;
     let causes = Causes::of(map, findings, done);
     let seen = changes.into_iter().filter(|change| !matches!(change.subject, Subject::Point(_)));
-    seen.map(|change| Ghost {
+    seen.map(|change| FixPreview {
         subject: change.subject,
         change: change.change,
         facts: change.facts.iter().map(ToString::to_string).collect(),
@@ -137,20 +137,20 @@ fn shape(map: &LaneletMap, subject: Subject) -> Vec<(bool, Vec<Point>)> {
 }
 
 /// Ghosts as the page reads them.
-pub fn pages_ghosts(ghosts: &[Ghost], frame: &Frame) -> Value {
-    let one = |ghost: &Ghost| {
-        let shape: Vec<(bool, Vec<[f64; 2]>)> = ghost
+pub fn page_fix_previews(previews: &[FixPreview], frame: &Frame) -> Value {
+    let one = |preview: &FixPreview| {
+        let shape: Vec<(bool, Vec<[f64; 2]>)> = preview
             .shape
             .iter()
             .map(|(closed, points)| (*closed, points.iter().map(|p| relative(*p, frame)).collect()))
             .collect();
         json!({
-            "subject": [kind(ghost.subject), ghost.subject.id().map(|id| id.to_string())],
-            "change": ghost.change,
-            "facts": ghost.facts,
+            "subject": [kind(preview.subject), preview.subject.id().map(|id| id.to_string())],
+            "change": preview.change,
+            "facts": preview.facts,
             "shape": shape,
-            "mends": ghost.mends,
+            "mends": preview.mends,
         })
     };
-    ghosts.iter().map(one).collect()
+    previews.iter().map(one).collect()
 }

@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashSet;
 
-use super::traffic::{Movement, Rank};
+use super::right_of_way::{Movement, Rank};
 use super::{Intersection, MapIndex};
 use crate::lanelet::right_of_way::Turn;
 use crate::lanelet::{RegulatoryElement, Target};

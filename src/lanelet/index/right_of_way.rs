@@ -3,8 +3,8 @@
 
 use rustc_hash::FxHashMap;
 
-use super::named::Named;
-use super::{Intersection, MapIndex, rank};
+use super::user_names::UserNames;
+use super::{Intersection, MapIndex, priority};
 use crate::geometry::angle_between;
 use crate::lanelet::right_of_way::{Mover, Relation, Turn, yields};
 use crate::lanelet::{LineStringId, RegulatoryElement, TurnDirection};
@@ -125,7 +125,7 @@ pub(super) fn traffic(map: &MapIndex, at: usize) -> Traffic {
         movements.push(Movement { lane, from, to, mover });
     }
     let together = together(map, intersection, &movements);
-    let named = Named::new(map, intersection, at, &movements);
+    let named = UserNames::new(map, intersection, at, &movements);
     let first = named.priority_arms();
     let (prohibited, guide_lines, phases) = (named.prohibited(), named.guide_lines(), named.phases());
     let signalised = movements.iter().any(|movement| movement.mover.signalised);
@@ -137,7 +137,7 @@ pub(super) fn traffic(map: &MapIndex, at: usize) -> Traffic {
         }
         traffic.rank = Rank::Known;
     } else {
-        let (priorities, rank) = rank::priorities(map, intersection, &traffic.movements, &first);
+        let (priorities, rank) = priority::priorities(map, intersection, &traffic.movements, &first);
         for movement in &mut traffic.movements {
             movement.mover.priority = priorities[movement.from];
         }

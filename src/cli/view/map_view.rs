@@ -4,17 +4,17 @@ use std::sync::Arc;
 use std::thread;
 
 use crate::cli::watch::Watched;
-use crate::cli::{ViewArgs, page};
+use crate::cli::{ViewArgs, report_page};
 use crate::lanelet::from_osm;
 use crate::report::TextStyle;
 use crate::report::failure::Failure;
-use crate::report::html::{Ghost, Page, Served, ghosts, parcel, served};
+use crate::report::html::{FixPreview, Page, Served, fix_previews, parcel, served};
 use crate::requirement::Requirement;
 use crate::rules;
 use crate::triage;
 
-use super::live::Live;
-use super::server::Desk;
+use super::server::Handler;
+use super::subscriptions::Subscriptions;
 use crate::api::{CheckOptions, Checked, Loaded, check, mended};
 
 /// The page of a map's report.
@@ -22,7 +22,7 @@ pub struct Reports {
     page: String,
 }
 
-impl Desk for Reports {
+impl Handler for Reports {
     fn page(&self) -> String {
         self.page.clone()
     }
@@ -30,28 +30,28 @@ impl Desk for Reports {
 
 impl Reports {
     /// Reads and checks the map, and goes on whenever a file changes.
-    pub fn start(args: ViewArgs, watched: Watched, live: Arc<Live>) -> Result<Self, Failure> {
+    pub fn start(args: ViewArgs, watched: Watched, subscriptions: Arc<Subscriptions>) -> Result<Self, Failure> {
         let mut stamps = watched.stamps();
         let first = Judged::read(&args)?;
-        let page = served(&page::title(&args.map), &requirements()?);
-        live.show(first.parcel(&args, &[])?);
+        let page = served(&report_page::title(&args.map), &requirements()?);
+        subscriptions.show(first.parcel(&args, &[])?);
         thread::spawn(move || {
             let mut checked: Result<Judged, Failure> = Ok(first);
             loop {
                 let told = checked.and_then(|checked| {
-                    let ghosts = checked.ghosts(args.r#unsafe)?;
-                    if !ghosts.is_empty() {
-                        live.show(checked.parcel(&args, &ghosts)?);
+                    let previews = checked.fix_previews(args.r#unsafe)?;
+                    if !previews.is_empty() {
+                        subscriptions.show(checked.parcel(&args, &previews)?);
                     }
                     Ok(())
                 });
                 if let Err(failure) = told {
-                    live.fail(failure.render(TextStyle::default()));
+                    subscriptions.fail(failure.render(TextStyle::default()));
                 }
                 watched.wait(stamps);
                 stamps = watched.stamps();
                 checked = Judged::read(&args).and_then(|checked| {
-                    live.show(checked.parcel(&args, &[])?);
+                    subscriptions.show(checked.parcel(&args, &[])?);
                     Ok(checked)
                 });
             }
@@ -78,17 +78,18 @@ impl Judged {
     }
 
     /// What the page fetches.
-    fn parcel(&self, args: &ViewArgs, ghosts: &[Ghost]) -> Result<Vec<u8>, Failure> {
+    fn parcel(&self, args: &ViewArgs, previews: &[FixPreview]) -> Result<Vec<u8>, Failure> {
         self.0.with_report(|report| {
             let (title, path, requirements) =
-                (page::title(&args.map), page::only_file(report), page::requirements(report)?);
+                (report_page::title(&args.map), report_page::only_file(report), report_page::requirements(report)?);
             let page = Page { title: &title, path: path.as_deref(), requirements: &requirements, ..Page::default() };
-            parcel(report, &page, &Served { ghosts, workshop: None }).map_err(|error| Failure::new(error.to_string()))
+            parcel(report, &page, &Served { previews, build_stages: None })
+                .map_err(|error| Failure::new(error.to_string()))
         })
     }
 
     /// What `fix` would change. The files stay as they are.
-    fn ghosts(&self, unsafe_too: bool) -> Result<Vec<Ghost>, Failure> {
+    fn fix_previews(&self, unsafe_too: bool) -> Result<Vec<FixPreview>, Failure> {
         let Loaded { map, projector, .. } = &self.0.loaded;
         let findings = &self.0.sorted.left;
         if findings.iter().all(|one| one.finding.fix.is_none()) {
@@ -106,6 +107,6 @@ impl Judged {
             one.finding.fix.as_ref().is_some_and(|fix| same(&fix.title))
         };
         let done: Vec<usize> = (0..findings.len()).filter(kept).collect();
-        Ok(ghosts(map, &from_osm(&mended.osm, projector).map, findings, &done))
+        Ok(fix_previews(map, &from_osm(&mended.osm, projector).map, findings, &done))
     }
 }

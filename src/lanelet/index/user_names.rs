@@ -4,7 +4,7 @@ use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 use rustc_hash::FxHashMap;
 
-use super::traffic::Movement;
+use super::right_of_way::Movement;
 use super::{Intersection, LaneTree, MapIndex};
 use crate::geometry::{Point, polygon};
 use crate::lanelet::{LaneletId, LaneletMap, LineStringId, RegulatoryElementId};
@@ -50,14 +50,14 @@ fn degrees(map: &LaneletMap, intersection: &Intersection) -> Vec<Point> {
 }
 
 /// What the user says of one intersection.
-pub(super) struct Named<'a> {
+pub(super) struct UserNames<'a> {
     map: &'a MapIndex<'a>,
     intersection: &'a Intersection,
     movements: &'a [Movement],
     entries: Vec<&'a IntersectionSettings>,
 }
 
-impl<'a> Named<'a> {
+impl<'a> UserNames<'a> {
     pub fn new(map: &'a MapIndex<'a>, intersection: &'a Intersection, at: usize, movements: &'a [Movement]) -> Self {
         let entries = map.named[at].iter().filter_map(|&entry| map.settings.intersection.get(entry)).collect();
         Self { map, intersection, movements, entries }
@@ -168,14 +168,14 @@ impl MapIndex<'_> {
     /// The movements of an intersection that a name means as one whose signal changes, by position.
     pub fn movements_named(&self, intersection: usize, name: &ApproachName) -> Vec<usize> {
         let movements = &self.traffic[intersection].movements;
-        let named = Named::new(self, &self.intersections[intersection], intersection, movements);
+        let named = UserNames::new(self, &self.intersections[intersection], intersection, movements);
         (0..movements.len()).filter(|&x| named.starts_at(&movements[x], name)).collect()
     }
 
     /// The approaches of an intersection that a name means, by position.
     pub fn approaches_named(&self, intersection: usize, name: &ApproachName) -> Vec<usize> {
         let movements = &self.traffic[intersection].movements;
-        Named::new(self, &self.intersections[intersection], intersection, movements).arms(name)
+        UserNames::new(self, &self.intersections[intersection], intersection, movements).arms(name)
     }
 }
 

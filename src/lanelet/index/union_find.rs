@@ -1,9 +1,9 @@
 //! Disjoint sets of the first so many numbers.
 
 /// Each number with another one of its set, or itself.
-pub struct Groups(Vec<usize>);
+pub struct UnionFind(Vec<usize>);
 
-impl Groups {
+impl UnionFind {
     /// Every number alone.
     pub fn new(count: usize) -> Self {
         Self((0..count).collect())

@@ -21,12 +21,12 @@ struct State {
 
 /// The data that pages fetch, in its latest version.
 #[derive(Debug, Default)]
-pub struct Live {
+pub struct Subscriptions {
     state: Mutex<State>,
     bell: Condvar,
 }
 
-impl Live {
+impl Subscriptions {
     fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -77,21 +77,21 @@ mod tests {
 
     #[test]
     fn a_failure_keeps_what_was_shown() {
-        let live = Live::default();
-        live.show(vec![1]);
-        live.fail("torn".to_owned());
-        assert_eq!(live.data(), (1, Arc::new(vec![1])));
-        assert_eq!(live.changes(1), r#"{"version":2,"error":"torn"}"#);
-        live.show(vec![2]);
-        assert_eq!(live.changes(2), r#"{"version":3,"error":null}"#);
+        let subscriptions = Subscriptions::default();
+        subscriptions.show(vec![1]);
+        subscriptions.fail("torn".to_owned());
+        assert_eq!(subscriptions.data(), (1, Arc::new(vec![1])));
+        assert_eq!(subscriptions.changes(1), r#"{"version":2,"error":"torn"}"#);
+        subscriptions.show(vec![2]);
+        assert_eq!(subscriptions.changes(2), r#"{"version":3,"error":null}"#);
     }
 
     #[test]
     fn whoever_waits_hears_of_news() {
-        let live = Arc::new(Live::default());
-        let other = Arc::clone(&live);
+        let subscriptions = Arc::new(Subscriptions::default());
+        let other = Arc::clone(&subscriptions);
         let waiting = std::thread::spawn(move || other.changes(0));
-        live.show(Vec::new());
+        subscriptions.show(Vec::new());
         assert_eq!(waiting.join().unwrap(), r#"{"version":1,"error":null}"#);
     }
 }

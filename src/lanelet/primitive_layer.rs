@@ -1,28 +1,28 @@
 //! Primitives of one kind, in insertion order, found by id.
 
-mod index;
+mod id_index;
 
-pub use index::Shelved;
+pub use id_index::Primitive;
 
-use index::Index;
+use id_index::Index;
 use std::borrow::Cow;
 use std::sync::OnceLock;
 
 /// A list with an index. Iteration is in insertion order, so it is the same for the same input.
 #[derive(Clone, Debug)]
-pub struct Shelf<T: Shelved> {
+pub struct PrimitiveLayer<T: Primitive> {
     items: Vec<T>,
     /// Made when an item is first looked up.
     index: OnceLock<Box<Index>>,
 }
 
-impl<T: Shelved> Default for Shelf<T> {
+impl<T: Primitive> Default for PrimitiveLayer<T> {
     fn default() -> Self {
         Self { items: Vec::new(), index: OnceLock::new() }
     }
 }
 
-impl<T: Shelved> Shelf<T> {
+impl<T: Primitive> PrimitiveLayer<T> {
     fn index(&self) -> &Index {
         // By this thread alone: one that waited for others here might be given work that needs the same index.
         self.index.get_or_init(|| Box::new(Index::table(&self.ids())))
@@ -174,14 +174,14 @@ impl<T: Shelved> Shelf<T> {
 /// stand behind those of the line before.
 const RECENT: usize = 4;
 
-/// See [`Shelf::cursor`].
-pub struct Cursor<'s, T: Shelved> {
-    shelf: &'s Shelf<T>,
+/// See [`PrimitiveLayer::cursor`].
+pub struct Cursor<'s, T: Primitive> {
+    shelf: &'s PrimitiveLayer<T>,
     /// Where the last ones stood that did not stand beside each other, the latest first.
     last: [usize; RECENT],
 }
 
-impl<'s, T: Shelved> Cursor<'s, T> {
+impl<'s, T: Primitive> Cursor<'s, T> {
     /// The item of this id.
     pub fn get(&mut self, id: T::Id) -> Option<&'s T> {
         let items = &self.shelf.items;
@@ -201,13 +201,13 @@ impl<'s, T: Shelved> Cursor<'s, T> {
     }
 }
 
-/// See [`Shelf::get_each`].
-pub struct Each<'s, I, T: Shelved> {
+/// See [`PrimitiveLayer::get_each`].
+pub struct Each<'s, I, T: Primitive> {
     cursor: Cursor<'s, T>,
     ids: I,
 }
 
-impl<'s, I: Iterator<Item = T::Id>, T: Shelved> Iterator for Each<'s, I, T> {
+impl<'s, I: Iterator<Item = T::Id>, T: Primitive> Iterator for Each<'s, I, T> {
     type Item = &'s T;
 
     fn next(&mut self) -> Option<&'s T> {
@@ -224,7 +224,7 @@ impl<'s, I: Iterator<Item = T::Id>, T: Shelved> Iterator for Each<'s, I, T> {
     }
 }
 
-impl<I: DoubleEndedIterator<Item = T::Id>, T: Shelved> DoubleEndedIterator for Each<'_, I, T> {
+impl<I: DoubleEndedIterator<Item = T::Id>, T: Primitive> DoubleEndedIterator for Each<'_, I, T> {
     fn next_back(&mut self) -> Option<Self::Item> {
         loop {
             let id = self.ids.next_back()?;
@@ -235,7 +235,7 @@ impl<I: DoubleEndedIterator<Item = T::Id>, T: Shelved> DoubleEndedIterator for E
     }
 }
 
-impl<T: Shelved> IntoIterator for Shelf<T> {
+impl<T: Primitive> IntoIterator for PrimitiveLayer<T> {
     type Item = T;
     type IntoIter = std::vec::IntoIter<T>;
 
@@ -244,7 +244,7 @@ impl<T: Shelved> IntoIterator for Shelf<T> {
     }
 }
 
-impl<T: Shelved> Extend<T> for Shelf<T> {
+impl<T: Primitive> Extend<T> for PrimitiveLayer<T> {
     fn extend<I: IntoIterator<Item = T>>(&mut self, items: I) {
         let items = items.into_iter();
         self.items.reserve(items.size_hint().0);
@@ -254,7 +254,7 @@ impl<T: Shelved> Extend<T> for Shelf<T> {
     }
 }
 
-impl<'a, T: Shelved> IntoIterator for &'a Shelf<T> {
+impl<'a, T: Primitive> IntoIterator for &'a PrimitiveLayer<T> {
     type Item = &'a T;
     type IntoIter = std::slice::Iter<'a, T>;
 
@@ -267,7 +267,7 @@ impl<'a, T: Shelved> IntoIterator for &'a Shelf<T> {
 mod tests {
     use super::*;
 
-    impl Shelved for i64 {
+    impl Primitive for i64 {
         type Id = Self;
 
         fn id(&self) -> Self {
@@ -277,7 +277,7 @@ mod tests {
 
     #[test]
     fn each_item_is_found_in_any_order_from_either_end() {
-        let mut shelf = Shelf::default();
+        let mut shelf = PrimitiveLayer::default();
         shelf.extend([7, 3, 9, 1, 4]);
         let asked = [7, 3, 9, 9, 3, 7, 5, 4, 1, 9, 8, 7];
         let there: Vec<i64> = asked.into_iter().filter(|id| shelf.contains(*id)).collect();
@@ -289,6 +289,6 @@ mod tests {
             (ends.next(), ends.next_back(), ends.next(), ends.next_back()),
             (Some(&7), Some(&7), Some(&3), Some(&9))
         );
-        assert_eq!(Shelf::<i64>::default().get_each([1].into_iter()).next(), None);
+        assert_eq!(PrimitiveLayer::<i64>::default().get_each([1].into_iter()).next(), None);
     }
 }

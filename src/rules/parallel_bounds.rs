@@ -22,7 +22,7 @@ pub struct Reach {
 
 /// Two lanes side by side, each with a bound of its own where the other's runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Twins {
+pub struct ParallelBounds {
     /// The lanes, by their positions.
     pub lanes: [usize; 2],
     /// The bound of each.
@@ -38,7 +38,7 @@ pub struct Twins {
 /// The bounds of a lane, left and right, as lines.
 type Bounds = [Option<Polyline>; 2];
 
-impl Twins {
+impl ParallelBounds {
     /// Which of two lanes' bounds run along each other; `None` if none do, or if the lanes have a way in common.
     fn of(map: &MapIndex, [one, other]: [usize; 2], lines: [&Bounds; 2], reach: Reach) -> Option<Self> {
         let (a, b) = (&map.lanes[one], &map.lanes[other]);
@@ -100,7 +100,7 @@ pub fn all(
     reach: Reach,
     first: impl Fn(&Lane) -> bool + Sync,
     second: impl Fn(&Lane) -> bool + Sync,
-) -> Vec<Twins> {
+) -> Vec<ParallelBounds> {
     let bounds = |lane: &Lane| [0, 1].map(|side| lane.border(side));
     let taking_part = |lane: &Lane| if first(lane) || second(lane) { bounds(lane) } else { Bounds::default() };
     let lines: Vec<Bounds> = map.lanes.par_iter().finely().map(taking_part).collect();
@@ -109,7 +109,9 @@ pub fn all(
         let margin = crate::geometry::Vector::new(reach.apart, reach.apart);
         let near = map.lanes_near(low - margin, high + margin).into_iter();
         let others = near.filter(|&other| other != at && second(&map.lanes[other]));
-        others.filter_map(|other| Twins::of(map, [at, other], [&lines[at], &lines[other]], reach)).collect::<Vec<_>>()
+        others
+            .filter_map(|other| ParallelBounds::of(map, [at, other], [&lines[at], &lines[other]], reach))
+            .collect::<Vec<_>>()
     };
     let all = (0..map.lanes.len()).into_par_iter().finely().filter(|&at| first(&map.lanes[at]));
     all.flat_map_iter(of_lane).collect()

@@ -31,7 +31,7 @@ struct Claims {
 }
 
 /// Edits on the files that `osm` was read from.
-pub struct Draft<'a> {
+pub struct TextEdits<'a> {
     osm: &'a OsmData,
     /// Edited elements by where they stand; `None` where one is removed.
     edited: BTreeMap<SourceSpan, Option<Element>>,
@@ -52,7 +52,7 @@ pub struct Draft<'a> {
 /// Tags whose value is the id of a way.
 const NAMING: [&str; 2] = ["intersection_area", "traffic_light_id"];
 
-impl<'a> Draft<'a> {
+impl<'a> TextEdits<'a> {
     /// Without an edit.
     pub fn new(osm: &'a OsmData) -> Self {
         let mut referrers: FxHashMap<Key, Vec<Key>> = FxHashMap::default();

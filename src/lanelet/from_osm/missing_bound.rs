@@ -16,7 +16,7 @@ const REACH: f64 = 12.0;
 
 impl Loader<'_> {
     /// Says of each such lanelet which way it was.
-    pub(super) fn without_bound(&mut self) {
+    pub(super) fn infer_missing_bounds(&mut self) {
         let lacks = |condition: &Condition| match condition {
             Condition::BoundCount { role, count: 0, .. } if *role != BoundRole::Centerline => Some(*role),
             _ => None,
@@ -30,7 +30,7 @@ impl Loader<'_> {
         if open.is_empty() {
             return;
         }
-        let around = Around::of(self);
+        let around = Surroundings::of(self);
         let found: Vec<(usize, Option<i64>)> =
             open.into_iter().map(|(at, id, role)| (at, around.other_bound(self, id, role))).collect();
         for (at, way) in found {
@@ -51,7 +51,7 @@ impl Loader<'_> {
 }
 
 /// What lies around a lanelet that lacks a bound.
-struct Around {
+struct Surroundings {
     /// Start and end edges of all lanelets, left and right.
     edges: Vec<[PointId; 2]>,
     /// The two bounds of each lanelet.
@@ -60,7 +60,7 @@ struct Around {
     used: FxHashSet<LineStringId>,
 }
 
-impl Around {
+impl Surroundings {
     fn of(loader: &Loader<'_>) -> Self {
         let map = &loader.loaded.map;
         let mut around = Self { edges: Vec::new(), pairs: FxHashSet::default(), used: FxHashSet::default() };

@@ -5,7 +5,7 @@ use crate::lanelet::index::{Lane, MapIndex, StopLine, extent};
 
 /// A place where a stop line crosses the middle of a lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Crossing {
+pub struct StopLineCrossing {
     /// The lane, by its position.
     pub lane: usize,
     /// Metres from where the lane starts: less than 0, or more than its length, where the line lies just outside.
@@ -23,16 +23,16 @@ const SLACK: f64 = 0.5;
 
 /// The lanes for cars that a stop line, longer by `extra` metres at both ends, crosses, by position: of lanes on several
 /// levels, those on its own.
-pub fn crossings(map: &MapIndex, line: &StopLine, extra: f64) -> Vec<Crossing> {
+pub fn crossings(map: &MapIndex, line: &StopLine, extra: f64) -> Vec<StopLineCrossing> {
     let [low, high] = extent(&line.ends);
     let margin = Vector::new(extra + SLACK, extra + SLACK);
     let near = map.lanes_near(low - margin, high + margin).into_iter();
-    let mut found: Vec<Crossing> = near
+    let mut found: Vec<StopLineCrossing> = near
         .filter(|&lane| map.lanes[lane].is_for_cars())
-        .filter_map(|lane| crossing(line, &map.lanes[lane], extra).map(|found| Crossing { lane, ..found }))
+        .filter_map(|lane| crossing(line, &map.lanes[lane], extra).map(|found| StopLineCrossing { lane, ..found }))
         .collect();
     // Lines are drawn without heights more often than lanes: the nearest level is theirs, however far it is.
-    let height = |crossing: &Crossing| map.height(crossing.lane, crossing.place).unwrap_or(line.height);
+    let height = |crossing: &StopLineCrossing| map.height(crossing.lane, crossing.place).unwrap_or(line.height);
     let off = |height: f64| (height - line.height).abs();
     if let Some(own) = found.iter().map(height).min_by(|a, b| off(*a).total_cmp(&off(*b))) {
         found.retain(|crossing| (height(crossing) - own).abs() <= map.thresholds.grade_separation);
@@ -40,7 +40,7 @@ pub fn crossings(map: &MapIndex, line: &StopLine, extra: f64) -> Vec<Crossing> {
     found
 }
 
-fn crossing(line: &StopLine, lane: &Lane, extra: f64) -> Option<Crossing> {
+fn crossing(line: &StopLine, lane: &Lane, extra: f64) -> Option<StopLineCrossing> {
     let center = lane.center.as_ref()?;
     let along = (line.ends[1] - line.ends[0]).try_normalize(Polyline::MERGE)?;
     let [a, b] = [line.ends[0] - along * extra, line.ends[1] + along * extra];
@@ -57,7 +57,7 @@ fn crossing(line: &StopLine, lane: &Lane, extra: f64) -> Option<Crossing> {
     })?;
     let heading = center.direction(station.clamp(0.0, last));
     let askew = 90.0 - (along.dot(&heading)).abs().clamp(0.0, 1.0).acos().to_degrees();
-    Some(Crossing { lane: 0, station, place, askew, span: span(line, lane, place, along)? })
+    Some(StopLineCrossing { lane: 0, station, place, askew, span: span(line, lane, place, along)? })
 }
 
 /// Share of the lane, measured along the stop line, that lies abreast of it.

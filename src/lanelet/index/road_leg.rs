@@ -1,6 +1,6 @@
 //! Road legs: which of the edges around an intersection belong to one approach.
 
-use super::groups::Groups;
+use super::union_find::UnionFind;
 use super::{Edge, Thresholds};
 use crate::geometry::{Point, Vector};
 
@@ -19,7 +19,7 @@ pub struct Crossed {
 /// across the road, as carriageways on both sides of a median do: nearest first, and only as long as cars come on one side
 /// of the leg and go on the other. Roads side by side that each lead both ways are legs of their own.
 pub fn legs(edges: &[Crossed], thresholds: &Thresholds) -> Vec<usize> {
-    let mut legs = Groups::new(edges.len());
+    let mut legs = UnionFind::new(edges.len());
     let mut apart: Vec<(f64, usize, usize)> = Vec::new();
     for a in 0..edges.len() {
         for b in a + 1..edges.len() {

@@ -16,7 +16,7 @@ type Key = (ElementKind, i64);
 const PLAIN: f64 = 3.0;
 
 /// What bears on ids that repeat; empty where none does.
-pub struct Repeats<'a> {
+pub struct DuplicateIds<'a> {
     osm: &'a OsmData,
     nodes: FxHashMap<i64, Vec<&'a Node>>,
     ways: FxHashMap<i64, Vec<&'a Way>>,
@@ -32,7 +32,7 @@ pub struct Repeats<'a> {
     relation_of: FxHashMap<Vec<(ElementKind, i64, &'a str)>, &'a Relation>,
 }
 
-impl<'a> Repeats<'a> {
+impl<'a> DuplicateIds<'a> {
     /// Of ids with the places where they stand.
     pub fn of(osm: &'a OsmData, repeated: &FxHashMap<Key, Vec<SourceSpan>>) -> Self {
         let mut all = Self {

@@ -6,7 +6,7 @@ use crate::lanelet::{LineStringId, PointId};
 
 /// A centre line that somebody drew.
 #[derive(Clone, Debug)]
-pub struct OwnLine {
+pub struct OwnCenterline {
     /// Its way.
     pub way: LineStringId,
     /// Its course.
@@ -24,7 +24,7 @@ pub enum End {
     Stop,
 }
 
-impl OwnLine {
+impl OwnCenterline {
     /// That of a lane, if it has one and that runs from edge to edge: one that does not is the business of vm-01-10.
     pub fn of(map: &MapIndex, lane: usize, edge: f64) -> Option<Self> {
         let at = &map.lanes[lane];

@@ -8,7 +8,7 @@ const AGAINST: f64 = -0.866;
 
 /// Two lanes that overlap and run against each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Opposed {
+pub struct OpposingOverlap {
     /// By their positions, the first in the map first.
     pub lanes: [usize; 2],
     /// Overlap as a share of the smaller one (1).
@@ -29,7 +29,7 @@ pub fn width(lane: &Lane) -> Option<f64> {
 }
 
 /// All of a map.
-pub fn all(map: &MapIndex) -> Vec<Opposed> {
+pub fn all(map: &MapIndex) -> Vec<OpposingOverlap> {
     let mut found = Vec::new();
     for at in (0..map.lanes.len()).filter(|&at| is_plain(map, at)) {
         let mut others: Vec<usize> = crosswise(map, at).collect();
@@ -51,7 +51,7 @@ fn crosswise<'a>(map: &'a MapIndex<'a>, at: usize) -> impl Iterator<Item = usize
     as_right.chain(as_left)
 }
 
-fn judge(map: &MapIndex, at: usize, other: usize) -> Option<Opposed> {
+fn judge(map: &MapIndex, at: usize, other: usize) -> Option<OpposingOverlap> {
     let (a, b) = (&map.lanes[at], &map.lanes[other]);
     let (mine, theirs) = (a.center.as_ref()?, b.center.as_ref()?);
     let [short, long] = if mine.length() <= theirs.length() { [mine, theirs] } else { [theirs, mine] };
@@ -65,5 +65,5 @@ fn judge(map: &MapIndex, at: usize, other: usize) -> Option<Opposed> {
     }
     let share = polygon::overlap(&a.outline, &b.outline) / a.area.min(b.area);
     let swapped = a.bounds[0] == b.bounds[1] && a.bounds[1] == b.bounds[0];
-    Some(Opposed { lanes: [at, other], share, swapped })
+    Some(OpposingOverlap { lanes: [at, other], share, swapped })
 }

@@ -6,13 +6,13 @@ use crate::lanelet::index::{MapIndex, allows_lane_change};
 use crate::lanelet::{Bound, Lanelet};
 
 /// The lanes for vehicles with those beside them in the same direction. Lanes are positions in `MapIndex::lanes`.
-pub struct Moves<'m> {
+pub struct RoutingMoves<'m> {
     map: &'m MapIndex<'m>,
     by_left: FxHashMap<Bound, Vec<usize>>,
     by_right: FxHashMap<Bound, Vec<usize>>,
 }
 
-impl<'m> Moves<'m> {
+impl<'m> RoutingMoves<'m> {
     /// Looks at all lanes for vehicles.
     pub fn new(map: &'m MapIndex<'m>) -> Self {
         let mut moves = Self { map, by_left: FxHashMap::default(), by_right: FxHashMap::default() };

@@ -6,7 +6,7 @@ use crate::lanelet::{Condition, LoadFault};
 use crate::osm::{ElementKind, OddityKind};
 
 impl Loader<'_> {
-    pub(super) fn whole(&mut self) {
+    pub(super) fn file_level_faults(&mut self) {
         if let Some(condition) = self.format_version() {
             self.loaded.faults.push(LoadFault { subject: Subject::Map, span: None, condition });
         }

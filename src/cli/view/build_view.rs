@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use crate::builder::{BuildError, BuildOptions, Built, Plan, build_plan, plan};
 use crate::cli::watch::Watched;
-use crate::cli::{StageArg, StreetArgs, ViewArgs, page, stage};
+use crate::cli::{StageArg, StreetArgs, ViewArgs, report_page, stage};
 use crate::diagnostic::{Diagnostic, Finding, Severity, Subject};
 use crate::geometry::Point;
 use crate::lanelet::index::{MapIndex, Thresholds};
@@ -15,16 +15,16 @@ use crate::osm::OsmData;
 use crate::projection::{Extent, LonLat, Projector};
 use crate::report::draw::sketch::Sketch;
 use crate::report::failure::Failure;
-use crate::report::html::{InputRoad, InputWay, Page, Served, Stage, Workshop, parcel, served_workshop};
+use crate::report::html::{BuildStages, InputRoad, InputWay, Page, Served, Stage, parcel, served_build_stages};
 use crate::report::{Report, Sources, TextStyle};
 use crate::rules;
 use crate::rules::Config;
 
+use super::downloads;
 use super::edits::Question;
-use super::live::Live;
-use super::map::requirements;
-use super::save;
-use super::server::{Answer, Desk};
+use super::map_view::requirements;
+use super::server::{Answer, Handler};
+use super::subscriptions::Subscriptions;
 use crate::api::layout::{build_failure, osm_data};
 
 use clap::ValueEnum;
@@ -38,7 +38,7 @@ const REACH: f64 = 300.0;
 const DEGREE: f64 = 111_000.0;
 
 /// The input, and how it is built.
-pub struct Bench {
+pub struct BuildSession {
     data: OsmData,
     options: BuildOptions,
     projector: Projector,
@@ -50,59 +50,59 @@ pub struct Bench {
 }
 
 /// The page of a map in the making.
-pub struct Benches {
+pub struct BuildSessions {
     page: String,
-    bench: RwLock<Arc<Bench>>,
+    session: RwLock<Arc<BuildSession>>,
 }
 
-impl Benches {
+impl BuildSessions {
     /// Reads and builds the input, and goes on whenever its file changes.
-    pub fn start(args: ViewArgs, watched: Watched, live: Arc<Live>) -> Result<Arc<Self>, Failure> {
+    pub fn start(args: ViewArgs, watched: Watched, subscriptions: Arc<Subscriptions>) -> Result<Arc<Self>, Failure> {
         let mut stamps = watched.stamps();
-        let (bench, first) = Bench::open(&args)?;
-        live.show(first);
-        let page = served_workshop(&bench.title, &requirements()?);
-        let benches = Arc::new(Self { page, bench: RwLock::new(Arc::new(bench)) });
-        let ours = Arc::clone(&benches);
+        let (session, first) = BuildSession::open(&args)?;
+        subscriptions.show(first);
+        let page = served_build_stages(&session.title, &requirements()?);
+        let sessions = Arc::new(Self { page, session: RwLock::new(Arc::new(session)) });
+        let ours = Arc::clone(&sessions);
         thread::spawn(move || {
             loop {
                 watched.wait(stamps);
                 stamps = watched.stamps();
-                match Bench::open(&args) {
-                    Ok((bench, parcel)) => {
-                        *ours.bench.write().unwrap_or_else(PoisonError::into_inner) = Arc::new(bench);
-                        live.show(parcel);
+                match BuildSession::open(&args) {
+                    Ok((session, parcel)) => {
+                        *ours.session.write().unwrap_or_else(PoisonError::into_inner) = Arc::new(session);
+                        subscriptions.show(parcel);
                     }
-                    Err(failure) => live.fail(failure.render(TextStyle::default())),
+                    Err(failure) => subscriptions.fail(failure.render(TextStyle::default())),
                 }
             }
         });
-        Ok(benches)
+        Ok(sessions)
     }
 
-    fn bench(&self) -> Arc<Bench> {
-        Arc::clone(&self.bench.read().unwrap_or_else(PoisonError::into_inner))
+    fn session(&self) -> Arc<BuildSession> {
+        Arc::clone(&self.session.read().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
-impl Desk for Benches {
+impl Handler for BuildSessions {
     fn page(&self) -> String {
         self.page.clone()
     }
 
     fn post(&self, path: &str, question: &str) -> Option<Result<Answer, String>> {
-        let answer = |with: fn(&Bench, &Question) -> Result<Answer, String>| {
+        let answer = |with: fn(&BuildSession, &Question) -> Result<Answer, String>| {
             let question =
                 serde_json::from_str(question).map_err(|error| format!("this is no list of edits: {error}"))?;
-            with(&self.bench(), &question)
+            with(&self.session(), &question)
         };
         Some(match path {
-            "/build" => answer(|bench, question| {
-                let built = bench.build(question).map_err(|failure| failure.to_string())?;
+            "/build" => answer(|session, question| {
+                let built = session.build(question).map_err(|failure| failure.to_string())?;
                 Ok(Answer { bytes: built, name: None })
             }),
-            "/save/osm" => answer(save::osm),
-            "/save/toml" => answer(save::toml),
+            "/save/osm" => answer(downloads::osm),
+            "/save/toml" => answer(downloads::toml),
             _ => return None,
         })
     }
@@ -132,7 +132,7 @@ fn median(mut places: Vec<LonLat>) -> LonLat {
     LonLat { lon: of(|place| place.lon), lat: of(|place| place.lat) }
 }
 
-impl Bench {
+impl BuildSession {
     /// What the input says.
     pub fn data(&self) -> &OsmData {
         &self.data
@@ -151,7 +151,7 @@ impl Bench {
             isolated: args.config.isolated,
             ..StreetArgs::default()
         };
-        let title = page::title(&args.map);
+        let title = report_page::title(&args.map);
         let (data, options) = osm_data(&args.map, &streets.options())?;
         let of_roads: FxHashSet<i64> =
             data.ways.iter().filter(|way| way.tags.has("highway")).flat_map(|way| way.nodes.iter().copied()).collect();
@@ -164,9 +164,9 @@ impl Bench {
         let middle = args.at.map_or_else(|| median(places), |(lat, lon)| LonLat { lon, lat });
         let origin = projector.forward(extent.center(), 0.0).unwrap_or_default().map(f64::round);
         let ways = data.ways.iter().filter(|way| way.tags.has("highway")).count();
-        let bench = Self { data, options, projector, origin, middle, title, ways };
-        let first = bench.build(&Question::default())?;
-        Ok((bench, first))
+        let session = Self { data, options, projector, origin, middle, title, ways };
+        let first = session.build(&Question::default())?;
+        Ok((session, first))
     }
 
     /// Builds the input with edits, all of it or what lies around a place; what the page fetches.
@@ -179,13 +179,13 @@ impl Bench {
         let own = wishes.len();
         options.merges.splice(0..0, wishes);
         let plan = plan(&data, &options).map_err(|error| build_failure(error, &self.title))?;
-        let mut workshop = self.workshop(&plan, &data, own);
-        workshop.part = frame.map(|corners| (corners, [data.ways.len(), self.data.ways.len()]));
+        let mut build_stages = self.build_stages(&plan, &data, own);
+        build_stages.part = frame.map(|corners| (corners, [data.ways.len(), self.data.ways.len()]));
         let mut built = build_plan(plan);
         built.map.place_on_globe(&built.projector);
         let diagnostics = self.diagnostics(&built, &data, !question.quick)?;
-        workshop.took = u64::try_from(start.elapsed().as_millis()).unwrap_or(u64::MAX);
-        self.parcel(&built, &diagnostics, &workshop)
+        build_stages.took = u64::try_from(start.elapsed().as_millis()).unwrap_or(u64::MAX);
+        self.parcel(&built, &diagnostics, &build_stages)
     }
 
     /// The input, or where that is large, what lies around a place, with the corners of the box in metres.
@@ -202,7 +202,7 @@ impl Bench {
     }
 
     /// What a page shows of a plan, of which the first `own` wishes came from the page.
-    fn workshop(&self, plan: &Plan, data: &OsmData, own: usize) -> Workshop {
+    fn build_stages(&self, plan: &Plan, data: &OsmData, own: usize) -> BuildStages {
         let network = &plan.streets.network;
         let inner = network.intersections.iter().flat_map(|intersection| &intersection.inner);
         let notes: FxHashMap<_, _> = plan.streets.merges.iter().map(|note| (note.key, note)).collect();
@@ -227,7 +227,7 @@ impl Bench {
             .chain(inner.flat_map(|road| &road.ways))
             .copied()
             .collect();
-        let mut workshop = Workshop { stages: stages(plan), roads: roads.collect(), ..Workshop::default() };
+        let mut build_stages = BuildStages { stages: stages(plan), roads: roads.collect(), ..BuildStages::default() };
         let mut numbers: FxHashMap<i64, usize> = FxHashMap::default();
         for way in data.ways.iter().filter(|way| used.contains(&way.id)) {
             let mut nodes = Vec::with_capacity(way.nodes.len());
@@ -236,14 +236,14 @@ impl Bench {
                     continue;
                 };
                 nodes.push(*numbers.entry(*id).or_insert_with(|| {
-                    workshop.nodes.push((*id, at));
-                    workshop.nodes.len() - 1
+                    build_stages.nodes.push((*id, at));
+                    build_stages.nodes.len() - 1
                 }));
             }
             let tags = way.tags.iter().map(|(key, value)| (key.to_owned(), value.to_owned())).collect();
-            workshop.ways.push(InputWay { id: way.id, nodes, tags });
+            build_stages.ways.push(InputWay { id: way.id, nodes, tags });
         }
-        workshop
+        build_stages
     }
 
     /// What the rules find in the map, if that is wanted, and what the builder says of the input.
@@ -278,13 +278,18 @@ impl Bench {
         }
     }
 
-    fn parcel(&self, built: &Built, diagnostics: &[Diagnostic], workshop: &Workshop) -> Result<Vec<u8>, Failure> {
+    fn parcel(
+        &self,
+        built: &Built,
+        diagnostics: &[Diagnostic],
+        build_stages: &BuildStages,
+    ) -> Result<Vec<u8>, Failure> {
         let requirements = rules::selected(&Config::from(&built.settings));
         let sources = Sources::new([]);
         let report = Report { requirements: &requirements, ..Report::new(diagnostics, &sources, &built.map) };
-        let all = page::requirements(&report)?;
+        let all = report_page::requirements(&report)?;
         let page = Page { title: &self.title, requirements: &all, origin: Some(self.origin), ..Page::default() };
-        let served = Served { workshop: Some(workshop), ..Served::default() };
+        let served = Served { build_stages: Some(build_stages), ..Served::default() };
         parcel(&report, &page, &served).map_err(|error| Failure::new(error.to_string()))
     }
 }
