@@ -1,16 +1,18 @@
 //! `check`: a map in, findings and a verdict out.
 
-use std::io::Write;
-use std::path::Path;
+use std::io::{self, IsTerminal, Write};
+use std::path::{Path, PathBuf};
 
 use crate::api::{Checked, Loaded, read_baseline};
 use crate::diagnostic::Severity;
 use crate::report::failure::Failure;
 use crate::report::{self, Report, Totals};
 
+use super::args::CLEAN;
 use super::check_args::{CheckArgs, FormatArg};
 use super::output::{self, Progress};
-use super::{CLEAN, fix, report_page, tier4, watch};
+use super::watch::Watched;
+use super::{fix, report_page, tier4};
 
 /// Checks the map and prints what was found, once or until somebody ends it.
 pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
@@ -23,11 +25,30 @@ pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
     if args.fix {
         fix::in_place(&args.map, &args.config, args.r#unsafe)?;
     }
-    if args.watch { watch::run(args) } else { once(args) }
+    if args.watch { watch(args) } else { once(args) }
+}
+
+/// Checks until somebody ends it. A map that cannot be read is told and waited for: it may be half saved.
+fn watch(args: &CheckArgs) -> Result<u8, Failure> {
+    let more = args.config.config.iter().map(PathBuf::from).chain(args.baseline.clone());
+    let watched = Watched::new(&args.map, more);
+    loop {
+        // Taken before the run, so that a change during it is seen.
+        let before = watched.stamps();
+        if let Err(failure) = once(args) {
+            output::complain(&failure.render(output::stderr_style()));
+        }
+        output::complain(&format!("watching {}; Ctrl-C ends\n", args.map.display()));
+        watched.wait(before);
+        if io::stdout().is_terminal() {
+            const CLEAR: &str = "\u{1b}[2J\u{1b}[H";
+            output::print(CLEAR)?;
+        }
+    }
 }
 
 /// Checks the map and prints what was found.
-pub fn once(args: &CheckArgs) -> Result<u8, Failure> {
+fn once(args: &CheckArgs) -> Result<u8, Failure> {
     let progress = Progress::start("reading");
     let loaded = Loaded::read(args.map.as_path(), &args.config.configuration())?;
     let baseline = args.baseline.as_deref().map(|file| read_baseline(&file.into())).transpose()?;
@@ -77,7 +98,7 @@ fn shown(args: &CheckArgs, report: &Report<'_>) -> Result<(), Failure> {
 }
 
 /// The formats for people end with a line that sums up.
-fn people(args: &CheckArgs, report: &Report<'_>, out: &mut dyn Write) -> std::io::Result<()> {
+fn people(args: &CheckArgs, report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
     let found = report.diagnostics;
     if args.statistics {
         Totals::of(found).write(out)?;

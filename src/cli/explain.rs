@@ -6,8 +6,9 @@ use crate::rules;
 use crate::settings::covers;
 use crate::triage;
 
+use super::args::CLEAN;
 use super::check_args::ProfileArg;
-use super::{CLEAN, output};
+use super::output;
 
 /// Prints one rule in full; with a finding's code, that fault first.
 pub fn explain(code: &str) -> Result<u8, Failure> {

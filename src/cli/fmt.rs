@@ -1,14 +1,26 @@
 //! `fmt`: a map in, the same map in canonical form out, in place.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::fix::canonical;
 use crate::lanelet::open;
 use crate::report::failure::Failure;
 
-use super::{CLEAN, FmtArgs, output};
+use super::args::CLEAN;
+use super::output;
 use crate::api::files;
 use crate::api::load::open_failure;
+use clap::Args;
+
+/// Write a Lanelet2 map in canonical form, in place: the same elements give the same bytes
+#[derive(Debug, Args)]
+pub struct FmtArgs {
+    /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml
+    pub map: PathBuf,
+    /// Change nothing; exit code 1 if a file is not formatted
+    #[arg(long)]
+    pub check: bool,
+}
 
 /// Exit code of `--check` where a file would change.
 const WOULD_CHANGE: u8 = 1;

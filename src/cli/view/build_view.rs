@@ -5,8 +5,10 @@ use std::thread;
 use std::time::Instant;
 
 use crate::builder::{BuildError, BuildOptions, Built, Plan, build_plan, plan};
+use crate::cli::args::StreetArgs;
+use crate::cli::draw_args::StageArg;
 use crate::cli::watch::Watched;
-use crate::cli::{StageArg, StreetArgs, ViewArgs, report_page, stage};
+use crate::cli::{report_page, stage};
 use crate::diagnostic::{Diagnostic, Finding, Severity, Subject};
 use crate::geometry::Point;
 use crate::lanelet::index::{MapIndex, Thresholds};
@@ -20,6 +22,7 @@ use crate::report::{Report, Sources, TextStyle};
 use crate::rules;
 use crate::rules::Config;
 
+use super::args::ViewArgs;
 use super::downloads;
 use super::edits::Question;
 use super::map_view::requirements;
@@ -101,8 +104,8 @@ impl Handler for BuildSessions {
                 let built = session.build(question).map_err(|failure| failure.to_string())?;
                 Ok(Answer { bytes: built, name: None })
             }),
-            "/save/osm" => answer(downloads::osm),
-            "/save/toml" => answer(downloads::toml),
+            "/save/osm" => answer(|session, question| downloads::osm(&session.data, &session.title, question)),
+            "/save/toml" => answer(|_, question| downloads::toml(question)),
             _ => return None,
         })
     }
@@ -133,16 +136,6 @@ fn median(mut places: Vec<LonLat>) -> LonLat {
 }
 
 impl BuildSession {
-    /// What the input says.
-    pub fn data(&self) -> &OsmData {
-        &self.data
-    }
-
-    /// The input's file name.
-    pub fn title(&self) -> &str {
-        &self.title
-    }
-
     /// Reads the input and builds it as it is.
     fn open(args: &ViewArgs) -> Result<(Self, Vec<u8>), Failure> {
         let streets = StreetArgs {

@@ -6,13 +6,11 @@ use crate::osm::{MetaInfo, OsmData, OsmText, moved, read_bytes};
 use crate::projection::LonLat;
 use crate::settings::Settings;
 
-use super::build_view::BuildSession;
 use super::edits::Question;
 use super::server::Answer;
 
 /// The input with the edits of nodes and tags; nothing else in its text changes.
-pub fn osm(session: &BuildSession, question: &Question) -> Result<Answer, String> {
-    let data = session.data();
+pub fn osm(data: &OsmData, title: &str, question: &Question) -> Result<Answer, String> {
     let text = match data.sources.as_slice() {
         [source] if !source.text.is_empty() => {
             edited(data, question).ok_or("the edits do not fit the text of the input; was it changed?")?
@@ -23,13 +21,12 @@ pub fn osm(session: &BuildSession, question: &Question) -> Result<Answer, String
             written(&data)
         }
     };
-    let title = session.title();
     let stem = [".osm.pbf", ".osm.gz", ".osm", ".pbf"].iter().find_map(|end| title.strip_suffix(end)).unwrap_or(title);
     Ok(Answer { bytes: text.into_bytes(), name: Some(format!("{stem}_edited.osm")) })
 }
 
 /// The lines of `lanewright.toml` that decide about roads as the edits do.
-pub fn toml(_: &BuildSession, question: &Question) -> Result<Answer, String> {
+pub fn toml(question: &Question) -> Result<Answer, String> {
     let mut settings = Settings::default();
     for (said, merge) in question.merges() {
         if merge { settings.merge.push(said) } else { settings.keep_apart.push(said) }

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::thread;
 
+use crate::cli::report_page;
 use crate::cli::watch::Watched;
-use crate::cli::{ViewArgs, report_page};
 use crate::lanelet::from_osm;
 use crate::report::TextStyle;
 use crate::report::failure::Failure;
@@ -13,6 +13,7 @@ use crate::requirement::Requirement;
 use crate::rules;
 use crate::triage;
 
+use super::args::ViewArgs;
 use super::server::Handler;
 use super::subscriptions::Subscriptions;
 use crate::api::{CheckOptions, Checked, Loaded, check, mended};

@@ -1,5 +1,6 @@
 //! `view`: a map, or how it comes to be, as a page in the browser that follows its files.
 
+mod args;
 mod build_view;
 mod downloads;
 mod edits;
@@ -12,9 +13,10 @@ use std::sync::Arc;
 
 use crate::report::failure::Failure;
 
+use super::args::CLEAN;
 use super::output;
 use super::watch::Watched;
-use super::{CLEAN, ViewArgs};
+pub use args::ViewArgs;
 use server::{Handler, Server};
 use subscriptions::Subscriptions;
 

@@ -41,7 +41,7 @@ fn map() -> LaneletMap {
 fn a_small_map_is_measured() {
     let (map, settings) = (map(), Settings::default());
     let stats = Stats::of(&MapIndex::new(&map, &[], &settings, Thresholds::default()));
-    assert_eq!(stats.lanelets["road"], Kind { count: 3, metres: 30.0 });
+    assert_eq!(stats.lanelets["road"], SubtypeStats { count: 3, metres: 30.0 });
     let width = stats.width.unwrap();
     assert!((width.min - 3.5).abs() < 1e-9 && (width.max - 3.5).abs() < 1e-9);
     assert!(stats.curvature.unwrap().max < 1e-9);
