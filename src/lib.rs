@@ -8,7 +8,7 @@
 //! floor 3   builder | rules | triage | fix | report   five wings that never meet
 //! floor 2   lanelet (the waist), requirement, settings  the map in Lanelet2's words; a document of rules/ parsed
 //!           weave                                       lanes stitched and painted, kept so through edits
-//! floor 1   osm, projection, geometry, diagnostic, terrain  know nothing of ours
+//! floor 1   osm, terrain, diagnostic, projection, geometry, text  know nothing of ours
 //! ```
 //!
 //! The verbs of the command line are functions of this crate, on files or on bytes:
@@ -41,6 +41,7 @@ pub mod requirement;
 pub mod rules;
 pub mod settings;
 pub mod terrain;
+pub mod text;
 pub mod triage;
 pub mod weave;
 

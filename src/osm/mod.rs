@@ -12,19 +12,20 @@ mod read;
 mod tags;
 mod write;
 
+pub use crate::text::Text;
 pub use digits::fixed;
 pub(crate) use digits::put_fixed;
 pub use edit::{attribute, kept, moved};
 pub use error::ReadError;
 pub use load::load;
 pub use read::{read_bytes, read_file, read_files};
-pub use tags::{Tags, Text};
+pub use tags::Tags;
 pub use write::OsmText;
 
 use rustc_hash::FxHashMap;
 
-use crate::diagnostic::SourceSpan;
 use crate::projection::{Extent, LonLat};
+use crate::text::SourceSpan;
 
 /// The kind of an element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -2,9 +2,6 @@
 
 use thin_vec::ThinVec;
 
-/// A short string: keys, values, roles. Up to 24 bytes lie inline.
-pub type Text = compact_str::CompactString;
-
 /// Tags of one element. Few, so a list; the last value wins where a key repeats, as it does for Lanelet2's reader. They lie
 /// one behind the other in one piece of memory: a map has more of them than of anything else.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

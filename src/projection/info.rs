@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::diagnostic::nearest;
+use crate::text::nearest;
 
 use super::{DEFAULT_SCALE_FACTOR, LonLat, MgrsError, Projector};
 

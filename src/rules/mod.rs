@@ -1,10 +1,11 @@
-//! The table of the standard: number, document, predicate; and the engine that runs it.
+//! The table of the standard: number, document, predicate.
 
 mod area_element;
 mod barrier;
 mod borders;
 mod centerline_ends;
 mod config;
+mod engine;
 mod geoid;
 mod graph;
 mod health;
@@ -92,17 +93,14 @@ mod walkway;
 
 use std::sync::LazyLock;
 
-use rayon::prelude::*;
-
 pub use config::{Config, ConfigError, vet};
+pub use engine::run;
 pub use rule::{NoParams, Rule};
 
 use crate::cancel;
 use crate::diagnostic::{Diagnostic, Finding, Severity};
 use crate::lanelet::index::MapIndex;
-use crate::parallel::Finely;
 use crate::requirement::{DocumentError, Requirement};
-use crate::settings::Profile;
 
 /// How a program judges a requirement.
 type Predicate = fn(&MapIndex, toml::Table) -> Result<Vec<Finding>, toml::de::Error>;
@@ -226,18 +224,6 @@ pub fn find(code: &str) -> Option<&'static Requirement> {
 pub fn selected(config: &Config) -> Vec<&'static Requirement> {
     let rows = table().unwrap_or_default();
     rows.iter().map(|row| &row.requirement).filter(|requirement| config.wants_rule(requirement)).collect()
-}
-
-/// Runs every rule over the map, in parallel. The findings come in the table's order, within a rule in the order of
-/// its document's faults, then by subject: the same whatever the number of threads.
-pub fn run(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigError> {
-    let rows = table().map_err(Clone::clone)?;
-    if config.profile == Profile::Tier4 {
-        return tier4::run(map, config);
-    }
-    let by_rule: Vec<Vec<Diagnostic>> =
-        rows.par_iter().finely().map(|row| run_row(map, config, row)).collect::<Result<_, ConfigError>>()?;
-    Ok(by_rule.into_iter().flatten().collect())
 }
 
 fn run_row(map: &MapIndex, config: &Config, row: &Row) -> Result<Vec<Diagnostic>, ConfigError> {

@@ -6,25 +6,11 @@ use rstar::{AABB, RTree};
 use rustc_hash::FxHashMap;
 
 use super::lane::drivable_by_vehicle;
-use super::{Lane, LaneTree, MapIndex, Thresholds};
+use super::types::{Conflict, LaneTree, MapIndex};
+use super::{Lane, Thresholds};
 use crate::geometry::{Point, Polyline, polygon};
 use crate::lanelet::{Bound, Cursor, Lanelet, LaneletId, LaneletMap, LineString, LineStringId, Point as MapPoint};
 use crate::parallel::Finely;
-
-/// Another lanelet whose outline overlaps that of this one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Conflict {
-    /// The other, by its position in `MapIndex::lanes`.
-    pub other: usize,
-    /// Area of the overlap, square metres.
-    pub area: f64,
-    /// Middle of the overlap.
-    pub place: Point,
-    /// Whether it is large enough for the rules, and on one level. Autoware, which knows neither, reacts in any case.
-    pub real: bool,
-    /// Whether one passes over the other.
-    pub grade_separated: bool,
-}
 
 /// For every lane its conflicts, by the other's position. Neighbours over a shared way and lanes that follow each
 /// other do not conflict; lanes that start together (siblings) are left out as well.

@@ -2,60 +2,11 @@
 
 use rustc_hash::FxHashMap;
 
-use super::{Arm, ArmEdge, Intersection, Lane};
+use super::Lane;
+use super::types::{Arm, ArmEdge, DrivingSide, Intersection, SideVotes};
 use crate::geometry::cross;
-use crate::lanelet::{LaneletId, LineStringId, PointId, RoadType, TurnDirection};
+use crate::lanelet::{LineStringId, PointId, RoadType};
 use crate::settings::{Settings, Side};
-
-/// The side of the road on which people drive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum DrivingSide {
-    /// As in Japan: the near turn is the left turn.
-    Left,
-    /// As in Germany: the near turn is the right turn.
-    Right,
-}
-
-impl DrivingSide {
-    /// The turn across oncoming traffic.
-    pub fn far_turn(self) -> TurnDirection {
-        match self {
-            Self::Left => TurnDirection::Right,
-            Self::Right => TurnDirection::Left,
-        }
-    }
-
-    /// The turn toward the own kerb.
-    pub fn near_turn(self) -> TurnDirection {
-        match self {
-            Self::Left => TurnDirection::Left,
-            Self::Right => TurnDirection::Right,
-        }
-    }
-}
-
-/// What the map shows, and what is taken.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct SideVotes {
-    /// Places that show driving on the left.
-    pub left: usize,
-    /// Places that show driving on the right.
-    pub right: usize,
-    /// What is taken: the user's word, else the majority; `None` where nothing tells.
-    pub side: Option<DrivingSide>,
-    /// A lanelet at each place, with what that place shows.
-    pub places: Vec<(LaneletId, DrivingSide)>,
-}
-
-impl SideVotes {
-    fn add(&mut self, lane: LaneletId, side: DrivingSide) {
-        match side {
-            DrivingSide::Left => self.left += 1,
-            DrivingSide::Right => self.right += 1,
-        }
-        self.places.push((lane, side));
-    }
-}
 
 /// Opposite lanes that share their inner bound vote, and so does every approach with lanes both ways. A lane that is
 /// driven both ways, by two lanelets between the same ways, lies on neither side and shows nothing.

@@ -8,77 +8,16 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::lane::extent;
 use super::road_leg::{Crossed, legs};
+use super::types::{Arm, ArmEdge, Conflict, Intersection, IntersectionMember, LaneTree};
 use super::union_find::UnionFind;
-use super::user_names::COMPASS;
-use super::{Conflict, Edge, Lane, LaneTree, Thresholds};
+use super::{Lane, Thresholds};
 use crate::geometry::{Point, Vector, polygon, ring};
 use crate::lanelet::right_of_way::opposites;
 use crate::lanelet::{LaneletMap, PolygonId};
 use crate::parallel::Finely;
 
-/// A lanelet that is part of an intersection: one movement from one approach to another.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct IntersectionMember {
-    /// By its position in `MapIndex::lanes`.
-    pub lane: usize,
-    /// Whether its tag `intersection_area` names the area.
-    pub declared: bool,
-    /// Share of its area inside the intersection area, 0..=1; 1 where the intersection has none.
-    pub cover: f64,
-}
-
-impl IntersectionMember {
-    /// Whether it lies inside for the greater part; one that only names the area was tagged by mistake, and tells
-    /// nothing about the intersection.
-    pub fn is_inside(&self) -> bool {
-        self.cover > 0.5
-    }
-}
-
-/// One crossing or junction.
-#[derive(Clone, Debug)]
-pub struct Intersection {
-    /// Its `intersection_area`; `None` where lanelets with `turn_direction` conflict outside every area.
-    pub area: Option<PolygonId>,
-    /// The outline of the area, as the file has it, without a repeated last point; empty if there is no area.
-    pub ring: Vec<Point>,
-    /// Middle of the area, or of its lanelets.
-    pub middle: Point,
-    /// Mean height of the area's points, metres.
-    pub height: f64,
-    /// Its lanelets, by their position.
-    pub members: Vec<IntersectionMember>,
-    /// Other lanelets that its area touches, with the share of their area inside, by their position.
-    pub touched: Vec<(usize, f64)>,
-    /// Its approaches, clockwise from north as seen from the middle.
-    pub arms: Vec<Arm>,
-}
-
-/// One road leg of an intersection.
-#[derive(Clone, Debug)]
-pub struct Arm {
-    /// Where lanelets of the intersection start or end.
-    pub edges: Vec<ArmEdge>,
-    /// Mean heading of the lanelets that start here; `None` if none does.
-    pub heading_in: Option<Vector>,
-    /// The side of the intersection from which it comes: `N`, `NE`, ...
-    pub compass: &'static str,
-    /// The same in degrees, clockwise from north.
-    pub bearing: f64,
-    /// The approach opposite, by its position in `Intersection::arms`.
-    pub opposite: Option<usize>,
-}
-
-/// One lane of an approach at the intersection's border.
-#[derive(Clone, Debug)]
-pub struct ArmEdge {
-    /// The border, left and right in the direction of travel.
-    pub edge: Edge,
-    /// Whether lanelets of the intersection start here; else they end here.
-    pub inward: bool,
-    /// Those lanelets, by their position in `MapIndex::lanes`.
-    pub lanes: Vec<usize>,
-}
+/// The sides of an intersection, clockwise from north.
+pub(super) const COMPASS: [&str; 8] = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
 
 /// All intersections: one for each `intersection_area`, then the clusters without one.
 pub(super) fn intersections(
@@ -297,11 +236,4 @@ fn arm(lanes: &[Lane], middle: Point, edges: Vec<ArmEdge>) -> (f64, Arm) {
     let side = road.map_or(bearing, |road| road.x.atan2(road.y).to_degrees().rem_euclid(360.0));
     let compass = COMPASS[((side / 45.0).round() as usize) % COMPASS.len()];
     (bearing, Arm { edges, heading_in, compass, bearing: side, opposite: None })
-}
-
-impl Intersection {
-    /// Whether its area is a simple polygon.
-    pub fn is_simple(&self) -> bool {
-        ring::is_simple(&self.ring)
-    }
 }

@@ -11,19 +11,22 @@ mod right_of_way;
 mod road_leg;
 mod stop_line;
 mod thresholds;
+mod types;
 mod union_find;
 mod user_names;
 pub mod view;
 
-pub use conflict::{Conflict, Reach, passing, reaches};
-pub use driving_side::{DrivingSide, SideVotes};
-pub use intersection::{Arm, ArmEdge, Intersection, IntersectionMember, declared_area};
+pub use conflict::{Reach, passing, reaches};
+pub use intersection::declared_area;
 pub use lane::{Edge, HEADING_REACH, Lane, STEP, center_line, extent, turn_along};
 pub use queries::{allows_lane_change, is_road_border, is_signalised};
-pub use right_of_way::{Movement, Rank, STRAIGHT, Traffic, U_TURN};
+pub use right_of_way::{STRAIGHT, U_TURN};
 pub use road_leg::{Crossed, legs};
 pub use stop_line::{Misfit, StopLine};
 pub use thresholds::Thresholds;
+pub use types::{
+    Arm, ArmEdge, Conflict, DrivingSide, Intersection, IntersectionMember, MapIndex, Movement, Rank, SideVotes, Traffic,
+};
 use view::View;
 
 use rayon::prelude::*;
@@ -31,49 +34,10 @@ use rstar::RTree;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::{Condition, LaneletId, LaneletMap, LineStringId, LoadFault, PointId, RegulatoryElementId};
+use super::{Condition, LaneletId, LaneletMap, LineStringId, LoadFault, RegulatoryElementId};
 use crate::diagnostic::Subject;
-use crate::geometry::Point;
 use crate::parallel::Finely;
 use crate::settings::Settings;
-
-/// Rectangles of lanes, each with the lane's position.
-pub(crate) type LaneTree = RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>;
-
-/// A map with everything that rules look up. Lanelets that did not load as they should are no lanes: the geometric
-/// rules pass over them, so that one broken bound does not raise ten findings.
-#[derive(Debug)]
-pub struct MapIndex<'m> {
-    /// The map.
-    pub map: &'m LaneletMap,
-    /// What was wrong with it on loading.
-    pub faults: &'m [LoadFault],
-    /// What the user, or the builder, knows beyond it.
-    pub settings: &'m Settings,
-    /// The numbers that the shared notions were made with.
-    pub thresholds: Thresholds,
-    /// The sound lanelets in the map's order.
-    pub lanes: Vec<Lane>,
-    /// For every lane those that its outline overlaps, siblings, followers and neighbours left out.
-    pub conflicts: Vec<Vec<Conflict>>,
-    /// The intersections, those with an area first, in the map's order.
-    pub intersections: Vec<Intersection>,
-    /// On which side people drive.
-    pub side: SideVotes,
-    /// For every intersection its traffic; without movements where the driving side is unknown.
-    pub traffic: Vec<Traffic>,
-    named: Vec<Vec<usize>>,
-    stop_lines: stop_line::StopLines,
-    tree: LaneTree,
-    by_id: FxHashMap<LaneletId, usize>,
-    starting: FxHashMap<[PointId; 2], Vec<usize>>,
-    ending: FxHashMap<[PointId; 2], Vec<usize>>,
-    way_users: FxHashMap<LineStringId, Vec<usize>>,
-    referrers: FxHashMap<RegulatoryElementId, Vec<LaneletId>>,
-    intersections_of: Vec<Vec<usize>>,
-    touching: Vec<Vec<usize>>,
-    view: View<'m>,
-}
 
 impl<'m> MapIndex<'m> {
     /// Indexes a map. Lanelets that a fault turned inside out are passed over; a map that was never a file has no
@@ -147,60 +111,6 @@ impl<'m> MapIndex<'m> {
             .map(|at| right_of_way::traffic(&index, at))
             .collect();
         index
-    }
-
-    /// Every lanelet that loads, as Lanelet2 sees it.
-    pub fn view(&self) -> &View<'m> {
-        &self.view
-    }
-
-    /// Position of a lanelet in `lanes`; `None` if it is broken or not there.
-    pub fn lane(&self, id: LaneletId) -> Option<usize> {
-        self.by_id.get(&id).copied()
-    }
-
-    /// Lanes that start with the points with which this one ends, by position.
-    pub fn followers(&self, lane: usize) -> &[usize] {
-        self.starting.get(&self.lanes[lane].end.ids).map_or(&[], Vec::as_slice)
-    }
-
-    /// Lanes that end with the points with which this one starts, by position.
-    pub fn predecessors(&self, lane: usize) -> &[usize] {
-        self.ending.get(&self.lanes[lane].start.ids).map_or(&[], Vec::as_slice)
-    }
-
-    /// Whether a single lane leads from the end of one to the start of another.
-    pub fn are_linked(&self, from: usize, to: usize) -> bool {
-        self.followers(from).iter().any(|&lane| self.followers(lane).contains(&to))
-    }
-
-    /// Other lanes that start with the same points.
-    pub fn siblings(&self, lane: usize) -> impl Iterator<Item = usize> + '_ {
-        let same = self.starting.get(&self.lanes[lane].start.ids).map_or(&[][..], Vec::as_slice);
-        same.iter().copied().filter(move |&other| other != lane)
-    }
-
-    /// Lanes that have this way as a bound.
-    pub fn users_of(&self, way: LineStringId) -> &[usize] {
-        self.way_users.get(&way).map_or(&[], Vec::as_slice)
-    }
-
-    /// Lanelets that refer to this element.
-    pub fn referrers(&self, element: RegulatoryElementId) -> &[LaneletId] {
-        self.referrers.get(&element).map_or(&[], Vec::as_slice)
-    }
-
-    /// Intersections that a lane is part of, by position: more than one where areas overlap.
-    pub fn intersections_of(&self, lane: usize) -> &[usize] {
-        &self.intersections_of[lane]
-    }
-
-    /// Lanes whose rectangle meets the one between two corners, by position.
-    pub fn lanes_near(&self, low: Point, high: Point) -> Vec<usize> {
-        let reach = rstar::AABB::from_corners([low.x, low.y], [high.x, high.y]);
-        let mut found: Vec<usize> = self.tree.locate_in_envelope_intersecting(&reach).map(|one| one.data).collect();
-        found.sort_unstable();
-        found
     }
 }
 

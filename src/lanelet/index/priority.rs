@@ -2,8 +2,7 @@
 
 use rustc_hash::FxHashSet;
 
-use super::right_of_way::{Movement, Rank};
-use super::{Intersection, MapIndex};
+use super::types::{Intersection, MapIndex, Movement, Rank};
 use crate::lanelet::right_of_way::Turn;
 use crate::lanelet::{RegulatoryElement, Target};
 

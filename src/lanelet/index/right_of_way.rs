@@ -3,102 +3,17 @@
 
 use rustc_hash::FxHashMap;
 
+use super::priority;
+use super::types::{Intersection, MapIndex, Movement, Rank, Traffic};
 use super::user_names::UserNames;
-use super::{Intersection, MapIndex, priority};
 use crate::geometry::angle_between;
-use crate::lanelet::right_of_way::{Mover, Relation, Turn, yields};
+use crate::lanelet::right_of_way::{Mover, Turn};
 use crate::lanelet::{LineStringId, RegulatoryElement, TurnDirection};
 
 /// Up to this change of heading (deg) a movement is straight; beyond [`U_TURN`] it is a turn around.
 pub const STRAIGHT: f64 = 30.0;
 /// A turn of more than this (deg) goes around.
 pub const U_TURN: f64 = 150.0;
-
-/// One lanelet of an intersection, from approach to approach.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Movement {
-    /// The lanelet, by its position in `MapIndex::lanes`.
-    pub lane: usize,
-    /// Where it starts, by its position in `Intersection::arms`.
-    pub from: usize,
-    /// Where it ends.
-    pub to: usize,
-    /// What decides who may go.
-    pub mover: Mover,
-}
-
-/// How much is known of who goes first where no signal rules.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Rank {
-    /// Some approaches go first.
-    Known,
-    /// Every approach has to stop: nobody goes first.
-    Equal,
-    /// Nothing tells; equal rank is assumed.
-    #[default]
-    Unknown,
-}
-
-/// The traffic of one intersection.
-#[derive(Clone, Debug, Default)]
-pub struct Traffic {
-    /// Its lanelets with the approaches that they join, by lane.
-    pub movements: Vec<Movement>,
-    /// Whether a signal rules at least one of them.
-    pub signalised: bool,
-    /// Who goes first.
-    pub rank: Rank,
-    /// Approaches between which there must be no movement, by their positions.
-    pub prohibited: Vec<[usize; 2]>,
-    /// Ways that are guide lines, by the user's word.
-    pub guide_lines: Vec<LineStringId>,
-    /// Whether two approaches are green together, row by row.
-    together: Vec<Vec<bool>>,
-    /// For every movement the user's phases in which it is green; empty where the user says nothing of it.
-    phases: Vec<Vec<usize>>,
-}
-
-impl Traffic {
-    /// The movement of a lane, by its position in `movements`.
-    pub fn of_lane(&self, lane: usize) -> Option<usize> {
-        self.movements.binary_search_by_key(&lane, |movement| movement.lane).ok()
-    }
-
-    /// Whether the user says in which phases a movement is green.
-    pub fn has_phase(&self, x: usize) -> bool {
-        !self.phases[x].is_empty()
-    }
-
-    /// How the signals of two movements change: as the user's phases say, else by their approaches. Where no signal
-    /// rules: whether they come from the same, from opposite or from crossing approaches.
-    pub fn relation(&self, x: usize, y: usize) -> Relation {
-        let (a, b) = (self.movements[x].from, self.movements[y].from);
-        let [mine, theirs] = [&self.phases[x], &self.phases[y]];
-        if !mine.is_empty() && !theirs.is_empty() && !mine.iter().any(|phase| theirs.contains(phase)) {
-            return Relation::AntiPhase;
-        }
-        let declared = !mine.is_empty() && !theirs.is_empty();
-        match a == b {
-            true => Relation::Same,
-            false if declared || self.together[a][b] => Relation::InPhase,
-            false => Relation::AntiPhase,
-        }
-    }
-
-    /// The movements that really conflict with `x`; both by position.
-    pub fn met(&self, map: &MapIndex, x: usize) -> Vec<usize> {
-        let conflicts = map.conflicts[self.movements[x].lane].iter();
-        // Autoware looks only at lanes that vehicles may drive on.
-        let real = conflicts.filter(|conflict| conflict.real && map.lanes[conflict.other].vehicle);
-        real.filter_map(|conflict| self.of_lane(conflict.other)).collect()
-    }
-
-    /// Those of them that `x` may ignore.
-    pub fn yields(&self, map: &MapIndex, x: usize) -> Vec<usize> {
-        let movers: Vec<Mover> = self.movements.iter().map(|movement| movement.mover).collect();
-        yields(x, &movers, &self.met(map, x), |x, y| self.relation(x, y))
-    }
-}
 
 /// The traffic of one intersection, made when everything else of the index is there.
 pub(super) fn traffic(map: &MapIndex, at: usize) -> Traffic {

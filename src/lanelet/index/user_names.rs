@@ -4,14 +4,11 @@ use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 use rustc_hash::FxHashMap;
 
-use super::right_of_way::Movement;
-use super::{Intersection, LaneTree, MapIndex};
+use super::intersection::COMPASS;
+use super::types::{Intersection, LaneTree, MapIndex, Movement};
 use crate::geometry::{Point, polygon};
 use crate::lanelet::{LaneletId, LaneletMap, LineStringId, RegulatoryElementId};
 use crate::settings::{ApproachName, GuideLine, IntersectionSettings, Settings};
-
-/// The sides of an intersection, clockwise from north.
-pub(super) const COMPASS: [&str; 8] = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
 
 /// For every intersection the entries that speak of it: by the id of its area, or by a place inside.
 pub(super) fn entries(map: &LaneletMap, intersections: &[Intersection], settings: &Settings) -> Vec<Vec<usize>> {
