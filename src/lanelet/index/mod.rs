@@ -34,7 +34,7 @@ use rstar::RTree;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::{Condition, LaneletId, LaneletMap, LineStringId, LoadFault, RegulatoryElementId};
+use super::{Condition, LaneletId, LaneletMap, LineStringId, LoadFault};
 use crate::diagnostic::Subject;
 use crate::parallel::Finely;
 use crate::settings::Settings;
@@ -65,23 +65,12 @@ impl<'m> MapIndex<'m> {
         let conflicts = conflict::conflicts(map, &lanes, &tree, &thresholds);
         let intersections = intersection::intersections(map, &lanes, &tree, &conflicts, &thresholds);
         let side = driving_side::votes(&lanes, &intersections, settings);
-        let mut referrers: FxHashMap<RegulatoryElementId, Vec<LaneletId>> = FxHashMap::default();
-        for lanelet in &map.lanelets {
-            for &element in &lanelet.regulatory_elements {
-                referrers.entry(element).or_default().push(lanelet.id);
-            }
-        }
-        let mut intersections_of = vec![Vec::new(); lanes.len()];
-        let mut touching = vec![Vec::new(); lanes.len()];
-        for (at, intersection) in intersections.iter().enumerate() {
-            for member in &intersection.members {
-                intersections_of[member.lane].push(at);
-                touching[member.lane].push(at);
-            }
-            for &(lane, _) in &intersection.touched {
-                touching[lane].push(at);
-            }
-        }
+        let elements = map
+            .lanelets
+            .iter()
+            .flat_map(|lanelet| lanelet.regulatory_elements.iter().map(|&element| (element, lanelet.id)));
+        let referrers = grouped(elements);
+        let [intersections_of, touching] = intersections_by_lane(&intersections, lanes.len());
         let named = user_names::entries(map, &intersections, settings);
         let mut index = Self {
             by_id: lanes.iter().enumerate().map(|(at, lane)| (lane.id, at)).collect(),
@@ -131,9 +120,24 @@ fn turned_inside_out(fault: &LoadFault) -> Option<LaneletId> {
     }
 }
 
+/// For every lane the intersections of which it is a member, and those whose area it touches as well.
+fn intersections_by_lane(intersections: &[Intersection], lanes: usize) -> [Vec<Vec<usize>>; 2] {
+    let [mut member_of, mut touching] = [vec![Vec::new(); lanes], vec![Vec::new(); lanes]];
+    for (at, intersection) in intersections.iter().enumerate() {
+        for member in &intersection.members {
+            member_of[member.lane].push(at);
+            touching[member.lane].push(at);
+        }
+        for &(lane, _) in &intersection.touched {
+            touching[lane].push(at);
+        }
+    }
+    [member_of, touching]
+}
+
 /// Values by key, each list in the order of the input.
-fn grouped<K: std::hash::Hash + Eq>(pairs: impl Iterator<Item = (K, usize)>) -> FxHashMap<K, Vec<usize>> {
-    let mut groups: FxHashMap<K, Vec<usize>> = FxHashMap::default();
+fn grouped<K: std::hash::Hash + Eq, V>(pairs: impl Iterator<Item = (K, V)>) -> FxHashMap<K, Vec<V>> {
+    let mut groups: FxHashMap<K, Vec<V>> = FxHashMap::default();
     for (key, value) in pairs {
         groups.entry(key).or_default().push(value);
     }
