@@ -133,6 +133,10 @@ pub const CHAPTERS: [&str; 4] = ["Required", "Why", "How to mend", "Good and bad
 
 impl Requirement {
     /// Parses the text of `rules/{file}.md`. The id must be the file's name; every chapter of [`CHAPTERS`] must be there.
+    ///
+    /// # Errors
+    ///
+    /// If the document has another id, lacks a chapter, or its `toml` block cannot be read.
     pub fn parse(file: &str, text: &str) -> Result<Self, DocumentError> {
         let bad = |message: String| DocumentError::Block { file: file.to_owned(), message };
         let (block, prose) = text

@@ -65,6 +65,10 @@ mod key {
 
 impl Terrain {
     /// Reads the first image of a GeoTIFF.
+    ///
+    /// # Errors
+    ///
+    /// If the file is no GeoTIFF, or lies in a projection that is not supported.
     pub fn read(bytes: &[u8]) -> Result<Self, TerrainError> {
         let mut file = Decoder::new(Cursor::new(bytes))?;
         let (width, height) = file.dimensions()?;

@@ -56,6 +56,10 @@ pub enum FixError<E> {
 
 /// Fixes what `judge` finds, round by round, until there is nothing left that a fix may be made for: those that are safe,
 /// or all with `unsafe_too`. The cost is a judgement for each round, and some more for each fix that is refused.
+///
+/// # Errors
+///
+/// If `judge` fails, or an edited file cannot be read again.
 pub fn mend<E>(
     osm: OsmData,
     unsafe_too: bool,

@@ -82,6 +82,10 @@ impl OpenError {
 }
 
 /// The files that [`open`] reads the map from.
+///
+/// # Errors
+///
+/// If the directory cannot be listed, or holds no `.osm` file.
 pub fn files_of(path: &Path) -> Result<Vec<PathBuf>, OpenError> {
     Ok(find(path)?.files)
 }
@@ -98,6 +102,14 @@ pub fn is_navigation_osm(osm: &OsmData) -> bool {
 }
 
 /// Reads and loads the map at `path`; `projector` goes above what stands beside the map.
+///
+/// # Errors
+///
+/// If a file cannot be read, or there is no Lanelet2 map in it.
+///
+/// # Errors
+///
+/// If a file cannot be read, or there is no `.osm` file.
 pub fn open(path: &Path, projector: Option<Projector>) -> Result<Opened, OpenError> {
     let found = find(path)?;
     let info = match projector {
@@ -110,6 +122,14 @@ pub fn open(path: &Path, projector: Option<Projector>) -> Result<Opened, OpenErr
 
 /// Reads and loads a map of one file from its content; `info` stands beside it, `projector` goes above it. Messages call
 /// the file by `name`.
+///
+/// # Errors
+///
+/// If the content is no Lanelet2 map.
+///
+/// # Errors
+///
+/// If the content is no OpenStreetMap data.
 pub fn open_bytes(
     name: &str,
     bytes: Vec<u8>,

@@ -21,6 +21,10 @@ const CHUNKS: usize = 16;
 
 /// Writes the map. Points without `lonlat` get it from their position by way of the projector; `local_x` and `local_y`
 /// are always the position.
+///
+/// # Errors
+///
+/// If `out` cannot be written to.
 pub fn to_osm(map: &LaneletMap, projector: &Projector, mut out: impl Write + Send) -> io::Result<()> {
     let format_version = map.format_version.clone().unwrap_or_else(|| Text::const_new("2"));
     let meta = MetaInfo { format_version: Some(format_version), map_version: Some(Text::const_new("1")) };

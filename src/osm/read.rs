@@ -17,11 +17,19 @@ use parser::{Parser, Place};
 const MOST_UNPACKED: u64 = 8 << 30;
 
 /// Reads one file.
+///
+/// # Errors
+///
+/// If the file cannot be read, or is no OpenStreetMap data.
 pub fn read_file(path: &Path) -> Result<OsmData, ReadError> {
     read_files(&[path.to_path_buf()])
 }
 
 /// Reads several files into one map, in the given order.
+///
+/// # Errors
+///
+/// As [`read_file`], of the first file that fails.
 pub fn read_files(paths: &[PathBuf]) -> Result<OsmData, ReadError> {
     let mut data = OsmData::default();
     for path in paths {
@@ -31,8 +39,11 @@ pub fn read_files(paths: &[PathBuf]) -> Result<OsmData, ReadError> {
     Ok(data)
 }
 
-/// Adds the content of one file, XML (unpacked where it is gzip) or PBF, to `data`. After an error, `data` holds what was
-/// read up to there.
+/// Adds the content of one file, XML (unpacked where it is gzip) or PBF, to `data`.
+///
+/// # Errors
+///
+/// If the content is no OpenStreetMap data. `data` then holds what was read before the fault.
 pub fn read_bytes(data: &mut OsmData, name: &str, bytes: Vec<u8>) -> Result<(), ReadError> {
     let (known, bounds, oddities) = (data.counts(), data.bounds.len(), data.oddities.len());
     let read = read_content(data, name, bytes);

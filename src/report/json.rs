@@ -119,6 +119,10 @@ struct FindingShape {
 }
 
 /// Writes the report, indented by two spaces.
+///
+/// # Errors
+///
+/// If `out` cannot be written to.
 pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
     let entries = report.entries();
     serde_json::to_writer_pretty(&mut *out, &document(report, &entries))?;

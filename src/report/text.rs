@@ -28,6 +28,10 @@ impl Default for TextStyle {
 }
 
 /// Writes findings with snippets, then those beyond the limit in one line each, then the summary.
+///
+/// # Errors
+///
+/// If `out` cannot be written to.
 pub fn text(out: &mut dyn Write, report: &Report<'_>, style: TextStyle) -> io::Result<()> {
     let Report { diagnostics, sources, map, .. } = *report;
     let referrers = report.referrers();

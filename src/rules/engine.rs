@@ -11,6 +11,10 @@ use super::{Config, ConfigError, run_row, table, tier4};
 
 /// Runs every rule over the map, in parallel. The findings come in the table's order, within a rule in the order of
 /// its document's faults, then by subject: the same whatever the number of threads.
+///
+/// # Errors
+///
+/// If a parameter that the user gives has the wrong type.
 pub fn run(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigError> {
     let rows = table().map_err(Clone::clone)?;
     if config.profile == Profile::Tier4 {

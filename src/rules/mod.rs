@@ -201,8 +201,11 @@ table! {
     "vm-07-08" => Some(judge::<vm_07_08::OverlappingLanes>),
 }
 
-/// All requirements in the standard's order. Fails only if a document of `rules/` was spoilt before compiling, which
-/// a test prevents.
+/// All requirements in the standard's order.
+///
+/// # Errors
+///
+/// If a document of `rules/` was spoilt before compiling, which a test prevents.
 pub fn table() -> Result<&'static [Row], &'static DocumentError> {
     static ROWS: LazyLock<Result<Vec<Row>, DocumentError>> = LazyLock::new(|| {
         let rows = TABLE.iter().map(|&(id, text, predicate)| {

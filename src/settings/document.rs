@@ -41,6 +41,10 @@ pub enum Step<'a> {
 
 impl Document {
     /// Reads a document.
+    ///
+    /// # Errors
+    ///
+    /// If the text is no TOML, or has an unknown key or a value that cannot be.
     pub fn parse(name: &str, text: &str) -> Result<Self, DocumentError> {
         let settings = toml::from_str(text).map_err(|error| explained(&error))?;
         let mut document = Self { name: name.to_owned(), text: text.to_owned(), settings };

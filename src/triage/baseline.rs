@@ -55,6 +55,10 @@ impl Baseline {
     }
 
     /// From the text of a file.
+    ///
+    /// # Errors
+    ///
+    /// If the text is no baseline, or one of another version.
     pub fn parse(text: &str) -> Result<Self, BaselineError> {
         #[derive(Deserialize)]
         struct Head {
@@ -74,6 +78,10 @@ impl Baseline {
     }
 
     /// Writes a file with one line for every code and primitive, in order, so that a change of the map changes few lines.
+    ///
+    /// # Errors
+    ///
+    /// If `out` cannot be written to.
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         writeln!(out, "{{\n  \"schema_version\": {SCHEMA_VERSION},\n  \"findings\": [")?;
         for (at, ((code, subject), &count)) in self.counts.iter().enumerate() {

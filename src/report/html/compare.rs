@@ -52,6 +52,10 @@ struct DataFrame {
 
 impl Earlier {
     /// From the text of a report.
+    ///
+    /// # Errors
+    ///
+    /// If the text is no report, or its data is damaged.
     pub fn read(page: &str) -> Result<Self, EarlierError> {
         let damaged = |error: &dyn std::fmt::Display| EarlierError::Damaged(error.to_string());
         let (_, rest) = page.split_once(DATA_MARK).ok_or(EarlierError::NoReport)?;

@@ -72,7 +72,11 @@ const MAIN: &str = include_str!("main.js");
 const STYLE: &str = include_str!("style.css");
 const PAGE: &str = include_str!("page.html");
 
-/// The page. Fails only where the compressor does.
+/// The page.
+///
+/// # Errors
+///
+/// If the data cannot be compressed.
 pub fn html(report: &Report<'_>, page: &Page<'_>) -> io::Result<String> {
     let frame = Frame::of(report.map, page.origin);
     let data = STANDARD.encode(deflate(facts(report, page, &frame).to_string().as_bytes())?);

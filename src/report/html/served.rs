@@ -43,6 +43,10 @@ fn page(title: &str, requirements: &[&Requirement], more: &[&'static str]) -> St
 }
 
 /// What the page fetches: the length of the packed report (u32, little-endian), the report, the map.
+///
+/// # Errors
+///
+/// If the data cannot be compressed.
 pub fn parcel(report: &Report<'_>, page: &Page<'_>, served: &Served<'_>) -> io::Result<Vec<u8>> {
     let frame = Frame::of(report.map, page.origin);
     let mut facts = facts(report, page, &frame);

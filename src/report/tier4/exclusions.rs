@@ -26,6 +26,10 @@ struct ExcludedPrimitive {
 
 impl Exclusions {
     /// Reads a list; kinds of primitives and validators must be known.
+    ///
+    /// # Errors
+    ///
+    /// If the text is no such list, or names an unknown kind of primitive or validator.
     pub fn parse(text: &str, validators: &[Validator<'_>]) -> Result<Self, FormatError> {
         let list: Self = serde_json::from_str(text).map_err(|error| FormatError(error.to_string()))?;
         for one in &list.exclusion {

@@ -57,6 +57,10 @@ impl Outcome {
     }
 
     /// Writes the document: indented by four blanks, keys in alphabetical order.
+    ///
+    /// # Errors
+    ///
+    /// If `out` cannot be written to.
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         let mut text = serde_json::Serializer::with_formatter(&mut *out, PrettyFormatter::with_indent(b"    "));
         sorted(&self.document).serialize(&mut text)?;

@@ -36,6 +36,10 @@ impl RequirementSet {
     }
 
     /// Reads a set; every validator must be one of these.
+    ///
+    /// # Errors
+    ///
+    /// If the text is no such set, or names an unknown validator.
     pub fn parse(file: &str, text: &str, validators: &[Validator<'_>]) -> Result<Self, FormatError> {
         let document: Value = serde_json::from_str(text).map_err(|error| FormatError(error.to_string()))?;
         let set = Self { document, file: file.to_owned() };

@@ -59,6 +59,10 @@ const READINGS: &[(&str, Reading)] = &[
 
 /// Runs every validator over the map, in parallel, after the rule that says what does not load. The findings come in the
 /// order of the table, within a validator by number, then by subject.
+///
+/// # Errors
+///
+/// If a parameter that the user gives has the wrong type.
 pub fn run(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigError> {
     let rows = super::table().map_err(Clone::clone)?;
     let loading = rows.iter().filter(|row| row.requirement.id == "load");
