@@ -256,7 +256,7 @@ impl Finding {
         self
     }
 
-    /// Grades it otherwise than the fault's own severity.
+    /// Grades it other than the fault's own severity.
     #[must_use]
     pub fn graded(mut self, severity: Severity) -> Self {
         self.severity = Some(severity);

@@ -86,7 +86,7 @@ pub struct Requirement {
     pub check: Check,
     /// Why not all of it; `None` where `check` is automatic.
     pub why: Option<String>,
-    /// Where the requirement stands.
+    /// Where the requirement is.
     pub source: String,
     /// Which edition of the source was read.
     pub edition: String,

@@ -1,4 +1,4 @@
-//! Pieces of files: short strings, and where something stands.
+//! Short strings, and places in files.
 
 mod nearest;
 

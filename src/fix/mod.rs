@@ -68,7 +68,7 @@ pub fn mend<E>(
     let judge = |osm: &OsmData| judge(osm).map_err(FixError::Judge);
     let left = judge(&osm)?;
     let mut state = Mended { osm, left, done: Vec::new(), refused: Vec::new(), unsafe_left: 0 };
-    // What was tried once is not tried again, whatever came of it: two fixes cannot undo each other for ever.
+    // Nothing is tried twice, so that two fixes cannot undo each other for ever.
     let mut tried: FxHashSet<Mend> = FxHashSet::default();
     loop {
         cancel::look();
@@ -132,7 +132,7 @@ struct Attempt {
     good: bool,
 }
 
-/// Makes as many fixes of a batch as do not reach for the same; `None` if none could be made.
+/// Applies those fixes of a batch that do not change the same thing; `None` if none could be applied.
 fn attempt<E>(
     state: &Mended,
     batch: &[(Mend, Fix)],

@@ -1,4 +1,4 @@
-//! The files of a map with edits on them. Fixes that reach for the same thing wait for each other.
+//! Edits on the files of a map. Fixes that change the same thing are applied in different rounds.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ type Key = (ElementKind, i64);
 /// Decimals of latitude and longitude: a micrometre.
 const DECIMALS: usize = 11;
 
-/// What an edit takes for itself.
+/// A part of an element that an edit claims.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 enum Part {
     Tag(String),
@@ -22,7 +22,7 @@ enum Part {
     Member(ElementKind, i64),
 }
 
-/// What the fixes so far have taken.
+/// What the fixes of this round have claimed.
 #[derive(Debug, Default)]
 struct Claims {
     whole: FxHashSet<Key>,
@@ -33,16 +33,16 @@ struct Claims {
 /// Edits on the files that `osm` was read from.
 pub struct TextEdits<'a> {
     osm: &'a OsmData,
-    /// Edited elements by where they stand; `None` where one is removed.
+    /// Edited elements by position; `None` where one is removed.
     edited: BTreeMap<SourceSpan, Option<Element>>,
-    /// What the fix at hand has reached for, as it was before.
+    /// What the current fix has changed, as it was before.
     journal: Vec<(SourceSpan, Option<Option<Element>>)>,
     created: Vec<Element>,
     claims: Claims,
     referrers: FxHashMap<Key, Vec<Key>>,
     /// Elements that name a way in the value of a tag.
     named: FxHashMap<i64, Vec<Key>>,
-    /// Where elements stand whose id repeats, in file order.
+    /// Positions of elements whose id repeats, in file order.
     repeated: FxHashMap<Key, Vec<&'a SourceSpan>>,
     last_id: i64,
     /// The highest id that Autoware can read where it reads 32 bits.
@@ -53,7 +53,7 @@ pub struct TextEdits<'a> {
 const NAMING: [&str; 2] = ["intersection_area", "traffic_light_id"];
 
 impl<'a> TextEdits<'a> {
-    /// Without an edit.
+    /// Without edits.
     pub fn new(osm: &'a OsmData) -> Self {
         let mut referrers: FxHashMap<Key, Vec<Key>> = FxHashMap::default();
         for way in &osm.ways {
@@ -283,7 +283,7 @@ impl<'a> TextEdits<'a> {
         Some(())
     }
 
-    /// An id that nothing has; one that fits 31 bits, where that is asked for.
+    /// An unused id; with `small`, one that fits 31 bits.
     fn fresh(&mut self, small: bool) -> Option<i64> {
         if small && self.last_id >= i64::from(i32::MAX) {
             self.last_small += 1;
@@ -349,7 +349,7 @@ impl<'a> TextEdits<'a> {
         self.edited.get_mut(span)?.as_mut()
     }
 
-    /// Where an element stands: the last one, where an id repeats.
+    /// The position of an element; the last one, where an id repeats.
     fn span(&self, (kind, id): Key) -> Option<&'a SourceSpan> {
         match kind {
             ElementKind::Node => self.osm.node(id).map(|node| &node.span),
@@ -358,7 +358,7 @@ impl<'a> TextEdits<'a> {
         }
     }
 
-    /// Where the nth element of an id stands, in file order.
+    /// The position of the nth element of an id, in file order.
     fn nth(&self, key: Key, nth: usize) -> Option<SourceSpan> {
         match self.repeated.get(&key) {
             Some(spans) => spans.get(nth).copied().cloned(),

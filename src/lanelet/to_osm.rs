@@ -57,7 +57,7 @@ struct Texts {
 }
 
 impl Texts {
-    /// Writes the text of all items in their order; it is made by all threads, while one writes what is made.
+    /// Writes the text of all items in their order; all threads make it while one of them writes.
     fn write_all<T: Sync>(
         &mut self,
         out: &mut (impl Write + Send),
@@ -84,7 +84,7 @@ impl Texts {
     }
 }
 
-/// Items by ascending keys, which stand beside them: to fetch each from its item takes longer than the sort.
+/// Items by ascending keys. The keys are stored beside them, because fetching each from its item takes longer than the sort.
 fn sorted<K: Copy + Ord + Send, T: Send>(items: impl Iterator<Item = (K, T)>) -> Vec<(K, T)> {
     let mut items: Vec<(K, T)> = items.collect();
     items.par_sort_unstable_by_key(|(key, _)| *key);

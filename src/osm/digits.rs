@@ -6,14 +6,14 @@ use std::io::Write;
 /// Powers of ten up to the most decimals.
 const TENS: [f64; 16] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15];
 
-/// The text of a number with so many decimals (at most 15), -0 as 0.
+/// The text of a number with this many decimals (at most 15), -0 as 0.
 pub fn fixed(number: f64, decimals: usize) -> String {
     let mut out = Vec::new();
     put_fixed(&mut out, number, decimals);
     String::from_utf8(out).unwrap_or_default()
 }
 
-/// Appends a number with so many decimals (at most 15), -0 as 0.
+/// Appends a number with this many decimals (at most 15), -0 as 0.
 #[inline]
 pub(crate) fn put_fixed(out: &mut Vec<u8>, number: f64, decimals: usize) {
     /// Whole numbers up to here are exact in a double.
@@ -39,7 +39,7 @@ pub(crate) fn put_fixed(out: &mut Vec<u8>, number: f64, decimals: usize) {
     }
 }
 
-/// Appends a number with as many decimals as it has, -0 as 0.
+/// Appends a number with all its decimals, -0 as 0.
 pub(super) fn put_exact(out: &mut Vec<u8>, number: f64) {
     // Adding 0 turns -0 into 0.
     let number = number + 0.0;

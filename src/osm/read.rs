@@ -13,7 +13,7 @@ mod parts;
 
 use parser::{Parser, Place};
 
-/// Bytes that a packed file may hold: a country of XML. A small file can be packed so that it fills any memory.
+/// Largest unpacked size of a gzip file, bytes: the XML of a country. A small file can be packed so that it fills any memory.
 const MOST_UNPACKED: u64 = 8 << 30;
 
 /// Reads one file.

@@ -104,7 +104,7 @@ impl std::fmt::Display for Projector {
     }
 }
 
-/// How far what is built reaches beyond the nodes it is built from, metres.
+/// How far a built map reaches beyond the nodes of its input, metres.
 const EXTENT_MARGIN: f64 = 100.0;
 
 /// Length of one degree of a meridian where it is shortest, metres.

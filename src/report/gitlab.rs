@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use serde::Serializer;
 use serde_json::json;
 
 use super::{Report, details, sentence};
@@ -36,6 +37,6 @@ pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
             },
         })
     });
-    serde_json::to_writer_pretty(&mut *out, &issues.collect::<Vec<_>>())?;
+    serde_json::Serializer::pretty(&mut *out).collect_seq(issues)?;
     writeln!(out)
 }

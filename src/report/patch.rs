@@ -7,7 +7,7 @@ use super::Report;
 use crate::diagnostic::{Edit, Fix, SourceSpan, Subject};
 use crate::lanelet::locate::span_of;
 
-/// A stretch of a file, by byte offsets, and what stands there after the change.
+/// A range of a file (bytes), and its text after the change.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Replacement {
     /// What goes; empty where something is put in.
@@ -212,7 +212,7 @@ impl<'r> Element<'r> {
         self.named("member").filter(move |one| one.is("role", role) && one.is("ref", &id) && one.is("type", kind))
     }
 
-    /// The blanks before a child, by which it stands on a line of its own.
+    /// The blanks that put a child on its own line.
     fn gap(&self, child: &Child) -> &'r str {
         let before = self.text.get(..child.start).unwrap_or_default();
         before.get(before.trim_end().len()..).unwrap_or_default()

@@ -144,7 +144,7 @@ fn result(report: &Report<'_>, entry: &Entry<'_>, index: &FxHashMap<&str, usize>
     }))
 }
 
-/// Where the other primitives of a finding stand, each with its part in it.
+/// Where the other primitives of a finding are, each with its part in it.
 fn related(report: &Report<'_>, entry: &Entry<'_>, referrers: &Referrers) -> Vec<Value> {
     let related = entry.diagnostic.finding.related.iter().take(MAX_RELATED).enumerate();
     let locations = related.map(|(at, one)| {

@@ -9,7 +9,7 @@ use super::source::SourceFile;
 use super::{Report, concise, details, summary, visible};
 use crate::diagnostic::{Diagnostic, Severity};
 
-/// After so many findings with a snippet the rest get one line each: nobody reads more, and the terminal scrolls.
+/// After this many findings with a snippet, the rest get one line each, so that the terminal does not scroll away.
 pub const GRAPHICAL_LIMIT: usize = 100;
 
 /// How the terminal wants it.

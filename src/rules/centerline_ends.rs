@@ -1,10 +1,10 @@
-//! Lanelets with a centre line of their own, and where it ends beside what comes before and behind.
+//! Explicit centre lines of lanelets, and how their ends meet the lanes before and after.
 
 use crate::geometry::{Point, Polyline, Vector, angle_between};
 use crate::lanelet::index::{HEADING_REACH, MapIndex};
 use crate::lanelet::{LineStringId, PointId};
 
-/// A centre line that somebody drew.
+/// An explicit centre line.
 #[derive(Clone, Debug)]
 pub struct OwnCenterline {
     /// Its way.
@@ -25,7 +25,8 @@ pub enum End {
 }
 
 impl OwnCenterline {
-    /// That of a lane, if it has one and that runs from edge to edge: one that does not is the business of vm-01-10.
+    /// The centre line of a lane, if it has one that runs from edge to edge; vm-01-10 reports the others. `edge` is the largest
+    /// distance (m) of its ends from the edges.
     pub fn of(map: &MapIndex, lane: usize, edge: f64) -> Option<Self> {
         let at = &map.lanes[lane];
         let way = map.map.linestrings.get(map.map.lanelets.get(at.id)?.centerline?)?;
@@ -67,7 +68,7 @@ pub fn bend(a: Option<Vector>, b: Option<Vector>) -> Option<f64> {
     Some(angle_between(a?, b?).abs().to_degrees())
 }
 
-/// By how many degrees the middles of two lanes in a row bend where they meet: no centre line can be smoother than its lane.
+/// The bend (deg) between the middles of two consecutive lanes: no centre line can be smoother than its lane.
 pub fn lane_bend(map: &MapIndex, first: usize, second: usize) -> f64 {
     let middle = |lane: usize, end| map.lanes[lane].center.as_ref().and_then(|center| heading(center, end));
     bend(middle(first, End::Stop), middle(second, End::Start)).unwrap_or(0.0)

@@ -9,8 +9,8 @@ use crate::settings::Profile;
 
 use super::{Config, ConfigError, run_row, table, tier4};
 
-/// Runs every rule over the map, in parallel. The findings come in the table's order, within a rule in the order of
-/// its document's faults, then by subject: the same whatever the number of threads.
+/// Runs every rule over the map, in parallel. The findings are sorted by rule in the table's order, then by fault in the
+/// document's order, then by subject, so the number of threads does not matter.
 ///
 /// # Errors
 ///

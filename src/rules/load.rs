@@ -1,4 +1,4 @@
-//! load: what Autoware's loader stumbles over.
+//! load: what Autoware's loader rejects or changes.
 
 use rustc_hash::FxHashSet;
 
@@ -22,8 +22,8 @@ impl Rule for Load {
     }
 }
 
-/// Lanelets that run against the points of both bounds. Many sound maps have some, so they are said once. Of two that
-/// are one road to and fro, over the same two ways, one has to.
+/// Lanelets that run against the point order of both bounds. Many valid maps have some, so there is one finding for all of
+/// them. Two lanelets that share both ways in opposite directions do not count: one of them has to.
 fn reversed(map: &MapIndex) -> Option<Finding> {
     let ways: FxHashSet<[LineStringId; 2]> =
         map.map.lanelets.iter().map(|lanelet| [lanelet.left.line, lanelet.right.line]).collect();
@@ -183,7 +183,7 @@ fn opposed(map: &MapIndex, subject: Subject, left: (i64, bool), right: (i64, boo
     finding.at(Place::Line(points.map(|point| point.position).collect()))
 }
 
-/// With the tag that the members of a relation call for.
+/// Adds the fix that sets the tag which the members of a relation imply.
 fn with_inferred_tag(finding: Finding, key: &str, meant: Option<&str>) -> Finding {
     let Some(meant) = meant else { return finding };
     let edits = vec![Edit::SetTag { on: finding.subject, key: key.into(), value: meant.into() }];
@@ -222,7 +222,7 @@ fn bound_count(subject: Subject, role: BoundRole, count: usize, ways: &[i64]) ->
     ways.iter().fold(finding, |finding, &way| finding.with(Subject::Way(way), role.as_str()))
 }
 
-/// A dangling member can go where the element loaded without it.
+/// Adds the fix that removes a dangling member, where the element loaded without it.
 fn with_member_removed(map: &MapIndex, finding: Finding, kind: ElementKind, id: i64, role: Option<&str>) -> Finding {
     let loaded = match finding.subject {
         Subject::Lanelet(id) => map.map.lanelets.contains(LaneletId(id)),
@@ -239,7 +239,7 @@ fn with_member_removed(map: &MapIndex, finding: Finding, kind: ElementKind, id: 
     finding.fixed_by(format!("remove the member {kind} {id}"), true, edits)
 }
 
-/// Names the lanelets that lose the element.
+/// Adds the lanelets that lose the element.
 fn referrers(map: &MapIndex, finding: Finding) -> Finding {
     let Subject::RegulatoryElement(id) = finding.subject else { return finding };
     let lanelets = map.map.lanelets.iter().filter(|l| l.regulatory_elements.contains(&RegulatoryElementId(id)));

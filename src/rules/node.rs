@@ -98,7 +98,7 @@ fn mismatch(params: &Params, subject: Subject, distance: f64, message: String) -
     Finding::new("local-mismatch", subject, message).measured(distance, params.far, "m").graded(severity)
 }
 
-/// With the height (m) that a point's neighbours give it.
+/// Adds the fix that sets a point's height (m) from its neighbours.
 fn with_height(heights: &BTreeMap<PointId, f64>, finding: Finding) -> Finding {
     let on = finding.subject;
     let height = on.id().filter(|_| matches!(on, Subject::Point(_))).and_then(|id| heights.get(&PointId(id)));
@@ -108,7 +108,7 @@ fn with_height(heights: &BTreeMap<PointId, f64>, finding: Finding) -> Finding {
     finding.fixed_by(format!("set ele={value}, from its neighbours"), false, edits)
 }
 
-/// The local coordinates as latitude and longitude give them.
+/// Adds the fix that computes the local coordinates from latitude and longitude.
 fn recomputed(map: &MapIndex, finding: Finding) -> Finding {
     let on = finding.subject;
     let point = on.id().and_then(|id| map.map.points.get(PointId(id)));

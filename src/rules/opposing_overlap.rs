@@ -1,4 +1,4 @@
-//! Lanes of opposite directions that have their place in common, wholly or in part.
+//! Lanes of opposite directions that overlap, wholly or in part.
 
 use crate::geometry::polygon;
 use crate::lanelet::index::{Lane, MapIndex};
@@ -9,15 +9,15 @@ const AGAINST: f64 = -0.866;
 /// Two lanes that overlap and run against each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OpposingOverlap {
-    /// By their positions, the first in the map first.
+    /// The lanes, by position, in the order of the map.
     pub lanes: [usize; 2],
-    /// Overlap as a share of the smaller one (1).
+    /// Overlap as a share of the smaller lane's area (1).
     pub share: f64,
     /// Whether both bounds of one are those of the other, each on the other side.
     pub swapped: bool,
 }
 
-/// Whether a lane is a car's, outside every intersection: inside, paths cross and meet as they have to.
+/// Whether a lane is for cars and outside every intersection; inside one, lanes have to cross.
 pub fn is_plain(map: &MapIndex, lane: usize) -> bool {
     map.lanes[lane].is_for_cars() && map.lanes[lane].simple && map.intersections_of(lane).is_empty()
 }
@@ -28,7 +28,7 @@ pub fn width(lane: &Lane) -> Option<f64> {
     (length > 1.0).then(|| lane.area / length)
 }
 
-/// All of a map.
+/// All pairs of a map.
 pub fn all(map: &MapIndex) -> Vec<OpposingOverlap> {
     let mut found = Vec::new();
     for at in (0..map.lanes.len()).filter(|&at| is_plain(map, at)) {
@@ -55,7 +55,7 @@ fn judge(map: &MapIndex, at: usize, other: usize) -> Option<OpposingOverlap> {
     let (a, b) = (&map.lanes[at], &map.lanes[other]);
     let (mine, theirs) = (a.center.as_ref()?, b.center.as_ref()?);
     let [short, long] = if mine.length() <= theirs.length() { [mine, theirs] } else { [theirs, mine] };
-    // All along: a lane that turns across the other runs against it for a while only.
+    // Along the whole lane: one that turns across the other opposes it only for a part.
     let against = [0.1, 0.5, 0.9].map(|part| part * short.length()).iter().all(|&station| {
         let facing = long.direction(long.project(short.at(station)).station);
         short.direction(station).dot(&facing) < AGAINST

@@ -1,4 +1,4 @@
-//! Bounds of two lanes that run along each other and yet are two ways.
+//! Bounds of two lanes that run along each other but are two separate ways.
 
 use rayon::prelude::*;
 
@@ -8,15 +8,15 @@ use crate::lanelet::LineStringId;
 use crate::lanelet::index::{Lane, MapIndex};
 use crate::parallel::Finely;
 
-/// Steps along a bound between measurements, metres: short against any lane.
+/// Distance between measurements along a bound, metres: short compared with any lane.
 const STEP: f64 = 1.0;
 
-/// How close bounds are that should be one.
+/// How close two bounds must be to count as one.
 #[derive(Clone, Copy, Debug)]
 pub struct Reach {
-    /// Metres between the two.
+    /// Largest distance between the two, metres.
     pub apart: f64,
-    /// Share of the shorter one that has to be as close.
+    /// Share of the shorter one that has to be this close (1).
     pub share: f64,
 }
 
@@ -70,14 +70,14 @@ impl ParallelBounds {
         })
     }
 
-    /// How the second lane comes to use the first one's way: only where that changes nothing of who follows whom.
+    /// The edit that lets the second lane use the first one's way; `None` where it would change which lanes follow each other.
     pub fn shared(&self, map: &MapIndex) -> Option<Edit> {
         let [to, from] = self.ways;
         self.same_ends.then(|| Edit::ReplaceWay { lanelet: map.lanes[self.lanes[1]].id.0, from: from.0, to: to.0 })
     }
 }
 
-/// Whether enough of a line lies close to another.
+/// Whether the required share of a line lies close to another.
 fn runs_along(line: &Polyline, other: &Polyline, reach: Reach) -> bool {
     let places = line.resampled(STEP).into_points();
     let (mut far, mut hint) = (0, 0);
@@ -88,13 +88,13 @@ fn runs_along(line: &Polyline, other: &Polyline, reach: Reach) -> bool {
     places.iter().all(&mut enough)
 }
 
-/// Whether one lane passes over the other, wherever they are.
+/// Whether the height ranges of two lanes are so far apart that they cannot be on one level.
 pub fn on_two_levels(map: &MapIndex, a: &Lane, b: &Lane) -> bool {
     let gap = (a.heights[0] - b.heights[1]).max(b.heights[0] - a.heights[1]);
     gap > map.thresholds.grade_separation
 }
 
-/// All pairs of lanes, of which the first and the second fit, whose bounds run along each other.
+/// All pairs of lanes whose bounds run along each other, where `first` accepts the one and `second` the other.
 pub fn all(
     map: &MapIndex,
     reach: Reach,

@@ -1,11 +1,11 @@
-//! Where a vehicle can get from a lane: on, or over a border that it may cross.
+//! Where a vehicle can go from a lane: straight on, or over a border that it may cross.
 
 use rustc_hash::FxHashMap;
 
 use crate::lanelet::index::{MapIndex, allows_lane_change};
 use crate::lanelet::{Bound, Lanelet};
 
-/// The lanes for vehicles with those beside them in the same direction. Lanes are positions in `MapIndex::lanes`.
+/// The lanes for vehicles and their neighbours in the same direction. Lanes are positions in `MapIndex::lanes`.
 pub struct RoutingMoves<'m> {
     map: &'m MapIndex<'m>,
     by_left: FxHashMap<Bound, Vec<usize>>,
@@ -29,7 +29,7 @@ impl<'m> RoutingMoves<'m> {
         self.map.map.lanelets.get(self.map.lanes[at].id)
     }
 
-    fn over(&self, bound: Bound, lanes: &FxHashMap<Bound, Vec<usize>>) -> Vec<(usize, bool)> {
+    fn across(&self, bound: Bound, lanes: &FxHashMap<Bound, Vec<usize>>) -> Vec<(usize, bool)> {
         let open = self.map.map.linestrings.get(bound.line).is_some_and(allows_lane_change);
         lanes.get(&bound).into_iter().flatten().map(|&other| (other, open)).collect()
     }
@@ -37,8 +37,8 @@ impl<'m> RoutingMoves<'m> {
     /// Lanes beside one, and whether their common border may be crossed.
     pub fn beside(&self, at: usize) -> Vec<(usize, bool)> {
         let Some(lanelet) = self.lanelet(at) else { return Vec::new() };
-        let mut found = self.over(lanelet.left, &self.by_right);
-        found.extend(self.over(lanelet.right, &self.by_left));
+        let mut found = self.across(lanelet.left, &self.by_right);
+        found.extend(self.across(lanelet.right, &self.by_left));
         found.retain(|(other, _)| *other != at);
         found
     }
@@ -46,26 +46,26 @@ impl<'m> RoutingMoves<'m> {
     /// Lanes beside one on its left, whatever their border.
     pub fn on_the_left(&self, at: usize) -> Vec<usize> {
         let Some(lanelet) = self.lanelet(at) else { return Vec::new() };
-        self.over(lanelet.left, &self.by_right).into_iter().map(|(other, _)| other).collect()
+        self.across(lanelet.left, &self.by_right).into_iter().map(|(other, _)| other).collect()
     }
 
     /// Lanes beside one on its right, whatever their border.
     pub fn on_the_right(&self, at: usize) -> Vec<usize> {
         let Some(lanelet) = self.lanelet(at) else { return Vec::new() };
-        self.over(lanelet.right, &self.by_left).into_iter().map(|(other, _)| other).collect()
+        self.across(lanelet.right, &self.by_left).into_iter().map(|(other, _)| other).collect()
     }
 
-    /// Whether a vehicle gets any further from a lane than to its end, by itself or over the lanes beside.
+    /// Whether a vehicle can drive on from the end of a lane, or of one that it can change into.
     pub fn leads_on(&self, at: usize) -> bool {
         self.reaches(at, |lane| !self.map.followers(lane).is_empty())
     }
 
-    /// Whether a vehicle gets into a lane otherwise than by starting there.
+    /// Whether a vehicle can reach a lane from another one.
     pub fn is_led_to(&self, at: usize) -> bool {
         self.reaches(at, |lane| !self.map.predecessors(lane).is_empty())
     }
 
-    /// Whether this holds of a lane, or of one from which or into which it may be changed.
+    /// Whether this holds of a lane, or of any lane connected with it by lane changes.
     fn reaches(&self, at: usize, holds: impl Fn(usize) -> bool) -> bool {
         let mut seen = vec![at];
         let mut next = 0;

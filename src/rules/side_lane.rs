@@ -1,4 +1,4 @@
-//! Strips at the side of a road, be it a shoulder or one for people on foot: what lies beside them.
+//! Strips at the side of a road, shoulders and lanes for people on foot, and what lies beside them.
 
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;

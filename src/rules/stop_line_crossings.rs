@@ -18,11 +18,11 @@ pub struct StopLineCrossing {
     pub span: f64,
 }
 
-/// How far before or behind a lane a stop line still belongs to it, metres: hands are not exact to the centimetre.
+/// How far before or behind a lane a stop line still belongs to it, metres: people do not draw to the centimetre.
 const SLACK: f64 = 0.5;
 
-/// The lanes for cars that a stop line, longer by `extra` metres at both ends, crosses, by position: of lanes on several
-/// levels, those on its own.
+/// The lanes for cars that a stop line crosses when it is lengthened by `extra` metres at both ends; where lanes lie on
+/// several levels, only those on the line's own level.
 pub fn crossings(map: &MapIndex, line: &StopLine, extra: f64) -> Vec<StopLineCrossing> {
     let [low, high] = extent(&line.ends);
     let margin = Vector::new(extra + SLACK, extra + SLACK);
@@ -70,7 +70,7 @@ fn span(line: &StopLine, lane: &Lane, place: Point, along: Vector) -> Option<f64
         let offsets = crossed.map(|(.., at)| (at - place).dot(&along));
         offsets.min_by(|a, b| a.abs().total_cmp(&b.abs()))
     };
-    // Just outside of the lane, its edge stands in for its bounds.
+    // Just outside of the lane, its edge replaces its bounds.
     let edge = |points: [Point; 2]| points.map(|p| (p - place).dot(&along));
     let near_start = (place - lane.start.middle()).norm() < (place - lane.end.middle()).norm();
     let outside = edge(if near_start { lane.start.points } else { lane.end.points });

@@ -47,7 +47,7 @@ impl Rule for SharedBorders {
         let all = (0..map.lanes.len()).into_par_iter().finely();
         let mut pairs: Vec<(usize, usize)> = all.flat_map_iter(|at| found(at, &borders_of)).collect();
         if !pairs.is_empty() {
-            // Few maps come so far: only here it is asked for what stands on the bounds.
+            // Few maps come so far: only here it is asked for what is on the bounds.
             let (walls, first) = (walls(map), pairs.iter().flat_map(|&(at, other)| [at, other]));
             let lanes: BTreeSet<usize> = first.collect();
             lanes.iter().for_each(|&at| borders_of[at] = borders(map, &map.lanes[at], &walls));
@@ -94,7 +94,7 @@ fn step(pair: &[PointId]) -> [PointId; 2] {
     [pair[0].min(pair[1]), pair[0].max(pair[1])]
 }
 
-/// The bounds over which a lane may lie beside another: no barrier, and none along which one stands on the same points, as
+/// The bounds over which a lane may lie beside another: no barrier, and none along which one is on the same points, as
 /// kerbs do on virtual bounds in intersections. Bicycle lanes have a rule of their own, and who walks across lies beside nobody.
 fn borders(map: &MapIndex, lane: &Lane, walls: &FxHashSet<[PointId; 2]>) -> Vec<Polyline> {
     if lane.bicycle || matches!(lane.kind, RoadType::Crosswalk | RoadType::Walkway) {

@@ -1,4 +1,4 @@
-//! vm-01-14: on a narrow road that is driven to and fro, the lanes of both directions lie on each other.
+//! vm-01-14: on a narrow road that is driven in both directions, the lanes of both directions lie on each other.
 
 use serde::Deserialize;
 

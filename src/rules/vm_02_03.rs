@@ -1,4 +1,4 @@
-//! vm-02-03: of two stop lines one behind the other, vehicles stop at the first.
+//! vm-02-03: of two stop lines one after the other, vehicles stop at the first.
 
 use std::collections::BTreeMap;
 

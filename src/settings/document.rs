@@ -196,7 +196,7 @@ impl Document {
         })
     }
 
-    /// Tells each suppression, road, merge and intersection where it stands.
+    /// Notes the position of each suppression, road, merge and intersection.
     fn note_lines(&mut self) {
         #[derive(Default, Deserialize)]
         #[serde(default)]

@@ -102,8 +102,8 @@ impl Baseline {
         self.counts.is_empty()
     }
 
-    /// Takes out what is known, and says what is known but not there. The first findings on a primitive are the known
-    /// ones; which of several equal ones is new cannot be told.
+    /// Removes the known findings, and reports those that are known but no longer found. Of several equal findings on a
+    /// primitive, the first are the known ones.
     pub(super) fn apply(&self, sorted: &mut Sorted, selection: &Selection) -> Vec<Finding> {
         let mut rest = self.counts.clone();
         let before = sorted.left.len();

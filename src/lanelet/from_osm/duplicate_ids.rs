@@ -1,4 +1,4 @@
-//! Of several elements with one id: which is one too many, and who means it.
+//! For several elements with one id: what the last of them is, and which elements refer to it.
 
 use nalgebra::Vector2;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -12,7 +12,7 @@ use super::relation_type::RelationType;
 
 type Key = (ElementKind, i64);
 
-/// A way runs to the one of two places, and not to the other, where the detour over the other is so many times as long.
+/// A way runs to one of two places and not to the other if the detour over the other is this many times as long.
 const PLAIN: f64 = 3.0;
 
 /// What bears on ids that repeat; empty where none does.
@@ -33,7 +33,7 @@ pub struct DuplicateIds<'a> {
 }
 
 impl<'a> DuplicateIds<'a> {
-    /// Of ids with the places where they stand.
+    /// For these ids, with the positions of their elements.
     pub fn of(osm: &'a OsmData, repeated: &FxHashMap<Key, Vec<SourceSpan>>) -> Self {
         let mut all = Self {
             osm,
@@ -162,7 +162,7 @@ impl<'a> DuplicateIds<'a> {
         Repeat::Other { referrers }
     }
 
-    /// An element to which nobody refers can have any id.
+    /// An element without references can have any id.
     fn unless_referred(&self, kind: ElementKind, id: i64) -> Repeat {
         let named = kind == ElementKind::Way && self.named.contains(&id);
         match named || self.referrers.contains_key(&(kind, id)) {

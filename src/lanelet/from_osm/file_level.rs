@@ -1,4 +1,4 @@
-//! What is wrong with the file as a whole: its format version, and what the reader passed over.
+//! Faults of the file as a whole: its format version, and what the reader skipped.
 
 use super::{Loader, SUPPORTED_FORMAT_VERSION};
 use crate::diagnostic::Subject;

@@ -1,9 +1,9 @@
-//! What a relation was meant to be that does not say it: its members tell.
+//! Infers the missing `type` or `subtype` of a relation from its members.
 
 use crate::lanelet::limits::role_limits;
 use crate::osm::{ElementKind, OsmData, Relation, Text};
 
-/// The `type` that a relation without one was meant to have.
+/// The `type` of a relation that has none.
 pub fn relation_type(relation: &Relation) -> Option<Text> {
     let has = |role: &str| relation.members.iter().any(|member| member.role == role);
     if has("left") && has("right") {
@@ -13,7 +13,7 @@ pub fn relation_type(relation: &Relation) -> Option<Text> {
     (known && !relation.members.is_empty()).then(|| "regulatory_element".into())
 }
 
-/// The `subtype` that an element without one was meant to have: what its roles, or the things it refers to, belong to.
+/// The `subtype` of an element that has none, by its roles or by what it refers to.
 pub fn subtype(osm: &OsmData, relation: &Relation) -> Option<Text> {
     let has = |role: &str| relation.members.iter().any(|member| member.role == role);
     if has("right_of_way") && has("yield") {
@@ -31,7 +31,7 @@ pub fn subtype(osm: &OsmData, relation: &Relation) -> Option<Text> {
     match tags.get("type")? {
         "lanelet" if matches!(tags.get("subtype"), Some("crosswalk" | "walkway")) => Some("crosswalk".into()),
         "stop_line" => Some("road_marking".into()),
-        // Lights, signs and areas have the names of their elements.
+        // Lights, signs and areas have the same names as their elements.
         kind => role_limits(kind).map(|_| kind.into()),
     }
 }

@@ -1,4 +1,4 @@
-//! Lanelets that name one bound only: which way the other one was, where what lies around leaves one choice.
+//! Infers the missing bound of a lanelet from the lanelets and ways around it, where only one way fits.
 
 use std::collections::BTreeSet;
 
@@ -10,12 +10,12 @@ use crate::geometry::Point as PlanePoint;
 use crate::lanelet::align::{align, opposed};
 use crate::lanelet::{BoundRole, Condition, LineString, LineStringId, PointId};
 
-/// The two bounds of a lanelet whose ends nothing else tells lie no farther from each other, metres: two wide lanes, or
-/// a broad crosswalk.
+/// The largest distance between two bounds where no neighbour shows which belong together, metres: two wide lanes, or a broad
+/// crosswalk.
 const REACH: f64 = 12.0;
 
 impl Loader<'_> {
-    /// Says of each such lanelet which way it was.
+    /// Notes the way for each such lanelet.
     pub(super) fn infer_missing_bounds(&mut self) {
         let lacks = |condition: &Condition| match condition {
             Condition::BoundCount { role, count: 0, .. } if *role != BoundRole::Centerline => Some(*role),
@@ -50,7 +50,7 @@ impl Loader<'_> {
     }
 }
 
-/// What lies around a lanelet that lacks a bound.
+/// What surrounds a lanelet that lacks a bound.
 struct Surroundings {
     /// Start and end edges of all lanelets, left and right.
     edges: Vec<[PointId; 2]>,
@@ -80,8 +80,8 @@ impl Surroundings {
         around
     }
 
-    /// The way that makes a lanelet of this one: it leads from edge to edge of its neighbours, or else it is the only one
-    /// beside the known bound, of its type, that is part of nothing.
+    /// The missing bound: the way that leads from edge to edge of the neighbours, or else the only unused way of the same type
+    /// beside the known bound.
     fn other_bound(&self, loader: &Loader<'_>, lanelet: i64, role: BoundRole) -> Option<i64> {
         let (side, other) = match role {
             BoundRole::Left => (0, BoundRole::Right),
@@ -89,7 +89,7 @@ impl Surroundings {
         };
         let known = loader.named(lanelet, other)?;
         let ends = [*known.points.first()?, *known.points.last()?];
-        // Where the other bound starts and ends, by the edges that meet this one.
+        // The points where the other bound can start and end, by the edges that meet the known one.
         let opposite = ends.map(|end| -> BTreeSet<PointId> {
             self.edges.iter().filter(|edge| edge[1 - side] == end).map(|edge| edge[side]).collect()
         });

@@ -1,5 +1,5 @@
 //! Relations become lanelets and regulatory elements, in the loader's order: lanelets need bounds, elements need
-//! lanelets, and in the end lanelets are told their elements.
+//! lanelets, and in the end lanelets get their elements.
 
 use crate::diagnostic::Subject;
 use crate::geometry::Point as PlanePoint;
@@ -17,7 +17,7 @@ use super::{Loader, infer_type, merged};
 
 /// What a member of a regulatory element turns out to be.
 enum Resolved {
-    /// On a shelf.
+    /// In the map.
     Here(Target),
     /// Known to the loader, though only as an empty dummy.
     Dummy(Target),

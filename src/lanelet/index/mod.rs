@@ -1,5 +1,5 @@
-//! What the rules ask of a map, made once: who follows whom, who shares a way, who conflicts, what is an
-//! intersection, which approach a lane belongs to, on which side people drive.
+//! The index of a map, built once for all rules: which lanes follow each other, share a way or conflict, where the intersections
+//! and their approaches are, on which side people drive.
 
 mod conflict;
 mod driving_side;
@@ -40,8 +40,7 @@ use crate::parallel::Finely;
 use crate::settings::Settings;
 
 impl<'m> MapIndex<'m> {
-    /// Indexes a map. Lanelets that a fault turned inside out are passed over; a map that was never a file has no
-    /// faults.
+    /// Indexes a map. Lanelets whose bounds oppose each other are skipped; a map that was never a file has no faults.
     pub fn new(map: &'m LaneletMap, faults: &'m [LoadFault], settings: &'m Settings, thresholds: Thresholds) -> Self {
         let broken: FxHashSet<LaneletId> = faults.iter().filter_map(turned_inside_out).collect();
         let bicycles: FxHashSet<i64> = settings.bicycle_lanes.iter().copied().collect();
@@ -103,7 +102,7 @@ impl<'m> MapIndex<'m> {
     }
 }
 
-/// Says of every lane whether it is driven both ways, which only all of them together tell.
+/// Marks the lanes that are driven both ways: another lanelet has the same bounds exchanged.
 fn mark_both_ways(lanes: &mut [Lane]) {
     let bounds: FxHashSet<[LineStringId; 2]> = lanes.iter().map(|lane| lane.bounds).collect();
     for lane in lanes {
@@ -112,7 +111,7 @@ fn mark_both_ways(lanes: &mut [Lane]) {
     }
 }
 
-/// The lanelet whose bounds run against one another: it has no inside.
+/// The lanelet of a fault that says its bounds oppose each other: it has no inside.
 fn turned_inside_out(fault: &LoadFault) -> Option<LaneletId> {
     match (&fault.condition, fault.subject) {
         (Condition::BoundsOpposed { .. }, Subject::Lanelet(id)) => Some(LaneletId(id)),
@@ -120,7 +119,7 @@ fn turned_inside_out(fault: &LoadFault) -> Option<LaneletId> {
     }
 }
 
-/// For every lane the intersections of which it is a member, and those whose area it touches as well.
+/// For every lane the intersections that it is a member of, and those plus the ones whose area it touches.
 fn intersections_by_lane(intersections: &[Intersection], lanes: usize) -> [Vec<Vec<usize>>; 2] {
     let [mut member_of, mut touching] = [vec![Vec::new(); lanes], vec![Vec::new(); lanes]];
     for (at, intersection) in intersections.iter().enumerate() {

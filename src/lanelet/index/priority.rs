@@ -1,4 +1,4 @@
-//! Which approach goes first where no signal rules, as far as the map shows it.
+//! Which approach has priority where there is no signal, as far as the map shows it.
 
 use rustc_hash::FxHashSet;
 
@@ -6,8 +6,8 @@ use super::types::{Intersection, MapIndex, Movement, Rank};
 use crate::lanelet::right_of_way::Turn;
 use crate::lanelet::{RegulatoryElement, Target};
 
-/// The priority of every approach, decided by the first that tells: the user, private ground, signs, the
-/// elements that are there. As soon as one approach gives way, those of which nothing is known go first.
+/// The priority of every approach by the first source that decides it: the user's settings, private ground, signs, existing
+/// `right_of_way` elements. As soon as one approach gives way, the undecided ones have priority.
 pub(super) fn priorities(
     map: &MapIndex,
     intersection: &Intersection,
@@ -63,11 +63,11 @@ impl MapIndex<'_> {
     }
 }
 
-/// Pairs of approaches where a straight lanelet of the first is let ignore one that comes from the second, a crossing
-/// one, and not the other way round.
+/// Pairs of approaches where a straight lanelet of the first may ignore a crossing lanelet of the second, and not the other way
+/// round.
 fn by_elements(map: &MapIndex, intersection: &Intersection, movements: &[Movement]) -> Vec<(usize, usize)> {
     let mut over = FxHashSet::default();
-    // What a virtual light rules ignores everybody, whoever goes first.
+    // A lanelet with a virtual traffic light ignores all others, whatever the priority.
     let ranked = |lane: usize| map.elements(map.lanes[lane].id, "virtual_traffic_light").next().is_none();
     for x in movements.iter().filter(|movement| movement.mover.turn == Turn::Straight && ranked(movement.lane)) {
         for y in map.ignored(x.lane) {

@@ -1,5 +1,4 @@
-//! What the rules of the road ask of an intersection: its movements, which of them are green together, and which
-//! approach goes first.
+//! The traffic of an intersection: its movements, which of them are green together, and which approach has priority.
 
 use rustc_hash::FxHashMap;
 
@@ -10,12 +9,12 @@ use crate::geometry::angle_between;
 use crate::lanelet::right_of_way::{Mover, Turn};
 use crate::lanelet::{LineStringId, RegulatoryElement, TurnDirection};
 
-/// Up to this change of heading (deg) a movement is straight; beyond [`U_TURN`] it is a turn around.
+/// A movement is straight up to this change of heading (deg).
 pub const STRAIGHT: f64 = 30.0;
-/// A turn of more than this (deg) goes around.
+/// A turn of more than this (deg) is a U-turn.
 pub const U_TURN: f64 = 150.0;
 
-/// The traffic of one intersection, made when everything else of the index is there.
+/// The traffic of one intersection; needs the rest of the index.
 pub(super) fn traffic(map: &MapIndex, at: usize) -> Traffic {
     let intersection = &map.intersections[at];
     let Some(side) = map.side.side else { return Traffic::default() };
@@ -46,7 +45,7 @@ pub(super) fn traffic(map: &MapIndex, at: usize) -> Traffic {
     let signalised = movements.iter().any(|movement| movement.mover.signalised);
     let mut traffic = Traffic { movements, signalised, rank: Rank::Unknown, prohibited, guide_lines, together, phases };
     if traffic.signalised {
-        // Whoever has no light where others have one gives way to those.
+        // A movement without a light gives way to those with one.
         for movement in &mut traffic.movements {
             movement.mover.priority = Some(movement.mover.signalised);
         }

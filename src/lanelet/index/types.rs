@@ -25,21 +25,21 @@ pub(super) type StopLineTree = RTree<GeomWithData<Rectangle<[f64; 2]>, LineStrin
 /// Made when the first rule asks.
 pub(super) type StopLines = OnceLock<StopLineTree>;
 
-/// A map with everything that rules look up. Lanelets that did not load as they should are no lanes: the geometric
-/// rules pass over them, so that one broken bound does not raise ten findings.
+/// A map with everything that rules look up. Lanelets that did not load correctly are not in `lanes`: the geometric rules skip
+/// them, so that one broken bound does not cause ten findings.
 #[derive(Debug)]
 pub struct MapIndex<'m> {
     /// The map.
     pub map: &'m LaneletMap,
     /// What was wrong with it on loading.
     pub faults: &'m [LoadFault],
-    /// What the user, or the builder, knows beyond it.
+    /// What the user or the builder knows in addition.
     pub settings: &'m Settings,
-    /// The numbers that the shared notions were made with.
+    /// The thresholds that the index was built with.
     pub thresholds: Thresholds,
     /// The sound lanelets in the map's order.
     pub lanes: Vec<Lane>,
-    /// For every lane those that its outline overlaps, siblings, followers and neighbours left out.
+    /// For every lane those that its outline overlaps, without siblings, followers and neighbours.
     pub conflicts: Vec<Vec<Conflict>>,
     /// The intersections, those with an area first, in the map's order.
     pub intersections: Vec<Intersection>,
@@ -125,7 +125,7 @@ pub struct Conflict {
     pub area: f64,
     /// Middle of the overlap.
     pub place: Point,
-    /// Whether it is large enough for the rules, and on one level. Autoware, which knows neither, reacts in any case.
+    /// Whether it is large enough for the rules, and on one level. Autoware checks neither and always reacts.
     pub real: bool,
     /// Whether one passes over the other.
     pub grade_separated: bool,
@@ -143,8 +143,7 @@ pub struct IntersectionMember {
 }
 
 impl IntersectionMember {
-    /// Whether it lies inside for the greater part; one that only names the area was tagged by mistake, and tells
-    /// nothing about the intersection.
+    /// Whether the greater part of it lies inside; one that only names the area was tagged by mistake.
     pub fn is_inside(&self) -> bool {
         self.cover > 0.5
     }
@@ -229,14 +228,14 @@ impl DrivingSide {
     }
 }
 
-/// What the map shows, and what is taken.
+/// The driving side that places of the map show, and the one that is assumed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SideVotes {
     /// Places that show driving on the left.
     pub left: usize,
     /// Places that show driving on the right.
     pub right: usize,
-    /// What is taken: the user's word, else the majority; `None` where nothing tells.
+    /// The assumed side: the user's setting, else the majority; `None` where nothing shows it.
     pub side: Option<DrivingSide>,
     /// A lanelet at each place, with what that place shows.
     pub places: Vec<(LaneletId, DrivingSide)>,
@@ -265,14 +264,14 @@ pub struct Movement {
     pub mover: Mover,
 }
 
-/// How much is known of who goes first where no signal rules.
+/// How much is known about priority where there is no signal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Rank {
-    /// Some approaches go first.
+    /// Some approaches have priority.
     Known,
-    /// Every approach has to stop: nobody goes first.
+    /// Every approach has to stop.
     Equal,
-    /// Nothing tells; equal rank is assumed.
+    /// Nothing shows it; equal priority is assumed.
     #[default]
     Unknown,
 }
@@ -331,7 +330,7 @@ impl Traffic {
         real.filter_map(|conflict| self.of_lane(conflict.other)).collect()
     }
 
-    /// Those of them that `x` may ignore.
+    /// The movements that conflict with `x` and that it may ignore.
     pub fn yields(&self, map: &MapIndex, x: usize) -> Vec<usize> {
         let movers: Vec<Mover> = self.movements.iter().map(|movement| movement.mover).collect();
         yields(x, &movers, &self.met(map, x), |x, y| self.relation(x, y))

@@ -1,6 +1,6 @@
-//! Disjoint sets of the first so many numbers.
+//! Disjoint sets of the numbers below a count (union-find).
 
-/// Each number with another one of its set, or itself.
+/// The parent of each number within its set; a root is its own parent.
 pub struct UnionFind(Vec<usize>);
 
 impl UnionFind {
@@ -9,7 +9,7 @@ impl UnionFind {
         Self((0..count).collect())
     }
 
-    /// The least number of a set, by any of it.
+    /// The smallest number of the set that holds `at`.
     pub fn root(&mut self, mut at: usize) -> usize {
         while self.0[at] != at {
             self.0[at] = self.0[self.0[at]];
@@ -18,7 +18,7 @@ impl UnionFind {
         at
     }
 
-    /// Makes the sets of two numbers one. The order of the sets remains that of their first members.
+    /// Merges the sets of two numbers.
     pub fn join(&mut self, a: usize, b: usize) {
         let (a, b) = (self.root(a), self.root(b));
         self.0[a.max(b)] = a.min(b);

@@ -1,4 +1,4 @@
-//! What the user says of an intersection, in the index's terms.
+//! Resolves the names in the user's settings of intersections: approaches, movements and lines of the index.
 
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
@@ -10,7 +10,7 @@ use crate::geometry::{Point, polygon};
 use crate::lanelet::{LaneletId, LaneletMap, LineStringId, RegulatoryElementId};
 use crate::settings::{ApproachName, GuideLine, IntersectionSettings, Settings};
 
-/// For every intersection the entries that speak of it: by the id of its area, or by a place inside.
+/// For every intersection the settings that name it: by the id of its area, or by a place inside.
 pub(super) fn entries(map: &LaneletMap, intersections: &[Intersection], settings: &Settings) -> Vec<Vec<usize>> {
     let mut found = vec![Vec::new(); intersections.len()];
     let by_area: FxHashMap<i64, usize> =
@@ -46,7 +46,7 @@ fn degrees(map: &LaneletMap, intersection: &Intersection) -> Vec<Point> {
     points.map(|place| Point::new(place.lon, place.lat)).filter(|p| p.x.is_finite() && p.y.is_finite()).collect()
 }
 
-/// What the user says of one intersection.
+/// The user's settings of one intersection.
 pub(super) struct UserNames<'a> {
     map: &'a MapIndex<'a>,
     intersection: &'a Intersection,
@@ -60,8 +60,8 @@ impl<'a> UserNames<'a> {
         Self { map, intersection, movements, entries }
     }
 
-    /// For every movement the phases in which it is green. One that is named itself, or by its element, is not meant by
-    /// the name of its approach.
+    /// For every movement the phases in which it is green. Where a movement or its element is named, the name of its approach
+    /// does not apply to it.
     pub fn phases(&self) -> Vec<Vec<usize>> {
         let green = |means: &dyn Fn(&ApproachName) -> bool| -> Vec<usize> {
             let all = self.entries.iter().flat_map(|entry| &entry.phases).enumerate();
@@ -74,7 +74,7 @@ impl<'a> UserNames<'a> {
         phases.collect()
     }
 
-    /// The approaches of the road that goes first.
+    /// The approaches of the priority road.
     pub fn priority_arms(&self) -> Vec<usize> {
         self.entries.iter().flat_map(|entry| &entry.priority_arms).flat_map(|name| self.arms(name)).collect()
     }
@@ -118,8 +118,8 @@ impl<'a> UserNames<'a> {
         lane == LaneletId(id) || refers()
     }
 
-    /// The approaches from one side of the intersection; else the one whose direction is nearest to it: who looks at a
-    /// road along its length sees another direction than who looks where it ends.
+    /// The approaches from one side of the intersection, or else the one whose direction is nearest to it: a road can have
+    /// another direction along its length than at its end.
     fn on_side(&self, side: &str) -> Vec<usize> {
         let arms = &self.intersection.arms;
         let exact: Vec<usize> = (0..arms.len()).filter(|&at| arms[at].compass == side).collect();

@@ -1,4 +1,4 @@
-//! Where the items of a shelf stand, by their ids.
+//! The positions of a layer's items by their ids.
 
 use std::borrow::Cow;
 use std::hash::{BuildHasher, Hash};
@@ -8,14 +8,13 @@ use hashbrown::hash_table::Entry;
 use rayon::prelude::*;
 use rustc_hash::FxBuildHasher;
 
-/// So many items that come at once are put in order.
+/// From this many items on that are added at once, the index is a sorted list.
 const MANY: usize = 1 << 14;
-/// Ranges of ids that are put in order side by side at the most: each takes a look at all ids, which many threads would pay for
-/// with more work than they share.
+/// The most ranges of ids that are sorted in parallel: each reads all ids, so more of them cost more than they save.
 const RANGES_MOST: usize = 8;
 
-/// Positions by id. The ids themselves stand in the items: a map has many, and they fill the caches. Items that come one
-/// by one stand in a table; many that come at once are put in the order of their ids, in which a map is written as well.
+/// Positions by id. The ids themselves are only in the items, to save memory and cache. Items that are added one
+/// by one go into a hash table; many at once are sorted by id, the order in which a map is written.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Index {
     order: Order,
@@ -23,12 +22,12 @@ pub(super) struct Index {
 }
 
 impl Index {
-    /// The index of items with these ids, all different; of many it is made by all threads.
+    /// The index of items with these ids, all different; all threads share the work where there are many.
     pub fn of(ids: &[i64]) -> Self {
         if ids.len() < MANY { Self::table(ids) } else { Self { order: Order::of(ids), table: HashTable::new() } }
     }
 
-    /// As [`Index::of`], made by one thread.
+    /// As [`Index::of`], always as a hash table built by one thread.
     pub fn table(ids: &[i64]) -> Self {
         let mut table = HashTable::with_capacity(ids.len());
         for (at, id) in ids.iter().enumerate() {
@@ -44,7 +43,7 @@ impl Index {
             .map(|at| at as usize)
     }
 
-    /// Where the item of an id stands, or notes that it will be the next.
+    /// The position of an item; if there is none, the id gets the next position.
     pub fn find_or_add<T: Primitive>(&mut self, items: &[T], id: T::Id) -> Option<usize> {
         if let Some(at) = self.order.find(items, id) {
             return Some(at as usize);
@@ -74,12 +73,11 @@ fn hash(id: impl Hash) -> u64 {
     FxBuildHasher.hash_one(id)
 }
 
-/// Positions in the order of their ids. Ids are hashes as a rule, so one is found near where it lies between the lowest and
-/// the highest.
+/// Positions sorted by id. Ids are usually hashes, hence evenly spread: a bucket holds about one.
 #[derive(Clone, Debug, Default)]
 struct Order {
     positions: Vec<u32>,
-    /// Where among the positions each bucket of ids begins, and the last one ends.
+    /// The first position of each bucket, and the end of the last one.
     begins: Vec<u32>,
     buckets: Buckets,
 }
@@ -105,7 +103,7 @@ impl Order {
         all
     }
 
-    /// The order of those in some of the buckets: they are counted, then each is put where its bucket lies.
+    /// Sorts the ids of some buckets: counts them, then puts each into its bucket.
     fn of_range(ids: &[i64], buckets: Buckets, range: std::ops::Range<u64>) -> Self {
         let count = range.end.saturating_sub(range.start);
         let own = |id: &i64| Some(buckets.of_id(*id).wrapping_sub(range.start)).filter(|bucket| *bucket < count);
@@ -116,7 +114,7 @@ impl Order {
             sum += *begin;
             *begin = sum;
         }
-        // Filled from its end, each bucket begins where it is full.
+        // Each bucket is filled from its end, so `begin` ends at its start.
         let mut positions = vec![0; sum as usize];
         for (id, at) in ids.iter().zip(0..) {
             if let Some(bucket) = own(id) {
@@ -139,7 +137,7 @@ impl Order {
     }
 }
 
-/// Ranges of ids, all of one width, about as many as there are ids.
+/// Ranges of ids of equal width, about as many as there are ids.
 #[derive(Clone, Copy, Debug, Default)]
 struct Buckets {
     lowest: i64,
@@ -156,13 +154,13 @@ impl Buckets {
         Self { lowest, shift, count: (width >> shift) + 1 }
     }
 
-    /// Ids below the lowest lie beyond the last bucket, as those above the highest do, or in a bucket that does not hold them.
+    /// Ids out of range get a bucket beyond the last, or one that does not hold them.
     fn of_id(self, id: i64) -> u64 {
         (id.wrapping_sub(self.lowest) as u64) >> self.shift
     }
 }
 
-/// What can stand on a shelf.
+/// An item of a layer.
 pub trait Primitive {
     /// The type of its id.
     type Id: Copy + Eq + Hash + Ord + Into<i64>;

@@ -14,7 +14,7 @@ use crate::osm::{
 use crate::projection::{Extent, LonLat};
 use crate::text::SourceSpan;
 
-/// After so many bytes it is looked whether the reading was called off.
+/// Bytes between two looks whether the reading was cancelled.
 const LOOK: usize = 1 << 20;
 
 /// The element that is open while its children are read.
@@ -34,7 +34,7 @@ pub struct Parser<'a> {
     pub text: &'a str,
 }
 
-/// Where in the tree of elements reading stands.
+/// The reader's position in the tree of elements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Place {
     /// How many elements are open: 1 between the children of the root.
@@ -49,10 +49,10 @@ impl Place {
 }
 
 impl Parser<'_> {
-    /// Reads a range of the text that begins at this place, and says at which place it ends.
+    /// Reads a range of the text that begins at this place; returns the place where it ends.
     pub fn run(&mut self, range: Range<usize>, mut place: Place) -> Result<Place, ReadError> {
         let mut reader = Reader::from_str(&self.text[range.clone()]);
-        // The end of an element that was open before is seen to in `event`.
+        // `event` checks the end of an element that was open before the range.
         reader.config_mut().allow_unmatched_ends = place.depth > 0;
         let mut open: Option<Open> = None;
         let mut looked = 0;

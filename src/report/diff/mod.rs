@@ -77,15 +77,15 @@ impl Diff {
     pub fn between(old: &LaneletMap, new: &LaneletMap, tolerance: f64) -> Self {
         let sides = Sides::new(old, new, tolerance);
         let mut diff = Self { totals: BTreeMap::new(), changes: Vec::new() };
-        diff.shelf("lanelets", &old.lanelets, &new.lanelets, &sides);
-        diff.shelf("regulatory elements", &old.regulatory_elements, &new.regulatory_elements, &sides);
-        diff.shelf("polygons", &old.polygons, &new.polygons, &sides);
-        diff.shelf("linestrings", &old.linestrings, &new.linestrings, &sides);
-        diff.shelf("points", &old.points, &new.points, &sides);
+        diff.layer("lanelets", &old.lanelets, &new.lanelets, &sides);
+        diff.layer("regulatory elements", &old.regulatory_elements, &new.regulatory_elements, &sides);
+        diff.layer("polygons", &old.polygons, &new.polygons, &sides);
+        diff.layer("linestrings", &old.linestrings, &new.linestrings, &sides);
+        diff.layer("points", &old.points, &new.points, &sides);
         diff
     }
 
-    fn shelf<T: Primitive + facts::Compared>(
+    fn layer<T: Primitive + facts::Compared>(
         &mut self,
         name: &'static str,
         old: &PrimitiveLayer<T>,

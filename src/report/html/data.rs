@@ -9,7 +9,7 @@ use crate::geometry::Point;
 use crate::lanelet::{LaneletId, LaneletMap};
 use crate::requirement::{Check, Requirement};
 
-/// How a finding stands to an earlier report.
+/// How a finding relates to an earlier report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Status {
@@ -47,7 +47,7 @@ pub struct PageFinding {
     pub place: Option<(String, Vec<f64>)>,
     /// Value, limit, unit.
     pub measure: Option<(f64, f64, String)>,
-    /// Where the pin stands, metres from the frame's origin.
+    /// Where the pin is, metres from the frame's origin.
     pub at: Option<[f64; 2]>,
     /// Latitude, longitude.
     pub latlon: Option<[f64; 2]>,
@@ -129,7 +129,7 @@ pub fn relative(p: Point, frame: &Frame) -> [f64; 2] {
     [millimetres(p.x - frame.origin.x), millimetres(p.y - frame.origin.y)]
 }
 
-/// Where the pin stands. A bent lanelet's middle may lie beside it, so the pin stands between its bounds' middle points.
+/// Where the pin is. A bent lanelet's middle may lie beside it, so the pin is between its bounds' middle points.
 fn spot(diagnostic: &Diagnostic, map: &LaneletMap) -> Option<Point> {
     let on_lanelet = match (diagnostic.finding.subject, &diagnostic.finding.place) {
         (Subject::Lanelet(id), Place::Unknown) => map.lanelets.get(LaneletId(id)).and_then(|lanelet| {

@@ -146,7 +146,7 @@ fn policy(script: &str, connect: &str) -> String {
     )
 }
 
-/// Puts each part where its mark stands, once, without looking into what was put in.
+/// Puts each part where its mark is, once, without looking into what was put in.
 fn fill(page: &str, parts: &[(&str, &str)]) -> String {
     let mut out = String::with_capacity(page.len() + parts.iter().map(|(_, text)| text.len()).sum::<usize>());
     let mut rest = page;

@@ -6,7 +6,7 @@ use crate::lanelet::index::Thresholds;
 use crate::lanelet::{Bound, Lanelet, LaneletId, LineString, LineStringId, Point as MapPoint, PointId};
 use crate::settings::Settings;
 
-/// Two lanes, one behind the other, 3.5 m wide and 10 m long, and a third one apart from them.
+/// Two lanes, one after the other, 3.5 m wide and 10 m long, and a third one apart from them.
 fn map() -> LaneletMap {
     let mut map = LaneletMap::default();
     for (column, x) in [0.0, 10.0, 20.0, 100.0, 110.0].into_iter().enumerate() {

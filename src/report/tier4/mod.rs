@@ -49,7 +49,7 @@ impl Outcome {
         prerequisites::apply(&set.prerequisites(), &mut found);
         let document = document(set, &found, map);
         let mut counts = BTreeMap::new();
-        // As often as a reader sees them: a validator may stand under several requirements.
+        // As often as a reader sees them: a validator may be under several requirements.
         for issue in set.names().flat_map(|name| found.get(name).into_iter().flatten()) {
             *counts.entry(issue.severity).or_default() += 1;
         }

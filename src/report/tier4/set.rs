@@ -83,7 +83,7 @@ impl RequirementSet {
         self.validators().filter_map(|validator| validator.get("name")?.as_str())
     }
 
-    /// What each validator needs, over all requirements under which it stands.
+    /// What each validator needs, over all requirements under which it is.
     pub(super) fn prerequisites(&self) -> Prerequisites<'_> {
         let mut all: Prerequisites<'_> = Vec::new();
         for validator in self.validators() {

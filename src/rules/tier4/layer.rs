@@ -101,7 +101,7 @@ mod tests {
     #[test]
     fn what_comes_last_comes_first_until_buckets_are_shared() {
         assert_eq!(order(&[1, 2, 3]), [2, 1, 0]);
-        // 14 falls into the bucket of 1, and stands before it there.
+        // 14 falls into the bucket of 1, and is before it there.
         assert_eq!(order(&[1, 2, 14]), [1, 2, 0]);
         assert_eq!(order(&[]), [0; 0]);
     }

@@ -49,7 +49,7 @@ fn distance(p: Place, a: Place, b: Place) -> f64 {
     Polyline::new([a, b]).map_or((p - a).norm(), |line| line.distance(p))
 }
 
-/// Whether a line meets an outline, be it in a point.
+/// Whether a line meets an outline, even if only in a point.
 fn touches(line: &[Place], outline: &[Place]) -> bool {
     let ring = polygon::to_geo(outline);
     let crosses = |a: Place, b: Place| {

@@ -26,7 +26,7 @@ pub(super) fn issue(number: u16, subject: Subject, message: String) -> Issue {
 pub struct Validator {
     /// `mapping.intersection.road_markings`.
     pub name: String,
-    /// The requirement under which it stands; `None` where the tool names none.
+    /// The requirement under which it is; `None` where the tool names none.
     pub requirement: Option<String>,
     /// Severity and fault of ours by the last three digits of the issue code.
     pub issues: BTreeMap<String, (PeerSeverity, String)>,
