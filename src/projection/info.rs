@@ -223,8 +223,8 @@ impl Keys {
                 Event::Scalar(..) | Event::Alias(_) if depth == 0 => return Err(no_key(text, span.start.line())),
                 Event::Scalar(value, style, ..) => match key.take() {
                     None => key = Some(value.into_owned()),
-                    // A key without a value, as the parser writes it.
-                    Some(_) if style == ScalarStyle::Plain && value == "~" => {}
+                    // A key without a value.
+                    Some(_) if style == ScalarStyle::Plain && (value.is_empty() || value == "~") => {}
                     Some(last) => {
                         let names = path.iter().map(String::as_str).chain([last.as_str()]);
                         keys.push((names.collect::<Vec<_>>().join("."), value.into_owned()));
@@ -279,7 +279,8 @@ fn no_key(text: &str, stopped: usize) -> InfoError {
     let lines = || text.lines().map(str::trim).enumerate();
     let is_plain = |line: &str| !line.is_empty() && !line.starts_with(['#', '-', '.', '%', '{', '}']);
     let has_key = |line: &str| line.contains(": ") || line.ends_with(':');
-    let first = lines().find(|(_, line)| is_plain(line) && !has_key(line)).or_else(|| lines().nth(stopped.max(1) - 1));
+    let first = lines().find(|(_, line)| is_plain(line) && !has_key(line));
+    let first = first.or_else(|| lines().take(stopped).filter(|(_, line)| !line.is_empty()).last());
     first.map_or(InfoError::Line { line: stopped, text: String::new() }, |(at, line)| InfoError::Line {
         line: at + 1,
         text: line.to_owned(),
@@ -326,7 +327,7 @@ mod tests {
         assert_eq!(says("projector_type: UTM\n"), "unknown projector_type `UTM`");
         assert_eq!(says("vertical_datum: WGS84\n"), "`projector_type` is missing");
         assert_eq!(
-            says("projector_type: MGRS\nvertical_datum: WGS84\n"),
+            says("projector_type: MGRS\nvertical_datum: WGS84\nmgrs_grid:\n"),
             "`mgrs_grid` is missing; projector_type MGRS needs it"
         );
         assert_eq!(
@@ -342,6 +343,8 @@ mod tests {
             ),
             "`scale_factor: 0` is not a number above 0"
         );
+        let open = "projector_type: MGRS\nmap_origin: {latitude: 1\n";
+        assert_eq!(says(open), "line 2: expected `key: value`, found `map_origin: {latitude: 1`");
         assert_eq!(says("projector_type MGRS\n"), "line 1: expected `key: value`, found `projector_type MGRS`");
         assert_eq!(
             says("projector_type: Local\nvertical_datum: WGS85\n"),
