@@ -1,4 +1,4 @@
-//! Work that can be called off: whoever waits for it sets a token, the work looks at it now and then and unwinds.
+//! Work that can be cancelled: the caller sets a token; the work checks it now and then and unwinds.
 //!
 //! A token is known to the threads that [`watch`] it, so that no function in between has to hand it on. Work that is called
 //! off ends by unwinding with a payload of ours, which tells no panic hook and writes no message; [`run`] catches it. Where

@@ -1,17 +1,15 @@
 //! What is wrong, where, and what to do about it. Knows no rule and no output format.
 
 pub mod fingerprint;
-mod nearest;
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-pub use nearest::nearest;
-
 use crate::geometry::Point;
-use crate::osm::Text;
 use crate::projection::LonLat;
+use crate::text::Text;
+pub use crate::text::{SourceSpan, nearest};
 
 /// How bad the consequence is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -258,23 +256,12 @@ impl Finding {
         self
     }
 
-    /// Grades it otherwise than the fault's own severity.
+    /// Grades it other than the fault's own severity.
     #[must_use]
     pub fn graded(mut self, severity: Severity) -> Self {
         self.severity = Some(severity);
         self
     }
-}
-
-/// A place in a source file.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct SourceSpan {
-    /// Which of the map's files, by its index in `OsmData::sources`.
-    pub file: u32,
-    /// Byte offset of the element's `<`.
-    pub start: u64,
-    /// Byte offset behind the element's last `>`.
-    pub end: u64,
 }
 
 /// A finding with everything a report shows.

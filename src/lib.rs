@@ -8,7 +8,7 @@
 //! floor 3   builder | rules | triage | fix | report   five wings that never meet
 //! floor 2   lanelet (the waist), requirement, settings  the map in Lanelet2's words; a document of rules/ parsed
 //!           lane_stitching                              lanes stitched and painted, kept so through edits
-//! floor 1   osm, projection, geometry, diagnostic, terrain  know nothing of ours
+//! floor 1   osm, terrain, diagnostic, projection, geometry, text  know nothing of ours
 //! ```
 //!
 //! The verbs of the command line are functions of this crate, on files or on bytes:
@@ -25,12 +25,14 @@
 //! east, north. Angles turn counter-clockwise, so a left turn is positive.
 
 pub mod api;
+#[allow(clippy::too_many_lines, clippy::missing_errors_doc, reason = "still to be split and documented")]
 pub mod builder;
 pub mod cancel;
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod diagnostic;
 pub mod fix;
+#[allow(clippy::too_many_lines, reason = "still to be split")]
 pub mod geometry;
 pub mod lane_stitching;
 pub mod lanelet;
@@ -42,6 +44,7 @@ pub mod requirement;
 pub mod rules;
 pub mod settings;
 pub mod terrain;
+pub mod text;
 pub mod triage;
 
 pub use api::{Input, build, check, fix, geometry};

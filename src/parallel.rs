@@ -21,7 +21,7 @@ pub(crate) trait Finely: IndexedParallelIterator {
 
 impl<I: IndexedParallelIterator> Finely for I {}
 
-/// An iterator of which no part is begun any more once the work was called off.
+/// An iterator that begins no further part once the work was cancelled.
 #[derive(Clone, Debug)]
 pub(crate) struct Watched<I>(I);
 

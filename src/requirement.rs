@@ -86,7 +86,7 @@ pub struct Requirement {
     pub check: Check,
     /// Why not all of it; `None` where `check` is automatic.
     pub why: Option<String>,
-    /// Where the requirement stands.
+    /// Where the requirement is.
     pub source: String,
     /// Which edition of the source was read.
     pub edition: String,
@@ -133,6 +133,10 @@ pub const CHAPTERS: [&str; 4] = ["Required", "Why", "How to mend", "Good and bad
 
 impl Requirement {
     /// Parses the text of `rules/{file}.md`. The id must be the file's name; every chapter of [`CHAPTERS`] must be there.
+    ///
+    /// # Errors
+    ///
+    /// If the document has another id, lacks a chapter, or its `toml` block cannot be read.
     pub fn parse(file: &str, text: &str) -> Result<Self, DocumentError> {
         let bad = |message: String| DocumentError::Block { file: file.to_owned(), message };
         let (block, prose) = text

@@ -37,7 +37,7 @@ pub struct Settings {
     /// Whose reading of the requirements counts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub profile: Option<Profile>,
-    /// How the map's degrees become metres, whatever stands beside the map.
+    /// The map's projector; overrules the file beside the map.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub projector: Option<ProjectorType>,
     /// Latitude and longitude of the projector's origin, where it has one.
@@ -113,7 +113,7 @@ impl Settings {
         Self {
             driving_side: self.driving_side.or(outer.driving_side),
             profile: self.profile.or(outer.profile),
-            // An origin belongs to the projector beside which it stands.
+            // An origin belongs to the projector of the same document.
             origin: if self.projector.is_some() { self.origin } else { outer.origin },
             projector: self.projector.or(outer.projector),
             bicycle_lanes: self.bicycle_lanes,
@@ -259,7 +259,7 @@ pub struct IntersectionSettings {
     /// For `build`: approaches that ask an infrastructure for leave.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub virtual_lights: Vec<VirtualLightSettings>,
-    /// Where it stands; `None` unless read from a document.
+    /// Its position in the file; `None` unless read from a document.
     #[serde(skip)]
     pub origin: Option<Origin>,
 }

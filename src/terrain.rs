@@ -17,7 +17,7 @@ pub enum TerrainError {
     /// It does not say where it lies.
     #[error("it has no {0}, so that nobody knows where it lies")]
     NoPlace(&'static str),
-    /// It holds something else than heights.
+    /// It holds something other than heights.
     #[error("it holds {0}, not one height for each place")]
     NoHeights(String),
     /// Its coordinates are not known here.
@@ -43,7 +43,7 @@ pub struct Terrain {
     size: [usize; 2],
     /// Row by row.
     heights: Vec<f32>,
-    /// What stands where nothing is known.
+    /// The value that marks unknown heights.
     void: Option<f32>,
     /// From a place of the frame to column and row: origin, then the rows of a matrix.
     origin: [f64; 2],
@@ -65,6 +65,10 @@ mod key {
 
 impl Terrain {
     /// Reads the first image of a GeoTIFF.
+    ///
+    /// # Errors
+    ///
+    /// If the file is no GeoTIFF, or lies in a projection that is not supported.
     pub fn read(bytes: &[u8]) -> Result<Self, TerrainError> {
         let mut file = Decoder::new(Cursor::new(bytes))?;
         let (width, height) = file.dimensions()?;
@@ -84,7 +88,7 @@ impl Terrain {
             return Err(TerrainError::NoPlace("grid of any size"));
         }
         let inverse = [[d / det, -b / det], [-c / det, a / det]];
-        // A value stands for a place, or for the middle of a square.
+        // A value is the height at a point, or at the middle of a cell.
         let middle = if of(key::RASTER) == Some(key::PIXEL_IS_POINT) { 0.0 } else { 0.5 };
         let origin = [origin[0] + (a + b) * middle, origin[1] + (c + d) * middle];
         let colours = file.colortype()?;

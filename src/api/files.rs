@@ -1,4 +1,4 @@
-//! Writes results so that a failure leaves nothing half-written and what was good before stays good.
+//! Writes results so that a failure leaves no file half-written and the old files unchanged.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -57,7 +57,7 @@ pub fn publish(dir: &Path, files: &[(&str, &[u8])]) -> Result<(), Failure> {
     draft.publish()
 }
 
-/// Files that stand aside until all of them are good.
+/// Temporary files that replace the old ones when all are complete.
 pub struct Draft<'a> {
     dir: &'a Path,
     aside: TempDir,

@@ -28,7 +28,7 @@ pub struct Loaded {
     pub faults: Vec<LoadFault>,
     /// How degrees become metres.
     pub projector: Projector,
-    /// What stands beside the map about that.
+    /// The projector file beside the map.
     pub info: ProjectorInfo,
     /// What is known beyond the map.
     pub settings: Settings,
@@ -72,7 +72,7 @@ fn projector(settings: &Settings) -> Option<Projector> {
     })
 }
 
-/// The map in MGRS where the settings ask for it and what stands beside the map does not: the square is the map's own.
+/// The map in MGRS, where the settings ask for it and the file beside the map does not name the square.
 fn in_squares(mut opened: Opened, settings: &Settings) -> Opened {
     if settings.projector == Some(ProjectorType::Mgrs) && !matches!(opened.projector, Projector::Mgrs(_)) {
         opened.projector = projector_for(&opened.osm);
@@ -82,7 +82,7 @@ fn in_squares(mut opened: Opened, settings: &Settings) -> Opened {
     opened
 }
 
-/// The directory of a map, beside whose files the projector's and ours stand.
+/// The directory of a map, where `map_projector_info.yaml` and `lanewright.toml` are looked for.
 pub(crate) fn home(path: &Path) -> &Path {
     if path.is_dir() {
         return path;

@@ -33,13 +33,13 @@ pub use load::Loaded;
 /// What a verb reads.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Input {
-    /// A file, or for a Lanelet2 map a directory; what stands beside it is read, too.
+    /// A file, or for a Lanelet2 map a directory; the files beside it are read, too.
     Path(PathBuf),
     /// The content of a file. No other file is read, unless settings are named.
     Bytes(InMemory),
 }
 
-/// The content of a file, with that of those that would stand beside it.
+/// The content of a file, and of the files that belong beside it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct InMemory {
     /// What messages call it.

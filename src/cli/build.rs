@@ -1,11 +1,27 @@
 //! `build`: streets in, a map directory out.
 
+use std::path::PathBuf;
+
 use crate::api::{BuiltMap, MAP, spare};
 use crate::builder::{Built, Summary};
 use crate::report::failure::Failure;
 
-use super::screen::{self, Progress};
-use super::{BuildArgs, CLEAN, input, memory};
+use super::args::{CLEAN, StreetArgs};
+use super::output::{self, Progress};
+use super::{input, memory};
+use clap::Args;
+
+/// Build a Lanelet2 map from OpenStreetMap data, or from streets as `geometry` writes them
+#[derive(Debug, Args)]
+pub struct BuildArgs {
+    /// OpenStreetMap data (.osm, .osm.gz or .osm.pbf), or streets as GeoJSON (docs/geometry.md)
+    pub input: PathBuf,
+    /// Directory for lanelet2_map.osm, map_projector_info.yaml and lanewright.toml; made if it is not there
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub streets: StreetArgs,
+}
 
 /// Builds the map and writes its three files, all or none.
 pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
@@ -20,7 +36,7 @@ pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
     progress.next("writing");
     map.write(&args.output)?;
     drop(progress);
-    screen::print(&format!("{}{merges}{}", summary(args, &map.built), input::undrawn(&map.built.notes)))?;
+    output::print(&format!("{}{merges}{}", summary(args, &map.built), input::undrawn(&map.built.notes)))?;
     // The process ends: the memory of a map need not be given back piece by piece.
     std::mem::forget(map);
     Ok(CLEAN)

@@ -1,16 +1,18 @@
 //! `check`: a map in, findings and a verdict out.
 
-use std::io::Write;
-use std::path::Path;
+use std::io::{self, IsTerminal, Write};
+use std::path::{Path, PathBuf};
 
 use crate::api::{Checked, Loaded, read_baseline};
 use crate::diagnostic::Severity;
 use crate::report::failure::Failure;
 use crate::report::{self, Report, Totals};
 
+use super::args::CLEAN;
 use super::check_args::{CheckArgs, FormatArg};
-use super::screen::{self, Progress};
-use super::{CLEAN, fix, page, tier4, watch};
+use super::output::{self, Progress};
+use super::watch::Watched;
+use super::{fix, report_page, tier4};
 
 /// Checks the map and prints what was found, once or until somebody ends it.
 pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
@@ -23,11 +25,30 @@ pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
     if args.fix {
         fix::in_place(&args.map, &args.config, args.r#unsafe)?;
     }
-    if args.watch { watch::run(args) } else { once(args) }
+    if args.watch { watch(args) } else { once(args) }
+}
+
+/// Checks until somebody ends it. A map that cannot be read is told and waited for: it may be half saved.
+fn watch(args: &CheckArgs) -> Result<u8, Failure> {
+    let more = args.config.config.iter().map(PathBuf::from).chain(args.baseline.clone());
+    let watched = Watched::new(&args.map, more);
+    loop {
+        // Taken before the run, so that a change during it is seen.
+        let before = watched.stamps();
+        if let Err(failure) = once(args) {
+            output::complain(&failure.render(output::stderr_style()));
+        }
+        output::complain(&format!("watching {}; Ctrl-C ends\n", args.map.display()));
+        watched.wait(before);
+        if io::stdout().is_terminal() {
+            const CLEAR: &str = "\u{1b}[2J\u{1b}[H";
+            output::print(CLEAR)?;
+        }
+    }
 }
 
 /// Checks the map and prints what was found.
-pub fn once(args: &CheckArgs) -> Result<u8, Failure> {
+fn once(args: &CheckArgs) -> Result<u8, Failure> {
     let progress = Progress::start("reading");
     let loaded = Loaded::read(args.map.as_path(), &args.config.configuration())?;
     let baseline = args.baseline.as_deref().map(|file| read_baseline(&file.into())).transpose()?;
@@ -45,7 +66,7 @@ pub fn once(args: &CheckArgs) -> Result<u8, Failure> {
     print(args, &checked)?;
     let warnings = sorted.left.iter().filter(|one| one.severity == Severity::Warning).count();
     if let Some(most) = args.max_warnings.filter(|&most| warnings > most) {
-        screen::complain(&format!("{warnings} warnings; --max-warnings allows {most}\n"));
+        output::complain(&format!("{warnings} warnings; --max-warnings allows {most}\n"));
         return Ok(1);
     }
     Ok(report::exit_code(&sorted.left, args.fail_on.into()))
@@ -60,7 +81,7 @@ fn print(args: &CheckArgs, checked: &Checked) -> Result<(), Failure> {
 }
 
 fn shown(args: &CheckArgs, report: &Report<'_>) -> Result<(), Failure> {
-    screen::print_with(|out| match args.format {
+    output::print_with(|out| match args.format {
         FormatArg::Text | FormatArg::Concise => people(args, report, out),
         FormatArg::Json => report::json::write(report, out),
         FormatArg::Sarif => report::sarif::write(report, out),
@@ -71,13 +92,13 @@ fn shown(args: &CheckArgs, report: &Report<'_>) -> Result<(), Failure> {
         FormatArg::Tier4 => Ok(()),
     })?;
     match &args.report {
-        Some(file) => page::write(file, args, report),
+        Some(file) => report_page::write(file, args, report),
         None => Ok(()),
     }
 }
 
 /// The formats for people end with a line that sums up.
-fn people(args: &CheckArgs, report: &Report<'_>, out: &mut dyn Write) -> std::io::Result<()> {
+fn people(args: &CheckArgs, report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
     let found = report.diagnostics;
     if args.statistics {
         Totals::of(found).write(out)?;
@@ -86,7 +107,7 @@ fn people(args: &CheckArgs, report: &Report<'_>, out: &mut dyn Write) -> std::io
         report::concise(out, found, report.sources)?;
         writeln!(out, "{}", report::summary(found))?;
     } else {
-        report::text(out, report, screen::stdout_style())?;
+        report::text(out, report, output::stdout_style())?;
     }
     let left_out = [(report.suppressed, "suppressed"), (report.known, "known from the baseline")];
     let left_out: Vec<String> =
@@ -97,6 +118,6 @@ fn people(args: &CheckArgs, report: &Report<'_>, out: &mut dyn Write) -> std::io
 fn write_baseline(file: &Path, checked: &Checked) -> Result<u8, Failure> {
     checked.write_baseline(file)?;
     let map = checked.loaded.osm.sources.first().map_or("", |source| &source.name);
-    screen::print(&format!("{}: {} findings of {map} written\n", file.display(), checked.baseline().len()))?;
+    output::print(&format!("{}: {} findings of {map} written\n", file.display(), checked.baseline().len()))?;
     Ok(CLEAN)
 }

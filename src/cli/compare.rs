@@ -11,8 +11,10 @@ use crate::report::draw::sketch::{Mark, beside};
 use crate::report::draw::{self, Focus, Options, bounding_box};
 use crate::report::failure::Failure;
 
-use super::screen::{self, Progress};
-use super::{CLEAN, DrawArgs, StageArg, StreetArgs, input, stage};
+use super::args::{CLEAN, StreetArgs};
+use super::draw_args::{DrawArgs, StageArg};
+use super::output::{self, Progress};
+use super::{input, stage};
 use crate::api::Loaded;
 
 /// Outlines that lie apart by no more than this, metres, have not changed.
@@ -73,7 +75,7 @@ pub fn run(args: &DrawArgs, old: &Path, new: &Path) -> Result<u8, Failure> {
     };
     stage::publish(args, &picture)?;
     drop(progress);
-    screen::print(&list(args, &changes, [shapes_before.len(), shapes_after.len()]))?;
+    output::print(&list(args, &changes, [shapes_before.len(), shapes_after.len()]))?;
     Ok(CLEAN)
 }
 
@@ -169,7 +171,7 @@ fn moved(old: &[Point], new: &[Point]) -> Option<String> {
 fn focus(args: &DrawArgs, version: &Version, changes: &[Change]) -> Result<Focus, Failure> {
     match version {
         Version::Streets(plan) if args.around.is_some() || args.at.is_some() => stage::focus(args, plan),
-        Version::Map(loaded) if args.around.is_some() || args.at.is_some() => super::draw::focus(args, loaded),
+        Version::Map(loaded) if args.around.is_some() || args.at.is_some() => args.focus(loaded),
         _ => {
             /// White around what changed, metres.
             const MARGIN: f64 = 15.0;

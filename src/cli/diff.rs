@@ -1,7 +1,7 @@
 //! `diff`: two maps in, what changed between them out.
 
 use std::io::Error;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::lanelet::{Opened, open};
 use crate::projection::LonLat;
@@ -10,10 +10,36 @@ use crate::report::failure::Failure;
 use crate::report::html::{Page, html};
 use crate::report::{FailOn, Report, Sources, diff};
 
-use super::screen::{self, Progress};
-use super::{CLEAN, DiffArgs, DiffFormat};
+use super::args::CLEAN;
+use super::output::{self, Progress};
 use crate::api::files;
 use crate::api::load::open_failure;
+use clap::{Args, ValueEnum};
+
+/// Say what changed between two Lanelet2 maps, by element and meaning; exit code 1 if anything did
+#[derive(Debug, Args)]
+pub struct DiffArgs {
+    /// The map as it was: a .osm file, a directory of them, or a map directory
+    pub old: PathBuf,
+    /// The map as it is
+    pub new: PathBuf,
+    /// For people or for programs
+    #[arg(long, value_enum, default_value_t = DiffFormat::Text)]
+    pub format: DiffFormat,
+    /// What lies this close to where it was, metres, has not moved
+    #[arg(long, value_name = "M", default_value_t = 0.001)]
+    pub tolerance: f64,
+    /// Write the changes on the new map, too: one HTML page to look at
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
+}
+
+/// How a diff is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum DiffFormat {
+    Text,
+    Json,
+}
 
 /// Exit code where the maps differ, as diff(1) has it.
 const DIFFERENT: u8 = 1;
@@ -30,7 +56,7 @@ pub fn run(args: &DiffArgs) -> Result<u8, Failure> {
     if let Some(file) = &args.report {
         page(file, &args.new, &diff, &new)?;
     }
-    screen::print_with(|out| match args.format {
+    output::print_with(|out| match args.format {
         DiffFormat::Text => out.write_all(diff.text().as_bytes()),
         DiffFormat::Json => writeln!(out, "{}", serde_json::to_string_pretty(&diff).map_err(Error::other)?),
     })?;

@@ -3,14 +3,15 @@
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use crate::projection::LonLat;
 use crate::report;
 use crate::report::draw;
-use crate::report::draw::{DrawError, Focus, Options};
+use crate::report::draw::Options;
 use crate::report::failure::Failure;
 
-use super::screen::{self, Progress};
-use super::{CLEAN, DrawArgs, compare, stage};
+use super::args::CLEAN;
+use super::draw_args::DrawArgs;
+use super::output::{self, Progress};
+use super::{compare, gallery, stage};
 use crate::api::files;
 use crate::api::{Loaded, judged};
 use crate::rules::Config;
@@ -21,7 +22,7 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
         return compare::run(args, old, new);
     }
     if !args.stage.is_empty() {
-        return stage::run(args);
+        return if args.each { gallery::run(args) } else { stage::run(args) };
     }
     let map = args.map.as_deref().unwrap_or_else(|| "".as_ref());
     let extension = args.output.extension().map(|e| e.to_ascii_lowercase());
@@ -42,18 +43,18 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
     let found = if unfound { Vec::new() } else { judged(&loaded, &Config::from(&loaded.settings))? };
     progress.next("drawing");
     let options =
-        Options { focus: focus(args, &loaded)?, scale: args.scale, ids: args.ids, title: map.display().to_string() };
+        Options { focus: args.focus(&loaded)?, scale: args.scale, ids: args.ids, title: map.display().to_string() };
     let picture = match as_what {
         Format::Svg => draw::svg(&loaded.map, &found, &options).map(String::into_bytes),
         Format::Png => draw::png(&loaded.map, &found, &options),
         Format::GeoJson => return strokes(args, &loaded, &options, progress),
     };
-    let picture = picture.map_err(failure)?;
+    let picture = picture.map_err(stage::failure)?;
     let (dir, name) = place(args);
     files::publish(dir, &[(name, &picture)])?;
     drop(progress);
     let drawn = if unfound { String::new() } else { format!(" ({})", report::summary(&found)) };
-    screen::print(&format!("{}{drawn}\n", args.output.display()))?;
+    output::print(&format!("{}{drawn}\n", args.output.display()))?;
     Ok(CLEAN)
 }
 
@@ -65,10 +66,6 @@ enum Format {
     GeoJson,
 }
 
-fn failure(error: DrawError) -> Failure {
-    Failure::new(error.to_string()).help(error.help())
-}
-
 /// The directory of the output, and its name there.
 fn place(args: &DrawArgs) -> (&Path, &str) {
     let dir = args.output.parent().filter(|dir| !dir.as_os_str().is_empty());
@@ -77,7 +74,7 @@ fn place(args: &DrawArgs) -> (&Path, &str) {
 
 /// Writes the lines of the map as GeoJSON, without holding them in memory.
 fn strokes(args: &DrawArgs, loaded: &Loaded, options: &Options, progress: Progress) -> Result<u8, Failure> {
-    let seen = draw::view(&loaded.map, options).map_err(failure)?;
+    let seen = draw::view(&loaded.map, options).map_err(stage::failure)?;
     let (dir, name) = place(args);
     let mut draft = files::Draft::new(dir)?;
     draft.write(name, |file| {
@@ -87,19 +84,6 @@ fn strokes(args: &DrawArgs, loaded: &Loaded, options: &Options, progress: Progre
     })?;
     draft.publish()?;
     drop(progress);
-    screen::print(&format!("{}\n", args.output.display()))?;
+    output::print(&format!("{}\n", args.output.display()))?;
     Ok(CLEAN)
-}
-
-/// The part of the map that the arguments ask for.
-pub fn focus(args: &DrawArgs, loaded: &Loaded) -> Result<Focus, Failure> {
-    if let Some(id) = args.around {
-        return Ok(Focus::Primitive(id));
-    }
-    let Some((lat, lon)) = args.at else { return Ok(Focus::Whole) };
-    let place = loaded.projector.forward(LonLat { lon, lat }, 0.0).ok_or_else(|| {
-        Failure::new(format!("the projection {} of this map does not reach {lat},{lon}", loaded.projector.name()))
-            .help("use --around ID")
-    })?;
-    Ok(Focus::Around(place, args.radius))
 }

@@ -6,8 +6,9 @@ use crate::rules;
 use crate::settings::covers;
 use crate::triage;
 
+use super::args::CLEAN;
 use super::check_args::ProfileArg;
-use super::{CLEAN, screen};
+use super::output;
 
 /// Prints one rule in full; with a finding's code, that fault first.
 pub fn explain(code: &str) -> Result<u8, Failure> {
@@ -25,7 +26,7 @@ pub fn explain(code: &str) -> Result<u8, Failure> {
         return Err(Failure::new(format!("{} has no fault `{slug}`", requirement.id))
             .help(format!("it has {}", known.join(", "))));
     }
-    screen::print(&report::explain(requirement, slug))?;
+    output::print(&report::explain(requirement, slug))?;
     Ok(CLEAN)
 }
 
@@ -34,10 +35,10 @@ pub fn rules(profile: Option<ProfileArg>) -> Result<u8, Failure> {
     if profile == Some(ProfileArg::Tier4) {
         let names = rules::tier4::validators().iter();
         let lines: String = names.map(|one| format!("{}  {}\n", one.name, one.shown_under())).collect();
-        screen::print(&lines)?;
+        output::print(&lines)?;
         return Ok(CLEAN);
     }
     let table = rules::table().map_err(|error| Failure::new(error.to_string()))?;
-    screen::print(&report::list(table.iter().map(|row| &row.requirement).chain(triage::requirement().ok())))?;
+    output::print(&report::list(table.iter().map(|row| &row.requirement).chain(triage::requirement().ok())))?;
     Ok(CLEAN)
 }

@@ -1,6 +1,6 @@
 //! `fix`: a map in, the map mended in place, or what would be changed.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::api::{Fixed, Loaded};
 use crate::diagnostic::Severity;
@@ -8,9 +8,25 @@ use crate::fix::Mended;
 use crate::report::failure::Failure;
 use crate::report::visible;
 
+use super::args::CLEAN;
 use super::check_args::ConfigArgs;
-use super::screen::{self, Progress};
-use super::{CLEAN, FixArgs};
+use super::output::{self, Progress};
+use clap::Args;
+
+/// Mend a Lanelet2 map in place, changing only the lines it must; what makes a new error is not kept
+#[derive(Debug, Args)]
+pub struct FixArgs {
+    /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml
+    pub map: PathBuf,
+    /// Show what would be changed and change nothing; exit code 1 if there is anything
+    #[arg(long)]
+    pub diff: bool,
+    /// Make fixes that need a look afterwards, too
+    #[arg(long)]
+    pub r#unsafe: bool,
+    #[command(flatten)]
+    pub config: ConfigArgs,
+}
 
 /// Exit code where an error is left, or `--diff` has something to show.
 const LEFT: u8 = 1;
@@ -20,11 +36,11 @@ pub fn run(args: &FixArgs) -> Result<u8, Failure> {
     let fixed = fixed(&args.map, &args.config, args.r#unsafe)?;
     if args.diff {
         let diff = fixed.diff();
-        screen::print(&diff)?;
+        output::print(&diff)?;
         return Ok(if diff.is_empty() { CLEAN } else { LEFT });
     }
     fixed.write()?;
-    screen::print(&told(&fixed.mended))?;
+    output::print(&told(&fixed.mended))?;
     Ok(if fixed.mended.left.iter().any(|one| one.severity == Severity::Error) { LEFT } else { CLEAN })
 }
 
@@ -32,7 +48,7 @@ pub fn run(args: &FixArgs) -> Result<u8, Failure> {
 pub fn in_place(map: &Path, config: &ConfigArgs, unsafe_too: bool) -> Result<(), Failure> {
     let fixed = fixed(map, config, unsafe_too)?;
     fixed.write()?;
-    screen::complain(&told(&fixed.mended));
+    output::complain(&told(&fixed.mended));
     Ok(())
 }
 

@@ -1,14 +1,26 @@
 //! `fmt`: a map in, the same map in canonical form out, in place.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::fix::canonical;
 use crate::lanelet::open;
 use crate::report::failure::Failure;
 
-use super::{CLEAN, FmtArgs, screen};
+use super::args::CLEAN;
+use super::output;
 use crate::api::files;
 use crate::api::load::open_failure;
+use clap::Args;
+
+/// Write a Lanelet2 map in canonical form, in place: the same elements give the same bytes
+#[derive(Debug, Args)]
+pub struct FmtArgs {
+    /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml
+    pub map: PathBuf,
+    /// Change nothing; exit code 1 if a file is not formatted
+    #[arg(long)]
+    pub check: bool,
+}
 
 /// Exit code of `--check` where a file would change.
 const WOULD_CHANGE: u8 = 1;
@@ -30,7 +42,7 @@ pub fn run(args: &FmtArgs) -> Result<u8, Failure> {
         .map(|(path, _)| format!("{}: {}\n", path.display(), if args.check { "not formatted" } else { "formatted" }))
         .collect();
     if args.check {
-        screen::print(&told)?;
+        output::print(&told)?;
         return Ok(if changed.is_empty() { CLEAN } else { WOULD_CHANGE });
     }
     if let Some((packed, _)) = changed.iter().find(|(path, _)| path.extension().is_some_and(|one| one != "osm")) {
@@ -39,6 +51,6 @@ pub fn run(args: &FmtArgs) -> Result<u8, Failure> {
     }
     let texts: Vec<(&Path, &[u8])> = changed.iter().map(|(path, text)| (*path, text.as_bytes())).collect();
     files::write_all(&texts)?;
-    screen::print(&told)?;
+    output::print(&told)?;
     Ok(CLEAN)
 }

@@ -7,8 +7,9 @@ use crate::report::draw;
 use crate::report::draw::sketch::around;
 use crate::report::failure::Failure;
 
-use super::DrawArgs;
-use super::screen::Progress;
+use super::args::CLEAN;
+use super::draw_args::DrawArgs;
+use super::output::{self, Progress};
 use super::stage::{self, Pictures};
 use crate::api::files;
 
@@ -17,8 +18,19 @@ const STYLE: &str = "body{font:15px system-ui,sans-serif;margin:1.5em;background
     section{margin-bottom:2em}figure{display:inline-block;margin:0 1em 0 0}img{max-width:44vw;max-height:80vh;\
     border:1px solid #c5c9c2}figcaption{font-size:13px}h2{font-size:16px}";
 
+/// Draws the stages of every intersection.
+pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
+    let progress = Progress::start("reading");
+    let plan = stage::plan(args, &progress)?;
+    progress.next("drawing");
+    let count = write(args, &plan, &progress)?;
+    drop(progress);
+    output::print(&format!("{}: {count} intersections\n", args.output.join("index.html").display()))?;
+    Ok(CLEAN)
+}
+
 /// Writes pictures of all intersections that join three roads or more, or several nodes; returns how many there are.
-pub fn write(args: &DrawArgs, plan: &Plan, progress: &Progress) -> Result<usize, Failure> {
+fn write(args: &DrawArgs, plan: &Plan, progress: &Progress) -> Result<usize, Failure> {
     let network = &plan.streets.network;
     let shown = |i: &usize| network.intersections[*i].arms.len() >= 3 || network.intersections[*i].nodes.len() > 1;
     let all: Vec<usize> = (0..network.intersections.len()).filter(shown).collect();

@@ -5,8 +5,23 @@ use std::path::{Path, PathBuf};
 use crate::builder::Plan;
 use crate::report::failure::Failure;
 
-use super::screen::{self, Progress};
-use super::{CLEAN, GeometryArgs, input};
+use super::args::{CLEAN, StreetArgs};
+use super::input;
+use super::output::{self, Progress};
+use clap::Args;
+
+/// Write roads, lanes and intersections as GeoJSON: the geometry alone, before it becomes a map
+#[derive(Debug, Args)]
+pub struct GeometryArgs {
+    /// OpenStreetMap data (.osm, .osm.gz or .osm.pbf), or streets as GeoJSON (docs/geometry.md)
+    #[arg(required = true, value_name = "INPUT")]
+    pub inputs: Vec<PathBuf>,
+    /// The GeoJSON file; for several inputs, or if it is one, a directory
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub streets: StreetArgs,
+}
 
 /// Lays out the streets of each input and writes them.
 pub fn run(args: &GeometryArgs) -> Result<u8, Failure> {
@@ -17,7 +32,7 @@ pub fn run(args: &GeometryArgs) -> Result<u8, Failure> {
         progress.next("writing");
         layout.write_to(output)?;
         drop(progress);
-        screen::print(&summary(args, output, &layout.plan))?;
+        output::print(&summary(args, output, &layout.plan))?;
         // Its memory is given back beside what follows; where nothing does, the process need not wait for it.
         rayon::spawn(move || drop(layout));
     }

@@ -12,9 +12,9 @@ use crate::builder::tags::road_class::DrivingSide;
 use crate::diagnostic::Finding;
 use crate::report::failure::Failure;
 
+use super::args::{SideArg, StreetArgs};
 use super::check_args::ConfigArgs;
-use super::screen::Progress;
-use super::{SideArg, StreetArgs};
+use super::output::Progress;
 
 /// Reads an input and lays out its streets.
 pub fn streets(input: &Path, args: &StreetArgs, progress: &Progress) -> Result<Layout, Failure> {

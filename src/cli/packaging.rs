@@ -3,23 +3,24 @@
 use std::path::Path;
 
 use crate::report::failure::Failure;
-use clap::CommandFactory;
+use clap::Command;
 use clap_complete::Shell;
 
-use super::{CLEAN, Cli, screen};
+use super::args::CLEAN;
+use super::output;
 use crate::api::files;
 
 /// Prints the completions of one shell.
-pub fn completions(shell: Shell) -> Result<u8, Failure> {
+pub fn completions(shell: Shell, mut command: Command) -> Result<u8, Failure> {
     let mut script = Vec::new();
-    clap_complete::generate(shell, &mut Cli::command(), "lanewright", &mut script);
-    screen::print_with(|out| out.write_all(&script))?;
+    clap_complete::generate(shell, &mut command, "lanewright", &mut script);
+    output::print_with(|out| out.write_all(&script))?;
     Ok(CLEAN)
 }
 
 /// Writes one page for the program and one for each verb into a directory.
-pub fn man(dir: &Path) -> Result<u8, Failure> {
-    let mut command = Cli::command().disable_help_subcommand(true);
+pub fn man(dir: &Path, command: Command) -> Result<u8, Failure> {
+    let mut command = command.disable_help_subcommand(true);
     command.build();
     let verbs = command.get_subcommands().map(|verb| (format!("lanewright-{}", verb.get_name()), verb.clone()));
     let mut pages: Vec<(String, Vec<u8>)> = Vec::new();
@@ -31,6 +32,6 @@ pub fn man(dir: &Path) -> Result<u8, Failure> {
     }
     let drafts: Vec<(&str, &[u8])> = pages.iter().map(|(name, text)| (name.as_str(), text.as_slice())).collect();
     files::publish(dir, &drafts)?;
-    screen::print(&format!("{}: {} pages\n", dir.display(), pages.len()))?;
+    output::print(&format!("{}: {} pages\n", dir.display(), pages.len()))?;
     Ok(CLEAN)
 }

@@ -1,7 +1,7 @@
 //! `project`: which projection a map was made with, and the same map in another.
 
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::diagnostic::{Edit, Fix, Subject};
 use crate::fix::edited;
@@ -9,18 +9,54 @@ use crate::lanelet::{INFO, ProjectorFrom, open, twice};
 use crate::projection::{Extent, LonLat, MgrsGrid, Projector, VerticalDatum, infer, residual, write_info};
 use crate::report::failure::Failure;
 
-use super::screen::{self, Progress};
-use super::{CLEAN, ConvertArgs, ProjectorArg};
+use super::args::{CLEAN, ProjectorArg, place};
+use super::output::{self, Progress};
 use crate::api::files;
 use crate::api::load::open_failure;
+use clap::{Args, Subcommand};
+
+/// What `project` does.
+#[derive(Debug, Subcommand)]
+pub enum ProjectVerb {
+    /// Say which of Autoware's projections takes the map's lat/lon to its local_x/local_y, and how well
+    Infer {
+        /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml
+        map: PathBuf,
+    },
+    Convert(ConvertArgs),
+}
+
+/// Write a map with the local_x and local_y of another projection
+#[derive(Debug, Args)]
+pub struct ConvertArgs {
+    /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml
+    pub map: PathBuf,
+    /// The projection
+    #[arg(long, value_enum)]
+    pub to: ProjectorArg,
+    /// Where east and north are 0; without it, the middle of the map
+    #[arg(long, value_name = "LAT,LON", value_parser = place, allow_hyphen_values = true)]
+    pub origin: Option<(f64, f64)>,
+    /// Directory for the map's files and map_projector_info.yaml; made if it is not there
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+}
 
 /// Exit code where what stands beside the map does not explain it.
 const UNEXPLAINED: u8 = 1;
 /// A map is explained up to this distance, metres: ten times the last digit that maps write.
 const EXPLAINED: f64 = 0.001;
 
+/// Runs one of the two.
+pub fn run(verb: &ProjectVerb) -> Result<u8, Failure> {
+    match verb {
+        ProjectVerb::Infer { map } => infer_map(map),
+        ProjectVerb::Convert(args) => convert(args),
+    }
+}
+
 /// Says which projections explain the map's metres by its degrees, and whether the one that the map names does.
-pub fn infer_map(map: &Path) -> Result<u8, Failure> {
+fn infer_map(map: &Path) -> Result<u8, Failure> {
     let progress = Progress::start("reading");
     let opened = open(map, None).map_err(open_failure)?;
     let points = twice(&opened.osm);
@@ -51,12 +87,12 @@ pub fn infer_map(map: &Path) -> Result<u8, Failure> {
         _ if best.is_some() && opened.info.is_sound() => CLEAN,
         _ => UNEXPLAINED,
     };
-    screen::print(&text)?;
+    output::print(&text)?;
     Ok(code)
 }
 
 /// Writes the map with the metres of another projection.
-pub fn convert(args: &ConvertArgs) -> Result<u8, Failure> {
+fn convert(args: &ConvertArgs) -> Result<u8, Failure> {
     let progress = Progress::start("reading");
     let opened = open(&args.map, None).map_err(open_failure)?;
     let mut places: Vec<LonLat> = Vec::new();
@@ -102,7 +138,7 @@ pub fn convert(args: &ConvertArgs) -> Result<u8, Failure> {
         names.iter().zip(&texts).map(|(name, text)| (name.as_str(), text.as_bytes())).collect();
     drafts.push((INFO, info.as_bytes()));
     files::publish(&args.output, &drafts)?;
-    screen::print(&format!("{}: {} nodes in {}\n", args.output.display(), places.len(), to))?;
+    output::print(&format!("{}: {} nodes in {}\n", args.output.display(), places.len(), to))?;
     Ok(CLEAN)
 }
 

@@ -17,28 +17,29 @@ use crate::report::draw::sketch::{Mark, Sketch, around};
 use crate::report::draw::{DrawError, Focus, Options, View};
 use crate::report::failure::Failure;
 
-use super::screen::Progress;
-use super::{CLEAN, DrawArgs, StageArg, StreetArgs, input, screen};
+use super::args::{CLEAN, StreetArgs};
+use super::draw_args::{DrawArgs, StageArg};
+use super::input;
+use super::output::{self, Progress};
 
-/// Draws the stages that are asked for: one picture, or one of each intersection.
+/// The streets that the arguments name.
+pub fn plan(args: &DrawArgs, progress: &Progress) -> Result<Plan, Failure> {
+    let input = args.map.as_deref().unwrap_or_else(|| "".as_ref());
+    Ok(input::streets(input, &StreetArgs::default(), progress)?.plan)
+}
+
+/// Draws one stage of all that the arguments ask for.
 pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
     let progress = Progress::start("reading");
-    let input = args.map.as_deref().unwrap_or_else(|| "".as_ref());
-    let plan = input::streets(input, &StreetArgs::default(), &progress)?.plan;
+    let plan = plan(args, &progress)?;
     progress.next("drawing");
-    if args.each {
-        let count = super::gallery::write(args, &plan, &progress)?;
-        drop(progress);
-        screen::print(&format!("{}: {count} intersections\n", args.output.join("index.html").display()))?;
-        return Ok(CLEAN);
-    }
     let [stage] = args.stage[..] else {
         return Err(Failure::new("several stages need several pictures").help("add --each, or give one --stage"));
     };
     let svg = Pictures::new(args, &plan).svg(stage, focus(args, &plan)?)?;
     publish(args, &svg)?;
     drop(progress);
-    screen::print(&format!("{}\n", args.output.display()))?;
+    output::print(&format!("{}\n", args.output.display()))?;
     Ok(CLEAN)
 }
 

@@ -1,14 +1,33 @@
 //! `stats`: a map in, numbers out.
 
 use std::io::Error;
+use std::path::PathBuf;
 
 use crate::lanelet::index::{MapIndex, Thresholds};
 use crate::report::failure::Failure;
 use crate::report::stats::Stats;
 
-use super::screen::{self, Progress};
-use super::{CLEAN, StatsArgs, StatsFormat};
+use super::args::CLEAN;
+use super::output::{self, Progress};
 use crate::api::{Configuration, Loaded};
+use clap::{Args, ValueEnum};
+
+/// Say what a Lanelet2 map contains: counts, lengths, widths, curvature, what hangs together, what it lacks
+#[derive(Debug, Args)]
+pub struct StatsArgs {
+    /// A .osm file, a directory of .osm files, or a map directory with map_projector_info.yaml
+    pub map: PathBuf,
+    /// For people or for programs
+    #[arg(long, value_enum, default_value_t = StatsFormat::Text)]
+    pub format: StatsFormat,
+}
+
+/// How numbers are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum StatsFormat {
+    Text,
+    Json,
+}
 
 /// Measures the map and prints the numbers.
 pub fn run(args: &StatsArgs) -> Result<u8, Failure> {
@@ -18,7 +37,7 @@ pub fn run(args: &StatsArgs) -> Result<u8, Failure> {
     let index = MapIndex::new(&loaded.map, &loaded.faults, &loaded.settings, Thresholds::default());
     let stats = Stats::of(&index);
     drop(progress);
-    screen::print_with(|out| match args.format {
+    output::print_with(|out| match args.format {
         StatsFormat::Text => out.write_all(stats.text().as_bytes()),
         StatsFormat::Json => writeln!(out, "{}", serde_json::to_string_pretty(&stats).map_err(Error::other)?),
     })?;

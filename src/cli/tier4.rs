@@ -13,7 +13,7 @@ use crate::settings::Profile;
 use crate::triage::Sorted;
 
 use super::check_args::{CheckArgs, FormatArg};
-use super::screen;
+use super::output;
 use crate::api::Loaded;
 
 use saphyr::{LoadableYamlNode, Yaml};
@@ -53,11 +53,11 @@ pub fn print(args: &CheckArgs, loaded: &Loaded, sorted: &Sorted) -> Result<u8, F
         Some(file) => read(file, |text| Exclusions::parse(text, &known))?,
     };
     let outcome = Outcome::new(&sorted.left, &known, &set, &exclusions, &args.map);
-    screen::print_with(|out| outcome.write(out))?;
+    output::print_with(|out| outcome.write(out))?;
     let mut broken = false;
     for said in sorted.left.iter().filter(|said| said.finding.peer.is_none()) {
         broken |= said.severity == Severity::Error;
-        screen::complain(&format!("{}: {}\n", said.severity, sentence(said)));
+        output::complain(&format!("{}: {}\n", said.severity, sentence(said)));
     }
     Ok(u8::from(broken || fails(args, &outcome)))
 }
@@ -100,7 +100,7 @@ pub fn parameters(file: &Path) -> Result<BTreeMap<String, toml::Table>, Failure>
         all.insert(name.to_owned(), table.collect());
     }
     for (validator, parameter) in rules::tier4::missing(&all) {
-        screen::complain(&format!(
+        output::complain(&format!(
             "{}: {validator} has no {parameter} that can be used; the tool's fallback holds\n",
             file.display()
         ));

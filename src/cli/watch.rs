@@ -1,16 +1,11 @@
-//! `check --watch`: checks again whenever a file that matters changes.
+//! Waits until a file that a run reads changes.
 
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::thread::sleep;
 use std::time::{Duration, SystemTime};
 
 use crate::api::{above, load};
 use crate::lanelet;
-use crate::report::failure::Failure;
-
-use super::check_args::CheckArgs;
-use super::{check, screen};
 
 /// How often the files are looked at. Asking costs little, and every file system can answer.
 const PAUSE: Duration = Duration::from_millis(250);
@@ -56,25 +51,6 @@ impl Watched {
             if self.stamps() == before {
                 return;
             }
-        }
-    }
-}
-
-/// Checks until somebody ends it. A map that cannot be read is told and waited for: it may be half saved.
-pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
-    let more = args.config.config.iter().map(PathBuf::from).chain(args.baseline.clone());
-    let watched = Watched::new(&args.map, more);
-    loop {
-        // Taken before the run, so that a change during it is seen.
-        let before = watched.stamps();
-        if let Err(failure) = check::once(args) {
-            screen::complain(&failure.render(screen::stderr_style()));
-        }
-        screen::complain(&format!("watching {}; Ctrl-C ends\n", args.map.display()));
-        watched.wait(before);
-        if std::io::stdout().is_terminal() {
-            const CLEAR: &str = "\u{1b}[2J\u{1b}[H";
-            screen::print(CLEAR)?;
         }
     }
 }

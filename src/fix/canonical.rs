@@ -1,4 +1,4 @@
-//! One way to write a file of OpenStreetMap XML, whoever wrote it: the same elements give the same bytes.
+//! The canonical form of OpenStreetMap XML: the same elements give the same bytes.
 //!
 //! Nodes, ways, relations by id; `version` on each, which osmium and JOSM want; latitude and longitude with 11 decimals;
 //! `type` and `subtype` before the other tags, `local_x`, `local_y`, `ele` before those of a node, the rest by key. Members
@@ -20,7 +20,7 @@ const FIRST: [&str; 5] = ["type", "subtype", "local_x", "local_y", "ele"];
 
 /// A part of the file.
 struct Block {
-    /// Place of its kind, and its id; what is no element of a map stands before all that are.
+    /// Rank of its kind, and its id; what is no map element comes first.
     order: (usize, i64),
     text: String,
 }
@@ -71,7 +71,7 @@ fn position(reader: &Reader<&[u8]>) -> Option<usize> {
     usize::try_from(reader.buffer_position()).ok()
 }
 
-/// An element of the map, or what else stands between them.
+/// An element of the map, or anything else between them.
 fn block(tag: &BytesStart<'_>, inner: &str, whole: &str) -> Option<Block> {
     let kind = match tag.name().as_ref() {
         "node" => 1,

@@ -1,4 +1,4 @@
-//! One element of a file as text that can be edited: what is not touched stays as it was, to the last blank.
+//! One element of a file as text that can be edited: what is not edited keeps every byte.
 
 use quick_xml::XmlVersion;
 use quick_xml::escape::escape;
@@ -7,7 +7,7 @@ use quick_xml::reader::Reader;
 
 use crate::osm::{ElementKind, attribute};
 
-/// Two blanks deeper than an element, where no child shows how deep children stand.
+/// The indentation of children relative to their element, where no child shows it.
 const INDENT: &str = "  ";
 
 /// A child of an element.
@@ -25,7 +25,7 @@ pub enum Child {
 
 #[derive(Clone, Debug)]
 struct Item {
-    /// What stands between the item before and this one: blanks and line ends.
+    /// The blanks and line ends before this item.
     lead: String,
     text: String,
     child: Child,
@@ -47,7 +47,7 @@ pub struct Element {
 }
 
 impl Element {
-    /// Reads an element from its text; `margin` is what stands before it, from the end of the line above. `None` if the text
+    /// Reads an element from its text; `margin` is what is before it, from the end of the line above. `None` if the text
     /// is no element.
     pub fn parse(text: &str, margin: &str) -> Option<Self> {
         let mut reader = Reader::from_str(text);
@@ -137,7 +137,7 @@ impl Element {
         self.items.insert(at, Item { lead, text, child, vertex: None });
     }
 
-    /// Sets an attribute where it stands, else behind the others.
+    /// Sets an attribute where it is, else behind the others.
     pub fn set_attribute(&mut self, name: &str, value: &str) {
         let value = escape(value);
         match attribute(&self.head, name) {
@@ -146,7 +146,7 @@ impl Element {
         }
     }
 
-    /// Sets a tag where it stands, else behind all children.
+    /// Sets a tag where it is, else behind all children.
     pub fn set_tag(&mut self, key: &str, value: &str) {
         let text = format!("<tag k=\"{}\" v=\"{}\"/>", escape(key), escape(value));
         let mut old = (0..self.items.len()).filter(|&i| self.items[i].child == Child::Tag(key.to_owned())).rev();

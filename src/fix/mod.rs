@@ -2,10 +2,10 @@
 //! again: a fix that brings a new error is not kept.
 
 mod canonical;
-mod draft;
 mod element;
 #[cfg(test)]
 mod tests;
+mod text_edits;
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use crate::cancel;
 use crate::diagnostic::{Diagnostic, Fix, Severity, Subject};
 use crate::osm::{OsmData, ReadError, Source, read_bytes};
 pub use canonical::canonical;
-use draft::Draft;
+use text_edits::TextEdits;
 
 /// A fix and what it mends.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -56,6 +56,10 @@ pub enum FixError<E> {
 
 /// Fixes what `judge` finds, round by round, until there is nothing left that a fix may be made for: those that are safe,
 /// or all with `unsafe_too`. The cost is a judgement for each round, and some more for each fix that is refused.
+///
+/// # Errors
+///
+/// If `judge` fails, or an edited file cannot be read again.
 pub fn mend<E>(
     osm: OsmData,
     unsafe_too: bool,
@@ -64,7 +68,7 @@ pub fn mend<E>(
     let judge = |osm: &OsmData| judge(osm).map_err(FixError::Judge);
     let left = judge(&osm)?;
     let mut state = Mended { osm, left, done: Vec::new(), refused: Vec::new(), unsafe_left: 0 };
-    // What was tried once is not tried again, whatever came of it: two fixes cannot undo each other for ever.
+    // Nothing is tried twice, so that two fixes cannot undo each other for ever.
     let mut tried: FxHashSet<Mend> = FxHashSet::default();
     loop {
         cancel::look();
@@ -116,8 +120,8 @@ fn is_of_the_file(mend: &Mend) -> bool {
 
 /// The files' texts with the edits of one fix; `None` if it cannot be made.
 pub fn edited(osm: &OsmData, fix: &Fix) -> Option<Vec<String>> {
-    let mut draft = Draft::new(osm);
-    draft.apply(fix).then(|| draft.texts())
+    let mut edits = TextEdits::new(osm);
+    edits.apply(fix).then(|| edits.texts())
 }
 
 /// A batch of fixes, made and judged.
@@ -128,18 +132,18 @@ struct Attempt {
     good: bool,
 }
 
-/// Makes as many fixes of a batch as do not reach for the same; `None` if none could be made.
+/// Applies those fixes of a batch that do not change the same thing; `None` if none could be applied.
 fn attempt<E>(
     state: &Mended,
     batch: &[(Mend, Fix)],
     judge: &impl Fn(&OsmData) -> Result<Vec<Diagnostic>, FixError<E>>,
 ) -> Result<Option<Attempt>, FixError<E>> {
-    let mut draft = Draft::new(&state.osm);
-    let done: Vec<Mend> = batch.iter().filter(|(_, fix)| draft.apply(fix)).map(|(mend, _)| mend.clone()).collect();
+    let mut edits = TextEdits::new(&state.osm);
+    let done: Vec<Mend> = batch.iter().filter(|(_, fix)| edits.apply(fix)).map(|(mend, _)| mend.clone()).collect();
     if done.is_empty() {
         return Ok(None);
     }
-    let osm = reread(&state.osm.sources, draft.texts()).map_err(FixError::Read)?;
+    let osm = reread(&state.osm.sources, edits.texts()).map_err(FixError::Read)?;
     let left = judge(&osm)?;
     let good = !worse(&state.left, &left) && done.iter().all(|mend| count(&left, mend) < count(&state.left, mend));
     Ok(Some(Attempt { osm, left, done, good }))

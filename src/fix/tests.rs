@@ -1,7 +1,7 @@
 //! Small files, edited; and a judge that knows one fault.
 
-use super::draft::Draft;
 use super::mend;
+use super::text_edits::TextEdits;
 use crate::diagnostic::{Diagnostic, Edit, Finding, Fix, Severity, Subject};
 use crate::osm::{OsmData, read_bytes};
 
@@ -31,10 +31,10 @@ fn read(text: &str) -> OsmData {
 /// The lines of the map that are not as they were, after the edits; `None` if they cannot be made.
 fn edited(edits: &[Edit]) -> Option<Vec<String>> {
     let osm = read(MAP);
-    let mut draft = Draft::new(&osm);
+    let mut texts = TextEdits::new(&osm);
     let fix = Fix { title: String::new(), safe: true, edits: edits.to_vec() };
-    let made = draft.apply(&fix);
-    let text = draft.texts().remove(0);
+    let made = texts.apply(&fix);
+    let text = texts.texts().remove(0);
     if !made {
         assert_eq!(text, MAP, "a fix that cannot be made changes nothing");
         return None;
@@ -104,17 +104,17 @@ fn an_element_is_made_with_an_id_of_its_own() {
 #[test]
 fn fixes_that_reach_for_the_same_wait() {
     let osm = read(MAP);
-    let mut draft = Draft::new(&osm);
+    let mut texts = TextEdits::new(&osm);
     let set = |key: &str, value: &str| Fix {
         title: String::new(),
         safe: true,
         edits: vec![Edit::SetTag { on: Subject::Lanelet(20), key: key.into(), value: value.into() }],
     };
-    assert!(draft.apply(&set("subtype", "road")));
-    assert!(draft.apply(&set("speed_limit", "30")));
-    assert!(!draft.apply(&set("subtype", "crosswalk")));
+    assert!(texts.apply(&set("subtype", "road")));
+    assert!(texts.apply(&set("speed_limit", "30")));
+    assert!(!texts.apply(&set("subtype", "crosswalk")));
     let remove = Fix { title: String::new(), safe: true, edits: vec![Edit::Remove { subject: Subject::Lanelet(20) }] };
-    assert!(!draft.apply(&remove));
+    assert!(!texts.apply(&remove));
 }
 
 fn diagnostic(code: &str, subject: Subject, fix: Option<Fix>) -> Diagnostic {

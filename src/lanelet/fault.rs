@@ -1,4 +1,4 @@
-//! What Autoware's loader stumbles over, as facts. Which of them is how bad, the rules say.
+//! What Autoware's loader rejects or changes, as facts; the rules decide how severe each is.
 
 use crate::diagnostic::{SourceSpan, Subject};
 use crate::osm::{ElementKind, Text};
@@ -6,12 +6,12 @@ use crate::projection::{InfoError, LonLat, MgrsGrid, Projector};
 
 use super::limits::RoleLimit;
 
-/// One thing that does not load, or loads as something else than it says.
+/// Something that does not load, or loads as something other than the file says.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadFault {
     /// The element that has it.
     pub subject: Subject,
-    /// Where that element stands.
+    /// The element's position in the file.
     pub span: Option<SourceSpan>,
     /// What it is.
     pub condition: Condition,
@@ -91,19 +91,19 @@ pub enum InfoFault {
 /// What the last of several elements of one id is.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Repeat {
-    /// A copy of an earlier one of this id: nothing is lost without it.
+    /// A copy of an earlier one of this id.
     Copy,
     /// What another element says under an id of its own.
     Twin {
         /// That id.
         id: i64,
     },
-    /// An element of its own, to which nobody refers, or these do.
+    /// A separate element.
     Other {
-        /// Those that mean it, and not an earlier one.
+        /// The elements that refer to it and not to an earlier one.
         referrers: Vec<Subject>,
     },
-    /// It does not follow from the file.
+    /// The file does not show it.
     Unclear {
         /// Why, for a sentence.
         why: &'static str,
@@ -257,9 +257,9 @@ pub enum Condition {
     DuplicateId {
         /// Kind of the elements.
         kind: ElementKind,
-        /// Where they all stand, in file order.
+        /// Their positions, in file order.
         spans: Vec<SourceSpan>,
-        /// Which of them is one too many, and who speaks of it.
+        /// What the last one is.
         repeat: Repeat,
     },
     /// The id is used by elements of other kinds too; this loads.

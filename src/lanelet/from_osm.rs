@@ -1,12 +1,12 @@
-//! From what a file says to the map that Autoware's loader makes of it, with everything the loader stumbles over.
+//! Turns the content of a file into the map that Autoware's loader makes of it, and reports what the loader rejects or changes.
 
-mod meant;
+mod duplicate_ids;
+mod file_level;
+mod infer_type;
+mod missing_bound;
 mod nodes;
 mod relation_type;
 mod relations;
-mod repeat;
-mod whole;
-mod without_bound;
 
 use crate::diagnostic::{SourceSpan, Subject};
 use crate::osm::{ElementKind, OsmData, Relation, Way};
@@ -24,17 +24,17 @@ use rustc_hash::FxHashMap;
 pub struct Loaded {
     /// What Autoware would hold in memory, without the lanelets and elements that it holds as empty dummies.
     pub map: LaneletMap,
-    /// What it stumbles over: nodes, ways, relations, the whole, each in file order.
+    /// Faults of nodes, ways, relations and the file as a whole, each in file order.
     pub faults: Vec<LoadFault>,
 }
 
 /// Autoware reads the highest number before the first dot; higher than this it warns or refuses.
 pub const SUPPORTED_FORMAT_VERSION: u32 = 2;
 
-/// Simulates Autoware's loader. References in the map always resolve: what does not is a fault and left out.
+/// Simulates Autoware's loader. A reference that does not resolve is reported as a fault and left out of the map.
 pub fn from_osm(osm: &OsmData, projector: &Projector) -> Loaded {
     let repeated = repeated(osm);
-    let repeats = repeat::Repeats::of(osm, &repeated);
+    let repeats = duplicate_ids::DuplicateIds::of(osm, &repeated);
     let local = *projector == Projector::Local;
     let mut loader = Loader { osm, loaded: Loaded::default(), repeated, repeats, local };
     loader.loaded.map.format_version = osm.meta.as_ref().and_then(|m| m.format_version.clone());
@@ -42,17 +42,17 @@ pub fn from_osm(osm: &OsmData, projector: &Projector) -> Loaded {
     loader.nodes(projector);
     loader.ways();
     loader.relations();
-    loader.without_bound();
-    loader.whole();
+    loader.infer_missing_bounds();
+    loader.file_level_faults();
     loader.loaded
 }
 
 struct Loader<'a> {
     osm: &'a OsmData,
     loaded: Loaded,
-    /// Where the elements stand that share an id within one file.
+    /// The positions of elements that share an id within one file.
     repeated: FxHashMap<(ElementKind, i64), Vec<SourceSpan>>,
-    repeats: repeat::Repeats<'a>,
+    repeats: duplicate_ids::DuplicateIds<'a>,
     local: bool,
 }
 
@@ -61,7 +61,7 @@ impl Loader<'_> {
         self.loaded.faults.push(LoadFault { subject, span: Some(span.clone()), condition });
     }
 
-    /// What is wrong with an id, whatever the element is. Names each repeated id once.
+    /// Reports what is wrong with an id, whatever the kind of element; each repeated id once.
     fn id(&mut self, kind: ElementKind, id: i64, subject: Subject, span: &SourceSpan) {
         if id <= 0 {
             self.fault(subject, span, Condition::IdNotPositive);
@@ -122,7 +122,7 @@ impl Loader<'_> {
     }
 }
 
-/// The relations as the loader keeps them: of one id only the first, with the members of all.
+/// The relations as the loader keeps them: the first of each id, with the members of all of that id.
 fn merged<'a>(osm: &'a OsmData, repeated: &FxHashMap<(ElementKind, i64), Vec<SourceSpan>>) -> Vec<Cow<'a, Relation>> {
     let mut kept: Vec<Cow<'a, Relation>> = Vec::with_capacity(osm.relations.len());
     let mut first_of: FxHashMap<i64, usize> = FxHashMap::default();
@@ -140,7 +140,7 @@ fn merged<'a>(osm: &'a OsmData, repeated: &FxHashMap<(ElementKind, i64), Vec<Sou
     kept
 }
 
-/// The ids that stand twice within one file. Maps in several files repeat what lies on their borders, and may.
+/// The ids that occur twice within one file. Maps in several files may repeat what lies on their borders.
 fn repeated(osm: &OsmData) -> FxHashMap<(ElementKind, i64), Vec<SourceSpan>> {
     use crate::osm::OddityKind;
     let mut spans: FxHashMap<(ElementKind, i64), Vec<SourceSpan>> = osm

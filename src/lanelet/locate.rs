@@ -1,4 +1,4 @@
-//! Where a primitive stands: in the file, in the plane, on the globe.
+//! The position of a primitive in the file, in the plane and on the globe.
 
 use crate::diagnostic::{Place, SourceSpan, Subject};
 use crate::geometry::Point as PlanePoint;
@@ -19,7 +19,7 @@ pub struct Located {
     pub lonlat: Option<LonLat>,
 }
 
-/// Where a primitive stands, or the place on it that is given.
+/// The position of a primitive, or of the given place on it.
 pub fn locate(map: &LaneletMap, subject: Subject, place: &Place) -> Located {
     let points = points_of(map, subject);
     let middle_of = |positions: &[PlanePoint]| {
@@ -61,7 +61,7 @@ fn lonlat_of(points: &[&Point], local: Option<PlanePoint>) -> Option<LonLat> {
     Some(LonLat { lon: origin.lon + away.re / along, lat: origin.lat + away.im })
 }
 
-/// Where the element stands in the file.
+/// The position of the element in the file.
 pub fn span_of(map: &LaneletMap, subject: Subject) -> Option<SourceSpan> {
     match subject {
         Subject::Map => None,
@@ -123,7 +123,7 @@ mod tests {
         let west = at(0.0, 10.0);
         assert!((west.lon - (8.0 - 10.0 / (111_195.0 * 50f64.to_radians().cos()))).abs() < 1e-9, "{west:?}");
         assert!((west.lat - 50.0).abs() < 1e-9);
-        // Where the globe tells of another distance than the plane, the nearest point stands for all.
+        // Where distances on the globe and in the plane differ, take the nearest point.
         let wrong = [point(0.0, 0.0, LonLat { lon: 8.0, lat: 50.0 }), point(10.0, 0.0, LonLat { lon: 9.0, lat: 50.0 })];
         let near = lonlat_of(&wrong.each_ref(), Some(PlanePoint::new(4.0, 0.0))).unwrap();
         assert_eq!(near, LonLat { lon: 8.0, lat: 50.0 });

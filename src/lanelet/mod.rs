@@ -1,8 +1,7 @@
 //! THE WAIST: a map in Lanelet2's words. The builder makes one, the rules judge one, the reports draw one.
 //!
-//! Five shelves hold the primitives, each keyed by an id of its own type. References between primitives are ids and
-//! always resolve: what does not resolve is reported while reading ([`from_osm`]) and left out, as Autoware's loader
-//! does.
+//! Five layers hold the primitives, each with ids of its own type. References between primitives are ids that always resolve:
+//! [`from_osm`] reports what does not resolve and leaves it out, as Autoware's loader does.
 
 pub mod align;
 mod attributes;
@@ -15,10 +14,10 @@ pub mod number;
 mod open;
 pub mod placed;
 mod point;
+mod primitive_layer;
 mod projector_info;
 pub mod referrers;
 pub mod right_of_way;
-mod shelf;
 mod to_osm;
 
 pub use attributes::{Attributes, RoadType, TurnDirection};
@@ -29,9 +28,9 @@ pub use open::{
     OpenError, Opened, ProjectorFrom, files_of, is_lanelet2, is_navigation_osm, open, open_bytes, projector_for,
 };
 pub use point::Point;
+pub use primitive_layer::Primitive;
+pub use primitive_layer::{Cursor, PrimitiveLayer};
 pub use projector_info::{INFO, ProjectorInfo, twice};
-pub use shelf::Shelved;
-pub use shelf::{Cursor, Shelf};
 pub use to_osm::to_osm;
 
 /// What kind of element a fault speaks about.
@@ -87,7 +86,7 @@ pub struct LineString {
     pub points: Vec<PointId>,
     /// Its tags.
     pub attributes: Attributes,
-    /// Where it stands in the file.
+    /// Its position in the file.
     pub span: Option<SourceSpan>,
 }
 
@@ -100,7 +99,7 @@ pub struct Polygon {
     pub points: Vec<PointId>,
     /// Its tags.
     pub attributes: Attributes,
-    /// Where it stands in the file.
+    /// Its position in the file.
     pub span: Option<SourceSpan>,
 }
 
@@ -128,7 +127,7 @@ pub struct Lanelet {
     pub regulatory_elements: Vec<RegulatoryElementId>,
     /// Its tags.
     pub attributes: Attributes,
-    /// Where it stands in the file.
+    /// Its position in the file.
     pub span: Option<SourceSpan>,
 }
 
@@ -154,7 +153,7 @@ pub struct Member {
     pub target: Target,
 }
 
-/// A rule of the road and the primitives it speaks about.
+/// A rule of the road and the primitives that it concerns.
 #[derive(Clone, Debug)]
 pub struct RegulatoryElement {
     /// Its id.
@@ -165,7 +164,7 @@ pub struct RegulatoryElement {
     pub members: Vec<Member>,
     /// Its tags, `type` and `subtype` included.
     pub attributes: Attributes,
-    /// Where it stands in the file.
+    /// Its position in the file.
     pub span: Option<SourceSpan>,
 }
 
@@ -200,7 +199,7 @@ impl RegulatoryElement {
     }
 }
 
-/// A map: five shelves of primitives.
+/// A map: five layers of primitives.
 #[derive(Clone, Debug, Default)]
 pub struct LaneletMap {
     /// `format_version` of `MetaInfo`, as written.
@@ -208,20 +207,20 @@ pub struct LaneletMap {
     /// Whether its points lie where `local_x` and `local_y` say, whatever their latitudes and longitudes are.
     pub local: bool,
     /// Points by id.
-    pub points: Shelf<Point>,
+    pub points: PrimitiveLayer<Point>,
     /// Linestrings by id.
-    pub linestrings: Shelf<LineString>,
+    pub linestrings: PrimitiveLayer<LineString>,
     /// Polygons by id.
-    pub polygons: Shelf<Polygon>,
+    pub polygons: PrimitiveLayer<Polygon>,
     /// Lanelets by id.
-    pub lanelets: Shelf<Lanelet>,
+    pub lanelets: PrimitiveLayer<Lanelet>,
     /// Regulatory elements by id.
-    pub regulatory_elements: Shelf<RegulatoryElement>,
+    pub regulatory_elements: PrimitiveLayer<RegulatoryElement>,
 }
 
 macro_rules! shelved {
     ($($item:ident => $id:ident),* $(,)?) => {$(
-        impl Shelved for $item {
+        impl Primitive for $item {
             type Id = $id;
 
             fn id(&self) -> $id {
@@ -240,7 +239,7 @@ shelved! {
 }
 
 impl LaneletMap {
-    /// Adds all primitives of another map behind its own.
+    /// Appends all primitives of another map.
     pub fn absorb(&mut self, other: Self) {
         self.points.extend(other.points);
         self.linestrings.extend(other.linestrings);
@@ -249,27 +248,27 @@ impl LaneletMap {
         self.regulatory_elements.extend(other.regulatory_elements);
     }
 
-    /// As [`LaneletMap::absorb`] for many maps, with all threads. No id may come twice.
+    /// As [`LaneletMap::absorb`] for many maps, with all threads. No id may be there twice.
     pub fn absorb_all(&mut self, others: Vec<Self>) {
-        let mut shelves = (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let mut layers = (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for other in others {
-            shelves.0.push(other.points);
-            shelves.1.push(other.linestrings);
-            shelves.2.push(other.polygons);
-            shelves.3.push(other.lanelets);
-            shelves.4.push(other.regulatory_elements);
+            layers.0.push(other.points);
+            layers.1.push(other.linestrings);
+            layers.2.push(other.polygons);
+            layers.3.push(other.lanelets);
+            layers.4.push(other.regulatory_elements);
         }
         let Self { points, linestrings, polygons, lanelets, regulatory_elements, .. } = self;
         let rest = || {
-            linestrings.append(shelves.1);
-            polygons.append(shelves.2);
-            lanelets.append(shelves.3);
-            regulatory_elements.append(shelves.4);
+            linestrings.append(layers.1);
+            polygons.append(layers.2);
+            lanelets.append(layers.3);
+            regulatory_elements.append(layers.4);
         };
-        rayon::join(|| points.append(shelves.0), rest);
+        rayon::join(|| points.append(layers.0), rest);
     }
 
-    /// Adds all primitives of another map behind its own, to be found when all are there. No id may come twice.
+    /// Appends all primitives of another map; the indexes are built at the next lookup. No id may be there twice.
     pub fn pile(&mut self, other: Self) {
         self.points.pile(other.points);
         self.linestrings.pile(other.linestrings);
@@ -278,13 +277,13 @@ impl LaneletMap {
         self.regulatory_elements.pile(other.regulatory_elements);
     }
 
-    /// How many primitives there are: points, linestrings, polygons, lanelets, regulatory elements.
+    /// The number of points, linestrings, polygons, lanelets, regulatory elements.
     pub fn counts(&self) -> [usize; 5] {
         let Self { points, linestrings, polygons, lanelets, regulatory_elements, .. } = self;
         [points.len(), linestrings.len(), polygons.len(), lanelets.len(), regulatory_elements.len()]
     }
 
-    /// Takes away the primitives behind so many of each kind, in the order of [`LaneletMap::counts`].
+    /// Removes and returns the primitives after the given number of each kind, in the order of [`LaneletMap::counts`].
     #[must_use]
     pub fn split_off(&mut self, [points, linestrings, polygons, lanelets, regulatory_elements]: [usize; 5]) -> Self {
         Self {
@@ -298,8 +297,8 @@ impl LaneletMap {
         }
     }
 
-    /// Puts all primitives of another map before its own, with all threads; but its points behind, since they are many and their
-    /// order says nothing. No id may come twice.
+    /// Puts all primitives of another map before its own, with all threads; only the points go after them, since there are many
+    /// and their order does not matter. No id may be there twice.
     pub fn prepend(&mut self, first: Self) {
         let Self { points, linestrings, polygons, lanelets, regulatory_elements, .. } = self;
         let rest = || {
@@ -311,7 +310,7 @@ impl LaneletMap {
         rayon::join(|| points.append(vec![first.points]), rest);
     }
 
-    /// Gives back the memory that more primitives would need.
+    /// Frees the spare memory of all layers.
     pub fn shrink(&mut self) {
         self.points.shrink();
         self.linestrings.shrink();

@@ -1,4 +1,4 @@
-//! Numbers in tags, as C reads them.
+//! Numbers in tags, as C's `strtod` and `strtol` read them.
 
 /// The number that a whole text says: blanks before it, an exponent, hexadecimal digits, `nan` and `inf` are taken.
 pub fn number(text: &str) -> Option<f64> {
@@ -10,14 +10,14 @@ pub fn number(text: &str) -> Option<f64> {
     }
 }
 
-/// The number that a text begins with, whatever follows.
+/// The number at the start of a text.
 pub fn leading_number(text: &str) -> Option<f64> {
     let text = text.trim_start();
     let ends = text.char_indices().map(|(at, _)| at).skip(1).chain([text.len()]);
     ends.filter_map(|end| number(&text[..end])).last()
 }
 
-/// The integer that a text begins with, whatever follows.
+/// The integer at the start of a text.
 pub fn leading_integer(text: &str) -> Option<i64> {
     let text = text.trim_start();
     let digits = text.strip_prefix(['+', '-']).unwrap_or(text);

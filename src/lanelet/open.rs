@@ -22,7 +22,7 @@ pub struct Opened {
     pub projector: Projector,
     /// Who says so.
     pub projector_from: ProjectorFrom,
-    /// What stands beside the map, to be held against it again when the map changes.
+    /// The projector file beside the map, to be checked again when the map changes.
     pub info: ProjectorInfo,
     /// The map and its faults.
     pub loaded: Loaded,
@@ -82,6 +82,10 @@ impl OpenError {
 }
 
 /// The files that [`open`] reads the map from.
+///
+/// # Errors
+///
+/// If the directory cannot be listed, or holds no `.osm` file.
 pub fn files_of(path: &Path) -> Result<Vec<PathBuf>, OpenError> {
     Ok(find(path)?.files)
 }
@@ -97,7 +101,15 @@ pub fn is_navigation_osm(osm: &OsmData) -> bool {
     !is_lanelet2(osm) && osm.ways.iter().any(|w| w.tags.has("highway"))
 }
 
-/// Reads and loads the map at `path`; `projector` goes above what stands beside the map.
+/// Reads and loads the map at `path`; `projector` overrules the file beside the map.
+///
+/// # Errors
+///
+/// If a file cannot be read, or there is no Lanelet2 map in it.
+///
+/// # Errors
+///
+/// If a file cannot be read, or there is no `.osm` file.
 pub fn open(path: &Path, projector: Option<Projector>) -> Result<Opened, OpenError> {
     let found = find(path)?;
     let info = match projector {
@@ -108,8 +120,16 @@ pub fn open(path: &Path, projector: Option<Projector>) -> Result<Opened, OpenErr
     opened(path, osm, found.files, info, projector)
 }
 
-/// Reads and loads a map of one file from its content; `info` stands beside it, `projector` goes above it. Messages call
-/// the file by `name`.
+/// Reads and loads a map of one file from its content. `info` is the content of the projector file; `projector` overrules it.
+/// Messages call the map `name`.
+///
+/// # Errors
+///
+/// If the content is no Lanelet2 map.
+///
+/// # Errors
+///
+/// If the content is no OpenStreetMap data.
 pub fn open_bytes(
     name: &str,
     bytes: Vec<u8>,
@@ -160,7 +180,7 @@ pub fn projector_for(osm: &OsmData) -> Projector {
     MgrsGrid::of(place).or_else(|| MgrsGrid::of(LonLat::default())).map_or(Projector::Local, Projector::Mgrs)
 }
 
-/// The files of a map, and where its projector's file stands.
+/// The files of a map, and the directory of its projector file.
 struct Found {
     files: Vec<PathBuf>,
     folder: PathBuf,

@@ -11,7 +11,7 @@ use crate::projection::{LonLat, Projector};
 /// The map with other places or other directions of bounds; `None` where nothing differs.
 ///
 /// The loader reads latitudes and longitudes only: a point without them lies at 0, 0, and `local_x` says nothing. Bounds
-/// are aligned in space, and once more when the map is there, which turns some back that cannot be told apart.
+/// are aligned in space, and once more when the map is complete, which turns back some ambiguous ones.
 pub fn placed(map: &LaneletMap) -> Option<LaneletMap> {
     let mut own = Cow::Borrowed(map);
     if map.local {
@@ -45,7 +45,7 @@ pub fn aligned_once(map: &LaneletMap, lanelet: &Lanelet) -> [Bound; 2] {
     aligned(map, lanelet, 1)
 }
 
-/// The bounds of a lanelet, aligned so many times one after the other.
+/// The bounds of a lanelet, aligned this many times in succession.
 fn aligned(map: &LaneletMap, lanelet: &Lanelet, times: usize) -> [Bound; 2] {
     let mut bounds = [lanelet.left, lanelet.right].map(|bound| Bound { inverted: false, ..bound });
     for _ in 0..times {

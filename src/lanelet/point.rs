@@ -21,7 +21,7 @@ pub struct Point {
     more: Option<Box<More>>,
 }
 
-/// What hardly a point has of a map that is built, and each of a map that was read.
+/// What each point of a map has that was read from a file, and hardly one of a map that was built.
 #[derive(Clone, Debug)]
 struct More {
     attributes: Attributes,
@@ -60,7 +60,7 @@ impl Point {
         self
     }
 
-    /// As it stands in a file, with `local_x` and `local_y` or without.
+    /// With what its file says: whether it has `local_x` and `local_y`, and its position there.
     #[must_use]
     pub fn read(mut self, local: [bool; 2], span: SourceSpan) -> Self {
         let more = self.more();
@@ -94,7 +94,7 @@ impl Point {
         self.more.as_ref().map_or(&NO_ATTRIBUTES, |more| &more.attributes)
     }
 
-    /// Where it stands in the file.
+    /// Its position in the file.
     pub fn span(&self) -> Option<&SourceSpan> {
         self.more.as_ref()?.span.as_ref()
     }

@@ -56,7 +56,7 @@ impl ProjectorInfo {
         self.info.as_ref()?.projector
     }
 
-    /// Whether Autoware reads the file as it stands.
+    /// Whether Autoware reads the file as it is.
     pub fn is_sound(&self) -> bool {
         self.info.as_ref().is_none_or(|info| info.errors.is_empty()) && self.misnamed().is_none()
     }

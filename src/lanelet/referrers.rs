@@ -13,7 +13,7 @@ pub struct Referrers {
     regulatory_elements: Vec<Option<Subject>>,
 }
 
-/// Enters `referrer` where none stands yet.
+/// Enters `referrer` if there is none yet.
 fn enter(table: &mut [Option<Subject>], position: Option<usize>, referrer: Subject) {
     if let Some(slot) = position.and_then(|position| table.get_mut(position)) {
         slot.get_or_insert(referrer);

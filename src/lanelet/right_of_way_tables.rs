@@ -71,7 +71,7 @@ fn arm(letter: u8) -> usize {
 
 fn turn(name: &str, side: DrivingSide) -> Turn {
     let [from, to] = [arm(name.as_bytes()[0]), arm(name.as_bytes()[1])];
-    // Arms are clockwise: the next one clockwise from where one stands lies on the left.
+    // Arms are clockwise: the next one clockwise from where one is lies on the left.
     match ((to + 4 - from) % 4, side) {
         (2, _) => Turn::Straight,
         (1, DrivingSide::Left) | (3, DrivingSide::Right) => Turn::Near,

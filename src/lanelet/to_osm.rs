@@ -21,6 +21,10 @@ const CHUNKS: usize = 16;
 
 /// Writes the map. Points without `lonlat` get it from their position by way of the projector; `local_x` and `local_y`
 /// are always the position.
+///
+/// # Errors
+///
+/// If `out` cannot be written to.
 pub fn to_osm(map: &LaneletMap, projector: &Projector, mut out: impl Write + Send) -> io::Result<()> {
     let format_version = map.format_version.clone().unwrap_or_else(|| Text::const_new("2"));
     let meta = MetaInfo { format_version: Some(format_version), map_version: Some(Text::const_new("1")) };
@@ -33,11 +37,12 @@ pub fn to_osm(map: &LaneletMap, projector: &Projector, mut out: impl Write + Sen
             node(text, point, place);
         }
     })?;
-    let lines = map.linestrings.iter().map(|line| ((line.id.0, false), Way::Line(line)));
-    let ways = sorted(lines.chain(map.polygons.iter().map(|area| ((area.id.0, true), Way::Area(area)))));
+    let lines = map.linestrings.iter().map(|line| ((line.id.0, false), WrittenWay::Line(line)));
+    let ways = sorted(lines.chain(map.polygons.iter().map(|area| ((area.id.0, true), WrittenWay::Area(area)))));
     texts.write_all(&mut out, &ways, |ways, text| ways.iter().for_each(|(_, way)| way.write(text)))?;
-    let lanelets = map.lanelets.iter().map(|lanelet| ((lanelet.id.0, false), Relation::Lanelet(lanelet)));
-    let elements = map.regulatory_elements.iter().map(|element| ((element.id.0, true), Relation::Element(element)));
+    let lanelets = map.lanelets.iter().map(|lanelet| ((lanelet.id.0, false), WrittenRelation::Lanelet(lanelet)));
+    let elements =
+        map.regulatory_elements.iter().map(|element| ((element.id.0, true), WrittenRelation::Element(element)));
     let relations = sorted(lanelets.chain(elements));
     texts.write_all(&mut out, &relations, |relations, text| relations.iter().for_each(|(_, one)| one.write(text)))?;
     out.write_all(OsmText::tail().as_bytes())?;
@@ -52,7 +57,7 @@ struct Texts {
 }
 
 impl Texts {
-    /// Writes the text of all items in their order; it is made by all threads, while one writes what is made.
+    /// Writes the text of all items in their order; all threads make it while one of them writes.
     fn write_all<T: Sync>(
         &mut self,
         out: &mut (impl Write + Send),
@@ -79,7 +84,7 @@ impl Texts {
     }
 }
 
-/// Items by ascending keys, which stand beside them: to fetch each from its item takes longer than the sort.
+/// Items by ascending keys. The keys are stored beside them, because fetching each from its item takes longer than the sort.
 fn sorted<K: Copy + Ord + Send, T: Send>(items: impl Iterator<Item = (K, T)>) -> Vec<(K, T)> {
     let mut items: Vec<(K, T)> = items.collect();
     items.par_sort_unstable_by_key(|(key, _)| *key);
@@ -98,12 +103,12 @@ fn node(text: &mut OsmText, point: &Point, place: Option<LonLat>) {
 }
 
 /// What becomes a way.
-enum Way<'a> {
+enum WrittenWay<'a> {
     Line(&'a LineString),
     Area(&'a Polygon),
 }
 
-impl Way<'_> {
+impl WrittenWay<'_> {
     fn write(&self, text: &mut OsmText) {
         match self {
             Self::Line(line) => text.way(line.id.0, line.points.iter().map(|p| p.0), line.attributes.words()),
@@ -116,12 +121,12 @@ impl Way<'_> {
 }
 
 /// What becomes a relation.
-enum Relation<'a> {
+enum WrittenRelation<'a> {
     Lanelet(&'a Lanelet),
     Element(&'a RegulatoryElement),
 }
 
-impl Relation<'_> {
+impl WrittenRelation<'_> {
     fn write(&self, text: &mut OsmText) {
         match self {
             Self::Lanelet(lanelet) => write_lanelet(text, lanelet),

@@ -1,24 +1,19 @@
-//! Numbers as decimal digits, sixteen at a time: a map is numbers for the most part.
+//! Numbers as decimal digits: a map is numbers for the most part. `itoa` and `zmij` write them; digits made sixteen at a time by
+//! code of our own took 13 ns for an id and 20 ns for a coordinate, where these take 11 ns and 14 ns.
 
 use std::io::Write;
 
-/// The digits that are made at a time.
-const AT_ONCE: usize = 16;
-/// As many letters `0`.
-const ZEROS: u128 = u128::from_ne_bytes([b'0'; AT_ONCE]);
-/// Numbers below this have no more digits.
-const BEYOND: u64 = 10_000_000_000_000_000;
 /// Powers of ten up to the most decimals.
 const TENS: [f64; 16] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15];
 
-/// The text of a number with so many decimals (at most 15), -0 as 0.
+/// The text of a number with this many decimals (at most 15), -0 as 0.
 pub fn fixed(number: f64, decimals: usize) -> String {
     let mut out = Vec::new();
     put_fixed(&mut out, number, decimals);
     String::from_utf8(out).unwrap_or_default()
 }
 
-/// Appends a number with so many decimals (at most 15), -0 as 0.
+/// Appends a number with this many decimals (at most 15), -0 as 0.
 #[inline]
 pub(crate) fn put_fixed(out: &mut Vec<u8>, number: f64, decimals: usize) {
     /// Whole numbers up to here are exact in a double.
@@ -29,95 +24,39 @@ pub(crate) fn put_fixed(out: &mut Vec<u8>, number: f64, decimals: usize) {
         return;
     }
     // Rounded without `round`, which is a function call where processors may be old.
-    put_steps(out, number < 0.0, (steps + 0.5) as u64, decimals);
+    let steps = (steps + 0.5) as u64;
+    if number < 0.0 && steps > 0 {
+        out.push(b'-');
+    }
+    let mut buffer = itoa::Buffer::new();
+    let digits = buffer.format(steps).as_bytes();
+    let (whole, rest) = digits.split_at(digits.len().saturating_sub(decimals));
+    out.extend_from_slice(if whole.is_empty() { b"0" } else { whole });
+    if decimals > 0 {
+        out.push(b'.');
+        out.extend(std::iter::repeat_n(b'0', decimals - rest.len()));
+        out.extend_from_slice(rest);
+    }
 }
 
-/// Appends a number with as many decimals as it has, -0 as 0.
+/// Appends a number with all its decimals, -0 as 0.
 pub(super) fn put_exact(out: &mut Vec<u8>, number: f64) {
     // Adding 0 turns -0 into 0.
     let number = number + 0.0;
-    let millis = if number.abs() < 1e9 { (number.abs() * 1e3 + 0.5) as u64 } else { 0 };
-    // Most are whole metres or millimetres, for which the general way is slow.
-    if (millis as f64 / 1e3).copysign(number) != number {
-        let _ = write!(out, "{number}");
-    } else if millis % 1000 == 0 {
-        put_steps(out, number < 0.0, millis / 1000, 0);
+    // Outside of this range, zmij writes an exponent.
+    if number == 0.0 || (1e-4..1e15).contains(&number.abs()) {
+        let mut buffer = zmij::Buffer::new();
+        let text = buffer.format(number);
+        out.extend_from_slice(text.strip_suffix(".0").unwrap_or(text).as_bytes());
     } else {
-        put_steps(out, number < 0.0, millis, 3);
-        let spare = out.iter().rev().take_while(|digit| **digit == b'0').count();
-        out.truncate(out.len() - spare);
+        let _ = write!(out, "{number}");
     }
 }
 
 /// Appends a whole number.
 #[inline]
 pub(super) fn put_integer(out: &mut Vec<u8>, number: i64) {
-    if number < 0 {
-        out.push(b'-');
-    }
-    let number = number.unsigned_abs();
-    if number < BEYOND {
-        return put_steps(out, false, number, 0);
-    }
-    put_steps(out, false, number / BEYOND, 0);
-    put_last(out, digits(number % BEYOND) | ZEROS, AT_ONCE);
-}
-
-/// Appends a number of steps, below [`BEYOND`], each a power of ten with so many decimals.
-#[inline]
-fn put_steps(out: &mut Vec<u8>, below_zero: bool, steps: u64, decimals: usize) {
-    if below_zero && steps > 0 {
-        out.push(b'-');
-    }
-    let digits = digits(steps);
-    let known = AT_ONCE - digits.trailing_zeros() as usize / 8;
-    let whole = known.saturating_sub(decimals).max(1);
-    let digits = digits | ZEROS;
-    let count = whole + decimals;
-    if decimals == 0 {
-        put_last(out, digits, whole);
-    } else if count < AT_ONCE {
-        // The point fits in between, and all is copied at once.
-        let text = digits >> (8 * (AT_ONCE - count));
-        let before = (1 << (8 * whole)) - 1;
-        let point = u128::from(b'.') << (8 * whole);
-        put_first(out, text & before | point | (text & !before) << 8, count + 1);
-    } else {
-        put_last(out, digits << (8 * decimals), whole);
-        out.push(b'.');
-        put_last(out, digits, decimals);
-    }
-}
-
-/// Appends the last so many of the digits.
-#[inline]
-fn put_last(out: &mut Vec<u8>, digits: u128, count: usize) {
-    put_first(out, digits >> (8 * (AT_ONCE - count)), count);
-}
-
-/// Appends the first so many letters. A fixed number of bytes is copied faster than one that is known late.
-#[inline]
-fn put_first(out: &mut Vec<u8>, text: u128, count: usize) {
-    let end = out.len() + count;
-    out.extend_from_slice(&text.to_le_bytes());
-    out.truncate(end);
-}
-
-/// The sixteen digits of a number below [`BEYOND`], each a byte from 0 to 9, the first the lowest.
-#[inline]
-fn digits(number: u64) -> u128 {
-    u128::from(eight_digits(number / 100_000_000)) | (u128::from(eight_digits(number % 100_000_000)) << 64)
-}
-
-/// As [`digits`] for eight: the number is halved thrice, and the halves stand beside each other in one word. To multiply
-/// and shift is to divide by a hundred and by ten, for numbers as small as these.
-#[inline]
-fn eight_digits(number: u64) -> u64 {
-    let fours = (number / 10_000) | ((number % 10_000) << 32);
-    let hundreds = ((fours * 5243) >> 19) & 0x0000_007f_0000_007f;
-    let twos = hundreds | ((fours - 100 * hundreds) << 16);
-    let tens = ((twos * 103) >> 10) & 0x000f_000f_000f_000f;
-    tens | ((twos - 10 * tens) << 8)
+    out.extend_from_slice(itoa::Buffer::new().format(number).as_bytes());
 }
 
 #[cfg(test)]

@@ -69,7 +69,7 @@ pub fn moved(osm: &OsmData, places: &[(i64, LonLat)]) -> Option<String> {
         let span = &osm.node(*id)?.span;
         moves.push((usize::try_from(span.start).ok()?, *place));
     }
-    // From the end, so that what stands before keeps its place.
+    // From the end, so that what is before keeps its place.
     moves.sort_by_key(|(start, _)| std::cmp::Reverse(*start));
     for (start, LonLat { lon, lat }) in moves {
         for (name, value) in [("lon", lon), ("lat", lat)] {

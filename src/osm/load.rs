@@ -4,6 +4,10 @@ use std::io;
 use std::path::Path;
 
 /// The bytes of a file.
+///
+/// # Errors
+///
+/// If the file cannot be read.
 #[cfg(unix)]
 pub fn load(path: &Path) -> io::Result<Vec<u8>> {
     use std::os::unix::fs::FileExt;
@@ -27,6 +31,10 @@ pub fn load(path: &Path) -> io::Result<Vec<u8>> {
 }
 
 /// The bytes of a file.
+///
+/// # Errors
+///
+/// If the file cannot be read.
 #[cfg(not(unix))]
 pub fn load(path: &Path) -> io::Result<Vec<u8>> {
     std::fs::read(path)

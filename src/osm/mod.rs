@@ -12,19 +12,20 @@ mod read;
 mod tags;
 mod write;
 
+pub use crate::text::Text;
 pub use digits::fixed;
 pub(crate) use digits::put_fixed;
 pub use edit::{attribute, kept, moved};
 pub use error::ReadError;
 pub use load::load;
 pub use read::{read_bytes, read_file, read_files};
-pub use tags::{Tags, Text};
+pub use tags::Tags;
 pub use write::OsmText;
 
 use rustc_hash::FxHashMap;
 
-use crate::diagnostic::SourceSpan;
 use crate::projection::{Extent, LonLat};
+use crate::text::SourceSpan;
 
 /// The kind of an element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -63,7 +64,7 @@ pub struct Node {
     pub position: Option<LonLat>,
     /// Tags in file order.
     pub tags: Tags,
-    /// Where it stands in the file.
+    /// Its position in the file.
     pub span: SourceSpan,
 }
 
@@ -76,7 +77,7 @@ pub struct Way {
     pub nodes: Vec<i64>,
     /// Tags in file order.
     pub tags: Tags,
-    /// Where it stands in the file.
+    /// Its position in the file.
     pub span: SourceSpan,
 }
 
@@ -100,7 +101,7 @@ pub struct Relation {
     pub members: Vec<Member>,
     /// Tags in file order.
     pub tags: Tags,
-    /// Where it stands in the file.
+    /// Its position in the file.
     pub span: SourceSpan,
 }
 
@@ -113,7 +114,7 @@ pub struct Oddity {
     pub element: Option<(ElementKind, i64)>,
     /// One line.
     pub message: String,
-    /// Where it stands.
+    /// Where it is.
     pub span: SourceSpan,
 }
 
@@ -257,7 +258,7 @@ impl OsmData {
     }
 }
 
-/// Notes where the elements from one on stand, by their ids, and tells of ids that repeat.
+/// Indexes the elements from one on by their ids, and reports ids that repeat.
 fn index<E: Element>(elements: &[E], from: usize, index: &mut FxHashMap<i64, u32>) -> Vec<Oddity> {
     index.reserve(elements.len() - from);
     let repeated = |(at, element): (usize, &E)| {
@@ -271,7 +272,7 @@ fn index<E: Element>(elements: &[E], from: usize, index: &mut FxHashMap<i64, u32
 
 /// What nodes, ways and relations have in common.
 trait Element {
-    /// What tells one from all others, and where it stands.
+    /// Its id, and its position in the file.
     fn identity(&self) -> (ElementKind, i64, &SourceSpan);
 }
 

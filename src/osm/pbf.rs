@@ -10,9 +10,9 @@ use osmpbf::{Blob, BlobDecode, BlobReader, Element, HeaderBBox, PrimitiveBlock, 
 use rayon::prelude::*;
 
 use crate::cancel;
-use crate::diagnostic::SourceSpan;
 use crate::parallel::Finely;
 use crate::projection::{Extent, LonLat};
+use crate::text::SourceSpan;
 
 use super::{ElementKind, Member, Node, OsmData, ReadError, Relation, Source, Tags, Text, Way};
 

@@ -2,11 +2,8 @@
 
 use thin_vec::ThinVec;
 
-/// A short string: keys, values, roles. Up to 24 bytes lie inline.
-pub type Text = compact_str::CompactString;
-
-/// Tags of one element. Few, so a list; the last value wins where a key repeats, as it does for Lanelet2's reader. They lie
-/// one behind the other in one piece of memory: a map has more of them than of anything else.
+/// Tags of one element, as a list, since there are few. Where a key repeats, the last value wins, as in Lanelet2's reader. All
+/// keys and values are in one allocation, because a map has more tags than anything else.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Tags(ThinVec<u8>);
 
@@ -21,12 +18,12 @@ impl Tags {
         pairs.iter().copied().collect()
     }
 
-    /// No tags yet, and room for so many bytes of keys and values.
+    /// No tags, with room for this many bytes of keys and values.
     pub fn with_room(bytes: usize) -> Self {
         Self(ThinVec::with_capacity(bytes))
     }
 
-    /// The same, and room for so many bytes more.
+    /// A copy with room for this many more bytes.
     #[must_use]
     pub fn with_more_room(&self, bytes: usize) -> Self {
         let mut tags = self.clone();
@@ -48,7 +45,7 @@ impl Tags {
         self.last(|k| k == key.as_bytes())
     }
 
-    /// The value of the key that these parts make up, one behind the other: nothing is allocated to ask for it.
+    /// The value of the key that is the concatenation of these parts, without an allocation.
     pub fn get_joined<const N: usize>(&self, parts: [&str; N]) -> Option<&str> {
         self.last(|key| {
             let rest = parts.iter().try_fold(key, |rest, part| rest.strip_prefix(part.as_bytes()));
@@ -88,7 +85,7 @@ impl Tags {
         self.pairs().map(|(key, value)| (text(key), text(value)))
     }
 
-    /// As [`Tags::iter`], as the bytes that they are: what is only copied need not be known to be text.
+    /// As [`Tags::iter`], but as bytes, for callers that only copy them.
     pub fn words(&self) -> impl Iterator<Item = (&[u8], &[u8])> {
         self.pairs()
     }
@@ -109,10 +106,10 @@ fn text(word: &[u8]) -> &str {
     std::str::from_utf8(word).unwrap_or_default()
 }
 
-/// Tells that more bytes say how long a word is.
+/// Set in a byte of a length if another one follows.
 const MORE: u8 = 0x80;
 
-/// The bytes that say how long a word is: seven bits each, the lowest first.
+/// The bytes of a length: seven bits each, the lowest first.
 fn length_of(length: usize) -> impl Iterator<Item = u8> {
     let mut rest = Some(length);
     std::iter::from_fn(move || {
@@ -122,14 +119,14 @@ fn length_of(length: usize) -> impl Iterator<Item = u8> {
     })
 }
 
-/// A length, and what stands behind it.
+/// A length, and the bytes after it.
 fn length_in(bytes: &[u8]) -> Option<(usize, &[u8])> {
     let end = bytes.iter().position(|byte| byte & MORE == 0)?;
     let length = bytes[..=end].iter().rev().fold(0, |length, byte| length << 7 | usize::from(byte & !MORE));
     Some((length, &bytes[end + 1..]))
 }
 
-/// The pairs that are left, each the lengths of key and value, the key, the value.
+/// The remaining pairs: each the lengths of key and value, then the key, then the value.
 struct Pairs<'a>(&'a [u8]);
 
 impl<'a> Iterator for Pairs<'a> {
@@ -138,7 +135,7 @@ impl<'a> Iterator for Pairs<'a> {
     #[inline]
     fn next(&mut self) -> Option<Self::Item> {
         let (key, value, rest) = match self.0 {
-            // Hardly a word is so long that one byte does not say it.
+            // Nearly every length fits one byte.
             [key, value, rest @ ..] if (key | value) & MORE == 0 => (usize::from(*key), usize::from(*value), rest),
             _ => {
                 let (key, rest) = length_in(self.0)?;

@@ -7,15 +7,15 @@ use crate::projection::LonLat;
 /// Decimals of latitude and longitude: a micrometre.
 const DECIMALS: usize = 11;
 
-/// The text of elements, in the order of the calls; JOSM and Lanelet2 like nodes, ways, relations. Texts of parts of a
-/// map may be made apart and written one behind the other.
+/// The text of elements, in the order of the calls; JOSM and Lanelet2 expect nodes, ways, relations. Parts of a map may be
+/// made separately and written one after the other.
 #[derive(Debug, Default)]
 pub struct OsmText {
     text: Vec<u8>,
 }
 
 impl OsmText {
-    /// What stands before the first element.
+    /// The text before the first element.
     pub fn head(meta: &MetaInfo) -> Self {
         let mut text = Self::default();
         text.put("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<osm version=\"0.6\" generator=\"lanewright\">\n");
@@ -36,7 +36,7 @@ impl OsmText {
         text
     }
 
-    /// What stands behind the last element.
+    /// The text after the last element.
     pub fn tail() -> Self {
         Self { text: b"</osm>\n".to_vec() }
     }
@@ -77,12 +77,12 @@ impl OsmText {
         self.tags([(key, value)]);
     }
 
-    /// A tag whose value is a number with so many decimals. The key is plain letters.
+    /// A tag whose value is a number with this many decimals. The key is plain letters.
     pub fn number(&mut self, key: &str, value: f64, decimals: usize) {
         self.plain_tag(key, |text| put_fixed(text, value, decimals));
     }
 
-    /// A tag whose value is a number with as many decimals as it has. The key is plain letters.
+    /// A tag whose value is a number with all its decimals. The key is plain letters.
     pub fn exact(&mut self, key: &str, value: f64) {
         self.plain_tag(key, |text| put_exact(text, value));
     }
@@ -177,7 +177,7 @@ impl OsmText {
         put_integer(&mut self.text, number);
     }
 
-    /// The text of an attribute. Line breaks and tabs would be read back as blanks if they stood bare; what XML cannot
+    /// The text of an attribute. Line breaks and tabs would be read back as blanks if they were bare; what XML cannot
     /// hold becomes a replacement character.
     fn escaped(&mut self, text: &[u8]) {
         // U+FFFE and U+FFFF are the only letters beyond ASCII that XML cannot hold; they begin with this byte.

@@ -13,7 +13,7 @@ use crate::geometry::{Point, Vector};
 use crate::parallel::Finely;
 
 use super::LonLat;
-use super::patch::{Patch, Square, square_of};
+use super::chebyshev_inverse::{Patch, Square, square_of};
 
 /// A plane that PROJ knows how to reach.
 #[derive(Clone, Copy, Debug, PartialEq)]

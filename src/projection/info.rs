@@ -1,8 +1,10 @@
-//! `map_projector_info.yaml`: which projector a map was made with. Two levels of `key: value`, so no YAML crate.
+//! `map_projector_info.yaml`: which projector a map was made with, and what in it Autoware does not read as it is meant.
 
 use std::fmt::Write as _;
 
-use crate::diagnostic::nearest;
+use saphyr_parser::{Event, Parser, ScalarStyle};
+
+use crate::text::nearest;
 
 use super::{DEFAULT_SCALE_FACTOR, LonLat, MgrsError, Projector};
 
@@ -82,17 +84,17 @@ const KEYS: [&str; 6] =
 /// What a `map_projector_info.yaml` says.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Info {
-    /// The projector, if what is needed can be read, be it in other letters than Autoware's.
+    /// The projector, if all that it needs can be read, even in another spelling than Autoware's.
     pub projector: Option<Projector>,
     /// What heights are measured from.
     pub datum: VerticalDatum,
-    /// Why Autoware does not read it so.
+    /// Why Autoware does not read it like this.
     pub errors: Vec<InfoError>,
-    /// Keys that nobody reads, each with the optional one that it is most like.
+    /// Unknown keys, each with the optional key that it resembles most.
     pub unread: Vec<(String, &'static str)>,
 }
 
-/// Reads the text of a `map_projector_info.yaml`. Keys that are like none of Autoware's are passed over, as Autoware does.
+/// Reads the text of a `map_projector_info.yaml`. Unknown keys are ignored, as Autoware does.
 pub fn read_info(text: &str) -> Info {
     let keys = match Keys::read(text) {
         Ok(keys) => keys,
@@ -195,37 +197,40 @@ struct Keys(Vec<(String, String)>);
 
 impl Keys {
     fn read(text: &str) -> Result<Self, InfoError> {
-        let mut keys = Vec::new();
-        let mut outer = String::new();
-        for (number, written) in text.trim_start_matches('\u{feff}').lines().enumerate() {
-            let line = without_comment(written).trim_end();
-            let content = line.trim_start();
-            if content.is_empty() || content == "---" || content == "..." || content.starts_with('%') {
-                continue;
-            }
-            let bad = || InfoError::Line { line: number + 1, text: written.trim().to_owned() };
-            let (key, value) = content.split_once(':').ok_or_else(bad)?;
-            if !value.is_empty() && !value.starts_with([' ', '\t']) || line.starts_with('\t') {
-                return Err(bad());
-            }
-            let (key, value) = (unquoted(key.trim()), value.trim());
-            let inner = content.len() < line.len();
-            if !inner {
-                outer = if value.is_empty() { format!("{key}.") } else { String::new() };
-            }
-            match value.strip_prefix('{').map(|v| v.strip_suffix('}')) {
-                Some(None) => return Err(bad()),
-                Some(Some(flow)) => {
-                    for pair in flow.split(',') {
-                        let (k, v) = pair.split_once(':').ok_or_else(bad)?;
-                        keys.push((format!("{key}.{}", unquoted(k.trim())), unquoted(v.trim()).to_owned()));
+        let text = text.trim_start_matches('\u{feff}');
+        let (mut keys, mut path, mut lists) = (Vec::new(), Vec::new(), 0);
+        let (mut depth, mut key): (usize, Option<String>) = (0, None);
+        for event in Parser::new_from_str(text) {
+            let (event, span) = event.map_err(|error| no_key(text, error.marker().line()))?;
+            match event {
+                Event::SequenceStart(..) => lists += 1,
+                Event::SequenceEnd => {
+                    lists -= 1;
+                    if lists == 0 {
+                        key = None;
                     }
                 }
-                None if value.is_empty() => {}
-                None => {
-                    let prefix = if inner { outer.as_str() } else { "" };
-                    keys.push((format!("{prefix}{key}"), unquoted(value).to_owned()));
+                // No known key has a list as its value.
+                _ if lists > 0 => {}
+                Event::MappingStart(..) => {
+                    depth += 1;
+                    path.extend(key.take());
                 }
+                Event::MappingEnd => {
+                    depth -= 1;
+                    path.pop();
+                }
+                Event::Scalar(..) | Event::Alias(_) if depth == 0 => return Err(no_key(text, span.start.line())),
+                Event::Scalar(value, style, ..) => match key.take() {
+                    None => key = Some(value.into_owned()),
+                    // A key without a value.
+                    Some(_) if style == ScalarStyle::Plain && (value.is_empty() || value == "~") => {}
+                    Some(last) => {
+                        let names = path.iter().map(String::as_str).chain([last.as_str()]);
+                        keys.push((names.collect::<Vec<_>>().join("."), value.into_owned()));
+                    }
+                },
+                _ => {}
             }
         }
         Ok(Self(keys))
@@ -244,7 +249,7 @@ impl Keys {
         nearest(found, TYPES).ok_or_else(unknown)
     }
 
-    /// A key that stands for one that is missing: misspelt, or without the level above.
+    /// A key that is probably meant for a missing one: misspelt, or without the level above.
     fn like(&self, key: &str) -> Option<String> {
         let last = key.rsplit('.').next().unwrap_or(key);
         let others = || self.0.iter().map(|(other, _)| other.as_str()).filter(|other| !KEYS.contains(other));
@@ -269,15 +274,17 @@ impl Keys {
     }
 }
 
-/// `#` opens a comment at the start of a line or behind a blank; no value here has one in quotes.
-fn without_comment(line: &str) -> &str {
-    let opens = |&(at, _): &(usize, &str)| at == 0 || line[..at].ends_with([' ', '\t']);
-    line.match_indices('#').find(opens).map_or(line, |(at, _)| &line[..at])
-}
-
-fn unquoted(text: &str) -> &str {
-    let inside = |quote| text.strip_prefix(quote).and_then(|t: &str| t.strip_suffix(quote));
-    inside('"').or_else(|| inside('\'')).unwrap_or(text)
+/// The error of the first line without a key, or else of the line where the parser stopped.
+fn no_key(text: &str, stopped: usize) -> InfoError {
+    let lines = || text.lines().map(str::trim).enumerate();
+    let is_plain = |line: &str| !line.is_empty() && !line.starts_with(['#', '-', '.', '%', '{', '}']);
+    let has_key = |line: &str| line.contains(": ") || line.ends_with(':');
+    let first = lines().find(|(_, line)| is_plain(line) && !has_key(line));
+    let first = first.or_else(|| lines().take(stopped).filter(|(_, line)| !line.is_empty()).last());
+    first.map_or(InfoError::Line { line: stopped, text: String::new() }, |(at, line)| InfoError::Line {
+        line: at + 1,
+        text: line.to_owned(),
+    })
 }
 
 #[cfg(test)]
@@ -320,7 +327,7 @@ mod tests {
         assert_eq!(says("projector_type: UTM\n"), "unknown projector_type `UTM`");
         assert_eq!(says("vertical_datum: WGS84\n"), "`projector_type` is missing");
         assert_eq!(
-            says("projector_type: MGRS\nvertical_datum: WGS84\n"),
+            says("projector_type: MGRS\nvertical_datum: WGS84\nmgrs_grid:\n"),
             "`mgrs_grid` is missing; projector_type MGRS needs it"
         );
         assert_eq!(
@@ -336,6 +343,8 @@ mod tests {
             ),
             "`scale_factor: 0` is not a number above 0"
         );
+        let open = "projector_type: MGRS\nmap_origin: {latitude: 1\n";
+        assert_eq!(says(open), "line 2: expected `key: value`, found `map_origin: {latitude: 1`");
         assert_eq!(says("projector_type MGRS\n"), "line 1: expected `key: value`, found `projector_type MGRS`");
         assert_eq!(
             says("projector_type: Local\nvertical_datum: WGS85\n"),

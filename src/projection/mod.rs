@@ -3,13 +3,13 @@
 //! Autoware has five projector types; each is reproduced with its quirks (`map_projection_loader` and the projectors
 //! of `autoware_lanelet2_extension`). Heights play a part in [`Projector::LocalCartesian`] only.
 
+mod chebyshev_inverse;
 mod engine;
 mod enu;
 mod infer;
 mod info;
 mod lon_lat;
 mod mgrs;
-mod patch;
 
 pub use lon_lat::LonLat;
 
@@ -104,7 +104,7 @@ impl std::fmt::Display for Projector {
     }
 }
 
-/// How far what is built reaches beyond the nodes it is built from, metres.
+/// How far a built map reaches beyond the nodes of its input, metres.
 const EXTENT_MARGIN: f64 = 100.0;
 
 /// Length of one degree of a meridian where it is shortest, metres.

@@ -6,6 +6,10 @@ use super::{Position, Sources, visible};
 use crate::diagnostic::{Diagnostic, Severity};
 
 /// Writes `file:line:column: severity[code] message (at lat, lon)`, one line per finding.
+///
+/// # Errors
+///
+/// If `out` cannot be written to.
 pub fn concise(out: &mut dyn Write, diagnostics: &[Diagnostic], sources: &Sources) -> io::Result<()> {
     let place = |diagnostic: &Diagnostic| diagnostic.span.as_ref().and_then(|span| sources.position(span));
     diagnostics.iter().try_for_each(|diagnostic| writeln!(out, "{}", line(diagnostic, place(diagnostic))))

@@ -15,12 +15,12 @@ pub struct Failure {
     help: Option<String>,
     /// The file it is about, where it has no place in it.
     file: Option<String>,
-    place: Option<Box<Place>>,
+    place: Option<Box<FilePlace>>,
 }
 
 /// A place in a file.
 #[derive(Debug)]
-struct Place {
+struct FilePlace {
     name: String,
     text: String,
     /// Bytes from the begin of the text.
@@ -43,7 +43,7 @@ impl Failure {
     /// Shows the place, a byte offset into the whole text of a file.
     #[must_use]
     pub fn at(mut self, file: &str, text: &str, offset: usize) -> Self {
-        self.place = Some(Box::new(Place { name: file.to_owned(), text: text.to_owned(), offset }));
+        self.place = Some(Box::new(FilePlace { name: file.to_owned(), text: text.to_owned(), offset }));
         self
     }
 
@@ -79,7 +79,7 @@ impl Failure {
 
     /// Line and column of its place in the file, both from 1, the column in characters.
     pub fn line_and_column(&self) -> Option<(usize, usize)> {
-        let Place { text, offset, .. } = self.place.as_deref()?;
+        let FilePlace { text, offset, .. } = self.place.as_deref()?;
         let before = &text[..boundary(text, *offset)];
         let line = before.rsplit('\n').next().unwrap_or_default();
         Some((before.matches('\n').count() + 1, line.chars().count() + 1))

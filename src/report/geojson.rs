@@ -17,6 +17,10 @@ use super::{Entry, Report, Unproject, split_code};
 const DECIMALS: i32 = 9;
 
 /// Writes one feature for every finding, in the order of the run: the place that the rule names, else the primitive.
+///
+/// # Errors
+///
+/// If `out` cannot be written to.
 pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "{{\"type\":\"FeatureCollection\",\"features\":[")?;
     let (entries, referrers) = (report.entries(), report.referrers());

@@ -6,6 +6,10 @@ use super::{Report, details, sentence, visible};
 use crate::diagnostic::Severity;
 
 /// Writes a command for every finding, the worst first, since GitHub shows the first ten of a step and severity only.
+///
+/// # Errors
+///
+/// If `out` cannot be written to.
 pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
     let referrers = report.referrers();
     for entry in report.worst_first() {

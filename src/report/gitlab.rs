@@ -2,74 +2,41 @@
 
 use std::io::{self, Write};
 
-use serde::Serialize;
+use serde::Serializer;
+use serde_json::json;
 
 use super::{Report, details, sentence};
 use crate::diagnostic::Severity;
 
-#[derive(Serialize)]
-struct Issue<'a> {
-    description: String,
-    content: Content,
-    check_name: &'a str,
-    fingerprint: &'a str,
-    severity: &'static str,
-    location: Location,
-}
-
-/// GitLab shows the description alone; the shape, Code Climate's, has a place for the rest.
-#[derive(Serialize)]
-struct Content {
-    body: String,
-}
-
-#[derive(Serialize)]
-struct Location {
-    path: String,
-    lines: Lines,
-    positions: Positions,
-}
-
-#[derive(Serialize)]
-struct Lines {
-    begin: usize,
-}
-
-#[derive(Serialize)]
-struct Positions {
-    begin: Place,
-}
-
-#[derive(Serialize)]
-struct Place {
-    line: usize,
-    column: usize,
-}
-
 /// Writes the array, in the order of the run.
+///
+/// # Errors
+///
+/// If `out` cannot be written to.
 pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
     let (entries, referrers) = (report.entries(), report.referrers());
     let issues = entries.iter().map(|entry| {
         let diagnostic = entry.diagnostic;
         let at = entry.position.or_else(|| report.top());
         let (line, column) = at.map_or((1, 1), |at| (at.line, at.column));
-        Issue {
-            description: sentence(diagnostic),
-            content: Content { body: details(diagnostic, &referrers.chain(report.map, entry.subject())).join("\n") },
-            check_name: &diagnostic.code,
-            fingerprint: &entry.fingerprint,
-            severity: match diagnostic.severity {
+        // GitLab shows the description alone; the shape, Code Climate's, has a place for the rest.
+        json!({
+            "description": sentence(diagnostic),
+            "content": { "body": details(diagnostic, &referrers.chain(report.map, entry.subject())).join("\n") },
+            "check_name": diagnostic.code,
+            "fingerprint": entry.fingerprint,
+            "severity": match diagnostic.severity {
                 Severity::Error => "critical",
                 Severity::Warning => "major",
                 Severity::Info => "info",
             },
-            location: Location {
-                path: at.map_or(String::new(), |at| report.path(at.name)),
-                lines: Lines { begin: line },
-                positions: Positions { begin: Place { line, column } },
+            "location": {
+                "path": at.map_or(String::new(), |at| report.path(at.name)),
+                "lines": { "begin": line },
+                "positions": { "begin": { "line": line, "column": column } },
             },
-        }
+        })
     });
-    serde_json::to_writer_pretty(&mut *out, &issues.collect::<Vec<_>>())?;
+    serde_json::Serializer::pretty(&mut *out).collect_seq(issues)?;
     writeln!(out)
 }

@@ -4,10 +4,11 @@
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
+use serde_json::{Value, json};
 
 use super::{Entry, Report, TOOL, Totals, VERSION, split_code};
-use crate::diagnostic::{Fix, Measure, Place, Severity, Subject};
+use crate::diagnostic::{Place, Subject};
 
 /// Version of the report's shape.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -15,110 +16,31 @@ pub const SCHEMA_VERSION: u32 = 1;
 #[derive(Serialize)]
 struct Document<'a> {
     schema_version: u32,
-    tool: Tool,
+    tool: Value,
     files: Vec<&'a str>,
-    totals: DocumentTotals,
-    rules: Vec<Rule<'a>>,
-    findings: Vec<Finding<'a>>,
+    totals: Value,
+    rules: Vec<Value>,
+    findings: Findings<'a>,
 }
 
-#[derive(Serialize)]
-struct Tool {
-    name: &'static str,
-    version: &'static str,
+/// Findings that are made one by one as they are written.
+struct Findings<'a> {
+    report: &'a Report<'a>,
+    entries: Vec<&'a Entry<'a>>,
 }
 
-#[derive(Serialize)]
-struct DocumentTotals {
-    error: usize,
-    warning: usize,
-    info: usize,
-    /// Findings in `findings`; fewer than were found where a code has more than the cap.
-    shown: usize,
-    suppressed: usize,
-    baseline: usize,
-    cap_per_code: Option<usize>,
-    codes: Vec<Code>,
-}
-
-#[derive(Serialize)]
-struct Code {
-    code: String,
-    severity: Severity,
-    count: usize,
-    shown: usize,
-}
-
-#[derive(Serialize)]
-struct Rule<'a> {
-    id: &'a str,
-    title: &'a str,
-    category: &'a str,
-    check: crate::requirement::Check,
-    source: &'a str,
-}
-
-#[derive(Serialize)]
-struct Finding<'a> {
-    code: &'a str,
-    rule: &'a str,
-    slug: &'a str,
-    severity: Severity,
-    primitive: Primitive,
-    referrers: Vec<Primitive>,
-    related: Vec<Part>,
-    position: Option<Coordinates>,
-    source: Option<Source<'a>>,
-    place: Option<Shape>,
-    measure: Option<Measure>,
-    message: &'a str,
-    help: Option<&'a str>,
-    fix: Option<&'a Fix>,
-    fingerprint: &'a str,
-}
-
-#[derive(Serialize)]
-struct Primitive {
-    kind: &'static str,
-    id: Option<i64>,
-}
-
-impl From<Subject> for Primitive {
-    fn from(subject: Subject) -> Self {
-        Self { kind: subject.kind(), id: subject.id() }
+impl Serialize for Findings<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let (map, referrers) = (self.report.map, self.report.referrers());
+        serializer.collect_seq(self.entries.iter().map(|entry| finding(entry, &referrers.chain(map, entry.subject()))))
     }
 }
 
-#[derive(Serialize)]
-struct Part {
-    part: &'static str,
-    kind: &'static str,
-    id: Option<i64>,
-}
-
-#[derive(Serialize)]
-struct Coordinates {
-    lat: Option<f64>,
-    lon: Option<f64>,
-    x: Option<f64>,
-    y: Option<f64>,
-}
-
-#[derive(Serialize)]
-struct Source<'a> {
-    file: &'a str,
-    line: usize,
-    column: usize,
-}
-
-/// In local metres, east and north.
-#[derive(Serialize)]
-struct Shape {
-    kind: &'static str,
-    points: Vec<[f64; 2]>,
-}
-
 /// Writes the report, indented by two spaces.
+///
+/// # Errors
+///
+/// If `out` cannot be written to.
 pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
     let entries = report.entries();
     serde_json::to_writer_pretty(&mut *out, &document(report, &entries))?;
@@ -130,99 +52,90 @@ pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
 /// # Errors
 ///
 /// Where JSON has no word for something, which would be a fault of ours.
-pub fn value(report: &Report<'_>) -> serde_json::Result<serde_json::Value> {
+pub fn value(report: &Report<'_>) -> serde_json::Result<Value> {
     serde_json::to_value(document(report, &report.entries()))
 }
 
 fn document<'a>(report: &'a Report<'a>, entries: &'a [Entry<'a>]) -> Document<'a> {
-    let referrers = report.referrers();
     let mut shown: BTreeMap<&str, usize> = BTreeMap::new();
-    let mut findings = Vec::new();
+    let mut findings = Findings { report, entries: Vec::new() };
     for entry in entries {
         let count = shown.entry(&entry.diagnostic.code).or_default();
-        if report.cap.is_some_and(|cap| *count >= cap) {
-            continue;
+        if report.cap.is_none_or(|cap| *count < cap) {
+            *count += 1;
+            findings.entries.push(entry);
         }
-        *count += 1;
-        findings.push(finding(entry, referrers.chain(report.map, entry.subject())));
     }
     let totals = Totals::of(report.diagnostics);
+    let codes: Vec<Value> = (totals.codes.iter())
+        .map(|total| {
+            let shown = shown.get(total.code.as_str()).copied().unwrap_or(0);
+            json!({ "code": total.code, "severity": total.severity, "count": total.count, "shown": shown })
+        })
+        .collect();
+    let rules = report.requirements.iter().map(|one| {
+        json!({
+            "id": one.id, "title": one.title, "category": one.category, "check": one.check, "source": one.source,
+        })
+    });
     Document {
         schema_version: SCHEMA_VERSION,
-        tool: Tool { name: TOOL, version: VERSION },
+        tool: json!({ "name": TOOL, "version": VERSION }),
         files: report.sources.names().collect(),
-        totals: DocumentTotals {
-            error: totals.errors,
-            warning: totals.warnings,
-            info: totals.infos,
-            shown: findings.len(),
-            suppressed: report.suppressed,
-            baseline: report.known,
-            cap_per_code: report.cap,
-            codes: totals
-                .codes
-                .into_iter()
-                .map(|total| {
-                    let shown = shown.get(total.code.as_str()).copied().unwrap_or(0);
-                    Code { code: total.code, severity: total.severity, count: total.count, shown }
-                })
-                .collect(),
-        },
-        rules: report
-            .requirements
-            .iter()
-            .map(|requirement| Rule {
-                id: &requirement.id,
-                title: &requirement.title,
-                category: &requirement.category,
-                check: requirement.check,
-                source: &requirement.source,
-            })
-            .collect(),
+        totals: json!({
+            "error": totals.errors,
+            "warning": totals.warnings,
+            "info": totals.infos,
+            // Fewer than were found where a code has more than the cap.
+            "shown": findings.entries.len(),
+            "suppressed": report.suppressed,
+            "baseline": report.known,
+            "cap_per_code": report.cap,
+            "codes": codes,
+        }),
+        rules: rules.collect(),
         findings,
     }
 }
 
-fn finding<'a>(entry: &'a Entry<'a>, referrers: Vec<Subject>) -> Finding<'a> {
+fn finding(entry: &Entry<'_>, referrers: &[Subject]) -> Value {
     let diagnostic = entry.diagnostic;
+    let finding = &diagnostic.finding;
     let (rule, slug) = split_code(&diagnostic.code);
     let (globe, plane) = (diagnostic.lonlat, diagnostic.local);
-    let known = globe.is_some() || plane.is_some();
-    Finding {
-        code: &diagnostic.code,
-        rule,
-        slug,
-        severity: diagnostic.severity,
-        primitive: entry.subject().into(),
-        referrers: referrers.into_iter().map(Primitive::from).collect(),
-        related: diagnostic
-            .finding
-            .related
-            .iter()
-            .map(|related| Part { part: related.part, kind: related.subject.kind(), id: related.subject.id() })
-            .collect(),
-        position: known.then(|| Coordinates {
-            lat: globe.map(|at| at.lat),
-            lon: globe.map(|at| at.lon),
-            x: plane.map(|at| at.x),
-            y: plane.map(|at| at.y),
-        }),
-        source: entry.position.map(|at| Source { file: at.name, line: at.line, column: at.column }),
-        place: shape(&diagnostic.finding.place),
-        measure: diagnostic.finding.measure,
-        message: &diagnostic.finding.message,
-        help: diagnostic.help.as_deref(),
-        fix: diagnostic.finding.fix.as_ref(),
-        fingerprint: &entry.fingerprint,
-    }
+    let position = json!({
+        "lat": globe.map(|at| at.lat), "lon": globe.map(|at| at.lon), "x": plane.map(|at| at.x), "y": plane.map(|at| at.y),
+    });
+    let primitive = |one: &Subject| json!({ "kind": one.kind(), "id": one.id() });
+    let related = finding.related.iter();
+    let related = related.map(|one| json!({ "part": one.part, "kind": one.subject.kind(), "id": one.subject.id() }));
+    json!({
+        "code": diagnostic.code,
+        "rule": rule,
+        "slug": slug,
+        "severity": diagnostic.severity,
+        "primitive": primitive(&entry.subject()),
+        "referrers": referrers.iter().map(primitive).collect::<Vec<_>>(),
+        "related": related.collect::<Vec<_>>(),
+        "position": (globe.is_some() || plane.is_some()).then_some(position),
+        "source": entry.position.map(|at| json!({ "file": at.name, "line": at.line, "column": at.column })),
+        "place": shape(&finding.place),
+        "measure": finding.measure,
+        "message": finding.message,
+        "help": diagnostic.help,
+        "fix": finding.fix,
+        "fingerprint": entry.fingerprint,
+    })
 }
 
-fn shape(place: &Place) -> Option<Shape> {
+/// What to draw, in local metres, east and north.
+fn shape(place: &Place) -> Option<Value> {
     let (kind, points) = match place {
         Place::Unknown => return None,
         Place::Point(point) => ("point", std::slice::from_ref(point)),
         Place::Line(points) => ("line", points.as_slice()),
         Place::Polygon(ring) => ("polygon", ring.as_slice()),
     };
-    Some(Shape { kind, points: points.iter().map(|point| [point.x, point.y]).collect() })
+    let points: Vec<[f64; 2]> = points.iter().map(|point| [point.x, point.y]).collect();
+    Some(json!({ "kind": kind, "points": points }))
 }

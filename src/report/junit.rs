@@ -9,6 +9,10 @@ use crate::requirement::{Check, Requirement};
 
 /// Writes one suite. A requirement fails if one of its findings makes the run fail; its other findings stand in the
 /// case's output. One that no program can judge is skipped.
+///
+/// # Errors
+///
+/// If `out` cannot be written to.
 pub fn write(report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
     let entries = report.entries();
     let mut by_rule: BTreeMap<&str, Vec<&Entry<'_>>> = BTreeMap::new();

@@ -7,7 +7,7 @@ use super::Report;
 use crate::diagnostic::{Edit, Fix, SourceSpan, Subject};
 use crate::lanelet::locate::span_of;
 
-/// A stretch of a file, by byte offsets, and what stands there after the change.
+/// A range of a file (bytes), and its text after the change.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Replacement {
     /// What goes; empty where something is put in.
@@ -60,71 +60,61 @@ fn vertices_shift(edits: &[Edit]) -> bool {
 }
 
 /// Offsets within the element, and the new text.
-type Change = (usize, usize, String);
+type ByteChange = (usize, usize, String);
 
-fn of_edit<'r>(report: &Report<'r>, edit: &Edit) -> Option<(Element<'r>, Vec<Change>)> {
-    let open = |subject: Subject| Element::read(report, subject);
-    Some(match edit {
-        Edit::SetTag { on, key, value } => {
-            let element = open(*on)?;
+fn of_edit<'r>(report: &Report<'r>, edit: &Edit) -> Option<(Element<'r>, Vec<ByteChange>)> {
+    let element = Element::read(report, edited_element(edit)?)?;
+    let changes = match edit {
+        Edit::SetTag { key, value, .. } => {
             let tag = format!("<tag k=\"{}\" v=\"{}\"/>", escape(key), escape(value));
             let old: Vec<&Child> = element.tags(key).collect();
-            let change = match old[..] {
+            match old[..] {
                 [] => vec![element.behind_last("tag", tag)?],
                 [old] => vec![(old.start, old.end, tag)],
                 _ => return None,
-            };
-            (element, change)
+            }
         }
-        Edit::RemoveTag { on, key } => {
-            let element = open(*on)?;
-            let change = element.tags(key).map(|tag| element.without(tag)).collect();
-            (element, change)
+        Edit::RemoveTag { key, .. } => element.tags(key).map(|tag| element.without(tag)).collect(),
+        Edit::AddMember { role, member, .. } => vec![element.behind_last("member", member_text(*member, role)?)?],
+        Edit::RemoveMember { role, member, .. } => {
+            element.members(role, *member).map(|member| element.without(member)).collect()
         }
-        Edit::AddMember { on, role, member } => {
-            let element = open(*on)?;
-            let change = vec![element.behind_last("member", member_text(*member, role)?)?];
-            (element, change)
-        }
-        Edit::RemoveMember { on, role, member } => {
-            let element = open(*on)?;
-            let change = element.members(role, *member).map(|member| element.without(member)).collect();
-            (element, change)
-        }
-        Edit::SetRole { on, member, from, to } => {
-            let element = open(*on)?;
+        Edit::SetRole { member, from, to, .. } => {
             let text = member_text(*member, to)?;
-            let change = element.members(from, *member).map(|old| (old.start, old.end, text.clone())).collect();
-            (element, change)
+            element.members(from, *member).map(|old| (old.start, old.end, text.clone())).collect()
         }
-        Edit::InsertVertex { way, position, point } => {
-            let element = open(*way)?;
-            let change = vec![element.vertex(*position, *point)?];
-            (element, change)
-        }
-        Edit::RemoveVertex { way, position } => {
-            let element = open(*way)?;
-            let vertex = element.named("nd").nth(*position)?;
-            let change = vec![element.without(vertex)];
-            (element, change)
-        }
-        Edit::ReplaceWay { lanelet, from, to } => {
-            let element = open(Subject::Lanelet(*lanelet))?;
+        Edit::InsertVertex { position, point, .. } => vec![element.vertex(*position, *point)?],
+        Edit::RemoveVertex { position, .. } => vec![element.without(element.named("nd").nth(*position)?)],
+        Edit::ReplaceWay { from, to, .. } => {
             let (from, to) = (Subject::LineString(*from), Subject::LineString(*to));
             let bounds = ["left", "right"].into_iter().flat_map(|role| {
                 let text = member_text(to, role);
                 element.members(role, from).filter_map(move |old| Some((old.start, old.end, text.clone()?)))
             });
-            let change = bounds.collect();
-            (element, change)
+            bounds.collect()
         }
+        _ => return None,
+    };
+    Some((element, changes))
+}
+
+/// The one element that an edit changes; `None` for an edit of several.
+fn edited_element(edit: &Edit) -> Option<Subject> {
+    match edit {
+        Edit::SetTag { on, .. }
+        | Edit::RemoveTag { on, .. }
+        | Edit::AddMember { on, .. }
+        | Edit::RemoveMember { on, .. }
+        | Edit::SetRole { on, .. } => Some(*on),
+        Edit::InsertVertex { way, .. } | Edit::RemoveVertex { way, .. } => Some(*way),
+        Edit::ReplaceWay { lanelet, .. } => Some(Subject::Lanelet(*lanelet)),
         Edit::MergePoints { .. }
         | Edit::Remove { .. }
         | Edit::RemoveRepeat { .. }
         | Edit::Renumber { .. }
         | Edit::SetPlace { .. }
-        | Edit::CreateRegulatoryElement { .. } => return None,
-    })
+        | Edit::CreateRegulatoryElement { .. } => None,
+    }
 }
 
 /// The word of a member's `type`.
@@ -222,19 +212,19 @@ impl<'r> Element<'r> {
         self.named("member").filter(move |one| one.is("role", role) && one.is("ref", &id) && one.is("type", kind))
     }
 
-    /// The blanks before a child, by which it stands on a line of its own.
+    /// The blanks that put a child on its own line.
     fn gap(&self, child: &Child) -> &'r str {
         let before = self.text.get(..child.start).unwrap_or_default();
         before.get(before.trim_end().len()..).unwrap_or_default()
     }
 
     /// A child and the blanks before it, taken out.
-    fn without(&self, child: &Child) -> Change {
+    fn without(&self, child: &Child) -> ByteChange {
         (child.start - self.gap(child).len(), child.end, String::new())
     }
 
     /// Text behind the last child of a name, or else behind the last one, or else first.
-    fn behind_last(&self, name: &str, text: String) -> Option<Change> {
+    fn behind_last(&self, name: &str, text: String) -> Option<ByteChange> {
         let last = self.named(name).last().or(self.children.last());
         match last {
             Some(last) => Some((last.end, last.end, format!("{}{text}", self.gap(last)))),
@@ -242,7 +232,7 @@ impl<'r> Element<'r> {
         }
     }
 
-    fn vertex(&self, position: usize, point: i64) -> Option<Change> {
+    fn vertex(&self, position: usize, point: i64) -> Option<ByteChange> {
         let text = format!("<nd ref=\"{point}\"/>");
         match self.named("nd").nth(position) {
             Some(next) => Some((next.start, next.start, format!("{text}{}", self.gap(next)))),

@@ -55,7 +55,7 @@ impl<'a> Sources<'a> {
         Self { files: files.collect() }
     }
 
-    /// Where an element stands; `None` for an unknown file or one without text.
+    /// The position of an element; `None` for an unknown file or one without text.
     pub fn position(&self, span: &SourceSpan) -> Option<Position<'a>> {
         let file = self.file(span)?;
         let (line, column) = file.position(file.clip(span.start));

@@ -9,7 +9,7 @@ use super::source::SourceFile;
 use super::{Report, concise, details, summary, visible};
 use crate::diagnostic::{Diagnostic, Severity};
 
-/// After so many findings with a snippet the rest get one line each: nobody reads more, and the terminal scrolls.
+/// After this many findings with a snippet, the rest get one line each, so that the terminal does not scroll away.
 pub const GRAPHICAL_LIMIT: usize = 100;
 
 /// How the terminal wants it.
@@ -28,6 +28,10 @@ impl Default for TextStyle {
 }
 
 /// Writes findings with snippets, then those beyond the limit in one line each, then the summary.
+///
+/// # Errors
+///
+/// If `out` cannot be written to.
 pub fn text(out: &mut dyn Write, report: &Report<'_>, style: TextStyle) -> io::Result<()> {
     let Report { diagnostics, sources, map, .. } = *report;
     let referrers = report.referrers();

@@ -59,6 +59,10 @@ impl Totals {
     }
 
     /// The table of `--statistics`: count, severity and code, one line each.
+    ///
+    /// # Errors
+    ///
+    /// If `out` cannot be written to.
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         let width = self.codes.first().map_or(1, |most| most.count.to_string().len());
         for CodeTotal { code, severity, count } in &self.codes {

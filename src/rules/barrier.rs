@@ -16,7 +16,7 @@ pub struct Barrier<'m> {
     pub id: LineStringId,
     /// Its type.
     pub kind: &'m str,
-    /// Where it stands.
+    /// Where it is.
     pub line: Polyline,
     /// Mean height, metres; `None` if no point has one.
     height: Option<f64>,

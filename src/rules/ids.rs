@@ -50,7 +50,8 @@ fn finding(map: &MapIndex, fault: &LoadFault, twice: &FxHashSet<Subject>) -> Opt
     })
 }
 
-/// Another id, here and wherever it stands. That of an element is known outside the map: traffic lights are told apart by it.
+/// Adds the fix that gives a new id, here and in all references. The ids of regulatory elements are known outside the map,
+/// since traffic lights are distinguished by them, so that fix is unsafe.
 fn renumbered(twice: &FxHashSet<Subject>, finding: Finding) -> Finding {
     let on = finding.subject;
     if twice.contains(&on) {

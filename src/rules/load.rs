@@ -1,4 +1,4 @@
-//! load: what Autoware's loader stumbles over.
+//! load: what Autoware's loader rejects or changes.
 
 use rustc_hash::FxHashSet;
 
@@ -22,8 +22,8 @@ impl Rule for Load {
     }
 }
 
-/// Lanelets that run against the points of both bounds. Many sound maps have some, so they are said once. Of two that
-/// are one road to and fro, over the same two ways, one has to.
+/// Lanelets that run against the point order of both bounds. Many valid maps have some, so there is one finding for all of
+/// them. Two lanelets that share both ways in opposite directions do not count: one of them has to.
 fn reversed(map: &MapIndex) -> Option<Finding> {
     let ways: FxHashSet<[LineStringId; 2]> =
         map.map.lanelets.iter().map(|lanelet| [lanelet.left.line, lanelet.right.line]).collect();
@@ -45,25 +45,59 @@ fn reversed(map: &MapIndex) -> Option<Finding> {
 
 /// The finding of a fault; `None` for those of other families.
 fn finding(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
+    file(map, fault).or_else(|| bounds(map, fault)).or_else(|| element(map, fault))
+}
+
+/// What is wrong with the file, and with references in it.
+fn file(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
     let subject = fault.subject;
     let about = name(subject);
     let found = |slug, message: String| Finding::new(slug, subject, message);
     Some(match &fault.condition {
         Condition::MissingReference { kind, id, role } => {
             let finding = found("missing-ref", format!("{about} refers to {kind} {id}, which does not exist."));
-            without_member(map, finding, *kind, *id, role.as_deref())
+            with_member_removed(map, finding, *kind, *id, role.as_deref())
         }
         Condition::WayWithoutNodes => found("empty-way", format!("{about} has no nodes and is dropped.")),
+        Condition::MemberDropped { kind, id, role } => {
+            found("skipped", format!("{about} loses its member {role}: {kind} {id} did not load."))
+        }
+        Condition::NotRegulatoryElement { kind, id } => {
+            found("element-type", format!("{about} refers to {kind} {id} as regulatory_element, which it is not."))
+        }
+        Condition::UnknownRelationType { found: kind, meant } => {
+            let kind = kind.as_ref().map_or("no type".to_owned(), |kind| format!("type {kind}"));
+            with_inferred_tag(
+                found("relation-type", format!("{about} has {kind} and is ignored.")),
+                "type",
+                meant.as_deref(),
+            )
+        }
+        Condition::NoFormatVersion => found("format-version", "The map has no MetaInfo format_version.".to_owned()),
+        Condition::BadFormatVersion { found: version } => {
+            found("format-version", format!("format_version {version} is not of the form 2, 2.0 or 2.0.0."))
+        }
+        Condition::UnsupportedFormatVersion { found: version, supported } => found(
+            "format-version",
+            format!("format_version {version} is above {supported}, the highest that Autoware supports."),
+        ),
+        Condition::PassedOver { message } => found("passed-over", format!("{message}.")),
+        _ => return None,
+    })
+}
+
+/// What is wrong with the bounds of a lanelet.
+fn bounds(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
+    let subject = fault.subject;
+    let about = name(subject);
+    let found = |slug, message: String| Finding::new(slug, subject, message);
+    Some(match &fault.condition {
         Condition::BoundCount { role, count, ways, meant } => {
             let finding = bound_count(subject, *role, *count, ways);
-            match meant {
-                Some(way) => {
-                    let member = Subject::LineString(*way);
-                    let edits = vec![Edit::AddMember { on: subject, role: role.as_str().into(), member }];
-                    finding.fixed_by(format!("add way {way} as {role} bound, the only one that fits"), false, edits)
-                }
-                None => finding,
-            }
+            let Some(way) = meant else { return Some(finding) };
+            let edits =
+                vec![Edit::AddMember { on: subject, role: role.as_str().into(), member: Subject::LineString(*way) }];
+            finding.fixed_by(format!("add way {way} as {role} bound, the only one that fits"), false, edits)
         }
         Condition::BoundIsPolygon { role, way } => {
             let message = format!("{} {way} of {subject} has area=yes and loads as a polygon.", bound(*role));
@@ -85,25 +119,20 @@ fn finding(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
             let message = format!("{about} is left out: its {role} {way} did not load.");
             found("skipped", message).with(Subject::Way(*way), role.as_str())
         }
-        Condition::MemberDropped { kind, id, role } => {
-            found("skipped", format!("{about} loses its member {role}: {kind} {id} did not load."))
-        }
-        Condition::BoundsOpposed { left, right } => {
-            let turned = [*left, *right].into_iter().find(|(_, inverted)| *inverted).unwrap_or(*left).0;
-            let message = format!("The loader turns bound {turned} of {subject} around, against its other bound.");
-            let finding = found("align", message)
-                .with(Subject::LineString(left.0), "left")
-                .with(Subject::LineString(right.0), "right");
-            let line = map.map.linestrings.get(LineStringId(turned)).map(|line| &line.points);
-            let points = line.into_iter().flatten().filter_map(|&id| map.map.points.get(id));
-            finding.at(Place::Line(points.map(|point| point.position).collect()))
-        }
-        Condition::NotRegulatoryElement { kind, id } => {
-            found("element-type", format!("{about} refers to {kind} {id} as regulatory_element, which it is not."))
-        }
+        Condition::BoundsOpposed { left, right } => opposed(map, subject, *left, *right),
+        _ => return None,
+    })
+}
+
+/// What is wrong with a regulatory element.
+fn element(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
+    let subject = fault.subject;
+    let about = name(subject);
+    let found = |slug, message: String| Finding::new(slug, subject, message);
+    Some(match &fault.condition {
         Condition::WithoutSubtype { meant } => {
             let message = format!("{about} has no subtype; no map will be published.");
-            said(found("re-subtype", message), "subtype", meant.as_deref())
+            with_inferred_tag(found("re-subtype", message), "subtype", meant.as_deref())
         }
         Condition::UnknownSubtype { subtype } => unknown_subtype(subject, subtype),
         Condition::MemberCount { subtype, limit, count } => {
@@ -138,25 +167,24 @@ fn finding(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
             let kind = kind.as_ref().map_or("no type".to_owned(), |kind| format!("type {kind}"));
             found("re-member-type", format!("Member {role} of {subject} is relation {id}, which has {kind}."))
         }
-        Condition::UnknownRelationType { found: kind, meant } => {
-            let kind = kind.as_ref().map_or("no type".to_owned(), |kind| format!("type {kind}"));
-            said(found("relation-type", format!("{about} has {kind} and is ignored.")), "type", meant.as_deref())
-        }
-        Condition::NoFormatVersion => found("format-version", "The map has no MetaInfo format_version.".to_owned()),
-        Condition::BadFormatVersion { found: version } => {
-            found("format-version", format!("format_version {version} is not of the form 2, 2.0 or 2.0.0."))
-        }
-        Condition::UnsupportedFormatVersion { found: version, supported } => found(
-            "format-version",
-            format!("format_version {version} is above {supported}, the highest that Autoware supports."),
-        ),
-        Condition::PassedOver { message } => found("passed-over", format!("{message}.")),
         _ => return None,
     })
 }
 
-/// With the tag that the members of a relation call for.
-fn said(finding: Finding, key: &str, meant: Option<&str>) -> Finding {
+/// Bounds, each with whether it is turned around, that run against each other.
+fn opposed(map: &MapIndex, subject: Subject, left: (i64, bool), right: (i64, bool)) -> Finding {
+    let turned = [left, right].into_iter().find(|(_, inverted)| *inverted).unwrap_or(left).0;
+    let message = format!("The loader turns bound {turned} of {subject} around, against its other bound.");
+    let finding = Finding::new("align", subject, message)
+        .with(Subject::LineString(left.0), "left")
+        .with(Subject::LineString(right.0), "right");
+    let line = map.map.linestrings.get(LineStringId(turned)).map(|line| &line.points);
+    let points = line.into_iter().flatten().filter_map(|&id| map.map.points.get(id));
+    finding.at(Place::Line(points.map(|point| point.position).collect()))
+}
+
+/// Adds the fix that sets the tag which the members of a relation imply.
+fn with_inferred_tag(finding: Finding, key: &str, meant: Option<&str>) -> Finding {
     let Some(meant) = meant else { return finding };
     let edits = vec![Edit::SetTag { on: finding.subject, key: key.into(), value: meant.into() }];
     finding.fixed_by(format!("set {key}={meant}, as its members call for"), true, edits)
@@ -194,8 +222,8 @@ fn bound_count(subject: Subject, role: BoundRole, count: usize, ways: &[i64]) ->
     ways.iter().fold(finding, |finding, &way| finding.with(Subject::Way(way), role.as_str()))
 }
 
-/// A dangling member can go where the element loaded without it.
-fn without_member(map: &MapIndex, finding: Finding, kind: ElementKind, id: i64, role: Option<&str>) -> Finding {
+/// Adds the fix that removes a dangling member, where the element loaded without it.
+fn with_member_removed(map: &MapIndex, finding: Finding, kind: ElementKind, id: i64, role: Option<&str>) -> Finding {
     let loaded = match finding.subject {
         Subject::Lanelet(id) => map.map.lanelets.contains(LaneletId(id)),
         Subject::RegulatoryElement(id) => map.map.regulatory_elements.contains(RegulatoryElementId(id)),
@@ -211,7 +239,7 @@ fn without_member(map: &MapIndex, finding: Finding, kind: ElementKind, id: i64, 
     finding.fixed_by(format!("remove the member {kind} {id}"), true, edits)
 }
 
-/// Names the lanelets that lose the element.
+/// Adds the lanelets that lose the element.
 fn referrers(map: &MapIndex, finding: Finding) -> Finding {
     let Subject::RegulatoryElement(id) = finding.subject else { return finding };
     let lanelets = map.map.lanelets.iter().filter(|l| l.regulatory_elements.contains(&RegulatoryElementId(id)));

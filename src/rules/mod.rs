@@ -1,28 +1,29 @@
-//! The table of the standard: number, document, predicate; and the engine that runs it.
+//! The table of the standard: number, document, predicate.
 
-mod along;
 mod area_element;
 mod barrier;
 mod borders;
+mod centerline_ends;
 mod config;
+mod engine;
 mod geoid;
 mod graph;
 mod health;
 mod ids;
-mod joint;
 mod load;
-mod moves;
 mod node;
+mod parallel_bounds;
+mod routing_moves;
 
-mod opposed;
+mod driving_side;
+mod opposing_overlap;
 mod phase;
 mod pictures;
 mod projector;
 mod right_of_way;
 mod rule;
-mod side;
 mod side_lane;
-mod stops;
+mod stop_line_crossings;
 pub mod tier4;
 
 mod virtual_light;
@@ -92,17 +93,14 @@ mod walkway;
 
 use std::sync::LazyLock;
 
-use rayon::prelude::*;
-
 pub use config::{Config, ConfigError, vet};
+pub use engine::run;
 pub use rule::{NoParams, Rule};
 
 use crate::cancel;
 use crate::diagnostic::{Diagnostic, Finding, Severity};
 use crate::lanelet::index::MapIndex;
-use crate::parallel::Finely;
 use crate::requirement::{DocumentError, Requirement};
-use crate::settings::Profile;
 
 /// How a program judges a requirement.
 type Predicate = fn(&MapIndex, toml::Table) -> Result<Vec<Finding>, toml::de::Error>;
@@ -134,7 +132,7 @@ table! {
     "ids" => Some(judge::<ids::Ids>),
     "node" => Some(judge::<node::Nodes>),
     "projector" => Some(judge::<projector::ProjectorFile>),
-    "side" => Some(judge::<side::OneSide>),
+    "side" => Some(judge::<driving_side::OneSide>),
     "phase" => Some(judge::<phase::Phase>),
     "health" => Some(judge::<health::Health>),
     "vm-01-01" => Some(judge::<vm_01_01::RoadBasics>),
@@ -168,7 +166,7 @@ table! {
     "vm-03-04" => Some(judge::<vm_03_04::AllLanelets>),
     "vm-03-05" => Some(judge::<vm_03_05::NoDivision>),
     "vm-03-06" => Some(judge::<vm_03_06::GuideLines>),
-    "vm-03-07" => Some(judge::<vm_03_07::SideBySide>),
+    "vm-03-07" => Some(judge::<vm_03_07::SideBySideStarts>),
     "vm-03-08" => Some(judge::<vm_03_08::Outline>),
     "vm-03-09" => Some(judge::<vm_03_09::Extent>),
     "vm-03-10" => Some(judge::<vm_03_10::RightOfWayWithSignal>),
@@ -192,19 +190,22 @@ table! {
     "vm-06-03" => Some(judge::<vm_06_03::NoStoppingSign>),
     "vm-06-04" => Some(judge::<vm_06_04::NoStopping>),
     "vm-06-05" => Some(judge::<vm_06_05::DetectionArea>),
-    "vm-06-06" => Some(judge::<vm_06_06::BusStop>),
+    "vm-06-06" => Some(judge::<vm_06_06::BusStopElement>),
     "vm-07-01" => Some(judge::<vm_07_01::Range>),
     "vm-07-02" => Some(judge::<vm_07_02::PedestrianRange>),
     "vm-07-03" => Some(judge::<vm_07_03::GuardRails>),
     "vm-07-04" => Some(judge::<vm_07_04::EllipsoidalHeight>),
     "vm-07-05" => Some(judge::<vm_07_05::BicycleMarks>),
     "vm-07-06" => Some(judge::<vm_07_06::AddedLane>),
-    "vm-07-07" => Some(judge::<vm_07_07::BusStop>),
+    "vm-07-07" => Some(judge::<vm_07_07::BusStopPosition>),
     "vm-07-08" => Some(judge::<vm_07_08::OverlappingLanes>),
 }
 
-/// All requirements in the standard's order. Fails only if a document of `rules/` was spoilt before compiling, which
-/// a test prevents.
+/// All requirements in the standard's order.
+///
+/// # Errors
+///
+/// If a document of `rules/` was spoilt before compiling, which a test prevents.
 pub fn table() -> Result<&'static [Row], &'static DocumentError> {
     static ROWS: LazyLock<Result<Vec<Row>, DocumentError>> = LazyLock::new(|| {
         let rows = TABLE.iter().map(|&(id, text, predicate)| {
@@ -226,18 +227,6 @@ pub fn find(code: &str) -> Option<&'static Requirement> {
 pub fn selected(config: &Config) -> Vec<&'static Requirement> {
     let rows = table().unwrap_or_default();
     rows.iter().map(|row| &row.requirement).filter(|requirement| config.wants_rule(requirement)).collect()
-}
-
-/// Runs every rule over the map, in parallel. The findings come in the table's order, within a rule in the order of
-/// its document's faults, then by subject: the same whatever the number of threads.
-pub fn run(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigError> {
-    let rows = table().map_err(Clone::clone)?;
-    if config.profile == Profile::Tier4 {
-        return tier4::run(map, config);
-    }
-    let by_rule: Vec<Vec<Diagnostic>> =
-        rows.par_iter().finely().map(|row| run_row(map, config, row)).collect::<Result<_, ConfigError>>()?;
-    Ok(by_rule.into_iter().flatten().collect())
 }
 
 fn run_row(map: &MapIndex, config: &Config, row: &Row) -> Result<Vec<Diagnostic>, ConfigError> {

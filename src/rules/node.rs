@@ -42,22 +42,10 @@ fn finding(map: &MapIndex, params: &Params, fault: &LoadFault, heights: &BTreeMa
     let subject = fault.subject;
     let about = name(subject);
     let found = |slug, message: String| Finding::new(slug, subject, message);
-    let graded = |distance: f64| if distance > params.far { Severity::Error } else { Severity::Warning };
-    let with_height = |finding: Finding| match subject {
-        Subject::Point(id) => match heights.get(&PointId(id)) {
-            Some(height) => {
-                let value = format!("{height:.3}");
-                let edits = vec![Edit::SetTag { on: subject, key: "ele".into(), value: value.as_str().into() }];
-                finding.fixed_by(format!("set ele={value}, from its neighbours"), false, edits)
-            }
-            None => finding,
-        },
-        _ => finding,
-    };
     Some(match &fault.condition {
-        Condition::NoElevation => with_height(found("no-ele", format!("{about} has no ele."))),
+        Condition::NoElevation => with_height(heights, found("no-ele", format!("{about} has no ele."))),
         Condition::BadElevation { found: value } => {
-            with_height(found("no-ele", format!("ele={value} of {} is not a number.", subject)))
+            with_height(heights, found("no-ele", format!("ele={value} of {subject} is not a number.")))
         }
         Condition::BadCoordinate { meant } => {
             let finding =
@@ -83,16 +71,14 @@ fn finding(map: &MapIndex, params: &Params, fault: &LoadFault, heights: &BTreeMa
         }
         Condition::LocalMismatch { distance } => {
             let message = format!("local_x, local_y of {subject} are {distance:.2} m from its latitude and longitude.");
-            let finding =
-                found("local-mismatch", message).measured(*distance, params.far, "m").graded(graded(*distance));
-            recomputed(map, finding)
+            recomputed(map, mismatch(params, subject, *distance, message))
         }
         Condition::LocalShifted { east, north } => {
             let distance = east.hypot(*north);
             let message = format!(
                 "local_x, local_y of all points are {distance:.2} m from their latitude and longitude ({east:.2} m east, {north:.2} m north)."
             );
-            found("local-mismatch", message).measured(distance, params.far, "m").graded(graded(distance))
+            mismatch(params, subject, distance, message)
         }
         Condition::OtherSquare { square, expected, nodes } => {
             let who = match nodes {
@@ -106,7 +92,23 @@ fn finding(map: &MapIndex, params: &Params, fault: &LoadFault, heights: &BTreeMa
     })
 }
 
-/// The local coordinates as latitude and longitude give them.
+/// Local coordinates that lie this far (m) from latitude and longitude.
+fn mismatch(params: &Params, subject: Subject, distance: f64, message: String) -> Finding {
+    let severity = if distance > params.far { Severity::Error } else { Severity::Warning };
+    Finding::new("local-mismatch", subject, message).measured(distance, params.far, "m").graded(severity)
+}
+
+/// Adds the fix that sets a point's height (m) from its neighbours.
+fn with_height(heights: &BTreeMap<PointId, f64>, finding: Finding) -> Finding {
+    let on = finding.subject;
+    let height = on.id().filter(|_| matches!(on, Subject::Point(_))).and_then(|id| heights.get(&PointId(id)));
+    let Some(height) = height else { return finding };
+    let value = format!("{height:.3}");
+    let edits = vec![Edit::SetTag { on, key: "ele".into(), value: value.as_str().into() }];
+    finding.fixed_by(format!("set ele={value}, from its neighbours"), false, edits)
+}
+
+/// Adds the fix that computes the local coordinates from latitude and longitude.
 fn recomputed(map: &MapIndex, finding: Finding) -> Finding {
     let on = finding.subject;
     let point = on.id().and_then(|id| map.map.points.get(PointId(id)));

@@ -23,14 +23,14 @@ impl Rule for Phase {
 
 /// The lights of one traffic light element of an approach, and the movements that it rules.
 #[derive(Default)]
-struct Ruled {
+struct SignalMovements {
     lights: Vec<LineStringId>,
     movements: Vec<usize>,
 }
 
 /// Turns with a light of their own. They may be green with the rest of their approach or not; the map does not tell.
 fn arrows(map: &MapIndex, intersection: &Intersection, traffic: &Traffic) -> Vec<Finding> {
-    let mut by_arm: BTreeMap<usize, BTreeMap<RegulatoryElementId, Ruled>> = BTreeMap::new();
+    let mut by_arm: BTreeMap<usize, BTreeMap<RegulatoryElementId, SignalMovements>> = BTreeMap::new();
     for (x, movement) in traffic.movements.iter().enumerate().filter(|(_, one)| map.lanes[one.lane].vehicle) {
         for light in map.elements(map.lanes[movement.lane].id, "traffic_light") {
             let ruled = by_arm.entry(movement.from).or_default().entry(light.id).or_default();

@@ -1,12 +1,12 @@
-//! Strips at the side of a road, be it a shoulder or one for people on foot: what lies beside them.
+//! Strips at the side of a road, shoulders and lanes for people on foot, and what lies beside them.
 
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{LaneletId, RoadType};
 
-use super::along;
-use super::along::{Reach, Twins};
 use super::graph::{Graph, Rules};
+use super::parallel_bounds;
+use super::parallel_bounds::{ParallelBounds, Reach};
 
 /// Judges all lanelets of a subtype: each lies beside another lanelet, and a side that is free ends in a road border.
 /// `copied`: one whose border is as close to that of a road is not called alone. `beside_road`: the only neighbour has to
@@ -48,11 +48,11 @@ pub fn judge(map: &MapIndex, subtype: &str, kind: RoadType, copied: Option<Reach
 }
 
 /// Strips of a kind whose bound runs along that of a road without being the same way.
-pub fn copies(map: &MapIndex, kind: RoadType, reach: Reach) -> Vec<Twins> {
+pub fn copies(map: &MapIndex, kind: RoadType, reach: Reach) -> Vec<ParallelBounds> {
     if !map.lanes.iter().any(|lane| lane.kind == kind) {
         return Vec::new();
     }
-    along::all(map, reach, |lane| lane.kind == RoadType::Road, |lane| lane.kind == kind)
+    parallel_bounds::all(map, reach, |lane| lane.kind == RoadType::Road, |lane| lane.kind == kind)
 }
 
 /// Says of each copy that it is one.

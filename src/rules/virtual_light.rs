@@ -150,7 +150,7 @@ fn station(center: &Polyline, [a, b]: [Point; 2]) -> Option<f64> {
     None
 }
 
-/// Whether a line lies on a lane, be it in part.
+/// Whether a line lies on a lane, at least in part.
 fn touches([a, b]: [Point; 2], lane: &Lane) -> bool {
     let ring = &lane.outline;
     let mut edges = ring.iter().zip(ring.iter().cycle().skip(1));

@@ -14,7 +14,7 @@ use crate::lanelet::{Attributes, LaneletId, LineString, LineStringId, PointId, R
 use crate::parallel::Finely;
 
 use super::Rule;
-use super::along::on_two_levels;
+use super::parallel_bounds::on_two_levels;
 
 /// See `rules/vm-01-03.md`.
 pub struct SharedBorders;
@@ -47,7 +47,7 @@ impl Rule for SharedBorders {
         let all = (0..map.lanes.len()).into_par_iter().finely();
         let mut pairs: Vec<(usize, usize)> = all.flat_map_iter(|at| found(at, &borders_of)).collect();
         if !pairs.is_empty() {
-            // Few maps come so far: only here it is asked for what stands on the bounds.
+            // Few maps come so far: only here it is asked for what is on the bounds.
             let (walls, first) = (walls(map), pairs.iter().flat_map(|&(at, other)| [at, other]));
             let lanes: BTreeSet<usize> = first.collect();
             lanes.iter().for_each(|&at| borders_of[at] = borders(map, &map.lanes[at], &walls));
@@ -94,7 +94,7 @@ fn step(pair: &[PointId]) -> [PointId; 2] {
     [pair[0].min(pair[1]), pair[0].max(pair[1])]
 }
 
-/// The bounds over which a lane may lie beside another: no barrier, and none along which one stands on the same points, as
+/// The bounds over which a lane may lie beside another: no barrier, and none along which one is on the same points, as
 /// kerbs do on virtual bounds in intersections. Bicycle lanes have a rule of their own, and who walks across lies beside nobody.
 fn borders(map: &MapIndex, lane: &Lane, walls: &FxHashSet<[PointId; 2]>) -> Vec<Polyline> {
     if lane.bicycle || matches!(lane.kind, RoadType::Crosswalk | RoadType::Walkway) {
@@ -116,26 +116,39 @@ fn along(map: &MapIndex, borders: &[Vec<Polyline>], params: &Params, at: usize) 
         return Vec::new();
     }
     let margin = Vector::repeat(params.gap_most);
-    let related = |other: usize| {
-        let share = map.lanes[other].bounds.iter().any(|way| lane.bounds.contains(way));
-        // What crosses, parts or merges in an intersection is judged by vm-03-07.
-        let inside = || map.in_same_intersection(at, other).is_some();
-        let elsewhere = on_two_levels(map, lane, &map.lanes[other]) || is_strip(lane, &map.lanes[other]);
-        share || map.followers(at).contains(&other) || map.followers(other).contains(&at) || elsewhere || inside()
-    };
-    let runs = |other: usize| {
-        let streets = is_street(map, at) && is_street(map, other);
-        let beside = |line: &Polyline, own: &Polyline| {
-            !part(line, own) && runs_along(line, own, params) && !(streets && against(line, own))
-        };
-        borders[other].iter().any(|line| borders[at].iter().any(|own| beside(line, own)))
-    };
-    let apart = |other: usize| {
-        let overlap = polygon::overlap(&lane.outline, &map.lanes[other].outline);
-        overlap <= params.iou_threshold * (lane.area + map.lanes[other].area - overlap)
-    };
     let near = map.lanes_near(lane.extent[0] - margin, lane.extent[1] + margin).into_iter();
-    near.filter(|&other| other != at && !related(other) && runs(other) && apart(other)).collect()
+    let beside = near.filter(|&other| {
+        let is_candidate = other != at && !are_related(map, at, other) && run_along(map, borders, params, [at, other]);
+        is_candidate && lie_apart(params, lane, &map.lanes[other])
+    });
+    beside.collect()
+}
+
+/// Whether two lanes share a bound, follow each other, lie on two levels, are road and strip, or are in one intersection, where
+/// vm-03-07 judges what crosses, parts or merges.
+fn are_related(map: &MapIndex, at: usize, other: usize) -> bool {
+    let (a, b) = (&map.lanes[at], &map.lanes[other]);
+    b.bounds.iter().any(|way| a.bounds.contains(way))
+        || map.followers(at).contains(&other)
+        || map.followers(other).contains(&at)
+        || on_two_levels(map, a, b)
+        || is_strip(a, b)
+        || map.in_same_intersection(at, other).is_some()
+}
+
+/// Whether a bound of one lane runs along a bound of the other, between streets in the same direction.
+fn run_along(map: &MapIndex, borders: &[Vec<Polyline>], params: &Params, [at, other]: [usize; 2]) -> bool {
+    let streets = is_street(map, at) && is_street(map, other);
+    let beside = |line: &Polyline, own: &Polyline| {
+        !part(line, own) && runs_along(line, own, params) && !(streets && against(line, own))
+    };
+    borders[other].iter().any(|line| borders[at].iter().any(|own| beside(line, own)))
+}
+
+/// Whether two lanes overlap by no more than the allowed share of their common area.
+fn lie_apart(params: &Params, a: &Lane, b: &Lane) -> bool {
+    let overlap = polygon::overlap(&a.outline, &b.outline);
+    overlap <= params.iou_threshold * (a.area + b.area - overlap)
 }
 
 /// Whether one is a road and the other a strip at its side: vm-01-16 and vm-01-18 say what is between them.

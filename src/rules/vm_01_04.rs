@@ -8,8 +8,8 @@ use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::LineStringId;
 use crate::lanelet::index::{MapIndex, is_road_border};
 
-use super::along::{Reach, Twins};
-use super::{Rule, along};
+use super::parallel_bounds::{ParallelBounds, Reach};
+use super::{Rule, parallel_bounds};
 
 /// See `rules/vm-01-04.md`.
 pub struct OpposingLanes;
@@ -29,16 +29,17 @@ impl Rule for OpposingLanes {
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         let reach = Reach { apart: params.apart, share: params.share };
-        let twins = along::all(map, reach, |lane| lane.is_for_cars(), |lane| lane.is_for_cars());
-        let outside = |twins: &Twins| twins.lanes.iter().all(|&lane| map.intersections_of(lane).is_empty());
+        let twins = parallel_bounds::all(map, reach, |lane| lane.is_for_cars(), |lane| lane.is_for_cars());
+        let outside = |twins: &ParallelBounds| twins.lanes.iter().all(|&lane| map.intersections_of(lane).is_empty());
         // Of two views of one pair, that of the lane with the longer border.
-        let first = |twins: &Twins| {
+        let first = |twins: &ParallelBounds| {
             let key = |i: usize| (twins.lengths[i], std::cmp::Reverse(map.lanes[twins.lanes[i]].id));
             key(0) > key(1)
         };
-        let open = |twins: &Twins| !twins.ways.iter().any(|&way| is_barrier(map, way));
-        let fits = |one: &Twins| one.opposed && outside(one) && open(one) && first(one) && !part(map, one, params);
-        let mut by_lane: BTreeMap<usize, Vec<Twins>> = BTreeMap::new();
+        let open = |twins: &ParallelBounds| !twins.ways.iter().any(|&way| is_barrier(map, way));
+        let fits =
+            |one: &ParallelBounds| one.opposed && outside(one) && open(one) && first(one) && !part(map, one, params);
+        let mut by_lane: BTreeMap<usize, Vec<ParallelBounds>> = BTreeMap::new();
         for one in twins.into_iter().filter(fits) {
             by_lane.entry(one.lanes[0]).or_default().push(one);
         }
@@ -62,7 +63,7 @@ fn is_barrier(map: &MapIndex, way: LineStringId) -> bool {
 
 /// Whether two borders part at an end, where a median or a wall begins, however narrow: they close up to one line, but no way
 /// could be the border of both.
-fn part(map: &MapIndex, twins: &Twins, params: &Params) -> bool {
+fn part(map: &MapIndex, twins: &ParallelBounds, params: &Params) -> bool {
     let [mine, theirs] = twins.lanes.map(|lane| &map.lanes[lane]);
     // Lanes that run against each other touch on the same hand.
     let side = usize::from(mine.bounds[0] != twins.ways[0]);
@@ -83,7 +84,7 @@ fn part(map: &MapIndex, twins: &Twins, params: &Params) -> bool {
     })
 }
 
-fn not_shared(map: &MapIndex, twins: &Twins) -> Finding {
+fn not_shared(map: &MapIndex, twins: &ParallelBounds) -> Finding {
     let [id, other] = twins.lanes.map(|lane| map.lanes[lane].id);
     let [way, own] = twins.ways;
     let message = format!("Lanelets {id} and {other} run against each other over two ways, {way} and {own}.");
@@ -98,7 +99,7 @@ fn not_shared(map: &MapIndex, twins: &Twins) -> Finding {
 }
 
 /// A lane beside oncoming ones that are shorter: no way can be the border of both.
-fn cut_apart(map: &MapIndex, lane: usize, others: &[Twins]) -> Finding {
+fn cut_apart(map: &MapIndex, lane: usize, others: &[ParallelBounds]) -> Finding {
     let id = map.lanes[lane].id;
     let names: Vec<String> = others.iter().map(|twins| map.lanes[twins.lanes[1]].id.to_string()).collect();
     let message = format!("Lanelet {id} is cut elsewhere than the oncoming lanes beside it: {}.", names.join(", "));

@@ -6,7 +6,7 @@ use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::lanelet::index::MapIndex;
 
 use super::Rule;
-use super::joint::{End, OwnLine, bend, lane_bend};
+use super::centerline_ends::{End, OwnCenterline, bend, lane_bend};
 
 /// See `rules/vm-01-11.md`.
 pub struct CenterLinesConnected;
@@ -24,7 +24,8 @@ impl Rule for CenterLinesConnected {
     type Params = Params;
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let own: Vec<Option<OwnLine>> = (0..map.lanes.len()).map(|lane| OwnLine::of(map, lane, params.edge)).collect();
+        let own: Vec<Option<OwnCenterline>> =
+            (0..map.lanes.len()).map(|lane| OwnCenterline::of(map, lane, params.edge)).collect();
         let mut findings = Vec::new();
         for (lane, line) in own.iter().enumerate() {
             let Some(line) = line else { continue };
@@ -37,7 +38,7 @@ impl Rule for CenterLinesConnected {
     }
 }
 
-fn judge(map: &MapIndex, params: &Params, lanes: [usize; 2], [line, next]: [&OwnLine; 2]) -> Option<Finding> {
+fn judge(map: &MapIndex, params: &Params, lanes: [usize; 2], [line, next]: [&OwnCenterline; 2]) -> Option<Finding> {
     let [id, follower] = lanes.map(|lane| map.lanes[lane].id);
     let (end, start) = (line.place(End::Stop), next.place(End::Start));
     let finding = |fault, message: String| {

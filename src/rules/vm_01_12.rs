@@ -7,7 +7,7 @@ use crate::geometry::angle_between;
 use crate::lanelet::index::MapIndex;
 
 use super::Rule;
-use super::joint::{End, OwnLine, bend, heading, lane_bend};
+use super::centerline_ends::{End, OwnCenterline, bend, heading, lane_bend};
 
 /// See `rules/vm-01-12.md`.
 pub struct CenterLineEnds;
@@ -29,7 +29,7 @@ impl Rule for CenterLineEnds {
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         let mut findings = Vec::new();
         for lane in 0..map.lanes.len() {
-            let Some(own) = OwnLine::of(map, lane, params.edge) else { continue };
+            let Some(own) = OwnCenterline::of(map, lane, params.edge) else { continue };
             findings.extend(kink(map, params, lane, &own));
             for (end, neighbours) in [(End::Start, map.predecessors(lane)), (End::Stop, map.followers(lane))] {
                 // Where one of them has a line of its own, vm-01-11 says where both have to end.
@@ -47,7 +47,7 @@ fn has_line(map: &MapIndex, lane: usize) -> bool {
     map.map.lanelets.get(map.lanes[lane].id).is_some_and(|lanelet| lanelet.centerline.is_some())
 }
 
-fn judge(map: &MapIndex, params: &Params, lane: usize, own: &OwnLine, end: End, next: usize) -> Option<Finding> {
+fn judge(map: &MapIndex, params: &Params, lane: usize, own: &OwnCenterline, end: End, next: usize) -> Option<Finding> {
     let (at, neighbour) = (&map.lanes[lane], &map.lanes[next]);
     let edge = if end == End::Start { &at.start } else { &at.end };
     let place = own.place(end);
@@ -81,7 +81,7 @@ fn judge(map: &MapIndex, params: &Params, lane: usize, own: &OwnLine, end: End, 
 }
 
 /// The sharpest bend of a centre line over one step on either side of a vertex.
-fn kink(map: &MapIndex, params: &Params, lane: usize, own: &OwnLine) -> Option<Finding> {
+fn kink(map: &MapIndex, params: &Params, lane: usize, own: &OwnCenterline) -> Option<Finding> {
     let stations = own.line.stations();
     let inner = stations.get(1..stations.len() - 1).unwrap_or_default();
     let bends = inner.iter().map(|&station| {

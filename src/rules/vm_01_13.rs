@@ -6,8 +6,8 @@ use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::LineStringId;
 use crate::lanelet::index::MapIndex;
 
-use super::opposed::{Opposed, is_plain, width};
-use super::{Rule, opposed};
+use super::opposing_overlap::{OpposingOverlap, is_plain, width};
+use super::{Rule, opposing_overlap};
 
 /// See `rules/vm-01-13.md`.
 pub struct WideUnmarkedRoad;
@@ -26,9 +26,12 @@ impl Rule for WideUnmarkedRoad {
     type Params = Params;
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let partly = |pair: &Opposed| !pair.swapped && (params.overlap..params.stacked).contains(&pair.share);
-        let mut findings: Vec<Finding> =
-            opposed::all(map).iter().filter(|pair| partly(pair)).map(|pair| overlap(map, params, pair)).collect();
+        let partly = |pair: &OpposingOverlap| !pair.swapped && (params.overlap..params.stacked).contains(&pair.share);
+        let mut findings: Vec<Finding> = opposing_overlap::all(map)
+            .iter()
+            .filter(|pair| partly(pair))
+            .map(|pair| overlap(map, params, pair))
+            .collect();
         for at in (0..map.lanes.len()).filter(|&at| is_plain(map, at)) {
             findings.extend([0, 1].into_iter().filter_map(|side| beside(map, params, at, side)));
         }
@@ -36,7 +39,7 @@ impl Rule for WideUnmarkedRoad {
     }
 }
 
-fn overlap(map: &MapIndex, params: &Params, pair: &Opposed) -> Finding {
+fn overlap(map: &MapIndex, params: &Params, pair: &OpposingOverlap) -> Finding {
     let [id, other] = pair.lanes.map(|lane| map.lanes[lane].id);
     let percent = pair.share * 100.0;
     let message = format!(

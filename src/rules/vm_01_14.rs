@@ -1,12 +1,12 @@
-//! vm-01-14: on a narrow road that is driven to and fro, the lanes of both directions lie on each other.
+//! vm-01-14: on a narrow road that is driven in both directions, the lanes of both directions lie on each other.
 
 use serde::Deserialize;
 
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::{Lane, MapIndex};
 
-use super::opposed::{Opposed, width};
-use super::{Rule, opposed};
+use super::opposing_overlap::{OpposingOverlap, width};
+use super::{Rule, opposing_overlap};
 
 /// See `rules/vm-01-14.md`.
 pub struct NarrowSharedRoad;
@@ -24,12 +24,12 @@ impl Rule for NarrowSharedRoad {
     type Params = Params;
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let pairs = opposed::all(map).into_iter().filter(|pair| pair.swapped || pair.share >= params.stacked);
+        let pairs = opposing_overlap::all(map).into_iter().filter(|pair| pair.swapped || pair.share >= params.stacked);
         pairs.filter_map(|pair| judge(map, params, &pair)).collect()
     }
 }
 
-fn judge(map: &MapIndex, params: &Params, pair: &Opposed) -> Option<Finding> {
+fn judge(map: &MapIndex, params: &Params, pair: &OpposingOverlap) -> Option<Finding> {
     let [lane, other] = pair.lanes.map(|lane| &map.lanes[lane]);
     let finding = |fault, message: String| {
         Finding::new(fault, Subject::Lanelet(lane.id.0), message)

@@ -6,7 +6,7 @@ use crate::diagnostic::Finding;
 use crate::lanelet::RoadType;
 use crate::lanelet::index::MapIndex;
 
-use super::along::Reach;
+use super::parallel_bounds::Reach;
 use super::{Rule, side_lane};
 
 /// See `rules/vm-01-16.md`.

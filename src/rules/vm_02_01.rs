@@ -6,8 +6,8 @@ use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::{Point, Polyline};
 use crate::lanelet::index::{MapIndex, StopLine};
 
-use super::stops::Crossing;
-use super::{Rule, stops};
+use super::stop_line_crossings::StopLineCrossing;
+use super::{Rule, stop_line_crossings};
 
 /// See `rules/vm-02-01.md`.
 pub struct StopLineAlignment;
@@ -26,7 +26,7 @@ impl Rule for StopLineAlignment {
     type Params = Params;
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        stops::stop_lines(map).filter_map(|line| judge(map, params, &line)).collect()
+        stop_line_crossings::stop_lines(map).filter_map(|line| judge(map, params, &line)).collect()
     }
 }
 
@@ -36,13 +36,13 @@ fn judge(map: &MapIndex, params: &Params, line: &StopLine) -> Option<Finding> {
         let message = format!("Stop line {} leaves the straight between its ends by {far:.2} m.", line.way);
         return Some(Finding::new("bent", on, message).measured(far, params.bent, "m").at(Place::Point(place)));
     }
-    let crossed = stops::crossings(map, line, params.extra);
+    let crossed = stop_line_crossings::crossings(map, line, params.extra);
     // Where lanelets of an intersection start, vm-03-09 measures, and more closely; one that turns is askew to every line.
     let turns = |lane: usize| map.has_area(lane) || map.turn_direction(lane).is_some();
-    let plain = |crossing: &&Crossing| {
+    let plain = |crossing: &&StopLineCrossing| {
         !turns(crossing.lane) && !map.followers(crossing.lane).iter().any(|&next| map.has_area(next))
     };
-    let finding = |fault, crossing: &Crossing, message| {
+    let finding = |fault, crossing: &StopLineCrossing, message| {
         let lane = Subject::Lanelet(map.lanes[crossing.lane].id.0);
         Finding::new(fault, on, message).with(lane, "lanelet").at(Place::Line(line.ends.to_vec()))
     };

@@ -1,4 +1,4 @@
-//! vm-02-03: of two stop lines one behind the other, vehicles stop at the first.
+//! vm-02-03: of two stop lines one after the other, vehicles stop at the first.
 
 use std::collections::BTreeMap;
 
@@ -10,8 +10,8 @@ use crate::geometry::polygon;
 use crate::lanelet::index::{MapIndex, StopLine};
 use crate::lanelet::{LineStringId, RegulatoryElement, RoadType};
 
-use super::stops::Crossing;
-use super::{Rule, stops};
+use super::stop_line_crossings::StopLineCrossing;
+use super::{Rule, stop_line_crossings};
 
 /// See `rules/vm-02-03.md`.
 pub struct DoubleStopLines;
@@ -29,7 +29,7 @@ pub struct Params {
 const STOPPING: [&str; 2] = ["traffic_light", "traffic_sign"];
 
 /// A stop line and where it crosses one lane.
-type Crossed = (StopLine, Crossing);
+type Crossed = (StopLine, StopLineCrossing);
 
 impl Rule for DoubleStopLines {
     type Params = Params;
@@ -37,8 +37,8 @@ impl Rule for DoubleStopLines {
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         let uses = Uses::of(map);
         let mut by_lane: BTreeMap<usize, Vec<Crossed>> = BTreeMap::new();
-        for line in stops::stop_lines(map) {
-            for crossing in stops::crossings(map, &line, params.extra) {
+        for line in stop_line_crossings::stop_lines(map) {
+            for crossing in stop_line_crossings::crossings(map, &line, params.extra) {
                 by_lane.entry(crossing.lane).or_default().push((line, crossing));
             }
         }

@@ -8,8 +8,8 @@ use crate::geometry::{Point, Polyline, polygon, segment_crossing};
 use crate::lanelet::index::{Lane, MapIndex};
 use crate::lanelet::{LineStringId, RegulatoryElement};
 
-use super::stops::Crossing;
-use super::{Rule, stops};
+use super::stop_line_crossings::StopLineCrossing;
+use super::{Rule, stop_line_crossings};
 
 /// See `rules/vm-02-04.md`.
 pub struct StopLineUse;
@@ -43,12 +43,12 @@ fn judge(map: &MapIndex, params: &Params, element: &RegulatoryElement) -> Vec<Fi
     if referrers.is_empty() {
         return Vec::new();
     }
-    let ruled = Ruled::of(map, params, &referrers);
+    let ruled = LanesAtElement::of(map, params, &referrers);
     let lines = element.linestrings("ref_line").filter_map(|way| map.stop_line(way));
     lines
         .filter_map(|line| {
-            let crossed = stops::crossings(map, &line, params.extra);
-            let on: Vec<&Crossing> = crossed.iter().filter(|crossing| ruled.meets(crossing)).collect();
+            let crossed = stop_line_crossings::crossings(map, &line, params.extra);
+            let on: Vec<&StopLineCrossing> = crossed.iter().filter(|crossing| ruled.meets(crossing)).collect();
             if on.is_empty() {
                 return Some(off_lane(element, line.way, line.ends));
             }
@@ -58,7 +58,7 @@ fn judge(map: &MapIndex, params: &Params, element: &RegulatoryElement) -> Vec<Fi
 }
 
 /// The lanes on which a vehicle meets an element.
-struct Ruled {
+struct LanesAtElement {
     /// Those that refer to it and those before them within reach, each with the distance of its end from the first lane
     /// that refers, metres.
     before: FxHashMap<usize, f64>,
@@ -66,7 +66,7 @@ struct Ruled {
     behind: FxHashSet<usize>,
 }
 
-impl Ruled {
+impl LanesAtElement {
     fn of(map: &MapIndex, params: &Params, referrers: &[usize]) -> Self {
         let behind = referrers.iter().flat_map(|&lane| map.followers(lane)).copied().collect();
         let mut before: FxHashMap<usize, f64> = referrers.iter().map(|&lane| (lane, 0.0)).collect();
@@ -85,7 +85,7 @@ impl Ruled {
 
     /// Whether a vehicle meets the element where a line crosses a lane. On a lane behind, only what was drawn across it
     /// counts: prolonged, the line of another approach reaches into the exit beside it.
-    fn meets(&self, crossing: &Crossing) -> bool {
+    fn meets(&self, crossing: &StopLineCrossing) -> bool {
         self.before.contains_key(&crossing.lane) || (self.behind.contains(&crossing.lane) && crossing.span > 0.5)
     }
 }
@@ -106,14 +106,14 @@ fn behind(
     params: &Params,
     element: &RegulatoryElement,
     way: LineStringId,
-    crossed: &[&Crossing],
+    crossed: &[&StopLineCrossing],
 ) -> Option<Finding> {
     if element.subtype != "crosswalk" {
         return None;
     }
     let walks: Vec<&Lane> = element.lanelets("refers").filter_map(|id| map.lane_of(id)).collect();
     // Every lane that has both of them has to pass the line first; lanes that have the line alone lead there.
-    let mut worst: Option<(f64, &Crossing)> = None;
+    let mut worst: Option<(f64, &StopLineCrossing)> = None;
     // Prolonged, the line reaches into the lane beside, which comes over the crosswalk the other way.
     for &crossing in crossed.iter().filter(|crossing| crossing.span > 0.5) {
         let entries = walks.iter().filter_map(|walk| entry(&map.lanes[crossing.lane], walk));

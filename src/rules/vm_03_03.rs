@@ -176,7 +176,7 @@ fn curvature(params: &Params, lane: &Lane, center: &Polyline) -> Option<Finding>
     Some(finding.measured(curvature, params.curvature[0], "1/m").at(Place::Point(points[worst + 1])).graded(severity))
 }
 
-/// Bending to and fro: what the bends add up to beyond what is turned in the end, and beyond what the ends ask for.
+/// Bending back and forth: what the bends add up to beyond what is turned in the end, and beyond what the ends ask for.
 fn jaggedness(map: &MapIndex, params: &Params, at: usize, center: &Polyline) -> Vec<Finding> {
     let lane = &map.lanes[at];
     let ends = headings(map, at);
@@ -204,7 +204,7 @@ fn headings(map: &MapIndex, at: usize) -> Vec<[Vector; 2]> {
     before.flat_map(|out| behind.iter().map(move |&on| [out, on])).collect()
 }
 
-/// Degrees that a line bends to and fro however smoothly it leads from one direction to another: over to a lane
+/// Degrees that a line bends back and forth however smoothly it leads from one direction to another: over to a lane
 /// alongside, it bends twice. The least of all pairs of directions; none where the line is open at an end.
 fn asked(line: &Polyline, ends: &[[Vector; 2]]) -> f64 {
     let way = line.last() - line.first();
@@ -256,7 +256,7 @@ fn joints(map: &MapIndex, params: &Params, at: usize) -> Vec<Finding> {
 mod tests {
     use super::*;
 
-    /// Bends to and fro, degrees.
+    /// Bends back and forth, degrees.
     fn zig_zag(line: &Polyline) -> f64 {
         let turns = turns(&line.resampled(STEP));
         turns.iter().map(|turn| turn.abs()).sum::<f64>() - turns.iter().sum::<f64>().abs()

@@ -9,7 +9,7 @@ use crate::lanelet::index::{Arm, Intersection, Lane, MapIndex, Movement, Traffic
 use super::Rule;
 
 /// See `rules/vm-03-07.md`.
-pub struct SideBySide;
+pub struct SideBySideStarts;
 
 /// See the document.
 #[derive(Clone, Debug, Deserialize)]
@@ -23,7 +23,7 @@ pub struct Params {
 /// two lanes straight on are not quite parallel.
 const TURN_NOISE: f64 = 5.0;
 
-impl Rule for SideBySide {
+impl Rule for SideBySideStarts {
     type Params = Params;
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {

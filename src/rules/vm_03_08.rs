@@ -33,13 +33,13 @@ impl Rule for Outline {
     type Params = Params;
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let borders = Borders::of(map);
+        let allowed = AllowedPoints::of(map);
         let islands = islands(map);
         let mut findings = Vec::new();
         for intersection in &map.intersections {
             let Some(area) = intersection.area.and_then(|id| map.map.polygons.get(id)) else { continue };
             findings.extend(judge_ring(map, params, area, intersection));
-            findings.extend(judge_vertices(map, params, area, &borders));
+            findings.extend(judge_vertices(map, params, area, &allowed));
             findings.extend(judge_lane_ends(map, params, area, intersection));
             findings.extend(intersection.arms.iter().filter_map(|arm| judge_cut(params, area, arm)));
             findings.extend(judge_islands(params, area, intersection, &islands));
@@ -49,25 +49,25 @@ impl Rule for Outline {
 }
 
 /// The points an outline may run over.
-struct Borders {
-    allowed: FxHashSet<PointId>,
+struct AllowedPoints {
+    ids: FxHashSet<PointId>,
     tree: rstar::RTree<rstar::primitives::GeomWithData<[f64; 2], PointId>>,
 }
 
-impl Borders {
+impl AllowedPoints {
     /// Points of road borders and of the ends of lanes.
     fn of(map: &MapIndex) -> Self {
         let borders = map.map.linestrings.iter().filter(|line| is_road_border(line));
-        let mut allowed: FxHashSet<PointId> = borders.flat_map(|line| line.points.iter().copied()).collect();
+        let mut known: FxHashSet<PointId> = borders.flat_map(|line| line.points.iter().copied()).collect();
         let lanes = map.lanes.iter().filter(|lane| lane.is_drivable());
-        allowed.extend(lanes.flat_map(|lane| [lane.start.ids, lane.end.ids]).flatten());
-        let mut ids: Vec<PointId> = allowed.iter().copied().collect();
+        known.extend(lanes.flat_map(|lane| [lane.start.ids, lane.end.ids]).flatten());
+        let mut ids: Vec<PointId> = known.iter().copied().collect();
         ids.sort_unstable();
         let places = ids.into_iter().filter_map(|id| {
             let p = map.map.points.get(id)?.position;
             (p.x.is_finite() && p.y.is_finite()).then(|| rstar::primitives::GeomWithData::new([p.x, p.y], id))
         });
-        Self { tree: rstar::RTree::bulk_load(places.collect()), allowed }
+        Self { tree: rstar::RTree::bulk_load(places.collect()), ids: known }
     }
 }
 
@@ -122,9 +122,9 @@ fn broken_ring(area: &Polygon, ring: &[Point], fault: RingFault) -> Finding {
 }
 
 /// Every vertex must be a point of a road border or of the end of a lane, by id.
-fn judge_vertices(map: &MapIndex, params: &Params, area: &Polygon, borders: &Borders) -> Vec<Finding> {
+fn judge_vertices(map: &MapIndex, params: &Params, area: &Polygon, allowed: &AllowedPoints) -> Vec<Finding> {
     let mut seen = FxHashSet::default();
-    let strays = area.points.iter().filter(|id| !borders.allowed.contains(id) && seen.insert(**id));
+    let strays = area.points.iter().filter(|id| !allowed.ids.contains(id) && seen.insert(**id));
     strays
         .map(|&id| {
             let message = format!("Vertex {id} of area {} is on no road border and no lane edge.", area.id);
@@ -132,7 +132,7 @@ fn judge_vertices(map: &MapIndex, params: &Params, area: &Polygon, borders: &Bor
                 .with(Subject::Point(id.0), "vertex");
             let Some(place) = place_of(map, id) else { return finding };
             let finding = finding.at(Place::Point(place));
-            let near = borders.tree.nearest_neighbor(&[place.x, place.y]).filter(|near| {
+            let near = allowed.tree.nearest_neighbor(&[place.x, place.y]).filter(|near| {
                 (Point::from(*near.geom()) - place).norm() <= params.coincident
             });
             let Some(near) = near else { return finding };

@@ -6,9 +6,9 @@ use crate::lanelet::index::MapIndex;
 use super::{NoParams, Rule, area_element};
 
 /// See `rules/vm-06-06.md`.
-pub struct BusStop;
+pub struct BusStopElement;
 
-impl Rule for BusStop {
+impl Rule for BusStopElement {
     type Params = NoParams;
 
     fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {

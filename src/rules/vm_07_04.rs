@@ -18,7 +18,7 @@ pub struct Params {
     below_sea: f64,
 }
 
-/// A map of which most heights differ by less (m) is drawn flat: its height is a stand-in.
+/// A map of which most heights differ by less (m) is drawn flat: its height is a placeholder.
 const FLAT: f64 = 0.01;
 /// The share of points, lowest and highest, that does not count for that.
 const OUTLIERS: f64 = 0.1;

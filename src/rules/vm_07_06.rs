@@ -8,7 +8,7 @@ use crate::lanelet::RoadType;
 use crate::lanelet::index::{Edge, MapIndex};
 
 use super::Rule;
-use super::moves::Moves;
+use super::routing_moves::RoutingMoves;
 
 /// See `rules/vm-07-06.md`.
 pub struct AddedLane;
@@ -24,7 +24,7 @@ impl Rule for AddedLane {
     type Params = Params;
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let moves = Moves::new(map);
+        let moves = RoutingMoves::new(map);
         let roads = (0..map.lanes.len()).filter(|&at| {
             let lane = &map.lanes[at];
             lane.kind == RoadType::Road && lane.is_for_cars() && map.movement(at).is_none()
@@ -34,7 +34,7 @@ impl Rule for AddedLane {
 }
 
 /// A lane that begins beside one that comes from somewhere, and that no lane change leads into.
-fn added(map: &MapIndex, moves: &Moves, params: &Params, at: usize) -> Option<Finding> {
+fn added(map: &MapIndex, moves: &RoutingMoves, params: &Params, at: usize) -> Option<Finding> {
     let beside = moves.beside(at).into_iter().map(|(other, _)| other).find(|&other| moves.is_led_to(other))?;
     if !map.predecessors(at).is_empty() || loose(map, params, at, &map.lanes[at].start) || crossed(map, moves, at, true)
     {
@@ -47,7 +47,7 @@ fn added(map: &MapIndex, moves: &Moves, params: &Params, at: usize) -> Option<Fi
 }
 
 /// A lane that ends beside one that goes on, and that no lane change leads out of.
-fn dropped(map: &MapIndex, moves: &Moves, params: &Params, at: usize) -> Option<Finding> {
+fn dropped(map: &MapIndex, moves: &RoutingMoves, params: &Params, at: usize) -> Option<Finding> {
     let beside = moves.beside(at).into_iter().map(|(other, _)| other).find(|&other| moves.leads_on(other))?;
     if !map.followers(at).is_empty() || loose(map, params, at, &map.lanes[at].end) || crossed(map, moves, at, false) {
         return None;
@@ -76,7 +76,7 @@ fn loose(map: &MapIndex, params: &Params, at: usize, edge: &Edge) -> bool {
 }
 
 /// Whether a border of a lane, or of one of the pieces that continue it up to an intersection, may be crossed.
-fn crossed(map: &MapIndex, moves: &Moves, first: usize, forward: bool) -> bool {
+fn crossed(map: &MapIndex, moves: &RoutingMoves, first: usize, forward: bool) -> bool {
     let mut pieces = vec![first];
     let mut next = 0;
     while let Some(&at) = pieces.get(next) {

@@ -7,11 +7,11 @@ use crate::geometry::Point;
 use crate::lanelet::index::view::View;
 use crate::lanelet::index::{DrivingSide, MapIndex};
 
-use super::moves::Moves;
+use super::routing_moves::RoutingMoves;
 use super::{Rule, area_element};
 
 /// See `rules/vm-07-07.md`.
-pub struct BusStop;
+pub struct BusStopPosition;
 
 /// See the document.
 #[derive(Clone, Debug, Deserialize)]
@@ -20,7 +20,7 @@ pub struct Params {
     length: f64,
 }
 
-impl Rule for BusStop {
+impl Rule for BusStopPosition {
     type Params = Params;
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
@@ -50,7 +50,7 @@ fn diameter(ring: &[Point]) -> f64 {
 /// Bus stops on a lane that has another one between itself and its kerb.
 fn mid_road(map: &MapIndex, view: &View) -> Vec<Finding> {
     let Some(side) = map.side.side else { return Vec::new() };
-    let moves = Moves::new(map);
+    let moves = RoutingMoves::new(map);
     let mut findings = Vec::new();
     for element in view.elements("bus_stop_area") {
         let lanes = map.referrers(element.id).iter().filter_map(|&id| map.lane(id));

@@ -41,6 +41,10 @@ pub enum Step<'a> {
 
 impl Document {
     /// Reads a document.
+    ///
+    /// # Errors
+    ///
+    /// If the text is no TOML, or has an unknown key or a value that cannot be.
     pub fn parse(name: &str, text: &str) -> Result<Self, DocumentError> {
         let settings = toml::from_str(text).map_err(|error| explained(&error))?;
         let mut document = Self { name: name.to_owned(), text: text.to_owned(), settings };
@@ -192,7 +196,7 @@ impl Document {
         })
     }
 
-    /// Tells each suppression, road, merge and intersection where it stands.
+    /// Notes the position of each suppression, road, merge and intersection.
     fn note_lines(&mut self) {
         #[derive(Default, Deserialize)]
         #[serde(default)]

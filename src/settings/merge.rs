@@ -20,7 +20,7 @@ pub struct MergeSettings {
     /// Why.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub reason: String,
-    /// Where it stands; `None` unless read from a document.
+    /// Its position in the file; `None` unless read from a document.
     #[serde(skip)]
     pub origin: Option<Origin>,
 }

@@ -1,4 +1,4 @@
-//! What the user knows of roads: tags of single ways, and what is assumed where OpenStreetMap's tags are silent.
+//! What the user knows of roads: tags of single ways, and defaults where OpenStreetMap has no tags.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +17,7 @@ pub struct RoadSettings {
     /// Why.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub reason: String,
-    /// Where it stands; `None` unless read from a document.
+    /// Its position in the file; `None` unless read from a document.
     #[serde(skip)]
     pub origin: Option<Origin>,
 }

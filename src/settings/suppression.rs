@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::diagnostic::Subject;
 
-/// Where a suppression stands.
+/// The position of a suppression.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin {
     /// Name of the file.
@@ -93,7 +93,7 @@ pub struct Suppression {
     /// Why the finding is right to be there.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub reason: String,
-    /// Where it stands; `None` unless read from a document.
+    /// Its position in the file; `None` unless read from a document.
     #[serde(skip)]
     pub origin: Option<Origin>,
 }

@@ -55,6 +55,10 @@ impl Baseline {
     }
 
     /// From the text of a file.
+    ///
+    /// # Errors
+    ///
+    /// If the text is no baseline, or one of another version.
     pub fn parse(text: &str) -> Result<Self, BaselineError> {
         #[derive(Deserialize)]
         struct Head {
@@ -74,6 +78,10 @@ impl Baseline {
     }
 
     /// Writes a file with one line for every code and primitive, in order, so that a change of the map changes few lines.
+    ///
+    /// # Errors
+    ///
+    /// If `out` cannot be written to.
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         writeln!(out, "{{\n  \"schema_version\": {SCHEMA_VERSION},\n  \"findings\": [")?;
         for (at, ((code, subject), &count)) in self.counts.iter().enumerate() {
@@ -94,8 +102,8 @@ impl Baseline {
         self.counts.is_empty()
     }
 
-    /// Takes out what is known, and says what is known but not there. The first findings on a primitive are the known
-    /// ones; which of several equal ones is new cannot be told.
+    /// Removes the known findings, and reports those that are known but no longer found. Of several equal findings on a
+    /// primitive, the first are the known ones.
     pub(super) fn apply(&self, sorted: &mut Sorted, selection: &Selection) -> Vec<Finding> {
         let mut rest = self.counts.clone();
         let before = sorted.left.len();

@@ -20,6 +20,10 @@ pub use baseline::{Baseline, BaselineError};
 pub use suppress::TAG;
 
 /// The document of what this module says.
+///
+/// # Errors
+///
+/// If a document of `rules/` was spoilt before compiling, which a test prevents.
 pub fn requirement() -> Result<&'static Requirement, &'static DocumentError> {
     static DOCUMENT: LazyLock<Result<Requirement, DocumentError>> =
         LazyLock::new(|| Requirement::parse("triage", include_str!("../../rules/triage.md")));

@@ -17,12 +17,12 @@ struct Entry {
     code: String,
     subject: Subject,
     reason: bool,
-    /// Where it stands.
+    /// Its position.
     origin: String,
     used: bool,
 }
 
-/// Takes out what is suppressed, and says which suppressions do nothing or give no reason.
+/// Removes the suppressed findings, and reports suppressions that have no effect or give no reason.
 pub(super) fn apply(sorted: &mut Sorted, settings: &Settings, osm: &OsmData) -> Vec<Finding> {
     let mut entries = of_settings(settings);
     of_map(osm, &mut entries);

@@ -4,7 +4,9 @@ use std::path::Path;
 
 use lanewright::diagnostic::{Diagnostic, Severity};
 use lanewright::geometry::Point;
-use lanewright::lanelet::{Bound, Condition, Lanelet, LaneletMap, LoadFault, Loaded, Shelf, Shelved, TurnDirection};
+use lanewright::lanelet::{
+    Bound, Condition, Lanelet, LaneletMap, LoadFault, Loaded, Primitive, PrimitiveLayer, TurnDirection,
+};
 use lanewright::settings::{Settings, Side};
 
 use crate::common::judging::{judge, load};
@@ -44,8 +46,8 @@ fn mirrored(loaded: &Loaded) -> Loaded {
     Loaded { map: LaneletMap { points, linestrings, lanelets, ..map.clone() }, faults }
 }
 
-fn changed<T: Shelved + Clone>(shelf: &Shelf<T>, change: impl Fn(&mut T)) -> Shelf<T> {
-    let mut shelf_of_changed = Shelf::default();
+fn changed<T: Primitive + Clone>(shelf: &PrimitiveLayer<T>, change: impl Fn(&mut T)) -> PrimitiveLayer<T> {
+    let mut shelf_of_changed = PrimitiveLayer::default();
     for item in shelf {
         let mut item = item.clone();
         change(&mut item);

@@ -160,6 +160,17 @@ fn absolute(module: &[String], path: &[String], children: &BTreeSet<String>) -> 
     Some(from)
 }
 
+/// The token behind the brace that closes one which is open at a token.
+fn behind_braces(tokens: &[(usize, String)], mut at: usize) -> usize {
+    let mut open = 1;
+    while open > 0 && at < tokens.len() {
+        let word = tokens[at].1.as_str();
+        open = if word == "{" { open + 1 } else { open - usize::from(word == "}") };
+        at += 1;
+    }
+    at
+}
+
 /// What a file says that is a module.
 fn read(file: &str, module: &Module, text: &str) -> Read {
     let tokens = tokens(&code(text));
@@ -185,12 +196,7 @@ fn read(file: &str, module: &Module, text: &str) -> Read {
             }
             "mod" if word(i + 2) == "{" => {
                 if test {
-                    let mut open = 1;
-                    i += 3;
-                    while open > 0 && i < tokens.len() {
-                        open = if word(i) == "{" { open + 1 } else { open - usize::from(word(i) == "}") };
-                        i += 1;
-                    }
+                    i = behind_braces(&tokens, i + 3);
                     test = false;
                     continue;
                 }

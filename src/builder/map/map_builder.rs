@@ -13,7 +13,7 @@ use crate::builder::streets::heights::{Ground, rounded};
 use crate::geometry::Point as PlanePoint;
 use crate::lanelet::{
     Attributes, Bound, Lanelet, LaneletId, LaneletMap, LineString, LineStringId, Member, Point, PointId, Polygon,
-    PolygonId, RegulatoryElement, RegulatoryElementId, Shelf, Shelved, Target,
+    PolygonId, Primitive, PrimitiveLayer, RegulatoryElement, RegulatoryElementId, Target,
 };
 
 /// A [`LaneletMap`] and the ids it has used.
@@ -40,7 +40,11 @@ pub struct MapPart {
 
 /// What stands on a shelf or below. A part that is being drawn mostly asks for what stands below: it needs no index of its own
 /// before it asks for more.
-fn found<'a, T: Shelved>(shelf: &'a Shelf<T>, id: T::Id, below: impl FnOnce() -> Option<&'a T>) -> Option<&'a T> {
+fn found<'a, T: Primitive>(
+    shelf: &'a PrimitiveLayer<T>,
+    id: T::Id,
+    below: impl FnOnce() -> Option<&'a T>,
+) -> Option<&'a T> {
     if shelf.is_indexed() { shelf.get(id).or_else(below) } else { below().or_else(|| shelf.get(id)) }
 }
 
@@ -206,7 +210,7 @@ impl<'a> MapBuilder<'a> {
     }
 
     /// Puts an element on a shelf. What was given back is made anew in its place; over another assembly nothing is.
-    fn put<T: Shelved>(&mut self, shelf: impl Fn(&mut MapPart) -> &mut Shelf<T>, item: T) {
+    fn put<T: Primitive>(&mut self, shelf: impl Fn(&mut MapPart) -> &mut PrimitiveLayer<T>, item: T) {
         match self.below {
             Some(_) => shelf(&mut self.part).push(item),
             None => drop(shelf(&mut self.part).insert(item)),

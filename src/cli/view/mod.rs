@@ -1,37 +1,39 @@
 //! `view`: a map, or how it comes to be, as a page in the browser that follows its files.
 
+mod args;
+mod build_view;
+mod downloads;
 mod edits;
-mod live;
-mod map;
-mod save;
+mod map_view;
 mod server;
-mod workshop;
+mod subscriptions;
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::report::failure::Failure;
 
-use super::screen;
+use super::args::CLEAN;
+use super::output;
 use super::watch::Watched;
-use super::{CLEAN, ViewArgs};
-use live::Live;
-use server::{Desk, Server};
+pub use args::ViewArgs;
+use server::{Handler, Server};
+use subscriptions::Subscriptions;
 
 /// Serves the page until somebody ends it.
 pub fn run(args: ViewArgs) -> Result<u8, Failure> {
     let watched = Watched::new(&args.map, args.config.config.iter().map(PathBuf::from));
-    let (open, live) = (args.open, Arc::new(Live::default()));
-    let server = Server::bind(args.port, &live)?;
-    let desk: Arc<dyn Desk> = if args.build {
-        workshop::Benches::start(args, watched, Arc::clone(&live))?
+    let (open, subscriptions) = (args.open, Arc::new(Subscriptions::default()));
+    let server = Server::bind(args.port, &subscriptions)?;
+    let handler: Arc<dyn Handler> = if args.build {
+        build_view::BuildSessions::start(args, watched, Arc::clone(&subscriptions))?
     } else {
-        Arc::new(map::Reports::start(args, watched, Arc::clone(&live))?)
+        Arc::new(map_view::Reports::start(args, watched, Arc::clone(&subscriptions))?)
     };
-    screen::print(&format!("{}  (Ctrl-C ends)\n", server.url()))?;
+    output::print(&format!("{}  (Ctrl-C ends)\n", server.url()))?;
     if open {
         server.open();
     }
-    server.serve(&desk, &live);
+    server.serve(&handler, &subscriptions);
     Ok(CLEAN)
 }

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::report::failure::Failure;
 use tiny_http::{Header, Method, Request, Response, StatusCode};
 
-use super::live::Live;
+use super::subscriptions::Subscriptions;
 
 /// Exit code of a program that Ctrl-C ended in the midst of its work: 128 and the signal's number.
 const INTERRUPTED: i32 = 130;
@@ -16,7 +16,7 @@ const INTERRUPTED: i32 = 130;
 const LONGEST_QUESTION: u64 = 8 << 20;
 
 /// What a page asks of the program that serves it.
-pub trait Desk: Send + Sync {
+pub trait Handler: Send + Sync {
     /// The page itself.
     fn page(&self) -> String;
 
@@ -44,7 +44,7 @@ pub struct Server {
 
 impl Server {
     /// Takes a port, or one that the system chooses. From now on Ctrl-C ends [`Server::serve`], and all who wait.
-    pub fn bind(port: u16, live: &Arc<Live>) -> Result<Self, Failure> {
+    pub fn bind(port: u16, subscriptions: &Arc<Subscriptions>) -> Result<Self, Failure> {
         let failed = |what: &dyn std::fmt::Display| {
             Failure::new(format!("cannot listen on 127.0.0.1:{port}: {what}"))
                 .help("another program may have the port; without --port the system chooses a free one")
@@ -53,7 +53,7 @@ impl Server {
         let port = http.server_addr().to_ip().ok_or_else(|| failed(&"no address"))?.port();
         let http = Arc::new(http);
         let answers = Arc::new(AtomicBool::new(false));
-        let (ours, waiting, begun) = (Arc::clone(&http), Arc::clone(live), Arc::clone(&answers));
+        let (ours, waiting, begun) = (Arc::clone(&http), Arc::clone(subscriptions), Arc::clone(&answers));
         let heard = ctrlc::set_handler(move || {
             if !begun.load(Ordering::SeqCst) {
                 std::process::exit(INTERRUPTED);
@@ -87,19 +87,19 @@ impl Server {
     }
 
     /// Answers until Ctrl-C.
-    pub fn serve(&self, desk: &Arc<dyn Desk>, live: &Arc<Live>) {
+    pub fn serve(&self, handler: &Arc<dyn Handler>, subscriptions: &Arc<Subscriptions>) {
         // Ends where `unblock` is called.
         while let Ok(request) = self.http.recv() {
-            let (desk, live, port) = (Arc::clone(desk), Arc::clone(live), self.port);
+            let (handler, subscriptions, port) = (Arc::clone(handler), Arc::clone(subscriptions), self.port);
             // A thread for each, because some wait for news.
-            std::thread::spawn(move || answer(request, &*desk, &live, port));
+            std::thread::spawn(move || answer(request, &*handler, &subscriptions, port));
         }
     }
 }
 
-fn answer(mut request: Request, desk: &dyn Desk, live: &Live, port: u16) {
+fn answer(mut request: Request, handler: &dyn Handler, subscriptions: &Subscriptions, port: u16) {
     let response = if is_ours(&request, port) {
-        respond(&mut request, desk, live)
+        respond(&mut request, handler, subscriptions)
     } else {
         // A page from elsewhere whose name was made to lead here.
         text(403, "text/plain", "only for pages of this server")
@@ -110,25 +110,25 @@ fn answer(mut request: Request, desk: &dyn Desk, live: &Live, port: u16) {
 
 type Reply = Response<io::Cursor<Vec<u8>>>;
 
-fn respond(request: &mut Request, desk: &dyn Desk, live: &Live) -> Reply {
+fn respond(request: &mut Request, handler: &dyn Handler, subscriptions: &Subscriptions) -> Reply {
     let url = request.url().to_owned();
     let (path, query) = url.split_once('?').unwrap_or((&url, ""));
     match (request.method().clone(), path) {
-        (Method::Get, "/") => text(200, "text/html", &desk.page()),
+        (Method::Get, "/") => text(200, "text/html", &handler.page()),
         (Method::Get, "/data") => {
-            let (version, data) = live.data();
+            let (version, data) = subscriptions.data();
             with(bytes(200, "application/octet-stream", data.to_vec()), "Lanewright-Version", &version.to_string())
         }
         (Method::Get, "/changes") => {
             let after = query.strip_prefix("after=").and_then(|text| text.parse().ok()).unwrap_or_default();
-            text(200, "application/json", &live.changes(after))
+            text(200, "application/json", &subscriptions.changes(after))
         }
         (Method::Post, path) => {
             // Before the answer: what comes meanwhile is news then.
-            let (version, _) = live.data();
+            let (version, _) = subscriptions.data();
             let mut question = String::new();
             let read = request.as_reader().take(LONGEST_QUESTION).read_to_string(&mut question);
-            match read.ok().and_then(|_| desk.post(path, &question)) {
+            match read.ok().and_then(|_| handler.post(path, &question)) {
                 Some(Ok(Answer { bytes: answer, name })) => {
                     let reply = bytes(200, "application/octet-stream", answer);
                     let reply = with(reply, "Lanewright-Version", &version.to_string());

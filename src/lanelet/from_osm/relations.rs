@@ -1,5 +1,5 @@
 //! Relations become lanelets and regulatory elements, in the loader's order: lanelets need bounds, elements need
-//! lanelets, and in the end lanelets are told their elements.
+//! lanelets, and in the end lanelets get their elements.
 
 use crate::diagnostic::Subject;
 use crate::geometry::Point as PlanePoint;
@@ -13,11 +13,11 @@ use crate::osm;
 use crate::osm::{ElementKind, Relation, Text};
 
 use super::relation_type::RelationType;
-use super::{Loader, meant, merged};
+use super::{Loader, infer_type, merged};
 
 /// What a member of a regulatory element turns out to be.
 enum Resolved {
-    /// On a shelf.
+    /// In the map.
     Here(Target),
     /// Known to the loader, though only as an empty dummy.
     Dummy(Target),
@@ -51,7 +51,7 @@ impl Loader<'_> {
         self.id(ElementKind::Relation, relation.id, subject, &relation.span);
         if RelationType::of(&relation.tags) == RelationType::Unknown {
             let found = relation.tags.get("type").map(Text::from);
-            let meant = meant::relation_type(relation).filter(|_| found.is_none());
+            let meant = infer_type::relation_type(relation).filter(|_| found.is_none());
             self.fault(subject, &relation.span, Condition::UnknownRelationType { found, meant });
         }
         for member in &relation.members {
@@ -137,7 +137,7 @@ impl Loader<'_> {
     fn regulatory_element(&mut self, relation: &Relation) {
         let subject = Subject::RegulatoryElement(relation.id);
         let Some(subtype) = relation.tags.get("subtype").map(Text::from) else {
-            let meant = meant::subtype(self.osm, relation);
+            let meant = infer_type::subtype(self.osm, relation);
             return self.fault(subject, &relation.span, Condition::WithoutSubtype { meant });
         };
         let mut members = Vec::new();

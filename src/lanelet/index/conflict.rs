@@ -1,4 +1,4 @@
-//! Which lanelets intersect, and by how much.
+//! Which lanelets overlap, and by how much.
 
 use rayon::prelude::*;
 use rstar::primitives::{GeomWithData, Rectangle};
@@ -6,25 +6,11 @@ use rstar::{AABB, RTree};
 use rustc_hash::FxHashMap;
 
 use super::lane::drivable_by_vehicle;
-use super::{Lane, LaneTree, MapIndex, Thresholds};
+use super::types::{Conflict, LaneTree, MapIndex};
+use super::{Lane, Thresholds};
 use crate::geometry::{Point, Polyline, polygon};
 use crate::lanelet::{Bound, Cursor, Lanelet, LaneletId, LaneletMap, LineString, LineStringId, Point as MapPoint};
 use crate::parallel::Finely;
-
-/// Another lanelet whose outline overlaps that of this one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Conflict {
-    /// The other, by its position in `MapIndex::lanes`.
-    pub other: usize,
-    /// Area of the overlap, square metres.
-    pub area: f64,
-    /// Middle of the overlap.
-    pub place: Point,
-    /// Whether it is large enough for the rules, and on one level. Autoware, which knows neither, reacts in any case.
-    pub real: bool,
-    /// Whether one passes over the other.
-    pub grade_separated: bool,
-}
 
 /// For every lane its conflicts, by the other's position. Neighbours over a shared way and lanes that follow each
 /// other do not conflict; lanes that start together (siblings) are left out as well.
@@ -92,7 +78,7 @@ pub struct Reach {
 
 /// How far each line of a map reaches, by its place in the map; `None` for one that has no place.
 pub fn reaches(map: &LaneletMap) -> Vec<Option<Reach>> {
-    /// Lines that one thread takes at a time: they were made one behind the other, and so were their points.
+    /// Lines per thread at a time: neighbours in the list also have neighbouring points.
     const CHUNK: usize = 256;
     let of_each = |lines: &[LineString]| {
         let mut points = map.points.cursor();
@@ -119,9 +105,8 @@ impl Reach {
     }
 }
 
-/// Pairs of lanelets for vehicles of which one passes over the other, ascending by their places in the map: what an index
-/// of the whole map calls grade separated, without making one. Those of which neither `counts` are left out. The lines reach
-/// as far as [`reaches`] says.
+/// Pairs of lanelets for vehicles where one passes over the other, in the order of the map: those that an index of the whole map
+/// calls grade separated, found without building one. Pairs where neither `counts` are left out. `lines` is from [`reaches`].
 pub fn passing(
     map: &LaneletMap,
     lines: &[Option<Reach>],
@@ -134,7 +119,7 @@ pub fn passing(
         .filter(|(_, lanelet)| drivable_by_vehicle(lanelet))
         .filter_map(|(at, lanelet)| Some((at, of_line(lanelet.left)?.with(&of_line(lanelet.right)?))))
         .collect();
-    // Of two, one lies above or below what is as high as most, give or take; few do, so all are held against those.
+    // At least one of the two must be off the usual height. Few are, so all lanelets are compared with those.
     let mut lowest: Vec<f64> = reaches.iter().map(|(_, reach)| reach.heights[0]).collect();
     let middle = lowest.len() / 2;
     let usual = if lowest.is_empty() { 0.0 } else { *lowest.select_nth_unstable_by(middle, f64::total_cmp).1 };
@@ -176,7 +161,7 @@ pub fn passing(
 
 /// Vertical distance of the two lanes at a place, metres.
 fn gap(map: &LaneletMap, x: &Lane, y: &Lane, place: Point) -> f64 {
-    // Most maps are flat: what the extremes allow is all there can be.
+    // Most maps are flat: the height ranges bound the distance.
     let most = (x.heights[1] - y.heights[0]).max(y.heights[1] - x.heights[0]);
     if most <= 0.0 {
         return 0.0;

@@ -6,80 +6,18 @@ use rayon::prelude::*;
 use rstar::AABB;
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::lane::extent;
+use super::road_leg::{Crossed, legs};
+use super::types::{Arm, ArmEdge, Conflict, Intersection, IntersectionMember, LaneTree};
+use super::union_find::UnionFind;
+use super::{Lane, Thresholds};
 use crate::geometry::{Point, Vector, polygon, simple_ring};
 use crate::lanelet::right_of_way::opposites;
 use crate::lanelet::{LaneletMap, PolygonId};
 use crate::parallel::Finely;
 
-use super::groups::Groups;
-use super::lane::extent;
-use super::leg::{Crossed, legs};
-use super::named::COMPASS;
-use super::{Conflict, Edge, Lane, LaneTree, Thresholds};
-
-/// A lanelet that is part of an intersection: one movement from one approach to another.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Member {
-    /// By its position in `MapIndex::lanes`.
-    pub lane: usize,
-    /// Whether its tag `intersection_area` names the area.
-    pub declared: bool,
-    /// Share of its area inside the intersection area, 0..=1; 1 where the intersection has none.
-    pub cover: f64,
-}
-
-impl Member {
-    /// Whether it lies inside for the greater part; one that only names the area was tagged by mistake, and tells
-    /// nothing about the intersection.
-    pub fn is_inside(&self) -> bool {
-        self.cover > 0.5
-    }
-}
-
-/// One crossing or junction.
-#[derive(Clone, Debug)]
-pub struct Intersection {
-    /// Its `intersection_area`; `None` where lanelets with `turn_direction` conflict outside every area.
-    pub area: Option<PolygonId>,
-    /// The outline of the area, as the file has it, without a repeated last point; empty if there is no area.
-    pub ring: Vec<Point>,
-    /// Middle of the area, or of its lanelets.
-    pub middle: Point,
-    /// Mean height of the area's points, metres.
-    pub height: f64,
-    /// Its lanelets, by their position.
-    pub members: Vec<Member>,
-    /// Other lanelets that its area touches, with the share of their area inside, by their position.
-    pub touched: Vec<(usize, f64)>,
-    /// Its approaches, clockwise from north as seen from the middle.
-    pub arms: Vec<Arm>,
-}
-
-/// One road leg of an intersection.
-#[derive(Clone, Debug)]
-pub struct Arm {
-    /// Where lanelets of the intersection start or end.
-    pub edges: Vec<ArmEdge>,
-    /// Mean heading of the lanelets that start here; `None` if none does.
-    pub heading_in: Option<Vector>,
-    /// The side of the intersection from which it comes: `N`, `NE`, ...
-    pub compass: &'static str,
-    /// The same in degrees, clockwise from north.
-    pub bearing: f64,
-    /// The approach opposite, by its position in `Intersection::arms`.
-    pub opposite: Option<usize>,
-}
-
-/// One lane of an approach at the intersection's border.
-#[derive(Clone, Debug)]
-pub struct ArmEdge {
-    /// The border, left and right in the direction of travel.
-    pub edge: Edge,
-    /// Whether lanelets of the intersection start here; else they end here.
-    pub inward: bool,
-    /// Those lanelets, by their position in `MapIndex::lanes`.
-    pub lanes: Vec<usize>,
-}
+/// The sides of an intersection, clockwise from north.
+pub(super) const COMPASS: [&str; 8] = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
 
 /// All intersections: one for each `intersection_area`, then the clusters without one.
 pub(super) fn intersections(
@@ -147,7 +85,7 @@ fn of_area(
             && lanes[lane].area > thresholds.least_area
             && (middle - height).abs() <= thresholds.grade_separation;
         if lanes[lane].is_drivable() && (declared || inside) {
-            members.push(Member { lane, declared, cover });
+            members.push(IntersectionMember { lane, declared, cover });
         } else if declared || cover > 0.0 {
             touched.push((lane, cover));
         }
@@ -172,7 +110,7 @@ fn add_far_members(map: &LaneletMap, lanes: &[Lane], found: &mut [Intersection])
         }
         let one = &mut found[intersection];
         if lane.is_drivable() {
-            one.members.push(Member { lane: at, declared: true, cover: 0.0 });
+            one.members.push(IntersectionMember { lane: at, declared: true, cover: 0.0 });
         } else {
             one.touched.push((at, 0.0));
         }
@@ -195,7 +133,7 @@ fn clusters(
         .filter(|&at| !taken[at] && lanes[at].is_drivable())
         .filter(|&at| map.lanelets.get(lanes[at].id).is_some_and(|l| l.attributes.has("turn_direction")))
         .collect();
-    let mut groups = Groups::new(lanes.len());
+    let mut groups = UnionFind::new(lanes.len());
     let mut at_edge = FxHashMap::default();
     for &at in &free {
         for key in [(true, lanes[at].start.ids), (false, lanes[at].end.ids)] {
@@ -232,7 +170,10 @@ fn clusters(
                 ring: Vec::new(),
                 middle: nalgebra::center(&low, &high),
                 height: 0.0,
-                members: cluster.into_iter().map(|lane| Member { lane, declared: false, cover: 1.0 }).collect(),
+                members: cluster
+                    .into_iter()
+                    .map(|lane| IntersectionMember { lane, declared: false, cover: 1.0 })
+                    .collect(),
                 touched: Vec::new(),
                 arms: Vec::new(),
             }
@@ -245,7 +186,7 @@ fn clusters(
 fn arms(lanes: &[Lane], intersection: &Intersection, thresholds: &Thresholds) -> Vec<Arm> {
     let mut edges: Vec<ArmEdge> = Vec::new();
     let mut by_ids = FxHashMap::default();
-    let members: Vec<&Member> = intersection.members.iter().filter(|member| member.is_inside()).collect();
+    let members: Vec<&IntersectionMember> = intersection.members.iter().filter(|member| member.is_inside()).collect();
     let starts: FxHashSet<_> = members.iter().map(|member| lanes[member.lane].start.ids).collect();
     let ends: FxHashSet<_> = members.iter().map(|member| lanes[member.lane].end.ids).collect();
     for member in members {
@@ -295,11 +236,4 @@ fn arm(lanes: &[Lane], middle: Point, edges: Vec<ArmEdge>) -> (f64, Arm) {
     let side = road.map_or(bearing, |road| road.x.atan2(road.y).to_degrees().rem_euclid(360.0));
     let compass = COMPASS[((side / 45.0).round() as usize) % COMPASS.len()];
     (bearing, Arm { edges, heading_in, compass, bearing: side, opposite: None })
-}
-
-impl Intersection {
-    /// Whether its area is a simple polygon.
-    pub fn is_simple(&self) -> bool {
-        simple_ring::is_simple(&self.ring)
-    }
 }

@@ -1,29 +1,32 @@
-//! What the rules ask of a map, made once: who follows whom, who shares a way, who conflicts, what is an
-//! intersection, which approach a lane belongs to, on which side people drive.
+//! The index of a map, built once for all rules: which lanes follow each other, share a way or conflict, where the intersections
+//! and their approaches are, on which side people drive.
 
 mod conflict;
-mod groups;
+mod driving_side;
 mod intersection;
 mod lane;
-mod leg;
-mod named;
+mod priority;
 mod queries;
-mod rank;
-mod side;
+mod right_of_way;
+mod road_leg;
 mod stop_line;
 mod thresholds;
-mod traffic;
+mod types;
+mod union_find;
+mod user_names;
 pub mod view;
 
-pub use conflict::{Conflict, Reach, passing, reaches};
-pub use intersection::{Arm, ArmEdge, Intersection, Member, declared_area};
+pub use conflict::{Reach, passing, reaches};
+pub use intersection::declared_area;
 pub use lane::{Edge, HEADING_REACH, Lane, STEP, center_line, extent, turn_along};
-pub use leg::{Crossed, legs};
 pub use queries::{allows_lane_change, is_road_border, is_signalised};
-pub use side::{DrivingSide, SideVotes};
+pub use right_of_way::{STRAIGHT, U_TURN};
+pub use road_leg::{Crossed, legs};
 pub use stop_line::{Misfit, StopLine};
 pub use thresholds::Thresholds;
-pub use traffic::{Movement, Rank, STRAIGHT, Traffic, U_TURN};
+pub use types::{
+    Arm, ArmEdge, Conflict, DrivingSide, Intersection, IntersectionMember, MapIndex, Movement, Rank, SideVotes, Traffic,
+};
 use view::View;
 
 use rayon::prelude::*;
@@ -31,53 +34,13 @@ use rstar::RTree;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::{Condition, LaneletId, LaneletMap, LineStringId, LoadFault, PointId, RegulatoryElementId};
+use super::{Condition, LaneletId, LaneletMap, LineStringId, LoadFault};
 use crate::diagnostic::Subject;
-use crate::geometry::Point;
 use crate::parallel::Finely;
 use crate::settings::Settings;
 
-/// Rectangles of lanes, each with the lane's position.
-pub(crate) type LaneTree = RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>;
-
-/// A map with everything that rules look up. Lanelets that did not load as they should are no lanes: the geometric
-/// rules pass over them, so that one broken bound does not raise ten findings.
-#[derive(Debug)]
-pub struct MapIndex<'m> {
-    /// The map.
-    pub map: &'m LaneletMap,
-    /// What was wrong with it on loading.
-    pub faults: &'m [LoadFault],
-    /// What the user, or the builder, knows beyond it.
-    pub settings: &'m Settings,
-    /// The numbers that the shared notions were made with.
-    pub thresholds: Thresholds,
-    /// The sound lanelets in the map's order.
-    pub lanes: Vec<Lane>,
-    /// For every lane those that its outline overlaps, siblings, followers and neighbours left out.
-    pub conflicts: Vec<Vec<Conflict>>,
-    /// The intersections, those with an area first, in the map's order.
-    pub intersections: Vec<Intersection>,
-    /// On which side people drive.
-    pub side: SideVotes,
-    /// For every intersection its traffic; without movements where the driving side is unknown.
-    pub traffic: Vec<Traffic>,
-    named: Vec<Vec<usize>>,
-    stop_lines: stop_line::StopLines,
-    tree: LaneTree,
-    by_id: FxHashMap<LaneletId, usize>,
-    starting: FxHashMap<[PointId; 2], Vec<usize>>,
-    ending: FxHashMap<[PointId; 2], Vec<usize>>,
-    way_users: FxHashMap<LineStringId, Vec<usize>>,
-    referrers: FxHashMap<RegulatoryElementId, Vec<LaneletId>>,
-    intersections_of: Vec<Vec<usize>>,
-    touching: Vec<Vec<usize>>,
-    view: View<'m>,
-}
-
 impl<'m> MapIndex<'m> {
-    /// Indexes a map. Lanelets that a fault turned inside out are passed over; a map that was never a file has no
-    /// faults.
+    /// Indexes a map. Lanelets whose bounds oppose each other are skipped; a map that was never a file has no faults.
     pub fn new(map: &'m LaneletMap, faults: &'m [LoadFault], settings: &'m Settings, thresholds: Thresholds) -> Self {
         let broken: FxHashSet<LaneletId> = faults.iter().filter_map(turned_inside_out).collect();
         let bicycles: FxHashSet<i64> = settings.bicycle_lanes.iter().copied().collect();
@@ -100,25 +63,14 @@ impl<'m> MapIndex<'m> {
         let tree = RTree::bulk_load(boxes.collect());
         let conflicts = conflict::conflicts(map, &lanes, &tree, &thresholds);
         let intersections = intersection::intersections(map, &lanes, &tree, &conflicts, &thresholds);
-        let side = side::votes(&lanes, &intersections, settings);
-        let mut referrers: FxHashMap<RegulatoryElementId, Vec<LaneletId>> = FxHashMap::default();
-        for lanelet in &map.lanelets {
-            for &element in &lanelet.regulatory_elements {
-                referrers.entry(element).or_default().push(lanelet.id);
-            }
-        }
-        let mut intersections_of = vec![Vec::new(); lanes.len()];
-        let mut touching = vec![Vec::new(); lanes.len()];
-        for (at, intersection) in intersections.iter().enumerate() {
-            for member in &intersection.members {
-                intersections_of[member.lane].push(at);
-                touching[member.lane].push(at);
-            }
-            for &(lane, _) in &intersection.touched {
-                touching[lane].push(at);
-            }
-        }
-        let named = named::entries(map, &intersections, settings);
+        let side = driving_side::votes(&lanes, &intersections, settings);
+        let elements = map
+            .lanelets
+            .iter()
+            .flat_map(|lanelet| lanelet.regulatory_elements.iter().map(|&element| (element, lanelet.id)));
+        let referrers = grouped(elements);
+        let [intersections_of, touching] = intersections_by_lane(&intersections, lanes.len());
+        let named = user_names::entries(map, &intersections, settings);
         let mut index = Self {
             by_id: lanes.iter().enumerate().map(|(at, lane)| (lane.id, at)).collect(),
             starting: grouped(lanes.iter().enumerate().map(|(at, lane)| (lane.start.ids, at))),
@@ -141,67 +93,16 @@ impl<'m> MapIndex<'m> {
             touching,
             view: View::new(map),
         };
-        index.traffic =
-            (0..index.intersections.len()).into_par_iter().finely().map(|at| traffic::traffic(&index, at)).collect();
+        index.traffic = (0..index.intersections.len())
+            .into_par_iter()
+            .finely()
+            .map(|at| right_of_way::traffic(&index, at))
+            .collect();
         index
-    }
-
-    /// Every lanelet that loads, as Lanelet2 sees it.
-    pub fn view(&self) -> &View<'m> {
-        &self.view
-    }
-
-    /// Position of a lanelet in `lanes`; `None` if it is broken or not there.
-    pub fn lane(&self, id: LaneletId) -> Option<usize> {
-        self.by_id.get(&id).copied()
-    }
-
-    /// Lanes that start with the points with which this one ends, by position.
-    pub fn followers(&self, lane: usize) -> &[usize] {
-        self.starting.get(&self.lanes[lane].end.ids).map_or(&[], Vec::as_slice)
-    }
-
-    /// Lanes that end with the points with which this one starts, by position.
-    pub fn predecessors(&self, lane: usize) -> &[usize] {
-        self.ending.get(&self.lanes[lane].start.ids).map_or(&[], Vec::as_slice)
-    }
-
-    /// Whether a single lane leads from the end of one to the start of another.
-    pub fn are_linked(&self, from: usize, to: usize) -> bool {
-        self.followers(from).iter().any(|&lane| self.followers(lane).contains(&to))
-    }
-
-    /// Other lanes that start with the same points.
-    pub fn siblings(&self, lane: usize) -> impl Iterator<Item = usize> + '_ {
-        let same = self.starting.get(&self.lanes[lane].start.ids).map_or(&[][..], Vec::as_slice);
-        same.iter().copied().filter(move |&other| other != lane)
-    }
-
-    /// Lanes that have this way as a bound.
-    pub fn users_of(&self, way: LineStringId) -> &[usize] {
-        self.way_users.get(&way).map_or(&[], Vec::as_slice)
-    }
-
-    /// Lanelets that refer to this element.
-    pub fn referrers(&self, element: RegulatoryElementId) -> &[LaneletId] {
-        self.referrers.get(&element).map_or(&[], Vec::as_slice)
-    }
-
-    /// Intersections that a lane is part of, by position: more than one where areas overlap.
-    pub fn intersections_of(&self, lane: usize) -> &[usize] {
-        &self.intersections_of[lane]
-    }
-
-    /// Lanes whose rectangle meets the one between two corners, by position.
-    pub fn lanes_near(&self, low: Point, high: Point) -> Vec<usize> {
-        let reach = rstar::AABB::from_corners([low.x, low.y], [high.x, high.y]);
-        let mut found: Vec<usize> = self.tree.locate_in_envelope_intersecting(&reach).map(|one| one.data).collect();
-        found.sort_unstable();
-        found
     }
 }
 
-/// Says of every lane whether it is driven both ways, which only all of them together tell.
+/// Marks the lanes that are driven both ways: another lanelet has the same bounds exchanged.
 fn mark_both_ways(lanes: &mut [Lane]) {
     let bounds: FxHashSet<[LineStringId; 2]> = lanes.iter().map(|lane| lane.bounds).collect();
     for lane in lanes {
@@ -210,7 +111,7 @@ fn mark_both_ways(lanes: &mut [Lane]) {
     }
 }
 
-/// The lanelet whose bounds run against one another: it has no inside.
+/// The lanelet of a fault that says its bounds oppose each other: it has no inside.
 fn turned_inside_out(fault: &LoadFault) -> Option<LaneletId> {
     match (&fault.condition, fault.subject) {
         (Condition::BoundsOpposed { .. }, Subject::Lanelet(id)) => Some(LaneletId(id)),
@@ -218,9 +119,24 @@ fn turned_inside_out(fault: &LoadFault) -> Option<LaneletId> {
     }
 }
 
+/// For every lane the intersections that it is a member of, and those plus the ones whose area it touches.
+fn intersections_by_lane(intersections: &[Intersection], lanes: usize) -> [Vec<Vec<usize>>; 2] {
+    let [mut member_of, mut touching] = [vec![Vec::new(); lanes], vec![Vec::new(); lanes]];
+    for (at, intersection) in intersections.iter().enumerate() {
+        for member in &intersection.members {
+            member_of[member.lane].push(at);
+            touching[member.lane].push(at);
+        }
+        for &(lane, _) in &intersection.touched {
+            touching[lane].push(at);
+        }
+    }
+    [member_of, touching]
+}
+
 /// Values by key, each list in the order of the input.
-fn grouped<K: std::hash::Hash + Eq>(pairs: impl Iterator<Item = (K, usize)>) -> FxHashMap<K, Vec<usize>> {
-    let mut groups: FxHashMap<K, Vec<usize>> = FxHashMap::default();
+fn grouped<K: std::hash::Hash + Eq, V>(pairs: impl Iterator<Item = (K, V)>) -> FxHashMap<K, Vec<V>> {
+    let mut groups: FxHashMap<K, Vec<V>> = FxHashMap::default();
     for (key, value) in pairs {
         groups.entry(key).or_default().push(value);
     }

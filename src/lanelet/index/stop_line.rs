@@ -1,11 +1,10 @@
 //! Which stop line a lanelet of an intersection starts at.
 
-use std::sync::OnceLock;
-
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 
-use super::{Lane, MapIndex};
+use super::Lane;
+use super::types::{MapIndex, StopLineTree};
 use crate::geometry::{Point, Polyline, Vector, angle_between};
 use crate::lanelet::{LineString, LineStringId};
 
@@ -19,9 +18,6 @@ pub struct StopLine {
     /// Its height in the middle, metres; 0 where the map has none.
     pub height: f64,
 }
-
-/// Stop lines by place.
-pub(super) type StopLineTree = RTree<GeomWithData<Rectangle<[f64; 2]>, LineStringId>>;
 
 /// How far a stop line is from where it should be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -133,6 +129,3 @@ fn tree(map: &MapIndex) -> StopLineTree {
     });
     RTree::bulk_load(boxes.collect())
 }
-
-/// Made when the first rule asks.
-pub(super) type StopLines = OnceLock<StopLineTree>;

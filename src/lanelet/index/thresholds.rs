@@ -1,6 +1,6 @@
 //! The numbers of the notions that all rules share.
 
-/// When two lanelets conflict, when one lies in an intersection, what makes an approach. A rule's own numbers stand
+/// When two lanelets conflict, when one lies in an intersection, what makes an approach. A rule's own numbers are
 /// in its document.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thresholds {

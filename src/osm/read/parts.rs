@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{Parser, Place};
+use super::parser::{Parser, Place};
 use crate::osm::OsmData;
 use crate::parallel::Finely;
 

@@ -1,6 +1,10 @@
 //! What the reader makes of sound, odd and broken files.
 
 use super::*;
+use crate::osm::pbf::MAX_REFERENCES;
+use crate::osm::{ElementKind, OddityKind};
+use crate::projection::LonLat;
+use crate::text::SourceSpan;
 
 fn read(text: &str) -> OsmData {
     let mut data = OsmData::default();

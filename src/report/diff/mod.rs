@@ -16,7 +16,7 @@ pub use findings::{diagnostics, requirement};
 
 use crate::diagnostic::{Place, Subject};
 use crate::lanelet::locate::locate;
-use crate::lanelet::{LaneletMap, Shelf, Shelved};
+use crate::lanelet::{LaneletMap, Primitive, PrimitiveLayer};
 use crate::projection::LonLat;
 
 use facts::Sides;
@@ -77,19 +77,19 @@ impl Diff {
     pub fn between(old: &LaneletMap, new: &LaneletMap, tolerance: f64) -> Self {
         let sides = Sides::new(old, new, tolerance);
         let mut diff = Self { totals: BTreeMap::new(), changes: Vec::new() };
-        diff.shelf("lanelets", &old.lanelets, &new.lanelets, &sides);
-        diff.shelf("regulatory elements", &old.regulatory_elements, &new.regulatory_elements, &sides);
-        diff.shelf("polygons", &old.polygons, &new.polygons, &sides);
-        diff.shelf("linestrings", &old.linestrings, &new.linestrings, &sides);
-        diff.shelf("points", &old.points, &new.points, &sides);
+        diff.layer("lanelets", &old.lanelets, &new.lanelets, &sides);
+        diff.layer("regulatory elements", &old.regulatory_elements, &new.regulatory_elements, &sides);
+        diff.layer("polygons", &old.polygons, &new.polygons, &sides);
+        diff.layer("linestrings", &old.linestrings, &new.linestrings, &sides);
+        diff.layer("points", &old.points, &new.points, &sides);
         diff
     }
 
-    fn shelf<T: Shelved + facts::Compared>(
+    fn layer<T: Primitive + facts::Compared>(
         &mut self,
         name: &'static str,
-        old: &Shelf<T>,
-        new: &Shelf<T>,
+        old: &PrimitiveLayer<T>,
+        new: &PrimitiveLayer<T>,
         sides: &Sides<'_>,
     ) {
         let mut count = Count::default();

@@ -16,7 +16,7 @@ fn tags(pairs: &[(&str, &str)]) -> Attributes {
     tags
 }
 
-/// Lanelets 100 and 200, one behind the other, each 10 m long: nodes 1, 2, 3 on the right, 4, 5, 6 on the left.
+/// Lanelets 100 and 200, one after the other, each 10 m long: nodes 1, 2, 3 on the right, 4, 5, 6 on the left.
 fn map() -> LaneletMap {
     let mut map = LaneletMap::default();
     for id in 1..=6 {

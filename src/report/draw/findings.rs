@@ -1,4 +1,4 @@
-//! Findings on the map: what they are about glows, a pin stands where to look.
+//! Findings on the map: their subjects glow, and a pin shows where to look.
 
 use rustc_hash::FxHashMap;
 
@@ -18,7 +18,7 @@ enum Shape {
 
 /// Height of the words at a pin, pixels.
 const LETTER: f64 = 8.0;
-/// How far they stand above the pin's tip, pixels.
+/// How far they are above the pin's tip, pixels.
 const LIFT: f64 = 28.0;
 /// More words than this nobody reads.
 const MAX_WORDED: usize = 60;
@@ -111,7 +111,7 @@ fn title(diagnostic: &Diagnostic) -> String {
     format!("{} {}: {}", diagnostic.severity, diagnostic.code, diagnostic.finding.message)
 }
 
-/// Where the pin stands.
+/// Where the pin is.
 fn spot(map: &LaneletMap, diagnostic: &Diagnostic) -> Option<Point> {
     let middle = |points: &[Point]| points.get(points.len() / 2).copied();
     let shapes = place(diagnostic).into_iter().chain(of_subject(map, diagnostic.finding.subject));

@@ -9,7 +9,7 @@ use crate::lanelet::{LaneletMap, Target, TurnDirection};
 
 /// Height of letters in pixels.
 const LETTER: f64 = 8.0;
-/// How far behind the middle of a lane its id stands, metres.
+/// How far behind the middle of a lane its id is, metres.
 const BEHIND_ARROW: f64 = 2.5;
 /// Distance of the legend from the edge of the sheet, pixels.
 const INSET: f64 = 14.0;

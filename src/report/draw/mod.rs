@@ -102,6 +102,10 @@ impl DrawError {
 }
 
 /// Draws the map, with the findings on it, as an SVG document.
+///
+/// # Errors
+///
+/// If the map has nothing to draw, not the primitive that the options name, or the scale is not positive.
 pub fn svg(map: &LaneletMap, diagnostics: &[Diagnostic], options: &Options) -> Result<String, DrawError> {
     Ok(svg_of(map, diagnostics, view(map, options)?, options))
 }
@@ -129,7 +133,11 @@ pub fn svg_of(map: &LaneletMap, diagnostics: &[Diagnostic], view: View, options:
     canvas.finish(&style, &options.title)
 }
 
-/// The same as PNG bytes; refuses pictures of more than [`MAX_PIXELS`].
+/// The same as PNG bytes.
+///
+/// # Errors
+///
+/// As [`svg`] and [`rendered`].
 #[cfg(feature = "draw")]
 pub fn png(map: &LaneletMap, diagnostics: &[Diagnostic], options: &Options) -> Result<Vec<u8>, DrawError> {
     let view = view(map, options)?;
@@ -140,7 +148,11 @@ pub fn png(map: &LaneletMap, diagnostics: &[Diagnostic], options: &Options) -> R
     rendered(&svg(map, diagnostics, options)?)
 }
 
-/// An SVG document as PNG bytes; refuses pictures of more than [`MAX_PIXELS`].
+/// An SVG document as PNG bytes.
+///
+/// # Errors
+///
+/// If the picture has more than [`MAX_PIXELS`], or is no SVG.
 #[cfg(feature = "draw")]
 pub fn rendered(svg: &str) -> Result<Vec<u8>, DrawError> {
     let failed = |error: &dyn std::fmt::Display| DrawError::Render(error.to_string());
@@ -162,6 +174,10 @@ fn layer(canvas: &mut Canvas, name: &str, draw: impl FnOnce(&mut Canvas)) {
 }
 
 /// The part of the plane that the options ask for.
+///
+/// # Errors
+///
+/// If the map has nothing to draw, not the primitive that the options name, or the scale is not positive.
 pub fn view(map: &LaneletMap, options: &Options) -> Result<View, DrawError> {
     let (min, max) = match options.focus {
         Focus::Whole => widen(whole(map).ok_or(DrawError::Empty)?, MARGIN),

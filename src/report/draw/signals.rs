@@ -1,4 +1,4 @@
-//! Traffic lights and signs, as they stand beside and over the road.
+//! Traffic lights and signs, as they are beside and over the road.
 
 use super::canvas::Canvas;
 use super::lanes::positions;

@@ -82,6 +82,10 @@ impl Sketch {
     }
 
     /// The part of the plane that a focus shows.
+    ///
+    /// # Errors
+    ///
+    /// If there is nothing to draw, or the scale is not positive.
     pub fn view(&self, focus: Focus, scale: Option<f64>) -> Result<View, DrawError> {
         let (min, max) = match focus {
             Focus::Whole => widen(self.extent().ok_or(DrawError::Empty)?, MARGIN),

@@ -17,6 +17,10 @@ use super::{View, style};
 
 /// Writes the outline of each lanelet that is in view, then each stroke of each linestring: a feature a line, in the map's
 /// order. What has no longitude and latitude is left out.
+///
+/// # Errors
+///
+/// If `out` cannot be written to.
 pub fn geojson(map: &LaneletMap, projector: &Projector, view: &View, out: &mut dyn Write) -> io::Result<()> {
     write!(out, "{{\"type\":\"FeatureCollection\",\"features\":[")?;
     let mut first = true;

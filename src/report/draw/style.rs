@@ -12,7 +12,7 @@ pub enum Stroke {
     True(Kind, &'static str),
     /// One line of a class.
     Single(&'static str),
-    /// By something else than a line along its points.
+    /// By something other than a line along its points.
     Elsewhere,
 }
 
@@ -132,7 +132,7 @@ pub fn sheet(scale: f64) -> String {
     css
 }
 
-/// What does not depend on the scale. The hues of the turns are told apart by the colour-blind too.
+/// What does not depend on the scale. Colour-blind people can distinguish the hues of the turns, too.
 const FLAT: &str = "\
 path,circle,rect{fill:none;stroke-linejoin:round}
 .ground{fill:#eceee8}

@@ -8,7 +8,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use serde::Deserialize;
 
 use super::data::{PageFinding, Status};
-use super::place::Frame;
+use super::plane::Frame;
 use crate::geometry::Point;
 
 /// Findings of one code closer than this are the same finding, though ids changed; degrees of latitude, about 2 m.
@@ -52,6 +52,10 @@ struct DataFrame {
 
 impl Earlier {
     /// From the text of a report.
+    ///
+    /// # Errors
+    ///
+    /// If the text is no report, or its data is damaged.
     pub fn read(page: &str) -> Result<Self, EarlierError> {
         let damaged = |error: &dyn std::fmt::Display| EarlierError::Damaged(error.to_string());
         let (_, rest) = page.split_once(DATA_MARK).ok_or(EarlierError::NoReport)?;

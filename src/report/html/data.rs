@@ -3,13 +3,13 @@
 use serde::{Deserialize, Serialize};
 
 use super::super::{Entry, Report, split_code};
-use super::place::Frame;
+use super::plane::Frame;
 use crate::diagnostic::{Diagnostic, Measure, Place, Severity, Subject};
 use crate::geometry::Point;
 use crate::lanelet::{LaneletId, LaneletMap};
 use crate::requirement::{Check, Requirement};
 
-/// How a finding stands to an earlier report.
+/// How a finding relates to an earlier report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Status {
@@ -47,7 +47,7 @@ pub struct PageFinding {
     pub place: Option<(String, Vec<f64>)>,
     /// Value, limit, unit.
     pub measure: Option<(f64, f64, String)>,
-    /// Where the pin stands, metres from the frame's origin.
+    /// Where the pin is, metres from the frame's origin.
     pub at: Option<[f64; 2]>,
     /// Latitude, longitude.
     pub latlon: Option<[f64; 2]>,
@@ -129,7 +129,7 @@ pub fn relative(p: Point, frame: &Frame) -> [f64; 2] {
     [millimetres(p.x - frame.origin.x), millimetres(p.y - frame.origin.y)]
 }
 
-/// Where the pin stands. A bent lanelet's middle may lie beside it, so the pin stands between its bounds' middle points.
+/// Where the pin is. A bent lanelet's middle may lie beside it, so the pin is between its bounds' middle points.
 fn spot(diagnostic: &Diagnostic, map: &LaneletMap) -> Option<Point> {
     let on_lanelet = match (diagnostic.finding.subject, &diagnostic.finding.place) {
         (Subject::Lanelet(id), Place::Unknown) => map.lanelets.get(LaneletId(id)).and_then(|lanelet| {
@@ -155,7 +155,7 @@ fn spot(diagnostic: &Diagnostic, map: &LaneletMap) -> Option<Point> {
 /// How a requirement came out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Outcome {
+pub enum RequirementOutcome {
     /// No warning, no error.
     Passed,
     /// A warning or an error.
@@ -176,7 +176,7 @@ pub struct PageRequirement {
     /// The chapter.
     pub category: String,
     /// How it came out.
-    pub outcome: Outcome,
+    pub outcome: RequirementOutcome,
     /// Whether a program judges only a part of it.
     pub partial: bool,
     /// Whether the page has its document.
@@ -188,15 +188,15 @@ pub fn requirements(all: &[&Requirement], report: &Report<'_>) -> Vec<PageRequir
     let diagnostics = report.diagnostics;
     let broken = diagnostics.iter().filter(|d| d.severity >= Severity::Warning).map(|d| split_code(&d.code).0);
     let broken: rustc_hash::FxHashSet<&str> = broken.collect();
-    let outcome = |id: &str, otherwise| if broken.contains(id) { Outcome::Failed } else { otherwise };
+    let outcome = |id: &str, otherwise| if broken.contains(id) { RequirementOutcome::Failed } else { otherwise };
     let run = |id: &str| report.requirements.iter().any(|one| one.id == id);
     let mut lines: Vec<PageRequirement> = all
         .iter()
         .map(|requirement| {
             let unbroken = match requirement.check {
-                Check::Manual => Outcome::Eyes,
-                _ if run(&requirement.id) => Outcome::Passed,
-                _ => Outcome::Skipped,
+                Check::Manual => RequirementOutcome::Eyes,
+                _ if run(&requirement.id) => RequirementOutcome::Passed,
+                _ => RequirementOutcome::Skipped,
             };
             PageRequirement {
                 id: requirement.id.clone(),
@@ -216,7 +216,7 @@ pub fn requirements(all: &[&Requirement], report: &Report<'_>) -> Vec<PageRequir
         id: id.to_owned(),
         title: title_of(id).to_owned(),
         category: "beside the standard".to_owned(),
-        outcome: outcome(id, Outcome::Passed),
+        outcome: outcome(id, RequirementOutcome::Passed),
         partial: false,
         documented: false,
     }));

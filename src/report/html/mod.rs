@@ -3,14 +3,14 @@
 //! Text of the map is hostile. It stands in the page only inside packed data, which the page's script shows as text;
 //! the page's policy runs no script but its own, known by hash, and loads nothing.
 
+mod build_stages;
 mod compare;
 mod data;
-mod ghosts;
+mod fix_preview;
 mod pack;
 mod pages;
-mod place;
+mod plane;
 mod served;
-mod workshop;
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -23,17 +23,16 @@ use flate2::write::DeflateEncoder;
 use serde_json::json;
 use sha2::{Digest, Sha256};
 
+pub use build_stages::{BuildStages, InputRoad, InputWay, Stage};
 pub use compare::{Earlier, EarlierError};
-pub use ghosts::{Ghost, ghosts};
-pub use served::{Served, parcel, served, served_workshop};
-pub use workshop::{InputRoad, InputWay, Stage, Workshop};
+pub use fix_preview::{FixPreview, fix_previews};
+pub use served::{Served, parcel, served, served_build_stages};
 
+use super::{Report, VERSION};
 use crate::geometry::Point;
 use crate::lane_stitching;
 use crate::requirement::Requirement;
-
-use super::{Report, VERSION};
-use place::Frame;
+use plane::Frame;
 
 /// What a page shows beside the run's own [`Report`].
 #[derive(Clone, Copy, Debug, Default)]
@@ -59,11 +58,11 @@ const SCRIPTS: [&str; 14] = [
     include_str!("paint.js"),
     include_str!("pins.js"),
     include_str!("view.js"),
-    include_str!("hands.js"),
+    include_str!("input_gestures.js"),
     include_str!("area.js"),
     include_str!("filters.js"),
     include_str!("list.js"),
-    include_str!("card.js"),
+    include_str!("popup.js"),
     include_str!("summary.js"),
     MAIN,
 ];
@@ -73,7 +72,11 @@ const MAIN: &str = include_str!("main.js");
 const STYLE: &str = include_str!("style.css");
 const PAGE: &str = include_str!("page.html");
 
-/// The page. Fails only where the compressor does.
+/// The page.
+///
+/// # Errors
+///
+/// If the data cannot be compressed.
 pub fn html(report: &Report<'_>, page: &Page<'_>) -> io::Result<String> {
     let frame = Frame::of(report.map, page.origin);
     let data = STANDARD.encode(deflate(facts(report, page, &frame).to_string().as_bytes())?);
@@ -143,7 +146,7 @@ fn policy(script: &str, connect: &str) -> String {
     )
 }
 
-/// Puts each part where its mark stands, once, without looking into what was put in.
+/// Puts each part where its mark is, once, without looking into what was put in.
 fn fill(page: &str, parts: &[(&str, &str)]) -> String {
     let mut out = String::with_capacity(page.len() + parts.iter().map(|(_, text)| text.len()).sum::<usize>());
     let mut rest = page;

@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 use serde::Serialize;
 use serde_json::json;
 
-use super::place::Frame;
+use super::plane::Frame;
 use crate::lanelet::{Attributes, Bound, LaneletMap, PointId, Target};
 
 /// Positions are kept to the millimetre, as whole numbers.
@@ -45,7 +45,7 @@ struct Packer {
     string_index: FxHashMap<String, i32>,
     tag_sets: Vec<Vec<(i32, i32)>>,
     tag_index: FxHashMap<Vec<(i32, i32)>, i32>,
-    /// By the point's position on its shelf: its number in the page.
+    /// By the point's position in its layer: its number in the page.
     point_numbers: Vec<i32>,
 }
 

@@ -94,7 +94,7 @@ fn markdown(text: &str, pictures: &[(String, &str)]) -> String {
             picture = pictures.iter().find(named).map(|(_, svg)| *svg);
             None
         }
-        // The words come first; the picture stands below them.
+        // The words come first; the picture is below them.
         Event::End(TagEnd::Image) => picture.take().map(|svg| {
             let data = STANDARD.encode(svg);
             Event::InlineHtml(format!("<img alt=\"\" src=\"data:image/svg+xml;base64,{data}\">").into())

@@ -4,9 +4,9 @@ use std::io;
 
 use serde_json::Value;
 
-use super::ghosts::{Ghost, pages_ghosts};
-use super::place::Frame;
-use super::workshop::{Workshop, pages_workshop};
+use super::build_stages::{BuildStages, page_build_stages};
+use super::fix_preview::{FixPreview, page_fix_previews};
+use super::plane::Frame;
 use super::{JOSM, MAIN, Page, SCRIPTS, deflate, facts, filled, pack, pages};
 use crate::report::Report;
 use crate::requirement::Requirement;
@@ -15,25 +15,25 @@ use crate::requirement::Requirement;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Served<'a> {
     /// What fixes would change.
-    pub ghosts: &'a [Ghost],
+    pub previews: &'a [FixPreview],
     /// How the map came to be.
-    pub workshop: Option<&'a Workshop>,
+    pub build_stages: Option<&'a BuildStages>,
 }
 
 /// What a served page has more.
-const LIVE: [&str; 2] = [include_str!("live.js"), include_str!("ghosts.js")];
+const MAP_SCRIPTS: [&str; 2] = [include_str!("live.js"), include_str!("fix_preview.js")];
 /// What the page of a map in the making has more.
-const WORKSHOP: [&str; 4] =
-    [include_str!("live.js"), include_str!("stages.js"), include_str!("bench.js"), include_str!("panel.js")];
+const BUILD_SCRIPTS: [&str; 4] =
+    [include_str!("live.js"), include_str!("stages.js"), include_str!("editing.js"), include_str!("panel.js")];
 
 /// The page of a report, with these requirements, each with its pictures.
 pub fn served(title: &str, requirements: &[&Requirement]) -> String {
-    page(title, requirements, &LIVE)
+    page(title, requirements, &MAP_SCRIPTS)
 }
 
 /// The page of a map in the making.
-pub fn served_workshop(title: &str, requirements: &[&Requirement]) -> String {
-    page(title, requirements, &WORKSHOP)
+pub fn served_build_stages(title: &str, requirements: &[&Requirement]) -> String {
+    page(title, requirements, &BUILD_SCRIPTS)
 }
 
 fn page(title: &str, requirements: &[&Requirement], more: &[&'static str]) -> String {
@@ -43,11 +43,15 @@ fn page(title: &str, requirements: &[&Requirement], more: &[&'static str]) -> St
 }
 
 /// What the page fetches: the length of the packed report (u32, little-endian), the report, the map.
+///
+/// # Errors
+///
+/// If the data cannot be compressed.
 pub fn parcel(report: &Report<'_>, page: &Page<'_>, served: &Served<'_>) -> io::Result<Vec<u8>> {
     let frame = Frame::of(report.map, page.origin);
     let mut facts = facts(report, page, &frame);
-    facts["ghosts"] = pages_ghosts(served.ghosts, &frame);
-    facts["workshop"] = served.workshop.map_or(Value::Null, |workshop| pages_workshop(workshop, &frame));
+    facts["ghosts"] = page_fix_previews(served.previews, &frame);
+    facts["workshop"] = served.build_stages.map_or(Value::Null, |build_stages| page_build_stages(build_stages, &frame));
     let facts = deflate(facts.to_string().as_bytes())?;
     let length = u32::try_from(facts.len()).map_err(io::Error::other)?;
     Ok([&length.to_le_bytes()[..], &facts, &pack::pack(report.map, &frame)?].concat())

@@ -21,7 +21,7 @@ pub struct Stats {
     /// How many points, linestrings, polygons, lanelets and regulatory elements.
     pub primitives: BTreeMap<&'static str, usize>,
     /// Lanelets by `subtype`.
-    pub lanelets: BTreeMap<String, Kind>,
+    pub lanelets: BTreeMap<String, SubtypeStats>,
     /// Linestrings by `type`.
     pub linestrings: BTreeMap<String, usize>,
     /// Polygons by `type`.
@@ -42,7 +42,7 @@ pub struct Stats {
 
 /// Lanelets of one subtype.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Kind {
+pub struct SubtypeStats {
     /// How many.
     pub count: usize,
     /// Length of their centre lines, metres.
@@ -146,8 +146,8 @@ fn tally<'a>(all: impl Iterator<Item = &'a Attributes>, key: &str) -> BTreeMap<S
     counts
 }
 
-fn lanelets(index: &MapIndex<'_>) -> BTreeMap<String, Kind> {
-    let mut kinds = BTreeMap::<String, Kind>::new();
+fn lanelets(index: &MapIndex<'_>) -> BTreeMap<String, SubtypeStats> {
+    let mut kinds = BTreeMap::<String, SubtypeStats>::new();
     for lanelet in &index.map.lanelets {
         let kind = kinds.entry(lanelet.attributes.get("subtype").unwrap_or_default().to_owned()).or_default();
         kind.count += 1;

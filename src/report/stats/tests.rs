@@ -6,7 +6,7 @@ use crate::lanelet::index::Thresholds;
 use crate::lanelet::{Bound, Lanelet, LaneletId, LineString, LineStringId, Point as MapPoint, PointId};
 use crate::settings::Settings;
 
-/// Two lanes, one behind the other, 3.5 m wide and 10 m long, and a third one apart from them.
+/// Two lanes, one after the other, 3.5 m wide and 10 m long, and a third one apart from them.
 fn map() -> LaneletMap {
     let mut map = LaneletMap::default();
     for (column, x) in [0.0, 10.0, 20.0, 100.0, 110.0].into_iter().enumerate() {
@@ -41,7 +41,7 @@ fn map() -> LaneletMap {
 fn a_small_map_is_measured() {
     let (map, settings) = (map(), Settings::default());
     let stats = Stats::of(&MapIndex::new(&map, &[], &settings, Thresholds::default()));
-    assert_eq!(stats.lanelets["road"], Kind { count: 3, metres: 30.0 });
+    assert_eq!(stats.lanelets["road"], SubtypeStats { count: 3, metres: 30.0 });
     let width = stats.width.unwrap();
     assert!((width.min - 3.5).abs() < 1e-9 && (width.max - 3.5).abs() < 1e-9);
     assert!(stats.curvature.unwrap().max < 1e-9);

@@ -16,16 +16,20 @@ pub struct Exclusions {
 struct Exclusion {
     primitive: String,
     id: i64,
-    validators: Option<Vec<Named>>,
+    validators: Option<Vec<ExcludedPrimitive>>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
-struct Named {
+struct ExcludedPrimitive {
     name: String,
 }
 
 impl Exclusions {
     /// Reads a list; kinds of primitives and validators must be known.
+    ///
+    /// # Errors
+    ///
+    /// If the text is no such list, or names an unknown kind of primitive or validator.
     pub fn parse(text: &str, validators: &[Validator<'_>]) -> Result<Self, FormatError> {
         let list: Self = serde_json::from_str(text).map_err(|error| FormatError(error.to_string()))?;
         for one in &list.exclusion {

@@ -4,6 +4,7 @@
 mod exclusions;
 mod prerequisites;
 mod set;
+mod types;
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -14,70 +15,11 @@ use serde_json::{Map, Value, json};
 
 pub use exclusions::Exclusions;
 pub use set::{FormatError, RequirementSet};
+pub use types::{Issue, Validator};
 
 use super::{TOOL, VERSION};
-use crate::diagnostic::{Diagnostic, Severity, Subject};
+use crate::diagnostic::{Diagnostic, Severity};
 use prerequisites::Verdict;
-
-/// One validator, as far as the result is concerned.
-#[derive(Clone, Debug)]
-pub struct Validator<'a> {
-    /// `mapping.intersection.road_markings`.
-    pub name: &'a str,
-    /// Its issue codes up to the number: `Intersection.RoadMarkings`.
-    pub code: String,
-    /// The requirement under which it is shown where the user has no set.
-    pub requirement: &'a str,
-}
-
-/// One line of a validator's issues.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Issue {
-    /// How bad it is.
-    pub severity: Severity,
-    /// The word for the primitive's kind.
-    pub primitive: &'static str,
-    /// Its id.
-    pub id: i64,
-    /// `Intersection.RoadMarkings-001`.
-    pub code: String,
-    /// What is wrong.
-    pub message: String,
-}
-
-impl Issue {
-    fn of(diagnostic: &Diagnostic) -> Option<Self> {
-        let subject = diagnostic.finding.subject;
-        let primitive = match subject {
-            Subject::Map | Subject::Node(_) | Subject::Way(_) | Subject::Relation(_) => "primitive",
-            _ => subject.kind(),
-        };
-        Some(Self {
-            severity: diagnostic.severity,
-            primitive,
-            id: subject.id().unwrap_or_default(),
-            code: diagnostic.finding.peer.as_ref()?.to_string(),
-            message: diagnostic.finding.message.clone(),
-        })
-    }
-
-    /// An issue of the run itself.
-    fn general(code: &str, message: String) -> Self {
-        Self { severity: Severity::Error, primitive: "primitive", id: 0, code: code.to_owned(), message }
-    }
-
-    fn to_json(&self) -> Value {
-        let severity = match self.severity {
-            Severity::Error => "Error",
-            Severity::Warning => "Warning",
-            Severity::Info => "info",
-        };
-        json!({
-            "severity": severity, "primitive": self.primitive, "id": self.id, "issue_code": self.code,
-            "message": self.message,
-        })
-    }
-}
 
 /// What a run came to.
 #[derive(Clone, Debug)]
@@ -107,7 +49,7 @@ impl Outcome {
         prerequisites::apply(&set.prerequisites(), &mut found);
         let document = document(set, &found, map);
         let mut counts = BTreeMap::new();
-        // As often as a reader sees them: a validator may stand under several requirements.
+        // As often as a reader sees them: a validator may be under several requirements.
         for issue in set.names().flat_map(|name| found.get(name).into_iter().flatten()) {
             *counts.entry(issue.severity).or_default() += 1;
         }
@@ -115,6 +57,10 @@ impl Outcome {
     }
 
     /// Writes the document: indented by four blanks, keys in alphabetical order.
+    ///
+    /// # Errors
+    ///
+    /// If `out` cannot be written to.
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         let mut text = serde_json::Serializer::with_formatter(&mut *out, PrettyFormatter::with_indent(b"    "));
         sorted(&self.document).serialize(&mut text)?;

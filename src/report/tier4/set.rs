@@ -36,6 +36,10 @@ impl RequirementSet {
     }
 
     /// Reads a set; every validator must be one of these.
+    ///
+    /// # Errors
+    ///
+    /// If the text is no such set, or names an unknown validator.
     pub fn parse(file: &str, text: &str, validators: &[Validator<'_>]) -> Result<Self, FormatError> {
         let document: Value = serde_json::from_str(text).map_err(|error| FormatError(error.to_string()))?;
         let set = Self { document, file: file.to_owned() };
@@ -79,7 +83,7 @@ impl RequirementSet {
         self.validators().filter_map(|validator| validator.get("name")?.as_str())
     }
 
-    /// What each validator needs, over all requirements under which it stands.
+    /// What each validator needs, over all requirements under which it is.
     pub(super) fn prerequisites(&self) -> Prerequisites<'_> {
         let mut all: Prerequisites<'_> = Vec::new();
         for validator in self.validators() {

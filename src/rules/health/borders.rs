@@ -72,7 +72,7 @@ fn twice(map: &MapIndex) -> Vec<Finding> {
     findings
 }
 
-/// Lines between lanes of one direction that say something else than their paint does.
+/// Lines between lanes of one direction that say something other than their paint does.
 fn against_paint(map: &MapIndex) -> Vec<Finding> {
     let roads = || map.map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", "road"));
     let lefts: BTreeSet<(LineStringId, bool)> =

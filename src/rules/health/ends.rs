@@ -4,12 +4,12 @@ use crate::diagnostic::{Finding, Place};
 use crate::geometry::{Point, Polyline, Vector, angle_between, cross, polygon};
 use crate::lanelet::RoadType;
 use crate::lanelet::index::{Edge, MapIndex};
-use crate::rules::moves::Moves;
+use crate::rules::routing_moves::RoutingMoves;
 
 use super::links::Links;
 use super::params::{Params, subject};
 
-pub fn judge(map: &MapIndex, params: &Params, moves: &Moves, links: &Links) -> Vec<Finding> {
+pub fn judge(map: &MapIndex, params: &Params, moves: &RoutingMoves, links: &Links) -> Vec<Finding> {
     let Some(border) = border(map) else { return Vec::new() };
     let inside = |edge: &Edge| border.distance(edge.middle()) > params.map_border;
     let mut findings = Vec::new();

@@ -11,7 +11,7 @@ use crate::diagnostic::Finding;
 use crate::lanelet::index::MapIndex;
 
 use super::Rule;
-use super::moves::Moves;
+use super::routing_moves::RoutingMoves;
 
 use params::Params;
 
@@ -22,7 +22,7 @@ impl Rule for Health {
     type Params = Params;
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let moves = Moves::new(map);
+        let moves = RoutingMoves::new(map);
         let links = links::Links::new(map, params);
         let mut findings = shape::judge(map, params);
         findings.extend(borders::judge(map));

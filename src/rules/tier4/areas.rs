@@ -67,7 +67,7 @@ fn is_turning(seen: &Seen) -> bool {
     seen.tag("turn_direction").is_some_and(|turn| !turn.is_empty())
 }
 
-/// How a lanelet and its tag stand to one area.
+/// How a lanelet and its tag relate to one area.
 fn coverage(seen: &Seen, tag: Option<i64>, area: PolygonId, outline: &[Place]) -> Option<Issue> {
     let id = seen.id();
     let own = tag == Some(area.0);

@@ -22,7 +22,7 @@ fn judge(view: &View, params: &Params, seen: &Seen) -> Vec<Issue> {
     let mut issues = Vec::new();
     let mut outside: Vec<String> = Vec::new();
     for point in &points {
-        // An end is known by its id, wherever on the line it stands; of a ring it is the start alone.
+        // An end is known by its id, wherever on the line it is; of a ring it is the start alone.
         let edge = match point.id {
             id if id == first.id => Some(start),
             id if id == last.id => Some(end),

@@ -32,7 +32,7 @@ pub fn ranks(view: &View) -> Vec<usize> {
 
 /// The positions of keys, put in one after the other, in the order in which the table gives them out.
 fn order(keys: &[i64]) -> Vec<usize> {
-    let mut table = Table { keys, next: vec![NONE; keys.len() + 1], before: vec![NONE; BUCKETS[0]] };
+    let mut table = HashLayout { keys, next: vec![NONE; keys.len() + 1], before: vec![NONE; BUCKETS[0]] };
     for at in 0..keys.len() {
         if at == table.before.len() {
             let larger = BUCKETS.iter().find(|&&count| count > at).copied().unwrap_or(2 * at + 1);
@@ -47,14 +47,14 @@ fn order(keys: &[i64]) -> Vec<usize> {
 const NONE: usize = usize::MAX;
 
 /// A list of entries, those of a bucket side by side; entry 0 is the head, key `i` stands in entry `i + 1`.
-struct Table<'a> {
+struct HashLayout<'a> {
     keys: &'a [i64],
     next: Vec<usize>,
     /// For every bucket the entry before its first.
     before: Vec<usize>,
 }
 
-impl Table<'_> {
+impl HashLayout<'_> {
     fn bucket(&self, entry: usize) -> usize {
         // As many bits as the table's own hash has.
         #[allow(clippy::cast_sign_loss, reason = "negative ids wrap around there, too")]
@@ -101,7 +101,7 @@ mod tests {
     #[test]
     fn what_comes_last_comes_first_until_buckets_are_shared() {
         assert_eq!(order(&[1, 2, 3]), [2, 1, 0]);
-        // 14 falls into the bucket of 1, and stands before it there.
+        // 14 falls into the bucket of 1, and is before it there.
         assert_eq!(order(&[1, 2, 14]), [1, 2, 0]);
         assert_eq!(order(&[]), [0; 0]);
     }

@@ -49,7 +49,7 @@ fn distance(p: Place, a: Place, b: Place) -> f64 {
     Polyline::new([a, b]).map_or((p - a).norm(), |line| line.distance(p))
 }
 
-/// Whether a line meets an outline, be it in a point.
+/// Whether a line meets an outline, even if only in a point.
 fn touches(line: &[Place], outline: &[Place]) -> bool {
     let ring = polygon::to_geo(outline);
     let crosses = |a: Place, b: Place| {
@@ -208,7 +208,7 @@ impl Way {
 }
 
 /// A section: the way from the lanelet of the start line to a lanelet that refers to the light.
-struct Section<'m> {
+struct LightSection<'m> {
     light: &'m RegulatoryElement,
     path: Vec<usize>,
 }
@@ -220,10 +220,10 @@ pub fn section_overlap(view: &View, params: &Params) -> Vec<Issue> {
     let section = |at: usize, light| {
         let start = view.lines(light, "start_line").next()?;
         let path = graph.path(start_lanelet(view, start)?, at)?;
-        Some(Section { light, path })
+        Some(LightSection { light, path })
     };
     let lights = |at: usize| view.elements_of(&view.lanelets[at], "virtual_traffic_light").next();
-    let sections: Vec<Section> = (0..view.lanelets.len()).filter_map(|at| section(at, lights(at)?)).collect();
+    let sections: Vec<LightSection> = (0..view.lanelets.len()).filter_map(|at| section(at, lights(at)?)).collect();
     let boxes: Vec<[Place; 2]> = sections.iter().map(|section| box_of(view, &section.path)).collect();
     let mut issues: Vec<Issue> = Vec::new();
     for (own, reach) in sections.iter().zip(&boxes) {
@@ -250,7 +250,7 @@ fn box_of(view: &View, path: &[usize]) -> [Place; 2] {
 }
 
 /// Whether two sections share more of a way than they may.
-fn overlap(view: &View, own: &Section, other: &Section) -> bool {
+fn overlap(view: &View, own: &LightSection, other: &LightSection) -> bool {
     match common(&own.path, &other.path)[..] {
         [] => false,
         [at] => meet_on(view, at, own, other),
@@ -278,7 +278,7 @@ fn common(a: &[usize], b: &[usize]) -> Vec<usize> {
 }
 
 /// Whether, on the one lanelet that two sections share, one begins before the other ends.
-fn meet_on(view: &View, at: usize, own: &Section, other: &Section) -> bool {
+fn meet_on(view: &View, at: usize, own: &LightSection, other: &LightSection) -> bool {
     let Some(lane) = Way::along(view, &[at]) else { return false };
     let (first, second) = if own.path.last() == Some(&at) { (own, other) } else { (other, own) };
     let seen = &view.lanelets[at];

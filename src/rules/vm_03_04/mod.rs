@@ -5,7 +5,7 @@ mod params;
 mod signal;
 
 use crate::diagnostic::{Finding, Place, Severity, Subject};
-use crate::geometry::{Point, Polyline, polygon};
+use crate::geometry::{Point, Polyline, Vector, polygon};
 use crate::lanelet::RoadType;
 use crate::lanelet::index::{Arm, Edge, Intersection, MapIndex, Traffic};
 
@@ -33,13 +33,35 @@ impl Rule for AllLanelets {
     }
 }
 
+/// The outline of an intersection area.
+struct Outline<'a> {
+    ring: &'a [Point],
+    line: Polyline,
+    /// How close to it an edge lies on it, metres.
+    reach: f64,
+}
+
+impl<'a> Outline<'a> {
+    fn of(ring: &'a [Point], reach: f64) -> Option<Self> {
+        Some(Self { ring, line: Polyline::new(ring.iter().chain(ring.first()).copied())?, reach })
+    }
+
+    /// Whether a lane with its other end at `far` leads in over an edge on the outline. A lane that passes by touches the
+    /// outline along its side, not with an end that looks inward.
+    fn is_entered(&self, edge: &Edge, far: Option<Point>, heading: Option<Vector>) -> bool {
+        let middle = edge.middle();
+        (polygon::contains(self.ring, middle) || self.line.distance(middle) <= self.reach)
+            && far.is_some_and(|p| !polygon::contains(self.ring, p))
+            && heading.is_some_and(|heading| polygon::contains(self.ring, middle + heading * (2.0 * self.reach)))
+    }
+}
+
 /// Lanes that end or start on the border of an area where nothing goes on.
 fn loose_ends(map: &MapIndex, params: &Params, intersection: &Intersection, traffic: &Traffic) -> Vec<Finding> {
     let Some(area) = intersection.area else { return Vec::new() };
-    let ring = &intersection.ring;
-    let Some(border) = Polyline::new(ring.iter().chain(ring.first()).copied()) else { return Vec::new() };
-    let [low, high] = crate::lanelet::index::extent(ring);
-    let reach = nalgebra::Vector2::repeat(params.border);
+    let Some(outline) = Outline::of(&intersection.ring, params.border) else { return Vec::new() };
+    let [low, high] = crate::lanelet::index::extent(outline.ring);
+    let reach = Vector::repeat(params.border);
     let mut findings = Vec::new();
     for at in map.lanes_near(low - reach, high + reach) {
         let lane = &map.lanes[at];
@@ -48,23 +70,14 @@ fn loose_ends(map: &MapIndex, params: &Params, intersection: &Intersection, traf
         if member || !lane.vehicle || lane.kind != RoadType::Road || !level {
             continue;
         }
-        let on_border = |edge: &Edge| {
-            let middle = edge.middle();
-            polygon::contains(ring, middle) || border.distance(middle) <= params.border
-        };
-        // A lane that passes by touches the border along its side, not with an end that looks inward.
-        let inward = |from: Option<Point>| from.is_some_and(|p| !polygon::contains(ring, p));
         let center = lane.center.as_ref();
-        let inside = |edge: &Edge, other: Option<Point>| on_border(edge) && inward(other);
-        let toward = |p: Point, heading: Option<nalgebra::Vector2<f64>>| {
-            heading.is_some_and(|heading| polygon::contains(ring, p + heading * (2.0 * params.border)))
-        };
-        let ends_here = inside(&lane.end, center.map(Polyline::first)) && toward(lane.end.middle(), lane.heading_out());
-        let starts_here = inside(&lane.start, center.map(Polyline::last))
-            && toward(lane.start.middle(), lane.heading_in().map(|heading| -heading));
+        let ends_here = outline.is_entered(&lane.end, center.map(Polyline::first), lane.heading_out());
+        let back = lane.heading_in().map(|heading| -heading);
+        let starts_here = outline.is_entered(&lane.start, center.map(Polyline::last), back);
         let missed = |edge: &Edge, lists: &[usize], inward: bool| {
-            let nearly = || connection::nearly_continues(map, params, at, edge);
-            lists.is_empty() && !nearly() && !is_closed(map, intersection, traffic, edge, inward)
+            lists.is_empty()
+                && !connection::nearly_continues(map, params, at, edge)
+                && !is_closed(map, intersection, traffic, edge, inward)
         };
         let ends = [
             (

@@ -1,0 +1,82 @@
+//! What several verbs take from the command line, and the exit codes of all.
+
+use std::path::PathBuf;
+
+use crate::settings::ProjectorType;
+use clap::{Args, ValueEnum};
+
+/// Exit code of a run that found nothing bad enough.
+pub const CLEAN: u8 = 0;
+/// Exit code of a run that could not do its work; clap's own, too.
+pub const FAILED: u8 = 2;
+
+/// How streets are laid out, and what is told of it.
+#[derive(Debug, Default, Args)]
+pub struct StreetArgs {
+    /// Side of the road on which people drive; auto: by the country the data lies in
+    #[arg(long, value_enum, default_value_t = SideArg::Auto)]
+    pub driving_side: SideArg,
+    /// Projection of the map; without it MGRS, or TransverseMercator where the data does not fit one 100 km square
+    #[arg(long, value_enum)]
+    pub projector: Option<ProjectorArg>,
+    /// A terrain model to lay the roads on: GeoTIFF in degrees or UTM, heights in metres
+    #[arg(long, value_name = "FILE")]
+    pub dem: Option<PathBuf>,
+    /// List every guess that was made
+    #[arg(long)]
+    pub guesses: bool,
+    /// Say of each road that may lie inside an intersection whether it was merged, and what decided
+    #[arg(long)]
+    pub explain_merges: bool,
+    /// A file to read instead of lanewright.toml, or one key of it: 'merge=[{nodes=[1,2]}]'
+    #[arg(long, value_name = "FILE|KEY=VALUE")]
+    pub config: Vec<String>,
+    /// Read no lanewright.toml
+    #[arg(long)]
+    pub isolated: bool,
+}
+
+/// The side of the road as the command line names it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum SideArg {
+    Left,
+    Right,
+    #[default]
+    Auto,
+}
+
+/// A projection as `map_projector_info.yaml` names it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ProjectorArg {
+    #[value(name = "MGRS", alias = "mgrs")]
+    Mgrs,
+    #[value(name = "TransverseMercator", alias = "transverse-mercator")]
+    TransverseMercator,
+    #[value(name = "LocalCartesianUTM", alias = "local-cartesian-utm")]
+    LocalCartesianUtm,
+    #[value(name = "LocalCartesian", alias = "local-cartesian")]
+    LocalCartesian,
+}
+
+impl From<ProjectorArg> for ProjectorType {
+    fn from(projector: ProjectorArg) -> Self {
+        match projector {
+            ProjectorArg::Mgrs => Self::Mgrs,
+            ProjectorArg::TransverseMercator => Self::TransverseMercator,
+            ProjectorArg::LocalCartesianUtm => Self::LocalCartesianUtm,
+            ProjectorArg::LocalCartesian => Self::LocalCartesian,
+        }
+    }
+}
+
+/// `LAT,LON` in degrees.
+pub fn place(text: &str) -> Result<(f64, f64), String> {
+    let wrong = || format!("`{text}` is not LAT,LON in degrees, such as 48.137,11.575");
+    let (lat, lon) = text.split_once(',').ok_or_else(wrong)?;
+    let number = |part: &str| part.trim().parse::<f64>().map_err(|_| wrong());
+    let (lat, lon) = (number(lat)?, number(lon)?);
+    if !(-90.0..=90.0).contains(&lat) || !(-180.0..=180.0).contains(&lon) {
+        return Err(format!("`{text}` is not on Earth: latitude -90 to 90 first, then longitude -180 to 180"));
+    }
+    Ok((lat, lon))
+}

@@ -1,0 +1,113 @@
+//! The report of a map, made anew whenever its files change; then what fixes would change.
+
+use std::sync::Arc;
+use std::thread;
+
+use crate::cli::report_page;
+use crate::cli::watch::Watched;
+use crate::lanelet::from_osm;
+use crate::report::TextStyle;
+use crate::report::failure::Failure;
+use crate::report::html::{FixPreview, Page, Served, fix_previews, parcel, served};
+use crate::requirement::Requirement;
+use crate::rules;
+use crate::triage;
+
+use super::args::ViewArgs;
+use super::server::Handler;
+use super::subscriptions::Subscriptions;
+use crate::api::{CheckOptions, Checked, Loaded, check, mended};
+
+/// The page of a map's report.
+pub struct Reports {
+    page: String,
+}
+
+impl Handler for Reports {
+    fn page(&self) -> String {
+        self.page.clone()
+    }
+}
+
+impl Reports {
+    /// Reads and checks the map, and goes on whenever a file changes.
+    pub fn start(args: ViewArgs, watched: Watched, subscriptions: Arc<Subscriptions>) -> Result<Self, Failure> {
+        let mut stamps = watched.stamps();
+        let first = Judged::read(&args)?;
+        let page = served(&report_page::title(&args.map), &requirements()?);
+        subscriptions.show(first.parcel(&args, &[])?);
+        thread::spawn(move || {
+            let mut checked: Result<Judged, Failure> = Ok(first);
+            loop {
+                let told = checked.and_then(|checked| {
+                    let previews = checked.fix_previews(args.r#unsafe)?;
+                    if !previews.is_empty() {
+                        subscriptions.show(checked.parcel(&args, &previews)?);
+                    }
+                    Ok(())
+                });
+                if let Err(failure) = told {
+                    subscriptions.fail(failure.render(TextStyle::default()));
+                }
+                watched.wait(stamps);
+                stamps = watched.stamps();
+                checked = Judged::read(&args).and_then(|checked| {
+                    subscriptions.show(checked.parcel(&args, &[])?);
+                    Ok(checked)
+                });
+            }
+        });
+        Ok(Self { page })
+    }
+}
+
+/// The requirements whose pages a report may need.
+pub fn requirements() -> Result<Vec<&'static Requirement>, Failure> {
+    let failed = |error: &dyn std::fmt::Display| Failure::new(error.to_string());
+    let rows = rules::table().map_err(|error| failed(error))?;
+    let own = triage::requirement().map_err(|error| failed(error))?;
+    Ok(rows.iter().map(|row| &row.requirement).chain([own]).collect())
+}
+
+/// A map and what was found in it.
+struct Judged(Checked);
+
+impl Judged {
+    fn read(args: &ViewArgs) -> Result<Self, Failure> {
+        let options = CheckOptions { configuration: args.config.configuration(), ..CheckOptions::default() };
+        Ok(Self(check(args.map.as_path(), options)?))
+    }
+
+    /// What the page fetches.
+    fn parcel(&self, args: &ViewArgs, previews: &[FixPreview]) -> Result<Vec<u8>, Failure> {
+        self.0.with_report(|report| {
+            let (title, path, requirements) =
+                (report_page::title(&args.map), report_page::only_file(report), report_page::requirements(report)?);
+            let page = Page { title: &title, path: path.as_deref(), requirements: &requirements, ..Page::default() };
+            parcel(report, &page, &Served { previews, build_stages: None })
+                .map_err(|error| Failure::new(error.to_string()))
+        })
+    }
+
+    /// What `fix` would change. The files stay as they are.
+    fn fix_previews(&self, unsafe_too: bool) -> Result<Vec<FixPreview>, Failure> {
+        let Loaded { map, projector, .. } = &self.0.loaded;
+        let findings = &self.0.sorted.left;
+        if findings.iter().all(|one| one.finding.fix.is_none()) {
+            return Ok(Vec::new());
+        }
+        let mended = mended(&self.0.loaded, unsafe_too)?;
+        let kept = |i: &usize| {
+            let one = &findings[*i];
+            let same = |title: &str| {
+                mended
+                    .done
+                    .iter()
+                    .any(|mend| mend.code == one.code && mend.subject == one.finding.subject && mend.title == title)
+            };
+            one.finding.fix.as_ref().is_some_and(|fix| same(&fix.title))
+        };
+        let done: Vec<usize> = (0..findings.len()).filter(kept).collect();
+        Ok(fix_previews(map, &from_osm(&mended.osm, projector).map, findings, &done))
+    }
+}

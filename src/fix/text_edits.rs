@@ -1,0 +1,426 @@
+//! Edits on the files of a map. Fixes that change the same thing are applied in different rounds.
+
+use std::collections::BTreeMap;
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::element::{Child, Element};
+use crate::diagnostic::{Edit, Fix, SourceSpan, Subject};
+use crate::osm::{ElementKind, OddityKind, OsmData, fixed};
+
+type Key = (ElementKind, i64);
+
+/// Decimals of latitude and longitude: a micrometre.
+const DECIMALS: usize = 11;
+
+/// A part of an element that an edit claims.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+enum Part {
+    Tag(String),
+    Place,
+    Vertex(usize),
+    Member(ElementKind, i64),
+}
+
+/// What the fixes of this round have claimed.
+#[derive(Debug, Default)]
+struct Claims {
+    whole: FxHashSet<Key>,
+    parts: FxHashSet<(Key, Part)>,
+    touched: FxHashSet<Key>,
+}
+
+/// Edits on the files that `osm` was read from.
+pub struct TextEdits<'a> {
+    osm: &'a OsmData,
+    /// Edited elements by position; `None` where one is removed.
+    edited: BTreeMap<SourceSpan, Option<Element>>,
+    /// What the current fix has changed, as it was before.
+    journal: Vec<(SourceSpan, Option<Option<Element>>)>,
+    created: Vec<Element>,
+    claims: Claims,
+    referrers: FxHashMap<Key, Vec<Key>>,
+    /// Elements that name a way in the value of a tag.
+    named: FxHashMap<i64, Vec<Key>>,
+    /// Positions of elements whose id repeats, in file order.
+    repeated: FxHashMap<Key, Vec<&'a SourceSpan>>,
+    last_id: i64,
+    /// The highest id that Autoware can read where it reads 32 bits.
+    last_small: i64,
+}
+
+/// Tags whose value is the id of a way.
+const NAMING: [&str; 2] = ["intersection_area", "traffic_light_id"];
+
+impl<'a> TextEdits<'a> {
+    /// Without edits.
+    pub fn new(osm: &'a OsmData) -> Self {
+        let mut referrers: FxHashMap<Key, Vec<Key>> = FxHashMap::default();
+        for way in &osm.ways {
+            for node in &way.nodes {
+                referrers.entry((ElementKind::Node, *node)).or_default().push((ElementKind::Way, way.id));
+            }
+        }
+        for relation in &osm.relations {
+            for member in &relation.members {
+                let list = referrers.entry((member.kind, member.id)).or_default();
+                list.push((ElementKind::Relation, relation.id));
+            }
+        }
+        let ways = osm.ways.iter().map(|way| ((ElementKind::Way, way.id), &way.tags));
+        let tagged = ways.chain(osm.relations.iter().map(|one| ((ElementKind::Relation, one.id), &one.tags)));
+        let mut named: FxHashMap<i64, Vec<Key>> = FxHashMap::default();
+        for (key, tags) in tagged {
+            for id in NAMING.iter().filter_map(|name| tags.get(name)?.parse().ok()) {
+                named.entry(id).or_default().push(key);
+            }
+        }
+        let ids = osm.nodes.iter().map(|node| node.id).chain(osm.ways.iter().map(|way| way.id));
+        let ids = ids.chain(osm.relations.iter().map(|relation| relation.id));
+        let small = |id: i64| if id <= i64::from(i32::MAX) { id } else { 0 };
+        let (last_id, last_small) =
+            ids.fold((0, 0), |(last, last_small): (i64, i64), id| (last.max(id), last_small.max(small(id))));
+        Self {
+            osm,
+            edited: BTreeMap::new(),
+            journal: Vec::new(),
+            created: Vec::new(),
+            claims: Claims::default(),
+            referrers,
+            named,
+            repeated: repeated(osm),
+            last_id,
+            last_small,
+        }
+    }
+
+    /// Makes all edits of a fix, or none of them: `false` where another fix has a claim on what it needs, or where the map
+    /// is not as the fix takes it to be.
+    pub fn apply(&mut self, fix: &Fix) -> bool {
+        let mut whole = Vec::new();
+        let mut parts = Vec::new();
+        for edit in &fix.edits {
+            self.claim(edit, &mut whole, &mut parts);
+        }
+        let claims = &self.claims;
+        let taken = whole.iter().any(|key| claims.touched.contains(key))
+            || parts.iter().any(|part| claims.whole.contains(&part.0) || claims.parts.contains(part));
+        if taken {
+            return false;
+        }
+        self.journal.clear();
+        let (created, last_id, last_small) = (self.created.len(), self.last_id, self.last_small);
+        if !fix.edits.iter().all(|edit| self.edit(edit).is_some()) {
+            for (span, element) in self.journal.drain(..).rev() {
+                match element {
+                    Some(element) => self.edited.insert(span, element),
+                    None => self.edited.remove(&span),
+                };
+            }
+            self.created.truncate(created);
+            (self.last_id, self.last_small) = (last_id, last_small);
+            return false;
+        }
+        self.claims.touched.extend(whole.iter().copied().chain(parts.iter().map(|part| part.0)));
+        self.claims.whole.extend(whole);
+        self.claims.parts.extend(parts);
+        true
+    }
+
+    /// What an edit needs for itself.
+    fn claim(&self, edit: &Edit, whole: &mut Vec<Key>, parts: &mut Vec<(Key, Part)>) {
+        let mut part = |on: Subject, part: Part| parts.extend(key_of(on).map(|key| (key, part)));
+        match edit {
+            Edit::SetTag { on, key, .. } | Edit::RemoveTag { on, key } => part(*on, Part::Tag(key.to_string())),
+            Edit::SetPlace { point, .. } => part(Subject::Point(*point), Part::Place),
+            Edit::AddMember { on, member, .. }
+            | Edit::RemoveMember { on, member, .. }
+            | Edit::SetRole { on, member, .. } => {
+                if let Some((kind, id)) = key_of(*member) {
+                    part(*on, Part::Member(kind, id));
+                }
+            }
+            Edit::InsertVertex { way, position, .. } | Edit::RemoveVertex { way, position } => {
+                part(*way, Part::Vertex(*position));
+            }
+            Edit::MergePoints { from, to } => {
+                let from = (ElementKind::Node, *from);
+                whole.extend([from, (ElementKind::Node, *to)]);
+                whole.extend(self.referrers.get(&from).into_iter().flatten());
+            }
+            Edit::ReplaceWay { lanelet, .. } => whole.push((ElementKind::Relation, *lanelet)),
+            Edit::Remove { subject } => {
+                if let Some(key) = key_of(*subject) {
+                    whole.push(key);
+                    whole.extend(self.referrers.get(&key).into_iter().flatten());
+                }
+            }
+            Edit::RemoveRepeat { on, .. } => whole.extend(key_of(*on)),
+            Edit::Renumber { on, .. } => {
+                if let Some(key) = key_of(*on) {
+                    whole.push(key);
+                    whole.extend(self.referrers.get(&key).into_iter().flatten());
+                    whole.extend(self.named.get(&key.1).into_iter().flatten().filter(|_| key.0 == ElementKind::Way));
+                }
+            }
+            Edit::CreateRegulatoryElement { referrers, .. } => {
+                for id in referrers {
+                    parts.push(((ElementKind::Relation, *id), Part::Member(ElementKind::Relation, 0)));
+                }
+            }
+        }
+    }
+
+    /// Makes one edit; `None` where it cannot be made.
+    fn edit(&mut self, edit: &Edit) -> Option<()> {
+        let done = |done: bool| done.then_some(());
+        match edit {
+            Edit::SetTag { on, key, value } => self.element(*on)?.set_tag(key, value),
+            Edit::RemoveTag { on, key } => {
+                let tag = Child::Tag(key.to_string());
+                done(self.element(*on)?.remove(|child| *child == tag))?;
+            }
+            Edit::AddMember { on, role, member } => {
+                let (kind, id) = key_of(*member)?;
+                self.element(*on)?.add_member(kind, id, role);
+            }
+            Edit::RemoveMember { on, role, member } => {
+                let (kind, id) = key_of(*member)?;
+                let member = Child::Member(kind, id, role.to_string());
+                done(self.element(*on)?.remove(|child| *child == member))?;
+            }
+            Edit::SetRole { on, member, from, to } => {
+                let (kind, id) = key_of(*member)?;
+                let [from, to] = [from, to].map(|role| Child::Member(kind, id, role.to_string()));
+                done(self.element(*on)?.replace(|child| (*child == from).then(|| to.clone())))?;
+            }
+            Edit::MergePoints { from, to } => self.merge(*from, *to)?,
+            Edit::InsertVertex { way, position, point } => {
+                done(self.element(*way)?.insert_vertex(*position, *point))?;
+            }
+            Edit::RemoveVertex { way, position } => done(self.element(*way)?.remove_vertex(*position))?,
+            Edit::ReplaceWay { lanelet, from, to } => {
+                let other = |child: &Child| match child {
+                    Child::Member(ElementKind::Way, id, role) if id == from => {
+                        Some(Child::Member(ElementKind::Way, *to, role.clone()))
+                    }
+                    _ => None,
+                };
+                done(self.element(Subject::Relation(*lanelet))?.replace(other))?;
+            }
+            Edit::Remove { subject } => self.remove(key_of(*subject)?)?,
+            Edit::SetPlace { point, place } => {
+                let element = self.element(Subject::Point(*point))?;
+                for (name, value) in [("lat", place.lat), ("lon", place.lon)] {
+                    let degrees = fixed(value, DECIMALS);
+                    element.set_attribute(name, &degrees);
+                }
+            }
+            Edit::RemoveRepeat { on, nth } => {
+                let span = self.nth(key_of(*on)?, *nth)?;
+                self.element_at(&span)?;
+                self.edited.insert(span, None);
+            }
+            Edit::Renumber { on, nth, referrers } => self.renumber(key_of(*on)?, *nth, referrers.as_deref())?,
+            Edit::CreateRegulatoryElement { subtype, members, referrers } => {
+                self.create(subtype, members, referrers)?
+            }
+        }
+        Some(())
+    }
+
+    fn merge(&mut self, from: i64, to: i64) -> Option<()> {
+        let key = (ElementKind::Node, from);
+        for referrer in self.referrers.get(&key).cloned().unwrap_or_default() {
+            let element = self.element_of(referrer)?;
+            element.replace(|child| match child {
+                Child::Vertex(id) if *id == from => Some(Child::Vertex(to)),
+                Child::Member(ElementKind::Node, id, role) if *id == from => {
+                    Some(Child::Member(ElementKind::Node, to, role.clone()))
+                }
+                _ => None,
+            });
+            element.drop_repeats();
+        }
+        self.drop(key)
+    }
+
+    fn drop(&mut self, key: Key) -> Option<()> {
+        let span = self.span(key)?.clone();
+        self.element_at(&span)?;
+        self.edited.insert(span, None);
+        Some(())
+    }
+
+    /// Gives one element of this id another one, and says so in those that refer to it: in all, or in these.
+    fn renumber(&mut self, key: Key, nth: usize, referrers: Option<&[Subject]>) -> Option<()> {
+        let (kind, id) = key;
+        let fresh = self.fresh(kind == ElementKind::Way)?;
+        let span = self.nth(key, nth)?;
+        self.element_at(&span)?.set_attribute("id", &fresh.to_string());
+        let told: Vec<Key> = match referrers {
+            Some(some) => some.iter().filter_map(|one| key_of(*one)).collect(),
+            None => self.referrers.get(&key).cloned().unwrap_or_default(),
+        };
+        for referrer in told {
+            self.element_of(referrer)?.replace(|child| match child {
+                Child::Vertex(old) if kind == ElementKind::Node && *old == id => Some(Child::Vertex(fresh)),
+                Child::Member(of, old, role) if (*of, *old) == key => Some(Child::Member(kind, fresh, role.clone())),
+                _ => None,
+            });
+        }
+        let named = self.named.get(&id).filter(|_| kind == ElementKind::Way && referrers.is_none());
+        for key in named.cloned().unwrap_or_default() {
+            let osm = self.osm;
+            let tags = match key.0 {
+                ElementKind::Way => osm.way(key.1).map(|one| &one.tags),
+                _ => osm.relation(key.1).map(|one| &one.tags),
+            }?;
+            for name in NAMING.into_iter().filter(|name| tags.get(name).is_some_and(|value| value == id.to_string())) {
+                self.element_of(key)?.set_tag(name, &fresh.to_string());
+            }
+        }
+        Some(())
+    }
+
+    /// An unused id; with `small`, one that fits 31 bits.
+    fn fresh(&mut self, small: bool) -> Option<i64> {
+        if small && self.last_id >= i64::from(i32::MAX) {
+            self.last_small += 1;
+            return (self.last_small <= i64::from(i32::MAX)).then_some(self.last_small);
+        }
+        self.last_id = self.last_id.checked_add(1)?;
+        self.last_small = self.last_small.max(self.last_id);
+        Some(self.last_id)
+    }
+
+    fn remove(&mut self, key: Key) -> Option<()> {
+        for referrer in self.referrers.get(&key).cloned().unwrap_or_default() {
+            // One that was itself removed refers to nothing.
+            if let Some(element) = self.element_of(referrer) {
+                element.remove(|child| match child {
+                    Child::Vertex(id) => (ElementKind::Node, *id) == key,
+                    Child::Member(kind, id, _) => (*kind, *id) == key,
+                    _ => false,
+                });
+            }
+        }
+        self.drop(key)
+    }
+
+    fn create(&mut self, subtype: &str, members: &[(crate::osm::Text, Subject)], referrers: &[i64]) -> Option<()> {
+        let id = self.fresh(false)?;
+        let mut element = Element::relation(id, "\n  ");
+        for (role, member) in members {
+            let (kind, id) = key_of(*member)?;
+            element.add_member(kind, id, role);
+        }
+        element.set_tag("type", "regulatory_element");
+        element.set_tag("subtype", subtype);
+        self.created.push(element);
+        for referrer in referrers {
+            let lanelet = self.element(Subject::Relation(*referrer))?;
+            lanelet.add_member(ElementKind::Relation, id, "regulatory_element");
+        }
+        Some(())
+    }
+
+    fn element(&mut self, subject: Subject) -> Option<&mut Element> {
+        self.element_of(key_of(subject)?)
+    }
+
+    /// The element to edit; `None` if it is removed, or not in the files.
+    fn element_of(&mut self, key: Key) -> Option<&mut Element> {
+        let span = self.span(key)?.clone();
+        self.element_at(&span)
+    }
+
+    fn element_at(&mut self, span: &SourceSpan) -> Option<&mut Element> {
+        self.journal.push((span.clone(), self.edited.get(span).cloned()));
+        if !self.edited.contains_key(span) {
+            let source = &self.osm.sources.get(span.file as usize)?.text;
+            let (start, end) = (usize::try_from(span.start).ok()?, usize::try_from(span.end).ok()?);
+            let before = source.get(..start)?;
+            // The line end, too; a file in one line has none.
+            let blanks = before.trim_end_matches([' ', '\t']).trim_end_matches(['\r', '\n']).len();
+            let element = Element::parse(source.get(start..end)?, before.get(blanks..)?)?;
+            self.edited.insert(span.clone(), Some(element));
+        }
+        self.edited.get_mut(span)?.as_mut()
+    }
+
+    /// The position of an element; the last one, where an id repeats.
+    fn span(&self, (kind, id): Key) -> Option<&'a SourceSpan> {
+        match kind {
+            ElementKind::Node => self.osm.node(id).map(|node| &node.span),
+            ElementKind::Way => self.osm.way(id).map(|way| &way.span),
+            ElementKind::Relation => self.osm.relation(id).map(|relation| &relation.span),
+        }
+    }
+
+    /// The position of the nth element of an id, in file order.
+    fn nth(&self, key: Key, nth: usize) -> Option<SourceSpan> {
+        match self.repeated.get(&key) {
+            Some(spans) => spans.get(nth).copied().cloned(),
+            None => self.span(key).filter(|_| nth == 0).cloned(),
+        }
+    }
+
+    /// The files' texts with all edits, in the order of the sources.
+    pub fn texts(&self) -> Vec<String> {
+        let spans = || self.edited.iter().map(|(span, element)| (span, element.as_ref()));
+        let mut texts = Vec::new();
+        for (file, source) in self.osm.sources.iter().enumerate() {
+            let mut text = String::with_capacity(source.text.len());
+            let mut at = 0;
+            for (span, element) in spans().filter(|(span, _)| span.file as usize == file) {
+                let (start, end) = (span.start as usize, span.end as usize);
+                let kept = source.text.get(at..start).unwrap_or_default();
+                match element {
+                    Some(element) => {
+                        text += kept;
+                        text += &element.render();
+                    }
+                    // With the blanks and the line end before it.
+                    None => text += kept.trim_end_matches([' ', '\t']).trim_end_matches(['\r', '\n']),
+                }
+                at = end;
+            }
+            text += source.text.get(at..).unwrap_or_default();
+            texts.push(text);
+        }
+        if let Some(text) = texts.last_mut().filter(|_| !self.created.is_empty()) {
+            let end = text.rfind("</osm>").unwrap_or(text.len());
+            let at = text[..end].trim_end().len();
+            let added: String = self.created.iter().map(|element| format!("\n  {}", element.render())).collect();
+            text.insert_str(at, &added);
+        }
+        texts
+    }
+}
+
+fn repeated(osm: &OsmData) -> FxHashMap<Key, Vec<&SourceSpan>> {
+    let twice = osm.oddities.iter().filter(|odd| odd.kind == OddityKind::DuplicateId).filter_map(|odd| odd.element);
+    let mut spans: FxHashMap<Key, Vec<&SourceSpan>> = twice.map(|key| (key, Vec::new())).collect();
+    let nodes = osm.nodes.iter().map(|one| ((ElementKind::Node, one.id), &one.span));
+    let ways = osm.ways.iter().map(|one| ((ElementKind::Way, one.id), &one.span));
+    let relations = osm.relations.iter().map(|one| ((ElementKind::Relation, one.id), &one.span));
+    for (key, span) in nodes.chain(ways).chain(relations) {
+        if let Some(list) = spans.get_mut(&key) {
+            list.push(span);
+        }
+    }
+    spans
+}
+
+/// The element of the file that a subject is.
+fn key_of(subject: Subject) -> Option<Key> {
+    match subject {
+        Subject::Map => None,
+        Subject::Point(id) | Subject::Node(id) => Some((ElementKind::Node, id)),
+        Subject::LineString(id) | Subject::Polygon(id) | Subject::Way(id) => Some((ElementKind::Way, id)),
+        Subject::Lanelet(id) | Subject::RegulatoryElement(id) | Subject::Relation(id) => {
+            Some((ElementKind::Relation, id))
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! Faults of the file as a whole: its format version, and what the reader skipped.
+
+use super::{Loader, SUPPORTED_FORMAT_VERSION};
+use crate::diagnostic::Subject;
+use crate::lanelet::{Condition, LoadFault};
+use crate::osm::{ElementKind, OddityKind};
+
+impl Loader<'_> {
+    pub(super) fn file_level_faults(&mut self) {
+        if let Some(condition) = self.format_version() {
+            self.loaded.faults.push(LoadFault { subject: Subject::Map, span: None, condition });
+        }
+        let osm = self.osm;
+        for oddity in osm.oddities.iter().filter(|o| o.kind == OddityKind::BadElement) {
+            let subject = match oddity.element {
+                Some((ElementKind::Node, id)) => Subject::Node(id),
+                Some((ElementKind::Way, id)) => Subject::Way(id),
+                Some((ElementKind::Relation, id)) => Subject::Relation(id),
+                None => Subject::Map,
+            };
+            let condition = Condition::PassedOver { message: oddity.message.clone() };
+            self.fault(subject, &oddity.span, condition);
+        }
+    }
+
+    fn format_version(&self) -> Option<Condition> {
+        let Some(found) = self.loaded.map.format_version.clone() else { return Some(Condition::NoFormatVersion) };
+        let parts: Vec<&str> = found.split('.').collect();
+        let numeric = |part: &&str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+        if parts.len() > 3 || !parts.iter().all(numeric) {
+            return Some(Condition::BadFormatVersion { found });
+        }
+        // More digits than fit are certainly too high.
+        let major = parts.first().and_then(|p| p.parse::<u32>().ok()).unwrap_or(u32::MAX);
+        let supported = SUPPORTED_FORMAT_VERSION;
+        (major > supported).then_some(Condition::UnsupportedFormatVersion { found, supported })
+    }
+}

@@ -1,0 +1,69 @@
+//! Lanes of opposite directions that overlap, wholly or in part.
+
+use crate::geometry::polygon;
+use crate::lanelet::index::{Lane, MapIndex};
+
+/// Two headings are opposite if the cosine of the angle between them is below this: 150 degrees and more.
+const AGAINST: f64 = -0.866;
+
+/// Two lanes that overlap and run against each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OpposingOverlap {
+    /// The lanes, by position, in the order of the map.
+    pub lanes: [usize; 2],
+    /// Overlap as a share of the smaller lane's area (1).
+    pub share: f64,
+    /// Whether both bounds of one are those of the other, each on the other side.
+    pub swapped: bool,
+}
+
+/// Whether a lane is for cars and outside every intersection; inside one, lanes have to cross.
+pub fn is_plain(map: &MapIndex, lane: usize) -> bool {
+    map.lanes[lane].is_for_cars() && map.lanes[lane].simple && map.intersections_of(lane).is_empty()
+}
+
+/// Mean width of a lane, metres.
+pub fn width(lane: &Lane) -> Option<f64> {
+    let length = lane.length();
+    (length > 1.0).then(|| lane.area / length)
+}
+
+/// All pairs of a map.
+pub fn all(map: &MapIndex) -> Vec<OpposingOverlap> {
+    let mut found = Vec::new();
+    for at in (0..map.lanes.len()).filter(|&at| is_plain(map, at)) {
+        let mut others: Vec<usize> = crosswise(map, at).collect();
+        let conflicts = map.conflicts[at].iter().filter(|conflict| conflict.real && !conflict.grade_separated);
+        others.extend(conflicts.map(|conflict| conflict.other));
+        others.sort_unstable();
+        others.dedup();
+        let others = others.into_iter().filter(|&other| other > at && is_plain(map, other));
+        found.extend(others.filter_map(|other| judge(map, at, other)));
+    }
+    found
+}
+
+/// Lanes that have a bound of this one on the other side: left as right, right as left.
+fn crosswise<'a>(map: &'a MapIndex<'a>, at: usize) -> impl Iterator<Item = usize> + 'a {
+    let [left, right] = map.lanes[at].bounds;
+    let as_right = map.users_of(left).iter().copied().filter(move |&other| map.lanes[other].bounds[1] == left);
+    let as_left = map.users_of(right).iter().copied().filter(move |&other| map.lanes[other].bounds[0] == right);
+    as_right.chain(as_left)
+}
+
+fn judge(map: &MapIndex, at: usize, other: usize) -> Option<OpposingOverlap> {
+    let (a, b) = (&map.lanes[at], &map.lanes[other]);
+    let (mine, theirs) = (a.center.as_ref()?, b.center.as_ref()?);
+    let [short, long] = if mine.length() <= theirs.length() { [mine, theirs] } else { [theirs, mine] };
+    // Along the whole lane: one that turns across the other opposes it only for a part.
+    let against = [0.1, 0.5, 0.9].map(|part| part * short.length()).iter().all(|&station| {
+        let facing = long.direction(long.project(short.at(station)).station);
+        short.direction(station).dot(&facing) < AGAINST
+    });
+    if !against {
+        return None;
+    }
+    let share = polygon::overlap(&a.outline, &b.outline) / a.area.min(b.area);
+    let swapped = a.bounds[0] == b.bounds[1] && a.bounds[1] == b.bounds[0];
+    Some(OpposingOverlap { lanes: [at, other], share, swapped })
+}

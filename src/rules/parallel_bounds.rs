@@ -1,0 +1,118 @@
+//! Bounds of two lanes that run along each other but are two separate ways.
+
+use rayon::prelude::*;
+
+use crate::diagnostic::Edit;
+use crate::geometry::{Point, Polyline};
+use crate::lanelet::LineStringId;
+use crate::lanelet::index::{Lane, MapIndex};
+use crate::parallel::Finely;
+
+/// Distance between measurements along a bound, metres: short compared with any lane.
+const STEP: f64 = 1.0;
+
+/// How close two bounds must be to count as one.
+#[derive(Clone, Copy, Debug)]
+pub struct Reach {
+    /// Largest distance between the two, metres.
+    pub apart: f64,
+    /// Share of the shorter one that has to be this close (1).
+    pub share: f64,
+}
+
+/// Two lanes side by side, each with a bound of its own where the other's runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ParallelBounds {
+    /// The lanes, by their positions.
+    pub lanes: [usize; 2],
+    /// The bound of each.
+    pub ways: [LineStringId; 2],
+    /// How long each bound is, metres.
+    pub lengths: [f64; 2],
+    /// Whether the lanes run against each other.
+    pub opposed: bool,
+    /// Whether both bounds join the same two points.
+    same_ends: bool,
+}
+
+/// The bounds of a lane, left and right, as lines.
+type Bounds = [Option<Polyline>; 2];
+
+impl ParallelBounds {
+    /// Which of two lanes' bounds run along each other; `None` if none do, or if the lanes have a way in common.
+    fn of(map: &MapIndex, [one, other]: [usize; 2], lines: [&Bounds; 2], reach: Reach) -> Option<Self> {
+        let (a, b) = (&map.lanes[one], &map.lanes[other]);
+        if a.bounds.iter().any(|way| b.bounds.contains(way)) || on_two_levels(map, a, b) {
+            return None;
+        }
+        let sides = [(0, 0), (0, 1), (1, 0), (1, 1)];
+        sides.into_iter().find_map(|(i, j)| {
+            let (mine, theirs) = (lines[0][i].as_ref()?, lines[1][j].as_ref()?);
+            let [short, long] = if mine.length() <= theirs.length() { [mine, theirs] } else { [theirs, mine] };
+            if !runs_along(short, long, reach) {
+                return None;
+            }
+            // Lanes that run the same way lie side by side where one's left is the other's right, and else on each other.
+            let middle = short.length() / 2.0;
+            let facing = long.direction(long.project(short.at(middle)).station);
+            let opposed = short.direction(middle).dot(&facing) < 0.0;
+            let ends = |lane: &Lane, side: usize| [lane.start.ids[side], lane.end.ids[side]];
+            let (mut own, mut other_ends) = (ends(a, i), ends(b, j));
+            own.sort_unstable();
+            other_ends.sort_unstable();
+            (opposed == (i == j)).then(|| Self {
+                lanes: [one, other],
+                ways: [a.bounds[i], b.bounds[j]],
+                lengths: [mine.length(), theirs.length()],
+                opposed,
+                same_ends: own == other_ends,
+            })
+        })
+    }
+
+    /// The edit that lets the second lane use the first one's way; `None` where it would change which lanes follow each other.
+    pub fn shared(&self, map: &MapIndex) -> Option<Edit> {
+        let [to, from] = self.ways;
+        self.same_ends.then(|| Edit::ReplaceWay { lanelet: map.lanes[self.lanes[1]].id.0, from: from.0, to: to.0 })
+    }
+}
+
+/// Whether the required share of a line lies close to another.
+fn runs_along(line: &Polyline, other: &Polyline, reach: Reach) -> bool {
+    let places = line.resampled(STEP).into_points();
+    let (mut far, mut hint) = (0, 0);
+    let mut enough = |p: &Point| {
+        far += usize::from(!other.reaches(*p, reach.apart, &mut hint));
+        (places.len() - far) as f64 / places.len() as f64 >= reach.share
+    };
+    places.iter().all(&mut enough)
+}
+
+/// Whether the height ranges of two lanes are so far apart that they cannot be on one level.
+pub fn on_two_levels(map: &MapIndex, a: &Lane, b: &Lane) -> bool {
+    let gap = (a.heights[0] - b.heights[1]).max(b.heights[0] - a.heights[1]);
+    gap > map.thresholds.grade_separation
+}
+
+/// All pairs of lanes whose bounds run along each other, where `first` accepts the one and `second` the other.
+pub fn all(
+    map: &MapIndex,
+    reach: Reach,
+    first: impl Fn(&Lane) -> bool + Sync,
+    second: impl Fn(&Lane) -> bool + Sync,
+) -> Vec<ParallelBounds> {
+    let bounds = |lane: &Lane| [0, 1].map(|side| lane.border(side));
+    let taking_part = |lane: &Lane| if first(lane) || second(lane) { bounds(lane) } else { Bounds::default() };
+    let lines: Vec<Bounds> = map.lanes.par_iter().finely().map(taking_part).collect();
+    let of_lane = |at: usize| {
+        let [low, high] = map.lanes[at].extent;
+        let margin = crate::geometry::Vector::new(reach.apart, reach.apart);
+        let near = map.lanes_near(low - margin, high + margin).into_iter();
+        let others = near.filter(|&other| other != at && second(&map.lanes[other]));
+        others
+            .filter_map(|other| ParallelBounds::of(map, [at, other], [&lines[at], &lines[other]], reach))
+            .collect::<Vec<_>>()
+    };
+    let all = (0..map.lanes.len()).into_par_iter().finely().filter(|&at| first(&map.lanes[at]));
+    all.flat_map_iter(of_lane).collect()
+}

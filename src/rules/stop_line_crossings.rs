@@ -1,0 +1,88 @@
+//! Where a stop line crosses lanes.
+
+use crate::geometry::{Point, Polyline, Vector, segment_crossing};
+use crate::lanelet::index::{Lane, MapIndex, StopLine, extent};
+
+/// A place where a stop line crosses the middle of a lane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StopLineCrossing {
+    /// The lane, by its position.
+    pub lane: usize,
+    /// Metres from where the lane starts: less than 0, or more than its length, where the line lies just outside.
+    pub station: f64,
+    /// Where.
+    pub place: Point,
+    /// Angle between the line and the straight across the lane, degrees, 0..=90.
+    pub askew: f64,
+    /// Share of the lane's width, from bound to bound, that the line spans (1).
+    pub span: f64,
+}
+
+/// How far before or behind a lane a stop line still belongs to it, metres: people do not draw to the centimetre.
+const SLACK: f64 = 0.5;
+
+/// The lanes for cars that a stop line crosses when it is lengthened by `extra` metres at both ends; where lanes lie on
+/// several levels, only those on the line's own level.
+pub fn crossings(map: &MapIndex, line: &StopLine, extra: f64) -> Vec<StopLineCrossing> {
+    let [low, high] = extent(&line.ends);
+    let margin = Vector::new(extra + SLACK, extra + SLACK);
+    let near = map.lanes_near(low - margin, high + margin).into_iter();
+    let mut found: Vec<StopLineCrossing> = near
+        .filter(|&lane| map.lanes[lane].is_for_cars())
+        .filter_map(|lane| crossing(line, &map.lanes[lane], extra).map(|found| StopLineCrossing { lane, ..found }))
+        .collect();
+    // Lines are drawn without heights more often than lanes: the nearest level is theirs, however far it is.
+    let height = |crossing: &StopLineCrossing| map.height(crossing.lane, crossing.place).unwrap_or(line.height);
+    let off = |height: f64| (height - line.height).abs();
+    if let Some(own) = found.iter().map(height).min_by(|a, b| off(*a).total_cmp(&off(*b))) {
+        found.retain(|crossing| (height(crossing) - own).abs() <= map.thresholds.grade_separation);
+    }
+    found
+}
+
+fn crossing(line: &StopLine, lane: &Lane, extra: f64) -> Option<StopLineCrossing> {
+    let center = lane.center.as_ref()?;
+    let along = (line.ends[1] - line.ends[0]).try_normalize(Polyline::MERGE)?;
+    let [a, b] = [line.ends[0] - along * extra, line.ends[1] + along * extra];
+    let last = center.length();
+    let first_step = [center.first() - center.direction(0.0) * SLACK, center.first()];
+    let last_step = [center.last(), center.last() + center.direction(last) * SLACK];
+    let stations = center.stations();
+    let own = center.segments().zip(&stations).map(|((c, d), &station)| (c, d, station));
+    let steps =
+        [(first_step[0], first_step[1], -SLACK)].into_iter().chain(own).chain([(last_step[0], last_step[1], last)]);
+    let (station, place) = steps.into_iter().find_map(|(c, d, before)| {
+        let (.., place) = segment_crossing(a, b, c, d)?;
+        Some((before + (place - c).norm(), place))
+    })?;
+    let heading = center.direction(station.clamp(0.0, last));
+    let askew = 90.0 - (along.dot(&heading)).abs().clamp(0.0, 1.0).acos().to_degrees();
+    Some(StopLineCrossing { lane: 0, station, place, askew, span: span(line, lane, place, along)? })
+}
+
+/// Share of the lane, measured along the stop line, that lies abreast of it.
+fn span(line: &StopLine, lane: &Lane, place: Point, along: Vector) -> Option<f64> {
+    let reach = lane.area / lane.length().max(1.0) * 4.0 + 1.0;
+    let bound = |points: &[Point]| {
+        let crossed = points
+            .windows(2)
+            .filter_map(|pair| segment_crossing(place - along * reach, place + along * reach, pair[0], pair[1]));
+        let offsets = crossed.map(|(.., at)| (at - place).dot(&along));
+        offsets.min_by(|a, b| a.abs().total_cmp(&b.abs()))
+    };
+    // Just outside of the lane, its edge replaces its bounds.
+    let edge = |points: [Point; 2]| points.map(|p| (p - place).dot(&along));
+    let near_start = (place - lane.start.middle()).norm() < (place - lane.end.middle()).norm();
+    let outside = edge(if near_start { lane.start.points } else { lane.end.points });
+    let [left, right] = [bound(&lane.left).unwrap_or(outside[0]), bound(&lane.right).unwrap_or(outside[1])];
+    let width = (left - right).abs();
+    let own = line.ends.map(|end| (end - place).dot(&along));
+    let common = own[0].max(own[1]).min(left.max(right)) - own[0].min(own[1]).max(left.min(right));
+    (width > Polyline::MERGE).then(|| (common / width).clamp(0.0, 1.0))
+}
+
+/// The stop lines of a map that have a length, in its order.
+pub fn stop_lines<'a>(map: &'a MapIndex) -> impl Iterator<Item = StopLine> + 'a {
+    let lines = map.map.linestrings.iter().filter(|line| line.attributes.is("type", "stop_line"));
+    lines.filter_map(|line| StopLine::of(map, line))
+}

@@ -1,0 +1,19 @@
+//! Short strings, and places in files.
+
+mod nearest;
+
+pub use nearest::nearest;
+
+/// A short string: keys, values, roles. Up to 24 bytes are stored inline.
+pub type Text = compact_str::CompactString;
+
+/// A place in a source file.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct SourceSpan {
+    /// Which of the map's files, by its index in `OsmData::sources`.
+    pub file: u32,
+    /// Byte offset of the element's `<`.
+    pub start: u64,
+    /// Byte offset behind the element's last `>`.
+    pub end: u64,
+}
