@@ -127,6 +127,7 @@ pub(super) fn along(
     }));
     let (total, length) = (sums.last().copied().unwrap_or(0.0), road.line.length());
     let one_way = road.one_way();
+    let of_road = |travel| if travel == Travel::Both { one_way.unwrap_or(travel) } else { travel };
     let mut features: Vec<Feature> = found
         .into_iter()
         .filter_map(|(i, kind)| {
@@ -136,7 +137,7 @@ pub(super) fn along(
                 _ if i + 1 == points.len() => length,
                 _ => station(&road.line, point, share * length),
             };
-            Some(Feature { station, node: piece.nodes[i], kind: with_travel(kind, one_way) })
+            Some(Feature { station, node: piece.nodes[i], kind: kind.map_travel(of_road) })
         })
         .filter(|feature| feature.kind != FeatureKind::StopLine(Travel::Both))
         .collect();
@@ -150,16 +151,5 @@ fn station(line: &Polyline, point: Point, guess: f64) -> f64 {
     match line.cut(from, guess + WINDOW) {
         Some(part) => from + part.project(point).station,
         None => guess.clamp(0.0, line.length()),
-    }
-}
-
-/// The kind with the travel of a one-way road, if the tags name none.
-fn with_travel(kind: FeatureKind, one_way: Option<Travel>) -> FeatureKind {
-    match (kind, one_way) {
-        (FeatureKind::Signals(Travel::Both), Some(travel)) => FeatureKind::Signals(travel),
-        (FeatureKind::Stop(Travel::Both), Some(travel)) => FeatureKind::Stop(travel),
-        (FeatureKind::GiveWay(Travel::Both), Some(travel)) => FeatureKind::GiveWay(travel),
-        (FeatureKind::StopLine(Travel::Both), Some(travel)) => FeatureKind::StopLine(travel),
-        _ => kind,
     }
 }

@@ -146,6 +146,20 @@ pub enum FeatureKind {
     Sidewalk,
 }
 
+impl FeatureKind {
+    /// The kind with its direction of travel changed, if it has one.
+    #[must_use]
+    pub fn map_travel(self, change: impl Fn(Travel) -> Travel) -> Self {
+        match self {
+            Self::Crossing { .. } | Self::Sidewalk => self,
+            Self::Signals(travel) => Self::Signals(change(travel)),
+            Self::Stop(travel) => Self::Stop(change(travel)),
+            Self::GiveWay(travel) => Self::GiveWay(change(travel)),
+            Self::StopLine(travel) => Self::StopLine(change(travel)),
+        }
+    }
+}
+
 /// A piece of road between two intersections.
 #[derive(Clone, Debug)]
 pub struct Road {

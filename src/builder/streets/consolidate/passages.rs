@@ -1,18 +1,18 @@
-//! Which arm of a merged intersection leads to which: paths over its inner roads, as signs and directions allow.
+//! Which arm of a merged intersection leads to which: the allowed paths over its inner roads.
 
 use crate::builder::network::road_end::{leads_in, leads_out, other_end};
 use crate::builder::network::{IntersectionIx, RoadEnd, RoadIx, RoadNetwork, TurnRestriction};
 
 use rustc_hash::FxHashMap;
 
-/// Longer searches than this end: a cluster with so many paths is damaged data, and what was found stands.
+/// Most steps of a search: a cluster with more paths is damaged data.
 const MAX_STEPS: usize = 20_000;
 
-/// Turn restrictions by the road end where they begin.
-pub struct Rules<'a>(FxHashMap<RoadEnd, Vec<&'a TurnRestriction>>);
+/// Turn restrictions by their `from` end.
+pub struct RestrictionIndex<'a>(FxHashMap<RoadEnd, Vec<&'a TurnRestriction>>);
 
-impl<'a> Rules<'a> {
-    /// An index over all restrictions of a network.
+impl<'a> RestrictionIndex<'a> {
+    /// The index of all restrictions of a network.
     pub fn new(restrictions: &'a [TurnRestriction]) -> Self {
         let mut index: FxHashMap<RoadEnd, Vec<&TurnRestriction>> = FxHashMap::default();
         for restriction in restrictions {
@@ -26,13 +26,13 @@ impl<'a> Rules<'a> {
     }
 }
 
-/// The pairs of outer arms that a vehicle can drive between. `members` are the intersections that merge, `inner`
-/// tells whether a road lies inside.
+/// The pairs of outer arms (from, to) that a vehicle can drive between. `members` are the merged intersections; `inner` says
+/// whether a road lies inside.
 pub fn passages(
     network: &RoadNetwork,
     members: &[IntersectionIx],
     inner: &dyn Fn(RoadIx) -> bool,
-    rules: &Rules<'_>,
+    rules: &RestrictionIndex<'_>,
 ) -> Vec<(RoadEnd, RoadEnd)> {
     let mut found = Vec::new();
     for &member in members {
@@ -51,13 +51,13 @@ pub fn passages(
     found
 }
 
-/// A depth-first walk over simple paths: no intersection twice.
+/// A depth-first search over simple paths.
 struct Search<'a> {
     network: &'a RoadNetwork,
     members: &'a [IntersectionIx],
     inner: &'a dyn Fn(RoadIx) -> bool,
-    rules: &'a Rules<'a>,
-    /// Road ends where the vehicle arrived, the outer arm first.
+    rules: &'a RestrictionIndex<'a>,
+    /// The road ends of arrival, the outer arm first.
     path: Vec<RoadEnd>,
     found: Vec<RoadEnd>,
     steps: usize,
@@ -91,7 +91,7 @@ impl Search<'_> {
         }
     }
 
-    /// Whether the restrictions let the path go on over `next`.
+    /// Whether passages and restrictions let the path go on over `next`.
     fn allowed(&self, at: IntersectionIx, next: RoadEnd) -> bool {
         if let Some(passages) = &self.network.intersection(at).passages {
             let came_from = self.path[self.path.len() - 1];
@@ -100,21 +100,21 @@ impl Search<'_> {
             }
         }
         self.path.iter().enumerate().all(|(i, arrival)| {
-            let behind = &self.path[i + 1..];
-            self.rules.from(*arrival).iter().all(|r| allows(r, behind, next))
+            let since = &self.path[i + 1..];
+            self.rules.from(*arrival).iter().all(|r| allows(r, since, next))
         })
     }
 }
 
-/// Whether a restriction whose `from` was taken lets a path go on over `next`; `behind` are the arrivals since then.
-fn allows(restriction: &TurnRestriction, behind: &[RoadEnd], next: RoadEnd) -> bool {
-    let along = behind.len() <= restriction.via.len()
-        && behind.iter().zip(&restriction.via).all(|(arrival, via)| arrival.road == *via);
+/// Whether a restriction whose `from` end the path has passed allows `next`; `since` has the arrivals after it.
+fn allows(restriction: &TurnRestriction, since: &[RoadEnd], next: RoadEnd) -> bool {
+    let along = since.len() <= restriction.via.len()
+        && since.iter().zip(&restriction.via).all(|(arrival, via)| arrival.road == *via);
     if !along {
         return true;
     }
-    match restriction.via.get(behind.len()) {
-        // Still on the way through its `via` roads: a mandatory turn leaves no other way.
+    match restriction.via.get(since.len()) {
+        // On the `via` roads, a mandatory turn allows only the next of them.
         Some(via) => !restriction.only || next.road == *via,
         None => restriction.only == (next == restriction.to),
     }

@@ -97,7 +97,7 @@ fn the_crossing_of_two_dual_carriageways_is_one_intersection() {
 }
 
 #[test]
-fn around_an_island_opposite_sides_are_merged_and_not_a_corner() {
+fn around_an_island_opposite_sides_are_merged_instead_of_adjacent_ones() {
     let wide = 19.0;
     for (a, b) in [(0.3, 0.2), (0.0, 0.1)] {
         // The shortest two sides meet.
