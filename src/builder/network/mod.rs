@@ -274,6 +274,13 @@ pub struct Intersection {
     pub islands: Vec<Island>,
 }
 
+impl Intersection {
+    /// The smallest id of its nodes, which names it in findings; 0 without nodes.
+    pub fn first_node(&self) -> i64 {
+        self.nodes.first().copied().unwrap_or_default()
+    }
+}
+
 /// A road that became part of a merged intersection.
 #[derive(Clone, Debug)]
 pub struct InnerRoad {

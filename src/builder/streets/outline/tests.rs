@@ -9,7 +9,7 @@ use crate::builder::tags::road_class::RoadClass;
 use crate::geometry::{Point, Polyline, polygon, simple_ring};
 use crate::osm::Tags;
 
-use super::intersection_plan::is_sound;
+use super::intersection_plan::is_valid;
 use super::*;
 
 /// A road from node 0 at the origin outwards through these points, of this width.
@@ -209,10 +209,10 @@ fn a_ramp_parts_in_a_wedge() {
 fn a_ring_that_folds_is_not_sound() {
     let ring = |tip: f64| [(0.0, 0.0), (0.0, 9.0), (9.0, 9.0), (9.0, 4.0), (9.5, tip), (5.0, 3.0)];
     let ring = |tip| ring(tip).map(|(x, y)| Point::new(x, y));
-    assert!(is_sound(&ring(3.5)));
+    assert!(is_valid(&ring(3.5)));
     let hair =
         [(0.0, 0.0), (0.0, 9.0), (9.0, 9.0), (9.0, 4.0), (9.5, 4.01), (5.0, 3.88)].map(|(x, y)| Point::new(x, y));
-    assert!(simple_ring::is_simple(&hair) && !is_sound(&hair), "two edges that are a hair apart");
+    assert!(simple_ring::is_simple(&hair) && !is_valid(&hair), "two edges that are a hair apart");
 }
 
 #[test]
