@@ -181,7 +181,7 @@ fn terrain_too_steep_for_any_road_is_laid_flatter_and_the_bridge_over_it_keeps_i
     assert!(steepest(under) <= 0.3 * 1.05, "{}", steepest(under));
     assert!(steepest(west) <= 0.07 * 1.05, "{}", steepest(west));
     let room = height(bridge, 30.0) - height(under, 300.0);
-    assert!(room > STOREY - CRAMPED, "{room}");
+    assert!(room > STOREY - LACKING, "{room}");
     assert_eq!(height(under, 0.0), 50.0);
 }
 
