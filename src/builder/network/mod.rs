@@ -6,6 +6,8 @@ mod connectivity;
 mod crossing_assignment;
 mod features;
 pub(crate) mod frame;
+#[cfg(test)]
+pub(crate) mod hand_drawn;
 mod index;
 mod islands;
 pub mod network_diff;

@@ -1,49 +1,14 @@
 //! Small networks: cutting, ends, features, restrictions.
 
 use crate::builder::tags::cross_section::{StripKind, Travel};
-use crate::diagnostic::SourceSpan;
-use crate::osm::{ElementKind, Member, Node, OsmData, Relation, Way};
+use crate::osm::OsmData;
 use crate::projection::{Extent, LonLat};
 use crate::settings::Settings;
 
+use super::hand_drawn::{SCALE, osm as data, plane, restrict};
 use super::*;
 
-const SPAN: SourceSpan = SourceSpan { file: 0, start: 0, end: 0 };
-/// Metres of the test plane in a degree.
-const SCALE: f64 = 100_000.0;
-
-fn tags(text: &str) -> Tags {
-    text.split_whitespace().filter_map(|word| word.split_once('=')).collect()
-}
-
-/// Nodes as (id, east, north, tags), ways as (id, nodes, tags), `highway=residential` unless said.
-fn data(nodes: &[(i64, f64, f64, &str)], ways: &[(i64, &[i64], &str)]) -> OsmData {
-    let mut osm = OsmData::default();
-    for (id, x, y, text) in nodes {
-        let position = Some(LonLat { lon: x / SCALE, lat: y / SCALE });
-        osm.push_node(Node { id: *id, position, tags: tags(text), span: SPAN });
-    }
-    for (id, nodes, text) in ways {
-        let mut tags = tags(text);
-        if !tags.has("highway") {
-            tags.set("highway", "residential");
-        }
-        osm.push_way(Way { id: *id, nodes: nodes.to_vec(), tags, span: SPAN });
-    }
-    osm
-}
-
-fn relation(osm: &mut OsmData, id: i64, text: &str, members: &[(&str, char, i64)]) {
-    let kind = |c| if c == 'n' { ElementKind::Node } else { ElementKind::Way };
-    let members =
-        members.iter().map(|(role, k, id)| Member { kind: kind(*k), id: *id, role: (*role).into() }).collect();
-    let mut tags = tags(text);
-    tags.set("type", "restriction");
-    osm.push_relation(Relation { id, members, tags, span: SPAN });
-}
-
 fn try_build(osm: &OsmData) -> Result<NetworkReading, NetworkError> {
-    let plane = |places: &[LonLat]| places.iter().map(|p| Point::new(p.lon, p.lat) * SCALE).collect();
     road_network(osm, &plane, &NetworkOptions::default())
 }
 
@@ -320,7 +285,7 @@ fn turns(network: &NetworkReading) -> Vec<(i64, Vec<i64>, i64, bool)> {
 fn restrictions_over_a_node() {
     let read = |text: &str, members: &[(&str, char, i64)]| {
         let mut osm = data(&CROSS, &[(10, &[1, 5], ""), (11, &[5, 3], ""), (20, &[2, 5, 4], "")]);
-        relation(&mut osm, 1, text, members);
+        restrict(&mut osm, 1, text, members);
         build(&osm)
     };
     let plain = [("from", 'w', 10), ("via", 'n', 5), ("to", 'w', 11)];
@@ -372,14 +337,14 @@ fn restrictions_over_ways() {
         &nodes,
         &[(10, &[1, 2, 3], "oneway=yes"), (20, &[7, 5, 6], "oneway=yes"), (30, &[2, 4, 5], ""), (40, &[4, 8], "")],
     );
-    relation(&mut osm, 1, "restriction=no_u_turn", &[("from", 'w', 10), ("via", 'w', 30), ("to", 'w', 20)]);
+    restrict(&mut osm, 1, "restriction=no_u_turn", &[("from", 'w', 10), ("via", 'w', 30), ("to", 'w', 20)]);
     let built = build(&osm);
     assert_eq!(turns(&built), [(10, vec![30, 30], 20, false)]);
     let r = &built.network.restrictions[0];
     assert_eq!((built.network.road(r.from.road).key.first, r.from.end), (1, End::End));
     assert_eq!((built.network.road(r.to.road).key.last, r.to.end), (6, End::Start));
     let mut osm = data(&nodes, &[(10, &[1, 2, 3], ""), (20, &[7, 5, 6], ""), (30, &[4, 8], "")]);
-    relation(&mut osm, 1, "restriction=no_u_turn", &[("from", 'w', 10), ("via", 'w', 30), ("to", 'w', 20)]);
+    restrict(&mut osm, 1, "restriction=no_u_turn", &[("from", 'w', 10), ("via", 'w', 30), ("to", 'w', 20)]);
     assert_eq!(slugs(&build(&osm)), ["restriction-skipped"]);
 }
 
@@ -440,7 +405,6 @@ fn settings_overrule_tags() {
     let outer = own("[[road]]\nways = [10]\ntags = { lanes = '6', name = 'Main Street' }\n");
     let Settings { assume, road: roads, .. } = inner.over(outer);
     let options = NetworkOptions { country: Some("DE".into()), assume, roads, ..NetworkOptions::default() };
-    let plane = |places: &[LonLat]| places.iter().map(|p| Point::new(p.lon, p.lat) * SCALE).collect();
     let NetworkReading { network, notes } = road_network(&data(&CROSS, &ways), &plane, &options).unwrap();
     let road = |way: i64| network.roads.iter().find(|road| road.key.way == way).unwrap();
     let widths = |way: i64| road(way).section.driven().map(|(_, strip)| strip.width).collect::<Vec<_>>();

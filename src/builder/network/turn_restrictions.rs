@@ -179,44 +179,38 @@ impl<'a> Chain<'a> {
 
 #[cfg(test)]
 mod tests {
-    use crate::builder::network::{NetworkOptions, road_network};
-    use crate::geometry::Point;
-    use crate::osm::{OsmData, read_bytes};
-    use crate::projection::LonLat;
+    use crate::builder::network::RoadIx;
+    use crate::builder::network::hand_drawn::{network, osm, restrict};
 
     use super::*;
 
     /// Way 1 arrives from the west at node 2, way 2 leads on to node 3, from where ways 3 and 4 go north and south.
     /// Way 5 comes to node 2 from the south.
-    const PLACES: [(i64, f64, f64); 6] =
-        [(1, -100.0, 0.0), (2, 0.0, 0.0), (3, 60.0, 0.0), (4, 60.0, 90.0), (5, 60.0, -90.0), (6, 0.0, -90.0)];
+    const NODES: [(i64, f64, f64, &str); 6] = [
+        (1, -100.0, 0.0, ""),
+        (2, 0.0, 0.0, ""),
+        (3, 60.0, 0.0, ""),
+        (4, 60.0, 90.0, ""),
+        (5, 60.0, -90.0, ""),
+        (6, 0.0, -90.0, ""),
+    ];
 
     /// The ways permitted from node 3 after way 2 and from node 2 after way 1, and the notes.
     fn permitted(value: &str, fifth: &str) -> (Vec<i64>, Vec<i64>, Vec<&'static str>) {
-        let mut xml = String::from("<osm>");
-        for (id, x, y) in PLACES {
-            xml += &format!("<node id='{id}' lon='{}' lat='{}'/>", x / 1e5, y / 1e5);
-        }
-        let one_way = "<tag k='oneway' v='yes'/>";
-        for (id, a, b, tags) in
-            [(1, 1, 2, one_way), (2, 2, 3, one_way), (3, 3, 4, one_way), (4, 3, 5, one_way), (5, 6, 2, fifth)]
-        {
-            xml += &format!("<way id='{id}'><nd ref='{a}'/><nd ref='{b}'/><tag k='highway' v='primary'/>{tags}</way>");
-        }
-        let members = [("from", 1), ("via", 2), ("to", 3)];
-        let members: String =
-            members.iter().map(|(role, way)| format!("<member type='way' ref='{way}' role='{role}'/>")).collect();
-        xml += &format!(
-            "<relation id='7'>{members}<tag k='type' v='restriction'/><tag k='restriction' v='{value}'/></relation></osm>"
-        );
-        let mut data = OsmData::default();
-        read_bytes(&mut data, "test", xml.into_bytes()).unwrap();
-        let plane = |places: &[LonLat]| places.iter().map(|p| Point::new(p.lon * 1e5, p.lat * 1e5)).collect();
-        let network = road_network(&data, &plane, &NetworkOptions::default()).unwrap().network;
+        let ways: [(i64, &[i64], &str); 5] = [
+            (1, &[1, 2], TOWARD),
+            (2, &[2, 3], TOWARD),
+            (3, &[3, 4], TOWARD),
+            (4, &[3, 5], TOWARD),
+            (5, &[6, 2], fifth),
+        ];
+        let mut data = osm(&NODES, &ways);
+        restrict(&mut data, 7, &format!("restriction={value}"), &[("from", 'w', 1), ("via", 'w', 2), ("to", 'w', 3)]);
+        let network = network(&data);
         let (restrictions, notes) = ResolvedRestrictions::new(&network);
         let after = |way: i64| {
             let road = network.roads.iter().position(|r| r.key.way == way).unwrap();
-            let from = RoadEnd { road: crate::builder::network::RoadIx::new(road), end: End::End };
+            let from = RoadEnd { road: RoadIx::new(road), end: End::End };
             let mut ways: Vec<i64> =
                 restrictions.neighbours(&network, from, false).map(|to| network.road(to.road).key.way).collect();
             ways.sort_unstable();
@@ -225,8 +219,8 @@ mod tests {
         (after(2), after(1), notes.iter().map(|note| note.fault).collect())
     }
 
-    const AWAY: &str = "<tag k='oneway' v='-1'/>";
-    const TOWARD: &str = "<tag k='oneway' v='yes'/>";
+    const AWAY: &str = "highway=primary oneway=-1";
+    const TOWARD: &str = "highway=primary oneway=yes";
 
     #[test]
     fn a_path_with_one_entry_is_forbidden_at_its_end() {

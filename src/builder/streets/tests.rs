@@ -2,11 +2,8 @@
 
 use proptest::prelude::*;
 
-use crate::builder::network::{NetworkOptions, road_network};
-use crate::builder::tags::road_class::DrivingSide;
-use crate::geometry::{Point, polygon, simple_ring};
-use crate::osm::{OsmData, read_bytes};
-use crate::projection::LonLat;
+use crate::builder::network::hand_drawn::network_of;
+use crate::geometry::{polygon, simple_ring};
 
 use super::outline::OutlineCase;
 use super::*;
@@ -17,22 +14,8 @@ type Node = (i64, f64, f64);
 type Way = (i64, Vec<i64>, String);
 
 fn laid_out(nodes: &[Node], ways: &[Way]) -> Streets {
-    let mut xml = String::from("<osm>");
-    for (id, x, y) in nodes {
-        xml += &format!("<node id='{id}' lon='{}' lat='{}'/>", x / 1e5, y / 1e5);
-    }
-    for (id, refs, tags) in ways {
-        let refs: String = refs.iter().map(|r| format!("<nd ref='{r}'/>")).collect();
-        let tags = tags.split_whitespace().filter_map(|t| t.split_once('='));
-        let tags: String = tags.map(|(k, v)| format!("<tag k='{k}' v='{v}'/>")).collect();
-        xml += &format!("<way id='{id}'>{refs}{tags}</way>");
-    }
-    xml += "</osm>";
-    let mut data = OsmData::default();
-    read_bytes(&mut data, "test", xml.into_bytes()).unwrap();
-    let plane = |places: &[LonLat]| places.iter().map(|p| Point::new(p.lon * 1e5, p.lat * 1e5)).collect();
-    let options = NetworkOptions { driving_side: Some(DrivingSide::Right), ..NetworkOptions::default() };
-    streets(road_network(&data, &plane, &options).unwrap().network, &StreetOptions::default())
+    let ways: Vec<_> = ways.iter().map(|(id, nodes, tags)| (*id, &nodes[..], &tags[..])).collect();
+    streets(network_of(nodes, &ways), &StreetOptions::default())
 }
 
 fn way(id: i64, nodes: &[i64], tags: &str) -> Way {

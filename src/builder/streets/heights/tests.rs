@@ -2,45 +2,26 @@
 
 use std::sync::Arc;
 
-use crate::builder::network::{NetworkOptions, RoadIx, Stations, road_network};
+use crate::builder::network::{RoadIx, Stations, hand_drawn};
 use crate::geometry::Point;
-use crate::osm::{OsmData, read_bytes};
-use crate::projection::LonLat;
 
 use super::options::{STOREY, Surface};
 use super::surface::eased;
 use super::*;
-
-/// Metres east and north of a corner of the world where a degree is as long as this.
-const DEGREE: f64 = 1e5;
 
 /// A way: its id, its nodes, its tags.
 type Way<'a> = (i64, &'a [i64], &'a [(&'a str, &'a str)]);
 
 /// Ways through nodes; a node is a place in metres and a height, if known.
 fn network(nodes: &[(i64, f64, f64, Option<f64>)], ways: &[Way<'_>]) -> (RoadNetwork, ElevationTags) {
-    let mut text = String::from("<osm version='0.6'>");
-    for (id, x, y, ele) in nodes {
-        let tag = ele.map_or_else(String::new, |ele| format!("<tag k='ele' v='{ele}'/>"));
-        text += &format!("<node id='{id}' lat='{:.9}' lon='{:.9}'>{tag}</node>", y / DEGREE, x / DEGREE);
-    }
-    for (id, refs, tags) in ways {
-        text += &format!("<way id='{id}'>");
-        refs.iter().for_each(|node| text += &format!("<nd ref='{node}'/>"));
-        tags.iter().for_each(|(k, v)| text += &format!("<tag k='{k}' v='{v}'/>"));
-        text += "</way>";
-    }
-    text += "</osm>";
-    let mut osm = OsmData::default();
-    read_bytes(&mut osm, "test", text.into_bytes()).unwrap();
-    let metres = |places: &[LonLat]| -> Vec<Point> {
-        places.iter().map(|place| Point::new(place.lon * DEGREE, place.lat * DEGREE)).collect()
-    };
-    let options = NetworkOptions {
-        driving_side: Some(crate::builder::tags::road_class::DrivingSide::Right),
-        ..NetworkOptions::default()
-    };
-    (road_network(&osm, &metres, &options).unwrap().network, elevation_tags(&osm, &metres))
+    let ele = nodes.iter().map(|node| node.3.map_or_else(String::new, |ele| format!("ele={ele}")));
+    let ele: Vec<String> = ele.collect();
+    let nodes: Vec<_> = nodes.iter().zip(&ele).map(|((id, x, y, _), ele)| (*id, *x, *y, ele.as_str())).collect();
+    let tags = ways.iter().map(|way| way.2.iter().map(|(k, v)| format!("{k}={v} ")).collect());
+    let tags: Vec<String> = tags.collect();
+    let ways: Vec<_> = ways.iter().zip(&tags).map(|((id, nodes, _), tags)| (*id, *nodes, tags.as_str())).collect();
+    let osm = hand_drawn::osm(&nodes, &ways);
+    (hand_drawn::network(&osm), elevation_tags(&osm, &hand_drawn::plane))
 }
 
 /// A road along x from 0 to 1000 m with a bridge from 400 to 460 m, and a road under it.

@@ -62,7 +62,8 @@ proptest! {
         let all: Vec<usize> = (0..network.roads.len()).collect();
         let mut roads = ShiftedRoads { network: &network, kept: &kept, made: FxHashMap::default() };
         roads.make(&all);
-        for (a, b) in OverlapSearch { roads: &roads.made, hints: &SideHints::default() }.find(&all, &all).keys() {
+        let search = OverlapSearch { roads: &roads.made, hints: &SideHints::default() };
+        for (a, b) in search.find(&all, &all).keys() {
             prop_assert!(likely.contains(a) && likely.contains(b), "road {} beside road {}", a, b);
         }
     }
