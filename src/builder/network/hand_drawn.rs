@@ -1,12 +1,13 @@
 //! Small networks for tests, drawn by hand in metres.
 
-use crate::builder::tags::road_class::DrivingSide;
+use crate::builder::tags::cross_section::CrossSection;
+use crate::builder::tags::road_class::{DrivingSide, RoadClass};
 use crate::diagnostic::SourceSpan;
-use crate::geometry::Point;
+use crate::geometry::{Point, Polyline};
 use crate::osm::{ElementKind, Member, Node, OsmData, Relation, Tags, Way};
 use crate::projection::LonLat;
 
-use super::{NetworkOptions, RoadNetwork, road_network};
+use super::{IntersectionIx, NetworkOptions, Road, RoadKey, RoadNetwork, road_network};
 
 const SPAN: SourceSpan = SourceSpan { file: 0, start: 0, end: 0 };
 /// Metres of the test plane in a degree.
@@ -60,4 +61,26 @@ pub fn network(osm: &OsmData) -> RoadNetwork {
 /// The network of nodes without tags.
 pub fn network_of(nodes: &[(i64, f64, f64)], ways: &[DrawnWay<'_>]) -> RoadNetwork {
     network(&osm(&nodes.iter().map(|(id, x, y)| (*id, *x, *y, "")).collect::<Vec<_>>(), ways))
+}
+
+/// A residential road between two intersections.
+pub fn road(key: RoadKey, [from, to]: [u32; 2], line: Polyline, section: CrossSection) -> Road {
+    Road {
+        key,
+        ways: vec![key.way],
+        from: IntersectionIx(from),
+        to: IntersectionIx(to),
+        line,
+        heights: Vec::new(),
+        section,
+        class: RoadClass::Residential,
+        link: false,
+        level: 0.0,
+        roundabout: false,
+        public: true,
+        name: None,
+        speed: [50.0, 50.0],
+        features: Vec::new(),
+        tags: Tags::default(),
+    }
 }

@@ -138,7 +138,11 @@ fn corrected(osm: &OsmData, roads: &[RoadSettings], notes: &mut Vec<Finding>) ->
     for setting in roads.iter().rev() {
         for id in &setting.ways {
             let Some(way) = osm.way(*id) else {
-                let place = setting.origin.as_ref().map(|at| format!("{}:{}: ", at.file, at.line)).unwrap_or_default();
+                let place = setting
+                    .origin
+                    .as_ref()
+                    .map(|origin| format!("{}:{}: ", origin.file, origin.line))
+                    .unwrap_or_default();
                 let message = format!("{place}[[road]] does nothing for way {id}: it is not in the data");
                 notes.push(Finding::new(UNMET_ROAD, Subject::Way(*id), message).graded(Severity::Warning));
                 continue;

@@ -133,13 +133,13 @@ impl<'a> WayGraph<'a> {
     fn tagged_beyond(&self, mut way: usize, mut end: End) -> Option<Vec<Lane>> {
         let mut reversed = false;
         for _ in 0..WAYS_MOST {
-            let (next, at) = self.beyond(way, end)?;
-            reversed ^= at == end;
+            let (next, entry) = self.beyond(way, end)?;
+            reversed ^= entry == end;
             let WayLanes { lanes, tagged, .. } = &self.ways[&next];
             if *tagged {
                 return Some(if reversed { reversed_lanes(lanes) } else { lanes.clone() });
             }
-            (way, end) = (next, at.other());
+            (way, end) = (next, entry.other());
         }
         None
     }
@@ -148,9 +148,9 @@ impl<'a> WayGraph<'a> {
     fn beyond(&self, way: usize, end: End) -> Option<(usize, End)> {
         let own = &self.ways[&way];
         let node = own.nodes[end];
-        let mut next = self.ends[&node].iter().copied().filter(|&(other, at)| {
+        let mut next = self.ends[&node].iter().copied().filter(|&(other, entry)| {
             let lanes = &self.ways[&other].lanes;
-            let along = if at == end { directions(&reversed_lanes(lanes)) } else { directions(lanes) };
+            let along = if entry == end { directions(&reversed_lanes(lanes)) } else { directions(lanes) };
             other != way && self.ways[&other].kind == own.kind && along == directions(&own.lanes)
         });
         next.next().filter(|_| next.next().is_none())

@@ -120,11 +120,11 @@ fn pushes<'a>(
     adjacent: (&'a [AdjacentPlace], bool),
 ) -> impl Iterator<Item = (usize, f64, f64)> {
     let share = road.mobility / (road.mobility + other.mobility);
-    let runs = adjacent.0.chunk_by(|x, y| x.place + 1 == y.place);
+    let runs = adjacent.0.chunk_by(|x, y| x.index + 1 == y.index);
     let runs = runs.filter(|run| road.level == other.level || hints.iter().any(|hint| begins_at_cut(road, run, hint)));
     let overlaps = runs.flat_map(move |run| {
         let side = hinted_side(road, run, hints).unwrap_or_else(|| drawn_side(run, adjacent.1));
-        run.iter().map(move |at| (at.place, side, least_distance(road, other) - at.offset * side))
+        run.iter().map(move |place| (place.index, side, least_distance(road, other) - place.offset * side))
     });
     overlaps
         .filter(|(.., overlap)| *overlap > TOLERANCE)
@@ -135,8 +135,8 @@ fn pushes<'a>(
 fn begins_at_cut(road: &ShiftedRoad, run: &[AdjacentPlace], hint: &SideHint) -> bool {
     let Some([first, last]) = road.kept else { return false };
     match hint.meets {
-        Some(End::Start) => run.first().is_some_and(|adjacent| adjacent.place == first),
-        Some(End::End) => run.last().is_some_and(|adjacent| adjacent.place == last),
+        Some(End::Start) => run.first().is_some_and(|adjacent| adjacent.index == first),
+        Some(End::End) => run.last().is_some_and(|adjacent| adjacent.index == last),
         None => false,
     }
 }
@@ -146,7 +146,7 @@ fn begins_at_cut(road: &ShiftedRoad, run: &[AdjacentPlace], hint: &SideHint) -> 
 fn hinted_side(road: &ShiftedRoad, run: &[AdjacentPlace], hints: &[SideHint]) -> Option<f64> {
     let unclear = run.iter().all(|adjacent| adjacent.offset.abs() < UNCLEAR);
     let holds = |hint: &&SideHint| {
-        begins_at_cut(road, run, hint) || unclear && run.iter().any(|at| hint.holds_at(road.stations[at.place]))
+        begins_at_cut(road, run, hint) || unclear && run.iter().any(|place| hint.holds_at(road.stations[place.index]))
     };
     let mut sides = hints.iter().filter(holds).map(|hint| hint.side);
     let first = sides.next()?;

@@ -4,7 +4,7 @@
 //! they would overlap at both ends.
 
 use crate::builder::network::{End, Feature, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
-use crate::builder::tags::cross_section::{Arrows, CrossSection, Strip, StripKind, Travel};
+use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind, Travel};
 use crate::geometry::{Point, Polyline};
 
 use super::join_roads::directed;
@@ -89,16 +89,9 @@ fn around_island(a: &Road, b: &Road) -> Option<Road> {
         return None;
     }
     let against_on_left = left_votes > 0;
-    let island = Strip {
-        kind: StripKind::Buffer,
-        travel: Travel::Both,
-        width: widest.max(0.0),
-        arrows: Arrows::NONE,
-        change: [None, None],
-        width_guessed: true,
-    };
+    let island = Strip::plain(StripKind::Buffer, Travel::Both, widest.max(0.0), true);
     let (left, right) = if against_on_left { (&b.section, &a.section) } else { (&a.section, &b.section) };
-    let strips = [left.strips.clone(), vec![island.clone()], right.strips.clone()].concat();
+    let strips = [left.strips.clone(), vec![island], right.strips.clone()].concat();
     let section = CrossSection { strips: strips.into_iter().filter(|s| s.width > 0.0).collect() };
     // The middle of the outer edges differs from the middle of the centre lines if one carriageway is wider.
     let shift = (left.width() - right.width()) / 4.0;
@@ -106,10 +99,10 @@ fn around_island(a: &Road, b: &Road) -> Option<Road> {
     let mut ways = a.ways.clone();
     ways.extend(b.ways.iter().copied());
     let mut features = a.features.clone();
-    let stretch = line.length() / b.line.length();
+    let ratio = line.length() / b.line.length();
     for f in &b.features {
         if !features.iter().any(|x| x.node == f.node && x.kind == f.kind) {
-            features.push(Feature { station: f.station * stretch, ..f.clone() });
+            features.push(Feature { station: f.station * ratio, ..f.clone() });
         }
     }
     features.sort_by(|x, y| x.station.total_cmp(&y.station));

@@ -52,19 +52,19 @@ fn covered(network: &RoadNetwork, members: &[IntersectionIx], inner: &[RoadIx]) 
     let held: FxHashSet<RoadIx> = inner.iter().copied().collect();
     let intersections = || members.iter().map(|m| network.intersection(*m));
     let mut ribbons: Vec<Vec<Point>> = intersections()
-        .flat_map(|at| &at.inner)
+        .flat_map(|i| &i.inner)
         .filter_map(|road| ribbon(&road.line, road.section.width() / 2.0))
         .collect();
     ribbons.extend(inner.iter().map(|ix| network.road(*ix)).filter_map(|road| ribbon(&road.line, road.half_width())));
-    for arm in intersections().flat_map(|at| &at.arms).filter(|arm| !held.contains(&arm.road)) {
+    for arm in intersections().flat_map(|i| &i.arms).filter(|arm| !held.contains(&arm.road)) {
         let road = network.road(arm.road);
         let (length, stub) = (road.line.length(), STUB.min(road.line.length()));
         let [from, to] = if arm.end == End::Start { [0.0, stub] } else { [length - stub, length] };
         ribbons.extend(road.line.cut(from, to).and_then(|line| ribbon(&line, road.half_width())));
     }
     let ground = polygon::ground(&ribbons);
-    let whole: f64 =
+    let with_holes: f64 =
         ground.iter().map(|piece| Polygon::new(piece.exterior().clone(), Vec::new()).unsigned_area()).sum();
     let ground = ground.unsigned_area();
-    (ground > 0.0).then_some([ground, whole - ground])
+    (ground > 0.0).then_some([ground, with_holes - ground])
 }

@@ -64,15 +64,16 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    fn extend(&mut self, at: IntersectionIx) {
+    /// Extends the path by every arm of an intersection.
+    fn extend(&mut self, here: IntersectionIx) {
         self.steps += 1;
         if self.steps > MAX_STEPS {
             return;
         }
         let network = self.network;
-        for &next in &network.intersection(at).arms {
+        for &next in &network.intersection(here).arms {
             let came_from = self.path[self.path.len() - 1];
-            if next.road == came_from.road || !leads_out(network, next) || !self.allowed(at, next) {
+            if next.road == came_from.road || !leads_out(network, next) || !self.allowed(here, next) {
                 continue;
             }
             if !(self.inner)(next.road) {
@@ -81,7 +82,7 @@ impl Search<'_> {
             }
             let arrival = other_end(next);
             let there = network.road(next.road).intersection(arrival.end);
-            let seen = there == at
+            let seen = there == here
                 || self.path[1..].iter().any(|e| network.road(e.road).intersection(other_end(*e).end) == there);
             if !seen && self.members.contains(&there) {
                 self.path.push(arrival);
@@ -92,8 +93,8 @@ impl Search<'_> {
     }
 
     /// Whether passages and restrictions let the path go on over `next`.
-    fn allowed(&self, at: IntersectionIx, next: RoadEnd) -> bool {
-        if let Some(passages) = &self.network.intersection(at).passages {
+    fn allowed(&self, here: IntersectionIx, next: RoadEnd) -> bool {
+        if let Some(passages) = &self.network.intersection(here).passages {
             let came_from = self.path[self.path.len() - 1];
             if !passages.contains(&(came_from, next)) {
                 return false;

@@ -52,18 +52,18 @@ fn crossing_at([a, b, c, d]: [(f64, f64); 4], restriction: &[(&str, char, i64)])
 
 /// The merged intersection, and its arms as the far nodes they lead to.
 fn the_merged(network: &RoadNetwork) -> (IntersectionIx, Vec<i64>) {
-    let at = network.intersections.iter().position(|i| i.nodes.len() > 1).unwrap();
+    let merged = network.intersections.iter().position(|i| i.nodes.len() > 1).unwrap();
     let far = |arm: &RoadEnd| network.road(arm.road).node(other_end(*arm).end);
-    (IntersectionIx::new(at), network.intersections[at].arms.iter().map(far).collect())
+    (IntersectionIx::new(merged), network.intersections[merged].arms.iter().map(far).collect())
 }
 
 #[test]
 fn the_crossing_of_two_dual_carriageways_is_one_intersection() {
     let (merged, notes) = merge(crossing_of_dual_carriageways(&[]), &ConsolidateOptions::default());
     let (ix, far) = the_merged(&merged);
-    let whole = merged.intersection(ix);
-    assert_eq!(whole.nodes, [1, 2, 3, 4]);
-    assert_eq!(whole.inner.len(), 4);
+    let crossing = merged.intersection(ix);
+    assert_eq!(crossing.nodes, [1, 2, 3, 4]);
+    assert_eq!(crossing.inner.len(), 4);
     assert_eq!(notes.iter().filter(|n| n.merged).count(), 4);
     // Clockwise from the smallest key: the piece of way 101 from node 1 to node 12 in the south.
     assert_eq!(far, [12, 15, 18, 11, 14, 17, 16, 13]);

@@ -106,5 +106,5 @@ fn meets(network: &RoadNetwork, kept: &[Stations], crossing: &Overpass) -> bool 
         let near = [station < from.max(MEETING), station > to.min(length - MEETING)];
         [near[0].then_some(road.from), near[1].then_some(road.to)]
     });
-    ends[0].iter().flatten().any(|at| ends[1].contains(&Some(*at)))
+    ends[0].iter().flatten().any(|ix| ends[1].contains(&Some(*ix)))
 }

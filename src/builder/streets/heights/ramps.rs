@@ -63,8 +63,8 @@ fn ramp_stations(road: &Road, kept: Stations) -> Stations {
         // Nothing remains of it, but it connects its ends.
         return [0.0, length];
     }
-    let beside = LEVEL_BESIDE.min(left / 4.0);
-    [from + beside, to - beside]
+    let level = LEVEL_BESIDE.min(left / 4.0);
+    [from + level, to - level]
 }
 
 /// The ramps of all roads above the ground of `bases`. `kept` has the stations between the intersections.

@@ -65,11 +65,11 @@ impl Ground {
         self.near(place, &mut 0)
     }
 
-    /// As [`Self::at`] for places along a line; `beside` is the segment of the last one.
-    fn near(&self, place: Point, beside: &mut usize) -> f64 {
+    /// As [`Self::at`] for places along a line; `segment` is the segment of the last one.
+    fn near(&self, place: Point, segment: &mut usize) -> f64 {
         let height = match self {
             Self::Level(height) => return *height,
-            Self::Along(line, profile) => profile.at(line.station_of(place, profile.stations(), beside)),
+            Self::Along(line, profile) => profile.at(line.station_of(place, profile.stations(), segment)),
             Self::Between(slope, above, [low, high]) => (slope.at(place) + between(above, place)).clamp(*low, *high),
         };
         rounded(height)
@@ -88,11 +88,11 @@ impl Ground {
             stations.push(station);
         }
         let last_ix = line.len().saturating_sub(1);
-        let mut beside = 0;
+        let mut segment = 0;
         let height = |(i, place): (usize, &Point)| match i {
             0 => first,
             i if i == last_ix => last,
-            _ => self.near(*place, &mut beside),
+            _ => self.near(*place, &mut segment),
         };
         eased(&stations, line.iter().enumerate().map(height).collect())
     }

@@ -2,12 +2,10 @@
 
 use proptest::prelude::*;
 
-use crate::builder::network::{IntersectionIx, Road, RoadIx, RoadKey};
+use crate::builder::network::{RoadIx, RoadKey, hand_drawn};
 use crate::builder::streets::alignment::{lay_side_by_side, smooth_bends};
-use crate::builder::tags::cross_section::{Arrows, CrossSection, Strip, StripKind, Travel};
-use crate::builder::tags::road_class::RoadClass;
+use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind, Travel};
 use crate::geometry::{Point, Polyline, polygon, simple_ring};
-use crate::osm::Tags;
 
 use super::intersection_plan::is_valid;
 use super::*;
@@ -24,14 +22,7 @@ fn arm(points: &[(f64, f64)], width: f64) -> Arm {
 }
 
 fn section(width: f64) -> CrossSection {
-    let strip = |travel| Strip {
-        kind: StripKind::Drive,
-        travel,
-        width: width / 2.0,
-        arrows: Arrows::NONE,
-        change: [None, None],
-        width_guessed: false,
-    };
+    let strip = |travel| Strip::plain(StripKind::Drive, travel, width / 2.0, false);
     CrossSection { strips: vec![strip(Travel::Backward), strip(Travel::Forward)] }
 }
 
@@ -44,24 +35,8 @@ fn network(arms: &[Arm]) -> RoadNetwork {
         let line = Polyline::new(points).unwrap();
         let node = i as i64 + 1;
         ends.push((node, line.last()));
-        roads.push(Road {
-            key: RoadKey { way: node, first: 0, last: node, turn: 0 },
-            ways: vec![node],
-            from: IntersectionIx(0),
-            to: IntersectionIx(i as u32 + 1),
-            line,
-            heights: Vec::new(),
-            section: section(arm.width),
-            class: RoadClass::Residential,
-            link: false,
-            level: 0.0,
-            roundabout: false,
-            public: true,
-            name: None,
-            speed: [50.0, 50.0],
-            features: Vec::new(),
-            tags: Tags::default(),
-        });
+        let key = RoadKey { way: node, first: 0, last: node, turn: 0 };
+        roads.push(hand_drawn::road(key, [0, i as u32 + 1], line, section(arm.width)));
     }
     let direction = |i: usize| {
         let p = roads[i].line.at(1.0);

@@ -20,7 +20,8 @@ const CELL: f64 = 64.0;
 
 /// A place of a road beside another road.
 pub struct AdjacentPlace {
-    pub place: usize,
+    /// Its index among the places of its road.
+    pub index: usize,
     /// Signed distance of the other road, metres, left positive.
     pub offset: f64,
     /// Whether both roads run in the same direction.
@@ -60,15 +61,15 @@ impl RoadPiece {
 /// A place of a road with the direction of the road there.
 #[derive(Clone, Copy)]
 struct PlacePose {
-    place: usize,
+    index: usize,
     point: Point,
     direction: Vector,
 }
 
 impl PlacePose {
-    fn new(road: &ShiftedRoad, place: usize) -> Option<Self> {
-        let (before, after) = (road.place(place.saturating_sub(1)), road.place((place + 1).min(road.base.len() - 1)));
-        Some(Self { place, point: road.place(place), direction: (after - before).try_normalize(0.0)? })
+    fn new(road: &ShiftedRoad, index: usize) -> Option<Self> {
+        let (before, after) = (road.place(index.saturating_sub(1)), road.place((index + 1).min(road.base.len() - 1)));
+        Some(Self { index, point: road.place(index), direction: (after - before).try_normalize(0.0)? })
     }
 }
 
@@ -161,7 +162,7 @@ impl OverlapSearch<'_> {
         for ((a, b, _), place) in nearest {
             adjacency.entry((a, b)).or_default().push(place);
         }
-        adjacency.values_mut().for_each(|places| places.sort_by_key(|adjacent| adjacent.place));
+        adjacency.values_mut().for_each(|places| places.sort_by_key(|place| place.index));
         adjacency
     }
 
@@ -179,7 +180,7 @@ impl OverlapSearch<'_> {
         }
         for (pose, other, direction) in candidates(road, pieces, neighbour, others) {
             let Some(found) = compare(road, &pose, neighbour, other, direction) else { continue };
-            match nearest.entry((a, b, pose.place)) {
+            match nearest.entry((a, b, pose.index)) {
                 Entry::Occupied(best) if !found.is_nearer(best.get()) => {}
                 entry => drop(entry.insert_entry(found)),
             }
@@ -261,5 +262,5 @@ fn compare(
         return None;
     }
     let offset = if cross(pose.direction, foot - p) < 0.0 { -distance } else { distance };
-    Some(AdjacentPlace { place: pose.place, offset, same_direction: pose.direction.dot(&direction) > 0.0 })
+    Some(AdjacentPlace { index: pose.index, offset, same_direction: pose.direction.dot(&direction) > 0.0 })
 }

@@ -2,11 +2,9 @@
 
 use proptest::prelude::*;
 
-use crate::builder::network::{IntersectionIx, RoadKey, Stations};
+use crate::builder::network::{RoadKey, Stations, hand_drawn};
 use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind, Travel};
-use crate::builder::tags::road_class::RoadClass;
 use crate::geometry::Point;
-use crate::osm::Tags;
 
 use super::*;
 
@@ -14,25 +12,10 @@ use super::*;
 type Drawn = (Vec<(f64, f64)>, f64, bool, u32, u32);
 
 fn road(index: usize, (points, width, raised, from, to): &Drawn) -> Option<Road> {
-    let way = index as i64;
-    Some(Road {
-        key: RoadKey { way, first: 0, last: 1, turn: 0 },
-        ways: vec![way],
-        from: IntersectionIx(*from),
-        to: IntersectionIx(*to),
-        line: Polyline::new(points.iter().map(|(x, y)| Point::new(*x, *y)))?,
-        heights: Vec::new(),
-        section: CrossSection { strips: vec![Strip::plain(StripKind::Drive, Travel::Forward, *width, false)] },
-        class: RoadClass::Residential,
-        link: false,
-        level: f64::from(u8::from(*raised)),
-        roundabout: false,
-        public: true,
-        name: None,
-        speed: [50.0, 50.0],
-        features: Vec::new(),
-        tags: Tags::default(),
-    })
+    let key = RoadKey { way: index as i64, first: 0, last: 1, turn: 0 };
+    let line = Polyline::new(points.iter().map(|(x, y)| Point::new(*x, *y)))?;
+    let section = CrossSection { strips: vec![Strip::plain(StripKind::Drive, Travel::Forward, *width, false)] };
+    Some(Road { level: f64::from(u8::from(*raised)), ..hand_drawn::road(key, [*from, *to], line, section) })
 }
 
 /// Random walks: roads that wind, turn back and cross themselves.
