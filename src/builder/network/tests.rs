@@ -79,11 +79,11 @@ fn a_road_that_ends_on_the_bounds_of_the_data_may_go_on() {
     osm.bounds = vec![from_west_to_east(-200.0, 200.0)];
     assert!(edges(&osm).is_empty(), "each ends within");
     osm.bounds = vec![from_west_to_east(-200.0, 100.0)];
-    assert_eq!(edges(&osm), [3], "on the rim in the east");
+    assert_eq!(edges(&osm), [3], "on the border in the east");
     osm.bounds = vec![from_west_to_east(-50.0, 50.0)];
     assert_eq!(edges(&osm), [1, 3], "outside in the west and in the east");
     osm.bounds = vec![from_west_to_east(-200.0, 0.0), from_west_to_east(0.0, 200.0)];
-    assert!(edges(&osm).is_empty(), "bounds that touch have no rim between them");
+    assert!(edges(&osm).is_empty(), "bounds that touch have no border between them");
 }
 
 #[test]

@@ -17,7 +17,7 @@ pub fn snap(p: Point) -> Point {
     Point::new((p.x * LINES_PER_METRE).round() / LINES_PER_METRE, (p.y * LINES_PER_METRE).round() / LINES_PER_METRE)
 }
 
-fn line(line: &mut Polyline) {
+fn snap_line(line: &mut Polyline) {
     // A line smaller than the grid stays as it is.
     if let Some(snapped) = Polyline::new(line.points().iter().copied().map(snap)) {
         *line = snapped;
@@ -35,7 +35,7 @@ fn round(number: &mut f64) {
 #[must_use]
 pub fn snap_network(mut network: RoadNetwork) -> RoadNetwork {
     network.roads.par_iter_mut().finely().for_each(|road| {
-        line(&mut road.line);
+        snap_line(&mut road.line);
         road.heights.iter_mut().for_each(round);
         let stations = road.features.iter_mut().map(|feature| &mut feature.station);
         let widths = road.section.strips.iter_mut().map(|strip| &mut strip.width);
@@ -45,7 +45,7 @@ pub fn snap_network(mut network: RoadNetwork) -> RoadNetwork {
         intersection.position = snap(intersection.position);
         intersection.islands.iter_mut().flat_map(|island| &mut island.ring).for_each(|p| *p = snap(*p));
         for inner in &mut intersection.inner {
-            line(&mut inner.line);
+            snap_line(&mut inner.line);
             inner.section.strips.iter_mut().for_each(|strip| round(&mut strip.width));
         }
     }

@@ -19,7 +19,8 @@ fn crossing_of_dual_carriageways(restriction: &[(&str, char, i64)]) -> RoadNetwo
     crossing_at([(0.0, 0.0), (12.0, 0.0), (12.0, 12.0), (0.0, 12.0)], restriction)
 }
 
-/// Two dual carriageways that cross at these corners, counter-clockwise from the south-west, with a `no_left_turn` of these members.
+/// Two dual carriageways that cross at these corners, counter-clockwise from the south-west, with a `no_left_turn` of these
+/// members.
 fn crossing_at([a, b, c, d]: [(f64, f64); 4], restriction: &[(&str, char, i64)]) -> RoadNetwork {
     let nodes = [
         (1, a.0, a.1, ""),
@@ -92,7 +93,7 @@ fn its_passages_follow_the_inner_roads() {
     let mut pairs: Vec<(i64, i64)> =
         merged.intersection(ix).passages.iter().flatten().map(|(a, b)| (far(*a), far(*b))).collect();
     pairs.sort_unstable();
-    // From each of the four ways in to each of the four ways out; the U-turns among them are the movements' matter.
+    // From each of the four approaches to each of the four exits, U-turns included.
     let (ins, outs) = ([11, 13, 15, 17], [12, 14, 16, 18]);
     let all: Vec<(i64, i64)> = ins.iter().flat_map(|a| outs.iter().map(move |b| (*a, *b))).collect();
     assert_eq!(pairs, all);
@@ -100,7 +101,7 @@ fn its_passages_follow_the_inner_roads() {
 
 #[test]
 fn restrictions_over_inner_roads_survive() {
-    // No left turn for those from the south (way 102 up to node 3, on to way 104).
+    // No left turn from the south (way 102 to node 3, on to way 104).
     let members = [("from", 'w', 102), ("via", 'n', 3), ("to", 'w', 104)];
     let (merged, _) = merge(crossing_of_dual_carriageways(&members), &ConsolidateOptions::default());
     let (ix, _) = the_merged(&merged);
@@ -180,7 +181,7 @@ fn a_dogleg_too_short_for_a_car_is_one_intersection() {
 }
 
 #[test]
-fn alike_pieces_of_one_street_become_one_road() {
+fn pieces_of_a_street_with_the_same_lanes_become_one_road() {
     let street = network_of(
         &[(1, 0.0, 0.0), (2, 50.0, 0.0), (3, 100.0, 10.0), (4, 150.0, 10.0)],
         &[
@@ -227,8 +228,8 @@ fn carriageways_around_an_island_become_one_road_with_a_median() {
 }
 
 #[test]
-fn the_ring_of_a_roundabout_is_driven_around_piece_by_piece() {
-    // Four two-way streets on a ring of 6 m: too little is left of its pieces for a car to wait, but nobody waits there.
+fn the_roads_of_a_roundabout_are_not_merged() {
+    // Four two-way streets on a ring of 6 m: its roads have no room for a waiting car, but no car waits there.
     let around: Vec<(i64, f64, f64)> = (0..16)
         .map(|i: i32| (i64::from(i) + 1, f64::from(i) * std::f64::consts::TAU / 16.0))
         .map(|(id, angle)| (id, 6.0 * angle.cos(), 6.0 * angle.sin()))
@@ -246,7 +247,7 @@ fn the_ring_of_a_roundabout_is_driven_around_piece_by_piece() {
     let (merged, notes) = merge(network_of(&around, &ways), &ConsolidateOptions::default());
     assert!(notes.iter().all(|note| !note.merged), "{notes:?}");
     assert_eq!(merged.roads.iter().filter(|road| road.roundabout).count(), 4);
-    // A piece with room for a lanelet would lie inside an intersection anywhere else.
+    // Elsewhere such a short road would lie inside an intersection.
     let options =
         ConsolidateOptions { short_on_ring: ConsolidateOptions::default().short, ..ConsolidateOptions::default() };
     let notes = merge(network_of(&around, &ways), &options).1;

@@ -74,8 +74,8 @@ pub fn overpasses(network: &RoadNetwork, kept: &[Stations]) -> Vec<Overpass> {
     found.into_iter().map(|(_, crossing)| crossing).collect()
 }
 
-/// The crossing of a piece with one off the ground, and which pieces cross. Two pieces off the ground are compared twice; only the
-/// upper one finds the crossing.
+/// The crossing of a piece with one off the ground, and which pieces cross. Of two pieces off the ground only the upper one finds
+/// it.
 fn crossing(piece: &LevelPiece, off_ground: &LevelPiece) -> Option<([(usize, usize); 2], Overpass)> {
     let (upper, lower) = match piece.level.total_cmp(&off_ground.level) {
         Ordering::Greater => (piece, off_ground),

@@ -98,8 +98,8 @@ impl Ground {
     }
 }
 
-/// Heights along a line by station, metres, limited to the grade [`STEEPEST`] or that between the ends. The inner side of a bend is
-/// much shorter than the middle of the road, and beside a ramp the ground may have a step. The ends stay.
+/// Heights along a line by station, metres, limited to the grade [`STEEPEST`] or that between the ends. The inner side of a bend
+/// is much shorter than the middle of the road, and beside a ramp the ground may have a step. The ends stay.
 pub fn eased(stations: &[f64], mut heights: Vec<f64>) -> Vec<f64> {
     let [Some(&first), Some(&last)] = [heights.first(), heights.last()] else { return heights };
     let [Some(&from), Some(&to)] = [stations.first(), stations.last()] else { return heights };

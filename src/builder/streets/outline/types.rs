@@ -67,8 +67,8 @@ pub struct OutlineOptions {
     pub kerb_radius_minor: f64,
     /// Most distance of the kerb's tangent points from the collision of the two edges.
     pub kerb_reach: f64,
-    /// Most trim of roads that diverge at a small angle, as a multiple of the wider road's width: the rest of their overlap is not
-    /// part of the intersection.
+    /// Most trim of roads that diverge at a small angle, as a multiple of the wider road's width: the rest of their overlap is
+    /// not part of the intersection.
     pub reach: f64,
     /// Distance between a cut and the collision that it is for, so that corners do not coincide.
     pub margin: f64,
