@@ -11,28 +11,28 @@ pub(super) struct Drivable<'a> {
     pub access: Access,
 }
 
-/// Who may drive on a way.
+/// Which motor vehicles may use a way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Access {
-    /// Everybody.
+    /// All.
     Public,
-    /// Those who live, work or deliver there.
+    /// Residents, staff, deliveries.
     Private,
     /// Buses only.
     Bus,
 }
 
-/// What a way is to the network.
+/// Whether a way becomes a road.
 pub(super) enum AccessVerdict<'a> {
     Road(Drivable<'a>),
-    /// A road by its class, left out for this reason.
+    /// A road by its class that is left out for this reason.
     LeftOut(&'static str),
-    /// No road for motor vehicles at all.
+    /// Not a road for motor vehicles.
     NoRoad,
 }
 
-/// What `way` is to the network.
-pub(super) fn judge(way: &Way) -> AccessVerdict<'_> {
+/// Whether `way` becomes a road.
+pub(super) fn classify(way: &Way) -> AccessVerdict<'_> {
     let tags = &way.tags;
     let Some((class, link)) = tags.get("highway").and_then(class) else { return AccessVerdict::NoRoad };
     if tags.is("area", "yes") {
@@ -47,7 +47,7 @@ pub(super) fn judge(way: &Way) -> AccessVerdict<'_> {
     }
 }
 
-/// The class of a `highway` value, and whether it is a link; `None` where no motor vehicle belongs.
+/// The class of a `highway` value, and whether it is a link; `None` if the value is not for motor vehicles.
 pub(crate) fn class(highway: &str) -> Option<(RoadClass, bool)> {
     let (stem, link) = match highway.strip_suffix("_link") {
         Some(stem) => (stem, true),
@@ -70,19 +70,19 @@ pub(crate) fn class(highway: &str) -> Option<(RoadClass, bool)> {
     (!link || can_be_link).then_some((class, link))
 }
 
-/// Who may drive, by the most specific of the access tags; `None` where no motor vehicle may.
+/// Which motor vehicles the most specific access tag admits; `None` for none.
 fn access(tags: &Tags) -> Option<Access> {
     if tags.is("highway", "busway") {
         return Some(Access::Bus);
     }
-    let said = ["motorcar", "motor_vehicle", "vehicle", "access"].iter().find_map(|key| tags.get(key));
-    match said.map(|value| value.split(';').next().unwrap_or(value).trim()) {
+    let value = ["motorcar", "motor_vehicle", "vehicle", "access"].iter().find_map(|key| tags.get(key));
+    match value.map(|value| value.split(';').next().unwrap_or(value).trim()) {
         Some("no" | "use_sidepath" | "dismount") => admits_buses(tags).then_some(Access::Bus),
         Some(
             "private" | "destination" | "permit" | "customers" | "delivery" | "residents" | "employees" | "students"
             | "agricultural" | "forestry" | "military" | "emergency" | "restricted",
         ) => Some(Access::Private),
-        // Where nothing is said of who may enter, these belong to those whose ground they lead to.
+        // Without access tags these lead to private ground.
         None if matches!(tags.get("service"), Some("driveway" | "parking_aisle")) => Some(Access::Private),
         _ => Some(Access::Public),
     }

@@ -1,12 +1,15 @@
-//! What a relation of `type=connectivity` says of lanes.
+//! Reads the lanes of a relation of `type=connectivity`.
 
 use crate::osm::Tags;
 
-/// No road has more lanes in one direction.
+/// Most lanes of a road in one direction.
 const MOST: usize = 24;
 
-/// The lanes that lead to each other: from, to, each counted from 1 on the left. `connectivity=1:1|2:2,3` tells them, and before
-/// that was agreed upon `from=1` with `to=1` did. What stands in parentheses leads there only across a marking, and is left out.
+/// The lanes that lead to each other (from, to), each counted from 1 on the left: `connectivity=1:1|2:2,3`, or the older `from=1`
+/// with `to=1`. Lanes in parentheses are left out: vehicles reach them only across a marking.
+///
+/// # Errors
+/// If the tags are malformed, or lanes cross.
 pub(super) fn lanes(tags: &Tags) -> Result<Vec<[usize; 2]>, &'static str> {
     let mut lanes = Vec::new();
     match (tags.get("connectivity"), tags.get("from"), tags.get("to")) {
@@ -27,7 +30,7 @@ pub(super) fn lanes(tags: &Tags) -> Result<Vec<[usize; 2]>, &'static str> {
     if cross(&lanes) { Err("its lanes would cross each other") } else { Ok(lanes) }
 }
 
-/// Whether lanes lead across each other, of pairs in order.
+/// Whether any of these sorted pairs of lanes cross.
 pub(crate) fn cross(lanes: &[[usize; 2]]) -> bool {
     lanes.windows(2).any(|w| w[1][0] > w[0][0] && w[1][1] < w[0][1])
 }
@@ -46,7 +49,7 @@ mod tests {
     }
 
     #[test]
-    fn both_ways_of_writing_are_read() {
+    fn both_notations_are_read() {
         assert_eq!(of(&[("connectivity", "1:1|2:2,3|3:4,(5)")]), Ok(vec![[1, 1], [2, 2], [2, 3], [3, 4]]));
         assert_eq!(of(&[("connectivity", " 2 : 1 ")]), Ok(vec![[2, 1]]));
         assert_eq!(of(&[("from", "2"), ("to", "1")]), Ok(vec![[2, 1]]));
@@ -55,7 +58,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_meant_is_told() {
+    fn malformed_tags_are_errors() {
         assert_eq!(of(&[("connectivity", "1:2|2:1")]), Err("its lanes would cross each other"));
         for text in ["", "1", "1:", "0:1", "a:b", "1:99", "1:1|"] {
             assert!(of(&[("connectivity", text)]).is_err(), "{text}");

@@ -1,4 +1,4 @@
-//! Which road a crossing on the very node of a junction crosses: the one that the ways on foot run past.
+//! Assigns a crossing on the node of a junction to the roads that it crosses, by the footways around the node.
 
 use rustc_hash::FxHashMap;
 
@@ -7,14 +7,14 @@ use crate::geometry::{Point, Vector, angle_between};
 use crate::osm::{OsmData, Tags};
 
 use super::frame::ToMetres;
+use super::road_end::outward;
 use super::{End, Feature, FeatureKind, IntersectionIx, RoadEnd, RoadNetwork};
 
-/// Directions are taken this far, metres, from the junction.
+/// Distance from the junction at which directions are taken, metres.
 const LOOK: f64 = 4.0;
 
-/// Keeps each crossing on the node of a junction at the roads that it crosses, and notes those of which this is not
-/// known: the ways on foot around the node say it. They lie between the roads, and part them: a road that lies alone
-/// between two of them is crossed.
+/// Keeps each crossing on the node of a junction only on the roads that it crosses, with a note if there are none. The footways
+/// around the node separate its arms: an arm alone between two footways is crossed.
 pub(super) fn assign_crossings(
     osm: &OsmData,
     to_metres: ToMetres<'_>,
@@ -25,7 +25,7 @@ pub(super) fn assign_crossings(
         .intersections
         .iter()
         .zip(0..)
-        .filter(|(i, _)| i.arms.len() > 2 && i.arms.iter().any(|&at| crossing_at(network, at, i.nodes[0]).is_some()))
+        .filter(|(i, _)| i.arms.len() > 2 && i.arms.iter().any(|&arm| crossing_at(network, arm, i.nodes[0]).is_some()))
         .map(|(i, ix)| (i.nodes[0], IntersectionIx(ix)))
         .collect();
     let on_foot = on_foot(osm, to_metres, &junctions);
@@ -40,26 +40,26 @@ pub(super) fn assign_crossings(
             let note = Finding::new("crossing-ambiguous", Subject::Node(node), message).at(Place::Point(place));
             notes.push(note.graded(Severity::Info));
         }
-        for at in arms.into_iter().zip(crossed).filter_map(|(at, crossed)| (!crossed).then_some(at)) {
-            if let Some(feature) = crossing_at(network, at, node) {
-                network.roads[at.road].features.remove(feature);
+        for arm in arms.into_iter().zip(crossed).filter_map(|(arm, crossed)| (!crossed).then_some(arm)) {
+            if let Some(feature) = crossing_at(network, arm, node) {
+                network.roads[arm.road].features.remove(feature);
             }
         }
     }
 }
 
-/// The feature at this end of a road that is a crossing on the junction's own node.
-fn crossing_at(network: &RoadNetwork, at: RoadEnd, node: i64) -> Option<usize> {
-    let road = network.road(at.road);
-    let station = if at.end == End::Start { 0.0 } else { road.line.length() };
+/// The position of the feature at this road end that is a crossing on the junction's node.
+fn crossing_at(network: &RoadNetwork, arm: RoadEnd, node: i64) -> Option<usize> {
+    let road = network.road(arm.road);
+    let station = if arm.end == End::Start { 0.0 } else { road.line.length() };
     let here = |f: &Feature| f.node == node && f.station == station && matches!(f.kind, FeatureKind::Crossing { .. });
     road.features.iter().position(here)
 }
 
-/// The places next to each junction's node on ways for people on foot.
+/// The points next to each junction's node on footways.
 fn on_foot(osm: &OsmData, to_metres: ToMetres<'_>, junctions: &[(i64, IntersectionIx)]) -> FxHashMap<i64, Vec<Point>> {
     let mut found: FxHashMap<i64, Vec<i64>> = junctions.iter().map(|(node, _)| (*node, Vec::new())).collect();
-    for way in osm.ways.iter().filter(|way| for_feet(&way.tags)) {
+    for way in osm.ways.iter().filter(|way| is_footway(&way.tags)) {
         for (a, b) in way.nodes.windows(2).flat_map(|w| [(w[0], w[1]), (w[1], w[0])]) {
             if let Some(next) = found.get_mut(&a) {
                 next.push(b);
@@ -71,25 +71,24 @@ fn on_foot(osm: &OsmData, to_metres: ToMetres<'_>, junctions: &[(i64, Intersecti
     found.into_iter().map(|(node, next)| (node, places(next))).collect()
 }
 
-fn for_feet(tags: &Tags) -> bool {
+fn is_footway(tags: &Tags) -> bool {
     let shared = matches!(tags.get("highway"), Some("cycleway")) && tags.get("foot").is_some_and(|v| v != "no");
     shared || matches!(tags.get("highway"), Some("footway" | "path" | "pedestrian" | "steps"))
 }
 
-/// Per arm whether the ways on foot part it from every other.
+/// Per arm whether the footways separate it from all others.
 fn crossed(network: &RoadNetwork, ix: IntersectionIx, on_foot: &[Point]) -> Vec<bool> {
     let intersection = network.intersection(ix);
     let arms = &intersection.arms;
-    let out = |at: &RoadEnd| {
-        let line = &network.road(at.road).line;
-        let (length, look) = (line.length(), LOOK.min(line.length() / 2.0));
-        if at.end == End::Start { line.at(look) - line.first() } else { line.at(length - look) - line.last() }
+    let outward = |arm: &RoadEnd| {
+        let road = network.road(arm.road);
+        outward(road, arm.end, LOOK.min(road.line.length() / 2.0))
     };
-    let first = arms.first().map_or_else(Vector::x, out);
+    let first = arms.first().map_or_else(Vector::x, outward);
     let clockwise = |to: Vector| (-angle_between(first, to)).rem_euclid(std::f64::consts::TAU);
-    let mut bearings: Vec<f64> = arms.iter().map(|at| clockwise(out(at))).collect();
+    let mut bearings: Vec<f64> = arms.iter().map(|arm| clockwise(outward(arm))).collect();
     bearings[0] = 0.0;
-    // Behind how many arms each way on foot lies, clockwise from the first.
+    // After how many arms each footway lies, clockwise from the first arm.
     let mut gaps: Vec<usize> = on_foot
         .iter()
         .map(|place| clockwise(place - intersection.position))

@@ -1,4 +1,4 @@
-//! Crossings, lights and signs from the tags of nodes, at their stations on the roads.
+//! Reads crossings, lights and signs from the tags of nodes, and places them on the roads.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -9,15 +9,15 @@ use crate::osm::{OsmData, Tags};
 use super::way_pieces::WayPiece;
 use super::{Feature, FeatureKind, Road};
 
-/// How far along the line, metres, a node may lie from where its share of the way's length puts it: lines that are
-/// moved sideways grow and shrink in bends.
+/// How far along the line a node may lie from the station that its share of the way's length gives, metres: an offset line
+/// grows and shrinks in bends.
 const WINDOW: f64 = 10.0;
 
-/// What stands at each node that any road uses.
+/// Looks up the features at a node.
 pub(super) struct NodeFeatures<'a> {
     osm: &'a OsmData,
     crossing_ways: FxHashMap<i64, Crossing>,
-    /// The nodes of sidewalks that are mapped as ways of their own.
+    /// The nodes of sidewalks with ways of their own.
     sidewalks: FxHashSet<i64>,
 }
 
@@ -28,7 +28,7 @@ struct Crossing {
 }
 
 impl<'a> NodeFeatures<'a> {
-    /// Looks for ways on which people cross, whose nodes may have no tags themselves.
+    /// Collects the crossings and sidewalks that are mapped as ways: their nodes may have no tags.
     pub fn new(osm: &'a OsmData) -> Self {
         let mut crossing_ways = FxHashMap::default();
         let mut sidewalks = FxHashSet::default();
@@ -44,7 +44,7 @@ impl<'a> NodeFeatures<'a> {
         Self { osm, crossing_ways, sidewalks }
     }
 
-    /// What the node has for the traffic on a way through it.
+    /// The features at a node.
     pub fn at(&self, id: i64) -> Vec<FeatureKind> {
         let mut kinds = Vec::new();
         let tags = self.osm.node(id).map(|node| &node.tags);
@@ -55,32 +55,30 @@ impl<'a> NodeFeatures<'a> {
             _ => self.crossing_ways.get(&id).copied(),
         };
         if let Some(Crossing { signals, marked }) = crossing {
-            // Lights for vehicles at a crossing stop them for the people on it.
+            // Lights for vehicles at a crossing protect the people on it.
             let signals = signals || highway == Some("traffic_signals");
             kinds.push(FeatureKind::Crossing { signals, marked });
         } else if self.sidewalks.contains(&id) {
             kinds.push(FeatureKind::Sidewalk);
         }
         let Some(tags) = tags else { return kinds };
-        let (kind, travel) = match highway {
-            Some("traffic_signals") => {
-                let travel = faced(tags, "traffic_signals:direction");
-                (FeatureKind::Signals(travel), travel)
-            }
-            Some("stop") => (FeatureKind::Stop(faced(tags, "direction")), faced(tags, "direction")),
-            Some("give_way") => (FeatureKind::GiveWay(faced(tags, "direction")), faced(tags, "direction")),
+        let (kind, key): (fn(Travel) -> FeatureKind, _) = match highway {
+            Some("traffic_signals") => (FeatureKind::Signals, "traffic_signals:direction"),
+            Some("stop") => (FeatureKind::Stop, "direction"),
+            Some("give_way") => (FeatureKind::GiveWay, "direction"),
             _ => return kinds,
         };
-        // Where people cross nobody stops, but before.
+        let travel = tagged_travel(tags, key);
+        // Vehicles stop before a crossing, not on it.
         if crossing.is_none() {
             kinds.push(FeatureKind::StopLine(travel));
         }
-        kinds.push(kind);
+        kinds.push(kind(travel));
         kinds
     }
 }
 
-/// The crossing that tags of a node or of a way describe; `None` for `crossing=no`.
+/// The crossing that the tags of a node or way describe; `None` for `crossing=no`.
 fn crossing(tags: &Tags) -> Option<Crossing> {
     let kind = tags.get("crossing");
     let lights = matches!(kind, Some("traffic_signals" | "pelican" | "toucan" | "puffin" | "pegasus"));
@@ -95,8 +93,8 @@ fn crossing(tags: &Tags) -> Option<Crossing> {
     (kind != Some("no")).then_some(Crossing { signals, marked })
 }
 
-/// The travel that lights or a sign are meant for.
-fn faced(tags: &Tags, key: &str) -> Travel {
+/// The direction of travel that lights or a sign apply to.
+fn tagged_travel(tags: &Tags, key: &str) -> Travel {
     match tags.get(key).or_else(|| tags.get("direction")) {
         Some("forward") => Travel::Forward,
         Some("backward") => Travel::Backward,
@@ -128,7 +126,8 @@ pub(super) fn along(
         Some(*sum)
     }));
     let (total, length) = (sums.last().copied().unwrap_or(0.0), road.line.length());
-    let only = only_travel(road);
+    let one_way = road.one_way();
+    let of_road = |travel| if travel == Travel::Both { one_way.unwrap_or(travel) } else { travel };
     let mut features: Vec<Feature> = found
         .into_iter()
         .filter_map(|(i, kind)| {
@@ -138,7 +137,7 @@ pub(super) fn along(
                 _ if i + 1 == points.len() => length,
                 _ => station(&road.line, point, share * length),
             };
-            Some(Feature { station, node: piece.nodes[i], kind: toward(kind, only) })
+            Some(Feature { station, node: piece.nodes[i], kind: kind.map_travel(of_road) })
         })
         .filter(|feature| feature.kind != FeatureKind::StopLine(Travel::Both))
         .collect();
@@ -146,29 +145,11 @@ pub(super) fn along(
     features
 }
 
-/// Where `point` lies on the line, near the guess.
+/// The station of `point` on the line, metres, within [`WINDOW`] of the guess.
 fn station(line: &Polyline, point: Point, guess: f64) -> f64 {
     let from = (guess - WINDOW).max(0.0);
     match line.cut(from, guess + WINDOW) {
         Some(part) => from + part.project(point).station,
         None => guess.clamp(0.0, line.length()),
-    }
-}
-
-/// The travel of all motor traffic, where it is one.
-pub(super) fn only_travel(road: &Road) -> Option<Travel> {
-    let mut travels = road.section.driven().map(|(_, strip)| strip.travel);
-    let first = travels.next()?;
-    (first != Travel::Both && travels.all(|travel| travel == first)).then_some(first)
-}
-
-/// The same feature, meant for the only travel there is.
-fn toward(kind: FeatureKind, only: Option<Travel>) -> FeatureKind {
-    match (kind, only) {
-        (FeatureKind::Signals(Travel::Both), Some(travel)) => FeatureKind::Signals(travel),
-        (FeatureKind::Stop(Travel::Both), Some(travel)) => FeatureKind::Stop(travel),
-        (FeatureKind::GiveWay(Travel::Both), Some(travel)) => FeatureKind::GiveWay(travel),
-        (FeatureKind::StopLine(Travel::Both), Some(travel)) => FeatureKind::StopLine(travel),
-        _ => kind,
     }
 }

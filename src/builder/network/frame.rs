@@ -1,10 +1,10 @@
-//! The frame of a road network: its plane in metres, and the vertical level of a way.
+//! The local plane of a road network in metres, and the vertical level of a way.
 
 use crate::geometry::Point;
 use crate::osm::Tags;
 use crate::projection::LonLat;
 
-/// From longitude and latitude to local metres, for many places at once, in their order.
+/// Projects longitudes and latitudes to local metres, many at once, in their order.
 pub type ToMetres<'a> = &'a (dyn Fn(&[LonLat]) -> Vec<Point> + Sync);
 
 /// Vertical level: `layer`, else 1 on a bridge, -1 in a tunnel, else 0.

@@ -1,11 +1,46 @@
-//! Vectors with one value for each road or intersection are indexed by these; pairs with one value for each end of a road, by the
-//! end.
+//! Indices of roads and intersections. They index vectors with one value for each road or intersection; [`End`] indexes pairs
+//! with one value for each end of a road.
 
 use std::ops::{Index, IndexMut};
 
-use super::{End, IntersectionIx, RoadIx};
+use super::End;
 
-/// Lets values of this shape be indexed by this type.
+/// Defines the index of a vector of the network.
+macro_rules! index_of {
+    ($(#[$doc:meta])* $name:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub struct $name(pub u32);
+
+        impl $name {
+            /// The index of a position in the vector.
+            pub fn new(position: usize) -> Self {
+                Self(position as u32)
+            }
+
+            /// Its position in the vector.
+            pub fn position(self) -> usize {
+                self.0 as usize
+            }
+
+            /// The indices of all elements of a vector of this length.
+            pub fn all(len: usize) -> impl Iterator<Item = Self> + Clone {
+                (0..len as u32).map(Self)
+            }
+        }
+    };
+}
+
+index_of!(
+    /// Index of a road in [`RoadNetwork::roads`](super::RoadNetwork::roads).
+    RoadIx
+);
+index_of!(
+    /// Index of an intersection in [`RoadNetwork::intersections`](super::RoadNetwork::intersections).
+    IntersectionIx
+);
+
+/// Implements indexing of these shapes by this type.
 macro_rules! indexed_by {
     ($index:ty, $position:expr, $($values:ty),+) => {$(
         impl<T> Index<$index> for $values {

@@ -1,8 +1,8 @@
-//! Traffic islands and planted medians that OpenStreetMap maps as areas, each with the intersections it lies at.
+//! Traffic islands and planted medians that OpenStreetMap maps as areas, assigned to the intersections nearby.
 //!
-//! What counts as one: `area:highway=traffic_island`, `traffic_calming=island` (an area between carriageways, says the
-//! wiki), `highway=traffic_island`, closed `barrier=kerb` lines, and small ground that is planted; closed ways, and
-//! multipolygons of such. Whether traffic keeps clear of it shows when the ways through the intersection are drawn.
+//! These count: `area:highway=traffic_island`, `traffic_calming=island` (an area between carriageways, by OpenStreetMap's
+//! wiki), `highway=traffic_island`, closed `barrier=kerb` lines and small planted areas, as closed ways or multipolygons.
+//! Whether traffic avoids an island is decided when the lanelets through the intersection are drawn.
 
 use std::collections::BTreeMap;
 
@@ -14,24 +14,24 @@ use crate::projection::LonLat;
 use super::frame::{ToMetres, level};
 use super::{Intersection, Road};
 
-/// A piece of ground that nobody drives on.
+/// An area that no vehicle drives on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Island {
     /// Id of the OpenStreetMap way that runs around it.
     pub way: i64,
-    /// Simple, not closed, in local metres.
+    /// Simple, not closed, local metres.
     pub ring: Vec<Point>,
 }
 
-/// How far, metres, an island may lie from the node of an intersection whose outline it reaches into: outlines end at
-/// stop lines, in front of crossings.
+/// How far an island may lie from the node of an intersection whose outline it reaches into, metres: outlines end at stop
+/// lines, before the crossings.
 const NEAR: f64 = 40.0;
-/// Less than this, square metres, is a post and no island.
+/// A smaller area, square metres, is a post.
 const LEAST: f64 = 0.5;
-/// More than this, square metres, is a park or a block, whose edge is no kerb of the intersection.
+/// A larger area, square metres, is a park or a block; its edge is not a kerb of the intersection.
 const MOST: f64 = 5_000.0;
 
-/// Gives every intersection the islands that lie on its level near it.
+/// Assigns to every intersection the islands near it on one of its levels.
 pub(super) fn assign(osm: &OsmData, to_metres: ToMetres<'_>, roads: &[Road], intersections: &mut [Intersection]) {
     let islands = islands(osm, to_metres);
     let boxes: Vec<Bounds> = islands.iter().filter_map(|(island, _)| polygon::bounds(&island.ring)).collect();
@@ -40,21 +40,21 @@ pub(super) fn assign(osm: &OsmData, to_metres: ToMetres<'_>, roads: &[Road], int
     }
     let cells = SpatialHash::new(boxes, NEAR);
     for intersection in intersections.iter_mut().filter(|i| i.arms.len() > 1) {
-        let (at, around) = (intersection.position, Vector::repeat(NEAR));
+        let (position, around) = (intersection.position, Vector::repeat(NEAR));
         let levels: Vec<f64> = intersection.arms.iter().map(|arm| roads[arm.road].level).collect();
         let mut near = Vec::new();
-        cells.touching([at - around, at + around], |i| near.push(i));
+        cells.touching([position - around, position + around], |i| near.push(i));
         near.sort_unstable();
         near.dedup();
         let here = near.into_iter().map(|i| &islands[i]);
-        let here = here.filter(|(island, level)| levels.contains(level) && distance(island, at) <= NEAR);
+        let here = here.filter(|(island, level)| levels.contains(level) && distance(island, position) <= NEAR);
         intersection.islands = here.map(|(island, _)| island.clone()).collect();
     }
 }
 
-fn distance(island: &Island, at: Point) -> f64 {
+fn distance(island: &Island, position: Point) -> f64 {
     let rim = Polyline::new(island.ring.iter().chain(island.ring.first()).copied());
-    rim.map_or(f64::INFINITY, |rim| rim.distance(at))
+    rim.map_or(f64::INFINITY, |rim| rim.distance(position))
 }
 
 /// All islands with their levels, in order of their ways.
@@ -70,17 +70,17 @@ fn islands(osm: &OsmData, to_metres: ToMetres<'_>) -> Vec<(Island, f64)> {
         found.into_iter().filter_map(|(id, level)| Some((id, level, ring(id)?))).collect();
     let places: Vec<LonLat> = rings.iter().flat_map(|(_, _, places)| places.iter().copied()).collect();
     let mut points = to_metres(&places).into_iter();
-    let sited = rings.into_iter().map(|(way, level, places)| {
+    let projected = rings.into_iter().map(|(way, level, places)| {
         let ring: Vec<Point> = points.by_ref().take(places.len()).collect();
         (Island { way, ring }, level)
     });
-    let sound = |(island, _): &(Island, f64)| {
+    let is_valid = |(island, _): &(Island, f64)| {
         let finite = island.ring.iter().all(|p| p.x.is_finite() && p.y.is_finite());
         finite
             && (LEAST..=MOST).contains(&polygon::signed_area(&island.ring).abs())
             && simple_ring::is_simple(&island.ring)
     };
-    sited.filter(sound).collect()
+    projected.filter(is_valid).collect()
 }
 
 fn is_island(tags: &Tags) -> bool {
@@ -98,12 +98,13 @@ fn is_island(tags: &Tags) -> bool {
     planted.iter().any(|(key, values)| tags.get(key).is_some_and(|value| values.contains(&value)))
 }
 
+/// The outer ways of a multipolygon.
 fn outer(relation: &Relation) -> impl Iterator<Item = i64> + '_ {
     let outer = relation.members.iter().filter(|m| m.kind == ElementKind::Way && m.role != "inner");
     outer.map(|member| member.id)
 }
 
-/// The corners of a way that ends where it begins and whose nodes are all there.
+/// The corners of a closed way without missing nodes.
 fn closed(osm: &OsmData, way: &Way) -> Option<Vec<LonLat>> {
     let (last, corners) = way.nodes.split_last()?;
     if corners.len() < 3 || corners.first() != Some(last) {

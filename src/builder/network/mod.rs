@@ -6,6 +6,8 @@ mod connectivity;
 mod crossing_assignment;
 mod features;
 pub(crate) mod frame;
+#[cfg(test)]
+pub(crate) mod hand_drawn;
 mod index;
 mod islands;
 pub mod network_diff;
@@ -35,42 +37,11 @@ pub(crate) use access::class as class_of;
 pub(crate) use arm_order::{Ray, clockwise};
 pub(crate) use connectivity::cross;
 pub use frame::ToMetres;
+pub use index::{IntersectionIx, RoadIx};
 pub use islands::Island;
 pub use read::{NetworkError, NetworkOptions, NetworkReading, UNMET_ROAD, road_network};
 
 use std::fmt;
-
-/// Index of a road in [`RoadNetwork::roads`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct RoadIx(pub u32);
-
-impl RoadIx {
-    /// The road at a position in [`RoadNetwork::roads`].
-    pub fn new(position: usize) -> Self {
-        Self(position as u32)
-    }
-
-    /// Its position in [`RoadNetwork::roads`].
-    pub fn position(self) -> usize {
-        self.0 as usize
-    }
-}
-
-/// Index of an intersection in [`RoadNetwork::intersections`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct IntersectionIx(pub u32);
-
-impl IntersectionIx {
-    /// The intersection at a position in [`RoadNetwork::intersections`].
-    pub fn new(position: usize) -> Self {
-        Self(position as u32)
-    }
-
-    /// Its position in [`RoadNetwork::intersections`].
-    pub fn position(self) -> usize {
-        self.0 as usize
-    }
-}
 
 /// One of the two ends of a road's line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
@@ -86,10 +57,10 @@ pub enum End {
 pub type Stations = [f64; 2];
 
 impl End {
-    /// Both, in their order along the line.
+    /// Both ends, in order along the line.
     pub const BOTH: [Self; 2] = [Self::Start, Self::End];
 
-    /// Its position in pairs with one value for each end.
+    /// Its position in a pair with one value for each end.
     pub fn index(self) -> usize {
         match self {
             Self::Start => 0,
@@ -106,7 +77,7 @@ impl End {
         }
     }
 
-    /// The travel along the line that leads to this end.
+    /// The direction of travel that leads to this end.
     pub fn inbound(self) -> Travel {
         match self {
             Self::Start => Travel::Backward,
@@ -143,12 +114,12 @@ impl fmt::Display for RoadKey {
     }
 }
 
-/// Something on the road at a node that is not an intersection, or at the node of the intersection itself.
+/// A crossing, light or sign on a road, between its intersections or on the node of one of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Feature {
     /// Distance along the road's line, metres.
     pub station: f64,
-    /// Id of the OpenStreetMap node; of a stop line's first.
+    /// Id of its OpenStreetMap node; a mapped stop line has that of its first node.
     pub node: i64,
     /// What it is.
     pub kind: FeatureKind,
@@ -157,24 +128,38 @@ pub struct Feature {
 /// The kinds of [`Feature`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum FeatureKind {
-    /// People cross here; whether lights protect them.
+    /// People on foot cross here.
     Crossing {
-        /// `crossing=traffic_signals` or its like.
+        /// Lights protect them: `crossing=traffic_signals` or a similar value.
         signals: bool,
         /// Painted: `crossing=marked|zebra|uncontrolled|traffic_signals` or `crossing:markings` other than `no`.
         marked: bool,
     },
-    /// Lights for vehicles that travel as given (`Both` where the tags do not tell).
+    /// Lights for vehicles in this direction of travel (`Both` if the tags name none).
     Signals(Travel),
-    /// A stop sign for vehicles that travel as given.
+    /// A stop sign for vehicles in this direction of travel.
     Stop(Travel),
-    /// A give-way sign for vehicles that travel as given.
+    /// A give-way sign for vehicles in this direction of travel.
     GiveWay(Travel),
-    /// Where vehicles that travel as given stop: a painted line, or a light or sign whose tags say whom it faces. They stop there
-    /// if what rules the intersection lets them.
+    /// Where vehicles in this direction of travel stop, if the intersection is controlled: a painted line, or a light or sign
+    /// whose tags name the direction.
     StopLine(Travel),
-    /// A sidewalk that is mapped as a way of its own leads across a road on private ground.
+    /// A sidewalk with a way of its own crosses a road on private ground.
     Sidewalk,
+}
+
+impl FeatureKind {
+    /// The kind with its direction of travel changed, if it has one.
+    #[must_use]
+    pub fn map_travel(self, change: impl Fn(Travel) -> Travel) -> Self {
+        match self {
+            Self::Crossing { .. } | Self::Sidewalk => self,
+            Self::Signals(travel) => Self::Signals(change(travel)),
+            Self::Stop(travel) => Self::Stop(change(travel)),
+            Self::GiveWay(travel) => Self::GiveWay(change(travel)),
+            Self::StopLine(travel) => Self::StopLine(change(travel)),
+        }
+    }
 }
 
 /// A piece of road between two intersections.
@@ -188,11 +173,11 @@ pub struct Road {
     pub from: IntersectionIx,
     /// Intersection where its line ends.
     pub to: IntersectionIx,
-    /// The middle of the whole cross-section, in local metres.
+    /// The middle of the whole cross-section, local metres.
     pub line: Polyline,
     /// Height at each vertex of the line, metres; empty where all are 0.
     pub heights: Vec<f64>,
-    /// What lies across it, left to right along the line.
+    /// Its strips, left to right along the line.
     pub section: CrossSection,
     /// Class from `highway`.
     pub class: RoadClass,
@@ -200,22 +185,22 @@ pub struct Road {
     pub link: bool,
     /// Vertical level: `layer`, else 1 on a bridge, -1 in a tunnel, else 0.
     pub level: f64,
-    /// `junction=roundabout` or `circular`.
+    /// Whether it is part of a roundabout: `junction=roundabout` or `circular`.
     pub roundabout: bool,
     /// Whether the public may drive here; `false` gives `location=private`.
     pub public: bool,
     /// `name`, else `ref`.
     pub name: Option<Text>,
-    /// km/h per direction of travel (forward, backward), from `maxspeed*`, else a default of class and country.
+    /// Speed limit forward and backward, km/h: from `maxspeed*`, else the default of class and country.
     pub speed: [f64; 2],
     /// Crossings, lights and signs by station.
     pub features: Vec<Feature>,
-    /// All tags of the way.
+    /// All tags of its way.
     pub tags: Tags,
 }
 
 impl Road {
-    /// The key of an element of a kind that is made of it.
+    /// The key of a map element of this kind that is made from the road.
     pub fn key_of(&self, kind: &str) -> Key {
         let key = self.key;
         Key::new(kind).number(key.way).number(key.first).number(key.last).number(i64::from(key.turn))
@@ -229,7 +214,7 @@ impl Road {
         }
     }
 
-    /// Where its line begins or ends, in local metres.
+    /// The first or last point of its line, local metres.
     pub fn place(&self, end: End) -> Point {
         match end {
             End::Start => self.line.first(),
@@ -245,13 +230,20 @@ impl Road {
         }
     }
 
-    /// Half the width of the whole cross-section.
+    /// Half the width of the whole cross-section, metres.
     pub fn half_width(&self) -> f64 {
         self.section.width() / 2.0
     }
 
-    /// The boxes of local metres that hold what each segment of its line covers by its whole width.
-    pub(crate) fn reaches(&self) -> impl Iterator<Item = Bounds> {
+    /// Its only direction of travel; `None` if vehicles use both directions, or none.
+    pub fn one_way(&self) -> Option<Travel> {
+        let mut travels = self.section.driven().map(|(_, strip)| strip.travel);
+        let first = travels.next()?;
+        (first != Travel::Both && travels.all(|travel| travel == first)).then_some(first)
+    }
+
+    /// The bounding box of each segment of its line, widened by half the road's width.
+    pub(crate) fn segment_bounds(&self) -> impl Iterator<Item = Bounds> {
         let around = Vector::repeat(self.half_width());
         self.line.segments().map(move |(p, q)| [p.inf(&q) - around, p.sup(&q) + around])
     }
@@ -267,37 +259,42 @@ pub struct Intersection {
     /// The road ends that meet here, clockwise seen from above, starting at the smallest [`RoadKey`]. A loop appears
     /// twice.
     pub arms: Vec<RoadEnd>,
-    /// Whether the data ends here: a way goes on to nodes that are missing, or one road ends on the rim of the data's
-    /// bounds, or outside of them, where it is not known what else there is.
+    /// Whether the data ends here: a way goes on to missing nodes, or a single road ends on or outside the bounds of the data.
     pub map_edge: bool,
-    /// Whether lights rule it: a `traffic_signals` node in it, or on its arms where the tags place them there.
+    /// Whether it has traffic lights, on its nodes or on its arms.
     pub signals: bool,
     /// `highway=stop` with `stop=all`, or stop signs on every arm.
     pub all_way_stop: bool,
     /// `highway=mini_roundabout`, `turning_circle`, `turning_loop`.
     pub circle: Option<Text>,
-    /// The roads that lie inside, where several nodes were merged into one intersection: their ground belongs to the
-    /// outline, nobody queues on them.
+    /// The roads inside, if several nodes were merged: their ground is part of the outline and no vehicle waits on them.
     pub inner: Vec<InnerRoad>,
-    /// Which arm leads to which, where several nodes were merged: what the inner roads and the restrictions between
-    /// them allow. `None`: every arm leads to every other, within the restrictions.
+    /// Which arm leads to which (from, to) over the inner roads and their restrictions, if several nodes were merged.
+    /// `None`: every arm leads to every other, within [`RoadNetwork::restrictions`].
     pub passages: Option<Vec<(RoadEnd, RoadEnd)>>,
-    /// Ground nearby that nobody drives on, in order of the ways around it.
+    /// Traffic islands nearby, in order of their ways.
     pub islands: Vec<Island>,
+}
+
+impl Intersection {
+    /// The smallest id of its nodes, which names it in findings; 0 without nodes.
+    pub fn first_node(&self) -> i64 {
+        self.nodes.first().copied().unwrap_or_default()
+    }
 }
 
 /// A road that became part of a merged intersection.
 #[derive(Clone, Debug)]
 pub struct InnerRoad {
-    /// What identified it; `first` and `last` are nodes of the intersection.
+    /// Its key; `first` and `last` are nodes of the intersection.
     pub key: RoadKey,
     /// The OpenStreetMap ways it was made from.
     pub ways: Vec<i64>,
-    /// The middle of its cross-section, in local metres, from node `first` to node `last`.
+    /// The middle of its cross-section from node `first` to node `last`, local metres.
     pub line: Polyline,
-    /// What lay across it.
+    /// Its strips, left to right along the line.
     pub section: CrossSection,
-    /// Whether it was a piece of a roundabout's ring.
+    /// Whether it was part of a roundabout.
     pub roundabout: bool,
 }
 
@@ -306,26 +303,26 @@ pub struct InnerRoad {
 pub struct TurnRestriction {
     /// Id of the relation.
     pub relation: i64,
-    /// Where the turn begins: the road ends at the intersection where the `from` way arrives.
+    /// The road end over which the `from` way arrives.
     pub from: RoadEnd,
-    /// Roads in between, in order; empty for a `via` node.
+    /// The `via` roads in order; empty for a `via` node.
     pub via: Vec<RoadIx>,
-    /// The first road end after the turn.
+    /// The road end over which the `to` way leaves.
     pub to: RoadEnd,
-    /// `true` for `only_*`: every other way on is prohibited; `false` for `no_*`.
+    /// `true` for `only_*`, which prohibits every other turn; `false` for `no_*`.
     pub only: bool,
 }
 
-/// Which lanes of one road lead to which of another, as a relation of OpenStreetMap tells.
+/// Which lanes of one road lead to which of another, from an OpenStreetMap relation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaneConnection {
     /// Id of the relation.
     pub relation: i64,
-    /// Where the lanes arrive.
+    /// The road end over which the lanes arrive.
     pub from: RoadEnd,
-    /// Where they go on.
+    /// The road end over which they leave.
     pub to: RoadEnd,
-    /// Pairs of lanes for motor vehicles, each counted from 1 on the left in the direction of travel.
+    /// Pairs of lanes for motor vehicles (from, to), each counted from 1 on the left in the direction of travel.
     pub lanes: Vec<[usize; 2]>,
 }
 
@@ -334,11 +331,11 @@ pub struct LaneConnection {
 pub struct RoadNetwork {
     /// Which side people drive on.
     pub side: DrivingSide,
-    /// ISO 3166-1 code of the country, where it is known: conventions follow it.
+    /// ISO 3166-1 code of the country, if it is known.
     pub country: Option<Text>,
-    /// What is drawn beside the lanes for cars.
+    /// Which bicycle lanes, shoulders and sidewalks are drawn.
     pub beside: BesideSettings,
-    /// What is painted where the tags are silent.
+    /// Lane markings without tags.
     pub markings: MarkingSettings,
     /// In order of their keys.
     pub roads: Vec<Road>,
@@ -346,9 +343,9 @@ pub struct RoadNetwork {
     pub intersections: Vec<Intersection>,
     /// Prohibited and mandatory turns.
     pub restrictions: Vec<TurnRestriction>,
-    /// Which lanes lead to which, where something tells it.
+    /// Which lanes lead to which, from relations.
     pub connections: Vec<LaneConnection>,
-    /// Whether every lane leads to all lanes of the road that it turns into.
+    /// Whether every lane leads to all lanes of the road it turns into.
     pub fan_out: bool,
 }
 
@@ -361,5 +358,10 @@ impl RoadNetwork {
     /// The intersection of this index.
     pub fn intersection(&self, ix: IntersectionIx) -> &Intersection {
         &self.intersections[ix]
+    }
+
+    /// The index of the intersection at a road end.
+    pub fn intersection_at(&self, arm: RoadEnd) -> IntersectionIx {
+        self.road(arm.road).intersection(arm.end)
     }
 }

@@ -1,11 +1,11 @@
-//! What the roads and intersections of a network were in the one that it followed from, when some roads were taken into
-//! intersections or left out: all that stays as it was need not be made again.
+//! Maps roads and intersections of a network to those of the network it was made from, so that unchanged parts are not
+//! drawn again.
 
 use rustc_hash::FxHashMap;
 
 use super::{IntersectionIx, RoadEnd, RoadIx, RoadKey, RoadNetwork};
 
-/// What is known of a network after others followed from it.
+/// The keys and arms of a network, to compare it with a later one.
 pub struct NetworkSnapshot {
     roads: Vec<RoadKey>,
     /// The nodes of every intersection, and the roads that ended there.
@@ -13,11 +13,11 @@ pub struct NetworkSnapshot {
 }
 
 impl NetworkSnapshot {
-    /// What is to be known of a network.
+    /// The snapshot of a network.
     pub fn of(network: &RoadNetwork) -> Self {
         Self {
             roads: network.roads.iter().map(|road| road.key).collect(),
-            intersections: network.intersections.iter().map(|at| (at.nodes.clone(), at.arms.clone())).collect(),
+            intersections: network.intersections.iter().map(|i| (i.nodes.clone(), i.arms.clone())).collect(),
         }
     }
 
@@ -27,68 +27,67 @@ impl NetworkSnapshot {
     }
 }
 
-/// The indices of roads and intersections before and after.
+/// The old and new indices of roads and intersections.
 pub struct NetworkDiff {
-    /// Per road of now.
+    /// The old index by new road.
     of: Vec<RoadIx>,
-    /// Per road of before.
+    /// The new index by old road.
     now: Vec<Option<RoadIx>>,
-    /// Per intersection of now: the one of the same nodes.
+    /// The old index of the same nodes by new intersection.
     intersections: Vec<Option<IntersectionIx>>,
-    /// Per intersection of now: whether the same roads end there.
+    /// Whether the same roads end there, by new intersection.
     untouched: Vec<bool>,
 }
 
 impl NetworkDiff {
-    /// Compares a network with the one before, among whose roads all of its roads were; both are in order of their keys.
+    /// Compares a network with an older one that had all its roads; the roads of both are sorted by key.
     pub fn between(before: &NetworkSnapshot, network: &RoadNetwork) -> Self {
         let mut now = vec![None; before.roads.len()];
         let mut of = Vec::with_capacity(network.roads.len());
         for road in &network.roads {
-            let was = before.roads.partition_point(|old| *old < road.key);
-            now[was] = Some(RoadIx(of.len() as u32));
-            of.push(RoadIx::new(was));
+            let old = before.roads.partition_point(|old| *old < road.key);
+            now[old] = Some(RoadIx::new(of.len()));
+            of.push(RoadIx::new(old));
         }
         let nodes = before.intersections.iter().map(|(nodes, _)| &nodes[..]);
         let known: FxHashMap<&[i64], u32> = nodes.zip(0..).collect();
-        let same_nodes = network.intersections.iter().map(|at| known.get(&at.nodes[..]).copied().map(IntersectionIx));
+        let same_nodes = network.intersections.iter().map(|i| known.get(&i.nodes[..]).copied().map(IntersectionIx));
         let intersections: Vec<_> = same_nodes.collect();
-        let mut origins = Self { of, now, intersections, untouched: Vec::new() };
-        let untouched = network.intersections.iter().zip(&origins.intersections).map(|(at, was)| {
-            let arms = was.map_or(&[][..], |was| before.arms(was));
-            let same = |(arm, was): (&RoadEnd, &RoadEnd)| origins.of_end(*arm) == *was;
-            was.is_some() && at.arms.len() == arms.len() && at.arms.iter().zip(arms).all(same)
+        let mut diff = Self { of, now, intersections, untouched: Vec::new() };
+        let untouched = network.intersections.iter().zip(&diff.intersections).map(|(new, old)| {
+            let old_arms = old.map(|old| before.arms(old));
+            old_arms.is_some_and(|old| new.arms.iter().map(|arm| diff.of_end(*arm)).eq(old.iter().copied()))
         });
-        origins.untouched = untouched.collect();
-        origins
+        diff.untouched = untouched.collect();
+        diff
     }
 
-    /// What a road was before.
+    /// The old index of a road.
     pub fn of(&self, road: RoadIx) -> RoadIx {
         self.of[road]
     }
 
-    /// What an end of a road was before.
-    pub fn of_end(&self, at: RoadEnd) -> RoadEnd {
-        RoadEnd { road: self.of(at.road), ..at }
+    /// A road end with the old index of its road.
+    pub fn of_end(&self, arm: RoadEnd) -> RoadEnd {
+        RoadEnd { road: self.of(arm.road), ..arm }
     }
 
-    /// What a road is now; `None` if it is gone.
+    /// The new index of an old road; `None` if it is gone.
     pub fn now(&self, road: RoadIx) -> Option<RoadIx> {
         self.now[road]
     }
 
-    /// The roads of before that are gone.
+    /// The old roads that are gone.
     pub fn gone(&self) -> impl Iterator<Item = RoadIx> {
-        self.now.iter().zip(0..).filter(|(now, _)| now.is_none()).map(|(_, was)| RoadIx(was))
+        RoadIx::all(self.now.len()).filter(|old| self.now[*old].is_none())
     }
 
-    /// What an intersection of the same nodes was before.
+    /// The old index of the intersection with the same nodes.
     pub fn of_intersection(&self, ix: IntersectionIx) -> Option<IntersectionIx> {
         self.intersections[ix]
     }
 
-    /// What an intersection was before, if it is of the same nodes and the same roads end there.
+    /// The old index of the intersection with the same nodes and the same arms.
     pub fn untouched(&self, ix: IntersectionIx) -> Option<IntersectionIx> {
         self.of_intersection(ix).filter(|_| self.untouched[ix])
     }

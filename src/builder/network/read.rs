@@ -11,13 +11,13 @@ use crate::parallel::Finely;
 use crate::projection::LonLat;
 use crate::settings::{AssumeSettings, RoadSettings};
 
-use super::access::{Access, AccessVerdict, Drivable, judge};
+use super::access::{Access, AccessVerdict, Drivable, classify};
 use super::arm_order::{Ray, clockwise};
 use super::features::NodeFeatures;
 use super::frame::{ToMetres, level};
 use super::short_dead_ends::without_short_dead_ends;
 use super::turn_relations::turns;
-use super::way_cross_sections::Told;
+use super::way_cross_sections::WaySections;
 use super::way_pieces::{WayPiece, pieces};
 use super::{
     End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, crossing_assignment, features,
@@ -27,51 +27,54 @@ use super::{
 use rayon::prelude::*;
 use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
 
-/// Vertices closer than this (metres) to the line through their neighbours are dropped: below a mapper's accuracy.
+/// Vertices closer than this, metres, to the line through their neighbours are dropped: it is below a mapper's accuracy.
 const SIMPLIFY: f64 = 0.03;
 
-/// Miter joins reach this many times the offset when a line is moved sideways.
+/// Longest miter join of an offset line, as a multiple of the offset.
 const SHIFT_MITER: f64 = 3.0;
 
-/// The fault of a `[[road]]` whose way is not in the data.
+/// The fault for a `[[road]]` whose way is not in the data.
 pub const UNMET_ROAD: &str = "road-unmet";
 
-/// What a user may decide about the network.
+/// Options of [`road_network`].
 #[derive(Clone, Debug, Default)]
 pub struct NetworkOptions {
-    /// Which side people drive on; from the place where absent.
+    /// Which side people drive on; if absent, that of the country.
     pub driving_side: Option<DrivingSide>,
-    /// ISO 3166-1 code of the country; from the place where absent.
+    /// ISO 3166-1 code of the country; if absent, looked up by position.
     pub country: Option<Text>,
-    /// What is assumed where tags are silent.
+    /// Assumptions for missing tags.
     pub assume: Vec<AssumeSettings>,
-    /// Tags that stand in the place of those of the data.
+    /// Tags that replace those of the data.
     pub roads: Vec<RoadSettings>,
 }
 
-/// What the stage returns.
+/// The network with its notes.
 #[derive(Clone, Debug)]
 pub struct NetworkReading {
     /// Roads and intersections.
     pub network: RoadNetwork,
-    /// What was guessed, left out or passed over; subjects are OpenStreetMap's elements.
+    /// What was guessed, left out or skipped; the subjects are OpenStreetMap elements.
     pub notes: Vec<Finding>,
 }
 
-/// Why there is no network.
+/// Why no network was built.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NetworkError {
-    /// Nothing to drive on.
+    /// There is no drivable road.
     #[error("there is no drivable road in the input ({ways} ways, {left_out} left out as not drivable)")]
     NoRoad {
         /// Ways in the data.
         ways: usize,
-        /// Of these, roads that were left out for a reason.
+        /// How many of them are roads that were left out.
         left_out: usize,
     },
 }
 
-/// Reads the road network out of the data.
+/// Reads the road network from the data.
+///
+/// # Errors
+/// If the data has no drivable road.
 pub fn road_network(
     osm: &OsmData,
     to_metres: ToMetres<'_>,
@@ -85,14 +88,14 @@ pub fn road_network(
     let side = options.driving_side.unwrap_or(place.side);
     let country = options.country.clone().or(place.country);
     let customs = Customs { side, country: country.as_deref(), assume: &options.assume };
-    // Beside each other: to cut the ways is the work of one thread.
-    let cut = || {
+    // In parallel, because cutting the ways takes one thread only.
+    let cut_ways = || {
         let positions = positions(ids, to_metres(&places));
         let pieces = pieces(&drivable, &positions, &mut notes);
         (positions, pieces)
     };
-    let told = || (NodeFeatures::new(osm), Told::read(&drivable, customs));
-    let ((positions, pieces), (at_nodes, told)) = rayon::join(cut, told);
+    let read_tags = || (NodeFeatures::new(osm), WaySections::read(&drivable, customs));
+    let ((positions, pieces), (at_nodes, sections)) = rayon::join(cut_ways, read_tags);
     let pieces: Vec<(WayPiece, Polyline)> = pieces
         .into_par_iter()
         .finely()
@@ -103,10 +106,10 @@ pub fn road_network(
         return Err(NetworkError::NoRoad { ways: osm.ways.len(), left_out });
     }
     let used = pieces.iter().map(|(piece, _)| piece.way);
-    let layouts = told.layouts(used, &mut notes);
+    let layouts = sections.of_ways(used, &mut notes);
     let (pieces, centres): (Vec<WayPiece>, Vec<Polyline>) =
         without_short_dead_ends(pieces, &drivable, &layouts, &mut notes).into_iter().unzip();
-    let mut nodes: Vec<i64> = pieces.iter().flat_map(|p| [p.nodes[0], p.nodes[p.nodes.len() - 1]]).collect();
+    let mut nodes: Vec<i64> = pieces.iter().flat_map(WayPiece::ends).collect();
     nodes.sort_unstable();
     nodes.dedup();
     let index: FxHashMap<i64, IntersectionIx> = nodes.iter().zip(0..).map(|(id, i)| (*id, IntersectionIx(i))).collect();
@@ -128,40 +131,44 @@ pub fn road_network(
     Ok(NetworkReading { network, notes })
 }
 
-/// The ways that the user gives other tags, with a note for every one that is not in the data.
+/// The ways whose tags `[[road]]` changes, with a note for each that is not in the data.
 fn corrected(osm: &OsmData, roads: &[RoadSettings], notes: &mut Vec<Finding>) -> FxHashMap<i64, Way> {
     let mut corrected: FxHashMap<i64, Way> = FxHashMap::default();
-    // The last entry is that of the outermost file: those before it overrule it.
-    for said in roads.iter().rev() {
-        for id in &said.ways {
+    // The last entry comes from the outermost file: earlier entries overrule it.
+    for setting in roads.iter().rev() {
+        for id in &setting.ways {
             let Some(way) = osm.way(*id) else {
-                let place = said.origin.as_ref().map(|at| format!("{}:{}: ", at.file, at.line)).unwrap_or_default();
+                let place = setting
+                    .origin
+                    .as_ref()
+                    .map(|origin| format!("{}:{}: ", origin.file, origin.line))
+                    .unwrap_or_default();
                 let message = format!("{place}[[road]] does nothing for way {id}: it is not in the data");
                 notes.push(Finding::new(UNMET_ROAD, Subject::Way(*id), message).graded(Severity::Warning));
                 continue;
             };
             let tags = &mut corrected.entry(*id).or_insert_with(|| way.clone()).tags;
-            let others = tags.iter().filter(|(key, _)| !said.tags.contains_key(*key));
-            let own = said.tags.iter().filter(|(_, value)| !value.is_empty());
+            let others = tags.iter().filter(|(key, _)| !setting.tags.contains_key(*key));
+            let own = setting.tags.iter().filter(|(_, value)| !value.is_empty());
             *tags = others.chain(own.map(|(key, value)| (key.as_str(), value.as_str()))).collect();
         }
     }
     corrected
 }
 
-/// The ways to drive on, in the order of their ids, with a note for every road that is left out.
+/// The drivable ways in order of their ids, with a note for each road that is left out.
 fn drivable<'a>(osm: &'a OsmData, corrected: &'a FxHashMap<i64, Way>, notes: &mut Vec<Finding>) -> Vec<Drivable<'a>> {
-    // Of ways with one id the last one counts.
-    let counts = |way: &Way| osm.way(way.id).is_some_and(|last| std::ptr::eq(last, way));
-    let judged = |way: &'a Way| {
-        let said = corrected.get(&way.id).unwrap_or(way);
-        let verdict = judge(said);
-        (!matches!(verdict, AccessVerdict::NoRoad) && counts(way)).then_some((said, verdict))
+    let verdict = |way: &'a Way| {
+        // Of ways with the same id the last counts.
+        let is_last = || osm.way(way.id).is_some_and(|last| std::ptr::eq(last, way));
+        let way_in_force = corrected.get(&way.id).unwrap_or(way);
+        let verdict = classify(way_in_force);
+        (!matches!(verdict, AccessVerdict::NoRoad) && is_last()).then_some((way_in_force, verdict))
     };
-    let mut judged: Vec<(&Way, AccessVerdict)> = osm.ways.par_iter().finely().filter_map(judged).collect();
-    judged.sort_unstable_by_key(|(way, _)| way.id);
+    let mut verdicts: Vec<(&Way, AccessVerdict)> = osm.ways.par_iter().finely().filter_map(verdict).collect();
+    verdicts.sort_unstable_by_key(|(way, _)| way.id);
     let mut drivable = Vec::new();
-    for (way, verdict) in judged {
+    for (way, verdict) in verdicts {
         match verdict {
             AccessVerdict::Road(road) => drivable.push(road),
             AccessVerdict::LeftOut(why) => {
@@ -174,7 +181,7 @@ fn drivable<'a>(osm: &'a OsmData, corrected: &'a FxHashMap<i64, Way>, notes: &mu
     drivable
 }
 
-/// The ways' nodes that have a place, by ascending id, and where each lies.
+/// The nodes of the ways that have a position, by ascending id, and their positions.
 fn located(osm: &OsmData, drivable: &[Drivable<'_>]) -> (Vec<i64>, Vec<LonLat>) {
     let mut ids: Vec<i64> = drivable.iter().flat_map(|d| d.way.nodes.iter().copied()).collect();
     ids.par_sort_unstable();
@@ -184,7 +191,7 @@ fn located(osm: &OsmData, drivable: &[Drivable<'_>]) -> (Vec<i64>, Vec<LonLat>) 
     known.into_iter().unzip()
 }
 
-/// The nodes by their ids, as far as they lie in the plane.
+/// The finite points by node id.
 fn positions(ids: Vec<i64>, points: Vec<Point>) -> FxHashMap<i64, Point> {
     let finite = |p: &Point| p.x.is_finite() && p.y.is_finite();
     let mut positions = FxHashMap::with_capacity_and_hasher(ids.len(), FxBuildHasher);
@@ -192,7 +199,7 @@ fn positions(ids: Vec<i64>, points: Vec<Point>) -> FxHashMap<i64, Point> {
     positions
 }
 
-/// The middle of the box around the places.
+/// The middle of the bounding box of the places.
 fn middle(places: &[LonLat]) -> LonLat {
     let range = |values: &mut dyn Iterator<Item = f64>| {
         let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
@@ -201,7 +208,7 @@ fn middle(places: &[LonLat]) -> LonLat {
     LonLat { lon: range(&mut places.iter().map(|p| p.lon)), lat: range(&mut places.iter().map(|p| p.lat)) }
 }
 
-/// The piece's line without points that tell nothing, ends kept.
+/// The piece's line without vertices that lie on the line through their neighbours.
 fn centre(piece: &WayPiece, positions: &FxHashMap<i64, Point>) -> Option<Polyline> {
     let line = Polyline::new(piece.nodes.iter().filter_map(|id| positions.get(id).copied()))?;
     Some(line.straightened(SIMPLIFY))
@@ -216,7 +223,7 @@ fn road(
     index: &FxHashMap<i64, IntersectionIx>,
 ) -> Road {
     let tags = &way.way.tags;
-    let (first, last) = (piece.nodes[0], piece.nodes[piece.nodes.len() - 1]);
+    let [first, last] = piece.ends();
     let line = if layout.shift == 0.0 { None } else { centre.offset(layout.shift, SHIFT_MITER) };
     Road {
         key: RoadKey { way: way.way.id, first, last, turn: piece.turn },
@@ -259,8 +266,7 @@ fn intersections(
     };
     let mut edges: FxHashSet<i64> = FxHashSet::default();
     for piece in pieces {
-        let ends = [piece.nodes[0], piece.nodes[piece.nodes.len() - 1]];
-        edges.extend(ends.into_iter().zip(piece.edge).filter(|(_, edge)| *edge).map(|(id, _)| id));
+        edges.extend(piece.ends().into_iter().zip(piece.edge).filter(|(_, edge)| *edge).map(|(id, _)| id));
     }
     nodes
         .par_iter()

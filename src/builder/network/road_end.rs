@@ -1,21 +1,29 @@
-//! The end of a road: its direction, the places and lanes on a cut across it, and its other end.
+//! The end of a road: its direction, points and lanes on a cut across it, and its other end.
 
 use crate::builder::tags::cross_section::{CrossSection, Travel};
 use crate::geometry::pose::Pose;
 use crate::geometry::{Point, Vector, left_of};
 
-use super::{End, Road, RoadEnd, RoadNetwork};
+use super::{End, Road, RoadEnd, RoadNetwork, Stations};
 
-/// The direction into the intersection at the end of a road that is cut at `station`.
+/// The direction into the intersection at the end of a road that is cut at `station`, metres.
 pub fn inward(road: &Road, end: End, station: f64) -> Vector {
     match end {
         End::Start => -road.line.direction(station),
-        // At a vertex the segment before it counts, whose remaining part is the road's.
+        // At a vertex the segment before it counts: it is the one that remains.
         End::End => road.line.direction((station - 1e-3).max(0.0)),
     }
 }
 
-/// A place on the cut across a road: `offset` metres to the left of its line.
+/// The direction from the end of a road to the point `look` metres up its line, not normalised.
+pub fn outward(road: &Road, end: End, look: f64) -> Vector {
+    match end {
+        End::Start => road.line.at(look) - road.line.first(),
+        End::End => road.line.at(road.line.length() - look) - road.line.last(),
+    }
+}
+
+/// The point on the cut across a road, `offset` metres to the left of its line.
 pub fn on_cut(road: &Road, end: End, station: f64, offset: f64) -> Point {
     let along = match end {
         End::Start => -inward(road, end, station),
@@ -24,16 +32,16 @@ pub fn on_cut(road: &Road, end: End, station: f64, offset: f64) -> Point {
     road.line.at(station) + left_of(along) * offset
 }
 
-/// Lanes of a road as one sees them from the road looking into the intersection.
+/// A lane of a road as seen from its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LaneAt {
     /// Index of the strip.
     pub strip: usize,
-    /// Whether it leads into the intersection.
+    /// Whether vehicles use it into the intersection.
     pub into: bool,
 }
 
-/// Driven lanes at an end, left to right looking into the intersection. A strip for both directions gives two.
+/// Driven lanes at an end, left to right looking into the intersection. A strip for both directions of travel gives two.
 pub fn lanes_at(section: &CrossSection, end: End) -> Vec<LaneAt> {
     let mut lanes = Vec::new();
     for (strip, s) in section.driven() {
@@ -51,23 +59,23 @@ pub fn lanes_at(section: &CrossSection, end: End) -> Vec<LaneAt> {
     lanes
 }
 
-/// The middle of a lane on the cut, heading in its direction of travel.
+/// The middle of a lane on the cut, with its direction of travel.
 pub fn lane_pose(road: &Road, end: End, station: f64, lane: LaneAt) -> Pose {
     let offset = (road.section.edge(lane.strip) + road.section.edge(lane.strip + 1)) / 2.0;
     let inward = inward(road, end, station);
     Pose { point: on_cut(road, end, station, offset), heading: if lane.into { inward } else { -inward } }
 }
 
-/// Distance up the road from the cut at one end.
-pub fn from_cut(cut: [f64; 2], end: End, station: f64) -> f64 {
+/// Distance, metres, up the road from the cut at one end.
+pub fn from_cut(cut: Stations, end: End, station: f64) -> f64 {
     match end {
         End::Start => station - cut[0],
         End::End => cut[1] - station,
     }
 }
 
-/// The station so far up the road from the cut at one end.
-pub fn at_depth(cut: [f64; 2], end: End, depth: f64) -> f64 {
+/// The station that lies `depth` metres up the road from the cut at one end.
+pub fn at_depth(cut: Stations, end: End, depth: f64) -> f64 {
     match end {
         End::Start => cut[0] + depth,
         End::End => cut[1] - depth,
@@ -76,8 +84,8 @@ pub fn at_depth(cut: [f64; 2], end: End, depth: f64) -> f64 {
 
 /// Whether vehicles arrive at the intersection over this road end.
 pub fn leads_in(network: &RoadNetwork, arm: RoadEnd) -> bool {
-    let wanted = if arm.end == End::End { Travel::Forward } else { Travel::Backward };
-    network.road(arm.road).section.driven().any(|(_, s)| s.travel == wanted || s.travel == Travel::Both)
+    let inbound = arm.end.inbound();
+    network.road(arm.road).section.driven().any(|(_, s)| s.travel == inbound || s.travel == Travel::Both)
 }
 
 /// Whether vehicles leave the intersection over this road end.

@@ -1,4 +1,4 @@
-//! Stop lines that OpenStreetMap maps as ways of their own, each with the road and the traffic that it stops.
+//! Stop lines that OpenStreetMap maps as ways, assigned to roads and directions of travel.
 
 use crate::builder::tags::cross_section::Travel;
 use crate::geometry::spatial_hash::{Bounds, SpatialHash};
@@ -9,19 +9,18 @@ use crate::projection::LonLat;
 use super::frame::{ToMetres, level};
 use super::{Feature, FeatureKind, Road};
 
-/// A shorter line, metres, stops nobody; a longer one runs along a road.
+/// Shortest and longest stop line, metres: a longer line runs along a road.
 const LENGTH: [f64; 2] = [1.0, 40.0];
-/// A stop line is straight across the road, but for this, radians: 30 degrees.
+/// Largest angle between a stop line and the perpendicular of the road, radians: 30 degrees.
 const ASKEW: f64 = std::f64::consts::FRAC_PI_6;
-/// So much of a stop line at least, a part of its length, lies on the carriageway whose traffic it stops: where that lies is
-/// known to a metre or two.
+/// Least share of a stop line that lies on the driven lanes: their position is known to a metre or two.
 const ON_ROAD: f64 = 0.5;
-/// Who drives on so much of what a line covers, a part of it, is stopped by it.
+/// A direction of travel with this share of the covered lanes is the only one that the line stops.
 const STOPPED: f64 = 0.7;
-/// A sign or light that stands nearer than this, metres, tells less of where the line lies than its paint.
+/// Distance within which a mapped line replaces the stop line of a sign or light, metres.
 const OVERRULED: f64 = 25.0;
 
-/// A mapped stop line, from end to end.
+/// A mapped stop line.
 struct MappedStopLine {
     node: i64,
     level: f64,
@@ -31,16 +30,15 @@ struct MappedStopLine {
 /// Where a stop line lies on a road.
 struct StopPlace {
     road: usize,
-    /// The level is the road's.
+    /// Whether line and road are on one level.
     level: bool,
-    /// Metres of it on the lanes that it stops.
+    /// Length of the line on the lanes that it stops, metres.
     covers: f64,
     station: f64,
     travel: Travel,
 }
 
-/// Gives every mapped stop line to the road that it lies on. What signs and lights near it tell of where vehicles stop is
-/// taken back.
+/// Adds every mapped stop line to the road that it lies on, and removes the stop lines of signs and lights near it.
 pub(super) fn assign(osm: &OsmData, to_metres: ToMetres<'_>, roads: &mut [Road]) {
     let lines = mapped(osm, to_metres);
     if lines.is_empty() {
@@ -50,8 +48,8 @@ pub(super) fn assign(osm: &OsmData, to_metres: ToMetres<'_>, roads: &mut [Road])
     let cells = SpatialHash::new(boxes, LENGTH[1]);
     let mut best: Vec<Option<StopPlace>> = lines.iter().map(|_| None).collect();
     for (i, road) in roads.iter().enumerate() {
-        for reach in road.reaches() {
-            cells.touching(reach, |line| {
+        for bounds in road.segment_bounds() {
+            cells.touching(bounds, |line| {
                 let found = place(i, road, &lines[line]);
                 let better = |a: &StopPlace, b: &StopPlace| (a.level, a.covers) > (b.level, b.covers);
                 if let Some(found) = found
@@ -65,8 +63,9 @@ pub(super) fn assign(osm: &OsmData, to_metres: ToMetres<'_>, roads: &mut [Road])
     let placed: Vec<(i64, StopPlace)> =
         lines.iter().zip(best).filter_map(|(line, place)| Some((line.node, place?))).collect();
     for (_, StopPlace { road, station, travel, .. }) in &placed {
-        let told = |f: &Feature| f.kind == FeatureKind::StopLine(*travel) && (f.station - station).abs() < OVERRULED;
-        roads[*road].features.retain(|feature| !told(feature));
+        let is_overruled =
+            |f: &Feature| f.kind == FeatureKind::StopLine(*travel) && (f.station - station).abs() < OVERRULED;
+        roads[*road].features.retain(|feature| !is_overruled(feature));
     }
     for (node, StopPlace { road, station, travel, .. }) in placed {
         let features = &mut roads[road].features;
@@ -75,8 +74,7 @@ pub(super) fn assign(osm: &OsmData, to_metres: ToMetres<'_>, roads: &mut [Road])
     }
 }
 
-/// `road_marking=stop_line`, and what it was before the marking's style had a tag of its own: `solid_stop_line`,
-/// `dashed_stop_line`.
+/// `road_marking=stop_line`, or the older `solid_stop_line` and `dashed_stop_line`.
 fn is_stop_line(tags: &Tags) -> bool {
     tags.get("road_marking").is_some_and(|value| value == "stop_line" || value.ends_with("_stop_line"))
 }
@@ -98,7 +96,7 @@ fn mapped(osm: &OsmData, to_metres: ToMetres<'_>) -> Vec<MappedStopLine> {
     lines.filter(|line| (LENGTH[0]..=LENGTH[1]).contains(&(line.ends[1] - line.ends[0]).norm())).collect()
 }
 
-/// Where a stop line lies on a road, if it lies across its lanes.
+/// Where a stop line lies on a road; `None` if it does not lie across its lanes.
 fn place(index: usize, road: &Road, line: &MappedStopLine) -> Option<StopPlace> {
     let [a, b] = line.ends;
     let foot = road.line.project(nalgebra::center(&a, &b));

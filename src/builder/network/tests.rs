@@ -1,49 +1,14 @@
 //! Small networks: cutting, ends, features, restrictions.
 
 use crate::builder::tags::cross_section::{StripKind, Travel};
-use crate::diagnostic::SourceSpan;
-use crate::osm::{ElementKind, Member, Node, OsmData, Relation, Way};
+use crate::osm::OsmData;
 use crate::projection::{Extent, LonLat};
 use crate::settings::Settings;
 
+use super::hand_drawn::{SCALE, osm as data, plane, restrict};
 use super::*;
 
-const SPAN: SourceSpan = SourceSpan { file: 0, start: 0, end: 0 };
-/// Metres of the test plane in a degree.
-const SCALE: f64 = 100_000.0;
-
-fn tags(text: &str) -> Tags {
-    text.split_whitespace().filter_map(|word| word.split_once('=')).collect()
-}
-
-/// Nodes as (id, east, north, tags), ways as (id, nodes, tags), `highway=residential` unless said.
-fn data(nodes: &[(i64, f64, f64, &str)], ways: &[(i64, &[i64], &str)]) -> OsmData {
-    let mut osm = OsmData::default();
-    for (id, x, y, text) in nodes {
-        let position = Some(LonLat { lon: x / SCALE, lat: y / SCALE });
-        osm.push_node(Node { id: *id, position, tags: tags(text), span: SPAN });
-    }
-    for (id, nodes, text) in ways {
-        let mut tags = tags(text);
-        if !tags.has("highway") {
-            tags.set("highway", "residential");
-        }
-        osm.push_way(Way { id: *id, nodes: nodes.to_vec(), tags, span: SPAN });
-    }
-    osm
-}
-
-fn relation(osm: &mut OsmData, id: i64, text: &str, members: &[(&str, char, i64)]) {
-    let kind = |c| if c == 'n' { ElementKind::Node } else { ElementKind::Way };
-    let members =
-        members.iter().map(|(role, k, id)| Member { kind: kind(*k), id: *id, role: (*role).into() }).collect();
-    let mut tags = tags(text);
-    tags.set("type", "restriction");
-    osm.push_relation(Relation { id, members, tags, span: SPAN });
-}
-
 fn try_build(osm: &OsmData) -> Result<NetworkReading, NetworkError> {
-    let plane = |places: &[LonLat]| places.iter().map(|p| Point::new(p.lon, p.lat) * SCALE).collect();
     road_network(osm, &plane, &NetworkOptions::default())
 }
 
@@ -105,24 +70,24 @@ fn missing_nodes_are_the_edge_of_the_map() {
 }
 
 #[test]
-fn what_ends_on_the_bounds_of_the_data_may_go_on() {
+fn a_road_that_ends_on_the_bounds_of_the_data_may_go_on() {
     let mut osm = data(&CROSS, &[(10, &[1, 5, 3], ""), (20, &[2, 5, 4], "")]);
     let edges = |osm: &OsmData| (1..6).filter(|node| at(&build(osm), *node).map_edge).collect::<Vec<_>>();
-    assert!(edges(&osm).is_empty(), "of bounds nothing is known");
+    assert!(edges(&osm).is_empty(), "without bounds nothing is known");
     let corner = |x: f64, y: f64| LonLat { lon: x / SCALE, lat: y / SCALE };
     let from_west_to_east = |west, east| Extent { min: corner(west, -200.0), max: corner(east, 200.0) };
     osm.bounds = vec![from_west_to_east(-200.0, 200.0)];
     assert!(edges(&osm).is_empty(), "each ends within");
     osm.bounds = vec![from_west_to_east(-200.0, 100.0)];
-    assert_eq!(edges(&osm), [3], "on the rim in the east");
+    assert_eq!(edges(&osm), [3], "on the border in the east");
     osm.bounds = vec![from_west_to_east(-50.0, 50.0)];
     assert_eq!(edges(&osm), [1, 3], "outside in the west and in the east");
     osm.bounds = vec![from_west_to_east(-200.0, 0.0), from_west_to_east(0.0, 200.0)];
-    assert!(edges(&osm).is_empty(), "bounds that touch have no rim between them");
+    assert!(edges(&osm).is_empty(), "bounds that touch have no border between them");
 }
 
 #[test]
-fn a_node_at_the_end_of_the_world_is_no_part_of_a_road() {
+fn a_node_far_away_is_not_part_of_a_road() {
     let nodes = [(1, 0.0, 0.0, ""), (2, 100.0, 0.0, ""), (3, 9e6, 0.0, ""), (4, 200.0, 0.0, ""), (5, 300.0, 0.0, "")];
     let built = build(&data(&nodes, &[(10, &[1, 2, 3, 4, 5], "")]));
     assert_eq!(keys(&built), [(10, 1, 2), (10, 4, 5)]);
@@ -150,7 +115,7 @@ fn loops_and_ways_that_touch_themselves() {
 }
 
 #[test]
-fn what_has_no_length_or_is_there_twice_is_passed_over() {
+fn pieces_without_length_and_duplicates_are_skipped() {
     let nodes = [(1, 0.0, 0.0, ""), (2, 50.0, 0.0, ""), (3, 50.0, 0.0, ""), (4, 90.0, 0.0, "")];
     let built = build(&data(&nodes, &[(10, &[1, 2], ""), (11, &[2, 3], ""), (12, &[3, 4], "")]));
     assert_eq!(keys(&built), [(10, 1, 2), (12, 2, 4)], "nodes at one place are one");
@@ -290,7 +255,7 @@ fn stops_on_every_arm_are_an_all_way_stop() {
         nodes.push((61, -9.0, 0.0, text));
         at(&build(&data(&nodes, &[(10, &[1, 61, 5, 3], ""), (20, &[2, 5, 4], "")])), 5).all_way_stop
     };
-    assert!(sign_on_one("highway=stop stop=all"), "one sign speaks for all");
+    assert!(sign_on_one("highway=stop stop=all"), "one sign counts for all");
     assert!(!sign_on_one("highway=stop stop=minor") && !sign_on_one("highway=stop"));
     assert!(!sign_on_one("highway=stop stop=all direction=backward"), "it faces away");
     let on_node = |text: &'static str, class: &str| {
@@ -308,7 +273,7 @@ fn stops_on_every_arm_are_an_all_way_stop() {
     assert_eq!(slugs(&equal), ["sign-ambiguous"]);
 }
 
-/// What a restriction says, as (from way, via ways, to way, only).
+/// The restrictions as (from way, via ways, to way, only).
 fn turns(network: &NetworkReading) -> Vec<(i64, Vec<i64>, i64, bool)> {
     let way = |ix: RoadIx| network.network.road(ix).key.way;
     let turn =
@@ -320,7 +285,7 @@ fn turns(network: &NetworkReading) -> Vec<(i64, Vec<i64>, i64, bool)> {
 fn restrictions_over_a_node() {
     let read = |text: &str, members: &[(&str, char, i64)]| {
         let mut osm = data(&CROSS, &[(10, &[1, 5], ""), (11, &[5, 3], ""), (20, &[2, 5, 4], "")]);
-        relation(&mut osm, 1, text, members);
+        restrict(&mut osm, 1, text, members);
         build(&osm)
     };
     let plain = [("from", 'w', 10), ("via", 'n', 5), ("to", 'w', 11)];
@@ -330,7 +295,7 @@ fn restrictions_over_a_node() {
     assert_eq!(built.network.restrictions[0].to.end, End::Start);
     assert_eq!(turns(&read("restriction=only_straight_on", &plain)), [(10, vec![], 11, true)]);
     assert_eq!(turns(&read("restriction:motorcar=no_straight_on", &plain)).len(), 1);
-    // Way 20 passes through: the turn that the value names is meant.
+    // Way 20 passes through: only the turn whose angle fits the value counts.
     let passing = [("from", 'w', 10), ("via", 'n', 5), ("to", 'w', 20)];
     let built = read("restriction=no_left_turn", &passing);
     assert_eq!(turns(&built), [(10, vec![], 20, false)]);
@@ -372,19 +337,19 @@ fn restrictions_over_ways() {
         &nodes,
         &[(10, &[1, 2, 3], "oneway=yes"), (20, &[7, 5, 6], "oneway=yes"), (30, &[2, 4, 5], ""), (40, &[4, 8], "")],
     );
-    relation(&mut osm, 1, "restriction=no_u_turn", &[("from", 'w', 10), ("via", 'w', 30), ("to", 'w', 20)]);
+    restrict(&mut osm, 1, "restriction=no_u_turn", &[("from", 'w', 10), ("via", 'w', 30), ("to", 'w', 20)]);
     let built = build(&osm);
     assert_eq!(turns(&built), [(10, vec![30, 30], 20, false)]);
     let r = &built.network.restrictions[0];
     assert_eq!((built.network.road(r.from.road).key.first, r.from.end), (1, End::End));
     assert_eq!((built.network.road(r.to.road).key.last, r.to.end), (6, End::Start));
     let mut osm = data(&nodes, &[(10, &[1, 2, 3], ""), (20, &[7, 5, 6], ""), (30, &[4, 8], "")]);
-    relation(&mut osm, 1, "restriction=no_u_turn", &[("from", 'w', 10), ("via", 'w', 30), ("to", 'w', 20)]);
+    restrict(&mut osm, 1, "restriction=no_u_turn", &[("from", 'w', 10), ("via", 'w', 30), ("to", 'w', 20)]);
     assert_eq!(slugs(&build(&osm)), ["restriction-skipped"]);
 }
 
 #[test]
-fn a_way_without_lanes_between_two_with_them_has_as_many() {
+fn a_way_without_lane_tags_takes_the_lanes_before_and_after_it() {
     let nodes = [(1, 0.0, 0.0, ""), (2, 50.0, 0.0, ""), (3, 60.0, 0.0, ""), (4, 110.0, 0.0, ""), (5, 50.0, 50.0, "")];
     let lanes_of = |texts: [&str; 3], middle: &[i64]| {
         let ways: [(i64, &[i64], &str); 4] =
@@ -401,7 +366,7 @@ fn a_way_without_lanes_between_two_with_them_has_as_many() {
     let two_way = "name=A lanes=3 lanes:forward=2";
     assert_eq!(lanes_of([two_way, "name=A", two_way], &[2, 3]), [AGAINST, ALONG, ALONG]);
     assert_eq!(lanes_of([two_way, "name=A", two_way], &[3, 2]), [AGAINST, AGAINST, ALONG], "drawn the other way");
-    // Own tags count more, and who differs in name, class, direction or number does not go on.
+    // Own tags win; a way of another name, class, direction or number of lanes is not continued.
     assert_eq!(lanes_of([three, "name=A oneway=yes lanes=2", three], &[2, 3]), [ALONG; 2]);
     assert_eq!(lanes_of([three, "name=A oneway=yes width=4", three], &[2, 3]), [ALONG]);
     for other in ["name=B oneway=yes lanes=3", "name=A oneway=yes lanes=2", "name=A oneway=yes lanes=3 highway=primary"]
@@ -412,7 +377,7 @@ fn a_way_without_lanes_between_two_with_them_has_as_many() {
 }
 
 #[test]
-fn the_user_may_know_better_than_the_tags() {
+fn settings_overrule_tags() {
     let ways: [(i64, &[i64], &str); 4] = [
         (10, &[1, 5], "lanes=2 maxspeed=50"),
         (20, &[2, 5], ""),
@@ -420,7 +385,7 @@ fn the_user_may_know_better_than_the_tags() {
         (40, &[4, 5], "highway=service service=alley"),
     ];
     let own = |text: &str| crate::settings::Document::parse("lanewright.toml", text).unwrap().settings;
-    let said = own("
+    let inner = own("
         [[road]]
         ways = [10, 77]
         tags = { lanes = '3', maxspeed = '' }
@@ -438,13 +403,12 @@ fn the_user_may_know_better_than_the_tags() {
         speed = 10
     ");
     let outer = own("[[road]]\nways = [10]\ntags = { lanes = '6', name = 'Main Street' }\n");
-    let Settings { assume, road: roads, .. } = said.over(outer);
+    let Settings { assume, road: roads, .. } = inner.over(outer);
     let options = NetworkOptions { country: Some("DE".into()), assume, roads, ..NetworkOptions::default() };
-    let plane = |places: &[LonLat]| places.iter().map(|p| Point::new(p.lon, p.lat) * SCALE).collect();
     let NetworkReading { network, notes } = road_network(&data(&CROSS, &ways), &plane, &options).unwrap();
     let road = |way: i64| network.roads.iter().find(|road| road.key.way == way).unwrap();
     let widths = |way: i64| road(way).section.driven().map(|(_, strip)| strip.width).collect::<Vec<_>>();
-    // What is said of one road stands in the place of its tags, and what is assumed where there are none.
+    // `[[road]]` replaces tags; `[[assume]]` counts where there are none.
     assert_eq!((widths(10), road(10).speed), (vec![2.75; 3], [40.0; 2]));
     assert_eq!(road(10).name.as_deref(), Some("Main Street"));
     assert_eq!(widths(20), [2.75; 4]);
@@ -456,7 +420,7 @@ fn the_user_may_know_better_than_the_tags() {
 }
 
 #[test]
-fn a_dead_end_that_holds_no_car_is_left_out() {
+fn a_dead_end_without_room_for_a_car_is_left_out() {
     let nodes = [(1, -50.0, 0.0, ""), (2, 0.0, 0.0, ""), (3, 50.0, 0.0, ""), (4, 0.0, 5.0, ""), (5, 0.0, 9.0, "")];
     let roads = |end: i64, tags: &str, goes_on: bool| {
         let mut stub = vec![2, end];
@@ -468,7 +432,7 @@ fn a_dead_end_that_holds_no_car_is_left_out() {
     assert_eq!(roads(4, "", false), (2, true));
     assert_eq!(roads(5, "", false), (3, false));
     assert_eq!(roads(4, "", true), (3, false), "it goes on outside");
-    // The end of a street is short as it may be.
+    // The end of a street may be short.
     let built = build(&data(&nodes, &[(10, &[1, 2], ""), (20, &[2, 4], "lanes=1")]));
     assert_eq!(keys(&built).len(), 2);
     let built = build(&data(&nodes, &[(20, &[2, 4], ""), (21, &[4, 5], ""), (22, &[2, 5], "")]));

@@ -1,4 +1,4 @@
-//! Turn restrictions and connections of lanes, from relations to road ends.
+//! Reads turn restrictions and lane connections from relations, and finds their road ends.
 
 use rustc_hash::FxHashMap;
 
@@ -6,26 +6,26 @@ use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::angle_between;
 use crate::osm::{ElementKind, OsmData, Relation};
 
-use super::features::only_travel;
+use super::road_end::outward;
 use super::signal_assignment::arrives;
 use super::{End, IntersectionIx, LaneConnection, RoadEnd, RoadIx, RoadNetwork, TurnRestriction, connectivity};
 
 /// Keys of restrictions that bind cars, from the most specific to the least.
 const KEYS: [&str; 4] = ["restriction:motorcar", "restriction:motor_vehicle", "restriction:vehicle", "restriction"];
 
-/// A way's direction is taken this far (metres) from the node where it meets another.
+/// Distance from the node at which the direction of a way is taken, metres.
 const LOOK: f64 = 8.0;
 
-/// Up to this angle (radians) from straight on is no turn.
+/// A turn up to this angle, radians, goes straight on.
 const STRAIGHT: f64 = std::f64::consts::FRAC_PI_4;
 
-/// More than this angle (radians) from straight on is a U-turn.
+/// A turn beyond this angle, radians, is a U-turn.
 const U_TURN: f64 = 2.6;
 
-/// The longest chain of roads between the nodes of `via` ways.
+/// The most roads that `via` ways are cut into.
 const MOST_VIA: usize = 24;
 
-/// What a network needs to look up the members of relations.
+/// Finds the members of relations in a network.
 struct Lookup<'a> {
     network: &'a RoadNetwork,
     roads_of_way: FxHashMap<i64, Vec<RoadIx>>,
@@ -41,18 +41,18 @@ struct Members {
     via_ways: Vec<i64>,
 }
 
-/// Reads every restriction and connection of lanes of the data; one that cannot be placed is noted.
+/// Reads every restriction and lane connection of the data, with a note for each that cannot be read.
 pub(super) fn turns(
     osm: &OsmData,
     network: &RoadNetwork,
     notes: &mut Vec<Finding>,
 ) -> (Vec<TurnRestriction>, Vec<LaneConnection>) {
     let mut lookup = Lookup { network, roads_of_way: FxHashMap::default(), intersection_of_node: FxHashMap::default() };
-    for (road, ix) in network.roads.iter().zip(0..) {
-        lookup.roads_of_way.entry(road.key.way).or_default().push(RoadIx(ix));
+    for ix in RoadIx::all(network.roads.len()) {
+        lookup.roads_of_way.entry(network.road(ix).key.way).or_default().push(ix);
     }
-    for (intersection, ix) in network.intersections.iter().zip(0..) {
-        lookup.intersection_of_node.extend(intersection.nodes.iter().map(|id| (*id, IntersectionIx(ix))));
+    for ix in IntersectionIx::all(network.intersections.len()) {
+        lookup.intersection_of_node.extend(network.intersection(ix).nodes.iter().map(|id| (*id, ix)));
     }
     let mut ids: Vec<i64> = osm.relations.iter().map(|relation| relation.id).collect();
     ids.sort_unstable();
@@ -64,7 +64,7 @@ pub(super) fn turns(
     };
     for relation in ids.into_iter().filter_map(|id| osm.relation(id)) {
         match relation.tags.get("type").and_then(|kind| kind.split(':').next()) {
-            Some("restriction") => match lookup.read(relation) {
+            Some("restriction") => match lookup.restrictions(relation) {
                 Ok(mut turns) => all.append(&mut turns),
                 Err(why) => skip("restriction-skipped", "turn restriction", relation, why),
             },
@@ -81,7 +81,8 @@ pub(super) fn turns(
 }
 
 impl Lookup<'_> {
-    fn read(&self, relation: &Relation) -> Result<Vec<TurnRestriction>, &'static str> {
+    /// The turns that a relation restricts.
+    fn restrictions(&self, relation: &Relation) -> Result<Vec<TurnRestriction>, &'static str> {
         let value = KEYS.iter().find_map(|key| relation.tags.get(key));
         let Some(value) = value else {
             let conditional = relation.tags.iter().any(|(key, _)| key.ends_with(":conditional"));
@@ -95,34 +96,29 @@ impl Lookup<'_> {
         if !only && !value.starts_with("no_") {
             return Err("its value is neither no_* nor only_*");
         }
-        let members = members(relation);
-        let from = self.ends_of_ways(&members.from)?;
-        let to = self.ends_of_ways(&members.to)?;
-        let turns = match (members.via_nodes.as_slice(), members.via_ways.as_slice()) {
-            ([node], []) => self.at_node(*node, &from, &to, value)?,
-            ([], []) => return Err("it has no via"),
-            ([], ways) => self.over_ways(ways, &from, &to)?,
-            _ => return Err("its via is neither one node nor ways"),
-        };
         let turn = |(from, via, to)| TurnRestriction { relation: relation.id, from, via, to, only };
-        Ok(turns.into_iter().map(turn).collect())
+        Ok(self.turns(relation, value)?.into_iter().map(turn).collect())
     }
 
     /// The lanes that a relation connects.
     fn connection(&self, relation: &Relation) -> Result<LaneConnection, &'static str> {
         let lanes = connectivity::lanes(&relation.tags)?;
+        match self.turns(relation, "")?.as_slice() {
+            [(from, _, to)] => Ok(LaneConnection { relation: relation.id, from: *from, to: *to, lanes }),
+            _ => Err("its ways pass through its via, and which of their parts are meant is not said"),
+        }
+    }
+
+    /// The turns between the members of a relation; `value` is the restriction.
+    fn turns(&self, relation: &Relation, value: &str) -> Result<Turns, &'static str> {
         let members = members(relation);
         let from = self.ends_of_ways(&members.from)?;
         let to = self.ends_of_ways(&members.to)?;
-        let turns = match (members.via_nodes.as_slice(), members.via_ways.as_slice()) {
-            ([node], []) => self.at_node(*node, &from, &to, "")?,
-            ([], []) => return Err("it has no via"),
-            ([], ways) => self.over_ways(ways, &from, &to)?,
-            _ => return Err("its via is neither one node nor ways"),
-        };
-        match turns.as_slice() {
-            [(from, _, to)] => Ok(LaneConnection { relation: relation.id, from: *from, to: *to, lanes }),
-            _ => Err("its ways pass through its via, and which of their parts are meant is not said"),
+        match (members.via_nodes.as_slice(), members.via_ways.as_slice()) {
+            ([node], []) => self.at_node(*node, &from, &to, value),
+            ([], []) => Err("it has no via"),
+            ([], ways) => self.over_ways(ways, &from, &to),
+            _ => Err("its via is neither one node nor ways"),
         }
     }
 
@@ -134,29 +130,24 @@ impl Lookup<'_> {
         Ok(roads.into_iter().flat_map(|road| End::BOTH.map(|end| RoadEnd { road, end })).collect())
     }
 
-    fn place(&self, end: RoadEnd) -> IntersectionIx {
-        self.network.road(end.road).intersection(end.end)
+    fn arrives(&self, arm: RoadEnd) -> bool {
+        arrives(self.network.road(arm.road), arm.end)
     }
 
-    fn arrives(&self, end: RoadEnd) -> bool {
-        arrives(self.network.road(end.road), end.end)
+    fn leaves(&self, arm: RoadEnd) -> bool {
+        self.network.road(arm.road).one_way().is_none_or(|travel| travel != arm.end.inbound())
     }
 
-    fn leaves(&self, end: RoadEnd) -> bool {
-        only_travel(self.network.road(end.road)).is_none_or(|only| only != end.end.inbound())
-    }
-
-    /// The turns at a node; where a way passes through it, those that turn as the value says.
+    /// The turns at a node. If a way passes through it, only those whose angle fits the value.
     fn at_node(&self, node: i64, from: &[RoadEnd], to: &[RoadEnd], value: &str) -> Result<Turns, &'static str> {
-        let at = self.intersection_of_node.get(&node).ok_or("its via is not where roads meet")?;
-        let from: Vec<RoadEnd> =
-            from.iter().copied().filter(|end| self.place(*end) == *at && self.arrives(*end)).collect();
-        let to: Vec<RoadEnd> = to.iter().copied().filter(|end| self.place(*end) == *at && self.leaves(*end)).collect();
-        if from.is_empty() || to.is_empty() {
+        let ix = *self.intersection_of_node.get(&node).ok_or("its via is not where roads meet")?;
+        let is_here = |arm: &&RoadEnd| self.network.intersection_at(**arm) == ix;
+        let to: Vec<&RoadEnd> = to.iter().filter(is_here).filter(|arm| self.leaves(**arm)).collect();
+        let from = from.iter().filter(is_here).filter(|arm| self.arrives(**arm));
+        let mut turns: Vec<(RoadEnd, RoadEnd)> = from.flat_map(|f| to.iter().map(|t| (*f, **t))).collect();
+        if turns.is_empty() {
             return Err("no traffic can go from its first way to its last over its via");
         }
-        let pairs = from.iter().flat_map(|f| to.iter().map(move |t| (*f, *t)));
-        let mut turns: Vec<(RoadEnd, RoadEnd)> = pairs.collect();
         let several_members = value.ends_with("_entry") || value.ends_with("_exit");
         if turns.len() > 1 && !several_members {
             turns.retain(|(from, to)| self.turns_as(value, *from, *to));
@@ -167,15 +158,9 @@ impl Lookup<'_> {
         Ok(turns.into_iter().map(|(from, to)| (from, Vec::new(), to)).collect())
     }
 
-    /// Whether the turn between two road ends at one intersection is what the value names.
+    /// Whether the angle between two arms of an intersection fits the value.
     fn turns_as(&self, value: &str, from: RoadEnd, to: RoadEnd) -> bool {
-        let outward = |end: RoadEnd| {
-            let line = &self.network.road(end.road).line;
-            match end.end {
-                End::Start => line.at(LOOK) - line.first(),
-                End::End => line.at(line.length() - LOOK) - line.last(),
-            }
-        };
+        let outward = |arm: RoadEnd| outward(self.network.road(arm.road), arm.end, LOOK);
         let angle = if from == to { std::f64::consts::PI } else { angle_between(-outward(from), outward(to)) };
         match value.split_once('_').map(|(_, turn)| turn) {
             Some("left_turn") => angle > 0.0 && from != to,
@@ -199,7 +184,7 @@ impl Lookup<'_> {
                 }
             }
         }
-        // Ways that touch the via ways more than once: the shortest chain is meant.
+        // Ways may touch the via ways more than once: the shortest chain counts.
         let shortest = turns.iter().map(|(_, chain, _)| chain.len()).min();
         turns.retain(|(_, chain, _)| Some(chain.len()) == shortest);
         if turns.is_empty() { Err("its ways do not form a chain") } else { Ok(turns) }
@@ -207,44 +192,43 @@ impl Lookup<'_> {
 
     /// The shortest chain of roads of the `via` ways, in their order, from one road end to another.
     fn chain(&self, via: &[i64], start: RoadEnd, end: RoadEnd) -> Option<Vec<RoadIx>> {
-        let goal = self.place(end);
-        // Places reached, each with the chain there and how many of the ways it has used.
-        let mut front = vec![(self.place(start), Vec::new(), 0)];
+        let goal = self.network.intersection_at(end);
+        // Intersections reached, each with the chain there and how many of the ways it has used.
+        let mut front = vec![(self.network.intersection_at(start), Vec::new(), 0)];
         for _ in 0..MOST_VIA {
             let mut next = Vec::new();
-            for (place, chain, used) in &front {
-                for (index, way) in via.iter().enumerate().take(used + 1).skip(usize::saturating_sub(*used, 1)) {
-                    for road in self.roads_of_way.get(way).into_iter().flatten() {
-                        let Some(reached) = self.step(*road, *place).filter(|_| !chain.contains(road)) else {
-                            continue;
-                        };
-                        let mut chain: Vec<RoadIx> = chain.clone();
-                        chain.push(*road);
-                        if reached == goal && index + 1 == via.len() {
-                            return Some(chain);
-                        }
-                        next.push((reached, chain, index + 1));
+            for (ix, chain, used) in &front {
+                for (road, used) in self.continuations(via, *used) {
+                    let Some(reached) = self.step(road, *ix).filter(|_| !chain.contains(&road)) else { continue };
+                    let chain = [chain.as_slice(), &[road]].concat();
+                    if reached == goal && used == via.len() {
+                        return Some(chain);
                     }
+                    next.push((reached, chain, used));
                 }
             }
             next.sort();
-            next.dedup_by_key(|(place, _, used)| (*place, *used));
+            next.dedup_by_key(|(ix, _, used)| (*ix, *used));
             front = next;
         }
         None
     }
 
-    /// Where a road leads from a place, if traffic may take it that way.
-    fn step(&self, road: RoadIx, place: IntersectionIx) -> Option<IntersectionIx> {
-        let ways = [(End::Start, End::End), (End::End, End::Start)];
-        ways.into_iter().find_map(|(enter, leave)| {
-            let (enter, leave) = (RoadEnd { road, end: enter }, RoadEnd { road, end: leave });
-            (self.place(enter) == place && self.leaves(enter)).then(|| self.place(leave))
-        })
+    /// The roads that may continue a chain over its last `via` way or the next one, and how many ways are used then.
+    fn continuations(&self, via: &[i64], used: usize) -> impl Iterator<Item = (RoadIx, usize)> {
+        let ways = via.iter().zip(1..).take(used + 1).skip(used.saturating_sub(1));
+        ways.filter_map(|(way, used)| Some(self.roads_of_way.get(way)?.iter().map(move |road| (*road, used)))).flatten()
+    }
+
+    /// The intersection to which a road leads from this one, if traffic may take it.
+    fn step(&self, road: RoadIx, from: IntersectionIx) -> Option<IntersectionIx> {
+        let arms = End::BOTH.map(|end| RoadEnd { road, end }).into_iter();
+        let entry = arms.filter(|arm| self.network.intersection_at(*arm) == from).find(|arm| self.leaves(*arm))?;
+        Some(self.network.road(road).intersection(entry.end.other()))
     }
 }
 
-/// From, what lies between, to.
+/// From, via, to.
 type Turns = Vec<(RoadEnd, Vec<RoadIx>, RoadEnd)>;
 
 fn members(relation: &Relation) -> Members {

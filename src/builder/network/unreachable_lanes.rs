@@ -1,31 +1,32 @@
-//! Lanes that are driven both ways lose the direction in which they lead nowhere.
+//! Removes the direction in which a two-way lane leads nowhere.
 
 use crate::builder::tags::cross_section::Travel;
 use crate::builder::tags::road_class::DrivingSide;
-use crate::geometry::Vector;
 
+use super::road_end::outward;
 use super::turn::{STRAIGHT, TURNS_BACK, turn};
 use super::{End, RoadEnd, RoadIx, RoadNetwork};
 
-/// Rounds after which a chain of lanes that lead nowhere is left as it is.
+/// Most rounds; each follows a chain of such lanes by one road.
 const ROUNDS: usize = 16;
-/// How far from an intersection roads show where they lead, metres.
+/// Distance from the intersection at which the direction of a road is taken, metres.
 const LOOK: f64 = 10.0;
 
-/// Takes from single tracks the direction that ends where every other road is one-way against it, or begins where every
-/// other road leads away: nobody could drive it but by turning around, and the lane the other way lies on the same
-/// ground. From a lane in the middle, between those of both directions, it takes the one in which there is nothing to
-/// turn into and no lane to go on in: who stayed on it would have to push into the lane beside it.
+/// The network without directions of travel that lead nowhere.
+///
+/// A single track loses the direction at whose end every other road is one-way against it, or at whose beginning every other
+/// road leads away. A two-way lane in the middle of a road loses the direction at whose end no road can be turned into and
+/// no lane continues.
 #[must_use]
 pub fn without_unreachable_lanes(mut network: RoadNetwork) -> RoadNetwork {
     for _ in 0..ROUNDS {
-        let left: Vec<Option<(usize, Travel)>> =
-            (0..network.roads.len() as u32).map(|road| left_over(&network, RoadIx(road))).collect();
-        if left.iter().all(Option::is_none) {
+        let remaining: Vec<Option<(usize, Travel)>> =
+            RoadIx::all(network.roads.len()).map(|road| remaining_travel(&network, road)).collect();
+        if remaining.iter().all(Option::is_none) {
             break;
         }
-        for (road, left) in network.roads.iter_mut().zip(left) {
-            if let Some((strip, travel)) = left {
+        for (road, remaining) in network.roads.iter_mut().zip(remaining) {
+            if let Some((strip, travel)) = remaining {
                 road.section.strips[strip].travel = travel;
             }
         }
@@ -33,15 +34,15 @@ pub fn without_unreachable_lanes(mut network: RoadNetwork) -> RoadNetwork {
     network
 }
 
-/// The strip of a road that is driven both ways, and the only direction in which it leads on; `None` where both do, or
-/// neither, and without such a strip or with several.
-fn left_over(network: &RoadNetwork, road: RoadIx) -> Option<(usize, Travel)> {
-    let strip = driven_both_ways(network, road)?;
+/// The two-way strip of a road and the only direction in which it leads on; `None` if both or neither do, or if the road does
+/// not have exactly one such strip.
+fn remaining_travel(network: &RoadNetwork, road: RoadIx) -> Option<(usize, Travel)> {
+    let strip = two_way_strip(network, road)?;
     let ends = End::BOTH.map(|end| RoadEnd { road, end });
     let travel = if network.road(road).section.driven().count() == 1 {
-        ends.iter().find_map(|&at| single_track(network, at))
+        ends.iter().find_map(|&arm| single_track(network, arm))
     } else {
-        match ends.map(|at| is_dead(network, at)) {
+        match ends.map(|arm| leads_nowhere(network, arm)) {
             [true, false] => Some(Travel::Forward),
             [false, true] => Some(Travel::Backward),
             _ => None,
@@ -50,61 +51,53 @@ fn left_over(network: &RoadNetwork, road: RoadIx) -> Option<(usize, Travel)> {
     travel.map(|travel| (strip, travel))
 }
 
-/// The only strip of a road that is driven both ways.
-fn driven_both_ways(network: &RoadNetwork, road: RoadIx) -> Option<usize> {
+/// The two-way strip of a road, if there is exactly one.
+fn two_way_strip(network: &RoadNetwork, road: RoadIx) -> Option<usize> {
     let mut both = network.road(road).section.driven().filter(|(_, strip)| strip.travel == Travel::Both);
     let (Some((strip, _)), None) = (both.next(), both.next()) else { return None };
     Some(strip)
 }
 
 /// The other arms of the intersection at one end of a road; none where the map ends.
-fn others(network: &RoadNetwork, at: RoadEnd) -> impl Iterator<Item = RoadEnd> {
-    let intersection = network.intersection(network.road(at.road).intersection(at.end));
+fn others(network: &RoadNetwork, arm: RoadEnd) -> impl Iterator<Item = RoadEnd> {
+    let intersection = network.intersection(network.intersection_at(arm));
     let arms = if intersection.map_edge { &[] } else { &intersection.arms[..] };
-    arms.iter().copied().filter(move |&other| other != at)
+    arms.iter().copied().filter(move |&other| other != arm)
 }
 
-/// How many lanes of a road are driven away from one of its ends, or to it.
-fn lanes(network: &RoadNetwork, at: RoadEnd, away: bool) -> usize {
-    let wanted = travel(at.end, away);
-    let driven = network.road(at.road).section.driven();
-    driven.filter(|(_, strip)| strip.travel == wanted || strip.travel == Travel::Both).count()
+/// The number of lanes that lead away from one end of a road, or towards it.
+fn lanes(network: &RoadNetwork, arm: RoadEnd, away: bool) -> usize {
+    let travel = travel(arm.end, away);
+    let driven = network.road(arm.road).section.driven();
+    driven.filter(|(_, strip)| strip.travel == travel || strip.travel == Travel::Both).count()
 }
 
-/// The direction in which a single track is driven beyond this end; `None` if both are, or neither.
-fn single_track(network: &RoadNetwork, at: RoadEnd) -> Option<Travel> {
-    let any = |away| others(network, at).any(|other| lanes(network, other, away) > 0);
+/// The only direction of a single track in which traffic can pass this end; `None` if both can, or neither.
+fn single_track(network: &RoadNetwork, arm: RoadEnd) -> Option<Travel> {
+    let any = |away| others(network, arm).any(|other| lanes(network, other, away) > 0);
     match (any(true), any(false)) {
-        (false, true) => Some(travel(at.end, true)),
-        (true, false) => Some(travel(at.end, false)),
+        (false, true) => Some(travel(arm.end, true)),
+        (true, false) => Some(travel(arm.end, false)),
         _ => None,
     }
 }
 
-/// Whether a lane in the middle leads nowhere at this end, although others do.
-fn is_dead(network: &RoadNetwork, at: RoadEnd) -> bool {
-    let ahead: Vec<RoadEnd> = others(network, at).filter(|&other| lanes(network, other, true) > 0).collect();
+/// Whether a two-way lane in the middle of a road leads nowhere at this end, although other roads leave there.
+fn leads_nowhere(network: &RoadNetwork, arm: RoadEnd) -> bool {
+    let outward = |arm: RoadEnd| outward(network.road(arm.road), arm.end, LOOK);
+    let ahead: Vec<RoadEnd> = others(network, arm).filter(|&other| lanes(network, other, true) > 0).collect();
     let leads_to = |&other: &RoadEnd| {
-        let turn = turn(network.side, -outward(network, at), outward(network, other));
+        let turn = turn(network.side, -outward(arm), outward(other));
         let across = if network.side == DrivingSide::Right { turn } else { -turn };
-        let into = across > STRAIGHT && across < TURNS_BACK;
-        let room = lanes(network, other, true) >= lanes(network, at, false);
-        let on = turn.abs() <= STRAIGHT && (room || driven_both_ways(network, other.road).is_some());
-        into || on
+        let turns_into = across > STRAIGHT && across < TURNS_BACK;
+        let enough_lanes = lanes(network, other, true) >= lanes(network, arm, false);
+        let goes_on = turn.abs() <= STRAIGHT && (enough_lanes || two_way_strip(network, other.road).is_some());
+        turns_into || goes_on
     };
     !ahead.is_empty() && !ahead.iter().any(leads_to)
 }
 
-/// The direction in which a road leaves the intersection at one of its ends.
-fn outward(network: &RoadNetwork, at: RoadEnd) -> Vector {
-    let line = &network.road(at.road).line;
-    match at.end {
-        End::Start => line.at(LOOK) - line.first(),
-        End::End => line.at(line.length() - LOOK) - line.last(),
-    }
-}
-
-/// The direction on a road that leads away from one of its ends, or to it.
+/// The direction of travel away from one end of a road, or towards it.
 fn travel(end: End, away: bool) -> Travel {
-    if (end == End::Start) == away { Travel::Forward } else { Travel::Backward }
+    if away { end.other().inbound() } else { end.inbound() }
 }

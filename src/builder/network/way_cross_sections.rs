@@ -1,7 +1,7 @@
-//! The cross-section of every way; where its tags tell no lanes, that of the road which it continues.
+//! The cross-section of every way. A way without tagged lanes takes those of the road that it continues.
 //!
-//! Who tags lanes often leaves out the short piece between two carriageways, over a bridge, through a crossing: there the
-//! road has as many lanes as before and behind.
+//! Mappers who tag lanes often leave out the short piece between two carriageways, on a bridge or through a crossing. If the
+//! lanes before and after it are the same, it has them, too.
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -16,22 +16,22 @@ use crate::parallel::Finely;
 use super::End;
 use super::access::{Access, Drivable};
 
-/// So many ways without tagged lanes, one behind the other, are continued from one tagged way to the next.
+/// How many consecutive ways are searched for tagged lanes.
 const WAYS_MOST: usize = 4;
 
-/// What the tags of each way tell by themselves.
-pub(super) struct Told<'d, 'a> {
+/// The cross-section of each way from its own tags.
+pub(super) struct WaySections<'d, 'a> {
     drivable: &'d [Drivable<'a>],
     customs: Customs<'d>,
     layouts: Vec<(SectionReading, Vec<Finding>)>,
 }
 
-impl<'d, 'a> Told<'d, 'a> {
+impl<'d, 'a> WaySections<'d, 'a> {
     /// Reads the tags of all ways.
     pub fn read(drivable: &'d [Drivable<'a>], customs: Customs<'d>) -> Self {
-        let mut told = Self { drivable, customs, layouts: Vec::new() };
-        told.layouts = drivable.par_iter().finely().map(|way| told.layout(way, None)).collect();
-        told
+        let mut sections = Self { drivable, customs, layouts: Vec::new() };
+        sections.layouts = drivable.par_iter().finely().map(|way| sections.layout(way, None)).collect();
+        sections
     }
 
     fn layout(&self, way: &Drivable<'a>, continued: Option<&[Lane]>) -> (SectionReading, Vec<Finding>) {
@@ -49,8 +49,8 @@ impl<'d, 'a> Told<'d, 'a> {
         (layout(&facts, &mut notes), notes)
     }
 
-    /// The cross-section of every way that is used, by the way's index.
-    pub fn layouts(
+    /// The cross-section of every way in `used`, by the way's index.
+    pub fn of_ways(
         mut self,
         used: impl Iterator<Item = usize>,
         notes: &mut Vec<Finding>,
@@ -58,34 +58,35 @@ impl<'d, 'a> Told<'d, 'a> {
         let mut used: Vec<usize> = used.collect();
         used.sort_unstable();
         used.dedup();
-        let streets = Streets::new(self.drivable, used.iter().map(|&i| (i, &self.layouts[i].0)));
+        let graph = WayGraph::new(self.drivable, used.iter().map(|&i| (i, &self.layouts[i].0)));
         let again = used.par_iter().finely().filter_map(|&i| {
-            let lanes = streets.continued(i)?;
+            let lanes = graph.continued(i)?;
             Some((i, self.layout(&self.drivable[i], Some(&lanes))))
         });
         let again: Vec<_> = again.collect();
-        for (i, told) in again {
-            self.layouts[i] = told;
+        for (i, layout) in again {
+            self.layouts[i] = layout;
         }
         let of_used = self.layouts.into_iter().enumerate().filter(|(i, _)| used.binary_search(i).is_ok());
-        let noted = |(i, (layout, own)): (usize, (SectionReading, Vec<Finding>))| {
-            notes.extend(own);
-            (i, layout)
-        };
-        of_used.map(noted).collect()
+        of_used
+            .map(|(i, (layout, own_notes))| {
+                notes.extend(own_notes);
+                (i, layout)
+            })
+            .collect()
     }
 }
 
-/// The ways as far as their tags tell, and how they meet end to end.
-struct Streets<'a> {
-    ways: FxHashMap<usize, Street<'a>>,
-    /// By node: the ways that begin or end there.
+/// The ways by index, and how they meet end to end.
+struct WayGraph<'a> {
+    ways: FxHashMap<usize, WayLanes<'a>>,
+    /// The ways that begin or end at each node.
     ends: FxHashMap<i64, Vec<(usize, End)>>,
 }
 
-/// What a way has in common with the ways that continue it.
+/// What a way shares with the ways that continue it.
 #[derive(PartialEq)]
-struct Kind<'a> {
+struct WayKind<'a> {
     class: RoadClass,
     link: bool,
     access: Access,
@@ -93,15 +94,15 @@ struct Kind<'a> {
     name: Option<&'a str>,
 }
 
-struct Street<'a> {
-    kind: Kind<'a>,
+struct WayLanes<'a> {
+    kind: WayKind<'a>,
     nodes: [i64; 2],
-    /// Left to right along the way; of none that are tagged, what they are by default.
+    /// Left to right along the way; defaults if none are tagged.
     lanes: Vec<Lane>,
     tagged: bool,
 }
 
-impl<'a> Streets<'a> {
+impl<'a> WayGraph<'a> {
     fn new<'l>(drivable: &[Drivable<'a>], layouts: impl Iterator<Item = (usize, &'l SectionReading)>) -> Self {
         let (mut ways, mut ends) = (FxHashMap::default(), FxHashMap::<i64, Vec<(usize, End)>>::default());
         for (i, layout) in layouts {
@@ -112,52 +113,52 @@ impl<'a> Streets<'a> {
             }
             let tags = &way.tags;
             let name = tags.get("name").or_else(|| tags.get("ref"));
-            let kind = Kind { class: *class, link: *link, access: *access, roundabout: is_roundabout(tags), name };
+            let kind = WayKind { class: *class, link: *link, access: *access, roundabout: is_roundabout(tags), name };
             let lanes = layout.section.driven().map(|(_, strip)| (strip.kind, strip.travel)).collect();
-            ways.insert(i, Street { kind, nodes: [first, last], lanes, tagged: tells_lanes(tags) });
+            ways.insert(i, WayLanes { kind, nodes: [first, last], lanes, tagged: tells_lanes(tags) });
             ends.entry(first).or_default().push((i, End::Start));
             ends.entry(last).or_default().push((i, End::End));
         }
         Self { ways, ends }
     }
 
-    /// The lanes of the road that a way without tagged ones continues, if it has the same on both sides.
+    /// The lanes that an untagged way takes: those of the road that it continues, if they are the same before and after it.
     fn continued(&self, way: usize) -> Option<Vec<Lane>> {
-        let street = self.ways.get(&way).filter(|street| !street.tagged)?;
-        let [before, behind] = End::BOTH.map(|end| self.tagged_beyond(way, end));
-        before.filter(|lanes| behind.as_ref() == Some(lanes) && directions(lanes) == directions(&street.lanes))
+        let own = self.ways.get(&way).filter(|own| !own.tagged)?;
+        let [before, after] = End::BOTH.map(|end| self.tagged_beyond(way, end));
+        before.filter(|lanes| after.as_ref() == Some(lanes) && directions(lanes) == directions(&own.lanes))
     }
 
-    /// The lanes of the first tagged way beyond one end, left to right along the way at hand.
+    /// The lanes of the first tagged way beyond one end, left to right along this way.
     fn tagged_beyond(&self, mut way: usize, mut end: End) -> Option<Vec<Lane>> {
         let mut reversed = false;
         for _ in 0..WAYS_MOST {
-            let (next, at) = self.beyond(way, end)?;
-            reversed ^= at == end;
-            let street = &self.ways[&next];
-            if street.tagged {
-                return Some(if reversed { against(&street.lanes) } else { street.lanes.clone() });
+            let (next, entry) = self.beyond(way, end)?;
+            reversed ^= entry == end;
+            let WayLanes { lanes, tagged, .. } = &self.ways[&next];
+            if *tagged {
+                return Some(if reversed { reversed_lanes(lanes) } else { lanes.clone() });
             }
-            (way, end) = (next, at.other());
+            (way, end) = (next, entry.other());
         }
         None
     }
 
-    /// The one way that continues another beyond an end, and with which of its own ends; `None` if there are several.
+    /// The way that continues another beyond an end, and the end at which it does; `None` if there are several.
     fn beyond(&self, way: usize, end: End) -> Option<(usize, End)> {
-        let street = &self.ways[&way];
-        let node = street.nodes[usize::from(end == End::End)];
-        let mut next = self.ends[&node].iter().copied().filter(|&(other, at)| {
+        let own = &self.ways[&way];
+        let node = own.nodes[end];
+        let mut next = self.ends[&node].iter().copied().filter(|&(other, entry)| {
             let lanes = &self.ways[&other].lanes;
-            let along = if at == end { directions(&against(lanes)) } else { directions(lanes) };
-            other != way && self.ways[&other].kind == street.kind && along == directions(&street.lanes)
+            let along = if entry == end { directions(&reversed_lanes(lanes)) } else { directions(lanes) };
+            other != way && self.ways[&other].kind == own.kind && along == directions(&own.lanes)
         });
         next.next().filter(|_| next.next().is_none())
     }
 }
 
-/// Lanes as they are seen from the other end.
-fn against(lanes: &[Lane]) -> Vec<Lane> {
+/// The lanes as seen from the other end.
+fn reversed_lanes(lanes: &[Lane]) -> Vec<Lane> {
     let turned = |&(kind, travel): &(StripKind, Travel)| match travel {
         Travel::Forward => (kind, Travel::Backward),
         Travel::Backward => (kind, Travel::Forward),
@@ -166,7 +167,7 @@ fn against(lanes: &[Lane]) -> Vec<Lane> {
     lanes.iter().rev().map(turned).collect()
 }
 
-/// Whether lanes lead along the way, and whether against it.
+/// Whether any lane leads along the way, and whether any leads against it.
 fn directions(lanes: &[Lane]) -> [bool; 2] {
     [Travel::Backward, Travel::Forward].map(|other| lanes.iter().any(|(_, travel)| *travel != other))
 }

@@ -1,4 +1,4 @@
-//! Ways cut into pieces where they meet, end, touch themselves or leave the extract.
+//! Cuts ways into pieces where they meet, end, touch themselves or leave the extract.
 
 use std::collections::hash_map::Entry;
 
@@ -9,11 +9,11 @@ use crate::geometry::Point;
 
 use super::access::Drivable;
 
-/// Nodes of one way closer together than this (metres) are one: below the resolution of OpenStreetMap's coordinates.
+/// Nodes of a way closer together than this, metres, are one: it is about the resolution of OpenStreetMap's coordinates.
 const SAME_PLACE: f64 = 0.015;
 
-/// Neighbouring nodes of a way farther apart than this (metres) tell of a wrong coordinate, not of a road: even roads
-/// through deserts have nodes closer than that. What is laid out metre by metre would else fill the memory.
+/// Neighbouring nodes of a way farther apart than this, metres, have a wrong coordinate: even roads through deserts have nodes
+/// closer than that. Sampling such a road every few metres would fill the memory.
 const FARTHEST: f64 = 20_000.0;
 
 /// A piece of a way between two nodes that end it.
@@ -21,11 +21,11 @@ const FARTHEST: f64 = 20_000.0;
 pub(super) struct WayPiece {
     /// Index of the way in the list of drivable ways.
     pub way: usize,
-    /// At least two, no neighbours alike.
+    /// At least two; neighbours differ.
     pub nodes: Vec<i64>,
     /// Tells apart pieces of one way between the same two nodes.
     pub turn: u32,
-    /// Whether the way goes on outside the extract, before the first and behind the last node.
+    /// Whether the way goes on outside the extract before the first and after the last node.
     pub edge: [bool; 2],
 }
 
@@ -36,15 +36,15 @@ impl WayPiece {
     }
 }
 
-/// The part of a way whose nodes are all there.
+/// A part of a way without missing nodes.
 struct Run {
     way: usize,
     nodes: Vec<i64>,
     edge: [bool; 2],
 }
 
-/// Cuts the ways. `positions` holds every node that exists. Of pieces over the same nodes only the one of the
-/// highest class remains.
+/// Cuts the ways. `positions` holds every node that exists. Of pieces over the same nodes only that of the highest class
+/// remains.
 pub(super) fn pieces(
     ways: &[Drivable<'_>],
     positions: &FxHashMap<i64, Point>,
@@ -52,15 +52,11 @@ pub(super) fn pieces(
 ) -> Vec<WayPiece> {
     let mut runs: Vec<Run> = ways.iter().enumerate().flat_map(|(i, way)| runs(i, way, positions, notes)).collect();
     merge_coincident(&mut runs, positions);
-    runs.retain(|run| {
-        let long = run.nodes.len() >= 2;
-        if !long {
-            let way = ways[run.way].way.id;
-            let message = format!("way {way} has a part without length; it is passed over");
-            notes.push(Finding::new("way-skipped", Subject::Way(way), message).graded(Severity::Info));
-        }
-        long
-    });
+    for run in runs.extract_if(.., |run| run.nodes.len() < 2) {
+        let way = ways[run.way].way.id;
+        let message = format!("way {way} has a part without length; it is passed over");
+        notes.push(Finding::new("way-skipped", Subject::Way(way), message).graded(Severity::Info));
+    }
     let ends = ends(&runs);
     let cut = runs.iter().flat_map(|run| cut(run, &ends)).collect();
     let mut pieces = without_duplicates(cut, ways, notes);
@@ -68,7 +64,7 @@ pub(super) fn pieces(
     pieces
 }
 
-/// The stretches of a way between missing nodes.
+/// The parts of a way between missing nodes.
 fn runs(
     index: usize,
     drivable: &Drivable<'_>,
@@ -92,23 +88,22 @@ fn runs(
         notes.push(Finding::new("node-far", Subject::Way(way.id), message).graded(Severity::Warning));
     }
     let mut runs = Vec::new();
-    let mut at = 0;
-    for stretch in way.nodes.split(|id| !positions.contains_key(id)) {
-        for part in stretch.chunk_by(is_near) {
-            let (first, behind) = (at, at + part.len());
-            at = behind;
-            let edge = [first > 0, behind < way.nodes.len()];
+    let mut first = 0;
+    for known in way.nodes.split(|id| !positions.contains_key(id)) {
+        for part in known.chunk_by(is_near) {
+            let edge = [first > 0, first + part.len() < way.nodes.len()];
             runs.push(Run { way: index, nodes: part.to_vec(), edge });
+            first += part.len();
         }
-        // The missing node between two stretches.
-        at += 1;
+        // The missing node.
+        first += 1;
     }
-    // A single node left of a way that goes on outside holds no geometry.
+    // A single node beside the border of the extract has no geometry.
     runs.retain(|run| run.nodes.len() > 1 || missing + torn == 0);
     runs
 }
 
-/// Makes one node of neighbours that lie at one place, in every run, and drops repetitions.
+/// Merges neighbouring nodes at the same place.
 fn merge_coincident(runs: &mut [Run], positions: &FxHashMap<i64, Point>) {
     let mut alias: FxHashMap<i64, i64> = FxHashMap::default();
     for pair in runs.iter().flat_map(|run| run.nodes.windows(2)) {
@@ -128,18 +123,18 @@ fn merge_coincident(runs: &mut [Run], positions: &FxHashMap<i64, Point>) {
     }
 }
 
-/// The node that stands for `id`; shortens the way there for the next time.
+/// The node that `id` was merged into: union-find with path halving.
 fn root(alias: &mut FxHashMap<i64, i64>, mut id: i64) -> i64 {
     while let Some(&next) = alias.get(&id) {
-        if let Some(&behind) = alias.get(&next) {
-            alias.insert(id, behind);
+        if let Some(&after) = alias.get(&next) {
+            alias.insert(id, after);
         }
         id = next;
     }
     id
 }
 
-/// The nodes that end a piece: used twice, first or last of a run, or the tip where a way turns back on itself.
+/// The nodes at which pieces end: used twice, first or last of a run, or where a way turns back on itself.
 fn ends(runs: &[Run]) -> FxHashSet<i64> {
     let mut seen: FxHashSet<i64> = FxHashSet::default();
     let mut ends: FxHashSet<i64> = FxHashSet::default();
@@ -172,7 +167,7 @@ fn without_duplicates(mut pieces: Vec<WayPiece>, ways: &[Drivable<'_>], notes: &
     let mut kept: FxHashMap<Vec<i64>, i64> = FxHashMap::default();
     pieces.retain(|piece| {
         let way = ways[piece.way].way.id;
-        let (a, b) = (piece.nodes[0], piece.nodes[piece.nodes.len() - 1]);
+        let [a, b] = piece.ends();
         let mut nodes = piece.nodes.clone();
         if b < a || (a == b && nodes[nodes.len() - 2] < nodes[1]) {
             nodes.reverse();
@@ -194,8 +189,8 @@ fn without_duplicates(mut pieces: Vec<WayPiece>, ways: &[Drivable<'_>], notes: &
 
 /// Sorts by way and ends, and numbers the pieces of one way between the same two nodes in their order along it.
 fn number(pieces: &mut [WayPiece], ways: &[Drivable<'_>]) {
-    let ends = |p: &WayPiece| (ways[p.way].way.id, p.nodes[0], p.nodes[p.nodes.len() - 1]);
-    // Stable: pieces of one way still stand in their order along it.
+    let ends = |piece: &WayPiece| (ways[piece.way].way.id, piece.ends());
+    // A stable sort keeps the pieces of a way in their order along it.
     pieces.sort_by_key(ends);
     for i in 1..pieces.len() {
         if ends(&pieces[i]) == ends(&pieces[i - 1]) {

@@ -2,48 +2,31 @@
 
 use proptest::prelude::*;
 
-use crate::builder::network::{NetworkOptions, road_network};
-use crate::builder::tags::road_class::DrivingSide;
-use crate::geometry::{Point, polygon, simple_ring};
-use crate::osm::{OsmData, read_bytes};
-use crate::projection::LonLat;
+use crate::builder::network::hand_drawn::network_of;
+use crate::geometry::{polygon, simple_ring};
 
 use super::outline::OutlineCase;
 use super::*;
 
-/// A node with its place in metres.
+/// A node: id, east, north in metres.
 type Node = (i64, f64, f64);
-/// A way with its nodes and tags.
+/// A way: id, nodes, tags.
 type Way = (i64, Vec<i64>, String);
 
 fn laid_out(nodes: &[Node], ways: &[Way]) -> Streets {
-    let mut xml = String::from("<osm>");
-    for (id, x, y) in nodes {
-        xml += &format!("<node id='{id}' lon='{}' lat='{}'/>", x / 1e5, y / 1e5);
-    }
-    for (id, refs, tags) in ways {
-        let refs: String = refs.iter().map(|r| format!("<nd ref='{r}'/>")).collect();
-        let tags = tags.split_whitespace().filter_map(|t| t.split_once('='));
-        let tags: String = tags.map(|(k, v)| format!("<tag k='{k}' v='{v}'/>")).collect();
-        xml += &format!("<way id='{id}'>{refs}{tags}</way>");
-    }
-    xml += "</osm>";
-    let mut data = OsmData::default();
-    read_bytes(&mut data, "test", xml.into_bytes()).unwrap();
-    let plane = |places: &[LonLat]| places.iter().map(|p| Point::new(p.lon * 1e5, p.lat * 1e5)).collect();
-    let options = NetworkOptions { driving_side: Some(DrivingSide::Right), ..NetworkOptions::default() };
-    streets(road_network(&data, &plane, &options).unwrap().network, &StreetOptions::default())
+    let ways: Vec<_> = ways.iter().map(|(id, nodes, tags)| (*id, &nodes[..], &tags[..])).collect();
+    streets(network_of(nodes, &ways), &StreetOptions::default())
 }
 
 fn way(id: i64, nodes: &[i64], tags: &str) -> Way {
     (id, nodes.to_vec(), tags.to_owned())
 }
 
-/// Every outline is a simple ring through its cuts, and every road has something left between its own.
+/// Asserts that every outline is a simple ring through its cuts, and that something remains of every road.
 fn assert_valid(streets: &Streets) {
     let mut keys: Vec<_> = streets.network.roads.iter().map(|road| road.key).collect();
     keys.sort_unstable();
-    assert!(keys.windows(2).all(|pair| pair[0] != pair[1]), "two roads of one key");
+    assert!(keys.windows(2).all(|pair| pair[0] != pair[1]), "two roads with one key");
     for (outline, intersection) in streets.outlines.intersections.iter().zip(&streets.network.intersections) {
         assert_ne!(outline.case, OutlineCase::Fallback, "node {:?}", intersection.nodes);
         if outline.ring.is_empty() {
@@ -56,7 +39,7 @@ fn assert_valid(streets: &Streets) {
         }
     }
     for (road, [from, to]) in streets.network.roads.iter().zip(&streets.outlines.kept) {
-        assert!(from < to, "nothing is left of way {}", road.key.way);
+        assert!(from < to, "nothing remains of way {}", road.key.way);
         let line = road.line.cut(*from, *to).unwrap();
         let half = road.half_width();
         let mut strip = line.offset(half, 2.0).unwrap().points().to_vec();
@@ -133,7 +116,7 @@ fn a_ramp_on_a_bridge_lies_beside_the_road_it_leaves() {
         ],
     );
     assert_valid(&streets);
-    // They meet, so the ramp begins beside the road, whatever level it reaches later.
+    // The roads meet, so the ramp begins beside the road, whatever level it reaches later.
     let strip = |way: i64| {
         let i = streets.network.roads.iter().position(|r| r.key.way == way).unwrap();
         let road = &streets.network.roads[i];
@@ -169,8 +152,8 @@ fn roads_that_cross_without_a_node_are_named() {
 }
 
 #[test]
-fn guessed_widths_give_way_where_the_drawing_leaves_less_room() {
-    // A road ends so close to another that it covers a strip of it.
+fn guessed_widths_shrink_if_there_is_too_little_room() {
+    // A road ends so close to another that it overlaps it.
     let nodes = [(1, -60.0, 0.0), (2, 60.0, 0.0), (3, 0.0, 2.7), (4, 0.0, 60.0)];
     let town = |tags: &str| {
         laid_out(
@@ -229,7 +212,7 @@ fn a_slip_lane_over_the_edge_of_its_intersection_has_its_cut_on_the_outline() {
 }
 
 #[test]
-fn roads_that_cross_behind_their_node_follow_each_other_as_their_cuts_do() {
+fn arms_that_cross_beyond_their_node_have_the_order_of_their_cuts() {
     let slip = [(-4.8, 3.3), (-3.0, 13.4), (-3.5, 18.5), (-1.2, 33.1), (-2.1, 95.0)];
     let streets = slip_lane_between((2.9, 19.8), (-15.4, 13.6), slip);
     assert_valid(&streets);

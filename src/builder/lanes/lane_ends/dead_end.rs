@@ -39,7 +39,7 @@ pub fn clearances(network: &RoadNetwork, least: &[Stations]) -> Vec<(RoadEnd, f6
     let cells = SpatialHash::new(ends.iter().map(|end| end.reach).collect(), CELL);
     let reached = |(ix, road): (usize, &Road)| {
         let mut reached: Vec<(usize, RoadIx)> = Vec::new();
-        road.reaches().for_each(|reach| cells.touching(reach, |end| reached.push((end, RoadIx::new(ix)))));
+        road.segment_bounds().for_each(|reach| cells.touching(reach, |end| reached.push((end, RoadIx::new(ix)))));
         reached
     };
     let reached: Vec<(usize, RoadIx)> = network.roads.par_iter().finely().enumerate().flat_map_iter(reached).collect();

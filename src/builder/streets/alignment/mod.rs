@@ -1,4 +1,4 @@
-//! Where each carriageway lies: OpenStreetMap's lines, bent and shifted as roads of their width can follow them.
+//! Bends and shifts OpenStreetMap's lines so that roads of their width can follow them.
 
 mod narrow_roads;
 mod parallel_roads;
@@ -7,7 +7,8 @@ mod smooth_bends;
 
 use rayon::prelude::*;
 
-use crate::builder::network::RoadNetwork;
+use crate::builder::network::{Road, RoadNetwork};
+use crate::geometry::Polyline;
 use crate::parallel::Finely;
 
 use smooth_bends::TIGHTEST;
@@ -16,16 +17,20 @@ pub use narrow_roads::narrow_roads;
 pub use parallel_roads::lay_side_by_side;
 pub use smooth_bends::eased;
 
-/// The network with the bends of every road eased to what its width can follow. Stations of features move with their
-/// places.
+/// The network with the bends of every road eased for its width.
 #[must_use]
 pub fn smooth_bends(mut network: RoadNetwork) -> RoadNetwork {
     network.roads.par_iter_mut().finely().for_each(|road| {
         let line = eased(&road.line, road.half_width());
-        for feature in &mut road.features {
-            feature.station = line.project(road.line.at(feature.station)).station;
-        }
-        road.line = line;
+        set_line(road, line);
     });
     network
+}
+
+/// Replaces the line of a road; its features stay where they are.
+fn set_line(road: &mut Road, line: Polyline) {
+    for feature in &mut road.features {
+        feature.station = line.project(road.line.at(feature.station)).station;
+    }
+    road.line = line;
 }

@@ -1,7 +1,7 @@
-//! Makes roads narrower that still overlap where they lie abreast, as far as their widths were guessed.
+//! Narrows roads that still overlap side by side, if their widths were guessed.
 //!
-//! A default width is an average: where the drawing leaves less room, the lanes have less. What a tag says stays as it
-//! is, and no lane becomes narrower than its class needs.
+//! A default width is an average: where the drawing leaves less room, the lanes are narrower. Tagged widths stay, and no lane
+//! becomes narrower than its class needs.
 
 use crate::builder::network::{IntersectionIx, Road, RoadNetwork, Stations};
 use crate::builder::streets::outline::{overlap, overlapping};
@@ -9,62 +9,62 @@ use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind, minimu
 use crate::builder::tags::road_class::RoadClass;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 
-/// So often the search for the widest section that fits halves what it has to spare.
+/// Steps of the bisection for the widest cross-section that fits.
 const HALVINGS: usize = 5;
 
-/// The network without the overlaps that narrower guesses undo, with a finding for each road that lost width. `kept`
-/// gives the stations between which each road remains.
+/// The network with overlapping roads narrowed, and a finding for each road that lost width. `kept` has the stations between
+/// which each road remains.
 #[must_use]
 pub fn narrow_roads(mut network: RoadNetwork, kept: &[Stations]) -> (RoadNetwork, Vec<Finding>) {
     let before: Vec<f64> = network.roads.iter().map(|road| road.section.width()).collect();
     let kept = with_dead_ends(&network, kept);
     for roads in overlapping(&network, &kept) {
-        give_way(&mut network, &kept, roads);
+        narrow_pair(&mut network, &kept, roads);
     }
     let findings = network.roads.iter().zip(before).filter_map(|(road, before)| finding(road, before)).collect();
     (network, findings)
 }
 
-/// The same stations, with the dead ends: they are as wide as their road.
-fn with_dead_ends(network: &RoadNetwork, kept: &[Stations]) -> Vec<[f64; 2]> {
+/// The stations with the dead ends included: they are as wide as their road.
+fn with_dead_ends(network: &RoadNetwork, kept: &[Stations]) -> Vec<Stations> {
     let ends = |end: IntersectionIx| network.intersection(end).arms.len() == 1;
-    let whole = |(road, [from, to]): (&Road, &[f64; 2])| {
+    let extended = |(road, [from, to]): (&Road, &Stations)| {
         [if ends(road.from) { 0.0 } else { *from }, if ends(road.to) { road.line.length() } else { *to }]
     };
-    network.roads.iter().zip(kept).map(whole).collect()
+    network.roads.iter().zip(kept).map(extended).collect()
 }
 
-/// Narrows two roads, or one of them where that will do, by no more than parts them; not at all where nothing does.
-fn give_way(network: &mut RoadNetwork, kept: &[Stations], roads: [usize; 2]) {
+/// Narrows two roads, or one of them if that is enough, by the least that separates them; not at all if nothing does.
+fn narrow_pair(network: &mut RoadNetwork, kept: &[Stations], roads: [usize; 2]) {
     let old = roads.map(|road| network.roads[road].section.clone());
-    let mut parted = |shares: [f64; 2]| {
+    let mut separates = |shares: [f64; 2]| {
         for ((road, old), share) in roads.into_iter().zip(&old).zip(shares) {
             let Road { section, class, .. } = &mut network.roads[road];
             *section = narrow(old, *class, share);
         }
         !overlap(network, kept, roads)
     };
-    if !parted([1.0; 2]) {
-        parted([0.0; 2]);
+    if !separates([1.0; 2]) {
+        separates([0.0; 2]);
         return;
     }
     let (mut too_little, mut enough) = (0.0, 1.0);
     for _ in 0..HALVINGS {
         let share = f64::midpoint(too_little, enough);
-        if parted([share; 2]) { enough = share } else { too_little = share }
+        if separates([share; 2]) { enough = share } else { too_little = share }
     }
-    // Where one road ends at the other, only the other's width counts.
-    if !parted([enough, 0.0]) && !parted([0.0, enough]) {
-        parted([enough; 2]);
+    // If one road ends at the other, only the width of the other counts.
+    if !separates([enough, 0.0]) && !separates([0.0, enough]) {
+        separates([enough; 2]);
     }
 }
 
-/// How much narrower a strip may be, metres.
+/// How much narrower a strip may become, metres.
 fn room_of(strip: &Strip, class: RoadClass) -> f64 {
     if strip.width_guessed { (strip.width - least(strip.kind, class)).max(0.0) } else { 0.0 }
 }
 
-/// What a strip needs at least, metres.
+/// Least width of a strip, metres.
 fn least(kind: StripKind, class: RoadClass) -> f64 {
     match kind {
         StripKind::Drive => minimum_lane_width(class),
@@ -75,7 +75,7 @@ fn least(kind: StripKind, class: RoadClass) -> f64 {
     }
 }
 
-/// The section without this share of what its strips can spare.
+/// The section narrowed by this share of what its strips can spare.
 fn narrow(section: &CrossSection, class: RoadClass, share: f64) -> CrossSection {
     let mut section = section.clone();
     for strip in &mut section.strips {

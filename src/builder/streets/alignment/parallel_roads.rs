@@ -1,13 +1,13 @@
-//! Lays roads that overlap lengthwise side by side.
+//! Moves roads that overlap lengthwise side by side.
 //!
-//! OpenStreetMap draws a ramp from the middle of the road it leaves, and the carriageways of a divided road as close
-//! as the mapper's hand put them. Widened to their lanes, such roads overlap far from any intersection. Here each
-//! gives way sideways, the lighter more than the wider, until their edges touch.
+//! OpenStreetMap draws a ramp from the middle of the road it leaves, and the carriageways of a divided road only about where
+//! they are. Widened to their lanes, such roads overlap far from any intersection. Here both move sideways, the narrower one
+//! more, until their edges touch.
 
 mod broad_phase;
-mod carriageway_edges;
 mod overlap_search;
 mod recheck;
+mod shifted_road;
 #[cfg(test)]
 mod tests;
 
@@ -15,175 +15,177 @@ use crate::builder::network::{End, Road, RoadNetwork, Stations};
 use crate::geometry::Polyline;
 use crate::parallel::Finely;
 
-use super::eased;
-use super::side_order::{Sides, Told, sides};
+use super::side_order::{SideHint, SideHints, side_hints};
+use super::{eased, set_line};
 use broad_phase::candidates;
-use carriageway_edges::{CarriagewayEdges, TOLERANCE, Tracks, normals, places};
-use overlap_search::{OverlapSearch, apart, find};
-use recheck::{Surroundings, sorted};
+use overlap_search::{Adjacency, AdjacentPlace, OverlapSearch, least_distance};
+use recheck::{Surroundings, sort_unique};
+use shifted_road::{ShiftedRoad, ShiftedRoads, TOLERANCE, normals, places};
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-/// Two roads drawn closer together than this, metres, may lie on either side of each other: a mapper's accuracy.
+/// Roads drawn closer together than this, metres, may lie on either side of each other: it is a mapper's accuracy.
 const UNCLEAR: f64 = 1.0;
-/// A place of a moved road is no point of it where it lies within this, metres, of the straight way.
+/// A place of a moved road within this distance, metres, of the line through its neighbours is no vertex of it.
 const STRAIGHT: f64 = 0.001;
-/// Rounds after which what still overlaps is left.
+/// Most rounds; remaining overlaps stay.
 const ROUNDS: usize = 12;
 
-/// The network with roads laid abreast. `kept` gives the stations between which each road remains: what lies within
-/// the intersections may overlap.
+/// The network with overlapping roads moved side by side. `kept` has the stations between which each road remains: within the
+/// intersections roads may overlap.
 #[must_use]
 pub fn lay_side_by_side(mut network: RoadNetwork, kept: &[Stations]) -> RoadNetwork {
-    let (sides, mut hot) = rayon::join(|| sides(&network), || candidates(&network, kept));
-    let mut tracks = Tracks { network: &network, kept, made: FxHashMap::default() };
-    tracks.make(&hot);
-    let mut beside = find(&tracks.made, &sides, &hot, &hot);
+    let (hints, mut active) = rayon::join(|| side_hints(&network), || candidates(&network, kept));
+    let mut roads = ShiftedRoads { network: &network, kept, made: FxHashMap::default() };
+    roads.make(&active);
+    let mut adjacency = OverlapSearch { roads: &roads.made, hints: &hints }.find(&active, &active);
     let mut surroundings = None;
     for round in 1..=ROUNDS {
-        let targets = targets(&tracks.made, &sides, &beside);
+        let targets = targets(&roads.made, &hints, &adjacency);
         if targets.is_empty() {
             break;
         }
         let mut moved: Vec<usize> = targets.iter().map(|(road, _)| *road).collect();
         for (road, target) in targets {
-            tracks.of(road).take(&target);
+            roads.of(road).shift_to(&target);
         }
-        moved.extend(join(&mut tracks));
-        sorted(&mut moved);
+        moved.extend(align_ends(&mut roads));
+        sort_unique(&mut moved);
         if round < ROUNDS {
             let surroundings = surroundings.get_or_insert_with(|| Surroundings::new(&network, &moved));
-            hot = surroundings.find_again(&mut beside, &mut tracks, &sides, &hot, &moved);
+            active = surroundings.update(&mut adjacency, &mut roads, &hints, &active, &moved);
         }
     }
-    let tracks = tracks.made;
+    let shifted_roads = roads.made;
     network.roads.par_iter_mut().finely().enumerate().for_each(|(i, road)| {
-        if let Some(track) = tracks.get(&i)
-            && track.shift.iter().any(|s| s.abs() > TOLERANCE)
-            && let Some(line) = shifted(road, track)
+        if let Some(shifted) = shifted_roads.get(&i)
+            && shifted.shift.iter().any(|s| s.abs() > TOLERANCE)
+            && let Some(line) = shifted_line(road, shifted)
         {
-            for feature in &mut road.features {
-                feature.station = line.project(road.line.at(feature.station)).station;
-            }
-            road.line = line;
+            set_line(road, line);
         }
     });
     network
 }
 
-/// The road's line, moved; places at which it only goes on straight are no points of it.
-fn shifted(road: &Road, track: &CarriagewayEdges) -> Option<Polyline> {
+/// The moved line of a road.
+fn shifted_line(road: &Road, shifted: &ShiftedRoad) -> Option<Polyline> {
     let mut stations = road.line.stations();
-    stations.extend(&track.stations);
+    stations.extend(&shifted.stations);
     stations.sort_by(f64::total_cmp);
     stations.dedup_by(|a, b| (*a - *b).abs() < 0.01);
     let points = places(&road.line, &stations);
     let normals = normals(&points);
     let mut i = 0;
     let moved = stations.iter().zip(points.iter().zip(&normals)).map(|(s, (p, n))| {
-        while i + 2 < track.stations.len() && track.stations[i + 1] < *s {
+        while i + 2 < shifted.stations.len() && shifted.stations[i + 1] < *s {
             i += 1;
         }
-        let span = track.stations[i + 1] - track.stations[i];
-        let t = if span > 0.0 { ((s - track.stations[i]) / span).clamp(0.0, 1.0) } else { 0.0 };
-        p + n * (track.shift[i] + (track.shift[i + 1] - track.shift[i]) * t)
+        let span = shifted.stations[i + 1] - shifted.stations[i];
+        let t = if span > 0.0 { ((s - shifted.stations[i]) / span).clamp(0.0, 1.0) } else { 0.0 };
+        p + n * (shifted.shift[i] + (shifted.shift[i + 1] - shifted.shift[i]) * t)
     });
-    Some(eased(&Polyline::new(moved)?, track.half).straightened(STRAIGHT))
+    Some(eased(&Polyline::new(moved)?, shifted.half).straightened(STRAIGHT))
 }
 
-/// The roads that have to give way, ascending, and how far each should lie from its drawn line, place by place.
-fn targets(
-    tracks: &FxHashMap<usize, CarriagewayEdges>,
-    sides: &Sides,
-    pairs: &FxHashMap<(usize, usize), Vec<OverlapSearch>>,
-) -> Vec<(usize, Vec<f64>)> {
-    let mut keys: Vec<&(usize, usize)> = pairs.keys().collect();
-    keys.par_sort_unstable();
-    let target = |of_road: &[&(usize, usize)]| {
-        let road = of_road.first()?.0;
-        let me = &tracks[&road];
-        // To the left and to the right, the farthest that any neighbour asks for.
-        let mut push: Option<Vec<[f64; 2]>> = None;
-        for &&(a, b) in of_road {
-            let other = &tracks[&b];
-            let share = me.mobility / (me.mobility + other.mobility);
-            let told = sides.get(&(a, b)).map_or(&[][..], Vec::as_slice);
-            for run in pairs[&(a, b)].chunk_by(|x, y| x.place + 1 == y.place) {
-                if me.level != other.level && !told.iter().any(|t| begins_where_they_meet(me, run, t)) {
-                    continue;
-                }
-                let side = told_side(me, run, told).unwrap_or_else(|| drawn_side(run, a < b));
-                for beside in run {
-                    let overlap = apart(me, other) - beside.offset * side;
-                    if overlap > TOLERANCE {
-                        let push = push.get_or_insert_with(|| vec![[0.0; 2]; me.base.len()]);
-                        let way = &mut push[beside.place][usize::from(side > 0.0)];
-                        *way = way.max(overlap * share);
-                    }
-                }
+/// The roads that must move, ascending, with the shift of each of their places, metres, left positive.
+fn targets(roads: &FxHashMap<usize, ShiftedRoad>, hints: &SideHints, adjacency: &Adjacency) -> Vec<(usize, Vec<f64>)> {
+    let mut pairs: Vec<&(usize, usize)> = adjacency.keys().collect();
+    pairs.par_sort_unstable();
+    let target = |pairs: &[&(usize, usize)]| {
+        let index = pairs.first()?.0;
+        let road = &roads[&index];
+        // The most that any neighbour asks for, to the left and to the right.
+        let mut most: Option<Vec<[f64; 2]>> = None;
+        for &&(a, b) in pairs {
+            let hints = hints.get(&(a, b)).map_or(&[][..], Vec::as_slice);
+            for (place, side, push) in pushes(road, &roads[&b], hints, (&adjacency[&(a, b)], a < b)) {
+                let most = most.get_or_insert_with(|| vec![[0.0; 2]; road.base.len()]);
+                let away = &mut most[place][usize::from(side > 0.0)];
+                *away = away.max(push);
             }
         }
-        Some((road, me.shift.iter().zip(push?).map(|(s, [left, right])| s + left - right).collect()))
+        Some((index, road.shift.iter().zip(most?).map(|(s, [left, right])| s + left - right).collect()))
     };
-    keys.par_chunk_by(|x, y| x.0 == y.0).filter_map(target).collect()
+    pairs.par_chunk_by(|x, y| x.0 == y.0).filter_map(target).collect()
+}
+
+/// How far a neighbour pushes a road: the place, the side of the neighbour (1 left, -1 right) and metres. `adjacent` has the
+/// places beside the neighbour, and whether the road comes first in the network.
+fn pushes<'a>(
+    road: &'a ShiftedRoad,
+    other: &'a ShiftedRoad,
+    hints: &'a [SideHint],
+    adjacent: (&'a [AdjacentPlace], bool),
+) -> impl Iterator<Item = (usize, f64, f64)> {
+    let share = road.mobility / (road.mobility + other.mobility);
+    let runs = adjacent.0.chunk_by(|x, y| x.index + 1 == y.index);
+    let runs = runs.filter(|run| road.level == other.level || hints.iter().any(|hint| begins_at_cut(road, run, hint)));
+    let overlaps = runs.flat_map(move |run| {
+        let side = hinted_side(road, run, hints).unwrap_or_else(|| drawn_side(run, adjacent.1));
+        run.iter().map(move |place| (place.index, side, least_distance(road, other) - place.offset * side))
+    });
+    overlaps
+        .filter(|(.., overlap)| *overlap > TOLERANCE)
+        .map(move |(place, side, overlap)| (place, side, overlap * share))
 }
 
 /// Whether a run of places begins at the cut of the intersection that the two roads share.
-fn begins_where_they_meet(track: &CarriagewayEdges, run: &[OverlapSearch], told: &Told) -> bool {
-    let Some([first, last]) = track.kept else { return false };
-    match told.meets {
-        Some(End::Start) => run.first().is_some_and(|beside| beside.place == first),
-        Some(End::End) => run.last().is_some_and(|beside| beside.place == last),
+fn begins_at_cut(road: &ShiftedRoad, run: &[AdjacentPlace], hint: &SideHint) -> bool {
+    let Some([first, last]) = road.kept else { return false };
+    match hint.meets {
+        Some(End::Start) => run.first().is_some_and(|adjacent| adjacent.index == first),
+        Some(End::End) => run.last().is_some_and(|adjacent| adjacent.index == last),
         None => false,
     }
 }
 
-/// On which side the other road lies along a run of places as the intersections tell it; `None` if they tell nothing,
-/// or contradict each other. Away from the intersection they are heard only where the drawing leaves it open.
-fn told_side(track: &CarriagewayEdges, run: &[OverlapSearch], told: &[Told]) -> Option<f64> {
-    let unclear = run.iter().all(|beside| beside.offset.abs() < UNCLEAR);
-    let holds = |t: &&Told| {
-        begins_where_they_meet(track, run, t) || unclear && run.iter().any(|beside| t.at(track.stations[beside.place]))
+/// The side of the other road along a run of places, by the order of arms at intersections; `None` without hints, or if they
+/// contradict each other. Away from the intersection a hint counts only if the drawn side is unclear.
+fn hinted_side(road: &ShiftedRoad, run: &[AdjacentPlace], hints: &[SideHint]) -> Option<f64> {
+    let unclear = run.iter().all(|adjacent| adjacent.offset.abs() < UNCLEAR);
+    let holds = |hint: &&SideHint| {
+        begins_at_cut(road, run, hint) || unclear && run.iter().any(|place| hint.holds_at(road.stations[place.index]))
     };
-    let mut holding = told.iter().filter(holds).map(|t| t.side);
-    let first = holding.next()?;
-    holding.all(|side| side == first).then_some(first)
+    let mut sides = hints.iter().filter(holds).map(|hint| hint.side);
+    let first = sides.next()?;
+    sides.all(|side| side == first).then_some(first)
 }
 
-/// On which side the other road is drawn along a run of places: 1 left, -1 right. Where it is drawn on top, the lower
-/// index goes left of the higher.
-fn drawn_side(run: &[OverlapSearch], first: bool) -> f64 {
+/// The side on which the other road is drawn along a run of places: 1 left, -1 right. If both are drawn on top of each other,
+/// the `first` road of the network goes to the left.
+fn drawn_side(run: &[AdjacentPlace], first: bool) -> f64 {
     let farthest = run.iter().max_by(|x, y| x.offset.abs().total_cmp(&y.offset.abs()));
     match farthest {
-        Some(beside) if beside.offset.abs() > TOLERANCE => beside.offset.signum(),
-        Some(beside) if beside.along && !first => 1.0,
+        Some(adjacent) if adjacent.offset.abs() > TOLERANCE => adjacent.offset.signum(),
+        Some(adjacent) if adjacent.same_direction && !first => 1.0,
         _ => -1.0,
     }
 }
 
-/// Two roads that continue each other shift together where they meet. Returns those that moved.
-fn join(tracks: &mut Tracks) -> Vec<usize> {
+/// Gives two roads that continue each other the same shift where they meet. Returns the roads that moved.
+fn align_ends(roads: &mut ShiftedRoads) -> Vec<usize> {
     let mut moved = Vec::new();
-    for intersection in &tracks.network.intersections {
+    for intersection in &roads.network.intersections {
         let [a, b] = intersection.arms.as_slice() else { continue };
         if a.road == b.road {
             continue;
         }
-        let [sa, sb] = [*a, *b].map(|at| tracks.shift(at));
+        let [shift_a, shift_b] = [*a, *b].map(|arm| roads.shift(arm));
         // Lines that both begin here run apart: left of one is right of the other.
         let turn = if a.end == b.end { -1.0 } else { 1.0 };
-        let (at, shift, value) = match sa.abs() > sb.abs() {
-            true => (b, sb, sa * turn),
-            false => (a, sa, sb * turn),
+        let (arm, shift, value) = match shift_a.abs() > shift_b.abs() {
+            true => (b, shift_b, shift_a * turn),
+            false => (a, shift_a, shift_b * turn),
         };
         if (shift - value).abs() > TOLERANCE {
-            let road = at.road.position();
-            let track = tracks.of(road);
-            let mut target = track.shift.clone();
-            target[track.end(at.end)] = value;
-            track.take(&target);
-            moved.push(road);
+            let index = arm.road.position();
+            let road = roads.of(index);
+            let mut target = road.shift.clone();
+            target[road.end(arm.end)] = value;
+            road.shift_to(&target);
+            moved.push(index);
         }
     }
     moved

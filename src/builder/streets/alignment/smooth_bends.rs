@@ -1,26 +1,26 @@
-//! Eases the bends of a line, so that a road of some width can follow it.
+//! Eases the bends of a line for a road of some width.
 
 use crate::geometry::{Point, Polyline, angle_between, left_of};
 
-/// No bend turns more than this at one point, radians: 10 degrees. Offsets of the line then keep their shape.
+/// Most turn at one point, radians: 10 degrees. Offsets of the line then keep their shape.
 const STEP: f64 = 0.1746;
-/// Bends are eased to this radius, metres, where the line leaves room.
+/// Radius of a bend if the line has room for it, metres.
 const COMFORT: f64 = 12.0;
-/// An eased line leaves the drawn corner by at most this, metres, except where the road's width demands more.
+/// Most distance of an eased line from the drawn corner, metres, unless the road's width needs more.
 const DEVIATION: f64 = 0.8;
-/// The least radius, as a multiple of half the road's width: the inner edge still has an inside.
+/// Least radius as a multiple of half the road's width: the inner edge keeps a radius of its own.
 pub const TIGHTEST: f64 = 1.1;
-/// The share of a segment that one of its two corners may use.
+/// Share of a segment that each of its two corners may use.
 const SHARE: f64 = 0.5;
-/// What remains of an inner edge at least, as a share of its segment.
+/// Least length of an inner edge as a share of its segment.
 const INNER: f64 = 0.05;
 
-/// The line with every corner replaced by an arc. Where corners follow each other more closely than the road is wide,
-/// they are drawn together first. The ends stay.
+/// The line with every corner replaced by an arc, for a road of `half` metres to either side. Corners closer together than
+/// the road is wide are merged first. The ends stay.
 #[must_use]
 pub fn eased(line: &Polyline, half: f64) -> Polyline {
     let tightest = half * TIGHTEST;
-    let points = drawn_together(line.points().to_vec(), tightest);
+    let points = merge_close_corners(line.points().to_vec(), tightest);
     let mut eased = vec![points[0]];
     for (i, w) in points.windows(3).enumerate() {
         let room = room(&points, i + 1);
@@ -30,16 +30,16 @@ pub fn eased(line: &Polyline, half: f64) -> Polyline {
     Polyline::new(with_inner_edges(eased, half)).unwrap_or_else(|| line.clone())
 }
 
-/// Draws points together whose bends leave nothing of the inner edge between them.
+/// Merges points whose bends leave nothing of the inner edge between them.
 fn with_inner_edges(mut points: Vec<Point>, half: f64) -> Vec<Point> {
     points.dedup_by(|a, b| (*a - *b).norm() <= Polyline::MERGE);
     let mut i = 0;
     while i + 1 < points.len() {
-        // How much of the segment the bend at one of its ends takes from its left edge.
-        let bend = |at: usize| match at {
+        // How much of the segment's left edge the bend at a point takes, metres.
+        let bend = |k: usize| match k {
             0 => 0.0,
-            _ if at + 1 == points.len() => 0.0,
-            _ => half * (angle_between(points[at] - points[at - 1], points[at + 1] - points[at]) / 2.0).tan(),
+            _ if k + 1 == points.len() => 0.0,
+            _ => half * (angle_between(points[k] - points[k - 1], points[k + 1] - points[k]) / 2.0).tan(),
         };
         let taken = (bend(i) + bend(i + 1)).abs();
         if taken <= (points[i + 1] - points[i]).norm() * (1.0 - INNER) || points.len() == 2 {
@@ -60,9 +60,9 @@ fn with_inner_edges(mut points: Vec<Point>, half: f64) -> Vec<Point> {
 }
 
 /// Drops corners until each has room for the tightest arc.
-fn drawn_together(mut points: Vec<Point>, tightest: f64) -> Vec<Point> {
+fn merge_close_corners(mut points: Vec<Point>, tightest: f64) -> Vec<Point> {
     loop {
-        // The corner that lacks most room for its arc.
+        // The corner whose arc lacks the most room.
         let worst = (1..points.len() - 1)
             .map(|i| {
                 let needed = tangent(points[i - 1], points[i], points[i + 1], tightest);
@@ -87,7 +87,7 @@ fn drawn_together(mut points: Vec<Point>, tightest: f64) -> Vec<Point> {
     }
 }
 
-/// How far the arc at corner `i` may reach along its segments.
+/// How far the arc at corner `i` may reach along its segments, metres.
 fn room(points: &[Point], i: usize) -> f64 {
     let share = |at_end: bool| if at_end { 1.0 } else { SHARE };
     let before = (points[i] - points[i - 1]).norm() * share(i == 1);
@@ -95,12 +95,12 @@ fn room(points: &[Point], i: usize) -> f64 {
     before.min(after)
 }
 
-/// Distance from the corner at which an arc of this radius begins.
+/// Distance from corner `b` at which an arc of this radius begins, metres.
 fn tangent(a: Point, b: Point, c: Point, radius: f64) -> f64 {
     radius * (angle_between(b - a, c - b).abs() / 2.0).tan()
 }
 
-/// The points of the arc at corner `b`.
+/// The points of the arc at corner `b`, a fillet.
 fn arc(a: Point, b: Point, c: Point, room: f64, tightest: f64) -> Vec<Point> {
     let turn = angle_between(b - a, c - b);
     let half_turn = turn.abs() / 2.0;
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn a_right_angle_becomes_an_arc_that_a_road_can_follow() {
+    fn a_right_angle_becomes_an_arc() {
         let bend = eased(&line(&[(0.0, 0.0), (30.0, 0.0), (30.0, 30.0)]), 4.0);
         assert!(sharpest(&bend) <= STEP + 1e-9);
         assert!(bend.distance(Point::new(30.0, 0.0)) < 2.0);
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_that_doubles_back_is_drawn_straight() {
+    fn a_spike_is_removed() {
         let spike = eased(&line(&[(0.0, 0.0), (20.0, 0.0), (18.0, 0.1), (40.0, 0.0)]), 3.0);
         assert!(sharpest(&spike) <= STEP + 1e-9);
         assert!(spike.length() < 41.0);

@@ -1,18 +1,19 @@
-//! Contracts the roads that lie inside intersections, and keeps what hung on them.
+//! Merges the intersections at the ends of inner roads (edge contraction), with restrictions, passages and connections.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::builder::network::road_end::other_end;
 use crate::builder::network::{
-    InnerRoad, Intersection, IntersectionIx, Island, LaneConnection, RoadEnd, RoadIx, RoadNetwork, TurnRestriction,
+    InnerRoad, Intersection, IntersectionIx, Island, RoadEnd, RoadIx, RoadNetwork, TurnRestriction,
 };
 use crate::geometry::Point;
 
 use super::island::{around_corner, encloses_island};
-use super::passages::{Rules, passages};
+use super::passages::{RestrictionIndex, passages};
+use super::renames::Renames;
 use super::{ConsolidateOptions, MergeNote, MergeReason, MergeVerdict};
 
-/// The network after one round, whether anything merged, and a note per verdict.
+/// The network after one round, whether anything merged, and a note for each verdict.
 pub fn contract(
     network: RoadNetwork,
     verdicts: &[MergeVerdict],
@@ -42,7 +43,7 @@ struct Cluster {
     members: Vec<IntersectionIx>,
     /// Ascending.
     inner: Vec<RoadIx>,
-    /// Outer arms in clockwise order around the cluster.
+    /// Its outer arms clockwise.
     contour: Vec<RoadEnd>,
 }
 
@@ -52,25 +53,23 @@ struct Clusters {
     refused: FxHashMap<RoadIx, MergeReason>,
 }
 
-/// Grows clusters road by road, the shortest first, so that a limit cuts off the weakest link and not the whole.
+/// Grows clusters road by road, the shortest first, so that a limit excludes the longest road and not the whole cluster.
 fn clusters(network: &RoadNetwork, verdicts: &[MergeVerdict], options: &ConsolidateOptions) -> Clusters {
     let mut result = Clusters::default();
     let mut order: Vec<&MergeVerdict> = verdicts.iter().filter(|v| v.merge).collect();
     order.sort_by(|a, b| {
-        let rank = |v: &MergeVerdict| u8::from(v.reason != MergeReason::Wish);
-        rank(a)
-            .cmp(&rank(b))
-            .then(a.left.total_cmp(&b.left))
-            .then(network.road(a.road).key.cmp(&network.road(b.road).key))
+        let rank = |v: &MergeVerdict| (v.reason != MergeReason::Wish, network.road(v.road).key);
+        let ((by_rule, key), (other_by_rule, other_key)) = (rank(a), rank(b));
+        by_rule.cmp(&other_by_rule).then(a.left.total_cmp(&b.left)).then(key.cmp(&other_key))
     });
     let mut barred: FxHashSet<RoadIx> = FxHashSet::default();
     let groups = loop {
-        let (groups, refused, lopsided) = grow(network, &order, &barred, options);
-        if lopsided.is_empty() {
+        let (groups, refused, to_bar) = grow(network, &order, &barred, options);
+        if to_bar.is_empty() {
             result.refused = refused;
             break groups;
         }
-        barred.extend(lopsided);
+        barred.extend(to_bar);
     };
     for members in groups.into_groups() {
         let inner = inner_roads(network, &members);
@@ -84,9 +83,9 @@ fn clusters(network: &RoadNetwork, verdicts: &[MergeVerdict], options: &Consolid
     result
 }
 
-/// Joins intersections by the roads in their order but for those `barred`. Returns the sets, why roads do not join any, and
-/// those that should not have, although vehicles can wait on them: three corners of a block would be one intersection, and
-/// the fourth left over.
+/// Joins intersections by the roads in their order, except those `barred`. Returns the groups, why roads were refused, and the
+/// roads that must be barred: vehicles can wait on them, and with them three corners of a block would be one intersection
+/// without the fourth.
 fn grow(
     network: &RoadNetwork,
     order: &[&MergeVerdict],
@@ -94,7 +93,7 @@ fn grow(
     options: &ConsolidateOptions,
 ) -> (Groups, FxHashMap<RoadIx, MergeReason>, Vec<RoadIx>) {
     let mut groups = Groups::new(network.intersections.len());
-    let (mut refused, mut lopsided) = (FxHashMap::default(), Vec::new());
+    let (mut refused, mut to_bar) = (FxHashMap::default(), Vec::new());
     let mut joined: FxHashMap<RoadIx, usize> = FxHashMap::default();
     for (rank, verdict) in order.iter().enumerate() {
         let road = network.road(verdict.road);
@@ -110,7 +109,7 @@ fn grow(
                     let waiting = |road: &RoadIx| {
                         matches!(order[joined[road]].reason, MergeReason::AcrossMedian | MergeReason::BetweenSignals)
                     };
-                    lopsided.extend(around_corner(network, verdict.road, &joined).filter(waiting));
+                    to_bar.extend(around_corner(network, verdict.road, &joined).filter(waiting));
                 }
                 refused.insert(verdict.road, reason);
             }
@@ -120,12 +119,12 @@ fn grow(
             }
         }
     }
-    (groups, refused, lopsided)
+    (groups, refused, to_bar)
 }
 
 /// Why these intersections must not become one; `None` if they may.
 fn objection(network: &RoadNetwork, members: &[IntersectionIx], options: &ConsolidateOptions) -> Option<MergeReason> {
-    let points: Vec<Point> = members.iter().flat_map(|m| reach_points(network.intersection(*m))).collect();
+    let points: Vec<Point> = members.iter().flat_map(|m| extent(network.intersection(*m))).collect();
     let too_far = points.iter().any(|a| points.iter().any(|b| (a - b).norm() > options.reach));
     if too_far {
         return Some(MergeReason::Reach);
@@ -136,15 +135,15 @@ fn objection(network: &RoadNetwork, members: &[IntersectionIx], options: &Consol
     encloses_island(network, members, &inner_roads(network, members)).then_some(MergeReason::Island)
 }
 
-/// Its position, and the ends of the roads that were merged into it.
-fn reach_points(intersection: &Intersection) -> Vec<Point> {
+/// The position of an intersection, and the ends of its inner roads.
+fn extent(intersection: &Intersection) -> Vec<Point> {
     let mut points = vec![intersection.position];
     points.extend(intersection.inner.iter().flat_map(|i| [i.line.first(), i.line.last()]));
     points
 }
 
-/// Whether the intersections hold a whole roundabout that vehicles really drive around: one whose ring is long enough
-/// to have room for them. A smaller ring is a painted dot, and one intersection.
+/// Whether the intersections contain a whole roundabout that vehicles drive around. A ring too short for them is a painted dot
+/// and one intersection.
 fn collapses_roundabout(network: &RoadNetwork, members: &[IntersectionIx], options: &ConsolidateOptions) -> bool {
     let held: FxHashSet<IntersectionIx> = members.iter().copied().collect();
     let ring: Vec<RoadIx> = members
@@ -164,11 +163,10 @@ fn collapses_roundabout(network: &RoadNetwork, members: &[IntersectionIx], optio
     closed && length > std::f64::consts::PI * options.short_across_median
 }
 
-/// Every road between two members that does not lead around a block of its own: decided ones, and the rest of the
-/// short links beside them.
+/// Every road between two members, except long ones, which lead around a block.
 fn inner_roads(network: &RoadNetwork, members: &[IntersectionIx]) -> Vec<RoadIx> {
     let held: FxHashSet<IntersectionIx> = members.iter().copied().collect();
-    let points: Vec<Point> = members.iter().flat_map(|m| reach_points(network.intersection(*m))).collect();
+    let points: Vec<Point> = members.iter().flat_map(|m| extent(network.intersection(*m))).collect();
     let across = points.iter().flat_map(|a| points.iter().map(move |b| (a - b).norm())).fold(0.0, f64::max);
     let mut inner: Vec<RoadIx> = members
         .iter()
@@ -187,91 +185,95 @@ fn inner_roads(network: &RoadNetwork, members: &[IntersectionIx]) -> Vec<RoadIx>
     inner
 }
 
-/// The outer arms clockwise, as one finds them who walks around the cluster along its edge: clockwise to the next
-/// arm, over an inner road to its other end, and on. `None` if an arm is left out: then it leads into a hole.
+/// The outer arms clockwise, found by walking around the cluster: on to the next arm clockwise, and over inner roads to their
+/// other ends. `None` if the walk misses an arm, because it leads into a hole of the cluster.
 fn contour(network: &RoadNetwork, members: &[IntersectionIx], inner: &[RoadIx]) -> Option<Vec<RoadEnd>> {
     let is_inner = |arm: &RoadEnd| inner.binary_search(&arm.road).is_ok();
     let outer: Vec<RoadEnd> =
         members.iter().flat_map(|m| network.intersection(*m).arms.iter().copied()).filter(|a| !is_inner(a)).collect();
     let first = *outer.iter().min_by_key(|arm| (network.road(arm.road).key, arm.end))?;
     let next_clockwise = |arm: RoadEnd| -> Option<RoadEnd> {
-        let arms = &network.intersection(network.road(arm.road).intersection(arm.end)).arms;
-        let at = arms.iter().position(|a| *a == arm)?;
-        Some(arms[(at + 1) % arms.len()])
+        let arms = &network.intersection(network.intersection_at(arm)).arms;
+        let i = arms.iter().position(|a| *a == arm)?;
+        Some(arms[(i + 1) % arms.len()])
     };
     let mut walk = vec![first];
-    let mut at = first;
-    // Each road end is passed at most once on the way around.
+    let mut arm = first;
+    // The walk passes each road end at most once.
     let limit = members.iter().map(|m| network.intersection(*m).arms.len()).sum::<usize>() + 1;
     for _ in 0..limit {
-        at = next_clockwise(at)?;
-        if is_inner(&at) {
-            at = other_end(at);
-        } else if at == first {
+        arm = next_clockwise(arm)?;
+        if is_inner(&arm) {
+            arm = other_end(arm);
+        } else if arm == first {
             break;
         } else {
-            walk.push(at);
+            walk.push(arm);
         }
     }
     (walk.len() == outer.len()).then_some(walk)
 }
 
+/// The network with every cluster as one intersection.
 fn rebuild(network: RoadNetwork, clusters: &[Cluster]) -> RoadNetwork {
-    let rules = Rules::new(&network.restrictions);
+    let rules = RestrictionIndex::new(&network.restrictions);
     let made: Vec<Intersection> = clusters.iter().map(|cluster| merged(&network, cluster, &rules)).collect();
     drop(rules);
     let RoadNetwork { mut roads, intersections, restrictions, connections, .. } = network;
-    let mut taken = vec![false; intersections.len()];
-    clusters.iter().flat_map(|cluster| &cluster.members).for_each(|member| taken[*member] = true);
-    // Each with its old place, and the merged ones with the numbers behind those.
-    let mut old: Vec<(Intersection, usize)> =
-        intersections.into_iter().zip(0..).filter(|(_, at)| !taken[*at]).collect();
-    old.extend(made.into_iter().zip(taken.len()..));
-    old.sort_by(|a, b| a.0.nodes.cmp(&b.0.nodes));
-    let mut moved = vec![IntersectionIx(0); taken.len()];
-    for ((_, at), new) in old.iter().zip(0..) {
-        match at.checked_sub(taken.len()) {
-            None => moved[*at] = IntersectionIx(new),
-            Some(cluster) => {
-                clusters[cluster].members.iter().for_each(|member| moved[*member] = IntersectionIx(new));
-            }
-        }
-    }
-    let mut place: Vec<Option<RoadIx>> = vec![Some(RoadIx(0)); roads.len()];
-    clusters.iter().flat_map(|cluster| &cluster.inner).for_each(|road| place[*road] = None);
-    place.iter_mut().flatten().zip(0..).for_each(|(road, new)| *road = RoadIx(new));
-    let moved = |at: IntersectionIx| moved[at];
-    let mut places = place.iter();
+    let mut renames = Renames { roads: vec![Some(RoadIx(0)); roads.len()], ..Renames::default() };
+    clusters.iter().flat_map(|cluster| &cluster.inner).for_each(|road| renames.roads[*road] = None);
+    renames.roads.iter_mut().flatten().zip(0..).for_each(|(road, new)| *road = RoadIx(new));
+    let intersections = with_merged(intersections, clusters, made, &mut renames);
+    let mut remaining = renames.roads.iter().map(Option::is_some);
     roads.retain_mut(|road| {
-        (road.from, road.to) = (moved(road.from), moved(road.to));
-        places.next().is_some_and(Option::is_some)
+        renames.road(road);
+        remaining.next() == Some(true)
     });
-    let place = |road: RoadIx| place[road];
-    let renamed = |arm: RoadEnd| place(arm.road).map(|road| RoadEnd { road, end: arm.end });
-    let intersections = old.into_iter().map(|(mut intersection, _)| {
-        intersection.arms = intersection.arms.into_iter().filter_map(renamed).collect();
-        intersection.passages = intersection.passages.map(|passages| {
-            passages.into_iter().filter_map(|(from, to)| Some((renamed(from)?, renamed(to)?))).collect()
-        });
-        intersection
-    });
-    // A restriction over inner roads alone is kept by the passages.
-    let restricted = |r: TurnRestriction| {
-        let via: Vec<RoadIx> = r.via.iter().filter_map(|road| place(*road)).collect();
-        let kept = via.is_empty() == r.via.is_empty();
-        kept.then_some(TurnRestriction { from: renamed(r.from)?, to: renamed(r.to)?, via, ..r })
-    };
-    let connected = |c: LaneConnection| Some(LaneConnection { from: renamed(c.from)?, to: renamed(c.to)?, ..c });
     RoadNetwork {
         roads,
-        intersections: intersections.collect(),
-        restrictions: restrictions.into_iter().filter_map(restricted).collect(),
-        connections: connections.into_iter().filter_map(connected).collect(),
+        intersections: intersections.into_iter().map(|i| renames.intersection(i)).collect(),
+        restrictions: restrictions.into_iter().filter_map(|r| without_inner_roads(r, &renames)).collect(),
+        connections: connections.into_iter().filter_map(|c| renames.connection(c)).collect(),
         ..network
     }
 }
 
-fn merged(network: &RoadNetwork, cluster: &Cluster, rules: &Rules<'_>) -> Intersection {
+/// The intersections in order of their nodes, with those `made` from the clusters instead of the members.
+fn with_merged(
+    intersections: Vec<Intersection>,
+    clusters: &[Cluster],
+    made: Vec<Intersection>,
+    renames: &mut Renames,
+) -> Vec<Intersection> {
+    let count = intersections.len();
+    let mut is_member = vec![false; count];
+    clusters.iter().flat_map(|cluster| &cluster.members).for_each(|member| is_member[*member] = true);
+    // Each with its old position; the merged ones follow after the others.
+    let mut all: Vec<(Intersection, usize)> =
+        intersections.into_iter().zip(0..).filter(|(_, old)| !is_member[*old]).collect();
+    all.extend(made.into_iter().zip(count..));
+    all.sort_by(|a, b| a.0.nodes.cmp(&b.0.nodes));
+    renames.intersections = vec![IntersectionIx(0); count];
+    for ((_, old), new) in all.iter().zip(0..) {
+        match old.checked_sub(count) {
+            None => renames.intersections[*old] = IntersectionIx(new),
+            Some(cluster) => {
+                clusters[cluster].members.iter().for_each(|m| renames.intersections[*m] = IntersectionIx(new));
+            }
+        }
+    }
+    all.into_iter().map(|(intersection, _)| intersection).collect()
+}
+
+/// The restriction without inner roads; `None` if it has no others: then the passages hold it.
+fn without_inner_roads(r: TurnRestriction, renames: &Renames) -> Option<TurnRestriction> {
+    let via: Vec<RoadIx> = r.via.iter().filter_map(|road| renames.roads[*road]).collect();
+    let kept = via.is_empty() == r.via.is_empty();
+    kept.then_some(TurnRestriction { from: renames.arm(r.from)?, to: renames.arm(r.to)?, via, ..r })
+}
+
+/// The intersection that a cluster becomes.
+fn merged(network: &RoadNetwork, cluster: &Cluster, rules: &RestrictionIndex<'_>) -> Intersection {
     let members: Vec<&Intersection> = cluster.members.iter().map(|m| network.intersection(*m)).collect();
     let mut nodes: Vec<i64> = members.iter().flat_map(|m| m.nodes.iter().copied()).collect();
     nodes.sort_unstable();
@@ -345,7 +347,7 @@ impl Groups {
         }
     }
 
-    /// The sets of two and more, each ascending, in order of their first member.
+    /// The sets of two or more, each ascending, in order of their first member.
     fn into_groups(self) -> Vec<Vec<IntersectionIx>> {
         let mut groups: Vec<Vec<IntersectionIx>> = self.members.into_iter().filter(|m| m.len() > 1).collect();
         groups.iter_mut().for_each(|g| g.sort());

@@ -1,4 +1,4 @@
-//! Whether a road lies inside an intersection: whether no vehicle waits on it.
+//! Decides which roads lie inside an intersection, because no vehicle waits on them.
 
 use crate::builder::network::{End, FeatureKind, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork, Stations};
 use crate::builder::tags::cross_section::Travel;
@@ -6,24 +6,20 @@ use crate::builder::tags::road_class::RoadClass;
 use crate::geometry::Vector;
 use crate::parallel::Finely;
 
-use super::user_overrides::wished;
+use super::user_overrides::overridden;
 use super::{ConsolidateOptions, MergeReason, MergeVerdict};
 
 use rayon::prelude::*;
 
-/// A verdict for every road that something speaks for merging.
+/// A verdict for every road with a reason to merge it.
 pub fn decide(network: &RoadNetwork, kept: &[Stations], options: &ConsolidateOptions) -> Vec<MergeVerdict> {
-    let wishes = wished(network, &options.wishes);
-    (0..network.roads.len() as u32)
-        .into_par_iter()
-        .finely()
-        .map(RoadIx)
-        .zip(kept)
-        .filter_map(|(ix, &[from, to])| judge(network, ix, to - from, options, wishes.get(&ix).copied()))
-        .collect()
+    let wishes = overridden(network, &options.wishes);
+    let lengths = kept.par_iter().finely().map(|[from, to]| to - from).enumerate();
+    let roads = lengths.map(|(i, left)| (RoadIx::new(i), left));
+    roads.filter_map(|(ix, left)| verdict(network, ix, left, options, wishes.get(&ix).copied())).collect()
 }
 
-fn judge(
+fn verdict(
     network: &RoadNetwork,
     ix: RoadIx,
     left: f64,
@@ -35,7 +31,7 @@ fn judge(
     if let Some(wish) = wish.and_then(|wish| options.wishes.get(wish)) {
         return if road.from == road.to { None } else { verdict(wish.merge, MergeReason::Wish) };
     }
-    let reason = speaks_for(network, road, left, options)?;
+    let reason = reason_to_merge(network, road, left, options)?;
     if road.from == road.to {
         return None;
     }
@@ -49,11 +45,12 @@ fn judge(
     verdict(true, reason)
 }
 
-fn speaks_for(network: &RoadNetwork, road: &Road, left: f64, options: &ConsolidateOptions) -> Option<MergeReason> {
+/// Why a road with `left` metres between its cuts should merge; `None` if there is no reason.
+fn reason_to_merge(network: &RoadNetwork, road: &Road, left: f64, options: &ConsolidateOptions) -> Option<MergeReason> {
     if road.tags.is("junction", "intersection") && road.line.length() <= options.tagged {
         return Some(MergeReason::Tagged);
     }
-    // Nobody waits on a roundabout: its ring is driven around, piece by piece, as long as there are pieces.
+    // Vehicles do not wait on a roundabout.
     let short = if road.roundabout { options.short_on_ring } else { options.short };
     if left < short {
         return Some(MergeReason::Short);
@@ -77,9 +74,8 @@ fn stops_inside(road: &Road) -> bool {
     })
 }
 
-/// Whether the road joins the two carriageways of one divided road: at each of its ends a one-way street passes
-/// across it, the two run in opposite directions, and nothing tells their names apart. The aisles of a car park look
-/// like that too, so service roads do not count.
+/// Whether the road connects the two carriageways of a dual carriageway: at each end a one-way street passes across it, and the
+/// two have opposite directions and the same name. Service roads do not count, because the aisles of a car park look like that.
 fn crosses_median(network: &RoadNetwork, road: &Road) -> bool {
     let chord = (road.line.last() - road.line.first()).normalize();
     let here = carriageways(network, road.from, road, chord);
@@ -102,9 +98,9 @@ struct Carriageway {
 }
 
 /// The one-way streets that pass an intersection across `chord`.
-fn carriageways(network: &RoadNetwork, at: IntersectionIx, besides: &Road, chord: Vector) -> Vec<Carriageway> {
+fn carriageways(network: &RoadNetwork, ix: IntersectionIx, besides: &Road, chord: Vector) -> Vec<Carriageway> {
     network
-        .intersection(at)
+        .intersection(ix)
         .arms
         .iter()
         .filter(|arm| network.road(arm.road).key != besides.key)
@@ -119,14 +115,10 @@ fn carriageways(network: &RoadNetwork, at: IntersectionIx, besides: &Road, chord
 /// Direction of travel on a one-way road near one of its ends; `None` if it is not one-way.
 fn one_way_direction(network: &RoadNetwork, arm: RoadEnd) -> Option<Vector> {
     let road = network.road(arm.road);
-    let mut travels = road.section.driven().map(|(_, strip)| strip.travel);
-    let first = travels.next()?;
-    if first == Travel::Both || travels.any(|t| t != first) {
-        return None;
-    }
+    let travel = road.one_way()?;
     let along = match arm.end {
         End::Start => road.line.direction(0.0),
         End::End => road.line.direction(road.line.length()),
     };
-    Some(if first == Travel::Forward { along } else { -along })
+    Some(if travel == Travel::Forward { along } else { -along })
 }

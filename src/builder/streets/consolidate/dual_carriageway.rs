@@ -1,18 +1,18 @@
-//! The two carriageways around a traffic island become one road with a median.
+//! Joins the two carriageways around a traffic island into one road with a median.
 //!
-//! A refuge for pedestrians splits a street into two one-way ways for a few dozen metres ("sausage link"). Between the
-//! same two nodes and with nothing in between, they are one road; drawn apart, they overlap each other at both ends.
+//! A refuge for pedestrians splits a street into two one-way ways for some metres (A/B Street's "sausage link"). As two roads
+//! they would overlap at both ends.
 
 use crate::builder::network::{End, Feature, IntersectionIx, Road, RoadEnd, RoadIx, RoadNetwork};
-use crate::builder::tags::cross_section::{Arrows, CrossSection, Strip, StripKind, Travel};
+use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind, Travel};
 use crate::geometry::{Point, Polyline};
 
 use super::join_roads::directed;
 use super::network_edit::NetworkEdit;
 
-/// Islands longer than this (metres) are medians between two roads.
+/// A longer island, metres, is the median between two roads.
 const LONGEST: f64 = 120.0;
-/// Islands wider than this (metres) are medians between two roads.
+/// A wider island, metres, is the median between two roads.
 const WIDEST: f64 = 6.0;
 /// Spacing of the samples of the middle line, metres.
 const STEP: f64 = 2.0;
@@ -20,10 +20,10 @@ const STEP: f64 = 2.0;
 /// Joins every pair of one-way roads around an island.
 pub fn join_around_islands(network: RoadNetwork) -> RoadNetwork {
     let mut edit = NetworkEdit::new(network);
-    for at in edit.intersections() {
-        let arms = edit.intersection(at).arms.clone();
-        for pair in arms.iter().zip(arms.iter().cycle().skip(1)).take(arms.len()) {
-            if join_pair(&mut edit, at, *pair.0, *pair.1).is_some() {
+    for ix in edit.intersections() {
+        let arms = edit.intersection(ix).arms.clone();
+        for (one, two) in arms.iter().zip(arms.iter().cycle().skip(1)) {
+            if join_pair(&mut edit, ix, *one, *two).is_some() {
                 break;
             }
         }
@@ -31,9 +31,9 @@ pub fn join_around_islands(network: RoadNetwork) -> RoadNetwork {
     edit.finish()
 }
 
-/// Joins two arms that are neighbours at `at` if they are the two carriageways around one island.
-fn join_pair(edit: &mut NetworkEdit, at: IntersectionIx, one: RoadEnd, two: RoadEnd) -> Option<()> {
-    let (away, back) = match (one_way(edit.road(one.road))?, one_way(edit.road(two.road))?) {
+/// Joins two neighbouring arms of an intersection if they are the carriageways around one island.
+fn join_pair(edit: &mut NetworkEdit, ix: IntersectionIx, one: RoadEnd, two: RoadEnd) -> Option<()> {
+    let (away, back) = match (edit.road(one.road).one_way()?, edit.road(two.road).one_way()?) {
         _ if one.road == two.road => return None,
         (x, y) => match (leaves(one, x), leaves(two, y)) {
             (true, false) => (one, two),
@@ -41,14 +41,14 @@ fn join_pair(edit: &mut NetworkEdit, at: IntersectionIx, one: RoadEnd, two: Road
             _ => return None,
         },
     };
-    // Both run away from here, as the joined road will.
+    // Both lead away from here, as the joined road will.
     let a = directed(edit.road(away.road), away.end == End::Start);
     let b = directed(edit.road(back.road), back.end == End::Start);
     if a.to != b.to || a.from == a.to || a.line.length().max(b.line.length()) > LONGEST || a.level != b.level {
         return None;
     }
     let there = edit.intersection(a.to);
-    if there.map_edge || edit.intersection(at).map_edge || !neighbours(&there.arms, away.road, back.road) {
+    if there.map_edge || edit.intersection(ix).map_edge || !neighbours(&there.arms, away.road, back.road) {
         return None;
     }
     if a.roundabout || b.roundabout || (a.class, a.link) != (b.class, b.link) {
@@ -59,24 +59,17 @@ fn join_pair(edit: &mut NetworkEdit, at: IntersectionIx, one: RoadEnd, two: Road
     Some(())
 }
 
-/// The one direction in which the road is driven, if there is only one.
-fn one_way(road: &Road) -> Option<Travel> {
-    let mut travels = road.section.driven().map(|(_, s)| s.travel);
-    let first = travels.next()?;
-    (first != Travel::Both && travels.all(|t| t == first)).then_some(first)
-}
-
 fn leaves(arm: RoadEnd, travel: Travel) -> bool {
     (arm.end == End::Start) == (travel == Travel::Forward)
 }
 
 fn neighbours(arms: &[RoadEnd], a: RoadIx, b: RoadIx) -> bool {
-    let at = |road| arms.iter().position(|arm| arm.road == road);
-    let (Some(i), Some(j)) = (at(a), at(b)) else { return false };
+    let position = |road| arms.iter().position(|arm| arm.road == road);
+    let (Some(i), Some(j)) = (position(a), position(b)) else { return false };
     (i + 1) % arms.len() == j || (j + 1) % arms.len() == i
 }
 
-/// `a` is driven with the line, `b` against it.
+/// One road from two carriageways with the same first and last point; `a` is driven along its line, `b` against it.
 fn around_island(a: &Road, b: &Road) -> Option<Road> {
     let count = (a.line.length().max(b.line.length()) / STEP).ceil() as usize + 1;
     let (with, against) = (a.line.resampled_to(count), b.line.resampled_to(count));
@@ -96,27 +89,20 @@ fn around_island(a: &Road, b: &Road) -> Option<Road> {
         return None;
     }
     let against_on_left = left_votes > 0;
-    let island = Strip {
-        kind: StripKind::Buffer,
-        travel: Travel::Both,
-        width: widest.max(0.0),
-        arrows: Arrows::NONE,
-        change: [None, None],
-        width_guessed: true,
-    };
+    let island = Strip::plain(StripKind::Buffer, Travel::Both, widest.max(0.0), true);
     let (left, right) = if against_on_left { (&b.section, &a.section) } else { (&a.section, &b.section) };
-    let strips = [left.strips.clone(), vec![island.clone()], right.strips.clone()].concat();
+    let strips = [left.strips.clone(), vec![island], right.strips.clone()].concat();
     let section = CrossSection { strips: strips.into_iter().filter(|s| s.width > 0.0).collect() };
-    // Midway between the carriageways' middles is not midway between their outer edges if one is wider.
+    // The middle of the outer edges differs from the middle of the centre lines if one carriageway is wider.
     let shift = (left.width() - right.width()) / 4.0;
     let line = middle.offset(shift, 3.0).unwrap_or(middle);
     let mut ways = a.ways.clone();
     ways.extend(b.ways.iter().copied());
     let mut features = a.features.clone();
-    let stretch = line.length() / b.line.length();
+    let ratio = line.length() / b.line.length();
     for f in &b.features {
         if !features.iter().any(|x| x.node == f.node && x.kind == f.kind) {
-            features.push(Feature { station: f.station * stretch, ..f.clone() });
+            features.push(Feature { station: f.station * ratio, ..f.clone() });
         }
     }
     features.sort_by(|x, y| x.station.total_cmp(&y.station));

@@ -1,23 +1,24 @@
-//! Islands that traffic drives around: what encloses one is a ring of roads, not an intersection.
+//! Detects islands that traffic drives around: a merged intersection must not cover them.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use geo::{Area, Polygon};
 
+use crate::builder::network::road_end::other_end;
 use crate::builder::network::{End, IntersectionIx, Road, RoadIx, RoadNetwork};
 use crate::builder::streets::outline::ribbon;
 use crate::geometry::{Point, polygon};
 
-/// A merged intersection covers at most so many times the ground of the roads inside it: what is more is no carriageway.
+/// Largest ratio of the ground that a merged intersection covers to the ground of its roads.
 pub const COVER_MOST: f64 = 1.3;
-/// The arms of an intersection belong to it over about so many metres: what a collision at a right angle takes.
+/// Length of the arms that counts as ground of an intersection, metres: about the trim at a right angle.
 const STUB: f64 = 3.0;
 
-/// Whether the intersections, merged with the roads inside, would cover much more than the ground of these roads.
+/// Whether the intersections and inner roads, merged, would cover much more than the ground of these roads.
 pub fn encloses_island(network: &RoadNetwork, members: &[IntersectionIx], inner: &[RoadIx]) -> bool {
     let before: usize = members.iter().map(|m| network.intersection(*m).inner.len()).sum();
     let nodes: usize = members.iter().map(|m| network.intersection(*m).nodes.len()).sum();
-    // As many links as nodes close a ring; a tree encloses nothing.
+    // Fewer links than nodes make a tree, which encloses nothing.
     if before + inner.len() < nodes {
         return false;
     }
@@ -25,15 +26,12 @@ pub fn encloses_island(network: &RoadNetwork, members: &[IntersectionIx], inner:
     ground + holes > COVER_MOST * ground
 }
 
-/// Where a road would close a block of four sides of which two that meet are `joined`: that of these which was joined last.
+/// If a road would close a block of four sides of which two adjacent ones are `joined`: the one of these joined last.
 pub fn around_corner(network: &RoadNetwork, closing: RoadIx, joined: &FxHashMap<RoadIx, usize>) -> Option<RoadIx> {
-    // The roads from an intersection, with those that they lead to.
+    // The roads at an intersection, with the intersections they lead to.
     let sides = |from: IntersectionIx| {
-        network
-            .intersection(from)
-            .arms
-            .iter()
-            .map(move |arm| (arm.road, network.road(arm.road).intersection(arm.end.other())))
+        let arms = network.intersection(from).arms.iter();
+        arms.map(move |arm| (arm.road, network.intersection_at(other_end(*arm))))
     };
     let Road { from, to, .. } = *network.road(closing);
     for [near, far] in [[from, to], [to, from]] {
@@ -49,24 +47,24 @@ pub fn around_corner(network: &RoadNetwork, closing: RoadIx, joined: &FxHashMap<
     None
 }
 
-/// The ground of the roads inside, and what they enclose, square metres.
+/// The ground of the roads inside, and the holes in it, square metres.
 fn covered(network: &RoadNetwork, members: &[IntersectionIx], inner: &[RoadIx]) -> Option<[f64; 2]> {
     let held: FxHashSet<RoadIx> = inner.iter().copied().collect();
     let intersections = || members.iter().map(|m| network.intersection(*m));
     let mut ribbons: Vec<Vec<Point>> = intersections()
-        .flat_map(|at| &at.inner)
+        .flat_map(|i| &i.inner)
         .filter_map(|road| ribbon(&road.line, road.section.width() / 2.0))
         .collect();
     ribbons.extend(inner.iter().map(|ix| network.road(*ix)).filter_map(|road| ribbon(&road.line, road.half_width())));
-    for arm in intersections().flat_map(|at| &at.arms).filter(|arm| !held.contains(&arm.road)) {
+    for arm in intersections().flat_map(|i| &i.arms).filter(|arm| !held.contains(&arm.road)) {
         let road = network.road(arm.road);
         let (length, stub) = (road.line.length(), STUB.min(road.line.length()));
         let [from, to] = if arm.end == End::Start { [0.0, stub] } else { [length - stub, length] };
         ribbons.extend(road.line.cut(from, to).and_then(|line| ribbon(&line, road.half_width())));
     }
     let ground = polygon::ground(&ribbons);
-    let whole: f64 =
+    let with_holes: f64 =
         ground.iter().map(|piece| Polygon::new(piece.exterior().clone(), Vec::new()).unsigned_area()).sum();
     let ground = ground.unsigned_area();
-    (ground > 0.0).then_some([ground, whole - ground])
+    (ground > 0.0).then_some([ground, with_holes - ground])
 }

@@ -1,9 +1,9 @@
-//! One physical intersection, drawn as several nodes and short roads, becomes one.
+//! Merges the nodes and short roads of one physical intersection (A/B Street's consolidation).
 //!
-//! OpenStreetMap draws the crossing of two dual carriageways as four nodes, a dogleg as two, a channelised turn as a
-//! handful. Vehicles do not stop between them, so Autoware wants one intersection. A round decides for every road
-//! whether it lies inside an intersection (`decide`), contracts what it found (`contract`), and looks again, for
-//! a merged intersection cuts its neighbours back further; the rounds end when nothing changes.
+//! OpenStreetMap draws the crossing of two dual carriageways as four nodes, a dogleg as two, a channelised turn as several.
+//! Vehicles do not stop between them, so Autoware needs one intersection. Each round decides which roads lie inside an
+//! intersection (`decide`) and contracts them (`contract_edges`). A merged intersection cuts its neighbours back further, so
+//! rounds follow until nothing changes.
 
 mod contract_edges;
 mod decide;
@@ -13,6 +13,7 @@ mod join_roads;
 mod network_edit;
 pub(crate) mod passages;
 mod reasons;
+mod renames;
 #[cfg(test)]
 mod tests;
 mod types;
@@ -20,18 +21,18 @@ mod user_overrides;
 
 pub use types::{ConsolidateOptions, MergeNote, MergeReason, MergeVerdict};
 
-use crate::builder::network::{RoadIx, RoadNetwork};
+use crate::builder::network::{RoadIx, RoadNetwork, Stations};
 
 pub use user_overrides::{MergeOverride, OverrideTarget};
 
-/// Joins what is one road: pieces that continue each other without any change, and carriageways around an island.
+/// Joins pieces of one road that continue each other without a change, and carriageways around an island.
 #[must_use]
 pub fn join_continuations(network: RoadNetwork) -> RoadNetwork {
     join_roads::join_alike(dual_carriageway::join_around_islands(join_roads::join_alike(network)))
 }
 
-/// Takes roads into the intersections at their ends, whose lanes run over them. `left` says how much remains of each,
-/// metres. Gives whether any may be taken in, too.
+/// Merges the intersections at the ends of roads that turning lanelets run over. `left` is the remaining length of a road,
+/// metres. Also returns whether any were merged.
 pub fn absorb_roads(
     network: RoadNetwork,
     roads: &[RoadIx],
@@ -44,7 +45,7 @@ pub fn absorb_roads(
     contract_edges::contract(network, &verdicts, options)
 }
 
-/// Takes roads away, and the intersections that no road is left of.
+/// The network without these roads, and without intersections that have no other.
 #[must_use]
 pub fn without_roads(network: RoadNetwork, roads: &[RoadIx]) -> RoadNetwork {
     let mut edit = network_edit::NetworkEdit::new(network);
@@ -52,12 +53,12 @@ pub fn without_roads(network: RoadNetwork, roads: &[RoadIx]) -> RoadNetwork {
     edit.finish()
 }
 
-/// Merges until nothing changes. `kept` gives, for a network, the stations between which each road remains after the
-/// intersections' outlines are cut off ([`super::outline::Outlines::kept`]).
+/// Merges intersections until nothing changes. `kept` gives the stations between which each road of a network remains
+/// ([`super::outline::Outlines::kept`]).
 pub fn consolidate(
     mut network: RoadNetwork,
     options: &ConsolidateOptions,
-    mut kept: impl FnMut(&RoadNetwork) -> Vec<[f64; 2]>,
+    mut kept: impl FnMut(&RoadNetwork) -> Vec<Stations>,
 ) -> (RoadNetwork, Vec<MergeNote>) {
     let mut notes: Vec<MergeNote> = Vec::new();
     for _ in 0..options.rounds {
@@ -66,7 +67,7 @@ pub fn consolidate(
         let (next, merged, round) = contract_edges::contract(network, &verdicts, options);
         network = next;
         let changed = round.iter().any(|note| note.merged);
-        // A road that the user keeps apart is gone where other roads merge its ends: that is told.
+        // A road kept by the user may be gone because other roads merged its ends: its note stays.
         let gone = |note: &MergeNote| !round.iter().any(|later| later.key == note.key);
         notes.retain(|note| note.merged || (note.wish.is_some() && gone(note)));
         notes.extend(round);

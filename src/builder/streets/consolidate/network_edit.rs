@@ -1,24 +1,23 @@
-//! A network while roads are joined two by two: what named the old roads is renamed once, at the end.
-
-use rustc_hash::FxHashMap;
+//! A network while roads are joined or removed. References to old roads are renamed once, at the end.
 
 use crate::builder::network::{
-    End, Intersection, IntersectionIx, LaneConnection, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, TurnRestriction,
+    End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, TurnRestriction,
 };
 
-/// A network under change. Indices of intersections stay until [`Edit::finish`]; a joined road takes a new index.
+use super::renames::Renames;
+
+/// A network under change. Indices of intersections stay until [`NetworkEdit::finish`]; a joined road gets a new index.
 pub struct NetworkEdit {
     network: RoadNetwork,
     gone: Vec<bool>,
-    /// For each end of a road that is gone: the end that took its place, if any did.
-    renames: FxHashMap<RoadEnd, Option<RoadEnd>>,
+    renames: Renames,
 }
 
 impl NetworkEdit {
-    /// Starts with the whole network.
+    /// Starts with the unchanged network.
     pub fn new(network: RoadNetwork) -> Self {
         let gone = vec![false; network.roads.len()];
-        Self { network, gone, renames: FxHashMap::default() }
+        Self { network, gone, renames: Renames::default() }
     }
 
     /// The road of this index, gone or not.
@@ -26,25 +25,25 @@ impl NetworkEdit {
         self.network.road(ix)
     }
 
-    /// The intersection of this index with its arms as they are by now.
+    /// The intersection of this index with its current arms.
     pub fn intersection(&self, ix: IntersectionIx) -> &Intersection {
         self.network.intersection(ix)
     }
 
     /// All intersections.
     pub fn intersections(&self) -> impl Iterator<Item = IntersectionIx> + use<> {
-        (0..self.network.intersections.len() as u32).map(IntersectionIx)
+        IntersectionIx::all(self.network.intersections.len())
     }
 
-    /// Puts `road` in the place of two roads. `place` tells which end of it takes the place of an end of theirs.
+    /// Replaces two roads by `road`. `place` maps an end of theirs to the end of it that takes its place.
     pub fn join(&mut self, old: [RoadIx; 2], road: Road, place: impl Fn(RoadEnd) -> Option<End>) {
-        let new = RoadIx(self.network.roads.len() as u32);
+        let new = RoadIx::new(self.network.roads.len());
         self.network.roads.push(road);
         self.gone.push(false);
         self.replace(&old, |end| place(end).map(|end| RoadEnd { road: new, end }));
     }
 
-    /// Takes a road away.
+    /// Removes a road.
     pub fn remove(&mut self, road: RoadIx) {
         self.replace(&[road], |_| None);
     }
@@ -56,14 +55,14 @@ impl NetworkEdit {
             touched.extend([self.road(ix).from, self.road(ix).to]);
             for end in End::BOTH {
                 let end = RoadEnd { road: ix, end };
-                self.renames.insert(end, place(end));
+                self.renames.replaced.insert(end, place(end));
             }
         }
         touched.sort();
         touched.dedup();
         for ix in touched {
             let arms = std::mem::take(&mut self.network.intersections[ix].arms);
-            let mut arms: Vec<RoadEnd> = arms.into_iter().filter_map(|arm| self.renamed(arm)).collect();
+            let mut arms: Vec<RoadEnd> = arms.into_iter().filter_map(|arm| self.renames.latest(arm)).collect();
             arms.dedup();
             if arms.len() > 1 && arms.first() == arms.last() {
                 arms.pop();
@@ -72,81 +71,60 @@ impl NetworkEdit {
         }
     }
 
-    /// What an end is called by now; `None` if nothing took its place.
-    fn renamed(&self, end: RoadEnd) -> Option<RoadEnd> {
-        renamed(&self.renames, end)
-    }
-
-    /// The network that is left, its roads in order of their keys, without intersections that have no road.
+    /// The remaining network: roads in order of their keys, no intersections without roads.
     pub fn finish(self) -> RoadNetwork {
-        let Self { network, gone, renames } = self;
-        if renames.is_empty() && is_finished(&network) {
+        let Self { network, gone, mut renames } = self;
+        if renames.replaced.is_empty() && is_finished(&network) {
             return network;
         }
-        let RoadNetwork { roads, intersections, restrictions, connections, .. } = network;
-        let mut place = vec![None; roads.len()];
-        // Roads are large: they are moved once, to where they belong.
+        let RoadNetwork { roads, mut intersections, restrictions, connections, .. } = network;
+        renames.roads = vec![None; roads.len()];
+        // Sorts the keys instead of the roads, which are large.
         let mut left: Vec<(RoadKey, usize)> = Vec::with_capacity(roads.len());
         left.extend((roads.iter().map(|road| road.key).zip(0..)).filter(|(_, old)| !gone[*old]));
         left.sort_unstable();
-        left.iter().zip(0..).for_each(|((_, old), new)| place[*old] = Some(RoadIx(new)));
-        let renamed = |end: RoadEnd| {
-            let end = renamed(&renames, end)?;
-            Some(RoadEnd { road: place[end.road]?, end: end.end })
-        };
-        let mut kept: Vec<Intersection> = Vec::with_capacity(intersections.len());
-        let mut moved: Vec<IntersectionIx> = Vec::with_capacity(intersections.len());
-        for mut intersection in intersections {
-            moved.push(IntersectionIx(kept.len() as u32));
-            if intersection.arms.is_empty() {
-                continue;
-            }
-            intersection.arms = intersection.arms.iter().filter_map(|arm| renamed(*arm)).collect();
-            if let Some(passages) = &mut intersection.passages {
-                *passages = passages.iter().filter_map(|(a, b)| Some((renamed(*a)?, renamed(*b)?))).collect();
-                passages.sort();
-                passages.dedup();
-            }
-            kept.push(intersection);
-        }
-        let moved = |at: IntersectionIx| moved[at];
+        left.iter().zip(0..).for_each(|((_, old), new)| renames.roads[*old] = Some(RoadIx(new)));
+        let numbers = intersections.iter().scan(0, |next, intersection| {
+            let number = *next;
+            *next += u32::from(!intersection.arms.is_empty());
+            Some(IntersectionIx(number))
+        });
+        renames.intersections = numbers.collect();
+        intersections.retain(|intersection| !intersection.arms.is_empty());
         let mut roads: Vec<Option<Road>> = roads.into_iter().map(Some).collect();
         let roads = left.iter().filter_map(|(_, old)| {
             let mut road = roads[*old].take()?;
-            (road.from, road.to) = (moved(road.from), moved(road.to));
+            renames.road(&mut road);
             Some(road)
         });
-        let restricted = |mut r: TurnRestriction| {
-            let mut via = Vec::new();
-            for road in &r.via {
-                // A road that was joined lives on under both its ends, or under one of them.
-                let [start, end] = End::BOTH.map(|end| renamed(RoadEnd { road: *road, end }));
-                via.push(start.or(end)?.road);
-            }
-            via.dedup();
-            (r.from, r.to, r.via) = (renamed(r.from)?, renamed(r.to)?, via);
-            Some(r)
-        };
-        let connected = |c: LaneConnection| Some(LaneConnection { from: renamed(c.from)?, to: renamed(c.to)?, ..c });
         RoadNetwork {
             roads: roads.collect(),
-            intersections: kept,
-            restrictions: restrictions.into_iter().filter_map(restricted).collect(),
-            connections: connections.into_iter().filter_map(connected).collect(),
+            intersections: intersections.into_iter().map(|i| with_sorted_passages(renames.intersection(i))).collect(),
+            restrictions: restrictions.into_iter().filter_map(|r| renamed_restriction(r, &renames)).collect(),
+            connections: connections.into_iter().filter_map(|c| renames.connection(c)).collect(),
             ..network
         }
     }
 }
 
-/// Whether a network is as [`Edit::finish`] leaves one.
+/// Whether a network is as [`NetworkEdit::finish`] leaves it.
 fn is_finished(network: &RoadNetwork) -> bool {
-    network.roads.is_sorted_by_key(|road| road.key) && network.intersections.iter().all(|at| !at.arms.is_empty())
+    network.roads.is_sorted_by_key(|road| road.key) && network.intersections.iter().all(|i| !i.arms.is_empty())
 }
 
-/// What an end is called after all renames; `None` if nothing took its place.
-fn renamed(renames: &FxHashMap<RoadEnd, Option<RoadEnd>>, mut end: RoadEnd) -> Option<RoadEnd> {
-    while let Some(next) = renames.get(&end) {
-        end = (*next)?;
+fn with_sorted_passages(mut intersection: Intersection) -> Intersection {
+    if let Some(passages) = &mut intersection.passages {
+        passages.sort();
+        passages.dedup();
     }
-    Some(end)
+    intersection
+}
+
+/// The restriction between the new arms; `None` if a road is gone.
+fn renamed_restriction(r: TurnRestriction, renames: &Renames) -> Option<TurnRestriction> {
+    // A joined road has taken over both ends of a `via` road, or one of them.
+    let new_via = |&road| End::BOTH.into_iter().find_map(|end| renames.arm(RoadEnd { road, end })).map(|arm| arm.road);
+    let mut via = r.via.iter().map(new_via).collect::<Option<Vec<RoadIx>>>()?;
+    via.dedup();
+    Some(TurnRestriction { from: renames.arm(r.from)?, to: renames.arm(r.to)?, via, ..r })
 }

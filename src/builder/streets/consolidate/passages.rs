@@ -1,18 +1,18 @@
-//! Which arm of a merged intersection leads to which: paths over its inner roads, as signs and directions allow.
+//! Which arm of a merged intersection leads to which: the allowed paths over its inner roads.
 
 use crate::builder::network::road_end::{leads_in, leads_out, other_end};
 use crate::builder::network::{IntersectionIx, RoadEnd, RoadIx, RoadNetwork, TurnRestriction};
 
 use rustc_hash::FxHashMap;
 
-/// Longer searches than this end: a cluster with so many paths is damaged data, and what was found stands.
+/// Most steps of a search: a cluster with more paths is damaged data.
 const MAX_STEPS: usize = 20_000;
 
-/// Turn restrictions by the road end where they begin.
-pub struct Rules<'a>(FxHashMap<RoadEnd, Vec<&'a TurnRestriction>>);
+/// Turn restrictions by their `from` end.
+pub struct RestrictionIndex<'a>(FxHashMap<RoadEnd, Vec<&'a TurnRestriction>>);
 
-impl<'a> Rules<'a> {
-    /// An index over all restrictions of a network.
+impl<'a> RestrictionIndex<'a> {
+    /// The index of all restrictions of a network.
     pub fn new(restrictions: &'a [TurnRestriction]) -> Self {
         let mut index: FxHashMap<RoadEnd, Vec<&TurnRestriction>> = FxHashMap::default();
         for restriction in restrictions {
@@ -26,13 +26,13 @@ impl<'a> Rules<'a> {
     }
 }
 
-/// The pairs of outer arms that a vehicle can drive between. `members` are the intersections that merge, `inner`
-/// tells whether a road lies inside.
+/// The pairs of outer arms (from, to) that a vehicle can drive between. `members` are the merged intersections; `inner` says
+/// whether a road lies inside.
 pub fn passages(
     network: &RoadNetwork,
     members: &[IntersectionIx],
     inner: &dyn Fn(RoadIx) -> bool,
-    rules: &Rules<'_>,
+    rules: &RestrictionIndex<'_>,
 ) -> Vec<(RoadEnd, RoadEnd)> {
     let mut found = Vec::new();
     for &member in members {
@@ -51,28 +51,29 @@ pub fn passages(
     found
 }
 
-/// A depth-first walk over simple paths: no intersection twice.
+/// A depth-first search over simple paths.
 struct Search<'a> {
     network: &'a RoadNetwork,
     members: &'a [IntersectionIx],
     inner: &'a dyn Fn(RoadIx) -> bool,
-    rules: &'a Rules<'a>,
-    /// Road ends where the vehicle arrived, the outer arm first.
+    rules: &'a RestrictionIndex<'a>,
+    /// The road ends of arrival, the outer arm first.
     path: Vec<RoadEnd>,
     found: Vec<RoadEnd>,
     steps: usize,
 }
 
 impl Search<'_> {
-    fn extend(&mut self, at: IntersectionIx) {
+    /// Extends the path by every arm of an intersection.
+    fn extend(&mut self, here: IntersectionIx) {
         self.steps += 1;
         if self.steps > MAX_STEPS {
             return;
         }
         let network = self.network;
-        for &next in &network.intersection(at).arms {
+        for &next in &network.intersection(here).arms {
             let came_from = self.path[self.path.len() - 1];
-            if next.road == came_from.road || !leads_out(network, next) || !self.allowed(at, next) {
+            if next.road == came_from.road || !leads_out(network, next) || !self.allowed(here, next) {
                 continue;
             }
             if !(self.inner)(next.road) {
@@ -81,7 +82,7 @@ impl Search<'_> {
             }
             let arrival = other_end(next);
             let there = network.road(next.road).intersection(arrival.end);
-            let seen = there == at
+            let seen = there == here
                 || self.path[1..].iter().any(|e| network.road(e.road).intersection(other_end(*e).end) == there);
             if !seen && self.members.contains(&there) {
                 self.path.push(arrival);
@@ -91,30 +92,30 @@ impl Search<'_> {
         }
     }
 
-    /// Whether the restrictions let the path go on over `next`.
-    fn allowed(&self, at: IntersectionIx, next: RoadEnd) -> bool {
-        if let Some(passages) = &self.network.intersection(at).passages {
+    /// Whether passages and restrictions let the path go on over `next`.
+    fn allowed(&self, here: IntersectionIx, next: RoadEnd) -> bool {
+        if let Some(passages) = &self.network.intersection(here).passages {
             let came_from = self.path[self.path.len() - 1];
             if !passages.contains(&(came_from, next)) {
                 return false;
             }
         }
         self.path.iter().enumerate().all(|(i, arrival)| {
-            let behind = &self.path[i + 1..];
-            self.rules.from(*arrival).iter().all(|r| allows(r, behind, next))
+            let since = &self.path[i + 1..];
+            self.rules.from(*arrival).iter().all(|r| allows(r, since, next))
         })
     }
 }
 
-/// Whether a restriction whose `from` was taken lets a path go on over `next`; `behind` are the arrivals since then.
-fn allows(restriction: &TurnRestriction, behind: &[RoadEnd], next: RoadEnd) -> bool {
-    let along = behind.len() <= restriction.via.len()
-        && behind.iter().zip(&restriction.via).all(|(arrival, via)| arrival.road == *via);
+/// Whether a restriction whose `from` end the path has passed allows `next`; `since` has the arrivals after it.
+fn allows(restriction: &TurnRestriction, since: &[RoadEnd], next: RoadEnd) -> bool {
+    let along = since.len() <= restriction.via.len()
+        && since.iter().zip(&restriction.via).all(|(arrival, via)| arrival.road == *via);
     if !along {
         return true;
     }
-    match restriction.via.get(behind.len()) {
-        // Still on the way through its `via` roads: a mandatory turn leaves no other way.
+    match restriction.via.get(since.len()) {
+        // On the `via` roads, a mandatory turn allows only the next of them.
         Some(via) => !restriction.only || next.road == *via,
         None => restriction.only == (next == restriction.to),
     }

@@ -1,11 +1,11 @@
-//! Decisions in words.
+//! Merge decisions in words.
 
 use std::fmt;
 
 use super::{MergeNote, MergeReason};
 
 impl MergeReason {
-    /// What decided, as the rest of a sentence about a road.
+    /// The reason as a clause about the road.
     pub fn words(self) -> &'static str {
         match self {
             Self::Wish => "lanewright.toml says so",

@@ -1,38 +1,12 @@
 //! Merging on small hand-drawn networks.
 
+use crate::builder::network::hand_drawn::{self, network_of, restrict};
 use crate::builder::network::road_end::other_end;
-use crate::builder::network::{IntersectionIx, NetworkOptions, RoadEnd, road_network};
+use crate::builder::network::{IntersectionIx, RoadEnd};
 use crate::builder::streets::outline::{OutlineCase, OutlineOptions, PlanCache, outlines, remaining};
-use crate::builder::tags::road_class::DrivingSide;
-use crate::geometry::Point;
-use crate::osm::{OsmData, read_bytes};
-use crate::projection::LonLat;
+use crate::builder::tags::cross_section::{StripKind, Travel};
 
 use super::*;
-
-/// A network from nodes in metres, ways with tags, and relations as XML.
-fn network(nodes: &[(i64, f64, f64)], ways: &[(i64, &[i64], &str)], relations: &str) -> RoadNetwork {
-    let mut xml = String::from("<osm>");
-    for (id, x, y) in nodes {
-        xml += &format!("<node id='{id}' lon='{}' lat='{}'/>", x / 1e5, y / 1e5);
-    }
-    for (id, refs, tags) in ways {
-        let refs: String = refs.iter().map(|r| format!("<nd ref='{r}'/>")).collect();
-        let tags: String = tags
-            .split_whitespace()
-            .filter_map(|t| t.split_once('='))
-            .map(|(k, v)| format!("<tag k='{k}' v='{v}'/>"))
-            .collect();
-        xml += &format!("<way id='{id}'>{refs}{tags}</way>");
-    }
-    xml += relations;
-    xml += "</osm>";
-    let mut data = OsmData::default();
-    read_bytes(&mut data, "test", xml.into_bytes()).unwrap();
-    let plane = |places: &[LonLat]| places.iter().map(|p| Point::new(p.lon * 1e5, p.lat * 1e5)).collect();
-    let options = NetworkOptions { driving_side: Some(DrivingSide::Right), ..NetworkOptions::default() };
-    road_network(&data, &plane, &options).unwrap().network
-}
 
 fn merge(network: RoadNetwork, options: &ConsolidateOptions) -> (RoadNetwork, Vec<MergeNote>) {
     let outline = OutlineOptions::default();
@@ -41,54 +15,56 @@ fn merge(network: RoadNetwork, options: &ConsolidateOptions) -> (RoadNetwork, Ve
 
 /// Two dual carriageways, 12 m apart, driven on the right: `N-S` on x = 0 (south) and 12 (north), `E-W` on y = 0
 /// (east) and 12 (west).
-fn crossing_of_dual_carriageways(relations: &str) -> RoadNetwork {
-    crossing_at([(0.0, 0.0), (12.0, 0.0), (12.0, 12.0), (0.0, 12.0)], relations)
+fn crossing_of_dual_carriageways(restriction: &[(&str, char, i64)]) -> RoadNetwork {
+    crossing_at([(0.0, 0.0), (12.0, 0.0), (12.0, 12.0), (0.0, 12.0)], restriction)
 }
 
-/// Two dual carriageways that cross at these corners, counter-clockwise from the south-west.
-fn crossing_at([a, b, c, d]: [(f64, f64); 4], relations: &str) -> RoadNetwork {
+/// Two dual carriageways that cross at these corners, counter-clockwise from the south-west, with a `no_left_turn` of these
+/// members.
+fn crossing_at([a, b, c, d]: [(f64, f64); 4], restriction: &[(&str, char, i64)]) -> RoadNetwork {
     let nodes = [
-        (1, a.0, a.1),
-        (2, b.0, b.1),
-        (3, c.0, c.1),
-        (4, d.0, d.1),
-        (11, 0.0, 120.0),
-        (12, 0.0, -120.0),
-        (13, 12.0, -120.0),
-        (14, 12.0, 120.0),
-        (15, -120.0, 0.0),
-        (16, 120.0, 0.0),
-        (17, 120.0, 12.0),
-        (18, -120.0, 12.0),
+        (1, a.0, a.1, ""),
+        (2, b.0, b.1, ""),
+        (3, c.0, c.1, ""),
+        (4, d.0, d.1, ""),
+        (11, 0.0, 120.0, ""),
+        (12, 0.0, -120.0, ""),
+        (13, 12.0, -120.0, ""),
+        (14, 12.0, 120.0, ""),
+        (15, -120.0, 0.0, ""),
+        (16, 120.0, 0.0, ""),
+        (17, 120.0, 12.0, ""),
+        (18, -120.0, 12.0, ""),
     ];
     let main = "highway=primary oneway=yes lanes=2 name=Main";
     let cross = "highway=primary oneway=yes lanes=2 name=Cross";
-    network(
-        &nodes,
-        &[
-            (101, &[11, 4, 1, 12], main),
-            (102, &[13, 2, 3, 14], main),
-            (103, &[15, 1, 2, 16], cross),
-            (104, &[17, 3, 4, 18], cross),
-        ],
-        relations,
-    )
+    let ways: [hand_drawn::DrawnWay<'_>; 4] = [
+        (101, &[11, 4, 1, 12], main),
+        (102, &[13, 2, 3, 14], main),
+        (103, &[15, 1, 2, 16], cross),
+        (104, &[17, 3, 4, 18], cross),
+    ];
+    let mut osm = hand_drawn::osm(&nodes, &ways);
+    if !restriction.is_empty() {
+        restrict(&mut osm, 7, "restriction=no_left_turn", restriction);
+    }
+    hand_drawn::network(&osm)
 }
 
 /// The merged intersection, and its arms as the far nodes they lead to.
 fn the_merged(network: &RoadNetwork) -> (IntersectionIx, Vec<i64>) {
-    let at = network.intersections.iter().position(|i| i.nodes.len() > 1).unwrap();
+    let merged = network.intersections.iter().position(|i| i.nodes.len() > 1).unwrap();
     let far = |arm: &RoadEnd| network.road(arm.road).node(other_end(*arm).end);
-    (IntersectionIx::new(at), network.intersections[at].arms.iter().map(far).collect())
+    (IntersectionIx::new(merged), network.intersections[merged].arms.iter().map(far).collect())
 }
 
 #[test]
 fn the_crossing_of_two_dual_carriageways_is_one_intersection() {
-    let (merged, notes) = merge(crossing_of_dual_carriageways(""), &ConsolidateOptions::default());
+    let (merged, notes) = merge(crossing_of_dual_carriageways(&[]), &ConsolidateOptions::default());
     let (ix, far) = the_merged(&merged);
-    let whole = merged.intersection(ix);
-    assert_eq!(whole.nodes, [1, 2, 3, 4]);
-    assert_eq!(whole.inner.len(), 4);
+    let crossing = merged.intersection(ix);
+    assert_eq!(crossing.nodes, [1, 2, 3, 4]);
+    assert_eq!(crossing.inner.len(), 4);
     assert_eq!(notes.iter().filter(|n| n.merged).count(), 4);
     // Clockwise from the smallest key: the piece of way 101 from node 1 to node 12 in the south.
     assert_eq!(far, [12, 15, 18, 11, 14, 17, 16, 13]);
@@ -97,12 +73,12 @@ fn the_crossing_of_two_dual_carriageways_is_one_intersection() {
 }
 
 #[test]
-fn around_an_island_opposite_sides_are_merged_and_not_a_corner() {
+fn around_an_island_opposite_sides_are_merged_instead_of_adjacent_ones() {
     let wide = 19.0;
     for (a, b) in [(0.3, 0.2), (0.0, 0.1)] {
         // The shortest two sides meet.
         let corners = [(0.0, 0.0), (wide + a, 0.0), (wide + 1.0, wide + 1.2), (0.0, wide + b)];
-        let (merged, notes) = merge(crossing_at(corners, ""), &ConsolidateOptions::default());
+        let (merged, notes) = merge(crossing_at(corners, &[]), &ConsolidateOptions::default());
         let nodes: Vec<&[i64]> = merged.intersections.iter().map(|i| &i.nodes[..]).filter(|n| n.len() > 1).collect();
         assert_eq!(notes.iter().filter(|note| note.reason == MergeReason::Island).count(), 2, "{notes:?}");
         assert!(nodes == [[1, 2], [3, 4]] || nodes == [[1, 4], [2, 3]], "{nodes:?}");
@@ -111,13 +87,13 @@ fn around_an_island_opposite_sides_are_merged_and_not_a_corner() {
 
 #[test]
 fn its_passages_follow_the_inner_roads() {
-    let (merged, _) = merge(crossing_of_dual_carriageways(""), &ConsolidateOptions::default());
+    let (merged, _) = merge(crossing_of_dual_carriageways(&[]), &ConsolidateOptions::default());
     let (ix, _) = the_merged(&merged);
     let far = |arm: RoadEnd| merged.road(arm.road).node(other_end(arm).end);
     let mut pairs: Vec<(i64, i64)> =
         merged.intersection(ix).passages.iter().flatten().map(|(a, b)| (far(*a), far(*b))).collect();
     pairs.sort_unstable();
-    // From each of the four ways in to each of the four ways out; the U-turns among them are the movements' matter.
+    // From each of the four approaches to each of the four exits, U-turns included.
     let (ins, outs) = ([11, 13, 15, 17], [12, 14, 16, 18]);
     let all: Vec<(i64, i64)> = ins.iter().flat_map(|a| outs.iter().map(move |b| (*a, *b))).collect();
     assert_eq!(pairs, all);
@@ -125,11 +101,9 @@ fn its_passages_follow_the_inner_roads() {
 
 #[test]
 fn restrictions_over_inner_roads_survive() {
-    // No left turn for those from the south (way 102 up to node 3, on to way 104).
-    let relation = "<relation id='7'><member type='way' ref='102' role='from'/><member type='node' ref='3' \
-                    role='via'/><member type='way' ref='104' role='to'/><tag k='type' v='restriction'/>\
-                    <tag k='restriction' v='no_left_turn'/></relation>";
-    let (merged, _) = merge(crossing_of_dual_carriageways(relation), &ConsolidateOptions::default());
+    // No left turn from the south (way 102 to node 3, on to way 104).
+    let members = [("from", 'w', 102), ("via", 'n', 3), ("to", 'w', 104)];
+    let (merged, _) = merge(crossing_of_dual_carriageways(&members), &ConsolidateOptions::default());
     let (ix, _) = the_merged(&merged);
     let far = |arm: RoadEnd| merged.road(arm.road).node(other_end(arm).end);
     let from_south: Vec<i64> = merged
@@ -146,7 +120,7 @@ fn restrictions_over_inner_roads_survive() {
 
 #[test]
 fn its_outline_is_one_simple_ring_with_all_cuts() {
-    let (merged, _) = merge(crossing_of_dual_carriageways(""), &ConsolidateOptions::default());
+    let (merged, _) = merge(crossing_of_dual_carriageways(&[]), &ConsolidateOptions::default());
     let (ix, _) = the_merged(&merged);
     let (outlines, findings) = outlines(&merged, &OutlineOptions::default());
     assert!(findings.is_empty(), "{findings:?}");
@@ -162,12 +136,12 @@ fn its_outline_is_one_simple_ring_with_all_cuts() {
 fn a_user_can_forbid_and_force() {
     let forbid = |way| MergeOverride { of: OverrideTarget::Way(way), merge: false };
     let options = ConsolidateOptions { wishes: [101, 102, 103, 104].map(forbid).into(), ..Default::default() };
-    let (apart, notes) = merge(crossing_of_dual_carriageways(""), &options);
+    let (apart, notes) = merge(crossing_of_dual_carriageways(&[]), &options);
     assert!(apart.intersections.iter().all(|i| i.nodes.len() == 1));
     assert!(notes.iter().all(|n| !n.merged && n.reason == MergeReason::Wish));
 
     let t_junctions = || {
-        network(
+        network_of(
             &[(1, 0.0, 0.0), (2, 40.0, 0.0), (3, -90.0, 0.0), (4, 130.0, 0.0), (5, 0.0, 90.0), (6, 40.0, -90.0)],
             &[
                 (21, &[3, 1], "highway=secondary name=A"),
@@ -176,7 +150,6 @@ fn a_user_can_forbid_and_force() {
                 (24, &[5, 1], "highway=residential"),
                 (25, &[6, 2], "highway=residential"),
             ],
-            "",
         )
     };
     let (offset, _) = merge(t_junctions(), &ConsolidateOptions::default());
@@ -192,14 +165,13 @@ fn a_user_can_forbid_and_force() {
 #[test]
 fn a_dogleg_too_short_for_a_car_is_one_intersection() {
     let (merged, notes) = merge(
-        network(
+        network_of(
             &[(1, 0.0, 0.0), (2, 9.0, 0.0), (3, -90.0, 0.0), (4, 99.0, 0.0), (5, 0.0, 90.0), (6, 9.0, -90.0)],
             &[
                 (21, &[3, 1, 2, 4], "highway=secondary"),
                 (24, &[5, 1], "highway=residential"),
                 (25, &[6, 2], "highway=residential"),
             ],
-            "",
         ),
         &ConsolidateOptions::default(),
     );
@@ -209,15 +181,14 @@ fn a_dogleg_too_short_for_a_car_is_one_intersection() {
 }
 
 #[test]
-fn alike_pieces_of_one_street_become_one_road() {
-    let street = network(
+fn pieces_of_a_street_with_the_same_lanes_become_one_road() {
+    let street = network_of(
         &[(1, 0.0, 0.0), (2, 50.0, 0.0), (3, 100.0, 10.0), (4, 150.0, 10.0)],
         &[
             (31, &[1, 2], "highway=residential name=A"),
             (32, &[3, 2], "highway=residential name=B"),
             (33, &[3, 4], "highway=residential maxspeed=10"),
         ],
-        "",
     );
     let (joined, _) = merge(street, &ConsolidateOptions::default());
     assert_eq!(joined.roads.len(), 2, "the speed changes at node 3, nothing at node 2");
@@ -228,7 +199,7 @@ fn alike_pieces_of_one_street_become_one_road() {
 
 #[test]
 fn carriageways_around_an_island_become_one_road_with_a_median() {
-    let link = network(
+    let link = network_of(
         &[
             (1, 0.0, 0.0),
             (2, 60.0, 0.0),
@@ -245,13 +216,11 @@ fn carriageways_around_an_island_become_one_road_with_a_median() {
             (43, &[1, 5, 6, 2], "highway=secondary name=A oneway=yes"),
             (44, &[2, 8], "highway=secondary name=A"),
         ],
-        "",
     );
     let (joined, _) = merge(link, &ConsolidateOptions::default());
     assert_eq!(joined.roads.len(), 3);
     let island = joined.roads.iter().find(|r| r.ways.len() == 2).unwrap();
     let kinds: Vec<_> = island.section.strips.iter().map(|s| (s.kind, s.travel)).collect();
-    use crate::builder::tags::cross_section::{StripKind, Travel};
     // Way 42 has the smaller key: its line runs from node 2 to node 1, and it is driven with it, on the right.
     assert_eq!(kinds.first(), Some(&(StripKind::Drive, Travel::Backward)), "{kinds:?}");
     assert_eq!(kinds.last(), Some(&(StripKind::Drive, Travel::Forward)), "{kinds:?}");
@@ -259,8 +228,8 @@ fn carriageways_around_an_island_become_one_road_with_a_median() {
 }
 
 #[test]
-fn the_ring_of_a_roundabout_is_driven_around_piece_by_piece() {
-    // Four two-way streets on a ring of 6 m: too little is left of its pieces for a car to wait, but nobody waits there.
+fn the_roads_of_a_roundabout_are_not_merged() {
+    // Four two-way streets on a ring of 6 m: its roads have no room for a waiting car, but no car waits there.
     let around: Vec<(i64, f64, f64)> = (0..16)
         .map(|i: i32| (i64::from(i) + 1, f64::from(i) * std::f64::consts::TAU / 16.0))
         .map(|(id, angle)| (id, 6.0 * angle.cos(), 6.0 * angle.sin()))
@@ -275,12 +244,12 @@ fn the_ring_of_a_roundabout_is_driven_around_piece_by_piece() {
         (4, &[9, 103], street),
         (5, &[13, 104], street),
     ];
-    let (merged, notes) = merge(network(&around, &ways, ""), &ConsolidateOptions::default());
+    let (merged, notes) = merge(network_of(&around, &ways), &ConsolidateOptions::default());
     assert!(notes.iter().all(|note| !note.merged), "{notes:?}");
     assert_eq!(merged.roads.iter().filter(|road| road.roundabout).count(), 4);
-    // A piece with room for a lanelet would lie inside an intersection anywhere else.
+    // Elsewhere such a short road would lie inside an intersection.
     let options =
         ConsolidateOptions { short_on_ring: ConsolidateOptions::default().short, ..ConsolidateOptions::default() };
-    let notes = merge(network(&around, &ways, ""), &options).1;
+    let notes = merge(network_of(&around, &ways), &options).1;
     assert!(notes.iter().any(|note| note.merged), "{notes:?}");
 }

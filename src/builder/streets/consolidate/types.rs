@@ -1,27 +1,27 @@
-//! What may be decided about merging nodes, and what was decided of a road.
+//! Options and results of consolidation.
 
 use crate::builder::network::{RoadIx, RoadKey};
 
 use super::user_overrides::MergeOverride;
 
-/// Limits of the decision, metres unless said otherwise.
+/// Limits for merging, metres unless stated otherwise.
 #[derive(Clone, Debug)]
 pub struct ConsolidateOptions {
-    /// A road with less than this left between its two cuts has no room for a vehicle to wait: it lies inside.
+    /// A road with less than this between its cuts lies inside an intersection: it has no room for a waiting vehicle.
     pub short: f64,
-    /// As `short`, for a piece of a roundabout's ring: less than a lanelet takes.
+    /// As `short`, for a road of a roundabout: less than a lanelet needs.
     pub short_on_ring: f64,
     /// As `short`, for a road between two signalised nodes: less than two waiting cars.
     pub short_between_signals: f64,
     /// As `short`, for a road across the median of a dual carriageway: less than three waiting cars.
     pub short_across_median: f64,
-    /// A road tagged `junction=intersection` longer than this is a tagging mistake.
+    /// A longer road with `junction=intersection` is a tagging mistake.
     pub tagged: f64,
-    /// No merged intersection reaches further than this across; beyond, it is a network of its own.
+    /// Largest extent of a merged intersection.
     pub reach: f64,
-    /// More rounds than this mean that the decision does not settle.
+    /// Most rounds.
     pub rounds: usize,
-    /// Roads that the user decided.
+    /// Decisions of the user.
     pub wishes: Vec<MergeOverride>,
 }
 
@@ -40,48 +40,48 @@ impl Default for ConsolidateOptions {
     }
 }
 
-/// Why a road was merged, or was not although something spoke for it.
+/// Why a road was merged, or why a candidate was not.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MergeNote {
     /// The road.
     pub key: RoadKey,
     /// Whether it became part of an intersection.
     pub merged: bool,
-    /// What decided.
+    /// Why.
     pub reason: MergeReason,
-    /// Metres between its two cuts.
+    /// Length between its cuts, metres.
     pub left: f64,
-    /// The wish that decided, by its index.
+    /// The index of the deciding [`MergeOverride`].
     pub wish: Option<usize>,
 }
 
-/// What speaks for or against merging a road.
+/// The reason to merge a road or to keep it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MergeReason {
-    /// The user says so.
+    /// The user decided.
     Wish,
     /// `junction=intersection`.
     Tagged,
-    /// Nothing, or too little for a vehicle, is left between its cuts.
+    /// It has no room for a vehicle between its cuts.
     Short,
-    /// It lies between two signalised nodes and holds less than two cars.
+    /// It lies between two signalised nodes and has room for less than two cars.
     BetweenSignals,
-    /// It crosses the median of a dual carriageway and holds less than three cars.
+    /// It crosses the median of a dual carriageway and has room for less than three cars.
     AcrossMedian,
-    /// What passes an end of it runs over it, and it has no room to be cut back.
+    /// Turning lanelets at one end run over it, and it has no room to be cut back.
     Overrun,
-    /// Kept apart: a stop line of its own stands on it.
+    /// Kept apart: it has a stop line.
     OwnStopLine,
     /// Kept apart: the whole roundabout would collapse.
     Roundabout,
-    /// Kept apart: traffic drives around an island that the merged intersection would cover.
+    /// Kept apart: the merged intersection would cover an island that traffic drives around.
     Island,
     /// Kept apart: the merged intersection would reach too far.
     Reach,
     /// Kept apart: an arm would be enclosed by the merged intersection.
     Enclosed,
-    /// Kept apart: an end of it is the edge of the map, or no intersection at all.
+    /// Kept apart: it ends at the edge of the map or at a dead end.
     Edge,
 }
 
@@ -92,10 +92,10 @@ pub struct MergeVerdict {
     pub road: RoadIx,
     /// Whether it lies inside an intersection.
     pub merge: bool,
-    /// What decided.
+    /// Why.
     pub reason: MergeReason,
-    /// Metres between its two cuts; negative where they overlap.
+    /// Length between its cuts, metres; negative if they overlap.
     pub left: f64,
-    /// The wish that decided, by its index.
+    /// The index of the deciding [`MergeOverride`].
     pub wish: Option<usize>,
 }

@@ -1,4 +1,4 @@
-//! Heights that nodes of the input give: `ele`, metres.
+//! Reads heights of nodes from `ele`, metres.
 
 use std::collections::BTreeMap;
 
@@ -10,20 +10,20 @@ use crate::geometry::Point;
 use crate::osm::OsmData;
 use crate::parallel::Finely;
 
-/// No place on earth is higher or lower, metres; beyond, the unit is wrong.
+/// Heights on earth, metres; beyond, the unit is wrong.
 const RANGE: std::ops::RangeInclusive<f64> = -500.0..=9000.0;
 
-/// Where the height is known.
+/// Known heights, metres.
 #[derive(Clone, Debug, Default)]
 pub struct ElevationTags {
     /// By node.
     pub of_node: FxHashMap<i64, f64>,
-    /// By way, in its order: place and height.
+    /// By way, in its order: point in local metres and height.
     pub of_way: BTreeMap<i64, Vec<(Point, f64)>>,
 }
 
 impl ElevationTags {
-    /// Whether nothing is known.
+    /// Whether no height is known.
     pub fn is_empty(&self) -> bool {
         self.of_node.is_empty()
     }
@@ -47,10 +47,10 @@ pub fn elevation_tags(osm: &OsmData, to_metres: ToMetres<'_>) -> ElevationTags {
         }
         let places = to_metres(&known.iter().map(|(_, place, _)| *place).collect::<Vec<_>>());
         let finite = |p: &Point| p.x.is_finite() && p.y.is_finite();
-        let sited: Vec<(Point, f64)> =
+        let projected: Vec<(Point, f64)> =
             places.into_iter().zip(&known).map(|(p, (_, _, ele))| (p, *ele)).filter(|(p, _)| finite(p)).collect();
         spots.of_node.extend(known.iter().map(|(id, _, ele)| (*id, *ele)));
-        spots.of_way.insert(way.id, sited);
+        spots.of_way.insert(way.id, projected);
     }
     spots
 }

@@ -1,13 +1,12 @@
-//! Grades held: the heights nearest to the wanted ones among which no road climbs more than it may.
+//! Limits the grades: finds the heights nearest to the wanted ones at which no road climbs more than it may.
 //!
-//! Of all heights that keep every grade, none that lies above the wanted heights everywhere is lower than the *raised*
-//! ones (each place as high as its surroundings ask, less the climb from there), and none below them is higher than the
-//! *lowered* ones. The mean of the two keeps the grades too, strays from what was wanted by no more than it must, and
-//! leaves everything as it was where nothing is too steep. Around what is too steep it changes more than it must: so only the
-//! places between which a bound is broken take it, and all others stay as near to the wanted heights as those let them.
+//! Places are *raised* to the least heights above the wanted ones that keep every grade, and *lowered* to the greatest heights
+//! below them that do. The mean of both keeps the grades, too, and changes nothing where no grade is too steep. Around a
+//! steep part it changes more than needed, so only the places between which a limit is broken take the mean; all others stay
+//! as near to the wanted heights as these allow.
 //!
-//! The room between roads that pass over each other is one more such bound, on a step instead of a way: where it cannot be
-//! had with the grades, it gives way.
+//! The clearance between roads that cross is a limit of the same kind, on a step instead of a length. It yields if the grades
+//! leave no room for it.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -22,42 +21,40 @@ use crate::parallel::Finely;
 use super::crossings::Overpass;
 use super::options::REACH;
 
-/// Heights are kept as whole tenths of a millimetre, which have an order.
-const PER_METRE: f64 = 1e4;
-/// A crossing that has lifted the road over it so often lifts itself: the two roads are joined by too short a way.
+/// Heights are integers of a tenth of a millimetre, which have an order.
+const UNITS_PER_METRE: f64 = 1e4;
+/// A crossing that lifted its upper road more often lifts itself: the two roads are connected by too short a road.
 const MOST_LIFTS: u32 = 6;
-/// The room at such a crossing gives way by so many parts of what is asked.
+/// The clearance of such a crossing is reduced in so many steps.
 const PARTS: i64 = 4;
 
 /// Heights along one road, from end to end.
 #[derive(Clone, Debug)]
-pub struct Sampled {
-    /// Where, metres; not all in one place.
+pub struct SampledHeights {
+    /// Metres; not all equal.
     pub stations: Vec<f64>,
-    /// Where the road is to lie, metres.
+    /// Wanted heights, metres.
     pub wanted: Vec<f64>,
-    /// The most that it may climb from each station to the next, metres.
+    /// The most that the road may climb from each station to the next, metres.
     pub climbs: Vec<f64>,
 }
 
-impl Sampled {
+impl SampledHeights {
+    /// The sample nearest to a station.
     fn nearest(&self, station: f64) -> usize {
-        let behind = self.stations.partition_point(|s| *s < station).min(self.stations.len() - 1);
-        let before = behind.saturating_sub(1);
-        if station - self.stations[before] < self.stations[behind] - station { before } else { behind }
+        let after = self.stations.partition_point(|s| *s < station).min(self.stations.len() - 1);
+        let before = after.saturating_sub(1);
+        if station - self.stations[before] < self.stations[after] - station { before } else { after }
     }
 
-    /// What lies so near a station that it counts for the height there.
+    /// The samples from which the height at a station is averaged.
     fn around(&self, station: f64) -> RangeInclusive<usize> {
-        let at = self.nearest(station);
-        at.saturating_sub(REACH)..=(at + REACH).min(self.wanted.len() - 1)
+        let nearest = self.nearest(station);
+        nearest.saturating_sub(REACH)..=(nearest + REACH).min(self.wanted.len() - 1)
     }
 }
 
-/// A place of a road: its index in the network, and the station, metres.
-type OnRoad = (usize, f64);
-
-/// The places along one road: an intersection at either end, and what lies between in a row.
+/// The places along one road: the intersections at its ends, and consecutive places between them.
 #[derive(Clone, Copy)]
 struct Chain {
     ends: [usize; 2],
@@ -75,65 +72,53 @@ impl Chain {
     }
 }
 
-/// Two places, and the least that one lies above the other.
-type Pair = (usize, usize, i64);
+/// Least height of one place above another.
+struct Clearance {
+    low: usize,
+    high: usize,
+    /// In units.
+    room: i64,
+}
 
-/// How the ends of roads at one intersection bind each other.
+/// A clearance as it moves one of its places: `other` is raised (`sign` 1) or lowered (-1) because of `place`.
+struct ClearanceLimit {
+    place: usize,
+    other: usize,
+    clearance: usize,
+    sign: i64,
+}
+
+/// Limits between the ends of roads at one intersection.
 #[derive(Clone, Copy)]
-pub struct Ties<'a> {
-    /// Per road: the stations where it ends.
+pub struct EndTies<'a> {
+    /// Per road: the stations of its cuts.
     pub kept: &'a [Stations],
-    /// The most that one of two ends may lie above the other, metres. Few are asked for.
+    /// The most that one of two ends may lie above the other, metres. Slow, so few are computed.
     pub climb: &'a (dyn Fn(RoadEnd, RoadEnd) -> f64 + Sync),
-    /// No two are held closer than this, metres.
+    /// Smaller differences are always allowed, metres.
     pub least: f64,
 }
 
-/// What binds the height of one place to that of another on the road over or below it.
-#[derive(Clone, Copy)]
-enum Bound {
-    /// The other place lies on the road over this one: the crossing's index.
-    Above(usize),
-    /// The other place lies on the road below this one.
-    Below(usize),
-}
-
-/// Heights of all places, few of which differ from the wanted ones.
-struct Heights<'a> {
-    wanted: &'a [i64],
-    moved: FxHashMap<usize, i64>,
-}
-
-impl<'a> Heights<'a> {
-    fn of(wanted: &'a [i64]) -> Self {
-        Self { wanted, moved: FxHashMap::default() }
-    }
-
-    fn at(&self, place: usize) -> i64 {
-        self.moved.get(&place).copied().unwrap_or(self.wanted[place])
-    }
-}
-
-/// All places with a height, the intersections first, and how they bind each other.
-pub struct Web<'a> {
+/// All places with a height, intersections first, and the limits between them.
+pub struct HeightGraph<'a> {
     network: &'a RoadNetwork,
-    sampled: &'a [Sampled],
+    sampled: &'a [SampledHeights],
     chains: Vec<Chain>,
+    /// In units.
     wanted: Vec<i64>,
-    ties: Option<Ties<'a>>,
-    /// Lower and upper place of every crossing, and the room asked between them.
-    rooms: Vec<Pair>,
+    ties: Option<EndTies<'a>>,
+    clearances: Vec<Clearance>,
 }
 
-impl<'a> Web<'a> {
-    /// The places of all roads, and the room at crossings.
-    pub fn new(network: &'a RoadNetwork, sampled: &'a [Sampled], crossings: &[Overpass], storey: f64) -> Self {
-        let inner = |of: &Sampled| of.wanted.len().saturating_sub(2);
+impl<'a> HeightGraph<'a> {
+    /// The places of all roads, with a clearance of `storey` metres per level at crossings.
+    pub fn new(network: &'a RoadNetwork, sampled: &'a [SampledHeights], crossings: &[Overpass], storey: f64) -> Self {
+        let inner = |of: &SampledHeights| of.wanted.len().saturating_sub(2);
         let mut wanted = vec![0; network.intersections.len()];
         wanted.reserve_exact(sampled.iter().map(inner).sum());
         let mut chains = Vec::with_capacity(sampled.len());
         for (road, of) in network.roads.iter().zip(sampled) {
-            let ends = [road.from, road.to].map(|at| at.position());
+            let ends = [road.from, road.to].map(IntersectionIx::position);
             let chain = Chain { ends, first: wanted.len(), inner: inner(of) };
             wanted.resize(chain.first + chain.inner, 0);
             for (i, height) in of.wanted.iter().enumerate() {
@@ -141,248 +126,265 @@ impl<'a> Web<'a> {
             }
             chains.push(chain);
         }
-        let mut web = Self { network, sampled, chains, wanted, ties: None, rooms: Vec::new() };
-        for Overpass { upper: (upper, above), lower: (lower, below), levels, .. } in crossings {
+        let mut graph = Self { network, sampled, chains, wanted, ties: None, clearances: Vec::new() };
+        for Overpass { upper, lower, levels, .. } in crossings {
             let room = units(levels * storey);
-            let [high, low] = [web.at((*upper, *above)), web.at((*lower, *below))];
-            let over = sampled[*upper].around(*above).map(|i| (low, web.chains[*upper].place(i), room));
-            let under = sampled[*lower].around(*below).map(|i| web.chains[*lower].place(i)).filter(|at| *at != low);
-            let rooms: Vec<Pair> = over.chain(under.map(|low| (low, high, room))).collect();
-            web.rooms.extend(rooms);
+            let [high, low] = [upper, lower].map(|(road, station)| graph.place_at(*road, *station));
+            let [above, below] = [upper, lower].map(|(road, station)| {
+                let places = sampled[*road].around(*station).map(|i| graph.chains[*road].place(i));
+                places.collect::<Vec<usize>>()
+            });
+            let above = above.into_iter().map(|high| Clearance { low, high, room });
+            let below = below.into_iter().filter(|place| *place != low).map(|low| Clearance { low, high, room });
+            graph.clearances.extend(above.chain(below));
         }
-        web
+        graph
     }
 
-    /// The place nearest to a station of a road.
-    fn at(&self, (road, station): OnRoad) -> usize {
+    /// The place nearest to a station of a road, metres.
+    fn place_at(&self, road: usize, station: f64) -> usize {
         self.chains[road].place(self.sampled[road].nearest(station))
     }
 
-    /// Asks no more room at crossings than the wanted heights leave.
-    pub fn give_way(&mut self) {
-        for (low, high, room) in &mut self.rooms {
+    /// Reduces the clearances to what the wanted heights leave.
+    pub fn reduce_clearances(&mut self) {
+        for Clearance { low, high, room } in &mut self.clearances {
             *room = (*room).min(self.wanted[*high] - self.wanted[*low]);
         }
     }
 
-    /// Ties the ends of roads to each other.
-    pub fn tie(&mut self, ties: Ties<'a>) {
+    /// Adds limits between the ends of roads.
+    pub fn tie(&mut self, ties: EndTies<'a>) {
         self.ties = Some(ties);
     }
 
-    /// The place where a road ends.
-    fn end(&self, ties: &Ties<'_>, at: RoadEnd) -> usize {
-        let road = at.road.position();
-        self.at((road, ties.kept[road][at.end]))
+    /// The place where a road is cut.
+    fn cut_place(&self, ties: &EndTies<'_>, arm: RoadEnd) -> usize {
+        self.place_at(arm.road.position(), ties.kept[arm.road][arm.end])
     }
 
-    /// The ends at an intersection that are too steep beside each other.
-    fn stepped(&self, ties: &Ties<'_>, at: &Intersection) -> Vec<usize> {
-        let ends: Vec<usize> = at.arms.iter().map(|at| self.end(ties, *at)).collect();
-        let apart = |i: usize, j: usize| (self.wanted[ends[i]] - self.wanted[ends[j]]).abs();
-        let pairs = (0..ends.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
-        let pairs = pairs.filter(|&(i, j)| apart(i, j) > units(ties.least));
-        let steep = pairs.filter(|&(i, j)| apart(i, j) > units((ties.climb)(at.arms[i], at.arms[j])));
-        steep.flat_map(|(i, j)| [ends[i], ends[j]]).collect()
+    fn difference(&self, a: usize, b: usize) -> i64 {
+        (self.wanted[a] - self.wanted[b]).abs()
     }
 
-    /// Goes through the places to which the ends of roads at a place are tied, with the most by which they may differ.
-    fn tied(&self, place: usize, mut each: impl FnMut(usize, i64)) {
-        let Some(ties) = &self.ties else { return };
-        let roads: Vec<usize> = match self.network.intersections.get(place) {
-            Some(at) => at.arms.iter().map(|at| at.road.position()).collect(),
-            None => vec![self.road_of(place)],
+    /// The cuts at an intersection whose heights differ too much.
+    fn steep_cuts(&self, ties: &EndTies<'_>, Intersection { arms, .. }: &Intersection) -> Vec<usize> {
+        let cuts: Vec<usize> = arms.iter().map(|arm| self.cut_place(ties, *arm)).collect();
+        let steep = pairs(cuts.len()).filter(|&(i, j)| {
+            let difference = self.difference(cuts[i], cuts[j]);
+            difference > units(ties.least) && difference > units((ties.climb)(arms[i], arms[j]))
+        });
+        steep.flat_map(|(i, j)| [cuts[i], cuts[j]]).collect()
+    }
+
+    /// The places tied to a place, with the most by which their heights may differ.
+    fn tied(&self, place: usize) -> Vec<(usize, i64)> {
+        let Some(ties) = &self.ties else { return Vec::new() };
+        let roads: Vec<RoadIx> = match self.network.intersections.get(place) {
+            Some(intersection) => intersection.arms.iter().map(|arm| arm.road).collect(),
+            None => vec![RoadIx::new(self.road_of(place))],
         };
-        let ends = roads.iter().flat_map(|&road| End::BOTH.map(|end| RoadEnd { road: RoadIx::new(road), end }));
-        let ends = ends.filter(|at| self.end(ties, *at) == place);
-        let mut around: Vec<IntersectionIx> = ends.map(|at| self.network.road(at.road).intersection(at.end)).collect();
+        let ends = roads.into_iter().flat_map(|road| End::BOTH.map(|end| RoadEnd { road, end }));
+        let ends = ends.filter(|arm| self.cut_place(ties, *arm) == place);
+        let mut around: Vec<IntersectionIx> = ends.map(|arm| self.network.intersection_at(arm)).collect();
         around.sort_unstable();
         around.dedup();
-        for at in around {
-            let arms = &self.network.intersection(at).arms;
-            for (i, &a) in arms.iter().enumerate() {
-                for &b in &arms[i + 1..] {
-                    let ends = [a, b].map(|at| self.end(ties, at));
-                    if !ends.contains(&place) {
-                        continue;
-                    }
+        let mut tied = Vec::new();
+        for arms in around.into_iter().map(|ix| &self.network.intersection(ix).arms) {
+            for (a, b) in arms.iter().enumerate().flat_map(|(i, a)| arms[i + 1..].iter().map(move |b| (*a, *b))) {
+                let [first, second] = [a, b].map(|arm| self.cut_place(ties, arm));
+                if [first, second].contains(&place) {
                     let most = units((ties.climb)(a, b));
-                    for (from, to) in [(ends[0], ends[1]), (ends[1], ends[0])] {
-                        if from == place {
-                            each(to, most);
-                        }
-                    }
+                    let directions = [(first, second), (second, first)].into_iter();
+                    tied.extend(directions.filter(|(from, _)| *from == place).map(|(_, to)| (to, most)));
                 }
             }
         }
+        tied
     }
 
-    /// Heights of every road that hold the grades, and the room at crossings where it can be had.
+    /// The heights of every road within the grades, metres, and with the clearances as far as possible.
     pub fn heights(mut self) -> Vec<Vec<f64>> {
-        self.hold();
-        let height = |place: usize| self.wanted[place] as f64 / PER_METRE;
+        self.limit();
+        let height = |place: usize| self.wanted[place] as f64 / UNITS_PER_METRE;
         let along = |chain: &Chain| (0..chain.inner + 2).map(|i| height(chain.place(i))).collect();
         self.chains.par_iter().finely().map(along).collect()
     }
 
-    /// Puts the heights nearest to the wanted ones that keep all bounds in their place.
-    fn hold(&mut self) {
+    /// Replaces the wanted heights by the nearest ones within all limits.
+    fn limit(&mut self) {
         let steep = self.steep();
         let mut broken = self.broken(&steep);
         if broken.is_empty() {
             return;
         }
-        let least: Vec<i64> = self.rooms.iter().map(|(_, _, room)| (room + PARTS - 1) / PARTS).collect();
-        let bounds = self.bounds();
+        let parts: Vec<i64> = self.clearances.iter().map(|clearance| (clearance.room + PARTS - 1) / PARTS).collect();
+        let limits = self.clearance_limits();
         let [raised, lowered] = loop {
-            let mut lifts = vec![0; self.rooms.len()];
-            let spread = [1, -1].map(|sign| {
-                let mut heights = Heights::of(&self.wanted);
-                self.spread(&bounds, &mut heights, sign, &broken, &mut lifts);
-                heights.moved
-            });
+            let mut lifts = vec![0; self.clearances.len()];
+            let moved = [1, -1].map(|sign| self.spread(&limits, FxHashMap::default(), (sign, &broken), &mut lifts));
             if lifts.iter().all(|lifts| *lifts <= MOST_LIFTS) {
-                break spread;
+                break moved;
             }
-            for ((room, lifts), least) in self.rooms.iter_mut().zip(lifts).zip(&least) {
-                room.2 -= if lifts > MOST_LIFTS { *least } else { 0 };
+            for ((clearance, lifts), part) in self.clearances.iter_mut().zip(lifts).zip(&parts) {
+                clearance.room -= if lifts > MOST_LIFTS { *part } else { 0 };
             }
             broken = self.broken(&steep);
         };
-        // The mean where a bound is broken; from there others give way as far as they must. The middle of three heights,
-        // place by place, keeps every bound that all three keep.
-        let mut held = Heights::of(&self.wanted);
-        for &place in &broken {
-            let [high, low] = [&raised, &lowered].map(|of| of.get(&place).unwrap_or(&self.wanted[place]));
-            held.moved.insert(place, (high + low).div_euclid(2));
-        }
-        let mut lifts = vec![0; self.rooms.len()];
+        // The mean where a limit is broken; the others follow as far as they must. The middle one of three heights, place by
+        // place, keeps every limit that all three keep.
+        let mean = |place: &usize| {
+            let [high, low] = [&raised, &lowered].map(|moved| moved.get(place).unwrap_or(&self.wanted[*place]));
+            (*place, (high + low).div_euclid(2))
+        };
+        let mut moved = broken.iter().map(mean).collect();
+        let mut lifts = vec![0; self.clearances.len()];
         for sign in [1, -1] {
-            self.spread(&bounds, &mut held, sign, &broken, &mut lifts);
+            moved = self.spread(&limits, moved, (sign, &broken), &mut lifts);
         }
-        for (place, height) in held.moved {
+        for (place, height) in moved {
             self.wanted[place] = height;
         }
     }
 
-    /// The places between which the wanted heights climb more than they may.
+    /// The places between which the wanted heights climb too much.
     fn steep(&self) -> Vec<usize> {
-        let apart = |a: usize, b: usize| (self.wanted[a] - self.wanted[b]).abs();
-        let along = |(chain, sampled): (&Chain, &Sampled)| {
-            let pair = |(i, climb): (usize, &f64)| {
-                let ends = [chain.place(i), chain.place(i + 1)];
-                let apart = apart(ends[0], ends[1]);
-                // Most are level.
-                (apart > 0 && apart > most(*climb)).then_some(ends)
-            };
-            sampled.climbs.iter().enumerate().filter_map(pair).flatten().collect::<Vec<usize>>()
-        };
-        let mut steep: Vec<usize> = self.chains.par_iter().finely().zip(self.sampled).flat_map_iter(along).collect();
+        let chains = self.chains.par_iter().finely().zip(self.sampled);
+        let mut steep: Vec<usize> = chains.flat_map_iter(|(chain, sampled)| self.steep_along(chain, sampled)).collect();
         if let Some(ties) = &self.ties {
-            steep.par_extend(self.network.intersections.par_iter().finely().flat_map_iter(|at| self.stepped(ties, at)));
+            let intersections = self.network.intersections.par_iter().finely();
+            steep.par_extend(intersections.flat_map_iter(|intersection| self.steep_cuts(ties, intersection)));
         }
         steep
     }
 
-    /// The places whose wanted heights break one of their bounds, given those that are too steep.
+    fn steep_along(&self, chain: &Chain, sampled: &SampledHeights) -> impl Iterator<Item = usize> {
+        let pairs = sampled.climbs.iter().enumerate().map(|(i, climb)| ([chain.place(i), chain.place(i + 1)], climb));
+        let steep = pairs.filter(|&([a, b], climb)| {
+            let difference = self.difference(a, b);
+            // Most pairs are level.
+            difference > 0 && difference > most(*climb)
+        });
+        steep.flat_map(|(ends, _)| ends)
+    }
+
+    /// The places whose wanted heights break a limit, given those that are too steep.
     fn broken(&self, steep: &[usize]) -> Vec<usize> {
-        let near = |(low, high, room): &&Pair| *room > 0 && self.wanted[*high] - self.wanted[*low] < *room;
-        let near = self.rooms.iter().filter(near).flat_map(|(low, high, _)| [*low, *high]);
-        let mut broken: Vec<usize> = steep.iter().copied().chain(near).collect();
+        let short = self.clearances.iter().filter(|c| c.room > 0 && self.wanted[c.high] - self.wanted[c.low] < c.room);
+        let mut broken: Vec<usize> = steep.iter().copied().chain(short.flat_map(|c| [c.low, c.high])).collect();
         broken.sort_unstable();
         broken.dedup();
         broken
     }
 
-    /// Raises (`sign` 1) or lowers (-1) places as little as keeps the bounds around these, and around those that it moves.
-    /// `lifts` counts how often each crossing moved a road; one that exceeds the most moves it no more.
+    /// Raises (`sign` 1) or lowers (-1) places by the least that keeps the limits around the places `from`, and around those
+    /// that move. `lifts` counts how often each clearance moved a place; beyond the most it moves none.
     fn spread(
         &self,
-        bounds: &[(usize, usize, Bound)],
-        heights: &mut Heights<'_>,
-        sign: i64,
-        from: &[usize],
+        limits: &[ClearanceLimit],
+        moved: FxHashMap<usize, i64>,
+        (sign, from): (i64, &[usize]),
         lifts: &mut [u32],
-    ) {
+    ) -> FxHashMap<usize, i64> {
         lifts.iter_mut().for_each(|lifts| *lifts = if *lifts > MOST_LIFTS { *lifts } else { 0 });
-        let mut open: BinaryHeap<(i64, Reverse<usize>)> =
-            from.iter().map(|&at| (sign * heights.at(at), Reverse(at))).collect();
-        while let Some((height, Reverse(at))) = open.pop() {
-            if sign * heights.at(at) != height {
+        let mut spread = Spread { wanted: &self.wanted, sign, moved, lifts, open: BinaryHeap::new() };
+        spread.open = from.iter().map(|&place| (spread.height(place), Reverse(place))).collect();
+        while let Some((height, Reverse(place))) = spread.open.pop() {
+            if spread.height(place) != height {
                 continue;
             }
-            let mut pull = |to: usize, fall: i64, room: Option<usize>| {
-                let least = height - fall;
-                if least <= sign * heights.at(to) {
-                    return;
-                }
-                if let Some(room) = room {
-                    lifts[room] += 1;
-                    if lifts[room] > MOST_LIFTS {
-                        return;
-                    }
-                }
-                heights.moved.insert(to, sign * least);
-                open.push((least, Reverse(to)));
-            };
-            self.neighbours(at, |to, most| pull(to, most, None));
-            self.tied(at, |to, most| pull(to, most, None));
-            let first = bounds.partition_point(|(place, ..)| *place < at);
-            for (_, to, bound) in bounds[first..].iter().take_while(|(place, ..)| *place == at) {
-                match *bound {
-                    Bound::Above(i) if sign > 0 && self.rooms[i].2 > 0 => pull(*to, -self.rooms[i].2, Some(i)),
-                    Bound::Below(i) if sign < 0 && self.rooms[i].2 > 0 => pull(*to, -self.rooms[i].2, Some(i)),
-                    _ => {}
+            self.neighbours(place, |to, most| spread.pull(to, height - most, None));
+            self.tied(place).into_iter().for_each(|(to, most)| spread.pull(to, height - most, None));
+            let first = limits.partition_point(|limit| limit.place < place);
+            for limit in limits[first..].iter().take_while(|limit| limit.place == place) {
+                let room = self.clearances[limit.clearance].room;
+                if limit.sign == sign && room > 0 {
+                    spread.pull(limit.other, height + room, Some(limit.clearance));
                 }
             }
         }
+        spread.moved
     }
 
-    /// Goes through the neighbours of a place on its roads, with the most that is climbed on the way.
+    /// Calls `each` with the neighbours of a place on its roads, and the most that is climbed between them.
     fn neighbours(&self, place: usize, mut each: impl FnMut(usize, i64)) {
         let mut step = |road: usize, i: usize, next: usize| {
             each(self.chains[road].place(next), most(self.sampled[road].climbs[i.min(next)]));
         };
-        match self.network.intersections.get(place) {
-            Some(intersection) => {
-                for RoadEnd { road, end } in &intersection.arms {
-                    let road = road.position();
-                    let last = self.chains[road].inner + 1;
-                    match end {
-                        End::Start => step(road, 0, 1),
-                        End::End => step(road, last, last - 1),
-                    }
+        if let Some(intersection) = self.network.intersections.get(place) {
+            for RoadEnd { road, end } in &intersection.arms {
+                let road = road.position();
+                let last = self.chains[road].inner + 1;
+                match end {
+                    End::Start => step(road, 0, 1),
+                    End::End => step(road, last, last - 1),
                 }
             }
-            None => {
-                let road = self.road_of(place);
-                let i = place - self.chains[road].first + 1;
-                step(road, i, i - 1);
-                step(road, i, i + 1);
-            }
+        } else {
+            let road = self.road_of(place);
+            let i = place - self.chains[road].first + 1;
+            step(road, i, i - 1);
+            step(road, i, i + 1);
         }
     }
 
-    /// The road on which a place lies that is none of an intersection.
+    /// The road of a place that is not an intersection.
     fn road_of(&self, place: usize) -> usize {
         self.chains.partition_point(|chain| chain.first <= place) - 1
     }
 
-    /// What binds places to others above and below them, in the order of the places.
-    fn bounds(&self) -> Vec<(usize, usize, Bound)> {
-        let rooms = self.rooms.iter().enumerate();
-        let rooms = rooms.flat_map(|(i, &(low, high, _))| [(low, high, Bound::Above(i)), (high, low, Bound::Below(i))]);
-        let mut bounds: Vec<(usize, usize, Bound)> = rooms.collect();
-        bounds.par_sort_by_key(|(place, ..)| *place);
-        bounds
+    /// Both limits of every clearance, in order of their places.
+    fn clearance_limits(&self) -> Vec<ClearanceLimit> {
+        let limits = self.clearances.iter().enumerate().flat_map(|(clearance, &Clearance { low, high, .. })| {
+            let above = ClearanceLimit { place: low, other: high, clearance, sign: 1 };
+            [above, ClearanceLimit { place: high, other: low, clearance, sign: -1 }]
+        });
+        let mut limits: Vec<ClearanceLimit> = limits.collect();
+        limits.par_sort_by_key(|limit| limit.place);
+        limits
     }
 }
 
-/// The most that a road climbs between two places, in whole units.
+/// The state of one spread. Heights are multiplied by its sign.
+struct Spread<'a> {
+    wanted: &'a [i64],
+    sign: i64,
+    moved: FxHashMap<usize, i64>,
+    lifts: &'a mut [u32],
+    open: BinaryHeap<(i64, Reverse<usize>)>,
+}
+
+impl Spread<'_> {
+    fn height(&self, place: usize) -> i64 {
+        self.sign * self.moved.get(&place).unwrap_or(&self.wanted[place])
+    }
+
+    /// Moves a place to `least` if it lies below that.
+    fn pull(&mut self, place: usize, least: i64, clearance: Option<usize>) {
+        if least <= self.height(place) {
+            return;
+        }
+        if let Some(clearance) = clearance {
+            self.lifts[clearance] += 1;
+            if self.lifts[clearance] > MOST_LIFTS {
+                return;
+            }
+        }
+        self.moved.insert(place, self.sign * least);
+        self.open.push((least, Reverse(place)));
+    }
+}
+
+/// All pairs of different indices below `count`.
+pub fn pairs(count: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..count).flat_map(|j| (0..j).map(move |i| (i, j)))
+}
+
+/// The most that a road climbs between two places, in units.
 fn most(climb: f64) -> i64 {
     units(climb).min(i64::from(u32::MAX)) + 1
 }
 
 fn units(metres: f64) -> i64 {
-    (metres * PER_METRE).round() as i64
+    (metres * UNITS_PER_METRE).round() as i64
 }

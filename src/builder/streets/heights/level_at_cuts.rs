@@ -1,8 +1,7 @@
-//! Heights held once more where lanes have been cut: the roads of an intersection end there without a step between them.
+//! Removes steps between the roads of an intersection at their final cuts.
 //!
-//! Heights are worked out for the cuts that the outlines ask for. Ways that swing out cut the lanes back farther, each road on a
-//! ramp of its own, so that two may end side by side at unlike heights. What remains of the step is spread over the roads
-//! around, as gently as the grades allow; where there is none, nothing changes.
+//! Heights are made for the cuts of the outlines. Turns that swing out cut the lanes back farther, on ramps of their own, so that
+//! two roads may end side by side at different heights. The step is spread over the roads around within the grades.
 
 use rayon::prelude::*;
 
@@ -12,76 +11,77 @@ use crate::geometry::{Point, Polyline};
 use crate::parallel::Finely;
 
 use super::crossings::overpasses;
-use super::grade_limit::{Sampled, Ties, Web};
+use super::grade_limit::{EndTies, HeightGraph, SampledHeights, pairs};
 use super::options::{STEP, TOLERANCE};
 use super::terrain_profile::TerrainProfile;
-use super::{HeightOptions, fewest, lay};
+use super::{HeightOptions, set_heights, simplified};
 
-/// Stations closer than this, metres, are one.
+/// Least distance between stations, metres.
 const SAME: f64 = 1.0;
-/// Ends that touch may differ by this much, metres, which no wheel feels.
+/// Allowed step between ends that touch, metres.
 const LEAST: f64 = 0.02;
 
-/// Changes the heights of roads that are cut at the stations `kept`, so that between their ends at an intersection there is no
-/// more to climb than on a ramp. Gives the roads that changed.
+/// Changes the heights of roads cut at the stations `kept`, so that their ends at an intersection differ by no more than a ramp
+/// may climb between them. Returns the roads that changed.
 pub fn level_at_cuts(network: &mut RoadNetwork, kept: &[Stations], options: &HeightOptions) -> Vec<RoadIx> {
     if network.roads.iter().all(|road| road.heights.is_empty()) {
         return Vec::new();
     }
     let before: Vec<TerrainProfile> = network.roads.par_iter().finely().map(TerrainProfile::under).collect();
     let climb = |a: RoadEnd, b: RoadEnd| climb(network, kept, options, [a, b]);
-    let stepped = |at: &Intersection| {
-        let height = |at: &RoadEnd| before[at.road].at(kept[at.road][at.end]);
-        let heights: Vec<f64> = at.arms.iter().map(height).collect();
-        let step = |i: usize, j: usize| (heights[i] - heights[j]).abs();
-        let pairs = (0..heights.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
-        // Most are level.
-        pairs.filter(|&(i, j)| step(i, j) > LEAST).any(|(i, j)| step(i, j) > climb(at.arms[i], at.arms[j]))
+    let has_step = |Intersection { arms, .. }: &Intersection| {
+        let heights: Vec<f64> = arms.iter().map(|arm| before[arm.road].at(kept[arm.road][arm.end])).collect();
+        // Most ends are level.
+        let steps = pairs(arms.len()).map(|(i, j)| ((heights[i] - heights[j]).abs(), arms[i], arms[j]));
+        steps.filter(|(step, ..)| *step > LEAST).any(|(step, a, b)| step > climb(a, b))
     };
-    if !network.intersections.par_iter().finely().any(stepped) {
+    if !network.intersections.par_iter().finely().any(has_step) {
         return Vec::new();
     }
     let roads = network.roads.par_iter().finely().zip(kept).zip(&before);
-    let sampled: Vec<Sampled> = roads.map(|((road, kept), before)| sampled(road, *kept, before, options)).collect();
+    let sampled: Vec<SampledHeights> =
+        roads.map(|((road, kept), before)| sampled(road, *kept, before, options)).collect();
     let crossings = overpasses(network, kept);
-    let mut web = Web::new(network, &sampled, &crossings, options.storey);
-    web.give_way();
-    web.tie(Ties { kept, climb: &climb, least: LEAST });
-    let heights = web.heights();
+    let mut graph = HeightGraph::new(network, &sampled, &crossings, options.storey);
+    graph.reduce_clearances();
+    graph.tie(EndTies { kept, climb: &climb, least: LEAST });
+    let heights = graph.heights();
     let roads = network.roads.par_iter_mut().finely().enumerate().zip(&before);
-    let changed =
-        roads.zip(sampled.par_iter().finely().zip(&heights)).filter_map(|(((i, road), before), (sampled, heights))| {
-            let change = || sampled.wanted.iter().zip(heights).map(|(before, height)| height - before);
-            if change().all(|by| by.abs() < TOLERANCE) {
-                return None;
-            }
-            let change = fewest(&sampled.stations.iter().copied().zip(change()).collect::<Vec<_>>());
-            if change.iter().all(|(_, by)| by.abs() < TOLERANCE) {
-                return None;
-            }
-            let mut stations: Vec<f64> = road.line.stations().into_iter().chain(change.iter().map(|at| at.0)).collect();
-            stations.sort_by(f64::total_cmp);
-            stations.dedup();
-            let change: TerrainProfile = change.into_iter().collect();
-            let profile: Vec<(f64, f64)> = stations.into_iter().map(|s| (s, before.at(s) + change.at(s))).collect();
-            lay(road, &profile);
-            Some(RoadIx::new(i))
-        });
+    let roads = roads.zip(sampled.par_iter().finely().zip(&heights));
+    let changed = roads.filter_map(|(((i, road), before), (sampled, heights))| {
+        change_heights(road, before, sampled, heights).then_some(RoadIx::new(i))
+    });
     changed.collect()
 }
 
-/// The most that one of two roads that end at one intersection may lie above the other there, metres.
+/// Adds the changes of its samples to the heights of a road. Returns whether they are large enough to count.
+fn change_heights(road: &mut Road, before: &TerrainProfile, sampled: &SampledHeights, heights: &[f64]) -> bool {
+    let changes = sampled.wanted.iter().zip(heights).map(|(old, new)| new - old);
+    let changes: Vec<(f64, f64)> = sampled.stations.iter().copied().zip(changes).collect();
+    let changes = simplified(&changes);
+    if changes.iter().all(|(_, change)| change.abs() < TOLERANCE) {
+        return false;
+    }
+    let mut stations: Vec<f64> = road.line.stations().into_iter().chain(changes.iter().map(|(s, _)| *s)).collect();
+    stations.sort_by(f64::total_cmp);
+    stations.dedup();
+    let changes: TerrainProfile = changes.into_iter().collect();
+    set_heights(road, &stations.into_iter().map(|s| (s, before.at(s) + changes.at(s))).collect());
+    true
+}
+
+/// The most that one of two road ends at an intersection may lie above the other, metres.
 fn climb(network: &RoadNetwork, kept: &[Stations], options: &HeightOptions, ends: [RoadEnd; 2]) -> f64 {
-    let [one, other] = ends.map(|at| cut(network, kept, at));
-    let apart = match (Polyline::new(one), Polyline::new(other)) {
-        (Some(line), Some(beside)) => {
+    let [one, other] = ends.map(|arm| cut(network, kept, arm));
+    let distance = match (Polyline::new(one), Polyline::new(other)) {
+        (Some(line), Some(other_line)) => {
             let to = |line: &Polyline, ends: [Point; 2]| line.distance(ends[0]).min(line.distance(ends[1]));
-            to(&line, other).min(to(&beside, one))
+            to(&line, other).min(to(&other_line, one))
         }
         _ => (one[0] - other[0]).norm(),
     };
-    let [a, b] = ends.map(|at| options.grade_of(network.road(at.road)));
-    (a.max(b) * apart).max(LEAST)
+    let [a, b] = ends.map(|arm| options.grade_of(network.road(arm.road)));
+    (a.max(b) * distance).max(LEAST)
 }
 
 /// The ends of the cut across the carriageway of a road.
@@ -91,8 +91,8 @@ fn cut(network: &RoadNetwork, kept: &[Stations], RoadEnd { road: ix, end }: Road
     [left, right].map(|edge| on_cut(road, end, kept[ix][end], road.section.edge(edge)))
 }
 
-/// Heights as they are, at even stations of a road and where it is cut. Where it is steep, it may stay so.
-fn sampled(road: &Road, kept: Stations, before: &TerrainProfile, options: &HeightOptions) -> Sampled {
+/// The heights at even stations of a road and at its cuts. A steep road may stay as steep as it is.
+fn sampled(road: &Road, kept: Stations, before: &TerrainProfile, options: &HeightOptions) -> SampledHeights {
     let length = road.line.length();
     let pieces = (length / STEP).ceil().max(1.0) as usize;
     let cuts: Vec<f64> = kept.into_iter().filter(|cut| (SAME..=length - SAME).contains(cut)).collect();
@@ -105,5 +105,5 @@ fn sampled(road: &Road, kept: Stations, before: &TerrainProfile, options: &Heigh
     let grade = options.grade_of(road);
     let climb = |(pair, heights): (&[f64], &[f64])| (grade * (pair[1] - pair[0])).max((heights[1] - heights[0]).abs());
     let climbs = stations.windows(2).zip(wanted.windows(2)).map(climb).collect();
-    Sampled { stations, wanted, climbs }
+    SampledHeights { stations, wanted, climbs }
 }

@@ -1,9 +1,9 @@
-//! How high roads lie: the ground as far as it is known, and ramps to what lies on another level.
+//! Heights of roads: the ground, and ramps to roads on other levels.
 //!
-//! The ground comes from a terrain model, else from nodes with `ele`, else it is level. On top of it a road on a bridge or
-//! in a tunnel lies as many storeys higher or lower as its `layer` says, on its whole length; the roads at its ends climb
-//! there as steeply as their class allows. Roads that meet do so at one height. Last the grades are held: what is too steep,
-//! ground or ramp, is spread over the roads around.
+//! The ground comes from a terrain model, else from nodes with `ele`, else it is level. A road on a bridge or in a tunnel lies as
+//! many storeys above or below it as its `layer` says, on its whole length; the roads at its ends climb there as steeply as
+//! their class allows. Roads that meet have one height. Last the grades are limited: what is too steep is spread over the
+//! roads around.
 
 mod crossings;
 mod elevation_tags;
@@ -24,7 +24,7 @@ use crate::geometry::Polyline;
 use crate::parallel::Finely;
 
 use crossings::{Overpass, overpasses};
-use grade_limit::{Sampled, Web};
+use grade_limit::{HeightGraph, SampledHeights};
 use options::{REACH, STEP, TOLERANCE};
 use ramps::Ramp;
 use terrain_profile::TerrainProfile;
@@ -35,14 +35,13 @@ pub use elevation_tags::{ElevationTags, elevation_tags};
 pub use level_at_cuts::level_at_cuts;
 pub use surface::{Ground, rounded};
 
-/// A road is told of where it lies so far, metres, from the height that ground and level ask for.
-const ASTRAY: f64 = 0.5;
-/// A crossing is told of where so much of its room, metres, is missing.
-const CRAMPED: f64 = 0.5;
+/// Least difference from the height by ground and level that gets a finding, metres.
+const DISPLACED: f64 = 0.5;
+/// Least lack of clearance that gets a finding, metres.
+const LACKING: f64 = 0.5;
 
-/// The network with a height at every vertex of every road, and a finding for each road that could not lie as ground and
-/// level ask, and for each crossing without room. `kept` gives the stations between which each road remains: within the
-/// intersections no ramp rises.
+/// The network with a height at every vertex of every road, and findings for roads away from the height by ground and level, and
+/// for crossings with too little clearance. `kept` has the stations between which each road remains: intersections have no ramps.
 #[must_use]
 pub fn with_heights(
     mut network: RoadNetwork,
@@ -60,22 +59,22 @@ pub fn with_heights(
     let crossings = overpasses(&network, kept);
     let ramps = ramps::ramps(&network, kept, &bases, &crossings, options);
     let roads = network.roads.par_iter().finely().zip(kept).zip(bases.par_iter().finely().zip(&ramps));
-    let sample = |((road, kept), (base, ramp)): ((&Road, &[f64; 2]), _)| sampled(road, *kept, base, ramp, options);
-    let sampled: Vec<Sampled> = roads.map(sample).collect();
-    let heights = Web::new(&network, &sampled, &crossings, options.storey).heights();
+    let sample = |((road, kept), (base, ramp)): ((&Road, &Stations), _)| sampled(road, *kept, base, ramp, options);
+    let sampled: Vec<SampledHeights> = roads.map(sample).collect();
+    let heights = HeightGraph::new(&network, &sampled, &crossings, options.storey).heights();
     let roads = network.roads.par_iter_mut().finely().zip(sampled.into_par_iter().finely().zip(heights));
     let laid = roads.map(|(road, (sampled, heights))| {
-        let astray = astray(road, &sampled, &heights);
-        lay(road, &profile(&sampled.stations, &heights));
-        astray
+        let displaced = displaced(road, &sampled, &heights);
+        set_heights(road, &profile(&sampled.stations, &heights));
+        displaced
     });
     let mut findings: Vec<Finding> = laid.flatten_iter().collect();
-    findings.extend(crossings.iter().filter_map(|crossing| cramped(&network, crossing, options.storey)));
+    findings.extend(crossings.iter().filter_map(|crossing| short_clearance(&network, crossing, options.storey)));
     (network, findings)
 }
 
-/// Wanted height at even stations of a road, and what it may climb between them.
-fn sampled(road: &Road, kept: Stations, base: &TerrainProfile, ramp: &Ramp, options: &HeightOptions) -> Sampled {
+/// Wanted heights at even stations of a road, and how much it may climb between them.
+fn sampled(road: &Road, kept: Stations, base: &TerrainProfile, ramp: &Ramp, options: &HeightOptions) -> SampledHeights {
     let length = road.line.length();
     let pieces = (length / STEP).ceil().max(1.0) as usize;
     let step = length / pieces as f64;
@@ -85,30 +84,30 @@ fn sampled(road: &Road, kept: Stations, base: &TerrainProfile, ramp: &Ramp, opti
     let [usual, most] = [options.grade_of(road), options.steepest_of(road)];
     let climb = |(pair, ground): (&[f64], &[f64])| {
         let (length, middle) = (pair[1] - pair[0], (pair[0] + pair[1]) / 2.0);
-        // Between intersections a road may climb as the ground does; these are built as level as ramps allow.
+        // Between intersections a road may climb like the ground; in them only like a ramp.
         let steep = if (kept[0]..=kept[1]).contains(&middle) { (ground[1] - ground[0]).abs() } else { 0.0 };
         steep.min(most * length).max(usual * length)
     };
     let climbs = stations.windows(2).zip(ground.windows(2)).map(climb).collect();
-    Sampled { stations, wanted, climbs }
+    SampledHeights { stations, wanted, climbs }
 }
 
-/// Heights by station, as few as tell the height everywhere, from those at even steps.
-fn profile(stations: &[f64], heights: &[f64]) -> Vec<(f64, f64)> {
+/// The smoothed profile of heights at even steps, with as few stations as possible.
+fn profile(stations: &[f64], heights: &[f64]) -> TerrainProfile {
     if heights.iter().all(|height| *height == heights[0]) {
-        return [0, heights.len() - 1].map(|i| (stations[i], heights[i])).to_vec();
+        return [0, heights.len() - 1].map(|i| (stations[i], heights[i])).into_iter().collect();
     }
-    // As far to the one side as to the other, so that the ends stay and a steady grade does, too.
+    // Symmetric, so that the ends and a steady grade stay.
     let mean = |i: usize| {
         let reach = REACH.min(i).min(heights.len() - 1 - i);
         heights[i - reach..=i + reach].iter().sum::<f64>() / (2 * reach + 1) as f64
     };
     let all: Vec<(f64, f64)> = stations.iter().copied().zip((0..heights.len()).map(mean)).collect();
-    fewest(&all)
+    simplified(&all).into_iter().collect()
 }
 
-/// The corners of a profile that differ from the line through the others.
-fn fewest(all: &[(f64, f64)]) -> Vec<(f64, f64)> {
+/// A profile of stations and heights, metres, without points near the line through the others (Douglas-Peucker).
+fn simplified(all: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut keep = vec![false; all.len()];
     let mut open = vec![(0, all.len() - 1)];
     while let Some((a, b)) = open.pop() {
@@ -120,16 +119,16 @@ fn fewest(all: &[(f64, f64)]) -> Vec<(f64, f64)> {
             open.extend([(a, i), (i, b)]);
         }
     }
-    all.iter().zip(keep).filter_map(|(at, keep)| keep.then_some(*at)).collect()
+    all.iter().zip(keep).filter_map(|(point, keep)| keep.then_some(*point)).collect()
 }
 
-/// Gives a road its profile; its line gets a vertex wherever the grade changes.
-fn lay(road: &mut Road, profile: &[(f64, f64)]) {
+/// Sets the heights of a road; its line gets a vertex wherever the grade changes.
+fn set_heights(road: &mut Road, profile: &TerrainProfile) {
     /// Vertices closer than this, metres, are one.
     const SAME: f64 = 0.5;
     let mut stations = road.line.stations();
-    let inner = profile.iter().map(|at| at.0).filter(|s| stations.iter().all(|own| (own - s).abs() > SAME));
-    let inner: Vec<f64> = inner.collect();
+    let is_new = |s: &f64| stations.iter().all(|own| (own - s).abs() > SAME);
+    let inner: Vec<f64> = profile.stations().iter().copied().filter(is_new).collect();
     if !inner.is_empty() {
         let mut all = [&stations[..], &inner].concat();
         all.sort_by(f64::total_cmp);
@@ -140,24 +139,14 @@ fn lay(road: &mut Road, profile: &[(f64, f64)]) {
             stations = all;
         }
     }
-    let mut heights = Vec::with_capacity(stations.len());
-    let mut i = 0;
-    for station in stations {
-        while i + 2 < profile.len() && profile[i + 1].0 < station {
-            i += 1;
-        }
-        let [(from, low), (to, high)] = [profile[i], profile[(i + 1).min(profile.len() - 1)]];
-        let part = if to > from { ((station - from) / (to - from)).clamp(0.0, 1.0) } else { 0.0 };
-        heights.push(low + (high - low) * part);
-    }
-    road.heights = heights;
+    road.heights = stations.into_iter().map(|station| profile.at(station)).collect();
 }
 
-/// A finding where a road lies elsewhere than ground and level ask, for the sake of its grade or of a road that it passes.
-fn astray(road: &Road, sampled: &Sampled, heights: &[f64]) -> Option<Finding> {
+/// A finding if a road lies away from the height by ground and level, because of its grade or a clearance.
+fn displaced(road: &Road, sampled: &SampledHeights, heights: &[f64]) -> Option<Finding> {
     let off = |i: usize| heights[i] - sampled.wanted[i];
     let worst = (0..heights.len()).max_by(|a, b| off(*a).abs().total_cmp(&off(*b).abs()))?;
-    (off(worst).abs() > ASTRAY).then(|| {
+    (off(worst).abs() > DISPLACED).then(|| {
         let message = format!(
             "way {} lies up to {:.1} m {} than ground and layer ask, so that no road climbs more than it may",
             road.key.way,
@@ -170,12 +159,12 @@ fn astray(road: &Road, sampled: &Sampled, heights: &[f64]) -> Option<Finding> {
     })
 }
 
-/// A finding where two roads pass over each other with less room than their levels ask.
-fn cramped(network: &RoadNetwork, crossing: &Overpass, storey: f64) -> Option<Finding> {
+/// A finding if two roads cross with less clearance than by their levels.
+fn short_clearance(network: &RoadNetwork, crossing: &Overpass, storey: f64) -> Option<Finding> {
     let roads = [crossing.upper, crossing.lower];
     let [above, below] = roads.map(|(road, _)| Ground::under(&network.roads[road]).at(crossing.place));
     let (room, wanted) = (above - below, crossing.levels * storey);
-    (room < wanted - CRAMPED).then(|| {
+    (room < wanted - LACKING).then(|| {
         let [upper, lower] = roads.map(|(road, _)| network.roads[road].key.way);
         let message = format!(
             "way {upper} passes over way {lower} with {room:.1} m between them, not {wanted:.1} m: \

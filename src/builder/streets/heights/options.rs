@@ -1,4 +1,4 @@
-//! What may be decided about heights, and how finely they are sampled.
+//! Options of heights, and how finely they are sampled.
 
 use crate::builder::network::Road;
 use crate::builder::tags::road_class::RoadClass;
@@ -8,32 +8,32 @@ use super::elevation_tags::ElevationTags;
 
 use std::sync::Arc;
 
-/// Height from one level to the next, metres: 4.5 m of clearance, as most countries ask for, and the deck.
+/// Height from one level to the next, metres: 4.5 m of clearance, usual in most countries, and the deck.
 pub const STOREY: f64 = 6.0;
-/// Heights are averaged over this distance, metres, to either side, so that the grade does not change at once.
+/// Heights are averaged over this distance to either side, metres, so that the grade changes gradually.
 pub(super) const ROUNDED: f64 = 15.0;
 
-/// Distance, metres, between the places of a road at which its height is worked out.
+/// Distance between the samples of a road's height, metres.
 pub(super) const STEP: f64 = 5.0;
-/// As many steps.
+/// [`ROUNDED`] in steps.
 pub(super) const REACH: usize = (ROUNDED / STEP) as usize;
-/// A road's line gets no vertex for what changes its height by less than this, metres.
+/// Smaller differences in height get no vertex, metres.
 pub(super) const TOLERANCE: f64 = 0.02;
 
-/// What heights are made from.
+/// Options and sources of heights.
 #[derive(Clone)]
 pub struct HeightOptions {
-    /// Height of the ground where nothing is known of it, metres.
+    /// Height of the ground if it is unknown, metres.
     pub ground: f64,
     /// Height from one level to the next, metres.
     pub storey: f64,
-    /// Steepest ramp, metres per metre; by the class of the road where absent.
+    /// Steepest ramp, metres per metre; if absent, by the class of the road.
     pub grade: Option<f64>,
-    /// Steepest road, metres per metre, where the ground is steeper than a ramp may be; by the class where absent.
+    /// Steepest road on steep ground, metres per metre; if absent, by the class of the road.
     pub steepest: Option<f64>,
-    /// Heights that the input's nodes give.
+    /// Heights of nodes, from `ele`.
     pub spots: ElevationTags,
-    /// The ground by a terrain model.
+    /// A terrain model.
     pub terrain: Option<Arc<Surface>>,
 }
 
@@ -63,7 +63,7 @@ impl std::fmt::Debug for HeightOptions {
 }
 
 impl HeightOptions {
-    /// Steepest ramp on a road, metres per metre: what design manuals allow for the class.
+    /// Steepest ramp of a road, metres per metre: by class as in design manuals.
     pub(super) fn grade_of(&self, road: &Road) -> f64 {
         let usual = match road.class {
             RoadClass::Motorway | RoadClass::Trunk if !road.link => 0.05,
@@ -74,7 +74,7 @@ impl HeightOptions {
         self.grade.unwrap_or(usual)
     }
 
-    /// Steepest road of a class, metres per metre, on ground that is steep: about the steepest that exist.
+    /// Steepest road on steep ground, metres per metre: by class about the steepest that exist.
     pub(super) fn steepest_of(&self, road: &Road) -> f64 {
         let usual = match road.class {
             RoadClass::Motorway | RoadClass::Trunk if !road.link => 0.1,
@@ -86,5 +86,5 @@ impl HeightOptions {
     }
 }
 
-/// Heights at places of the plane, metres; `None` where nothing is known.
+/// Heights at points of the local plane, metres; `None` where unknown.
 pub type Surface = dyn Fn(&[Point]) -> Vec<Option<f64>> + Send + Sync;

@@ -1,31 +1,32 @@
-//! The ground under what is being drawn: a height for every place beside a road or inside an intersection.
+//! The height of the ground at every place beside a road or inside an intersection.
 
 use nalgebra::Matrix2;
 
 use crate::builder::network::Road;
 use crate::geometry::{Point, Polyline, Vector};
 
-/// Heights that differ by less than this, metres, are one.
+use super::terrain_profile::TerrainProfile;
+
+/// Largest difference of equal heights, metres.
 const LEVEL: f64 = 1e-6;
-/// A place so close to a known one, metres, is that one.
+/// A place this close to a known one, metres, has its height.
 const THERE: f64 = 1e-3;
-/// Places that stray from a row by less than this part of its length are one.
+/// Places that deviate from a line by less than this share of its length are collinear.
 const ROW: f64 = 1e-3;
-/// Heights are written to a millimetre.
+/// Heights are rounded to a millimetre.
 const PER_METRE: f64 = 1e3;
-/// No bound climbs more than this, metres per metre: half as much again as the steepest road, as lanes do that cross an
-/// intersection on a slope.
+/// Steepest bound, metres per metre: half as much again as the steepest road, for lanes across an intersection on a slope.
 const STEEPEST: f64 = 0.45;
 
-/// How high the ground lies, metres.
+/// Heights of the ground, metres.
 #[derive(Clone, Debug)]
 pub enum Ground {
     /// The same everywhere.
     Level(f64),
-    /// As high as the nearest place of a line: stations and their heights.
-    Along(Polyline, Vec<f64>, Vec<f64>),
-    /// A slope through places whose height is known, and what they lie above it, each counting the more the nearer it is.
-    /// No place lies beyond the lowest and the highest of them.
+    /// The height of the nearest place of a line.
+    Along(Polyline, TerrainProfile),
+    /// A plane through places of known height, their heights above it, interpolated by distance, and the lowest and highest of
+    /// them as limits.
     Between(Slope, Vec<(Point, f64)>, [f64; 2]),
 }
 
@@ -41,11 +42,11 @@ impl Ground {
         match level(road.heights.iter().copied()) {
             Some(height) => Self::Level(height),
             None if road.heights.len() != road.line.points().len() => Self::default(),
-            None => Self::Along(road.line.clone(), road.line.stations(), road.heights.clone()),
+            None => Self::Along(road.line.clone(), TerrainProfile::under(road)),
         }
     }
 
-    /// The ground between places whose height is known; level at 0 if there are none.
+    /// The ground between places of known height; level at 0 m if there are none.
     pub fn between(known: Vec<(Point, f64)>) -> Self {
         match level(known.iter().map(|(_, height)| *height)) {
             Some(height) => Self::Level(height),
@@ -59,27 +60,22 @@ impl Ground {
         }
     }
 
-    /// Height at a place.
+    /// The height at a place, metres.
     pub fn at(&self, place: Point) -> f64 {
         self.near(place, &mut 0)
     }
 
-    /// The same of a place after another, which lay beside some segment of the line.
-    fn near(&self, place: Point, beside: &mut usize) -> f64 {
+    /// As [`Self::at`] for places along a line; `segment` is the segment of the last one.
+    fn near(&self, place: Point, segment: &mut usize) -> f64 {
         let height = match self {
             Self::Level(height) => return *height,
-            Self::Along(line, stations, heights) => {
-                let station = line.station_of(place, stations, beside);
-                let i = stations.partition_point(|s| *s < station).clamp(1, stations.len() - 1);
-                let part = ((station - stations[i - 1]) / (stations[i] - stations[i - 1])).clamp(0.0, 1.0);
-                heights[i - 1] + (heights[i] - heights[i - 1]) * part
-            }
+            Self::Along(line, profile) => profile.at(line.station_of(place, profile.stations(), segment)),
             Self::Between(slope, above, [low, high]) => (slope.at(place) + between(above, place)).clamp(*low, *high),
         };
         rounded(height)
     }
 
-    /// Heights of the places of a line between two ends whose heights are known.
+    /// The heights along a line whose ends have known heights, metres.
     pub fn along(&self, line: &[Point], ends: impl FnOnce() -> [f64; 2]) -> Vec<f64> {
         if let Self::Level(height) = self {
             return vec![*height; line.len()];
@@ -92,18 +88,18 @@ impl Ground {
             stations.push(station);
         }
         let last_ix = line.len().saturating_sub(1);
-        let mut beside = 0;
+        let mut segment = 0;
         let height = |(i, place): (usize, &Point)| match i {
             0 => first,
             i if i == last_ix => last,
-            _ => self.near(*place, &mut beside),
+            _ => self.near(*place, &mut segment),
         };
         eased(&stations, line.iter().enumerate().map(height).collect())
     }
 }
 
-/// Heights along a line, by stations, that climb no more than [`STEEPEST`] where the line does not as a whole: around a
-/// bend its inner side is much shorter than the middle of the road, and beside a ramp the ground may have a step. The ends stay.
+/// Heights along a line by station, metres, limited to the grade [`STEEPEST`] or that between the ends. The inner side of a bend
+/// is much shorter than the middle of the road, and beside a ramp the ground may have a step. The ends stay.
 pub fn eased(stations: &[f64], mut heights: Vec<f64>) -> Vec<f64> {
     let [Some(&first), Some(&last)] = [heights.first(), heights.last()] else { return heights };
     let [Some(&from), Some(&to)] = [stations.first(), stations.last()] else { return heights };
@@ -127,7 +123,7 @@ pub fn eased(stations: &[f64], mut heights: Vec<f64>) -> Vec<f64> {
     heights
 }
 
-/// A height as it is written.
+/// A height rounded to a millimetre.
 pub fn rounded(height: f64) -> f64 {
     (height * PER_METRE).round() / PER_METRE
 }
@@ -135,7 +131,7 @@ pub fn rounded(height: f64) -> f64 {
 /// A plane in space.
 #[derive(Clone, Copy, Debug)]
 pub struct Slope {
-    /// A place of it, and its height there.
+    /// A point of it, and its height there, metres.
     middle: Point,
     height: f64,
     /// Metres up per metre east and north.
@@ -143,18 +139,18 @@ pub struct Slope {
 }
 
 impl Slope {
-    /// The plane nearest to all places; level across a row of them.
+    /// The plane nearest to all places by least squares; level across collinear places.
     fn through(known: &[(Point, f64)]) -> Self {
         let count = known.len().max(1) as f64;
-        let middle = Point::from(known.iter().map(|(at, _)| at.coords).sum::<Vector>() / count);
+        let middle = Point::from(known.iter().map(|(place, _)| place.coords).sum::<Vector>() / count);
         let height = known.iter().map(|(_, height)| height).sum::<f64>() / count;
         let (mut spread, mut moment) = (Matrix2::zeros(), Vector::zeros());
-        for (at, h) in known {
-            let off = at - middle;
+        for (place, h) in known {
+            let off = place - middle;
             spread += off * off.transpose();
             moment += off * (h - height);
         }
-        // Where all lie in a row, nothing is known of the slope across it.
+        // If all places are collinear, the slope across their line is unknown.
         spread += Matrix2::identity() * (spread.trace() * ROW);
         Self { middle, height, rise: spread.try_inverse().map_or_else(Vector::zeros, |inverse| inverse * moment) }
     }
@@ -164,17 +160,17 @@ impl Slope {
     }
 }
 
-/// The one height of all; 0 if there are none.
+/// The common height, metres; 0 if there are none.
 fn level(mut heights: impl Iterator<Item = f64>) -> Option<f64> {
     let first = heights.next().unwrap_or_default();
     heights.all(|height| (height - first).abs() < LEVEL).then_some(first)
 }
 
-/// Shepard's mean: each known height by the inverse square of its distance.
+/// Inverse distance weighting (Shepard) with the square of the distance.
 fn between(known: &[(Point, f64)], place: Point) -> f64 {
     let (mut weights, mut sum) = (0.0, 0.0);
-    for (at, height) in known {
-        let far = (place - at).norm();
+    for (known, height) in known {
+        let far = (place - known).norm();
         if far < THERE {
             return *height;
         }

@@ -2,45 +2,26 @@
 
 use std::sync::Arc;
 
-use crate::builder::network::{NetworkOptions, RoadIx, Stations, road_network};
+use crate::builder::network::{RoadIx, Stations, hand_drawn};
 use crate::geometry::Point;
-use crate::osm::{OsmData, read_bytes};
-use crate::projection::LonLat;
 
 use super::options::{STOREY, Surface};
 use super::surface::eased;
 use super::*;
 
-/// Metres east and north of a corner of the world where a degree is as long as this.
-const DEGREE: f64 = 1e5;
-
 /// A way: its id, its nodes, its tags.
 type Way<'a> = (i64, &'a [i64], &'a [(&'a str, &'a str)]);
 
-/// Ways through nodes; a node is a place in metres and a height, if known.
+/// The network of nodes with a height, if known, and ways.
 fn network(nodes: &[(i64, f64, f64, Option<f64>)], ways: &[Way<'_>]) -> (RoadNetwork, ElevationTags) {
-    let mut text = String::from("<osm version='0.6'>");
-    for (id, x, y, ele) in nodes {
-        let tag = ele.map_or_else(String::new, |ele| format!("<tag k='ele' v='{ele}'/>"));
-        text += &format!("<node id='{id}' lat='{:.9}' lon='{:.9}'>{tag}</node>", y / DEGREE, x / DEGREE);
-    }
-    for (id, refs, tags) in ways {
-        text += &format!("<way id='{id}'>");
-        refs.iter().for_each(|node| text += &format!("<nd ref='{node}'/>"));
-        tags.iter().for_each(|(k, v)| text += &format!("<tag k='{k}' v='{v}'/>"));
-        text += "</way>";
-    }
-    text += "</osm>";
-    let mut osm = OsmData::default();
-    read_bytes(&mut osm, "test", text.into_bytes()).unwrap();
-    let metres = |places: &[LonLat]| -> Vec<Point> {
-        places.iter().map(|place| Point::new(place.lon * DEGREE, place.lat * DEGREE)).collect()
-    };
-    let options = NetworkOptions {
-        driving_side: Some(crate::builder::tags::road_class::DrivingSide::Right),
-        ..NetworkOptions::default()
-    };
-    (road_network(&osm, &metres, &options).unwrap().network, elevation_tags(&osm, &metres))
+    let ele = nodes.iter().map(|node| node.3.map_or_else(String::new, |ele| format!("ele={ele}")));
+    let ele: Vec<String> = ele.collect();
+    let nodes: Vec<_> = nodes.iter().zip(&ele).map(|((id, x, y, _), ele)| (*id, *x, *y, ele.as_str())).collect();
+    let tags = ways.iter().map(|way| way.2.iter().map(|(k, v)| format!("{k}={v} ")).collect());
+    let tags: Vec<String> = tags.collect();
+    let ways: Vec<_> = ways.iter().zip(&tags).map(|((id, nodes, _), tags)| (*id, *nodes, tags.as_str())).collect();
+    let osm = hand_drawn::osm(&nodes, &ways);
+    (hand_drawn::network(&osm), elevation_tags(&osm, &hand_drawn::plane))
 }
 
 /// A road along x from 0 to 1000 m with a bridge from 400 to 460 m, and a road under it.
@@ -63,8 +44,8 @@ fn overpass() -> RoadNetwork {
     network(&nodes, &ways).0
 }
 
-/// The network at its height, no road of it cut back.
-fn laid(network: RoadNetwork, options: &HeightOptions) -> (RoadNetwork, Vec<Finding>) {
+/// The network with heights, for uncut roads.
+fn raise(network: RoadNetwork, options: &HeightOptions) -> (RoadNetwork, Vec<Finding>) {
     let kept: Vec<Stations> = network.roads.iter().map(|road| [0.0, road.line.length()]).collect();
     with_heights(network, &kept, options)
 }
@@ -85,7 +66,7 @@ fn steepest(road: &Road) -> f64 {
 
 #[test]
 fn a_bridge_lies_a_storey_up_and_the_road_climbs_there_within_its_grade() {
-    let (network, findings) = laid(overpass(), &HeightOptions::default());
+    let (network, findings) = raise(overpass(), &HeightOptions::default());
     assert!(findings.is_empty(), "{findings:?}");
     let [west, bridge, east, under] = [10, 11, 12, 13].map(|way| road(&network, way));
     for station in [0.0, 30.0, 60.0] {
@@ -102,8 +83,8 @@ fn a_bridge_lies_a_storey_up_and_the_road_climbs_there_within_its_grade() {
 fn a_tunnel_mirrors_a_bridge() {
     let mut deep = overpass();
     deep.roads.iter_mut().for_each(|road| road.level = -road.level);
-    let (up, _) = laid(overpass(), &HeightOptions::default());
-    let (down, _) = laid(deep, &HeightOptions::default());
+    let (up, _) = raise(overpass(), &HeightOptions::default());
+    let (down, _) = raise(deep, &HeightOptions::default());
     for (a, b) in up.roads.iter().zip(&down.roads) {
         let mirrored: Vec<f64> = b.heights.iter().map(|height| 0.0 - height).collect();
         assert!(a.heights.iter().zip(&mirrored).all(|(a, b)| (a - b).abs() < 1e-9), "{:?} {mirrored:?}", a.heights);
@@ -126,7 +107,7 @@ fn a_ramp_goes_on_beyond_an_intersection_where_all_roads_have_its_height() {
         (12, &[3, 4], &[street]),
         (13, &[3, 5], &[street]),
     ];
-    let (network, findings) = laid(network(&nodes, &ways).0, &HeightOptions::default());
+    let (network, findings) = raise(network(&nodes, &ways).0, &HeightOptions::default());
     assert!(findings.is_empty(), "{findings:?}");
     let crossing = STOREY - 0.08 * (40.0 - 2.0 * 6.0);
     for (way, station) in [(11, 40.0), (12, 0.0), (13, 0.0)] {
@@ -146,7 +127,7 @@ fn a_climb_without_room_is_spread_over_the_roads_around() {
         (11, &[2, 3], &[street]),
         (12, &[3, 4], &[street, ("tunnel", "yes")]),
     ];
-    let (network, findings) = laid(network(&nodes, &ways).0, &HeightOptions::default());
+    let (network, findings) = raise(network(&nodes, &ways).0, &HeightOptions::default());
     assert_eq!(findings.iter().map(|f| f.fault).collect::<Vec<_>>(), ["grade-held"; 3]);
     let [bridge, between, tunnel] = [10, 11, 12].map(|way| road(&network, way));
     for road in [bridge, between, tunnel] {
@@ -158,10 +139,10 @@ fn a_climb_without_room_is_spread_over_the_roads_around() {
         height(bridge, 160.0)
     );
     assert!((height(tunnel, 0.0) + 1.2).abs() < 0.05);
-    assert_eq!((height(bridge, 80.0), height(tunnel, 80.0)), (STOREY, -STOREY), "far away all is as wanted");
+    assert_eq!((height(bridge, 80.0), height(tunnel, 80.0)), (STOREY, -STOREY), "far away nothing changes");
 }
 
-/// A road that climbs `rise` metres where it passes under a bridge: the road of the ends 1 and 4 is the lower one.
+/// A road on ground that rises by `rise` metres under a bridge.
 fn under_a_bridge(rise: f64) -> (RoadNetwork, Vec<Finding>) {
     let known = overpass();
     let terrain: Arc<Surface> = Arc::new(move |places: &[Point]| {
@@ -170,24 +151,24 @@ fn under_a_bridge(rise: f64) -> (RoadNetwork, Vec<Finding>) {
             .map(|p| Some(50.0 + if p.y.abs() < 30.0 && (p.x - 430.0).abs() < 5.0 { rise } else { 0.0 }))
             .collect()
     });
-    laid(known, &HeightOptions { terrain: Some(terrain), ..HeightOptions::default() })
+    raise(known, &HeightOptions { terrain: Some(terrain), ..HeightOptions::default() })
 }
 
 #[test]
-fn terrain_too_steep_for_any_road_is_laid_flatter_and_the_bridge_over_it_keeps_its_room() {
+fn terrain_too_steep_for_a_road_is_flattened_and_the_bridge_keeps_its_clearance() {
     let (network, findings) = under_a_bridge(20.0);
     assert!(findings.iter().all(|finding| finding.fault == "grade-held"), "{findings:?}");
     let [west, bridge, under] = [10, 11, 13].map(|way| road(&network, way));
     assert!(steepest(under) <= 0.3 * 1.05, "{}", steepest(under));
     assert!(steepest(west) <= 0.07 * 1.05, "{}", steepest(west));
     let room = height(bridge, 30.0) - height(under, 300.0);
-    assert!(room > STOREY - CRAMPED, "{room}");
+    assert!(room > STOREY - LACKING, "{room}");
     assert_eq!(height(under, 0.0), 50.0);
 }
 
 #[test]
-fn a_crossing_that_roads_cannot_climb_to_gets_what_room_they_can_and_is_told() {
-    // The road over the other comes back to it after 30 m and passes it 10 m behind: 40 m are too short to climb 6 m.
+fn a_crossing_without_room_to_climb_gets_less_clearance_and_a_finding() {
+    // The upper road leaves the lower one and crosses it after 30 m: too short to climb 6 m.
     let nodes = [
         (1, 0.0, 0.0, None),
         (2, 100.0, 0.0, None),
@@ -198,33 +179,33 @@ fn a_crossing_that_roads_cannot_climb_to_gets_what_room_they_can_and_is_told() {
     let street = ("highway", "tertiary");
     let ways: [Way<'_>; 2] =
         [(10, &[1, 2], &[street]), (11, &[2, 3, 4, 5], &[street, ("bridge", "yes"), ("layer", "1")])];
-    let (network, findings) = laid(network(&nodes, &ways).0, &HeightOptions::default());
+    let (network, findings) = raise(network(&nodes, &ways).0, &HeightOptions::default());
     let faults: Vec<_> = findings.iter().map(|f| f.fault).collect();
     assert!(faults.contains(&"clearance-short"), "{faults:?}");
-    assert!(network.roads.iter().all(|road| steepest(road) <= 0.08 * 1.05), "grades hold all the same");
+    assert!(network.roads.iter().all(|road| steepest(road) <= 0.08 * 1.05), "the grades hold");
     let room = height(road(&network, 11), 30.0) - height(road(&network, 10), 90.0);
     assert!(room > 2.0, "{room}");
 }
 
 #[test]
-fn the_user_may_say_how_steep_a_road_may_be() {
+fn the_user_may_limit_the_grade_of_roads() {
     let slope: Arc<Surface> =
         Arc::new(|places: &[Point]| places.iter().map(|p| Some((p.x.clamp(100.0, 300.0) - 100.0) * 0.25)).collect());
     let nodes = [(1, 0.0, 0.0, None), (2, 400.0, 0.0, None)];
     let ways: [Way<'_>; 1] = [(10, &[1, 2], &[("highway", "residential")])];
     let options = HeightOptions { terrain: Some(slope), steepest: Some(0.2), ..HeightOptions::default() };
-    let (network, _) = laid(network(&nodes, &ways).0, &options);
+    let (network, _) = raise(network(&nodes, &ways).0, &options);
     assert!((0.19..=0.21).contains(&steepest(&network.roads[0])), "{}", steepest(&network.roads[0]));
 }
 
 #[test]
-fn known_heights_hold_and_what_lies_between_is_even() {
+fn known_heights_hold_and_are_interpolated() {
     let nodes =
         [(1, 0.0, 0.0, Some(10.0)), (2, 200.0, 0.0, None), (3, 400.0, 0.0, Some(20.0)), (4, 200.0, 300.0, None)];
     let street = ("highway", "tertiary");
     let ways: [Way<'_>; 2] = [(10, &[1, 2, 3], &[street]), (11, &[2, 4], &[street])];
     let (network, known) = network(&nodes, &ways);
-    let (network, _) = laid(network, &HeightOptions { spots: known, ..HeightOptions::default() });
+    let (network, _) = raise(network, &HeightOptions { spots: known, ..HeightOptions::default() });
     let [west, side] = [10, 11].map(|way| road(&network, way));
     assert_eq!(height(west, 0.0), 10.0);
     assert!((height(west, 100.0) - 12.5).abs() < 0.05, "{}", height(west, 100.0));
@@ -234,19 +215,19 @@ fn known_heights_hold_and_what_lies_between_is_even() {
 
 #[test]
 fn terrain_is_followed_but_not_under_a_bridge() {
-    // A valley under the bridge: no road needs more room than it has.
+    // A valley under the bridge has enough clearance.
     let valley = |places: &[Point]| -> Vec<Option<f64>> {
         places.iter().map(|p| Some(if (405.0..455.0).contains(&p.x) { 80.0 } else { 100.0 + p.x * 0.01 })).collect()
     };
     let terrain: Arc<Surface> = Arc::new(valley);
-    let (network, _) = laid(overpass(), &HeightOptions { terrain: Some(terrain), ..HeightOptions::default() });
+    let (network, _) = raise(overpass(), &HeightOptions { terrain: Some(terrain), ..HeightOptions::default() });
     let [west, bridge, under] = [10, 11, 13].map(|way| road(&network, way));
     assert!((height(west, 200.0) - 102.0).abs() < 0.05);
     assert!((height(bridge, 30.0) - 104.3).abs() < 0.05, "{}", height(bridge, 30.0));
     assert!((height(under, 300.0) - 80.0).abs() < 0.05);
     // On flat ground the bridge must be raised.
     let flat: Arc<Surface> = Arc::new(|places: &[Point]| vec![Some(50.0); places.len()]);
-    let (network, _) = laid(overpass(), &HeightOptions { terrain: Some(flat), ..HeightOptions::default() });
+    let (network, _) = raise(overpass(), &HeightOptions { terrain: Some(flat), ..HeightOptions::default() });
     assert!((height(road(&network, 11), 30.0) - 56.0).abs() < 1e-3);
 }
 
@@ -266,11 +247,11 @@ fn beside_a_ramp() -> RoadNetwork {
         (12, &[3, 4], &[street, ("bridge", "yes")]),
         (13, &[2, 5], &[street]),
     ];
-    laid(network(&nodes, &ways).0, &HeightOptions::default()).0
+    raise(network(&nodes, &ways).0, &HeightOptions::default()).0
 }
 
 #[test]
-fn roads_cut_farther_back_than_their_outlines_ask_end_without_a_step() {
+fn roads_cut_back_farther_than_their_outlines_end_without_a_step() {
     let mut network = beside_a_ramp();
     let at = |way: i64| network.roads.iter().position(|road| road.key.way == way).unwrap();
     let (ramp, beside) = (at(11), at(13));
@@ -285,10 +266,10 @@ fn roads_cut_farther_back_than_their_outlines_ask_end_without_a_step() {
     assert!(changed.contains(&RoadIx::new(ramp)) && changed.contains(&RoadIx::new(beside)), "{changed:?}");
     // Their kerbs are less than 3 m apart there.
     assert!(step(&network) < 0.3, "{}", step(&network));
-    assert!(network.roads.iter().all(|road| steepest(road) <= 0.08 * 1.05), "grades hold all the same");
+    assert!(network.roads.iter().all(|road| steepest(road) <= 0.08 * 1.05), "the grades hold");
     for (way, station) in [(10, 0.0), (12, 200.0), (13, 400.0)] {
         let [old, new] = [&before, &network].map(|network| height(road(network, way), station));
-        assert!((old - new).abs() < 1e-9, "{way}: far away all stays");
+        assert!((old - new).abs() < 1e-9, "{way}: far away nothing changes");
     }
 }
 
@@ -307,33 +288,33 @@ fn a_bound_climbs_no_more_than_it_must() {
     for (s, h) in stations.windows(2).zip(heights.windows(2)) {
         assert!((h[1] - h[0]).abs() <= 0.46 * (s[1] - s[0]), "{heights:?}");
     }
-    assert_eq!([heights[0], heights[3], heights[4]], [0.0, 3.0, 3.5], "what is not steep stays");
-    assert_eq!(eased(&[0.0, 1.0, 2.0], vec![0.0, 5.0, 2.0]), [0.0, 1.0, 2.0], "the ends are steeper than that apart");
+    assert_eq!([heights[0], heights[3], heights[4]], [0.0, 3.0, 3.5], "level parts stay");
+    assert_eq!(eased(&[0.0, 1.0, 2.0], vec![0.0, 5.0, 2.0]), [0.0, 1.0, 2.0], "the grade between the ends is steeper");
 }
 
 #[test]
-fn flat_ground_costs_nothing() {
+fn flat_ground_gives_no_heights() {
     let nodes = [(1, 0.0, 0.0, None), (2, 100.0, 0.0, None)];
     let ways: [Way<'_>; 1] = [(10, &[1, 2], &[("highway", "tertiary")])];
-    let (flat, _) = laid(network(&nodes, &ways).0, &HeightOptions::default());
+    let (flat, _) = raise(network(&nodes, &ways).0, &HeightOptions::default());
     assert!(flat.roads[0].heights.is_empty());
-    let (lifted, _) = laid(network(&nodes, &ways).0, &HeightOptions { ground: 40.0, ..HeightOptions::default() });
+    let (lifted, _) = raise(network(&nodes, &ways).0, &HeightOptions { ground: 40.0, ..HeightOptions::default() });
     assert_eq!(lifted.roads[0].heights, [40.0, 40.0]);
 }
 
 #[test]
-fn between_known_places_the_ground_is_a_slope_where_they_lie_on_one() {
+fn between_places_on_a_plane_the_ground_is_that_plane() {
     let known = [(0.0, 0.0, 1.0), (10.0, 0.0, 3.0), (10.0, 8.0, 3.0), (0.0, 8.0, 1.0)];
     let ground = Ground::between(known.map(|(x, y, h)| (Point::new(x, y), h)).to_vec());
     assert_eq!(ground.at(Point::new(0.0, 0.0)), 1.0);
     assert!((ground.at(Point::new(5.0, 3.0)) - 2.0).abs() < 2e-3);
     assert!((ground.at(Point::new(2.5, 7.0)) - 1.5).abs() < 2e-3);
     let row = Ground::between(vec![(Point::new(0.0, 0.0), 1.0), (Point::new(10.0, 0.0), 3.0)]);
-    assert!((row.at(Point::new(5.0, 5.0)) - 2.0).abs() < 0.01, "level across a row");
+    assert!((row.at(Point::new(5.0, 5.0)) - 2.0).abs() < 0.01, "level across collinear places");
 }
 
 #[test]
-fn what_lies_off_the_slope_counts_the_more_the_nearer_it_is() {
+fn differences_from_the_plane_are_interpolated_by_distance() {
     let known = [(0.0, 0.0, 1.0), (10.0, 0.0, 0.0), (10.0, 10.0, 1.0), (0.0, 10.0, 0.0)];
     let ground = Ground::between(known.map(|(x, y, h)| (Point::new(x, y), h)).to_vec());
     assert_eq!(ground.at(Point::new(10.0, 10.0)), 1.0);

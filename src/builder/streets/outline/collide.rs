@@ -1,13 +1,13 @@
-//! Finds where the edges of two roads that meet collide.
+//! Finds where the edges of two arms cross.
 
 use crate::geometry::spatial_hash::{Bounds, touch};
 use crate::geometry::{Point, Polyline, segment_crossing};
 
 use super::thicken::{Side, ThickenedArm};
 
-/// Steps, metres, in which the gap between two roads is looked for.
+/// Step of the search for a gap between two roads, metres.
 const STEP: f64 = 2.0;
-/// Two collisions closer together than this (metres) belong to one overlap.
+/// Collisions closer together than this, metres, belong to one overlap.
 const NEAR: f64 = 4.0;
 
 /// A place where an edge of one arm crosses an edge of another.
@@ -19,66 +19,66 @@ pub struct Collision {
     pub a: Side,
     /// Edge of the second arm.
     pub b: Side,
-    /// Foot of its perpendicular on each centre line, as a station from the intersection outwards.
+    /// Its projections onto both centre lines, metres from the intersection.
     pub stations: [f64; 2],
-    /// Distance along each edge from its begin.
+    /// Distances along both edges, metres from the intersection.
     pub along: [f64; 2],
 }
 
-/// The collisions of two arms that belong to the overlap at the intersection: those beyond a gap, where the roads
-/// meet a second time, are left out. Sorted from the intersection outwards.
+/// The collisions of two arms in their overlap at the intersection, sorted outwards. Collisions beyond a gap, where the roads
+/// meet again, are left out.
 pub fn collisions(a: &ThickenedArm, b: &ThickenedArm) -> Vec<Collision> {
-    let mut found = all(a, b);
+    let mut found = all_collisions(a, b);
     found.sort_by(|p, q| (p.stations[0] + p.stations[1]).total_cmp(&(q.stations[0] + q.stations[1])));
     let connected = (0..found.len())
         .take_while(|&i| {
             let before = if i == 0 { [0.0, 0.0] } else { found[i - 1].stations };
-            !apart(a, b, before[0], found[i].stations[0]) && !apart(b, a, before[1], found[i].stations[1])
+            !has_gap(a, b, before[0], found[i].stations[0]) && !has_gap(b, a, before[1], found[i].stations[1])
         })
         .count();
     found.truncate(connected);
     found
 }
 
-/// The collisions of two arms within so many metres of the begin of both, whatever lies between.
+/// The collisions of two arms within `reach` metres, also those beyond a gap.
 pub fn collisions_within(a: &ThickenedArm, b: &ThickenedArm, reach: f64) -> Vec<Collision> {
-    let mut found = all(a, b);
+    let mut found = all_collisions(a, b);
     found.retain(|c| c.stations.iter().all(|s| *s <= reach));
     found
 }
 
-/// Every crossing of their edges: the same to the last bit, whichever arm is named first.
-fn all(a: &ThickenedArm, b: &ThickenedArm) -> Vec<Collision> {
-    if ahead(a, b) {
-        return crossed(a, b);
+/// All collisions, with the same rounding in either order of the arms.
+fn all_collisions(a: &ThickenedArm, b: &ThickenedArm) -> Vec<Collision> {
+    if comes_first(a, b) {
+        return edge_crossings(a, b);
     }
-    let turned = |c: Collision| Collision {
+    let swapped = |c: Collision| Collision {
         a: c.b,
         b: c.a,
         stations: [c.stations[1], c.stations[0]],
         along: [c.along[1], c.along[0]],
         ..c
     };
-    crossed(b, a).into_iter().map(turned).collect()
+    edge_crossings(b, a).into_iter().map(swapped).collect()
 }
 
-/// An order of arms that depends on where they lie and not on how they are numbered.
-fn ahead(a: &ThickenedArm, b: &ThickenedArm) -> bool {
+/// An order of arms by their geometry, not by their indices.
+fn comes_first(a: &ThickenedArm, b: &ThickenedArm) -> bool {
     let place = |arm: &ThickenedArm| (arm.line.last(), arm.line.first(), arm.half);
     let ((p, q, wide), (r, s, other)) = (place(a), place(b));
     let by_place = |p: Point, q: Point| p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y));
     by_place(p, r).then(by_place(q, s)).then(wide.total_cmp(&other)).is_le()
 }
 
-fn crossed(a: &ThickenedArm, b: &ThickenedArm) -> Vec<Collision> {
+fn edge_crossings(a: &ThickenedArm, b: &ThickenedArm) -> Vec<Collision> {
     let mut found = Vec::new();
     for sa in [Side::Left, Side::Right] {
         for sb in [Side::Left, Side::Right] {
-            if !touch(&a.reach(sa), &b.reach(sb)) {
+            if !touch(&a.bounds(sa), &b.bounds(sb)) {
                 continue;
             }
-            for (along_a, along_b, point) in crossings_within(a.edge(sa), b.edge(sb), b.reach(sb)) {
-                let stations = [foot(a, point), foot(b, point)];
+            for (along_a, along_b, point) in crossings_within(a.edge(sa), b.edge(sb), b.bounds(sb)) {
+                let stations = [a, b].map(|arm| arm.line.project(point).station);
                 found.push(Collision { point, a: sa, b: sb, stations, along: [along_a, along_b] });
             }
         }
@@ -86,14 +86,8 @@ fn crossed(a: &ThickenedArm, b: &ThickenedArm) -> Vec<Collision> {
     found
 }
 
-/// Station of the perpendicular foot of `point` on the arm's centre line. Where the perpendicular misses the line (at
-/// a bend, or beyond an end), the nearest place on it.
-fn foot(arm: &ThickenedArm, point: Point) -> f64 {
-    arm.line.project(point).station
-}
-
-/// Whether somewhere between two stations of `a` the roads lie clear of each other.
-fn apart(a: &ThickenedArm, b: &ThickenedArm, from: f64, to: f64) -> bool {
+/// Whether the roads are clear of each other somewhere between two stations of `a`, metres.
+fn has_gap(a: &ThickenedArm, b: &ThickenedArm, from: f64, to: f64) -> bool {
     if to - from < NEAR {
         return false;
     }
@@ -105,12 +99,12 @@ fn apart(a: &ThickenedArm, b: &ThickenedArm, from: f64, to: f64) -> bool {
     })
 }
 
-/// Where two lines cross: distance along each, and the point.
+/// Where two lines cross: distances along both, metres, and the point.
 pub fn crossings(a: &Polyline, b: &Polyline) -> Vec<(f64, f64, Point)> {
     crossings_within(a, b, b.bounds())
 }
 
-/// As [`crossings`], with the box around the second line.
+/// As [`crossings`], with the bounding box of the second line.
 fn crossings_within(a: &Polyline, b: &Polyline, [low, high]: Bounds) -> Vec<(f64, f64, Point)> {
     let mut found = Vec::new();
     for (i, (p, q)) in a.segments().enumerate().filter(|(_, (p, q))| boxes_touch(*p, *q, low, high)) {
@@ -125,12 +119,12 @@ fn crossings_within(a: &Polyline, b: &Polyline, [low, high]: Bounds) -> Vec<(f64
     found
 }
 
-/// The length of so many segments of a line.
+/// The length of the first segments of a line, metres.
 fn along(line: &Polyline, segments: usize) -> f64 {
     line.segments().take(segments).fold(0.0, |sum, (p, q)| sum + (q - p).norm())
 }
 
-/// Whether the boxes around two segments touch.
+/// Whether the bounding boxes of two segments touch.
 pub fn boxes_touch(p: Point, q: Point, r: Point, s: Point) -> bool {
     p.x.min(q.x) <= r.x.max(s.x)
         && r.x.min(s.x) <= p.x.max(q.x)

@@ -1,4 +1,4 @@
-//! How the outline of one intersection comes to be: what each step of the method finds, to be looked at.
+//! The steps of the outline of one intersection, for pictures.
 
 use crate::builder::network::{IntersectionIx, RoadEnd, RoadNetwork};
 use crate::geometry::{Point, Polyline};
@@ -10,18 +10,18 @@ use super::{OutlineOptions, uncut};
 /// The steps at one intersection.
 #[derive(Clone, Debug)]
 pub struct DebugSteps {
-    /// The roads that meet, clockwise.
+    /// The arms, clockwise.
     pub arms: Vec<ArmTrace>,
-    /// Where their edges collide.
+    /// The collisions of their edges.
     pub hits: Vec<Hit>,
-    /// What the roads inside a merged intersection cover.
+    /// The ground of the inner roads.
     pub ground: Vec<Vec<Point>>,
 }
 
-/// A thickened road, seen from the intersection outwards.
+/// A thickened arm, outwards.
 #[derive(Clone, Debug)]
 pub struct ArmTrace {
-    /// The road and the end from which it is seen.
+    /// The road end at the intersection.
     pub at: RoadEnd,
     /// Its centre line.
     pub line: Polyline,
@@ -31,7 +31,7 @@ pub struct ArmTrace {
     pub right: Polyline,
     /// How far it must be cut back, metres.
     pub least: f64,
-    /// How far it would be cut back with room for its kerbs, metres.
+    /// How far it is cut back with room for its kerbs, metres.
     pub wanted: f64,
 }
 
@@ -40,13 +40,13 @@ pub struct ArmTrace {
 pub struct Hit {
     /// Where.
     pub point: Point,
-    /// Its nearest places on the two centre lines.
+    /// Its projections onto the two centre lines.
     pub feet: [Point; 2],
-    /// Whether it decides how far one of the two roads is cut back.
+    /// For each road whether this is its farthest collision.
     pub decides: [bool; 2],
 }
 
-/// Makes the outline of one intersection once more and tells each step.
+/// The steps of the outline of one intersection.
 pub fn trace(network: &RoadNetwork, ix: IntersectionIx, options: &OutlineOptions) -> DebugSteps {
     let site = IntersectionSite::new(network, network.intersection(ix), &uncut(network), options);
     let (arms, plan) = (site.arms(), &site.plan);
@@ -69,7 +69,7 @@ pub fn trace(network: &RoadNetwork, ix: IntersectionIx, options: &OutlineOptions
     let hits = hits.collect();
     let trims = plan.star.least.iter().zip(&plan.star.trims);
     let arms = arms.iter().zip(trims).map(|(arm, (least, wanted))| ArmTrace {
-        at: arm.at,
+        at: arm.road_end,
         line: arm.line.clone(),
         left: arm.left.clone(),
         right: arm.right.clone(),

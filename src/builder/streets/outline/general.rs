@@ -1,7 +1,7 @@
-//! Stars of roads: A/B Street's general method.
+//! A/B Street's general method for the roads at one intersection.
 //!
-//! Every road is trimmed back to the farthest place where one of its edges collides with an edge of any other road at
-//! the intersection; the trimmed ends and the collisions between neighbours, walked clockwise, are the outline.
+//! Every road is trimmed back to the farthest collision of its edges with those of any other road. The trimmed ends and the
+//! collisions between neighbours make up the outline.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -12,16 +12,16 @@ use super::collide::{Collision, collisions};
 use super::ring::Corner;
 use super::thicken::{Side, ThickenedArm};
 
-/// What the method found at one intersection.
+/// The trims and corners at one intersection, per arm.
 #[derive(Clone, Debug)]
 pub struct RoadStar {
-    /// Per arm: how far it must be trimmed, metres from the begin of its line.
+    /// How far the arm must be trimmed, metres.
     pub least: Vec<f64>,
-    /// Per arm: how far it should be trimmed, so that the kerbs have room for their curves.
+    /// How far it should be trimmed so that the kerbs have room for their curves, metres.
     pub trims: Vec<f64>,
-    /// Per arm: the corner between it and the next one clockwise.
+    /// The corner between it and the next arm clockwise.
     pub corners: Vec<Corner>,
-    /// Whether two arms leave nearly parallel, so that a wedge lies between them.
+    /// Whether any two neighbours are nearly parallel, with a wedge between them.
     pub wedge: bool,
 }
 
@@ -32,7 +32,7 @@ impl RoadStar {
     }
 }
 
-/// Collides the arms, given in clockwise order.
+/// The trims and corners of the arms, which are in clockwise order.
 pub fn star(arms: &[ThickenedArm], options: &OutlineOptions) -> RoadStar {
     let n = arms.len();
     let mut trims = vec![0.0_f64; n];
@@ -40,17 +40,17 @@ pub fn star(arms: &[ThickenedArm], options: &OutlineOptions) -> RoadStar {
     for i in 0..n {
         for j in i + 1..n {
             let found = collisions(&arms[i], &arms[j]);
-            // Roads that part at a small angle are cut where there is room for a wedge; beyond, they lie abreast.
+            // Roads that diverge at a small angle are cut where a wedge has room; beyond, they run side by side.
             let reach = options.reach * arms[i].half.max(arms[j].half) * 2.0;
             for c in &found {
                 trims[i] = trims[i].max(c.stations[0].min(reach));
                 trims[j] = trims[j].max(c.stations[1].min(reach));
             }
             if j == i + 1 {
-                corners[i] = between(&arms[i], &arms[j], &found, false, options);
+                corners[i] = corner(&arms[i], &arms[j], &found, false, options);
             }
             if i == 0 && j == n - 1 {
-                corners[j] = between(&arms[j], &arms[i], &found, true, options);
+                corners[j] = corner(&arms[j], &arms[i], &found, true, options);
             }
         }
     }
@@ -79,25 +79,24 @@ pub fn star(arms: &[ThickenedArm], options: &OutlineOptions) -> RoadStar {
     RoadStar { least, trims, corners, wedge }
 }
 
-/// The corner from `a` clockwise to `b`: the farthest collision of the edges that face each other.
-fn between(a: &ThickenedArm, b: &ThickenedArm, found: &[Collision], swapped: bool, options: &OutlineOptions) -> Corner {
+/// The corner from `a` clockwise to `b`: the farthest collision of the facing edges. `swapped` if `found` names `b` first.
+fn corner(a: &ThickenedArm, b: &ThickenedArm, found: &[Collision], swapped: bool, options: &OutlineOptions) -> Corner {
     let facing = found.iter().rev().find(|c| match swapped {
         false => c.a == Side::Right && c.b == Side::Left,
         true => c.a == Side::Left && c.b == Side::Right,
     });
-    let Some(c) = facing else { return apart(a, b) };
+    let Some(c) = facing else { return corner_without_collision(a, b) };
     let along = if swapped { [c.along[1], c.along[0]] } else { c.along };
     let leaving = [a.right.direction(along[0]), b.left.direction(along[1])];
     let opening = angle_between(leaving[0], leaving[1]).abs();
-    // A kerb of this radius touches both edges so far from their collision.
+    // Distance from the collision at which a kerb of this radius touches both edges.
     let tangent = (a.kerb.min(b.kerb) / (opening / 2.0).tan()).min(options.kerb_reach * (opening / FRAC_PI_2).min(1.0));
     Corner::Collision { point: c.point, along, tangent }
 }
 
-/// The corner from `a` clockwise to `b` whose edges do not collide: open where the arms lie a half turn or more apart;
-/// else one road is so much wider that the other's edge begins inside it, and only its own edge, drawn back beyond its
-/// begin, meets the other.
-fn apart(a: &ThickenedArm, b: &ThickenedArm) -> Corner {
+/// The corner from `a` clockwise to `b` if their edges do not collide. It is open if the arms are half a turn or more apart.
+/// Else one road is so wide that the other's edge begins inside it; then the edges extended backwards may meet.
+fn corner_without_collision(a: &ThickenedArm, b: &ThickenedArm) -> Corner {
     if gap(a, b) >= PI {
         return Corner::Open;
     }
@@ -112,14 +111,14 @@ fn apart(a: &ThickenedArm, b: &ThickenedArm) -> Corner {
     }
 }
 
-/// The angle from `a` clockwise to `b`, in 0..2 pi, between the directions in which they leave.
+/// The angle from the direction of `a` clockwise to that of `b`, radians, from 0 to 2 pi.
 fn gap(a: &ThickenedArm, b: &ThickenedArm) -> f64 {
     let look = |arm: &ThickenedArm| arm.line.at(LOOK.min(arm.length)) - arm.line.first();
     (-angle_between(look(a), look(b))).rem_euclid(TAU)
 }
 
-/// Arms that leave at a smaller angle are nearly parallel: 25 degrees.
+/// Largest angle between nearly parallel arms, radians: 25 degrees.
 const WEDGE: f64 = 25.0 * PI / 180.0;
 
-/// Distance, metres, over which the direction of an arm is taken.
+/// Distance over which the direction of an arm is taken, metres.
 const LOOK: f64 = 5.0;

@@ -1,32 +1,33 @@
-//! One intersection while its outline is made: what is planned before the roads' other ends are known, and the closing of the
-//! ring with the cuts as they came out.
+//! The plan of an intersection, made before the other ends of its roads are known, and its outline for the final cuts.
 
 use std::borrow::Cow;
 use std::sync::OnceLock;
 
-use crate::builder::network::{End, Intersection, RoadNetwork, Stations};
+use crate::builder::network::{Intersection, RoadEnd, RoadNetwork, Stations};
 use crate::builder::streets::snap_grid::snap;
 use crate::geometry::Point;
+use crate::geometry::polygon::convex_hull;
 use crate::geometry::simple_ring::faults;
 
 use super::general::RoadStar;
+use super::merged::CutArea;
 use super::ring::Corner;
-use super::thicken::ThickenedArm;
+use super::thicken::{ThickenedArm, outwards};
 use super::{Outline, OutlineCase, OutlineCut, OutlineOptions, general, merged, ring, terminus};
 
-/// Edges that meet at less than this, degrees, lie on each other where coordinates are rounded.
+/// Least angle between edges, degrees: smaller ones may coincide after rounding.
 const FOLD: f64 = 1.0;
-/// Cuts closer together than this, metres, are the same but for rounding.
+/// Most distance between equal cuts after rounding, metres.
 const SAME: f64 = 1e-9;
 
-/// What is to be done at one intersection before the roads' other ends are known.
+/// The plan of one intersection.
 #[derive(Clone, Debug)]
 pub struct IntersectionPlan {
     pub case: OutlineCase,
     pub star: RoadStar,
-    /// The ground inside, where several nodes were merged.
+    /// The ground inside, if the outline is the boundary of a union.
     pub ground: Vec<Vec<Point>>,
-    /// The outline if the star is trimmed as it would like to be.
+    /// The outline if the arms are cut at the star's `trims`.
     pub outline: Option<Outline>,
 }
 
@@ -48,9 +49,8 @@ impl IntersectionPlan {
             _ => {
                 let mut star = general::star(arms, options);
                 for (i, arm) in arms.iter().enumerate() {
-                    let [from, to] = within[arm.at.road];
-                    let floor = if arm.at.end == End::Start { from } else { arm.length - to };
-                    star.trims[i] = star.trims[i].max(floor);
+                    let [least, _] = arm.outwards(within);
+                    star.trims[i] = star.trims[i].max(least);
                 }
                 let merged = !intersection.inner.is_empty();
                 let case = match arms.len() {
@@ -84,7 +84,7 @@ pub struct IntersectionSite<'a> {
 }
 
 impl<'a> IntersectionSite<'a> {
-    /// Plans an intersection, with every road cut back at least to the stations in `within`.
+    /// Plans an intersection. Every road is cut back at least to its stations in `within`.
     pub fn new(
         network: &'a RoadNetwork,
         intersection: &'a Intersection,
@@ -96,7 +96,7 @@ impl<'a> IntersectionSite<'a> {
         Self { network, intersection, options, plan, arms: OnceLock::from(arms) }
     }
 
-    /// An intersection whose plan is known. Its arms are drawn only where it does not close as planned.
+    /// An intersection with a known plan. Its arms are made only if the planned outline does not fit.
     pub fn known(
         network: &'a RoadNetwork,
         intersection: &'a Intersection,
@@ -106,21 +106,14 @@ impl<'a> IntersectionSite<'a> {
         Self { network, intersection, options, plan: Cow::Borrowed(plan), arms: OnceLock::new() }
     }
 
-    /// Its arms in clockwise order.
+    /// Its arms, clockwise.
     pub fn arms(&self) -> &[ThickenedArm] {
         self.arms.get_or_init(|| arms(self.network, self.intersection, self.options))
     }
 
-    /// The station of each arm's cut, and that of the cut at its other end, seen from the intersection outwards.
+    /// The stations of each arm's cut and of the cut at its other end, metres outwards.
     fn ends(&self, kept: &[Stations]) -> (Vec<f64>, Vec<f64>) {
-        let seen = |arm: &ThickenedArm| {
-            let [from, to] = kept[arm.at.road];
-            match arm.at.end {
-                End::Start => (from, to),
-                End::End => (arm.length - to, arm.length - from),
-            }
-        };
-        self.arms().iter().map(seen).unzip()
+        self.arms().iter().map(|arm| <(f64, f64)>::from(arm.outwards(kept))).unzip()
     }
 
     fn ground(&self) -> Cow<'_, [Vec<Point>]> {
@@ -130,33 +123,29 @@ impl<'a> IntersectionSite<'a> {
         }
     }
 
-    /// The outline that was planned, if every road is cut where the plan has it.
+    /// The planned outline, if every road is cut as planned.
     fn as_planned(&self, kept: &[Stations]) -> Option<Outline> {
         let mut outline = self.plan.outline.clone()?;
         let arms = &self.intersection.arms;
-        for ((at, planned), cut) in arms.iter().zip(&self.plan.star.trims).zip(&mut outline.cuts) {
-            let [from, to] = kept[at.road];
-            let trim = match at.end {
-                End::Start => from,
-                End::End => self.network.road(at.road).line.length() - to,
-            };
+        for ((arm, planned), cut) in arms.iter().zip(&self.plan.star.trims).zip(&mut outline.cuts) {
+            let [trim, _] = outwards(*arm, self.network.road(arm.road).line.length(), kept);
             if (trim - planned).abs() >= SAME {
                 return None;
             }
-            // The network for which it was planned may have counted its roads otherwise.
-            cut.at = *at;
+            // The roads may have other indices than in the network of the plan.
+            cut.at = *arm;
         }
         Some(outline)
     }
 
-    /// Closes the ring with the cuts as they came out; `None` if no simple ring goes through them.
+    /// The outline for these cuts; `None` if there is no simple ring.
     pub fn close(&self, kept: &[Stations]) -> Option<Outline> {
         if let Some(outline) = self.as_planned(kept) {
             return Some(outline);
         }
         let (trims, far) = self.ends(kept);
         if matches!(self.plan.case, OutlineCase::MapEdge) || trims.is_empty() {
-            let cuts = cuts(self.arms(), &trims);
+            let cuts = ring::cuts(self.arms(), &trims);
             return Some(Outline {
                 case: self.plan.case,
                 corners: vec![Vec::new(); cuts.len()],
@@ -165,60 +154,57 @@ impl<'a> IntersectionSite<'a> {
             });
         }
         let general = || outline(&self.plan, self.arms(), &trims);
-        let around = || self.around_union([&trims, &far]);
-        // Roads that cover a cut of another keep the boundary from closing; the star's own corners still may.
+        let around = || self.around_union(&trims, &far);
+        // If a road covers the cut of another, the boundary does not close; the corners of the star still may.
         if self.plan.ground.is_empty() { general().or_else(around) } else { around().or_else(general) }
     }
 
-    /// The outline around the union of what the roads cover.
-    fn around_union(&self, [trims, far]: [&[f64]; 2]) -> Option<Outline> {
-        let cuts = cuts(self.arms(), trims);
-        let (order, sharp) = merged::corners(self.arms(), trims, far, &cuts, &self.ground())?;
-        let cuts: Vec<OutlineCut> = order.into_iter().map(|i| cuts[i].clone()).collect();
+    /// The outline around the union of the ground that the roads cover.
+    fn around_union(&self, trims: &[f64], far: &[f64]) -> Option<Outline> {
+        let ground = self.ground();
+        let area = CutArea::new(self.arms(), trims, &ground);
+        let (order, sharp) = area.corners(far)?;
+        let cuts: Vec<OutlineCut> = order.into_iter().map(|i| area.cuts[i].clone()).collect();
         let round = sharp.iter().map(|chain| merged::rounded(chain, self.options.kerb_reach)).collect();
         [round, sharp].into_iter().find_map(|corners: Vec<Vec<Point>>| {
             let ring = ring::ring(&cuts, &corners);
-            is_sound(&ring).then(|| Outline { case: self.plan.case, cuts: cuts.clone(), corners, ring })
+            is_valid(&ring).then(|| Outline { case: self.plan.case, cuts: cuts.clone(), corners, ring })
         })
     }
 
     /// The arms whose cuts other roads cover.
-    pub fn hidden(&self, kept: &[Stations]) -> impl Iterator<Item = &ThickenedArm> {
+    pub fn covered_arms(&self, kept: &[Stations]) -> impl Iterator<Item = RoadEnd> {
         let (trims, far) = self.ends(kept);
-        let hidden = merged::hidden(self.arms(), [&trims, &far], &cuts(self.arms(), &trims), &self.ground());
-        hidden.into_iter().map(|i| &self.arms()[i])
+        let covered = CutArea::new(self.arms(), &trims, &self.ground()).covered_arms(&far);
+        covered.into_iter().map(|i| self.arms()[i].road_end)
     }
 
-    /// A shape for the intersection whose own could not be made: the convex hull of its cuts.
+    /// The convex hull of the cuts, if no other outline closes.
     pub fn fallback(&self, kept: &[Stations]) -> Outline {
-        let cuts = cuts(self.arms(), &self.ends(kept).0);
+        let cuts = ring::cuts(self.arms(), &self.ends(kept).0);
         let corners = (0..cuts.len()).map(|i| vec![cuts[i].left, cuts[(i + 1) % cuts.len()].right]).collect();
-        let ring = crate::geometry::polygon::convex_hull(cuts.iter().flat_map(|cut| [cut.left, cut.right]));
+        let ring = convex_hull(cuts.iter().flat_map(|cut| [cut.left, cut.right]));
         Outline { case: OutlineCase::Fallback, cuts, corners, ring }
     }
 }
 
 fn arms(network: &RoadNetwork, intersection: &Intersection, options: &OutlineOptions) -> Vec<ThickenedArm> {
-    intersection.arms.iter().map(|at| ThickenedArm::new(network, *at, options)).collect()
+    intersection.arms.iter().map(|arm| ThickenedArm::new(network, *arm, options)).collect()
 }
 
-fn cuts(arms: &[ThickenedArm], trims: &[f64]) -> Vec<OutlineCut> {
-    arms.iter().zip(trims).map(|(arm, trim)| ring::cut(arm, *trim)).collect()
-}
-
-/// The outline of the general method; `None` if it is no simple polygon.
+/// The outline of the general method; `None` if it is not a simple polygon.
 fn outline(plan: &IntersectionPlan, arms: &[ThickenedArm], trims: &[f64]) -> Option<Outline> {
-    let cuts = cuts(arms, trims);
+    let cuts = ring::cuts(arms, trims);
     let (corners, ring) = [true, false].into_iter().find_map(|rounded| {
         let corners = corners(&plan.star, arms, trims, &cuts, rounded);
         let ring = ring::ring(&cuts, &corners);
-        is_sound(&ring).then_some((corners, ring))
+        is_valid(&ring).then_some((corners, ring))
     })?;
     Some(Outline { case: plan.case, cuts, corners, ring })
 }
 
-/// Whether the ring is simple where it will be written, on the grid, and stays so when others round it again.
-pub fn is_sound(ring: &[Point]) -> bool {
+/// Whether the ring is simple on the grid on which it is written, and stays so if it is rounded again.
+pub fn is_valid(ring: &[Point]) -> bool {
     let ring: Vec<Point> = ring.iter().copied().map(snap).collect();
     let distinct = ring.iter().zip(ring.iter().cycle().skip(1)).all(|(a, b)| a != b);
     distinct && faults(&ring, FOLD, 1).is_empty()
@@ -245,7 +231,7 @@ fn corners(
         .collect()
 }
 
-/// The corner with a curve that begins before the cuts; `None` if the collision itself lies beyond a cut.
+/// The corner with a curve between the cuts; `None` if the collision lies beyond a cut.
 fn fitted(a: &ThickenedArm, b: &ThickenedArm, ends: [Point; 2], corner: Corner, rounded: bool) -> Option<Corner> {
     let Corner::Collision { point, along, tangent } = corner else { return Some(corner) };
     let room_a = a.right.project(ends[0]).station - along[0];

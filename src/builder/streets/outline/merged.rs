@@ -1,7 +1,7 @@
-//! Several nodes that became one intersection, and every star whose ring does not close: the outline around a union.
+//! The outline of merged intersections, and of those that the general method does not close: the boundary of a union.
 //!
-//! The ground of the intersection is what its inner roads and the trimmed-off stubs of its arms cover. The boundary of
-//! their union, from cut to cut, is the outline; medians between the arms stay outside it.
+//! The union of the inner roads and the stubs of the arms before their cuts is the ground of the intersection. Its boundary,
+//! from cut to cut, is the outline; medians between the arms stay outside it.
 
 use std::collections::BTreeMap;
 
@@ -10,39 +10,39 @@ use crate::geometry::polygon::{convex_hull, outside, union};
 use crate::geometry::{Point, Polyline, Vector, left_of, orientation};
 
 use super::collide::{collisions_within, crossings};
-use super::ring::cut;
+use super::ring::{bezier, cuts};
 use super::thicken::{MITER_LIMIT, Side, ThickenedArm};
 use super::{OutlineCut, OutlineOptions};
 
-/// A stretch of an arm outside the ground longer than this, metres, ends the intersection.
-const APART: f64 = 6.0;
-/// A road lies beside the ground of its own intersection for at most so many metres.
-const BESIDE: f64 = 60.0;
-/// Neighbouring stubs closer together than this at their cuts, metres, have no island between them.
+/// Least length of an arm outside the ground that ends the intersection, metres.
+const LEAST_GAP: f64 = 6.0;
+/// Length of the roads beyond their cuts that is subtracted from the ground, metres.
+const ROAD_REACH: f64 = 60.0;
+/// Least distance of the cuts of neighbouring arms with an island between them, metres.
 const ISLAND: f64 = 1.2;
-/// The union's points lie within this distance, metres, of those that went in.
+/// Most distance of the union's vertices from the points of its parts, metres.
 const SNAP: f64 = 1e-3;
-/// Roads side by side may touch: at their cuts they overlap by less than this, metres.
+/// Most overlap of roads side by side at their cuts, metres.
 const TOUCH: f64 = 0.05;
-/// Points closer together than this, metres, are one.
+/// Least distance of neighbouring points, metres.
 const CLOSE: f64 = 0.02;
-/// Arms whose cuts lie hidden are cut back so much further at a time, metres.
-const EXPOSE_STEP: f64 = 1.0;
-/// So often.
-const EXPOSE_ROUNDS: usize = 20;
-/// Pieces of a rounded corner.
+/// How far a covered cut is moved in one round, metres.
+const UNCOVER_STEP: f64 = 1.0;
+/// Most rounds.
+const UNCOVER_ROUNDS: usize = 20;
+/// Number of segments of a rounded corner.
 const ROUND: usize = 4;
 
-/// The ground inside: the inner roads, and around each node what lies between the roads that end there.
+/// The ground inside: the inner roads, and around each node the convex hull of the road ends.
 pub fn ground(network: &RoadNetwork, intersection: &Intersection, arms: &[ThickenedArm]) -> Vec<Vec<Point>> {
     let mut caps: BTreeMap<i64, Vec<Point>> = BTreeMap::new();
     let mut ground = Vec::new();
-    let mut cap = |node: i64, at: Point, along: Vector, half: f64| {
-        let side = left_of(along) * half;
-        caps.entry(node).or_default().extend([at + side, at - side]);
+    let mut cap = |node: i64, end: Point, direction: Vector, half: f64| {
+        let side = left_of(direction) * half;
+        caps.entry(node).or_default().extend([end + side, end - side]);
     };
     for arm in arms {
-        let node = network.road(arm.at.road).node(arm.at.end);
+        let node = network.road(arm.road_end.road).node(arm.road_end.end);
         cap(node, arm.line.first(), arm.line.direction(0.0), arm.half);
     }
     for inner in &intersection.inner {
@@ -56,20 +56,20 @@ pub fn ground(network: &RoadNetwork, intersection: &Intersection, arms: &[Thicke
     ground
 }
 
-/// The ring around a line of some width.
+/// The ring around a line, `half` metres to either side.
 pub fn ribbon(line: &Polyline, half: f64) -> Option<Vec<Point>> {
     let mut ring = line.offset(half, MITER_LIMIT)?.points().to_vec();
     ring.extend(line.offset(-half, MITER_LIMIT)?.points().iter().rev());
     Some(ring)
 }
 
-/// How far each arm must be cut back to come out of the ground and of the other arms.
+/// How far each arm must be cut back to leave the ground and the other arms, metres; at least `at_least`.
 pub fn trims(arms: &[ThickenedArm], ground: &[Vec<Point>], at_least: &[f64], options: &OutlineOptions) -> Vec<f64> {
     let widest = arms.iter().map(|arm| arm.half * 2.0).fold(0.0, f64::max);
     let mut trims: Vec<f64> = arms
         .iter()
         .zip(at_least)
-        .map(|(arm, least)| least.max(way_out(arm, ground, options.reach * widest) + options.margin))
+        .map(|(arm, least)| least.max(exit_station(arm, ground, options.reach * widest) + options.margin))
         .collect();
     for i in 0..arms.len() {
         for j in i + 1..arms.len() {
@@ -80,49 +80,28 @@ pub fn trims(arms: &[ThickenedArm], ground: &[Vec<Point>], at_least: &[f64], opt
             }
         }
     }
-    expose(arms, ground, &mut trims, options.reach * widest);
+    uncover_cuts(arms, ground, &mut trims, options.reach * widest);
     trims
 }
 
-/// The arms whose cuts something covers, even where ground and stubs give way to what remains of the roads. All, where the
-/// cuts lie on the boundary but among each other. `far` as for [`corners`].
-pub fn hidden(
-    arms: &[ThickenedArm],
-    [trims, far]: [&[f64]; 2],
-    cuts: &[OutlineCut],
-    ground: &[Vec<Point>],
-) -> Vec<usize> {
-    let all = || (0..arms.len()).collect();
-    let boundary = boundary(arms, trims, cuts, ground);
-    let Some(boundary) = boundary.and_then(|boundary| beside_roads(&boundary, arms, [trims, far])) else {
-        return all();
-    };
-    let seen = |cut: &OutlineCut| [cut.left, cut.right].iter().all(|p| find(&boundary, *p, TOUCH).is_some());
-    let hidden: Vec<usize> = (0..arms.len()).filter(|i| !seen(&cuts[*i])).collect();
-    if hidden.is_empty() { all() } else { hidden }
-}
-
-/// Cuts those arms back further whose cuts other roads still cover.
-fn expose(arms: &[ThickenedArm], ground: &[Vec<Point>], trims: &mut [f64], reach: f64) {
-    for _ in 0..EXPOSE_ROUNDS {
-        let cuts: Vec<OutlineCut> = arms.iter().zip(trims.iter()).map(|(arm, trim)| cut(arm, *trim)).collect();
-        let Some(boundary) = boundary(arms, trims, &cuts, ground) else { return };
-        let mut hidden = false;
-        for ((arm, cut), trim) in arms.iter().zip(&cuts).zip(trims.iter_mut()) {
-            let seen = find(&boundary, cut.left, SNAP).is_some() && find(&boundary, cut.right, SNAP).is_some();
-            if !seen && *trim + EXPOSE_STEP < reach.min(arm.length) {
-                *trim += EXPOSE_STEP;
-                hidden = true;
-            }
-        }
-        if !hidden {
+/// Moves the cuts that other roads cover outwards, up to `reach` metres.
+fn uncover_cuts(arms: &[ThickenedArm], ground: &[Vec<Point>], trims: &mut [f64], reach: f64) {
+    for _ in 0..UNCOVER_ROUNDS {
+        let area = CutArea::new(arms, trims, ground);
+        let Some(boundary) = area.boundary() else { return };
+        let moves = |((arm, cut), trim): ((&ThickenedArm, &OutlineCut), &f64)| {
+            !lies_on(&boundary, cut, SNAP) && trim + UNCOVER_STEP < reach.min(arm.length)
+        };
+        let moves: Vec<bool> = arms.iter().zip(&area.cuts).zip(trims.iter()).map(moves).collect();
+        if !moves.contains(&true) {
             return;
         }
+        trims.iter_mut().zip(moves).filter(|(_, moves)| *moves).for_each(|(trim, _)| *trim += UNCOVER_STEP);
     }
 }
 
-/// The station where an arm leaves the ground for good.
-fn way_out(arm: &ThickenedArm, ground: &[Vec<Point>], reach: f64) -> f64 {
+/// The last station at which an arm leaves the ground, metres.
+fn exit_station(arm: &ThickenedArm, ground: &[Vec<Point>], reach: f64) -> f64 {
     let mut stations: Vec<f64> = Vec::new();
     for ring in ground {
         let Some(ring) = Polyline::new(ring.iter().chain(ring.first()).copied()) else { continue };
@@ -131,94 +110,114 @@ fn way_out(arm: &ThickenedArm, ground: &[Vec<Point>], reach: f64) -> f64 {
         }
     }
     stations.sort_by(f64::total_cmp);
-    let mut out = 0.0;
+    let mut exit = 0.0;
     for station in stations {
-        if station - out > APART || station > reach {
+        if station - exit > LEAST_GAP || station > reach {
             break;
         }
-        out = station;
+        exit = station;
     }
-    out
+    exit
 }
 
-/// The corners from cut to cut along the boundary of ground and stubs; `None` if a cut does not lie on it. The arms come
-/// in the order of their nodes' roads, which is not that of the cuts where roads cross each other behind a node. `far` gives the stations where the arms end at their other intersections: where ground or a stub covers
-/// a cut, what remains of the roads is taken out of the ground.
-pub fn corners(
-    arms: &[ThickenedArm],
-    trims: &[f64],
-    far: &[f64],
-    cuts: &[OutlineCut],
-    ground: &[Vec<Point>],
-) -> Option<Threaded> {
-    let boundary = boundary(arms, trims, cuts, ground)?;
-    thread(&boundary, cuts, SNAP).or_else(|| thread(&beside_roads(&boundary, arms, [trims, far])?, cuts, TOUCH))
+/// What an intersection covers if its arms are cut at some stations.
+pub struct CutArea<'a> {
+    arms: &'a [ThickenedArm],
+    trims: &'a [f64],
+    pub cuts: Vec<OutlineCut>,
+    ground: &'a [Vec<Point>],
 }
 
-/// A boundary of ground and stubs without what remains of the roads behind their cuts.
-fn beside_roads(boundary: &[Point], arms: &[ThickenedArm], [trims, far]: [&[f64]; 2]) -> Option<Vec<Point>> {
-    let remains = |(arm, (trim, far)): (&ThickenedArm, (&f64, &f64))| {
-        ribbon(&arm.line.cut(*trim, far.min(trim + BESIDE))?, arm.half)
-    };
-    let roads: Vec<Vec<Point>> = arms.iter().zip(trims.iter().zip(far)).filter_map(remains).collect();
-    outside(boundary, &roads)
-}
-
-/// The boundary of ground and stubs.
-fn boundary(arms: &[ThickenedArm], trims: &[f64], cuts: &[OutlineCut], ground: &[Vec<Point>]) -> Option<Vec<Point>> {
-    let mut pieces: Vec<Vec<Point>> = ground.to_vec();
-    for ((arm, trim), cut) in arms.iter().zip(trims).zip(cuts) {
-        pieces.extend(stub(arm, *trim, cut));
+impl<'a> CutArea<'a> {
+    /// The area with the arms cut at the stations `trims`, metres.
+    pub fn new(arms: &'a [ThickenedArm], trims: &'a [f64], ground: &'a [Vec<Point>]) -> Self {
+        Self { arms, trims, cuts: cuts(arms, trims), ground }
     }
-    for (i, arm) in arms.iter().enumerate() {
-        let next = (i + 1) % arms.len();
-        if next != i && (cuts[i].left - cuts[next].right).norm() < ISLAND {
-            pieces.push(between(arm, &arms[next], [trims[i], trims[next]], [cuts[i].left, cuts[next].right]));
+
+    /// The arms whose cuts other roads cover; all arms if none do and the cuts only lie in a wrong order. `far` as for
+    /// [`Self::corners`].
+    pub fn covered_arms(&self, far: &[f64]) -> Vec<usize> {
+        let boundary = self.boundary().and_then(|boundary| self.without_roads(&boundary, far));
+        let is_covered = |cut| boundary.as_ref().is_none_or(|boundary| !lies_on(boundary, cut, TOUCH));
+        let covered: Vec<usize> = (0..self.arms.len()).filter(|i| is_covered(&self.cuts[*i])).collect();
+        if covered.is_empty() { (0..self.arms.len()).collect() } else { covered }
+    }
+
+    /// The corners from cut to cut along the boundary; `None` if a cut does not lie on it. If ground or a stub covers a cut, the
+    /// remaining roads are subtracted from the area. `far` has the stations at which the arms end at their other intersections.
+    pub fn corners(&self, far: &[f64]) -> Option<CutsAndCorners> {
+        let boundary = self.boundary()?;
+        let corners = split_at_cuts(&boundary, &self.cuts, SNAP);
+        corners.or_else(|| split_at_cuts(&self.without_roads(&boundary, far)?, &self.cuts, TOUCH))
+    }
+
+    /// The area inside a boundary without the roads beyond their cuts.
+    fn without_roads(&self, boundary: &[Point], far: &[f64]) -> Option<Vec<Point>> {
+        let remaining = |(arm, (trim, far)): (&ThickenedArm, (&f64, &f64))| {
+            ribbon(&arm.line.cut(*trim, far.min(trim + ROAD_REACH))?, arm.half)
+        };
+        let roads: Vec<Vec<Point>> = self.arms.iter().zip(self.trims.iter().zip(far)).filter_map(remaining).collect();
+        outside(boundary, &roads)
+    }
+
+    /// The boundary of the union of ground and stubs.
+    fn boundary(&self) -> Option<Vec<Point>> {
+        let Self { arms, trims, cuts, ground } = self;
+        let mut pieces: Vec<Vec<Point>> = ground.to_vec();
+        for ((arm, trim), cut) in arms.iter().zip(*trims).zip(cuts) {
+            pieces.extend(stub(arm, *trim, cut));
         }
+        for (i, arm) in arms.iter().enumerate() {
+            let next = (i + 1) % arms.len();
+            if next != i && (cuts[i].left - cuts[next].right).norm() < ISLAND {
+                pieces.push(strip_between(arm, &arms[next], [trims[i], trims[next]], [cuts[i].left, cuts[next].right]));
+            }
+        }
+        union(&pieces)
     }
-    union(&pieces)
+}
+
+/// Whether both ends of a cut are vertices of the boundary, within `snap` metres.
+fn lies_on(boundary: &[Point], cut: &OutlineCut, snap: f64) -> bool {
+    [cut.left, cut.right].iter().all(|p| vertex_at(boundary, *p, snap).is_some())
 }
 
 /// The boundary's vertex at `p`, within `snap` metres.
-fn find(boundary: &[Point], p: Point, snap: f64) -> Option<usize> {
+fn vertex_at(boundary: &[Point], p: Point, snap: f64) -> Option<usize> {
     let distance = |i: &usize| (boundary[*i] - p).norm();
     let nearest = (0..boundary.len()).min_by(|i, j| distance(i).total_cmp(&distance(j)))?;
     (distance(&nearest) < snap).then_some(nearest)
 }
 
-/// The part of an arm that is cut off.
+/// The part of an arm before its cut.
 fn stub(arm: &ThickenedArm, trim: f64, cut: &OutlineCut) -> Option<Vec<Point>> {
     let line = arm.line.cut(0.0, trim)?;
     let mut ring = line.offset(arm.half, MITER_LIMIT)?.points().to_vec();
     let mut right = line.offset(-arm.half, MITER_LIMIT)?.points().to_vec();
     if let (Some(l), Some(r)) = (ring.last_mut(), right.last_mut()) {
-        *l = cut.right;
-        *r = cut.left;
+        (*l, *r) = (cut.right, cut.left);
     }
     ring.extend(right.into_iter().rev());
     Some(ring)
 }
 
-/// The strip between the stubs of two neighbours that lie side by side.
-fn between(a: &ThickenedArm, b: &ThickenedArm, trims: [f64; 2], ends: [Point; 2]) -> Vec<Point> {
-    let mut points = ends.to_vec();
-    points.push(a.corner(0.0, Side::Right));
-    points.push(b.corner(0.0, Side::Left));
-    points.push(a.line.at(trims[0] / 2.0));
-    points.push(b.line.at(trims[1] / 2.0));
-    convex_hull(points)
+/// The strip between the stubs of two neighbours side by side.
+fn strip_between(a: &ThickenedArm, b: &ThickenedArm, trims: [f64; 2], ends: [Point; 2]) -> Vec<Point> {
+    let corners = [a.corner(0.0, Side::Right), b.corner(0.0, Side::Left)];
+    let middles = [a.line.at(trims[0] / 2.0), b.line.at(trims[1] / 2.0)];
+    convex_hull([ends, corners, middles].concat())
 }
 
-/// The cuts in the order in which they lie on the boundary, by index from the first, and the corner behind each.
-pub type Threaded = (Vec<usize>, Vec<Vec<Point>>);
+/// The cuts by index in the order in which they lie on the boundary, and the corner after each.
+pub type CutsAndCorners = (Vec<usize>, Vec<Vec<Point>>);
 
-/// Cuts the boundary at the cuts.
-fn thread(boundary: &[Point], cuts: &[OutlineCut], snap: f64) -> Option<Threaded> {
+/// Splits the boundary at the cuts.
+fn split_at_cuts(boundary: &[Point], cuts: &[OutlineCut], snap: f64) -> Option<CutsAndCorners> {
     let n = boundary.len();
-    let start = find(boundary, cuts.first()?.right, snap)?;
-    let along = |p: Point| Some((find(boundary, p, snap)? + n - start) % n);
-    let marks: Option<Vec<[usize; 2]>> = cuts.iter().map(|cut| Some([along(cut.right)?, along(cut.left)?])).collect();
-    let marks = marks?;
+    let start = vertex_at(boundary, cuts.first()?.right, snap)?;
+    let from_start = |p: Point| Some((vertex_at(boundary, p, snap)? + n - start) % n);
+    let marks = cuts.iter().map(|cut| Some([from_start(cut.right)?, from_start(cut.left)?]));
+    let marks = marks.collect::<Option<Vec<[usize; 2]>>>()?;
     let mut order: Vec<usize> = (0..cuts.len()).collect();
     order.sort_by_key(|&i| marks[i]);
     if !order.iter().flat_map(|&i| marks[i]).is_sorted() {
@@ -242,7 +241,7 @@ fn thread(boundary: &[Point], cuts: &[OutlineCut], snap: f64) -> Option<Threaded
     Some((order, corners))
 }
 
-/// The chain with its inward corners rounded off by curves that leave the edges at most `reach` metres from them.
+/// The chain with its inward corners rounded by curves that begin at most `reach` metres from them.
 pub fn rounded(chain: &[Point], reach: f64) -> Vec<Point> {
     let mut smooth = vec![chain[0]];
     for w in chain.windows(3) {
@@ -253,11 +252,7 @@ pub fn rounded(chain: &[Point], reach: f64) -> Vec<Point> {
         }
         let from = b + (a - b).normalize() * reach.min((a - b).norm() * 0.45);
         let to = b + (c - b).normalize() * reach.min((c - b).norm() * 0.45);
-        smooth.extend((0..=ROUND).map(|i| {
-            let t = i as f64 / ROUND as f64;
-            let (p, q) = (from + (b - from) * t, b + (to - b) * t);
-            p + (q - p) * t
-        }));
+        smooth.extend(bezier(from, b, to, ROUND));
     }
     smooth.extend(chain.last());
     smooth

@@ -1,14 +1,13 @@
-//! Roads and intersections that still cover each other when all is laid out: nothing of their tags can lie where they
-//! are drawn.
+//! Finds roads and intersections of the final layout that overlap, for findings.
 //!
-//! Roads on one level that cross without a common node, and roads drawn closer together than their lanes are wide, have
-//! nowhere to go. The map is built all the same; the user hears of the place.
+//! Roads on one level that cross without a common node, or are closer together than their lanes are wide, overlap. The map is
+//! built all the same.
 
 use std::borrow::Cow;
 
 use rayon::prelude::*;
 
-use crate::builder::network::{Intersection, Road, RoadNetwork, Stations};
+use crate::builder::network::{Road, RoadNetwork, Stations};
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::polyline::within;
 use crate::geometry::spatial_hash::{Bounds, SpatialHash, touch};
@@ -19,33 +18,32 @@ use super::Outlines;
 use super::collide::{boxes_touch, crossings};
 use super::merged::ribbon;
 
-/// Boxes are sought in cells of this side, metres; roads are looked at in pieces no longer.
+/// Cell size of the search and most length of a road's part, metres.
 const CELL: f64 = 32.0;
-/// Common ground below this, square metres, is no fault of the map.
+/// Least area of an overlap, square metres.
 const LEAST: f64 = 0.1;
 
-/// Every two roads on one level of which parts lie on the same ground, by their indices. `kept` gives the stations
-/// between which each road remains.
+/// Every two roads on one level that overlap, by index. `kept` has the stations between which each road remains.
 pub fn overlapping(network: &RoadNetwork, kept: &[Stations]) -> Vec<[usize; 2]> {
-    let grounds = of_roads(network, kept);
+    let grounds = road_grounds(network, kept);
     of_pairs(network, &grounds, |a, b| {
         let roads = [a.road()?, b.road()?];
         common(a, b).map(|_| roads)
     })
 }
 
-/// Whether two roads cover some ground both.
+/// Whether two roads overlap.
 pub fn overlap(network: &RoadNetwork, kept: &[Stations], roads: [usize; 2]) -> bool {
-    let ground = |road: usize| of_road(network, road, kept[road]);
+    let ground = |road: usize| road_ground(network, road, kept[road]);
     let [Some(a), Some(b)] = roads.map(ground) else { return false };
     let [parts, others] = [a.parts(0), b.parts(1)];
     let meet = |part: &Part| others.iter().any(|other| touch(&part.bounds, &other.bounds) && part.meets(other));
     parts.iter().any(meet) && common(&a, &b).is_some()
 }
 
-/// A finding for every two roads or intersections on one level that lie on the same ground and do not belong together.
+/// A finding for every two roads or intersections on one level that overlap and are not attached to each other.
 pub fn overlaps(network: &RoadNetwork, outlines: &Outlines) -> Vec<Finding> {
-    let mut grounds = of_roads(network, &outlines.kept);
+    let mut grounds = road_grounds(network, &outlines.kept);
     let rings = outlines.intersections.iter().map(|outline| &outline.ring[..]).enumerate();
     let rings = rings.filter(|(_, ring)| !ring.is_empty());
     grounds.extend(rings.map(|(i, ring)| Ground { owner: Owner::Intersection(i), shape: Shape::Area(ring) }));
@@ -58,7 +56,7 @@ pub fn overlaps(network: &RoadNetwork, outlines: &Outlines) -> Vec<Finding> {
     })
 }
 
-/// What lies somewhere.
+/// The owner of a ground, by index.
 #[derive(Clone, Copy)]
 enum Owner {
     Road(usize),
@@ -71,9 +69,9 @@ struct Ground<'a> {
     shape: Shape<'a>,
 }
 
-/// What a ground covers.
+/// The shape of a ground.
 enum Shape<'a> {
-    /// So much, metres, to either side of a line.
+    /// A line with so many metres to either side.
     Strip(Polyline, f64),
     /// The inside of a ring.
     Area(&'a [Point]),
@@ -94,7 +92,7 @@ impl Ground<'_> {
         }
     }
 
-    /// Parts that cover it: of a road each about as long as a cell.
+    /// Its parts; those of a road are at most about as long as a cell.
     fn parts(&self, owner: usize) -> Vec<Part<'_>> {
         let (line, half) = match &self.shape {
             Shape::Strip(line, half) => (line, *half),
@@ -135,32 +133,32 @@ impl Ground<'_> {
 struct Part<'a> {
     owner: usize,
     bounds: Bounds,
-    /// The middle of a road, and half its width; nothing for what is no road.
+    /// The centre line of a road and half its width, metres; empty for an intersection.
     line: &'a [Point],
     half: f64,
 }
 
 impl Part<'_> {
-    /// Whether the two may have ground in common.
+    /// Whether the two may overlap.
     fn meets(&self, other: &Self) -> bool {
         self.line.is_empty() || other.line.is_empty() || closer(self.line, other.line, self.half + other.half)
     }
 }
 
-fn of_roads<'a>(network: &RoadNetwork, kept: &[Stations]) -> Vec<Ground<'a>> {
-    kept.par_iter().finely().enumerate().filter_map(|(road, kept)| of_road(network, road, *kept)).collect()
+fn road_grounds<'a>(network: &RoadNetwork, kept: &[Stations]) -> Vec<Ground<'a>> {
+    kept.par_iter().finely().enumerate().filter_map(|(road, kept)| road_ground(network, road, *kept)).collect()
 }
 
-fn of_road<'a>(network: &RoadNetwork, index: usize, [from, to]: [f64; 2]) -> Option<Ground<'a>> {
+fn road_ground<'a>(network: &RoadNetwork, index: usize, [from, to]: Stations) -> Option<Ground<'a>> {
     let road = &network.roads[index];
     Some(Ground { owner: Owner::Road(index), shape: Shape::Strip(road.line.cut(from, to)?, road.half_width()) })
 }
 
-/// What is to be said of the pairs of grounds on one level whose boxes touch, in their order.
+/// What `result` gives for each pair of grounds on one level that may overlap, in order.
 fn of_pairs<T: Send>(
     network: &RoadNetwork,
     grounds: &[Ground],
-    say: impl Fn(&Ground, &Ground) -> Option<T> + Sync,
+    result: impl Fn(&Ground, &Ground) -> Option<T> + Sync,
 ) -> Vec<T> {
     let parts: Vec<Part> =
         grounds.par_iter().finely().enumerate().flat_map_iter(|(i, ground)| ground.parts(i)).collect();
@@ -173,36 +171,36 @@ fn of_pairs<T: Send>(
     });
     pairs.par_sort_unstable();
     pairs.dedup();
-    pairs.into_par_iter().finely().filter_map(|[a, b]| say(&grounds[a], &grounds[b])).collect()
+    pairs.into_par_iter().finely().filter_map(|[a, b]| result(&grounds[a], &grounds[b])).collect()
 }
 
-/// Whether there is a level on which both lie.
+/// Whether both lie on a common level.
 fn on_one_level(network: &RoadNetwork, [a, b]: [Owner; 2]) -> bool {
-    let lies = |owner: Owner, on: &dyn Fn(f64) -> bool| match owner {
-        Owner::Road(road) => on(network.roads[road].level),
-        Owner::Intersection(at) => network.intersections[at].arms.iter().any(|arm| on(network.road(arm.road).level)),
+    let any = |owner: Owner, fits: &dyn Fn(f64) -> bool| match owner {
+        Owner::Road(road) => fits(network.roads[road].level),
+        Owner::Intersection(i) => network.intersections[i].arms.iter().any(|arm| fits(network.road(arm.road).level)),
     };
-    lies(a, &|level| lies(b, &|other| other == level))
+    any(a, &|level| any(b, &|other| other == level))
 }
 
 /// Whether a road ends at an intersection.
 fn attached(network: &RoadNetwork, a: Owner, b: Owner) -> bool {
     match (a, b) {
-        (Owner::Road(road), Owner::Intersection(at)) | (Owner::Intersection(at), Owner::Road(road)) => {
+        (Owner::Road(road), Owner::Intersection(i)) | (Owner::Intersection(i), Owner::Road(road)) => {
             let Road { from, to, .. } = network.roads[road];
-            [from, to].iter().any(|end| end.position() == at)
+            [from, to].iter().any(|end| end.position() == i)
         }
         _ => false,
     }
 }
 
-/// Square metres that both cover, if they are worth a word.
+/// The area of an overlap, square metres, if it is at least [`LEAST`].
 fn common(a: &Ground, b: &Ground) -> Option<f64> {
     let area = polygon::overlap(&a.ring()?, &b.ring()?);
     (area > LEAST).then_some(area)
 }
 
-/// A place on both.
+/// A point near the overlap.
 fn meeting(a: &Ground, b: &Ground) -> Point {
     match (&a.shape, &b.shape) {
         (Shape::Strip(s, _), Shape::Strip(t, _)) => nearest(s, t),
@@ -218,45 +216,47 @@ fn nearest_vertex(line: &Polyline, ring: &[Point]) -> Point {
     ring.iter().min_by(|p, q| distance(p).total_cmp(&distance(q))).copied().unwrap_or_else(|| line.first())
 }
 
-/// Whether two lines cross, or come closer to each other than so many metres.
+/// Whether two lines cross, or come within `distance` metres of each other.
 fn closer(a: &[Point], b: &[Point], distance: f64) -> bool {
-    let close = |ends: &[Point], p: Point| within((ends[0], ends[1]), p, distance).is_some_and(|from| from < distance);
-    let reaches = |a: &[Point], b: &[Point]| a.iter().any(|p| b.windows(2).any(|ends| close(ends, *p)));
     let cross =
         |p: Point, q: Point, r: Point, s: Point| boxes_touch(p, q, r, s) && segment_crossing(p, q, r, s).is_some();
-    reaches(a, b) || reaches(b, a) || a.windows(2).any(|v| b.windows(2).any(|w| cross(v[0], v[1], w[0], w[1])))
+    vertices_within(a, b, distance)
+        || vertices_within(b, a, distance)
+        || a.windows(2).any(|v| b.windows(2).any(|w| cross(v[0], v[1], w[0], w[1])))
 }
 
-/// Where two lines come closest.
+/// Whether a vertex of `a` lies within `distance` metres of `b`.
+fn vertices_within(a: &[Point], b: &[Point], distance: f64) -> bool {
+    let is_near = |p: Point, ends: &[Point]| within((ends[0], ends[1]), p, distance).is_some_and(|d| d < distance);
+    a.iter().any(|p| b.windows(2).any(|ends| is_near(*p, ends)))
+}
+
+/// The point where two lines are closest.
 fn nearest(a: &Polyline, b: &Polyline) -> Point {
-    if let Some((_, _, at)) = crossings(a, b).first() {
-        return *at;
+    if let Some((_, _, p)) = crossings(a, b).first() {
+        return *p;
     }
-    let from = |a: &Polyline, b: &Polyline| a.points().iter().map(|at| (b.distance(*at), *at)).collect::<Vec<_>>();
-    let both = [from(a, b), from(b, a)].concat().into_iter();
-    both.min_by(|p, q| p.0.total_cmp(&q.0)).map_or_else(|| a.first(), |(_, at)| at)
+    let distances =
+        a.points().iter().map(|p| (b.distance(*p), *p)).chain(b.points().iter().map(|p| (a.distance(*p), *p)));
+    distances.min_by(|p, q| p.0.total_cmp(&q.0)).map_or_else(|| a.first(), |(_, p)| p)
 }
 
-fn finding(network: &RoadNetwork, owners: [Owner; 2], at: Point, area: f64) -> Finding {
+fn finding(network: &RoadNetwork, owners: [Owner; 2], place: Point, area: f64) -> Finding {
     let subject = |owner: Owner| match owner {
         Owner::Road(road) => Subject::Way(network.roads[road].key.way),
-        Owner::Intersection(at) => Subject::Node(node(&network.intersections[at])),
+        Owner::Intersection(i) => Subject::Node(network.intersections[i].first_node()),
     };
-    let named = |owner: Owner| match owner {
+    let name = |owner: Owner| match owner {
         Owner::Road(road) => format!("way {}", network.roads[road].key.way),
-        Owner::Intersection(at) => format!("the intersection at node {}", node(&network.intersections[at])),
+        Owner::Intersection(i) => format!("the intersection at node {}", network.intersections[i].first_node()),
     };
-    let [a, b] = owners.map(named);
+    let [a, b] = owners.map(name);
     let message = format!(
         "{a} and {b} cover {area:.1} m2 of the same ground: they cross without a common node, lack a layer, or are \
          narrower than their tags say"
     );
     Finding::new("roads-overlap", subject(owners[0]), message)
-        .at(Place::Point(at))
+        .at(Place::Point(place))
         .with(subject(owners[1]), "overlaps")
         .graded(Severity::Warning)
-}
-
-fn node(at: &Intersection) -> i64 {
-    at.nodes.first().copied().unwrap_or_default()
 }

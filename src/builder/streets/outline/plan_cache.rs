@@ -1,4 +1,4 @@
-//! What is known of the intersections that a change of the network left as they were.
+//! Reuses the plans of intersections that a change of the network does not concern.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
@@ -13,16 +13,16 @@ use super::intersection_plan::{IntersectionPlan, IntersectionSite};
 use super::thicken::ThickenedArm;
 use super::{OutlineOptions, uncut};
 
-/// The plans of intersections, by what lies around them. Consolidation asks again after every round, which changes few
-/// intersections; where no road is moved afterwards, the outline is what was planned.
+/// The plans of intersections by their surroundings. Each round of consolidation changes few intersections, and later stages do
+/// not move most roads.
 #[derive(Debug, Default)]
 pub struct PlanCache {
-    /// By the fingerprint of all that decides.
+    /// By fingerprint of all inputs.
     known: FxHashMap<u64, IntersectionPlan>,
 }
 
 impl PlanCache {
-    /// The plan of every intersection in a network whose roads are whole.
+    /// The plan of every intersection, for uncut roads.
     pub(super) fn plans<'m>(
         &'m mut self,
         network: &RoadNetwork,
@@ -39,8 +39,7 @@ impl PlanCache {
         prints.into_iter().map(|print| &self.known[&print])
     }
 
-    /// Every intersection of a network with its plan. That of stars which close by their own corners is remembered; others
-    /// come out of the ground between them only step by step, from where `within` has them.
+    /// Every intersection with its plan. Only plans with an outline are reused: the others depend on the cuts in `within`.
     pub(super) fn sites<'a>(
         &'a self,
         network: &'a RoadNetwork,
@@ -56,19 +55,18 @@ impl PlanCache {
     }
 }
 
-/// The fingerprint of every intersection.
 fn fingerprints(network: &RoadNetwork, options: &OutlineOptions) -> Vec<u64> {
     let shapes: Vec<u64> = network.roads.par_iter().finely().map(|road| shape(&road.line, road.half_width())).collect();
-    network.intersections.par_iter().finely().map(|at| fingerprint(network, at, &shapes, options)).collect()
+    network.intersections.par_iter().finely().map(|i| fingerprint(network, i, &shapes, options)).collect()
 }
 
-/// The same for intersections of the same shape, seen from the same arms; `shapes` are those of the roads.
+/// A hash of all that the plan of an intersection depends on; `shapes` are the hashes of the roads' shapes.
 fn fingerprint(network: &RoadNetwork, intersection: &Intersection, shapes: &[u64], options: &OutlineOptions) -> u64 {
     let mut print = DefaultHasher::new();
     (&intersection.nodes, intersection.map_edge).hash(&mut print);
-    for at in &intersection.arms {
-        let road = network.road(at.road);
-        (at.end, road.node(at.end), shapes[at.road]).hash(&mut print);
+    for arm in &intersection.arms {
+        let road = network.road(arm.road);
+        (arm.end, road.node(arm.end), shapes[arm.road]).hash(&mut print);
         ThickenedArm::kerb_of(road.class, options).to_bits().hash(&mut print);
     }
     for inner in &intersection.inner {

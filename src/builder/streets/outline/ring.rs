@@ -1,34 +1,38 @@
-//! Walks the cuts and the corners between them clockwise into one ring.
+//! Joins cuts and corners clockwise into one ring.
 
 use crate::geometry::{Point, Polyline, orientation};
 
 use super::OutlineCut;
 use super::thicken::{Side, ThickenedArm};
 
-/// Points of a corner closer together than this, metres, are one.
+/// Least distance of neighbouring points of a corner, metres.
 const CLOSE: f64 = 0.02;
-/// Pieces of a rounded corner.
+/// Number of segments of a rounded corner.
 const ROUND: usize = 6;
 
 /// The corner between an arm and the next one clockwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Corner {
-    /// Their edges collide at a point, so far along the first one's right and the second one's left edge; the corner
-    /// is rounded off by a curve that leaves both edges `tangent` metres from the point.
+    /// Their edges collide at a point, `along` metres along the right edge of the first and the left edge of the second. A
+    /// curve rounds the corner, which begins on both edges `tangent` metres from the point.
     Collision { point: Point, along: [f64; 2], tangent: f64 },
-    /// Their edges never collide: the arms lie more than a half turn apart.
+    /// Their edges do not collide: the arms are half a turn or more apart.
     Open,
-    /// Straight from cut to cut.
+    /// A straight line from cut to cut.
     Chord,
 }
 
-/// The cut across an arm at a station.
-pub fn cut(arm: &ThickenedArm, station: f64) -> OutlineCut {
-    OutlineCut { at: arm.at, left: arm.corner(station, Side::Right), right: arm.corner(station, Side::Left) }
+/// The cuts across the arms at these stations, metres.
+pub fn cuts(arms: &[ThickenedArm], stations: &[f64]) -> Vec<OutlineCut> {
+    let cut = |(arm, station): (&ThickenedArm, &f64)| {
+        let [left, right] = [Side::Right, Side::Left].map(|side| arm.corner(*station, side));
+        OutlineCut { at: arm.road_end, left, right }
+    };
+    arms.iter().zip(stations).map(cut).collect()
 }
 
-/// The kerb from the cut of `a` at station `trims[0]` to that of `b`, the next arm clockwise; `first` and `last` are the ends
-/// of the cuts.
+/// The kerb from the cut of `a` at station `trims[0]`, metres, to that of `b`, the next arm clockwise. `first` and `last` are the
+/// ends of the cuts.
 pub fn corner(
     a: &ThickenedArm,
     b: &ThickenedArm,
@@ -43,7 +47,7 @@ pub fn corner(
             let reach = [a.line.project(start).station, b.line.project(end).station];
             let mut points = stub(a, Side::Right, reach[0], trims[0]);
             points.reverse();
-            points.extend(rounded(start, point, end, if tangent > CLOSE { ROUND } else { 0 }));
+            points.extend(bezier(start, point, end, if tangent > CLOSE { ROUND } else { 0 }));
             points.extend(stub(b, Side::Left, reach[1], trims[1]));
             points
         }
@@ -52,22 +56,16 @@ pub fn corner(
             let mut points = stub(a, Side::Right, 0.0, trims[0]);
             points.reverse();
             points.extend(stub(b, Side::Left, 0.0, trims[1]));
-            let mut chain = vec![first];
-            chain.extend(points);
-            chain.push(last);
-            let hull = outer_hull(&chain);
+            let hull = outer_hull(&[&[first], &points[..], &[last]].concat());
             hull[1..hull.len().max(2) - 1].to_vec()
         }
     };
     inner.retain(|p| (p - first).norm() > CLOSE && (p - last).norm() > CLOSE);
     inner.dedup_by(|p, q| (*p - *q).norm() <= CLOSE);
-    let mut chain = vec![first];
-    chain.extend(inner);
-    chain.push(last);
-    chain
+    [&[first], &inner[..], &[last]].concat()
 }
 
-/// The edge of the arm between two stations, outwards, without its last point, which is the cut's.
+/// The edge of the arm between two stations, metres, without its last point, which belongs to the cut.
 fn stub(arm: &ThickenedArm, side: Side, from: f64, to: f64) -> Vec<Point> {
     let edge = arm.line.cut(from, to).and_then(|line| line.offset(side.sign() * arm.half, super::thicken::MITER_LIMIT));
     let mut points = edge.as_ref().map_or_else(Vec::new, |edge: &Polyline| edge.points().to_vec());
@@ -75,8 +73,8 @@ fn stub(arm: &ThickenedArm, side: Side, from: f64, to: f64) -> Vec<Point> {
     points
 }
 
-/// Points of a curve that leaves the edges at `start` and `end` tangentially toward `corner`.
-fn rounded(start: Point, corner: Point, end: Point, pieces: usize) -> Vec<Point> {
+/// Points of the quadratic Bézier curve from `start` to `end` with the control point `corner`; only that for no pieces.
+pub fn bezier(start: Point, corner: Point, end: Point, pieces: usize) -> Vec<Point> {
     if pieces == 0 {
         return vec![corner];
     }
@@ -89,7 +87,7 @@ fn rounded(start: Point, corner: Point, end: Point, pieces: usize) -> Vec<Point>
         .collect()
 }
 
-/// The part of a clockwise chain that remains when a string is drawn tight around its outside.
+/// The outer convex hull of a clockwise chain, by Graham's scan.
 fn outer_hull(chain: &[Point]) -> Vec<Point> {
     let mut hull: Vec<Point> = Vec::new();
     for &p in chain {
@@ -101,7 +99,7 @@ fn outer_hull(chain: &[Point]) -> Vec<Point> {
     hull
 }
 
-/// The ring of cuts and corners, clockwise.
+/// The clockwise ring of cuts and corners.
 pub fn ring(cuts: &[OutlineCut], corners: &[Vec<Point>]) -> Vec<Point> {
     let mut ring = Vec::new();
     for (cut, corner) in cuts.iter().zip(corners) {

@@ -2,17 +2,15 @@
 
 use proptest::prelude::*;
 
-use crate::builder::network::{IntersectionIx, Road, RoadIx, RoadKey};
+use crate::builder::network::{RoadIx, RoadKey, hand_drawn};
 use crate::builder::streets::alignment::{lay_side_by_side, smooth_bends};
-use crate::builder::tags::cross_section::{Arrows, CrossSection, Strip, StripKind, Travel};
-use crate::builder::tags::road_class::RoadClass;
+use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind, Travel};
 use crate::geometry::{Point, Polyline, polygon, simple_ring};
-use crate::osm::Tags;
 
-use super::intersection_plan::is_sound;
+use super::intersection_plan::is_valid;
 use super::*;
 
-/// A road from node 0 at the origin outwards through these points, of this width.
+/// A road from node 0 at the origin through these points, with its width in metres.
 #[derive(Clone, Debug)]
 struct Arm {
     points: Vec<(f64, f64)>,
@@ -24,18 +22,11 @@ fn arm(points: &[(f64, f64)], width: f64) -> Arm {
 }
 
 fn section(width: f64) -> CrossSection {
-    let strip = |travel| Strip {
-        kind: StripKind::Drive,
-        travel,
-        width: width / 2.0,
-        arrows: Arrows::NONE,
-        change: [None, None],
-        width_guessed: false,
-    };
+    let strip = |travel| Strip::plain(StripKind::Drive, travel, width / 2.0, false);
     CrossSection { strips: vec![strip(Travel::Backward), strip(Travel::Forward)] }
 }
 
-/// The arms around one node, each ending at a node of its own.
+/// The network of these arms around node 0.
 fn network(arms: &[Arm]) -> RoadNetwork {
     let mut roads = Vec::new();
     let mut ends = Vec::new();
@@ -44,24 +35,8 @@ fn network(arms: &[Arm]) -> RoadNetwork {
         let line = Polyline::new(points).unwrap();
         let node = i as i64 + 1;
         ends.push((node, line.last()));
-        roads.push(Road {
-            key: RoadKey { way: node, first: 0, last: node, turn: 0 },
-            ways: vec![node],
-            from: IntersectionIx(0),
-            to: IntersectionIx(i as u32 + 1),
-            line,
-            heights: Vec::new(),
-            section: section(arm.width),
-            class: RoadClass::Residential,
-            link: false,
-            level: 0.0,
-            roundabout: false,
-            public: true,
-            name: None,
-            speed: [50.0, 50.0],
-            features: Vec::new(),
-            tags: Tags::default(),
-        });
+        let key = RoadKey { way: node, first: 0, last: node, turn: 0 };
+        roads.push(hand_drawn::road(key, [0, i as u32 + 1], line, section(arm.width)));
     }
     let direction = |i: usize| {
         let p = roads[i].line.at(1.0);
@@ -92,7 +67,7 @@ fn network(arms: &[Arm]) -> RoadNetwork {
     RoadNetwork { roads, intersections, ..RoadNetwork::default() }
 }
 
-/// The ground of a road between its cuts.
+/// The polygon of a road between its cuts.
 fn ribbon(network: &RoadNetwork, outlines: &Outlines, road: usize) -> Vec<Point> {
     let [from, to] = outlines.kept[road];
     let line = network.roads[road].line.cut(from, to).unwrap();
@@ -102,7 +77,7 @@ fn ribbon(network: &RoadNetwork, outlines: &Outlines, road: usize) -> Vec<Point>
     ring
 }
 
-/// What must hold for every outline.
+/// Asserts what must hold for every outline.
 fn assert_sound(network: &RoadNetwork) -> Outlines {
     // Without consolidation, which would join the two roads of a bend.
     let options = OutlineOptions::default();
@@ -112,11 +87,7 @@ fn assert_sound(network: &RoadNetwork) -> Outlines {
     let network = &lay_side_by_side(network, &cut);
     let (outlines, findings) = outlines_within(network, &cut, &options, &memory);
     let (forgetful, _) = outlines_within(network, &cut, &options, &PlanCache::default());
-    assert_eq!(
-        format!("{:.6?}", outlines),
-        format!("{:.6?}", forgetful),
-        "what is remembered is what would be planned"
-    );
+    assert_eq!(format!("{:.6?}", outlines), format!("{:.6?}", forgetful), "the cached plan is the new plan");
     assert!(findings.is_empty(), "{findings:?}");
     for (outline, intersection) in outlines.intersections.iter().zip(&network.intersections) {
         assert_eq!(outline.cuts.iter().map(|c| c.at).collect::<Vec<_>>(), intersection.arms);
@@ -160,7 +131,7 @@ fn a_crossing_at_right_angles_has_four_rounded_corners() {
     assert_eq!(outline.case, OutlineCase::General);
     assert!(outline.corners.iter().all(|c| c.len() == 9));
     let north = &outline.cuts[0];
-    assert_eq!((north.left.x, north.right.x), (3.0, -3.0), "left as seen by who drives in");
+    assert_eq!((north.left.x, north.right.x), (3.0, -3.0), "left looking into the intersection");
 }
 
 #[test]
@@ -193,8 +164,8 @@ fn a_change_of_width_is_a_taper() {
 }
 
 #[test]
-fn a_ramp_parts_in_a_wedge() {
-    // Six degrees: edges that collide 50 m away must not make an intersection of 50 m.
+fn a_ramp_diverges_in_a_wedge() {
+    // At six degrees the edges collide 50 m away; the intersection must not become as long.
     let (main, ramp) = (7.0, 4.0);
     let network = network(&[arm(&[(-150.0, 0.0)], main), arm(&[(150.0, 0.0)], main), arm(&[(150.0, 15.0)], ramp)]);
     let outlines = assert_sound(&network);
@@ -206,13 +177,13 @@ fn a_ramp_parts_in_a_wedge() {
 }
 
 #[test]
-fn a_ring_that_folds_is_not_sound() {
+fn a_ring_that_folds_is_not_valid() {
     let ring = |tip: f64| [(0.0, 0.0), (0.0, 9.0), (9.0, 9.0), (9.0, 4.0), (9.5, tip), (5.0, 3.0)];
     let ring = |tip| ring(tip).map(|(x, y)| Point::new(x, y));
-    assert!(is_sound(&ring(3.5)));
+    assert!(is_valid(&ring(3.5)));
     let hair =
         [(0.0, 0.0), (0.0, 9.0), (9.0, 9.0), (9.0, 4.0), (9.5, 4.01), (5.0, 3.88)].map(|(x, y)| Point::new(x, y));
-    assert!(simple_ring::is_simple(&hair) && !is_sound(&hair), "two edges that are a hair apart");
+    assert!(simple_ring::is_simple(&hair) && !is_valid(&hair), "two edges nearly coincide");
 }
 
 #[test]
@@ -243,10 +214,10 @@ fn any_star() -> impl Strategy<Value = Vec<Arm>> {
                     .collect()
             })
         })
-        .prop_filter("roads that run into each other again where they end", |arms: &Vec<Arm>| ends_clear(arms))
+        .prop_filter("roads that overlap at their far ends", |arms: &Vec<Arm>| ends_clear(arms))
 }
 
-/// Whether no road reaches over the far end of another: no cut at the intersection could part them.
+/// Whether no road overlaps the far end of another: no cut at the intersection could separate them.
 fn ends_clear(arms: &[Arm]) -> bool {
     let end = |arm: &Arm| arm.points.last().map(|&(x, y)| Point::new(x, y));
     let clear = |a: &Arm, b: &Arm| end(a).zip(end(b)).is_none_or(|(p, q)| (p - q).norm() >= (a.width + b.width) / 2.0);

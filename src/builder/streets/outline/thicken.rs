@@ -1,42 +1,42 @@
-//! Thickens each road: its two edges, seen from an intersection outwards.
+//! Thickens the arms: the two edges of each road, from the intersection outwards.
 
-use crate::builder::network::{End, RoadEnd, RoadNetwork};
+use crate::builder::network::{End, RoadEnd, RoadNetwork, Stations};
 use crate::builder::tags::road_class::RoadClass;
 use crate::geometry::spatial_hash::Bounds;
 use crate::geometry::{Point, Polyline, left_of};
 
 use super::OutlineOptions;
 
-/// A miter joint reaches at most this many times the offset; beyond it the joint is bevelled.
+/// Longest miter join as a multiple of the offset; longer ones are bevelled.
 pub const MITER_LIMIT: f64 = 2.0;
 
 /// A road as seen from one of its ends.
 #[derive(Clone, Debug)]
 pub struct ThickenedArm {
-    /// The road and the end from which it is seen.
-    pub at: RoadEnd,
+    /// The road end at the intersection.
+    pub road_end: RoadEnd,
     /// Its line, from the intersection outwards.
     pub line: Polyline,
     /// Length of the line, metres.
     pub length: f64,
     /// Half its width, metres.
     pub half: f64,
-    /// Radius of the kerb where it meets its like at a right angle, metres.
+    /// Radius of the kerb to an equal road at a right angle, metres.
     pub kerb: f64,
     /// Left edge, outwards.
     pub left: Polyline,
     /// Right edge, outwards.
     pub right: Polyline,
-    /// The boxes around both edges.
-    reach: [Bounds; 2],
+    /// The bounding boxes of both edges.
+    bounds: [Bounds; 2],
 }
 
-/// Which edge of an arm, seen from the intersection outwards.
+/// An edge of an arm, looking outwards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// Counter-clockwise of the line.
+    /// The left edge.
     Left,
-    /// Clockwise of it.
+    /// The right edge.
     Right,
 }
 
@@ -51,28 +51,28 @@ impl Side {
 }
 
 impl ThickenedArm {
-    /// The arm of `network` at this road end.
-    pub fn new(network: &RoadNetwork, at: RoadEnd, options: &OutlineOptions) -> Self {
-        let road = network.road(at.road);
-        let line = match at.end {
+    /// The arm at this road end.
+    pub fn new(network: &RoadNetwork, arm: RoadEnd, options: &OutlineOptions) -> Self {
+        let road = network.road(arm.road);
+        let line = match arm.end {
             End::Start => road.line.clone(),
             End::End => road.line.reversed(),
         };
-        Self::from_line(at, line, road.half_width(), Self::kerb_of(road.class, options))
+        Self::from_line(arm, line, road.half_width(), Self::kerb_of(road.class, options))
     }
 
-    /// Radius of the kerb where a road of this class meets its like at a right angle, metres.
+    /// Radius of the kerb between roads of this class at a right angle, metres.
     pub fn kerb_of(class: RoadClass, options: &OutlineOptions) -> f64 {
         let minor = matches!(class, RoadClass::Service | RoadClass::Track);
         if minor { options.kerb_radius_minor } else { options.kerb_radius }
     }
 
-    /// An arm along `line`, which runs from the intersection outwards.
-    pub fn from_line(at: RoadEnd, line: Polyline, half: f64, kerb: f64) -> Self {
+    /// An arm along `line`, which runs outwards.
+    pub fn from_line(road_end: RoadEnd, line: Polyline, half: f64, kerb: f64) -> Self {
         let edge = |side: Side| line.offset(side.sign() * half, MITER_LIMIT).unwrap_or_else(|| line.clone());
         let (left, right) = (edge(Side::Left), edge(Side::Right));
-        let reach = [&left, &right].map(Polyline::bounds);
-        Self { at, length: line.length(), left, right, reach, line, half, kerb }
+        let bounds = [&left, &right].map(Polyline::bounds);
+        Self { road_end, length: line.length(), left, right, bounds, line, half, kerb }
     }
 
     /// One of its edges.
@@ -83,13 +83,27 @@ impl ThickenedArm {
         }
     }
 
-    /// The box around an edge.
-    pub fn reach(&self, side: Side) -> Bounds {
-        self.reach[usize::from(side == Side::Right)]
+    /// The bounding box of an edge.
+    pub fn bounds(&self, side: Side) -> Bounds {
+        self.bounds[usize::from(side == Side::Right)]
     }
 
-    /// End of the cross-section at `station`.
+    /// The stations of its cut and of the cut at its other end, metres outwards.
+    pub fn outwards(&self, kept: &[Stations]) -> [f64; 2] {
+        outwards(self.road_end, self.length, kept)
+    }
+
+    /// The end of the cross-section at `station`, metres.
     pub fn corner(&self, station: f64, side: Side) -> Point {
         self.line.at(station) + left_of(self.line.direction(station)) * (side.sign() * self.half)
+    }
+}
+
+/// The stations of the cut at a road end and of the cut at the other end, metres from this end of a road of this length.
+pub fn outwards(arm: RoadEnd, length: f64, kept: &[Stations]) -> [f64; 2] {
+    let [from, to] = kept[arm.road];
+    match arm.end {
+        End::Start => [from, to],
+        End::End => [length - to, length - from],
     }
 }

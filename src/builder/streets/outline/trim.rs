@@ -1,14 +1,13 @@
-//! How much of each road remains between the cuts at its two ends.
+//! Shares a road between the trims at its two ends.
 
 use crate::builder::network::Stations;
 use crate::geometry::{Polyline, angle_between};
 
-/// Shares a road of `length` between the trims that its two ends want, so that `remains` is left of it: where it is
-/// too short they give up the room for their kerbs in proportion, down to the `least` they need, and where even that
-/// is too much, in proportion again.
-pub fn share(length: f64, least: Stations, wanted: [f64; 2], remains: f64) -> [f64; 2] {
+/// The stations between which a road of `length` metres remains, at least `remains` metres of it, if both ends get the trims
+/// `wanted`. On a short road the room for kerbs shrinks in proportion, down to the `least` trims, and then these.
+pub fn share(length: f64, least: [f64; 2], wanted: [f64; 2], remains: f64) -> Stations {
     let sum = |trims: [f64; 2]| trims[0] + trims[1];
-    // A road no longer than twice what should remain keeps its middle half.
+    // A road shorter than twice `remains` keeps its middle half.
     let room = length - remains.min(length / 2.0);
     let trims = if sum(wanted) <= room {
         wanted
@@ -21,18 +20,17 @@ pub fn share(length: f64, least: Stations, wanted: [f64; 2], remains: f64) -> [f
     [trims[0], length - trims[1]]
 }
 
-/// Moves a cut along the line to the next vertex where that lies so close ahead that the inner edge of the road, bending
-/// there, begins before the cut.
+/// The cut at a station, metres, moved past the next vertex if the inner edge of the bend there begins before it.
 pub fn clear_of_bends(line: &Polyline, station: f64, half: f64) -> f64 {
     let stations = line.stations();
     let mut cut = station;
     for (w, s) in line.points().windows(3).zip(&stations[1..]) {
-        let (before, behind) = (w[1] - w[0], w[2] - w[1]);
-        // Only a bend of more than a right angle reaches farther ahead than half the width.
-        if *s <= cut || *s - cut > half + SLIVER && before.dot(&behind) > 0.0 {
+        let (before, after) = (w[1] - w[0], w[2] - w[1]);
+        // Only a bend of more than a right angle reaches farther than half the width.
+        if *s <= cut || *s - cut > half + SLIVER && before.dot(&after) > 0.0 {
             continue;
         }
-        let turn = angle_between(before, behind).abs();
+        let turn = angle_between(before, after).abs();
         if *s - cut <= half * (turn / 2.0).tan() + SLIVER {
             cut = *s + PAST;
         }
@@ -40,9 +38,9 @@ pub fn clear_of_bends(line: &Polyline, station: f64, half: f64) -> f64 {
     cut
 }
 
-/// A piece of edge shorter than this, metres, is not worth a vertex.
+/// Least length of an edge, metres.
 const SLIVER: f64 = 0.02;
-/// A cut at a vertex lies so far past it, metres, that it belongs to the segment behind beyond doubt.
+/// Distance of a cut after a vertex, metres: it belongs to the next segment.
 const PAST: f64 = 1e-3;
 
 #[cfg(test)]
@@ -55,7 +53,7 @@ mod tests {
     }
 
     #[test]
-    fn kerbs_give_up_their_room_first() {
+    fn the_room_for_kerbs_shrinks_first() {
         assert_eq!(share(11.0, [4.0, 4.0], [6.0, 8.0], 1.0), [4.0 + 2.0 / 3.0, 11.0 - 4.0 - 4.0 / 3.0]);
     }
 

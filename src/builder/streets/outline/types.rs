@@ -1,9 +1,9 @@
-//! The outline of an intersection, where it cuts the roads, and what may be decided about it.
+//! Outlines, their cuts and options.
 
 use crate::builder::network::{RoadEnd, Stations};
 use crate::geometry::Point;
 
-/// Which method made an outline.
+/// The method that made an outline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum OutlineCase {
@@ -11,22 +11,22 @@ pub enum OutlineCase {
     MapEdge,
     /// One road ends.
     DeadEnd,
-    /// Two roads continue each other, perhaps with another width.
+    /// Two roads meet.
     Degenerate,
-    /// Nearly parallel roads part or join.
+    /// Nearly parallel roads diverge or merge.
     Ramp,
-    /// Every other star of roads.
+    /// Any other roads meet.
     General,
     /// Several nodes became one intersection.
     Merged,
-    /// The method failed; a simple shape stands in.
+    /// No method worked: the convex hull of the cuts.
     Fallback,
 }
 
-/// Where a road is cut at an intersection, seen by someone who looks from the road into the intersection.
+/// Where a road is cut at an intersection; left and right looking from the road into the intersection.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OutlineCut {
-    /// The road and which of its ends.
+    /// The road end.
     pub at: RoadEnd,
     /// Left end of the cut.
     pub left: Point,
@@ -39,20 +39,20 @@ pub struct OutlineCut {
 pub struct Outline {
     /// How it was made.
     pub case: OutlineCase,
-    /// The cuts in clockwise order: that of the intersection's arms, but where roads cross each other before their cuts.
+    /// The cuts, clockwise. Their order differs from that of the arms if roads cross each other before their cuts.
     pub cuts: Vec<OutlineCut>,
     /// `corners[i]` runs clockwise from the left end of `cuts[i]` to the right end of the next cut, both included: the
     /// kerb between two roads.
     pub corners: Vec<Vec<Point>>,
-    /// The whole ring, clockwise, not closed: each cut from right to left, then the corner to the next cut. Empty at
-    /// the edge of the map, where nothing is cut off.
+    /// The whole ring, clockwise, not closed: each cut from right to left, then the corner to the next cut. Empty at the edge of
+    /// the map.
     pub ring: Vec<Point>,
 }
 
-/// Outlines and cuts of a whole network.
+/// Outlines and cuts of a network.
 #[derive(Clone, Debug)]
 pub struct Outlines {
-    /// Per road: the stations of its line between which it remains, start and end.
+    /// Per road: the stations between which it remains, metres.
     pub kept: Vec<Stations>,
     /// Per intersection.
     pub intersections: Vec<Outline>,
@@ -61,20 +61,20 @@ pub struct Outlines {
 /// Sizes that shape the outlines, metres.
 #[derive(Clone, Debug)]
 pub struct OutlineOptions {
-    /// Radius of the kerb between two roads that meet at a right angle.
+    /// Radius of the kerb between two roads at a right angle.
     pub kerb_radius: f64,
-    /// The same where a service road or a track takes part.
+    /// As `kerb_radius` beside a service road or track.
     pub kerb_radius_minor: f64,
-    /// A kerb's curve begins at most so far from the collision of the two edges.
+    /// Most distance of the kerb's tangent points from the collision of the two edges.
     pub kerb_reach: f64,
-    /// Roads that part at a small angle are cut back at most so many times the wider one's width: the rest of their
-    /// overlap is no part of the intersection.
+    /// Most trim of roads that diverge at a small angle, as a multiple of the wider road's width: the rest of their overlap is
+    /// not part of the intersection.
     pub reach: f64,
-    /// Distance between a cut and the collision that decided it, so that corners never fall together.
+    /// Distance between a cut and the collision that it is for, so that corners do not coincide.
     pub margin: f64,
-    /// Every road is cut back at least so far where it meets another.
+    /// Least trim of a road that meets another.
     pub least_trim: f64,
-    /// What remains of a road at least, where it is long enough.
+    /// Least remaining length of a road that is long enough.
     pub least_road: f64,
 }
 

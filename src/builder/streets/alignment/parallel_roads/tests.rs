@@ -1,41 +1,24 @@
-//! What the sieve lets through, held against the comparison of all roads with all.
+//! The broad phase against the comparison of all roads with all.
 
 use proptest::prelude::*;
 
-use crate::builder::network::{IntersectionIx, RoadKey, Stations};
+use crate::builder::network::{RoadKey, Stations, hand_drawn};
 use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind, Travel};
-use crate::builder::tags::road_class::RoadClass;
 use crate::geometry::Point;
-use crate::osm::Tags;
 
 use super::*;
 
-/// A road through these points: its width, its level, and where it begins and ends.
+/// A road: points, width, whether it is raised, first and last intersection.
 type Drawn = (Vec<(f64, f64)>, f64, bool, u32, u32);
 
 fn road(index: usize, (points, width, raised, from, to): &Drawn) -> Option<Road> {
-    let way = index as i64;
-    Some(Road {
-        key: RoadKey { way, first: 0, last: 1, turn: 0 },
-        ways: vec![way],
-        from: IntersectionIx(*from),
-        to: IntersectionIx(*to),
-        line: Polyline::new(points.iter().map(|(x, y)| Point::new(*x, *y)))?,
-        heights: Vec::new(),
-        section: CrossSection { strips: vec![Strip::plain(StripKind::Drive, Travel::Forward, *width, false)] },
-        class: RoadClass::Residential,
-        link: false,
-        level: f64::from(u8::from(*raised)),
-        roundabout: false,
-        public: true,
-        name: None,
-        speed: [50.0, 50.0],
-        features: Vec::new(),
-        tags: Tags::default(),
-    })
+    let key = RoadKey { way: index as i64, first: 0, last: 1, turn: 0 };
+    let line = Polyline::new(points.iter().map(|(x, y)| Point::new(*x, *y)))?;
+    let section = CrossSection { strips: vec![Strip::plain(StripKind::Drive, Travel::Forward, *width, false)] };
+    Some(Road { level: f64::from(u8::from(*raised)), ..hand_drawn::road(key, [*from, *to], line, section) })
 }
 
-/// Points each a stride from the one before: roads that wind, turn back and cross themselves.
+/// Random walks: roads that wind, turn back and cross themselves.
 fn line() -> impl Strategy<Value = Vec<(f64, f64)>> {
     let strides = prop::collection::vec((-60.0..60.0, -40.0..40.0), 1..6);
     ((0.0..120.0, 0.0..80.0), strides).prop_map(|(begin, strides)| {
@@ -51,7 +34,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 512, ..ProptestConfig::default() })]
 
     #[test]
-    fn the_sieve_holds_every_road_beside_another(
+    fn the_broad_phase_keeps_every_road_beside_another(
         drawn in prop::collection::vec((line(), 2.0..14.0, any::<bool>(), 0..5_u32, 0..5_u32), 1..8),
         cut in 0.0..6.0,
     ) {
@@ -60,9 +43,10 @@ proptest! {
         let kept: Vec<Stations> = network.roads.iter().map(|road| [cut, road.line.length() - cut]).collect();
         let likely = candidates(&network, &kept);
         let all: Vec<usize> = (0..network.roads.len()).collect();
-        let mut tracks = Tracks { network: &network, kept: &kept, made: FxHashMap::default() };
-        tracks.make(&all);
-        for (a, b) in find(&tracks.made, &Sides::default(), &all, &all).keys() {
+        let mut roads = ShiftedRoads { network: &network, kept: &kept, made: FxHashMap::default() };
+        roads.make(&all);
+        let search = OverlapSearch { roads: &roads.made, hints: &SideHints::default() };
+        for (a, b) in search.find(&all, &all).keys() {
             prop_assert!(likely.contains(a) && likely.contains(b), "road {} beside road {}", a, b);
         }
     }

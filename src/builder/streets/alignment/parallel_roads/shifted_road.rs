@@ -1,4 +1,4 @@
-//! The edges of a carriageway as they are compared with those of others.
+//! A road as a row of places that move sideways.
 
 use crate::builder::network::{End, Road, RoadEnd, RoadNetwork, Stations};
 use crate::geometry::{Point, Polyline, Vector, left_of};
@@ -7,63 +7,63 @@ use crate::parallel::Finely;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-/// Metres sideways per metre along the road at which it gives way.
+/// Most change of the shift per metre along the road, metres.
 pub(super) const SLOPE: f64 = 0.12;
 
-/// Distance between the places, metres, at which a road is compared with others.
+/// Distance between the places of a road, metres.
 pub(super) const STEP: f64 = 4.0;
-/// Gap, metres, that is left between two roads laid side by side.
+/// Gap left between two roads side by side, metres.
 pub(super) const CLEAR: f64 = 0.05;
-/// An overlap below this, metres, is left as it is.
+/// A smaller overlap, metres, stays.
 pub(super) const TOLERANCE: f64 = 0.03;
-/// A road is never moved further than this, metres: beyond, the map is wrong, or the widths are.
+/// No road moves further than this, metres: beyond, the map or the widths are wrong.
 pub(super) const FARTHEST: f64 = 7.0;
-/// A part of a road shorter than this between its cuts, metres, need not be laid abreast.
+/// A road shorter than this between its cuts, metres, does not move.
 pub(super) const SHORTEST: f64 = 2.0;
 
-/// The tracks of the roads that may move or lie near others that do; all others stay as they are drawn.
-pub(super) struct Tracks<'a> {
+/// The roads that may move or lie near others that do; all others stay as they are drawn.
+pub(super) struct ShiftedRoads<'a> {
     pub(super) network: &'a RoadNetwork,
     pub(super) kept: &'a [Stations],
-    pub(super) made: FxHashMap<usize, CarriagewayEdges>,
+    pub(super) made: FxHashMap<usize, ShiftedRoad>,
 }
 
-impl Tracks<'_> {
-    /// The track of a road.
-    pub(super) fn of(&mut self, road: usize) -> &mut CarriagewayEdges {
-        self.made.entry(road).or_insert_with(|| CarriagewayEdges::new(&self.network.roads[road], self.kept[road]))
+impl ShiftedRoads<'_> {
+    pub(super) fn of(&mut self, road: usize) -> &mut ShiftedRoad {
+        self.made.entry(road).or_insert_with(|| ShiftedRoad::new(&self.network.roads[road], self.kept[road]))
     }
 
-    /// Makes the tracks of many roads.
+    /// Adds the roads that are not yet there.
     pub(super) fn make(&mut self, roads: &[usize]) {
         let new = roads.par_iter().finely().filter(|road| !self.made.contains_key(road));
         let new: Vec<_> =
-            new.map(|&road| (road, CarriagewayEdges::new(&self.network.roads[road], self.kept[road]))).collect();
+            new.map(|&road| (road, ShiftedRoad::new(&self.network.roads[road], self.kept[road]))).collect();
         self.made.extend(new);
     }
 
-    /// How far an end of a road has moved.
-    pub(super) fn shift(&self, at: RoadEnd) -> f64 {
-        let track = self.made.get(&(at.road.position()));
-        track.and_then(|track| track.shift.get(track.end(at.end))).copied().unwrap_or_default()
+    /// How far an end of a road has moved to the left of its line, metres.
+    pub(super) fn shift(&self, arm: RoadEnd) -> f64 {
+        self.made.get(&arm.road.position()).map_or(0.0, |road| road.shift[road.end(arm.end)])
     }
 }
 
-/// One road as a list of places that can move sideways.
-pub(super) struct CarriagewayEdges {
+/// A road as places along its line that move sideways.
+pub(super) struct ShiftedRoad {
     pub(super) stations: Vec<f64>,
     pub(super) base: Vec<Point>,
     pub(super) normals: Vec<Vector>,
-    /// Signed, left positive, metres.
+    /// By place, metres, left positive.
     pub(super) shift: Vec<f64>,
-    /// First and last place between the cuts; `None` if nothing worth moving remains.
+    /// First and last place between the cuts; `None` if the road is too short to move.
     pub(super) kept: Option<[usize; 2]>,
+    /// Half the width, metres.
     pub(super) half: f64,
     pub(super) level: f64,
+    /// How much of an overlap it yields, compared with that of its neighbour.
     pub(super) mobility: f64,
 }
 
-impl CarriagewayEdges {
+impl ShiftedRoad {
     pub(super) fn new(road: &Road, kept: Stations) -> Self {
         let length = road.line.length();
         let [from, to] = [kept[0].clamp(0.0, length), kept[1].clamp(0.0, length)];
@@ -92,6 +92,7 @@ impl CarriagewayEdges {
         }
     }
 
+    /// The moved place.
     pub(super) fn place(&self, i: usize) -> Point {
         self.base[i] + self.normals[i] * self.shift[i]
     }
@@ -100,7 +101,7 @@ impl CarriagewayEdges {
         self.kept.is_some_and(|[a, b]| (a..=b).contains(&i))
     }
 
-    /// Station with the parts beyond the cuts folded into them: a road keeps its shift up to its end.
+    /// The station of a place, metres; beyond a cut that of the cut, so that the shift is constant there.
     pub(super) fn folded(&self, i: usize) -> f64 {
         match self.kept {
             Some([a, b]) => self.stations[i.clamp(a, b)],
@@ -108,12 +109,12 @@ impl CarriagewayEdges {
         }
     }
 
-    /// Raises the shift to at least `target` on its own side everywhere, with gentle slopes around.
-    pub(super) fn take(&mut self, target: &[f64]) {
+    /// Shifts every place at least to its `target`, metres, with slopes of at most [`SLOPE`] around.
+    pub(super) fn shift_to(&mut self, target: &[f64]) {
         let mut high: Vec<f64> = self.shift.iter().zip(target).map(|(s, t)| s.max(*t).max(0.0)).collect();
         let mut low: Vec<f64> = self.shift.iter().zip(target).map(|(s, t)| (-s).max(-*t).max(0.0)).collect();
         for i in 0..target.len() {
-            // A target between the old shift and zero lets the road come back.
+            // A target between the old shift and zero moves the road back.
             if target[i] >= 0.0 && self.shift[i] > target[i] {
                 high[i] = target[i];
             }
