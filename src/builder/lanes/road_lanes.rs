@@ -35,7 +35,7 @@ pub fn lanes(
     lines: &ConnectionLines,
     joins: &mut Continuations,
 ) -> Lanes {
-    joins.place(assembly, network);
+    joins.add_points(assembly, network);
     let joins = &*joins;
     let all: Vec<RoadIx> = (0..network.roads.len()).map(|i| RoadIx::new(i)).collect();
     let drawn = |below: &MapBuilder, roads: &[RoadIx]| {
@@ -74,7 +74,7 @@ pub fn lanes(
 
 /// Gives back the ids of the lanes of some roads, and of their nodes but for those that they share with others.
 pub fn release(assembly: &mut MapBuilder, joins: &Continuations, lanes: &Lanes, roads: impl Iterator<Item = RoadIx>) {
-    let shared = joins.nodes();
+    let shared = joins.points();
     for ix in roads {
         for bound in lanes.pieces[ix].iter().flat_map(|piece| &piece.borders).flatten() {
             assembly.release_line(bound.line, |point| shared.contains(&point));
@@ -93,7 +93,7 @@ pub fn redraw(
     roads: &[RoadIx],
 ) {
     release(assembly, joins, lanes, roads.iter().copied());
-    joins.place(assembly, network);
+    joins.add_points(assembly, network);
     for &ix in roads {
         let (i, range) = (ix.position(), lanes.range_of(ix));
         let mut road = road_lanes(assembly, network, ix, lines.kept[i], joins);
@@ -174,7 +174,7 @@ fn end_nodes(
         .enumerate()
         .map(|(edge, used)| {
             used.then(|| {
-                joins.node(RoadEnd { road: ix, end }, edge).unwrap_or_else(|| {
+                joins.point(RoadEnd { road: ix, end }, edge).unwrap_or_else(|| {
                     let place = on_cut(road, end, station, road.section.edge(edge));
                     assembly.point(key.number(edge as i64), place, 0.0)
                 })

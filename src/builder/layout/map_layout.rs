@@ -121,7 +121,7 @@ impl MapLayout {
     pub fn relaid(self, network: &RoadNetwork, restricted: &ResolvedRestrictions, roads: &[RoadIx]) -> Self {
         let mut draft = self;
         if !roads.is_empty() {
-            draft.joins.lift(roads);
+            draft.joins.forget_points(roads);
             draft = draft.redrawn(network, restricted, roads).outlined(network, restricted);
         }
         draft.assembly.remove_released();
@@ -134,7 +134,7 @@ impl MapLayout {
         let needs = RequiredSetbacks::new(network, kept, |ix| joins.joined(ix));
         let (back, stops) = (vec![[0.0; 2]; network.roads.len()], vec![[false; 2]; network.roads.len()]);
         let lines = connection_lines(network, &needs, &back, &stops, |_| None);
-        joins.beside(gore_corners(network, &lines));
+        joins.set_gore_corners(gore_corners(network, &lines));
         let mut assembly = MapBuilder::default();
         let lanes = lanes(&mut assembly, network, &lines, &mut joins);
         let mut ways: Vec<Option<Box<IntersectionLanelets>>> = Vec::new();
@@ -147,7 +147,7 @@ impl MapLayout {
     fn redrawn(self, network: &RoadNetwork, restricted: &ResolvedRestrictions, anew: &[RoadIx]) -> Self {
         let Self { mut joins, lines: before, mut assembly, mut lanes, mut ways, back, stops, needs } = self;
         let lines = connection_lines(network, &needs, &back, &stops, |road| Some(before.cut(road)));
-        let beside = joins.beside(gore_corners(network, &lines));
+        let beside = joins.set_gore_corners(gore_corners(network, &lines));
         let redrawn = |road: &RoadIx| beside.contains(road) || anew.binary_search(road).is_ok();
         let moved = |road: &RoadIx| before.kept[*road] != lines.kept[*road] || redrawn(road);
         let moved: Vec<RoadIx> = (0..lines.kept.len()).map(|road| RoadIx::new(road)).filter(moved).collect();

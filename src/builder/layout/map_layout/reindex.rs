@@ -62,7 +62,7 @@ impl MapLayout {
         };
         let cut_before = |road: RoadIx| Some(road).filter(untouched).map(|road| before.cut(origins.of(road)));
         let lines = connection_lines(network, &needs, &back, &stops, cut_before);
-        joins.beside(gore_corners(network, &lines));
+        joins.set_gore_corners(gore_corners(network, &lines));
         let elsewhere = joins.take_over(&met, origins);
         let cut = |lines: &ConnectionLines, road: RoadIx| lines.kept[road];
         let moves = |road: &RoadIx| elsewhere.contains(road) || cut(&before, origins.of(*road)) != cut(&lines, *road);
