@@ -5,7 +5,7 @@
 //! of the road.
 
 use crate::builder::control::pedestrian_crossing_signals::SignalisedCrossing;
-use crate::builder::lanes::lanelet_validity::{aligned, is_valid, simple};
+use crate::builder::lanes::lanelet_validity::{are_read_as_drawn, is_simple, is_valid};
 use crate::builder::lanes::road_cut::STOP_GAP;
 use crate::builder::lanes::types::{Lanes, RoadLane, RoadPiece, SplitReason};
 use crate::builder::map::map_builder::MapBuilder;
@@ -116,7 +116,8 @@ impl<'a> LaneletSplitter<'a> {
         };
         let section = &self.road.section;
         let mut lanes = section.driven().filter_map(|(i, _)| pair([i, i + 1]));
-        let read_as_drawn = |it: &[Vec<Point>; 2]| simple(it) && aligned(it) && aligned(&turned(it));
+        let read_as_drawn =
+            |it: &[Vec<Point>; 2]| is_simple(it) && are_read_as_drawn(it) && are_read_as_drawn(&turned(it));
         let width = |strips: std::ops::Range<usize>| section.strips[strips].iter().map(|s| s.width).sum::<f64>();
         let beside = strip_runs(section).into_iter();
         let mut beside = beside.filter_map(|run| Some((pair([run.strips.start, run.strips.end])?, width(run.strips))));
