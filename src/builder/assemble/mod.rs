@@ -17,7 +17,7 @@ use super::control::pedestrian_signals::pedestrian_signals;
 use super::control::signal_arrows::{SignalArrows, one_way};
 use super::control::stop_line_segments::split_before_stop_lines;
 use super::control::walkway::walkways;
-use super::control::{Approach, Control, control_arm, pedestrian_crossing_signals};
+use super::control::{Approach, Control, ControlledArm, pedestrian_crossing_signals};
 use super::intersection::area::AreaOutline;
 use super::intersection::bicycle_lanelets::BicycleMovements;
 use super::intersection::conflict;
@@ -365,7 +365,9 @@ impl Stage<'_> {
                 approaches.push(Approach { lane, behind, arrow: None });
             }
             let key = key.word("arm");
-            control_arm(&mut self.assembly, self.network.side, key, &arm, controls[i], &approaches, &ring);
+            let (control, driving) = (controls[i], self.network.side);
+            let controlled = ControlledArm { arm: &arm, control, approaches: &approaches, driving };
+            controlled.draw(&mut self.assembly, key, &ring);
         }
         let legs = self.legs(arms);
         let movers = self.movers(arms, paths, &controls, &legs);
