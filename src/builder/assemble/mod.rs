@@ -71,10 +71,10 @@ pub fn assemble(settled: Layout, arrows: &SignalArrows) -> Assembled {
     let settled = network;
     let network = &settled;
     // Moved, so that what is not asked for any more goes at once.
-    let MapLayout { lines, mut assembly, mut lanes, ways, .. } = { draft };
+    let MapLayout { lines, mut assembly, lanes, ways, .. } = { draft };
     let lit = pedestrian_crossing_signals::signalised_crossings(network, &lines, &ways);
     let (guarded, unguarded) = pedestrian_crossing_signals::guarded(network, &lines, &lanes, &ways);
-    split_before_stop_lines(&mut assembly, network, &lines, &ways, (&lit, &guarded), &mut lanes);
+    let lanes = split_before_stop_lines(&mut assembly, network, &lines, &ways, (&lit, &guarded), lanes);
     let as_roads = network.beside.bicycle_lanes == BicycleLanes::Road;
     let bicycles = side_lanes(&mut assembly, network, &lanes);
     let (crossings, idle) = Crossings::add(&mut assembly, network, &lines, &lanes, &ways);

@@ -36,8 +36,11 @@ struct SidewalkEnd {
     width: f64,
 }
 
-/// Adds the walkways of an intersection, and the elements by which what crosses them knows of them. No walkway lies
-/// where a crosswalk does.
+/// A lanelet with its outline.
+type Outlined = (LaneletId, Vec<Point>);
+
+/// Adds the walkways of an intersection and their regulatory elements. There is no walkway where people cross a road end on a
+/// crosswalk.
 pub fn walkways(
     assembly: &mut MapBuilder,
     network: &RoadNetwork,
@@ -47,45 +50,48 @@ pub fn walkways(
     paths: &[TurningLanelet],
 ) {
     let count = intersection.arms.len();
-    let private = |arm: usize| !network.road(intersection.arms[arm].road).public;
-    for (arm, &at) in intersection.arms.iter().enumerate().filter(|(arm, _)| private(*arm)) {
+    let is_private = |arm: usize| !network.road(intersection.arms[arm].road).public;
+    for (arm, &at) in intersection.arms.iter().enumerate().filter(|(arm, _)| is_private(*arm)) {
         if crossed(at) || count < 3 {
             continue;
         }
-        // Arms are clockwise: the one before lies on the left of who drives out over this one.
-        let beside = [(arm + count - 1) % count, (arm + 1) % count];
-        let ends = [0, 1].map(|side| {
-            let of = beside[side];
-            let public = (!private(of)).then_some(intersection.arms[of]);
-            public.and_then(|of| sidewalk_end(network, lanes, of, side == 0))
+        // Arms are clockwise: the one before lies on the left of vehicles that leave private ground.
+        let ends = [((arm + count - 1) % count, false), ((arm + 1) % count, true)].map(|(other, next)| {
+            let public = (!is_private(other)).then_some(intersection.arms[other]);
+            sidewalk_end(network, lanes, public?, !next)
         });
-        let mapped = mapped(network.road(at.road), at.end).filter(|_| (0..count).any(|arm| !private(arm)));
+        let mapped = mapped(network.road(at.road), at.end).filter(|_| !(0..count).all(is_private));
         let leads = |path: &&TurningLanelet| path.movement.from == arm || path.movement.to == arm;
-        let outlines = |road| lanes.of_road(road).iter().map(|lane| (lane.lanelet, assembly.outline(lane.lanelet)));
-        let own = paths.iter().filter(leads).map(|path| (path.lanelet, assembly.outline(path.lanelet)));
-        let own: Vec<(LaneletId, Vec<Point>)> = own.collect();
-        let reached: Vec<_> = own.iter().cloned().chain(outlines(at.road).filter(|_| mapped.is_some())).collect();
-        let shapes = [mapped.and_then(|end| shape(&[Some(end), None], &reached)), shape(&ends, &own)];
+        let mut reached: Vec<Outlined> = paths.iter().filter(leads).map(|p| outlined(assembly, p.lanelet)).collect();
+        let beside_arms = shape(&ends, &reached);
+        if mapped.is_some() {
+            reached.extend(lanes.of_road(at.road).iter().map(|lane| outlined(assembly, lane.lanelet)));
+        }
+        let shapes = [mapped.and_then(|end| shape(&[Some(end), None], &reached)), beside_arms];
         if shapes.iter().all(Option::is_none) {
             continue;
         }
-        // Who does not turn onto private ground meets nobody.
-        let through = paths.iter().filter(|path| !leads(path)).map(|path| assembly.outline(path.lanelet));
+        // The lanelets that do not lead onto private ground, which cross no walkway.
+        let through = paths.iter().filter(|path| !leads(path)).map(|path| path.lanelet);
         let along = intersection.arms.iter().filter(|other| other.road != at.road);
-        let along = along.flat_map(|other| outlines(other.road)).map(|(_, outline)| outline);
-        let others: Vec<Vec<Point>> = through.chain(along).collect();
-        let outline =
-            |shape: &[Vec<Point>; 2]| shape[0].iter().chain(shape[1].iter().rev()).copied().collect::<Vec<_>>();
-        let crosses = |lane: &[Point], outline: &[Point]| polygon::common_area(lane, outline) >= CROSSES;
-        let clear = |outline: &[Point]| !others.iter().any(|lane| crosses(lane, outline));
-        let found =
-            shapes.into_iter().flatten().map(|shape| (outline(&shape), shape)).find(|(outline, _)| clear(outline));
-        let Some((outline, shape)) = found else { continue };
-        let carriers = reached.iter().filter(|(_, lane)| crosses(lane, &outline));
-        let carriers: Vec<LaneletId> = carriers.map(|(lanelet, _)| *lanelet).collect();
+        let along = along.flat_map(|other| lanes.of_road(other.road)).map(|lane| lane.lanelet);
+        let others: Vec<Vec<Point>> = through.chain(along).map(|lanelet| assembly.outline(lanelet)).collect();
+        let ring = |[left, right]: &[Vec<Point>; 2]| left.iter().chain(right.iter().rev()).copied().collect::<Vec<_>>();
+        let clear = |ring: &[Point]| !others.iter().any(|lane| crosses(lane, ring));
+        let found = shapes.into_iter().flatten().map(|shape| (ring(&shape), shape)).find(|(ring, _)| clear(ring));
+        let Some((ring, shape)) = found else { continue };
+        let carriers = reached.iter().filter(|(_, lane)| crosses(lane, &ring)).map(|(lanelet, _)| *lanelet);
         let key = network.road(at.road).key_of("walkway").number(at.end as i64);
-        add(assembly, key, &shape, &carriers);
+        add(assembly, key, &shape, &carriers.collect::<Vec<LaneletId>>());
     }
+}
+
+fn outlined(assembly: &MapBuilder, lanelet: LaneletId) -> Outlined {
+    (lanelet, assembly.outline(lanelet))
+}
+
+fn crosses(lane: &[Point], walkway: &[Point]) -> bool {
+    polygon::common_area(lane, walkway) >= CROSSES
 }
 
 /// The sidewalk of a road on one side, where it reaches the intersection at its end; `last` tells whether on the side of
