@@ -31,14 +31,18 @@ pub fn crosswalk(assembly: &mut MapBuilder, road: &Road, crossing: &RoadCrossing
     // The road's direction is to the left of the walking direction.
     let bounds = [side("left", CROSSWALK_BREADTH / 2.0), side("right", -CROSSWALK_BREADTH / 2.0)];
     let [left, right] = bounds.map(|line| Bound { line, inverted: false });
-    let attributes = Attributes::of(&[
+    assembly.lanelet(key, left, right, pedestrian_attributes("crosswalk"))
+}
+
+/// Tags of a lanelet for people on foot.
+pub(super) fn pedestrian_attributes(subtype: &str) -> Attributes {
+    Attributes::of(&[
         ("type", "lanelet"),
-        ("subtype", "crosswalk"),
+        ("subtype", subtype),
         ("location", "urban"),
         ("one_way", "no"),
         ("participant:pedestrian", "yes"),
-    ]);
-    assembly.lanelet(key, left, right, attributes)
+    ])
 }
 
 /// Adds the element of a crosswalk for the lanelets that cross it; `false` if there is none.

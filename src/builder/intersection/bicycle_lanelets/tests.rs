@@ -1,7 +1,7 @@
 //! Bicycle lanes through intersections, on small networks.
 
 use crate::builder::tags::road_class::DrivingSide;
-use crate::builder::tests::{Asked, built_as, ends};
+use crate::builder::tests::{Asked, built_as, driven_on, ends};
 use crate::builder::{BuildOptions, Built};
 use crate::lanelet::{Lanelet, LaneletMap};
 use crate::settings::{BesideSettings, BicycleLanes};
@@ -11,7 +11,7 @@ const LANES: &str = "highway=tertiary lanes=2 cycleway:both=lane";
 /// Four roads with these tags that meet: from the west, to the east, from the south, to the north.
 fn crossing(side: DrivingSide, bicycle_lanes: BicycleLanes, [west, east, south, north]: [&str; 4]) -> Built {
     let beside = BesideSettings { bicycle_lanes, ..BesideSettings::default() };
-    let options = BuildOptions { driving_side: Some(side), beside, ..BuildOptions::default() };
+    let options = BuildOptions { beside, ..driven_on(side) };
     let middle = (1, 0.0, 0.0, "highway=traffic_signals");
     let nodes = [middle, (2, -80.0, 0.0, ""), (3, 80.0, 0.0, ""), (4, 0.0, -80.0, ""), (5, 0.0, 80.0, "")];
     let ways: [(i64, &[i64], &str); 4] =
@@ -45,7 +45,7 @@ fn bicycles_ride_straight_on_and_around_the_near_corner() {
 }
 
 #[test]
-fn where_the_bicycle_lane_ends_nothing_leads_on() {
+fn nothing_leads_to_a_road_without_bicycle_lanes() {
     let map =
         crossing(DrivingSide::Right, BicycleLanes::BicycleLane, [LANES, LANES, LANES, "highway=tertiary lanes=2"]).map;
     // West and east straight on, and around the two corners in the south.
@@ -55,7 +55,7 @@ fn where_the_bicycle_lane_ends_nothing_leads_on() {
 }
 
 #[test]
-fn as_roads_they_have_lights_and_near_turns_yield_to_them() {
+fn bicycle_lanes_as_roads_have_lights_and_near_turns_yield_to_them() {
     for side in [DrivingSide::Right, DrivingSide::Left] {
         let built = crossing(side, BicycleLanes::Road, [LANES; 4]);
         let bicycles = &built.settings.bicycle_lanes;
@@ -84,7 +84,7 @@ fn turns<'a>(lanelets: &[&'a Lanelet]) -> Vec<&'a str> {
 }
 
 #[test]
-fn lanes_ridden_both_ways_lead_through_in_both_directions() {
+fn two_way_bicycle_lanes_lead_through_in_both_directions() {
     for (side, far) in [(DrivingSide::Right, "left"), (DrivingSide::Left, "right")] {
         for (lanes, subtype) in [(BicycleLanes::BicycleLane, "bicycle_lane"), (BicycleLanes::Road, "road")] {
             let tags = format!("highway=tertiary lanes=2 cycleway:{far}=track cycleway:{far}:oneway=no");
@@ -114,7 +114,7 @@ fn lanes_ridden_both_ways_lead_through_in_both_directions() {
 }
 
 #[test]
-fn nobody_is_led_across_the_traffic() {
+fn no_bicycle_lanelet_crosses_the_traffic() {
     // West of the crossing bicycles ride both ways on the far side, elsewhere on the near sides.
     for (side, far) in [(DrivingSide::Right, "left"), (DrivingSide::Left, "right")] {
         let west = format!("highway=tertiary lanes=2 cycleway:{far}=lane cycleway:{far}:oneway=no");
@@ -130,7 +130,7 @@ fn nobody_is_led_across_the_traffic() {
 }
 
 #[test]
-fn they_lead_through_merged_intersections_in_both_directions() {
+fn bicycle_lanes_lead_through_merged_intersections_in_both_directions() {
     // A road of two carriageways 12 m apart, merged with the piece of the crossing road between them.
     let main = |track: &str| format!("highway=secondary oneway=yes lanes=2 name=Main {track}");
     for (side, north, near) in [(DrivingSide::Right, 6.0, "right"), (DrivingSide::Left, -6.0, "left")] {
@@ -155,8 +155,7 @@ fn they_lead_through_merged_intersections_in_both_directions() {
                 (15, &[1, 2], LANES),
                 (16, &[2, 8], LANES),
             ];
-            let options = BuildOptions { driving_side: Some(side), ..BuildOptions::default() };
-            let built = built_as(&Asked { nodes: &nodes, ways: &ways, options });
+            let built = built_as(&Asked { nodes: &nodes, ways: &ways, options: driven_on(side) });
             assert_eq!(built.summary.intersections, 1, "merged");
             let lanelets = inside(&built.map, "bicycle_lane");
             let mut expected = vec![near; 4];
@@ -176,8 +175,7 @@ fn a_track_lies_behind_a_kerb() {
             (LANES, "line_thin"),
         ] {
             let nodes = [(1, 0.0, 0.0, ""), (2, 80.0, 0.0, "")];
-            let options = BuildOptions { driving_side: Some(side), ..BuildOptions::default() };
-            let map = built_as(&Asked { nodes: &nodes, ways: &[(10, &[1, 2], tags)], options }).map;
+            let map = built_as(&Asked { nodes: &nodes, ways: &[(10, &[1, 2], tags)], options: driven_on(side) }).map;
             let of = |subtype: &'static str| map.lanelets.iter().filter(move |l| l.attributes.is("subtype", subtype));
             assert_eq!((of("bicycle_lane").count(), of("road").count()), (2, 2));
             for bicycle in of("bicycle_lane") {
