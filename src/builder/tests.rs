@@ -9,8 +9,17 @@ use super::*;
 
 /// Builds from nodes in metres (about, driven on the right) and ways with tags.
 fn built(nodes: &[(i64, f64, f64, &str)], ways: &[(i64, &[i64], &str)]) -> Built {
-    let options = BuildOptions { driving_side: Some(DrivingSide::Right), ..BuildOptions::default() };
-    built_as(&Asked { nodes, ways, options })
+    built_as(&Asked { nodes, ways, options: driven_on(DrivingSide::Right) })
+}
+
+/// Options for a map where people drive on this side.
+pub(super) fn driven_on(side: DrivingSide) -> BuildOptions {
+    BuildOptions { driving_side: Some(side), ..BuildOptions::default() }
+}
+
+/// The lanelets of a subtype.
+pub(super) fn of_subtype<'a>(map: &'a LaneletMap, subtype: &str) -> Vec<&'a Lanelet> {
+    map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", subtype)).collect()
 }
 
 /// What is to be built, and how.
@@ -83,7 +92,7 @@ fn nobody_is_led_around_a_hairpin_without_room() {
             (15, &[4, 5], street),
             (16, &[4, 6], street),
         ];
-        let options = BuildOptions { driving_side: Some(side), ..BuildOptions::default() };
+        let options = driven_on(side);
         inside(&built_as(&Asked { nodes: &nodes, ways: &ways, options }).map).len()
     };
     for side in [DrivingSide::Right, DrivingSide::Left] {
@@ -260,7 +269,7 @@ fn lights_stand_behind_the_intersection_and_face_who_waits() {
     let ways: [(i64, &[i64], &str); 4] =
         [(12, &[2, 1], tags), (13, &[3, 1], tags), (14, &[4, 1], tags), (15, &[5, 1], tags)];
     for side in [DrivingSide::Right, DrivingSide::Left] {
-        let options = BuildOptions { driving_side: Some(side), ..BuildOptions::default() };
+        let options = driven_on(side);
         let map = built_as(&Asked { nodes: &nodes, ways: &ways, options }).map;
         let points = |line| -> Vec<&crate::lanelet::Point> {
             let line: &crate::lanelet::LineString = map.linestrings.get(line).unwrap();

@@ -2,7 +2,7 @@
 
 use crate::builder::control::signal_arrows::one_way;
 use crate::builder::control::walkway::walkways;
-use crate::builder::control::{Approach, Control, control_arm};
+use crate::builder::control::{Approach, Control, ControlledArm};
 use crate::builder::intersection::area::AreaOutline;
 use crate::builder::intersection::bicycle_lanelets::BicycleMovements;
 use crate::builder::intersection::conflict::{Conflicts, conflicts, strip_indices};
@@ -134,10 +134,11 @@ impl<'a> IntersectionAssembly<'a> {
         };
         let controls = self.controls(intersection, arms);
         let arrows = self.site.arrows.wanted(id, &outline.places);
-        let (side, key) = (self.site.network.side, intersection_key("intersection area", intersection).word("arm"));
+        let (driving, key) = (self.site.network.side, intersection_key("intersection area", intersection).word("arm"));
         for (i, arm) in arms.iter().enumerate() {
             let (arm, approaches) = self.approaches((i, arm), paths, &bicycles, controls[i], arrows);
-            control_arm(&mut self.assembly, side, key, &arm, controls[i], &approaches, &outline.places);
+            let controlled = ControlledArm { arm: &arm, control: controls[i], approaches: &approaches, driving };
+            controlled.draw(&mut self.assembly, key, &outline.places);
         }
         let legs = self.legs(arms);
         let movers = self.movers(arms, paths, &controls, &legs);

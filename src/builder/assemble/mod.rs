@@ -40,11 +40,11 @@ pub struct Assembled {
 /// Builds the map.
 pub fn assemble(layout: Layout, arrows: &SignalArrows) -> Assembled {
     // Moved, so that what is not asked for any more goes at once.
-    let Layout { network: owned_network, restrictions, lines, mut assembly, mut lanes, ways, .. } = { layout };
+    let Layout { network: owned_network, restrictions, lines, mut assembly, lanes, ways, .. } = { layout };
     let network = &owned_network;
     let lit = pedestrian_crossing_signals::signalised_crossings(network, &lines, &ways);
     let (guarded, unguarded) = pedestrian_crossing_signals::guarded(network, &lines, &lanes, &ways);
-    split_before_stop_lines(&mut assembly, network, &lines, &ways, (&lit, &guarded), &mut lanes);
+    let lanes = split_before_stop_lines(&mut assembly, network, &lines, &ways, (&lit, &guarded), lanes);
     let as_roads = network.beside.bicycle_lanes == BicycleLanes::Road;
     let bicycles = side_lanes(&mut assembly, network, &lanes);
     let (crossings, idle) = Crossings::add(&mut assembly, network, &lines, &lanes, &ways);

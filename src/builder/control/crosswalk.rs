@@ -1,4 +1,4 @@
-//! Crosswalks: a lanelet from kerb to kerb, and the element by which every lane that crosses it knows of it.
+//! Crosswalks: a lanelet from kerb to kerb, and the regulatory element for every lane that crosses it.
 
 use crate::builder::ids::Key;
 use crate::builder::lanes::road_cut::{CROSSWALK_BREADTH, RoadCrossing};
@@ -7,13 +7,13 @@ use crate::builder::network::Road;
 use crate::geometry::{Point, left_of, polygon};
 use crate::lanelet::{Attributes, Bound, LaneletId, PointId, Target};
 
-/// A corner so close to the end of a kerb, metres, is that end.
+/// A corner closer than this, metres, to a node of a cut is that node.
 const SAME: f64 = 0.01;
 /// Lanelets that share at least this area, square metres, with a crosswalk cross it.
 const CROSSES: f64 = 0.1;
 
-/// Adds the lanelet of a crossing, in the walking direction from the left kerb of the road's line to the right one. Its
-/// corners are those of the `cuts` of the road, points that exist, where they fall on one.
+/// Adds the lanelet of a crossing, in the walking direction from the left kerb of the road's line to the right one. Corners that
+/// lie on a node of the road's `cuts` are that node.
 pub fn crosswalk(assembly: &mut MapBuilder, road: &Road, crossing: &RoadCrossing, cuts: &[PointId]) -> LaneletId {
     let key = Key::new("crosswalk").number(crossing.node).number(road.key.way).number(road.key.first);
     let (left, right) = road.section.carriageway();
@@ -23,25 +23,29 @@ pub fn crosswalk(assembly: &mut MapBuilder, road: &Road, crossing: &RoadCrossing
     let mut side = |name: &str, along: f64| {
         let ends = [("from", left), ("to", right)].map(|(end, offset)| {
             let place = middle + direction * along + left_of(direction) * offset;
-            let there = cuts.iter().copied().find(|&cut| (assembly.position(cut) - place).norm() < SAME);
-            there.unwrap_or_else(|| assembly.point(key.word(name).word(end), place, 0.0))
+            let known = cuts.iter().copied().find(|&cut| (assembly.position(cut) - place).norm() < SAME);
+            known.unwrap_or_else(|| assembly.point(key.word(name).word(end), place, 0.0))
         });
         assembly.line(key.word(name), ends.to_vec(), Attributes::of(&[("type", "pedestrian_marking")]))
     };
-    // Walking to the right of the road, the road's own direction is on the left.
+    // The road's direction is to the left of the walking direction.
     let bounds = [side("left", CROSSWALK_BREADTH / 2.0), side("right", -CROSSWALK_BREADTH / 2.0)];
     let [left, right] = bounds.map(|line| Bound { line, inverted: false });
-    let attributes = Attributes::of(&[
+    assembly.lanelet(key, left, right, pedestrian_attributes("crosswalk"))
+}
+
+/// Tags of a lanelet for people on foot.
+pub(super) fn pedestrian_attributes(subtype: &str) -> Attributes {
+    Attributes::of(&[
         ("type", "lanelet"),
-        ("subtype", "crosswalk"),
+        ("subtype", subtype),
         ("location", "urban"),
         ("one_way", "no"),
         ("participant:pedestrian", "yes"),
-    ]);
-    assembly.lanelet(key, left, right, attributes)
+    ])
 }
 
-/// Tells the lanelets that cross a crosswalk of it; `false` if there is none.
+/// Adds the element of a crosswalk for the lanelets that cross it; `false` if there is none.
 pub fn announce<'a>(
     assembly: &mut MapBuilder,
     crosswalk: LaneletId,
@@ -89,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn a_crosswalk_over_which_nobody_drives_is_left_out() {
+    fn a_crosswalk_that_no_lane_crosses_is_left_out() {
         let [to, from] = ["oneway=yes", "oneway=-1"];
         assert_eq!(found(&crossing(to, to, from)), [1, 1, 0]);
         assert_eq!(found(&crossing(from, from, to)), [1, 1, 0]);
@@ -98,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn lanes_that_go_on_through_lights_know_of_the_crosswalk_before_them() {
+    fn lanes_that_go_on_through_lights_have_the_element_of_the_crosswalk_before_them() {
         let nodes = [
             (1, 0.0, 0.0, "highway=traffic_signals"),
             (2, -80.0, 0.0, ""),

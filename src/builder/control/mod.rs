@@ -1,4 +1,4 @@
-//! Stop lines, traffic lights and stop signs, and the elements that tie them to lanes.
+//! Room 11: stop lines, traffic lights and signs, and the regulatory elements that tie them to lanes.
 
 pub mod crosswalk;
 pub mod pedestrian_crossing_signals;
@@ -18,22 +18,22 @@ use super::network::{End, FeatureKind, Road};
 use super::tags::cross_section::Travel;
 use super::tags::road_class::DrivingSide;
 
-/// A sign or light on the road belongs to the intersection if it stands at most this far from its end, metres.
+/// A sign on a road belongs to the intersection up to this distance, metres, from the road's end.
 const SIGN_REACH: f64 = 40.0;
-/// Lower edge of a traffic light above the road, metres: what trucks pass below.
+/// Height of the lower edge of a traffic light above the road, metres: trucks pass below.
 pub const LIGHT_HEIGHT: f64 = 5.0;
-/// Lower edge of a sign above the road, metres.
+/// Height of the lower edge of a sign above the road, metres.
 const SIGN_HEIGHT: f64 = 2.0;
-/// Side of a sign, metres.
+/// Width of a sign, metres.
 const SIGN_SIZE: f64 = 0.6;
-/// Long and short side of a light's body, metres.
+/// Long and short side of the body of a light, metres.
 const BODY: [f64; 2] = [1.25, 0.45];
-/// Lights stand this far, metres, behind the far edge of the intersection.
+/// Distance of lights behind the far edge of the intersection, metres.
 pub const BEHIND: f64 = 1.0;
-/// Lights stand at most this far, metres, from the stop line: drivers must see them.
+/// The largest distance of lights from the stop line, metres: drivers must see them.
 const LIGHT_REACH: f64 = 50.0;
 
-/// What rules an arm.
+/// What controls an arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Control {
     /// Lights.
@@ -46,7 +46,18 @@ pub enum Control {
     None,
 }
 
-/// The sign that stands on a road before its end.
+impl Control {
+    /// The subtype of its sign; Autoware halts at `stop_sign` and passes others.
+    fn sign(self) -> Option<&'static str> {
+        match self {
+            Self::Stop => Some("stop_sign"),
+            Self::GiveWay => Some("give_way"),
+            Self::Signals | Self::None => None,
+        }
+    }
+}
+
+/// The sign before an end of a road.
 pub fn sign_at(road: &Road, end: End) -> Control {
     let length = road.line.length();
     let into = end.inbound();
@@ -58,8 +69,8 @@ pub fn sign_at(road: &Road, end: End) -> Control {
             FeatureKind::GiveWay(travel) => (travel, Control::GiveWay),
             _ => continue,
         };
-        let meant = travel == into || (travel == Travel::Both && depth <= length / 2.0);
-        if meant && depth <= SIGN_REACH && control != Control::Stop {
+        let faces = travel == into || (travel == Travel::Both && depth <= length / 2.0);
+        if faces && depth <= SIGN_REACH && control != Control::Stop {
             control = kind;
         }
     }
@@ -68,51 +79,98 @@ pub fn sign_at(road: &Road, end: End) -> Control {
 
 /// A lane that arrives at an intersection, and the lanelets behind its stop line.
 pub struct Approach {
-    /// The lanelet before the line.
+    /// The lanelet before the stop line.
     pub lane: LaneletId,
-    /// The lanelets that begin at the line.
+    /// The lanelets that begin at the stop line.
     pub behind: Vec<LaneletId>,
-    /// Where all of them go, if its light has an arrow.
+    /// The direction of all of them, if its light has an arrow.
     pub arrow: Option<TurnDirection>,
 }
 
-/// Adds stop lines, lights or signs of one arm and ties them to its lanes, one approach each, and what lies behind.
-pub fn control_arm(
-    assembly: &mut MapBuilder,
-    driving: DrivingSide,
-    key: Key,
-    arm: &Arm,
-    control: Control,
-    approaches: &[Approach],
-    ring: &[Point],
-) {
-    let lights = (control == Control::Signals).then(|| traffic_lights(assembly, driving, key, arm, approaches, ring));
-    for (at, (lane, Approach { lane: before, behind, .. })) in arm.into.iter().zip(approaches).enumerate() {
-        if behind.is_empty() {
-            continue;
-        }
-        let key = key.number(lane.nodes[0].0).number(lane.nodes[1].0);
-        let line = stop_line(assembly, key, lane.nodes);
-        match (control, lights.as_ref().and_then(|lights| *lights.get(at)?)) {
-            (Control::Signals, Some(light)) => light_element(assembly, key, light, line, behind),
-            (Control::Stop, _) => sign_element(assembly, driving, key, lane, "stop_sign", line, *before),
-            _ => {
-                // Who has to give way stops only for others: this line is where.
-                assembly.element(key.word("marking"), "road_marking", &[("refers", Target::LineString(line))], behind);
-                if control == Control::GiveWay {
-                    sign_element(assembly, driving, key, lane, "give_way", line, *before);
-                }
+/// An arm whose control is drawn.
+pub struct ControlledArm<'a> {
+    /// The arm.
+    pub arm: &'a Arm,
+    /// What controls it.
+    pub control: Control,
+    /// One for each lane that leads in.
+    pub approaches: &'a [Approach],
+    /// The side on which people drive.
+    pub driving: DrivingSide,
+}
+
+impl ControlledArm<'_> {
+    /// Adds the stop lines, lights or signs of the arm and their regulatory elements. `ring` is the outline of the intersection.
+    pub fn draw(&self, assembly: &mut MapBuilder, key: Key, ring: &[Point]) {
+        let lights = match self.control {
+            Control::Signals => self.traffic_lights(assembly, key, ring),
+            _ => vec![None; self.approaches.len()],
+        };
+        for ((lane, approach), light) in self.arm.into.iter().zip(self.approaches).zip(lights) {
+            if approach.behind.is_empty() {
+                continue;
+            }
+            let key = key.number(lane.nodes[0].0).number(lane.nodes[1].0);
+            let line = stop_line(assembly, key, lane.nodes);
+            if let Some(light) = light {
+                light_element(assembly, key, light, line, &approach.behind);
+                continue;
+            }
+            if self.control != Control::Stop {
+                // Vehicles stop here only for others.
+                let members = [("refers", Target::LineString(line))];
+                assembly.element(key.word("marking"), "road_marking", &members, &approach.behind);
+            }
+            if let Some(subtype) = self.control.sign() {
+                let sign = self.sign(assembly, key, lane, subtype);
+                let members = [("refers", Target::LineString(sign)), ("ref_line", Target::LineString(line))];
+                assembly.element(key.word("sign"), "traffic_sign", &members, &[approach.lane]);
             }
         }
     }
+
+    /// Adds lights on the far side of the intersection that face the arm, and their bulbs; gives them by lane. Neighbours with
+    /// the same arrow, or without one, share them; lanes that lead nowhere have none.
+    fn traffic_lights(&self, assembly: &mut MapBuilder, key: Key, ring: &[Point]) -> Vec<Option<[LineStringId; 2]>> {
+        let mut lights = Vec::new();
+        let mut lanes = &self.arm.into[..];
+        for alike in self.approaches.chunk_by(|one, next| one.arrow == next.arrow) {
+            let (own, others) = lanes.split_at(alike.len().min(lanes.len()));
+            lanes = others;
+            let (Some(first), Some(last)) = (own.first(), own.last()) else { continue };
+            let leads_on = alike.iter().any(|approach| !approach.behind.is_empty());
+            let light = leads_on.then(|| {
+                let start = nalgebra::center(&first.pose.point, &last.pose.point);
+                let inward = self.arm.inward;
+                let far = ring.iter().map(|p| (p - start).dot(&inward)).fold(0.0, f64::max);
+                let middle = start + inward * (far + BEHIND).min(LIGHT_REACH);
+                let shape = LightShape::with_arrow(self.driving, middle, inward, alike[0].arrow);
+                add_light(assembly, key.word("light").number(self.arm.at.end as i64).number(first.nodes[0].0), &shape)
+            });
+            lights.extend(own.iter().map(|_| light));
+        }
+        lights
+    }
+
+    /// Adds a sign at the kerb side of a lane.
+    fn sign(&self, assembly: &mut MapBuilder, key: Key, lane: &ArmLane, subtype: &str) -> LineStringId {
+        let right = right_of(lane.pose.heading);
+        let outward = if self.driving == DrivingSide::Left { -1.0 } else { 1.0 };
+        let middle = lane.pose.point + right * (outward * (lane.width / 2.0 + SIGN_SIZE));
+        let ends = [("left", -0.5), ("right", 0.5)].map(|(name, along)| {
+            assembly.point(key.word("sign").word(name), middle + right * (SIGN_SIZE * along), SIGN_HEIGHT)
+        });
+        let attributes = Attributes::of(&[("type", "traffic_sign"), ("subtype", subtype)]);
+        assembly.line(key.word("sign line"), ends.to_vec(), attributes)
+    }
 }
 
-/// A stop line on the end nodes of a lane.
+/// Adds a stop line on the end nodes of a lane.
 pub fn stop_line(assembly: &mut MapBuilder, key: Key, nodes: [PointId; 2]) -> LineStringId {
     assembly.line(key.word("stop line"), nodes.to_vec(), Attributes::of(&[("type", "stop_line"), ("subtype", "solid")]))
 }
 
-/// Lets the lanelets behind a stop line obey a light.
+/// Adds the element by which the lanelets behind a stop line obey a light.
 pub fn light_element(
     assembly: &mut MapBuilder,
     key: Key,
@@ -128,40 +186,9 @@ pub fn light_element(
     assembly.element(key.word("lights"), "traffic_light", &members, behind);
 }
 
-/// The right of someone who looks along `heading`.
+/// The direction to the right of `heading`.
 fn right_of(heading: Vector) -> Vector {
     -left_of(heading)
-}
-
-/// Lights on the far side of the intersection that face the arm, and their bulbs, by lane: neighbours with the same arrow, or
-/// without one, have one together. There is none where nothing leads on.
-fn traffic_lights(
-    assembly: &mut MapBuilder,
-    driving: DrivingSide,
-    key: Key,
-    arm: &Arm,
-    approaches: &[Approach],
-    ring: &[Point],
-) -> Vec<Option<[LineStringId; 2]>> {
-    let mut lights = Vec::new();
-    let mut lanes = &arm.into[..];
-    for alike in approaches.chunk_by(|one, next| one.arrow == next.arrow) {
-        let (own, others) = lanes.split_at(alike.len().min(lanes.len()));
-        lanes = others;
-        let (Some(first), Some(last)) = (own.first(), own.last()) else { continue };
-        if alike.iter().all(|approach| approach.behind.is_empty()) {
-            lights.extend(own.iter().map(|_| None));
-            continue;
-        }
-        let start = nalgebra::center(&first.pose.point, &last.pose.point);
-        let far = ring.iter().map(|p| (p - start).dot(&arm.inward)).fold(0.0, f64::max);
-        let middle = start + arm.inward * (far + BEHIND).min(LIGHT_REACH);
-        let shape = LightShape::with_arrow(driving, middle, arm.inward, alike[0].arrow);
-        let key = key.word("light").number(arm.at.end as i64).number(first.nodes[0].0);
-        let light = add_light(assembly, key, &shape);
-        lights.extend(own.iter().map(|_| Some(light)));
-    }
-    lights
 }
 
 /// Adds a light and its bulbs.
@@ -181,28 +208,28 @@ pub fn add_light(assembly: &mut MapBuilder, key: Key, shape: &LightShape) -> [Li
     [light, bulbs]
 }
 
-/// Where a light that drivers see as they head somewhere has its ends, from left to right, and its lamps.
+/// The places of a light's body and lamps.
 pub struct LightShape {
-    /// The lower edge of its body.
+    /// The ends of its lower edge, from left to right as drivers see it.
     ends: [Point; 2],
-    /// Of its body, metres.
+    /// Height of its body, metres.
     height: f64,
-    /// Colours, places, and metres above the lower edge.
+    /// Colours, places, and heights above the lower edge, metres.
     lamps: [(&'static str, Point, f64); 3],
-    /// A green arrow below these: where it points, its place, and metres above the lower edge.
+    /// A green arrow below the lamps: its direction, place, and height above the lower edge, metres.
     arrow: Option<(&'static str, Point, f64)>,
 }
 
 impl LightShape {
-    /// Around a middle, for those who look along `heading`.
+    /// Around a middle, for drivers who head along `heading`.
     pub fn new(driving: DrivingSide, middle: Point, heading: Vector) -> Self {
         Self::with_arrow(driving, middle, heading, None)
     }
 
-    /// The same, with a lamp more if those whom it rules all go one way.
+    /// The same, with a green arrow if all lanelets that it controls go one way.
     fn with_arrow(driving: DrivingSide, middle: Point, heading: Vector, arrow: Option<TurnDirection>) -> Self {
         let right = right_of(heading);
-        // Lamps lie side by side where people drive on the left, as in Japan, and stand in a column elsewhere.
+        // Lamps lie side by side where people drive on the left, as in Japan, and in a column elsewhere.
         let lying = driving == DrivingSide::Left;
         let (width, height) = if lying { (BODY[0], BODY[1]) } else { (BODY[1], BODY[0]) };
         let below = if arrow.is_some() { BODY[1] } else { 0.0 };
@@ -237,30 +264,4 @@ pub fn bulbs_of(light: LineStringId) -> Attributes {
     let mut attributes = Attributes::of(&[("type", "light_bulbs")]);
     attributes.push("traffic_light_id", crate::osm::Text::from(light.0.to_string()));
     attributes
-}
-
-/// Lets the lane before a stop line obey a sign at its kerb side: `stop_sign` is the word that Autoware looks for, and halts;
-/// others it passes.
-fn sign_element(
-    assembly: &mut MapBuilder,
-    driving: DrivingSide,
-    key: Key,
-    lane: &ArmLane,
-    subtype: &str,
-    line: LineStringId,
-    before: LaneletId,
-) {
-    let right = right_of(lane.pose.heading);
-    let outward = if driving == DrivingSide::Left { -1.0 } else { 1.0 };
-    let middle = lane.pose.point + right * (outward * (lane.width / 2.0 + SIGN_SIZE));
-    let ends = [("left", -0.5), ("right", 0.5)].map(|(name, along)| {
-        assembly.point(key.word("sign").word(name), middle + right * (SIGN_SIZE * along), SIGN_HEIGHT)
-    });
-    let sign = assembly.line(
-        key.word("sign line"),
-        ends.to_vec(),
-        Attributes::of(&[("type", "traffic_sign"), ("subtype", subtype)]),
-    );
-    let members = [("refers", Target::LineString(sign)), ("ref_line", Target::LineString(line))];
-    assembly.element(key.word("sign"), "traffic_sign", &members, &[before]);
 }

@@ -1,4 +1,4 @@
-//! Lights for people on foot: one at each end of a crosswalk, for those who come from the other.
+//! Pedestrian signals: a light at each end of a crosswalk, for people who come from the other end.
 
 use crate::builder::ids::Key;
 use crate::builder::lanes::road_cut::{CROSSWALK_BREADTH, RoadCrossing, has_lights};
@@ -9,16 +9,16 @@ use crate::lanelet::{Attributes, LaneletId, LineStringId, Target};
 
 use super::bulbs_of;
 
-/// Lower edge of a light above the ground, metres: a tall person walks below.
+/// Height of the lower edge of a light above the ground, metres: a tall person walks below.
 const LIGHT_HEIGHT: f64 = 2.1;
-/// Width and height of its body, metres.
+/// Width and height of the body of a light, metres.
 const BODY: [f64; 2] = [0.3, 0.85];
-/// It stands so far, metres, behind the kerb, ...
+/// Distance of a light behind the kerb, metres, ...
 const BEHIND: f64 = 0.5;
-/// ... and so far, metres, beside the paint, on the right of those who look at it.
+/// ... and beside the crosswalk, metres, on the right of people who face it.
 const BESIDE: f64 = 0.3;
 
-/// Adds the lights of a crosswalk that has some, and the element by which it knows of them.
+/// Adds the lights of a crosswalk that has some, and their regulatory element.
 pub fn pedestrian_signals(assembly: &mut MapBuilder, road: &Road, crossing: &RoadCrossing, crosswalk: LaneletId) {
     if !has_lights(road, crossing) {
         return;
@@ -35,7 +35,7 @@ pub fn pedestrian_signals(assembly: &mut MapBuilder, road: &Road, crossing: &Roa
     assembly.element(key, "traffic_light", &members, &[crosswalk]);
 }
 
-/// A light behind a kerb, and its bulbs, for those who walk `ahead` toward it.
+/// Adds a light behind a kerb, and its bulbs, for people who walk `ahead` toward it.
 fn light(assembly: &mut MapBuilder, key: Key, kerb: Point, ahead: Vector) -> [LineStringId; 2] {
     let right = -left_of(ahead);
     let [width, height] = BODY;

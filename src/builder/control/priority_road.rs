@@ -1,8 +1,8 @@
-//! Priority roads: who goes first where no sign stands, by what the roads' tags say.
+//! Priority roads: who gives way at intersections without signs, by the tags of the roads.
 
-/// The approaches that give way to a priority road, from what each is; `None` if no priority road leads through. To let a lane
-/// ignore another is only safe where it is certain who waits: the priority road comes to the intersection over two approaches,
-/// whether it goes straight or bends, no sign there says otherwise, and some other road meets it.
+/// Which arms give way to a priority road; `None` if that is uncertain. A lane may only ignore another if it is certain which of
+/// them waits: the priority road has two legs at the intersection, straight or with a bend, no sign on it contradicts, and another
+/// road meets it.
 pub fn give_way(arms: &[PriorityArm]) -> Option<Vec<bool>> {
     let mut through: Vec<usize> = arms.iter().filter(|arm| arm.priority_road).map(|arm| arm.leg).collect();
     through.sort_unstable();
@@ -19,7 +19,7 @@ pub fn give_way(arms: &[PriorityArm]) -> Option<Vec<bool>> {
 /// A road end at an intersection.
 #[derive(Clone, Copy, Debug)]
 pub struct PriorityArm {
-    /// Carriageways on both sides of a median are one approach: the number of its first arm.
+    /// The first arm, by index, of its leg: carriageways on both sides of a median are one leg.
     pub leg: usize,
     /// Whether it belongs to a priority road.
     pub priority_road: bool,
@@ -36,13 +36,12 @@ mod tests {
     use crate::builder::tests::{Asked, built_as};
     use crate::geometry::Point;
 
-    /// Approaches, each with as many letters as it has arms: `p` for a priority road, `o` for another, `s` for a sign on a
-    /// priority road.
-    fn gives_way(approaches: &[&str]) -> Option<Vec<bool>> {
+    /// Legs with a letter for each arm: `p` on a priority road, `s` with a sign on a priority road, `o` on another.
+    fn gives_way(legs: &[&str]) -> Option<Vec<bool>> {
         let mut arms: Vec<PriorityArm> = Vec::new();
-        for approach in approaches {
+        for letters in legs {
             let leg = arms.len();
-            arms.extend(approach.chars().map(|kind| PriorityArm {
+            arms.extend(letters.chars().map(|kind| PriorityArm {
                 leg,
                 priority_road: kind != 'o',
                 leads_in: true,
@@ -52,7 +51,7 @@ mod tests {
         give_way(&arms)
     }
 
-    /// The arms that go first where a street crosses another on which these tags stand.
+    /// By lanelets straight on: whether they ignore others, on a street with these tags; `None` on the one that crosses it.
     fn first(tags: &str) -> Vec<Option<bool>> {
         let nodes =
             [(1, 0.0, 0.0, ""), (2, -90.0, 0.0, ""), (3, 90.0, 0.0, ""), (4, 0.0, -90.0, ""), (5, 0.0, 90.0, "")];

@@ -1,5 +1,5 @@
-//! Where roads are cut across: at the stop lines before crosswalks with lights, and where the last stretch before a stop
-//! line begins, on which lanes are not changed any more: the lines between them are solid there.
+//! Where roads are split: at the stop lines before crosswalks with lights, and where the approach to a stop line begins, on which
+//! the lines between lanes are solid and lanes are not changed.
 
 mod lanelet_split;
 #[cfg(test)]
@@ -11,99 +11,97 @@ use crate::builder::layout::map_layout::IntersectionLanelets;
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::road_end::at_depth;
 use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
-use crate::builder::tags::cross_section::Travel;
 use crate::builder::tags::marking::before_stop;
 use crate::parallel::Finely;
 
 use super::pedestrian_crossing_signals::SignalisedCrossing;
 use super::{Control, sign_at};
-use lanelet_split::{LaneletSplitter, Painted, Stretch};
+use lanelet_split::{EdgeMarkings, LaneletSplitter, RepaintedSegment, RoadSplits, StopApproach, split_lanes};
 
 use rayon::prelude::*;
 
-pub use lanelet_split::LaneletCut;
-
-/// Length of the stretch, metres, where nobody says otherwise: so far before an intersection Japan's Road Traffic Act,
-/// article 30, forbids to overtake, and about so far (100 ft) before lights many agencies paint solid lines.
+/// Usual length of the approach, metres: Japan's Road Traffic Act, article 30, forbids to overtake on it, and many agencies paint
+/// solid lines over about this length (100 ft) before lights.
 const USUAL: f64 = 30.0;
-/// Where the lines between lanes of one direction are dashed up to the stop line.
+/// Countries where the lines between lanes of one direction are dashed up to the stop line.
 const DASHED: [&str; 1] = ["GB"];
-/// Where there is only room for less than this, metres, there is none: two cars wait on as much.
+/// The least length of an approach, metres: two cars wait on it.
 const LEAST: f64 = 10.0;
 
-/// Cuts the roads at stop lines between intersections, and before all stop lines where that changes what is painted.
+/// Splits the roads at stop lines between intersections, and before all stop lines where markings change there. `guarded` are
+/// the road ends with pedestrian signals only.
 pub fn split_before_stop_lines(
     assembly: &mut MapBuilder,
     network: &RoadNetwork,
     lines: &ConnectionLines,
     ways: &[Option<Box<IntersectionLanelets>>],
-    (lit, guarded): (&[SignalisedCrossing], &[RoadEnd]),
-    lanes: &mut Lanes,
-) {
-    let wanted = usual_length(network);
-    let approaches = approaches(network, ways, guarded, lanes);
-    let found = |(i, road): (usize, &Road)| {
+    (crossings, guarded): (&[SignalisedCrossing], &[RoadEnd]),
+    lanes: Lanes,
+) -> Lanes {
+    let length = usual_length(network);
+    let approaches = approaches(network, ways, guarded, &lanes);
+    let road_splits = |(i, road): (usize, &Road)| {
         let ix = RoadIx::new(i);
-        let lit = of_road(lit, ix, |lit| lit.road);
+        let crossings = of_road(crossings, ix, |crossing| crossing.road);
         let approaches = of_road(&approaches, ix, |(at, _)| at.road);
-        if lit.is_empty() && approaches.is_empty() {
+        if crossings.is_empty() && approaches.is_empty() {
             return None;
         }
         let pieces = lanes.pieces_of(ix);
-        let mut knife = LaneletSplitter::new(assembly, road, pieces.first()?);
-        let mut stops: Vec<(SplitReason, f64, End, f64, Painted)> = Vec::new();
-        for lit in lit {
-            for end in End::BOTH {
-                knife.cut_at_stop_line(lit, end);
-            }
-            for (end, painted) in before_crosswalk(road, pieces, lit) {
-                // Lines do not change on the crosswalk.
-                let (line, last) = (at_depth(lit.span, end.other(), -STOP_GAP), at_depth(lit.span, end, -STOP_GAP));
-                stops.push((SplitReason::Approach(lit.node, end), line, end, last, painted));
+        let mut splitter = LaneletSplitter::new(assembly, road, pieces.first()?);
+        // The approaches, and the station where their other markings end.
+        let mut stops: Vec<(StopApproach, f64, EdgeMarkings)> = Vec::new();
+        let approach = |reason, stop_line, toward| StopApproach { reason, stop_line, toward, length, least: LEAST };
+        for crossing in crossings {
+            End::BOTH.into_iter().for_each(|end| splitter.split_at_stop_line(crossing, end));
+            for (end, markings) in before_crosswalk(road, pieces, crossing) {
+                // Markings do not change on the crosswalk.
+                let [line, last] = [end.other(), end].map(|end| at_depth(crossing.span, end, -STOP_GAP));
+                stops.push((approach(SplitReason::Approach(crossing.node, end), line, end), last, markings));
             }
         }
-        for (at, painted) in approaches {
-            let line = lines.kept[i][at.end];
-            stops.push((SplitReason::Stop(at.end), line, at.end, line, painted.clone()));
+        for (at, markings) in approaches {
+            let line = lines.kept[ix][at.end];
+            stops.push((approach(SplitReason::Stop(at.end), line, at.end), line, markings.clone()));
         }
-        let stretches = stops.into_iter().filter_map(|(cause, line, end, last, painted)| {
-            let first = knife.cut_stretch(cause, line, end, wanted, LEAST)?;
-            Some(Stretch { span: [first.min(last), first.max(last)], painted })
+        let repainted = stops.into_iter().filter_map(|(approach, last, markings)| {
+            let first = splitter.split_at_approach(&approach)?;
+            Some(RepaintedSegment { span: [first.min(last), first.max(last)], markings })
         });
-        let stretches: Vec<Stretch> = stretches.collect();
-        Some((ix, knife.into_cuts(), stretches)).filter(|(_, cuts, _)| !cuts.is_empty())
+        let repainted = repainted.collect();
+        Some(RoadSplits { road: ix, splits: splitter.splits, repainted }).filter(|found| !found.splits.is_empty())
     };
-    let found = network.roads.par_iter().finely().enumerate().filter_map(found).collect();
-    lanes.divide(assembly, network, found);
+    let splits = network.roads.par_iter().finely().enumerate().filter_map(road_splits).collect();
+    split_lanes(assembly, network, lanes, splits)
 }
 
-/// What belongs to a road among things in the order of the roads.
+/// The items of a road among all, which are in order of roads.
 fn of_road<T>(all: &[T], ix: RoadIx, road: impl Fn(&T) -> RoadIx) -> &[T] {
     let first = all.partition_point(|one| road(one) < ix);
     let count = all[first..].partition_point(|one| road(one) == ix);
     &all[first..first + count]
 }
 
-/// How long the stretch before a stop line is, metres, that drivers reach over a way of some length; `None` if there is none.
+/// The length of the approach, metres, on a way of this length, metres, to a stop line; `None` if there is none.
 pub fn length_on(network: &RoadNetwork, way: f64) -> Option<f64> {
-    let wanted = usual_length(network);
-    let length = wanted.min(way / 2.0);
-    (length > 0.0 && length >= LEAST.min(wanted)).then_some(length)
+    let usual = usual_length(network);
+    let length = usual.min(way / 2.0);
+    (length > 0.0 && length >= LEAST.min(usual)).then_some(length)
 }
 
-/// How long the stretch is where there is room, metres.
+/// The length of an approach where there is room, metres.
 fn usual_length(network: &RoadNetwork) -> f64 {
     let usual = || if network.country.as_deref().is_some_and(|it| DASHED.contains(&it)) { 0.0 } else { USUAL };
     network.markings.before_stop.unwrap_or_else(usual)
 }
 
-/// The ends of roads with a stop line before which other lines are painted, in order.
+/// The ends of roads with a stop line, in order, and the other markings before it.
 fn approaches(
     network: &RoadNetwork,
     ways: &[Option<Box<IntersectionLanelets>>],
     guarded: &[RoadEnd],
     lanes: &Lanes,
-) -> Vec<(RoadEnd, Painted)> {
+) -> Vec<(RoadEnd, EdgeMarkings)> {
     let mut found = Vec::new();
     for (intersection, ways) in network.intersections.iter().zip(ways) {
         let Some(ways) = ways.as_ref().filter(|ways| ways.area.is_some()) else { continue };
@@ -112,9 +110,9 @@ fn approaches(
             let leads_on = |lane: usize| {
                 ways.drawn.paths.iter().any(|path| (path.movement.from, path.movement.in_lane) == (i, lane))
             };
-            let painted = painted(network.road(at.road), lanes, lanes.arm(at), leads_on);
-            if !painted.is_empty() {
-                found.push((at, painted));
+            let markings = approach_markings(network.road(at.road), lanes, lanes.arm(at), leads_on);
+            if !markings.is_empty() {
+                found.push((at, markings));
             }
         }
     }
@@ -122,36 +120,35 @@ fn approaches(
     found
 }
 
-/// Whether vehicles stop at a line where a road ends at an intersection.
+/// Whether the end of a road at an intersection has a stop line at which all vehicles stop.
 pub fn has_stop_line(network: &RoadNetwork, intersection: &Intersection, at: RoadEnd) -> bool {
-    let signed = || sign_at(network.road(at.road), at.end) == Control::Stop;
-    intersection.signals || intersection.all_way_stop || signed()
+    let sign = || sign_at(network.road(at.road), at.end);
+    intersection.signals || intersection.all_way_stop || sign() == Control::Stop
 }
 
-/// What is painted between the lanes of an approach. Who came to a lane that does not lead on may leave it to the last.
-fn painted(road: &Road, lanes: &Lanes, arm: &Arm, leads_on: impl Fn(usize) -> bool) -> Painted {
+/// The markings between the lanes of an approach. A lane that does not lead on may be left up to the stop line.
+fn approach_markings(road: &Road, lanes: &Lanes, arm: &Arm, leads_on: impl Fn(usize) -> bool) -> EdgeMarkings {
     let strip = |lane: usize| lanes.lanes[arm.into[lane].lane].strip;
     let pairs = (1..arm.into.len()).filter(|&lane| leads_on(lane - 1) && leads_on(lane));
     let edges = pairs.filter_map(|lane| {
         let (a, b) = (strip(lane - 1), strip(lane));
         (a.abs_diff(b) == 1).then_some(a.max(b))
     });
-    repainted(road, lanes.pieces_of(arm.at.road), edges)
+    changed_markings(road, lanes.pieces_of(arm.at.road), edges)
 }
 
-/// What is painted between the lanes that stop before a crosswalk, by the end of the road that they head for.
-fn before_crosswalk(road: &Road, pieces: &[RoadPiece], lit: &SignalisedCrossing) -> Vec<(End, Painted)> {
-    let towards = [(End::Start, Travel::Backward), (End::End, Travel::Forward)];
-    let stopping = towards.into_iter().filter(|(end, _)| lit.stops[*end]);
-    let painted = stopping.map(|(end, travel)| {
-        let own = |edge: &usize| road.section.strips.get(*edge).is_some_and(|strip| strip.travel == travel);
-        (end, repainted(road, pieces, (0..road.section.strips.len()).filter(own)))
+/// The markings between the lanes that stop before a crosswalk, by the end of the road to which they lead.
+fn before_crosswalk(road: &Road, pieces: &[RoadPiece], crossing: &SignalisedCrossing) -> Vec<(End, EdgeMarkings)> {
+    let stopping = End::BOTH.into_iter().filter(|end| crossing.stops[*end]);
+    let markings = stopping.map(|end| {
+        let own = |edge: &usize| road.section.strips.get(*edge).is_some_and(|strip| strip.travel == end.inbound());
+        (end, changed_markings(road, pieces, (0..road.section.strips.len()).filter(own)))
     });
-    painted.filter(|(_, painted)| !painted.is_empty()).collect()
+    markings.filter(|(_, markings)| !markings.is_empty()).collect()
 }
 
-/// Those of some edges of a road that are painted otherwise before a stop line.
-fn repainted(road: &Road, pieces: &[RoadPiece], edges: impl Iterator<Item = usize>) -> Painted {
+/// The markings of those of some edges of a road that have another one before a stop line.
+fn changed_markings(road: &Road, pieces: &[RoadPiece], edges: impl Iterator<Item = usize>) -> EdgeMarkings {
     let inverted = |edge: usize| Some((*pieces.first()?.borders.get(edge)?)?.inverted);
     edges.filter_map(|edge| Some((edge, before_stop(&road.section, edge, &road.tags, inverted(edge)?)?))).collect()
 }

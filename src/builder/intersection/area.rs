@@ -1,4 +1,4 @@
-//! The `intersection_area`: kerb chains between the roads, straight cuts across them, clockwise.
+//! The `intersection_area`: straight cuts across the roads and kerbs between them, clockwise.
 
 pub(crate) mod area_ring;
 mod subtract_islands;
@@ -13,7 +13,7 @@ use crate::geometry::{Point, curve, pose};
 use crate::lanelet::{Attributes, LineStringId, PointId};
 
 use super::turning_lanelets::{SharedBounds, TurningLanelet};
-use area_ring::{Node, holds, is_simple, nodes, places, runs_beside, union_outline};
+use area_ring::{Node, RingUnion, holds, is_simple, nodes, places, runs_beside, union_outline};
 use subtract_islands::subtract_islands;
 
 /// The outline of an intersection as nodes.
@@ -21,55 +21,58 @@ use subtract_islands::subtract_islands;
 pub struct AreaOutline {
     /// Clockwise, not closed.
     pub ring: Vec<PointId>,
-    /// Where these lie.
+    /// Their places.
     pub places: Vec<Point>,
     /// The kerbs between the roads, in ring order.
     pub kerbs: Vec<LineStringId>,
-    /// Arms, by index, over whose cuts some path runs, so that the outline around all paths does not lead along them.
+    /// Arms, by index, whose cuts are not on the outline, because some lanelet runs over them.
     pub overrun: Vec<usize>,
-    /// Arms, by index, whose lanes do not end on the outline side by side.
+    /// Arms, by index, with lanes that do not end on the outline.
     pub lost: Vec<usize>,
-    /// Whether it gives way to the lanes of roads.
+    /// Whether it depends on the lanes of roads behind its cuts.
     pub yields: bool,
-    /// The ways around islands on which the outline lies all the same.
+    /// The OpenStreetMap ways around islands that it covers.
     pub covered: Vec<i64>,
 }
 
 impl AreaOutline {
-    /// Whether no more ways run over cuts, and no more lanes end inside, than with another outline.
+    /// Whether it has no more overrun and no more lost arms than another outline.
     pub fn fits_as_well(&self, other: &Self) -> bool {
         self.overrun.len() <= other.overrun.len() && self.lost.len() <= other.lost.len()
     }
 }
 
-/// Walks the arms clockwise: cut, kerb, cut, kerb. `paths` come with the columns of their outlines. Where a path leaves
-/// that ring, it is widened to hold the path; where it then swallows the end of a road, it gives way to the lanes of that
-/// road. Islands that reach into it are cut out.
+/// The outline along the arms, clockwise: cut, kerb, cut, kerb. `paths` come with the indices of their outlines. Where a
+/// lanelet leaves that ring, the ring is widened; where it then covers the end of a road, the lanes of that road are subtracted.
+/// Islands that reach into it are subtracted, too.
 pub fn area_outline(
     assembly: &mut MapBuilder,
     key: Key,
     lanes: &Lanes,
     arms: &[&Arm],
     bounds: &SharedBounds,
-    paths: (&[TurningLanelet], &[Option<StripIndex>]),
+    (paths, indices): (&[TurningLanelet], &[Option<StripIndex>]),
     islands: &[Island],
 ) -> AreaOutline {
-    let walked = walked(assembly, key, arms, bounds);
+    let walked = ring_along_arms(assembly, key, arms, bounds);
     let mut ring: Vec<PointId> = walked.iter().map(|(id, _)| *id).collect();
-    let apart = |ring: &[PointId]| -> Vec<usize> { (0..arms.len()).filter(|&i| !runs_along(ring, arms[i])).collect() };
-    let (mut overrun, mut yields) = (apart(&ring), false);
-    let (paths, columns) = paths;
-    if !holds(&walked, paths, columns) {
-        ring = union_outline(assembly, key, &walked, arms, bounds, paths, [&[], &[]]);
-        overrun = apart(&ring);
-        yields = !overrun.is_empty() || !is_simple(assembly, &ring);
-        if yields {
-            let behind: Vec<Vec<Point>> = arms.iter().flat_map(|arm| own_lanes(assembly, lanes, arm)).collect();
-            let key = key.word("beside lanes");
-            let beside = union_outline(assembly, key, &walked, arms, bounds, paths, [&[], &behind]);
-            if is_simple(assembly, &beside) && apart(&beside).len() <= overrun.len() {
-                ring = beside;
-            }
+    let overrun =
+        |ring: &[PointId]| -> Vec<usize> { (0..arms.len()).filter(|&i| !runs_along(ring, arms[i])).collect() };
+    let mut yields = false;
+    let mut overrun_arms = overrun(&ring);
+    if !holds(&walked, paths, indices) {
+        let union = RingUnion { ring: &walked, islands: &[], paths, behind: &[] };
+        ring = union_outline(assembly, key, &union, arms, bounds);
+        overrun_arms = overrun(&ring);
+        yields = !overrun_arms.is_empty() || !is_simple(assembly, &ring);
+    }
+    if yields {
+        let ends = arms.iter().flat_map(|arm| arm.into.iter().chain(&arm.out));
+        let behind: Vec<Vec<Point>> = ends.map(|end| assembly.outline(lanes.lanes[end.lane].lanelet)).collect();
+        let union = RingUnion { ring: &walked, islands: &[], paths, behind: &behind };
+        let beside = union_outline(assembly, key.word("beside lanes"), &union, arms, bounds);
+        if is_simple(assembly, &beside) && overrun(&beside).len() <= overrun_arms.len() {
+            ring = beside;
         }
     }
     let (ring, covered) = subtract_islands(assembly, key, ring, (arms, bounds, paths), islands);
@@ -77,11 +80,11 @@ pub fn area_outline(
     let places = if as_walked { walked.iter().map(|node| node.1).collect() } else { places(assembly, &ring) };
     let kerbs = kerbs(assembly, key, &ring, arms);
     let lost = (0..arms.len()).filter(|&i| !runs_beside(&ring, arms[i])).collect();
-    AreaOutline { ring, places, kerbs, overrun, lost, yields, covered }
+    AreaOutline { ring, places, kerbs, overrun: overrun_arms, lost, yields, covered }
 }
 
 /// The ring of cuts and the kerbs between them.
-fn walked(assembly: &mut MapBuilder, key: Key, arms: &[&Arm], bounds: &SharedBounds) -> Vec<Node> {
+fn ring_along_arms(assembly: &mut MapBuilder, key: Key, arms: &[&Arm], bounds: &SharedBounds) -> Vec<Node> {
     let cuts: Vec<Vec<Node>> = arms.iter().map(|arm| nodes(assembly, &arm.cut)).collect();
     let mut ring: Vec<Node> = Vec::new();
     for (i, arm) in arms.iter().enumerate() {
@@ -100,13 +103,7 @@ fn walked(assembly: &mut MapBuilder, key: Key, arms: &[&Arm], bounds: &SharedBou
     ring
 }
 
-/// The ground of the lanes that end at an arm.
-fn own_lanes(assembly: &MapBuilder, lanes: &Lanes, arm: &Arm) -> Vec<Vec<Point>> {
-    let ends = arm.into.iter().chain(&arm.out);
-    ends.map(|end| assembly.outline(lanes.lanes[end.lane].lanelet)).collect()
-}
-
-/// Whether the ends of an arm's lanes are a run of the ring, in their order across the road.
+/// Whether the ends of an arm's lanes follow each other on the ring, in their order across the road.
 fn runs_along(ring: &[PointId], arm: &Arm) -> bool {
     let is_end = |id: PointId| arm.into.iter().chain(&arm.out).any(|lane| lane.nodes.contains(&id));
     let mut line = arm.cut.iter().filter(|id| is_end(**id));
@@ -114,51 +111,31 @@ fn runs_along(ring: &[PointId], arm: &Arm) -> bool {
     start.is_some_and(|start| ring.iter().cycle().skip(start + 1).zip(line).all(|(a, b)| a == b))
 }
 
-/// A rounded kerb between the ends of two cuts, which keeps clear of none and touches both.
+/// The nodes of a rounded kerb between the ends of two cuts, without those ends.
 fn corner(assembly: &mut MapBuilder, key: Key, [from, to]: [Node; 2], [arm, next]: [&Arm; 2]) -> Vec<Node> {
     let start = Pose { point: from.1, heading: arm.inward };
     let end = Pose { point: to.1, heading: -next.inward };
     if (start.point - end.point).norm() < pose::MIN_SPACING {
         return Vec::new();
     }
-    let line: Vec<Point> = curve::join(start, end).into_iter().map(|p| p.point).collect();
-    let line = curve::untangled(&line);
+    let line = curve::untangled(&curve::join(start, end).iter().map(|pose| pose.point).collect::<Vec<_>>());
     let key = key.word("kerb").number(from.0.0).number(to.0.0);
     let inner = &line[1.min(line.len())..line.len().max(2) - 1];
     inner.iter().enumerate().map(|(i, p)| (assembly.point(key.number(i as i64), *p, 0.0), *p)).collect()
 }
 
-/// One `road_border` for every stretch of the ring that is not a cut.
+/// One `road_border` for every part of the ring between cuts.
 fn kerbs(assembly: &mut MapBuilder, key: Key, ring: &[PointId], arms: &[&Arm]) -> Vec<LineStringId> {
     let is_cut = |a: PointId, b: PointId| arms.iter().any(|arm| arm.cut.contains(&a) && arm.cut.contains(&b));
     let count = ring.len();
     let Some(start) = (0..count).find(|&i| is_cut(ring[(i + count - 1) % count], ring[i])) else { return Vec::new() };
-    let mut lines = Vec::new();
-    let mut chain = vec![ring[start]];
-    for step in 1..=count {
-        let (a, b) = (ring[(start + step - 1) % count], ring[(start + step) % count]);
-        if is_cut(a, b) {
-            if chain.len() > 1 {
-                lines.push(kerb(assembly, key, std::mem::take(&mut chain)));
-            }
-            chain = vec![b];
-        } else {
-            chain.push(b);
-        }
-    }
-    if chain.len() > 1 {
-        lines.push(kerb(assembly, key, chain));
-    }
-    lines
-}
-
-fn kerb(assembly: &mut MapBuilder, key: Key, chain: Vec<PointId>) -> LineStringId {
-    let ends = [chain.first(), chain.last()].map(|id| id.map_or(0, |id| id.0));
-    assembly.line(
-        key.word("kerb line").number(ends[0]).number(ends[1]),
-        chain,
-        Attributes::of(&[("type", "road_border")]),
-    )
+    let round: Vec<PointId> = (0..=count).map(|step| ring[(start + step) % count]).collect();
+    let chains = round.chunk_by(|&a, &b| !is_cut(a, b)).filter(|chain| chain.len() > 1);
+    let mut kerb = |chain: &[PointId]| {
+        let key = key.word("kerb line").number(chain[0].0).number(chain[chain.len() - 1].0);
+        assembly.line(key, chain.to_vec(), Attributes::of(&[("type", "road_border")]))
+    };
+    chains.map(|chain| kerb(chain)).collect()
 }
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
-//! Which lanes of an arm lead to which lanes of the others: as is told, by arrows, else in order, so that neighbours never
-//! cross.
+//! Lane assignment: which lanes of an arm lead to which lanes of the others. Mapped connections and arrows come first; other
+//! lanes lead on in order, so that the movements of neighbours never cross.
 
 use crate::builder::lanes::types::{Arm, ArmLane};
 use crate::builder::network::turn::STRAIGHT;
@@ -9,32 +9,34 @@ use crate::geometry::{angle_between, cross};
 
 use super::movement_types::{Movement, TurnTarget};
 
-/// An arrow means an arm at most this far, degrees, from the arrow's own direction.
+use std::borrow::Cow;
+use std::cmp::Ordering;
+
+/// The largest difference, degrees, between the direction of an arrow and that of an arm to which it leads.
 const ARROW_REACH: f64 = 70.0;
 
-/// The movements from all arms; those of which `heed` says no as if nothing were painted.
+/// The movements from all arms; where `with_arrows` is false, as if the arm had no arrows.
 pub fn assign_lanes(
-    restricted: &ResolvedRestrictions,
+    restrictions: &ResolvedRestrictions,
     arms: &[&Arm],
     targets: &[Vec<TurnTarget>],
-    heed: &[bool],
+    with_arrows: &[bool],
 ) -> Vec<Movement> {
     let mut all = Vec::new();
     for (from, arm) in arms.iter().enumerate() {
-        let bare;
-        let arm = if heed[from] {
-            *arm
-        } else {
-            bare = without_arrows(arm);
-            &bare
-        };
-        assign(from, arm, &targets[from], StripKind::Drive, &mut all);
-        assign_bus(from, arm, &targets[from], &mut all);
-        assign_bus_roads(from, arm, &targets[from], &mut all);
-        connect(restricted, from, arm, &targets[from], &mut all);
-        if restricted.fan_out {
-            fan_out(from, arm, &targets[from], &mut all);
+        let mut arm = Cow::Borrowed(*arm);
+        if !with_arrows[from] {
+            arm.to_mut().into.iter_mut().for_each(|lane| lane.arrows = Arrows::default());
         }
+        let mut approach = ApproachLanes { from, arm: &arm, targets: &targets[from], movements: Vec::new() };
+        approach.assign(StripKind::Drive);
+        approach.assign_bus_lanes();
+        approach.assign_bus_roads();
+        approach.connect(restrictions);
+        if restrictions.fan_out {
+            approach.fan_out();
+        }
+        all.append(&mut approach.movements);
     }
     reach_all(arms, &mut all);
     all.sort_unstable();
@@ -42,82 +44,175 @@ pub fn assign_lanes(
     all
 }
 
-fn without_arrows(arm: &Arm) -> Arm {
-    let mut arm = arm.clone();
-    arm.into.iter_mut().for_each(|lane| lane.arrows = Arrows::default());
-    arm
+/// The lanes that lead in over one arm, and their movements as far as they are assigned.
+struct ApproachLanes<'a> {
+    from: usize,
+    arm: &'a Arm,
+    targets: &'a [TurnTarget<'a>],
+    movements: Vec<Movement>,
 }
 
-/// The arms each lane leads to, so that no lane crosses another.
-fn goals(lanes: &[(usize, &ArmLane)], targets: &[TurnTarget], kind: StripKind) -> Vec<Vec<usize>> {
-    let mut goals = wishes(lanes, targets);
+impl ApproachLanes<'_> {
+    fn add(&mut self, to: usize, in_lane: usize, out_lane: usize) {
+        self.movements.push(Movement { from: self.from, to, in_lane, out_lane });
+    }
+
+    /// Leads the lanes of one kind to the lanes of the same kind, in order, so that neighbours never cross.
+    fn assign(&mut self, kind: StripKind) {
+        let lanes: Vec<(usize, &ArmLane)> = self.arm.into.iter().enumerate().filter(|(_, l)| l.kind == kind).collect();
+        let usable = self.targets.iter().filter(|t| t.arm.out.iter().any(|l| l.kind == kind));
+        let usable: Vec<TurnTarget> = usable.copied().collect();
+        if lanes.is_empty() || usable.is_empty() {
+            return;
+        }
+        let mut goals = lane_goals(&lanes, &usable, kind);
+        for (t, target) in usable.iter().enumerate() {
+            let mut ins: Vec<usize> = (0..lanes.len()).filter(|&i| goals[i].contains(&t)).collect();
+            if ins.is_empty() {
+                // Nothing prohibits an arm that no arrow leads to: the outer lane takes it, unless all lanes have arrows.
+                if target.turns_back() || lanes.iter().all(|(_, l)| !l.arrows.is_none()) {
+                    continue;
+                }
+                ins = vec![if target.turn > 0.0 { 0 } else { lanes.len() - 1 }];
+            }
+            let outs: Vec<usize> = (0..target.arm.out.len()).filter(|&o| target.arm.out[o].kind == kind).collect();
+            while ins.len() > outs.len() {
+                // More lanes than the arm takes: those with other goals drop this one, the far ones first.
+                let mut candidates = 0..ins.len();
+                let has_other = |&i: &usize| goals[ins[i]].len() > 1;
+                let far = if target.turn > 0.0 { candidates.rfind(has_other) } else { candidates.find(has_other) };
+                let Some(far) = far else { break };
+                goals[ins.remove(far)].retain(|&goal| goal != t);
+            }
+            for (i, out_lane) in pair_up(&ins, &outs, &lanes, target) {
+                self.add(target.to, lanes[i].0, out_lane);
+            }
+        }
+    }
+
+    /// Leads bus lanes to a bus lane ahead where there is one, else to the other lanes of the straightest arm.
+    fn assign_bus_lanes(&mut self) {
+        for (in_lane, lane) in self.arm.into.iter().enumerate().filter(|(_, l)| l.kind == StripKind::Bus) {
+            let mut goals = arrow_goals(lane.arrows, self.targets);
+            if goals.is_empty() {
+                let straightness = |&t: &usize| self.targets[t].turn.abs();
+                goals.extend((0..self.targets.len()).min_by(|a, b| straightness(a).total_cmp(&straightness(b))));
+            }
+            for target in goals.into_iter().map(|t| &self.targets[t]) {
+                let rank = |out: &ArmLane| (out.kind != StripKind::Bus, sideways(lane, out));
+                let outs = target.arm.out.iter().map(rank).enumerate();
+                let best = outs.min_by(|(_, a), (_, b)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+                if let Some((out_lane, _)) = best {
+                    self.add(target.to, in_lane, out_lane);
+                }
+            }
+        }
+    }
+
+    /// Leads the nearest lane for all vehicles to roads that are for buses only.
+    fn assign_bus_roads(&mut self) {
+        if self.arm.into.is_empty() || self.arm.into.iter().any(|l| l.kind == StripKind::Bus) {
+            return;
+        }
+        for target in self.targets.iter().filter(|t| !t.turns_back() && !t.arm.out.is_empty()) {
+            if target.arm.out.iter().all(|lane| lane.kind == StripKind::Bus) {
+                let outer = |lanes: &[ArmLane]| if target.turn > 0.0 { 0 } else { lanes.len() - 1 };
+                self.add(target.to, outer(&self.arm.into), outer(&target.arm.out));
+            }
+        }
+    }
+
+    /// Replaces the movements between two arms by the mapped connections of lanes, if both arms have all lanes they name.
+    fn connect(&mut self, restrictions: &ResolvedRestrictions) {
+        for target in self.targets {
+            let Some(pairs) = restrictions.lanes(self.arm.at, target.arm.at) else { continue };
+            let [ins, outs] = [self.arm.into.len(), target.arm.out.len()];
+            if pairs.iter().all(|[a, b]| (1..=ins).contains(a) && (1..=outs).contains(b)) {
+                self.movements.retain(|m| m.to != target.to);
+                pairs.iter().for_each(|[a, b]| self.add(target.to, a - 1, b - 1));
+            }
+        }
+    }
+
+    /// Leads the outermost lanes of each turn to all further lanes of the road it leads to.
+    fn fan_out(&mut self) {
+        let drive = |lane: &ArmLane| lane.kind == StripKind::Drive;
+        for target in self.targets {
+            let outs = &target.arm.out;
+            let own = self.movements.iter().filter(|m| m.to == target.to);
+            let cars = own.filter(|m| drive(&self.arm.into[m.in_lane]) && drive(&outs[m.out_lane]));
+            let pairs: Vec<(usize, usize)> = cars.map(|m| (m.in_lane, m.out_lane)).collect();
+            let (ins_of, outs_of) = (|| pairs.iter().map(|pair| pair.0), || pairs.iter().map(|pair| pair.1));
+            let (Some(first_in), Some(last_in)) = (ins_of().min(), ins_of().max()) else { continue };
+            let (Some(first), Some(last)) = (outs_of().min(), outs_of().max()) else { continue };
+            let further = (0..first).map(|out| (first_in, out)).chain((last + 1..outs.len()).map(|out| (last_in, out)));
+            further.filter(|(_, out)| drive(&outs[*out])).for_each(|(lane, out)| self.add(target.to, lane, out));
+        }
+    }
+}
+
+/// How far, metres, the end of a lane lies beside the line of another.
+fn sideways(from: &ArmLane, to: &ArmLane) -> f64 {
+    cross(from.pose.heading, to.pose.point - from.pose.point).abs()
+}
+
+/// The targets of each lane, so that no lane crosses another.
+fn lane_goals(lanes: &[(usize, &ArmLane)], targets: &[TurnTarget], kind: StripKind) -> Vec<Vec<usize>> {
+    let mut goals = single_goals(lanes, targets);
     let room: Vec<usize> = targets.iter().map(|t| t.arm.out.iter().filter(|l| l.kind == kind).count()).collect();
-    while let Some((lane, target)) = crossing(&goals, targets, &room) {
+    while let Some((lane, target)) = crossing_goal(&goals, targets, &room) {
         goals[lane].retain(|&t| t != target);
     }
     goals
 }
 
-/// A lane and a target that it had better leave to others: another lane crosses it on its way. Rather the target that
-/// more lanes lead to than it takes, then the one that lies farther from straight on. `None` if nothing crosses, or
-/// nothing can be spared.
-fn crossing(goals: &[Vec<usize>], targets: &[TurnTarget], room: &[usize]) -> Option<(usize, usize)> {
+/// A lane and one of its targets to give up, because another lane crosses its way there: first the target with the most lanes
+/// too many, then the one farthest from straight on. `None` if nothing crosses, or no lane and target have others.
+fn crossing_goal(goals: &[Vec<usize>], targets: &[TurnTarget], room: &[usize]) -> Option<(usize, usize)> {
     let users = |target: usize| goals.iter().filter(|g| g.contains(&target)).count();
-    let spare = |&(lane, target): &(usize, usize)| goals[lane].len() > 1 && users(target) > 1;
-    let mut crossing = Vec::new();
-    for (left, for_left) in goals.iter().enumerate() {
-        for (right, for_right) in goals.iter().enumerate().skip(left + 1) {
-            for (&t, &u) in for_left.iter().flat_map(|t| for_right.iter().map(move |u| (t, u))) {
-                if t > u {
-                    crossing.extend([(left, t), (right, u)]);
-                }
-            }
-        }
-    }
-    let burden = |target: usize| (users(target).saturating_sub(room[target]), targets[target].turn.abs());
-    crossing.into_iter().filter(spare).max_by(|&(a, t), &(b, u)| {
-        let (x, y) = (burden(t), burden(u));
+    let excess = |target: usize| (users(target).saturating_sub(room[target]), targets[target].turn.abs());
+    let pairs = (0..goals.len()).flat_map(|left| (left + 1..goals.len()).map(move |right| (left, right)));
+    let both = pairs.flat_map(|(left, right)| {
+        goals[left].iter().flat_map(move |&t| goals[right].iter().map(move |&u| [(left, t), (right, u)]))
+    });
+    let crossing = both.filter(|[(_, t), (_, u)]| t > u).flatten();
+    let spare = crossing.filter(|&(lane, target)| goals[lane].len() > 1 && users(target) > 1);
+    spare.max_by(|&(a, t), &(b, u)| {
+        let (x, y) = (excess(t), excess(u));
         x.0.cmp(&y.0).then(x.1.total_cmp(&y.1)).then((b, u).cmp(&(a, t)))
     })
 }
 
-/// The arms each lane leads to: by its arrows, else the outer lanes turn and all go on where they can.
-fn wishes(lanes: &[(usize, &ArmLane)], targets: &[TurnTarget]) -> Vec<Vec<usize>> {
+/// The targets of each lane by itself: those of its arrows; without arrows the outer lanes turn, and all go straight on.
+fn single_goals(lanes: &[(usize, &ArmLane)], targets: &[TurnTarget]) -> Vec<Vec<usize>> {
     let count = lanes.len();
-    let straight: Vec<usize> = (0..targets.len()).filter(|&t| targets[t].turn.abs() <= STRAIGHT).collect();
-    // Without an arrow a lane turns back only where every way on does.
-    let by_itself = |t: usize| !targets[t].turns_back() || targets.iter().all(TurnTarget::turns_back);
-    let lefts: Vec<usize> = (0..targets.len()).filter(|&t| targets[t].turn > STRAIGHT && by_itself(t)).collect();
-    let rights: Vec<usize> = (0..targets.len()).filter(|&t| targets[t].turn < -STRAIGHT && by_itself(t)).collect();
-    lanes
-        .iter()
-        .enumerate()
-        .map(|(i, (_, lane))| {
-            let pointed = pointed(lane.arrows, targets);
-            if !pointed.is_empty() {
-                return pointed;
-            }
-            let mut goals = straight.clone();
+    // Without an arrow a lane makes a U-turn only where all targets are U-turns.
+    let only_u_turns = targets.iter().all(TurnTarget::turns_back);
+    let towards = |turns: fn(f64) -> bool| -> Vec<usize> {
+        (0..targets.len()).filter(|&t| turns(targets[t].turn) && (only_u_turns || !targets[t].turns_back())).collect()
+    };
+    let [straight, lefts, rights] = [|t: f64| t.abs() <= STRAIGHT, |t| t > STRAIGHT, |t| t < -STRAIGHT].map(towards);
+    let goals = |(i, (_, lane)): (usize, &(usize, &ArmLane))| {
+        let mut goals = arrow_goals(lane.arrows, targets);
+        if goals.is_empty() {
             let (leftmost, rightmost) = match (straight.is_empty(), lefts.is_empty(), rights.is_empty()) {
                 (true, false, false) => (i < count.div_ceil(2), i >= count / 2),
                 (true, _, _) => (true, true),
                 _ => (i == 0, i + 1 == count),
             };
-            if leftmost {
-                goals.extend(&lefts);
-            }
-            if rightmost {
-                goals.extend(&rights);
-            }
+            goals.clone_from(&straight);
+            goals.extend(lefts.iter().filter(|_| leftmost));
+            goals.extend(rights.iter().filter(|_| rightmost));
             goals.sort_unstable();
-            goals
-        })
-        .collect()
+        }
+        goals
+    };
+    lanes.iter().enumerate().map(goals).collect()
 }
 
-/// The arms that a lane's arrows mean.
-fn pointed(arrows: Arrows, targets: &[TurnTarget]) -> Vec<usize> {
-    const MEANING: [(Arrows, f64); 7] = [
+/// The targets to which a lane's arrows lead.
+fn arrow_goals(arrows: Arrows, targets: &[TurnTarget]) -> Vec<usize> {
+    const DIRECTIONS: [(Arrows, f64); 7] = [
         (Arrows::SHARP_LEFT, 135.0),
         (Arrows::LEFT, 90.0),
         (Arrows::SLIGHT_LEFT, 40.0),
@@ -126,56 +221,17 @@ fn pointed(arrows: Arrows, targets: &[TurnTarget]) -> Vec<usize> {
         (Arrows::RIGHT, -90.0),
         (Arrows::SHARP_RIGHT, -135.0),
     ];
-    let back = arrows.has(Arrows::REVERSE).then(|| (0..targets.len()).filter(|&t| targets[t].turns_back()));
-    let mut goals: Vec<usize> = MEANING
-        .iter()
-        .filter(|(arrow, _)| arrows.has(*arrow))
-        .filter_map(|(_, angle)| {
-            let off = |t: &TurnTarget| (t.shown - angle).abs();
-            let best = (0..targets.len()).min_by(|&a, &b| off(&targets[a]).total_cmp(&off(&targets[b])))?;
-            (off(&targets[best]) <= ARROW_REACH).then_some(best)
-        })
-        .chain(back.into_iter().flatten())
-        .collect();
+    let nearest = |degrees: f64| {
+        let difference = |(_, target): &(usize, &TurnTarget)| (target.arrow_turn - degrees).abs();
+        let best = targets.iter().enumerate().min_by(|a, b| difference(a).total_cmp(&difference(b)));
+        best.filter(|best| difference(best) <= ARROW_REACH).map(|(t, _)| t)
+    };
+    let shown = DIRECTIONS.iter().filter(|(arrow, _)| arrows.has(*arrow));
+    let u_turns = (0..targets.len()).filter(|&t| arrows.has(Arrows::REVERSE) && targets[t].turns_back());
+    let mut goals: Vec<usize> = shown.filter_map(|(_, degrees)| nearest(*degrees)).chain(u_turns).collect();
     goals.sort_unstable();
     goals.dedup();
     goals
-}
-
-/// Leads the lanes of one kind to the lanes of the same kind, in order, so that neighbours never cross.
-fn assign(from: usize, arm: &Arm, targets: &[TurnTarget], kind: StripKind, all: &mut Vec<Movement>) {
-    let lanes: Vec<(usize, &ArmLane)> = arm.into.iter().enumerate().filter(|(_, l)| l.kind == kind).collect();
-    let usable: Vec<TurnTarget> =
-        targets.iter().filter(|t| t.arm.out.iter().any(|l| l.kind == kind)).copied().collect();
-    if lanes.is_empty() || usable.is_empty() {
-        return;
-    }
-    let mut goals = goals(&lanes, &usable, kind);
-    for (t, target) in usable.iter().enumerate() {
-        let mut ins: Vec<usize> = (0..lanes.len()).filter(|&i| goals[i].contains(&t)).collect();
-        if ins.is_empty() {
-            // Arrows leave this arm out although nothing prohibits it: the lane at its side takes it, unless every
-            // lane has arrows and so means it.
-            if target.turns_back() || lanes.iter().all(|(_, l)| !l.arrows.is_none()) {
-                continue;
-            }
-            ins = vec![if target.turn > 0.0 { 0 } else { lanes.len() - 1 }];
-        }
-        let outs: Vec<usize> = (0..target.arm.out.len()).filter(|&o| target.arm.out[o].kind == kind).collect();
-        while ins.len() > outs.len() {
-            // More lanes than the arm takes: those that still lead elsewhere too stay out, the far ones first.
-            let spare = |&i: &usize| goals[ins[i]].len() > 1;
-            let candidates = 0..ins.len();
-            let out = if target.turn > 0.0 { candidates.rev().find(spare) } else { candidates.into_iter().find(spare) };
-            match out {
-                Some(i) => goals[ins.remove(i)].retain(|&goal| goal != t),
-                None => break,
-            }
-        }
-        for (i, o) in pair_up(&ins, &outs, &lanes, target) {
-            all.push(Movement { from, to: target.to, in_lane: lanes[i].0, out_lane: o });
-        }
-    }
 }
 
 /// Pairs lanes with lanes in order.
@@ -184,122 +240,46 @@ fn pair_up(ins: &[usize], outs: &[usize], lanes: &[(usize, &ArmLane)], target: &
     if k > n {
         return ins.iter().enumerate().map(|(j, &i)| (i, outs[j * n / k])).collect();
     }
+    let pairs = |shift: usize| ins.iter().zip(&outs[shift..]).map(|(&i, &o)| (i, o));
     let shift = if target.turn > STRAIGHT {
         0
     } else if target.turn < -STRAIGHT {
         n - k
     } else {
-        // Straight on: the shift with the least way sideways.
-        let sideways = |shift: usize| -> f64 {
-            ins.iter()
-                .enumerate()
-                .map(|(j, &i)| {
-                    let (a, b) = (lanes[i].1.pose, target.arm.out[outs[j + shift]].pose);
-                    cross(a.heading, b.point - a.point).abs()
-                })
-                .sum()
-        };
-        (0..=n - k).min_by(|&a, &b| sideways(a).total_cmp(&sideways(b))).unwrap_or(0)
+        // Straight on: the pairs that lie least sideways from each other.
+        let total = |shift: usize| -> f64 { pairs(shift).map(|(i, o)| sideways(lanes[i].1, &target.arm.out[o])).sum() };
+        (0..=n - k).min_by(|&a, &b| total(a).total_cmp(&total(b))).unwrap_or(0)
     };
-    ins.iter().enumerate().map(|(j, &i)| (i, outs[j + shift])).collect()
+    pairs(shift).collect()
 }
 
-/// Buses keep to their own lane where there is one ahead, and else join the others on the straightest way.
-fn assign_bus(from: usize, arm: &Arm, targets: &[TurnTarget], all: &mut Vec<Movement>) {
-    for (in_lane, lane) in arm.into.iter().enumerate().filter(|(_, l)| l.kind == StripKind::Bus) {
-        let aimed = pointed(lane.arrows, targets);
-        let ahead = (0..targets.len())
-            .min_by(|&a, &b| targets[a].turn.abs().total_cmp(&targets[b].turn.abs()))
-            .into_iter()
-            .collect();
-        for target in if aimed.is_empty() { ahead } else { aimed }.into_iter().map(|t: usize| &targets[t]) {
-            let sideways = |o: &usize| {
-                let out = &target.arm.out[*o];
-                let off = cross(lane.pose.heading, out.pose.point - lane.pose.point).abs();
-                (out.kind != StripKind::Bus, off)
-            };
-            let best = (0..target.arm.out.len()).min_by(|a, b| {
-                let (a, b) = (sideways(a), sideways(b));
-                a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-            });
-            if let Some(out_lane) = best {
-                all.push(Movement { from, to: target.to, in_lane, out_lane });
-            }
-        }
-    }
-}
-
-/// Where a road is for buses only, they enter it from the lane for all that lies nearest to it.
-fn assign_bus_roads(from: usize, arm: &Arm, targets: &[TurnTarget], all: &mut Vec<Movement>) {
-    let reserved = |t: &&TurnTarget| t.arm.out.iter().all(|lane| lane.kind == StripKind::Bus) && !t.turns_back();
-    for target in targets.iter().filter(reserved) {
-        if arm.into.is_empty() || target.arm.out.is_empty() || arm.into.iter().any(|l| l.kind == StripKind::Bus) {
-            continue;
-        }
-        let leftmost = target.turn > 0.0;
-        let in_lane = if leftmost { 0 } else { arm.into.len() - 1 };
-        let out_lane = if leftmost { 0 } else { target.arm.out.len() - 1 };
-        all.push(Movement { from, to: target.to, in_lane, out_lane });
-    }
-}
-
-/// Where it is told which lanes lead to which, those do and no others; a road with other lanes than are spoken of is not meant.
-fn connect(restricted: &ResolvedRestrictions, from: usize, arm: &Arm, targets: &[TurnTarget], all: &mut Vec<Movement>) {
-    for target in targets {
-        let Some(told) = restricted.lanes(arm.at, target.arm.at) else { continue };
-        let there = |&[a, b]: &[usize; 2]| (1..=arm.into.len()).contains(&a) && (1..=target.arm.out.len()).contains(&b);
-        if !told.iter().all(there) {
-            continue;
-        }
-        all.retain(|m| (m.from, m.to) != (from, target.to));
-        all.extend(told.iter().map(|[a, b]| Movement { from, to: target.to, in_lane: a - 1, out_lane: b - 1 }));
-    }
-}
-
-/// Leads the outermost lanes of each turn to all lanes of the road beyond those that the turn takes.
-fn fan_out(from: usize, arm: &Arm, targets: &[TurnTarget], all: &mut Vec<Movement>) {
-    for target in targets {
-        let drive = |lane: &ArmLane| lane.kind == StripKind::Drive;
-        let own = all.iter().filter(|m| (m.from, m.to) == (from, target.to));
-        let cars = own.filter(|m| drive(&arm.into[m.in_lane]) && drive(&target.arm.out[m.out_lane]));
-        let (ins, outs): (Vec<usize>, Vec<usize>) = cars.map(|m| (m.in_lane, m.out_lane)).unzip();
-        let ends = |lanes: &[usize]| lanes.iter().min().copied().zip(lanes.iter().max().copied());
-        let (Some((first_in, last_in)), Some((first, last))) = (ends(&ins), ends(&outs)) else { continue };
-        let open = |out: &usize| drive(&target.arm.out[*out]);
-        let led = |in_lane: usize| move |out_lane: usize| Movement { from, to: target.to, in_lane, out_lane };
-        all.extend((0..first).filter(open).map(led(first_in)));
-        all.extend((last + 1..target.arm.out.len()).filter(open).map(led(last_in)));
-    }
-}
-
-/// Leads somebody to every lane out that nobody reaches yet: the movement beside it fans out.
+/// Leads a lane to every lane out that no movement reaches yet: the movement to the lane beside it fans out.
 fn reach_all(arms: &[&Arm], all: &mut Vec<Movement>) {
     for (to, arm) in arms.iter().enumerate() {
-        // Outward from the lanes that are reached, so that each new one has a neighbour to follow.
-        for _ in 0..arm.out.len() {
-            for out in 0..arm.out.len() {
-                if all.iter().any(|m| (m.to, m.out_lane) == (to, out)) {
-                    continue;
-                }
-                // None that goes the same way may be crossed.
-                let crosses = |m: &Movement| {
-                    all.iter().filter(|o| (o.from, o.to) == (m.from, m.to)).any(|o| match out > m.out_lane {
-                        true => o.in_lane > m.in_lane && o.out_lane < out,
-                        false => o.in_lane < m.in_lane && o.out_lane > out,
-                    })
-                };
-                let beside =
-                    all.iter().copied().filter(|m| m.to == to && m.out_lane.abs_diff(out) == 1 && !crosses(m)).min_by(
-                        |a, b| {
-                            let turn = |m: &Movement| angle_between(arms[m.from].inward, -arm.inward).abs();
-                            let other_kind = |m: &Movement| arms[m.from].into[m.in_lane].kind != arm.out[out].kind;
-                            other_kind(a).cmp(&other_kind(b)).then(turn(a).total_cmp(&turn(b))).then(a.cmp(b))
-                        },
-                    );
-                if let Some(movement) = beside {
-                    all.push(Movement { out_lane: out, ..movement });
-                }
+        // Outward from the lanes that are reached: each lane follows a neighbour, at the latest in the last round.
+        for out in (0..arm.out.len()).cycle().take(arm.out.len() * arm.out.len()) {
+            let reached = all.iter().any(|m| (m.to, m.out_lane) == (to, out));
+            if !reached && let Some(movement) = neighbour_movement(arms, all, to, out) {
+                all.push(Movement { out_lane: out, ..movement });
             }
         }
     }
+}
+
+/// The movement to a lane beside this lane out that can fan out to it without crossing others: rather one from a lane of the
+/// same kind, then the straightest.
+fn neighbour_movement(arms: &[&Arm], all: &[Movement], to: usize, out: usize) -> Option<Movement> {
+    let crosses = |m: &Movement| {
+        all.iter().filter(|o| (o.from, o.to) == (m.from, m.to)).any(|o| match out > m.out_lane {
+            true => o.in_lane > m.in_lane && o.out_lane < out,
+            false => o.in_lane < m.in_lane && o.out_lane > out,
+        })
+    };
+    let order = |a: &Movement, b: &Movement| -> Ordering {
+        let turn = |m: &Movement| angle_between(arms[m.from].inward, -arms[to].inward).abs();
+        let other_kind = |m: &Movement| arms[m.from].into[m.in_lane].kind != arms[to].out[out].kind;
+        other_kind(a).cmp(&other_kind(b)).then(turn(a).total_cmp(&turn(b))).then(a.cmp(b))
+    };
+    let beside = all.iter().copied().filter(|m| m.to == to && m.out_lane.abs_diff(out) == 1 && !crosses(m));
+    beside.min_by(order)
 }

@@ -1,4 +1,4 @@
-//! Which arm leads to which through an intersection, and what a turn is called.
+//! The movements of an intersection: which arm leads to which.
 
 use crate::builder::lanes::types::{Arm, ArmLane, Lanes};
 use crate::builder::network::Intersection;
@@ -7,110 +7,106 @@ use crate::builder::network::turn_restrictions::ResolvedRestrictions;
 use crate::builder::tags::cross_section::{Arrows, StripKind};
 use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::pose::Pose;
-use crate::geometry::{angle_between, curve};
+use crate::geometry::{angle_between, cross, curve};
 
 use super::lane_assignment::assign_lanes;
 use super::movement_types::{Movement, Movements, TurnTarget};
 
-/// Curvature, 1/m, beyond which nobody is led back who could go elsewhere: a car drives it with ease.
+/// The largest curvature, 1/m, of a U-turn where there are other ways on: a car drives it with ease.
 const TIGHTEST_BACK: f64 = 0.25;
 
 /// From this change of direction on, degrees, a turn between roads that meet at an acute angle is a hairpin ...
 const HAIRPIN: f64 = 135.0;
-/// ... which no car gets around at once beyond this curvature, 1/m: a small one turns on a radius of 4.5 m.
+/// ... for which this is the largest curvature, 1/m: a small car turns on a radius of 4.5 m.
 const TIGHTEST_HAIRPIN: f64 = 1.0 / 3.0;
 
 /// Finds the movements of an intersection.
 pub fn movements(
     side: DrivingSide,
-    restricted: &ResolvedRestrictions,
+    restrictions: &ResolvedRestrictions,
     lanes: &Lanes,
     intersection: &Intersection,
 ) -> Movements {
     let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
-    let mut found = Movements::default();
-    let mut targets: Vec<Vec<TurnTarget>> = Vec::new();
-    for (from, arm) in arms.iter().enumerate() {
-        let mut open = Vec::new();
-        for (to, other) in arms.iter().enumerate() {
-            if to == from || arm.into.is_empty() || other.out.is_empty() {
-                continue;
-            }
-            if restricted.permit(intersection, arm.at, other.at) {
-                let (turn, shown) = (turn(side, arm.inward, -other.inward), turn(side, arm.aim, -other.aim));
-                open.push(TurnTarget { to, arm: other, turn, shown });
-            } else {
-                found.prohibited.push((from, to));
-            }
-        }
-        // Arms are clockwise: from left to right as one drives in, whatever the angles say.
-        let count = arms.len();
-        open.sort_by_key(|t| (t.to + count - from) % count);
-        targets.push(open);
-    }
-    let around = without_turning_back(side, &arms, &mut targets);
-    let mut heed = vec![true; arms.len()];
-    found.all = assign_lanes(restricted, &arms, &targets, &heed);
-    // Where all arrows lead past a road, they are not meant for this place: lanes are marked long before they part.
-    let missed: Vec<usize> = (0..arms.len())
-        .filter(|to| !found.all.iter().any(|m| m.to == *to))
-        .filter_map(|to| {
-            let leads = |from: &usize| targets[*from].iter().find(|t| t.to == to).map(|t| (t.turn.abs(), *from));
-            (0..arms.len()).filter_map(|from| leads(&from)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|best| best.1)
-        })
-        .collect();
+    let mut targets: Vec<Vec<TurnTarget>> =
+        (0..arms.len()).map(|from| turn_targets(side, restrictions, intersection, &arms, from)).collect();
+    let u_turns = remove_u_turns(side, &arms, &mut targets);
+    let mut with_arrows = vec![true; arms.len()];
+    let mut all = assign_lanes(restrictions, &arms, &targets, &with_arrows);
+    // Where all arrows lead past an arm, those of its straightest approach belong to another place: lanes are marked long
+    // before they part.
+    let missed = (0..arms.len()).filter(|to| all.iter().all(|m| m.to != *to));
+    let missed: Vec<usize> = missed.filter_map(|to| straightest_approach(&targets, to)).collect();
     if !missed.is_empty() {
-        missed.into_iter().for_each(|from| heed[from] = false);
-        found.all = assign_lanes(restricted, &arms, &targets, &heed);
+        missed.into_iter().for_each(|from| with_arrows[from] = false);
+        all = assign_lanes(restrictions, &arms, &targets, &with_arrows);
     }
-    found.all.extend(around);
-    found.all.sort_unstable();
-    found.all.dedup();
-    for (from, arm) in arms.iter().enumerate() {
-        for (to, other) in arms.iter().enumerate() {
-            let lanes = from != to && !arm.into.is_empty() && !other.out.is_empty();
-            let missing = !found.all.iter().any(|m| (m.from, m.to) == (from, to));
-            if lanes && missing && !found.prohibited.contains(&(from, to)) {
-                found.prohibited.push((from, to));
-            }
-        }
-    }
-    found.prohibited.sort_unstable();
-    found
+    all.extend(u_turns);
+    all.sort_unstable();
+    all.dedup();
+    let pairs = (0..arms.len()).flat_map(|from| (0..arms.len()).map(move |to| (from, to)));
+    let could = |(from, to): &(usize, usize)| from != to && !arms[*from].into.is_empty() && !arms[*to].out.is_empty();
+    let prohibited = pairs.filter(could).filter(|pair| all.iter().all(|m| (m.from, m.to) != *pair)).collect();
+    Movements { all, prohibited }
 }
 
-/// Takes away the arms that one would have to turn back for, or around a hairpin without room, unless an arrow says so, there
-/// is no other way on, or nobody else could enter that arm. Gives the ways back for which a median leaves room.
-fn without_turning_back(side: DrivingSide, arms: &[&Arm], targets: &mut [Vec<TurnTarget>]) -> Vec<Movement> {
-    let mut around = Vec::new();
-    let closed = |from: usize, t: &TurnTarget| t.turns_back() || is_cramped(arms[from], t);
+/// The arms to which the restrictions allow to go from an arm, from left to right as one drives in.
+fn turn_targets<'a>(
+    side: DrivingSide,
+    restrictions: &ResolvedRestrictions,
+    intersection: &Intersection,
+    arms: &[&'a Arm],
+    from: usize,
+) -> Vec<TurnTarget<'a>> {
+    let (arm, count) = (arms[from], arms.len());
+    // Arms are clockwise, whatever their angles.
+    let others =
+        (1..count).map(|step| (from + step) % count).filter(|&to| !arm.into.is_empty() && !arms[to].out.is_empty());
+    let permitted = others.filter(|&to| restrictions.permit(intersection, arm.at, arms[to].at));
+    let target = |to: usize| {
+        let other = arms[to];
+        let (turn, arrow_turn) = (turn(side, arm.inward, -other.inward), turn(side, arm.aim, -other.aim));
+        TurnTarget { to, arm: other, turn, arrow_turn }
+    };
+    permitted.map(target).collect()
+}
+
+/// The arm from which the way to another is straightest.
+fn straightest_approach(targets: &[Vec<TurnTarget>], to: usize) -> Option<usize> {
+    let turns = targets.iter().enumerate().filter_map(|(from, open)| {
+        let target = open.iter().find(|target| target.to == to)?;
+        Some((target.turn.abs(), from))
+    });
+    turns.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, from)| from)
+}
+
+/// Removes the targets of U-turns, and of hairpins without room, unless an arrow leads there, there is no other target, or no
+/// other arm leads there. Gives the U-turns for which a median leaves room.
+fn remove_u_turns(side: DrivingSide, arms: &[&Arm], targets: &mut [Vec<TurnTarget>]) -> Vec<Movement> {
+    let mut u_turns = Vec::new();
+    let closed = |from: usize, target: &TurnTarget| target.turns_back() || is_tight_hairpin(arms[from], target);
     let entered = targets.iter().enumerate().flat_map(|(from, open)| open.iter().filter(move |t| !closed(from, t)));
-    let entered: Vec<usize> = entered.map(|t| t.to).collect();
+    let entered: Vec<usize> = entered.map(|target| target.to).collect();
     for (from, open) in targets.iter_mut().enumerate() {
-        let signed = arms[from].into.iter().any(|lane| lane.arrows.has(Arrows::REVERSE));
-        if signed || open.iter().all(|t| closed(from, t)) {
+        let marked = arms[from].into.iter().any(|lane| lane.arrows.has(Arrows::REVERSE));
+        if marked || open.iter().all(|target| closed(from, target)) {
             continue;
         }
-        open.retain(|t| {
-            let kept = !closed(from, t) || !entered.contains(&t.to);
-            if !kept {
-                around.extend(turning_around(side, from, arms[from], t));
-            }
-            kept
-        });
+        let removed = open.extract_if(.., |target| closed(from, target) && entered.contains(&target.to));
+        u_turns.extend(removed.filter_map(|target| u_turn(side, from, arms[from], &target)));
     }
-    around
+    u_turns
 }
 
-/// Whether the way into an arm is a hairpin for which there is no room, whatever the lanes.
-fn is_cramped(arm: &Arm, target: &TurnTarget) -> bool {
+/// Whether the way to an arm is a hairpin for which no pair of lanes leaves room.
+fn is_tight_hairpin(arm: &Arm, target: &TurnTarget) -> bool {
     let mut pairs = arm.into.iter().flat_map(|into| target.arm.out.iter().map(move |out| (into.pose, out.pose)));
-    target.turn.abs() > HAIRPIN && !pairs.any(|(into, out)| gentle(&curve::join(into, out), TIGHTEST_HAIRPIN))
+    target.turn.abs() > HAIRPIN && !pairs.any(|(into, out)| is_gentle(&curve::join(into, out), TIGHTEST_HAIRPIN))
 }
 
-/// The way back around the end of a median, or into a road that leaves at an acute angle: from the lane on the far side to
-/// the first one that is far enough from it, unless an arrow leads elsewhere.
-fn turning_around(side: DrivingSide, from: usize, arm: &Arm, target: &TurnTarget) -> Option<Movement> {
+/// The U-turn around the end of a median, or the turn into a road that leaves at an acute angle: from the lane on the far side
+/// to the first lane that is far enough from it, unless an arrow leads elsewhere.
+fn u_turn(side: DrivingSide, from: usize, arm: &Arm, target: &TurnTarget) -> Option<Movement> {
     let (far, turns) = match side {
         DrivingSide::Right => (1.0, Arrows::LEFT),
         DrivingSide::Left => (-1.0, Arrows::RIGHT),
@@ -124,16 +120,16 @@ fn turning_around(side: DrivingSide, from: usize, arm: &Arm, target: &TurnTarget
     };
     let (in_lane, into) = driven(&arm.into).first().copied()?;
     let room = |out: &ArmLane| {
-        let across = far * crate::geometry::cross(into.pose.heading, out.pose.point - into.pose.point);
-        across > 0.0 && gentle(&curve::join(into.pose, out.pose), TIGHTEST_BACK)
+        let across = far * cross(into.pose.heading, out.pose.point - into.pose.point);
+        across > 0.0 && is_gentle(&curve::join(into.pose, out.pose), TIGHTEST_BACK)
     };
     let (out_lane, _) = driven(&target.arm.out).into_iter().find(|(_, out)| room(out))?;
     let free = into.arrows.is_none() || into.arrows.has(turns);
     (free && arm.at.road != target.arm.at.road).then_some(Movement { from, to: target.to, in_lane, out_lane })
 }
 
-/// Whether a course bends nowhere more than by the curvature, 1/m.
-fn gentle(course: &[Pose], most: f64) -> bool {
+/// Whether a line of poses has at most this curvature, 1/m.
+fn is_gentle(poses: &[Pose], most: f64) -> bool {
     let bend = |w: &[Pose]| angle_between(w[0].heading, w[1].heading).abs();
-    course.windows(2).all(|w| bend(w) <= most * (w[1].point - w[0].point).norm() + 1e-3)
+    poses.windows(2).all(|w| bend(w) <= most * (w[1].point - w[0].point).norm() + 1e-3)
 }

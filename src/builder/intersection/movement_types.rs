@@ -1,4 +1,4 @@
-//! One movement through an intersection, and the arm that it may turn into.
+//! Movements through an intersection, and the arms that they may lead to.
 
 use crate::builder::lanes::types::Arm;
 use crate::builder::network::turn::TURNS_BACK;
@@ -25,21 +25,21 @@ pub struct Movements {
     pub prohibited: Vec<(usize, usize)>,
 }
 
-/// An arm that one may turn into, seen from the arm where one comes from.
+/// An arm to which lanes of another may lead, as seen from that other.
 #[derive(Clone, Copy)]
 pub struct TurnTarget<'a> {
-    /// The arm, by its position.
+    /// The arm, by index.
     pub to: usize,
     /// That arm.
     pub arm: &'a Arm,
-    /// Change of direction in degrees, left positive.
+    /// Change of direction between the cuts, degrees, left positive.
     pub turn: f64,
-    /// The same as arrows mean it: between the directions in which the roads meet, wherever they are cut off.
-    pub shown: f64,
+    /// Change of direction for arrows, degrees, left positive: between the directions in which the roads' lines meet.
+    pub arrow_turn: f64,
 }
 
 impl TurnTarget<'_> {
-    /// Whether it leads back to where one comes from.
+    /// Whether the movement there is a U-turn.
     pub fn turns_back(&self) -> bool {
         self.turn.abs() > TURNS_BACK
     }

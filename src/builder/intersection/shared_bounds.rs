@@ -1,4 +1,4 @@
-//! Bounds that two ways through an intersection share: midway where neither would have them just there.
+//! The bounds that two turning lanelets would rather share: midway between those that each would have by itself.
 
 use rustc_hash::FxHashMap;
 
@@ -9,26 +9,31 @@ use crate::lanelet::PointId;
 
 use super::turn_centerline::MovementEnds;
 
-/// A way between two lanes, with its bounds as they are smoothest, left and right.
-pub type Smooth<'a> = (MovementEnds<'a>, [Vec<Point>; 2]);
+/// A movement with its smoothest bounds, left and right.
+pub type SmoothBounds<'a> = (MovementEnds<'a>, [Vec<Point>; 2]);
 
-/// The bounds of a lane that follows a course.
-pub fn smooth((_, from, to): &MovementEnds, course: &[Pose]) -> [Vec<Point>; 2] {
-    curve::beside(course, 0.5 * from.width, 0.5 * to.width).map(|side| curve::untangled(&side))
+/// The bounds of a lane along a centre line.
+pub fn smooth_bounds((_, from, to): &MovementEnds, centerline: &[Pose]) -> [Vec<Point>; 2] {
+    curve::beside(centerline, 0.5 * from.width, 0.5 * to.width).map(|side| curve::untangled(&side))
 }
 
-/// A bound as one way would have it.
-struct Wanted<'a> {
+/// A bound as one movement would have it.
+struct PreferredBound<'a> {
     line: &'a [Point],
-    /// The other bound of that way.
-    other: &'a [Point],
-    /// Widths of the way at its ends, metres.
-    width: [f64; 2],
-    /// Whether the way runs from the higher node to the lower.
+    /// The opposite bound of that movement.
+    opposite: &'a [Point],
+    /// Widths of the lane at its ends, metres.
+    widths: [f64; 2],
+    /// Whether the movement runs from the higher node to the lower.
     reversed: bool,
 }
 
-impl Wanted<'_> {
+impl<'a> PreferredBound<'a> {
+    fn new(((_, from, to), sides): &'a SmoothBounds, side: usize) -> Self {
+        let reversed = from.nodes[side] > to.nodes[side];
+        Self { line: &sides[side], opposite: &sides[1 - side], widths: [from.width, to.width], reversed }
+    }
+
     /// The line from the lower node to the higher.
     fn upward(&self) -> Option<Polyline> {
         let line = Polyline::new(self.line.iter().copied())?;
@@ -36,85 +41,82 @@ impl Wanted<'_> {
     }
 }
 
-/// Part of its width that a way gives up for a bound that it shares: more, and it has one of its own.
+/// The part of its width that a lane gives up for a shared bound; where it is more, the lane has its own.
 const SQUEEZED_MOST: f64 = 0.2;
 
-/// How close the bounds of a way may come to each other, and how far they may lie apart, where it is as wide as this at its ends
-/// or nearly so.
-fn apart_by([from, to]: [f64; 2]) -> [f64; 2] {
+/// The least and the largest distance, metres, between the bounds of a lane with these widths at its ends.
+fn distance_range([from, to]: [f64; 2]) -> [f64; 2] {
     [from.min(to) * (1.0 - SQUEEZED_MOST), from.max(to) * (1.0 + SQUEEZED_MOST)]
 }
 
-/// Whether every place of a bound is this close to another.
+/// Whether every place of a bound is within this distance, metres, of another.
 fn follows(bound: &[Point], other: &[Point], distance: f64) -> bool {
     let mut hint = 0;
     bound.iter().all(|&p| reaches(other, p, distance, &mut hint))
 }
 
-/// Whether two bounds are as far from each other as the way between them is wide, or nearly so.
-pub fn keep_width([left, right]: [&[Point]; 2], width: [f64; 2]) -> bool {
-    let [low, high] = apart_by(width);
+/// Whether a lane keeps nearly its widths, metres, between two bounds, measured from both.
+pub fn keep_width([left, right]: [&[Point]; 2], widths: [f64; 2]) -> bool {
+    let [low, high] = distance_range(widths);
     follows(left, right, high) && follows(right, left, high) && clear(left, right, low)
 }
 
-/// Whether a bound is as far from the other one as the way between them is wide, or nearly so.
-fn keeps_width(bound: &[Point], other: &[Point], width: [f64; 2]) -> bool {
-    let [low, high] = apart_by(width);
-    follows(bound, other, high) && clears(other, bound, low)
+/// Whether a lane keeps nearly its widths, metres, between two bounds, measured from the first.
+fn keeps_width(bound: &[Point], opposite: &[Point], widths: [f64; 2]) -> bool {
+    let [low, high] = distance_range(widths);
+    follows(bound, opposite, high) && clears(opposite, bound, low)
 }
 
-/// Bounds that two ways through an intersection share although neither runs quite where the other would have it: they
-/// meet midway.
+/// The bounds midway between those that two movements would have between the same nodes.
 pub struct PreferredBounds {
     /// By the nodes at their ends, the lower first.
     lines: FxHashMap<[PointId; 2], Vec<Point>>,
 }
 
 impl PreferredBounds {
-    /// Bounds that differ by no more, metres, are the same.
+    /// Bounds that differ by no more than this, metres, are the same.
     const SAME: f64 = 0.02;
 
-    /// Of ways through one intersection.
-    pub fn new(ways: &[Smooth]) -> Self {
+    /// Of the movements of one intersection.
+    pub fn new(movements: &[SmoothBounds]) -> Self {
         let long = |line: &Vec<Point>| line.windows(2).any(|w| (w[1] - w[0]).norm() > Polyline::MERGE);
-        let mut wanted: Vec<([PointId; 2], usize, usize)> = Vec::with_capacity(2 * ways.len());
-        for (way, ((_, from, to), sides)) in ways.iter().enumerate().filter(|(_, (_, sides))| sides.iter().all(long)) {
-            let nodes = |side: usize| [from.nodes[side], to.nodes[side]];
-            let lower_first = |[a, b]: [PointId; 2]| [a.min(b), a.max(b)];
-            wanted.extend((0..sides.len()).map(|side| (lower_first(nodes(side)), way, side)));
+        let mut sides: Vec<([PointId; 2], usize, usize)> = Vec::with_capacity(2 * movements.len());
+        for (i, ((_, from, to), lines)) in movements.iter().enumerate() {
+            if lines.iter().all(long) {
+                let nodes = [0, 1].map(|side| [from.nodes[side], to.nodes[side]]).map(|[a, b]| [a.min(b), a.max(b)]);
+                sides.extend([(nodes[0], i, 0), (nodes[1], i, 1)]);
+            }
         }
-        wanted.sort_unstable();
-        let as_wanted = |&(_, way, side): &([PointId; 2], usize, usize)| {
-            let ((_, from, to), sides) = &ways[way];
-            let reversed = from.nodes[side] > to.nodes[side];
-            Wanted { line: &sides[side], other: &sides[1 - side], width: [from.width, to.width], reversed }
-        };
-        // Most bounds are those of one way alone.
-        let lines = wanted.chunk_by(|a, b| a.0 == b.0).filter_map(|wanted| match wanted {
-            [first, second] => Some((first.0, Self::midway(&[first, second].map(as_wanted))?)),
-            _ => None,
+        sides.sort_unstable();
+        // Most bounds are those of one movement alone.
+        let lines = sides.chunk_by(|a, b| a.0 == b.0).filter_map(|sides| {
+            let [first, second] = sides else { return None };
+            Some((
+                first.0,
+                Self::midway(&[first, second].map(|(_, i, side)| PreferredBound::new(&movements[*i], *side)))?,
+            ))
         });
         Self { lines: lines.collect() }
     }
 
-    /// The line between two; `None` where they agree, and where it would squeeze either of two opposite ways.
-    fn midway(wanted: &[Wanted; 2]) -> Option<Vec<Point>> {
-        let [first, second] = wanted;
+    /// The line midway between two; `None` where they agree, and where it would squeeze one of two opposite lanes.
+    fn midway(both: &[PreferredBound; 2]) -> Option<Vec<Point>> {
+        let [first, second] = both;
         let (a, b) = (first.line, second.line);
         if follows(a, b, Self::SAME) && follows(b, a, Self::SAME) {
             return None;
         }
         let (a, b) = (first.upward()?, second.upward()?);
-        // Points stand close where a line bends: those of the one that has more of them stay where they are along it.
+        // Points are dense where a line bends: the line with more of them keeps its stations.
         let [more, fewer] = if a.points().len() >= b.points().len() { [&a, &b] } else { [&b, &a] };
         let part = fewer.length() / more.length();
         let beside = fewer.at_each(more.stations().iter().map(|station| station * part));
         let line: Vec<Point> = more.points().iter().zip(&beside).map(|(a, b)| nalgebra::center(a, b)).collect();
         let opposite = first.reversed != second.reversed;
-        (!opposite || wanted.iter().all(|way| keeps_width(&line, way.other, way.width))).then_some(line)
+        (!opposite || both.iter().all(|one| keeps_width(&line, one.opposite, one.widths))).then_some(line)
     }
 
-    /// The places of a bound from one node to another; `None` where it runs as each of its ways would have it.
+    /// The places of a shared bound from one node to another; `None` where the movements keep their own.
     pub fn get(&self, from: PointId, to: PointId) -> Option<Vec<Point>> {
         let line = self.lines.get(&[from.min(to), from.max(to)])?;
         Some(if from < to { line.clone() } else { line.iter().rev().copied().collect() })
@@ -126,17 +128,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn two_ways_meet_midway_on_the_bound_that_they_share() {
+    fn two_lanelets_share_a_bound_midway() {
         let line = |y: f64, middle: f64| {
             Polyline::new([(0.0, y), (5.0, y + middle), (10.0, y)].map(|(x, y)| Point::new(x, y))).unwrap()
         };
-        // The second way runs back along the bound.
+        // The second movement runs back along the bound.
         let midway = |bends: [f64; 2]| {
             let lines = [line(0.0, bends[0]), line(0.0, bends[1]).reversed()];
             let others = [line(3.0, bends[0]), line(-3.0, bends[1]).reversed()];
             let [lines, others] = [lines, others].map(|pair| pair.map(Polyline::into_points));
-            let way = |i: usize| Wanted { line: &lines[i], other: &others[i], width: [3.0; 2], reversed: i == 1 };
-            PreferredBounds::midway(&[way(0), way(1)])
+            let bound =
+                |i: usize| PreferredBound { line: &lines[i], opposite: &others[i], widths: [3.0; 2], reversed: i == 1 };
+            PreferredBounds::midway(&[bound(0), bound(1)])
         };
         let line = midway([0.4, -0.4]).unwrap();
         assert!(line.iter().all(|p| p.y.abs() < 1e-9), "{line:?}");

@@ -1,7 +1,7 @@
-//! The middle of every way through an intersection: neighbours that part keep to their own sides.
+//! The centre lines of turning lanelets: neighbours that part keep to their own sides.
 //!
-//! Each way is drawn as it is smoothest by itself. Where a lane goes straight on for long before it turns off, or shifts
-//! sideways, it can run into the lane beside it although both lead apart; then one of the two bends earlier or later.
+//! Each is drawn as smooth as it can be by itself. A lane that goes straight on for long before it turns off, or that shifts
+//! sideways, can run into the lane beside it although both lead apart; then one of the two bends earlier or later.
 
 use std::cell::OnceCell;
 
@@ -11,37 +11,47 @@ use crate::geometry::{Point, curve, polygon, simple_ring, swing_out_turn};
 
 use super::movement_types::Movement;
 
-/// Ways that share less than this, square metres, do not touch.
+/// Lanelets that share less than this, square metres, do not overlap.
 const TOUCH: f64 = 0.01;
-/// Handles of the cubics to choose from at either end, in parts of the distance between the ends.
+/// Handles of the cubic Bézier curves to choose from at either end, in parts of the distance between the ends.
 const HANDLES: [f64; 4] = [1.0 / 3.0, 0.2, 0.6, 0.8];
-/// Parts of the distance between the ends over which a way may go straight on before it bends, and behind.
-const HELD: [f64; 3] = [0.0, 0.25, 0.5];
-/// No way bends more tightly than this radius, metres, only to keep clear of another.
+/// Parts of the distance between the ends over which a centre line may go straight before it bends, and after.
+const STRAIGHT_PARTS: [f64; 3] = [0.0, 0.25, 0.5];
+/// No centre line bends more tightly than this radius, metres, only to keep clear of another.
 const RADIUS_LEAST: f64 = 6.0;
 
 /// A movement with the lanes that it joins.
 pub type MovementEnds<'a> = (Movement, &'a ArmLane, &'a ArmLane);
 
-/// One way with its shapes to choose from.
+/// A centre line with its shapes to choose from.
 struct TurnCenterline {
-    /// As it is smoothest by itself, then by handles, then held straight; `None` where it would bend too tightly.
+    /// The smoothest, then by handles, then with straight parts; `None` where it would bend too tightly.
     shapes: Vec<Option<Shape>>,
     chosen: usize,
-    /// The ways from the lanes beside it that part from it, by index.
-    beside: Vec<usize>,
+    /// The centre lines from the neighbouring lanes that part from it, by index.
+    neighbours: Vec<usize>,
 }
 
+/// One shape of a centre line. Its outline is drawn on demand: few centre lines come near others.
 struct Shape {
     poses: Vec<Pose>,
-    /// `None` where no way lies beside it.
-    outline: Option<Outline>,
+    outline: OnceCell<Outline>,
 }
 
-/// What a way covers.
+impl Shape {
+    fn new(poses: Vec<Pose>) -> Self {
+        Self { poses, outline: OnceCell::new() }
+    }
+
+    fn outline(&self, ends: &MovementEnds) -> &Outline {
+        self.outline.get_or_init(|| Outline::new(ends, &self.poses))
+    }
+}
+
+/// The ground of a lanelet.
 struct Outline {
     ring: Vec<Point>,
-    /// Whether it never crosses itself, as hardly one does: what it shares with others is known without a sweep.
+    /// Whether it does not cross itself; nearly all do not, and their common area is found faster.
     simple: bool,
 }
 
@@ -63,73 +73,54 @@ impl Outline {
 /// The poses of all movements, in their order.
 pub fn turn_centerlines(ends: &[MovementEnds]) -> Vec<Vec<Pose>> {
     let bundles = bundles(ends);
-    let mut courses: Vec<TurnCenterline> = ends
-        .iter()
-        .enumerate()
-        .zip(swept(ends))
-        .map(|((i, end), poses)| {
-            let beside: Vec<usize> = (0..ends.len()).filter(|&j| j != i && part(&end.0, &ends[j].0)).collect();
-            let only = if beside.is_empty() { Shape { poses, outline: None } } else { shape(end, poses) };
-            TurnCenterline { shapes: vec![Some(only)], chosen: 0, beside }
-        })
-        .collect();
-    // The ways that go side by side with one from end to end, itself among them: they bend alike.
+    let with_neighbours = |(i, poses): (usize, Vec<Pose>)| {
+        let neighbours = (0..ends.len()).filter(|&j| j != i && part(&ends[i].0, &ends[j].0)).collect();
+        TurnCenterline { shapes: vec![Some(Shape::new(poses))], chosen: 0, neighbours }
+    };
+    let lines = smoothest(ends).into_iter().enumerate().map(with_neighbours).collect();
+    let mut all = TurnCenterlines { ends, lines };
     let bundle = |i: usize| (0..ends.len()).filter(|&j| bundles[j] == bundles[i]).collect::<Vec<usize>>();
-    for i in 0..courses.len() {
-        for j in courses[i].beside.clone().into_iter().filter(|&j| j > i && bundles[j] != bundles[i]) {
-            if overlap(&courses, i, j) > TOUCH {
+    for i in 0..ends.len() {
+        for j in all.lines[i].neighbours.clone().into_iter().filter(|&j| j > i && bundles[j] != bundles[i]) {
+            if all.overlap(i, j) > TOUCH {
                 let both = [bundle(i), bundle(j)];
-                for &member in both.iter().flatten() {
-                    add_shapes(&mut courses[member], &ends[member]);
-                }
-                choose(&mut courses, &both);
+                both.iter().flatten().for_each(|&member| all.add_shapes(member));
+                all.choose(&both);
             }
         }
     }
-    let chosen = courses.into_iter().map(|mut course| course.shapes.swap_remove(course.chosen));
+    let chosen = all.lines.into_iter().map(|mut line| line.shapes.swap_remove(line.chosen));
     chosen.map(|shape| shape.map_or_else(Vec::new, |shape| shape.poses)).collect()
 }
 
-/// Every way as it is smoothest by itself. It swings out for a wider turn unless it would run into a way from the lane
-/// beside it, however that one is drawn.
-fn swept(ends: &[MovementEnds]) -> Vec<Vec<Pose>> {
-    let sketches = |(_, from, to): &MovementEnds| {
-        let plain = curve::join(from.pose, to.pose);
-        let wide = swing_out_turn::swing_out(from.pose, to.pose, &plain);
-        (Sketch::new(plain), wide.map(Sketch::new))
+/// The smoothest poses of every movement. A turn swings out for a larger radius unless it would run into a lanelet from a
+/// neighbouring lane, however that one is drawn.
+fn smoothest(ends: &[MovementEnds]) -> Vec<Vec<Pose>> {
+    let shapes = |(_, from, to): &MovementEnds| {
+        let direct = curve::join(from.pose, to.pose);
+        let wide = swing_out_turn::swing_out(from.pose, to.pose, &direct);
+        (Shape::new(direct), wide.map(Shape::new))
     };
-    let sketches: Vec<(Sketch, Option<Sketch>)> = ends.iter().map(sketches).collect();
-    let clear = |i: usize, wide: &Sketch| {
-        let beside =
-            |&j: &usize| ends[j].0.from == ends[i].0.from && ends[j].0.in_lane.abs_diff(ends[i].0.in_lane) == 1;
-        let both = |j: usize| [Some(&sketches[j].0), sketches[j].1.as_ref()].into_iter().flatten();
-        let mut others = (0..ends.len()).filter(beside).flat_map(|j| both(j).map(move |other| other.outline(&ends[j])));
-        others.all(|other| {
-            let shared = |own: &Sketch| own.outline(&ends[i]).shared(other);
-            let more = shared(wide);
-            more <= TOUCH || more <= shared(&sketches[i].0)
-        })
-    };
-    let clear: Vec<bool> =
-        sketches.iter().enumerate().map(|(i, (_, wide))| wide.as_ref().is_some_and(|wide| clear(i, wide))).collect();
-    let chosen = sketches.into_iter().zip(clear);
-    chosen.map(|((plain, wide), clear)| wide.filter(|_| clear).unwrap_or(plain).poses).collect()
+    let shapes: Vec<(Shape, Option<Shape>)> = ends.iter().map(shapes).collect();
+    let clear: Vec<bool> = (0..ends.len()).map(|i| can_swing_out(ends, &shapes, i)).collect();
+    let chosen = shapes.into_iter().zip(clear);
+    chosen.map(|((direct, wide), clear)| wide.filter(|_| clear).unwrap_or(direct).poses).collect()
 }
 
-/// A course whose outline is drawn where it is asked for: few ways come near others.
-struct Sketch {
-    poses: Vec<Pose>,
-    outline: OnceCell<Outline>,
-}
-
-impl Sketch {
-    fn new(poses: Vec<Pose>) -> Self {
-        Self { poses, outline: OnceCell::new() }
-    }
-
-    fn outline(&self, ends: &MovementEnds) -> &Outline {
-        self.outline.get_or_init(|| Outline::new(ends, &self.poses))
-    }
+/// Whether the wide shape of a movement overlaps those from neighbouring lanes no more than its direct shape does.
+fn can_swing_out(ends: &[MovementEnds], shapes: &[(Shape, Option<Shape>)], i: usize) -> bool {
+    let (direct, Some(wide)) = &shapes[i] else { return false };
+    let own = ends[i].0;
+    let neighbours =
+        (0..ends.len()).filter(|&j| ends[j].0.from == own.from && ends[j].0.in_lane.abs_diff(own.in_lane) == 1);
+    let mut others = neighbours.flat_map(|j| {
+        let (direct, wide) = &shapes[j];
+        [Some(direct), wide.as_ref()].into_iter().flatten().map(move |other| other.outline(&ends[j]))
+    });
+    others.all(|other| {
+        let shared = wide.outline(&ends[i]).shared(other);
+        shared <= TOUCH || shared <= direct.outline(&ends[i]).shared(other)
+    })
 }
 
 /// Whether two movements begin side by side and do not end so.
@@ -138,78 +129,91 @@ fn part(a: &Movement, b: &Movement) -> bool {
     a.from == b.from && a.in_lane.abs_diff(b.in_lane) == 1 && !together
 }
 
-/// For every movement the first of those that go side by side with it from end to end.
+/// For every movement the first of its bundle: of those that go side by side with it from end to end. They bend alike.
 fn bundles(ends: &[MovementEnds]) -> Vec<usize> {
-    let beside = |a: &Movement, b: &Movement| {
+    let follows = |a: &Movement, b: &Movement| {
         let lanes = (b.in_lane.checked_sub(a.in_lane), b.out_lane.checked_sub(a.out_lane));
         (a.from, a.to) == (b.from, b.to) && lanes == (Some(1), Some(1))
     };
-    // Neighbours follow each other in order of their lanes, so that each finds the first through the one before.
+    // In order of their lanes, each finds the first through its neighbour.
     let mut order: Vec<usize> = (0..ends.len()).collect();
     order.sort_by_key(|&i| ends[i].0);
     let mut first: Vec<usize> = (0..ends.len()).collect();
     for (n, &i) in order.iter().enumerate() {
-        if let Some(&before) = order[..n].iter().find(|&&j| beside(&ends[j].0, &ends[i].0)) {
+        if let Some(&before) = order[..n].iter().find(|&&j| follows(&ends[j].0, &ends[i].0)) {
             first[i] = first[before];
         }
     }
     first
 }
 
-fn shape(ends: &MovementEnds, poses: Vec<Pose>) -> Shape {
-    Shape { outline: Some(Outline::new(ends, &poses)), poses }
+/// The centre lines of an intersection while their shapes are chosen.
+struct TurnCenterlines<'a> {
+    ends: &'a [MovementEnds<'a>],
+    lines: Vec<TurnCenterline>,
 }
 
-fn add_shapes(course: &mut TurnCenterline, ends: &MovementEnds) {
-    if course.shapes.len() > 1 {
-        return;
-    }
-    let least = RADIUS_LEAST.min(course.shapes[0].as_ref().map_or(RADIUS_LEAST, |own| curve::radius(&own.poses)));
-    let [from, to] = [ends.1.pose, ends.2.pose];
-    let bent = HANDLES.iter().flat_map(|&a| HANDLES.iter().map(move |&b| curve::cubic(from, to, [a, b])));
-    let held = HELD.iter().flat_map(|&a| HELD.iter().map(move |&b| [a, b])).skip(1);
-    let poses = bent.chain(held.map(|parts| curve::held(from, to, parts)));
-    course.shapes.extend(poses.map(|poses| (curve::radius(&poses) >= least).then(|| shape(ends, poses))));
-}
-
-fn overlap(courses: &[TurnCenterline], i: usize, j: usize) -> f64 {
-    let outline = |at: usize| courses[at].shapes[courses[at].chosen].as_ref()?.outline.as_ref();
-    outline(i).zip(outline(j)).map_or(0.0, |(a, b)| a.shared(b))
-}
-
-/// Takes the shapes of two bundles by which they and their neighbours overlap least; of equals the first.
-fn choose(courses: &mut [TurnCenterline], bundles: &[Vec<usize>; 2]) {
-    let open = |courses: &[TurnCenterline], bundle: &[usize], shape: usize| {
-        bundle.iter().all(|&member| courses[member].shapes.get(shape).is_some_and(Option::is_some))
-    };
-    let take = |courses: &mut [TurnCenterline], [a, b]: [usize; 2]| {
-        bundles[0].iter().for_each(|&member| courses[member].chosen = a);
-        bundles[1].iter().for_each(|&member| courses[member].chosen = b);
-    };
-    let count = |bundle: &[usize]| bundle.first().map_or(0, |&member| courses[member].shapes.len());
-    let mut order: Vec<[usize; 2]> = (0..count(&bundles[0]))
-        .flat_map(|a| (0..count(&bundles[1])).map(move |b| [a, b]))
-        .filter(|&[a, b]| open(courses, &bundles[0], a) && open(courses, &bundles[1], b))
-        .collect();
-    order.sort_by_key(|&[a, b]| (a + b, a));
-    let members = || bundles.iter().flatten().copied();
-    let mut best = (f64::INFINITY, [0, 0]);
-    for shapes in order {
-        take(courses, shapes);
-        let touching = members().flat_map(|m| {
-            // A pair of two members counts once.
-            let others = courses[m].beside.iter().copied().filter(move |&k| k > m || members().all(|other| other != k));
-            others.map(move |k| (m, k))
-        });
-        let total: f64 = touching.map(|(m, k)| overlap(courses, m, k)).sum();
-        if total < best.0 - TOUCH {
-            best = (total, shapes);
+impl TurnCenterlines<'_> {
+    /// Adds the shapes by handles and with straight parts to a line that has only the smoothest.
+    fn add_shapes(&mut self, i: usize) {
+        let (_, from, to) = self.ends[i];
+        let shapes = &mut self.lines[i].shapes;
+        if shapes.len() > 1 {
+            return;
         }
-        if best.0 <= TOUCH {
-            break;
-        }
+        let least = RADIUS_LEAST.min(shapes[0].as_ref().map_or(RADIUS_LEAST, |own| curve::radius(&own.poses)));
+        let bent = HANDLES.iter().flat_map(|&a| HANDLES.iter().map(move |&b| curve::cubic(from.pose, to.pose, [a, b])));
+        let parts = STRAIGHT_PARTS.iter().flat_map(|&a| STRAIGHT_PARTS.iter().map(move |&b| [a, b])).skip(1);
+        let poses = bent.chain(parts.map(|parts| curve::held(from.pose, to.pose, parts)));
+        shapes.extend(poses.map(|poses| (curve::radius(&poses) >= least).then(|| Shape::new(poses))));
     }
-    take(courses, best.1);
+
+    /// Area in square metres that two lines cover by their chosen shapes.
+    fn overlap(&self, i: usize, j: usize) -> f64 {
+        let outline = |i: usize| Some(self.lines[i].shapes[self.lines[i].chosen].as_ref()?.outline(&self.ends[i]));
+        outline(i).zip(outline(j)).map_or(0.0, |(a, b)| a.shared(b))
+    }
+
+    fn take(&mut self, bundle: &[usize], shape: usize) {
+        bundle.iter().for_each(|&member| self.lines[member].chosen = shape);
+    }
+
+    /// The shapes that all members of a bundle can take.
+    fn shapes(&self, bundle: &[usize]) -> Vec<usize> {
+        let count = bundle.first().map_or(0, |&member| self.lines[member].shapes.len());
+        let all_have =
+            |shape: usize| bundle.iter().all(|&i| self.lines[i].shapes.get(shape).is_some_and(Option::is_some));
+        (0..count).filter(|&shape| all_have(shape)).collect()
+    }
+
+    /// The overlap of two bundles with each other and with their neighbours, square metres; a pair of two members counts once.
+    fn total_overlap(&self, members: &[usize]) -> f64 {
+        let pairs = members.iter().flat_map(|&m| self.lines[m].neighbours.iter().map(move |&k| (m, k)));
+        let once = pairs.filter(|(m, k)| k > m || !members.contains(k));
+        once.map(|(m, k)| self.overlap(m, k)).sum()
+    }
+
+    /// Takes the shapes of two bundles by which they and their neighbours overlap least; of equals the first.
+    fn choose(&mut self, bundles: &[Vec<usize>; 2]) {
+        let [shapes_a, shapes_b] = bundles.each_ref().map(|bundle| self.shapes(bundle));
+        let mut order: Vec<[usize; 2]> = shapes_a.iter().flat_map(|&a| shapes_b.iter().map(move |&b| [a, b])).collect();
+        order.sort_by_key(|&[a, b]| (a + b, a));
+        let members = bundles.concat();
+        let mut best = (f64::INFINITY, [0, 0]);
+        for [a, b] in order {
+            self.take(&bundles[0], a);
+            self.take(&bundles[1], b);
+            let total = self.total_overlap(&members);
+            if total < best.0 - TOUCH {
+                best = (total, [a, b]);
+            }
+            if best.0 <= TOUCH {
+                break;
+            }
+        }
+        self.take(&bundles[0], best.1[0]);
+        self.take(&bundles[1], best.1[1]);
+    }
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The lanelets of an intersection: one per movement, smooth, with bounds that neighbours share.
+//! Turning lanelets: one for each movement of an intersection, smooth, with bounds that neighbours share.
 
 mod bounds;
 
@@ -24,57 +24,57 @@ use crate::lanelet::{Attributes, Bound, LaneletId, LineStringId};
 
 use super::movement_types::Movement;
 use super::roundabout::CirculatingRing;
-use super::shared_bounds::{PreferredBounds, Smooth, keep_width, smooth};
+use super::shared_bounds::{PreferredBounds, SmoothBounds, keep_width, smooth_bounds};
 use super::turn_centerline::{MovementEnds, turn_centerlines};
 use bounds::Line;
 
-/// One movement, drawn.
+/// The lanelet of a movement.
 #[derive(Clone, Debug)]
 pub struct TurningLanelet {
-    /// From where to where.
+    /// The lanes that it joins.
     pub movement: Movement,
     /// Its lanelet.
     pub lanelet: LaneletId,
-    /// Change of direction in degrees, left positive.
+    /// Change of direction, degrees, left positive.
     pub turn: f64,
-    /// Left bound, then the right bound backwards; empty when nothing is drawn around it any more.
+    /// Left bound, then the right bound backwards; empty once the intersection is drawn.
     pub outline: Vec<Point>,
     /// Its bounds, left and right.
     pub bounds: [LineStringId; 2],
-    /// Where it heads over its first metres, as Autoware sees it.
+    /// Unit direction over its first metres, as Autoware determines it.
     pub heading: Vector,
     /// For all motor vehicles, for buses only, or for bicycles.
     pub kind: StripKind,
 }
 
 impl TurningLanelet {
-    /// Lets go what only the drawing asks for: where the points lie stands in the map.
+    /// Frees the outline; the map has the places of its points.
     pub fn drop_outline(&mut self) {
         self.outline = Vec::new();
     }
 }
 
-/// How tightly a bound may bend, and how much wider a lane may become where it turns.
+/// How tightly a bound may bend, and how much wider a turning lane may become, metres.
 const BENDS: Rounding = Rounding { least: 1.25, easy: 2.0, cut: 0.6 };
 
-/// Bytes that the tags take which only a way through an intersection has.
+/// Bytes of the tags that only turning lanelets have.
 const TURN_TAGS: usize = 64;
 
-/// How the bounds of paths are tagged.
+/// How the bounds of turning lanelets are tagged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IntersectionPaint {
     /// `virtual`: nothing is painted across an intersection.
     None,
-    /// As the bounds of the lane that leads in: the road merely goes on.
+    /// As the bounds of the lane that leads in: only one road goes on.
     AsBefore,
 }
 
-/// How the bounds of the paths of an intersection are tagged.
+/// How the bounds in an intersection are tagged.
 pub fn paint(intersection: &Intersection) -> IntersectionPaint {
     if intersection.arms.len() == 2 { IntersectionPaint::AsBefore } else { IntersectionPaint::None }
 }
 
-/// What [`paths`] made.
+/// The turning lanelets of an intersection.
 #[derive(Clone, Debug, Default)]
 pub struct DrawnMovements {
     /// Sorted by movement.
@@ -95,168 +95,220 @@ pub fn turning_lanelets(
     movements: &[Movement],
 ) -> DrawnMovements {
     let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
-    let key = intersection_key("path", intersection);
-    let ends = |m: &Movement| Some((arms.get(m.from)?.into.get(m.in_lane)?, arms.get(m.to)?.out.get(m.out_lane)?));
-    let all: Vec<MovementEnds> = movements.iter().filter_map(|m| ends(m).map(|(from, to)| (*m, from, to))).collect();
+    let ends = |m: &Movement| Some((*m, arms.get(m.from)?.into.get(m.in_lane)?, arms.get(m.to)?.out.get(m.out_lane)?));
+    let ends: Vec<MovementEnds> = movements.iter().filter_map(ends).collect();
     let ring = CirculatingRing::of(intersection);
-    let mut all: Vec<(MovementEnds, Vec<Pose>)> = all.iter().copied().zip(turn_centerlines(&all)).collect();
-    for ((movement, from, to), course) in &mut all {
+    let centerlines = ends.iter().copied().zip(turn_centerlines(&ends)).map(|(ends, direct)| {
+        let (movement, from, to) = ends;
         let roads = [movement.from, movement.to].map(|arm| network.road(arms[arm].at.road).place(arms[arm].at.end));
-        let around = ring.as_ref().and_then(|ring| ring.around(roads, [from.pose, to.pose], course));
-        *course = around.unwrap_or_else(|| std::mem::take(course));
-    }
+        let around = ring.as_ref().and_then(|ring| ring.around(roads, [from.pose, to.pose], &direct));
+        (ends, around.unwrap_or(direct))
+    });
+    let tags = VehicleTags { network, lanes, arms: &arms, paint: paint(intersection), known: RefCell::default() };
     let mut drawn = DrawnMovements::default();
-    let attributes_from = |assembly: &MapBuilder, arm: usize, lane: usize, kind| {
-        let road = network.road(arms[arm].at.road);
-        let before = assembly.lanelet_of(lanes.lanes[lane].lanelet).map(|lanelet| &lanelet.attributes);
+    drawn.add(assembly, network.side, intersection_key("path", intersection), centerlines.collect(), &tags);
+    drawn
+}
+
+/// The tags of the turning lanelets of an intersection.
+pub trait TurningTags {
+    /// Tags of a bound, from the lane that leads in and its side: 0 left, 1 right.
+    fn bound(&self, assembly: &MapBuilder, from: &ArmLane, side: usize) -> Attributes;
+
+    /// Tags of a lanelet.
+    fn lanelet(&self, assembly: &MapBuilder, ends: &MovementEnds, kind: StripKind) -> Attributes;
+}
+
+/// The tags of turning lanelets for vehicles.
+struct VehicleTags<'a> {
+    network: &'a RoadNetwork,
+    lanes: &'a Lanes,
+    arms: &'a [&'a Arm],
+    paint: IntersectionPaint,
+    /// By lane and kind: all lanelets of one kind from a lane are tagged alike.
+    known: RefCell<Vec<((usize, StripKind), Attributes)>>,
+}
+
+impl VehicleTags<'_> {
+    fn attributes(&self, assembly: &MapBuilder, (movement, from, _): &MovementEnds, kind: StripKind) -> Attributes {
+        let road = self.network.road(self.arms[movement.from].at.road);
+        let before = assembly.lanelet_of(self.lanes.lanes[from.lane].lanelet).map(|lanelet| &lanelet.attributes);
         let speed = before.and_then(|before| before.get("speed_limit")?.parse().ok()).unwrap_or(road.speed[0]);
         let mut attributes = road_attributes(road, kind, speed);
         if kind == StripKind::Bus && before.is_some_and(|before| before.is(ADMITS_BICYCLES, "yes")) {
             attributes.push(ADMITS_BICYCLES, "yes");
         }
         attributes
-    };
-    // All ways of one kind from a lane are tagged alike.
-    let known: RefCell<Vec<(usize, StripKind, Attributes)>> = RefCell::default();
-    let lanelet = |assembly: &MapBuilder, (movement, from, _): &MovementEnds, kind| {
-        let mut known = known.borrow_mut();
-        let at = known.iter().position(|one| (one.0, one.1) == (from.lane, kind)).unwrap_or_else(|| {
-            known.push((from.lane, kind, attributes_from(assembly, movement.from, from.lane, kind)));
-            known.len() - 1
-        });
-        known[at].2.with_more_room(TURN_TAGS)
-    };
-    let paint = paint(intersection);
-    let bound = |assembly: &MapBuilder, from: &ArmLane, side| bound_attributes(assembly, lanes, from, side, paint);
-    drawn.add(assembly, network.side, key, all, &LaneletTags { bound: &bound, lanelet: &lanelet });
-    drawn
+    }
 }
 
-/// How what is drawn is tagged.
-pub struct LaneletTags<'a> {
-    /// Tags of a bound, from the lane that leads in and its side: 0 left, 1 right.
-    pub bound: &'a dyn Fn(&MapBuilder, &ArmLane, usize) -> Attributes,
-    /// Tags of a lanelet.
-    pub lanelet: &'a dyn Fn(&MapBuilder, &MovementEnds, StripKind) -> Attributes,
+impl TurningTags for VehicleTags<'_> {
+    fn bound(&self, assembly: &MapBuilder, from: &ArmLane, side: usize) -> Attributes {
+        match self.paint {
+            IntersectionPaint::None => Attributes::of(&[("type", "virtual")]),
+            IntersectionPaint::AsBefore => {
+                let lane = &self.lanes.lanes[from.lane];
+                let bound = [lane.left, lane.right][side];
+                assembly.line_of(bound.line).map(|line| line.attributes.clone()).unwrap_or_default()
+            }
+        }
+    }
+
+    fn lanelet(&self, assembly: &MapBuilder, ends: &MovementEnds, kind: StripKind) -> Attributes {
+        let mut known = self.known.borrow_mut();
+        let key = (ends.1.lane, kind);
+        let i = known.iter().position(|(other, _)| *other == key).unwrap_or_else(|| {
+            known.push((key, self.attributes(assembly, ends, kind)));
+            known.len() - 1
+        });
+        known[i].1.with_more_room(TURN_TAGS)
+    }
 }
 
 impl DrawnMovements {
-    /// Lets go what only the drawing asks for: it takes more memory than the ways.
+    /// Frees what only the drawing needs; it takes more memory than the lanelets.
     pub fn done(&mut self) {
         self.bounds = SharedBounds::default();
         self.paths.iter_mut().for_each(TurningLanelet::drop_outline);
         self.paths.shrink_to_fit();
     }
 
-    /// Draws ways, each with its middle, beside those that are there, with which they share bounds.
+    /// Draws movements along their centre lines, beside those that are drawn, with which they share bounds.
     pub fn add(
         &mut self,
         assembly: &mut MapBuilder,
         side: DrivingSide,
         key: Key,
-        order: Vec<(MovementEnds, Vec<Pose>)>,
-        tagged: &LaneletTags,
+        centerlines: Vec<(MovementEnds, Vec<Pose>)>,
+        tags: &dyn TurningTags,
     ) {
-        let Self { paths, bounds, dropped } = self;
         let radius = |(_, from, to): &MovementEnds| curve::join_radius(from.pose, to.pose).unwrap_or(f64::INFINITY);
-        let mut order: Vec<_> = order.into_iter().map(|(ends, course)| (radius(&ends), ends, course)).collect();
+        let mut order: Vec<_> = centerlines.into_iter().map(|(ends, poses)| (radius(&ends), ends, poses)).collect();
         order.sort_by(|(a, one, _), (b, other, _)| a.total_cmp(b).then(one.0.cmp(&other.0)));
-        let ways: Vec<Smooth> = order.into_iter().map(|(_, ends, course)| (ends, smooth(&ends, &course))).collect();
-        let meant = PreferredBounds::new(&ways);
-        // Most bounds are drawn once for two ways.
-        assembly.reserve(ways.iter().flat_map(|(_, sides)| sides).map(Vec::len).sum::<usize>() * 2 / 3);
-        bounds.reserve(2 * ways.len() * 2 / 3);
-        paths.reserve(ways.len());
-        for way in &ways {
-            let (movement, from, to) = way.0;
-            let nodes = [0, 1].map(|side| [from.nodes[side], to.nodes[side]]);
-            if nodes.iter().any(|[a, b]| a == b) {
+        let smooth: Vec<SmoothBounds> =
+            order.into_iter().map(|(_, ends, poses)| (ends, smooth_bounds(&ends, &poses))).collect();
+        let preferred = PreferredBounds::new(&smooth);
+        // Most bounds belong to two lanelets.
+        assembly.reserve(smooth.iter().flat_map(|(_, sides)| sides).map(Vec::len).sum::<usize>() * 2 / 3);
+        self.bounds.reserve(2 * smooth.len() * 2 / 3);
+        self.paths.reserve(smooth.len());
+        for one in &smooth {
+            let (movement, from, to) = one.0;
+            if (0..2).any(|side| from.nodes[side] == to.nodes[side]) {
                 continue;
             }
-            let straight = [0, 1].map(|side| [from.places[side], to.places[side]]);
-            let known = nodes.map(|[a, b]| bounds.line(a, b));
-            let Some([left, right]) = shape(way, &straight, known, &meant) else {
-                dropped.push(movement);
-                continue;
-            };
-            let mut draw = |i: usize, side: Side| {
-                let mut places = match side {
-                    Side::Shared(bound) => return bound,
-                    Side::Own(places) => bounds.beside_others(nodes[i], places),
-                };
-                // The curve ends at the nodes but for rounding; the nodes are the truth.
-                if let [first, .., last] = &mut places[..] {
-                    [*first, *last] = straight[i];
-                }
-                let attributes = (tagged.bound)(assembly, from, i);
-                bounds.draw(assembly, key, nodes[i], &places, attributes)
-            };
-            let [left, right] = [draw(0, left), draw(1, right)];
-            let kind = if from.kind == to.kind { from.kind } else { StripKind::Bus };
-            let attributes = (tagged.lanelet)(assembly, &way.0, kind);
-            let lanelet = assembly.lanelet(path_key(key, from, to), left, right, attributes);
-            // As whoever reads the map sees it, not as it was meant: what bounds are shared moves the middle.
-            let [left_line, right_line] = nodes.map(|[a, b]| bounds.line(a, b).map(|line| line.places(a)));
-            let (Some(left_line), Some(right_line)) = (left_line, right_line) else { continue };
-            let center = center_line(&left_line, &right_line);
-            paths.push(TurningLanelet {
-                movement,
-                lanelet,
-                bounds: [left.line, right.line],
-                heading: center.as_ref().and_then(heading).unwrap_or(from.pose.heading),
-                turn: center.map_or(0.0, |center| turned(side, &center)),
-                outline: left_line.iter().chain(right_line.iter().rev()).copied().collect(),
-                kind,
-            });
+            match self.draw_bounds(assembly, key, one, &preferred, tags) {
+                Some(bounds) => self.paths.extend(self.lanelet(assembly, side, key, &one.0, bounds, tags)),
+                None => self.dropped.push(movement),
+            }
         }
-        paths.sort_by_key(|p| p.movement);
-        dropped.sort_unstable();
+        self.paths.sort_by_key(|p| p.movement);
+        self.dropped.sort_unstable();
+    }
+
+    /// Draws the bounds of a movement, left and right; `None` if there is no room for it.
+    fn draw_bounds(
+        &mut self,
+        assembly: &mut MapBuilder,
+        key: Key,
+        smooth: &SmoothBounds,
+        preferred: &PreferredBounds,
+        tags: &dyn TurningTags,
+    ) -> Option<[Bound; 2]> {
+        let (_, from, to) = smooth.0;
+        let nodes = [0, 1].map(|side| [from.nodes[side], to.nodes[side]]);
+        let known = nodes.map(|[a, b]| self.bounds.line(a, b));
+        let sides = movement_sides(smooth, known, preferred)?;
+        let mut i = 0..;
+        Some(sides.map(|side| {
+            let i = i.next().unwrap_or_default();
+            let mut places = match side {
+                Side::Shared(bound) => return bound,
+                Side::Own(places) => self.bounds.beside_others(nodes[i], places),
+            };
+            // The curve ends at the nodes but for rounding; the nodes are exact.
+            if let [first, .., last] = &mut places[..] {
+                [*first, *last] = [from.places[i], to.places[i]];
+            }
+            self.bounds.draw(assembly, key, nodes[i], &places, tags.bound(assembly, from, i))
+        }))
+    }
+
+    /// Adds the lanelet of a movement between its bounds. Its turn and heading are those of the lanelet as it is read, not of
+    /// the centre line for which it was drawn: shared bounds move its middle.
+    fn lanelet(
+        &self,
+        assembly: &mut MapBuilder,
+        side: DrivingSide,
+        key: Key,
+        ends: &MovementEnds,
+        [left, right]: [Bound; 2],
+        tags: &dyn TurningTags,
+    ) -> Option<TurningLanelet> {
+        let (movement, from, to) = *ends;
+        let kind = if from.kind == to.kind { from.kind } else { StripKind::Bus };
+        let key = from.nodes.into_iter().chain(to.nodes).fold(key, |key, node| key.number(node.0));
+        let lanelet = assembly.lanelet(key, left, right, tags.lanelet(assembly, ends, kind));
+        let places = |side: usize| Some(self.bounds.line(from.nodes[side], to.nodes[side])?.places(from.nodes[side]));
+        let (left_line, right_line) = (places(0)?, places(1)?);
+        let center = center_line(&left_line, &right_line);
+        Some(TurningLanelet {
+            movement,
+            lanelet,
+            bounds: [left.line, right.line],
+            heading: center.as_ref().and_then(heading).unwrap_or(from.pose.heading),
+            turn: center.map_or(0.0, |center| turned(side, &center)),
+            outline: left_line.iter().chain(right_line.iter().rev()).copied().collect(),
+            kind,
+        })
     }
 }
 
-/// Where a lanelet heads over its first metres.
+/// Unit direction of a lanelet over its first metres.
 fn heading(center: &Polyline) -> Option<Vector> {
     (center.at(HEADING_REACH) - center.first()).try_normalize(f64::EPSILON)
 }
 
-/// One side of a way.
+/// One side of a turning lanelet.
 enum Side {
-    /// A bound that another way has drawn.
+    /// The bound of another lanelet.
     Shared(Bound),
-    /// Places of a bound of its own.
+    /// The places of a bound of its own.
     Own(Vec<Point>),
 }
 
-/// Whether a way takes the bounds that others have drawn between the same nodes.
+/// Whether a lanelet takes over the bounds of others between the same nodes.
 #[derive(Clone, Copy, PartialEq)]
 enum Share {
-    /// Where it keeps its width between them.
+    /// If it keeps its width between them.
     Evenly,
-    /// Wherever it fits between them.
+    /// If it is valid between them.
     Anyhow,
     Not,
 }
 
-/// Both sides of a lane between two ends; `None` if there is no room for one. `straight` joins the nodes at these on either
-/// side, `known` are lines between the same nodes.
-fn shape(
-    ((_, from, to), smooth): &Smooth,
-    straight: &[[Point; 2]; 2],
+/// Both sides of a movement; `None` if there is no room for it. `known` are lines between the same nodes.
+fn movement_sides(
+    ((_, from, to), smooth): &SmoothBounds,
     known: [Option<&Line>; 2],
-    meant: &PreferredBounds,
+    preferred: &PreferredBounds,
 ) -> Option<[Side; 2]> {
     let sides = [0, 1];
-    let meant = sides.map(|side| meant.get(from.nodes[side], to.nodes[side]).map(|line| curve::untangled(&line)));
+    let preferred =
+        sides.map(|side| preferred.get(from.nodes[side], to.nodes[side]).map(|line| curve::untangled(&line)));
     let smooth = smooth.each_ref().map(Vec::as_slice);
-    let midway = sides.map(|side| meant[side].as_deref().unwrap_or(smooth[side]));
-    let straight = straight.each_ref().map(|line| &line[..]);
+    let midway = sides.map(|side| preferred[side].as_deref().unwrap_or(smooth[side]));
+    let chords = sides.map(|side| [from.places[side], to.places[side]]);
+    let straight = chords.each_ref().map(|line| &line[..]);
     // Where the turn is tighter than half the lane, its inner bound is a straight line.
     let left_turn = angle_between(from.pose.heading, to.pose.heading) > 0.0;
     let tight = if left_turn { [straight[0], smooth[1]] } else { [smooth[0], straight[1]] };
-    let old = sides.map(|side| known[side].map(|line| line.places(from.nodes[side])));
+    let drawn = sides.map(|side| known[side].map(|line| line.places(from.nodes[side])));
     let known = sides.map(|side| known[side].map(|line| line.bound(from.nodes[side])));
-    let (width, narrow) = ([from.width, to.width], from.width.min(to.width));
-    // Rather a bound of its own than one shared that squeezes it, and rather that than a corner.
+    let (widths, narrow) = ([from.width, to.width], from.width.min(to.width));
+    // Opposite lanelets side by side share their bound even where it squeezes them: they must not overlap.
+    let with_opposite = known.iter().flatten().any(|bound| bound.inverted);
+    // Bounds of its own are better than shared ones that squeeze it, and those better than a corner.
     let shapes = [
         (midway, Share::Evenly),
         (smooth, Share::Evenly),
@@ -267,59 +319,40 @@ fn shape(
         (tight, Share::Not),
         (straight, Share::Not),
     ];
-    let mut unsound: Vec<[&[Point]; 2]> = Vec::new();
+    let mut invalid: Vec<[&[Point]; 2]> = Vec::new();
     for (shape, share) in shapes {
         let known = if share == Share::Not { [None, None] } else { known };
-        let lines = sides.map(|side| old[side].as_deref().filter(|_| known[side].is_some()).unwrap_or(shape[side]));
-        // Where nothing is shared, several come to the same.
-        if unsound.contains(&lines) {
+        let lines = sides.map(|side| drawn[side].as_deref().filter(|_| known[side].is_some()).unwrap_or(shape[side]));
+        // Where no bound is known, several shapes have the same lines.
+        if invalid.contains(&lines) {
             continue;
         }
         if !is_valid(&lines, narrow) {
-            unsound.push(lines);
+            invalid.push(lines);
             continue;
         }
-        // Ways side by side share whatever comes: they must not overlap.
-        let with_opposite = known.iter().flatten().any(|bound| bound.inverted);
-        if share != Share::Evenly || !with_opposite || keep_width(lines, width) {
-            let round =
-                |side: usize| if known[side].is_some() { Cow::Borrowed(lines[side]) } else { BENDS.of(lines[side]) };
-            let round = sides.map(round);
-            let rounded = round.iter().any(|line| matches!(line, Cow::Owned(_)));
-            let serves = !rounded || is_valid(&round, narrow);
-            let lines = if serves { round } else { lines.map(Cow::Borrowed) };
-            let [left, right] = lines;
-            let side = |known: Option<Bound>, line: Cow<[Point]>| {
-                known.map_or_else(|| Side::Own(line.into_owned()), Side::Shared)
-            };
-            return Some([side(known[0], left), side(known[1], right)]);
+        if share != Share::Evenly || !with_opposite || keep_width(lines, widths) {
+            let lines = rounded(lines, known, narrow);
+            let mut known = known.into_iter();
+            return Some(lines.map(|line| match known.next().flatten() {
+                Some(bound) => Side::Shared(bound),
+                None => Side::Own(line.into_owned()),
+            }));
         }
     }
     None
 }
 
-/// The key of an intersection.
+/// The lines with the bends of those rounded that are not drawn yet, if the lane between them, as wide as this, metres, stays
+/// valid.
+fn rounded<'a>(lines: [&'a [Point]; 2], known: [Option<Bound>; 2], width: f64) -> [Cow<'a, [Point]>; 2] {
+    let round = |side: usize| if known[side].is_some() { Cow::Borrowed(lines[side]) } else { BENDS.of(lines[side]) };
+    let round = [round(0), round(1)];
+    let changed = round.iter().any(|line| matches!(line, Cow::Owned(_)));
+    if !changed || is_valid(&round, width) { round } else { lines.map(Cow::Borrowed) }
+}
+
+/// The key of a part of an intersection.
 pub fn intersection_key(part: &str, intersection: &Intersection) -> Key {
     intersection.nodes.iter().fold(Key::new(part), |key, &node| key.number(node))
-}
-
-fn path_key(key: Key, from: &ArmLane, to: &ArmLane) -> Key {
-    [from.nodes[0], from.nodes[1], to.nodes[0], to.nodes[1]].into_iter().fold(key, |key, node| key.number(node.0))
-}
-
-fn bound_attributes(
-    assembly: &MapBuilder,
-    lanes: &Lanes,
-    from: &ArmLane,
-    side: usize,
-    paint: IntersectionPaint,
-) -> Attributes {
-    match paint {
-        IntersectionPaint::None => Attributes::of(&[("type", "virtual")]),
-        IntersectionPaint::AsBefore => {
-            let lane = &lanes.lanes[from.lane];
-            let bound = [lane.left, lane.right][side];
-            assembly.line_of(bound.line).map(|l| l.attributes.clone()).unwrap_or_default()
-        }
-    }
 }

@@ -8,19 +8,19 @@ use crate::builder::tags::side_strips::strip_runs;
 use crate::geometry::curve::untangled;
 use crate::geometry::fillet::Rounding;
 use crate::geometry::miter::miter;
-use crate::geometry::{Point, Vector, left_of};
+use crate::geometry::{Point, Vector, angle_between, left_of};
 use crate::lanelet::{Bound, PointId};
 
-use super::lanelet_validity::{aligned, centred, simple};
+use super::lanelet_validity::{are_read_as_drawn, is_simple, with_centred_middle};
 
-/// Corners of the road's line closer to a cut than this, metres, are left out of the borders, or more where these would cross.
+/// Corners of the road's line closer to a cut than this, metres, are left out of the borders; more where these would cross.
 const CLEAR: f64 = 0.5;
 /// Corners are mitred up to this bend, degrees, and rounded beyond it.
 const MITER: f64 = 30.0;
 /// How tightly a border may bend: Lanelet2's own checks want a radius of one metre.
 const BENDS: Rounding = Rounding { least: 1.25, easy: 1.25, cut: 0.0 };
 
-/// Which way the lanelets of each strip run; `None` where there are none.
+/// The direction of the lanelets of each strip; `None` where there are none.
 fn travels(section: &CrossSection) -> Vec<Option<Travel>> {
     let mut travels = vec![None; section.strips.len()];
     for run in strip_runs(section) {
@@ -32,14 +32,13 @@ fn travels(section: &CrossSection) -> Vec<Option<Travel>> {
     travels
 }
 
-/// Whether a border is drawn against the road's line: where only lanelets against it use the border.
+/// Whether a border is drawn against the road's line: if only lanelets against the line use it.
 fn against_line(travels: &[Option<Travel>], edge: usize) -> bool {
-    let beside = [edge.checked_sub(1), Some(edge)].map(|i| travels.get(i?).copied().flatten());
-    let mut beside = beside.into_iter().flatten().peekable();
-    beside.peek().is_some() && beside.all(|travel| travel == Travel::Backward)
+    let users = [edge.checked_sub(1), Some(edge)].map(|i| travels.get(i?).copied().flatten());
+    users != [None; 2] && users.into_iter().flatten().all(|travel| travel == Travel::Backward)
 }
 
-/// The border line at each edge of the cross-section that is used, as a bound along the road's line.
+/// The border at each edge of the cross-section that has `nodes` at both ends, as a bound along the road's line.
 pub fn borders(
     assembly: &mut MapBuilder,
     road: &Road,
@@ -67,8 +66,8 @@ pub fn borders(
         .collect()
 }
 
-/// Where the borders run, along the road's line. Where a lane between two would cross itself, more and more of the road's corners
-/// are left out, those next to its cuts first; where one would not be read as drawn, points show its sides.
+/// The places of the borders along the road's line. While a lane between two of them would cross itself, corners of the road
+/// are left out, those next to its cuts first. Where the loader would swap the bounds of a lane, points are added.
 fn border_places(
     assembly: &MapBuilder,
     road: &Road,
@@ -76,30 +75,31 @@ fn border_places(
     nodes: &[Vec<Option<PointId>>; 2],
 ) -> Vec<Option<Vec<Point>>> {
     let ends = |edge: usize| Some([nodes[0][edge]?, nodes[1][edge]?].map(|id| assembly.position(id)));
-    let beside = |clear: f64| -> Vec<Option<Vec<Point>>> {
-        let along = |edge| ends(edge).map(|ends| border(road, kept, clear, road.section.edge(edge), ends));
-        (0..nodes[0].len()).map(along).collect()
-    };
-    let strips: Vec<usize> = road.section.driven().map(|(i, _)| i).collect();
-    let all = |places: &[Option<Vec<Point>>], holds: fn(&[&[Point]; 2]) -> bool| {
-        strips.iter().all(|&strip| match &places[strip..strip + 2] {
-            [Some(left), Some(right)] => holds(&[left, right]),
-            _ => true,
-        })
+    let drawn = |clear: f64| -> Vec<Option<Vec<Point>>> {
+        let edges = 0..nodes[0].len();
+        edges.map(|edge| Some(border(road, kept, clear, road.section.edge(edge), ends(edge)?))).collect()
     };
     let mut clear = CLEAR;
-    let mut places = beside(clear);
-    while clear < kept[1] - kept[0] && !all(&places, |lane| simple(lane)) {
+    let mut places = drawn(clear);
+    while clear < kept[1] - kept[0] && !all_lanes(road, &places, |lane| is_simple(lane)) {
         clear *= 2.0;
-        places = beside(clear);
+        places = drawn(clear);
     }
-    if !all(&places, |lane| aligned(lane)) {
-        places = places.into_iter().map(|p| p.map(|p| centred(&p))).collect();
+    if !all_lanes(road, &places, |lane| are_read_as_drawn(lane)) {
+        places = places.into_iter().map(|p| p.map(|p| with_centred_middle(&p))).collect();
     }
     places
 }
 
-/// A border between its ends: the road's own corners, moved sideways, that are no closer to the cuts than `clear`.
+/// Whether this holds of the bounds of all driven lanes.
+fn all_lanes(road: &Road, borders: &[Option<Vec<Point>>], holds: fn(&[&Vec<Point>; 2]) -> bool) -> bool {
+    let bounds =
+        road.section.driven().filter_map(|(strip, _)| Some([borders[strip].as_ref()?, borders[strip + 1].as_ref()?]));
+    bounds.into_iter().all(|bounds| holds(&bounds))
+}
+
+/// A border between its ends: the road's corners, moved sideways by `offset` metres, that are at least `clear` metres from the
+/// cuts.
 fn border(road: &Road, kept: Stations, clear: f64, offset: f64, ends: [Point; 2]) -> Vec<Point> {
     let corners: Vec<(Point, f64)> = road.line.points().iter().copied().zip(road.line.stations()).collect();
     let cuts = [road.line.direction(kept[0]), -road.line.direction((kept[1] - 1e-3).max(0.0))];
@@ -113,17 +113,17 @@ fn border(road: &Road, kept: Stations, clear: f64, offset: f64, ends: [Point; 2]
         let [(before, _), (corner, station), (after, _)] = [w[0], w[1], w[2]];
         if station >= kept[0] + clear && station <= kept[1] - clear {
             let around = [(corner - before).normalize(), (after - corner).normalize()];
-            line.extend(beside_corner(corner, around, offset).into_iter().filter(|&p| before_cut(p, station)));
+            line.extend(offset_corner(corner, around, offset).into_iter().filter(|&p| before_cut(p, station)));
         }
     }
     line.push(ends[1]);
     BENDS.of(&untangled(&line)).into_owned()
 }
 
-/// A corner moved sideways: one mitred point where the bend is slight, an arc outside a sharp bend, both ends of the
-/// moved segments inside it (their crossing is cut off later).
-fn beside_corner(corner: Point, [before, after]: [Vector; 2], offset: f64) -> Vec<Point> {
-    let turn = crate::geometry::angle_between(before, after);
+/// A corner of a parallel curve: one mitred point where the bend is slight, an arc outside a sharp bend, and inside it the
+/// ends of both moved segments, whose crossing is cut off later.
+fn offset_corner(corner: Point, [before, after]: [Vector; 2], offset: f64) -> Vec<Point> {
+    let turn = angle_between(before, after);
     if turn.abs() <= MITER.to_radians() {
         return vec![miter(corner, [before, after], offset)];
     }

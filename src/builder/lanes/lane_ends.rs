@@ -1,7 +1,7 @@
 //! Connection lines: where the lanes of a road end and those of an intersection begin.
 //!
-//! The outline says how far a road must be cut back at least. Here it is cut back further, along its own line, so that
-//! the crosswalk lies inside the intersection with the stop line before it, and so that a car can take the near turn.
+//! The outline gives the least setback of a road. Crosswalks, stop lines and turns add to it: the crosswalk lies inside the
+//! intersection with the stop line before it, and a car can take the near turn.
 
 mod dead_end;
 mod mapped_stop_line;
@@ -11,7 +11,7 @@ mod setback;
 mod tests;
 
 use crate::builder::network::road_end::{at_depth, from_cut, inward};
-use crate::builder::network::{End, FeatureKind, Road, RoadIx, RoadNetwork, Stations};
+use crate::builder::network::{End, FeatureKind, Intersection, Road, RoadIx, RoadNetwork, Stations};
 use crate::builder::tags::cross_section::SIDEWALK;
 use crate::geometry::angle_between;
 use crate::parallel::Finely;
@@ -21,8 +21,8 @@ use super::road_cut::{
     CROSSWALK_BREADTH, ConnectionLines, ROAD_LEFT, RoadCrossing, RoadCut, STOP_GAP, STOP_GAP_LEAST, STOP_GAP_MOST,
     SetbackDemand, VEHICLE, has_lights,
 };
-use mapped_stop_line::{bend, drawn_back, mapped};
-use setback::eased;
+use mapped_stop_line::{bend, mapped_stop_lines, move_to_stop_lines};
+use setback::add_comfort;
 
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
@@ -31,43 +31,43 @@ pub use required_setback::RequiredSetbacks;
 
 /// From the corner of the crossing road to the crosswalk, metres.
 const CORNER_GAP: f64 = 0.5;
-/// A crossing belongs to the intersection if it lies at most this far, metres, up the road from the outline.
+/// A crossing belongs to the intersection up to this distance, metres, from the outline.
 const CROSSING_REACH: f64 = 12.0;
-/// A crossing with lights whose middle lies no farther, metres, from where the road is cut leaves a vehicle no room to wait.
-const HELD_BEFORE: f64 = CROSSWALK_BREADTH / 2.0 + STOP_GAP + VEHICLE;
-/// No cut moves before a sidewalk that lies around a bend of more than this, degrees: ways would begin as if they came from
-/// elsewhere.
+/// Between a cut and the middle of a crosswalk with lights that is no farther than this, metres, no vehicle can wait.
+const NO_ROOM_TO_WAIT: f64 = CROSSWALK_BREADTH / 2.0 + STOP_GAP + VEHICLE;
+/// No cut moves before a sidewalk around a bend of more than this, degrees: lanelets would begin in a wrong direction.
 const SIDEWALK_BEND: f64 = 45.0;
 
-/// Cuts every road for crosswalks, stop lines and turns. `back` says how far each end is cut back at least, metres behind
-/// its outline, `stops` whether it is cut where the map says that vehicles stop. `known` gives for roads at whose ends nothing
-/// else has changed how they were cut before.
+/// Cuts every road for crosswalks, stop lines and turns. `setbacks` are the least setbacks of each road behind its outline,
+/// metres; `stops` says at which ends it is cut where a stop line is mapped. `known` gives earlier cuts of roads at whose ends
+/// nothing else has changed.
 pub fn connection_lines<'a>(
     network: &RoadNetwork,
-    needs: &RequiredSetbacks,
-    back: &[[f64; 2]],
+    required: &RequiredSetbacks,
+    least_setbacks: &[[f64; 2]],
     stops: &[[bool; 2]],
     known: impl Fn(RoadIx) -> Option<&'a RoadCut> + Sync,
 ) -> ConnectionLines {
-    let least = &needs.least;
-    let mut setbacks = back.to_vec();
-    let mut wishes = vec![[0.0_f64; 2]; back.len()];
-    needs.raise(&mut setbacks, &mut wishes);
+    let least = &required.least;
+    let mut setbacks = least_setbacks.to_vec();
+    let mut comfort = vec![[0.0_f64; 2]; setbacks.len()];
+    required.raise(&mut setbacks, &mut comfort);
     let cut = |i: usize, setbacks: [f64; 2]| {
-        let (ix, asked) =
-            (RoadIx::new(i), SetbackDemand { least: least[i], setbacks, wishes: wishes[i], stops: stops[i] });
-        known(ix).filter(|known| known.asked == asked).map_or_else(|| cut(network, ix, asked), |known| known.of(ix))
+        let ix = RoadIx::new(i);
+        let demand = SetbackDemand { least: least[i], setbacks, comfort: comfort[i], stops: stops[i] };
+        let known = known(ix).filter(|known| known.demand == demand);
+        known.map_or_else(|| cut_road(network, ix, demand), |known| known.of(ix))
     };
     let mut cuts: Vec<RoadCut> =
         setbacks.par_iter().finely().enumerate().map(|(i, setbacks)| cut(i, *setbacks)).collect();
-    // Where a road is too short to be cut back, its neighbour gives.
-    for give in [None, None, Some(back)] {
-        for road in level_cuts(network, least, &cuts, &mut setbacks, give) {
+    // Where a road is too short to be cut back, its neighbour is cut back less.
+    for lower_to in [None, None, Some(least_setbacks)] {
+        for road in level_cuts(network, least, &cuts, &mut setbacks, lower_to) {
             cuts[road] = cut(road, setbacks[road]);
         }
     }
     let mut placed: FxHashSet<i64> = FxHashSet::default();
-    // What lies between intersections crosses the lanes once where the way is cut in two.
+    // A crossing between intersections can lie on the node where two roads meet: one of them has it.
     let once = |crossing: &&RoadCrossing| crossing.arm.is_some() || placed.insert(crossing.node);
     ConnectionLines {
         kept: cuts.iter().map(|cut| cut.kept).collect(),
@@ -79,61 +79,129 @@ pub fn connection_lines<'a>(
 }
 
 /// Cuts a road at its setbacks, and farther out where people cross.
-fn cut(network: &RoadNetwork, ix: RoadIx, asked: SetbackDemand) -> RoadCut {
-    let SetbackDemand { least, mut setbacks, wishes, stops: stopped } = asked;
-    let road = network.road(ix);
-    let at = |end| network.intersection(road.intersection(end));
-    let continued = |end| at(end).arms.len() == 2;
-    // Lights hold vehicles before the crosswalk, too, where a road only goes on.
-    let room = |end| (at(end).arms.len() >= 3 || continued(end) && at(end).signals) && !road.roundabout;
-    let mut stops = mapped(road, least, |end| room(end) && stopped[end]);
-    let drawn = |setbacks: [f64; 2], stops: [Option<f64>; 2]| {
-        let (back, mapped) = drawn_back(least, setbacks, stops);
-        let kept = apply(least, back, road.line.length());
-        let more = |end: usize| if mapped[end] { 0.0 } else { (wishes[end] - back[end]).max(0.0) };
-        (untwisted(road, eased(road, kept, [0, 1].map(more))), mapped)
-    };
-    let begun = || drawn(setbacks, [None; 2]).0;
-    let reach = |end: End| stops[end].unwrap_or_default().max(CROSSING_REACH);
-    let belongs = |end, station, lights| match lights && !at(end).signals {
-        // What holds nobody before the intersection is a crossing of its own, if a vehicle can wait behind.
-        true => from_cut(begun(), end, station) <= HELD_BEFORE,
-        false => from_cut(least, end, station) <= reach(end),
-    };
-    let mut crossings = crossings_of(road, ix, least, [&room, &continued], belongs);
-    for crossing in &crossings {
-        let Some(end) = crossing.arm else { continue };
-        let behind = from_cut(least, end, crossing.station) + CROSSWALK_BREADTH / 2.0;
-        let stop = &mut stops[end];
-        *stop = stop.filter(|stop| *stop > behind).map(|stop| stop.max(behind + STOP_GAP_LEAST));
-        let back = &mut setbacks[end];
-        *back = back.max(stop.unwrap_or(f64::INFINITY).min(behind + STOP_GAP));
-    }
-    for end in End::BOTH.into_iter().filter(|&end| room(end) && leads_out(network, road, end)) {
-        if crossings.iter().all(|crossing| crossing.arm != Some(end)) {
-            let needed = before_sidewalk(road, end, least, setbacks[end.other().index()]);
-            let back = &mut setbacks[end];
-            *back = back.max(needed.unwrap_or_default());
-        }
-    }
-    let (kept, mapped) = drawn(setbacks, stops);
-    for crossing in &mut crossings {
-        let Some(end) = crossing.arm else { continue };
-        // Where the road is too short the crosswalk moves toward the middle of the intersection with the cut; where it
-        // is cut far back, up the road.
-        let middle = from_cut(least, end, kept[end]) - CROSSWALK_BREADTH / 2.0;
-        let depth = from_cut(least, end, crossing.station);
-        let far = if mapped[end] { depth } else { depth.max(middle - STOP_GAP_MOST) };
-        let held = far.min(middle - STOP_GAP_LEAST);
-        crossing.station = at_depth(least, end, held);
-    }
-    // What lies between intersections crosses the road's own lanes.
-    crossings.retain_mut(|crossing| crossing.arm.is_some() || between(road, crossing, kept));
-    RoadCut { asked, kept, inward: End::BOTH.map(|end| inward(road, end, kept[end])), crossings }
+fn cut_road(network: &RoadNetwork, ix: RoadIx, demand: SetbackDemand) -> RoadCut {
+    let mut plan = CutPlan::new(network, ix, demand);
+    let mut crossings = plan.crossings();
+    crossings.iter().for_each(|crossing| plan.make_room_for_crosswalk(crossing));
+    plan.make_room_for_sidewalks(&crossings);
+    let (kept, at_stop_line) = plan.stations(plan.stop_lines);
+    crossings.iter_mut().for_each(|crossing| plan.move_to_cut(crossing, kept, at_stop_line));
+    // A crossing between intersections lies on the road's own lanes.
+    crossings.retain_mut(|crossing| crossing.arm.is_some() || move_between(plan.road, crossing, kept));
+    RoadCut { demand, kept, inward: End::BOTH.map(|end| inward(plan.road, end, kept[end])), crossings }
 }
 
-/// How far behind the outline, metres, who leaves private ground stops before a sidewalk that is mapped as a way of its
-/// own; `None` without one near the end, and where the road has no room behind it or bends too much before it.
+/// The setbacks of a road while they are raised. Depths are metres up the road from the outline's cut.
+struct CutPlan<'a> {
+    network: &'a RoadNetwork,
+    road: &'a Road,
+    ix: RoadIx,
+    /// Where the outline cuts the road.
+    least: Stations,
+    setbacks: [f64; 2],
+    comfort: [f64; 2],
+    /// Depths of the mapped stop lines.
+    stop_lines: [Option<f64>; 2],
+}
+
+impl<'a> CutPlan<'a> {
+    fn new(network: &'a RoadNetwork, ix: RoadIx, demand: SetbackDemand) -> Self {
+        let SetbackDemand { least, setbacks, comfort, stops } = demand;
+        let mut plan = Self { network, road: network.road(ix), ix, least, setbacks, comfort, stop_lines: [None; 2] };
+        plan.stop_lines = mapped_stop_lines(plan.road, least, |end| stops[end] && plan.is_approach(end));
+        plan
+    }
+
+    fn intersection(&self, end: End) -> &'a Intersection {
+        self.network.intersection(self.road.intersection(end))
+    }
+
+    fn continues(&self, end: End) -> bool {
+        self.intersection(end).arms.len() == 2
+    }
+
+    /// Whether vehicles may have to stop at this end: other roads meet it there, or lights hold vehicles before a crosswalk.
+    fn is_approach(&self, end: End) -> bool {
+        let intersection = self.intersection(end);
+        (intersection.arms.len() >= 3 || self.continues(end) && intersection.signals) && !self.road.roundabout
+    }
+
+    /// Where the road is cut with these stop lines, and at which ends it is cut at one.
+    fn stations(&self, stop_lines: [Option<f64>; 2]) -> (Stations, [bool; 2]) {
+        let (setbacks, moved) = move_to_stop_lines(self.least, self.setbacks, stop_lines);
+        let kept = cut_back(self.least, setbacks, self.road.line.length());
+        let more = [0, 1].map(|end| if moved[end] { 0.0 } else { (self.comfort[end] - setbacks[end]).max(0.0) });
+        (straighten(self.road, add_comfort(self.road, kept, more)), moved)
+    }
+
+    /// Whether a crossing at a station belongs to the intersection at an end. One with lights before an intersection without
+    /// is a crossing of its own if a vehicle can wait between.
+    fn belongs(&self, end: End, station: f64, lights: bool) -> bool {
+        if lights && !self.intersection(end).signals {
+            return from_cut(self.stations([None; 2]).0, end, station) <= NO_ROOM_TO_WAIT;
+        }
+        from_cut(self.least, end, station) <= self.stop_lines[end].unwrap_or_default().max(CROSSING_REACH)
+    }
+
+    /// The crossings of the road; at most one of them belongs to each arm.
+    fn crossings(&self) -> Vec<RoadCrossing> {
+        let (half, cut) = (CROSSWALK_BREADTH / 2.0, self.least);
+        let mut found: Vec<RoadCrossing> = Vec::new();
+        for feature in &self.road.features {
+            let FeatureKind::Crossing { signals: lights, .. } = feature.kind else { continue };
+            let depth = |end: End| from_cut(cut, end, feature.station);
+            let near = if depth(End::End) < depth(End::Start) { End::End } else { End::Start };
+            let arm = (self.is_approach(near) && self.belongs(near, feature.station, lights)).then_some(near);
+            let station = arm.map_or(feature.station, |end| {
+                at_depth(cut, end, from_cut(cut, end, feature.station).max(half + CORNER_GAP))
+            });
+            let free = arm.is_none_or(|end| !found.iter().any(|crossing| crossing.arm == Some(end)));
+            let inside = station > cut[0] + half && station < cut[1] - half;
+            if free && (inside || arm.is_some() || self.continues(near)) {
+                found.push(RoadCrossing { node: feature.node, road: self.ix, station, arm });
+            }
+        }
+        found
+    }
+
+    /// Sets the cut back behind a crosswalk of the intersection, to the stop line before it.
+    fn make_room_for_crosswalk(&mut self, crossing: &RoadCrossing) {
+        let Some(end) = crossing.arm else { return };
+        let behind = from_cut(self.least, end, crossing.station) + CROSSWALK_BREADTH / 2.0;
+        let stop = &mut self.stop_lines[end];
+        *stop = stop.filter(|stop| *stop > behind).map(|stop| stop.max(behind + STOP_GAP_LEAST));
+        let setback = stop.unwrap_or(f64::INFINITY).min(behind + STOP_GAP);
+        self.setbacks[end] = self.setbacks[end].max(setback);
+    }
+
+    /// Sets the cuts of a private road back before a mapped sidewalk where the road has no crosswalk.
+    fn make_room_for_sidewalks(&mut self, crossings: &[RoadCrossing]) {
+        for end in End::BOTH {
+            let crossed = crossings.iter().any(|crossing| crossing.arm == Some(end));
+            if !crossed && self.is_approach(end) && self.leads_to_public_road(end) {
+                let needed = before_sidewalk(self.road, end, self.least, self.setbacks[end.other()]);
+                self.setbacks[end] = self.setbacks[end].max(needed.unwrap_or_default());
+            }
+        }
+    }
+
+    fn leads_to_public_road(&self, end: End) -> bool {
+        !self.road.public && self.intersection(end).arms.iter().any(|arm| self.network.road(arm.road).public)
+    }
+
+    /// Moves a crosswalk of the intersection to where the road is cut: toward the middle of the intersection where the road is
+    /// too short, up the road where it is cut far back.
+    fn move_to_cut(&self, crossing: &mut RoadCrossing, kept: Stations, at_stop_line: [bool; 2]) {
+        let Some(end) = crossing.arm else { return };
+        let middle = from_cut(self.least, end, kept[end]) - CROSSWALK_BREADTH / 2.0;
+        let depth = from_cut(self.least, end, crossing.station);
+        let depth = if at_stop_line[end] { depth } else { depth.max(middle - STOP_GAP_MOST) };
+        crossing.station = at_depth(self.least, end, depth.min(middle - STOP_GAP_LEAST));
+    }
+}
+
+/// The setback, metres, by which those who leave private ground stop before a mapped sidewalk; `None` without one near the
+/// end, and where the road is too short or bends too much before it. `other` is the setback at its other end.
 fn before_sidewalk(road: &Road, end: End, least: Stations, other: f64) -> Option<f64> {
     let behind = from_cut(least, end, sidewalk(road, end)?) + SIDEWALK / 2.0;
     let needed = behind + STOP_GAP;
@@ -142,30 +210,24 @@ fn before_sidewalk(road: &Road, end: End, least: Stations, other: f64) -> Option
     fits.then_some(needed)
 }
 
-/// Whether a road on private ground leads out of it at this end.
-fn leads_out(network: &RoadNetwork, road: &Road, end: End) -> bool {
-    let arms = &network.intersection(road.intersection(end)).arms;
-    !road.public && arms.iter().any(|arm| network.road(arm.road).public)
-}
-
-/// Where a sidewalk that is mapped as a way of its own first leads across a road before its end: its station.
+/// The station, metres, where a sidewalk that is mapped as a way of its own crosses a road nearest to this end.
 pub fn sidewalk(road: &Road, end: End) -> Option<f64> {
     let length = road.line.length();
     let depth = |station: f64| from_cut([0.0, length], end, station);
-    let across = road.features.iter().filter(|feature| feature.kind == FeatureKind::Sidewalk);
-    let own = across.map(|feature| feature.station).filter(|station| depth(*station) <= length / 2.0);
-    own.min_by(|a, b| depth(*a).total_cmp(&depth(*b)))
+    let sidewalks = road.features.iter().filter(|feature| feature.kind == FeatureKind::Sidewalk);
+    let near = sidewalks.map(|feature| feature.station).filter(|station| depth(*station) <= length / 2.0);
+    near.min_by(|a, b| depth(*a).total_cmp(&depth(*b)))
 }
 
-/// Moves both cuts up the road; where it is too short for both, each gives in proportion.
-fn apply([start, end]: [f64; 2], [a, b]: [f64; 2], length: f64) -> [f64; 2] {
+/// Moves both cuts up the road; where it is too short for both, in proportion.
+fn cut_back([start, end]: Stations, [a, b]: [f64; 2], length: f64) -> Stations {
     let room = (end - start - ROAD_LEFT.min(length / 2.0)).max(0.0);
     let share = if a + b > room { room / (a + b) } else { 1.0 };
     [start + a * share, end - b * share]
 }
 
-/// Where little remains of a road around a sharp bend, its two cuts would cross: then a part without a bend remains.
-fn untwisted(road: &Road, [start, end]: [f64; 2]) -> [f64; 2] {
+/// Where little remains of a road around a sharp bend, its two cuts would cross: keeps its longest straight part.
+fn straighten(road: &Road, [start, end]: Stations) -> Stations {
     /// Change of direction, degrees, that is safe between cuts as close as the road is wide.
     const BEND_MOST: f64 = 40.0;
     let directions = [road.line.direction(start), road.line.direction((end - 1e-3).max(0.0))];
@@ -178,45 +240,15 @@ fn untwisted(road: &Road, [start, end]: [f64; 2]) -> [f64; 2] {
     parts.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0]))).filter(|p| p[1] > p[0]).unwrap_or([start, end])
 }
 
-/// The crossings of a road; those that belong to an intersection at its ends, at most one per arm.
-fn crossings_of(
-    road: &Road,
-    ix: RoadIx,
-    cut: [f64; 2],
-    [room, continued]: [&dyn Fn(End) -> bool; 2],
-    belongs: impl Fn(End, f64, bool) -> bool,
-) -> Vec<RoadCrossing> {
-    let half = CROSSWALK_BREADTH / 2.0;
-    let mut found: Vec<RoadCrossing> = Vec::new();
-    for feature in &road.features {
-        let FeatureKind::Crossing { signals: lights, .. } = feature.kind else { continue };
-        let near = End::BOTH
-            .into_iter()
-            .min_by(|&a, &b| from_cut(cut, a, feature.station).total_cmp(&from_cut(cut, b, feature.station)));
-        let arm = near.filter(|&end| room(end) && belongs(end, feature.station, lights));
-        let station = match arm {
-            Some(end) => at_depth(cut, end, from_cut(cut, end, feature.station).max(half + CORNER_GAP)),
-            None => feature.station,
-        };
-        let free = arm.is_none_or(|end| !found.iter().any(|c| c.arm == Some(end)));
-        let inside = station > cut[0] + half && station < cut[1] - half;
-        let inside = inside || arm.is_some() || near.is_some_and(&continued);
-        if free && inside {
-            found.push(RoadCrossing { node: feature.node, road: ix, station, arm });
-        }
-    }
-    found
-}
-
-/// Moves a crossing so that it lies on the lanes between two cuts, with its stop lines where it has lights; `false` if they
-/// are too short.
-fn between(road: &Road, crossing: &mut RoadCrossing, [start, end]: [f64; 2]) -> bool {
+/// Moves a crossing between intersections onto the lanes between the cuts, with its stop lines where it has lights; `false` if
+/// they are too short.
+fn move_between(road: &Road, crossing: &mut RoadCrossing, [start, end]: Stations) -> bool {
     let half = CROSSWALK_BREADTH / 2.0;
     let stopping = half + STOP_GAP;
     let need = if has_lights(road, crossing) && end - start > 2.0 * stopping { stopping } else { half };
-    let room = end - start > 2.0 * need;
-    if room {
+    let fits = end - start > 2.0 * need;
+    if fits {
         crossing.station = crossing.station.clamp(start + need, end - need);
     }
-    room
+    fits
 }

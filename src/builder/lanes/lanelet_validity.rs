@@ -1,59 +1,58 @@
-//! Whether two bounds make a lane that Autoware's loader reads as it is drawn.
+//! Whether two bounds make a valid lanelet that Autoware's loader reads as it is drawn.
 
 use crate::geometry::polyline::all_clear;
 use crate::geometry::separation::are_apart;
 use crate::geometry::{Point, Vector, cross, left_of, polygon, simple_ring};
 
-/// Part of its width that a lane must keep everywhere.
+/// The part of its width that a lane keeps everywhere.
 const WIDTH_LEFT: f64 = 0.4;
-/// No bound turns more sharply than this at a point, degrees: it would be a leftover of a loop.
+/// No bound turns more sharply than this at a point, degrees: that is a leftover of a loop.
 const KINK_MOST: f64 = 75.0;
-
-/// No bound is shorter than this, metres: what is shorter has no direction.
+/// No bound is shorter than this, metres: it would have no direction.
 const LENGTH_LEAST: f64 = 0.2;
-/// Segments whose distances to a point differ by less than this, metres, are equally near to it.
+/// Segments whose distances to a point differ by less than this, metres, are equally near.
 const EQUALLY_NEAR: f64 = 1e-6;
 /// An outline that turns back on itself within this, degrees, encloses nothing there.
 const SPIKE: f64 = 1e-6;
-/// What lies on one side of a line by more than this, metres, does so whatever the rounding, and is no spike across it.
+/// A point this far, metres, to one side of a line lies there in spite of rounding, and is no spike across it.
 const SURE: f64 = 1e-4;
 
-/// Whether a lane of this width (metres) between two bounds is simple, on the right sides, nowhere pinched, and its
-/// bounds nowhere kinked.
+/// Whether a lane of this width, metres, has a simple outline, bounds without kinks on their own sides, and is nowhere
+/// pinched.
 pub fn is_valid<L: AsRef<[Point]>>(bounds: &[L; 2], width: f64) -> bool {
     let bounds = bounds.each_ref().map(AsRef::as_ref);
+    let [left, right] = bounds;
     let long = |line: &[Point]| line.windows(2).map(|w| (w[1] - w[0]).norm()).sum::<f64>() >= LENGTH_LEAST;
     let least = WIDTH_LEFT * width;
-    let clear = are_apart(bounds[0], bounds[1], least);
-    let wide = || clear || all_clear(bounds[0], bounds[1], least) && all_clear(bounds[1], bounds[0], least);
-    bounds.iter().all(|line| long(line) && !kinked(line)) && wide() && aligned(&bounds) && whole(&bounds, clear)
+    let apart = are_apart(left, right, least);
+    let wide = || apart || all_clear(left, right, least) && all_clear(right, left, least);
+    bounds.iter().all(|line| long(line) && !has_kink(line))
+        && wide()
+        && are_read_as_drawn(&bounds)
+        && has_simple_outline(&bounds, apart)
 }
 
 /// Whether the outline between the bounds is simple, with the left bound on the left.
-pub fn simple<L: AsRef<[Point]>>(bounds: &[L; 2]) -> bool {
+pub fn is_simple<L: AsRef<[Point]>>(bounds: &[L; 2]) -> bool {
     let bounds = bounds.each_ref().map(AsRef::as_ref);
-    whole(&bounds, are_apart(bounds[0], bounds[1], 0.0))
+    has_simple_outline(&bounds, are_apart(bounds[0], bounds[1], 0.0))
 }
 
-/// As [`simple`]; `clear` tells that the bounds are known to keep clear of each other.
-fn whole(bounds: &[&[Point]; 2], clear: bool) -> bool {
-    let outline = || around(bounds).copied().collect::<Vec<Point>>();
-    polygon::area_around(around(bounds)) < 0.0
-        && (clear && plain(bounds) || simple_ring::faults(&outline(), SPIKE, 1).is_empty())
+/// As [`is_simple`], for bounds that are known to lie `apart` or not.
+fn has_simple_outline(bounds: &[&[Point]; 2], apart: bool) -> bool {
+    let outline = bounds[0].iter().chain(bounds[1].iter().rev());
+    polygon::area_around(outline.clone()) < 0.0
+        && (apart && runs_straight_on(bounds)
+            || simple_ring::faults(&outline.copied().collect::<Vec<Point>>(), SPIKE, 1).is_empty())
 }
 
-/// The outline between two bounds.
-fn around<'a>([left, right]: &[&'a [Point]; 2]) -> impl Iterator<Item = &'a Point> + Clone {
-    left.iter().chain(right.iter().rev())
-}
-
-/// Whether the outline between bounds that keep clear of each other is surely simple: neither bound turns back, and the whole
-/// lane lies between its two ends.
-fn plain([left, right]: &[&[Point]; 2]) -> bool {
+/// A quick sufficient test that bounds which lie apart have a simple outline: neither bound turns back, and the whole lane lies
+/// between its two ends.
+fn runs_straight_on([left, right]: &[&[Point]; 2]) -> bool {
     let onward = |line: &[Point]| {
-        let way = line[line.len() - 1] - line[0];
-        let least = SURE * way.norm();
-        line.windows(2).all(|w| (w[1] - w[0]).dot(&way) > least)
+        let chord = line[line.len() - 1] - line[0];
+        let least = SURE * chord.norm();
+        line.windows(2).all(|w| (w[1] - w[0]).dot(&chord) > least)
     };
     let behind = |end: Point, out: Vector, lines: [&[Point]; 2]| {
         let least = SURE * out.norm();
@@ -66,31 +65,25 @@ fn plain([left, right]: &[&[Point]; 2]) -> bool {
         && behind(left[l], left_of(right[r] - left[l]), [&left[..l], &right[..r]])
 }
 
-/// Whether the loader keeps both bounds as they run: it looks at one point of each to see on which side of the other it
+/// Whether the loader keeps the directions of both bounds: it looks at one point of each, and on which side of the other this
 /// lies.
-pub fn aligned<L: AsRef<[Point]>>(bounds: &[L; 2]) -> bool {
+pub fn are_read_as_drawn<L: AsRef<[Point]>>(bounds: &[L; 2]) -> bool {
     let [left, right] = bounds.each_ref().map(AsRef::as_ref);
-    side_of(left, middle(right)) == Some(Side::Right) && side_of(right, middle(left)) == Some(Side::Left)
+    is_left_of(left, middle(right)) == Some(false) && is_left_of(right, middle(left)) == Some(true)
 }
 
-#[derive(Clone, Copy, PartialEq)]
-enum Side {
-    Left,
-    Right,
-}
-
-/// On which side of a line a point lies; `None` where its nearest segments disagree, as beside a corner.
-fn side_of(line: &[Point], p: Point) -> Option<Side> {
-    let way = |w: &[Point]| {
+/// Whether a point lies on the left of a line; `None` where its nearest segments disagree, as beside a corner.
+fn is_left_of(line: &[Point], p: Point) -> Option<bool> {
+    let offset = |w: &[Point]| {
         let along = w[1] - w[0];
         let t = ((p - w[0]).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
         p - (w[0] + along * t)
     };
-    let nearest = line.windows(2).map(|w| way(w).norm_squared()).fold(f64::INFINITY, f64::min).sqrt();
-    let side = |w: &[Point]| if cross(w[1] - w[0], p - w[0]) > 0.0 { Side::Left } else { Side::Right };
-    let mut near = line.windows(2).filter(|w| way(w).norm() <= nearest + EQUALLY_NEAR).map(side);
-    let side = near.next()?;
-    near.all(|other| other == side).then_some(side)
+    let nearest = line.windows(2).map(|w| offset(w).norm_squared()).fold(f64::INFINITY, f64::min).sqrt();
+    let near = line.windows(2).filter(|w| offset(w).norm() <= nearest + EQUALLY_NEAR);
+    let mut sides = near.map(|w| cross(w[1] - w[0], p - w[0]) > 0.0);
+    let left = sides.next()?;
+    sides.all(|other| other == left).then_some(left)
 }
 
 /// The point of a bound that the loader looks at.
@@ -101,18 +94,18 @@ fn middle(line: &[Point]) -> Point {
     }
 }
 
-fn kinked(line: &[Point]) -> bool {
+fn has_kink(line: &[Point]) -> bool {
     let least = KINK_MOST.to_radians().cos();
     line.windows(3).any(|w| {
-        let (before, behind) = (w[1] - w[0], w[2] - w[1]);
-        before.dot(&behind) < least * (before.norm_squared() * behind.norm_squared()).sqrt()
+        let (before, after) = (w[1] - w[0], w[2] - w[1]);
+        before.dot(&after) < least * (before.norm_squared() * after.norm_squared()).sqrt()
     })
 }
 
-/// The same line with more points, so that the one the loader looks at lies in the middle of its longest segment: beside
-/// a corner of the other bound, sides are hard to tell.
+/// The line with more points, so that the one the loader looks at lies in the middle of its longest segment: beside a corner
+/// of the other bound its side could be ambiguous.
 #[must_use]
-pub fn centred(line: &[Point]) -> Vec<Point> {
+pub fn with_centred_middle(line: &[Point]) -> Vec<Point> {
     let longest = |range: std::ops::Range<usize>, line: &[Point]| {
         let length = |i: &usize| (line[i + 1] - line[*i]).norm();
         range.max_by(|a, b| length(a).total_cmp(&length(b)))
@@ -151,7 +144,7 @@ mod tests {
     #[test]
     fn the_middle_point_comes_to_lie_on_the_longest_segment() {
         let bent = line(&[(0.0, 0.0), (1.0, 0.0), (2.0, 1.0), (2.0, 2.0), (3.0, 3.0), (30.0, 3.0)]);
-        let centred = centred(&bent);
+        let centred = with_centred_middle(&bent);
         assert_eq!(centred[centred.len() / 2], Point::new(16.5, 3.0));
         assert!(bent.iter().all(|p| centred.contains(p)));
     }

@@ -1,4 +1,4 @@
-//! Lanes of a network under the indices that their roads have in another that followed from it.
+//! Lanes of a network under the indices of their roads in a network that followed from it.
 
 use crate::builder::network::RoadIx;
 use crate::builder::network::network_diff::NetworkDiff;
@@ -6,25 +6,23 @@ use crate::builder::network::network_diff::NetworkDiff;
 use super::types::Lanes;
 
 impl Lanes {
-    /// The lanes of the roads that are left of a network, by the indices that these have now.
+    /// The lanes of the roads that remain, under their present indices.
     #[must_use]
     pub fn reindexed(mut self, origins: &NetworkDiff) -> Self {
-        let mut gone =
-            origins.gone().map(|was| (was, self.range_of(was).len())).collect::<Vec<_>>().into_iter().peekable();
-        let (mut was, mut fewer) = ((0..).map(RoadIx), 0);
+        let gone: Vec<(RoadIx, usize)> = origins.gone().map(|road| (road, self.range_of(road).len())).collect();
+        let (mut gone, mut removed) = (gone.into_iter().peekable(), 0);
+        let mut roads = (0..).map(RoadIx);
         self.arms.retain_mut(|arms| {
-            let Some(was) = was.next() else { return false };
-            if let Some((_, lanes)) = gone.next_if(|(gone, _)| *gone == was) {
-                fewer += lanes;
-            }
-            let Some(road) = origins.now(was) else { return false };
+            let Some(before) = roads.next() else { return false };
+            removed += gone.next_if(|(road, _)| *road == before).map_or(0, |(_, lanes)| lanes);
+            let Some(road) = origins.now(before) else { return false };
             for arm in arms {
                 arm.at.road = road;
-                arm.into.iter_mut().chain(&mut arm.out).for_each(|end| end.lane -= fewer);
+                arm.into.iter_mut().chain(&mut arm.out).for_each(|end| end.lane -= removed);
             }
             true
         });
-        let mut stays = (0..).map(|was| origins.now(RoadIx(was)).is_some());
+        let mut stays = (0..).map(|road| origins.now(RoadIx(road)).is_some());
         self.pieces.retain(|_| stays.next().unwrap_or_default());
         self.lanes.retain_mut(|lane| {
             let road = origins.now(lane.road);

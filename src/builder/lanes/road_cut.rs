@@ -7,14 +7,13 @@ use crate::geometry::Vector;
 pub const CROSSWALK_BREADTH: f64 = 3.0;
 /// From the stop line to the crosswalk, metres: official maps have 1.2 to 4.2.
 pub const STOP_GAP: f64 = 2.0;
-/// The least that lies between them, metres, where the stop line is mapped.
+/// The smallest such gap, metres, where the stop line is mapped.
 pub(super) const STOP_GAP_LEAST: f64 = 1.2;
-/// The most that may lie between them, metres, where it is not.
+/// The largest such gap, metres, where it is not mapped.
 pub const STOP_GAP_MOST: f64 = 4.0;
-/// What a vehicle takes that waits, metres.
+/// Length of road that a waiting vehicle occupies, metres.
 pub const VEHICLE: f64 = 5.0;
-/// What must remain of a road, metres, before its ends are cut back further than the outline asks: the stop lines at both its
-/// ends stay apart. A turn that a car can take needs the rest more than it does.
+/// Setbacks leave this much of a road, metres, so that the stop lines at its ends stay apart; turns need the rest more.
 pub const ROAD_LEFT: f64 = 2.0;
 
 /// A place where people cross the carriageway.
@@ -35,9 +34,9 @@ pub struct RoadCrossing {
 pub struct ConnectionLines {
     /// Per road: the stations between which its own lanes run.
     pub kept: Vec<Stations>,
-    /// Per road: the directions there into the intersections at its ends.
+    /// Per road: the unit directions there into the intersections at its ends.
     pub inward: Vec<[Vector; 2]>,
-    /// Per road: the stations where its outlines, held to its length, would cut it.
+    /// Per road: the stations where its outlines cut it, clamped to its line.
     pub least: Vec<Stations>,
     /// In order of roads and stations.
     pub crossings: Vec<RoadCrossing>,
@@ -46,40 +45,43 @@ pub struct ConnectionLines {
 }
 
 impl ConnectionLines {
-    /// Whether all roads are cut, and crossed, at the same stations.
+    /// Whether all roads have their cuts and crossings at the same stations.
     pub fn agree(&self, other: &Self) -> bool {
         self.kept == other.kept && self.crossings == other.crossings
     }
 
-    /// How a road is cut: known beforehand where the same is asked of it, and nothing else has changed at its ends.
+    /// The cut of a road; it stays the same for the same demand if nothing else changes at the road's ends.
     pub fn cut(&self, road: RoadIx) -> &RoadCut {
         &self.cuts[road]
     }
 }
 
-/// What is asked of the cuts of a road.
+/// The setbacks of both ends of a road behind its outlines, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SetbackDemand {
+    /// Where its outlines cut it.
     pub(super) least: Stations,
     pub(super) setbacks: [f64; 2],
-    pub(super) wishes: [f64; 2],
+    /// The larger setbacks that it has if it is long enough.
+    pub(super) comfort: [f64; 2],
+    /// Whether it is cut where a stop line is mapped.
     pub(super) stops: [bool; 2],
 }
 
 /// Where a road is cut.
 #[derive(Clone, Debug)]
 pub struct RoadCut {
-    pub(super) asked: SetbackDemand,
+    pub(super) demand: SetbackDemand,
     /// The stations between which its own lanes run.
     pub kept: Stations,
-    /// The directions there into the intersections at its ends.
+    /// The unit directions there into the intersections at its ends.
     pub inward: [Vector; 2],
     /// In order of stations.
     pub(super) crossings: Vec<RoadCrossing>,
 }
 
 impl RoadCut {
-    /// The same of a road that may have had another index.
+    /// The same cut under the road's present index.
     pub(super) fn of(&self, road: RoadIx) -> Self {
         let mut cut = self.clone();
         cut.crossings.iter_mut().for_each(|crossing| crossing.road = road);
@@ -87,7 +89,7 @@ impl RoadCut {
     }
 }
 
-/// Whether lights protect the people on a crossing, by the tags of its node or of the way on foot through it.
+/// Whether a crossing has pedestrian signals, by the tags of its node or of the footway over it.
 pub fn has_lights(road: &Road, crossing: &RoadCrossing) -> bool {
     let lights = |kind| matches!(kind, FeatureKind::Crossing { signals: true, .. });
     road.features.iter().any(|feature| feature.node == crossing.node && lights(feature.kind))

@@ -1,4 +1,4 @@
-//! The lanes of every road between its connection lines: borders as shared lines, lanelets between them.
+//! The lanes of every road between its connection lines: shared borders and the lanelets between them.
 
 use crate::builder::map::map_builder::{MapBuilder, MapPart};
 use crate::builder::network::road_end::{inward, lanes_at, on_cut};
@@ -7,8 +7,8 @@ use crate::builder::streets::heights::Ground;
 use crate::builder::tags::cross_section::{CrossSection, StripKind, Travel};
 use crate::builder::tags::marking::SHARES;
 use crate::builder::tags::side_strips::strip_runs;
-use crate::geometry::pose::Pose;
 use crate::lanelet::{Attributes, Bound, PointId};
+use crate::osm::Text;
 use crate::parallel::Finely;
 
 use super::border::borders;
@@ -19,13 +19,13 @@ use super::types::{Arm, ArmLane, Lanes, RoadLane, RoadPiece};
 use compact_str::ToCompactString;
 use rayon::prelude::*;
 
-/// A cut closer than this, metres, to the end of the road's line tells no more than the road's own direction there.
+/// A cut closer than this, metres, to the end of the road's line has the direction of the road for its aim.
 const LEAST_AIM: f64 = 2.0;
 
 /// The tag of a bus lane that bicycles may use.
 pub const ADMITS_BICYCLES: &str = "participant:bicycle";
 
-/// Roads whose lanes one thread draws at a time.
+/// Number of roads whose lanes one thread draws at a time.
 const CHUNK: usize = 128;
 
 /// Builds the lanes of all roads.
@@ -35,26 +35,25 @@ pub fn lanes(
     lines: &ConnectionLines,
     joins: &mut Continuations,
 ) -> Lanes {
-    joins.place(assembly, network);
+    joins.add_points(assembly, network);
     let joins = &*joins;
-    let all: Vec<RoadIx> = (0..network.roads.len()).map(|i| RoadIx::new(i)).collect();
-    let drawn = |below: &MapBuilder, roads: &[RoadIx]| {
+    let all: Vec<RoadIx> = (0..network.roads.len()).map(RoadIx::new).collect();
+    let draw = |below: &MapBuilder, roads: &[RoadIx]| {
         let mut part = MapBuilder::over(below);
-        let kept = |ix: &RoadIx| lines.kept[*ix];
         let drawn: Vec<RoadDrawing> =
-            roads.iter().map(|ix| road_lanes(&mut part, network, *ix, kept(ix), joins)).collect();
+            roads.iter().map(|&ix| road_lanes(&mut part, network, ix, lines.kept[ix], joins)).collect();
         (part.into_part(), drawn)
     };
-    let parts: Vec<_> = all.par_chunks(CHUNK).finely().map(|roads| drawn(assembly, roads)).collect();
+    let parts: Vec<_> = all.par_chunks(CHUNK).finely().map(|roads| draw(assembly, roads)).collect();
     let (parts, mut of_roads): (Vec<MapPart>, Vec<Vec<RoadDrawing>>) = parts.into_iter().unzip();
     if let Err(parts) = assembly.add_all(parts) {
         assembly.require_unique_ids();
         for ((part, of_roads), roads) in parts.into_iter().zip(&mut of_roads).zip(all.chunks(CHUNK)) {
             if assembly.add(part).is_err() {
-                // A part before has taken one of its ids: it is drawn once more, over all that stands.
-                let again = drawn(assembly, roads);
-                let _ = assembly.add(again.0);
-                *of_roads = again.1;
+                // An earlier part has taken one of its ids: it is drawn again over what has been added.
+                let (part, drawn) = draw(assembly, roads);
+                let _ = assembly.add(part);
+                *of_roads = drawn;
             }
         }
     }
@@ -66,15 +65,15 @@ pub fn lanes(
         road.begin_at(lanes.lanes.len());
         lanes.lanes.extend(road.lanes);
         lanes.arms.push(road.arms);
-        lanes.pieces.push(vec![road.whole]);
+        lanes.pieces.push(vec![road.piece]);
     }
     assembly.set_ground(Ground::default());
     lanes
 }
 
-/// Gives back the ids of the lanes of some roads, and of their nodes but for those that they share with others.
+/// Releases the ids of the lanes of some roads, and of the nodes that they do not share with others.
 pub fn release(assembly: &mut MapBuilder, joins: &Continuations, lanes: &Lanes, roads: impl Iterator<Item = RoadIx>) {
-    let shared = joins.nodes();
+    let shared = joins.points();
     for ix in roads {
         for bound in lanes.pieces[ix].iter().flat_map(|piece| &piece.borders).flatten() {
             assembly.release_line(bound.line, |point| shared.contains(&point));
@@ -83,7 +82,7 @@ pub fn release(assembly: &mut MapBuilder, joins: &Continuations, lanes: &Lanes, 
     }
 }
 
-/// Builds the lanes of some roads once more, whose cuts have moved. All elements keep their ids.
+/// Builds the lanes of some roads again after their cuts have moved. All elements keep their ids.
 pub fn redraw(
     assembly: &mut MapBuilder,
     network: &RoadNetwork,
@@ -93,28 +92,28 @@ pub fn redraw(
     roads: &[RoadIx],
 ) {
     release(assembly, joins, lanes, roads.iter().copied());
-    joins.place(assembly, network);
+    joins.add_points(assembly, network);
     for &ix in roads {
-        let (i, range) = (ix.position(), lanes.range_of(ix));
-        let mut road = road_lanes(assembly, network, ix, lines.kept[i], joins);
+        let range = lanes.range_of(ix);
+        let mut road = road_lanes(assembly, network, ix, lines.kept[ix], joins);
         road.begin_at(range.start);
         lanes.lanes.splice(range, road.lanes);
-        lanes.arms[i] = road.arms;
-        lanes.pieces[i] = vec![road.whole];
+        lanes.arms[ix] = road.arms;
+        lanes.pieces[ix] = vec![road.piece];
     }
     assembly.set_ground(Ground::default());
 }
 
-/// What is drawn of one road.
+/// The drawn lanes of one road.
 struct RoadDrawing {
     lanes: Vec<RoadLane>,
     /// With indices in `lanes`.
     arms: [Arm; 2],
-    whole: RoadPiece,
+    piece: RoadPiece,
 }
 
 impl RoadDrawing {
-    /// Lets the arms refer to the lanes of all roads, among which these begin at an index.
+    /// Makes the arms refer to the lanes of all roads, among which these begin at `first`.
     fn begin_at(&mut self, first: usize) {
         let ends = self.arms.iter_mut().flat_map(|arm| arm.into.iter_mut().chain(&mut arm.out));
         ends.for_each(|end| end.lane += first);
@@ -132,110 +131,99 @@ fn road_lanes(
     let road = network.road(ix);
     assembly.set_ground(Ground::under(road));
     let used = used_edges(&road.section);
-    let nodes = End::BOTH.map(|end| end_nodes(assembly, (road, ix), end, kept[end], &used, joins));
+    let ends = End::BOTH.map(|end| RoadEnd { road: ix, end });
+    let nodes = ends.map(|at| end_nodes(assembly, road, at, kept[at.end], &used, joins));
     let borders = borders(assembly, road, network.country.as_deref(), kept, &nodes);
-    let mut lanes = Vec::new();
-    road_lanelets(assembly, road, ix, &borders, &mut lanes);
-    let arms = End::BOTH.map(|end| {
-        let at = RoadEnd { road: ix, end };
-        arm(assembly, road, at, kept[end], &nodes[end], &lanes)
-    });
-    RoadDrawing { lanes, arms, whole: RoadPiece { behind: None, span: kept, borders } }
+    let lanes = road_lanelets(assembly, road, ix, &borders);
+    let arms = ends.map(|at| arm(assembly, road, at, kept[at.end], &nodes[at.end], &lanes));
+    RoadDrawing { lanes, arms, piece: RoadPiece { behind: None, span: kept, borders } }
 }
 
-/// Which edges of the cross-section bound a driven strip, or a lanelet beside them, or are a kerb.
+/// Which edges of the cross-section bound a driven strip or a side lane, or are a kerb.
 fn used_edges(section: &CrossSection) -> Vec<bool> {
     let mut used = vec![false; section.strips.len() + 1];
-    for run in strip_runs(section) {
-        used[run.strips.start] = true;
-        used[run.strips.end] = true;
+    let side_lanes = strip_runs(section).into_iter().map(|run| (run.strips.start, run.strips.end));
+    let lanes = section.driven().map(|(strip, _)| (strip, strip + 1));
+    for (left, right) in side_lanes.chain(lanes).chain([section.carriageway()]) {
+        (used[left], used[right]) = (true, true);
     }
-    for (i, _) in section.driven() {
-        used[i] = true;
-        used[i + 1] = true;
-    }
-    let (left, right) = section.carriageway();
-    used[left] = true;
-    used[right] = true;
     used
 }
 
 /// The nodes on a cut by edge of the cross-section; `None` where nothing ends.
 fn end_nodes(
     assembly: &mut MapBuilder,
-    (road, ix): (&Road, RoadIx),
-    end: End,
+    road: &Road,
+    at: RoadEnd,
     station: f64,
     used: &[bool],
     joins: &Continuations,
 ) -> Vec<Option<PointId>> {
-    let key = road.key_of("road end").number(end.index() as i64);
-    used.iter()
-        .enumerate()
-        .map(|(edge, used)| {
-            used.then(|| {
-                joins.node(RoadEnd { road: ix, end }, edge).unwrap_or_else(|| {
-                    let place = on_cut(road, end, station, road.section.edge(edge));
-                    assembly.point(key.number(edge as i64), place, 0.0)
-                })
-            })
-        })
-        .collect()
+    let key = road.key_of("road end").number(at.end.index() as i64);
+    let mut node = |edge: usize| {
+        let place = || on_cut(road, at.end, station, road.section.edge(edge));
+        joins.point(at, edge).unwrap_or_else(|| assembly.point(key.number(edge as i64), place(), 0.0))
+    };
+    used.iter().enumerate().map(|(edge, used)| used.then(|| node(edge))).collect()
+}
+
+/// The bounds of a lanelet between two borders along the road's line, in its direction of travel.
+pub(super) fn directed([left, right]: [Bound; 2], backward: bool) -> [Bound; 2] {
+    let reversed = |bound: Bound| Bound { inverted: !bound.inverted, ..bound };
+    if backward { [reversed(right), reversed(left)] } else { [left, right] }
 }
 
 /// Adds the lanelets of a road, strip by strip.
-fn road_lanelets(
-    assembly: &mut MapBuilder,
-    road: &Road,
-    ix: RoadIx,
-    borders: &[Option<Bound>],
-    lanes: &mut Vec<RoadLane>,
-) {
+fn road_lanelets(assembly: &mut MapBuilder, road: &Road, ix: RoadIx, borders: &[Option<Bound>]) -> Vec<RoadLane> {
+    let mut lanes = Vec::new();
     for (i, strip) in road.section.driven() {
         let (Some(left), Some(right)) = (borders[i], borders[i + 1]) else { continue };
-        let ways = match strip.travel {
-            Travel::Forward => [true, false],
-            Travel::Backward => [false, true],
-            Travel::Both => [true, true],
+        let directions: &[bool] = match strip.travel {
+            Travel::Forward => &[false],
+            Travel::Backward => &[true],
+            Travel::Both => &[false, true],
         };
-        for (backward, used) in [false, true].into_iter().zip(ways) {
-            if !used {
-                continue;
-            }
-            let turned = |bound: Bound| Bound { inverted: !bound.inverted, ..bound };
-            let (left, right) = if backward { (turned(right), turned(left)) } else { (left, right) };
+        for &backward in directions {
+            let [left, right] = directed([left, right], backward);
             let key = road.key_of("lane").number(i as i64).number(i64::from(backward));
-            let mut attributes = road_attributes(road, strip.kind, road.speed[usize::from(backward)]);
-            if shares_bus_lane(road, i) {
-                attributes.push(ADMITS_BICYCLES, "yes");
-            }
-            attributes.push("road_id", crate::osm::Text::from(road.key.to_string()));
-            let known = [("road_name", road.name.as_deref()), ("road_surface", road.tags.get("surface"))];
-            for (key, value) in known.into_iter().filter_map(|(key, value)| Some((key, value?))) {
-                attributes.push(key, crate::osm::Text::from(value));
-            }
-            let lanelet = assembly.lanelet(key, left, right, attributes);
+            let lanelet = assembly.lanelet(key, left, right, lane_attributes(road, i, backward));
             lanes.push(RoadLane { road: ix, strip: i, backward, lanelet, left, right, kind: strip.kind });
         }
     }
+    lanes
 }
 
-/// Whether a strip is a bus lane that bicycles may use: the bus lanes in the half of the carriageway of which
-/// `cycleway=share_busway` tells.
-fn shares_bus_lane(road: &Road, strip: usize) -> bool {
+/// Tags of the lanelet of a strip in one direction.
+fn lane_attributes(road: &Road, strip: usize, backward: bool) -> Attributes {
+    let speed = road.speed[usize::from(backward)];
+    let mut attributes = road_attributes(road, road.section.strips[strip].kind, speed);
+    if is_shared_bus_lane(road, strip) {
+        attributes.push(ADMITS_BICYCLES, "yes");
+    }
+    attributes.push("road_id", Text::from(road.key.to_string()));
+    for (key, value) in [("road_name", road.name.as_deref()), ("road_surface", road.tags.get("surface"))] {
+        if let Some(value) = value {
+            attributes.push(key, Text::from(value));
+        }
+    }
+    attributes
+}
+
+/// Whether a strip is a bus lane that bicycles may use: `cycleway=share_busway` on its half of the carriageway.
+fn is_shared_bus_lane(road: &Road, strip: usize) -> bool {
     let section = &road.section;
     let left = section.edge(strip) + section.edge(strip + 1) > 0.0;
     let keys = ["cycleway", "cycleway:both", if left { "cycleway:left" } else { "cycleway:right" }];
     section.strips[strip].kind == StripKind::Bus && keys.iter().any(|key| road.tags.is(key, SHARES))
 }
 
-/// So many bytes the tags of a way through an intersection take in the end, and hardly those of a lane fewer.
+/// Bytes that the tags of a lanelet usually take.
 const USUAL_TAGS: usize = 176;
 
-/// Tags of a vehicle lanelet.
+/// Tags of a vehicle lanelet; `speed` is in km/h.
 pub fn road_attributes(road: &Road, kind: StripKind, speed: f64) -> Attributes {
     let location = if road.public { "urban" } else { "private" };
-    // No lane of a car's graph, which holds what `road` names.
+    // The routing graph of cars holds the lanelets of subtype `road`.
     let (subtype, participant) = match kind {
         StripKind::Bus => ("bus_lane", "participant:vehicle:bus"),
         _ => ("road", "participant:vehicle"),
@@ -276,22 +264,13 @@ fn arm(
         let backward = lane_at.into == (at.end == End::Start);
         let found = lanes.iter().position(|l| l.strip == lane_at.strip && l.backward == backward);
         let (Some(lane), Some(a), Some(b)) = (found, nodes[lane_at.strip], nodes[lane_at.strip + 1]) else { continue };
-        let ends = if backward { [b, a] } else { [a, b] };
-        let [left, right] = ends.map(|id| assembly.position(id));
+        let nodes = if backward { [b, a] } else { [a, b] };
         let strip = &road.section.strips[lane_at.strip];
-        let heading = if lane_at.into { arm.inward } else { -arm.inward };
-        let placed = ArmLane {
-            lane,
-            nodes: ends,
-            places: [left, right],
-            pose: Pose { point: nalgebra::center(&left, &right), heading },
-            width: (left - right).norm(),
-            kind: strip.kind,
-            arrows: strip.arrows,
-        };
-        if lane_at.into { arm.into.push(placed) } else { arm.out.push(placed) }
+        let (list, heading) = if lane_at.into { (&mut arm.into, inward) } else { (&mut arm.out, -inward) };
+        let end = ArmLane::new(assembly, lane, nodes, heading, strip.kind);
+        list.push(ArmLane { arrows: strip.arrows, ..end });
     }
-    // Looking in, the lanes that lead out are seen from their front: their own left is our right.
+    // From left to right in their own direction of travel.
     arm.out.reverse();
     arm
 }

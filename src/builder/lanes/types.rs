@@ -1,4 +1,4 @@
-//! Lanes of roads, the pieces of a road between its cuts, and a road's arm at an intersection.
+//! Lanes of roads, the pieces of a road between its cuts, and the arm of a road at an intersection.
 
 use crate::builder::ids::Key;
 use crate::builder::map::map_builder::MapBuilder;
@@ -22,7 +22,7 @@ pub struct RoadLane {
     pub lanelet: LaneletId,
     /// Bounds, in its direction of travel.
     pub left: Bound,
-    /// See [`Lane::left`].
+    /// See [`RoadLane::left`].
     pub right: Bound,
     /// What the strip is for.
     pub kind: StripKind,
@@ -35,11 +35,11 @@ pub struct ArmLane {
     pub lane: usize,
     /// End nodes on the cut, left and right in its direction of travel.
     pub nodes: [PointId; 2],
-    /// Where they lie.
+    /// Their places.
     pub places: [Point; 2],
-    /// Middle of the cut, in the direction of travel.
+    /// Middle of the lane on the cut, in its direction of travel.
     pub pose: Pose,
-    /// Metres.
+    /// Width on the cut, metres.
     pub width: f64,
     /// What the strip is for.
     pub kind: StripKind,
@@ -47,15 +47,25 @@ pub struct ArmLane {
     pub arrows: Arrows,
 }
 
-/// A road where it meets an intersection.
+impl ArmLane {
+    /// The end of a lane of [`Lanes::lanes`] on these nodes, left and right, without arrows.
+    pub fn new(assembly: &MapBuilder, lane: usize, nodes: [PointId; 2], heading: Vector, kind: StripKind) -> Self {
+        let places = nodes.map(|id| assembly.position(id));
+        let [left, right] = places;
+        let pose = Pose { point: nalgebra::center(&left, &right), heading };
+        Self { lane, nodes, places, pose, width: (left - right).norm(), kind, arrows: Arrows::NONE }
+    }
+}
+
+/// The end of a road at an intersection.
 #[derive(Clone, Debug)]
 pub struct Arm {
     /// Which road, which end.
     pub at: RoadEnd,
     /// Unit direction from the road into the intersection.
     pub inward: Vector,
-    /// Unit direction from the cut to the place where the road's line ends inside: where the road leads in the end, when
-    /// the cut lies before or in a bend.
+    /// Unit direction from the cut to the end of the road's line inside the intersection: it differs from `inward` where the
+    /// cut lies before a bend or in it.
     pub aim: Vector,
     /// Lanes that lead in, from left to right in their direction of travel.
     pub into: Vec<ArmLane>,
@@ -76,12 +86,12 @@ pub struct Lanes {
     pub(crate) pieces: Vec<Vec<RoadPiece>>,
 }
 
-/// A road between its ends, or from one of the places where it was cut across to the next.
+/// A part of a road between two places where it is split, or between one and its end.
 #[derive(Clone, Debug)]
 pub struct RoadPiece {
-    /// What begins or ends where it begins; `None` at the begin of the road.
+    /// Why the road is split where the piece begins; `None` at the begin of the road.
     pub behind: Option<SplitReason>,
-    /// Between which stations of the road's line it lies, metres.
+    /// The stations of the road's line between which it lies, metres.
     pub span: [f64; 2],
     /// By the edges of the cross-section, each along the road's line.
     pub borders: Vec<Option<Bound>>,
@@ -112,14 +122,14 @@ impl Lanes {
         Some((&pieces[i], lanes.get(i * count..(i + 1) * count)?))
     }
 
-    /// The borders of a road where it ends, by the edges of its cross-section, each along the road's line.
+    /// The borders of the piece at an end of a road, see [`RoadPiece::borders`].
     pub fn borders_at(&self, at: RoadEnd) -> &[Option<Bound>] {
         let pieces = self.pieces_of(at.road);
         let piece = if at.end == End::Start { pieces.first() } else { pieces.last() };
         piece.map_or(&[][..], |piece| &piece.borders)
     }
 
-    /// The ground between the ends of the lanes of an intersection.
+    /// The ground between the cuts of an intersection.
     pub fn ground_of(&self, intersection: &Intersection, assembly: &MapBuilder) -> Ground {
         assembly.ground_between(intersection.arms.iter().flat_map(|&at| self.arm(at).cut.iter().copied()))
     }
@@ -130,19 +140,19 @@ impl Lanes {
     }
 }
 
-/// What begins or ends where a road is cut.
+/// Why a road is split.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SplitReason {
-    /// The stretch before the stop line at an end of the road.
+    /// The approach to the stop line at an end of the road begins.
     Stop(End),
-    /// The place before a crossing, an OpenStreetMap node, where those who drive toward an end stop.
+    /// Vehicles toward an end stop before a crossing, an OpenStreetMap node.
     Line(i64, End),
-    /// The stretch before that.
+    /// The approach to that stop line begins.
     Approach(i64, End),
 }
 
 impl SplitReason {
-    /// Refines the key of a road's element to that of the piece behind the cut.
+    /// Refines the key of a road's element to that of the piece behind the split.
     pub fn of(self, key: Key) -> Key {
         let (word, node, end) = match self {
             Self::Stop(end) => ("stop", 0, end),

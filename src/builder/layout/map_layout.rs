@@ -67,7 +67,7 @@ impl Layout {
         let needs = RequiredSetbacks::new(&network, kept, |ix| joins.joined(ix));
         let (back, stops) = (vec![[0.0; 2]; network.roads.len()], vec![[false; 2]; network.roads.len()]);
         let lines = connection_lines(&network, &needs, &back, &stops, |_| None);
-        joins.beside(gore_corners(&network, &lines));
+        joins.set_gore_corners(gore_corners(&network, &lines));
         let mut assembly = MapBuilder::default();
         let lanes = lanes(&mut assembly, &network, &lines, &mut joins);
         let ways = network.intersections.iter().map(|_| None).collect();
@@ -85,7 +85,7 @@ impl Layout {
     pub(super) fn redraw(&mut self, anew: &[RoadIx]) {
         let lines = self.wanted_lines();
         let Self { network, joins, assembly, lanes, ways, .. } = self;
-        let gores = joins.beside(gore_corners(network, &lines));
+        let gores = joins.set_gore_corners(gore_corners(network, &lines));
         let before = std::mem::replace(&mut self.lines, lines);
         let lines = &self.lines;
         let redrawn = |road: &RoadIx| gores.contains(road) || anew.binary_search(road).is_ok();
@@ -139,7 +139,7 @@ impl Layout {
     /// Lays roads at the heights that the network has got since, and clears away all that was drawn and is not any more.
     pub(super) fn lift(&mut self, roads: &[RoadIx]) {
         if !roads.is_empty() {
-            self.joins.lift(roads);
+            self.joins.forget_points(roads);
             self.redraw(roads);
             self.outline();
         }

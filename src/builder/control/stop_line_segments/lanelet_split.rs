@@ -1,11 +1,11 @@
-//! Cuts a road across, all its lanes and what lies beside them abreast.
+//! Splits a road across, all its lanes and side lanes at once.
 //!
-//! A bound is one line with one marking, and a lanelet obeys one light. Where either changes, the road is cut: neighbours
-//! share their bounds on both sides of the cut, and what continues each other its end nodes. The first piece keeps the ids
-//! of the road.
+//! A bound is one line with one marking, and a lanelet obeys one light. Where either changes, the road is split: neighbours share
+//! their bounds on both sides of the split, and lanelets that follow each other their end nodes. The first piece keeps the ids of
+//! the road.
 
 use crate::builder::control::pedestrian_crossing_signals::SignalisedCrossing;
-use crate::builder::lanes::lanelet_validity::{aligned, is_valid, simple};
+use crate::builder::lanes::lanelet_validity::{are_read_as_drawn, is_simple, is_valid};
 use crate::builder::lanes::road_cut::STOP_GAP;
 use crate::builder::lanes::types::{Lanes, RoadLane, RoadPiece, SplitReason};
 use crate::builder::map::map_builder::MapBuilder;
@@ -13,157 +13,205 @@ use crate::builder::network::road_end::at_depth;
 use crate::builder::network::{End, Road, RoadIx, RoadNetwork};
 use crate::builder::streets::heights::Ground;
 use crate::builder::tags::side_strips::strip_runs;
-use crate::geometry::{Point, Vector, cross};
+use crate::geometry::{Point, Vector, cross, left_of};
 use crate::lanelet::{Attributes, Bound, LineStringId, PointId};
 
-/// No cut comes closer than this, metres, to another point of a border.
+/// No split comes closer than this, metres, to a point of a border.
 const CLEAR: f64 = 0.5;
-/// A border crosses the cut no farther than this, metres, from where the cross-section has it.
+/// The largest distance, metres, from where a border crosses a split to its place by the cross-section.
 const ASIDE: f64 = 1.0;
 /// No piece is shorter than this, metres.
 const PIECE: f64 = 2.0;
-/// The begin of a stretch so near to another cut, metres, is that cut.
+/// An approach begins at another split that is nearer than this, metres.
 const NEAR: f64 = 5.0;
-/// The begin of a stretch that cannot lie where it should is moved by this, metres, toward the stop line,
+/// Where a road cannot be split, the begin of an approach moves toward the stop line by this, metres,
 const STEP: f64 = 0.5;
-/// at most so many times.
+/// up to this number of times.
 const STEPS: usize = 20;
-/// So far, metres, a stop line before a crosswalk is moved away from it, or toward it, where it cannot lie as it should.
+/// Distances, metres, by which a stop line moves away from a crosswalk, or toward it, until the road can be split there.
 const GAPS: [f64; 7] = [0.0, 0.5, -0.5, 1.0, 1.5, 2.0, -0.8];
 
-/// Where a cut meets each border, by edges of the cross-section: behind which of its points, and the place.
-type Places = Vec<Option<(usize, Point)>>;
+/// Where a split meets each border, by edges of the cross-section: the index of the border's point before it, and the place.
+type SplitPlaces = Vec<Option<(usize, Point)>>;
 
-/// A cut across a road.
-pub struct LaneletCut {
+/// A split across a road.
+pub struct RoadSplit {
     /// Along the road's line, metres.
     station: f64,
-    cause: SplitReason,
-    places: Places,
+    reason: SplitReason,
+    places: SplitPlaces,
 }
 
-/// Finds where a road can be cut.
+impl RoadSplit {
+    fn place(&self, edge: usize) -> Option<(usize, Point)> {
+        *self.places.get(edge)?
+    }
+}
+
+/// A part of a road where some borders have another marking, and that marking by edges of the cross-section.
+pub struct RepaintedSegment {
+    /// The stations between which it lies, metres.
+    pub span: [f64; 2],
+    /// By edge.
+    pub markings: EdgeMarkings,
+}
+
+/// Edges of a road's cross-section with their markings before the stop line.
+pub type EdgeMarkings = Vec<(usize, Attributes)>;
+
+/// Where a road is split, and which parts of it are repainted.
+pub struct RoadSplits {
+    /// The road.
+    pub road: RoadIx,
+    /// In order of stations.
+    pub splits: Vec<RoadSplit>,
+    /// Other markings than those of the road's own borders.
+    pub repainted: Vec<RepaintedSegment>,
+}
+
+/// The approach to a stop line, which begins where the road is to be split.
+pub struct StopApproach {
+    /// The reason of the split.
+    pub reason: SplitReason,
+    /// The station of the stop line, metres.
+    pub stop_line: f64,
+    /// The end of the road toward which vehicles drive.
+    pub toward: End,
+    /// Its length where there is room, metres.
+    pub length: f64,
+    /// Its least length, metres.
+    pub least: f64,
+}
+
+/// Finds where a road can be split.
 pub struct LaneletSplitter<'a> {
     road: &'a Road,
     span: [f64; 2],
     /// The borders of the whole road.
-    lines: Vec<Option<Vec<Point>>>,
-    /// By stations.
-    cuts: Vec<LaneletCut>,
+    borders: Vec<Option<Vec<Point>>>,
+    /// In order of stations.
+    pub splits: Vec<RoadSplit>,
 }
 
 impl<'a> LaneletSplitter<'a> {
     /// For a road of one piece.
-    pub fn new(assembly: &MapBuilder, road: &'a Road, whole: &RoadPiece) -> Self {
-        let lines = whole.borders.iter().map(|it| it.map(|it| assembly.bound_line(it))).collect();
-        Self { road, span: whole.span, lines, cuts: Vec::new() }
+    pub fn new(assembly: &MapBuilder, road: &'a Road, piece: &RoadPiece) -> Self {
+        let borders = piece.borders.iter().map(|bound| bound.map(|bound| assembly.bound_line(bound))).collect();
+        Self { road, span: piece.span, borders, splits: Vec::new() }
     }
 
-    /// The cuts by stations.
-    pub fn into_cuts(self) -> Vec<LaneletCut> {
-        self.cuts
-    }
-
-    /// Cuts where those who drive toward an end stop before a crosswalk, if they are not on another road there.
-    pub fn cut_at_stop_line(&mut self, lit: &SignalisedCrossing, toward: End) {
-        let stations = GAPS.map(|gap| at_depth(lit.span, toward.other(), -STOP_GAP - gap));
-        if stations.first().is_some_and(|&station| self.is_clear(station)) {
-            let _ = stations.into_iter().any(|station| self.cut(station, SplitReason::Line(lit.node, toward)));
+    /// Splits the road where vehicles toward an end stop before a crosswalk, unless they would stand on another road there.
+    pub fn split_at_stop_line(&mut self, crossing: &SignalisedCrossing, toward: End) {
+        let stations = GAPS.map(|gap| at_depth(crossing.span, toward.other(), -STOP_GAP - gap));
+        if self.is_clear(stations[0]) {
+            let _ = stations.into_iter().any(|station| self.split(station, SplitReason::Line(crossing.node, toward)));
         }
     }
 
-    /// Cuts as far before the stop line of those who drive toward an end as they want, but by half of the way that they
-    /// have to it at most, and by the least at least; gives the station.
-    pub fn cut_stretch(&mut self, cause: SplitReason, line: f64, toward: End, wanted: f64, least: f64) -> Option<f64> {
+    /// Splits the road where an approach begins: at its length before the stop line, but at half the way that vehicles have to
+    /// the stop line at most. Gives the station, metres; `None` if there is no room for the least length.
+    pub fn split_at_approach(&mut self, approach: &StopApproach) -> Option<f64> {
+        let StopApproach { reason, stop_line, toward, length, least } = *approach;
         let sign = if toward == End::End { 1.0 } else { -1.0 };
-        let depth_of = |station: f64| (line - station) * sign;
-        let lines =
-            self.cuts.iter().filter(|cut| matches!(cut.cause, SplitReason::Line(..))).map(|cut| depth_of(cut.station));
+        let depth = |station: f64| (stop_line - station) * sign;
+        let stop_lines = self.splits.iter().filter(|split| matches!(split.reason, SplitReason::Line(..)));
         // The stop line itself may have been moved.
-        let before = lines.filter(|depth| *depth > STOP_GAP + STEP);
-        let room = before.fold(depth_of(self.span[toward.other().index()]), f64::min);
-        let (most, least) = (wanted.min(room / 2.0), least.min(wanted));
+        let before = stop_lines.map(|split| depth(split.station)).filter(|depth| *depth > STOP_GAP + STEP);
+        let room = before.fold(depth(self.span[toward.other().index()]), f64::min);
+        let (most, least) = (length.min(room / 2.0), least.min(length));
         let depths = (0..STEPS).map(|i| most - i as f64 * STEP).take_while(|&depth| depth >= least && depth > 0.0);
-        let stations: Vec<f64> = depths.map(|depth| line - depth * sign).collect();
-        let wanted = *stations.first()?;
-        let off = |station: f64| (station - wanted).abs();
-        let known = self.cuts.iter().map(|cut| cut.station).filter(|&cut| off(cut) < NEAR && depth_of(cut) >= least);
-        let known = known.min_by(|&a, &b| off(a).total_cmp(&off(b)));
-        known.or_else(|| stations.into_iter().find(|&station| self.cut(station, cause)))
+        let stations: Vec<f64> = depths.map(|depth| stop_line - depth * sign).collect();
+        let best = *stations.first()?;
+        let offset = |station: f64| (station - best).abs();
+        let known = self.splits.iter().map(|split| split.station);
+        let known = known.filter(|&station| offset(station) < NEAR && depth(station) >= least);
+        let known = known.min_by(|&a, &b| offset(a).total_cmp(&offset(b)));
+        known.or_else(|| stations.into_iter().find(|&station| self.split(station, reason)))
     }
 
-    /// Whether no piece becomes too short by a cut.
+    /// Whether a split leaves no piece too short.
     fn is_clear(&self, station: f64) -> bool {
         let [from, to] = self.span;
         let apart = |other: f64| (station - other).abs() >= PIECE;
-        station - from >= PIECE && to - station >= PIECE && self.cuts.iter().all(|cut| apart(cut.station))
+        station - from >= PIECE && to - station >= PIECE && self.splits.iter().all(|split| apart(split.station))
     }
 
-    /// Cuts the road at a station; `false` if it cannot be cut there.
-    fn cut(&mut self, station: f64, cause: SplitReason) -> bool {
+    /// Splits the road at a station; `false` if it cannot be split there.
+    fn split(&mut self, station: f64, reason: SplitReason) -> bool {
         if !self.is_clear(station) {
             return false;
         }
         let Some(places) = self.places(station) else { return false };
-        let at = self.cuts.partition_point(|cut| cut.station < station);
-        let [before, behind] = [at.checked_sub(1), Some(at)].map(|i| self.cuts.get(i?).map(|cut| &cut.places));
-        let pair = |edges: [usize; 2]| -> Option<[[Vec<Point>; 2]; 3]> {
-            let of = |from: Option<&Places>, to: Option<&Places>| {
-                let of = |edge: usize| Some(part(self.lines[edge].as_ref()?, place(from, edge), place(to, edge)));
-                Some([of(edges[0])?, of(edges[1])?])
-            };
-            Some([of(before, behind)?, of(before, Some(&places))?, of(Some(&places), behind)?])
-        };
-        let section = &self.road.section;
-        let mut lanes = section.driven().filter_map(|(i, _)| pair([i, i + 1]));
-        let read_as_drawn = |it: &[Vec<Point>; 2]| simple(it) && aligned(it) && aligned(&turned(it));
-        let width = |strips: std::ops::Range<usize>| section.strips[strips].iter().map(|s| s.width).sum::<f64>();
-        let beside = strip_runs(section).into_iter();
-        let mut beside = beside.filter_map(|run| Some((pair([run.strips.start, run.strips.end])?, width(run.strips))));
-        let whole = lanes.all(|[_, a, b]| read_as_drawn(&a) && read_as_drawn(&b))
-            && beside
-                .all(|([whole, a, b], width)| !is_valid(&whole, width) || is_valid(&a, width) && is_valid(&b, width));
-        if whole {
-            self.cuts.insert(at, LaneletCut { station, cause, places });
+        let new = RoadSplit { station, reason, places };
+        let i = self.splits.partition_point(|split| split.station < station);
+        let valid = self.leaves_lanes_valid(&new, i) && self.leaves_side_lanes_valid(&new, i);
+        if valid {
+            self.splits.insert(i, new);
         }
-        whole
+        valid
     }
 
-    /// Where the borders are cut across at a station; `None` if they cannot be.
-    fn places(&self, station: f64) -> Option<Places> {
+    /// The bounds between two edges from the split before a new one, which comes at index `i`, to that behind it; and those of
+    /// both parts.
+    fn bounds(&self, new: &RoadSplit, i: usize, edges: [usize; 2]) -> Option<[[Vec<Point>; 2]; 3]> {
+        let (before, behind) = (i.checked_sub(1).map(|i| &self.splits[i]), self.splits.get(i));
+        let [left, right] = edges.map(|edge| self.borders[edge].as_ref().map(|border| (edge, border)));
+        let (left, right) = (left?, right?);
+        let between = |from: Option<&RoadSplit>, to: Option<&RoadSplit>| {
+            [left, right].map(|(edge, border)| {
+                part(border, from.and_then(|split| split.place(edge)), to.and_then(|split| split.place(edge)))
+            })
+        };
+        Some([between(before, behind), between(before, Some(new)), between(Some(new), behind)])
+    }
+
+    /// Whether both parts of all lanes are simple, and read as drawn in either direction.
+    fn leaves_lanes_valid(&self, new: &RoadSplit, i: usize) -> bool {
+        let is_readable = |bounds: &[Vec<Point>; 2]| {
+            let [left, right] = bounds;
+            let reversed = [right, left].map(|line| line.iter().rev().copied().collect::<Vec<Point>>());
+            is_simple(bounds) && are_read_as_drawn(bounds) && are_read_as_drawn(&reversed)
+        };
+        let mut lanes = self.road.section.driven().filter_map(|(strip, _)| self.bounds(new, i, [strip, strip + 1]));
+        lanes.all(|[_, before, behind]| is_readable(&before) && is_readable(&behind))
+    }
+
+    /// Whether both parts of all side lanes are valid, if the whole was.
+    fn leaves_side_lanes_valid(&self, new: &RoadSplit, i: usize) -> bool {
+        let section = &self.road.section;
+        strip_runs(section).into_iter().all(|run| {
+            let Some([whole, a, b]) = self.bounds(new, i, [run.strips.start, run.strips.end]) else { return true };
+            let width = section.strips[run.strips].iter().map(|strip| strip.width).sum::<f64>();
+            !is_valid(&whole, width) || is_valid(&a, width) && is_valid(&b, width)
+        })
+    }
+
+    /// Where a split at a station meets the borders; `None` if it cannot meet all of them.
+    fn places(&self, station: f64) -> Option<SplitPlaces> {
         let (middle, along) = (self.road.line.at(station), self.road.line.direction(station));
-        let wanted = |edge: usize| middle + crate::geometry::left_of(along) * self.road.section.edge(edge);
-        let place = |(edge, line): (usize, &Option<Vec<Point>>)| match line {
-            Some(line) => crossing(line, wanted(edge), along).map(Some),
+        let expected = |edge: usize| middle + left_of(along) * self.road.section.edge(edge);
+        let place = |(edge, border): (usize, &Option<Vec<Point>>)| match border {
+            Some(border) => split_place(border, expected(edge), along).map(Some),
             None => Some(None),
         };
-        self.lines.iter().enumerate().map(place).collect()
+        self.borders.iter().enumerate().map(place).collect()
     }
 }
 
-fn place(places: Option<&Places>, edge: usize) -> Option<(usize, Point)> {
-    *places?.get(edge)?
-}
-
-/// The same lane, run through the other way.
-fn turned([left, right]: &[Vec<Point>; 2]) -> [Vec<Point>; 2] {
-    [right, left].map(|line| line.iter().rev().copied().collect())
-}
-
-/// Where a line crosses the cut through a place, nearest to that place: behind which of its points. `None` where it does
-/// not, or close to a point.
-fn crossing(line: &[Point], wanted: Point, along: Vector) -> Option<(usize, Point)> {
+/// Where a line crosses the split across the direction `along`, nearest to the expected place. `None` where it does not, or close
+/// to one of its points.
+fn split_place(line: &[Point], expected: Point, along: Vector) -> Option<(usize, Point)> {
     let across = |(i, pair): (usize, &[Point])| {
-        let [before, behind] = [0, 1].map(|i| (pair[i] - wanted).dot(&along));
+        let [before, behind] = [0, 1].map(|i| (pair[i] - expected).dot(&along));
         (before < 0.0 && behind >= 0.0).then(|| (i, pair[0] + (pair[1] - pair[0]) * (before / (before - behind))))
     };
-    let off = |(_, place): &(usize, Point)| cross(along, place - wanted).abs();
-    let nearest = line.windows(2).enumerate().filter_map(across).min_by(|a, b| off(a).total_cmp(&off(b)));
-    let (i, place) = nearest.filter(|found| off(found) <= ASIDE)?;
+    let offset = |(_, place): &(usize, Point)| cross(along, place - expected).abs();
+    let nearest = line.windows(2).enumerate().filter_map(across).min_by(|a, b| offset(a).total_cmp(&offset(b)));
+    let (i, place) = nearest.filter(|found| offset(found) <= ASIDE)?;
     [line[i], line[i + 1]].iter().all(|point| (point - place).norm() >= CLEAR).then_some((i, place))
 }
 
-/// What lies of a row between two places, each behind one of its members; to its ends where there is none.
+/// The part of a row between two places, each behind the member of an index; to its ends where there is none.
 fn part<T: Copy>(row: &[T], from: Option<(usize, T)>, to: Option<(usize, T)>) -> Vec<T> {
     let first = from.map_or(0, |(i, _)| i + 1);
     let last = to.map_or(row.len(), |(i, _)| i + 1);
@@ -171,98 +219,92 @@ fn part<T: Copy>(row: &[T], from: Option<(usize, T)>, to: Option<(usize, T)>) ->
     from.map(|it| it.1).into_iter().chain(inner).chain(to.map(|it| it.1)).collect()
 }
 
-impl Lanes {
-    /// Divides roads, in their order, where they are cut, and paints stretches of them.
-    pub(super) fn divide(
-        &mut self,
-        assembly: &mut MapBuilder,
-        network: &RoadNetwork,
-        found: Vec<(RoadIx, Vec<LaneletCut>, Vec<Stretch>)>,
-    ) {
-        let mut known = std::mem::take(&mut self.lanes).into_iter().peekable();
-        let mut found = found.into_iter().peekable();
-        let mut first = 0;
-        for (i, (arms, pieces)) in self.arms.iter_mut().zip(&mut self.pieces).enumerate() {
-            let ix = RoadIx::new(i);
-            let own: Vec<RoadLane> = std::iter::from_fn(|| known.next_if(|lane| lane.road == ix)).collect();
-            let begin = self.lanes.len();
-            let count = own.len();
-            self.lanes.extend(own);
-            if let Some((_, cuts, stretches)) = found.next_if(|(road, ..)| *road == ix)
-                && let Some(whole) = pieces.pop()
-            {
-                let own = &self.lanes[begin..];
-                let (divided, more) = divided(assembly, network.road(ix), (&whole, own), &cuts, &stretches);
-                *pieces = divided;
-                self.lanes.extend(more);
+/// The lanes with the roads divided at their splits, which come in order of roads, and the segments repainted.
+pub fn split_lanes(assembly: &mut MapBuilder, network: &RoadNetwork, lanes: Lanes, splits: Vec<RoadSplits>) -> Lanes {
+    let Lanes { lanes: before, mut arms, mut pieces } = lanes;
+    let mut before = before.into_iter().peekable();
+    let mut splits = splits.into_iter().peekable();
+    let (mut lanes, mut first_before) = (Vec::with_capacity(before.len()), 0);
+    for (i, (arms, pieces)) in arms.iter_mut().zip(&mut pieces).enumerate() {
+        let ix = RoadIx::new(i);
+        let first = lanes.len();
+        lanes.extend(std::iter::from_fn(|| before.next_if(|lane: &RoadLane| lane.road == ix)));
+        let count = lanes.len() - first;
+        if let Some(splits) = splits.next_if(|splits| splits.road == ix)
+            && let Some(whole) = pieces.pop()
+        {
+            *pieces = split_pieces(assembly, network.road(ix), &whole, &splits);
+            for piece in &pieces[1..] {
+                for i in first..first + count {
+                    let lane = lane_of_piece(assembly, network.road(ix), &lanes[i], &whole, piece);
+                    lanes.push(lane);
+                }
             }
-            let last = self.lanes.len() - count;
-            for (arm, begin) in arms.iter_mut().zip([begin, last]) {
-                arm.into.iter_mut().chain(&mut arm.out).for_each(|end| end.lane = end.lane - first + begin);
-            }
-            first += count;
         }
-        assembly.set_ground(Ground::default());
+        let last = lanes.len() - count;
+        for (arm, begin) in arms.iter_mut().zip([first, last]) {
+            arm.into.iter_mut().chain(&mut arm.out).for_each(|end| end.lane = end.lane - first_before + begin);
+        }
+        first_before += count;
     }
+    assembly.set_ground(Ground::default());
+    Lanes { lanes, arms, pieces }
 }
 
-/// The pieces of a road, and the lanes of all but the first.
-fn divided(
-    assembly: &mut MapBuilder,
-    road: &Road,
-    (whole, lanes): (&RoadPiece, &[RoadLane]),
-    cuts: &[LaneletCut],
-    stretches: &[Stretch],
-) -> (Vec<RoadPiece>, Vec<RoadLane>) {
+/// The pieces of a road between its splits.
+fn split_pieces(assembly: &mut MapBuilder, road: &Road, whole: &RoadPiece, splits: &RoadSplits) -> Vec<RoadPiece> {
     assembly.set_ground(Ground::under(road));
-    let mut pieces: Vec<RoadPiece> = Vec::with_capacity(cuts.len() + 1);
-    for i in 0..=cuts.len() {
-        let (before, behind) = (i.checked_sub(1).and_then(|i| cuts.get(i)), cuts.get(i));
-        let station = |cut: Option<&LaneletCut>, end: End| cut.map_or(whole.span[end], |cut| cut.station);
-        let span = [station(before, End::Start), station(behind, End::End)];
-        pieces.push(RoadPiece { behind: before.map(|cut| cut.cause), span, borders: vec![None; whole.borders.len()] });
-    }
+    let reasons = std::iter::once(whole.behind).chain(splits.splits.iter().map(|split| Some(split.reason)));
+    let stations = || splits.splits.iter().map(|split| split.station);
+    let (starts, ends) = (std::iter::once(whole.span[0]).chain(stations()), stations().chain([whole.span[1]]));
+    let piece = |(behind, (from, to))| RoadPiece { behind, span: [from, to], borders: vec![None; whole.borders.len()] };
+    let mut pieces: Vec<RoadPiece> = reasons.zip(starts.zip(ends)).map(piece).collect();
     for (edge, border) in whole.borders.iter().enumerate() {
         let Some(border) = *border else { continue };
-        let lines = border_pieces(assembly, road, (edge, border), cuts, &pieces, stretches);
+        let lines = split_border(assembly, road, (edge, border), &pieces, splits);
         for (piece, line) in pieces.iter_mut().zip(lines) {
             piece.borders[edge] = Some(Bound { line, ..border });
         }
     }
-    let mut more = Vec::with_capacity(lanes.len() * cuts.len());
-    for piece in &pieces {
-        let Some(cause) = piece.behind else { continue };
-        let beyond = |bound: Bound| {
-            let edge = whole.borders.iter().position(|border| border.is_some_and(|it| it.line == bound.line));
-            let line = edge.and_then(|edge| piece.borders[edge]).map_or(bound.line, |it| it.line);
-            Bound { line, ..bound }
-        };
-        for lane in lanes {
-            let (left, right) = (beyond(lane.left), beyond(lane.right));
-            let attributes = assembly.lanelet_of(lane.lanelet).map(|it| it.attributes.clone()).unwrap_or_default();
-            let key = cause.of(road.key_of("lane")).number(lane.strip as i64).number(i64::from(lane.backward));
-            let lanelet = assembly.lanelet(key, left, right, attributes);
-            more.push(RoadLane { lanelet, left, right, ..lane.clone() });
-        }
-    }
-    (pieces, more)
+    pieces
 }
 
-/// Shortens a border to the first piece of its road, and draws the others anew, painted as it was or as stretches say.
-fn border_pieces(
+/// Adds the lane of a piece behind a split that continues a lane of the whole road.
+fn lane_of_piece(
+    assembly: &mut MapBuilder,
+    road: &Road,
+    lane: &RoadLane,
+    whole: &RoadPiece,
+    piece: &RoadPiece,
+) -> RoadLane {
+    let [left, right] = [lane.left, lane.right].map(|bound| {
+        let edge = whole.borders.iter().position(|border| border.is_some_and(|it| it.line == bound.line));
+        let line = edge.and_then(|edge| piece.borders[edge]).map_or(bound.line, |it| it.line);
+        Bound { line, ..bound }
+    });
+    let attributes = assembly.lanelet_of(lane.lanelet).map(|it| it.attributes.clone()).unwrap_or_default();
+    let key = road.key_of("lane");
+    let key = piece.behind.map_or(key, |reason| reason.of(key));
+    let key = key.number(lane.strip as i64).number(i64::from(lane.backward));
+    let lanelet = assembly.lanelet(key, left, right, attributes);
+    RoadLane { lanelet, left, right, ..lane.clone() }
+}
+
+/// The lines of a border by pieces: shortens its own line to the first piece, and draws the others anew, with its marking or that
+/// of a repainted segment.
+fn split_border(
     assembly: &mut MapBuilder,
     road: &Road,
     (edge, border): (usize, Bound),
-    cuts: &[LaneletCut],
     pieces: &[RoadPiece],
-    stretches: &[Stretch],
+    splits: &RoadSplits,
 ) -> Vec<LineStringId> {
     let ids = assembly.bound_ids(border);
     let own = assembly.line_of(border.line).map(|line| line.attributes.clone()).unwrap_or_default();
-    let key = |cause: SplitReason| cause.of(road.key_of("border")).number(edge as i64);
-    let nodes = cuts.iter().map(|cut| {
-        let (i, place) = place(Some(&cut.places), edge)?;
-        Some((i, assembly.point_between(key(cut.cause).word("cut"), place, [*ids.get(i)?, *ids.get(i + 1)?])))
+    let key = |reason: SplitReason| reason.of(road.key_of("border")).number(edge as i64);
+    let nodes = splits.splits.iter().map(|split| {
+        let (i, place) = split.place(edge)?;
+        Some((i, assembly.point_between(key(split.reason).word("cut"), place, [*ids.get(i)?, *ids.get(i + 1)?])))
     });
     let nodes: Vec<Option<(usize, PointId)>> = nodes.collect();
     let mut lines = Vec::with_capacity(pieces.len());
@@ -273,11 +315,11 @@ fn border_pieces(
             points.reverse();
         }
         let middle = (piece.span[0] + piece.span[1]) / 2.0;
-        let stretch = stretches.iter().filter(|it| it.span[0] <= middle && middle <= it.span[1]);
-        let painted = stretch.flat_map(|it| &it.painted).find(|(of, _)| *of == edge).map(|(_, marking)| marking);
-        let attributes = painted.unwrap_or(&own).clone();
+        let segments = splits.repainted.iter().filter(|it| it.span[0] <= middle && middle <= it.span[1]);
+        let marking = segments.flat_map(|it| &it.markings).find(|(of, _)| *of == edge).map(|(_, marking)| marking);
+        let attributes = marking.unwrap_or(&own).clone();
         lines.push(match piece.behind {
-            Some(cause) => assembly.line(key(cause), points, attributes),
+            Some(reason) => assembly.line(key(reason), points, attributes),
             None => {
                 assembly.reshape_line(border.line, points);
                 assembly.retag_line(border.line, attributes);
@@ -287,14 +329,3 @@ fn border_pieces(
     }
     lines
 }
-
-/// A part of a road where some of its edges are painted otherwise.
-pub struct Stretch {
-    /// Between which stations.
-    pub span: [f64; 2],
-    /// What is painted on which edge.
-    pub painted: Painted,
-}
-
-/// Edges of a road's cross-section with what is painted there before the stop line.
-pub type Painted = Vec<(usize, Attributes)>;

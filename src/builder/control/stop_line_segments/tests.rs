@@ -1,23 +1,23 @@
-//! Stretches before stop lines, on small networks.
+//! Approaches to stop lines, on small networks.
 
 use std::collections::BTreeMap;
 
 use crate::builder::tags::road_class::DrivingSide;
-use crate::builder::tests::{Asked, built_as, ends};
+use crate::builder::tests::{Asked, built_as, driven_on, ends};
 use crate::builder::{BuildOptions, Built};
 use crate::lanelet::{Bound, Lanelet, LaneletMap};
 use crate::settings::MarkingSettings;
 
 const FOUR: &str = "highway=secondary lanes=4 sidewalk=no";
 
-/// A crossing of a road from west to east, its western arm of this length and with these tags, with a minor road. What
-/// stands on its node rules it.
+/// A crossing of a road from west to east with a minor road; `rule` are the tags of its node, `length`, metres, and `west` are
+/// those of its western arm.
 struct Crossing<'a> {
     side: DrivingSide,
     rule: &'a str,
     length: f64,
     west: &'a str,
-    /// Where people walk across it, metres from the crossing.
+    /// Distance of a crosswalk from the crossing, metres.
     walk: Option<f64>,
     before_stop: Option<f64>,
 }
@@ -33,7 +33,7 @@ const LIGHTS: Crossing<'static> = Crossing {
 
 fn built(Crossing { side, rule, length, west, walk, before_stop }: &Crossing<'_>) -> Built {
     let markings = MarkingSettings { before_stop: *before_stop };
-    let options = BuildOptions { driving_side: Some(*side), markings, ..BuildOptions::default() };
+    let options = BuildOptions { markings, ..driven_on(*side) };
     let nodes = [
         (1, 0.0, 0.0, *rule),
         (2, -length, 0.0, ""),
@@ -55,7 +55,7 @@ fn west(map: &LaneletMap) -> Vec<&Lanelet> {
     map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("road_name", "West")).collect()
 }
 
-/// What a lanelet is followed by.
+/// The lanelets that follow a lanelet.
 fn behind<'m>(map: &'m LaneletMap, lanelet: &Lanelet) -> Vec<&'m Lanelet> {
     let end = ends(map, lanelet)[1];
     map.lanelets.iter().filter(|next| ends(map, next)[0] == end).collect()
@@ -69,7 +69,7 @@ fn length(map: &LaneletMap, bound: Bound) -> f64 {
     map.bound_line(bound).windows(2).map(|w| (w[1] - w[0]).norm()).sum()
 }
 
-/// How the lines between lanes of one direction are painted, and how long: before the intersection, and all others.
+/// The markings and lengths, metres, of the lines between lanes of one direction: before the intersection, and all others.
 fn between(map: &LaneletMap) -> [Vec<(String, f64)>; 2] {
     let mut uses: BTreeMap<(i64, bool), Vec<&Lanelet>> = BTreeMap::new();
     for lanelet in west(map) {
@@ -93,7 +93,7 @@ fn paints(found: &[(String, f64)]) -> Vec<&str> {
 }
 
 #[test]
-fn lanes_are_not_changed_on_the_last_stretch_before_lights() {
+fn lanes_are_not_changed_on_the_approach_to_lights() {
     for side in [DrivingSide::Right, DrivingSide::Left] {
         let map = built(&Crossing { side, ..LIGHTS }).map;
         let [before, others] = between(&map);
@@ -106,7 +106,7 @@ fn lanes_are_not_changed_on_the_last_stretch_before_lights() {
 }
 
 #[test]
-fn neighbours_share_their_bounds_and_what_follows_its_nodes() {
+fn neighbours_share_bounds_and_followers_share_nodes() {
     for side in [DrivingSide::Right, DrivingSide::Left] {
         let map = built(&Crossing { side, west: "cycleway:both=lane", ..LIGHTS }).map;
         let beside = |lanelet: &&Lanelet| lanelet.attributes.is("subtype", "bicycle_lane") && !inside(lanelet);
@@ -127,7 +127,7 @@ fn neighbours_share_their_bounds_and_what_follows_its_nodes() {
 }
 
 #[test]
-fn what_stands_at_the_stop_line_is_known_to_the_last_piece() {
+fn the_last_piece_has_the_elements_of_the_stop_line() {
     // Elements of lights hang on the lanelets behind the line; those of stop signs on the ones before it.
     let map = built(&Crossing { rule: "highway=stop stop=all", ..LIGHTS }).map;
     let signed = |lanelet: &&Lanelet| {
@@ -143,7 +143,7 @@ fn what_stands_at_the_stop_line_is_known_to_the_last_piece() {
 }
 
 #[test]
-fn the_piece_that_a_crosswalk_lies_on_knows_of_it() {
+fn the_piece_under_a_crosswalk_has_its_element() {
     for (walk, last) in [(90.0, false), (35.0, true)] {
         let map = built(&Crossing { side: DrivingSide::Left, walk: Some(walk), ..LIGHTS }).map;
         let crosswalk = map.regulatory_elements.iter().find(|element| element.subtype == "crosswalk").unwrap();
@@ -173,7 +173,7 @@ fn a_short_road_keeps_half_of_its_length_to_change_lanes() {
 }
 
 #[test]
-fn tags_and_settings_go_before_what_is_usual() {
+fn tags_and_settings_override_the_usual_length() {
     let tagged = |west: &str| between(&built(&Crossing { west, ..LIGHTS }).map)[0].clone();
     assert_eq!(paints(&tagged("change:lanes:forward=yes|yes")), ["dashed yes"]);
     assert_eq!(paints(&tagged("change:lanes:forward=not_right|yes")), ["solid_dashed no"]);
@@ -189,9 +189,8 @@ fn lanes_are_not_changed_before_and_on_a_crosswalk_with_lights() {
     for (side, sign) in [(DrivingSide::Right, 1.0), (DrivingSide::Left, -1.0)] {
         let nodes =
             [(1, -150.0, 0.0, ""), (2, 0.0, 0.0, "highway=crossing crossing=traffic_signals"), (3, 150.0, 0.0, "")];
-        let options = BuildOptions { driving_side: Some(side), ..BuildOptions::default() };
         let ways: [(i64, &[i64], &str); 1] = [(10, &[1, 2, 3], FOUR)];
-        let map = built_as(&Asked { nodes: &nodes, ways: &ways, options }).map;
+        let map = built_as(&Asked { nodes: &nodes, ways: &ways, options: driven_on(side) }).map;
         let crosswalk = map.lanelets.iter().find(|lanelet| lanelet.attributes.is("subtype", "crosswalk")).unwrap();
         let corners = map.outline(crosswalk);
         let middle = nalgebra::center(&corners[0], &corners[2]);
@@ -219,7 +218,7 @@ fn lanes_are_not_changed_before_and_on_a_crosswalk_with_lights() {
 }
 
 #[test]
-fn nobody_stops_where_nothing_says_so() {
+fn without_control_there_is_no_approach() {
     let [before, others] = between(&built(&Crossing { rule: "", ..LIGHTS }).map);
     assert_eq!((paints(&before), paints(&others)), (vec!["dashed yes"], vec!["dashed yes"]));
 }

@@ -1,32 +1,31 @@
-//! Walkways across the ways onto private ground, on small networks.
+//! Walkways across driveways, on small networks.
 
-use crate::builder::BuildOptions;
 use crate::builder::tags::road_class::DrivingSide;
-use crate::builder::tests::{Asked, built_as};
+use crate::builder::tests::{Asked, built_as, driven_on, of_subtype};
 use crate::geometry::polygon;
 use crate::lanelet::{Lanelet, LaneletMap};
 
 /// A street with a driveway on its north side.
 fn street(side: DrivingSide, street: &str, driveway: &str, at: &str) -> LaneletMap {
-    let options = BuildOptions { driving_side: Some(side), ..BuildOptions::default() };
     let nodes = [(1, 0.0, 0.0, ""), (2, -80.0, 0.0, ""), (3, 80.0, 0.0, ""), (4, 0.0, 40.0, ""), (5, 0.0, 9.0, at)];
     let street = format!("highway=residential lanes=2 {street}");
     let driveway = format!("highway=service {driveway}");
-    built_as(&Asked { nodes: &nodes, ways: &[(10, &[2, 1, 3], &street), (11, &[1, 5, 4], &driveway)], options }).map
-}
-
-fn of<'a>(map: &'a LaneletMap, subtype: &str) -> Vec<&'a Lanelet> {
-    map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", subtype)).collect()
+    built_as(&Asked {
+        nodes: &nodes,
+        ways: &[(10, &[2, 1, 3], &street), (11, &[1, 5, 4], &driveway)],
+        options: driven_on(side),
+    })
+    .map
 }
 
 #[test]
 fn a_driveway_crosses_the_sidewalk_of_its_street() {
     for side in [DrivingSide::Right, DrivingSide::Left] {
         let map = street(side, "sidewalk=both", "service=driveway", "");
-        let walkways = of(&map, "walkway");
+        let walkways = of_subtype(&map, "walkway");
         assert_eq!(walkways.len(), 1);
         let outline = map.outline(walkways[0]);
-        let across: Vec<&Lanelet> = of(&map, "road")
+        let across: Vec<&Lanelet> = of_subtype(&map, "road")
             .into_iter()
             .filter(|lane| polygon::common_area(&map.outline(lane), &outline) > 0.01)
             .collect();
@@ -34,7 +33,7 @@ fn a_driveway_crosses_the_sidewalk_of_its_street() {
         let element = map.regulatory_elements.iter().find(|element| element.subtype == "crosswalk").unwrap();
         assert!(element.lanelets("refers").eq([walkways[0].id]));
         assert!(across.iter().all(|lane| lane.regulatory_elements.contains(&element.id)));
-        // Who drives out is on private ground until the street.
+        // The lanes out of private ground are private up to the street.
         let private = across.iter().filter(|lane| lane.attributes.is("location", "private")).count();
         assert_eq!(private, 2);
     }
@@ -43,12 +42,12 @@ fn a_driveway_crosses_the_sidewalk_of_its_street() {
 #[test]
 fn there_is_no_walkway_without_a_sidewalk_or_private_ground_or_on_a_crosswalk() {
     let right = DrivingSide::Right;
-    assert_eq!(of(&street(right, "sidewalk=right", "service=driveway", ""), "walkway").len(), 0);
-    assert_eq!(of(&street(right, "sidewalk=left", "service=driveway", ""), "walkway").len(), 1);
-    assert_eq!(of(&street(right, "sidewalk=both", "access=yes", ""), "walkway").len(), 0);
-    assert_eq!(of(&street(right, "sidewalk=both", "access=private", ""), "walkway").len(), 1);
+    assert_eq!(of_subtype(&street(right, "sidewalk=right", "service=driveway", ""), "walkway").len(), 0);
+    assert_eq!(of_subtype(&street(right, "sidewalk=left", "service=driveway", ""), "walkway").len(), 1);
+    assert_eq!(of_subtype(&street(right, "sidewalk=both", "access=yes", ""), "walkway").len(), 0);
+    assert_eq!(of_subtype(&street(right, "sidewalk=both", "access=private", ""), "walkway").len(), 1);
     let crossed = street(right, "sidewalk=both", "service=driveway", "highway=crossing");
-    assert_eq!((of(&crossed, "walkway").len(), of(&crossed, "crosswalk").len()), (0, 1));
+    assert_eq!((of_subtype(&crossed, "walkway").len(), of_subtype(&crossed, "crosswalk").len()), (0, 1));
 }
 
 #[test]
@@ -59,7 +58,6 @@ fn a_sidewalk_mapped_as_a_way_of_its_own_crosses_a_driveway() {
         (DrivingSide::Right, "service=driveway", 18.0, 1),
         (DrivingSide::Right, "access=yes", 9.0, 0),
     ] {
-        let options = BuildOptions { driving_side: Some(side), ..BuildOptions::default() };
         let nodes = [
             (1, 0.0, 0.0, ""),
             (2, -80.0, 0.0, ""),
@@ -75,25 +73,25 @@ fn a_sidewalk_mapped_as_a_way_of_its_own_crosses_a_driveway() {
             (11, &[1, 5, 4], &driveway),
             (12, &[6, 5, 7], "highway=footway footway=sidewalk"),
         ];
-        let map = built_as(&Asked { nodes: &nodes, ways: &ways, options }).map;
-        let found = of(&map, "walkway");
+        let map = built_as(&Asked { nodes: &nodes, ways: &ways, options: driven_on(side) }).map;
+        let found = of_subtype(&map, "walkway");
         assert_eq!(found.len(), walkways, "{driveway}");
         let Some(walkway) = found.first() else { continue };
         let outline = map.outline(walkway);
         let element = map.regulatory_elements.iter().find(|element| element.subtype == "crosswalk").unwrap();
         assert!(element.lanelets("refers").eq([walkway.id]));
         let mut across = 0;
-        for lane in of(&map, "road") {
+        for lane in of_subtype(&map, "road") {
             let crosses = polygon::common_area(&map.outline(lane), &outline) > 0.01;
             assert_eq!(lane.regulatory_elements.contains(&element.id), crosses, "{}", lane.id);
             across += usize::from(crosses);
         }
         assert!(across >= 2);
-        // Who drives out stops before it, but where the street is far.
-        let own = of(&map, "road").into_iter().filter(|lane| !lane.attributes.has("intersection_area"));
+        // Lanes out end before the walkway unless the street is far away.
+        let own = of_subtype(&map, "road").into_iter().filter(|lane| !lane.attributes.has("intersection_area"));
         let before = own.filter(|lane| polygon::common_area(&map.outline(lane), &outline) > 0.01).count() == 0;
         assert_eq!(before, depth < 10.0);
-        let street = of(&map, "road")
+        let street = of_subtype(&map, "road")
             .into_iter()
             .filter(|lane| lane.attributes.is("location", "urban") && !lane.attributes.has("intersection_area"));
         let corners: Vec<f64> = street.flat_map(|lane| map.outline(lane)).map(|corner| corner.y).collect();

@@ -1,26 +1,21 @@
 //! Bicycle lanes through intersections, on small networks.
 
 use crate::builder::tags::road_class::DrivingSide;
-use crate::builder::tests::{Asked, built_as, ends};
+use crate::builder::tests::{Asked, built_as, driven_on, ends};
 use crate::builder::{BuildOptions, Built};
 use crate::lanelet::{Lanelet, LaneletMap};
 use crate::settings::{BesideSettings, BicycleLanes};
 
 const LANES: &str = "highway=tertiary lanes=2 cycleway:both=lane";
 
-/// A crossing of four roads with bicycle lanes, the last with these tags instead.
-fn crossing(side: DrivingSide, last: &str, lanes: BicycleLanes) -> Built {
-    let beside = BesideSettings { bicycle_lanes: lanes, ..BesideSettings::default() };
-    let options = BuildOptions { driving_side: Some(side), beside, ..BuildOptions::default() };
-    let nodes = [
-        (1, 0.0, 0.0, "highway=traffic_signals"),
-        (2, -80.0, 0.0, ""),
-        (3, 80.0, 0.0, ""),
-        (4, 0.0, -80.0, ""),
-        (5, 0.0, 80.0, ""),
-    ];
+/// Four roads with these tags that meet: from the west, to the east, from the south, to the north.
+fn crossing(side: DrivingSide, bicycle_lanes: BicycleLanes, [west, east, south, north]: [&str; 4]) -> Built {
+    let beside = BesideSettings { bicycle_lanes, ..BesideSettings::default() };
+    let options = BuildOptions { beside, ..driven_on(side) };
+    let middle = (1, 0.0, 0.0, "highway=traffic_signals");
+    let nodes = [middle, (2, -80.0, 0.0, ""), (3, 80.0, 0.0, ""), (4, 0.0, -80.0, ""), (5, 0.0, 80.0, "")];
     let ways: [(i64, &[i64], &str); 4] =
-        [(10, &[2, 1], LANES), (11, &[1, 3], LANES), (12, &[4, 1], LANES), (13, &[1, 5], last)];
+        [(10, &[2, 1], west), (11, &[1, 3], east), (12, &[4, 1], south), (13, &[1, 5], north)];
     built_as(&Asked { nodes: &nodes, ways: &ways, options })
 }
 
@@ -32,16 +27,16 @@ fn inside<'a>(map: &'a LaneletMap, subtype: &str) -> Vec<&'a Lanelet> {
 #[test]
 fn bicycles_ride_straight_on_and_around_the_near_corner() {
     for (side, near) in [(DrivingSide::Right, "right"), (DrivingSide::Left, "left")] {
-        let built = crossing(side, LANES, BicycleLanes::BicycleLane);
+        let built = crossing(side, BicycleLanes::BicycleLane, [LANES; 4]);
         let map = &built.map;
-        let ways = inside(map, "bicycle_lane");
-        let turn = |turn: &str| ways.iter().filter(|way| way.attributes.is("turn_direction", turn)).count();
-        assert_eq!((ways.len(), turn("straight"), turn(near)), (8, 4, 4));
+        let lanelets = inside(map, "bicycle_lane");
+        let turn = |turn: &str| lanelets.iter().filter(|lanelet| lanelet.attributes.is("turn_direction", turn)).count();
+        assert_eq!((lanelets.len(), turn("straight"), turn(near)), (8, 4, 4));
         let area = map.polygons.iter().next().unwrap();
-        for way in ways {
-            let [start, end] = ends(map, way);
+        for lanelet in lanelets {
+            let [start, end] = ends(map, lanelet);
             assert!(start.iter().chain(&end).all(|node| area.points.contains(node)));
-            let own = |lanelet: &&Lanelet| lanelet.id != way.id && ends(map, lanelet)[1] == start;
+            let own = |other: &&Lanelet| other.id != lanelet.id && ends(map, other)[1] == start;
             let before: Vec<&Lanelet> = map.lanelets.iter().filter(own).collect();
             assert!(!before.is_empty() && before.iter().all(|lane| lane.attributes.is("subtype", "bicycle_lane")));
         }
@@ -50,18 +45,19 @@ fn bicycles_ride_straight_on_and_around_the_near_corner() {
 }
 
 #[test]
-fn where_the_bicycle_lane_ends_nothing_leads_on() {
-    let map = crossing(DrivingSide::Right, "highway=tertiary lanes=2", BicycleLanes::BicycleLane).map;
+fn nothing_leads_to_a_road_without_bicycle_lanes() {
+    let map =
+        crossing(DrivingSide::Right, BicycleLanes::BicycleLane, [LANES, LANES, LANES, "highway=tertiary lanes=2"]).map;
     // West and east straight on, and around the two corners in the south.
     assert_eq!(inside(&map, "bicycle_lane").len(), 4);
-    let none = crossing(DrivingSide::Right, LANES, BicycleLanes::None).map;
+    let none = crossing(DrivingSide::Right, BicycleLanes::None, [LANES; 4]).map;
     assert!(none.lanelets.iter().all(|lanelet| !lanelet.attributes.is("subtype", "bicycle_lane")));
 }
 
 #[test]
-fn as_roads_they_have_lights_and_near_turns_yield_to_them() {
+fn bicycle_lanes_as_roads_have_lights_and_near_turns_yield_to_them() {
     for side in [DrivingSide::Right, DrivingSide::Left] {
-        let built = crossing(side, LANES, BicycleLanes::Road);
+        let built = crossing(side, BicycleLanes::Road, [LANES; 4]);
         let bicycles = &built.settings.bicycle_lanes;
         let (own, cars): (Vec<&Lanelet>, Vec<&Lanelet>) =
             inside(&built.map, "road").into_iter().partition(|lanelet| bicycles.contains(&lanelet.id.0));
@@ -70,40 +66,29 @@ fn as_roads_they_have_lights_and_near_turns_yield_to_them() {
             let all = lanelet.regulatory_elements.iter().filter_map(|id| built.map.regulatory_elements.get(*id));
             all.filter(|element| element.subtype == *subtype).collect()
         };
-        assert!(own.iter().all(|way| elements(way, "traffic_light").len() == 1));
+        assert!(own.iter().all(|lanelet| elements(lanelet, "traffic_light").len() == 1));
         let near = if side == DrivingSide::Right { "right" } else { "left" };
-        for turn in cars.iter().filter(|way| way.attributes.is("turn_direction", near)) {
+        for turn in cars.iter().filter(|lanelet| lanelet.attributes.is("turn_direction", near)) {
             let rights = elements(turn, "right_of_way");
             let yields = rights.iter().flat_map(|element| element.lanelets("yield"));
-            assert!(yields.filter(|id| own.iter().any(|way| way.id == *id)).count() >= 1);
+            assert!(yields.filter(|id| own.iter().any(|lanelet| lanelet.id == *id)).count() >= 1);
         }
     }
 }
 
 /// The turns that bicycles have through an intersection, sorted.
-fn turns<'a>(ways: &[&'a Lanelet]) -> Vec<&'a str> {
-    let mut turns: Vec<&str> = ways.iter().filter_map(|way| way.attributes.get("turn_direction")).collect();
+fn turns<'a>(lanelets: &[&'a Lanelet]) -> Vec<&'a str> {
+    let mut turns: Vec<&str> = lanelets.iter().filter_map(|lanelet| lanelet.attributes.get("turn_direction")).collect();
     turns.sort_unstable();
     turns
 }
 
 #[test]
-fn lanes_ridden_both_ways_lead_through_in_both_directions() {
+fn two_way_bicycle_lanes_lead_through_in_both_directions() {
     for (side, far) in [(DrivingSide::Right, "left"), (DrivingSide::Left, "right")] {
         for (lanes, subtype) in [(BicycleLanes::BicycleLane, "bicycle_lane"), (BicycleLanes::Road, "road")] {
-            let beside = BesideSettings { bicycle_lanes: lanes, ..BesideSettings::default() };
-            let options = BuildOptions { driving_side: Some(side), beside, ..BuildOptions::default() };
             let tags = format!("highway=tertiary lanes=2 cycleway:{far}=track cycleway:{far}:oneway=no");
-            let nodes = [
-                (1, 0.0, 0.0, "highway=traffic_signals"),
-                (2, -80.0, 0.0, ""),
-                (3, 80.0, 0.0, ""),
-                (4, 0.0, -80.0, ""),
-                (5, 0.0, 80.0, ""),
-            ];
-            let ways: [(i64, &[i64], &str); 4] =
-                [(10, &[2, 1], &tags), (11, &[1, 3], &tags), (12, &[4, 1], &tags), (13, &[1, 5], &tags)];
-            let Built { map, settings, .. } = built_as(&Asked { nodes: &nodes, ways: &ways, options });
+            let Built { map, settings, .. } = crossing(side, lanes, [&tags; 4]);
             let for_bicycles =
                 |lanelet: &&Lanelet| subtype == "bicycle_lane" || settings.bicycle_lanes.contains(&lanelet.id.0);
             let inside: Vec<&Lanelet> = inside(&map, subtype).into_iter().filter(for_bicycles).collect();
@@ -129,28 +114,23 @@ fn lanes_ridden_both_ways_lead_through_in_both_directions() {
 }
 
 #[test]
-fn nobody_is_led_across_the_traffic() {
+fn no_bicycle_lanelet_crosses_the_traffic() {
     // West of the crossing bicycles ride both ways on the far side, elsewhere on the near sides.
     for (side, far) in [(DrivingSide::Right, "left"), (DrivingSide::Left, "right")] {
-        let nodes =
-            [(1, 0.0, 0.0, ""), (2, -80.0, 0.0, ""), (3, 80.0, 0.0, ""), (4, 0.0, -80.0, ""), (5, 0.0, 80.0, "")];
         let west = format!("highway=tertiary lanes=2 cycleway:{far}=lane cycleway:{far}:oneway=no");
-        let ways: [(i64, &[i64], &str); 4] =
-            [(10, &[2, 1], &west), (11, &[1, 3], LANES), (12, &[4, 1], LANES), (13, &[1, 5], LANES)];
-        let options = BuildOptions { driving_side: Some(side), ..BuildOptions::default() };
-        let map = built_as(&Asked { nodes: &nodes, ways: &ways, options }).map;
-        let ways = inside(&map, "bicycle_lane");
+        let map = crossing(side, BicycleLanes::BicycleLane, [&west, LANES, LANES, LANES]).map;
+        let lanelets = inside(&map, "bicycle_lane");
         // To the west straight on and around the corner; between the other three as usual.
         let near = if side == DrivingSide::Right { "right" } else { "left" };
         let mut expected = vec![near; 3];
         expected.extend(["straight"; 3]);
         expected.sort_unstable();
-        assert_eq!(turns(&ways), expected, "{side:?}");
+        assert_eq!(turns(&lanelets), expected, "{side:?}");
     }
 }
 
 #[test]
-fn they_lead_through_merged_intersections_in_both_directions() {
+fn bicycle_lanes_lead_through_merged_intersections_in_both_directions() {
     // A road of two carriageways 12 m apart, merged with the piece of the crossing road between them.
     let main = |track: &str| format!("highway=secondary oneway=yes lanes=2 name=Main {track}");
     for (side, north, near) in [(DrivingSide::Right, 6.0, "right"), (DrivingSide::Left, -6.0, "left")] {
@@ -175,13 +155,12 @@ fn they_lead_through_merged_intersections_in_both_directions() {
                 (15, &[1, 2], LANES),
                 (16, &[2, 8], LANES),
             ];
-            let options = BuildOptions { driving_side: Some(side), ..BuildOptions::default() };
-            let built = built_as(&Asked { nodes: &nodes, ways: &ways, options });
+            let built = built_as(&Asked { nodes: &nodes, ways: &ways, options: driven_on(side) });
             assert_eq!(built.summary.intersections, 1, "merged");
-            let ways = inside(&built.map, "bicycle_lane");
+            let lanelets = inside(&built.map, "bicycle_lane");
             let mut expected = vec![near; 4];
             expected.extend(vec!["straight"; straight]);
-            assert_eq!(turns(&ways), expected, "{side:?} {ridden}");
+            assert_eq!(turns(&lanelets), expected, "{side:?} {ridden}");
         }
     }
 }
@@ -196,8 +175,7 @@ fn a_track_lies_behind_a_kerb() {
             (LANES, "line_thin"),
         ] {
             let nodes = [(1, 0.0, 0.0, ""), (2, 80.0, 0.0, "")];
-            let options = BuildOptions { driving_side: Some(side), ..BuildOptions::default() };
-            let map = built_as(&Asked { nodes: &nodes, ways: &[(10, &[1, 2], tags)], options }).map;
+            let map = built_as(&Asked { nodes: &nodes, ways: &[(10, &[1, 2], tags)], options: driven_on(side) }).map;
             let of = |subtype: &'static str| map.lanelets.iter().filter(move |l| l.attributes.is("subtype", subtype));
             assert_eq!((of("bicycle_lane").count(), of("road").count()), (2, 2));
             for bicycle in of("bicycle_lane") {

@@ -1,4 +1,4 @@
-//! The bounds of the ways through an intersection: lines that neighbours share.
+//! The bounds of turning lanelets: lines that neighbours share.
 
 use std::borrow::Cow;
 use std::sync::OnceLock;
@@ -16,7 +16,7 @@ use crate::lanelet::{Attributes, Bound, LineStringId, PointId};
 #[derive(Clone, Debug, Default)]
 pub struct SharedBounds {
     lines: Vec<Line>,
-    /// For every node where lines end, the other ends of those lines, each with the last line to there.
+    /// By node: the other ends of the lines that end there, each with the latest line to it, by index.
     ends: FxHashMap<PointId, Vec<(PointId, u32)>>,
     points: PointIndex,
 }
@@ -25,21 +25,20 @@ pub struct SharedBounds {
 #[derive(Clone, Debug)]
 pub struct Line {
     id: LineStringId,
-    /// Its points, from the node where it begins to that where it ends, ...
     nodes: Vec<PointId>,
-    /// ... and where they lie.
+    /// The places of its nodes.
     places: Vec<Point>,
-    /// From its begin and from its end, where that is asked for.
+    /// Measured from its begin and from its end, on demand.
     measured: [OnceLock<Option<Measured>>; 2],
 }
 
 impl Line {
-    /// As a bound that begins at a node.
+    /// The bound that begins at a node.
     pub fn bound(&self, from: PointId) -> Bound {
         Bound { line: self.id, inverted: !self.begins_at(from) }
     }
 
-    /// Its places in order from a node.
+    /// Its places, in order from a node.
     pub fn places(&self, from: PointId) -> Cow<'_, [Point]> {
         match self.begins_at(from) {
             true => Cow::Borrowed(&self.places),
@@ -47,7 +46,7 @@ impl Line {
         }
     }
 
-    /// The points between its ends and where they lie, in order from a node.
+    /// The points between its ends and their places, in order from a node.
     pub fn inner(&self, from: PointId) -> Vec<(PointId, Point)> {
         let inner = 1..self.nodes.len() - 1;
         let points = inner.map(|i| (self.nodes[i], self.places[i]));
@@ -66,28 +65,28 @@ impl Line {
 }
 
 impl SharedBounds {
-    /// The line from one node to another, or back.
+    /// The line between two nodes, whichever its direction.
     pub fn line(&self, from: PointId, to: PointId) -> Option<&Line> {
-        let (_, at) = self.ends.get(&from)?.iter().find(|(end, _)| *end == to)?;
-        self.lines.get(*at as usize)
+        let (_, line) = self.ends.get(&from)?.iter().find(|(end, _)| *end == to)?;
+        self.lines.get(*line as usize)
     }
 
-    /// Makes room for so many more lines.
+    /// Reserves room for this number of lines more.
     pub fn reserve(&mut self, more: usize) {
         self.lines.reserve(more);
         self.ends.reserve(more);
     }
 
-    /// Every point of every line and where it lies, in order of the lines' ids.
+    /// Every point of every line and its place, in order of the lines' ids.
     pub fn points(&self) -> impl Iterator<Item = (PointId, Point)> {
-        let lines = self.ends.values().flatten().map(|(_, at)| &self.lines[*at as usize]);
+        let lines = self.ends.values().flatten().map(|(_, line)| &self.lines[*line as usize]);
         let mut lines: Vec<&Line> = lines.collect();
         lines.sort_unstable_by_key(|line| line.id);
         lines.dedup_by_key(|line| line.id);
         lines.into_iter().flat_map(|line| line.nodes.iter().copied().zip(line.places.iter().copied()))
     }
 
-    /// Adds the line of a bound between two nodes that exist, from the place of the one to that of the other.
+    /// Adds the line of a bound along places from one node to another.
     pub fn draw(
         &mut self,
         assembly: &mut MapBuilder,
@@ -96,36 +95,31 @@ impl SharedBounds {
         places: &[Point],
         attributes: Attributes,
     ) -> Bound {
-        // The pair of nodes is unordered, so that the same bound has the same id whichever way it was drawn.
-        let (low, high) = if a < b { (a, b) } else { (b, a) };
-        let key = key.word("bound").number(low.0).number(high.0);
+        // The lower node first: a bound has the same id in either direction.
+        let key = key.word("bound").number(a.min(b).0).number(a.max(b).0);
         let clean = curve::untangled(places);
         let heights = assembly.heights_along(&clean, [a, b]);
-        let inner = 1.min(clean.len())..clean.len().max(2) - 1;
-        let number = |i: usize| i as i64 - 1;
-        let between = inner.map(|i| {
-            let make = || assembly.point_at(key.number(number(i)), clean[i], heights[i], Attributes::new());
-            self.points.at(clean[i], make)
-        });
-        let ends = [(a, clean.first()), (b, clean.last())].map(|(id, place)| (id, place.copied().unwrap_or_default()));
         let mut points: Vec<(PointId, Point)> = Vec::with_capacity(clean.len().max(2));
-        points.push(ends[0]);
-        points.extend(between);
-        points.push(ends[1]);
+        points.push((a, clean.first().copied().unwrap_or_default()));
+        points.extend((1.min(clean.len())..clean.len().max(2) - 1).map(|i| {
+            let make = || assembly.point_at(key.number(i as i64 - 1), clean[i], heights[i], Attributes::new());
+            self.points.at(clean[i], make)
+        }));
+        points.push((b, clean.last().copied().unwrap_or_default()));
         points.dedup_by_key(|(id, _)| *id);
         let (nodes, places): (Vec<PointId>, Vec<Point>) = points.into_iter().unzip();
         let id = assembly.line(key, nodes.clone(), attributes);
         self.insert([a, b], Line { id, nodes, places, measured: Default::default() })
     }
 
-    /// Keeps the places of a line that is to be drawn from one node to another beside the lines that end on either node.
+    /// Moves the places of a new line between two nodes to its own side of the other lines that end on either node.
     pub fn beside_others(&self, [from, to]: [PointId; 2], mut places: Vec<Point>) -> Vec<Point> {
         for node in [from, to] {
             let mut own = None;
             let ends = self.ends.get(&node).into_iter().flatten();
-            for (_, at) in ends.filter(|(end, _)| ![from, to].contains(end)) {
+            for (_, line) in ends.filter(|(end, _)| ![from, to].contains(end)) {
                 own = own.or_else(|| Measured::new(places.iter().copied()));
-                let other = self.lines.get(*at as usize).and_then(|other| other.measured(node));
+                let other = self.lines.get(*line as usize).and_then(|other| other.measured(node));
                 let (Some(line), Some(other)) = (&own, other) else { continue };
                 if let Some(apart) = diverge(line, other) {
                     (places, own) = (apart, None);
@@ -137,11 +131,11 @@ impl SharedBounds {
     }
 
     fn insert(&mut self, [from, to]: [PointId; 2], line: Line) -> Bound {
-        let at = self.lines.len() as u32;
+        let index = self.lines.len() as u32;
         for (end, other) in [(from, to), (to, from)] {
             let ends = self.ends.entry(end).or_default();
-            ends.iter_mut().filter(|(end, _)| *end == other).for_each(|(_, line)| *line = at);
-            ends.push((other, at));
+            ends.iter_mut().filter(|(end, _)| *end == other).for_each(|(_, line)| *line = index);
+            ends.push((other, index));
         }
         let bound = line.bound(from);
         self.lines.push(line);

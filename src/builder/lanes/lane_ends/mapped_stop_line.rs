@@ -1,46 +1,50 @@
-//! Where vehicles stop before an intersection by the map: the cut is drawn back to there, if geometry and crosswalks let it.
+//! Mapped stop lines: the cut moves back to them where geometry and crosswalks allow it.
 
 use crate::builder::network::road_end::{at_depth, from_cut, inward};
-use crate::builder::network::{End, FeatureKind, Road, Stations};
+use crate::builder::network::{End, Feature, FeatureKind, Road, Stations};
 use crate::geometry::angle_between;
 
-use super::setback::{EASE_BEND, EASE_LEFT};
+use super::setback::{COMFORT_BEND, COMFORT_LEFT};
 
-/// No stop line lies further than this, metres, from the corner of the crossing road: behind a crosswalk, and a box for bicycles.
-/// What stands further out is a sign, or stops vehicles for something else.
+/// A stop line lies at most this far, metres, from the corner of the crossing road: behind a crosswalk, and a box for bicycles.
+/// Farther out it is the place of a sign, or it stops vehicles for something else.
 const REACH: f64 = 15.0;
 
-/// How far behind the outline's cut, metres, vehicles stop before either end of a road, where the map tells it. Lanes that end
-/// there would else be cut around a bend, or not at all.
-pub fn mapped(road: &Road, least: Stations, crossed: impl Fn(End) -> bool) -> [Option<f64>; 2] {
+/// Depths, metres up the road from the outline's cut, of the stop lines that are mapped before either end of a road.
+pub fn mapped_stop_lines(road: &Road, least: Stations, is_approach: impl Fn(End) -> bool) -> [Option<f64>; 2] {
+    let length = road.line.length();
     End::BOTH.map(|end| {
-        let meant = |kind: FeatureKind| kind == FeatureKind::StopLine(end.inbound());
-        // What stands where roads meet stops those who come to that place, not those who leave it.
-        let between = |station: f64| station > 0.0 && station < road.line.length();
-        let here = |kind: FeatureKind, station: f64| crossed(end) && meant(kind) && between(station);
-        let lines = road.features.iter().filter(|feature| here(feature.kind, feature.station));
+        // A stop line on the node where roads meet is for those who arrive there, not for those who leave it.
+        let is_stop_line = |feature: &&Feature| {
+            feature.kind == FeatureKind::StopLine(end.inbound()) && feature.station > 0.0 && feature.station < length
+        };
+        let lines = road.features.iter().filter(|_| is_approach(end)).filter(is_stop_line);
         let depths = lines.map(|feature| from_cut(least, end, feature.station));
-        let near = depths.filter(|depth| *depth > 0.0 && *depth <= REACH);
         // Of two lines one behind the other the first is for cars; bicycles wait at the other.
-        near.max_by(f64::total_cmp).filter(|depth| bend(road, least, end, *depth) <= EASE_BEND)
+        let first = depths.filter(|depth| *depth > 0.0 && *depth <= REACH).max_by(f64::total_cmp);
+        // No lane is cut around a bend.
+        first.filter(|depth| bend(road, least, end, *depth) <= COMFORT_BEND)
     })
 }
 
-/// By how much, degrees, a road bends on the way from a place so far, metres, behind the outline's cut to that cut.
+/// How much a road bends, degrees, between the outline's cut and a place at this depth, metres up the road from it.
 pub fn bend(road: &Road, least: Stations, end: End, depth: f64) -> f64 {
     let heading = |depth: f64| inward(road, end, at_depth(least, end, depth));
     angle_between(heading(0.0), heading(depth)).abs().to_degrees()
 }
 
-/// The setbacks of a road, with those at mapped stop lines drawn back to them where enough of it remains; and whether they
-/// were.
-pub fn drawn_back(least: Stations, setbacks: [f64; 2], mapped: [Option<f64>; 2]) -> ([f64; 2], [bool; 2]) {
-    let (mut drawn, mut moved) = (setbacks, [false; 2]);
-    for end in End::BOTH.map(End::index) {
-        let Some(depth) = mapped[end].filter(|depth| *depth >= setbacks[end]) else { continue };
-        if least[1] - least[0] - drawn[1 - end] - depth >= EASE_LEFT {
-            (drawn[end], moved[end]) = (depth, true);
+/// The setbacks of a road, metres, moved back to its stop lines where enough of it remains; and which of them moved.
+pub fn move_to_stop_lines(
+    least: Stations,
+    mut setbacks: [f64; 2],
+    stop_lines: [Option<f64>; 2],
+) -> ([f64; 2], [bool; 2]) {
+    let mut moved = [false; 2];
+    for end in [0, 1] {
+        let Some(depth) = stop_lines[end].filter(|depth| *depth >= setbacks[end]) else { continue };
+        if least[1] - least[0] - setbacks[1 - end] - depth >= COMFORT_LEFT {
+            (setbacks[end], moved[end]) = (depth, true);
         }
     }
-    (drawn, moved)
+    (setbacks, moved)
 }

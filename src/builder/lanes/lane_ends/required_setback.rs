@@ -1,43 +1,41 @@
-//! What the ends of roads need for the ways between them, however far they are cut back.
+//! The setbacks that the lanelets between roads require.
 
 use rayon::prelude::*;
 
 use crate::builder::network::network_diff::NetworkDiff;
-use crate::builder::network::{IntersectionIx, RoadEnd, RoadNetwork, Stations};
+use crate::builder::network::{IntersectionIx, Road, RoadNetwork, Stations};
 use crate::parallel::Finely;
 
-use super::dead_end::clearances;
-use super::setback::{comfort, turn_setbacks};
+use super::dead_end::dead_end_setbacks;
+use super::setback::{EndSetbacks, comfort_setbacks, turn_setbacks};
 
-/// What must remain of a road, metres, whatever the outline says.
+/// What remains of a road, metres, wherever its outlines cut it.
 const ROAD_LEAST: f64 = 1.0;
 
-/// What the ends of roads need.
+/// The setbacks that the ends of roads require behind their outlines, metres.
 pub struct RequiredSetbacks {
-    /// Per road: the stations where its outlines, held to its length, would cut it.
+    /// Per road: the stations where its outlines cut it, clamped to its line.
     pub(super) least: Vec<Stations>,
-    /// Per intersection.
-    ways: Vec<Wanted>,
-    /// How far dead ends are cut back.
-    dead_ends: Vec<(RoadEnd, f64)>,
+    intersections: Vec<IntersectionSetbacks>,
+    dead_ends: EndSetbacks,
 }
 
-/// How far to cut the roads of an intersection back, and how much farther for comfort; nothing where it has no ways.
+/// The setbacks around an intersection, metres; none where roads meet face to face.
 #[derive(Default)]
-struct Wanted {
-    needed: Vec<(RoadEnd, f64)>,
-    wished: Vec<(RoadEnd, f64)>,
+struct IntersectionSetbacks {
+    required: EndSetbacks,
+    comfort: EndSetbacks,
 }
 
 impl RequiredSetbacks {
-    /// `joined` tells which intersections need no room: there the roads meet face to face. `kept` are the stations between
-    /// which the outlines leave each road.
+    /// `joined` tells at which intersections roads meet face to face and require no room. `kept` are the stations between which
+    /// the outlines leave each road.
     pub fn new(network: &RoadNetwork, kept: &[Stations], joined: impl Fn(IntersectionIx) -> bool + Sync) -> Self {
         let none = network.intersections.iter().map(|_| None).collect();
-        Self::completed(network, least_cuts(network, kept, &joined), none, joined)
+        Self::complete(network, least_cuts(network, kept, &joined), none, joined)
     }
 
-    /// The same for a network that followed from another, whose needs these are.
+    /// The same for a network that followed from the one for which these were found.
     #[must_use]
     pub fn renewed(
         mut self,
@@ -50,78 +48,72 @@ impl RequiredSetbacks {
         let known = (0..network.intersections.len()).map(|i| {
             let ix = IntersectionIx::new(i);
             let old = origins.untouched(ix)?;
-            let same = |at: &RoadEnd| least[at.road][at.end] == self.least[origins.of(at.road)][at.end];
-            network.intersection(ix).arms.iter().all(same).then(|| {
-                let mut wanted = std::mem::take(&mut self.ways[old]);
-                let ends = wanted.needed.iter_mut().chain(&mut wanted.wished);
+            let mut arms = network.intersection(ix).arms.iter();
+            arms.all(|at| least[at.road][at.end] == self.least[origins.of(at.road)][at.end]).then(|| {
+                let mut setbacks = std::mem::take(&mut self.intersections[old]);
+                let ends = setbacks.required.iter_mut().chain(&mut setbacks.comfort);
                 ends.for_each(|(at, _)| at.road = origins.now(at.road).unwrap_or(at.road));
-                wanted
+                setbacks
             })
         });
         let known = known.collect();
-        Self::completed(network, least, known, joined)
+        Self::complete(network, least, known, joined)
     }
 
-    /// Finds what is not known yet.
-    fn completed(
+    /// Finds the setbacks that are not known yet.
+    fn complete(
         network: &RoadNetwork,
         least: Vec<Stations>,
-        known: Vec<Option<Wanted>>,
+        known: Vec<Option<IntersectionSetbacks>>,
         joined: impl Fn(IntersectionIx) -> bool + Sync,
     ) -> Self {
-        let wanted = |(i, known): (usize, Option<Wanted>)| {
+        let find = |(i, known): (usize, Option<IntersectionSetbacks>)| {
             let arms = &network.intersections[i].arms;
-            let passed = arms.len() >= 2 && !joined(IntersectionIx::new(i));
-            let find =
-                || Wanted { needed: turn_setbacks(network, arms, &least), wished: comfort(network, arms, &least) };
-            known.or_else(|| passed.then(find)).unwrap_or_default()
+            let crossed = arms.len() >= 2 && !joined(IntersectionIx::new(i));
+            let found = || IntersectionSetbacks {
+                required: turn_setbacks(network, arms, &least),
+                comfort: comfort_setbacks(network, arms, &least),
+            };
+            known.or_else(|| crossed.then(found)).unwrap_or_default()
         };
-        let ways = known.into_par_iter().finely().enumerate().map(wanted).collect();
-        let dead_ends = clearances(network, &least);
-        Self { least, ways, dead_ends }
+        let intersections = known.into_par_iter().finely().enumerate().map(find).collect();
+        let dead_ends = dead_end_setbacks(network, &least);
+        Self { least, intersections, dead_ends }
     }
 
-    /// Raises setbacks to what is needed, and wishes to what is wished.
-    pub(super) fn raise(&self, setbacks: &mut [[f64; 2]], wishes: &mut [[f64; 2]]) {
-        let raise = |of: &mut [[f64; 2]], asked: &[(RoadEnd, f64)]| {
-            for (at, by) in asked {
-                let back = &mut of[at.road][at.end];
-                *back = back.max(*by);
+    /// Raises setbacks, per road, to the required ones, and those for comfort.
+    pub(super) fn raise(&self, setbacks: &mut [[f64; 2]], comfort: &mut [[f64; 2]]) {
+        let raise = |all: &mut [[f64; 2]], to: &EndSetbacks| {
+            for (at, by) in to {
+                let setback = &mut all[at.road][at.end];
+                *setback = setback.max(*by);
             }
         };
-        for Wanted { needed, wished } in &self.ways {
-            raise(setbacks, needed);
-            raise(wishes, wished);
+        for found in &self.intersections {
+            raise(setbacks, &found.required);
+            raise(comfort, &found.comfort);
         }
         raise(setbacks, &self.dead_ends);
     }
 }
 
+/// Per road, see [`least_cut`].
 fn least_cuts(
     network: &RoadNetwork,
     kept: &[Stations],
     joined: &(impl Fn(IntersectionIx) -> bool + Sync),
-) -> Vec<[f64; 2]> {
-    (0..network.roads.len()).into_par_iter().finely().map(|i| least_cut(network, kept, i, joined)).collect()
+) -> Vec<Stations> {
+    let cut = |(i, road): (usize, &Road)| {
+        let length = road.line.length();
+        let [start, end] = kept.get(i).copied().unwrap_or([0.0, length]);
+        least_cut([if joined(road.from) { 0.0 } else { start }, if joined(road.to) { length } else { end }], length)
+    };
+    network.roads.par_iter().finely().enumerate().map(cut).collect()
 }
 
-/// The outline's cut, held to the line and to a least length; the whole line where roads meet face to face.
-fn least_cut(
-    network: &RoadNetwork,
-    kept: &[Stations],
-    index: usize,
-    joined: &impl Fn(IntersectionIx) -> bool,
-) -> [f64; 2] {
-    let road = &network.roads[index];
-    let length = road.line.length();
-    let [mut start, mut end] = kept.get(index).copied().unwrap_or([0.0, length]);
-    if joined(road.from) {
-        start = 0.0;
-    }
-    if joined(road.to) {
-        end = length;
-    }
-    let (start, end) = (start.clamp(0.0, length), end.clamp(0.0, length));
+/// The outline's cut, clamped to a line of this length, metres, of which a part remains.
+fn least_cut(cut: Stations, length: f64) -> Stations {
+    let [start, end] = cut.map(|station| station.clamp(0.0, length));
     if end - start >= ROAD_LEAST.min(length / 2.0) {
         return [start, end];
     }

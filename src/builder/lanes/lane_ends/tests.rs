@@ -1,8 +1,7 @@
 //! Where vehicles stop before an intersection, on small networks.
 
-use crate::builder::BuildOptions;
 use crate::builder::tags::road_class::DrivingSide;
-use crate::builder::tests::{Asked, built_as};
+use crate::builder::tests::{Asked, built_as, driven_on};
 use crate::lanelet::{LaneletMap, PointId};
 
 type Nodes<'a> = &'a [(i64, f64, f64, &'a str)];
@@ -20,8 +19,7 @@ fn crossing(side: DrivingSide, west: &[&[i64]], nodes: Nodes<'_>, ways: Ways<'_>
     let mut roads = vec![(13, &[1, 3][..], STREET), (14, &[4, 1, 5], STREET)];
     roads.extend(west.iter().zip(20..).map(|(nodes, id)| (id, *nodes, STREET)));
     roads.extend(ways);
-    let options = BuildOptions { driving_side: Some(side), ..BuildOptions::default() };
-    built_as(&Asked { nodes: &all, ways: &roads, options }).map
+    built_as(&Asked { nodes: &all, ways: &roads, options: driven_on(side) }).map
 }
 
 /// Metres east and north of the middle, as the nodes were given.
@@ -30,7 +28,7 @@ fn place(map: &LaneletMap, point: PointId) -> [f64; 2] {
     [(place.lon - 9.5) * 111_320.0, (place.lat - 0.5) * 110_574.0]
 }
 
-/// How far to the west of the middle those stop who come from there.
+/// The distance of the western stop line from the middle, metres.
 fn stop(map: &LaneletMap) -> f64 {
     let lines = map.linestrings.iter().filter(|line| line.attributes.is("type", "stop_line"));
     let eastings = |line: &crate::lanelet::LineString| -> Vec<f64> {
@@ -41,13 +39,13 @@ fn stop(map: &LaneletMap) -> f64 {
     -west[0]
 }
 
-/// Where those stop who come from the west over a node with these tags.
+/// The same with a node with these tags in the west.
 fn stop_at(side: DrivingSide, tags: &str, west: f64) -> f64 {
     stop(&crossing(side, &[&[2, 6, 1]], &[(6, -west, 0.0, tags)], &[]))
 }
 
 #[test]
-fn vehicles_stop_where_a_sign_or_light_faces_them() {
+fn vehicles_stop_at_a_sign_or_light_that_faces_them() {
     for side in SIDES {
         let usual = stop_at(side, "", 12.0);
         for tags in [
@@ -59,8 +57,8 @@ fn vehicles_stop_where_a_sign_or_light_faces_them() {
             assert_eq!(stop_at(side, tags, 2.0), usual, "nearer than the turns allow");
             assert_eq!(stop_at(side, tags, 30.0), usual, "a sign, but no stop line");
         }
-        assert_eq!(stop_at(side, "highway=give_way", 12.0), usual, "it is not known whom it faces");
-        assert_eq!(stop_at(side, "highway=give_way direction=backward", 12.0), usual, "for those who leave");
+        assert_eq!(stop_at(side, "highway=give_way", 12.0), usual, "it faces nobody for certain");
+        assert_eq!(stop_at(side, "highway=give_way direction=backward", 12.0), usual, "for the other direction");
         assert_eq!(stop_at(side, "highway=traffic_signals crossing=traffic_signals direction=forward", 12.0), {
             stop_at(side, "highway=crossing crossing=traffic_signals", 12.0)
         });
@@ -68,7 +66,7 @@ fn vehicles_stop_where_a_sign_or_light_faces_them() {
 }
 
 #[test]
-fn on_a_one_way_road_all_signs_face_who_comes() {
+fn on_a_one_way_road_all_signs_face_its_traffic() {
     let street = "highway=tertiary oneway=yes lanes=1";
     let ways: [(i64, &[i64], &str); 1] = [(30, &[2, 6, 1], street)];
     let map = crossing(DrivingSide::Right, &[], &[(6, -11.0, 0.0, "highway=give_way")], &ways);
@@ -83,13 +81,13 @@ fn vehicles_stop_where_a_line_is_painted() {
             stop(&crossing(side, &[&[2, 6, 1]], &nodes, &[(30, &[7, 8], tags)]))
         };
         let usual = painted(13.0, 0.0, 3.0, "barrier=kerb");
-        assert!((painted(13.0, 0.2, 3.2, LINE) - 13.0).abs() < 0.1, "before the lane of those who come");
+        assert!((painted(13.0, 0.2, 3.2, LINE) - 13.0).abs() < 0.1, "before the approach");
         assert!((painted(13.0, 3.0, 0.0, "road_marking=solid_stop_line") - 13.0).abs() < 0.1);
         assert!(
             (painted(13.0, -3.0, 3.0, "road_marking=dashed_stop_line") - 13.0).abs() < 0.1,
             "across the whole road"
         );
-        assert_eq!(painted(13.0, -3.0, -0.2, LINE), usual, "for those who leave");
+        assert_eq!(painted(13.0, -3.0, -0.2, LINE), usual, "for the other direction");
         assert_eq!(painted(13.0, 8.0, 11.0, LINE), usual, "beside the road");
         // The paint tells better than the sign beside it where vehicles stop.
         let nodes = [(6, -8.0, 0.0, "highway=stop direction=forward"), (7, -12.0, 0.0, ""), (8, -12.0, 3.0 * kerb, "")];
@@ -126,9 +124,9 @@ fn the_stop_line_may_lie_on_another_piece_of_the_way() {
     let nodes = [(6, -14.0, 0.0, "highway=give_way direction=forward"), (7, -9.0, 0.0, "")];
     let cut = crossing(DrivingSide::Right, &[&[2, 6, 7], &[7, 1]], &nodes, &[]);
     assert!((stop(&cut) - 14.0).abs() < 0.1);
-    let turned = [(6, -14.0, 0.0, "highway=give_way direction=backward"), (7, -9.0, 0.0, "")];
-    let turned = crossing(DrivingSide::Right, &[&[7, 6, 2], &[7, 1]], &turned, &[]);
-    assert!((stop(&turned) - 14.0).abs() < 0.1, "the way runs against those who come");
+    let reversed = [(6, -14.0, 0.0, "highway=give_way direction=backward"), (7, -9.0, 0.0, "")];
+    let reversed = crossing(DrivingSide::Right, &[&[7, 6, 2], &[7, 1]], &reversed, &[]);
+    assert!((stop(&reversed) - 14.0).abs() < 0.1, "the way runs against the approach");
 }
 
 #[test]
@@ -146,7 +144,7 @@ fn a_road_without_room_is_not_cut_back_to_its_stop_line() {
 }
 
 #[test]
-fn who_gives_way_stops_only_for_others() {
+fn vehicles_that_give_way_stop_only_for_others() {
     for (tags, subtype, elements) in [("stop", "stop_sign", (1, 3)), ("give_way", "give_way", (1, 4))] {
         let tags = format!("highway={tags} direction=forward");
         let map = crossing(DrivingSide::Right, &[&[2, 6, 1]], &[(6, -12.0, 0.0, &tags)], &[]);

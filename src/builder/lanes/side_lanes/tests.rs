@@ -1,6 +1,7 @@
-//! What lies beside the lanes, on small networks.
+//! Side lanes on small networks.
 
-use crate::builder::tests::{Asked, built_as, ends};
+use crate::builder::tags::road_class::DrivingSide;
+use crate::builder::tests::{Asked, built_as, driven_on, ends, of_subtype};
 use crate::builder::{BuildOptions, Built};
 use crate::geometry::left_of;
 use crate::lanelet::{Lanelet, LaneletMap};
@@ -16,22 +17,14 @@ fn street(first: &str, second: &str, options: BuildOptions) -> Built {
 }
 
 fn right() -> BuildOptions {
-    BuildOptions { driving_side: Some(crate::builder::tags::road_class::DrivingSide::Right), ..BuildOptions::default() }
-}
-
-fn left() -> BuildOptions {
-    BuildOptions { driving_side: Some(crate::builder::tags::road_class::DrivingSide::Left), ..BuildOptions::default() }
-}
-
-fn of<'a>(map: &'a LaneletMap, subtype: &str) -> Vec<&'a Lanelet> {
-    map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", subtype)).collect()
+    driven_on(DrivingSide::Right)
 }
 
 /// Lanelets of a subtype that share a border with this one.
 fn neighbours(map: &LaneletMap, lanelet: &Lanelet, subtype: &str) -> usize {
     let lines = |lanelet: &Lanelet| [lanelet.left.line, lanelet.right.line];
     let shares = |other: &&&Lanelet| other.id != lanelet.id && lines(other).iter().any(|l| lines(lanelet).contains(l));
-    of(map, subtype).iter().filter(shares).count()
+    of_subtype(map, subtype).iter().filter(shares).count()
 }
 
 fn line_type(map: &LaneletMap, bound: Bound) -> &str {
@@ -40,9 +33,9 @@ fn line_type(map: &LaneletMap, bound: Bound) -> &str {
 
 #[test]
 fn a_bicycle_lane_shares_its_border_with_the_lane_and_runs_as_it_does() {
-    for (options, near) in [(right(), "right"), (left(), "left")] {
+    for (options, near) in [(right(), "right"), (driven_on(DrivingSide::Left), "left")] {
         let built = street("cycleway:both=lane", "cycleway:both=lane", options);
-        let bicycles = of(&built.map, "bicycle_lane");
+        let bicycles = of_subtype(&built.map, "bicycle_lane");
         assert_eq!(bicycles.len(), 4);
         for lane in bicycles {
             assert_eq!(neighbours(&built.map, lane, "road"), 1);
@@ -57,16 +50,16 @@ fn a_bicycle_lane_shares_its_border_with_the_lane_and_runs_as_it_does() {
 }
 
 #[test]
-fn where_the_next_road_has_the_same_beside_its_lanes_it_goes_on() {
+fn a_side_lane_continues_one_of_the_same_use_on_the_next_road() {
     let follow = |map: &LaneletMap, subtypes: [&str; 2]| {
-        let (before, after) = (of(map, subtypes[0]), of(map, subtypes[1]));
+        let (before, after) = (of_subtype(map, subtypes[0]), of_subtype(map, subtypes[1]));
         before.iter().flat_map(|a| after.iter().map(move |b| (a, b))).any(|(a, b)| ends(map, a)[1] == ends(map, b)[0])
     };
     let same = street("cycleway:right=lane parking:right=lane", "cycleway:right=lane parking:right=lane", right()).map;
     assert!(follow(&same, ["bicycle_lane"; 2]) && follow(&same, ["road_shoulder"; 2]));
     // A shoulder as wide as the bicycle lane before it is no continuation of that.
     let other = street("cycleway:right=lane", "shoulder:right=yes shoulder:right:width=1.5", right()).map;
-    assert_eq!([of(&other, "bicycle_lane").len(), of(&other, "road_shoulder").len()], [1, 1]);
+    assert_eq!([of_subtype(&other, "bicycle_lane").len(), of_subtype(&other, "road_shoulder").len()], [1, 1]);
     assert!(follow(&other, ["road"; 2]) && !follow(&other, ["bicycle_lane", "road_shoulder"]));
 }
 
@@ -74,21 +67,21 @@ fn where_the_next_road_has_the_same_beside_its_lanes_it_goes_on() {
 fn parked_cars_and_a_shoulder_are_one_shoulder_behind_the_bicycle_lane() {
     let tags = "cycleway:right=lane cycleway:right:buffer=0.5 parking:right=lane shoulder:right=yes";
     let built = street(tags, tags, right());
-    let shoulders = of(&built.map, "road_shoulder");
+    let shoulders = of_subtype(&built.map, "road_shoulder");
     assert_eq!(shoulders.len(), 2);
     for shoulder in shoulders {
         assert_eq!(neighbours(&built.map, shoulder, "bicycle_lane"), 1);
         assert_eq!(line_type(&built.map, shoulder.right), "road_border");
     }
-    for lane in of(&built.map, "bicycle_lane") {
+    for lane in of_subtype(&built.map, "bicycle_lane") {
         assert_eq!(neighbours(&built.map, lane, "road"), 1, "the painted buffer belongs to the bicycle lane");
     }
 }
 
 #[test]
-fn people_on_foot_have_a_strip_beside_the_lane() {
+fn people_on_foot_have_a_pedestrian_lane_beside_the_lane() {
     let built = street("pedestrian_lane=right", "pedestrian_lane:both=yes", right());
-    let strips = of(&built.map, "pedestrian_lane");
+    let strips = of_subtype(&built.map, "pedestrian_lane");
     assert_eq!(strips.len(), 3);
     for strip in strips {
         assert_eq!(neighbours(&built.map, strip, "road"), 1);
@@ -97,10 +90,10 @@ fn people_on_foot_have_a_strip_beside_the_lane() {
 }
 
 #[test]
-fn nothing_is_drawn_that_no_tag_speaks_of_or_the_settings_leave_out() {
+fn no_side_lane_is_drawn_without_tags_or_against_the_settings() {
     let subtypes = ["bicycle_lane", "road_shoulder", "pedestrian_lane"];
     let plain = street("sidewalk=both", "", right()).map;
-    assert!(subtypes.iter().all(|subtype| of(&plain, subtype).is_empty()));
+    assert!(subtypes.iter().all(|subtype| of_subtype(&plain, subtype).is_empty()));
     let none = BesideSettings {
         bicycle_lanes: BicycleLanes::None,
         shoulders: false,
@@ -110,24 +103,24 @@ fn nothing_is_drawn_that_no_tag_speaks_of_or_the_settings_leave_out() {
     };
     let tags = "cycleway:right=lane parking:left=lane shoulder:right=yes pedestrian_lane:left=yes";
     let silent = street(tags, tags, BuildOptions { beside: none, ..right() }).map;
-    assert!(subtypes.iter().all(|subtype| of(&silent, subtype).is_empty()));
+    assert!(subtypes.iter().all(|subtype| of_subtype(&silent, subtype).is_empty()));
     let earlier = BesideSettings { bicycle_lanes: BicycleLanes::Road, ..none };
     let earlier = street("", "cycleway:right=lane", BuildOptions { beside: earlier, ..right() }).map;
-    assert!(of(&earlier, "bicycle_lane").is_empty());
-    let road = of(&earlier, "road");
+    assert!(of_subtype(&earlier, "bicycle_lane").is_empty());
+    let road = of_subtype(&earlier, "road");
     assert_eq!(road.iter().filter(|lane| !lane.attributes.has("participant:vehicle")).count(), 1);
 }
 
 #[test]
-fn people_have_lights_at_both_ends_of_a_crosswalk_that_has_some() {
-    for options in [right(), left()] {
+fn a_crosswalk_with_signals_has_a_light_at_both_ends() {
+    for options in [right(), driven_on(DrivingSide::Left)] {
         let nodes =
             [(1, -60.0, 0.0, ""), (2, 0.0, 0.0, "highway=crossing crossing=traffic_signals"), (3, 60.0, 0.0, "")];
         let ways: [(i64, &[i64], &str); 1] = [(10, &[1, 2, 3], "highway=residential lanes=2")];
         let map = built_as(&Asked { nodes: &nodes, ways: &ways, options }).map;
         let lights: Vec<_> = map.linestrings.iter().filter(|line| line.attributes.is("subtype", "red_green")).collect();
         assert_eq!(lights.len(), 2);
-        let crosswalk = of(&map, "crosswalk")[0];
+        let crosswalk = of_subtype(&map, "crosswalk")[0];
         let element = map.regulatory_elements.iter().find(|element| element.subtype == "traffic_light").unwrap();
         assert!(crosswalk.regulatory_elements.contains(&element.id));
         assert!(element.members.iter().all(|member| member.role != "ref_line"));

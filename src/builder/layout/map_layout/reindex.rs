@@ -57,7 +57,7 @@ impl Layout {
         };
         let cut_before = |road: RoadIx| Some(road).filter(untouched).map(|road| was.cut(diff.of(road)));
         let lines = connection_lines(&network, &needs, &back, &stops, cut_before);
-        joins.beside(gore_corners(&network, &lines));
+        joins.set_gore_corners(gore_corners(&network, &lines));
         let elsewhere = joins.take_over(&met, diff);
         let moves = |road: &RoadIx| elsewhere.contains(road) || was.kept[diff.of(*road)] != lines.kept[*road];
         let moved: Vec<RoadIx> = roads().filter(moves).collect();
