@@ -13,7 +13,6 @@ mod tags;
 mod write;
 
 pub use digits::fixed;
-pub(crate) use digits::put_fixed;
 pub use edit::{attribute, kept, moved};
 pub use error::ReadError;
 pub use load::load;

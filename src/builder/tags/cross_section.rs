@@ -82,6 +82,25 @@ impl Arrows {
     /// `merge_to_right`.
     pub const MERGE_TO_RIGHT: Self = Self(512);
 
+    /// All arrows with their values of `turn:lanes`.
+    pub const NAMES: [(&str, Self); 10] = [
+        ("left", Self::LEFT),
+        ("slight_left", Self::SLIGHT_LEFT),
+        ("sharp_left", Self::SHARP_LEFT),
+        ("through", Self::THROUGH),
+        ("right", Self::RIGHT),
+        ("slight_right", Self::SLIGHT_RIGHT),
+        ("sharp_right", Self::SHARP_RIGHT),
+        ("reverse", Self::REVERSE),
+        ("merge_to_left", Self::MERGE_TO_LEFT),
+        ("merge_to_right", Self::MERGE_TO_RIGHT),
+    ];
+
+    /// The arrow of a value of `turn:lanes`.
+    pub fn named(value: &str) -> Option<Self> {
+        Self::NAMES.iter().find(|(name, _)| *name == value).map(|(_, arrow)| *arrow)
+    }
+
     /// Both sets together.
     #[must_use]
     pub fn and(self, other: Self) -> Self {

@@ -147,21 +147,7 @@ impl PerLane {
 
 /// The arrows of one entry of `turn:lanes`.
 fn arrows(entry: &str) -> Arrows {
-    entry.split(';').fold(Arrows::NONE, |sum, arrow| {
-        sum.and(match arrow.trim() {
-            "left" => Arrows::LEFT,
-            "slight_left" => Arrows::SLIGHT_LEFT,
-            "sharp_left" => Arrows::SHARP_LEFT,
-            "through" => Arrows::THROUGH,
-            "right" => Arrows::RIGHT,
-            "slight_right" => Arrows::SLIGHT_RIGHT,
-            "sharp_right" => Arrows::SHARP_RIGHT,
-            "reverse" => Arrows::REVERSE,
-            "merge_to_left" => Arrows::MERGE_TO_LEFT,
-            "merge_to_right" => Arrows::MERGE_TO_RIGHT,
-            _ => Arrows::NONE,
-        })
-    })
+    entry.split(';').filter_map(|arrow| Arrows::named(arrow.trim())).fold(Arrows::NONE, Arrows::and)
 }
 
 /// Whether a vehicle may change to the left and to the right, by one entry of `change:lanes`.
