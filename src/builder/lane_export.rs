@@ -43,7 +43,7 @@ pub fn single_lanes(network: &RoadNetwork, kept: &[[f64; 2]]) -> Vec<(LaneId, la
             let stop = stops(network, RoadEnd { road: ix, end: toward }).then(|| length_on(network, line.length()));
             let strip = (strip, backward);
             if let Some(made) = single_lane(road, network.country.as_deref(), &line, strip, stop.flatten()) {
-                lanes.push((LaneId { road: i as i64, lane }, made.hung_on(nodes)));
+                lanes.push((LaneId { road: i as i64, lane }, made.on_nodes(nodes)));
             }
         }
     }
