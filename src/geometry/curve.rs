@@ -108,7 +108,7 @@ fn parameters(at: impl Fn(f64) -> (Point, Vector, Vector)) -> Vec<f64> {
 
 /// The lines to the left and to the right of a curve. Their distance from it changes from `start` to `end` metres: mostly where
 /// the curve bends, because other lanes may lie beside it before and after; evenly on a nearly straight curve.
-pub fn beside(curve: &[Pose], start: f64, end: f64) -> [Vec<Point>; 2] {
+pub fn sides(curve: &[Pose], start: f64, end: f64) -> [Vec<Point>; 2] {
     /// The change of direction, radians, that counts as much as the whole length.
     const EVEN_TURN: f64 = 0.2;
     let step = |w: &[Pose]| [(w[1].point - w[0].point).norm(), (w[1].heading - w[0].heading).norm()];
@@ -172,11 +172,7 @@ fn spaced(line: &[Point]) -> Vec<Point> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::pose::{SAGITTA, STRAIGHT_STEP};
-
-    fn pose(x: f64, y: f64, degrees: f64) -> Pose {
-        Pose { point: Point::new(x, y), heading: Vector::new(degrees.to_radians().cos(), degrees.to_radians().sin()) }
-    }
+    use crate::geometry::pose::{SAGITTA, STRAIGHT_STEP, pose};
 
     #[test]
     fn a_right_angle_is_a_circle_with_parallel_bounds() {
@@ -184,7 +180,7 @@ mod tests {
         for p in &curve {
             assert!(((p.point - Point::new(-8.0, -8.0)).norm() - 8.0).abs() < 1e-9);
         }
-        for p in &beside(&curve, 1.5, 1.5)[0] {
+        for p in &sides(&curve, 1.5, 1.5)[0] {
             assert!(((p - Point::new(-8.0, -8.0)).norm() - 6.5).abs() < 1e-9);
         }
         assert_eq!(join_radius(pose(0.0, -8.0, 90.0), pose(-8.0, 0.0, 180.0)).map(f64::round), Some(8.0));
@@ -195,11 +191,11 @@ mod tests {
         let straight = (0..10).map(|i| pose(f64::from(i), 0.0, 0.0));
         let turn = join(pose(10.0, 0.0, 0.0), pose(16.0, 6.0, 90.0));
         let curve: Vec<Pose> = straight.chain(turn).chain((7..=16).map(|i| pose(16.0, f64::from(i), 90.0))).collect();
-        let [left, right] = beside(&curve, 1.5, 1.9);
+        let [left, right] = sides(&curve, 1.5, 1.9);
         assert!(right[..=10].iter().all(|p| (-1.53..=-1.5).contains(&p.y)), "before the bend");
         assert!(left[left.len() - 10..].iter().all(|p| (14.1..14.13).contains(&p.x)), "behind it");
         let straight: Vec<Pose> = (0..=20).map(|i| pose(f64::from(i), 0.0, 0.0)).collect();
-        assert!((beside(&straight, 1.5, 1.9)[0][10].y - 1.7).abs() < 1e-9, "half the way");
+        assert!((sides(&straight, 1.5, 1.9)[0][10].y - 1.7).abs() < 1e-9, "half the way");
     }
 
     #[test]
@@ -223,7 +219,7 @@ mod tests {
     fn a_curve_needs_few_points() {
         let gentle = join(pose(0.0, 0.0, 0.0), pose(60.0, 20.0, 37.0));
         assert!(gentle.len() < 30, "{}", gentle.len());
-        for w in beside(&gentle, 1.75, 1.75)[1].windows(3) {
+        for w in sides(&gentle, 1.75, 1.75)[1].windows(3) {
             let turn = angle_between(w[1] - w[0], w[2] - w[1]).abs();
             let sagitta = (w[1] - w[0]).norm() * turn / 8.0;
             assert!(sagitta < 1.2 * SAGITTA, "{sagitta}");

@@ -7,7 +7,7 @@ use super::{Point, Polyline, Vector, angle_between, cross};
 const MAX_START_ANGLE: f64 = 20.0;
 /// The distance between two lines, metres, from which on they have diverged.
 const DIVERGED: f64 = 0.3;
-/// The largest overlap, metres, that is mended. A line that runs farther over the other is meant to cross it.
+/// The largest overlap, metres, that is removed. A line with a larger one crosses the other on purpose.
 const MAX_OVERLAP: f64 = 0.1;
 /// The distance between places where two lines are compared, metres.
 const STEP: f64 = 0.25;

@@ -351,8 +351,8 @@ mod tests {
             prop_assert!((common_area(&a, &b) - overlap(&a, &b)).abs() < 1e-3);
             let part = common_part(&a, &b);
             prop_assert!((part.map_or(0.0, |(area, _)| area) - common_area(&a, &b)).abs() < 1e-6);
-            if let (Some((area, middle)), Some(whole)) = (part, intersection(&a, &b).centroid()) && area > 0.1 {
-                prop_assert!((middle - Point::new(whole.x(), whole.y())).norm() < 1e-3);
+            if let (Some((area, middle)), Some(centroid)) = (part, intersection(&a, &b).centroid()) && area > 0.1 {
+                prop_assert!((middle - Point::new(centroid.x(), centroid.y())).norm() < 1e-3);
             }
         }
     }

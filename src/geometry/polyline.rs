@@ -32,10 +32,7 @@ impl Polyline {
 
     /// A line through these points; `None` if fewer than two distinct points are left.
     pub fn new(points: impl IntoIterator<Item = Point>) -> Option<Self> {
-        Self::merged(points.into_iter().collect())
-    }
-
-    fn merged(mut points: Vec<Point>) -> Option<Self> {
+        let mut points: Vec<Point> = points.into_iter().collect();
         let distinct = |p: &Point, last: &Point| (p - last).norm_squared() > Self::MERGE * Self::MERGE;
         points.dedup_by(|p, last| !distinct(p, last));
         (points.len() >= 2).then_some(Self { points })
@@ -136,7 +133,7 @@ impl Polyline {
             return None;
         }
         points.push(self.at(to));
-        Self::merged(points)
+        Self::new(points)
     }
 
     /// The nearest place on the line to `p`.
@@ -221,7 +218,7 @@ impl Polyline {
             before = normal;
         }
         points.push(self.last() + before * offset);
-        Self::merged(points)
+        Self::new(points)
     }
 
     /// The line simplified to within `distance` metres (Douglas and Peucker). A ring smaller than that stays as it is.
@@ -257,9 +254,13 @@ impl Polyline {
 
     /// The points at ascending stations, metres, clamped to the ends.
     pub fn at_each(&self, stations: impl IntoIterator<Item = f64>) -> Vec<Point> {
-        let marks = self.stations();
+        self.walk(&self.stations(), stations.into_iter())
+    }
+
+    /// The points at ascending `stations`. `marks` are the stations of the vertices.
+    fn walk(&self, marks: &[f64], stations: impl Iterator<Item = f64>) -> Vec<Point> {
         let mut segment = 0;
-        let at = |s: f64| {
+        let point = |s: f64| {
             while segment + 2 < marks.len() && marks[segment + 1] < s {
                 segment += 1;
             }
@@ -267,7 +268,7 @@ impl Polyline {
             let t = ((s - marks[segment]) / (marks[segment + 1] - marks[segment])).clamp(0.0, 1.0);
             a + (b - a) * t
         };
-        stations.into_iter().map(at).collect()
+        stations.map(point).collect()
     }
 
     /// `count` points (at least two), evenly spread from end to end; vertices need not stay.
@@ -281,17 +282,7 @@ impl Polyline {
     pub fn spread(&self, stations: &[f64], count: usize) -> Self {
         let pieces = count.max(2) - 1;
         let length = stations[stations.len() - 1];
-        let mut points = Vec::with_capacity(pieces + 1);
-        let mut segment = 0;
-        for i in 0..=pieces {
-            let s = length * i as f64 / pieces as f64;
-            while segment + 2 < stations.len() && stations[segment + 1] < s {
-                segment += 1;
-            }
-            let (a, b) = (self.points[segment], self.points[segment + 1]);
-            let t = ((s - stations[segment]) / (stations[segment + 1] - stations[segment])).clamp(0.0, 1.0);
-            points.push(a + (b - a) * t);
-        }
+        let mut points = self.walk(stations, (0..=pieces).map(|i| length * i as f64 / pieces as f64));
         points[0] = self.first();
         points[pieces] = self.last();
         Self { points }

@@ -68,3 +68,9 @@ pub(crate) fn straight(from: Point, to: Point, heading: Vector) -> Vec<Pose> {
     }
     (0..pieces).map(|i| Pose { point: from + (to - from) * (i as f64 / pieces as f64), heading }).collect()
 }
+
+/// A pose for tests: position in metres, heading in degrees from east.
+#[cfg(test)]
+pub(crate) fn pose(x: f64, y: f64, degrees: f64) -> Pose {
+    Pose { point: Point::new(x, y), heading: Vector::new(degrees.to_radians().cos(), degrees.to_radians().sin()) }
+}

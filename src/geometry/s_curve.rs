@@ -113,13 +113,10 @@ pub fn to_and_fro(from: Pose, to: Pose) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::geometry::{Point, curve};
+    use crate::geometry::curve;
+    use crate::geometry::pose::pose;
 
     use super::*;
-
-    fn pose(x: f64, y: f64, degrees: f64) -> Pose {
-        Pose { point: Point::new(x, y), heading: Vector::new(degrees.to_radians().cos(), degrees.to_radians().sin()) }
-    }
 
     #[test]
     fn a_lane_that_shifts_bends_once_to_each_side() {

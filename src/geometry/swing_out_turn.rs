@@ -175,7 +175,7 @@ fn reversed(pose: Pose) -> Pose {
     Pose { heading: -pose.heading, ..pose }
 }
 
-/// Poses on an arc of the easy radius by so many degrees, left positive.
+/// Poses on an arc of the easy radius; `degrees` are left positive.
 fn bend(from: Pose, degrees: f64) -> impl DoubleEndedIterator<Item = Pose> {
     pose::arc(from, degrees.to_radians(), EASY_RADIUS)
 }
@@ -183,10 +183,7 @@ fn bend(from: Pose, degrees: f64) -> impl DoubleEndedIterator<Item = Pose> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn pose(x: f64, y: f64, degrees: f64) -> Pose {
-        Pose { point: Point::new(x, y), heading: Vector::new(degrees.to_radians().cos(), degrees.to_radians().sin()) }
-    }
+    use crate::geometry::pose::pose;
 
     /// The curve, with a swing if that makes it wider.
     fn turn(from: Pose, to: Pose) -> Vec<Pose> {

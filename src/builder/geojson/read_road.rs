@@ -24,7 +24,7 @@ const FASTEST: f64 = 300.0;
 ///
 /// # Errors
 ///
-/// The road has no centre line, or a height, speed or width that cannot be.
+/// The road has no centre line, or an invalid height, speed or width.
 pub fn road(
     feature: &Spanned<Feature<RoadShape>>,
     key: RoadKey,
@@ -38,19 +38,10 @@ pub fn road(
         let message = format!("road {} has no centre line of two places or more", shape.id.0);
         ReadError::new(feature.offset, message, "give it the property `centerline`, or a LineString as geometry")
     })?;
-    let heights = &shape.heights;
-    if !heights.is_empty() && (heights.len() != line.points().len() || heights.iter().any(|h| !h.is_finite())) {
-        let message = format!(
-            "road {} has {} heights, and its centre line has {} different places",
-            shape.id.0,
-            heights.len(),
-            line.points().len()
-        );
-        return Err(ReadError::new(feature.offset, message, "give one height for each place of `centerline`, or none"));
-    }
+    let heights = heights(feature, line.points().len())?;
     let tagged = shape.tags.get("highway").and_then(class_of);
     let class = shape.class.or(tagged.map(|(class, _)| class)).unwrap_or_else(|| {
-        notes.push(note(key, "class-guessed", "has no class; unclassified is assumed".to_owned()));
+        notes.push(note(key, "class-guessed", "has no class; unclassified is assumed"));
         RoadClass::Unclassified
     });
     let link = shape.link || tagged.is_some_and(|(_, link)| link);
@@ -60,7 +51,7 @@ pub fn road(
     };
     let speed = shape.speed.unwrap_or_else(|| {
         if !["maxspeed", "maxspeed:forward", "maxspeed:backward"].iter().any(|key| shape.tags.has(key)) {
-            notes.push(note(key, "speed-guessed", "has no speed; the usual limit of its class is assumed".to_owned()));
+            notes.push(note(key, "speed-guessed", "has no speed; the usual limit of its class is assumed"));
         }
         speed::limit(&shape.tags, class, link, customs)
     });
@@ -75,7 +66,7 @@ pub fn road(
         from,
         to,
         line,
-        heights: heights.clone(),
+        heights,
         section,
         class,
         link,
@@ -89,7 +80,18 @@ pub fn road(
     })
 }
 
-fn note(key: RoadKey, slug: &'static str, what: String) -> Finding {
+/// The heights of the vertices of a road, metres: none, or one for each vertex.
+fn heights(feature: &Spanned<Feature<RoadShape>>, vertices: usize) -> Result<Vec<f64>, ReadError> {
+    let RoadShape { heights, id, .. } = &feature.value.properties;
+    if heights.is_empty() || heights.len() == vertices && heights.iter().all(|h| h.is_finite()) {
+        return Ok(heights.clone());
+    }
+    let count = heights.len();
+    let message = format!("road {} has {count} heights, and its centre line has {vertices} different places", id.0);
+    Err(ReadError::new(feature.offset, message, "give one height for each place of `centerline`, or none"))
+}
+
+fn note(key: RoadKey, slug: &'static str, what: &str) -> Finding {
     Finding::new(slug, Subject::Way(key.way), format!("way {}: {what}", key.way)).graded(Severity::Info)
 }
 
@@ -131,11 +133,11 @@ fn section_of_lanes(
         let default = if driven { default_travel(index, count, side) } else { Travel::Both };
         index += usize::from(driven);
         if lane.travel.is_none() && driven {
-            let what = "a lane has no direction of travel; the usual one is assumed".to_owned();
+            let what = "a lane has no direction of travel; the usual one is assumed";
             notes.push(note(key, "travel-guessed", what));
         }
         let width = lane.width.unwrap_or_else(|| {
-            notes.push(note(key, "width-guessed", "a lane has no width; the usual one is assumed".to_owned()));
+            notes.push(note(key, "width-guessed", "a lane has no width; the usual one is assumed"));
             usual.lane
         });
         if !(width > 0.0 && width <= WIDEST) {

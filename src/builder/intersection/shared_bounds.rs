@@ -14,7 +14,7 @@ pub type Smooth<'a> = (MovementEnds<'a>, [Vec<Point>; 2]);
 
 /// The bounds of a lane that follows a course.
 pub fn smooth((_, from, to): &MovementEnds, course: &[Pose]) -> [Vec<Point>; 2] {
-    curve::beside(course, 0.5 * from.width, 0.5 * to.width).map(|side| curve::untangled(&side))
+    curve::sides(course, 0.5 * from.width, 0.5 * to.width).map(|side| curve::untangled(&side))
 }
 
 /// A bound as one way would have it.

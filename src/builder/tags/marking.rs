@@ -100,20 +100,18 @@ pub fn marking(section: &CrossSection, edge: usize, tags: &Tags, country: Option
 
 /// The edge of the kerb before a bicycle track on one side of a road.
 fn kerb_of_track(section: &CrossSection, tags: &Tags, left: bool) -> Option<usize> {
-    let is = |i: usize, kind: StripKind| section.strips.get(i).is_some_and(|strip| strip.kind == kind);
-    let mut bicycles = (0..section.strips.len()).filter(|&i| is(i, StripKind::Bicycle));
-    let track = if left { bicycles.next() } else { bicycles.next_back() }?;
+    let is_bicycle = |strip: &Strip| strip.kind == StripKind::Bicycle;
+    let strips = &section.strips;
+    let track = if left { strips.iter().position(is_bicycle) } else { strips.iter().rposition(is_bicycle) }?;
     if section.driven().any(|(i, _)| (i < track) == left) || !is_behind_kerb(tags, left) {
         return None;
     }
     // A verge between kerb and track lies behind the kerb.
-    let verges = |edge: &usize| is(if left { *edge } else { *edge - 1 }, StripKind::Buffer);
-    let step = |edge: usize| if left { edge + 1 } else { edge - 1 };
-    let mut edge = if left { track + 1 } else { track };
-    while edge > 0 && verges(&edge) {
-        edge = step(edge);
-    }
-    Some(edge)
+    let is_verge = |strip: &&Strip| strip.kind == StripKind::Buffer;
+    Some(match left {
+        true => track + 1 + strips[track + 1..].iter().take_while(is_verge).count(),
+        false => track - strips[..track].iter().rev().take_while(is_verge).count(),
+    })
 }
 
 /// Whether a kerb or another barrier separates the bicycle lane on one side of a road from cars.

@@ -113,17 +113,17 @@ fn two_way(facts: &WayFacts<'_>, lists: [&PerLane; 3], room: Option<f64>, notes:
         return without_total(facts, [forward, backward], both, room, notes);
     };
     // Lists may include bicycle lanes, which `lanes` does not count, and bus lanes, which some mappers do not count.
-    let cars = |list: &PerLane, count: usize| count.saturating_sub(list.special_lanes(count));
-    let motor = |list: &PerLane, count: usize| count.saturating_sub(list.bicycle_lanes(count));
-    let rest = |taken: usize| total.saturating_sub(both + taken);
+    let motor = |i: usize, count: usize| count.saturating_sub(lists[i].bicycle_lanes(count));
+    let rest = |i: usize, count: usize| total.saturating_sub(both + motor(i, count));
     let contradiction = match (forward, backward) {
         (Some(f), Some(b)) => {
-            let least = cars(lists[0], f) + cars(lists[1], b) + both;
-            let most = motor(lists[0], f) + motor(lists[1], b) + both;
+            let special = lists[0].special_lanes(f) + lists[1].special_lanes(b);
+            let least = (f + b).saturating_sub(special) + both;
+            let most = motor(0, f) + motor(1, b) + both;
             !(least..=most).contains(&total)
         }
-        (Some(f), None) => rest(motor(lists[0], f)) == 0,
-        (None, Some(b)) => rest(motor(lists[1], b)) == 0,
+        (Some(f), None) => rest(0, f) == 0,
+        (None, Some(b)) => rest(1, b) == 0,
         (None, None) => total <= both,
     };
     if contradiction {
@@ -132,8 +132,8 @@ fn two_way(facts: &WayFacts<'_>, lists: [&PerLane; 3], room: Option<f64>, notes:
     }
     match (forward, backward) {
         (Some(forward), Some(backward)) => Counts { forward, backward, both },
-        (Some(f), None) => Counts { forward: f, backward: rest(motor(lists[0], f)).max(1), both },
-        (None, Some(b)) => Counts { forward: rest(motor(lists[1], b)).max(1), backward: b, both },
+        (Some(f), None) => Counts { forward: f, backward: rest(0, f).max(1), both },
+        (None, Some(b)) => Counts { forward: rest(1, b).max(1), backward: b, both },
         (None, None) => split(facts, total.saturating_sub(both), both, room, notes),
     }
 }
