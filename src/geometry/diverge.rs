@@ -147,17 +147,17 @@ impl Overlap {
             s < self.rejoins + MAX_SKIP && (self.crosses(other, leaving, p - leaving) || sharp(p, s))
         };
         while rest.next_if(skipped).is_some() {}
-        let way = rest.peek()?.0 - leaving;
-        if self.crosses(other, leaving, way) || angle_between(direction, way).abs() > MAX_BEND.to_radians() {
+        let step = rest.peek()?.0 - leaving;
+        if self.crosses(other, leaving, step) || angle_between(direction, step).abs() > MAX_BEND.to_radians() {
             return None;
         }
         points.extend(rest.map(|(p, _)| p));
         (points.last() == Some(&line.line.last())).then_some(points)
     }
 
-    /// Whether a straight way from a place on the other line crosses a bend of it.
-    fn crosses(&self, other: &Measured, from: Point, way: Vector) -> bool {
-        [0.25, 0.5, 0.75].iter().any(|t| other.line.project(from + way * *t).offset * self.side < -EXACT)
+    /// Whether a straight step from a point of the other line crosses a bend of it.
+    fn crosses(&self, other: &Measured, from: Point, step: Vector) -> bool {
+        [0.25, 0.5, 0.75].iter().any(|t| other.line.project(from + step * *t).offset * self.side < -EXACT)
     }
 }
 

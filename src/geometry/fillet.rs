@@ -59,22 +59,22 @@ impl Rounding {
     }
 
     fn rounded_once(&self, line: &[Point]) -> Vec<Point> {
-        // Vertices move from `rest`, in reverse order, to `done`. An arc may shorten both.
+        // Vertices move from `rest`, in reverse order, to `rounded`. An arc may shorten both.
         let mut rest: Vec<Point> = line.iter().rev().copied().collect();
-        let mut done: Vec<Point> = Vec::with_capacity(line.len());
-        done.extend(rest.pop());
+        let mut rounded: Vec<Point> = Vec::with_capacity(line.len());
+        rounded.extend(rest.pop());
         while let Some(corner) = rest.pop() {
-            let Some(arc) = self.arc(&done, corner, &rest) else {
-                done.push(corner);
+            let Some(arc) = self.arc(&rounded, corner, &rest) else {
+                rounded.push(corner);
                 continue;
             };
-            done.truncate(arc.before);
+            rounded.truncate(arc.before);
             rest.truncate(arc.behind);
-            let ends = [done.last().copied(), rest.last().copied()];
+            let ends = [rounded.last().copied(), rest.last().copied()];
             let is_near = |p: &Point| ends.iter().flatten().any(|end| (p - end).norm() < MIN_SPACING);
-            done.extend(arc.points.into_iter().filter(|p| !is_near(p)));
+            rounded.extend(arc.points.into_iter().filter(|p| !is_near(p)));
         }
-        done
+        rounded
     }
 
     /// The arc that replaces a corner, if the corner is too tight and the arc is wider.
@@ -209,8 +209,8 @@ impl Fillet {
 /// Points on an arc around a centre from `start`, both ends included; `turn` is in radians.
 fn around(centre: Point, start: Point, turn: f64) -> Vec<Point> {
     let pieces = (turn.abs() / TURN_STEP).ceil().max(1.0);
-    let at = |i: usize| centre + nalgebra::Rotation2::new(turn * i as f64 / pieces) * (start - centre);
-    (0..=pieces as usize).map(at).collect()
+    let point = |i: usize| centre + nalgebra::Rotation2::new(turn * i as f64 / pieces) * (start - centre);
+    (0..=pieces as usize).map(point).collect()
 }
 
 /// The arc of a radius, metres, from a point to where it is tangent to a segment; `None` if that is outside the segment.

@@ -66,18 +66,18 @@ impl Strips {
         };
         let (bounds, diagonals) = (bounds(ring)?, [range(|p| p.x + p.y), range(|p| p.x - p.y)]);
         let mut strips = Self { bounds, diagonals, edges: Vec::with_capacity(ring.len()), runs: Vec::with_capacity(4) };
-        let (mut first, mut last, mut sign) = (0, *ring.last()?, 0.0);
+        let (mut first, mut last, mut run_sign) = (0, *ring.last()?, 0.0);
         for p in ring {
-            if let Some((edge, way)) = Edge::new(last, *p, base) {
-                if way != sign {
-                    strips.end_run(&mut first, sign);
-                    sign = way;
+            if let Some((edge, sign)) = Edge::new(last, *p, base) {
+                if sign != run_sign {
+                    strips.end_run(&mut first, run_sign);
+                    run_sign = sign;
                 }
                 strips.edges.push(edge);
             }
             last = *p;
         }
-        strips.end_run(&mut first, sign);
+        strips.end_run(&mut first, run_sign);
         Some(strips)
     }
 
@@ -169,9 +169,9 @@ impl Edge {
     /// The edge from one point to another, its heights above `base`, and whether it runs to the east (1) or to the west (-1);
     /// `None` if it is vertical.
     fn new(p: Point, q: Point, base: Point) -> Option<(Self, f64)> {
-        let (left, right, way) = if p.x < q.x { (p, q, 1.0) } else { (q, p, -1.0) };
+        let (left, right, sign) = if p.x < q.x { (p, q, 1.0) } else { (q, p, -1.0) };
         let slope = (right.y - left.y) / (right.x - left.x);
-        slope.is_finite().then_some((Self { from: left.x, to: right.x, height: left.y - base.y, slope }, way))
+        slope.is_finite().then_some((Self { from: left.x, to: right.x, height: left.y - base.y, slope }, sign))
     }
 
     fn at(&self, x: f64) -> f64 {

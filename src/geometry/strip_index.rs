@@ -50,9 +50,9 @@ impl StripIndex {
         }
         let first = self.west.max(other.west);
         let border = |column: usize| self.base.x + (column as f64 - COUNT as f64 / 2.0) * WIDTH;
-        let own = self.heights[(first - self.west).min(self.heights.len())..].iter();
+        let heights = self.heights[(first - self.west).min(self.heights.len())..].iter();
         let others = other.heights[(first - other.west).min(other.heights.len())..].iter();
-        let depths = own.zip(others).map(|(a, b)| a[1].min(b[1]) - a[0].max(b[0]));
+        let depths = heights.zip(others).map(|(a, b)| a[1].min(b[1]) - a[0].max(b[0]));
         let shared = (first..).zip(depths).filter(|(_, depth)| *depth > 0.0);
         // The column with the deepest overlap comes first: it shares the most.
         let Some((deepest, _)) = shared.clone().max_by(|a, b| a.1.total_cmp(&b.1)) else { return 0.0 };

@@ -110,7 +110,7 @@ impl SwingOutTurn {
             return None;
         }
         let normals = inner.map(|pose| left_of(pose.heading) * side);
-        let along = |way: Vector| [cross(way, b.heading) / det, cross(way, a.heading) / det];
+        let along = |v: Vector| [cross(v, b.heading) / det, cross(v, a.heading) / det];
         let (fixed, by_radius) = (along(b.point - a.point), along(normals[1] - normals[0]));
         // The length of each straight line is linear in the radius.
         let straights = [(fixed[0], by_radius[0]), (-fixed[1], -by_radius[1])];

@@ -124,7 +124,7 @@ fn section_of_lanes(
 ) -> Result<CrossSection, ReadError> {
     let mut ordered: Vec<&Spanned<LaneShape>> = lanes.to_vec();
     ordered.sort_by_key(|lane| lane.value.index);
-    let is_driven = |lane: &LaneShape| matches!(lane.used, StripKind::Drive | StripKind::Bus);
+    let is_driven = |lane: &LaneShape| matches!(lane.strip, StripKind::Drive | StripKind::Bus);
     let count = ordered.iter().filter(|lane| is_driven(&lane.value)).count();
     let mut index = 0;
     let mut strips = Vec::with_capacity(ordered.len());
@@ -145,7 +145,7 @@ fn section_of_lanes(
             return Err(ReadError::new(*offset, message, "widths are metres, above 0 and at most 100"));
         }
         strips.push(Strip {
-            kind: lane.used,
+            kind: lane.strip,
             travel: lane.travel.unwrap_or(default),
             width,
             arrows: lane.arrows,

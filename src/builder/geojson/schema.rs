@@ -195,7 +195,7 @@ pub struct LaneShape {
     #[serde(default)]
     pub layer: Option<Levels>,
     #[serde(rename = "kind", default = "drive")]
-    pub used: StripKind,
+    pub strip: StripKind,
     #[serde(default)]
     pub travel: Option<Travel>,
     #[serde(default)]
@@ -212,7 +212,7 @@ pub struct LaneShape {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct StripShape {
     #[serde(rename = "kind", default = "drive")]
-    pub used: StripKind,
+    pub strip: StripKind,
     pub travel: Travel,
     pub width: f64,
     #[serde(default)]

@@ -74,8 +74,8 @@ pub fn number(part: &str, name: &str) -> i64 {
     Ids::default().claim(Key::new(part).word(name), |_| false)
 }
 
-/// The end points of the cut at one end of a road, in the order of the file; `at` is the intersection there.
-pub fn cut_of(shape: &RoadShape, end: End, at: Option<&FeatureId>) -> Option<[Point; 2]> {
+/// The end points of the cut at one end of a road, in the order of the file.
+pub fn cut_of(shape: &RoadShape, end: End, intersection: Option<&FeatureId>) -> Option<[Point; 2]> {
     let pair = |end: &EndShape| match end.pts.as_slice() {
         [a, b] => Some([point(a), point(b)]),
         _ => None,
@@ -84,7 +84,7 @@ pub fn cut_of(shape: &RoadShape, end: End, at: Option<&FeatureId>) -> Option<[Po
         ([start, end_], _) if start.int == shape.src && end_.int == shape.dst => {
             Some(if end == End::Start { start } else { end_ })
         }
-        (ends, _) => ends.iter().find(|e| e.int.is_some() && e.int.as_ref() == at),
+        (ends, _) => ends.iter().find(|e| e.int.is_some() && e.int.as_ref() == intersection),
     };
     found.and_then(pair)
 }
@@ -92,7 +92,7 @@ pub fn cut_of(shape: &RoadShape, end: End, at: Option<&FeatureId>) -> Option<[Po
 /// The cross-section of an inner road.
 pub fn section_of(lanes: &[StripShape]) -> CrossSection {
     let strip = |lane: &StripShape| Strip {
-        kind: lane.used,
+        kind: lane.strip,
         travel: lane.travel,
         width: lane.width,
         arrows: lane.arrows,

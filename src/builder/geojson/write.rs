@@ -210,11 +210,11 @@ impl Streets<'_> {
 
     /// The cut across one end of a road. Its left end, seen looking into the intersection, comes first.
     fn end(&self, ix: RoadIx, end: End) -> EndShape {
-        let at = self.network.road(ix).intersection(end);
-        let cuts = &self.outlines.intersections[at.0 as usize].cuts;
+        let intersection = self.network.road(ix).intersection(end);
+        let cuts = &self.outlines.intersections[intersection.0 as usize].cuts;
         let cut = cuts.iter().find(|cut| cut.at == RoadEnd { road: ix, end });
         EndShape {
-            int: Some(intersection_id(self.network, at)),
+            int: Some(intersection_id(self.network, intersection)),
             pts: cut.map_or_else(Vec::new, |cut| places(&[cut.left, cut.right])),
         }
     }
@@ -233,7 +233,7 @@ impl Streets<'_> {
             index: Some(index as u32),
             drive: for_motor_traffic(kind),
             layer: Some(Levels::One(road.level)),
-            used: kind,
+            strip: kind,
             travel: Some(travel),
             width: Some(width),
             width_guessed,
@@ -275,8 +275,8 @@ impl Streets<'_> {
         Feature::new(shape, polygon(&outline.ring))
     }
 
-    fn arm(&self, at: RoadEnd) -> ArmShape {
-        ArmShape { road: self.id(at.road), end: at.end }
+    fn arm(&self, RoadEnd { road, end }: RoadEnd) -> ArmShape {
+        ArmShape { road: self.id(road), end }
     }
 
     fn connection(&self, connection: &LaneConnection) -> ConnectionShape {
@@ -404,7 +404,7 @@ fn island(island: &Island) -> IslandShape {
 
 fn strips(section: &CrossSection) -> Vec<StripShape> {
     let shape = |s: &Strip| StripShape {
-        used: s.kind,
+        strip: s.kind,
         travel: s.travel,
         width: s.width,
         width_guessed: s.width_guessed,

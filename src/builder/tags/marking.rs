@@ -36,24 +36,24 @@ pub const SHARES: &str = "share_busway";
 
 /// The paint along an edge. Of two lines the left one, seen along the road, comes first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Paint {
+enum EdgePaint {
     /// No paint.
     None,
     /// One line.
-    One(Stroke),
+    One(LineStyle),
     /// Two lines side by side.
-    Two([Stroke; 2]),
+    Two([LineStyle; 2]),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Stroke {
+enum LineStyle {
     Solid,
     Dashed,
 }
 
-use Stroke::{Dashed, Solid};
+use LineStyle::{Dashed, Solid};
 
-impl Paint {
+impl EdgePaint {
     /// Lanelet2's type and subtype of a linestring that runs along the road or, if `inverted`, against it.
     fn names(self, inverted: bool) -> [&'static str; 2] {
         let subtype = match self {
@@ -84,11 +84,11 @@ pub fn marking(section: &CrossSection, edge: usize, tags: &Tags, country: Option
             (paint, change, false)
         }
         Some(sides) => (between_directions(section, sides, tags, country), "no", true),
-        None => (Paint::One(Solid), "no", false),
+        None => (EdgePaint::One(Solid), "no", false),
     };
     let [kind, subtype] = paint.names(inverted);
     let mut marking = Attributes::of(&[("type", kind)]);
-    if paint != Paint::None {
+    if paint != EdgePaint::None {
         marking.push("subtype", subtype);
         if opposed && country.is_some_and(|country| YELLOW.contains(&country)) {
             marking.push("color", "yellow");
@@ -151,14 +151,14 @@ fn same_way(left: &Strip, right: &Strip) -> bool {
 }
 
 /// The paint between lanes of one direction, dashed on the side from which vehicles may change, and the tag `lane_change`.
-fn between_lanes(change: [bool; 2], tags: &Tags) -> (Paint, &'static str) {
+fn between_lanes(change: [bool; 2], tags: &Tags) -> (EdgePaint, &'static str) {
     let paint = match change {
-        [true, true] => Paint::One(Dashed),
-        [true, false] => Paint::Two([Dashed, Solid]),
-        [false, true] => Paint::Two([Solid, Dashed]),
-        [false, false] => Paint::One(Solid),
+        [true, true] => EdgePaint::One(Dashed),
+        [true, false] => EdgePaint::Two([Dashed, Solid]),
+        [false, true] => EdgePaint::Two([Solid, Dashed]),
+        [false, false] => EdgePaint::One(Solid),
     };
-    let paint = if tags.is("lane_markings", "no") { Paint::None } else { paint };
+    let paint = if tags.is("lane_markings", "no") { EdgePaint::None } else { paint };
     (paint, if change == [true, true] { "yes" } else { "no" })
 }
 
@@ -174,21 +174,22 @@ fn may_change(left: &Strip, right: &Strip, default: bool) -> [bool; 2] {
 
 /// The paint between opposite directions: by `divider`, `overtaking` and `lane_markings`. Without these tags overtaking is
 /// forbidden, and a narrow road has no line. The line is double in some countries, and between directions of several lanes.
-fn between_directions(section: &CrossSection, sides: [&Strip; 2], tags: &Tags, country: Option<&str>) -> Paint {
+fn between_directions(section: &CrossSection, sides: [&Strip; 2], tags: &Tags, country: Option<&str>) -> EdgePaint {
     let double = country.is_some_and(|country| DOUBLE.contains(&country));
-    let solid = if double { Paint::Two([Solid, Solid]) } else { Paint::One(Solid) };
+    let solid = if double { EdgePaint::Two([Solid, Solid]) } else { EdgePaint::One(Solid) };
     if let Some(paint) = tags.get("divider").and_then(divider) {
         return paint;
     }
     // The dashed line is on the side of the traffic that may overtake.
-    let overtaking = |travel: Travel| Paint::Two(sides.map(|side| if side.travel == travel { Dashed } else { Solid }));
+    let overtaking =
+        |travel: Travel| EdgePaint::Two(sides.map(|side| if side.travel == travel { Dashed } else { Solid }));
     match (tags.get("overtaking"), tags.get("lane_markings")) {
         (Some("no"), _) => return solid,
-        (Some("yes" | "both"), _) => return Paint::One(Dashed),
+        (Some("yes" | "both"), _) => return EdgePaint::One(Dashed),
         (Some("forward"), _) => return overtaking(Travel::Forward),
         (Some("backward"), _) => return overtaking(Travel::Backward),
-        (_, Some("no")) => return Paint::None,
-        (_, None) if is_narrow(section) => return Paint::None,
+        (_, Some("no")) => return EdgePaint::None,
+        (_, None) if is_narrow(section) => return EdgePaint::None,
         _ => {}
     }
     // A centre turn lane: vehicles enter it over dashes.
@@ -197,7 +198,7 @@ fn between_directions(section: &CrossSection, sides: [&Strip; 2], tags: &Tags, c
     }
     let lanes = |travel: Travel| section.driven().filter(|(_, strip)| strip.travel == travel).count();
     let several = lanes(Travel::Forward) > 1 && lanes(Travel::Backward) > 1;
-    if several { Paint::Two([Solid, Solid]) } else { solid }
+    if several { EdgePaint::Two([Solid, Solid]) } else { solid }
 }
 
 /// Whether a road has two lanes of known width that are too narrow for a line between them.
@@ -208,17 +209,17 @@ fn is_narrow(section: &CrossSection) -> bool {
 }
 
 /// The paint of a value of `divider`, left to right along the way.
-fn divider(value: &str) -> Option<Paint> {
+fn divider(value: &str) -> Option<EdgePaint> {
     let stroke = |name: &str| match name.trim() {
         "solid_line" => Some(Solid),
         "dashed_line" => Some(Dashed),
         _ => None,
     };
     match value.split_once(';') {
-        Some((left, right)) => Some(Paint::Two([stroke(left)?, stroke(right)?])),
-        None if value == "no" => Some(Paint::None),
-        None if value == "double_solid_line" => Some(Paint::Two([Solid, Solid])),
-        None => Some(Paint::One(stroke(value)?)),
+        Some((left, right)) => Some(EdgePaint::Two([stroke(left)?, stroke(right)?])),
+        None if value == "no" => Some(EdgePaint::None),
+        None if value == "double_solid_line" => Some(EdgePaint::Two([Solid, Solid])),
+        None => Some(EdgePaint::One(stroke(value)?)),
     }
 }
 

@@ -145,18 +145,18 @@ impl TracedBounds {
     /// A lane is no longer valid; the text says why.
     pub fn check(&self, map: &MapIndex) -> Result<(), String> {
         for (id, before) in &self.lanes {
-            let lane = map.lane(*id).filter(|&at| map.lanes[at].simple);
-            let at = lane.ok_or_else(|| format!("lanelet {id} would cross itself"))?;
-            if let Some(width) = unfit_width(&map.lanes[at]) {
+            let lane = map.lane(*id).filter(|&lane| map.lanes[lane].simple);
+            let lane = lane.ok_or_else(|| format!("lanelet {id} would cross itself"))?;
+            if let Some(width) = unfit_width(&map.lanes[lane]) {
                 return Err(format!("lanelet {id} would be {width:.1} m wide"));
             }
-            let now = conflicts(map, at);
+            let now = conflicts(map, lane);
             let gained = now.iter().find(|conflict| !before.contains(conflict));
             let lost = before.iter().find(|(other, real)| *real && !now.contains(&(*other, true)));
             if let Some((other, _)) = gained.or(lost) {
                 return Err(format!("lanelet {id} would get in the way of {other} as it does not now, or no more"));
             }
-            let members = map.intersections.iter().flat_map(|one| &one.members).filter(|member| member.lane == at);
+            let members = map.intersections.iter().flat_map(|one| &one.members).filter(|member| member.lane == lane);
             if members.map(|member| member.cover).fold(0.0, f64::max) < MIN_COVER {
                 return Err(format!("lanelet {id} would leave the intersection"));
             }
@@ -245,9 +245,9 @@ fn traced_bound(map: &MapIndex, lane: &Lane, side: usize, painted: &Polyline) ->
     }
     let from = Pose { point: painted.last(), heading: painted.direction(painted.length()) };
     let to = Pose { point: bound.last(), heading: bound.direction(bound.length()) };
-    let course: Vec<Point> = curve::join(from, to).into_iter().map(|pose| pose.point).collect();
-    let course = curve::untangled(&course);
-    let rest = course[1.min(course.len())..course.len().max(2) - 1].to_vec();
+    let joint: Vec<Point> = curve::join(from, to).into_iter().map(|pose| pose.point).collect();
+    let joint = curve::untangled(&joint);
+    let rest = joint[1.min(joint.len())..joint.len().max(2) - 1].to_vec();
     Ok(TracedBound { line, inverted: points.first() != Some(&lane.start.ids[side]), rest })
 }
 

@@ -41,7 +41,7 @@ struct WaySide<'a> {
 /// Reads one side: the left side for `Backward`, the right side for `Forward`.
 pub(super) fn side_strips(facts: &WayFacts<'_>, flow: Flow, side: Travel) -> SideStrips {
     let right = side == Travel::Forward;
-    let own = if right == (facts.side == DrivingSide::Right) { Travel::Forward } else { Travel::Backward };
+    let side_travel = if right == (facts.side == DrivingSide::Right) { Travel::Forward } else { Travel::Backward };
     let only = match flow {
         Flow::Forward => Some(Travel::Forward),
         Flow::Backward => Some(Travel::Backward),
@@ -50,11 +50,11 @@ pub(super) fn side_strips(facts: &WayFacts<'_>, flow: Flow, side: Travel) -> Sid
     let side = WaySide {
         facts,
         name: if right { "right" } else { "left" },
-        travel: only.unwrap_or(own),
-        near: only.is_none_or(|only| only == own),
+        travel: only.unwrap_or(side_travel),
+        near: only.is_none_or(|only| only == side_travel),
     };
     let mut strips = SideStrips::default();
-    side.bicycle(flow, own, &mut strips);
+    side.bicycle(flow, side_travel, &mut strips);
     strips.carriageway.extend(side.pedestrian());
     side.parking(&mut strips);
     // From the carriageway outwards: shoulder, parking bay, bicycle track, sidewalk.
@@ -80,8 +80,9 @@ impl WaySide<'_> {
 
     /// The width under `prefix:left:width`, `prefix:both:width` or `prefix:width`, metres.
     fn width(&self, prefix: &str) -> Option<f64> {
-        let own = self.get(prefix, ":width").and_then(metres);
-        own.or_else(|| self.facts.tags.get_joined([prefix, ":width"]).and_then(metres))
+        let on_side = self.get(prefix, ":width").and_then(metres);
+        on_side
+            .or_else(|| self.facts.tags.get_joined([prefix, ":width"]).and_then(metres))
             .filter(|width| PLAUSIBLE.contains(width))
     }
 
@@ -89,7 +90,7 @@ impl WaySide<'_> {
         Strip::plain(kind, self.travel, tagged.unwrap_or(default), tagged.is_none())
     }
 
-    fn bicycle(&self, flow: Flow, own: Travel, strips: &mut SideStrips) {
+    fn bicycle(&self, flow: Flow, side_travel: Travel, strips: &mut SideStrips) {
         let all = self.facts.tags.get("cycleway");
         let value = match (self.get("cycleway", ""), all) {
             (Some(value), _) => value,
@@ -102,7 +103,7 @@ impl WaySide<'_> {
             "track" | "opposite_track" => false,
             _ => return,
         };
-        let travel = self.bicycle_travel(flow, own, value);
+        let travel = self.bicycle_travel(flow, side_travel, value);
         let usual = &self.facts.usual;
         let one_way = if on_carriageway { usual.bicycle_lane } else { usual.bicycle_track };
         let default = if travel == Travel::Both { one_way + BOTH_WAYS } else { one_way };
@@ -116,7 +117,7 @@ impl WaySide<'_> {
 
     /// The direction of bicycles: by `oneway` of the cycleway, seen along the way; else with the traffic beside it. On a one-way
     /// road with `oneway:bicycle=no`, bicycles ride against the traffic on the far side, else on the only track.
-    fn bicycle_travel(&self, flow: Flow, own: Travel, value: &str) -> Travel {
+    fn bicycle_travel(&self, flow: Flow, side_travel: Travel, value: &str) -> Travel {
         let tags = self.facts.tags;
         // A tag for both sides does not give a direction along the way.
         let one_side = tags.get_joined(["cycleway:", self.name, ":oneway"]);
@@ -130,7 +131,7 @@ impl WaySide<'_> {
         let other = if self.name == "left" { "cycleway:right" } else { "cycleway:left" };
         let only_one = !["cycleway:both", other].iter().any(|key| tags.get(key).is_some_and(is_for_bicycles));
         match value {
-            _ if value.starts_with("opposite") || against && !self.near => own,
+            _ if value.starts_with("opposite") || against && !self.near => side_travel,
             "track" if against && only_one => Travel::Both,
             _ => self.travel,
         }
