@@ -11,7 +11,7 @@ const MAX_SWING: u32 = 40;
 const MAX_SWINGS: f64 = 56.0;
 /// The sum of swings, degrees, that passengers do not notice.
 const FREE_SWING: f64 = 7.0;
-/// The swing, degrees, that is worth a radius of all instead of three quarters of the easy radius.
+/// The additional swing, degrees, that is worth widening the turn from three quarters of the easy radius to all of it.
 const SWING: f64 = 7.0;
 /// The weight of the square of what a radius lacks: tight turns must not become tighter.
 const TIGHT: f64 = 10.0;
