@@ -1,4 +1,4 @@
-//! The lanes of streets one by one, each with a middle line of its own, to be woven and edited.
+//! Exports the lanes of streets one by one for lane stitching, each with its own middle line.
 
 use rustc_hash::FxHashMap;
 
@@ -14,56 +14,50 @@ use super::network::{End, Road, RoadEnd, RoadIx, RoadNetwork, Stations};
 use super::tags::cross_section::{CrossSection, Travel};
 use super::tags::marking::{before_stop, marking as along};
 
-/// The middle of a lane is mitred up to so many times its distance from the road's line.
-const MITER_MOST: f64 = 3.0;
+/// The longest miter of a lane's middle line as a multiple of its offset from the road's line.
+const MITER_LIMIT: f64 = 3.0;
 
-/// A lane at the end of a road: its strip, and whether it leads out of the road there.
-type Hanging = (RoadEnd, usize, bool);
+/// A lane at the end of a road: the index of its strip, and whether it leads out of the road there.
+type StripEnd = (RoadEnd, usize, bool);
 
-/// Every lane that motor vehicles drive on, between the stations between which its road is kept. A lane's road is the
-/// index of the road. Lanes of two roads that continue each other, lane by lane, hang on a node of their own; all other
-/// ends at an intersection hang on one together.
+/// Every lane for motor vehicles, trimmed as its road. The road of a lane is the index of its road. Lanes of two roads that
+/// continue each other share a node of their own; all other lane ends at an intersection share one node.
 pub fn single_lanes(network: &RoadNetwork, kept: &[Stations]) -> Vec<(LaneId, lane_stitching::Lane)> {
-    let nodes = own_nodes(network);
+    let nodes = continuation_nodes(network);
     let mut lanes = Vec::new();
     for (i, (road, kept)) in network.roads.iter().zip(kept).enumerate() {
         let ix = RoadIx::new(i);
         let Some(line) = road.line.cut(kept[0], kept[1]) else { continue };
         for (lane, (strip, backward)) in (0..).zip(driven(&road.section)) {
-            let node = |end: End| {
-                let out = (end == End::End) != backward;
-                let at = RoadEnd { road: ix, end };
-                nodes.get(&(at, strip, out)).copied().unwrap_or_else(|| i64::from(road.intersection(end).0))
-            };
-            let mut nodes = End::BOTH.map(|end| Some(node(end)));
-            if backward {
-                nodes.reverse();
-            }
-            let toward = if backward { End::Start } else { End::End };
-            let stop = stops(network, RoadEnd { road: ix, end: toward }).then(|| length_on(network, line.length()));
+            let ends = if backward { [End::End, End::Start] } else { End::BOTH };
+            let lane_nodes = ends.map(|end| {
+                let strip_end = (RoadEnd { road: ix, end }, strip, end == ends[1]);
+                Some(nodes.get(&strip_end).copied().unwrap_or_else(|| i64::from(road.intersection(end).0)))
+            });
+            let stop = stops(network, RoadEnd { road: ix, end: ends[1] }).then(|| length_on(network, line.length()));
             let strip = (strip, backward);
-            if let Some(made) = single_lane(road, network.country.as_deref(), &line, strip, stop.flatten()) {
-                lanes.push((LaneId { road: i as i64, lane }, made.hung_on(nodes)));
+            if let Some(exported) = single_lane(road, network.country.as_deref(), &line, strip, stop.flatten()) {
+                lanes.push((LaneId { road: i as i64, lane }, exported.on_nodes(lane_nodes)));
             }
         }
     }
     lanes
 }
 
-/// Strips with their directions; one for both directions carries two lanes.
+/// The lanes of a section: the strip, and whether it runs backward. A strip for both directions has two lanes.
 fn driven(section: &CrossSection) -> impl Iterator<Item = (usize, bool)> + '_ {
     section.driven().flat_map(|(strip, s)| {
-        let ways: &[bool] = match s.travel {
+        let directions: &[bool] = match s.travel {
             Travel::Forward => &[false],
             Travel::Backward => &[true],
             Travel::Both => &[false, true],
         };
-        ways.iter().map(move |&backward| (strip, backward))
+        directions.iter().map(move |&backward| (strip, backward))
     })
 }
 
-/// The nodes between lanes that continue each other, numbered behind the intersections.
-fn own_nodes(network: &RoadNetwork) -> FxHashMap<Hanging, i64> {
+/// The nodes of lanes that continue each other, numbered after the intersections.
+fn continuation_nodes(network: &RoadNetwork) -> FxHashMap<StripEnd, i64> {
     let mut nodes = FxHashMap::default();
     let mut next = network.intersections.len() as i64;
     for intersection in &network.intersections {
@@ -80,7 +74,8 @@ fn own_nodes(network: &RoadNetwork) -> FxHashMap<Hanging, i64> {
     nodes
 }
 
-/// `None` where a lane leaves no line, or its width is none.
+/// A lane between two edges of its road. `before_stop` is the length, metres, of the markings before its stop line. `None` if the
+/// lane has no length or no width.
 fn single_lane(
     road: &Road,
     country: Option<&str>,
@@ -89,11 +84,11 @@ fn single_lane(
     before_stop: Option<f64>,
 ) -> Option<lane_stitching::Lane> {
     let section = &road.section;
-    let middle = line.offset((section.edge(strip) + section.edge(strip + 1)) / 2.0, MITER_MOST)?;
+    let middle = line.offset((section.edge(strip) + section.edge(strip + 1)) / 2.0, MITER_LIMIT)?;
     let middle = Polyline::new(untangled(middle.points()))?;
     let middle = if backward { middle.reversed() } else { middle };
-    let begin = before_stop.map(|length| middle.length() - length);
-    let mut markings = [strip, strip + 1].map(|edge| markings(road, country, edge, (strip, backward), begin));
+    let start = before_stop.map(|length| middle.length() - length);
+    let mut markings = [strip, strip + 1].map(|edge| markings(road, country, edge, (strip, backward), start));
     if backward {
         markings.reverse();
     }
@@ -101,33 +96,37 @@ fn single_lane(
     lane.and_then(|lane| lane.painted(markings)).ok()
 }
 
-/// Whether vehicles stop at a line where a road ends.
-fn stops(network: &RoadNetwork, at: RoadEnd) -> bool {
-    let intersection = network.intersection(network.road(at.road).intersection(at.end));
-    intersection.arms.len() > 2 && has_stop_line(network, intersection, at)
+/// Whether a road end has a stop line.
+fn stops(network: &RoadNetwork, end: RoadEnd) -> bool {
+    let intersection = network.intersection(network.road(end.road).intersection(end.end));
+    intersection.arms.len() > 2 && has_stop_line(network, intersection, end)
 }
 
-/// What a lane has painted on one of its edges, otherwise from the station on where the stretch before its stop line begins:
-/// each edge is painted along one lane, that to its right where one is.
+/// The markings of a lane at one of its edges; `stop_start` is the station, metres, where those before its stop line begin. Each
+/// edge is painted along one lane: the lane to its right, if there is one.
 fn markings(
     road: &Road,
     country: Option<&str>,
     edge: usize,
     (strip, backward): (usize, bool),
-    begin: Option<f64>,
+    stop_start: Option<f64>,
 ) -> Vec<Marking> {
-    let paints =
-        driven(&road.section).filter(|(other, _)| [*other, *other + 1].contains(&edge)).max_by_key(|at| (at.0, !at.1));
+    let paints = driven(&road.section)
+        .filter(|(other, _)| [*other, *other + 1].contains(&edge))
+        .max_by_key(|lane| (lane.0, !lane.1));
     if paints != Some((strip, backward)) {
         return Vec::new();
     }
     let marking = |station: f64, attributes: &Attributes| Marking { station, kinds: vec![kind(attributes, backward)] };
-    let whole = marking(0.0, &along(&road.section, edge, &road.tags, country, false));
-    let last = begin.and_then(|begin| Some((begin, before_stop(&road.section, edge, &road.tags, false)?)));
-    [whole].into_iter().chain(last.map(|(begin, attributes)| marking(begin, &attributes))).collect()
+    let mut markings = vec![marking(0.0, &along(&road.section, edge, &road.tags, country, false))];
+    if let Some(start) = stop_start {
+        let before_stop = before_stop(&road.section, edge, &road.tags, false);
+        markings.extend(before_stop.map(|attributes| marking(start, &attributes)));
+    }
+    markings
 }
 
-/// What the tags of a border say, seen against its direction or along it.
+/// The kind of marking of the Lanelet2 tags of a border, seen along it or, if `backward`, against it.
 fn kind(attributes: &Attributes, backward: bool) -> Kind {
     let subtype = attributes.get("subtype").unwrap_or_default();
     let paint = if attributes.is("color", "yellow") { Paint::Yellow } else { Paint::White };
@@ -174,8 +173,8 @@ mod tests {
         let streets = plan(&osm, &BuildOptions::default()).unwrap().streets;
         let lanes = single_lanes(&streets.network, &streets.outlines.kept);
         assert_eq!(lanes.len(), 16);
-        let weave = LaneStitching::new(lanes);
-        let strokes = weave.iter().flat_map(|(_, lane)| lane.strokes().iter());
+        let stitching = LaneStitching::new(lanes);
+        let strokes = stitching.iter().flat_map(|(_, lane)| lane.strokes().iter());
         let between = strokes.filter(|stroke| stroke.kind == Kind::Solid(Paint::White));
         let length = |line: &[Point]| line.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum::<f64>();
         let before_stop = between.filter(|stroke| (length(stroke.line) - 30.0).abs() < 1e-3);

@@ -1,31 +1,30 @@
-//! Smooth curves between two directed places, and lines beside them.
+//! Smooth curves between two poses, and lines beside them.
 
 use super::pose::{MIN_SPACING, Pose, arc, density, straight, tangents};
 use super::{Point, Vector, angle_between, cross, left_of, s_curve, segment_crossing};
 
-/// A curve that leaves `from` and arrives at `to` in their headings: straight, arc, straight where the tangents meet
-/// between them; else a bend to either side with a straight between the two, else a cubic.
+/// A smooth curve from one pose to another: an arc between straight lines if the tangents meet; else an S-curve; else a cubic
+/// Bézier curve.
 pub fn join(from: Pose, to: Pose) -> Vec<Pose> {
     fillet(from, to).or_else(|| s_curve::join(from, to)).unwrap_or_else(|| {
         let turn = angle_between(from.heading, to.heading).abs();
-        // The handle of the cubic nearest to a circular arc.
+        // The handle length of the cubic nearest to a circular arc.
         cubic(from, to, [1.0 / (3.0 * (turn / 4.0).cos().powi(2)); 2])
     })
 }
 
-/// A curve that goes straight on at either end for so many parts of the way between the two, and as [`join`] has it between.
-pub fn held(from: Pose, to: Pose, [before, behind]: [f64; 2]) -> Vec<Pose> {
-    let way = (to.point - from.point).norm();
-    let begin = Pose { point: from.point + from.heading * (way * before), ..from };
-    let end = Pose { point: to.point - to.heading * (way * behind), ..to };
-    let mut poses = straight(from.point, begin.point, from.heading);
-    poses.extend(join(begin, end));
-    let tail = straight(to.point, end.point, to.heading);
-    poses.extend(tail.into_iter().rev());
+/// The curve of [`join`] between straight lines at both ends, of which the lengths are given as parts of the chord.
+pub fn held(from: Pose, to: Pose, [before, after]: [f64; 2]) -> Vec<Pose> {
+    let chord = (to.point - from.point).norm();
+    let start = Pose { point: from.point + from.heading * (chord * before), ..from };
+    let end = Pose { point: to.point - to.heading * (chord * after), ..to };
+    let mut poses = straight(from.point, start.point, from.heading);
+    poses.extend(join(start, end));
+    poses.extend(straight(to.point, end.point, to.heading).into_iter().rev());
     poses
 }
 
-/// Radius of the arc of [`join`]; `None` where it would be a cubic.
+/// The radius of the arc of [`join`], metres; `None` if it has no single arc.
 pub fn join_radius(from: Pose, to: Pose) -> Option<f64> {
     let (before, after, turn) = tangents(from, to)?;
     Some(before.min(after) / (turn.abs() / 2.0).tan())
@@ -39,8 +38,7 @@ fn fillet(from: Pose, to: Pose) -> Option<Vec<Pose>> {
     let end = to.point - to.heading * (after - tangent);
     let mut poses = straight(from.point, start, from.heading);
     poses.extend(arc(Pose { point: start, heading: from.heading }, turn, radius));
-    let tail = straight(to.point, end, to.heading);
-    poses.extend(tail.into_iter().rev());
+    poses.extend(straight(to.point, end, to.heading).into_iter().rev());
     Some(poses)
 }
 
@@ -53,7 +51,7 @@ pub fn radius(poses: &[Pose]) -> f64 {
     bends.fold(f64::INFINITY, f64::min)
 }
 
-/// A cubic whose handles at `from` and `to` are so many times as long as the way between the two.
+/// A cubic Bézier curve. `handles` are the lengths of its handles as parts of the chord.
 pub fn cubic(from: Pose, to: Pose, handles: [f64; 2]) -> Vec<Pose> {
     let chord = (to.point - from.point).norm();
     let [a, d] = [from.point, to.point];
@@ -80,18 +78,18 @@ pub fn cubic(from: Pose, to: Pose, handles: [f64; 2]) -> Vec<Pose> {
     poses
 }
 
-/// The parameters between 0 and 1 where a curve needs places: close where it bends, far apart where it does not. `at`
-/// gives place, speed and change of speed.
+/// The parameters between 0 and 1 at which a curve needs points: the more it bends, the closer. `at` returns the point and the
+/// first and second derivatives.
 fn parameters(at: impl Fn(f64) -> (Point, Vector, Vector)) -> Vec<f64> {
-    /// The curve is looked at in so many steps.
+    /// The number of steps in which curvature is sampled.
     const STEPS: usize = 32;
-    /// Within a step, places are not spread quite evenly.
+    /// Reserve for the change of curvature within a step.
     const MARGIN: f64 = 1.02;
     let mut sums = vec![0.0];
     for i in 0..STEPS {
         let (_, speed, change) = at((i as f64 + 0.5) / STEPS as f64);
         let length = speed.norm();
-        // Where a curve all but stands still it bends without bound.
+        // Where the speed is nearly 0, the curvature has no bound.
         let curvature = (cross(speed, change).abs() / (length * length * length)).min(1.0 / MIN_SPACING);
         sums.push(sums[i] + MARGIN * density(curvature) * length / STEPS as f64);
     }
@@ -99,24 +97,24 @@ fn parameters(at: impl Fn(f64) -> (Point, Vector, Vector)) -> Vec<f64> {
     let mut step = 0;
     (1..pieces as usize)
         .map(|i| {
-            let wanted = sums[STEPS] * i as f64 / pieces;
-            while step + 1 < STEPS && sums[step + 1] < wanted {
+            let target = sums[STEPS] * i as f64 / pieces;
+            while step + 1 < STEPS && sums[step + 1] < target {
                 step += 1;
             }
-            (step as f64 + (wanted - sums[step]) / (sums[step + 1] - sums[step])) / STEPS as f64
+            (step as f64 + (target - sums[step]) / (sums[step + 1] - sums[step])) / STEPS as f64
         })
         .collect()
 }
 
-/// The lines on the left and on the right of a curve: how far they lie from it goes from `start` to `end` metres. It does so for
-/// the most part where the curve bends, for before and behind the bend other lanes may lie close beside it; where it hardly
-/// bends, evenly.
-pub fn beside(curve: &[Pose], start: f64, end: f64) -> [Vec<Point>; 2] {
-    /// A change of direction, radians, that counts as much as the whole way.
-    const EVENLY: f64 = 0.2;
+/// The lines to the left and to the right of a curve. Their distance from it changes from `start` to `end` metres: mostly where
+/// the curve bends, because other lanes may lie beside it before and after; evenly on a nearly straight curve.
+pub fn sides(curve: &[Pose], start: f64, end: f64) -> [Vec<Point>; 2] {
+    /// The change of direction, radians, that counts as much as the whole length.
+    const EVEN_TURN: f64 = 0.2;
     let step = |w: &[Pose]| [(w[1].point - w[0].point).norm(), (w[1].heading - w[0].heading).norm()];
     let [length, turned] = curve.windows(2).map(step).fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d]);
-    let share = |[ahead, turn]: [f64; 2]| (EVENLY * ahead / length.max(f64::MIN_POSITIVE) + turn) / (EVENLY + turned);
+    let share =
+        |[ahead, turn]: [f64; 2]| (EVEN_TURN * ahead / length.max(f64::MIN_POSITIVE) + turn) / (EVEN_TURN + turned);
     let parts = std::iter::once(0.0).chain(curve.windows(2).map(|w| share(step(w))));
     let mut sides = [Vec::with_capacity(curve.len()), Vec::with_capacity(curve.len())];
     let mut sum = 0.0;
@@ -129,14 +127,14 @@ pub fn beside(curve: &[Pose], start: f64, end: f64) -> [Vec<Point>; 2] {
     sides
 }
 
-/// How many segments ahead a line is searched for crossings with itself; loops of an offset line are local.
+/// The number of segments within which a line is searched for crossings with itself: loops of an offset line are local.
 const LOOP_REACH: usize = 64;
 
 /// A line without loops and without neighbours closer than [`MIN_SPACING`]; first and last points stay.
 #[must_use]
 pub fn untangled(line: &[Point]) -> Vec<Point> {
     let (Some(&first), Some(&last)) = (line.first(), line.last()) else { return Vec::new() };
-    // What never turns back does not cross itself.
+    // A line that never turns back does not cross itself.
     if line.windows(2).all(|w| (w[1] - w[0]).dot(&(last - first)) > 0.0) {
         return spaced(line);
     }
@@ -144,26 +142,14 @@ pub fn untangled(line: &[Point]) -> Vec<Point> {
 }
 
 fn without_loops(line: &[Point], first: Point) -> Vec<Point> {
-    let mut out: Vec<Point> = Vec::with_capacity(line.len());
-    let mut i = 0;
-    out.push(first);
-    let mut from = first;
+    let mut out = vec![first];
+    let (mut i, mut from) = (0, first);
     while i + 1 < line.len() {
         let far = (i + 2..line.len().saturating_sub(1).min(i + LOOP_REACH))
             .rev()
             .find_map(|j| segment_crossing(from, line[i + 1], line[j], line[j + 1]).map(|(_, _, p)| (j, p)));
-        match far {
-            Some((j, p)) => {
-                out.push(p);
-                from = p;
-                i = j;
-            }
-            None => {
-                from = line[i + 1];
-                out.push(from);
-                i += 1;
-            }
-        }
+        (i, from) = far.unwrap_or((i + 1, line[i + 1]));
+        out.push(from);
     }
     out
 }
@@ -186,11 +172,7 @@ fn spaced(line: &[Point]) -> Vec<Point> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::pose::{SAGITTA, STRAIGHT_STEP};
-
-    fn pose(x: f64, y: f64, degrees: f64) -> Pose {
-        Pose { point: Point::new(x, y), heading: Vector::new(degrees.to_radians().cos(), degrees.to_radians().sin()) }
-    }
+    use crate::geometry::pose::{SAGITTA, STRAIGHT_STEP, pose};
 
     #[test]
     fn a_right_angle_is_a_circle_with_parallel_bounds() {
@@ -198,7 +180,7 @@ mod tests {
         for p in &curve {
             assert!(((p.point - Point::new(-8.0, -8.0)).norm() - 8.0).abs() < 1e-9);
         }
-        for p in &beside(&curve, 1.5, 1.5)[0] {
+        for p in &sides(&curve, 1.5, 1.5)[0] {
             assert!(((p - Point::new(-8.0, -8.0)).norm() - 6.5).abs() < 1e-9);
         }
         assert_eq!(join_radius(pose(0.0, -8.0, 90.0), pose(-8.0, 0.0, 180.0)).map(f64::round), Some(8.0));
@@ -209,15 +191,15 @@ mod tests {
         let straight = (0..10).map(|i| pose(f64::from(i), 0.0, 0.0));
         let turn = join(pose(10.0, 0.0, 0.0), pose(16.0, 6.0, 90.0));
         let curve: Vec<Pose> = straight.chain(turn).chain((7..=16).map(|i| pose(16.0, f64::from(i), 90.0))).collect();
-        let [left, right] = beside(&curve, 1.5, 1.9);
+        let [left, right] = sides(&curve, 1.5, 1.9);
         assert!(right[..=10].iter().all(|p| (-1.53..=-1.5).contains(&p.y)), "before the bend");
         assert!(left[left.len() - 10..].iter().all(|p| (14.1..14.13).contains(&p.x)), "behind it");
         let straight: Vec<Pose> = (0..=20).map(|i| pose(f64::from(i), 0.0, 0.0)).collect();
-        assert!((beside(&straight, 1.5, 1.9)[0][10].y - 1.7).abs() < 1e-9, "half the way");
+        assert!((sides(&straight, 1.5, 1.9)[0][10].y - 1.7).abs() < 1e-9, "half the way");
     }
 
     #[test]
-    fn curves_start_and_end_where_they_must_and_never_bend_sharply() {
+    fn curves_meet_their_ends_and_never_bend_sharply() {
         for to in [pose(20.0, 3.0, 0.0), pose(20.0, 0.0, 0.0), pose(15.0, 9.0, 60.0), pose(0.0, 6.0, 180.0)] {
             let from = pose(0.0, 0.0, 0.0);
             let curve = join(from, to);
@@ -234,10 +216,10 @@ mod tests {
     }
 
     #[test]
-    fn the_line_keeps_to_the_curve_with_few_places() {
+    fn a_curve_needs_few_points() {
         let gentle = join(pose(0.0, 0.0, 0.0), pose(60.0, 20.0, 37.0));
         assert!(gentle.len() < 30, "{}", gentle.len());
-        for w in beside(&gentle, 1.75, 1.75)[1].windows(3) {
+        for w in sides(&gentle, 1.75, 1.75)[1].windows(3) {
             let turn = angle_between(w[1] - w[0], w[2] - w[1]).abs();
             let sagitta = (w[1] - w[0]).norm() * turn / 8.0;
             assert!(sagitta < 1.2 * SAGITTA, "{sagitta}");

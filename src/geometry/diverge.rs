@@ -1,25 +1,26 @@
-//! Lines that leave one point side by side: they part without one running over the other.
+//! Lines that leave one point in nearly the same direction: one is changed so that it does not run over the other before both
+//! diverge.
 
-use super::{Point, Polyline, angle_between, cross};
+use super::{Point, Polyline, Vector, angle_between, cross};
 
-/// Lines whose first steps differ by more, degrees, part at once.
-const ALONG: f64 = 20.0;
-/// Metres between two lines beyond which they have parted.
-const PARTED: f64 = 0.3;
-/// By how much, metres, a line is taken to have been meant beside another although it runs over it.
-const OVER_MOST: f64 = 0.1;
-/// Metres between places where two lines are compared.
+/// Lines whose first steps differ by a larger angle, degrees, diverge at once.
+const MAX_START_ANGLE: f64 = 20.0;
+/// The distance between two lines, metres, from which on they have diverged.
+const DIVERGED: f64 = 0.3;
+/// The largest overlap, metres, that is removed. A line with a larger one crosses the other on purpose.
+const MAX_OVERLAP: f64 = 0.1;
+/// The distance between places where two lines are compared, metres.
 const STEP: f64 = 0.25;
-/// Metres of the line that may be left out where it leaves the other.
-const SKIPPED_MOST: f64 = 0.5;
-/// Radius, metres, below which it does not bend where it leaves the other, if a place left out helps.
-const SHARPEST: f64 = 1.5;
-/// Change of direction, degrees, that it may take to leave the other.
-const BENT_MOST: f64 = 10.0;
-/// Metres by which a line may lie over another: less than a coordinate's last digit.
+/// The length, metres, within which vertices may be left out behind the place where the line leaves the other.
+const MAX_SKIP: f64 = 0.5;
+/// The smallest radius, metres, of the bends where the line leaves the other, if leaving out a vertex helps.
+const MIN_RADIUS: f64 = 1.5;
+/// The largest change of direction, degrees, where the line leaves the other.
+const MAX_BEND: f64 = 10.0;
+/// An overlap below this, metres, is none: it is less than the last digit of a coordinate.
 const EXACT: f64 = 1e-6;
 
-/// A line with the stations of its points.
+/// A line with the stations of its vertices.
 #[derive(Clone, Debug)]
 pub struct Measured {
     line: Polyline,
@@ -27,7 +28,7 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// A line through these points; `None` if fewer than two distinct ones are left.
+    /// A line through these points; `None` if fewer than two distinct points are left.
     pub fn new(points: impl IntoIterator<Item = Point>) -> Option<Self> {
         Polyline::new(points).map(|line| Self { stations: line.stations(), line })
     }
@@ -35,84 +36,132 @@ impl Measured {
     fn length(&self) -> f64 {
         self.stations[self.stations.len() - 1]
     }
+
+    /// The point at a station. `segment` is the segment of an earlier station and becomes that of this one.
+    fn at(&self, station: f64, segment: &mut usize) -> Point {
+        while *segment + 2 < self.stations.len() && self.stations[*segment + 1] < station {
+            *segment += 1;
+        }
+        let [a, b] = [self.line.points()[*segment], self.line.points()[*segment + 1]];
+        let [from, to] = [self.stations[*segment], self.stations[*segment + 1]];
+        a + (b - a) * ((station - from) / (to - from)).min(1.0)
+    }
+
+    /// The vertices with their stations.
+    fn vertices(&self) -> impl Iterator<Item = (Point, f64)> {
+        self.line.points().iter().copied().zip(self.stations.iter().copied())
+    }
 }
 
-/// The line, which starts where the other one does, kept on the side of it on which it goes on: where it runs over the
-/// other by less than a hand's breadth before the two part, it follows the other, vertex by vertex. `None` where it is to
-/// stay as it is.
+/// The line, which starts where `other` starts, changed so that it stays on the side of it to which it diverges: where it
+/// overlaps the other slightly, it follows the vertices of the other. `None` if the line stays as it is.
 pub fn diverge(line: &Measured, other: &Measured) -> Option<Vec<Point>> {
     let steps = [line, other].map(|l| l.line.at(STEP.min(l.length())) - l.line.first());
-    if steps[0].dot(&steps[1]) < ALONG.to_radians().cos() * steps[0].norm() * steps[1].norm() {
+    if steps[0].dot(&steps[1]) < MAX_START_ANGLE.to_radians().cos() * steps[0].norm() * steps[1].norm() {
         return None;
     }
-    let [length, other_length] = [line, other].map(Measured::length);
-    let (Measured { line, stations: own }, Measured { line: other, stations: others }) = (line, other);
-    // Where it ran over the other last, were it to go on to the left of that or to the right: the station on the other, and its
-    // own behind that.
-    let mut over: [Option<(f64, Option<f64>)>; 2] = [None; 2];
-    // How far to the left of the other it ran at least and at most.
-    let [mut least, mut most] = [0.0_f64; 2];
-    let (mut walked, mut foot) = (0, Foot::default());
-    for station in merged(&own[1..], length.min(other_length)) {
-        while walked + 2 < own.len() && own[walked + 1] < station {
-            walked += 1;
+    let overlap = Walk::new(line, other)?.overlap()?;
+    overlap.removed(line, other)
+}
+
+/// A comparison of two lines from their common start to where they have diverged.
+#[derive(Default)]
+struct Walk {
+    foot: Foot,
+    /// For a line that diverges to the left and to the right: the last station of the other line at which it overlaps it, and
+    /// the first station of its own behind that.
+    overlaps: [Option<(f64, Option<f64>)>; 2],
+    /// The smallest and the largest offset of the line from the other, metres, left positive.
+    offsets: [f64; 2],
+}
+
+impl Walk {
+    /// `None` if one line ends before both have diverged.
+    fn new(line: &Measured, other: &Measured) -> Option<Self> {
+        let mut walk = Self::default();
+        let mut segment = 0;
+        for station in merged(&line.stations[1..], line.length().min(other.length())) {
+            walk.foot = walk.foot.next(other, line.at(station, &mut segment));
+            if walk.foot.station >= other.length() - EXACT {
+                return None;
+            }
+            walk.record(station);
+            if walk.foot.offset.abs() > DIVERGED {
+                return Some(walk);
+            }
         }
-        let [a, b] = [line.points()[walked], line.points()[walked + 1]];
-        let place = a + (b - a) * ((station - own[walked]) / (own[walked + 1] - own[walked])).min(1.0);
-        foot = foot.on(other, others, place);
-        if foot.station >= other_length - EXACT {
-            return None;
-        }
-        (least, most) = (least.min(foot.offset), most.max(foot.offset));
-        for (over, left) in over.iter_mut().zip([foot.offset, -foot.offset]) {
-            match over {
-                _ if left < -EXACT => *over = Some((foot.station, None)),
+        None
+    }
+
+    /// Records the foot of a station of the line.
+    fn record(&mut self, station: f64) {
+        let foot = self.foot;
+        self.offsets = [self.offsets[0].min(foot.offset), self.offsets[1].max(foot.offset)];
+        for (overlap, left) in self.overlaps.iter_mut().zip([foot.offset, -foot.offset]) {
+            match overlap {
+                _ if left < -EXACT => *overlap = Some((foot.station, None)),
                 Some((_, behind)) => *behind = behind.or(Some(station)),
                 None => {}
             }
         }
-        if foot.offset.abs() > PARTED {
-            break;
-        }
     }
-    if foot.offset.abs() <= PARTED {
-        return None;
+
+    /// The overlap to remove.
+    fn overlap(&self) -> Option<Overlap> {
+        let side = self.foot.offset.signum();
+        let (overlap, depth) = match side > 0.0 {
+            true => (self.overlaps[0], -self.offsets[0]),
+            false => (self.overlaps[1], self.offsets[1]),
+        };
+        let (leaves, behind) = overlap?;
+        let rejoins = behind.filter(|_| depth <= MAX_OVERLAP)?;
+        Some(Overlap { side, leaves, rejoins })
     }
-    let side = foot.offset.signum();
-    let (over, farthest) = if side > 0.0 { (over[0], -least) } else { (over[1], most) };
-    let (leaves, rejoined) = over.and_then(|(leaves, behind)| Some((leaves, behind?)))?;
-    if farthest > OVER_MOST {
-        return None;
-    }
-    let followed = other.points().iter().zip(others);
-    let followed: Vec<Point> = followed.take_while(|(_, s)| **s <= leaves).map(|(p, _)| *p).collect();
-    let mut own = line.points().iter().zip(own).filter(|(_, s)| **s >= rejoined - EXACT).peekable();
-    let leaving = other.at(leaves);
-    let mut points = followed;
-    if points.last().is_some_and(|p| (p - leaving).norm() > STEP) {
-        points.push(leaving);
-    }
-    // The way from the last place on the other line to the first beside it must not cut across a bend of the other.
-    let across = |p: &Point| {
-        let at = [0.25, 0.5, 0.75].map(|t| other.project(leaving + (p - leaving) * t).offset * side);
-        at.iter().any(|&offset| offset < -EXACT)
-    };
-    let sharp = |p: &Point, station: f64| {
-        let way = p - leaving;
-        let bends = [(other.direction(leaves), way), (way, line.direction(station))];
-        bends.map(|(a, b)| angle_between(a, b).abs()).iter().sum::<f64>() * SHARPEST > way.norm()
-    };
-    while own.next_if(|(p, s)| **s < rejoined + SKIPPED_MOST && (across(p) || sharp(p, **s))).is_some() {}
-    let (next, _) = own.peek()?;
-    let turn = angle_between(other.direction(leaves), *next - leaving).abs();
-    if across(next) || turn > BENT_MOST.to_radians() {
-        return None;
-    }
-    points.extend(own.map(|(p, _)| *p));
-    (points.last() == Some(&line.last())).then_some(points)
 }
 
-/// Stations of vertices, and between them those of every step below `last`, ascending.
+/// The part of a line that overlaps another line.
+struct Overlap {
+    /// The side of the other line to which the line diverges: 1 left, -1 right.
+    side: f64,
+    /// The station of the other line at which the overlap ends.
+    leaves: f64,
+    /// The first station of the line behind the overlap.
+    rejoins: f64,
+}
+
+impl Overlap {
+    /// The line without the overlap; `None` if it would cross the other line, or bend too much.
+    fn removed(&self, line: &Measured, other: &Measured) -> Option<Vec<Point>> {
+        let leaving = other.line.at(self.leaves);
+        let mut points: Vec<Point> = other.vertices().take_while(|(_, s)| *s <= self.leaves).map(|(p, _)| p).collect();
+        if points.last().is_some_and(|p| (p - leaving).norm() > STEP) {
+            points.push(leaving);
+        }
+        let direction = other.line.direction(self.leaves);
+        let sharp = |p: Point, station: f64| {
+            let bends = [(direction, p - leaving), (p - leaving, line.line.direction(station))];
+            bends.map(|(a, b)| angle_between(a, b).abs()).iter().sum::<f64>() * MIN_RADIUS > (p - leaving).norm()
+        };
+        let mut rest = line.vertices().filter(|(_, s)| *s >= self.rejoins - EXACT).peekable();
+        let skipped = |&(p, s): &(Point, f64)| {
+            s < self.rejoins + MAX_SKIP && (self.crosses(other, leaving, p - leaving) || sharp(p, s))
+        };
+        while rest.next_if(skipped).is_some() {}
+        let step = rest.peek()?.0 - leaving;
+        if self.crosses(other, leaving, step) || angle_between(direction, step).abs() > MAX_BEND.to_radians() {
+            return None;
+        }
+        points.extend(rest.map(|(p, _)| p));
+        (points.last() == Some(&line.line.last())).then_some(points)
+    }
+
+    /// Whether a straight step from a point of the other line crosses a bend of it.
+    fn crosses(&self, other: &Measured, from: Point, step: Vector) -> bool {
+        [0.25, 0.5, 0.75].iter().any(|t| other.line.project(from + step * *t).offset * self.side < -EXACT)
+    }
+}
+
+/// The stations of vertices and of every step below `last`, ascending.
 fn merged(vertices: &[f64], last: f64) -> impl Iterator<Item = f64> {
     let mut vertices = vertices.iter().copied().peekable();
     let mut steps = (1..).map(|i| STEP * f64::from(i)).take_while(move |&s| s < last).peekable();
@@ -123,21 +172,22 @@ fn merged(vertices: &[f64], last: f64) -> impl Iterator<Item = f64> {
     })
 }
 
-/// Where a line comes nearest to the last place of another that runs beside it.
+/// The nearest place on a line to a place of another line.
 #[derive(Clone, Copy, Default)]
 struct Foot {
     segment: usize,
     station: f64,
-    /// Left positive, metres.
+    /// Metres, left positive.
     offset: f64,
 }
 
 impl Foot {
-    /// The foot of the next place, not before this one. What lies so far ahead that it comes near only if the line turns
-    /// back is not looked at.
-    fn on(self, line: &Polyline, stations: &[f64], place: Point) -> Self {
+    /// The foot of the next place, not before this one. Segments so far ahead that the line would have to turn back to come
+    /// near are not searched.
+    fn next(self, line: &Measured, place: Point) -> Self {
+        let stations = &line.stations;
         let mut best = (f64::INFINITY, self);
-        for (segment, pair) in line.points().windows(2).enumerate().skip(self.segment) {
+        for (segment, pair) in line.line.points().windows(2).enumerate().skip(self.segment) {
             let (a, along) = (pair[0], pair[1] - pair[0]);
             if stations[segment] > best.1.station + 2.0 * best.1.offset.abs() + STEP {
                 break;
@@ -180,32 +230,32 @@ mod tests {
         Polyline::new(line.points().iter().map(|p| Point::new(p.x, -p.y))).unwrap()
     }
 
-    /// How far a line lies to the right of another at most, up to where they have parted.
-    fn over(line: &[Point], other: &Polyline) -> f64 {
+    /// The largest distance, metres, of a line to the right of another before they diverge.
+    fn overlap(line: &[Point], other: &Polyline) -> f64 {
         let line = Polyline::new(line.iter().copied()).unwrap();
         let offsets = line.resampled(0.05).into_points().into_iter().map(|p| other.project(p).offset);
-        -offsets.take_while(|o| *o < PARTED).fold(0.0, f64::min)
+        -offsets.take_while(|o| *o < DIVERGED).fold(0.0, f64::min)
     }
 
     #[test]
-    fn a_line_that_dips_over_its_neighbour_follows_it() {
-        // Straight on, but a little to the left, where the turn to the left begins straight on.
+    fn a_line_that_overlaps_its_neighbour_slightly_follows_it() {
+        // The other line bends slightly to the left; the left turn begins straight on.
         let straight = line(&[(0.0, 0.0), (30.0, 2.7)]);
         let bent = diverge(&turn(8.0), &straight).unwrap();
-        assert!(over(&bent, &straight) < 1e-6);
-        assert!(over(turn(8.0).points(), &straight) > 1e-3, "as it was");
+        assert!(overlap(&bent, &straight) < 1e-6);
+        assert!(overlap(turn(8.0).points(), &straight) > 1e-3, "as it was");
         assert_eq!(bent.last(), Some(&turn(8.0).last()));
-        let other_hand = diverge(&mirrored(&turn(8.0)), &mirrored(&straight)).unwrap();
-        assert_eq!(other_hand, bent.iter().map(|p| Point::new(p.x, -p.y)).collect::<Vec<_>>());
-        // The other way round.
+        let mirror_image = diverge(&mirrored(&turn(8.0)), &mirrored(&straight)).unwrap();
+        assert_eq!(mirror_image, bent.iter().map(|p| Point::new(p.x, -p.y)).collect::<Vec<_>>());
+        // The same with the roles exchanged.
         let bent = diverge(&straight, &turn(8.0)).unwrap();
         let turn = mirrored(&turn(8.0));
         let bent: Vec<Point> = bent.iter().map(|p| Point::new(p.x, -p.y)).collect();
-        assert!(over(&bent, &turn) < 1e-6);
+        assert!(overlap(&bent, &turn) < 1e-6);
     }
 
     #[test]
-    fn lines_that_part_at_once_or_swing_out_stay() {
+    fn lines_that_diverge_at_once_or_swing_out_stay() {
         let straight = line(&[(0.0, 0.0), (30.0, 0.0)]);
         assert_eq!(diverge(&turn(8.0), &straight), None);
         let swings = line(&[(0.0, 0.0), (2.0, -0.3), (4.0, -0.4), (8.0, 2.0)]);

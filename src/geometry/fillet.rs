@@ -1,187 +1,186 @@
-//! Rounds what bends too tightly in a line: the inner edge of a bend, where little is left of its radius.
+//! Rounds the bends of a line that are too tight, such as the inner bound of a lane in a bend.
 
 use std::borrow::Cow;
 
 use super::pose::MIN_SPACING;
-use super::{Point, Polyline, Vector, angle_between, left_of, line_crossing};
+use super::{Point, Polyline, Vector, angle_between, cross, left_of, line_crossing};
 
-/// Above this change of direction (150 degrees) the lines before and behind a bend meet too far away.
+/// The largest change of direction of a bend, radians (150 degrees): beyond, the lines before and behind meet too far away.
 const REVERSAL: f64 = 150.0 * std::f64::consts::PI / 180.0;
-/// Below this change of direction, radians, nothing is left to round.
+/// The smallest change of direction that is rounded, radians.
 const STRAIGHT: f64 = 1e-3;
-/// Largest change of direction between neighbours, radians (12 degrees): the arc leaves its circle by at most 7 mm.
+/// The largest change of direction between neighbours, radians (12 degrees): the polyline stays within 7 mm of the arc.
 const TURN_STEP: f64 = 12.0 * std::f64::consts::PI / 180.0;
-/// A bend this much tighter than it may be, as a part of its radius, is let be: coordinates are rounded.
+/// A bend may be tighter by this part of the radius: coordinates are rounded.
 const TOLERANCE: f64 = 0.02;
 
-/// Where two arcs meet, their joint is rounded in its turn, so often at most.
+/// The largest number of rounds. Each rounds the joints between the arcs of the round before.
 const ROUNDS: usize = 3;
-/// So many places before and behind a corner are looked at for room: bends are local.
+/// The number of vertices before and behind a corner that an arc may replace: bends are local.
 const REACH: usize = 32;
 
 /// How tightly a line may bend.
 #[derive(Clone, Copy, Debug)]
 pub struct Rounding {
-    /// No bend is tighter than this radius, metres, where the line is long enough beside it.
-    pub least: f64,
+    /// The smallest radius of a bend, metres, if the line is long enough.
+    pub min_radius: f64,
     /// The radius, metres, to which a tight bend is rounded ...
-    pub easy: f64,
-    /// ... as far as the line moves by no more than this, metres.
-    pub cut: f64,
+    pub easy_radius: f64,
+    /// ... as long as the line moves by no more than this, metres.
+    pub max_shift: f64,
 }
 
 impl Rounding {
-    /// The radius for a bend that turns so much in all, radians, and now has some radius.
+    /// The radius, metres, for a bend that turns by `turn` radians and has the radius `now`, metres.
     fn radius(&self, turn: f64, now: f64) -> f64 {
-        let off_corner = 1.0 / (turn.abs() / 2.0).cos() - 1.0;
-        self.easy.min(now + self.cut / off_corner).max(self.least)
+        let shift_per_metre = 1.0 / (turn.abs() / 2.0).cos() - 1.0;
+        self.easy_radius.min(now + self.max_shift / shift_per_metre).max(self.min_radius)
     }
 
-    /// The line with every bend that is too tight replaced by an arc that cuts its corner, tangent to the line before and
-    /// behind; where the line ends too soon, by the widest arc that there is room for. Its ends stay.
+    /// The line with every tight bend replaced by an arc that cuts the corner and is tangent to the line before and behind. If
+    /// the line is too short for the arc, the widest possible one is used. The ends of the line stay.
     pub fn of<'a>(&self, line: &'a [Point]) -> Cow<'a, [Point]> {
-        if line.windows(3).all(|w| tighter([w[0], w[1], w[2]], self.easy * (1.0 - TOLERANCE)).is_none()) {
+        if line.windows(3).all(|w| radius_below([w[0], w[1], w[2]], self.easy_radius * (1.0 - TOLERANCE)).is_none()) {
             return Cow::Borrowed(line);
         }
-        let before = line;
-        let mut line = self.once(before);
-        if line == before {
-            return Cow::Borrowed(before);
+        let mut rounded = self.rounded_once(line);
+        if rounded == line {
+            return Cow::Borrowed(line);
         }
-        let rest = Self { easy: self.least, cut: 0.0, ..*self };
+        let joints = Self { easy_radius: self.min_radius, max_shift: 0.0, ..*self };
         for _ in 1..ROUNDS {
-            let round = rest.once(&line);
-            if tightest(&round) <= tightest(&line) {
+            let next = joints.rounded_once(&rounded);
+            if tightest(&next) <= tightest(&rounded) {
                 break;
             }
-            line = round;
+            rounded = next;
         }
-        Cow::Owned(line)
+        Cow::Owned(rounded)
     }
 
-    fn once(&self, line: &[Point]) -> Vec<Point> {
-        let mut rest = line.to_vec();
-        let mut done: Vec<Point> = Vec::with_capacity(line.len());
-        // What lies before the bend at hand is `done`, which an arc may shorten.
-        rest.reverse();
-        done.extend(rest.pop());
+    fn rounded_once(&self, line: &[Point]) -> Vec<Point> {
+        // Vertices move from `rest`, in reverse order, to `rounded`. An arc may shorten both.
+        let mut rest: Vec<Point> = line.iter().rev().copied().collect();
+        let mut rounded: Vec<Point> = Vec::with_capacity(line.len());
+        rounded.extend(rest.pop());
         while let Some(corner) = rest.pop() {
-            let tight = match (done.last(), rest.last()) {
-                (Some(&before), Some(&behind)) => tighter([before, corner, behind], self.easy * (1.0 - TOLERANCE)),
-                _ => None,
+            let Some(arc) = self.arc(&rounded, corner, &rest) else {
+                rounded.push(corner);
+                continue;
             };
-            let bend = tight.and_then(|now| self.bend(&done, corner, &rest).filter(|bend| bend.radius > now));
-            match bend {
-                Some(Bend { before, behind, arc, .. }) => {
-                    done.truncate(before);
-                    rest.truncate(behind);
-                    let far =
-                        |p: &Point, other: Option<&Point>| other.is_none_or(|other| (p - other).norm() >= MIN_SPACING);
-                    let (last, next) = (done.last().copied(), rest.last().copied());
-                    done.extend(arc.into_iter().filter(|p| far(p, last.as_ref()) && far(p, next.as_ref())));
-                }
-                None => done.push(corner),
-            }
+            rounded.truncate(arc.before);
+            rest.truncate(arc.behind);
+            let ends = [rounded.last().copied(), rest.last().copied()];
+            let is_near = |p: &Point| ends.iter().flatten().any(|end| (p - end).norm() < MIN_SPACING);
+            rounded.extend(arc.points.into_iter().filter(|p| !is_near(p)));
         }
-        done
+        rounded
     }
 
-    /// The wanted arc around a corner, else the widest: from the line before it, of which so many places remain, to the
-    /// line behind, given backwards.
-    fn bend(&self, before: &[Point], corner: Point, behind: &[Point]) -> Option<Bend> {
-        let (mut i, mut j) = (before.len(), behind.len());
-        let mut widest: Option<Bend> = None;
-        // The bend reaches from the segment that ends at `first` to the one that begins at `last`.
+    /// The arc that replaces a corner, if the corner is too tight and the arc is wider.
+    fn arc(&self, before: &[Point], corner: Point, behind: &[Point]) -> Option<Arc> {
+        let neighbours = [*before.last()?, corner, *behind.last()?];
+        let radius = radius_below(neighbours, self.easy_radius * (1.0 - TOLERANCE))?;
+        self.widest_arc(before, corner, behind).filter(|arc| arc.radius > radius)
+    }
+
+    /// The arc of the wanted radius around a corner, else the widest. `behind` is in reverse order.
+    fn widest_arc(&self, mut before: &[Point], corner: Point, mut behind: &[Point]) -> Option<Arc> {
+        let mut widest: Option<Arc> = None;
+        // The arc touches the segment that ends at `first` and the segment that begins at `last`.
         let (mut first, mut last) = (corner, corner);
         for _ in 0..2 * REACH {
-            let (Some(start), Some(end)) = (i.checked_sub(1), j.checked_sub(1)) else { break };
-            let (Some(&start), Some(&end)) = (before.get(start), behind.get(end)) else { break };
+            let (Some(&start), Some(&end)) = (before.last(), behind.last()) else { break };
             let Some(fillet) = Fillet::between([start, first], [last, end]) else { break };
-            let half = (fillet.turn.abs() / 2.0).tan();
             let taken = fillet.taken[0].max(fillet.taken[1]);
-            let (wanted, most) =
-                ((self.radius(fillet.turn, taken / half) * half).max(taken), fillet.room[0].min(fillet.room[1]));
-            let bend = |arc: Vec<Point>, radius: f64| {
-                let beside = self.tightest_beside(&before[..i], &arc, &behind[..j]);
-                Bend { before: i, behind: j, radius: beside.map_or(radius, |beside| beside.min(radius)), arc }
-            };
-            let mut found: Vec<Bend> = Vec::new();
-            if wanted <= most {
-                let bend = bend(fillet.arc(wanted), wanted / half);
-                if bend.radius >= self.least * (1.0 - TOLERANCE) {
-                    return Some(bend);
-                }
-                found.push(bend);
-            } else {
-                if most >= taken {
-                    found.push(bend(fillet.arc(most), most / half));
-                }
-                // At its ends the line may head elsewhere.
-                if i == 1 && self.least * half > fillet.room[0] {
-                    let arc = arc_to(start, [last, end], self.least);
-                    found.extend(arc.map(|arc| bend(arc, self.least)));
-                }
-                if j == 1 && self.least * half > fillet.room[1] {
-                    let arc = arc_to(end, [first, start], self.least);
-                    found.extend(arc.map(|arc| bend(arc.into_iter().rev().collect(), self.least)));
-                }
+            let tangent =
+                (self.radius(fillet.turn, taken / fillet.tangent_ratio()) * fillet.tangent_ratio()).max(taken);
+            let fits = tangent <= fillet.room[0].min(fillet.room[1]);
+            let arcs = if fits { vec![fillet.arc(tangent)] } else { self.tight_arcs(&fillet, before, behind) };
+            let arcs = arcs.into_iter().map(|arc| self.between(before, arc, behind));
+            let found = arcs.reduce(|a, b| if b.radius > a.radius { b } else { a });
+            if fits && found.as_ref().is_some_and(|arc| arc.radius >= self.min_radius * (1.0 - TOLERANCE)) {
+                return found;
             }
             widest = widest.into_iter().chain(found).reduce(|a, b| if b.radius > a.radius { b } else { a });
-            // The shorter side gives way first; the ends of the line stay.
-            let (back, on) = (i > 1, j > 1);
-            if back && (fillet.room[0] <= fillet.room[1] || !on) {
-                first = start;
-                i -= 1;
-            } else if on {
-                last = end;
-                j -= 1;
-            } else {
-                break;
+            // The arc is extended over the shorter segment. The ends of the line stay.
+            match (before.len() > 1, behind.len() > 1) {
+                (true, more) if fillet.room[0] <= fillet.room[1] || !more => {
+                    first = start;
+                    before = &before[..before.len() - 1];
+                }
+                (_, true) => {
+                    last = end;
+                    behind = &behind[..behind.len() - 1];
+                }
+                _ => break,
             }
         }
         widest
     }
 
-    /// The radius of the tightest bend where the line goes on beside an arc, if that is too tight: an arc takes from the
-    /// segments that it touches, and what is left of them may be too short for the bends at their other ends.
-    fn tightest_beside(&self, before: &[Point], arc: &[Point], behind: &[Point]) -> Option<f64> {
-        let beside = |line: &[Point], end: Option<&Point>| match (line, end) {
+    /// The arcs that are possible where the wanted one does not fit, with their radii, metres.
+    fn tight_arcs(&self, fillet: &Fillet, before: &[Point], behind: &[Point]) -> Vec<(Vec<Point>, f64)> {
+        let most = fillet.room[0].min(fillet.room[1]);
+        let mut arcs = Vec::new();
+        if most >= fillet.taken[0].max(fillet.taken[1]) {
+            arcs.push(fillet.arc(most));
+        }
+        // At its ends the line may change its direction.
+        let [[start, first], [last, end]] = fillet.segments;
+        let tangent = self.min_radius * fillet.tangent_ratio();
+        if before.len() == 1 && tangent > fillet.room[0] {
+            arcs.extend(arc_to(start, [last, end], self.min_radius).map(|arc| (arc, self.min_radius)));
+        }
+        if behind.len() == 1 && tangent > fillet.room[1] {
+            let arc = arc_to(end, [first, start], self.min_radius);
+            arcs.extend(arc.map(|arc| (arc.into_iter().rev().collect(), self.min_radius)));
+        }
+        arcs
+    }
+
+    /// The arc between the rest of the line. It shortens the segments that it touches, which may make the bends at their other
+    /// ends too tight: the tightest of them counts.
+    fn between(&self, before: &[Point], (points, radius): (Vec<Point>, f64), behind: &[Point]) -> Arc {
+        let bend = |line: &[Point], end: Option<&Point>| match (line, end) {
             ([.., a, b], Some(&end)) if (b - end).norm() >= MIN_SPACING => {
-                tighter([*a, *b, end], self.least * (1.0 - TOLERANCE))
+                radius_below([*a, *b, end], self.min_radius * (1.0 - TOLERANCE))
             }
             _ => None,
         };
-        let sides = [beside(before, arc.first()), beside(behind, arc.last())];
-        sides.into_iter().flatten().reduce(f64::min)
+        let bends = [bend(before, points.first()), bend(behind, points.last())];
+        let radius = bends.into_iter().flatten().fold(radius, f64::min);
+        Arc { before: before.len(), behind: behind.len(), points, radius }
     }
 }
 
-/// Part of a line that is replaced.
-struct Bend {
-    /// So many places before it stay.
+/// An arc that replaces a part of a line.
+struct Arc {
+    /// The number of vertices before it that stay.
     before: usize,
-    /// So many behind.
+    /// The number of vertices behind it that stay.
     behind: usize,
-    arc: Vec<Point>,
+    points: Vec<Point>,
     /// Metres.
     radius: f64,
 }
 
-/// The corner of two segments, and how far arcs in it may reach.
+/// The corner of two segments, and how far an arc in it may reach.
 struct Fillet {
+    segments: [[Point; 2]; 2],
     corner: Point,
-    /// Unit directions before and behind.
+    /// The unit directions before and behind.
     along: [Vector; 2],
-    /// Change of direction, radians, left positive.
+    /// The change of direction, radians, left positive.
     turn: f64,
-    /// How far, metres, the inner ends of the segments lie from the corner, ...
+    /// The distances, metres, of the inner ends of the segments from the corner, ...
     taken: [f64; 2],
-    /// ... and how far the outer ends.
+    /// ... and of the outer ends.
     room: [f64; 2],
 }
 
 impl Fillet {
-    /// `None` where the segments do not meet in a corner ahead of both.
+    /// `None` if the segments do not meet in a corner ahead of both.
     fn between([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Option<Self> {
         let along = [(b - a).try_normalize(Polyline::MERGE)?, (d - c).try_normalize(Polyline::MERGE)?];
         let turn = angle_between(along[0], along[1]);
@@ -191,29 +190,33 @@ impl Fillet {
         let (on, back, corner) = line_crossing(b, along[0], c, along[1])?;
         let ahead = on >= -Polyline::MERGE && back <= Polyline::MERGE;
         let room = [(corner - a).norm(), (d - corner).norm()];
-        ahead.then_some(Self { corner, along, turn, taken: [on, -back], room })
+        ahead.then_some(Self { segments: [[a, b], [c, d]], corner, along, turn, taken: [on, -back], room })
     }
 
-    /// The arc that begins so far before the corner, both its ends among the places.
-    fn arc(&self, tangent: f64) -> Vec<Point> {
+    /// The length of the tangents of an arc divided by its radius.
+    fn tangent_ratio(&self) -> f64 {
+        (self.turn.abs() / 2.0).tan()
+    }
+
+    /// The arc whose tangents have this length, metres, both ends included, and its radius, metres.
+    fn arc(&self, tangent: f64) -> (Vec<Point>, f64) {
         let start = self.corner - self.along[0] * tangent;
-        let radius = tangent / (self.turn.abs() / 2.0).tan();
-        around(start + left_of(self.along[0]) * (radius * self.turn.signum()), start, self.turn)
+        let radius = tangent / self.tangent_ratio();
+        (around(start + left_of(self.along[0]) * (radius * self.turn.signum()), start, self.turn), radius)
     }
 }
 
-/// Places on the arc around a centre that begins at a place and turns so much, radians, both its ends among them.
+/// Points on an arc around a centre from `start`, both ends included; `turn` is in radians.
 fn around(centre: Point, start: Point, turn: f64) -> Vec<Point> {
     let pieces = (turn.abs() / TURN_STEP).ceil().max(1.0);
-    let at = |i: usize| centre + nalgebra::Rotation2::new(turn * i as f64 / pieces) * (start - centre);
-    (0..=pieces as usize).map(at).collect()
+    let point = |i: usize| centre + nalgebra::Rotation2::new(turn * i as f64 / pieces) * (start - centre);
+    (0..=pieces as usize).map(point).collect()
 }
 
-/// The arc of a radius from a place to where it touches a segment, whose direction it takes; `None` where it touches the
-/// line through the segment elsewhere.
-fn arc_to(place: Point, [a, b]: [Point; 2], radius: f64) -> Option<Vec<Point>> {
+/// The arc of a radius, metres, from a point to where it is tangent to a segment; `None` if that is outside the segment.
+fn arc_to(point: Point, [a, b]: [Point; 2], radius: f64) -> Option<Vec<Point>> {
     let along = (b - a).try_normalize(Polyline::MERGE)?;
-    let (on, aside) = ((place - a).dot(&along), super::cross(along, place - a));
+    let (on, aside) = ((point - a).dot(&along), cross(along, point - a));
     let reach = 2.0 * radius * aside.abs() - aside * aside;
     let touches = on + reach.sqrt();
     if !(0.0..=(b - a).norm()).contains(&touches) {
@@ -221,34 +224,34 @@ fn arc_to(place: Point, [a, b]: [Point; 2], radius: f64) -> Option<Vec<Point>> {
     }
     let end = a + along * touches;
     let centre = end + left_of(along) * (radius * aside.signum());
-    let turn = angle_between(place - centre, end - centre);
-    // The short way around.
-    (turn * aside > 0.0).then(|| around(centre, place, turn))
+    let turn = angle_between(point - centre, end - centre);
+    // The short way around the centre.
+    (turn * aside > 0.0).then(|| around(centre, point, turn))
 }
 
-/// Radius, metres, of the bend at the middle one of three places, if it is tighter than some radius. Of what lies farther
-/// than a metre away, nothing counts: a corner between two long segments is tight.
-fn tighter([a, b, c]: [Point; 3], than: f64) -> Option<f64> {
-    const LOOK: f64 = 1.0;
-    let (before, behind) = (b - a, c - b);
-    let length = f64::midpoint(before.norm().min(LOOK), behind.norm().min(LOOK));
-    // An angle is smaller than its tangent, which is had for less.
-    if super::cross(before, behind).abs() * than < before.dot(&behind) * length {
+/// The radius, metres, of the bend at the middle one of three points, if it is smaller than `limit`. At most one metre of each
+/// segment counts, so that a corner between long segments is tight.
+fn radius_below([a, b, c]: [Point; 3], limit: f64) -> Option<f64> {
+    const MAX_LENGTH: f64 = 1.0;
+    let (before, after) = (b - a, c - b);
+    let length = f64::midpoint(before.norm().min(MAX_LENGTH), after.norm().min(MAX_LENGTH));
+    // An angle is smaller than its tangent, which is cheaper to compute.
+    if cross(before, after).abs() * limit < before.dot(&after) * length {
         return None;
     }
-    Some(length / angle_between(before, behind).abs()).filter(|radius| *radius < than)
+    Some(length / angle_between(before, after).abs()).filter(|radius| *radius < limit)
 }
 
-/// The least radius of all bends of a line, metres.
+/// The smallest radius of the bends of a line, metres.
 fn tightest(line: &[Point]) -> f64 {
-    line.windows(3).fold(f64::INFINITY, |least, w| tighter([w[0], w[1], w[2]], least).unwrap_or(least))
+    line.windows(3).fold(f64::INFINITY, |least, w| radius_below([w[0], w[1], w[2]], least).unwrap_or(least))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const LEAST: Rounding = Rounding { least: 1.25, easy: 1.25, cut: 0.0 };
+    const LEAST: Rounding = Rounding { min_radius: 1.25, easy_radius: 1.25, max_shift: 0.0 };
 
     fn line(points: &[(f64, f64)], side: f64) -> Vec<Point> {
         points.iter().map(|&(x, y)| Point::new(x, side * y)).collect()
@@ -282,8 +285,8 @@ mod tests {
     }
 
     #[test]
-    fn a_wider_arc_is_taken_where_it_cuts_off_little() {
-        let rounding = Rounding { least: 1.25, easy: 2.0, cut: 0.6 };
+    fn an_arc_is_wider_where_it_moves_the_line_little() {
+        let rounding = Rounding { min_radius: 1.25, easy_radius: 2.0, max_shift: 0.6 };
         for side in [1.0, -1.0] {
             let slight = rounding.of(&line(&[(0.0, 0.0), (5.0, 0.0), (9.0, 4.0)], side)).into_owned();
             assert!(tightest(&slight) > 1.95, "{}", tightest(&slight));
@@ -293,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn where_the_line_ends_too_soon_the_arc_is_as_wide_as_there_is_room() {
+    fn near_its_ends_a_line_gets_the_widest_possible_arc() {
         for side in [1.0, -1.0] {
             let round = LEAST.of(&line(&[(0.0, 0.0), (0.8, 0.0), (0.8, 0.9)], side)).into_owned();
             assert!((0.75..0.81).contains(&tightest(&round)), "{}", tightest(&round));
@@ -301,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn where_the_line_ends_before_a_sharp_bend_it_may_head_elsewhere_at_its_end() {
+    fn near_a_sharp_bend_a_line_may_change_direction_at_its_end() {
         for side in [1.0, -1.0] {
             let bend = line(&[(0.0, 0.0), (0.8, 0.0), (1.8, 1.0), (1.8, 6.0)], side);
             for bend in [bend.clone(), bend.into_iter().rev().collect()] {
@@ -322,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn what_bends_gently_or_turns_back_stays() {
+    fn gentle_bends_and_reversals_stay() {
         for side in [1.0, -1.0] {
             let gentle = quarter(3.0, side);
             assert_eq!(LEAST.of(&gentle), gentle);

@@ -1,9 +1,9 @@
-//! The point beside a corner: where two lines meet that run at a distance from both its segments.
+//! The miter point of a corner.
 
 use super::{Point, Vector, left_of};
 
-/// The point beside a corner that lies `offset` metres to the left of both lines through it; `before` and `after` are
-/// their unit directions. Far away where the second runs nearly back along the first.
+/// The point `offset` metres to the left of both segments of a corner, of which the unit directions are given. It lies far away
+/// if the line nearly turns back.
 pub fn miter(corner: Point, [before, after]: [Vector; 2], offset: f64) -> Point {
     corner + (left_of(before) + left_of(after)) * (offset / (1.0 + before.dot(&after)))
 }

@@ -1,7 +1,6 @@
-//! Plane geometry in metres; knows no road and no lanelet.
+//! Plane geometry in metres. It knows no roads and no lanelets.
 //!
-//! Points and vectors are nalgebra's; [`Polyline`] is a list of points with stations along it. What needs a sweep
-//! line (areas of overlap, unions, validity) goes through `geo` in [`polygon`].
+//! Points and vectors are those of `nalgebra`. Unions and intersections of polygons use `geo`, in [`polygon`].
 
 pub mod curve;
 pub mod diverge;
@@ -19,12 +18,12 @@ pub mod swing_out_turn;
 
 pub use polyline::Polyline;
 
-/// A place in the plane: east, north.
+/// A point: east and north, metres.
 pub type Point = nalgebra::Point2<f64>;
-/// A displacement in the plane.
+/// A displacement, metres.
 pub type Vector = nalgebra::Vector2<f64>;
 
-/// Turned by 90 degrees to the left.
+/// The vector turned by 90 degrees to the left.
 pub fn left_of(v: Vector) -> Vector {
     Vector::new(-v.y, v.x)
 }
@@ -39,7 +38,7 @@ pub fn angle_between(a: Vector, b: Vector) -> f64 {
     cross(a, b).atan2(a.dot(&b))
 }
 
-/// Twice the signed area of a triangle: positive when `c` lies left of the line from `a` to `b`. Exact in sign.
+/// Twice the signed area of a triangle, square metres: positive if `c` lies left of the line from `a` to `b`. The sign is exact.
 pub fn orientation(a: Point, b: Point, c: Point) -> f64 {
     use geo::{Coord, Kernel};
     let coord = |p: Point| Coord { x: p.x, y: p.y };
@@ -50,15 +49,15 @@ pub fn orientation(a: Point, b: Point, c: Point) -> f64 {
     }
 }
 
-/// Where the segments `a`-`b` and `c`-`d` cross: parameters along each in 0..=1 and the point. `None` if parallel
-/// or apart.
+/// The crossing of the segments `a`-`b` and `c`-`d`: the parameters along each, 0 to 1, and the point; `None` if they are
+/// parallel or do not meet.
 pub fn segment_crossing(a: Point, b: Point, c: Point, d: Point) -> Option<(f64, f64, Point)> {
     let (s, t, p) = line_crossing(a, b - a, c, d - c)?;
     ((0.0..=1.0).contains(&s) && (0.0..=1.0).contains(&t)).then_some((s, t, p))
 }
 
-/// Where the infinite lines through `p` along `u` and through `q` along `v` cross, with the parameter along each;
-/// `None` if they are parallel.
+/// The crossing of the lines through `p` along `u` and through `q` along `v`: the parameters along each, and the point; `None`
+/// if they are parallel.
 pub fn line_crossing(p: Point, u: Vector, q: Point, v: Vector) -> Option<(f64, f64, Point)> {
     let det = cross(u, v);
     if det.abs() < 1e-12 * u.norm() * v.norm() || det == 0.0 {

@@ -1,4 +1,4 @@
-//! Rings and the areas between them, through `geo`. A ring is a list of points, not closed.
+//! Rings, their areas and their unions. A ring is a list of points, not closed.
 
 use geo::{Area, BooleanOps, Contains, Coord, LineString, MultiPolygon, Polygon};
 
@@ -14,28 +14,28 @@ pub fn signed_area(ring: &[Point]) -> f64 {
     area_around(ring.iter())
 }
 
-/// As [`signed_area`], of places one after the other.
+/// [`signed_area`] of an iterator of points.
 pub fn area_around<'a>(ring: impl Iterator<Item = &'a Point> + Clone) -> f64 {
     let Some(origin) = ring.clone().next() else { return 0.0 };
     let next = ring.clone().cycle().skip(1);
     ring.zip(next).map(|(a, b)| super::cross(a - origin, b - origin)).sum::<f64>() / 2.0
 }
 
-/// Area in square metres that both rings cover. Rings that cross themselves count by the non-zero rule.
+/// The common area of two rings, square metres. Rings that cross themselves count by the non-zero rule.
 pub fn overlap(a: &[Point], b: &[Point]) -> f64 {
     intersection(a, b).unsigned_area()
 }
 
-/// Area in square metres that two simple rings share, whichever way they run: as [`overlap`], without a sweep.
+/// The common area of two simple rings of any orientation, square metres: as [`overlap`], but faster.
 ///
-/// A simple ring's interior is the sum of the strips below its upper edges less those below its lower ones, so the
-/// common area is the sum over all pairs of edges of what lies below both.
+/// The interior of a simple ring is the strips below its upper edges minus those below its lower edges. The common area is
+/// the signed sum, over all pairs of edges, of the area below both.
 pub fn common_area(a: &[Point], b: &[Point]) -> f64 {
     let base = a.first().copied().unwrap_or_default();
     Strips::new(a, base).zip(Strips::new(b, base)).map_or(0.0, |(a, b)| a.common_area(&b))
 }
 
-/// Area and middle of what two simple rings share; `None` if they share nothing. See [`common_area`].
+/// The common area of two simple rings, square metres, and its centroid; `None` if it is empty. See [`common_area`].
 pub fn common_part(a: &[Point], b: &[Point]) -> Option<(f64, Point)> {
     let base = *a.first()?;
     let (a, b) = (Strips::new(a, base)?, Strips::new(b, base)?);
@@ -47,42 +47,41 @@ pub fn common_part(a: &[Point], b: &[Point]) -> Option<(f64, Point)> {
     (sum.area != 0.0 && middle.x.is_finite() && middle.y.is_finite()).then(|| (sum.area.abs(), middle))
 }
 
-/// A simple ring as its edges, each with the strip below it: made once where what it shares with several others is asked.
+/// The edges of a simple ring, for comparison with many others. See [`common_area`].
 pub struct Strips {
     bounds: [Point; 2],
-    /// Between which sums and differences of the coordinates it lies.
-    aslant: [[f64; 2]; 2],
-    /// Run after run, each from west to east.
+    /// The ranges of x + y and x - y.
+    diagonals: [[f64; 2]; 2],
+    /// The edges of all runs, each run from west to east.
     edges: Vec<Edge>,
-    /// Where the runs end among the edges, and on which side of them the ring lies: 1 or -1.
+    /// For each run its end in `edges`, and its sign: 1 if the ring passes it to the east, -1 to the west.
     runs: Vec<(usize, f64)>,
 }
 
 impl Strips {
-    /// Of a ring; strips end at the height of `base`, which is the same for all rings that are compared. `None` without
-    /// any point.
+    /// The edges of a ring; `None` if it has no points. `base` must be the same for all rings that are compared.
     pub fn new(ring: &[Point], base: Point) -> Option<Self> {
         let range = |of: fn(&Point) -> f64| {
             ring.iter().map(of).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
         };
-        let (bounds, aslant) = (bounds(ring)?, [range(|p| p.x + p.y), range(|p| p.x - p.y)]);
-        let mut strips = Self { bounds, aslant, edges: Vec::with_capacity(ring.len()), runs: Vec::with_capacity(4) };
-        let (mut first, mut last, mut sign) = (0, *ring.last()?, 0.0);
+        let (bounds, diagonals) = (bounds(ring)?, [range(|p| p.x + p.y), range(|p| p.x - p.y)]);
+        let mut strips = Self { bounds, diagonals, edges: Vec::with_capacity(ring.len()), runs: Vec::with_capacity(4) };
+        let (mut first, mut last, mut run_sign) = (0, *ring.last()?, 0.0);
         for p in ring {
-            if let Some((edge, way)) = Edge::new(last, *p, base) {
-                if way != sign {
-                    strips.end_run(&mut first, sign);
-                    sign = way;
+            if let Some((edge, sign)) = Edge::new(last, *p, base) {
+                if sign != run_sign {
+                    strips.end_run(&mut first, run_sign);
+                    run_sign = sign;
                 }
                 strips.edges.push(edge);
             }
             last = *p;
         }
-        strips.end_run(&mut first, sign);
+        strips.end_run(&mut first, run_sign);
         Some(strips)
     }
 
-    /// Ends a run that began at an edge, where there is any edge since, and begins another.
+    /// Ends the run that began at edge `first`, if it has edges.
     fn end_run(&mut self, first: &mut usize, sign: f64) {
         let end = self.edges.len();
         if end > *first {
@@ -94,27 +93,26 @@ impl Strips {
         }
     }
 
-    /// The edges of each run with its side.
+    /// The edges of each run with its sign.
     fn runs(&self) -> impl Iterator<Item = (&[Edge], f64)> {
         let mut first = 0;
         self.runs.iter().map(move |&(end, sign)| (&self.edges[std::mem::replace(&mut first, end)..end], sign))
     }
 
-    /// Area in square metres that both rings cover.
+    /// The common area, square metres.
     pub fn common_area(&self, other: &Self) -> f64 {
         if self.may_touch(other) { self.common_area_between(other, EVERYWHERE).abs() } else { 0.0 }
     }
 
-    /// Area in square metres that both rings cover from one place to another on the way to the east; below 0 if they run different
-    /// ways around.
+    /// The common area, square metres, within a range of x. It is negative if the rings have different orientations.
     pub(super) fn common_area_between(&self, other: &Self, range: [f64; 2]) -> f64 {
         let mut sum = 0.0;
         self.each_piece(other, range, |piece| sum += piece.below_both());
         sum
     }
 
-    /// Goes through the pieces of pairs of edges, one of either ring, that lie above each other.
-    fn each_piece(&self, other: &Self, range: [f64; 2], mut each: impl FnMut(Piece)) {
+    /// Calls `each` with the common x range of every pair of edges, one of each ring.
+    fn each_piece(&self, other: &Self, range: [f64; 2], mut each: impl FnMut(EdgePair)) {
         for (a, of_a) in self.runs() {
             for (b, of_b) in other.runs() {
                 along_both(a, b, range, of_a * of_b, &mut each);
@@ -122,20 +120,20 @@ impl Strips {
         }
     }
 
-    /// Whether no line from south to north, from west to east or midway between these runs between the two.
+    /// Whether the bounding boxes overlap, along the axes and along the diagonals.
     pub(super) fn may_touch(&self, other: &Self) -> bool {
         let ([low_a, high_a], [low_b, high_b]) = (self.bounds, other.bounds);
         let (low, high) = (low_a.sup(&low_b), high_a.inf(&high_b));
         let apart = |[low_a, high_a]: [f64; 2], [low_b, high_b]: [f64; 2]| low_a > high_b || low_b > high_a;
-        low.x < high.x && low.y < high.y && !(0..2).any(|i| apart(self.aslant[i], other.aslant[i]))
+        low.x < high.x && low.y < high.y && !(0..2).any(|i| apart(self.diagonals[i], other.diagonals[i]))
     }
 }
 
-/// From the farthest west to the farthest east.
+/// The whole range of x.
 const EVERYWHERE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
-/// Goes through the pieces of two runs that lie above each other, from west to east.
-fn along_both(a: &[Edge], b: &[Edge], [west, east]: [f64; 2], sign: f64, each: &mut impl FnMut(Piece)) {
+/// Calls `each` with the common x ranges of the edges of two runs, from west to east.
+fn along_both(a: &[Edge], b: &[Edge], [west, east]: [f64; 2], sign: f64, each: &mut impl FnMut(EdgePair)) {
     let mut from = a[0].from.max(b[0].from).max(west);
     if from >= a[a.len() - 1].to.min(b[b.len() - 1].to).min(east) {
         return;
@@ -145,20 +143,20 @@ fn along_both(a: &[Edge], b: &[Edge], [west, east]: [f64; 2], sign: f64, each: &
         && from < east
     {
         let to = x.to.min(y.to).min(east);
-        each(Piece { sign, from, to, heights: [[x.at(from), x.at(to)], [y.at(from), y.at(to)]] });
+        each(EdgePair { sign, from, to, heights: [[x.at(from), x.at(to)], [y.at(from), y.at(to)]] });
         i += usize::from(x.to <= to);
         j += usize::from(y.to <= to);
         from = to;
     }
 }
 
-/// The lowest and the highest coordinates of a ring.
+/// The bounding box of a ring: its lowest and its highest corner.
 pub fn bounds(ring: &[Point]) -> Option<[Point; 2]> {
     let first = *ring.first()?;
     Some(ring.iter().fold([first; 2], |[low, high], p| [low.inf(p), high.sup(p)]))
 }
 
-/// An edge of a ring as a function of east, between `from` and `to`.
+/// An edge of a ring as a function of x between `from` and `to`.
 struct Edge {
     from: f64,
     to: f64,
@@ -168,12 +166,12 @@ struct Edge {
 }
 
 impl Edge {
-    /// The edge from one place to another, its heights above `base`, and whether it runs to the east (1) or back (-1); `None`
-    /// if it is as good as vertical.
+    /// The edge from one point to another, its heights above `base`, and whether it runs to the east (1) or to the west (-1);
+    /// `None` if it is vertical.
     fn new(p: Point, q: Point, base: Point) -> Option<(Self, f64)> {
-        let (left, right, way) = if p.x < q.x { (p, q, 1.0) } else { (q, p, -1.0) };
+        let (left, right, sign) = if p.x < q.x { (p, q, 1.0) } else { (q, p, -1.0) };
         let slope = (right.y - left.y) / (right.x - left.x);
-        slope.is_finite().then_some((Self { from: left.x, to: right.x, height: left.y - base.y, slope }, way))
+        slope.is_finite().then_some((Self { from: left.x, to: right.x, height: left.y - base.y, slope }, sign))
     }
 
     fn at(&self, x: f64) -> f64 {
@@ -181,28 +179,28 @@ impl Edge {
     }
 }
 
-/// What lies below an edge of one ring and one of another, from west to east.
-struct Piece {
-    /// Whether the rings lie on the same side of their edges (1) or not (-1).
+/// An edge of one ring and an edge of another in their common x range.
+struct EdgePair {
+    /// 1 if the rings lie on the same side of their edges, else -1.
     sign: f64,
     from: f64,
     to: f64,
-    /// Of either edge, at both ends.
+    /// The heights of each edge at `from` and `to`.
     heights: [[f64; 2]; 2],
 }
 
-impl Piece {
-    /// Its signed area.
+impl EdgePair {
+    /// The signed area below both edges.
     fn below_both(&self) -> f64 {
         let [a, b] = self.heights;
         let [first, last] = [a[0] - b[0], a[1] - b[1]];
         let least = a[0].min(b[0]) + a[1].min(b[1]);
-        // Where the edges cross, a triangle above the lower ends counts too.
+        // If the edges cross, a triangle above the lower ends belongs to it.
         let crossing = if first * last < 0.0 { first * last / (first - last).abs() } else { 0.0 };
         self.sign * (least - crossing) / 2.0 * (self.to - self.from)
     }
 
-    /// Adds its area and moments; east is counted from `base`.
+    /// Adds its area and moments; x is counted from `base`.
     fn add_to(&self, base: f64, sum: &mut Moments) {
         let (sign, [a, b]) = (self.sign, self.heights);
         let [first, last] = [a[0] - b[0], a[1] - b[1]];
@@ -219,7 +217,7 @@ impl Piece {
     }
 }
 
-/// An area, and the integrals of east and north over it.
+/// An area and the integrals of x and y over it.
 #[derive(Default)]
 struct Moments {
     area: f64,
@@ -228,7 +226,7 @@ struct Moments {
 }
 
 impl Moments {
-    /// Adds what lies below one straight line.
+    /// Adds the area below a straight line.
     fn add_below(&mut self, sign: f64, [from, to]: [f64; 2], [a, b]: [f64; 2]) {
         let width = sign * (to - from);
         let area = width * (a + b) / 2.0;
@@ -238,12 +236,12 @@ impl Moments {
     }
 }
 
-/// What both rings cover.
+/// The area that both rings cover.
 pub fn intersection(a: &[Point], b: &[Point]) -> MultiPolygon<f64> {
     to_geo(a).intersection(&to_geo(b))
 }
 
-/// Whether the ring holds the point in its interior.
+/// Whether the point lies in the interior of the ring.
 pub fn contains(ring: &[Point], p: Point) -> bool {
     to_geo(ring).contains(&geo::Point::new(p.x, p.y))
 }
@@ -288,18 +286,18 @@ fn largest(rest: MultiPolygon<f64>) -> Option<Vec<Point>> {
     Some(ring)
 }
 
-/// All that these rings cover together, with the holes between them.
+/// The union of rings, with its holes.
 pub fn ground(rings: &[Vec<Point>]) -> MultiPolygon<f64> {
     geo::unary_union(&counter_clockwise(rings))
 }
 
-/// The outer boundary of the largest piece of the union of these rings, clockwise, not closed; `None` if there is none.
-/// Points come out moved by up to a millionth of the rings' extent.
+/// The outer boundary of the largest piece of the union of rings, clockwise, not closed; `None` if it is empty. Points are
+/// moved by up to a millionth of the extent.
 pub fn union(rings: &[Vec<Point>]) -> Option<Vec<Point>> {
     clockwise(largest(ground(rings))?)
 }
 
-/// As polygons that all run the same way: what crosses itself counts by the non-zero rule.
+/// Polygons of the same orientation, as the non-zero rule needs.
 fn counter_clockwise(rings: &[Vec<Point>]) -> Vec<Polygon<f64>> {
     rings
         .iter()
@@ -310,7 +308,7 @@ fn counter_clockwise(rings: &[Vec<Point>]) -> Vec<Polygon<f64>> {
         .collect()
 }
 
-/// The ring turned to run clockwise; `None` if it has no area.
+/// The ring, clockwise; `None` if it has fewer than three points.
 fn clockwise(mut ring: Vec<Point>) -> Option<Vec<Point>> {
     if signed_area(&ring) > 0.0 {
         ring.reverse();
@@ -325,7 +323,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn squares_share_what_they_share() {
+    fn common_area_of_squares() {
         let square =
             |x: f64, y: f64| [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)].map(|(a, b)| Point::new(a + x, b + y));
         let mut turned = square(1.0, 1.0);
@@ -339,7 +337,7 @@ mod tests {
     proptest! {
         /// Stars around a centre are simple rings.
         #[test]
-        fn the_sum_of_strips_is_the_overlap(
+        fn common_area_is_the_overlap(
             a in prop::collection::vec(1.0..20.0, 3..30),
             b in prop::collection::vec(1.0..20.0, 3..30),
             (x, y) in (-20.0..20.0, -20.0..20.0),
@@ -353,8 +351,8 @@ mod tests {
             prop_assert!((common_area(&a, &b) - overlap(&a, &b)).abs() < 1e-3);
             let part = common_part(&a, &b);
             prop_assert!((part.map_or(0.0, |(area, _)| area) - common_area(&a, &b)).abs() < 1e-6);
-            if let (Some((area, middle)), Some(whole)) = (part, intersection(&a, &b).centroid()) && area > 0.1 {
-                prop_assert!((middle - Point::new(whole.x(), whole.y())).norm() < 1e-3);
+            if let (Some((area, middle)), Some(centroid)) = (part, intersection(&a, &b).centroid()) && area > 0.1 {
+                prop_assert!((middle - Point::new(centroid.x(), centroid.y())).norm() < 1e-3);
             }
         }
     }

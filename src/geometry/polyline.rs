@@ -1,48 +1,44 @@
-//! A line of points, measured by station: the distance along it from its first point.
+//! A line of points. A station is a distance along it from its first point, metres.
 
 use super::separation::are_apart;
 use super::spatial_hash::Bounds;
 use super::{Point, Vector, left_of};
 
-/// Two or more points, no two neighbours closer than [`Polyline::MERGE`].
+/// Two or more points. Neighbours are farther apart than [`Polyline::MERGE`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polyline {
     points: Vec<Point>,
 }
 
-/// The nearest place on a line to some point.
+/// The nearest place on a line to a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projection {
     /// Distance along the line, metres.
     pub station: f64,
-    /// Signed distance: positive to the left of the line.
+    /// Signed distance, metres: positive to the left of the line.
     pub offset: f64,
     /// The place on the line.
     pub point: Point,
-    /// Index of the segment it lies on.
+    /// The index of its segment.
     pub segment: usize,
 }
 
 impl Polyline {
-    /// Points closer together than this (metres) become one.
+    /// Points closer together than this, metres, become one.
     pub const MERGE: f64 = 1e-6;
 
-    /// Pieces into which a line is cut at most: beyond some kilometres of metres lies a broken coordinate, not a lane.
+    /// The largest number of pieces into which a line is cut: a line with more has a wrong coordinate.
     pub const MOST_PIECES: f64 = 10_000.0;
 
-    /// A line through these points; `None` if fewer than two distinct ones are left.
+    /// A line through these points; `None` if fewer than two distinct points are left.
     pub fn new(points: impl IntoIterator<Item = Point>) -> Option<Self> {
-        Self::merged(points.into_iter().collect())
-    }
-
-    /// As [`Polyline::new`].
-    fn merged(mut points: Vec<Point>) -> Option<Self> {
+        let mut points: Vec<Point> = points.into_iter().collect();
         let distinct = |p: &Point, last: &Point| (p - last).norm_squared() > Self::MERGE * Self::MERGE;
         points.dedup_by(|p, last| !distinct(p, last));
         (points.len() >= 2).then_some(Self { points })
     }
 
-    /// The points, taken out.
+    /// Takes the points out.
     pub fn into_points(self) -> Vec<Point> {
         self.points
     }
@@ -62,7 +58,7 @@ impl Polyline {
         self.points[self.points.len() - 1]
     }
 
-    /// The box around it.
+    /// The bounding box.
     pub fn bounds(&self) -> Bounds {
         self.points.iter().fold([self.points[0]; 2], |[low, high], p| [low.inf(p), high.sup(p)])
     }
@@ -83,12 +79,12 @@ impl Polyline {
         Self { points: self.points.iter().rev().copied().collect() }
     }
 
-    /// The point at `station`, held to the ends.
+    /// The point at `station`, metres, clamped to the ends.
     pub fn at(&self, station: f64) -> Point {
         self.locate(station).0
     }
 
-    /// The unit direction at `station`; at a vertex, that of the segment behind it.
+    /// The unit direction at `station`, metres; at a vertex, that of the segment after it.
     pub fn direction(&self, station: f64) -> Vector {
         let segment = self.locate(station).1;
         (self.points[segment + 1] - self.points[segment]).normalize()
@@ -96,25 +92,25 @@ impl Polyline {
 
     /// Point and segment index at `station`.
     fn locate(&self, station: f64) -> (Point, usize) {
-        let mut left = station.max(0.0);
+        let mut rest = station.max(0.0);
         let last = self.points.len() - 2;
         for (i, (a, b)) in self.segments().enumerate() {
             let length = (b - a).norm();
-            if left < length || i == last {
-                let t = (left / length).min(1.0);
+            if rest < length || i == last {
+                let t = (rest / length).min(1.0);
                 return (a + (b - a) * t, i);
             }
-            left -= length;
+            rest -= length;
         }
         (self.last(), last)
     }
 
-    /// The stations of all points.
+    /// The stations of all points, metres.
     pub fn stations(&self) -> Vec<f64> {
         stations(&self.points)
     }
 
-    /// The part between two stations, held to the ends; `None` if nothing is left.
+    /// The part between two stations, metres, clamped to the ends; `None` if it is empty.
     pub fn cut(&self, from: f64, to: f64) -> Option<Self> {
         let from = from.max(0.0);
         let mut points = vec![self.at(from)];
@@ -129,7 +125,7 @@ impl Polyline {
             }
         }
         if station < to {
-            // The line ends before: its last point is the end.
+            // The line ends before `to`: the end is added below.
             points.pop();
         }
         let to = to.min(station);
@@ -137,10 +133,10 @@ impl Polyline {
             return None;
         }
         points.push(self.at(to));
-        Self::merged(points)
+        Self::new(points)
     }
 
-    /// The nearest place to `p` on the line.
+    /// The nearest place on the line to `p`.
     pub fn project(&self, p: Point) -> Projection {
         let (segment, t, square) = self.nearest(p);
         let (a, b) = (self.points[segment], self.points[segment + 1]);
@@ -150,25 +146,25 @@ impl Polyline {
         Projection { station: before + t * (b - a).norm(), offset, point: a + (b - a) * t, segment }
     }
 
-    /// As the station of [`Polyline::project`], where the stations of the points are known. It is found the sooner the nearer
-    /// the segment `beside` lies, which becomes the nearest.
-    pub fn station_of(&self, p: Point, stations: &[f64], beside: &mut usize) -> f64 {
+    /// The station of [`Polyline::project`], metres. `stations` are those of the points. `hint` is a segment near `p` and
+    /// becomes the nearest segment.
+    pub fn station_of(&self, p: Point, stations: &[f64], hint: &mut usize) -> f64 {
         let on = |i: usize| {
             let (a, b) = (self.points[i], self.points[i + 1]);
             let d = b - a;
             let t = ((p - a).dot(&d) / d.norm_squared()).clamp(0.0, 1.0);
             (stations[i] + t * d.norm(), (p - (a + d * t)).norm_squared())
         };
-        let near = on((*beside).min(self.points.len() - 2)).1.sqrt() + Self::MERGE;
+        let near = on((*hint).min(self.points.len() - 2)).1.sqrt() + Self::MERGE;
         let mut best = (0.0, f64::INFINITY);
         let mut i = 0;
         while i + 1 < self.points.len() {
-            // What is farther from the place than another segment is along the line is not the nearest.
+            // A vertex at this distance from `p` cannot reach it with segments that end before this station.
             let far = stations[i] + (p - self.points[i]).norm() - near;
             if stations[i + 1] > far {
                 let (station, square) = on(i);
                 if square < best.1 {
-                    (best, *beside) = ((station, square), i);
+                    (best, *hint) = ((station, square), i);
                 }
             }
             i += 1;
@@ -179,7 +175,7 @@ impl Polyline {
         best.0
     }
 
-    /// The nearest segment, the part of it that lies before the place nearest to `p`, and the square of the distance.
+    /// The nearest segment to `p`, the parameter on it (0 to 1), and the square of the distance.
     fn nearest(&self, p: Point) -> (usize, f64, f64) {
         let mut best = (0, 0.0, f64::INFINITY);
         for (segment, (a, b)) in self.segments().enumerate() {
@@ -198,20 +194,20 @@ impl Polyline {
         self.nearest(p).2.sqrt()
     }
 
-    /// See [`reaches`].
+    /// See [`reaches()`].
     pub fn reaches(&self, p: Point, distance: f64, hint: &mut usize) -> bool {
         reaches(&self.points, p, distance, hint)
     }
 
-    /// The line moved sideways by `offset` metres (left positive): miter joins up to `miter_limit` times the offset,
-    /// bevels beyond. May cross itself where it bends more sharply than the offset allows.
+    /// The line moved sideways by `offset` metres, left positive. Corners are mitred up to `miter_limit` times the offset, and
+    /// bevelled beyond. It may cross itself in bends tighter than the offset.
     pub fn offset(&self, offset: f64, miter_limit: f64) -> Option<Self> {
         let mut normals = self.segments().map(|(a, b)| left_of((b - a).normalize()));
         let mut before = normals.next()?;
         let mut points = Vec::with_capacity(self.points.len() + 1);
         points.push(self.first() + before * offset);
         for (normal, corner) in normals.zip(&self.points[1..]) {
-            // The miter joint lies on the bisector of the normals, one cosine of half the turn farther out.
+            // The miter point lies on the bisector of the normals, at the offset divided by the cosine of half the turn.
             let bisector = before + normal;
             let cosine = bisector.norm() / 2.0;
             if cosine * miter_limit >= 1.0 {
@@ -222,16 +218,15 @@ impl Polyline {
             before = normal;
         }
         points.push(self.last() + before * offset);
-        Self::merged(points)
+        Self::new(points)
     }
 
-    /// The line without the points that lie within `distance` metres of the straight way between those that stay: Douglas and
-    /// Peucker's method. A ring smaller than that stays as it is.
+    /// The line simplified to within `distance` metres (Douglas and Peucker). A ring smaller than that stays as it is.
     #[must_use]
     pub fn straightened(&self, distance: f64) -> Self {
         let points = &self.points;
         let mut keep = vec![false; points.len()];
-        // A list of what is left to do instead of calls within calls, which broken data could nest without end.
+        // A list instead of recursion, which wrong data could nest too deep.
         let mut open = vec![(0, points.len() - 1)];
         while let Some((a, b)) = open.pop() {
             keep[a] = true;
@@ -249,19 +244,23 @@ impl Polyline {
         Self::new(kept).unwrap_or_else(|| self.clone())
     }
 
-    /// Points at most `step` metres apart, evenly spread over the whole length; the ends stay, the corners need not.
-    /// Farther apart where there would be more than [`Polyline::MOST_PIECES`].
+    /// Points at most `step` metres apart, evenly spread from end to end; vertices need not stay. There are at most
+    /// [`Polyline::MOST_PIECES`] pieces.
     #[must_use]
     pub fn resampled(&self, step: f64) -> Self {
         let pieces = (self.length() / step).ceil().clamp(1.0, Self::MOST_PIECES) as usize;
         self.resampled_to(pieces + 1)
     }
 
-    /// The points at ascending stations, held to the ends, in one walk along the line.
+    /// The points at ascending stations, metres, clamped to the ends.
     pub fn at_each(&self, stations: impl IntoIterator<Item = f64>) -> Vec<Point> {
-        let marks = self.stations();
+        self.walk(&self.stations(), stations.into_iter())
+    }
+
+    /// The points at ascending `stations`. `marks` are the stations of the vertices.
+    fn walk(&self, marks: &[f64], stations: impl Iterator<Item = f64>) -> Vec<Point> {
         let mut segment = 0;
-        let at = |s: f64| {
+        let point = |s: f64| {
             while segment + 2 < marks.len() && marks[segment + 1] < s {
                 segment += 1;
             }
@@ -269,31 +268,21 @@ impl Polyline {
             let t = ((s - marks[segment]) / (marks[segment + 1] - marks[segment])).clamp(0.0, 1.0);
             a + (b - a) * t
         };
-        stations.into_iter().map(at).collect()
+        stations.map(point).collect()
     }
 
-    /// `count` points (at least two), evenly spread over the whole length; the ends stay, the corners need not.
+    /// `count` points (at least two), evenly spread from end to end; vertices need not stay.
     #[must_use]
     pub fn resampled_to(&self, count: usize) -> Self {
         self.spread(&self.stations(), count)
     }
 
-    /// As [`Polyline::resampled_to`], where the stations of the points are known.
+    /// [`Polyline::resampled_to`]. `stations` are those of the points.
     #[must_use]
     pub fn spread(&self, stations: &[f64], count: usize) -> Self {
         let pieces = count.max(2) - 1;
         let length = stations[stations.len() - 1];
-        let mut points = Vec::with_capacity(pieces + 1);
-        let mut segment = 0;
-        for i in 0..=pieces {
-            let s = length * i as f64 / pieces as f64;
-            while segment + 2 < stations.len() && stations[segment + 1] < s {
-                segment += 1;
-            }
-            let (a, b) = (self.points[segment], self.points[segment + 1]);
-            let t = ((s - stations[segment]) / (stations[segment + 1] - stations[segment])).clamp(0.0, 1.0);
-            points.push(a + (b - a) * t);
-        }
+        let mut points = self.walk(stations, (0..=pieces).map(|i| length * i as f64 / pieces as f64));
         points[0] = self.first();
         points[pieces] = self.last();
         Self { points }
@@ -306,7 +295,7 @@ fn distance_to_segment(p: Point, a: Point, b: Point) -> f64 {
     (p - (a + along * part.clamp(0.0, 1.0))).norm()
 }
 
-/// The stations of all points of a line.
+/// The stations of all points, metres.
 fn stations(line: &[Point]) -> Vec<f64> {
     let mut sum = 0.0;
     let mut stations = Vec::with_capacity(line.len());
@@ -318,17 +307,17 @@ fn stations(line: &[Point]) -> Vec<f64> {
     stations
 }
 
-/// Whether two lines keep this far, metres, from each other.
+/// Whether all vertices of each line are at least this far, metres, from the other line.
 pub fn clear(a: &[Point], b: &[Point], distance: f64) -> bool {
     are_apart(a, b, distance) || all_clear(a, b, distance) && all_clear(b, a, distance)
 }
 
-/// Whether a line keeps this far, metres, from all places.
+/// Whether a line is at least this far, metres, from all places.
 pub fn clears(line: &[Point], places: &[Point], distance: f64) -> bool {
     are_apart(places, line, distance) || all_clear(line, places, distance)
 }
 
-/// As [`clears`], without a look at the whole.
+/// [`clears`] without the quick test of [`are_apart`].
 pub fn all_clear(line: &[Point], places: &[Point], distance: f64) -> bool {
     let stations = stations(line);
     places.iter().all(|&p| {
@@ -339,7 +328,7 @@ pub fn all_clear(line: &[Point], places: &[Point], distance: f64) -> bool {
                 return false;
             }
             i += 1;
-            // What is farther from the place than it is along the line keeps clear of it, too.
+            // Segments that end before this station are too far from the place.
             let clear = stations[i] + (p - segment.1).norm() - distance - Polyline::MERGE;
             while stations.get(i + 1).is_some_and(|end| *end <= clear) {
                 i += 1;
@@ -349,8 +338,7 @@ pub fn all_clear(line: &[Point], places: &[Point], distance: f64) -> bool {
     })
 }
 
-/// Whether some place of a line is this close, metres, to `p`. The segments around `hint` are tried first, which becomes the
-/// one found.
+/// Whether a line comes within `distance` metres of `p`. The segments around `hint` are tried first; it becomes the one found.
 pub fn reaches(line: &[Point], p: Point, distance: f64, hint: &mut usize) -> bool {
     let close = |i: &usize| within((line[*i], line[i + 1]), p, distance).is_some_and(|from| from <= distance);
     let count = line.len().max(1) - 1;
@@ -360,7 +348,7 @@ pub fn reaches(line: &[Point], p: Point, distance: f64, hint: &mut usize) -> boo
     found.is_some()
 }
 
-/// How far `p` lies from a segment, metres; `None` where it lies farther than `distance` from the box around it.
+/// The distance of `p` from a segment, metres; `None` if it is farther than `distance` from the bounding box.
 pub fn within((a, b): (Point, Point), p: Point, distance: f64) -> Option<f64> {
     let beyond = |p: f64, a: f64, b: f64| p < a.min(b) - distance || p > a.max(b) + distance;
     if beyond(p.x, a.x, b.x) || beyond(p.y, a.y, b.y) {
@@ -376,12 +364,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_points_on_the_straight_way_go() {
+    fn straightened_drops_points_near_the_chord() {
         let line = |points: &[(f64, f64)]| Polyline::new(points.iter().map(|(x, y)| Point::new(*x, *y))).unwrap();
         let drawn = line(&[(0.0, 0.0), (4.0, 0.0009), (8.0, 0.0), (12.0, 0.01), (16.0, 0.0), (16.0, 4.0)]);
-        let wanted = line(&[(0.0, 0.0), (8.0, 0.0), (12.0, 0.01), (16.0, 0.0), (16.0, 4.0)]);
-        assert_eq!(drawn.straightened(0.001), wanted);
-        assert_eq!(wanted.straightened(0.001), wanted);
+        let expected = line(&[(0.0, 0.0), (8.0, 0.0), (12.0, 0.01), (16.0, 0.0), (16.0, 4.0)]);
+        assert_eq!(drawn.straightened(0.001), expected);
+        assert_eq!(expected.straightened(0.001), expected);
         let there_and_back = line(&[(0.0, 0.0), (8.0, 0.0), (4.0, 0.0)]);
         assert_eq!(there_and_back.straightened(0.001), there_and_back);
         let ring = line(&[(0.0, 0.0), (0.01, 0.0), (0.0, 0.01), (0.0, 0.0)]);

@@ -1,37 +1,38 @@
-//! A place and a direction there, and the arcs and straight lines between two of them.
+//! Poses: points with a direction. Arcs and straight lines between them.
 
 use super::{Point, Vector, angle_between, left_of, line_crossing};
 
-/// A line leaves the curve it stands for by at most this, metres: a fifth of a wide painted line.
+/// The largest distance of a polyline from the curve that it approximates, metres: a fifth of a wide painted line.
 pub(crate) const SAGITTA: f64 = 0.02;
-/// Longest distance between neighbours on straights, metres.
+/// The largest distance between neighbours on a straight line, metres.
 pub(crate) const STRAIGHT_STEP: f64 = 3.0;
-/// Largest change of direction between neighbours, radians (8 degrees).
+/// The largest change of direction between neighbours, radians (8 degrees).
 pub(crate) const TURN_STEP: f64 = 8.0 * std::f64::consts::PI / 180.0;
-/// Below this change of direction (2 degrees) two lines count as parallel, and a cubic joins them.
+/// Directions that differ by less, radians (2 degrees), are parallel: no arc joins them.
 pub(crate) const PARALLEL: f64 = 2.0 * std::f64::consts::PI / 180.0;
-/// Above this change of direction (150 degrees) the tangents meet too far away for an arc between them.
+/// The largest change of direction of an arc, radians (150 degrees): beyond, the tangents meet too far away.
 pub(crate) const REVERSAL: f64 = 150.0 * std::f64::consts::PI / 180.0;
-/// Neighbours on a line are at least this far apart, metres.
+/// The smallest distance between neighbours, metres.
 pub const MIN_SPACING: f64 = 0.1;
-/// The outer bound of a lane lies this far, metres, outside the curve in its middle; it bends as much and is longer.
+/// The distance, metres, from the middle of a lane to its outer bound, which needs as many points on a longer arc.
 pub(crate) const OUTSIDE: f64 = 2.0;
 
-/// A place and the unit direction in which a curve passes it.
+/// A point of a curve and its unit direction there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// The place.
+    /// The point.
     pub point: Point,
-    /// Unit length.
+    /// The unit direction.
     pub heading: Vector,
 }
 
-/// How far the tangents run from `from` and to `to` until they meet, and the change of direction.
+/// The lengths of the tangents, metres, from `from` and from `to` to where they meet, and the change of direction, radians;
+/// `None` if they do not meet ahead of `from` and behind `to`.
 pub fn tangents(from: Pose, to: Pose) -> Option<(f64, f64, f64)> {
     crossing(from, to).filter(|(before, after, turn)| *before > 0.0 && *after > 0.0 && turn.abs() <= REVERSAL)
 }
 
-/// The same wherever the tangents' lines meet: a length is negative where they have met already.
+/// [`tangents`] wherever their lines meet: a length is negative on the other side.
 pub fn crossing(from: Pose, to: Pose) -> Option<(f64, f64, f64)> {
     let turn = angle_between(from.heading, to.heading);
     if turn.abs() < PARALLEL {
@@ -41,8 +42,8 @@ pub fn crossing(from: Pose, to: Pose) -> Option<(f64, f64, f64)> {
     Some((before, -after, turn))
 }
 
-/// Places on an arc from a pose, both ends among them. The first and the last step are half as long as the others: the line
-/// sets out along the tangent, or nearly.
+/// Poses on an arc from a pose, both ends included. `turn` is in radians, left positive; `radius` in metres. The first and the
+/// last step are half as long as the others, so that the polyline begins nearly along the tangent.
 pub(crate) fn arc(from: Pose, turn: f64, radius: f64) -> impl DoubleEndedIterator<Item = Pose> {
     let centre = from.point + left_of(from.heading) * radius * turn.signum();
     let steps = (radius * turn.abs() * density(1.0 / radius)).ceil().max(1.0);
@@ -52,13 +53,13 @@ pub(crate) fn arc(from: Pose, turn: f64, radius: f64) -> impl DoubleEndedIterato
     })
 }
 
-/// How many places a metre a curve needs where it bends this much (1 / radius).
+/// The number of points per metre that a curve of this curvature (1 / radius, 1/m) needs.
 pub(crate) fn density(curvature: f64) -> f64 {
     let arc = (curvature * (1.0 + OUTSIDE * curvature) / (8.0 * SAGITTA)).sqrt();
     arc.max(curvature / TURN_STEP).max(1.0 / STRAIGHT_STEP)
 }
 
-/// Places from `from` toward `to`, without `to`.
+/// Poses on the straight line from `from` to `to`, without `to`.
 pub(crate) fn straight(from: Point, to: Point, heading: Vector) -> Vec<Pose> {
     let length = (to - from).norm();
     let pieces = (length / STRAIGHT_STEP).ceil() as usize;
@@ -66,4 +67,10 @@ pub(crate) fn straight(from: Point, to: Point, heading: Vector) -> Vec<Pose> {
         return Vec::new();
     }
     (0..pieces).map(|i| Pose { point: from + (to - from) * (i as f64 / pieces as f64), heading }).collect()
+}
+
+/// A pose for tests: position in metres, heading in degrees from east.
+#[cfg(test)]
+pub(crate) fn pose(x: f64, y: f64, degrees: f64) -> Pose {
+    Pose { point: Point::new(x, y), heading: Vector::new(degrees.to_radians().cos(), degrees.to_radians().sin()) }
 }

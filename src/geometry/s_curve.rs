@@ -1,37 +1,37 @@
-//! Shifts to one side: a bend, a straight, and a bend the other way.
+//! S-curves: a bend, a straight line, and a bend to the other side.
 
 use super::pose::{MIN_SPACING, PARALLEL, Pose, REVERSAL, arc, straight, tangents};
 use super::{Vector, angle_between, left_of};
 
-/// A bend to one side, a straight and a bend to the other side.
+/// Two bends of the same radius with a straight line between them.
 struct SCurve {
-    /// Radius of both bends, metres.
+    /// Metres.
     radius: f64,
-    /// Change of direction in either bend, radians, left positive.
+    /// The change of direction in each bend, radians, left positive.
     turns: [f64; 2],
-    /// Unit direction of the straight.
+    /// The unit direction of the straight line.
     along: Vector,
 }
 
 impl SCurve {
-    /// Bends of this radius, the first to the left (1) or to the right (-1); `None` if there is no room for
-    /// them.
+    /// The S-curve of this radius, metres, of which the first bend is to the left (1) or to the right (-1); `None` if there is
+    /// no room for it.
     fn new(from: Pose, to: Pose, radius: f64, first: f64) -> Option<Self> {
         let centres =
             [from.point + left_of(from.heading) * radius * first, to.point - left_of(to.heading) * radius * first];
-        let way = centres[1] - centres[0];
-        let sine = 2.0 * radius / way.norm();
+        let between = centres[1] - centres[0];
+        let sine = 2.0 * radius / between.norm();
         if sine.is_nan() || sine > 1.0 {
             return None;
         }
-        let along = (nalgebra::Rotation2::new(first * sine.asin()) * way).normalize();
+        let along = (nalgebra::Rotation2::new(first * sine.asin()) * between).normalize();
         let turns = [angle_between(from.heading, along), angle_between(along, to.heading)];
-        let apart = turns[0] * first >= -STRAIGHT && turns[1] * first <= STRAIGHT;
-        let gentle = turns.iter().all(|turn| turn.abs() <= BEND_MOST);
-        (apart && gentle).then_some(Self { radius, turns, along })
+        let opposite = turns[0] * first >= -STRAIGHT && turns[1] * first <= STRAIGHT;
+        let gentle = turns.iter().all(|turn| turn.abs() <= MAX_TURN);
+        (opposite && gentle).then_some(Self { radius, turns, along })
     }
 
-    /// The bends that turn least to and fro and yet are not sharp.
+    /// The S-curve with the smallest turns of which the bends are not sharp.
     fn find(from: Pose, to: Pose) -> Option<Self> {
         let sharp = [1.0, -1.0].into_iter().filter_map(|first| Some((first, Self::new(from, to, MIN_SPACING, first)?)));
         let (first, _) = sharp.min_by(|a, b| a.1.turned().total_cmp(&b.1.turned()))?;
@@ -48,39 +48,38 @@ impl SCurve {
     }
 }
 
-/// Bends of a [`SCurve`] are no tighter than this, metres, where there is room: a car takes them with ease.
+/// The smallest radius of the bends where there is room, metres: cars drive it easily.
 pub(super) const RADIUS_LEAST: f64 = 4.5;
-/// Beyond this radius, metres, a bend is as good as straight.
+/// The largest radius that is tried, metres: a wider bend is nearly straight.
 const RADIUS_MOST: f64 = 4096.0;
-/// How often the range of radii is halved to find the largest that fits.
+/// The number of halvings in the search for the largest radius that fits.
 const HALVINGS: usize = 24;
-/// The radius is this part of the largest that fits: the longer the straight between the bends, the less both turn.
+/// The radius as a part of the largest that fits: the longer the straight line, the smaller both turns.
 const BEND_SHARE: f64 = 0.35;
-/// In scant room it is up to this part of the largest.
+/// The same at most, where even the smallest radius hardly fits.
 const BEND_SHARE_MOST: f64 = 0.7;
-/// What must bend further than a right angle, radians, is no shift but a loop.
-const BEND_MOST: f64 = std::f64::consts::FRAC_PI_2;
-/// Changes of direction below this, radians, are none.
+/// The largest turn of a bend, radians: beyond a right angle the curve is a loop.
+const MAX_TURN: f64 = std::f64::consts::FRAC_PI_2;
+/// Smaller changes of direction, radians, count as none.
 const STRAIGHT: f64 = 1e-9;
 
-/// The curve by the bends that turn least to and fro; `None` where the way turns back, or for want of room.
+/// The S-curve between two poses; `None` if the direction reverses or there is no room.
 pub(super) fn join(from: Pose, to: Pose) -> Option<Vec<Pose>> {
     if angle_between(from.heading, to.heading).abs() > REVERSAL {
         return None;
     }
-    drawn(from, to, &SCurve::find(from, to)?)
+    poses(from, to, &SCurve::find(from, to)?)
 }
 
-/// Two bends of this radius with a straight between them, the first to the left (1) or to the right (-1); `None` where there is
-/// no room for them.
-pub(super) fn bent_twice(from: Pose, to: Pose, radius: f64, first: f64) -> Option<Vec<Pose>> {
-    drawn(from, to, &SCurve::new(from, to, radius, first)?)
+/// The S-curve of this radius, metres, of which the first bend is to the left (1) or to the right (-1).
+pub(super) fn with_radius(from: Pose, to: Pose, radius: f64, first: f64) -> Option<Vec<Pose>> {
+    poses(from, to, &SCurve::new(from, to, radius, first)?)
 }
 
-fn drawn(from: Pose, to: Pose, &SCurve { radius, turns, along }: &SCurve) -> Option<Vec<Pose>> {
+fn poses(from: Pose, to: Pose, &SCurve { radius, turns, along }: &SCurve) -> Option<Vec<Pose>> {
     let bends = turns.map(|turn| turn.abs() > STRAIGHT);
     let mut poses = if bends[0] { arc(from, turns[0], radius).collect() } else { vec![from] };
-    // From the other end backwards, so that both ends are exact.
+    // The second bend is computed backwards, so that both ends are exact.
     let back = Pose { point: to.point, heading: -to.heading };
     let mut last: Vec<Pose> = if bends[1] { arc(back, -turns[1], radius).collect() } else { vec![back] };
     last.iter_mut().for_each(|pose| pose.heading = -pose.heading);
@@ -94,7 +93,7 @@ fn drawn(from: Pose, to: Pose, &SCurve { radius, turns, along }: &SCurve) -> Opt
     Some(poses)
 }
 
-/// How much a curve of `curve::join` bends to and fro, radians: what its bends add up to beyond what it turns in the end.
+/// How much the curve of [`super::curve::join`] turns to and fro, radians: the sum of its turns minus its change of direction.
 pub fn to_and_fro(from: Pose, to: Pose) -> f64 {
     if tangents(from, to).is_some() {
         return 0.0;
@@ -102,10 +101,10 @@ pub fn to_and_fro(from: Pose, to: Pose) -> f64 {
     let bent = |[a, b]: [f64; 2]| a.abs() + b.abs() - (a + b).abs();
     SCurve::find(from, to).map_or_else(
         || {
-            // Hardly any bend at all, and to one side: too little for an arc.
-            let way = to.point - from.point;
-            let turns = [angle_between(from.heading, way), angle_between(way, to.heading)];
-            let slight = way.norm() > MIN_SPACING && turns.iter().all(|turn| turn.abs() < PARALLEL);
+            // Bends to one side that are too small for an arc.
+            let chord = to.point - from.point;
+            let turns = [angle_between(from.heading, chord), angle_between(chord, to.heading)];
+            let slight = chord.norm() > MIN_SPACING && turns.iter().all(|turn| turn.abs() < PARALLEL);
             if slight { bent(turns) } else { std::f64::consts::TAU }
         },
         |bends| bent(bends.turns),
@@ -114,16 +113,13 @@ pub fn to_and_fro(from: Pose, to: Pose) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::geometry::{Point, curve};
+    use crate::geometry::curve;
+    use crate::geometry::pose::pose;
 
     use super::*;
 
-    fn pose(x: f64, y: f64, degrees: f64) -> Pose {
-        Pose { point: Point::new(x, y), heading: Vector::new(degrees.to_radians().cos(), degrees.to_radians().sin()) }
-    }
-
     #[test]
-    fn a_lane_that_shifts_sideways_bends_once_to_either_side_and_hardly_more_than_it_must() {
+    fn a_lane_that_shifts_bends_once_to_each_side() {
         for (length, aside, degrees) in [(20.0, 3.0, 0.0), (22.0, -8.0, 0.0), (16.0, 4.0, 5.0), (20.0, 9.0, -23.0)] {
             let (from, to) = (pose(0.0, 0.0, 0.0), pose(length, aside, degrees));
             let curve = curve::join(from, to);
@@ -144,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn what_hardly_bends_and_to_one_side_does_not_bend_to_and_fro() {
+    fn a_slight_bend_to_one_side_is_no_s_curve() {
         for (aside, degrees) in [(0.0, 0.0), (1e-5, 1e-4), (0.1, 0.6), (-0.3, -1.9), (0.2, 0.4)] {
             let there = to_and_fro(pose(0.0, 0.0, 0.0), pose(20.0, aside, degrees));
             assert!(there < 0.5_f64.to_radians(), "{aside} {degrees}: {there}");

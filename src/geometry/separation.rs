@@ -1,19 +1,19 @@
-//! Whether lines keep apart, told from a few looks: lines side by side lie on either side of a gap.
+//! A quick test whether two lines are far apart: a straight gap lies between them.
 
 use super::Point;
 
-/// What is farther apart by so much more, metres, is so whatever the rounding.
-const SURE: f64 = 1e-6;
+/// Margin for rounding, metres.
+const MARGIN: f64 = 1e-6;
 
-/// Whether two lines surely keep more than this far, metres, from each other; `false` tells nothing. There is a straight
-/// gap of that width between the two, or between the halves of either and those of the other.
+/// Whether two lines are certainly more than `distance` metres apart; `false` means unknown. There is a straight gap of that
+/// width between the lines, or between each half of one and each half of the other.
 pub fn are_apart(a: &[Point], b: &[Point], distance: f64) -> bool {
     let (Some(&from), Some(&to)) = (a.get(a.len() / 2), b.get(b.len() / 2)) else { return false };
     let across = to - from;
     let along = |p: &Point| (p - from).dot(&across);
     let nearest = b.iter().map(along).fold(f64::INFINITY, f64::min);
     let farthest = a.iter().map(along).fold(f64::NEG_INFINITY, f64::max);
-    if nearest - farthest > (distance + SURE) * across.norm() {
+    if nearest - farthest > (distance + MARGIN) * across.norm() {
         return true;
     }
     match (halves(a), halves(b)) {
@@ -24,7 +24,7 @@ pub fn are_apart(a: &[Point], b: &[Point], distance: f64) -> bool {
     }
 }
 
-/// Both parts of a line of more than one segment.
+/// The halves of a line; `None` if it has one segment.
 fn halves(line: &[Point]) -> Option<[&[Point]; 2]> {
     let middle = line.len() / 2;
     (line.len() > 2).then(|| [&line[..=middle], &line[middle..]])
@@ -39,7 +39,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_said_to_be_apart_is(
+        fn lines_found_apart_are_apart(
             a in prop::collection::vec((-9.0..9.0, -9.0..9.0), 1..9),
             b in prop::collection::vec((-9.0..9.0, -9.0..9.0), 2..9),
             aside in 0.0..30.0,

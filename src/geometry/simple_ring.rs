@@ -1,103 +1,149 @@
-//! Whether a ring is simple, and where not.
+//! Finds where a ring is not simple.
 
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, Envelope, RTree};
 
-use super::{Point, Vector, cross, orientation};
+use super::{Point, Vector, angle_between, cross, orientation};
 
-/// One way in which a ring is no simple polygon. Indices are positions in the ring.
+/// A reason why a ring is no simple polygon. Numbers are indices of the ring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RingFault {
-    /// Fewer than three distinct places.
+    /// Fewer than three distinct vertices; their number.
     TooFew(usize),
     /// A coordinate that is no number.
     NotFinite(usize),
     /// The outline turns back on itself at this vertex.
     Spike(usize),
-    /// The edges that start at these vertices meet though they are no neighbours.
+    /// The edges that start at these vertices are no neighbours and meet at this point.
     Crossing(usize, usize, Point),
 }
 
-/// The faults of a ring (not closed), at most `limit` of them. A vertex where the outline turns by more than
-/// 180 degrees less `spike` degrees is a spike. Neighbours at the same place count as one.
+/// The faults of a ring (not closed), at most `limit` of them. A vertex is a spike if the outline turns there by more than 180
+/// degrees minus `spike` degrees. Equal neighbours count as one vertex.
 pub fn faults(ring: &[Point], spike: f64, limit: usize) -> Vec<RingFault> {
-    if let Some(bad) = ring.iter().position(|p| !(p.x.is_finite() && p.y.is_finite())) {
-        return vec![RingFault::NotFinite(bad)];
+    if let Some(i) = ring.iter().position(|p| !(p.x.is_finite() && p.y.is_finite())) {
+        return vec![RingFault::NotFinite(i)];
     }
-    let mut kept: Vec<usize> = Vec::with_capacity(ring.len());
-    for (i, p) in ring.iter().enumerate() {
-        if kept.last().is_none_or(|&last| ring[last] != *p) {
-            kept.push(i);
-        }
+    let ring = DistinctRing::new(ring);
+    if ring.count() < 3 {
+        return vec![RingFault::TooFew(ring.count())];
     }
-    while kept.len() > 1 && ring[kept[0]] == ring[kept[kept.len() - 1]] {
-        kept.pop();
-    }
-    let count = kept.len();
-    if count < 3 {
-        return vec![RingFault::TooFew(count)];
-    }
-    let at = |i: usize| ring[kept[i % count]];
-    let mut found: Vec<RingFault> = (0..count)
-        .filter(|&i| {
-            let here = at(i);
-            let [before, behind] = [at(i + count - 1) - here, at(i + 1) - here];
-            // Few turn back at all; the angle is dear.
-            (before.dot(&behind) > 0.0 || spike > 90.0)
-                && super::angle_between(before, behind).abs().to_degrees() < spike
-        })
-        .map(|i| RingFault::Spike(kept[i]))
-        .take(limit)
-        .collect();
-    if found.len() == limit || goes_around(kept.iter().map(|&i| ring[i])) {
-        return found;
-    }
-    let apart = |i: usize, j: usize| j > i + 1 && !(i == 0 && j == count - 1);
-    let mut meet = |i: usize, j: usize| {
-        if found.len() < limit
-            && let Some(place) = meeting(at(i), at(i + 1), at(j), at(j + 1))
-        {
-            found.push(RingFault::Crossing(kept[i], kept[j], place));
-        }
-        found.len() < limit
-    };
-    let boxes: Vec<Aabb> = (0..count).map(|i| (at(i), at(i + 1))).map(|(a, b)| aabb(a, b)).collect();
-    if count <= FEW {
-        let near = |i: usize, j: usize| apart(i, j) && boxes[i].intersects(&boxes[j]);
-        (0..count).all(|i| (i + 2..count).filter(|&j| near(i, j)).all(|j| meet(i, j)));
-    } else if count <= MANY {
-        touching(&boxes, apart).into_iter().all(|(i, j)| meet(i, j));
-    } else {
-        let of_box = |(i, reach): (usize, &Aabb)| GeomWithData::new(Rectangle::from_aabb(*reach), i);
-        let tree = RTree::bulk_load(boxes.iter().enumerate().map(of_box).collect());
-        (0..count).all(|i| {
-            let near = tree.locate_in_envelope_intersecting(&boxes[i]).map(|edge| edge.data);
-            let mut near: Vec<usize> = near.filter(|&j| apart(i, j)).collect();
-            near.sort_unstable();
-            near.into_iter().all(|j| meet(i, j))
-        });
+    let spikes = (0..ring.count()).filter(|&i| ring.is_spike(i, spike));
+    let mut found: Vec<RingFault> = spikes.map(|i| RingFault::Spike(ring.indices[i])).take(limit).collect();
+    if found.len() < limit && !goes_around(ring.indices.iter().map(|&i| ring.points[i])) {
+        found.extend(ring.crossings(limit - found.len()));
     }
     found
 }
 
-/// An edge and a place beside it span at least twice this, square metres, if it passes the place on one side for sure.
-const SURE: f64 = 1e-6;
+/// A ring without equal neighbours. Edge `i` begins at vertex `i`.
+struct DistinctRing<'a> {
+    points: &'a [Point],
+    /// The vertices, as indices of `points`.
+    indices: Vec<usize>,
+}
 
-/// Whether a ring surely goes around the middle of its vertices once, without ever turning back: so it does not meet itself.
+impl<'a> DistinctRing<'a> {
+    fn new(points: &'a [Point]) -> Self {
+        let mut indices: Vec<usize> = Vec::with_capacity(points.len());
+        for (i, p) in points.iter().enumerate() {
+            if indices.last().is_none_or(|&last| points[last] != *p) {
+                indices.push(i);
+            }
+        }
+        while indices.len() > 1 && points[indices[0]] == points[indices[indices.len() - 1]] {
+            indices.pop();
+        }
+        Self { points, indices }
+    }
+
+    fn count(&self) -> usize {
+        self.indices.len()
+    }
+
+    fn vertex(&self, i: usize) -> Point {
+        self.points[self.indices[i % self.count()]]
+    }
+
+    fn is_spike(&self, i: usize, spike: f64) -> bool {
+        let here = self.vertex(i);
+        let [before, after] = [self.vertex(i + self.count() - 1) - here, self.vertex(i + 1) - here];
+        // Few vertices turn back at all, and the angle is expensive.
+        (before.dot(&after) > 0.0 || spike > 90.0) && angle_between(before, after).abs().to_degrees() < spike
+    }
+
+    /// The first crossings of edges, at most `limit`.
+    fn crossings(&self, limit: usize) -> Vec<RingFault> {
+        let count = self.count();
+        let boxes: Vec<Aabb> = (0..count).map(|i| aabb(self.vertex(i), self.vertex(i + 1))).collect();
+        let crossing = |(i, j): (usize, usize)| self.crossing(i, j);
+        if count <= FEW {
+            let pairs = (0..count).flat_map(|i| (i + 2..count).map(move |j| (i, j)));
+            let near = pairs.filter(|&(i, j)| self.are_apart(i, j) && boxes[i].intersects(&boxes[j]));
+            return near.filter_map(crossing).take(limit).collect();
+        }
+        if count <= MANY {
+            return self.touching(&boxes).into_iter().filter_map(crossing).take(limit).collect();
+        }
+        let of_box = |(i, bounds): (usize, &Aabb)| GeomWithData::new(Rectangle::from_aabb(*bounds), i);
+        let tree = RTree::bulk_load(boxes.iter().enumerate().map(of_box).collect());
+        let near = (0..count).flat_map(|i| {
+            let near = tree.locate_in_envelope_intersecting(&boxes[i]).map(|edge| (i, edge.data));
+            let mut near: Vec<_> = near.filter(|&(i, j)| self.are_apart(i, j)).collect();
+            near.sort_unstable();
+            near
+        });
+        near.filter_map(crossing).take(limit).collect()
+    }
+
+    /// Whether edge `j` comes after edge `i` and is no neighbour of it.
+    fn are_apart(&self, i: usize, j: usize) -> bool {
+        j > i + 1 && !(i == 0 && j == self.count() - 1)
+    }
+
+    fn crossing(&self, i: usize, j: usize) -> Option<RingFault> {
+        let place = meeting(self.vertex(i), self.vertex(i + 1), self.vertex(j), self.vertex(j + 1))?;
+        Some(RingFault::Crossing(self.indices[i], self.indices[j], place))
+    }
+
+    /// The pairs of edges that are no neighbours and of which the boxes touch, ascending: a sweep along the axis of the larger
+    /// extent.
+    fn touching(&self, boxes: &[Aabb]) -> Vec<(usize, usize)> {
+        let all = boxes.iter().fold(Aabb::new_empty(), |all, one| all.merged(one));
+        let extent = |axis: usize| all.upper()[axis] - all.lower()[axis];
+        let axis = usize::from(extent(1) > extent(0));
+        let mut order: Vec<usize> = (0..boxes.len()).collect();
+        order.sort_unstable_by(|&i, &j| boxes[i].lower()[axis].total_cmp(&boxes[j].lower()[axis]));
+        let mut pairs = Vec::new();
+        for (k, &i) in order.iter().enumerate() {
+            let end = boxes[i].upper()[axis];
+            let ahead = order[k + 1..].iter().take_while(|&&j| boxes[j].lower()[axis] <= end);
+            let ahead = ahead.map(|&j| (i.min(j), i.max(j))).filter(|&(a, b)| self.are_apart(a, b));
+            pairs.extend(ahead.filter(|&(a, b)| boxes[a].intersects(&boxes[b])));
+        }
+        pairs.sort_unstable();
+        pairs
+    }
+}
+
+/// Margin for rounding, square metres: twice the area of the triangle between an edge and a point.
+const MARGIN: f64 = 1e-6;
+
+/// Whether a ring certainly goes around the mean of its vertices once without turning back, so that it does not meet itself.
 fn goes_around(ring: impl ExactSizeIterator<Item = Point> + DoubleEndedIterator + Clone) -> bool {
     let middle = ring.clone().map(|p| p.coords).sum::<Vector>() / ring.len() as f64;
     let mut spokes = ring.map(|p| p.coords - middle);
     let Some(mut before) = spokes.clone().next_back() else { return false };
     let side = spokes.clone().next().map_or(0.0, |first| cross(before, first).signum());
-    // It passes what lies to the east of the middle and what lies to the west once each.
-    let mut passed = 0;
+    // Going around once, it crosses the horizontal through the middle twice.
+    let mut crossings = 0;
     let onward = spokes.all(|next| {
-        passed += usize::from((before.y < 0.0) != (next.y < 0.0));
-        let onward = cross(before, next) * side > SURE;
+        crossings += usize::from((before.y < 0.0) != (next.y < 0.0));
+        let onward = cross(before, next) * side > MARGIN;
         before = next;
         onward
     });
-    onward && passed == 2
+    onward && crossings == 2
 }
 
 type Aabb = AABB<[f64; 2]>;
@@ -106,36 +152,17 @@ fn aabb(a: Point, b: Point) -> Aabb {
     AABB::from_corners([a.x, a.y], [b.x, b.y])
 }
 
-/// Up to so many edges each is held against every other, ...
+/// Up to this number of edges, each edge is compared with every other; ...
 const FEW: usize = 48;
-/// ... up to so many a sweep finds those that come near each other; beyond, a tree.
+/// ... up to this number, a sweep finds the edges that are near each other; beyond, a tree.
 const MANY: usize = 512;
-
-/// The pairs of boxes that touch and count, lower index first, ascending: by a sweep along the axis on which they spread
-/// most.
-fn touching(boxes: &[Aabb], counts: impl Fn(usize, usize) -> bool) -> Vec<(usize, usize)> {
-    let all = boxes.iter().fold(Aabb::new_empty(), |all, one| all.merged(one));
-    let spread = |axis: usize| all.upper()[axis] - all.lower()[axis];
-    let axis = usize::from(spread(1) > spread(0));
-    let mut order: Vec<usize> = (0..boxes.len()).collect();
-    order.sort_unstable_by(|&i, &j| boxes[i].lower()[axis].total_cmp(&boxes[j].lower()[axis]));
-    let mut pairs = Vec::new();
-    for (k, &i) in order.iter().enumerate() {
-        let end = boxes[i].upper()[axis];
-        let ahead = order[k + 1..].iter().take_while(|&&j| boxes[j].lower()[axis] <= end);
-        let ahead = ahead.map(|&j| (i.min(j), i.max(j))).filter(|&(a, b)| counts(a, b));
-        pairs.extend(ahead.filter(|&(a, b)| boxes[a].intersects(&boxes[b])));
-    }
-    pairs.sort_unstable();
-    pairs
-}
 
 /// Whether a ring is a simple polygon; see [`faults`].
 pub fn is_simple(ring: &[Point]) -> bool {
     faults(ring, 0.0, 1).is_empty()
 }
 
-/// Where two segments meet, ends included.
+/// The point at which two segments meet, ends included.
 fn meeting(a: Point, b: Point, c: Point, d: Point) -> Option<Point> {
     let sides = [orientation(a, b, c), orientation(a, b, d), orientation(c, d, a), orientation(c, d, b)];
     if sides[0] * sides[1] < 0.0 && sides[2] * sides[3] < 0.0 {

@@ -1,26 +1,26 @@
-//! Where two rings may share ground, told from columns of the plane: most of what lies around one intersection is passed over at a
-//! look, and the rest is measured column by column until it is enough.
+//! The common area of two rings, column by column of the plane: columns that the rings do not share are skipped, and the
+//! search stops once the area is large enough.
 
 use super::Point;
 use super::polygon::Strips;
 
 /// Width of a column, metres.
 const WIDTH: f64 = 4.0;
-/// So many columns there are; what lies farther out belongs to the first or to the last.
+/// The number of columns. The first and the last reach to infinity.
 const COUNT: usize = 64;
 
-/// A simple ring in columns: made once where what it shares with several others is asked.
+/// A simple ring in columns, for comparison with many others.
 pub struct StripIndex {
     strips: Strips,
     base: Point,
-    /// The first column that it reaches.
+    /// The first column of the ring.
     west: usize,
-    /// From that column on, the lowest and the highest that its edges lie there.
+    /// The lowest and the highest coordinate of the ring in each column from `west` on.
     heights: Vec<[f64; 2]>,
 }
 
 impl StripIndex {
-    /// Of a ring; `base` is the same for all rings that are compared. `None` without any point.
+    /// The index of a ring; `None` if it has no points. `base` must be the same for all rings that are compared.
     pub fn new(ring: &[Point], base: Point) -> Option<Self> {
         let column = |p: &Point| (((p.x - base.x) / WIDTH + COUNT as f64 / 2.0) as usize).min(COUNT - 1);
         let (mut before, strips) = (*ring.last()?, Strips::new(ring, base)?);
@@ -43,24 +43,24 @@ impl StripIndex {
         &self.strips
     }
 
-    /// As [`Strips::common_area`], up to what is `enough`: where there is more, it may be any area beyond that.
+    /// [`Strips::common_area`], square metres. If it is larger than `enough`, any area larger than that.
     pub fn common_area(&self, other: &Self, enough: f64) -> f64 {
         if !self.strips.may_touch(&other.strips) {
             return 0.0;
         }
         let first = self.west.max(other.west);
-        let begin = |column: usize| self.base.x + (column as f64 - COUNT as f64 / 2.0) * WIDTH;
-        let own = self.heights[(first - self.west).min(self.heights.len())..].iter();
+        let border = |column: usize| self.base.x + (column as f64 - COUNT as f64 / 2.0) * WIDTH;
+        let heights = self.heights[(first - self.west).min(self.heights.len())..].iter();
         let others = other.heights[(first - other.west).min(other.heights.len())..].iter();
-        let depths = own.zip(others).map(|(a, b)| a[1].min(b[1]) - a[0].max(b[0]));
+        let depths = heights.zip(others).map(|(a, b)| a[1].min(b[1]) - a[0].max(b[0]));
         let shared = (first..).zip(depths).filter(|(_, depth)| *depth > 0.0);
-        // Where they lie beside each other the deepest, there is most to be found.
+        // The column with the deepest overlap comes first: it shares the most.
         let Some((deepest, _)) = shared.clone().max_by(|a, b| a.1.total_cmp(&b.1)) else { return 0.0 };
         let mut sum = 0.0_f64;
         let rest = shared.map(|(column, _)| column).filter(|column| *column != deepest);
         for column in std::iter::once(deepest).chain(rest) {
-            let from = if column == 0 { f64::NEG_INFINITY } else { begin(column) };
-            let to = if column + 1 == COUNT { f64::INFINITY } else { begin(column + 1) };
+            let from = if column == 0 { f64::NEG_INFINITY } else { border(column) };
+            let to = if column + 1 == COUNT { f64::INFINITY } else { border(column + 1) };
             sum += self.strips.common_area_between(&other.strips, [from, to]);
             if sum.abs() > enough {
                 break;
@@ -83,7 +83,7 @@ mod tests {
             aside in (-90.0..90.0, -90.0..90.0),
             enough in 0.0..900.0,
         ) {
-            // Around a middle, so that the rings are simple.
+            // Stars around a centre are simple rings.
             let ring = |reach: &[f64], (x, y): (f64, f64)| -> Vec<Point> {
                 let angle = |i: usize| std::f64::consts::TAU * i as f64 / reach.len() as f64;
                 reach.iter().enumerate().map(|(i, r)| Point::new(x + r * angle(i).cos(), y + r * angle(i).sin())).collect()

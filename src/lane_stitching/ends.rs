@@ -1,10 +1,10 @@
-//! Which ends of lanes hang on one node, and with that which lanes depend on each other.
+//! The lane ends on each node.
 
 use rustc_hash::FxHashMap;
 
 use super::lane::{Lane, LaneEnd, LaneId, Node};
 
-/// The ends on every node, ordered.
+/// The lane ends on each node, sorted.
 #[derive(Clone, Debug, Default)]
 pub struct Ends {
     of_node: FxHashMap<Node, Vec<(LaneId, LaneEnd)>>,
@@ -14,8 +14,8 @@ impl Ends {
     pub fn add(&mut self, id: LaneId, lane: &Lane) {
         for end in LaneEnd::BOTH {
             let ends = self.of_node.entry(lane.node(end)).or_default();
-            if let Err(at) = ends.binary_search(&(id, end)) {
-                ends.insert(at, (id, end));
+            if let Err(i) = ends.binary_search(&(id, end)) {
+                ends.insert(i, (id, end));
             }
         }
     }
@@ -24,8 +24,8 @@ impl Ends {
         for end in LaneEnd::BOTH {
             let node = lane.node(end);
             let Some(ends) = self.of_node.get_mut(&node) else { continue };
-            if let Ok(at) = ends.binary_search(&(id, end)) {
-                ends.remove(at);
+            if let Ok(i) = ends.binary_search(&(id, end)) {
+                ends.remove(i);
             }
             if ends.is_empty() {
                 self.of_node.remove(&node);
@@ -33,15 +33,15 @@ impl Ends {
         }
     }
 
-    /// The ends on a node, but for those of a lane that is left out.
-    pub fn at(&self, node: Node, without: Option<LaneId>) -> impl Iterator<Item = (LaneId, LaneEnd)> + '_ {
+    /// The ends on a node, except those of an excluded lane.
+    pub fn at(&self, node: Node, excluded: Option<LaneId>) -> impl Iterator<Item = (LaneId, LaneEnd)> + '_ {
         let ends = self.of_node.get(&node).map_or(&[][..], Vec::as_slice);
-        ends.iter().copied().filter(move |(id, _)| Some(*id) != without)
+        ends.iter().copied().filter(move |(id, _)| Some(*id) != excluded)
     }
 
-    /// The two ends on a node that are all there are, but for those of a lane that is left out.
-    pub fn pair_at(&self, node: Node, without: Option<LaneId>) -> Option<[(LaneId, LaneEnd); 2]> {
-        let mut ends = self.at(node, without);
+    /// The two ends on a node, if it has exactly two, except those of an excluded lane.
+    pub fn pair_at(&self, node: Node, excluded: Option<LaneId>) -> Option<[(LaneId, LaneEnd); 2]> {
+        let mut ends = self.at(node, excluded);
         let pair = [ends.next()?, ends.next()?];
         ends.next().is_none().then_some(pair)
     }

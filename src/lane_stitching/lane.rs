@@ -1,22 +1,22 @@
-//! A lane before it is woven: where it runs and how wide it is, where its ends hang, what is painted along it.
+//! A lane before stitching: its middle line and widths, the nodes of its ends, its markings.
 
 use crate::geometry::{Point, Polyline, Vector};
 
 use super::paint::Marking;
 
-/// Names a lane.
+/// The id of a lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct LaneId {
-    /// The road that it belongs to.
+    /// Its road.
     pub road: i64,
-    /// Which of that road's lanes it is.
+    /// Its number among the lanes of the road.
     pub lane: u32,
 }
 
 /// One of the two ends of a lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum LaneEnd {
-    /// Where traffic comes in.
+    /// Where traffic enters.
     Start,
     /// Where it leaves.
     End,
@@ -34,28 +34,28 @@ impl LaneEnd {
     }
 }
 
-/// Why something is no lane.
+/// Why a lane is not valid.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum LaneError {
-    /// A coordinate that no place on earth has.
+    /// A coordinate that is too large.
     #[error("a point lies at {0}, {1}: no place within {LARGEST:e} m of the origin")]
     Place(f64, f64),
-    /// All points of a line lie on each other.
+    /// A line without length.
     #[error("all points of a line lie on each other")]
     NoLength,
-    /// A width that no lane has.
+    /// A width that is too small or too large.
     #[error(
         "the lane reaches {left} m to the left of its middle and {right} m to its right at station {station} m: both must be numbers from 0 on, not both 0, and below {WIDEST} m"
     )]
     Width {
-        /// Metres along the middle.
+        /// The station on the middle line, metres.
         station: f64,
-        /// Metres.
+        /// The width to the left, metres.
         left: f64,
-        /// Metres.
+        /// The width to the right, metres.
         right: f64,
     },
-    /// No width at all.
+    /// No widths.
     #[error("the lane has no width")]
     NoWidth,
     /// Stations that do not ascend.
@@ -63,37 +63,45 @@ pub enum LaneError {
     Order(f64, f64),
 }
 
-/// Coordinates are smaller than this, metres: projections to the plane reach some 10 000 km.
+/// Coordinates are smaller than this, metres: projections reach some 10 000 km.
 const LARGEST: f64 = 1e8;
-/// No lane reaches farther to either side of its middle, metres.
+/// The largest width on one side of the middle line, metres.
 const WIDEST: f64 = 100.0;
 
-/// How far a lane reaches to both sides of its middle line.
+/// The width of a lane on both sides of its middle line, at a station.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WidthAt {
-    /// Metres along the middle line.
+    /// The station on the middle line, metres.
     pub station: f64,
-    /// Metres to the left of it.
+    /// The width to the left, metres.
     pub left: f64,
-    /// Metres to the right of it.
+    /// The width to the right, metres.
     pub right: f64,
 }
 
-/// How wide a lane is all along: evenly changing between stations, and as at the nearest of them beyond.
+/// The widths of a lane: linear between stations, constant before the first and after the last.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Widths(Vec<WidthAt>);
 
 impl Widths {
-    /// Half of so many metres to either side.
+    /// A constant width, metres, half of it on each side.
+    ///
+    /// # Errors
+    ///
+    /// The width is too small or too large.
     pub fn even(width: f64) -> Result<Self, LaneError> {
         Self::new(vec![WidthAt { station: 0.0, left: width / 2.0, right: width / 2.0 }])
     }
 
     /// Widths by station.
+    ///
+    /// # Errors
+    ///
+    /// There are no widths, a width is too small or too large, or stations do not ascend.
     pub fn new(widths: Vec<WidthAt>) -> Result<Self, LaneError> {
-        let holds = |half: f64| (0.0..WIDEST).contains(&half);
+        let is_valid = |half: f64| (0.0..WIDEST).contains(&half);
         if let Some(&WidthAt { station, left, right }) =
-            widths.iter().find(|w| !holds(w.left) || !holds(w.right) || w.left + w.right == 0.0)
+            widths.iter().find(|w| !is_valid(w.left) || !is_valid(w.right) || w.left + w.right == 0.0)
         {
             return Err(LaneError::Width { station, left, right });
         }
@@ -101,13 +109,13 @@ impl Widths {
         if widths.is_empty() { Err(LaneError::NoWidth) } else { Ok(Self(widths)) }
     }
 
-    /// The stations between the ends where the width begins or ceases to change.
+    /// The stations at which the width starts or stops changing.
     pub(super) fn stations(&self) -> impl Iterator<Item = f64> + '_ {
         let changing = if self.0.len() > 1 { &self.0[..] } else { &[] };
         changing.iter().map(|w| w.station)
     }
 
-    /// Metres to the left and to the right.
+    /// The widths to the left and to the right at a station, metres.
     pub(super) fn at(&self, station: f64) -> [f64; 2] {
         let next = self.0.partition_point(|w| w.station <= station);
         let [before, after] = [&self.0[next.max(1) - 1], &self.0[next.min(self.0.len() - 1)]];
@@ -117,7 +125,7 @@ impl Widths {
     }
 }
 
-/// Whether stations are numbers that ascend.
+/// Checks that stations are numbers and ascend.
 pub(super) fn ascending(stations: impl Iterator<Item = f64>) -> Result<(), LaneError> {
     let mut last = f64::NEG_INFINITY;
     for station in stations {
@@ -129,25 +137,25 @@ pub(super) fn ascending(stations: impl Iterator<Item = f64>) -> Result<(), LaneE
     Ok(())
 }
 
-/// Where a lane runs.
+/// The shape of a lane.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Shape {
     /// Along a middle line.
     Along(Polyline, Widths),
-    /// Between bounds that are as they shall be, left and right in its direction of travel.
+    /// Between a given left and right bound, in the direction of travel.
     Between([Polyline; 2]),
 }
 
-/// What an end of a lane hangs on.
+/// The node of a lane end. Ends on the same node meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) enum Node {
-    /// A node of the graph that the lane comes from.
+    /// A node of the user's graph.
     Known(i64),
     /// A place, in centimetres.
     Place(i64, i64),
 }
 
-/// A lane as it is given.
+/// A lane before stitching.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lane {
     pub(super) shape: Shape,
@@ -156,42 +164,54 @@ pub struct Lane {
 }
 
 impl Lane {
-    /// A lane along a middle line, in its direction of travel.
+    /// A lane along a middle line, in the direction of travel.
+    ///
+    /// # Errors
+    ///
+    /// The line has no length or a coordinate that is too large.
     pub fn along(middle: Polyline, widths: Widths) -> Result<Self, LaneError> {
-        Ok(Self::of(Shape::Along(on_earth(middle)?, widths)))
+        Ok(Self::of(Shape::Along(checked(middle)?, widths)))
     }
 
-    /// A lane between a left and a right bound, in its direction of travel, which shall stay as they are: its ends are
-    /// not stitched, and nothing is painted along it.
+    /// A lane between a left and a right bound, in the direction of travel. The bounds stay as they are: the lane is neither
+    /// stitched nor painted.
+    ///
+    /// # Errors
+    ///
+    /// A bound has no length or a coordinate that is too large.
     pub fn between([left, right]: [Polyline; 2]) -> Result<Self, LaneError> {
-        Ok(Self::of(Shape::Between([on_earth(left)?, on_earth(right)?])))
+        Ok(Self::of(Shape::Between([checked(left)?, checked(right)?])))
     }
 
     fn of(shape: Shape) -> Self {
         Self { shape, nodes: [None, None], markings: [Vec::new(), Vec::new()] }
     }
 
-    /// The nodes of a graph that the lane runs from and to. An end without one meets the ends that lie on the same
-    /// centimetre and have none either.
+    /// Sets the nodes at the start and the end. An end without a node meets the other ends without a node that lie on the same
+    /// centimetre.
     #[must_use]
-    pub fn hung_on(mut self, nodes: [Option<i64>; 2]) -> Self {
+    pub fn on_nodes(mut self, nodes: [Option<i64>; 2]) -> Self {
         self.nodes = nodes;
         self
     }
 
-    /// What is painted along the left and the right bound; each marking holds up to the next one's station.
+    /// Sets the markings along the left and the right bound. Each ends at the station of the next.
+    ///
+    /// # Errors
+    ///
+    /// Stations do not ascend.
     pub fn painted(mut self, markings: [Vec<Marking>; 2]) -> Result<Self, LaneError> {
         markings.iter().try_for_each(|side| ascending(side.iter().map(|m| m.station)))?;
         self.markings = markings;
         Ok(self)
     }
 
-    /// Whether its bounds were given.
+    /// Whether its bounds are given.
     pub fn is_explicit(&self) -> bool {
         matches!(self.shape, Shape::Between(_))
     }
 
-    /// Where the middle of an end lies.
+    /// The middle of an end.
     pub(super) fn place(&self, end: LaneEnd) -> Point {
         let of = |line: &Polyline| match end {
             LaneEnd::Start => line.first(),
@@ -203,7 +223,7 @@ impl Lane {
         }
     }
 
-    /// The direction of travel at an end; none of a lane whose bounds were given.
+    /// The unit direction of travel at an end; zero for a lane with given bounds.
     pub(super) fn heading(&self, end: LaneEnd) -> Vector {
         let Shape::Along(middle, _) = &self.shape else { return Vector::zeros() };
         let mut segments = middle.segments();
@@ -212,7 +232,7 @@ impl Lane {
     }
 
     pub(super) fn node(&self, end: LaneEnd) -> Node {
-        /// Places to the metre.
+        /// Nodes at places are centimetres.
         const PER_METRE: f64 = 100.0;
         self.nodes[end.index()].map_or_else(
             || {
@@ -224,10 +244,10 @@ impl Lane {
     }
 }
 
-/// The line, with no two neighbours on each other, as they can be where it was cut anew at its turn.
-fn on_earth(line: Polyline) -> Result<Polyline, LaneError> {
-    let beyond = |p: &&Point| !(p.x.abs() < LARGEST && p.y.abs() < LARGEST);
-    match line.points().iter().find(beyond) {
+/// Checks a line, and merges neighbours that coincide, as in a resampled line that turns back.
+fn checked(line: Polyline) -> Result<Polyline, LaneError> {
+    let too_large = |p: &&Point| !(p.x.abs() < LARGEST && p.y.abs() < LARGEST);
+    match line.points().iter().find(too_large) {
         Some(p) => Err(LaneError::Place(p.x, p.y)),
         None => Polyline::new(line.into_points()).ok_or(LaneError::NoLength),
     }

@@ -1,5 +1,5 @@
-//! Lanes that continue each other, stitched at their ends and painted; after an edit only what depends on it is made
-//! anew.
+//! Stitches lanes that continue each other at their ends, and paints them. After an edit only the lanes that depend on it are
+//! drawn again.
 #![doc = include_str!("../../docs/lane_stitching.md")]
 
 mod border;
@@ -22,11 +22,11 @@ use joint::{Pull, Strand, meet};
 pub use lane::{Lane, LaneEnd, LaneError, LaneId, WidthAt, Widths};
 pub use paint::{Colour, DASH, DASH_PERIOD, DOUBLE_APART, KERB, Kind, Marking, PAINT, Paint, Stroke, Strokes};
 
-/// Cosine of the turn, 172 degrees, from which on a lane leads back: there the borders inside the bend would cross more
-/// than seven lanes' widths away.
+/// The cosine of the turn, 172 degrees, from which on a lane leads back: the inner borders would cross more than seven lane
+/// widths away.
 const BACK: f64 = -0.99;
 
-/// A lane as it is drawn.
+/// A stitched lane.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StitchedLane {
     bounds: [Vec<Point>; 2],
@@ -35,58 +35,57 @@ pub struct StitchedLane {
 }
 
 impl StitchedLane {
-    /// The left and the right bound, in the lane's direction of travel.
+    /// The left and the right bound, in the direction of travel.
     pub fn bounds(&self) -> &[Vec<Point>; 2] {
         &self.bounds
     }
 
-    /// The left bound, then the right one backwards.
+    /// The left bound, then the reversed right bound.
     pub fn outline(&self) -> &[Point] {
         &self.outline
     }
 
-    /// What is painted along the bounds.
+    /// The paint along the bounds.
     pub fn strokes(&self) -> &Strokes {
         &self.strokes
     }
 }
 
-/// How an end of a lane meets others.
+/// How an end of a lane meets other lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Meeting {
-    /// It meets none.
+    /// It meets no lane.
     Open,
-    /// It goes on in this lane, or comes from it: their bounds are stitched.
+    /// The lane continues in this lane, or this lane in it. Their bounds are stitched.
     Joined(LaneId),
-    /// Two lanes start here: what leads into them decides how they part.
+    /// Two lanes start here. The lanes that lead into them decide how they diverge.
     Fork,
-    /// Two lanes end here: what leads out of them decides how they unite.
+    /// Two lanes end here. The lanes that lead out of them decide how they merge.
     Merge,
-    /// More than two meet here: only the movements between them can tell which go on in which.
+    /// More than two ends meet here. Only the movements between them tell which lanes continue each other.
     Junction,
     /// The lane meets itself.
     Loop,
-    /// The other leads back to where the lane comes from, or the lane to where the other does: a vehicle would have to
-    /// turn around between them.
+    /// The other lane leads back: a vehicle would have to turn around.
     Back,
-    /// The bounds of either lane were given and stay as they are.
+    /// The bounds of one lane are given and stay as they are.
     Explicit,
-    /// The lane is left out.
+    /// The lane is excluded.
     Excluded,
 }
 
-/// A lane with what it became.
+/// A lane and its stitched form.
 #[derive(Clone, Debug)]
 struct Entry {
     lane: Lane,
-    /// Its borders before they are stitched.
+    /// The borders before stitching.
     borders: [Vec<Point>; 2],
-    /// What its ends are pulled to, start and end, by side.
+    /// The pulls at the start and at the end, by side; `None` if that end is not stitched.
     pulls: [Option<[Pull; 2]>; 2],
-    woven: StitchedLane,
+    stitched: StitchedLane,
 }
 
-/// Lanes, kept woven through all edits: the same, to the last bit, as if the lanes had been woven all at once.
+/// Lanes that stay stitched through all edits: bit for bit as if all lanes were stitched at once.
 #[derive(Clone, Debug, Default)]
 pub struct LaneStitching {
     lanes: BTreeMap<LaneId, Entry>,
@@ -95,43 +94,43 @@ pub struct LaneStitching {
 }
 
 impl LaneStitching {
-    /// Weaves lanes. Of several with one name the last one counts.
+    /// Stitches lanes. Of several lanes with the same id the last counts.
     pub fn new(lanes: impl IntoIterator<Item = (LaneId, Lane)>) -> Self {
-        let mut weave = Self::default();
+        let mut stitching = Self::default();
         for (id, lane) in lanes {
-            weave.take(id);
-            weave.put(id, lane);
+            stitching.take(id);
+            stitching.put(id, lane);
         }
-        let all: Vec<LaneId> = weave.lanes.keys().copied().collect();
+        let all: Vec<LaneId> = stitching.lanes.keys().copied().collect();
         for id in all {
-            let pulls = LaneEnd::BOTH.map(|end| weave.pull(id, end));
-            weave.draw(id, pulls);
+            let pulls = LaneEnd::BOTH.map(|end| stitching.pull(id, end));
+            stitching.draw(id, pulls);
         }
-        weave
+        stitching
     }
 
-    /// What became of a lane.
+    /// A stitched lane.
     pub fn get(&self, id: LaneId) -> Option<&StitchedLane> {
-        self.lanes.get(&id).map(|entry| &entry.woven)
+        self.lanes.get(&id).map(|entry| &entry.stitched)
     }
 
-    /// All lanes in order of their names.
+    /// All stitched lanes, sorted by id.
     pub fn iter(&self) -> impl Iterator<Item = (LaneId, &StitchedLane)> {
-        self.lanes.iter().map(|(id, entry)| (*id, &entry.woven))
+        self.lanes.iter().map(|(id, entry)| (*id, &entry.stitched))
     }
 
-    /// A lane as it was given.
+    /// A lane as given.
     pub fn lane(&self, id: LaneId) -> Option<&Lane> {
         self.lanes.get(&id).map(|entry| &entry.lane)
     }
 
-    /// How an end of a lane meets others; `None` if there is no such lane.
+    /// How an end of a lane meets other lanes; `None` if there is no such lane.
     pub fn meeting(&self, id: LaneId, end: LaneEnd) -> Option<Meeting> {
         let lane = self.lane(id)?;
         if self.excluded == Some(id) {
             return Some(Meeting::Excluded);
         }
-        let mut others = self.ends.at(lane.node(end), self.excluded).filter(|at| *at != (id, end));
+        let mut others = self.ends.at(lane.node(end), self.excluded).filter(|other| *other != (id, end));
         let Some((other, other_end)) = others.next() else { return Some(Meeting::Open) };
         let explicit = |id| self.lane(id).is_some_and(Lane::is_explicit);
         let back = |id| self.lane(id).is_some_and(|other| turns_back(lane, end, other));
@@ -146,11 +145,11 @@ impl LaneStitching {
         })
     }
 
-    /// Puts a lane where none of its name is, not yet drawn.
+    /// Adds a lane of a new id without drawing it.
     fn put(&mut self, id: LaneId, lane: Lane) {
         self.ends.add(id, &lane);
         let borders = borders(&lane.shape);
-        self.lanes.insert(id, Entry { lane, borders, pulls: [None, None], woven: StitchedLane::default() });
+        self.lanes.insert(id, Entry { lane, borders, pulls: [None, None], stitched: StitchedLane::default() });
     }
 
     fn take(&mut self, id: LaneId) {
@@ -159,15 +158,15 @@ impl LaneStitching {
         }
     }
 
-    /// What an end of a lane is pulled to, by side; `None` where it is not stitched.
+    /// The pulls at an end of a lane, by side; `None` if it is not stitched.
     fn pull(&self, id: LaneId, end: LaneEnd) -> Option<[Pull; 2]> {
         let Some(Meeting::Joined(other)) = self.meeting(id, end) else { return None };
         let (own, other) = (self.lanes.get(&id)?, self.lanes.get(&other)?);
         let [ending, starting] = if end == LaneEnd::End { [own, other] } else { [other, own] };
-        Some(stitched(ending, starting).map(|pulls| pulls[1 - end.index()]))
+        Some(stitch(ending, starting).map(|pulls| pulls[1 - end.index()]))
     }
 
-    /// Draws a lane between its joints.
+    /// Draws a lane with these pulls.
     fn draw(&mut self, id: LaneId, pulls: [Option<[Pull; 2]>; 2]) {
         let Some(entry) = self.lanes.get_mut(&id) else { return };
         let bounds = [0, 1].map(|side| {
@@ -182,18 +181,18 @@ impl LaneStitching {
             }
         }
         entry.pulls = pulls;
-        entry.woven = StitchedLane { bounds, outline, strokes };
+        entry.stitched = StitchedLane { bounds, outline, strokes };
     }
 }
 
-/// Whether one of two lanes that meet at this end of the first leads back along the other.
+/// Whether a lane leads back along another lane that it meets at this end.
 fn turns_back(lane: &Lane, end: LaneEnd, other: &Lane) -> bool {
-    let there = if end == LaneEnd::Start { LaneEnd::End } else { LaneEnd::Start };
-    lane.heading(end).dot(&other.heading(there)) <= BACK
+    let other_end = if end == LaneEnd::Start { LaneEnd::End } else { LaneEnd::Start };
+    lane.heading(end).dot(&other.heading(other_end)) <= BACK
 }
 
-/// Stitches the borders of a lane to those of the one that it goes on in: by side, for the first and for the second.
-fn stitched(ending: &Entry, starting: &Entry) -> [[Pull; 2]; 2] {
+/// The pulls by which a lane is stitched to the lane in which it continues: by side, for the first and the second lane.
+fn stitch(ending: &Entry, starting: &Entry) -> [[Pull; 2]; 2] {
     let middles = [ending.lane.place(LaneEnd::End), starting.lane.place(LaneEnd::Start)];
     let joint = nalgebra::center(&middles[0], &middles[1]);
     [0, 1].map(|side| {
@@ -203,7 +202,7 @@ fn stitched(ending: &Entry, starting: &Entry) -> [[Pull; 2]; 2] {
     })
 }
 
-/// A border between the places that its ends are pulled to.
+/// A border with its ends pulled.
 fn between(border: &[Point], start: Option<Pull>, end: Option<Pull>) -> Vec<Point> {
     let lost = |pull: Option<Pull>| pull.map_or(0, |pull| pull.lost);
     let place = |pull: Option<Pull>| pull.map(|pull| pull.place);

@@ -1,44 +1,44 @@
-//! What is painted along a bound: pieces by station, cut out of it and drawn as dashes and parallels.
+//! Draws the markings along a bound as solid lines, dashes and double lines.
 
 use crate::geometry::{Point, Polyline};
 
-/// Length of a dash, metres, as between the lanes of a town's streets; ...
+/// The length of a dash on a city street, metres, ...
 pub const DASH: f64 = 3.0;
-/// ... the next one begins so many metres behind its begin.
+/// ... and the distance between the starts of two dashes, metres.
 pub const DASH_PERIOD: f64 = 9.0;
-/// Length of a dot, metres: the block of a block marking; ...
+/// The length of a dot, metres, ...
 const DOT: f64 = 0.5;
-/// ... the next one begins so many metres behind its begin.
+/// ... and the distance between the starts of two dots, metres.
 const DOT_PERIOD: f64 = 1.0;
-/// Each line of a double one lies so many metres from the bound.
+/// The distance of each line of a double line from the bound, metres.
 pub const DOUBLE_APART: f64 = 0.18;
-/// Breadth of paint, metres.
+/// The width of a painted line, metres.
 pub const PAINT: f64 = 0.12;
-/// Breadth of a kerb, metres.
+/// The width of a kerb, metres.
 pub const KERB: f64 = 0.3;
-/// Parallels are mitred up to so many times their distance.
-const MITER_MOST: f64 = 3.0;
+/// The longest miter of a double line as a multiple of its offset.
+const MITER_LIMIT: f64 = 3.0;
 
-/// What runs along a bound.
+/// A kind of marking along a bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Kind {
-    /// One unbroken line.
+    /// One solid line.
     Solid(Paint),
-    /// One line of dashes.
+    /// One dashed line.
     Dashed(Paint),
-    /// One line of blocks as long as the gaps between them.
+    /// One line of dots (short blocks), as long as the gaps between them.
     Dotted(Paint),
-    /// Two unbroken lines side by side.
+    /// Two solid lines side by side.
     Double(Paint),
-    /// An unbroken line, and to its right, seen along the lane, one of dashes.
+    /// A solid line, and a dashed line to its right, seen along the lane.
     SolidDashed(Paint),
-    /// A line of dashes, and to its right, seen along the lane, an unbroken one.
+    /// A dashed line, and a solid line to its right, seen along the lane.
     DashedSolid(Paint),
     /// The edge of the carriageway.
     Kerb,
-    /// Nothing that can be seen.
+    /// No marking.
     Virtual,
-    /// Something, but nobody knows what.
+    /// A marking of unknown kind.
     Unknown,
 }
 
@@ -47,7 +47,7 @@ pub enum Kind {
 pub enum Paint {
     /// Between lanes and at edges.
     White,
-    /// Between directions in many countries.
+    /// Between opposite directions in many countries.
     Yellow,
 }
 
@@ -60,68 +60,68 @@ pub enum Colour {
     Yellow,
     /// A kerb.
     Grey,
-    /// What nobody knows: so that it stands out.
+    /// A marking of unknown kind, to attract attention.
     Magenta,
 }
 
-/// What runs along a bound from a station on, up to that of the next marking.
+/// The marking of a bound from a station to the next marking.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Marking {
-    /// Metres along the bound, in the lane's direction of travel.
+    /// The station on the bound in the direction of travel, metres.
     pub station: f64,
-    /// All that runs there.
+    /// The kinds drawn there.
     pub kinds: Vec<Kind>,
 }
 
-/// How long the dashes of a line are, and from begin to begin, metres.
+/// The length of dashes, and the distance between their starts, metres.
 type Dashes = [f64; 2];
 
-/// One line of paint or stone.
+/// One drawn line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stroke<'a> {
-    /// Along which bound: 0 the left one, 1 the right one.
+    /// The bound: 0 left, 1 right.
     pub side: usize,
-    /// What it is part of.
+    /// The kind of which it is a part.
     pub kind: Kind,
     /// Its colour.
     pub colour: Colour,
-    /// Its breadth, metres.
+    /// Its width, metres.
     pub breadth: f64,
-    /// Its middle.
+    /// Its middle line.
     pub line: &'a [Point],
 }
 
-/// All strokes of a lane, in order of sides, stations and kinds.
+/// All strokes of a lane, sorted by side, station and kind.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Strokes {
     points: Vec<Point>,
-    /// Side, kind and end in `points`.
+    /// Side, kind, and end in `points`.
     strokes: Vec<(usize, Kind, usize)>,
 }
 
 impl Strokes {
-    /// One kind along a whole line: on its left side comes what a kind names first.
+    /// The strokes of one kind along a line.
     pub fn along(line: &[Point], kind: Kind) -> Self {
         let mut strokes = Self::default();
         strokes.draw(0, line, &[Marking { station: 0.0, kinds: vec![kind] }]);
         strokes
     }
 
-    /// All of them.
+    /// All strokes.
     pub fn iter(&self) -> impl Iterator<Item = Stroke<'_>> {
-        let begins = std::iter::once(0).chain(self.strokes.iter().map(|(.., end)| *end));
-        self.strokes.iter().zip(begins).map(|(&(side, kind, end), begin)| {
-            let (colour, breadth) = look(kind);
-            Stroke { side, kind, colour, breadth, line: &self.points[begin..end] }
+        let starts = std::iter::once(0).chain(self.strokes.iter().map(|(.., end)| *end));
+        self.strokes.iter().zip(starts).map(|(&(side, kind, end), start)| {
+            let (colour, breadth) = appearance(kind);
+            Stroke { side, kind, colour, breadth, line: &self.points[start..end] }
         })
     }
 
-    /// How many there are.
+    /// The number of strokes.
     pub fn len(&self) -> usize {
         self.strokes.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no strokes.
     pub fn is_empty(&self) -> bool {
         self.strokes.is_empty()
     }
@@ -131,72 +131,72 @@ impl Strokes {
         if markings.is_empty() {
             return;
         }
-        let track = Track::along(bound);
+        let bound = MeasuredBound::new(bound);
         let ends = markings.iter().skip(1).map(|next| next.station).chain([f64::INFINITY]);
         for (marking, end) in markings.iter().zip(ends) {
-            let piece = [marking.station.max(0.0), end.min(track.length())];
-            if piece[1] - piece[0] > Polyline::MERGE {
-                marking.kinds.iter().for_each(|&kind| self.piece(side, kind, &track, piece));
+            let range = [marking.station.max(0.0), end.min(bound.length())];
+            if range[1] - range[0] > Polyline::MERGE {
+                marking.kinds.iter().for_each(|&kind| self.draw_kind(side, kind, &bound, range));
             }
         }
     }
 
-    fn piece(&mut self, side: usize, kind: Kind, track: &Track, piece: [f64; 2]) {
+    fn draw_kind(&mut self, side: usize, kind: Kind, bound: &MeasuredBound, range: [f64; 2]) {
+        const DASHES: Option<Dashes> = Some([DASH, DASH_PERIOD]);
         match kind {
             Kind::Virtual => {}
-            Kind::Solid(_) | Kind::Kerb | Kind::Unknown => self.line(side, kind, track, piece, None),
-            Kind::Dashed(_) => self.line(side, kind, track, piece, Some([DASH, DASH_PERIOD])),
-            Kind::Dotted(_) => self.line(side, kind, track, piece, Some([DOT, DOT_PERIOD])),
-            Kind::Double(_) => self.parallels(side, kind, track, piece, [None, None]),
-            Kind::SolidDashed(_) => self.parallels(side, kind, track, piece, [None, Some([DASH, DASH_PERIOD])]),
-            Kind::DashedSolid(_) => self.parallels(side, kind, track, piece, [Some([DASH, DASH_PERIOD]), None]),
+            Kind::Solid(_) | Kind::Kerb | Kind::Unknown => self.draw_line(side, kind, bound, range, None),
+            Kind::Dashed(_) => self.draw_line(side, kind, bound, range, DASHES),
+            Kind::Dotted(_) => self.draw_line(side, kind, bound, range, Some([DOT, DOT_PERIOD])),
+            Kind::Double(_) => self.draw_double(side, kind, bound, range, [None, None]),
+            Kind::SolidDashed(_) => self.draw_double(side, kind, bound, range, [None, DASHES]),
+            Kind::DashedSolid(_) => self.draw_double(side, kind, bound, range, [DASHES, None]),
         }
     }
 
-    /// Two lines, the left one first, each broken or not.
-    fn parallels(&mut self, side: usize, kind: Kind, track: &Track, piece: [f64; 2], broken: [Option<Dashes>; 2]) {
+    /// Draws two lines, the left one first.
+    fn draw_double(
+        &mut self,
+        side: usize,
+        kind: Kind,
+        bound: &MeasuredBound,
+        range: [f64; 2],
+        dashes: [Option<Dashes>; 2],
+    ) {
         let mut middle = Vec::new();
-        track.part(&mut 0, piece, &mut middle);
+        bound.part(&mut 0, range, &mut middle);
         let Some(middle) = Polyline::new(middle) else { return };
-        for (apart, dashes) in [DOUBLE_APART, -DOUBLE_APART].into_iter().zip(broken) {
-            if let Some(line) = middle.offset(apart, MITER_MOST) {
-                let track = Track::along(line.points());
-                self.line(side, kind, &track, [0.0, track.length()], dashes);
+        for (offset, dashes) in [DOUBLE_APART, -DOUBLE_APART].into_iter().zip(dashes) {
+            if let Some(line) = middle.offset(offset, MITER_LIMIT) {
+                let line = MeasuredBound::new(line.points());
+                self.draw_line(side, kind, &line, [0.0, line.length()], dashes);
             }
         }
     }
 
-    fn line(&mut self, side: usize, kind: Kind, track: &Track, piece: [f64; 2], dashes: Option<Dashes>) {
-        match dashes {
-            Some(dashes) => self.broken(side, kind, track, piece, dashes),
-            None => {
-                track.part(&mut 0, piece, &mut self.points);
-                self.done(side, kind);
-            }
-        }
-    }
-
-    /// Dashes begin where the piece does.
-    fn broken(&mut self, side: usize, kind: Kind, track: &Track, [from, to]: [f64; 2], [dash, period]: Dashes) {
+    /// Draws a solid line, or dashes of which the first begins at the start of the range.
+    fn draw_line(&mut self, side: usize, kind: Kind, bound: &MeasuredBound, range: [f64; 2], dashes: Option<Dashes>) {
+        let ([from, to], Some([dash, period])) = (range, dashes) else {
+            bound.part(&mut 0, range, &mut self.points);
+            self.strokes.push((side, kind, self.points.len()));
+            return;
+        };
         let count = ((to - from) / period).ceil();
         let period = if count > Polyline::MOST_PIECES { (to - from) / Polyline::MOST_PIECES } else { period };
         let mut segment = 0;
         for i in 0..count.min(Polyline::MOST_PIECES) as usize {
-            let begin = from + i as f64 * period;
-            let part = [begin, (begin + dash).min(to)];
-            if part[1] - part[0] > Polyline::MERGE {
-                track.part(&mut segment, part, &mut self.points);
-                self.done(side, kind);
+            let start = from + i as f64 * period;
+            let range = [start, (start + dash).min(to)];
+            if range[1] - range[0] > Polyline::MERGE {
+                bound.part(&mut segment, range, &mut self.points);
+                self.strokes.push((side, kind, self.points.len()));
             }
         }
     }
-
-    fn done(&mut self, side: usize, kind: Kind) {
-        self.strokes.push((side, kind, self.points.len()));
-    }
 }
 
-fn look(kind: Kind) -> (Colour, f64) {
+/// The colour and the width, metres, of a kind.
+fn appearance(kind: Kind) -> (Colour, f64) {
     match kind {
         Kind::Solid(paint)
         | Kind::Dashed(paint)
@@ -212,14 +212,14 @@ fn look(kind: Kind) -> (Colour, f64) {
     }
 }
 
-/// A bound with its stations.
-struct Track<'a> {
+/// A bound with the stations of its points.
+struct MeasuredBound<'a> {
     points: &'a [Point],
     stations: Vec<f64>,
 }
 
-impl<'a> Track<'a> {
-    fn along(points: &'a [Point]) -> Self {
+impl<'a> MeasuredBound<'a> {
+    fn new(points: &'a [Point]) -> Self {
         let mut sum = 0.0;
         let lengths = points.windows(2).map(|w| {
             sum += (w[1] - w[0]).norm();
@@ -232,8 +232,7 @@ impl<'a> Track<'a> {
         self.stations[self.stations.len() - 1]
     }
 
-    /// Adds the points of the part between two stations that lie within the bound. `segment` is one that begins before
-    /// the part; afterwards that where the part ends.
+    /// Appends the part between two stations to `out`. `segment` begins before the part and becomes the one at its end.
     fn part(&self, segment: &mut usize, [from, to]: [f64; 2], out: &mut Vec<Point>) {
         out.push(self.at(segment, from));
         let mut next = *segment + 1;
@@ -253,7 +252,7 @@ impl<'a> Track<'a> {
         }
         let [from, to] = [*segment, *segment + 1];
         let length = self.stations[to] - self.stations[from];
-        // At its points to the last bit, so that paint meets at a joint as the bounds do.
+        // Vertices are exact, so that paint meets at a joint as the bounds do.
         if station >= self.stations[to] || length <= 0.0 {
             return self.points[to];
         }

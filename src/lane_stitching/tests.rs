@@ -1,4 +1,4 @@
-//! How lanes meet, case by case.
+//! Joints and paint of two or three lanes.
 
 use crate::geometry::simple_ring::is_simple;
 use crate::geometry::{Point, Polyline, Vector};
@@ -22,7 +22,7 @@ fn lane(points: &[(f64, f64)]) -> Lane {
     wide(points, 2.0 * HALF)
 }
 
-/// A lane of so many points, 40 m long, that leaves the origin turned by this angle, degrees, from east.
+/// A lane of 40 m that leaves the origin at this angle, degrees, from east.
 fn leaving(degrees: f64, points: usize) -> Lane {
     let along = Vector::new(degrees.to_radians().cos(), degrees.to_radians().sin());
     let step = 40.0 / (points - 1) as f64;
@@ -30,7 +30,7 @@ fn leaving(degrees: f64, points: usize) -> Lane {
     Lane::along(middle, Widths::even(2.0 * HALF).unwrap()).unwrap()
 }
 
-/// One that comes to the origin from the west.
+/// A lane of 40 m that comes to the origin from the west.
 fn coming(points: usize) -> Lane {
     let step = 40.0 / (points - 1) as f64;
     let middle = Polyline::new((0..points).map(|i| Point::new(-40.0 + i as f64 * step, 0.0))).unwrap();
@@ -41,9 +41,9 @@ fn turning(degrees: f64) -> LaneStitching {
     LaneStitching::new([(A, coming(2)), (B, leaving(degrees, 2))])
 }
 
-/// The place that both lanes share on a side; panics if they do not.
-fn shared(weave: &LaneStitching, side: usize) -> Point {
-    let [a, b] = [A, B].map(|id| weave.get(id).unwrap().bounds()[side].clone());
+/// The point that both lanes share on a side.
+fn shared(stitching: &LaneStitching, side: usize) -> Point {
+    let [a, b] = [A, B].map(|id| stitching.get(id).unwrap().bounds()[side].clone());
     assert_eq!(a.last(), b.first(), "a gap on side {side}");
     b[0]
 }
@@ -53,12 +53,12 @@ fn close(a: Point, b: (f64, f64)) -> bool {
 }
 
 #[test]
-fn ends_meet_in_four_ways_of_which_two_are_stitched() {
+fn ends_meet_in_four_ways() {
     let (west, east) = ([(-40.0, 0.0), (0.0, 0.0)], [(0.0, 0.0), (40.0, 9.0)]);
     let back = |points: [(f64, f64); 2]| [points[1], points[0]];
     let at = |a: [(f64, f64); 2], b: [(f64, f64); 2]| {
-        let weave = LaneStitching::new([(A, lane(&a)), (B, lane(&b))]);
-        LaneEnd::BOTH.map(|end| weave.meeting(A, end).unwrap())
+        let stitching = LaneStitching::new([(A, lane(&a)), (B, lane(&b))]);
+        LaneEnd::BOTH.map(|end| stitching.meeting(A, end).unwrap())
     };
     assert_eq!(at(west, east), [Meeting::Open, Meeting::Joined(B)]);
     assert_eq!(at(back(west), back(east)), [Meeting::Joined(B), Meeting::Open]);
@@ -78,11 +78,11 @@ fn forks_and_merges_stay_as_they_are() {
 }
 
 #[test]
-fn three_ends_are_left_to_the_topology() {
+fn three_ends_are_not_stitched() {
     let three = [(A, coming(2)), (B, leaving(20.0, 2)), (C, leaving(-20.0, 2))];
-    let weave = LaneStitching::new(three);
-    assert_eq!(weave.meeting(A, LaneEnd::End), Some(Meeting::Junction));
-    assert_eq!(weave.get(A), LaneStitching::new([(A, coming(2))]).get(A));
+    let stitching = LaneStitching::new(three);
+    assert_eq!(stitching.meeting(A, LaneEnd::End), Some(Meeting::Junction));
+    assert_eq!(stitching.get(A), LaneStitching::new([(A, coming(2))]).get(A));
 }
 
 #[test]
@@ -96,12 +96,12 @@ fn lanes_that_lead_back_are_not_stitched() {
     // Side by side, as both directions of a road at its dead end, and on the same ground, as those of a single track.
     for y in [3.5, 0.0] {
         let lanes =
-            [(A, coming(2).hung_on([None, Some(7)])), (B, lane(&[(0.0, y), (-40.0, y)]).hung_on([Some(7), None]))];
-        let weave = LaneStitching::new(lanes.clone());
-        assert_eq!(weave.meeting(A, LaneEnd::End), Some(Meeting::Back));
-        assert_eq!(weave.meeting(B, LaneEnd::Start), Some(Meeting::Back));
+            [(A, coming(2).on_nodes([None, Some(7)])), (B, lane(&[(0.0, y), (-40.0, y)]).on_nodes([Some(7), None]))];
+        let stitching = LaneStitching::new(lanes.clone());
+        assert_eq!(stitching.meeting(A, LaneEnd::End), Some(Meeting::Back));
+        assert_eq!(stitching.meeting(B, LaneEnd::Start), Some(Meeting::Back));
         for (id, lane) in lanes {
-            assert_eq!(weave.get(id), LaneStitching::new([(id, lane)]).get(id));
+            assert_eq!(stitching.get(id), LaneStitching::new([(id, lane)]).get(id));
         }
     }
     assert_eq!(turning(171.5).meeting(A, LaneEnd::End), Some(Meeting::Joined(B)));
@@ -111,30 +111,30 @@ fn lanes_that_lead_back_are_not_stitched() {
 #[test]
 fn both_sides_of_a_bend_are_mitred() {
     for degrees in [1.0, 20.0, 90.0, 140.0, -20.0, -90.0, -140.0_f64] {
-        let weave = turning(degrees);
-        // On the bisector, as far from both middle lines as the lanes are wide.
+        let stitching = turning(degrees);
+        // On the bisector, half a width from both middle lines.
         let half = degrees.to_radians() / 2.0;
         let miter = (-half.sin() * HALF / half.cos(), HALF);
-        assert!(close(shared(&weave, 0), miter), "{degrees}: {:?}", shared(&weave, 0));
-        assert!(close(shared(&weave, 1), (-miter.0, -miter.1)), "{degrees}: {:?}", shared(&weave, 1));
+        assert!(close(shared(&stitching, 0), miter), "{degrees}: {:?}", shared(&stitching, 0));
+        assert!(close(shared(&stitching, 1), (-miter.0, -miter.1)), "{degrees}: {:?}", shared(&stitching, 1));
     }
 }
 
 #[test]
-fn straight_on_the_ends_stay() {
-    let weave = turning(0.0);
-    assert!(close(shared(&weave, 0), (0.0, HALF)) && close(shared(&weave, 1), (0.0, -HALF)));
-    assert_eq!(weave.get(A).unwrap().bounds()[0].len(), 2);
+fn the_ends_of_straight_lanes_stay() {
+    let stitching = turning(0.0);
+    assert!(close(shared(&stitching, 0), (0.0, HALF)) && close(shared(&stitching, 1), (0.0, -HALF)));
+    assert_eq!(stitching.get(A).unwrap().bounds()[0].len(), 2);
 }
 
 #[test]
 fn an_outer_miter_ends_at_three_half_widths() {
-    // The miter lies as many half widths away as the cosine of half the turn goes into one: 3 at 141.06 degrees.
+    // The miter lies one half width divided by the cosine of half the turn away: three half widths at 141.06 degrees.
     let reach = |degrees: f64| (shared(&turning(degrees), 1) - Point::origin()).norm() / HALF;
     assert!((reach(141.0) - 1.0 / 70.5_f64.to_radians().cos()).abs() < 1e-9 && reach(141.0) < 3.0);
     for degrees in [141.1, 150.0, 170.0] {
         assert!((reach(degrees) - 3.0).abs() < 1e-9, "{degrees}: {}", reach(degrees));
-        // On the line to the exact one.
+        // In the direction of the exact miter.
         let along = shared(&turning(degrees), 1);
         let half = degrees.to_radians() / 2.0;
         assert!((along.y / along.x + half.cos() / half.sin()).abs() < 1e-9);
@@ -142,7 +142,7 @@ fn an_outer_miter_ends_at_three_half_widths() {
 }
 
 #[test]
-fn an_inner_corner_is_exact_however_far() {
+fn an_inner_corner_is_exact_at_any_distance() {
     for degrees in [141.1, 150.0, 165.0_f64] {
         let half = degrees.to_radians() / 2.0;
         let exact = (-half.sin() * HALF / half.cos(), HALF);
@@ -162,7 +162,7 @@ fn far_miter(degrees: f64) -> (Point, Point) {
 }
 
 #[test]
-fn a_miter_too_far_is_clamped_beyond_a_turn_of_120_degrees_and_bevelled_below() {
+fn a_long_miter_is_clamped_from_120_degrees_on_and_bevelled_below() {
     for degrees in [90.0, 119.0, 119.99] {
         let (place, bevel) = far_miter(degrees);
         assert_eq!(place, bevel, "{degrees}");
@@ -176,66 +176,66 @@ fn a_miter_too_far_is_clamped_beyond_a_turn_of_120_degrees_and_bevelled_below() 
 #[test]
 fn the_cap_is_that_of_the_wider_lane() {
     // Half widths of 1 and 2 m: the miter on the outside of this bend lies 3.5 m away, within three times the wider.
-    let weave =
+    let stitching =
         LaneStitching::new([(A, wide(&[(-40.0, 0.0), (0.0, 0.0)], 2.0)), (B, wide(&[(0.0, 0.0), (0.0, 40.0)], 4.0))]);
-    assert!(close(shared(&weave, 1), (2.0, -1.0)));
-    // Hardly bent, the borders cross far away: midway between their ends.
-    let weave =
+    assert!(close(shared(&stitching, 1), (2.0, -1.0)));
+    // In a slight bend the borders cross far away, and a bevel joins them.
+    let stitching =
         LaneStitching::new([(A, wide(&[(-40.0, 0.0), (0.0, 0.0)], 2.0)), (B, wide(&[(0.0, 0.0), (40.0, 0.5)], 4.0))]);
-    let place = shared(&weave, 1);
+    let place = shared(&stitching, 1);
     assert!((place.y + 1.5).abs() < 0.01 && place.x.abs() < 0.1, "{place}");
 }
 
 #[test]
 fn sparse_borders_are_trimmed_and_dense_ones_are_not() {
-    // The last points before the bend lie where the inner borders have crossed already.
+    // The last points before the bend lie beyond the crossing of the inner borders.
     let near = |points: usize| -> Vec<(f64, f64)> {
         let mut x: Vec<f64> = (0..points - 2).map(|i| -40.0 + 5.0 * i as f64).collect();
         x.extend([-0.5, 0.0]);
         x.into_iter().map(|x| (x, 0.0)).collect()
     };
     let inner = |points: usize| {
-        let weave = LaneStitching::new([(A, lane(&near(points))), (B, leaving(90.0, 2))]);
-        (shared(&weave, 0), weave.get(A).unwrap().bounds()[0].len())
+        let stitching = LaneStitching::new([(A, lane(&near(points))), (B, leaving(90.0, 2))]);
+        (shared(&stitching, 0), stitching.get(A).unwrap().bounds()[0].len())
     };
     let (place, left) = inner(6);
     assert!(close(place, (-HALF, HALF)), "{place}");
     assert_eq!(left, 5);
     let (place, left) = inner(7);
     assert!(close(place, (-HALF / 2.0, HALF / 2.0)), "{place}");
-    // But for the one that it would have to run back from.
+    // Only the point from which it would run back is lost.
     assert_eq!(left, 6);
-    // No point falls away where none lies behind the bend.
-    let weave = LaneStitching::new([(A, coming(81)), (B, leaving(20.0, 81))]);
-    assert!(close(shared(&weave, 0), (-HALF * 10_f64.to_radians().tan(), HALF)));
-    assert_eq!(weave.get(A).unwrap().bounds()[0].len(), 81);
+    // No point is lost if none lies beyond the crossing.
+    let stitching = LaneStitching::new([(A, coming(81)), (B, leaving(20.0, 81))]);
+    assert!(close(shared(&stitching, 0), (-HALF * 10_f64.to_radians().tan(), HALF)));
+    assert_eq!(stitching.get(A).unwrap().bounds()[0].len(), 81);
 }
 
 #[test]
 fn the_outline_follows_the_ends() {
-    let weave = turning(60.0);
-    for (_, lane) in weave.iter() {
+    let stitching = turning(60.0);
+    for (_, lane) in stitching.iter() {
         let [left, right] = lane.bounds();
         let ring: Vec<Point> = left.iter().chain(right.iter().rev()).copied().collect();
         assert_eq!(lane.outline(), ring);
     }
-    assert!(weave.get(A).unwrap().outline().contains(&shared(&weave, 0)));
+    assert!(stitching.get(A).unwrap().outline().contains(&shared(&stitching, 0)));
 }
 
 #[test]
 fn no_joint_folds_an_outline() {
     for degrees in (-170..=170).step_by(5) {
         for points in [[2, 2], [3, 6], [6, 9], [9, 81], [81, 81]] {
-            let weave = LaneStitching::new([(A, coming(points[0])), (B, leaving(f64::from(degrees), points[1]))]);
-            for (id, lane) in weave.iter() {
+            let stitching = LaneStitching::new([(A, coming(points[0])), (B, leaving(f64::from(degrees), points[1]))]);
+            for (id, lane) in stitching.iter() {
                 assert!(
                     is_simple(lane.outline()),
                     "{degrees} degrees, {points:?} points, {id:?}: {:?}",
                     lane.outline()
                 );
             }
-            shared(&weave, 0);
-            shared(&weave, 1);
+            shared(&stitching, 0);
+            shared(&stitching, 1);
         }
     }
 }
@@ -245,26 +245,26 @@ fn explicit_bounds_are_neither_stitched_nor_painted() {
     let bounds = [line(&[(-40.0, 2.0), (0.3, 2.0)]), line(&[(-40.0, -2.0), (-0.3, -2.0)])];
     let solid = || vec![Marking { station: 0.0, kinds: vec![Kind::Solid(Paint::White)] }];
     let given = Lane::between(bounds.clone()).unwrap().painted([solid(), solid()]).unwrap();
-    let weave = LaneStitching::new([(A, given), (B, leaving(30.0, 2))]);
-    assert_eq!(weave.meeting(A, LaneEnd::End), Some(Meeting::Explicit));
-    assert_eq!(weave.meeting(B, LaneEnd::Start), Some(Meeting::Explicit));
-    let [left, right] = weave.get(A).unwrap().bounds();
+    let stitching = LaneStitching::new([(A, given), (B, leaving(30.0, 2))]);
+    assert_eq!(stitching.meeting(A, LaneEnd::End), Some(Meeting::Explicit));
+    assert_eq!(stitching.meeting(B, LaneEnd::Start), Some(Meeting::Explicit));
+    let [left, right] = stitching.get(A).unwrap().bounds();
     assert_eq!([&left[..], &right[..]], [bounds[0].points(), bounds[1].points()]);
-    assert!(weave.get(A).unwrap().strokes().is_empty());
-    assert_eq!(weave.get(B), LaneStitching::new([(B, leaving(30.0, 2))]).get(B));
+    assert!(stitching.get(A).unwrap().strokes().is_empty());
+    assert_eq!(stitching.get(B), LaneStitching::new([(B, leaving(30.0, 2))]).get(B));
 }
 
 #[test]
 fn a_lane_under_edit_is_left_out() {
-    // The dragged one passes by a joint of two others.
-    let mut weave = LaneStitching::new([(A, coming(2)), (B, leaving(30.0, 2)), (C, leaving(200.0, 2))]);
-    assert_eq!(weave.meeting(A, LaneEnd::End), Some(Meeting::Junction));
-    assert_eq!(weave.exclude(Some(C)), [A, B]);
-    assert_eq!(weave.meeting(A, LaneEnd::End), Some(Meeting::Joined(B)));
-    assert_eq!(weave.meeting(C, LaneEnd::Start), Some(Meeting::Excluded));
-    shared(&weave, 0);
-    assert_eq!(weave.exclude(None), [A, B]);
-    assert_eq!(weave.meeting(A, LaneEnd::End), Some(Meeting::Junction));
+    // The dragged lane passes the joint of two others.
+    let mut stitching = LaneStitching::new([(A, coming(2)), (B, leaving(30.0, 2)), (C, leaving(200.0, 2))]);
+    assert_eq!(stitching.meeting(A, LaneEnd::End), Some(Meeting::Junction));
+    assert_eq!(stitching.exclude(Some(C)), [A, B]);
+    assert_eq!(stitching.meeting(A, LaneEnd::End), Some(Meeting::Joined(B)));
+    assert_eq!(stitching.meeting(C, LaneEnd::Start), Some(Meeting::Excluded));
+    shared(&stitching, 0);
+    assert_eq!(stitching.exclude(None), [A, B]);
+    assert_eq!(stitching.meeting(A, LaneEnd::End), Some(Meeting::Junction));
 }
 
 #[test]
@@ -278,8 +278,8 @@ fn ends_without_a_node_meet_on_one_centimetre() {
 #[test]
 fn ends_with_a_node_meet_by_graph() {
     let joined = |a: Option<i64>, b: Option<i64>, x: f64| {
-        let away = lane(&[(x, 0.0), (40.0, 9.0)]).hung_on([b, None]);
-        LaneStitching::new([(A, coming(2).hung_on([None, a])), (B, away)]).meeting(A, LaneEnd::End)
+        let away = lane(&[(x, 0.0), (40.0, 9.0)]).on_nodes([b, None]);
+        LaneStitching::new([(A, coming(2).on_nodes([None, a])), (B, away)]).meeting(A, LaneEnd::End)
     };
     assert_eq!(joined(Some(7), Some(7), 0.2), Some(Meeting::Joined(B)));
     assert_eq!(joined(Some(7), Some(8), 0.0), Some(Meeting::Open));
@@ -287,7 +287,7 @@ fn ends_with_a_node_meet_by_graph() {
 }
 
 #[test]
-fn what_is_no_lane_is_told() {
+fn invalid_lanes_are_refused() {
     let straight = || line(&[(0.0, 0.0), (1.0, 0.0)]);
     assert!(matches!(Widths::even(0.0), Err(LaneError::Width { .. })));
     assert!(matches!(Widths::even(f64::NAN), Err(LaneError::Width { .. })));
@@ -301,12 +301,12 @@ fn what_is_no_lane_is_told() {
 }
 
 #[test]
-fn a_middle_that_runs_back_on_itself_stays_finite() {
-    // Evenly cut, it has the same point on both sides of its turn.
+fn a_middle_line_that_turns_back_stays_finite() {
+    // Resampled, it has the same point before and after its turn.
     let back = line(&[(0.0, 0.0), (30.0, 0.0), (20.0, 0.0)]).resampled_to(5);
-    let weave = LaneStitching::new([(A, Lane::along(back, Widths::even(2.0).unwrap()).unwrap())]);
+    let stitching = LaneStitching::new([(A, Lane::along(back, Widths::even(2.0).unwrap()).unwrap())]);
     let finite = |p: &Point| p.x.is_finite() && p.y.is_finite();
-    assert!(weave.get(A).unwrap().outline().iter().all(finite));
+    assert!(stitching.get(A).unwrap().outline().iter().all(finite));
     let spot = line(&[(0.0, 0.0), (1.0, 0.0), (0.0, 0.0)]).resampled_to(2);
     assert_eq!(Lane::along(spot, Widths::even(2.0).unwrap()), Err(LaneError::NoLength));
 }
@@ -320,8 +320,8 @@ mod painted {
     fn strokes(markings: &[(f64, &[Kind])]) -> Vec<Drawn> {
         let markings = markings.iter().map(|&(station, kinds)| Marking { station, kinds: kinds.to_vec() }).collect();
         let lane = lane(&[(0.0, 0.0), (20.0, 0.0)]).painted([markings, Vec::new()]).unwrap();
-        let weave = LaneStitching::new([(A, lane)]);
-        let strokes = weave.get(A).unwrap().strokes();
+        let stitching = LaneStitching::new([(A, lane)]);
+        let strokes = stitching.get(A).unwrap().strokes();
         assert_eq!(strokes.iter().count(), strokes.len());
         strokes
             .iter()
@@ -330,7 +330,7 @@ mod painted {
     }
 
     #[test]
-    fn solid_lines_run_through_in_their_colour() {
+    fn solid_lines_have_their_colour() {
         for (paint, colour) in [(Paint::White, Colour::White), (Paint::Yellow, Colour::Yellow)] {
             let kind = Kind::Solid(paint);
             assert_eq!(strokes(&[(0.0, &[kind])]), [(kind, colour, vec![(0.0, HALF), (20.0, HALF)])]);
@@ -362,7 +362,7 @@ mod painted {
     }
 
     #[test]
-    fn of_an_unlike_pair_either_line_is_broken() {
+    fn either_line_of_a_double_line_can_be_dashed() {
         let solid = |kind, y| (kind, Colour::White, vec![(0.0, y), (20.0, y)]);
         let dash = |kind, y, from, to| (kind, Colour::White, vec![(from, y), (to, y)]);
         let dashes = |kind, y| [dash(kind, y, 0.0, 3.0), dash(kind, y, 9.0, 12.0), dash(kind, y, 18.0, 20.0)];
@@ -375,19 +375,19 @@ mod painted {
     }
 
     #[test]
-    fn a_kerb_is_grey_and_broad_and_what_is_unknown_stands_out() {
+    fn a_kerb_is_grey_and_an_unknown_marking_is_magenta() {
         let line = vec![(0.0, HALF), (20.0, HALF)];
         assert_eq!(strokes(&[(0.0, &[Kind::Kerb])]), [(Kind::Kerb, Colour::Grey, line.clone())]);
         assert_eq!(strokes(&[(0.0, &[Kind::Unknown])]), [(Kind::Unknown, Colour::Magenta, line)]);
         assert_eq!(strokes(&[(0.0, &[Kind::Virtual])]), []);
-        let weave = |kind| {
+        let stitching = |kind| {
             let marking = Marking { station: 0.0, kinds: vec![kind] };
             let lane = lane(&[(0.0, 0.0), (20.0, 0.0)]).painted([Vec::new(), vec![marking]]).unwrap();
-            let weave = LaneStitching::new([(A, lane)]);
-            weave.get(A).unwrap().strokes().iter().map(|s| (s.side, s.breadth)).next().unwrap()
+            let stitching = LaneStitching::new([(A, lane)]);
+            stitching.get(A).unwrap().strokes().iter().map(|s| (s.side, s.breadth)).next().unwrap()
         };
-        assert_eq!(weave(Kind::Kerb).0, 1);
-        assert!(weave(Kind::Kerb).1 > weave(Kind::Solid(Paint::White)).1);
+        assert_eq!(stitching(Kind::Kerb).0, 1);
+        assert!(stitching(Kind::Kerb).1 > stitching(Kind::Solid(Paint::White)).1);
     }
 
     #[test]
@@ -403,8 +403,8 @@ mod painted {
     fn pieces_bend_with_the_bound() {
         let marking = Marking { station: 5.0, kinds: vec![Kind::Solid(Paint::White)] };
         let lane = lane(&[(0.0, 0.0), (10.0, 0.0), (10.0, -20.0)]).painted([vec![marking], Vec::new()]).unwrap();
-        let weave = LaneStitching::new([(A, lane)]);
-        let line = weave.get(A).unwrap().strokes().iter().next().unwrap().line.to_vec();
+        let stitching = LaneStitching::new([(A, lane)]);
+        let line = stitching.get(A).unwrap().strokes().iter().next().unwrap().line.to_vec();
         assert_eq!(line, [(5.0, HALF), (11.75, HALF), (11.75, -20.0)].map(|(x, y)| Point::new(x, y)));
     }
 
@@ -412,11 +412,11 @@ mod painted {
     fn paint_runs_from_joint_to_joint() {
         let solid = || vec![Marking { station: 0.0, kinds: vec![Kind::Solid(Paint::White)] }];
         let painted = |lane: Lane| lane.painted([solid(), solid()]).unwrap();
-        let weave = LaneStitching::new([(A, painted(coming(2))), (B, painted(leaving(40.0, 2)))]);
+        let stitching = LaneStitching::new([(A, painted(coming(2))), (B, painted(leaving(40.0, 2)))]);
         for side in [0, 1] {
-            let line = |id| weave.get(id).unwrap().strokes().iter().nth(side).unwrap().line.to_vec();
-            assert_eq!(line(A).last(), Some(&shared(&weave, side)));
-            assert_eq!(line(B).first(), Some(&shared(&weave, side)));
+            let line = |id| stitching.get(id).unwrap().strokes().iter().nth(side).unwrap().line.to_vec();
+            assert_eq!(line(A).last(), Some(&shared(&stitching, side)));
+            assert_eq!(line(B).first(), Some(&shared(&stitching, side)));
         }
     }
 

@@ -15,7 +15,7 @@ pub fn fixed(number: f64, decimals: usize) -> String {
 
 /// Appends a number with this many decimals (at most 15), -0 as 0.
 #[inline]
-pub(crate) fn put_fixed(out: &mut Vec<u8>, number: f64, decimals: usize) {
+pub(super) fn put_fixed(out: &mut Vec<u8>, number: f64, decimals: usize) {
     /// Whole numbers up to here are exact in a double.
     const EXACT: f64 = 9e15;
     let steps = number.abs() * TENS[decimals.min(15)];

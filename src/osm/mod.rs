@@ -14,7 +14,6 @@ mod write;
 
 pub use crate::text::Text;
 pub use digits::fixed;
-pub(crate) use digits::put_fixed;
 pub use edit::{attribute, kept, moved};
 pub use error::ReadError;
 pub use load::load;

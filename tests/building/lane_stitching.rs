@@ -54,7 +54,7 @@ impl Sketch {
             Marking { station, kinds: vec![KINDS[kind]] }
         };
         let side: Vec<Marking> = self.kinds.iter().map(&mut marking).collect();
-        Some(lane.unwrap().hung_on(self.nodes).painted([side.clone(), side]).unwrap())
+        Some(lane.unwrap().on_nodes(self.nodes).painted([side.clone(), side]).unwrap())
     }
 }
 

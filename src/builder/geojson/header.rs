@@ -1,4 +1,4 @@
-//! What the file says about itself: the plane its metres lie in, the side people drive on.
+//! The header of the file: its projector, country and driving side.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use crate::builder::tags::road_class::DrivingSide;
 use crate::osm::Text;
 use crate::projection::{LonLat, Projector};
 
-/// Version of the file's shape.
+/// Version of the file format.
 pub const FORMAT: u32 = 1;
 
 /// The member `lanewright` of the collection.
@@ -33,7 +33,7 @@ impl Header {
     }
 }
 
-/// A projector in the words of `map_projector_info.yaml`.
+/// A projector as in `map_projector_info.yaml`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(tag = "projector_type")]
 pub enum ProjectorShape {
@@ -85,7 +85,11 @@ impl ProjectorShape {
         })
     }
 
-    /// The projector; says what is wrong with the grid if there is no such.
+    /// The projector.
+    ///
+    /// # Errors
+    ///
+    /// The MGRS grid does not exist.
     pub fn projector(&self) -> Result<Projector, String> {
         Ok(match self {
             Self::Mgrs { mgrs_grid } => Projector::mgrs(mgrs_grid.parse().map_err(|e| format!("mgrs_grid: {e}"))?),

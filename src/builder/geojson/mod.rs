@@ -1,20 +1,20 @@
-//! Streets as GeoJSON: roads, lanes and intersections, for other tools to draw and measure, and for `build` to read
-//! back. `docs/geometry.md` describes the file.
+//! Streets as GeoJSON: roads, lanes and intersections. Other tools draw and measure the file, and `build` reads it back.
+//! `docs/geometry.md` describes it.
 //!
-//! What is read back is what was written, to the bit: places lie on a grid ([`super::streets::snap_grid`]) that nine decimals of a
-//! degree can tell apart. Files from elsewhere may leave out almost everything; what is assumed then is noted.
+//! Reading gives back exactly what was written: positions lie on a grid ([`super::streets::snap_grid`]) coarser than nine
+//! decimals of a degree. Files of other tools may omit most properties; each assumption becomes a note.
 
+mod encoding;
 mod error;
 mod header;
 mod id;
-mod number_format;
+
 mod parse;
 mod read_intersections;
 mod read_network;
 mod read_outlines;
 mod read_road;
 mod schema;
-mod split_features;
 mod values;
 mod write;
 
@@ -33,7 +33,11 @@ pub fn is_json(bytes: &[u8]) -> bool {
     text.iter().find(|b| !b.is_ascii_whitespace()).is_some_and(|b| matches!(b, b'{' | b'['))
 }
 
-/// Reads streets. What the options say of the driving side and the projector goes before what the file says.
+/// Reads streets. The driving side and the projector of the options go before those of the file.
+///
+/// # Errors
+///
+/// The text is no GeoJSON of streets; the error gives the place in the text.
 pub fn read(text: &str, options: &BuildOptions) -> Result<Plan, ReadError> {
     let parsed = parse::parse(text, options.projector)?;
     let mut notes = Vec::new();

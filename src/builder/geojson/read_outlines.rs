@@ -1,4 +1,4 @@
-//! The outlines of a file: cuts and kerbs found again on its polygons, and those it lacks computed.
+//! Reads the outlines of a file: finds cuts and kerbs on its polygons, and computes missing outlines.
 
 use crate::builder::network::{End, Intersection, IntersectionIx, Road, RoadEnd, RoadNetwork, Stations};
 use crate::builder::streets::outline::{
@@ -9,10 +9,10 @@ use crate::geometry::{Point, Polyline, left_of, polygon, segment_crossing};
 
 use super::values::{Rings, cut_of, ring};
 
-/// A vertex of a polygon this near, metres, to the end of a cut is that end.
-const SAME: f64 = 1e-3;
+/// A vertex of a polygon within this distance, metres, of the end of a cut is that end.
+const TOLERANCE: f64 = 1e-3;
 
-/// The outline of every intersection and what remains of every road.
+/// The outline of every intersection and the rest of every road.
 pub fn outlines(
     network: &RoadNetwork,
     rings: &Rings<'_>,
@@ -53,14 +53,14 @@ pub fn outlines(
     Outlines { kept, intersections }
 }
 
-/// What the file says remains of a road.
+/// The rest of a road by the file.
 fn said(rings: &Rings<'_>, index: usize, road: &Road) -> Option<[f64; 2]> {
     let shape = rings.roads[index];
     let trims = || Some([shape.trim_start?, road.line.length() - shape.trim_end?]);
     shape.kept.or_else(trims).filter(|kept| kept.iter().all(|station| station.is_finite()))
 }
 
-/// Where a road that begins inside a polygon leaves it; its end if it begins outside.
+/// The station, metres, at which a road that begins inside a polygon leaves it; that of its end if it begins outside.
 fn exit(road: &Road, end: End, ring: &[Point]) -> f64 {
     let length = road.line.length();
     let outwards = if end == End::Start { road.line.clone() } else { road.line.reversed() };
@@ -109,15 +109,15 @@ fn outline(
     Outline { case, cuts, corners, ring: ring.to_vec() }
 }
 
-/// The cut across a road's end, seen looking into the intersection: between the places that the file gives, or straight
-/// across the line.
+/// The cut across a road end, seen looking into the intersection: between the points of the file, else straight across the
+/// centre line.
 fn across(road: &Road, at: RoadEnd, kept: Stations, said: Option<[Point; 2]>) -> OutlineCut {
     let station = kept[usize::from(at.end == End::End)];
     let along = road.line.direction(station);
     let inward = if at.end == End::Start { -along } else { along };
     let (middle, half) = (road.line.at(station), left_of(inward) * road.half_width());
     let [left, right] = match said {
-        // Whoever wrote the file may have looked the other way.
+        // Other tools may give the points in the other order.
         Some([a, b]) if (a - b).dot(&half) < 0.0 => [b, a],
         Some([a, b]) => [a, b],
         None => [middle + half, middle - half],
@@ -125,7 +125,7 @@ fn across(road: &Road, at: RoadEnd, kept: Stations, said: Option<[Point; 2]>) ->
     OutlineCut { at, left, right }
 }
 
-/// The part of a clockwise ring from one place on it to the next, both included.
+/// The part of a clockwise ring between two points on it, both included.
 fn kerb(ring: &[Point], from: Point, to: Point) -> Vec<Point> {
     let mut chain = vec![from];
     if let (Some(first), Some(last)) = (vertex(ring, from), vertex(ring, to)) {
@@ -136,8 +136,8 @@ fn kerb(ring: &[Point], from: Point, to: Point) -> Vec<Point> {
     chain
 }
 
-/// The vertex of a ring at a place.
+/// The vertex of a ring at a point.
 fn vertex(ring: &[Point], at: Point) -> Option<usize> {
     let nearest = (0..ring.len()).min_by(|&a, &b| (ring[a] - at).norm().total_cmp(&(ring[b] - at).norm()))?;
-    ((ring[nearest] - at).norm() <= SAME).then_some(nearest)
+    ((ring[nearest] - at).norm() <= TOLERANCE).then_some(nearest)
 }

@@ -6,8 +6,8 @@ use crate::builder::tags::cross_section::{Arrows, StripKind, Travel};
 use crate::builder::tags::road_class::RoadClass;
 use crate::osm::{Tags, Text};
 
+use super::encoding::{arrow_names, tag_map};
 use super::id::{FeatureId, FeaturePlace};
-use super::number_format::{arrow_names, tag_map};
 
 use serde::{Deserialize, Serialize};
 
@@ -49,7 +49,7 @@ pub enum Type {
     Intersection,
 }
 
-/// A number, or a list of them.
+/// A level, or a list of levels.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Levels {
@@ -130,7 +130,7 @@ pub struct EndShape {
     pub pts: Vec<FeaturePlace>,
 }
 
-/// What tells a road from every other, whatever else the input says.
+/// The key of a road: no other road has it, and it stays the same when the input changes elsewhere.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct KeyShape {
     pub way: i64,
@@ -170,13 +170,13 @@ pub struct FurnitureShape {
     pub station: f64,
     #[serde(default)]
     pub node: i64,
-    /// Of lights and signs: whom they face.
+    /// The direction of the traffic that a light or sign faces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub travel: Option<Travel>,
-    /// Of crossings: lights.
+    /// Whether a crossing has lights.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub signals: Option<bool>,
-    /// Of crossings: paint.
+    /// Whether a crossing is painted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub marked: Option<bool>,
 }
@@ -195,7 +195,7 @@ pub struct LaneShape {
     #[serde(default)]
     pub layer: Option<Levels>,
     #[serde(rename = "kind", default = "drive")]
-    pub used: StripKind,
+    pub strip: StripKind,
     #[serde(default)]
     pub travel: Option<Travel>,
     #[serde(default)]
@@ -204,22 +204,22 @@ pub struct LaneShape {
     pub width_guessed: bool,
     #[serde(default, with = "arrow_names", skip_serializing_if = "no_arrows")]
     pub arrows: Arrows,
-    #[serde(default, skip_serializing_if = "is_silent")]
+    #[serde(default, skip_serializing_if = "is_untagged")]
     pub change: [Option<bool>; 2],
 }
 
-/// A lane of a road that is no feature of its own.
+/// A lane that is no feature of its own.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct StripShape {
     #[serde(rename = "kind", default = "drive")]
-    pub used: StripKind,
+    pub strip: StripKind,
     pub travel: Travel,
     pub width: f64,
     #[serde(default)]
     pub width_guessed: bool,
     #[serde(default, with = "arrow_names", skip_serializing_if = "no_arrows")]
     pub arrows: Arrows,
-    #[serde(default, skip_serializing_if = "is_silent")]
+    #[serde(default, skip_serializing_if = "is_untagged")]
     pub change: [Option<bool>; 2],
 }
 
@@ -231,7 +231,7 @@ fn no_arrows(arrows: &Arrows) -> bool {
     arrows.is_none()
 }
 
-fn is_silent(change: &[Option<bool>; 2]) -> bool {
+fn is_untagged(change: &[Option<bool>; 2]) -> bool {
     *change == [None, None]
 }
 
@@ -278,7 +278,7 @@ pub struct IntersectionShape {
     pub islands: Vec<IslandShape>,
 }
 
-/// Ground that nobody drives on.
+/// An island: ground inside an intersection on which nobody drives.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct IslandShape {
     #[serde(default)]
@@ -315,7 +315,7 @@ pub struct RestrictionShape {
     pub only: bool,
 }
 
-/// Lanes of one road that lead to lanes of another.
+/// The lanes of one road that lead to lanes of another.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct ConnectionShape {
     #[serde(default)]
@@ -325,9 +325,9 @@ pub struct ConnectionShape {
     pub lanes: Vec<[usize; 2]>,
 }
 
-/// Everything that holds places, so that all of a file can be moved to another plane at once.
+/// A type that holds positions. All positions of a file are projected at once.
 pub trait Placed {
-    /// Hands out every place.
+    /// Calls `visit` with every position.
     fn each_place<'a>(&'a mut self, visit: &mut dyn FnMut(&'a mut FeaturePlace));
 }
 
@@ -348,10 +348,6 @@ impl Placed for RoadShape {
         self.centerline.iter_mut().for_each(&mut *visit);
         self.ends.iter_mut().flat_map(|end| &mut end.pts).for_each(visit);
     }
-}
-
-impl Placed for LaneShape {
-    fn each_place<'a>(&'a mut self, _: &mut dyn FnMut(&'a mut FeaturePlace)) {}
 }
 
 impl Placed for IntersectionShape {

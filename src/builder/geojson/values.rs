@@ -1,4 +1,4 @@
-//! Single values of features in the units of a network.
+//! Conversion of feature properties to the types of a network.
 
 use crate::builder::ids::{Ids, Key};
 use crate::builder::network::End;
@@ -9,13 +9,13 @@ use super::id::{FeatureId, FeaturePlace};
 use super::parse::Spanned;
 use super::schema::{EndShape, Feature, Geometry, IntersectionShape, RoadShape, StripShape};
 
-/// Per road and per intersection of the network, what the file says of its outline.
+/// The features of the roads and intersections of a network, in its order.
 pub struct Rings<'a> {
     pub roads: Vec<&'a RoadShape>,
     pub intersections: Vec<Option<&'a Feature<IntersectionShape>>>,
 }
 
-/// An intersection before its roads are known.
+/// An intersection of which the roads are not read yet.
 pub struct Node<'a> {
     pub id: FeatureId,
     pub nodes: Vec<i64>,
@@ -26,17 +26,17 @@ pub fn point(place: &FeaturePlace) -> Point {
     Point::new(place.0[0], place.0[1])
 }
 
-/// The vertices of a road's centre line: the property, else the geometry if that is a line.
+/// The vertices of the centre line: the property `centerline`, else the geometry if it is a LineString.
 pub fn points_of(road: &Feature<RoadShape>) -> Vec<Point> {
-    let own = &road.properties.centerline;
+    let property = &road.properties.centerline;
     let line = match &road.geometry {
-        Some(Geometry::LineString(line)) if own.is_empty() => line,
-        _ => own,
+        Some(Geometry::LineString(line)) if property.is_empty() => line,
+        _ => property,
     };
     line.iter().map(point).collect()
 }
 
-/// The outer ring of a polygon, clockwise and not closed; of several the largest.
+/// The outer ring of the largest polygon, clockwise and not closed.
 pub fn ring(geometry: Option<&Geometry>) -> Vec<Point> {
     let outer = |rings: &Vec<Vec<FeaturePlace>>| {
         let mut ring: Vec<Point> = rings.first().into_iter().flatten().map(point).collect();
@@ -51,19 +51,17 @@ pub fn ring(geometry: Option<&Geometry>) -> Vec<Point> {
     match geometry {
         Some(Geometry::Polygon(rings)) => outer(rings),
         Some(Geometry::MultiPolygon(parts)) => {
-            let rings = parts.iter().map(outer);
-            rings
-                .max_by(|a, b| polygon::signed_area(a).abs().total_cmp(&polygon::signed_area(b).abs()))
-                .unwrap_or_default()
+            let area = |ring: &[Point]| polygon::signed_area(ring).abs();
+            parts.iter().map(outer).max_by(|a, b| area(a).total_cmp(&area(b))).unwrap_or_default()
         }
         Some(Geometry::LineString(_)) | None => Vec::new(),
     }
 }
 
-/// The place of an intersection: as it says, else the middle of its corners.
+/// The position of an intersection: the property, else the mean of its corners.
 pub fn centre(intersection: &Feature<IntersectionShape>) -> Option<Point> {
-    let own = intersection.properties.position.as_ref().map(point);
-    own.or_else(|| mean(&ring(intersection.geometry.as_ref())))
+    let property = intersection.properties.position.as_ref().map(point);
+    property.or_else(|| mean(&ring(intersection.geometry.as_ref())))
 }
 
 pub fn mean(points: &[Point]) -> Option<Point> {
@@ -71,30 +69,30 @@ pub fn mean(points: &[Point]) -> Option<Point> {
     (!points.is_empty()).then(|| Point::from(sum / points.len() as f64))
 }
 
-/// A number for something that OpenStreetMap does not know, the same in every build.
+/// A number for an element without an OpenStreetMap id. It is the same in every build.
 pub fn number(part: &str, name: &str) -> i64 {
     Ids::default().claim(Key::new(part).word(name), |_| false)
 }
 
-/// The cut that the file gives for one end of a road: its ends, in the order of the file.
-pub fn cut_of(shape: &RoadShape, end: End, at: Option<&FeatureId>) -> Option<[Point; 2]> {
+/// The end points of the cut at one end of a road, in the order of the file.
+pub fn cut_of(shape: &RoadShape, end: End, intersection: Option<&FeatureId>) -> Option<[Point; 2]> {
     let pair = |end: &EndShape| match end.pts.as_slice() {
         [a, b] => Some([point(a), point(b)]),
         _ => None,
     };
-    let own = match (shape.ends.as_slice(), end) {
+    let found = match (shape.ends.as_slice(), end) {
         ([start, end_], _) if start.int == shape.src && end_.int == shape.dst => {
             Some(if end == End::Start { start } else { end_ })
         }
-        (ends, _) => ends.iter().find(|e| e.int.is_some() && e.int.as_ref() == at),
+        (ends, _) => ends.iter().find(|e| e.int.is_some() && e.int.as_ref() == intersection),
     };
-    own.and_then(pair)
+    found.and_then(pair)
 }
 
-/// The cross-section of lanes that are no features of their own.
+/// The cross-section of an inner road.
 pub fn section_of(lanes: &[StripShape]) -> CrossSection {
     let strip = |lane: &StripShape| Strip {
-        kind: lane.used,
+        kind: lane.strip,
         travel: lane.travel,
         width: lane.width,
         arrows: lane.arrows,

@@ -1,4 +1,4 @@
-//! Streets to GeoJSON, one feature a line.
+//! Writes streets as GeoJSON, one feature per line.
 
 use std::io::{self, Write};
 use std::ops::Range;
@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::builder::network::{
-    End, Feature as Furniture, FeatureKind, Intersection, IntersectionIx, Island, LaneConnection, Road, RoadEnd,
-    RoadIx, RoadKey, RoadNetwork, TurnRestriction,
+    End, Feature as Furniture, FeatureKind, InnerRoad, Intersection, IntersectionIx, Island, LaneConnection, Road,
+    RoadEnd, RoadIx, RoadKey, RoadNetwork, TurnRestriction,
 };
 use crate::builder::streets::outline::{MITER_LIMIT, Outline, OutlineCase, Outlines};
 use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind};
@@ -17,73 +17,77 @@ use crate::osm::Text;
 use crate::parallel::Finely;
 use crate::projection::{LonLat, Projector};
 
+use super::encoding::{EncodedPositions, rounded};
 use super::header::Header;
 use super::id::{FeatureId, FeaturePlace};
-use super::number_format::{Spelling, Spelt, rounded};
 use super::schema::{
     ArmShape, ConnectionShape, EndShape, Feature, FurnitureKind, FurnitureShape, Geometry, InnerShape,
     IntersectionShape, IslandShape, LaneShape, Levels, Placed, RestrictionShape, RoadShape, StripShape, Type,
 };
 
-/// Why there is no file.
+/// Why a file cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
-    /// A place has no longitude and latitude.
+    /// A position has no longitude and latitude.
     #[error("the projection {0} has no longitude and latitude for some of the streets")]
     OutOfReach(&'static str),
     /// A number is not finite.
     #[error("a number of the streets cannot be written: {0}")]
     Number(#[from] serde_json::Error),
-    /// The output takes no more.
+    /// The output failed.
     #[error(transparent)]
     Output(#[from] io::Error),
 }
 
-/// Roads or intersections that one thread writes at a time.
+/// The number of roads or intersections that one thread encodes at a time.
 const CHUNK: usize = 16;
-/// Chunks whose text is made while that of as many others is written.
+/// The number of chunks that are encoded while the batch before is written.
 const BATCH: usize = 32;
-/// What stands between two features.
-const BETWEEN: &[u8] = b",\n";
-/// Lengths and widths that only tell are written to a tenth of a millimetre; what is built from is written in full.
+/// The text between two features.
+const SEPARATOR: &[u8] = b",\n";
+/// Lengths and widths that `build` does not read are rounded to a tenth of a millimetre.
 const PER_METRE: f64 = 1e4;
 
-/// Writes the whole file: `projector` gives longitude and latitude to what lies in its plane.
+/// Writes the file. `projector` turns metres into longitude and latitude.
+///
+/// # Errors
+///
+/// The output fails, a number is not finite, or a position lies outside the projection.
 pub fn write(
     network: &RoadNetwork,
     outlines: &Outlines,
     projector: &Projector,
     mut out: impl Write + Send,
 ) -> Result<(), WriteError> {
-    let restrictions = by_place(network, &network.restrictions, |restriction| restriction.from);
-    let connections = by_place(network, &network.connections, |connection| connection.from);
+    let restrictions = by_intersection(network, &network.restrictions, |restriction| restriction.from);
+    let connections = by_intersection(network, &network.connections, |connection| connection.from);
     let ids = network.roads.par_iter().finely().map(|road| road_id(&road.key)).collect();
     let streets = &Streets { network, outlines, projector, ids, restrictions, connections };
     out.write_all(b"{\"type\":\"FeatureCollection\",\"lanewright\":")?;
     out.write_all(&serde_json::to_vec(&Header::new(network, projector))?)?;
     out.write_all(b",\"features\":[\n")?;
     let roads = chunks(network.roads.len()).map(Chunk::Roads);
-    let all: Vec<Chunk> = roads.chain(chunks(network.intersections.len()).map(Chunk::Intersections)).collect();
-    // What is made is written while what follows is made, in the memory of what was written before.
+    let chunks: Vec<Chunk> = roads.chain(chunks(network.intersections.len()).map(Chunk::Intersections)).collect();
+    // One batch is written while the next is encoded. The two sets of buffers are used in turn.
     let [mut ready, mut next] = [(); 2].map(|()| vec![Vec::new(); BATCH]);
-    let mut made = 0;
-    for batch in all.chunks(BATCH) {
-        let make = || batch.par_iter().finely().zip(&mut next).try_for_each(|(chunk, out)| streets.put(chunk, out));
-        let (written, done) = rayon::join(|| ready[..made].iter().try_for_each(|text| out.write_all(text)), make);
+    let mut count = 0;
+    for batch in chunks.chunks(BATCH) {
+        let encode = || batch.par_iter().finely().zip(&mut next).try_for_each(|(chunk, out)| streets.put(chunk, out));
+        let (written, encoded) = rayon::join(|| ready[..count].iter().try_for_each(|text| out.write_all(text)), encode);
         written?;
-        done?;
+        encoded?;
         std::mem::swap(&mut ready, &mut next);
-        made = batch.len();
+        count = batch.len();
     }
-    if let Some(last) = ready[..made].last_mut() {
-        last.truncate(last.len() - BETWEEN.len());
+    if let Some(last) = ready[..count].last_mut() {
+        last.truncate(last.len() - SEPARATOR.len());
     }
-    ready[..made].iter().try_for_each(|text| out.write_all(text))?;
+    ready[..count].iter().try_for_each(|text| out.write_all(text))?;
     out.write_all(b"\n]}\n")?;
     Ok(out.flush()?)
 }
 
-/// Features whose text is made at once.
+/// Features that one thread encodes at a time.
 enum Chunk {
     Roads(Range<usize>),
     Intersections(Range<usize>),
@@ -93,33 +97,33 @@ fn chunks(count: usize) -> impl Iterator<Item = Range<usize>> {
     (0..count).step_by(CHUNK).map(move |start| start..(start + CHUNK).min(count))
 }
 
-/// What is written; restrictions and connections of lanes by the intersection where they begin.
+/// The streets to write. Restrictions and lane connections are sorted by the intersection at which they begin.
 struct Streets<'a> {
     network: &'a RoadNetwork,
     outlines: &'a Outlines,
     projector: &'a Projector,
-    /// Of each road.
+    /// The id of each road.
     ids: Vec<FeatureId>,
     restrictions: FxHashMap<IntersectionIx, Vec<&'a TurnRestriction>>,
     connections: FxHashMap<IntersectionIx, Vec<&'a LaneConnection>>,
 }
 
-/// What begins at each intersection.
-fn by_place<'a, T>(
+/// Sorts items by the intersection at the road end where they begin.
+fn by_intersection<'a, T>(
     network: &RoadNetwork,
-    all: &'a [T],
+    items: &'a [T],
     from: impl Fn(&T) -> RoadEnd,
 ) -> FxHashMap<IntersectionIx, Vec<&'a T>> {
     let mut found: FxHashMap<IntersectionIx, Vec<&T>> = FxHashMap::default();
-    for one in all {
-        let RoadEnd { road, end } = from(one);
-        found.entry(network.road(road).intersection(end)).or_default().push(one);
+    for item in items {
+        let RoadEnd { road, end } = from(item);
+        found.entry(network.road(road).intersection(end)).or_default().push(item);
     }
     found
 }
 
 impl Streets<'_> {
-    /// Writes features in the place of an older text, each with what parts it from the next.
+    /// Replaces `out` by the text of a chunk, with a separator after each feature.
     fn put(&self, chunk: &Chunk, out: &mut Vec<u8>) -> Result<(), WriteError> {
         out.clear();
         match chunk {
@@ -130,7 +134,7 @@ impl Streets<'_> {
 
     fn put_roads(&self, range: Range<usize>, out: &mut Vec<u8>) -> Result<(), WriteError> {
         let mut roads: Vec<(Feature<RoadShape>, Edges)> = Vec::with_capacity(range.len());
-        // Neighbouring lanes share an edge, and the outermost edges are those of the road: each is located and spelt once.
+        // Neighbouring lanes share an edge, and the road shares its outermost edges: each is projected and encoded once.
         let mut points: Vec<Point> = Vec::new();
         for i in range.clone() {
             let road = &self.network.roads[i];
@@ -145,11 +149,12 @@ impl Streets<'_> {
         }
         let mut places: Vec<&mut FeaturePlace> = Vec::new();
         roads.iter_mut().for_each(|(road, _)| road.each_place(&mut |p| places.push(p)));
-        locate(self.projector, places)?;
-        let mut spelt = Spelt::default();
-        located(self.projector, &points).try_for_each(|place| Ok::<(), WriteError>(spelt.push(place?)?))?;
+        to_degrees(self.projector, places)?;
+        let mut positions = EncodedPositions::default();
+        degrees(self.projector, &points).try_for_each(|place| Ok::<(), WriteError>(positions.push(place?)?))?;
         for (i, (road, edges)) in range.zip(roads) {
-            let between = |left: usize, right: usize| Some((&spelt, [edges[left].as_ref()?, edges[right].as_ref()?]));
+            let between =
+                |left: usize, right: usize| Some((&positions, [edges[left].as_ref()?, edges[right].as_ref()?]));
             let last = edges.len() - 1;
             put(out, &road, between(0, last))?;
             for lane in 0..last {
@@ -164,7 +169,7 @@ impl Streets<'_> {
             range.map(|i| self.intersection(IntersectionIx(i as u32), &self.outlines.intersections[i])).collect();
         let mut places: Vec<&mut FeaturePlace> = Vec::new();
         features.iter_mut().for_each(|feature| feature.each_place(&mut |p| places.push(p)));
-        locate(self.projector, places)?;
+        to_degrees(self.projector, places)?;
         features.iter().try_for_each(|feature| put(out, feature, None))?;
         Ok(())
     }
@@ -181,10 +186,10 @@ impl Streets<'_> {
             osm_ids: road.ways.clone(),
             drive: true,
             layer: Some(Levels::One(road.level)),
-            width: Some(told(half * 2.0)),
-            length: Some(told(line.map_or(0.0, Polyline::length))),
-            trim_start: Some(told(from)),
-            trim_end: Some(told(road.line.length() - to)),
+            width: Some(rounded_metres(half * 2.0)),
+            length: Some(rounded_metres(line.map_or(0.0, Polyline::length))),
+            trim_start: Some(rounded_metres(from)),
+            trim_end: Some(rounded_metres(road.line.length() - to)),
             oblivion: line.is_none(),
             ends: ends.into(),
             name: road.name.clone(),
@@ -203,13 +208,13 @@ impl Streets<'_> {
         Feature::new(shape, None)
     }
 
-    /// The cut across one end of a road, its left end first for someone who looks into the intersection.
+    /// The cut across one end of a road. Its left end, seen looking into the intersection, comes first.
     fn end(&self, ix: RoadIx, end: End) -> EndShape {
-        let at = self.network.road(ix).intersection(end);
-        let cuts = &self.outlines.intersections[at.0 as usize].cuts;
+        let intersection = self.network.road(ix).intersection(end);
+        let cuts = &self.outlines.intersections[intersection.0 as usize].cuts;
         let cut = cuts.iter().find(|cut| cut.at == RoadEnd { road: ix, end });
         EndShape {
-            int: Some(intersection_id(self.network, at)),
+            int: Some(intersection_id(self.network, intersection)),
             pts: cut.map_or_else(Vec::new, |cut| places(&[cut.left, cut.right])),
         }
     }
@@ -228,7 +233,7 @@ impl Streets<'_> {
             index: Some(index as u32),
             drive: for_motor_traffic(kind),
             layer: Some(Levels::One(road.level)),
-            used: kind,
+            strip: kind,
             travel: Some(travel),
             width: Some(width),
             width_guessed,
@@ -243,11 +248,6 @@ impl Streets<'_> {
         let mut layers: Vec<f64> = intersection.arms.iter().map(|arm| network.road(arm.road).level).collect();
         layers.sort_by(f64::total_cmp);
         layers.dedup();
-        let index = |at: &RoadEnd| intersection.arms.iter().position(|arm| arm == at);
-        let passages = intersection
-            .passages
-            .as_ref()
-            .map(|passages| passages.iter().filter_map(|(from, to)| Some([index(from)?, index(to)?])).collect());
         let restrictions = self.restrictions.get(&ix).into_iter().flatten();
         let connections = self.connections.get(&ix).into_iter().flatten();
         let shape = IntersectionShape {
@@ -266,7 +266,7 @@ impl Streets<'_> {
             circle: intersection.circle.clone(),
             position: Some(place(intersection.position)),
             arms: intersection.arms.iter().map(|arm| self.arm(*arm)).collect(),
-            passages,
+            passages: passages(intersection),
             inner: inner(intersection),
             restrictions: restrictions.map(|r| self.restriction(r)).collect(),
             connections: connections.map(|c| self.connection(c)).collect(),
@@ -275,8 +275,8 @@ impl Streets<'_> {
         Feature::new(shape, polygon(&outline.ring))
     }
 
-    fn arm(&self, at: RoadEnd) -> ArmShape {
-        ArmShape { road: self.id(at.road), end: at.end }
+    fn arm(&self, RoadEnd { road, end }: RoadEnd) -> ArmShape {
+        ArmShape { road: self.id(road), end }
     }
 
     fn connection(&self, connection: &LaneConnection) -> ConnectionShape {
@@ -299,37 +299,37 @@ impl Streets<'_> {
     }
 }
 
-/// Writes a feature, with the ground between two edges where it has no geometry of its own.
+/// Writes a feature and a separator. `polygon` is its geometry if it has none yet: the ground between two edges.
 fn put(
     out: &mut Vec<u8>,
     feature: &impl serde::Serialize,
-    ground: Option<(&Spelt, [&Range<usize>; 2])>,
+    polygon: Option<(&EncodedPositions, [&Range<usize>; 2])>,
 ) -> serde_json::Result<()> {
-    feature.serialize(&mut serde_json::Serializer::with_formatter(&mut *out, Spelling::default()))?;
-    if let Some((spelt, edges)) = ground {
-        spelt.put_ground(out, edges);
+    serde_json::to_writer(&mut *out, feature)?;
+    if let Some((positions, edges)) = polygon {
+        positions.put_polygon(out, edges);
     }
-    out.extend(BETWEEN);
+    out.extend(SEPARATOR);
     Ok(())
 }
 
 /// Turns metres into degrees, all at once.
-fn locate(projector: &Projector, places: Vec<&mut FeaturePlace>) -> Result<(), WriteError> {
+fn to_degrees(projector: &Projector, places: Vec<&mut FeaturePlace>) -> Result<(), WriteError> {
     let points: Vec<Point> = places.iter().map(|FeaturePlace([x, y])| Point::new(*x, *y)).collect();
-    places.into_iter().zip(located(projector, &points)).try_for_each(|(place, found)| {
+    places.into_iter().zip(degrees(projector, &points)).try_for_each(|(place, found)| {
         let LonLat { lon, lat } = found?;
         *place = FeaturePlace([lon, lat].map(rounded));
         Ok(())
     })
 }
 
-/// The places of points, in degrees.
-fn located(projector: &Projector, points: &[Point]) -> impl Iterator<Item = Result<LonLat, WriteError>> {
+/// The longitudes and latitudes of points.
+fn degrees(projector: &Projector, points: &[Point]) -> impl Iterator<Item = Result<LonLat, WriteError>> {
     let name = projector.name();
     projector.inverse_each(points, |_| 0.0).into_iter().map(move |found| found.ok_or(WriteError::OutOfReach(name)))
 }
 
-fn told(metres: f64) -> f64 {
+fn rounded_metres(metres: f64) -> f64 {
     (metres * PER_METRE).round() / PER_METRE
 }
 
@@ -341,7 +341,7 @@ fn places(points: &[Point]) -> Vec<FeaturePlace> {
     points.iter().copied().map(place).collect()
 }
 
-/// From a clockwise ring that is not closed to one that is and runs counter-clockwise, as GeoJSON wants it.
+/// The polygon of a clockwise ring that is not closed. GeoJSON (RFC 7946, 3.1.6) wants it closed and counter-clockwise.
 fn polygon(ring: &[Point]) -> Option<Geometry> {
     let mut closed = Vec::with_capacity(ring.len() + 1);
     closed.extend(ring.iter().rev().copied().map(place));
@@ -349,7 +349,7 @@ fn polygon(ring: &[Point]) -> Option<Geometry> {
     (closed.len() > 3).then_some(Geometry::Polygon(vec![closed]))
 }
 
-/// The edges of a road's cross-section along it, left to right, by their points among all; `None` where nothing is left of it.
+/// The edges of a road's cross-section from left to right, as ranges of points; `None` if an edge has no points.
 type Edges = Vec<Option<Range<usize>>>;
 
 /// The id of a road in the file.
@@ -357,10 +357,17 @@ pub fn road_id(key: &RoadKey) -> FeatureId {
     FeatureId(Text::from(key.to_string()))
 }
 
-/// The id of an intersection in the file: its smallest node.
+/// The id of an intersection in the file: its smallest node id.
 pub fn intersection_id(network: &RoadNetwork, ix: IntersectionIx) -> FeatureId {
     let node = network.intersection(ix).nodes.first();
     FeatureId(node.map_or_else(|| Text::from(format!("#{}", ix.0)), |node| Text::from(node.to_string())))
+}
+
+/// The pairs of arms between which traffic passes, as indices of arms.
+fn passages(intersection: &Intersection) -> Option<Vec<[usize; 2]>> {
+    let index = |end: &RoadEnd| intersection.arms.iter().position(|arm| arm == end);
+    let passages = intersection.passages.as_ref()?;
+    Some(passages.iter().filter_map(|(from, to)| Some([index(from)?, index(to)?])).collect())
 }
 
 fn for_motor_traffic(kind: StripKind) -> bool {
@@ -381,14 +388,14 @@ fn furniture(feature: &Furniture) -> FurnitureShape {
 }
 
 fn inner(intersection: &Intersection) -> Vec<InnerShape> {
-    let inner = intersection.inner.iter().map(|inner| InnerShape {
+    let shape = |inner: &InnerRoad| InnerShape {
         key: inner.key.into(),
         osm_ids: inner.ways.clone(),
         centerline: places(inner.line.points()),
         lanes: strips(&inner.section),
         roundabout: inner.roundabout,
-    });
-    inner.collect()
+    };
+    intersection.inner.iter().map(shape).collect()
 }
 
 fn island(island: &Island) -> IslandShape {
@@ -397,7 +404,7 @@ fn island(island: &Island) -> IslandShape {
 
 fn strips(section: &CrossSection) -> Vec<StripShape> {
     let shape = |s: &Strip| StripShape {
-        used: s.kind,
+        strip: s.kind,
         travel: s.travel,
         width: s.width,
         width_guessed: s.width_guessed,

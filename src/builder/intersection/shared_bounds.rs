@@ -14,7 +14,7 @@ pub type SmoothBounds<'a> = (MovementEnds<'a>, [Vec<Point>; 2]);
 
 /// The bounds of a lane along a centre line.
 pub fn smooth_bounds((_, from, to): &MovementEnds, centerline: &[Pose]) -> [Vec<Point>; 2] {
-    curve::beside(centerline, 0.5 * from.width, 0.5 * to.width).map(|side| curve::untangled(&side))
+    curve::sides(centerline, 0.5 * from.width, 0.5 * to.width).map(|side| curve::untangled(&side))
 }
 
 /// A bound as one movement would have it.

@@ -58,7 +58,7 @@ struct Outline {
 impl Outline {
     fn new((_, from, to): &MovementEnds, poses: &[Pose]) -> Self {
         let [mut ring, right] =
-            curve::beside(poses, from.width / 2.0, to.width / 2.0).map(|side| curve::untangled(&side));
+            curve::sides(poses, from.width / 2.0, to.width / 2.0).map(|side| curve::untangled(&side));
         ring.extend(right.into_iter().rev());
         Self { simple: simple_ring::is_simple(&ring), ring }
     }

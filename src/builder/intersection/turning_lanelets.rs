@@ -55,7 +55,7 @@ impl TurningLanelet {
 }
 
 /// How tightly a bound may bend, and how much wider a turning lane may become, metres.
-const BENDS: Rounding = Rounding { least: 1.25, easy: 2.0, cut: 0.6 };
+const BENDS: Rounding = Rounding { min_radius: 1.25, easy_radius: 2.0, max_shift: 0.6 };
 
 /// Bytes of the tags that only turning lanelets have.
 const TURN_TAGS: usize = 64;

@@ -18,7 +18,7 @@ const CLEAR: f64 = 0.5;
 /// Corners are mitred up to this bend, degrees, and rounded beyond it.
 const MITER: f64 = 30.0;
 /// How tightly a border may bend: Lanelet2's own checks want a radius of one metre.
-const BENDS: Rounding = Rounding { least: 1.25, easy: 1.25, cut: 0.0 };
+const BENDS: Rounding = Rounding { min_radius: 1.25, easy_radius: 1.25, max_shift: 0.0 };
 
 /// The direction of the lanelets of each strip; `None` where there are none.
 fn travels(section: &CrossSection) -> Vec<Option<Travel>> {

@@ -1,4 +1,4 @@
-//! Draws into a map that stands: points on its bounds, lines through them, elements that lanelets refer to.
+//! Adds to a finished map: points on bounds, linestrings, regulatory elements.
 
 use crate::builder::ids::{Id, Ids, Key};
 use crate::geometry::{Point as Place, Polyline};
@@ -8,10 +8,10 @@ use crate::lanelet::{
 };
 use crate::projection::Projector;
 
-/// A point of a line closer than this, metres, to where one is wanted serves.
+/// A point of a line this close, metres, to the wanted place is used instead of a new one.
 const NEAR: f64 = 0.3;
 
-/// A map, and what is needed to add to it.
+/// A map with what is needed to add to it.
 pub struct MapEditor<'m> {
     /// The map.
     pub map: &'m mut LaneletMap,
@@ -29,8 +29,32 @@ pub fn is_taken(map: &LaneletMap, id: Id) -> bool {
         || map.regulatory_elements.contains(RegulatoryElementId(id))
 }
 
+/// Adds a regulatory element, to which the lanelets `carriers` refer.
+pub fn insert_element(
+    map: &mut LaneletMap,
+    id: RegulatoryElementId,
+    subtype: &str,
+    members: Vec<Member>,
+    carriers: &[LaneletId],
+) {
+    let attributes = Attributes::of(&[("type", "regulatory_element"), ("subtype", subtype)]);
+    map.regulatory_elements.insert(RegulatoryElement { id, subtype: subtype.into(), members, attributes, span: None });
+    for &carrier in carriers {
+        if let Some(lanelet) = map.lanelets.get_mut(carrier) {
+            lanelet.regulatory_elements.push(id);
+        }
+    }
+}
+
+/// The `right_of_way` elements of a lanelet that list it as the owner of the right of way.
+pub fn right_of_way_of(map: &LaneletMap, lane: LaneletId) -> impl Iterator<Item = &RegulatoryElement> {
+    let ids = map.lanelets.get(lane).into_iter().flat_map(|lanelet| &lanelet.regulatory_elements);
+    let elements = ids.filter_map(|&id| map.regulatory_elements.get(id));
+    elements.filter(move |e| e.subtype == "right_of_way" && e.lanelets("right_of_way").any(|owner| owner == lane))
+}
+
 impl<'m> MapEditor<'m> {
-    /// For a map whose points have longitude and latitude by a projector.
+    /// An editor for a map of which the points have longitude and latitude by `projector`.
     pub fn new(map: &'m mut LaneletMap, projector: &'m Projector) -> Self {
         Self { map, projector, ids: Ids::default() }
     }
@@ -39,7 +63,7 @@ impl<'m> MapEditor<'m> {
         self.ids.claim(key, |id| is_taken(self.map, *id))
     }
 
-    /// Adds a point at a height in metres.
+    /// Adds a point. `ele` is its elevation, metres.
     pub fn point(&mut self, key: Key, position: Place, ele: f64) -> PointId {
         let id = PointId(self.claim(key));
         let lonlat = self.projector.inverse_each(&[position], |_| ele).pop().flatten();
@@ -47,66 +71,51 @@ impl<'m> MapEditor<'m> {
         id
     }
 
-    /// Adds a line through points.
+    /// Adds a linestring.
     pub fn line(&mut self, key: Key, points: Vec<PointId>, attributes: Attributes) -> LineStringId {
         let id = LineStringId(self.claim(key));
         self.map.linestrings.insert(LineString { id, points, attributes, span: None });
         id
     }
 
-    /// Adds an element and lets lanelets refer to it.
+    /// Adds a regulatory element, to which the lanelets `carriers` refer.
     pub fn element(&mut self, key: Key, subtype: &str, members: Vec<(&str, Target)>, carriers: &[LaneletId]) {
         let id = RegulatoryElementId(self.claim(key));
-        let members = members.into_iter().map(|(role, target)| Member { role: role.into(), target });
-        self.map.regulatory_elements.insert(RegulatoryElement {
-            id,
-            subtype: subtype.into(),
-            members: members.collect(),
-            attributes: Attributes::of(&[("type", "regulatory_element"), ("subtype", subtype)]),
-            span: None,
-        });
-        for &carrier in carriers {
-            if let Some(lanelet) = self.map.lanelets.get_mut(carrier) {
-                lanelet.regulatory_elements.push(id);
-            }
-        }
+        let members = members.into_iter().map(|(role, target)| Member { role: role.into(), target }).collect();
+        insert_element(self.map, id, subtype, members, carriers);
     }
 
-    /// Where the points of a line lie; `None` if it has no length.
+    /// The polyline of a linestring; `None` if it has no length.
     pub fn shape(&self, line: LineStringId) -> Option<Polyline> {
         let points = &self.map.linestrings.get(line)?.points;
         Polyline::new(points.iter().filter_map(|&id| Some(self.map.points.get(id)?.position)))
     }
 
-    /// How high a line passes a place, metres.
+    /// The elevation of a linestring at its nearest place, metres; 0 if it has none.
     pub fn height(&self, line: LineStringId, place: Place) -> f64 {
-        let heights = || {
-            let ids = &self.map.linestrings.get(line)?.points;
-            let points: Vec<&Point> = ids.iter().filter_map(|&id| self.map.points.get(id)).collect();
-            let nearest = points.windows(2).filter_map(|pair| {
-                let segment = Polyline::new(pair.iter().map(|point| point.position))?;
-                let at = segment.project(place);
-                let ends = [pair[0].ele()?, pair[1].ele()?];
-                let ele = ends[0] + (ends[1] - ends[0]) * at.station / segment.length();
-                Some(((at.point - place).norm(), ele))
-            });
-            nearest.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, ele)| ele)
-        };
-        heights().unwrap_or_default()
+        let ids = self.map.linestrings.get(line).map_or(&[][..], |line| &line.points);
+        let points: Vec<&Point> = ids.iter().filter_map(|&id| self.map.points.get(id)).collect();
+        let nearest = points.windows(2).filter_map(|pair| {
+            let segment = Polyline::new(pair.iter().map(|point| point.position))?;
+            let foot = segment.project(place);
+            let [from, to] = [pair[0].ele()?, pair[1].ele()?];
+            Some(((foot.point - place).norm(), from + (to - from) * foot.station / segment.length()))
+        });
+        nearest.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |(_, ele)| ele)
     }
 
-    /// The point of a line at a place on it: one that is there already, else a new one.
+    /// The point of a linestring at a place on it. A new one is inserted where none is near.
     pub fn point_on(&mut self, key: Key, line: LineStringId, place: Place) -> PointId {
         let points = self.map.linestrings.get(line).map_or(&[][..], |line| &line.points);
-        let from = |id: &PointId| self.map.points.get(*id).map_or(f64::INFINITY, |p| (p.position - place).norm());
-        let nearest = points.iter().copied().min_by(|a, b| from(a).total_cmp(&from(b)));
-        if let Some(there) = nearest.filter(|id| from(id) <= NEAR) {
-            return there;
+        let distance = |id: &PointId| self.map.points.get(*id).map_or(f64::INFINITY, |p| (p.position - place).norm());
+        let nearest = points.iter().copied().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        if let Some(near) = nearest.filter(|id| distance(id) <= NEAR) {
+            return near;
         }
-        let behind = self.shape(line).map(|shape| shape.project(place).segment + 1);
+        let index = self.shape(line).map(|shape| shape.project(place).segment + 1);
         let point = self.point(key, place, self.height(line, place));
-        if let (Some(behind), Some(line)) = (behind, self.map.linestrings.get_mut(line)) {
-            line.points.insert(behind.min(line.points.len()), point);
+        if let (Some(index), Some(line)) = (index, self.map.linestrings.get_mut(line)) {
+            line.points.insert(index.min(line.points.len()), point);
         }
         point
     }

@@ -1,4 +1,4 @@
-//! Room 12: what only the whole map tells, and what the user adds.
+//! Room 12: changes that need the finished map, and elements that the user adds.
 
 pub(crate) mod cross_line;
 pub(crate) mod grade_separation;

@@ -1,7 +1,7 @@
-//! Where two turns to different sides follow each other closely, says from where to blink for the second one.
+//! Sets `turn_signal_distance` where a turn follows closely behind a turn to the other side.
 //!
-//! Autoware blinks from a distance that grows with speed, so that the blinker for a turn could start inside an opposite
-//! turn before it. `turn_signal_distance` shortens it to the way between the two.
+//! Autoware starts the turn signal at a distance that grows with speed. It could start inside the opposite turn before;
+//! `turn_signal_distance` shortens it to the distance between both turns.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -13,46 +13,46 @@ use crate::lanelet::index::Reach;
 use crate::lanelet::{Bound, Lanelet, LaneletMap, PointId, TurnDirection};
 use crate::parallel::Finely;
 
-/// Autoware blinks from this distance before a turn, metres, ...
+/// Autoware starts the turn signal this distance before a turn, metres, ...
 const DISTANCE: f64 = 30.0;
-/// ... and the way driven in this time at the speed limit, seconds.
+/// ... plus the distance driven in this time at the speed limit, seconds.
 const TIME: f64 = 3.0;
-/// Speed limit where a lanelet has none, km/h.
-const USUAL_SPEED: f64 = 50.0;
-/// The blinker starts this far, metres, behind the end of the turn before.
-const CLEAR: f64 = 0.1;
-/// Lengths are kept as whole millimetres, which have an order.
+/// The speed limit of a lanelet without one, km/h.
+const DEFAULT_SPEED: f64 = 50.0;
+/// The distance, metres, from the end of the opposite turn to the start of the signal.
+const CLEARANCE: f64 = 0.1;
+/// Lengths are whole millimetres, which have a total order.
 const PER_METRE: f64 = 1e3;
 
-/// Sets `turn_signal_distance` wherever the usual distance reaches back into an opposite turn. Each line of the map reaches
-/// as far as its place among `reaches` says.
+/// Sets `turn_signal_distance` where Autoware's own distance reaches back into an opposite turn. `reaches` holds the extent of
+/// each linestring of the map.
 pub fn limit_turn_signals(map: &mut LaneletMap, reaches: &[Option<Reach>]) {
     let lanelets = map.lanelets.as_slice();
-    let ways =
-        TurnChains::new(lanelets.par_iter().finely().map(|lanelet| TurnChain::of(map, reaches, lanelet)).collect());
-    let limit = |(at, lanelet): (usize, &Lanelet)| Some((at, ways.opposite_before(at, lanelet)?));
+    let links = lanelets.par_iter().finely().map(|lanelet| Link::new(map, reaches, lanelet)).collect();
+    let chains = LaneletChains::new(links);
+    let limit = |(i, lanelet): (usize, &Lanelet)| Some((i, chains.distance_to_opposite_turn(i, lanelet)?));
     let limits: Vec<(usize, f64)> = lanelets.par_iter().finely().enumerate().filter_map(limit).collect();
     let lanelets = map.lanelets.as_mut_slice();
-    for (at, metres) in limits {
-        // Less than the way by a hand's breadth and rounded down, so that the blinker surely starts behind the other turn.
-        let distance = ((metres - CLEAR) * 10.0).floor().max(0.0) / 10.0;
-        lanelets[at].attributes.set("turn_signal_distance", format!("{distance:.1}"));
+    for (i, metres) in limits {
+        // Rounded down, so that the signal starts behind the other turn.
+        let distance = ((metres - CLEARANCE) * 10.0).floor().max(0.0) / 10.0;
+        lanelets[i].attributes.set("turn_signal_distance", format!("{distance:.1}"));
     }
 }
 
-/// What a way back needs to know of a lanelet.
-struct TurnChain {
-    /// The points that it starts with: left, right.
+/// A lanelet as part of a chain.
+struct Link {
+    /// The points at which it starts: left, right.
     start: Option<[PointId; 2]>,
-    /// The points that it ends with.
+    /// The points at which it ends.
     end: Option<[PointId; 2]>,
     turn: Option<TurnDirection>,
-    /// That of the shorter bound: never more than the way driven.
+    /// The length of its shorter bound, millimetres: never more than the distance driven.
     length: u64,
 }
 
-impl TurnChain {
-    fn of(map: &LaneletMap, reaches: &[Option<Reach>], lanelet: &Lanelet) -> Self {
+impl Link {
+    fn new(map: &LaneletMap, reaches: &[Option<Reach>], lanelet: &Lanelet) -> Self {
         let lines = [lanelet.left, lanelet.right].map(|bound| map.linestrings.position(bound.line));
         let edge = |end: bool| {
             let point = |bound: Bound, line: Option<usize>| {
@@ -67,50 +67,47 @@ impl TurnChain {
     }
 }
 
-/// The lanelets of a map, by position, as they follow each other.
-struct TurnChains {
-    ways: Vec<TurnChain>,
-    /// The last that ends with these points.
-    ending: FxHashMap<[PointId; 2], usize>,
-    /// For each way the one before it that ends with the same points.
-    beside: Vec<Option<usize>>,
+/// The lanelets of a map, by index, and which of them follow each other.
+struct LaneletChains {
+    links: Vec<Link>,
+    /// The last lanelet that ends at these points.
+    last_ending: FxHashMap<[PointId; 2], usize>,
+    /// For each lanelet, the one before it that ends at the same points.
+    next_ending: Vec<Option<usize>>,
 }
 
-impl TurnChains {
-    fn new(ways: Vec<TurnChain>) -> Self {
-        let mut ending = FxHashMap::default();
-        ending.reserve(ways.len());
-        let beside = ways.iter().enumerate().map(|(at, way)| ending.insert(way.end?, at)).collect();
-        Self { ways, ending, beside }
+impl LaneletChains {
+    fn new(links: Vec<Link>) -> Self {
+        let mut last_ending = FxHashMap::default();
+        last_ending.reserve(links.len());
+        let next_ending = links.iter().enumerate().map(|(i, link)| last_ending.insert(link.end?, i)).collect();
+        Self { links, last_ending, next_ending }
     }
 
-    /// How far behind the end of an opposite turn a lanelet starts, if that is nearer than the usual distance. Walks back,
-    /// the nearest first.
-    fn opposite_before(&self, at: usize, lanelet: &Lanelet) -> Option<f64> {
-        let opposite = match self.ways[at].turn? {
+    /// The distance, metres, from the end of an opposite turn to the start of a lanelet, if it is less than that at which
+    /// Autoware starts the signal: Dijkstra's search against the direction of travel.
+    fn distance_to_opposite_turn(&self, index: usize, lanelet: &Lanelet) -> Option<f64> {
+        let opposite = match self.links[index].turn? {
             TurnDirection::Left => TurnDirection::Right,
             TurnDirection::Right => TurnDirection::Left,
             TurnDirection::Straight => return None,
         };
-        let speed = lanelet.attributes.get("speed_limit").and_then(|v| v.parse().ok()).unwrap_or(USUAL_SPEED);
+        let speed = lanelet.attributes.get("speed_limit").and_then(|v| v.parse().ok()).unwrap_or(DEFAULT_SPEED);
         let reach = ((DISTANCE + TIME * speed / 3.6) * PER_METRE) as u64;
-        let mut seen = FxHashSet::from_iter([at]);
-        let mut open = BinaryHeap::from([(Reverse(0_u64), at)]);
-        while let Some((Reverse(gap), next)) = open.pop() {
-            let Some(start) = self.ways[next].start else { continue };
-            let mut before = self.ending.get(&start).copied();
-            while let Some(at) = before {
-                let way = &self.ways[at];
-                before = self.beside[at];
-                if !seen.insert(at) {
-                    continue;
+        let mut seen = FxHashSet::from_iter([index]);
+        let mut open = BinaryHeap::from([(Reverse(0_u64), index)]);
+        while let Some((Reverse(distance), next)) = open.pop() {
+            let Some(start) = self.links[next].start else { continue };
+            let predecessors =
+                std::iter::successors(self.last_ending.get(&start).copied(), |&before| self.next_ending[before]);
+            for before in predecessors.filter(|before| seen.insert(*before)) {
+                let link = &self.links[before];
+                if link.turn == Some(opposite) {
+                    return Some(distance as f64 / PER_METRE);
                 }
-                if way.turn == Some(opposite) {
-                    return Some(gap as f64 / PER_METRE);
-                }
-                let farther = gap + way.length;
+                let farther = distance + link.length;
                 if farther < reach {
-                    open.push((Reverse(farther), at));
+                    open.push((Reverse(farther), before));
                 }
             }
         }
@@ -128,7 +125,7 @@ mod tests {
 
     use super::*;
 
-    /// Three lanelets in a row, each of this length: a right turn, a plain lane, a left turn.
+    /// Three lanelets in a row, each of this length, metres: a right turn, a straight lane, a left turn.
     fn row(length: f64) -> (LaneletMap, LaneletId) {
         let mut assembly = MapBuilder::default();
         let key = |word: &'static str, i: i64| Key::new("row").word(word).number(i);
@@ -166,12 +163,12 @@ mod tests {
     }
 
     #[test]
-    fn a_near_opposite_turn_limits_the_blinker() {
+    fn a_near_opposite_turn_limits_the_distance() {
         assert_eq!(distance(25.0).as_deref(), Some("24.9"));
     }
 
     #[test]
-    fn a_far_one_does_not() {
+    fn a_far_opposite_turn_does_not() {
         // 30 m and three seconds at 10 m/s.
         assert_eq!(distance(61.0), None);
     }

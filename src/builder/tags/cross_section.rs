@@ -1,4 +1,4 @@
-//! The lanes of a road as an ordered cross-section, read from OpenStreetMap's tags.
+//! The cross-section of a road: its strips from left to right, read from tags.
 
 mod bus_lanes;
 mod defaults;
@@ -20,29 +20,29 @@ pub(crate) use read::layout;
 
 use super::road_class::RoadClass;
 
-/// What a strip of the road is for.
+/// The use of a strip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum StripKind {
     /// A lane for all motor vehicles.
     Drive,
-    /// A lane for buses (and what the tags admit), not for cars.
+    /// A lane for buses and other vehicles that the tags allow, not for cars.
     Bus,
     /// A lane for bicycles.
     Bicycle,
-    /// A painted strip for people on foot.
+    /// A painted lane for people on foot.
     Pedestrian,
     /// Parked cars.
     Parking,
     /// A paved edge.
     Shoulder,
-    /// A footway raised beside the carriageway.
+    /// A raised footway.
     Sidewalk,
-    /// A strip nobody uses: a verge, a kerb, a painted buffer.
+    /// A verge, kerb or painted buffer.
     Buffer,
 }
 
-/// Which way a strip is used, seen along the road's line.
+/// The direction of travel on a strip, seen along the road's line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Travel {
@@ -50,11 +50,11 @@ pub enum Travel {
     Forward,
     /// Against the line.
     Backward,
-    /// Both ways: a single track, or a centre turn lane.
+    /// Both directions: a single track, or a centre turn lane.
     Both,
 }
 
-/// The turns that a lane's arrows allow, as `turn:lanes` says; empty: no arrows.
+/// The arrows of a lane as in `turn:lanes`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub struct Arrows(u16);
 
@@ -82,13 +82,32 @@ impl Arrows {
     /// `merge_to_right`.
     pub const MERGE_TO_RIGHT: Self = Self(512);
 
-    /// Both sets together.
+    /// All arrows with their values of `turn:lanes`.
+    pub const NAMES: [(&str, Self); 10] = [
+        ("left", Self::LEFT),
+        ("slight_left", Self::SLIGHT_LEFT),
+        ("sharp_left", Self::SHARP_LEFT),
+        ("through", Self::THROUGH),
+        ("right", Self::RIGHT),
+        ("slight_right", Self::SLIGHT_RIGHT),
+        ("sharp_right", Self::SHARP_RIGHT),
+        ("reverse", Self::REVERSE),
+        ("merge_to_left", Self::MERGE_TO_LEFT),
+        ("merge_to_right", Self::MERGE_TO_RIGHT),
+    ];
+
+    /// The arrow of a value of `turn:lanes`.
+    pub fn named(value: &str) -> Option<Self> {
+        Self::NAMES.iter().find(|(name, _)| *name == value).map(|(_, arrow)| *arrow)
+    }
+
+    /// The union of both sets.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// Whether any arrow of `other` is here.
+    /// Whether the sets have a common arrow.
     pub fn has(self, other: Self) -> bool {
         self.0 & other.0 != 0
     }
@@ -102,23 +121,23 @@ impl Arrows {
 /// One strip of a road.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Strip {
-    /// What it is for.
+    /// Its use.
     pub kind: StripKind,
-    /// Which way it is used.
+    /// Its direction of travel.
     pub travel: Travel,
     /// Metres.
     pub width: f64,
-    /// The arrows painted on it, in its own direction of travel.
+    /// Its arrows, seen in its direction of travel.
     pub arrows: Arrows,
-    /// Whether a vehicle on it may change to the strip on its left (first) and right, in its own direction of
-    /// travel; `None` where the tags are silent.
+    /// Whether a vehicle may change to the strip on its left and on its right, seen in its direction of travel; `None` without
+    /// a tag.
     pub change: [Option<bool>; 2],
-    /// Whether the width is a default, not a tag's.
+    /// Whether the width is a default.
     pub width_guessed: bool,
 }
 
 impl Strip {
-    /// A strip without arrows and of which no tag tells whether its lane may be left.
+    /// A strip without arrows and without rules for lane changes.
     pub fn plain(kind: StripKind, travel: Travel, width: f64, width_guessed: bool) -> Self {
         Self { kind, travel, width, arrows: Arrows::NONE, change: [None, None], width_guessed }
     }
@@ -132,18 +151,18 @@ pub struct CrossSection {
 }
 
 impl CrossSection {
-    /// Whole width in metres.
+    /// The width, metres.
     pub fn width(&self) -> f64 {
         self.strips.iter().map(|s| s.width).sum()
     }
 
-    /// Offset of the left edge of strip `i` from the middle of the section: positive to the left. `i` may be the
-    /// number of strips: the right edge of the last.
+    /// The offset of edge `i`, the left edge of strip `i`, from the middle of the section, metres, left positive. The last edge
+    /// is the right edge of the last strip.
     pub fn edge(&self, i: usize) -> f64 {
         self.width() / 2.0 - self.strips[..i].iter().map(|s| s.width).sum::<f64>()
     }
 
-    /// Index of the first and behind the last strip of the carriageway: what lies between the kerbs.
+    /// The indices of the first strip of the carriageway and of the strip after its last.
     pub fn carriageway(&self) -> (usize, usize) {
         let between = |s: &Strip| !matches!(s.kind, StripKind::Sidewalk | StripKind::Buffer);
         let first = self.strips.iter().position(between).unwrap_or(0);
@@ -151,17 +170,16 @@ impl CrossSection {
         (first, last)
     }
 
-    /// The strips that motor vehicles drive on, with their index.
+    /// The lanes for motor vehicles, with their indices.
     pub fn driven(&self) -> impl Iterator<Item = (usize, &Strip)> {
         self.strips.iter().enumerate().filter(|(_, s)| matches!(s.kind, StripKind::Drive | StripKind::Bus))
     }
 }
 
-/// Widths that a single lane can have, metres; other values of a tag are passed over.
+/// The valid widths of a lane, metres. Other values of a tag are ignored.
 pub(crate) const LANE_WIDTHS: std::ops::RangeInclusive<f64> = 2.0..=6.0;
 
-/// A lane is drawn no narrower than this, metres, however little a tagged total width leaves for it: what a car (a
-/// lorry on the great roads) needs.
+/// The smallest width of a lane, metres, whatever the tagged total width: a car needs it, or a lorry on major roads.
 pub fn minimum_lane_width(class: RoadClass) -> f64 {
     match class {
         RoadClass::Motorway => 3.25,

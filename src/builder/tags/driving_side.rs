@@ -1,4 +1,4 @@
-//! The country of a place, and the side of the road people drive on there.
+//! The country of a place and its driving side.
 
 use std::sync::LazyLock;
 
@@ -9,7 +9,7 @@ use crate::projection::LonLat;
 
 use super::road_class::DrivingSide;
 
-/// ISO 3166 codes of the countries and territories where people drive on the left, ascending.
+/// ISO 3166 codes of countries and territories that drive on the left, ascending.
 const LEFT: [&str; 76] = [
     "AG", "AI", "AU", "BB", "BD", "BM", "BN", "BS", "BT", "BW", "CC", "CK", "CX", "CY", "DM", "FJ", "FK", "GB", "GD",
     "GG", "GS", "GY", "HK", "ID", "IE", "IM", "IN", "JE", "JM", "JP", "KE", "KI", "KN", "KY", "LC", "LK", "LS", "MO",
@@ -17,25 +17,24 @@ const LEFT: [&str; 76] = [
     "SH", "SR", "SZ", "TC", "TH", "TK", "TL", "TO", "TT", "TV", "TZ", "UG", "VC", "VG", "VI", "WS", "ZA", "ZM", "ZW",
 ];
 
-/// Territories that drive on the right though their country drives on the left: Gibraltar, and the British Indian
-/// Ocean Territory.
+/// Territories that drive on the right in a country that drives on the left: Gibraltar, British Indian Ocean Territory.
 const RIGHT_PARTS: [&str; 2] = ["GI", "IO"];
 
-/// Where a network lies.
+/// The country of a network.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Country {
     /// ISO 3166-1 alpha-2 code; `None` at sea.
     pub country: Option<Text>,
-    /// The side people drive on; the right where no country is known.
+    /// The driving side; right if the country is unknown.
     pub side: DrivingSide,
 }
 
-/// Unpacked once. In its cells of six degrees borders lie within ten metres; smaller ones are faster to ask, but there are so
-/// many that to unpack them takes several times as long and megabytes of memory, for the one question that a map asks.
+/// Unpacked once. Its borders are accurate to ten metres. Data in smaller cells answer faster, but take several times as long to
+/// unpack and megabytes of memory, and a map asks once.
 static BOUNDARIES: LazyLock<Option<CountryBoundaries>> =
     LazyLock::new(|| CountryBoundaries::from_reader(BOUNDARIES_ODBL_60X30).ok());
 
-/// Unpacks the borders of the countries, so that the first place is told without delay.
+/// Unpacks the borders, so that the first query is fast.
 pub fn warm_up() {
     LazyLock::force(&BOUNDARIES);
 }
@@ -47,7 +46,7 @@ pub fn of_place(place: LonLat) -> Country {
         _ => Vec::new(),
     };
     let side = side_of(ids.iter().map(Text::as_str));
-    // The smallest area comes first; a subdivision is `US-VI`, of which the country is the part before the hyphen.
+    // The smallest area comes first. A subdivision such as `US-VI` begins with the code of its country.
     let country = ids.iter().find(|id| !id.contains('-')).cloned();
     let country = country.or_else(|| ids.first().and_then(|id| id.split('-').next()).map(Text::from));
     Country { country, side }
@@ -57,7 +56,7 @@ pub fn of_place(place: LonLat) -> Country {
 pub fn side_of<'a>(ids: impl IntoIterator<Item = &'a str>) -> DrivingSide {
     let left = |id: &str| LEFT.binary_search(&id).is_ok();
     let on_left = |id: &str| match id.split_once('-') {
-        // Territories listed under the code of a country that drives on the right.
+        // Territories of countries that drive on the right.
         Some(("US" | "CN", part @ ("VI" | "HK" | "MO"))) => left(part),
         Some((country, _)) => left(country),
         None => left(id),
@@ -84,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn the_table_can_be_searched() {
+    fn the_table_is_sorted() {
         assert!(LEFT.is_sorted());
     }
 

@@ -1,21 +1,21 @@
-//! What is painted along the edges of a road's lanes: by its tags, the conventions of the country, and what the lanes are for.
+//! The paint along the edges of lanes: by tags, the country, and the kinds of the lanes.
 
 use crate::lanelet::Attributes;
 use crate::osm::{Tags, Text};
 
 use super::cross_section::{CrossSection, Strip, StripKind, Travel};
 
-/// Where the line between opposite directions is yellow.
+/// Countries in which the line between opposite directions is yellow.
 const YELLOW: [&str; 16] =
     ["AR", "BR", "CA", "CL", "CN", "CO", "EC", "KR", "MX", "NO", "PE", "PR", "TH", "TW", "US", "UY"];
-/// Where a solid line between opposite directions is painted twice, by manuals such as the MUTCD, § 3B.01.
-const TWICE: [&str; 4] = ["CA", "MX", "PR", "US"];
-/// A lane each way on less than this, metres, has no line in the middle: the MUTCD, § 3B.01, asks for one from 18 ft on, the
-/// British and the Japanese manuals from 5.5 m on.
-const LINE_FROM: f64 = 5.5;
-/// Tags of OpenStreetMap that say what is painted.
+/// Countries in which a solid line between opposite directions is double (MUTCD, section 3B.01).
+const DOUBLE: [&str; 4] = ["CA", "MX", "PR", "US"];
+/// The smallest width, metres, of a road with a line between two lanes: 18 ft in the MUTCD, section 3B.01, and 5.5 m in the
+/// British and Japanese manuals.
+const MIN_WIDTH_WITH_LINE: f64 = 5.5;
+/// Tags about paint.
 const TAGS: [&str; 3] = ["divider", "overtaking", "lane_markings"];
-/// What parts a bicycle lane from the others so that nobody drives over it.
+/// Separations of a bicycle lane that cars cannot cross.
 const BARRIERS: [&str; 11] = [
     "kerb",
     "separation_kerb",
@@ -29,35 +29,35 @@ const BARRIERS: [&str; 11] = [
     "hedge",
     "tree_row",
 ];
-/// Tags that tell of bicycles: of both sides, of the left and of the right.
+/// Tags about bicycles.
 const CYCLEWAYS: [&str; 4] = ["cycleway", "cycleway:both", "cycleway:left", "cycleway:right"];
-/// Their value where bicycles use the bus lane.
+/// The value for bicycles on the bus lane.
 pub const SHARES: &str = "share_busway";
 
-/// A line of paint, left to right along the road.
+/// The paint along an edge. Of two lines the left one, seen along the road, comes first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Paint {
-    /// Nothing is painted.
-    Bare,
+enum EdgePaint {
+    /// No paint.
+    None,
     /// One line.
-    One(Stroke),
+    One(LineStyle),
     /// Two lines side by side.
-    Two([Stroke; 2]),
+    Two([LineStyle; 2]),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Stroke {
+enum LineStyle {
     Solid,
     Dashed,
 }
 
-use Stroke::{Dashed, Solid};
+use LineStyle::{Dashed, Solid};
 
-impl Paint {
-    /// Type and subtype in Lanelet2's words, of a line that runs along the road or, `inverted`, against it.
+impl EdgePaint {
+    /// Lanelet2's type and subtype of a linestring that runs along the road or, if `inverted`, against it.
     fn names(self, inverted: bool) -> [&'static str; 2] {
         let subtype = match self {
-            Self::Bare => return ["virtual", ""],
+            Self::None => return ["virtual", ""],
             Self::One(Solid) => "solid",
             Self::One(Dashed) | Self::Two([Dashed, Dashed]) => "dashed",
             Self::Two([Solid, Solid]) => "solid_solid",
@@ -68,8 +68,8 @@ impl Paint {
     }
 }
 
-/// Tags of the border at an edge of a cross-section: kerb, paint between lanes, or the edge of a lane. The border runs along
-/// the road's line or, `inverted`, against it.
+/// The Lanelet2 tags of the border at an edge of a cross-section: kerb or paint. The border runs along the road's line or, if
+/// `inverted`, against it.
 pub fn marking(section: &CrossSection, edge: usize, tags: &Tags, country: Option<&str>, inverted: bool) -> Attributes {
     let (kerb_left, kerb_right) = section.carriageway();
     if edge == kerb_left || edge == kerb_right {
@@ -84,11 +84,11 @@ pub fn marking(section: &CrossSection, edge: usize, tags: &Tags, country: Option
             (paint, change, false)
         }
         Some(sides) => (between_directions(section, sides, tags, country), "no", true),
-        None => (Paint::One(Solid), "no", false),
+        None => (EdgePaint::One(Solid), "no", false),
     };
     let [kind, subtype] = paint.names(inverted);
     let mut marking = Attributes::of(&[("type", kind)]);
-    if paint != Paint::Bare {
+    if paint != EdgePaint::None {
         marking.push("subtype", subtype);
         if opposed && country.is_some_and(|country| YELLOW.contains(&country)) {
             marking.push("color", "yellow");
@@ -98,52 +98,49 @@ pub fn marking(section: &CrossSection, edge: usize, tags: &Tags, country: Option
     marking
 }
 
-/// The edge at which a bicycle track on one side of a road begins, behind a kerb.
+/// The edge of the kerb before a bicycle track on one side of a road.
 fn kerb_of_track(section: &CrossSection, tags: &Tags, left: bool) -> Option<usize> {
-    let is = |i: usize, kind: StripKind| section.strips.get(i).is_some_and(|strip| strip.kind == kind);
-    let mut bicycles = (0..section.strips.len()).filter(|&i| is(i, StripKind::Bicycle));
-    let track = if left { bicycles.next() } else { bicycles.next_back() }?;
+    let is_bicycle = |strip: &Strip| strip.kind == StripKind::Bicycle;
+    let strips = &section.strips;
+    let track = if left { strips.iter().position(is_bicycle) } else { strips.iter().rposition(is_bicycle) }?;
     if section.driven().any(|(i, _)| (i < track) == left) || !is_behind_kerb(tags, left) {
         return None;
     }
-    // A verge between kerb and track belongs to the track.
-    let verges = |edge: &usize| is(if left { *edge } else { *edge - 1 }, StripKind::Buffer);
-    let step = |edge: usize| if left { edge + 1 } else { edge - 1 };
-    let mut edge = if left { track + 1 } else { track };
-    while edge > 0 && verges(&edge) {
-        edge = step(edge);
-    }
-    Some(edge)
+    // A verge between kerb and track lies behind the kerb.
+    let is_verge = |strip: &&Strip| strip.kind == StripKind::Buffer;
+    Some(match left {
+        true => track + 1 + strips[track + 1..].iter().take_while(is_verge).count(),
+        false => track - strips[..track].iter().rev().take_while(is_verge).count(),
+    })
 }
 
-/// Whether bicycles on one side of a road ride behind a kerb, or what else holds cars back.
+/// Whether a kerb or another barrier separates the bicycle lane on one side of a road from cars.
 fn is_behind_kerb(tags: &Tags, left: bool) -> bool {
     let (side, toward_lanes) = if left { ("left", "right") } else { ("right", "left") };
-    let of = |keys: &[[&str; 2]]| {
+    let value = |keys: &[[&str; 2]]| {
         let sides = [[":", side], [":", "both"], ["", ""]];
         let mut found = sides.into_iter().flat_map(|[colon, side]| {
             keys.iter().filter_map(move |[key, edge]| tags.get_joined(["cycleway", colon, side, key, edge]))
         });
         found.next()
     };
-    let parted = of(&[[":separation:", toward_lanes], [":separation:", "both"], [":separation", ""]]);
-    matches!(of(&[["", ""]]), Some("track" | "opposite_track"))
-        || parted.is_some_and(|parted| parted.split(';').any(|one| BARRIERS.contains(&one.trim())))
+    let separation = value(&[[":separation:", toward_lanes], [":separation:", "both"], [":separation", ""]]);
+    matches!(value(&[["", ""]]), Some("track" | "opposite_track"))
+        || separation.is_some_and(|value| value.split(';').any(|one| BARRIERS.contains(&one.trim())))
 }
 
-/// Tags of the border between two lanes of an approach just before its stop line, where those lanes are changed only if
-/// `change:lanes` says so; `None` where that makes no difference.
+/// The Lanelet2 tags of the border between two lanes just before a stop line, where lane changes are forbidden unless
+/// `change:lanes` allows them; `None` if the paint is the same as elsewhere.
 pub fn before_stop(section: &CrossSection, edge: usize, tags: &Tags, inverted: bool) -> Option<Attributes> {
     let [left, right] = lanes_beside(section, edge).filter(|[left, right]| same_way(left, right))?;
-    let [rest, there] =
+    let [(elsewhere, _), (paint, change)] =
         [left.kind == right.kind, false].map(|usual| between_lanes(may_change(left, right, usual), tags));
-    let (paint, change) = there;
     let [kind, subtype] = paint.names(inverted);
     let marking = Attributes::of(&[("type", kind), ("subtype", subtype), ("lane_change", change)]);
-    (paint != rest.0).then_some(marking)
+    (paint != elsewhere).then_some(marking)
 }
 
-/// The lanes on the left and on the right of an edge; `None` where there are not two.
+/// The lanes to the left and to the right of an edge; `None` if there is none on one side.
 fn lanes_beside(section: &CrossSection, edge: usize) -> Option<[&Strip; 2]> {
     let driven = |i: usize| section.strips.get(i).filter(|s| matches!(s.kind, StripKind::Drive | StripKind::Bus));
     Some([driven(edge.checked_sub(1)?)?, driven(edge)?])
@@ -153,85 +150,87 @@ fn same_way(left: &Strip, right: &Strip) -> bool {
     left.travel == right.travel && left.travel != Travel::Both
 }
 
-/// Between lanes of one direction: dashed on the side from which one may change.
-fn between_lanes(change: [bool; 2], tags: &Tags) -> (Paint, &'static str) {
+/// The paint between lanes of one direction, dashed on the side from which vehicles may change, and the tag `lane_change`.
+fn between_lanes(change: [bool; 2], tags: &Tags) -> (EdgePaint, &'static str) {
     let paint = match change {
-        [true, true] => Paint::One(Dashed),
-        [true, false] => Paint::Two([Dashed, Solid]),
-        [false, true] => Paint::Two([Solid, Dashed]),
-        [false, false] => Paint::One(Solid),
+        [true, true] => EdgePaint::One(Dashed),
+        [true, false] => EdgePaint::Two([Dashed, Solid]),
+        [false, true] => EdgePaint::Two([Solid, Dashed]),
+        [false, false] => EdgePaint::One(Solid),
     };
-    let paint = if tags.is("lane_markings", "no") { Paint::Bare } else { paint };
+    let paint = if tags.is("lane_markings", "no") { EdgePaint::None } else { paint };
     (paint, if change == [true, true] { "yes" } else { "no" })
 }
 
-/// Whether one may change from the left strip (along the line) to the right one, and back: by `change:lanes`, else as usual.
-fn may_change(left: &Strip, right: &Strip, usual: bool) -> [bool; 2] {
+/// Whether vehicles may change from the left strip (seen along the line) to the right one, and back: by `change:lanes`, else
+/// `default`.
+fn may_change(left: &Strip, right: &Strip, default: bool) -> [bool; 2] {
     let [to_right, to_left] = match left.travel {
         Travel::Backward => [left.change[0], right.change[1]],
         _ => [left.change[1], right.change[0]],
     };
-    [to_right.unwrap_or(usual), to_left.unwrap_or(usual)]
+    [to_right.unwrap_or(default), to_left.unwrap_or(default)]
 }
 
-/// Between opposite directions: by `divider`, `overtaking` and `lane_markings`. Where these are silent nobody overtakes,
-/// and a narrow road has no line; it is doubled where the country does so, and between directions of several lanes each.
-fn between_directions(section: &CrossSection, sides: [&Strip; 2], tags: &Tags, country: Option<&str>) -> Paint {
-    let twice = country.is_some_and(|country| TWICE.contains(&country));
-    let solid = if twice { Paint::Two([Solid, Solid]) } else { Paint::One(Solid) };
+/// The paint between opposite directions: by `divider`, `overtaking` and `lane_markings`. Without these tags overtaking is
+/// forbidden, and a narrow road has no line. The line is double in some countries, and between directions of several lanes.
+fn between_directions(section: &CrossSection, sides: [&Strip; 2], tags: &Tags, country: Option<&str>) -> EdgePaint {
+    let double = country.is_some_and(|country| DOUBLE.contains(&country));
+    let solid = if double { EdgePaint::Two([Solid, Solid]) } else { EdgePaint::One(Solid) };
     if let Some(paint) = tags.get("divider").and_then(divider) {
         return paint;
     }
-    // Whoever may overtake has the dashed line on the own side.
-    let overtaking = |travel: Travel| Paint::Two(sides.map(|side| if side.travel == travel { Dashed } else { Solid }));
+    // The dashed line is on the side of the traffic that may overtake.
+    let overtaking =
+        |travel: Travel| EdgePaint::Two(sides.map(|side| if side.travel == travel { Dashed } else { Solid }));
     match (tags.get("overtaking"), tags.get("lane_markings")) {
         (Some("no"), _) => return solid,
-        (Some("yes" | "both"), _) => return Paint::One(Dashed),
+        (Some("yes" | "both"), _) => return EdgePaint::One(Dashed),
         (Some("forward"), _) => return overtaking(Travel::Forward),
         (Some("backward"), _) => return overtaking(Travel::Backward),
-        (_, Some("no")) => return Paint::Bare,
-        (_, None) if is_narrow(section) => return Paint::Bare,
+        (_, Some("no")) => return EdgePaint::None,
+        (_, None) if is_narrow(section) => return EdgePaint::None,
         _ => {}
     }
-    // A lane in the middle for those who turn off: entered over dashes, not crossed from it.
-    if twice && sides.iter().any(|side| side.travel == Travel::Both) {
+    // A centre turn lane: vehicles enter it over dashes.
+    if double && sides.iter().any(|side| side.travel == Travel::Both) {
         return overtaking(Travel::Both);
     }
     let lanes = |travel: Travel| section.driven().filter(|(_, strip)| strip.travel == travel).count();
     let several = lanes(Travel::Forward) > 1 && lanes(Travel::Backward) > 1;
-    if several { Paint::Two([Solid, Solid]) } else { solid }
+    if several { EdgePaint::Two([Solid, Solid]) } else { solid }
 }
 
-/// Whether a road has a lane each way, known to be too narrow for a line between them.
+/// Whether a road has two lanes of known width that are too narrow for a line between them.
 fn is_narrow(section: &CrossSection) -> bool {
     let lanes: Vec<&Strip> = section.driven().map(|(_, strip)| strip).collect();
     let known = lanes.len() == 2 && lanes.iter().all(|lane| !lane.width_guessed);
-    known && lanes.iter().map(|lane| lane.width).sum::<f64>() < LINE_FROM
+    known && lanes.iter().map(|lane| lane.width).sum::<f64>() < MIN_WIDTH_WITH_LINE
 }
 
-/// The paint that `divider` names, left to right along the way.
-fn divider(value: &str) -> Option<Paint> {
+/// The paint of a value of `divider`, left to right along the way.
+fn divider(value: &str) -> Option<EdgePaint> {
     let stroke = |name: &str| match name.trim() {
         "solid_line" => Some(Solid),
         "dashed_line" => Some(Dashed),
         _ => None,
     };
     match value.split_once(';') {
-        Some((left, right)) => Some(Paint::Two([stroke(left)?, stroke(right)?])),
-        None if value == "no" => Some(Paint::Bare),
-        None if value == "double_solid_line" => Some(Paint::Two([Solid, Solid])),
-        None => Some(Paint::One(stroke(value)?)),
+        Some((left, right)) => Some(EdgePaint::Two([stroke(left)?, stroke(right)?])),
+        None if value == "no" => Some(EdgePaint::None),
+        None if value == "double_solid_line" => Some(EdgePaint::Two([Solid, Solid])),
+        None => Some(EdgePaint::One(stroke(value)?)),
     }
 }
 
-/// Whether two roads are painted alike, and their bus lanes open to the same, as far as their tags tell.
+/// Whether two roads have the same tags about paint, bus lanes and bicycle tracks.
 pub fn alike(a: &Tags, b: &Tags) -> bool {
     TAGS.iter().all(|key| a.get(key) == b.get(key))
         && CYCLEWAYS.iter().all(|key| a.is(key, SHARES) == b.is(key, SHARES))
         && [true, false].iter().all(|&left| is_behind_kerb(a, left) == is_behind_kerb(b, left))
 }
 
-/// The tags of a road whose line is turned around.
+/// The tags of a road of which the line is reversed.
 pub fn turned(tags: &Tags) -> Tags {
     let value = |key: &str, value: &str| match (key, value, value.split_once(';')) {
         ("overtaking", "forward", _) => "backward".to_owned(),
@@ -262,7 +261,7 @@ pub fn turned(tags: &Tags) -> Tags {
 mod tests {
     use super::*;
 
-    /// A road of driven lanes between sidewalks, `<` against its line and `>` along it, `=` both ways, left to right.
+    /// A road of lanes between sidewalks, left to right: `<` against its line, `>` along it, `=` both directions.
     fn section(lanes: &str) -> CrossSection {
         let walk = Strip::plain(StripKind::Sidewalk, Travel::Both, 1.5, false);
         let travel = |c: char| match c {
@@ -275,7 +274,7 @@ mod tests {
         CrossSection { strips: strips.collect() }
     }
 
-    /// Subtype (type, if there is none), colour and `lane_change` at the right edge of a lane.
+    /// The subtype (or type), colour and `lane_change` at the right edge of a lane.
     fn painted(lanes: &str, lane: usize, tags: &[(&str, &str)], country: &str) -> String {
         let marking = marking(&section(lanes), lane + 2, &tags.iter().copied().collect(), Some(country), false);
         let of = |key: &str| marking.get(key).map(str::to_owned);
@@ -306,31 +305,31 @@ mod tests {
             marking.get("subtype").or(marking.get("type")).map(str::to_owned)
         };
         assert_eq!(between(2.5, false, &[]).as_deref(), Some("virtual"));
-        assert_eq!(between(2.5, true, &[]).as_deref(), Some("solid"), "a guess says nothing");
+        assert_eq!(between(2.5, true, &[]).as_deref(), Some("solid"), "a default width does not count");
         assert_eq!(between(2.75, false, &[]).as_deref(), Some("solid"));
         assert_eq!(between(2.5, false, &[("lane_markings", "yes")]).as_deref(), Some("solid"));
         assert_eq!(between(2.5, false, &[("divider", "dashed_line")]).as_deref(), Some("dashed"));
     }
 
     #[test]
-    fn tags_say_what_is_painted_in_the_middle() {
-        let said = |tags: &[(&str, &str)]| painted("<>", 0, tags, "FR");
-        assert_eq!(said(&[("overtaking", "yes")]), "dashed no");
-        assert_eq!(said(&[("overtaking", "no")]), "solid no");
-        assert_eq!(said(&[("overtaking", "forward")]), "solid_dashed no");
-        assert_eq!(said(&[("overtaking", "backward")]), "dashed_solid no");
+    fn tags_decide_the_paint_in_the_middle() {
+        let paint = |tags: &[(&str, &str)]| painted("<>", 0, tags, "FR");
+        assert_eq!(paint(&[("overtaking", "yes")]), "dashed no");
+        assert_eq!(paint(&[("overtaking", "no")]), "solid no");
+        assert_eq!(paint(&[("overtaking", "forward")]), "solid_dashed no");
+        assert_eq!(paint(&[("overtaking", "backward")]), "dashed_solid no");
         assert_eq!(painted("><", 0, &[("overtaking", "forward")], "GB"), "dashed_solid no");
-        assert_eq!(said(&[("divider", "dashed_line;solid_line")]), "dashed_solid no");
-        assert_eq!(said(&[("divider", "double_solid_line")]), "solid_solid no");
-        assert_eq!(said(&[("divider", "kerb"), ("lane_markings", "no")]), "virtual no");
+        assert_eq!(paint(&[("divider", "dashed_line;solid_line")]), "dashed_solid no");
+        assert_eq!(paint(&[("divider", "double_solid_line")]), "solid_solid no");
+        assert_eq!(paint(&[("divider", "kerb"), ("lane_markings", "no")]), "virtual no");
     }
 
     #[test]
-    fn lanes_of_one_direction_are_crossed_over_dashes() {
+    fn lanes_of_one_direction_have_dashes_between_them() {
         assert_eq!(painted(">>", 0, &[], "US"), "dashed yes");
         assert_eq!(painted(">>", 0, &[("lane_markings", "no")], "US"), "virtual yes");
         let mut one_sided = section("<<");
-        // Of the outer lane, left along the line, one may not change to the inner one, which lies to its left.
+        // Vehicles may not change from the outer lane to the inner lane on its left.
         one_sided.strips[1].change = [Some(false), None];
         let subtype = |inverted: bool| {
             let marking = marking(&one_sided, 2, &Tags::default(), None, inverted);
@@ -341,7 +340,7 @@ mod tests {
     }
 
     #[test]
-    fn the_kerb_of_a_track_lies_toward_the_lanes() {
+    fn the_kerb_of_a_track_lies_between_track_and_lanes() {
         let strip = |kind| Strip::plain(kind, Travel::Forward, 1.0, false);
         let kinds = [StripKind::Bicycle, StripKind::Buffer, StripKind::Drive, StripKind::Drive, StripKind::Bicycle];
         let section = CrossSection { strips: kinds.map(strip).to_vec() };

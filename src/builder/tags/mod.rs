@@ -1,4 +1,4 @@
-//! Room 2: tags become lanes, widths, speeds and markings.
+//! Room 2: reads lanes, widths, speeds and markings from tags.
 
 pub mod cross_section;
 pub mod driving_side;

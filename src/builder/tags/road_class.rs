@@ -1,8 +1,8 @@
-//! The class of a road in the road hierarchy, and the side of the road on which people drive.
+//! The class of a road, and the driving side.
 
 use crate::osm::Tags;
 
-/// Which side of the road people drive on.
+/// The side of the road on which people drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DrivingSide {
@@ -13,7 +13,7 @@ pub enum DrivingSide {
     Right,
 }
 
-/// What a road is in the road hierarchy, from `highway`.
+/// The class of a road in the road hierarchy: the value of `highway`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RoadClass {
@@ -39,12 +39,12 @@ pub enum RoadClass {
     Track,
 }
 
-/// Whether the way is a ring that is driven round.
+/// Whether the way is a roundabout.
 pub(crate) fn is_roundabout(tags: &Tags) -> bool {
     matches!(tags.get("junction"), Some("roundabout" | "circular"))
 }
 
-/// Whether a road is a priority road: `priority_road`, other than `no` and the `end` of one.
+/// Whether a road is a priority road.
 pub fn is_priority_road(tags: &Tags) -> bool {
     matches!(tags.get("priority_road"), Some("designated" | "yes_unposted" | "yes"))
 }

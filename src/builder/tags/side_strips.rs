@@ -1,41 +1,41 @@
-//! Strips side by side that become one lanelet beside the lanes for cars: bicycle lanes, shoulders, strips for people on foot.
+//! Runs of strips beside the lanes for cars that become one lanelet: bicycle lanes, shoulders, pedestrian lanes.
 
 use super::cross_section::{CrossSection, StripKind, Travel};
 use std::ops::Range;
 
-/// Widths of a lane for bicycles, metres: what is narrower is no lane, what is wider no lane for bicycles alone.
-pub(crate) const BICYCLE: std::ops::RangeInclusive<f64> = 0.8..=3.0;
-/// The same where bicycles ride both ways, metres: at most two lanes.
-pub(crate) const BICYCLE_BOTH_WAYS: std::ops::RangeInclusive<f64> = 0.8..=6.0;
-/// A vehicle halts on what is at least so wide, metres, in part; narrower strips are the edge of the road.
-pub(crate) const SHOULDER_LEAST: f64 = 1.0;
-/// One person walks on what is at least so wide, metres.
-pub(crate) const PEDESTRIAN_LEAST: f64 = 0.6;
+/// The widths of a bicycle lane, metres.
+const BICYCLE: std::ops::RangeInclusive<f64> = 0.8..=3.0;
+/// The widths of a bicycle lane for both directions, metres.
+const BICYCLE_BOTH_WAYS: std::ops::RangeInclusive<f64> = 0.8..=6.0;
+/// The smallest width of a shoulder, metres: a vehicle stops on it in part. Narrower strips are the edge of the road.
+const MIN_SHOULDER: f64 = 1.0;
+/// The smallest width of a pedestrian lane, metres: one person.
+const MIN_PEDESTRIAN: f64 = 0.6;
 
-/// What a run of strips is for.
+/// The use of a run of strips.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StripUse {
     /// Bicycles.
     Bicycle,
-    /// Vehicles that halt.
+    /// Vehicles that stop.
     Shoulder,
     /// People on foot.
     Pedestrian,
 }
 
-/// Strips side by side that are one lanelet.
+/// Neighbouring strips that become one lanelet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StripRun {
-    /// What it is for.
+    /// Its use.
     pub used: StripUse,
-    /// The strips, by index.
+    /// The indices of the strips.
     pub strips: Range<usize>,
-    /// Which way its lanelet runs; two that lie on each other where it is both ways.
+    /// The direction of its lanelet; `Both`: two lanelets on the same strips.
     pub travel: Travel,
 }
 
 impl StripRun {
-    /// For each of its lanelets whether it runs against the road's line.
+    /// For each of its lanelets, whether it runs against the road's line.
     pub fn directions(&self) -> &'static [bool] {
         match (self.travel, self.used) {
             (Travel::Backward, _) => &[true],
@@ -45,46 +45,46 @@ impl StripRun {
     }
 }
 
-/// What lies beside the driven strips of a section, from left to right.
+/// The runs of strips of a section, from left to right.
 pub fn strip_runs(section: &CrossSection) -> Vec<StripRun> {
-    let mut runs = whole(section);
+    let mut runs = all_runs(section);
     loop {
-        let open: Vec<bool> = runs.iter().map(|run| reached(section, &runs, run)).collect();
-        if !open.contains(&false) {
+        let kept: Vec<StripRun> = runs.iter().filter(|run| is_reachable(section, &runs, run)).cloned().collect();
+        if kept.len() == runs.len() {
             return runs;
         }
-        let mut open = open.into_iter();
-        runs.retain(|_| open.next().unwrap_or(false));
+        runs = kept;
     }
 }
 
-/// All runs that are neither too narrow nor too wide, whatever lies beside them.
-pub(crate) fn whole(section: &CrossSection) -> Vec<StripRun> {
-    let strips = &section.strips;
+/// All runs of valid width.
+fn all_runs(section: &CrossSection) -> Vec<StripRun> {
     let mut runs: Vec<StripRun> = Vec::new();
-    let mut at = 0;
-    while at < strips.len() {
-        let begin = at;
-        at += 1;
-        let Some(used) = used(strips[begin].kind) else { continue };
-        while strips.get(at).is_some_and(|strip| self::used(strip.kind) == Some(used)) {
-            at += 1;
-        }
-        let strips = if used == StripUse::Bicycle { with_buffers(section, begin..at) } else { begin..at };
-        let width: f64 = section.strips[strips.clone()].iter().map(|strip| strip.width).sum();
+    let mut start = 0;
+    for strips in section.strips.chunk_by(|a, b| strip_use(a.kind) == strip_use(b.kind)) {
+        let run = start..start + strips.len();
+        start = run.end;
+        let Some(used) = strip_use(strips[0].kind) else { continue };
+        let range = if used == StripUse::Bicycle { with_buffers(section, run.clone()) } else { run.clone() };
+        let width = width(section, &range);
         let fits = match used {
-            StripUse::Bicycle => bicycle_widths(section, begin..at).contains(&width),
-            StripUse::Shoulder => width >= SHOULDER_LEAST,
-            StripUse::Pedestrian => width >= PEDESTRIAN_LEAST,
+            StripUse::Bicycle => bicycle_widths(section, &run).contains(&width),
+            StripUse::Shoulder => width >= MIN_SHOULDER,
+            StripUse::Pedestrian => width >= MIN_PEDESTRIAN,
         };
         if fits {
-            runs.push(StripRun { used, travel: travel(section, used, begin..at), strips });
+            runs.push(StripRun { used, travel: travel(section, used, &run), strips: range });
         }
     }
     runs
 }
 
-pub(crate) fn used(kind: StripKind) -> Option<StripUse> {
+/// The width of strips, metres.
+fn width(section: &CrossSection, strips: &Range<usize>) -> f64 {
+    section.strips[strips.clone()].iter().map(|strip| strip.width).sum()
+}
+
+fn strip_use(kind: StripKind) -> Option<StripUse> {
     match kind {
         StripKind::Bicycle => Some(StripUse::Bicycle),
         StripKind::Shoulder | StripKind::Parking => Some(StripUse::Shoulder),
@@ -93,29 +93,26 @@ pub(crate) fn used(kind: StripKind) -> Option<StripUse> {
     }
 }
 
-/// The painted buffers beside a bicycle lane belong to it, as far as it does not grow too wide: so it touches the lane
-/// beside it.
-pub(crate) fn with_buffers(section: &CrossSection, bicycles: Range<usize>) -> Range<usize> {
-    let buffer = |i: usize| section.strips.get(i).is_some_and(|strip| strip.kind == StripKind::Buffer);
-    let wide = |range: &Range<usize>| section.strips[range.clone()].iter().map(|s| s.width).sum::<f64>();
-    let most = *bicycle_widths(section, bicycles.clone()).end();
-    let mut range = bicycles;
-    if range.start > 0 && buffer(range.start - 1) && most >= wide(&(range.start - 1..range.end)) {
+/// A bicycle lane with the painted buffers beside it, unless it becomes too wide: so it touches the lane beside it.
+fn with_buffers(section: &CrossSection, mut range: Range<usize>) -> Range<usize> {
+    let is_buffer = |i: usize| section.strips.get(i).is_some_and(|strip| strip.kind == StripKind::Buffer);
+    let most = *bicycle_widths(section, &range).end();
+    if range.start > 0 && is_buffer(range.start - 1) && most >= width(section, &(range.start - 1..range.end)) {
         range.start -= 1;
     }
-    if buffer(range.end) && most >= wide(&(range.start..range.end + 1)) {
+    if is_buffer(range.end) && most >= width(section, &(range.start..range.end + 1)) {
         range.end += 1;
     }
     range
 }
 
-/// How wide strips for bicycles can be, metres.
-pub(crate) fn bicycle_widths(section: &CrossSection, strips: Range<usize>) -> std::ops::RangeInclusive<f64> {
+/// The valid widths of bicycle lanes, metres.
+fn bicycle_widths(section: &CrossSection, strips: &Range<usize>) -> std::ops::RangeInclusive<f64> {
     if section.strips[strips.start].travel == Travel::Both { BICYCLE_BOTH_WAYS } else { BICYCLE }
 }
 
-/// Bicycles have a direction of their own; all else runs as the traffic beside it does.
-pub(crate) fn travel(section: &CrossSection, used: StripUse, strips: Range<usize>) -> Travel {
+/// The direction of a run: bicycle lanes have their own; all others run with the nearest lane.
+fn travel(section: &CrossSection, used: StripUse, strips: &Range<usize>) -> Travel {
     let own = section.strips[strips.start].travel;
     if used == StripUse::Bicycle {
         return own;
@@ -125,8 +122,8 @@ pub(crate) fn travel(section: &CrossSection, used: StripUse, strips: Range<usize
     beside.unwrap_or(own)
 }
 
-/// Whether a run is of any use: nobody finds a shoulder, or a strip for people on foot, that touches no lane.
-pub(crate) fn reached(section: &CrossSection, runs: &[StripRun], run: &StripRun) -> bool {
+/// Whether a run can be reached: a shoulder or pedestrian lane has to touch a lane, a shoulder at least another run.
+fn is_reachable(section: &CrossSection, runs: &[StripRun], run: &StripRun) -> bool {
     let Range { start, end } = run.strips;
     let drive =
         |i: Option<usize>| i.and_then(|i| section.strips.get(i)).is_some_and(|strip| strip.kind == StripKind::Drive);

@@ -1,4 +1,4 @@
-//! Speed limits from `maxspeed*`, else defaults of class and country.
+//! Speed limits from `maxspeed*`, else by class and country.
 
 use crate::osm::Tags;
 
@@ -9,16 +9,16 @@ use super::values::number_of;
 const KMH_PER_MPH: f64 = 1.609_344;
 const KMH_PER_KNOT: f64 = 1.852;
 
-/// `walk`, and living streets: the German and Austrian reading of walking pace, km/h.
+/// Walking pace in Germany and Austria, km/h: `walk` and living streets.
 const WALK: f64 = 7.0;
-/// `none`: the advisory speed of the German motorway, km/h.
+/// The advisory speed of German motorways, km/h: `none`.
 const UNLIMITED: f64 = 130.0;
-/// Ways on private or agricultural ground, km/h.
+/// Service roads and tracks, km/h.
 const SERVICE: f64 = 20.0;
 /// Motorway ramps, km/h.
 const RAMP: f64 = 60.0;
 
-/// Limits of a country in km/h: in towns, outside, on motorways.
+/// The limits of a country in towns, outside towns and on motorways, km/h.
 struct Limits {
     countries: &'static [&'static str],
     urban: f64,
@@ -52,7 +52,7 @@ const COUNTRIES: [Limits; 12] = [
     Limits { countries: &["IN", "TH", "ID", "MY"], urban: 50.0, rural: 80.0, motorway: 100.0 },
 ];
 
-/// The usual limits of the world.
+/// The limits of most countries.
 const ELSEWHERE: Limits = Limits { countries: &[], urban: 50.0, rural: 90.0, motorway: 120.0 };
 
 fn limits(country: Option<&str>) -> &'static Limits {
@@ -63,15 +63,14 @@ fn limits(country: Option<&str>) -> &'static Limits {
 /// The limit forward and backward along the way, km/h.
 pub(crate) fn limit(tags: &Tags, class: RoadClass, link: bool, customs: &Customs<'_>) -> [f64; 2] {
     let country = customs.country;
-    let read = |key| tags.get(key).and_then(|value| said(value, country));
-    let kinds =
-        || ["maxspeed:type", "source:maxspeed", "zone:maxspeed", "zone:traffic"].iter().find_map(|key| read(key));
-    let usual = || customs.defaults(class, link).speed.unwrap_or_else(|| default(class, link, country));
-    let both = read("maxspeed").or_else(kinds);
-    ["maxspeed:forward", "maxspeed:backward"].map(|key| read(key).or(both).unwrap_or_else(usual))
+    let read = |key| tags.get(key).and_then(|value| parse(value, country));
+    let default = || customs.defaults(class, link).speed.unwrap_or_else(|| default(class, link, country));
+    let both = ["maxspeed", "maxspeed:type", "source:maxspeed", "zone:maxspeed", "zone:traffic"];
+    let both = both.iter().find_map(|key| read(key));
+    ["maxspeed:forward", "maxspeed:backward"].map(|key| read(key).or(both).unwrap_or_else(default))
 }
 
-/// The limit of a class where no tag tells it, km/h.
+/// The default limit of a class, km/h.
 fn default(class: RoadClass, link: bool, country: Option<&str>) -> f64 {
     let limits = limits(country);
     match class {
@@ -84,11 +83,11 @@ fn default(class: RoadClass, link: bool, country: Option<&str>) -> f64 {
     }
 }
 
-/// What a value says in km/h: a number with its unit, a word, or a zone such as `DE:urban`.
-fn said(value: &str, country: Option<&str>) -> Option<f64> {
-    // Of several limits the lowest binds.
+/// A value in km/h: a number with a unit, a word, or a zone such as `DE:urban`.
+fn parse(value: &str, country: Option<&str>) -> Option<f64> {
+    // The lowest of several limits applies.
     if value.contains(';') {
-        return value.split(';').filter_map(|part| said(part, country)).min_by(f64::total_cmp);
+        return value.split(';').filter_map(|part| parse(part, country)).min_by(f64::total_cmp);
     }
     let value = value.trim();
     match value {
@@ -157,12 +156,12 @@ mod tests {
     }
 
     #[test]
-    fn each_direction_may_have_its_own() {
+    fn directions_may_have_different_limits() {
         assert_eq!(of(&[("maxspeed", "50"), ("maxspeed:backward", "30")]), [50.0, 30.0]);
     }
 
     #[test]
-    fn nonsense_gives_the_default() {
+    fn an_invalid_value_gives_the_default() {
         for value in ["signals", "fast", "-30", "nan", "1e9", ""] {
             assert_eq!(of(&[("maxspeed", value)]), [50.0; 2], "{value}");
         }

@@ -1,12 +1,12 @@
-//! Values of OpenStreetMap's tags as numbers and lists.
+//! Reads the values of tags as numbers and lists.
 
 use crate::osm::Tags;
 
 const METRES_PER_FOOT: f64 = 0.3048;
 const METRES_PER_INCH: f64 = 0.0254;
 
-/// A length in metres from `3`, `3.5 m`, `3,5`, `350 cm`, `10'`, `12'6"`, `10 ft`; `None` for anything else and for
-/// what is not positive.
+/// A length in metres from `3`, `3.5 m`, `3,5`, `350 cm`, `10'`, `12'6"`, `10 ft`; `None` if it is none of these or not
+/// positive.
 pub(crate) fn metres(text: &str) -> Option<f64> {
     let text = text.trim();
     let value = if text.contains(['\'', '"']) { feet_and_inches(text)? } else { with_unit(text)? };
@@ -44,17 +44,17 @@ pub(crate) fn number_of(text: &str) -> Option<f64> {
     if text.contains('.') { text.parse().ok() } else { text.replacen(',', ".", 1).parse().ok() }
 }
 
-/// The length under the first of `keys` that has a readable one.
+/// The length under the first of `keys` that has a valid one, metres.
 pub(crate) fn metres_under<'k>(tags: &Tags, keys: impl IntoIterator<Item = &'k str>) -> Option<f64> {
     keys.into_iter().find_map(|key| metres(tags.get(key)?))
 }
 
-/// The entries of a `:lanes` value, left to right as the traffic sees them.
+/// The entries of a `:lanes` value, left to right in the direction of travel.
 pub(crate) fn per_lane(value: &str) -> impl Iterator<Item = &str> {
     value.split('|').map(str::trim)
 }
 
-/// Whether a value says yes in one of the usual words.
+/// Whether a value allows access.
 pub(crate) fn is_yes(value: &str) -> bool {
     matches!(value, "yes" | "designated" | "official" | "permissive")
 }

@@ -1,5 +1,5 @@
-//! Guide lines between the lanes of one turn: dashes on the bound that two lanes share, as long as the lanes that begin
-//! together run together.
+//! Guide lines between the lanes of one turn: dashes on the bound that two lanes share, as far as it runs along the bounds of
+//! the lanes that begin with them.
 
 use std::collections::BTreeMap;
 
@@ -12,20 +12,20 @@ use crate::lanelet::{Attributes, LineStringId};
 
 use super::stop_line::drivable;
 
-/// Lanes that begin together have parted where their bounds are this far, metres, from each other.
-const APART: f64 = 0.1;
-/// Where they part is looked for in steps of this length, metres.
+/// Lanes that begin together have diverged where their bounds are this far, metres, from each other.
+const DIVERGED: f64 = 0.1;
+/// The distance between places where bounds are compared, metres.
 const STEP: f64 = 0.25;
-/// Nobody paints a line shorter than this, metres.
-const SHORTEST: f64 = 5.0;
+/// The shortest guide line, metres.
+const MIN_LENGTH: f64 = 5.0;
 
-/// A guide line, before it is drawn.
+/// A guide line to draw.
 pub struct Guide {
     /// The bound that it marks.
     pub bound: LineStringId,
-    /// Whether the lanes that it leads run against the bound.
+    /// Whether the lanes run against the bound.
     inverted: bool,
-    /// How far it runs along the bound, metres; `None`: all along.
+    /// Its length along the bound, metres; `None`: the whole bound.
     length: Option<f64>,
 }
 
@@ -39,57 +39,57 @@ pub fn between_lanes(map: &MapIndex, traffic: &Traffic) -> Vec<Guide> {
     for movements in turns.values() {
         for left in movements {
             let shared = map.lanes[left.lane].bounds[1];
-            let beside = |right: &&&Movement| map.lanes[right.lane].bounds[0] == shared;
-            let Some(right) = movements.iter().find(beside) else { continue };
-            if guides.iter().all(|guide| guide.bound != shared) {
-                let together = [(*left, 1), (*right, 0)].map(|(of, side)| together(map, traffic, of, side));
-                guides.extend(guide(map, left.lane, shared, together));
+            let right = movements.iter().find(|right| map.lanes[right.lane].bounds[0] == shared);
+            if let Some(right) = right
+                && guides.iter().all(|guide| guide.bound != shared)
+            {
+                let lengths = [common_length(map, traffic, left, 1), common_length(map, traffic, right, 0)];
+                guides.extend(guide(map, left.lane, shared, lengths));
             }
         }
     }
     guides
 }
 
-/// The guide line on a lane's right bound; `None` where too little is left of it.
-fn guide(map: &MapIndex, lane: usize, bound: LineStringId, together: [Option<f64>; 2]) -> Option<Guide> {
-    let length = together.into_iter().flatten().min_by(f64::total_cmp);
-    let whole = map.lanes[lane].border(1)?.length();
-    let lanelet = map.map.lanelets.get(map.lanes[lane].id)?;
-    let inverted = lanelet.right.inverted;
-    (length.unwrap_or(whole) >= SHORTEST).then_some(Guide { bound, inverted, length })
+/// The guide line on the right bound of a lane, as long as the shorter of two lengths (metres); `None` if it is too short.
+fn guide(map: &MapIndex, lane: usize, bound: LineStringId, lengths: [Option<f64>; 2]) -> Option<Guide> {
+    let length = lengths.into_iter().flatten().min_by(f64::total_cmp);
+    let bound_length = map.lanes[lane].border(1)?.length();
+    let inverted = map.map.lanelets.get(map.lanes[lane].id)?.right.inverted;
+    (length.unwrap_or(bound_length) >= MIN_LENGTH).then_some(Guide { bound, inverted, length })
 }
 
-/// How far, metres, the bound of a movement runs on those of the movements that begin with it and turn as it does;
-/// `None`: all along.
-fn together(map: &MapIndex, traffic: &Traffic, movement: &Movement, side: usize) -> Option<f64> {
-    let bound = |lane: usize| map.lanes[lane].border(side);
-    let own = bound(movement.lane)?;
-    let alike = |other: &usize| {
-        let turn = |x: usize| traffic.movements[x].mover.turn;
-        let own_line = map.lanes[*other].bounds[side] == map.lanes[movement.lane].bounds[side];
-        !own_line && traffic.of_lane(*other).is_some_and(|x| turn(x) == movement.mover.turn)
+/// The length, metres, over which a bound of a movement runs along those of the movements that begin with it and turn the
+/// same way; `None`: the whole bound.
+fn common_length(map: &MapIndex, traffic: &Traffic, movement: &Movement, side: usize) -> Option<f64> {
+    let bound = map.lanes[movement.lane].border(side)?;
+    let turns_alike = |other: &usize| {
+        let same_line = map.lanes[*other].bounds[side] == map.lanes[movement.lane].bounds[side];
+        let turn = traffic.of_lane(*other).map(|x| traffic.movements[x].mover.turn);
+        !same_line && turn == Some(movement.mover.turn)
     };
-    let others: Vec<Polyline> = map.siblings(movement.lane).filter(alike).filter_map(bound).collect();
-    let steps = (own.length() / STEP) as usize;
-    let parted = |step: &usize| others.iter().any(|other| other.distance(own.at(*step as f64 * STEP)) > APART);
-    (0..=steps).find(parted).map(|step| (step.max(1) - 1) as f64 * STEP)
+    let siblings = map.siblings(movement.lane).filter(turns_alike);
+    let others: Vec<Polyline> = siblings.filter_map(|lane| map.lanes[lane].border(side)).collect();
+    let mut stations = (0..=(bound.length() / STEP) as usize).map(|step| step as f64 * STEP);
+    let diverged = stations.find(|&s| others.iter().any(|other| other.distance(bound.at(s)) > DIVERGED));
+    diverged.map(|station| (station - STEP).max(0.0))
 }
 
-/// Draws a line over the nodes of its bound; nothing else uses it.
-pub fn draw(pen: &mut MapEditor, Guide { bound, inverted, length }: Guide) {
-    let Some(mut nodes) = pen.map.linestrings.get(bound).map(|line| line.points.clone()) else { return };
-    let Some(mut shape) = pen.shape(bound) else { return };
+/// Draws a guide line through the points of its bound.
+pub fn draw(editor: &mut MapEditor, Guide { bound, inverted, length }: Guide) {
+    let Some(mut points) = editor.map.linestrings.get(bound).map(|line| line.points.clone()) else { return };
+    let Some(mut shape) = editor.shape(bound) else { return };
     if inverted {
-        nodes.reverse();
+        points.reverse();
         shape = shape.reversed();
     }
     let key = Key::new("inside guide line").number(bound.0);
     if let Some(length) = length {
-        let kept = shape.stations().iter().filter(|station| **station < length - STEP).count();
+        let count = shape.stations().iter().filter(|station| **station < length - STEP).count();
         let end = shape.at(length);
-        nodes.truncate(kept);
-        nodes.push(pen.point_on(key.word("end"), bound, end));
-        nodes.dedup();
+        points.truncate(count);
+        points.push(editor.point_on(key.word("end"), bound, end));
+        points.dedup();
     }
-    pen.line(key, nodes, Attributes::of(&[("type", "line_thin"), ("subtype", "dashed")]));
+    editor.line(key, points, Attributes::of(&[("type", "line_thin"), ("subtype", "dashed")]));
 }

@@ -1,44 +1,35 @@
-//! `right_of_way` elements of a map that stands.
+//! Changes `right_of_way` elements of a finished map.
 
 use std::collections::BTreeSet;
 
 use crate::builder::ids::Key;
-use crate::builder::postprocess::map_editor::MapEditor;
-use crate::lanelet::{LaneletId, Member, RegulatoryElementId, Target};
+use crate::builder::postprocess::map_editor::{MapEditor, right_of_way_of};
+use crate::lanelet::{LaneletId, Member, Target};
 
-/// Lets a lanelet ignore `ignored`, and of `met` nothing else.
-pub fn amend(pen: &mut MapEditor, lane: LaneletId, met: &[LaneletId], ignored: &[LaneletId]) {
-    let Some(id) = element_of(pen, lane) else {
+/// Lists the lanelets `ignored` as yielding to a lanelet, and no others of the lanelets `met`.
+pub fn amend(editor: &mut MapEditor, lane: LaneletId, met: &[LaneletId], ignored: &[LaneletId]) {
+    let Some(id) = right_of_way_of(editor.map, lane).next().map(|element| element.id) else {
         if !ignored.is_empty() {
             let mut members = vec![("right_of_way", Target::Lanelet(lane))];
             members.extend(ignored.iter().map(|&other| ("yield", Target::Lanelet(other))));
-            pen.element(Key::new("right of way").number(lane.0), "right_of_way", members, &[lane]);
+            editor.element(Key::new("right of way").number(lane.0), "right_of_way", members, &[lane]);
         }
         return;
     };
-    let Some(element) = pen.map.regulatory_elements.get_mut(id) else { return };
-    let known: BTreeSet<LaneletId> = element.lanelets("yield").collect();
+    let Some(element) = editor.map.regulatory_elements.get_mut(id) else { return };
+    let listed: BTreeSet<LaneletId> = element.lanelets("yield").collect();
     let dropped: BTreeSet<LaneletId> = met.iter().copied().filter(|other| !ignored.contains(other)).collect();
     element.members.retain(|member| match member.target {
         Target::Lanelet(other) => member.role != "yield" || !dropped.contains(&other),
         _ => true,
     });
-    let missing = ignored.iter().filter(|other| !known.contains(other));
+    let missing = ignored.iter().filter(|other| !listed.contains(other));
     element.members.extend(missing.map(|&other| Member { role: "yield".into(), target: Target::Lanelet(other) }));
+    // An element that lists no yielding lanelet has no effect.
     if element.lanelets("yield").next().is_none() {
-        // One that lists nobody says nothing.
-        pen.map.regulatory_elements.retain(|element| element.id != id);
-        if let Some(lanelet) = pen.map.lanelets.get_mut(lane) {
-            lanelet.regulatory_elements.retain(|own| *own != id);
+        editor.map.regulatory_elements.retain(|element| element.id != id);
+        if let Some(lanelet) = editor.map.lanelets.get_mut(lane) {
+            lanelet.regulatory_elements.retain(|element| *element != id);
         }
     }
-}
-
-/// The one that a lanelet refers to and that lists it.
-fn element_of(pen: &MapEditor, lane: LaneletId) -> Option<RegulatoryElementId> {
-    let listing = |id: &RegulatoryElementId| {
-        let element = pen.map.regulatory_elements.get(*id);
-        element.is_some_and(|e| e.subtype == "right_of_way" && e.lanelets("right_of_way").any(|own| own == lane))
-    };
-    pen.map.lanelets.get(lane)?.regulatory_elements.iter().copied().find(listing)
 }

@@ -1,5 +1,4 @@
-//! Which signals are green together, by the user's word: whom the lanelets of an intersection ignore, and what the settings
-//! beside the map say of it.
+//! Signal phases that the user names: which lanelets of an intersection ignore each other, and the phases in the settings.
 
 use crate::builder::postprocess::map_editor::MapEditor;
 use crate::lanelet::index::MapIndex;
@@ -8,57 +7,55 @@ use crate::settings::{ApproachName, IntersectionSettings, Settings};
 
 use super::right_of_way;
 
-/// Phase by phase what is green together.
+/// The approaches of each phase: they are green together.
 type Phases = Vec<Vec<ApproachName>>;
 
-/// The phases of one intersection, before they are written.
+/// The phases of one intersection.
 pub struct SignalPhases {
     area: PolygonId,
     phases: Phases,
-    /// Per lanelet that has a phase all whom it meets, and those of them that it may ignore.
+    /// For each lanelet with a phase, the lanelets that it meets and those of them that it may ignore.
     rights: Vec<(LaneletId, [Vec<LaneletId>; 2])>,
 }
 
-/// What the entries say of an intersection; `None` where that is nothing.
-pub fn phased(map: &MapIndex, at: usize, entries: &[&IntersectionSettings]) -> Option<SignalPhases> {
+/// The phases that the entries give an intersection; `None` if they give none.
+pub fn phases(map: &MapIndex, intersection: usize, entries: &[&IntersectionSettings]) -> Option<SignalPhases> {
     let phases: Phases = entries.iter().flat_map(|entry| entry.phases.iter().cloned()).collect();
-    let area = map.intersections[at].area.filter(|_| !phases.is_empty())?;
-    let traffic = &map.traffic[at];
+    let area = map.intersections[intersection].area.filter(|_| !phases.is_empty())?;
+    let traffic = &map.traffic[intersection];
     let lane = |x: usize| map.lanes[traffic.movements[x].lane].id;
-    let ids = |movements: Vec<usize>| movements.into_iter().map(lane).collect();
+    let lanes = |movements: Vec<usize>| movements.into_iter().map(lane).collect();
     let with_phase = (0..traffic.movements.len()).filter(|&x| traffic.has_phase(x));
-    let rights = with_phase.map(|x| (lane(x), [ids(traffic.met(map, x)), ids(traffic.yields(map, x))]));
+    let rights = with_phase.map(|x| (lane(x), [lanes(traffic.met(map, x)), lanes(traffic.yields(map, x))]));
     Some(SignalPhases { area, phases, rights: rights.collect() })
 }
 
-/// Why the phases of an entry do not say what they are to say, each with its place in the list.
-pub fn faults(map: &MapIndex, at: usize, entry: &IntersectionSettings) -> Vec<(usize, String)> {
-    let movements = &map.traffic[at].movements;
-    let lit = |x: usize| movements[x].mover.signalised;
+/// The phases of an entry that name an approach without traffic lights, by index, each with a message.
+pub fn faults(map: &MapIndex, intersection: usize, entry: &IntersectionSettings) -> Vec<(usize, String)> {
+    let movements = &map.traffic[intersection].movements;
+    let signalised = |x: usize| movements[x].mover.signalised;
     let named = entry.phases.iter().enumerate().flat_map(|(phase, names)| names.iter().map(move |name| (phase, name)));
-    let unlit = named.filter(|(_, name)| !map.movements_named(at, name).into_iter().any(lit));
-    unlit
+    let unsignalised = named.filter(|(_, name)| !map.movements_named(intersection, name).into_iter().any(signalised));
+    unsignalised
         .map(|(phase, name)| {
-            let sides = map.intersections[at].arms.iter().enumerate();
-            let sides = sides.filter(|(arm, _)| (0..movements.len()).any(|x| movements[x].from == *arm && lit(x)));
-            let sides: Vec<&str> = sides.map(|(_, arm)| arm.compass).collect();
-            let there = if sides.is_empty() { "here".to_owned() } else { format!("but those of {}", sides.join(", ")) };
-            (phase, format!("{name} has no traffic lights; there are none {there}"))
+            let arms = map.intersections[intersection].arms.iter().enumerate();
+            let arms = arms.filter(|(arm, _)| (0..movements.len()).any(|x| movements[x].from == *arm && signalised(x)));
+            let arms: Vec<&str> = arms.map(|(_, arm)| arm.compass).collect();
+            let others = if arms.is_empty() { "here".to_owned() } else { format!("but those of {}", arms.join(", ")) };
+            (phase, format!("{name} has no traffic lights; there are none {others}"))
         })
         .collect()
 }
 
-/// Lets lanelets ignore those who are red while they drive, and nobody else; adds the phases to the settings of the map.
-pub fn write(pen: &mut MapEditor, settings: &mut Settings, phased: SignalPhases) {
-    for (lane, [met, ignored]) in &phased.rights {
-        right_of_way::amend(pen, *lane, met, ignored);
+/// Lets each lanelet ignore those that have red while it has green, and adds the phases to the settings of the map.
+pub fn write(editor: &mut MapEditor, settings: &mut Settings, signals: SignalPhases) {
+    let SignalPhases { area, phases, rights } = signals;
+    for (lane, [met, ignored]) in &rights {
+        right_of_way::amend(editor, *lane, met, ignored);
     }
-    let ia = Some(phased.area.0);
+    let ia = Some(area.0);
     match settings.intersection.iter_mut().find(|entry| entry.ia == ia) {
-        Some(entry) => entry.phases.extend(phased.phases),
-        None => {
-            let entry = IntersectionSettings { ia, phases: phased.phases, ..IntersectionSettings::default() };
-            settings.intersection.push(entry);
-        }
+        Some(entry) => entry.phases.extend(phases),
+        None => settings.intersection.push(IntersectionSettings { ia, phases, ..IntersectionSettings::default() }),
     }
 }

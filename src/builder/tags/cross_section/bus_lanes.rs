@@ -3,22 +3,22 @@
 use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tags::values::number_of;
 
-use super::facts::plain;
+use super::facts::default_lane;
 use super::flow::Flow;
 use super::per_lane::PerLane;
 use super::{Strip, StripKind, Travel, WayFacts};
 
-/// One edge of a direction's lanes.
+/// An edge of the lanes of one direction.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Edge {
-    /// Toward the own kerb.
+    /// At the kerb.
     Near,
-    /// Toward oncoming traffic.
+    /// At the oncoming traffic.
     Far,
 }
 
-/// Makes bus lanes of lanes, or adds a lane where none would be left for cars. `lanes` and `lists` are those of
-/// forward and backward travel; lists that name bus lanes themselves have the last word.
+/// Turns lanes into bus lanes, or adds a bus lane where none would be left for cars. `lanes` and `lists` are those of the forward
+/// and the backward direction. Lists that name bus lanes take precedence.
 pub(super) fn mark_bus_lanes(facts: &WayFacts<'_>, flow: Flow, lanes: [&mut Vec<Strip>; 2], lists: [&PerLane; 2]) {
     let [forward, backward] = lanes;
     if lists[0].names_buses(forward.len()) || lists[1].names_buses(backward.len()) || facts.bus_road {
@@ -38,7 +38,9 @@ pub(super) fn mark_bus_lanes(facts: &WayFacts<'_>, flow: Flow, lanes: [&mut Vec<
             DrivingSide::Left => opposite(right_hand),
         };
         match (value(key), flow) {
-            (Some("lane"), Flow::TwoWay) => own(facts, if here == Travel::Forward { forward } else { backward }, here),
+            (Some("lane"), Flow::TwoWay) => {
+                mark(facts, if here == Travel::Forward { forward } else { backward }, Edge::Near, here);
+            }
             (Some("lane"), Flow::Forward) => mark(facts, forward, edge(here, Travel::Forward), Travel::Forward),
             (Some("lane"), Flow::Backward) => mark(facts, backward, edge(here, Travel::Backward), Travel::Backward),
             (Some("opposite_lane"), _) => against(facts, flow, forward, backward),
@@ -46,8 +48,8 @@ pub(super) fn mark_bus_lanes(facts: &WayFacts<'_>, flow: Flow, lanes: [&mut Vec<
         }
     }
     match (facts.tags.get("busway"), flow) {
-        (Some("lane"), Flow::Forward) => own(facts, forward, Travel::Forward),
-        (Some("lane"), Flow::Backward) => own(facts, backward, Travel::Backward),
+        (Some("lane"), Flow::Forward) => mark(facts, forward, Edge::Near, Travel::Forward),
+        (Some("lane"), Flow::Backward) => mark(facts, backward, Edge::Near, Travel::Backward),
         (Some("opposite_lane"), _) => against(facts, flow, forward, backward),
         _ => {}
     }
@@ -61,16 +63,12 @@ fn opposite(travel: Travel) -> Travel {
     }
 }
 
-/// The side of the road where `here` would drive is the near edge for `travel` itself.
+/// The edge of the lanes of `travel` on the side of the road of direction `here`.
 fn edge(here: Travel, travel: Travel) -> Edge {
     if here == travel { Edge::Near } else { Edge::Far }
 }
 
-fn own(facts: &WayFacts<'_>, lanes: &mut Vec<Strip>, travel: Travel) {
-    mark(facts, lanes, Edge::Near, travel);
-}
-
-/// `lanes:bus` and `lanes:psv`, with or without a direction; `true` if there was one.
+/// Applies `lanes:bus` and `lanes:psv`, with or without a direction. Returns whether there was one.
 fn mark_counted(facts: &WayFacts<'_>, flow: Flow, forward: &mut [Strip], backward: &mut [Strip]) -> bool {
     let count = |suffix: &str| {
         let value = ["lanes:bus", "lanes:psv"].iter().find_map(|key| facts.tags.get_joined([key, suffix]))?;
@@ -93,12 +91,12 @@ fn mark_counted(facts: &WayFacts<'_>, flow: Flow, forward: &mut [Strip], backwar
     ahead.is_some() || back.is_some()
 }
 
-/// Makes a bus lane of the outermost lane on one edge; adds one where it is the only lane.
+/// Turns the outermost lane on one edge into a bus lane, or adds a bus lane if there is only one lane.
 fn mark(facts: &WayFacts<'_>, lanes: &mut Vec<Strip>, edge: Edge, travel: Travel) {
     let first = (edge == Edge::Near) == (facts.side == DrivingSide::Left);
     let cars = lanes.iter().filter(|lane| lane.kind == StripKind::Drive).count();
     if cars < 2 {
-        let lane = Strip { kind: StripKind::Bus, ..plain(facts, travel) };
+        let lane = Strip { kind: StripKind::Bus, ..default_lane(facts, travel) };
         lanes.insert(if first { 0 } else { lanes.len() }, lane);
         return;
     }
@@ -116,6 +114,6 @@ fn against(facts: &WayFacts<'_>, flow: Flow, forward: &mut Vec<Strip>, backward:
         _ => return,
     };
     if lanes.is_empty() {
-        lanes.push(Strip { kind: StripKind::Bus, ..plain(facts, travel) });
+        lanes.push(Strip { kind: StripKind::Bus, ..default_lane(facts, travel) });
     }
 }

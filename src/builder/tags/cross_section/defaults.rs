@@ -1,49 +1,49 @@
-//! What is assumed of a road where its tags are silent: the usual of its class, unless the settings say otherwise.
+//! Defaults for missing tags: by class, or by the settings.
 
 use crate::builder::tags::road_class::{DrivingSide, RoadClass};
 use crate::settings::{AssumeSettings, Highway};
 
-/// A sidewalk, metres.
+/// The width of a sidewalk, metres.
 pub(crate) const SIDEWALK: f64 = 1.5;
 
-/// What holds for all roads of a region.
+/// What all roads of a region have in common.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Customs<'a> {
-    /// The side people drive on.
+    /// The driving side.
     pub side: DrivingSide,
     /// ISO 3166-1 code of the country.
     pub country: Option<&'a str>,
-    /// What the user assumes; of two that speak of a road, the first.
+    /// The assumptions of the user. The first that applies to a road counts.
     pub assume: &'a [AssumeSettings],
 }
 
 impl Customs<'_> {
-    /// What is assumed of a road.
+    /// The defaults of a road.
     pub fn defaults(&self, class: RoadClass, link: bool) -> Defaults {
         let usual = Defaults::of(class);
         let Some(highway) = (!self.assume.is_empty()).then(|| highway(class, link)) else { return usual };
-        let about: Vec<_> = self.assume.iter().filter(|said| said.is_about(highway, self.country)).collect();
-        let said = |of: fn(&AssumeSettings) -> Option<f64>| about.iter().find_map(|said| of(said));
+        let settings: Vec<_> = self.assume.iter().filter(|entry| entry.is_about(highway, self.country)).collect();
+        let first = |of: fn(&AssumeSettings) -> Option<f64>| settings.iter().find_map(|entry| of(entry));
         Defaults {
-            lanes: about.iter().find_map(|said| said.lanes).map(usize::from),
-            speed: said(|s| s.speed),
-            lane: said(|s| s.lane_width).unwrap_or(usual.lane),
-            bicycle_lane: said(|s| s.bicycle_lane_width).unwrap_or(usual.bicycle_lane),
-            bicycle_track: said(|s| s.bicycle_track_width).unwrap_or(usual.bicycle_track),
-            parking: said(|s| s.parking_width).unwrap_or(usual.parking),
-            shoulder: said(|s| s.shoulder_width).unwrap_or(usual.shoulder),
-            pedestrian_lane: said(|s| s.pedestrian_lane_width).unwrap_or(usual.pedestrian_lane),
-            sidewalk: said(|s| s.sidewalk_width).unwrap_or(usual.sidewalk),
+            lanes: settings.iter().find_map(|entry| entry.lanes).map(usize::from),
+            speed: first(|s| s.speed),
+            lane: first(|s| s.lane_width).unwrap_or(usual.lane),
+            bicycle_lane: first(|s| s.bicycle_lane_width).unwrap_or(usual.bicycle_lane),
+            bicycle_track: first(|s| s.bicycle_track_width).unwrap_or(usual.bicycle_track),
+            parking: first(|s| s.parking_width).unwrap_or(usual.parking),
+            shoulder: first(|s| s.shoulder_width).unwrap_or(usual.shoulder),
+            pedestrian_lane: first(|s| s.pedestrian_lane_width).unwrap_or(usual.pedestrian_lane),
+            sidewalk: first(|s| s.sidewalk_width).unwrap_or(usual.sidewalk),
         }
     }
 }
 
-/// What is assumed of a road where its tags are silent. Widths are metres.
+/// The defaults of a road for missing tags. Widths are metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Defaults {
-    /// Lanes in each direction, where the user says it.
+    /// The number of lanes in each direction, if the user sets it.
     pub lanes: Option<usize>,
-    /// Speed limit, km/h, where the user says it.
+    /// The speed limit, km/h, if the user sets it.
     pub speed: Option<f64>,
     /// A lane for motor vehicles.
     pub lane: f64,
@@ -51,18 +51,18 @@ pub(crate) struct Defaults {
     pub bicycle_lane: f64,
     /// A bicycle track behind a kerb.
     pub bicycle_track: f64,
-    /// Cars parked along the road.
+    /// Parallel parking.
     pub parking: f64,
-    /// A tagged shoulder; that of a motorway or trunk road is wide enough to stop on.
+    /// A shoulder. On a motorway or trunk road a vehicle can stop on it.
     pub shoulder: f64,
-    /// A painted strip for people on foot.
+    /// A painted lane for people on foot.
     pub pedestrian_lane: f64,
     /// A sidewalk.
     pub sidewalk: f64,
 }
 
 impl Defaults {
-    /// The usual of a class.
+    /// The defaults of a class.
     pub fn of(class: RoadClass) -> Self {
         let lane = match class {
             RoadClass::Motorway | RoadClass::Trunk => 3.5,

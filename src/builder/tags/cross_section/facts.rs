@@ -1,4 +1,4 @@
-//! What is known of a way before its cross-section is read, and what is read.
+//! The input and the output of reading a cross-section.
 
 use crate::builder::tags::road_class::{DrivingSide, RoadClass};
 use crate::builder::tags::values::metres_under;
@@ -8,10 +8,10 @@ use crate::osm::Tags;
 use super::defaults::Defaults;
 use super::{CrossSection, Strip, StripKind, Travel};
 
-/// A single track for both directions may take all of a narrow carriageway, metres.
+/// The largest width of a single track for both directions, metres.
 pub(super) const MAX_SINGLE_TRACK: f64 = 5.5;
 
-/// What is known of a way before its strips are read.
+/// A way of which the cross-section is read.
 #[derive(Clone, Copy)]
 pub(crate) struct WayFacts<'a> {
     /// Its id.
@@ -22,38 +22,37 @@ pub(crate) struct WayFacts<'a> {
     pub class: RoadClass,
     /// Whether it is a `_link`.
     pub link: bool,
-    /// Whether only buses may use it.
+    /// Whether it is only for buses.
     pub bus_road: bool,
-    /// The side people drive on.
+    /// The driving side.
     pub side: DrivingSide,
-    /// What is assumed where its tags are silent.
+    /// The defaults for missing tags.
     pub usual: Defaults,
-    /// The lanes, left to right along the way, of the road that it continues on both sides; heeded where its own tags tell
-    /// none.
+    /// The lanes, left to right along the way, of the road that it continues at both ends. They apply if it has no lane tags.
     pub continued: Option<&'a [Lane]>,
 }
 
-/// What a lane for motor vehicles is for, and which way.
+/// The kind and the direction of a lane for motor vehicles.
 pub(crate) type Lane = (StripKind, Travel);
 
 impl WayFacts<'_> {
-    /// A note about the way.
+    /// A finding about the way.
     pub(super) fn note(&self, slug: &'static str, severity: Severity, what: &str) -> Finding {
         Finding::new(slug, Subject::Way(self.way), format!("way {}: {what}", self.way)).graded(severity)
     }
 }
 
-/// A cross-section and where it lies beside OpenStreetMap's line.
+/// A cross-section and its position relative to OpenStreetMap's line.
 #[derive(Clone, Debug)]
 pub(crate) struct SectionReading {
-    /// What lies across the road, along the way's direction.
+    /// The strips, seen along the way.
     pub section: CrossSection,
-    /// How far the middle of the section lies left of the way's line, metres.
+    /// The offset of the middle of the section from the way's line, metres, left positive.
     pub shift: f64,
 }
 
-/// A lane of which nothing is known but its direction.
-pub(super) fn plain(facts: &WayFacts<'_>, travel: Travel) -> Strip {
+/// A lane without tags of its own.
+pub(super) fn default_lane(facts: &WayFacts<'_>, travel: Travel) -> Strip {
     let kind = if facts.bus_road { StripKind::Bus } else { StripKind::Drive };
     match metres_under(facts.tags, ["lane_width", "width:lane"]) {
         Some(width) if super::LANE_WIDTHS.contains(&width) => Strip::plain(kind, travel, width, false),

@@ -1,24 +1,24 @@
-//! Whether traffic runs one way or both ways, from `oneway` and what implies it.
+//! Whether a way is one-way: by `oneway`, its class and roundabouts.
 
 use crate::builder::tags::road_class::{RoadClass, is_roundabout};
 
 use super::WayFacts;
 
-/// How motor traffic runs along a way.
+/// The directions of motor traffic on a way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Flow {
-    /// Both ways, each on its own side.
+    /// Both directions, each on its own side.
     TwoWay,
-    /// Only with the way.
+    /// Only along the way.
     Forward,
     /// Only against the way.
     Backward,
-    /// Now one way, now the other, all lanes alike.
+    /// One direction at a time, on all lanes.
     Reversible,
 }
 
 impl Flow {
-    /// Whether all motor traffic runs one way.
+    /// Whether all motor traffic runs in one direction.
     pub fn is_oneway(self) -> bool {
         matches!(self, Self::Forward | Self::Backward)
     }
@@ -26,10 +26,8 @@ impl Flow {
 
 /// The flow of a way.
 pub(super) fn flow(facts: &WayFacts<'_>) -> Flow {
-    let said = ["oneway:motorcar", "oneway:motor_vehicle", "oneway:vehicle", "oneway"]
-        .iter()
-        .find_map(|key| facts.tags.get(key));
-    match said {
+    let keys = ["oneway:motorcar", "oneway:motor_vehicle", "oneway:vehicle", "oneway"];
+    match keys.iter().find_map(|key| facts.tags.get(key)) {
         Some("yes" | "true" | "1") => Flow::Forward,
         Some("-1" | "reverse") => Flow::Backward,
         Some("reversible" | "alternating") => Flow::Reversible,

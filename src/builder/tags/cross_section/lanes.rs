@@ -1,4 +1,4 @@
-//! The lanes for motor vehicles: how many each way, and what the `:lanes` tags say of each.
+//! Reads the lanes for motor vehicles: their number in each direction, and the `:lanes` tags of each.
 
 use crate::builder::tags::road_class::{DrivingSide, RoadClass};
 use crate::builder::tags::values::{metres_under, number_of};
@@ -6,7 +6,7 @@ use crate::diagnostic::{Finding, Severity};
 use crate::osm::Tags;
 
 use super::bus_lanes::mark_bus_lanes;
-use super::facts::{MAX_SINGLE_TRACK, plain};
+use super::facts::{MAX_SINGLE_TRACK, default_lane};
 use super::flow::Flow;
 use super::per_lane::{PerLane, per_lane};
 use super::{Lane, Strip, StripKind, Travel, WayFacts, minimum_lane_width};
@@ -14,17 +14,16 @@ use super::{Lane, Strip, StripKind, Travel, WayFacts, minimum_lane_width};
 /// The lanes of a way from left to right along it.
 pub(super) type Lanes = Vec<Strip>;
 
-/// More lanes than this in one direction are a slip of the keyboard: the widest toll plazas have fewer.
-const MOST_LANES: usize = 24;
+/// The largest number of lanes in one direction: the widest toll plazas have fewer. A larger number is an error.
+const MAX_LANES: usize = 24;
 
-/// Without a `lanes` tag, two-way traffic shares one lane where the carriageway is narrower than this, metres: two
-/// cars of 2 m with their mirrors.
+/// Without a `lanes` tag, a two-way carriageway narrower than this, metres, has one lane: two cars with their mirrors do not fit.
 const TWO_LANES_FIT: f64 = 4.8;
 
-/// With `lanes=1`, a carriageway at least this wide (metres) has a lane each way without markings.
+/// With `lanes=1`, a two-way carriageway at least this wide, metres, has an unmarked lane in each direction.
 const SURELY_TWO_LANES: f64 = 5.5;
 
-/// How many lanes each way, and how many in the middle for both.
+/// The numbers of lanes forward, backward, and for both directions in the middle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Counts {
     forward: usize,
@@ -32,17 +31,17 @@ struct Counts {
     both: usize,
 }
 
-/// Reads the lanes of a way; `beside` is what parked cars and bicycle lanes take of its carriageway, metres.
+/// Reads the lanes of a way. `beside` is the width of parking and bicycle lanes on its carriageway, metres.
 pub(super) fn lanes(facts: &WayFacts<'_>, flow: Flow, beside: f64, notes: &mut Vec<Finding>) -> Lanes {
     let room = metres_under(facts.tags, ["width:carriageway", "width", "est_width"]).map(|width| width - beside);
     if let Some(lanes) = facts.continued.filter(|lanes| !tells_lanes(facts.tags) && fit(facts.class, lanes, room)) {
         let what = "no lanes tag; as many as the road has before and behind are assumed";
         notes.push(facts.note("lanes-guessed", Severity::Info, what));
-        return lanes.iter().map(|&(kind, travel)| Strip { kind, ..plain(facts, travel) }).collect();
+        return lanes.iter().map(|&(kind, travel)| Strip { kind, ..default_lane(facts, travel) }).collect();
     }
-    let forward_list = per_lane(facts, Travel::Forward, flow, said(facts, "lanes:forward"), notes);
-    let backward_list = per_lane(facts, Travel::Backward, flow, said(facts, "lanes:backward"), notes);
-    let both_list = per_lane(facts, Travel::Both, flow, said(facts, "lanes:both_ways"), notes);
+    let forward_list = per_lane(facts, Travel::Forward, flow, tagged_count(facts, "lanes:forward"), notes);
+    let backward_list = per_lane(facts, Travel::Backward, flow, tagged_count(facts, "lanes:backward"), notes);
+    let both_list = per_lane(facts, Travel::Both, flow, tagged_count(facts, "lanes:both_ways"), notes);
     let counts = match flow {
         Flow::TwoWay => two_way(facts, [&forward_list, &backward_list, &both_list], room, notes),
         Flow::Reversible => Counts { forward: 0, backward: 0, both: one_way(facts, flow, &both_list, notes) },
@@ -50,7 +49,7 @@ pub(super) fn lanes(facts: &WayFacts<'_>, flow: Flow, beside: f64, notes: &mut V
         Flow::Backward => Counts { forward: 0, backward: one_way(facts, flow, &backward_list, notes), both: 0 },
     };
     let strips = |count, travel, list: &PerLane| -> Vec<Strip> {
-        let mut strips = vec![plain(facts, travel); count];
+        let mut strips = vec![default_lane(facts, travel); count];
         list.apply(&mut strips, &facts.usual);
         strips
     };
@@ -67,69 +66,64 @@ pub(super) fn lanes(facts: &WayFacts<'_>, flow: Flow, beside: f64, notes: &mut V
     [left, both, right].concat()
 }
 
-/// Whether any tag tells how many lanes a way has, or what for.
+/// Whether a tag gives the number or the use of lanes.
 pub(crate) fn tells_lanes(tags: &Tags) -> bool {
-    let tells =
+    let about_lanes =
         |key: &str| key == "lanes" || key.starts_with("lanes:") || key.contains(":lanes") || key.starts_with("busway");
-    tags.iter().any(|(key, _)| tells(key))
+    tags.iter().any(|(key, _)| about_lanes(key))
 }
 
-/// Whether lanes fill a carriageway so wide, metres; one of unknown width holds any.
+/// Whether lanes fit a carriageway of this width, metres, if it is known.
 fn fit(class: RoadClass, lanes: &[Lane], room: Option<f64>) -> bool {
     let each = minimum_lane_width(class)..=MAX_SINGLE_TRACK;
     room.is_none_or(|width| each.contains(&(width / lanes.len() as f64)))
 }
 
-/// The number under `key`: `1.5` counts as 1, the first of a list counts.
-fn said(facts: &WayFacts<'_>, key: &str) -> Option<usize> {
+/// The number of lanes under `key`: `1.5` counts as 1; of a list the first number counts.
+fn tagged_count(facts: &WayFacts<'_>, key: &str) -> Option<usize> {
     let value = facts.tags.get(key)?;
     let number = number_of(value.split(';').next().unwrap_or(value))?;
-    (number >= 0.0 && number.is_finite()).then(|| (number as usize).min(MOST_LANES))
+    (number >= 0.0 && number.is_finite()).then(|| (number as usize).min(MAX_LANES))
 }
 
 fn one_way(facts: &WayFacts<'_>, flow: Flow, list: &PerLane, notes: &mut Vec<Finding>) -> usize {
-    let tagged = said(facts, "lanes").filter(|n| *n > 0);
+    let tagged = tagged_count(facts, "lanes").filter(|n| *n > 0);
     let directed = match flow {
-        Flow::Forward => said(facts, "lanes:forward"),
-        Flow::Backward => said(facts, "lanes:backward"),
-        _ => said(facts, "lanes:both_ways"),
+        Flow::Forward => tagged_count(facts, "lanes:forward"),
+        Flow::Backward => tagged_count(facts, "lanes:backward"),
+        _ => tagged_count(facts, "lanes:both_ways"),
     };
-    if let Some(slots) = list.agreed(directed.or(tagged)) {
-        return slots.min(MOST_LANES);
+    let count = directed.or(tagged);
+    if let Some(n) = list.matching(count).or(count.filter(|n| *n > 0)).or(list.longest()) {
+        return n.min(MAX_LANES);
     }
-    if let Some(n) = directed.or(tagged).filter(|n| *n > 0) {
-        return n;
-    }
-    if let Some(slots) = list.longest() {
-        return slots.min(MOST_LANES);
-    }
-    let great = facts.class <= RoadClass::Trunk && !facts.link && flow != Flow::Reversible;
-    let n = facts.usual.lanes.unwrap_or(if great { 2 } else { 1 });
+    let major = facts.class <= RoadClass::Trunk && !facts.link && flow != Flow::Reversible;
+    let n = facts.usual.lanes.unwrap_or(if major { 2 } else { 1 });
     notes.push(facts.note("lanes-guessed", Severity::Info, &format!("no lanes tag; {n} one-way assumed")));
     n
 }
 
 fn two_way(facts: &WayFacts<'_>, lists: [&PerLane; 3], room: Option<f64>, notes: &mut Vec<Finding>) -> Counts {
     let [forward, backward] = [(lists[0], "lanes:forward"), (lists[1], "lanes:backward")].map(|(list, key)| {
-        let tagged = said(facts, key).filter(|n| *n > 0);
-        list.agreed(tagged).or(tagged).or(list.longest()).map(|n| n.min(MOST_LANES))
+        let tagged = tagged_count(facts, key).filter(|n| *n > 0);
+        list.matching(tagged).or(tagged).or(list.longest()).map(|n| n.min(MAX_LANES))
     });
-    let both = said(facts, "lanes:both_ways").or(lists[2].longest()).unwrap_or(0).min(MOST_LANES);
-    let Some(total) = said(facts, "lanes").filter(|n| *n > 0) else {
+    let both = tagged_count(facts, "lanes:both_ways").or(lists[2].longest()).unwrap_or(0).min(MAX_LANES);
+    let Some(total) = tagged_count(facts, "lanes").filter(|n| *n > 0) else {
         return without_total(facts, [forward, backward], both, room, notes);
     };
-    // Lists may hold bicycle lanes, which `lanes` does not count, and bus lanes, which some mappers leave out.
-    let cars = |list: &PerLane, count: usize| count.saturating_sub(list.special_lanes(count));
-    let motor = |list: &PerLane, count: usize| count.saturating_sub(list.bicycle_lanes(count));
-    let rest = |taken: usize| total.saturating_sub(both + taken);
+    // Lists may include bicycle lanes, which `lanes` does not count, and bus lanes, which some mappers do not count.
+    let motor = |i: usize, count: usize| count.saturating_sub(lists[i].bicycle_lanes(count));
+    let rest = |i: usize, count: usize| total.saturating_sub(both + motor(i, count));
     let contradiction = match (forward, backward) {
         (Some(f), Some(b)) => {
-            let least = cars(lists[0], f) + cars(lists[1], b) + both;
-            let most = motor(lists[0], f) + motor(lists[1], b) + both;
+            let special = lists[0].special_lanes(f) + lists[1].special_lanes(b);
+            let least = (f + b).saturating_sub(special) + both;
+            let most = motor(0, f) + motor(1, b) + both;
             !(least..=most).contains(&total)
         }
-        (Some(f), None) => rest(motor(lists[0], f)) == 0,
-        (None, Some(b)) => rest(motor(lists[1], b)) == 0,
+        (Some(f), None) => rest(0, f) == 0,
+        (None, Some(b)) => rest(1, b) == 0,
         (None, None) => total <= both,
     };
     if contradiction {
@@ -138,13 +132,13 @@ fn two_way(facts: &WayFacts<'_>, lists: [&PerLane; 3], room: Option<f64>, notes:
     }
     match (forward, backward) {
         (Some(forward), Some(backward)) => Counts { forward, backward, both },
-        (Some(f), None) => Counts { forward: f, backward: rest(motor(lists[0], f)).max(1), both },
-        (None, Some(b)) => Counts { forward: rest(motor(lists[1], b)).max(1), backward: b, both },
+        (Some(f), None) => Counts { forward: f, backward: rest(0, f).max(1), both },
+        (None, Some(b)) => Counts { forward: rest(1, b).max(1), backward: b, both },
         (None, None) => split(facts, total.saturating_sub(both), both, room, notes),
     }
 }
 
-/// Two-way traffic on `total` lanes besides those for both, where no tag tells the direction of each.
+/// Splits `total` lanes of two-way traffic, besides those for both directions, without tags for each direction.
 fn split(facts: &WayFacts<'_>, total: usize, both: usize, room: Option<f64>, notes: &mut Vec<Finding>) -> Counts {
     if total <= 1 && both == 0 {
         let wide = room.is_some_and(|width| width >= SURELY_TWO_LANES);
@@ -172,8 +166,8 @@ fn without_total(
     if let (Some(forward), Some(backward)) = (forward, backward) {
         return Counts { forward, backward, both };
     }
-    let nothing_said = forward.is_none() && backward.is_none() && both == 0;
-    let counts = if nothing_said && is_single_track(facts, room) {
+    let untagged = forward.is_none() && backward.is_none() && both == 0;
+    let counts = if untagged && is_single_track(facts, room) {
         Counts { forward: 0, backward: 0, both: 1 }
     } else {
         let usual = facts.usual.lanes.unwrap_or(1);
@@ -187,7 +181,7 @@ fn without_total(
     counts
 }
 
-/// Whether two-way traffic shares one lane where no `lanes` tag tells it.
+/// Whether a two-way road without lane tags has a single lane.
 fn is_single_track(facts: &WayFacts<'_>, room: Option<f64>) -> bool {
     match room {
         Some(width) => width < TWO_LANES_FIT,
@@ -199,7 +193,7 @@ fn is_single_track(facts: &WayFacts<'_>, room: Option<f64>) -> bool {
     }
 }
 
-/// A road that is open to motor vehicles keeps a lane for them, whatever its lists say.
+/// Turns all lanes into lanes for cars if the tags leave none for motor vehicles.
 fn keep_drivable(facts: &WayFacts<'_>, lanes: [&mut Vec<Strip>; 2], both: &[Strip], notes: &mut Vec<Finding>) {
     let driven = |strips: &[Strip]| strips.iter().any(|s| matches!(s.kind, StripKind::Drive | StripKind::Bus));
     if driven(both) || lanes.iter().any(|strips| driven(strips)) {

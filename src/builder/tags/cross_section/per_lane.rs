@@ -1,4 +1,4 @@
-//! What `turn:lanes`, `change:lanes`, `width:lanes` and the access tags say of each lane of one direction.
+//! The tags of each lane of one direction: `turn:lanes`, `change:lanes`, `width:lanes`, access tags.
 
 use crate::builder::tags::values::{is_yes, metres, per_lane as entries};
 use crate::diagnostic::{Finding, Severity};
@@ -6,21 +6,21 @@ use crate::diagnostic::{Finding, Severity};
 use super::flow::Flow;
 use super::{Arrows, Defaults, LANE_WIDTHS, Strip, StripKind, Travel, WayFacts};
 
-/// The lists that tell who may use a lane, from the most specific to the least.
+/// Access tags for cars, from the most specific to the least.
 const MOTOR: [&str; 4] = ["motorcar:lanes", "motor_vehicle:lanes", "vehicle:lanes", "access:lanes"];
 const BUS: [&str; 2] = ["bus:lanes", "psv:lanes"];
 const BICYCLE: &str = "bicycle:lanes";
 const OTHERS: [&str; 4] = ["turn:lanes", "change:lanes", "width:lanes", "hov:lanes"];
 
-/// The lists of one direction, each from left to right as its traffic sees them.
+/// The `:lanes` tags of one direction, each a list from left to right in the direction of travel.
 #[derive(Debug, Default)]
 pub(super) struct PerLane {
     lists: Vec<(&'static str, Vec<String>)>,
     change: Option<String>,
 }
 
-/// Reads the lists of one direction of travel; unmarked lists belong to the only direction of a one-way road.
-/// `count` is what `lanes:forward` or its like says.
+/// Reads the lists of one direction. Lists without a direction belong to the only direction of a one-way road. `count` is the
+/// value of `lanes:forward` or its like.
 pub(super) fn per_lane(
     facts: &WayFacts<'_>,
     travel: Travel,
@@ -34,10 +34,10 @@ pub(super) fn per_lane(
         Travel::Both => (":both_ways", flow == Flow::Reversible),
     };
     let get = |key: &str| {
-        let marked = facts.tags.get_joined([key, suffix]);
-        marked.or_else(|| if only { facts.tags.get(key) } else { None })
+        let directed = facts.tags.get_joined([key, suffix]);
+        directed.or_else(|| if only { facts.tags.get(key) } else { None })
     };
-    // Most ways tell nothing lane by lane.
+    // Most ways have no such tags.
     let any = facts.tags.iter().any(|(key, _)| key.contains(":lanes"));
     let keys = MOTOR.into_iter().chain(BUS).chain([BICYCLE]).chain(OTHERS).filter(|_| any);
     let lists: Vec<_> =
@@ -62,9 +62,9 @@ impl PerLane {
         (!entry.is_empty()).then_some(entry)
     }
 
-    /// Two tags of different length, where no count decides between them.
+    /// Two tags of different length, unless the count decides between them.
     fn disagreement(&self, count: Option<usize>) -> Option<(&'static str, &'static str)> {
-        if self.agreed(count).is_some() {
+        if self.matching(count).is_some() {
             return None;
         }
         let (first, list) = self.lists.first()?;
@@ -76,8 +76,8 @@ impl PerLane {
         }
     }
 
-    /// How many entries the lists have whose lanes for motor vehicles are `count` in number.
-    pub fn agreed(&self, count: Option<usize>) -> Option<usize> {
+    /// The length of the longest list of which `count` entries are lanes for motor vehicles or cars.
+    pub fn matching(&self, count: Option<usize>) -> Option<usize> {
         let count = count?;
         let fits = |len: &usize| {
             let without = |lanes: usize| len.saturating_sub(lanes) == count;
@@ -86,22 +86,22 @@ impl PerLane {
         self.lists.iter().map(|(_, list)| list.len()).filter(fits).max()
     }
 
-    /// The greatest number of entries of any list that tells of lanes.
+    /// The length of the longest list.
     pub fn longest(&self) -> Option<usize> {
         self.lists.iter().map(|(_, list)| list.len()).max()
     }
 
-    /// How many of `count` lanes are for bicycles alone.
+    /// The number of bicycle lanes among `count` lanes.
     pub fn bicycle_lanes(&self, count: usize) -> usize {
         (0..count).filter(|lane| self.kind(count, *lane) == Some(StripKind::Bicycle)).count()
     }
 
-    /// How many of `count` lanes are not for cars.
+    /// The number of lanes that are not for cars among `count` lanes.
     pub fn special_lanes(&self, count: usize) -> usize {
         (0..count).filter(|lane| self.kind(count, *lane).is_some()).count()
     }
 
-    /// What a lane is for, where its lists restrict it.
+    /// The kind of a lane, if it is not for cars.
     fn kind(&self, count: usize, lane: usize) -> Option<StripKind> {
         let cars = MOTOR.iter().find_map(|key| self.entry(key, count, lane));
         let bus = BUS.iter().find_map(|key| self.entry(key, count, lane));
@@ -122,7 +122,7 @@ impl PerLane {
         BUS.iter().any(|key| self.list(key, count).is_some())
     }
 
-    /// Puts what the lists say onto lanes of their number, left to right as the traffic sees them.
+    /// Applies the lists of the same length to lanes, left to right in the direction of travel.
     pub fn apply(&self, strips: &mut [Strip], usual: &Defaults) {
         let count = strips.len();
         for (lane, strip) in strips.iter_mut().enumerate() {
@@ -139,32 +139,18 @@ impl PerLane {
                 strip.width_guessed = false;
             }
             strip.arrows = self.entry("turn:lanes", count, lane).map_or(Arrows::NONE, arrows);
-            let said = self.entry("change:lanes", count, lane).or(self.change.as_deref());
-            strip.change = said.map_or([None, None], change);
+            let entry = self.entry("change:lanes", count, lane).or(self.change.as_deref());
+            strip.change = entry.map_or([None, None], change);
         }
     }
 }
 
 /// The arrows of one entry of `turn:lanes`.
 fn arrows(entry: &str) -> Arrows {
-    entry.split(';').fold(Arrows::NONE, |sum, arrow| {
-        sum.and(match arrow.trim() {
-            "left" => Arrows::LEFT,
-            "slight_left" => Arrows::SLIGHT_LEFT,
-            "sharp_left" => Arrows::SHARP_LEFT,
-            "through" => Arrows::THROUGH,
-            "right" => Arrows::RIGHT,
-            "slight_right" => Arrows::SLIGHT_RIGHT,
-            "sharp_right" => Arrows::SHARP_RIGHT,
-            "reverse" => Arrows::REVERSE,
-            "merge_to_left" => Arrows::MERGE_TO_LEFT,
-            "merge_to_right" => Arrows::MERGE_TO_RIGHT,
-            _ => Arrows::NONE,
-        })
-    })
+    entry.split(';').filter_map(|arrow| Arrows::named(arrow.trim())).fold(Arrows::NONE, Arrows::and)
 }
 
-/// Whether a vehicle may change to the left and to the right, by one entry of `change:lanes`.
+/// Whether a vehicle may change to the left and to the right: one entry of `change:lanes`.
 fn change(entry: &str) -> [Option<bool>; 2] {
     match entry {
         "yes" => [Some(true); 2],

@@ -1,21 +1,20 @@
-//! Where `placement` puts OpenStreetMap's line in the cross-section.
+//! The position of OpenStreetMap's line in the cross-section: `placement`.
 
 use crate::diagnostic::{Finding, Severity};
 
 use super::flow::Flow;
 use super::{CrossSection, Strip, StripKind, Travel, WayFacts};
 
-/// Offset of OpenStreetMap's line from the middle of the section, left positive, metres; `None` where no tag tells
-/// it.
+/// The offset of OpenStreetMap's line from the middle of the section, metres, left positive; `None` without a tag.
 pub(super) fn reference(
     facts: &WayFacts<'_>,
     flow: Flow,
     section: &CrossSection,
     notes: &mut Vec<Finding>,
 ) -> Option<f64> {
-    let plain = if flow == Flow::Backward { Travel::Backward } else { Travel::Forward };
+    let only = if flow == Flow::Backward { Travel::Backward } else { Travel::Forward };
     let (value, travel) =
-        [("placement:forward", Travel::Forward), ("placement:backward", Travel::Backward), ("placement", plain)]
+        [("placement:forward", Travel::Forward), ("placement:backward", Travel::Backward), ("placement", only)]
             .iter()
             .find_map(|(key, travel)| Some((facts.tags.get(key)?, *travel)))?;
     if value == "transition" {

@@ -1,4 +1,4 @@
-//! What lies beside the lanes on one side: bicycle lanes, strips for people on foot, parking, shoulder, sidewalk.
+//! Reads the strips on one side of the lanes: bicycle lane, pedestrian lane, parking, shoulder, sidewalk.
 
 use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tags::values::metres;
@@ -6,58 +6,58 @@ use crate::builder::tags::values::metres;
 use super::flow::Flow;
 use super::{Strip, StripKind, Travel, WayFacts};
 
-/// So much wider, metres, is what bicycles ride on both ways: two pass each other.
+/// The additional width of a bicycle lane for both directions, metres.
 pub(super) const BOTH_WAYS: f64 = 1.0;
-/// `buffer=yes` beside a bicycle lane, metres.
+/// The default width of a buffer beside a bicycle lane, metres.
 pub(super) const BUFFER: f64 = 0.5;
-/// Cars parked askew, metres.
+/// The width of diagonal parking, metres.
 pub(super) const PARKING_DIAGONAL: f64 = 4.5;
-/// Cars parked across, metres.
+/// The width of perpendicular parking, metres.
 pub(super) const PARKING_PERPENDICULAR: f64 = 5.0;
 
-/// Widths of strips beside the lanes that can be true, metres.
+/// The valid widths of strips beside the lanes, metres.
 const PLAUSIBLE: std::ops::RangeInclusive<f64> = 0.3..=8.0;
 
 /// The strips on one side of the lanes, each list from the lanes outwards.
 #[derive(Debug, Default)]
 pub(super) struct SideStrips {
-    /// On the carriageway: what `width` measures.
+    /// The strips on the carriageway: the tag `width` includes them.
     pub carriageway: Vec<Strip>,
-    /// Beyond it.
+    /// The strips beyond the carriageway.
     pub beyond: Vec<Strip>,
 }
 
 /// One side of a way and the names of its tags.
-struct Side<'a> {
+struct WaySide<'a> {
     facts: &'a WayFacts<'a>,
     /// `left` or `right`.
     name: &'static str,
-    /// Which way traffic beside this side runs.
+    /// The direction of the traffic beside this side.
     travel: Travel,
-    /// Whether this is the near side of the only direction, or either side of a two-way road.
+    /// Whether this is the near side of a one-way road, or a side of a two-way road.
     near: bool,
 }
 
-/// Reads one side: the left for `Backward`, the right for `Forward`.
-pub(super) fn side_strips(facts: &WayFacts<'_>, flow: Flow, which: Travel) -> SideStrips {
-    let right = which == Travel::Forward;
-    let own = if right == (facts.side == DrivingSide::Right) { Travel::Forward } else { Travel::Backward };
+/// Reads one side: the left side for `Backward`, the right side for `Forward`.
+pub(super) fn side_strips(facts: &WayFacts<'_>, flow: Flow, side: Travel) -> SideStrips {
+    let right = side == Travel::Forward;
+    let side_travel = if right == (facts.side == DrivingSide::Right) { Travel::Forward } else { Travel::Backward };
     let only = match flow {
         Flow::Forward => Some(Travel::Forward),
         Flow::Backward => Some(Travel::Backward),
         _ => None,
     };
-    let side = Side {
+    let side = WaySide {
         facts,
         name: if right { "right" } else { "left" },
-        travel: only.unwrap_or(own),
-        near: only.is_none_or(|only| only == own),
+        travel: only.unwrap_or(side_travel),
+        near: only.is_none_or(|only| only == side_travel),
     };
     let mut strips = SideStrips::default();
-    side.bicycle(flow, own, &mut strips);
+    side.bicycle(flow, side_travel, &mut strips);
     strips.carriageway.extend(side.pedestrian());
     side.parking(&mut strips);
-    // Outward beyond the carriageway: shoulder, parking bay, bicycle track, sidewalk.
+    // From the carriageway outwards: shoulder, parking bay, bicycle track, sidewalk.
     strips.beyond.sort_by_key(|strip| match strip.kind {
         StripKind::Shoulder => 0,
         StripKind::Parking => 1,
@@ -70,18 +70,19 @@ pub(super) fn side_strips(facts: &WayFacts<'_>, flow: Flow, which: Travel) -> Si
     strips
 }
 
-impl Side<'_> {
-    /// The value of `prefix:left` (or right), else `prefix:both`, with an optional subkey.
+impl WaySide<'_> {
+    /// The value of `prefix:left` (or `right`), else `prefix:both`, with an optional subkey.
     fn get(&self, prefix: &str, subkey: &str) -> Option<&str> {
         let tags = self.facts.tags;
         let on = |side: &str| tags.get_joined([prefix, ":", side, subkey]);
         on(self.name).or_else(|| on("both"))
     }
 
-    /// A width under `prefix:left:width`, `prefix:both:width` or `prefix:width`.
+    /// The width under `prefix:left:width`, `prefix:both:width` or `prefix:width`, metres.
     fn width(&self, prefix: &str) -> Option<f64> {
-        let own = self.get(prefix, ":width").and_then(metres);
-        own.or_else(|| self.facts.tags.get_joined([prefix, ":width"]).and_then(metres))
+        let on_side = self.get(prefix, ":width").and_then(metres);
+        on_side
+            .or_else(|| self.facts.tags.get_joined([prefix, ":width"]).and_then(metres))
             .filter(|width| PLAUSIBLE.contains(width))
     }
 
@@ -89,11 +90,11 @@ impl Side<'_> {
         Strip::plain(kind, self.travel, tagged.unwrap_or(default), tagged.is_none())
     }
 
-    fn bicycle(&self, flow: Flow, own: Travel, strips: &mut SideStrips) {
+    fn bicycle(&self, flow: Flow, side_travel: Travel, strips: &mut SideStrips) {
         let all = self.facts.tags.get("cycleway");
         let value = match (self.get("cycleway", ""), all) {
             (Some(value), _) => value,
-            // On a one-way road `opposite_*` lies on the far side, all else on the near side.
+            // On a one-way road `opposite_*` lies on the far side, other values on the near side.
             (None, Some(value)) if value.starts_with("opposite") != self.near || !flow.is_oneway() => value,
             _ => return,
         };
@@ -102,7 +103,7 @@ impl Side<'_> {
             "track" | "opposite_track" => false,
             _ => return,
         };
-        let travel = self.rides(flow, own, value);
+        let travel = self.bicycle_travel(flow, side_travel, value);
         let usual = &self.facts.usual;
         let one_way = if on_carriageway { usual.bicycle_lane } else { usual.bicycle_track };
         let default = if travel == Travel::Both { one_way + BOTH_WAYS } else { one_way };
@@ -114,12 +115,11 @@ impl Side<'_> {
         list.extend(self.buffer(outer));
     }
 
-    /// Which way bicycles ride, on a lane or track of some value of `cycleway`: by its own `oneway`, seen along the way, else
-    /// with the traffic beside it. `oneway:bicycle=no` tells that some ride against the traffic of a one-way road: on its far
-    /// side, else on a track of which there is no other.
-    fn rides(&self, flow: Flow, own: Travel, value: &str) -> Travel {
+    /// The direction of bicycles: by `oneway` of the cycleway, seen along the way; else with the traffic beside it. On a one-way
+    /// road with `oneway:bicycle=no`, bicycles ride against the traffic on the far side, else on the only track.
+    fn bicycle_travel(&self, flow: Flow, side_travel: Travel, value: &str) -> Travel {
         let tags = self.facts.tags;
-        // What holds for the tracks on both sides alike cannot mean one direction along the way.
+        // A tag for both sides does not give a direction along the way.
         let one_side = tags.get_joined(["cycleway:", self.name, ":oneway"]);
         match one_side.or_else(|| self.get("cycleway", ":oneway")).or_else(|| tags.get("cycleway:oneway")) {
             Some("no") => return Travel::Both,
@@ -129,18 +129,18 @@ impl Side<'_> {
         }
         let against = flow.is_oneway() && tags.is("oneway:bicycle", "no");
         let other = if self.name == "left" { "cycleway:right" } else { "cycleway:left" };
-        let elsewhere = ["cycleway:both", other].iter().any(|key| tags.get(key).is_some_and(is_for_bicycles));
+        let only_one = !["cycleway:both", other].iter().any(|key| tags.get(key).is_some_and(is_for_bicycles));
         match value {
-            _ if value.starts_with("opposite") || against && !self.near => own,
-            "track" if against && !elsewhere => Travel::Both,
+            _ if value.starts_with("opposite") || against && !self.near => side_travel,
+            "track" if against && only_one => Travel::Both,
             _ => self.travel,
         }
     }
 
     /// A painted buffer on one edge of the bicycle lane.
     fn buffer(&self, edge: &str) -> Option<Strip> {
-        let own = if edge == "left" { ":buffer:left" } else { ":buffer:right" };
-        let value = [own, ":buffer:both", ":buffer"].iter().find_map(|subkey| self.get("cycleway", subkey))?;
+        let on_edge = if edge == "left" { ":buffer:left" } else { ":buffer:right" };
+        let value = [on_edge, ":buffer:both", ":buffer"].iter().find_map(|subkey| self.get("cycleway", subkey))?;
         if value == "no" {
             return None;
         }
@@ -176,8 +176,8 @@ impl Side<'_> {
         }
     }
 
-    /// Whether a key says of this side that there is one: `KEY:left`, `KEY:both`, or `KEY` itself with the name of the
-    /// side; `yes` on a one-way road is its near side.
+    /// Whether this side has a strip: by `KEY:left`, `KEY:both`, or `KEY` with the name of the side. `yes` on a one-way road means
+    /// the near side.
     fn has(&self, key: &str) -> bool {
         match (self.get(key, ""), self.facts.tags.get(key)) {
             (Some(value), _) => value != "no",
@@ -189,24 +189,23 @@ impl Side<'_> {
     }
 
     fn pedestrian(&self) -> Option<Strip> {
-        let width = || self.width("pedestrian_lane");
-        let strip = || self.strip(StripKind::Pedestrian, width(), self.facts.usual.pedestrian_lane);
-        self.has("pedestrian_lane").then(strip)
+        let (width, default) = (self.width("pedestrian_lane"), self.facts.usual.pedestrian_lane);
+        self.has("pedestrian_lane").then(|| self.strip(StripKind::Pedestrian, width, default))
     }
 
     fn shoulder(&self) -> Option<Strip> {
-        let width = || self.width("shoulder");
-        self.has("shoulder").then(|| self.strip(StripKind::Shoulder, width(), self.facts.usual.shoulder))
+        let (width, default) = (self.width("shoulder"), self.facts.usual.shoulder);
+        self.has("shoulder").then(|| self.strip(StripKind::Shoulder, width, default))
     }
 
     fn sidewalk(&self) -> Option<Strip> {
-        let here = match (self.get("sidewalk", ""), self.facts.tags.get("sidewalk")) {
+        let exists = match (self.get("sidewalk", ""), self.facts.tags.get("sidewalk")) {
             (Some(value), _) => value == "yes",
             (None, Some("both" | "yes")) => true,
             (None, Some(value)) => value == self.name,
             (None, None) => false,
         };
-        here.then(|| self.strip(StripKind::Sidewalk, self.width("sidewalk"), self.facts.usual.sidewalk))
+        exists.then(|| self.strip(StripKind::Sidewalk, self.width("sidewalk"), self.facts.usual.sidewalk))
     }
 }
 

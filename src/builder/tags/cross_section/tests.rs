@@ -1,4 +1,4 @@
-//! Every tag family, each case driving right and, mirrored, driving left.
+//! Every group of tags, each driving on the right and, mirrored, on the left.
 
 use crate::builder::tags::road_class::{DrivingSide, RoadClass};
 use crate::diagnostic::Finding;
@@ -6,7 +6,7 @@ use crate::osm::Tags;
 
 use super::*;
 
-/// The tables of widths as `docs/lanes.md` shows them.
+/// The tables of widths in `docs/lanes.md`.
 fn width_tables() -> String {
     use super::sides::*;
     let usual = Defaults::of(RoadClass::Residential);
@@ -96,14 +96,14 @@ fn drawn(strips: &[Strip]) -> String {
     strips.iter().map(word).collect::<Vec<_>>().join(" ")
 }
 
-/// The same road seen in a mirror.
+/// The tags of the mirror image of a road.
 fn mirrored(tags: &Tags) -> Tags {
     let swap = |text: &str| text.replace("left", "\0").replace("right", "left").replace('\0', "right");
     let list = |value: &str| value.split('|').rev().collect::<Vec<_>>().join("|");
     tags.iter().map(|(k, v)| (swap(k), swap(&list(v)))).collect()
 }
 
-/// Checks a residential road driving right, and its mirror image driving left.
+/// Checks a residential road driving on the right, and its mirror image driving on the left.
 #[track_caller]
 fn expect(text: &str, expected: &str) -> SectionReading {
     let tags = tags(text);
@@ -185,7 +185,7 @@ fn arrows_and_changes() {
     assert_eq!(strips[1].change, [Some(true); 2]);
     assert_eq!(strips[2].change, [Some(false); 2]);
     assert_eq!(strips[3].change, [None; 2]);
-    // The lists of backward lanes read as their own traffic sees them.
+    // The lists of backward lanes are in their own direction of travel.
     let road = expect("lanes=4 turn:lanes:backward=left|right turn:lanes:forward=through|right", "D< D< D> D>");
     let strips = &road.section.strips;
     assert_eq!([strips[0].arrows, strips[1].arrows], [Arrows::RIGHT, Arrows::LEFT]);
@@ -242,7 +242,7 @@ fn bicycle_lanes() {
     expect("cycleway=shared_lane", "D< D>");
     let road = expect("cycleway:right=lane cycleway:right:width=1.8", "D< D> C>");
     assert_eq!(road.section.strips[2].width, 1.8);
-    // Named by lane, not repeated by `cycleway`.
+    // `bicycle:lanes` has the lane already; `cycleway` does not repeat it.
     expect(
         "oneway=yes lanes=2 cycleway:right=lane vehicle:lanes=||no bicycle:lanes=||designated turn:lanes=left|through|",
         "D> D> C>",
@@ -292,7 +292,7 @@ fn bus_lanes() {
     expect("oneway=yes psv:lanes=yes|| access:lanes=no||", "B> D> D>");
     expect("lanes=3 bus:lanes:forward=|designated access:lanes:forward=|no", "D< D> B>");
     expect("oneway=yes lanes=1 busway=lane", "D> B>");
-    // Some count bus lanes in `lanes`, some do not.
+    // Some mappers count bus lanes in `lanes`, some do not.
     let each_way = "bus:lanes:forward=yes|yes|designated access:lanes:forward=||no \
                     bus:lanes:backward=yes|yes|designated access:lanes:backward=||no";
     expect(&format!("lanes=5 lanes:forward=2 lanes:backward=2 lanes:both_ways=1 {each_way}"), "B< D< D< D= D> D> B>");
@@ -310,7 +310,7 @@ fn the_line_lies_in_the_middle_of_the_carriageway() {
         let road = expect(text, expected);
         assert!((road.shift - shift).abs() < 1e-9, "{text}: {}", road.shift);
     };
-    // A sidewalk on the right moves the middle of the whole to the right.
+    // A sidewalk on the right moves the middle of the section to the right.
     near("sidewalk=right", "D< D> W>", -0.75);
     near("parking:left=street_side", "P< D< D>", 1.1);
     near("parking:left=lane", "P< D< D>", 0.0);
@@ -318,7 +318,7 @@ fn the_line_lies_in_the_middle_of_the_carriageway() {
 
 #[test]
 fn placement_moves_the_line() {
-    // Lanes are counted from the left on either side of the road, so a mirror image has other numbers.
+    // Lanes are counted from the left on either side, so that a mirror image has other numbers.
     let near = |text: &str, side: DrivingSide, shift: f64| {
         let (road, _) = read(&tags(text), RoadClass::Residential, side);
         assert!((road.shift - shift).abs() < 1e-9, "{text}: {}", road.shift);
