@@ -100,7 +100,7 @@ fn targets(roads: &FxHashMap<usize, ShiftedRoad>, hints: &SideHints, adjacency: 
         let mut most: Option<Vec<[f64; 2]>> = None;
         for &&(a, b) in pairs {
             let hints = hints.get(&(a, b)).map_or(&[][..], Vec::as_slice);
-            for (place, side, push) in pushes(road, &roads[&b], hints, (&adjacency[&(a, b)], a < b)) {
+            for (place, side, push) in pushes(road, &roads[&b], hints, &adjacency[&(a, b)], a < b) {
                 let most = most.get_or_insert_with(|| vec![[0.0; 2]; road.base.len()]);
                 let away = &mut most[place][usize::from(side > 0.0)];
                 *away = away.max(push);
@@ -111,19 +111,20 @@ fn targets(roads: &FxHashMap<usize, ShiftedRoad>, hints: &SideHints, adjacency: 
     pairs.par_chunk_by(|x, y| x.0 == y.0).filter_map(target).collect()
 }
 
-/// How far a neighbour pushes a road: the place, the side of the neighbour (1 left, -1 right) and metres. `adjacent` has the
-/// places beside the neighbour, and whether the road comes first in the network.
+/// How far a neighbour pushes a road at the places beside it: place, side of the neighbour (1 left, -1 right), metres. `first` if
+/// the road comes before its neighbour in the network.
 fn pushes<'a>(
     road: &'a ShiftedRoad,
     other: &'a ShiftedRoad,
     hints: &'a [SideHint],
-    adjacent: (&'a [AdjacentPlace], bool),
+    adjacent: &'a [AdjacentPlace],
+    first: bool,
 ) -> impl Iterator<Item = (usize, f64, f64)> {
     let share = road.mobility / (road.mobility + other.mobility);
-    let runs = adjacent.0.chunk_by(|x, y| x.index + 1 == y.index);
+    let runs = adjacent.chunk_by(|x, y| x.index + 1 == y.index);
     let runs = runs.filter(|run| road.level == other.level || hints.iter().any(|hint| begins_at_cut(road, run, hint)));
     let overlaps = runs.flat_map(move |run| {
-        let side = hinted_side(road, run, hints).unwrap_or_else(|| drawn_side(run, adjacent.1));
+        let side = hinted_side(road, run, hints).unwrap_or_else(|| drawn_side(run, first));
         run.iter().map(move |place| (place.index, side, least_distance(road, other) - place.offset * side))
     });
     overlaps
