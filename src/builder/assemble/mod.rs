@@ -344,7 +344,7 @@ impl Stage<'_> {
             false => (paths, conflicts),
         };
         let controls = self.controls(intersection, arms);
-        let arrows = self.arrows.wanted(id, &ring);
+        let arrows = self.arrows.are_at(id, &ring);
         for (i, arm) in arms.iter().enumerate() {
             let starts =
                 |path: &TurningLanelet| (path.movement.from, path.movement.in_lane, path.kind == StripKind::Bicycle);

@@ -150,7 +150,7 @@ impl MapLayout {
         let beside = joins.set_gore_corners(gore_corners(network, &lines));
         let redrawn = |road: &RoadIx| beside.contains(road) || anew.binary_search(road).is_ok();
         let moved = |road: &RoadIx| before.kept[*road] != lines.kept[*road] || redrawn(road);
-        let moved: Vec<RoadIx> = (0..lines.kept.len()).map(|road| RoadIx::new(road)).filter(moved).collect();
+        let moved: Vec<RoadIx> = (0..lines.kept.len()).map(RoadIx::new).filter(moved).collect();
         redraw(&mut assembly, network, &lines, &mut joins, &mut lanes, &moved);
         let cut = |lines: &ConnectionLines, at: &RoadEnd| lines.kept[at.road][at.end];
         for (slot, at) in ways.iter_mut().zip(&network.intersections) {

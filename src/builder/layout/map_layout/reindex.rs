@@ -50,7 +50,7 @@ impl MapLayout {
         kept: &[Stations],
         restricted: &ResolvedRestrictions,
     ) -> Self {
-        let roads = || (0..network.roads.len()).map(|road| RoadIx::new(road));
+        let roads = || (0..network.roads.len()).map(RoadIx::new);
         let back: Vec<[f64; 2]> = roads().map(|road| self.back_in(origins, network, road)).collect();
         let Self { joins: met, lines: before, mut assembly, lanes, ways: mut known, needs, .. } = self;
         let mut joins = Continuations::find(network);
