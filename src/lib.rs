@@ -32,7 +32,6 @@ pub mod cancel;
 pub mod cli;
 pub mod diagnostic;
 pub mod fix;
-#[allow(clippy::too_many_lines, reason = "still to be split")]
 pub mod geometry;
 pub mod lane_stitching;
 pub mod lanelet;

@@ -133,7 +133,7 @@ impl<'a> IntersectionAssembly<'a> {
             traffic
         };
         let controls = self.controls(intersection, arms);
-        let arrows = self.site.arrows.wanted(id, &outline.places);
+        let arrows = self.site.arrows.are_at(id, &outline.places);
         let (driving, key) = (self.site.network.side, intersection_key("intersection area", intersection).word("arm"));
         for (i, arm) in arms.iter().enumerate() {
             let (arm, approaches) = self.approaches((i, arm), paths, &bicycles, controls[i], arrows);

@@ -140,8 +140,10 @@ struct MainRoad<'a> {
 impl MainRoad<'_> {
     /// Its arms, those that lead straight on from the crossed ones included; `None` if the road has no priority.
     fn arms(&self, intersection: &Intersection) -> Option<Vec<RoadEnd>> {
-        let is_main = |at: &RoadEnd| self.crossed.contains(at) || self.leads_straight_on(*at) && !self.is_minor(*at);
-        let (main, others): (Vec<RoadEnd>, Vec<RoadEnd>) = intersection.arms.iter().partition(|at| is_main(at));
+        let (main, others): (Vec<RoadEnd>, Vec<RoadEnd>) = intersection
+            .arms
+            .iter()
+            .partition(|at| self.crossed.contains(at) || self.leads_straight_on(**at) && !self.is_minor(**at));
         let class = |at: RoadEnd| self.network.road(at.road).class;
         let lowest = self.crossed.iter().map(|at| class(*at)).max()?;
         // Of roads of one class the one that goes on has priority over the one that ends.

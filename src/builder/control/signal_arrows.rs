@@ -24,7 +24,7 @@ impl SignalArrows {
     }
 
     /// Whether the lights of an intersection with this area and outline have arrows.
-    pub fn wanted(&self, area: PolygonId, ring: &[Point]) -> bool {
+    pub fn are_at(&self, area: PolygonId, ring: &[Point]) -> bool {
         let is_of_area = |&&(ia, place, _): &&(Option<i64>, Option<Point>, bool)| match (ia, place) {
             (Some(ia), _) => ia == area.0,
             (None, Some(place)) => polygon::contains(ring, place),

@@ -79,9 +79,8 @@ pub fn walkways(
         let along = intersection.arms.iter().filter(|other| other.road != at.road);
         let along = along.flat_map(|other| lanes.of_road(other.road)).map(|lane| lane.lanelet);
         let others: Vec<Vec<Point>> = through.chain(along).map(|lanelet| assembly.outline(lanelet)).collect();
-        let ring = |[left, right]: &[Vec<Point>; 2]| left.iter().chain(right.iter().rev()).copied().collect::<Vec<_>>();
-        let clear = |ring: &[Point]| !others.iter().any(|lane| crosses(lane, ring));
-        let found = shapes.into_iter().flatten().map(|shape| (ring(&shape), shape)).find(|(ring, _)| clear(ring));
+        let mut found = shapes.into_iter().flatten().map(|shape| (ring(&shape), shape));
+        let found = found.find(|(ring, _)| !others.iter().any(|lane| crosses(lane, ring)));
         let Some((ring, shape)) = found else { continue };
         let carriers = reached.iter().filter(|(_, lane)| crosses(lane, &ring)).map(|(lanelet, _)| *lanelet);
         let key = network.road(at.road).key_of("walkway").number(at.end as i64);
@@ -91,6 +90,10 @@ pub fn walkways(
 
 fn outlined(assembly: &MapBuilder, lanelet: LaneletId) -> Outlined {
     (lanelet, assembly.outline(lanelet))
+}
+
+fn ring([left, right]: &[Vec<Point>; 2]) -> Vec<Point> {
+    left.iter().chain(right.iter().rev()).copied().collect()
 }
 
 fn crosses(lane: &[Point], walkway: &[Point]) -> bool {
@@ -146,8 +149,7 @@ fn shape(ends: &[Option<SidewalkEnd>; 2], crossing: &[Outlined]) -> Option<[Vec<
     let left = left_of(along);
     let bounds =
         |from: f64, to: f64| [half, -half].map(|offset| [from, to].map(|s| start + along * s + left * offset).to_vec());
-    let [a, b] = bounds(-REACH, 2.0 * REACH);
-    let band: Vec<Point> = a.iter().chain(b.iter().rev()).copied().collect();
+    let band = ring(&bounds(-REACH, 2.0 * REACH));
     let crossed = crossing.iter().flat_map(|(_, lane)| polygon::intersection(lane, &band));
     let span = |part: geo::Polygon| {
         let stations = part.exterior().coords().map(|c| (Point::new(c.x, c.y) - start).dot(&along));

@@ -70,9 +70,9 @@ pub fn area_outline(
         let ends = arms.iter().flat_map(|arm| arm.into.iter().chain(&arm.out));
         let behind: Vec<Vec<Point>> = ends.map(|end| assembly.outline(lanes.lanes[end.lane].lanelet)).collect();
         let union = RingUnion { ring: &walked, islands: &[], paths, behind: &behind };
-        let beside = union_outline(assembly, key.word("beside lanes"), &union, arms, bounds);
-        if is_simple(assembly, &beside) && overrun(&beside).len() <= overrun_arms.len() {
-            ring = beside;
+        let yielding = union_outline(assembly, key.word("beside lanes"), &union, arms, bounds);
+        if is_simple(assembly, &yielding) && overrun(&yielding).len() <= overrun_arms.len() {
+            ring = yielding;
         }
     }
     let (ring, covered) = subtract_islands(assembly, key, ring, (arms, bounds, paths), islands);
@@ -131,11 +131,11 @@ fn kerbs(assembly: &mut MapBuilder, key: Key, ring: &[PointId], arms: &[&Arm]) -
     let Some(start) = (0..count).find(|&i| is_cut(ring[(i + count - 1) % count], ring[i])) else { return Vec::new() };
     let round: Vec<PointId> = (0..=count).map(|step| ring[(start + step) % count]).collect();
     let chains = round.chunk_by(|&a, &b| !is_cut(a, b)).filter(|chain| chain.len() > 1);
-    let mut kerb = |chain: &[PointId]| {
+    let kerb = |chain: &[PointId]| {
         let key = key.word("kerb line").number(chain[0].0).number(chain[chain.len() - 1].0);
         assembly.line(key, chain.to_vec(), Attributes::of(&[("type", "road_border")]))
     };
-    chains.map(|chain| kerb(chain)).collect()
+    chains.map(kerb).collect()
 }
 
 #[cfg(test)]

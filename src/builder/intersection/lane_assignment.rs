@@ -101,7 +101,7 @@ impl ApproachLanes<'_> {
             for target in goals.into_iter().map(|t| &self.targets[t]) {
                 let rank = |out: &ArmLane| (out.kind != StripKind::Bus, sideways(lane, out));
                 let outs = target.arm.out.iter().map(rank).enumerate();
-                let best = outs.min_by(|(_, a), (_, b)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+                let best = outs.min_by(|(_, a), (_, b)| compare(*a, *b));
                 if let Some((out_lane, _)) = best {
                     self.add(target.to, in_lane, out_lane);
                 }
@@ -177,10 +177,7 @@ fn crossing_goal(goals: &[Vec<usize>], targets: &[TurnTarget], room: &[usize]) -
     });
     let crossing = both.filter(|[(_, t), (_, u)]| t > u).flatten();
     let spare = crossing.filter(|&(lane, target)| goals[lane].len() > 1 && users(target) > 1);
-    spare.max_by(|&(a, t), &(b, u)| {
-        let (x, y) = (excess(t), excess(u));
-        x.0.cmp(&y.0).then(x.1.total_cmp(&y.1)).then((b, u).cmp(&(a, t)))
-    })
+    spare.max_by(|a, b| compare(excess(a.1), excess(b.1)).then(b.cmp(a)))
 }
 
 /// The targets of each lane by itself: those of its arrows; without arrows the outer lanes turn, and all go straight on.
@@ -269,17 +266,24 @@ fn reach_all(arms: &[&Arm], all: &mut Vec<Movement>) {
 /// The movement to a lane beside this lane out that can fan out to it without crossing others: rather one from a lane of the
 /// same kind, then the straightest.
 fn neighbour_movement(arms: &[&Arm], all: &[Movement], to: usize, out: usize) -> Option<Movement> {
-    let crosses = |m: &Movement| {
-        all.iter().filter(|o| (o.from, o.to) == (m.from, m.to)).any(|o| match out > m.out_lane {
-            true => o.in_lane > m.in_lane && o.out_lane < out,
-            false => o.in_lane < m.in_lane && o.out_lane > out,
-        })
+    let rank = |m: &Movement| {
+        let other_kind = arms[m.from].into[m.in_lane].kind != arms[to].out[out].kind;
+        (other_kind, angle_between(arms[m.from].inward, -arms[to].inward).abs())
     };
-    let order = |a: &Movement, b: &Movement| -> Ordering {
-        let turn = |m: &Movement| angle_between(arms[m.from].inward, -arms[to].inward).abs();
-        let other_kind = |m: &Movement| arms[m.from].into[m.in_lane].kind != arms[to].out[out].kind;
-        other_kind(a).cmp(&other_kind(b)).then(turn(a).total_cmp(&turn(b))).then(a.cmp(b))
-    };
-    let beside = all.iter().copied().filter(|m| m.to == to && m.out_lane.abs_diff(out) == 1 && !crosses(m));
-    beside.min_by(order)
+    let neighbours = all.iter().filter(|m| m.to == to && m.out_lane.abs_diff(out) == 1 && !would_cross(all, m, out));
+    neighbours.min_by(|a, b| compare(rank(a), rank(b)).then(a.cmp(b))).copied()
+}
+
+/// Whether a movement would cross another between the same arms if it led to this lane out instead.
+fn would_cross(all: &[Movement], movement: &Movement, out: usize) -> bool {
+    let mut others = all.iter().filter(|other| (other.from, other.to) == (movement.from, movement.to));
+    others.any(|other| match out > movement.out_lane {
+        true => other.in_lane > movement.in_lane && other.out_lane < out,
+        false => other.in_lane < movement.in_lane && other.out_lane > out,
+    })
+}
+
+/// Compares by the first, then by the second.
+fn compare<T: Ord>((a, x): (T, f64), (b, y): (T, f64)) -> Ordering {
+    a.cmp(&b).then(x.total_cmp(&y))
 }

@@ -26,7 +26,7 @@ use super::movement_types::Movement;
 use super::roundabout::CirculatingRing;
 use super::shared_bounds::{PreferredBounds, SmoothBounds, keep_width, smooth_bounds};
 use super::turn_centerline::{MovementEnds, turn_centerlines};
-use bounds::Line;
+use bounds::BoundLine;
 
 /// The lanelet of a movement.
 #[derive(Clone, Debug)]
@@ -290,7 +290,7 @@ enum Share {
 /// Both sides of a movement; `None` if there is no room for it. `known` are lines between the same nodes.
 fn movement_sides(
     ((_, from, to), smooth): &SmoothBounds,
-    known: [Option<&Line>; 2],
+    known: [Option<&BoundLine>; 2],
     preferred: &PreferredBounds,
 ) -> Option<[Side; 2]> {
     let sides = [0, 1];

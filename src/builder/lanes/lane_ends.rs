@@ -38,9 +38,9 @@ const NO_ROOM_TO_WAIT: f64 = CROSSWALK_BREADTH / 2.0 + STOP_GAP + VEHICLE;
 /// No cut moves before a sidewalk around a bend of more than this, degrees: lanelets would begin in a wrong direction.
 const SIDEWALK_BEND: f64 = 45.0;
 
-/// Cuts every road for crosswalks, stop lines and turns. `setbacks` are the least setbacks of each road behind its outline,
-/// metres; `stops` says at which ends it is cut where a stop line is mapped. `known` gives earlier cuts of roads at whose ends
-/// nothing else has changed.
+/// Cuts every road for crosswalks, stop lines and turns. `least_setbacks` are per road, metres behind its outline; `stops` says
+/// at which ends it is cut where a stop line is mapped. `known` gives earlier cuts of roads at whose ends nothing else has
+/// changed.
 pub fn connection_lines<'a>(
     network: &RoadNetwork,
     required: &RequiredSetbacks,

@@ -52,7 +52,6 @@ impl RoadSplit {
 pub struct RepaintedSegment {
     /// The stations between which it lies, metres.
     pub span: [f64; 2],
-    /// By edge.
     pub markings: EdgeMarkings,
 }
 
@@ -61,17 +60,14 @@ pub type EdgeMarkings = Vec<(usize, Attributes)>;
 
 /// Where a road is split, and which parts of it are repainted.
 pub struct RoadSplits {
-    /// The road.
     pub road: RoadIx,
     /// In order of stations.
     pub splits: Vec<RoadSplit>,
-    /// Other markings than those of the road's own borders.
     pub repainted: Vec<RepaintedSegment>,
 }
 
 /// The approach to a stop line, which begins where the road is to be split.
 pub struct StopApproach {
-    /// The reason of the split.
     pub reason: SplitReason,
     /// The station of the stop line, metres.
     pub stop_line: f64,

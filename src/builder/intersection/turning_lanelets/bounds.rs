@@ -15,7 +15,7 @@ use crate::lanelet::{Attributes, Bound, LineStringId, PointId};
 /// Lines between two nodes of an intersection, each drawn once.
 #[derive(Clone, Debug, Default)]
 pub struct SharedBounds {
-    lines: Vec<Line>,
+    lines: Vec<BoundLine>,
     /// By node: the other ends of the lines that end there, each with the latest line to it, by index.
     ends: FxHashMap<PointId, Vec<(PointId, u32)>>,
     points: PointIndex,
@@ -23,7 +23,7 @@ pub struct SharedBounds {
 
 /// The line of a bound.
 #[derive(Clone, Debug)]
-pub struct Line {
+pub struct BoundLine {
     id: LineStringId,
     nodes: Vec<PointId>,
     /// The places of its nodes.
@@ -32,7 +32,7 @@ pub struct Line {
     measured: [OnceLock<Option<Measured>>; 2],
 }
 
-impl Line {
+impl BoundLine {
     /// The bound that begins at a node.
     pub fn bound(&self, from: PointId) -> Bound {
         Bound { line: self.id, inverted: !self.begins_at(from) }
@@ -66,7 +66,7 @@ impl Line {
 
 impl SharedBounds {
     /// The line between two nodes, whichever its direction.
-    pub fn line(&self, from: PointId, to: PointId) -> Option<&Line> {
+    pub fn line(&self, from: PointId, to: PointId) -> Option<&BoundLine> {
         let (_, line) = self.ends.get(&from)?.iter().find(|(end, _)| *end == to)?;
         self.lines.get(*line as usize)
     }
@@ -80,7 +80,7 @@ impl SharedBounds {
     /// Every point of every line and its place, in order of the lines' ids.
     pub fn points(&self) -> impl Iterator<Item = (PointId, Point)> {
         let lines = self.ends.values().flatten().map(|(_, line)| &self.lines[*line as usize]);
-        let mut lines: Vec<&Line> = lines.collect();
+        let mut lines: Vec<&BoundLine> = lines.collect();
         lines.sort_unstable_by_key(|line| line.id);
         lines.dedup_by_key(|line| line.id);
         lines.into_iter().flat_map(|line| line.nodes.iter().copied().zip(line.places.iter().copied()))
@@ -109,7 +109,7 @@ impl SharedBounds {
         points.dedup_by_key(|(id, _)| *id);
         let (nodes, places): (Vec<PointId>, Vec<Point>) = points.into_iter().unzip();
         let id = assembly.line(key, nodes.clone(), attributes);
-        self.insert([a, b], Line { id, nodes, places, measured: Default::default() })
+        self.insert([a, b], BoundLine { id, nodes, places, measured: Default::default() })
     }
 
     /// Moves the places of a new line between two nodes to its own side of the other lines that end on either node.
@@ -130,7 +130,7 @@ impl SharedBounds {
         places
     }
 
-    fn insert(&mut self, [from, to]: [PointId; 2], line: Line) -> Bound {
+    fn insert(&mut self, [from, to]: [PointId; 2], line: BoundLine) -> Bound {
         let index = self.lines.len() as u32;
         for (end, other) in [(from, to), (to, from)] {
             let ends = self.ends.entry(end).or_default();
