@@ -25,7 +25,6 @@
 //! east, north. Angles turn counter-clockwise, so a left turn is positive.
 
 pub mod api;
-#[allow(clippy::too_many_lines, clippy::missing_errors_doc, reason = "still to be split and documented")]
 pub mod builder;
 pub mod cancel;
 #[cfg(feature = "cli")]

@@ -74,6 +74,9 @@ pub struct Built {
 }
 
 /// Builds a map from OpenStreetMap's elements; every point has longitude and latitude.
+///
+/// # Errors
+/// There is nothing to drive on, it has no place on earth, or the elements are a Lanelet2 map.
 pub fn build(osm: &OsmData, options: &BuildOptions) -> Result<Built, BuildError> {
     let mut built = build_plan(plan(osm, options)?);
     built.map.place_on_globe(&built.projector);
@@ -81,6 +84,9 @@ pub fn build(osm: &OsmData, options: &BuildOptions) -> Result<Built, BuildError>
 }
 
 /// Lays out the streets of OpenStreetMap's elements. They are not held longer than they are needed, if they are given away.
+///
+/// # Errors
+/// As [`build`].
 pub fn plan(osm: impl Borrow<OsmData> + Send, options: &BuildOptions) -> Result<Plan, BuildError> {
     let read = read(osm.borrow(), options)?;
     Ok(rayon::join(|| laid_out(read, options), || drop(osm)).0)

@@ -136,7 +136,10 @@ impl Ids {
         self.released.iter().filter(|id| !self.taken(id)).copied().collect()
     }
 
-    /// Takes all ids that others have handed out, unless one of them is taken already.
+    /// Takes all ids that others have handed out.
+    ///
+    /// # Errors
+    /// One of them is taken; then none is added.
     pub fn join(&mut self, others: &Self) -> Result<(), IdTaken> {
         self.taken.reserve(others.count());
         for (joined, id) in others.all().enumerate() {

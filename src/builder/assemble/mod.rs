@@ -14,7 +14,7 @@ use super::control::pedestrian_crossing_signals;
 use super::control::signal_arrows::SignalArrows;
 use super::control::stop_line_segments::split_before_stop_lines;
 use super::lanes::side_lanes::side_lanes;
-use super::layout::map_layout::{IntersectionLanelets, Layout};
+use super::layout::map_layout::{self, IntersectionLanelets, Layout};
 use super::map::map_builder::PartialMaps;
 use super::network::Intersection;
 use super::tags::road_class::DrivingSide;
@@ -71,8 +71,14 @@ pub fn assemble(layout: Layout, arrows: &SignalArrows) -> Assembled {
         rayon::join(|| assembly.finish(parts), || drop(done)).0
     } else {
         assembly.add_one_by_one(parts, |i, below| {
-            let ways = IntersectionLanelets::draw(network, &restrictions, &lanes, passed[i], below);
-            let ways = ways.outlined(network, &restrictions, &lanes, passed[i], below);
+            let of_one = map_layout::Site {
+                network,
+                restrictions: &restrictions,
+                lanes: &lanes,
+                intersection: passed[i],
+                below,
+            };
+            let ways = IntersectionLanelets::draw(of_one).outlined(of_one);
             let (part, output) = IntersectionAssembly::finish(&site, below, passed[i], ways);
             outputs[i] = output;
             part

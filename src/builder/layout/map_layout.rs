@@ -23,7 +23,7 @@ use crate::parallel::Finely;
 
 use lane_end_overlap::{BACK_MOST, TOUCH};
 
-pub use intersection_lanelets::IntersectionLanelets;
+pub use intersection_lanelets::{IntersectionLanelets, Site};
 
 use rayon::prelude::*;
 
@@ -112,12 +112,13 @@ impl Layout {
             if at.arms.len() < 2 || joins.joined(IntersectionIx::new(i)) {
                 return;
             }
-            let mut ways = IntersectionLanelets::draw(network, restrictions, lanes, at, assembly);
+            let site = Site { network, restrictions, lanes, intersection: at, below: assembly };
+            let mut ways = IntersectionLanelets::draw(site);
             if at.arms.len() > 2 {
                 ways.over = lane_end_overlap::depths(network, lines, lanes, assembly, at, &ways.drawn.paths);
             }
             if ways.over.is_empty() {
-                ways = ways.outlined(network, restrictions, lanes, at, assembly);
+                ways = ways.outlined(site);
             }
             *slot = Some(Box::new(ways));
         });
@@ -130,7 +131,8 @@ impl Layout {
             |ways: &Option<Box<IntersectionLanelets>>| ways.as_ref().is_some_and(|ways| ways.conflicts.is_none());
         let bare = ways.par_iter_mut().finely().zip(&network.intersections).filter(|(ways, _)| bare(ways));
         bare.for_each(|(slot, at)| {
-            *slot = slot.take().map(|ways| Box::new(ways.outlined(network, restrictions, lanes, at, assembly)));
+            let site = Site { network, restrictions, lanes, intersection: at, below: assembly };
+            *slot = slot.take().map(|ways| Box::new(ways.outlined(site)));
         });
         // From here on outlines stay though roads are cut at their other ends.
         ways.iter_mut().flatten().for_each(|ways| ways.leans = false);

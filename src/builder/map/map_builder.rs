@@ -122,7 +122,10 @@ impl<'a> MapBuilder<'a> {
         self.part.map
     }
 
-    /// Adds a part that was made over this assembly. Nothing is added where the part has an id that was taken since.
+    /// Adds a part that was made over this assembly.
+    ///
+    /// # Errors
+    /// One of its ids was taken since; then nothing is added.
     pub fn add(&mut self, part: MapPart) -> Result<(), IdTaken> {
         self.part.ids.join(&part.ids)?;
         self.part.map.absorb(part.map);
@@ -132,8 +135,10 @@ impl<'a> MapBuilder<'a> {
         Ok(())
     }
 
-    /// Adds parts that were made side by side over this assembly, in order, if all ids are different; else it gives the
-    /// parts back, to be added one by one.
+    /// Adds parts that were made side by side over this assembly, in order.
+    ///
+    /// # Errors
+    /// Gives the parts back, to be added one by one, where two share an id.
     pub fn add_all(&mut self, parts: Vec<MapPart>) -> Result<(), Vec<MapPart>> {
         if !Ids::are_apart(parts.iter().chain([&self.part]).map(|part| &part.ids)) {
             return Err(parts);

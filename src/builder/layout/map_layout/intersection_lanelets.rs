@@ -16,6 +16,7 @@ use crate::builder::map::map_builder::{MapBuilder, MapPart};
 use crate::builder::network::turn_restrictions::ResolvedRestrictions;
 use crate::builder::network::{Intersection, RoadEnd, RoadNetwork};
 use crate::geometry::polygon;
+use crate::geometry::strip_index::StripIndex;
 use crate::settings::BicycleLanes;
 
 /// Ways that share less than this, square metres, only touch.
@@ -43,20 +44,73 @@ pub struct IntersectionLanelets {
     pub(super) leans: bool,
 }
 
+/// An intersection, and what its lanelets are drawn from.
+#[derive(Clone, Copy)]
+pub struct Site<'a> {
+    /// The network.
+    pub network: &'a RoadNetwork,
+    /// Its turn restrictions.
+    pub restrictions: &'a ResolvedRestrictions,
+    /// Its lanes.
+    pub lanes: &'a Lanes,
+    /// The intersection.
+    pub intersection: &'a Intersection,
+    /// The map so far, with the lanes.
+    pub below: &'a MapBuilder<'a>,
+}
+
+/// The outline around lanelets, with or without bicycle lanelets among them.
+struct Outlined {
+    part: MapPart,
+    area: Option<AreaOutline>,
+    bicycles: DrawnMovements,
+    /// Whether the bicycle lanelets lie inside, or cross nothing where there is no outline.
+    fits_bicycles: bool,
+}
+
+impl<'a> Site<'a> {
+    fn builder(&self, part: MapPart) -> MapBuilder<'a> {
+        let mut builder = MapBuilder::resume(self.below, part);
+        builder.set_ground(self.lanes.ground_of(self.intersection, self.below));
+        builder
+    }
+
+    /// Draws bicycle lanelets with `add` and the outline around all, if one is wanted, into a part that has the other lanelets.
+    fn outline(
+        &self,
+        part: MapPart,
+        (drawn, indices): (&DrawnMovements, &[Option<StripIndex>]),
+        wanted: bool,
+        add: impl FnOnce(&mut MapBuilder) -> DrawnMovements,
+    ) -> Outlined {
+        let mut builder = self.builder(part);
+        let bicycles = add(&mut builder);
+        let area = wanted.then(|| {
+            let arms: Vec<&Arm> = self.intersection.arms.iter().map(|&arm| self.lanes.arm(arm)).collect();
+            let (key, islands) = (intersection_key("intersection area", self.intersection), &self.intersection.islands);
+            let mut around = |bounds, paths| area_outline(&mut builder, key, self.lanes, &arms, bounds, paths, islands);
+            if bicycles.paths.is_empty() {
+                return around(&drawn.bounds, (&drawn.paths, indices));
+            }
+            let paths = [&drawn.paths[..], &bicycles.paths].concat();
+            around(&bicycles.bounds, (&paths, &strip_indices(&paths)))
+        });
+        let fits_bicycles = match &area {
+            Some(area) => covers(&area.places, &bicycles.paths),
+            None => bicycles.paths.iter().all(|bicycle| drawn.paths.iter().all(|path| apart(bicycle, path))),
+        };
+        Outlined { part: builder.into_part(), area, bicycles, fits_bicycles }
+    }
+}
+
 impl IntersectionLanelets {
-    /// Draws the ways of an intersection over what stands.
-    pub fn draw(
-        network: &RoadNetwork,
-        restricted: &ResolvedRestrictions,
-        lanes: &Lanes,
-        intersection: &Intersection,
-        below: &MapBuilder<'_>,
-    ) -> Self {
-        let plan = movements(network.side, restricted, lanes, intersection);
-        let mut assembly = MapBuilder::over(below);
-        assembly.set_ground(lanes.ground_of(intersection, below));
-        let drawn = turning_lanelets(&mut assembly, network, lanes, intersection, &plan.all);
-        let (cycles, part) = (BicycleMovements::default(), assembly.into_part());
+    /// Draws the lanelets of an intersection over what stands.
+    pub fn draw(site: Site) -> Self {
+        let Site { network, lanes, intersection, .. } = site;
+        let plan = movements(network.side, site.restrictions, lanes, intersection);
+        let mut builder = site.builder(MapPart::default());
+        let drawn = turning_lanelets(&mut builder, network, lanes, intersection, &plan.all);
+        let (cycles, part) = (BicycleMovements::default(), builder.into_part());
         Self { plan, drawn, conflicts: None, cycles, area: None, part, stood: false, over: Vec::new(), leans: false }
     }
 
@@ -67,101 +121,53 @@ impl IntersectionLanelets {
         self.drawn.paths.iter().any(leads) || bicycles == BicycleLanes::Road && self.cycles.paths.iter().any(leads)
     }
 
-    /// Draws the outline around ways that were drawn over `below`, and the ways of bicycles where they fit into it.
+    /// Draws the outline around lanelets that were drawn at this site, and bicycle lanelets where they fit into it.
     #[must_use]
-    pub fn outlined(
-        self,
-        network: &RoadNetwork,
-        restricted: &ResolvedRestrictions,
-        lanes: &Lanes,
-        intersection: &Intersection,
-        below: &MapBuilder<'_>,
-    ) -> Self {
+    pub fn outlined(mut self, site: Site) -> Self {
         if self.conflicts.is_some() {
             return self;
         }
-        let Self { plan, mut drawn, part, stood, over, .. } = self;
-        let own = strip_indices(&drawn.paths);
-        let conflicts = Some(conflicts(&drawn.paths, &own));
+        let Site { network, lanes, intersection, below, restrictions } = site;
+        let indices = strip_indices(&self.drawn.paths);
+        let conflicts = conflicts(&self.drawn.paths, &indices);
         let roundabout = intersection.arms.iter().any(|at| network.road(at.road).roundabout);
-        let crossed = !roundabout && conflicts.iter().flat_map(|found| &found.real).any(|found| !found.is_empty());
-        let ridden = has_bicycle_lanes(network, intersection);
-        let ends = if ridden {
-            BicycleLaneEnds::find(below, network, lanes, intersection)
-        } else {
-            BicycleLaneEnds::default()
+        let crossed = !roundabout && conflicts.real.iter().any(|found| !found.is_empty());
+        self.conflicts = Some(conflicts);
+        self.leans = has_bicycle_lanes(network, intersection);
+        let ends = match self.leans {
+            true => BicycleLaneEnds::find(below, network, lanes, intersection),
+            false => BicycleLaneEnds::default(),
         };
         let tries: &[BicycleTurns] = if ends.is_empty() { &[] } else { &[BicycleTurns::All, BicycleTurns::Straight] };
-        if !crossed && tries.is_empty() {
-            drawn.done();
-            let cycles = BicycleMovements::default();
-            return Self {
-                plan,
-                drawn,
-                conflicts,
-                cycles,
-                area: None,
-                part: part.shrunk(),
-                stood,
-                over,
-                leans: ridden,
-            };
-        }
-        let bare = if tries.is_empty() { MapPart::default() } else { part.clone() };
-        let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
-        let islands = &intersection.islands;
-        let around = |part: MapPart, add: &dyn Fn(&mut MapBuilder) -> DrawnMovements| {
-            let mut assembly = MapBuilder::resume(below, part);
-            assembly.set_ground(lanes.ground_of(intersection, below));
-            let cycles = add(&mut assembly);
-            let key = intersection_key("intersection area", intersection);
-            let area = crossed.then(|| {
-                if cycles.paths.is_empty() {
-                    return area_outline(
-                        &mut assembly,
-                        key,
-                        lanes,
-                        &arms,
-                        &drawn.bounds,
-                        (&drawn.paths, &own),
-                        islands,
-                    );
+        if crossed || !tries.is_empty() {
+            let bare = if tries.is_empty() { MapPart::default() } else { self.part.clone() };
+            let (drawn, part) = ((&self.drawn, &indices[..]), std::mem::take(&mut self.part));
+            let mut outlined = site.outline(part, drawn, crossed, |_| DrawnMovements::default());
+            for &turns in tries {
+                let with = site.outline(bare.clone(), drawn, crossed, |builder| {
+                    ends.draw(builder, network, restrictions, intersection, turns, drawn.0)
+                });
+                let areas = with.area.as_ref().zip(outlined.area.as_ref());
+                let fits = areas.is_none_or(|(with, without)| with.fits_as_well(without));
+                if with.fits_bicycles && fits && !with.bicycles.paths.is_empty() {
+                    outlined = with;
+                    break;
                 }
-                let paths = [&drawn.paths[..], &cycles.paths].concat();
-                area_outline(
-                    &mut assembly,
-                    key,
-                    lanes,
-                    &arms,
-                    &cycles.bounds,
-                    (&paths, &strip_indices(&paths)),
-                    islands,
-                )
-            });
-            let clear = || cycles.paths.iter().all(|cycle| drawn.paths.iter().all(|path| apart(cycle, path)));
-            let covered = area.as_ref().map_or_else(clear, |area| covers(&area.places, &cycles.paths));
-            (assembly.into_part(), area, cycles, covered)
-        };
-        let (mut part, mut area, ..) = around(part, &|_| DrawnMovements::default());
-        let mut cycles = BicycleMovements::default();
-        for &wanted in tries {
-            let add =
-                |assembly: &mut MapBuilder| ends.draw(assembly, network, restricted, intersection, wanted, &drawn);
-            let (with, outline, ways, covered) = around(bare.clone(), &add);
-            let fits = outline.as_ref().zip(area.as_ref()).is_none_or(|(with, without)| with.fits_as_well(without));
-            if covered && fits && !ways.paths.is_empty() {
-                (part, area, cycles) = (with, outline, BicycleMovements { ends, paths: ways.paths });
-                break;
+            }
+            (self.part, self.area) = (outlined.part, outlined.area);
+            if !outlined.bicycles.paths.is_empty() {
+                self.cycles = BicycleMovements { ends, paths: outlined.bicycles.paths };
             }
         }
-        let leans = ridden || area.as_ref().is_some_and(|area| area.yields);
-        drawn.done();
-        cycles.paths.iter_mut().for_each(TurningLanelet::drop_outline);
-        Self { plan, drawn, conflicts, cycles, area, part: part.shrunk(), stood, over, leans }
+        self.leans |= self.area.as_ref().is_some_and(|area| area.yields);
+        self.drawn.done();
+        self.cycles.paths.iter_mut().for_each(TurningLanelet::drop_outline);
+        self.part = self.part.shrunk();
+        self
     }
 }
 
-/// Whether two ways hardly touch: where nothing rules an intersection, no bicycle lane crosses another lane.
+/// Whether two lanelets hardly touch: where nothing rules an intersection, no bicycle lane crosses another lane.
 fn apart(cycle: &TurningLanelet, path: &TurningLanelet) -> bool {
     polygon::common_area(&cycle.outline, &path.outline) < TOUCHING
 }
