@@ -28,7 +28,7 @@ pub const MUTATIONS: &[Slip] = &[
     ("name a type that is none", "projector/type", |text| changed(text, "TransverseMercator", "Equirectangular")),
     ("drop the datum", "projector/key", |text| changed(text, "vertical_datum: WGS84\n", "")),
     ("misspell a key", "projector/key", |text| changed(text, "latitude", "lattitude")),
-    ("write the origin beside the level above", "projector/key", |text| changed(text, "map_origin:\n  ", "  ")),
+    ("write the origin beside the level above", "projector/syntax", |text| changed(text, "map_origin:\n  ", "  ")),
     ("name a datum that is none", "projector/value", |text| changed(text, "WGS84", "JGD2011")),
     ("write a latitude with a comma", "projector/value", |text| changed(text, "latitude: 3", "latitude: 3,")),
     ("misspell a key that may be missing", "projector/unread", |text| Some((INFO, format!("{text}scale_facto: 1\n")))),
