@@ -13,7 +13,7 @@ use crate::builder::intersection::turning_lanelets::{
 use crate::builder::lanes::types::Arm;
 use crate::builder::layout::map_layout::IntersectionLanelets;
 use crate::builder::map::map_builder::{MapBuilder, MapPart};
-use crate::builder::network::turn::STRAIGHT;
+use crate::builder::network::turn_angle::STRAIGHT;
 use crate::builder::network::{Intersection, RoadEnd};
 use crate::builder::tags::cross_section::StripKind;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
@@ -22,7 +22,7 @@ use crate::settings::IntersectionSettings;
 
 use super::crossings::announce_to;
 use super::intersection_settings;
-use super::site::Site;
+use super::intersection_site::Site;
 
 /// What is told of one intersection beside the map.
 #[derive(Default)]

@@ -3,24 +3,25 @@
 mod crossings;
 mod intersection;
 pub mod intersection_settings;
+mod intersection_site;
 mod right_of_way;
-mod site;
 
 use crate::diagnostic::Finding;
 use crate::lanelet::LaneletMap;
 use crate::settings::{BicycleLanes, Settings, Side};
 
-use super::control::pedestrian_crossing_signals;
+use super::control::mid_block_signals;
 use super::control::signal_arrows::SignalArrows;
 use super::control::stop_line_segments::split_before_stop_lines;
 use super::lanes::side_lanes::side_lanes;
-use super::layout::map_layout::{self, IntersectionLanelets, Layout};
+use super::layout::map_layout;
+use super::layout::map_layout::{IntersectionLanelets, Layout};
 use super::map::map_builder::PartialMaps;
 use super::network::Intersection;
 use super::tags::road_class::DrivingSide;
 use crossings::Crossings;
 use intersection::{IntersectionAssembly, IntersectionOutput};
-use site::Site;
+use intersection_site::Site;
 
 /// A map in local metres, without longitude and latitude.
 #[derive(Debug, Default)]
@@ -42,13 +43,13 @@ pub fn assemble(layout: Layout, arrows: &SignalArrows) -> Assembled {
     // Moved, so that what is not asked for any more goes at once.
     let Layout { network: owned_network, restrictions, lines, mut assembly, lanes, ways, .. } = { layout };
     let network = &owned_network;
-    let lit = pedestrian_crossing_signals::signalised_crossings(network, &lines, &ways);
-    let (guarded, unguarded) = pedestrian_crossing_signals::guarded(network, &lines, &lanes, &ways);
+    let lit = mid_block_signals::signalised_crossings(network, &lines, &ways);
+    let (guarded, unguarded) = mid_block_signals::guarded(network, &lines, &lanes, &ways);
     let lanes = split_before_stop_lines(&mut assembly, network, &lines, &ways, (&lit, &guarded), lanes);
     let as_roads = network.beside.bicycle_lanes == BicycleLanes::Road;
     let bicycles = side_lanes(&mut assembly, network, &lanes);
     let (crossings, idle) = Crossings::add(&mut assembly, network, &lines, &lanes, &ways);
-    let unlit = pedestrian_crossing_signals::draw(&mut assembly, network, &lanes, network.side, &lit);
+    let unlit = mid_block_signals::draw(&mut assembly, network, &lanes, network.side, &lit);
     let mut whole = Assembled { roads: network.roads.len(), ..Assembled::default() };
     whole.settings.driving_side = Some(if network.side == DrivingSide::Left { Side::Left } else { Side::Right });
     whole.notes.extend(unlit.into_iter().chain(unguarded).chain(idle));

@@ -7,7 +7,7 @@ use crate::builder::intersection::conflict::Conflicts;
 use crate::builder::intersection::turning_lanelets::TurningLanelet;
 use crate::builder::lanes::types::Arm;
 use crate::builder::network::Intersection;
-use crate::builder::network::turn::STRAIGHT;
+use crate::builder::network::turn_angle::STRAIGHT;
 use crate::builder::tags::cross_section::StripKind;
 use crate::builder::tags::road_class::{DrivingSide, is_priority_road};
 use crate::geometry::Vector;

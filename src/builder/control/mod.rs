@@ -1,7 +1,7 @@
 //! Room 11: stop lines, traffic lights and signs, and the regulatory elements that tie them to lanes.
 
 pub mod crosswalk;
-pub mod pedestrian_crossing_signals;
+pub mod mid_block_signals;
 pub mod pedestrian_signals;
 pub(crate) mod priority_road;
 pub mod signal_arrows;

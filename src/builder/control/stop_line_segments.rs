@@ -14,7 +14,7 @@ use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadIx, RoadNetw
 use crate::builder::tags::marking::before_stop;
 use crate::parallel::Finely;
 
-use super::pedestrian_crossing_signals::SignalisedCrossing;
+use super::mid_block_signals::SignalisedCrossing;
 use super::{Control, sign_at};
 use lanelet_split::{EdgeMarkings, LaneletSplitter, RepaintedSegment, RoadSplits, StopApproach, split_lanes};
 

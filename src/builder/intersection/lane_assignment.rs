@@ -2,8 +2,8 @@
 //! lanes lead on in order, so that the movements of neighbours never cross.
 
 use crate::builder::lanes::types::{Arm, ArmLane};
-use crate::builder::network::turn::STRAIGHT;
-use crate::builder::network::turn_restrictions::ResolvedRestrictions;
+use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
+use crate::builder::network::turn_angle::STRAIGHT;
 use crate::builder::tags::cross_section::{Arrows, StripKind};
 use crate::geometry::{angle_between, cross};
 

@@ -2,8 +2,8 @@
 
 use crate::builder::lanes::types::{Arm, ArmLane, Lanes};
 use crate::builder::network::Intersection;
-use crate::builder::network::turn::turn;
-use crate::builder::network::turn_restrictions::ResolvedRestrictions;
+use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
+use crate::builder::network::turn_angle::turn;
 use crate::builder::tags::cross_section::{Arrows, StripKind};
 use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::pose::Pose;

@@ -1,7 +1,7 @@
 //! Movements through an intersection, and the arms that they may lead to.
 
 use crate::builder::lanes::types::Arm;
-use crate::builder::network::turn::TURNS_BACK;
+use crate::builder::network::turn_angle::TURNS_BACK;
 
 /// One movement of an intersection. Arms and lanes are indices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -12,7 +12,7 @@ use crate::builder::lanes::lanelet_validity::is_valid;
 use crate::builder::lanes::road_lanes::{ADMITS_BICYCLES, road_attributes};
 use crate::builder::lanes::types::{Arm, ArmLane, Lanes};
 use crate::builder::map::map_builder::MapBuilder;
-use crate::builder::network::turn::turned;
+use crate::builder::network::turn_angle::turned;
 use crate::builder::network::{Intersection, RoadNetwork};
 use crate::builder::tags::cross_section::StripKind;
 use crate::builder::tags::road_class::DrivingSide;

@@ -6,9 +6,9 @@
 mod dead_end;
 mod mapped_stop_line;
 mod required_setback;
-mod setback;
 #[cfg(test)]
 mod tests;
+mod turn_setback;
 
 use crate::builder::network::road_end::{at_depth, from_cut, inward};
 use crate::builder::network::{End, FeatureKind, Intersection, Road, RoadIx, RoadNetwork, Stations};
@@ -22,7 +22,7 @@ use super::road_cut::{
     SetbackDemand, VEHICLE, has_lights,
 };
 use mapped_stop_line::{bend, mapped_stop_lines, move_to_stop_lines};
-use setback::add_comfort;
+use turn_setback::add_comfort;
 
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;

@@ -4,7 +4,7 @@ pub(crate) mod border;
 pub mod gore;
 pub mod lane_ends;
 pub mod lanelet_validity;
-pub(crate) mod reindex;
+pub(crate) mod reuse;
 pub mod road_continuation;
 pub mod road_cut;
 pub mod road_lanes;

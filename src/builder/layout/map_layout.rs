@@ -6,7 +6,7 @@
 
 mod intersection_lanelets;
 mod lane_end_overlap;
-mod reindex;
+mod reuse;
 
 use crate::builder::lanes::gore::gore_corners;
 use crate::builder::lanes::lane_ends::{RequiredSetbacks, connection_lines};
@@ -15,8 +15,8 @@ use crate::builder::lanes::road_cut::{ConnectionLines, ROAD_LEFT};
 use crate::builder::lanes::road_lanes::{lanes, redraw};
 use crate::builder::lanes::types::Lanes;
 use crate::builder::map::map_builder::MapBuilder;
+use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
 use crate::builder::network::road_end::from_cut;
-use crate::builder::network::turn_restrictions::ResolvedRestrictions;
 use crate::builder::network::{IntersectionIx, RoadEnd, RoadIx, RoadNetwork, Stations};
 use crate::diagnostic::Finding;
 use crate::parallel::Finely;

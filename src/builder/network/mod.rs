@@ -12,15 +12,15 @@ mod index;
 mod islands;
 pub mod network_diff;
 mod read;
+pub mod resolved_restrictions;
+mod restriction_relations;
 pub mod road_end;
 mod short_dead_ends;
 mod signal_assignment;
 mod stop_lines;
 #[cfg(test)]
 mod tests;
-pub mod turn;
-mod turn_relations;
-pub mod turn_restrictions;
+pub mod turn_angle;
 pub mod unreachable_lanes;
 mod way_cross_sections;
 mod way_pieces;

@@ -15,8 +15,8 @@ use super::access::{Access, AccessVerdict, Drivable, classify};
 use super::arm_order::{Ray, clockwise};
 use super::features::NodeFeatures;
 use super::frame::{ToMetres, level};
+use super::restriction_relations::turns;
 use super::short_dead_ends::without_short_dead_ends;
-use super::turn_relations::turns;
 use super::way_cross_sections::WaySections;
 use super::way_pieces::{WayPiece, pieces};
 use super::{

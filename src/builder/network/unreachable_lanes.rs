@@ -4,7 +4,7 @@ use crate::builder::tags::cross_section::Travel;
 use crate::builder::tags::road_class::DrivingSide;
 
 use super::road_end::outward;
-use super::turn::{STRAIGHT, TURNS_BACK, turn};
+use super::turn_angle::{STRAIGHT, TURNS_BACK, turn};
 use super::{End, RoadEnd, RoadIx, RoadNetwork};
 
 /// Most rounds; each follows a chain of such lanes by one road.

@@ -4,7 +4,7 @@
 //! their bounds on both sides of the split, and lanelets that follow each other their end nodes. The first piece keeps the ids of
 //! the road.
 
-use crate::builder::control::pedestrian_crossing_signals::SignalisedCrossing;
+use crate::builder::control::mid_block_signals::SignalisedCrossing;
 use crate::builder::lanes::lanelet_validity::{are_read_as_drawn, is_simple, is_valid};
 use crate::builder::lanes::road_cut::STOP_GAP;
 use crate::builder::lanes::types::{Lanes, RoadLane, RoadPiece, SplitReason};

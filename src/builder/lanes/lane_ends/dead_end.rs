@@ -9,7 +9,7 @@ use crate::geometry::spatial_hash::SpatialHash;
 use crate::geometry::{Point, polygon};
 use crate::parallel::Finely;
 
-use super::setback::EndSetbacks;
+use super::turn_setback::EndSetbacks;
 
 /// Lanes that end keep this distance, metres, from a carriageway ahead: a kerb or a gate lies between.
 const CLEAR: f64 = 1.5;

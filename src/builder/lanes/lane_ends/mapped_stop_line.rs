@@ -4,7 +4,7 @@ use crate::builder::network::road_end::{at_depth, from_cut, inward};
 use crate::builder::network::{End, Feature, FeatureKind, Road, Stations};
 use crate::geometry::angle_between;
 
-use super::setback::{COMFORT_BEND, COMFORT_LEFT};
+use super::turn_setback::{COMFORT_BEND, COMFORT_LEFT};
 
 /// A stop line lies at most this far, metres, from the corner of the crossing road: behind a crosswalk, and a box for bicycles.
 /// Farther out it is the place of a sign, or it stops vehicles for something else.

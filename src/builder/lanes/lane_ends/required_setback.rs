@@ -7,7 +7,7 @@ use crate::builder::network::{IntersectionIx, Road, RoadNetwork, Stations};
 use crate::parallel::Finely;
 
 use super::dead_end::dead_end_setbacks;
-use super::setback::{EndSetbacks, comfort_setbacks, turn_setbacks};
+use super::turn_setback::{EndSetbacks, comfort_setbacks, turn_setbacks};
 
 /// What remains of a road, metres, wherever its outlines cut it.
 const ROAD_LEAST: f64 = 1.0;

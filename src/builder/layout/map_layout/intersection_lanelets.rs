@@ -13,7 +13,7 @@ use crate::builder::intersection::turning_lanelets::{
 };
 use crate::builder::lanes::types::{Arm, Lanes};
 use crate::builder::map::map_builder::{MapBuilder, MapPart};
-use crate::builder::network::turn_restrictions::ResolvedRestrictions;
+use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
 use crate::builder::network::{Intersection, RoadEnd, RoadNetwork};
 use crate::geometry::polygon;
 use crate::geometry::strip_index::StripIndex;

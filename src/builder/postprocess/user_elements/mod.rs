@@ -5,7 +5,7 @@
 //! that cannot be drawn completely is left out and reported, because Autoware loads no map with an incomplete element.
 
 mod guide_lines;
-mod right_of_way;
+mod right_of_way_edit;
 mod signal_phases;
 mod stop_line;
 mod traced_guide_lines;

@@ -5,7 +5,7 @@ use crate::lanelet::index::MapIndex;
 use crate::lanelet::{LaneletId, PolygonId};
 use crate::settings::{ApproachName, IntersectionSettings, Settings};
 
-use super::right_of_way;
+use super::right_of_way_edit;
 
 /// The approaches of each phase: they are green together.
 type Phases = Vec<Vec<ApproachName>>;
@@ -51,7 +51,7 @@ pub fn faults(map: &MapIndex, intersection: usize, entry: &IntersectionSettings)
 pub fn write(editor: &mut MapEditor, settings: &mut Settings, signals: SignalPhases) {
     let SignalPhases { area, phases, rights } = signals;
     for (lane, [met, ignored]) in &rights {
-        right_of_way::amend(editor, *lane, met, ignored);
+        right_of_way_edit::amend(editor, *lane, met, ignored);
     }
     let ia = Some(area.0);
     match settings.intersection.iter_mut().find(|entry| entry.ia == ia) {

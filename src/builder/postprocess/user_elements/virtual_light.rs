@@ -13,7 +13,7 @@ use crate::lanelet::{Attributes, LaneletId, LineStringId, PointId, Target};
 use crate::osm::Text;
 use crate::settings::VirtualLightSettings;
 
-use super::right_of_way;
+use super::right_of_way_edit;
 use super::stop_line::drivable;
 
 /// The default distance, metres, from the start line to the stop line: a comfortable stop from 50 km/h.
@@ -177,7 +177,7 @@ pub fn draw(editor: &mut MapEditor, end_lines: &mut EndLines, light: VirtualLigh
     members.push(("refers", Target::LineString(anchor)));
     editor.element(key, "virtual_traffic_light", members, &carriers);
     for (lane, others) in conflicts.into_iter().filter(|(_, others)| !others.is_empty()) {
-        right_of_way::amend(editor, lane, &[], &others);
+        right_of_way_edit::amend(editor, lane, &[], &others);
     }
 }
 

@@ -8,8 +8,8 @@ use crate::builder::network::{
 };
 use crate::geometry::Point;
 
+use super::inner_routes::{RestrictionIndex, passages};
 use super::island::{around_corner, encloses_island};
-use super::passages::{RestrictionIndex, passages};
 use super::renames::Renames;
 use super::{ConsolidateOptions, MergeNote, MergeReason, MergeVerdict};
 

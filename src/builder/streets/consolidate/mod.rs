@@ -6,12 +6,12 @@
 //! rounds follow until nothing changes.
 
 mod contract_edges;
-mod decide;
 mod dual_carriageway;
+pub(crate) mod inner_routes;
 mod island;
 mod join_roads;
+mod merge_decision;
 mod network_edit;
-pub(crate) mod passages;
 mod reasons;
 mod renames;
 #[cfg(test)]
@@ -63,7 +63,7 @@ pub fn consolidate(
     let mut notes: Vec<MergeNote> = Vec::new();
     for _ in 0..options.rounds {
         let kept = kept(&network);
-        let verdicts = decide::decide(&network, &kept, options);
+        let verdicts = merge_decision::decide(&network, &kept, options);
         let (next, merged, round) = contract_edges::contract(network, &verdicts, options);
         network = next;
         let changed = round.iter().any(|note| note.merged);

@@ -9,11 +9,11 @@ use crate::geometry::Point;
 use crate::geometry::polygon::convex_hull;
 use crate::geometry::simple_ring::faults;
 
-use super::general::RoadStar;
-use super::merged::CutArea;
+use super::general_outline::RoadStar;
+use super::merged_outline::CutArea;
 use super::ring::Corner;
 use super::thicken::{ThickenedArm, outwards};
-use super::{Outline, OutlineCase, OutlineCut, OutlineOptions, general, merged, ring, terminus};
+use super::{Outline, OutlineCase, OutlineCut, OutlineOptions, general_outline, merged_outline, ring, terminus};
 
 /// Least angle between edges, degrees: smaller ones may coincide after rounding.
 const FOLD: f64 = 1.0;
@@ -47,7 +47,7 @@ impl IntersectionPlan {
             [_] if intersection.map_edge => Self::new(OutlineCase::MapEdge, RoadStar::terminus(0.0)),
             [arm] => Self::new(OutlineCase::DeadEnd, RoadStar::terminus(terminus::dead_end(arm, options))),
             _ => {
-                let mut star = general::star(arms, options);
+                let mut star = general_outline::star(arms, options);
                 for (i, arm) in arms.iter().enumerate() {
                     let [least, _] = arm.outwards(within);
                     star.trims[i] = star.trims[i].max(least);
@@ -64,9 +64,9 @@ impl IntersectionPlan {
                     plan.outline = outline(&plan, arms, &plan.star.trims);
                 }
                 if plan.outline.is_none() {
-                    plan.ground = merged::ground(network, intersection, arms);
-                    plan.star.least = merged::trims(arms, &plan.ground, &plan.star.least, options);
-                    plan.star.trims = merged::trims(arms, &plan.ground, &plan.star.trims, options);
+                    plan.ground = merged_outline::ground(network, intersection, arms);
+                    plan.star.least = merged_outline::trims(arms, &plan.ground, &plan.star.least, options);
+                    plan.star.trims = merged_outline::trims(arms, &plan.ground, &plan.star.trims, options);
                 }
                 plan
             }
@@ -118,7 +118,7 @@ impl<'a> IntersectionSite<'a> {
 
     fn ground(&self) -> Cow<'_, [Vec<Point>]> {
         match self.plan.ground.is_empty() {
-            true => Cow::Owned(merged::ground(self.network, self.intersection, self.arms())),
+            true => Cow::Owned(merged_outline::ground(self.network, self.intersection, self.arms())),
             false => Cow::Borrowed(&self.plan.ground),
         }
     }
@@ -165,7 +165,7 @@ impl<'a> IntersectionSite<'a> {
         let area = CutArea::new(self.arms(), trims, &ground);
         let (order, sharp) = area.corners(far)?;
         let cuts: Vec<OutlineCut> = order.into_iter().map(|i| area.cuts[i].clone()).collect();
-        let round = sharp.iter().map(|chain| merged::rounded(chain, self.options.kerb_reach)).collect();
+        let round = sharp.iter().map(|chain| merged_outline::rounded(chain, self.options.kerb_reach)).collect();
         [round, sharp].into_iter().find_map(|corners: Vec<Vec<Point>>| {
             let ring = ring::ring(&cuts, &corners);
             is_valid(&ring).then(|| Outline { case: self.plan.case, cuts: cuts.clone(), corners, ring })

@@ -6,9 +6,9 @@
 
 mod collide;
 pub mod debug_steps;
-mod general;
+mod general_outline;
 mod intersection_plan;
-mod merged;
+mod merged_outline;
 mod overlap;
 mod plan_cache;
 mod ring;
@@ -32,7 +32,7 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
-pub use merged::ribbon;
+pub use merged_outline::ribbon;
 pub use overlap::{overlap, overlapping, overlaps};
 pub use plan_cache::PlanCache;
 pub use thicken::MITER_LIMIT;

@@ -16,7 +16,7 @@ use crate::parallel::Finely;
 
 use super::Outlines;
 use super::collide::{boxes_touch, crossings};
-use super::merged::ribbon;
+use super::merged_outline::ribbon;
 
 /// Cell size of the search and most length of a road's part, metres.
 const CELL: f64 = 32.0;

@@ -10,7 +10,7 @@ use crate::builder::lanes::road_lanes::{redraw, release};
 use crate::builder::lanes::types::Arm;
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::network_diff::{NetworkDiff, NetworkSnapshot};
-use crate::builder::network::turn_restrictions::ResolvedRestrictions;
+use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
 use crate::builder::network::{End, Intersection, IntersectionIx, RoadEnd, RoadIx, RoadNetwork, Stations};
 use crate::diagnostic::Finding;
 use crate::geometry::{Point, Vector};
@@ -29,7 +29,7 @@ impl Layout {
     /// The layout of a network that followed from this one when some of its intersections were merged: only roads that end
     /// elsewhere than before and the lanelets at their ends are drawn again. `before` is what this network was, `kept` are the
     /// stations between which the outlines leave each road of the new one. Also gives the restrictions that cannot be expressed.
-    pub(in super::super) fn followed(
+    pub(in crate::builder::layout) fn followed(
         self,
         (before, diff): (&NetworkSnapshot, &NetworkDiff),
         network: RoadNetwork,
