@@ -29,7 +29,7 @@ pub struct MapBuilder<'a> {
     careful: bool,
 }
 
-/// What has been added to an [`Assembly`].
+/// What has been added to an [`MapBuilder`].
 #[derive(Clone, Debug, Default)]
 pub struct MapPart {
     map: LaneletMap,
@@ -76,7 +76,7 @@ impl<'a> MapBuilder<'a> {
         self.careful = true;
     }
 
-    /// Takes less memory until [`Assembly::be_careful`]; nothing is added until then.
+    /// Takes less memory until [`MapBuilder::require_unique_ids`]; nothing is added until then.
     pub fn compact(&mut self) {
         self.part.ids.rest();
     }
@@ -200,7 +200,7 @@ impl<'a> MapBuilder<'a> {
         ids.release(id.0);
     }
 
-    /// As [`Assembly::release_line`] for a lanelet, whose bounds stay.
+    /// As [`MapBuilder::release_line`] for a lanelet, whose bounds stay.
     pub fn release_lanelet(&mut self, id: LaneletId) {
         self.part.ids.release(id.0);
     }
@@ -341,7 +341,7 @@ impl<'a> MapBuilder<'a> {
         PolygonId(self.part.ids.claim_polygon(key, |id| self.below.is_some_and(|below| below.forbids(id))))
     }
 
-    /// Adds a polygon under an id from [`Assembly::polygon_id`].
+    /// Adds a polygon under an id from [`MapBuilder::polygon_id`].
     pub fn polygon(&mut self, id: PolygonId, points: Vec<PointId>, attributes: Attributes) {
         self.put(|part| &mut part.map.polygons, Polygon { id, points, attributes, span: None });
     }
