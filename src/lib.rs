@@ -26,23 +26,29 @@
 
 pub mod api;
 pub mod builder;
+#[warn(clippy::indexing_slicing)]
 pub mod cancel;
 #[cfg(feature = "cli")]
 pub mod cli;
+#[warn(clippy::indexing_slicing)]
 pub mod diagnostic;
 pub mod fix;
 pub mod geometry;
 pub mod lane_stitching;
 pub mod lanelet;
 pub mod osm;
+#[warn(clippy::indexing_slicing)]
 mod parallel;
 pub mod projection;
 pub mod report;
+#[warn(clippy::indexing_slicing)]
 pub mod requirement;
 pub mod rules;
+#[warn(clippy::indexing_slicing)]
 pub mod settings;
 pub mod terrain;
 pub mod text;
+#[warn(clippy::indexing_slicing)]
 pub mod triage;
 
 pub use api::{Input, build, check, fix, geometry};
