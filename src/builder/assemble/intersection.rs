@@ -22,7 +22,7 @@ use crate::settings::IntersectionSettings;
 
 use super::crossings::announce_to;
 use super::intersection_settings;
-use super::intersection_site::Site;
+use super::map_context::MapContext;
 
 /// What is told of one intersection beside the map.
 #[derive(Default)]
@@ -35,7 +35,7 @@ pub(super) struct IntersectionOutput {
 
 /// One intersection while it is built.
 pub(super) struct IntersectionAssembly<'a> {
-    pub(super) site: &'a Site<'a>,
+    pub(super) context: &'a MapContext<'a>,
     pub(super) assembly: MapBuilder<'a>,
     output: IntersectionOutput,
     /// Its lanes for bicycles.
@@ -51,18 +51,18 @@ struct Traffic<'a> {
 impl<'a> IntersectionAssembly<'a> {
     /// Finishes an intersection whose lanelets were drawn over `below`.
     pub(super) fn finish(
-        site: &'a Site,
+        context: &'a MapContext,
         below: &'a MapBuilder<'a>,
         intersection: &Intersection,
         ways: IntersectionLanelets,
     ) -> (MapPart, IntersectionOutput) {
         let mut assembly = MapBuilder::resume(below, ways.part);
-        assembly.set_ground(site.lanes.ground_of(intersection, below));
-        let mut one = Self { site, assembly, output: IntersectionOutput::default(), bicycles: ways.cycles };
-        let arms: Vec<&Arm> = intersection.arms.iter().map(|&arm| site.lanes.arm(arm)).collect();
+        assembly.set_ground(context.lanes.ground_of(intersection, below));
+        let mut one = Self { context, assembly, output: IntersectionOutput::default(), bicycles: ways.cycles };
+        let arms: Vec<&Arm> = intersection.arms.iter().map(|&arm| context.lanes.arm(arm)).collect();
         let DrawnMovements { paths, dropped, .. } = &ways.drawn;
         one.note_dropped(intersection, dropped);
-        if site.as_roads {
+        if context.as_roads {
             one.output.bicycle_lanes = one.bicycles.paths.iter().map(|path| path.lanelet.0).collect();
         }
         let movements: Vec<Movement> = paths.iter().map(|path| path.movement).chain(dropped.iter().copied()).collect();
@@ -79,7 +79,7 @@ impl<'a> IntersectionAssembly<'a> {
 
     fn note_dropped(&mut self, intersection: &Intersection, dropped: &[Movement]) {
         for movement in dropped {
-            let way = |arm: usize| self.site.network.road(intersection.arms[arm].road).key.way;
+            let way = |arm: usize| self.context.network.road(intersection.arms[arm].road).key.way;
             let (from, to) = (way(movement.from), way(movement.to));
             let node = intersection.nodes.first().copied().unwrap_or_default();
             let message = format!("There is no room for a lane from way {from} to way {to} at node {node}.");
@@ -95,7 +95,7 @@ impl<'a> IntersectionAssembly<'a> {
     fn note_closed(&mut self, intersection: &Intersection, arms: &[&Arm], movements: &[Movement]) {
         let node = intersection.nodes.first().copied().unwrap_or_default();
         for (i, arm) in arms.iter().enumerate() {
-            let way = self.site.network.road(arm.at.road).key.way;
+            let way = self.context.network.road(arm.at.road).key.way;
             let led_on = |lane: usize| movements.iter().any(|m| (m.from, m.in_lane) == (i, lane));
             let led_to = |lane: usize| movements.iter().any(|m| (m.to, m.out_lane) == (i, lane));
             let ends = (0..arm.into.len()).filter(|&lane| !led_on(lane)).map(|_| "on from");
@@ -125,7 +125,7 @@ impl<'a> IntersectionAssembly<'a> {
         self.tag_lanelets(intersection, id, traffic.paths.iter().chain(&bicycles.paths));
         // Only what is a road is watched, has lights, and is yielded to.
         let (with_bicycles, conflicts_with_bicycles);
-        let Traffic { paths, conflicts } = if self.site.as_roads && !bicycles.paths.is_empty() {
+        let Traffic { paths, conflicts } = if self.context.as_roads && !bicycles.paths.is_empty() {
             with_bicycles = [traffic.paths, &bicycles.paths].concat();
             conflicts_with_bicycles = conflicts(&with_bicycles, &strip_indices(&with_bicycles));
             Traffic { paths: &with_bicycles, conflicts: &conflicts_with_bicycles }
@@ -133,8 +133,9 @@ impl<'a> IntersectionAssembly<'a> {
             traffic
         };
         let controls = self.controls(intersection, arms);
-        let arrows = self.site.arrows.are_at(id, &outline.places);
-        let (driving, key) = (self.site.network.side, intersection_key("intersection area", intersection).word("arm"));
+        let arrows = self.context.arrows.are_at(id, &outline.places);
+        let (driving, key) =
+            (self.context.network.side, intersection_key("intersection area", intersection).word("arm"));
         for (i, arm) in arms.iter().enumerate() {
             let (arm, approaches) = self.approaches((i, arm), paths, &bicycles, controls[i], arrows);
             let controlled = ControlledArm { arm: &arm, control: controls[i], approaches: &approaches, driving };
@@ -143,7 +144,7 @@ impl<'a> IntersectionAssembly<'a> {
         let legs = self.legs(arms);
         let movers = self.movers(arms, paths, &controls, &legs);
         self.rights_of_way(&legs, paths, &movers, conflicts);
-        let names = intersection_settings::names(arms, self.site.lanes);
+        let names = intersection_settings::names(arms, self.context.lanes);
         self.output.settings = intersection_settings::settings(id, &names, prohibited, &movers);
     }
 
@@ -208,13 +209,13 @@ impl<'a> IntersectionAssembly<'a> {
         };
         let mut approaches: Vec<Approach> = (arm.into.iter().enumerate())
             .map(|(lane, before)| Approach {
-                lane: self.site.lanes.lanes[before.lane].lanelet,
+                lane: self.context.lanes.lanes[before.lane].lanelet,
                 behind: from(lane, false).map(|path| path.lanelet).collect(),
                 arrow: arrows.then(|| one_way(from(lane, false).map(direction))).flatten(),
             })
             .collect();
         let mut arm = arm.clone();
-        for (lane, end) in bicycles.ends.into_of(index).filter(|_| self.site.as_roads && control != Control::Stop) {
+        for (lane, end) in bicycles.ends.into_of(index).filter(|_| self.context.as_roads && control != Control::Stop) {
             let behind: Vec<LaneletId> = from(lane, true).map(|path| path.lanelet).collect();
             let Some(&lane) = behind.first() else { continue };
             arm.into.push(*end);
@@ -224,16 +225,16 @@ impl<'a> IntersectionAssembly<'a> {
     }
 
     fn walkways(&mut self, intersection: &Intersection, paths: &[TurningLanelet]) {
-        if self.site.network.beside.walkways {
-            let crossings = self.site.crossings;
+        if self.context.network.beside.walkways {
+            let crossings = self.context.crossings;
             let crossed = |arm: RoadEnd| crossings.at(arm).next().is_some();
-            walkways(&mut self.assembly, self.site.network, self.site.lanes, intersection, crossed, paths);
+            walkways(&mut self.assembly, self.context.network, self.context.lanes, intersection, crossed, paths);
         }
     }
 
     fn announce_crosswalks(&mut self, intersection: &Intersection, paths: &[TurningLanelet]) {
-        for crosswalk in intersection.arms.iter().flat_map(|arm| self.site.crossings.at(*arm)) {
-            let bicycles = self.bicycles.paths.iter().filter(|_| self.site.as_roads);
+        for crosswalk in intersection.arms.iter().flat_map(|arm| self.context.crossings.at(*arm)) {
+            let bicycles = self.bicycles.paths.iter().filter(|_| self.context.as_roads);
             let lanelets: Vec<LaneletId> = paths.iter().chain(bicycles).map(|path| path.lanelet).collect();
             announce_to(&mut self.assembly, crosswalk, lanelets.into_iter());
         }

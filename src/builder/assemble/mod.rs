@@ -3,7 +3,7 @@
 mod crossings;
 mod intersection;
 pub mod intersection_settings;
-mod intersection_site;
+mod map_context;
 mod right_of_way;
 
 use crate::diagnostic::Finding;
@@ -14,14 +14,13 @@ use super::control::mid_block_signals;
 use super::control::signal_arrows::SignalArrows;
 use super::control::stop_line_segments::split_before_stop_lines;
 use super::lanes::side_lanes::side_lanes;
-use super::layout::map_layout;
-use super::layout::map_layout::{IntersectionLanelets, Layout};
+use super::layout::map_layout::{IntersectionLanelets, Layout, Site};
 use super::map::map_builder::PartialMaps;
 use super::network::Intersection;
 use super::tags::road_class::DrivingSide;
 use crossings::Crossings;
 use intersection::{IntersectionAssembly, IntersectionOutput};
-use intersection_site::Site;
+use map_context::MapContext;
 
 /// A map in local metres, without longitude and latitude.
 #[derive(Debug, Default)]
@@ -57,12 +56,12 @@ pub fn assemble(layout: Layout, arrows: &SignalArrows) -> Assembled {
         whole.settings.bicycle_lanes = bicycles.iter().map(|lanelet| lanelet.0).collect();
     }
     assembly.compact();
-    let site = Site { network, lanes: &lanes, crossings: &crossings, arrows, guarded: &guarded, as_roads };
+    let context = MapContext { network, lanes: &lanes, crossings: &crossings, arrows, guarded: &guarded, as_roads };
     let passed = network.intersections.iter().zip(ways).filter_map(|(at, ways)| Some((at, ways?)));
     let (passed, ways): (Vec<&Intersection>, Vec<Box<IntersectionLanelets>>) = passed.unzip();
     let room = PartialMaps::over(&assembly, ways.iter().map(|ways| &ways.part));
     let finish = |(at, ways): (&Intersection, Box<IntersectionLanelets>)| {
-        IntersectionAssembly::finish(&site, &assembly, at, *ways)
+        IntersectionAssembly::finish(&context, &assembly, at, *ways)
     };
     let (parts, mut outputs) = room.filled(passed.iter().copied().zip(ways), finish);
     whole.map = if parts.are_apart_from(&assembly) {
@@ -71,19 +70,14 @@ pub fn assemble(layout: Layout, arrows: &SignalArrows) -> Assembled {
         let done = (crossings, lanes, lines, owned_network);
         rayon::join(|| assembly.finish(parts), || drop(done)).0
     } else {
-        assembly.add_one_by_one(parts, |i, below| {
-            let of_one = map_layout::Site {
-                network,
-                restrictions: &restrictions,
-                lanes: &lanes,
-                intersection: passed[i],
-                below,
-            };
-            let ways = IntersectionLanelets::draw(of_one).outlined(of_one);
-            let (part, output) = IntersectionAssembly::finish(&site, below, passed[i], ways);
+        assembly.add_one_by_one(parts.split(), |i, below| {
+            let site = Site { network, restrictions: &restrictions, lanes: &lanes, intersection: passed[i], below };
+            let ways = IntersectionLanelets::draw(site).outlined(site);
+            let (part, output) = IntersectionAssembly::finish(&context, below, passed[i], ways);
             outputs[i] = output;
             part
-        })
+        });
+        assembly.into_map()
     };
     for IntersectionOutput { notes, settings, bicycle_lanes, has_area } in outputs {
         whole.notes.extend(notes);

@@ -22,9 +22,9 @@ impl IntersectionAssembly<'_> {
         arms.iter()
             .map(|arm| match (intersection.signals, intersection.all_way_stop) {
                 (true, _) => Control::Signals,
-                _ if self.site.guarded.binary_search(&arm.at).is_ok() => Control::Signals,
+                _ if self.context.guarded.binary_search(&arm.at).is_ok() => Control::Signals,
                 (false, true) => Control::Stop,
-                (false, false) => sign_at(self.site.network.road(arm.at.road), arm.at.end),
+                (false, false) => sign_at(self.context.network.road(arm.at.road), arm.at.end),
             })
             .collect()
     }
@@ -38,12 +38,12 @@ impl IntersectionAssembly<'_> {
     ) -> Vec<Mover> {
         let leads_in = |a: &usize| !arms[*a].into.is_empty();
         let signed = |a: usize| matches!(controls[a], Control::Stop | Control::GiveWay);
-        let private = |a: usize| !self.site.network.road(arms[a].at.road).public;
+        let private = |a: usize| !self.context.network.road(arms[a].at.road).public;
         // A driveway that arrives side by side with a street is part of its approach.
         let of_street = |a: usize| (0..arms.len()).any(|b| !private(b) && !signed(b) && legs[a] == legs[b]);
         let approaching = |a: usize| PriorityArm {
             leg: legs[a],
-            priority_road: is_priority_road(&self.site.network.road(arms[a].at.road).tags),
+            priority_road: is_priority_road(&self.context.network.road(arms[a].at.road).tags),
             leads_in: leads_in(&a),
             signed: signed(a),
         };
@@ -55,7 +55,7 @@ impl IntersectionAssembly<'_> {
         let minor = |a: usize| signed(a) || private(a) && !of_street(a) || crosses_priority(a) || unlit(a);
         let all: Vec<usize> = (0..arms.len()).filter(leads_in).collect();
         let ranked = all.iter().any(|&a| minor(a)) && !all.iter().all(|&a| minor(a));
-        let near = if self.site.network.side == DrivingSide::Left { 1.0 } else { -1.0 };
+        let near = if self.context.network.side == DrivingSide::Left { 1.0 } else { -1.0 };
         paths
             .iter()
             .map(|path| {

@@ -47,15 +47,11 @@ pub fn lanes(
     let parts: Vec<_> = all.par_chunks(CHUNK).finely().map(|roads| draw(assembly, roads)).collect();
     let (parts, mut of_roads): (Vec<MapPart>, Vec<Vec<RoadDrawing>>) = parts.into_iter().unzip();
     if let Err(parts) = assembly.add_all(parts) {
-        assembly.require_unique_ids();
-        for ((part, of_roads), roads) in parts.into_iter().zip(&mut of_roads).zip(all.chunks(CHUNK)) {
-            if assembly.add(part).is_err() {
-                // An earlier part has taken one of its ids: it is drawn again over what has been added.
-                let (part, drawn) = draw(assembly, roads);
-                let _ = assembly.add(part);
-                *of_roads = drawn;
-            }
-        }
+        assembly.add_one_by_one(parts, |i, below| {
+            let (part, drawn) = draw(below, &all[i * CHUNK..all.len().min((i + 1) * CHUNK)]);
+            of_roads[i] = drawn;
+            part
+        });
     }
     let mut lanes = Lanes::default();
     lanes.lanes.reserve_exact(of_roads.iter().flatten().map(|road| road.lanes.len()).sum());

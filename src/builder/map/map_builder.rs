@@ -71,12 +71,12 @@ impl<'a> MapBuilder<'a> {
     }
 
     /// From now on parts over this one take none of its ids.
-    pub fn require_unique_ids(&mut self) {
+    fn require_unique_ids(&mut self) {
         self.part.ids.wake();
         self.careful = true;
     }
 
-    /// Takes less memory until [`MapBuilder::require_unique_ids`]; nothing is added until then.
+    /// Takes less memory until [`MapBuilder::add_one_by_one`]; nothing is added until then.
     pub fn compact(&mut self) {
         self.part.ids.rest();
     }
@@ -167,22 +167,16 @@ impl<'a> MapBuilder<'a> {
         whole.part.map
     }
 
-    /// The whole map where parts that were made over this assembly share ids: where something added before has taken one of a
-    /// part's ids, `make` makes that part, by its index, once more over all that stands.
-    pub fn add_one_by_one(
-        mut self,
-        parts: PartialMaps,
-        mut make: impl FnMut(usize, &MapBuilder) -> MapPart,
-    ) -> LaneletMap {
+    /// Adds parts that were made over this assembly and share ids, in order. Where something added before has taken one of a
+    /// part's ids, `make` makes that part, by its index, once more over all that stands, with ids of its own.
+    pub fn add_one_by_one(&mut self, parts: Vec<MapPart>, mut make: impl FnMut(usize, &MapBuilder) -> MapPart) {
         self.require_unique_ids();
-        for (i, part) in parts.split().into_iter().enumerate() {
+        for (i, part) in parts.into_iter().enumerate() {
             if self.add(part).is_err() {
-                let again = make(i, &self);
-                // Made over all that stands, it shares no id.
+                let again = make(i, self);
                 let _ = self.add(again);
             }
         }
-        self.into_map()
     }
 
     fn carry(&mut self, carrier: LaneletId, element: RegulatoryElementId) {

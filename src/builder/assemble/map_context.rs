@@ -7,7 +7,7 @@ use crate::builder::network::{RoadEnd, RoadNetwork};
 use super::crossings::Crossings;
 
 /// What all intersections are built from.
-pub(super) struct Site<'a> {
+pub(super) struct MapContext<'a> {
     pub(super) network: &'a RoadNetwork,
     pub(super) lanes: &'a Lanes,
     pub(super) crossings: &'a Crossings,
