@@ -40,6 +40,11 @@ impl Key {
         }
     }
 
+    /// An id for a node that the input does not have: above those of OpenStreetMap, below 2^53.
+    pub fn new_node(self) -> i64 {
+        (LIMIT / 2 + self.mixed() % (LIMIT / 2)) as i64
+    }
+
     fn bytes(self, bytes: &[u8]) -> Self {
         Self(bytes.iter().fold(self.0, |hash, b| (hash ^ u64::from(*b)).wrapping_mul(Self::PRIME)))
     }

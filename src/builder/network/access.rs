@@ -4,6 +4,7 @@ use crate::builder::tags::road_class::RoadClass;
 use crate::osm::{Tags, Way};
 
 /// A way that becomes one or more roads.
+#[derive(Clone, Copy)]
 pub(super) struct Drivable<'a> {
     pub way: &'a Way,
     pub class: RoadClass,
@@ -70,24 +71,31 @@ pub(crate) fn class(highway: &str) -> Option<(RoadClass, bool)> {
     (!link || can_be_link).then_some((class, link))
 }
 
-/// Which motor vehicles the most specific access tag admits; `None` for none.
+/// Which motor vehicles the tags of a way admit; `None` for none.
 fn access(tags: &Tags) -> Option<Access> {
     if tags.is("highway", "busway") {
         return Some(Access::Bus);
     }
-    let value = ["motorcar", "motor_vehicle", "vehicle", "access"].iter().find_map(|key| tags.get(key));
-    match value.map(|value| value.split(';').next().unwrap_or(value).trim()) {
-        Some("no" | "use_sidepath" | "dismount") => admits_buses(tags).then_some(Access::Bus),
-        Some(
-            "private" | "destination" | "permit" | "customers" | "delivery" | "residents" | "employees" | "students"
-            | "agricultural" | "forestry" | "military" | "emergency" | "restricted",
-        ) => Some(Access::Private),
+    match stated(tags, &["motorcar", "motor_vehicle", "vehicle", "access"]) {
+        Some(access) => access,
         // Without access tags these lead to private ground.
         None if matches!(tags.get("service"), Some("driveway" | "parking_aisle")) => Some(Access::Private),
-        _ => Some(Access::Public),
+        None => Some(Access::Public),
     }
 }
 
-fn admits_buses(tags: &Tags) -> bool {
+/// Which motor vehicles the first of these tags admits, if there is one: `Some(None)` for none.
+pub(super) fn stated(tags: &Tags, keys: &[&str]) -> Option<Option<Access>> {
+    let value = keys.iter().find_map(|key| tags.get(key))?;
+    Some(match value.split(';').next().unwrap_or(value).trim() {
+        "no" | "use_sidepath" | "dismount" => admits_buses(tags).then_some(Access::Bus),
+        "private" | "destination" | "permit" | "customers" | "delivery" | "residents" | "employees" | "students"
+        | "agricultural" | "forestry" | "military" | "emergency" | "restricted" => Some(Access::Private),
+        _ => Some(Access::Public),
+    })
+}
+
+/// Whether the tags name buses among those who may pass.
+pub(super) fn admits_buses(tags: &Tags) -> bool {
     ["bus", "psv"].iter().any(|key| matches!(tags.get(key), Some("yes" | "designated" | "official")))
 }

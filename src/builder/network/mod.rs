@@ -2,6 +2,7 @@
 
 mod access;
 mod arm_order;
+mod barriers;
 mod connectivity;
 mod crossing_assignment;
 mod features;
@@ -11,6 +12,7 @@ pub(crate) mod hand_drawn;
 mod index;
 mod islands;
 pub mod network_diff;
+mod private_ground;
 mod read;
 pub mod resolved_restrictions;
 mod restriction_relations;

@@ -13,6 +13,7 @@ use crate::settings::{AssumeSettings, RoadSettings};
 
 use super::access::{Access, AccessVerdict, Drivable, classify};
 use super::arm_order::{Ray, clockwise};
+use super::barriers::Barriers;
 use super::features::NodeFeatures;
 use super::frame::{ToMetres, level};
 use super::restriction_relations::turns;
@@ -21,7 +22,7 @@ use super::way_cross_sections::WaySections;
 use super::way_pieces::{WayPiece, pieces};
 use super::{
     End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, crossing_assignment, features,
-    islands, signal_assignment, stop_lines,
+    islands, private_ground, signal_assignment, stop_lines,
 };
 
 use rayon::prelude::*;
@@ -82,16 +83,17 @@ pub fn road_network(
 ) -> Result<NetworkReading, NetworkError> {
     let mut notes = Vec::new();
     let corrected = corrected(osm, &options.roads, &mut notes);
-    let drivable = drivable(osm, &corrected, &mut notes);
+    let mut drivable = drivable(osm, &corrected, &mut notes);
     let (ids, places) = located(osm, &drivable);
+    let barriers = Barriers::read(osm, &ids, &mut drivable);
     let place = driving_side::of_place(middle(&places));
     let side = options.driving_side.unwrap_or(place.side);
     let country = options.country.clone().or(place.country);
     let customs = Customs { side, country: country.as_deref(), assume: &options.assume };
     // In parallel, because cutting the ways takes one thread only.
     let cut_ways = || {
-        let positions = positions(ids, to_metres(&places));
-        let pieces = pieces(&drivable, &positions, &mut notes);
+        let mut positions = positions(ids, to_metres(&places));
+        let pieces = pieces(&drivable, &barriers, &mut positions, &mut notes);
         (positions, pieces)
     };
     let read_tags = || (NodeFeatures::new(osm), WaySections::read(&drivable, customs));
@@ -125,6 +127,7 @@ pub fn road_network(
     let mut intersections = intersections(osm, &nodes, &positions, &pieces, &roads, &centres);
     islands::assign(osm, to_metres, &roads, &mut intersections);
     let mut network = RoadNetwork { side, country, roads, intersections, ..RoadNetwork::default() };
+    private_ground::close(&mut network, &barriers.private_gates());
     crossing_assignment::assign_crossings(osm, to_metres, &mut network, &mut notes);
     signal_assignment::assign(osm, &mut network, &mut notes);
     (network.restrictions, network.connections) = turns(osm, &network, &mut notes);

@@ -10,7 +10,7 @@ use super::access::Drivable;
 use super::way_pieces::WayPiece;
 
 /// Length of a small car, metres.
-const CAR: f64 = 4.0;
+pub(super) const CAR: f64 = 4.0;
 
 /// The pieces with their lines, without dead ends that reach less than a car's length beyond the road that they branch from;
 /// with a note for each.

@@ -8,6 +8,7 @@ use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::Point;
 
 use super::access::Drivable;
+use super::barriers::Barriers;
 
 /// Nodes of a way closer together than this, metres, are one: it is about the resolution of OpenStreetMap's coordinates.
 const SAME_PLACE: f64 = 0.015;
@@ -43,23 +44,27 @@ struct Run {
     edge: [bool; 2],
 }
 
-/// Cuts the ways. `positions` holds every node that exists. Of pieces over the same nodes only that of the highest class
-/// remains.
+/// Cuts the ways. `positions` holds every node that exists, and then those where roads end at a barrier. Of pieces over the
+/// same nodes only that of the highest class remains.
 pub(super) fn pieces(
     ways: &[Drivable<'_>],
-    positions: &FxHashMap<i64, Point>,
+    barriers: &Barriers<'_>,
+    positions: &mut FxHashMap<i64, Point>,
     notes: &mut Vec<Finding>,
 ) -> Vec<WayPiece> {
-    let mut runs: Vec<Run> = ways.iter().enumerate().flat_map(|(i, way)| runs(i, way, positions, notes)).collect();
+    let own_ways = ways.iter().take(barriers.ways()).enumerate();
+    let mut runs: Vec<Run> = own_ways.flat_map(|(i, way)| runs(i, way, positions, notes)).collect();
     merge_coincident(&mut runs, positions);
     for run in runs.extract_if(.., |run| run.nodes.len() < 2) {
         let way = ways[run.way].way.id;
         let message = format!("way {way} has a part without length; it is passed over");
         notes.push(Finding::new("way-skipped", Subject::Way(way), message).graded(Severity::Info));
     }
-    let ends = ends(&runs);
+    let mut ends = ends(&runs);
+    ends.extend(barriers.nodes());
     let cut = runs.iter().flat_map(|run| cut(run, &ends)).collect();
-    let mut pieces = without_duplicates(cut, ways, notes);
+    let pieces = without_duplicates(cut, ways, notes);
+    let mut pieces = barriers.part(pieces, ways, positions, notes);
     number(&mut pieces, ways);
     pieces
 }
