@@ -211,10 +211,11 @@ pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights
     let Streets { network, outlines, merges, findings } = streets;
     // Only what they leave of the roads is asked for.
     drop(outlines.intersections);
-    let network = without_unreachable_lanes(network);
+    let (network, kept, unreachable) = without_unreachable_lanes(network, outlines.kept);
     notes.extend(findings);
+    notes.extend(unreachable);
     let apart = merges.iter().filter(|note| note.wish.is_some() && !note.merged).map(|note| note.key).collect();
-    let (layout, more) = lay_out(network, outlines.kept, &apart, &heights);
+    let (layout, more) = lay_out(network, kept, &apart, &heights);
     notes.extend(more);
     let Assembled { mut map, mut settings, notes: more, areas, roads } =
         assemble(layout, &SignalArrows::new(&inside, &projector));

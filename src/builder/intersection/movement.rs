@@ -92,8 +92,10 @@ fn remove_u_turns(side: DrivingSide, arms: &[&Arm], targets: &mut [Vec<TurnTarge
         if marked || open.iter().all(|target| closed(from, target)) {
             continue;
         }
-        let removed = open.extract_if(.., |target| closed(from, target) && entered.contains(&target.to));
-        u_turns.extend(removed.filter_map(|target| u_turn(side, from, arms[from], &target)));
+        let back =
+            open.iter().filter(|target| target.turns_back() || closed(from, target) && entered.contains(&target.to));
+        u_turns.extend(back.filter_map(|target| u_turn(side, from, arms[from], target)));
+        open.retain(|target| !(closed(from, target) && entered.contains(&target.to)));
     }
     u_turns
 }

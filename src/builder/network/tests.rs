@@ -534,3 +534,63 @@ fn a_barrier_where_roads_meet_ends_all_of_them() {
     assert_eq!(built.network.roads.len(), 2);
     assert_eq!(slugs(&built), ["road-closed", "road-closed", "way-skipped"]);
 }
+
+/// The network without unreachable lanes, with the notes of that; every road is kept whole.
+fn reachable(osm: &OsmData) -> (RoadNetwork, Vec<String>) {
+    let network = build(osm).network;
+    let kept = network.roads.iter().map(|road| [0.0, road.line.length()]).collect();
+    let (network, _, notes) = unreachable_lanes::without_unreachable_lanes(network, kept);
+    (network, notes.into_iter().map(|note| note.message).collect())
+}
+
+/// The directions of travel of a way's lanes.
+fn travels(network: &RoadNetwork, way: i64) -> Vec<Travel> {
+    let roads = network.roads.iter().filter(|road| road.key.way == way);
+    roads.flat_map(|road| road.section.driven().map(|(_, strip)| strip.travel)).collect()
+}
+
+#[test]
+fn lanes_that_lead_nowhere_are_told_of() {
+    // All other roads lead to node 5, or away from it.
+    let into: [(i64, &[i64], &str); 3] = [(10, &[1, 5], "oneway=yes"), (20, &[5, 2], ""), (30, &[3, 5], "oneway=yes")];
+    let (network, notes) = reachable(&data(&CROSS, &into));
+    assert_eq!(travels(&network, 20).len(), 2);
+    let told = "nobody can leave the lanes of way 20 against its line, nodes 5 to 2, at node 5: \
+                every other road there is one-way against it";
+    assert_eq!(notes, [told]);
+    let out: [(i64, &[i64], &str); 3] = [(10, &[5, 1], "oneway=yes"), (20, &[5, 2], ""), (30, &[5, 3], "oneway=yes")];
+    assert!(reachable(&data(&CROSS, &out)).1[0].starts_with("nobody can enter the lanes of way 20 with its line"));
+    // A road that is one-way against another is what it is.
+    let against = data(&CROSS, &[(10, &[1, 5], "oneway=yes"), (20, &[2, 5], "oneway=yes")]);
+    assert_eq!(reachable(&against).1.len(), 0);
+}
+
+#[test]
+fn lanes_that_can_only_be_reached_by_turning_back_are_told_of() {
+    // A two-way street merges with a one-way street at 10 degrees.
+    let ways: [(i64, &[i64], &str); 3] = [(10, &[1, 5], "oneway=yes"), (20, &[6, 5], ""), (30, &[5, 3], "oneway=yes")];
+    let mut nodes = CROSS.to_vec();
+    nodes.push((6, -98.0, -17.0, ""));
+    let (network, notes) = reachable(&data(&nodes, &ways));
+    assert_eq!((travels(&network, 20).len(), notes.len()), (2, 1));
+    assert!(notes[0].starts_with("nobody can enter the lanes of way 20 against its line"), "{notes:?}");
+    assert!(notes[0].ends_with("a car would have to turn back"), "{notes:?}");
+    // At 35 degrees the turn is a hairpin. Where nothing else is left, cars turn back.
+    nodes[5] = (6, -82.0, -57.0, "");
+    assert_eq!(reachable(&data(&nodes, &ways)).1.len(), 0);
+    nodes[5] = (6, -98.0, -17.0, "");
+    assert_eq!(reachable(&data(&nodes, &ways[..2])).1.len(), 1, "out of way 20 only");
+}
+
+#[test]
+fn a_road_that_restrictions_close_ends_before_the_intersection() {
+    let mut osm = data(&CROSS, &[(10, &[1, 5, 3], ""), (20, &[5, 2], "oneway=yes"), (21, &[4, 5], "oneway=yes")]);
+    for (id, from) in [(1, 10), (2, 21)] {
+        restrict(&mut osm, id, "restriction=no_entry", &[("from", 'w', from), ("via", 'n', 5), ("to", 'w', 20)]);
+    }
+    let (network, notes) = reachable(&osm);
+    assert!(notes[0].ends_with("at node 5: restrictions forbid every turn"), "{notes:?}");
+    let road = network.roads.iter().find(|road| road.key.way == 20).unwrap();
+    assert_eq!(network.intersection(road.from).arms.len(), 1);
+    assert_eq!(network.intersections.iter().find(|at| at.nodes == [5]).unwrap().arms.len(), 3);
+}

@@ -1,37 +1,192 @@
-//! Removes the direction in which a two-way lane leads nowhere.
+//! Finds lanes that nobody can drive into or out of: every other road is one-way against them, restrictions forbid the turns, or
+//! a car would have to turn back. Directs single tracks the way that they lead, and ends roads where no turn leads to them.
 
+use crate::builder::ids::Key;
 use crate::builder::tags::cross_section::Travel;
 use crate::builder::tags::road_class::DrivingSide;
+use crate::diagnostic::{Finding, Severity, Subject};
+use crate::geometry::{Point, cross};
 
-use super::road_end::outward;
+use super::resolved_restrictions::ResolvedRestrictions;
+use super::road_end::{at_depth, leads_out, outward};
 use super::turn_angle::{STRAIGHT, TURNS_BACK, turn};
-use super::{End, RoadEnd, RoadIx, RoadNetwork};
+use super::{End, Intersection, IntersectionIx, RoadEnd, RoadIx, RoadKey, RoadNetwork, Stations};
 
 /// Most rounds; each follows a chain of such lanes by one road.
 const ROUNDS: usize = 16;
 /// Distance from the intersection at which the direction of a road is taken, metres.
 const LOOK: f64 = 10.0;
+/// Roads that lie at least so far beside each other, metres, leave room for a turn back from one to the other.
+const ROOM_TO_TURN: f64 = 9.0;
+/// A road that nobody turns into ends this far, metres, behind its cut ...
+const SETBACK: f64 = 2.0;
+/// ... if so much of it is left, metres.
+const LEAST_LEFT: f64 = 6.0;
 
-/// The network without directions of travel that lead nowhere.
+/// The network without directions of single tracks that lead nowhere, and with roads ended where no turn leads into them or out
+/// of them; with a note for each direction of travel that nobody can enter or leave.
 ///
 /// A single track loses the direction at whose end every other road is one-way against it, or at whose beginning every other
 /// road leads away. A two-way lane in the middle of a road loses the direction at whose end no road can be turned into and
-/// no lane continues.
+/// no lane continues. Where no turn is left for any lane at the end of a road, the road ends before the intersection; where
+/// lanes of the other direction lead on, it stays as it is: who starts on such lanes can leave them. `kept` are the stations between
+/// which the outlines leave each road.
 #[must_use]
-pub fn without_unreachable_lanes(mut network: RoadNetwork) -> RoadNetwork {
+pub fn without_unreachable_lanes(
+    mut network: RoadNetwork,
+    mut kept: Vec<Stations>,
+) -> (RoadNetwork, Vec<Stations>, Vec<Finding>) {
     for _ in 0..ROUNDS {
-        let remaining: Vec<Option<(usize, Travel)>> =
-            RoadIx::all(network.roads.len()).map(|road| remaining_travel(&network, road)).collect();
-        if remaining.iter().all(Option::is_none) {
+        if !direct_single_tracks(&mut network) {
             break;
         }
-        for (road, remaining) in network.roads.iter_mut().zip(remaining) {
-            if let Some((strip, travel)) = remaining {
-                road.section.strips[strip].travel = travel;
+    }
+    let (restrictions, _) = ResolvedRestrictions::new(&network);
+    let ends = RoadIx::all(network.roads.len()).flat_map(|road| End::BOTH.map(|end| RoadEnd { road, end }));
+    let closed: Vec<ClosedLanes> = ends.flat_map(|at| closed_lanes(&network, &restrictions, at)).collect();
+    let notes = closed.iter().map(|closed| closed.note(&network)).collect();
+    for closed in closed.iter().filter(|closed| closed.whole_end) {
+        detach(&mut network, &mut kept, closed.at);
+    }
+    (network, kept, notes)
+}
+
+/// Gives single tracks and two-way lanes the only direction in which they lead on; `false` if there are none.
+fn direct_single_tracks(network: &mut RoadNetwork) -> bool {
+    let remaining: Vec<Option<(usize, Travel)>> =
+        RoadIx::all(network.roads.len()).map(|road| remaining_travel(network, road)).collect();
+    for (road, remaining) in network.roads.iter_mut().zip(&remaining) {
+        if let Some((strip, travel)) = *remaining {
+            road.section.strips[strip].travel = travel;
+        }
+    }
+    remaining.iter().any(Option::is_some)
+}
+
+/// Lanes of one direction of a road that nobody can drive into, or out of, at an end.
+struct ClosedLanes {
+    at: RoadEnd,
+    travel: Travel,
+    why: ClosedBy,
+    /// Whether that is so of all lanes at this end, and other roads would lead on.
+    whole_end: bool,
+}
+
+/// What keeps vehicles from a turn.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum ClosedBy {
+    /// No other road leads that way.
+    OneWays,
+    Restrictions,
+    /// All turns would turn back.
+    Angle,
+}
+
+impl ClosedLanes {
+    fn note(&self, network: &RoadNetwork) -> Finding {
+        let RoadKey { way, first, last, .. } = network.road(self.at.road).key;
+        let verb = if self.at.end.inbound() == self.travel { "leave" } else { "enter" };
+        let direction = if self.travel == Travel::Forward { "with" } else { "against" };
+        let node = network.intersection(network.intersection_at(self.at)).first_node();
+        let why = match self.why {
+            ClosedBy::OneWays => "every other road there is one-way against it",
+            ClosedBy::Restrictions => "restrictions forbid every turn",
+            ClosedBy::Angle => "a car would have to turn back",
+        };
+        let message = format!(
+            "nobody can {verb} the lanes of way {way} {direction} its line, nodes {first} to {last}, at node {node}: {why}"
+        );
+        Finding::new("lanes-unreachable", Subject::Way(way), message).graded(Severity::Info)
+    }
+}
+
+/// The lanes at the end of a road that nobody can enter or leave there; none of a one-way road that other roads do not lead to.
+fn closed_lanes(network: &RoadNetwork, restrictions: &ResolvedRestrictions, at: RoadEnd) -> Vec<ClosedLanes> {
+    let directions = [false, true].into_iter().filter(|away| lanes(network, at, *away) > 0);
+    let found: Vec<(bool, Option<ClosedBy>)> =
+        directions.map(|away| (away, closed_by(network, restrictions, at, away))).collect();
+    let whole_end = found.iter().all(|(_, why)| why.is_some())
+        && found.iter().any(|(_, why)| why.is_some_and(|why| why != ClosedBy::OneWays));
+    if found.len() < 2 && !whole_end {
+        return Vec::new();
+    }
+    let closed = found.into_iter().filter_map(|(away, why)| Some((away, why?)));
+    closed.map(|(away, why)| ClosedLanes { at, travel: travel(at.end, away), why, whole_end }).collect()
+}
+
+/// What keeps all vehicles from driving into a road at its end (`away`), or out of it; `None` if some can, or no other road
+/// ends there.
+fn closed_by(network: &RoadNetwork, restrictions: &ResolvedRestrictions, at: RoadEnd, away: bool) -> Option<ClosedBy> {
+    let intersection = network.intersection(network.intersection_at(at));
+    if intersection.map_edge || intersection.circle.is_some() || intersection.arms.len() < 2 {
+        return None;
+    }
+    let mut roads = others(network, at).filter(|&other| lanes(network, other, !away) > 0).peekable();
+    if roads.peek().is_none() {
+        return Some(ClosedBy::OneWays);
+    }
+    let permitted = |from, to| restrictions.permit(intersection, from, to);
+    let mut why = ClosedBy::Restrictions;
+    for other in roads {
+        let (from, to) = if away { (other, at) } else { (at, other) };
+        if permitted(from, to) {
+            why = ClosedBy::Angle;
+            // Where nothing else is left, vehicles turn back.
+            let has_choice = others(network, from).any(|onto| {
+                onto != to && leads_out(network, onto) && permitted(from, onto) && !turns_back(network, from, onto)
+            });
+            if !turns_back(network, from, to) || !has_choice {
+                return None;
             }
         }
     }
-    network
+    Some(why)
+}
+
+/// Whether the way from one end of a road to another is a turn back without room for it.
+fn turns_back(network: &RoadNetwork, from: RoadEnd, to: RoadEnd) -> bool {
+    let [a, b] = [from, to].map(|at| outward(network.road(at.road), at.end, LOOK));
+    let place = |at: RoadEnd| -> Point {
+        let line = &network.road(at.road).line;
+        line.at(match at.end {
+            End::Start => LOOK,
+            End::End => line.length() - LOOK,
+        })
+    };
+    let beside = cross(a.normalize(), place(to) - place(from)).abs();
+    turn(network.side, -a, b).abs() > TURNS_BACK && beside < ROOM_TO_TURN
+}
+
+/// Ends a road before its intersection, unless it is too short or the only road there.
+fn detach(network: &mut RoadNetwork, kept: &mut [Stations], at: RoadEnd) {
+    let old = network.intersection_at(at);
+    let RoadKey { way, first, last, turn } = network.road(at.road).key;
+    let [from, to] = kept[at.road];
+    if to - from < LEAST_LEFT || network.intersection(old).arms.len() < 2 {
+        return;
+    }
+    let station = at_depth(kept[at.road], at.end, SETBACK);
+    kept[at.road][at.end] = station;
+    let key = Key::new("closed end").number(way).number(first).number(last).number(i64::from(turn));
+    let new = IntersectionIx::new(network.intersections.len());
+    network.intersections.push(Intersection {
+        nodes: vec![key.number(at.end.index() as i64).new_node()],
+        position: network.road(at.road).line.at(station),
+        arms: vec![at],
+        map_edge: false,
+        signals: false,
+        all_way_stop: false,
+        circle: None,
+        inner: Vec::new(),
+        passages: None,
+        islands: Vec::new(),
+    });
+    network.intersections[old].arms.retain(|arm| *arm != at);
+    let road = &mut network.roads[at.road];
+    match at.end {
+        End::Start => road.from = new,
+        End::End => road.to = new,
+    }
 }
 
 /// The two-way strip of a road and the only direction in which it leads on; `None` if both or neither do, or if the road does

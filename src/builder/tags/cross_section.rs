@@ -42,6 +42,13 @@ pub enum StripKind {
     Buffer,
 }
 
+impl StripKind {
+    /// Whether it is a lane for motor vehicles.
+    pub fn is_driven(self) -> bool {
+        matches!(self, Self::Drive | Self::Bus)
+    }
+}
+
 /// The direction of travel on a strip, seen along the road's line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -172,7 +179,7 @@ impl CrossSection {
 
     /// The lanes for motor vehicles, with their indices.
     pub fn driven(&self) -> impl Iterator<Item = (usize, &Strip)> {
-        self.strips.iter().enumerate().filter(|(_, s)| matches!(s.kind, StripKind::Drive | StripKind::Bus))
+        self.strips.iter().enumerate().filter(|(_, strip)| strip.kind.is_driven())
     }
 }
 

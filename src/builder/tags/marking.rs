@@ -142,7 +142,7 @@ pub fn before_stop(section: &CrossSection, edge: usize, tags: &Tags, inverted: b
 
 /// The lanes to the left and to the right of an edge; `None` if there is none on one side.
 fn lanes_beside(section: &CrossSection, edge: usize) -> Option<[&Strip; 2]> {
-    let driven = |i: usize| section.strips.get(i).filter(|s| matches!(s.kind, StripKind::Drive | StripKind::Bus));
+    let driven = |i: usize| section.strips.get(i).filter(|s| s.kind.is_driven());
     Some([driven(edge.checked_sub(1)?)?, driven(edge)?])
 }
 

@@ -102,9 +102,9 @@ fn loose_ends(map: &MapIndex, params: &Params, intersection: &Intersection, traf
     findings
 }
 
-/// Whether the user says of every movement that a lane could have that there is none: from the lane's approach to each
-/// other (`inward`), or from each other to it. So it is where a road is one-way behind the intersection, and on this
-/// side only those drive against it who turned on the road itself.
+/// Whether a lane beside one of the other direction can have no movement: no other road leads on from there (`inward`) or leads
+/// there, or the user says of every movement that there is none. So it is where a road is one-way behind the intersection,
+/// and on this side only those drive against it who turned on the road itself.
 fn is_closed(map: &MapIndex, intersection: &Intersection, traffic: &Traffic, edge: &Edge, inward: bool) -> bool {
     let arms = &intersection.arms;
     // The lane of the other direction, with the line between the two.
@@ -117,9 +117,9 @@ fn is_closed(map: &MapIndex, intersection: &Intersection, traffic: &Traffic, edg
         let mut edges = arm.edges.iter().filter(|other| other.inward != inward);
         edges.any(|other| other.lanes.iter().any(|&lane| map.lanes[lane].is_for_cars()))
     };
-    let mut others = (0..arms.len()).filter(|&arm| arm != own && leads(&arms[arm])).peekable();
+    let mut others = (0..arms.len()).filter(|&arm| arm != own && leads(&arms[arm]));
     let pair = |other: usize| if inward { [own, other] } else { [other, own] };
-    others.peek().is_some() && others.all(|other| traffic.prohibited.contains(&pair(other)))
+    others.all(|other| traffic.prohibited.contains(&pair(other)))
 }
 
 /// The lanelets of an intersection to which an approach leads. A movement in two pieces is one all the same: that is

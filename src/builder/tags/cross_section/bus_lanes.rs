@@ -3,7 +3,7 @@
 use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tags::values::number_of;
 
-use super::facts::default_lane;
+use super::facts::{MAX_LANES, default_lane, tagged_count};
 use super::flow::Flow;
 use super::per_lane::PerLane;
 use super::{Strip, StripKind, Travel, WayFacts};
@@ -68,27 +68,45 @@ fn edge(here: Travel, travel: Travel) -> Edge {
     if here == travel { Edge::Near } else { Edge::Far }
 }
 
-/// Applies `lanes:bus` and `lanes:psv`, with or without a direction. Returns whether there was one.
-fn mark_counted(facts: &WayFacts<'_>, flow: Flow, forward: &mut [Strip], backward: &mut [Strip]) -> bool {
+/// The numbers of bus lanes forward and backward by `lanes:bus` and `lanes:psv`, with or without a direction.
+pub(super) fn counted(facts: &WayFacts<'_>, flow: Flow) -> [Option<usize>; 2] {
     let count = |suffix: &str| {
         let value = ["lanes:bus", "lanes:psv"].iter().find_map(|key| facts.tags.get_joined([key, suffix]))?;
-        number_of(value).filter(|n| *n >= 1.0).map(|n| n as usize)
+        number_of(value).filter(|n| *n >= 1.0).map(|n| (n as usize).min(MAX_LANES))
     };
-    let (mut ahead, mut back) = (count(":forward"), count(":backward"));
-    if let (None, None, Some(all)) = (ahead, back, count("")) {
-        match flow {
-            Flow::Backward => back = Some(all),
-            Flow::TwoWay if all > 1 => (ahead, back) = (Some(all.div_ceil(2)), Some(all / 2)),
-            _ => ahead = Some(all),
+    match (count(":forward"), count(":backward"), count(""), flow) {
+        (None, None, Some(all), Flow::Backward) => [None, Some(all)],
+        (None, None, Some(all), Flow::TwoWay) if all > 1 => [Some(all.div_ceil(2)), Some(all / 2)],
+        (None, None, all, _) => [all, None],
+        (ahead, back, ..) => [ahead, back],
+    }
+}
+
+/// Applies `lanes:bus` and `lanes:psv`. Returns whether there was one.
+///
+/// They count among the lanes of their direction, unless `lanes` is the sum of both or no lane would be left for cars.
+fn mark_counted(facts: &WayFacts<'_>, flow: Flow, forward: &mut Vec<Strip>, backward: &mut Vec<Strip>) -> bool {
+    let counts = counted(facts, flow);
+    let of_buses: usize = counts.iter().flatten().sum();
+    let total = tagged_count(facts, "lanes");
+    let besides = total == Some(forward.len() + backward.len() + of_buses);
+    for (lanes, count, travel) in [(forward, counts[0], Travel::Forward), (backward, counts[1], Travel::Backward)] {
+        let Some(count) = count.filter(|_| !lanes.is_empty()) else { continue };
+        if besides || count >= lanes.len() {
+            (0..count).for_each(|_| add(facts, lanes, Edge::Near, travel));
+        } else {
+            let skip = if facts.side == DrivingSide::Left { 0 } else { lanes.len() - count };
+            lanes.iter_mut().skip(skip).take(count).for_each(|lane| lane.kind = StripKind::Bus);
         }
     }
-    for (lanes, count) in [(forward, ahead), (backward, back)] {
-        let near_first = facts.side == DrivingSide::Left;
-        let count = count.unwrap_or(0).min(lanes.len());
-        let skip = if near_first { 0 } else { lanes.len() - count };
-        lanes.iter_mut().skip(skip).take(count).for_each(|lane| lane.kind = StripKind::Bus);
-    }
-    ahead.is_some() || back.is_some()
+    of_buses > 0
+}
+
+/// Adds a bus lane at an edge.
+fn add(facts: &WayFacts<'_>, lanes: &mut Vec<Strip>, edge: Edge, travel: Travel) {
+    let first = (edge == Edge::Near) == (facts.side == DrivingSide::Left);
+    let lane = Strip { kind: StripKind::Bus, ..default_lane(facts, travel) };
+    lanes.insert(if first { 0 } else { lanes.len() }, lane);
 }
 
 /// Turns the outermost lane on one edge into a bus lane, or adds a bus lane if there is only one lane.
@@ -96,9 +114,7 @@ fn mark(facts: &WayFacts<'_>, lanes: &mut Vec<Strip>, edge: Edge, travel: Travel
     let first = (edge == Edge::Near) == (facts.side == DrivingSide::Left);
     let cars = lanes.iter().filter(|lane| lane.kind == StripKind::Drive).count();
     if cars < 2 {
-        let lane = Strip { kind: StripKind::Bus, ..default_lane(facts, travel) };
-        lanes.insert(if first { 0 } else { lanes.len() }, lane);
-        return;
+        return add(facts, lanes, edge, travel);
     }
     let outermost = if first { lanes.first_mut() } else { lanes.last_mut() };
     if let Some(lane) = outermost {

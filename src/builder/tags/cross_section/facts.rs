@@ -1,12 +1,15 @@
 //! The input and the output of reading a cross-section.
 
 use crate::builder::tags::road_class::{DrivingSide, RoadClass};
-use crate::builder::tags::values::metres_under;
+use crate::builder::tags::values::{metres_under, number_of};
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::osm::Tags;
 
 use super::defaults::Defaults;
 use super::{CrossSection, Strip, StripKind, Travel};
+
+/// The largest number of lanes in one direction: the widest toll plazas have fewer. A larger number is an error.
+pub(super) const MAX_LANES: usize = 24;
 
 /// The largest width of a single track for both directions, metres.
 pub(super) const MAX_SINGLE_TRACK: f64 = 5.5;
@@ -49,6 +52,13 @@ pub(crate) struct SectionReading {
     pub section: CrossSection,
     /// The offset of the middle of the section from the way's line, metres, left positive.
     pub shift: f64,
+}
+
+/// The number of lanes under `key`: `1.5` counts as 1; of a list the first number counts.
+pub(super) fn tagged_count(facts: &WayFacts<'_>, key: &str) -> Option<usize> {
+    let value = facts.tags.get(key)?;
+    let number = number_of(value.split(';').next().unwrap_or(value))?;
+    (number >= 0.0 && number.is_finite()).then(|| (number as usize).min(MAX_LANES))
 }
 
 /// A lane without tags of its own.

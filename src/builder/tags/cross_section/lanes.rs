@@ -1,21 +1,18 @@
 //! Reads the lanes for motor vehicles: their number in each direction, and the `:lanes` tags of each.
 
 use crate::builder::tags::road_class::{DrivingSide, RoadClass};
-use crate::builder::tags::values::{metres_under, number_of};
+use crate::builder::tags::values::metres_under;
 use crate::diagnostic::{Finding, Severity};
 use crate::osm::Tags;
 
-use super::bus_lanes::mark_bus_lanes;
-use super::facts::{MAX_SINGLE_TRACK, default_lane};
+use super::bus_lanes::{self, mark_bus_lanes};
+use super::facts::{MAX_LANES, MAX_SINGLE_TRACK, default_lane, tagged_count};
 use super::flow::Flow;
 use super::per_lane::{PerLane, per_lane};
 use super::{Lane, Strip, StripKind, Travel, WayFacts, minimum_lane_width};
 
 /// The lanes of a way from left to right along it.
 pub(super) type Lanes = Vec<Strip>;
-
-/// The largest number of lanes in one direction: the widest toll plazas have fewer. A larger number is an error.
-const MAX_LANES: usize = 24;
 
 /// Without a `lanes` tag, a two-way carriageway narrower than this, metres, has one lane: two cars with their mirrors do not fit.
 const TWO_LANES_FIT: f64 = 4.8;
@@ -79,13 +76,6 @@ fn fit(class: RoadClass, lanes: &[Lane], room: Option<f64>) -> bool {
     room.is_none_or(|width| each.contains(&(width / lanes.len() as f64)))
 }
 
-/// The number of lanes under `key`: `1.5` counts as 1; of a list the first number counts.
-fn tagged_count(facts: &WayFacts<'_>, key: &str) -> Option<usize> {
-    let value = facts.tags.get(key)?;
-    let number = number_of(value.split(';').next().unwrap_or(value))?;
-    (number >= 0.0 && number.is_finite()).then(|| (number as usize).min(MAX_LANES))
-}
-
 fn one_way(facts: &WayFacts<'_>, flow: Flow, list: &PerLane, notes: &mut Vec<Finding>) -> usize {
     let tagged = tagged_count(facts, "lanes").filter(|n| *n > 0);
     let directed = match flow {
@@ -119,7 +109,8 @@ fn two_way(facts: &WayFacts<'_>, lists: [&PerLane; 3], room: Option<f64>, notes:
         (Some(f), Some(b)) => {
             let special = lists[0].special_lanes(f) + lists[1].special_lanes(b);
             let least = (f + b).saturating_sub(special) + both;
-            let most = motor(0, f) + motor(1, b) + both;
+            let of_buses: usize = bus_lanes::counted(facts, Flow::TwoWay).iter().flatten().sum();
+            let most = motor(0, f) + motor(1, b) + both + of_buses;
             !(least..=most).contains(&total)
         }
         (Some(f), None) => rest(0, f) == 0,
@@ -195,7 +186,7 @@ fn is_single_track(facts: &WayFacts<'_>, room: Option<f64>) -> bool {
 
 /// Turns all lanes into lanes for cars if the tags leave none for motor vehicles.
 fn keep_drivable(facts: &WayFacts<'_>, lanes: [&mut Vec<Strip>; 2], both: &[Strip], notes: &mut Vec<Finding>) {
-    let driven = |strips: &[Strip]| strips.iter().any(|s| matches!(s.kind, StripKind::Drive | StripKind::Bus));
+    let driven = |strips: &[Strip]| strips.iter().any(|s| s.kind.is_driven());
     if driven(both) || lanes.iter().any(|strips| driven(strips)) {
         return;
     }

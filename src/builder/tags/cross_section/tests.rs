@@ -288,6 +288,11 @@ fn bus_lanes() {
     expect("oneway=yes lanes=1 busway=opposite_lane", "B< D>");
     expect("oneway=yes lanes=3 lanes:bus=1", "D> D> B>");
     expect("lanes=4 lanes:psv:backward=1", "B< D< D> D>");
+    // Besides the other lanes where these would be too few, or `lanes` is the sum.
+    expect("lanes=4 lanes:forward=1 lanes:backward=1 lanes:psv:forward=1 lanes:psv:backward=1", "B< D< D> B>");
+    expect("lanes=4 lanes:forward=2 lanes:backward=1 lanes:bus:forward=1", "D< D> D> B>");
+    expect("lanes=3 lanes:forward=2 lanes:backward=1 lanes:bus:forward=1", "D< D> B>");
+    expect("oneway=yes lanes=1 lanes:psv=1", "D> B>");
     expect("oneway=yes bus:lanes=|designated", "D> B>");
     expect("oneway=yes psv:lanes=yes|| access:lanes=no||", "B> D> D>");
     expect("lanes=3 bus:lanes:forward=|designated access:lanes:forward=|no", "D< D> B>");
