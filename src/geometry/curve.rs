@@ -13,15 +13,44 @@ pub fn join(from: Pose, to: Pose) -> Vec<Pose> {
     })
 }
 
-/// The curve of [`join`] between straight lines at both ends, of which the lengths are given as parts of the chord.
+/// The curve of [`join`] between straight lines at both ends, of these lengths in metres.
 pub fn held(from: Pose, to: Pose, [before, after]: [f64; 2]) -> Vec<Pose> {
-    let chord = (to.point - from.point).norm();
-    let start = Pose { point: from.point + from.heading * (chord * before), ..from };
-    let end = Pose { point: to.point - to.heading * (chord * after), ..to };
+    let start = Pose { point: from.point + from.heading * before, ..from };
+    let end = Pose { point: to.point - to.heading * after, ..to };
     let mut poses = straight(from.point, start.point, from.heading);
     poses.extend(join(start, end));
     poses.extend(straight(to.point, end.point, to.heading).into_iter().rev());
     poses
+}
+
+/// The lengths of the straight lines, metres, between which a turn has an arc like the lanes that people draw.
+///
+/// `over` are the lengths over crosswalks, which do not widen the arc. In a large intersection a turn goes straight on for longer,
+/// too. `None` where the curve has no single arc, hardly turns, or would bend too tightly.
+pub fn turn_leads(from: Pose, to: Pose, over: [f64; 2]) -> Option<[f64; 2]> {
+    /// A smaller change of direction, degrees, is no turn.
+    const LEAST_TURN: f64 = 40.0;
+    /// A turn keeps this radius, metres, where it has it without straight lines, ...
+    const LEAST_RADIUS: f64 = 6.0;
+    /// ... and this share of the radius that it has then.
+    const LEAST_SHARE: f64 = 0.66;
+    /// Beyond this radius, metres, professionals take the share [`LARGE_SHARE`] of the arc between the straight lines.
+    const LARGE_RADIUS: f64 = 20.0;
+    const LARGE_SHARE: f64 = 0.63;
+    let (before, after, turn) = tangents(from, to)?;
+    let radius = |[a, b]: [f64; 2]| (before - a).min(after - b) / (turn.abs() / 2.0).tan();
+    let full = radius([0.0; 2]);
+    let least = full.min(LEAST_RADIUS).max(LEAST_SHARE * full);
+    let shares = [1.0, 0.75, 0.5, 0.25, 0.0].map(|share| over.map(|length| length * share));
+    let leads = shares.into_iter().find(|leads| radius(*leads) >= least)?;
+    let more = if radius(leads) > LARGE_RADIUS {
+        let tangent = (before - leads[0]).min(after - leads[1]);
+        tangent * (1.0 - LARGE_SHARE.max(LARGE_RADIUS * LARGE_SHARE / radius(leads)))
+    } else {
+        0.0
+    };
+    let leads = leads.map(|lead| lead + more);
+    (turn.abs() > LEAST_TURN.to_radians() && leads != [0.0; 2]).then_some(leads)
 }
 
 /// The radius of the arc of [`join`], metres; `None` if it has no single arc.

@@ -126,7 +126,9 @@ fn u_turn(side: DrivingSide, from: usize, arm: &Arm, target: &TurnTarget) -> Opt
         across > 0.0 && is_gentle(&curve::join(into.pose, out.pose), TIGHTEST_BACK)
     };
     let (out_lane, _) = driven(&target.arm.out).into_iter().find(|(_, out)| room(out))?;
-    let free = into.arrows.is_none() || into.arrows.has(turns);
+    // Where arrows tell of every lane, one that may turn back has an arrow for it.
+    let told = arm.into.iter().all(|lane| !lane.arrows.is_none());
+    let free = !told && (into.arrows.is_none() || into.arrows.has(turns));
     (free && arm.at.road != target.arm.at.road).then_some(Movement { from, to: target.to, in_lane, out_lane })
 }
 

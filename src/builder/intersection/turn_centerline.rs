@@ -97,6 +97,9 @@ pub fn turn_centerlines(ends: &[MovementEnds]) -> Vec<Vec<Pose>> {
 /// neighbouring lane, however that one is drawn.
 fn smoothest(ends: &[MovementEnds]) -> Vec<Vec<Pose>> {
     let shapes = |(_, from, to): &MovementEnds| {
+        if let Some(leads) = curve::turn_leads(from.pose, to.pose, [from.straight, to.straight]) {
+            return (Shape::new(curve::held(from.pose, to.pose, leads)), None);
+        }
         let direct = curve::join(from.pose, to.pose);
         let wide = swing_out_turn::swing_out(from.pose, to.pose, &direct);
         (Shape::new(direct), wide.map(Shape::new))
@@ -164,7 +167,9 @@ impl TurnCenterlines<'_> {
         let least = RADIUS_LEAST.min(shapes[0].as_ref().map_or(RADIUS_LEAST, |own| curve::radius(&own.poses)));
         let bent = HANDLES.iter().flat_map(|&a| HANDLES.iter().map(move |&b| curve::cubic(from.pose, to.pose, [a, b])));
         let parts = STRAIGHT_PARTS.iter().flat_map(|&a| STRAIGHT_PARTS.iter().map(move |&b| [a, b])).skip(1);
-        let poses = bent.chain(parts.map(|parts| curve::held(from.pose, to.pose, parts)));
+        let chord = (to.pose.point - from.pose.point).norm();
+        let straight = parts.map(|parts| curve::held(from.pose, to.pose, parts.map(|part| part * chord)));
+        let poses = std::iter::once(curve::join(from.pose, to.pose)).chain(bent).chain(straight);
         shapes.extend(poses.map(|poses| (curve::radius(&poses) >= least).then(|| Shape::new(poses))));
     }
 
@@ -234,6 +239,7 @@ mod tests {
             width: 3.0,
             kind: StripKind::Drive,
             arrows: Arrows::NONE,
+            straight: 0.0,
         }
     }
 

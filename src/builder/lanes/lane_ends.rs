@@ -88,7 +88,12 @@ fn cut_road(network: &RoadNetwork, ix: RoadIx, demand: SetbackDemand) -> RoadCut
     crossings.iter_mut().for_each(|crossing| plan.move_to_cut(crossing, kept, at_stop_line));
     // A crossing between intersections lies on the road's own lanes.
     crossings.retain_mut(|crossing| crossing.arm.is_some() || move_between(plan.road, crossing, kept));
-    RoadCut { demand, kept, inward: End::BOTH.map(|end| inward(plan.road, end, kept[end])), crossings }
+    let straight = End::BOTH.map(|end| {
+        let crossed = crossings.iter().any(|crossing| crossing.arm == Some(end));
+        let without = demand.setbacks[end].max(demand.comfort[end]);
+        if crossed { (from_cut(demand.least, end, kept[end]) - without).max(0.0) } else { 0.0 }
+    });
+    RoadCut { demand, kept, inward: End::BOTH.map(|end| inward(plan.road, end, kept[end])), straight, crossings }
 }
 
 /// The setbacks of a road while they are raised. Depths are metres up the road from the outline's cut.

@@ -76,6 +76,8 @@ pub struct RoadCut {
     pub kept: Stations,
     /// The unit directions there into the intersections at its ends.
     pub inward: [Vector; 2],
+    /// How far its lanes go straight on from there, over a crosswalk and the gap before it, metres.
+    pub straight: [f64; 2],
     /// In order of stations.
     pub(super) crossings: Vec<RoadCrossing>,
 }

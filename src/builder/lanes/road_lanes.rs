@@ -2,7 +2,7 @@
 
 use crate::builder::map::map_builder::{MapBuilder, MapPart};
 use crate::builder::network::road_end::{inward, lanes_at, on_cut};
-use crate::builder::network::{End, Road, RoadEnd, RoadIx, RoadNetwork, Stations};
+use crate::builder::network::{End, Road, RoadEnd, RoadIx, RoadNetwork};
 use crate::builder::streets::heights::Ground;
 use crate::builder::tags::cross_section::{CrossSection, StripKind, Travel};
 use crate::builder::tags::marking::SHARES;
@@ -13,7 +13,7 @@ use crate::parallel::Finely;
 
 use super::border::borders;
 use super::road_continuation::Continuations;
-use super::road_cut::ConnectionLines;
+use super::road_cut::{ConnectionLines, RoadCut};
 use super::types::{Arm, ArmLane, Lanes, RoadLane, RoadPiece};
 
 use compact_str::ToCompactString;
@@ -41,7 +41,7 @@ pub fn lanes(
     let draw = |below: &MapBuilder, roads: &[RoadIx]| {
         let mut part = MapBuilder::over(below);
         let drawn: Vec<RoadDrawing> =
-            roads.iter().map(|&ix| road_lanes(&mut part, network, ix, lines.kept[ix], joins)).collect();
+            roads.iter().map(|&ix| road_lanes(&mut part, network, ix, lines.cut(ix), joins)).collect();
         (part.into_part(), drawn)
     };
     let parts: Vec<_> = all.par_chunks(CHUNK).finely().map(|roads| draw(assembly, roads)).collect();
@@ -91,7 +91,7 @@ pub fn redraw(
     joins.add_points(assembly, network);
     for &ix in roads {
         let range = lanes.range_of(ix);
-        let mut road = road_lanes(assembly, network, ix, lines.kept[ix], joins);
+        let mut road = road_lanes(assembly, network, ix, lines.cut(ix), joins);
         road.begin_at(range.start);
         lanes.lanes.splice(range, road.lanes);
         lanes.arms[ix] = road.arms;
@@ -121,17 +121,17 @@ fn road_lanes(
     assembly: &mut MapBuilder,
     network: &RoadNetwork,
     ix: RoadIx,
-    kept: Stations,
+    cut: &RoadCut,
     joins: &Continuations,
 ) -> RoadDrawing {
-    let road = network.road(ix);
+    let (road, kept) = (network.road(ix), cut.kept);
     assembly.set_ground(Ground::under(road));
     let used = used_edges(&road.section);
     let ends = End::BOTH.map(|end| RoadEnd { road: ix, end });
     let nodes = ends.map(|at| end_nodes(assembly, road, at, kept[at.end], &used, joins));
     let borders = borders(assembly, road, network.country.as_deref(), kept, &nodes);
     let lanes = road_lanelets(assembly, road, ix, &borders);
-    let arms = ends.map(|at| arm(assembly, road, at, kept[at.end], &nodes[at.end], &lanes));
+    let arms = ends.map(|at| arm(assembly, road, at, cut, &nodes[at.end], &lanes));
     RoadDrawing { lanes, arms, piece: RoadPiece { behind: None, span: kept, borders } }
 }
 
@@ -237,10 +237,11 @@ fn arm(
     assembly: &MapBuilder,
     road: &Road,
     at: RoadEnd,
-    station: f64,
+    cut: &RoadCut,
     nodes: &[Option<PointId>],
     lanes: &[RoadLane],
 ) -> Arm {
+    let station = cut.kept[at.end];
     let inward = inward(road, at.end, station);
     let inside = road.place(at.end) - road.line.at(station);
     let ends = lanes_at(&road.section, at.end);
@@ -264,7 +265,7 @@ fn arm(
         let strip = &road.section.strips[lane_at.strip];
         let (list, heading) = if lane_at.into { (&mut arm.into, inward) } else { (&mut arm.out, -inward) };
         let end = ArmLane::new(assembly, lane, nodes, heading, strip.kind);
-        list.push(ArmLane { arrows: strip.arrows, ..end });
+        list.push(ArmLane { arrows: strip.arrows, straight: cut.straight[at.end], ..end });
     }
     // From left to right in their own direction of travel.
     arm.out.reverse();

@@ -45,6 +45,8 @@ pub struct ArmLane {
     pub kind: StripKind,
     /// Arrows painted on it.
     pub arrows: Arrows,
+    /// How far it goes straight on over a crosswalk inside the intersection, metres.
+    pub straight: f64,
 }
 
 impl ArmLane {
@@ -53,7 +55,7 @@ impl ArmLane {
         let places = nodes.map(|id| assembly.position(id));
         let [left, right] = places;
         let pose = Pose { point: nalgebra::center(&left, &right), heading };
-        Self { lane, nodes, places, pose, width: (left - right).norm(), kind, arrows: Arrows::NONE }
+        Self { lane, nodes, places, pose, width: (left - right).norm(), kind, arrows: Arrows::NONE, straight: 0.0 }
     }
 }
 

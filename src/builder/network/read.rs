@@ -19,7 +19,7 @@ use super::frame::{ToMetres, level};
 use super::restriction_relations::turns;
 use super::short_dead_ends::without_short_dead_ends;
 use super::way_cross_sections::WaySections;
-use super::way_pieces::{WayPiece, pieces};
+use super::way_pieces::{WayPiece, number, pieces};
 use super::{
     End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, crossing_assignment, features,
     islands, private_ground, signal_assignment, stop_lines,
@@ -93,7 +93,9 @@ pub fn road_network(
     // In parallel, because cutting the ways takes one thread only.
     let cut_ways = || {
         let mut positions = positions(ids, to_metres(&places));
-        let pieces = pieces(&drivable, &barriers, &mut positions, &mut notes);
+        let pieces = pieces(&drivable[..barriers.ways()], barriers.nodes(), &positions, &mut notes);
+        let mut pieces = barriers.part(pieces, &drivable, &mut positions, &mut notes);
+        number(&mut pieces, &drivable);
         (positions, pieces)
     };
     let read_tags = || (NodeFeatures::new(osm), WaySections::read(&drivable, customs));

@@ -8,7 +8,6 @@ use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::Point;
 
 use super::access::Drivable;
-use super::barriers::Barriers;
 
 /// Nodes of a way closer together than this, metres, are one: it is about the resolution of OpenStreetMap's coordinates.
 const SAME_PLACE: f64 = 0.015;
@@ -44,16 +43,15 @@ struct Run {
     edge: [bool; 2],
 }
 
-/// Cuts the ways. `positions` holds every node that exists, and then those where roads end at a barrier. Of pieces over the
-/// same nodes only that of the highest class remains.
+/// Cuts the ways where they meet and at the nodes `at`. `positions` holds every node that exists. Of pieces over the same nodes
+/// only that of the highest class remains. They are not [numbered](number) yet.
 pub(super) fn pieces(
     ways: &[Drivable<'_>],
-    barriers: &Barriers<'_>,
-    positions: &mut FxHashMap<i64, Point>,
+    at: impl Iterator<Item = i64>,
+    positions: &FxHashMap<i64, Point>,
     notes: &mut Vec<Finding>,
 ) -> Vec<WayPiece> {
-    let own_ways = ways.iter().take(barriers.ways()).enumerate();
-    let mut runs: Vec<Run> = own_ways.flat_map(|(i, way)| runs(i, way, positions, notes)).collect();
+    let mut runs: Vec<Run> = ways.iter().enumerate().flat_map(|(i, way)| runs(i, way, positions, notes)).collect();
     merge_coincident(&mut runs, positions);
     for run in runs.extract_if(.., |run| run.nodes.len() < 2) {
         let way = ways[run.way].way.id;
@@ -61,12 +59,9 @@ pub(super) fn pieces(
         notes.push(Finding::new("way-skipped", Subject::Way(way), message).graded(Severity::Info));
     }
     let mut ends = ends(&runs);
-    ends.extend(barriers.nodes());
+    ends.extend(at);
     let cut = runs.iter().flat_map(|run| cut(run, &ends)).collect();
-    let pieces = without_duplicates(cut, ways, notes);
-    let mut pieces = barriers.part(pieces, ways, positions, notes);
-    number(&mut pieces, ways);
-    pieces
+    without_duplicates(cut, ways, notes)
 }
 
 /// The parts of a way between missing nodes.
@@ -193,7 +188,7 @@ fn without_duplicates(mut pieces: Vec<WayPiece>, ways: &[Drivable<'_>], notes: &
 }
 
 /// Sorts by way and ends, and numbers the pieces of one way between the same two nodes in their order along it.
-fn number(pieces: &mut [WayPiece], ways: &[Drivable<'_>]) {
+pub(super) fn number(pieces: &mut [WayPiece], ways: &[Drivable<'_>]) {
     let ends = |piece: &WayPiece| (ways[piece.way].way.id, piece.ends());
     // A stable sort keeps the pieces of a way in their order along it.
     pieces.sort_by_key(ends);
