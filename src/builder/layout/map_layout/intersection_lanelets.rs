@@ -32,7 +32,7 @@ pub struct IntersectionLanelets {
     pub conflicts: Option<Conflicts>,
     /// Bicycle lanes that lead in and out, and the ways between them.
     pub cycles: BicycleMovements,
-    /// The outline around them, where some do and it is no roundabout.
+    /// The outline around them, where some do that lead neither from nor onto a roundabout.
     pub area: Option<AreaOutline>,
     /// Their primitives, over those of the lanes.
     pub part: MapPart,
