@@ -36,6 +36,35 @@ pub fn faults(ring: &[Point], spike: f64, limit: usize) -> Vec<RingFault> {
     found
 }
 
+/// The vertices of a ring, by index, without those by which it turns back on itself or crosses itself: of two loops the smaller
+/// is left out. Fixed vertices stay.
+pub fn without_faults(ring: &[Point], spike: f64, is_fixed: impl Fn(usize) -> bool) -> Vec<usize> {
+    let mut kept: Vec<usize> = (0..ring.len()).collect();
+    for _ in 0..ring.len() {
+        let places: Vec<Point> = kept.iter().map(|&i| ring[i]).collect();
+        let count = kept.len();
+        let is_loose = |i: &usize| !is_fixed(kept[*i]);
+        let loose: Vec<usize> = match faults(&places, spike, 1).first() {
+            Some(RingFault::Spike(i)) => {
+                [*i, (i + count - 1) % count, (i + 1) % count].into_iter().find(is_loose).into_iter().collect()
+            }
+            Some(RingFault::Crossing(i, j, _)) => {
+                let inner = i + 1..j + 1;
+                let outer: Vec<usize> = (0..count).filter(|k| !inner.contains(k)).collect();
+                let smaller = if inner.len() <= outer.len() { inner.collect() } else { outer };
+                smaller.into_iter().filter(is_loose).collect()
+            }
+            _ => break,
+        };
+        if loose.is_empty() || count < loose.len() + 3 {
+            break;
+        }
+        let mut i = 0..;
+        kept.retain(|_| i.next().is_none_or(|i| !loose.contains(&i)));
+    }
+    kept
+}
+
 /// A ring without equal neighbours. Edge `i` begins at vertex `i`.
 struct DistinctRing<'a> {
     points: &'a [Point],

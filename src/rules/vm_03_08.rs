@@ -153,13 +153,16 @@ fn judge_vertices(map: &MapIndex, params: &Params, area: &Polygon, allowed: &All
         .collect()
 }
 
-/// Every end point of the bounds of a lanelet must be a vertex, by id.
+/// Every end point of the bounds of a lanelet for cars must be a vertex, by id: Autoware widens the way of cars alone.
 fn judge_lane_ends(map: &MapIndex, params: &Params, area: &Polygon, intersection: &Intersection) -> Vec<Finding> {
     let vertices: FxHashSet<PointId> = area.points.iter().copied().collect();
     let mut findings = Vec::new();
     let is_member = |lane: &usize| intersection.members.iter().any(|member| member.lane == *lane);
     for member in intersection.members.iter().filter(|member| member.is_inside()) {
         let lane = &map.lanes[member.lane];
+        if !lane.is_for_cars() {
+            continue;
+        }
         // The end of a piece inside the box is vm-03-05's.
         let start = (!map.predecessors(member.lane).iter().any(is_member)).then_some(lane.start);
         let end = (!map.followers(member.lane).iter().any(is_member)).then_some(lane.end);

@@ -115,7 +115,8 @@ fn runs_along(params: &Params, lane: &Lane, road: &Lane, side: usize) -> bool {
     close as f64 > params.along * samples.points().len() as f64
 }
 
-/// The border that both use: nobody may change lanes over it, and the bicycle lane lies toward the kerb.
+/// The border that both use: nobody may change lanes over it, and the bicycle lane lies between the road lane and a kerb, which
+/// on a one-way street can be on either side.
 fn shared_border(map: &MapIndex, at: usize, road: usize, way: LineStringId, side: usize) -> Vec<Finding> {
     let (lane, road_lane) = (map.lanes[at].id, map.lanes[road].id);
     let mut findings = Vec::new();
@@ -131,11 +132,19 @@ fn shared_border(map: &MapIndex, at: usize, road: usize, way: LineStringId, side
     }
     // Its right border is common: it lies on the left of the road lane.
     let lies = if side == 1 { DrivingSide::Left } else { DrivingSide::Right };
-    if map.side.side.is_some_and(|driven| driven != lies) {
+    if map.side.side.is_some_and(|driven| driven != lies) && cars_beyond(map, at, road, side) {
         let message = format!("Bicycle lane {lane} is on the far side of road lane {road_lane}.");
         findings.push(about("wrong-side", message));
     }
     findings
+}
+
+/// Whether other cars drive beyond the border of a bicycle lane that is not its common border with a road, on this side.
+fn cars_beyond(map: &MapIndex, at: usize, road: usize, side: usize) -> bool {
+    let lane = &map.lanes[at];
+    let near = map.lanes_near(lane.extent[0], lane.extent[1]).into_iter().filter(|&other| other != at && other != road);
+    near.map(|other| &map.lanes[other])
+        .any(|other| other.is_for_cars() && other.bounds.contains(&lane.bounds[1 - side]))
 }
 
 /// What comes before and behind it must be a bicycle lane, too.

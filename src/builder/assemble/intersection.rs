@@ -10,19 +10,26 @@ use crate::builder::intersection::movement_types::{Movement, Movements};
 use crate::builder::intersection::turning_lanelets::{
     DrawnMovements, IntersectionPaint, TurningLanelet, intersection_key, paint,
 };
-use crate::builder::lanes::types::Arm;
+use crate::builder::lanes::types::{Arm, ArmLane};
 use crate::builder::layout::map_layout::IntersectionLanelets;
 use crate::builder::map::map_builder::{MapBuilder, MapPart};
 use crate::builder::network::turn_angle::STRAIGHT;
 use crate::builder::network::{Intersection, RoadEnd};
 use crate::builder::tags::cross_section::StripKind;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
-use crate::lanelet::{Attributes, LaneletId, PolygonId, TurnDirection};
+use crate::geometry::Polyline;
+use crate::lanelet::{Attributes, LaneletId, PointId, PolygonId, TurnDirection};
 use crate::settings::IntersectionSettings;
 
 use super::crossings::announce_to;
 use super::intersection_settings;
 use super::map_context::MapContext;
+
+use rustc_hash::FxHashSet;
+
+/// A node within this distance, metres, of the line between its neighbours on an outline adds nothing to its shape: a cut bends
+/// by so little where two roads share a corner of it.
+const ON_CUT: f64 = 0.05;
 
 /// What is told of one intersection beside the map.
 #[derive(Default)]
@@ -153,7 +160,8 @@ impl<'a> IntersectionAssembly<'a> {
         self.output.has_area = true;
         let id = self.assembly.polygon_id(intersection_key("intersection area", intersection));
         let attributes = Attributes::of(&[("type", "intersection_area"), ("area", "yes")]);
-        self.assembly.polygon(id, outline.ring.clone(), attributes);
+        let ring = self.without_needless_nodes(arms, outline);
+        self.assembly.polygon(id, ring, attributes);
         for &arm in &outline.lost {
             let cut = self.assembly.positions(&arms[arm].cut);
             let message = format!("The outline of intersection area {id} does not lead along the end of a road.");
@@ -169,6 +177,37 @@ impl<'a> IntersectionAssembly<'a> {
             self.output.notes.push(finding.with(Subject::Way(way), "island"));
         }
         id
+    }
+
+    /// The ring of an area without the nodes on a straight cut at which neither a border nor a lane for cars ends, as between
+    /// two bus lanes: an area needs its nodes only where cars may widen their way, and Autoware knows no others.
+    fn without_needless_nodes(&self, arms: &[&Arm], outline: &AreaOutline) -> Vec<PointId> {
+        let inner = |arm: &&Arm| arm.cut[1.min(arm.cut.len())..arm.cut.len().max(2) - 1].to_vec();
+        let mut needless: FxHashSet<PointId> = arms.iter().flat_map(inner).collect();
+        for (i, arm) in arms.iter().enumerate() {
+            self.anchors((i, arm)).for_each(|id| _ = needless.remove(&id));
+        }
+        let count = outline.ring.len();
+        let is_straight = |i: usize| {
+            let [before, after] = [outline.places[(i + count - 1) % count], outline.places[(i + 1) % count]];
+            Polyline::new([before, after]).is_some_and(|line| line.distance(outline.places[i]) <= ON_CUT)
+        };
+        let kept = (0..count).filter(|&i| !needless.contains(&outline.ring[i]) || !is_straight(i));
+        kept.map(|i| outline.ring[i]).collect()
+    }
+
+    /// The nodes of a cut at which a border or a lane for cars ends, or one that is tagged as if it were for them.
+    fn anchors<'s>(&'s self, (index, arm): (usize, &'s Arm)) -> impl Iterator<Item = PointId> + use<'s, 'a> {
+        let lanes = self.context.lanes;
+        let borders = lanes.borders_at(arm.at).iter().flatten().filter_map(|bound| self.assembly.line_of(bound.line));
+        let borders = borders.filter(|line| line.attributes.is("type", "road_border"));
+        let is_for_cars = |end: &&ArmLane| {
+            let lanelet = self.assembly.lanelet_of(lanes.lanes[end.lane].lanelet);
+            lanelet.is_some_and(|lanelet| lanelet.attributes.is("subtype", "road"))
+        };
+        let bicycles = self.bicycles.ends.of_arm(index).filter(|_| self.context.as_roads);
+        let ends = arm.into.iter().chain(&arm.out).filter(is_for_cars).chain(bicycles).flat_map(|end| end.nodes);
+        borders.flat_map(|line| [line.points.first(), line.points.last()]).flatten().copied().chain(ends)
     }
 
     /// Says of lanelets where they lie and whither they turn. Nothing is painted across an intersection, not even where two roads

@@ -67,9 +67,7 @@ pub fn walkways(
         let leads = |path: &&TurningLanelet| path.movement.from == arm || path.movement.to == arm;
         let mut reached: Vec<Outlined> = paths.iter().filter(leads).map(|p| outlined(assembly, p.lanelet)).collect();
         let beside_arms = shape(&ends, &reached);
-        if mapped.is_some() {
-            reached.extend(lanes.of_road(at.road).iter().map(|lane| outlined(assembly, lane.lanelet)));
-        }
+        reached.extend(lanes.of_road(at.road).iter().map(|lane| outlined(assembly, lane.lanelet)));
         let shapes = [mapped.and_then(|end| shape(&[Some(end), None], &reached)), beside_arms];
         if shapes.iter().all(Option::is_none) {
             continue;

@@ -95,6 +95,11 @@ impl BicycleLaneEnds {
         self.into.iter().enumerate().filter(move |(_, lane)| lane.arm == arm).map(|(i, lane)| (i, &lane.end))
     }
 
+    /// Those on an arm, in either direction.
+    pub fn of_arm(&self, arm: usize) -> impl Iterator<Item = &ArmLane> {
+        self.into.iter().chain(&self.out).filter(move |lane| lane.arm == arm).map(|lane| &lane.end)
+    }
+
     /// The movements between them: to every other arm over the lane that lies least sideways.
     fn movements(
         &self,

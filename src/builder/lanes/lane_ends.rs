@@ -54,7 +54,8 @@ pub fn connection_lines<'a>(
     required.raise(&mut setbacks, &mut comfort);
     let cut = |i: usize, setbacks: [f64; 2]| {
         let ix = RoadIx::new(i);
-        let demand = SetbackDemand { least: least[i], setbacks, comfort: comfort[i], stops: stops[i] };
+        let demand =
+            SetbackDemand { least: least[i], setbacks, firm: least_setbacks[i], comfort: comfort[i], stops: stops[i] };
         let known = known(ix).filter(|known| known.demand == demand);
         known.map_or_else(|| cut_road(network, ix, demand), |known| known.of(ix))
     };
@@ -104,6 +105,8 @@ struct CutPlan<'a> {
     /// Where the outline cuts the road.
     least: Stations,
     setbacks: [f64; 2],
+    /// What of them is for more than the room of turns.
+    firm: [f64; 2],
     comfort: [f64; 2],
     /// Depths of the mapped stop lines.
     stop_lines: [Option<f64>; 2],
@@ -111,8 +114,9 @@ struct CutPlan<'a> {
 
 impl<'a> CutPlan<'a> {
     fn new(network: &'a RoadNetwork, ix: RoadIx, demand: SetbackDemand) -> Self {
-        let SetbackDemand { least, setbacks, comfort, stops } = demand;
-        let mut plan = Self { network, road: network.road(ix), ix, least, setbacks, comfort, stop_lines: [None; 2] };
+        let SetbackDemand { least, setbacks, firm, comfort, stops } = demand;
+        let mut plan =
+            Self { network, road: network.road(ix), ix, least, setbacks, firm, comfort, stop_lines: [None; 2] };
         plan.stop_lines = mapped_stop_lines(plan.road, least, |end| stops[end] && plan.is_approach(end));
         plan
     }
@@ -136,7 +140,9 @@ impl<'a> CutPlan<'a> {
         let (setbacks, moved) = move_to_stop_lines(self.least, self.setbacks, stop_lines);
         let kept = cut_back(self.least, setbacks, self.road.line.length());
         let more = [0, 1].map(|end| if moved[end] { 0.0 } else { (self.comfort[end] - setbacks[end]).max(0.0) });
-        (straighten(self.road, add_comfort(self.road, kept, more)), moved)
+        let cut = straighten(self.road, add_comfort(self.road, kept, more));
+        let firm = [0, 1].map(|end| if moved[end] { setbacks[end] } else { self.firm[end] });
+        (clear_of_bends(self.road, (self.least, firm), cut), moved)
     }
 
     /// Whether a crossing at a station belongs to the intersection at an end. One with lights before an intersection without
@@ -176,7 +182,12 @@ impl<'a> CutPlan<'a> {
         let stop = &mut self.stop_lines[end];
         *stop = stop.filter(|stop| *stop > behind).map(|stop| stop.max(behind + STOP_GAP_LEAST));
         let setback = stop.unwrap_or(f64::INFINITY).min(behind + STOP_GAP);
+        self.set_back(end, setback);
+    }
+
+    fn set_back(&mut self, end: End, setback: f64) {
         self.setbacks[end] = self.setbacks[end].max(setback);
+        self.firm[end] = self.firm[end].max(setback);
     }
 
     /// Sets the cuts of a private road back before a mapped sidewalk where the road has no crosswalk.
@@ -185,7 +196,7 @@ impl<'a> CutPlan<'a> {
             let crossed = crossings.iter().any(|crossing| crossing.arm == Some(end));
             if !crossed && self.is_approach(end) && self.leads_to_public_road(end) {
                 let needed = before_sidewalk(self.road, end, self.least, self.setbacks[end.other()]);
-                self.setbacks[end] = self.setbacks[end].max(needed.unwrap_or_default());
+                self.set_back(end, needed.unwrap_or_default());
             }
         }
     }
@@ -243,6 +254,33 @@ fn straighten(road: &Road, [start, end]: Stations) -> Stations {
     let stations = road.line.stations();
     let parts = stations.windows(2).map(|w| [w[0].max(start), w[1].min(end)]);
     parts.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0]))).filter(|p| p[1] > p[0]).unwrap_or([start, end])
+}
+
+/// Moves cuts out of tight bends and away from their begin, where the lanes on the inside change direction at the cut: to the
+/// nearest place behind which the road goes on straight. That is up the road, so that the bend becomes a part of the turn, or
+/// back toward the least cuts, as far as setbacks allow that are for more than the room of turns.
+fn clear_of_bends(road: &Road, (least, firm): (Stations, [f64; 2]), mut kept: Stations) -> Stations {
+    /// Behind a cut the road goes straight on for this length, metres, ...
+    const STRAIGHT: f64 = 1.5;
+    /// ... or bends by no more than this, degrees.
+    const BEND_MOST: f64 = 20.0;
+    /// A cut moves by at most this, metres, ...
+    const MOST: f64 = 6.0;
+    /// ... in steps of this, metres.
+    const STEP: f64 = 0.5;
+    for end in End::BOTH {
+        let room = (kept[1] - kept[0] - ROAD_LEFT).max(0.0);
+        let back = (from_cut(least, end, kept[end]) - firm[end]).max(0.0);
+        let is_clear = |depth: &f64| {
+            let place = at_depth(kept, end, *depth);
+            let headings = [place, at_depth([place; 2], end, STRAIGHT)].map(|station| inward(road, end, station));
+            angle_between(headings[0], headings[1]).abs() <= BEND_MOST.to_radians()
+        };
+        let steps = (0..).map(|i| STEP * f64::from(i)).take_while(|depth| *depth <= MOST);
+        let both_ways = steps.flat_map(|depth| [depth, -depth]).filter(|depth| *depth <= room && *depth >= -back);
+        kept[end] = at_depth(kept, end, both_ways.into_iter().find(is_clear).unwrap_or(0.0));
+    }
+    kept
 }
 
 /// Moves a crossing between intersections onto the lanes between the cuts, with its stop lines where it has lights; `false` if

@@ -62,6 +62,8 @@ pub(super) struct SetbackDemand {
     /// Where its outlines cut it.
     pub(super) least: Stations,
     pub(super) setbacks: [f64; 2],
+    /// What of them keeps the cuts behind lanelets that run over the road.
+    pub(super) firm: [f64; 2],
     /// The larger setbacks that it has if it is long enough.
     pub(super) comfort: [f64; 2],
     /// Whether it is cut where a stop line is mapped.

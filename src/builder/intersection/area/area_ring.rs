@@ -5,7 +5,6 @@ use crate::builder::intersection::conflict::strips_beside;
 use crate::builder::intersection::turning_lanelets::{SharedBounds, TurningLanelet};
 use crate::builder::lanes::types::Arm;
 use crate::builder::map::map_builder::MapBuilder;
-use crate::geometry::simple_ring::RingFault;
 use crate::geometry::strip_index::StripIndex;
 use crate::geometry::{Point, Polyline, polygon, simple_ring};
 use crate::lanelet::PointId;
@@ -163,34 +162,13 @@ fn lane_ends(arms: &[&Arm]) -> impl Iterator<Item = PointId> {
 /// Removes nodes where the ring turns back on itself or crosses itself by a hair, which happens when vertices of a union become
 /// nodes nearby. Nodes in `fixed` stay.
 pub(super) fn without_spikes(
-    mut ring: Vec<PointId>,
+    ring: Vec<PointId>,
     fixed: &FxHashSet<PointId>,
     place: impl Fn(PointId) -> Point,
 ) -> Vec<PointId> {
-    for _ in 0..ring.len() {
-        let places: Vec<Point> = ring.iter().map(|&id| place(id)).collect();
-        let count = ring.len();
-        let is_loose = |i: &usize| !fixed.contains(&ring[*i]);
-        let loose: Vec<usize> = match simple_ring::faults(&places, SPIKE, 1).first() {
-            Some(RingFault::Spike(i)) => {
-                [*i, (i + count - 1) % count, (i + 1) % count].into_iter().find(is_loose).into_iter().collect()
-            }
-            // The smaller of the two loops is left out.
-            Some(RingFault::Crossing(i, j, _)) => {
-                let inner = i + 1..j + 1;
-                let outer: Vec<usize> = (0..count).filter(|k| !inner.contains(k)).collect();
-                let smaller = if inner.len() <= outer.len() { inner.collect() } else { outer };
-                smaller.into_iter().filter(is_loose).collect()
-            }
-            _ => return ring,
-        };
-        if loose.is_empty() || count < loose.len() + 3 {
-            return ring;
-        }
-        let mut i = 0..;
-        ring.retain(|_| i.next().is_none_or(|i| !loose.contains(&i)));
-    }
-    ring
+    let places: Vec<Point> = ring.iter().map(|&id| place(id)).collect();
+    let kept = simple_ring::without_faults(&places, SPIKE, |i| fixed.contains(&ring[i]));
+    kept.into_iter().map(|i| ring[i]).collect()
 }
 
 /// Inserts missing nodes of the cuts into the nearest edge if it is near enough: the ends of lanes, then those between other

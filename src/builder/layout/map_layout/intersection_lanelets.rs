@@ -32,7 +32,7 @@ pub struct IntersectionLanelets {
     pub conflicts: Option<Conflicts>,
     /// Bicycle lanes that lead in and out, and the ways between them.
     pub cycles: BicycleMovements,
-    /// The outline around them, where some do and it is no roundabout.
+    /// The outline around them, where some do that lead neither from nor onto a roundabout.
     pub area: Option<AreaOutline>,
     /// Their primitives, over those of the lanes.
     pub part: MapPart,
@@ -130,8 +130,10 @@ impl IntersectionLanelets {
         let Site { network, lanes, intersection, below, restrictions } = site;
         let indices = strip_indices(&self.drawn.paths);
         let conflicts = conflicts(&self.drawn.paths, &indices);
-        let roundabout = intersection.arms.iter().any(|at| network.road(at.road).roundabout);
-        let crossed = !roundabout && conflicts.real.iter().any(|found| !found.is_empty());
+        let crossed = (self.drawn.paths.iter().zip(&conflicts.real)).any(|(path, found)| {
+            let others = found.iter().map(|&other| &self.drawn.paths[other]);
+            !on_ring(network, intersection, path) && others.into_iter().any(|it| !on_ring(network, intersection, it))
+        });
         self.conflicts = Some(conflicts);
         self.leans = has_bicycle_lanes(network, intersection);
         let ends = match self.leans {
@@ -165,6 +167,12 @@ impl IntersectionLanelets {
         self.part = self.part.shrunk();
         self
     }
+}
+
+/// Whether a lanelet leads from a roundabout or onto it. What crosses it does so by the rules of the roundabout, which Autoware
+/// takes from no area.
+fn on_ring(network: &RoadNetwork, intersection: &Intersection, path: &TurningLanelet) -> bool {
+    [path.movement.from, path.movement.to].iter().any(|&arm| network.road(intersection.arms[arm].road).roundabout)
 }
 
 /// Whether two lanelets hardly touch: where nothing rules an intersection, no bicycle lane crosses another lane.

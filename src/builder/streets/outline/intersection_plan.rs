@@ -7,7 +7,7 @@ use crate::builder::network::{Intersection, RoadEnd, RoadNetwork, Stations};
 use crate::builder::streets::snap_grid::snap;
 use crate::geometry::Point;
 use crate::geometry::polygon::convex_hull;
-use crate::geometry::simple_ring::faults;
+use crate::geometry::simple_ring::{faults, without_faults};
 
 use super::general_outline::RoadStar;
 use super::merged_outline::CutArea;
@@ -179,11 +179,15 @@ impl<'a> IntersectionSite<'a> {
         covered.into_iter().map(|i| self.arms()[i].road_end)
     }
 
-    /// The convex hull of the cuts, if no other outline closes.
+    /// The ground that the roads leave where no outline closes from cut to cut, because some cut is covered; the convex hull of
+    /// the cuts where that is no simple ring either.
     pub fn fallback(&self, kept: &[Stations]) -> Outline {
-        let cuts = ring::cuts(self.arms(), &self.ends(kept).0);
+        let (trims, far) = self.ends(kept);
+        let cuts = ring::cuts(self.arms(), &trims);
         let corners = (0..cuts.len()).map(|i| vec![cuts[i].left, cuts[(i + 1) % cuts.len()].right]).collect();
-        let ring = convex_hull(cuts.iter().flat_map(|cut| [cut.left, cut.right]));
+        let left = CutArea::new(self.arms(), &trims, &self.ground()).without_own_roads(&far);
+        let ring = left.map(simple).filter(|ring| is_valid(ring));
+        let ring = ring.unwrap_or_else(|| convex_hull(cuts.iter().flat_map(|cut| [cut.left, cut.right])));
         Outline { case: OutlineCase::Fallback, cuts, corners, ring }
     }
 }
@@ -208,6 +212,13 @@ pub fn is_valid(ring: &[Point]) -> bool {
     let ring: Vec<Point> = ring.iter().copied().map(snap).collect();
     let distinct = ring.iter().zip(ring.iter().cycle().skip(1)).all(|(a, b)| a != b);
     distinct && faults(&ring, FOLD, 1).is_empty()
+}
+
+/// A ring on the grid on which it is written, without what would fold or cross there.
+fn simple(ring: Vec<Point>) -> Vec<Point> {
+    let mut ring: Vec<Point> = ring.into_iter().map(snap).collect();
+    ring.dedup();
+    without_faults(&ring, FOLD, |_| false).into_iter().map(|i| ring[i]).collect()
 }
 
 fn corners(

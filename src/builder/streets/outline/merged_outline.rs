@@ -137,7 +137,7 @@ impl<'a> CutArea<'a> {
     /// The arms whose cuts other roads cover; all arms if none do and the cuts only lie in a wrong order. `far` as for
     /// [`Self::corners`].
     pub fn covered_arms(&self, far: &[f64]) -> Vec<usize> {
-        let boundary = self.boundary().and_then(|boundary| self.without_roads(&boundary, far));
+        let boundary = self.without_own_roads(far);
         let is_covered = |cut| boundary.as_ref().is_none_or(|boundary| !lies_on(boundary, cut, TOUCH));
         let covered: Vec<usize> = (0..self.arms.len()).filter(|i| is_covered(&self.cuts[*i])).collect();
         if covered.is_empty() { (0..self.arms.len()).collect() } else { covered }
@@ -149,6 +149,11 @@ impl<'a> CutArea<'a> {
         let boundary = self.boundary()?;
         let corners = split_at_cuts(&boundary, &self.cuts, SNAP);
         corners.or_else(|| split_at_cuts(&self.without_roads(&boundary, far)?, &self.cuts, TOUCH))
+    }
+
+    /// The boundary of the area without the roads beyond their cuts.
+    pub fn without_own_roads(&self, far: &[f64]) -> Option<Vec<Point>> {
+        self.without_roads(&self.boundary()?, far)
     }
 
     /// The area inside a boundary without the roads beyond their cuts.
