@@ -4,7 +4,7 @@ use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{LaneletId, RoadType};
 
-use super::graph::{Graph, Rules};
+use crate::lanelet::index::routing_graph::{Graph, Rules};
 use super::parallel_bounds;
 use super::parallel_bounds::{ParallelBounds, Reach};
 

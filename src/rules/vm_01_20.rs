@@ -6,7 +6,7 @@ use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::Seen;
 
-use super::graph::{Graph, Rules};
+use crate::lanelet::index::routing_graph::{Graph, Rules};
 use super::{NoParams, Rule};
 
 /// See `rules/vm-01-20.md`.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
 
-use super::graph::{Graph, Rules};
+use crate::lanelet::index::routing_graph::{Graph, Rules};
 use super::{NoParams, Rule};
 
 /// See `rules/vm-01-21.md`.

@@ -8,7 +8,7 @@ use crate::diagnostic::Subject;
 use crate::lanelet::Bound;
 use crate::lanelet::index::view::View;
 use crate::lanelet::placed::aligned_once;
-use crate::rules::graph::{Graph, Rules};
+use crate::lanelet::index::routing_graph::{Graph, Rules};
 
 /// Subtypes that may lie beside each other.
 const LANES: [&str; 4] = ["road", "road_shoulder", "pedestrian_lane", "bicycle_lane"];
