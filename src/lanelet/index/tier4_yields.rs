@@ -4,11 +4,12 @@
 use super::routing_graph::Graph;
 use super::view::{Seen, View};
 use crate::geometry::{Vector, angle_between};
+use crate::lanelet::LineStringId;
 
 /// From this share of a lanelet's area on, an overlap is one that has to be listed.
 const REAL: f64 = 0.01;
 /// Two lights whose directions differ by less than this (deg) change at the same time.
-const SAME_TIMING: f64 = 45.0;
+pub const SAME_TIMING: f64 = 45.0;
 /// A light shorter than this (m) has no direction.
 const NO_LENGTH: f64 = 1e-6;
 
@@ -63,21 +64,22 @@ pub fn share_predecessor(graph: &Graph, x: usize, y: usize) -> bool {
 }
 
 /// Whether a lanelet turns before another: to the left before one to the right, as where people drive on the left.
-fn turns_before(seen: &Seen, other: &Seen) -> bool {
+pub fn turns_before(seen: &Seen, other: &Seen) -> bool {
     seen.tag("turn_direction") == Some("left") && other.tag("turn_direction") == Some("right")
 }
 
 /// Whether the lights of two lanelets hang across each other; they do as well where one has none.
 fn different_timing(view: &View, a: &Seen, b: &Seen) -> bool {
-    let (Some(a), Some(b)) = (light(view, a), light(view, b)) else { return true };
+    let (Some((_, a)), Some((_, b))) = (light(view, a), light(view, b)) else { return true };
     let angle = angle_between(a, b).abs().to_degrees();
     angle.min(180.0 - angle) >= SAME_TIMING
 }
 
-/// Direction of the first light of a lanelet's first traffic light.
-fn light(view: &View, seen: &Seen) -> Option<Vector> {
+/// The first light of a lanelet's first traffic light, and its direction.
+pub fn light(view: &View, seen: &Seen) -> Option<(LineStringId, Vector)> {
     let element = view.elements_of(seen, "traffic_light").next()?;
-    let places = view.places(view.lines(element, "refers").next()?);
+    let line = view.lines(element, "refers").next()?;
+    let places = view.places(line);
     let along = places.last()? - places.first()?;
-    (along.norm() >= NO_LENGTH).then_some(along)
+    (along.norm() >= NO_LENGTH).then_some((line.id, along))
 }

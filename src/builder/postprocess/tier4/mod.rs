@@ -2,6 +2,8 @@
 //!
 //! Each change is safe by Autoware's documents: a vehicle drives more slowly than it might, or waits where it need not.
 
+mod lanes_seen;
+mod lights;
 mod right_of_way;
 
 use rustc_hash::FxHashSet;
@@ -16,6 +18,7 @@ pub fn suit_validator(map: &mut LaneletMap) {
     lower_speed_limits(map);
     drop_give_way_elements(map);
     retag_walkways(map);
+    lights::turn_lights(map);
     right_of_way::suit_validator(map);
 }
 
@@ -31,10 +34,10 @@ fn lower_speed_limits(map: &mut LaneletMap) {
 /// Takes out the elements of give-way signs: the validator takes each sign for one at which vehicles halt. Autoware passes
 /// these, and vehicles wait for others at their stop line all the same.
 fn drop_give_way_elements(map: &mut LaneletMap) {
-    let halts = |id: LineStringId| map.linestrings.get(id).is_some_and(|sign| sign.attributes.is("subtype", "stop_sign"));
-    let passed = |element: &&RegulatoryElement| {
-        element.subtype == "traffic_sign" && !element.linestrings("refers").all(halts)
-    };
+    let halts =
+        |id: LineStringId| map.linestrings.get(id).is_some_and(|sign| sign.attributes.is("subtype", "stop_sign"));
+    let passed =
+        |element: &&RegulatoryElement| element.subtype == "traffic_sign" && !element.linestrings("refers").all(halts);
     let dropped: FxHashSet<_> = map.regulatory_elements.iter().filter(passed).map(|element| element.id).collect();
     drop_elements(map, &dropped);
 }

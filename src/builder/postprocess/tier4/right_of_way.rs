@@ -12,10 +12,10 @@ use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::drop_elements;
+use super::lanes_seen::{Judged, LanesSeen};
 use crate::builder::ids::{Ids, Key};
 use crate::builder::postprocess::map_editor::{insert_element, is_taken};
-use crate::lanelet::index::routing_graph::{Graph, Rules};
-use crate::lanelet::index::tier4_yields::{Overlaps, Ruled, share_predecessor};
+use crate::lanelet::index::tier4_yields::{Ruled, share_predecessor};
 use crate::lanelet::index::view::View;
 use crate::lanelet::{LaneletId, LaneletMap, Member, RegulatoryElement, RegulatoryElementId, Target};
 use crate::parallel::Finely;
@@ -24,7 +24,7 @@ use crate::parallel::Finely;
 pub fn suit_validator(map: &mut LaneletMap) {
     let changes = {
         let view = View::new(map);
-        Changes::new(&Intersections { graph: Graph::new(&view, Rules::Car), view: &view })
+        Changes::new(&LanesSeen::new(&view))
     };
     changes.apply(map);
 }
@@ -53,39 +53,7 @@ struct Owner<'m> {
     kept: Vec<usize>,
 }
 
-/// How the validator judges the element of a lanelet.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Judged {
-    /// By what rules it.
-    By(Ruled),
-    /// Not at all.
-    Never,
-}
-
-struct Intersections<'v, 'm> {
-    view: &'v View<'m>,
-    graph: Graph<'v, 'm>,
-}
-
-impl<'m> Intersections<'_, 'm> {
-    fn has(&self, at: usize, subtype: &str) -> bool {
-        self.view.elements_of(&self.view.lanelets[at], subtype).next().is_some()
-    }
-
-    fn judged(&self, at: usize) -> Judged {
-        let turns = matches!(self.view.lanelets[at].tag("turn_direction"), Some("left" | "right"));
-        match (self.has(at, "traffic_light"), self.has(at, "virtual_traffic_light")) {
-            (_, true) => Judged::By(Ruled::Virtually),
-            (true, false) if turns => Judged::By(Ruled::ByLight),
-            (true, false) => Judged::Never,
-            (false, false) => Judged::By(Ruled::ByNothing),
-        }
-    }
-
-    fn wanted(&self, at: usize, ruled: Ruled) -> Vec<usize> {
-        Overlaps::new(self.view, &self.graph, at, ruled).wanted
-    }
-
+impl<'m> LanesSeen<'_, 'm> {
     /// The owners of elements, with what these are to list.
     fn owners(&self) -> Vec<Owner<'m>> {
         let lanelets = 0..self.view.lanelets.len();
@@ -93,9 +61,8 @@ impl<'m> Intersections<'_, 'm> {
     }
 
     fn owner(&self, at: usize) -> Option<Owner<'m>> {
-        let element = self.view.elements_of(&self.view.lanelets[at], "right_of_way").next()?;
-        let mut listed: Vec<usize> = element.lanelets("yield").filter_map(|id| self.view.position(id)).collect();
-        listed.sort_unstable();
+        let element = self.element(at)?;
+        let listed = self.listed(element);
         let kept = match self.judged(at) {
             Judged::Never | Judged::By(Ruled::Virtually) => listed.clone(),
             Judged::By(ruled) => {
@@ -125,10 +92,8 @@ impl<'m> Intersections<'_, 'm> {
 
     /// An element for an area of which no lanelet goes first before all. `listed` tells whom lanelets may ignore.
     fn element_for(&self, members: &[usize], listed: &FxHashMap<usize, &[usize]>) -> Option<Added> {
-        let (owners, yielding) = self
-            .beside_light(members)
-            .or_else(|| shared(members, listed))
-            .or_else(|| self.of_no_effect(members))?;
+        let (owners, yielding) =
+            self.beside_light(members).or_else(|| shared(members, listed)).or_else(|| self.of_no_effect(members))?;
         let ids = |lanelets: Vec<usize>| lanelets.into_iter().map(|at| self.view.lanelets[at].id()).collect();
         Some(Added { owners: ids(owners), yielding: ids(yielding) })
     }
@@ -179,7 +144,7 @@ fn shared(members: &[usize], listed: &FxHashMap<usize, &[usize]>) -> Option<(Vec
 }
 
 impl Changes {
-    fn new(all: &Intersections) -> Self {
+    fn new(all: &LanesSeen) -> Self {
         let owners = all.owners();
         let served: FxHashSet<usize> = owners.iter().filter(|one| !one.kept.is_empty()).map(|one| one.at).collect();
         let listed: FxHashMap<usize, &[usize]> =
