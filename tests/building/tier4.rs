@@ -46,10 +46,15 @@ fn a_sample_for_the_validator_has_only_errors_that_contradict_autoware() {
     for input in samples() {
         let map = built(dir.path(), &input, "tier4");
         let left = errors(dir.path(), &map, "tier4");
-        // Where people drive on the right, the validator lets a turn to the left ignore the oncoming turn to the right.
-        let right = input.to_string_lossy().contains("right");
-        let wrong = |code: &String| !(right && code == "vm-03-10/yield-missing");
-        assert!(!left.keys().any(wrong), "{}: {left:?}", input.display());
+        // Where people drive on the right, the validator lets a turn to the left ignore the oncoming turn to the right. Where
+        // bicycles have lanes, the edge of an area lies between these and the lanes for cars.
+        let name = input.file_stem().unwrap().to_string_lossy();
+        let remains = |code: &String| match code.as_str() {
+            "vm-03-10/yield-missing" => name.ends_with("right"),
+            "vm-03-08/edge-not-border" => name.starts_with("bicycles"),
+            _ => false,
+        };
+        assert!(left.keys().all(remains), "{}: {left:?}", input.display());
         let ours = errors(dir.path(), &map, "ours");
         assert!(ours.is_empty(), "{}: {ours:?}", input.display());
     }

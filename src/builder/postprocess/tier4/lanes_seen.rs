@@ -1,8 +1,9 @@
 //! Lanelets as TIER IV's validator sees them: who conflicts, and how an element of theirs is judged.
 
+use crate::geometry::angle_between;
 use crate::lanelet::RegulatoryElement;
 use crate::lanelet::index::routing_graph::{Graph, Rules};
-use crate::lanelet::index::tier4_yields::{Overlaps, Ruled};
+use crate::lanelet::index::tier4_yields::{Overlaps, Ruled, SAME_TIMING, light, turns_before};
 use crate::lanelet::index::view::View;
 
 /// How the validator judges the `right_of_way` element of a lanelet.
@@ -43,6 +44,15 @@ impl<'v, 'm> LanesSeen<'v, 'm> {
     /// The lanelets that the element of a lanelet has to list, by position, in order.
     pub fn wanted(&self, at: usize, ruled: Ruled) -> Vec<usize> {
         Overlaps::new(self.view, &self.graph, at, ruled).wanted
+    }
+
+    /// Whether another lanelet turns left where the oncoming one turns right, both with the same green. The validator knows
+    /// only the opposite order, that of roads on which people drive on the left.
+    pub fn meets_oncoming_turn(&self, at: usize, other: usize) -> bool {
+        let [seen, beside] = [at, other].map(|at| &self.view.lanelets[at]);
+        let lights = light(self.view, seen).zip(light(self.view, beside));
+        let angle = lights.map_or(0.0, |((_, own), (_, theirs))| angle_between(own, theirs).abs().to_degrees());
+        angle > 180.0 - SAME_TIMING && turns_before(beside, seen)
     }
 
     /// The `right_of_way` element of a lanelet.

@@ -79,8 +79,7 @@ fn pairs_of(seen: &LanesSeen, at: usize) -> Vec<Pair> {
         let theirs = light(seen.view, beside).filter(|(id, _)| *id != own.0)?;
         let apart = listed.binary_search(&other).is_ok();
         // Who goes first of two that turn onto the same road with green together hangs on no light.
-        let oncoming = angle_between(own.1, theirs.1).abs().to_degrees() > 180.0 - SAME_TIMING;
-        let turns = turns_before(lanelet, beside) || (apart && oncoming && turns_before(beside, lanelet));
+        let turns = turns_before(lanelet, beside) || (apart && seen.meets_oncoming_turn(at, other));
         (!turns).then_some(([own, theirs], apart))
     };
     met.filter_map(pair).collect()

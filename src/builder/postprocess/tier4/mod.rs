@@ -8,7 +8,8 @@ mod right_of_way;
 
 use rustc_hash::FxHashSet;
 
-use crate::lanelet::{LaneletId, LaneletMap, LineStringId, RegulatoryElement, RegulatoryElementId};
+use super::map_editor::drop_elements;
+use crate::lanelet::{LaneletId, LaneletMap, LineStringId, RegulatoryElement};
 
 /// The highest speed limit that the validator takes, km/h.
 const SPEED_MOST: u32 = 80;
@@ -51,16 +52,5 @@ fn retag_walkways(map: &mut LaneletMap) {
         if let Some(lanelet) = map.lanelets.get_mut(id) {
             lanelet.attributes.set("subtype", "crosswalk");
         }
-    }
-}
-
-/// Takes elements out of a map, and out of all lanelets that refer to them.
-fn drop_elements(map: &mut LaneletMap, dropped: &FxHashSet<RegulatoryElementId>) {
-    if dropped.is_empty() {
-        return;
-    }
-    map.regulatory_elements.retain(|element| !dropped.contains(&element.id));
-    for lanelet in map.lanelets.as_mut_slice() {
-        lanelet.regulatory_elements.retain(|id| !dropped.contains(id));
     }
 }

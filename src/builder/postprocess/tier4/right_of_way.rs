@@ -11,10 +11,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::drop_elements;
 use super::lanes_seen::{Judged, LanesSeen};
 use crate::builder::ids::{Ids, Key};
-use crate::builder::postprocess::map_editor::{insert_element, is_taken};
+use crate::builder::postprocess::map_editor::{drop_elements, insert_element, is_taken};
 use crate::lanelet::index::tier4_yields::{Ruled, share_predecessor};
 use crate::lanelet::index::view::View;
 use crate::lanelet::{LaneletId, LaneletMap, Member, RegulatoryElement, RegulatoryElementId, Target};
@@ -65,18 +64,24 @@ impl<'m> LanesSeen<'_, 'm> {
         let listed = self.listed(element);
         let kept = match self.judged(at) {
             Judged::Never | Judged::By(Ruled::Virtually) => listed.clone(),
-            Judged::By(ruled) => {
-                let wanted = self.wanted(at, ruled);
-                let both: Vec<usize> = wanted.iter().copied().filter(|y| listed.binary_search(y).is_ok()).collect();
-                match ruled {
-                    // The validator wants an element on each turn, and a loader one that lists somebody.
-                    Ruled::ByLight if both.is_empty() => listed.clone(),
-                    Ruled::ByNothing if both.len() < wanted.len() => Vec::new(),
-                    _ => both,
-                }
+            Judged::By(Ruled::ByLight) => self.kept_by_light(at, &listed),
+            Judged::By(Ruled::ByNothing) => {
+                let wanted = self.wanted(at, Ruled::ByNothing);
+                let first = wanted.iter().all(|y| listed.binary_search(y).is_ok());
+                if first { wanted } else { Vec::new() }
             }
         };
         Some(Owner { at, element, listed, kept })
+    }
+
+    /// Of the lanelets that a turn with a light may ignore, those that the validator expects, and those that have green at another
+    /// time all the same: for them a vehicle with green would wait while they wait for red. All, where these are none: the validator
+    /// wants an element on each turn, and the loader one that lists somebody.
+    fn kept_by_light(&self, at: usize, listed: &[usize]) -> Vec<usize> {
+        let met = self.wanted(at, Ruled::ByNothing).into_iter();
+        let kept = met.filter(|y| listed.binary_search(y).is_ok() && !self.meets_oncoming_turn(at, *y));
+        let kept: Vec<usize> = kept.collect();
+        if kept.is_empty() { listed.to_vec() } else { kept }
     }
 
     /// The lanelets of each area, by position.
