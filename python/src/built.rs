@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use lanewright::Input;
-use lanewright::api::{self, Error, Layout, LayoutOptions};
+use lanewright::api::{self, Configuration, Error, Layout, LayoutOptions};
 use lanewright::projection::LonLat;
 use lanewright::report::geojson;
 use pyo3::prelude::*;
@@ -56,6 +56,7 @@ pub fn map_input(given: Any<'_, '_>, name: Option<String>) -> PyResult<MapInput>
 ///     projector: Projection of the map: 'MGRS', 'TransverseMercator', 'LocalCartesianUTM' or 'LocalCartesian', its origin in
 ///         the middle of the data. Without it MGRS, or TransverseMercator where the data does not fit one 100 km square.
 ///     dem: A terrain model to lay the roads on, as a path or bytes: GeoTIFF in degrees or UTM, heights in metres.
+///     profile: Whose reading of the requirements the map follows where readings differ: 'ours' or 'tier4'.
 ///     config: Settings (docs/configuration.md): a file to read instead of lanewright.toml, 'KEY=VALUE', a mapping, or a list of
 ///         these, of which the last counts most.
 ///     isolated: Whether to read no lanewright.toml that is not named.
@@ -72,7 +73,7 @@ pub fn map_input(given: Any<'_, '_>, name: Option<String>) -> PyResult<MapInput>
 ///     WriteError: The map cannot be written.
 ///     TypeError, ValueError: An argument is of the wrong type, or has a value that there is not.
 #[pyfunction]
-#[pyo3(signature = (input, output=None, *, driving_side=None, projector=None, dem=None, config=None, isolated=false, name=None, threads=None))]
+#[pyo3(signature = (input, output=None, *, driving_side=None, projector=None, dem=None, profile=None, config=None, isolated=false, name=None, threads=None))]
 #[allow(clippy::too_many_arguments, reason = "Python names them")]
 pub fn build(
     py: Python<'_>,
@@ -81,6 +82,7 @@ pub fn build(
     driving_side: Option<Any<'_, '_>>,
     projector: Option<Any<'_, '_>>,
     dem: Option<Any<'_, '_>>,
+    profile: Option<Any<'_, '_>>,
     config: Option<Any<'_, '_>>,
     isolated: bool,
     name: Option<String>,
@@ -92,7 +94,10 @@ pub fn build(
         driving_side: arguments::driving_side(driving_side)?,
         projector: arguments::projector(projector)?,
         dem: dem.map(|given| arguments::input("dem", given, None)).transpose()?,
-        configuration: arguments::configuration(config, isolated)?,
+        configuration: Configuration {
+            profile: arguments::profile(profile)?,
+            ..arguments::configuration(config, isolated)?
+        },
     };
     let threads = arguments::threads(threads)?;
     let name = input.name();

@@ -30,7 +30,7 @@ pub struct LayoutOptions {
     pub projector: Option<ProjectorType>,
     /// A terrain model to lay the roads on: GeoTIFF in degrees or UTM, heights in metres.
     pub dem: Option<Input>,
-    /// Which settings count. Of its fields, `profile`, `select` and `ignore` mean nothing here.
+    /// Which settings count. Of its fields, `select` and `ignore` mean nothing here.
     pub configuration: Configuration,
 }
 
@@ -158,6 +158,7 @@ fn asked(input: Input, said: &LayoutOptions) -> Result<(Vec<u8>, BuildOptions), 
     options.markings = settings.markings.unwrap_or_default();
     options.assume = settings.assume;
     options.roads = settings.road;
+    options.profile = settings.profile.unwrap_or_default();
     let high = settings.heights.unwrap_or_default();
     let heights = &mut options.streets.heights;
     heights.ground = high.ground.unwrap_or(heights.ground);

@@ -7,7 +7,7 @@ use crate::lanelet::index::reaches;
 use crate::osm::{OsmData, Way};
 use crate::parallel::Finely;
 use crate::projection::{Extent, LonLat, Projector};
-use crate::settings::{MergeSettings, Settings};
+use crate::settings::{MergeSettings, Profile, Settings};
 
 use super::assemble::{Assembled, assemble};
 use super::control::signal_arrows::SignalArrows;
@@ -15,7 +15,7 @@ use super::layout::layout_loop::lay_out;
 use super::network::unreachable_lanes::without_unreachable_lanes;
 use super::network::{NetworkError, NetworkOptions, NetworkReading, RoadKey, RoadNetwork, UNMET_ROAD, road_network};
 use super::options::{BuildOptions, Plan};
-use super::postprocess::{grade_separation, turn_signal, user_elements};
+use super::postprocess::{grade_separation, tier4, turn_signal, user_elements};
 use super::streets::consolidate::{MergeOverride, OverrideTarget};
 use super::streets::heights::{ElevationTags, elevation_tags};
 use super::streets::{Streets, streets};
@@ -147,7 +147,7 @@ fn laid_out(Read { mut network, mut notes, spots, projector }: Read, options: &B
     wishes.extend(overruled_wishes(&streets, &options.merges));
     streets.findings.extend(wishes);
     let (inside, heights) = (options.inside.clone(), options.streets.heights.clone());
-    Plan { streets, projector, guesses: notes.len(), notes, inside, heights }
+    Plan { streets, projector, guesses: notes.len(), notes, inside, heights, profile: options.profile }
 }
 
 /// A wish of the settings in the metres of the map.
@@ -207,7 +207,7 @@ fn unmet_wish((said, merge): &(MergeSettings, bool)) -> Finding {
 }
 
 /// Builds a map from streets; its points know their place in the plane only, until [`LaneletMap::place_on_globe`].
-pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights }: Plan) -> Built {
+pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights, profile }: Plan) -> Built {
     let Streets { network, outlines, merges, findings } = streets;
     // Only what they leave of the roads is asked for.
     drop(outlines.intersections);
@@ -225,6 +225,9 @@ pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights
     grade_separation::ignore_other_levels(&mut map, &reaches);
     drop(reaches);
     notes.extend(user_elements::draw(&mut map, &projector, &inside, &mut settings));
+    if profile == Profile::Tier4 {
+        tier4::suit_validator(&mut map);
+    }
     let summary = Summary {
         roads,
         intersections: areas,

@@ -5,7 +5,7 @@ use crate::geometry::Point;
 use crate::projection::{LonLat, Projector};
 use crate::settings::{
     AssumeSettings, BesideSettings, InsideSettings, IntersectionSettings, LightSettings, MarkingSettings,
-    MergeSettings, Place, RoadSettings,
+    MergeSettings, Place, Profile, RoadSettings,
 };
 use crate::terrain::Terrain;
 
@@ -52,6 +52,8 @@ pub struct BuildOptions {
     pub assume: Vec<AssumeSettings>,
     /// Tags that stand in the place of OpenStreetMap's. A file of streets has its lanes already.
     pub roads: Vec<RoadSettings>,
+    /// Whose reading of the requirements the map follows where readings differ.
+    pub profile: Profile,
     /// Roads that the user decided to merge (`true`) or to keep apart. A file of streets is merged already.
     pub merges: Vec<(MergeSettings, bool)>,
 }
@@ -71,4 +73,6 @@ pub struct Plan {
     pub inside: Inside,
     /// How steep roads may be.
     pub heights: HeightOptions,
+    /// Whose reading of the requirements the map follows.
+    pub profile: Profile,
 }

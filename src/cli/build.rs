@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
-use crate::api::{BuiltMap, MAP, spare};
+use crate::api::{BuiltMap, Layout, MAP, spare};
 use crate::builder::{Built, Summary};
 use crate::report::failure::Failure;
 
 use super::args::{CLEAN, StreetArgs};
+use super::check_args::ProfileArg;
 use super::output::{self, Progress};
 use super::{input, memory};
 use clap::Args;
@@ -19,6 +20,9 @@ pub struct BuildArgs {
     /// Directory for lanelet2_map.osm, map_projector_info.yaml and lanewright.toml; made if it is not there
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
+    /// Whose reading of the requirements the map follows where readings differ: docs/tier4.md
+    #[arg(long, value_enum)]
+    pub profile: Option<ProfileArg>,
     #[command(flatten)]
     pub streets: StreetArgs,
 }
@@ -27,7 +31,9 @@ pub struct BuildArgs {
 pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
     spare(&args.output)?;
     let progress = Progress::start("reading");
-    let layout = input::streets(&args.input, &args.streets, &progress)?;
+    let mut options = args.streets.options();
+    options.configuration.profile = args.profile.map(Into::into);
+    let layout = Layout::read(args.input.as_path(), &options, &|doing| progress.next(doing))?;
     memory::keep(memory::SPARING);
     progress.next("building");
     let streets = &layout.plan.streets;

@@ -7,7 +7,6 @@ mod centerline_ends;
 mod config;
 mod engine;
 mod geoid;
-mod graph;
 mod health;
 mod ids;
 mod load;

@@ -4,9 +4,9 @@ use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{LaneletId, RoadType};
 
-use super::graph::{Graph, Rules};
 use super::parallel_bounds;
 use super::parallel_bounds::{ParallelBounds, Reach};
+use crate::lanelet::index::routing_graph::{Graph, Rules};
 
 /// Judges all lanelets of a subtype: each lies beside another lanelet, and a side that is free ends in a road border.
 /// `copied`: one whose border is as close to that of a road is not called alone. `beside_road`: the only neighbour has to

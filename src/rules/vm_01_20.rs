@@ -6,8 +6,8 @@ use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::Seen;
 
-use super::graph::{Graph, Rules};
 use super::{NoParams, Rule};
+use crate::lanelet::index::routing_graph::{Graph, Rules};
 
 /// See `rules/vm-01-20.md`.
 pub struct SideBySide;

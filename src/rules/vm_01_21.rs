@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
 
-use super::graph::{Graph, Rules};
 use super::{NoParams, Rule};
+use crate::lanelet::index::routing_graph::{Graph, Rules};
 
 /// See `rules/vm-01-21.md`.
 pub struct EndToEnd;

@@ -17,3 +17,4 @@ mod random_towns;
 mod reference_crossings;
 mod road_network;
 mod samples;
+mod tier4;

@@ -16,6 +16,7 @@ use crate::builder::map::map_builder::{MapBuilder, MapPart};
 use crate::builder::network::turn_angle::STRAIGHT;
 use crate::builder::network::{Intersection, RoadEnd};
 use crate::builder::tags::cross_section::StripKind;
+use crate::builder::tags::marking::unpainted;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::Polyline;
 use crate::lanelet::{Attributes, LaneletId, PointId, PolygonId, TurnDirection};
@@ -225,7 +226,7 @@ impl<'a> IntersectionAssembly<'a> {
                 attributes.set("intersection_area", &area);
             }
             for line in path.bounds.into_iter().filter(|_| painted) {
-                self.assembly.retag_line(line, Attributes::of(&[("type", "virtual")]));
+                self.assembly.retag_line(line, unpainted());
             }
         }
     }

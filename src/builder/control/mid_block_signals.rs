@@ -20,7 +20,7 @@ use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::{angle_between, left_of};
 use crate::lanelet::right_of_way::OPPOSITE;
 
-use super::{BEHIND, Control, LightShape, add_light, light_element, sign_at, stop_line};
+use super::{BEHIND, Control, LightShape, PAINTED_LINE, add_light, light_element, sign_at, stop_line};
 
 /// The least distance between the stop line and the crosswalk, metres.
 const GAP_LEAST: f64 = 0.5;
@@ -235,7 +235,7 @@ fn draw_one_way(
         let starts = [lane.left, lane.right].map(|bound| assembly.bound_ids(bound).first().copied());
         let [Some(left), Some(right)] = starts else { continue };
         let key = key.number(lane.lanelet.0);
-        let line = stop_line(assembly, key, [left, right]);
+        let line = stop_line(assembly, key, [left, right], PAINTED_LINE);
         light_element(assembly, key, light, line, &[lane.lanelet]);
     }
     assembly.set_ground(Ground::default());

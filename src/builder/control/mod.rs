@@ -33,6 +33,11 @@ pub const BEHIND: f64 = 1.0;
 /// The largest distance of lights from the stop line, metres: drivers must see them.
 const LIGHT_REACH: f64 = 50.0;
 
+/// The subtype of a stop line that no sign refers to: its paint.
+pub const PAINTED_LINE: &str = "solid";
+/// The subtype of the stop line of a sign: TIER IV's validator reads there, and Autoware in its type, what it is.
+const SIGN_LINE: &str = "stop_line";
+
 /// What controls an arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Control {
@@ -111,7 +116,8 @@ impl ControlledArm<'_> {
                 continue;
             }
             let key = key.number(lane.nodes[0].0).number(lane.nodes[1].0);
-            let line = stop_line(assembly, key, lane.nodes);
+            let sign = self.control.sign();
+            let line = stop_line(assembly, key, lane.nodes, if sign.is_some() { SIGN_LINE } else { PAINTED_LINE });
             if let Some(light) = light {
                 light_element(assembly, key, light, line, &approach.behind);
                 continue;
@@ -121,7 +127,7 @@ impl ControlledArm<'_> {
                 let members = [("refers", Target::LineString(line))];
                 assembly.element(key.word("marking"), "road_marking", &members, &approach.behind);
             }
-            if let Some(subtype) = self.control.sign() {
+            if let Some(subtype) = sign {
                 let sign = self.sign(assembly, key, lane, subtype);
                 let members = [("refers", Target::LineString(sign)), ("ref_line", Target::LineString(line))];
                 assembly.element(key.word("sign"), "traffic_sign", &members, &[approach.lane]);
@@ -166,8 +172,8 @@ impl ControlledArm<'_> {
 }
 
 /// Adds a stop line on the end nodes of a lane.
-pub fn stop_line(assembly: &mut MapBuilder, key: Key, nodes: [PointId; 2]) -> LineStringId {
-    assembly.line(key.word("stop line"), nodes.to_vec(), Attributes::of(&[("type", "stop_line"), ("subtype", "solid")]))
+pub fn stop_line(assembly: &mut MapBuilder, key: Key, nodes: [PointId; 2], subtype: &str) -> LineStringId {
+    assembly.line(key.word("stop line"), nodes.to_vec(), Attributes::of(&[("type", "stop_line"), ("subtype", subtype)]))
 }
 
 /// Adds the element by which the lanelets behind a stop line obey a light.

@@ -11,6 +11,7 @@ use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
 use crate::builder::network::turn_angle::{STRAIGHT, turn};
 use crate::builder::network::{End, Intersection, RoadEnd, RoadNetwork};
 use crate::builder::tags::cross_section::{CrossSection, StripKind};
+use crate::builder::tags::marking::unpainted;
 use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tags::side_strips::{StripRun, StripUse, strip_runs};
 use crate::geometry::cross;
@@ -156,7 +157,7 @@ struct BicycleTags<'a> {
 impl TurningTags for BicycleTags<'_> {
     fn bound(&self, _: &MapBuilder, _: &ArmLane, _: usize) -> Attributes {
         match self.intersection.arms.len() > 2 {
-            true => Attributes::of(&[("type", "virtual")]),
+            true => unpainted(),
             false => Attributes::of(&[("type", "line_thin"), ("subtype", "solid"), ("lane_change", "no")]),
         }
     }

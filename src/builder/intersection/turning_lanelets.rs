@@ -15,6 +15,7 @@ use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::turn_angle::turned;
 use crate::builder::network::{Intersection, RoadNetwork};
 use crate::builder::tags::cross_section::StripKind;
+use crate::builder::tags::marking::unpainted;
 use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::fillet::Rounding;
 use crate::geometry::pose::Pose;
@@ -145,7 +146,7 @@ impl VehicleTags<'_> {
 impl TurningTags for VehicleTags<'_> {
     fn bound(&self, assembly: &MapBuilder, from: &ArmLane, side: usize) -> Attributes {
         match self.paint {
-            IntersectionPaint::None => Attributes::of(&[("type", "virtual")]),
+            IntersectionPaint::None => unpainted(),
             IntersectionPaint::AsBefore => {
                 let lane = &self.lanes.lanes[from.lane];
                 let bound = [lane.left, lane.right][side];

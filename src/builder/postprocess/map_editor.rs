@@ -8,6 +8,8 @@ use crate::lanelet::{
 };
 use crate::projection::Projector;
 
+use rustc_hash::FxHashSet;
+
 /// A point of a line this close, metres, to the wanted place is used instead of a new one.
 const NEAR: f64 = 0.3;
 
@@ -43,6 +45,17 @@ pub fn insert_element(
         if let Some(lanelet) = map.lanelets.get_mut(carrier) {
             lanelet.regulatory_elements.push(id);
         }
+    }
+}
+
+/// Takes elements out of a map, and out of all lanelets that refer to them.
+pub fn drop_elements(map: &mut LaneletMap, dropped: &FxHashSet<RegulatoryElementId>) {
+    if dropped.is_empty() {
+        return;
+    }
+    map.regulatory_elements.retain(|element| !dropped.contains(&element.id));
+    for lanelet in map.lanelets.as_mut_slice() {
+        lanelet.regulatory_elements.retain(|id| !dropped.contains(id));
     }
 }
 

@@ -98,6 +98,11 @@ pub fn marking(section: &CrossSection, edge: usize, tags: &Tags, country: Option
     marking
 }
 
+/// The Lanelet2 tags of a bound inside an intersection, where nothing is painted and vehicles keep their lane.
+pub fn unpainted() -> Attributes {
+    Attributes::of(&[("type", "virtual"), ("lane_change", "no")])
+}
+
 /// The edge of the kerb before a bicycle track on one side of a road.
 fn kerb_of_track(section: &CrossSection, tags: &Tags, left: bool) -> Option<usize> {
     let is_bicycle = |strip: &Strip| strip.kind == StripKind::Bicycle;

@@ -5,10 +5,10 @@ use rustc_hash::FxHashSet;
 use crate::diagnostic::Subject;
 use crate::geometry::{Point as Place, polygon, simple_ring};
 use crate::lanelet::index::extent;
+use crate::lanelet::index::routing_graph::{Graph, Rules};
 use crate::lanelet::index::view::{Seen, View, boxes_meet, covered_by};
 use crate::lanelet::number::leading_integer;
 use crate::lanelet::{LaneletId, PointId, Polygon, PolygonId};
-use crate::rules::graph::{Graph, Rules};
 
 use super::{Issue, Params, issue};
 

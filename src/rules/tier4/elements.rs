@@ -7,9 +7,9 @@ use rustc_hash::FxHashSet;
 
 use super::{Issue, Params, issue, layer};
 use crate::diagnostic::Subject;
+use crate::lanelet::index::routing_graph::{Graph, Rules};
 use crate::lanelet::index::view::View;
 use crate::lanelet::{LaneletId, LineString, Point, RegulatoryElement};
-use crate::rules::graph::{Graph, Rules};
 
 fn element(found: &RegulatoryElement) -> Subject {
     Subject::RegulatoryElement(found.id.0)

@@ -8,10 +8,10 @@ use super::{Issue, Params, issue, layer};
 use crate::diagnostic::Subject;
 use crate::geometry::{Point as Place, cross, left_of, polygon, segment_crossing};
 use crate::lanelet::index::extent;
+use crate::lanelet::index::routing_graph::{Graph, Rules};
 use crate::lanelet::index::view::{Seen, View, covered_by};
 use crate::lanelet::{Bound, LaneletId, Point};
 use crate::parallel::Finely;
-use crate::rules::graph::{Graph, Rules};
 
 /// By this share of its width (1) a lanelet is widened to find what lies beside it.
 const WIDENED: f64 = 0.05;

@@ -6,9 +6,9 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::{Issue, Params, issue, layer};
 use crate::diagnostic::Subject;
 use crate::lanelet::Bound;
+use crate::lanelet::index::routing_graph::{Graph, Rules};
 use crate::lanelet::index::view::View;
 use crate::lanelet::placed::aligned_once;
-use crate::rules::graph::{Graph, Rules};
 
 /// Subtypes that may lie beside each other.
 const LANES: [&str; 4] = ["road", "road_shoulder", "pedestrian_lane", "bicycle_lane"];

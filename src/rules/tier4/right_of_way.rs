@@ -7,17 +7,10 @@ use rustc_hash::FxHashSet;
 
 use super::{Issue, Params, issue};
 use crate::diagnostic::Subject;
-use crate::geometry::Vector;
+use crate::lanelet::index::routing_graph::{Graph, Rules};
+use crate::lanelet::index::tier4_yields::{Overlaps, Ruled};
 use crate::lanelet::index::view::{Seen, View};
 use crate::lanelet::{LaneletId, RegulatoryElement};
-use crate::rules::graph::{Graph, Rules};
-
-/// From this share of a lanelet's area on, an overlap is one that has to be listed.
-const REAL: f64 = 0.01;
-/// Two lights whose directions differ by less than this (deg) change at the same time.
-const SAME_TIMING: f64 = 45.0;
-/// A light shorter than this (m) has no direction.
-const NO_LENGTH: f64 = 1e-6;
 
 /// A lanelet, the one element judged with it, and what is asked of it.
 struct Case<'a, 'm> {
@@ -44,14 +37,21 @@ impl<'a, 'm> Case<'a, 'm> {
         self.view.elements_of(self.seen, "right_of_way").collect()
     }
 
-    fn share(&self, other: usize) -> f64 {
-        self.seen.share(&self.view.lanelets[other].outline)
+    fn overlaps(&self, ruled: Ruled) -> Overlaps {
+        Overlaps::new(self.view, self.graph, self.at, ruled)
     }
 
-    /// Whether another lanelet comes from the same one.
-    fn shares_predecessor(&self, other: usize) -> bool {
-        let own = self.graph.previous(self.at);
-        self.graph.previous(other).iter().any(|before| own.contains(before))
+    fn ids(&self, lanelets: &[usize]) -> BTreeSet<LaneletId> {
+        lanelets.iter().map(|&at| self.view.lanelets[at].id()).collect()
+    }
+
+    /// What is wrong with an element that serves the lanelet alone: overlaps that are too small to count, by the first of these
+    /// numbers, and what is expected but not listed and the other way around, by the others.
+    fn judge(&self, element: &RegulatoryElement, ruled: Ruled, [sliver, missing, needless]: [u16; 3]) -> Vec<Issue> {
+        let Overlaps { wanted, slivers } = self.overlaps(ruled);
+        let mut issues: Vec<Issue> = slivers.into_iter().map(|other| self.sliver(element, sliver, other)).collect();
+        issues.extend(self.compare(element, &self.ids(&wanted), [missing, needless]));
+        issues
     }
 
     fn turn(&self) -> Option<&'m str> {
@@ -106,38 +106,7 @@ fn signalised(case: &Case) -> Vec<Issue> {
         let message = format!("right_of_way {} does not list its lanelet {id} as right_of_way.", element.id);
         return vec![issue(3, Subject::RegulatoryElement(element.id.0), message)];
     }
-    let mut issues = Vec::new();
-    let mut expected = BTreeSet::new();
-    for other in case.graph.conflicting(case.at) {
-        let seen = &case.view.lanelets[other];
-        if case.shares_predecessor(other) {
-            continue;
-        }
-        if case.share(other) < REAL {
-            issues.push(case.sliver(element, 6, other));
-        } else if different_timing(case.view, case.seen, seen)
-            || (case.turn() == Some("left") && seen.tag("turn_direction") == Some("right"))
-        {
-            expected.insert(seen.id());
-        }
-    }
-    issues.extend(case.compare(element, &expected, [4, 5]));
-    issues
-}
-
-/// Whether the lights of two lanelets hang across each other; they do as well where one has none.
-fn different_timing(view: &View, a: &Seen, b: &Seen) -> bool {
-    let (Some(a), Some(b)) = (light(view, a), light(view, b)) else { return true };
-    let angle = crate::geometry::angle_between(a, b).abs().to_degrees();
-    angle.min(180.0 - angle) >= SAME_TIMING
-}
-
-/// Direction of the first light of a lanelet's first traffic light.
-fn light(view: &View, seen: &Seen) -> Option<Vector> {
-    let element = view.elements_of(seen, "traffic_light").next()?;
-    let places = view.places(view.lines(element, "refers").next()?);
-    let along = places.last()? - places.first()?;
-    (along.norm() >= NO_LENGTH).then_some(along)
+    case.judge(element, Ruled::ByLight, [6, 4, 5])
 }
 
 /// `right_of_way_without_traffic_lights`.
@@ -164,17 +133,7 @@ fn unsignalised(case: &Case, element: &RegulatoryElement) -> Vec<Issue> {
         let message = format!("right_of_way {id} lists lanelet {} instead of its lanelet {}.", own[0], case.id());
         return vec![issue(2, subject, message)];
     }
-    let mut issues = Vec::new();
-    let mut expected = BTreeSet::new();
-    for other in case.graph.conflicting(case.at) {
-        if case.share(other) < REAL {
-            issues.push(case.sliver(element, 6, other));
-        } else if !case.shares_predecessor(other) {
-            expected.insert(case.view.lanelets[other].id());
-        }
-    }
-    issues.extend(case.compare(element, &expected, [3, 4]));
-    issues
+    case.judge(element, Ruled::ByNothing, [6, 3, 4])
 }
 
 /// Areas of which no lanelet has a right of way, lights or not.
@@ -217,10 +176,5 @@ fn coordinated(case: &Case) -> Vec<Issue> {
         let message = format!("right_of_way {id} lists lanelet {} instead of its lanelet {lanelet}.", own[0]);
         return vec![issue(4, subject, message)];
     }
-    let (slivers, real): (Vec<usize>, Vec<usize>) =
-        case.graph.conflicting(case.at).into_iter().partition(|&other| case.share(other) < REAL);
-    let expected = real.into_iter().map(|other| case.view.lanelets[other].id()).collect();
-    let mut issues: Vec<Issue> = slivers.into_iter().map(|other| case.sliver(element, 7, other)).collect();
-    issues.extend(case.compare(element, &expected, [5, 6]));
-    issues
+    case.judge(element, Ruled::Virtually, [7, 5, 6])
 }

@@ -5,9 +5,9 @@ use super::{Issue, Params, issue};
 use crate::diagnostic::Subject;
 use crate::geometry::{Point as Place, Polyline, polygon};
 use crate::lanelet::index::extent;
+use crate::lanelet::index::routing_graph::{Graph, Rules};
 use crate::lanelet::index::view::{Seen, Spot, View, boxes_meet, covered_by, spot};
 use crate::lanelet::{LineString, RegulatoryElement};
-use crate::rules::graph::{Graph, Rules};
 
 /// A start line farther than this (m, in space) from every lanelet lies on none.
 const REACH: f64 = 1.0;

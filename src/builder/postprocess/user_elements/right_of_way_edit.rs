@@ -3,8 +3,10 @@
 use std::collections::BTreeSet;
 
 use crate::builder::ids::Key;
-use crate::builder::postprocess::map_editor::{MapEditor, right_of_way_of};
+use crate::builder::postprocess::map_editor::{MapEditor, drop_elements, right_of_way_of};
 use crate::lanelet::{LaneletId, Member, Target};
+
+use rustc_hash::FxHashSet;
 
 /// Lists the lanelets `ignored` as yielding to a lanelet, and no others of the lanelets `met`.
 pub fn amend(editor: &mut MapEditor, lane: LaneletId, met: &[LaneletId], ignored: &[LaneletId]) {
@@ -27,9 +29,6 @@ pub fn amend(editor: &mut MapEditor, lane: LaneletId, met: &[LaneletId], ignored
     element.members.extend(missing.map(|&other| Member { role: "yield".into(), target: Target::Lanelet(other) }));
     // An element that lists no yielding lanelet has no effect.
     if element.lanelets("yield").next().is_none() {
-        editor.map.regulatory_elements.retain(|element| element.id != id);
-        if let Some(lanelet) = editor.map.lanelets.get_mut(lane) {
-            lanelet.regulatory_elements.retain(|element| *element != id);
-        }
+        drop_elements(editor.map, &FxHashSet::from_iter([id]));
     }
 }

@@ -2,8 +2,8 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::lanelet::index::allows_lane_change;
-use crate::lanelet::index::view::{Seen, View};
+use super::allows_lane_change;
+use super::view::{Seen, View};
 use crate::lanelet::{Bound, Lanelet, LineStringId, PointId};
 
 /// Whose graph it is. Lanelet2 decides by the country's traffic rules; the validator brings rules of its own.

@@ -1,0 +1,131 @@
+//! Lights that hang as they change. TIER IV's validator takes two lights for green together where they hang along each other,
+//! and for green at different times where they hang across. A light that faces its arm tells it otherwise where two arms
+//! lie side by side, so it is turned a little until its direction agrees with the rights of way; vehicles still see it.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use rustc_hash::FxHashSet;
+
+use super::lanes_seen::{Judged, LanesSeen};
+use crate::geometry::{Point, Vector, angle_between};
+use crate::lanelet::index::tier4_yields::{Ruled, SAME_TIMING, light, turns_before};
+use crate::lanelet::index::view::View;
+use crate::lanelet::{LaneletMap, LineStringId, PointId};
+use crate::parallel::Finely;
+
+/// How far a light may be turned, degrees, and in which steps, the least first.
+const TURNS: [f64; 9] = [0.0, 10.0, -10.0, 20.0, -20.0, 30.0, -30.0, 40.0, -40.0];
+/// Directions are kept this far, degrees, from the angle at which the validator's answer changes.
+const CLEAR: f64 = 2.0;
+/// A lanelet that is taken for red though it has green is ignored by a vehicle that obeys the validator; the opposite only makes it
+/// wait. So much more the former weighs.
+const GREEN_WEIGHS: f64 = 3.0;
+/// Lights are looked at this many times; one that is turned changes what suits its neighbours.
+const ROUNDS: usize = 4;
+
+/// A light and those with which it rules lanelets that meet.
+struct Light {
+    along: Vector,
+    turned: f64,
+    /// For each other light, how many pairs of lanelets have green together, and how many at different times.
+    beside: BTreeMap<LineStringId, [usize; 2]>,
+}
+
+/// Turns the lights of a map.
+pub fn turn_lights(map: &mut LaneletMap) {
+    let mut lights = {
+        let view = View::new(map);
+        lights(&LanesSeen::new(&view))
+    };
+    for _ in 0..ROUNDS {
+        let ids: Vec<LineStringId> = lights.keys().copied().collect();
+        for id in ids {
+            let best = best_turn(&lights, id);
+            if let Some(light) = lights.get_mut(&id) {
+                light.turned = best;
+            }
+        }
+    }
+    lights.retain(|_, light| light.turned != 0.0);
+    rotate(map, &lights);
+}
+
+/// Two lights that rule lanelets that meet, and whether these have green at different times.
+type Pair = ([(LineStringId, Vector); 2], bool);
+
+fn lights(seen: &LanesSeen) -> BTreeMap<LineStringId, Light> {
+    let lanelets = (0..seen.view.lanelets.len()).into_par_iter().finely();
+    let pairs: Vec<Pair> = lanelets.flat_map_iter(|at| pairs_of(seen, at)).collect();
+    let mut lights: BTreeMap<LineStringId, Light> = BTreeMap::new();
+    for ([one, other], apart) in pairs {
+        for ((id, along), (beside, _)) in [(one, other), (other, one)] {
+            let light = lights.entry(id).or_insert_with(|| Light { along, turned: 0.0, beside: BTreeMap::new() });
+            light.beside.entry(beside).or_default()[usize::from(apart)] += 1;
+        }
+    }
+    lights
+}
+
+/// A turning lanelet's light, with those of the lanelets that it meets.
+fn pairs_of(seen: &LanesSeen, at: usize) -> Vec<Pair> {
+    let lanelet = &seen.view.lanelets[at];
+    let own = light(seen.view, lanelet).filter(|_| seen.judged(at) == Judged::By(Ruled::ByLight));
+    let Some(own) = own else { return Vec::new() };
+    let listed = seen.element(at).map(|element| seen.listed(element)).unwrap_or_default();
+    let met = seen.wanted(at, Ruled::ByNothing).into_iter();
+    let pair = |other: usize| {
+        let beside = &seen.view.lanelets[other];
+        let theirs = light(seen.view, beside).filter(|(id, _)| *id != own.0)?;
+        let apart = listed.binary_search(&other).is_ok();
+        // Who goes first of two that turn onto the same road with green together hangs on no light.
+        let turns = turns_before(lanelet, beside) || (apart && seen.meets_oncoming_turn(at, other));
+        (!turns).then_some(([own, theirs], apart))
+    };
+    met.filter_map(pair).collect()
+}
+
+/// The least turn, degrees, with which a light contradicts the fewest rights of way.
+fn best_turn(lights: &BTreeMap<LineStringId, Light>, id: LineStringId) -> f64 {
+    let Some(own) = lights.get(&id) else { return 0.0 };
+    let wrong = |turn: f64| -> f64 {
+        let others = own.beside.iter().filter_map(|(id, pairs)| Some((lights.get(id)?, pairs)));
+        let wrong = others.map(|(other, [together, apart])| {
+            let angle = (angle_between(own.along, other.along).to_degrees() + other.turned - turn).rem_euclid(180.0);
+            let angle = angle.min(180.0 - angle);
+            let [along, across] = [angle - (SAME_TIMING - CLEAR), (SAME_TIMING + CLEAR) - angle].map(contradiction);
+            GREEN_WEIGHS * *together as f64 * along + *apart as f64 * across
+        });
+        wrong.sum()
+    };
+    TURNS.into_iter().min_by(|a, b| wrong(*a).total_cmp(&wrong(*b))).unwrap_or(0.0)
+}
+
+/// What it counts to miss a direction by an angle, degrees: as much as half a right angle, and the more the farther it is, so that
+/// two lights come to help that cannot do it alone.
+fn contradiction(missed: f64) -> f64 {
+    if missed > 0.0 { SAME_TIMING + missed } else { 0.0 }
+}
+
+/// Turns lights around their middle, with their bulbs.
+fn rotate(map: &mut LaneletMap, lights: &BTreeMap<LineStringId, Light>) {
+    let mut bodies: BTreeMap<LineStringId, FxHashSet<PointId>> = BTreeMap::new();
+    for element in map.regulatory_elements.iter().filter(|element| element.subtype == "traffic_light") {
+        let Some(light) = element.linestrings("refers").find(|id| lights.contains_key(id)) else { continue };
+        let lines = [light].into_iter().chain(element.linestrings("light_bulbs"));
+        let points = lines.filter_map(|line| map.linestrings.get(line)).flat_map(|line| &line.points);
+        bodies.entry(light).or_default().extend(points);
+    }
+    for (id, points) in bodies {
+        let (Some(light), Some(line)) = (lights.get(&id), map.linestrings.get(id)) else { continue };
+        let ends: Vec<Point> = map.points.get_each(line.points.iter().copied()).map(|point| point.position).collect();
+        let [Some(first), Some(last)] = [ends.first(), ends.last()] else { continue };
+        let middle = nalgebra::center(first, last);
+        let turn = nalgebra::Rotation2::new(light.turned.to_radians());
+        for point in points {
+            if let Some(point) = map.points.get_mut(point) {
+                point.position = middle + turn * (point.position - middle);
+            }
+        }
+    }
+}

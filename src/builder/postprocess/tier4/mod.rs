@@ -1,0 +1,56 @@
+//! A map for TIER IV's validator, where it asks for other than Autoware's documents.
+//!
+//! Each change is safe by Autoware's documents: a vehicle drives more slowly than it might, or waits where it need not.
+
+mod lanes_seen;
+mod lights;
+mod right_of_way;
+
+use rustc_hash::FxHashSet;
+
+use super::map_editor::drop_elements;
+use crate::lanelet::{LaneletId, LaneletMap, LineStringId, RegulatoryElement};
+
+/// The highest speed limit that the validator takes, km/h.
+const SPEED_MOST: u32 = 80;
+
+/// Changes a map as the validator reads the requirements.
+pub fn suit_validator(map: &mut LaneletMap) {
+    lower_speed_limits(map);
+    drop_give_way_elements(map);
+    retag_walkways(map);
+    lights::turn_lights(map);
+    right_of_way::suit_validator(map);
+}
+
+fn lower_speed_limits(map: &mut LaneletMap) {
+    for lanelet in map.lanelets.as_mut_slice() {
+        let limit = lanelet.attributes.get("speed_limit").and_then(|value| value.parse::<f64>().ok());
+        if limit.is_some_and(|limit| limit > f64::from(SPEED_MOST)) {
+            lanelet.attributes.set("speed_limit", SPEED_MOST.to_string());
+        }
+    }
+}
+
+/// Takes out the elements of give-way signs: the validator takes each sign for one at which vehicles halt. Autoware passes
+/// these, and vehicles wait for others at their stop line all the same.
+fn drop_give_way_elements(map: &mut LaneletMap) {
+    let halts =
+        |id: LineStringId| map.linestrings.get(id).is_some_and(|sign| sign.attributes.is("subtype", "stop_sign"));
+    let passed =
+        |element: &&RegulatoryElement| element.subtype == "traffic_sign" && !element.linestrings("refers").all(halts);
+    let dropped: FxHashSet<_> = map.regulatory_elements.iter().filter(passed).map(|element| element.id).collect();
+    drop_elements(map, &dropped);
+}
+
+/// Makes crosswalks of the walkways that elements announce: to the validator an element of anything else is wrong, and Autoware
+/// treats both alike.
+fn retag_walkways(map: &mut LaneletMap) {
+    let elements = map.regulatory_elements.iter().filter(|element| element.subtype == "crosswalk");
+    let announced: Vec<LaneletId> = elements.flat_map(|element| element.lanelets("refers")).collect();
+    for id in announced {
+        if let Some(lanelet) = map.lanelets.get_mut(id) {
+            lanelet.attributes.set("subtype", "crosswalk");
+        }
+    }
+}

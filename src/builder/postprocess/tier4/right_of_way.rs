@@ -1,0 +1,190 @@
+//! Rights of way as TIER IV's validator reads them.
+//!
+//! Where no light rules, the validator wants an element to list all that its lanelet meets. A lanelet that is listed is
+//! ignored, so only the elements of lanelets that go first before all stay; without one, Autoware waits for everybody. Where
+//! lights rule, an element lists what the validator takes to have its green at another time, and of that only what is safe.
+//! One lanelet of each area has an element. Where none goes first before all, two share one, whose list the validator does
+//! not judge.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use rayon::prelude::*;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::lanes_seen::{Judged, LanesSeen};
+use crate::builder::ids::{Ids, Key};
+use crate::builder::postprocess::map_editor::{drop_elements, insert_element, is_taken};
+use crate::lanelet::index::tier4_yields::{Ruled, share_predecessor};
+use crate::lanelet::index::view::View;
+use crate::lanelet::{LaneletId, LaneletMap, Member, RegulatoryElement, RegulatoryElementId, Target};
+use crate::parallel::Finely;
+
+/// Changes the `right_of_way` elements of a map as the validator reads them.
+pub fn suit_validator(map: &mut LaneletMap) {
+    let changes = {
+        let view = View::new(map);
+        Changes::new(&LanesSeen::new(&view))
+    };
+    changes.apply(map);
+}
+
+/// What is to be changed.
+struct Changes {
+    /// The lanelets that each element is to list instead; none: the element goes.
+    lists: Vec<(RegulatoryElementId, Vec<LaneletId>)>,
+    /// Elements to be added.
+    added: Vec<Added>,
+}
+
+/// An element to be added.
+struct Added {
+    owners: Vec<LaneletId>,
+    yielding: Vec<LaneletId>,
+}
+
+/// A lanelet with the one element that lists it, and nobody else, as its owner.
+struct Owner<'m> {
+    at: usize,
+    element: &'m RegulatoryElement,
+    /// The lanelets that the element lists, by position, in order.
+    listed: Vec<usize>,
+    /// Those of them that it is to list.
+    kept: Vec<usize>,
+}
+
+impl<'m> LanesSeen<'_, 'm> {
+    /// The owners of elements, with what these are to list.
+    fn owners(&self) -> Vec<Owner<'m>> {
+        let lanelets = 0..self.view.lanelets.len();
+        lanelets.into_par_iter().finely().filter_map(|at| self.owner(at)).collect()
+    }
+
+    fn owner(&self, at: usize) -> Option<Owner<'m>> {
+        let element = self.element(at)?;
+        let listed = self.listed(element);
+        let kept = match self.judged(at) {
+            Judged::Never | Judged::By(Ruled::Virtually) => listed.clone(),
+            Judged::By(Ruled::ByLight) => self.kept_by_light(at, &listed),
+            Judged::By(Ruled::ByNothing) => {
+                let wanted = self.wanted(at, Ruled::ByNothing);
+                let first = wanted.iter().all(|y| listed.binary_search(y).is_ok());
+                if first { wanted } else { Vec::new() }
+            }
+        };
+        Some(Owner { at, element, listed, kept })
+    }
+
+    /// Of the lanelets that a turn with a light may ignore, those that the validator expects, and those that have green at another
+    /// time all the same: for them a vehicle with green would wait while they wait for red. All, where these are none: the validator
+    /// wants an element on each turn, and the loader one that lists somebody.
+    fn kept_by_light(&self, at: usize, listed: &[usize]) -> Vec<usize> {
+        let met = self.wanted(at, Ruled::ByNothing).into_iter();
+        let kept = met.filter(|y| listed.binary_search(y).is_ok() && !self.meets_oncoming_turn(at, *y));
+        let kept: Vec<usize> = kept.collect();
+        if kept.is_empty() { listed.to_vec() } else { kept }
+    }
+
+    /// The lanelets of each area, by position.
+    fn areas(&self) -> BTreeMap<i64, Vec<usize>> {
+        let mut areas: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
+        for (at, seen) in self.view.lanelets.iter().enumerate().filter(|(at, _)| self.graph.passes(*at)) {
+            if let Some(area) = seen.area_tag() {
+                areas.entry(area).or_default().push(at);
+            }
+        }
+        areas
+    }
+
+    /// An element for an area of which no lanelet goes first before all. `listed` tells whom lanelets may ignore.
+    fn element_for(&self, members: &[usize], listed: &FxHashMap<usize, &[usize]>) -> Option<Added> {
+        let (owners, yielding) =
+            self.beside_light(members).or_else(|| shared(members, listed)).or_else(|| self.of_no_effect(members))?;
+        let ids = |lanelets: Vec<usize>| lanelets.into_iter().map(|at| self.view.lanelets[at].id()).collect();
+        Some(Added { owners: ids(owners), yielding: ids(yielding) })
+    }
+
+    /// A straight lanelet with a light may ignore those with their green at another time; Autoware watches nobody there.
+    fn beside_light(&self, members: &[usize]) -> Option<(Vec<usize>, Vec<usize>)> {
+        let straight = members.iter().copied().filter(|&at| self.judged(at) == Judged::Never);
+        let mut with_others = straight.map(|at| (vec![at], self.wanted(at, Ruled::ByLight)));
+        with_others.find(|(_, yielding)| !yielding.is_empty())
+    }
+
+    /// An element that lists a lanelet that Autoware does not watch anyway: it comes from the same one, or does not meet the
+    /// owners. Rather of two owners than of one, whose list the validator judges.
+    fn of_no_effect(&self, members: &[usize]) -> Option<(Vec<usize>, Vec<usize>)> {
+        let unwatched = |x: usize| -> BTreeSet<usize> {
+            let meets: FxHashSet<usize> = self.graph.conflicting(x).into_iter().collect();
+            let free = |y: &usize| *y != x && (!meets.contains(y) || share_predecessor(&self.graph, x, *y));
+            members.iter().copied().filter(free).collect()
+        };
+        let owns = |at: &&usize| matches!(self.judged(**at), Judged::Never | Judged::By(Ruled::ByNothing));
+        let owners: Vec<(usize, BTreeSet<usize>)> = members.iter().filter(owns).map(|&x| (x, unwatched(x))).collect();
+        for (i, (x, of_x)) in owners.iter().enumerate() {
+            for (y, of_y) in &owners[i + 1..] {
+                if let Some(&other) = of_x.intersection(of_y).next() {
+                    return Some((vec![*x, *y], vec![other]));
+                }
+            }
+        }
+        let alone = |x: &usize| self.judged(*x) == Judged::Never || self.wanted(*x, Ruled::ByNothing).is_empty();
+        let (x, of_x) = owners.iter().find(|(x, of_x)| !of_x.is_empty() && alone(x))?;
+        Some((vec![*x], of_x.iter().take(1).copied().collect()))
+    }
+}
+
+/// The two lanelets that may ignore most others alike.
+fn shared(members: &[usize], listed: &FxHashMap<usize, &[usize]>) -> Option<(Vec<usize>, Vec<usize>)> {
+    let owners: Vec<(usize, &[usize])> = members.iter().filter_map(|x| Some((*x, *listed.get(x)?))).collect();
+    let mut best: Option<(Vec<usize>, Vec<usize>)> = None;
+    for (i, (x, of_x)) in owners.iter().enumerate() {
+        for (y, of_y) in &owners[i + 1..] {
+            let both: Vec<usize> = of_x.iter().copied().filter(|z| of_y.binary_search(z).is_ok()).collect();
+            if both.len() > best.as_ref().map_or(0, |(_, most)| most.len()) {
+                best = Some((vec![*x, *y], both));
+            }
+        }
+    }
+    best
+}
+
+impl Changes {
+    fn new(all: &LanesSeen) -> Self {
+        let owners = all.owners();
+        let served: FxHashSet<usize> = owners.iter().filter(|one| !one.kept.is_empty()).map(|one| one.at).collect();
+        let listed: FxHashMap<usize, &[usize]> =
+            owners.iter().filter(|one| one.kept.is_empty()).map(|one| (one.at, &one.listed[..])).collect();
+        let areas: Vec<Vec<usize>> = all.areas().into_values().collect();
+        let unserved = areas.par_iter().finely().filter(|members| !members.iter().any(|at| served.contains(at)));
+        let added = unserved.filter_map(|members| all.element_for(members, &listed)).collect();
+        let id = |at: usize| all.view.lanelets[at].id();
+        let changed = owners.iter().filter(|one| one.kept != one.listed);
+        let lists = changed.map(|one| (one.element.id, one.kept.iter().map(|&at| id(at)).collect()));
+        Self { lists: lists.collect(), added }
+    }
+
+    fn apply(self, map: &mut LaneletMap) {
+        let mut dropped = FxHashSet::default();
+        for (id, yielding) in self.lists {
+            if yielding.is_empty() {
+                dropped.insert(id);
+            } else if let Some(element) = map.regulatory_elements.get_mut(id) {
+                element.members.retain(|member| member.role != "yield");
+                element.members.extend(yielding.into_iter().map(|id| member("yield", id)));
+            }
+        }
+        drop_elements(map, &dropped);
+        let mut ids = Ids::default();
+        for Added { owners, yielding } in self.added {
+            let key = owners.iter().fold(Key::new("shared right of way"), |key, owner| key.number(owner.0));
+            let id = RegulatoryElementId(ids.claim(key, |id| is_taken(map, *id)));
+            let mut members: Vec<Member> = owners.iter().map(|&owner| member("right_of_way", owner)).collect();
+            members.extend(yielding.into_iter().map(|id| member("yield", id)));
+            insert_element(map, id, "right_of_way", members, &owners);
+        }
+    }
+}
+
+fn member(role: &str, lanelet: LaneletId) -> Member {
+    Member { role: role.into(), target: Target::Lanelet(lanelet) }
+}
