@@ -207,7 +207,8 @@ fn end(assembly: &MapBuilder, lanes: &Lanes, at: RoadEnd, [left, right]: [Bound;
     };
     let arm = lanes.arm(at);
     // A lane for cars stands for its road.
-    let lane = arm.into.iter().chain(&arm.out).map(|lane| lane.lane).next()?;
+    let ArmLane { lane, straight, .. } = *arm.into.iter().chain(&arm.out).next()?;
     let heading = if into { arm.inward } else { -arm.inward };
-    Some(ArmLane::new(assembly, lane, [node(left)?, node(right)?], heading, StripKind::Bicycle))
+    let end = ArmLane::new(assembly, lane, [node(left)?, node(right)?], heading, StripKind::Bicycle);
+    Some(ArmLane { straight, ..end })
 }

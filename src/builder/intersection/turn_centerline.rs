@@ -77,7 +77,7 @@ pub fn turn_centerlines(ends: &[MovementEnds]) -> Vec<Vec<Pose>> {
         let neighbours = (0..ends.len()).filter(|&j| j != i && part(&ends[i].0, &ends[j].0)).collect();
         TurnCenterline { shapes: vec![Some(Shape::new(poses))], chosen: 0, neighbours }
     };
-    let lines = smoothest(ends).into_iter().enumerate().map(with_neighbours).collect();
+    let lines = smoothest(ends, &bundles).into_iter().enumerate().map(with_neighbours).collect();
     let mut all = TurnCenterlines { ends, lines };
     let bundle = |i: usize| (0..ends.len()).filter(|&j| bundles[j] == bundles[i]).collect::<Vec<usize>>();
     for i in 0..ends.len() {
@@ -95,19 +95,34 @@ pub fn turn_centerlines(ends: &[MovementEnds]) -> Vec<Vec<Pose>> {
 
 /// The smoothest poses of every movement. A turn swings out for a larger radius unless it would run into a lanelet from a
 /// neighbouring lane, however that one is drawn.
-fn smoothest(ends: &[MovementEnds]) -> Vec<Vec<Pose>> {
-    let shapes = |(_, from, to): &MovementEnds| {
-        if let Some(leads) = curve::turn_leads(from.pose, to.pose, [from.straight, to.straight]) {
+fn smoothest(ends: &[MovementEnds], bundles: &[usize]) -> Vec<Vec<Pose>> {
+    let leads = bundle_leads(ends, bundles);
+    let shapes = |(i, (_, from, to)): (usize, &MovementEnds)| {
+        if let Some(leads) = leads[bundles[i]] {
             return (Shape::new(curve::held(from.pose, to.pose, leads)), None);
         }
         let direct = curve::join(from.pose, to.pose);
         let wide = swing_out_turn::swing_out(from.pose, to.pose, &direct);
         (Shape::new(direct), wide.map(Shape::new))
     };
-    let shapes: Vec<(Shape, Option<Shape>)> = ends.iter().map(shapes).collect();
+    let shapes: Vec<(Shape, Option<Shape>)> = ends.iter().enumerate().map(shapes).collect();
     let clear: Vec<bool> = (0..ends.len()).map(|i| can_swing_out(ends, &shapes, i)).collect();
     let chosen = shapes.into_iter().zip(clear);
     chosen.map(|((direct, wide), clear)| wide.filter(|_| clear).unwrap_or(direct).poses).collect()
+}
+
+/// The lengths of the straight lines before and after the turns of each bundle, metres: those that all its members can have.
+fn bundle_leads(ends: &[MovementEnds], bundles: &[usize]) -> Vec<Option<[f64; 2]>> {
+    let leads = |i: usize| {
+        let (_, from, to) = &ends[i];
+        curve::turn_leads(from.pose, to.pose, [from.straight, to.straight])
+    };
+    let mut of_bundles: Vec<Option<[f64; 2]>> = (0..ends.len()).map(leads).collect();
+    for (i, &first) in bundles.iter().enumerate() {
+        let both = of_bundles[first].zip(of_bundles[i]);
+        of_bundles[first] = both.map(|([a, b], [c, d])| [a.min(c), b.min(d)]);
+    }
+    of_bundles
 }
 
 /// Whether the wide shape of a movement overlaps those from neighbouring lanes no more than its direct shape does.
