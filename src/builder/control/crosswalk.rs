@@ -9,9 +9,9 @@ use crate::lanelet::{Attributes, Bound, LaneletId, PointId, Target};
 
 /// A corner closer than this, metres, to a node of a cut is that node.
 const SAME: f64 = 0.01;
-/// So far, metres, a crosswalk reaches over the kerbs of a road of one lane: it would else lie in the lane and not across it, for
-/// TIER IV's validator the same as two lanes with borders of their own.
-const OVER_KERB: f64 = 0.5;
+/// So far, metres, a crosswalk reaches over the kerbs, as people draw it. On a road of one lane it would else lie in the lane and
+/// not across it, for TIER IV's validator the same as two lanes with borders of their own.
+const OVER_KERB: f64 = 0.7;
 /// Lanelets that share at least this area, square metres, with a crosswalk cross it.
 const CROSSES: f64 = 0.1;
 
@@ -20,8 +20,7 @@ const CROSSES: f64 = 0.1;
 pub fn crosswalk(assembly: &mut MapBuilder, road: &Road, crossing: &RoadCrossing, cuts: &[PointId]) -> LaneletId {
     let key = Key::new("crosswalk").number(crossing.node).number(road.key.way).number(road.key.first);
     let (left, right) = road.section.carriageway();
-    let over = if road.section.driven().count() == 1 { OVER_KERB } else { 0.0 };
-    let (left, right) = (road.section.edge(left) + over, road.section.edge(right) - over);
+    let (left, right) = (road.section.edge(left) + OVER_KERB, road.section.edge(right) - OVER_KERB);
     let direction = road.line.direction(crossing.station);
     let middle = road.line.at(crossing.station);
     let mut side = |name: &str, along: f64| {

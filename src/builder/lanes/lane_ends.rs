@@ -10,10 +10,10 @@ mod required_setback;
 mod tests;
 mod turn_setback;
 
-use crate::builder::network::road_end::{at_depth, from_cut, inward};
-use crate::builder::network::{End, FeatureKind, Intersection, Road, RoadIx, RoadNetwork, Stations};
+use crate::builder::network::road_end::{at_depth, from_cut, inward, outward};
+use crate::builder::network::{End, FeatureKind, Intersection, Road, RoadEnd, RoadIx, RoadNetwork, Stations};
 use crate::builder::tags::cross_section::SIDEWALK;
-use crate::geometry::angle_between;
+use crate::geometry::{angle_between, cross};
 use crate::parallel::Finely;
 
 use super::gore::level_cuts;
@@ -31,6 +31,17 @@ pub use required_setback::RequiredSetbacks;
 
 /// From the corner of the crossing road to the crosswalk, metres.
 const CORNER_GAP: f64 = 0.5;
+/// From the edge of the crossing road to the crosswalk, metres, where the corner is rounded farther than that.
+const LANE_GAP: f64 = 2.5;
+/// Speed limits, km/h, up to which and from which on stop lines lie nearer to crosswalks and farther from them.
+const SLOW: f64 = 30.0;
+const FAST: f64 = 60.0;
+/// From the stop line to the crosswalk on fast roads, metres.
+const STOP_GAP_FAST: f64 = 3.5;
+/// Roads cross where the sine of the angle between them is larger than this: 30 degrees.
+const CROSSES: f64 = 0.5;
+/// Distance from the intersection at which the direction of a road is taken, metres.
+const LOOK: f64 = 10.0;
 /// A crossing belongs to the intersection up to this distance, metres, from the outline.
 const CROSSING_REACH: f64 = 12.0;
 /// Between a cut and the middle of a crosswalk with lights that is no farther than this, metres, no vehicle can wait.
@@ -164,7 +175,8 @@ impl<'a> CutPlan<'a> {
             let near = if depth(End::End) < depth(End::Start) { End::End } else { End::Start };
             let arm = (self.is_approach(near) && self.belongs(near, feature.station, lights)).then_some(near);
             let station = arm.map_or(feature.station, |end| {
-                at_depth(cut, end, from_cut(cut, end, feature.station).max(half + CORNER_GAP))
+                let least = (half + CORNER_GAP).min(self.edge_of_crossing_road(end) + half + LANE_GAP);
+                at_depth(cut, end, from_cut(cut, end, feature.station).max(least))
             });
             let free = arm.is_none_or(|end| !found.iter().any(|crossing| crossing.arm == Some(end)));
             let inside = station > cut[0] + half && station < cut[1] - half;
@@ -175,19 +187,48 @@ impl<'a> CutPlan<'a> {
         found
     }
 
+    /// The depth at which the roads that cross this one at an end leave its carriageway free; infinite where no road crosses it or
+    /// the intersection was merged.
+    fn edge_of_crossing_road(&self, end: End) -> f64 {
+        let (road, length) = (self.road, self.road.line.length());
+        let intersection = self.intersection(end);
+        let ahead = outward(road, end, LOOK).normalize();
+        let from_node = |arm: &RoadEnd| {
+            let other = self.network.road(arm.road);
+            let direction = outward(other, arm.end, LOOK).normalize();
+            let (sine, cosine) = (cross(ahead, direction).abs(), ahead.dot(&direction).abs());
+            (sine > CROSSES).then(|| (half_carriageway(other) + half_carriageway(road) * cosine) / sine)
+        };
+        let others = intersection.arms.iter().filter(|arm| arm.road != self.ix);
+        let widest = others.filter_map(from_node).fold(f64::NEG_INFINITY, f64::max);
+        if intersection.nodes.len() > 1 || widest < 0.0 {
+            return f64::INFINITY;
+        }
+        from_cut(self.least, end, at_depth([0.0, length], end, widest))
+    }
+
     /// Sets the cut back behind a crosswalk of the intersection, to the stop line before it.
     fn make_room_for_crosswalk(&mut self, crossing: &RoadCrossing) {
         let Some(end) = crossing.arm else { return };
         let behind = from_cut(self.least, end, crossing.station) + CROSSWALK_BREADTH / 2.0;
         let stop = &mut self.stop_lines[end];
         *stop = stop.filter(|stop| *stop > behind).map(|stop| stop.max(behind + STOP_GAP_LEAST));
-        let setback = stop.unwrap_or(f64::INFINITY).min(behind + STOP_GAP);
+        let setback = stop.unwrap_or(f64::INFINITY).min(behind + self.stop_gap(end));
         self.set_back(end, setback);
     }
 
     fn set_back(&mut self, end: End, setback: f64) {
         self.setbacks[end] = self.setbacks[end].max(setback);
         self.firm[end] = self.firm[end].max(setback);
+    }
+
+    /// From the stop line to the crosswalk, metres: on slow streets it is shorter, on fast roads longer.
+    fn stop_gap(&self, end: End) -> f64 {
+        match self.road.speed[end.other()] {
+            speed if speed <= SLOW => STOP_GAP_LEAST,
+            speed if speed >= FAST => STOP_GAP_FAST,
+            _ => STOP_GAP,
+        }
     }
 
     /// Sets the cuts of a private road back before a mapped sidewalk where the road has no crosswalk.
@@ -233,6 +274,12 @@ pub fn sidewalk(road: &Road, end: End) -> Option<f64> {
     let sidewalks = road.features.iter().filter(|feature| feature.kind == FeatureKind::Sidewalk);
     let near = sidewalks.map(|feature| feature.station).filter(|station| depth(*station) <= length / 2.0);
     near.min_by(|a, b| depth(*a).total_cmp(&depth(*b)))
+}
+
+/// From the line of a road to the farther edge of its carriageway, metres.
+fn half_carriageway(road: &Road) -> f64 {
+    let (left, right) = road.section.carriageway();
+    road.section.edge(left).abs().max(road.section.edge(right).abs())
 }
 
 /// Moves both cuts up the road; where it is too short for both, in proportion.
