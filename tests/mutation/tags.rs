@@ -80,14 +80,18 @@ pub const KINDS: &[Kind] = &[
     tag!("write a speed beyond all limits", &["vm-01-09/speed-range"], relation, plain, "speed_limit", &["300"]),
     tag!("make a shoulder of a lane", &["vm-01-21/other-kind"], relation, plain, "subtype", &["road_shoulder"]),
     tag!("retype a stop sign", &["vm-02-02/sign-type"], way, signs, "type", &["pole"]),
-    tag!(
-        "retype a sign's line",
-        &["vm-02-02/line-type"],
-        way,
-        |map| lines_of(map, "traffic_sign"),
-        "type",
-        &["line_thin"]
-    ),
+    Kind {
+        name: "retype a sign's line",
+        raises: &["vm-02-02/line-type"],
+        // The type says that it is a stop line, or the subtype.
+        mutate: |_, map, dice| {
+            let id = dice.pick(lines_of(map, "traffic_sign"))?;
+            let tags = &mut map.way(id).tags;
+            *tags = without(tags, "subtype");
+            tags.set("type", "line_thin");
+            Some(vec![id])
+        },
+    },
     tag!("retype a light", &["vm-04-01/body-type", "vm-04-01/unreferenced"], way, lights, "type", &["traffic_sign"]),
     tag!(
         "retype a light's line",
