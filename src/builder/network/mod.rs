@@ -17,6 +17,7 @@ mod read;
 pub mod resolved_restrictions;
 mod restriction_relations;
 pub mod road_end;
+mod self_crossings;
 mod short_dead_ends;
 mod signal_assignment;
 mod stop_lines;

@@ -17,6 +17,7 @@ use super::barriers::Barriers;
 use super::features::NodeFeatures;
 use super::frame::{ToMetres, level};
 use super::restriction_relations::turns;
+use super::self_crossings::cut_at_self_crossings;
 use super::short_dead_ends::without_short_dead_ends;
 use super::way_cross_sections::WaySections;
 use super::way_pieces::{WayPiece, number, pieces};
@@ -94,6 +95,7 @@ pub fn road_network(
     let cut_ways = || {
         let mut positions = positions(ids, to_metres(&places));
         let pieces = pieces(&drivable[..barriers.ways()], barriers.nodes(), &positions, &mut notes);
+        let pieces = cut_at_self_crossings(pieces, &drivable, &mut positions);
         let mut pieces = barriers.part(pieces, &drivable, &mut positions, &mut notes);
         number(&mut pieces, &drivable);
         (positions, pieces)

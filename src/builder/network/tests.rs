@@ -594,3 +594,23 @@ fn a_road_that_restrictions_close_ends_before_the_intersection() {
     assert_eq!(network.intersection(road.from).arms.len(), 1);
     assert_eq!(network.intersections.iter().find(|at| at.nodes == [5]).unwrap().arms.len(), 3);
 }
+
+#[test]
+fn a_way_that_crosses_itself_is_cut_there() {
+    let nodes = [
+        (1, -60.0, 0.0, ""),
+        (2, 20.0, 0.0, ""),
+        (3, 20.0, 20.0, ""),
+        (4, 0.0, 20.0, ""),
+        (5, 0.0, -60.0, ""),
+        (6, 1.0, 2.0, ""),
+        (7, 0.0, 2.0, ""),
+    ];
+    let built = build(&data(&nodes, &[(10, &[1, 2, 3, 4, 5], "")]));
+    let crossing = built.network.roads.iter().map(|road| road.key.first).find(|node| *node != 1).unwrap();
+    assert_eq!(keys(&built), [(10, crossing, 5), (10, 1, crossing), (10, crossing, crossing)].map(|key| key).to_vec());
+    assert_eq!(at(&built, crossing).position, Point::origin());
+    assert_eq!(at(&built, crossing).arms.len(), 4);
+    let slip = build(&data(&nodes, &[(10, &[1, 6, 7, 5], ""), (20, &[1, 2, 5], "")]));
+    assert_eq!(keys(&slip), [(10, 1, 5), (20, 1, 5)], "a slip of the mapper is no loop");
+}

@@ -10,7 +10,7 @@ use crate::geometry::Point;
 use super::access::Drivable;
 
 /// Nodes of a way closer together than this, metres, are one: it is about the resolution of OpenStreetMap's coordinates.
-const SAME_PLACE: f64 = 0.015;
+pub(super) const SAME_PLACE: f64 = 0.015;
 
 /// Neighbouring nodes of a way farther apart than this, metres, have a wrong coordinate: even roads through deserts have nodes
 /// closer than that. Sampling such a road every few metres would fill the memory.
@@ -33,6 +33,23 @@ impl WayPiece {
     /// Its first and its last node.
     pub fn ends(&self) -> [i64; 2] {
         [self.nodes[0], self.nodes[self.nodes.len() - 1]]
+    }
+
+    /// The parts of the piece between new nodes within its segments; `cuts` gives these in their order along it.
+    pub fn cut_within(self, cuts: &[(usize, i64)]) -> Vec<Self> {
+        let Self { way, edge, .. } = self;
+        let (mut parts, mut nodes) = (Vec::new(), Vec::new());
+        let mut cuts = cuts.iter().peekable();
+        for (segment, id) in self.nodes.into_iter().enumerate() {
+            nodes.push(id);
+            while let Some(&(_, new)) = cuts.next_if(|(within, _)| *within == segment) {
+                nodes.push(new);
+                let edge = [parts.is_empty() && edge[0], false];
+                parts.push(Self { way, nodes: std::mem::replace(&mut nodes, vec![new]), turn: 0, edge });
+            }
+        }
+        parts.push(Self { way, nodes, turn: 0, edge: [parts.is_empty() && edge[0], edge[1]] });
+        parts
     }
 }
 
