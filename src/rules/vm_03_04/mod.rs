@@ -6,8 +6,8 @@ mod signal;
 
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Polyline, Vector, polygon};
-use crate::lanelet::RoadType;
 use crate::lanelet::index::{Arm, Edge, Intersection, MapIndex, Traffic};
+use crate::lanelet::{PointId, RoadType};
 
 use super::Rule;
 
@@ -77,7 +77,7 @@ fn loose_ends(map: &MapIndex, params: &Params, intersection: &Intersection, traf
         let missed = |edge: &Edge, lists: &[usize], inward: bool| {
             lists.is_empty()
                 && !connection::nearly_continues(map, params, at, edge)
-                && !is_closed(map, intersection, traffic, edge, inward)
+                && !is_closed(map, intersection, traffic, at, inward)
         };
         let ends = [
             (
@@ -102,15 +102,20 @@ fn loose_ends(map: &MapIndex, params: &Params, intersection: &Intersection, traf
     findings
 }
 
-/// Whether a lane beside one of the other direction can have no movement: no other road leads on from there (`inward`) or leads
-/// there, or the user says of every movement that there is none. So it is where a road is one-way behind the intersection,
-/// and on this side only those drive against it who turned on the road itself.
-fn is_closed(map: &MapIndex, intersection: &Intersection, traffic: &Traffic, edge: &Edge, inward: bool) -> bool {
+/// Whether a lane of a road with lanes of the other direction can have no movement: no other road leads on from there (`inward`)
+/// or leads there, or the user says of every movement that there is none. So it is where a road is one-way behind the
+/// intersection, and on this side only those drive against it who turned on the road itself.
+fn is_closed(map: &MapIndex, intersection: &Intersection, traffic: &Traffic, at: usize, inward: bool) -> bool {
     let arms = &intersection.arms;
-    // The lane of the other direction, with the line between the two.
+    let row = lanes_abreast(map, at);
+    let edge = |lane: usize| if inward { &map.lanes[lane].end } else { &map.lanes[lane].start };
+    // A lane of the other direction, with the line between the two, or on the same ground.
+    let is_beside = |other: &Edge, [left, right]: [PointId; 2]| {
+        other.ids[0] == left || other.ids[1] == right || other.ids == [right, left]
+    };
     let beside = |arm: &Arm| {
         let mut edges = arm.edges.iter().filter(|other| other.inward != inward);
-        edges.any(|other| (0..2).any(|side| other.edge.ids[side] == edge.ids[side]))
+        edges.any(|other| row.iter().any(|&lane| is_beside(&other.edge, edge(lane).ids)))
     };
     let Some(own) = arms.iter().position(beside) else { return false };
     let leads = |arm: &Arm| {
@@ -120,6 +125,24 @@ fn is_closed(map: &MapIndex, intersection: &Intersection, traffic: &Traffic, edg
     let mut others = (0..arms.len()).filter(|&arm| arm != own && leads(&arms[arm]));
     let pair = |other: usize| if inward { [own, other] } else { [other, own] };
     others.all(|other| traffic.prohibited.contains(&pair(other)))
+}
+
+/// A lane and those of its direction that lie side by side with it.
+fn lanes_abreast(map: &MapIndex, at: usize) -> Vec<usize> {
+    let mut row = vec![at];
+    for side in [0, 1] {
+        let mut last = at;
+        let is_next = |lane: usize, next: usize| {
+            next != lane && map.lanes[next].bounds[1 - side] == map.lanes[lane].bounds[side] && map.lanes[next].vehicle
+        };
+        while let Some(&next) =
+            map.users_of(map.lanes[last].bounds[side]).iter().find(|&&next| is_next(last, next) && !row.contains(&next))
+        {
+            row.push(next);
+            last = next;
+        }
+    }
+    row
 }
 
 /// The lanelets of an intersection to which an approach leads. A movement in two pieces is one all the same: that is
