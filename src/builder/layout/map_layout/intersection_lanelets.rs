@@ -131,8 +131,10 @@ impl IntersectionLanelets {
         let indices = strip_indices(&self.drawn.paths);
         let conflicts = conflicts(&self.drawn.paths, &indices);
         let crossed = (self.drawn.paths.iter().zip(&conflicts.real)).any(|(path, found)| {
-            let others = found.iter().map(|&other| &self.drawn.paths[other]);
-            !on_ring(network, intersection, path) && others.into_iter().any(|it| !on_ring(network, intersection, it))
+            let mut others = found.iter().map(|&other| &self.drawn.paths[other]);
+            let by_area = !on_ring(network, intersection, path);
+            leaves_private_ground(network, intersection, path) && others.len() > 0
+                || by_area && others.any(|it| !on_ring(network, intersection, it))
         });
         self.conflicts = Some(conflicts);
         self.leans = has_bicycle_lanes(network, intersection);
@@ -173,6 +175,12 @@ impl IntersectionLanelets {
 /// takes from no area.
 fn on_ring(network: &RoadNetwork, intersection: &Intersection, path: &TurningLanelet) -> bool {
     [path.movement.from, path.movement.to].iter().any(|&arm| network.road(intersection.arms[arm].road).roundabout)
+}
+
+/// Whether a lanelet leads from private ground onto a public road: Autoware wants to know whither it turns.
+fn leaves_private_ground(network: &RoadNetwork, intersection: &Intersection, path: &TurningLanelet) -> bool {
+    let public = [path.movement.from, path.movement.to].map(|arm| network.road(intersection.arms[arm].road).public);
+    public == [false, true]
 }
 
 /// Whether two lanelets hardly touch: where nothing rules an intersection, no bicycle lane crosses another lane.
