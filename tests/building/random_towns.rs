@@ -22,7 +22,7 @@ const MOST: usize = 5;
 const TOWNS: usize = 40;
 /// In one of so many towns, ways from lanes side by side may run into each other: their lanes end where no smooth curves lead past
 /// each other. Nothing else may be wrong.
-const OF: usize = 10;
+const OF: usize = 100;
 const SIDE_BY_SIDE: &str = "vm-03-07/";
 
 /// Streets with traffic both ways, then streets with one direction, which only lead from one of the others to another.

@@ -11,9 +11,13 @@ use crate::geometry::{angle_between, cross, curve};
 
 use super::lane_assignment::assign_lanes;
 use super::movement_types::{Movement, Movements, TurnTarget};
+use super::turn_centerline::common_ground;
 
 /// The largest curvature, 1/m, of a U-turn where there are other ways on: a car drives it with ease.
 const TIGHTEST_BACK: f64 = 0.25;
+
+/// A U-turn runs into a way from the lane beside its own if they share more than this, square metres.
+const RUNS_INTO: f64 = 0.2;
 
 /// From this change of direction on, degrees, a turn between roads that meet at an acute angle is a hairpin ...
 const HAIRPIN: f64 = 135.0;
@@ -30,7 +34,7 @@ pub fn movements(
     let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
     let mut targets: Vec<Vec<TurnTarget>> =
         (0..arms.len()).map(|from| turn_targets(side, restrictions, intersection, &arms, from)).collect();
-    let u_turns = remove_u_turns(side, &arms, &mut targets);
+    let mut u_turns = remove_u_turns(side, &arms, &mut targets);
     let mut with_arrows = vec![true; arms.len()];
     let mut all = assign_lanes(restrictions, &arms, &targets, &with_arrows);
     // Where all arrows lead past an arm, those of its straightest approach belong to another place: lanes are marked long
@@ -41,6 +45,7 @@ pub fn movements(
         missed.into_iter().for_each(|from| with_arrows[from] = false);
         all = assign_lanes(restrictions, &arms, &targets, &with_arrows);
     }
+    u_turns.retain(|turn| has_room_beside(&arms, &all, turn));
     all.extend(u_turns);
     all.sort_unstable();
     all.dedup();
@@ -130,6 +135,13 @@ fn u_turn(side: DrivingSide, from: usize, arm: &Arm, target: &TurnTarget) -> Opt
     let told = arm.into.iter().all(|lane| !lane.arrows.is_none());
     let free = !told && (into.arrows.is_none() || into.arrows.has(turns));
     (free && arm.at.road != target.arm.at.road).then_some(Movement { from, to: target.to, in_lane, out_lane })
+}
+
+/// Whether a U-turn keeps clear of the ways from the lanes beside its own.
+fn has_room_beside(arms: &[&Arm], all: &[Movement], turn: &Movement) -> bool {
+    let ends = |m: &Movement| (*m, &arms[m.from].into[m.in_lane], &arms[m.to].out[m.out_lane]);
+    let beside = |m: &&Movement| m.from == turn.from && m.in_lane.abs_diff(turn.in_lane) == 1;
+    all.iter().filter(beside).all(|other| common_ground([ends(turn), ends(other)]) <= RUNS_INTO)
 }
 
 /// Whether a line of poses has at most this curvature, 1/m.

@@ -70,6 +70,15 @@ impl Outline {
     }
 }
 
+/// Area in square metres that the lanelets of two movements cover both, drawn as far apart as they can be.
+pub fn common_ground(ends: [MovementEnds; 2]) -> f64 {
+    let poses = turn_centerlines(&ends);
+    match &poses[..] {
+        [a, b] => Outline::new(&ends[0], a).shared(&Outline::new(&ends[1], b)),
+        _ => 0.0,
+    }
+}
+
 /// The poses of all movements, in their order.
 pub fn turn_centerlines(ends: &[MovementEnds]) -> Vec<Vec<Pose>> {
     let bundles = bundles(ends);
