@@ -8,12 +8,12 @@
 
 use std::ops::ControlFlow;
 
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::builder::lanes::road_cut::VEHICLE;
 use crate::builder::network::network_diff::{NetworkDiff, NetworkSnapshot};
-use crate::builder::network::{Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, Stations};
-use crate::builder::streets::consolidate::{ConsolidateOptions, MergeNote, absorb_roads, without_roads};
+use crate::builder::network::{IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, Stations};
+use crate::builder::streets::consolidate::{ConsolidateOptions, MergeNote, MergeReason, absorb_roads, without_roads};
 use crate::builder::streets::heights::{HeightOptions, level_at_cuts};
 use crate::diagnostic::{Finding, Severity, Subject};
 
@@ -105,9 +105,20 @@ impl LayoutLoop<'_> {
         if roads.is_empty() {
             return false;
         }
-        let network = std::mem::take(&mut self.layout.network);
-        let (network, changed, merges) =
-            absorb_roads(network, &roads, |road| self.layout.left(road), &ConsolidateOptions::default());
+        let mut network = std::mem::take(&mut self.layout.network);
+        let abreast = roads_abreast(&network, &roads);
+        let keys: FxHashSet<RoadKey> = abreast.iter().map(|road| network.road(*road).key).collect();
+        let left = |road| self.layout.left(road);
+        let (mut changed, mut merges);
+        (network, changed, merges) = absorb_roads(network, &roads, left, &ConsolidateOptions::default());
+        let too_far = |note: &MergeNote| note.reason == MergeReason::Reach && keys.contains(&note.key);
+        if changed {
+            // These have their turn when nothing else is left.
+            merges.retain(|note| note.merged || !too_far(note));
+        } else if merges.iter().any(too_far) {
+            let options = ConsolidateOptions { reach: f64::INFINITY, ..ConsolidateOptions::default() };
+            (network, changed, merges) = absorb_roads(network, &abreast, left, &options);
+        }
         self.layout.network = network;
         self.refused.extend(merges.iter().filter(|note| !note.merged).map(|note| note.key));
         self.road_notes.extend(merges.iter().filter(|note| note.merged).map(road_inside));
@@ -193,6 +204,18 @@ fn roads_inside(layout: &Layout, refused: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
     roads.sort_unstable();
     roads.dedup();
     roads
+}
+
+/// Those of these roads, in ascending order, beside which another of them joins the same two intersections. Without room they lie
+/// over each other: whatever the extent of the intersections, nothing can be built between them.
+fn roads_abreast(network: &RoadNetwork, roads: &[RoadIx]) -> Vec<RoadIx> {
+    let ends = |road: RoadIx| {
+        let road = network.road(road);
+        [road.from.min(road.to), road.from.max(road.to)]
+    };
+    let mut counts: FxHashMap<[IntersectionIx; 2], usize> = FxHashMap::default();
+    roads.iter().for_each(|road| *counts.entry(ends(*road)).or_default() += 1);
+    roads.iter().copied().filter(|road| counts[&ends(*road)] > 1).collect()
 }
 
 /// Whether nothing goes on at one end of a road.
