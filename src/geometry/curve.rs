@@ -34,7 +34,7 @@ pub fn turn_leads(from: Pose, to: Pose, over: [f64; 2]) -> Option<[f64; 2]> {
     const LEAST_RADIUS: f64 = 6.0;
     /// ... and this share of the radius that it has then.
     const LEAST_SHARE: f64 = 0.66;
-    /// Beyond this radius, metres, professionals take the share [`LARGE_SHARE`] of the arc between the straight lines.
+    /// A larger arc, metres, is cut down to this radius, but not below the share [`LARGE_SHARE`], as professionals draw it.
     const LARGE_RADIUS: f64 = 20.0;
     const LARGE_SHARE: f64 = 0.63;
     let (before, after, turn) = tangents(from, to)?;
@@ -45,7 +45,7 @@ pub fn turn_leads(from: Pose, to: Pose, over: [f64; 2]) -> Option<[f64; 2]> {
     let leads = shares.into_iter().find(|leads| radius(*leads) >= least)?;
     let more = if radius(leads) > LARGE_RADIUS {
         let tangent = (before - leads[0]).min(after - leads[1]);
-        tangent * (1.0 - LARGE_SHARE.max(LARGE_RADIUS * LARGE_SHARE / radius(leads)))
+        tangent * (1.0 - LARGE_SHARE.max(LARGE_RADIUS / radius(leads)))
     } else {
         0.0
     };
@@ -202,6 +202,28 @@ fn spaced(line: &[Point]) -> Vec<Point> {
 mod tests {
     use super::*;
     use crate::geometry::pose::{SAGITTA, STRAIGHT_STEP, pose};
+
+    #[test]
+    fn turns_go_straight_on_over_crosswalks_and_in_large_intersections() {
+        let right_angle = |size: f64| (pose(0.0, -size, 90.0), pose(-size, 0.0, 180.0));
+        let leads = |size: f64, over| {
+            let (from, to) = right_angle(size);
+            turn_leads(from, to, over)
+        };
+        assert_eq!(leads(15.0, [0.0; 2]), None);
+        // All of the crosswalk, three quarters of it where only then two thirds of the radius are left, nothing where the turn is tight.
+        assert_eq!(leads(15.0, [5.0, 3.0]), Some([5.0, 3.0]));
+        assert_eq!(leads(10.0, [4.0, 4.0]), Some([3.0, 3.0]));
+        assert_eq!(leads(6.0, [4.0, 0.0]), None);
+        // Far beyond 20 m the arc is 0.63 of what it could be.
+        let more = leads(40.0, [0.0; 2]).unwrap()[0];
+        assert!((more - 40.0 * 0.37).abs() < 1e-9, "{more}");
+        let (from, to) = right_angle(15.0);
+        let curve = held(from, to, [5.0, 3.0]);
+        assert!((radius(&curve) - 10.0).abs() < 0.1 && curve[1].point.x.abs() < 1e-9);
+        // Straight on there is no arc.
+        assert_eq!(turn_leads(pose(0.0, 0.0, 90.0), pose(0.0, 30.0, 90.0), [5.0, 5.0]), None);
+    }
 
     #[test]
     fn a_right_angle_is_a_circle_with_parallel_bounds() {

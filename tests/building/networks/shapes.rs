@@ -139,3 +139,80 @@ fn who_leaves_a_driveway_below_a_bridge_crosses_nobody_on_it() {
         assert!(!found.iter().any(|code| code.starts_with("vm-03-13")), "{found:?}");
     }
 }
+
+#[test]
+fn only_who_leaves_private_ground_needs_an_area_at_a_roundabout() {
+    for side in SIDES {
+        let ring: Vec<(i64, f64, f64, &str)> = (0..12)
+            .map(|i| {
+                let angle = f64::from(i) * std::f64::consts::TAU / 12.0;
+                (i64::from(i) + 1, 18.0 * angle.cos(), 18.0 * angle.sin(), "")
+            })
+            .collect();
+        let far = [(21, 120.0, 0.0, ""), (22, -120.0, 0.0, ""), (23, 0.0, 120.0, "")];
+        let nodes: Vec<_> = ring.into_iter().chain(far).collect();
+        let around: Vec<i64> = (1..=12).chain([1]).collect();
+        let turns_of = |third: &str| {
+            let street = "highway=residential lanes=2";
+            let ways: [(i64, &[i64], &str); 4] = [
+                (30, &around, "highway=residential junction=roundabout oneway=yes lanes=1"),
+                (31, &[21, 1], street),
+                (32, &[22, 7], street),
+                (33, &[23, 4], third),
+            ];
+            let Built { map, settings, .. } = built(&network_of(side, &nodes, &ways), side, "");
+            let mut found = found_of_geometry(&map, &settings);
+            // Who leaves the roundabout meets nobody.
+            found.retain(|code| code != "vm-03-12/no-conflict");
+            assert_eq!(found, Vec::<String>::new(), "{side:?} {third}");
+            let turns = map.lanelets.iter().filter(|lanelet| lanelet.attributes.has("turn_direction"));
+            let private = |lanelet: &&Lanelet| lanelet.attributes.is("location", "private");
+            let [private, all] = [turns.clone().filter(private).count(), turns.count()];
+            (private > 0, all > 0)
+        };
+        assert_eq!(turns_of("highway=residential lanes=2"), (false, false), "{side:?}");
+        assert_eq!(turns_of("highway=service access=private"), (true, true), "{side:?}");
+    }
+}
+
+#[test]
+fn a_bicycle_lane_lies_at_either_kerb_of_a_one_way_street() {
+    for side in SIDES {
+        for kerb in ["left", "right"] {
+            let nodes = [(1, -100.0, 0.0, ""), (2, 100.0, 0.0, "")];
+            let tags = format!("highway=residential oneway=yes lanes=2 cycleway:{kerb}=lane");
+            let Built { map, settings, .. } = built(&network(side, &nodes, &[(12, &[1, 2])], &tags), side, "");
+            let bicycles =
+                map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", "bicycle_lane")).count();
+            assert_eq!((bicycles, found(&map, &settings)), (1, Vec::new()), "{side:?} {kerb}");
+        }
+    }
+}
+
+#[test]
+fn lanes_that_restrictions_close_are_no_fault() {
+    for side in SIDES {
+        // Nobody may go on south, over two lanes; those who come from there may leave.
+        let nodes =
+            [(1, 0.0, 0.0, ""), (2, -90.0, 0.0, ""), (3, 90.0, 0.0, ""), (4, 0.0, -90.0, ""), (5, 0.0, 90.0, "")];
+        let ways: [(i64, &[i64], &str); 4] = [
+            (12, &[2, 1], "highway=residential lanes=2"),
+            (13, &[1, 3], "highway=residential lanes=2"),
+            (14, &[1, 4], "highway=residential lanes=4"),
+            (15, &[1, 5], "highway=residential lanes=2"),
+        ];
+        let relations: String = [(12, 20), (13, 21), (15, 22)]
+            .map(|(from, id)| {
+                format!(
+                    "<relation id='{id}'><member type='way' role='from' ref='{from}'/><member type='node' role='via' ref='1'/>\
+                     <member type='way' role='to' ref='14'/><tag k='type' v='restriction'/>\
+                     <tag k='restriction' v='no_entry'/></relation>"
+                )
+            })
+            .concat();
+        let xml = network_of(side, &nodes, &ways).replace("</osm>", &format!("{relations}</osm>"));
+        let Built { map, settings, .. } = built(&xml, side, "");
+        let found = found_of_geometry(&map, &settings);
+        assert!(!found.iter().any(|code| code.starts_with("vm-03-04")), "{side:?}: {found:?}");
+    }
+}

@@ -1,8 +1,11 @@
 //! Where vehicles stop before an intersection, on small networks.
 
+use crate::builder::network::hand_drawn::{network, osm};
 use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::tests::{Asked, built_as, driven_on};
 use crate::lanelet::{LaneletMap, PointId};
+
+use super::clear_of_bends;
 
 type Nodes<'a> = &'a [(i64, f64, f64, &'a str)];
 type Ways<'a> = &'a [(i64, &'a [i64], &'a str)];
@@ -160,4 +163,19 @@ fn vehicles_that_give_way_stop_only_for_others() {
         let bound: Vec<_> = map.lanelets.iter().filter(|l| l.regulatory_elements.contains(&signs[0].id)).collect();
         assert!(bound.len() == 1 && !bound[0].attributes.has("intersection_area"), "the lane before the line");
     }
+}
+
+#[test]
+fn no_cut_lies_in_a_bend_or_just_before_one() {
+    // The road bends by 45 degrees at 50 m.
+    let nodes = [(1, 0.0, 0.0, ""), (2, 50.0, 0.0, ""), (3, 80.0, 30.0, "")];
+    let network = network(&osm(&nodes, &[(10, &[1, 2, 3], STREET)]));
+    let (road, length) = (&network.roads[0], network.roads[0].line.length());
+    let cut = |kept, firm| clear_of_bends(road, ([0.0, length], firm), kept);
+    assert_eq!(cut([5.0, length - 5.0], [0.0; 2]), [5.0, length - 5.0], "straight on");
+    assert_eq!(cut([5.0, 51.0], [0.0; 2]), [5.0, 50.0], "up the road, before the bend");
+    assert_eq!(cut([5.0, 51.0], [0.0, length - 60.0]), [5.0, 50.0], "the setback may grow");
+    let near = |place: f64, firm: f64, wanted: f64| (cut([place, 85.0], [firm, 0.0])[0] - wanted).abs() < 1e-9;
+    assert!(near(48.8, 0.0, 48.3), "back, where that is nearer");
+    assert!(near(48.8, 48.8, 50.3), "but not where lanelets lie over the road");
 }
