@@ -57,7 +57,15 @@ pub fn hand_made_maps() -> Vec<PathBuf> {
 
 /// Extracts of OpenStreetMap up to this size in bytes, or all of them in a soak.
 pub fn extracts(most: u64) -> Vec<PathBuf> {
-    let mut files = shared_maps("corpus/osm", 21);
+    up_to(most, shared_maps("corpus/osm", 21))
+}
+
+/// The same with the extracts that the builder did not grow up with.
+pub fn all_extracts(most: u64) -> Vec<PathBuf> {
+    up_to(most, [shared_maps("corpus/osm", 21), shared_maps("corpus/osm_more", 22)].concat())
+}
+
+fn up_to(most: u64, mut files: Vec<PathBuf>) -> Vec<PathBuf> {
     if files.is_empty() {
         return files;
     }
