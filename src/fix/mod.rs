@@ -1,21 +1,21 @@
 //! Makes the edits that findings propose, as the smallest change to the files' own text, and holds each against the rules
 //! again: a fix that brings a new error is not kept.
 
+mod blame;
 mod canonical;
 mod element;
 #[cfg(test)]
 mod tests;
 mod text_edits;
 
-use std::collections::BTreeMap;
-
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::cancel;
-use crate::diagnostic::{Diagnostic, Fix, Severity, Subject};
+use crate::diagnostic::{Diagnostic, Fix, Subject};
+use crate::geometry::Point;
 use crate::osm::{OsmData, ReadError, Source, read_bytes};
 pub use canonical::canonical;
-use text_edits::TextEdits;
+use text_edits::{Key, TextEdits};
 
 /// A fix and what it mends.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -55,7 +55,8 @@ pub enum FixError<E> {
 }
 
 /// Fixes what `judge` finds, round by round, until there is nothing left that a fix may be made for: those that are safe,
-/// or all with `unsafe_too`. The cost is a judgement for each round, and some more for each fix that is refused.
+/// or all with `unsafe_too`. Fixes that do not touch the same thing are made and judged together; where that does harm, those
+/// near the harm are halved, at all such places at once, so that the cost is a few judgements and not one for each fix.
 ///
 /// # Errors
 ///
@@ -72,45 +73,60 @@ pub fn mend<E>(
     let mut tried: FxHashSet<Mend> = FxHashSet::default();
     loop {
         cancel::look();
-        let open: Vec<(Mend, Fix)> = state
-            .left
-            .iter()
-            .filter_map(|found| Some((mend_of(found)?, found.finding.fix.clone()?)))
-            .filter(|(mend, fix)| (fix.safe || unsafe_too) && !tried.contains(mend))
-            .collect();
-        // What does not load goes first: most of what else is found may only follow from it.
-        let loading: Vec<(Mend, Fix)> = open.iter().filter(|(mend, _)| is_of_the_file(mend)).cloned().collect();
-        let open = if loading.is_empty() { open } else { loading };
-        let mut batch = &open[..];
-        // Halved until it does no harm: at the least one fix is kept or refused in each round.
-        loop {
-            let Some(attempt) = attempt(&state, batch, &judge)? else {
-                if let [only, ..] = batch {
-                    tried.insert(only.0.clone());
-                    state.refused.push(only.0.clone());
-                }
-                break;
-            };
-            if attempt.good {
-                tried.extend(attempt.done.iter().cloned());
-                state.done.extend(attempt.done);
-                (state.osm, state.left) = (attempt.osm, attempt.left);
-                break;
-            }
-            if attempt.done.len() == 1 {
-                tried.insert(attempt.done[0].clone());
-                state.refused.extend(attempt.done);
-                break;
-            }
-            batch = &batch[..batch.len().div_ceil(2)];
-        }
+        let open = state.left.iter().filter_map(Proposal::of);
+        let open: Vec<Proposal> =
+            open.filter(|one| (one.fix.safe || unsafe_too) && !tried.contains(&one.mend)).collect();
         if open.is_empty() {
             break;
         }
+        // What does not load goes first: most of what else is found may only follow from it.
+        let loading: Vec<Proposal> = open.iter().filter(|one| is_of_the_file(&one.mend)).cloned().collect();
+        let batch = if loading.is_empty() { open } else { loading };
+        round(&mut state, &mut tried, batch, &judge)?;
     }
     state.unsafe_left =
         state.left.iter().filter(|found| found.finding.fix.as_ref().is_some_and(|fix| !fix.safe)).count();
     Ok(state)
+}
+
+/// Makes those fixes of a batch that do no harm together. At the least one is kept or refused.
+fn round<E>(
+    state: &mut Mended,
+    tried: &mut FxHashSet<Mend>,
+    mut batch: Vec<Proposal>,
+    judge: &impl Fn(&OsmData) -> Result<Vec<Diagnostic>, FixError<E>>,
+) -> Result<(), FixError<E>> {
+    while !batch.is_empty() {
+        let Some(attempt) = attempt(state, &batch, judge)? else {
+            // Not one of them can be made, though nothing else is changed.
+            refuse(state, tried, batch);
+            return Ok(());
+        };
+        let verdict = blame::verdict(&state.left, &attempt);
+        if verdict.refused.is_empty() && verdict.put_off.is_empty() {
+            let done = attempt.done.into_iter().map(|one| one.mend);
+            state.done.extend(done.inspect(|mend| _ = tried.insert(mend.clone())));
+            (state.osm, state.left) = (attempt.osm, attempt.left);
+            return Ok(());
+        }
+        let mut of_each: Vec<Option<Proposal>> = attempt.done.into_iter().map(Some).collect();
+        let mut take = |places: &[usize]| -> Vec<Proposal> {
+            places.iter().filter_map(|&at| of_each.get_mut(at)?.take()).collect()
+        };
+        let refused = take(&verdict.refused);
+        take(&verdict.put_off);
+        refuse(state, tried, refused);
+        batch = of_each.into_iter().flatten().collect();
+    }
+    Ok(())
+}
+
+fn refuse(state: &mut Mended, tried: &mut FxHashSet<Mend>, refused: Vec<Proposal>) {
+    for Proposal { mend, .. } in refused {
+        if tried.insert(mend.clone()) {
+            state.refused.push(mend);
+        }
+    }
 }
 
 /// Whether a fix mends the file itself, before anything in it means something.
@@ -124,29 +140,47 @@ pub fn edited(osm: &OsmData, fix: &Fix) -> Option<Vec<String>> {
     edits.apply(fix).then(|| edits.texts())
 }
 
+/// A fix that a finding proposes.
+#[derive(Clone, Debug)]
+struct Proposal {
+    mend: Mend,
+    fix: Fix,
+    /// Where the finding is, local metres.
+    place: Option<Point>,
+}
+
+impl Proposal {
+    fn of(found: &Diagnostic) -> Option<Self> {
+        let fix = found.finding.fix.clone()?;
+        let mend = Mend { code: found.code.clone(), subject: found.finding.subject, title: fix.title.clone() };
+        Some(Self { mend, fix, place: found.local })
+    }
+}
+
 /// A batch of fixes, made and judged.
 struct Attempt {
     osm: OsmData,
     left: Vec<Diagnostic>,
-    done: Vec<Mend>,
-    good: bool,
+    done: Vec<Proposal>,
+    /// New ids of elements, by their old ones.
+    renumbered: FxHashMap<Key, i64>,
 }
 
 /// Applies those fixes of a batch that do not change the same thing; `None` if none could be applied.
 fn attempt<E>(
     state: &Mended,
-    batch: &[(Mend, Fix)],
+    batch: &[Proposal],
     judge: &impl Fn(&OsmData) -> Result<Vec<Diagnostic>, FixError<E>>,
 ) -> Result<Option<Attempt>, FixError<E>> {
     let mut edits = TextEdits::new(&state.osm);
-    let done: Vec<Mend> = batch.iter().filter(|(_, fix)| edits.apply(fix)).map(|(mend, _)| mend.clone()).collect();
+    let done: Vec<Proposal> = batch.iter().filter(|one| edits.apply(&one.fix)).cloned().collect();
     if done.is_empty() {
         return Ok(None);
     }
+    let renumbered = edits.renumbered();
     let osm = reread(&state.osm.sources, edits.texts()).map_err(FixError::Read)?;
     let left = judge(&osm)?;
-    let good = !worse(&state.left, &left) && done.iter().all(|mend| count(&left, mend) < count(&state.left, mend));
-    Ok(Some(Attempt { osm, left, done, good }))
+    Ok(Some(Attempt { osm, left, done, renumbered }))
 }
 
 fn reread(sources: &[Source], texts: Vec<String>) -> Result<OsmData, ReadError> {
@@ -155,27 +189,4 @@ fn reread(sources: &[Source], texts: Vec<String>) -> Result<OsmData, ReadError> 
         read_bytes(&mut osm, &source.name, text.into_bytes())?;
     }
     Ok(osm)
-}
-
-fn mend_of(found: &Diagnostic) -> Option<Mend> {
-    let fix = found.finding.fix.as_ref()?;
-    Some(Mend { code: found.code.clone(), subject: found.finding.subject, title: fix.title.clone() })
-}
-
-/// How often a fix is called for.
-fn count(found: &[Diagnostic], mend: &Mend) -> usize {
-    found.iter().filter(|one| mend_of(one).as_ref() == Some(mend)).count()
-}
-
-/// Whether there is an error that was not there before, of any element.
-fn worse(before: &[Diagnostic], after: &[Diagnostic]) -> bool {
-    let errors = |found: &[Diagnostic]| {
-        let mut counts: BTreeMap<(String, Subject), usize> = BTreeMap::new();
-        for one in found.iter().filter(|one| one.severity == Severity::Error) {
-            *counts.entry((one.code.clone(), one.finding.subject)).or_default() += 1;
-        }
-        counts
-    };
-    let before = errors(before);
-    errors(after).into_iter().any(|(error, count)| before.get(&error).is_none_or(|&known| count > known))
 }

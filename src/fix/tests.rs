@@ -165,3 +165,56 @@ fn unsafe_fixes_are_made_when_they_are_asked_for() {
     let mended = mend(read(&map), true, judge).unwrap();
     assert_eq!((mended.done.len(), mended.left.len()), (2, 0));
 }
+
+/// Every id below 100 is wrong, and every way has a fault of its own that stays.
+fn judge_ids(osm: &OsmData, asked: &std::cell::Cell<usize>) -> Vec<Diagnostic> {
+    asked.set(asked.get() + 1);
+    let nodes = osm.nodes.iter().map(|node| Subject::Node(node.id));
+    let subjects = nodes.chain(osm.ways.iter().map(|way| Subject::Way(way.id)));
+    let wrong = subjects.filter(|on| on.id().is_some_and(|id| id < 100)).map(|on| {
+        let edits = vec![Edit::Renumber { on, nth: 0, referrers: None }];
+        diagnostic("ids/range", on, Some(Fix { title: "renumber".to_owned(), safe: true, edits }))
+    });
+    let stays = osm.ways.iter().map(|way| diagnostic("way/fault", Subject::LineString(way.id), None));
+    wrong.chain(stays).collect()
+}
+
+#[test]
+fn all_nodes_of_a_way_are_renumbered_at_once() {
+    let map = MAP.replace("relation id=\"20\"", "relation id=\"200\"");
+    let asked = std::cell::Cell::new(0);
+    let mended = mend(read(&map), false, |osm| Ok::<_, std::convert::Infallible>(judge_ids(osm, &asked))).unwrap();
+    assert_eq!((mended.done.len(), mended.refused.len(), mended.left.len()), (4, 0, 1), "{:?}", mended.refused);
+    assert_eq!(mended.osm.ways[0].nodes, [201, 202]);
+    assert_eq!(mended.osm.relations[0].members[0].id, mended.osm.ways[0].id);
+    assert!(asked.get() <= 3, "nodes, then the way that names them: {} judgements", asked.get());
+}
+
+/// Five thousand nodes want `ele`; one in a hundred must not have it, and says so of another at its place.
+#[test]
+fn what_does_harm_is_found_in_few_judgements() {
+    let nodes: String = (1..=5000).map(|id| format!("<node id=\"{id}\" lat=\"0\" lon=\"0\"/>\n")).collect();
+    let osm = read(&format!("<osm version=\"0.6\">\n{nodes}</osm>\n"));
+    let asked = std::cell::Cell::new(0);
+    let judge = |osm: &OsmData| {
+        asked.set(asked.get() + 1);
+        let mut found = Vec::new();
+        for node in &osm.nodes {
+            let on = Subject::Point(node.id);
+            let place = crate::geometry::Point::new(200.0 * (node.id / 10) as f64, 0.0);
+            if node.tags.get("ele").is_none() {
+                let edits = vec![Edit::SetTag { on, key: "ele".into(), value: "0".into() }];
+                let fix = Fix { title: "Set ele".to_owned(), safe: true, edits };
+                found.push(Diagnostic { local: Some(place), ..diagnostic("node/ele", on, Some(fix)) });
+            } else if node.id % 100 == 7 {
+                // Said of another node at the same place.
+                let other = Subject::Point(10_000 + node.id);
+                found.push(Diagnostic { local: Some(place), ..diagnostic("node/no-ele", other, None) });
+            }
+        }
+        Ok::<_, std::convert::Infallible>(found)
+    };
+    let mended = mend(osm, false, judge).unwrap();
+    assert_eq!((mended.done.len(), mended.refused.len()), (4950, 50));
+    assert!(asked.get() <= 12, "{} judgements", asked.get());
+}

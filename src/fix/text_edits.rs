@@ -8,7 +8,8 @@ use super::element::{Child, Element};
 use crate::diagnostic::{Edit, Fix, SourceSpan, Subject};
 use crate::osm::{ElementKind, OddityKind, OsmData, fixed};
 
-type Key = (ElementKind, i64);
+/// An element of a file: its kind and its id.
+pub type Key = (ElementKind, i64);
 
 /// Decimals of latitude and longitude: a micrometre.
 const DECIMALS: usize = 11;
@@ -20,6 +21,21 @@ enum Part {
     Place,
     Vertex(usize),
     Member(ElementKind, i64),
+    /// The references to one element, wherever they stand.
+    References(Key),
+    /// A reference to a new element of this subtype.
+    Created(String),
+}
+
+/// What one fix needs for itself.
+#[derive(Debug, Default)]
+struct Claim {
+    /// Elements of which nobody else may change or name anything.
+    whole: Vec<Key>,
+    /// Parts of elements that nobody else may change.
+    parts: Vec<(Key, Part)>,
+    /// Elements that must stay as they are, since the fix names them.
+    named: Vec<Key>,
 }
 
 /// What the fixes of this round have claimed.
@@ -30,6 +46,21 @@ struct Claims {
     touched: FxHashSet<Key>,
 }
 
+impl Claims {
+    fn allow(&self, claim: &Claim) -> bool {
+        !claim.whole.iter().any(|key| self.touched.contains(key))
+            && !claim.parts.iter().any(|part| self.whole.contains(&part.0) || self.parts.contains(part))
+            && !claim.named.iter().any(|key| self.whole.contains(key))
+    }
+
+    fn add(&mut self, claim: Claim) {
+        let Claim { whole, parts, named } = claim;
+        self.touched.extend(whole.iter().copied().chain(parts.iter().map(|part| part.0)).chain(named));
+        self.whole.extend(whole);
+        self.parts.extend(parts);
+    }
+}
+
 /// Edits on the files that `osm` was read from.
 pub struct TextEdits<'a> {
     osm: &'a OsmData,
@@ -38,6 +69,10 @@ pub struct TextEdits<'a> {
     /// What the current fix has changed, as it was before.
     journal: Vec<(SourceSpan, Option<Option<Element>>)>,
     created: Vec<Element>,
+    /// References to be rewritten: who refers, to what, and its new id. They are made at the end, all of one element at once.
+    renames: Vec<(Key, Key, i64)>,
+    /// Elements with a new id, by their old one.
+    renumbered: Vec<(Key, i64)>,
     claims: Claims,
     referrers: FxHashMap<Key, Vec<Key>>,
     /// Elements that name a way in the value of a tag.
@@ -85,6 +120,8 @@ impl<'a> TextEdits<'a> {
             edited: BTreeMap::new(),
             journal: Vec::new(),
             created: Vec::new(),
+            renames: Vec::new(),
+            renumbered: Vec::new(),
             claims: Claims::default(),
             referrers,
             named,
@@ -97,19 +134,16 @@ impl<'a> TextEdits<'a> {
     /// Makes all edits of a fix, or none of them: `false` where another fix has a claim on what it needs, or where the map
     /// is not as the fix takes it to be.
     pub fn apply(&mut self, fix: &Fix) -> bool {
-        let mut whole = Vec::new();
-        let mut parts = Vec::new();
+        let mut claim = Claim::default();
         for edit in &fix.edits {
-            self.claim(edit, &mut whole, &mut parts);
+            self.claim(edit, &mut claim);
         }
-        let claims = &self.claims;
-        let taken = whole.iter().any(|key| claims.touched.contains(key))
-            || parts.iter().any(|part| claims.whole.contains(&part.0) || claims.parts.contains(part));
-        if taken {
+        if !self.claims.allow(&claim) {
             return false;
         }
         self.journal.clear();
-        let (created, last_id, last_small) = (self.created.len(), self.last_id, self.last_small);
+        let (created, renames, renumbered) = (self.created.len(), self.renames.len(), self.renumbered.len());
+        let (last_id, last_small) = (self.last_id, self.last_small);
         if !fix.edits.iter().all(|edit| self.edit(edit).is_some()) {
             for (span, element) in self.journal.drain(..).rev() {
                 match element {
@@ -118,17 +152,18 @@ impl<'a> TextEdits<'a> {
                 };
             }
             self.created.truncate(created);
+            self.renames.truncate(renames);
+            self.renumbered.truncate(renumbered);
             (self.last_id, self.last_small) = (last_id, last_small);
             return false;
         }
-        self.claims.touched.extend(whole.iter().copied().chain(parts.iter().map(|part| part.0)));
-        self.claims.whole.extend(whole);
-        self.claims.parts.extend(parts);
+        self.claims.add(claim);
         true
     }
 
     /// What an edit needs for itself.
-    fn claim(&self, edit: &Edit, whole: &mut Vec<Key>, parts: &mut Vec<(Key, Part)>) {
+    fn claim(&self, edit: &Edit, claim: &mut Claim) {
+        let Claim { whole, parts, named } = claim;
         let mut part = |on: Subject, part: Part| parts.extend(key_of(on).map(|key| (key, part)));
         match edit {
             Edit::SetTag { on, key, .. } | Edit::RemoveTag { on, key } => part(*on, Part::Tag(key.to_string())),
@@ -138,17 +173,23 @@ impl<'a> TextEdits<'a> {
             | Edit::SetRole { on, member, .. } => {
                 if let Some((kind, id)) = key_of(*member) {
                     part(*on, Part::Member(kind, id));
+                    named.push((kind, id));
                 }
             }
-            Edit::InsertVertex { way, position, .. } | Edit::RemoveVertex { way, position } => {
+            Edit::InsertVertex { way, position, point } => {
                 part(*way, Part::Vertex(*position));
+                named.push((ElementKind::Node, *point));
             }
+            Edit::RemoveVertex { way, position } => part(*way, Part::Vertex(*position)),
             Edit::MergePoints { from, to } => {
                 let from = (ElementKind::Node, *from);
                 whole.extend([from, (ElementKind::Node, *to)]);
                 whole.extend(self.referrers.get(&from).into_iter().flatten());
             }
-            Edit::ReplaceWay { lanelet, .. } => whole.push((ElementKind::Relation, *lanelet)),
+            Edit::ReplaceWay { lanelet, to, .. } => {
+                whole.push((ElementKind::Relation, *lanelet));
+                named.push((ElementKind::Way, *to));
+            }
             Edit::Remove { subject } => {
                 if let Some(key) = key_of(*subject) {
                     whole.push(key);
@@ -159,16 +200,21 @@ impl<'a> TextEdits<'a> {
             Edit::Renumber { on, .. } => {
                 if let Some(key) = key_of(*on) {
                     whole.push(key);
-                    whole.extend(self.referrers.get(&key).into_iter().flatten());
-                    whole.extend(self.named.get(&key.1).into_iter().flatten().filter(|_| key.0 == ElementKind::Way));
+                    parts.extend(self.referrers_of(key).map(|referrer| (referrer, Part::References(key))));
+                    let tagged = self.named.get(&key.1).into_iter().flatten().filter(|_| key.0 == ElementKind::Way);
+                    parts.extend(tagged.flat_map(|one| NAMING.map(|name| (*one, Part::Tag(name.to_owned())))));
                 }
             }
-            Edit::CreateRegulatoryElement { referrers, .. } => {
-                for id in referrers {
-                    parts.push(((ElementKind::Relation, *id), Part::Member(ElementKind::Relation, 0)));
-                }
+            Edit::CreateRegulatoryElement { subtype, referrers, members } => {
+                let created = Part::Created(subtype.to_string());
+                parts.extend(referrers.iter().map(|id| ((ElementKind::Relation, *id), created.clone())));
+                named.extend(members.iter().filter_map(|(_, member)| key_of(*member)));
             }
         }
+    }
+
+    fn referrers_of(&self, key: Key) -> impl Iterator<Item = Key> + '_ {
+        self.referrers.get(&key).into_iter().flatten().copied()
     }
 
     /// Makes one edit; `None` where it cannot be made.
@@ -262,13 +308,8 @@ impl<'a> TextEdits<'a> {
             Some(some) => some.iter().filter_map(|one| key_of(*one)).collect(),
             None => self.referrers.get(&key).cloned().unwrap_or_default(),
         };
-        for referrer in told {
-            self.element_of(referrer)?.replace(|child| match child {
-                Child::Vertex(old) if kind == ElementKind::Node && *old == id => Some(Child::Vertex(fresh)),
-                Child::Member(of, old, role) if (*of, *old) == key => Some(Child::Member(kind, fresh, role.clone())),
-                _ => None,
-            });
-        }
+        self.renumbered.push((key, fresh));
+        self.renames.extend(told.into_iter().map(|referrer| (referrer, key, fresh)));
         let named = self.named.get(&id).filter(|_| kind == ElementKind::Way && referrers.is_none());
         for key in named.cloned().unwrap_or_default() {
             let osm = self.osm;
@@ -366,8 +407,30 @@ impl<'a> TextEdits<'a> {
         }
     }
 
+    /// The new ids of the elements that have one, by kind and old id.
+    pub fn renumbered(&self) -> FxHashMap<Key, i64> {
+        self.renumbered.iter().copied().collect()
+    }
+
+    /// Rewrites the references to elements that have a new id.
+    fn rename(&mut self) {
+        let mut renames: FxHashMap<Key, FxHashMap<Key, i64>> = FxHashMap::default();
+        for (referrer, old, fresh) in self.renames.drain(..) {
+            renames.entry(referrer).or_default().insert(old, fresh);
+        }
+        for (referrer, fresh) in renames {
+            let Some(element) = self.element_of(referrer) else { continue };
+            element.replace(|child| match child {
+                Child::Vertex(old) => Some(Child::Vertex(*fresh.get(&(ElementKind::Node, *old))?)),
+                Child::Member(kind, old, role) => Some(Child::Member(*kind, *fresh.get(&(*kind, *old))?, role.clone())),
+                _ => None,
+            });
+        }
+    }
+
     /// The files' texts with all edits, in the order of the sources.
-    pub fn texts(&self) -> Vec<String> {
+    pub fn texts(mut self) -> Vec<String> {
+        self.rename();
         let spans = || self.edited.iter().map(|(span, element)| (span, element.as_ref()));
         let mut texts = Vec::new();
         for (file, source) in self.osm.sources.iter().enumerate() {
@@ -414,7 +477,7 @@ fn repeated(osm: &OsmData) -> FxHashMap<Key, Vec<&SourceSpan>> {
 }
 
 /// The element of the file that a subject is.
-fn key_of(subject: Subject) -> Option<Key> {
+pub fn key_of(subject: Subject) -> Option<Key> {
     match subject {
         Subject::Map => None,
         Subject::Point(id) | Subject::Node(id) => Some((ElementKind::Node, id)),

@@ -14,7 +14,7 @@ mod stop_line;
 mod thresholds;
 pub mod tier4_yields;
 mod types;
-mod union_find;
+pub(crate) mod union_find;
 mod user_names;
 pub mod view;
 
