@@ -166,6 +166,8 @@ pub enum Edit {
     Remove { subject: Subject },
     /// Create a relation with a fresh id and let the lanelets refer to it.
     CreateRegulatoryElement { subtype: Text, members: Vec<(Text, Subject)>, referrers: Vec<i64> },
+    /// Draw an `intersection_area` with a fresh id over these points, and name it in the tags of these lanelets.
+    CreateArea { points: Vec<i64>, lanelets: Vec<i64> },
 }
 
 /// How to mend a finding by machine.

@@ -104,10 +104,16 @@ impl Element {
         }
     }
 
-    /// A new relation.
-    pub fn relation(id: i64, margin: &str) -> Self {
-        let head = format!("<relation id=\"{id}\" version=\"1\"");
-        Self { head, items: Vec::new(), tail: None, name: "relation".to_owned(), margin: margin.to_owned() }
+    /// A new element without children.
+    pub fn new(name: &str, id: i64, margin: &str) -> Self {
+        let head = format!("<{name} id=\"{id}\" version=\"1\"");
+        Self { head, items: Vec::new(), tail: None, name: name.to_owned(), margin: margin.to_owned() }
+    }
+
+    /// Adds a vertex to a new way.
+    pub fn add_vertex(&mut self, point: i64) {
+        let child = Child::Vertex(point);
+        self.insert(self.items.len(), child.clone(), child_text(&child));
     }
 
     /// The text, edited.

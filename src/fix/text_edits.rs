@@ -85,7 +85,10 @@ pub struct TextEdits<'a> {
 }
 
 /// Tags whose value is the id of a way.
-const NAMING: [&str; 2] = ["intersection_area", "traffic_light_id"];
+const NAMING: [&str; 2] = [AREA, "traffic_light_id"];
+
+/// The type of an intersection's area, and the tag in which a lanelet names it.
+const AREA: &str = "intersection_area";
 
 impl<'a> TextEdits<'a> {
     /// Without edits.
@@ -210,6 +213,11 @@ impl<'a> TextEdits<'a> {
                 parts.extend(referrers.iter().map(|id| ((ElementKind::Relation, *id), created.clone())));
                 named.extend(members.iter().filter_map(|(_, member)| key_of(*member)));
             }
+            Edit::CreateArea { points, lanelets } => {
+                let tag = Part::Tag(AREA.to_owned());
+                parts.extend(lanelets.iter().map(|id| ((ElementKind::Relation, *id), tag.clone())));
+                named.extend(points.iter().map(|id| (ElementKind::Node, *id)));
+            }
         }
     }
 
@@ -271,6 +279,7 @@ impl<'a> TextEdits<'a> {
             Edit::CreateRegulatoryElement { subtype, members, referrers } => {
                 self.create(subtype, members, referrers)?
             }
+            Edit::CreateArea { points, lanelets } => self.create_area(points, lanelets)?,
         }
         Some(())
     }
@@ -351,7 +360,7 @@ impl<'a> TextEdits<'a> {
 
     fn create(&mut self, subtype: &str, members: &[(crate::osm::Text, Subject)], referrers: &[i64]) -> Option<()> {
         let id = self.fresh(false)?;
-        let mut element = Element::relation(id, "\n  ");
+        let mut element = Element::new("relation", id, "\n  ");
         for (role, member) in members {
             let (kind, id) = key_of(*member)?;
             element.add_member(kind, id, role);
@@ -362,6 +371,21 @@ impl<'a> TextEdits<'a> {
         for referrer in referrers {
             let lanelet = self.element(Subject::Relation(*referrer))?;
             lanelet.add_member(ElementKind::Relation, id, "regulatory_element");
+        }
+        Some(())
+    }
+
+    fn create_area(&mut self, points: &[i64], lanelets: &[i64]) -> Option<()> {
+        // Autoware reads the id with 32 bits.
+        let id = self.fresh(true)?;
+        let mut element = Element::new("way", id, "\n  ");
+        points.iter().for_each(|point| element.add_vertex(*point));
+        for (key, value) in [("type", AREA), ("area", "yes")] {
+            element.set_tag(key, value);
+        }
+        self.created.push(element);
+        for lanelet in lanelets {
+            self.element(Subject::Lanelet(*lanelet))?.set_tag(AREA, &id.to_string());
         }
         Some(())
     }

@@ -1,6 +1,6 @@
 //! Rings, their areas and their unions. A ring is a list of points, not closed.
 
-use geo::{Area, BooleanOps, Contains, Coord, LineString, MultiPolygon, Polygon};
+use geo::{Area, BooleanOps, Buffer, Contains, Coord, LineString, MultiPolygon, Polygon};
 
 use super::Point;
 
@@ -295,6 +295,12 @@ pub fn ground(rings: &[Vec<Point>]) -> MultiPolygon<f64> {
 /// moved by up to a millionth of the extent.
 pub fn union(rings: &[Vec<Point>]) -> Option<Vec<Point>> {
     clockwise(largest(ground(rings))?)
+}
+
+/// The outer boundary of the largest piece of the union of rings after gaps and bays up to twice `width` metres wide are filled,
+/// clockwise, not closed; `None` if it is empty. Corners keep their places to within a centimetre.
+pub fn closed(rings: &[Vec<Point>], width: f64) -> Option<Vec<Point>> {
+    clockwise(largest(ground(rings).buffer(width).buffer(-width))?)
 }
 
 /// Polygons of the same orientation, as the non-zero rule needs.

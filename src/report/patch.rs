@@ -113,7 +113,8 @@ fn edited_element(edit: &Edit) -> Option<Subject> {
         | Edit::RemoveRepeat { .. }
         | Edit::Renumber { .. }
         | Edit::SetPlace { .. }
-        | Edit::CreateRegulatoryElement { .. } => None,
+        | Edit::CreateRegulatoryElement { .. }
+        | Edit::CreateArea { .. } => None,
     }
 }
 

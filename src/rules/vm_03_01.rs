@@ -1,8 +1,12 @@
 //! vm-03-01: an intersection is an area, lanelets that name it, and their rules of the road.
 
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
-use crate::lanelet::index::{Intersection, MapIndex};
-use crate::lanelet::{Lanelet, LineStringId, PolygonId};
+use crate::lanelet::index::{AreaOutlines, Intersection, MapIndex, STRAIGHT, U_TURN, Unmarked};
+use crate::lanelet::{Lanelet, LineStringId, PointId, PolygonId};
+use crate::parallel::Finely;
 
 use super::{NoParams, Rule};
 
@@ -14,8 +18,11 @@ impl Rule for Criteria {
 
     fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
         let covers = covers(map);
+        let unmarked = UnmarkedIntersections::of(map);
+        let lanelets = map.map.lanelets.iter();
         let mut findings: Vec<Finding> =
-            map.map.lanelets.iter().filter_map(|lanelet| judge_lanelet(map, lanelet, &covers)).collect();
+            lanelets.filter_map(|lanelet| judge_lanelet(map, lanelet, &covers, &unmarked)).collect();
+        findings.extend(unmarked.findings());
         for intersection in &map.intersections {
             findings.extend(judge_area(map, intersection));
         }
@@ -42,7 +49,12 @@ fn covers(map: &MapIndex) -> Vec<Vec<Cover>> {
     covers
 }
 
-fn judge_lanelet(map: &MapIndex, lanelet: &Lanelet, covers: &[Vec<Cover>]) -> Option<Finding> {
+fn judge_lanelet(
+    map: &MapIndex,
+    lanelet: &Lanelet,
+    covers: &[Vec<Cover>],
+    unmarked: &UnmarkedIntersections,
+) -> Option<Finding> {
     let covers: &[Cover] = map.lane(lanelet.id).map_or(&[], |lane| &covers[lane]);
     // Only where the index counts it in: an overpass above the area is covered, too.
     let inside = map.lane(lanelet.id).and_then(|lane| {
@@ -54,7 +66,7 @@ fn judge_lanelet(map: &MapIndex, lanelet: &Lanelet, covers: &[Vec<Cover>]) -> Op
     let Some(value) = lanelet.attributes.get("intersection_area") else {
         return match inside {
             Some(area) => Some(tag_missing(lanelet, area, share_in(covers, area))),
-            None => turn_without_area(map, lanelet, covers),
+            None => turn_without_area(map, lanelet, covers, unmarked),
         };
     };
     let Some(named) = area_id(value).filter(|&id| map.intersection_area(id).is_some()) else {
@@ -112,21 +124,102 @@ fn tag_missing(lanelet: &Lanelet, area: PolygonId, share: f64) -> Finding {
 
 /// A turn outside every area: an intersection whose area is missing where lanelets conflict, else the blinker of a
 /// lane that branches off.
-fn turn_without_area(map: &MapIndex, lanelet: &Lanelet, covers: &[Cover]) -> Option<Finding> {
+fn turn_without_area(
+    map: &MapIndex,
+    lanelet: &Lanelet,
+    covers: &[Cover],
+    unmarked: &UnmarkedIntersections,
+) -> Option<Finding> {
     lanelet.attributes.get("turn_direction").filter(|value| !value.is_empty())?;
-    let conflicts = map.lane(lanelet.id).is_some_and(|lane| map.has_real_conflict(lane));
+    let lane = map.lane(lanelet.id);
+    let conflicts = lane.is_some_and(|lane| map.has_real_conflict(lane));
     let message = format!("Lanelet {} has turn_direction but belongs to no intersection area.", lanelet.id);
     let finding = Finding::new("turn-without-ia", Subject::Lanelet(lanelet.id.0), message).graded(if conflicts {
         Severity::Error
     } else {
         Severity::Warning
     });
-    Some(match covers.first() {
+    let finding = match covers.first() {
         Some(&(area, share)) if share > 0.0 => finding
             .with(Subject::Polygon(area.0), "nearest intersection area")
             .measured(100.0 * share, 100.0 * map.thresholds.cover, "%"),
         _ => finding,
+    };
+    Some(match lane.and_then(|lane| unmarked.of_lane(lane)) {
+        Some((intersection, edits)) => marked_by(finding, intersection, edits),
+        None => finding,
     })
+}
+
+/// The intersections without an area, each with the edits that mark it.
+struct UnmarkedIntersections<'i, 'm> {
+    map: &'i MapIndex<'m>,
+    all: Vec<(Unmarked, Option<Vec<Edit>>)>,
+    by_lane: FxHashMap<usize, usize>,
+}
+
+impl<'i, 'm> UnmarkedIntersections<'i, 'm> {
+    fn of(map: &'i MapIndex<'m>) -> Self {
+        let all = map.unmarked_intersections();
+        let members = all.iter().enumerate().flat_map(|(at, one)| one.lanes.iter().map(move |&lane| (lane, at)));
+        let by_lane = members.collect();
+        let outlines = (!all.is_empty()).then(|| AreaOutlines::new(map));
+        let edits = |one: &Unmarked| {
+            let points = outlines.as_ref().filter(|_| one.divided)?.around(&one.lanes)?;
+            Some(marking(map, one, points))
+        };
+        let edits: Vec<Option<Vec<Edit>>> = all.par_iter().finely().map(edits).collect();
+        Self { map, all: all.into_iter().zip(edits).collect(), by_lane }
+    }
+
+    fn of_lane(&self, lane: usize) -> Option<&(Unmarked, Option<Vec<Edit>>)> {
+        self.all.get(*self.by_lane.get(&lane)?)
+    }
+
+    /// One finding for each intersection of which nothing is marked; where a lanelet has `turn_direction`, that says it.
+    fn findings(&self) -> impl Iterator<Item = Finding> + '_ {
+        let is_marked = |lane: &usize| {
+            let lanelet = self.map.map.lanelets.get(self.map.lanes[*lane].id);
+            lanelet.is_some_and(|lanelet| lanelet.attributes.has("turn_direction"))
+        };
+        let bare = self.all.iter().filter(move |(one, _)| !one.lanes.iter().any(is_marked));
+        bare.filter_map(|(one, edits)| Some(marked_by(self.unmarked(one)?, one, edits)))
+    }
+
+    fn unmarked(&self, intersection: &Unmarked) -> Option<Finding> {
+        let ids: Vec<i64> = intersection.lanes.iter().map(|&lane| self.map.lanes[lane].id.0).collect();
+        let [first, rest @ ..] = &ids[..] else { return None };
+        let ground = if intersection.private { " on private ground" } else { "" };
+        let message = format!(
+            "{} lanelets cross or join{ground}, among them {first}, without turn_direction and intersection_area.",
+            ids.len()
+        );
+        let finding = Finding::new("unmarked", Subject::Lanelet(*first), message).at(Place::Point(intersection.middle));
+        let finding = rest.iter().fold(finding, |finding, &id| finding.with(Subject::Lanelet(id), "lanelet"));
+        Some(if intersection.private { finding.graded(Severity::Info) } else { finding })
+    }
+}
+
+fn marked_by(finding: Finding, intersection: &Unmarked, edits: &Option<Vec<Edit>>) -> Finding {
+    let Some(edits) = edits else { return finding };
+    let count = intersection.lanes.len();
+    let title = format!("draw the area of the intersection, tag its {count} lanelets and say where they turn");
+    finding.fixed_by(title, false, edits.clone())
+}
+
+/// The edits that say where lanelets turn that do not say it, draw the area, and name it in its lanelets.
+fn marking(map: &MapIndex, intersection: &Unmarked, points: Vec<PointId>) -> Vec<Edit> {
+    let label = |&lane: &usize| {
+        let lanelet = map.map.lanelets.get(map.lanes[lane].id)?;
+        let label = map.label_for(map.lanes[lane].turn(), STRAIGHT, U_TURN).as_str();
+        let on = Subject::Lanelet(lanelet.id.0);
+        let is_missing = lanelet.attributes.get("turn_direction").is_none_or(str::is_empty);
+        is_missing.then(|| Edit::SetTag { on, key: "turn_direction".into(), value: label.into() })
+    };
+    let mut edits: Vec<Edit> = intersection.lanes.iter().filter_map(label).collect();
+    let lanelets = intersection.lanes.iter().map(|&lane| map.lanes[lane].id.0).collect();
+    edits.push(Edit::CreateArea { points: points.into_iter().map(|id| id.0).collect(), lanelets });
+    edits
 }
 
 fn judge_area(map: &MapIndex, intersection: &Intersection) -> Vec<Finding> {

@@ -1,6 +1,7 @@
 //! The index of a map, built once for all rules: which lanes follow each other, share a way or conflict, where the intersections
 //! and their approaches are, on which side people drive.
 
+mod area_outline;
 mod conflict;
 mod driving_side;
 mod intersection;
@@ -15,9 +16,11 @@ mod thresholds;
 pub mod tier4_yields;
 mod types;
 pub(crate) mod union_find;
+mod unmarked;
 mod user_names;
 pub mod view;
 
+pub use area_outline::AreaOutlines;
 pub use conflict::{Reach, passing, reaches};
 pub use intersection::declared_area;
 pub use lane::{Edge, HEADING_REACH, Lane, STEP, center_line, extent, turn_along};
@@ -29,6 +32,7 @@ pub use thresholds::Thresholds;
 pub use types::{
     Arm, ArmEdge, Conflict, DrivingSide, Intersection, IntersectionMember, MapIndex, Movement, Rank, SideVotes, Traffic,
 };
+pub use unmarked::Unmarked;
 use view::View;
 
 use rayon::prelude::*;

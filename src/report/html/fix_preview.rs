@@ -76,8 +76,8 @@ impl Causes {
                         causes.points.entry(*point).or_default().insert(i);
                     }
                 }
-                Edit::CreateRegulatoryElement { referrers, .. } => {
-                    referrers.iter().for_each(|id| _ = reach(Subject::Lanelet(*id)));
+                Edit::CreateRegulatoryElement { referrers: named, .. } | Edit::CreateArea { lanelets: named, .. } => {
+                    named.iter().for_each(|id| _ = reach(Subject::Lanelet(*id)));
                     causes.makers.insert(i);
                 }
             }
@@ -93,7 +93,7 @@ impl Causes {
             _ => None,
         };
         found.extend(points.into_iter().flatten().filter_map(|point| self.points.get(&point.0)).flatten());
-        if change == Kind::Added && matches!(subject, Subject::RegulatoryElement(_)) {
+        if change == Kind::Added && matches!(subject, Subject::RegulatoryElement(_) | Subject::Polygon(_)) {
             found.extend(&self.makers);
         }
         found.into_iter().collect()

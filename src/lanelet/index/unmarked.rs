@@ -1,0 +1,172 @@
+//! Intersections that no area marks: lanes that cross or join others from other approaches.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::lane::extent;
+use super::types::{Conflict, MapIndex};
+use super::union_find::UnionFind;
+use crate::geometry::{Point, Polyline, Vector, angle_between};
+use crate::lanelet::LineStringId;
+
+/// Lanes whose directions differ by less than this (deg) run along each other: they join like a ramp, or lie on each other.
+const ALONG: f64 = 20.0;
+/// Lanes that end together join from different approaches beyond this angle (deg) of their first headings.
+const JOINING: f64 = 30.0;
+/// A lane longer than this (m) is a road that was not cut where others cross it, and no movement.
+const LONGEST: f64 = 100.0;
+/// A ring of lanes no longer than this (m) may be a roundabout ...
+const LONGEST_RING: f64 = 300.0;
+/// ... if it turns by at least this (deg) on each twelfth of its length. A circle turns by 30; a block of houses does not turn at
+/// all between its corners.
+const LEAST_TURN: f64 = 8.0;
+
+/// An intersection without an `intersection_area`.
+#[derive(Clone, Debug)]
+pub struct Unmarked {
+    /// Its lanes, by their position in `MapIndex::lanes`, sorted.
+    pub lanes: Vec<usize>,
+    /// Middle of the lanes' box.
+    pub middle: Point,
+    /// Whether all of it is private ground: the aisles of a car park, or a driveway.
+    pub private: bool,
+    /// Whether each lane reaches only from one side of the intersection to another.
+    pub divided: bool,
+}
+
+impl MapIndex<'_> {
+    /// The intersections that no area marks, whether or not their lanelets have a `turn_direction`. Told apart from them, and left
+    /// out: lanes that only branch off, that join as on a ramp, that lie on each other or above each other, and roundabouts.
+    pub fn unmarked_intersections(&self) -> Vec<Unmarked> {
+        let mut groups = UnionFind::new(self.lanes.len());
+        let mut taking_part: FxHashSet<usize> = FxHashSet::default();
+        let mut cars_meet: FxHashSet<usize> = FxHashSet::default();
+        for x in (0..self.lanes.len()).filter(|&x| self.is_free(x)) {
+            for conflict in self.conflicts[x].iter().filter(|conflict| conflict.other > x && conflict.real) {
+                let y = conflict.other;
+                let for_cars = [x, y].map(|lane| self.lanes[lane].is_for_cars());
+                if for_cars.contains(&true) && self.is_free(y) && self.meet(x, conflict) {
+                    groups.join(x, y);
+                    taking_part.extend([x, y]);
+                    cars_meet.extend((for_cars == [true, true]).then_some(x));
+                }
+            }
+        }
+        self.add_company(&mut groups, &mut taking_part);
+        let mut members: Vec<usize> = taking_part.into_iter().collect();
+        members.sort_unstable();
+        let mut by_root: FxHashMap<usize, usize> = FxHashMap::default();
+        let mut clusters: Vec<Vec<usize>> = Vec::new();
+        for at in members {
+            let place = *by_root.entry(groups.root(at)).or_insert_with(|| {
+                clusters.push(Vec::new());
+                clusters.len() - 1
+            });
+            clusters[place].push(at);
+        }
+        // A driveway across a bicycle lane is no intersection of roads.
+        clusters.retain(|lanes| lanes.iter().any(|lane| cars_meet.contains(lane)));
+        let clusters = clusters.into_iter().filter(|lanes| !lanes.iter().any(|&lane| self.is_on_roundabout(lane)));
+        clusters.map(|lanes| self.unmarked(lanes)).collect()
+    }
+
+    fn unmarked(&self, lanes: Vec<usize>) -> Unmarked {
+        let corners: Vec<Point> = lanes.iter().flat_map(|&lane| self.lanes[lane].extent).collect();
+        let [low, high] = extent(&corners);
+        let is_private = |&lane: &usize| {
+            let lanelet = self.map.lanelets.get(self.lanes[lane].id);
+            lanelet.is_some_and(|lanelet| lanelet.attributes.is("location", "private"))
+        };
+        Unmarked {
+            middle: nalgebra::center(&low, &high),
+            private: lanes.iter().all(is_private),
+            divided: lanes.iter().all(|&lane| self.lanes[lane].length() <= LONGEST),
+            lanes,
+        }
+    }
+
+    /// Whether a lane can belong to an intersection that has no area.
+    fn is_free(&self, lane: usize) -> bool {
+        self.lanes[lane].simple && self.lanes[lane].is_drivable() && !self.has_area(lane)
+    }
+
+    /// Whether two lanes that overlap come from different approaches: they cross, or join at an angle.
+    fn meet(&self, x: usize, conflict: &Conflict) -> bool {
+        let [a, b] = [x, conflict.other].map(|lane| &self.lanes[lane]);
+        let apart = |one: Option<Vector>, other: Option<Vector>| {
+            one.zip(other).map_or(0.0, |(one, other)| angle_between(one, other).abs().to_degrees())
+        };
+        let first = apart(a.heading_in(), b.heading_in());
+        if a.end.ids == b.end.ids {
+            return first > JOINING;
+        }
+        let there = |line: Option<&Polyline>| line.map(|line| line.direction(line.project(conflict.place).station));
+        let crossing = apart(there(a.center.as_ref()), there(b.center.as_ref()));
+        let is_across = |angle: f64, limit: f64| (limit..180.0 - limit).contains(&angle);
+        is_across(crossing, ALONG) || is_across(first, JOINING)
+    }
+
+    /// Adds the lanes that start or end with those that take part, and those abreast of them: they drive over the same
+    /// intersection, though nobody crosses them.
+    fn add_company(&self, groups: &mut UnionFind, taking_part: &mut FxHashSet<usize>) {
+        let mut ways: FxHashSet<LineStringId> = FxHashSet::default();
+        let mut open: Vec<usize> = taking_part.iter().copied().collect();
+        open.sort_unstable();
+        while let Some(lane) = open.pop() {
+            let most = 3.0 * self.lanes[lane].length().max(15.0);
+            let siblings = self.siblings(lane).filter(|&other| self.lanes[other].length() < most);
+            let joining = self.ending.get(&self.lanes[lane].end.ids).into_iter().flatten().copied();
+            let joining: Vec<usize> = joining.filter(|other| taking_part.contains(other)).collect();
+            let abreast = self.lanes[lane].bounds.into_iter().filter(|way| ways.insert(*way));
+            let abreast: Vec<usize> = abreast.flat_map(|way| self.users_of(way)).copied().collect();
+            for other in siblings.chain(joining).chain(abreast) {
+                if other != lane && self.is_free(other) {
+                    groups.join(lane, other);
+                    if taking_part.insert(other) {
+                        open.push(other);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether the shortest way from a lane back to itself is a circle.
+    fn is_on_roundabout(&self, lane: usize) -> bool {
+        let mut before: FxHashMap<usize, usize> = FxHashMap::default();
+        let mut open = std::collections::BTreeSet::from([(0, lane)]);
+        while let Some((metres, at)) = open.pop_first() {
+            for &next in self.followers(at) {
+                if next == lane {
+                    return self.is_round(lane, at, &before);
+                }
+                let reached = metres + self.lanes[next].length().ceil() as u64;
+                if reached as f64 <= LONGEST_RING && !before.contains_key(&next) {
+                    before.insert(next, at);
+                    open.insert((reached, next));
+                }
+            }
+        }
+        false
+    }
+
+    /// Whether the lanes from one to another, each the follower of the one `before` it, lie on a circle.
+    fn is_round(&self, first: usize, last: usize, before: &FxHashMap<usize, usize>) -> bool {
+        let mut ring: Vec<usize> = vec![last];
+        while let Some(&previous) = ring.last().and_then(|at| before.get(at)) {
+            ring.push(previous);
+        }
+        if last != first && ring.last() != Some(&first) {
+            ring.push(first);
+        }
+        ring.reverse();
+        let centers = ring.iter().filter_map(|&lane| self.lanes[lane].center.as_ref());
+        let mut places: Vec<Point> = centers.flat_map(|center| center.points().iter().copied()).collect();
+        places.extend(places.first().copied());
+        let Some(line) = Polyline::new(places) else { return false };
+        let line = line.resampled_to(24);
+        let chords: Vec<Vector> = line.segments().map(|(from, to)| to - from).collect();
+        let turns = (0..chords.len()).map(|at| angle_between(chords[at], chords[(at + 2) % chords.len()]).to_degrees());
+        let (least, most) =
+            turns.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), turn| (low.min(turn), high.max(turn)));
+        least >= LEAST_TURN || most <= -LEAST_TURN
+    }
+}
