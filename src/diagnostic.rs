@@ -153,6 +153,8 @@ pub enum Edit {
     InsertVertex { way: Subject, position: usize, point: i64 },
     /// Remove the vertex at the given position of a way.
     RemoveVertex { way: Subject, position: usize },
+    /// Turn a way around: its first vertex becomes its last.
+    ReverseWay { way: Subject },
     /// Use another way as a bound of a lanelet.
     ReplaceWay { lanelet: i64, from: i64, to: i64 },
     /// Put a point at latitude and longitude.

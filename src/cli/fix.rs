@@ -75,5 +75,12 @@ fn told(mended: &Mended) -> String {
     if mended.unsafe_left > 0 {
         text += &format!(", {} of them with a fix that needs a look (--unsafe)", mended.unsafe_left);
     }
-    text + "\n"
+    text += "\n";
+    if mended.revealed > 0 {
+        text += &format!(
+            "{} of the errors left were not told before: rules now look at the intersections that were marked\n",
+            mended.revealed
+        );
+    }
+    text
 }

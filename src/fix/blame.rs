@@ -2,11 +2,11 @@
 
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::text_edits::{Key, key_of};
 use super::{Attempt, Proposal};
-use crate::diagnostic::{Diagnostic, Severity, Subject};
+use crate::diagnostic::{Diagnostic, Edit, Severity, Subject};
 use crate::geometry::Point;
 use crate::lanelet::index::union_find::UnionFind;
 
@@ -41,25 +41,77 @@ pub fn verdict(before: &[Diagnostic], attempt: &Attempt) -> Verdict {
     verdict
 }
 
-/// The errors of elements that have more of them than before, be it under another id.
-fn new_errors<'a>(before: &'a [Diagnostic], attempt: &'a Attempt) -> Vec<&'a Diagnostic> {
-    let mut known: FxHashMap<(&str, Option<Key>), usize> = FxHashMap::default();
-    for one in before.iter().filter(|one| one.severity == Severity::Error) {
-        let key = key_of(one.finding.subject).map(|(kind, id)| {
-            let id = attempt.renumbered.get(&(kind, id)).copied().unwrap_or(id);
-            (kind, id)
-        });
-        *known.entry((&one.code, key)).or_default() += 1;
-    }
-    let errors = attempt.left.iter().filter(|one| one.severity == Severity::Error);
-    let is_new = |one: &&'a Diagnostic| match known.get_mut(&(one.code.as_str(), key_of(one.finding.subject))) {
-        Some(count) if *count > 0 => {
-            *count -= 1;
-            false
+/// How many errors of each code each element of the files has.
+pub struct ErrorCounts(FxHashMap<(String, Option<Key>), usize>);
+
+impl ErrorCounts {
+    /// Counts them.
+    pub fn of(found: &[Diagnostic]) -> Self {
+        let mut counts = FxHashMap::default();
+        for one in found.iter().filter(|one| one.severity == Severity::Error) {
+            *counts.entry((one.code.clone(), key_of(one.finding.subject))).or_default() += 1;
         }
-        _ => true,
-    };
-    errors.filter(is_new).collect()
+        Self(counts)
+    }
+
+    /// The same, with the new ids of elements that have one.
+    pub fn renumbered(self, fresh: &FxHashMap<Key, i64>) -> Self {
+        if fresh.is_empty() {
+            return self;
+        }
+        let renumber = |(kind, id): Key| (kind, fresh.get(&(kind, id)).copied().unwrap_or(id));
+        Self(self.0.into_iter().map(|((code, key), count)| ((code, key.map(renumber)), count)).collect())
+    }
+
+    /// The errors of elements that have more of them than these.
+    pub fn exceeded_by<'a>(mut self, found: &'a [Diagnostic]) -> Vec<&'a Diagnostic> {
+        let errors = found.iter().filter(|one| one.severity == Severity::Error);
+        let is_new = |one: &&Diagnostic| match self.0.get_mut(&(one.code.clone(), key_of(one.finding.subject))) {
+            Some(count) if *count > 0 => {
+                *count -= 1;
+                false
+            }
+            _ => true,
+        };
+        errors.filter(is_new).collect()
+    }
+}
+
+/// The errors that a batch has brought.
+fn new_errors<'a>(before: &[Diagnostic], attempt: &'a Attempt) -> Vec<&'a Diagnostic> {
+    let mut errors = ErrorCounts::of(before).renumbered(&attempt.renumbered).exceeded_by(&attempt.left);
+    let marked = Marked::by(&attempt.done);
+    errors.retain(|error| !marked.reveal(error));
+    errors
+}
+
+/// Errors by which a vehicle goes where it has to wait: a fix that comes with one is not kept, whatever else it brings to light.
+const UNSAFE: [&str; 4] =
+    ["vm-03-10/yield-unsafe", "vm-03-11/yield-unsafe", "vm-03-11/priority-inverted", "vm-03-11/mutual"];
+
+/// The lanelets that the fixes of a batch make part of an intersection.
+struct Marked(FxHashSet<i64>);
+
+impl Marked {
+    fn by(done: &[Proposal]) -> Self {
+        let edits = done.iter().flat_map(|one| &one.fix.edits);
+        let lanelets = edits.filter_map(|edit| match edit {
+            Edit::CreateArea { lanelets, .. } => Some(lanelets),
+            _ => None,
+        });
+        Self(lanelets.flatten().copied().collect())
+    }
+
+    /// Whether an error was there before and is only told now, since rules look at lanes of intersections that do not look at
+    /// others: it is about how such a lane is drawn, and not about the area or the tags that the fix has made.
+    fn reveal(&self, error: &Diagnostic) -> bool {
+        let of_the_fix = ["vm-03-01/", "vm-03-02/", "vm-03-08/"].iter().any(|rule| error.code.starts_with(rule))
+            || UNSAFE.contains(&error.code.as_str());
+        let finding = &error.finding;
+        let mut subjects = std::iter::once(finding.subject).chain(finding.related.iter().map(|one| one.subject));
+        let is_marked = |subject| matches!(subject, Subject::Lanelet(id) if self.0.contains(&id));
+        !of_the_fix && subjects.any(is_marked)
+    }
 }
 
 /// The fixes whose finding is there as often as before.

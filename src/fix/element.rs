@@ -211,6 +211,17 @@ impl Element {
         self.items.len() < before
     }
 
+    /// Turns the order of the vertices around; blanks and line ends stay where they are.
+    pub fn reverse_vertices(&mut self) {
+        let at: Vec<usize> =
+            (0..self.items.len()).filter(|&i| matches!(self.items[i].child, Child::Vertex(_))).collect();
+        for (&a, &b) in at.iter().zip(at.iter().rev()).take(at.len() / 2) {
+            self.items.swap(a, b);
+            let [lead_a, lead_b] = [a, b].map(|i| std::mem::take(&mut self.items[i].lead));
+            (self.items[a].lead, self.items[b].lead) = (lead_b, lead_a);
+        }
+    }
+
     /// Leaves out vertices that repeat the one before.
     pub fn drop_repeats(&mut self) {
         let mut last = None;

@@ -14,6 +14,7 @@ use crate::cancel;
 use crate::diagnostic::{Diagnostic, Fix, Subject};
 use crate::geometry::Point;
 use crate::osm::{OsmData, ReadError, Source, read_bytes};
+use blame::ErrorCounts;
 pub use canonical::canonical;
 use text_edits::{Key, TextEdits};
 
@@ -41,6 +42,8 @@ pub struct Mended {
     pub refused: Vec<Mend>,
     /// How many of the findings left have a fix that needs a look first.
     pub unsafe_left: usize,
+    /// How many errors are told only now, since rules look at the intersections that were marked.
+    pub revealed: usize,
 }
 
 /// Why mending stopped.
@@ -68,7 +71,8 @@ pub fn mend<E>(
 ) -> Result<Mended, FixError<E>> {
     let judge = |osm: &OsmData| judge(osm).map_err(FixError::Judge);
     let left = judge(&osm)?;
-    let mut state = Mended { osm, left, done: Vec::new(), refused: Vec::new(), unsafe_left: 0 };
+    let mut known = ErrorCounts::of(&left);
+    let mut state = Mended { osm, left, done: Vec::new(), refused: Vec::new(), unsafe_left: 0, revealed: 0 };
     // Nothing is tried twice, so that two fixes cannot undo each other for ever.
     let mut tried: FxHashSet<Mend> = FxHashSet::default();
     loop {
@@ -82,32 +86,35 @@ pub fn mend<E>(
         // What does not load goes first: most of what else is found may only follow from it.
         let loading: Vec<Proposal> = open.iter().filter(|one| is_of_the_file(&one.mend)).cloned().collect();
         let batch = if loading.is_empty() { open } else { loading };
-        round(&mut state, &mut tried, batch, &judge)?;
+        let renumbered = round(&mut state, &mut tried, batch, &judge)?;
+        known = known.renumbered(&renumbered);
     }
+    state.revealed = known.exceeded_by(&state.left).len();
     state.unsafe_left =
         state.left.iter().filter(|found| found.finding.fix.as_ref().is_some_and(|fix| !fix.safe)).count();
     Ok(state)
 }
 
-/// Makes those fixes of a batch that do no harm together. At the least one is kept or refused.
+/// Makes those fixes of a batch that do no harm together; gives back the new ids of elements. At the least one fix is kept or
+/// refused.
 fn round<E>(
     state: &mut Mended,
     tried: &mut FxHashSet<Mend>,
     mut batch: Vec<Proposal>,
     judge: &impl Fn(&OsmData) -> Result<Vec<Diagnostic>, FixError<E>>,
-) -> Result<(), FixError<E>> {
+) -> Result<FxHashMap<Key, i64>, FixError<E>> {
     while !batch.is_empty() {
         let Some(attempt) = attempt(state, &batch, judge)? else {
             // Not one of them can be made, though nothing else is changed.
             refuse(state, tried, batch);
-            return Ok(());
+            break;
         };
         let verdict = blame::verdict(&state.left, &attempt);
         if verdict.refused.is_empty() && verdict.put_off.is_empty() {
             let done = attempt.done.into_iter().map(|one| one.mend);
             state.done.extend(done.inspect(|mend| _ = tried.insert(mend.clone())));
             (state.osm, state.left) = (attempt.osm, attempt.left);
-            return Ok(());
+            return Ok(attempt.renumbered);
         }
         let mut of_each: Vec<Option<Proposal>> = attempt.done.into_iter().map(Some).collect();
         let mut take = |places: &[usize]| -> Vec<Proposal> {
@@ -118,7 +125,7 @@ fn round<E>(
         refuse(state, tried, refused);
         batch = of_each.into_iter().flatten().collect();
     }
-    Ok(())
+    Ok(FxHashMap::default())
 }
 
 fn refuse(state: &mut Mended, tried: &mut FxHashSet<Mend>, refused: Vec<Proposal>) {

@@ -199,7 +199,7 @@ impl<'a> TextEdits<'a> {
                     whole.extend(self.referrers.get(&key).into_iter().flatten());
                 }
             }
-            Edit::RemoveRepeat { on, .. } => whole.extend(key_of(*on)),
+            Edit::RemoveRepeat { on, .. } | Edit::ReverseWay { way: on } => whole.extend(key_of(*on)),
             Edit::Renumber { on, .. } => {
                 if let Some(key) = key_of(*on) {
                     whole.push(key);
@@ -262,6 +262,7 @@ impl<'a> TextEdits<'a> {
                 };
                 done(self.element(Subject::Relation(*lanelet))?.replace(other))?;
             }
+            Edit::ReverseWay { way } => self.element(*way)?.reverse_vertices(),
             Edit::Remove { subject } => self.remove(key_of(*subject)?)?,
             Edit::SetPlace { point, place } => {
                 let element = self.element(Subject::Point(*point))?;

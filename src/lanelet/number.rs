@@ -17,6 +17,13 @@ pub fn leading_number(text: &str) -> Option<f64> {
     ends.filter_map(|end| number(&text[..end])).last()
 }
 
+/// A speed with its unit as Lanelet2 reads it, in km/h: `60km/h`, `30 mph`, `10 m/s`. `None` without a unit that it knows.
+pub fn speed_with_unit(text: &str) -> Option<f64> {
+    const UNITS: [(&str, f64); 5] = [("km/h", 1.0), ("kmh", 1.0), ("mph", 1.609344), ("m/s", 3.6), ("mps", 3.6)];
+    let (digits, factor) = UNITS.iter().find_map(|(unit, factor)| Some((text.strip_suffix(unit)?, factor)))?;
+    Some(number(digits.trim_end())? * factor)
+}
+
 /// The integer at the start of a text.
 pub fn leading_integer(text: &str) -> Option<i64> {
     let text = text.trim_start();
@@ -38,6 +45,17 @@ mod tests {
             assert_eq!(leading_integer(none), None, "{none}");
         }
         assert_eq!(leading_number("high"), None);
+    }
+
+    #[test]
+    fn units_are_those_that_lanelet2_knows() {
+        assert_eq!(speed_with_unit("60km/h"), Some(60.0));
+        assert_eq!(speed_with_unit(" 60 kmh"), Some(60.0));
+        assert_eq!(speed_with_unit("10 mps"), Some(36.0));
+        assert!(speed_with_unit("30 mph").is_some_and(|speed| (speed - 48.2803).abs() < 1e-4));
+        for none in ["60", "60 kph", "60 KM/H", "10 knots", "km/h", "fast mph"] {
+            assert_eq!(speed_with_unit(none), None, "{none}");
+        }
     }
 
     #[test]

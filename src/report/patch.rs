@@ -114,7 +114,8 @@ fn edited_element(edit: &Edit) -> Option<Subject> {
         | Edit::Renumber { .. }
         | Edit::SetPlace { .. }
         | Edit::CreateRegulatoryElement { .. }
-        | Edit::CreateArea { .. } => None,
+        | Edit::CreateArea { .. }
+        | Edit::ReverseWay { .. } => None,
     }
 }
 

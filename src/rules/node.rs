@@ -2,12 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use rstar::RTree;
+use rstar::primitives::GeomWithData;
 use rustc_hash::{FxHashMap, FxHashSet};
 use serde::Deserialize;
 
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::lanelet::index::MapIndex;
-use crate::lanelet::{Condition, LoadFault, PointId};
+use crate::lanelet::{Condition, LoadFault, Point, PointId};
 
 use super::Rule;
 use super::load::name;
@@ -38,7 +40,15 @@ impl Rule for Nodes {
     }
 }
 
-fn finding(map: &MapIndex, params: &Params, fault: &LoadFault, heights: &BTreeMap<PointId, f64>) -> Option<Finding> {
+/// A height for a point that has none.
+#[derive(Clone, Copy)]
+struct Guess {
+    /// Metres.
+    height: f64,
+    reason: &'static str,
+}
+
+fn finding(map: &MapIndex, params: &Params, fault: &LoadFault, heights: &BTreeMap<PointId, Guess>) -> Option<Finding> {
     let subject = fault.subject;
     let about = name(subject);
     let found = |slug, message: String| Finding::new(slug, subject, message);
@@ -99,13 +109,13 @@ fn mismatch(params: &Params, subject: Subject, distance: f64, message: String) -
 }
 
 /// Adds the fix that sets a point's height (m) from its neighbours.
-fn with_height(heights: &BTreeMap<PointId, f64>, finding: Finding) -> Finding {
+fn with_height(heights: &BTreeMap<PointId, Guess>, finding: Finding) -> Finding {
     let on = finding.subject;
     let height = on.id().filter(|_| matches!(on, Subject::Point(_))).and_then(|id| heights.get(&PointId(id)));
-    let Some(height) = height else { return finding };
+    let Some(Guess { height, reason }) = height else { return finding };
     let value = format!("{height:.3}");
     let edits = vec![Edit::SetTag { on, key: "ele".into(), value: value.as_str().into() }];
-    finding.fixed_by(format!("set ele={value}, from its neighbours"), false, edits)
+    finding.fixed_by(format!("set ele={value}, {reason}"), false, edits)
 }
 
 /// Adds the fix that computes the local coordinates from latitude and longitude.
@@ -119,7 +129,7 @@ fn recomputed(map: &MapIndex, finding: Finding) -> Finding {
 }
 
 /// For points without height, the one that lies between those of their neighbours on a way.
-fn neighbouring_heights(map: &MapIndex) -> BTreeMap<PointId, f64> {
+fn neighbouring_heights(map: &MapIndex) -> BTreeMap<PointId, Guess> {
     let lacking = |condition: &Condition| matches!(condition, Condition::NoElevation | Condition::BadElevation { .. });
     let points = map.faults.iter().filter(|fault| lacking(&fault.condition));
     let wanted: FxHashSet<PointId> = points.filter_map(|fault| fault.subject.id().map(PointId)).collect();
@@ -145,11 +155,30 @@ fn neighbouring_heights(map: &MapIndex) -> BTreeMap<PointId, f64> {
         }
         for (id, station) in open {
             if let Some(height) = between(&known, station) {
-                heights.entry(id).or_insert(height);
+                heights.entry(id).or_insert(Guess { height, reason: "from its neighbours" });
             }
         }
     }
+    fill_from_afar(map, &wanted, &mut heights);
     heights
+}
+
+/// For points on lines of which no point has a height, that of the nearest point that has one; 0, as it loads, where none has.
+fn fill_from_afar(map: &MapIndex, wanted: &FxHashSet<PointId>, heights: &mut BTreeMap<PointId, Guess>) {
+    let finite = |point: &&Point| point.position.x.is_finite() && point.position.y.is_finite();
+    let known = map.map.points.iter().filter(finite).filter_map(|point| {
+        let height = point.ele()?;
+        Some(GeomWithData::new([point.position.x, point.position.y], height))
+    });
+    let tree = RTree::bulk_load(known.collect());
+    let mut open: Vec<PointId> = wanted.iter().filter(|id| !heights.contains_key(id)).copied().collect();
+    open.sort_unstable();
+    for point in open.into_iter().filter_map(|id| map.map.points.get(id)).filter(finite) {
+        let nearest = tree.nearest_neighbor(&[point.position.x, point.position.y]);
+        let guess = nearest.map(|near| Guess { height: near.data, reason: "that of the nearest point with a height" });
+        let flat = Guess { height: 0.0, reason: "as it loads: no point of the map has a height" };
+        heights.insert(point.id, guess.unwrap_or(flat));
+    }
 }
 
 /// The height at a station between known ones, or that of the nearer end.

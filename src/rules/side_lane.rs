@@ -1,6 +1,6 @@
 //! Strips at the side of a road, shoulders and lanes for people on foot, and what lies beside them.
 
-use crate::diagnostic::{Finding, Subject};
+use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{LaneletId, RoadType};
 
@@ -40,8 +40,10 @@ pub fn judge(map: &MapIndex, subtype: &str, kind: RoadType, copied: Option<Reach
         }
         if view.map.linestrings.get(free).is_some_and(|line| !line.attributes.is("type", "road_border")) {
             let message = format!("The outer bound {free} of the {subtype} lanelet {id} is no road_border.");
-            let finding = Finding::new("outer-border", Subject::LineString(free.0), message);
-            findings.push(finding.with(subject, "lanelet"));
+            let on = Subject::LineString(free.0);
+            let edits = vec![Edit::SetTag { on, key: "type".into(), value: "road_border".into() }];
+            let finding = Finding::new("outer-border", on, message).with(subject, "lanelet");
+            findings.push(finding.fixed_by("set type=road_border", false, edits));
         }
     }
     findings

@@ -1,7 +1,12 @@
 //! vm-01-01: a road lanelet says where it lies and which way it runs.
 
+use std::collections::VecDeque;
+
+use rustc_hash::FxHashMap;
+
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
+use crate::lanelet::{Lanelet, LaneletId};
 
 use super::{NoParams, Rule};
 
@@ -13,15 +18,19 @@ impl Rule for RoadBasics {
 
     fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
         let mut findings = Vec::new();
+        let nearby = NearbyLocations::of(map);
         for lanelet in map.map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", "road")) {
             let (id, on) = (lanelet.id, Subject::Lanelet(lanelet.id.0));
             let said = |key: &str| match lanelet.attributes.get(key) {
                 Some(value) => format!("{key}={value}"),
                 None => format!("no {key}"),
             };
-            if !matches!(lanelet.attributes.get("location"), Some("urban" | "private")) {
+            if location(lanelet).is_none() {
                 let message = format!("Road lanelet {id} has {}; it must be urban or private.", said("location"));
-                findings.push(Finding::new("location", on, message));
+                let (value, reason) = nearby.guess(id);
+                let edits = vec![Edit::SetTag { on, key: "location".into(), value: value.into() }];
+                let title = format!("set location={value}, {reason}");
+                findings.push(Finding::new("location", on, message).fixed_by(title, false, edits));
             }
             if !lanelet.attributes.is("one_way", "yes") {
                 let message = format!("Road lanelet {id} has {}; it must be yes.", said("one_way"));
@@ -30,5 +39,50 @@ impl Rule for RoadBasics {
             }
         }
         findings
+    }
+}
+
+/// Where a lanelet says it lies, in one of the two words that count.
+fn location(lanelet: &Lanelet) -> Option<&'static str> {
+    match lanelet.attributes.get("location") {
+        Some("urban") => Some("urban"),
+        Some("private") => Some("private"),
+        _ => None,
+    }
+}
+
+/// For lanes that do not say where they lie, what the nearest lane along the road says.
+struct NearbyLocations(FxHashMap<LaneletId, &'static str>);
+
+impl NearbyLocations {
+    fn of(map: &MapIndex) -> Self {
+        let mut said: Vec<Option<&'static str>> =
+            map.lanes.iter().map(|lane| map.map.lanelets.get(lane.id).and_then(location)).collect();
+        let mut nearby = FxHashMap::default();
+        if said.iter().all(Option::is_some) {
+            return Self(nearby);
+        }
+        let mut open: VecDeque<usize> = (0..said.len()).filter(|&lane| said[lane].is_some()).collect();
+        while let Some(lane) = open.pop_front() {
+            let Some(value) = said[lane] else { continue };
+            let beside = map.lanes[lane].bounds.into_iter().flat_map(|way| map.users_of(way));
+            let along = map.followers(lane).iter().chain(map.predecessors(lane));
+            for &next in along.chain(beside).filter(|&&next| map.lanes[next].kind == map.lanes[lane].kind) {
+                if said[next].is_none() {
+                    said[next] = Some(value);
+                    nearby.insert(map.lanes[next].id, value);
+                    open.push_back(next);
+                }
+            }
+        }
+        Self(nearby)
+    }
+
+    /// The value for a lanelet, and why.
+    fn guess(&self, id: LaneletId) -> (&'static str, &'static str) {
+        match self.0.get(&id) {
+            Some(value) => (value, "as the nearest lane along the road"),
+            None => ("urban", "since no lane along the road says otherwise"),
+        }
     }
 }

@@ -6,9 +6,9 @@ use rustc_hash::FxHashSet;
 
 use serde::Deserialize;
 
-use crate::diagnostic::{Finding, Subject};
+use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
-use crate::lanelet::{Bound, LaneletId, LineStringId};
+use crate::lanelet::{Attributes, Bound, LaneletId, LineStringId};
 
 use super::Rule;
 
@@ -46,6 +46,16 @@ fn judge(map: &MapIndex, params: &Params, line: LineStringId, lanelet: LaneletId
         None => ("lane-change-missing", "no lane_change".to_owned()),
         Some(value) => ("lane-change-invalid", format!("lane_change={value}")),
     };
+    let on = Subject::LineString(line.0);
     let message = format!("Linestring {line} between two lanes of one direction has {what}; it must be yes or no.");
-    Some(Finding::new(fault, Subject::LineString(line.0), message).with(Subject::Lanelet(lanelet.0), "lane"))
+    let finding = Finding::new(fault, on, message).with(Subject::Lanelet(lanelet.0), "lane");
+    // The value that Lanelet2 reads out of the paint, so that no route changes; a word that is there may mean something else.
+    let (value, safe) = (if painted_for_change(tags) { "yes" } else { "no" }, fault == "lane-change-missing");
+    let edits = vec![Edit::SetTag { on, key: "lane_change".into(), value: value.into() }];
+    Some(finding.fixed_by(format!("set lane_change={value}, as its paint says"), safe, edits))
+}
+
+/// Whether the paint alone allows a lane change, as Lanelet2 reads it: a dashed line.
+fn painted_for_change(tags: &Attributes) -> bool {
+    matches!(tags.get("type"), Some("line_thin" | "line_thick")) && tags.is("subtype", "dashed")
 }

@@ -2,9 +2,10 @@
 
 use serde::Deserialize;
 
-use crate::diagnostic::{Finding, Subject};
+use crate::diagnostic::{Edit, Finding, Subject};
+use crate::lanelet::LaneletId;
 use crate::lanelet::index::MapIndex;
-use crate::lanelet::number::number;
+use crate::lanelet::number::{number, speed_with_unit};
 
 use super::Rule;
 
@@ -17,6 +18,8 @@ pub struct SpeedLimit;
 pub struct Params {
     min_speed_limit: f64,
     max_speed_limit: f64,
+    /// Whether a limit with its unit is wrong: Lanelet2 reads it, TIER IV's validator does not.
+    numbers_only: bool,
 }
 
 impl Rule for SpeedLimit {
@@ -29,6 +32,9 @@ impl Rule for SpeedLimit {
         let findings = limits.filter_map(|(id, said)| {
             let finding = |fault, message| Some(Finding::new(fault, Subject::Lanelet(id.0), message));
             let (low, high) = (params.min_speed_limit, params.max_speed_limit);
+            if let Some(speed) = speed_with_unit(said).filter(|speed| *speed > 0.0 && !params.numbers_only) {
+                return Some(with_unit(id, said, speed));
+            }
             match number(said) {
                 Some(speed) if speed > 0.0 && (speed < low || speed > high) => {
                     let limit = if speed < low { low } else { high };
@@ -42,4 +48,14 @@ impl Rule for SpeedLimit {
         });
         findings.collect()
     }
+}
+
+/// A limit that Lanelet2 reads with its unit; other programs that read the map may not.
+fn with_unit(id: LaneletId, said: &str, speed: f64) -> Finding {
+    // A tenth is more than any sign says.
+    let value = ((speed * 10.0).round() / 10.0).to_string();
+    let on = Subject::Lanelet(id.0);
+    let message = format!("speed_limit={said} of lanelet {id} has a unit; a number of km/h is wanted.");
+    let edits = vec![Edit::SetTag { on, key: "speed_limit".into(), value: value.as_str().into() }];
+    Finding::new("speed-unit", on, message).fixed_by(format!("set speed_limit={value}"), true, edits)
 }

@@ -39,7 +39,7 @@ impl Rule for Outline {
         for intersection in &map.intersections {
             let Some(area) = intersection.area.and_then(|id| map.map.polygons.get(id)) else { continue };
             findings.extend(judge_ring(map, params, area, intersection));
-            findings.extend(judge_vertices(map, params, area, &allowed));
+            findings.extend(judge_vertices(map, params, area, intersection, &allowed));
             findings.extend(judge_lane_ends(map, params, area, intersection));
             findings.extend(intersection.arms.iter().filter_map(|arm| judge_cut(params, area, arm)));
             findings.extend(judge_islands(params, area, intersection, &islands));
@@ -121,36 +121,75 @@ fn broken_ring(area: &Polygon, ring: &[Point], fault: RingFault) -> Finding {
     }
 }
 
-/// Every vertex must be a point of a road border or of the end of a lane, by id.
-fn judge_vertices(map: &MapIndex, params: &Params, area: &Polygon, allowed: &AllowedPoints) -> Vec<Finding> {
+/// Every vertex must be a point of a road border or of the end of a lane, by id. One that lies on such a point is told by itself,
+/// the others of an area together.
+fn judge_vertices(
+    map: &MapIndex,
+    params: &Params,
+    area: &Polygon,
+    intersection: &Intersection,
+    allowed: &AllowedPoints,
+) -> Vec<Finding> {
     let mut seen = FxHashSet::default();
     let strays = area.points.iter().filter(|id| !allowed.ids.contains(id) && seen.insert(**id));
-    strays
-        .map(|&id| {
-            let message = format!("Vertex {id} of area {} is on no road border and no lane edge.", area.id);
-            let finding = Finding::new("edge-not-border", Subject::Polygon(area.id.0), message)
-                .with(Subject::Point(id.0), "vertex");
-            let Some(place) = place_of(map, id) else { return finding };
-            let finding = finding.at(Place::Point(place));
-            let near = allowed.tree.nearest_neighbor(&[place.x, place.y]).filter(|near| {
-                (Point::from(*near.geom()) - place).norm() <= params.coincident
-            });
-            let Some(near) = near else { return finding };
-            let distance = (Point::from(*near.geom()) - place).norm();
-            let PointId(to) = near.data;
-            Finding {
-                message: format!(
-                    "Vertex {id} of area {} lies {distance:.2} m from node {to} of a road border or lane edge but is not the same node.",
-                    area.id
-                ),
-                ..finding
-            }
-            .with(Subject::Point(to), "node of the border")
-            .measured(distance, params.coincident, "m")
-            .graded(Severity::Warning)
-            .fixed_by(format!("use node {to} instead of {id}"), true, vec![Edit::MergePoints { from: id.0, to }])
-        })
-        .collect()
+    let (mut findings, mut free) = (Vec::new(), Vec::new());
+    for &id in strays {
+        match place_of(map, id).and_then(|place| on_top(params, area, id, place, allowed)) {
+            Some(finding) => findings.push(finding),
+            None => free.push(id),
+        }
+    }
+    findings.extend(free_vertices(map, area, intersection, &free));
+    findings
+}
+
+/// A vertex that lies on a node of a border without being it.
+fn on_top(params: &Params, area: &Polygon, id: PointId, place: Point, allowed: &AllowedPoints) -> Option<Finding> {
+    let near = allowed.tree.nearest_neighbor(&[place.x, place.y])?;
+    let distance = (Point::from(*near.geom()) - place).norm();
+    if distance > params.coincident {
+        return None;
+    }
+    let PointId(to) = near.data;
+    let message = format!(
+        "Vertex {id} of area {} lies {distance:.2} m from node {to} of a road border or lane edge but is not the same node.",
+        area.id
+    );
+    let finding = Finding::new("edge-not-border", Subject::Polygon(area.id.0), message)
+        .with(Subject::Point(id.0), "vertex")
+        .with(Subject::Point(to), "node of the border")
+        .at(Place::Point(place))
+        .measured(distance, params.coincident, "m")
+        .graded(Severity::Warning);
+    let edits = vec![Edit::MergePoints { from: id.0, to }];
+    Some(finding.fixed_by(format!("use node {to} instead of {id}"), true, edits))
+}
+
+/// Vertices on no border: harmless where they are nodes of the outermost bounds of the area's own lanes, beyond which the map
+/// knows nothing.
+fn free_vertices(map: &MapIndex, area: &Polygon, intersection: &Intersection, free: &[PointId]) -> Option<Finding> {
+    let [first, rest @ ..] = free else { return None };
+    let bounds = intersection.members.iter().flat_map(|member| map.lanes[member.lane].bounds);
+    let outermost = bounds.filter(|way| map.users_of(*way).len() == 1);
+    let lines = outermost.filter_map(|way| map.map.linestrings.get(way));
+    let edge: FxHashSet<PointId> = lines.flat_map(|line| line.points.iter().copied()).collect();
+    let on_edge = free.iter().all(|id| edge.contains(id));
+    let where_ = if on_edge {
+        "on the outer bounds of its lanes, which are no road borders"
+    } else {
+        "on no road border and no lane edge"
+    };
+    let message = match rest.len() {
+        0 => format!("Vertex {first} of area {} is {where_}.", area.id),
+        _ => format!("{} vertices of area {}, among them {first}, are {where_}.", free.len(), area.id),
+    };
+    let finding = Finding::new("edge-not-border", Subject::Polygon(area.id.0), message);
+    let finding = free.iter().fold(finding, |finding, id| finding.with(Subject::Point(id.0), "vertex"));
+    let finding = if on_edge { finding.graded(Severity::Warning) } else { finding };
+    Some(match place_of(map, *first) {
+        Some(place) => finding.at(Place::Point(place)),
+        None => finding,
+    })
 }
 
 /// Every end point of the bounds of a lanelet for cars must be a vertex, by id: Autoware widens the way of cars alone.

@@ -8,6 +8,7 @@ use crate::lanelet::RoadType;
 use crate::lanelet::index::{Lane, MapIndex};
 
 use super::borders::Borders;
+use super::walkway::walking_allowed;
 use super::{Rule, walkway};
 
 /// See `rules/vm-03-13.md`.
@@ -152,7 +153,8 @@ fn judge_walkway(map: &MapIndex, params: &Params, at: usize, has_crosswalks: boo
             referrers: vec![lane.id.0],
         };
         let finding = finding.with(Subject::Lanelet(lane.id.0), "crossing lane");
-        findings.push(finding.fixed_by(format!("let lane {} announce it", lane.id), true, vec![edit]));
+        let edits = walking_allowed(map, walkway.id).into_iter().chain([edit]).collect();
+        findings.push(finding.fixed_by(format!("let lane {} announce it", lane.id), true, edits));
     }
     findings
 }

@@ -186,11 +186,13 @@ fn yields(map: &MapIndex, at: usize) -> Vec<Finding> {
             .graded(if seen { Severity::Warning } else { Severity::Info });
         let member = subject(map, at);
         findings.push(match map.rights_of_way(turn.lane).first() {
-            Some(element) => {
+            // Autoware does not see a lane for bicycles alone: listing it would change nothing.
+            Some(element) if seen => {
                 let on = Subject::RegulatoryElement(element.id.0);
                 let edits = vec![Edit::AddMember { on, role: "yield".into(), member }];
                 finding.with(on, "right of way").fixed_by(format!("list {bicycle} as yield"), false, edits)
             }
+            Some(element) => finding.with(Subject::RegulatoryElement(element.id.0), "right of way"),
             None => finding,
         });
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 use serde::Deserialize;
 
-use crate::diagnostic::{Finding, Subject};
+use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::{Seen, View, spot};
 use crate::lanelet::{LineString, LineStringId, Point, RegulatoryElement};
@@ -31,16 +31,29 @@ impl Rule for PositionAndSize {
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         let lights = map.map.linestrings.iter().filter(|line| line.attributes.is("type", "traffic_light"));
-        let mut findings: Vec<Finding> = lights.filter_map(|line| height(line, params)).collect();
+        let usual = usual_height(map, params);
+        let mut findings: Vec<Finding> = lights.filter_map(|line| height(line, params, usual)).collect();
         findings.extend(facing(map.view()));
         findings
     }
 }
 
-fn height(line: &LineString, params: &Params) -> Option<Finding> {
+/// The middle one of the heights that lights of this map have, metres; else that of a body with three lamps of 30 cm.
+fn usual_height(map: &MapIndex, params: &Params) -> f64 {
+    const BODY: f64 = 1.0;
+    let lights = map.map.linestrings.iter().filter(|line| line.attributes.is("type", "traffic_light"));
+    let said = lights.filter_map(|line| crate::lanelet::number::number(line.attributes.get("height")?));
+    let mut known: Vec<f64> = said.filter(|height| (params.min_height..=params.max_height).contains(height)).collect();
+    known.sort_by(f64::total_cmp);
+    known.get(known.len() / 2).copied().unwrap_or(BODY)
+}
+
+fn height(line: &LineString, params: &Params, usual: f64) -> Option<Finding> {
     let (id, subject) = (line.id, Subject::LineString(line.id.0));
     let Some(said) = line.attributes.get("height") else {
-        return Some(Finding::new("height-missing", subject, format!("Traffic light {id} has no height.")));
+        let finding = Finding::new("height-missing", subject, format!("Traffic light {id} has no height."));
+        let edits = vec![Edit::SetTag { on: subject, key: "height".into(), value: usual.to_string().into() }];
+        return Some(finding.fixed_by(format!("set height={usual}, as other lights have it"), false, edits));
     };
     // What is no number is read as one that cannot be.
     let height = crate::lanelet::number::leading_number(said).unwrap_or(-1.0);
@@ -81,7 +94,8 @@ fn facing(view: &View) -> Vec<Finding> {
         let subject = Subject::LineString(id.0);
         if right.iter().all(|right| !right) {
             let message = format!("Traffic light {id} hangs right to left for those who obey it.");
-            findings.push(Finding::new("reversed", subject, message));
+            let edits = vec![Edit::ReverseWay { way: subject }];
+            findings.push(Finding::new("reversed", subject, message).fixed_by("turn the way around", false, edits));
         } else if right.contains(&false) {
             let message =
                 format!("Traffic light {id} hangs left to right for some who obey it, right to left for others.");

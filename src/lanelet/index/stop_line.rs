@@ -85,14 +85,19 @@ impl MapIndex<'_> {
             let lane = &self.lanes[lane];
             let reach = self.thresholds.stop_line_reach;
             let [low, high] = super::extent(&lane.start.points);
-            let reach = AABB::from_corners([low.x - reach, low.y - reach], [high.x + reach, high.y + reach]);
-            let tree = self.stop_lines.get_or_init(|| tree(self));
-            let mut near: Vec<LineStringId> =
-                tree.locate_in_envelope_intersecting(&reach).map(|one| one.data).collect();
-            near.sort_unstable();
-            let near = near.into_iter().filter_map(|way| self.stop_line(way));
-            self.nearest(lane, near, self.thresholds.stop_line_overlap)
+            let reach = Vector::repeat(reach);
+            let near = self.stop_lines_near(low - reach, high + reach);
+            self.nearest(lane, near.into_iter(), self.thresholds.stop_line_overlap)
         })
+    }
+
+    /// The stop lines whose boxes meet the one between two corners, by id.
+    pub fn stop_lines_near(&self, low: Point, high: Point) -> Vec<StopLine> {
+        let reach = AABB::from_corners([low.x, low.y], [high.x, high.y]);
+        let tree = self.stop_lines.get_or_init(|| tree(self));
+        let mut near: Vec<LineStringId> = tree.locate_in_envelope_intersecting(&reach).map(|one| one.data).collect();
+        near.sort_unstable();
+        near.into_iter().filter_map(|way| self.stop_line(way)).collect()
     }
 
     /// The stop line that elements name: that of the lanelet's traffic light; else one near its start of its road

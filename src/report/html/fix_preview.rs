@@ -67,6 +67,7 @@ impl Causes {
                 | Edit::SetRole { on, .. }
                 | Edit::InsertVertex { way: on, .. }
                 | Edit::RemoveVertex { way: on, .. } => _ = reach(alike(map, *on)),
+                Edit::ReverseWay { way } => _ = reach(alike(map, *way)),
                 Edit::ReplaceWay { lanelet, .. } => _ = reach(Subject::Lanelet(*lanelet)),
                 Edit::SetPlace { point, .. } => _ = causes.points.entry(*point).or_default().insert(i),
                 Edit::RemoveRepeat { on, .. } | Edit::Renumber { on, .. } => _ = reach(alike(map, *on)),
