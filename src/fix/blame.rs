@@ -35,10 +35,16 @@ pub fn verdict(before: &[Diagnostic], attempt: &Attempt) -> Verdict {
     for group in united(groups, done.len()) {
         match group[..] {
             [only] => verdict.refused.push(only),
-            _ => verdict.put_off.extend(&group[group.len().div_ceil(2)..]),
+            _ => verdict.put_off.extend(second_half(group, done)),
         }
     }
     verdict
+}
+
+/// The half of a group that is put off: those that make new elements first, for they change more than tags do.
+fn second_half(mut group: Vec<usize>, done: &[Proposal]) -> Vec<usize> {
+    group.sort_by_key(|&at| done[at].fix.edits.iter().any(|edit| !touched_lanelets(edit).is_empty()));
+    group.split_off(group.len().div_ceil(2))
 }
 
 /// How many errors of each code each element of the files has.
@@ -147,7 +153,10 @@ impl ByPlace {
         let mut subjects: FxHashMap<Subject, Vec<usize>> = FxHashMap::default();
         let (mut placed, mut nowhere) = (Vec::new(), Vec::new());
         for (at, one) in done.iter().enumerate() {
-            subjects.entry(one.mend.subject).or_default().push(at);
+            let touched = one.fix.edits.iter().flat_map(touched_lanelets).map(Subject::Lanelet);
+            for subject in std::iter::once(one.mend.subject).chain(touched) {
+                subjects.entry(subject).or_default().push(at);
+            }
             match one.place.filter(|place| place.x.is_finite() && place.y.is_finite()) {
                 Some(place) => placed.push(GeomWithData::new([place.x, place.y], at)),
                 None => nowhere.push(at),
@@ -177,6 +186,16 @@ impl ByPlace {
         found.sort_unstable();
         found.dedup();
         found
+    }
+}
+
+/// The lanelets that an edit makes part of something else.
+fn touched_lanelets(edit: &Edit) -> Vec<i64> {
+    match edit {
+        Edit::CreateArea { lanelets, .. } => lanelets.clone(),
+        Edit::CreateRegulatoryElement { referrers, .. } => referrers.clone(),
+        Edit::ReplaceWay { lanelet, .. } => vec![*lanelet],
+        _ => Vec::new(),
     }
 }
 
