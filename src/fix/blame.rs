@@ -1,14 +1,14 @@
 //! Which fixes of a batch did harm: those near an error that was not there before, and those that did not mend what they were for.
 
+use std::collections::BTreeSet;
+
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::proposal::{Attempt, Proposal};
 use super::text_edits::{Key, key_of};
-use super::{Attempt, Proposal};
 use crate::diagnostic::{Diagnostic, Edit, Severity, Subject};
-use crate::geometry::Point;
-use crate::lanelet::index::union_find::UnionFind;
 
 /// An error within this distance (m) of a fix may be its doing: an intersection with its approaches is about as large.
 const REACH: f64 = 60.0;
@@ -70,7 +70,7 @@ impl ErrorCounts {
     }
 
     /// The errors of elements that have more of them than these.
-    pub fn exceeded_by<'a>(mut self, found: &'a [Diagnostic]) -> Vec<&'a Diagnostic> {
+    pub fn exceeded_by(mut self, found: &[Diagnostic]) -> Vec<&Diagnostic> {
         let errors = found.iter().filter(|one| one.severity == Severity::Error);
         let is_new = |one: &&Diagnostic| match self.0.get_mut(&(one.code.clone(), key_of(one.finding.subject))) {
             Some(count) if *count > 0 => {
@@ -157,8 +157,8 @@ impl ByPlace {
             for subject in std::iter::once(one.mend.subject).chain(touched) {
                 subjects.entry(subject).or_default().push(at);
             }
-            match one.place.filter(|place| place.x.is_finite() && place.y.is_finite()) {
-                Some(place) => placed.push(GeomWithData::new([place.x, place.y], at)),
+            match one.place.filter(|place| place.iter().all(|number| number.is_finite())) {
+                Some(place) => placed.push(GeomWithData::new(place, at)),
                 None => nowhere.push(at),
             }
         }
@@ -172,9 +172,9 @@ impl ByPlace {
         let mut found: Vec<usize> =
             spoken_of.filter_map(|subject| self.subjects.get(&subject)).flatten().copied().collect();
         if found.is_empty()
-            && let Some(Point { coords, .. }) = error.local
+            && let Some(place) = error.local
         {
-            let within = self.tree.locate_within_distance([coords.x, coords.y], REACH * REACH);
+            let within = self.tree.locate_within_distance([place.x, place.y], REACH * REACH);
             found.extend(within.map(|one| one.data));
         }
         if found.is_empty() {
@@ -201,22 +201,26 @@ fn touched_lanelets(edit: &Edit) -> Vec<i64> {
 
 /// Groups that have a fix in common, as one; each sorted, in the order of their first.
 fn united(groups: Vec<Vec<usize>>, count: usize) -> Vec<Vec<usize>> {
-    let mut sets = UnionFind::new(count);
-    let mut blamed = vec![false; count];
-    for group in &groups {
-        for &at in group {
-            blamed[at] = true;
-            sets.join(group[0], at);
-        }
-    }
-    let mut by_root: FxHashMap<usize, usize> = FxHashMap::default();
+    let mut place_of: Vec<Option<usize>> = vec![None; count];
     let mut united: Vec<Vec<usize>> = Vec::new();
-    for at in (0..count).filter(|&at| blamed[at]) {
-        let place = *by_root.entry(sets.root(at)).or_insert_with(|| {
+    for group in groups {
+        let known: BTreeSet<usize> = group.iter().filter_map(|&at| place_of[at]).collect();
+        // The smaller ones go into the largest, so that nothing is moved often.
+        let largest = known.iter().copied().max_by_key(|&place| united[place].len()).unwrap_or(united.len());
+        if largest == united.len() {
             united.push(Vec::new());
-            united.len() - 1
-        });
-        united[place].push(at);
+        }
+        let smaller = known.into_iter().filter(|&place| place != largest);
+        let moved: Vec<usize> = smaller.flat_map(|place| std::mem::take(&mut united[place])).collect();
+        let fresh = group.into_iter().filter(|&at| place_of[at].is_none());
+        let added: Vec<usize> = moved.into_iter().chain(fresh).collect();
+        for &at in &added {
+            place_of[at] = Some(largest);
+        }
+        united[largest].extend(added);
     }
+    united.retain(|group| !group.is_empty());
+    united.iter_mut().for_each(|group| group.sort_unstable());
+    united.sort_unstable();
     united
 }

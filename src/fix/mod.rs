@@ -4,6 +4,7 @@
 mod blame;
 mod canonical;
 mod element;
+mod proposal;
 #[cfg(test)]
 mod tests;
 mod text_edits;
@@ -11,23 +12,13 @@ mod text_edits;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::cancel;
-use crate::diagnostic::{Diagnostic, Fix, Subject};
-use crate::geometry::Point;
+use crate::diagnostic::{Diagnostic, Fix};
 use crate::osm::{OsmData, ReadError, Source, read_bytes};
 use blame::ErrorCounts;
 pub use canonical::canonical;
+pub use proposal::Mend;
+use proposal::{Attempt, Proposal};
 use text_edits::{Key, TextEdits};
-
-/// A fix and what it mends.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Mend {
-    /// Code of the finding.
-    pub code: String,
-    /// What it is about.
-    pub subject: Subject,
-    /// What the fix does, in one line.
-    pub title: String,
-}
 
 /// What came of mending.
 #[derive(Debug)]
@@ -145,32 +136,6 @@ fn is_of_the_file(mend: &Mend) -> bool {
 pub fn edited(osm: &OsmData, fix: &Fix) -> Option<Vec<String>> {
     let mut edits = TextEdits::new(osm);
     edits.apply(fix).then(|| edits.texts())
-}
-
-/// A fix that a finding proposes.
-#[derive(Clone, Debug)]
-struct Proposal {
-    mend: Mend,
-    fix: Fix,
-    /// Where the finding is, local metres.
-    place: Option<Point>,
-}
-
-impl Proposal {
-    fn of(found: &Diagnostic) -> Option<Self> {
-        let fix = found.finding.fix.clone()?;
-        let mend = Mend { code: found.code.clone(), subject: found.finding.subject, title: fix.title.clone() };
-        Some(Self { mend, fix, place: found.local })
-    }
-}
-
-/// A batch of fixes, made and judged.
-struct Attempt {
-    osm: OsmData,
-    left: Vec<Diagnostic>,
-    done: Vec<Proposal>,
-    /// New ids of elements, by their old ones.
-    renumbered: FxHashMap<Key, i64>,
 }
 
 /// Applies those fixes of a batch that do not change the same thing; `None` if none could be applied.

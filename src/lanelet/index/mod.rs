@@ -15,7 +15,7 @@ mod stop_line;
 mod thresholds;
 pub mod tier4_yields;
 mod types;
-pub(crate) mod union_find;
+mod union_find;
 mod unmarked;
 mod user_names;
 pub mod view;
