@@ -111,6 +111,20 @@ pub const KINDS: &[Kind] = &[
             Some(lanelets)
         },
     },
+    Kind {
+        name: "forget all marks of an intersection",
+        raises: &["vm-03-01/unmarked"],
+        mutate: |_, map, dice| {
+            let area = dice.pick(map.lines("intersection_area"))?.id;
+            let lanelets = named(map, area);
+            map.remove(lanewright::osm::ElementKind::Way, area);
+            for &lanelet in &lanelets {
+                let tags = without(&map.relation(lanelet).tags, "intersection_area");
+                map.relation(lanelet).tags = without(&tags, "turn_direction");
+            }
+            Some(lanelets)
+        },
+    },
 ];
 
 /// A vertex of an area where a lane of the intersection ends.

@@ -33,6 +33,11 @@ const ALL: &[&str] = &[
     "delete a yield",
     "copy an end node",
     "tear an end node 0.4 m off",
+    "forget a whole intersection",
+    "write a speed with its unit",
+    "turn a light around",
+    "drop a light's height",
+    "drop lane_change between lanes",
 ];
 
 /// What came of a kind: mutations, clean maps after safe fixes, after all fixes, and where a map was left that should not be.

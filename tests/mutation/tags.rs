@@ -77,6 +77,14 @@ pub const KINDS: &[Kind] = &[
         "speed_limit",
         &["fast", "-5"]
     ),
+    tag!(
+        "write a speed with its unit",
+        &["vm-01-09/speed-unit"],
+        relation,
+        plain,
+        "speed_limit",
+        &["60km/h", "30 mph", "10 m/s"]
+    ),
     tag!("write a speed beyond all limits", &["vm-01-09/speed-range"], relation, plain, "speed_limit", &["300"]),
     tag!("make a shoulder of a lane", &["vm-01-21/other-kind"], relation, plain, "subtype", &["road_shoulder"]),
     tag!("retype a stop sign", &["vm-02-02/sign-type"], way, signs, "type", &["pole"]),

@@ -3,10 +3,10 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::lane::extent;
-use super::types::{Conflict, MapIndex};
+use super::types::{Conflict, DrivingSide, MapIndex};
 use super::union_find::UnionFind;
 use crate::geometry::{Point, Polyline, Vector, angle_between};
-use crate::lanelet::LineStringId;
+use crate::lanelet::{LineStringId, TurnDirection};
 
 /// Lanes whose directions differ by less than this (deg) run along each other: they join like a ramp, or lie on each other.
 const ALONG: f64 = 20.0;
@@ -16,9 +16,8 @@ const JOINING: f64 = 30.0;
 const LONGEST: f64 = 100.0;
 /// A ring of lanes no longer than this (m) may be a roundabout ...
 const LONGEST_RING: f64 = 300.0;
-/// ... if it turns by at least this (deg) on each twelfth of its length. A circle turns by 30; a block of houses does not turn at
-/// all between its corners.
-const LEAST_TURN: f64 = 8.0;
+/// ... if it turns by more than this (deg): once around, as far as lanes that are straight from end to end show it.
+const HALF_TURN: f64 = 180.0;
 
 /// An intersection without an `intersection_area`.
 #[derive(Clone, Debug)]
@@ -129,14 +128,14 @@ impl MapIndex<'_> {
         }
     }
 
-    /// Whether the shortest way from a lane back to itself is a circle.
+    /// Whether the shortest way from a lane back to itself is a roundabout.
     fn is_on_roundabout(&self, lane: usize) -> bool {
         let mut before: FxHashMap<usize, usize> = FxHashMap::default();
         let mut open = std::collections::BTreeSet::from([(0, lane)]);
         while let Some((metres, at)) = open.pop_first() {
             for &next in self.followers(at) {
                 if next == lane {
-                    return self.is_round(lane, at, &before);
+                    return self.goes_around(&ring(lane, at, &before));
                 }
                 let reached = metres + self.lanes[next].length().ceil() as u64;
                 if reached as f64 <= LONGEST_RING && !before.contains_key(&next) {
@@ -148,25 +147,32 @@ impl MapIndex<'_> {
         false
     }
 
-    /// Whether the lanes from one to another, each the follower of the one `before` it, lie on a circle.
-    fn is_round(&self, first: usize, last: usize, before: &FxHashMap<usize, usize>) -> bool {
-        let mut ring: Vec<usize> = vec![last];
-        while let Some(&previous) = ring.last().and_then(|at| before.get(at)) {
-            ring.push(previous);
-        }
-        if last != first && ring.last() != Some(&first) {
-            ring.push(first);
-        }
-        ring.reverse();
-        let centers = ring.iter().filter_map(|&lane| self.lanes[lane].center.as_ref());
-        let mut places: Vec<Point> = centers.flat_map(|center| center.points().iter().copied()).collect();
-        places.extend(places.first().copied());
-        let Some(line) = Polyline::new(places) else { return false };
-        let line = line.resampled_to(24);
-        let chords: Vec<Vector> = line.segments().map(|(from, to)| to - from).collect();
-        let turns = (0..chords.len()).map(|at| angle_between(chords[at], chords[(at + 2) % chords.len()]).to_degrees());
-        let (least, most) =
-            turns.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), turn| (low.min(turn), high.max(turn)));
-        least >= LEAST_TURN || most <= -LEAST_TURN
+    /// Whether a ring of lanes runs around an island as roundabouts do: once around towards the far side, and others only join it and
+    /// leave it. Around a block of houses one turns towards the near side, or crosses oncoming traffic.
+    fn goes_around(&self, ring: &[usize]) -> bool {
+        let turn: f64 = ring.iter().map(|&lane| self.lanes[lane].turn()).sum();
+        let around = match self.side.side.map(DrivingSide::far_turn) {
+            Some(TurnDirection::Right) => turn < -HALF_TURN,
+            Some(_) => turn > HALF_TURN,
+            None => turn.abs() > HALF_TURN,
+        };
+        let is_crossed = |&lane: &usize| {
+            let mut conflicts = self.conflicts[lane].iter().filter(|conflict| conflict.real);
+            conflicts.any(|one| self.lanes[one.other].end.ids != self.lanes[lane].end.ids && self.meet(lane, one))
+        };
+        around && !ring.iter().any(is_crossed)
     }
+}
+
+/// The lanes from one to another, each the follower of the one `before` it.
+fn ring(first: usize, last: usize, before: &FxHashMap<usize, usize>) -> Vec<usize> {
+    let mut ring: Vec<usize> = vec![last];
+    while let Some(&previous) = ring.last().and_then(|at| before.get(at)) {
+        ring.push(previous);
+    }
+    if last != first && ring.last() != Some(&first) {
+        ring.push(first);
+    }
+    ring.reverse();
+    ring
 }
