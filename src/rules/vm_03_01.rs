@@ -165,7 +165,7 @@ impl<'i, 'm> UnmarkedIntersections<'i, 'm> {
         let by_lane = members.collect();
         let outlines = (!all.is_empty()).then(|| AreaOutlines::new(map));
         let edits = |one: &Unmarked| {
-            let points = outlines.as_ref().filter(|_| one.divided)?.around(&one.lanes)?;
+            let points = outlines.as_ref()?.around(&one.lanes)?;
             Some(marking(map, one, points))
         };
         let edits: Vec<Option<Vec<Edit>>> = all.par_iter().finely().map(edits).collect();

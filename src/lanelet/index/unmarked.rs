@@ -14,10 +14,14 @@ const ALONG: f64 = 20.0;
 const JOINING: f64 = 30.0;
 /// A lane longer than this (m) is a road that was not cut where others cross it, and no movement.
 const LONGEST: f64 = 100.0;
-/// A ring of lanes no longer than this (m) may be a roundabout ...
+/// Two roads between which nobody turns meet if both are cut at the crossing, into lanes no longer than this (m).
+const LONGEST_CROSSING: f64 = 40.0;
+/// A ring of lanes no longer than this (m) is a roundabout if it turns by at least `LEAST_TURN` on each twelfth of its length ...
 const LONGEST_RING: f64 = 300.0;
-/// ... if it turns by more than this (deg): once around, as far as lanes that are straight from end to end show it.
-const HALF_TURN: f64 = 180.0;
+/// ... (deg). A circle turns by 30; a block of houses does not turn at all between its corners.
+const LEAST_TURN: f64 = 8.0;
+/// A shorter ring (m) may have any shape, if others only join it and leave it.
+const SHORT_RING: f64 = 200.0;
 
 /// An intersection without an `intersection_area`.
 #[derive(Clone, Debug)]
@@ -28,8 +32,6 @@ pub struct Unmarked {
     pub middle: Point,
     /// Whether all of it is private ground: the aisles of a car park, or a driveway.
     pub private: bool,
-    /// Whether each lane reaches only from one side of the intersection to another.
-    pub divided: bool,
 }
 
 impl MapIndex<'_> {
@@ -75,17 +77,13 @@ impl MapIndex<'_> {
             let lanelet = self.map.lanelets.get(self.lanes[lane].id);
             lanelet.is_some_and(|lanelet| lanelet.attributes.is("location", "private"))
         };
-        Unmarked {
-            middle: nalgebra::center(&low, &high),
-            private: lanes.iter().all(is_private),
-            divided: lanes.iter().all(|&lane| self.lanes[lane].length() <= LONGEST),
-            lanes,
-        }
+        Unmarked { middle: nalgebra::center(&low, &high), private: lanes.iter().all(is_private), lanes }
     }
 
-    /// Whether a lane can belong to an intersection that has no area.
+    /// Whether a lane can belong to an intersection that has no area: it is short enough for a movement.
     fn is_free(&self, lane: usize) -> bool {
-        self.lanes[lane].simple && self.lanes[lane].is_drivable() && !self.has_area(lane)
+        let at = &self.lanes[lane];
+        at.simple && at.is_drivable() && at.length() <= LONGEST && !self.has_area(lane)
     }
 
     /// Whether two lanes that overlap come from different approaches: they cross, or join at an angle.
@@ -101,7 +99,35 @@ impl MapIndex<'_> {
         let there = |line: Option<&Polyline>| line.map(|line| line.direction(line.project(conflict.place).station));
         let crossing = apart(there(a.center.as_ref()), there(b.center.as_ref()));
         let is_across = |angle: f64, limit: f64| (limit..180.0 - limit).contains(&angle);
-        is_across(crossing, ALONG) || is_across(first, JOINING)
+        (is_across(crossing, ALONG) || is_across(first, JOINING)) && self.is_on_one_level(x, conflict.other)
+    }
+
+    /// Whether two lanes that cross do so on one level. Where all is drawn at one height, it shows in the lanes that lead from one road
+    /// to the other; two roads between which nobody turns must be cut right at the crossing.
+    fn is_on_one_level(&self, x: usize, y: usize) -> bool {
+        let [a, b] = [x, y].map(|lane| &self.lanes[lane]);
+        let [low, high] = a.heights;
+        let is_flat = low == high && a.heights == b.heights;
+        let is_alone = |lane: usize| {
+            let at = &self.lanes[lane];
+            let beside = at.bounds.into_iter().flat_map(|way| self.users_of(way)).copied();
+            let mut road = std::iter::once(lane).chain(beside);
+            at.length() <= LONGEST_CROSSING
+                && road
+                    .all(|one| self.siblings(one).next().is_none() && self.ending[&self.lanes[one].end.ids].len() < 2)
+        };
+        !is_flat || self.leads_over(x, y) || self.leads_over(y, x) || (is_alone(x) && is_alone(y))
+    }
+
+    /// Whether a lane from where one starts, or from beside it, ends where the other ends, or beside it.
+    fn leads_over(&self, from: usize, to: usize) -> bool {
+        let beside = self.lanes[from].bounds.into_iter().flat_map(|way| self.users_of(way)).copied();
+        let mut starts = std::iter::once(from).chain(beside);
+        let end = self.lanes[to].end;
+        starts.any(|start| {
+            let mut turns = self.siblings(start).filter(|&turn| turn != from && turn != to);
+            turns.any(|turn| self.lanes[turn].end.ids == end.ids || self.lanes[turn].end.touches(&end))
+        })
     }
 
     /// Adds the lanes that start or end with those that take part, and those abreast of them: they drive over the same
@@ -147,20 +173,36 @@ impl MapIndex<'_> {
         false
     }
 
-    /// Whether a ring of lanes runs around an island as roundabouts do: once around towards the far side, and others only join it and
-    /// leave it. Around a block of houses one turns towards the near side, or crosses oncoming traffic.
+    /// Whether a ring of lanes runs around an island as roundabouts do.
     fn goes_around(&self, ring: &[usize]) -> bool {
         let turn: f64 = ring.iter().map(|&lane| self.lanes[lane].turn()).sum();
-        let around = match self.side.side.map(DrivingSide::far_turn) {
-            Some(TurnDirection::Right) => turn < -HALF_TURN,
-            Some(_) => turn > HALF_TURN,
-            None => turn.abs() > HALF_TURN,
+        let length: f64 = ring.iter().map(|&lane| self.lanes[lane].length()).sum();
+        let far = match self.side.side.map(DrivingSide::far_turn) {
+            Some(TurnDirection::Right) => turn < 0.0,
+            Some(_) => turn > 0.0,
+            None => true,
         };
-        let is_crossed = |&lane: &usize| {
-            let mut conflicts = self.conflicts[lane].iter().filter(|conflict| conflict.real);
-            conflicts.any(|one| self.lanes[one.other].end.ids != self.lanes[lane].end.ids && self.meet(lane, one))
-        };
-        around && !ring.iter().any(is_crossed)
+        far && (self.is_round(ring) || length <= SHORT_RING && !ring.iter().any(|&lane| self.is_crossed(lane)))
+    }
+
+    /// Whether others do more than join a lane at its end.
+    fn is_crossed(&self, lane: usize) -> bool {
+        let mut conflicts = self.conflicts[lane].iter().filter(|conflict| conflict.real);
+        conflicts.any(|one| self.lanes[one.other].end.ids != self.lanes[lane].end.ids && self.meet(lane, one))
+    }
+
+    /// Whether a ring of lanes bends everywhere.
+    fn is_round(&self, ring: &[usize]) -> bool {
+        let centers = ring.iter().filter_map(|&lane| self.lanes[lane].center.as_ref());
+        let mut places: Vec<Point> = centers.flat_map(|center| center.points().iter().copied()).collect();
+        places.extend(places.first().copied());
+        let Some(line) = Polyline::new(places) else { return false };
+        let line = line.resampled_to(24);
+        let chords: Vec<Vector> = line.segments().map(|(from, to)| to - from).collect();
+        let turns = (0..chords.len()).map(|at| angle_between(chords[at], chords[(at + 2) % chords.len()]).to_degrees());
+        let (least, most) =
+            turns.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), turn| (low.min(turn), high.max(turn)));
+        least >= LEAST_TURN || most <= -LEAST_TURN
     }
 }
 
