@@ -19,6 +19,7 @@ mod lanes;
 mod loading;
 mod projector;
 mod reach;
+mod restoring;
 mod roads;
 mod tags;
 

@@ -1,0 +1,128 @@
+//! What is taken from clean maps, a part or all, `fix` puts back.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use lanewright::diagnostic::{Diagnostic, Severity};
+use lanewright::fix::{Mended, mend};
+use lanewright::geometry::polygon;
+use lanewright::lanelet::index::{MapIndex, Thresholds};
+use lanewright::lanelet::{Loaded, from_osm};
+use lanewright::osm::{ElementKind, OsmData};
+use lanewright::rules::{self, Config, ConfigError};
+use rayon::prelude::*;
+
+use super::draft::{Dice, Draft, members, without};
+use super::{Base, bases, mutations};
+use crate::common::drawing::osm;
+
+fn judge(base: &Base, draft: &Draft, osm: &OsmData) -> Result<Vec<Diagnostic>, ConfigError> {
+    let Loaded { map, faults } = from_osm(osm, &draft.projector);
+    let index = MapIndex::new(&map, &faults, &base.settings, Thresholds::default());
+    rules::run(&index, &Config::default())
+}
+
+/// All fixes of a draft.
+fn mended(base: &Base, draft: &Draft) -> Mended {
+    mend(osm(draft.text()), true, |osm| judge(base, draft, osm)).unwrap()
+}
+
+/// Takes areas, turns, rights of way and crosswalk elements, as far as the dice say.
+fn take(draft: &mut Draft, mut is_taken: impl FnMut() -> bool) {
+    let areas: Vec<i64> = draft.lines("intersection_area").map(|area| area.id).filter(|_| is_taken()).collect();
+    areas.into_iter().for_each(|area| draft.remove(ElementKind::Way, area));
+    for subtype in ["right_of_way", "crosswalk"] {
+        let elements: Vec<i64> = draft.elements(subtype).map(|element| element.id).filter(|_| is_taken()).collect();
+        elements.into_iter().for_each(|element| draft.remove(ElementKind::Relation, element));
+    }
+    let movements: Vec<i64> = draft.movements().map(|lanelet| lanelet.id).collect();
+    for id in movements {
+        for key in ["intersection_area", "turn_direction"] {
+            if is_taken() {
+                draft.relation(id).tags = without(&draft.relation(id).tags, key);
+            }
+        }
+    }
+}
+
+/// The values of a tag by lanelet.
+fn values<'a>(map: &'a OsmData, key: &str) -> BTreeMap<i64, &'a str> {
+    map.relations.iter().filter_map(|one| Some((one.id, one.tags.get(key)?))).collect()
+}
+
+/// Of each lanelet with a `right_of_way` element whom it may ignore.
+fn ignored(map: &OsmData) -> BTreeMap<i64, BTreeSet<i64>> {
+    let mut all: BTreeMap<i64, BTreeSet<i64>> = BTreeMap::new();
+    for element in map.relations.iter().filter(|one| one.tags.is("subtype", "right_of_way")) {
+        for own in members(element, "right_of_way") {
+            all.entry(own).or_default().extend(members(element, "yield"));
+        }
+    }
+    all
+}
+
+#[test]
+fn all_marks_of_intersections_are_put_back() {
+    for base in &bases() {
+        let mut bare = base.draft.clone();
+        take(&mut bare, || true);
+        let (before, after) = (osm(base.draft.text()), mended(base, &bare).osm);
+        let name = &base.name;
+        assert_eq!(values(&after, "turn_direction"), values(&before, "turn_direction"), "{name}");
+        let allowed = ignored(&before);
+        for (lanelet, ignored) in ignored(&after) {
+            let more = allowed.get(&lanelet).is_none_or(|allowed| !ignored.is_subset(allowed));
+            assert!(!more, "{name}: lanelet {lanelet} ignores {ignored:?} and ignored {:?}", allowed.get(&lanelet));
+        }
+        let rings = |map: &OsmData| -> Vec<_> {
+            let draft = Draft::of(map, base.draft.projector.clone());
+            draft.lines("intersection_area").map(|area| draft.line(area.id)).collect()
+        };
+        for area in rings(&before) {
+            let share = |other: &Vec<_>| {
+                let common = polygon::overlap(&area, other);
+                common / (polygon::signed_area(&area).abs() + polygon::signed_area(other).abs() - common)
+            };
+            let best = rings(&after).iter().map(share).fold(0.0, f64::max);
+            assert!(best > 0.8, "{name}: an area comes back with {best:.2} of its ground");
+        }
+        let crosswalks = |map: &OsmData| -> BTreeSet<i64> {
+            let elements = map.relations.iter().filter(|one| one.tags.is("type", "regulatory_element"));
+            let announced = elements.filter(|one| one.tags.is("subtype", "crosswalk"));
+            // A map without any of them does not show that it wants walkways announced.
+            let is_crosswalk = |id: &i64| map.relation(*id).is_some_and(|lane| lane.tags.is("subtype", "crosswalk"));
+            announced.flat_map(|one| members(one, "refers")).filter(is_crosswalk).collect()
+        };
+        assert_eq!(crosswalks(&after), crosswalks(&before), "{name}");
+    }
+}
+
+/// Errors by code and element.
+fn errors(found: &[Diagnostic]) -> BTreeMap<String, usize> {
+    let mut counts = BTreeMap::new();
+    for one in found.iter().filter(|one| one.severity == Severity::Error) {
+        *counts.entry(format!("{} {}", one.code, one.finding.subject)).or_default() += 1;
+    }
+    counts
+}
+
+#[test]
+fn whatever_is_taken_fixing_ends_and_makes_no_error() {
+    let bases = bases();
+    let count = mutations() as u64;
+    let draws: Vec<(&Base, u64)> = bases.iter().flat_map(|base| (0..count).map(move |seed| (base, seed))).collect();
+    draws.par_iter().for_each(|(base, seed)| {
+        let mut dice = Dice(1 + seed);
+        let share = 1 + dice.below(4);
+        let mut draft = base.draft.clone();
+        take(&mut draft, || dice.below(4) < share);
+        let broken = judge(base, &draft, &osm(draft.text())).unwrap();
+        let once = mended(base, &draft);
+        let known = errors(&broken);
+        for (error, count) in errors(&once.left) {
+            let before = known.get(&error).copied().unwrap_or_default();
+            assert!(count <= before, "{} seed {seed}: {error} {before} -> {count}", base.name);
+        }
+        let again = mend(once.osm.clone(), true, |osm| judge(base, &draft, osm)).unwrap();
+        assert!(again.done.is_empty(), "{} seed {seed}: a second run makes {:?}", base.name, again.done);
+    });
+}
