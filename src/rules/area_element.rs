@@ -21,9 +21,28 @@ pub fn unreferenced(view: &View, kind: &str) -> Vec<Finding> {
     let idle = view.polygons(kind).filter(|polygon| !used.contains(&polygon.id));
     idle.map(|polygon| {
         let message = format!("The {kind} {} belongs to no {kind} element.", polygon.id);
-        Finding::new("unreferenced", Subject::Polygon(polygon.id.0), message)
+        let finding = Finding::new("unreferenced", Subject::Polygon(polygon.id.0), message);
+        let ring = view.ring(polygon);
+        let roads: Vec<i64> = roads_under(view, &ring).into_iter().map(|at| view.lanelets[at].id().0).collect();
+        if roads.is_empty() {
+            return finding;
+        }
+        let title = format!("create the {kind} element for the {} lanelets under it", roads.len());
+        let members = vec![("refers".into(), Subject::Polygon(polygon.id.0))];
+        let edit = Edit::CreateRegulatoryElement { subtype: kind.into(), members, referrers: roads };
+        finding.fixed_by(title, false, vec![edit])
     })
     .collect()
+}
+
+/// The road lanelets on which an area lies, by position.
+fn roads_under(view: &View, ring: &[Point]) -> Vec<usize> {
+    let near = if ring.len() > 2 { view.near(extent(ring), 0.0) } else { Vec::new() };
+    let under = |at: &usize| {
+        let seen = &view.lanelets[*at];
+        seen.is("road") && polygon::overlap(&seen.outline, ring) > BESIDE
+    };
+    near.into_iter().filter(under).collect()
 }
 
 /// The first thing that is wrong with an element.

@@ -3,7 +3,7 @@
 use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
-use crate::diagnostic::{Finding, Subject};
+use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::View;
 use crate::lanelet::{LineString, LineStringId, RegulatoryElement};
@@ -78,11 +78,8 @@ fn judge(view: &View, sign: &RegulatoryElement, params: &Params) -> Vec<Finding>
     let signs_that_stop = signs.iter().any(stops);
     for line in signs.into_iter().filter(|line| !is_sign(line)) {
         let wanted = if params.strict { "a stop_sign" } else { "a traffic_sign" };
-        findings.push(about(
-            "sign-type",
-            line,
-            format!("Linestring {} of traffic_sign {id} is not {wanted}.", line.id),
-        ));
+        let finding = about("sign-type", line, format!("Linestring {} of traffic_sign {id} is not {wanted}.", line.id));
+        findings.push(if params.strict { finding } else { retyped(finding, "traffic_sign") });
     }
     // Without a line, only a sign that makes nobody stop is complete.
     if lines.is_empty() {
@@ -96,7 +93,8 @@ fn judge(view: &View, sign: &RegulatoryElement, params: &Params) -> Vec<Finding>
         line.attributes.is("subtype", "stop_line") || (!params.strict && line.attributes.is("type", "stop_line"))
     };
     for line in lines.into_iter().filter(|line| !is_line(line)) {
-        findings.push(about("line-type", line, format!("ref_line {} of traffic_sign {id} is no stop_line.", line.id)));
+        let message = format!("ref_line {} of traffic_sign {id} is no stop_line.", line.id);
+        findings.push(retyped(about("line-type", line, message), "stop_line"));
     }
     let diagonal = view.diagonal(sign);
     if diagonal > params.max_bounding_box_size {
@@ -105,4 +103,10 @@ fn judge(view: &View, sign: &RegulatoryElement, params: &Params) -> Vec<Finding>
         findings.push(finding.measured(diagonal, params.max_bounding_box_size, "m"));
     }
     findings
+}
+
+/// Adds the edit that gives a line its type.
+fn retyped(finding: Finding, kind: &'static str) -> Finding {
+    let edits = vec![Edit::SetTag { on: finding.subject, key: "type".into(), value: kind.into() }];
+    finding.fixed_by(format!("set type={kind}"), false, edits)
 }

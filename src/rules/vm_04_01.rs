@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
-use crate::diagnostic::{Finding, Subject};
+use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::View;
 use crate::lanelet::number::leading_integer;
@@ -70,12 +70,25 @@ fn judge(map: &MapIndex, view: &View, light: &RegulatoryElement, params: &Params
     ] {
         for line in lines.iter().filter(|line| !line.attributes.is("type", kind)) {
             let message = format!("{role} {} of traffic_light {id} is not of type {kind}.", line.id);
-            findings.push(Finding::new(fault, Subject::LineString(line.id.0), message).with(subject, "element"));
+            let on = Subject::LineString(line.id.0);
+            let edits = vec![Edit::SetTag { on, key: "type".into(), value: kind.into() }];
+            let finding = Finding::new(fault, on, message).with(subject, "element");
+            findings.push(finding.fixed_by(format!("set type={kind}"), false, edits));
         }
     }
     for line in bulbs.iter().filter(|line| !line.attributes.has("traffic_light_id")) {
         let message = format!("Bulbs {} of traffic_light {id} name no traffic_light_id.", line.id);
-        findings.push(Finding::new("bulbs-nameless", Subject::LineString(line.id.0), message).with(subject, "element"));
+        let on = Subject::LineString(line.id.0);
+        let finding = Finding::new("bulbs-nameless", on, message).with(subject, "element");
+        findings.push(match bodies[..] {
+            // With one body there is no other whose bulbs they could be.
+            [body] => {
+                let value = body.id.to_string();
+                let edits = vec![Edit::SetTag { on, key: "traffic_light_id".into(), value: value.as_str().into() }];
+                finding.fixed_by(format!("set traffic_light_id={value}"), true, edits)
+            }
+            _ => finding,
+        });
     }
     if params.bulbs_needed || !bulbs.is_empty() {
         findings.extend(pairing(subject, id.0, &bodies, &bulbs));

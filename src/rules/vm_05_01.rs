@@ -47,7 +47,7 @@ impl Rule for Crosswalks {
         let crosswalks = view.lanelets.iter().filter(|seen| seen.is("crosswalk"));
         let mut findings: Vec<Finding> =
             crosswalks.filter(|seen| !used.contains(&seen.id())).map(|seen| unreferenced(map, seen)).collect();
-        findings.extend(view.elements("crosswalk").flat_map(|element| judge(view, element, params)));
+        findings.extend(view.elements("crosswalk").flat_map(|element| judge(map, element, params)));
         findings
     }
 }
@@ -118,7 +118,8 @@ fn stop_lines_before(map: &MapIndex, across: &[(usize, f64)]) -> Vec<LineStringI
     lines.into_iter().collect()
 }
 
-fn judge(view: &View, element: &RegulatoryElement, params: &Params) -> Vec<Finding> {
+fn judge(map: &MapIndex, element: &RegulatoryElement, params: &Params) -> Vec<Finding> {
+    let view = map.view();
     let (id, subject) = (element.id, Subject::RegulatoryElement(element.id.0));
     let refers: Vec<&Seen> =
         element.lanelets("refers").filter_map(|id| view.position(id)).map(|at| &view.lanelets[at]).collect();
@@ -154,11 +155,14 @@ fn judge(view: &View, element: &RegulatoryElement, params: &Params) -> Vec<Findi
         let message = format!("Lanelet {} of crosswalk {id} is no crosswalk.", seen.id());
         Finding::new("refers-type", Subject::Lanelet(seen.id().0), message).with(subject, "element")
     }));
-    findings.extend(crosswalks.iter().filter_map(|seen| on_foot(seen, subject)));
+    findings.extend(crosswalks.iter().filter_map(|seen| on_foot(map, seen, subject)));
     findings.extend(not_crossing(view, element, &crosswalks));
     for line in lines.into_iter().filter(|line| !line.attributes.is("type", "stop_line")) {
         let message = format!("ref_line {} of crosswalk {id} is no stop_line.", line.id);
-        findings.push(Finding::new("line-type", Subject::LineString(line.id.0), message).with(subject, "element"));
+        let on = Subject::LineString(line.id.0);
+        let edits = vec![Edit::SetTag { on, key: "type".into(), value: "stop_line".into() }];
+        let finding = Finding::new("line-type", on, message).with(subject, "element");
+        findings.push(finding.fixed_by("set type=stop_line", false, edits));
     }
     let diagonal = if params.lanes_count { view.diagonal(element) } else { view.spread(element) };
     if diagonal > params.max_bounding_box_size {
@@ -170,14 +174,18 @@ fn judge(view: &View, element: &RegulatoryElement, params: &Params) -> Vec<Findi
 }
 
 /// A crosswalk says that people on foot may use it.
-fn on_foot(seen: &Seen, element: Subject) -> Option<Finding> {
+fn on_foot(map: &MapIndex, seen: &Seen, element: Subject) -> Option<Finding> {
     let id = seen.id();
     let (fault, message) = match seen.tag("participant:pedestrian") {
         None => ("pedestrian-missing", format!("Crosswalk {id} has no participant:pedestrian.")),
         Some("yes" | "true" | "1") => return None,
         Some(other) => ("pedestrian-no", format!("participant:pedestrian={other} of crosswalk {id} is not yes.")),
     };
-    Some(Finding::new(fault, Subject::Lanelet(id.0), message).with(element, "element"))
+    let finding = Finding::new(fault, Subject::Lanelet(id.0), message).with(element, "element");
+    Some(match walking_allowed(map, id) {
+        Some(edit) => finding.fixed_by("set participant:pedestrian=yes", true, vec![edit]),
+        None => finding,
+    })
 }
 
 /// A road lanelet that refers to a crosswalk runs across it.
