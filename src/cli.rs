@@ -19,6 +19,7 @@ mod output;
 mod packaging;
 mod project;
 mod report_page;
+mod split;
 mod stage;
 mod stats;
 mod tier4;
@@ -53,6 +54,7 @@ enum Verb {
     Draw(draw_args::DrawArgs),
     Fix(fix::FixArgs),
     Fmt(fmt::FmtArgs),
+    Split(split::SplitArgs),
     Diff(diff::DiffArgs),
     /// Say which projection a map was made with, or put it into another
     #[command(subcommand)]
@@ -117,6 +119,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Draw(args) => draw::run(&args),
         Verb::Fix(args) => fix::run(&args),
         Verb::Fmt(args) => fmt::run(&args),
+        Verb::Split(args) => shared(|| split::run(&args)),
         Verb::Project(verb) => project::run(&verb),
         Verb::Diff(args) => diff::run(&args),
         Verb::Stats(args) => stats::run(&args),

@@ -28,6 +28,7 @@ pub mod api;
 pub mod builder;
 #[warn(clippy::indexing_slicing)]
 pub mod cancel;
+pub mod cells;
 #[cfg(feature = "cli")]
 pub mod cli;
 #[warn(clippy::indexing_slicing)]

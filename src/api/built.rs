@@ -15,7 +15,7 @@ use super::layout::Layout;
 use super::{InMemory, Input};
 
 /// The map's file in its directory.
-pub(crate) const MAP: &str = "lanelet2_map.osm";
+pub(crate) use crate::lanelet::MAP;
 
 /// A map that was built, with what goes beside it.
 #[derive(Debug)]

@@ -2,7 +2,7 @@
 
 use std::fs::{self, File};
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::report::failure::Failure;
 use tempfile::TempDir;
@@ -77,6 +77,11 @@ impl<'a> Draft<'a> {
         Ok(Self { dir, aside, names: Vec::new(), fresh })
     }
 
+    /// Where the files will be.
+    pub fn dir(&self) -> &Path {
+        self.dir
+    }
+
     /// Writes a file, by a function that need not hold all of it in memory. Of what can be made again, it need not wait until the
     /// disk has it.
     pub fn write(&mut self, name: &str, content: impl FnOnce(&mut File) -> io::Result<()>) -> Result<(), Failure> {
@@ -89,6 +94,24 @@ impl<'a> Draft<'a> {
         }
         self.names.push(name.to_owned());
         Ok(())
+    }
+
+    /// Makes a folder for files that others write, which becomes one of the draft's files.
+    pub fn folder(&mut self, name: &str) -> Result<PathBuf, Failure> {
+        let (place, folder) = (self.dir.join(name), self.aside.path().join(name));
+        if place.exists() {
+            return Err(Failure::new(format!("{} is there already", place.display()))
+                .about(place.display().to_string())
+                .help("nothing was changed; move it away or give another output"));
+        }
+        fs::create_dir(&folder).map_err(|e| failed("make the directory", &place, e))?;
+        self.names.push(name.to_owned());
+        Ok(folder)
+    }
+
+    /// A place for a file that is not to be part of the result.
+    pub fn scratch(&self, name: &str) -> PathBuf {
+        self.aside.path().join(name)
     }
 
     /// Puts all files into their places. A new directory appears whole; in one that was there, the files are moved
@@ -126,7 +149,11 @@ impl<'a> Draft<'a> {
     fn put_back(&self, kept: &Path, names: &[String]) {
         for name in names {
             let (old, place) = (kept.join(name), self.dir.join(name));
-            let _ = if old.exists() { fs::rename(old, place) } else { fs::remove_file(place) };
+            let _ = match (old.exists(), place.is_dir()) {
+                (true, _) => fs::rename(old, place),
+                (false, true) => fs::remove_dir_all(place),
+                (false, false) => fs::remove_file(place),
+            };
         }
     }
 }

@@ -84,10 +84,11 @@ impl Fixed {
 
     /// The mended map with what is left to find in it.
     pub fn into_left(self) -> Checked {
-        let Self { loaded: Loaded { files, projector, info, settings, .. }, mended: Mended { osm, left, .. } } = self;
+        let Self { loaded, mended: Mended { osm, left, .. } } = self;
+        let Loaded { files, projector, info, settings, divided, .. } = loaded;
         let FromOsm { map, mut faults } = from_osm(&osm, &projector);
         info.judge(&osm, &projector, &mut faults);
-        let loaded = Loaded { osm, files, map, faults, projector, info, settings };
+        let loaded = Loaded { osm, files, map, faults, projector, info, settings, divided };
         Checked { loaded, sorted: Sorted { left, ..Sorted::default() } }
     }
 }

@@ -6,6 +6,7 @@
 mod built;
 mod checked;
 mod config;
+mod divided;
 mod error;
 pub(crate) mod files;
 mod fixed;
@@ -23,6 +24,7 @@ pub(crate) use checked::{judged, read_baseline};
 #[cfg(feature = "cli")]
 pub(crate) use config::above;
 pub use config::{ConfigSource, Configuration};
+pub use divided::split;
 pub use error::{Error, ErrorKind};
 #[cfg(feature = "cli")]
 pub(crate) use fixed::mended;

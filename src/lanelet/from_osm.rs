@@ -14,7 +14,8 @@ use crate::projection::Projector;
 
 use super::fault::{Condition, LoadFault};
 use super::{LaneletMap, LineString, LineStringId, PointId, Polygon, PolygonId};
-use relation_type::is_area;
+pub use nodes::positions;
+pub use relation_type::is_area;
 use std::borrow::Cow;
 
 use rustc_hash::FxHashMap;
