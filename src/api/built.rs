@@ -1,14 +1,17 @@
 //! A map that was built, and the files that it becomes.
 
+use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 
 use crate::builder::{Built, build_plan};
+use crate::cells::Divided;
 use crate::lanelet::{self, INFO};
 use crate::projection::{VerticalDatum, write_info};
 use crate::report::failure::Failure;
 
 use super::config::NAME;
+use super::divided::{grid, into_draft, told};
 use super::error::{Error, ErrorKind};
 use super::files::{self, SETTINGS_HEAD, wrote};
 use super::layout::Layout;
@@ -72,6 +75,33 @@ impl BuiltMap {
             draft.publish()
         };
         write().map_err(ErrorKind::Write.of())
+    }
+
+    /// Writes the files of a map that is divided into cells with sides of this length, whole metres, all or none.
+    ///
+    /// # Errors
+    ///
+    /// As [`BuiltMap::write`], and where the directory holds a map already.
+    pub fn write_cells(&self, directory: &Path, size: u32) -> Result<Divided, Error> {
+        spare(directory)?;
+        let grid = grid(size)?;
+        let (info, settings) = (self.projector_info(), self.settings()?);
+        let write = |failure| ErrorKind::Write.error(failure);
+        let mut draft = files::Draft::new(directory).map_err(write)?;
+        // Divided from its text, as any map is: so cells are the same whether the map was written before or not.
+        let whole = draft.scratch("whole.osm").map_err(write)?;
+        File::create(&whole).and_then(|file| self.write_osm(file)).map_err(|error| {
+            write(Failure::new(format!("cannot write the map into {}: {error}", directory.display())))
+        })?;
+        let (files, projector) = ([whole], Some(self.built.projector));
+        let divided = into_draft(&mut draft, &files, projector, grid, &|_| ()).map_err(|error| told(directory, error))?;
+        let rest = || -> Result<(), Failure> {
+            draft.write(INFO, |file| file.write_all(info.as_bytes()))?;
+            draft.write(NAME, |file| file.write_all(settings.as_bytes()))?;
+            draft.publish()
+        };
+        rest().map_err(write)?;
+        Ok(divided)
     }
 
     /// The map as an input for [`check`](crate::check()) and [`fix`](crate::fix()), by this name in messages.

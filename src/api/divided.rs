@@ -1,19 +1,19 @@
 //! A map that is divided into cells, and the directory that it becomes.
 
 use std::fs;
-use std::io::Write;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use crate::cells::{self, DivideError, Divided, Grid};
+use crate::cells::{self, Collision, DivideError, Divided, Grid, Merge};
 use crate::lanelet::cell_metadata::METADATA;
-use crate::lanelet::{MAP, ProjectorInfo, locate_files};
+use crate::lanelet::{MAP, ProjectorInfo, locate_files, read_elements};
 use crate::projection::Projector;
 use crate::report::failure::Failure;
 
 use super::built::spare;
 use super::config::{self, Configuration, NAME};
 use super::error::{Error, ErrorKind};
-use super::files::Draft;
+use super::files::{Draft, there_already};
 use super::load::{home, open_failure, projector, read_failure};
 
 /// The grid of cells with sides of this length.
@@ -84,6 +84,7 @@ pub(super) fn told(map: &Path, error: Unmade) -> Error {
 }
 
 /// What stands beside a map and belongs to it.
+#[derive(Debug, Default)]
 pub(super) struct Beside(Vec<(String, Vec<u8>)>);
 
 impl Beside {
@@ -102,9 +103,101 @@ impl Beside {
         info.path.clone().into_iter().chain(settings).map(read).collect::<Result<_, _>>().map(Self)
     }
 
+    /// What stands beside all of several maps, and whether settings were left out because they differ.
+    fn of_all(all: Vec<Self>) -> (Self, bool) {
+        let mut texts: Vec<(String, Vec<u8>)> = all.into_iter().flat_map(|one| one.0).collect();
+        let settings: Vec<&Vec<u8>> = texts.iter().filter(|(name, _)| name == NAME).map(|(_, text)| text).collect();
+        let differ = settings.windows(2).any(|pair| pair[0] != pair[1]);
+        // The projector's files say the same, if not in the same words.
+        let mut names = Vec::new();
+        texts.retain(|(name, _)| {
+            let new = !names.contains(name) && !(differ && name == NAME);
+            names.push(name.clone());
+            new
+        });
+        (Self(texts), differ)
+    }
+
     /// Adds the files to a draft; settings that no build has written are spared.
     pub(super) fn write(&self, draft: &mut Draft<'_>) -> Result<(), Failure> {
         spare(draft.dir())?;
         self.0.iter().try_for_each(|(name, bytes)| draft.write(name, |file| file.write_all(bytes)))
     }
+}
+
+/// What came of putting maps together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Joined {
+    /// Nodes, ways and relations.
+    pub elements: [usize; 3],
+    /// Elements that got another id.
+    pub renumbered: usize,
+    /// Whether the maps have different settings, so that none were written.
+    pub settings_left_out: bool,
+}
+
+/// Puts the cells of a divided map together, or several maps, and writes a map directory. All is written or nothing.
+///
+/// # Errors
+///
+/// Where a map cannot be read, the maps do not go together, or `output` holds a map already. Where two elements share an id and
+/// are not the same, unless they may be renumbered.
+pub fn merge(maps: &[PathBuf], output: &Path, renumber: bool, tell: &dyn Fn(&str)) -> Result<Joined, Error> {
+    let read = |failure| ErrorKind::Read.error(failure);
+    let place = output.join(MAP);
+    if place.exists() {
+        return Err(ErrorKind::Write.error(there_already(&place)));
+    }
+    let (mut data, mut beside, mut projectors) = (Vec::new(), Vec::new(), Vec::new());
+    for map in maps {
+        let (osm, files, info) = read_elements(map).map_err(|error| read(open_failure(error)))?;
+        beside.push(Beside::of(map, &files, &info).map_err(read)?);
+        projectors.push((info.projector(), osm.meta.as_ref().and_then(|meta| meta.format_version.clone())));
+        data.push(osm);
+    }
+    if let Some(other) = projectors.iter().position(|of| *of != projectors[0]) {
+        return Err(read(unlike(&maps[0], &maps[other], projectors[0].0 != projectors[other].0)));
+    }
+    let merge = Merge::of(&data);
+    if !renumber && !merge.collisions.is_empty() {
+        return Err(read(collisions(maps, &merge.collisions)));
+    }
+    tell("writing");
+    let (beside, settings_left_out) = Beside::of_all(beside);
+    let write = || -> Result<(), Failure> {
+        let mut draft = Draft::new(output)?;
+        draft.write(MAP, |file| {
+            let mut out = BufWriter::new(file);
+            merge.write(&mut out).and_then(|()| out.flush())
+        })?;
+        beside.write(&mut draft)?;
+        draft.publish()
+    };
+    write().map_err(|failure| ErrorKind::Write.error(failure))?;
+    Ok(Joined { elements: merge.counts(), renumbered: merge.renumbered(), settings_left_out })
+}
+
+/// Why two maps cannot become one.
+fn unlike(first: &Path, other: &Path, projection: bool) -> Failure {
+    let (first, other) = (first.display(), other.display());
+    match projection {
+        true => Failure::new(format!("{first} and {other} have different projections"))
+            .help(format!("put one into the projection of the other: lanewright project convert {other} --to TYPE -o DIR")),
+        false => Failure::new(format!("{first} and {other} have different format versions"))
+            .help("write the same format_version into <MetaInfo> of both, if both keep to it"),
+    }
+}
+
+/// Which elements share their ids and are not the same.
+fn collisions(maps: &[PathBuf], collisions: &[Collision]) -> Failure {
+    /// So many are named, as examples.
+    const NAMED: usize = 10;
+    let of_map = collisions.first().map_or(0, |one| one.map);
+    let named: Vec<String> = collisions.iter().take(NAMED).map(|one| format!("{} {}", one.kind, one.id)).collect();
+    let more = collisions.len().saturating_sub(NAMED);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    let map = maps.get(of_map).map(|map| map.display().to_string()).unwrap_or_default();
+    Failure::new(format!("{map} has other elements with ids that a map before it has: {}{more}", named.join(", ")))
+        .about(map)
+        .help("--renumber gives them other ids; cells of one map that differ are damaged: divide it anew")
 }

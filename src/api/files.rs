@@ -62,6 +62,8 @@ pub struct Draft<'a> {
     dir: &'a Path,
     aside: TempDir,
     names: Vec<String>,
+    /// What is not part of the result.
+    scratch: Option<TempDir>,
     /// Whether `dir` is still to be made: then the draft becomes it, in one move.
     fresh: bool,
 }
@@ -74,7 +76,7 @@ impl<'a> Draft<'a> {
         let home = if fresh { parent(dir) } else { dir };
         fs::create_dir_all(home).map_err(|e| failed("make the directory", home, e))?;
         let aside = builder(fresh).tempdir_in(home).map_err(|e| failed("write into", home, e))?;
-        Ok(Self { dir, aside, names: Vec::new(), fresh })
+        Ok(Self { dir, aside, names: Vec::new(), scratch: None, fresh })
     }
 
     /// Where the files will be.
@@ -100,18 +102,18 @@ impl<'a> Draft<'a> {
     pub fn folder(&mut self, name: &str) -> Result<PathBuf, Failure> {
         let (place, folder) = (self.dir.join(name), self.aside.path().join(name));
         if place.exists() {
-            return Err(Failure::new(format!("{} is there already", place.display()))
-                .about(place.display().to_string())
-                .help("nothing was changed; move it away or give another output"));
+            return Err(there_already(&place));
         }
         fs::create_dir(&folder).map_err(|e| failed("make the directory", &place, e))?;
         self.names.push(name.to_owned());
         Ok(folder)
     }
 
-    /// A place for a file that is not to be part of the result.
-    pub fn scratch(&self, name: &str) -> PathBuf {
-        self.aside.path().join(name)
+    /// A place for a file that is not to be part of the result, and is gone when the draft is.
+    pub fn scratch(&mut self, name: &str) -> Result<PathBuf, Failure> {
+        let home = self.aside.path();
+        let scratch = builder(false).tempdir_in(parent(home)).map_err(|e| failed("write beside", self.dir, e))?;
+        Ok(self.scratch.insert(scratch).path().join(name))
     }
 
     /// Puts all files into their places. A new directory appears whole; in one that was there, the files are moved
@@ -181,6 +183,13 @@ fn exchanged(a: &Path, b: &Path) -> bool {
 #[cfg(not(target_os = "linux"))]
 fn exchanged(_: &Path, _: &Path) -> bool {
     false
+}
+
+/// Why nothing is written where something is.
+pub(super) fn there_already(place: &Path) -> Failure {
+    Failure::new(format!("{} is there already", place.display()))
+        .about(place.display().to_string())
+        .help("nothing was changed; move it away or give another output")
 }
 
 fn parent(dir: &Path) -> &Path {

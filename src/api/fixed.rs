@@ -42,8 +42,11 @@ impl Fixed {
     ///
     /// # Errors
     ///
-    /// Where a parameter has a value of the wrong type.
+    /// Where a parameter has a value of the wrong type, or the map is divided into cells.
     pub fn of(loaded: Loaded, unsafe_too: bool) -> Result<Self, Error> {
+        if loaded.divided {
+            return Err(ErrorKind::Write.error(undivided("mends")));
+        }
         let mended = mended(&loaded, unsafe_too)?;
         Ok(Self { loaded, mended })
     }
@@ -127,6 +130,12 @@ impl Edits {
         }
         files::write_all(&changed)
     }
+}
+
+/// Why cells are not edited one by one, and the way out.
+pub(crate) fn undivided(verb: &str) -> Failure {
+    Failure::new(format!("the map is divided into cells, and lanewright {verb} whole maps only"))
+        .help("lanewright merge MAP -o WHOLE first, and lanewright split WHOLE -o CELLS afterwards")
 }
 
 /// What a map says, mended.

@@ -24,10 +24,10 @@ pub(crate) use checked::{judged, read_baseline};
 #[cfg(feature = "cli")]
 pub(crate) use config::above;
 pub use config::{ConfigSource, Configuration};
-pub use divided::split;
+pub use divided::{Joined, merge, split};
 pub use error::{Error, ErrorKind};
 #[cfg(feature = "cli")]
-pub(crate) use fixed::mended;
+pub(crate) use fixed::{mended, undivided};
 pub use fixed::{Edits, FixOptions, Fixed};
 pub use layout::{Layout, LayoutOptions};
 pub use load::Loaded;

@@ -5,17 +5,23 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
 use crate::lanelet::cell_metadata::CellMetadata;
 use crate::lanelet::projector_for;
-use crate::osm::{Block, Blocks, ElementKind, OsmData, OsmText};
+use crate::osm::{Blocks, ElementKind, OsmData, OsmText};
 use crate::projection::Projector;
 
 use super::DivideError;
 use super::grid::Grid;
 use super::placement::Placement;
-use super::sets::SetId;
+use super::sets::{CellSets, SetId};
 use super::survey::{Hints, Shelf, Survey};
+
+/// Blocks in which the files are read for what must be known of them. What is known takes the most memory, not the blocks.
+const BLOCKS_READ: u64 = 256;
+/// Blocks in which the elements are copied. Each is written to nearly all cells, and to open a file takes longer than to write it.
+const BLOCKS_COPIED: u64 = 24;
 
 /// What came of dividing a map.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -76,7 +82,7 @@ pub fn divide(
 fn hints(files: &[PathBuf]) -> Result<OsmData, DivideError> {
     let mut hints = Hints::default();
     for file in files {
-        let mut blocks = Blocks::open(file)?;
+        let mut blocks = Blocks::open(file, BLOCKS_READ)?;
         while let Some(block) = blocks.next_block()? {
             if hints.look(&block.data) {
                 return Ok(hints.data());
@@ -89,7 +95,7 @@ fn hints(files: &[PathBuf]) -> Result<OsmData, DivideError> {
 fn survey(files: &[PathBuf], projector: &Projector) -> Result<Survey, DivideError> {
     let mut survey = Survey::default();
     for file in files {
-        let mut blocks = Blocks::open(file)?;
+        let mut blocks = Blocks::open(file, BLOCKS_READ)?;
         survey.begin_file(blocks.name());
         while let Some(block) = blocks.next_block()? {
             survey.add(&block.data, projector, files.len() > 1)?;
@@ -100,7 +106,7 @@ fn survey(files: &[PathBuf], projector: &Projector) -> Result<Survey, DivideErro
 
 /// The sets of all elements of one kind, handed out in the order of the files.
 struct Placed {
-    copies: rustc_hash::FxHashSet<u32>,
+    copies: FxHashSet<u32>,
     sets: Vec<SetId>,
     /// Elements that were passed, with and without copies.
     seen: u32,
@@ -129,14 +135,14 @@ struct Entry<'t> {
 fn copy(
     files: &[PathBuf],
     [mut nodes, mut ways, mut relations]: [Placed; 3],
-    sets: &super::sets::CellSets,
+    sets: &CellSets,
     cells: &mut CellFiles,
 ) -> Result<(), DivideError> {
     for file in files {
-        let mut blocks = Blocks::open(file)?;
+        let mut blocks = Blocks::open(file, BLOCKS_COPIED)?;
         while let Some(block) = blocks.next_block()? {
             let mut entries = Vec::new();
-            for (kind, _, text) in Block::elements(&block) {
+            for (kind, text) in block.elements() {
                 let set = match kind {
                     ElementKind::Node => nodes.next(),
                     ElementKind::Way => ways.next(),

@@ -10,7 +10,9 @@
 mod divide;
 mod grid;
 mod ids;
+mod merge;
 mod placement;
+mod renumber;
 mod sets;
 mod survey;
 
@@ -20,6 +22,7 @@ use crate::osm::{ElementKind, ReadError};
 
 pub use divide::{Divided, divide};
 pub use grid::{Cell, Grid};
+pub use merge::{Collision, Merge};
 
 
 /// Why a map cannot be divided.

@@ -61,7 +61,7 @@ pub struct Shelf {
 }
 
 impl Survey {
-    /// Begins the next file. From the second on it is known that there are several: `several` says it from the first.
+    /// Begins the next file.
     pub fn begin_file(&mut self, name: &str) {
         self.files.push(name.to_owned());
     }

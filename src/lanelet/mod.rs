@@ -27,7 +27,7 @@ pub use from_osm::{Loaded, SUPPORTED_FORMAT_VERSION, from_osm, is_area, position
 pub use limits::{RoleLimit, TargetKind, known_subtypes, role_limits};
 pub use open::{
     MAP, OpenError, Opened, ProjectorFrom, files_of, is_lanelet2, is_navigation_osm, locate_files, open, open_bytes,
-    projector_for,
+    projector_for, read_elements,
 };
 pub use point::Point;
 pub use primitive_layer::Primitive;

@@ -182,14 +182,23 @@ pub fn open(path: &Path, projector: Option<Projector>) -> Result<Opened, OpenErr
         None => found.info()?,
     };
     found.hold_against_list()?;
-    let mut osm = read_files(&found.files)?;
-    let contradictions = osm.leave_out_copies();
     let divided = found.cells.is_some();
-    if divided {
-        agree(&osm, &contradictions)?;
-        osm.sort_by_id();
-    }
+    let osm = found.read(divided)?;
     Ok(Opened { divided, ..opened(path, osm, found.files, info, projector)? })
+}
+
+/// Reads the elements of a map, each once, and the projector file beside it. Files that contradict each other are no map.
+///
+/// # Errors
+///
+/// If a file cannot be read, files contradict each other, or there is no Lanelet2 map in them.
+pub fn read_elements(path: &Path) -> Result<(OsmData, Vec<PathBuf>, ProjectorInfo), OpenError> {
+    let found = find(path)?;
+    found.hold_against_list()?;
+    let info = found.info()?;
+    let osm = found.read(true)?;
+    vet(path, &osm)?;
+    Ok((osm, found.files, info))
 }
 
 /// Whether cells say the same of each element.
@@ -227,6 +236,20 @@ pub fn open_bytes(
     opened(Path::new(name), osm, Vec::new(), info, projector)
 }
 
+/// Whether there is a Lanelet2 map.
+fn vet(path: &Path, osm: &OsmData) -> Result<(), OpenError> {
+    if is_lanelet2(osm) {
+        return Ok(());
+    }
+    let path = path.to_path_buf();
+    Err(if is_navigation_osm(osm) {
+        let roads = osm.ways.iter().filter(|w| w.tags.has("highway")).count();
+        OpenError::Navigation { path, roads }
+    } else {
+        OpenError::NotLanelet2 { path }
+    })
+}
+
 fn opened(
     path: &Path,
     osm: OsmData,
@@ -234,15 +257,7 @@ fn opened(
     info: ProjectorInfo,
     projector: Option<Projector>,
 ) -> Result<Opened, OpenError> {
-    if !is_lanelet2(&osm) {
-        let path = path.to_path_buf();
-        return Err(if is_navigation_osm(&osm) {
-            let roads = osm.ways.iter().filter(|w| w.tags.has("highway")).count();
-            OpenError::Navigation { path, roads }
-        } else {
-            OpenError::NotLanelet2 { path }
-        });
-    }
+    vet(path, &osm)?;
     let (projector, projector_from) = match (projector, info.projector(), &info.path) {
         (Some(projector), ..) => (projector, ProjectorFrom::Caller),
         (None, Some(projector), Some(path)) => (projector, ProjectorFrom::Info(path.clone())),
@@ -290,6 +305,18 @@ impl Found {
         })
     }
 
+    /// The elements of all files, each once. Cells, and whatever else must be one map, are in the order of ids and may not
+    /// contradict each other.
+    fn read(&self, one_map: bool) -> Result<OsmData, OpenError> {
+        let mut osm = read_files(&self.files)?;
+        let contradictions = osm.leave_out_copies();
+        if one_map && self.files.len() > 1 {
+            agree(&osm, &contradictions)?;
+            osm.sort_by_id();
+        }
+        Ok(osm)
+    }
+
     /// Whether the list of the cells, where there is one, names all cells and no others.
     fn hold_against_list(&self) -> Result<(), OpenError> {
         let Some(cells) = &self.cells else { return Ok(()) };
@@ -321,7 +348,9 @@ fn find(path: &Path) -> Result<Found, OpenError> {
     if !path.is_dir() {
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let autoware = path.file_name() == Some(OsStr::new(MAP));
-        return Ok(Found { files: vec![path.to_path_buf()], folder, above: None, cells: None, autoware });
+        // One cell of a divided map.
+        let above = folder.parent().filter(|_| folder.file_name() == Some(OsStr::new(MAP))).map(Path::to_path_buf);
+        return Ok(Found { files: vec![path.to_path_buf()], folder, above, cells: None, autoware });
     }
     let folder = path.to_path_buf();
     for inner in [path.join(MAP), path.join(format!("{MAP}.gz"))] {

@@ -10,13 +10,10 @@ use crate::osm::{ElementKind, OsmData, OsmText, ReadError, pbf};
 
 /// A block grows up to this many bytes until it ends between two elements: a comment, or one element, can be long.
 const LONGEST: usize = 1 << 28;
-/// Blocks that a file is read in, as long as they are neither too short nor too long: their number, and not their length, is
-/// what whoever writes to many places pays for.
-const BLOCKS: u64 = 64;
 /// The shortest block, bytes: enough work for all threads.
-const SHORT: u64 = if cfg!(test) { 1 << 10 } else { 1 << 22 };
+const SHORT: u64 = if cfg!(test) { 1 << 10 } else { 1 << 20 };
 /// The longest block, bytes, that is not cut where it could be.
-const LONG: u64 = 1 << 26;
+const LONG: u64 = 1 << 27;
 
 /// What a file says, in blocks.
 pub struct Blocks {
@@ -44,25 +41,26 @@ pub struct Block {
 }
 
 impl Block {
-    /// The elements in the order of the text, each with its position among those of its kind and its text.
-    pub fn elements(&self) -> Vec<(ElementKind, usize, &str)> {
-        let nodes = self.data.nodes.iter().enumerate().map(|(i, one)| (&one.span, ElementKind::Node, i));
-        let ways = self.data.ways.iter().enumerate().map(|(i, one)| (&one.span, ElementKind::Way, i));
-        let relations = self.data.relations.iter().enumerate().map(|(i, one)| (&one.span, ElementKind::Relation, i));
+    /// The elements in the order of the text, each with its kind and its text.
+    pub fn elements(&self) -> Vec<(ElementKind, &str)> {
+        let nodes = self.data.nodes.iter().map(|one| (&one.span, ElementKind::Node));
+        let ways = self.data.ways.iter().map(|one| (&one.span, ElementKind::Way));
+        let relations = self.data.relations.iter().map(|one| (&one.span, ElementKind::Relation));
         let mut all: Vec<_> = nodes.chain(ways).chain(relations).collect();
-        all.sort_by_key(|(span, ..)| span.start);
+        all.sort_by_key(|(span, _)| span.start);
         let text = |start: u64, end: u64| self.text.get(start as usize..end as usize).unwrap_or_default();
-        all.into_iter().map(|(span, kind, i)| (kind, i, text(span.start, span.end))).collect()
+        all.into_iter().map(|(span, kind)| (kind, text(span.start, span.end))).collect()
     }
 }
 
 impl Blocks {
-    /// Begins to read a file: XML, plain or gzip, or PBF, which becomes XML first.
+    /// Begins to read a file: XML, plain or gzip, or PBF, which becomes XML first. It is read in about so many blocks, as long as
+    /// they are neither too short nor too long.
     ///
     /// # Errors
     ///
     /// If the file cannot be read, or is PBF that cannot be decoded.
-    pub fn open(path: &Path) -> Result<Self, ReadError> {
+    pub fn open(path: &Path, blocks: u64) -> Result<Self, ReadError> {
         let failed = |source| ReadError::Io { path: path.to_path_buf(), source };
         let name = path.display().to_string();
         let mut file = File::open(path).map_err(failed)?;
@@ -84,11 +82,11 @@ impl Blocks {
             true => Box::new(flate2::bufread::MultiGzDecoder::new(file).take(MOST_UNPACKED)),
             false => Box::new(file),
         };
-        Ok(Self { packed, ..Self::of(name, from, size) })
+        Ok(Self { packed, ..Self::of(name, from, size / blocks.max(1)) })
     }
 
-    fn of(name: String, from: Box<dyn Read>, size: u64) -> Self {
-        let length = (size / BLOCKS).clamp(SHORT, LONG) as usize;
+    fn of(name: String, from: Box<dyn Read>, length: u64) -> Self {
+        let length = length.clamp(SHORT, LONG) as usize;
         let (rest, place) = (Vec::new(), Place::default());
         Self { name, from, rest, length, place, at_end: false, packed: false, offset: 0, lines: 0 }
     }
@@ -252,16 +250,9 @@ mod tests {
     fn elements_come_in_the_order_of_the_text() {
         let text = "<osm><way id='1'/><node id='2' lat='0' lon='0'/><relation id='3'/><node id='4' lat='1' lon='1'/></osm>";
         let blocks = blocks(text).unwrap();
-        let all: Vec<_> = blocks.iter().flat_map(Block::elements).map(|(kind, at, text)| (kind, at, &text[..6])).collect();
-        assert_eq!(
-            all,
-            [
-                (ElementKind::Way, 0, "<way i"),
-                (ElementKind::Node, 0, "<node "),
-                (ElementKind::Relation, 0, "<relat"),
-                (ElementKind::Node, 1, "<node ")
-            ]
-        );
+        let all: Vec<_> = blocks.iter().flat_map(Block::elements).map(|(kind, text)| (kind, &text[..9])).collect();
+        let [node, way, relation] = [ElementKind::Node, ElementKind::Way, ElementKind::Relation];
+        assert_eq!(all, [(way, "<way id='"), (node, "<node id="), (relation, "<relation"), (node, "<node id=")]);
     }
 
     #[test]
