@@ -94,7 +94,8 @@ impl BuiltMap {
             write(Failure::new(format!("cannot write the map into {}: {error}", directory.display())))
         })?;
         let (files, projector) = ([whole], Some(self.built.projector));
-        let divided = into_draft(&mut draft, &files, projector, grid, &|_| ()).map_err(|error| told(directory, error))?;
+        let divided =
+            into_draft(&mut draft, &files, projector, grid, &|_| ()).map_err(|error| told(directory, error))?;
         let rest = || -> Result<(), Failure> {
             draft.write(INFO, |file| file.write_all(info.as_bytes()))?;
             draft.write(NAME, |file| file.write_all(settings.as_bytes()))?;

@@ -29,7 +29,13 @@ pub(crate) fn grid(size: u32) -> Result<Grid, Error> {
 /// # Errors
 ///
 /// Where the map or settings cannot be read, the map cannot be divided, or `output` holds a map already.
-pub fn split(map: &Path, output: &Path, size: u32, said: &Configuration, tell: &dyn Fn(&str)) -> Result<Divided, Error> {
+pub fn split(
+    map: &Path,
+    output: &Path,
+    size: u32,
+    said: &Configuration,
+    tell: &dyn Fn(&str),
+) -> Result<Divided, Error> {
     let grid = grid(size)?;
     let settings = config::settings(home(map), said).map_err(ErrorKind::Config.of())?;
     let (files, info) = locate_files(map).map_err(|error| ErrorKind::Read.error(open_failure(error)))?;
@@ -58,9 +64,7 @@ pub(super) fn into_draft(
 ) -> Result<Divided, Unmade> {
     let folder = draft.folder(MAP).map_err(Unmade::Draft)?;
     let divided = cells::divide(files, projector, grid, &folder, tell).map_err(Unmade::Divide)?;
-    draft
-        .write(METADATA, |file| file.write_all(divided.metadata.text().as_bytes()))
-        .map_err(Unmade::Draft)?;
+    draft.write(METADATA, |file| file.write_all(divided.metadata.text().as_bytes())).map_err(Unmade::Draft)?;
     Ok(divided)
 }
 
@@ -181,8 +185,9 @@ pub fn merge(maps: &[PathBuf], output: &Path, renumber: bool, tell: &dyn Fn(&str
 fn unlike(first: &Path, other: &Path, projection: bool) -> Failure {
     let (first, other) = (first.display(), other.display());
     match projection {
-        true => Failure::new(format!("{first} and {other} have different projections"))
-            .help(format!("put one into the projection of the other: lanewright project convert {other} --to TYPE -o DIR")),
+        true => Failure::new(format!("{first} and {other} have different projections")).help(format!(
+            "put one into the projection of the other: lanewright project convert {other} --to TYPE -o DIR"
+        )),
         false => Failure::new(format!("{first} and {other} have different format versions"))
             .help("write the same format_version into <MetaInfo> of both, if both keep to it"),
     }

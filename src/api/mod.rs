@@ -26,9 +26,9 @@ pub(crate) use config::above;
 pub use config::{ConfigSource, Configuration};
 pub use divided::{Joined, merge, split};
 pub use error::{Error, ErrorKind};
+pub use fixed::{Edits, FixOptions, Fixed};
 #[cfg(feature = "cli")]
 pub(crate) use fixed::{mended, undivided};
-pub use fixed::{Edits, FixOptions, Fixed};
 pub use layout::{Layout, LayoutOptions};
 pub use load::Loaded;
 

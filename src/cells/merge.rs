@@ -52,8 +52,11 @@ impl<'a> Merge<'a> {
         let mut next = 0;
         for (map, osm) in maps.iter().enumerate() {
             let own = contents(osm);
-            let mut colliding: Vec<Key> =
-                own.iter().filter(|(key, own)| said.get(key).is_some_and(|other| other != *own)).map(|(key, _)| *key).collect();
+            let mut colliding: Vec<Key> = own
+                .iter()
+                .filter(|(key, own)| said.get(key).is_some_and(|other| other != *own))
+                .map(|(key, _)| *key)
+                .collect();
             colliding.sort_unstable();
             merge.collisions.extend(colliding.iter().map(|&(kind, id)| Collision { kind, id, map }));
             let used = match colliding.is_empty() {
@@ -269,7 +272,9 @@ mod tests {
 
     #[test]
     fn three_maps_with_the_same_ids_become_one() {
-        let maps = [0, 1, 2].map(|lat| map(&[&node(1, lat), "<relation id='1'><member type='node' ref='1' role=''/></relation>"].concat()));
+        let maps = [0, 1, 2].map(|lat| {
+            map(&[&node(1, lat), "<relation id='1'><member type='node' ref='1' role=''/></relation>"].concat())
+        });
         let merge = Merge::of(&maps);
         assert_eq!((merge.counts(), merge.renumbered(), merge.collisions.len()), ([3, 0, 3], 4, 2));
     }

@@ -24,7 +24,6 @@ pub use divide::{Divided, divide};
 pub use grid::{Cell, Grid};
 pub use merge::{Collision, Merge};
 
-
 /// Why a map cannot be divided.
 #[derive(Debug, thiserror::Error)]
 pub enum DivideError {

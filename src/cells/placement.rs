@@ -55,10 +55,9 @@ impl Placing<'_> {
             if area {
                 line.extend(line.first().copied());
             }
-            let set = self.touched(&line, area.then_some(&line)).map_err(|TooWide| DivideError::TooWide {
-                kind: ElementKind::Way,
-                id: survey.ways.ids.at(way),
-            })?;
+            let set = self
+                .touched(&line, area.then_some(&line))
+                .map_err(|TooWide| DivideError::TooWide { kind: ElementKind::Way, id: survey.ways.ids.at(way) })?;
             self.placement.ways.push(set);
         }
         Ok(())

@@ -46,9 +46,8 @@ fn changes(kind: ElementKind, text: &str, new: &NewIds) -> Vec<(Range<usize>, i6
             }
             _ => None,
         };
-        let changed = reference.and_then(|(kind, (range, id))| {
-            Some((range, *new.get(&(kind, id.trim().parse().ok()?))?))
-        });
+        let changed =
+            reference.and_then(|(kind, (range, id))| Some((range, *new.get(&(kind, id.trim().parse().ok()?))?)));
         found.extend(changed);
     }
     found
@@ -60,9 +59,10 @@ mod tests {
 
     #[test]
     fn ids_change_and_nothing_else_does() {
-        let new: NewIds = [((ElementKind::Node, 1), 901), ((ElementKind::Way, 1), 902), ((ElementKind::Relation, 3), 903)]
-            .into_iter()
-            .collect();
+        let new: NewIds =
+            [((ElementKind::Node, 1), 901), ((ElementKind::Way, 1), 902), ((ElementKind::Relation, 3), 903)]
+                .into_iter()
+                .collect();
         let of = |kind, text| renumbered(kind, text, &new);
         assert_eq!(
             of(ElementKind::Way, "<way version='1' id='1'><!-- <nd ref='1'/> --><nd ref=\"1\"/><nd ref='2'/></way>"),

@@ -119,12 +119,7 @@ impl Survey {
     }
 
     /// Adds an id to its shelf; whether the element is new, and no copy.
-    fn file_away(
-        &mut self,
-        kind: ElementKind,
-        id: i64,
-        content: Option<&impl Content>,
-    ) -> Result<bool, DivideError> {
+    fn file_away(&mut self, kind: ElementKind, id: i64, content: Option<&impl Content>) -> Result<bool, DivideError> {
         let file = self.files.len().saturating_sub(1) as u32;
         let shelf = match kind {
             ElementKind::Node => &mut self.nodes,

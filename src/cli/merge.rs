@@ -30,11 +30,7 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     let joined = merge(&args.maps, &args.output, args.renumber, &|doing| progress.next(doing))?;
     drop(progress);
     let Joined { elements: [nodes, ways, relations], renumbered, settings_left_out } = joined;
-    let mut counts = vec![
-        (nodes, "node", "nodes"),
-        (ways, "way", "ways"),
-        (relations, "relation", "relations"),
-    ];
+    let mut counts = vec![(nodes, "node", "nodes"), (ways, "way", "ways"), (relations, "relation", "relations")];
     counts.extend((renumbered > 0).then_some((renumbered, "element has another id", "elements have other ids")));
     let mut text = format!("{}\n{}", args.output.display(), input::counts(&counts));
     if settings_left_out {

@@ -11,8 +11,8 @@ use crate::report::failure::Failure;
 
 use super::args::{CLEAN, ProjectorArg, place};
 use super::output::{self, Progress};
-use crate::api::{files, undivided};
 use crate::api::load::open_failure;
+use crate::api::{files, undivided};
 use clap::{Args, Subcommand};
 
 /// What `project` does.

@@ -248,7 +248,8 @@ mod tests {
 
     #[test]
     fn elements_come_in_the_order_of_the_text() {
-        let text = "<osm><way id='1'/><node id='2' lat='0' lon='0'/><relation id='3'/><node id='4' lat='1' lon='1'/></osm>";
+        let text =
+            "<osm><way id='1'/><node id='2' lat='0' lon='0'/><relation id='3'/><node id='4' lat='1' lon='1'/></osm>";
         let blocks = blocks(text).unwrap();
         let all: Vec<_> = blocks.iter().flat_map(Block::elements).map(|(kind, text)| (kind, &text[..9])).collect();
         let [node, way, relation] = [ElementKind::Node, ElementKind::Way, ElementKind::Relation];
