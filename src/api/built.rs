@@ -6,19 +6,16 @@ use std::path::Path;
 
 use crate::builder::{Built, build_plan};
 use crate::cells::Divided;
-use crate::lanelet::{self, INFO};
+use crate::lanelet::{self, INFO, MAP};
 use crate::projection::{VerticalDatum, write_info};
 use crate::report::failure::Failure;
 
 use super::config::NAME;
 use super::divided::{grid, into_draft, told};
 use super::error::{Error, ErrorKind};
-use super::files::{self, SETTINGS_HEAD, wrote};
+use super::files::{self, SETTINGS_HEAD, spare};
 use super::layout::Layout;
 use super::{InMemory, Input};
-
-/// The map's file in its directory.
-pub(crate) use crate::lanelet::MAP;
 
 /// A map that was built, with what goes beside it.
 #[derive(Debug)]
@@ -91,7 +88,8 @@ impl BuiltMap {
         // Divided from its text, as any map is: so cells are the same whether the map was written before or not.
         let whole = draft.scratch("whole.osm").map_err(write)?;
         File::create(&whole).and_then(|file| self.write_osm(file)).map_err(|error| {
-            write(Failure::new(format!("cannot write the map into {}: {error}", directory.display())))
+            let failure = Failure::new(format!("cannot write the map into {}: {error}", directory.display()));
+            write(failure.help("nothing was changed; check the place's permissions and free space"))
         })?;
         let (files, projector) = ([whole], Some(self.built.projector));
         let divided =
@@ -121,24 +119,4 @@ impl BuiltMap {
             settings: Some(self.settings()?),
         }))
     }
-}
-
-/// Refuses a directory to build into where that would write over settings that no build has written: to be asked before the
-/// work begins.
-///
-/// # Errors
-///
-/// Where such settings are there.
-pub fn spare(directory: &Path) -> Result<(), Error> {
-    let settings = directory.join(NAME);
-    if settings.is_file() && !wrote(&settings) {
-        let failure =
-            Failure::new(format!("{} was not written by `build`, which would write over it", settings.display()));
-        return Err(ErrorKind::Write.error(
-            failure
-                .about(settings.display().to_string())
-                .help("build into a directory of its own; the settings of directories above it count there, too"),
-        ));
-    }
-    Ok(())
 }

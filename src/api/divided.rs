@@ -10,10 +10,9 @@ use crate::lanelet::{MAP, ProjectorInfo, locate_files, read_elements};
 use crate::projection::Projector;
 use crate::report::failure::Failure;
 
-use super::built::spare;
 use super::config::{self, Configuration, NAME};
 use super::error::{Error, ErrorKind};
-use super::files::{Draft, there_already};
+use super::files::{Draft, spare, there_already};
 use super::load::{home, open_failure, projector, read_failure};
 
 /// The grid of cells with sides of this length.
@@ -39,7 +38,7 @@ pub fn split(
     let grid = grid(size)?;
     let settings = config::settings(home(map), said).map_err(ErrorKind::Config.of())?;
     let (files, info) = locate_files(map).map_err(|error| ErrorKind::Read.error(open_failure(error)))?;
-    let beside = Beside::of(map, &files, &info).map_err(ErrorKind::Read.of())?;
+    let beside = Beside::of(&files, &info).map_err(ErrorKind::Read.of())?;
     let write = |error| ErrorKind::Write.error(error);
     let projector = projector(&settings).or_else(|| info.projector());
     let mut draft = Draft::new(output).map_err(write)?;
@@ -93,10 +92,12 @@ pub(super) struct Beside(Vec<(String, Vec<u8>)>);
 
 impl Beside {
     /// The projector's file, under its own name, and the settings.
-    pub(super) fn of(map: &Path, files: &[PathBuf], info: &ProjectorInfo) -> Result<Self, Failure> {
-        // The settings of a map that is given as one of its files, or as the folder of its cells, stand beside the others.
-        let settings = [home(map).join(NAME), info.path.iter().map(|path| path.with_file_name(NAME)).collect()];
-        let settings = settings.into_iter().find(|file| file.is_file() && !files.contains(file));
+    pub(super) fn of(files: &[PathBuf], info: &ProjectorInfo) -> Result<Self, Failure> {
+        let folder = files.first().and_then(|file| file.parent()).unwrap_or(Path::new(""));
+        // Beside the folder of the cells, not in it.
+        let is_of_cells = folder.file_name().is_some_and(|name| name == MAP);
+        let folder = folder.parent().filter(|_| is_of_cells).unwrap_or(folder);
+        let settings = Some(folder.join(NAME)).filter(|file| file.is_file());
         let read = |file: PathBuf| {
             let name = file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
             let bytes = fs::read(&file).map_err(|error| {
@@ -155,7 +156,7 @@ pub fn merge(maps: &[PathBuf], output: &Path, renumber: bool, tell: &dyn Fn(&str
     let (mut data, mut beside, mut projectors) = (Vec::new(), Vec::new(), Vec::new());
     for map in maps {
         let (osm, files, info) = read_elements(map).map_err(|error| read(open_failure(error)))?;
-        beside.push(Beside::of(map, &files, &info).map_err(read)?);
+        beside.push(Beside::of(&files, &info).map_err(read)?);
         projectors.push((info.projector(), osm.meta.as_ref().and_then(|meta| meta.format_version.clone())));
         data.push(osm);
     }

@@ -7,6 +7,9 @@ use std::path::{Path, PathBuf};
 use crate::report::failure::Failure;
 use tempfile::TempDir;
 
+use super::config::NAME;
+use super::error::{Error, ErrorKind};
+
 /// Says how the settings of a build came to be and what they are for.
 pub(super) const SETTINGS_HEAD: &str =
     "# What OpenStreetMap told and the map cannot say; `lanewright check` reads it.\n";
@@ -14,6 +17,26 @@ pub(super) const SETTINGS_HEAD: &str =
 /// Whether a build has written these settings.
 pub(super) fn wrote(settings: &Path) -> bool {
     fs::read(settings).is_ok_and(|written| written.starts_with(SETTINGS_HEAD.as_bytes()))
+}
+
+/// Refuses a directory to build into where that would write over settings that no build has written: to be asked before the
+/// work begins.
+///
+/// # Errors
+///
+/// Where such settings are there.
+pub fn spare(directory: &Path) -> Result<(), Error> {
+    let settings = directory.join(NAME);
+    if settings.is_file() && !wrote(&settings) {
+        let failure =
+            Failure::new(format!("{} was not written by `build`, which would write over it", settings.display()));
+        return Err(ErrorKind::Write.error(
+            failure
+                .about(settings.display().to_string())
+                .help("build into a directory of its own; the settings of directories above it count there, too"),
+        ));
+    }
+    Ok(())
 }
 
 /// Writes one file, whole or not at all.

@@ -15,9 +15,7 @@ pub(crate) mod load;
 
 use std::path::{Path, PathBuf};
 
-#[cfg(feature = "cli")]
-pub(crate) use built::MAP;
-pub use built::{BuiltMap, spare};
+pub use built::BuiltMap;
 pub use checked::{CheckOptions, Checked, write_baseline};
 #[cfg(feature = "cli")]
 pub(crate) use checked::{judged, read_baseline};
@@ -26,6 +24,7 @@ pub(crate) use config::above;
 pub use config::{ConfigSource, Configuration};
 pub use divided::{Joined, merge, split};
 pub use error::{Error, ErrorKind};
+pub use files::spare;
 pub use fixed::{Edits, FixOptions, Fixed};
 #[cfg(feature = "cli")]
 pub(crate) use fixed::{mended, undivided};

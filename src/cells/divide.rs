@@ -21,7 +21,7 @@ use super::survey::{Hints, Shelf, Survey};
 /// Blocks in which the files are read for what must be known of them. What is known takes the most memory, not the blocks.
 const BLOCKS_READ: u64 = 256;
 /// Blocks in which the elements are copied. Each is written to nearly all cells, and to open a file takes longer than to write it.
-const BLOCKS_COPIED: u64 = 24;
+const BLOCKS_COPIED: u64 = 48;
 
 /// What came of dividing a map.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -96,7 +96,7 @@ fn survey(files: &[PathBuf], projector: &Projector) -> Result<Survey, DivideErro
     let mut survey = Survey::default();
     for file in files {
         let mut blocks = Blocks::open(file, BLOCKS_READ)?;
-        survey.begin_file(blocks.name());
+        survey.begin_file(blocks.name(), blocks.size());
         while let Some(block) = blocks.next_block()? {
             survey.add(&block.data, projector, files.len() > 1)?;
         }

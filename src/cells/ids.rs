@@ -14,6 +14,13 @@ pub struct Ids {
 }
 
 impl Ids {
+    /// Room for this many, so that a list does not move while it grows: what is not used takes no memory.
+    pub fn reserve(&mut self, elements: usize) {
+        self.ids.reserve(elements);
+        let ids = &self.ids;
+        self.table.reserve(elements, |&at| hash(ids.get(at as usize).copied().unwrap_or_default()));
+    }
+
     /// How many there are.
     pub fn len(&self) -> usize {
         self.ids.len()
@@ -63,6 +70,11 @@ impl<T> Default for Lists<T> {
 }
 
 impl<T> Lists<T> {
+    /// Room for this many items in all lists.
+    pub fn reserve(&mut self, items: usize) {
+        self.items.reserve(items);
+    }
+
     /// Adds a list.
     pub fn push(&mut self, list: impl IntoIterator<Item = T>) {
         self.items.extend(list);

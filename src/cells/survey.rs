@@ -60,10 +60,18 @@ pub struct Shelf {
     seen: u32,
 }
 
+/// Bytes of a map for each of its nodes, and for each reference, at the least.
+const BYTES_EACH: u64 = 256;
+
 impl Survey {
-    /// Begins the next file.
-    pub fn begin_file(&mut self, name: &str) {
+    /// Begins the next file, of so many bytes.
+    pub fn begin_file(&mut self, name: &str, bytes: u64) {
         self.files.push(name.to_owned());
+        let most = (bytes / BYTES_EACH) as usize;
+        self.nodes.ids.reserve(most);
+        self.places.reserve(most);
+        self.way_nodes.reserve(most);
+        self.members.reserve(most / 2);
     }
 
     /// Adds what a block says. With several files, what each element says is remembered.

@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use crate::api::{BuiltMap, Layout, MAP, spare};
+use crate::api::{BuiltMap, Layout, spare};
 use crate::builder::{Built, Summary};
+use crate::lanelet::MAP;
 use crate::report::failure::Failure;
 
 use super::args::{CLEAN, StreetArgs};

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 
 use saphyr_parser::{Event, Parser};
 
-use super::open::MAP;
-
+/// What Autoware calls the map in a map directory, a file or a folder of cells.
+pub const MAP: &str = "lanelet2_map.osm";
 /// What Autoware calls the list of a map's cells, beside the folder with the cells.
 pub const METADATA: &str = "lanelet2_map_metadata.yaml";
 

@@ -9,11 +9,8 @@ use crate::diagnostic::SourceSpan;
 use crate::osm::{Contradiction, ElementKind, OsmData, ReadError, read_bytes, read_files};
 use crate::projection::{LonLat, MgrsGrid, Projector};
 
-use super::cell_metadata::{CellMetadata, METADATA, MetadataError};
+use super::cell_metadata::{CellMetadata, MAP, METADATA, MetadataError};
 use super::{Loaded, ProjectorInfo, from_osm};
-
-/// What Autoware calls the map in a map directory, a file or a directory of files.
-pub const MAP: &str = "lanelet2_map.osm";
 
 /// A map that was read, with where it came from.
 #[derive(Debug)]

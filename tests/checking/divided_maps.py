@@ -74,6 +74,7 @@ def merged(paths, target):
         for element in ElementTree.parse(path).getroot():
             if element.tag not in ("node", "way", "relation"):
                 continue
+            element.tail = "\n"
             key, text = (element.tag, element.get("id")), ElementTree.tostring(element)
             if known.setdefault(key, text) != text:
                 raise SystemExit(f"{path}: {key} is not the same in another cell")

@@ -77,11 +77,12 @@ fn cells_that_contradict_each_other_are_no_map() {
         lanewright(dir.path(), verb).fails_saying(&["contradict each other: node", ".osm:4", "lanewright split"]);
     }
     lanewright(dir.path(), &["split", "cells", "-o", "out"]).fails_saying(&["contradict each other: node"]);
-    let [first, second] = two_cells(dir.path());
-    lanewright(dir.path(), &["merge", &first, &second, "-o", "out"])
-        .fails_saying(&["other elements with ids", "--renumber"]);
+    let cells = names(&dir.path().join("cells/lanelet2_map.osm"));
+    let cells: Vec<String> = cells.iter().map(|name| format!("cells/lanelet2_map.osm/{name}")).collect();
+    let all: Vec<&str> = ["merge", "-o", "out"].into_iter().chain(cells.iter().map(String::as_str)).collect();
+    lanewright(dir.path(), &all).fails_saying(&["other elements with ids", "--renumber"]);
     assert!(!dir.path().join("out").exists());
-    lanewright(dir.path(), &["merge", &first, &second, "-o", "out", "--renumber"]).exits(0);
+    lanewright(dir.path(), &[&all[..], &["--renumber"]].concat()).exits(0);
 }
 
 #[test]

@@ -18,6 +18,8 @@ const LONG: u64 = 1 << 27;
 /// What a file says, in blocks.
 pub struct Blocks {
     name: String,
+    /// Bytes of the file.
+    size: u64,
     from: Box<dyn Read>,
     /// Bytes that were read and are not yet part of a block.
     rest: Vec<u8>,
@@ -82,18 +84,23 @@ impl Blocks {
             true => Box::new(flate2::bufread::MultiGzDecoder::new(file).take(MOST_UNPACKED)),
             false => Box::new(file),
         };
-        Ok(Self { packed, ..Self::of(name, from, size / blocks.max(1)) })
+        Ok(Self { packed, size, ..Self::of(name, from, size / blocks.max(1)) })
     }
 
     fn of(name: String, from: Box<dyn Read>, length: u64) -> Self {
         let length = length.clamp(SHORT, LONG) as usize;
         let (rest, place) = (Vec::new(), Place::default());
-        Self { name, from, rest, length, place, at_end: false, packed: false, offset: 0, lines: 0 }
+        Self { name, size: 0, from, rest, length, place, at_end: false, packed: false, offset: 0, lines: 0 }
     }
 
     /// What messages call the file.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// Bytes of the file, packed where it is.
+    pub fn size(&self) -> u64 {
+        self.size
     }
 
     /// The next block; `None` at the end of the file.
