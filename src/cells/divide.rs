@@ -101,6 +101,7 @@ fn survey(files: &[PathBuf], projector: &Projector) -> Result<Survey, DivideErro
             survey.add(&block.data, projector, files.len() > 1)?;
         }
     }
+    survey.end();
     Ok(survey)
 }
 

@@ -10,15 +10,14 @@ use rustc_hash::FxBuildHasher;
 #[derive(Debug, Default)]
 pub struct Ids {
     ids: Vec<i64>,
-    table: HashTable<u32>,
+    /// The positions by id. As long as the ids ascend, as most programs write them, there is none.
+    table: Option<HashTable<u32>>,
 }
 
 impl Ids {
-    /// Room for this many, so that a list does not move while it grows: what is not used takes no memory.
+    /// Room for this many, so that the list does not move while it grows: what is not used takes no memory.
     pub fn reserve(&mut self, elements: usize) {
         self.ids.reserve(elements);
-        let ids = &self.ids;
-        self.table.reserve(elements, |&at| hash(ids.get(at as usize).copied().unwrap_or_default()));
     }
 
     /// How many there are.
@@ -33,23 +32,44 @@ impl Ids {
 
     /// The position of the first element of this id.
     pub fn find(&self, id: i64) -> Option<u32> {
-        self.table.find(hash(id), |&at| self.at(at as usize) == id).copied()
+        match &self.table {
+            Some(table) => table.find(hash(id), |&at| self.at(at as usize) == id).copied(),
+            None => self.ids.binary_search(&id).ok().map(|at| at as u32),
+        }
     }
 
     /// Adds an element. The position of the first of its id is returned where there is one already.
     pub fn push(&mut self, id: i64) -> Option<u32> {
-        let (ids, position) = (&self.ids, self.ids.len() as u32);
-        let id_at = |at: u32| ids.get(at as usize).copied().unwrap_or_default();
-        let first = match self.table.entry(hash(id), |&at| id_at(at) == id, |&at| hash(id_at(at))) {
-            Entry::Occupied(first) => Some(*first.get()),
-            Entry::Vacant(place) => {
-                place.insert(position);
-                None
+        let position = self.ids.len() as u32;
+        if self.table.is_none() && self.ids.last().is_some_and(|last| *last >= id) {
+            self.table = Some(table(&self.ids));
+        }
+        let (ids, id_at) = (&self.ids, |at: u32| self.ids.get(at as usize).copied().unwrap_or_default());
+        let first = self.table.as_mut().and_then(|table| {
+            match table.entry(
+                hash(id),
+                |&at| id_at(at) == id,
+                |&at| hash(ids.get(at as usize).copied().unwrap_or_default()),
+            ) {
+                Entry::Occupied(first) => Some(*first.get()),
+                Entry::Vacant(place) => {
+                    place.insert(position);
+                    None
+                }
             }
-        };
+        });
         self.ids.push(id);
         first
     }
+}
+
+/// The positions of ids that are all different.
+fn table(ids: &[i64]) -> HashTable<u32> {
+    let mut table = HashTable::with_capacity(2 * ids.len());
+    for (id, at) in ids.iter().zip(0_u32..) {
+        table.insert_unique(hash(*id), at, |&at| hash(ids[at as usize]));
+    }
+    table
 }
 
 fn hash(id: i64) -> u64 {
@@ -81,9 +101,38 @@ impl<T> Lists<T> {
         self.ends.push(self.items.len());
     }
 
+    /// All items, whatever list they are in.
+    pub fn items_mut(&mut self) -> &mut [T] {
+        &mut self.items
+    }
+
+    /// How many items there are in all lists.
+    pub fn items(&self) -> usize {
+        self.items.len()
+    }
+
     /// The list at a position.
     pub fn at(&self, position: usize) -> &[T] {
         let begin = position.checked_sub(1).and_then(|before| self.ends.get(before)).copied().unwrap_or(0);
         self.ends.get(position).and_then(|end| self.items.get(begin..*end)).unwrap_or(&[])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_of_an_id_is_found_in_whatever_order_ids_come() {
+        for ids in [&[1, 5, 9][..], &[5, 1, 9, 5], &[1, 5, 9, 9, -3], &[]] {
+            let mut all = Ids::default();
+            for (at, id) in ids.iter().enumerate() {
+                let known = ids[..at].iter().position(|other| other == id);
+                assert_eq!(all.push(*id), known.map(|at| at as u32), "{ids:?}");
+            }
+            for id in -4..11 {
+                assert_eq!(all.find(id), ids.iter().position(|other| *other == id).map(|at| at as u32), "{ids:?} {id}");
+            }
+        }
     }
 }

@@ -65,8 +65,8 @@ impl Placing<'_> {
 
     /// The places of a way's nodes, as far as they are there.
     fn line(&self, way: usize) -> Vec<Point> {
-        let nodes = self.survey.way_nodes.at(way).iter().filter_map(|id| self.survey.nodes.ids.find(*id));
-        nodes.filter_map(|at| self.survey.places.get(at as usize).copied()).collect()
+        let nodes = self.survey.way_nodes.at(way).iter();
+        nodes.filter_map(|at| self.survey.places.get(*at as usize).copied()).collect()
     }
 
     fn touched(&mut self, line: &[Point], ring: Option<&Vec<Point>>) -> Result<SetId, TooWide> {
@@ -197,17 +197,17 @@ impl Placing<'_> {
     fn place_nodes(&mut self) -> Result<(), DivideError> {
         let survey = self.survey;
         let Placement { sets, nodes, ways, relations } = &mut self.placement;
-        let mut put = |id: i64, set: SetId| {
-            if let Some(node) = survey.nodes.ids.find(id) {
-                nodes[node as usize] = sets.union(nodes[node as usize], set);
+        let mut put = |node: u32, set: SetId| {
+            if let Some(own) = nodes.get_mut(node as usize) {
+                *own = sets.union(*own, set);
             }
         };
         for (way, set) in ways.iter().enumerate() {
-            survey.way_nodes.at(way).iter().for_each(|id| put(*id, *set));
+            survey.way_nodes.at(way).iter().for_each(|node| put(*node, *set));
         }
         for (relation, set) in relations.iter().enumerate() {
             let members = survey.members.at(relation).iter().filter(|(kind, _)| *kind == ElementKind::Node);
-            members.for_each(|(_, id)| put(*id, *set));
+            members.filter_map(|(_, id)| survey.nodes.ids.find(*id)).for_each(|node| put(node, *set));
         }
         for node in 0..nodes.len() {
             if self.placement.nodes[node] == NOWHERE {

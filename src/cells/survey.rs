@@ -16,9 +16,11 @@ pub struct Survey {
     /// Nodes and their places in the plane.
     pub nodes: Shelf,
     pub places: Vec<Point>,
-    /// Ways, their nodes, and whether they are areas.
+    /// Ways, the positions of their nodes or [`GONE`], and whether they are areas.
     pub ways: Shelf,
-    pub way_nodes: Lists<i64>,
+    pub way_nodes: Lists<u32>,
+    /// Nodes that ways have before the nodes come: where in the lists, and the id.
+    ahead: Vec<(usize, i64)>,
     pub areas: Vec<bool>,
     /// Relations, their members, what they are.
     pub relations: Shelf,
@@ -36,6 +38,9 @@ pub struct Survey {
     /// The names of the files, of which there may be several.
     pub files: Vec<String>,
 }
+
+/// The position of a node that is not there.
+pub const GONE: u32 = u32::MAX;
 
 /// What a relation is to its neighbours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,11 +100,24 @@ impl Survey {
         Ok(())
     }
 
+    /// Ends the last file: now all nodes are known.
+    pub fn end(&mut self) {
+        for (at, id) in self.ahead.drain(..) {
+            if let Some((place, node)) = self.way_nodes.items_mut().get_mut(at).zip(self.nodes.ids.find(id)) {
+                *place = node;
+            }
+        }
+    }
+
     fn way(&mut self, way: &Way, several: bool) -> Result<(), DivideError> {
         self.roads += usize::from(way.tags.has("highway"));
         let position = self.ways.ids.len() as u32;
         if self.file_away(ElementKind::Way, way.id, several.then_some(way))? {
-            self.way_nodes.push(way.nodes.iter().copied());
+            let before = self.way_nodes.items();
+            let at = |id: &i64| self.nodes.ids.find(*id).unwrap_or(GONE);
+            self.way_nodes.push(way.nodes.iter().map(at));
+            let gone = way.nodes.iter().enumerate().filter(|(_, id)| self.nodes.ids.find(**id).is_none());
+            self.ahead.extend(gone.map(|(i, id)| (before + i, *id)));
             self.areas.push(is_area(&way.tags));
             self.way_names.extend(named(&way.tags).map(|id| (position, id)));
         }
