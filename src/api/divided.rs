@@ -116,9 +116,9 @@ impl Beside {
         // The projector's files say the same, if not in the same words.
         let mut names = Vec::new();
         texts.retain(|(name, _)| {
-            let new = !names.contains(name) && !(differ && name == NAME);
+            let unwanted = names.contains(name) || (differ && name == NAME);
             names.push(name.clone());
-            new
+            !unwanted
         });
         (Self(texts), differ)
     }

@@ -48,6 +48,10 @@ impl Grid {
     }
 
     /// Adds the cells that a line touches.
+    ///
+    /// # Errors
+    ///
+    /// If there are more than a million.
     pub fn along(self, line: &[Point], found: &mut Vec<Cell>) -> Result<(), TooWide> {
         if let [only] = line {
             let [x, y] = self.scaled(*only);
@@ -57,6 +61,10 @@ impl Grid {
     }
 
     /// Adds the cells that an area touches which its ring does not: those within. The ring need not be closed.
+    ///
+    /// # Errors
+    ///
+    /// If there are more than a million.
     pub fn within(self, ring: &[Point], found: &mut Vec<Cell>) -> Result<(), TooWide> {
         // A cell that no side of the ring touches lies within, or not, as a whole: as the line through its middle does.
         let mut crossings: Vec<(i32, f64)> = Vec::new();

@@ -248,7 +248,7 @@ mod tests {
             assert_eq!(blocks.iter().map(|block| block.text.as_str()).collect::<String>(), text);
             let ids = |data: &OsmData| data.nodes.iter().map(|node| node.id).collect::<Vec<_>>();
             assert_eq!(blocks.iter().flat_map(|block| ids(&block.data)).collect::<Vec<_>>(), ids(&whole));
-            let meta = blocks.iter().filter_map(|block| block.data.meta.clone()).last();
+            let meta = blocks.iter().rev().find_map(|block| block.data.meta.clone());
             assert_eq!(meta, whole.meta);
         }
     }
