@@ -177,6 +177,9 @@ fn a_divided_map_has_the_findings_of_the_whole_each_once_with_a_place_in_a_cell(
     }
 }
 
+/// A relation drawn at random: its sort, and the kind and number of each member.
+type Drawn = (u8, Vec<(u8, usize)>);
+
 /// A map drawn at random: nodes, some free, ways and areas over them, lanelets, and regulatory elements over all, with
 /// references that lead nowhere and ids that repeat.
 fn random_map() -> impl Strategy<Value = String> {
@@ -199,7 +202,7 @@ fn random_map() -> impl Strategy<Value = String> {
             };
             format!("<way id='{}'>{nodes}{tag}</way>\n", 100 + i)
         };
-        let relation = |(i, (sort, members)): (usize, &(u8, Vec<(u8, usize)>))| {
+        let relation = |(i, (sort, members)): (usize, &Drawn)| {
             let member = |(at, (kind, target)): (usize, &(u8, usize))| match (sort, kind) {
                 (0, _) if at < 2 => {
                     format!("<member type='way' ref='{}' role='{}'/>", 100 + target, ["left", "right"][at])
