@@ -15,10 +15,12 @@ mod gallery;
 mod geometry;
 mod input;
 mod memory;
+mod merge;
 mod output;
 mod packaging;
 mod project;
 mod report_page;
+mod split;
 mod stage;
 mod stats;
 mod tier4;
@@ -53,6 +55,8 @@ enum Verb {
     Draw(draw_args::DrawArgs),
     Fix(fix::FixArgs),
     Fmt(fmt::FmtArgs),
+    Split(split::SplitArgs),
+    Merge(merge::MergeArgs),
     Diff(diff::DiffArgs),
     /// Say which projection a map was made with, or put it into another
     #[command(subcommand)]
@@ -117,6 +121,8 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Draw(args) => draw::run(&args),
         Verb::Fix(args) => fix::run(&args),
         Verb::Fmt(args) => fmt::run(&args),
+        Verb::Split(args) => split::run(&args),
+        Verb::Merge(args) => merge::run(&args),
         Verb::Project(verb) => project::run(&verb),
         Verb::Diff(args) => diff::run(&args),
         Verb::Stats(args) => stats::run(&args),

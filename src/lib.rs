@@ -5,7 +5,8 @@
 //!
 //! ```text
 //! floor 4   main, cli                                 arguments in, exit code out
-//! floor 3   builder | rules | triage | fix | report   five wings that never meet
+//! floor 3   builder | rules | triage | fix | report   six wings that never meet
+//!           cells
 //! floor 2   lanelet (the waist), requirement, settings  the map in Lanelet2's words; a document of rules/ parsed
 //!           lane_stitching                              lanes stitched and painted, kept so through edits
 //! floor 1   osm, terrain, diagnostic, projection, geometry, text  know nothing of ours
@@ -28,6 +29,7 @@ pub mod api;
 pub mod builder;
 #[warn(clippy::indexing_slicing)]
 pub mod cancel;
+pub mod cells;
 #[cfg(feature = "cli")]
 pub mod cli;
 #[warn(clippy::indexing_slicing)]

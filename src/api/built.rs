@@ -1,21 +1,21 @@
 //! A map that was built, and the files that it becomes.
 
+use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 
 use crate::builder::{Built, build_plan};
-use crate::lanelet::{self, INFO};
+use crate::cells::Divided;
+use crate::lanelet::{self, INFO, MAP};
 use crate::projection::{VerticalDatum, write_info};
 use crate::report::failure::Failure;
 
 use super::config::NAME;
+use super::divided::{grid, into_draft, told};
 use super::error::{Error, ErrorKind};
-use super::files::{self, SETTINGS_HEAD, wrote};
+use super::files::{self, SETTINGS_HEAD, spare};
 use super::layout::Layout;
 use super::{InMemory, Input};
-
-/// The map's file in its directory.
-pub(crate) const MAP: &str = "lanelet2_map.osm";
 
 /// A map that was built, with what goes beside it.
 #[derive(Debug)]
@@ -74,6 +74,35 @@ impl BuiltMap {
         write().map_err(ErrorKind::Write.of())
     }
 
+    /// Writes the files of a map that is divided into cells with sides of this length, whole metres, all or none.
+    ///
+    /// # Errors
+    ///
+    /// As [`BuiltMap::write`], and where the directory holds a map already.
+    pub fn write_cells(&self, directory: &Path, size: u32) -> Result<Divided, Error> {
+        spare(directory)?;
+        let grid = grid(size)?;
+        let (info, settings) = (self.projector_info(), self.settings()?);
+        let write = |failure| ErrorKind::Write.error(failure);
+        let mut draft = files::Draft::new(directory).map_err(write)?;
+        // Divided from its text, as any map is: so cells are the same whether the map was written before or not.
+        let whole = draft.scratch("whole.osm").map_err(write)?;
+        File::create(&whole).and_then(|file| self.write_osm(file)).map_err(|error| {
+            let failure = Failure::new(format!("cannot write the map into {}: {error}", directory.display()));
+            write(failure.help("nothing was changed; check the place's permissions and free space"))
+        })?;
+        let (files, projector) = ([whole], Some(self.built.projector));
+        let divided =
+            into_draft(&mut draft, &files, projector, grid, &|_| ()).map_err(|error| told(directory, error))?;
+        let rest = || -> Result<(), Failure> {
+            draft.write(INFO, |file| file.write_all(info.as_bytes()))?;
+            draft.write(NAME, |file| file.write_all(settings.as_bytes()))?;
+            draft.publish()
+        };
+        rest().map_err(write)?;
+        Ok(divided)
+    }
+
     /// The map as an input for [`check`](crate::check()) and [`fix`](crate::fix()), by this name in messages.
     ///
     /// # Errors
@@ -90,24 +119,4 @@ impl BuiltMap {
             settings: Some(self.settings()?),
         }))
     }
-}
-
-/// Refuses a directory to build into where that would write over settings that no build has written: to be asked before the
-/// work begins.
-///
-/// # Errors
-///
-/// Where such settings are there.
-pub fn spare(directory: &Path) -> Result<(), Error> {
-    let settings = directory.join(NAME);
-    if settings.is_file() && !wrote(&settings) {
-        let failure =
-            Failure::new(format!("{} was not written by `build`, which would write over it", settings.display()));
-        return Err(ErrorKind::Write.error(
-            failure
-                .about(settings.display().to_string())
-                .help("build into a directory of its own; the settings of directories above it count there, too"),
-        ));
-    }
-    Ok(())
 }

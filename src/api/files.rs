@@ -2,10 +2,13 @@
 
 use std::fs::{self, File};
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::report::failure::Failure;
 use tempfile::TempDir;
+
+use super::config::NAME;
+use super::error::{Error, ErrorKind};
 
 /// Says how the settings of a build came to be and what they are for.
 pub(super) const SETTINGS_HEAD: &str =
@@ -14,6 +17,26 @@ pub(super) const SETTINGS_HEAD: &str =
 /// Whether a build has written these settings.
 pub(super) fn wrote(settings: &Path) -> bool {
     fs::read(settings).is_ok_and(|written| written.starts_with(SETTINGS_HEAD.as_bytes()))
+}
+
+/// Refuses a directory to build into where that would write over settings that no build has written: to be asked before the
+/// work begins.
+///
+/// # Errors
+///
+/// Where such settings are there.
+pub fn spare(directory: &Path) -> Result<(), Error> {
+    let settings = directory.join(NAME);
+    if settings.is_file() && !wrote(&settings) {
+        let failure =
+            Failure::new(format!("{} was not written by `build`, which would write over it", settings.display()));
+        return Err(ErrorKind::Write.error(
+            failure
+                .about(settings.display().to_string())
+                .help("build into a directory of its own; the settings of directories above it count there, too"),
+        ));
+    }
+    Ok(())
 }
 
 /// Writes one file, whole or not at all.
@@ -62,6 +85,8 @@ pub struct Draft<'a> {
     dir: &'a Path,
     aside: TempDir,
     names: Vec<String>,
+    /// What is not part of the result.
+    scratch: Option<TempDir>,
     /// Whether `dir` is still to be made: then the draft becomes it, in one move.
     fresh: bool,
 }
@@ -74,7 +99,12 @@ impl<'a> Draft<'a> {
         let home = if fresh { parent(dir) } else { dir };
         fs::create_dir_all(home).map_err(|e| failed("make the directory", home, e))?;
         let aside = builder(fresh).tempdir_in(home).map_err(|e| failed("write into", home, e))?;
-        Ok(Self { dir, aside, names: Vec::new(), fresh })
+        Ok(Self { dir, aside, names: Vec::new(), scratch: None, fresh })
+    }
+
+    /// Where the files will be.
+    pub fn dir(&self) -> &Path {
+        self.dir
     }
 
     /// Writes a file, by a function that need not hold all of it in memory. Of what can be made again, it need not wait until the
@@ -89,6 +119,24 @@ impl<'a> Draft<'a> {
         }
         self.names.push(name.to_owned());
         Ok(())
+    }
+
+    /// Makes a folder for files that others write, which becomes one of the draft's files.
+    pub fn folder(&mut self, name: &str) -> Result<PathBuf, Failure> {
+        let (place, folder) = (self.dir.join(name), self.aside.path().join(name));
+        if place.exists() {
+            return Err(there_already(&place));
+        }
+        fs::create_dir(&folder).map_err(|e| failed("make the directory", &place, e))?;
+        self.names.push(name.to_owned());
+        Ok(folder)
+    }
+
+    /// A place for a file that is not to be part of the result, and is gone when the draft is.
+    pub fn scratch(&mut self, name: &str) -> Result<PathBuf, Failure> {
+        let home = self.aside.path();
+        let scratch = builder(false).tempdir_in(parent(home)).map_err(|e| failed("write beside", self.dir, e))?;
+        Ok(self.scratch.insert(scratch).path().join(name))
     }
 
     /// Puts all files into their places. A new directory appears whole; in one that was there, the files are moved
@@ -126,7 +174,11 @@ impl<'a> Draft<'a> {
     fn put_back(&self, kept: &Path, names: &[String]) {
         for name in names {
             let (old, place) = (kept.join(name), self.dir.join(name));
-            let _ = if old.exists() { fs::rename(old, place) } else { fs::remove_file(place) };
+            let _ = match (old.exists(), place.is_dir()) {
+                (true, _) => fs::rename(old, place),
+                (false, true) => fs::remove_dir_all(place),
+                (false, false) => fs::remove_file(place),
+            };
         }
     }
 }
@@ -154,6 +206,13 @@ fn exchanged(a: &Path, b: &Path) -> bool {
 #[cfg(not(target_os = "linux"))]
 fn exchanged(_: &Path, _: &Path) -> bool {
     false
+}
+
+/// Why nothing is written where something is.
+pub(super) fn there_already(place: &Path) -> Failure {
+    Failure::new(format!("{} is there already", place.display()))
+        .about(place.display().to_string())
+        .help("nothing was changed; move it away or give another output")
 }
 
 fn parent(dir: &Path) -> &Path {

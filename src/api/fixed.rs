@@ -42,8 +42,11 @@ impl Fixed {
     ///
     /// # Errors
     ///
-    /// Where a parameter has a value of the wrong type.
+    /// Where a parameter has a value of the wrong type, or the map is divided into cells.
     pub fn of(loaded: Loaded, unsafe_too: bool) -> Result<Self, Error> {
+        if loaded.divided {
+            return Err(ErrorKind::Write.error(undivided("mends")));
+        }
         let mended = mended(&loaded, unsafe_too)?;
         Ok(Self { loaded, mended })
     }
@@ -84,10 +87,11 @@ impl Fixed {
 
     /// The mended map with what is left to find in it.
     pub fn into_left(self) -> Checked {
-        let Self { loaded: Loaded { files, projector, info, settings, .. }, mended: Mended { osm, left, .. } } = self;
+        let Self { loaded, mended: Mended { osm, left, .. } } = self;
+        let Loaded { files, projector, info, settings, divided, .. } = loaded;
         let FromOsm { map, mut faults } = from_osm(&osm, &projector);
         info.judge(&osm, &projector, &mut faults);
-        let loaded = Loaded { osm, files, map, faults, projector, info, settings };
+        let loaded = Loaded { osm, files, map, faults, projector, info, settings, divided };
         Checked { loaded, sorted: Sorted { left, ..Sorted::default() } }
     }
 }
@@ -126,6 +130,12 @@ impl Edits {
         }
         files::write_all(&changed)
     }
+}
+
+/// Why cells are not edited one by one, and the way out.
+pub(crate) fn undivided(verb: &str) -> Failure {
+    Failure::new(format!("the map is divided into cells, and lanewright {verb} whole maps only"))
+        .help("lanewright merge MAP -o WHOLE first, and lanewright split WHOLE -o CELLS afterwards")
 }
 
 /// What a map says, mended.

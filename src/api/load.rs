@@ -32,6 +32,8 @@ pub struct Loaded {
     pub info: ProjectorInfo,
     /// What is known beyond the map.
     pub settings: Settings,
+    /// Whether the map is divided into cells, so that an element may stand in several files.
+    pub divided: bool,
 }
 
 impl Loaded {
@@ -55,13 +57,14 @@ impl Loaded {
             }
         };
         let opened = opened.map_err(|error| ErrorKind::Read.error(open_failure(error)))?;
-        let Opened { osm, files, projector, info, loaded: FromOsm { map, faults }, .. } = in_squares(opened, &settings);
-        Ok(Self { osm, files, map, faults, projector, info, settings })
+        let opened = in_squares(opened, &settings);
+        let Opened { osm, files, projector, info, divided, loaded: FromOsm { map, faults }, .. } = opened;
+        Ok(Self { osm, files, map, faults, projector, info, settings, divided })
     }
 }
 
 /// The projector that the settings name, if it needs nothing of the map.
-fn projector(settings: &Settings) -> Option<Projector> {
+pub(super) fn projector(settings: &Settings) -> Option<Projector> {
     let origin = settings.origin.map(|[lat, lon]| LonLat { lon, lat });
     Some(match (settings.projector?, origin) {
         (ProjectorType::Local, _) => Projector::Local,
@@ -99,7 +102,12 @@ pub(crate) fn open_failure(error: OpenError) -> Failure {
         OpenError::Navigation { ref path, .. } => Failure::new(message)
             .about(path.display().to_string())
             .help(format!("make a Lanelet2 map of it first: lanewright build {} -o DIR", path.display())),
-        OpenError::EmptyDirectory { ref path } | OpenError::NotLanelet2 { ref path } => {
+        OpenError::Contradiction { .. } => Failure::new(message).help(error.help()),
+        OpenError::EmptyDirectory { ref path }
+        | OpenError::NotLanelet2 { ref path }
+        | OpenError::Metadata { ref path, .. }
+        | OpenError::MissingCell { ref path, .. }
+        | OpenError::UnlistedCell { ref path } => {
             Failure::new(message).about(path.display().to_string()).help(error.help())
         }
     }
@@ -110,6 +118,8 @@ pub(crate) fn read_failure(error: ReadError) -> Failure {
     let help = error.help();
     let message = error.to_string();
     match &error {
+        // Who reads a file block by block has no text to show.
+        ReadError::Broken { name, text, .. } if text.is_empty() => Failure::new(message).help(help).about(name.clone()),
         ReadError::Broken { name, offset, text, message, .. } => {
             Failure::new(message.clone()).help(help).at(name, text, *offset)
         }

@@ -6,6 +6,7 @@
 mod built;
 mod checked;
 mod config;
+mod divided;
 mod error;
 pub(crate) mod files;
 mod fixed;
@@ -14,19 +15,19 @@ pub(crate) mod load;
 
 use std::path::{Path, PathBuf};
 
-#[cfg(feature = "cli")]
-pub(crate) use built::MAP;
-pub use built::{BuiltMap, spare};
+pub use built::BuiltMap;
 pub use checked::{CheckOptions, Checked, write_baseline};
 #[cfg(feature = "cli")]
 pub(crate) use checked::{judged, read_baseline};
 #[cfg(feature = "cli")]
 pub(crate) use config::above;
 pub use config::{ConfigSource, Configuration};
+pub use divided::{Joined, merge, split};
 pub use error::{Error, ErrorKind};
-#[cfg(feature = "cli")]
-pub(crate) use fixed::mended;
+pub use files::spare;
 pub use fixed::{Edits, FixOptions, Fixed};
+#[cfg(feature = "cli")]
+pub(crate) use fixed::{mended, undivided};
 pub use layout::{Layout, LayoutOptions};
 pub use load::Loaded;
 

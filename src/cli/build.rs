@@ -2,14 +2,15 @@
 
 use std::path::PathBuf;
 
-use crate::api::{BuiltMap, Layout, MAP, spare};
+use crate::api::{BuiltMap, Layout, spare};
 use crate::builder::{Built, Summary};
+use crate::lanelet::MAP;
 use crate::report::failure::Failure;
 
 use super::args::{CLEAN, StreetArgs};
 use super::check_args::ProfileArg;
 use super::output::{self, Progress};
-use super::{input, memory};
+use super::{input, memory, split};
 use clap::Args;
 
 /// Build a Lanelet2 map from OpenStreetMap data, or from streets as `geometry` writes them
@@ -23,6 +24,9 @@ pub struct BuildArgs {
     /// Whose reading of the requirements the map follows where readings differ: docs/tier4.md
     #[arg(long, value_enum)]
     pub profile: Option<ProfileArg>,
+    /// Divide the map into cells of this width and height, whole metres, as `split` does
+    #[arg(long, value_name = "M", value_parser = clap::value_parser!(u32).range(1..))]
+    pub cells: Option<u32>,
     #[command(flatten)]
     pub streets: StreetArgs,
 }
@@ -40,9 +44,13 @@ pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
     let merges = input::merges(&streets.merges, &streets.findings, &args.streets);
     let map = BuiltMap::of(layout);
     progress.next("writing");
-    map.write(&args.output)?;
+    let divided = match args.cells {
+        Some(size) => split::counts(&map.write_cells(&args.output, size)?),
+        None => map.write(&args.output).map(|()| String::new())?,
+    };
     drop(progress);
-    output::print(&format!("{}{merges}{}", summary(args, &map.built), input::undrawn(&map.built.notes)))?;
+    let undrawn = input::undrawn(&map.built.notes);
+    output::print(&format!("{}{divided}{merges}{undrawn}", summary(args, &map.built)))?;
     // The process ends: the memory of a map need not be given back piece by piece.
     std::mem::forget(map);
     Ok(CLEAN)

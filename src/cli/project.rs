@@ -11,8 +11,8 @@ use crate::report::failure::Failure;
 
 use super::args::{CLEAN, ProjectorArg, place};
 use super::output::{self, Progress};
-use crate::api::files;
 use crate::api::load::open_failure;
+use crate::api::{files, undivided};
 use clap::{Args, Subcommand};
 
 /// What `project` does.
@@ -95,6 +95,9 @@ fn infer_map(map: &Path) -> Result<u8, Failure> {
 fn convert(args: &ConvertArgs) -> Result<u8, Failure> {
     let progress = Progress::start("reading");
     let opened = open(&args.map, None).map_err(open_failure)?;
+    if opened.divided {
+        return Err(undivided("converts"));
+    }
     let mut places: Vec<LonLat> = Vec::new();
     for node in &opened.osm.nodes {
         let metres =

@@ -14,7 +14,8 @@ use crate::projection::Projector;
 
 use super::fault::{Condition, LoadFault};
 use super::{LaneletMap, LineString, LineStringId, PointId, Polygon, PolygonId};
-use relation_type::is_area;
+pub use nodes::positions;
+pub use relation_type::is_area;
 use std::borrow::Cow;
 
 use rustc_hash::FxHashMap;
@@ -24,7 +25,7 @@ use rustc_hash::FxHashMap;
 pub struct Loaded {
     /// What Autoware would hold in memory, without the lanelets and elements that it holds as empty dummies.
     pub map: LaneletMap,
-    /// Faults of nodes, ways, relations and the file as a whole, each in file order.
+    /// Faults of nodes in file order, of ways and relations by their ids, and of the file as a whole.
     pub faults: Vec<LoadFault>,
 }
 
@@ -85,10 +86,9 @@ impl Loader<'_> {
     }
 
     fn ways(&mut self) {
-        let osm = self.osm;
-        for way in &osm.ways {
-            self.way(way);
-        }
+        let mut ways: Vec<&Way> = self.osm.ways.iter().collect();
+        ways.sort_by_key(|way| way.id);
+        ways.into_iter().for_each(|way| self.way(way));
     }
 
     fn way(&mut self, way: &Way) {
@@ -122,7 +122,8 @@ impl Loader<'_> {
     }
 }
 
-/// The relations as the loader keeps them: the first of each id, with the members of all of that id.
+/// The relations as the loader keeps them, by ids: the first of each id, with the members of all of that id. Where an element
+/// stands in a file, or in which cell, must not matter to what is found.
 fn merged<'a>(osm: &'a OsmData, repeated: &FxHashMap<(ElementKind, i64), Vec<SourceSpan>>) -> Vec<Cow<'a, Relation>> {
     let mut kept: Vec<Cow<'a, Relation>> = Vec::with_capacity(osm.relations.len());
     let mut first_of: FxHashMap<i64, usize> = FxHashMap::default();
@@ -137,6 +138,7 @@ fn merged<'a>(osm: &'a OsmData, repeated: &FxHashMap<(ElementKind, i64), Vec<Sou
             Some(&at) => kept[at].to_mut().members.extend(relation.members.iter().cloned()),
         }
     }
+    kept.sort_by_key(|relation| relation.id);
     kept
 }
 

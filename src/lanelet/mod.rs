@@ -5,6 +5,7 @@
 
 pub mod align;
 mod attributes;
+pub mod cell_metadata;
 mod fault;
 mod from_osm;
 pub mod index;
@@ -21,11 +22,13 @@ pub mod right_of_way;
 mod to_osm;
 
 pub use attributes::{Attributes, RoadType, TurnDirection};
+pub use cell_metadata::MAP;
 pub use fault::{BoundRole, Condition, InfoFault, LoadFault, Repeat};
-pub use from_osm::{Loaded, SUPPORTED_FORMAT_VERSION, from_osm};
+pub use from_osm::{Loaded, SUPPORTED_FORMAT_VERSION, from_osm, is_area, positions};
 pub use limits::{RoleLimit, TargetKind, known_subtypes, role_limits};
 pub use open::{
-    OpenError, Opened, ProjectorFrom, files_of, is_lanelet2, is_navigation_osm, open, open_bytes, projector_for,
+    OpenError, Opened, ProjectorFrom, files_of, is_lanelet2, is_navigation_osm, locate_files, open, open_bytes,
+    projector_for, read_elements,
 };
 pub use point::Point;
 pub use primitive_layer::Primitive;

@@ -1,15 +1,16 @@
 //! Opens a map wherever it lies: one file, a directory of `.osm` files, or an Autoware map directory.
 
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
-use crate::osm::{OsmData, ReadError, read_bytes, read_files};
+use rustc_hash::FxHashSet;
+
+use crate::diagnostic::SourceSpan;
+use crate::osm::{Contradiction, ElementKind, OsmData, ReadError, read_bytes, read_files};
 use crate::projection::{LonLat, MgrsGrid, Projector};
 
+use super::cell_metadata::{CellMetadata, MAP, METADATA, MetadataError};
 use super::{Loaded, ProjectorInfo, from_osm};
-
-/// What Autoware calls the map in a map directory, a file or a directory of files.
-const MAP: &str = "lanelet2_map.osm";
 
 /// A map that was read, with where it came from.
 #[derive(Debug)]
@@ -24,6 +25,8 @@ pub struct Opened {
     pub projector_from: ProjectorFrom,
     /// The projector file beside the map, to be checked again when the map changes.
     pub info: ProjectorInfo,
+    /// Whether the map is divided into cells, so that an element may stand in several files.
+    pub divided: bool,
     /// The map and its faults.
     pub loaded: Loaded,
 }
@@ -59,6 +62,44 @@ pub enum OpenError {
         /// Ways with `highway`.
         roads: usize,
     },
+    /// Cells in which an element is not the same everywhere.
+    #[error("{first} and {second} contradict each other: {kind} {id} is not the same in both{}", .more.map_or(String::new(), |more| format!("; so are {more} more elements")))]
+    Contradiction {
+        /// The file and line where it stands first.
+        first: String,
+        /// The file and line where it stands otherwise.
+        second: String,
+        /// Its kind.
+        kind: ElementKind,
+        /// Its id.
+        id: i64,
+        /// How many more there are, if any.
+        more: Option<usize>,
+    },
+    /// A list of cells that cannot be read.
+    #[error("{path}: {error}")]
+    Metadata {
+        /// The list.
+        path: PathBuf,
+        /// What is wrong with it.
+        error: MetadataError,
+    },
+    /// A list of cells and a folder of cells that do not go together.
+    #[error("{path} names {name}, and there is no such file{}", .more.map_or(String::new(), |more| format!("; so it does {more} more")))]
+    MissingCell {
+        /// The list.
+        path: PathBuf,
+        /// As the list writes it.
+        name: String,
+        /// How many more are missing, if any.
+        more: Option<usize>,
+    },
+    /// A cell that no client would get.
+    #[error("{path} is a cell that {METADATA} does not name")]
+    UnlistedCell {
+        /// The cell.
+        path: PathBuf,
+    },
     /// Neither lanelets nor roads.
     #[error("{path} is not a Lanelet2 map: it has no relation with type=lanelet")]
     NotLanelet2 {
@@ -76,6 +117,15 @@ impl OpenError {
                 "give an .osm file, a directory of .osm files, or a map directory with lanelet2_map.osm in it"
             }
             Self::Navigation { .. } => "make a Lanelet2 map of it first: `lanewright build`",
+            Self::Contradiction { .. } => {
+                "divide the map anew from what the cells were made of: `lanewright split`; cells are never edited one by one"
+            }
+            Self::Metadata { .. } | Self::UnlistedCell { .. } => {
+                "remove what does not belong there, or divide the map anew: `lanewright split` writes cells and their list"
+            }
+            Self::MissingCell { .. } => {
+                "bring the missing cells back, or give the .osm files that are there by themselves, outside a map directory"
+            }
             Self::NotLanelet2 { .. } => "give a map with lanelets; `lanewright build` makes one from OpenStreetMap",
         }
     }
@@ -88,6 +138,18 @@ impl OpenError {
 /// If the directory cannot be listed, or holds no `.osm` file.
 pub fn files_of(path: &Path) -> Result<Vec<PathBuf>, OpenError> {
     Ok(find(path)?.files)
+}
+
+/// The files that [`open`] reads the map from, and the projector file beside them, without reading the map.
+///
+/// # Errors
+///
+/// If the directory cannot be listed, or what is in it is no map, or not all of one.
+pub fn locate_files(path: &Path) -> Result<(Vec<PathBuf>, ProjectorInfo), OpenError> {
+    let found = find(path)?;
+    found.hold_against_list()?;
+    let info = found.info()?;
+    Ok((found.files, info))
 }
 
 /// Whether these are Lanelet2 data: lanelets, regulatory elements, or an Autoware format version.
@@ -116,8 +178,37 @@ pub fn open(path: &Path, projector: Option<Projector>) -> Result<Opened, OpenErr
         Some(_) => ProjectorInfo::overruled(),
         None => found.info()?,
     };
-    let osm = read_files(&found.files)?;
-    opened(path, osm, found.files, info, projector)
+    found.hold_against_list()?;
+    let divided = found.cells.is_some();
+    let osm = found.read(divided)?;
+    Ok(Opened { divided, ..opened(path, osm, found.files, info, projector)? })
+}
+
+/// Reads the elements of a map, each once, and the projector file beside it. Files that contradict each other are no map.
+///
+/// # Errors
+///
+/// If a file cannot be read, files contradict each other, or there is no Lanelet2 map in them.
+pub fn read_elements(path: &Path) -> Result<(OsmData, Vec<PathBuf>, ProjectorInfo), OpenError> {
+    let found = find(path)?;
+    found.hold_against_list()?;
+    let info = found.info()?;
+    let osm = found.read(true)?;
+    vet(path, &osm)?;
+    Ok((osm, found.files, info))
+}
+
+/// Whether cells say the same of each element.
+fn agree(osm: &OsmData, contradictions: &[Contradiction]) -> Result<(), OpenError> {
+    let [Contradiction { kind, id, spans }, more @ ..] = contradictions else { return Ok(()) };
+    let place = |span: &SourceSpan| {
+        let source = osm.sources.get(span.file as usize);
+        let before = source.and_then(|source| source.text.get(..span.start as usize)).unwrap_or_default();
+        format!("{}:{}", source.map_or("", |source| &source.name), before.matches('\n').count() + 1)
+    };
+    let [first, second] = spans.each_ref().map(place);
+    let more = (!more.is_empty()).then_some(more.len());
+    Err(OpenError::Contradiction { first, second, kind: *kind, id: *id, more })
 }
 
 /// Reads and loads a map of one file from its content. `info` is the content of the projector file; `projector` overrules it.
@@ -142,6 +233,20 @@ pub fn open_bytes(
     opened(Path::new(name), osm, Vec::new(), info, projector)
 }
 
+/// Whether there is a Lanelet2 map.
+fn vet(path: &Path, osm: &OsmData) -> Result<(), OpenError> {
+    if is_lanelet2(osm) {
+        return Ok(());
+    }
+    let path = path.to_path_buf();
+    Err(if is_navigation_osm(osm) {
+        let roads = osm.ways.iter().filter(|w| w.tags.has("highway")).count();
+        OpenError::Navigation { path, roads }
+    } else {
+        OpenError::NotLanelet2 { path }
+    })
+}
+
 fn opened(
     path: &Path,
     osm: OsmData,
@@ -149,15 +254,7 @@ fn opened(
     info: ProjectorInfo,
     projector: Option<Projector>,
 ) -> Result<Opened, OpenError> {
-    if !is_lanelet2(&osm) {
-        let path = path.to_path_buf();
-        return Err(if is_navigation_osm(&osm) {
-            let roads = osm.ways.iter().filter(|w| w.tags.has("highway")).count();
-            OpenError::Navigation { path, roads }
-        } else {
-            OpenError::NotLanelet2 { path }
-        });
-    }
+    vet(path, &osm)?;
     let (projector, projector_from) = match (projector, info.projector(), &info.path) {
         (Some(projector), ..) => (projector, ProjectorFrom::Caller),
         (None, Some(projector), Some(path)) => (projector, ProjectorFrom::Info(path.clone())),
@@ -165,7 +262,7 @@ fn opened(
     };
     let mut loaded = from_osm(&osm, &projector);
     info.judge(&osm, &projector, &mut loaded.faults);
-    Ok(Opened { osm, files, projector, projector_from, info, loaded })
+    Ok(Opened { osm, files, projector, projector_from, info, divided: false, loaded })
 }
 
 /// The projector of a map that does not name one. Autoware then takes MGRS; a map whose nodes have no longitude and
@@ -186,6 +283,8 @@ struct Found {
     folder: PathBuf,
     /// Another folder, where that one has none.
     above: Option<PathBuf>,
+    /// The folder of the cells, where the map is divided.
+    cells: Option<PathBuf>,
     /// Whether Autoware would load the map from here.
     autoware: bool,
 }
@@ -202,26 +301,70 @@ impl Found {
             _ => own,
         })
     }
+
+    /// The elements of all files, each once. Cells, and whatever else must be one map, are in the order of ids and may not
+    /// contradict each other.
+    fn read(&self, one_map: bool) -> Result<OsmData, OpenError> {
+        let mut osm = read_files(&self.files)?;
+        let contradictions = osm.leave_out_copies();
+        if one_map && self.files.len() > 1 {
+            agree(&osm, &contradictions)?;
+            osm.sort_by_id();
+        }
+        Ok(osm)
+    }
+
+    /// Whether the list of the cells, where there is one, names all cells and no others.
+    fn hold_against_list(&self) -> Result<(), OpenError> {
+        let Some(cells) = &self.cells else { return Ok(()) };
+        let beside = self.above.as_ref().unwrap_or(&self.folder);
+        let path = beside.join(METADATA);
+        if !path.is_file() {
+            return Ok(());
+        }
+        let failed = |source| ReadError::Io { path: path.clone(), source };
+        let text = String::from_utf8_lossy(&std::fs::read(&path).map_err(failed)?).into_owned();
+        let list = CellMetadata::read(&text).map_err(|error| OpenError::Metadata { path: path.clone(), error })?;
+        let file_of = |name: &str| CellMetadata::file(beside, cells, name);
+        let missing: Vec<&str> =
+            list.cells.iter().map(|(name, _)| name.as_str()).filter(|name| file_of(name).is_none()).collect();
+        if let [name, more @ ..] = missing.as_slice() {
+            let more = (!more.is_empty()).then_some(more.len());
+            return Err(OpenError::MissingCell { path, name: (*name).to_owned(), more });
+        }
+        let listed: FxHashSet<OsString> =
+            list.cells.iter().filter_map(|(name, _)| Some(Path::new(name).file_name()?.to_owned())).collect();
+        match self.files.iter().find(|file| file.file_name().is_some_and(|name| !listed.contains(name))) {
+            Some(file) => Err(OpenError::UnlistedCell { path: file.clone() }),
+            None => Ok(()),
+        }
+    }
 }
 
 fn find(path: &Path) -> Result<Found, OpenError> {
     if !path.is_dir() {
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let autoware = path.file_name() == Some(OsStr::new(MAP));
-        return Ok(Found { files: vec![path.to_path_buf()], folder, above: None, autoware });
+        // One cell of a divided map.
+        let above = folder.parent().filter(|_| folder.file_name() == Some(OsStr::new(MAP))).map(Path::to_path_buf);
+        return Ok(Found { files: vec![path.to_path_buf()], folder, above, cells: None, autoware });
     }
     let folder = path.to_path_buf();
     for inner in [path.join(MAP), path.join(format!("{MAP}.gz"))] {
-        let files = if inner.is_dir() { files_in(&inner)? } else { vec![inner.clone()] };
+        if inner.is_dir() {
+            let files = files_in(&inner)?;
+            return Ok(Found { files, folder, above: None, cells: Some(inner), autoware: true });
+        }
         if inner.exists() {
-            return Ok(Found { files, folder, above: None, autoware: true });
+            return Ok(Found { files: vec![inner], folder, above: None, cells: None, autoware: true });
         }
     }
     let files = files_in(path)?;
     // `.` and `..` have no name until they are resolved.
     let full = path.canonicalize().ok().filter(|full| full.file_name() == Some(OsStr::new(MAP)));
     let above = full.as_ref().and_then(|full| full.parent()).map(Path::to_path_buf);
-    Ok(Found { files, folder, autoware: above.is_some(), above })
+    let cells = above.is_some().then(|| folder.clone());
+    Ok(Found { files, folder, autoware: above.is_some(), above, cells })
 }
 
 /// The `.osm` and `.osm.gz` files right in a directory, in the order of their names.

@@ -3,6 +3,7 @@
 //! [`OsmData`] holds what a file says, in file order, with the byte position of each element; it judges nothing
 //! about roads or lanelets.
 
+mod copies;
 mod digits;
 mod edit;
 mod error;
@@ -13,11 +14,12 @@ mod tags;
 mod write;
 
 pub use crate::text::Text;
+pub use copies::{Content, Contradiction};
 pub use digits::fixed;
 pub use edit::{attribute, kept, moved};
 pub use error::ReadError;
 pub use load::load;
-pub use read::{read_bytes, read_file, read_files};
+pub use read::{Block, Blocks, read_bytes, read_file, read_files};
 pub use tags::Tags;
 pub use write::OsmText;
 

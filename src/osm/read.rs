@@ -8,8 +8,11 @@ use super::{OsmData, ReadError, Source, pbf};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+mod blocks;
 mod parser;
 mod parts;
+
+pub use blocks::{Block, Blocks};
 
 use parser::{Parser, Place};
 
@@ -86,21 +89,31 @@ fn unpack(name: &str, packed: &[u8]) -> Result<Vec<u8>, ReadError> {
     let mut unpacked = flate2::read::MultiGzDecoder::new(packed).take(MOST_UNPACKED);
     unpacked.read_to_end(&mut bytes).map_err(|error| failed(error.to_string()))?;
     if unpacked.limit() == 0 {
-        return Err(failed(format!("it holds more than {} GB", MOST_UNPACKED >> 30)));
+        return Err(failed(too_large()));
     }
     Ok(bytes)
 }
 
+fn too_large() -> String {
+    format!("it holds more than {} GB", MOST_UNPACKED >> 30)
+}
+
 fn parse(data: &mut OsmData, file: u32, name: &str, text: &str) -> Result<(), ReadError> {
-    if let Some(parts) = parts::parse(file, name, text) {
+    if let Some(parts) = parts::parse(file, name, text, parts::DOCUMENT) {
         data.nodes.reserve(parts.iter().map(|part| part.nodes.len()).sum());
         parts.into_iter().for_each(|part| data.append(part));
         return Ok(());
     }
     let mut parser = Parser { data, file, name, text };
-    match parser.run(0..text.len(), Place::default())? {
+    let reached = parser.run(0..text.len(), Place::default())?;
+    ended(&parser, reached)
+}
+
+/// Whether a text may end at this place.
+fn ended(parser: &Parser<'_>, reached: Place) -> Result<(), ReadError> {
+    match reached {
         Place { depth: 1.., .. } => Err(parser.broken(
-            text.len(),
+            parser.text.len(),
             "the file ends in the middle of an element".to_owned(),
             "the file is cut off; export or download it again",
         )),
@@ -109,7 +122,7 @@ fn parse(data: &mut OsmData, file: u32, name: &str, text: &str) -> Result<(), Re
             "there is no <osm> element".to_owned(),
             "expected OpenStreetMap XML, which begins with <?xml or <osm",
         )),
-        _ => Ok(()),
+        Place { .. } => Ok(()),
     }
 }
 

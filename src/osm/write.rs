@@ -1,7 +1,7 @@
 //! Writes OpenStreetMap XML, one tag a line, so that a small change of a map is a small change of its text.
 
 use super::digits::{put_exact, put_fixed, put_integer};
-use super::{ElementKind, MetaInfo};
+use super::{ElementKind, MetaInfo, Node, Relation, Way};
 use crate::projection::LonLat;
 
 /// Decimals of latitude and longitude: a micrometre.
@@ -17,8 +17,15 @@ pub struct OsmText {
 impl OsmText {
     /// The text before the first element.
     pub fn head(meta: &MetaInfo) -> Self {
+        Self::head_by("lanewright", meta)
+    }
+
+    /// The text before the first element of a map that another program has made.
+    pub fn head_by(generator: &str, meta: &MetaInfo) -> Self {
         let mut text = Self::default();
-        text.put("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<osm version=\"0.6\" generator=\"lanewright\">\n");
+        text.put("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<osm version=\"0.6\" generator=\"");
+        text.escaped(generator.as_bytes());
+        text.put("\">\n");
         let versions = [("format_version", &meta.format_version), ("map_version", &meta.map_version)];
         if versions.iter().any(|(_, v)| v.is_some()) {
             text.put("  <MetaInfo");
@@ -44,6 +51,22 @@ impl OsmText {
     /// The text so far.
     pub fn as_bytes(&self) -> &[u8] {
         &self.text
+    }
+
+    /// A node as it was read.
+    pub fn put_node(&mut self, Node { id, position, tags, .. }: &Node) {
+        self.node(*id, *position, tags.words());
+    }
+
+    /// A way as it was read.
+    pub fn put_way(&mut self, Way { id, nodes, tags, .. }: &Way) {
+        self.way(*id, nodes.iter().copied(), tags.words());
+    }
+
+    /// A relation as it was read.
+    pub fn put_relation(&mut self, Relation { id, members, tags, .. }: &Relation) {
+        let members = members.iter().map(|member| (member.kind, member.id, member.role.as_str()));
+        self.relation(*id, members, tags.words());
     }
 
     /// A node; without a place, `lat` and `lon` are empty, as in other editors' maps without projection.

@@ -6,6 +6,7 @@ mod check;
 mod cli;
 #[path = "../common/mod.rs"]
 mod common;
+mod divided;
 mod pbf;
 mod tier4;
 #[cfg(unix)]

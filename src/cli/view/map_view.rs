@@ -93,7 +93,7 @@ impl Judged {
     fn fix_previews(&self, unsafe_too: bool) -> Result<Vec<FixPreview>, Failure> {
         let Loaded { map, projector, .. } = &self.0.loaded;
         let findings = &self.0.sorted.left;
-        if findings.iter().all(|one| one.finding.fix.is_none()) {
+        if self.0.loaded.divided || findings.iter().all(|one| one.finding.fix.is_none()) {
             return Ok(Vec::new());
         }
         let mended = mended(&self.0.loaded, unsafe_too)?;

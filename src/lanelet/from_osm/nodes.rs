@@ -38,6 +38,29 @@ impl Number {
     }
 }
 
+/// Where nodes lie in the plane, as the loader sees it.
+pub fn positions(nodes: &[Node], projector: &Projector) -> Vec<PlanePoint> {
+    if *projector == Projector::Local {
+        let local = |node: &Node, key| number(node, key).value().unwrap_or(0.0);
+        return nodes.iter().map(|node| PlanePoint::new(local(node, "local_x"), local(node, "local_y"))).collect();
+    }
+    let heights = heights(nodes, projector);
+    let projected = projector.forward_each(&places(nodes), |i| heights.get(i).copied().unwrap_or(0.0));
+    projected.into_iter().map(Option::unwrap_or_default).collect()
+}
+
+fn places(nodes: &[Node]) -> Vec<LonLat> {
+    nodes.iter().map(|node| node.position.unwrap_or_default()).collect()
+}
+
+/// Only the tangent plane asks for heights.
+fn heights(nodes: &[Node], projector: &Projector) -> Vec<f64> {
+    match projector {
+        Projector::LocalCartesian { .. } => nodes.iter().map(|n| number(n, "ele").value().unwrap_or(0.0)).collect(),
+        _ => Vec::new(),
+    }
+}
+
 /// A point with what only its making knows.
 struct Made {
     point: Point,
@@ -50,12 +73,7 @@ struct Made {
 impl Loader<'_> {
     pub(super) fn nodes(&mut self, projector: &Projector) {
         let nodes = &self.osm.nodes;
-        let places: Vec<LonLat> = nodes.iter().map(|n| n.position.unwrap_or_default()).collect();
-        // Only the tangent plane asks for heights.
-        let heights: Vec<f64> = match projector {
-            Projector::LocalCartesian { .. } => nodes.iter().map(|n| number(n, "ele").value().unwrap_or(0.0)).collect(),
-            _ => Vec::new(),
-        };
+        let (places, heights) = (places(nodes), heights(nodes, projector));
         let (projected, squares) = match projector {
             Projector::Mgrs(_) => Projector::in_squares(&places).into_iter().map(Option::unzip).unzip(),
             _ => (projector.forward_each(&places, |i| heights.get(i).copied().unwrap_or(0.0)), Vec::new()),

@@ -24,6 +24,6 @@ impl RelationType {
 }
 
 /// Whether the loader takes a way with these tags as a polygon.
-pub(super) fn is_area(tags: &Tags) -> bool {
+pub fn is_area(tags: &Tags) -> bool {
     matches!(tags.get("area"), Some("yes" | "true" | "1"))
 }

@@ -16,8 +16,12 @@ use crate::parallel::Finely;
 /// not depend on the number of threads, so nor does the result.
 const LENGTH: usize = if cfg!(test) { 1 << 12 } else { 1 << 18 };
 
-/// What the parts of the text say, in order; `None` where it is too short, or must be read in one pass.
-pub(super) fn parse(file: u32, name: &str, text: &str) -> Option<Vec<OsmData>> {
+/// The places where a whole document begins and ends.
+pub(super) const DOCUMENT: [Place; 2] = [Place { depth: 0, seen_root: false }, Place { depth: 0, seen_root: true }];
+
+/// What the parts of a text say, in order, which begins and ends at these places; `None` where it is too short, or must be read
+/// in one pass.
+pub(super) fn parse(file: u32, name: &str, text: &str, [begin, end]: [Place; 2]) -> Option<Vec<OsmData>> {
     let parts = split(text, LENGTH);
     if parts.len() < 2 {
         return None;
@@ -25,8 +29,8 @@ pub(super) fn parse(file: u32, name: &str, text: &str) -> Option<Vec<OsmData>> {
     let last = parts.len() - 1;
     let read = |(i, range): (usize, &Range<usize>)| {
         let mut data = OsmData::default();
-        let from = if i == 0 { Place::default() } else { Place::IN_ROOT };
-        let to = if i == last { Place { depth: 0, seen_root: true } } else { Place::IN_ROOT };
+        let from = if i == 0 { begin } else { Place::IN_ROOT };
+        let to = if i == last { end } else { Place::IN_ROOT };
         let reached = Parser { data: &mut data, file, name, text }.run(range.clone(), from).ok()?;
         (reached == to).then_some(data)
     };
@@ -37,7 +41,7 @@ pub(super) fn parse(file: u32, name: &str, text: &str) -> Option<Vec<OsmData>> {
 fn split(text: &str, length: usize) -> Vec<Range<usize>> {
     let mut parts = Vec::new();
     let mut from = 0;
-    while let Some(to) = text.as_bytes().get(from + length..).and_then(begin) {
+    while let Some(to) = text.as_bytes().get(from + length..).and_then(first_begin) {
         parts.push(from..from + length + to);
         from += length + to;
     }
@@ -46,7 +50,7 @@ fn split(text: &str, length: usize) -> Vec<Range<usize>> {
 }
 
 /// Where the first element seems to begin.
-fn begin(text: &[u8]) -> Option<usize> {
+fn first_begin(text: &[u8]) -> Option<usize> {
     let tags = text.iter().enumerate().filter(|(_, letter)| **letter == b'<').map(|(at, _)| at);
     let element = |at: &usize| [&b"<node "[..], b"<way ", b"<relation "].iter().any(|tag| text[*at..].starts_with(tag));
     tags.into_iter().find(element)
@@ -79,7 +83,7 @@ mod tests {
     #[test]
     fn parts_say_what_the_whole_says() {
         let text = document("<MetaInfo format_version=\"2\"/>");
-        assert!(parse(0, "test", &text).is_some_and(|parts| parts.len() > 3));
+        assert!(parse(0, "test", &text, DOCUMENT).is_some_and(|parts| parts.len() > 3));
         let (mut data, whole) = (OsmData::default(), in_one_pass(&text));
         read_bytes(&mut data, "test", text.into_bytes()).unwrap();
         assert_eq!(data.oddities.len(), 53);
@@ -95,7 +99,7 @@ mod tests {
         let nodes = "<node id=\"7\" lat=\"0\" lon=\"0\"/>\n".repeat(1_000);
         for (before, behind) in [("<!--", "-->"), ("<unknown>", "</unknown>"), ("<tag k='", "'/>")] {
             let text = document(&format!("{before}{nodes}{behind}"));
-            assert!(parse(0, "test", &text).is_none(), "{before}");
+            assert!(parse(0, "test", &text, DOCUMENT).is_none(), "{before}");
             let mut data = OsmData::default();
             read_bytes(&mut data, "test", text.into_bytes()).unwrap();
             assert_eq!(data.nodes.len(), 600, "{before}");
