@@ -20,6 +20,9 @@ const SETBACK_MOST: f64 = 12.0;
 /// Metres by which lengths of roads may differ that are the same.
 const SAME: f64 = 0.05;
 
+/// The tangents of a turn, metres, and its change of direction, radians.
+type TangentsOf = fn(Pose, Pose) -> Option<(f64, f64, f64)>;
+
 /// The roads of which nothing more can be cut off, although a way that begins or ends there bends too tightly for a car for
 /// want of it; in order. The pieces of a roundabout's ring are driven around whatever their length.
 pub fn short_links(layout: &Layout) -> Vec<RoadIx> {
@@ -71,7 +74,7 @@ fn lacking<'a>(
     layout: &'a Layout,
     at: &'a Intersection,
     paths: &'a [TurningLanelet],
-    tangents: fn(Pose, Pose) -> Option<(f64, f64, f64)>,
+    tangents: TangentsOf,
 ) -> impl Iterator<Item = (RoadEnd, f64)> + 'a {
     let lack = move |path: &TurningLanelet| {
         let Movement { from, to, in_lane, out_lane } = path.movement;
