@@ -5,14 +5,25 @@ use super::{Point, Polyline, Vector, angle_between, cross};
 
 /// Lines whose first steps differ by a larger angle, degrees, diverge at once.
 const MAX_START_ANGLE: f64 = 20.0;
-/// The distance between two lines, metres, from which on they have diverged.
-const DIVERGED: f64 = 0.3;
-/// The largest overlap, metres, that is removed. A line with a larger one crosses the other on purpose.
-const MAX_OVERLAP: f64 = 0.1;
+/// How much of an overlap is removed.
+#[derive(Clone, Copy, Debug)]
+pub struct Room {
+    /// The distance between two lines, metres, from which on they have diverged.
+    diverged: f64,
+    /// The largest overlap, metres, that is removed. A line with a larger one crosses the other on purpose.
+    overlap: f64,
+    /// The length, metres, within which vertices may be left out behind the place where the line leaves the other.
+    skip: f64,
+}
+
+impl Room {
+    /// For any two lines.
+    pub const USUAL: Self = Self { diverged: 0.3, overlap: 0.1, skip: 0.5 };
+    /// For the lines between two lanes that part: neither lane may lie on the other, though it becomes narrower.
+    pub const PARTING: Self = Self { diverged: 0.5, overlap: 0.35, skip: 3.0 };
+}
 /// The distance between places where two lines are compared, metres.
 const STEP: f64 = 0.25;
-/// The length, metres, within which vertices may be left out behind the place where the line leaves the other.
-const MAX_SKIP: f64 = 0.5;
 /// The smallest radius, metres, of the bends where the line leaves the other, if leaving out a vertex helps.
 const MIN_RADIUS: f64 = 1.5;
 /// The largest change of direction, degrees, where the line leaves the other.
@@ -55,13 +66,13 @@ impl Measured {
 
 /// The line, which starts where `other` starts, changed so that it stays on the side of it to which it diverges: where it
 /// overlaps the other slightly, it follows the vertices of the other. `None` if the line stays as it is.
-pub fn diverge(line: &Measured, other: &Measured) -> Option<Vec<Point>> {
+pub fn diverge(line: &Measured, other: &Measured, room: Room) -> Option<Vec<Point>> {
     let steps = [line, other].map(|l| l.line.at(STEP.min(l.length())) - l.line.first());
     if steps[0].dot(&steps[1]) < MAX_START_ANGLE.to_radians().cos() * steps[0].norm() * steps[1].norm() {
         return None;
     }
-    let overlap = Walk::new(line, other)?.overlap()?;
-    overlap.removed(line, other)
+    let overlap = Walk::new(line, other, room)?.overlap(room)?;
+    overlap.removed(line, other, room)
 }
 
 /// A comparison of two lines from their common start to where they have diverged.
@@ -77,7 +88,7 @@ struct Walk {
 
 impl Walk {
     /// `None` if one line ends before both have diverged.
-    fn new(line: &Measured, other: &Measured) -> Option<Self> {
+    fn new(line: &Measured, other: &Measured, room: Room) -> Option<Self> {
         let mut walk = Self::default();
         let mut segment = 0;
         for station in merged(&line.stations[1..], line.length().min(other.length())) {
@@ -86,7 +97,7 @@ impl Walk {
                 return None;
             }
             walk.record(station);
-            if walk.foot.offset.abs() > DIVERGED {
+            if walk.foot.offset.abs() > room.diverged {
                 return Some(walk);
             }
         }
@@ -107,14 +118,14 @@ impl Walk {
     }
 
     /// The overlap to remove.
-    fn overlap(&self) -> Option<Overlap> {
+    fn overlap(&self, room: Room) -> Option<Overlap> {
         let side = self.foot.offset.signum();
         let (overlap, depth) = match side > 0.0 {
             true => (self.overlaps[0], -self.offsets[0]),
             false => (self.overlaps[1], self.offsets[1]),
         };
         let (leaves, behind) = overlap?;
-        let rejoins = behind.filter(|_| depth <= MAX_OVERLAP)?;
+        let rejoins = behind.filter(|_| depth <= room.overlap)?;
         Some(Overlap { side, leaves, rejoins })
     }
 }
@@ -131,7 +142,7 @@ struct Overlap {
 
 impl Overlap {
     /// The line without the overlap; `None` if it would cross the other line, or bend too much.
-    fn removed(&self, line: &Measured, other: &Measured) -> Option<Vec<Point>> {
+    fn removed(&self, line: &Measured, other: &Measured, room: Room) -> Option<Vec<Point>> {
         let leaving = other.line.at(self.leaves);
         let mut points: Vec<Point> = other.vertices().take_while(|(_, s)| *s <= self.leaves).map(|(p, _)| p).collect();
         if points.last().is_some_and(|p| (p - leaving).norm() > STEP) {
@@ -143,12 +154,14 @@ impl Overlap {
             bends.map(|(a, b)| angle_between(a, b).abs()).iter().sum::<f64>() * MIN_RADIUS > (p - leaving).norm()
         };
         let mut rest = line.vertices().filter(|(_, s)| *s >= self.rejoins - EXACT).peekable();
+        let turns_off = |step: Vector| angle_between(direction, step).abs() > MAX_BEND.to_radians();
         let skipped = |&(p, s): &(Point, f64)| {
-            s < self.rejoins + MAX_SKIP && (self.crosses(other, leaving, p - leaving) || sharp(p, s))
+            let step = p - leaving;
+            s < self.rejoins + room.skip && (self.crosses(other, leaving, step) || turns_off(step) || sharp(p, s))
         };
         while rest.next_if(skipped).is_some() {}
         let step = rest.peek()?.0 - leaving;
-        if self.crosses(other, leaving, step) || angle_between(direction, step).abs() > MAX_BEND.to_radians() {
+        if self.crosses(other, leaving, step) || turns_off(step) {
             return None;
         }
         points.extend(rest.map(|(p, _)| p));
@@ -214,7 +227,7 @@ mod tests {
 
     fn diverge(line: &Polyline, other: &Polyline) -> Option<Vec<Point>> {
         let [line, other] = [line, other].map(|line| Measured::new(line.points().iter().copied()).unwrap());
-        super::diverge(&line, &other)
+        super::diverge(&line, &other, Room::USUAL)
     }
 
     /// A quarter of a circle to the left.
@@ -234,7 +247,7 @@ mod tests {
     fn overlap(line: &[Point], other: &Polyline) -> f64 {
         let line = Polyline::new(line.iter().copied()).unwrap();
         let offsets = line.resampled(0.05).into_points().into_iter().map(|p| other.project(p).offset);
-        -offsets.take_while(|o| *o < DIVERGED).fold(0.0, f64::min)
+        -offsets.take_while(|o| *o < Room::USUAL.diverged).fold(0.0, f64::min)
     }
 
     #[test]
@@ -260,6 +273,11 @@ mod tests {
         assert_eq!(diverge(&turn(8.0), &straight), None);
         let swings = line(&[(0.0, 0.0), (2.0, -0.3), (4.0, -0.4), (8.0, 2.0)]);
         assert_eq!(diverge(&swings, &straight), None);
+        // Two lanes that part may not lie on each other.
+        let swings = line(&[(0.0, 0.0), (3.0, -0.15), (6.0, -0.25), (9.0, -0.05), (12.0, 0.4), (15.0, 1.2)]);
+        assert_eq!(diverge(&swings, &straight), None);
+        let [own, other] = [&swings, &straight].map(|line| Measured::new(line.points().iter().copied()).unwrap());
+        assert!(overlap(&super::diverge(&own, &other, Room::PARTING).unwrap(), &straight) < 1e-6);
         assert_eq!(diverge(&line(&[(0.0, 0.0), (0.0, 9.0)]), &straight), None);
     }
 }

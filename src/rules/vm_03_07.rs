@@ -75,7 +75,8 @@ fn judge(
     let about = |fault, message: String| {
         Finding::new(fault, Subject::Lanelet(first.0), message).with(Subject::Lanelet(second.0), "neighbour")
     };
-    if !merge && swapped(left, right, a, b) {
+    // Those that lead to two approaches cross only on ground that both cover: one may turn off to its own side and bend back.
+    if !merge && (area.is_some() || left.to == right.to) && swapped(left, right, a, b) {
         let message = format!("Lanelets {first},{second} from neighbouring lanes swap sides.");
         return Some(about("crossing", message).at(place));
     }

@@ -225,13 +225,13 @@ impl DrawnMovements {
             let i = i.next().unwrap_or_default();
             let mut places = match side {
                 Side::Shared(bound) => return bound,
-                Side::Own(places) => self.bounds.beside_others(nodes[i], places),
+                Side::Own(places) => self.bounds.beside_others((nodes[i], i), places),
             };
             // The curve ends at the nodes but for rounding; the nodes are exact.
             if let [first, .., last] = &mut places[..] {
                 [*first, *last] = [from.places[i], to.places[i]];
             }
-            self.bounds.draw(assembly, key, nodes[i], &places, tags.bound(assembly, from, i))
+            self.bounds.draw(assembly, key, (nodes[i], i), &places, tags.bound(assembly, from, i))
         }))
     }
 

@@ -309,21 +309,27 @@ fn straighten(road: &Road, [start, end]: Stations) -> Stations {
 fn clear_of_bends(road: &Road, (least, firm): (Stations, [f64; 2]), mut kept: Stations) -> Stations {
     /// Behind a cut the road goes straight on for this length, metres, ...
     const STRAIGHT: f64 = 1.5;
-    /// ... or bends by no more than this, degrees.
+    /// ... or bends by no more than this, degrees, ...
     const BEND_MOST: f64 = 20.0;
-    /// A cut moves by at most this, metres, ...
+    /// ... and over half its width by no more than this: beyond it nothing is left of the edge on the inside.
+    const INNER_BEND_MOST: f64 = 40.0;
+    /// A cut moves by at most this, metres, or out of a right angle as tight as the road can bend, ...
     const MOST: f64 = 6.0;
     /// ... in steps of this, metres.
     const STEP: f64 = 0.5;
+    let half = road.half_width();
     for end in End::BOTH {
         let room = (kept[1] - kept[0] - ROAD_LEFT).max(0.0);
         let back = (from_cut(least, end, kept[end]) - firm[end]).max(0.0);
         let is_clear = |depth: &f64| {
             let place = at_depth(kept, end, *depth);
-            let headings = [place, at_depth([place; 2], end, STRAIGHT)].map(|station| inward(road, end, station));
-            angle_between(headings[0], headings[1]).abs() <= BEND_MOST.to_radians()
+            let bend = |behind: f64| {
+                let headings = [place, at_depth([place; 2], end, behind)].map(|station| inward(road, end, station));
+                angle_between(headings[0], headings[1]).abs().to_degrees()
+            };
+            bend(STRAIGHT) <= BEND_MOST && bend(half) <= INNER_BEND_MOST
         };
-        let steps = (0..).map(|i| STEP * f64::from(i)).take_while(|depth| *depth <= MOST);
+        let steps = (0..).map(|i| STEP * f64::from(i)).take_while(|depth| *depth <= MOST.max(2.0 * half));
         let both_ways = steps.flat_map(|depth| [depth, -depth]).filter(|depth| *depth <= room && *depth >= -back);
         kept[end] = at_depth(kept, end, both_ways.into_iter().find(is_clear).unwrap_or(0.0));
     }

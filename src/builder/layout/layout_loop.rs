@@ -18,7 +18,7 @@ use crate::builder::streets::heights::{HeightOptions, level_at_cuts};
 use crate::diagnostic::{Finding, Severity, Subject};
 
 use super::map_layout::Layout;
-use super::short_links::short_links;
+use super::short_links::{SETBACK_LEAST, room_for_turns, short_links};
 
 /// No layout makes more demands than this. Each cuts more off roads, merges some or leaves some out, so that the loop ends by itself.
 const ROUNDS: usize = 200;
@@ -90,9 +90,13 @@ impl LayoutLoop<'_> {
         ControlFlow::Break(self)
     }
 
-    /// Wants cuts behind the lanelets that run over them; where there are none, along the outlines.
+    /// Wants cuts behind the lanelets that run over them, and with room for turns; where there are none, along the outlines.
     fn set_back_cuts(&mut self) -> bool {
         if self.layout.set_back_overlapped_cuts() {
+            return true;
+        }
+        let wanted = room_for_turns(&self.layout);
+        if self.layout.set_back(wanted, SETBACK_LEAST) {
             return true;
         }
         self.layout.outline();

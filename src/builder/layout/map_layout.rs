@@ -163,7 +163,7 @@ impl Layout {
     }
 
     /// How far behind its outline a road is cut, metres.
-    fn setback(&self, at: RoadEnd) -> f64 {
+    pub(super) fn setback(&self, at: RoadEnd) -> f64 {
         from_cut(self.lines.least[at.road], at.end, self.lines.kept[at.road][at.end])
     }
 
@@ -193,7 +193,7 @@ impl Layout {
     }
 
     /// Wants ends of roads cut back this far, metres, if that is more than so far by more than `least`; `false` if none is.
-    fn set_back(&mut self, wanted: Vec<(RoadEnd, f64)>, least: f64) -> bool {
+    pub(super) fn set_back(&mut self, wanted: Vec<(RoadEnd, f64)>, least: f64) -> bool {
         let mut changed = false;
         for (at, by) in wanted {
             let back = &mut self.back[at.road][at.end];

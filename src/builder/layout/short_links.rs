@@ -4,14 +4,24 @@ use crate::builder::intersection::movement_types::Movement;
 use crate::builder::intersection::turning_lanelets::TurningLanelet;
 use crate::builder::lanes::road_cut::ROAD_LEFT;
 use crate::builder::network::{Intersection, RoadEnd, RoadIx};
-use crate::geometry::pose;
+use crate::geometry::pose::{self, Pose};
 
 use super::map_layout::Layout;
 
 /// A car does not turn on a smaller radius, metres, of the middle of its lane: at full lock a usual one turns on some 4 to 5 m.
 const CAR_RADIUS: f64 = 4.0;
+/// From this change of direction on, degrees, a turn needs its tangents although the lines of its lanes cross elsewhere ...
+const TURN_LEAST: f64 = 45.0;
+/// ... and up to this: beyond it they cross anywhere.
+const TURN_MOST: f64 = 150.0;
+/// A turn moves a cut by no less than this, metres, and to at most this behind the outline.
+pub const SETBACK_LEAST: f64 = 0.2;
+const SETBACK_MOST: f64 = 12.0;
 /// Metres by which lengths of roads may differ that are the same.
 const SAME: f64 = 0.05;
+
+/// The tangents of a turn, metres, and its change of direction, radians.
+type TangentsOf = fn(Pose, Pose) -> Option<(f64, f64, f64)>;
 
 /// The roads of which nothing more can be cut off, although a way that begins or ends there bends too tightly for a car for
 /// want of it; in order. The pieces of a roundabout's ring are driven around whatever their length.
@@ -27,22 +37,54 @@ pub fn short_links(layout: &Layout) -> Vec<RoadIx> {
     roads
 }
 
+/// How far the ends of roads are to be cut back, metres, where a turn bends too tightly for a car and the road has room for it.
+pub fn room_for_turns(layout: &Layout) -> Vec<(RoadEnd, f64)> {
+    let setback = |(at, lack): (RoadEnd, f64)| {
+        let room = layout.left(at.road) - ROAD_LEFT;
+        let roomy = room > SETBACK_LEAST && !layout.network.road(at.road).roundabout;
+        roomy.then(|| (at, (layout.setback(at) + lack.min(room)).min(SETBACK_MOST)))
+    };
+    let all = layout.network.intersections.iter().zip(&layout.ways).flat_map(|(at, ways)| {
+        let drawn = ways.as_ref().filter(|ways| !ways.stood);
+        drawn.into_iter().flat_map(|ways| lacking(layout, at, &ways.drawn.paths, turn_tangents))
+    });
+    all.filter_map(setback).collect()
+}
+
 /// The roads at an intersection that were not cut back far enough for a turn from or to them.
 fn short_arms<'a>(
     layout: &'a Layout,
     at: &'a Intersection,
     paths: &'a [TurningLanelet],
 ) -> impl Iterator<Item = RoadIx> + 'a {
-    let short = move |path: &TurningLanelet| {
+    lacking(layout, at, paths, pose::tangents).map(|(arm, _)| arm.road)
+}
+
+/// The tangents of a turn, metres, and its change of direction, radians. One that begins or ends just beyond the place where the
+/// lines of its lanes cross has a negative one.
+fn turn_tangents(from: Pose, to: Pose) -> Option<(f64, f64, f64)> {
+    let turns = |turn: f64| (TURN_LEAST..=TURN_MOST).contains(&turn.abs().to_degrees());
+    let crossing = pose::crossing(from, to);
+    let near = crossing.filter(|(before, behind, turn)| turns(*turn) && before.min(*behind) > -CAR_RADIUS);
+    near.or_else(|| pose::tangents(from, to))
+}
+
+/// The ends of roads at an intersection that were not cut back far enough for a turn from or to them, and by how much, metres.
+fn lacking<'a>(
+    layout: &'a Layout,
+    at: &'a Intersection,
+    paths: &'a [TurningLanelet],
+    tangents: TangentsOf,
+) -> impl Iterator<Item = (RoadEnd, f64)> + 'a {
+    let lack = move |path: &TurningLanelet| {
         let Movement { from, to, in_lane, out_lane } = path.movement;
         let arms: [RoadEnd; 2] = [at.arms[from], at.arms[to]];
         let ends = (layout.lanes.arm(arms[0]).into.get(in_lane)).zip(layout.lanes.arm(arms[1]).out.get(out_lane));
-        let tangents = ends.and_then(|(into, out)| pose::tangents(into.pose, out.pose));
-        let short = tangents.map(|(before, behind, turn)| {
+        let lacks = ends.and_then(|(into, out)| tangents(into.pose, out.pose)).map(|(before, behind, turn)| {
             let needed = CAR_RADIUS * (turn.abs() / 2.0).tan();
-            [(arms[0], before), (arms[1], behind)].map(|(arm, length)| (length < needed).then_some(arm.road))
+            [(arms[0], needed - before), (arms[1], needed - behind)]
         });
-        short.into_iter().flatten().flatten()
+        lacks.into_iter().flatten().filter(|(_, lack)| *lack > 0.0)
     };
-    paths.iter().flat_map(short)
+    paths.iter().flat_map(lack)
 }

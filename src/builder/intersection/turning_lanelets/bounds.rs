@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 use crate::builder::ids::Key;
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::map::point_index::PointIndex;
-use crate::geometry::diverge::{Measured, diverge};
+use crate::geometry::diverge::{Measured, Room, diverge};
 use crate::geometry::{Point, curve};
 use crate::lanelet::{Attributes, Bound, LineStringId, PointId};
 
@@ -28,6 +28,8 @@ pub struct BoundLine {
     nodes: Vec<PointId>,
     /// The places of its nodes.
     places: Vec<Point>,
+    /// The node where the movement begins for which it was drawn, and its side there: 0 left, 1 right.
+    begin: (PointId, usize),
     /// Measured from its begin and from its end, on demand.
     measured: [OnceLock<Option<Measured>>; 2],
 }
@@ -86,12 +88,12 @@ impl SharedBounds {
         lines.into_iter().flat_map(|line| line.nodes.iter().copied().zip(line.places.iter().copied()))
     }
 
-    /// Adds the line of a bound along places from one node to another.
+    /// Adds the line of a bound along places from one node to another, on this side of a movement: 0 left, 1 right.
     pub fn draw(
         &mut self,
         assembly: &mut MapBuilder,
         key: Key,
-        [a, b]: [PointId; 2],
+        ([a, b], side): ([PointId; 2], usize),
         places: &[Point],
         attributes: Attributes,
     ) -> Bound {
@@ -109,19 +111,21 @@ impl SharedBounds {
         points.dedup_by_key(|(id, _)| *id);
         let (nodes, places): (Vec<PointId>, Vec<Point>) = points.into_iter().unzip();
         let id = assembly.line(key, nodes.clone(), attributes);
-        self.insert([a, b], BoundLine { id, nodes, places, measured: Default::default() })
+        self.insert([a, b], BoundLine { id, nodes, places, begin: (a, side), measured: Default::default() })
     }
 
-    /// Moves the places of a new line between two nodes to its own side of the other lines that end on either node.
-    pub fn beside_others(&self, [from, to]: [PointId; 2], mut places: Vec<Point>) -> Vec<Point> {
+    /// Moves the places of a new line between two nodes, on this side of a movement, to its own side of the other lines that end
+    /// on either node. Lines between two lanes that part need that most.
+    pub fn beside_others(&self, ([from, to], side): ([PointId; 2], usize), mut places: Vec<Point>) -> Vec<Point> {
         for node in [from, to] {
             let mut own = None;
             let ends = self.ends.get(&node).into_iter().flatten();
             for (_, line) in ends.filter(|(end, _)| ![from, to].contains(end)) {
                 own = own.or_else(|| Measured::new(places.iter().copied()));
-                let other = self.lines.get(*line as usize).and_then(|other| other.measured(node));
-                let (Some(line), Some(other)) = (&own, other) else { continue };
-                if let Some(apart) = diverge(line, other) {
+                let Some(bound) = self.lines.get(*line as usize) else { continue };
+                let (Some(line), Some(other)) = (&own, bound.measured(node)) else { continue };
+                let part = node == from && bound.begin == (node, 1 - side);
+                if let Some(apart) = diverge(line, other, if part { Room::PARTING } else { Room::USUAL }) {
                     (places, own) = (apart, None);
                 }
             }

@@ -37,7 +37,7 @@ pub struct IntersectionLanelets {
     /// Their primitives, over those of the lanes.
     pub part: MapPart,
     /// Whether they stood in the round before: no way runs over a cut that did not then.
-    pub(super) stood: bool,
+    pub(in crate::builder::layout) stood: bool,
     /// The ends of roads that they run over, and how far behind their cuts, metres.
     pub(super) over: Vec<(RoadEnd, f64)>,
     /// Whether their outline is another where a road is cut elsewhere at its other end.
