@@ -74,7 +74,7 @@ fn all_marks_of_intersections_are_put_back() {
             assert!(!more, "{name}: lanelet {lanelet} ignores {ignored:?} and ignored {:?}", allowed.get(&lanelet));
         }
         let rings = |map: &OsmData| -> Vec<_> {
-            let draft = Draft::of(map, base.draft.projector.clone());
+            let draft = Draft::of(map, base.draft.projector);
             draft.lines("intersection_area").map(|area| draft.line(area.id)).collect()
         };
         for area in rings(&before) {
