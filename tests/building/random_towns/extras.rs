@@ -118,9 +118,9 @@ impl Grid {
         ring.push(first);
         let one_way = if self.dice.chance(0.3) { " oneway=yes" } else { "" };
         self.plan.way(ring, &format!("highway=service{one_way}"));
-        for up in 1..aisles {
+        for (left, right) in sides[0].iter().zip(&sides[1]).take(aisles).skip(1) {
             let one_way = self.dice.pick(&["", "", " oneway=yes"]);
-            self.plan.way(vec![sides[0][up], sides[1][up]], &format!("highway=service service=parking_aisle{one_way}"));
+            self.plan.way(vec![*left, *right], &format!("highway=service service=parking_aisle{one_way}"));
         }
         self.driveway_to(mouth.node, first);
         if let Some(exit) = self.any_mouth(x, y).filter(|_| self.dice.chance(0.4)) {

@@ -182,12 +182,12 @@ impl Grid {
             });
             nodes.push(row.collect());
         }
-        for row in nodes.iter().filter(|row| row.len() > 1).enumerate() {
-            self.inner([row.1[0], row.1[1]], (true, x, row.0));
+        for (a, row) in nodes.iter().filter(|row| row.len() > 1).enumerate() {
+            self.inner([row[0], row[1]], (true, x, a));
         }
-        if nodes.len() > 1 {
-            for b in 0..up.len() {
-                self.inner([nodes[0][b], nodes[1][b]], (false, y, b));
+        if let [west, east] = &nodes[..] {
+            for (b, pair) in west.iter().zip(east).enumerate() {
+                self.inner([*pair.0, *pair.1], (false, y, b));
             }
         }
         let column = |b: usize| nodes.iter().map(|row| row[b]).collect::<Vec<_>>();
