@@ -143,7 +143,7 @@ impl Placing<'_> {
         self.touched(&[place], None).map_err(|TooWide| DivideError::TooWide { kind: ElementKind::Node, id: id() })
     }
 
-    /// The cell of what has no place.
+    /// The cell of what has no place. Only for an element that needs it: a cell that is named becomes a file.
     fn first_cell(&mut self) -> SetId {
         let first = self.placement.sets.cells().iter().min().copied();
         self.placement.sets.of(&[first.unwrap_or(Cell { row: 0, column: 0 })])
@@ -153,7 +153,6 @@ impl Placing<'_> {
     fn spread_relations(&mut self) -> Result<(), DivideError> {
         let survey = self.survey;
         let twins = twins(&survey.relations);
-        let first = self.first_cell();
         let Placement { sets, relations, .. } = &mut self.placement;
         let follow = |relation: u32, reach: &mut dyn FnMut(u32)| {
             let members = survey.members.at(relation as usize).iter();
@@ -164,6 +163,11 @@ impl Placing<'_> {
         let placed = (0..).zip(&*relations).filter(|(_, set)| **set != NOWHERE).map(|(at, _)| at).collect();
         spread(sets, relations, placed, follow)?;
         let nowhere: Vec<u32> = (0..).zip(&*relations).filter(|(_, set)| **set == NOWHERE).map(|(at, _)| at).collect();
+        if nowhere.is_empty() {
+            return Ok(());
+        }
+        let first = self.first_cell();
+        let Placement { sets, relations, .. } = &mut self.placement;
         nowhere.iter().for_each(|at| relations[*at as usize] = first);
         spread(sets, relations, nowhere, follow)
     }
@@ -171,7 +175,6 @@ impl Placing<'_> {
     /// Ways go where relations go that have them as members or name them, and where ways go that name them.
     fn spread_ways(&mut self) -> Result<(), DivideError> {
         let survey = self.survey;
-        let first = self.first_cell();
         let Placement { sets, ways, relations, .. } = &mut self.placement;
         let mut put = |id: i64, set: SetId| {
             if let Some(way) = survey.ways.ids.find(id) {
@@ -183,7 +186,11 @@ impl Placing<'_> {
             members.for_each(|(_, id)| put(*id, *set));
         }
         survey.relation_names.iter().for_each(|(relation, id)| put(*id, relations[*relation as usize]));
-        ways.iter_mut().filter(|set| **set == NOWHERE).for_each(|set| *set = first);
+        if ways.contains(&NOWHERE) {
+            let first = self.first_cell();
+            self.placement.ways.iter_mut().filter(|set| **set == NOWHERE).for_each(|set| *set = first);
+        }
+        let Placement { sets, ways, .. } = &mut self.placement;
         let mut next = twins(&survey.ways);
         for (way, id) in &survey.way_names {
             next.entry(*way).or_default().extend(survey.ways.ids.find(*id));

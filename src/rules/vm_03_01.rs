@@ -196,7 +196,11 @@ impl<'i, 'm> UnmarkedIntersections<'i, 'm> {
         );
         let finding = Finding::new("unmarked", Subject::Lanelet(*first), message).at(Place::Point(intersection.middle));
         let finding = rest.iter().fold(finding, |finding, &id| finding.with(Subject::Lanelet(id), "lanelet"));
-        Some(if intersection.private { finding.graded(Severity::Info) } else { finding })
+        Some(match intersection {
+            Unmarked { private: true, .. } => finding.graded(Severity::Info),
+            Unmarked { crossed: false, .. } => finding.graded(Severity::Warning),
+            _ => finding,
+        })
     }
 }
 

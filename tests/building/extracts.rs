@@ -49,7 +49,10 @@ fn every_extract_builds_and_is_accepted() {
 }
 
 /// The errors that are left in built maps: extract, code, how many.
-const LEFT: [(&str, &str, usize); 10] = [
+const LEFT: [(&str, &str, usize); 12] = [
+    // Roundabouts of an odd shape or with ramps, where nobody draws an area.
+    ("berlin_siegessaeule", "vm-03-01/unmarked", 2),
+    ("monaco", "vm-03-01/unmarked", 3),
     ("campo_grande", "vm-01-03/not-shared", 1),
     ("campo_grande", "vm-03-01/not-covered", 2),
     ("campo_grande", "vm-03-03/joint", 2),

@@ -91,6 +91,20 @@ fn hand_made_maps_come_back_as_they_were() {
 }
 
 #[test]
+fn no_cell_is_written_that_nothing_stands_in() {
+    let node = "<node id='1' lat='' lon=''><tag k='local_x' v='100'/><tag k='local_y' v='100'/></node>";
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("map.osm");
+    for (ways, count) in [("", 1), ("<way id='2'/>", 2)] {
+        fs::write(&file, format!("<osm><MetaInfo format_version='2'/>{node}{ways}</osm>")).unwrap();
+        holds_together(&file, 10, dir.path());
+        assert_eq!(cells(&dir.path().join("cells")).len(), count, "{ways}");
+        fs::remove_dir_all(dir.path().join("cells")).unwrap();
+        fs::remove_dir_all(dir.path().join("back")).unwrap();
+    }
+}
+
+#[test]
 fn a_built_map_comes_back_to_the_byte_and_is_divided_alike_when_it_is_built() {
     let dir = tempfile::tempdir().unwrap();
     let at = |name: &str| dir.path().join(name);
@@ -230,10 +244,10 @@ fn random_map() -> impl Strategy<Value = String> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 128, ..ProptestConfig::default() })]
 
     #[test]
-    fn any_map_comes_back_from_cells_of_any_size(map in random_map(), size in 1_u32..400) {
+    fn any_map_comes_back_from_cells_of_any_size(map in random_map(), size in 10_u32..400) {
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("map.osm");
         fs::write(&file, map).unwrap();

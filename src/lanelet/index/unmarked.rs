@@ -6,7 +6,7 @@ use super::lane::extent;
 use super::types::{Conflict, DrivingSide, MapIndex};
 use super::union_find::UnionFind;
 use crate::geometry::{Point, Polyline, Vector, angle_between};
-use crate::lanelet::{LineStringId, TurnDirection};
+use crate::lanelet::{LineStringId, PointId, TurnDirection};
 
 /// Lanes whose directions differ by less than this (deg) run along each other: they join like a ramp, or lie on each other.
 const ALONG: f64 = 20.0;
@@ -17,7 +17,7 @@ const LONGEST: f64 = 100.0;
 /// Two roads between which nobody turns meet if both are cut at the crossing, into lanes no longer than this (m).
 const LONGEST_CROSSING: f64 = 40.0;
 /// A ring of lanes no longer than this (m) is a roundabout if it turns by at least `LEAST_TURN` on each twelfth of its length ...
-const LONGEST_RING: f64 = 300.0;
+const LONGEST_RING: f64 = 800.0;
 /// ... (deg). A circle turns by 30; a block of houses does not turn at all between its corners.
 const LEAST_TURN: f64 = 8.0;
 /// A shorter ring (m) may have any shape, if others only join it and leave it.
@@ -32,6 +32,8 @@ pub struct Unmarked {
     pub middle: Point,
     /// Whether all of it is private ground: the aisles of a car park, or a driveway.
     pub private: bool,
+    /// Whether cars cross there on the way to different roads; else they only join.
+    pub crossed: bool,
 }
 
 impl MapIndex<'_> {
@@ -41,16 +43,21 @@ impl MapIndex<'_> {
         let mut groups = UnionFind::new(self.lanes.len());
         let mut taking_part: FxHashSet<usize> = FxHashSet::default();
         let mut cars_meet: FxHashSet<usize> = FxHashSet::default();
-        for x in (0..self.lanes.len()).filter(|&x| self.is_free(x)) {
-            for conflict in self.conflicts[x].iter().filter(|conflict| conflict.other > x && conflict.real) {
-                let y = conflict.other;
-                let for_cars = [x, y].map(|lane| self.lanes[lane].is_for_cars());
-                if for_cars.contains(&true) && self.is_free(y) && self.meet(x, conflict) {
-                    groups.join(x, y);
-                    taking_part.extend([x, y]);
-                    cars_meet.extend((for_cars == [true, true]).then_some(x));
-                }
+        let mut cars_cross: Vec<(usize, usize)> = Vec::new();
+        let (sure, doubtful): (Vec<_>, Vec<_>) =
+            self.meetings().into_iter().partition(|&(x, y)| self.ends_with(x, y) || self.is_on_one_level(x, y));
+        for (x, y) in sure {
+            groups.join(x, y);
+            taking_part.extend([x, y]);
+            if [x, y].iter().all(|&lane| self.lanes[lane].is_for_cars()) {
+                cars_meet.insert(x);
+                cars_cross.extend((!self.ends_with(x, y)).then_some((x, y)));
             }
+        }
+        // Two lanes that meet others here are not on different levels.
+        for (x, y) in doubtful.into_iter().filter(|(x, y)| taking_part.contains(x) && taking_part.contains(y)) {
+            groups.join(x, y);
+            cars_cross.push((x, y));
         }
         self.add_company(&mut groups, &mut taking_part);
         let mut members: Vec<usize> = taking_part.into_iter().collect();
@@ -67,17 +74,60 @@ impl MapIndex<'_> {
         // A driveway across a bicycle lane is no intersection of roads.
         clusters.retain(|lanes| lanes.iter().any(|lane| cars_meet.contains(lane)));
         let clusters = clusters.into_iter().filter(|lanes| !lanes.iter().any(|&lane| self.is_on_roundabout(lane)));
-        clusters.map(|lanes| self.unmarked(lanes)).collect()
+        let mut crossings: FxHashMap<usize, Vec<(usize, usize)>> = FxHashMap::default();
+        for (x, y) in cars_cross {
+            crossings.entry(groups.root(x)).or_default().push((x, y));
+        }
+        let mut crossed = |lanes: &[usize]| {
+            let own = lanes.first().and_then(|&lane| crossings.get(&groups.root(lane)));
+            own.is_some_and(|pairs| self.lead_apart(lanes, pairs))
+        };
+        clusters.map(|lanes| self.unmarked(crossed(&lanes), lanes)).collect()
     }
 
-    fn unmarked(&self, lanes: Vec<usize>) -> Unmarked {
+    /// The pairs of lanes, at least one of them for cars, that overlap and come from different approaches.
+    fn meetings(&self) -> Vec<(usize, usize)> {
+        let of_lane = |x: usize| {
+            let later = self.conflicts[x].iter().filter(move |conflict| conflict.other > x && conflict.real);
+            let meeting = later.filter(move |conflict| {
+                let y = conflict.other;
+                (self.lanes[x].is_for_cars() || self.lanes[y].is_for_cars())
+                    && self.is_free(y)
+                    && self.meet(x, conflict)
+            });
+            meeting.map(move |conflict| (x, conflict.other))
+        };
+        (0..self.lanes.len()).filter(|&x| self.is_free(x)).flat_map(of_lane).collect()
+    }
+
+    /// Whether two lanes of one of these pairs lead to different roads: their ends are not linked, one beside the other. Who joins the
+    /// second lane of a road runs over its first, and crosses nobody's way.
+    fn lead_apart(&self, lanes: &[usize], pairs: &[(usize, usize)]) -> bool {
+        let mut roads = UnionFind::new(lanes.len());
+        let mut at_point: FxHashMap<PointId, usize> = FxHashMap::default();
+        for (place, &lane) in lanes.iter().enumerate() {
+            for id in self.lanes[lane].end.ids {
+                let first = *at_point.entry(id).or_insert(place);
+                roads.join(first, place);
+            }
+        }
+        let mut road = |lane: usize| lanes.binary_search(&lane).ok().map(|place| roads.root(place));
+        pairs.iter().any(|&(x, y)| road(x) != road(y))
+    }
+
+    /// Whether two lanes end together.
+    fn ends_with(&self, x: usize, y: usize) -> bool {
+        self.lanes[x].end.ids == self.lanes[y].end.ids
+    }
+
+    fn unmarked(&self, crossed: bool, lanes: Vec<usize>) -> Unmarked {
         let corners: Vec<Point> = lanes.iter().flat_map(|&lane| self.lanes[lane].extent).collect();
         let [low, high] = extent(&corners);
         let is_private = |&lane: &usize| {
             let lanelet = self.map.lanelets.get(self.lanes[lane].id);
             lanelet.is_some_and(|lanelet| lanelet.attributes.is("location", "private"))
         };
-        Unmarked { middle: nalgebra::center(&low, &high), private: lanes.iter().all(is_private), lanes }
+        Unmarked { middle: nalgebra::center(&low, &high), private: lanes.iter().all(is_private), crossed, lanes }
     }
 
     /// Whether a lane can belong to an intersection that has no area: it is short enough for a movement.
@@ -99,7 +149,7 @@ impl MapIndex<'_> {
         let there = |line: Option<&Polyline>| line.map(|line| line.direction(line.project(conflict.place).station));
         let crossing = apart(there(a.center.as_ref()), there(b.center.as_ref()));
         let is_across = |angle: f64, limit: f64| (limit..180.0 - limit).contains(&angle);
-        (is_across(crossing, ALONG) || is_across(first, JOINING)) && self.is_on_one_level(x, conflict.other)
+        is_across(crossing, ALONG) || is_across(first, JOINING)
     }
 
     /// Whether two lanes that cross do so on one level. Where all is drawn at one height, it shows in the lanes that lead from one road
@@ -188,7 +238,8 @@ impl MapIndex<'_> {
     /// Whether others do more than join a lane at its end.
     fn is_crossed(&self, lane: usize) -> bool {
         let mut conflicts = self.conflicts[lane].iter().filter(|conflict| conflict.real);
-        conflicts.any(|one| self.lanes[one.other].end.ids != self.lanes[lane].end.ids && self.meet(lane, one))
+        let level = |other: usize| self.is_on_one_level(lane, other);
+        conflicts.any(|one| !self.ends_with(lane, one.other) && self.meet(lane, one) && level(one.other))
     }
 
     /// Whether a ring of lanes bends everywhere.
