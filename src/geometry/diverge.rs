@@ -14,20 +14,26 @@ pub struct Room {
     overlap: f64,
     /// The length, metres, within which vertices may be left out behind the place where the line leaves the other.
     skip: f64,
+    /// The largest change of direction, degrees, where the line leaves the other.
+    bend: f64,
+    /// The side of the other line on which the line belongs, 1 left, -1 right; 0 where only the lines themselves tell.
+    side: f64,
 }
 
 impl Room {
     /// For any two lines.
-    pub const USUAL: Self = Self { diverged: 0.3, overlap: 0.1, skip: 0.5 };
-    /// For the lines between two lanes that part: neither lane may lie on the other, though it becomes narrower.
-    pub const PARTING: Self = Self { diverged: 0.5, overlap: 0.35, skip: 3.0 };
+    pub const USUAL: Self = Self { diverged: 0.3, overlap: 0.1, skip: 0.5, bend: 10.0, side: 0.0 };
+
+    /// For the lines between two lanes that part, of which this one belongs to the left or the right lane: neither lane may lie on
+    /// the other, though it becomes narrower.
+    pub const fn parting(left: bool) -> Self {
+        Self { diverged: 1.2, overlap: 1.0, skip: 5.0, bend: 30.0, side: if left { 1.0 } else { -1.0 } }
+    }
 }
 /// The distance between places where two lines are compared, metres.
 const STEP: f64 = 0.25;
 /// The smallest radius, metres, of the bends where the line leaves the other, if leaving out a vertex helps.
 const MIN_RADIUS: f64 = 1.5;
-/// The largest change of direction, degrees, where the line leaves the other.
-const MAX_BEND: f64 = 10.0;
 /// An overlap below this, metres, is none: it is less than the last digit of a coordinate.
 const EXACT: f64 = 1e-6;
 
@@ -94,14 +100,15 @@ impl Walk {
         for station in merged(&line.stations[1..], line.length().min(other.length())) {
             walk.foot = walk.foot.next(other, line.at(station, &mut segment));
             if walk.foot.station >= other.length() - EXACT {
-                return None;
+                return (room.side != 0.0).then_some(walk);
             }
             walk.record(station);
-            if walk.foot.offset.abs() > room.diverged {
+            let offset = if room.side == 0.0 { walk.foot.offset.abs() } else { walk.foot.offset * room.side };
+            if offset > room.diverged {
                 return Some(walk);
             }
         }
-        None
+        (room.side != 0.0).then_some(walk)
     }
 
     /// Records the foot of a station of the line.
@@ -119,7 +126,7 @@ impl Walk {
 
     /// The overlap to remove.
     fn overlap(&self, room: Room) -> Option<Overlap> {
-        let side = self.foot.offset.signum();
+        let side = if room.side == 0.0 { self.foot.offset.signum() } else { room.side };
         let (overlap, depth) = match side > 0.0 {
             true => (self.overlaps[0], -self.offsets[0]),
             false => (self.overlaps[1], self.offsets[1]),
@@ -154,7 +161,7 @@ impl Overlap {
             bends.map(|(a, b)| angle_between(a, b).abs()).iter().sum::<f64>() * MIN_RADIUS > (p - leaving).norm()
         };
         let mut rest = line.vertices().filter(|(_, s)| *s >= self.rejoins - EXACT).peekable();
-        let turns_off = |step: Vector| angle_between(direction, step).abs() > MAX_BEND.to_radians();
+        let turns_off = |step: Vector| angle_between(direction, step).abs() > room.bend.to_radians();
         let skipped = |&(p, s): &(Point, f64)| {
             let step = p - leaving;
             s < self.rejoins + room.skip && (self.crosses(other, leaving, step) || turns_off(step) || sharp(p, s))
@@ -277,7 +284,7 @@ mod tests {
         let swings = line(&[(0.0, 0.0), (3.0, -0.15), (6.0, -0.25), (9.0, -0.05), (12.0, 0.4), (15.0, 1.2)]);
         assert_eq!(diverge(&swings, &straight), None);
         let [own, other] = [&swings, &straight].map(|line| Measured::new(line.points().iter().copied()).unwrap());
-        assert!(overlap(&super::diverge(&own, &other, Room::PARTING).unwrap(), &straight) < 1e-6);
+        assert!(overlap(&super::diverge(&own, &other, Room::parting(true)).unwrap(), &straight) < 1e-6);
         assert_eq!(diverge(&line(&[(0.0, 0.0), (0.0, 9.0)]), &straight), None);
     }
 }

@@ -44,7 +44,8 @@ pub(crate) fn is_roundabout(tags: &Tags) -> bool {
     matches!(tags.get("junction"), Some("roundabout" | "circular"))
 }
 
-/// Whether a road is a priority road.
+/// Whether a road is a priority road. So is the ring of a `junction=roundabout`; that of a `circular` one need not be.
 pub fn is_priority_road(tags: &Tags) -> bool {
-    matches!(tags.get("priority_road"), Some("designated" | "yes_unposted" | "yes"))
+    tags.is("junction", "roundabout")
+        || matches!(tags.get("priority_road"), Some("designated" | "yes_unposted" | "yes"))
 }

@@ -125,7 +125,7 @@ impl SharedBounds {
                 let Some(bound) = self.lines.get(*line as usize) else { continue };
                 let (Some(line), Some(other)) = (&own, bound.measured(node)) else { continue };
                 let part = node == from && bound.begin == (node, 1 - side);
-                if let Some(apart) = diverge(line, other, if part { Room::PARTING } else { Room::USUAL }) {
+                if let Some(apart) = diverge(line, other, if part { Room::parting(side == 1) } else { Room::USUAL }) {
                     (places, own) = (apart, None);
                 }
             }

@@ -133,8 +133,11 @@ impl IntersectionLanelets {
         let crossed = (self.drawn.paths.iter().zip(&conflicts.real)).any(|(path, found)| {
             let mut others = found.iter().map(|&other| &self.drawn.paths[other]);
             let by_area = !on_ring(network, intersection, path);
+            // A street that joins a ring where another leaves it: their lanes cross within the length of one intersection.
+            let leaves_ring = |it: &TurningLanelet| ring_arms(network, intersection, it) == [true, false];
             leaves_private_ground(network, intersection, path) && others.len() > 0
-                || by_area && others.any(|it| !on_ring(network, intersection, it))
+                || by_area && others.clone().any(|it| !on_ring(network, intersection, it))
+                || ring_arms(network, intersection, path) == [false, true] && others.any(leaves_ring)
         });
         self.conflicts = Some(conflicts);
         self.leans = has_bicycle_lanes(network, intersection);
@@ -171,10 +174,15 @@ impl IntersectionLanelets {
     }
 }
 
-/// Whether a lanelet leads from a roundabout or onto it. What crosses it does so by the rules of the roundabout, which Autoware
-/// takes from no area.
+/// Whether a lanelet leads from a roundabout or onto it. What joins it there does so by the rules of the roundabout, which
+/// Autoware takes from no area.
 fn on_ring(network: &RoadNetwork, intersection: &Intersection, path: &TurningLanelet) -> bool {
-    [path.movement.from, path.movement.to].iter().any(|&arm| network.road(intersection.arms[arm].road).roundabout)
+    ring_arms(network, intersection, path) != [false; 2]
+}
+
+/// Whether the arms from and to which a lanelet leads are roads of a roundabout.
+fn ring_arms(network: &RoadNetwork, intersection: &Intersection, path: &TurningLanelet) -> [bool; 2] {
+    [path.movement.from, path.movement.to].map(|arm| network.road(intersection.arms[arm].road).roundabout)
 }
 
 /// Whether a lanelet leads from private ground onto a public road: Autoware wants to know whither it turns.
