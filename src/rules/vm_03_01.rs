@@ -211,7 +211,8 @@ fn marked_by(finding: Finding, intersection: &Unmarked, edits: &Option<Vec<Edit>
     finding.fixed_by(title, false, edits.clone())
 }
 
-/// The edits that say where lanelets turn that do not say it, draw the area, and name it in its lanelets.
+/// The edits that say where lanelets turn that do not say it, and that nobody changes lanes over their virtual bounds, draw the
+/// area, and name it in its lanelets.
 fn marking(map: &MapIndex, intersection: &Unmarked, points: Vec<PointId>) -> Vec<Edit> {
     let label = |&lane: &usize| {
         let lanelet = map.map.lanelets.get(map.lanes[lane].id)?;
@@ -220,7 +221,19 @@ fn marking(map: &MapIndex, intersection: &Unmarked, points: Vec<PointId>) -> Vec
         let is_missing = lanelet.attributes.get("turn_direction").is_none_or(str::is_empty);
         is_missing.then(|| Edit::SetTag { on, key: "turn_direction".into(), value: label.into() })
     };
-    let mut edits: Vec<Edit> = intersection.lanes.iter().filter_map(label).collect();
+    let mut bounds: Vec<_> = intersection.lanes.iter().flat_map(|&lane| map.lanes[lane].bounds).collect();
+    bounds.sort_unstable();
+    bounds.dedup();
+    let untold = |way: &LineStringId| {
+        let tags = map.map.linestrings.get(*way).map(|line| &line.attributes);
+        tags.is_some_and(|tags| tags.is("type", "virtual") && tags.get("lane_change").is_none())
+    };
+    let closed = bounds.into_iter().filter(untold).map(|way| Edit::SetTag {
+        on: Subject::LineString(way.0),
+        key: "lane_change".into(),
+        value: "no".into(),
+    });
+    let mut edits: Vec<Edit> = intersection.lanes.iter().filter_map(label).chain(closed).collect();
     let lanelets = intersection.lanes.iter().map(|&lane| map.lanes[lane].id.0).collect();
     edits.push(Edit::CreateArea { points: points.into_iter().map(|id| id.0).collect(), lanelets });
     edits
