@@ -2,7 +2,7 @@
 
 use crate::builder::control::signal_arrows::one_way;
 use crate::builder::control::walkway::walkways;
-use crate::builder::control::{Approach, Control, ControlledArm};
+use crate::builder::control::{Approach, ControlledArm};
 use crate::builder::intersection::area::AreaOutline;
 use crate::builder::intersection::bicycle_lanelets::BicycleMovements;
 use crate::builder::intersection::conflict::{Conflicts, conflicts, strip_indices};
@@ -13,6 +13,7 @@ use crate::builder::intersection::turning_lanelets::{
 use crate::builder::lanes::types::{Arm, ArmLane};
 use crate::builder::layout::map_layout::IntersectionLanelets;
 use crate::builder::map::map_builder::{MapBuilder, MapPart};
+use crate::builder::network::approach_control::Control;
 use crate::builder::network::turn_angle::STRAIGHT;
 use crate::builder::network::{Intersection, RoadEnd};
 use crate::builder::tags::cross_section::StripKind;

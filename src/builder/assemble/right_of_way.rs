@@ -1,12 +1,12 @@
 //! Who goes first at an intersection: what rules its arms, and whom each lanelet may ignore.
 
 use crate::builder::control::priority_road::{PriorityArm, give_way};
-use crate::builder::control::{Control, sign_at};
 use crate::builder::ids::Key;
 use crate::builder::intersection::conflict::Conflicts;
 use crate::builder::intersection::turning_lanelets::TurningLanelet;
 use crate::builder::lanes::types::Arm;
 use crate::builder::network::Intersection;
+use crate::builder::network::approach_control::{Control, sign_at};
 use crate::builder::network::turn_angle::STRAIGHT;
 use crate::builder::tags::cross_section::StripKind;
 use crate::builder::tags::road_class::{DrivingSide, is_priority_road};

@@ -20,7 +20,8 @@ use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::{angle_between, left_of};
 use crate::lanelet::right_of_way::OPPOSITE;
 
-use super::{BEHIND, Control, LightShape, PAINTED_LINE, add_light, light_element, sign_at, stop_line};
+use super::{BEHIND, LightShape, PAINTED_LINE, add_light, light_element, stop_line};
+use crate::builder::network::approach_control::{Control, sign_at};
 
 /// The least distance between the stop line and the crosswalk, metres.
 const GAP_LEAST: f64 = 0.5;

@@ -14,12 +14,9 @@ use crate::lanelet::{Attributes, LaneletId, LineStringId, PointId, Target, TurnD
 use super::ids::Key;
 use super::lanes::types::{Arm, ArmLane};
 use super::map::map_builder::MapBuilder;
-use super::network::{End, FeatureKind, Road};
-use super::tags::cross_section::Travel;
+use super::network::approach_control::Control;
 use super::tags::road_class::DrivingSide;
 
-/// A sign on a road belongs to the intersection up to this distance, metres, from the road's end.
-const SIGN_REACH: f64 = 40.0;
 /// Height of the lower edge of a traffic light above the road, metres: trucks pass below.
 pub const LIGHT_HEIGHT: f64 = 5.0;
 /// Height of the lower edge of a sign above the road, metres.
@@ -37,50 +34,6 @@ const LIGHT_REACH: f64 = 50.0;
 pub const PAINTED_LINE: &str = "solid";
 /// The subtype of the stop line of a sign: TIER IV's validator reads there, and Autoware in its type, what it is.
 const SIGN_LINE: &str = "stop_line";
-
-/// What controls an arm.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Control {
-    /// Lights.
-    Signals,
-    /// A stop sign.
-    Stop,
-    /// A give-way sign.
-    GiveWay,
-    /// Nothing.
-    None,
-}
-
-impl Control {
-    /// The subtype of its sign; Autoware halts at `stop_sign` and passes others.
-    fn sign(self) -> Option<&'static str> {
-        match self {
-            Self::Stop => Some("stop_sign"),
-            Self::GiveWay => Some("give_way"),
-            Self::Signals | Self::None => None,
-        }
-    }
-}
-
-/// The sign before an end of a road.
-pub fn sign_at(road: &Road, end: End) -> Control {
-    let length = road.line.length();
-    let into = end.inbound();
-    let mut control = Control::None;
-    for feature in &road.features {
-        let depth = if end == End::Start { feature.station } else { length - feature.station };
-        let (travel, kind) = match feature.kind {
-            FeatureKind::Stop(travel) => (travel, Control::Stop),
-            FeatureKind::GiveWay(travel) => (travel, Control::GiveWay),
-            _ => continue,
-        };
-        let faces = travel == into || (travel == Travel::Both && depth <= length / 2.0);
-        if faces && depth <= SIGN_REACH && control != Control::Stop {
-            control = kind;
-        }
-    }
-    control
-}
 
 /// A lane that arrives at an intersection, and the lanelets behind its stop line.
 pub struct Approach {

@@ -15,7 +15,7 @@ use crate::builder::tags::marking::before_stop;
 use crate::parallel::Finely;
 
 use super::mid_block_signals::SignalisedCrossing;
-use super::{Control, sign_at};
+use crate::builder::network::approach_control::{Control, sign_at};
 use lanelet_split::{EdgeMarkings, LaneletSplitter, RepaintedSegment, RoadSplits, StopApproach, split_lanes};
 
 use rayon::prelude::*;

@@ -1,6 +1,7 @@
 //! Roads and where they meet: OpenStreetMap's ways cut at shared nodes, in local metres.
 
 mod access;
+pub mod approach_control;
 mod arm_order;
 mod barriers;
 mod connectivity;

@@ -32,7 +32,7 @@ pub use thresholds::Thresholds;
 pub use types::{
     Arm, ArmEdge, Conflict, DrivingSide, Intersection, IntersectionMember, MapIndex, Movement, Rank, SideVotes, Traffic,
 };
-pub use unmarked::Unmarked;
+pub use unmarked::{JOINING, Unmarked};
 use view::View;
 
 use rayon::prelude::*;

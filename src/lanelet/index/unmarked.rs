@@ -11,7 +11,7 @@ use crate::lanelet::{LineStringId, PointId, TurnDirection};
 /// Lanes whose directions differ by less than this (deg) run along each other: they join like a ramp, or lie on each other.
 const ALONG: f64 = 20.0;
 /// Lanes that end together join from different approaches beyond this angle (deg) of their first headings.
-const JOINING: f64 = 30.0;
+pub const JOINING: f64 = 30.0;
 /// A lane longer than this (m) is a road that was not cut where others cross it, and no movement.
 const LONGEST: f64 = 100.0;
 /// Two roads between which nobody turns meet if both are cut at the crossing, into lanes no longer than this (m).

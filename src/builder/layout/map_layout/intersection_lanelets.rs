@@ -13,10 +13,12 @@ use crate::builder::intersection::turning_lanelets::{
 };
 use crate::builder::lanes::types::{Arm, Lanes};
 use crate::builder::map::map_builder::{MapBuilder, MapPart};
+use crate::builder::network::approach_control::{Control, sign_at};
 use crate::builder::network::resolved_restrictions::ResolvedRestrictions;
 use crate::builder::network::{Intersection, RoadEnd, RoadNetwork};
-use crate::geometry::polygon;
 use crate::geometry::strip_index::StripIndex;
+use crate::geometry::{angle_between, polygon};
+use crate::lanelet::index::JOINING;
 use crate::settings::BicycleLanes;
 
 /// Ways that share less than this, square metres, only touch.
@@ -130,13 +132,15 @@ impl IntersectionLanelets {
         let Site { network, lanes, intersection, below, restrictions } = site;
         let indices = strip_indices(&self.drawn.paths);
         let conflicts = conflicts(&self.drawn.paths, &indices);
+        let ruled = intersection.signals || intersection.all_way_stop || is_signed(network, intersection);
         let crossed = (self.drawn.paths.iter().zip(&conflicts.real)).any(|(path, found)| {
             let mut others = found.iter().map(|&other| &self.drawn.paths[other]);
             let by_area = !on_ring(network, intersection, path);
             // A street that joins a ring where another leaves it: their lanes cross within the length of one intersection.
             let leaves_ring = |it: &TurningLanelet| ring_arms(network, intersection, it) == [true, false];
+            let crosses = |it: &TurningLanelet| ruled || !joins_along(path, it);
             leaves_private_ground(network, intersection, path) && others.len() > 0
-                || by_area && others.clone().any(|it| !on_ring(network, intersection, it))
+                || by_area && others.clone().any(|it| !on_ring(network, intersection, it) && crosses(it))
                 || ring_arms(network, intersection, path) == [false, true] && others.any(leaves_ring)
         });
         self.conflicts = Some(conflicts);
@@ -183,6 +187,16 @@ fn on_ring(network: &RoadNetwork, intersection: &Intersection, path: &TurningLan
 /// Whether the arms from and to which a lanelet leads are roads of a roundabout.
 fn ring_arms(network: &RoadNetwork, intersection: &Intersection, path: &TurningLanelet) -> [bool; 2] {
     [path.movement.from, path.movement.to].map(|arm| network.road(intersection.arms[arm].road).roundabout)
+}
+
+/// Whether a stop or give-way sign stands before the intersection.
+fn is_signed(network: &RoadNetwork, intersection: &Intersection) -> bool {
+    intersection.arms.iter().any(|arm| sign_at(network.road(arm.road), arm.end) != Control::None)
+}
+
+/// Whether two lanelets join onto one road side by side, as from a ramp or where a lane ends: nobody crosses the other's way.
+fn joins_along(path: &TurningLanelet, other: &TurningLanelet) -> bool {
+    path.movement.to == other.movement.to && angle_between(path.heading, other.heading).abs().to_degrees() <= JOINING
 }
 
 /// Whether a lanelet leads from private ground onto a public road: Autoware wants to know whither it turns.
