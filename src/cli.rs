@@ -32,6 +32,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use crate::builder::tags::driving_side;
+use crate::osm;
 use crate::projection;
 use crate::report::failure::Failure;
 use args::{CLEAN, FAILED};
@@ -45,6 +46,9 @@ use clap::{CommandFactory, Parser, Subcommand};
 struct Cli {
     #[command(subcommand)]
     verb: Verb,
+    /// Most bytes that the files of a map may take in memory, unpacked: 500MB, 20GB [default: a quarter of the memory]
+    #[arg(long, global = true, value_name = "SIZE", value_parser = args::size)]
+    max_input: Option<u64>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -107,7 +111,10 @@ pub fn run() -> ExitCode {
 /// Runs the program with these arguments, the first of which is its own name, and gives its exit code.
 pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let verb = match Cli::try_parse_from(arguments) {
-        Ok(Cli { verb }) => verb,
+        Ok(Cli { verb, max_input }) => {
+            max_input.into_iter().for_each(osm::limit_input);
+            verb
+        }
         Err(asked) => {
             // Help and version are asked for; there is nobody to tell that they could not be printed.
             let _ = asked.print();

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::lanelet::index::{MapIndex, Thresholds};
 use crate::projection::LonLat;
 use crate::report::failure::Failure;
@@ -71,6 +71,7 @@ impl Checked {
         let root = repository();
         show(&Report {
             requirements: &requirements,
+            show: Severity::Warning,
             suppressed: sorted.suppressed,
             known: sorted.known,
             unproject: Some(&to_globe),

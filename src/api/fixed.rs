@@ -17,7 +17,7 @@ use super::checked::Checked;
 use super::config::Configuration;
 use super::error::{Error, ErrorKind};
 use super::files;
-use super::load::Loaded;
+use super::load::{Loaded, is_packed};
 
 /// What is mended.
 #[derive(Clone, Debug, Default)]
@@ -121,7 +121,7 @@ impl Edits {
                     .about(&source.name)
                     .help("take the changed text from the result"));
             };
-            if path.extension().is_some_and(|extension| extension != "osm") {
+            if is_packed(path) {
                 return Err(Failure::new(format!("{} is packed", path.display()))
                     .about(path.display().to_string())
                     .help("unpack it first; only plain .osm files are edited, and nothing was changed"));

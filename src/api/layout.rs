@@ -131,7 +131,7 @@ fn unread(error: ReadError) -> Error {
 
 /// The bytes of an input.
 fn loaded(path: PathBuf) -> Result<Vec<u8>, Error> {
-    osm::load(&path).map_err(|source| unread(ReadError::Io { path, source }))
+    osm::load(&path).map_err(unread)
 }
 
 /// The bytes of an input, and what a user decides about building it.

@@ -61,6 +61,16 @@ impl Loaded {
         let Opened { osm, files, projector, info, divided, loaded: FromOsm { map, faults }, .. } = opened;
         Ok(Self { osm, files, map, faults, projector, info, settings, divided })
     }
+
+    /// Whether the files can be mended where they are: cells and packed files are not edited.
+    pub fn is_editable(&self) -> bool {
+        !self.divided && !self.files.iter().any(|file| is_packed(file))
+    }
+}
+
+/// Whether a file is something else than plain XML.
+pub(super) fn is_packed(file: &Path) -> bool {
+    file.extension().is_some_and(|extension| extension != "osm")
 }
 
 /// The projector that the settings name, if it needs nothing of the map.
@@ -117,16 +127,18 @@ pub(crate) fn open_failure(error: OpenError) -> Failure {
 pub(crate) fn read_failure(error: ReadError) -> Failure {
     let help = error.help();
     let message = error.to_string();
-    match &error {
+    match error {
         // Who reads a file block by block has no text to show.
-        ReadError::Broken { name, text, .. } if text.is_empty() => Failure::new(message).help(help).about(name.clone()),
+        ReadError::Broken { name, text, .. } if text.is_empty() => Failure::new(message).help(help).about(name),
         ReadError::Broken { name, offset, text, message, .. } => {
-            Failure::new(message.clone()).help(help).at(name, text, *offset)
+            Failure::new(message).help(help).at(&name, text, offset)
         }
         ReadError::Io { path, .. } => Failure::new(message).help(help).about(path.display().to_string()),
         ReadError::Empty { name }
+        | ReadError::TooLarge { name, .. }
+        | ReadError::LongElement { name, .. }
         | ReadError::Packed { name, .. }
         | ReadError::NotText { name, .. }
-        | ReadError::Pbf { name, .. } => Failure::new(message).help(help).about(name.clone()),
+        | ReadError::Pbf { name, .. } => Failure::new(message).help(help).about(name),
     }
 }

@@ -69,6 +69,23 @@ impl From<ProjectorArg> for ProjectorType {
     }
 }
 
+/// A number of bytes: `20GB`, `500 MB`, `1048576`.
+pub fn size(text: &str) -> Result<u64, String> {
+    let wrong = || format!("`{text}` is no number of bytes, such as 500MB or 20GB");
+    let digits = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
+    let (number, unit) = text.split_at(digits);
+    let factor = match unit.trim().to_ascii_uppercase().as_str() {
+        "" | "B" => 1.0,
+        "K" | "KB" => 1e3,
+        "M" | "MB" => 1e6,
+        "G" | "GB" => 1e9,
+        "T" | "TB" => 1e12,
+        _ => return Err(wrong()),
+    };
+    // More than there are in the world is held to the largest number.
+    number.parse::<f64>().map(|number| (number * factor) as u64).map_err(|_| wrong())
+}
+
 /// `LAT,LON` in degrees.
 pub fn place(text: &str) -> Result<(f64, f64), String> {
     let wrong = || format!("`{text}` is not LAT,LON in degrees, such as 48.137,11.575");

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::api::{Checked, Loaded, read_baseline};
 use crate::diagnostic::Severity;
 use crate::report::failure::Failure;
-use crate::report::{self, Report, Totals};
+use crate::report::{self, Next, Report, Totals};
 
 use super::args::CLEAN;
 use super::check_args::{CheckArgs, FormatArg};
@@ -16,10 +16,12 @@ use super::{fix, report_page, tier4};
 
 /// Checks the map and prints what was found, once or until somebody ends it.
 pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
-    if args.statistics && !matches!(args.format, FormatArg::Text | FormatArg::Concise) {
-        return Err(
-            Failure::new("--statistics is for text and concise").help("`--format json` has the counts in `totals`")
-        );
+    if args.show.is_some() && args.report.is_none() && !matches!(args.format, FormatArg::Text | FormatArg::Full) {
+        return Err(Failure::new("--show is for text, full and --report; the other formats have every finding"));
+    }
+    if args.statistics && !matches!(args.format, FormatArg::Text | FormatArg::Full | FormatArg::Concise) {
+        return Err(Failure::new("--statistics is for text, full and concise")
+            .help("`--format json` has the counts in `totals`"));
     }
     tier4::vet(args)?;
     if args.fix {
@@ -75,14 +77,14 @@ fn once(args: &CheckArgs) -> Result<u8, Failure> {
 fn print(args: &CheckArgs, checked: &Checked) -> Result<(), Failure> {
     checked.with_report(|report| {
         let report = Report { cap: (args.max_per_code > 0).then_some(args.max_per_code), ..*report };
-        let report = Report { fail_on: args.fail_on.into(), ..report };
-        shown(args, &report)
+        let report = Report { fail_on: args.fail_on.into(), show: args.least_shown(), ..report };
+        shown(args, &report, checked)
     })
 }
 
-fn shown(args: &CheckArgs, report: &Report<'_>) -> Result<(), Failure> {
+fn shown(args: &CheckArgs, report: &Report<'_>, checked: &Checked) -> Result<(), Failure> {
     output::print_with(|out| match args.format {
-        FormatArg::Text | FormatArg::Concise => people(args, report, out),
+        FormatArg::Text | FormatArg::Full | FormatArg::Concise => people(args, report, checked, out),
         FormatArg::Json => report::json::write(report, out),
         FormatArg::Sarif => report::sarif::write(report, out),
         FormatArg::Github => report::github::write(report, out),
@@ -97,8 +99,8 @@ fn shown(args: &CheckArgs, report: &Report<'_>) -> Result<(), Failure> {
     }
 }
 
-/// The formats for people end with a line that sums up.
-fn people(args: &CheckArgs, report: &Report<'_>, out: &mut dyn Write) -> io::Result<()> {
+/// The formats for people say how much was found and how much was left out.
+fn people(args: &CheckArgs, report: &Report<'_>, checked: &Checked, out: &mut dyn Write) -> io::Result<()> {
     let found = report.diagnostics;
     if args.statistics {
         Totals::of(found).write(out)?;
@@ -106,8 +108,13 @@ fn people(args: &CheckArgs, report: &Report<'_>, out: &mut dyn Write) -> io::Res
     } else if args.format == FormatArg::Concise {
         report::concise(out, found, report.sources)?;
         writeln!(out, "{}", report::summary(found))?;
+    } else if args.format == FormatArg::Full {
+        report::full(out, report, output::stdout_style())?;
     } else {
-        report::text(out, report, output::stdout_style())?;
+        let page = args.report.as_ref().map(|file| file.to_string_lossy());
+        let (map, fixable) = (args.map.to_string_lossy(), checked.loaded.is_editable());
+        let next = Next { map: &map, fixable, page: page.as_deref() };
+        report::text(out, report, &next, output::stdout_style())?;
     }
     let left_out = [(report.suppressed, "suppressed"), (report.known, "known from the baseline")];
     let left_out: Vec<String> =

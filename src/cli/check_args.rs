@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::api::{ConfigSource, Configuration};
+use crate::diagnostic::Severity;
 use crate::report::FailOn;
 use crate::settings::Profile;
 use clap::{Args, ValueEnum};
@@ -15,6 +16,10 @@ pub struct CheckArgs {
     /// How findings are shown
     #[arg(long, value_enum, default_value_t = FormatArg::Text)]
     pub format: FormatArg,
+    /// Least severity of findings that text, full and --report show; the others are counted [default: warning, or what
+    /// --fail-on names]
+    #[arg(long, value_enum, value_name = "SEVERITY")]
+    pub show: Option<SeverityArg>,
     /// Requirement set of the existing validator (--format tier4): which validators count, and in which order
     #[arg(long, value_name = "SET.json")]
     pub requirements: Option<PathBuf>,
@@ -59,6 +64,17 @@ pub struct CheckArgs {
     /// Check again whenever a file changes, until Ctrl-C
     #[arg(long, conflicts_with = "write_baseline")]
     pub watch: bool,
+}
+
+impl CheckArgs {
+    /// The least severity that is shown: infos are counted, unless the user asked for them or they make the run fail.
+    pub fn least_shown(&self) -> Severity {
+        match (self.show, self.fail_on) {
+            (Some(show), _) => show.into(),
+            (None, FailOnArg::Info) => Severity::Info,
+            (None, _) => Severity::Warning,
+        }
+    }
 }
 
 /// What is judged, and how.
@@ -110,6 +126,23 @@ impl From<ProfileArg> for Profile {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SeverityArg {
+    Error,
+    Warning,
+    Info,
+}
+
+impl From<SeverityArg> for Severity {
+    fn from(severity: SeverityArg) -> Self {
+        match severity {
+            SeverityArg::Error => Self::Error,
+            SeverityArg::Warning => Self::Warning,
+            SeverityArg::Info => Self::Info,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum FailOnArg {
     Info,
     Warning,
@@ -130,9 +163,11 @@ impl From<FailOnArg> for FailOn {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum FormatArg {
-    /// File, line, snippet and help; one line each after the first hundred
+    /// The worst first, what is alike in one entry with its first places, and what to do next
     Text,
-    /// One line each
+    /// Every finding by itself, the worst first: file, line, snippet and help
+    Full,
+    /// Every finding in a line, in the order of the rules
     Concise,
     /// For programs: docs/report.schema.json
     Json,

@@ -3,6 +3,7 @@
 use std::io::Error;
 use std::path::{Path, PathBuf};
 
+use crate::diagnostic::Severity;
 use crate::lanelet::{Opened, open};
 use crate::projection::LonLat;
 use crate::report::diff::Diff;
@@ -77,6 +78,7 @@ fn page(file: &Path, map: &Path, diff: &Diff, new: &Opened) -> Result<(), Failur
         map: &new.loaded.map,
         requirements: &requirements,
         fail_on: FailOn::Never,
+        show: Severity::Info,
         cap: None,
         suppressed: 0,
         known: 0,

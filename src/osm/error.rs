@@ -19,6 +19,24 @@ pub enum ReadError {
         /// The file.
         name: String,
     },
+    /// More than may be read.
+    #[error("{name} takes more than {} in memory", size(*most))]
+    TooLarge {
+        /// The file.
+        name: String,
+        /// How many bytes may be read.
+        most: u64,
+    },
+    /// An element, or what stands between two, that is too long.
+    #[error("{name}: no node, way or relation begins within {} MB behind byte {offset}", most >> 20)]
+    LongElement {
+        /// The file.
+        name: String,
+        /// Offset of the last element that begins before.
+        offset: usize,
+        /// How many bytes one may take.
+        most: usize,
+    },
     /// gzip that cannot be unpacked.
     #[error("{name} cannot be unpacked: {message}")]
     Packed {
@@ -63,12 +81,27 @@ pub enum ReadError {
     },
 }
 
+/// Bytes as people say them.
+fn size(bytes: u64) -> String {
+    let (divisor, unit) = match bytes {
+        ..10_000_000 => (1000, "kB"),
+        10_000_000..10_000_000_000 => (1_000_000, "MB"),
+        10_000_000_000.. => (1_000_000_000, "GB"),
+    };
+    format!("{} {unit}", bytes / divisor)
+}
+
 impl ReadError {
     /// A way out, in one line.
     pub fn help(&self) -> &'static str {
         match self {
             Self::Io { .. } => "give the path of a readable file",
             Self::Empty { .. } => "the file has no content; was its download or export cut off?",
+            Self::TooLarge { .. } => {
+                "if the memory suffices, --max-input SIZE allows more (a map takes about four times its XML); \
+                 `lanewright split` cuts a map of any size into cells"
+            }
+            Self::LongElement { .. } => "the file is damaged, or made to fill the memory; export or download it again",
             Self::Packed { .. } => "the .gz file is damaged or cut off; download or pack it again",
             Self::NotText { .. } => "expected OpenStreetMap XML in UTF-8 (.osm, .osm.gz)",
             Self::Pbf { .. } => "the file is damaged or cut off; download it again, or convert it to .osm",

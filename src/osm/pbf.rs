@@ -5,6 +5,7 @@
 
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
 
 use osmpbf::{Blob, BlobDecode, BlobReader, Element, HeaderBBox, PrimitiveBlock, RelMemberType};
 use rayon::prelude::*;
@@ -25,8 +26,12 @@ pub fn is_pbf(bytes: &[u8]) -> bool {
     bytes.len() > 20 && bytes[0] == 0 && bytes[4..24.min(bytes.len())].windows(9).any(|w| w == b"OSMHeader")
 }
 
-/// Adds the content of a PBF file to `data`.
-pub fn read(data: &mut OsmData, name: &str, bytes: &[u8]) -> Result<(), ReadError> {
+/// Bytes that the elements of one block may take in memory. Packed, a block has at most 32 MB, but its elements may all have
+/// the same long tag.
+const MOST_IN_BLOCK: usize = 64 << 20;
+
+/// Adds the content of a PBF file to `data`, whose elements may take `most` bytes in memory.
+pub fn read(data: &mut OsmData, name: &str, bytes: &[u8], most: u64) -> Result<(), ReadError> {
     let file = data.sources.len() as u32;
     let damaged = |message: String| ReadError::Pbf { name: name.to_owned(), message };
     let blobs = BlobReader::new(Cursor::new(bytes)).collect::<Result<Vec<_>, _>>();
@@ -39,7 +44,23 @@ pub fn read(data: &mut OsmData, name: &str, bytes: &[u8]) -> Result<(), ReadErro
     // The decoder panics on what no program writes: a member of an unknown kind, ids that overflow. It has nothing to lose
     // but the blob, so the panic can stop here.
     let guarded = |blob: &Blob| catch_unwind(AssertUnwindSafe(|| decode(blob)));
-    let parts: Vec<_> = blobs.par_iter().finely().map(guarded).collect();
+    // Behind a block that is too long, or once there is too much of all, nothing is decoded: it could fill the memory.
+    let (held, too_long) = (AtomicU64::new(0), AtomicUsize::new(usize::MAX));
+    let sparing = |(at, blob)| {
+        if held.load(Relaxed) > most || too_long.load(Relaxed) < at {
+            return Ok(Ok(Part::default()));
+        }
+        let part = guarded(blob);
+        if let Ok(Ok(part)) = &part {
+            held.fetch_add(part.held as u64, Relaxed);
+            part.too_long.iter().for_each(|_| _ = too_long.fetch_min(at, Relaxed));
+        }
+        part
+    };
+    let parts: Vec<_> = blobs.par_iter().enumerate().finely().map(sparing).collect();
+    if held.into_inner() > most {
+        return Err(ReadError::TooLarge { name: name.to_owned(), most });
+    }
     for part in parts {
         let part = part.map_err(|payload| {
             cancel::pass_on(payload);
@@ -65,6 +86,8 @@ struct Part {
     nodes: Vec<Node>,
     ways: Vec<Way>,
     relations: Vec<Relation>,
+    /// Bytes that its elements take in memory.
+    held: usize,
     too_long: Option<String>,
 }
 
@@ -81,22 +104,21 @@ impl Part {
     }
 
     fn push(&mut self, element: Element<'_>, span: &SourceSpan) -> Result<(), osmpbf::Error> {
+        if self.too_long.is_some() {
+            return Ok(());
+        }
         let span = span.clone();
         match element {
-            Element::Node(n) => {
-                let (position, tags) = (place(n.nano_lon(), n.nano_lat()), n.tags().collect());
-                self.nodes.push(Node { id: n.id(), position, tags, span });
-            }
-            Element::DenseNode(n) => {
-                let (position, tags) = (place(n.nano_lon(), n.nano_lat()), n.tags().collect());
-                self.nodes.push(Node { id: n.id(), position, tags, span });
-            }
+            Element::Node(n) => self.push_node(n.id(), place(n.nano_lon(), n.nano_lat()), n.tags(), span),
+            Element::DenseNode(n) => self.push_node(n.id(), place(n.nano_lon(), n.nano_lat()), n.tags(), span),
             Element::Way(w) => {
                 if w.raw_refs().len() > MAX_REFERENCES {
                     self.too_long = Some(format!("way {} has more than {MAX_REFERENCES} nodes", w.id()));
                     return Ok(());
                 }
-                self.ways.push(Way { id: w.id(), nodes: w.refs().collect(), tags: w.tags().collect(), span });
+                self.held += size_of::<Way>() + size_of_val(w.raw_refs());
+                let tags = self.tags(w.tags());
+                self.ways.push(Way { id: w.id(), nodes: w.refs().collect(), tags, span });
             }
             Element::Relation(r) => {
                 let mut members = Vec::new();
@@ -106,12 +128,44 @@ impl Part {
                         RelMemberType::Way => ElementKind::Way,
                         RelMemberType::Relation => ElementKind::Relation,
                     };
-                    members.push(Member { kind, id: m.member_id, role: Text::from(m.role()?) });
+                    let role = m.role()?;
+                    if !self.holds(size_of::<Member>() + role.len()) {
+                        return Ok(());
+                    }
+                    members.push(Member { kind, id: m.member_id, role: Text::from(role) });
                 }
-                self.relations.push(Relation { id: r.id(), members, tags: r.tags().collect::<Tags>(), span });
+                self.held += size_of::<Relation>();
+                let tags = self.tags(r.tags());
+                self.relations.push(Relation { id: r.id(), members, tags, span });
             }
         }
         Ok(())
+    }
+
+    fn push_node<'a>(
+        &mut self,
+        id: i64,
+        position: Option<LonLat>,
+        tags: impl Iterator<Item = (&'a str, &'a str)>,
+        span: SourceSpan,
+    ) {
+        if self.holds(size_of::<Node>()) {
+            let tags = self.tags(tags);
+            self.nodes.push(Node { id, position, tags, span });
+        }
+    }
+
+    fn tags<'a>(&mut self, tags: impl Iterator<Item = (&'a str, &'a str)>) -> Tags {
+        tags.take_while(|(key, value)| self.holds(key.len() + value.len())).collect()
+    }
+
+    /// Whether the block may take so many bytes more; once it may not, it is no map.
+    fn holds(&mut self, bytes: usize) -> bool {
+        self.held += bytes;
+        if self.held > MOST_IN_BLOCK {
+            self.too_long = Some(format!("the elements of one block take more than {} MB", MOST_IN_BLOCK >> 20));
+        }
+        self.too_long.is_none()
     }
 }
 

@@ -3,9 +3,9 @@
 
 use crate::projection::Extent;
 
+use super::limits::{hold, most_input, read_within};
 use super::load::load;
 use super::{OsmData, ReadError, Source, pbf};
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 mod blocks;
@@ -15,9 +15,6 @@ mod parts;
 pub use blocks::{Block, Blocks};
 
 use parser::{Parser, Place};
-
-/// Largest unpacked size of a gzip file, bytes: the XML of a country. A small file can be packed so that it fills any memory.
-const MOST_UNPACKED: u64 = 8 << 30;
 
 /// Reads one file.
 ///
@@ -36,8 +33,7 @@ pub fn read_file(path: &Path) -> Result<OsmData, ReadError> {
 pub fn read_files(paths: &[PathBuf]) -> Result<OsmData, ReadError> {
     let mut data = OsmData::default();
     for path in paths {
-        let bytes = load(path).map_err(|source| ReadError::Io { path: path.clone(), source })?;
-        read_bytes(&mut data, &path.display().to_string(), bytes)?;
+        read_bytes(&mut data, &path.display().to_string(), load(path)?)?;
     }
     Ok(data)
 }
@@ -60,15 +56,24 @@ pub fn read_bytes(data: &mut OsmData, name: &str, bytes: Vec<u8>) -> Result<(), 
 }
 
 fn read_content(data: &mut OsmData, name: &str, bytes: Vec<u8>) -> Result<(), ReadError> {
+    // All files of a map lie in memory together.
+    let most = most_input().saturating_sub(data.sources.iter().map(|source| source.text.len() as u64).sum());
     if pbf::is_pbf(&bytes) {
-        return pbf::read(data, name, &bytes);
+        return pbf::read(data, name, &bytes, most);
     }
-    let bytes = if bytes.starts_with(&[0x1f, 0x8b]) { unpack(name, &bytes)? } else { bytes };
+    let packed = bytes.starts_with(&[0x1f, 0x8b]);
+    let mut bytes = if packed { unpack(name, &bytes, most)? } else { bytes };
+    if bytes.len() as u64 > most {
+        return Err(ReadError::TooLarge { name: name.to_owned(), most });
+    }
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err(ReadError::Empty { name: name.to_owned() });
     }
+    hold(&bytes, name)?;
     // Without the byte-order mark, so that offsets are those of the kept text.
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").map(<[u8]>::to_vec).unwrap_or(bytes);
+    if bytes.starts_with(b"\xef\xbb\xbf") {
+        bytes.drain(..3);
+    }
     let text = String::from_utf8(bytes)
         .map_err(|error| ReadError::NotText { name: name.to_owned(), offset: error.utf8_error().valid_up_to() })?;
     let file = data.sources.len() as u32;
@@ -83,19 +88,9 @@ fn read_content(data: &mut OsmData, name: &str, bytes: Vec<u8>) -> Result<(), Re
     Ok(())
 }
 
-fn unpack(name: &str, packed: &[u8]) -> Result<Vec<u8>, ReadError> {
-    let failed = |message: String| ReadError::Packed { name: name.to_owned(), message };
-    let mut bytes = Vec::new();
-    let mut unpacked = flate2::read::MultiGzDecoder::new(packed).take(MOST_UNPACKED);
-    unpacked.read_to_end(&mut bytes).map_err(|error| failed(error.to_string()))?;
-    if unpacked.limit() == 0 {
-        return Err(failed(too_large()));
-    }
-    Ok(bytes)
-}
-
-fn too_large() -> String {
-    format!("it holds more than {} GB", MOST_UNPACKED >> 30)
+fn unpack(name: &str, packed: &[u8], most: u64) -> Result<Vec<u8>, ReadError> {
+    let failed = |error: std::io::Error| ReadError::Packed { name: name.to_owned(), message: error.to_string() };
+    read_within(flate2::read::MultiGzDecoder::new(packed), name, most, |_| true, failed)
 }
 
 fn parse(data: &mut OsmData, file: u32, name: &str, text: &str) -> Result<(), ReadError> {

@@ -42,8 +42,8 @@ impl Failure {
 
     /// Shows the place, a byte offset into the whole text of a file.
     #[must_use]
-    pub fn at(mut self, file: &str, text: &str, offset: usize) -> Self {
-        self.place = Some(Box::new(FilePlace { name: file.to_owned(), text: text.to_owned(), offset }));
+    pub fn at(mut self, file: &str, text: impl Into<String>, offset: usize) -> Self {
+        self.place = Some(Box::new(FilePlace { name: file.to_owned(), text: text.into(), offset }));
         self
     }
 

@@ -9,9 +9,11 @@ pub mod draw;
 mod escape;
 mod explain;
 pub mod failure;
+mod full;
 pub mod geojson;
 pub mod github;
 pub mod gitlab;
+mod groups;
 pub mod html;
 pub mod json;
 pub mod junit;
@@ -28,13 +30,15 @@ pub use concise::{concise, line, sentence, summary};
 pub use details::details;
 pub use escape::visible;
 pub use explain::{explain, list, rule_index};
+pub use full::{TextStyle, full};
+pub use groups::{Group, groups};
 pub use source::{Position, Sources};
-pub use text::{GRAPHICAL_LIMIT, TextStyle, text};
+pub use text::{Next, text};
 pub use totals::{CodeTotal, Totals};
 pub use verdict::{FailOn, exit_code, worst};
 
 use crate::diagnostic::fingerprint::Fingerprints;
-use crate::diagnostic::{Diagnostic, Subject};
+use crate::diagnostic::{Diagnostic, Severity, Subject};
 use crate::geometry::Point;
 use crate::lanelet::LaneletMap;
 use crate::lanelet::referrers::Referrers;
@@ -62,6 +66,8 @@ pub struct Report<'a> {
     pub requirements: &'a [&'a Requirement],
     /// From which severity on a finding makes the run fail.
     pub fail_on: FailOn,
+    /// The least severity that people are shown finding by finding; what is below it is counted. Formats for programs keep all.
+    pub show: Severity,
     /// Most findings of one code that are shown; all are counted. `None` shows all.
     pub cap: Option<usize>,
     /// Findings left out because the user said so, with a reason.
@@ -102,6 +108,7 @@ impl<'a> Report<'a> {
             map,
             requirements: &[],
             fail_on: FailOn::Error,
+            show: Severity::Info,
             cap: None,
             suppressed: 0,
             known: 0,

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use lanewright::builder::{BuildOptions, build};
-use lanewright::diagnostic::Diagnostic;
+use lanewright::diagnostic::{Diagnostic, Severity};
 use lanewright::lanelet::LaneletMap;
 use lanewright::lanelet::index::MapIndex;
 use lanewright::lanelet::index::Thresholds;
@@ -67,6 +67,7 @@ fn write(name: &str, turns: usize, earlier: Option<&Earlier>) -> Written {
         map: &map,
         requirements: &requirements,
         fail_on: FailOn::Error,
+        show: Severity::Info,
         cap: None,
         suppressed: 0,
         known: 0,

@@ -37,7 +37,8 @@ fn a_page_follows_its_file_and_shows_ghosts() {
     assert_eq!(browser.value("document.getElementById('title').textContent"), json!("a <b> & 'c'.osm"));
 
     // The finding says what its fix would change.
-    browser.run("[...document.querySelectorAll('.row.finding')].find((r) => r.textContent.includes('lane-node-missing')).click()");
+    browser
+        .run("[...document.querySelectorAll('.row')].find((r) => r.textContent.includes('lane-node-missing')).click()");
     browser.wait("document.querySelector('.card .ghosts')");
     let says = browser.value("document.querySelector('.card .ghosts').textContent");
     assert!(says.as_str().unwrap().contains("polygon 150"), "{says}");
@@ -53,9 +54,7 @@ fn a_page_follows_its_file_and_shows_ghosts() {
     let chosen = data(&browser, "map", "highlighted");
     assert_ne!(chosen, "");
     fs::write(&file, &mended).unwrap();
-    browser.wait(
-        "![...document.querySelectorAll('.row.finding')].some((r) => r.textContent.includes('lane-node-missing'))",
-    );
+    browser.wait("![...document.querySelectorAll('.row')].some((r) => r.textContent.includes('lane-node-missing'))");
     assert_eq!(browser.value("window.kept"), json!("the page was not loaded again"));
 
     // Half saved: the page says so and shows what it had.
@@ -65,7 +64,7 @@ fn a_page_follows_its_file_and_shows_ghosts() {
     assert!(says.as_str().unwrap().contains("cut off"), "{says}");
     browser.picture("view-broken.png");
     fs::write(&file, &bad).unwrap();
-    browser.wait("document.getElementById('banner').hidden && [...document.querySelectorAll('.row.finding')].some((r) => r.textContent.includes('lane-node-missing'))");
+    browser.wait("document.getElementById('banner').hidden && [...document.querySelectorAll('.row')].some((r) => r.textContent.includes('lane-node-missing'))");
     assert_eq!(browser.value("window.kept"), json!("the page was not loaded again"));
     assert_eq!(fs::read_to_string(&file).unwrap(), bad, "the map is not written to");
     at_peace(&browser);

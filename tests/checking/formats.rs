@@ -126,6 +126,7 @@ fn written(writer: Writer, diagnostics: &[Diagnostic], change: impl Fn(&mut Repo
         map: &map,
         requirements: &requirements,
         fail_on: FailOn::Error,
+        show: Severity::Info,
         cap: None,
         suppressed: 2,
         known: 3,
@@ -347,7 +348,7 @@ fn every_format_has_room_for_the_details() {
     let mut written_text = Vec::new();
     let (map, found) = (map(), diagnostics());
     let sources = Sources::new([("a.osm", TEXT)]);
-    report::text(&mut written_text, &Report::new(&found, &sources, &map), report::TextStyle::default()).unwrap();
+    report::full(&mut written_text, &Report::new(&found, &sources, &map), report::TextStyle::default()).unwrap();
     for text in texts.into_iter().chain([String::from_utf8(written_text).unwrap()]) {
         let parts = [
             "Give it one.",

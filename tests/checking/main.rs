@@ -9,6 +9,7 @@ mod differences;
 mod divided_maps;
 #[path = "../fault_injection/mod.rs"]
 mod fault_injection;
+mod first_screen;
 mod fixes;
 mod formats;
 mod malformed_input;

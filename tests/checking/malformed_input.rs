@@ -49,7 +49,7 @@ fn judge_whatever(bytes: Vec<u8>) {
         for write in writers {
             write(&report, &mut std::io::sink()).unwrap();
         }
-        report::text(&mut std::io::sink(), &report, TextStyle::default()).unwrap();
+        report::full(&mut std::io::sink(), &report, TextStyle::default()).unwrap();
     }
 }
 

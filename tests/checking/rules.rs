@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use lanewright::diagnostic::Severity;
 use lanewright::report::draw::{self, Options};
-use lanewright::report::{Report, Sources, TextStyle, rule_index, text};
+use lanewright::report::{Report, Sources, TextStyle, full, rule_index};
 use lanewright::requirement::Check;
 use lanewright::rules;
 
@@ -250,7 +250,7 @@ fn bad_maps_have_the_findings_in_their_text_files() {
             assert!(promised, "{} does not raise the fault it is named after", path.display());
             let sources = Sources::new(data.sources.iter().map(|source| (source.name.as_str(), source.text.as_str())));
             let mut said = Vec::new();
-            text(&mut said, &Report::new(&diagnostics, &sources, &loaded.map), TextStyle::default()).unwrap();
+            full(&mut said, &Report::new(&diagnostics, &sources, &loaded.map), TextStyle::default()).unwrap();
             let said = String::from_utf8(said).unwrap();
             if !is_fresh(&path.with_extension("txt"), &said) {
                 wrong.push(format!("{} now says:\n{said}", path.display()));

@@ -179,7 +179,7 @@ fn statistics_count() {
     let run = check(&dir, &["--statistics"]).exits(1);
     assert_eq!(run.stdout, format!("1  error    {CODE}\n1 error, 0 warnings, 0 infos\n"));
     lanewright(dir.path(), &["check", "maps/one/map.osm", "--format", "json", "--statistics"])
-        .fails_saying(&["--statistics is for text and concise"]);
+        .fails_saying(&["--statistics is for text, full and concise"]);
 }
 
 #[test]
@@ -232,4 +232,36 @@ fn findings_about_settings_are_explained() {
     let run = lanewright(Path::new("."), &["explain", "triage/unused-suppression"]).exits(0);
     says(&run, "lanewright:ignore");
     says(&lanewright(Path::new("."), &["rules"]).exits(0), "triage");
+}
+
+#[test]
+fn infos_are_counted_until_they_are_asked_for() {
+    let dir = place();
+    let text = |arguments: &[&str]| lanewright(dir.path(), &[&["check", "maps/one/map.osm"], arguments].concat());
+    write(&dir, "lanewright.toml", "[severity]\nvm-03-02 = \"info\"\n");
+    let counted = text(&[]).exits(0);
+    says(&counted, "counted only; --show info shows them:\n  1  info");
+    assert!(!counted.stdout.contains("info[vm-03-02/turn-missing]"), "{}", counted.stdout);
+    for shown in [&["--show", "info"][..], &["--format", "full", "--show", "info"]] {
+        says(&text(shown).exits(0), "vm-03-02/turn-missing");
+        assert!(!text(shown).stdout.contains("counted only"));
+    }
+    assert!(!text(&["--format", "full"]).stdout.contains("turn-missing"));
+    // What makes the run fail is shown.
+    says(&text(&["--fail-on", "info"]).exits(1), "info[vm-03-02/turn-missing]");
+    write(&dir, "lanewright.toml", "");
+    let run = text(&["--show", "error"]).exits(1);
+    says(&run, "lanewright explain vm-03-02/turn-missing");
+    says(&run, "lanewright fix maps/one/map.osm");
+    says(&run, "lanewright check maps/one/map.osm --report report.html");
+    text(&["--show", "info", "--format", "json"]).fails_saying(&["--show is for text, full and --report"]);
+    says(&text(&["--show", "info", "--format", "json", "--report", "page.html"]).exits(1), "\"schema_version\"");
+    says(&text(&["--report", "page.html"]).exits(1), "  look        page.html\n");
+    // A packed map is not mended where it is.
+    let packed = fs::File::create(dir.path().join("map.osm.gz")).unwrap();
+    let mut packed = flate2::write::GzEncoder::new(packed, flate2::Compression::fast());
+    std::io::copy(&mut fs::File::open(dir.path().join("maps/one/map.osm")).unwrap(), &mut packed).unwrap();
+    packed.finish().unwrap();
+    let run = lanewright(dir.path(), &["check", "map.osm.gz"]).exits(1);
+    assert!(!run.stdout.contains("lanewright fix"), "{}", run.stdout);
 }

@@ -7,6 +7,7 @@ mod cli;
 #[path = "../common/mod.rs"]
 mod common;
 mod divided;
+mod hostile_input;
 mod pbf;
 mod tier4;
 #[cfg(unix)]

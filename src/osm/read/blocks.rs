@@ -5,11 +5,12 @@ use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use super::parser::{Parser, Place};
-use super::{MOST_UNPACKED, ended, parts, too_large};
-use crate::osm::{ElementKind, OsmData, OsmText, ReadError, pbf};
+use super::{ended, parts};
+use crate::osm::limits::most_passed_through;
+use crate::osm::{ElementKind, OsmData, OsmText, ReadError, load, most_input, pbf};
 
 /// A block grows up to this many bytes until it ends between two elements: a comment, or one element, can be long.
-const LONGEST: usize = 1 << 28;
+const LONGEST: usize = 1 << 27;
 /// The shortest block, bytes: enough work for all threads.
 const SHORT: u64 = if cfg!(test) { 1 << 10 } else { 1 << 20 };
 /// The longest block, bytes, that is not cut where it could be.
@@ -81,7 +82,7 @@ impl Blocks {
         let packed = head.starts_with(&[0x1f, 0x8b]);
         let file = BufReader::new(file);
         let from: Box<dyn Read> = match packed {
-            true => Box::new(flate2::bufread::MultiGzDecoder::new(file).take(MOST_UNPACKED)),
+            true => Box::new(flate2::bufread::MultiGzDecoder::new(file)),
             false => Box::new(file),
         };
         Ok(Self { packed, size, ..Self::of(name, from, size / blocks.max(1)) })
@@ -139,8 +140,9 @@ impl Blocks {
             true => damaged(source.to_string()),
             false => ReadError::Io { path: path(), source },
         })? < missing;
-        if self.packed && (self.offset + self.rest.len()) as u64 >= MOST_UNPACKED {
-            return Err(damaged(too_large()));
+        let most = most_passed_through();
+        if self.packed && (self.offset + self.rest.len()) as u64 > most {
+            return Err(ReadError::TooLarge { name: name.clone(), most });
         }
         if self.offset == 0 && self.rest.starts_with(b"\xef\xbb\xbf") {
             self.rest.drain(..3);
@@ -205,7 +207,7 @@ fn last_begin(text: &[u8]) -> Option<usize> {
 fn xml_of(path: &Path, name: &str) -> Result<File, ReadError> {
     let failed = |source| ReadError::Io { path: path.to_path_buf(), source };
     let mut data = OsmData::default();
-    pbf::read(&mut data, name, &std::fs::read(path).map_err(failed)?)?;
+    pbf::read(&mut data, name, &load(path)?, most_input())?;
     let mut file = tempfile::tempfile().map_err(failed)?;
     let mut text = OsmText::head(&data.meta.clone().unwrap_or_default());
     data.nodes.iter().for_each(|node| text.put_node(node));

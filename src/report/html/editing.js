@@ -110,7 +110,7 @@ async function buildOnce(quick) {
   bench.trouble = response.headers.get('Content-Type').startsWith('text/plain') ? await response.text() : null;
   if (bench.trouble) return;
   const both = await readParcel(await response.arrayBuffer());
-  if (quick) Object.assign(both.report, { findings: state.report.findings, requirements: state.report.requirements });
+  if (quick) Object.assign(both.report, { findings: state.report.findings, groups: state.report.groups, requirements: state.report.requirements });
   follow(both);
   if (quick) bench.took = { build: workshop().took, all: Math.round(performance.now() - start) };
 }

@@ -1,5 +1,7 @@
 // Which findings are shown: text, severity, state against an earlier report, requirement, part of the map.
 
+/** The worst first. */
+const SEVERITIES = ['error', 'warning', 'info'];
 const ruleOf = (finding) => finding.code.split('/')[0];
 const plural = (count, word) => `${count.toLocaleString('en')} ${word}${count === 1 ? '' : 's'}`;
 
@@ -11,8 +13,7 @@ function haystack(finding) {
 }
 
 function passes(finding, words, areas) {
-  const { severity, status, rule } = state.filter;
-  if (!severity.has(finding.severity)) return false;
+  const { status, rule } = state.filter;
   if (status && !status.has(finding.status)) return false;
   if (rule && ruleOf(finding) !== rule) return false;
   for (const area of areas) {
@@ -26,9 +27,9 @@ function passes(finding, words, areas) {
 function filter() {
   const words = state.filter.text.toLowerCase().split(/\s+/).filter(Boolean);
   const areas = [state.filter.inView ? [...toWorld(0, view.height), ...toWorld(view.width, 0)] : null, state.filter.area].filter(Boolean);
-  const order = new Map(state.report.requirements.map((requirement, at) => [requirement.id, at]));
-  const rank = (finding) => order.get(ruleOf(finding)) ?? order.size;
-  state.shown = state.report.findings.filter((finding) => passes(finding, words, areas)).sort((a, b) => rank(a) - rank(b));
+  const found = state.report.findings.filter((finding) => passes(finding, words, areas)).sort((a, b) => a.group - b.group || a.number - b.number);
+  state.shown = found.filter((finding) => state.filter.severity.has(finding.severity));
+  state.counted = found.filter((finding) => !state.filter.severity.has(finding.severity));
   tell('shown');
 }
 
@@ -67,7 +68,7 @@ function drawChips() {
   const { severity, status, rule, inView } = state.filter;
   const count = (test) => findings.reduce((sum, finding) => sum + (test(finding) ? 1 : 0), 0);
   const chips = [];
-  for (const word of ['error', 'warning', 'info']) {
+  for (const word of SEVERITIES) {
     const many = count((finding) => finding.severity === word);
     if (many) chips.push(chip(plural(many, word), severity.has(word), () => toggle(severity, word), { dot: word }));
   }

@@ -1,9 +1,14 @@
-// The list of findings. Only rows in sight exist, so a hundred thousand findings scroll like ten.
+// The list of findings: the worst first, what is alike under one row with its first places, the rest counted. Only rows in
+// sight exist, so a hundred thousand findings scroll like ten.
 
+/** Heights of rows: a finding or a group, a heading, a line. */
 const ROW = 66;
 const HEAD = 36;
+const LINE = 28;
+/** Findings of a closed group that have a line. */
+const PLACES = 3;
 
-const list = { element: null, inner: null, rows: [], top: [], drawn: new Map() };
+const list = { element: null, inner: null, rows: [], top: [], drawn: new Map(), open: new Set() };
 
 function startList() {
   list.element = byId('list');
@@ -30,25 +35,49 @@ function stepFinding(step) {
   if (shown[next] !== finding) chooseFinding(shown[next]);
 }
 
-/** Headings and findings with where each starts. */
+/** Runs of findings that say the same of each. */
+function runs(findings, same) {
+  const all = [];
+  for (const finding of findings) {
+    if (all.length && same(all.at(-1)[0], finding)) all.at(-1).push(finding);
+    else all.push([finding]);
+  }
+  return all;
+}
+
+/** What a group is called from one version of the map to the next. */
+const groupName = ({ severity, code, group }) => `${severity} ${code} ${state.report.groups[group].sentence}`;
+
+/** Headings, groups, findings and counts with where each starts. */
 function layRows() {
   list.rows = [];
   list.top = [];
-  let y = 0, rule = null;
-  const add = (row, height) => { list.rows.push(row); list.top.push(y); y += height; };
-  const counts = new Map();
-  for (const finding of state.shown) counts.set(ruleOf(finding), (counts.get(ruleOf(finding)) ?? 0) + 1);
-  for (const finding of state.shown) {
-    if (ruleOf(finding) !== rule) { rule = ruleOf(finding); add({ rule, count: counts.get(rule) }, HEAD); }
-    add({ finding }, ROW);
+  let y = 0;
+  const add = (row, height) => { list.rows.push({ ...row, height }); list.top.push(y); y += height; };
+  for (const ofRule of runs(state.shown, (a, b) => a.severity === b.severity && ruleOf(a) === ruleOf(b))) {
+    add({ draw: () => headRow(ruleOf(ofRule[0]), ofRule.length) }, HEAD);
+    for (const group of runs(ofRule, (a, b) => a.group === b.group)) layGroup(group, add);
+  }
+  for (const ofCode of runs(state.counted, (a, b) => a.severity === b.severity && a.code === b.code)) {
+    add({ draw: () => countedRow(ofCode) }, LINE);
   }
   list.inner.style.height = `${y}px`;
   list.element.dataset.count = String(state.shown.length);
   list.drawn.clear();
   list.inner.replaceChildren();
-  list.element.classList.toggle('empty', !state.shown.length);
+  list.element.classList.toggle('empty', !list.rows.length);
   list.element.dataset.empty = state.report.findings.length ? 'No finding passes the filters.' : 'No findings. Nothing to mend.';
   drawRows();
+}
+
+function layGroup(group, add) {
+  if (group.length === 1) { add({ finding: group[0], draw: () => findingRow(group[0]) }, ROW); return; }
+  const open = list.open.has(groupName(group[0]));
+  add({ draw: () => groupRow(group) }, ROW);
+  // A line that says there is one more takes as much room as that one.
+  const few = group.length <= PLACES + 1;
+  for (const finding of open || few ? group : group.slice(0, PLACES)) add({ finding, draw: () => memberRow(finding) }, LINE);
+  if (!few) add({ draw: () => moreRow(group, open) }, LINE);
 }
 
 function drawRows() {
@@ -59,7 +88,8 @@ function drawRows() {
   for (let at = from; at < to; at++) {
     if (list.drawn.has(at)) continue;
     const row = list.rows[at];
-    const element = row.finding ? findingRow(row.finding) : headRow(row);
+    const element = row.draw();
+    element.style.height = `${row.height}px`;
     element.style.transform = `translateY(${list.top[at]}px)`;
     list.drawn.set(at, element);
     list.inner.append(element);
@@ -73,25 +103,64 @@ function firstAfter(y) {
   return low;
 }
 
-function headRow({ rule, count }) {
+function headRow(rule, count) {
   const requirement = state.report.requirements.find((one) => one.id === rule);
   const title = make('span', { class: 'head-title' }, requirement?.title ?? '');
   const name = requirement?.documented
     ? make('button', { type: 'button', class: 'link', title: 'What the rule requires', onclick: () => showRule(rule) }, rule) : rule;
-  return make('div', { class: 'row head', role: 'presentation' }, make('span', { class: 'head-id' }, name), title, make('span', { class: 'count' }, String(count)));
+  return make('div', { class: 'row head', role: 'presentation' }, make('span', { class: 'head-id' }, name), title, make('span', { class: 'count' }, count.toLocaleString('en')));
 }
 
+const slugOf = (finding) => finding.code.slice(ruleOf(finding).length + 1);
+
+/** What all findings of a group say, and how many they are. */
+function groupRow(group) {
+  const { severity, group: at } = group[0];
+  const { sentence } = state.report.groups[at];
+  return make('div', { class: 'row group', role: 'presentation', title: sentence, onclick: () => chooseFinding(group[0]) },
+    make('span', { class: `dot ${severity}`, title: severity }),
+    make('p', { class: 'message' }, make('b', {}, `${group.length.toLocaleString('en')} × `), sentence),
+    make('p', { class: 'small' }, make('span', { class: 'slug' }, slugOf(group[0]))));
+}
+
+/** The attributes of a row that chooses a finding. */
+const choosing = (finding, kind) => ({
+  class: `row finding ${kind} ${finding.status ?? ''}`, role: 'option', id: `row-${finding.number}`, title: finding.message,
+  'aria-selected': String(finding === state.finding), onclick: () => { chooseFinding(finding); list.element.focus({ preventScroll: true }); },
+});
+const subjectOf = ({ subject }) => (subject ? `${KIND_WORDS[subject[0]]} ${subject[1]}` : 'the map');
+const statusOf = ({ status }) => (status && status !== 'same' ? make('span', { class: `status ${status}` }, status) : null);
+
 function findingRow(finding) {
-  const subject = finding.subject ? `${KIND_WORDS[finding.subject[0]]} ${finding.subject[1]}` : 'the map';
-  const slug = finding.code.slice(ruleOf(finding).length + 1);
-  return make('div', {
-    class: `row finding ${finding.status ?? ''}`, role: 'option', id: `row-${finding.number}`, title: finding.message,
-    'aria-selected': String(finding === state.finding), onclick: () => { chooseFinding(finding); list.element.focus({ preventScroll: true }); },
-  },
-  make('span', { class: `dot ${finding.severity}`, title: finding.severity }),
-  make('p', { class: 'message' }, finding.message),
-  make('p', { class: 'small' }, make('span', { class: 'slug' }, slug), ` · ${subject}`,
-    finding.status && finding.status !== 'same' ? make('span', { class: `status ${finding.status}` }, finding.status) : null));
+  return make('div', choosing(finding, 'whole'),
+    make('span', { class: `dot ${finding.severity}`, title: finding.severity }),
+    make('p', { class: 'message' }, finding.message),
+    make('p', { class: 'small' }, make('span', { class: 'slug' }, slugOf(finding)), ` · ${subjectOf(finding)}`, statusOf(finding)));
+}
+
+/** A finding under the row of its group: what is its own. */
+function memberRow(finding) {
+  const { measure } = finding;
+  return make('div', choosing(finding, 'member'), make('p', { class: 'small' }, subjectOf(finding), statusOf(finding)),
+    measure && make('span', { class: 'small' }, amount(measure[0], measure[2])));
+}
+
+function moreRow(group, open) {
+  const name = groupName(group[0]);
+  const turn = () => { if (!list.open.delete(name)) list.open.add(name); layRows(); };
+  return make('div', { class: 'row more', role: 'presentation' },
+    make('button', { type: 'button', class: 'link', onclick: turn }, open ? 'Show fewer' : `Show ${(group.length - PLACES).toLocaleString('en')} more`));
+}
+
+/** How many there are of a code that is not shown. */
+function countedRow(ofCode) {
+  const { severity, code, group } = ofCode[0];
+  const show = () => { state.filter.severity.add(severity); filter(); };
+  const { sentence } = state.report.groups[group];
+  return make('div', { class: 'row counted', role: 'presentation', title: `${code}: ${sentence}` },
+    make('span', { class: `dot ${severity}`, title: severity }),
+    make('button', { type: 'button', class: 'link', title: `Show the ${severity}s`, onclick: show }, ofCode.length.toLocaleString('en')),
+    make('span', { class: 'slug' }, code), make('span', { class: 'said' }, sentence));
 }
 
 function markRow() {
@@ -103,10 +172,13 @@ function markRow() {
   else list.element.removeAttribute('aria-activedescendant');
 }
 
-/** Scrolls no farther than needed to show the chosen row. */
+/** Scrolls no farther than needed to show the chosen row; opens its group. */
 function scrollToChoice() {
-  const at = state.finding ? list.rows.findIndex((row) => row.finding === state.finding) : -1;
-  if (at < 0) return;
+  const { finding } = state;
+  if (!finding || !state.shown.includes(finding)) return;
+  const find = () => list.rows.findIndex((row) => row.finding === finding);
+  if (find() < 0) { list.open.add(groupName(finding)); layRows(); }
+  const at = find();
   const { scrollTop, clientHeight } = list.element;
   const top = list.top[at];
   if (top - HEAD < scrollTop) list.element.scrollTop = top - HEAD;

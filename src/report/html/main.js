@@ -96,6 +96,7 @@ function letGo() {
 /** Takes a report and a map as those that are shown. */
 function take({ report, map }) {
   report.findings.forEach((finding, number) => { finding.number = number; });
+  report.groups.forEach(({ members }, group) => { for (const number of members) report.findings[number].group = group; });
   Object.assign(state, { report, map, index: buildIndex(map) });
 }
 
@@ -111,6 +112,7 @@ function follow(both) {
 async function start() {
   startTheme();
   take(byId('map-data') ? await readBoth(bytesOf('report-data'), bytesOf('map-data')) : await fetchBoth());
+  state.filter.severity = new Set(SEVERITIES.slice(0, SEVERITIES.indexOf(state.report.show) + 1));
   startSummary();
   startList();
   startCard();

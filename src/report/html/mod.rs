@@ -28,7 +28,7 @@ pub use compare::{Earlier, EarlierError};
 pub use fix_preview::{FixPreview, fix_previews};
 pub use served::{Served, parcel, served, served_build_stages};
 
-use super::{Report, VERSION};
+use super::{Report, VERSION, groups};
 use crate::geometry::Point;
 use crate::lane_stitching;
 use crate::requirement::Requirement;
@@ -93,6 +93,8 @@ fn facts(report: &Report<'_>, page: &Page<'_>, frame: &Frame) -> serde_json::Val
     if let Some(earlier) = page.earlier {
         compare::compare(&mut findings, earlier, frame);
     }
+    let messages = findings.iter().map(|one| (one.severity, one.code.as_str(), one.message.as_str()));
+    let groups = groups(messages, page.requirements);
     json!({
         "title": page.title,
         "path": page.path,
@@ -100,6 +102,8 @@ fn facts(report: &Report<'_>, page: &Page<'_>, frame: &Frame) -> serde_json::Val
         "frame": { "origin": [frame.origin.x, frame.origin.y], "lonlat": frame.lonlat },
         "earlier": page.earlier.map(Earlier::title),
         "requirements": data::requirements(page.requirements, report),
+        "show": report.show,
+        "groups": groups.iter().map(|one| json!({ "sentence": one.sentence, "members": one.members })).collect::<Vec<_>>(),
         "findings": findings,
     })
 }

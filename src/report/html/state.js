@@ -4,11 +4,13 @@ const state = {
   report: null, map: null, index: null,
   /** Findings that pass the filters, in list order. */
   shown: [],
+  /** Findings that pass all filters but that of the severity, in list order: they are counted. */
+  counted: [],
   /** The chosen finding, or null. */
   finding: null,
   /** The chosen primitive { kind, number }, or null. */
   primitive: null,
-  filter: { text: '', severity: new Set(['error', 'warning', 'info']), status: null, rule: null, inView: false, area: null },
+  filter: { text: '', severity: new Set(), status: null, rule: null, inView: false, area: null },
 };
 
 const listeners = {};

@@ -38,7 +38,11 @@ function requirementRow({ id, title, outcome, partial, documented }, counts) {
   const [word, sign] = OUTCOMES[outcome];
   const numbers = Object.entries(counts ?? {}).filter(([, count]) => count)
     .map(([severity, count]) => make('span', { class: `number ${severity}`, title: plural(count, severity) }, String(count)));
-  const filterTo = () => { showTab('findings'); onlyRule(id); };
+  const filterTo = () => {
+    for (const severity of SEVERITIES) if (counts[severity]) state.filter.severity.add(severity);
+    showTab('findings');
+    onlyRule(id);
+  };
   return make('div', { class: `requirement ${outcome}`, 'data-rule': id },
     make('span', { class: 'sign', title: word, 'aria-label': word, role: 'img' }, sign),
     make('div', {},
@@ -50,7 +54,7 @@ function requirementRow({ id, title, outcome, partial, documented }, counts) {
 
 function drawVerdict(failed) {
   const alive = state.report.findings.filter((finding) => finding.status !== 'gone');
-  const words = ['error', 'warning', 'info'].map((word) => [word, alive.filter((finding) => finding.severity === word).length]).filter(([, count]) => count);
+  const words = SEVERITIES.map((word) => [word, alive.filter((finding) => finding.severity === word).length]).filter(([, count]) => count);
   const verdict = byId('verdict');
   verdict.replaceChildren(...(words.length
     ? words.map(([word, count]) => make('span', {}, make('span', { class: `dot ${word}` }), plural(count, word)))

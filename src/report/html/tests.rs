@@ -45,6 +45,7 @@ fn with_report<T>(diagnostics: &[Diagnostic], make: impl FnOnce(&Report<'_>) -> 
         map: &map,
         requirements: &[],
         fail_on: FailOn::Error,
+        show: Severity::Info,
         cap: None,
         suppressed: 0,
         known: 0,
