@@ -19,7 +19,7 @@ pub use digits::fixed;
 pub use edit::{attribute, kept, moved};
 pub use error::ReadError;
 pub use load::load;
-pub use read::{Block, Blocks, read_bytes, read_file, read_files};
+pub use read::{Block, Blocks, DataBlocks, read_bytes, read_file, read_files};
 pub use tags::Tags;
 pub use write::OsmText;
 
