@@ -121,8 +121,7 @@ impl BuiltMap {
 
 /// The text of `lanewright.toml`.
 pub(super) fn settings_text(settings: &Settings) -> Result<String, Error> {
-    let settings = toml::to_string(settings).map_err(|error| {
-        ErrorKind::Internal.error(Failure::new(format!("the settings cannot be written: {error}")))
-    })?;
+    let settings = toml::to_string(settings)
+        .map_err(|error| ErrorKind::Internal.error(Failure::new(format!("the settings cannot be written: {error}"))))?;
     Ok(format!("{SETTINGS_HEAD}{settings}"))
 }

@@ -111,7 +111,10 @@ fn sizes(TileOptions { size, cell, margin }: TileOptions) -> Result<(Grid, TileS
     }
     if size < margin {
         let message = format!("a tile of {size} m is smaller than the margin of {margin} m that is built around it");
-        return wrong(message, format!("--tiles {} or more; thousands of metres are usual", margin.next_multiple_of(cell)));
+        return wrong(
+            message,
+            format!("--tiles {} or more; thousands of metres are usual", margin.next_multiple_of(cell)),
+        );
     }
     Ok((cells, TileSize { tiles: grid(size)?, margin: f64::from(margin) }))
 }
@@ -256,8 +259,9 @@ impl Whole {
             divided.shared.into_iter().try_for_each(|shared| self.compare(tile, shared))?;
         }
         // Nobody else is to have these.
-        let closed = self.open.remove(&tile).into_iter().flatten();
-        closed.map(|(element, open)| if open.seen == open.shared.tiles.len() { Ok(()) } else { Err(element) }).collect()
+        let mut closed = self.open.remove(&tile).into_iter().flatten();
+        closed
+            .try_for_each(|(element, Open { shared, seen })| (seen == shared.tiles.len()).then_some(()).ok_or(element))
     }
 
     fn compare(&mut self, tile: Cell, shared: Shared) -> Result<(), Element> {

@@ -10,7 +10,7 @@ use crate::osm::{DataBlocks, ElementKind, Member, MetaInfo, OsmData, OsmText, Re
 use crate::projection::Projector;
 
 use super::reach::{Reach, TileSize, line};
-use super::survey::{GONE, Survey};
+use super::survey::Survey;
 
 /// Why data cannot be cut.
 #[derive(Debug, thiserror::Error)]
@@ -78,8 +78,10 @@ impl Needs {
         for way in 0..survey.ways.len() {
             let on_way = survey.way_nodes.at(way);
             let set = reach.of(&line(on_way, &places));
-            for node in on_way.iter().filter(|node| **node != GONE) {
-                nodes[*node as usize] = reach.sets.union(nodes[*node as usize], set);
+            for node in on_way {
+                if let Some(of_node) = nodes.get_mut(*node as usize) {
+                    *of_node = reach.sets.union(*of_node, set);
+                }
             }
             ways.push(set);
         }
@@ -122,7 +124,11 @@ impl Needs {
             let tiles = self.relation(relation);
             tiles.into_iter().for_each(|tile| texts.entry(tile).or_default().put_relation(relation));
         }
-        texts.iter().try_for_each(|(tile, text)| append(&files[*tile as usize].path, text.as_bytes()))?;
+        for (tile, text) in texts {
+            if let Some(file) = files.get(tile as usize) {
+                append(&file.path, text.as_bytes())?;
+            }
+        }
         Ok(())
     }
 }

@@ -7,7 +7,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::cells::{Cell, CellSets, Grid, NOWHERE, SetId};
 use crate::geometry::Point;
 
-use super::survey::{GONE, Survey, WayUse};
+use super::survey::{Survey, WayUse};
 
 /// Squares by which is told what is near, with sides of 200 m.
 const SQUARES: Grid = Grid::of_metres(200);
@@ -47,8 +47,7 @@ impl Reach {
             let corner = |by: i32| squares.corner(Cell { row: square.row + by, column: square.column + by });
             covered([corner(-reach), corner(reach + 1)], size.tiles)
         };
-        let tiles: BTreeSet<Cell> =
-            chains.iter().flatten().flat_map(|square| tiles_near(*square, beside)).collect();
+        let tiles: BTreeSet<Cell> = chains.iter().flatten().flat_map(|square| tiles_near(*square, beside)).collect();
         let mut needed: FxHashMap<Cell, BTreeSet<Cell>> = FxHashMap::default();
         for tile in &tiles {
             let [low, high] = [0, 1].map(|by| size.tiles.corner(Cell { row: tile.row + by, column: tile.column + by }));
@@ -79,7 +78,9 @@ impl Reach {
         // A line around half the Earth has a misplaced node: it is needed where its nodes lie.
         if self.squares.along(line, &mut touched).is_err() {
             touched.clear();
-            line.iter().for_each(|place| drop(self.squares.along(&[*place], &mut touched)));
+            for place in line {
+                let _ = self.squares.along(&[*place], &mut touched);
+            }
         }
         let sets = touched.into_iter().filter_map(|square| self.needed_by.get(&square).copied());
         sets.fold(NOWHERE, |all, set| self.sets.union(all, set))
@@ -95,7 +96,8 @@ fn covered([[west, south], [east, north]]: [[f64; 2]; 2], grid: Grid) -> impl It
 /// The squares up to so many away.
 fn around(square: Cell, reach: i32) -> impl Iterator<Item = Cell> {
     let Cell { row, column } = square;
-    (row - reach..=row + reach).flat_map(move |row| (column - reach..=column + reach).map(move |column| Cell { row, column }))
+    (row - reach..=row + reach)
+        .flat_map(move |row| (column - reach..=column + reach).map(move |column| Cell { row, column }))
 }
 
 /// Roads from one intersection to the next.
@@ -115,9 +117,11 @@ impl<'a> Chains<'a> {
         let mut meeting = vec![0_u8; places.len()];
         for way in driven(survey) {
             let nodes = survey.way_nodes.at(way);
-            for (i, node) in nodes.iter().enumerate().filter(|(_, node)| **node != GONE) {
+            for (i, node) in nodes.iter().enumerate() {
                 let sides = if i == 0 || i + 1 == nodes.len() { 1 } else { 2 };
-                meeting[*node as usize] = (meeting[*node as usize] + sides).min(3);
+                if let Some(meeting) = meeting.get_mut(*node as usize) {
+                    *meeting = (*meeting + sides).min(3);
+                }
             }
         }
         let mut chains = Chains { survey, meeting, joined: Vec::new(), ending: FxHashMap::default() };
@@ -143,34 +147,48 @@ impl<'a> Chains<'a> {
 
     /// A way in pieces that end where roads meet.
     fn pieces(&self, way: usize) -> Vec<&'a [u32]> {
-        let nodes = self.survey.way_nodes.at(way);
-        let meets = |i: &usize| nodes[*i] != GONE && self.meeting[nodes[*i] as usize] > 2;
-        let inner = (1..nodes.len().saturating_sub(1)).filter(meets);
-        let cuts: Vec<usize> = std::iter::once(0).chain(inner).chain([nodes.len().saturating_sub(1)]).collect();
-        cuts.windows(2).filter_map(|ends| nodes.get(ends[0]..=ends[1])).collect()
+        let mut rest = self.survey.way_nodes.at(way);
+        let mut pieces = Vec::new();
+        while let Some(at) = rest.iter().skip(1).position(|node| self.meeting(*node) > 2) {
+            let (piece, beyond) = (rest.get(..at + 2), rest.get(at + 1..));
+            pieces.extend(piece);
+            rest = beyond.unwrap_or_default();
+        }
+        pieces.extend((rest.len() > 1).then_some(rest));
+        pieces
+    }
+
+    /// How many pieces of driven ways meet at a node, up to 3; none at one that is not there.
+    fn meeting(&self, node: u32) -> u8 {
+        self.meeting.get(node as usize).copied().unwrap_or_default()
     }
 
     /// Joins a piece with those that it continues.
     fn add(&mut self, piece: &[u32]) {
         let index = self.joined.len();
         self.joined.push(index);
-        for end in [piece.first(), piece.last()].into_iter().flatten().filter(|end| **end != GONE) {
-            if self.meeting[*end as usize] == 2 {
+        for end in [piece.first(), piece.last()].into_iter().flatten() {
+            if self.meeting(*end) == 2 {
                 let other = *self.ending.entry(*end).or_insert(index);
                 let (one, other) = (self.first(index), self.first(other));
-                self.joined[one.max(other)] = one.min(other);
+                if let Some(joined) = self.joined.get_mut(one.max(other)) {
+                    *joined = one.min(other);
+                }
             }
         }
     }
 
     /// The first piece of the road that a piece belongs to.
-    fn first(&mut self, piece: usize) -> usize {
-        let mut first = piece;
-        while self.joined[first] != first {
-            self.joined[first] = self.joined[self.joined[first]];
-            first = self.joined[first];
+    fn first(&mut self, mut piece: usize) -> usize {
+        while let Some(before) = self.joined.get(piece).copied().filter(|before| *before != piece) {
+            let first = self.joined.get(before).copied().unwrap_or(before);
+            // So the way there is halved each time.
+            if let Some(joined) = self.joined.get_mut(piece) {
+                *joined = first;
+            }
+            piece = first;
         }
-        first
+        piece
     }
 }
 

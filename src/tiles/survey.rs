@@ -67,8 +67,8 @@ impl Survey {
         for node in block.nodes {
             let place = node.position.unwrap_or(NOWHERE);
             // Of nodes with the same id the last counts.
-            if let Some(first) = self.node_ids.push(node.id) {
-                self.places[first as usize] = place;
+            if let Some(first) = self.node_ids.push(node.id).and_then(|first| self.places.get_mut(first as usize)) {
+                *first = place;
             }
             self.places.push(place);
         }
