@@ -1,25 +1,23 @@
 //! A map that is built in tiles, one after the other, and written in cells.
 
-use std::collections::BTreeMap;
-use std::collections::hash_map::Entry;
 use std::fs::{self, File};
 use std::io::{Read, Write};
 use std::path::Path;
 
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashSet;
 
 use crate::builder::geojson;
 use crate::builder::network::{NetworkError, is_driven};
 use crate::builder::tags::driving_side::of_place;
 use crate::builder::{BuildError, BuildOptions, build_plan, plan};
-use crate::cells::{self, Cell, Divided, Grid, Shared, Tile};
+use crate::cells::{self, Divided, Grid, Tile};
 use crate::lanelet::cell_metadata::METADATA;
-use crate::lanelet::{self, ElementKind, INFO, MAP};
+use crate::lanelet::{self, INFO, MAP};
 use crate::osm::{self, ReadError, Way};
 use crate::projection::{Extent, Projector, VerticalDatum, write_info};
 use crate::report::failure::Failure;
 use crate::settings::Settings;
-use crate::tiles::{CutError, Survey, TileFile, TileSize, WayUse, cut};
+use crate::tiles::{Agreement, CutError, Disagreement, Survey, TileFile, TileSize, WayUse, cut};
 
 use super::built::settings_text;
 use super::config::NAME;
@@ -81,14 +79,18 @@ pub fn build_tiles(
         CutError::Read(error) => unread(error),
         CutError::Write(error) => unwritten(output, &error),
     })?;
-    let mut whole = Whole::new(cells);
+    let mut whole = Whole { divided: Divided::empty(cells), settings: None };
+    let mut agreement = Agreement::new(&scratch);
+    let told = |disagreement| disagreed(input, output, tiles, disagreement);
     for (done, file) in files.iter().enumerate() {
         tell(&format!("building tile {} of {}", done + 1, files.len()));
         let tile = Tile { at: file.tile, cells: (tiles.size / tiles.cell) as i32 };
-        let built = work.build(file, cells, tile, &folder)?;
-        whole.add(file.tile, built).map_err(|element| disagreement(input, tiles, element))?;
+        let mut built = work.build(file, cells, tile, &folder)?;
+        agreement.add(file.tile, built.as_mut().map(|(divided, _)| divided)).map_err(told)?;
+        built.into_iter().for_each(|(divided, settings)| whole.add(divided, settings));
     }
-    let (divided, settings) = whole.finish().map_err(|element| disagreement(input, tiles, element))?;
+    agreement.finish().map_err(told)?;
+    let (divided, settings) = whole.finish();
     let (info, settings) = (write_info(&work.projector, VerticalDatum::default()), settings_text(&settings)?);
     let rest = || -> Result<(), Failure> {
         for (name, text) in [(METADATA, divided.metadata().text()), (INFO, info), (NAME, settings)] {
@@ -128,13 +130,19 @@ fn unwritten(output: &Path, error: &std::io::Error) -> Error {
     write_error(failure.help("nothing was changed; check the place's permissions and free space"))
 }
 
-/// Two tiles that have built an element otherwise, or only one of which has it.
-fn disagreement(input: &Path, TileOptions { margin, .. }: TileOptions, (kind, id): (ElementKind, i64)) -> Error {
-    let failure = Failure::new(format!(
-        "{}: tiles that meet disagree on {kind} {id} of the map: it depends on roads more than {margin} m away",
-        input.display()
-    ));
-    ErrorKind::Build.error(failure.help(format!("nothing was changed; give --margin {}", 2 * margin)))
+/// Why tiles do not make a map, and the way out.
+fn disagreed(input: &Path, output: &Path, TileOptions { margin, .. }: TileOptions, found: Disagreement) -> Error {
+    let failure = Failure::new(format!("{}: {found}", input.display())).about(input.display().to_string());
+    ErrorKind::Build.error(failure.help(match found {
+        Disagreement::Io(error) => return unwritten(output, &error),
+        Disagreement::Element(_) => format!(
+            "nothing was changed; it depends on what lies more than {margin} m away: give --margin {}",
+            2 * margin
+        ),
+        Disagreement::Id(_) => {
+            "nothing was changed; ids are hashes, and two met by chance: build it in one piece, with --cells".to_owned()
+        }
+    }))
 }
 
 /// What all tiles are built with.
@@ -222,67 +230,19 @@ fn refuse_streets(input: &Path, name: &str) -> Result<(), Error> {
     Ok(())
 }
 
-type Element = (ElementKind, i64);
-
 /// What came of the tiles so far.
 struct Whole {
     divided: Divided,
     settings: Option<Settings>,
-    /// What tiles that are built share with tiles to come, by the last of them.
-    open: BTreeMap<Cell, FxHashMap<Element, Open>>,
-}
-
-/// An element that stands in several tiles, some of which are still to be built.
-struct Open {
-    shared: Shared,
-    seen: usize,
 }
 
 impl Whole {
-    fn new(grid: Grid) -> Self {
-        let (own, shared) = (FxHashSet::default(), Vec::new());
-        let divided = Divided { grid, cells: Vec::new(), elements: 0, written: 0, own, shared };
-        Self { divided, settings: None, open: BTreeMap::new() }
-    }
-
-    /// Adds a tile, behind those in the rows before and before it in its row.
-    ///
-    /// # Errors
-    ///
-    /// The element on which it disagrees with one of them.
-    fn add(&mut self, tile: Cell, built: Option<(Divided, Settings)>) -> Result<(), Element> {
-        if let Some((divided, settings)) = built {
-            self.divided.cells.extend(divided.cells);
-            self.divided.elements += divided.elements;
-            self.divided.written += divided.written;
-            self.add_settings(settings, &divided.own);
-            divided.shared.into_iter().try_for_each(|shared| self.compare(tile, shared))?;
-        }
-        // Nobody else is to have these.
-        let mut closed = self.open.remove(&tile).into_iter().flatten();
-        closed
-            .try_for_each(|(element, Open { shared, seen })| (seen == shared.tiles.len()).then_some(()).ok_or(element))
-    }
-
-    fn compare(&mut self, tile: Cell, shared: Shared) -> Result<(), Element> {
-        let element = shared.element;
-        let last = shared.tiles.last().copied().unwrap_or(tile);
-        let of_last = self.open.entry(last).or_default();
-        match of_last.entry(element) {
-            Entry::Vacant(place) if shared.tiles.first() == Some(&tile) => {
-                place.insert(Open { shared, seen: 1 });
-                Ok(())
-            }
-            Entry::Vacant(_) => Err(element),
-            Entry::Occupied(mut known) => {
-                known.get_mut().seen += 1;
-                if known.get().shared == shared { Ok(()) } else { Err(element) }
-            }
-        }
-    }
-
-    /// Adds what is known of single elements whose first tile this is.
-    fn add_settings(&mut self, mut settings: Settings, own: &FxHashSet<i64>) {
+    /// Adds a tile, and what is known of single elements that stand in none before it.
+    fn add(&mut self, divided: Divided, mut settings: Settings) {
+        self.divided.cells.extend(divided.cells);
+        self.divided.elements += divided.elements;
+        self.divided.written += divided.written;
+        let own: FxHashSet<i64> = divided.own.into_iter().map(|(_, id)| id).collect();
         settings.intersection.retain(|entry| entry.ia.is_some_and(|area| own.contains(&area)));
         settings.bicycle_lanes.retain(|lanelet| own.contains(lanelet));
         match &mut self.settings {
@@ -294,13 +254,11 @@ impl Whole {
         }
     }
 
-    fn finish(mut self) -> Result<(Divided, Settings), Element> {
-        if let Some(element) = self.open.into_values().flat_map(FxHashMap::into_keys).min() {
-            return Err(element);
-        }
+    /// Of the whole map.
+    fn finish(mut self) -> (Divided, Settings) {
         self.divided.cells.sort_unstable();
         let mut settings = self.settings.unwrap_or_default();
         settings.sort();
-        Ok((self.divided, settings))
+        (self.divided, settings)
     }
 }

@@ -26,6 +26,9 @@ const BLOCKS_READ: u64 = 256;
 /// Blocks in which the elements are copied. Each is written to nearly all cells, and to open a file takes longer than to write it.
 const BLOCKS_COPIED: u64 = 48;
 
+/// An element by its kind and id.
+pub type Element = (ElementKind, i64);
+
 /// What came of dividing a map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Divided {
@@ -33,12 +36,12 @@ pub struct Divided {
     pub grid: Grid,
     /// The cells that were written, row by row.
     pub cells: Vec<Cell>,
-    /// Elements of the map; of a tile, those whose first cell lies in it.
+    /// Elements of the map; of a tile, those that stand in no tile before it.
     pub elements: usize,
     /// Elements of all cells: what stands in two cells counts twice.
     pub written: usize,
-    /// Of a tile, the ids of ways and relations whose first cell lies in it.
-    pub own: FxHashSet<i64>,
+    /// Of a tile, the elements that stand in no tile before it.
+    pub own: Vec<Element>,
     /// Of a tile, the elements that also stand in cells of other tiles.
     pub shared: Vec<Shared>,
 }
@@ -46,8 +49,8 @@ pub struct Divided {
 /// An element that stands in cells of several tiles, as one of them has it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shared {
-    /// Kind and id.
-    pub element: (ElementKind, i64),
+    /// Which.
+    pub element: Element,
     /// A hash of its text.
     pub text: u64,
     /// All tiles in which it stands, row by row.
@@ -55,6 +58,11 @@ pub struct Shared {
 }
 
 impl Divided {
+    /// Of nothing.
+    pub fn empty(grid: Grid) -> Self {
+        Self { grid, cells: Vec::new(), elements: 0, written: 0, own: Vec::new(), shared: Vec::new() }
+    }
+
     /// The list of the cells.
     pub fn metadata(&self) -> CellMetadata {
         let listed = self.cells.iter().map(|cell| (self.grid.name(*cell), self.grid.corner(*cell)));
@@ -219,8 +227,6 @@ impl<'a> CellFiles<'a> {
     fn new(grid: Grid, folder: &Path, head: OsmText, sets: &'a CellSets, tile: Option<Tile>) -> Self {
         let cells = sets.cells();
         let is_within = |cell: &Cell| tile.is_none_or(|tile| tile.around(*cell) == tile.at);
-        let (own, shared) = (FxHashSet::default(), Vec::new());
-        let divided = Divided { grid, cells: Vec::new(), elements: 0, written: 0, own, shared };
         Self {
             names: cells.iter().map(|cell| folder.join(grid.name(*cell))).collect(),
             head,
@@ -229,12 +235,12 @@ impl<'a> CellFiles<'a> {
             sets,
             tile,
             tiles: FxHashMap::default(),
-            divided,
+            divided: Divided::empty(grid),
         }
     }
 
     /// Counts an element, and notes of a tile what it has of its own and what it shares.
-    fn note(&mut self, element: (ElementKind, i64), text: &str, set: SetId) {
+    fn note(&mut self, element: Element, text: &str, set: SetId) {
         let Some(tile) = self.tile else {
             self.divided.elements += 1;
             return;
@@ -249,9 +255,7 @@ impl<'a> CellFiles<'a> {
         });
         if tiles.first() == Some(&tile.at) {
             self.divided.elements += 1;
-            if element.0 != ElementKind::Node {
-                self.divided.own.insert(element.1);
-            }
+            self.divided.own.push(element);
         }
         if tiles.len() > 1 && tiles.contains(&tile.at) {
             let text = FxBuildHasher.hash_one(text);

@@ -20,7 +20,7 @@ use std::path::PathBuf;
 
 use crate::osm::{ElementKind, ReadError};
 
-pub use divide::{Divided, Shared, Tile, divide};
+pub use divide::{Divided, Element, Shared, Tile, divide};
 pub use grid::{Cell, Grid};
 pub use ids::{Ids, Lists};
 pub use merge::{Collision, Merge};

@@ -73,11 +73,12 @@ impl Needs {
     fn of(survey: Survey, projector: &Projector, size: TileSize) -> Self {
         let places = projector.forward_all(&survey.places);
         let mut reach = Reach::new(&survey, &places, size);
-        let mut nodes: Vec<SetId> = (0..places.len()).map(|node| reach.of(&line(&[node as u32], &places))).collect();
+        let mut nodes: Vec<SetId> =
+            (0..places.len()).map(|node| reach.of_node(&line(&[node as u32], &places))).collect();
         let mut ways = Vec::with_capacity(survey.ways.len());
         for way in 0..survey.ways.len() {
             let on_way = survey.way_nodes.at(way);
-            let set = reach.of(&line(on_way, &places));
+            let set = reach.of_way(way, &line(on_way, &places));
             for node in on_way {
                 if let Some(of_node) = nodes.get_mut(*node as usize) {
                     *of_node = reach.sets.union(*of_node, set);

@@ -42,14 +42,12 @@ pub fn region(seed: u64) -> String {
     strip.furnish();
     let shift = [strip.dice.between(0.0, 2_000.0), strip.dice.between(0.0, 2_000.0)];
     let turned = strip.dice.between(0.0, 6.0);
-    let mut east = strip.crossings.iter().rev().find_map(|crossing| crossing.arms[0].first().copied());
+    let end = |arm: usize| move |crossing: &streets::Crossing| crossing.arms[arm].first().copied();
+    let mut east = strip.crossings.iter().rev().find_map(end(0));
     for at in 1..TOWNS {
         let mut town = Grid::new(1_000 * seed + at);
         town.furnish();
-        let end = |arm: usize, found: &mut dyn Iterator<Item = &streets::Crossing>| {
-            found.find_map(|crossing| crossing.arms[arm].first().copied())
-        };
-        let (west, next) = (end(2, &mut town.crossings.iter()), end(0, &mut town.crossings.iter().rev()));
+        let (west, next) = (town.crossings.iter().find_map(end(2)), town.crossings.iter().rev().find_map(end(0)));
         let first = strip.plan.put_beside(&town.plan, [APART * at as f64, 0.0]);
         if let (Some(from), Some(to)) = (east, west) {
             strip.plan.way(vec![from, first + to], "highway=secondary");
