@@ -9,5 +9,6 @@ mod common;
 mod divided;
 mod pbf;
 mod tier4;
+mod tiles;
 #[cfg(unix)]
 mod view;

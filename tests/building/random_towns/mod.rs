@@ -37,7 +37,7 @@ fn errors(xml: &str, left_hand: bool) -> Vec<Diagnostic> {
 pub fn region(seed: u64) -> String {
     /// How far the towns lie apart, metres.
     const APART: f64 = 550.0;
-    const TOWNS: u64 = 9;
+    const TOWNS: u64 = 7;
     let mut strip = Grid::new(1_000 * seed);
     strip.furnish();
     let shift = [strip.dice.between(0.0, 2_000.0), strip.dice.between(0.0, 2_000.0)];
