@@ -51,6 +51,7 @@ pub mod settings;
 pub mod terrain;
 pub mod text;
 #[warn(clippy::indexing_slicing)]
+pub mod tiles;
 pub mod triage;
 
 pub use api::{Input, build, check, fix, geometry};

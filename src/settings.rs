@@ -94,6 +94,12 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// Puts what is known of single elements in the order of their ids, which does not depend on how a map was built.
+    pub fn sort(&mut self) {
+        self.intersection.sort_by_key(|entry| entry.ia);
+        self.bicycle_lanes.sort_unstable();
+    }
+
     /// These settings, and those of `outer` where these say nothing. Lists of tables add up.
     #[must_use]
     pub fn over(mut self, outer: Self) -> Self {

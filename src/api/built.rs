@@ -9,6 +9,7 @@ use crate::cells::Divided;
 use crate::lanelet::{self, INFO, MAP};
 use crate::projection::{VerticalDatum, write_info};
 use crate::report::failure::Failure;
+use crate::settings::Settings;
 
 use super::config::NAME;
 use super::divided::{grid, into_draft, told};
@@ -50,10 +51,7 @@ impl BuiltMap {
     ///
     /// Where TOML cannot say what is known of the map, which would be a fault of ours.
     pub fn settings(&self) -> Result<String, Error> {
-        let settings = toml::to_string(&self.built.settings).map_err(|error| {
-            ErrorKind::Internal.error(Failure::new(format!("the settings cannot be written: {error}")))
-        })?;
-        Ok(format!("{SETTINGS_HEAD}{settings}"))
+        settings_text(&self.built.settings)
     }
 
     /// Writes the three files of a map into a directory, made if it is not there, all or none.
@@ -119,4 +117,11 @@ impl BuiltMap {
             settings: Some(self.settings()?),
         }))
     }
+}
+
+/// The text of `lanewright.toml`.
+pub(super) fn settings_text(settings: &Settings) -> Result<String, Error> {
+    let settings = toml::to_string(settings)
+        .map_err(|error| ErrorKind::Internal.error(Failure::new(format!("the settings cannot be written: {error}"))))?;
+    Ok(format!("{SETTINGS_HEAD}{settings}"))
 }

@@ -62,18 +62,22 @@ pub(super) fn into_draft(
     tell: &dyn Fn(&str),
 ) -> Result<Divided, Unmade> {
     let folder = draft.folder(MAP).map_err(Unmade::Draft)?;
-    let divided = cells::divide(files, projector, grid, &folder, tell).map_err(Unmade::Divide)?;
-    draft.write(METADATA, |file| file.write_all(divided.metadata.text().as_bytes())).map_err(Unmade::Draft)?;
+    let divided = cells::divide(files, projector, grid, None, &folder, tell).map_err(Unmade::Divide)?;
+    draft.write(METADATA, |file| file.write_all(divided.metadata().text().as_bytes())).map_err(Unmade::Draft)?;
     Ok(divided)
 }
 
 /// Why a map was not divided, and the way out.
 pub(super) fn told(map: &Path, error: Unmade) -> Error {
+    match error {
+        Unmade::Draft(failure) => ErrorKind::Write.error(failure),
+        Unmade::Divide(error) => undivided(map, error),
+    }
+}
+
+/// Why a map was not divided, and the way out.
+pub(super) fn undivided(map: &Path, error: DivideError) -> Error {
     let about = |failure: Failure| failure.about(map.display().to_string());
-    let error = match error {
-        Unmade::Draft(failure) => return ErrorKind::Write.error(failure),
-        Unmade::Divide(error) => error,
-    };
     let help = error.help();
     match error {
         DivideError::Read(error) => ErrorKind::Read.error(read_failure(error)),

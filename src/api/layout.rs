@@ -125,7 +125,7 @@ pub(crate) fn osm_data(input: &Path, options: &LayoutOptions) -> Result<(OsmData
     Ok((data, build))
 }
 
-fn unread(error: ReadError) -> Error {
+pub(super) fn unread(error: ReadError) -> Error {
     ErrorKind::Read.error(read_failure(error))
 }
 
@@ -136,13 +136,21 @@ fn loaded(path: PathBuf) -> Result<Vec<u8>, Error> {
 
 /// The bytes of an input, and what a user decides about building it.
 fn asked(input: Input, said: &LayoutOptions) -> Result<(Vec<u8>, BuildOptions), Error> {
-    let (bytes, settings) = match input {
-        Input::Path(path) => (loaded(path.clone())?, settings(&path, &said.configuration)),
+    match input {
+        Input::Path(path) => Ok((loaded(path.clone())?, decided(&path, said)?)),
         Input::Bytes(InMemory { bytes, settings, .. }) => {
-            (bytes, config::settings_of(settings.as_deref(), &said.configuration))
+            let settings = config::settings_of(settings.as_deref(), &said.configuration);
+            Ok((bytes, build_options(settings.map_err(ErrorKind::Config.of())?, said)?))
         }
-    };
-    let settings = settings.map_err(ErrorKind::Config.of())?;
+    }
+}
+
+/// What a user decides about building a file.
+pub(super) fn decided(input: &Path, said: &LayoutOptions) -> Result<BuildOptions, Error> {
+    build_options(settings(input, &said.configuration).map_err(ErrorKind::Config.of())?, said)
+}
+
+fn build_options(settings: Settings, said: &LayoutOptions) -> Result<BuildOptions, Error> {
     let driving_side = said.driving_side.or(match settings.driving_side {
         Some(Side::Left) => Some(DrivingSide::Left),
         Some(Side::Right) => Some(DrivingSide::Right),
@@ -165,7 +173,7 @@ fn asked(input: Input, said: &LayoutOptions) -> Result<(Vec<u8>, BuildOptions), 
     heights.storey = high.layer.unwrap_or(heights.storey);
     heights.grade = high.grade;
     heights.steepest = high.steepest;
-    Ok((bytes, options))
+    Ok(options)
 }
 
 /// Reads a terrain model.
@@ -203,9 +211,7 @@ fn of_osm(
     tell(&format!("laying out the streets of {name}"));
     if let Some(kind) = said.projector {
         let extent = Extent::of(data.nodes.iter().filter_map(|node| node.position));
-        let nowhere =
-            || ErrorKind::Build.error(Failure::new("the data has no node with a latitude and longitude").about(name));
-        build.projector = Some(projector(kind, extent.ok_or_else(nowhere)?.center())?);
+        build.projector = Some(wanted(kind, extent, name)?);
     }
     plan(data, &build).map_err(|error| ErrorKind::Build.error(build_failure(error, name)))
 }
@@ -251,7 +257,14 @@ fn is_of(projector: &Projector, kind: ProjectorType) -> bool {
     )
 }
 
-/// The projector that the user wants, with its origin in the middle of the data.
+/// The projector that the user wants, with its origin in the middle of the box around all nodes.
+pub(super) fn wanted(kind: ProjectorType, extent: Option<Extent>, name: &str) -> Result<Projector, Error> {
+    let nowhere =
+        || ErrorKind::Build.error(Failure::new("the data has no node with a latitude and longitude").about(name));
+    projector(kind, extent.ok_or_else(nowhere)?.center())
+}
+
+/// The projector that the user wants, with its origin there.
 fn projector(kind: ProjectorType, origin: LonLat) -> Result<Projector, Error> {
     let failed = |message: &str, help: &str| ErrorKind::Build.error(Failure::new(message).help(help));
     Ok(match kind {

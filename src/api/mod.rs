@@ -12,6 +12,7 @@ pub(crate) mod files;
 mod fixed;
 pub(crate) mod layout;
 pub(crate) mod load;
+mod tiles;
 
 use std::path::{Path, PathBuf};
 
@@ -30,6 +31,7 @@ pub use fixed::{Edits, FixOptions, Fixed};
 pub(crate) use fixed::{mended, undivided};
 pub use layout::{Layout, LayoutOptions};
 pub use load::Loaded;
+pub use tiles::{MARGIN, TileOptions, Tiled, build_tiles};
 
 /// What a verb reads.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -111,7 +111,7 @@ fn read(osm: &OsmData, options: &BuildOptions) -> Result<Read, BuildError> {
     };
     let network_options = NetworkOptions {
         driving_side: options.driving_side,
-        country: None,
+        country: options.country.clone(),
         assume: options.assume.clone(),
         roads: options.roads.clone(),
     };
@@ -225,6 +225,7 @@ pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights
     grade_separation::ignore_other_levels(&mut map, &reaches);
     drop(reaches);
     notes.extend(user_elements::draw(&mut map, &projector, &inside, &mut settings));
+    settings.sort();
     if profile == Profile::Tier4 {
         tier4::suit_validator(&mut map);
     }

@@ -11,6 +11,7 @@ use crate::terrain::Terrain;
 
 use super::streets::heights::HeightOptions;
 use super::streets::{StreetOptions, Streets};
+use super::tags::driving_side::Country;
 use super::tags::road_class::DrivingSide;
 
 use std::sync::Arc;
@@ -36,6 +37,8 @@ pub fn metres(projector: &Projector, [lat, lon]: Place) -> Point {
 pub struct BuildOptions {
     /// Which side people drive on; from the place where absent.
     pub driving_side: Option<DrivingSide>,
+    /// The country of all data that these are a part of; from the place where absent.
+    pub country: Option<Country>,
     /// How to turn degrees into metres; MGRS or a transverse Mercator, whichever suits the place, where absent.
     pub projector: Option<Projector>,
     /// How roads and intersections are laid out.

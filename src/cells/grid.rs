@@ -31,6 +31,12 @@ impl Grid {
         (size > 0).then_some(Self { size })
     }
 
+    /// Squares whose sides have this length, metres, which must not be 0.
+    pub(crate) const fn of_metres(size: u32) -> Self {
+        assert!(size > 0);
+        Self { size }
+    }
+
     /// Width and height of a cell, metres.
     pub fn size(self) -> f64 {
         f64::from(self.size)

@@ -25,6 +25,11 @@ impl Ids {
         self.ids.len()
     }
 
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.ids.is_empty()
+    }
+
     /// The id at a position.
     pub fn at(&self, position: usize) -> i64 {
         self.ids.get(position).copied().unwrap_or_default()

@@ -20,9 +20,11 @@ use std::path::PathBuf;
 
 use crate::osm::{ElementKind, ReadError};
 
-pub use divide::{Divided, divide};
+pub use divide::{Divided, Element, Shared, Tile, divide};
 pub use grid::{Cell, Grid};
+pub use ids::{Ids, Lists};
 pub use merge::{Collision, Merge};
+pub use sets::{CellSets, NOWHERE, SetId};
 
 /// Why a map cannot be divided.
 #[derive(Debug, thiserror::Error)]

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::api::{BuiltMap, Layout, spare};
+use crate::api::{BuiltMap, Layout, LayoutOptions, MARGIN, TileOptions, build_tiles, spare};
 use crate::builder::{Built, Summary};
 use crate::lanelet::MAP;
 use crate::report::failure::Failure;
@@ -10,6 +10,7 @@ use crate::report::failure::Failure;
 use super::args::{CLEAN, StreetArgs};
 use super::check_args::ProfileArg;
 use super::output::{self, Progress};
+use super::split::CELL;
 use super::{input, memory, split};
 use clap::Args;
 
@@ -27,6 +28,13 @@ pub struct BuildArgs {
     /// Divide the map into cells of this width and height, whole metres, as `split` does
     #[arg(long, value_name = "M", value_parser = clap::value_parser!(u32).range(1..))]
     pub cells: Option<u32>,
+    /// Build tiles of this width and height one by one, so that memory depends on the largest tile, and write the map in cells:
+    /// docs/divided_maps.md
+    #[arg(long, value_name = "M", value_parser = clap::value_parser!(u32).range(1..))]
+    pub tiles: Option<u32>,
+    /// How far around a tile data are read with it
+    #[arg(long, value_name = "M", requires = "tiles", default_value_t = MARGIN, value_parser = clap::value_parser!(u32).range(1..100_000))]
+    pub margin: u32,
     #[command(flatten)]
     pub streets: StreetArgs,
 }
@@ -37,6 +45,9 @@ pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
     let progress = Progress::start("reading");
     let mut options = args.streets.options();
     options.configuration.profile = args.profile.map(Into::into);
+    if let Some(size) = args.tiles {
+        return run_tiles(args, size, &options, progress);
+    }
     let layout = Layout::read(args.input.as_path(), &options, &|doing| progress.next(doing))?;
     memory::keep(memory::SPARING);
     progress.next("building");
@@ -53,6 +64,19 @@ pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
     output::print(&format!("{}{divided}{merges}{undrawn}", summary(args, &map.built)))?;
     // The process ends: the memory of a map need not be given back piece by piece.
     std::mem::forget(map);
+    Ok(CLEAN)
+}
+
+/// Builds the map in tiles and writes its cells, all or none.
+fn run_tiles(args: &BuildArgs, size: u32, options: &LayoutOptions, progress: Progress) -> Result<u8, Failure> {
+    memory::keep(memory::SPARING);
+    let tiles = TileOptions { size, cell: args.cells.unwrap_or(CELL), margin: args.margin };
+    let tiled = build_tiles(&args.input, &args.output, tiles, options, &|doing| progress.next(doing))?;
+    drop(progress);
+    let map = args.output.join(MAP);
+    let counts = input::counts(&[(tiled.tiles, "tile", "tiles")]);
+    let cells = split::counts(&tiled.divided);
+    output::print(&format!("{}: {}\n{counts}{cells}", map.display(), tiled.projector.name()))?;
     Ok(CLEAN)
 }
 

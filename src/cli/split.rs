@@ -11,6 +11,9 @@ use super::input;
 use super::output::{self, Progress};
 use clap::Args;
 
+/// Width and height of a cell, metres, unless another is asked for.
+pub const CELL: u32 = 100;
+
 /// Divide a Lanelet2 map into cells that Autoware loads one by one around the vehicle
 #[derive(Debug, Args)]
 pub struct SplitArgs {
@@ -21,7 +24,7 @@ pub struct SplitArgs {
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
     /// Width and height of a cell, whole metres
-    #[arg(long, value_name = "M", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "M", default_value_t = CELL, value_parser = clap::value_parser!(u32).range(1..))]
     pub size: u32,
 }
 
@@ -36,8 +39,8 @@ pub fn run(args: &SplitArgs) -> Result<u8, Failure> {
 
 /// How many cells there are, and how much of the map stands in more than one.
 pub fn counts(divided: &Divided) -> String {
-    let Divided { metadata, elements, written } = divided;
+    let Divided { cells, elements, written, .. } = divided;
     let more = 100.0 * (*written as f64 / (*elements).max(1) as f64 - 1.0);
-    let counts = input::counts(&[(metadata.cells.len(), "cell", "cells"), (*elements, "element", "elements")]);
+    let counts = input::counts(&[(cells.len(), "cell", "cells"), (*elements, "element", "elements")]);
     format!("{counts}  {more:>6.0} % more in all cells, for what stands in several\n")
 }

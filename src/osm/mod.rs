@@ -21,7 +21,7 @@ pub use edit::{attribute, kept, moved};
 pub use error::ReadError;
 pub use limits::{limit_input, most_input};
 pub use load::load;
-pub use read::{Block, Blocks, read_bytes, read_file, read_files};
+pub use read::{Block, Blocks, DataBlocks, read_bytes, read_file, read_files};
 pub use tags::Tags;
 pub use write::OsmText;
 

@@ -3,7 +3,8 @@
 //! PBF keeps coordinates in whole nanodegrees; divided by 1e9 they are the same numbers that the XML of the same
 //! extract gives, to the last bit.
 
-use std::io::Cursor;
+use std::fs::File;
+use std::io::{BufReader, Cursor};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
 
@@ -15,6 +16,7 @@ use crate::parallel::Finely;
 use crate::projection::{Extent, LonLat};
 use crate::text::SourceSpan;
 
+use super::limits::most_input;
 use super::{ElementKind, Member, Node, OsmData, ReadError, Relation, Source, Tags, Text, Way};
 
 /// More node references or members than this in one element is damage or an attack, not a map: OpenStreetMap allows
@@ -33,9 +35,48 @@ const MOST_IN_BLOCK: usize = 64 << 20;
 /// Adds the content of a PBF file to `data`, whose elements may take `most` bytes in memory.
 pub fn read(data: &mut OsmData, name: &str, bytes: &[u8], most: u64) -> Result<(), ReadError> {
     let file = data.sources.len() as u32;
-    let damaged = |message: String| ReadError::Pbf { name: name.to_owned(), message };
     let blobs = BlobReader::new(Cursor::new(bytes)).collect::<Result<Vec<_>, _>>();
-    let blobs = blobs.map_err(|error| damaged(error.to_string()))?;
+    let blobs = blobs.map_err(|error| damaged(name, error.to_string()))?;
+    decode(data, name, file, &blobs, most)?;
+    data.sources.push(Source { name: name.to_owned(), text: String::new() });
+    Ok(())
+}
+
+/// Blobs that are decoded at the same time: enough for many threads, and 8,000 elements each at most.
+const BLOBS: usize = 32;
+
+/// What a PBF file says, some blobs at a time.
+pub struct PbfBlocks {
+    name: String,
+    blobs: BlobReader<BufReader<File>>,
+}
+
+impl PbfBlocks {
+    /// Begins to read a file from its first byte on.
+    pub fn new(name: String, file: File) -> Self {
+        Self { name, blobs: BlobReader::new(BufReader::new(file)) }
+    }
+
+    /// What the next blobs say; `None` at the end of the file.
+    ///
+    /// # Errors
+    ///
+    /// If the file cannot be read further, or is damaged.
+    pub fn next_block(&mut self) -> Result<Option<OsmData>, ReadError> {
+        let blobs = self.blobs.by_ref().take(BLOBS).collect::<Result<Vec<_>, _>>();
+        let blobs = blobs.map_err(|error| damaged(&self.name, error.to_string()))?;
+        let mut data = OsmData::default();
+        decode(&mut data, &self.name, 0, &blobs, most_input())?;
+        Ok((!blobs.is_empty()).then_some(data))
+    }
+}
+
+fn damaged(name: &str, message: String) -> ReadError {
+    ReadError::Pbf { name: name.to_owned(), message }
+}
+
+/// Adds what blobs say to `data`, in their order. It may take `most` bytes in memory.
+fn decode(data: &mut OsmData, name: &str, file: u32, blobs: &[Blob], most: u64) -> Result<(), ReadError> {
     let decode = |blob: &Blob| match blob.decode()? {
         BlobDecode::OsmData(block) => Part::of(&block, file),
         BlobDecode::OsmHeader(header) => Ok(Part { bounds: header.bbox().map(extent), ..Part::default() }),
@@ -64,18 +105,17 @@ pub fn read(data: &mut OsmData, name: &str, bytes: &[u8], most: u64) -> Result<(
     for part in parts {
         let part = part.map_err(|payload| {
             cancel::pass_on(payload);
-            damaged("a block holds values that no program writes".to_owned())
+            damaged(name, "a block holds values that no program writes".to_owned())
         })?;
-        let part = part.map_err(|error| damaged(error.to_string()))?;
+        let part = part.map_err(|error| damaged(name, error.to_string()))?;
         if let Some(message) = part.too_long {
-            return Err(damaged(message));
+            return Err(damaged(name, message));
         }
         part.bounds.into_iter().for_each(|bounds| data.push_bounds(bounds));
         data.nodes.extend(part.nodes);
         data.ways.extend(part.ways);
         data.relations.extend(part.relations);
     }
-    data.sources.push(Source { name: name.to_owned(), text: String::new() });
     Ok(())
 }
 

@@ -9,10 +9,12 @@ use super::{OsmData, ReadError, Source, pbf};
 use std::path::{Path, PathBuf};
 
 mod blocks;
+mod data_blocks;
 mod parser;
 mod parts;
 
 pub use blocks::{Block, Blocks};
+pub use data_blocks::DataBlocks;
 
 use parser::{Parser, Place};
 

@@ -58,6 +58,19 @@ impl OsmText {
         self.node(*id, *position, tags.words());
     }
 
+    /// A node as it was read, its place to the last bit.
+    pub fn put_node_exactly(&mut self, Node { id, position, tags, .. }: &Node) {
+        self.put("  <node id=\"");
+        self.integer(*id);
+        self.put("\" version=\"1\" lat=\"");
+        position.inspect(|place| put_exact(&mut self.text, place.lat));
+        self.put("\" lon=\"");
+        position.inspect(|place| put_exact(&mut self.text, place.lon));
+        self.put("\">\n");
+        self.tags(tags.words());
+        self.put("  </node>\n");
+    }
+
     /// A way as it was read.
     pub fn put_way(&mut self, Way { id, nodes, tags, .. }: &Way) {
         self.way(*id, nodes.iter().copied(), tags.words());

@@ -18,3 +18,4 @@ mod reference_crossings;
 mod road_network;
 mod samples;
 mod tier4;
+mod tiles;

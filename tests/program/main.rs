@@ -10,5 +10,6 @@ mod divided;
 mod hostile_input;
 mod pbf;
 mod tier4;
+mod tiles;
 #[cfg(unix)]
 mod view;

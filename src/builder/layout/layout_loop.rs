@@ -6,6 +6,7 @@
 //! intersection, and the intersections at its ends are one. So it is where a road is too short to be cut back for a turn that a
 //! car can take. A dead end of that kind is left out.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -22,8 +23,9 @@ use super::short_links::{SETBACK_LEAST, room_for_turns, short_links};
 
 /// No layout makes more demands than this. Each cuts more off roads, merges some or leaves some out, so that the loop ends by itself.
 const ROUNDS: usize = 200;
-/// Stop lines that get into the way of a lanelet are left out in so many rounds, then all.
-const ROUNDS_AT_STOP_LINES: usize = 3;
+/// Stop lines that get into the way of a lanelet are left out at its intersection, then also one road farther each time, up to so
+/// many roads away.
+const FARTHEST_STOP_LINES: usize = 8;
 
 /// Draws a network. `kept` are the stations between which the outlines leave each road; roads in `apart` are never merged. Last
 /// the roads are laid at heights that suit their cuts. Also gives what could not be expressed, and what became of roads.
@@ -61,11 +63,12 @@ struct LayoutLoop<'a> {
 /// How far the layout is with cutting roads where the map says that vehicles stop.
 enum StopLines {
     Untried,
-    /// So many rounds tried it on a layout that had these setbacks and whose outlines did not lead along these ends of roads.
+    /// It was tried on a layout that had these setbacks and whose outlines did not lead along these ends of roads. How far around
+    /// an intersection stop lines have been left out since, in roads.
     Tried {
-        rounds: usize,
         back: Vec<[f64; 2]>,
         overrun: FxHashSet<RoadEnd>,
+        left_out: BTreeMap<IntersectionIx, usize>,
     },
     Done,
 }
@@ -95,7 +98,7 @@ impl LayoutLoop<'_> {
         if self.layout.set_back_overlapped_cuts() {
             return true;
         }
-        let wanted = room_for_turns(&self.layout);
+        let wanted = room_for_turns(&mut self.layout);
         if self.layout.set_back(wanted, SETBACK_LEAST) {
             return true;
         }
@@ -151,7 +154,7 @@ impl LayoutLoop<'_> {
     }
 
     /// Wants roads cut where the map says that vehicles stop. Around an intersection where more lanelets would run over the ends
-    /// of lanes then, all stays as it was. `false` if nothing is left to try.
+    /// of lanes then, all stays as it was: what happens there leaves the rest of the map alone. `false` if nothing is left to try.
     fn cut_at_stop_lines(&mut self) -> bool {
         let layout = &mut self.layout;
         match &mut self.stop_lines {
@@ -159,26 +162,28 @@ impl LayoutLoop<'_> {
                 layout.stops.fill([true; 2]);
                 let changed = !layout.wanted_lines().agree(&layout.lines);
                 self.stop_lines = if changed {
-                    StopLines::Tried { rounds: 0, back: layout.back.clone(), overrun: layout.overrun().collect() }
+                    let (back, overrun) = (layout.back.clone(), layout.overrun().collect());
+                    StopLines::Tried { back, overrun, left_out: BTreeMap::new() }
                 } else {
                     StopLines::Done
                 };
                 changed
             }
-            StopLines::Tried { rounds, back, overrun } => {
-                let more: Vec<RoadEnd> = layout.overrun().filter(|at| !overrun.contains(at)).collect();
-                if more.is_empty() || *rounds == ROUNDS_AT_STOP_LINES {
+            StopLines::Tried { back, overrun, left_out } => {
+                let more = layout.overrun().filter(|at| !overrun.contains(at));
+                let more: BTreeSet<IntersectionIx> = more.map(|at| layout.network.intersection_at(at)).collect();
+                let mut changed = false;
+                while !changed && more.iter().any(|at| left_out.get(at).is_none_or(|far| *far < FARTHEST_STOP_LINES)) {
+                    for at in &more {
+                        let far = left_out.entry(*at).or_default();
+                        *far = (*far + 1).min(FARTHEST_STOP_LINES);
+                        changed |= layout.ignore_stop_lines_around(*at, *far, back);
+                    }
+                }
+                if !changed {
                     self.stop_lines = StopLines::Done;
-                    return false;
                 }
-                *rounds += 1;
-                if *rounds == ROUNDS_AT_STOP_LINES {
-                    layout.stops.fill([false; 2]);
-                } else {
-                    layout.ignore_stop_lines_around(&more);
-                }
-                layout.back.clone_from(back);
-                true
+                changed
             }
             StopLines::Done => false,
         }

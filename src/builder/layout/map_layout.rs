@@ -26,6 +26,7 @@ use lane_end_overlap::{BACK_MOST, TOUCH};
 pub use intersection_lanelets::{IntersectionLanelets, Site};
 
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
 /// A cut moves by this much, metres, each time that the outline does not lead along it, ...
 const CLEARING: f64 = 1.0;
@@ -183,13 +184,24 @@ impl Layout {
         self.set_back(wanted, 0.0)
     }
 
-    /// Wants no road that ends where these do cut at its stop lines: what is drawn at both ends of a road depends on where either
+    /// Wants no road up to so many roads away from an intersection cut at its stop lines, and none of them cut back farther than
+    /// `back` says, but for what shows anew; `false` if that was so. What is drawn at both ends of a road depends on where either
     /// is cut.
-    pub(super) fn ignore_stop_lines_around(&mut self, ends: &[RoadEnd]) {
-        for at in ends {
-            let intersection = self.network.intersection(self.network.road(at.road).intersection(at.end));
-            intersection.arms.iter().for_each(|arm| self.stops[arm.road] = [false; 2]);
+    pub(super) fn ignore_stop_lines_around(&mut self, at: IntersectionIx, roads: usize, back: &[[f64; 2]]) -> bool {
+        let mut changed = false;
+        let (mut rim, mut seen) = (vec![at], FxHashSet::from_iter([at]));
+        for _ in 0..roads {
+            for at in std::mem::take(&mut rim) {
+                for arm in &self.network.intersection(at).arms {
+                    let (stops, own) = (&mut self.stops[arm.road], &mut self.back[arm.road]);
+                    changed |= *stops != [false; 2] || *own != back[arm.road];
+                    (*stops, *own) = ([false; 2], back[arm.road]);
+                    let next = self.network.road(arm.road).intersection(arm.end.other());
+                    rim.extend(seen.insert(next).then_some(next));
+                }
+            }
         }
+        changed
     }
 
     /// Wants ends of roads cut back this far, metres, if that is more than so far by more than `least`; `false` if none is.

@@ -37,15 +37,22 @@ pub fn short_links(layout: &Layout) -> Vec<RoadIx> {
     roads
 }
 
-/// How far the ends of roads are to be cut back, metres, where a turn bends too tightly for a car and the road has room for it.
-pub fn room_for_turns(layout: &Layout) -> Vec<(RoadEnd, f64)> {
+/// How far the ends of roads are to be cut back, metres, where a turn bends too tightly for a car and the road has room for it. It is
+/// told once of what is drawn.
+pub fn room_for_turns(layout: &mut Layout) -> Vec<(RoadEnd, f64)> {
+    let wanted = unasked(layout);
+    layout.ways.iter_mut().flatten().for_each(|ways| ways.turns_asked = true);
+    wanted
+}
+
+fn unasked(layout: &Layout) -> Vec<(RoadEnd, f64)> {
     let setback = |(at, lack): (RoadEnd, f64)| {
         let room = layout.left(at.road) - ROAD_LEFT;
         let roomy = room > SETBACK_LEAST && !layout.network.road(at.road).roundabout;
         roomy.then(|| (at, (layout.setback(at) + lack.min(room)).min(SETBACK_MOST)))
     };
     let all = layout.network.intersections.iter().zip(&layout.ways).flat_map(|(at, ways)| {
-        let drawn = ways.as_ref().filter(|ways| !ways.stood);
+        let drawn = ways.as_ref().filter(|ways| !ways.turns_asked);
         drawn.into_iter().flat_map(|ways| lacking(layout, at, &ways.drawn.paths, turn_tangents))
     });
     all.filter_map(setback).collect()

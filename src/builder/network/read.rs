@@ -1,14 +1,14 @@
 //! The stage itself: from OpenStreetMap's elements to roads and intersections.
 
 use crate::builder::tags::cross_section::{Customs, SectionReading};
-use crate::builder::tags::driving_side;
+use crate::builder::tags::driving_side::{Country, of_place};
 use crate::builder::tags::road_class::{DrivingSide, is_roundabout};
 use crate::builder::tags::speed::limit;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::geometry::{Point, Polyline};
-use crate::osm::{OsmData, Text, Way};
+use crate::osm::{OsmData, Tags, Text, Way};
 use crate::parallel::Finely;
-use crate::projection::LonLat;
+use crate::projection::{Extent, LonLat};
 use crate::settings::{AssumeSettings, RoadSettings};
 
 use super::access::{Access, AccessVerdict, Drivable, classify};
@@ -43,8 +43,8 @@ pub const UNMET_ROAD: &str = "road-unmet";
 pub struct NetworkOptions {
     /// Which side people drive on; if absent, that of the country.
     pub driving_side: Option<DrivingSide>,
-    /// ISO 3166-1 code of the country; if absent, looked up by position.
-    pub country: Option<Text>,
+    /// The country; if absent, looked up by position.
+    pub country: Option<Country>,
     /// Assumptions for missing tags.
     pub assume: Vec<AssumeSettings>,
     /// Tags that replace those of the data.
@@ -87,9 +87,9 @@ pub fn road_network(
     let mut drivable = drivable(osm, &corrected, &mut notes);
     let (ids, places) = located(osm, &drivable);
     let barriers = Barriers::read(osm, &ids, &mut drivable);
-    let place = driving_side::of_place(middle(&places));
+    let place = options.country.clone().unwrap_or_else(|| of_place(middle(&places)));
     let side = options.driving_side.unwrap_or(place.side);
-    let country = options.country.clone().or(place.country);
+    let country = place.country;
     let customs = Customs { side, country: country.as_deref(), assume: &options.assume };
     // In parallel, because cutting the ways takes one thread only.
     let cut_ways = || {
@@ -154,13 +154,28 @@ fn corrected(osm: &OsmData, roads: &[RoadSettings], notes: &mut Vec<Finding>) ->
                 notes.push(Finding::new(UNMET_ROAD, Subject::Way(*id), message).graded(Severity::Warning));
                 continue;
             };
-            let tags = &mut corrected.entry(*id).or_insert_with(|| way.clone()).tags;
-            let others = tags.iter().filter(|(key, _)| !setting.tags.contains_key(*key));
-            let own = setting.tags.iter().filter(|(_, value)| !value.is_empty());
-            *tags = others.chain(own.map(|(key, value)| (key.as_str(), value.as_str()))).collect();
+            correct(&mut corrected.entry(*id).or_insert_with(|| way.clone()).tags, setting);
         }
     }
     corrected
+}
+
+/// Puts the tags of a setting in the place of others.
+fn correct(tags: &mut Tags, setting: &RoadSettings) {
+    let others = tags.iter().filter(|(key, _)| !setting.tags.contains_key(*key));
+    let own = setting.tags.iter().filter(|(_, value)| !value.is_empty());
+    *tags = others.chain(own.map(|(key, value)| (key.as_str(), value.as_str()))).collect();
+}
+
+/// Whether cars drive on a way, with the tags that these settings give it.
+pub fn is_driven(way: &Way, roads: &[RoadSettings]) -> bool {
+    let about = roads.iter().rev().filter(|setting| setting.ways.contains(&way.id));
+    let corrected = about.fold(None, |corrected: Option<Way>, setting| {
+        let mut way = corrected.unwrap_or_else(|| way.clone());
+        correct(&mut way.tags, setting);
+        Some(way)
+    });
+    matches!(classify(corrected.as_ref().unwrap_or(way)), AccessVerdict::Road(_))
 }
 
 /// The drivable ways in order of their ids, with a note for each road that is left out.
@@ -206,13 +221,9 @@ fn positions(ids: Vec<i64>, points: Vec<Point>) -> FxHashMap<i64, Point> {
     positions
 }
 
-/// The middle of the bounding box of the places.
+/// The middle of the bounding box of the places; no place on Earth if there are none.
 fn middle(places: &[LonLat]) -> LonLat {
-    let range = |values: &mut dyn Iterator<Item = f64>| {
-        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-        (low + high) / 2.0
-    };
-    LonLat { lon: range(&mut places.iter().map(|p| p.lon)), lat: range(&mut places.iter().map(|p| p.lat)) }
+    Extent::of(places.iter().copied()).map_or(LonLat { lon: f64::NAN, lat: f64::NAN }, |extent| extent.center())
 }
 
 /// The piece's line without vertices that lie on the line through their neighbours.

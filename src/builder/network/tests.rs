@@ -1,6 +1,7 @@
 //! Small networks: cutting, ends, features, restrictions.
 
 use crate::builder::tags::cross_section::{StripKind, Travel};
+use crate::builder::tags::driving_side::Country;
 use crate::osm::OsmData;
 use crate::projection::{Extent, LonLat};
 use crate::settings::Settings;
@@ -404,7 +405,8 @@ fn settings_overrule_tags() {
     ");
     let outer = own("[[road]]\nways = [10]\ntags = { lanes = '6', name = 'Main Street' }\n");
     let Settings { assume, road: roads, .. } = inner.over(outer);
-    let options = NetworkOptions { country: Some("DE".into()), assume, roads, ..NetworkOptions::default() };
+    let germany = Country { country: Some("DE".into()), side: DrivingSide::Right };
+    let options = NetworkOptions { country: Some(germany), assume, roads, ..NetworkOptions::default() };
     let NetworkReading { network, notes } = road_network(&data(&CROSS, &ways), &plane, &options).unwrap();
     let road = |way: i64| network.roads.iter().find(|road| road.key.way == way).unwrap();
     let widths = |way: i64| road(way).section.driven().map(|(_, strip)| strip.width).collect::<Vec<_>>();

@@ -33,6 +33,31 @@ fn errors(xml: &str, left_hand: bool) -> Vec<Diagnostic> {
     found
 }
 
+/// Towns side by side in a strip of some kilometres, with roads from each to the next, at a place that differs.
+pub fn region(seed: u64) -> String {
+    /// How far the towns lie apart, metres.
+    const APART: f64 = 550.0;
+    const TOWNS: u64 = 7;
+    let mut strip = Grid::new(1_000 * seed);
+    strip.furnish();
+    let shift = [strip.dice.between(0.0, 2_000.0), strip.dice.between(0.0, 2_000.0)];
+    let turned = strip.dice.between(0.0, 6.0);
+    let end = |arm: usize| move |crossing: &streets::Crossing| crossing.arms[arm].first().copied();
+    let mut east = strip.crossings.iter().rev().find_map(end(0));
+    for at in 1..TOWNS {
+        let mut town = Grid::new(1_000 * seed + at);
+        town.furnish();
+        let (west, next) = (town.crossings.iter().find_map(end(2)), town.crossings.iter().rev().find_map(end(0)));
+        let first = strip.plan.put_beside(&town.plan, [APART * at as f64, 0.0]);
+        if let (Some(from), Some(to)) = (east, west) {
+            strip.plan.way(vec![from, first + to], "highway=secondary");
+        }
+        east = next.map(|node| first + node);
+    }
+    strip.plan.shift(shift);
+    strip.plan.xml(turned, strip.left_hand)
+}
+
 /// The number in a variable of the environment.
 fn number(name: &str) -> Option<u64> {
     std::env::var(name).ok()?.parse().ok()

@@ -82,6 +82,24 @@ impl Plan {
         self.way(nodes, tags)
     }
 
+    /// Adds another plan, so far to the east and north; its nodes are numbered from the returned number on.
+    pub fn put_beside(&mut self, other: &Self, by: Place) -> usize {
+        let first = self.nodes.len();
+        let moved = other.nodes.iter().map(|node| Node { place: plus(node.place, by, 1.0), tags: node.tags.clone() });
+        self.nodes.extend(moved);
+        self.ways.extend(other.ways.iter().map(|way| Way {
+            nodes: way.nodes.iter().map(|node| first + node).collect(),
+            tags: way.tags.clone(),
+            reversed: way.reversed,
+        }));
+        first
+    }
+
+    /// Moves everything so far to the east and north.
+    pub fn shift(&mut self, by: Place) {
+        self.nodes.iter_mut().for_each(|node| node.place = plus(node.place, by, 1.0));
+    }
+
     pub fn place(&self, node: usize) -> Place {
         self.nodes[node].place
     }

@@ -40,6 +40,9 @@ pub struct IntersectionLanelets {
     pub part: MapPart,
     /// Whether they stood in the round before: no way runs over a cut that did not then.
     pub(in crate::builder::layout) stood: bool,
+    /// Whether it was asked how far their turns want cuts set back. That is asked only where nothing else is wanted in the whole
+    /// map, which must not decide whether it is asked here.
+    pub(in crate::builder::layout) turns_asked: bool,
     /// The ends of roads that they run over, and how far behind their cuts, metres.
     pub(super) over: Vec<(RoadEnd, f64)>,
     /// Whether their outline is another where a road is cut elsewhere at its other end.
@@ -113,7 +116,18 @@ impl IntersectionLanelets {
         let mut builder = site.builder(MapPart::default());
         let drawn = turning_lanelets(&mut builder, network, lanes, intersection, &plan.all);
         let (cycles, part) = (BicycleMovements::default(), builder.into_part());
-        Self { plan, drawn, conflicts: None, cycles, area: None, part, stood: false, over: Vec::new(), leans: false }
+        Self {
+            plan,
+            drawn,
+            conflicts: None,
+            cycles,
+            area: None,
+            part,
+            stood: false,
+            turns_asked: false,
+            over: Vec::new(),
+            leans: false,
+        }
     }
 
     /// Whether some lead into the intersection over the end of this road, or out of it.

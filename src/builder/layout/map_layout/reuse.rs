@@ -75,7 +75,7 @@ impl Layout {
             }
             let restricted = restrictions.concern(&at.arms) || old_restrictions.concern(before.arms(old));
             let asked = redrawn().next().is_some() || restricted;
-            ways.stood = true;
+            (ways.stood, ways.turns_asked) = (true, true);
             (!asked || ways.plan == movements(network.side, &restrictions, &lanes, at)).then_some(ways)
         };
         let ways = network.intersections.iter().enumerate().map(standing).collect();

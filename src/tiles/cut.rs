@@ -1,0 +1,139 @@
+//! Copies each element into the files of the tiles that need it.
+
+use std::collections::BTreeMap;
+use std::fs::OpenOptions;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use crate::cells::{Cell, CellSets, Ids, NOWHERE, SetId};
+use crate::osm::{DataBlocks, ElementKind, Member, MetaInfo, OsmData, OsmText, ReadError, Relation};
+use crate::projection::Projector;
+
+use super::reach::{Reach, TileSize, line};
+use super::survey::Survey;
+
+/// Why data cannot be cut.
+#[derive(Debug, thiserror::Error)]
+pub enum CutError {
+    /// A file cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// A file of a tile cannot be written.
+    #[error("cannot write the data of a tile: {0}")]
+    Write(#[from] std::io::Error),
+}
+
+/// The data of one tile.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TileFile {
+    /// The tile.
+    pub tile: Cell,
+    /// OpenStreetMap XML.
+    pub path: PathBuf,
+}
+
+/// Cuts a file into those of its tiles, in a folder that is there, row by row.
+///
+/// # Errors
+///
+/// If the file cannot be read, or one of the others not be written.
+pub fn cut(
+    file: &Path,
+    survey: Survey,
+    projector: &Projector,
+    size: TileSize,
+    folder: &Path,
+) -> Result<Vec<TileFile>, CutError> {
+    let needs = Needs::of(survey, projector, size);
+    let cells = needs.sets.cells();
+    let path = |tile: &Cell| folder.join(format!("{}_{}.osm", tile.column, tile.row));
+    let mut files: Vec<TileFile> = cells.iter().map(|tile| TileFile { tile: *tile, path: path(tile) }).collect();
+    let head = OsmText::head(&MetaInfo::default());
+    let append_to_all = |text: OsmText| files.iter().try_for_each(|file| append(&file.path, text.as_bytes()));
+    append_to_all(head)?;
+    let mut blocks = DataBlocks::open(file)?;
+    while let Some(block) = blocks.next_block()? {
+        needs.copy(&block, &files)?;
+    }
+    append_to_all(OsmText::tail())?;
+    files.sort_unstable_by_key(|file| file.tile);
+    Ok(files)
+}
+
+/// Which tiles need each element, by its position among those of its kind.
+struct Needs {
+    sets: CellSets,
+    node_ids: Ids,
+    nodes: Vec<SetId>,
+    way_ids: Ids,
+    ways: Vec<SetId>,
+}
+
+impl Needs {
+    fn of(survey: Survey, projector: &Projector, size: TileSize) -> Self {
+        let places = projector.forward_all(&survey.places);
+        let mut reach = Reach::new(&survey, &places, size);
+        let mut nodes: Vec<SetId> =
+            (0..places.len()).map(|node| reach.of_node(&line(&[node as u32], &places))).collect();
+        let mut ways = Vec::with_capacity(survey.ways.len());
+        for way in 0..survey.ways.len() {
+            let on_way = survey.way_nodes.at(way);
+            let set = reach.of_way(way, &line(on_way, &places));
+            for node in on_way {
+                if let Some(of_node) = nodes.get_mut(*node as usize) {
+                    *of_node = reach.sets.union(*of_node, set);
+                }
+            }
+            ways.push(set);
+        }
+        Self { sets: reach.sets, node_ids: survey.node_ids, nodes, way_ids: survey.way_ids, ways }
+    }
+
+    fn node(&self, id: i64) -> &[u32] {
+        let set = self.node_ids.find(id).and_then(|at| self.nodes.get(at as usize));
+        self.sets.get(set.copied().unwrap_or(NOWHERE))
+    }
+
+    fn way(&self, id: i64) -> &[u32] {
+        let set = self.way_ids.find(id).and_then(|at| self.ways.get(at as usize));
+        self.sets.get(set.copied().unwrap_or(NOWHERE))
+    }
+
+    /// The tiles of all nodes and ways that are members.
+    fn relation(&self, relation: &Relation) -> Vec<u32> {
+        let of_member = |member: &Member| match member.kind {
+            ElementKind::Node => self.node(member.id),
+            ElementKind::Way => self.way(member.id),
+            ElementKind::Relation => &[],
+        };
+        let mut tiles: Vec<u32> = relation.members.iter().flat_map(of_member).copied().collect();
+        tiles.sort_unstable();
+        tiles.dedup();
+        tiles
+    }
+
+    /// Appends the elements of a block to the files of the tiles that need them.
+    fn copy(&self, block: &OsmData, files: &[TileFile]) -> Result<(), CutError> {
+        let mut texts: BTreeMap<u32, OsmText> = BTreeMap::new();
+        for node in &block.nodes {
+            self.node(node.id).iter().for_each(|tile| texts.entry(*tile).or_default().put_node_exactly(node));
+        }
+        for way in &block.ways {
+            self.way(way.id).iter().for_each(|tile| texts.entry(*tile).or_default().put_way(way));
+        }
+        for relation in &block.relations {
+            let tiles = self.relation(relation);
+            tiles.into_iter().for_each(|tile| texts.entry(tile).or_default().put_relation(relation));
+        }
+        for (tile, text) in texts {
+            if let Some(file) = files.get(tile as usize) {
+                append(&file.path, text.as_bytes())?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn append(path: &Path, text: &[u8]) -> std::io::Result<()> {
+    OpenOptions::new().create(true).append(true).open(path)?.write_all(text)
+}

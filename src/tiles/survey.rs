@@ -1,0 +1,108 @@
+//! What must be known of all data before they are cut: ids, places, the nodes of ways.
+
+use std::path::Path;
+
+use crate::cells::{Ids, Lists};
+use crate::osm::{DataBlocks, OsmData, ReadError, Way};
+use crate::projection::{Extent, LonLat};
+
+/// What a way is to a builder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum WayUse {
+    /// No road.
+    Other,
+    /// A road, by its tags.
+    Highway,
+    /// A road that cars drive on.
+    Driven,
+}
+
+/// The position of a node that is not there.
+pub(super) const GONE: u32 = u32::MAX;
+
+/// Ids and places of nodes, and the nodes of ways, in the order of the file: some 30 bytes a node.
+#[derive(Debug, Default)]
+pub struct Survey {
+    pub(super) node_ids: Ids,
+    /// Not a number where a node has no place.
+    pub(super) places: Vec<LonLat>,
+    /// The positions of the nodes of each way, or [`GONE`].
+    pub(super) way_nodes: Lists<u32>,
+    pub(super) way_ids: Ids,
+    pub(super) ways: Vec<WayUse>,
+    /// Nodes that ways have before the nodes come: where in the lists, and the id.
+    ahead: Vec<(usize, i64)>,
+    /// What the file says that it holds of the Earth.
+    pub bounds: Vec<Extent>,
+    /// Relations with `type=lanelet`.
+    pub lanelets: usize,
+}
+
+impl Survey {
+    /// Reads a file, XML or PBF.
+    ///
+    /// # Errors
+    ///
+    /// If the file cannot be read, or is no OpenStreetMap data.
+    pub fn read(path: &Path, use_of: &(dyn Fn(&Way) -> WayUse + Sync)) -> Result<Self, ReadError> {
+        let mut survey = Self::default();
+        let mut blocks = DataBlocks::open(path)?;
+        while let Some(block) = blocks.next_block()? {
+            survey.add(block, use_of);
+        }
+        for (at, id) in std::mem::take(&mut survey.ahead) {
+            if let Some((place, node)) = survey.way_nodes.items_mut().get_mut(at).zip(survey.node_ids.find(id)) {
+                *place = node;
+            }
+        }
+        if survey.bounds.is_empty() {
+            survey.bounds.push(Extent::EARTH);
+        }
+        Ok(survey)
+    }
+
+    fn add(&mut self, block: OsmData, use_of: &(dyn Fn(&Way) -> WayUse + Sync)) {
+        const NOWHERE: LonLat = LonLat { lon: f64::NAN, lat: f64::NAN };
+        self.bounds.extend(block.bounds);
+        for node in block.nodes {
+            let place = node.position.unwrap_or(NOWHERE);
+            // Of nodes with the same id the last counts.
+            if let Some(first) = self.node_ids.push(node.id).and_then(|first| self.places.get_mut(first as usize)) {
+                *first = place;
+            }
+            self.places.push(place);
+        }
+        for way in block.ways {
+            self.way_ids.push(way.id);
+            self.ways.push(use_of(&way));
+            let before = self.way_nodes.items();
+            let at = |id: &i64| self.node_ids.find(*id).unwrap_or(GONE);
+            let found: Vec<u32> = way.nodes.iter().map(at).collect();
+            let gone = found.iter().zip(&way.nodes).enumerate().filter(|(_, (at, _))| **at == GONE);
+            self.ahead.extend(gone.map(|(i, (_, id))| (before + i, *id)));
+            self.way_nodes.push(found);
+        }
+        self.lanelets += block.relations.iter().filter(|relation| relation.tags.is("type", "lanelet")).count();
+    }
+
+    /// How many ways there are of this use or a greater one.
+    pub fn count(&self, least: WayUse) -> usize {
+        self.ways.iter().filter(|of| **of >= least).count()
+    }
+
+    /// The box around the nodes of all ways of this use or a greater one; `None` if none has a place.
+    pub fn around(&self, least: WayUse) -> Option<Extent> {
+        let ways = self.ways.iter().enumerate().filter(|(_, of)| **of >= least);
+        let nodes = ways.flat_map(|(way, _)| self.way_nodes.at(way));
+        Extent::of(nodes.filter_map(|node| self.place(*node)))
+    }
+
+    /// The box around all nodes; `None` if none has a place.
+    pub fn around_all(&self) -> Option<Extent> {
+        Extent::of((0..self.places.len() as u32).filter_map(|node| self.place(node)))
+    }
+
+    fn place(&self, node: u32) -> Option<LonLat> {
+        self.places.get(node as usize).copied().filter(|place| place.lat.is_finite())
+    }
+}

@@ -1,0 +1,119 @@
+//! Maps that are built in tiles are those that are built in one piece, to the byte.
+//!
+//! `make test` takes small extracts and some regions of random towns, `make soak` (LANEWRIGHT_SOAK=1) whole cities and more regions.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use lanewright::api::{LayoutOptions, MARGIN, TileOptions, build_tiles};
+use lanewright::build;
+use lanewright::osm::{DataBlocks, read_file};
+use lanewright::projection::Extent;
+
+use crate::common::needs::shared;
+use crate::common::soak;
+use crate::random_towns::region;
+
+const CELL: u32 = 100;
+
+/// All files below a directory, by name.
+fn files(dir: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let (mut open, mut files) = (vec![dir.to_path_buf()], BTreeMap::new());
+    while let Some(next) = open.pop() {
+        for entry in fs::read_dir(next).unwrap().map(Result::unwrap) {
+            match entry.file_type().unwrap().is_dir() {
+                true => open.push(entry.path()),
+                false => drop(
+                    files
+                        .insert(entry.path().strip_prefix(dir).unwrap().to_path_buf(), fs::read(entry.path()).unwrap()),
+                ),
+            }
+        }
+    }
+    files
+}
+
+fn in_one_piece(input: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let dir = tempfile::tempdir().unwrap();
+    build(input, &LayoutOptions::default()).unwrap().write_cells(&dir.path().join("map"), CELL).unwrap();
+    files(&dir.path().join("map"))
+}
+
+fn in_tiles(input: &Path, size: u32) -> BTreeMap<PathBuf, Vec<u8>> {
+    let dir = tempfile::tempdir().unwrap();
+    let map = dir.path().join("map");
+    let tiles = TileOptions { size, cell: CELL, margin: MARGIN };
+    let tiled = build_tiles(input, &map, tiles, &LayoutOptions::default(), &|_| ()).unwrap();
+    println!("{}: {} tiles of {size} m", input.display(), tiled.tiles);
+    assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1, "something is left beside the map");
+    files(&map)
+}
+
+#[track_caller]
+fn is_same(whole: &BTreeMap<PathBuf, Vec<u8>>, tiles: &BTreeMap<PathBuf, Vec<u8>>, what: &str) {
+    assert!(whole.keys().eq(tiles.keys()), "{what}: {} files in one piece, {} in tiles", whole.len(), tiles.len());
+    let differ: Vec<&PathBuf> =
+        whole.iter().filter(|(name, bytes)| tiles[*name] != **bytes).map(|(name, _)| name).collect();
+    assert!(differ.is_empty(), "{what}: {} of {} files differ: {:?}", differ.len(), whole.len(), differ.first());
+}
+
+fn holds_for(extract: &str, sizes: &[u32]) {
+    let Some(input) = shared(extract) else { return };
+    let whole = in_one_piece(&input);
+    for size in sizes {
+        is_same(&whole, &in_tiles(&input, *size), &format!("{extract} in tiles of {size} m"));
+    }
+}
+
+#[test]
+fn an_extract_in_tiles_is_the_extract_in_one_piece() {
+    holds_for("corpus/osm/neukolln.osm", &[800, 1100]);
+    holds_for("corpus/osm/tempe_split.osm", &[900]);
+    holds_for("corpus/osm/borough_sausage_links.osm", &[800]);
+    if soak() {
+        holds_for("corpus/osm/monaco.osm", &[900, 2000]);
+        holds_for("corpus/osm/harrisburg.osm", &[1000]);
+        holds_for("corpus/osm_more/krems.osm", &[2000]);
+        holds_for("corpus/osm_more/leeds_cycleway.osm", &[1000]);
+    }
+}
+
+/// Towns that hang together, some of them kilometres apart: what one of them decides must not reach the other.
+#[test]
+fn random_towns_in_tiles_are_those_in_one_piece() {
+    let dir = tempfile::tempdir().unwrap();
+    let input = dir.path().join("region.osm");
+    for seed in 0..if soak() { 40 } else { 2 } {
+        fs::write(&input, region(seed)).unwrap();
+        let size = [1300, 900, 800][seed as usize % 3];
+        is_same(&in_one_piece(&input), &in_tiles(&input, size), &format!("region {seed} in tiles of {size} m"));
+    }
+}
+
+#[test]
+fn a_file_says_the_same_block_by_block() {
+    for name in ["corpus/osm/harrisburg.osm.pbf", "corpus/osm/monaco.osm"] {
+        let Some(input) = shared(name) else { continue };
+        let whole = read_file(&input).unwrap();
+        let mut blocks = DataBlocks::open(&input).unwrap();
+        let (mut nodes, mut ways, mut relations, mut bounds) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        while let Some(block) = blocks.next_block().unwrap() {
+            nodes.extend(block.nodes.into_iter().map(|node| (node.id, node.position, node.tags)));
+            ways.extend(block.ways.into_iter().map(|way| (way.id, way.nodes, way.tags)));
+            relations.extend(block.relations.into_iter().map(|one| (one.id, one.members, one.tags)));
+            bounds.extend(block.bounds);
+        }
+        assert!(
+            nodes.into_iter().eq(whole.nodes.into_iter().map(|node| (node.id, node.position, node.tags))),
+            "{name}"
+        );
+        assert!(ways.into_iter().eq(whole.ways.into_iter().map(|way| (way.id, way.nodes, way.tags))), "{name}");
+        assert!(
+            relations.into_iter().eq(whole.relations.into_iter().map(|one| (one.id, one.members, one.tags))),
+            "{name}"
+        );
+        let named = if bounds.is_empty() { vec![Extent::EARTH] } else { bounds };
+        assert_eq!(named, whole.bounds, "{name}");
+    }
+}
