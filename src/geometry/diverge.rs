@@ -16,18 +16,18 @@ pub struct Room {
     skip: f64,
     /// The largest change of direction, degrees, where the line leaves the other.
     bend: f64,
-    /// The side of the other line on which the line belongs, 1 left, -1 right; 0 where only the lines themselves tell.
-    side: f64,
+    /// The side of the other line on which the line belongs, 1 left, -1 right; `None` where only the lines themselves tell.
+    side: Option<f64>,
 }
 
 impl Room {
     /// For any two lines.
-    pub const USUAL: Self = Self { diverged: 0.3, overlap: 0.1, skip: 0.5, bend: 10.0, side: 0.0 };
+    pub const USUAL: Self = Self { diverged: 0.3, overlap: 0.1, skip: 0.5, bend: 10.0, side: None };
 
     /// For the lines between two lanes that part, of which this one belongs to the left or the right lane: neither lane may lie on
     /// the other, though it becomes narrower.
     pub const fn parting(left: bool) -> Self {
-        Self { diverged: 1.2, overlap: 1.0, skip: 5.0, bend: 30.0, side: if left { 1.0 } else { -1.0 } }
+        Self { diverged: 1.2, overlap: 1.0, skip: 5.0, bend: 30.0, side: Some(if left { 1.0 } else { -1.0 }) }
     }
 }
 /// The distance between places where two lines are compared, metres.
@@ -93,22 +93,22 @@ struct Walk {
 }
 
 impl Walk {
-    /// `None` if one line ends before both have diverged.
+    /// `None` if one line ends before both have diverged and it is not known on which side of the other the line belongs.
     fn new(line: &Measured, other: &Measured, room: Room) -> Option<Self> {
         let mut walk = Self::default();
         let mut segment = 0;
         for station in merged(&line.stations[1..], line.length().min(other.length())) {
             walk.foot = walk.foot.next(other, line.at(station, &mut segment));
             if walk.foot.station >= other.length() - EXACT {
-                return (room.side != 0.0).then_some(walk);
+                return room.side.map(|_| walk);
             }
             walk.record(station);
-            let offset = if room.side == 0.0 { walk.foot.offset.abs() } else { walk.foot.offset * room.side };
-            if offset > room.diverged {
+            let offset = walk.foot.offset;
+            if room.side.map_or(offset.abs(), |side| offset * side) > room.diverged {
                 return Some(walk);
             }
         }
-        (room.side != 0.0).then_some(walk)
+        room.side.map(|_| walk)
     }
 
     /// Records the foot of a station of the line.
@@ -126,7 +126,7 @@ impl Walk {
 
     /// The overlap to remove.
     fn overlap(&self, room: Room) -> Option<Overlap> {
-        let side = if room.side == 0.0 { self.foot.offset.signum() } else { room.side };
+        let side = room.side.unwrap_or(self.foot.offset.signum());
         let (overlap, depth) = match side > 0.0 {
             true => (self.overlaps[0], -self.offsets[0]),
             false => (self.overlaps[1], self.offsets[1]),

@@ -1,14 +1,15 @@
 //! PBF files around blocks of any content, so that faults lie inside the block and not in its packing.
 
 /// One field of a protocol buffer: bytes under a number.
-fn field(number: u8, bytes: &[u8]) -> Vec<u8> {
+pub fn field(number: u8, bytes: &[u8]) -> Vec<u8> {
     let mut out = vec![number << 3 | 2];
     out.extend(varint(bytes.len() as u64));
     out.extend_from_slice(bytes);
     out
 }
 
-fn varint(mut value: u64) -> Vec<u8> {
+/// A number in as few bytes as it takes.
+pub fn varint(mut value: u64) -> Vec<u8> {
     let mut out = Vec::new();
     while value >= 0x80 {
         out.push(value as u8 | 0x80);
@@ -18,7 +19,8 @@ fn varint(mut value: u64) -> Vec<u8> {
     out
 }
 
-fn number(at: u8, value: u64) -> Vec<u8> {
+/// One field of a protocol buffer: a number under a number.
+pub fn number(at: u8, value: u64) -> Vec<u8> {
     [vec![at << 3], varint(value)].concat()
 }
 

@@ -12,6 +12,7 @@ use flate2::write::{GzEncoder, ZlibEncoder};
 
 use crate::common::program::command;
 use crate::common::root;
+use crate::pbf_fields::{field, number};
 
 /// What no refused input may take, bytes.
 const MOST: u64 = 500_000_000;
@@ -139,27 +140,12 @@ fn more_than_max_input_is_refused_with_a_way_out() {
     assert_eq!(run(dir.path(), &["check", "maps/1.osm", "--max-input", &one]).code, 0);
 }
 
-fn varint(mut value: u64) -> Vec<u8> {
-    let mut out = Vec::new();
-    while value >= 0x80 {
-        out.push(value as u8 | 0x80);
-        value >>= 7;
-    }
-    out.push(value as u8);
-    out
-}
-
-/// One field of a protocol buffer: bytes under a number.
-fn field(number: u8, bytes: &[u8]) -> Vec<u8> {
-    [vec![number << 3 | 2], varint(bytes.len() as u64), bytes.to_vec()].concat()
-}
-
 /// A blob that says it has so many bytes, packed, and its header, which says so many.
 fn blob(kind: &str, content: impl Read, unpacked: u64, stored: Option<u64>) -> Vec<u8> {
     let mut packed = ZlibEncoder::new(Vec::new(), Compression::fast());
     io::copy(&mut { content }, &mut packed).unwrap();
-    let body = [vec![2 << 3], varint(unpacked), field(3, &packed.finish().unwrap())].concat();
-    let header = [field(1, kind.as_bytes()), vec![3 << 3], varint(stored.unwrap_or(body.len() as u64))].concat();
+    let body = [number(2, unpacked), field(3, &packed.finish().unwrap())].concat();
+    let header = [field(1, kind.as_bytes()), number(3, stored.unwrap_or(body.len() as u64))].concat();
     [&(header.len() as u32).to_be_bytes()[..], &header, &body].concat()
 }
 

@@ -9,6 +9,9 @@ mod common;
 mod divided;
 mod hostile_input;
 mod pbf;
+#[path = "../fault_injection/pbf.rs"]
+#[allow(dead_code, reason = "other tests make sound files with it")]
+mod pbf_fields;
 mod tier4;
 mod tiles;
 #[cfg(unix)]

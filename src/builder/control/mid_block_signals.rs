@@ -13,6 +13,7 @@ use crate::builder::lanes::road_cut::{
 use crate::builder::lanes::types::{Lanes, RoadLane};
 use crate::builder::layout::map_layout::IntersectionLanelets;
 use crate::builder::map::map_builder::MapBuilder;
+use crate::builder::network::approach_control::{Control, sign_at};
 use crate::builder::network::{End, Intersection, RoadEnd, RoadIx, RoadNetwork};
 use crate::builder::streets::heights::Ground;
 use crate::builder::tags::road_class::DrivingSide;
@@ -21,7 +22,6 @@ use crate::geometry::{angle_between, left_of};
 use crate::lanelet::right_of_way::OPPOSITE;
 
 use super::{BEHIND, LightShape, PAINTED_LINE, add_light, light_element, stop_line};
-use crate::builder::network::approach_control::{Control, sign_at};
 
 /// The least distance between the stop line and the crosswalk, metres.
 const GAP_LEAST: f64 = 0.5;

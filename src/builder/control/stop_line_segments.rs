@@ -9,13 +9,13 @@ use crate::builder::lanes::road_cut::{ConnectionLines, STOP_GAP};
 use crate::builder::lanes::types::{Arm, Lanes, RoadPiece, SplitReason};
 use crate::builder::layout::map_layout::IntersectionLanelets;
 use crate::builder::map::map_builder::MapBuilder;
+use crate::builder::network::approach_control::{Control, sign_at};
 use crate::builder::network::road_end::at_depth;
 use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadIx, RoadNetwork};
 use crate::builder::tags::marking::before_stop;
 use crate::parallel::Finely;
 
 use super::mid_block_signals::SignalisedCrossing;
-use crate::builder::network::approach_control::{Control, sign_at};
 use lanelet_split::{EdgeMarkings, LaneletSplitter, RepaintedSegment, RoadSplits, StopApproach, split_lanes};
 
 use rayon::prelude::*;

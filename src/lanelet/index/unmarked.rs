@@ -46,10 +46,11 @@ impl MapIndex<'_> {
         let mut cars_cross: Vec<(usize, usize)> = Vec::new();
         let (sure, doubtful): (Vec<_>, Vec<_>) =
             self.meetings().into_iter().partition(|&(x, y)| self.ends_with(x, y) || self.is_on_one_level(x, y));
+        let are_for_cars = |x: usize, y: usize| [x, y].iter().all(|&lane| self.lanes[lane].is_for_cars());
         for (x, y) in sure {
             groups.join(x, y);
             taking_part.extend([x, y]);
-            if [x, y].iter().all(|&lane| self.lanes[lane].is_for_cars()) {
+            if are_for_cars(x, y) {
                 cars_meet.insert(x);
                 cars_cross.extend((!self.ends_with(x, y)).then_some((x, y)));
             }
@@ -57,7 +58,7 @@ impl MapIndex<'_> {
         // Two lanes that meet others here are not on different levels.
         for (x, y) in doubtful.into_iter().filter(|(x, y)| taking_part.contains(x) && taking_part.contains(y)) {
             groups.join(x, y);
-            cars_cross.push((x, y));
+            cars_cross.extend(are_for_cars(x, y).then_some((x, y)));
         }
         self.add_company(&mut groups, &mut taking_part);
         let mut members: Vec<usize> = taking_part.into_iter().collect();
