@@ -30,18 +30,21 @@ pub struct Group {
 }
 
 /// Groups findings, each given by severity, code and message: the worst first; of one severity, what is wrong with the file
-/// itself before the rest, then the codes with most findings, then the groups with most. Ties are in the order of the run.
+/// itself before the rest, then the rules with most findings, of a rule the codes with most, then the groups with most. Ties are
+/// in the order of the run.
 pub fn groups<'a>(
     findings: impl IntoIterator<Item = (Severity, &'a str, &'a str)>,
     requirements: &[&Requirement],
 ) -> Vec<Group> {
     let mut seen: FxHashMap<(Severity, &str, Vec<&str>), Alike<'_>> = FxHashMap::default();
     let mut of_code: FxHashMap<(Severity, &str), (usize, usize)> = FxHashMap::default();
+    let mut of_rule = of_code.clone();
     for (at, (severity, code, message)) in findings.into_iter().enumerate() {
         let (words, numbers) = pieces(message);
         let alike = seen.entry((severity, code, words));
         alike.or_insert_with(|| Alike { numbers: numbers.clone(), members: Vec::new() }).add(at, &numbers);
         of_code.entry((severity, code)).or_insert((0, at)).0 += 1;
+        of_rule.entry((severity, split_code(code).0)).or_insert((0, at)).0 += 1;
     }
     let in_file = |code: &str| {
         let rule = split_code(code).0;
@@ -49,8 +52,9 @@ pub fn groups<'a>(
     };
     let mut groups: Vec<_> = seen.into_iter().collect();
     groups.sort_by_cached_key(|((severity, code, _), Alike { members, .. })| {
-        let (count, first) = of_code[&(*severity, *code)];
-        let rank = (Reverse(*severity), !in_file(code), Reverse(count), first);
+        let most = |(count, first): (usize, usize)| (Reverse(count), first);
+        let (rule, code_rank) = (of_rule[&(*severity, split_code(code).0)], of_code[&(*severity, *code)]);
+        let rank = (Reverse(*severity), !in_file(code), most(rule), most(code_rank));
         (rank, Reverse(members.len()), members[0])
     });
     let group = |((severity, code, words), alike): ((_, &str, Vec<&str>), Alike<'_>)| Group {
@@ -163,5 +167,13 @@ mod tests {
             ("Lane 1 is 2 m wide.", vec![0]),
         ];
         assert_eq!(told, expected.map(|(sentence, members)| (sentence.to_owned(), members)));
+    }
+
+    #[test]
+    fn the_codes_of_a_rule_stay_together() {
+        let found = ["a/few", "b/many", "b/many", "a/most", "a/most", "a/most", "c/one"];
+        let found = found.map(|code| (Severity::Warning, code, "It is wrong."));
+        let told: Vec<String> = groups(found, &[]).into_iter().map(|one| one.code).collect();
+        assert_eq!(told, ["a/most", "a/few", "b/many", "c/one"]);
     }
 }
