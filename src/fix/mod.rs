@@ -74,16 +74,21 @@ pub fn mend<E>(
         if open.is_empty() {
             break;
         }
-        // What does not load goes first: most of what else is found may only follow from it.
-        let loading: Vec<Proposal> = open.iter().filter(|one| is_of_the_file(&one.mend)).cloned().collect();
-        let batch = if loading.is_empty() { open } else { loading };
-        let renumbered = round(&mut state, &mut tried, batch, &judge)?;
+        let renumbered = round(&mut state, &mut tried, first_of(open), &judge)?;
         known = known.renumbered(&renumbered);
     }
     state.revealed = known.exceeded_by(&state.left).len();
     state.unsafe_left =
         state.left.iter().filter(|found| found.finding.fix.as_ref().is_some_and(|fix| !fix.safe)).count();
     Ok(state)
+}
+
+/// The fixes that go first: those of what does not load, since most of what else is found may only follow from it; then the
+/// safe ones, which are not to share the blame for what an assumption does; then the others.
+fn first_of(open: Vec<Proposal>) -> Vec<Proposal> {
+    let rank = |one: &Proposal| if is_of_the_file(&one.mend) { 0 } else { 1 + u8::from(!one.fix.safe) };
+    let first = open.iter().map(rank).min();
+    open.into_iter().filter(|one| Some(rank(one)) == first).collect()
 }
 
 /// Makes those fixes of a batch that do no harm together; gives back the new ids of elements. At the least one fix is kept or

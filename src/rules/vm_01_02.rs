@@ -8,7 +8,7 @@ use serde::Deserialize;
 
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
-use crate::lanelet::{Attributes, Bound, LaneletId, LineStringId};
+use crate::lanelet::{Attributes, Bound, Lanelet, LaneletId, LineStringId};
 
 use super::Rule;
 
@@ -34,8 +34,43 @@ impl Rule for LaneChange {
             .filter(|lanelet| lefts.contains(&side(lanelet.right)))
             .map(|lanelet| (lanelet.right.line, lanelet.id))
             .collect();
-        between.into_iter().filter_map(|(line, lanelet)| judge(map, params, line, lanelet)).collect()
+        let beside = map
+            .map
+            .lanelets
+            .iter()
+            .filter(|lanelet| drives(lanelet))
+            .flat_map(|lanelet| [lanelet.left, lanelet.right].map(|bound| (bound.line, lanelet.id)));
+        let others: BTreeMap<LineStringId, LaneletId> =
+            beside.filter(|(line, _)| !between.contains_key(line)).collect();
+        let between = between.into_iter().filter_map(|(line, lanelet)| judge(map, params, line, lanelet));
+        let others = others.into_iter().filter_map(|(line, lanelet)| judge_other(map, line, lanelet));
+        between.chain(others).collect()
     }
+}
+
+/// Whether wheels drive on a lanelet; nobody changes lanes on a walkway.
+fn drives(lanelet: &Lanelet) -> bool {
+    matches!(
+        lanelet.attributes.get("subtype"),
+        Some("road" | "highway" | "bus_lane" | "bicycle_lane" | "road_shoulder")
+    )
+}
+
+/// Says where a line that no two lanes of one direction share leaves it to its paint whether it may be crossed.
+fn judge_other(map: &MapIndex, line: LineStringId, lanelet: LaneletId) -> Option<Finding> {
+    let tags = &map.map.linestrings.get(line)?.attributes;
+    let tells =
+        tags.get("lane_change").is_some() || !matches!(tags.get("type"), Some("line_thin" | "line_thick" | "virtual"));
+    if tells {
+        return None;
+    }
+    let on = Subject::LineString(line.0);
+    let message =
+        format!("Linestring {line} at the side of a lane does not say whether it may be crossed; its paint decides.");
+    let finding = Finding::new("lane-change-implied", on, message).with(Subject::Lanelet(lanelet.0), "lane");
+    let value = value_of_paint(tags);
+    let edits = vec![Edit::SetTag { on, key: "lane_change".into(), value: value.into() }];
+    Some(finding.fixed_by(format!("set lane_change={value}, as its paint says"), true, edits))
 }
 
 fn judge(map: &MapIndex, params: &Params, line: LineStringId, lanelet: LaneletId) -> Option<Finding> {
@@ -50,12 +85,13 @@ fn judge(map: &MapIndex, params: &Params, line: LineStringId, lanelet: LaneletId
     let message = format!("Linestring {line} between two lanes of one direction has {what}; it must be yes or no.");
     let finding = Finding::new(fault, on, message).with(Subject::Lanelet(lanelet.0), "lane");
     // The value that Lanelet2 reads out of the paint, so that no route changes; a word that is there may mean something else.
-    let (value, safe) = (if painted_for_change(tags) { "yes" } else { "no" }, fault == "lane-change-missing");
+    let (value, safe) = (value_of_paint(tags), fault == "lane-change-missing");
     let edits = vec![Edit::SetTag { on, key: "lane_change".into(), value: value.into() }];
     Some(finding.fixed_by(format!("set lane_change={value}, as its paint says"), safe, edits))
 }
 
-/// Whether the paint alone allows a lane change, as Lanelet2 reads it: a dashed line.
-fn painted_for_change(tags: &Attributes) -> bool {
-    matches!(tags.get("type"), Some("line_thin" | "line_thick")) && tags.is("subtype", "dashed")
+/// The `lane_change` that Lanelet2 reads from the paint: `yes` over a dashed line.
+fn value_of_paint(tags: &Attributes) -> &'static str {
+    let dashed = matches!(tags.get("type"), Some("line_thin" | "line_thick")) && tags.is("subtype", "dashed");
+    if dashed { "yes" } else { "no" }
 }

@@ -38,6 +38,7 @@ const ALL: &[&str] = &[
     "turn a light around",
     "drop a light's height",
     "drop lane_change between lanes",
+    "drop lane_change of a middle line",
 ];
 
 /// What came of a kind: mutations, clean maps after safe fixes, after all fixes, and where a map was left that should not be.

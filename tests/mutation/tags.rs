@@ -67,6 +67,7 @@ pub const KINDS: &[Kind] = &[
     tag!("misplace a lane", &["vm-01-01/location"], relation, plain, "location", &["rural", ""]),
     tag!("let a lane be two-way", &["vm-01-01/one-way"], relation, plain, "one_way", &["no", "true"]),
     tag!("drop lane_change between lanes", &["vm-01-02/lane-change-missing"], way, between, "lane_change", &[]),
+    tag!("drop lane_change of a middle line", &["vm-01-02/lane-change-implied"], way, middle, "lane_change", &[]),
     tag!("misspell lane_change", &["vm-01-02/lane-change-invalid"], way, between, "lane_change", &["maybe", "Yes"]),
     tag!("forbid to cross a dashed line", &["health/lane-change-paint"], way, dashed, "lane_change", &["no"]),
     tag!(
@@ -359,6 +360,14 @@ fn between(map: &Draft) -> Vec<i64> {
     let lanes: Vec<[i64; 2]> =
         plain(map).iter().filter_map(|id| map.relations.iter().find(|one| one.id == *id)).map(bounds).collect();
     lanes.iter().map(|lane| lane[1]).filter(|way| lanes.iter().any(|lane| lane[0] == *way)).collect()
+}
+
+/// Painted lines between two lanes of opposite directions.
+fn middle(map: &Draft) -> Vec<i64> {
+    let lefts: Vec<i64> =
+        map.lanelets().filter(|one| one.tags.is("subtype", "road")).map(|one| bounds(one)[0]).collect();
+    let is_shared = |way: &i64| lefts.iter().filter(|left| *left == way).count() == 2;
+    of_type(map, "line_thin").into_iter().filter(is_shared).collect()
 }
 
 fn dashed(map: &Draft) -> Vec<i64> {
