@@ -153,12 +153,16 @@ pub enum Edit {
     InsertVertex { way: Subject, position: usize, point: i64 },
     /// Remove the vertex at the given position of a way.
     RemoveVertex { way: Subject, position: usize },
+    /// Let a way run over these points and no others.
+    SetVertices { way: Subject, points: Vec<i64> },
     /// Turn a way around: its first vertex becomes its last.
     ReverseWay { way: Subject },
     /// Use another way as a bound of a lanelet.
     ReplaceWay { lanelet: i64, from: i64, to: i64 },
     /// Put a point at latitude and longitude.
     SetPlace { point: i64, place: LonLat },
+    /// Put a point on the straight from one point to another, at this share (0..=1) of the way.
+    PlaceBetween { point: i64, from: i64, to: i64, share: f64 },
     /// Of elements that have one id, remove the nth (from 0, in file order) and leave all references as they are.
     RemoveRepeat { on: Subject, nth: usize },
     /// Give the nth element of this id (from 0, in file order) one that is free, and say so in these that refer to it; in
@@ -168,6 +172,8 @@ pub enum Edit {
     Remove { subject: Subject },
     /// Create a relation with a fresh id and let the lanelets refer to it.
     CreateRegulatoryElement { subtype: Text, members: Vec<(Text, Subject)>, referrers: Vec<i64> },
+    /// Draw a stop line with a fresh id over these points, and let an element name it as its `ref_line`.
+    CreateStopLine { points: Vec<i64>, element: Subject },
     /// Draw an `intersection_area` with a fresh id over these points, and name it in the tags of these lanelets.
     CreateArea { points: Vec<i64>, lanelets: Vec<i64> },
 }

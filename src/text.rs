@@ -17,3 +17,9 @@ pub struct SourceSpan {
     /// Byte offset behind the element's last `>`.
     pub end: u64,
 }
+
+/// A number of things with the word for one: `1 lanelet`, `2 lanelets`.
+pub fn counted(count: usize, one: &str) -> String {
+    let s = if count == 1 { "" } else { "s" };
+    format!("{count} {one}{s}")
+}

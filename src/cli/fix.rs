@@ -61,10 +61,12 @@ fn fixed(map: &Path, config: &ConfigArgs, unsafe_too: bool) -> Result<Fixed, Fai
 
 fn told(mended: &Mended) -> String {
     let mut text = String::new();
-    for (word, mends) in [("fixed", &mended.done), ("not kept", &mended.refused)] {
-        for mend in mends {
-            text += &format!("{word}[{}] {}: {}\n", mend.code, mend.subject, visible(&mend.title));
-        }
+    for mend in &mended.done {
+        text += &format!("fixed[{}] {}: {}\n", mend.code, mend.subject, visible(&mend.title));
+    }
+    for (mend, reason) in &mended.refused {
+        let reason = visible(reason.trim_end_matches('.'));
+        text += &format!("not kept[{}] {}: {} ({reason})\n", mend.code, mend.subject, visible(&mend.title));
     }
     let count = |severity| mended.left.iter().filter(|one| one.severity == severity).count();
     text += &format!("{} fixed", mended.done.len());

@@ -16,8 +16,8 @@ const REACH: f64 = 60.0;
 /// What is to happen to the fixes of a batch, by their positions; nothing, where the batch does no harm.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Verdict {
-    /// They do harm, or mend nothing, and nothing else can be the cause.
-    pub refused: Vec<usize>,
+    /// They do harm, or mend nothing, and nothing else can be the cause: each with the reason.
+    pub refused: Vec<(usize, String)>,
     /// Some of these do, together with others: they are tried again without those.
     pub put_off: Vec<usize>,
 }
@@ -27,14 +27,22 @@ pub fn verdict(before: &[Diagnostic], attempt: &Attempt) -> Verdict {
     let Attempt { left: after, done, .. } = attempt;
     let mut groups: Vec<Vec<usize>> = Vec::new();
     let fixes = ByPlace::of(done);
+    let mut reasons: FxHashMap<usize, String> = FxHashMap::default();
     for error in new_errors(before, attempt) {
-        groups.push(fixes.near(error));
+        let near = fixes.near(error);
+        if let [only] = near[..] {
+            reasons.entry(only).or_insert_with(|| format!("it brings {}: {}", error.code, error.finding.message));
+        }
+        groups.push(near);
     }
     groups.extend(without_effect(before, after, done).into_iter().map(|at| vec![at]));
     let mut verdict = Verdict::default();
     for group in united(groups, done.len()) {
         match group[..] {
-            [only] => verdict.refused.push(only),
+            [only] => {
+                let reason = reasons.remove(&only).unwrap_or_else(|| "the finding stays".to_owned());
+                verdict.refused.push((only, reason));
+            }
             _ => verdict.put_off.extend(second_half(group, done)),
         }
     }

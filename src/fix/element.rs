@@ -5,8 +5,10 @@ use quick_xml::escape::escape;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
-use crate::osm::{ElementKind, attribute};
+use crate::osm::{ElementKind, attribute, fixed};
 
+/// Decimals of latitude and longitude: a micrometre.
+const DECIMALS: usize = 11;
 /// The indentation of children relative to their element, where no child shows it.
 const INDENT: &str = "  ";
 
@@ -152,6 +154,13 @@ impl Element {
         }
     }
 
+    /// Sets latitude and longitude, degrees.
+    pub fn set_place(&mut self, lat: f64, lon: f64) {
+        for (name, value) in [("lat", lat), ("lon", lon)] {
+            self.set_attribute(name, &fixed(value, DECIMALS));
+        }
+    }
+
     /// Sets a tag where it is, else behind all children.
     pub fn set_tag(&mut self, key: &str, value: &str) {
         let text = format!("<tag k=\"{}\" v=\"{}\"/>", escape(key), escape(value));
@@ -209,6 +218,19 @@ impl Element {
         let before = self.items.len();
         self.items.retain(|item| item.vertex != Some(position));
         self.items.len() < before
+    }
+
+    /// Replaces all vertices by these, where the first one was.
+    pub fn set_vertices(&mut self, points: &[i64]) {
+        let is_vertex = |item: &Item| matches!(item.child, Child::Vertex(_));
+        let at = self.items.iter().position(is_vertex).unwrap_or(0);
+        let lead = self.lead();
+        self.items.retain(|item| !is_vertex(item));
+        let vertices = points.iter().map(|&point| {
+            let child = Child::Vertex(point);
+            Item { lead: lead.clone(), text: child_text(&child), child, vertex: None }
+        });
+        self.items.splice(at..at, vertices);
     }
 
     /// Turns the order of the vertices around; blanks and line ends stay where they are.

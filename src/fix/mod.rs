@@ -29,8 +29,8 @@ pub struct Mended {
     pub left: Vec<Diagnostic>,
     /// What was done, in order.
     pub done: Vec<Mend>,
-    /// What was tried and not kept: it brought a new error, or did not mend what it was for.
-    pub refused: Vec<Mend>,
+    /// What was tried and not kept, each with the reason: it brought a new error, or did not mend what it was for.
+    pub refused: Vec<(Mend, String)>,
     /// How many of the findings left have a fix that needs a look first.
     pub unsafe_left: usize,
     /// How many errors are told only now, since rules look at the intersections that were marked.
@@ -66,13 +66,20 @@ pub fn mend<E>(
     let mut state = Mended { osm, left, done: Vec::new(), refused: Vec::new(), unsafe_left: 0, revealed: 0 };
     // Nothing is tried twice, so that two fixes cannot undo each other for ever.
     let mut tried: FxHashSet<Mend> = FxHashSet::default();
+    let mut done_before = 0;
     loop {
         cancel::look();
         let open = state.left.iter().filter_map(Proposal::of);
         let open: Vec<Proposal> =
             open.filter(|one| (one.fix.safe || unsafe_too) && !tried.contains(&one.mend)).collect();
         if open.is_empty() {
-            break;
+            if state.refused.is_empty() || state.done.len() == done_before {
+                break;
+            }
+            // What did harm may do none now that others are done; so a second run finds nothing to do.
+            done_before = state.done.len();
+            state.refused.drain(..).for_each(|(mend, _)| _ = tried.remove(&mend));
+            continue;
         }
         let renumbered = round(&mut state, &mut tried, first_of(open), &judge)?;
         known = known.renumbered(&renumbered);
@@ -102,7 +109,8 @@ fn round<E>(
     while !batch.is_empty() {
         let Some(attempt) = attempt(state, &batch, judge)? else {
             // Not one of them can be made, though nothing else is changed.
-            refuse(state, tried, batch);
+            let all = batch.into_iter().map(|one| (one.mend, "it cannot be made".to_owned()));
+            refuse(state, tried, all);
             break;
         };
         let verdict = blame::verdict(&state.left, &attempt);
@@ -116,7 +124,8 @@ fn round<E>(
         let mut take = |places: &[usize]| -> Vec<Proposal> {
             places.iter().filter_map(|&at| of_each.get_mut(at)?.take()).collect()
         };
-        let refused = take(&verdict.refused);
+        let (refused, reasons): (Vec<usize>, Vec<String>) = verdict.refused.into_iter().unzip();
+        let refused = take(&refused).into_iter().map(|one| one.mend).zip(reasons);
         take(&verdict.put_off);
         refuse(state, tried, refused);
         batch = of_each.into_iter().flatten().collect();
@@ -124,12 +133,9 @@ fn round<E>(
     Ok(FxHashMap::default())
 }
 
-fn refuse(state: &mut Mended, tried: &mut FxHashSet<Mend>, refused: Vec<Proposal>) {
-    for Proposal { mend, .. } in refused {
-        if tried.insert(mend.clone()) {
-            state.refused.push(mend);
-        }
-    }
+fn refuse(state: &mut Mended, tried: &mut FxHashSet<Mend>, refused: impl Iterator<Item = (Mend, String)>) {
+    let fresh = refused.filter(|(mend, _)| tried.insert(mend.clone()));
+    state.refused.extend(fresh);
 }
 
 /// Whether a fix mends the file itself, before anything in it means something.

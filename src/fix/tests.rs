@@ -151,7 +151,9 @@ fn judge(osm: &OsmData) -> Result<Vec<Diagnostic>, std::convert::Infallible> {
 fn a_fix_that_brings_an_error_is_not_kept() {
     let mended = mend(read(MAP), false, judge).unwrap();
     assert_eq!(mended.done.iter().map(|mend| mend.subject).collect::<Vec<_>>(), [Subject::Point(1)]);
-    assert_eq!(mended.refused.iter().map(|mend| mend.subject).collect::<Vec<_>>(), [Subject::Point(3)]);
+    let refused: Vec<(Subject, &str)> =
+        mended.refused.iter().map(|(mend, reason)| (mend.subject, reason.as_str())).collect();
+    assert_eq!(refused, [(Subject::Point(3), "it brings node/no-ele: It is so.")]);
     assert_eq!(mended.left.len(), 1);
     assert!(mended.osm.node(1).unwrap().tags.is("ele", "0"));
     assert!(mended.osm.node(3).unwrap().tags.is_empty());

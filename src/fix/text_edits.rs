@@ -6,13 +6,10 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::element::{Child, Element};
 use crate::diagnostic::{Edit, Fix, SourceSpan, Subject};
-use crate::osm::{ElementKind, OddityKind, OsmData, fixed};
+use crate::osm::{ElementKind, OddityKind, OsmData, Tags};
 
 /// An element of a file: its kind and its id.
 pub type Key = (ElementKind, i64);
-
-/// Decimals of latitude and longitude: a micrometre.
-const DECIMALS: usize = 11;
 
 /// A part of an element that an edit claims.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -171,6 +168,14 @@ impl<'a> TextEdits<'a> {
         match edit {
             Edit::SetTag { on, key, .. } | Edit::RemoveTag { on, key } => part(*on, Part::Tag(key.to_string())),
             Edit::SetPlace { point, .. } => part(Subject::Point(*point), Part::Place),
+            Edit::PlaceBetween { point, from, to, .. } => {
+                part(Subject::Point(*point), Part::Place);
+                named.extend([from, to].map(|id| (ElementKind::Node, *id)));
+            }
+            Edit::CreateStopLine { points, element } => {
+                part(*element, Part::Created("stop_line".to_owned()));
+                named.extend(points.iter().map(|id| (ElementKind::Node, *id)));
+            }
             Edit::AddMember { on, member, .. }
             | Edit::RemoveMember { on, member, .. }
             | Edit::SetRole { on, member, .. } => {
@@ -184,6 +189,10 @@ impl<'a> TextEdits<'a> {
                 named.push((ElementKind::Node, *point));
             }
             Edit::RemoveVertex { way, position } => part(*way, Part::Vertex(*position)),
+            Edit::SetVertices { way, points } => {
+                whole.extend(key_of(*way));
+                named.extend(points.iter().map(|id| (ElementKind::Node, *id)));
+            }
             Edit::MergePoints { from, to } => {
                 let from = (ElementKind::Node, *from);
                 whole.extend([from, (ElementKind::Node, *to)]);
@@ -253,6 +262,7 @@ impl<'a> TextEdits<'a> {
                 done(self.element(*way)?.insert_vertex(*position, *point))?;
             }
             Edit::RemoveVertex { way, position } => done(self.element(*way)?.remove_vertex(*position))?,
+            Edit::SetVertices { way, points } => self.element(*way)?.set_vertices(points),
             Edit::ReplaceWay { lanelet, from, to } => {
                 let other = |child: &Child| match child {
                     Child::Member(ElementKind::Way, id, role) if id == from => {
@@ -264,12 +274,11 @@ impl<'a> TextEdits<'a> {
             }
             Edit::ReverseWay { way } => self.element(*way)?.reverse_vertices(),
             Edit::Remove { subject } => self.remove(key_of(*subject)?)?,
-            Edit::SetPlace { point, place } => {
-                let element = self.element(Subject::Point(*point))?;
-                for (name, value) in [("lat", place.lat), ("lon", place.lon)] {
-                    let degrees = fixed(value, DECIMALS);
-                    element.set_attribute(name, &degrees);
-                }
+            Edit::SetPlace { point, place } => self.element(Subject::Point(*point))?.set_place(place.lat, place.lon),
+            Edit::PlaceBetween { point, from, to, share } => self.place_between(*point, [*from, *to], *share)?,
+            Edit::CreateStopLine { points, element } => {
+                let line = self.create_way(points, &[("type", "stop_line"), ("subtype", "solid")])?;
+                self.element(*element)?.add_member(ElementKind::Way, line, "ref_line");
             }
             Edit::RemoveRepeat { on, nth } => {
                 let span = self.nth(key_of(*on)?, *nth)?;
@@ -376,15 +385,36 @@ impl<'a> TextEdits<'a> {
         Some(())
     }
 
-    fn create_area(&mut self, points: &[i64], lanelets: &[i64]) -> Option<()> {
-        // Autoware reads the id with 32 bits.
+    /// A way of its own; its id fits 32 bits, with which Autoware reads that of an area.
+    fn create_way(&mut self, points: &[i64], tags: &[(&str, &str)]) -> Option<i64> {
         let id = self.fresh(true)?;
         let mut element = Element::new("way", id, "\n  ");
         points.iter().for_each(|point| element.add_vertex(*point));
-        for (key, value) in [("type", AREA), ("area", "yes")] {
-            element.set_tag(key, value);
-        }
+        tags.iter().for_each(|(key, value)| element.set_tag(key, value));
         self.created.push(element);
+        Some(id)
+    }
+
+    /// Moves a point by latitude and longitude, and by local coordinates and height where all three have them.
+    fn place_between(&mut self, point: i64, ends: [i64; 2], share: f64) -> Option<()> {
+        let osm = self.osm;
+        let [from, to] = [osm.node(ends[0])?, osm.node(ends[1])?];
+        let between = |a: f64, b: f64| a + (b - a) * share;
+        let [a, b] = [from.position?, to.position?];
+        let own = &osm.node(point)?.tags;
+        let element = self.element(Subject::Point(point))?;
+        element.set_place(between(a.lat, b.lat), between(a.lon, b.lon));
+        for key in ["local_x", "local_y", "ele"].into_iter().filter(|key| own.has(key)) {
+            let number = |tags: &Tags| tags.get(key)?.trim().parse::<f64>().ok();
+            if let Some((a, b)) = number(&from.tags).zip(number(&to.tags)) {
+                element.set_tag(key, &format!("{:.4}", between(a, b)));
+            }
+        }
+        Some(())
+    }
+
+    fn create_area(&mut self, points: &[i64], lanelets: &[i64]) -> Option<()> {
+        let id = self.create_way(points, &[("type", AREA), ("area", "yes")])?;
         for lanelet in lanelets {
             self.element(Subject::Lanelet(*lanelet))?.set_tag(AREA, &id.to_string());
         }

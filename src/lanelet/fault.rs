@@ -133,7 +133,7 @@ pub enum Condition {
         count: usize,
         /// The ways that have the role.
         ways: Vec<i64>,
-        /// Where there is none: the only way that fits between the lanelets around.
+        /// The only way, of all or of these, that fits between the lanelets around.
         meant: Option<i64>,
     },
     /// Lanelet: a bound has `area=yes` and loads as a polygon.

@@ -115,6 +115,9 @@ fn edited_element(edit: &Edit) -> Option<Subject> {
         | Edit::SetPlace { .. }
         | Edit::CreateRegulatoryElement { .. }
         | Edit::CreateArea { .. }
+        | Edit::SetVertices { .. }
+        | Edit::PlaceBetween { .. }
+        | Edit::CreateStopLine { .. }
         | Edit::ReverseWay { .. } => None,
     }
 }

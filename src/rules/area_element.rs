@@ -7,6 +7,7 @@ use crate::geometry::{Point, polygon};
 use crate::lanelet::index::extent;
 use crate::lanelet::index::view::View;
 use crate::lanelet::{PolygonId, RegulatoryElement};
+use crate::text::counted;
 
 /// Judges polygons and elements of one kind: the type of the ones is the subtype of the others.
 pub fn judge(view: &View, kind: &str) -> Vec<Finding> {
@@ -27,7 +28,7 @@ pub fn unreferenced(view: &View, kind: &str) -> Vec<Finding> {
         if roads.is_empty() {
             return finding;
         }
-        let title = format!("create the {kind} element for the {} lanelets under it", roads.len());
+        let title = format!("create the {kind} element for {} under it", counted(roads.len(), "lanelet"));
         let members = vec![("refers".into(), Subject::Polygon(polygon.id.0))];
         let edit = Edit::CreateRegulatoryElement { subtype: kind.into(), members, referrers: roads };
         finding.fixed_by(title, false, vec![edit])

@@ -1,5 +1,6 @@
 //! Explicit centre lines of lanelets, and how their ends meet the lanes before and after.
 
+use crate::diagnostic::Edit;
 use crate::geometry::{Point, Polyline, Vector, angle_between};
 use crate::lanelet::index::{HEADING_REACH, MapIndex};
 use crate::lanelet::{LineStringId, PointId};
@@ -51,6 +52,11 @@ impl OwnCenterline {
     pub fn heading(&self, end: End) -> Option<Vector> {
         heading(&self.line, end)
     }
+}
+
+/// The edit that puts the end of a centre line into the middle between the two points of an edge.
+pub fn centred(point: PointId, edge: [PointId; 2]) -> Edit {
+    Edit::PlaceBetween { point: point.0, from: edge[0].0, to: edge[1].0, share: 0.5 }
 }
 
 /// The heading of a line over its first or last metres.

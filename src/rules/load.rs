@@ -63,7 +63,9 @@ fn file(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
             found("skipped", format!("{about} loses its member {role}: {kind} {id} did not load."))
         }
         Condition::NotRegulatoryElement { kind, id } => {
-            found("element-type", format!("{about} refers to {kind} {id} as regulatory_element, which it is not."))
+            let finding =
+                found("element-type", format!("{about} refers to {kind} {id} as regulatory_element, which it is not."));
+            without_member(finding, *kind, *id, "regulatory_element")
         }
         Condition::UnknownRelationType { found: kind, meant } => {
             let kind = kind.as_ref().map_or("no type".to_owned(), |kind| format!("type {kind}"));
@@ -95,8 +97,13 @@ fn bounds(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
         Condition::BoundCount { role, count, ways, meant } => {
             let finding = bound_count(subject, *role, *count, ways);
             let Some(way) = meant else { return Some(finding) };
-            let edits =
-                vec![Edit::AddMember { on: subject, role: role.as_str().into(), member: Subject::LineString(*way) }];
+            let (on, role_of) = (subject, || role.as_str().into());
+            if ways.contains(way) {
+                let others = ways.iter().filter(|other| *other != way).map(|&other| Subject::LineString(other));
+                let edits = others.map(|member| Edit::RemoveMember { on, role: role_of(), member }).collect();
+                return Some(finding.fixed_by(format!("leave way {way} alone, the only one that fits"), false, edits));
+            }
+            let edits = vec![Edit::AddMember { on, role: role_of(), member: Subject::LineString(*way) }];
             finding.fixed_by(format!("add way {way} as {role} bound, the only one that fits"), false, edits)
         }
         Condition::BoundIsPolygon { role, way } => {
@@ -161,7 +168,8 @@ fn element(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
         Condition::MemberIsRegulatoryElement { id, role } => {
             let message =
                 format!("Member {role} of {subject} is regulatory element {id}; elements cannot hold each other.");
-            found("re-member-type", message).with(Subject::RegulatoryElement(*id), "member")
+            let finding = found("re-member-type", message).with(Subject::RegulatoryElement(*id), "member");
+            without_member(finding, ElementKind::Relation, *id, role)
         }
         Condition::MemberOfUnknownType { id, role, found: kind } => {
             let kind = kind.as_ref().map_or("no type".to_owned(), |kind| format!("type {kind}"));
@@ -229,14 +237,28 @@ fn with_member_removed(map: &MapIndex, finding: Finding, kind: ElementKind, id: 
         Subject::RegulatoryElement(id) => map.map.regulatory_elements.contains(RegulatoryElementId(id)),
         _ => false,
     };
-    let Some(role) = role.filter(|_| loaded) else { return finding };
+    match role.filter(|_| loaded) {
+        Some(role) => {
+            let edits = vec![removed_member(finding.subject, kind, id, role)];
+            finding.fixed_by(format!("remove the member {kind} {id}"), true, edits)
+        }
+        None => finding,
+    }
+}
+
+/// Adds the fix that removes a member that cannot be one; what was meant in its place is not known.
+fn without_member(finding: Finding, kind: ElementKind, id: i64, role: &str) -> Finding {
+    let edits = vec![removed_member(finding.subject, kind, id, role)];
+    finding.fixed_by(format!("remove the member {kind} {id}"), false, edits)
+}
+
+fn removed_member(on: Subject, kind: ElementKind, id: i64, role: &str) -> Edit {
     let member = match kind {
         ElementKind::Node => Subject::Node(id),
         ElementKind::Way => Subject::Way(id),
         ElementKind::Relation => Subject::Relation(id),
     };
-    let edits = vec![Edit::RemoveMember { on: finding.subject, role: role.into(), member }];
-    finding.fixed_by(format!("remove the member {kind} {id}"), true, edits)
+    Edit::RemoveMember { on, role: role.into(), member }
 }
 
 /// Adds the lanelets that lose the element.

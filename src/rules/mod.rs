@@ -14,11 +14,13 @@ mod node;
 mod parallel_bounds;
 mod routing_moves;
 
+mod crosswalk_element;
 mod driving_side;
 mod opposing_overlap;
 mod phase;
 mod pictures;
 mod projector;
+mod redrawn_area;
 mod right_of_way;
 mod rule;
 mod side_lane;

@@ -198,7 +198,7 @@ fn steps(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (subject, ids) in bounds {
         let points: Vec<_> = ids.iter().filter_map(|&id| map.map.points.get(id)).collect();
-        for pair in points.windows(2) {
+        for (at, pair) in points.windows(2).enumerate() {
             let (Some(low), Some(high)) = (pair[0].ele(), pair[1].ele()) else { continue };
             let (step, length) = ((high - low).abs(), (pair[1].position - pair[0].position).norm());
             if step <= params.least_step || step <= params.slope * length {
@@ -210,16 +210,35 @@ fn steps(map: &MapIndex, params: &Params) -> Vec<Finding> {
                 pair[0].id,
                 pair[1].id
             );
-            findings.push(
-                Finding::new("ele-step", subject, message)
-                    .with(Subject::Point(pair[0].id.0), "point")
-                    .with(Subject::Point(pair[1].id.0), "point")
-                    .measured(step, params.slope * length, "m")
-                    .at(Place::Line(vec![pair[0].position, pair[1].position])),
-            );
+            let finding = Finding::new("ele-step", subject, message)
+                .with(Subject::Point(pair[0].id.0), "point")
+                .with(Subject::Point(pair[1].id.0), "point")
+                .measured(step, params.slope * length, "m")
+                .at(Place::Line(vec![pair[0].position, pair[1].position]));
+            let around = |at: usize| at.checked_sub(1).and_then(|before| points.get(before..=at + 1));
+            findings.push(match [at, at + 1].into_iter().filter_map(around).find_map(|three| spike(three, params)) {
+                Some((point, height)) => {
+                    let value = format!("{height:.3}");
+                    let on = Subject::Point(point.0);
+                    let edits = vec![Edit::SetTag { on, key: "ele".into(), value: value.as_str().into() }];
+                    finding.fixed_by(format!("set ele={value} on {on}, between its neighbours"), false, edits)
+                }
+                None => finding,
+            });
         }
     }
     findings
+}
+
+/// The middle one of three points, and the height between its neighbours, where it alone stands out: both steps are too large, and
+/// without it there is none.
+fn spike(three: &[&Point], params: &Params) -> Option<(PointId, f64)> {
+    let [before, at, behind] = three else { return None };
+    let [a, b, c] = [before.ele()?, at.ele()?, behind.ele()?];
+    let [first, second] = [before, behind].map(|one| (one.position - at.position).norm());
+    let too_large = |step: f64, length: f64| step.abs() > params.least_step && step.abs() > params.slope * length;
+    let alone = too_large(b - a, first) && too_large(c - b, second) && !too_large(c - a, first + second);
+    (alone && first + second > 0.0).then(|| (at.id, a + (c - a) * first / (first + second)))
 }
 
 #[cfg(test)]

@@ -159,7 +159,54 @@ impl<'m> Judged<'m> {
             format!("Lanelet {} refers to {} right_of_way elements; Autoware unites their yields.", self.id, all.len());
         let finding = Finding::new("multi-re", self.subject(), message);
         let finding = finding.with(Subject::RegulatoryElement(first), "first element");
-        Some(finding.with(Subject::RegulatoryElement(last), "last element"))
+        let finding = finding.with(Subject::RegulatoryElement(last), "last element");
+        Some(self.left_with_own(finding))
+    }
+
+    /// Adds the edits that let the lanelet refer to the one element that gives it the right of way, and no longer to those of
+    /// others.
+    fn left_with_own(&self, finding: Finding) -> Finding {
+        let all = self.map.elements(self.id, "right_of_way");
+        let (own, others): (Vec<_>, Vec<_>) =
+            all.partition(|element| element.lanelets("right_of_way").any(|id| id == self.id));
+        if own.len() > 1 && others.is_empty() {
+            return self.united(finding, &own);
+        }
+        if own.len() != 1 || others.is_empty() {
+            return finding;
+        }
+        let on = self.subject();
+        let edits = others.iter().map(|element| Edit::RemoveMember {
+            on,
+            role: "regulatory_element".into(),
+            member: Subject::RegulatoryElement(element.id.0),
+        });
+        finding.fixed_by("no longer refer to the elements that give others the right of way", false, edits.collect())
+    }
+
+    /// Adds the edits that put the yields of all elements of the lanelet into the first, as Autoware reads them; the others go
+    /// where nobody else has them.
+    fn united(&self, finding: Finding, all: &[&RegulatoryElement]) -> Finding {
+        let [first, others @ ..] = all else { return finding };
+        let (lanelet, into) = (self.subject(), Subject::RegulatoryElement(first.id.0));
+        let mut known: FxHashSet<LaneletId> = first.lanelets("yield").collect();
+        let mut edits = Vec::new();
+        for other in others {
+            let fresh = other.lanelets("yield").filter(|&y| known.insert(y));
+            edits.extend(fresh.map(|y| Edit::AddMember {
+                on: into,
+                role: "yield".into(),
+                member: Subject::Lanelet(y.0),
+            }));
+            let on = Subject::RegulatoryElement(other.id.0);
+            if self.map.referrers(other.id) == [self.id] {
+                edits.push(Edit::Remove { subject: on });
+                continue;
+            }
+            edits.push(Edit::RemoveMember { on: lanelet, role: "regulatory_element".into(), member: on });
+            edits.push(Edit::RemoveMember { on, role: "right_of_way".into(), member: lanelet });
+        }
+        finding.fixed_by(format!("put their yields into {into}"), false, edits)
     }
 
     /// Listed lanes that do not touch the lanelet.

@@ -1,6 +1,7 @@
 //! Where a stop line crosses lanes.
 
 use crate::geometry::{Point, Polyline, Vector, segment_crossing};
+use crate::lanelet::LineStringId;
 use crate::lanelet::index::{Lane, MapIndex, StopLine, extent};
 
 /// A place where a stop line crosses the middle of a lane.
@@ -79,6 +80,48 @@ fn span(line: &StopLine, lane: &Lane, place: Point, along: Vector) -> Option<f64
     let own = line.ends.map(|end| (end - place).dot(&along));
     let common = own[0].max(own[1]).min(left.max(right)) - own[0].min(own[1]).max(left.min(right));
     (width > Polyline::MERGE).then(|| (common / width).clamp(0.0, 1.0))
+}
+
+/// A stop line is that of lanes whose ends lie this near (m).
+const AT_END: f64 = 8.0;
+
+/// The stop line at which vehicles stop on these lanes: across where they start or end, or across the end of lanes that lead to
+/// them; the nearest one to that place.
+pub fn line_of_lanes(map: &MapIndex, lanes: &[usize]) -> Option<LineStringId> {
+    let edges = lanes.iter().flat_map(|&lane| [&map.lanes[lane].start, &map.lanes[lane].end]);
+    let corners: Vec<Point> = edges.flat_map(|edge| edge.points).collect();
+    let [low, high] = extent(&corners);
+    let reach = Vector::repeat(AT_END);
+    let near = map.stop_lines_near(low - reach, high + reach).into_iter();
+    let gaps = near.filter_map(|line| {
+        let across = crossings(map, &line, 0.0).into_iter().filter(|one| one.span > 0.5);
+        let gap = across.filter_map(|one| {
+            let left = map.lanes[one.lane].length() - one.station;
+            let leads = map.followers(one.lane).iter().any(|next| lanes.contains(next));
+            let own = lanes.contains(&one.lane).then_some(one.station.min(left).abs());
+            own.or(leads.then_some(left.abs()))
+        });
+        let gap = gap.min_by(f64::total_cmp).filter(|gap| *gap <= AT_END)?;
+        Some((gap, line.way))
+    });
+    gaps.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|(_, way)| way)
+}
+
+/// The lanes for cars that have to stop at a line: those of an intersection that start there, else those that it crosses.
+pub fn lanes_that_stop(map: &MapIndex, way: LineStringId) -> Vec<usize> {
+    let Some(line) = map.stop_line(way) else { return Vec::new() };
+    let across = crossings(map, &line, 0.0).into_iter().filter(|one| one.span > 0.5);
+    let mut lanes: Vec<usize> = across
+        .flat_map(|one| {
+            let at_end = map.lanes[one.lane].length() - one.station <= AT_END;
+            let inside = map.followers(one.lane).iter().copied();
+            let inside: Vec<usize> = inside.filter(|&next| at_end && map.movement(next).is_some()).collect();
+            if inside.is_empty() { vec![one.lane] } else { inside }
+        })
+        .collect();
+    lanes.sort_unstable();
+    lanes.dedup();
+    lanes
 }
 
 /// The stop lines of a map that have a length, in its order.

@@ -9,6 +9,7 @@ use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::{Seen, Spot, View, covered_by, spot};
 
 use super::Rule;
+use super::centerline_ends::centred;
 
 /// See `rules/vm-01-10.md`.
 pub struct CenterLine;
@@ -48,7 +49,11 @@ fn judge(view: &View, params: &Params, seen: &Seen) -> Vec<Finding> {
     let far = off[0].max(off[1]);
     if far > params.planar_threshold {
         let message = format!("Centre line {id} of lanelet {name} ends {far:.2} m from the lanelet's edge.");
-        findings.push(finding("end-off", message).measured(far, params.planar_threshold, "m"));
+        let finding = finding("end-off", message).measured(far, params.planar_threshold, "m");
+        let ends =
+            [(0, first.id, start), (1, last.id, end)].into_iter().filter(|(at, ..)| off[*at] > params.planar_threshold);
+        let edits = ends.map(|(_, id, [left, right])| centred(id, [left.id, right.id])).collect();
+        findings.push(finding.fixed_by("put its ends into the middle of the lanelet's edges", false, edits));
     }
     let ring = polygon::to_geo(&seen.outline);
     let inner = points.get(1..points.len() - 1).unwrap_or_default();

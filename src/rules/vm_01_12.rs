@@ -7,7 +7,7 @@ use crate::geometry::angle_between;
 use crate::lanelet::index::MapIndex;
 
 use super::Rule;
-use super::centerline_ends::{End, OwnCenterline, bend, heading, lane_bend};
+use super::centerline_ends::{End, OwnCenterline, bend, centred, heading, lane_bend};
 
 /// See `rules/vm-01-12.md`.
 pub struct CenterLineEnds;
@@ -64,7 +64,13 @@ fn judge(map: &MapIndex, params: &Params, lane: usize, own: &OwnCenterline, end:
             "Centre line {} of lanelet {} {word} {off:.2} m beside the middle; lanelet {} has none and is driven there.",
             own.way, at.id, neighbour.id
         );
-        return Some(finding("off-middle", message).measured(off, params.off, "m"));
+        let edits = vec![centred(own.ends[usize::from(end == End::Stop)], edge.ids)];
+        let finding = finding("off-middle", message).measured(off, params.off, "m");
+        return Some(finding.fixed_by(
+            format!("let it {} in the middle", if end == End::Start { "begin" } else { "end" }),
+            false,
+            edits,
+        ));
     }
     let middle = neighbour.center.as_ref()?;
     let (turn, unavoidable) = match end {

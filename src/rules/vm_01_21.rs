@@ -2,8 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use crate::diagnostic::{Finding, Subject};
+use crate::diagnostic::{Edit, Finding, Subject};
+use crate::lanelet::LaneletId;
 use crate::lanelet::index::MapIndex;
+use crate::lanelet::index::view::View;
 
 use super::{NoParams, Rule};
 use crate::lanelet::index::routing_graph::{Graph, Rules};
@@ -16,10 +18,10 @@ impl Rule for EndToEnd {
 
     fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
         let view = map.view();
-        let graphs = [Rules::AnyLane, Rules::Pedestrian].map(|rules| Graph::new(view, rules));
+        let kinds = Kinds::of(view);
         let mut findings = Vec::new();
         for (at, seen) in view.lanelets.iter().enumerate() {
-            let next: BTreeSet<usize> = graphs.iter().flat_map(|graph| graph.following(at)).collect();
+            let next = &kinds.next[at];
             let (id, kind) = (seen.id(), seen.tag("subtype").unwrap_or_default());
             let other = next.iter().map(|&next| &view.lanelets[next]).find(|next| !next.is(kind));
             let first = next.first().map(|&next| &view.lanelets[next]);
@@ -38,8 +40,49 @@ impl Rule for EndToEnd {
                 _ => continue,
             };
             let finding = Finding::new(fault, Subject::Lanelet(id.0), message);
-            findings.push(finding.with(Subject::Lanelet(next.id().0), "follower"));
+            let finding = finding.with(Subject::Lanelet(next.id().0), "follower");
+            let between = (fault == "other-kind").then(|| kinds.between(at, next.id()));
+            findings.push(match between.flatten() {
+                Some((lanelet, kind)) => {
+                    let edits = vec![Edit::SetTag { on: lanelet, key: "subtype".into(), value: kind.into() }];
+                    finding.fixed_by(format!("set subtype={kind} on {lanelet}, as the lanes around it"), false, edits)
+                }
+                None => finding,
+            });
         }
         findings
+    }
+}
+
+/// What kinds of lanes go before and after each.
+struct Kinds<'v, 'm> {
+    view: &'v View<'m>,
+    next: Vec<BTreeSet<usize>>,
+    before: Vec<BTreeSet<usize>>,
+}
+
+impl<'v, 'm> Kinds<'v, 'm> {
+    fn of(view: &'v View<'m>) -> Self {
+        let graphs = [Rules::AnyLane, Rules::Pedestrian].map(|rules| Graph::new(view, rules));
+        let next: Vec<BTreeSet<usize>> =
+            (0..view.lanelets.len()).map(|at| graphs.iter().flat_map(|graph| graph.following(at)).collect()).collect();
+        let mut before = vec![BTreeSet::new(); next.len()];
+        for (at, after) in next.iter().enumerate() {
+            after.iter().for_each(|&follower| _ = before[follower].insert(at));
+        }
+        Self { view, next, before }
+    }
+
+    /// The one of a lane and its follower that alone is of another kind than all lanes before and behind it, and that kind.
+    fn between(&self, at: usize, follower: LaneletId) -> Option<(Subject, &'v str)> {
+        let follower = self.view.position(follower)?;
+        [at, follower].into_iter().find_map(|lane| {
+            let around = || self.before[lane].iter().chain(&self.next[lane]);
+            let kind = self.view.lanelets[*around().next()?].tag("subtype")?;
+            let all = around().all(|&other| self.view.lanelets[other].is(kind));
+            let enclosed = !self.before[lane].is_empty() && !self.next[lane].is_empty();
+            let seen = &self.view.lanelets[lane];
+            (all && enclosed && !seen.is(kind)).then_some((Subject::Lanelet(seen.id().0), kind))
+        })
     }
 }

@@ -7,8 +7,10 @@ use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::View;
 use crate::lanelet::{LineString, LineStringId, RegulatoryElement};
+use crate::text::counted;
 
 use super::Rule;
+use super::stop_line_crossings::{lanes_that_stop, line_of_lanes};
 
 /// See `rules/vm-02-02.md`.
 pub struct StopLines;
@@ -30,7 +32,7 @@ impl Rule for StopLines {
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         let view = map.view();
         let mut findings = unreferenced(map, view, params);
-        findings.extend(view.elements("traffic_sign").flat_map(|sign| judge(view, sign, params)));
+        findings.extend(view.elements("traffic_sign").flat_map(|sign| judge(map, sign, params)));
         findings
     }
 }
@@ -45,7 +47,17 @@ fn unreferenced(map: &MapIndex, view: &View, params: &Params) -> Vec<Finding> {
         .map(|line| {
             let id = line.id;
             let message = format!("Stop line {id} belongs to no regulatory element.");
-            Finding::new("unreferenced", Subject::LineString(id.0), message)
+            let finding = Finding::new("unreferenced", Subject::LineString(id.0), message);
+            let lanelets = lanes_that_stop(map, id);
+            if lanelets.is_empty() {
+                return finding;
+            }
+            let title =
+                format!("create the road_marking element for {} that stop there", counted(lanelets.len(), "lanelet"));
+            let members = vec![("refers".into(), finding.subject)];
+            let referrers = lanelets.into_iter().map(|lane| map.lanes[lane].id.0).collect();
+            let edit = Edit::CreateRegulatoryElement { subtype: "road_marking".into(), members, referrers };
+            finding.fixed_by(title, false, vec![edit])
         })
         .collect()
 }
@@ -57,7 +69,8 @@ fn inside(map: &MapIndex, view: &View, line: &LineString) -> bool {
     map.lanes_near(low, high).into_iter().any(|lane| map.has_area(lane))
 }
 
-fn judge(view: &View, sign: &RegulatoryElement, params: &Params) -> Vec<Finding> {
+fn judge(map: &MapIndex, sign: &RegulatoryElement, params: &Params) -> Vec<Finding> {
+    let view = map.view();
     let (id, subject) = (sign.id, Subject::RegulatoryElement(sign.id.0));
     let (signs, lines): (Vec<&LineString>, Vec<&LineString>) =
         (view.lines(sign, "refers").collect(), view.lines(sign, "ref_line").collect());
@@ -86,7 +99,8 @@ fn judge(view: &View, sign: &RegulatoryElement, params: &Params) -> Vec<Finding>
         if !params.strict && !signs_that_stop {
             return findings;
         }
-        findings.push(Finding::new("sign-without-line", subject, format!("traffic_sign {id} has no stop line.")));
+        let finding = Finding::new("sign-without-line", subject, format!("traffic_sign {id} has no stop line."));
+        findings.push(with_line(map, finding, sign));
         return findings;
     }
     let is_line = |line: &&LineString| {
@@ -103,6 +117,15 @@ fn judge(view: &View, sign: &RegulatoryElement, params: &Params) -> Vec<Finding>
         findings.push(finding.measured(diagonal, params.max_bounding_box_size, "m"));
     }
     findings
+}
+
+/// Adds the edit that lets a sign name the stop line at which its lanes end.
+fn with_line(map: &MapIndex, finding: Finding, sign: &RegulatoryElement) -> Finding {
+    let lanes: Vec<usize> = map.referrers(sign.id).iter().filter_map(|&id| map.lane(id)).collect();
+    let Some(line) = line_of_lanes(map, &lanes) else { return finding };
+    let member = Subject::LineString(line.0);
+    let edits = vec![Edit::AddMember { on: finding.subject, role: "ref_line".into(), member }];
+    finding.with(member, "stop line").fixed_by(format!("give it stop line {line}"), false, edits)
 }
 
 /// Adds the edit that gives a line its type.

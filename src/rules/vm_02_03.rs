@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rustc_hash::{FxHashMap, FxHashSet};
 use serde::Deserialize;
 
-use crate::diagnostic::{Finding, Place, Subject};
+use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::geometry::polygon;
 use crate::lanelet::index::{MapIndex, StopLine};
 use crate::lanelet::{LineStringId, RegulatoryElement, RoadType};
@@ -97,7 +97,7 @@ fn judge(
     };
     if gap <= params.same {
         let message = format!("Stop lines {one} and {other} across lanelet {id} are one line, drawn twice.");
-        return Some(finding("doubled", message).measured(gap, params.same, "m"));
+        return Some(merged(map, uses, finding("doubled", message).measured(gap, params.same, "m"), [one, other]));
     }
     // A line that an element names has a purpose of its own.
     let element = uses.stopping.get(&other).filter(|_| gap <= params.reach && !uses.named.contains(&one))?;
@@ -110,6 +110,26 @@ fn judge(
     );
     let found = finding("second-line", message).measured(gap, params.reach, "m");
     Some(found.with(Subject::RegulatoryElement(element.id.0), "element"))
+}
+
+/// Adds the edits that let every element name one of two lines, that at which vehicles stop already, and remove the other.
+fn merged(map: &MapIndex, uses: &Uses, finding: Finding, lines: [LineStringId; 2]) -> Finding {
+    let [a, b] = lines;
+    let stops = |line: &LineStringId| (uses.stopping.contains_key(line), uses.named.contains(line));
+    let [kept, gone] = if stops(&a) >= stops(&b) { [a, b] } else { [b, a] };
+    let member = |line: LineStringId| Subject::LineString(line.0);
+    let mut edits = Vec::new();
+    for element in map.map.regulatory_elements.iter().filter(|_| uses.named.contains(&gone)) {
+        let on = Subject::RegulatoryElement(element.id.0);
+        for role in ["refers", "ref_line"] {
+            if element.linestrings(role).any(|line| line == gone) && !element.linestrings(role).any(|line| line == kept)
+            {
+                edits.push(Edit::AddMember { on, role: role.into(), member: member(kept) });
+            }
+        }
+    }
+    edits.push(Edit::Remove { subject: member(gone) });
+    finding.fixed_by(format!("use stop line {kept} in place of {gone}"), false, edits)
 }
 
 /// Whether people cross between two lines: then each has a purpose of its own.

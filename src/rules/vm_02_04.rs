@@ -3,12 +3,12 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 use serde::Deserialize;
 
-use crate::diagnostic::{Finding, Place, Subject};
+use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::geometry::{Point, Polyline, polygon, segment_crossing};
 use crate::lanelet::index::{Lane, MapIndex};
 use crate::lanelet::{LineStringId, RegulatoryElement};
 
-use super::stop_line_crossings::StopLineCrossing;
+use super::stop_line_crossings::{StopLineCrossing, line_of_lanes};
 use super::{Rule, stop_line_crossings};
 
 /// See `rules/vm-02-04.md`.
@@ -50,7 +50,8 @@ fn judge(map: &MapIndex, params: &Params, element: &RegulatoryElement) -> Vec<Fi
             let crossed = stop_line_crossings::crossings(map, &line, params.extra);
             let on: Vec<&StopLineCrossing> = crossed.iter().filter(|crossing| ruled.meets(crossing)).collect();
             if on.is_empty() {
-                return Some(off_lane(element, line.way, line.ends));
+                let finding = off_lane(element, line.way, line.ends);
+                return Some(with_own_line(map, finding, element, line.way, &referrers));
             }
             behind(map, params, element, line.way, &on)
         })
@@ -98,6 +99,23 @@ fn off_lane(element: &RegulatoryElement, way: LineStringId, ends: [Point; 2]) ->
     Finding::new("off-lane", Subject::LineString(way.0), message)
         .with(Subject::RegulatoryElement(element.id.0), "element")
         .at(Place::Line(ends.to_vec()))
+}
+
+/// Adds the edits that give an element the stop line of its own lanes in place of that of others.
+fn with_own_line(
+    map: &MapIndex,
+    finding: Finding,
+    element: &RegulatoryElement,
+    wrong: LineStringId,
+    lanes: &[usize],
+) -> Finding {
+    let own = line_of_lanes(map, lanes).filter(|own| !element.linestrings("ref_line").any(|line| line == *own));
+    let Some(own) = own else { return finding };
+    let (on, role) = (Subject::RegulatoryElement(element.id.0), || "ref_line".into());
+    let [old, new] = [wrong, own].map(|line| Subject::LineString(line.0));
+    let edits =
+        vec![Edit::RemoveMember { on, role: role(), member: old }, Edit::AddMember { on, role: role(), member: new }];
+    finding.with(new, "stop line of its lanes").fixed_by(format!("use stop line {own} instead"), false, edits)
 }
 
 /// A crosswalk's line that a vehicle meets only when it has crossed.

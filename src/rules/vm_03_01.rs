@@ -4,10 +4,12 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
+use crate::geometry::polygon::largest_outside;
 use crate::lanelet::index::{AreaOutlines, Intersection, MapIndex, STRAIGHT, U_TURN, Unmarked};
 use crate::lanelet::{Lanelet, LineStringId, PointId, PolygonId};
 use crate::parallel::Finely;
 
+use super::redrawn_area::RedrawnAreas;
 use super::{NoParams, Rule};
 
 /// See `rules/vm-03-01.md`.
@@ -19,9 +21,10 @@ impl Rule for Criteria {
     fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
         let covers = covers(map);
         let unmarked = UnmarkedIntersections::of(map);
+        let areas = Areas::of(map);
         let lanelets = map.map.lanelets.iter();
         let mut findings: Vec<Finding> =
-            lanelets.filter_map(|lanelet| judge_lanelet(map, lanelet, &covers, &unmarked)).collect();
+            lanelets.filter_map(|lanelet| judge_lanelet(map, lanelet, &covers, &unmarked, &areas)).collect();
         findings.extend(unmarked.findings());
         for intersection in &map.intersections {
             findings.extend(judge_area(map, intersection));
@@ -54,6 +57,7 @@ fn judge_lanelet(
     lanelet: &Lanelet,
     covers: &[Vec<Cover>],
     unmarked: &UnmarkedIntersections,
+    areas: &Areas,
 ) -> Option<Finding> {
     let covers: &[Cover] = map.lane(lanelet.id).map_or(&[], |lane| &covers[lane]);
     // Only where the index counts it in: an overpass above the area is covered, too.
@@ -76,15 +80,7 @@ fn judge_lanelet(
             // The area is the right one; its own id is what cannot be read, and that is said of it.
             Some(area) if area.to_string() == value => return None,
             Some(area) => retag(finding, subject, area),
-            None if is_line(map, value) => {
-                let on = Subject::LineString(value.trim().parse().unwrap_or_default());
-                let edits = vec![Edit::SetTag { on, key: "area".into(), value: "yes".into() }];
-                finding.with(on, "no area").fixed_by(format!("set area=yes on {on}"), true, edits)
-            }
-            None => {
-                let edits = vec![Edit::RemoveTag { on: subject, key: "intersection_area".into() }];
-                finding.fixed_by("remove the tag intersection_area", true, edits)
-            }
+            None => areas.mend_dangling(finding, value),
         });
     };
     let lane = map.lane_of(lanelet.id).filter(|lane| lane.simple)?;
@@ -100,15 +96,57 @@ fn judge_lanelet(
         return Some(retag(finding, subject, area));
     }
     let message = format!("Only {} % of lanelet {} is inside its area {named}.", percent(share), lanelet.id);
-    let ring = map.intersections.iter().find(|i| i.area == Some(named)).map(|i| i.ring.as_slice()).unwrap_or_default();
-    let outside = crate::geometry::polygon::largest_outside(&lane.outline, ring);
     let finding = Finding::new("not-covered", subject, message)
         .with(Subject::Polygon(named.0), "intersection area")
         .measured(100.0 * share, 100.0 * map.thresholds.cover, "%");
-    Some(match outside {
+    let Some(intersection) = map.intersections.iter().find(|one| one.area == Some(named)) else { return Some(finding) };
+    let finding = areas.redrawn.mend(finding, intersection);
+    Some(match largest_outside(&lane.outline, &intersection.ring) {
         Some(ring) => finding.at(Place::Polygon(ring)),
         None => finding,
     })
+}
+
+/// What mends areas: the lanes by the area that they name, and outlines.
+struct Areas<'i, 'm> {
+    map: &'i MapIndex<'m>,
+    naming: FxHashMap<&'i str, Vec<usize>>,
+    redrawn: RedrawnAreas<'i, 'm>,
+}
+
+impl<'i, 'm> Areas<'i, 'm> {
+    fn of(map: &'i MapIndex<'m>) -> Self {
+        let mut naming: FxHashMap<&str, Vec<usize>> = FxHashMap::default();
+        for lanelet in map.map.lanelets.iter() {
+            if let Some((value, lane)) = lanelet.attributes.get("intersection_area").zip(map.lane(lanelet.id)) {
+                naming.entry(value).or_default().push(lane);
+            }
+        }
+        Self { map, naming, redrawn: RedrawnAreas::new(map) }
+    }
+
+    /// Where a lanelet names what is no area: the way that was to be one is made one, else an area is drawn.
+    fn mend_dangling(&self, finding: Finding, value: &str) -> Finding {
+        let id = value.trim().parse().unwrap_or_default();
+        let set = |on, key: &'static str, value: &'static str, safe| {
+            let edits = vec![Edit::SetTag { on, key: key.into(), value: value.into() }];
+            finding.clone().with(on, "no area").fixed_by(format!("set {key}={value} on {on}"), safe, edits)
+        };
+        if self.map.map.polygons.contains(PolygonId(id)) {
+            return set(Subject::Polygon(id), "type", "intersection_area", false);
+        }
+        let line = self.map.map.linestrings.get(LineStringId(id));
+        if line.is_some_and(|line| line.attributes.is("type", "intersection_area")) {
+            return set(Subject::LineString(id), "area", "yes", true);
+        }
+        let lanes = self.naming.get(value).map_or(&[][..], Vec::as_slice);
+        let finding = self.redrawn.replace(finding, lanes);
+        if finding.fix.is_some() {
+            return finding;
+        }
+        let edits = vec![Edit::RemoveTag { on: finding.subject, key: "intersection_area".into() }];
+        finding.fixed_by("remove the tag intersection_area", false, edits)
+    }
 }
 
 fn tag_missing(lanelet: &Lanelet, area: PolygonId, share: f64) -> Finding {
@@ -165,8 +203,8 @@ impl<'i, 'm> UnmarkedIntersections<'i, 'm> {
         let by_lane = members.collect();
         let outlines = (!all.is_empty()).then(|| AreaOutlines::new(map));
         let edits = |one: &Unmarked| {
-            let points = outlines.as_ref()?.around(&one.lanes)?;
-            Some(marking(map, one, points))
+            let (points, lanes) = outlines.as_ref()?.around_with_covered(&one.lanes)?;
+            Some(marking(map, &lanes, points))
         };
         let edits: Vec<Option<Vec<Edit>>> = all.par_iter().finely().map(edits).collect();
         Self { map, all: all.into_iter().zip(edits).collect(), by_lane }
@@ -206,14 +244,18 @@ impl<'i, 'm> UnmarkedIntersections<'i, 'm> {
 
 fn marked_by(finding: Finding, intersection: &Unmarked, edits: &Option<Vec<Edit>>) -> Finding {
     let Some(edits) = edits else { return finding };
-    let count = intersection.lanes.len();
+    let tagged = edits.iter().find_map(|edit| match edit {
+        Edit::CreateArea { lanelets, .. } => Some(lanelets.len()),
+        _ => None,
+    });
+    let count = tagged.unwrap_or(intersection.lanes.len());
     let title = format!("draw the area of the intersection, tag its {count} lanelets and say where they turn");
     finding.fixed_by(title, false, edits.clone())
 }
 
 /// The edits that say where lanelets turn that do not say it, and that nobody changes lanes over their virtual bounds, draw the
 /// area, and name it in its lanelets.
-fn marking(map: &MapIndex, intersection: &Unmarked, points: Vec<PointId>) -> Vec<Edit> {
+fn marking(map: &MapIndex, lanes: &[usize], points: Vec<PointId>) -> Vec<Edit> {
     let label = |&lane: &usize| {
         let lanelet = map.map.lanelets.get(map.lanes[lane].id)?;
         let label = map.label_for(map.lanes[lane].turn(), STRAIGHT, U_TURN).as_str();
@@ -221,7 +263,7 @@ fn marking(map: &MapIndex, intersection: &Unmarked, points: Vec<PointId>) -> Vec
         let is_missing = lanelet.attributes.get("turn_direction").is_none_or(str::is_empty);
         is_missing.then(|| Edit::SetTag { on, key: "turn_direction".into(), value: label.into() })
     };
-    let mut bounds: Vec<_> = intersection.lanes.iter().flat_map(|&lane| map.lanes[lane].bounds).collect();
+    let mut bounds: Vec<_> = lanes.iter().flat_map(|&lane| map.lanes[lane].bounds).collect();
     bounds.sort_unstable();
     bounds.dedup();
     let untold = |way: &LineStringId| {
@@ -233,8 +275,8 @@ fn marking(map: &MapIndex, intersection: &Unmarked, points: Vec<PointId>) -> Vec
         key: "lane_change".into(),
         value: "no".into(),
     });
-    let mut edits: Vec<Edit> = intersection.lanes.iter().filter_map(label).chain(closed).collect();
-    let lanelets = intersection.lanes.iter().map(|&lane| map.lanes[lane].id.0).collect();
+    let mut edits: Vec<Edit> = lanes.iter().filter_map(label).chain(closed).collect();
+    let lanelets = lanes.iter().map(|&lane| map.lanes[lane].id.0).collect();
     edits.push(Edit::CreateArea { points: points.into_iter().map(|id| id.0).collect(), lanelets });
     edits
 }
@@ -261,12 +303,6 @@ fn judge_area(map: &MapIndex, intersection: &Intersection) -> Vec<Finding> {
         findings.push(Finding::new("no-right-of-way", subject, message));
     }
     findings
-}
-
-/// Whether this is the id of an area that is drawn as a line, for want of `area=yes`.
-fn is_line(map: &MapIndex, value: &str) -> bool {
-    let line = area_id(value).and_then(|id| map.map.linestrings.get(LineStringId(id.0)));
-    line.is_some_and(|line| line.attributes.is("type", "intersection_area"))
 }
 
 fn retag(finding: Finding, on: Subject, area: PolygonId) -> Finding {

@@ -11,6 +11,7 @@ use crate::lanelet::index::{Arm, Edge, Intersection, MapIndex, extent, is_road_b
 use crate::lanelet::{LaneletId, PointId, Polygon};
 
 use super::Rule;
+use super::redrawn_area::RedrawnAreas;
 
 /// See `rules/vm-03-08.md`.
 pub struct Outline;
@@ -35,10 +36,11 @@ impl Rule for Outline {
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         let allowed = AllowedPoints::of(map);
         let islands = islands(map);
+        let redrawn = RedrawnAreas::new(map);
         let mut findings = Vec::new();
         for intersection in &map.intersections {
             let Some(area) = intersection.area.and_then(|id| map.map.polygons.get(id)) else { continue };
-            findings.extend(judge_ring(map, params, area, intersection));
+            findings.extend(judge_ring(map, params, area, intersection, &redrawn));
             findings.extend(judge_vertices(map, params, area, intersection, &allowed));
             findings.extend(judge_lane_ends(map, params, area, intersection));
             findings.extend(intersection.arms.iter().filter_map(|arm| judge_cut(params, area, arm)));
@@ -71,7 +73,13 @@ impl AllowedPoints {
     }
 }
 
-fn judge_ring(map: &MapIndex, params: &Params, area: &Polygon, intersection: &Intersection) -> Vec<Finding> {
+fn judge_ring(
+    map: &MapIndex,
+    params: &Params,
+    area: &Polygon,
+    intersection: &Intersection,
+    redrawn: &RedrawnAreas,
+) -> Vec<Finding> {
     let subject = Subject::Polygon(area.id.0);
     let mut findings = Vec::new();
     let last = area.points.len().saturating_sub(1);
@@ -94,11 +102,16 @@ fn judge_ring(map: &MapIndex, params: &Params, area: &Polygon, intersection: &In
         // Twice in a row is a slip of the hand; anything else needs a look.
         let edits = vec![Edit::RemoveVertex { way: subject, position }];
         let twice = position > 0 && open[position - 1] == id;
-        findings.push(if twice { finding.fixed_by("remove the repeated node", true, edits) } else { finding });
+        findings.push(match twice {
+            true => finding.fixed_by("remove the repeated node", true, edits),
+            false => redrawn.mend(finding, intersection),
+        });
     }
     if !findings.iter().any(|finding| finding.fault == "invalid") {
         let faults = simple_ring::faults(&intersection.ring, params.spike, MOST_PLACES);
-        findings.extend(faults.into_iter().map(|fault| broken_ring(area, &intersection.ring, fault)));
+        findings.extend(
+            faults.into_iter().map(|fault| redrawn.mend(broken_ring(area, &intersection.ring, fault), intersection)),
+        );
     }
     findings
 }

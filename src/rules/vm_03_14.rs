@@ -62,6 +62,11 @@ fn shape(map: &MapIndex, marking: &RegulatoryElement) -> Result<LineStringId, Bo
             let edits = members.map(|member| Edit::RemoveMember { on, role: "ref_line".into(), member }).collect();
             finding.fixed_by("drop the ref_line", false, edits)
         }
+        ([line], []) => {
+            let edits =
+                vec![Edit::SetTag { on: Subject::LineString(line.0), key: "type".into(), value: "stop_line".into() }];
+            finding.fixed_by(format!("set type=stop_line on {line}"), false, edits)
+        }
         _ => finding,
     }))
 }

@@ -9,9 +9,11 @@ use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::View;
 use crate::lanelet::number::leading_integer;
-use crate::lanelet::{LineString, LineStringId, RegulatoryElement};
+use crate::lanelet::{LaneletId, LineString, LineStringId, RegulatoryElement};
+use crate::text::counted;
 
 use super::Rule;
+use super::stop_line_crossings::lanes_that_stop;
 
 /// See `rules/vm-04-01.md`.
 pub struct TrafficLights;
@@ -54,7 +56,8 @@ fn judge(map: &MapIndex, view: &View, light: &RegulatoryElement, params: &Params
     let referrers: Vec<_> = view.referrers(id).iter().map(|&at| &view.lanelets[at]).collect();
     let mut findings = Vec::new();
     if referrers.is_empty() {
-        findings.push(Finding::new("idle", subject, format!("No lanelet refers to traffic_light {id}.")));
+        let finding = Finding::new("idle", subject, format!("No lanelet refers to traffic_light {id}."));
+        findings.push(obeyed(map, finding, light));
     }
     let on_foot = bodies.iter().all(|line| line.attributes.is("subtype", "red_green"))
         || referrers.iter().all(|seen| seen.is("crosswalk"));
@@ -99,6 +102,20 @@ fn judge(map: &MapIndex, view: &View, light: &RegulatoryElement, params: &Params
         findings.push(Finding::new("extent", subject, message).measured(diagonal, params.max_bounding_box_size, "m"));
     }
     findings
+}
+
+/// Adds the edits that let the lanelets at a light's stop line refer to it.
+fn obeyed(map: &MapIndex, finding: Finding, light: &RegulatoryElement) -> Finding {
+    let lanes = light.linestrings("ref_line").flat_map(|line| lanes_that_stop(map, line));
+    let lanelets: BTreeSet<LaneletId> = lanes.map(|lane| map.lanes[lane].id).collect();
+    if lanelets.is_empty() {
+        return finding;
+    }
+    let member = finding.subject;
+    let refer =
+        |id: &LaneletId| Edit::AddMember { on: Subject::Lanelet(id.0), role: "regulatory_element".into(), member };
+    let title = format!("let {} at its stop line refer to it", counted(lanelets.len(), "lanelet"));
+    finding.fixed_by(title, false, lanelets.iter().map(refer).collect())
 }
 
 /// Each body has its bulbs.

@@ -61,7 +61,14 @@ fn height(line: &LineString, params: &Params, usual: f64) -> Option<Finding> {
     (height < low || height > high).then(|| {
         let message = format!("height={said} of traffic light {id} is outside {low} to {high} m.");
         let limit = if height < low { low } else { high };
-        Finding::new("height-range", subject, message).measured(height, limit, "m")
+        let finding = Finding::new("height-range", subject, message).measured(height, limit, "m");
+        let metres = height / 100.0;
+        if metres < low || metres > high {
+            return finding;
+        }
+        let value = metres.to_string();
+        let edits = vec![Edit::SetTag { on: subject, key: "height".into(), value: value.as_str().into() }];
+        finding.fixed_by(format!("set height={value}: it stands there in centimetres"), false, edits)
     })
 }
 

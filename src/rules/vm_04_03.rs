@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use crate::diagnostic::{Edit, Finding, Subject};
-use crate::lanelet::LineStringId;
 use crate::lanelet::index::MapIndex;
+use crate::lanelet::{LineStringId, Point};
 use crate::text::nearest;
 
 use super::{NoParams, Rule};
@@ -26,7 +26,8 @@ impl Rule for Bulbs {
         let lines: BTreeSet<LineStringId> = elements.flat_map(|element| element.linestrings("light_bulbs")).collect();
         let mut findings = Vec::new();
         for line in lines.into_iter().filter_map(|id| view.map.linestrings.get(id)) {
-            for point in view.points(line) {
+            let points: Vec<&Point> = view.points(line);
+            for point in &points {
                 let id = point.id;
                 let on = Subject::Point(id.0);
                 let mut say = |fault, message, meant: Option<(&str, &str)>| {
@@ -40,11 +41,12 @@ impl Rule for Bulbs {
                     });
                 };
                 match point.attributes().get("color") {
-                    None => say("color-missing", format!("Bulb {id} has no color."), None),
+                    None => say("color-missing", format!("Bulb {id} has no color."), left_over(&points, point)),
                     Some(color) if COLORS.contains(&color) => {}
                     Some(other) => {
                         let message = format!("color={other} of bulb {id} is not red, yellow or green.");
-                        say("color-invalid", message, nearest(other, COLORS).map(|color| ("color", color)));
+                        let meant = nearest(other, COLORS).map(|color| ("color", color));
+                        say("color-invalid", message, meant.or_else(|| left_over(&points, point)));
                     }
                 }
                 match point.attributes().get("arrow") {
@@ -52,11 +54,33 @@ impl Rule for Bulbs {
                     Some(arrow) if ARROWS.contains(&arrow) => {}
                     Some(other) => {
                         let message = format!("arrow={other} of bulb {id} points nowhere.");
-                        say("arrow-invalid", message, nearest(other, ARROWS).map(|arrow| ("arrow", arrow)));
+                        let meant = if other == "straight" { Some("up") } else { nearest(other, ARROWS) };
+                        say("arrow-invalid", message, meant.map(|arrow| ("arrow", arrow)));
                     }
                 }
             }
         }
         findings
+    }
+}
+
+/// What a bulb shows of which the colour is not known: an arrow is green; else the colour that
+/// the others do not show, of three or, for people on foot, of red and green.
+fn left_over(bulbs: &[&Point], bulb: &Point) -> Option<(&'static str, &'static str)> {
+    let is_plain = |bulb: &&Point| !bulb.attributes().has("arrow");
+    if !is_plain(&bulb) {
+        return Some(("color", "green"));
+    }
+    let plain: Vec<&Point> = bulbs.iter().copied().filter(is_plain).collect();
+    let colors: &[&str] = match plain.len() {
+        2 => &["red", "green"],
+        3 => &COLORS,
+        _ => &[],
+    };
+    let shown = |color: &&str| plain.iter().any(|bulb| bulb.attributes().get("color") == Some(*color));
+    let left: Vec<&str> = colors.iter().copied().filter(|color| !shown(color)).collect();
+    match left[..] {
+        [color] => Some(("color", color)),
+        _ => None,
     }
 }

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use super::draft::Draft;
 use super::{Base, Kind, all_kinds, bases, broken, keep};
 use crate::common::drawing::osm;
+use crate::common::{is_fresh, root};
 
 /// Mutations that a program can take back for certain: what is gone follows from what is left.
 const ALL: &[&str] = &[
@@ -41,6 +42,104 @@ const ALL: &[&str] = &[
     "drop lane_change of a middle line",
 ];
 
+/// Why slips stay, by the reason. The first reasons are those of slips that take with them what the map knew.
+const LOST: &[(&str, &[&str])] = &[
+    (
+        "what was there is gone",
+        &[
+            "delete a node of a way",
+            "delete a bound",
+            "delete a lanelet that gives way",
+            "delete a lanelet",
+            "empty a way",
+            "cut a bound down to one node",
+            "take a node for a bound",
+            "delete a stop line and its marking",
+            "delete an element that lanelets refer to",
+            "let all forget a light",
+        ],
+    ),
+    (
+        "the value is gone",
+        &[
+            "name a later format",
+            "write a distance that is no number",
+            "write a speed that is no number",
+            "write a speed beyond all limits",
+            "slow down by a word",
+            "slow down from a word on",
+            "write a light's height in centimetres",
+        ],
+    ),
+    (
+        "the shape is gone; a person has to draw it",
+        &[
+            "move a node of a curve 0.4 m sideways",
+            "let a bound bulge by half a lane",
+            "let a lane reach over the line to oncoming traffic",
+            "lay a lane onto the oncoming one over ways of its own",
+            "leave out the middle line and draw the border beside the middle",
+            "leave out the middle line of a road too narrow for two",
+            "lay two lanes of a wide road onto each other",
+            "let a centre line leave its lane",
+            "let a lane's two sides change places",
+            "let a lane end in a point",
+            "move a stop line 2 m back",
+            "turn a stop line",
+        ],
+    ),
+    (
+        "two readings are possible, and the map does not tell which is meant",
+        &[
+            "give a node the id of another",
+            "duplicate a way's id",
+            "give a lanelet a second bound",
+            "make a shoulder of a lane",
+            "raise one side of a lane by 2 m",
+            "move a node 0.4 m by latitude and longitude alone",
+            "move a node into another square",
+        ],
+    ),
+    (
+        "one thing too many, and no machine knows whether it stands there",
+        &[
+            "put a walkway onto a crosswalk",
+            "make a walkway for bicycles of a crosswalk",
+            "let a walkway go on along the road",
+            "draw a walkway that crosses nothing",
+            "let a crosswalk be continued by another",
+            "draw a fence across a crosswalk",
+            "draw a guard rail across a lane",
+            "misspell a guard rail",
+            "hatch a lane",
+            "draw a lanelet of no length",
+        ],
+    ),
+];
+
+/// Reasons of slips that a machine could mend.
+const OPEN: &[(&str, &[&str])] = &[
+    (
+        "a lanelet has to be divided or merged with all that hangs on it",
+        &["split a lanelet", "cut a lane and not the oncoming one"],
+    ),
+    ("the loader asks for a stop line, and none is near", &["watch an area without an element"]),
+    (
+        "not written yet",
+        &[
+            "drop what a light or marking refers to",
+            "swap the roles left and right",
+            "let a light or sign stop vehicles at a second line",
+            "draw a crosswalk's stop line behind it",
+            "draw a light that belongs to nothing",
+            "cut a stop line short",
+        ],
+    ),
+];
+
+/// At least this share of the slips that leave enough in the map is mended.
+const LEAST: f64 = 0.8;
+
 /// What came of a kind: mutations, clean maps after safe fixes, after all fixes, and where a map was left that should not be.
 struct FixRate {
     name: &'static str,
@@ -48,6 +147,12 @@ struct FixRate {
     safely: usize,
     with_all: usize,
     left: Vec<String>,
+}
+
+impl FixRate {
+    fn is_mended(&self) -> bool {
+        self.with_all == self.mutations
+    }
 }
 
 /// What is worse than before the mutation, after fixing.
@@ -108,4 +213,39 @@ fn fix_makes_a_clean_map_of_a_broken_one() {
         let rate = all.iter().find(|one| one.name == *name).unwrap_or_else(|| panic!("no mutation `{name}`"));
         assert_eq!(rate.with_all, rate.mutations, "{name}: {:#?}", rate.left);
     }
+    if wanted.is_empty() {
+        let kept: Vec<&FixRate> =
+            all.iter().filter(|rate| rate.is_mended() || reason(LOST, rate.name).is_none()).collect();
+        let [mended, of] = [|one: &FixRate| one.with_all, |one: &FixRate| one.mutations]
+            .map(|count| kept.iter().map(|one| count(one)).sum::<usize>());
+        println!("{mended} of {of} that leave enough in the map");
+        assert!(mended as f64 >= LEAST * of as f64, "{mended} of {of}");
+        hold_table(&all);
+    }
+}
+
+/// The table in `docs/fix.md`; written anew with LANEWRIGHT_UPDATE=1.
+fn hold_table(all: &[FixRate]) {
+    let mut rows = Vec::new();
+    for rate in all {
+        let why = match (rate.is_mended(), reason(LOST, rate.name).or_else(|| reason(OPEN, rate.name))) {
+            (true, _) => "",
+            (false, Some(why)) => why,
+            (false, None) => panic!("no reason why `{}` is not mended: {:#?}", rate.name, rate.left),
+        };
+        let star = if ALL.contains(&rate.name) { " *" } else { "" };
+        let FixRate { name, mutations, safely, with_all, .. } = rate;
+        rows.push(format!("| {mutations} | {safely} | {with_all} | {name}{star} | {why} |\n"));
+    }
+    let path = root().join("docs/fix.md");
+    let page = std::fs::read_to_string(&path).unwrap();
+    let head = "|---|---|---|---|---|\n";
+    let start = page.find(head).expect("docs/fix.md has the table of slips") + head.len();
+    let end = start + page[start..].find("\n\n").map_or(page.len() - start, |end| end + 1);
+    let fresh = page[..start].to_owned() + &rows.concat() + &page[end..];
+    assert!(is_fresh(&path, &fresh), "docs/fix.md is out of date: LANEWRIGHT_UPDATE=1 writes it");
+}
+
+fn reason(table: &[(&'static str, &[&str])], name: &str) -> Option<&'static str> {
+    table.iter().find(|(_, names)| names.contains(&name)).map(|(why, _)| *why)
 }

@@ -1,4 +1,4 @@
-//! Infers the missing bound of a lanelet from the lanelets and ways around it, where only one way fits.
+//! Infers the bound of a lanelet that has none, or several, from the lanelets and ways around it, where only one way fits.
 
 use std::collections::BTreeSet;
 
@@ -18,10 +18,10 @@ impl Loader<'_> {
     /// Notes the way for each such lanelet.
     pub(super) fn infer_missing_bounds(&mut self) {
         let lacks = |condition: &Condition| match condition {
-            Condition::BoundCount { role, count: 0, .. } if *role != BoundRole::Centerline => Some(*role),
+            Condition::BoundCount { role, ways, .. } if *role != BoundRole::Centerline => Some((*role, ways.clone())),
             _ => None,
         };
-        let open: Vec<(usize, i64, BoundRole)> = (self.loaded.faults.iter().enumerate())
+        let open: Vec<(usize, i64, (BoundRole, Vec<i64>))> = (self.loaded.faults.iter().enumerate())
             .filter_map(|(at, fault)| match fault.subject {
                 Subject::Lanelet(id) => Some((at, id, lacks(&fault.condition)?)),
                 _ => None,
@@ -32,7 +32,7 @@ impl Loader<'_> {
         }
         let around = Surroundings::of(self);
         let found: Vec<(usize, Option<i64>)> =
-            open.into_iter().map(|(at, id, role)| (at, around.other_bound(self, id, role))).collect();
+            open.into_iter().map(|(at, id, (role, ways))| (at, around.other_bound(self, id, role, &ways))).collect();
         for (at, way) in found {
             if let Some(Condition::BoundCount { meant, .. }) = self.loaded.faults.get_mut(at).map(|f| &mut f.condition)
             {
@@ -81,8 +81,8 @@ impl Surroundings {
     }
 
     /// The missing bound: the way that leads from edge to edge of the neighbours, or else the only unused way of the same type
-    /// beside the known bound.
-    fn other_bound(&self, loader: &Loader<'_>, lanelet: i64, role: BoundRole) -> Option<i64> {
+    /// beside the known bound. Where several ways have the role, one of these, if it alone leads from edge to edge.
+    fn other_bound(&self, loader: &Loader<'_>, lanelet: i64, role: BoundRole, ways: &[i64]) -> Option<i64> {
         let (side, other) = match role {
             BoundRole::Left => (0, BoundRole::Right),
             _ => (1, BoundRole::Left),
@@ -98,11 +98,15 @@ impl Surroundings {
             let count = |a, b| usize::from(opposite[0].contains(a)) + usize::from(opposite[1].contains(b));
             [count(first, last), count(last, first)]
         };
-        let fits = |line: &&LineString| line.id != known.id && self.fits(loader, known, line, side);
+        let named = |line: &LineString| ways.is_empty() || ways.contains(&line.id.0);
+        let fits = |line: &&LineString| line.id != known.id && named(line) && self.fits(loader, known, line, side);
         let lines: Vec<&LineString> = loader.loaded.map.linestrings.iter().filter(fits).collect();
         let both = lines.iter().filter(|line| meets(line).contains(&2));
         if let Some(way) = only(both.map(|line| line.id.0)) {
             return Some(way);
+        }
+        if !ways.is_empty() {
+            return None;
         }
         let free = || lines.iter().filter(|line| !self.used.contains(&line.id));
         only(free().filter(|line| meets(line).contains(&1)).map(|line| line.id.0)).or_else(|| {

@@ -22,6 +22,9 @@ const ON_EDGE: f64 = 0.05;
 /// An outline that folds back within this angle (deg) has a spike.
 const SPIKE: f64 = 1.0;
 
+/// An outline that takes in more lanes each time it is drawn anew is given up after so many rounds.
+const MOST_ROUNDS: usize = 3;
+
 /// Draws outlines; holds the nodes of all road borders by place.
 pub struct AreaOutlines<'i, 'm> {
     map: &'i MapIndex<'m>,
@@ -76,6 +79,38 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
             let ring = in_order(vertices, &fixed)?;
             self.sticking_out(lanes, &ring).is_empty().then(|| ids(&ring))
         })
+    }
+
+    /// The outline around some lanes and around those that lie inside it, on their level and in no other area; and all of them.
+    pub fn around_with_covered(&self, lanes: &[usize]) -> Option<(Vec<PointId>, Vec<usize>)> {
+        let mut all = lanes.to_vec();
+        for _ in 0..MOST_ROUNDS {
+            let points = self.around(&all)?;
+            let covered = self.covered(&all, &points);
+            if covered.is_empty() {
+                return Some((points, all));
+            }
+            all.extend(covered);
+            all.sort_unstable();
+        }
+        None
+    }
+
+    /// Other lanes for vehicles inside an outline around some lanes.
+    fn covered(&self, lanes: &[usize], points: &[PointId]) -> Vec<usize> {
+        let map = self.map;
+        let places = points.iter().filter_map(|&id| Some(map.map.points.get(id)?.position));
+        let ring: Vec<Point> = places.collect();
+        let [low, high] = super::extent(&ring);
+        let height = lanes.iter().map(|&lane| map.lanes[lane].heights[0]).sum::<f64>() / lanes.len().max(1) as f64;
+        let is_covered = |&at: &usize| {
+            let lane = &map.lanes[at];
+            let is_free = lane.is_drivable() && lane.simple && !map.has_area(at) && lanes.binary_search(&at).is_err();
+            is_free
+                && (lane.heights[0] - height).abs() <= map.thresholds.grade_separation
+                && polygon::common_area(&lane.outline, &ring) >= map.thresholds.cover * lane.area
+        };
+        map.lanes_near(low, high).into_iter().filter(is_covered).collect()
     }
 
     /// The end nodes of lanes that are not inside, where one lane follows another.

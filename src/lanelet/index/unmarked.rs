@@ -2,7 +2,7 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::lane::extent;
+use super::lane::{Lane, extent};
 use super::types::{Conflict, DrivingSide, MapIndex};
 use super::union_find::UnionFind;
 use crate::geometry::{Point, Polyline, Vector, angle_between};
@@ -12,6 +12,8 @@ use crate::lanelet::{LineStringId, PointId, TurnDirection};
 const ALONG: f64 = 20.0;
 /// Lanes that end together join from different approaches beyond this angle (deg) of their first headings.
 pub const JOINING: f64 = 30.0;
+/// The middle of a lane this far (m) beside that of another lies at its side.
+const ASIDE: f64 = 1.0;
 /// A lane longer than this (m) is a road that was not cut where others cross it, and no movement.
 const LONGEST: f64 = 100.0;
 /// Two roads between which nobody turns meet if both are cut at the crossing, into lanes no longer than this (m).
@@ -150,7 +152,7 @@ impl MapIndex<'_> {
         let there = |line: Option<&Polyline>| line.map(|line| line.direction(line.project(conflict.place).station));
         let crossing = apart(there(a.center.as_ref()), there(b.center.as_ref()));
         let is_across = |angle: f64, limit: f64| (limit..180.0 - limit).contains(&angle);
-        is_across(crossing, ALONG) || is_across(first, JOINING)
+        is_across(crossing, ALONG) || is_across(first, JOINING) || (crossing > 90.0 && change_sides(a, b))
     }
 
     /// Whether two lanes that cross do so on one level. Where all is drawn at one height, it shows in the lanes that lead from one road
@@ -256,6 +258,14 @@ impl MapIndex<'_> {
             turns.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), turn| (low.min(turn), high.max(turn)));
         least >= LEAST_TURN || most <= -LEAST_TURN
     }
+}
+
+/// Whether a lane passes from one side of another to the other side, as where a road forks and who turns off crosses those that
+/// come from the other branch.
+fn change_sides(a: &Lane, b: &Lane) -> bool {
+    let Some(center) = &a.center else { return false };
+    let [start, end] = [b.start, b.end].map(|edge| center.project(edge.middle()).offset);
+    start * end < 0.0 && start.abs() >= ASIDE && end.abs() >= ASIDE
 }
 
 /// The lanes from one to another, each the follower of the one `before` it.

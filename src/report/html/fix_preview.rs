@@ -66,16 +66,23 @@ impl Causes {
                 | Edit::RemoveMember { on, .. }
                 | Edit::SetRole { on, .. }
                 | Edit::InsertVertex { way: on, .. }
-                | Edit::RemoveVertex { way: on, .. } => _ = reach(alike(map, *on)),
+                | Edit::RemoveVertex { way: on, .. }
+                | Edit::SetVertices { way: on, .. } => _ = reach(alike(map, *on)),
                 Edit::ReverseWay { way } => _ = reach(alike(map, *way)),
                 Edit::ReplaceWay { lanelet, .. } => _ = reach(Subject::Lanelet(*lanelet)),
-                Edit::SetPlace { point, .. } => _ = causes.points.entry(*point).or_default().insert(i),
+                Edit::SetPlace { point, .. } | Edit::PlaceBetween { point, .. } => {
+                    _ = causes.points.entry(*point).or_default().insert(i)
+                }
                 Edit::RemoveRepeat { on, .. } | Edit::Renumber { on, .. } => _ = reach(alike(map, *on)),
                 Edit::Remove { subject } => _ = reach(alike(map, *subject)),
                 Edit::MergePoints { from, to } => {
                     for point in [from, to] {
                         causes.points.entry(*point).or_default().insert(i);
                     }
+                }
+                Edit::CreateStopLine { element, .. } => {
+                    reach(*element);
+                    causes.makers.insert(i);
                 }
                 Edit::CreateRegulatoryElement { referrers: named, .. } | Edit::CreateArea { lanelets: named, .. } => {
                     named.iter().for_each(|id| _ = reach(Subject::Lanelet(*id)));
@@ -94,7 +101,9 @@ impl Causes {
             _ => None,
         };
         found.extend(points.into_iter().flatten().filter_map(|point| self.points.get(&point.0)).flatten());
-        if change == Kind::Added && matches!(subject, Subject::RegulatoryElement(_) | Subject::Polygon(_)) {
+        if change == Kind::Added
+            && matches!(subject, Subject::RegulatoryElement(_) | Subject::Polygon(_) | Subject::LineString(_))
+        {
             found.extend(&self.makers);
         }
         found.into_iter().collect()

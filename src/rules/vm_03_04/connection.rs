@@ -1,13 +1,14 @@
 //! Ends of lanes that should be one and are not.
 
+use std::cell::LazyCell;
 use std::collections::BTreeMap;
 
 use rustc_hash::FxHashSet;
 
 use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::geometry::{Point, angle_between};
-use crate::lanelet::PointId;
 use crate::lanelet::index::{Edge, MapIndex};
+use crate::lanelet::{LineStringId, PointId};
 
 use super::params::Params;
 
@@ -116,6 +117,7 @@ impl Misses<'_> {
 /// Lanelets of intersections that come from nowhere or lead nowhere.
 pub fn dangling(map: &MapIndex, params: &Params, misses: &Misses) -> Vec<Finding> {
     let mut findings = Vec::new();
+    let edges = LazyCell::new(|| Edges::of(map));
     // A lanelet without turn_direction is not finished; what follows shows when it is.
     let all = map.traffic.iter().flat_map(|traffic| &traffic.movements).map(|movement| movement.lane);
     for lane in all.filter(|&lane| map.turn_direction(lane).is_some()) {
@@ -134,9 +136,44 @@ pub fn dangling(map: &MapIndex, params: &Params, misses: &Misses) -> Vec<Finding
         let inside = (before && !misses.starts.contains(&lane) && goes_on(map, params, lane, true))
             || (after && !misses.ends.contains(&lane) && goes_on(map, params, lane, false));
         let finding = finding.at(Place::Line(edge.points.to_vec()));
-        findings.push(if inside { finding.graded(Severity::Error) } else { finding });
+        let finding = if inside { finding.graded(Severity::Error) } else { finding };
+        let turned = before && after && edges.would_connect(map, lane);
+        findings.push(if turned { turned_around(map, finding, lane) } else { finding });
     }
     findings
+}
+
+/// The points, left and right, where lanes start and where they end.
+struct Edges {
+    starts: FxHashSet<[PointId; 2]>,
+    ends: FxHashSet<[PointId; 2]>,
+}
+
+impl Edges {
+    fn of(map: &MapIndex) -> Self {
+        let starts = map.lanes.iter().map(|lane| lane.start.ids).collect();
+        Self { starts, ends: map.lanes.iter().map(|lane| lane.end.ids).collect() }
+    }
+
+    /// Whether a lane would follow one lane and lead to another if it ran the other way.
+    fn would_connect(&self, map: &MapIndex, lane: usize) -> bool {
+        let [start, end] = [map.lanes[lane].start, map.lanes[lane].end].map(|edge| [edge.ids[1], edge.ids[0]]);
+        self.ends.contains(&end) && self.starts.contains(&start)
+    }
+}
+
+/// Adds the edits that exchange the roles of a lanelet's bounds, so that it runs the other way.
+fn turned_around(map: &MapIndex, finding: Finding, lane: usize) -> Finding {
+    let Some(lanelet) = map.map.lanelets.get(map.lanes[lane].id) else { return finding };
+    let (on, [left, right]) = (finding.subject, [lanelet.left.line, lanelet.right.line]);
+    let role = |line: LineStringId, from: &'static str, to: &'static str| Edit::SetRole {
+        on,
+        member: Subject::LineString(line.0),
+        from: from.into(),
+        to: to.into(),
+    };
+    let edits = vec![role(left, "left", "right"), role(right, "right", "left")];
+    finding.fixed_by("exchange its bounds, so that it runs from lane to lane", false, edits)
 }
 
 /// Whether the map goes on behind a loose end: a lane lies straight ahead, or behind, close by.

@@ -1,11 +1,16 @@
 //! Lanelets and their traffic lights.
 
 use crate::diagnostic::{Edit, Finding, Subject};
-use crate::lanelet::index::{MapIndex, Movement, Traffic};
+use crate::geometry::{Point, Polyline};
+use crate::lanelet::index::{Edge, MapIndex, Movement, Traffic};
 use crate::lanelet::right_of_way::Turn;
-use crate::lanelet::{RegulatoryElement, RoadType};
+use crate::lanelet::{PointId, RegulatoryElement, RoadType};
 
+use super::super::stop_line_crossings::lanes_that_stop;
 use super::params::Params;
+
+/// Lanes that start farther (m) from one line across them do not stop at it together.
+const STAGGERED: f64 = 1.0;
 
 /// All findings about lights.
 pub fn judge(map: &MapIndex, params: &Params) -> Vec<Finding> {
@@ -19,12 +24,31 @@ pub fn judge(map: &MapIndex, params: &Params) -> Vec<Finding> {
             let message = format!("Lanelet {} refers to {} traffic lights; Autoware uses one.", lane.id, lights.len());
             let finding = Finding::new("signal-multi", Subject::Lanelet(lane.id.0), message);
             let finding = finding.with(Subject::RegulatoryElement(first.id.0), "first light");
-            findings.push(finding.with(Subject::RegulatoryElement(second.id.0), "second light"));
+            let finding = finding.with(Subject::RegulatoryElement(second.id.0), "second light");
+            findings.push(left_with_own(map, finding, at, &lights));
         }
         findings.extend(lights.iter().filter_map(|light| on_in_lane(map, params, at, light)));
     }
     findings.extend(map.map.regulatory_elements.iter().filter_map(|light| no_stopline(map, light)));
     findings
+}
+
+/// Adds the edits that let a lanelet refer to the one light whose stop line it starts at, and no longer to those of others.
+fn left_with_own(map: &MapIndex, finding: Finding, lane: usize, lights: &[&RegulatoryElement]) -> Finding {
+    let is_own = |light: &&&RegulatoryElement| {
+        light.linestrings("ref_line").any(|line| lanes_that_stop(map, line).contains(&lane))
+    };
+    let (own, others): (Vec<&RegulatoryElement>, Vec<&RegulatoryElement>) = lights.iter().partition(is_own);
+    if own.len() != 1 {
+        return finding;
+    }
+    let on = finding.subject;
+    let edits = others.iter().map(|light| Edit::RemoveMember {
+        on,
+        role: "regulatory_element".into(),
+        member: Subject::RegulatoryElement(light.id.0),
+    });
+    finding.fixed_by("no longer refer to the lights of other stop lines", false, edits.collect())
 }
 
 /// A lanelet without light though others from the same approach have one. A near turn from a lane of its own may pass
@@ -66,10 +90,32 @@ fn no_stopline(map: &MapIndex, light: &RegulatoryElement) -> Option<Finding> {
         format!("Traffic light {} of lanelet {lane} has no stop line; Autoware ignores the signal.", light.id);
     let subject = Subject::RegulatoryElement(light.id.0);
     let finding = Finding::new("signal-no-stopline", subject, message).with(Subject::Lanelet(lane.0), "lanelet");
-    let Some(line) = roads.iter().find_map(|&lane| map.stop_line_of(lane)) else { return Some(finding) };
+    let Some(line) = roads.iter().find_map(|&lane| map.stop_line_of(lane)) else {
+        return Some(with_line_drawn(map, finding, &roads));
+    };
     let member = Subject::LineString(line.way.0);
     let edits = vec![Edit::AddMember { on: subject, role: "ref_line".into(), member }];
     Some(finding.with(member, "stop line").fixed_by(format!("give it stop line {}", line.way), true, edits))
+}
+
+/// Adds the edit that draws a stop line over the points where lanes of an intersection start, from the first to the last as
+/// seen across them.
+fn with_line_drawn(map: &MapIndex, finding: Finding, lanes: &[usize]) -> Finding {
+    let inside = lanes.iter().copied().filter(|&lane| map.movement(lane).is_some());
+    let starts: Vec<&Edge> = inside.map(|lane| &map.lanes[lane].start).collect();
+    let Some(across) = starts.first().and_then(|edge| edge.across().try_normalize(0.0)) else { return finding };
+    let ends = starts.iter().flat_map(|edge| edge.points.into_iter().zip(edge.ids));
+    let along = |place: Point| place.coords.dot(&across);
+    let ordered = |(a, x): &(Point, PointId), (b, y): &(Point, PointId)| along(*a).total_cmp(&along(*b)).then(x.cmp(y));
+    let (first, last) = (ends.clone().min_by(ordered), ends.clone().max_by(ordered));
+    let Some((first, last)) = first.zip(last).filter(|(a, b)| a.1 != b.1) else { return finding };
+    let Some(line) = Polyline::new([first.0, last.0]) else { return finding };
+    // Lanes that start one behind the other need lines of their own.
+    if ends.clone().any(|(place, _)| line.distance(place) > STAGGERED) {
+        return finding;
+    }
+    let edits = vec![Edit::CreateStopLine { points: vec![first.1.0, last.1.0], element: finding.subject }];
+    finding.fixed_by("draw a stop line where its lanelets start", false, edits)
 }
 
 /// A light that hangs on the lane before its stop line instead of on the lanelets behind.

@@ -1,0 +1,47 @@
+//! The fix that draws an intersection area anew around its lanelets.
+
+use std::cell::OnceCell;
+
+use crate::diagnostic::{Edit, Finding, Subject};
+use crate::lanelet::index::{AreaOutlines, Intersection, MapIndex};
+use crate::text::counted;
+
+/// Draws areas of a map; gathers the road borders only once an area is drawn.
+pub struct RedrawnAreas<'i, 'm> {
+    map: &'i MapIndex<'m>,
+    outlines: OnceCell<AreaOutlines<'i, 'm>>,
+}
+
+impl<'i, 'm> RedrawnAreas<'i, 'm> {
+    /// For a map.
+    pub fn new(map: &'i MapIndex<'m>) -> Self {
+        Self { map, outlines: OnceCell::new() }
+    }
+
+    /// The finding with the outline that runs over the ends of the intersection's lanes and the nodes of road borders; without
+    /// a fix where there is no such outline, or it is the one that the area has.
+    pub fn mend(&self, finding: Finding, intersection: &Intersection) -> Finding {
+        let lanes: Vec<usize> = intersection.members.iter().map(|member| member.lane).collect();
+        let Some(area) = intersection.area.and_then(|id| self.map.map.polygons.get(id)) else { return finding };
+        let Some(points) = self.around(&lanes) else { return finding };
+        let known: Vec<i64> = area.points.iter().map(|id| id.0).collect();
+        if points == known {
+            return finding;
+        }
+        let edits = vec![Edit::SetVertices { way: Subject::Polygon(area.id.0), points }];
+        finding.fixed_by("draw the outline anew over the ends of its lanes and the road borders", false, edits)
+    }
+
+    /// The finding with a new area around these lanelets, in place of one that is not there.
+    pub fn replace(&self, finding: Finding, lanes: &[usize]) -> Finding {
+        let Some(points) = self.around(lanes) else { return finding };
+        let lanelets = lanes.iter().map(|&lane| self.map.lanes[lane].id.0).collect();
+        let title = format!("draw the area around {} that name it", counted(lanes.len(), "lanelet"));
+        finding.fixed_by(title, false, vec![Edit::CreateArea { points, lanelets }])
+    }
+
+    fn around(&self, lanes: &[usize]) -> Option<Vec<i64>> {
+        let outlines = self.outlines.get_or_init(|| AreaOutlines::new(self.map));
+        Some(outlines.around(lanes)?.into_iter().map(|id| id.0).collect())
+    }
+}
