@@ -5,6 +5,7 @@
 pub mod curve;
 pub mod diverge;
 pub mod fillet;
+pub mod insides;
 pub mod miter;
 pub mod polygon;
 pub mod polyline;

@@ -1,13 +1,14 @@
 //! The map as Lanelet2 sees it: every lanelet that loads, in the plane, without the doubts of our index.
 
+use geo::Coord;
 use geo::coordinate_position::{CoordPos, CoordinatePosition};
-use geo::{Coord, Relate};
 use rayon::prelude::*;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 use rustc_hash::FxHashMap;
 
-use crate::geometry::{Point as Place, Polyline, polygon, simple_ring};
+use crate::geometry::insides::insides_meet;
+use crate::geometry::{Point as Place, Polyline, polygon};
 use crate::lanelet::number::leading_integer;
 use crate::lanelet::{
     Bound, Lanelet, LaneletId, LaneletMap, LineString, Point, Polygon, RegulatoryElement, RegulatoryElementId, Target,
@@ -34,7 +35,6 @@ pub struct Seen<'m> {
     pub extent: [Place; 2],
     /// Square metres.
     pub area: f64,
-    simple: bool,
 }
 
 /// The map, looked at once for all validators.
@@ -60,7 +60,6 @@ impl<'m> Seen<'m> {
             right: points(lanelet.right),
             extent: extent(&outline),
             area: polygon::signed_area(&outline).abs(),
-            simple: simple_ring::is_simple(&outline),
             outline,
         })
     }
@@ -95,16 +94,9 @@ impl<'m> Seen<'m> {
         polygon::overlap(&self.outline, outline) / self.area
     }
 
-    /// Whether the interiors of both meet. Outlines that touch do not; one that crosses itself is measured by area.
+    /// Whether the insides of both meet. Lanelets that only touch do not.
     pub fn meets(&self, other: &Self) -> bool {
-        if !boxes_meet(self.extent, other.extent) {
-            return false;
-        }
-        if self.simple && other.simple {
-            let relation = polygon::to_geo(&self.outline).relate(&polygon::to_geo(&other.outline));
-            return relation.matches("T********").unwrap_or(false);
-        }
-        polygon::overlap(&self.outline, &other.outline) > 1e-6
+        boxes_meet(self.extent, other.extent) && insides_meet(&self.outline, &other.outline)
     }
 
     /// Length of the line midway between its bounds, or of its own centre line, in space.

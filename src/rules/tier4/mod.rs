@@ -18,7 +18,7 @@ mod walkway;
 
 use rayon::prelude::*;
 
-use crate::diagnostic::{Diagnostic, Finding};
+use crate::diagnostic::{Diagnostic, Finding, Severity, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::View;
 use crate::lanelet::placed::placed;
@@ -68,6 +68,9 @@ pub fn run(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigErr
     let loading = rows.iter().filter(|row| row.requirement.id == "load");
     let loading = loading.map(|row| super::run_row(map, config, row));
     let mut found = loading.collect::<Result<Vec<_>, ConfigError>>()?.concat();
+    found.iter_mut().filter(|one| is_silent(one) && config.severity(&one.code).is_none()).for_each(|one| {
+        one.severity = Severity::Warning;
+    });
     let Some(placed) = placed(map.map) else {
         found.extend(validate(map, config)?);
         return Ok(found);
@@ -79,6 +82,13 @@ pub fn run(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigErr
         Diagnostic { span: at.span, lonlat: at.lonlat, local: at.local, ..one }
     }));
     Ok(found)
+}
+
+/// Whether the validator's loader does not tell of a fault: it turns bounds as it finds them, and an element without an id is
+/// one to it.
+fn is_silent(found: &Diagnostic) -> bool {
+    let nameless = found.code == "load/passed-over" && found.finding.subject == Subject::Map;
+    nameless || found.code == "load/align"
 }
 
 /// What the validators find, in the order of the table.

@@ -97,8 +97,11 @@ impl<'m> LanesSeen<'_, 'm> {
 
     /// An element for an area of which no lanelet goes first before all. `listed` tells whom lanelets may ignore.
     fn element_for(&self, members: &[usize], listed: &FxHashMap<usize, &[usize]>) -> Option<Added> {
-        let (owners, yielding) =
-            self.beside_light(members).or_else(|| shared(members, listed)).or_else(|| self.of_no_effect(members))?;
+        let (owners, yielding) = self
+            .beside_light(members)
+            .or_else(|| shared(members, listed))
+            .or_else(|| self.of_no_effect(members, members))
+            .or_else(|| self.of_no_effect(members, &self.behind(members)))?;
         let ids = |lanelets: Vec<usize>| lanelets.into_iter().map(|at| self.view.lanelets[at].id()).collect();
         Some(Added { owners: ids(owners), yielding: ids(yielding) })
     }
@@ -110,13 +113,18 @@ impl<'m> LanesSeen<'_, 'm> {
         with_others.find(|(_, yielding)| !yielding.is_empty())
     }
 
-    /// An element that lists a lanelet that Autoware does not watch anyway: it comes from the same one, or does not meet the
-    /// owners. Rather of two owners than of one, whose list the validator judges.
-    fn of_no_effect(&self, members: &[usize]) -> Option<(Vec<usize>, Vec<usize>)> {
+    /// The lanelets that begin where those of an area end.
+    fn behind(&self, members: &[usize]) -> Vec<usize> {
+        members.iter().flat_map(|&at| self.graph.following(at)).collect()
+    }
+
+    /// An element that lists one of `others`, a lanelet that Autoware does not watch anyway: it comes from the same one, or does
+    /// not meet the owners. Rather of two owners than of one, whose list the validator judges.
+    fn of_no_effect(&self, members: &[usize], others: &[usize]) -> Option<(Vec<usize>, Vec<usize>)> {
         let unwatched = |x: usize| -> BTreeSet<usize> {
             let meets: FxHashSet<usize> = self.graph.conflicting(x).into_iter().collect();
             let free = |y: &usize| *y != x && (!meets.contains(y) || share_predecessor(&self.graph, x, *y));
-            members.iter().copied().filter(free).collect()
+            others.iter().copied().filter(free).collect()
         };
         let owns = |at: &&usize| matches!(self.judged(**at), Judged::Never | Judged::By(Ruled::ByNothing));
         let owners: Vec<(usize, BTreeSet<usize>)> = members.iter().filter(owns).map(|&x| (x, unwatched(x))).collect();
