@@ -21,6 +21,9 @@ GEOMETRY, BUILD, CHECK = 20.0, 7.0, 1.0
 TILED, TILES = "autoware_road_shoulder.osm", (12, 24, 48)
 # Tiled maps must not cost more a tile than this many times what the fewest tiles cost.
 GROWTH = 1.25
+# Built cities. `check` may take these shares of the time in which the library loads them, and so many times the file in memory.
+CITIES = ("osm_more/bus.osm", "osm_more/krems.osm", "osm/harrisburg.osm", "osm_more/campo_grande.osm")
+WALL, PROCESSORS, MEMORY = 0.8, 1.0, 2.5
 
 
 def netconvert(oracle, extract, output):
@@ -83,15 +86,39 @@ def tiled(oracle, shared, tiles, work):
     return path
 
 
-def checks(ours, oracle, shared, runs, work):
+def loading(oracle, path):
+    """The command by which the Lanelet2 library loads a map."""
     load = "import sys, lanelet2\nfrom lanelet2.projection import UtmProjector\n"
     load += "origin = lanelet2.io.Origin(*map(float, sys.argv[2:4]))\nlanelet2.io.loadRobust(sys.argv[1], UtmProjector(origin))"
-    maps = [tiled(oracle, shared, tiles, work) for tiles in TILES]
-    with open(maps[0], encoding="utf-8") as text:
+    with open(path, encoding="utf-8") as text:
         first = next(line for line in text if "<node " in line)
     origin = [first.split(f'{name}="')[1].split('"')[0] for name in ("lat", "lon")]
+    return ([oracle, "-c", load, path, *origin],)
+
+
+def cities(ours, oracle, shared, runs, work):
+    print("\nChecking built cities with all rules; shares of what the Lanelet2 library takes to load them\n")
+    print("| map | MB | wall | CPU | peak, times the file | aims |\n|---|---:|---:|---:|---:|---|")
+    good = True
+    for city in CITIES:
+        extract = shared / "corpus" / city
+        subprocess.check_call([ours, "build", extract, "-o", work / extract.stem], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        path = work / extract.stem / "lanelet2_map.osm"
+        check = ([ours, "check", path, "--format", "json"],)
+        (load_wall, load_processors, _), (wall, processors, peak) = least([loading(oracle, path), check], runs)
+        size = path.stat().st_size / 1e6
+        shares = (wall / load_wall, processors / load_processors, peak * 1.048576 / size)
+        met = all(share <= aim for share, aim in zip(shares, (WALL, PROCESSORS, MEMORY)))
+        good &= met
+        columns = " | ".join(f"{share:.2f}" for share in shares)
+        print(f"| {extract.stem} | {size:.1f} | {columns} | {WALL}, {PROCESSORS}, {MEMORY}: {'met' if met else 'MISSED'} |")
+    return good
+
+
+def checks(ours, oracle, shared, runs, work):
+    maps = [tiled(oracle, shared, tiles, work) for tiles in TILES]
     check = [([ours, "check", path, "--isolated", "--format", "json"],) for path in maps]
-    measured = least([([oracle, "-c", load, maps[-1], *origin],), *check], runs)
+    measured = least([loading(oracle, maps[-1]), *check], runs)
     title = f"Checking with all rules: {TILED} tiled, {maps[-1].stat().st_size / 1e6:.0f} MB"
     names = ["Lanelet2 library, load alone", "lanewright check"]
     good = table(title, names, [measured[0], measured[-1]], 0, [None, CHECK])
@@ -114,7 +141,7 @@ def main():
     args = parser.parse_args()
     with tempfile.TemporaryDirectory(dir=os.environ.get("TMPDIR")) as work:
         places = (args.lanewright.resolve(), args.oracle, args.shared.resolve(), args.runs, pathlib.Path(work))
-        good = [streets(*places), checks(*places)]
+        good = [streets(*places), checks(*places), cities(*places)]
     sys.exit(0 if all(good) else 1)
 
 

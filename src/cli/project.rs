@@ -62,7 +62,7 @@ fn infer_map(map: &Path) -> Result<u8, Failure> {
     let points = twice(&opened.osm);
     if points.is_empty() {
         return Err(Failure::new(format!("no node of {} has both degrees and metres", map.display()))
-            .help("lat and lon, local_x and local_y on the same node tell the projection"));
+            .help("lat and lon, local_x and local_y on the same node tell the projection; `lanewright project convert` adds the latter"));
     }
     progress.next("measuring");
     let found = infer(&points);

@@ -201,7 +201,7 @@ fn spaced(line: &[Point]) -> Vec<Point> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::pose::{SAGITTA, STRAIGHT_STEP, pose};
+    use crate::geometry::pose::{SAGITTA, STRAIGHT_STEP, TURN_STEP, pose};
 
     #[test]
     fn turns_go_straight_on_over_crosswalks_and_in_large_intersections() {
@@ -258,7 +258,7 @@ mod tests {
             assert!((ends[0].unwrap() - from.point).norm() < 1e-9 && (ends[1].unwrap() - to.point).norm() < 1e-9);
             for w in curve.windows(3) {
                 let turn = angle_between(w[1].point - w[0].point, w[2].point - w[1].point).abs();
-                assert!(turn < 8f64.to_radians(), "{turn} on the way to {to:?}");
+                assert!(turn < 1.01 * TURN_STEP, "{turn} on the way to {to:?}");
             }
             for w in curve.windows(2) {
                 assert!((w[1].point - w[0].point).norm() <= STRAIGHT_STEP + 1e-9);

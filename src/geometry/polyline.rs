@@ -248,8 +248,27 @@ impl Polyline {
     /// [`Polyline::MOST_PIECES`] pieces.
     #[must_use]
     pub fn resampled(&self, step: f64) -> Self {
-        let pieces = (self.length() / step).ceil().clamp(1.0, Self::MOST_PIECES) as usize;
-        self.resampled_to(pieces + 1)
+        Self { points: self.places(step).collect() }
+    }
+
+    /// The points of [`Polyline::resampled`], each found when it is asked for.
+    pub fn places(&self, step: f64) -> impl ExactSizeIterator<Item = Point> + '_ {
+        let length = self.length();
+        let pieces = (length / step).ceil().clamp(1.0, Self::MOST_PIECES) as usize;
+        let end_of = |segment: usize, start: f64| start + (self.points[segment + 1] - self.points[segment]).norm();
+        let (mut segment, mut start, mut end) = (0, 0.0, end_of(0, 0.0));
+        (0..pieces + 1).map(move |i| {
+            if i == 0 || i == pieces {
+                return if i == 0 { self.first() } else { self.last() };
+            }
+            let station = length * i as f64 / pieces as f64;
+            while segment + 2 < self.points.len() && end < station {
+                segment += 1;
+                (start, end) = (end, end_of(segment, end));
+            }
+            let (a, b) = (self.points[segment], self.points[segment + 1]);
+            a + (b - a) * ((station - start) / (end - start)).clamp(0.0, 1.0)
+        })
     }
 
     /// The points at ascending stations, metres, clamped to the ends.

@@ -69,7 +69,7 @@ impl Point {
     }
 
     fn more(&mut self) -> &mut More {
-        let none = || Box::new(More { attributes: Attributes::new(), lonlat: NOWHERE, local: [true; 2], span: None });
+        let none = || Box::new(More { attributes: Attributes::new(), lonlat: NOWHERE, local: [false; 2], span: None });
         self.more.get_or_insert_with(none)
     }
 
@@ -84,9 +84,9 @@ impl Point {
         self.more.as_ref().map(|more| more.lonlat).filter(|place| !place.lon.is_nan())
     }
 
-    /// Whether the tags `local_x` and `local_y` exist and are numbers. They do when a point that was built is written.
+    /// Whether the tags `local_x` and `local_y` exist and are numbers. A point that was built has none.
     pub fn local(&self) -> [bool; 2] {
-        self.more.as_ref().map_or([true; 2], |more| more.local)
+        self.more.as_ref().map_or([false; 2], |more| more.local)
     }
 
     /// The other tags (`ele`, `local_x`, `local_y` are left out).

@@ -19,8 +19,8 @@ const CHUNK: usize = 1 << 8;
 /// Chunks that are made before they are written: their text is held in memory.
 const CHUNKS: usize = 16;
 
-/// Writes the map. Points without `lonlat` get it from their position by way of the projector; `local_x` and `local_y`
-/// are always the position.
+/// Writes the map. Points without `lonlat` get it from their position by way of the projector. `local_x` and `local_y` are the
+/// position; they are written where the loader reads them, which is under [`Projector::Local`] alone, and for points that had them.
 ///
 /// # Errors
 ///
@@ -31,10 +31,11 @@ pub fn to_osm(map: &LaneletMap, projector: &Projector, mut out: impl Write + Sen
     out.write_all(OsmText::head(&meta).as_bytes())?;
     let mut texts = Texts::default();
     let points = map.points.as_slice();
+    let local = *projector == Projector::Local;
     texts.write_all(&mut out, &map.points.ascending(), |positions, text| {
         let points: Vec<&Point> = positions.iter().map(|&at| &points[at as usize]).collect();
         for (point, place) in points.iter().zip(lonlats(&points, projector)) {
-            node(text, point, place);
+            node(text, point, place, local);
         }
     })?;
     let lines = map.linestrings.iter().map(|line| ((line.id.0, false), WrittenWay::Line(line)));
@@ -91,10 +92,14 @@ fn sorted<K: Copy + Ord + Send, T: Send>(items: impl Iterator<Item = (K, T)>) ->
     items
 }
 
-fn node(text: &mut OsmText, point: &Point, place: Option<LonLat>) {
+fn node(text: &mut OsmText, point: &Point, place: Option<LonLat>, local: bool) {
     text.begin_node(point.id.0, place);
-    text.number("local_x", point.position.x, LOCAL_DECIMALS);
-    text.number("local_y", point.position.y, LOCAL_DECIMALS);
+    let coordinates = [("local_x", point.position.x), ("local_y", point.position.y)];
+    for ((key, metres), had) in coordinates.into_iter().zip(point.local()) {
+        if local || had {
+            text.number(key, metres, LOCAL_DECIMALS);
+        }
+    }
     if let Some(metres) = point.ele() {
         text.exact("ele", metres);
     }
@@ -243,8 +248,6 @@ mod tests {
   <node id="1" version="1" lat=""#;
         assert!(text.starts_with(head), "{text}");
         let tags = r#"">
-    <tag k="local_x" v="400.0000"/>
-    <tag k="local_y" v="603.0000"/>
     <tag k="ele" v="12.5"/>
   </node>
 "#;
@@ -298,7 +301,13 @@ mod tests {
     #[test]
     fn a_map_without_projection_survives() {
         let text = written(&made(), &Projector::Local);
-        assert!(text.contains(r#"<node id="1" version="1" lat="" lon="">"#), "{text}");
+        let node = r#"<node id="1" version="1" lat="" lon="">
+    <tag k="local_x" v="400.0000"/>
+    <tag k="local_y" v="603.0000"/>
+    <tag k="ele" v="12.5"/>
+  </node>
+"#;
+        assert!(text.contains(node), "{text}");
         let map = read(&text, &Projector::Local);
         assert_eq!(map.points.get(PointId(1)).unwrap().position, PlanePoint::new(400.0, 603.0));
         assert_eq!(written(&map, &Projector::Local), text);

@@ -3,9 +3,10 @@
 use rayon::prelude::*;
 
 use crate::diagnostic::Edit;
-use crate::geometry::{Point, Polyline};
+use crate::geometry::{Polyline, Vector};
 use crate::lanelet::LineStringId;
-use crate::lanelet::index::{Lane, MapIndex};
+use crate::lanelet::index::view::boxes_meet;
+use crate::lanelet::index::{Lane, MapIndex, extent};
 use crate::parallel::Finely;
 
 /// Distance between measurements along a bound, metres: short compared with any lane.
@@ -79,13 +80,16 @@ impl ParallelBounds {
 
 /// Whether the required share of a line lies close to another.
 fn runs_along(line: &Polyline, other: &Polyline, reach: Reach) -> bool {
-    let places = line.resampled(STEP).into_points();
+    let [low, high] = extent(other.points());
+    let margin = Vector::repeat(reach.apart);
+    let around = [low - margin, high + margin];
+    let mut places = line.places(STEP);
+    let count = places.len();
     let (mut far, mut hint) = (0, 0);
-    let mut enough = |p: &Point| {
-        far += usize::from(!other.reaches(*p, reach.apart, &mut hint));
-        (places.len() - far) as f64 / places.len() as f64 >= reach.share
-    };
-    places.iter().all(&mut enough)
+    places.all(|p| {
+        far += usize::from(!boxes_meet([p; 2], around) || !other.reaches(p, reach.apart, &mut hint));
+        (count - far) as f64 / count as f64 >= reach.share
+    })
 }
 
 /// Whether the height ranges of two lanes are so far apart that they cannot be on one level.
@@ -94,25 +98,26 @@ pub fn on_two_levels(map: &MapIndex, a: &Lane, b: &Lane) -> bool {
     gap > map.thresholds.grade_separation
 }
 
-/// All pairs of lanes whose bounds run along each other, where `first` accepts the one and `second` the other.
+/// All pairs of lanes whose bounds run along each other, where `first` accepts the one, by its position, and `second` the other.
 pub fn all(
     map: &MapIndex,
     reach: Reach,
-    first: impl Fn(&Lane) -> bool + Sync,
-    second: impl Fn(&Lane) -> bool + Sync,
+    first: impl Fn(usize) -> bool + Sync,
+    second: impl Fn(usize) -> bool + Sync,
 ) -> Vec<ParallelBounds> {
-    let bounds = |lane: &Lane| [0, 1].map(|side| lane.border(side));
-    let taking_part = |lane: &Lane| if first(lane) || second(lane) { bounds(lane) } else { Bounds::default() };
-    let lines: Vec<Bounds> = map.lanes.par_iter().finely().map(taking_part).collect();
+    let taking_part = |at: usize| {
+        if first(at) || second(at) { [0, 1].map(|side| map.lanes[at].border(side)) } else { Bounds::default() }
+    };
+    let lanes = || (0..map.lanes.len()).into_par_iter().finely();
+    let lines: Vec<Bounds> = lanes().map(taking_part).collect();
     let of_lane = |at: usize| {
         let [low, high] = map.lanes[at].extent;
-        let margin = crate::geometry::Vector::new(reach.apart, reach.apart);
+        let margin = Vector::repeat(reach.apart);
         let near = map.lanes_near(low - margin, high + margin).into_iter();
-        let others = near.filter(|&other| other != at && second(&map.lanes[other]));
+        let others = near.filter(|&other| other != at && second(other));
         others
             .filter_map(|other| ParallelBounds::of(map, [at, other], [&lines[at], &lines[other]], reach))
             .collect::<Vec<_>>()
     };
-    let all = (0..map.lanes.len()).into_par_iter().finely().filter(|&at| first(&map.lanes[at]));
-    all.flat_map_iter(of_lane).collect()
+    lanes().filter(|&at| first(at)).flat_map_iter(of_lane).collect()
 }

@@ -54,7 +54,7 @@ pub fn copies(map: &MapIndex, kind: RoadType, reach: Reach) -> Vec<ParallelBound
     if !map.lanes.iter().any(|lane| lane.kind == kind) {
         return Vec::new();
     }
-    parallel_bounds::all(map, reach, |lane| lane.kind == RoadType::Road, |lane| lane.kind == kind)
+    parallel_bounds::all(map, reach, |at| map.lanes[at].kind == RoadType::Road, |at| map.lanes[at].kind == kind)
 }
 
 /// Says of each copy that it is one.

@@ -2,6 +2,7 @@
 
 use crate::geometry::{Point, Polyline, Vector, segment_crossing};
 use crate::lanelet::LineStringId;
+use crate::lanelet::index::view::boxes_meet;
 use crate::lanelet::index::{Lane, MapIndex, StopLine, extent};
 
 /// A place where a stop line crosses the middle of a lane.
@@ -32,11 +33,14 @@ pub fn crossings(map: &MapIndex, line: &StopLine, extra: f64) -> Vec<StopLineCro
         .filter(|&lane| map.lanes[lane].is_for_cars())
         .filter_map(|lane| crossing(line, &map.lanes[lane], extra).map(|found| StopLineCrossing { lane, ..found }))
         .collect();
-    // Lines are drawn without heights more often than lanes: the nearest level is theirs, however far it is.
-    let height = |crossing: &StopLineCrossing| map.height(crossing.lane, crossing.place).unwrap_or(line.height);
-    let off = |height: f64| (height - line.height).abs();
-    if let Some(own) = found.iter().map(height).min_by(|a, b| off(*a).total_cmp(&off(*b))) {
-        found.retain(|crossing| (height(crossing) - own).abs() <= map.thresholds.grade_separation);
+    if found.len() > 1 {
+        // Lines are drawn without heights more often than lanes: the nearest level is theirs, however far it is.
+        let height = |crossing: &StopLineCrossing| map.height(crossing.lane, crossing.place).unwrap_or(line.height);
+        let heights: Vec<f64> = found.iter().map(height).collect();
+        let off = |height: &f64| (height - line.height).abs();
+        let own = heights.iter().copied().min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(line.height);
+        let mut heights = heights.into_iter();
+        found.retain(|_| heights.next().is_some_and(|height| (height - own).abs() <= map.thresholds.grade_separation));
     }
     found
 }
@@ -45,17 +49,28 @@ fn crossing(line: &StopLine, lane: &Lane, extra: f64) -> Option<StopLineCrossing
     let center = lane.center.as_ref()?;
     let along = (line.ends[1] - line.ends[0]).try_normalize(Polyline::MERGE)?;
     let [a, b] = [line.ends[0] - along * extra, line.ends[1] + along * extra];
+    let [low, high] = extent(&[a, b]);
+    let margin = Vector::repeat(Polyline::MERGE);
+    // Most segments are told apart by their boxes.
+    let crossed = |c: Point, d: Point| {
+        let near = boxes_meet(extent(&[c, d]), [low - margin, high + margin]);
+        let (.., place) = near.then(|| segment_crossing(a, b, c, d))??;
+        Some(((place - c).norm(), place))
+    };
     let last = center.length();
-    let first_step = [center.first() - center.direction(0.0) * SLACK, center.first()];
-    let last_step = [center.last(), center.last() + center.direction(last) * SLACK];
-    let stations = center.stations();
-    let own = center.segments().zip(&stations).map(|((c, d), &station)| (c, d, station));
-    let steps =
-        [(first_step[0], first_step[1], -SLACK)].into_iter().chain(own).chain([(last_step[0], last_step[1], last)]);
-    let (station, place) = steps.into_iter().find_map(|(c, d, before)| {
-        let (.., place) = segment_crossing(a, b, c, d)?;
-        Some((before + (place - c).norm(), place))
-    })?;
+    let before = || {
+        let (reached, place) = crossed(center.first() - center.direction(0.0) * SLACK, center.first())?;
+        Some((reached - SLACK, place))
+    };
+    let on_lane = || {
+        let (i, (reached, place)) = center.segments().enumerate().find_map(|(i, (c, d))| Some((i, crossed(c, d)?)))?;
+        Some((center.stations()[i] + reached, place))
+    };
+    let behind = || {
+        let (reached, place) = crossed(center.last(), center.last() + center.direction(last) * SLACK)?;
+        Some((last + reached, place))
+    };
+    let (station, place) = before().or_else(on_lane).or_else(behind)?;
     let heading = center.direction(station.clamp(0.0, last));
     let askew = 90.0 - (along.dot(&heading)).abs().clamp(0.0, 1.0).acos().to_degrees();
     Some(StopLineCrossing { lane: 0, station, place, askew, span: span(line, lane, place, along)? })

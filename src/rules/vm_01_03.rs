@@ -181,13 +181,15 @@ fn part(line: &Polyline, other: &Polyline) -> bool {
 fn runs_along(line: &Polyline, other: &Polyline, params: &Params) -> bool {
     let [low, high] = extent(other.points());
     let margin = Vector::repeat(params.gap_most);
-    if !boxes_meet(extent(line.points()), [low - margin, high + margin]) {
+    let around = [low - margin, high + margin];
+    if !boxes_meet(extent(line.points()), around) {
         return false;
     }
-    let places = line.resampled(STEP);
-    let mut may_miss = ((1.0 - params.share_least) * places.points().len() as f64) as usize;
-    places.points().iter().all(|&place| {
-        let close = other.distance(place) <= params.gap_most;
+    let mut places = line.places(STEP);
+    let mut may_miss = ((1.0 - params.share_least) * places.len() as f64) as usize;
+    let mut hint = 0;
+    places.all(|place| {
+        let close = boxes_meet([place; 2], around) && other.reaches(place, params.gap_most, &mut hint);
         let missed = !close && may_miss > 0;
         may_miss -= usize::from(missed);
         close || missed

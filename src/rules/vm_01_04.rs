@@ -29,16 +29,15 @@ impl Rule for OpposingLanes {
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         let reach = Reach { apart: params.apart, share: params.share };
-        let twins = parallel_bounds::all(map, reach, |lane| lane.is_for_cars(), |lane| lane.is_for_cars());
-        let outside = |twins: &ParallelBounds| twins.lanes.iter().all(|&lane| map.intersections_of(lane).is_empty());
+        let outside = |at: usize| map.lanes[at].is_for_cars() && map.intersections_of(at).is_empty();
+        let twins = parallel_bounds::all(map, reach, outside, outside);
         // Of two views of one pair, that of the lane with the longer border.
         let first = |twins: &ParallelBounds| {
             let key = |i: usize| (twins.lengths[i], std::cmp::Reverse(map.lanes[twins.lanes[i]].id));
             key(0) > key(1)
         };
         let open = |twins: &ParallelBounds| !twins.ways.iter().any(|&way| is_barrier(map, way));
-        let fits =
-            |one: &ParallelBounds| one.opposed && outside(one) && open(one) && first(one) && !part(map, one, params);
+        let fits = |one: &ParallelBounds| one.opposed && open(one) && first(one) && !part(map, one, params);
         let mut by_lane: BTreeMap<usize, Vec<ParallelBounds>> = BTreeMap::new();
         for one in twins.into_iter().filter(fits) {
             by_lane.entry(one.lanes[0]).or_default().push(one);

@@ -48,14 +48,19 @@ pub struct Draft {
 }
 
 impl Draft {
+    /// The map, every node with `local_x` and `local_y`, as editors write them.
     pub fn of(data: &OsmData, projector: Projector) -> Self {
-        Self {
+        let mut draft = Self {
             meta: data.meta.clone().unwrap_or_default(),
             nodes: data.nodes.clone(),
             ways: data.ways.clone(),
             relations: data.relations.clone(),
             projector,
+        };
+        for node in &mut draft.nodes {
+            set_local(node, projector.forward(node.position.unwrap(), 0.0).unwrap());
         }
+        draft
     }
 
     /// The file that says so.
@@ -122,8 +127,7 @@ impl Draft {
         let lonlat = self.projector.inverse(to);
         let node = self.node(id);
         node.position = lonlat;
-        node.tags.set("local_x", format!("{:.4}", to.x));
-        node.tags.set("local_y", format!("{:.4}", to.y));
+        set_local(node, to);
     }
 
     /// Relations of `type=lanelet`.
@@ -229,4 +233,10 @@ pub fn without(tags: &Tags, key: &str) -> Tags {
 /// A reference from a relation to another.
 pub fn relation_member(id: i64, role: &str) -> Member {
     Member { kind: ElementKind::Relation, id, role: role.into() }
+}
+
+/// Says in metres where a node lies.
+fn set_local(node: &mut Node, place: Point) {
+    node.tags.set("local_x", format!("{:.4}", place.x));
+    node.tags.set("local_y", format!("{:.4}", place.y));
 }

@@ -389,7 +389,11 @@ fn a_formatted_map_says_the_same_and_stays_so() {
 fn a_projection_is_found_and_changed() {
     let dir = tempfile::tempdir().unwrap();
     let sample = root().join("sample_maps/crossing_left.osm");
-    lanewright(dir.path(), &["build", sample.to_str().unwrap(), "-o", "map"]).exits(0);
+    lanewright(dir.path(), &["build", sample.to_str().unwrap(), "-o", "built"]).exits(0);
+    // Autoware needs no metres beside degrees, so they are not written.
+    lanewright(dir.path(), &["project", "infer", "built"])
+        .fails_saying(&["has both degrees and metres", "project convert"]);
+    lanewright(dir.path(), &["project", "convert", "built", "--to", "MGRS", "-o", "map"]).exits(0);
     let told = lanewright(dir.path(), &["project", "infer", "map"]).exits(0).stdout;
     assert!(told.contains("projector_type: MGRS"), "{told}");
     for to in ["TransverseMercator", "LocalCartesianUTM", "LocalCartesian"] {
