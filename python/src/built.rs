@@ -98,6 +98,7 @@ pub fn build(
             profile: arguments::profile(profile)?,
             ..arguments::configuration(config, isolated)?
         },
+        ..LayoutOptions::default()
     };
     let threads = arguments::threads(threads)?;
     let name = input.name();
@@ -105,9 +106,12 @@ pub fn build(
         if let Some(directory) = &output {
             api::spare(directory)?;
         }
-        let layout = Layout::read(input, &options, &|_| ())?;
-        let merges: Vec<String> = layout.plan.streets.merges.iter().map(ToString::to_string).collect();
-        let map = api::BuiltMap::of(layout);
+        let mut merges: Vec<String> = Vec::new();
+        let map = api::BuiltMap::uncontested(&options, |options| {
+            let layout = Layout::read(input.clone(), options, &|_| ())?;
+            merges = layout.plan.streets.merges.iter().map(ToString::to_string).collect();
+            Ok::<Layout, api::Error>(layout)
+        })?;
         if let Some(directory) = &output {
             map.write(directory)?;
         }

@@ -57,6 +57,7 @@ pub fn geometry(
         projector: arguments::projector(projector)?,
         dem: dem.map(|given| arguments::input("dem", given, None)).transpose()?,
         configuration: arguments::configuration(config, isolated)?,
+        ..LayoutOptions::default()
     };
     let name = input.name();
     let laid = work::run(py, arguments::threads(threads)?, move || {

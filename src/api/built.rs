@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 
-use crate::builder::{Built, build_plan};
+use crate::builder::{Built, build_plan, uncontested};
 use crate::cells::Divided;
 use crate::lanelet::{self, INFO, MAP};
 use crate::projection::{VerticalDatum, write_info};
@@ -15,7 +15,7 @@ use super::config::NAME;
 use super::divided::{grid, into_draft, told};
 use super::error::{Error, ErrorKind};
 use super::files::{self, SETTINGS_HEAD, spare};
-use super::layout::Layout;
+use super::layout::{Layout, LayoutOptions};
 use super::{InMemory, Input};
 
 /// A map that was built, with what goes beside it.
@@ -29,6 +29,22 @@ impl BuiltMap {
     /// The map that streets become.
     pub fn of(layout: Layout) -> Self {
         Self { built: build_plan(layout.plan) }
+    }
+
+    /// The map that an input becomes by way of its streets, which `lay_out` lays out: once more where elements want the same id.
+    ///
+    /// # Errors
+    ///
+    /// As `lay_out` has it.
+    pub fn uncontested<E>(
+        options: &LayoutOptions,
+        mut lay_out: impl FnMut(&LayoutOptions) -> Result<Layout, E>,
+    ) -> Result<Self, E> {
+        let built = uncontested(&options.contested, |contested| {
+            let options = LayoutOptions { contested: contested.clone(), ..options.clone() };
+            lay_out(&options).map(|layout| build_plan(layout.plan))
+        });
+        built.map(|built| Self { built })
     }
 
     /// Writes `lanelet2_map.osm`.

@@ -132,6 +132,12 @@ impl<'a> Draft<'a> {
         Ok(folder)
     }
 
+    /// Takes a folder beside the output as one of the draft's files.
+    pub fn adopt(&mut self, name: &str, folder: &Path) -> Result<(), Failure> {
+        let place = self.folder(name)?;
+        fs::rename(folder, &place).map_err(|e| failed("write", &self.dir.join(name), e))
+    }
+
     /// A place for a file that is not to be part of the result, and is gone when the draft is.
     pub fn scratch(&mut self, name: &str) -> Result<PathBuf, Failure> {
         let home = self.aside.path();
@@ -195,6 +201,11 @@ fn builder<'p>(result: bool) -> tempfile::Builder<'p, 'p> {
     builder
 }
 
+/// A directory in another that is gone when it is dropped.
+pub(super) fn aside(home: &Path) -> io::Result<TempDir> {
+    builder(false).tempdir_in(home)
+}
+
 /// Whether two files could take each other's place in one move. Where one took the other's, file systems would begin to write
 /// it to the disk before they go on.
 #[cfg(target_os = "linux")]
@@ -215,7 +226,8 @@ pub(super) fn there_already(place: &Path) -> Failure {
         .help("nothing was changed; move it away or give another output")
 }
 
-fn parent(dir: &Path) -> &Path {
+/// The directory in which another is, or will be.
+pub(super) fn parent(dir: &Path) -> &Path {
     dir.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 

@@ -1,5 +1,6 @@
 //! What `build` and `geometry` start from: OpenStreetMap data, or streets as GeoJSON, laid out.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -32,6 +33,8 @@ pub struct LayoutOptions {
     pub dem: Option<Input>,
     /// Which settings count. Of its fields, `select` and `ignore` mean nothing here.
     pub configuration: Configuration,
+    /// Ids that two elements want, so that neither gets them; [`build`](crate::build()) finds out.
+    pub contested: BTreeSet<i64>,
 }
 
 /// Streets that are laid out: roads, lanes and intersections, before they become a map.
@@ -158,7 +161,8 @@ fn build_options(settings: Settings, said: &LayoutOptions) -> Result<BuildOption
     });
     let wanted = settings.merge.into_iter().map(|said| (said, true));
     let merges = wanted.chain(settings.keep_apart.into_iter().map(|said| (said, false))).collect();
-    let mut options = BuildOptions { driving_side, merges, ..BuildOptions::default() };
+    let mut options =
+        BuildOptions { driving_side, merges, contested: said.contested.clone(), ..BuildOptions::default() };
     options.terrain = said.dem.as_ref().map(terrain).transpose()?.map(Arc::new);
     options.beside = settings.beside.unwrap_or_default();
     let lights = settings.lights.unwrap_or_default();

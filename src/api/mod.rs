@@ -13,6 +13,7 @@ mod fixed;
 pub(crate) mod layout;
 pub(crate) mod load;
 mod tiles;
+mod workplace;
 
 use std::path::{Path, PathBuf};
 
@@ -103,7 +104,8 @@ pub fn write_file(file: &Path, bytes: &[u8]) -> Result<(), Error> {
 ///
 /// Where the input or settings cannot be read, or have no road that a map could be built from.
 pub fn build(input: impl Into<Input>, options: &LayoutOptions) -> Result<BuiltMap, Error> {
-    Ok(BuiltMap::of(geometry(input, options)?))
+    let input = input.into();
+    BuiltMap::uncontested(options, |options| geometry(input.clone(), options))
 }
 
 /// Lays out the streets of OpenStreetMap data: roads, lanes and intersections, before they become a map.

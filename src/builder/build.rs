@@ -11,16 +11,19 @@ use crate::settings::{MergeSettings, Profile, Settings};
 
 use super::assemble::{Assembled, assemble};
 use super::control::signal_arrows::SignalArrows;
+use super::ids::{Contest, Id};
 use super::layout::layout_loop::lay_out;
 use super::network::unreachable_lanes::without_unreachable_lanes;
 use super::network::{NetworkError, NetworkOptions, NetworkReading, RoadKey, RoadNetwork, UNMET_ROAD, road_network};
 use super::options::{BuildOptions, Plan};
+use super::postprocess::map_editor::is_taken;
 use super::postprocess::{grade_separation, tier4, turn_signal, user_elements};
 use super::streets::consolidate::{MergeOverride, OverrideTarget};
 use super::streets::heights::{ElevationTags, elevation_tags};
 use super::streets::{Streets, streets};
 
 use std::borrow::Borrow;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -71,6 +74,8 @@ pub struct Built {
     pub notes: Vec<Finding>,
     /// How much there is.
     pub summary: Summary,
+    /// Ids that two elements want, but for those that were known before: whoever came first has them, and is to have them no more.
+    pub contested: Vec<i64>,
 }
 
 /// Builds a map from OpenStreetMap's elements; every point has longitude and latitude.
@@ -78,8 +83,34 @@ pub struct Built {
 /// # Errors
 /// There is nothing to drive on, it has no place on earth, or the elements are a Lanelet2 map.
 pub fn build(osm: &OsmData, options: &BuildOptions) -> Result<Built, BuildError> {
-    let mut built = build_plan(plan(osm, options)?);
+    let mut built = uncontested(&options.contested, |contested| {
+        let options = BuildOptions { contested: contested.clone(), ..options.clone() };
+        plan(osm, &options).map(build_plan)
+    })?;
     built.map.place_on_globe(&built.projector);
+    Ok(built)
+}
+
+/// Builds a map anew while elements want the same id, so that neither gets it. Ids are hashes, so this is so once among tens of
+/// thousands of intersections.
+///
+/// # Errors
+/// As `build` has it.
+pub fn uncontested<E>(
+    known: &BTreeSet<i64>,
+    mut build: impl FnMut(&BTreeSet<i64>) -> Result<Built, E>,
+) -> Result<Built, E> {
+    /// Of elements with the same part and place, which there should not be, the later one gives way.
+    const ROUNDS: usize = 4;
+    let mut contested = known.clone();
+    let mut built = build(&contested)?;
+    for _ in 1..ROUNDS {
+        if built.contested.is_empty() {
+            break;
+        }
+        contested.extend(&built.contested);
+        built = build(&contested)?;
+    }
     Ok(built)
 }
 
@@ -147,7 +178,16 @@ fn laid_out(Read { mut network, mut notes, spots, projector }: Read, options: &B
     wishes.extend(overruled_wishes(&streets, &options.merges));
     streets.findings.extend(wishes);
     let (inside, heights) = (options.inside.clone(), options.streets.heights.clone());
-    Plan { streets, projector, guesses: notes.len(), notes, inside, heights, profile: options.profile }
+    Plan {
+        streets,
+        projector,
+        guesses: notes.len(),
+        notes,
+        inside,
+        heights,
+        profile: options.profile,
+        contested: options.contested.clone(),
+    }
 }
 
 /// A wish of the settings in the metres of the map.
@@ -207,15 +247,16 @@ fn unmet_wish((said, merge): &(MergeSettings, bool)) -> Finding {
 }
 
 /// Builds a map from streets; its points know their place in the plane only, until [`LaneletMap::place_on_globe`].
-pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights, profile }: Plan) -> Built {
+pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights, profile, contested }: Plan) -> Built {
     let Streets { network, outlines, merges, findings } = streets;
     // Only what they leave of the roads is asked for.
     drop(outlines.intersections);
     let (network, kept, unreachable) = without_unreachable_lanes(network, outlines.kept);
     notes.extend(findings);
     notes.extend(unreachable);
+    let contest = Arc::new(Contest::of(&contested));
     let apart = merges.iter().filter(|note| note.wish.is_some() && !note.merged).map(|note| note.key).collect();
-    let (layout, more) = lay_out(network, kept, &apart, &heights);
+    let (layout, more) = lay_out(network, kept, &apart, &heights, contest.clone());
     notes.extend(more);
     let Assembled { mut map, mut settings, notes: more, areas, roads } =
         assemble(layout, &SignalArrows::new(&inside, &projector));
@@ -236,7 +277,8 @@ pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights
         regulatory_elements: map.regulatory_elements.len(),
         guesses,
     };
-    Built { map, projector, settings, notes, summary }
+    let contested = contest.found(|id| is_taken(&map, id as Id));
+    Built { map, projector, settings, notes, summary, contested }
 }
 
 /// The box around all nodes of ways that are roads by their tags.

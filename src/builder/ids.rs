@@ -1,5 +1,8 @@
 //! Ids that stay: derived from the ids of the input and the part an element plays, by a hash that never changes.
 
+use std::collections::BTreeSet;
+use std::sync::{Mutex, PoisonError};
+
 use rustc_hash::FxHashSet;
 
 /// Every id but a polygon's is above this, so that the two can never meet.
@@ -60,6 +63,58 @@ impl Key {
 
 /// An id before it belongs to a kind of element.
 pub type Id = u64;
+
+/// Which ids two elements want. Neither gets them, so that the id of an element depends on no other element, and is the same in any
+/// part of the map that is built by itself. Only those of polygons, with 31 bits, are noted: of a million ids with 53 bits two are the
+/// same once among ten thousand maps, unless they stand for the same thing, and then they lie side by side.
+#[derive(Debug, Default)]
+pub struct Contest {
+    known: FxHashSet<Id>,
+    /// Those found out now: an id that was given, and one that was wanted before and taken.
+    found: Mutex<Vec<[Id; 2]>>,
+}
+
+impl Contest {
+    /// With ids that are known to be wanted twice.
+    pub fn of(known: &BTreeSet<i64>) -> Self {
+        Self { known: known.iter().map(|id| *id as Id).collect(), found: Mutex::default() }
+    }
+
+    /// Whether an id is known to be wanted twice.
+    pub fn knows(&self, id: &Id) -> bool {
+        self.known.contains(id)
+    }
+
+    /// Notes what an element got that wanted these ids, in this order.
+    pub fn note(&self, wanted: impl Iterator<Item = Id>, given: i64) {
+        let given = given as Id;
+        let lost = wanted.take_while(|id| *id != given).filter(|id| !self.knows(id)).map(|id| [given, id]);
+        let mut lost = lost.peekable();
+        if lost.peek().is_some() {
+            self.found.lock().unwrap_or_else(PoisonError::into_inner).extend(lost);
+        }
+    }
+
+    /// The ids that were wanted and taken, by elements that are there, ascending.
+    pub fn found(&self, is_there: impl Fn(i64) -> bool) -> Vec<i64> {
+        let found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        let lost = found.iter().filter(|[given, _]| is_there(*given as i64)).map(|[_, wanted]| *wanted as i64);
+        BTreeSet::from_iter(lost).into_iter().collect()
+    }
+}
+
+/// The ids that a polygon wants, one after the other.
+pub fn wanted_by_polygon(key: Key) -> impl Iterator<Item = Id> {
+    choices(key, 1, POLYGON_LIMIT)
+}
+
+/// The key's place in `from..to`, and where numbers added to the key lead.
+fn choices(key: Key, from: u64, to: u64) -> impl Iterator<Item = Id> {
+    (0..).map(move |attempt| {
+        let key = if attempt == 0 { key } else { key.number(attempt) };
+        from + key.mixed() % (to - from)
+    })
+}
 
 /// Two parts of a map, made apart, came upon the same id.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -194,15 +249,8 @@ impl Ids {
 
     /// The key's place in `from..to`, or where a number added to the key leads if that is taken.
     fn claim_in(&mut self, key: Key, from: u64, to: u64, elsewhere: impl Fn(&Id) -> bool) -> i64 {
-        let mut attempt = 0;
-        loop {
-            let key = if attempt == 0 { key } else { key.number(attempt) };
-            let id = from + key.mixed() % (to - from);
-            if !elsewhere(&id) && self.taken.insert(id) {
-                return id as i64;
-            }
-            attempt += 1;
-        }
+        let free = choices(key, from, to).find(|id| !elsewhere(id) && self.taken.insert(*id));
+        free.unwrap_or_default() as i64
     }
 }
 
@@ -235,6 +283,27 @@ mod tests {
             assert!((1..=i64::from(i32::MAX)).contains(&id));
             assert!(seen.insert(id));
         }
+    }
+
+    #[test]
+    fn what_two_want_neither_gets() {
+        let key = |i: i64| Key::new("area").number(i);
+        let contest = Contest::default();
+        let mut ids = Ids::default();
+        let claim = |ids: &mut Ids, contest: &Contest, i: i64| {
+            let id = ids.claim_polygon(key(i), |id| contest.knows(id));
+            contest.note(wanted_by_polygon(key(i)), id);
+            id
+        };
+        let taken = claim(&mut ids, &contest, 1);
+        assert!(contest.found(|_| true).is_empty());
+        // Another that wants the same, as if its hash were the same.
+        let second = ids.claim_polygon(key(1), |_| false);
+        contest.note(wanted_by_polygon(key(1)), second);
+        assert_eq!((contest.found(|_| true), contest.found(|id| id == taken)), (vec![taken], vec![]));
+        let contest = Contest::of(&BTreeSet::from([taken]));
+        assert_eq!(claim(&mut Ids::default(), &contest, 1), second);
+        assert!(contest.found(|_| true).is_empty());
     }
 
     #[test]

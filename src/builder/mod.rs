@@ -25,5 +25,5 @@ pub mod tags;
 #[cfg(test)]
 mod tests;
 
-pub use build::{BuildError, Built, Summary, UNMET_WISH, build, build_plan, plan};
+pub use build::{BuildError, Built, Summary, UNMET_WISH, build, build_plan, plan, uncontested};
 pub use options::{BuildOptions, Plan};

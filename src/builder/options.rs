@@ -14,6 +14,7 @@ use super::streets::{StreetOptions, Streets};
 use super::tags::driving_side::Country;
 use super::tags::road_class::DrivingSide;
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// What a user wants drawn inside intersections.
@@ -59,6 +60,8 @@ pub struct BuildOptions {
     pub profile: Profile,
     /// Roads that the user decided to merge (`true`) or to keep apart. A file of streets is merged already.
     pub merges: Vec<(MergeSettings, bool)>,
+    /// Ids that two elements want, so that neither gets them.
+    pub contested: BTreeSet<i64>,
 }
 
 /// Streets and the plane they lie in: all that a map is built from.
@@ -78,4 +81,6 @@ pub struct Plan {
     pub heights: HeightOptions,
     /// Whose reading of the requirements the map follows.
     pub profile: Profile,
+    /// Ids that two elements want, so that neither gets them.
+    pub contested: BTreeSet<i64>,
 }

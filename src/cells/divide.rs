@@ -40,8 +40,8 @@ pub struct Divided {
     pub elements: usize,
     /// Elements of all cells: what stands in two cells counts twice.
     pub written: usize,
-    /// Of a tile, the elements that stand in no tile before it.
-    pub own: Vec<Element>,
+    /// Of a tile, the ids of the elements that stand in no tile before it.
+    pub own: Vec<i64>,
     /// Of a tile, the elements that also stand in cells of other tiles.
     pub shared: Vec<Shared>,
 }
@@ -255,7 +255,7 @@ impl<'a> CellFiles<'a> {
         });
         if tiles.first() == Some(&tile.at) {
             self.divided.elements += 1;
-            self.divided.own.push(element);
+            self.divided.own.push(element.1);
         }
         if tiles.len() > 1 && tiles.contains(&tile.at) {
             let text = FxBuildHasher.hash_one(text);

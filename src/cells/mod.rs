@@ -8,6 +8,7 @@
 //! the text of each element. The text itself is never in memory as a whole.
 
 mod divide;
+mod excerpt;
 mod grid;
 mod ids;
 mod merge;
@@ -21,6 +22,7 @@ use std::path::PathBuf;
 use crate::osm::{ElementKind, ReadError};
 
 pub use divide::{Divided, Element, Shared, Tile, divide};
+pub use excerpt::excerpt;
 pub use grid::{Cell, Grid};
 pub use ids::{Ids, Lists};
 pub use merge::{Collision, Merge};

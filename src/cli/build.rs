@@ -28,13 +28,16 @@ pub struct BuildArgs {
     /// Divide the map into cells of this width and height, whole metres, as `split` does
     #[arg(long, value_name = "M", value_parser = clap::value_parser!(u32).range(1..))]
     pub cells: Option<u32>,
-    /// Build tiles of this width and height one by one, so that memory depends on the largest tile, and write the map in cells:
-    /// docs/divided_maps.md
+    /// Build tiles of this width and height, one a thread, so that memory depends on the largest tile, and write the map in
+    /// cells: docs/divided_maps.md
     #[arg(long, value_name = "M", value_parser = clap::value_parser!(u32).range(1..))]
     pub tiles: Option<u32>,
     /// How far around a tile data are read with it
     #[arg(long, value_name = "M", requires = "tiles", default_value_t = MARGIN, value_parser = clap::value_parser!(u32).range(1..100_000))]
     pub margin: u32,
+    /// Keep the tiles that are built if the run ends early, and do not build those again that an earlier run has kept
+    #[arg(long, requires = "tiles")]
+    pub resume: bool,
     #[command(flatten)]
     pub streets: StreetArgs,
 }
@@ -48,12 +51,15 @@ pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
     if let Some(size) = args.tiles {
         return run_tiles(args, size, &options, progress);
     }
-    let layout = Layout::read(args.input.as_path(), &options, &|doing| progress.next(doing))?;
-    memory::keep(memory::SPARING);
-    progress.next("building");
-    let streets = &layout.plan.streets;
-    let merges = input::merges(&streets.merges, &streets.findings, &args.streets);
-    let map = BuiltMap::of(layout);
+    let mut merges = String::new();
+    let map = BuiltMap::uncontested(&options, |options| -> Result<Layout, Failure> {
+        let layout = Layout::read(args.input.as_path(), options, &|doing| progress.next(doing))?;
+        memory::keep(memory::SPARING);
+        progress.next("building");
+        let streets = &layout.plan.streets;
+        merges = input::merges(&streets.merges, &streets.findings, &args.streets);
+        Ok(layout)
+    })?;
     progress.next("writing");
     let divided = match args.cells {
         Some(size) => split::counts(&map.write_cells(&args.output, size)?),
@@ -70,7 +76,7 @@ pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
 /// Builds the map in tiles and writes its cells, all or none.
 fn run_tiles(args: &BuildArgs, size: u32, options: &LayoutOptions, progress: Progress) -> Result<u8, Failure> {
     memory::keep(memory::SPARING);
-    let tiles = TileOptions { size, cell: args.cells.unwrap_or(CELL), margin: args.margin };
+    let tiles = TileOptions { size, cell: args.cells.unwrap_or(CELL), margin: args.margin, resume: args.resume };
     let tiled = build_tiles(&args.input, &args.output, tiles, options, &|doing| progress.next(doing))?;
     drop(progress);
     let map = args.output.join(MAP);

@@ -34,6 +34,7 @@ impl StreetArgs {
             dem: self.dem.clone().map(Into::into),
             configuration: ConfigArgs { config: self.config.clone(), isolated: self.isolated, ..ConfigArgs::default() }
                 .configuration(),
+            ..LayoutOptions::default()
         }
     }
 }

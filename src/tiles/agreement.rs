@@ -1,4 +1,4 @@
-//! Holds tiles against each other while they are built: what stands in two is the same in both, and no id is given twice.
+//! Holds tiles against each other: what stands in two is the same in both. Finds ids that two elements have.
 
 use std::collections::BTreeMap;
 use std::collections::hash_map::Entry;
@@ -19,7 +19,7 @@ pub enum Disagreement {
     /// Two have built an element otherwise, or only one of them has it.
     #[error("tiles that meet disagree on {} {} of the map", .0.0, .0.1)]
     Element(Element),
-    /// Two elements far from each other have this id.
+    /// Two elements have this id, whatever is done about it.
     #[error("two elements of the map have the id {0}")]
     Id(i64),
     /// What is known of the tiles so far cannot be kept.
@@ -44,23 +44,22 @@ struct Open {
 }
 
 impl Agreement {
-    /// Before the first tile. Ids are kept in files in a folder that is there.
+    /// Before the first tile. Ids are kept in files in a folder that is there, of which an earlier run may have left some.
     pub fn new(folder: &Path) -> Self {
-        let ids = (0..FILES).map(|file| folder.join(format!("ids_{file}"))).collect();
+        let ids: Vec<PathBuf> = (0..FILES).map(|file| folder.join(format!("ids_{file}"))).collect();
+        ids.iter().for_each(|path| drop(fs::remove_file(path)));
         Self { open: BTreeMap::new(), ids }
     }
 
-    /// Adds a tile, behind those in the rows before and before it in its row; `None` where nothing was built.
+    /// Adds a tile, behind those in the rows before and before it in its row.
     ///
     /// # Errors
     ///
     /// It disagrees with one of them.
-    pub fn add(&mut self, tile: Cell, divided: Option<&mut Divided>) -> Result<(), Disagreement> {
-        if let Some(divided) = divided {
-            let shared = std::mem::take(&mut divided.shared);
-            shared.into_iter().try_for_each(|shared| self.compare(tile, shared))?;
-            self.keep_ids(&divided.own)?;
-        }
+    pub fn add(&mut self, tile: Cell, divided: &mut Divided) -> Result<(), Disagreement> {
+        let shared = std::mem::take(&mut divided.shared);
+        shared.into_iter().try_for_each(|shared| self.compare(tile, shared))?;
+        self.keep_ids(&divided.own)?;
         // From here on nobody is to have these.
         let mut closed = self.open.remove(&tile).into_iter().flatten();
         let missing = closed.find(|(_, Open { shared, seen })| *seen != shared.tiles.len());
@@ -84,9 +83,9 @@ impl Agreement {
         if same { Ok(()) } else { Err(Disagreement::Element(element)) }
     }
 
-    fn keep_ids(&self, own: &[Element]) -> io::Result<()> {
+    fn keep_ids(&self, own: &[i64]) -> io::Result<()> {
         let mut bytes = vec![Vec::new(); FILES];
-        for (_, id) in own {
+        for id in own {
             let of_file = bytes.get_mut(id.rem_euclid(FILES as i64) as usize);
             of_file.into_iter().for_each(|bytes| bytes.extend_from_slice(&id.to_le_bytes()));
         }
@@ -96,25 +95,27 @@ impl Agreement {
         self.ids.iter().zip(&bytes).try_for_each(append)
     }
 
-    /// After the last tile.
+    /// After the last tile: the ids that two elements have, which are far from each other.
     ///
     /// # Errors
     ///
-    /// A tile that was never built was to have an element, or two elements have one id.
-    pub fn finish(self) -> Result<(), Disagreement> {
+    /// A tile that was never built was to have an element.
+    pub fn finish(self) -> Result<Vec<i64>, Disagreement> {
         if let Some(element) = self.open.into_values().flat_map(FxHashMap::into_keys).min() {
             return Err(Disagreement::Element(element));
         }
+        let mut twice = Vec::new();
         for path in self.ids.iter().filter(|path| path.exists()) {
             let mut seen = FxHashSet::default();
             for id in fs::read(path)?.chunks_exact(8).filter_map(|bytes| bytes.try_into().ok().map(i64::from_le_bytes))
             {
                 if !seen.insert(id) {
-                    return Err(Disagreement::Id(id));
+                    twice.push(id);
                 }
             }
+            fs::remove_file(path)?;
         }
-        Ok(())
+        Ok(twice)
     }
 }
 
@@ -130,26 +131,26 @@ mod tests {
     fn tile(text: u64, own: i64) -> Divided {
         let mut divided = Divided::empty(Grid::new(100).unwrap());
         divided.shared.push(Shared { element: (ElementKind::Way, 7), text, tiles: TILES.into() });
-        divided.own.push((ElementKind::Node, own));
+        divided.own.push(own);
         divided
     }
 
-    fn said(tiles: [Option<Divided>; 2]) -> Result<(), String> {
+    fn said(tiles: [Option<Divided>; 2]) -> Result<Vec<i64>, String> {
         let dir = tempfile::tempdir().unwrap();
         let mut agreement = Agreement::new(dir.path());
-        let mut add = |(at, mut tile): (Cell, Option<Divided>)| agreement.add(at, tile.as_mut());
+        let empty = || Divided::empty(Grid::new(100).unwrap());
+        let mut add = |(at, tile): (Cell, Option<Divided>)| agreement.add(at, &mut tile.unwrap_or_else(empty));
         let added = TILES.into_iter().zip(tiles).try_for_each(&mut add);
         added.and_then(|()| agreement.finish()).map_err(|error| error.to_string())
     }
 
     #[test]
     fn tiles_agree_or_say_in_what_they_do_not() {
-        assert_eq!(said([Some(tile(1, 2)), Some(tile(1, 3))]), Ok(()));
+        assert_eq!(said([Some(tile(1, 2)), Some(tile(1, 3))]), Ok(vec![]));
         let disagree = Err("tiles that meet disagree on way 7 of the map".to_owned());
         assert_eq!(said([Some(tile(1, 2)), Some(tile(4, 3))]), disagree);
         assert_eq!(said([Some(tile(1, 2)), None]), disagree);
         assert_eq!(said([None, Some(tile(1, 2))]), disagree);
-        let twice = said([Some(tile(1, 66)), Some(tile(1, 66))]);
-        assert_eq!(twice, Err("two elements of the map have the id 66".to_owned()));
+        assert_eq!(said([Some(tile(1, 66)), Some(tile(1, 66))]), Ok(vec![66]));
     }
 }

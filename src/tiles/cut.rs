@@ -32,6 +32,13 @@ pub struct TileFile {
     pub path: PathBuf,
 }
 
+impl TileFile {
+    /// The name of a tile's file in a folder.
+    pub fn path_in(folder: &Path, tile: Cell) -> PathBuf {
+        folder.join(format!("{}_{}.osm", tile.column, tile.row))
+    }
+}
+
 /// Cuts a file into those of its tiles, in a folder that is there, row by row.
 ///
 /// # Errors
@@ -46,8 +53,8 @@ pub fn cut(
 ) -> Result<Vec<TileFile>, CutError> {
     let needs = Needs::of(survey, projector, size);
     let cells = needs.sets.cells();
-    let path = |tile: &Cell| folder.join(format!("{}_{}.osm", tile.column, tile.row));
-    let mut files: Vec<TileFile> = cells.iter().map(|tile| TileFile { tile: *tile, path: path(tile) }).collect();
+    let mut files: Vec<TileFile> =
+        cells.iter().map(|tile| TileFile { tile: *tile, path: TileFile::path_in(folder, *tile) }).collect();
     let head = OsmText::head(&MetaInfo::default());
     let append_to_all = |text: OsmText| files.iter().try_for_each(|file| append(&file.path, text.as_bytes()));
     append_to_all(head)?;

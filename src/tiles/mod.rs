@@ -12,9 +12,11 @@
 mod agreement;
 mod cut;
 mod reach;
+mod record;
 mod survey;
 
 pub use agreement::{Agreement, Disagreement};
 pub use cut::{CutError, TileFile, cut};
 pub use reach::TileSize;
+pub use record::Record;
 pub use survey::{Survey, WayUse};

@@ -1,19 +1,14 @@
 //! Which data each tile needs: all that touches a square near it, or near a road that touches it.
 
-use std::collections::{BTreeMap, BTreeSet};
-
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::cells::{Cell, CellSets, Grid, Lists, NOWHERE, SetId};
 use crate::geometry::Point;
 
 use super::survey::{Survey, WayUse};
 
-/// Squares by which is told what is near, with sides of 200 m.
-const SQUARES: Grid = Grid::of_metres(200);
-/// What an element of a cell refers to touches a square so near to the cell, metres: the lanelets of its intersection, which
-/// reaches 90 m, and of those that it yields to.
-const REFERS: f64 = 200.0;
+/// Squares by which is told what is near, with sides of 100 m: no intersection reaches farther from the nodes of its roads.
+const SQUARES: Grid = Grid::of_metres(100);
 
 /// The size of tiles, and how far their data reach beyond them.
 #[derive(Clone, Copy, Debug)]
@@ -35,18 +30,14 @@ pub struct Reach {
     pub(super) sets: CellSets,
 }
 
-/// The squares that a road touches from one intersection to the next, over all ways that it is made of.
-type Road = BTreeSet<Cell>;
-
 impl Reach {
     /// Finds which tiles there are and what they need, by the places of all nodes in the plane.
     pub fn new(survey: &Survey, places: &[Point], size: TileSize) -> Self {
         let Roads { roads, of_ways } = Roads::of(survey, places);
-        let needed = needed(&roads, size);
         let mut sets = CellSets::default();
-        let mut needed_by: FxHashMap<Cell, SetId> = FxHashMap::default();
-        needed_by.extend(needed.into_iter().map(|(square, tiles)| (square, sets.of(&Vec::from_iter(tiles)))));
-        let of_road = |road: &Road| union(&mut sets, road.iter().filter_map(|square| needed_by.get(square).copied()));
+        let needed_by = needed_by(&roads, size, &mut sets);
+        let of_road =
+            |road: &Road| union(&mut sets, road.squares.iter().filter_map(|square| needed_by.get(square).copied()));
         let needed_roads = roads.iter().map(of_road).collect();
         Self { needed_by, roads_of_ways: of_ways, needed_roads, sets }
     }
@@ -70,33 +61,42 @@ fn union(sets: &mut CellSets, of: impl Iterator<Item = SetId>) -> SetId {
     of.fold(NOWHERE, |all, set| sets.union(all, set))
 }
 
-/// The tiles that need what touches a square, row by row. A tile is there where a road comes near.
-fn needed(roads: &[Road], size: TileSize) -> BTreeMap<Cell, BTreeSet<Cell>> {
-    let [beside, margin] = [REFERS, size.margin].map(|metres| (metres / SQUARES.size()).ceil() as i32);
-    let tiles_near = |square: &Cell| {
-        let corner = |by: i32| SQUARES.corner(Cell { row: square.row + by, column: square.column + by });
-        covered([corner(-beside), corner(beside + 1)], size.tiles)
-    };
-    let tiles: BTreeSet<Cell> = roads.iter().flatten().flat_map(tiles_near).collect();
-    let mut needed: BTreeMap<Cell, BTreeSet<Cell>> = BTreeMap::new();
-    for tile in &tiles {
-        let [low, high] = [0, 1].map(|by| size.tiles.corner(Cell { row: tile.row + by, column: tile.column + by }));
-        for square in covered([low, high], SQUARES).flat_map(|square| around(square, beside + margin)) {
-            needed.entry(square).or_default().insert(*tile);
-        }
-    }
+/// The tiles that need what touches a square. A tile is there where a road comes near.
+fn needed_by(roads: &[Road], size: TileSize, sets: &mut CellSets) -> FxHashMap<Cell, SetId> {
+    let margin = (size.margin / SQUARES.size()).ceil() as i32;
+    let mut at: FxHashMap<Cell, Vec<&Road>> = FxHashMap::default();
     for road in roads {
-        let near: BTreeSet<Cell> = road.iter().flat_map(tiles_near).collect();
-        for tile in near {
-            let beyond = road.iter().filter(|square| !tiles_near(square).any(|near| near == tile));
-            for square in beyond.flat_map(|square| around(*square, margin)) {
-                needed.entry(square).or_default().insert(tile);
-            }
+        road.squares.iter().for_each(|square| at.entry(*square).or_default().push(road));
+    }
+    let near: FxHashSet<Cell> = around(at.keys().copied(), 1);
+    let tiles: FxHashSet<Cell> = near.into_iter().flat_map(|square| covered(square, SQUARES, size.tiles)).collect();
+    let mut tiles = Vec::from_iter(tiles);
+    tiles.sort_unstable();
+    let mut needed_by: FxHashMap<Cell, SetId> = FxHashMap::default();
+    for tile in tiles {
+        let of_tile = sets.of(&[tile]);
+        for square in around(looked_at(tile, size.tiles, &at).into_iter(), margin) {
+            let set = needed_by.entry(square).or_insert(NOWHERE);
+            *set = sets.union(*set, of_tile);
         }
     }
-    needed
+    needed_by
 }
 
+/// The squares of which a tile must be right: its own, those of the roads that come into it, and those of the roads with which
+/// these meet, because the shape of an intersection depends on the direction of all of its roads, however far they run straight.
+fn looked_at(tile: Cell, tiles: Grid, at: &FxHashMap<Cell, Vec<&Road>>) -> FxHashSet<Cell> {
+    let mut looked_at = around(covered(tile, tiles, SQUARES), 1);
+    let roads_at = |squares: &FxHashSet<Cell>| -> Vec<&Road> {
+        squares.iter().filter_map(|square| at.get(square)).flatten().copied().collect()
+    };
+    let own = roads_at(&looked_at);
+    let ends = around(own.iter().flat_map(|road| road.ends.iter().copied()), 1);
+    for road in own.into_iter().chain(roads_at(&ends)) {
+        looked_at.extend(&road.squares);
+    }
+    looked_at
+}
 /// The squares that a line touches. One around half the Earth has a misplaced node: it is where its nodes are.
 fn touched(line: &[Point]) -> Vec<Cell> {
     let mut touched = Vec::new();
@@ -109,20 +109,34 @@ fn touched(line: &[Point]) -> Vec<Cell> {
     touched
 }
 
-/// The cells of a grid that a box covers.
-fn covered([[west, south], [east, north]]: [[f64; 2]; 2], grid: Grid) -> impl Iterator<Item = Cell> {
-    let range = move |low: f64, high: f64| (low / grid.size()).floor() as i32..(high / grid.size()).ceil() as i32;
-    range(south, north).flat_map(move |row| range(west, east).map(move |column| Cell { row, column }))
+/// The cells of one grid that touch a cell of another.
+fn covered(cell: Cell, of: Grid, grid: Grid) -> impl Iterator<Item = Cell> {
+    let [west, south] = of.corner(cell);
+    let range = move |low: f64| (low / grid.size()).floor() as i32..((low + of.size()) / grid.size()).ceil() as i32;
+    range(south).flat_map(move |row| range(west).map(move |column| Cell { row, column }))
 }
 
-/// The squares up to so many away.
-fn around(square: Cell, reach: i32) -> impl Iterator<Item = Cell> {
-    let Cell { row, column } = square;
-    (row - reach..=row + reach)
-        .flat_map(move |row| (column - reach..=column + reach).map(move |column| Cell { row, column }))
+/// The squares up to so many away, along rows and along columns.
+fn around(squares: impl Iterator<Item = Cell>, reach: i32) -> FxHashSet<Cell> {
+    let beside: FxHashSet<Cell> = squares
+        .flat_map(|Cell { row, column }| (-reach..=reach).map(move |by| Cell { row, column: column + by }))
+        .collect();
+    beside
+        .into_iter()
+        .flat_map(|Cell { row, column }| (-reach..=reach).map(move |by| Cell { row: row + by, column }))
+        .collect()
 }
 
-/// All roads from one intersection to the next.
+/// A road from one intersection to the next, over all ways that it is made of.
+#[derive(Debug, Default)]
+struct Road {
+    /// What it touches.
+    squares: Vec<Cell>,
+    /// Those in which it ends.
+    ends: Vec<Cell>,
+}
+
+/// All roads.
 struct Roads {
     roads: Vec<Road>,
     /// For each way the roads that it is part of.
@@ -132,22 +146,34 @@ struct Roads {
 impl Roads {
     fn of(survey: &Survey, places: &[Point]) -> Self {
         let mut pieces = Pieces { survey, meeting: meeting(survey), joined: Vec::new(), ending: FxHashMap::default() };
-        let (mut squares, mut of_ways) = (Vec::new(), Lists::default());
+        let (mut roads, mut of_ways) = (Vec::new(), Lists::default());
         for (way, of) in survey.ways.iter().enumerate() {
-            let first = squares.len() as u32;
+            let first = roads.len() as u32;
             let of_way = if *of == WayUse::Driven { pieces.of(way) } else { Vec::new() };
             for piece in of_way {
                 pieces.add(piece);
-                squares.push(touched(&line(piece, places)));
+                let ends = [piece.first(), piece.last()].into_iter().flatten();
+                let ends: Vec<u32> = ends.copied().filter(|node| pieces.meeting(*node) != 2).collect();
+                let ends = ends.into_iter().flat_map(|node| touched(&line(&[node], places))).collect();
+                roads.push(Road { squares: touched(&line(piece, places)), ends });
             }
-            of_ways.push(first..squares.len() as u32);
+            of_ways.push(first..roads.len() as u32);
         }
-        let mut roads: Vec<Road> = vec![Road::new(); squares.len()];
-        let first: Vec<usize> = (0..squares.len()).map(|piece| pieces.first(piece)).collect();
-        for (squares, first) in squares.into_iter().zip(&first) {
-            roads.get_mut(*first).into_iter().for_each(|road| road.extend(&squares));
-        }
+        let first: Vec<usize> = (0..roads.len()).map(|piece| pieces.first(piece)).collect();
         // Of a road that is made of several pieces the first stands for all.
+        for (piece, first) in first.iter().enumerate().filter(|(piece, first)| piece != *first) {
+            let Road { squares, ends } = roads.get_mut(piece).map(std::mem::take).unwrap_or_default();
+            if let Some(road) = roads.get_mut(*first) {
+                road.squares.extend(squares);
+                road.ends.extend(ends);
+            }
+        }
+        for Road { squares, ends } in &mut roads {
+            for cells in [squares, ends] {
+                cells.sort_unstable();
+                cells.dedup();
+            }
+        }
         for piece in of_ways.items_mut() {
             *piece = first.get(*piece as usize).map_or(*piece, |first| *first as u32);
         }

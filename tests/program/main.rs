@@ -10,7 +10,6 @@ mod divided;
 mod hostile_input;
 mod pbf;
 #[path = "../fault_injection/pbf.rs"]
-#[allow(dead_code, reason = "other tests make sound files with it")]
 mod pbf_fields;
 mod tier4;
 mod tiles;

@@ -1,10 +1,15 @@
 //! `build --tiles` as its users run it: what it says, and what it refuses.
 
 use std::fs;
+use std::io::Write;
 use std::path::Path;
 
+use lanewright::osm::read_file;
+
+use crate::common::needs::shared;
 use crate::common::program::{Run, lanewright};
 use crate::common::root;
+use crate::pbf_fields as pbf;
 
 /// Builds a file in tiles, with these arguments more, into `out`.
 fn build(dir: &Path, input: &str, more: &[&str]) -> Run {
@@ -25,6 +30,73 @@ fn a_map_in_tiles_is_a_map_in_cells() {
     build(dir.path(), &sample(), &["--tiles", "800"]).fails_saying(&["is there already", "nothing was changed"]);
 }
 
+/// What lies in a directory, by name.
+fn names(dir: &Path) -> Vec<String> {
+    let mut names: Vec<String> =
+        fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect();
+    names.sort_unstable();
+    names
+}
+
+#[test]
+fn the_format_of_the_data_changes_nothing() {
+    let Some(xml) = shared("corpus/osm/neukolln.osm") else { return };
+    let dir = tempfile::tempdir().unwrap();
+    let text = fs::read(&xml).unwrap();
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    packed.write_all(&text).unwrap();
+    fs::write(dir.path().join("town.osm.gz"), packed.finish().unwrap()).unwrap();
+    fs::write(dir.path().join("town.osm.pbf"), pbf::of(&read_file(&xml).unwrap())).unwrap();
+    lanewright(dir.path(), &["build", xml.to_str().unwrap(), "-o", "out_xml", "--cells", "100"]).exits(0);
+    for (input, out) in [("town.osm.gz", "out_gz"), ("town.osm.pbf", "out_pbf")] {
+        lanewright(dir.path(), &["build", input, "-o", out, "--tiles", "900"]).exits(0);
+        let [xml, other] = ["out_xml", out].map(|name| dir.path().join(name));
+        for place in ["", "lanelet2_map.osm"] {
+            let [one, two] = [&xml, &other].map(|dir| dir.join(place));
+            assert_eq!(names(&one), names(&two), "{input}");
+            for name in names(&one).iter().filter(|name| one.join(name).is_file()) {
+                assert!(fs::read(one.join(name)).unwrap() == fs::read(two.join(name)).unwrap(), "{input}: {name}");
+            }
+        }
+    }
+}
+
+/// Tiles that are built stay until the map is complete, and are not built again.
+#[test]
+#[cfg(unix)]
+fn a_run_that_ends_early_is_gone_on_with() {
+    let Some(input) = shared("corpus/osm/neukolln.osm") else { return };
+    let dir = tempfile::tempdir().unwrap();
+    let input = input.to_str().unwrap();
+    let arguments = ["build", input, "-o", "out", "--tiles", "500", "--resume", "--isolated"];
+    // The list of the cells cannot be written: it has a directory's name.
+    fs::create_dir_all(dir.path().join("out/lanewright.toml")).unwrap();
+    lanewright(dir.path(), &arguments).fails_saying(&["lanewright.toml is a directory"]);
+    let records = dir.path().join(".out.tiles/records");
+    let known = names(&records);
+    assert!(known.len() > 3 && known.iter().all(|name| name.ends_with(".json")), "{known:?}");
+    fs::remove_dir_all(dir.path().join("out")).unwrap();
+    // A tile that was being built leaves no record: it is built again, and only it.
+    let changed = |name: &String| fs::metadata(records.join(name)).unwrap().modified().unwrap();
+    let before: Vec<_> = known.iter().skip(1).map(changed).collect();
+    fs::remove_file(records.join(&known[0])).unwrap();
+    fs::create_dir_all(dir.path().join("out/lanewright.toml")).unwrap();
+    lanewright(dir.path(), &arguments).fails_saying(&["lanewright.toml is a directory"]);
+    assert_eq!((names(&records), known.iter().skip(1).map(changed).collect::<Vec<_>>()), (known.clone(), before));
+    fs::remove_dir_all(dir.path().join("out")).unwrap();
+    lanewright(dir.path(), &arguments).exits(0);
+    assert_eq!(names(dir.path()), ["out"]);
+    lanewright(dir.path(), &["build", input, "-o", "whole", "--cells", "100", "--isolated"]).exits(0);
+    lanewright(dir.path(), &["diff", "whole", "out"]).exits(0);
+    // What was built otherwise is not taken.
+    fs::remove_dir_all(dir.path().join("out")).unwrap();
+    fs::create_dir_all(dir.path().join("out/lanewright.toml")).unwrap();
+    lanewright(dir.path(), &arguments).fails_saying(&["lanewright.toml is a directory"]);
+    let other = ["build", input, "-o", "out", "--tiles", "700", "--resume", "--isolated"];
+    lanewright(dir.path(), &other).fails_saying(&["lanewright.toml is a directory"]);
+    assert_ne!(names(&records), known);
+}
+
 #[test]
 fn nothing_is_written_where_tiles_cannot_be_built() {
     let dir = tempfile::tempdir().unwrap();
@@ -35,7 +107,8 @@ fn nothing_is_written_where_tiles_cannot_be_built() {
         let written: Vec<String> = left.filter(|name| name == "out" || name.starts_with(".lanewright")).collect();
         assert!(written.is_empty(), "{words:?}: {written:?}");
     };
-    refused(&sample(), &["--tiles", "700"], &["smaller than the margin of 800 m", "--tiles 800"]);
+    refused(&sample(), &["--tiles", "300"], &["smaller than the margin of 400 m", "--tiles 400"]);
+    refused(&sample(), &["--tiles", "800", "--margin", "900"], &["smaller than the margin of 900 m", "--tiles 900"]);
     refused(&sample(), &["--tiles", "1050"], &["whole cells of 100 m", "--tiles 1100"]);
     refused("none.osm", &["--tiles", "1000"], &["none.osm"]);
     fs::write(dir.path().join("cut.osm"), "<osm><node id='1' lat='48' lon='11'/><way id='2'>").unwrap();

@@ -54,5 +54,14 @@ pub fn read(text: &str, options: &BuildOptions) -> Result<Plan, ReadError> {
     let outlines = read_outlines::outlines(&network, &rings, &options.streets.outline, &mut findings);
     let streets = Streets { network, outlines, merges: Vec::new(), findings };
     let (inside, heights) = (options.inside.clone(), options.streets.heights.clone());
-    Ok(Plan { streets, projector: parsed.projector, notes, guesses, inside, heights, profile: options.profile })
+    Ok(Plan {
+        streets,
+        projector: parsed.projector,
+        notes,
+        guesses,
+        inside,
+        heights,
+        profile: options.profile,
+        contested: options.contested.clone(),
+    })
 }

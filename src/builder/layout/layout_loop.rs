@@ -8,9 +8,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::builder::ids::Contest;
 use crate::builder::lanes::road_cut::VEHICLE;
 use crate::builder::network::network_diff::{NetworkDiff, NetworkSnapshot};
 use crate::builder::network::{IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, Stations};
@@ -34,8 +36,9 @@ pub fn lay_out(
     kept: Vec<Stations>,
     apart: &FxHashSet<RoadKey>,
     heights: &HeightOptions,
+    contest: Arc<Contest>,
 ) -> (Layout, Vec<Finding>) {
-    let (layout, notes) = Layout::new(network, &kept);
+    let (layout, notes) = Layout::new(network, &kept, contest);
     let refused = apart.clone();
     let begun =
         LayoutLoop { layout, kept, apart, refused, stop_lines: StopLines::Untried, notes, road_notes: Vec::new() };

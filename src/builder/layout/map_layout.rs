@@ -8,6 +8,7 @@ mod intersection_lanelets;
 mod lane_end_overlap;
 mod reuse;
 
+use crate::builder::ids::Contest;
 use crate::builder::lanes::gore::gore_corners;
 use crate::builder::lanes::lane_ends::{RequiredSetbacks, connection_lines};
 use crate::builder::lanes::road_continuation::Continuations;
@@ -24,6 +25,8 @@ use crate::parallel::Finely;
 use lane_end_overlap::{BACK_MOST, TOUCH};
 
 pub use intersection_lanelets::{IntersectionLanelets, Site};
+
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
@@ -62,14 +65,14 @@ pub struct Layout {
 impl Layout {
     /// Draws a network with its roads cut at `kept`, the stations between which the outlines leave them. Also gives the
     /// restrictions that cannot be expressed.
-    pub fn new(network: RoadNetwork, kept: &[Stations]) -> (Self, Vec<Finding>) {
+    pub fn new(network: RoadNetwork, kept: &[Stations], contest: Arc<Contest>) -> (Self, Vec<Finding>) {
         let (restrictions, notes) = ResolvedRestrictions::new(&network);
         let mut joins = Continuations::find(&network);
         let needs = RequiredSetbacks::new(&network, kept, |ix| joins.joined(ix));
         let (back, stops) = (vec![[0.0; 2]; network.roads.len()], vec![[false; 2]; network.roads.len()]);
         let lines = connection_lines(&network, &needs, &back, &stops, |_| None);
         joins.set_gore_corners(gore_corners(&network, &lines));
-        let mut assembly = MapBuilder::default();
+        let mut assembly = MapBuilder::new(contest);
         let lanes = lanes(&mut assembly, &network, &lines, &mut joins);
         let ways = network.intersections.iter().map(|_| None).collect();
         let mut layout = Self { network, restrictions, joins, lines, assembly, lanes, ways, back, stops, needs };

@@ -8,7 +8,9 @@ mod partial_maps;
 
 pub use partial_maps::PartialMaps;
 
-use crate::builder::ids::{Id, IdTaken, Ids, Key};
+use std::sync::Arc;
+
+use crate::builder::ids::{Contest, Id, IdTaken, Ids, Key, wanted_by_polygon};
 use crate::builder::streets::heights::{Ground, rounded};
 use crate::geometry::Point as PlanePoint;
 use crate::lanelet::{
@@ -24,6 +26,8 @@ pub struct MapBuilder<'a> {
     below: Option<&'a MapBuilder<'a>>,
     /// What points that are added stand on.
     ground: Ground,
+    /// Ids that nobody gets.
+    contest: Arc<Contest>,
     /// Whether parts over this one ask for every id whether it is taken here. It hardly ever is, so they are first made
     /// without; that no id comes twice shows when they are added.
     careful: bool,
@@ -59,6 +63,11 @@ impl MapPart {
 }
 
 impl<'a> MapBuilder<'a> {
+    /// An empty assembly in which nobody gets ids that two elements want.
+    pub fn new(contest: Arc<Contest>) -> Self {
+        Self { contest, ..Self::default() }
+    }
+
     /// An empty assembly that knows what stands in another.
     pub fn over(below: &'a MapBuilder<'a>) -> Self {
         Self::resume(below, MapPart::default())
@@ -67,7 +76,7 @@ impl<'a> MapBuilder<'a> {
     /// Goes on with a part that was begun over the same assembly.
     pub fn resume(below: &'a MapBuilder<'a>, mut part: MapPart) -> Self {
         part.ids.wake();
-        Self { part, below: Some(below), ground: Ground::default(), careful: false }
+        Self { part, below: Some(below), contest: below.contest.clone(), ..Self::default() }
     }
 
     /// From now on parts over this one take none of its ids.
@@ -223,7 +232,8 @@ impl<'a> MapBuilder<'a> {
     }
 
     fn claim(&mut self, key: Key) -> i64 {
-        self.part.ids.claim(key, |id| self.below.is_some_and(|below| below.forbids(id)))
+        let Self { part, below, contest, .. } = self;
+        part.ids.claim(key, |id| contest.knows(id) || below.is_some_and(|below| below.forbids(id)))
     }
 
     fn forbids(&self, id: &Id) -> bool {
@@ -332,7 +342,10 @@ impl<'a> MapBuilder<'a> {
 
     /// Adds the id for a polygon whose points are not known yet.
     pub fn polygon_id(&mut self, key: Key) -> PolygonId {
-        PolygonId(self.part.ids.claim_polygon(key, |id| self.below.is_some_and(|below| below.forbids(id))))
+        let Self { part, below, contest, .. } = self;
+        let id = part.ids.claim_polygon(key, |id| contest.knows(id) || below.is_some_and(|below| below.forbids(id)));
+        contest.note(wanted_by_polygon(key), id);
+        PolygonId(id)
     }
 
     /// Adds a polygon under an id from [`MapBuilder::polygon_id`].

@@ -1,0 +1,229 @@
+//! Where tiles are built beside the output: the data of each, the cells that are done, and what is remembered of them.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Instant, UNIX_EPOCH};
+
+use serde::{Deserialize, Serialize};
+use tempfile::TempDir;
+
+use crate::cells::{Cell, Grid};
+use crate::tiles::{Record, TileFile};
+
+use super::files::{aside, parent};
+
+/// What tiles are built from, in words: tiles of other data, or built otherwise, are not theirs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Begun {
+    program: String,
+    input: (PathBuf, u64, u64),
+    said: String,
+}
+
+impl Begun {
+    /// Of an input as it is now, and all options in words.
+    pub(super) fn new(input: &Path, said: String) -> io::Result<Self> {
+        let about = fs::metadata(input)?;
+        let changed = about.modified()?.duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos() as u64;
+        Ok(Self {
+            program: env!("CARGO_PKG_VERSION").to_owned(),
+            input: (input.canonicalize()?, about.len(), changed),
+            said,
+        })
+    }
+}
+
+/// A folder beside the output. Without `--resume` it has a name that nobody else has, and is gone when the run ends.
+pub(super) struct Workplace {
+    folder: PathBuf,
+    /// Removes the folder when it is dropped.
+    _guard: Option<TempDir>,
+}
+
+impl Workplace {
+    /// Makes the folder, or goes on in that of an earlier run, with the files of its tiles.
+    pub(super) fn begin(output: &Path, resume: bool, begun: &Begun) -> io::Result<(Self, Option<Vec<TileFile>>)> {
+        fs::create_dir_all(parent(output))?;
+        let place = if resume {
+            let name = output.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+            Self { folder: parent(output).join(format!(".{name}.tiles")), _guard: None }
+        } else {
+            let guard = aside(parent(output))?;
+            Self { folder: guard.path().to_path_buf(), _guard: Some(guard) }
+        };
+        let known = place.known(begun);
+        if known.is_none() && resume && place.folder.exists() {
+            fs::remove_dir_all(&place.folder)?;
+        }
+        // The cells are moved away when all is done: where they are missing, nothing is.
+        if !place.cells().exists() {
+            let _ = fs::remove_dir_all(place.records());
+        }
+        let _ = fs::remove_dir_all(place.open());
+        for folder in [place.data(), place.cells(), place.records(), place.open()] {
+            fs::create_dir_all(folder)?;
+        }
+        Ok((place, known))
+    }
+
+    fn known(&self, begun: &Begun) -> Option<Vec<TileFile>> {
+        let text = fs::read(self.folder.join("begun.json")).ok()?;
+        let (of, tiles): (Begun, Vec<[i32; 2]>) = serde_json::from_slice(&text).ok()?;
+        let file = |[row, column]: [i32; 2]| {
+            let tile = Cell { row, column };
+            TileFile { tile, path: TileFile::path_in(&self.data(), tile) }
+        };
+        (of == *begun).then(|| tiles.into_iter().map(file).collect())
+    }
+
+    /// Notes that the data of all tiles are there.
+    pub(super) fn keep(&self, begun: &Begun, files: &[TileFile]) -> io::Result<()> {
+        let tiles: Vec<[i32; 2]> = files.iter().map(|file| [file.tile.row, file.tile.column]).collect();
+        let draft = self.folder.join("begun.draft");
+        fs::write(&draft, serde_json::to_vec(&(begun, tiles))?)?;
+        fs::rename(draft, self.folder.join("begun.json"))
+    }
+
+    pub(super) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The data of each tile.
+    pub(super) fn data(&self) -> PathBuf {
+        self.folder.join("data")
+    }
+
+    /// The cells that are done.
+    pub(super) fn cells(&self) -> PathBuf {
+        self.folder.join("cells")
+    }
+
+    fn records(&self) -> PathBuf {
+        self.folder.join("records")
+    }
+
+    /// Tiles that are being built.
+    fn open(&self) -> PathBuf {
+        self.folder.join("open")
+    }
+
+    fn record_file(&self, tile: Cell) -> PathBuf {
+        self.records().join(format!("{}_{}.json", tile.column, tile.row))
+    }
+
+    /// Whether a tile is built.
+    pub(super) fn has(&self, tile: Cell) -> bool {
+        self.record_file(tile).exists()
+    }
+
+    /// What is remembered of a tile that is built.
+    pub(super) fn record(&self, tile: Cell, grid: Grid) -> io::Result<Record> {
+        Record::load(&self.record_file(tile), grid)
+    }
+
+    /// Ids that two elements of a tile want.
+    pub(super) fn contested(&self, tile: Cell) -> io::Result<BTreeSet<i64>> {
+        ids(&self.contested_file(tile))
+    }
+
+    fn contested_file(&self, tile: Cell) -> PathBuf {
+        self.record_file(tile).with_extension("contested")
+    }
+
+    /// Ids that two elements of the map want, as far as an earlier run has found out.
+    pub(super) fn known_contested(&self) -> io::Result<BTreeSet<i64>> {
+        ids(&self.records().join("all.contested"))
+    }
+
+    /// Notes the ids that two elements of the map want, before a tile is built again without them.
+    pub(super) fn keep_contested(&self, contested: &BTreeSet<i64>) -> io::Result<()> {
+        let (draft, file) = (self.folder.join("contested.draft"), self.records().join("all.contested"));
+        fs::write(&draft, serde_json::to_vec(contested)?)?;
+        fs::rename(draft, file)
+    }
+
+    /// The tile is to be built again.
+    pub(super) fn forget(&self, tile: Cell) -> io::Result<()> {
+        fs::remove_file(self.record_file(tile))
+    }
+
+    /// A folder for the cells of a tile.
+    pub(super) fn begin_tile(&self, tile: Cell) -> io::Result<PathBuf> {
+        let folder = self.open().join(format!("{}_{}", tile.column, tile.row));
+        fs::create_dir_all(&folder)?;
+        Ok(folder)
+    }
+
+    /// Moves the cells of a tile to the others, and records it with the ids that two elements of it want.
+    pub(super) fn put(&self, tile: Cell, grid: Grid, record: &Record, contested: &[i64]) -> io::Result<()> {
+        let (from, to) = (self.begin_tile(tile)?, self.cells());
+        let mut names = record.divided.cells.iter().map(|cell| grid.name(*cell));
+        names.try_for_each(|name| fs::rename(from.join(&name), to.join(&name)))?;
+        fs::remove_dir_all(from)?;
+        if !contested.is_empty() {
+            fs::write(self.contested_file(tile), serde_json::to_vec(contested)?)?;
+        }
+        record.save(&self.record_file(tile))
+    }
+
+    /// Removes the folder.
+    pub(super) fn clear(self) {
+        let _ = fs::remove_dir_all(&self.folder);
+    }
+}
+
+/// The ids in a file; none if it is not there.
+fn ids(file: &Path) -> io::Result<BTreeSet<i64>> {
+    match fs::read(file) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(BTreeSet::new()),
+        text => Ok(serde_json::from_slice(&text?)?),
+    }
+}
+
+/// How many tiles are built, and how long the others will take.
+pub(super) struct Pace {
+    all: usize,
+    before: usize,
+    done: AtomicUsize,
+    begun: Instant,
+}
+
+impl Pace {
+    pub(super) fn new(all: usize, missing: usize) -> Self {
+        Self { all, before: all - missing, done: AtomicUsize::new(0), begun: Instant::now() }
+    }
+
+    /// Counts another tile.
+    pub(super) fn another(&self) -> String {
+        self.done.fetch_add(1, Ordering::Relaxed);
+        self.said()
+    }
+
+    pub(super) fn said(&self) -> String {
+        let done = self.done.load(Ordering::Relaxed);
+        let (all, built) = (self.all, self.before + done);
+        let mut said = format!("building tiles: {built} of {all}");
+        if done > 0 {
+            let each = self.begun.elapsed().as_secs_f64() / done as f64;
+            let left = (each * (all - built) as f64).ceil() as u64;
+            said.push_str(&format!(", {:.0} a minute, {}:{:02} left", 60.0 / each.max(1e-3), left / 60, left % 60));
+        }
+        said
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_pace_is_that_of_this_run() {
+        let pace = Pace::new(4, 2);
+        assert_eq!(pace.said(), "building tiles: 2 of 4");
+        assert!(pace.another().starts_with("building tiles: 3 of 4, "));
+        assert!(pace.another().ends_with(" 0:00 left"));
+    }
+}
