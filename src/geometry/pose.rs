@@ -7,8 +7,8 @@ use super::{Point, Vector, angle_between, left_of, line_crossing};
 pub(crate) const SAGITTA: f64 = 0.03;
 /// The largest distance between neighbours on a straight line, metres; people put a point each 5 to 20 m.
 pub(crate) const STRAIGHT_STEP: f64 = 10.0;
-/// The largest change of direction between neighbours, radians (12 degrees); on hand-drawn turns, one in twenty exceeds 8 to 21.
-pub(crate) const TURN_STEP: f64 = 12.0 * std::f64::consts::PI / 180.0;
+/// The largest change of direction between neighbours, radians (10 degrees); on hand-drawn turns, one in twenty exceeds 8 to 21.
+pub(crate) const TURN_STEP: f64 = 10.0 * std::f64::consts::PI / 180.0;
 /// Directions that differ by less, radians (2 degrees), are parallel: no arc joins them.
 pub(crate) const PARALLEL: f64 = 2.0 * std::f64::consts::PI / 180.0;
 /// The largest change of direction of an arc, radians (150 degrees): beyond, the tangents meet too far away.

@@ -114,7 +114,7 @@ fn leaves(tokens: &[(usize, String)], at: &mut usize, prefix: &[String], out: &m
             "," | "}" | ";" => break,
             "{" => {
                 *at += 1;
-                while tokens.get(*at).is_some_and(|t| t.1 != "}") {
+                while tokens.get(*at).is_some_and(|t| !matches!(t.1.as_str(), "}" | ";")) {
                     leaves(tokens, at, &path, out);
                     *at += usize::from(tokens.get(*at).is_some_and(|t| t.1 == ","));
                 }
@@ -203,7 +203,8 @@ fn read(file: &str, module: &Module, text: &str) -> Read {
                 inner.push((word(i + 1).to_owned(), depth));
                 i += 1;
             }
-            "use" => {
+            // `use<'a>` in a type names lifetimes.
+            "use" if word(i + 1) != "<" => {
                 let exported = i > 0 && matches!(word(i - 1), "pub" | ")");
                 let mut found = Vec::new();
                 i += 1;
