@@ -5,7 +5,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::lane::{Lane, extent};
 use super::types::{Conflict, DrivingSide, MapIndex};
 use super::union_find::UnionFind;
-use crate::geometry::{Point, Polyline, Vector, angle_between};
+use crate::geometry::{Point, Polyline, Vector, angle_between, segment_crossing};
 use crate::lanelet::{LineStringId, PointId, TurnDirection};
 
 /// Lanes whose directions differ by less than this (deg) run along each other: they join like a ramp, or lie on each other.
@@ -260,12 +260,13 @@ impl MapIndex<'_> {
     }
 }
 
-/// Whether a lane passes from one side of another to the other side, as where a road forks and who turns off crosses those that
-/// come from the other branch.
+/// Whether the middle of a lane crosses that of another from one side to the other, as where a road forks and who turns off crosses
+/// those that come from the other branch.
 fn change_sides(a: &Lane, b: &Lane) -> bool {
-    let Some(center) = &a.center else { return false };
+    let Some((center, other)) = a.center.as_ref().zip(b.center.as_ref()) else { return false };
     let [start, end] = [b.start, b.end].map(|edge| center.project(edge.middle()).offset);
-    start * end < 0.0 && start.abs() >= ASIDE && end.abs() >= ASIDE
+    let aside = start * end < 0.0 && start.abs() >= ASIDE && end.abs() >= ASIDE;
+    aside && center.segments().any(|(p, q)| other.segments().any(|(r, s)| segment_crossing(p, q, r, s).is_some()))
 }
 
 /// The lanes from one to another, each the follower of the one `before` it.
