@@ -68,7 +68,6 @@ pub fn fix(
         if write {
             fixed.write()?;
         }
-        let mends = |done: &[Done]| done.iter().map(Mend::of).collect();
         let one = match &fixed.mended.osm.sources[..] {
             [only] => Some(only.text.clone()),
             _ => None,
@@ -77,8 +76,8 @@ pub fn fix(
             diff: fixed.diff(),
             edits: Arc::new(fixed.edits()),
             osm: one,
-            done: mends(&fixed.mended.done),
-            refused: mends(&fixed.mended.refused),
+            done: fixed.mended.done.iter().map(Mend::of).collect(),
+            refused: fixed.mended.refused.iter().map(|(mend, _)| Mend::of(mend)).collect(),
             unsafe_left: fixed.mended.unsafe_left,
         };
         Ok::<_, Error>((mended, Outcome::of(&fixed.into_left())?))

@@ -172,10 +172,6 @@ impl<'a> TextEdits<'a> {
                 part(Subject::Point(*point), Part::Place);
                 named.extend([from, to].map(|id| (ElementKind::Node, *id)));
             }
-            Edit::CreateStopLine { points, element } => {
-                part(*element, Part::Created("stop_line".to_owned()));
-                named.extend(points.iter().map(|id| (ElementKind::Node, *id)));
-            }
             Edit::AddMember { on, member, .. }
             | Edit::RemoveMember { on, member, .. }
             | Edit::SetRole { on, member, .. } => {
@@ -217,15 +213,8 @@ impl<'a> TextEdits<'a> {
                     parts.extend(tagged.flat_map(|one| NAMING.map(|name| (*one, Part::Tag(name.to_owned())))));
                 }
             }
-            Edit::CreateRegulatoryElement { subtype, referrers, members } => {
-                let created = Part::Created(subtype.to_string());
-                parts.extend(referrers.iter().map(|id| ((ElementKind::Relation, *id), created.clone())));
-                named.extend(members.iter().filter_map(|(_, member)| key_of(*member)));
-            }
-            Edit::CreateArea { points, lanelets } => {
-                let tag = Part::Tag(AREA.to_owned());
-                parts.extend(lanelets.iter().map(|id| ((ElementKind::Relation, *id), tag.clone())));
-                named.extend(points.iter().map(|id| (ElementKind::Node, *id)));
+            Edit::CreateStopLine { .. } | Edit::CreateRegulatoryElement { .. } | Edit::CreateArea { .. } => {
+                claim_for_created(edit, claim);
             }
         }
     }
@@ -514,6 +503,28 @@ impl<'a> TextEdits<'a> {
             text.insert_str(at, &added);
         }
         texts
+    }
+}
+
+/// What an edit that makes a new element needs of those that are there.
+fn claim_for_created(edit: &Edit, claim: &mut Claim) {
+    let Claim { parts, named, .. } = claim;
+    match edit {
+        Edit::CreateStopLine { points, element } => {
+            parts.extend(key_of(*element).map(|key| (key, Part::Created("stop_line".to_owned()))));
+            named.extend(points.iter().map(|id| (ElementKind::Node, *id)));
+        }
+        Edit::CreateRegulatoryElement { subtype, referrers, members } => {
+            let created = Part::Created(subtype.to_string());
+            parts.extend(referrers.iter().map(|id| ((ElementKind::Relation, *id), created.clone())));
+            named.extend(members.iter().filter_map(|(_, member)| key_of(*member)));
+        }
+        Edit::CreateArea { points, lanelets } => {
+            let tag = Part::Tag(AREA.to_owned());
+            parts.extend(lanelets.iter().map(|id| ((ElementKind::Relation, *id), tag.clone())));
+            named.extend(points.iter().map(|id| (ElementKind::Node, *id)));
+        }
+        _ => {}
     }
 }
 
