@@ -103,27 +103,42 @@ fn new_errors<'a>(before: &[Diagnostic], attempt: &'a Attempt) -> Vec<&'a Diagno
 const UNSAFE: [&str; 4] =
     ["vm-03-10/yield-unsafe", "vm-03-11/yield-unsafe", "vm-03-11/priority-inverted", "vm-03-11/mutual"];
 
-/// The lanelets that the fixes of a batch make part of an intersection.
-struct Marked(FxHashSet<i64>);
+/// A lane that comes to an intersection and goes no further, or begins there: it was so before the intersection was marked.
+const LOOSE_ENDS: [&str; 2] = ["vm-03-04/in-lane-dead-end", "vm-03-04/out-lane-unreached"];
+
+/// What the fixes of a batch make part of an intersection.
+struct Marked {
+    lanelets: FxHashSet<i64>,
+    /// Whether all that the batch does leaves the ends of lanes as they are.
+    ends_stay: bool,
+}
 
 impl Marked {
     fn by(done: &[Proposal]) -> Self {
-        let edits = done.iter().flat_map(|one| &one.fix.edits);
-        let lanelets = edits.filter_map(|edit| match edit {
+        let edits = || done.iter().flat_map(|one| &one.fix.edits);
+        let lanelets = edits().filter_map(|edit| match edit {
             Edit::CreateArea { lanelets, .. } => Some(lanelets),
             _ => None,
         });
-        Self(lanelets.flatten().copied().collect())
+        let leaves_ends = |edit: &Edit| {
+            use Edit::{AddMember, CreateArea, CreateRegulatoryElement, CreateStopLine, SetTag};
+            let is_made = matches!(edit, CreateArea { .. } | CreateRegulatoryElement { .. } | CreateStopLine { .. });
+            is_made || matches!(edit, SetTag { .. } | AddMember { .. })
+        };
+        Self { lanelets: lanelets.flatten().copied().collect(), ends_stay: edits().all(leaves_ends) }
     }
 
     /// Whether an error was there before and is only told now, since rules look at lanes of intersections that do not look at
     /// others: it is about how such a lane is drawn, and not about the area or the tags that the fix has made.
     fn reveal(&self, error: &Diagnostic) -> bool {
+        if self.ends_stay && !self.lanelets.is_empty() && LOOSE_ENDS.contains(&error.code.as_str()) {
+            return true;
+        }
         let of_the_fix = ["vm-03-01/", "vm-03-02/", "vm-03-08/"].iter().any(|rule| error.code.starts_with(rule))
             || UNSAFE.contains(&error.code.as_str());
         let finding = &error.finding;
         let mut subjects = std::iter::once(finding.subject).chain(finding.related.iter().map(|one| one.subject));
-        let is_marked = |subject| matches!(subject, Subject::Lanelet(id) if self.0.contains(&id));
+        let is_marked = |subject| matches!(subject, Subject::Lanelet(id) if self.lanelets.contains(&id));
         !of_the_fix && subjects.any(is_marked)
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::geometry::{Point, polygon};
-use crate::lanelet::index::view::Seen;
+use crate::lanelet::index::view::{Seen, boxes_meet};
 use crate::lanelet::index::{MapIndex, extent};
 use crate::lanelet::{LaneletId, LineStringId, RegulatoryElement};
 use crate::text::counted;
@@ -53,9 +53,11 @@ pub fn with_crosswalk(
     wrong: Option<LaneletId>,
 ) -> Finding {
     let referrers = map.referrers(element.id);
+    let boxes: Vec<[Point; 2]> = referrers.iter().filter_map(|&id| Some(map.lane_of(id)?.extent)).collect();
+    let is_near = |seen: &&&Seen| boxes.iter().any(|lane| boxes_meet(*lane, seen.extent));
     let is_crossed =
         |seen: &&&Seen| lanes_across(map, seen).iter().any(|&(lane, _)| referrers.contains(&map.lanes[lane].id));
-    let mut meant = idle.iter().filter(is_crossed).map(|seen| Subject::Lanelet(seen.id().0));
+    let mut meant = idle.iter().filter(is_near).filter(is_crossed).map(|seen| Subject::Lanelet(seen.id().0));
     let (Some(member), None) = (meant.next(), meant.next()) else { return finding };
     let on = Subject::RegulatoryElement(element.id.0);
     let (role, gone) = (|| "refers".into(), wrong.map(|id| Subject::Lanelet(id.0)));
