@@ -20,6 +20,9 @@ const DRIVER: &str = "/usr/bin/chromedriver";
 /// A page that is not ready after this long is broken, even on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
+/// How often the driver is started until it says its port.
+const STARTS: usize = 5;
+
 /// One window. Closed, with its driver, when dropped.
 pub struct Browser {
     driver: Child,
@@ -30,6 +33,28 @@ pub struct Browser {
     _profile: tempfile::TempDir,
 }
 
+/// A driver with its port; `None` if it ends without one.
+fn start_driver() -> Option<(Child, u16)> {
+    let mut driver = Command::new(DRIVER)
+        .arg("--port=0")
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the driver starts");
+    let mut lines = BufReader::new(driver.stdout.take().unwrap()).lines();
+    let said = lines
+        .by_ref()
+        .map_while(Result::ok)
+        .find_map(|line| line.split_once("started successfully on port ")?.1.trim_end_matches('.').parse().ok());
+    match said {
+        Some(port) => Some((driver, port)),
+        None => {
+            _ = driver.wait();
+            None
+        }
+    }
+}
+
 impl Browser {
     /// Starts a browser with a window of this size; `None`, noted as skipped, where there is none on this machine.
     pub fn start(width: u32, height: u32) -> Option<Self> {
@@ -37,18 +62,8 @@ impl Browser {
             return skip("no browser here; apt-get install chromium chromium-driver");
         }
         let profile = tempfile::tempdir().unwrap();
-        let mut driver = Command::new(DRIVER)
-            .arg("--port=0")
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("the driver starts");
-        let mut lines = BufReader::new(driver.stdout.take().unwrap()).lines();
-        let port = lines
-            .by_ref()
-            .map_while(Result::ok)
-            .find_map(|line| line.split_once("started successfully on port ")?.1.trim_end_matches('.').parse().ok())
-            .expect("the driver says its port");
+        // The port that is free for one kind of address may be taken for the other; then the driver ends at once.
+        let (driver, port) = (0..STARTS).find_map(|_| start_driver()).expect("the driver says its port");
         let mut browser = Self { driver, port, session: String::new(), home: RefCell::default(), _profile: profile };
         let data = format!("--user-data-dir={}", browser._profile.path().display());
         let size = format!("--window-size={width},{height}");
