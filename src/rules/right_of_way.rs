@@ -160,12 +160,12 @@ impl<'m> Judged<'m> {
         let finding = Finding::new("multi-re", self.subject(), message);
         let finding = finding.with(Subject::RegulatoryElement(first), "first element");
         let finding = finding.with(Subject::RegulatoryElement(last), "last element");
-        Some(self.left_with_own(finding))
+        Some(self.without_elements_of_others(finding))
     }
 
     /// Adds the edits that let the lanelet refer to the one element that gives it the right of way, and no longer to those of
     /// others.
-    fn left_with_own(&self, finding: Finding) -> Finding {
+    fn without_elements_of_others(&self, finding: Finding) -> Finding {
         let all = self.map.elements(self.id, "right_of_way");
         let (own, others): (Vec<_>, Vec<_>) =
             all.partition(|element| element.lanelets("right_of_way").any(|id| id == self.id));

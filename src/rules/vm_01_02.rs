@@ -38,7 +38,7 @@ impl Rule for LaneChange {
             .map
             .lanelets
             .iter()
-            .filter(|lanelet| drives(lanelet))
+            .filter(|lanelet| is_for_wheels(lanelet))
             .flat_map(|lanelet| [lanelet.left, lanelet.right].map(|bound| (bound.line, lanelet.id)));
         let others: BTreeMap<LineStringId, LaneletId> =
             beside.filter(|(line, _)| !between.contains_key(line)).collect();
@@ -49,7 +49,7 @@ impl Rule for LaneChange {
 }
 
 /// Whether wheels drive on a lanelet; nobody changes lanes on a walkway.
-fn drives(lanelet: &Lanelet) -> bool {
+fn is_for_wheels(lanelet: &Lanelet) -> bool {
     matches!(
         lanelet.attributes.get("subtype"),
         Some("road" | "highway" | "bus_lane" | "bicycle_lane" | "road_shoulder")

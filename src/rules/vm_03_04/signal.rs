@@ -25,7 +25,7 @@ pub fn judge(map: &MapIndex, params: &Params) -> Vec<Finding> {
             let finding = Finding::new("signal-multi", Subject::Lanelet(lane.id.0), message);
             let finding = finding.with(Subject::RegulatoryElement(first.id.0), "first light");
             let finding = finding.with(Subject::RegulatoryElement(second.id.0), "second light");
-            findings.push(left_with_own(map, finding, at, &lights));
+            findings.push(without_other_lights(map, finding, at, &lights));
         }
         findings.extend(lights.iter().filter_map(|light| on_in_lane(map, params, at, light)));
     }
@@ -34,7 +34,7 @@ pub fn judge(map: &MapIndex, params: &Params) -> Vec<Finding> {
 }
 
 /// Adds the edits that let a lanelet refer to the one light whose stop line it starts at, and no longer to those of others.
-fn left_with_own(map: &MapIndex, finding: Finding, lane: usize, lights: &[&RegulatoryElement]) -> Finding {
+fn without_other_lights(map: &MapIndex, finding: Finding, lane: usize, lights: &[&RegulatoryElement]) -> Finding {
     let is_own = |light: &&&RegulatoryElement| {
         light.linestrings("ref_line").any(|line| lanes_that_stop(map, line).contains(&lane))
     };
