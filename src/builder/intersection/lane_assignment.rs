@@ -251,7 +251,7 @@ fn pair_up(ins: &[usize], outs: &[usize], lanes: &[(usize, &ArmLane)], target: &
 }
 
 /// Leads a lane to every lane out that no movement reaches yet: the movement to the lane beside it fans out.
-fn reach_all(arms: &[&Arm], all: &mut Vec<Movement>) {
+pub fn reach_all(arms: &[&Arm], all: &mut Vec<Movement>) {
     for (to, arm) in arms.iter().enumerate() {
         // Outward from the lanes that are reached: each lane follows a neighbour, at the latest in the last round.
         for out in (0..arm.out.len()).cycle().take(arm.out.len() * arm.out.len()) {

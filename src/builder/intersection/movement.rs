@@ -9,7 +9,7 @@ use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::pose::Pose;
 use crate::geometry::{angle_between, cross, curve};
 
-use super::lane_assignment::assign_lanes;
+use super::lane_assignment::{assign_lanes, reach_all};
 use super::movement_types::{Movement, Movements, TurnTarget};
 use super::turn_centerline::common_ground;
 
@@ -53,6 +53,25 @@ pub fn movements(
     let could = |(from, to): &(usize, usize)| from != to && !arms[*from].into.is_empty() && !arms[*to].out.is_empty();
     let prohibited = pairs.filter(could).filter(|pair| all.iter().all(|m| (m.from, m.to) != *pair)).collect();
     Movements { all, prohibited }
+}
+
+/// The movements without those for which there is no room, where that leaves lanes out to which no other leads: movements beside
+/// them fan out instead. `None` where it leaves no such lane, or no movement can fan out.
+pub fn movements_instead(
+    lanes: &Lanes,
+    intersection: &Intersection,
+    all: &[Movement],
+    no_room: &[Movement],
+) -> Option<Vec<Movement>> {
+    if no_room.is_empty() {
+        return None;
+    }
+    let arms: Vec<&Arm> = intersection.arms.iter().map(|&at| lanes.arm(at)).collect();
+    let mut instead: Vec<Movement> = all.iter().filter(|movement| !no_room.contains(movement)).copied().collect();
+    let left = instead.len();
+    reach_all(&arms, &mut instead);
+    instead.sort_unstable();
+    (instead.len() > left && !no_room.iter().any(|movement| instead.contains(movement))).then_some(instead)
 }
 
 /// The arms to which the restrictions allow to go from an arm, from left to right as one drives in.

@@ -11,8 +11,8 @@ const FOLLOWS: f64 = 0.5;
 const ON_RING: f64 = 2.0;
 /// A centre line that leaves the ring toward the island by less than this, metres, leads around the island.
 const CUTS: f64 = 0.3;
-/// The least radius of a centre line around the island, metres: else its inner bound would have no length.
-const RADIUS_LEAST: f64 = 2.5;
+/// The least radius of a centre line around the island, metres: no car turns more tightly, so cars drive over smaller islands.
+const RADIUS_LEAST: f64 = 4.0;
 /// Degrees of the ring between two places to pass.
 const PLACE_EVERY: f64 = 60.0;
 
@@ -130,18 +130,27 @@ mod tests {
         Pose { point: Point::new(radius * cos, radius * sin), heading: Vector::new(-sin, cos) }
     }
 
+    /// An arc of a ring with a radius of 8 m.
     fn arc(from: i32, to: i32) -> Polyline {
-        Polyline::new((from..=to).step_by(10).map(|angle| on_circle(8.0, f64::from(angle)).point)).unwrap()
+        arc_of(8.0, from, to)
+    }
+
+    fn arc_of(radius: f64, from: i32, to: i32) -> Polyline {
+        Polyline::new((from..=to).step_by(10).map(|angle| on_circle(radius, f64::from(angle)).point)).unwrap()
     }
 
     /// The least distance from the middle, metres, of the centre line between streets at these angles, degrees.
     fn across(ring: &CirculatingRing, from: f64, to: f64) -> Option<f64> {
+        across_of(8.0, ring, from, to)
+    }
+
+    fn across_of(radius: f64, ring: &CirculatingRing, from: f64, to: f64) -> Option<f64> {
         let street = |angle: f64, along: f64| {
             let out = on_circle(1.0, angle).point.coords;
             Pose { point: Point::from(out * 15.0), heading: out * along }
         };
         let ends = [street(from, -1.0), street(to, 1.0)];
-        let roads = [from, to].map(|angle| on_circle(8.0, angle).point);
+        let roads = [from, to].map(|angle| on_circle(radius, angle).point);
         let poses = ring.around(roads, ends, &curve::join(ends[0], ends[1]))?;
         assert_eq!([poses[0], poses[poses.len() - 1]].map(|pose| pose.point), ends.map(|end| end.point));
         Some(poses.iter().map(|pose| pose.point.coords.norm()).fold(f64::INFINITY, f64::min))
@@ -154,6 +163,12 @@ mod tests {
         assert!(closest > 7.0, "{closest} m from the middle");
         // In the opposite direction it would leave the intersection.
         assert_eq!(across(&half, 180.0, 0.0), None);
+    }
+
+    #[test]
+    fn no_centerline_leads_around_an_island_that_a_car_cannot_drive_around() {
+        let ring = CirculatingRing { runs: vec![arc_of(2.6, 0, 720)] };
+        assert_eq!(across_of(2.6, &ring, 270.0, 180.0), None);
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! that are no roads, cuts at stop lines. Each round meets those of one kind and draws again what that changes. Where a lanelet
 //! runs over the end of a road that is too short to be cut back behind it, no vehicle can wait on that road: it lies inside an
 //! intersection, and the intersections at its ends are one. So it is where a road is too short to be cut back for a turn that a
-//! car can take. A dead end of that kind is left out.
+//! car can take. A dead end of that kind is left out, and a longer road that no turn joins ends before the intersection.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
@@ -15,12 +15,13 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::builder::ids::Contest;
 use crate::builder::lanes::road_cut::VEHICLE;
 use crate::builder::network::network_diff::{NetworkDiff, NetworkSnapshot};
-use crate::builder::network::{IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, Stations};
+use crate::builder::network::unreachable_lanes::end_road_without_turns;
+use crate::builder::network::{Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, Stations};
 use crate::builder::streets::consolidate::{ConsolidateOptions, MergeNote, MergeReason, absorb_roads, without_roads};
 use crate::builder::streets::heights::{HeightOptions, level_at_cuts};
 use crate::diagnostic::{Finding, Severity, Subject};
 
-use super::map_layout::Layout;
+use super::map_layout::{IntersectionLanelets, Layout};
 use super::short_links::{SETBACK_LEAST, room_for_turns, short_links};
 
 /// No layout makes more demands than this. Each cuts more off roads, merges some or leaves some out, so that the loop ends by itself.
@@ -85,7 +86,7 @@ impl LayoutLoop<'_> {
         }
         if matches!(self.stop_lines, StopLines::Untried) {
             let before = NetworkSnapshot::of(&self.layout.network);
-            if self.merge_roads() || self.leave_out_dead_ends() {
+            if self.merge_roads() || self.leave_out_dead_ends() || self.end_roads_without_turns() {
                 return ControlFlow::Continue(self.followed(&before));
             }
         }
@@ -145,6 +146,19 @@ impl LayoutLoop<'_> {
         self.road_notes.extend(roads.iter().map(|road| left_out(network.road(*road))));
         self.layout.network = without_roads(network, &roads);
         true
+    }
+
+    /// Ends roads before an intersection where no car can turn into them or out of them; `false` if there are none.
+    fn end_roads_without_turns(&mut self) -> bool {
+        let ends = ends_without_turns(&self.layout);
+        let mut notes: Vec<Finding> = Vec::new();
+        for at in ends {
+            let Layout { network, restrictions, .. } = &mut self.layout;
+            notes.extend(end_road_without_turns(network, restrictions, &mut self.kept, at));
+        }
+        let changed = !notes.is_empty();
+        self.road_notes.append(&mut notes);
+        changed
     }
 
     /// Draws what changed since the network was as `before`.
@@ -228,6 +242,17 @@ fn roads_abreast(network: &RoadNetwork, roads: &[RoadIx]) -> Vec<RoadIx> {
     let mut counts: FxHashMap<[IntersectionIx; 2], usize> = FxHashMap::default();
     roads.iter().for_each(|road| *counts.entry(ends(*road)).or_default() += 1);
     roads.iter().copied().filter(|road| counts[&ends(*road)] > 1).collect()
+}
+
+/// The ends of roads from and to which no lanelet leads, at intersections where some join others.
+fn ends_without_turns(layout: &Layout) -> Vec<RoadEnd> {
+    let of_one = |(at, ways): (&Intersection, &Option<Box<IntersectionLanelets>>)| -> Vec<RoadEnd> {
+        let paths = ways.as_ref().map_or(&[][..], |ways| &ways.drawn.paths);
+        let joined = |arm: usize| paths.iter().any(|path| path.movement.from == arm || path.movement.to == arm);
+        let ends = at.arms.iter().enumerate().filter(|(arm, _)| !paths.is_empty() && !joined(*arm));
+        ends.map(|(_, at)| *at).collect()
+    };
+    layout.network.intersections.iter().zip(&layout.ways).flat_map(of_one).collect()
 }
 
 /// Whether nothing goes on at one end of a road.

@@ -157,13 +157,31 @@ fn turns_back(network: &RoadNetwork, from: RoadEnd, to: RoadEnd) -> bool {
     turn(network.side, -a, b).abs() > TURNS_BACK && beside < ROOM_TO_TURN
 }
 
-/// Ends a road before its intersection, unless it is too short or the only road there.
-fn detach(network: &mut RoadNetwork, kept: &mut [Stations], at: RoadEnd) {
+/// Ends a road before its intersection where no lanelet joins its lanes: restrictions forbid it, or all turns are too tight. With a
+/// note for each direction of travel; none where the road stays as it is because it is too short or the only one there. `kept` are
+/// the stations between which the outlines leave each road.
+pub fn end_road_without_turns(
+    network: &mut RoadNetwork,
+    restrictions: &ResolvedRestrictions,
+    kept: &mut [Stations],
+    at: RoadEnd,
+) -> Vec<Finding> {
+    let note = |away: bool| {
+        let why = closed_by(network, restrictions, at, away).unwrap_or(ClosedBy::Angle);
+        ClosedLanes { at, travel: travel(at.end, away), why, whole_end: true }.note(network)
+    };
+    let directions = [false, true].into_iter().filter(|away| lanes(network, at, *away) > 0);
+    let notes = directions.map(note).collect();
+    if detach(network, kept, at) { notes } else { Vec::new() }
+}
+
+/// Ends a road before its intersection; `false` where it is too short or the only road there.
+fn detach(network: &mut RoadNetwork, kept: &mut [Stations], at: RoadEnd) -> bool {
     let old = network.intersection_at(at);
     let RoadKey { way, first, last, turn } = network.road(at.road).key;
     let [from, to] = kept[at.road];
     if to - from < LEAST_LEFT || network.intersection(old).arms.len() < 2 {
-        return;
+        return false;
     }
     let station = at_depth(kept[at.road], at.end, SETBACK);
     kept[at.road][at.end] = station;
@@ -187,6 +205,7 @@ fn detach(network: &mut RoadNetwork, kept: &mut [Stations], at: RoadEnd) {
         End::Start => road.from = new,
         End::End => road.to = new,
     }
+    true
 }
 
 /// The two-way strip of a road and the only direction in which it leads on; `None` if both or neither do, or if the road does

@@ -216,3 +216,30 @@ fn lanes_that_restrictions_close_are_no_fault() {
         assert!(!found.iter().any(|code| code.starts_with("vm-03-04")), "{side:?}: {found:?}");
     }
 }
+
+#[test]
+fn an_aisle_that_no_car_can_turn_into_ends_before_the_street() {
+    for side in SIDES {
+        // Between a street and an aisle that are one-way to the north another leads back.
+        let nodes = [
+            (1, 0.0, 0.0, ""),
+            (2, 0.0, -90.0, ""),
+            (3, 0.0, 90.0, ""),
+            (4, 6.0, -9.0, ""),
+            (5, 6.0, -70.0, ""),
+            (6, 10.0, -3.0, ""),
+            (7, 11.0, -70.0, ""),
+        ];
+        let ways: [(i64, &[i64], &str); 4] = [
+            (12, &[2, 1], "highway=secondary oneway=yes"),
+            (13, &[1, 3], "highway=secondary oneway=yes"),
+            (14, &[1, 4, 5], "highway=service service=parking_aisle oneway=yes"),
+            (15, &[7, 6, 1], "highway=service service=parking_aisle oneway=yes"),
+        ];
+        let Built { map, settings, notes, .. } = built(&network_of(side, &nodes, &ways), side, "");
+        let found = found_of_geometry(&map, &settings);
+        assert!(!found.iter().any(|code| code.starts_with("vm-03-04")), "{side:?}: {found:?}");
+        let told = "nobody can enter the lanes of way 14 with its line, nodes 1 to 5, at node 1: a car would have to turn back";
+        assert!(notes.iter().any(|note| note.message.ends_with(told)), "{side:?}: {notes:?}");
+    }
+}

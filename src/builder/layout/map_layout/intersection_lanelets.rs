@@ -6,8 +6,8 @@ use crate::builder::intersection::bicycle_lanelets::{
     BicycleLaneEnds, BicycleMovements, BicycleTurns, has_bicycle_lanes,
 };
 use crate::builder::intersection::conflict::{Conflicts, conflicts, strip_indices};
-use crate::builder::intersection::movement::movements;
-use crate::builder::intersection::movement_types::Movements;
+use crate::builder::intersection::movement::{movements, movements_instead};
+use crate::builder::intersection::movement_types::{Movement, Movements};
 use crate::builder::intersection::turning_lanelets::{
     DrawnMovements, TurningLanelet, intersection_key, turning_lanelets,
 };
@@ -112,15 +112,25 @@ impl IntersectionLanelets {
     /// Draws the lanelets of an intersection over what stands.
     pub fn draw(site: Site) -> Self {
         let Site { network, lanes, intersection, .. } = site;
-        let plan = movements(network.side, site.restrictions, lanes, intersection);
-        let mut builder = site.builder(MapPart::default());
-        let drawn = turning_lanelets(&mut builder, network, lanes, intersection, &plan.all);
-        let (cycles, part) = (BicycleMovements::default(), builder.into_part());
+        let mut plan = movements(network.side, site.restrictions, lanes, intersection);
+        let draw = |all: &[Movement]| {
+            let mut builder = site.builder(MapPart::default());
+            let drawn = turning_lanelets(&mut builder, network, lanes, intersection, all);
+            (drawn, builder.into_part())
+        };
+        let (mut drawn, mut part) = draw(&plan.all);
+        if let Some(all) = movements_instead(lanes, intersection, &plan.all, &drawn.dropped) {
+            let mut dropped = std::mem::take(&mut drawn.dropped);
+            (drawn, part) = draw(&all);
+            drawn.dropped.append(&mut dropped);
+            drawn.dropped.sort_unstable();
+            plan.all = all;
+        }
         Self {
             plan,
             drawn,
             conflicts: None,
-            cycles,
+            cycles: BicycleMovements::default(),
             area: None,
             part,
             stood: false,
