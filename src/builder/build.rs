@@ -11,12 +11,10 @@ use crate::settings::{MergeSettings, Profile, Settings};
 
 use super::assemble::{Assembled, assemble};
 use super::control::signal_arrows::SignalArrows;
-use super::ids::{Contest, Id};
 use super::layout::layout_loop::lay_out;
 use super::network::unreachable_lanes::without_unreachable_lanes;
 use super::network::{NetworkError, NetworkOptions, NetworkReading, RoadKey, RoadNetwork, UNMET_ROAD, road_network};
 use super::options::{BuildOptions, Plan};
-use super::postprocess::map_editor::is_taken;
 use super::postprocess::{grade_separation, tier4, turn_signal, user_elements};
 use super::streets::consolidate::{MergeOverride, OverrideTarget};
 use super::streets::heights::{ElevationTags, elevation_tags};
@@ -74,7 +72,7 @@ pub struct Built {
     pub notes: Vec<Finding>,
     /// How much there is.
     pub summary: Summary,
-    /// Ids that two elements want, but for those that were known before: whoever came first has them, and is to have them no more.
+    /// Ids that two elements have, and are to have no more.
     pub contested: Vec<i64>,
 }
 
@@ -91,8 +89,8 @@ pub fn build(osm: &OsmData, options: &BuildOptions) -> Result<Built, BuildError>
     Ok(built)
 }
 
-/// Builds a map anew while elements want the same id, so that neither gets it. Ids are hashes, so this is so once among tens of
-/// thousands of intersections.
+/// Builds a map anew while two elements have the same id, so that neither gets it. Ids are hashes: two polygons have the same once
+/// among tens of thousands of intersections, other elements once among ten thousand maps of a million.
 ///
 /// # Errors
 /// As `build` has it.
@@ -100,17 +98,18 @@ pub fn uncontested<E>(
     known: &BTreeSet<i64>,
     mut build: impl FnMut(&BTreeSet<i64>) -> Result<Built, E>,
 ) -> Result<Built, E> {
-    /// Of elements with the same part and place, which there should not be, the later one gives way.
     const ROUNDS: usize = 4;
     let mut contested = known.clone();
     let mut built = build(&contested)?;
     for _ in 1..ROUNDS {
         if built.contested.is_empty() {
-            break;
+            return Ok(built);
         }
         contested.extend(&built.contested);
         built = build(&contested)?;
     }
+    // Elements with the same part and place, which there should not be.
+    built.map.drop_repeats();
     Ok(built)
 }
 
@@ -254,9 +253,8 @@ pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights
     let (network, kept, unreachable) = without_unreachable_lanes(network, outlines.kept);
     notes.extend(findings);
     notes.extend(unreachable);
-    let contest = Arc::new(Contest::of(&contested));
     let apart = merges.iter().filter(|note| note.wish.is_some() && !note.merged).map(|note| note.key).collect();
-    let (layout, more) = lay_out(network, kept, &apart, &heights, contest.clone());
+    let (layout, more) = lay_out(network, kept, &apart, &heights, contested);
     notes.extend(more);
     let Assembled { mut map, mut settings, notes: more, areas, roads } =
         assemble(layout, &SignalArrows::new(&inside, &projector));
@@ -277,7 +275,7 @@ pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights
         regulatory_elements: map.regulatory_elements.len(),
         guesses,
     };
-    let contested = contest.found(|id| is_taken(&map, id as Id));
+    let contested = map.repeated_ids();
     Built { map, projector, settings, notes, summary, contested }
 }
 

@@ -7,6 +7,8 @@ use crate::osm::{OsmData, read_bytes};
 use super::tags::road_class::DrivingSide;
 use super::*;
 
+use std::collections::BTreeSet;
+
 /// Builds from nodes in metres (about, driven on the right) and ways with tags.
 fn built(nodes: &[(i64, f64, f64, &str)], ways: &[(i64, &[i64], &str)]) -> Built {
     built_as(&Asked { nodes, ways, options: driven_on(DrivingSide::Right) })
@@ -335,4 +337,22 @@ fn every_lane_of_a_wide_road_leads_on_where_it_meets_a_narrow_one() {
         let leads_on: Vec<bool> = road.map(|lane| entered.contains(&ends(&built.map, lane)[1])).collect();
         assert_eq!(leads_on, vec![true; lanes]);
     }
+}
+
+#[test]
+fn an_id_that_nobody_gets_changes_no_other() {
+    let nodes = [(1, 0.0, 0.0, ""), (2, 90.0, 0.0, ""), (3, 0.0, 90.0, ""), (4, -90.0, 0.0, ""), (5, 0.0, -90.0, "")];
+    let ways: [(i64, &[i64], &str); 2] = [(10, &[4, 1, 2], "highway=primary"), (11, &[3, 1, 5], "highway=primary")];
+    let built = |contested: BTreeSet<i64>| {
+        let options = BuildOptions { contested, ..driven_on(DrivingSide::Right) };
+        built_as(&Asked { nodes: &nodes, ways: &ways, options }).map
+    };
+    let whole = built(BTreeSet::new());
+    let area = whole.polygons.iter().find(|area| area.attributes.is("type", "intersection_area")).unwrap().id;
+    let line = whole.linestrings.iter().next().unwrap().id;
+    let other = built(BTreeSet::from([area.0, line.0]));
+    assert_eq!((whole.counts(), other.repeated_ids()), (other.counts(), vec![]));
+    assert!(!other.polygons.contains(area) && !other.linestrings.contains(line));
+    assert!(whole.points.iter().all(|point| other.points.contains(point.id)));
+    assert!(whole.linestrings.iter().all(|it| it.id == line || other.linestrings.contains(it.id)));
 }

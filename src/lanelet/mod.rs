@@ -41,6 +41,8 @@ pub use crate::osm::ElementKind;
 /// What a fault of the projector's file says of it.
 pub use crate::projection::InfoError;
 
+use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 use serde::Serialize;
 
 use crate::diagnostic::SourceSpan;
@@ -242,16 +244,7 @@ shelved! {
 }
 
 impl LaneletMap {
-    /// Appends all primitives of another map.
-    pub fn absorb(&mut self, other: Self) {
-        self.points.extend(other.points);
-        self.linestrings.extend(other.linestrings);
-        self.polygons.extend(other.polygons);
-        self.lanelets.extend(other.lanelets);
-        self.regulatory_elements.extend(other.regulatory_elements);
-    }
-
-    /// As [`LaneletMap::absorb`] for many maps, with all threads. No id may be there twice.
+    /// Appends all primitives of other maps, with all threads. No id may be there twice.
     pub fn absorb_all(&mut self, others: Vec<Self>) {
         let mut layers = (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for other in others {
@@ -286,18 +279,33 @@ impl LaneletMap {
         [points.len(), linestrings.len(), polygons.len(), lanelets.len(), regulatory_elements.len()]
     }
 
-    /// Removes and returns the primitives after the given number of each kind, in the order of [`LaneletMap::counts`].
-    #[must_use]
-    pub fn split_off(&mut self, [points, linestrings, polygons, lanelets, regulatory_elements]: [usize; 5]) -> Self {
-        Self {
-            format_version: None,
-            local: self.local,
-            points: self.points.split_off(points),
-            linestrings: self.linestrings.split_off(linestrings),
-            polygons: self.polygons.split_off(polygons),
-            lanelets: self.lanelets.split_off(lanelets),
-            regulatory_elements: self.regulatory_elements.split_off(regulatory_elements),
+    /// The ids that two primitives have, of whatever kinds, ascending.
+    pub fn repeated_ids(&self) -> Vec<i64> {
+        let Self { points, linestrings, polygons, lanelets, regulatory_elements, .. } = self;
+        let mut ids = Vec::with_capacity(self.counts().iter().sum());
+        ids.extend(points.iter().map(|it| it.id.0));
+        ids.extend(linestrings.iter().map(|it| it.id.0));
+        ids.extend(polygons.iter().map(|it| it.id.0));
+        ids.extend(lanelets.iter().map(|it| it.id.0));
+        ids.extend(regulatory_elements.iter().map(|it| it.id.0));
+        ids.par_sort_unstable();
+        let again = ids.iter().zip(ids.iter().skip(1)).filter(|(id, next)| id == next);
+        let mut repeated: Vec<i64> = again.map(|(id, _)| *id).collect();
+        repeated.dedup();
+        repeated
+    }
+
+    /// Keeps the first of the primitives of a kind that have the same id.
+    pub fn drop_repeats(&mut self) {
+        fn drop_later<T: Primitive>(layer: &mut PrimitiveLayer<T>) {
+            let mut seen = FxHashSet::default();
+            layer.retain(|item| seen.insert(item.id()));
         }
+        drop_later(&mut self.points);
+        drop_later(&mut self.linestrings);
+        drop_later(&mut self.polygons);
+        drop_later(&mut self.lanelets);
+        drop_later(&mut self.regulatory_elements);
     }
 
     /// Puts all primitives of another map before its own, with all threads; only the points go after them, since there are many
@@ -339,5 +347,23 @@ impl LaneletMap {
         let mut ring = self.bound_line(lanelet.left);
         ring.extend(self.bound_points(lanelet.right).rev().map(|p| p.position));
         ring
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn repeated_ids_are_found_in_all_layers_and_those_of_a_kind_dropped() {
+        let point = |id, x| Point::new(PointId(id), PlanePoint::new(x, 0.0), None);
+        let line = |id| LineString { id: LineStringId(id), points: vec![], attributes: Attributes::new(), span: None };
+        let mut map = LaneletMap::default();
+        [point(1, 1.0), point(2, 2.0), point(1, 3.0), point(1, 4.0)].into_iter().for_each(|it| map.points.push(it));
+        [line(2), line(3)].into_iter().for_each(|it| map.linestrings.push(it));
+        assert_eq!(map.repeated_ids(), [1, 2]);
+        map.drop_repeats();
+        assert_eq!(map.points.iter().map(|it| it.position.x).collect::<Vec<_>>(), [1.0, 2.0]);
+        assert_eq!((map.linestrings.len(), map.repeated_ids()), (2, vec![2]));
     }
 }

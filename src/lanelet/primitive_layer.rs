@@ -97,12 +97,6 @@ impl<T: Primitive> PrimitiveLayer<T> {
         self.items.extend(other.items);
     }
 
-    /// Removes and returns the items after the first `count`.
-    pub fn split_off(&mut self, count: usize) -> Self {
-        self.index = OnceLock::new();
-        Self { items: self.items.split_off(count), index: OnceLock::new() }
-    }
-
     /// Puts the items of another layer before its own. No id may be there twice.
     pub fn prepend(&mut self, first: Self) {
         self.items.splice(0..0, first.items);

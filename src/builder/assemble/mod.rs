@@ -14,8 +14,8 @@ use super::control::mid_block_signals;
 use super::control::signal_arrows::SignalArrows;
 use super::control::stop_line_segments::split_before_stop_lines;
 use super::lanes::side_lanes::side_lanes;
-use super::layout::map_layout::{IntersectionLanelets, Layout, Site};
-use super::map::map_builder::PartialMaps;
+use super::layout::map_layout::{IntersectionLanelets, Layout};
+use super::map::map_builder::MapPart;
 use super::network::Intersection;
 use super::tags::road_class::DrivingSide;
 use crossings::Crossings;
@@ -40,7 +40,7 @@ pub struct Assembled {
 /// Builds the map.
 pub fn assemble(layout: Layout, arrows: &SignalArrows) -> Assembled {
     // Moved, so that what is not asked for any more goes at once.
-    let Layout { network: owned_network, restrictions, lines, mut assembly, lanes, ways, .. } = { layout };
+    let Layout { network: owned_network, lines, mut assembly, lanes, ways, .. } = { layout };
     let network = &owned_network;
     let lit = mid_block_signals::signalised_crossings(network, &lines, &ways);
     let (guarded, unguarded) = mid_block_signals::guarded(network, &lines, &lanes, &ways);
@@ -55,30 +55,17 @@ pub fn assemble(layout: Layout, arrows: &SignalArrows) -> Assembled {
     if as_roads {
         whole.settings.bicycle_lanes = bicycles.iter().map(|lanelet| lanelet.0).collect();
     }
-    assembly.compact();
     let context = MapContext { network, lanes: &lanes, crossings: &crossings, arrows, guarded: &guarded, as_roads };
     let passed = network.intersections.iter().zip(ways).filter_map(|(at, ways)| Some((at, ways?)));
     let (passed, ways): (Vec<&Intersection>, Vec<Box<IntersectionLanelets>>) = passed.unzip();
-    let room = PartialMaps::over(&assembly, ways.iter().map(|ways| &ways.part));
     let finish = |(at, ways): (&Intersection, Box<IntersectionLanelets>)| {
         IntersectionAssembly::finish(&context, &assembly, at, *ways)
     };
-    let (parts, mut outputs) = room.filled(passed.iter().copied().zip(ways), finish);
-    whole.map = if parts.are_apart_from(&assembly) {
-        // A whole map takes the most memory of all that is made: what it was made from need not stand beside it.
-        drop(passed);
-        let done = (crossings, lanes, lines, owned_network);
-        rayon::join(|| assembly.finish(parts), || drop(done)).0
-    } else {
-        assembly.add_one_by_one(parts.split(), |i, below| {
-            let site = Site { network, restrictions: &restrictions, lanes: &lanes, intersection: passed[i], below };
-            let ways = IntersectionLanelets::draw(site).outlined(site);
-            let (part, output) = IntersectionAssembly::finish(&context, below, passed[i], ways);
-            outputs[i] = output;
-            part
-        });
-        assembly.into_map()
-    };
+    let room = MapPart::with_room(&assembly, ways.iter().map(|ways| &ways.part));
+    let (parts, outputs) = room.filled(passed.into_iter().zip(ways), finish);
+    // A whole map takes the most memory of all that is made: what it was made from need not stand beside it.
+    let done = (crossings, lanes, lines, owned_network);
+    whole.map = rayon::join(|| assembly.finish(parts), || drop(done)).0;
     for IntersectionOutput { notes, settings, bicycle_lanes, has_area } in outputs {
         whole.notes.extend(notes);
         whole.settings.intersection.extend(settings);

@@ -1,6 +1,6 @@
 //! Conversion of feature properties to the types of a network.
 
-use crate::builder::ids::{Ids, Key};
+use crate::builder::ids::Key;
 use crate::builder::network::End;
 use crate::builder::tags::cross_section::{CrossSection, Strip};
 use crate::geometry::{Point, Vector, polygon};
@@ -71,7 +71,7 @@ pub fn mean(points: &[Point]) -> Option<Point> {
 
 /// A number for an element without an OpenStreetMap id. It is the same in every build.
 pub fn number(part: &str, name: &str) -> i64 {
-    Ids::default().claim(Key::new(part).word(name), |_| false)
+    Key::new(part).word(name).id(|_| false)
 }
 
 /// The end points of the cut at one end of a road, in the order of the file.

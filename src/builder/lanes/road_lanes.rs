@@ -45,14 +45,8 @@ pub fn lanes(
         (part.into_part(), drawn)
     };
     let parts: Vec<_> = all.par_chunks(CHUNK).finely().map(|roads| draw(assembly, roads)).collect();
-    let (parts, mut of_roads): (Vec<MapPart>, Vec<Vec<RoadDrawing>>) = parts.into_iter().unzip();
-    if let Err(parts) = assembly.add_all(parts) {
-        assembly.add_one_by_one(parts, |i, below| {
-            let (part, drawn) = draw(below, &all[i * CHUNK..all.len().min((i + 1) * CHUNK)]);
-            of_roads[i] = drawn;
-            part
-        });
-    }
+    let (parts, of_roads): (Vec<MapPart>, Vec<Vec<RoadDrawing>>) = parts.into_iter().unzip();
+    assembly.add_all(parts);
     let mut lanes = Lanes::default();
     lanes.lanes.reserve_exact(of_roads.iter().flatten().map(|road| road.lanes.len()).sum());
     lanes.arms.reserve_exact(all.len());
@@ -67,17 +61,6 @@ pub fn lanes(
     lanes
 }
 
-/// Releases the ids of the lanes of some roads, and of the nodes that they do not share with others.
-pub fn release(assembly: &mut MapBuilder, joins: &Continuations, lanes: &Lanes, roads: impl Iterator<Item = RoadIx>) {
-    let shared = joins.points();
-    for ix in roads {
-        for bound in lanes.pieces[ix].iter().flat_map(|piece| &piece.borders).flatten() {
-            assembly.release_line(bound.line, |point| shared.contains(&point));
-        }
-        lanes.of_road(ix).iter().for_each(|lane| assembly.release_lanelet(lane.lanelet));
-    }
-}
-
 /// Builds the lanes of some roads again after their cuts have moved. All elements keep their ids.
 pub fn redraw(
     assembly: &mut MapBuilder,
@@ -87,7 +70,6 @@ pub fn redraw(
     lanes: &mut Lanes,
     roads: &[RoadIx],
 ) {
-    release(assembly, joins, lanes, roads.iter().copied());
     joins.add_points(assembly, network);
     for &ix in roads {
         let range = lanes.range_of(ix);

@@ -8,11 +8,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
-use std::sync::Arc;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::builder::ids::Contest;
 use crate::builder::lanes::road_cut::VEHICLE;
 use crate::builder::network::network_diff::{NetworkDiff, NetworkSnapshot};
 use crate::builder::network::unreachable_lanes::end_road_without_turns;
@@ -37,9 +35,9 @@ pub fn lay_out(
     kept: Vec<Stations>,
     apart: &FxHashSet<RoadKey>,
     heights: &HeightOptions,
-    contest: Arc<Contest>,
+    contested: BTreeSet<i64>,
 ) -> (Layout, Vec<Finding>) {
-    let (layout, notes) = Layout::new(network, &kept, contest);
+    let (layout, notes) = Layout::new(network, &kept, contested);
     let refused = apart.clone();
     let begun =
         LayoutLoop { layout, kept, apart, refused, stop_lines: StopLines::Untried, notes, road_notes: Vec::new() };

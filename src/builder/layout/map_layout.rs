@@ -8,7 +8,6 @@ mod intersection_lanelets;
 mod lane_end_overlap;
 mod reuse;
 
-use crate::builder::ids::Contest;
 use crate::builder::lanes::gore::gore_corners;
 use crate::builder::lanes::lane_ends::{RequiredSetbacks, connection_lines};
 use crate::builder::lanes::road_continuation::Continuations;
@@ -26,7 +25,7 @@ use lane_end_overlap::{BACK_MOST, TOUCH};
 
 pub use intersection_lanelets::{IntersectionLanelets, Site};
 
-use std::sync::Arc;
+use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
@@ -65,14 +64,14 @@ pub struct Layout {
 impl Layout {
     /// Draws a network with its roads cut at `kept`, the stations between which the outlines leave them. Also gives the
     /// restrictions that cannot be expressed.
-    pub fn new(network: RoadNetwork, kept: &[Stations], contest: Arc<Contest>) -> (Self, Vec<Finding>) {
+    pub fn new(network: RoadNetwork, kept: &[Stations], contested: BTreeSet<i64>) -> (Self, Vec<Finding>) {
         let (restrictions, notes) = ResolvedRestrictions::new(&network);
         let mut joins = Continuations::find(&network);
         let needs = RequiredSetbacks::new(&network, kept, |ix| joins.joined(ix));
         let (back, stops) = (vec![[0.0; 2]; network.roads.len()], vec![[false; 2]; network.roads.len()]);
         let lines = connection_lines(&network, &needs, &back, &stops, |_| None);
         joins.set_gore_corners(gore_corners(&network, &lines));
-        let mut assembly = MapBuilder::new(contest);
+        let mut assembly = MapBuilder::new(contested);
         let lanes = lanes(&mut assembly, &network, &lines, &mut joins);
         let ways = network.intersections.iter().map(|_| None).collect();
         let mut layout = Self { network, restrictions, joins, lines, assembly, lanes, ways, back, stops, needs };
@@ -149,7 +148,16 @@ impl Layout {
             self.redraw(roads);
             self.outline();
         }
-        self.assembly.remove_released();
+        self.remove_replaced();
+    }
+
+    /// Clears away what was drawn of roads before they were drawn otherwise.
+    fn remove_replaced(&mut self) {
+        let Self { lanes, joins, assembly, .. } = self;
+        let lines = lanes.pieces.iter().flatten().flat_map(|piece| piece.borders.iter().flatten());
+        let lines = lines.map(|bound| bound.line).collect();
+        let lanelets = lanes.lanes.iter().map(|lane| lane.lanelet).collect();
+        assembly.retain(&lines, &lanelets, joins.points());
     }
 
     /// The ends of roads whose lanes do not end on the outline around the lanelets there: some lanelet runs over them.

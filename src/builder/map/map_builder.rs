@@ -1,16 +1,16 @@
-//! The map under construction: primitives get their ids from keys and are never changed but to gain members
-//! or to be cut in two.
+//! The map under construction: the id of a primitive follows from its key, so that one that is drawn again takes the place of the
+//! one before.
 //!
 //! Parts that do not depend on each other are made apart, each over what stands already, and then added in order: the
 //! map is the same as if they had been made one after the other.
 
 mod partial_maps;
 
-pub use partial_maps::PartialMaps;
+use std::collections::BTreeSet;
 
-use std::sync::Arc;
+use rustc_hash::FxHashSet;
 
-use crate::builder::ids::{Contest, Id, IdTaken, Ids, Key, wanted_by_polygon};
+use crate::builder::ids::Key;
 use crate::builder::streets::heights::{Ground, rounded};
 use crate::geometry::Point as PlanePoint;
 use crate::lanelet::{
@@ -18,7 +18,7 @@ use crate::lanelet::{
     PolygonId, Primitive, PrimitiveLayer, RegulatoryElement, RegulatoryElementId, Target,
 };
 
-/// A [`LaneletMap`] and the ids it has used.
+/// A [`LaneletMap`] that grows.
 #[derive(Debug, Default)]
 pub struct MapBuilder<'a> {
     part: MapPart,
@@ -26,18 +26,14 @@ pub struct MapBuilder<'a> {
     below: Option<&'a MapBuilder<'a>>,
     /// What points that are added stand on.
     ground: Ground,
-    /// Ids that nobody gets.
-    contest: Arc<Contest>,
-    /// Whether parts over this one ask for every id whether it is taken here. It hardly ever is, so they are first made
-    /// without; that no id comes twice shows when they are added.
-    careful: bool,
+    /// Ids that nobody gets; those of the lowest builder count.
+    contested: BTreeSet<i64>,
 }
 
-/// What has been added to an [`MapBuilder`].
+/// What has been added to a [`MapBuilder`].
 #[derive(Clone, Debug, Default)]
 pub struct MapPart {
     map: LaneletMap,
-    ids: Ids,
     /// Elements to which lanelets from below are to refer.
     carried: Vec<(LaneletId, RegulatoryElementId)>,
 }
@@ -57,15 +53,14 @@ impl MapPart {
     #[must_use]
     pub fn shrunk(mut self) -> Self {
         self.map.shrink();
-        self.ids.rest();
         self
     }
 }
 
 impl<'a> MapBuilder<'a> {
     /// An empty assembly in which nobody gets ids that two elements want.
-    pub fn new(contest: Arc<Contest>) -> Self {
-        Self { contest, ..Self::default() }
+    pub fn new(contested: BTreeSet<i64>) -> Self {
+        Self { contested, ..Self::default() }
     }
 
     /// An empty assembly that knows what stands in another.
@@ -74,20 +69,8 @@ impl<'a> MapBuilder<'a> {
     }
 
     /// Goes on with a part that was begun over the same assembly.
-    pub fn resume(below: &'a MapBuilder<'a>, mut part: MapPart) -> Self {
-        part.ids.wake();
-        Self { part, below: Some(below), contest: below.contest.clone(), ..Self::default() }
-    }
-
-    /// From now on parts over this one take none of its ids.
-    fn require_unique_ids(&mut self) {
-        self.part.ids.wake();
-        self.careful = true;
-    }
-
-    /// Takes less memory until [`MapBuilder::add_one_by_one`]; nothing is added until then.
-    pub fn compact(&mut self) {
-        self.part.ids.rest();
+    pub fn resume(below: &'a MapBuilder<'a>, part: MapPart) -> Self {
+        Self { part, below: Some(below), ..Self::default() }
     }
 
     /// Puts all points that are added from now on on this ground.
@@ -126,33 +109,8 @@ impl<'a> MapBuilder<'a> {
         self.part
     }
 
-    /// What has been added, as a map.
-    pub fn into_map(self) -> LaneletMap {
-        self.part.map
-    }
-
-    /// Adds a part that was made over this assembly.
-    ///
-    /// # Errors
-    /// One of its ids was taken since; then nothing is added.
-    pub fn add(&mut self, part: MapPart) -> Result<(), IdTaken> {
-        self.part.ids.join(&part.ids)?;
-        self.part.map.absorb(part.map);
-        for (lanelet, element) in part.carried {
-            self.carry(lanelet, element);
-        }
-        Ok(())
-    }
-
     /// Adds parts that were made side by side over this assembly, in order.
-    ///
-    /// # Errors
-    /// Gives the parts back, to be added one by one, where two share an id.
-    pub fn add_all(&mut self, parts: Vec<MapPart>) -> Result<(), Vec<MapPart>> {
-        if !Ids::are_apart(parts.iter().chain([&self.part]).map(|part| &part.ids)) {
-            return Err(parts);
-        }
-        self.part.ids.join_apart(parts.iter().map(|part| &part.ids));
+    pub fn add_all(&mut self, parts: Vec<MapPart>) {
         let mut carried = Vec::new();
         let maps = parts.into_iter().map(|part| {
             carried.extend(part.carried);
@@ -160,32 +118,15 @@ impl<'a> MapBuilder<'a> {
         });
         self.part.map.absorb_all(maps.collect());
         carried.into_iter().for_each(|(lanelet, element)| self.carry(lanelet, element));
-        Ok(())
     }
 
     /// The whole map, with the parts that were made over this assembly.
-    pub fn finish(self, parts: PartialMaps) -> LaneletMap {
-        let (mut whole, MapPart { map: first, ids, .. }) =
-            (Self { part: parts.into_part(), ..Self::default() }, self.part);
-        // No more ids are handed out: what is taken need not be known while the whole is made.
-        drop((ids, std::mem::take(&mut whole.part.ids)));
-        whole.part.map.prepend(first);
-        for (lanelet, element) in std::mem::take(&mut whole.part.carried) {
-            whole.carry(lanelet, element);
-        }
+    pub fn finish(self, parts: MapPart) -> LaneletMap {
+        let MapPart { map, carried } = parts;
+        let mut whole = Self { part: MapPart { map, carried: Vec::new() }, ..Self::default() };
+        whole.part.map.prepend(self.part.map);
+        carried.into_iter().for_each(|(lanelet, element)| whole.carry(lanelet, element));
         whole.part.map
-    }
-
-    /// Adds parts that were made over this assembly and share ids, in order. Where something added before has taken one of a
-    /// part's ids, `make` makes that part, by its index, once more over all that stands, with ids of its own.
-    pub fn add_one_by_one(&mut self, parts: Vec<MapPart>, mut make: impl FnMut(usize, &MapBuilder) -> MapPart) {
-        self.require_unique_ids();
-        for (i, part) in parts.into_iter().enumerate() {
-            if self.add(part).is_err() {
-                let again = make(i, self);
-                let _ = self.add(again);
-            }
-        }
     }
 
     fn carry(&mut self, carrier: LaneletId, element: RegulatoryElementId) {
@@ -195,29 +136,21 @@ impl<'a> MapBuilder<'a> {
         }
     }
 
-    /// Gives back the ids of a line and of its points but for those that stay, so that they can be made anew.
-    pub fn release_line(&mut self, id: LineStringId, stays: impl Fn(PointId) -> bool) {
-        let MapPart { map, ids, .. } = &mut self.part;
-        let points = map.linestrings.get(id).map_or(&[][..], |line| &line.points);
-        points.iter().filter(|point| !stays(**point)).for_each(|point| ids.release(point.0));
-        ids.release(id.0);
+    /// Keeps of all that has been added these lines and lanelets, the points of these lines, and these points.
+    pub fn retain(
+        &mut self,
+        lines: &FxHashSet<LineStringId>,
+        lanelets: &FxHashSet<LaneletId>,
+        mut points: FxHashSet<PointId>,
+    ) {
+        let map = &mut self.part.map;
+        map.linestrings.retain(|line| lines.contains(&line.id));
+        map.lanelets.retain(|lanelet| lanelets.contains(&lanelet.id));
+        points.extend(map.linestrings.iter().flat_map(|line| line.points.iter().copied()));
+        map.points.retain(|point| points.contains(&point.id));
     }
 
-    /// As [`MapBuilder::release_line`] for a lanelet, whose bounds stay.
-    pub fn release_lanelet(&mut self, id: LaneletId) {
-        self.part.ids.release(id.0);
-    }
-
-    /// Takes away the points, lines and lanelets that were given back and not made anew.
-    pub fn remove_released(&mut self) {
-        let MapPart { map, ids, .. } = &mut self.part;
-        let gone = ids.released();
-        map.points.retain(|point| !gone.contains(&(point.id.0 as Id)));
-        map.linestrings.retain(|line| !gone.contains(&(line.id.0 as Id)));
-        map.lanelets.retain(|lanelet| !gone.contains(&(lanelet.id.0 as Id)));
-    }
-
-    /// Puts an element on a shelf. What was given back is made anew in its place; over another assembly nothing is.
+    /// Puts an element on a shelf, in the place of the one that was drawn before; over another assembly nothing is drawn twice.
     fn put<T: Primitive>(&mut self, shelf: impl Fn(&mut MapPart) -> &mut PrimitiveLayer<T>, item: T) {
         match self.below {
             Some(_) => shelf(&mut self.part).push(item),
@@ -228,16 +161,14 @@ impl<'a> MapBuilder<'a> {
     /// Makes room for so many more points.
     pub fn reserve(&mut self, points: usize) {
         self.part.map.points.reserve(points);
-        self.part.ids.reserve(points);
     }
 
-    fn claim(&mut self, key: Key) -> i64 {
-        let Self { part, below, contest, .. } = self;
-        part.ids.claim(key, |id| contest.knows(id) || below.is_some_and(|below| below.forbids(id)))
+    fn is_contested(&self, id: i64) -> bool {
+        self.below.map_or_else(|| self.contested.contains(&id), |below| below.is_contested(id))
     }
 
-    fn forbids(&self, id: &Id) -> bool {
-        self.careful && (self.part.ids.taken(id) || self.below.is_some_and(|below| below.forbids(id)))
+    fn id(&self, key: Key) -> i64 {
+        key.id(|id| self.is_contested(id))
     }
 
     /// The lanelet of an id.
@@ -282,7 +213,7 @@ impl<'a> MapBuilder<'a> {
 
     /// Adds a point that lies at a height, metres, whatever the ground is.
     pub fn point_at(&mut self, key: Key, position: PlanePoint, ele: f64, attributes: Attributes) -> PointId {
-        let id = PointId(self.claim(key));
+        let id = PointId(self.id(key));
         let point = Point::new(id, position, Some(ele)).with_attributes(attributes);
         self.put(|part| &mut part.map.points, point);
         id
@@ -308,7 +239,7 @@ impl<'a> MapBuilder<'a> {
 
     /// Adds a line through points.
     pub fn line(&mut self, key: Key, points: Vec<PointId>, attributes: Attributes) -> LineStringId {
-        let id = LineStringId(self.claim(key));
+        let id = LineStringId(self.id(key));
         self.put(|part| &mut part.map.linestrings, LineString { id, points, attributes, span: None });
         id
     }
@@ -340,12 +271,9 @@ impl<'a> MapBuilder<'a> {
         self.line(key, points, attributes)
     }
 
-    /// Adds the id for a polygon whose points are not known yet.
-    pub fn polygon_id(&mut self, key: Key) -> PolygonId {
-        let Self { part, below, contest, .. } = self;
-        let id = part.ids.claim_polygon(key, |id| contest.knows(id) || below.is_some_and(|below| below.forbids(id)));
-        contest.note(wanted_by_polygon(key), id);
-        PolygonId(id)
+    /// The id of a polygon.
+    pub fn polygon_id(&self, key: Key) -> PolygonId {
+        PolygonId(key.short_id(|id| self.is_contested(id)))
     }
 
     /// Adds a polygon under an id from [`MapBuilder::polygon_id`].
@@ -355,7 +283,7 @@ impl<'a> MapBuilder<'a> {
 
     /// Adds a lanelet between two bounds.
     pub fn lanelet(&mut self, key: Key, left: Bound, right: Bound, attributes: Attributes) -> LaneletId {
-        let id = LaneletId(self.claim(key));
+        let id = LaneletId(self.id(key));
         let (centerline, regulatory_elements) = (None, Vec::new());
         let lanelet = Lanelet { id, left, right, centerline, regulatory_elements, attributes, span: None };
         self.put(|part| &mut part.map.lanelets, lanelet);
@@ -370,7 +298,7 @@ impl<'a> MapBuilder<'a> {
         members: &[(&str, Target)],
         carriers: &[LaneletId],
     ) -> RegulatoryElementId {
-        let id = RegulatoryElementId(self.claim(key));
+        let id = RegulatoryElementId(self.id(key));
         let element = RegulatoryElement {
             id,
             subtype: subtype.into(),

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::builder::ids::{Ids, Key};
+use crate::builder::ids::Key;
 use crate::lanelet::index::{Reach, Thresholds};
 use crate::lanelet::{Lanelet, LaneletId, LaneletMap, Member, RegulatoryElementId, Target, TurnDirection, index};
 
@@ -49,7 +49,7 @@ fn ignores(map: &LaneletMap, lane: LaneletId, other: LaneletId) -> bool {
 
 fn add_right_of_way(map: &mut LaneletMap, lane: LaneletId) -> RegulatoryElementId {
     let key = Key::new("right of way").number(lane.0);
-    let id = RegulatoryElementId(Ids::default().claim(key, |id| is_taken(map, *id)));
+    let id = RegulatoryElementId(key.id(|id| is_taken(map, id)));
     let owner = Member { role: "right_of_way".into(), target: Target::Lanelet(lane) };
     insert_element(map, id, "right_of_way", vec![owner], &[lane]);
     id

@@ -1,6 +1,6 @@
 //! Adds to a finished map: points on bounds, linestrings, regulatory elements.
 
-use crate::builder::ids::{Id, Ids, Key};
+use crate::builder::ids::Key;
 use crate::geometry::{Point as Place, Polyline};
 use crate::lanelet::{
     Attributes, LaneletId, LaneletMap, LineString, LineStringId, Member, Point, PointId, PolygonId, RegulatoryElement,
@@ -18,12 +18,10 @@ pub struct MapEditor<'m> {
     /// The map.
     pub map: &'m mut LaneletMap,
     projector: &'m Projector,
-    ids: Ids,
 }
 
 /// Whether an element of the map has this id.
-pub fn is_taken(map: &LaneletMap, id: Id) -> bool {
-    let id = id as i64;
+pub fn is_taken(map: &LaneletMap, id: i64) -> bool {
     map.points.contains(PointId(id))
         || map.polygons.contains(PolygonId(id))
         || map.linestrings.contains(LineStringId(id))
@@ -69,16 +67,16 @@ pub fn right_of_way_of(map: &LaneletMap, lane: LaneletId) -> impl Iterator<Item 
 impl<'m> MapEditor<'m> {
     /// An editor for a map of which the points have longitude and latitude by `projector`.
     pub fn new(map: &'m mut LaneletMap, projector: &'m Projector) -> Self {
-        Self { map, projector, ids: Ids::default() }
+        Self { map, projector }
     }
 
-    fn claim(&mut self, key: Key) -> i64 {
-        self.ids.claim(key, |id| is_taken(self.map, *id))
+    fn free_id(&self, key: Key) -> i64 {
+        key.id(|id| is_taken(self.map, id))
     }
 
     /// Adds a point. `ele` is its elevation, metres.
     pub fn point(&mut self, key: Key, position: Place, ele: f64) -> PointId {
-        let id = PointId(self.claim(key));
+        let id = PointId(self.free_id(key));
         let lonlat = self.projector.inverse_each(&[position], |_| ele).pop().flatten();
         self.map.points.insert(Point::new(id, position, Some(ele)).with_lonlat(lonlat));
         id
@@ -86,14 +84,14 @@ impl<'m> MapEditor<'m> {
 
     /// Adds a linestring.
     pub fn line(&mut self, key: Key, points: Vec<PointId>, attributes: Attributes) -> LineStringId {
-        let id = LineStringId(self.claim(key));
+        let id = LineStringId(self.free_id(key));
         self.map.linestrings.insert(LineString { id, points, attributes, span: None });
         id
     }
 
     /// Adds a regulatory element, to which the lanelets `carriers` refer.
     pub fn element(&mut self, key: Key, subtype: &str, members: Vec<(&str, Target)>, carriers: &[LaneletId]) {
-        let id = RegulatoryElementId(self.claim(key));
+        let id = RegulatoryElementId(self.free_id(key));
         let members = members.into_iter().map(|(role, target)| Member { role: role.into(), target }).collect();
         insert_element(self.map, id, subtype, members, carriers);
     }

@@ -118,7 +118,7 @@ impl LaneletChains {
 #[cfg(test)]
 mod tests {
     use crate::builder::ids::Key;
-    use crate::builder::map::map_builder::MapBuilder;
+    use crate::builder::map::map_builder::{MapBuilder, MapPart};
     use crate::geometry::Point;
     use crate::lanelet::index::reaches;
     use crate::lanelet::{Attributes, LaneletId};
@@ -152,7 +152,7 @@ mod tests {
             }
             last = assembly.lanelet(key("lanelet", n), left, right, attributes);
         }
-        (assembly.into_map(), last)
+        (assembly.finish(MapPart::default()), last)
     }
 
     fn distance(length: f64) -> Option<String> {

@@ -24,6 +24,8 @@ pub struct SharedBounds {
 /// The line of a bound.
 #[derive(Clone, Debug)]
 pub struct BoundLine {
+    /// What other lines between the same nodes have in common with it.
+    key: Key,
     id: LineStringId,
     nodes: Vec<PointId>,
     /// The places of its nodes.
@@ -98,7 +100,9 @@ impl SharedBounds {
         attributes: Attributes,
     ) -> Bound {
         // The lower node first: a bound has the same id in either direction.
-        let key = key.word("bound").number(a.min(b).0).number(a.max(b).0);
+        let of_nodes = key.word("bound").number(a.min(b).0).number(a.max(b).0);
+        let earlier = self.lines.iter().filter(|line| line.key == of_nodes).count();
+        let key = if earlier == 0 { of_nodes } else { of_nodes.word("again").number(earlier as i64) };
         let clean = curve::untangled(places);
         let heights = assembly.heights_along(&clean, [a, b]);
         let mut points: Vec<(PointId, Point)> = Vec::with_capacity(clean.len().max(2));
@@ -111,7 +115,8 @@ impl SharedBounds {
         points.dedup_by_key(|(id, _)| *id);
         let (nodes, places): (Vec<PointId>, Vec<Point>) = points.into_iter().unzip();
         let id = assembly.line(key, nodes.clone(), attributes);
-        self.insert([a, b], BoundLine { id, nodes, places, begin: (a, side), measured: Default::default() })
+        let measured = Default::default();
+        self.insert([a, b], BoundLine { key: of_nodes, id, nodes, places, begin: (a, side), measured })
     }
 
     /// Moves the places of a new line between two nodes, on this side of a movement, to its own side of the other lines that end
@@ -144,5 +149,35 @@ impl SharedBounds {
         let bound = line.bound(from);
         self.lines.push(line);
         bound
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::builder::map::map_builder::MapPart;
+
+    use super::*;
+
+    #[test]
+    fn the_id_of_a_second_line_between_two_nodes_does_not_depend_on_the_points_of_the_first() {
+        let drawn = |inner: usize| {
+            let mut assembly = MapBuilder::default();
+            let ends = [0.0, 60.0].map(|x| Point::new(x, 0.0));
+            let nodes = [0, 1].map(|i: usize| assembly.point(Key::new("end").number(i as i64), ends[i], 0.0));
+            let line = |inner: usize, y: f64| {
+                let between = (1..=inner).map(|i| Point::new(60.0 * i as f64 / (inner + 1) as f64, y));
+                [vec![ends[0]], between.collect(), vec![ends[1]]].concat()
+            };
+            let mut bounds = SharedBounds::default();
+            let mut draw = |places: &[Point], side| {
+                bounds.draw(&mut assembly, Key::new("path"), (nodes, side), places, Attributes::new()).line
+            };
+            let lines = [draw(&line(inner, 3.0), 0), draw(&line(5, -3.0), 1)];
+            let second = assembly.line_of(lines[1]).map(|line| line.points.clone());
+            (lines, second, assembly.finish(MapPart::default()).repeated_ids())
+        };
+        let (few, many) = (drawn(1), drawn(20));
+        assert_eq!((&few.0, &few.1, &few.2, &many.2), (&many.0, &many.1, &vec![], &vec![]));
+        assert_ne!(few.0[0], few.0[1]);
     }
 }

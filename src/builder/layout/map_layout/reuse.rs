@@ -6,7 +6,7 @@ use crate::builder::intersection::movement::movements;
 use crate::builder::lanes::gore::gore_corners;
 use crate::builder::lanes::lane_ends::connection_lines;
 use crate::builder::lanes::road_continuation::Continuations;
-use crate::builder::lanes::road_lanes::{redraw, release};
+use crate::builder::lanes::road_lanes::redraw;
 use crate::builder::lanes::types::Arm;
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::network_diff::{NetworkDiff, NetworkSnapshot};
@@ -61,7 +61,6 @@ impl Layout {
         let elsewhere = joins.take_over(&met, diff);
         let moves = |road: &RoadIx| elsewhere.contains(road) || was.kept[diff.of(*road)] != lines.kept[*road];
         let moved: Vec<RoadIx> = roads().filter(moves).collect();
-        release(&mut assembly, &joins, &lanes, diff.gone());
         let mut lanes = lanes.reindexed(diff);
         let ends = moved.iter().flat_map(|&road| End::BOTH.map(|end| RoadEnd { road, end }));
         let ends: FxHashMap<RoadEnd, CutAt> = ends.map(|at| (at, cut_at(lanes.arm(at), &assembly))).collect();

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::lanes_seen::{Judged, LanesSeen};
-use crate::builder::ids::{Ids, Key};
+use crate::builder::ids::Key;
 use crate::builder::postprocess::map_editor::{drop_elements, insert_element, is_taken};
 use crate::lanelet::index::tier4_yields::{Ruled, share_predecessor};
 use crate::lanelet::index::view::View;
@@ -182,10 +182,9 @@ impl Changes {
             }
         }
         drop_elements(map, &dropped);
-        let mut ids = Ids::default();
         for Added { owners, yielding } in self.added {
             let key = owners.iter().fold(Key::new("shared right of way"), |key, owner| key.number(owner.0));
-            let id = RegulatoryElementId(ids.claim(key, |id| is_taken(map, *id)));
+            let id = RegulatoryElementId(key.id(|id| is_taken(map, id)));
             let mut members: Vec<Member> = owners.iter().map(|&owner| member("right_of_way", owner)).collect();
             members.extend(yielding.into_iter().map(|id| member("yield", id)));
             insert_element(map, id, "right_of_way", members, &owners);
