@@ -25,6 +25,7 @@
 //! Units, said once: metres, seconds, radians; speeds as maps write them (km/h); coordinates in the plane are
 //! east, north. Angles turn counter-clockwise, so a left turn is positive.
 
+#[warn(clippy::indexing_slicing)]
 pub mod api;
 pub mod builder;
 #[warn(clippy::indexing_slicing)]
@@ -34,10 +35,12 @@ pub mod cells;
 pub mod cli;
 #[warn(clippy::indexing_slicing)]
 pub mod diagnostic;
+#[warn(clippy::indexing_slicing)]
 pub mod fix;
 pub mod geometry;
 pub mod lane_stitching;
 pub mod lanelet;
+#[warn(clippy::indexing_slicing)]
 pub mod osm;
 #[warn(clippy::indexing_slicing)]
 mod parallel;
@@ -48,10 +51,13 @@ pub mod requirement;
 pub mod rules;
 #[warn(clippy::indexing_slicing)]
 pub mod settings;
+#[warn(clippy::indexing_slicing)]
 pub mod terrain;
+#[warn(clippy::indexing_slicing)]
 pub mod text;
 #[warn(clippy::indexing_slicing)]
 pub mod tiles;
+#[warn(clippy::indexing_slicing)]
 pub mod triage;
 
 pub use api::{Input, build, check, fix, geometry};

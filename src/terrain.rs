@@ -75,8 +75,12 @@ impl Terrain {
         let size = [width as usize, height as usize];
         let keys = file.find_tag_unsigned_vec::<u16>(Tag::GeoKeyDirectoryTag)?;
         let keys = keys.ok_or(TerrainError::NoPlace("GeoKeyDirectory"))?;
-        let of =
-            |wanted: u16| keys.chunks_exact(4).skip(1).find(|key| key[0] == wanted && key[1] == 0).map(|key| key[3]);
+        let of = |wanted: u16| {
+            keys.chunks_exact(4).skip(1).find_map(|key| match *key {
+                [key, 0, _, value] if key == wanted => Some(value),
+                _ => None,
+            })
+        };
         let frame = frame(of)?;
         if let Some(unit) = of(key::VERTICAL_UNIT).filter(|unit| *unit != key::METRE) {
             return Err(TerrainError::NoHeights(format!("heights in the unit EPSG:{unit}, not metres")));
@@ -119,19 +123,20 @@ impl Terrain {
 
     fn sample(&self, [x, y]: [f64; 2]) -> Option<f64> {
         let [dx, dy] = [x - self.origin[0], y - self.origin[1]];
-        let cell = |axis: usize| -> Option<(usize, usize, f64)> {
-            let [[a, b], last] = [self.inverse[axis], [0.0, (self.size[axis] - 1) as f64]];
-            let at = a * dx + b * dy;
+        let [columns, rows] = self.size;
+        let [to_column, to_row] = self.inverse;
+        let cell = |[a, b]: [f64; 2], count: usize| -> Option<(usize, usize, f64)> {
+            let (at, last) = (a * dx + b * dy, (count - 1) as f64);
             // The squares at the edge reach half their size beyond the middle.
-            (-0.5..=last[1] + 0.5).contains(&at).then(|| {
-                let at = at.clamp(0.0, last[1]);
+            (-0.5..=last + 0.5).contains(&at).then(|| {
+                let at = at.clamp(0.0, last);
                 let low = at.floor() as usize;
-                (low, (low + 1).min(self.size[axis] - 1), at - at.floor())
+                (low, (low + 1).min(count - 1), at - at.floor())
             })
         };
-        let ((left, right, across), (top, bottom, down)) = (cell(0)?, cell(1)?);
+        let ((left, right, across), (top, bottom, down)) = (cell(to_column, columns)?, cell(to_row, rows)?);
         let corner = |column: usize, row: usize, weight: f64| {
-            let height = self.heights[row * self.size[0] + column];
+            let height = *self.heights.get(row * columns + column)?;
             match weight > 0.0 {
                 true => (height.is_finite() && Some(height) != self.void).then(|| f64::from(height) * weight),
                 false => Some(0.0),

@@ -116,7 +116,7 @@ impl Beside {
     fn of_all(all: Vec<Self>) -> (Self, bool) {
         let mut texts: Vec<(String, Vec<u8>)> = all.into_iter().flat_map(|one| one.0).collect();
         let settings: Vec<&Vec<u8>> = texts.iter().filter(|(name, _)| name == NAME).map(|(_, text)| text).collect();
-        let differ = settings.windows(2).any(|pair| pair[0] != pair[1]);
+        let differ = settings.iter().any(|text| Some(text) != settings.first());
         // The projector's files say the same, if not in the same words.
         let mut names = Vec::new();
         texts.retain(|(name, _)| {
@@ -164,8 +164,11 @@ pub fn merge(maps: &[PathBuf], output: &Path, renumber: bool, tell: &dyn Fn(&str
         projectors.push((info.projector(), osm.meta.as_ref().and_then(|meta| meta.format_version.clone())));
         data.push(osm);
     }
-    if let Some(other) = projectors.iter().position(|of| *of != projectors[0]) {
-        return Err(read(unlike(&maps[0], &maps[other], projectors[0].0 != projectors[other].0)));
+    let mut frames = maps.iter().zip(&projectors);
+    if let Some((first, frame)) = frames.next()
+        && let Some((other, its)) = frames.find(|(_, its)| *its != frame)
+    {
+        return Err(read(unlike(first, other, its.0 != frame.0)));
     }
     let merge = Merge::of(&data);
     if !renumber && !merge.collisions.is_empty() {

@@ -169,16 +169,16 @@ impl<'a> Draft<'a> {
                 fs::rename(&new, &place)
             };
             if let Err(error) = moved {
-                self.put_back(kept.path(), &self.names[..done]);
+                self.put_back(kept.path(), done);
                 return Err(failed("write", &place, error));
             }
         }
         Ok(())
     }
 
-    /// Undoes the moves of these files, as far as the file system still allows.
-    fn put_back(&self, kept: &Path, names: &[String]) {
-        for name in names {
+    /// Undoes the moves of the first files, as far as the file system still allows.
+    fn put_back(&self, kept: &Path, moved: usize) {
+        for name in self.names.iter().take(moved) {
             let (old, place) = (kept.join(name), self.dir.join(name));
             let _ = match (old.exists(), place.is_dir()) {
                 (true, _) => fs::rename(old, place),

@@ -92,7 +92,7 @@ fn single_lane(
     if backward {
         markings.reverse();
     }
-    let lane = lane_stitching::Lane::along(middle, Widths::even(section.strips[strip].width).ok()?);
+    let lane = lane_stitching::Lane::along(middle, Widths::even(section.strips.get(strip)?.width).ok()?);
     lane.and_then(|lane| lane.painted(markings)).ok()
 }
 

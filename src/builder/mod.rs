@@ -11,16 +11,20 @@ pub mod assemble;
 mod build;
 pub mod control;
 pub mod geojson;
+#[warn(clippy::indexing_slicing)]
 pub mod ids;
 pub mod intersection;
+#[warn(clippy::indexing_slicing)]
 pub mod lane_export;
 pub mod lanes;
 pub mod layout;
 pub mod map;
 pub mod network;
+#[warn(clippy::indexing_slicing)]
 pub mod options;
 pub mod postprocess;
 pub mod streets;
+#[warn(clippy::indexing_slicing)]
 pub mod tags;
 #[cfg(test)]
 mod tests;

@@ -1,6 +1,6 @@
 //! Which fixes of a batch did harm: those near an error that was not there before, and those that did not mend what they were for.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
@@ -37,7 +37,7 @@ pub fn verdict(before: &[Diagnostic], attempt: &Attempt) -> Verdict {
     }
     groups.extend(without_effect(before, after, done).into_iter().map(|at| vec![at]));
     let mut verdict = Verdict::default();
-    for group in united(groups, done.len()) {
+    for group in united(groups) {
         match group[..] {
             [only] => {
                 let reason = reasons.remove(&only).unwrap_or_else(|| "the finding stays".to_owned());
@@ -51,7 +51,8 @@ pub fn verdict(before: &[Diagnostic], attempt: &Attempt) -> Verdict {
 
 /// The half of a group that is put off: those that make new elements first, for they change more than tags do.
 fn second_half(mut group: Vec<usize>, done: &[Proposal]) -> Vec<usize> {
-    group.sort_by_key(|&at| done[at].fix.edits.iter().any(|edit| !touched_lanelets(edit).is_empty()));
+    let makes_elements = |one: &Proposal| one.fix.edits.iter().any(|edit| !touched_lanelets(edit).is_empty());
+    group.sort_by_key(|&at| done.get(at).is_some_and(makes_elements));
     group.split_off(group.len().div_ceil(2))
 }
 
@@ -154,12 +155,11 @@ fn without_effect(before: &[Diagnostic], after: &[Diagnostic], done: &[Proposal]
         }
         counts
     });
-    let stays = |at: &usize| {
-        let mend = &done[*at].mend;
+    let stays = |(_, Proposal { mend, .. }): &(usize, &Proposal)| {
         let key = (mend.code.as_str(), mend.subject, mend.title.as_str());
         after.get(&key).is_some_and(|count| before.get(&key).is_some_and(|known| count >= known))
     };
-    (0..done.len()).filter(stays).collect()
+    done.iter().enumerate().filter(stays).map(|(at, _)| at).collect()
 }
 
 /// The fixes of a batch by place and by what they are about.
@@ -223,26 +223,21 @@ fn touched_lanelets(edit: &Edit) -> Vec<i64> {
 }
 
 /// Groups that have a fix in common, as one; each sorted, in the order of their first.
-fn united(groups: Vec<Vec<usize>>, count: usize) -> Vec<Vec<usize>> {
-    let mut place_of: Vec<Option<usize>> = vec![None; count];
-    let mut united: Vec<Vec<usize>> = Vec::new();
-    for group in groups {
-        let known: BTreeSet<usize> = group.iter().filter_map(|&at| place_of[at]).collect();
+fn united(groups: Vec<Vec<usize>>) -> Vec<Vec<usize>> {
+    let mut place_of: FxHashMap<usize, usize> = FxHashMap::default();
+    let mut united: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (new, group) in groups.into_iter().enumerate() {
+        let known: BTreeSet<usize> = group.iter().filter_map(|at| place_of.get(at).copied()).collect();
         // The smaller ones go into the largest, so that nothing is moved often.
-        let largest = known.iter().copied().max_by_key(|&place| united[place].len()).unwrap_or(united.len());
-        if largest == united.len() {
-            united.push(Vec::new());
-        }
-        let smaller = known.into_iter().filter(|&place| place != largest);
-        let moved: Vec<usize> = smaller.flat_map(|place| std::mem::take(&mut united[place])).collect();
-        let fresh = group.into_iter().filter(|&at| place_of[at].is_none());
-        let added: Vec<usize> = moved.into_iter().chain(fresh).collect();
-        for &at in &added {
-            place_of[at] = Some(largest);
-        }
-        united[largest].extend(added);
+        let size = |place: &usize| united.get(place).map_or(0, Vec::len);
+        let largest = known.iter().copied().max_by_key(size).unwrap_or(new);
+        let mut added: Vec<usize> = group.into_iter().filter(|at| !place_of.contains_key(at)).collect();
+        added
+            .extend(known.iter().filter(|place| **place != largest).filter_map(|place| united.remove(place)).flatten());
+        place_of.extend(added.iter().map(|&at| (at, largest)));
+        united.entry(largest).or_default().extend(added);
     }
-    united.retain(|group| !group.is_empty());
+    let mut united: Vec<Vec<usize>> = united.into_values().collect();
     united.iter_mut().for_each(|group| group.sort_unstable());
     united.sort_unstable();
     united

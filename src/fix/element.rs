@@ -164,11 +164,11 @@ impl Element {
     /// Sets a tag where it is, else behind all children.
     pub fn set_tag(&mut self, key: &str, value: &str) {
         let text = format!("<tag k=\"{}\" v=\"{}\"/>", escape(key), escape(value));
-        let mut old = (0..self.items.len()).filter(|&i| self.items[i].child == Child::Tag(key.to_owned())).rev();
+        let tag = Child::Tag(key.to_owned());
         // The last one counts where a key repeats.
-        match old.next() {
-            Some(at) => self.items[at].text = text,
-            None => self.insert(self.items.len(), Child::Tag(key.to_owned()), text),
+        match self.items.iter_mut().rfind(|item| item.child == tag) {
+            Some(old) => old.text = text,
+            None => self.insert(self.items.len(), tag, text),
         }
     }
 
@@ -235,12 +235,10 @@ impl Element {
 
     /// Turns the order of the vertices around; blanks and line ends stay where they are.
     pub fn reverse_vertices(&mut self) {
-        let at: Vec<usize> =
-            (0..self.items.len()).filter(|&i| matches!(self.items[i].child, Child::Vertex(_))).collect();
-        for (&a, &b) in at.iter().zip(at.iter().rev()).take(at.len() / 2) {
-            self.items.swap(a, b);
-            let [lead_a, lead_b] = [a, b].map(|i| std::mem::take(&mut self.items[i].lead));
-            (self.items[a].lead, self.items[b].lead) = (lead_b, lead_a);
+        let mut vertices = self.items.iter_mut().filter(|item| matches!(item.child, Child::Vertex(_)));
+        while let Some((first, last)) = vertices.next().zip(vertices.next_back()) {
+            std::mem::swap(first, last);
+            std::mem::swap(&mut first.lead, &mut last.lead);
         }
     }
 

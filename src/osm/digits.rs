@@ -18,7 +18,7 @@ pub fn fixed(number: f64, decimals: usize) -> String {
 pub(super) fn put_fixed(out: &mut Vec<u8>, number: f64, decimals: usize) {
     /// Whole numbers up to here are exact in a double.
     const EXACT: f64 = 9e15;
-    let steps = number.abs() * TENS[decimals.min(15)];
+    let steps = number.abs() * TENS.get(decimals).copied().unwrap_or(f64::NAN);
     if steps.is_nan() || steps > EXACT {
         let _ = write!(out, "{number:.decimals$}");
         return;

@@ -64,7 +64,7 @@ pub fn read_within(
             return Err(ReadError::TooLarge { name: name.to_owned(), most });
         }
         if guard(&bytes) {
-            elements.pass(&bytes[before..], name)?;
+            elements.pass(bytes.get(before..).unwrap_or_default(), name)?;
         }
         if bytes.len() - before < STEP {
             return Ok(bytes);
@@ -88,7 +88,7 @@ struct Elements {
 impl Elements {
     /// Looks for the last begin in a part; one that is cut by its edge is missed, which makes an element a little longer.
     fn pass(&mut self, part: &[u8], name: &str) -> Result<(), ReadError> {
-        if let Some(at) = (0..part.len()).rev().filter(|at| part[*at] == b'<').find(|at| begins(&part[*at..])) {
+        if let Some(at) = element_begins(part).next_back() {
             self.last = self.passed + at;
         }
         self.passed += part.len();
@@ -98,6 +98,12 @@ impl Elements {
         }
         Ok(())
     }
+}
+
+/// Where elements seem to begin in a text, in order.
+pub(super) fn element_begins(text: &[u8]) -> impl DoubleEndedIterator<Item = usize> {
+    let tags = text.iter().enumerate().filter(|(_, byte)| **byte == b'<').map(|(at, _)| at);
+    tags.filter(|at| text.get(*at..).is_some_and(begins))
 }
 
 /// Whether a text opens with an element.

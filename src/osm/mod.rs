@@ -181,17 +181,17 @@ pub struct OsmData {
 impl OsmData {
     /// The node of this id; the last one where an id repeats.
     pub fn node(&self, id: i64) -> Option<&Node> {
-        self.node_index.get(&id).map(|&i| &self.nodes[i as usize])
+        self.node_index.get(&id).and_then(|&i| self.nodes.get(i as usize))
     }
 
     /// The way of this id; the last one where an id repeats.
     pub fn way(&self, id: i64) -> Option<&Way> {
-        self.way_index.get(&id).map(|&i| &self.ways[i as usize])
+        self.way_index.get(&id).and_then(|&i| self.ways.get(i as usize))
     }
 
     /// The relation of this id; the last one where an id repeats.
     pub fn relation(&self, id: i64) -> Option<&Relation> {
-        self.relation_index.get(&id).map(|&i| &self.relations[i as usize])
+        self.relation_index.get(&id).and_then(|&i| self.relations.get(i as usize))
     }
 
     /// Whether the files hold what lies around a place: whether it lies within their bounds, and not on their rim.

@@ -25,7 +25,7 @@ pub const MAX_REFERENCES: usize = 1_000_000;
 
 /// Whether these bytes begin like a PBF file: a length, then a blob header that names its type `OSMHeader`.
 pub fn is_pbf(bytes: &[u8]) -> bool {
-    bytes.len() > 20 && bytes[0] == 0 && bytes[4..24.min(bytes.len())].windows(9).any(|w| w == b"OSMHeader")
+    matches!(bytes, [0, _, _, _, rest @ ..] if rest.len() > 16 && rest.windows(9).take(12).any(|w| w == b"OSMHeader"))
 }
 
 /// Bytes that the elements of one block may take in memory. Packed, a block has at most 32 MB, but its elements may all have

@@ -49,7 +49,9 @@ pub fn read_bytes(data: &mut OsmData, name: &str, bytes: Vec<u8>) -> Result<(), 
     let (known, bounds, oddities) = (data.counts(), data.bounds.len(), data.oddities.len());
     let read = read_content(data, name, bytes);
     data.index(known);
-    data.oddities[oddities..].sort_by_key(|oddity| oddity.span.start);
+    if let Some(new) = data.oddities.get_mut(oddities..) {
+        new.sort_by_key(|oddity| oddity.span.start);
+    }
     read?;
     if data.bounds.len() == bounds {
         data.push_bounds(Extent::EARTH);

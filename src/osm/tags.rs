@@ -122,8 +122,8 @@ fn length_of(length: usize) -> impl Iterator<Item = u8> {
 /// A length, and the bytes after it.
 fn length_in(bytes: &[u8]) -> Option<(usize, &[u8])> {
     let end = bytes.iter().position(|byte| byte & MORE == 0)?;
-    let length = bytes[..=end].iter().rev().fold(0, |length, byte| length << 7 | usize::from(byte & !MORE));
-    Some((length, &bytes[end + 1..]))
+    let (length, rest) = bytes.split_at_checked(end + 1)?;
+    Some((length.iter().rev().fold(0, |length, byte| length << 7 | usize::from(byte & !MORE)), rest))
 }
 
 /// The remaining pairs: each the lengths of key and value, then the key, then the value.

@@ -12,19 +12,21 @@ pub fn nearest<'a>(said: &str, words: impl IntoIterator<Item = &'a str>) -> Opti
 /// Letters to put in, take out or change to get from one word to the other (Levenshtein).
 fn distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
+    // From what was read of `a` to each begin of `b` that is not empty.
+    let mut row: Vec<usize> = (1..=b.len()).collect();
+    let mut last = b.len();
     for (i, x) in a.chars().enumerate() {
         let mut diagonal = i;
         let mut left = i + 1;
-        row[0] = left;
-        for (cell, &y) in row[1..].iter_mut().zip(&b) {
+        for (cell, &y) in row.iter_mut().zip(&b) {
             let changed = diagonal + usize::from(x != y);
             diagonal = *cell;
             left = changed.min(diagonal + 1).min(left + 1);
             *cell = left;
         }
+        last = left;
     }
-    row.last().copied().unwrap_or_default()
+    last
 }
 
 #[cfg(test)]

@@ -5,9 +5,9 @@ use crate::builder::ids::Key;
 use crate::builder::intersection::conflict::Conflicts;
 use crate::builder::intersection::turning_lanelets::TurningLanelet;
 use crate::builder::lanes::types::Arm;
-use crate::builder::network::Intersection;
 use crate::builder::network::approach_control::{Control, sign_at};
 use crate::builder::network::turn_angle::STRAIGHT;
+use crate::builder::network::{Intersection, Road, RoadNetwork};
 use crate::builder::tags::cross_section::StripKind;
 use crate::builder::tags::road_class::{DrivingSide, is_priority_road};
 use crate::geometry::Vector;
@@ -16,6 +16,63 @@ use crate::lanelet::right_of_way::{Mover, OPPOSITE, Relation, Turn, opposites, y
 use crate::lanelet::{PointId, Target};
 
 use super::intersection::IntersectionAssembly;
+
+/// The arms of an intersection as vehicles approach on them.
+struct Approaches<'a> {
+    network: &'a RoadNetwork,
+    arms: &'a [&'a Arm],
+    /// What rules each arm.
+    controls: &'a [Control],
+    /// For each arm the first one of its leg.
+    legs: &'a [usize],
+}
+
+impl Approaches<'_> {
+    /// Whether vehicles on each arm go before those on others; `None` where none leads in that does, or all do.
+    fn priorities(&self) -> Option<Vec<bool>> {
+        let arms = 0..self.arms.len();
+        let on_priority_road = give_way(&arms.clone().map(|arm| self.priority_arm(arm)).collect::<Vec<_>>());
+        // Whoever has no light where others have one gives way to those.
+        let lights = self.controls.contains(&Control::Signals);
+        let first = |arm: usize| {
+            let unlit = lights && self.controls[arm] != Control::Signals;
+            let crosses_priority = on_priority_road.as_ref().is_some_and(|gives_way| gives_way[arm]);
+            let from_private = self.is_private(arm) && !self.is_beside_street(arm);
+            !(self.is_signed(arm) || from_private || crosses_priority || unlit)
+        };
+        let first: Vec<bool> = arms.map(first).collect();
+        let mut leading_in = first.iter().zip(self.arms).filter(|(_, arm)| !arm.into.is_empty());
+        let (some, other) = (leading_in.clone().any(|(first, _)| *first), leading_in.any(|(first, _)| !first));
+        (some && other).then_some(first)
+    }
+
+    fn priority_arm(&self, arm: usize) -> PriorityArm {
+        PriorityArm {
+            leg: self.legs[arm],
+            priority_road: is_priority_road(&self.road(arm).tags),
+            leads_in: !self.arms[arm].into.is_empty(),
+            signed: self.is_signed(arm),
+        }
+    }
+
+    /// Whether a driveway arrives side by side with a street, as part of its approach.
+    fn is_beside_street(&self, arm: usize) -> bool {
+        let mut beside = (0..self.arms.len()).filter(|other| self.legs[*other] == self.legs[arm]);
+        beside.any(|other| !self.is_private(other) && !self.is_signed(other))
+    }
+
+    fn is_signed(&self, arm: usize) -> bool {
+        matches!(self.controls[arm], Control::Stop | Control::GiveWay)
+    }
+
+    fn is_private(&self, arm: usize) -> bool {
+        !self.road(arm).public
+    }
+
+    fn road(&self, arm: usize) -> &Road {
+        self.network.road(self.arms[arm].at.road)
+    }
+}
 
 impl IntersectionAssembly<'_> {
     pub(super) fn controls(&self, intersection: &Intersection, arms: &[&Arm]) -> Vec<Control> {
@@ -36,25 +93,7 @@ impl IntersectionAssembly<'_> {
         controls: &[Control],
         legs: &[usize],
     ) -> Vec<Mover> {
-        let leads_in = |a: &usize| !arms[*a].into.is_empty();
-        let signed = |a: usize| matches!(controls[a], Control::Stop | Control::GiveWay);
-        let private = |a: usize| !self.context.network.road(arms[a].at.road).public;
-        // A driveway that arrives side by side with a street is part of its approach.
-        let of_street = |a: usize| (0..arms.len()).any(|b| !private(b) && !signed(b) && legs[a] == legs[b]);
-        let approaching = |a: usize| PriorityArm {
-            leg: legs[a],
-            priority_road: is_priority_road(&self.context.network.road(arms[a].at.road).tags),
-            leads_in: leads_in(&a),
-            signed: signed(a),
-        };
-        let before: Option<Vec<bool>> = give_way(&(0..arms.len()).map(approaching).collect::<Vec<_>>());
-        let crosses_priority = |a: usize| before.as_ref().is_some_and(|gives_way| gives_way[a]);
-        // Whoever has no light where others have one gives way to those.
-        let mixed = controls.contains(&Control::Signals);
-        let unlit = |a: usize| mixed && controls[a] != Control::Signals;
-        let minor = |a: usize| signed(a) || private(a) && !of_street(a) || crosses_priority(a) || unlit(a);
-        let all: Vec<usize> = (0..arms.len()).filter(leads_in).collect();
-        let ranked = all.iter().any(|&a| minor(a)) && !all.iter().all(|&a| minor(a));
+        let ranks = Approaches { network: self.context.network, arms, controls, legs }.priorities();
         let near = if self.context.network.side == DrivingSide::Left { 1.0 } else { -1.0 };
         paths
             .iter()
@@ -67,7 +106,7 @@ impl IntersectionAssembly<'_> {
                 };
                 let signalised = controls[arm] == Control::Signals;
                 let bicycle = path.kind == StripKind::Bicycle;
-                Mover { arm, turn, signalised, priority: ranked.then(|| !minor(arm)), bicycle }
+                Mover { arm, turn, signalised, priority: ranks.as_ref().map(|ranks| ranks[arm]), bicycle }
             })
             .collect()
     }

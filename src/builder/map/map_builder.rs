@@ -260,12 +260,12 @@ impl<'a> MapBuilder<'a> {
         attributes: Attributes,
     ) -> LineStringId {
         let heights = self.heights_along(line, [first, last]);
-        let inner = 1..line.len().max(2) - 1;
+        let inner = line.iter().zip(heights).skip(1).take(line.len().saturating_sub(2));
         let mut points = Vec::with_capacity(line.len().max(2));
         points.push(first);
-        for (number, i) in inner.enumerate() {
+        for (number, (place, height)) in inner.enumerate() {
             let key = key.word("point").number(number as i64);
-            points.push(self.point_at(key, line[i], heights[i], Attributes::new()));
+            points.push(self.point_at(key, *place, height, Attributes::new()));
         }
         points.push(last);
         self.line(key, points, attributes)

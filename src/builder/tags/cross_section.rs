@@ -166,7 +166,7 @@ impl CrossSection {
     /// The offset of edge `i`, the left edge of strip `i`, from the middle of the section, metres, left positive. The last edge
     /// is the right edge of the last strip.
     pub fn edge(&self, i: usize) -> f64 {
-        self.width() / 2.0 - self.strips[..i].iter().map(|s| s.width).sum::<f64>()
+        self.width() / 2.0 - self.strips.iter().take(i).map(|s| s.width).sum::<f64>()
     }
 
     /// The indices of the first strip of the carriageway and of the strip after its last.

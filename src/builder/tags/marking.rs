@@ -114,8 +114,8 @@ fn kerb_of_track(section: &CrossSection, tags: &Tags, left: bool) -> Option<usiz
     // A verge between kerb and track lies behind the kerb.
     let is_verge = |strip: &&Strip| strip.kind == StripKind::Buffer;
     Some(match left {
-        true => track + 1 + strips[track + 1..].iter().take_while(is_verge).count(),
-        false => track - strips[..track].iter().rev().take_while(is_verge).count(),
+        true => track + 1 + strips.iter().skip(track + 1).take_while(is_verge).count(),
+        false => track - strips.iter().take(track).rev().take_while(is_verge).count(),
     })
 }
 

@@ -64,16 +64,22 @@ fn all_runs(section: &CrossSection) -> Vec<StripRun> {
     for strips in section.strips.chunk_by(|a, b| strip_use(a.kind) == strip_use(b.kind)) {
         let run = start..start + strips.len();
         start = run.end;
-        let Some(used) = strip_use(strips[0].kind) else { continue };
-        let range = if used == StripUse::Bicycle { with_buffers(section, run.clone()) } else { run.clone() };
+        let Some((used, own)) = strips.first().and_then(|first| Some((strip_use(first.kind)?, first.travel))) else {
+            continue;
+        };
+        let bicycle_widths = if own == Travel::Both { BICYCLE_BOTH_WAYS } else { BICYCLE };
+        let range = match used {
+            StripUse::Bicycle => with_buffers(section, run.clone(), *bicycle_widths.end()),
+            _ => run.clone(),
+        };
         let width = width(section, &range);
         let fits = match used {
-            StripUse::Bicycle => bicycle_widths(section, &run).contains(&width),
+            StripUse::Bicycle => bicycle_widths.contains(&width),
             StripUse::Shoulder => width >= MIN_SHOULDER,
             StripUse::Pedestrian => width >= MIN_PEDESTRIAN,
         };
         if fits {
-            runs.push(StripRun { used, travel: travel(section, used, &run), strips: range });
+            runs.push(StripRun { used, travel: travel(section, used, own, &run), strips: range });
         }
     }
     runs
@@ -81,7 +87,7 @@ fn all_runs(section: &CrossSection) -> Vec<StripRun> {
 
 /// The width of strips, metres.
 fn width(section: &CrossSection, strips: &Range<usize>) -> f64 {
-    section.strips[strips.clone()].iter().map(|strip| strip.width).sum()
+    section.strips.iter().take(strips.end).skip(strips.start).map(|strip| strip.width).sum()
 }
 
 fn strip_use(kind: StripKind) -> Option<StripUse> {
@@ -93,10 +99,9 @@ fn strip_use(kind: StripKind) -> Option<StripUse> {
     }
 }
 
-/// A bicycle lane with the painted buffers beside it, unless it becomes too wide: so it touches the lane beside it.
-fn with_buffers(section: &CrossSection, mut range: Range<usize>) -> Range<usize> {
+/// A bicycle lane with the painted buffers beside it, unless it becomes wider than `most`, metres: so it touches the lane beside it.
+fn with_buffers(section: &CrossSection, mut range: Range<usize>, most: f64) -> Range<usize> {
     let is_buffer = |i: usize| section.strips.get(i).is_some_and(|strip| strip.kind == StripKind::Buffer);
-    let most = *bicycle_widths(section, &range).end();
     if range.start > 0 && is_buffer(range.start - 1) && most >= width(section, &(range.start - 1..range.end)) {
         range.start -= 1;
     }
@@ -106,14 +111,8 @@ fn with_buffers(section: &CrossSection, mut range: Range<usize>) -> Range<usize>
     range
 }
 
-/// The valid widths of bicycle lanes, metres.
-fn bicycle_widths(section: &CrossSection, strips: &Range<usize>) -> std::ops::RangeInclusive<f64> {
-    if section.strips[strips.start].travel == Travel::Both { BICYCLE_BOTH_WAYS } else { BICYCLE }
-}
-
 /// The direction of a run: bicycle lanes have their own; all others run with the nearest lane.
-fn travel(section: &CrossSection, used: StripUse, strips: &Range<usize>) -> Travel {
-    let own = section.strips[strips.start].travel;
+fn travel(section: &CrossSection, used: StripUse, own: Travel, strips: &Range<usize>) -> Travel {
     if used == StripUse::Bicycle {
         return own;
     }

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::parser::{Parser, Place};
 use super::{ended, parts};
-use crate::osm::limits::most_passed_through;
+use crate::osm::limits::{element_begins, most_passed_through};
 use crate::osm::{ElementKind, OsmData, OsmText, ReadError, load, most_input, pbf};
 
 /// A block grows up to this many bytes until it ends between two elements: a comment, or one element, can be long.
@@ -116,7 +116,7 @@ impl Blocks {
             if self.rest.is_empty() {
                 return if self.offset == 0 { Err(ReadError::Empty { name: self.name.clone() }) } else { Ok(None) };
             }
-            let cut = if self.at_end { Some(self.rest.len()) } else { last_begin(&self.rest) };
+            let cut = if self.at_end { Some(self.rest.len()) } else { element_begins(&self.rest).rfind(|at| *at > 0) };
             let last_try = self.at_end || wanted >= LONGEST;
             match cut.or(last_try.then_some(self.rest.len())).map(|cut| self.block(cut, last_try)) {
                 Some(Ok(block)) => return Ok(Some(block)),
@@ -156,7 +156,8 @@ impl Blocks {
     /// The block of so many bytes, if it ends between two elements.
     fn block(&mut self, length: usize, last_try: bool) -> Result<Block, ReadError> {
         let not_text = |valid| ReadError::NotText { name: self.name.clone(), offset: self.offset + valid };
-        let text = std::str::from_utf8(&self.rest[..length]).map_err(|error| not_text(error.valid_up_to()))?;
+        let bytes = self.rest.get(..length).unwrap_or(&self.rest);
+        let text = std::str::from_utf8(bytes).map_err(|error| not_text(error.valid_up_to()))?;
         let data = self.parse(text).map_err(|error| self.placed(error))?;
         let (text, rest) = (text.to_owned(), self.rest.split_off(length));
         self.rest = rest;
@@ -196,12 +197,6 @@ impl Blocks {
 
 /// What may be wrong with a file of which a long piece is no whole number of elements.
 const CUT: &str = "the file is damaged here; export or download it again";
-
-/// Where the last element in a text begins that is not its first byte.
-fn last_begin(text: &[u8]) -> Option<usize> {
-    let begins = |at: &usize| [&b"<node "[..], b"<way ", b"<relation "].iter().any(|tag| text[*at..].starts_with(tag));
-    (1..text.len()).rev().filter(|at| text[*at] == b'<').find(begins)
-}
 
 /// The XML of a PBF file, in a temporary file that has no name.
 fn xml_of(path: &Path, name: &str) -> Result<File, ReadError> {

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::parser::{Parser, Place};
 use crate::osm::OsmData;
+use crate::osm::limits::element_begins;
 use crate::parallel::Finely;
 
 /// Length of a part, bytes: enough for reading to outweigh the joining, small enough to keep many threads busy. It does
@@ -41,19 +42,12 @@ pub(super) fn parse(file: u32, name: &str, text: &str, [begin, end]: [Place; 2])
 fn split(text: &str, length: usize) -> Vec<Range<usize>> {
     let mut parts = Vec::new();
     let mut from = 0;
-    while let Some(to) = text.as_bytes().get(from + length..).and_then(first_begin) {
+    while let Some(to) = text.as_bytes().get(from + length..).and_then(|rest| element_begins(rest).next()) {
         parts.push(from..from + length + to);
         from += length + to;
     }
     parts.push(from..text.len());
     parts
-}
-
-/// Where the first element seems to begin.
-fn first_begin(text: &[u8]) -> Option<usize> {
-    let tags = text.iter().enumerate().filter(|(_, letter)| **letter == b'<').map(|(at, _)| at);
-    let element = |at: &usize| [&b"<node "[..], b"<way ", b"<relation "].iter().any(|tag| text[*at..].starts_with(tag));
-    tags.into_iter().find(element)
 }
 
 #[cfg(test)]

@@ -3,7 +3,6 @@
 
 use rayon::prelude::*;
 
-use crate::lanelet::LaneletMap;
 use crate::parallel::Finely;
 
 use super::{MapBuilder, MapPart};
@@ -16,14 +15,16 @@ impl MapPart {
     pub fn with_room<'p>(below: &'p MapBuilder, begun: impl Iterator<Item = &'p Self>) -> Self {
         /// One element in so many is added.
         const MORE: usize = 8;
-        let counts = begun.chain([&below.part]).map(|part| part.map.counts());
-        let [points, lines, _, lanelets, _] =
-            counts.fold([0; 5], |sum, more| [0, 1, 2, 3, 4].map(|i| sum[i] + more[i]));
+        let (mut points, mut lines, mut lanelets) = (0, 0, 0);
+        for part in begun.chain([&below.part]) {
+            points += part.map.points.len();
+            lines += part.map.linestrings.len();
+            lanelets += part.map.lanelets.len();
+        }
         let mut part = Self::default();
-        let LaneletMap { points: all, linestrings, lanelets: lanes, .. } = &mut part.map;
-        all.reserve(points + points / MORE);
-        linestrings.reserve(lines + lines / MORE);
-        lanes.reserve(lanelets + lanelets / MORE);
+        part.map.points.reserve(points + points / MORE);
+        part.map.linestrings.reserve(lines + lines / MORE);
+        part.map.lanelets.reserve(lanelets + lanelets / MORE);
         part
     }
 

@@ -94,27 +94,28 @@ fn one_way(facts: &WayFacts<'_>, flow: Flow, list: &PerLane, notes: &mut Vec<Fin
 }
 
 fn two_way(facts: &WayFacts<'_>, lists: [&PerLane; 3], room: Option<f64>, notes: &mut Vec<Finding>) -> Counts {
-    let [forward, backward] = [(lists[0], "lanes:forward"), (lists[1], "lanes:backward")].map(|(list, key)| {
+    let [of_forward, of_backward, of_both] = lists;
+    let [forward, backward] = [(of_forward, "lanes:forward"), (of_backward, "lanes:backward")].map(|(list, key)| {
         let tagged = tagged_count(facts, key).filter(|n| *n > 0);
         list.matching(tagged).or(tagged).or(list.longest()).map(|n| n.min(MAX_LANES))
     });
-    let both = tagged_count(facts, "lanes:both_ways").or(lists[2].longest()).unwrap_or(0).min(MAX_LANES);
+    let both = tagged_count(facts, "lanes:both_ways").or(of_both.longest()).unwrap_or(0).min(MAX_LANES);
     let Some(total) = tagged_count(facts, "lanes").filter(|n| *n > 0) else {
         return without_total(facts, [forward, backward], both, room, notes);
     };
     // Lists may include bicycle lanes, which `lanes` does not count, and bus lanes, which some mappers do not count.
-    let motor = |i: usize, count: usize| count.saturating_sub(lists[i].bicycle_lanes(count));
-    let rest = |i: usize, count: usize| total.saturating_sub(both + motor(i, count));
+    let motor = |list: &PerLane, count: usize| count.saturating_sub(list.bicycle_lanes(count));
+    let rest = |list: &PerLane, count: usize| total.saturating_sub(both + motor(list, count));
     let contradiction = match (forward, backward) {
         (Some(f), Some(b)) => {
-            let special = lists[0].special_lanes(f) + lists[1].special_lanes(b);
+            let special = of_forward.special_lanes(f) + of_backward.special_lanes(b);
             let least = (f + b).saturating_sub(special) + both;
             let of_buses: usize = bus_lanes::counted(facts, Flow::TwoWay).iter().flatten().sum();
-            let most = motor(0, f) + motor(1, b) + both + of_buses;
+            let most = motor(of_forward, f) + motor(of_backward, b) + both + of_buses;
             !(least..=most).contains(&total)
         }
-        (Some(f), None) => rest(0, f) == 0,
-        (None, Some(b)) => rest(1, b) == 0,
+        (Some(f), None) => rest(of_forward, f) == 0,
+        (None, Some(b)) => rest(of_backward, b) == 0,
         (None, None) => total <= both,
     };
     if contradiction {
@@ -123,8 +124,8 @@ fn two_way(facts: &WayFacts<'_>, lists: [&PerLane; 3], room: Option<f64>, notes:
     }
     match (forward, backward) {
         (Some(forward), Some(backward)) => Counts { forward, backward, both },
-        (Some(f), None) => Counts { forward: f, backward: rest(0, f).max(1), both },
-        (None, Some(b)) => Counts { forward: rest(1, b).max(1), backward: b, both },
+        (Some(f), None) => Counts { forward: f, backward: rest(of_forward, f).max(1), both },
+        (None, Some(b)) => Counts { forward: rest(of_backward, b).max(1), backward: b, both },
         (None, None) => split(facts, total.saturating_sub(both), both, room, notes),
     }
 }

@@ -34,7 +34,8 @@ fn offset(value: &str, travel: Travel, section: &CrossSection) -> Option<f64> {
     let is_lane = |strip: &Strip| {
         strip.travel == travel && matches!(strip.kind, StripKind::Drive | StripKind::Bus | StripKind::Buffer)
     };
-    let mut lanes: Vec<usize> = (0..section.strips.len()).filter(|&i| is_lane(&section.strips[i])).collect();
+    let mut lanes: Vec<usize> =
+        section.strips.iter().enumerate().filter(|(_, strip)| is_lane(strip)).map(|(i, _)| i).collect();
     if travel == Travel::Backward {
         lanes.reverse();
     }
