@@ -144,12 +144,11 @@ impl IntersectionAssembly<'_> {
         };
         let inward: Vec<_> = (0..legs.len()).map(|arm| heading(arm).try_normalize(f64::EPSILON)).collect();
         let opposite = opposites(&inward, OPPOSITE);
-        let of_arms = |a: usize, b: usize| match (a == b, opposite[a] == Some(b)) {
-            (true, _) => Relation::Same,
-            (_, true) => Relation::InPhase,
+        let relation = |x: usize, y: usize| match [x, y].map(|mover| legs[movers[mover].arm]) {
+            [a, b] if a == b => Relation::Same,
+            [a, b] if opposite[a] == Some(b) => Relation::InPhase,
             _ => Relation::AntiPhase,
         };
-        let relation = |x: usize, y: usize| of_arms(legs[movers[x].arm], legs[movers[y].arm]);
         for (x, path) in paths.iter().enumerate() {
             // A bus lane is no part of the graph that a car's planner watches.
             let watched: Vec<usize> =

@@ -261,15 +261,17 @@ fn ends_here(network: &RoadNetwork, road: &Road) -> bool {
 /// Dead ends too short for a turn into them that a car can take, where two longer roads meet without them: where all are
 /// short they are what there is.
 fn short_dead_ends(layout: &Layout, apart: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
-    let network = &layout.network;
-    let is_short = |road: &RoadIx| {
-        let one = network.road(*road);
-        let length = one.line.length();
-        let longer = |arm: &&RoadEnd| network.road(arm.road).line.length() > length;
-        let through = |at| network.intersection(at).arms.iter().filter(longer).count() > 1;
-        ends_here(network, one) && [one.from, one.to].into_iter().any(through) && !apart.contains(&one.key)
+    let is_left_out = |road: &RoadIx| {
+        let one = layout.network.road(*road);
+        ends_here(&layout.network, one) && !apart.contains(&one.key) && is_beside_longer(&layout.network, one)
     };
-    short_links(layout).into_iter().filter(is_short).collect()
+    short_links(layout).into_iter().filter(is_left_out).collect()
+}
+
+/// Whether two longer roads meet at an end of a road.
+fn is_beside_longer(network: &RoadNetwork, road: &Road) -> bool {
+    let longer = |arm: &&RoadEnd| network.road(arm.road).line.length() > road.line.length();
+    [road.from, road.to].iter().any(|&at| network.intersection(at).arms.iter().filter(longer).count() > 1)
 }
 
 fn left_out(road: &Road) -> Finding {

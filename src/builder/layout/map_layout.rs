@@ -87,24 +87,32 @@ impl Layout {
     /// Draws the roads whose cuts have moved, those in `anew`, by their indices in order, and the lanelets at their ends.
     pub(super) fn redraw(&mut self, anew: &[RoadIx]) {
         let lines = self.wanted_lines();
-        let Self { network, joins, assembly, lanes, ways, .. } = self;
-        let gores = joins.set_gore_corners(gore_corners(network, &lines));
+        let Self { network, joins, assembly, lanes, .. } = self;
+        let mut redrawn = joins.set_gore_corners(gore_corners(network, &lines));
+        redrawn.extend(anew);
         let before = std::mem::replace(&mut self.lines, lines);
         let lines = &self.lines;
-        let redrawn = |road: &RoadIx| gores.contains(road) || anew.binary_search(road).is_ok();
-        let moved = |road: &RoadIx| before.kept[*road] != lines.kept[*road] || redrawn(road);
+        let moved = |road: &RoadIx| before.kept[*road] != lines.kept[*road] || redrawn.contains(road);
         let moved: Vec<RoadIx> = (0..lines.kept.len()).map(RoadIx::new).filter(moved).collect();
         redraw(assembly, network, lines, joins, lanes, &moved);
-        for (slot, at) in ways.iter_mut().zip(&network.intersections) {
-            let stays =
-                |arm: &RoadEnd| before.kept[arm.road][arm.end] == lines.kept[arm.road][arm.end] && !redrawn(&arm.road);
+        self.drop_lanelets(&before, &redrawn, &moved);
+        self.draw_lanelets();
+    }
+
+    /// Drops the lanelets of intersections where a cut has moved or a road is redrawn, and those that depend on far cuts of `moved`
+    /// roads, which are in order.
+    fn drop_lanelets(&mut self, before: &ConnectionLines, redrawn: &FxHashSet<RoadIx>, moved: &[RoadIx]) {
+        let kept = &self.lines.kept;
+        for (slot, at) in self.ways.iter_mut().zip(&self.network.intersections) {
+            let stays = |arm: &RoadEnd| {
+                before.kept[arm.road][arm.end] == kept[arm.road][arm.end] && !redrawn.contains(&arm.road)
+            };
             let far_cut_moved = || at.arms.iter().any(|arm| moved.binary_search(&arm.road).is_ok());
             match slot {
                 Some(ways) if at.arms.iter().all(stays) && !(ways.leans && far_cut_moved()) => ways.stood = true,
                 _ => *slot = None,
             }
         }
-        self.draw_lanelets();
     }
 
     /// Draws the lanelets that are not drawn yet, and their outlines where no lanelet runs over a cut: else they are drawn again.

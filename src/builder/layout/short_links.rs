@@ -27,11 +27,13 @@ type TangentsOf = fn(Pose, Pose) -> Option<(f64, f64, f64)>;
 /// want of it; in order. The pieces of a roundabout's ring are driven around whatever their length.
 pub fn short_links(layout: &Layout) -> Vec<RoadIx> {
     let spent = |road: &RoadIx| layout.left(*road) < ROAD_LEFT + SAME && !layout.network.road(*road).roundabout;
-    let some_spent = |(at, _): &(&Intersection, &[TurningLanelet])| at.arms.iter().any(|at| spent(&at.road));
-    let at = |(at, ways)| short_arms(layout, at, ways).filter(spent).collect::<Vec<_>>();
-    let paths = layout.ways.iter().map(|ways| ways.as_ref().map_or(&[][..], |ways| &ways.drawn.paths));
-    let mut roads: Vec<RoadIx> =
-        layout.network.intersections.iter().zip(paths).filter(some_spent).flat_map(at).collect();
+    let mut roads: Vec<RoadIx> = Vec::new();
+    for (at, ways) in layout.network.intersections.iter().zip(&layout.ways) {
+        if let Some(ways) = ways.as_ref().filter(|_| at.arms.iter().any(|arm| spent(&arm.road))) {
+            let lacking = lacking(layout, at, &ways.drawn.paths, pose::tangents);
+            roads.extend(lacking.map(|(arm, _)| arm.road).filter(spent));
+        }
+    }
     roads.sort_unstable();
     roads.dedup();
     roads
@@ -56,15 +58,6 @@ fn unasked(layout: &Layout) -> Vec<(RoadEnd, f64)> {
         drawn.into_iter().flat_map(|ways| lacking(layout, at, &ways.drawn.paths, turn_tangents))
     });
     all.filter_map(setback).collect()
-}
-
-/// The roads at an intersection that were not cut back far enough for a turn from or to them.
-fn short_arms<'a>(
-    layout: &'a Layout,
-    at: &'a Intersection,
-    paths: &'a [TurningLanelet],
-) -> impl Iterator<Item = RoadIx> + 'a {
-    lacking(layout, at, paths, pose::tangents).map(|(arm, _)| arm.road)
 }
 
 /// The tangents of a turn, metres, and its change of direction, radians. One that begins or ends just beyond the place where the

@@ -65,18 +65,20 @@ fn depth(
         .iter()
         // What begins or ends here lies on the cut; it reaches behind it only where it turns back.
         .filter(|(path, _)| !(own(path.movement.from) || own(path.movement.to)) || path.turn.abs() > 90.0)
-        .filter(|(path, [from, to])| {
-            let touches =
-                |from: &Point, to: &Point| from.x <= high.x && from.y <= high.y && low.x <= to.x && low.y <= to.y;
-            let edges = || path.outline.iter().zip(path.outline.iter().cycle().skip(1));
-            touches(from, to)
-                && edges().any(|(a, b)| touches(&a.inf(b), &a.sup(b)))
-                && path.outline.iter().any(|p| (p - places[0]).norm() < reach)
+        .filter(|(path, around)| {
+            enters(path, around, [low, high]) && path.outline.iter().any(|p| (p - places[0]).norm() < reach)
         })
         .filter_map(|(path, _)| Polyline::new(path.outline.iter().chain(path.outline.first()).copied()))
         .flat_map(|ring| ring.resampled(STEP).into_points())
         .map(|p| beyond(&p))
         .fold(0.0, f64::max)
+}
+
+/// Whether an edge of a lanelet may run through a box, by the boxes around the lanelet and around the edge.
+fn enters(path: &TurningLanelet, [from, to]: &[Point; 2], [low, high]: [Point; 2]) -> bool {
+    let touches = |from: &Point, to: &Point| from.x <= high.x && from.y <= high.y && low.x <= to.x && low.y <= to.y;
+    let mut edges = path.outline.iter().zip(path.outline.iter().cycle().skip(1));
+    touches(from, to) && edges.any(|(a, b)| touches(&a.inf(b), &a.sup(b)))
 }
 
 /// The box around what lies up to [`BACK_MOST`] behind the cut of a road, `half` metres to either side of its line.

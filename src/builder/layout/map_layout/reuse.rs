@@ -35,8 +35,8 @@ impl Layout {
         network: RoadNetwork,
         kept: &[Stations],
     ) -> (Self, Vec<Finding>) {
-        let roads = || (0..network.roads.len()).map(RoadIx::new);
-        let back: Vec<[f64; 2]> = roads().map(|road| self.kept_setbacks(diff, &network, road)).collect();
+        let mut roads: Vec<RoadIx> = (0..network.roads.len()).map(RoadIx::new).collect();
+        let back: Vec<[f64; 2]> = roads.iter().map(|road| self.kept_setbacks(diff, &network, *road)).collect();
         let (restrictions, notes) = ResolvedRestrictions::new(&network);
         let Self {
             restrictions: old_restrictions,
@@ -51,29 +51,27 @@ impl Layout {
         let mut joins = Continuations::find(&network);
         let needs = needs.renewed(diff, &network, kept, |ix| joins.joined(ix));
         let stops = vec![[false; 2]; network.roads.len()];
-        let untouched = |ix: &RoadIx| {
-            let road = network.road(*ix);
-            [road.from, road.to].iter().all(|&at| diff.untouched(at).is_some())
+        let cut_before = |ix: RoadIx| {
+            let road = network.road(ix);
+            [road.from, road.to].iter().all(|&at| diff.untouched(at).is_some()).then(|| was.cut(diff.of(ix)))
         };
-        let cut_before = |road: RoadIx| Some(road).filter(untouched).map(|road| was.cut(diff.of(road)));
         let lines = connection_lines(&network, &needs, &back, &stops, cut_before);
         joins.set_gore_corners(gore_corners(&network, &lines));
         let elsewhere = joins.take_over(&met, diff);
-        let moves = |road: &RoadIx| elsewhere.contains(road) || was.kept[diff.of(*road)] != lines.kept[*road];
-        let moved: Vec<RoadIx> = roads().filter(moves).collect();
+        roads.retain(|road| elsewhere.contains(road) || was.kept[diff.of(*road)] != lines.kept[*road]);
         let mut lanes = lanes.reindexed(diff);
-        let ends = moved.iter().flat_map(|&road| End::BOTH.map(|end| RoadEnd { road, end }));
+        let ends = roads.iter().flat_map(|&road| End::BOTH.map(|end| RoadEnd { road, end }));
         let ends: FxHashMap<RoadEnd, CutAt> = ends.map(|at| (at, cut_at(lanes.arm(at), &assembly))).collect();
-        redraw(&mut assembly, &network, &lines, &mut joins, &mut lanes, &moved);
+        redraw(&mut assembly, &network, &lines, &mut joins, &mut lanes, &roads);
         let standing = |(i, at): (usize, &Intersection)| {
             let old = diff.untouched(IntersectionIx::new(i))?;
             let mut ways = known[old].take()?;
-            let redrawn = || at.arms.iter().filter_map(|at| Some((lanes.arm(*at), ends.get(at)?)));
-            if redrawn().any(|(arm, before)| cut_at(arm, &assembly) != *before) {
+            let redrawn: Vec<_> = at.arms.iter().filter_map(|at| Some((lanes.arm(*at), ends.get(at)?))).collect();
+            if redrawn.iter().any(|(arm, before)| cut_at(arm, &assembly) != **before) {
                 return None;
             }
             let restricted = restrictions.concern(&at.arms) || old_restrictions.concern(before.arms(old));
-            let asked = redrawn().next().is_some() || restricted;
+            let asked = !redrawn.is_empty() || restricted;
             (ways.stood, ways.turns_asked) = (true, true);
             (!asked || ways.plan == movements(network.side, &restrictions, &lanes, at)).then_some(ways)
         };

@@ -121,13 +121,9 @@ impl<'m> LanesSeen<'_, 'm> {
     /// An element that lists one of `others`, a lanelet that Autoware does not watch anyway: it comes from the same one, or does
     /// not meet the owners. Rather of two owners than of one, whose list the validator judges.
     fn of_no_effect(&self, members: &[usize], others: &[usize]) -> Option<(Vec<usize>, Vec<usize>)> {
-        let unwatched = |x: usize| -> BTreeSet<usize> {
-            let meets: FxHashSet<usize> = self.graph.conflicting(x).into_iter().collect();
-            let free = |y: &usize| *y != x && (!meets.contains(y) || share_predecessor(&self.graph, x, *y));
-            others.iter().copied().filter(free).collect()
-        };
         let owns = |at: &&usize| matches!(self.judged(**at), Judged::Never | Judged::By(Ruled::ByNothing));
-        let owners: Vec<(usize, BTreeSet<usize>)> = members.iter().filter(owns).map(|&x| (x, unwatched(x))).collect();
+        let owners = members.iter().filter(owns).map(|&x| (x, self.unwatched(x, others)));
+        let owners: Vec<(usize, BTreeSet<usize>)> = owners.collect();
         for (i, (x, of_x)) in owners.iter().enumerate() {
             for (y, of_y) in &owners[i + 1..] {
                 if let Some(&other) = of_x.intersection(of_y).next() {
@@ -138,6 +134,13 @@ impl<'m> LanesSeen<'_, 'm> {
         let alone = |x: &usize| self.judged(*x) == Judged::Never || self.wanted(*x, Ruled::ByNothing).is_empty();
         let (x, of_x) = owners.iter().find(|(x, of_x)| !of_x.is_empty() && alone(x))?;
         Some((vec![*x], of_x.iter().take(1).copied().collect()))
+    }
+
+    /// Those of `others` that Autoware does not watch for a lanelet.
+    fn unwatched(&self, x: usize, others: &[usize]) -> BTreeSet<usize> {
+        let meets: FxHashSet<usize> = self.graph.conflicting(x).into_iter().collect();
+        let free = |y: &usize| *y != x && (!meets.contains(y) || share_predecessor(&self.graph, x, *y));
+        others.iter().copied().filter(free).collect()
     }
 }
 
