@@ -7,22 +7,22 @@
 //! Widths come before the outline (the cut-back needs the roads' edges), lane borders after it (they end at the cut).
 //! Everything speaks of near and far, never of left and right, except where a tag or a role does.
 
-pub mod assemble;
+pub(crate) mod assemble;
 mod build;
-pub mod control;
+pub(crate) mod control;
 pub mod geojson;
 #[warn(clippy::indexing_slicing)]
-pub mod ids;
-pub mod intersection;
+pub(crate) mod ids;
+pub(crate) mod intersection;
 #[warn(clippy::indexing_slicing)]
 pub mod lane_export;
-pub mod lanes;
-pub mod layout;
-pub mod map;
+pub(crate) mod lanes;
+pub(crate) mod layout;
+pub(crate) mod map;
 pub mod network;
 #[warn(clippy::indexing_slicing)]
 pub mod options;
-pub mod postprocess;
+pub(crate) mod postprocess;
 pub mod streets;
 #[warn(clippy::indexing_slicing)]
 pub mod tags;
@@ -31,3 +31,4 @@ mod tests;
 
 pub use build::{BuildError, Built, Summary, UNMET_WISH, build, build_plan, plan, uncontested};
 pub use options::{BuildOptions, Plan};
+pub use postprocess::user_elements::UNDRAWN;

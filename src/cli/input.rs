@@ -4,9 +4,9 @@ use std::fmt::Write;
 use std::path::Path;
 
 use crate::api::layout::{Layout, LayoutOptions};
+use crate::builder::UNDRAWN;
 use crate::builder::UNMET_WISH;
 use crate::builder::network::UNMET_ROAD;
-use crate::builder::postprocess::user_elements::UNDRAWN;
 use crate::builder::streets::consolidate::MergeNote;
 use crate::builder::tags::road_class::DrivingSide;
 use crate::diagnostic::Finding;

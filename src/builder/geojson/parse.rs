@@ -126,12 +126,12 @@ fn read_feature(text: &str, offset: usize) -> Result<AnyFeature, ReadError> {
         properties: Option<P>,
     }
     #[derive(Deserialize)]
-    struct Type {
+    struct KindOnly {
         #[serde(rename = "type", default)]
         kind: Option<Text>,
     }
     let failed = |error: serde_json::Error| ReadError::json(text, offset, &error);
-    let kind = serde_json::from_str::<Properties<Type>>(text).map_err(failed)?.properties.and_then(|p| p.kind);
+    let kind = serde_json::from_str::<Properties<KindOnly>>(text).map_err(failed)?.properties.and_then(|p| p.kind);
     let mut feature = match kind.as_deref() {
         Some("road") => AnyFeature::Road(serde_json::from_str(text).map_err(failed)?),
         // The geometry of a lane is not read: it follows from the road and the width.

@@ -10,7 +10,7 @@ use crate::builder::network::Island;
 use crate::geometry::pose::Pose;
 use crate::geometry::strip_index::StripIndex;
 use crate::geometry::{Point, curve, pose};
-use crate::lanelet::{Attributes, LineStringId, PointId};
+use crate::lanelet::{Attributes, PointId};
 
 use super::turning_lanelets::{SharedBounds, TurningLanelet};
 use area_ring::{Node, RingUnion, holds, is_simple, nodes, places, runs_beside, union_outline};
@@ -23,8 +23,6 @@ pub struct AreaOutline {
     pub ring: Vec<PointId>,
     /// Their places.
     pub places: Vec<Point>,
-    /// The kerbs between the roads, in ring order.
-    pub kerbs: Vec<LineStringId>,
     /// Arms, by index, whose cuts are not on the outline, because some lanelet runs over them.
     pub overrun: Vec<usize>,
     /// Arms, by index, with lanes that do not end on the outline.
@@ -78,9 +76,9 @@ pub fn area_outline(
     let (ring, covered) = subtract_islands(assembly, key, ring, (arms, bounds, paths), islands);
     let as_walked = ring.iter().eq(walked.iter().map(|(id, _)| id));
     let places = if as_walked { walked.iter().map(|node| node.1).collect() } else { places(assembly, &ring) };
-    let kerbs = kerbs(assembly, key, &ring, arms);
+    add_kerbs(assembly, key, &ring, arms);
     let lost = (0..arms.len()).filter(|&i| !runs_beside(&ring, arms[i])).collect();
-    AreaOutline { ring, places, kerbs, overrun: overrun_arms, lost, yields, covered }
+    AreaOutline { ring, places, overrun: overrun_arms, lost, yields, covered }
 }
 
 /// The ring of cuts and the kerbs between them.
@@ -124,18 +122,18 @@ fn corner(assembly: &mut MapBuilder, key: Key, [from, to]: [Node; 2], [arm, next
     inner.iter().enumerate().map(|(i, p)| (assembly.point(key.number(i as i64), *p, 0.0), *p)).collect()
 }
 
-/// One `road_border` for every part of the ring between cuts.
-fn kerbs(assembly: &mut MapBuilder, key: Key, ring: &[PointId], arms: &[&Arm]) -> Vec<LineStringId> {
+/// Adds one `road_border` for every part of the ring between cuts.
+fn add_kerbs(assembly: &mut MapBuilder, key: Key, ring: &[PointId], arms: &[&Arm]) {
     let is_cut = |a: PointId, b: PointId| arms.iter().any(|arm| arm.cut.contains(&a) && arm.cut.contains(&b));
     let count = ring.len();
-    let Some(start) = (0..count).find(|&i| is_cut(ring[(i + count - 1) % count], ring[i])) else { return Vec::new() };
+    let Some(start) = (0..count).find(|&i| is_cut(ring[(i + count - 1) % count], ring[i])) else { return };
     let round: Vec<PointId> = (0..=count).map(|step| ring[(start + step) % count]).collect();
-    let chains = round.chunk_by(|&a, &b| !is_cut(a, b)).filter(|chain| chain.len() > 1);
-    let kerb = |chain: &[PointId]| {
-        let key = key.word("kerb line").number(chain[0].0).number(chain[chain.len() - 1].0);
-        assembly.line(key, chain.to_vec(), Attributes::of(&[("type", "road_border")]))
-    };
-    chains.map(kerb).collect()
+    for chain in round.chunk_by(|&a, &b| !is_cut(a, b)) {
+        if let [first, .., last] = chain {
+            let key = key.word("kerb line").number(first.0).number(last.0);
+            assembly.line(key, chain.to_vec(), Attributes::of(&[("type", "road_border")]));
+        }
+    }
 }
 
 #[cfg(test)]

@@ -92,7 +92,7 @@ impl BicycleLaneEnds {
     }
 
     /// The ends that lead in over an arm, with their index among all of them.
-    pub fn into_of(&self, arm: usize) -> impl Iterator<Item = (usize, &ArmLane)> {
+    pub fn leading_in(&self, arm: usize) -> impl Iterator<Item = (usize, &ArmLane)> {
         self.into.iter().enumerate().filter(move |(_, lane)| lane.arm == arm).map(|(i, lane)| (i, &lane.end))
     }
 

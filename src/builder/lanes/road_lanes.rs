@@ -165,7 +165,7 @@ fn road_lanelets(assembly: &mut MapBuilder, road: &Road, ix: RoadIx, borders: &[
             let [left, right] = directed([left, right], backward);
             let key = road.key_of("lane").number(i as i64).number(i64::from(backward));
             let lanelet = assembly.lanelet(key, left, right, lane_attributes(road, i, backward));
-            lanes.push(RoadLane { road: ix, strip: i, backward, lanelet, left, right, kind: strip.kind });
+            lanes.push(RoadLane { road: ix, strip: i, backward, lanelet, left, right });
         }
     }
     lanes

@@ -24,8 +24,6 @@ pub struct RoadLane {
     pub left: Bound,
     /// See [`RoadLane::left`].
     pub right: Bound,
-    /// What the strip is for.
-    pub kind: StripKind,
 }
 
 /// A lane where it meets an intersection.

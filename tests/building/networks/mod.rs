@@ -7,8 +7,8 @@ mod lanes;
 mod shapes;
 mod signals;
 
+use lanewright::builder::UNDRAWN;
 use lanewright::builder::options::Inside;
-use lanewright::builder::postprocess::user_elements::UNDRAWN;
 use lanewright::builder::tags::road_class::DrivingSide;
 use lanewright::builder::{BuildOptions, Built, build};
 use lanewright::lanelet::{Lanelet, LaneletMap, Loaded, RegulatoryElement};

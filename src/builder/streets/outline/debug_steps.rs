@@ -14,8 +14,6 @@ pub struct DebugSteps {
     pub arms: Vec<ArmTrace>,
     /// The collisions of their edges.
     pub hits: Vec<Hit>,
-    /// The ground of the inner roads.
-    pub ground: Vec<Vec<Point>>,
 }
 
 /// A thickened arm, outwards.
@@ -25,10 +23,6 @@ pub struct ArmTrace {
     pub at: RoadEnd,
     /// Its centre line.
     pub line: Polyline,
-    /// Its left edge.
-    pub left: Polyline,
-    /// Its right edge.
-    pub right: Polyline,
     /// How far it must be cut back, metres.
     pub least: f64,
     /// How far it is cut back with room for its kerbs, metres.
@@ -71,10 +65,8 @@ pub fn trace(network: &RoadNetwork, ix: IntersectionIx, options: &OutlineOptions
     let arms = arms.iter().zip(trims).map(|(arm, (least, wanted))| ArmTrace {
         at: arm.road_end,
         line: arm.line.clone(),
-        left: arm.left.clone(),
-        right: arm.right.clone(),
         least: *least,
         wanted: *wanted,
     });
-    DebugSteps { arms: arms.collect(), hits, ground: plan.ground.clone() }
+    DebugSteps { arms: arms.collect(), hits }
 }

@@ -40,7 +40,7 @@ impl AdjacentPlace {
 pub type Adjacency = FxHashMap<(usize, usize), Vec<AdjacentPlace>>;
 
 /// The segment of a road between two neighbouring places.
-struct RoadPiece {
+struct LinePiece {
     road: usize,
     /// The first of the places.
     first: usize,
@@ -49,7 +49,7 @@ struct RoadPiece {
     direction: Option<Vector>,
 }
 
-impl RoadPiece {
+impl LinePiece {
     /// The bounding box, widened by `half` metres.
     fn bounds(&self, half: f64) -> Bounds {
         let [p, q] = self.ends;
@@ -75,7 +75,7 @@ impl PlacePose {
 
 /// Neighbouring pieces of one road.
 struct PieceGroup<'a> {
-    pieces: &'a [RoadPiece],
+    pieces: &'a [LinePiece],
     bounds: Bounds,
     /// Mean direction, and the largest deviation from it on and beside the pieces, radians.
     axis: Vector,
@@ -84,7 +84,7 @@ struct PieceGroup<'a> {
 
 impl<'a> PieceGroup<'a> {
     /// The pieces of one road in groups, with bounding boxes widened by `half` metres.
-    fn of_road(road: &'a [RoadPiece], half: f64) -> impl Iterator<Item = Self> + 'a {
+    fn of_road(road: &'a [LinePiece], half: f64) -> impl Iterator<Item = Self> + 'a {
         /// Most pieces in a group.
         const PIECES: usize = 8;
         road.chunks(PIECES).enumerate().filter_map(move |(i, pieces)| {
@@ -117,7 +117,7 @@ impl OverlapSearch<'_> {
     pub fn find(&self, active: &[usize], nearby: &[usize]) -> Adjacency {
         /// Roads that one thread takes at a time.
         const CHUNK: usize = 16;
-        let chunks: Vec<Vec<RoadPiece>> =
+        let chunks: Vec<Vec<LinePiece>> =
             nearby.par_chunks(CHUNK).finely().map(|roads| self.pieces_of(roads)).collect();
         let roads = chunks.par_iter().finely().flat_map_iter(|chunk| chunk.chunk_by(|a, b| a.road == b.road));
         let groups: Vec<PieceGroup> =
@@ -129,21 +129,21 @@ impl OverlapSearch<'_> {
     }
 
     /// The pieces of the roads that may move.
-    fn pieces_of(&self, roads: &[usize]) -> Vec<RoadPiece> {
+    fn pieces_of(&self, roads: &[usize]) -> Vec<LinePiece> {
         roads.iter().filter(|road| self.roads[*road].kept.is_some()).flat_map(|road| self.pieces(*road)).collect()
     }
 
-    fn pieces(&self, index: usize) -> impl Iterator<Item = RoadPiece> {
+    fn pieces(&self, index: usize) -> impl Iterator<Item = LinePiece> {
         let road = &self.roads[&index];
         let mut end = road.place(0);
         (0..road.base.len() - 1).map(move |first| {
             let ends = [end, road.place(first + 1)];
             end = ends[1];
-            RoadPiece { road: index, first, ends, direction: (ends[1] - ends[0]).try_normalize(0.0) }
+            LinePiece { road: index, first, ends, direction: (ends[1] - ends[0]).try_normalize(0.0) }
         })
     }
 
-    fn find_in(&self, active: &[RoadPiece], groups: &[PieceGroup], cells: &SpatialHash) -> Adjacency {
+    fn find_in(&self, active: &[LinePiece], groups: &[PieceGroup], cells: &SpatialHash) -> Adjacency {
         let mut nearest = FxHashMap::default();
         for pieces in active.chunk_by(|a, b| a.road == b.road) {
             let bends = bends(pieces);
@@ -169,8 +169,8 @@ impl OverlapSearch<'_> {
     /// Keeps for each place of the first group the nearest piece of the second.
     fn compare_groups(
         &self,
-        pieces: &[RoadPiece],
-        others: &[RoadPiece],
+        pieces: &[LinePiece],
+        others: &[LinePiece],
         nearest: &mut FxHashMap<(usize, usize, usize), AdjacentPlace>,
     ) {
         let [Some(a), Some(b)] = [pieces, others].map(|pieces| pieces.first().map(|piece| piece.road)) else { return };
@@ -200,7 +200,7 @@ fn search_margin(road: &ShiftedRoad) -> f64 {
 
 /// Whether some pieces of a road may run against others. If none deviates by 69 degrees from the first, no two deviate by the
 /// 140 degrees of [`PARALLEL`].
-fn bends(road: &[RoadPiece]) -> bool {
+fn bends(road: &[LinePiece]) -> bool {
     const DEVIATION: f64 = 0.36;
     let mut directions = road.iter().filter_map(|piece| piece.direction);
     directions.next().is_some_and(|first| directions.any(|direction| direction.dot(&first) < DEVIATION))
@@ -210,10 +210,10 @@ fn bends(road: &[RoadPiece]) -> bool {
 /// run beside itself in the same direction.
 fn candidates<'a>(
     road: &'a ShiftedRoad,
-    pieces: &'a [RoadPiece],
+    pieces: &'a [LinePiece],
     neighbour: &'a ShiftedRoad,
-    others: &'a [RoadPiece],
-) -> impl Iterator<Item = (PlacePose, &'a RoadPiece, Vector)> {
+    others: &'a [LinePiece],
+) -> impl Iterator<Item = (PlacePose, &'a LinePiece, Vector)> {
     let is_own = std::ptr::eq(road, neighbour);
     pieces.iter().flat_map(move |piece| {
         let bounds = piece.bounds(road.half + search_margin(road));
@@ -241,7 +241,7 @@ fn compare(
     a: &ShiftedRoad,
     pose: &PlacePose,
     b: &ShiftedRoad,
-    piece: &RoadPiece,
+    piece: &LinePiece,
     direction: Vector,
 ) -> Option<AdjacentPlace> {
     let (p, j) = (pose.point, piece.first);
