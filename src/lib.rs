@@ -25,6 +25,7 @@
 //! Units, said once: metres, seconds, radians; speeds as maps write them (km/h); coordinates in the plane are
 //! east, north. Angles turn counter-clockwise, so a left turn is positive.
 
+// CONTRIBUTING.md says why the modules that do not warn of indices have some.
 #[warn(clippy::indexing_slicing)]
 pub mod api;
 pub mod builder;

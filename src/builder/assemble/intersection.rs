@@ -256,7 +256,8 @@ impl<'a> IntersectionAssembly<'a> {
             })
             .collect();
         let mut arm = arm.clone();
-        for (lane, end) in bicycles.ends.leading_in(index).filter(|_| self.context.as_roads && control != Control::Stop) {
+        for (lane, end) in bicycles.ends.leading_in(index).filter(|_| self.context.as_roads && control != Control::Stop)
+        {
             let behind: Vec<LaneletId> = from(lane, true).map(|path| path.lanelet).collect();
             let Some(&lane) = behind.first() else { continue };
             arm.into.push(*end);
