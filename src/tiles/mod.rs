@@ -7,7 +7,7 @@
 //! intersection, so roads that begin shortly outside the tile count, too.
 //!
 //! The file is read twice: once for ids, places and the nodes of ways ([`Survey`]), once to copy each element into the files of
-//! the tiles that need it ([`cut`]). While tiles are built, they are held against each other ([`Agreement`]).
+//! the tiles that need it ([`cut()`]). While tiles are built, they are held against each other ([`Agreement`]).
 
 mod agreement;
 mod cut;
