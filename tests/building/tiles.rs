@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use lanewright::api::{LayoutOptions, MARGIN, TileOptions, build_tiles};
+use lanewright::api::{LayoutOptions, MARGIN, TileOptions, TileSizes, build_tiles};
 use lanewright::build;
 use lanewright::osm::{DataBlocks, read_file};
 use lanewright::projection::Extent;
@@ -44,7 +44,7 @@ fn in_one_piece(input: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 fn in_tiles(input: &Path, size: u32) -> BTreeMap<PathBuf, Vec<u8>> {
     let dir = tempfile::tempdir().unwrap();
     let map = dir.path().join("map");
-    let tiles = TileOptions { size, cell: CELL, margin: MARGIN, resume: false };
+    let tiles = TileOptions { sizes: TileSizes { tile: size, cell: CELL, margin: MARGIN }, resume: false };
     let tiled = build_tiles(input, &map, tiles, &LayoutOptions::default(), &|_| ()).unwrap();
     println!("{}: {} tiles of {size} m", input.display(), tiled.tiles);
     assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1, "something is left beside the map");
