@@ -136,14 +136,14 @@ pub fn cut(
     tell(&format!("cutting {} into tiles", input.display()));
     let files = cut.write_tiles(input, survey, &folder, output)?;
     cut.list(&files).map_err(|error| unwritten(output, &error))?;
-    let text = serde_json::to_vec(&cut).map_err(|error| Error::internal(format!("cut data have no words: {error}")))?;
+    let text = cut.text()?;
     let rest = || -> Result<(), Failure> {
         match &said.dem {
             Some(Input::Path(path)) => draft.write(TERRAIN, |file| io::copy(&mut File::open(path)?, file).map(drop))?,
             Some(Input::Bytes(InMemory { bytes, .. })) => draft.write(TERRAIN, |file| file.write_all(bytes))?,
             None => {}
         }
-        draft.write(DESCRIPTION, |file| file.write_all(&text))?;
+        draft.write(DESCRIPTION, |file| file.write_all(text.as_bytes()))?;
         draft.publish()
     };
     rest().map_err(write)?;
@@ -175,7 +175,20 @@ impl Cut {
         }
     }
 
+    /// As [`DESCRIPTION`] has it.
+    ///
+    /// # Errors
+    ///
+    /// Where JSON cannot say what the settings say, which would be a fault of ours.
+    pub fn text(&self) -> Result<String, Error> {
+        serde_json::to_string(self).map_err(|error| Error::internal(format!("cut data cannot be described: {error}")))
+    }
+
     /// How metres relate to degrees.
+    ///
+    /// # Errors
+    ///
+    /// Where the description names no projector.
     pub fn projector(&self) -> Result<Projector, Error> {
         read_info(&self.projector_info).projector.ok_or_else(|| {
             ErrorKind::Read.error(Failure::new(format!("{DESCRIPTION} names no projector")).about(DESCRIPTION))

@@ -8,7 +8,7 @@ use rustc_hash::FxHashSet;
 
 use crate::builder::{BuildError, BuildOptions, Built, build_plan, plan};
 use crate::cells::{self, Cell, Grid, Tile, excerpt};
-use crate::diagnostic::{Finding, Place};
+use crate::diagnostic::{Finding, Place, Severity};
 use crate::geometry::Point;
 use crate::lanelet;
 use crate::osm::{self, OsmData};
@@ -16,10 +16,14 @@ use crate::projection::{Extent, Projector};
 use crate::report::failure::Failure;
 use crate::tiles::Record;
 
+use super::built::BuiltMap;
+use super::checked::{CheckOptions, Checked};
+use super::config::Configuration;
 use super::cut::{Cut, TileSizes, unwritten};
 use super::divided::undivided;
 use super::error::{Error, ErrorKind};
 use super::layout::{build_failure, loaded, terrain, unread};
+use super::load::Loaded;
 use super::{InMemory, Input};
 
 /// What all tiles of some data are built with.
@@ -35,6 +39,7 @@ pub struct TileBuilder {
     bounds: Vec<Extent>,
     cells: Grid,
     sizes: TileSizes,
+    check: bool,
 }
 
 impl TileBuilder {
@@ -64,7 +69,14 @@ impl TileBuilder {
             bounds: cut.bounds.clone(),
             cells,
             sizes: cut.sizes,
+            check: false,
         })
+    }
+
+    /// Whether tiles are held against the rules, too, and their findings counted. That takes as long again as to build them.
+    #[must_use]
+    pub fn checking(self, check: bool) -> Self {
+        Self { check, ..self }
     }
 
     /// Builds a tile from its data. Its cells are written into a folder that is there and in which there is nothing; the same data
@@ -96,10 +108,15 @@ impl TileBuilder {
         let size = f64::from(size);
         let corner = [tile.column, tile.row].map(|at| f64::from(at) * size);
         let square = [corner, corner.map(|low| low + size)];
-        let (contested, notes) = (built.contested, count_in(square, &built.notes));
+        let (contested, notes) = (std::mem::take(&mut built.contested), count_in(square, &built.notes));
+        let mut findings = None;
+        if self.check {
+            let (unchanged, counts) = checked(built, square)?;
+            (built, findings) = (unchanged, Some(counts));
+        }
         excerpt(&mut built.map, square);
         if built.map.points.is_empty() {
-            return Ok(Record { contested, notes, ..Record::empty(self.cells) });
+            return Ok(Record { contested, notes, findings, ..Record::empty(self.cells) });
         }
         let map = folder.join("whole.osm");
         File::create(&map).and_then(|file| lanelet::to_osm(&built.map, &self.projector, file)).map_err(unwritten)?;
@@ -114,12 +131,19 @@ impl TileBuilder {
         settings.intersection.retain(|entry| entry.ia.is_some_and(|area| own.contains(&area)));
         settings.bicycle_lanes.retain(|lanelet| own.contains(lanelet));
         let settings = toml::to_string(&settings).map_err(|error| unwritten(std::io::Error::other(error)))?;
-        Ok(Record { divided, settings: Some(settings), contested, notes })
+        Ok(Record { divided, settings: Some(settings), contested, notes, findings })
     }
 }
 
-/// How many notes have their place in a square, which contains its western and southern sides.
-fn count_in([low, high]: [[f64; 2]; 2], notes: &[Finding]) -> usize {
+/// Western and southern sides, which belong to it, and eastern and northern ones, which do not.
+type Square = [[f64; 2]; 2];
+
+fn is_in([low, high]: Square, at: &Point) -> bool {
+    (low[0]..high[0]).contains(&at.x) && (low[1]..high[1]).contains(&at.y)
+}
+
+/// How many notes have their place in a square.
+fn count_in(square: Square, notes: &[Finding]) -> usize {
     let first = |note: &Finding| -> Option<Point> {
         match &note.place {
             Place::Unknown => None,
@@ -127,6 +151,19 @@ fn count_in([low, high]: [[f64; 2]; 2], notes: &[Finding]) -> usize {
             Place::Line(points) | Place::Polygon(points) => points.first().copied(),
         }
     };
-    let is_in = |at: &Point| (low[0]..high[0]).contains(&at.x) && (low[1]..high[1]).contains(&at.y);
-    notes.iter().filter_map(first).filter(is_in).count()
+    notes.iter().filter_map(first).filter(|at| is_in(square, at)).count()
+}
+
+/// How many errors, warnings and infos a map has in a square. All of it is checked: at its edges there is more to complain of.
+fn checked(built: Built, square: Square) -> Result<(Built, [usize; 3]), Error> {
+    let whole = BuiltMap { built };
+    let loaded = Loaded::read(whole.to_input("the tile")?, &Configuration::default())?;
+    let checked = Checked::of(loaded, CheckOptions::default())?;
+    let within = checked.sorted.left.iter().filter(|one| one.local.is_some_and(|at| is_in(square, &at)));
+    let counts = within.fold([0; 3], |[errors, warnings, infos], one| match one.severity {
+        Severity::Error => [errors + 1, warnings, infos],
+        Severity::Warning => [errors, warnings + 1, infos],
+        Severity::Info => [errors, warnings, infos + 1],
+    });
+    Ok((whole.built, counts))
 }

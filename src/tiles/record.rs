@@ -19,8 +19,10 @@ pub struct Record {
     pub settings: Option<String>,
     /// Ids that two elements of it want, but for those that were known before it was built.
     pub contested: Vec<i64>,
-    /// What was guessed, left out or could not be built as it should, its surroundings included.
+    /// What was guessed, left out or could not be built as it should, as far as it has a place in the tile.
     pub notes: usize,
+    /// Errors, warnings and infos that have their place in it, where it was held against the rules.
+    pub findings: Option<[usize; 3]>,
 }
 
 /// As it is written.
@@ -37,6 +39,7 @@ struct Stored {
     settings: Option<String>,
     contested: Vec<i64>,
     notes: usize,
+    findings: Option<[usize; 3]>,
 }
 
 const KINDS: [ElementKind; 3] = [ElementKind::Node, ElementKind::Way, ElementKind::Relation];
@@ -44,7 +47,7 @@ const KINDS: [ElementKind; 3] = [ElementKind::Node, ElementKind::Way, ElementKin
 impl Record {
     /// Of a tile in which nothing is to be built.
     pub fn empty(grid: Grid) -> Self {
-        Self { divided: Divided::empty(grid), settings: None, contested: Vec::new(), notes: 0 }
+        Self { divided: Divided::empty(grid), settings: None, contested: Vec::new(), notes: 0, findings: None }
     }
 
     /// The name of the file in which it is kept.
@@ -76,6 +79,7 @@ impl Record {
             settings: self.settings.clone(),
             contested: self.contested.clone(),
             notes: self.notes,
+            findings: self.findings,
         };
         for Shared { element: (kind, id), text, tiles } in shared {
             let set: Vec<[i32; 2]> = tiles.iter().map(pair).collect();
@@ -106,7 +110,7 @@ impl Record {
     /// If the file cannot be read, or is no record.
     pub fn load(file: &Path, grid: Grid) -> io::Result<Self> {
         let stored: Stored = serde_json::from_slice(&fs::read(file)?)?;
-        let Stored { cells, elements, written, own, tiles, shared, settings, contested, notes } = stored;
+        let Stored { cells, elements, written, own, tiles, shared, settings, contested, notes, findings } = stored;
         let cell = |[row, column]: [i32; 2]| Cell { row, column };
         let tiles: Vec<std::sync::Arc<[Cell]>> =
             tiles.into_iter().map(|set| set.into_iter().map(cell).collect()).collect();
@@ -118,7 +122,7 @@ impl Record {
         let shared = shared.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, "no record of a tile"))?;
         let cells = cells.into_iter().map(cell).collect();
         let divided = Divided { grid, cells, elements, written, own, shared };
-        Ok(Self { divided, settings, contested, notes })
+        Ok(Self { divided, settings, contested, notes, findings })
     }
 }
 
@@ -130,7 +134,8 @@ mod tests {
     fn a_record_is_read_as_it_was_written() {
         let grid = Grid::new(100).unwrap();
         let settings = Some("x = 1\n".to_owned());
-        let mut record = Record { settings, contested: vec![i64::MAX], notes: 3, ..Record::empty(grid) };
+        let mut record =
+            Record { settings, contested: vec![i64::MAX], notes: 3, findings: Some([0, 1, 2]), ..Record::empty(grid) };
         let [here, there] = [0, 1].map(|column| Cell { row: -3, column });
         record.divided.cells = vec![here];
         record.divided.own = vec![7, -9_007_199_254_740_991];
