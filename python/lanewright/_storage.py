@@ -45,18 +45,12 @@ class Place:
     def is_directory(self) -> bool:
         return self.fs.isdir(self.path)
 
-    def names(self) -> List[str]:
-        """The names of what lies in a directory; none if it is not there."""
-        if not self.exists():
-            return []
-        self.fs.invalidate_cache(self.path)
-        return sorted(one.rstrip("/").rsplit("/", 1)[-1] for one in self.fs.ls(self.path, detail=False))
-
     def state(self) -> List[List[str]]:
-        """What tells whether a file, or one in a directory, was changed: names, sizes, and times or tags, as far as there are some."""
+        """What tells whether a file, or one in a directory, was changed: name, size, and times or tags, as far as there are some."""
+        keys = ("mtime", "LastModified", "last_modified", "updated", "modificationTime", "ETag", "etag")
         state = []
         for file, about in sorted(self.fs.find(self.path, detail=True).items()):
-            known = (about.get(key) for key in ("mtime", "LastModified", "last_modified", "updated", "modificationTime", "ETag", "etag"))
+            known = (about.get(key) for key in keys)
             state.append([file, str(about.get("size")), *(str(value) for value in known if value is not None)])
         return state
 

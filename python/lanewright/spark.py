@@ -34,11 +34,11 @@ __all__ = ["TILES", "FINDINGS", "MAPS", "BuiltTiles", "build_tiles", "check_maps
 
 _Path = Union[str, "os.PathLike[str]"]
 
-#: The columns of `BuiltTiles.tiles`. Findings are counted where the build was to check; seconds and peak memory (bytes, of the
-#: worker) are those of the call that built the tile.
+#: The columns of `BuiltTiles.tiles`. Findings are counted where the build was to check; seconds, processor seconds and peak memory
+#: (bytes, of the worker) are those of the call that built the tile, and null in a later one.
 TILES = (
     "tile string, column int, row int, cells int, elements long, notes long, errors long, warnings long, infos long, "
-    "seconds double, peak_memory long, error string"
+    "seconds double, cpu_seconds double, peak_memory long, error string"
 )
 _CELLS = "lanelet2_map.osm"
 _METADATA = "lanelet2_map_metadata.yaml"
@@ -264,7 +264,7 @@ def _tile(job: _Job, row: Dict[str, Any]) -> List[Dict[str, Any]]:
     """Builds one tile, in a task. Its record comes last: a tile with a record has all of its cells in their place."""
     name = _name(row["column"], row["row"])
     told = {"tile": name, "column": row["column"], "row": row["row"]}
-    begun, memory = time.monotonic(), Memory()
+    begun, worked, memory = time.monotonic(), time.process_time(), Memory()
     try:
         record = job.records() / f"{name}.json"
         if record.exists():
@@ -274,7 +274,8 @@ def _tile(job: _Job, row: Dict[str, Any]) -> List[Dict[str, Any]]:
         told.update(_counts(content))
     except Exception as error:  # Whatever it is, it is about this tile.
         told["error"] = str(error) if isinstance(error, lanewright.Error) else f"{type(error).__name__}: {error}"
-    return [{**told, "seconds": time.monotonic() - begun, "peak_memory": memory.peak()}]
+    spent = {"seconds": time.monotonic() - begun, "cpu_seconds": time.process_time() - worked}
+    return [{**told, **spent, "peak_memory": memory.peak()}]
 
 
 def _counts(record: bytes) -> Dict[str, Any]:

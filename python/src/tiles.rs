@@ -168,8 +168,8 @@ impl BuiltTile {
 ///
 /// Raises:
 ///     BuildError: Two tiles disagree on what stands in both: they need a larger margin.
-///     ReadError: The description cannot be read, or is of another version of lanewright.
-///     WriteError: A record is missing or no record.
+///     ReadError: A record is missing or no record; the description cannot be read, or is of another version of lanewright.
+///     WriteError: Nothing can be written into the directory.
 #[pyfunction]
 #[pyo3(signature = (description, records, *, contested=Vec::new(), threads=None))]
 pub fn join_tiles(

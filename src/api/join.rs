@@ -77,7 +77,10 @@ impl<E: Into<Disagreement>> From<E> for Unmade {
 }
 
 fn joined(cut: &Cut, tiles: &[Cell], grid: Grid, records: &Path, contested: &BTreeSet<i64>) -> Result<Joining, Unmade> {
-    let record = |tile: &Cell| Record::load(&records.join(Record::name(*tile)), grid);
+    let record = |tile: &Cell| {
+        let file = records.join(Record::name(*tile));
+        Record::load(&file, grid).map_err(|error| Unmade::Said(unread(&file, &error)))
+    };
     let mut found = BTreeSet::new();
     for tile in tiles {
         found.extend(record(tile)?.contested);
@@ -107,6 +110,12 @@ fn joined(cut: &Cut, tiles: &[Cell], grid: Grid, records: &Path, contested: &BTr
     }
     found.extend(contested);
     Ok(Joining::Again { tiles: again, contested: found })
+}
+
+/// Why a record cannot be read, and the way out.
+fn unread(file: &Path, error: &io::Error) -> Error {
+    let failure = Failure::new(format!("cannot read what is remembered of a tile, {}: {error}", file.display()));
+    ErrorKind::Read.error(failure.about(file.display().to_string()).help("build this tile again"))
 }
 
 /// In what tiles disagree, and the way out.

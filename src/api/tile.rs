@@ -9,7 +9,6 @@ use rustc_hash::FxHashSet;
 use crate::builder::{BuildError, BuildOptions, Built, build_plan, plan};
 use crate::cells::{self, Cell, Grid, Tile, excerpt};
 use crate::diagnostic::{Finding, Place, Severity};
-use crate::geometry::Point;
 use crate::lanelet;
 use crate::osm::{self, OsmData};
 use crate::projection::{Extent, Projector};
@@ -138,20 +137,18 @@ impl TileBuilder {
 /// Western and southern sides, which belong to it, and eastern and northern ones, which do not.
 type Square = [[f64; 2]; 2];
 
-fn is_in([low, high]: Square, at: &Point) -> bool {
-    (low[0]..high[0]).contains(&at.x) && (low[1]..high[1]).contains(&at.y)
+fn is_in([low, high]: Square, [x, y]: [f64; 2]) -> bool {
+    (low[0]..high[0]).contains(&x) && (low[1]..high[1]).contains(&y)
 }
 
 /// How many notes have their place in a square.
 fn count_in(square: Square, notes: &[Finding]) -> usize {
-    let first = |note: &Finding| -> Option<Point> {
-        match &note.place {
-            Place::Unknown => None,
-            Place::Point(at) => Some(*at),
-            Place::Line(points) | Place::Polygon(points) => points.first().copied(),
-        }
+    let first = |note: &Finding| match &note.place {
+        Place::Unknown => None,
+        Place::Point(at) => Some([at.x, at.y]),
+        Place::Line(points) | Place::Polygon(points) => points.first().map(|at| [at.x, at.y]),
     };
-    notes.iter().filter_map(first).filter(|at| is_in(square, at)).count()
+    notes.iter().filter_map(first).filter(|at| is_in(square, *at)).count()
 }
 
 /// How many errors, warnings and infos a map has in a square. All of it is checked: at its edges there is more to complain of.
@@ -159,7 +156,7 @@ fn checked(built: Built, square: Square) -> Result<(Built, [usize; 3]), Error> {
     let whole = BuiltMap { built };
     let loaded = Loaded::read(whole.to_input("the tile")?, &Configuration::default())?;
     let checked = Checked::of(loaded, CheckOptions::default())?;
-    let within = checked.sorted.left.iter().filter(|one| one.local.is_some_and(|at| is_in(square, &at)));
+    let within = checked.sorted.left.iter().filter(|one| one.local.is_some_and(|at| is_in(square, [at.x, at.y])));
     let counts = within.fold([0; 3], |[errors, warnings, infos], one| match one.severity {
         Severity::Error => [errors + 1, warnings, infos],
         Severity::Warning => [errors, warnings + 1, infos],
