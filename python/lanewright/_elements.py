@@ -6,7 +6,7 @@ import pathlib
 from typing import Any, Dict, Iterator
 from xml.sax.saxutils import quoteattr
 
-import pyarrow.dataset
+import pyarrow.dataset  # type: ignore[import-untyped]
 
 from ._storage import Place
 

@@ -5,8 +5,8 @@ import pathlib
 import uuid
 from typing import Any, Dict, Iterable, List, Optional, Union
 
-import fsspec
-from fsspec.implementations.local import LocalFileSystem
+import fsspec  # type: ignore[import-untyped]
+from fsspec.implementations.local import LocalFileSystem  # type: ignore[import-untyped]
 
 
 class Place:

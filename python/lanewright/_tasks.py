@@ -6,7 +6,7 @@ import sys
 import tempfile
 from typing import Any, Callable, Dict, Iterable, Iterator, Optional
 
-import pyarrow
+import pyarrow  # type: ignore[import-untyped]
 from pyspark.sql import SparkSession
 
 from ._storage import Place

@@ -306,12 +306,15 @@ def _build(job: _Job, column: int, row: int) -> bytes:
         return tile.record
 
 
-@functools.lru_cache(maxsize=1)
-def _local_terrain(place: str, options: str) -> Tuple[pathlib.Path, "tempfile.TemporaryDirectory[str]"]:
-    """A copy of a terrain model for all tiles of a worker."""
-    folder = tempfile.TemporaryDirectory(prefix="lanewright-")
-    return Place(place, json.loads(options)).fetch(folder.name), folder
+#: The terrain model that this worker has fetched last, and the directory that goes with it.
+_FETCHED: "Dict[str, Tuple[pathlib.Path, tempfile.TemporaryDirectory[str]]]" = {}
 
 
 def _terrain(data: Place) -> pathlib.Path:
-    return _local_terrain(str(data / "terrain.tif"), json.dumps(data.options))[0]
+    """The terrain model of cut data, for all tiles of a worker."""
+    place = data / "terrain.tif"
+    if str(place) not in _FETCHED:
+        _FETCHED.clear()
+        folder = tempfile.TemporaryDirectory(prefix="lanewright-")
+        _FETCHED[str(place)] = place.fetch(folder.name), folder
+    return _FETCHED[str(place)][0]

@@ -5,6 +5,7 @@ import os
 import pathlib
 import re
 import shutil
+import struct
 import subprocess
 import sys
 
@@ -182,21 +183,41 @@ def table(extract, file):
     pyarrow.parquet.write_table(pyarrow.Table.from_pylist(made[::-1], schema), file, row_group_size=50)
 
 
+def terrain(file):
+    """A GeoTIFF in degrees that rises from west to east around the samples, 60 x 60 heights."""
+    side, step = 60, 0.002
+    west, north = 8.52, 49.06
+    heights = struct.pack(f"<{side * side}f", *(100.0 + 0.5 * (at % side) for at in range(side * side)))
+    doubles = struct.pack("<9d", step, step, 0.0, 0.0, 0.0, 0.0, west, north, 0.0)
+    keys = struct.pack("<16H", 1, 1, 0, 3, 1024, 0, 1, 2, 1025, 0, 1, 1, 2048, 0, 1, 4326)
+    first = 8 + len(heights)
+    tags = [
+        (256, 3, 1, side), (257, 3, 1, side), (258, 3, 1, 32), (259, 3, 1, 1), (262, 3, 1, 1), (273, 4, 1, 8), (277, 3, 1, 1),
+        (278, 3, 1, side), (279, 4, 1, len(heights)), (339, 3, 1, 3),
+        (33550, 12, 3, first), (33922, 12, 6, first + 24), (34735, 3, 16, first + 72),
+    ]
+    directory = struct.pack("<H", len(tags)) + b"".join(struct.pack("<HHII", *tag) for tag in tags) + bytes(4)
+    file.write_bytes(b"II*\0" + struct.pack("<I", first + 104) + heights + doubles + keys + directory)
+    return file
+
+
 def test_a_table_of_elements_and_a_file_system_elsewhere(spark, program, tmp_path):
     from lanewright.spark import build_tiles, check_maps
 
     extract = town(tmp_path)
-    run(program, "build", extract, "-o", tmp_path / "whole", "--tiles", 800, "--isolated")
+    dem = terrain(tmp_path / "ground.tif")
+    run(program, "build", extract, "-o", tmp_path / "whole", "--tiles", 800, "--isolated", "--dem", dem)
     (tmp_path / "elements").mkdir()
     table(extract, tmp_path / "elements" / "part-0.parquet")
     elsewhere = f"elsewhere://{tmp_path}"
+    options = {"tiles": 800, "isolated": True, "dem": dem, "check": True}
     for source, to in (("elements", "from_table"), ("town.osm", "from_file")):
-        made = build_tiles(spark, f"{elsewhere}/{source}", f"{elsewhere}/{to}", tiles=800, isolated=True, check=True)
+        made = build_tiles(spark, f"{elsewhere}/{source}", f"{elsewhere}/{to}", **options)
         assert made.complete, made.tiles.collect()
         assert files(tmp_path / to) == files(tmp_path / "whole"), source
     found = rows(made)
     before = times(tmp_path / "from_file")
-    again = build_tiles(spark, f"{elsewhere}/town.osm", f"{elsewhere}/from_file", tiles=800, isolated=True, check=True)
+    again = build_tiles(spark, f"{elsewhere}/town.osm", f"{elsewhere}/from_file", **options)
     assert again.complete and times(tmp_path / "from_file") == before
 
     maps = [f"{elsewhere}/from_file", str(tmp_path / "whole"), str(tmp_path / "none")]
