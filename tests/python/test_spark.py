@@ -235,6 +235,31 @@ def test_a_table_of_elements_and_a_file_system_elsewhere(spark, program, tmp_pat
     assert [row["map"] for row in findings if row["error"] is not None] == [maps[2]]
 
 
+def test_an_id_that_two_elements_want(spark, program, tmp_path):
+    """Only the tiles are built again in which it stands, and neither element has it."""
+    from lanewright.spark import build_tiles
+
+    run(program, "cut", town(tmp_path), "-o", tmp_path / "cut", "--tiles", 800, "--isolated")
+    assert build_tiles(spark, tmp_path / "cut", tmp_path / "map").complete
+    cells = "".join(file.read_text() for file in (tmp_path / "map" / "lanelet2_map.osm").iterdir())
+    areas = re.findall(r'<way id="(\d+)"(?:(?!</way>).)*"intersection_area"', cells, re.DOTALL)
+    records = {file: json.loads(file.read_text()) for file in (tmp_path / "map" / ".tiles" / "records").iterdir()}
+    wanted, has = next((int(area), file) for area in areas for file, record in records.items() if int(area) in record["own"])
+    # As if another element, far away, had the same.
+    other = next(file for file, record in records.items() if file != has and record["own"])
+    records[other]["own"].append(wanted)
+    other.write_text(json.dumps(records[other]))
+    (tmp_path / "map" / "lanelet2_map_metadata.yaml").unlink()
+
+    again = build_tiles(spark, tmp_path / "cut", tmp_path / "map")
+    assert again.complete
+    built = {tile for tile, row in rows(again).items() if row["seconds"] is not None}
+    assert {has.stem, other.stem} <= built and len(built) < len(records)
+    assert json.loads((tmp_path / "map" / ".tiles" / "contested.json").read_text()) == [wanted]
+    cells = "".join(file.read_text() for file in (tmp_path / "map" / "lanelet2_map.osm").iterdir())
+    assert f'"{wanted}"' not in cells and '"intersection_area"' in cells
+
+
 def test_what_is_refused(spark, sample, tmp_path):
     from lanewright.spark import build_tiles, check_maps
 
