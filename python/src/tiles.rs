@@ -133,7 +133,7 @@ pub struct BuiltTile {
     /// Elements of the map that stand in no tile before it.
     #[pyo3(get)]
     elements: usize,
-    /// What was guessed, left out or could not be built as it should, as far as it has a place in the tile.
+    /// What was guessed, left out or could not be built as it should, its surroundings included.
     #[pyo3(get)]
     notes: usize,
     /// Errors, warnings and infos in the tile; None unless it was checked.

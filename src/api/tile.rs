@@ -8,7 +8,7 @@ use rustc_hash::FxHashSet;
 
 use crate::builder::{BuildError, BuildOptions, Built, build_plan, plan};
 use crate::cells::{self, Cell, Grid, Tile, excerpt};
-use crate::diagnostic::{Finding, Place, Severity};
+use crate::diagnostic::Severity;
 use crate::lanelet;
 use crate::osm::{self, OsmData};
 use crate::projection::{Extent, Projector};
@@ -107,7 +107,7 @@ impl TileBuilder {
         let size = f64::from(size);
         let corner = [tile.column, tile.row].map(|at| f64::from(at) * size);
         let square = [corner, corner.map(|low| low + size)];
-        let (contested, notes) = (std::mem::take(&mut built.contested), count_in(square, &built.notes));
+        let (contested, notes) = (std::mem::take(&mut built.contested), built.notes.len());
         let mut findings = None;
         if self.check {
             let (unchanged, counts) = checked(built, square)?;
@@ -139,16 +139,6 @@ type Square = [[f64; 2]; 2];
 
 fn is_in([low, high]: Square, [x, y]: [f64; 2]) -> bool {
     (low[0]..high[0]).contains(&x) && (low[1]..high[1]).contains(&y)
-}
-
-/// How many notes have their place in a square.
-fn count_in(square: Square, notes: &[Finding]) -> usize {
-    let first = |note: &Finding| match &note.place {
-        Place::Unknown => None,
-        Place::Point(at) => Some([at.x, at.y]),
-        Place::Line(points) | Place::Polygon(points) => points.first().map(|at| [at.x, at.y]),
-    };
-    notes.iter().filter_map(first).filter(|at| is_in(square, *at)).count()
 }
 
 /// How many errors, warnings and infos a map has in a square. All of it is checked: at its edges there is more to complain of.

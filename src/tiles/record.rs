@@ -19,7 +19,7 @@ pub struct Record {
     pub settings: Option<String>,
     /// Ids that two elements of it want, but for those that were known before it was built.
     pub contested: Vec<i64>,
-    /// What was guessed, left out or could not be built as it should, as far as it has a place in the tile.
+    /// What was guessed, left out or could not be built as it should, its surroundings included.
     pub notes: usize,
     /// Errors, warnings and infos that have their place in it, where it was held against the rules.
     pub findings: Option<[usize; 3]>,
