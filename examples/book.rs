@@ -13,12 +13,13 @@ use lanewright::requirement::Requirement;
 use lanewright::{rules, triage};
 
 /// Chapters in reading order: title, file in `docs/`.
-const PAGES: [(&str, &str); 15] = [
+const PAGES: [(&str, &str); 16] = [
     ("Start in five minutes", "start.md"),
     ("Maps in CI", "ci.md"),
     ("The command line", "cli.md"),
     ("Looking at a map while it changes", "view.md"),
     ("Maps in cells", "divided_maps.md"),
+    ("Countries: many machines", "scale.md"),
     ("The Python module", "python.md"),
     ("Configuration", "configuration.md"),
     ("Output formats", "formats.md"),

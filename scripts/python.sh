@@ -34,7 +34,15 @@ start=$(date +%s)
 env -i HOME="$HOME" PATH="$environment/bin" "$environment/bin/pip" install --quiet --disable-pip-version-check --no-index "$wheel"
 echo "$(basename "$wheel"): $(wc -c <"$wheel" | awk '{ printf "%.1f", $1 / 1e6 }') MB, installed in $(($(date +%s) - start)) s"
 "$environment/bin/pip" install --quiet --disable-pip-version-check pytest==8.4.2 mypy==2.4.1
-# From where no folder is called as the package is.
-(cd / && "$environment/bin/python" -m mypy.stubtest lanewright)
+# Spark is large: it is installed once, and lent to each new environment.
+java -version >/dev/null 2>&1 || apt_install default-jre-headless || echo "there is no Java for Spark" >&2
+if tools_in "$target/python-spark" pyspark==4.0.1 pandas==2.3.3 pyarrow==21.0.0 fsspec==2025.9.0; then
+    packages='import sysconfig; print(sysconfig.get_path("purelib"))'
+    "$target/python-spark/bin/python" -c "$packages" >"$("$environment/bin/python" -c "$packages")/spark.pth"
+    # From where no folder is called as the package is.
+    (cd / && "$environment/bin/python" -m mypy.stubtest lanewright)
+else
+    skipped "mypy.stubtest lanewright" "Spark's packages and PyPI are needed"
+fi
 $CARGO build --quiet --locked
 LANEWRIGHT_PROGRAM=${LANEWRIGHT_PROGRAM:-$target/debug/lanewright} "$environment/bin/python" -m pytest -q -p no:cacheprovider tests/python

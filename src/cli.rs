@@ -5,6 +5,7 @@ mod build;
 mod check;
 mod check_args;
 mod compare;
+mod cut;
 mod diff;
 mod draw;
 mod draw_args;
@@ -60,6 +61,7 @@ enum Verb {
     Fix(fix::FixArgs),
     Fmt(fmt::FmtArgs),
     Split(split::SplitArgs),
+    Cut(cut::CutArgs),
     Merge(merge::MergeArgs),
     Diff(diff::DiffArgs),
     /// Say which projection a map was made with, or put it into another
@@ -129,6 +131,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Fix(args) => fix::run(&args),
         Verb::Fmt(args) => fmt::run(&args),
         Verb::Split(args) => split::run(&args),
+        Verb::Cut(args) => cut::run(&args),
         Verb::Merge(args) => merge::run(&args),
         Verb::Project(verb) => project::run(&verb),
         Verb::Diff(args) => diff::run(&args),

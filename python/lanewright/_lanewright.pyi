@@ -8,6 +8,7 @@ __all__ = [
     "BuildError",
     "BuildSummary",
     "BuiltMap",
+    "BuiltTile",
     "CheckResult",
     "ConfigError",
     "Error",
@@ -16,6 +17,7 @@ __all__ = [
     "Fix",
     "FixResult",
     "InternalError",
+    "JoinedTiles",
     "Measure",
     "Mend",
     "Note",
@@ -28,9 +30,12 @@ __all__ = [
     "WriteError",
     "__version__",
     "build",
+    "build_tile",
     "check",
+    "cut",
     "fix",
     "geometry",
+    "join_tiles",
     "main",
     "rules",
 ]
@@ -110,6 +115,39 @@ def fix(
     name: Optional[str] = None,
     threads: Optional[int] = None,
 ) -> FixResult: ...
+def cut(
+    input: _Path,
+    output: _Path,
+    *,
+    tiles: int,
+    cells: Optional[int] = None,
+    margin: Optional[int] = None,
+    driving_side: Optional[_Side] = None,
+    projector: Optional[_Projector] = None,
+    dem: Optional[_Input] = None,
+    profile: Optional[_Profile] = None,
+    config: Optional[_Config] = None,
+    isolated: bool = False,
+    threads: Optional[int] = None,
+) -> str: ...
+def build_tile(
+    description: str,
+    tile: Tuple[int, int],
+    data: _Input,
+    directory: _Path,
+    *,
+    contested: Sequence[int] = ...,
+    dem: Optional[_Input] = None,
+    check: bool = False,
+    threads: Optional[int] = None,
+) -> BuiltTile: ...
+def join_tiles(
+    description: str,
+    records: _Path,
+    *,
+    contested: Sequence[int] = ...,
+    threads: Optional[int] = None,
+) -> JoinedTiles: ...
 def rules() -> List[Rule]: ...
 def main(argv: Optional[Sequence[str]] = None) -> int: ...
 
@@ -146,6 +184,28 @@ class BuiltMap:
     def write(self, directory: _Path) -> None: ...
     def to_dict(self) -> Dict[str, Any]: ...
     def to_geojson(self) -> Dict[str, Any]: ...
+
+@final
+class BuiltTile:
+    @property
+    def cells(self) -> List[str]: ...
+    @property
+    def elements(self) -> int: ...
+    @property
+    def notes(self) -> int: ...
+    @property
+    def findings(self) -> Optional[Tuple[int, int, int]]: ...
+    @property
+    def record(self) -> bytes: ...
+
+@final
+class JoinedTiles:
+    @property
+    def again(self) -> List[Tuple[int, int]]: ...
+    @property
+    def contested(self) -> List[int]: ...
+    @property
+    def files(self) -> Dict[str, str]: ...
 
 @final
 class Streets:

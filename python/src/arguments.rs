@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use lanewright::Input;
-use lanewright::api::{ConfigSource, Configuration};
+use lanewright::api::{ConfigSource, Configuration, LayoutOptions};
 use lanewright::builder::tags::road_class::DrivingSide;
 use lanewright::settings::{Profile, ProjectorType};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -55,7 +55,7 @@ fn path(argument: &str, expected: &str, given: Any<'_, '_>) -> PyResult<PathBuf>
 
 /// A path to write to.
 pub fn output(given: Option<Any<'_, '_>>) -> PyResult<Option<PathBuf>> {
-    given.map(|given| path("output", "a path (str or os.PathLike)", given)).transpose()
+    given.map(|given| directory("output", given)).transpose()
 }
 
 /// How many threads share the work.
@@ -103,6 +103,40 @@ pub fn projector(given: Option<Any<'_, '_>>) -> PyResult<Option<ProjectorType>> 
 pub fn profile(given: Option<Any<'_, '_>>) -> PyResult<Option<Profile>> {
     let Some(given) = given else { return Ok(None) };
     choice("profile", given, &[("ours", Profile::Ours), ("tier4", Profile::Tier4)]).map(Some)
+}
+
+/// How streets are laid out.
+pub fn layout(
+    driving_side: Option<Any<'_, '_>>,
+    projector: Option<Any<'_, '_>>,
+    dem: Option<Any<'_, '_>>,
+    profile: Option<Any<'_, '_>>,
+    config: Option<Any<'_, '_>>,
+    isolated: bool,
+) -> PyResult<LayoutOptions> {
+    Ok(LayoutOptions {
+        driving_side: self::driving_side(driving_side)?,
+        projector: self::projector(projector)?,
+        dem: dem.map(|given| input("dem", given, None)).transpose()?,
+        configuration: Configuration { profile: self::profile(profile)?, ..configuration(config, isolated)? },
+        ..LayoutOptions::default()
+    })
+}
+
+/// A number of metres.
+pub fn metres(argument: &str, given: Any<'_, '_>, most: u32) -> PyResult<u32> {
+    if !given.is_instance_of::<PyInt>() || given.is_instance_of::<PyBool>() {
+        return Err(wrong_type(argument, "whole metres (int)", given));
+    }
+    let metres: Option<u32> = given.extract().ok();
+    metres
+        .filter(|metres| (1..=most).contains(metres))
+        .ok_or_else(|| PyValueError::new_err(format!("{argument}: expected 1 to {most} m, not {given}")))
+}
+
+/// A path that must be given.
+pub fn directory(argument: &str, given: Any<'_, '_>) -> PyResult<PathBuf> {
+    path(argument, "a path (str or os.PathLike)", given)
 }
 
 /// A word, or several in a list or parted by commas.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use lanewright::Input;
-use lanewright::api::{self, Configuration, Error, Layout, LayoutOptions};
+use lanewright::api::{self, Error, Layout};
 use lanewright::projection::LonLat;
 use lanewright::report::geojson;
 use pyo3::prelude::*;
@@ -90,16 +90,7 @@ pub fn build(
 ) -> PyResult<BuiltMap> {
     let input = arguments::input("input", input, name)?;
     let output = arguments::output(output)?;
-    let options = LayoutOptions {
-        driving_side: arguments::driving_side(driving_side)?,
-        projector: arguments::projector(projector)?,
-        dem: dem.map(|given| arguments::input("dem", given, None)).transpose()?,
-        configuration: Configuration {
-            profile: arguments::profile(profile)?,
-            ..arguments::configuration(config, isolated)?
-        },
-        ..LayoutOptions::default()
-    };
+    let options = arguments::layout(driving_side, projector, dem, profile, config, isolated)?;
     let threads = arguments::threads(threads)?;
     let name = input.name();
     let made = work::run(py, threads, move || {

@@ -14,6 +14,7 @@ mod json;
 mod notes;
 mod rules;
 mod streets;
+mod tiles;
 mod work;
 
 use pyo3::prelude::*;
@@ -40,6 +41,9 @@ fn _lanewright(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(checked::check, module)?)?;
     module.add_function(wrap_pyfunction!(fixed::fix, module)?)?;
     module.add_function(wrap_pyfunction!(rules::rules, module)?)?;
+    module.add_function(wrap_pyfunction!(tiles::cut, module)?)?;
+    module.add_function(wrap_pyfunction!(tiles::build_tile, module)?)?;
+    module.add_function(wrap_pyfunction!(tiles::join_tiles, module)?)?;
     module.add_function(wrap_pyfunction!(command::main, module)?)?;
     module.add_class::<built::BuiltMap>()?;
     module.add_class::<built::BuildSummary>()?;
@@ -53,6 +57,8 @@ fn _lanewright(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<findings::Fix>()?;
     module.add_class::<fixed::FixResult>()?;
     module.add_class::<fixed::Mend>()?;
+    module.add_class::<tiles::BuiltTile>()?;
+    module.add_class::<tiles::JoinedTiles>()?;
     module.add_class::<rules::Rule>()?;
     module.add_class::<rules::Fault>()?;
     module.add_class::<rules::Parameter>()?;

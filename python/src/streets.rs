@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use lanewright::api::{self, LayoutOptions};
+use lanewright::api;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
 
@@ -52,13 +52,7 @@ pub fn geometry(
 ) -> PyResult<Streets> {
     let input = arguments::input("input", input, name)?;
     let output = arguments::output(output)?;
-    let options = LayoutOptions {
-        driving_side: arguments::driving_side(driving_side)?,
-        projector: arguments::projector(projector)?,
-        dem: dem.map(|given| arguments::input("dem", given, None)).transpose()?,
-        configuration: arguments::configuration(config, isolated)?,
-        ..LayoutOptions::default()
-    };
+    let options = arguments::layout(driving_side, projector, dem, None, config, isolated)?;
     let name = input.name();
     let laid = work::run(py, arguments::threads(threads)?, move || {
         let layout = lanewright::geometry(input, &options)?;

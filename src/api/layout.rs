@@ -133,7 +133,7 @@ pub(super) fn unread(error: ReadError) -> Error {
 }
 
 /// The bytes of an input.
-fn loaded(path: PathBuf) -> Result<Vec<u8>, Error> {
+pub(super) fn loaded(path: PathBuf) -> Result<Vec<u8>, Error> {
     osm::load(&path).map_err(unread)
 }
 
@@ -149,11 +149,11 @@ fn asked(input: Input, said: &LayoutOptions) -> Result<(Vec<u8>, BuildOptions), 
 }
 
 /// What a user decides about building a file.
-pub(super) fn decided(input: &Path, said: &LayoutOptions) -> Result<BuildOptions, Error> {
+fn decided(input: &Path, said: &LayoutOptions) -> Result<BuildOptions, Error> {
     build_options(settings(input, &said.configuration).map_err(ErrorKind::Config.of())?, said)
 }
 
-fn build_options(settings: Settings, said: &LayoutOptions) -> Result<BuildOptions, Error> {
+pub(super) fn build_options(settings: Settings, said: &LayoutOptions) -> Result<BuildOptions, Error> {
     let driving_side = said.driving_side.or(match settings.driving_side {
         Some(Side::Left) => Some(DrivingSide::Left),
         Some(Side::Right) => Some(DrivingSide::Right),
@@ -181,7 +181,7 @@ fn build_options(settings: Settings, said: &LayoutOptions) -> Result<BuildOption
 }
 
 /// Reads a terrain model.
-fn terrain(input: &Input) -> Result<Terrain, Error> {
+pub(super) fn terrain(input: &Input) -> Result<Terrain, Error> {
     let name = input.name();
     let failed = |path: &Path, source| unread(ReadError::Io { path: path.to_path_buf(), source });
     let read = match input {
@@ -198,7 +198,7 @@ fn terrain(input: &Input) -> Result<Terrain, Error> {
 }
 
 /// What `lanewright.toml` beside the input or above it says. One that a build has written is what that build made of these.
-fn settings(input: &Path, said: &Configuration) -> Result<Settings, Failure> {
+pub(super) fn settings(input: &Path, said: &Configuration) -> Result<Settings, Failure> {
     let told = |file: &PathBuf| file.is_file() && !files::wrote(file);
     config::settings_from(config::above(home(input)).into_iter().filter(told).collect(), said)
 }

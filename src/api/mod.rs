@@ -6,12 +6,15 @@
 mod built;
 mod checked;
 mod config;
+mod cut;
 mod divided;
 mod error;
 pub(crate) mod files;
 mod fixed;
+mod join;
 pub(crate) mod layout;
 pub(crate) mod load;
+mod tile;
 mod tiles;
 mod workplace;
 
@@ -24,15 +27,18 @@ pub(crate) use checked::{judged, read_baseline};
 #[cfg(feature = "cli")]
 pub(crate) use config::above;
 pub use config::{ConfigSource, Configuration};
+pub use cut::{Cut, CutTile, DESCRIPTION, MARGIN, TERRAIN, TILES, TileSizes, cut};
 pub use divided::{Joined, merge, split};
 pub use error::{Error, ErrorKind};
 pub use files::spare;
 pub use fixed::{Edits, FixOptions, Fixed};
 #[cfg(feature = "cli")]
 pub(crate) use fixed::{mended, undivided};
+pub use join::{Joining, Whole, join};
 pub use layout::{Layout, LayoutOptions};
 pub use load::Loaded;
-pub use tiles::{MARGIN, TileOptions, Tiled, build_tiles};
+pub use tile::TileBuilder;
+pub use tiles::{TileOptions, Tiled, build_tiles};
 
 /// What a verb reads.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -10,7 +10,7 @@ use std::time::{Instant, UNIX_EPOCH};
 use serde::{Deserialize, Serialize};
 use tempfile::TempDir;
 
-use crate::cells::{Cell, Grid};
+use crate::cells::{Cell, Divided};
 use crate::tiles::{Record, TileFile};
 
 use super::files::{aside, parent};
@@ -87,10 +87,6 @@ impl Workplace {
         fs::rename(draft, self.folder.join("begun.json"))
     }
 
-    pub(super) fn folder(&self) -> &Path {
-        &self.folder
-    }
-
     /// The data of each tile.
     pub(super) fn data(&self) -> PathBuf {
         self.folder.join("data")
@@ -101,7 +97,8 @@ impl Workplace {
         self.folder.join("cells")
     }
 
-    fn records(&self) -> PathBuf {
+    /// What is remembered of the tiles that are built.
+    pub(super) fn records(&self) -> PathBuf {
         self.folder.join("records")
     }
 
@@ -111,7 +108,7 @@ impl Workplace {
     }
 
     fn record_file(&self, tile: Cell) -> PathBuf {
-        self.records().join(format!("{}_{}.json", tile.column, tile.row))
+        self.records().join(Record::name(tile))
     }
 
     /// Whether a tile is built.
@@ -119,30 +116,23 @@ impl Workplace {
         self.record_file(tile).exists()
     }
 
-    /// What is remembered of a tile that is built.
-    pub(super) fn record(&self, tile: Cell, grid: Grid) -> io::Result<Record> {
-        Record::load(&self.record_file(tile), grid)
-    }
-
-    /// Ids that two elements of a tile want.
-    pub(super) fn contested(&self, tile: Cell) -> io::Result<BTreeSet<i64>> {
-        ids(&self.contested_file(tile))
-    }
-
-    fn contested_file(&self, tile: Cell) -> PathBuf {
-        self.record_file(tile).with_extension("contested")
-    }
-
     /// Ids that two elements of the map want, as far as an earlier run has found out.
     pub(super) fn known_contested(&self) -> io::Result<BTreeSet<i64>> {
-        ids(&self.records().join("all.contested"))
+        match fs::read(self.contested_file()) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(BTreeSet::new()),
+            text => Ok(serde_json::from_slice(&text?)?),
+        }
     }
 
     /// Notes the ids that two elements of the map want, before a tile is built again without them.
     pub(super) fn keep_contested(&self, contested: &BTreeSet<i64>) -> io::Result<()> {
-        let (draft, file) = (self.folder.join("contested.draft"), self.records().join("all.contested"));
+        let draft = self.folder.join("contested.draft");
         fs::write(&draft, serde_json::to_vec(contested)?)?;
-        fs::rename(draft, file)
+        fs::rename(draft, self.contested_file())
+    }
+
+    fn contested_file(&self) -> PathBuf {
+        self.records().join("all.contested")
     }
 
     /// The tile is to be built again.
@@ -150,36 +140,30 @@ impl Workplace {
         fs::remove_file(self.record_file(tile))
     }
 
-    /// A folder for the cells of a tile.
+    /// An empty folder for the cells of a tile.
     pub(super) fn begin_tile(&self, tile: Cell) -> io::Result<PathBuf> {
-        let folder = self.open().join(format!("{}_{}", tile.column, tile.row));
+        let folder = self.begun_tile(tile);
         fs::create_dir_all(&folder)?;
         Ok(folder)
     }
 
-    /// Moves the cells of a tile to the others, and records it with the ids that two elements of it want.
-    pub(super) fn put(&self, tile: Cell, grid: Grid, record: &Record, contested: &[i64]) -> io::Result<()> {
-        let (from, to) = (self.begin_tile(tile)?, self.cells());
-        let mut names = record.divided.cells.iter().map(|cell| grid.name(*cell));
+    fn begun_tile(&self, tile: Cell) -> PathBuf {
+        self.open().join(format!("{}_{}", tile.column, tile.row))
+    }
+
+    /// Moves the cells of a tile to the others, and records it.
+    pub(super) fn put(&self, tile: Cell, record: &Record) -> io::Result<()> {
+        let (from, to) = (self.begun_tile(tile), self.cells());
+        let Divided { grid, cells, .. } = &record.divided;
+        let mut names = cells.iter().map(|cell| grid.name(*cell));
         names.try_for_each(|name| fs::rename(from.join(&name), to.join(&name)))?;
         fs::remove_dir_all(from)?;
-        if !contested.is_empty() {
-            fs::write(self.contested_file(tile), serde_json::to_vec(contested)?)?;
-        }
         record.save(&self.record_file(tile))
     }
 
     /// Removes the folder.
     pub(super) fn clear(self) {
         let _ = fs::remove_dir_all(&self.folder);
-    }
-}
-
-/// The ids in a file; none if it is not there.
-fn ids(file: &Path) -> io::Result<BTreeSet<i64>> {
-    match fs::read(file) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(BTreeSet::new()),
-        text => Ok(serde_json::from_slice(&text?)?),
     }
 }
 

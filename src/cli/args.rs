@@ -10,9 +10,9 @@ pub const CLEAN: u8 = 0;
 /// Exit code of a run that could not do its work; clap's own, too.
 pub const FAILED: u8 = 2;
 
-/// How streets are laid out, and what is told of it.
+/// How streets are laid out.
 #[derive(Debug, Default, Args)]
-pub struct StreetArgs {
+pub struct LayoutArgs {
     /// Side of the road on which people drive; auto: by the country the data lies in
     #[arg(long, value_enum, default_value_t = SideArg::Auto)]
     pub driving_side: SideArg,
@@ -22,18 +22,25 @@ pub struct StreetArgs {
     /// A terrain model to lay the roads on: GeoTIFF in degrees or UTM, heights in metres
     #[arg(long, value_name = "FILE")]
     pub dem: Option<PathBuf>,
-    /// List every guess that was made
-    #[arg(long)]
-    pub guesses: bool,
-    /// Say of each road that may lie inside an intersection whether it was merged, and what decided
-    #[arg(long)]
-    pub explain_merges: bool,
     /// A file to read instead of lanewright.toml, or one key of it: 'merge=[{nodes=[1,2]}]'
     #[arg(long, value_name = "FILE|KEY=VALUE")]
     pub config: Vec<String>,
     /// Read no lanewright.toml
     #[arg(long)]
     pub isolated: bool,
+}
+
+/// How streets are laid out, and what is told of it.
+#[derive(Debug, Default, Args)]
+pub struct StreetArgs {
+    #[command(flatten)]
+    pub layout: LayoutArgs,
+    /// List every guess that was made
+    #[arg(long)]
+    pub guesses: bool,
+    /// Say of each road that may lie inside an intersection whether it was merged, and what decided
+    #[arg(long)]
+    pub explain_merges: bool,
 }
 
 /// The side of the road as the command line names it.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::api::{BuiltMap, Layout, LayoutOptions, MARGIN, TileOptions, build_tiles, spare};
+use crate::api::{BuiltMap, Layout, LayoutOptions, MARGIN, TileOptions, TileSizes, build_tiles, spare};
 use crate::builder::{Built, Summary};
 use crate::lanelet::MAP;
 use crate::report::failure::Failure;
@@ -46,7 +46,7 @@ pub struct BuildArgs {
 pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
     spare(&args.output)?;
     let progress = Progress::start("reading");
-    let mut options = args.streets.options();
+    let mut options = args.streets.layout.options();
     options.configuration.profile = args.profile.map(Into::into);
     if let Some(size) = args.tiles {
         return run_tiles(args, size, &options, progress);
@@ -76,7 +76,8 @@ pub fn run(args: &BuildArgs) -> Result<u8, Failure> {
 /// Builds the map in tiles and writes its cells, all or none.
 fn run_tiles(args: &BuildArgs, size: u32, options: &LayoutOptions, progress: Progress) -> Result<u8, Failure> {
     memory::keep(memory::SPARING);
-    let tiles = TileOptions { size, cell: args.cells.unwrap_or(CELL), margin: args.margin, resume: args.resume };
+    let sizes = TileSizes { tile: size, cell: args.cells.unwrap_or(CELL), margin: args.margin };
+    let tiles = TileOptions { sizes, resume: args.resume };
     let tiled = build_tiles(&args.input, &args.output, tiles, options, &|doing| progress.next(doing))?;
     drop(progress);
     let map = args.output.join(MAP);

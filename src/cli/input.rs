@@ -12,16 +12,16 @@ use crate::builder::tags::road_class::DrivingSide;
 use crate::diagnostic::Finding;
 use crate::report::failure::Failure;
 
-use super::args::{SideArg, StreetArgs};
+use super::args::{LayoutArgs, SideArg, StreetArgs};
 use super::check_args::ConfigArgs;
 use super::output::Progress;
 
 /// Reads an input and lays out its streets.
 pub fn streets(input: &Path, args: &StreetArgs, progress: &Progress) -> Result<Layout, Failure> {
-    Ok(Layout::read(input, &args.options(), &|doing| progress.next(doing))?)
+    Ok(Layout::read(input, &args.layout.options(), &|doing| progress.next(doing))?)
 }
 
-impl StreetArgs {
+impl LayoutArgs {
     /// As the library wants them.
     pub fn options(&self) -> LayoutOptions {
         LayoutOptions {

@@ -22,7 +22,7 @@ pub use info::{Info, InfoError, VerticalDatum, read_info, write_info};
 pub use mgrs::{MgrsError, MgrsGrid};
 
 /// A box of longitudes and latitudes, degrees.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Extent {
     /// Its south-western corner.
     pub min: LonLat,

@@ -1,5 +1,6 @@
 //! What is remembered of a tile that is built: with it and its cells the tile need not be built again.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -16,6 +17,12 @@ pub struct Record {
     pub divided: Divided,
     /// The settings that go beside it, as TOML; `None` where there is nothing to drive on.
     pub settings: Option<String>,
+    /// Ids that two elements of it want, but for those that were known before it was built.
+    pub contested: Vec<i64>,
+    /// What was guessed, left out or could not be built as it should, its surroundings included.
+    pub notes: usize,
+    /// Errors, warnings and infos that have their place in it, where it was held against the rules.
+    pub findings: Option<[usize; 3]>,
 }
 
 /// As it is written.
@@ -30,6 +37,9 @@ struct Stored {
     /// Shared elements: kind, id, hash of the text, set of tiles.
     shared: Vec<(u8, i64, u64, usize)>,
     settings: Option<String>,
+    contested: Vec<i64>,
+    notes: usize,
+    findings: Option<[usize; 3]>,
 }
 
 const KINDS: [ElementKind; 3] = [ElementKind::Node, ElementKind::Way, ElementKind::Relation];
@@ -37,15 +47,26 @@ const KINDS: [ElementKind; 3] = [ElementKind::Node, ElementKind::Way, ElementKin
 impl Record {
     /// Of a tile in which nothing is to be built.
     pub fn empty(grid: Grid) -> Self {
-        Self { divided: Divided::empty(grid), settings: None }
+        Self { divided: Divided::empty(grid), settings: None, contested: Vec::new(), notes: 0, findings: None }
     }
 
-    /// Writes it, whole or not at all.
+    /// The name of the file in which it is kept.
+    pub fn name(tile: Cell) -> String {
+        format!("{}_{}.json", tile.column, tile.row)
+    }
+
+    /// Whether one of these ids stands in the tile, or was wanted there.
+    pub fn has_any(&self, ids: &BTreeSet<i64>) -> bool {
+        let shared = self.divided.shared.iter().map(|shared| &shared.element.1);
+        self.divided.own.iter().chain(&self.contested).chain(shared).any(|id| ids.contains(id))
+    }
+
+    /// As it is kept in a file.
     ///
     /// # Errors
     ///
-    /// If the file cannot be written.
-    pub fn save(&self, file: &Path) -> io::Result<()> {
+    /// None that is known: JSON can say all of it.
+    pub fn to_bytes(&self) -> io::Result<Vec<u8>> {
         let Divided { cells, elements, written, own, shared, .. } = &self.divided;
         let pair = |cell: &Cell| [cell.row, cell.column];
         let mut stored = Stored {
@@ -56,6 +77,9 @@ impl Record {
             tiles: Vec::new(),
             shared: Vec::with_capacity(shared.len()),
             settings: self.settings.clone(),
+            contested: self.contested.clone(),
+            notes: self.notes,
+            findings: self.findings,
         };
         for Shared { element: (kind, id), text, tiles } in shared {
             let set: Vec<[i32; 2]> = tiles.iter().map(pair).collect();
@@ -65,8 +89,17 @@ impl Record {
             });
             stored.shared.push((*kind as u8, *id, *text, at));
         }
+        Ok(serde_json::to_vec(&stored)?)
+    }
+
+    /// Writes it, whole or not at all.
+    ///
+    /// # Errors
+    ///
+    /// If the file cannot be written.
+    pub fn save(&self, file: &Path) -> io::Result<()> {
         let begun = file.with_extension("begun");
-        fs::write(&begun, serde_json::to_vec(&stored)?)?;
+        fs::write(&begun, self.to_bytes()?)?;
         fs::rename(begun, file)
     }
 
@@ -77,7 +110,7 @@ impl Record {
     /// If the file cannot be read, or is no record.
     pub fn load(file: &Path, grid: Grid) -> io::Result<Self> {
         let stored: Stored = serde_json::from_slice(&fs::read(file)?)?;
-        let Stored { cells, elements, written, own, tiles, shared, settings } = stored;
+        let Stored { cells, elements, written, own, tiles, shared, settings, contested, notes, findings } = stored;
         let cell = |[row, column]: [i32; 2]| Cell { row, column };
         let tiles: Vec<std::sync::Arc<[Cell]>> =
             tiles.into_iter().map(|set| set.into_iter().map(cell).collect()).collect();
@@ -88,7 +121,8 @@ impl Record {
         let shared: Option<Vec<Shared>> = shared.collect();
         let shared = shared.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, "no record of a tile"))?;
         let cells = cells.into_iter().map(cell).collect();
-        Ok(Self { divided: Divided { grid, cells, elements, written, own, shared }, settings })
+        let divided = Divided { grid, cells, elements, written, own, shared };
+        Ok(Self { divided, settings, contested, notes, findings })
     }
 }
 
@@ -99,7 +133,9 @@ mod tests {
     #[test]
     fn a_record_is_read_as_it_was_written() {
         let grid = Grid::new(100).unwrap();
-        let mut record = Record { settings: Some("x = 1\n".to_owned()), ..Record::empty(grid) };
+        let settings = Some("x = 1\n".to_owned());
+        let mut record =
+            Record { settings, contested: vec![i64::MAX], notes: 3, findings: Some([0, 1, 2]), ..Record::empty(grid) };
         let [here, there] = [0, 1].map(|column| Cell { row: -3, column });
         record.divided.cells = vec![here];
         record.divided.own = vec![7, -9_007_199_254_740_991];
@@ -110,6 +146,7 @@ mod tests {
         record.save(&file).unwrap();
         assert_eq!(Record::load(&file, grid).unwrap(), record);
         assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
+        assert!(record.has_any(&[7].into()) && record.has_any(&[i64::MAX].into()) && !record.has_any(&[8].into()));
         fs::write(&file, "{").unwrap();
         assert!(Record::load(&file, grid).is_err());
     }

@@ -2,14 +2,20 @@
 //!
 //! `make test` takes small extracts and some regions of random towns, `make soak` (LANEWRIGHT_SOAK=1) whole cities and more regions.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use lanewright::api::{LayoutOptions, MARGIN, TileOptions, build_tiles};
+use lanewright::api::{
+    Cut, DESCRIPTION, Joining, LayoutOptions, MARGIN, TILES, TileBuilder, TileOptions, TileSizes, build_tiles, cut,
+    join,
+};
 use lanewright::build;
+use lanewright::builder::tags::road_class::DrivingSide;
+use lanewright::cells::Cell;
 use lanewright::osm::{DataBlocks, read_file};
 use lanewright::projection::Extent;
+use lanewright::tiles::{Record, TileFile};
 
 use crate::common::drawing::Drawing;
 use crate::common::needs::shared;
@@ -44,7 +50,7 @@ fn in_one_piece(input: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 fn in_tiles(input: &Path, size: u32) -> BTreeMap<PathBuf, Vec<u8>> {
     let dir = tempfile::tempdir().unwrap();
     let map = dir.path().join("map");
-    let tiles = TileOptions { size, cell: CELL, margin: MARGIN, resume: false };
+    let tiles = TileOptions { sizes: TileSizes { tile: size, cell: CELL, margin: MARGIN }, resume: false };
     let tiled = build_tiles(input, &map, tiles, &LayoutOptions::default(), &|_| ()).unwrap();
     println!("{}: {} tiles of {size} m", input.display(), tiled.tiles);
     assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1, "something is left beside the map");
@@ -79,6 +85,61 @@ fn an_extract_in_tiles_is_the_extract_in_one_piece() {
         holds_for("corpus/osm_more/krems.osm", &[2000]);
         holds_for("corpus/osm_more/leeds_cycleway.osm", &[1000]);
     }
+}
+
+/// Cut once, each tile built alone from what was written, in no order, twice, and then put together.
+#[test]
+fn the_stages_apart_give_the_same_map() {
+    let dir = tempfile::tempdir().unwrap();
+    let input = dir.path().join("region.osm");
+    fs::write(&input, region(1)).unwrap();
+    let options = LayoutOptions { driving_side: Some(DrivingSide::Left), ..LayoutOptions::default() };
+    let whole = build(input.as_path(), &options).unwrap();
+    whole.write_cells(&dir.path().join("whole"), CELL).unwrap();
+    let [folder, records, map] = ["cut", "records", "map"].map(|name| dir.path().join(name));
+    cut(&input, &folder, TileSizes { tile: 900, cell: CELL, margin: MARGIN }, &options, &|_| ()).unwrap();
+    fs::create_dir(&records).unwrap();
+    fs::create_dir_all(map.join("lanelet2_map.osm")).unwrap();
+
+    let said = Cut::parse(&fs::read_to_string(folder.join(DESCRIPTION)).unwrap()).unwrap();
+    assert!(said.tiles.len() > 3);
+    let builder = TileBuilder::new(&said, None, dir.path()).unwrap();
+    let cells: Vec<Cell> = said.tiles.iter().map(|tile| Cell { row: tile.row, column: tile.column }).collect();
+    for tile in cells.iter().rev() {
+        let data = TileFile::path_in(&folder.join(TILES), *tile);
+        let built = [1, 2].map(|_| {
+            let made = tempfile::tempdir().unwrap();
+            let record = builder.build(*tile, &data.as_path().into(), &BTreeSet::new(), made.path()).unwrap();
+            (files(made.path()), record)
+        });
+        assert_eq!(built[0], built[1]);
+        let [(files, record), _] = built;
+        files.iter().for_each(|(name, text)| fs::write(map.join("lanelet2_map.osm").join(name), text).unwrap());
+        record.save(&records.join(Record::name(*tile))).unwrap();
+    }
+    let Joining::Whole(joined) = join(&said, &records, &BTreeSet::new()).unwrap() else {
+        panic!("some are built again")
+    };
+    joined.files.iter().for_each(|(name, text)| fs::write(map.join(name), text).unwrap());
+    is_same(&files(&dir.path().join("whole")), &files(&map), "the stages apart");
+
+    // An id that two elements want: the tiles in which it stands are built again without it.
+    let place = |tile: &Cell| records.join(Record::name(*tile));
+    let load = |tile: &Cell| Record::load(&place(tile), joined.divided.grid).unwrap();
+    let with_elements = |tile: &&Cell| !load(tile).divided.own.is_empty();
+    let [first, last] = [cells.iter().find(with_elements).unwrap(), cells.iter().rfind(with_elements).unwrap()];
+    let id = load(first).divided.own[0];
+    let mut record = load(last);
+    record.divided.own.push(id);
+    record.save(&place(last)).unwrap();
+    let again = join(&said, &records, &BTreeSet::new()).unwrap();
+    let Joining::Again { tiles, contested } = again else { panic!("two elements have the id {id}") };
+    assert!(tiles.contains(first) && tiles.contains(last) && tiles.len() < cells.len(), "{tiles:?}");
+    assert_eq!(contested, BTreeSet::from([id]));
+    let unheard = join(&said, &records, &contested).unwrap_err();
+    assert!(unheard.message().contains(&format!("have the id {id}")), "{unheard}");
+    fs::remove_file(place(first)).unwrap();
+    assert!(join(&said, &records, &contested).is_err(), "a record is missing");
 }
 
 /// Three roads of kilometres meet at a place that a tile between needs for one of them only. The direction in which the others leave

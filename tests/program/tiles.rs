@@ -120,3 +120,30 @@ fn nothing_is_written_where_tiles_cannot_be_built() {
     lanewright(dir.path(), &["build", &sample(), "-o", "map"]).exits(0);
     refused("map/lanelet2_map.osm", &["--tiles", "1000"], &["Lanelet2 map already"]);
 }
+
+#[test]
+fn data_are_cut_once_into_a_folder() {
+    let dir = tempfile::tempdir().unwrap();
+    let cut = |input: &str, more: &[&str]| lanewright(dir.path(), &[&["cut", input, "-o", "data"], more].concat());
+    for (arguments, words) in [
+        (["--tiles", "300"], ["smaller than the margin of 400 m", "--tiles 400"]),
+        (["--tiles", "1050"], ["whole cells of 100 m", "--tiles 1100"]),
+    ] {
+        cut(&sample(), &arguments).fails_saying(&words);
+    }
+    cut("none.osm", &["--tiles", "800"]).fails_saying(&["none.osm"]);
+    assert_eq!(names(dir.path()), [""; 0]);
+    let told = cut(&sample(), &["--tiles", "800", "--projector", "TransverseMercator"]).exits(0).stdout;
+    assert!(told.contains(" tile") && told.contains("MB in the largest tile"), "{told}");
+    assert_eq!(names(&dir.path().join("data")), ["cut.json", "tiles"]);
+    let said = fs::read_to_string(dir.path().join("data/cut.json")).unwrap();
+    let said: serde_json::Value = serde_json::from_str(&said).unwrap();
+    assert_eq!((&said["tile"], &said["cell"], &said["country"]), (&800.into(), &100.into(), &"DE".into()));
+    assert!(said["projector_info"].as_str().unwrap().contains("TransverseMercator"), "{said}");
+    let listed = said["tiles"].as_array().unwrap();
+    let name = |tile: &serde_json::Value| format!("{}_{}.osm", tile["column"], tile["row"]);
+    let mut listed: Vec<String> = listed.iter().map(name).collect();
+    listed.sort_unstable();
+    assert_eq!(names(&dir.path().join("data/tiles")), listed);
+    cut(&sample(), &["--tiles", "800"]).fails_saying(&["is there already", "nothing was changed"]);
+}

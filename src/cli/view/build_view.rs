@@ -5,7 +5,7 @@ use std::thread;
 use std::time::Instant;
 
 use crate::builder::{BuildError, BuildOptions, Built, Plan, build_plan, plan};
-use crate::cli::args::StreetArgs;
+use crate::cli::args::LayoutArgs;
 use crate::cli::draw_args::StageArg;
 use crate::cli::watch::Watched;
 use crate::cli::{report_page, stage};
@@ -138,14 +138,14 @@ fn median(mut places: Vec<LonLat>) -> LonLat {
 impl BuildSession {
     /// Reads the input and builds it as it is.
     fn open(args: &ViewArgs) -> Result<(Self, Vec<u8>), Failure> {
-        let streets = StreetArgs {
+        let layout = LayoutArgs {
             driving_side: args.driving_side,
             config: args.config.config.clone(),
             isolated: args.config.isolated,
-            ..StreetArgs::default()
+            ..LayoutArgs::default()
         };
         let title = report_page::title(&args.map);
-        let (data, options) = osm_data(&args.map, &streets.options())?;
+        let (data, options) = osm_data(&args.map, &layout.options())?;
         let of_roads: FxHashSet<i64> =
             data.ways.iter().filter(|way| way.tags.has("highway")).flat_map(|way| way.nodes.iter().copied()).collect();
         let places: Vec<LonLat> = of_roads.iter().filter_map(|id| data.node(*id)?.position).collect();
