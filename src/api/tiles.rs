@@ -68,8 +68,11 @@ pub fn build_tiles(
     let Surveyed { survey, mut cut, options } = Surveyed::new(input, tiles.sizes, said)?;
     let builder = TileBuilder::with(&cut, options, output)?;
     let unwritten = |error: &std::io::Error| unwritten(output, error);
-    let words = format!("{:?} {said:?}", tiles.sizes);
-    let begun = Begun::new(input, words).map_err(|error| unwritten(&error))?;
+    let files = match &said.dem {
+        Some(Input::Path(terrain)) => vec![input, terrain.as_path()],
+        _ => vec![input],
+    };
+    let begun = Begun::new(&files, cut.text()?).map_err(|error| unwritten(&error))?;
     let (place, files) = Workplace::begin(output, tiles.resume, &begun).map_err(|error| unwritten(&error))?;
     let files = match files {
         Some(files) => files,

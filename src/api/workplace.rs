@@ -15,24 +15,24 @@ use crate::tiles::{Record, TileFile};
 
 use super::files::{aside, parent};
 
-/// What tiles are built from, in words: tiles of other data, or built otherwise, are not theirs.
+/// What tiles are built from: tiles of other data, or built otherwise, are not theirs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Begun {
-    program: String,
-    input: (PathBuf, u64, u64),
-    said: String,
+    /// The data, and a terrain model: where they lie, how long they are, and when they were changed, nanoseconds since 1970.
+    files: Vec<(PathBuf, u64, u64)>,
+    /// The description of what is the same for all tiles, with the program's version and all settings.
+    description: String,
 }
 
 impl Begun {
-    /// Of an input as it is now, and all options in words.
-    pub(super) fn new(input: &Path, said: String) -> io::Result<Self> {
-        let about = fs::metadata(input)?;
-        let changed = about.modified()?.duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos() as u64;
-        Ok(Self {
-            program: env!("CARGO_PKG_VERSION").to_owned(),
-            input: (input.canonicalize()?, about.len(), changed),
-            said,
-        })
+    /// Of files as they are now, and the description of the cut data before their tiles are listed.
+    pub(super) fn new(files: &[&Path], description: String) -> io::Result<Self> {
+        let state = |file: &&Path| -> io::Result<(PathBuf, u64, u64)> {
+            let about = fs::metadata(file)?;
+            let changed = about.modified()?.duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos() as u64;
+            Ok((file.canonicalize()?, about.len(), changed))
+        };
+        Ok(Self { files: files.iter().map(state).collect::<io::Result<_>>()?, description })
     }
 }
 

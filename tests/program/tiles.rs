@@ -88,10 +88,18 @@ fn a_run_that_ends_early_is_gone_on_with() {
     assert_eq!(names(dir.path()), ["out"]);
     lanewright(dir.path(), &["build", input, "-o", "whole", "--cells", "100", "--isolated"]).exits(0);
     lanewright(dir.path(), &["diff", "whole", "out"]).exits(0);
-    // What was built otherwise is not taken.
+    // What was built otherwise is not taken, be it that a settings file was changed.
     fs::remove_dir_all(dir.path().join("out")).unwrap();
     fs::create_dir_all(dir.path().join("out/lanewright.toml")).unwrap();
     lanewright(dir.path(), &arguments).fails_saying(&["lanewright.toml is a directory"]);
+    let with_settings = |text: &str| {
+        fs::write(dir.path().join("settings.toml"), text).unwrap();
+        let arguments = ["build", input, "-o", "out", "--tiles", "500", "--resume", "--config", "settings.toml"];
+        lanewright(dir.path(), &arguments).fails_saying(&["lanewright.toml is a directory"]);
+        known.iter().map(changed).collect::<Vec<_>>()
+    };
+    let [first, same, other] = ["left", "left", "right"].map(|side| with_settings(&format!("driving_side = '{side}'")));
+    assert!(first == same && first.iter().zip(&other).all(|(first, other)| first != other));
     let other = ["build", input, "-o", "out", "--tiles", "700", "--resume", "--isolated"];
     lanewright(dir.path(), &other).fails_saying(&["lanewright.toml is a directory"]);
     assert_ne!(names(&records), known);
