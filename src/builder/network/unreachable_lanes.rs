@@ -158,7 +158,7 @@ fn turns_back(network: &RoadNetwork, from: RoadEnd, to: RoadEnd) -> bool {
 }
 
 /// Ends a road before its intersection where no lanelet joins its lanes: restrictions forbid it, or all turns are too tight. With a
-/// note for each direction of travel; none where the road stays as it is because it is too short or the only one there. `kept` are
+/// note for each direction of travel; none where the road stays as it is because it is too short, the only one there, or has no lane. `kept` are
 /// the stations between which the outlines leave each road.
 pub fn end_road_without_turns(
     network: &mut RoadNetwork,
@@ -171,8 +171,8 @@ pub fn end_road_without_turns(
         ClosedLanes { at, travel: travel(at.end, away), why, whole_end: true }.note(network)
     };
     let directions = [false, true].into_iter().filter(|away| lanes(network, at, *away) > 0);
-    let notes = directions.map(note).collect();
-    if detach(network, kept, at) { notes } else { Vec::new() }
+    let notes: Vec<Finding> = directions.map(note).collect();
+    if !notes.is_empty() && detach(network, kept, at) { notes } else { Vec::new() }
 }
 
 /// Ends a road before its intersection; `false` where it is too short or the only road there.
