@@ -45,6 +45,8 @@ _METADATA = "lanelet2_map_metadata.yaml"
 _BESIDE = ("map_projector_info.yaml", "lanewright.toml", _METADATA)
 #: The folder in the output with what is remembered of its tiles.
 _MEMORY = ".tiles"
+
+
 @dataclass(frozen=True)
 class BuiltTiles:
     """What came of a map that was built in tiles.

@@ -1,5 +1,5 @@
 //! Parts of a map that are made side by side over one assembly and put together in their order as they become ready: what they were
-//! made from is let go meanwhile, and never stands beside the self.
+//! made from is let go meanwhile, and never stands beside the whole.
 
 use rayon::prelude::*;
 
