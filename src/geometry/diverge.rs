@@ -6,7 +6,7 @@ use super::{Point, Polyline, Vector, angle_between, cross};
 /// Lines whose first steps differ by a larger angle, degrees, diverge at once.
 const MAX_START_ANGLE: f64 = 20.0;
 /// How much of an overlap is removed.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Room {
     /// The distance between two lines, metres, from which on they have diverged.
     diverged: f64,

@@ -193,6 +193,9 @@ impl DrawnMovements {
         assembly.reserve(smooth.iter().flat_map(|(_, sides)| sides).map(Vec::len).sum::<usize>() * 2 / 3);
         self.bounds.reserve(2 * smooth.len() * 2 / 3);
         self.paths.reserve(smooth.len());
+        for ((_, from, to), _) in &smooth {
+            (0..2).for_each(|side| self.bounds.plan([from.nodes[side], to.nodes[side]], side));
+        }
         for one in &smooth {
             let (movement, from, to) = one.0;
             if (0..2).any(|side| from.nodes[side] == to.nodes[side]) {
@@ -225,13 +228,13 @@ impl DrawnMovements {
             let i = i.next().unwrap_or_default();
             let mut places = match side {
                 Side::Shared(bound) => return bound,
-                Side::Own(places) => self.bounds.beside_others((nodes[i], i), places),
+                Side::Own(places) => self.bounds.beside_others(nodes[i], places),
             };
             // The curve ends at the nodes but for rounding; the nodes are exact.
             if let [first, .., last] = &mut places[..] {
                 [*first, *last] = [from.places[i], to.places[i]];
             }
-            self.bounds.draw(assembly, key, (nodes[i], i), &places, tags.bound(assembly, from, i))
+            self.bounds.draw(assembly, key, nodes[i], &places, tags.bound(assembly, from, i))
         }))
     }
 

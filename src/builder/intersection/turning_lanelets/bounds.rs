@@ -18,6 +18,8 @@ pub struct SharedBounds {
     lines: Vec<BoundLine>,
     /// By node: the other ends of the lines that end there, each with the latest line to it, by index.
     ends: FxHashMap<PointId, Vec<(PointId, u32)>>,
+    /// By the nodes at which a movement begins and ends: whether the line between them is the left, and the right, bound of one.
+    sides: FxHashMap<[PointId; 2], [bool; 2]>,
     points: PointIndex,
 }
 
@@ -30,8 +32,6 @@ pub struct BoundLine {
     nodes: Vec<PointId>,
     /// The places of its nodes.
     places: Vec<Point>,
-    /// The node where the movement begins for which it was drawn, and its side there: 0 left, 1 right.
-    begin: (PointId, usize),
     /// Measured from its begin and from its end, on demand.
     measured: [OnceLock<Option<Measured>>; 2],
 }
@@ -90,12 +90,19 @@ impl SharedBounds {
         lines.into_iter().flat_map(|line| line.nodes.iter().copied().zip(line.places.iter().copied()))
     }
 
-    /// Adds the line of a bound along places from one node to another, on this side of a movement: 0 left, 1 right.
+    /// Says that a movement has its bound on this side, 0 left, 1 right, between the nodes where it begins and ends.
+    pub fn plan(&mut self, nodes: [PointId; 2], side: usize) {
+        if let Some(used) = self.sides.entry(nodes).or_default().get_mut(side) {
+            *used = true;
+        }
+    }
+
+    /// Adds the line of a bound along places from one node to another.
     pub fn draw(
         &mut self,
         assembly: &mut MapBuilder,
         key: Key,
-        ([a, b], side): ([PointId; 2], usize),
+        [a, b]: [PointId; 2],
         places: &[Point],
         attributes: Attributes,
     ) -> Bound {
@@ -116,27 +123,37 @@ impl SharedBounds {
         let (nodes, places): (Vec<PointId>, Vec<Point>) = points.into_iter().unzip();
         let id = assembly.line(key, nodes.clone(), attributes);
         let measured = Default::default();
-        self.insert([a, b], BoundLine { key: of_nodes, id, nodes, places, begin: (a, side), measured })
+        self.insert([a, b], BoundLine { key: of_nodes, id, nodes, places, measured })
     }
 
-    /// Moves the places of a new line between two nodes, on this side of a movement, to its own side of the other lines that end
-    /// on either node. Lines between two lanes that part need that most.
-    pub fn beside_others(&self, ([from, to], side): ([PointId; 2], usize), mut places: Vec<Point>) -> Vec<Point> {
+    /// Moves the places of a new line between two nodes to its own side of the other lines that end on either node. Lines between
+    /// two lanes that part need that most.
+    pub fn beside_others(&self, [from, to]: [PointId; 2], mut places: Vec<Point>) -> Vec<Point> {
         for node in [from, to] {
             let mut own = None;
             let ends = self.ends.get(&node).into_iter().flatten();
-            for (_, line) in ends.filter(|(end, _)| ![from, to].contains(end)) {
+            for (end, line) in ends.filter(|(end, _)| ![from, to].contains(end)) {
                 own = own.or_else(|| Measured::new(places.iter().copied()));
                 let Some(bound) = self.lines.get(*line as usize) else { continue };
                 let (Some(line), Some(other)) = (&own, bound.measured(node)) else { continue };
-                let part = node == from && bound.begin == (node, 1 - side);
-                if let Some(apart) = diverge(line, other, if part { Room::parting(side == 1) } else { Room::USUAL }) {
+                let room = if node == from { self.room(from, [to, *end]) } else { Room::USUAL };
+                if let Some(apart) = diverge(line, other, room) {
                     (places, own) = (apart, None);
                 }
             }
             places.reverse();
         }
         places
+    }
+
+    /// The room between two lines that begin at one node: the right bound of a lane belongs to the left of the left bound of the
+    /// lane to its right, whatever other lanelets share them.
+    fn room(&self, from: PointId, [to, other]: [PointId; 2]) -> Room {
+        let [own, other] = [to, other].map(|end| self.sides.get(&[from, end]).copied().unwrap_or_default());
+        match [own[1] && other[0], own[0] && other[1]] {
+            [left, right] if left != right => Room::parting(left),
+            _ => Room::USUAL,
+        }
     }
 
     fn insert(&mut self, [from, to]: [PointId; 2], line: BoundLine) -> Bound {
@@ -159,6 +176,22 @@ mod tests {
     use super::*;
 
     #[test]
+    fn lines_of_two_lanes_part_whatever_other_lanelets_share_them() {
+        let (from, [a, b]) = (PointId(1), [2, 3].map(PointId));
+        let planned = |uses: &[(PointId, usize)]| {
+            let mut bounds = SharedBounds::default();
+            uses.iter().for_each(|&(to, side)| bounds.plan([from, to], side));
+            bounds
+        };
+        let turn_and_straight = planned(&[(a, 1), (b, 0), (b, 1)]);
+        assert_eq!(turn_and_straight.room(from, [a, b]), Room::parting(true), "the left lane turns left");
+        assert_eq!(turn_and_straight.room(from, [b, a]), Room::parting(false));
+        let both_share_both = planned(&[(a, 0), (a, 1), (b, 0), (b, 1)]);
+        assert_eq!(both_share_both.room(from, [a, b]), Room::USUAL, "either way one lane crosses the other");
+        assert_eq!(planned(&[(a, 0), (b, 0)]).room(from, [a, b]), Room::USUAL, "lanelets of one lane");
+    }
+
+    #[test]
     fn the_id_of_a_second_line_between_two_nodes_does_not_depend_on_the_points_of_the_first() {
         let drawn = |inner: usize| {
             let mut assembly = MapBuilder::default();
@@ -169,10 +202,9 @@ mod tests {
                 [vec![ends[0]], between.collect(), vec![ends[1]]].concat()
             };
             let mut bounds = SharedBounds::default();
-            let mut draw = |places: &[Point], side| {
-                bounds.draw(&mut assembly, Key::new("path"), (nodes, side), places, Attributes::new()).line
-            };
-            let lines = [draw(&line(inner, 3.0), 0), draw(&line(5, -3.0), 1)];
+            let mut draw =
+                |places: &[Point]| bounds.draw(&mut assembly, Key::new("path"), nodes, places, Attributes::new()).line;
+            let lines = [draw(&line(inner, 3.0)), draw(&line(5, -3.0))];
             let second = assembly.line_of(lines[1]).map(|line| line.points.clone());
             (lines, second, assembly.finish(MapPart::default()).repeated_ids())
         };
