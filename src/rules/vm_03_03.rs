@@ -5,7 +5,7 @@ use serde::Deserialize;
 use crate::diagnostic::{Finding, Place, Severity, Subject};
 use crate::geometry::{Point, Polyline, Vector, angle_between};
 use crate::lanelet::LineStringId;
-use crate::lanelet::index::{Lane, MapIndex};
+use crate::lanelet::index::{Lane, MapIndex, tangent};
 
 use super::Rule;
 
@@ -213,17 +213,6 @@ fn asked(line: &Polyline, ends: &[[Vector; 2]]) -> f64 {
         (bends[0].abs() + bends[1].abs() - (bends[0] + bends[1]).abs()).to_degrees()
     });
     asked.min_by(f64::total_cmp).unwrap_or(0.0)
-}
-
-/// Direction in which a line begins: that of its first step, less half the bend to the second.
-fn tangent(line: &Polyline) -> Option<Vector> {
-    let [a, b, c] = [0.0, STEP, 2.0 * STEP].map(|station| line.at(station));
-    let (first, second) = (b - a, c - b);
-    if second.norm() < STEP / 2.0 {
-        return first.try_normalize(Polyline::MERGE);
-    }
-    let bend = angle_between(first, second);
-    (nalgebra::Rotation2::new(-bend / 2.0) * first).try_normalize(Polyline::MERGE)
 }
 
 /// Jumps of direction where the lanelet begins and ends.

@@ -7,6 +7,8 @@ use crate::builder::streets::heights::Ground;
 use crate::builder::tags::cross_section::{CrossSection, StripKind, Travel};
 use crate::builder::tags::marking::SHARES;
 use crate::builder::tags::side_strips::strip_runs;
+use crate::geometry::{Point, Vector};
+use crate::lanelet::index::{center_line, tangent};
 use crate::lanelet::{Attributes, Bound, PointId};
 use crate::osm::Text;
 use crate::parallel::Finely;
@@ -21,6 +23,9 @@ use rayon::prelude::*;
 
 /// A cut closer than this, metres, to the end of the road's line has the direction of the road for its aim.
 const LEAST_AIM: f64 = 2.0;
+
+/// Length of a lane, metres, up to which it may begin and end in other directions than its road at its cuts.
+const SHORT: f64 = 4.0;
 
 /// The tag of a bus lane that bicycles may use.
 pub const ADMITS_BICYCLES: &str = "participant:bicycle";
@@ -246,10 +251,24 @@ fn arm(
         let nodes = if backward { [b, a] } else { [a, b] };
         let strip = &road.section.strips[lane_at.strip];
         let (list, heading) = if lane_at.into { (&mut arm.into, inward) } else { (&mut arm.out, -inward) };
+        let heading =
+            lanes.get(lane).and_then(|lane| heading_of_short(assembly, lane, lane_at.into)).unwrap_or(heading);
         let end = ArmLane::new(assembly, lane, nodes, heading, strip.kind);
         list.push(ArmLane { arrows: strip.arrows, straight: cut.straight[at.end], ..end });
     }
     // From left to right in their own direction of travel.
     arm.out.reverse();
     arm
+}
+
+/// The unit direction at the end of a lane, or at its begin where it leads out of an intersection, as the lanelet is read.
+/// `None` for a lane that is long enough to take up the direction of its road.
+fn heading_of_short(assembly: &MapBuilder, lane: &RoadLane, leads_in: bool) -> Option<Vector> {
+    let [left, right] = [lane.left, lane.right].map(|bound| assembly.bound_line(bound));
+    let long = |bound: &[Point]| bound.windows(2).map(|w| (w[1] - w[0]).norm()).sum::<f64>() > SHORT;
+    if long(&left) && long(&right) {
+        return None;
+    }
+    let center = center_line(&left, &right).filter(|center| center.length() <= SHORT)?;
+    if leads_in { tangent(&center.reversed()).map(|back| -back) } else { tangent(&center) }
 }

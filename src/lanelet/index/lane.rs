@@ -182,6 +182,17 @@ pub fn turn_along(line: &Polyline) -> f64 {
     steps.windows(2).map(|pair| angle_between(pair[0], pair[1])).sum::<f64>().to_degrees()
 }
 
+/// Unit direction in which a centre line begins: that of its first step of [`STEP`] metres, less half the bend to the second.
+pub(crate) fn tangent(line: &Polyline) -> Option<Vector> {
+    let [a, b, c] = [0.0, STEP, 2.0 * STEP].map(|station| line.at(station));
+    let (first, second) = (b - a, c - b);
+    if second.norm() < STEP / 2.0 {
+        return first.try_normalize(Polyline::MERGE);
+    }
+    let bend = angle_between(first, second);
+    (nalgebra::Rotation2::new(-bend / 2.0) * first).try_normalize(Polyline::MERGE)
+}
+
 /// Midpoints of both bounds, each cut into the same number of pieces of about [`STEP`].
 pub fn center_line(left: &[Point], right: &[Point]) -> Option<Polyline> {
     let measured = |bound: &[Point]| Polyline::new(bound.iter().copied()).map(|line| (line.stations(), line));

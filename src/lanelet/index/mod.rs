@@ -23,6 +23,7 @@ pub mod view;
 pub use area_outline::AreaOutlines;
 pub use conflict::{Reach, passing, reaches};
 pub use intersection::declared_area;
+pub(crate) use lane::tangent;
 pub use lane::{Edge, HEADING_REACH, Lane, STEP, center_line, extent, turn_along};
 pub use queries::{allows_lane_change, is_road_border, is_signalised};
 pub use right_of_way::{STRAIGHT, U_TURN};
