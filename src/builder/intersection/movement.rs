@@ -104,11 +104,13 @@ fn straightest_approach(targets: &[Vec<TurnTarget>], to: usize) -> Option<usize>
     turns.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, from)| from)
 }
 
-/// Removes the targets of U-turns, and of hairpins without room, unless an arrow leads there, there is no other target, or no
+/// Removes the targets of U-turns, of hairpins without room, and of turns around a loop once more, unless an arrow leads there, there is no other target, or no
 /// other arm leads there. Gives the U-turns for which a median leaves room.
 fn remove_u_turns(side: DrivingSide, arms: &[&Arm], targets: &mut [Vec<TurnTarget>]) -> Vec<Movement> {
     let mut u_turns = Vec::new();
-    let closed = |from: usize, target: &TurnTarget| target.turns_back() || is_tight_hairpin(arms[from], target);
+    let closed = |from: usize, target: &TurnTarget| {
+        target.turns_back() || is_tight_hairpin(arms[from], target) || is_around_again(arms[from], target)
+    };
     let entered = targets.iter().enumerate().flat_map(|(from, open)| open.iter().filter(move |t| !closed(from, t)));
     let entered: Vec<usize> = entered.map(|target| target.to).collect();
     for (from, open) in targets.iter_mut().enumerate() {
@@ -116,8 +118,10 @@ fn remove_u_turns(side: DrivingSide, arms: &[&Arm], targets: &mut [Vec<TurnTarge
         if marked || open.iter().all(|target| closed(from, target)) {
             continue;
         }
-        let back =
-            open.iter().filter(|target| target.turns_back() || closed(from, target) && entered.contains(&target.to));
+        let back = open.iter().filter(|target| {
+            target.turns_back()
+                || closed(from, target) && entered.contains(&target.to) && !is_around_again(arms[from], target)
+        });
         u_turns.extend(back.filter_map(|target| u_turn(side, from, arms[from], target)));
         open.retain(|target| !(closed(from, target) && entered.contains(&target.to)));
     }
@@ -128,6 +132,11 @@ fn remove_u_turns(side: DrivingSide, arms: &[&Arm], targets: &mut [Vec<TurnTarge
 fn is_tight_hairpin(arm: &Arm, target: &TurnTarget) -> bool {
     let mut pairs = arm.into.iter().flat_map(|into| target.arm.out.iter().map(move |out| (into.pose, out.pose)));
     target.turn.abs() > HAIRPIN && !pairs.any(|(into, out)| is_gentle(&curve::join(into, out), TIGHTEST_HAIRPIN))
+}
+
+/// Whether the way to an arm leads once more around a loop on which people drive both ways: whoever is on it can go back.
+fn is_around_again(arm: &Arm, target: &TurnTarget) -> bool {
+    arm.at.road == target.arm.at.road && !arm.out.is_empty() && !target.arm.into.is_empty()
 }
 
 /// The U-turn around the end of a median, or the turn into a road that leaves at an acute angle: from the lane on the far side

@@ -25,6 +25,7 @@ mod stop_lines;
 #[cfg(test)]
 mod tests;
 pub mod turn_angle;
+mod turning_loops;
 pub mod unreachable_lanes;
 mod way_cross_sections;
 mod way_pieces;

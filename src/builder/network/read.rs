@@ -23,7 +23,7 @@ use super::way_cross_sections::WaySections;
 use super::way_pieces::{WayPiece, number, pieces};
 use super::{
     End, Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, crossing_assignment, features,
-    islands, private_ground, signal_assignment, stop_lines,
+    islands, private_ground, signal_assignment, stop_lines, turning_loops,
 };
 
 use rayon::prelude::*;
@@ -131,6 +131,7 @@ pub fn road_network(
     let mut intersections = intersections(osm, &nodes, &positions, &pieces, &roads, &centres);
     islands::assign(osm, to_metres, &roads, &mut intersections);
     let mut network = RoadNetwork { side, country, roads, intersections, ..RoadNetwork::default() };
+    turning_loops::direct(&mut network, &mut notes);
     private_ground::close(&mut network, &barriers.private_gates());
     crossing_assignment::assign_crossings(osm, to_metres, &mut network, &mut notes);
     signal_assignment::assign(osm, &mut network, &mut notes);

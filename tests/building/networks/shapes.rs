@@ -51,6 +51,28 @@ fn a_turn_around_a_small_loop_may_be_missing() {
 }
 
 #[test]
+fn nobody_is_led_around_a_loop_with_two_directions_once_more() {
+    for side in SIDES {
+        for (tags, movements) in [("highway=residential lanes=2", 4), ("highway=residential oneway=yes", 3)] {
+            let place = |i: usize| {
+                let angle = std::f64::consts::TAU * i as f64 / 12.0;
+                (1 + i as i64, 25.0 * angle.cos(), 25.0 * angle.sin(), "")
+            };
+            let nodes: Vec<_> = (0..12).map(place).chain([(13, 120.0, 0.0, "")]).collect();
+            let around: Vec<i64> = (1..=12).chain([1]).collect();
+            let mut drawn = network(side, &nodes, &[(14, &around)], tags);
+            drawn = drawn.replace(
+                "</osm>",
+                "<way id='15'><nd ref='13'/><nd ref='1'/><tag k='highway' v='residential'/></way></osm>",
+            );
+            let map = built(&drawn, side, "").map;
+            let turning = map.lanelets.iter().filter(|one| one.attributes.get("intersection_area").is_some()).count();
+            assert_eq!(turning, movements, "{side:?}: {tags}");
+        }
+    }
+}
+
+#[test]
 fn what_is_left_of_a_road_too_short_for_the_turns_at_its_ends_lies_inside() {
     for side in SIDES {
         for apart in [18.0, 20.0, 22.0] {
