@@ -153,7 +153,9 @@ impl<'a> IntersectionAssembly<'a> {
         let legs = self.legs(arms);
         let movers = self.movers(arms, paths, &controls, &legs);
         self.rights_of_way(&legs, paths, &movers, conflicts);
-        let names = intersection_settings::names(arms, self.context.lanes);
+        let of_leg = Self::headings(&legs, paths);
+        let headings: Vec<_> = legs.iter().map(|&leg| of_leg[leg]).collect();
+        let names = intersection_settings::names(arms, &headings, self.context.lanes);
         self.output.settings = intersection_settings::settings(id, &names, prohibited, &movers);
     }
 

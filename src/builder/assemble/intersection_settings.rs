@@ -13,15 +13,17 @@ const COMPASS: [&str; 8] = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
 /// lanes.
 const UNSURE: f64 = 10.0;
 
-/// The sides of the intersection on which an arm may be seen, from its direction into the intersection.
+/// The sides of the intersection on which an arm may be seen, from the direction in which vehicles come from it.
 fn sides(inward: Vector) -> [&'static str; 2] {
     let bearing = (-inward.x).atan2(-inward.y).to_degrees();
     [bearing - UNSURE, bearing + UNSURE].map(|b| COMPASS[(b.rem_euclid(360.0) / 45.0).round() as usize % COMPASS.len()])
 }
 
-/// The names of all arms: compass names, ids of its lanelets where another arm might be taken for it.
-pub fn names(arms: &[&Arm], lanes: &Lanes) -> Vec<ApproachName> {
-    let sides: Vec<[&str; 2]> = arms.iter().map(|a| sides(a.inward)).collect();
+/// The names of all arms: compass names, ids of its lanelets where another arm might be taken for it. `headings` are the
+/// directions in which vehicles head who arrive; where none do, the arm's own counts.
+pub fn names(arms: &[&Arm], headings: &[Option<Vector>], lanes: &Lanes) -> Vec<ApproachName> {
+    let sides: Vec<[&str; 2]> =
+        arms.iter().zip(headings).map(|(arm, heading)| sides(heading.unwrap_or(arm.inward))).collect();
     arms.iter()
         .zip(&sides)
         .map(|(arm, [side, other])| {

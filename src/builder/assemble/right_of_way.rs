@@ -138,12 +138,7 @@ impl IntersectionAssembly<'_> {
         movers: &[Mover],
         conflicts: &Conflicts,
     ) {
-        // Only where vehicles arrive is there a light, or a rank, to be opposite to another. Where they head counts.
-        let heading = |of: usize| -> Vector {
-            paths.iter().filter(|path| legs[path.movement.from] == of).map(|path| path.heading).sum()
-        };
-        let inward: Vec<_> = (0..legs.len()).map(|arm| heading(arm).try_normalize(f64::EPSILON)).collect();
-        let opposite = opposites(&inward, OPPOSITE);
+        let opposite = opposites(&Self::headings(legs, paths), OPPOSITE);
         let relation = |x: usize, y: usize| match [x, y].map(|mover| legs[movers[mover].arm]) {
             [a, b] if a == b => Relation::Same,
             [a, b] if opposite[a] == Some(b) => Relation::InPhase,
@@ -167,5 +162,14 @@ impl IntersectionAssembly<'_> {
             let key = Key::new("right of way").number(path.lanelet.0);
             self.assembly.element(key, "right_of_way", &members, &[path.lanelet]);
         }
+    }
+
+    /// For the first arm of each leg the unit direction in which vehicles head who arrive there; `None` where none do, and for all
+    /// other arms. Only where vehicles arrive is there a light, or a rank, to be opposite to another.
+    pub(super) fn headings(legs: &[usize], paths: &[TurningLanelet]) -> Vec<Option<Vector>> {
+        let heading = |of: usize| -> Vector {
+            paths.iter().filter(|path| legs[path.movement.from] == of).map(|path| path.heading).sum()
+        };
+        (0..legs.len()).map(|arm| heading(arm).try_normalize(f64::EPSILON)).collect()
     }
 }
