@@ -79,8 +79,10 @@ fn an_extract_in_tiles_is_the_extract_in_one_piece() {
     holds_for("corpus/osm/tempe_split.osm", &[900]);
     holds_for("corpus/osm/borough_sausage_links.osm", &[800]);
     if soak() {
+        holds_for("corpus/osm/neukolln.osm", &[500]);
         holds_for("corpus/osm/monaco.osm", &[500, 900, 2000]);
         holds_for("corpus/osm/harrisburg.osm", &[1000, 2000, 4000]);
+        holds_for("corpus/osm/harrisburg.osm.pbf", &[1000, 2000, 4000]);
         holds_for("corpus/osm_more/campo_grande.osm", &[2000, 4000, 8000]);
         holds_for("corpus/osm_more/krems.osm", &[2000]);
         holds_for("corpus/osm_more/leeds_cycleway.osm", &[1000]);
