@@ -46,7 +46,7 @@ pub enum ReadError {
         message: String,
     },
     /// Not text.
-    #[error("{name} is not UTF-8 text (first bad byte at offset {offset})")]
+    #[error("{name} is neither OpenStreetMap PBF nor UTF-8 text (first bad byte at offset {offset})")]
     NotText {
         /// The file.
         name: String,
@@ -103,7 +103,7 @@ impl ReadError {
             }
             Self::LongElement { .. } => "the file is damaged, or made to fill the memory; export or download it again",
             Self::Packed { .. } => "the .gz file is damaged or cut off; download or pack it again",
-            Self::NotText { .. } => "expected OpenStreetMap XML in UTF-8 (.osm, .osm.gz)",
+            Self::NotText { .. } => "give OpenStreetMap XML in UTF-8 (.osm, .osm.gz) or OpenStreetMap PBF (.osm.pbf)",
             Self::Pbf { .. } => "the file is damaged or cut off; download it again, or convert it to .osm",
             Self::Broken { help, .. } => help,
         }

@@ -10,6 +10,8 @@ use super::{Road, RoadIx, RoadNetwork};
 /// A loop with a smaller mean radius of its middle, metres, leaves a car that drives on its inner lane less than the 4 m on which
 /// it can turn.
 const TWO_LANES: f64 = 5.5;
+/// A longer loop, metres, is a street with a narrow middle and no place to turn.
+const LONGEST: f64 = 100.0;
 
 /// Leaves narrow loops with two directions only that in which the island stays on the far side: counter-clockwise where people
 /// drive on the right. A loop begins and ends at the end of one other road. With a note for each.
@@ -43,7 +45,7 @@ fn one_way_around(network: &RoadNetwork, ix: RoadIx) -> Option<(Travel, f64)> {
     let radius = 2.0 * area.abs() / road.line.length();
     let forward = (area > 0.0) == (network.side == DrivingSide::Right);
     let lane = if forward { Travel::Forward } else { Travel::Backward };
-    (radius < TWO_LANES).then_some((lane, radius))
+    (radius < TWO_LANES && road.line.length() <= LONGEST).then_some((lane, radius))
 }
 
 fn is_two_way(road: &Road) -> bool {
