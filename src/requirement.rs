@@ -38,6 +38,9 @@ pub struct Fault {
     pub meaning: String,
     /// How a map maker mends it, in one sentence; shown as help under every finding.
     pub help: String,
+    /// Whether `fix` mends it: `safe`, `with a look`, or `never:` and why. Every fault of a map has it.
+    #[serde(default, skip_serializing)]
+    pub fix: Option<String>,
     /// Codes under which the validator of TIER IV reports the same; empty if it does not.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub peer: Vec<String>,

@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use similar::TextDiff;
 
-use crate::diagnostic::Diagnostic;
-use crate::fix::{FixError, Mended, mend};
+use crate::diagnostic::{Diagnostic, Subject};
+use crate::fix::{FixError, Mend, Mended, mend};
 use crate::lanelet::index::{MapIndex, Thresholds};
-use crate::lanelet::{Loaded as FromOsm, from_osm};
+use crate::lanelet::{Condition, INFO, InfoFault, Loaded as FromOsm, ProjectorInfo, from_osm};
 use crate::osm::{OsmData, Source};
+use crate::projection::{Projector, VerticalDatum, write_info};
 use crate::report::failure::Failure;
 use crate::rules::{self, Config};
 use crate::triage::{self, Sorted};
@@ -35,7 +36,39 @@ pub struct Fixed {
     pub loaded: Loaded,
     /// The map as it is, what was done to it, what is left.
     pub mended: Mended,
+    /// The projector's file that was missing beside the map.
+    projector_file: Option<ProjectorFile>,
 }
+
+/// A `map_projector_info.yaml` to be written beside a map.
+#[derive(Clone, Debug)]
+struct ProjectorFile {
+    path: PathBuf,
+    source: Source,
+    projector: Projector,
+}
+
+impl ProjectorFile {
+    /// The one that a map lacks, where its coordinates tell which projector it was made with. Heights are taken to be from the
+    /// ellipsoid, as Autoware does: that is why it needs a look.
+    fn missing(map: &Loaded) -> Option<Self> {
+        let needed = map.faults.iter().find_map(|fault| match fault.condition {
+            Condition::ProjectorInfo(InfoFault::Missing { needed }) => needed,
+            _ => None,
+        })?;
+        let path = map.files.first()?.with_file_name(INFO);
+        let text = write_info(&needed, VerticalDatum::default());
+        let source = Source { name: path.display().to_string(), text };
+        Some(Self { path, source, projector: needed })
+    }
+
+    fn info(&self) -> ProjectorInfo {
+        ProjectorInfo::of(&self.path, &self.source.text)
+    }
+}
+
+/// The finding that the file mends.
+const PROJECTOR_MISSING: &str = "projector/missing";
 
 impl Fixed {
     /// Mends a map.
@@ -47,8 +80,20 @@ impl Fixed {
         if loaded.divided {
             return Err(ErrorKind::Write.error(undivided("mends")));
         }
-        let mended = mended(&loaded, unsafe_too)?;
-        Ok(Self { loaded, mended })
+        let needed = ProjectorFile::missing(&loaded).filter(|_| unsafe_too);
+        let is_asked_for = |found: &[Diagnostic]| found.iter().any(|one| one.code == PROJECTOR_MISSING);
+        let projector_file = match needed {
+            Some(file) if is_asked_for(&judged(&loaded, &loaded.osm, &loaded.projector, &loaded.info)?) => Some(file),
+            _ => None,
+        };
+        let Some(file) = projector_file else {
+            let mended = mended(&loaded, unsafe_too)?;
+            return Ok(Self { loaded, mended, projector_file: None });
+        };
+        let mut mended = mended_as(&loaded, &file.projector, &file.info(), unsafe_too)?;
+        let title = format!("write {INFO}: {}", file.projector);
+        mended.done.insert(0, Mend { code: PROJECTOR_MISSING.to_owned(), subject: Subject::Map, title });
+        Ok(Self { loaded, mended, projector_file: Some(file) })
     }
 
     /// The files that changed, each as it was and as it is. The texts are unpacked.
@@ -60,9 +105,11 @@ impl Fixed {
     /// A unified diff of every file that changed; empty where none did.
     pub fn diff(&self) -> String {
         self.changed()
-            .map(|(old, new)| {
-                let lines = TextDiff::from_lines(&old.text, &new.text);
-                lines.unified_diff().context_radius(3).header(&old.name, &new.name).to_string()
+            .map(|(old, new)| (&old.name, &old.text[..], new))
+            .chain(self.projector_file.iter().map(|file| (&file.source.name, "", &file.source)))
+            .map(|(name, old, new)| {
+                let lines = TextDiff::from_lines(old, &new.text);
+                lines.unified_diff().context_radius(3).header(name, &new.name).to_string()
             })
             .collect()
     }
@@ -73,7 +120,8 @@ impl Fixed {
         let sources = self.loaded.osm.sources.iter().zip(&self.mended.osm.sources);
         let changed = paths.zip(sources).filter(|(_, (old, new))| old.text != new.text);
         let files = changed.map(|(path, (_, new))| (path.cloned(), new.clone()));
-        Edits { files: files.collect() }
+        let file = self.projector_file.iter().map(|file| (Some(file.path.clone()), file.source.clone()));
+        Edits { files: files.chain(file).collect() }
     }
 
     /// Writes the files that changed in place, all or none.
@@ -87,8 +135,11 @@ impl Fixed {
 
     /// The mended map with what is left to find in it.
     pub fn into_left(self) -> Checked {
-        let Self { loaded, mended: Mended { osm, left, .. } } = self;
-        let Loaded { files, projector, info, settings, divided, .. } = loaded;
+        let Self { loaded, mended: Mended { osm, left, .. }, projector_file } = self;
+        let Loaded { files, mut projector, mut info, settings, divided, .. } = loaded;
+        if let Some(file) = projector_file {
+            (projector, info) = (file.projector, file.info());
+        }
         let FromOsm { map, mut faults } = from_osm(&osm, &projector);
         info.judge(&osm, &projector, &mut faults);
         let loaded = Loaded { osm, files, map, faults, projector, info, settings, divided };
@@ -121,7 +172,7 @@ impl Edits {
                     .about(&source.name)
                     .help("take the changed text from the result"));
             };
-            if is_packed(path) {
+            if is_packed(path) && !path.ends_with(INFO) {
                 return Err(Failure::new(format!("{} is packed", path.display()))
                     .about(path.display().to_string())
                     .help("unpack it first; only plain .osm files are edited, and nothing was changed"));
@@ -140,16 +191,12 @@ pub(crate) fn undivided(verb: &str) -> Failure {
 
 /// What a map says, mended.
 pub(crate) fn mended(map: &Loaded, unsafe_too: bool) -> Result<Mended, Error> {
-    let Loaded { projector, info, settings, .. } = map;
-    let judge = |osm: &OsmData| -> Result<Vec<Diagnostic>, Error> {
-        let mut loaded = from_osm(osm, projector);
-        info.judge(osm, projector, &mut loaded.faults);
-        let index = MapIndex::new(&loaded.map, &loaded.faults, settings, Thresholds::default());
-        let found = rules::run(&index, &Config::from(settings))
-            .map_err(|error| ErrorKind::Config.error(Failure::new(error.to_string())))?;
-        // What somebody has answered for is not mended.
-        Ok(triage::sort(found, settings, osm, &loaded.map, None).left)
-    };
+    mended_as(map, &map.projector, &map.info, unsafe_too)
+}
+
+/// The same, with a projector and its file in place of those that the map was read with.
+fn mended_as(map: &Loaded, projector: &Projector, info: &ProjectorInfo, unsafe_too: bool) -> Result<Mended, Error> {
+    let judge = |osm: &OsmData| judged(map, osm, projector, info);
     mend(map.osm.clone(), unsafe_too, judge).map_err(|error| match error {
         FixError::Judge(error) => error,
         FixError::Read(error) => ErrorKind::Internal.error(
@@ -157,4 +204,16 @@ pub(crate) fn mended(map: &Loaded, unsafe_too: bool) -> Result<Mended, Error> {
                 .help("nothing was changed; please report this"),
         ),
     })
+}
+
+/// What is found in a map, of which these are the texts.
+fn judged(map: &Loaded, osm: &OsmData, projector: &Projector, info: &ProjectorInfo) -> Result<Vec<Diagnostic>, Error> {
+    let settings = &map.settings;
+    let mut loaded = from_osm(osm, projector);
+    info.judge(osm, projector, &mut loaded.faults);
+    let index = MapIndex::new(&loaded.map, &loaded.faults, settings, Thresholds::default());
+    let found = rules::run(&index, &Config::from(settings))
+        .map_err(|error| ErrorKind::Config.error(Failure::new(error.to_string())))?;
+    // What somebody has answered for is not mended.
+    Ok(triage::sort(found, settings, osm, &loaded.map, None).left)
 }

@@ -8,30 +8,43 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::proposal::{Attempt, Proposal};
 use super::text_edits::{Key, key_of};
-use crate::diagnostic::{Diagnostic, Edit, Severity, Subject};
+use crate::diagnostic::{Diagnostic, Edit, Fix, Severity, Subject};
 
 /// An error within this distance (m) of a fix may be its doing: an intersection with its approaches is about as large.
-const REACH: f64 = 60.0;
+pub const REACH: f64 = 60.0;
+/// A finding that speaks of more elements than these is about a group of them: others are about one and its neighbour.
+const MANY: usize = 2;
 
 /// What is to happen to the fixes of a batch, by their positions; nothing, where the batch does no harm.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Verdict {
     /// They do harm, or mend nothing, and nothing else can be the cause: each with the reason.
     pub refused: Vec<(usize, String)>,
+    /// They bring errors that have fixes themselves, and are to be tried together with those.
+    pub leading: Vec<usize>,
     /// Some of these do, together with others: they are tried again without those.
     pub put_off: Vec<usize>,
 }
 
-/// Judges a batch by what was found before and after it.
-pub fn verdict(before: &[Diagnostic], attempt: &Attempt) -> Verdict {
+impl Verdict {
+    /// Whether the batch may be kept.
+    pub fn is_clean(&self) -> bool {
+        self.refused.is_empty() && self.leading.is_empty() && self.put_off.is_empty()
+    }
+}
+
+/// Judges a batch by what was found before and after it; `may` says which fixes may be made at all.
+pub fn verdict(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> bool) -> Verdict {
     let Attempt { left: after, done, .. } = attempt;
     let mut groups: Vec<Vec<usize>> = Vec::new();
     let fixes = ByPlace::of(done);
     let mut reasons: FxHashMap<usize, String> = FxHashMap::default();
+    let mut mendable: FxHashMap<usize, bool> = FxHashMap::default();
     for error in new_errors(before, attempt) {
         let near = fixes.near(error);
         if let [only] = near[..] {
             reasons.entry(only).or_insert_with(|| format!("it brings {}: {}", error.code, error.finding.message));
+            *mendable.entry(only).or_insert(true) &= error.finding.fix.as_ref().is_some_and(&may);
         }
         groups.push(near);
     }
@@ -39,6 +52,9 @@ pub fn verdict(before: &[Diagnostic], attempt: &Attempt) -> Verdict {
     let mut verdict = Verdict::default();
     for group in united(groups) {
         match group[..] {
+            [only] if mendable.get(&only) == Some(&true) && done.get(only).is_some_and(|one| !one.leads) => {
+                verdict.leading.push(only);
+            }
             [only] => {
                 let reason = reasons.remove(&only).unwrap_or_else(|| "the finding stays".to_owned());
                 verdict.refused.push((only, reason));
@@ -49,24 +65,43 @@ pub fn verdict(before: &[Diagnostic], attempt: &Attempt) -> Verdict {
     verdict
 }
 
+/// The fixes of errors that a batch has brought, each with the position of the fix that leads to it.
+pub fn following(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> bool) -> Vec<(usize, Proposal)> {
+    let fixes = ByPlace::of(&attempt.done);
+    let leader = |at: &usize| attempt.done.get(*at).is_some_and(|one| one.leads);
+    let followers = new_errors(before, attempt).into_iter().filter_map(|error| {
+        let leader = fixes.near(error).into_iter().find(leader)?;
+        let follower = Proposal::of(error).filter(|one| may(&one.fix))?;
+        Some((leader, follower))
+    });
+    followers.collect()
+}
+
 /// The half of a group that is put off: those that make new elements first, for they change more than tags do.
 fn second_half(mut group: Vec<usize>, done: &[Proposal]) -> Vec<usize> {
-    let makes_elements = |one: &Proposal| one.fix.edits.iter().any(|edit| !touched_lanelets(edit).is_empty());
+    let makes_elements = |one: &Proposal| one.edits().any(makes_elements);
     group.sort_by_key(|&at| done.get(at).is_some_and(makes_elements));
     group.split_off(group.len().div_ceil(2))
 }
 
-/// How many errors of each code each element of the files has.
-pub struct ErrorCounts(FxHashMap<(String, Option<Key>), usize>);
+/// How many errors of each code each element of the files has, and what the errors speak of.
+pub struct ErrorCounts {
+    of_each: FxHashMap<(String, Option<Key>), usize>,
+    /// By code, the elements of each error that speaks of several.
+    spoken_of: FxHashMap<String, Vec<FxHashSet<Key>>>,
+}
 
 impl ErrorCounts {
     /// Counts them.
     pub fn of(found: &[Diagnostic]) -> Self {
-        let mut counts = FxHashMap::default();
+        let mut counts = Self { of_each: FxHashMap::default(), spoken_of: FxHashMap::default() };
         for one in found.iter().filter(|one| one.severity == Severity::Error) {
-            *counts.entry((one.code.clone(), key_of(one.finding.subject))).or_default() += 1;
+            *counts.of_each.entry((one.code.clone(), key_of(one.finding.subject))).or_default() += 1;
+            if !one.finding.related.is_empty() {
+                counts.spoken_of.entry(one.code.clone()).or_default().push(keys(one).collect());
+            }
         }
-        Self(counts)
+        counts
     }
 
     /// The same, with the new ids of elements that have one.
@@ -75,21 +110,39 @@ impl ErrorCounts {
             return self;
         }
         let renumber = |(kind, id): Key| (kind, fresh.get(&(kind, id)).copied().unwrap_or(id));
-        Self(self.0.into_iter().map(|((code, key), count)| ((code, key.map(renumber)), count)).collect())
+        let renumber_all = |set: FxHashSet<Key>| set.into_iter().map(renumber).collect();
+        let Self { of_each, spoken_of } = self;
+        Self {
+            of_each: of_each.into_iter().map(|((code, key), count)| ((code, key.map(renumber)), count)).collect(),
+            spoken_of: spoken_of
+                .into_iter()
+                .map(|(code, sets)| (code, sets.into_iter().map(renumber_all).collect()))
+                .collect(),
+        }
     }
 
-    /// The errors of elements that have more of them than these.
-    pub fn exceeded_by(mut self, found: &[Diagnostic]) -> Vec<&Diagnostic> {
+    /// The errors of elements that have more of them than these. One that speaks only of what a single error of its code spoke of
+    /// before is not new: a group has become smaller, and its first element another.
+    pub fn exceeded_by(self, found: &[Diagnostic]) -> Vec<&Diagnostic> {
+        let Self { mut of_each, spoken_of } = self;
         let errors = found.iter().filter(|one| one.severity == Severity::Error);
-        let is_new = |one: &&Diagnostic| match self.0.get_mut(&(one.code.clone(), key_of(one.finding.subject))) {
+        let is_new = |one: &&Diagnostic| match of_each.get_mut(&(one.code.clone(), key_of(one.finding.subject))) {
             Some(count) if *count > 0 => {
                 *count -= 1;
                 false
             }
-            _ => true,
+            _ => !spoken_of
+                .get(&one.code)
+                .is_some_and(|sets| sets.iter().any(|set| set.len() > MANY && keys(one).all(|key| set.contains(&key)))),
         };
         errors.filter(is_new).collect()
     }
+}
+
+/// The elements that a finding speaks of.
+fn keys(found: &Diagnostic) -> impl Iterator<Item = Key> + '_ {
+    let related = found.finding.related.iter().map(|one| one.subject);
+    std::iter::once(found.finding.subject).chain(related).filter_map(key_of)
 }
 
 /// The errors that a batch has brought.
@@ -116,7 +169,7 @@ struct Marked {
 
 impl Marked {
     fn by(done: &[Proposal]) -> Self {
-        let edits = || done.iter().flat_map(|one| &one.fix.edits);
+        let edits = || done.iter().flat_map(Proposal::edits);
         let lanelets = edits().filter_map(|edit| match edit {
             Edit::CreateArea { lanelets, .. } => Some(lanelets),
             _ => None,
@@ -165,7 +218,7 @@ fn without_effect(before: &[Diagnostic], after: &[Diagnostic], done: &[Proposal]
 /// The fixes of a batch by place and by what they are about.
 struct ByPlace {
     tree: RTree<GeomWithData<[f64; 2], usize>>,
-    subjects: FxHashMap<Subject, Vec<usize>>,
+    elements: FxHashMap<Key, Vec<usize>>,
     /// Those without a place.
     nowhere: Vec<usize>,
     count: usize,
@@ -173,27 +226,24 @@ struct ByPlace {
 
 impl ByPlace {
     fn of(done: &[Proposal]) -> Self {
-        let mut subjects: FxHashMap<Subject, Vec<usize>> = FxHashMap::default();
+        let mut elements: FxHashMap<Key, Vec<usize>> = FxHashMap::default();
         let (mut placed, mut nowhere) = (Vec::new(), Vec::new());
         for (at, one) in done.iter().enumerate() {
-            let touched = one.fix.edits.iter().flat_map(touched_lanelets).map(Subject::Lanelet);
-            for subject in std::iter::once(one.mend.subject).chain(touched) {
-                subjects.entry(subject).or_default().push(at);
+            let touched = one.edits().flat_map(touched);
+            for key in touched.filter_map(key_of).chain(one.about.iter().copied()) {
+                elements.entry(key).or_default().push(at);
             }
             match one.place.filter(|place| place.iter().all(|number| number.is_finite())) {
                 Some(place) => placed.push(GeomWithData::new(place, at)),
                 None => nowhere.push(at),
             }
         }
-        Self { tree: RTree::bulk_load(placed), subjects, nowhere, count: done.len() }
+        Self { tree: RTree::bulk_load(placed), elements, nowhere, count: done.len() }
     }
 
     /// The fixes that may have caused an error: those about what it speaks of, those within reach; else all.
     fn near(&self, error: &Diagnostic) -> Vec<usize> {
-        let spoken_of =
-            std::iter::once(error.finding.subject).chain(error.finding.related.iter().map(|one| one.subject));
-        let mut found: Vec<usize> =
-            spoken_of.filter_map(|subject| self.subjects.get(&subject)).flatten().copied().collect();
+        let mut found: Vec<usize> = keys(error).filter_map(|key| self.elements.get(&key)).flatten().copied().collect();
         if found.is_empty()
             && let Some(place) = error.local
         {
@@ -212,14 +262,37 @@ impl ByPlace {
     }
 }
 
-/// The lanelets that an edit makes part of something else.
-fn touched_lanelets(edit: &Edit) -> Vec<i64> {
+/// What an edit changes, or makes part of something else.
+fn touched(edit: &Edit) -> Vec<Subject> {
     match edit {
-        Edit::CreateArea { lanelets, .. } => lanelets.clone(),
-        Edit::CreateRegulatoryElement { referrers, .. } => referrers.clone(),
-        Edit::ReplaceWay { lanelet, .. } => vec![*lanelet],
-        _ => Vec::new(),
+        Edit::SetTag { on, .. }
+        | Edit::RemoveTag { on, .. }
+        | Edit::RemoveRepeat { on, .. }
+        | Edit::Renumber { on, .. } => {
+            vec![*on]
+        }
+        Edit::AddMember { on, member, .. }
+        | Edit::RemoveMember { on, member, .. }
+        | Edit::SetRole { on, member, .. } => {
+            vec![*on, *member]
+        }
+        Edit::MergePoints { from, to } => vec![Subject::Point(*from), Subject::Point(*to)],
+        Edit::InsertVertex { way, .. }
+        | Edit::RemoveVertex { way, .. }
+        | Edit::SetVertices { way, .. }
+        | Edit::ReverseWay { way } => vec![*way],
+        Edit::ReplaceWay { lanelet, .. } => vec![Subject::Lanelet(*lanelet)],
+        Edit::SetPlace { point, .. } | Edit::PlaceBetween { point, .. } => vec![Subject::Point(*point)],
+        Edit::Remove { subject } => vec![*subject],
+        Edit::CreateStopLine { element, .. } => vec![*element],
+        Edit::CreateArea { lanelets, .. } => lanelets.iter().copied().map(Subject::Lanelet).collect(),
+        Edit::CreateRegulatoryElement { referrers, .. } => referrers.iter().copied().map(Subject::Lanelet).collect(),
     }
+}
+
+/// Whether an edit makes lanelets part of something else.
+fn makes_elements(edit: &Edit) -> bool {
+    matches!(edit, Edit::CreateArea { .. } | Edit::CreateRegulatoryElement { .. } | Edit::ReplaceWay { .. })
 }
 
 /// Groups that have a fix in common, as one; each sorted, in the order of their first.

@@ -2,8 +2,8 @@
 
 use rustc_hash::FxHashMap;
 
-use super::text_edits::Key;
-use crate::diagnostic::{Diagnostic, Fix, Subject};
+use super::text_edits::{Key, key_of};
+use crate::diagnostic::{Diagnostic, Edit, Fix, Subject};
 use crate::osm::OsmData;
 
 /// A fix and what it mends.
@@ -26,6 +26,12 @@ pub struct Proposal {
     pub fix: Fix,
     /// Where the finding is: east and north, local metres.
     pub place: Option<[f64; 2]>,
+    /// The elements that the finding speaks of.
+    pub about: Vec<Key>,
+    /// Whether it is made together with the fixes of what it brings.
+    pub leads: bool,
+    /// The fixes of what it has brought.
+    pub followers: Vec<(Mend, Fix)>,
 }
 
 impl Proposal {
@@ -33,7 +39,25 @@ impl Proposal {
     pub fn of(found: &Diagnostic) -> Option<Self> {
         let fix = found.finding.fix.clone()?;
         let mend = Mend { code: found.code.clone(), subject: found.finding.subject, title: fix.title.clone() };
-        Some(Self { mend, fix, place: found.local.map(|place| [place.x, place.y]) })
+        let place = found.local.map(|place| [place.x, place.y]);
+        let related = found.finding.related.iter().map(|one| one.subject);
+        let about = std::iter::once(found.finding.subject).chain(related).filter_map(key_of).collect();
+        Some(Self { mend, fix, place, about, leads: false, followers: Vec::new() })
+    }
+
+    /// Whether it draws an area: what it runs over has to be settled first.
+    pub fn draws_area(&self) -> bool {
+        self.fix.edits.iter().any(|edit| matches!(edit, Edit::CreateArea { .. }))
+    }
+
+    /// All edits, its own and those of the fixes that follow from it.
+    pub fn edits(&self) -> impl Iterator<Item = &Edit> {
+        self.fix.edits.iter().chain(self.followers.iter().flat_map(|(_, fix)| &fix.edits))
+    }
+
+    /// Its own mend and those that follow from it.
+    pub fn mends(self) -> impl Iterator<Item = Mend> {
+        std::iter::once(self.mend).chain(self.followers.into_iter().map(|(mend, _)| mend))
     }
 }
 

@@ -1,5 +1,6 @@
 //! Small files, edited; and a judge that knows one fault.
 
+use super::blame::ErrorCounts;
 use super::mend;
 use super::text_edits::TextEdits;
 use crate::diagnostic::{Diagnostic, Edit, Finding, Fix, Severity, Subject};
@@ -219,4 +220,52 @@ fn what_does_harm_is_found_in_few_judgements() {
     let mended = mend(osm, false, judge).unwrap();
     assert_eq!((mended.done.len(), mended.refused.len()), (4950, 50));
     assert!(asked.get() <= 12, "{} judgements", asked.get());
+}
+
+/// A node without `ele` wants it; one with `ele` and without `name` wants that. Neither is an error alone for node 3, where a
+/// `name` brings an error that nothing mends.
+#[test]
+fn a_fix_is_kept_with_the_fix_of_what_it_brings() {
+    let judge = |osm: &OsmData| {
+        let wants = |on: Subject, key: &'static str| {
+            let edits = vec![Edit::SetTag { on, key: key.into(), value: "0".into() }];
+            diagnostic("node/wants", on, Some(Fix { title: format!("set {key}"), safe: true, edits }))
+        };
+        let mut found = Vec::new();
+        for node in &osm.nodes {
+            let on = Subject::Point(node.id);
+            match (node.tags.has("ele"), node.tags.has("name")) {
+                (false, _) => found.push(wants(on, "ele")),
+                (true, false) => found.extend([Diagnostic { code: "node/name".to_owned(), ..wants(on, "name") }]),
+                (true, true) if node.id == 3 => found.push(diagnostic("node/three", on, None)),
+                _ => {}
+            }
+        }
+        Ok::<_, std::convert::Infallible>(found)
+    };
+    let mended = mend(read(MAP), false, judge).unwrap();
+    let done: Vec<(Subject, &str)> = mended.done.iter().map(|mend| (mend.subject, mend.title.as_str())).collect();
+    // Node 2 has `ele` from the start, so that its fix stands alone; that of node 1 leads to another.
+    assert!(
+        done.contains(&(Subject::Point(1), "set ele")) && done.contains(&(Subject::Point(1), "set name")),
+        "{done:?}"
+    );
+    assert!(mended.osm.node(1).unwrap().tags.has("name"));
+    assert!(!mended.osm.node(3).unwrap().tags.has("ele"), "what it leads to does harm");
+    assert_eq!(mended.refused.iter().map(|(mend, _)| mend.subject).collect::<Vec<_>>(), [Subject::Point(3)]);
+}
+
+/// A group that loses a member is told by another first element, and that is no new error.
+#[test]
+fn a_group_that_becomes_smaller_is_not_new() {
+    let group = |ids: &[i64]| {
+        let mut found = diagnostic("group/open", Subject::Lanelet(ids[0]), None);
+        for &id in &ids[1..] {
+            found.finding = found.finding.with(Subject::Lanelet(id), "lanelet");
+        }
+        found
+    };
+    let known = || ErrorCounts::of(&[group(&[1, 2, 3, 4])]);
+    assert!(known().exceeded_by(&[group(&[2, 3, 4])]).is_empty());
+    assert_eq!(known().exceeded_by(&[group(&[2, 3, 5])]).len(), 1);
 }

@@ -192,7 +192,7 @@ impl<'a> TextEdits<'a> {
             Edit::MergePoints { from, to } => {
                 let from = (ElementKind::Node, *from);
                 whole.extend([from, (ElementKind::Node, *to)]);
-                whole.extend(self.referrers.get(&from).into_iter().flatten());
+                parts.extend(self.referrers_of(from).map(|referrer| (referrer, Part::References(from))));
             }
             Edit::ReplaceWay { lanelet, to, .. } => {
                 whole.push((ElementKind::Relation, *lanelet));
@@ -384,15 +384,20 @@ impl<'a> TextEdits<'a> {
         Some(id)
     }
 
-    /// Moves a point by latitude and longitude, and by local coordinates and height where all three have them.
+    /// Moves a point by latitude and longitude where the others have them, and by local coordinates and height where all three do.
     fn place_between(&mut self, point: i64, ends: [i64; 2], share: f64) -> Option<()> {
         let osm = self.osm;
         let [from, to] = [osm.node(ends[0])?, osm.node(ends[1])?];
         let between = |a: f64, b: f64| a + (b - a) * share;
-        let [a, b] = [from.position?, to.position?];
+        let places = from.position.zip(to.position);
         let own = &osm.node(point)?.tags;
+        if places.is_none() && !(own.has("local_x") && own.has("local_y")) {
+            return None;
+        }
         let element = self.element(Subject::Point(point))?;
-        element.set_place(between(a.lat, b.lat), between(a.lon, b.lon));
+        if let Some((a, b)) = places {
+            element.set_place(between(a.lat, b.lat), between(a.lon, b.lon));
+        }
         for key in ["local_x", "local_y", "ele"].into_iter().filter(|key| own.has(key)) {
             let number = |tags: &Tags| tags.get(key)?.trim().parse::<f64>().ok();
             if let Some((a, b)) = number(&from.tags).zip(number(&to.tags)) {

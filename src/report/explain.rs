@@ -65,7 +65,8 @@ pub fn rule_index<'a>(requirements: impl IntoIterator<Item = &'a Requirement>) -
 }
 
 fn one_fault(id: &str, slug: &str, fault: &Fault) -> String {
-    format!("{}[{id}/{slug}]\n    {}\n    help: {}", fault.severity, fault.meaning, fault.help)
+    let fix = fault.fix.as_ref().map(|fix| format!("\n    fix: {fix}")).unwrap_or_default();
+    format!("{}[{id}/{slug}]\n    {}\n    help: {}{fix}", fault.severity, fault.meaning, fault.help)
 }
 
 /// One line per requirement: number, how far it is checked, how many faults, title.

@@ -10,7 +10,10 @@ mod geoid;
 mod health;
 mod ids;
 mod load;
+mod merged_lanelets;
+mod moved_ends;
 mod node;
+mod one_border;
 mod parallel_bounds;
 mod routing_moves;
 

@@ -42,10 +42,19 @@ impl Rule for LaneChange {
             .flat_map(|lanelet| [lanelet.left, lanelet.right].map(|bound| (bound.line, lanelet.id)));
         let others: BTreeMap<LineStringId, LaneletId> =
             beside.filter(|(line, _)| !between.contains_key(line)).collect();
-        let between = between.into_iter().filter_map(|(line, lanelet)| judge(map, params, line, lanelet));
+        let between = between.into_iter().filter_map(|(line, lanelet)| match may_be_silent(map, params, line) {
+            true => judge_other(map, line, lanelet),
+            false => judge(map, line, lanelet),
+        });
         let others = others.into_iter().filter_map(|(line, lanelet)| judge_other(map, line, lanelet));
         between.chain(others).collect()
     }
+}
+
+/// Whether a line between lanes of one direction is not painted, and need not say whether it may be crossed.
+fn may_be_silent(map: &MapIndex, params: &Params, line: LineStringId) -> bool {
+    let is_virtual = |tags: &Attributes| tags.is("type", "virtual") && tags.get("lane_change").is_none();
+    !params.virtual_lines && map.map.linestrings.get(line).is_some_and(|line| is_virtual(&line.attributes))
 }
 
 /// Whether wheels drive on a lanelet; nobody changes lanes on a walkway.
@@ -59,9 +68,13 @@ fn is_for_wheels(lanelet: &Lanelet) -> bool {
 /// Says where a line that no two lanes of one direction share leaves it to its paint whether it may be crossed.
 fn judge_other(map: &MapIndex, line: LineStringId, lanelet: LaneletId) -> Option<Finding> {
     let tags = &map.map.linestrings.get(line)?.attributes;
-    let tells =
-        tags.get("lane_change").is_some() || !matches!(tags.get("type"), Some("line_thin" | "line_thick" | "virtual"));
-    if tells {
+    let is_open = match tags.get("type") {
+        Some("line_thin" | "line_thick" | "virtual") => true,
+        // At the edge of the road nobody asks; between a lane and a bicycle lane beside it somebody may.
+        Some("road_border") => parts_bicycles(map, line),
+        _ => false,
+    };
+    if !is_open || tags.get("lane_change").is_some() {
         return None;
     }
     let on = Subject::LineString(line.0);
@@ -73,11 +86,18 @@ fn judge_other(map: &MapIndex, line: LineStringId, lanelet: LaneletId) -> Option
     Some(finding.fixed_by(format!("set lane_change={value}, as its paint says"), true, edits))
 }
 
-fn judge(map: &MapIndex, params: &Params, line: LineStringId, lanelet: LaneletId) -> Option<Finding> {
+/// Whether a line parts a lane for cars from one for bicycles.
+fn parts_bicycles(map: &MapIndex, line: LineStringId) -> bool {
+    let users = map.users_of(line).iter().map(|&user| map.lanes[user].bicycle);
+    let [bicycles, others] =
+        users.fold([0, 0], |[a, b], bicycle| [a + usize::from(bicycle), b + usize::from(!bicycle)]);
+    bicycles > 0 && others > 0
+}
+
+fn judge(map: &MapIndex, line: LineStringId, lanelet: LaneletId) -> Option<Finding> {
     let tags = &map.map.linestrings.get(line)?.attributes;
     let (fault, what) = match tags.get("lane_change") {
         Some("yes" | "no") => return None,
-        None if tags.is("type", "virtual") && !params.virtual_lines => return None,
         None => ("lane-change-missing", "no lane_change".to_owned()),
         Some(value) => ("lane-change-invalid", format!("lane_change={value}")),
     };

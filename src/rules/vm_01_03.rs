@@ -13,8 +13,8 @@ use crate::lanelet::index::{Lane, MapIndex, extent};
 use crate::lanelet::{Attributes, LaneletId, LineString, LineStringId, PointId, RoadType};
 use crate::parallel::Finely;
 
-use super::Rule;
 use super::parallel_bounds::on_two_levels;
+use super::{Rule, one_border};
 
 /// See `rules/vm-01-03.md`.
 pub struct SharedBorders;
@@ -54,30 +54,39 @@ impl Rule for SharedBorders {
             pairs = lanes.iter().flat_map(|&at| found(at, &borders_of)).collect();
         }
         let mut findings = Vec::new();
-        let mut one_way: BTreeMap<usize, Vec<LaneletId>> = BTreeMap::new();
+        let mut one_way: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for &(at, other) in &pairs {
             let (id, name) = (map.lanes[at].id, map.lanes[other].id);
             if pairs.binary_search(&(other, at)).is_err() {
-                one_way.entry(at).or_default().push(name);
+                one_way.entry(at).or_default().push(other);
             } else if at < other {
                 let message = format!("Lanelets {id} and {name} lie side by side but have borders of their own.");
-                findings.push(
-                    Finding::new("not-shared", Subject::Lanelet(id.0), message)
-                        .with(Subject::Lanelet(name.0), "neighbour"),
-                );
+                let finding = Finding::new("not-shared", Subject::Lanelet(id.0), message);
+                let finding = finding.with(Subject::Lanelet(name.0), "neighbour");
+                findings.push(match one_border::between(map, [at, other]) {
+                    Some((way, edits)) => finding.fixed_by(format!("use way {way} for both"), false, edits),
+                    None => finding,
+                });
             }
         }
-        findings.extend(one_way.into_iter().map(|(at, others)| partly(map.lanes[at].id, others)));
+        findings.extend(one_way.into_iter().map(|(at, others)| partly(map, at, others)));
         findings
     }
 }
 
-fn partly(id: LaneletId, mut others: Vec<LaneletId>) -> Finding {
-    others.sort_unstable();
-    let names: Vec<String> = others.iter().map(ToString::to_string).collect();
+fn partly(map: &MapIndex, at: usize, mut others: Vec<usize>) -> Finding {
+    others.sort_unstable_by_key(|&other| map.lanes[other].id);
+    let (id, ids): (LaneletId, Vec<LaneletId>) =
+        (map.lanes[at].id, others.iter().map(|&other| map.lanes[other].id).collect());
+    let names: Vec<String> = ids.iter().map(ToString::to_string).collect();
     let message = format!("Lanelet {id} lies beside {} but is divided elsewhere.", names.join(" "));
     let finding = Finding::new("partly-shared", Subject::Lanelet(id.0), message);
-    others.into_iter().fold(finding, |finding, other| finding.with(Subject::Lanelet(other.0), "neighbour"))
+    let finding = ids.iter().fold(finding, |finding, other| finding.with(Subject::Lanelet(other.0), "neighbour"));
+    // One that ends beside it after all, though one border swings out farther than the other.
+    match others.into_iter().find_map(|other| one_border::between(map, [at, other])) {
+        Some((way, edits)) => finding.fixed_by(format!("use way {way} for both"), false, edits),
+        None => finding,
+    }
 }
 
 /// From each point of a barrier to the next, the lower id first.

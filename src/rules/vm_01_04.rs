@@ -9,7 +9,7 @@ use crate::lanelet::LineStringId;
 use crate::lanelet::index::{MapIndex, is_road_border};
 
 use super::parallel_bounds::{ParallelBounds, Reach};
-use super::{Rule, parallel_bounds};
+use super::{Rule, one_border, parallel_bounds};
 
 /// See `rules/vm-01-04.md`.
 pub struct OpposingLanes;
@@ -93,7 +93,10 @@ fn not_shared(map: &MapIndex, twins: &ParallelBounds) -> Finding {
         .with(Subject::LineString(own.0), "oncoming lane's border");
     match twins.shared(map) {
         Some(edit) => finding.fixed_by(format!("use way {way} for both"), true, vec![edit]),
-        None => finding,
+        None => match one_border::edits(map, twins.lanes, twins.ways) {
+            Some(edits) => finding.fixed_by("make one way of both, from end to end", false, edits),
+            None => finding,
+        },
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::LaneletId;
 use crate::lanelet::index::MapIndex;
-use crate::lanelet::index::view::View;
+use crate::lanelet::index::view::{Seen, View};
 
 use super::{NoParams, Rule};
 use crate::lanelet::index::routing_graph::{Graph, Rules};
@@ -23,7 +23,8 @@ impl Rule for EndToEnd {
         for (at, seen) in view.lanelets.iter().enumerate() {
             let next = &kinds.next[at];
             let (id, kind) = (seen.id(), seen.tag("subtype").unwrap_or_default());
-            let other = next.iter().map(|&next| &view.lanelets[next]).find(|next| !next.is(kind));
+            let is_other = |next: &&Seen| next.tag("subtype").unwrap_or_default() != kind;
+            let other = next.iter().map(|&next| &view.lanelets[next]).find(is_other);
             let first = next.first().map(|&next| &view.lanelets[next]);
             let (fault, next, message) = match (kind, first, other) {
                 ("crosswalk" | "walkway", Some(next), _) => {

@@ -2,12 +2,12 @@
 
 use serde::Deserialize;
 
-use crate::diagnostic::{Edit, Finding, Place, Subject};
+use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::{Polyline, polygon};
+use crate::lanelet::PolygonId;
 use crate::lanelet::index::{Intersection, MapIndex};
-use crate::lanelet::{Bound, Lanelet, LineStringId, PolygonId, Target};
 
-use super::Rule;
+use super::{Rule, merged_lanelets};
 
 /// See `rules/vm-03-05.md`.
 pub struct NoDivision;
@@ -73,67 +73,8 @@ fn finding(map: &MapIndex, lane: usize, follower: usize, area: Option<PolygonId>
         Some(area) => finding.with(Subject::Polygon(area.0), "intersection area"),
         None => finding,
     };
-    match merge(map, lane, follower) {
+    match merged_lanelets::edits(map, lane, follower) {
         Some(edits) => finding.fixed_by(format!("merge lanelet {} into {}", second.id, first.id), false, edits),
         None => finding,
     }
-}
-
-/// The edits that make one lanelet of two: only where each is the other's only neighbour and no other lanelet shares
-/// a bound, else somebody has to decide.
-fn merge(map: &MapIndex, lane: usize, follower: usize) -> Option<Vec<Edit>> {
-    if map.followers(lane).len() != 1 || map.predecessors(follower).len() != 1 {
-        return None;
-    }
-    let first = map.map.lanelets.get(map.lanes[lane].id)?;
-    let second = map.map.lanelets.get(map.lanes[follower].id)?;
-    let mut edits = Vec::new();
-    for (into, from) in [(first.left, second.left), (first.right, second.right)] {
-        if map.users_of(into.line).len() != 1 || map.users_of(from.line).len() != 1 {
-            return None;
-        }
-        edits.extend(append(map, into, from)?);
-    }
-    edits.extend(inherit(map, first, second));
-    edits.push(Edit::Remove { subject: Subject::Lanelet(second.id.0) });
-    for LineStringId(way) in [second.left.line, second.right.line] {
-        edits.push(Edit::Remove { subject: Subject::LineString(way) });
-    }
-    Some(edits)
-}
-
-/// Puts the points of the second bound behind those of the first, in the direction of travel; the common one once.
-fn append(map: &MapIndex, into: Bound, from: Bound) -> Option<Vec<Edit>> {
-    let count = map.map.linestrings.get(into.line)?.points.len();
-    let way = Subject::LineString(into.line.0);
-    let points = map.map.bound_points(from).skip(1).enumerate();
-    let edits = points.map(|(i, point)| {
-        // A way that runs against the lanelet grows at its front.
-        let position = if into.inverted { 0 } else { count + i };
-        Edit::InsertVertex { way, position, point: point.id.0 }
-    });
-    Some(edits.collect())
-}
-
-/// The first lanelet takes over the elements of the second, and its parts in the elements of others.
-fn inherit(map: &MapIndex, first: &Lanelet, second: &Lanelet) -> Vec<Edit> {
-    let (one, other) = (Subject::Lanelet(first.id.0), Subject::Lanelet(second.id.0));
-    let own = second.regulatory_elements.iter().filter(|element| !first.regulatory_elements.contains(element));
-    let mut edits: Vec<Edit> = own
-        .map(|element| Edit::AddMember {
-            on: one,
-            role: "regulatory_element".into(),
-            member: Subject::RegulatoryElement(element.0),
-        })
-        .collect();
-    for element in &map.map.regulatory_elements {
-        let on = Subject::RegulatoryElement(element.id.0);
-        for member in element.members.iter().filter(|member| member.target == Target::Lanelet(second.id)) {
-            edits.push(Edit::RemoveMember { on, role: member.role.clone(), member: other });
-            if !element.lanelets(&member.role).any(|lanelet| lanelet == first.id) {
-                edits.push(Edit::AddMember { on, role: member.role.clone(), member: one });
-            }
-        }
-    }
-    edits
 }

@@ -7,7 +7,7 @@ use crate::geometry::{Point, Vector, cross, polygon};
 use crate::lanelet::RoadType;
 use crate::lanelet::index::{Arm, ArmEdge, Intersection, MapIndex, StopLine};
 
-use super::Rule;
+use super::{Rule, moved_ends};
 
 /// See `rules/vm-03-09.md`.
 pub struct Extent;
@@ -84,9 +84,13 @@ fn judge_start(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
         .with(Subject::LineString(line.way.0), "stop line")
         .at(Place::Line(lane.start.points.to_vec()))
         .graded(if severe { Severity::Error } else { Severity::Warning });
-    Some(match misfit.distance > params.offset[0] {
+    let finding = match misfit.distance > params.offset[0] {
         true => finding.measured(misfit.distance, params.offset[0], "m"),
         false => finding.measured(misfit.angle, params.angle[0], "deg"),
+    };
+    Some(match moved_ends::onto(map, at, &line) {
+        Some(edits) => finding.fixed_by("move the ends of the lanes onto the stop line", false, edits),
+        None => finding,
     })
 }
 

@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 use std::convert::Infallible;
+use std::fs;
 use std::path::PathBuf;
 
+use lanewright::api::FixOptions;
 use lanewright::diagnostic::{Diagnostic, Edit, Severity, Subject};
 use lanewright::fix::{canonical, mend};
 use lanewright::lanelet::from_osm;
@@ -35,8 +37,12 @@ fn pieces_are_merged_point_by_point() {
     let found = finding("vm-03-05", "bad-divided.osm", "vm-03-05/divided");
     let merged = edits(&found);
     // Ways 141 and 143 get the far points of 142 and 144 (nodes 4 and 5, the lanes' ends in the east).
-    assert_eq!(merged[0], Edit::InsertVertex { way: Subject::LineString(141), position: 2, point: 4 });
-    assert_eq!(merged[1], Edit::InsertVertex { way: Subject::LineString(143), position: 2, point: 5 });
+    let last_of = |edit: &Edit| match edit {
+        Edit::SetVertices { way, points } => Some((*way, *points.last()?)),
+        _ => None,
+    };
+    let grown: Vec<_> = merged.iter().filter_map(last_of).collect();
+    assert_eq!(grown, [(Subject::LineString(141), 4), (Subject::LineString(143), 5)]);
     let (role, member) = ("right_of_way".into(), Subject::Lanelet(217));
     assert!(merged.contains(&Edit::RemoveMember { on: Subject::RegulatoryElement(311), role, member }));
     for subject in [Subject::Lanelet(217), Subject::LineString(142), Subject::LineString(144)] {
@@ -171,4 +177,33 @@ fn fixing_makes_no_error_where_there_was_none() {
         })
         .sum();
     println!("{done} fixes on {} maps", maps.len());
+}
+
+#[test]
+fn the_file_of_the_projector_is_written_beside_the_map() {
+    let folder = tempfile::tempdir().unwrap();
+    let map = folder.path().join("map.osm");
+    // Local coordinates alone: only the file can say so.
+    let text = fs::read_to_string(root().join("tests/rules/vm-03-08/good.osm")).unwrap();
+    fs::write(&map, text.lines().map(with_local_place).collect::<Vec<_>>().join("\n")).unwrap();
+    let fixed = |unsafe_too| lanewright::fix(map.clone(), &FixOptions { unsafe_too, ..FixOptions::default() }).unwrap();
+    assert!(!fixed(false).diff().contains("projector_type"), "heights are taken from the ellipsoid: it needs a look");
+    let all = fixed(true);
+    assert!(all.diff().contains("+projector_type: Local"), "{}", all.diff());
+    all.write().unwrap();
+    let written = fs::read_to_string(folder.path().join("map_projector_info.yaml")).unwrap();
+    assert_eq!(written, "projector_type: Local\nvertical_datum: WGS84\n");
+    assert!(fixed(true).diff().is_empty(), "a second run finds nothing to do");
+}
+
+/// The line of a node with its place in metres only.
+fn with_local_place(line: &str) -> String {
+    let number = |name: &str| -> Option<f64> {
+        let (_, rest) = line.split_once(&format!(" {name}=\""))?;
+        rest.split_once('"')?.0.parse().ok()
+    };
+    let Some((lat, lon)) = number("lat").zip(number("lon")) else { return line.to_owned() };
+    let (x, y) = ((lon - 139.72) * 90_000.0, (lat - 35.25) * 111_000.0);
+    let head = &line[..line.find(" lat=").unwrap()];
+    format!("{head}><tag k=\"local_x\" v=\"{x:.3}\"/><tag k=\"local_y\" v=\"{y:.3}\"/><tag k=\"ele\" v=\"10\"/></node>")
 }

@@ -10,6 +10,7 @@ mod divided_maps;
 #[path = "../fault_injection/mod.rs"]
 mod fault_injection;
 mod first_screen;
+mod fix_of_each_fault;
 mod fixes;
 mod formats;
 mod malformed_input;
