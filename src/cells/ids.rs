@@ -111,6 +111,11 @@ impl<T> Lists<T> {
         &mut self.items
     }
 
+    /// How many lists there are.
+    pub fn count(&self) -> usize {
+        self.ends.len()
+    }
+
     /// How many items there are in all lists.
     pub fn items(&self) -> usize {
         self.items.len()

@@ -77,8 +77,8 @@ struct Needs {
 }
 
 impl Needs {
-    fn of(survey: Survey, projector: &Projector, size: TileSize) -> Self {
-        let places = projector.forward_all(&survey.places);
+    fn of(mut survey: Survey, projector: &Projector, size: TileSize) -> Self {
+        let places = projector.forward_all(&std::mem::take(&mut survey.places));
         let mut reach = Reach::new(&survey, &places, size);
         let mut nodes: Vec<SetId> =
             (0..places.len()).map(|node| reach.of_node(&line(&[node as u32], &places))).collect();

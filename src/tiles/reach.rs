@@ -1,11 +1,13 @@
 //! Which data each tile needs: all that touches a square near it, or near a road that touches it.
 
+use std::collections::BTreeSet;
+
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::cells::{Cell, CellSets, Grid, Lists, NOWHERE, SetId};
 use crate::geometry::Point;
 
-use super::survey::{Survey, WayUse};
+use super::survey::{GONE, Survey, WayUse};
 
 /// Squares by which is told what is near, with sides of 100 m: no intersection reaches farther from the nodes of its roads.
 const SQUARES: Grid = Grid::of_metres(100);
@@ -22,8 +24,7 @@ pub struct TileSize {
 /// Which tiles need what touches a place.
 #[derive(Debug)]
 pub struct Reach {
-    /// The tiles that need what touches a square.
-    needed_by: FxHashMap<Cell, SetId>,
+    needed_by: NeededBy,
     /// For each way the tiles that need one of the roads that it is part of, by their squares: roads are needed whole.
     roads_of_ways: Lists<u32>,
     needed_roads: Vec<SetId>,
@@ -33,19 +34,18 @@ pub struct Reach {
 impl Reach {
     /// Finds which tiles there are and what they need, by the places of all nodes in the plane.
     pub fn new(survey: &Survey, places: &[Point], size: TileSize) -> Self {
-        let Roads { roads, of_ways } = Roads::of(survey, places);
+        let roads = Roads::of(survey, places);
         let mut sets = CellSets::default();
-        let needed_by = needed_by(&roads, size, &mut sets);
-        let of_road =
-            |road: &Road| union(&mut sets, road.squares.iter().filter_map(|square| needed_by.get(square).copied()));
-        let needed_roads = roads.iter().map(of_road).collect();
-        Self { needed_by, roads_of_ways: of_ways, needed_roads, sets }
+        let needed_by = NeededBy::of(&roads, places, size, &mut sets);
+        let of_road = |road| union(&mut sets, roads.squares(road).filter_map(|square| needed_by.get(*square)));
+        let needed_roads = (0..roads.count() as u32).map(of_road).collect();
+        Self { needed_by, roads_of_ways: roads.of_ways, needed_roads, sets }
     }
 
     /// The tiles that need a place.
     pub(super) fn of_node(&mut self, place: &[Point]) -> SetId {
         let touched = touched(place);
-        union(&mut self.sets, touched.iter().filter_map(|square| self.needed_by.get(square).copied()))
+        union(&mut self.sets, touched.iter().filter_map(|square| self.needed_by.get(*square)))
     }
 
     /// The tiles that need a way.
@@ -61,42 +61,84 @@ fn union(sets: &mut CellSets, of: impl Iterator<Item = SetId>) -> SetId {
     of.fold(NOWHERE, |all, set| sets.union(all, set))
 }
 
-/// The tiles that need what touches a square. A tile is there where a road comes near.
-fn needed_by(roads: &[Road], size: TileSize, sets: &mut CellSets) -> FxHashMap<Cell, SetId> {
-    let margin = (size.margin / SQUARES.size()).ceil() as i32;
-    let mut at: FxHashMap<Cell, Vec<&Road>> = FxHashMap::default();
-    for road in roads {
-        road.squares.iter().for_each(|square| at.entry(*square).or_default().push(road));
-    }
-    let near: FxHashSet<Cell> = around(at.keys().copied(), 1);
-    let tiles: FxHashSet<Cell> = near.into_iter().flat_map(|square| covered(square, SQUARES, size.tiles)).collect();
-    let mut tiles = Vec::from_iter(tiles);
-    tiles.sort_unstable();
-    let mut needed_by: FxHashMap<Cell, SetId> = FxHashMap::default();
-    for tile in tiles {
-        let of_tile = sets.of(&[tile]);
-        for square in around(looked_at(tile, size.tiles, &at).into_iter(), margin) {
-            let set = needed_by.entry(square).or_insert(NOWHERE);
-            *set = sets.union(*set, of_tile);
+/// The tiles that need what touches a square, by squares in order: half as much memory as a map by hashes takes.
+#[derive(Debug)]
+struct NeededBy(Vec<(Cell, SetId)>);
+
+impl NeededBy {
+    /// A tile is there where a road comes near.
+    fn of(roads: &Roads, places: &[Point], size: TileSize, sets: &mut CellSets) -> Self {
+        let margin = (size.margin / SQUARES.size()).ceil() as i32;
+        let at = RoadsBySquare::of(roads);
+        let mut tiles: BTreeSet<Cell> = BTreeSet::new();
+        for square in at.squares() {
+            let near = (-1..=1).flat_map(|row| (-1..=1).map(move |column| (row, column)));
+            let near = near.map(|(row, column)| Cell { row: square.row + row, column: square.column + column });
+            tiles.extend(near.flat_map(|square| covered(square, SQUARES, size.tiles)));
         }
+        let mut needs: Vec<(Cell, SetId)> = Vec::new();
+        for tile in tiles {
+            let of_tile = sets.of(&[tile]);
+            let looked_at = looked_at(tile, size.tiles, (roads, places), &at);
+            needs.extend(around(looked_at.into_iter(), margin).into_iter().map(|square| (square, of_tile)));
+        }
+        needs.sort_unstable();
+        needs.dedup_by(|next, kept| {
+            let same = next.0 == kept.0;
+            if same {
+                kept.1 = sets.union(kept.1, next.1);
+            }
+            same
+        });
+        Self(needs)
     }
-    needed_by
+
+    fn get(&self, square: Cell) -> Option<SetId> {
+        let at = self.0.binary_search_by_key(&square, |(square, _)| *square).ok()?;
+        self.0.get(at).map(|(_, set)| *set)
+    }
 }
 
 /// The squares of which a tile must be right: its own, those of the roads that come into it, and those of the roads with which
 /// these meet, because the shape of an intersection depends on the direction of all of its roads, however far they run straight.
-fn looked_at(tile: Cell, tiles: Grid, at: &FxHashMap<Cell, Vec<&Road>>) -> FxHashSet<Cell> {
+fn looked_at(tile: Cell, tiles: Grid, (roads, places): (&Roads, &[Point]), at: &RoadsBySquare) -> FxHashSet<Cell> {
     let mut looked_at = around(covered(tile, tiles, SQUARES), 1);
-    let roads_at = |squares: &FxHashSet<Cell>| -> Vec<&Road> {
-        squares.iter().filter_map(|square| at.get(square)).flatten().copied().collect()
-    };
+    let roads_at =
+        |squares: &FxHashSet<Cell>| -> Vec<u32> { squares.iter().flat_map(|square| at.at(*square)).collect() };
     let own = roads_at(&looked_at);
-    let ends = around(own.iter().flat_map(|road| road.ends.iter().copied()), 1);
+    let ends = own.iter().flat_map(|road| roads.ends(*road)).flat_map(|node| touched(&line(&[node], places)));
+    let ends = around(ends, 1);
     for road in own.into_iter().chain(roads_at(&ends)) {
-        looked_at.extend(&road.squares);
+        looked_at.extend(roads.squares(road));
     }
     looked_at
 }
+
+/// The roads that touch each square.
+struct RoadsBySquare(Vec<(Cell, u32)>);
+
+impl RoadsBySquare {
+    fn of(roads: &Roads) -> Self {
+        let mut all: Vec<(Cell, u32)> = Vec::with_capacity(roads.squares.items());
+        for road in 0..roads.count() as u32 {
+            all.extend(roads.squares(road).map(|square| (*square, road)));
+        }
+        all.sort_unstable();
+        all.dedup();
+        Self(all)
+    }
+
+    /// Each square that a road touches.
+    fn squares(&self) -> impl Iterator<Item = Cell> {
+        self.0.chunk_by(|a, b| a.0 == b.0).filter_map(|chunk| Some(chunk.first()?.0))
+    }
+
+    fn at(&self, square: Cell) -> impl Iterator<Item = u32> {
+        let begin = self.0.partition_point(|(other, _)| *other < square);
+        self.0.iter().skip(begin).take_while(move |(other, _)| *other == square).map(|(_, road)| *road)
+    }
+}
+
 /// The squares that a line touches. One around half the Earth has a misplaced node: it is where its nodes are.
 fn touched(line: &[Point]) -> Vec<Cell> {
     let mut touched = Vec::new();
@@ -127,18 +169,18 @@ fn around(squares: impl Iterator<Item = Cell>, reach: i32) -> FxHashSet<Cell> {
         .collect()
 }
 
-/// A road from one intersection to the next, over all ways that it is made of.
-#[derive(Debug, Default)]
-struct Road {
-    /// What it touches.
-    squares: Vec<Cell>,
-    /// Those in which it ends.
-    ends: Vec<Cell>,
-}
-
-/// All roads.
+/// All roads, each from one intersection to the next over all ways that it is made of. A road of several pieces goes by the first
+/// of them; the others are none by themselves. Some 40 bytes are held for each piece.
+#[derive(Default)]
 struct Roads {
-    roads: Vec<Road>,
+    /// By piece: what it touches.
+    squares: Lists<Cell>,
+    /// By piece: the nodes at which its road ends, or [`GONE`].
+    ends: Vec<[u32; 2]>,
+    /// By the first piece of a road that has several: the others.
+    others: FxHashMap<u32, Vec<u32>>,
+    /// The pieces that are one of the others.
+    parts: FxHashSet<u32>,
     /// For each way the roads that it is part of.
     of_ways: Lists<u32>,
 }
@@ -146,44 +188,55 @@ struct Roads {
 impl Roads {
     fn of(survey: &Survey, places: &[Point]) -> Self {
         let mut pieces = Pieces { survey, meeting: meeting(survey), joined: Vec::new(), ending: FxHashMap::default() };
-        let (mut roads, mut of_ways) = (Vec::new(), Lists::default());
+        let mut roads = Self::default();
         for (way, of) in survey.ways.iter().enumerate() {
-            let first = roads.len() as u32;
+            let first = pieces.joined.len() as u32;
             let of_way = if *of == WayUse::Driven { pieces.of(way) } else { Vec::new() };
             for piece in of_way {
                 pieces.add(piece);
-                let ends = [piece.first(), piece.last()].into_iter().flatten();
-                let ends: Vec<u32> = ends.copied().filter(|node| pieces.meeting(*node) != 2).collect();
-                let ends = ends.into_iter().flat_map(|node| touched(&line(&[node], places))).collect();
-                roads.push(Road { squares: touched(&line(piece, places)), ends });
+                let ends = [piece.first(), piece.last()].map(|node| node.copied().unwrap_or(GONE));
+                roads.ends.push(ends.map(|node| if pieces.meeting(node) == 2 { GONE } else { node }));
+                roads.squares.push(touched(&line(piece, places)));
             }
-            of_ways.push(first..roads.len() as u32);
+            roads.of_ways.push(first..pieces.joined.len() as u32);
         }
-        let first: Vec<usize> = (0..roads.len()).map(|piece| pieces.first(piece)).collect();
-        // Of a road that is made of several pieces the first stands for all.
-        for (piece, first) in first.iter().enumerate().filter(|(piece, first)| piece != *first) {
-            let Road { squares, ends } = roads.get_mut(piece).map(std::mem::take).unwrap_or_default();
-            if let Some(road) = roads.get_mut(*first) {
-                road.squares.extend(squares);
-                road.ends.extend(ends);
+        for piece in 0..pieces.joined.len() as u32 {
+            let first = pieces.first(piece);
+            if first != piece {
+                roads.others.entry(first).or_default().push(piece);
+                roads.parts.insert(piece);
             }
         }
-        for Road { squares, ends } in &mut roads {
-            for cells in [squares, ends] {
-                cells.sort_unstable();
-                cells.dedup();
-            }
+        for piece in roads.of_ways.items_mut() {
+            *piece = pieces.first(*piece);
         }
-        for piece in of_ways.items_mut() {
-            *piece = first.get(*piece as usize).map_or(*piece, |first| *first as u32);
-        }
-        Self { roads, of_ways }
+        roads
+    }
+
+    /// How many pieces there are.
+    fn count(&self) -> usize {
+        self.squares.count()
+    }
+
+    /// What a road touches; nothing for a piece that is part of another.
+    fn squares(&self, road: u32) -> impl Iterator<Item = &Cell> {
+        self.pieces(road).flat_map(|piece| self.squares.at(piece as usize))
+    }
+
+    /// The nodes at which a road ends; some are [`GONE`].
+    fn ends(&self, road: u32) -> impl Iterator<Item = u32> {
+        self.pieces(road).filter_map(|piece| self.ends.get(piece as usize)).flatten().copied()
+    }
+
+    fn pieces(&self, road: u32) -> impl Iterator<Item = u32> {
+        let whole = (!self.parts.contains(&road)).then_some(road);
+        whole.into_iter().chain(self.others.get(&road).into_iter().flatten().copied())
     }
 }
 
 /// How many pieces of driven ways meet at each node, up to 3.
 fn meeting(survey: &Survey) -> Vec<u8> {
-    let mut meeting = vec![0_u8; survey.places.len()];
+    let mut meeting = vec![0_u8; survey.node_ids.len()];
     for (way, _) in survey.ways.iter().enumerate().filter(|(_, of)| **of == WayUse::Driven) {
         let nodes = survey.way_nodes.at(way);
         for (i, node) in nodes.iter().enumerate() {
@@ -201,9 +254,9 @@ struct Pieces<'a> {
     survey: &'a Survey,
     meeting: Vec<u8>,
     /// By piece: another of the same road, or itself.
-    joined: Vec<usize>,
+    joined: Vec<u32>,
     /// The first piece that ends at a node where two end.
-    ending: FxHashMap<u32, usize>,
+    ending: FxHashMap<u32, u32>,
 }
 
 impl<'a> Pieces<'a> {
@@ -227,13 +280,13 @@ impl<'a> Pieces<'a> {
 
     /// Joins a piece with those that it continues.
     fn add(&mut self, piece: &[u32]) {
-        let index = self.joined.len();
+        let index = self.joined.len() as u32;
         self.joined.push(index);
         for end in [piece.first(), piece.last()].into_iter().flatten() {
             if self.meeting(*end) == 2 {
                 let other = *self.ending.entry(*end).or_insert(index);
                 let (one, other) = (self.first(index), self.first(other));
-                if let Some(joined) = self.joined.get_mut(one.max(other)) {
+                if let Some(joined) = self.joined.get_mut(one.max(other) as usize) {
                     *joined = one.min(other);
                 }
             }
@@ -241,11 +294,11 @@ impl<'a> Pieces<'a> {
     }
 
     /// The first piece of the road that a piece belongs to.
-    fn first(&mut self, mut piece: usize) -> usize {
-        while let Some(before) = self.joined.get(piece).copied().filter(|before| *before != piece) {
-            let first = self.joined.get(before).copied().unwrap_or(before);
+    fn first(&mut self, mut piece: u32) -> u32 {
+        while let Some(before) = self.joined.get(piece as usize).copied().filter(|before| *before != piece) {
+            let first = self.joined.get(before as usize).copied().unwrap_or(before);
             // So the way there is halved each time.
-            if let Some(joined) = self.joined.get_mut(piece) {
+            if let Some(joined) = self.joined.get_mut(piece as usize) {
                 *joined = first;
             }
             piece = first;

@@ -40,7 +40,7 @@ fn not_xml() {
 
 #[test]
 fn not_text() {
-    both_refuse(b"\x89PNG\r\n\x1a\n\xff\xfe", &["not UTF-8"]);
+    both_refuse(b"\x89PNG\r\n\x1a\n\xff\xfe", &["neither OpenStreetMap PBF nor UTF-8 text"]);
 }
 
 #[test]
