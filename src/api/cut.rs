@@ -108,8 +108,8 @@ pub struct CutTile {
 }
 
 /// Cuts OpenStreetMap data into the tiles from which a map can be built piece by piece, anywhere and in any order: a folder with
-/// the data of each tile, OpenStreetMap XML, and a description. All is written or nothing. Some 50 bytes are held in memory for
-/// each node of the input. `tell` hears what is done next.
+/// the data of each tile, OpenStreetMap XML, and a description. All is written or nothing. Some 120 bytes are held in memory for
+/// each node of a road. `tell` hears what is done next.
 ///
 /// # Errors
 ///

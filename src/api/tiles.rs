@@ -43,7 +43,7 @@ pub struct Tiled {
 
 /// Builds a map from OpenStreetMap data in tiles and writes it in cells, all or none: the cells that
 /// [`write_cells`](super::BuiltMap::write_cells) writes of the map in one piece. As many tiles are built at a time as there are
-/// threads: memory depends on the largest tile, but for some 50 bytes for each node of the input. `tell` hears what is done next.
+/// threads: memory depends on the largest tile, but for some 120 bytes for each node of a road. `tell` hears what is done next.
 ///
 /// # Errors
 ///
