@@ -2,67 +2,187 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rstar::RTree;
-use rstar::primitives::GeomWithData;
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::places::{ByPlace, keys};
 use super::proposal::{Attempt, Proposal};
 use super::text_edits::{Key, key_of};
 use crate::diagnostic::{Diagnostic, Edit, Fix, Severity, Subject};
 
-/// An error within this distance (m) of a fix may be its doing: an intersection with its approaches is about as large.
-pub const REACH: f64 = 60.0;
 /// A finding that speaks of more elements than these is about a group of them: others are about one and its neighbour.
 const MANY: usize = 2;
 
 /// What is to happen to the fixes of a batch, by their positions; nothing, where the batch does no harm.
-#[derive(Debug, Default, PartialEq, Eq)]
+#[derive(Debug, Default)]
 pub struct Verdict {
     /// They do harm, or mend nothing, and nothing else can be the cause: each with the reason.
     pub refused: Vec<(usize, String)>,
     /// They bring errors that have fixes themselves, and are to be tried together with those.
     pub leading: Vec<usize>,
-    /// Some of these do, together with others: they are tried again without those.
+    /// Groups of which some do, divided: one part is tried again without the other.
+    pub divided: Vec<Divided>,
+}
+
+/// A group of fixes that do harm together.
+#[derive(Debug)]
+pub struct Divided {
+    /// Those that are tried again at once.
+    pub kept: Vec<usize>,
+    /// Those that are put off, at least one.
     pub put_off: Vec<usize>,
+    /// What they do.
+    pub harm: Harm,
+}
+
+/// What fixes do that are not kept.
+#[derive(Clone, Debug)]
+pub struct Harm {
+    /// In one sentence.
+    pub reason: String,
+    /// Whether all of it has fixes that may be made.
+    pub mendable: bool,
+}
+
+impl Harm {
+    fn of(error: &Diagnostic, may: impl Fn(&Fix) -> bool) -> Self {
+        let mendable = error.finding.fix.as_ref().is_some_and(may);
+        Self { reason: format!("it brings {}: {}", error.code, error.finding.message), mendable }
+    }
+
+    /// Both; in the words of this one.
+    fn and(self, other: Self) -> Self {
+        Self { mendable: self.mendable && other.mendable, ..self }
+    }
 }
 
 impl Verdict {
     /// Whether the batch may be kept.
     pub fn is_clean(&self) -> bool {
-        self.refused.is_empty() && self.leading.is_empty() && self.put_off.is_empty()
+        self.refused.is_empty() && self.leading.is_empty() && self.divided.is_empty()
+    }
+
+    /// Whether a fix leads to others depends on whether it was tried with them, and all that it does can be mended.
+    fn add(&mut self, at: usize, harm: Harm, leads: bool) {
+        match harm.mendable && !leads {
+            true => self.leading.push(at),
+            false => self.refused.push((at, harm.reason)),
+        }
     }
 }
 
-/// Judges a batch by what was found before and after it; `may` says which fixes may be made at all.
-pub fn verdict(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> bool) -> Verdict {
+/// Judges a batch by what was found before and after it; `may` says which fixes may be made at all. Where only one fix can be the
+/// cause of an error, it is, unless another such fix is within reach; the other errors near it are held against
+/// it, too. Other groups are divided: at the first try in a round (`is_first`) only the likeliest causes are put off, later half of them.
+pub fn verdict(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> bool, is_first: bool) -> Verdict {
     let Attempt { left: after, done, .. } = attempt;
-    let mut groups: Vec<Vec<usize>> = Vec::new();
     let fixes = ByPlace::of(done);
-    let mut reasons: FxHashMap<usize, String> = FxHashMap::default();
-    let mut mendable: FxHashMap<usize, bool> = FxHashMap::default();
-    for error in new_errors(before, attempt) {
-        let near = fixes.near(error);
-        if let [only] = near[..] {
-            reasons.entry(only).or_insert_with(|| format!("it brings {}: {}", error.code, error.finding.message));
-            *mendable.entry(only).or_insert(true) &= error.finding.fix.as_ref().is_some_and(&may);
-        }
-        groups.push(near);
+    let mut errors: Vec<(&Diagnostic, Vec<usize>)> =
+        new_errors(before, attempt).into_iter().map(|error| (error, fixes.near(error))).collect();
+    let leads = |at: usize| done.get(at).is_some_and(|one| one.leads);
+    if !attempt.is_followed {
+        errors.retain(|(_, near)| !near.iter().any(|&at| leads(at)));
     }
-    groups.extend(without_effect(before, after, done).into_iter().map(|at| vec![at]));
+    let mut told: BTreeMap<usize, Harm> = BTreeMap::new();
+    for (error, near) in &errors {
+        if let [only] = near[..] {
+            let harm = Harm::of(error, &may);
+            told.entry(only).and_modify(|known| known.mendable &= harm.mendable).or_insert(harm);
+        }
+    }
+    let open: Vec<&(&Diagnostic, Vec<usize>)> =
+        errors.iter().filter(|(_, near)| !near.iter().any(|at| told.contains_key(at))).collect();
+    let idle: Vec<usize> =
+        without_effect(before, after, done).into_iter().filter(|at| !told.contains_key(at)).collect();
+    let groups = open.iter().map(|(_, near)| near.clone()).chain(idle.iter().map(|&at| vec![at]));
+    let shared = suspicion(open.iter().map(|(_, near)| near.as_slice()));
+    let own = suspicion(errors.iter().map(|(_, near)| near.as_slice()).filter(|near| near.len() == 1));
+    let mut harms = harms(&open, &may);
     let mut verdict = Verdict::default();
-    for group in united(groups) {
+    for group in united(groups.collect()) {
+        let harm = group.iter().filter_map(|at| harms.remove(at)).reduce(Harm::and);
+        let harm = harm.unwrap_or_else(|| Harm { reason: "the finding stays".to_owned(), mendable: false });
         match group[..] {
-            [only] if mendable.get(&only) == Some(&true) && done.get(only).is_some_and(|one| !one.leads) => {
-                verdict.leading.push(only);
-            }
-            [only] => {
-                let reason = reasons.remove(&only).unwrap_or_else(|| "the finding stays".to_owned());
-                verdict.refused.push((only, reason));
-            }
-            _ => verdict.put_off.extend(second_half(group, done)),
+            [only] => verdict.add(only, harm, leads(only)),
+            _ => verdict.divided.push(divided(group, harm, done, &shared, is_first)),
+        }
+    }
+    for cluster in competing(&errors, &told, &fixes) {
+        let harms: Vec<Harm> = cluster.iter().filter_map(|at| told.remove(at)).collect();
+        let Some(harm) = harms.into_iter().reduce(Harm::and) else { continue };
+        match cluster[..] {
+            [only] => verdict.add(only, harm, leads(only)),
+            _ => verdict.divided.push(divided(cluster, harm, done, &own, is_first)),
         }
     }
     verdict
+}
+
+/// What errors say, by the first fix near each.
+fn harms(errors: &[&(&Diagnostic, Vec<usize>)], may: impl Fn(&Fix) -> bool) -> FxHashMap<usize, Harm> {
+    let mut harms: FxHashMap<usize, Harm> = FxHashMap::default();
+    for (error, near) in errors {
+        if let Some(&first) = near.first() {
+            let harm = Harm::of(error, &may);
+            let harm = harms.remove(&first).into_iter().fold(harm, |harm, earlier| earlier.and(harm));
+            harms.insert(first, harm);
+        }
+    }
+    harms
+}
+
+/// Fixes that are each the only one near an error; together those that are within reach of each other's, for a fix may do harm to what
+/// another is about.
+fn competing(errors: &[(&Diagnostic, Vec<usize>)], told: &BTreeMap<usize, Harm>, fixes: &ByPlace) -> Vec<Vec<usize>> {
+    let clusters = errors.iter().filter_map(|(error, near)| match near[..] {
+        [only] => {
+            let around = fixes.around(error).filter(|at| told.contains_key(at));
+            Some(std::iter::once(only).chain(around).collect::<BTreeSet<usize>>().into_iter().collect())
+        }
+        _ => None,
+    });
+    united(clusters.collect())
+}
+
+/// How likely each fix is the cause of errors: the fewer fixes are near an error, the more is it the doing of each.
+fn suspicion<'a>(errors: impl Iterator<Item = &'a [usize]>) -> FxHashMap<usize, f64> {
+    let mut suspicion: FxHashMap<usize, f64> = FxHashMap::default();
+    for near in errors {
+        for &at in near {
+            *suspicion.entry(at).or_default() += 1.0 / near.len() as f64;
+        }
+    }
+    suspicion
+}
+
+/// Divides a group: those that change most are put off first, among them the likeliest causes.
+fn divided(
+    mut group: Vec<usize>,
+    harm: Harm,
+    done: &[Proposal],
+    suspicion: &FxHashMap<usize, f64>,
+    is_first: bool,
+) -> Divided {
+    let rank = |at: &usize| {
+        let change = done.get(*at).and_then(|one| one.edits().map(change_of).max()).unwrap_or_default();
+        (change, suspicion.get(at).copied().unwrap_or(0.0))
+    };
+    let by_rank = |a: &usize, b: &usize| {
+        let (a, b) = (rank(a), rank(b));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+    };
+    group.sort_by(by_rank);
+    let half = group.len().div_ceil(2);
+    let as_likely = |last: &usize| group.partition_point(|at| by_rank(at, last).is_lt());
+    let likeliest = group.last().map_or(half, as_likely);
+    let put_off = group.split_off(if is_first { likeliest.max(half) } else { half });
+    Divided { kept: group, put_off, harm }
+}
+
+/// Whether a batch has brought errors that are not near a fix that leads to others: they are to be dealt with first.
+pub fn does_other_harm(before: &[Diagnostic], attempt: &Attempt) -> bool {
+    let fixes = ByPlace::of(&attempt.done);
+    let leads = |at: usize| attempt.done.get(at).is_some_and(|one| one.leads);
+    new_errors(before, attempt).into_iter().any(|error| !fixes.near(error).into_iter().any(leads))
 }
 
 /// The fixes of errors that a batch has brought, each with the position of the fix that leads to it.
@@ -75,13 +195,6 @@ pub fn following(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) ->
         Some((leader, follower))
     });
     followers.collect()
-}
-
-/// The half of a group that is put off: those that make new elements first, for they change more than tags do.
-fn second_half(mut group: Vec<usize>, done: &[Proposal]) -> Vec<usize> {
-    let makes_elements = |one: &Proposal| one.edits().any(makes_elements);
-    group.sort_by_key(|&at| done.get(at).is_some_and(makes_elements));
-    group.split_off(group.len().div_ceil(2))
 }
 
 /// How many errors of each code each element of the files has, and what the errors speak of.
@@ -137,12 +250,6 @@ impl ErrorCounts {
         };
         errors.filter(is_new).collect()
     }
-}
-
-/// The elements that a finding speaks of.
-fn keys(found: &Diagnostic) -> impl Iterator<Item = Key> + '_ {
-    let related = found.finding.related.iter().map(|one| one.subject);
-    std::iter::once(found.finding.subject).chain(related).filter_map(key_of)
 }
 
 /// The errors that a batch has brought.
@@ -215,84 +322,17 @@ fn without_effect(before: &[Diagnostic], after: &[Diagnostic], done: &[Proposal]
     done.iter().enumerate().filter(stays).map(|(at, _)| at).collect()
 }
 
-/// The fixes of a batch by place and by what they are about.
-struct ByPlace {
-    tree: RTree<GeomWithData<[f64; 2], usize>>,
-    elements: FxHashMap<Key, Vec<usize>>,
-    /// Those without a place.
-    nowhere: Vec<usize>,
-    count: usize,
-}
-
-impl ByPlace {
-    fn of(done: &[Proposal]) -> Self {
-        let mut elements: FxHashMap<Key, Vec<usize>> = FxHashMap::default();
-        let (mut placed, mut nowhere) = (Vec::new(), Vec::new());
-        for (at, one) in done.iter().enumerate() {
-            let touched = one.edits().flat_map(touched);
-            for key in touched.filter_map(key_of).chain(one.about.iter().copied()) {
-                elements.entry(key).or_default().push(at);
-            }
-            match one.place.filter(|place| place.iter().all(|number| number.is_finite())) {
-                Some(place) => placed.push(GeomWithData::new(place, at)),
-                None => nowhere.push(at),
-            }
-        }
-        Self { tree: RTree::bulk_load(placed), elements, nowhere, count: done.len() }
-    }
-
-    /// The fixes that may have caused an error: those about what it speaks of, those within reach; else all.
-    fn near(&self, error: &Diagnostic) -> Vec<usize> {
-        let mut found: Vec<usize> = keys(error).filter_map(|key| self.elements.get(&key)).flatten().copied().collect();
-        if found.is_empty()
-            && let Some(place) = error.local
-        {
-            let within = self.tree.locate_within_distance([place.x, place.y], REACH * REACH);
-            found.extend(within.map(|one| one.data));
-        }
-        if found.is_empty() {
-            found.clone_from(&self.nowhere);
-        }
-        if found.is_empty() {
-            found.extend(0..self.count);
-        }
-        found.sort_unstable();
-        found.dedup();
-        found
-    }
-}
-
-/// What an edit changes, or makes part of something else.
-fn touched(edit: &Edit) -> Vec<Subject> {
+/// How much an edit changes: tags and members least, then points and lines, most where lanelets become part of something else.
+fn change_of(edit: &Edit) -> u8 {
     match edit {
-        Edit::SetTag { on, .. }
-        | Edit::RemoveTag { on, .. }
-        | Edit::RemoveRepeat { on, .. }
-        | Edit::Renumber { on, .. } => {
-            vec![*on]
-        }
-        Edit::AddMember { on, member, .. }
-        | Edit::RemoveMember { on, member, .. }
-        | Edit::SetRole { on, member, .. } => {
-            vec![*on, *member]
-        }
-        Edit::MergePoints { from, to } => vec![Subject::Point(*from), Subject::Point(*to)],
-        Edit::InsertVertex { way, .. }
-        | Edit::RemoveVertex { way, .. }
-        | Edit::SetVertices { way, .. }
-        | Edit::ReverseWay { way } => vec![*way],
-        Edit::ReplaceWay { lanelet, .. } => vec![Subject::Lanelet(*lanelet)],
-        Edit::SetPlace { point, .. } | Edit::PlaceBetween { point, .. } => vec![Subject::Point(*point)],
-        Edit::Remove { subject } => vec![*subject],
-        Edit::CreateStopLine { element, .. } => vec![*element],
-        Edit::CreateArea { lanelets, .. } => lanelets.iter().copied().map(Subject::Lanelet).collect(),
-        Edit::CreateRegulatoryElement { referrers, .. } => referrers.iter().copied().map(Subject::Lanelet).collect(),
+        Edit::SetTag { .. }
+        | Edit::RemoveTag { .. }
+        | Edit::AddMember { .. }
+        | Edit::RemoveMember { .. }
+        | Edit::SetRole { .. } => 0,
+        Edit::CreateArea { .. } | Edit::CreateRegulatoryElement { .. } | Edit::ReplaceWay { .. } => 2,
+        _ => 1,
     }
-}
-
-/// Whether an edit makes lanelets part of something else.
-fn makes_elements(edit: &Edit) -> bool {
-    matches!(edit, Edit::CreateArea { .. } | Edit::CreateRegulatoryElement { .. } | Edit::ReplaceWay { .. })
 }
 
 /// Groups that have a fix in common, as one; each sorted, in the order of their first.

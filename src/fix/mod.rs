@@ -4,7 +4,10 @@
 mod blame;
 mod canonical;
 mod element;
+mod order;
+mod places;
 mod proposal;
+mod suspects;
 #[cfg(test)]
 mod tests;
 mod text_edits;
@@ -14,10 +17,12 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::cancel;
 use crate::diagnostic::{Diagnostic, Fix};
 use crate::osm::{OsmData, ReadError, Source, read_bytes};
-use blame::ErrorCounts;
+use blame::{Divided, ErrorCounts};
 pub use canonical::canonical;
+use order::first_of;
 pub use proposal::Mend;
 use proposal::{Attempt, Proposal};
+use suspects::Suspects;
 use text_edits::{Key, TextEdits};
 
 /// What came of mending.
@@ -102,6 +107,8 @@ struct Memory {
     made: Vec<(Option<[f64; 2]>, Vec<Key>)>,
     /// How many had been made when a fix was refused.
     refused_at: FxHashMap<Mend, usize>,
+    /// Groups of fixes that do harm together, as is known from earlier rounds.
+    convicted: Vec<Suspects>,
 }
 
 impl Memory {
@@ -144,21 +151,10 @@ impl Memory {
         let since = self.refused_at.get(&one.mend).copied().unwrap_or(0);
         self.made.get(since..).unwrap_or_default().iter().any(|(place, about)| {
             let apart = |(a, b): ([f64; 2], [f64; 2])| (a[0] - b[0]).hypot(a[1] - b[1]);
-            place.zip(one.place).is_none_or(|places| apart(places) <= blame::REACH)
+            place.zip(one.place).is_none_or(|places| apart(places) <= places::REACH)
                 || about.iter().any(|key| one.about.contains(key))
         })
     }
-}
-
-/// The fixes that go first: those of what does not load, since most of what else is found may only follow from it; then the
-/// safe ones, which are not to share the blame for what an assumption does; then the others; areas last, over what is settled.
-fn first_of(open: Vec<Proposal>) -> Vec<Proposal> {
-    let rank = |one: &Proposal| match is_of_the_file(&one.mend) {
-        true => 0,
-        false => 1 + u8::from(!one.fix.safe) + u8::from(one.draws_area()),
-    };
-    let first = open.iter().map(rank).min();
-    open.into_iter().filter(|one| Some(rank(one)) == first).collect()
 }
 
 /// Makes those fixes of a batch that do no harm together; gives back the new ids of elements. At the least one fix is kept or
@@ -169,6 +165,9 @@ fn round<E>(
     mut batch: Vec<Proposal>,
     judge: &impl Fn(&OsmData) -> Result<Vec<Diagnostic>, FixError<E>>,
 ) -> Result<FxHashMap<Key, i64>, FixError<E>> {
+    let convicted = std::mem::take(&mut memory.convicted);
+    let mut suspects: Vec<Suspects> = convicted.into_iter().filter_map(|group| group.divide(&mut batch)).collect();
+    let mut is_first = true;
     while !batch.is_empty() {
         let Some(attempt) = attempt(state, memory, &batch, judge)? else {
             // Not one of them can be made, though nothing else is changed.
@@ -176,34 +175,64 @@ fn round<E>(
             refuse(state, memory, all);
             break;
         };
-        let verdict = blame::verdict(&state.left, &attempt, |fix| memory.may(fix));
+        let verdict = blame::verdict(&state.left, &attempt, |fix| memory.may(fix), is_first);
         if verdict.is_clean() {
-            for one in attempt.done {
-                memory.tried.insert(one.mend.clone());
-                memory.made.push((one.place, one.about.clone()));
-                state.done.extend(one.mends());
-            }
-            (state.osm, state.left) = (attempt.osm, attempt.left);
-            return Ok(attempt.renumbered);
+            return Ok(keep(state, memory, attempt, suspects));
         }
+        is_first = false;
         let mut of_each: Vec<Option<Proposal>> = attempt.done.into_iter().map(Some).collect();
-        let mut take = |places: &[usize]| -> Vec<Proposal> {
-            places.iter().filter_map(|&at| of_each.get_mut(at)?.take()).collect()
-        };
-        let (refused, reasons): (Vec<usize>, Vec<String>) = verdict.refused.into_iter().unzip();
-        let refused: Vec<(Mend, String)> = take(&refused)
-            .into_iter()
-            .zip(reasons)
-            .flat_map(|(one, reason)| twins(&state.left, one).into_iter().map(move |mend| (mend, reason.clone())))
-            .collect();
-        take(&verdict.put_off);
-        memory.leading.extend(take(&verdict.leading).into_iter().map(|one| one.mend));
-        refuse(state, memory, refused.into_iter());
+        for Divided { kept, put_off, harm } in verdict.divided {
+            let mend = |at: usize| Some(of_each.get(at)?.as_ref()?.mend.clone());
+            let kept = kept.into_iter().filter_map(mend).collect();
+            suspects.push(Suspects { kept, put_off: take(&mut of_each, put_off), harm });
+        }
+        memory.leading.extend(take(&mut of_each, verdict.leading).into_iter().map(|one| one.mend));
+        for (at, reason) in verdict.refused {
+            for one in take(&mut of_each, [at]) {
+                refuse_with_twins(state, memory, one, &reason);
+            }
+        }
         let unfollowed = |one: Proposal| Proposal { followers: Vec::new(), ..one };
         let is_open = |one: &Proposal| !memory.tried.contains(&one.mend);
         batch = of_each.into_iter().flatten().filter(is_open).map(unfollowed).collect();
     }
     Ok(FxHashMap::default())
+}
+
+fn take(of_each: &mut [Option<Proposal>], places: impl IntoIterator<Item = usize>) -> Vec<Proposal> {
+    places.into_iter().filter_map(|at| of_each.get_mut(at)?.take()).collect()
+}
+
+/// Keeps what a batch has done, and blames those whom it leaves as the only cause of harm; gives back the new ids of elements.
+fn keep(state: &mut Mended, memory: &mut Memory, attempt: Attempt, suspects: Vec<Suspects>) -> FxHashMap<Key, i64> {
+    let made: FxHashSet<Mend> = attempt.done.iter().map(|one| one.mend.clone()).collect();
+    for one in attempt.done {
+        memory.tried.insert(one.mend.clone());
+        memory.made.push((one.place, one.about.clone()));
+        state.done.extend(one.mends());
+    }
+    (state.osm, state.left) = (attempt.osm, attempt.left);
+    let open = suspects::open_edits(&state.left);
+    let convicted: Vec<Suspects> = suspects.into_iter().filter(|group| group.are_convicted(&made, &open)).collect();
+    for mut group in convicted {
+        match (group.put_off.len(), group.put_off.pop()) {
+            (1, Some(only)) if group.harm.mendable && !only.leads => {
+                memory.leading.insert(only.mend);
+            }
+            (1, Some(only)) => refuse_with_twins(state, memory, only, &group.harm.reason),
+            (_, last) => {
+                group.put_off.extend(last);
+                memory.convicted.push(group);
+            }
+        }
+    }
+    attempt.renumbered
+}
+
+/// Refuses a fix and those of other findings that would do the very same.
+fn refuse_with_twins(state: &mut Mended, memory: &mut Memory, one: Proposal, reason: &str) {
+    let twins = twins(&state.left, one);
+    refuse(state, memory, twins.into_iter().map(|mend| (mend, reason.to_owned())));
 }
 
 /// A fix and those of other findings that would do the very same: each lanelet of an intersection proposes its area.
@@ -228,15 +257,11 @@ fn refuse(state: &mut Mended, memory: &mut Memory, refused: impl Iterator<Item =
     }
 }
 
-/// Whether a fix mends the file itself, before anything in it means something.
-fn is_of_the_file(mend: &Mend) -> bool {
-    ["load/", "ids/", "node/"].iter().any(|family| mend.code.starts_with(family))
-}
-
 /// The files' texts with the edits of one fix; `None` if it cannot be made.
 pub fn edited(osm: &OsmData, fix: &Fix) -> Option<Vec<String>> {
     let mut edits = TextEdits::new(osm);
-    edits.apply(fix).then(|| edits.texts())
+    edits.apply(fix)?;
+    Some(edits.texts())
 }
 
 /// Applies those fixes of a batch that do not change the same thing, and with those that lead to others these, too; `None` if
@@ -248,15 +273,18 @@ fn attempt<E>(
     judge: &impl Fn(&OsmData) -> Result<Vec<Diagnostic>, FixError<E>>,
 ) -> Result<Option<Attempt>, FixError<E>> {
     let mut edits = TextEdits::new(&state.osm);
-    let done: Vec<Proposal> = batch.iter().filter(|one| edits.apply(&one.fix)).cloned().collect();
+    let make = |one: &Proposal| Some(Proposal { creates: edits.apply(&one.fix)?, ..one.clone() });
+    let done: Vec<Proposal> = batch.iter().filter_map(make).collect();
     if done.is_empty() {
         return Ok(None);
     }
     let renumbered = edits.renumbered();
     let osm = reread(&state.osm.sources, edits.texts()).map_err(FixError::Read)?;
     let left = judge(&osm)?;
-    let mut attempt = Attempt { osm, left, done, renumbered };
-    if attempt.done.iter().any(|one| one.leads) {
+    let mut attempt = Attempt { osm, left, done, renumbered, is_followed: false };
+    let leads = attempt.done.iter().any(|one| one.leads);
+    if leads && !blame::does_other_harm(&state.left, &attempt) {
+        attempt.is_followed = true;
         for _ in 0..MOST_STEPS {
             if !follow(&state.left, memory, &mut attempt, judge)? {
                 break;
@@ -278,7 +306,11 @@ fn follow<E>(
 ) -> Result<bool, FixError<E>> {
     let following = blame::following(before, attempt, |fix| memory.may(fix));
     let mut edits = TextEdits::new(&attempt.osm);
-    let made: Vec<(usize, Proposal)> = following.into_iter().filter(|(_, one)| edits.apply(&one.fix)).collect();
+    let make = |(leader, one): (usize, Proposal)| {
+        let creates = edits.apply(&one.fix)?;
+        Some((leader, Proposal { creates, ..one }))
+    };
+    let made: Vec<(usize, Proposal)> = following.into_iter().filter_map(make).collect();
     if made.is_empty() {
         return Ok(false);
     }
@@ -294,6 +326,7 @@ fn follow<E>(
     }
     for (leader, one) in made {
         if let Some(leader) = attempt.done.get_mut(leader) {
+            leader.creates.extend(one.creates);
             leader.followers.push((one.mend, one.fix));
         }
     }

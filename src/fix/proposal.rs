@@ -28,6 +28,8 @@ pub struct Proposal {
     pub place: Option<[f64; 2]>,
     /// The elements that the finding speaks of.
     pub about: Vec<Key>,
+    /// The elements that it has made, where it was made.
+    pub creates: Vec<Key>,
     /// Whether it is made together with the fixes of what it brings.
     pub leads: bool,
     /// The fixes of what it has brought.
@@ -42,7 +44,7 @@ impl Proposal {
         let place = found.local.map(|place| [place.x, place.y]);
         let related = found.finding.related.iter().map(|one| one.subject);
         let about = std::iter::once(found.finding.subject).chain(related).filter_map(key_of).collect();
-        Some(Self { mend, fix, place, about, leads: false, followers: Vec::new() })
+        Some(Self { mend, fix, place, about, creates: Vec::new(), leads: false, followers: Vec::new() })
     }
 
     /// Whether it draws an area: what it runs over has to be settled first.
@@ -71,4 +73,6 @@ pub struct Attempt {
     pub done: Vec<Proposal>,
     /// New ids of elements, by their old ones.
     pub renumbered: FxHashMap<Key, i64>,
+    /// Whether fixes that lead to others were followed by these; not where others do harm.
+    pub is_followed: bool,
 }

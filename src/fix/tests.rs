@@ -34,7 +34,7 @@ fn edited(edits: &[Edit]) -> Option<Vec<String>> {
     let osm = read(MAP);
     let mut texts = TextEdits::new(&osm);
     let fix = Fix { title: String::new(), safe: true, edits: edits.to_vec() };
-    let made = texts.apply(&fix);
+    let made = texts.apply(&fix).is_some();
     let text = texts.texts().remove(0);
     if !made {
         assert_eq!(text, MAP, "a fix that cannot be made changes nothing");
@@ -111,11 +111,11 @@ fn fixes_that_reach_for_the_same_wait() {
         safe: true,
         edits: vec![Edit::SetTag { on: Subject::Lanelet(20), key: key.into(), value: value.into() }],
     };
-    assert!(texts.apply(&set("subtype", "road")));
-    assert!(texts.apply(&set("speed_limit", "30")));
-    assert!(!texts.apply(&set("subtype", "crosswalk")));
+    assert!(texts.apply(&set("subtype", "road")).is_some());
+    assert!(texts.apply(&set("speed_limit", "30")).is_some());
+    assert!(texts.apply(&set("subtype", "crosswalk")).is_none());
     let remove = Fix { title: String::new(), safe: true, edits: vec![Edit::Remove { subject: Subject::Lanelet(20) }] };
-    assert!(!texts.apply(&remove));
+    assert!(texts.apply(&remove).is_none());
 }
 
 fn diagnostic(code: &str, subject: Subject, fix: Option<Fix>) -> Diagnostic {
@@ -220,6 +220,67 @@ fn what_does_harm_is_found_in_few_judgements() {
     let mended = mend(osm, false, judge).unwrap();
     assert_eq!((mended.done.len(), mended.refused.len()), (4950, 50));
     assert!(asked.get() <= 12, "{} judgements", asked.get());
+}
+
+/// A map of so many places, each with 16 nodes that want `ele`, of which one must not have it, and in every other place a second one. The
+/// error is told of the place, so that each node of it may be the cause.
+fn judgements_of_places(places: i64) -> usize {
+    let nodes: String =
+        (16..16 * (places + 1)).map(|id| format!("<node id=\"{id}\" lat=\"0\" lon=\"0\"/>\n")).collect();
+    let osm = read(&format!("<osm version=\"0.6\">\n{nodes}</osm>\n"));
+    let asked = std::cell::Cell::new(0);
+    let judge = |osm: &OsmData| {
+        asked.set(asked.get() + 1);
+        let mut found = Vec::new();
+        for node in &osm.nodes {
+            let (number, at) = (node.id / 16, node.id % 16);
+            let place = Some(crate::geometry::Point::new(500.0 * number as f64, 0.0));
+            if node.tags.get("ele").is_none() {
+                let on = Subject::Point(node.id);
+                let edits = vec![Edit::SetTag { on, key: "ele".into(), value: "0".into() }];
+                let fix = Fix { title: "Set ele".to_owned(), safe: true, edits };
+                found.push(Diagnostic { local: place, ..diagnostic("node/ele", on, Some(fix)) });
+            } else if at == number % 13 || (number % 2 == 0 && at == 15) {
+                let place_itself = Subject::Point(1_000_000 + node.id);
+                found.push(Diagnostic { local: place, ..diagnostic("node/no-ele", place_itself, None) });
+            }
+        }
+        Ok::<_, std::convert::Infallible>(found)
+    };
+    let mended = mend(osm, false, judge).unwrap();
+    let refused = places + places / 2;
+    assert_eq!((mended.done.len() as i64, mended.refused.len() as i64), (16 * places - refused, refused));
+    asked.get()
+}
+
+/// Places far apart are halved together: a hundred of them cost at most twice what two cost, and not fifty times.
+#[test]
+fn places_with_trouble_do_not_wait_for_each_other() {
+    let [few, many] = [2, 100].map(judgements_of_places);
+    // Sixteen nodes are halved four times; each half may be judged, and kept, for each of the two that do harm.
+    let halvings = 4;
+    assert!(few <= 2 + 2 * 2 * halvings, "{few} judgements for two places");
+    assert!(many <= 2 * few, "{few} judgements for two places, {many} for a hundred");
+}
+
+/// Fixes that are known to do harm together are not tried together again: where the others of their group do none, the last is blamed
+/// without a further judgement.
+#[test]
+fn what_follows_is_not_asked() {
+    let osm =
+        read("<osm version=\"0.6\">\n<node id=\"1\" lat=\"0\" lon=\"0\"/><node id=\"2\" lat=\"0\" lon=\"0\"/></osm>\n");
+    let asked = std::cell::Cell::new(0);
+    let judge = |osm: &OsmData| {
+        asked.set(asked.get() + 1);
+        let mut found = judge(osm)?;
+        if osm.nodes.iter().any(|node| node.id == 2 && node.tags.has("ele")) {
+            found.push(diagnostic("map/fault", Subject::Map, None));
+        }
+        Ok::<_, std::convert::Infallible>(found)
+    };
+    let mended = mend(osm, true, judge).unwrap();
+    assert_eq!((mended.done.len(), mended.refused.len()), (1, 1));
+    assert_eq!(asked.get(), 3, "as it is, with both, with one");
 }
 
 /// A node without `ele` wants it; one with `ele` and without `name` wants that. Neither is an error alone for node 3, where a

@@ -65,7 +65,7 @@ pub struct TextEdits<'a> {
     edited: BTreeMap<SourceSpan, Option<Element>>,
     /// What the current fix has changed, as it was before.
     journal: Vec<(SourceSpan, Option<Option<Element>>)>,
-    created: Vec<Element>,
+    created: Vec<(Key, Element)>,
     /// References to be rewritten: who refers, to what, and its new id. They are made at the end, all of one element at once.
     renames: Vec<(Key, Key, i64)>,
     /// Elements with a new id, by their old one.
@@ -131,15 +131,15 @@ impl<'a> TextEdits<'a> {
         }
     }
 
-    /// Makes all edits of a fix, or none of them: `false` where another fix has a claim on what it needs, or where the map
+    /// Makes all edits of a fix, or none of them; gives back the elements that it creates. `None` where another fix has a claim on what it needs, or where the map
     /// is not as the fix takes it to be.
-    pub fn apply(&mut self, fix: &Fix) -> bool {
+    pub fn apply(&mut self, fix: &Fix) -> Option<Vec<Key>> {
         let mut claim = Claim::default();
         for edit in &fix.edits {
             self.claim(edit, &mut claim);
         }
         if !self.claims.allow(&claim) {
-            return false;
+            return None;
         }
         self.journal.clear();
         let (created, renames, renumbered) = (self.created.len(), self.renames.len(), self.renumbered.len());
@@ -155,10 +155,10 @@ impl<'a> TextEdits<'a> {
             self.renames.truncate(renames);
             self.renumbered.truncate(renumbered);
             (self.last_id, self.last_small) = (last_id, last_small);
-            return false;
+            return None;
         }
         self.claims.add(claim);
-        true
+        Some(self.created.iter().skip(created).map(|(key, _)| *key).collect())
     }
 
     /// What an edit needs for itself.
@@ -366,7 +366,7 @@ impl<'a> TextEdits<'a> {
         }
         element.set_tag("type", "regulatory_element");
         element.set_tag("subtype", subtype);
-        self.created.push(element);
+        self.created.push(((ElementKind::Relation, id), element));
         for referrer in referrers {
             let lanelet = self.element(Subject::Relation(*referrer))?;
             lanelet.add_member(ElementKind::Relation, id, "regulatory_element");
@@ -380,7 +380,7 @@ impl<'a> TextEdits<'a> {
         let mut element = Element::new("way", id, "\n  ");
         points.iter().for_each(|point| element.add_vertex(*point));
         tags.iter().for_each(|(key, value)| element.set_tag(key, value));
-        self.created.push(element);
+        self.created.push(((ElementKind::Way, id), element));
         Some(id)
     }
 
@@ -504,7 +504,7 @@ impl<'a> TextEdits<'a> {
         if let Some(text) = texts.last_mut().filter(|_| !self.created.is_empty()) {
             let end = text.rfind("</osm>").unwrap_or(text.len());
             let at = text[..end].trim_end().len();
-            let added: String = self.created.iter().map(|element| format!("\n  {}", element.render())).collect();
+            let added: String = self.created.iter().map(|(_, element)| format!("\n  {}", element.render())).collect();
             text.insert_str(at, &added);
         }
         texts
@@ -520,7 +520,12 @@ fn claim_for_created(edit: &Edit, claim: &mut Claim) {
             named.extend(points.iter().map(|id| (ElementKind::Node, *id)));
         }
         Edit::CreateRegulatoryElement { subtype, referrers, members } => {
-            let created = Part::Created(subtype.to_string());
+            // A lanelet has an element for each crosswalk that it crosses, and one of each other kind.
+            let crosswalk = members.iter().find(|(role, _)| subtype == "crosswalk" && role == "refers");
+            let created = Part::Created(match crosswalk.and_then(|(_, member)| member.id()) {
+                Some(id) => format!("{subtype} {id}"),
+                None => subtype.to_string(),
+            });
             parts.extend(referrers.iter().map(|id| ((ElementKind::Relation, *id), created.clone())));
             named.extend(members.iter().filter_map(|(_, member)| key_of(*member)));
         }

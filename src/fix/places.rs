@@ -1,0 +1,114 @@
+//! Fixes by place and by the elements that they change or are about.
+
+use rstar::RTree;
+use rstar::primitives::GeomWithData;
+use rustc_hash::FxHashMap;
+
+use super::proposal::Proposal;
+use super::text_edits::{Key, key_of};
+use crate::diagnostic::{Diagnostic, Edit, Subject};
+
+/// An error within this distance (m) of a fix may be its doing: an intersection with its approaches is about as large.
+pub const REACH: f64 = 60.0;
+
+/// The fixes of a batch by place and by what they are about.
+pub struct ByPlace {
+    tree: RTree<GeomWithData<[f64; 2], usize>>,
+    elements: FxHashMap<Key, Vec<usize>>,
+    /// Those without a place.
+    nowhere: Vec<usize>,
+    count: usize,
+}
+
+impl ByPlace {
+    /// Those of a batch.
+    pub fn of(done: &[Proposal]) -> Self {
+        let mut elements: FxHashMap<Key, Vec<usize>> = FxHashMap::default();
+        let (mut placed, mut nowhere) = (Vec::new(), Vec::new());
+        for (at, one) in done.iter().enumerate() {
+            for key in elements_of(one) {
+                elements.entry(key).or_default().push(at);
+            }
+            match place_of(one) {
+                Some(place) => placed.push(GeomWithData::new(place, at)),
+                None => nowhere.push(at),
+            }
+        }
+        Self { tree: RTree::bulk_load(placed), elements, nowhere, count: done.len() }
+    }
+
+    /// The fixes that may have caused an error: those about what it speaks of, those within reach; else all.
+    pub fn near(&self, error: &Diagnostic) -> Vec<usize> {
+        let mut found: Vec<usize> = keys(error).filter_map(|key| self.elements.get(&key)).flatten().copied().collect();
+        if found.is_empty() {
+            found.extend(self.around(error));
+        }
+        if found.is_empty() {
+            found.clone_from(&self.nowhere);
+        }
+        if found.is_empty() {
+            found.extend(0..self.count);
+        }
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+
+    /// The fixes within reach of an error.
+    pub fn around(&self, error: &Diagnostic) -> impl Iterator<Item = usize> + '_ {
+        let place = error.local.map(|place| [place.x, place.y]);
+        let within = place.map(|place| self.tree.locate_within_distance(place, REACH * REACH));
+        within.into_iter().flatten().map(|one| one.data)
+    }
+
+    /// Whether a fix is within a distance (m) of one of these, or about the same. What has no place may be anywhere.
+    pub fn has_near(&self, one: &Proposal, distance: f64) -> bool {
+        let is_within = |place: [f64; 2]| self.tree.locate_within_distance(place, distance * distance).next().is_some();
+        let is_far = || self.nowhere.is_empty() && place_of(one).is_some_and(|place| !is_within(place));
+        self.count > 0 && (!is_far() || elements_of(one).any(|key| self.elements.contains_key(&key)))
+    }
+}
+
+fn place_of(one: &Proposal) -> Option<[f64; 2]> {
+    one.place.filter(|place| place.iter().all(|number| number.is_finite()))
+}
+
+/// What a fix changes, what it has made, and what its finding speaks of.
+fn elements_of(one: &Proposal) -> impl Iterator<Item = Key> + '_ {
+    let touched = one.edits().flat_map(touched).filter_map(key_of);
+    touched.chain(one.creates.iter().copied()).chain(one.about.iter().copied())
+}
+
+/// The elements that a finding speaks of.
+pub fn keys(found: &Diagnostic) -> impl Iterator<Item = Key> + '_ {
+    let related = found.finding.related.iter().map(|one| one.subject);
+    std::iter::once(found.finding.subject).chain(related).filter_map(key_of)
+}
+
+/// What an edit changes, or makes part of something else.
+fn touched(edit: &Edit) -> Vec<Subject> {
+    match edit {
+        Edit::SetTag { on, .. }
+        | Edit::RemoveTag { on, .. }
+        | Edit::RemoveRepeat { on, .. }
+        | Edit::Renumber { on, .. } => {
+            vec![*on]
+        }
+        Edit::AddMember { on, member, .. }
+        | Edit::RemoveMember { on, member, .. }
+        | Edit::SetRole { on, member, .. } => {
+            vec![*on, *member]
+        }
+        Edit::MergePoints { from, to } => vec![Subject::Point(*from), Subject::Point(*to)],
+        Edit::InsertVertex { way, .. }
+        | Edit::RemoveVertex { way, .. }
+        | Edit::SetVertices { way, .. }
+        | Edit::ReverseWay { way } => vec![*way],
+        Edit::ReplaceWay { lanelet, .. } => vec![Subject::Lanelet(*lanelet)],
+        Edit::SetPlace { point, .. } | Edit::PlaceBetween { point, .. } => vec![Subject::Point(*point)],
+        Edit::Remove { subject } => vec![*subject],
+        Edit::CreateStopLine { element, .. } => vec![*element],
+        Edit::CreateArea { lanelets, .. } => lanelets.iter().copied().map(Subject::Lanelet).collect(),
+        Edit::CreateRegulatoryElement { referrers, .. } => referrers.iter().copied().map(Subject::Lanelet).collect(),
+    }
+}

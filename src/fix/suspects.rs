@@ -1,0 +1,51 @@
+//! What is known of fixes that did harm in a batch and were left out of it: where the others of their group do none, it is they,
+//! and no further judgement of the map is needed to say so.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::blame::Harm;
+use super::proposal::{Mend, Proposal};
+use crate::diagnostic::{Diagnostic, Edit};
+
+/// Fixes that were put off, since with those kept they do harm.
+#[derive(Debug)]
+pub struct Suspects {
+    /// Those that were kept.
+    pub kept: Vec<Mend>,
+    /// Those that were put off, the likeliest cause last.
+    pub put_off: Vec<Proposal>,
+    /// What they do together.
+    pub harm: Harm,
+}
+
+impl Suspects {
+    /// Whether they are to be blamed, since those kept are made and do no harm, and they would still do just the same.
+    pub fn are_convicted(&self, made: &FxHashSet<Mend>, open: &FxHashMap<Mend, &[Edit]>) -> bool {
+        let is_same = |one: &Proposal| open.get(&one.mend).is_some_and(|edits| *edits == one.fix.edits);
+        self.kept.iter().all(|mend| made.contains(mend)) && self.put_off.iter().all(is_same)
+    }
+
+    /// The half of a convicted group that is tried, without the other; `None` where a batch has not all of them. What is put off is taken
+    /// out of the batch.
+    pub fn divide(mut self, batch: &mut Vec<Proposal>) -> Option<Self> {
+        let in_batch: FxHashSet<&Mend> = batch.iter().map(|one| &one.mend).collect();
+        if !self.put_off.iter().all(|one| in_batch.contains(&one.mend)) {
+            return None;
+        }
+        let put_off = self.put_off.split_off(self.put_off.len().div_ceil(2));
+        let out: FxHashSet<&Mend> = put_off.iter().map(|one| &one.mend).collect();
+        batch.retain(|one| !out.contains(&one.mend));
+        let kept = self.put_off.into_iter().map(|one| one.mend).collect();
+        Some(Self { kept, put_off, harm: self.harm })
+    }
+}
+
+/// The edits that findings propose, by what they mend.
+pub fn open_edits(left: &[Diagnostic]) -> FxHashMap<Mend, &[Edit]> {
+    let edits = left.iter().filter_map(|found| {
+        let fix = found.finding.fix.as_ref()?;
+        let mend = Mend { code: found.code.clone(), subject: found.finding.subject, title: fix.title.clone() };
+        Some((mend, fix.edits.as_slice()))
+    });
+    edits.collect()
+}
