@@ -108,7 +108,7 @@ struct Memory {
     /// How many had been made when a fix was refused.
     refused_at: FxHashMap<Mend, usize>,
     /// Groups of fixes that do harm together, as is known from earlier rounds.
-    convicted: Vec<Suspects>,
+    to_blame: Vec<Suspects>,
 }
 
 impl Memory {
@@ -165,8 +165,8 @@ fn round<E>(
     mut batch: Vec<Proposal>,
     judge: &impl Fn(&OsmData) -> Result<Vec<Diagnostic>, FixError<E>>,
 ) -> Result<FxHashMap<Key, i64>, FixError<E>> {
-    let convicted = std::mem::take(&mut memory.convicted);
-    let mut suspects: Vec<Suspects> = convicted.into_iter().filter_map(|group| group.divide(&mut batch)).collect();
+    let to_blame = std::mem::take(&mut memory.to_blame);
+    let mut suspects: Vec<Suspects> = to_blame.into_iter().filter_map(|group| group.divide(&mut batch)).collect();
     let mut is_first = true;
     while !batch.is_empty() {
         let Some(attempt) = attempt(state, memory, &batch, judge)? else {
@@ -213,8 +213,8 @@ fn keep(state: &mut Mended, memory: &mut Memory, attempt: Attempt, suspects: Vec
     }
     (state.osm, state.left) = (attempt.osm, attempt.left);
     let open = suspects::open_edits(&state.left);
-    let convicted: Vec<Suspects> = suspects.into_iter().filter(|group| group.are_convicted(&made, &open)).collect();
-    for mut group in convicted {
+    let to_blame: Vec<Suspects> = suspects.into_iter().filter(|group| group.are_to_blame(&made, &open)).collect();
+    for mut group in to_blame {
         match (group.put_off.len(), group.put_off.pop()) {
             (1, Some(only)) if group.harm.mendable && !only.leads => {
                 memory.leading.insert(only.mend);
@@ -222,7 +222,7 @@ fn keep(state: &mut Mended, memory: &mut Memory, attempt: Attempt, suspects: Vec
             (1, Some(only)) => refuse_with_twins(state, memory, only, &group.harm.reason),
             (_, last) => {
                 group.put_off.extend(last);
-                memory.convicted.push(group);
+                memory.to_blame.push(group);
             }
         }
     }

@@ -20,13 +20,13 @@ pub struct Suspects {
 
 impl Suspects {
     /// Whether they are to be blamed, since those kept are made and do no harm, and they would still do just the same.
-    pub fn are_convicted(&self, made: &FxHashSet<Mend>, open: &FxHashMap<Mend, &[Edit]>) -> bool {
+    pub fn are_to_blame(&self, made: &FxHashSet<Mend>, open: &FxHashMap<Mend, &[Edit]>) -> bool {
         let is_same = |one: &Proposal| open.get(&one.mend).is_some_and(|edits| *edits == one.fix.edits);
         self.kept.iter().all(|mend| made.contains(mend)) && self.put_off.iter().all(is_same)
     }
 
-    /// The half of a convicted group that is tried, without the other; `None` where a batch has not all of them. What is put off is taken
-    /// out of the batch.
+    /// Divides a group that is to blame: one half is tried, and the other taken out of the batch. `None` where the batch has not all of
+    /// them.
     pub fn divide(mut self, batch: &mut Vec<Proposal>) -> Option<Self> {
         let in_batch: FxHashSet<&Mend> = batch.iter().map(|one| &one.mend).collect();
         if !self.put_off.iter().all(|one| in_batch.contains(&one.mend)) {

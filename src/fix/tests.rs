@@ -193,6 +193,12 @@ fn all_nodes_of_a_way_are_renumbered_at_once() {
     assert!(asked.get() <= 3, "nodes, then the way that names them: {} judgements", asked.get());
 }
 
+/// A node that is to have `ele`, with the safe fix that sets it.
+fn wants_ele(on: Subject) -> Diagnostic {
+    let edits = vec![Edit::SetTag { on, key: "ele".into(), value: "0".into() }];
+    diagnostic("node/ele", on, Some(Fix { title: "Set ele".to_owned(), safe: true, edits }))
+}
+
 /// Five thousand nodes want `ele`; one in a hundred must not have it, and says so of another at its place.
 #[test]
 fn what_does_harm_is_found_in_few_judgements() {
@@ -206,9 +212,7 @@ fn what_does_harm_is_found_in_few_judgements() {
             let on = Subject::Point(node.id);
             let place = crate::geometry::Point::new(200.0 * (node.id / 10) as f64, 0.0);
             if node.tags.get("ele").is_none() {
-                let edits = vec![Edit::SetTag { on, key: "ele".into(), value: "0".into() }];
-                let fix = Fix { title: "Set ele".to_owned(), safe: true, edits };
-                found.push(Diagnostic { local: Some(place), ..diagnostic("node/ele", on, Some(fix)) });
+                found.push(Diagnostic { local: Some(place), ..wants_ele(on) });
             } else if node.id % 100 == 7 {
                 // Said of another node at the same place.
                 let other = Subject::Point(10_000 + node.id);
@@ -236,10 +240,7 @@ fn judgements_of_places(places: i64) -> usize {
             let (number, at) = (node.id / 16, node.id % 16);
             let place = Some(crate::geometry::Point::new(500.0 * number as f64, 0.0));
             if node.tags.get("ele").is_none() {
-                let on = Subject::Point(node.id);
-                let edits = vec![Edit::SetTag { on, key: "ele".into(), value: "0".into() }];
-                let fix = Fix { title: "Set ele".to_owned(), safe: true, edits };
-                found.push(Diagnostic { local: place, ..diagnostic("node/ele", on, Some(fix)) });
+                found.push(Diagnostic { local: place, ..wants_ele(Subject::Point(node.id)) });
             } else if at == number % 13 || (number % 2 == 0 && at == 15) {
                 let place_itself = Subject::Point(1_000_000 + node.id);
                 found.push(Diagnostic { local: place, ..diagnostic("node/no-ele", place_itself, None) });
