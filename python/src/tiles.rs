@@ -188,11 +188,10 @@ pub fn join_tiles(
                 contested: contested.into_iter().collect(),
                 files: Vec::new(),
             },
-            Joining::Whole(whole) => JoinedTiles {
-                again: Vec::new(),
-                contested: contested.into_iter().collect(),
-                files: Vec::from(whole.files),
-            },
+            Joining::Whole(whole) => {
+                let files = whole.texts();
+                JoinedTiles { again: Vec::new(), contested: contested.into_iter().collect(), files }
+            }
         })
     })
 }

@@ -63,7 +63,7 @@ pub(super) fn into_draft(
 ) -> Result<Divided, Unmade> {
     let folder = draft.folder(MAP).map_err(Unmade::Draft)?;
     let divided = cells::divide(files, projector, grid, None, &folder, tell).map_err(Unmade::Divide)?;
-    draft.write(METADATA, |file| file.write_all(divided.metadata().text().as_bytes())).map_err(Unmade::Draft)?;
+    draft.write(METADATA, |file| divided.write_metadata(file)).map_err(Unmade::Draft)?;
     Ok(divided)
 }
 

@@ -36,13 +36,23 @@ pub enum Joining {
 pub struct Whole {
     /// The cells, and what stands in them.
     pub divided: Divided,
-    /// The texts of the files beside them, by their names.
-    pub files: [(&'static str, String); 3],
+    /// The texts of the files beside them but for the list of the cells, by their names.
+    files: [(&'static str, String); 2],
 }
 
 impl Whole {
+    /// The texts of all files beside the cells, by their names.
+    pub fn texts(&self) -> Vec<(&'static str, String)> {
+        let mut metadata = Vec::new();
+        // Writing to memory cannot fail.
+        let _ = self.divided.write_metadata(&mut metadata);
+        let metadata = String::from_utf8_lossy(&metadata).into_owned();
+        std::iter::once((METADATA, metadata)).chain(self.files.clone()).collect()
+    }
+
     /// Adds the files to a draft.
     pub(super) fn write(&self, draft: &mut Draft<'_>) -> Result<(), Failure> {
+        draft.write(METADATA, |file| self.divided.write_metadata(file))?;
         self.files.iter().try_for_each(|(name, text)| draft.write(name, |file| file.write_all(text.as_bytes())))
     }
 }
@@ -151,8 +161,7 @@ impl Parts {
         self.divided.cells.sort_unstable();
         let mut settings = self.settings.unwrap_or_default();
         settings.sort();
-        let texts = [self.divided.metadata().text(), cut.projector_info.clone(), settings_text(&settings)?];
-        let [metadata, info, settings] = texts;
-        Ok(Whole { divided: self.divided, files: [(METADATA, metadata), (INFO, info), (NAME, settings)] })
+        let files = [(INFO, cut.projector_info.clone()), (NAME, settings_text(&settings)?)];
+        Ok(Whole { divided: self.divided, files })
     }
 }

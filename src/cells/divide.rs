@@ -2,7 +2,7 @@
 
 use std::fs::OpenOptions;
 use std::hash::BuildHasher;
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -63,10 +63,14 @@ impl Divided {
         Self { grid, cells: Vec::new(), elements: 0, written: 0, own: Vec::new(), shared: Vec::new() }
     }
 
-    /// The list of the cells.
-    pub fn metadata(&self) -> CellMetadata {
+    /// Writes the list of the cells.
+    ///
+    /// # Errors
+    ///
+    /// Where `file` cannot be written.
+    pub fn write_metadata(&self, file: impl Write) -> io::Result<()> {
         let listed = self.cells.iter().map(|cell| (self.grid.name(*cell), self.grid.corner(*cell)));
-        CellMetadata { resolution: [self.grid.size(); 2], cells: listed.collect() }
+        CellMetadata::write(file, [self.grid.size(); 2], listed)
     }
 }
 

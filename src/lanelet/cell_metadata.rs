@@ -3,7 +3,7 @@
 //! Autoware resolves the names in it against the directory of the yaml file, so that cells in a folder beside it are named with
 //! the folder. Other tools write the bare names; those are found, too.
 
-use std::fmt::Write as _;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use saphyr_parser::{Event, Parser};
@@ -33,15 +33,21 @@ pub struct MetadataError {
 }
 
 impl CellMetadata {
-    /// The text of the file; the cells lie in the folder that Autoware calls the map.
-    pub fn text(&self) -> String {
-        let [x, y] = self.resolution;
-        let mut text = format!("x_resolution: {x:?}\ny_resolution: {y:?}\n");
-        for (file, [x, y]) in &self.cells {
-            // Writing to a string cannot fail.
-            let _ = writeln!(text, "{MAP}/{file}: [{x:?}, {y:?}]");
-        }
-        text
+    /// Writes the file from the width and height of a cell, metres, and what [`cells`](Self::cells) says of each; the cells lie in
+    /// the folder that Autoware calls the map.
+    ///
+    /// # Errors
+    ///
+    /// Where `file` cannot be written.
+    pub fn write(
+        file: impl Write,
+        [x, y]: [f64; 2],
+        mut cells: impl Iterator<Item = (String, [f64; 2])>,
+    ) -> io::Result<()> {
+        let mut file = io::BufWriter::new(file);
+        writeln!(file, "x_resolution: {x:?}\ny_resolution: {y:?}")?;
+        cells.try_for_each(|(name, [x, y])| writeln!(file, "{MAP}/{name}: [{x:?}, {y:?}]"))?;
+        file.flush()
     }
 
     /// Reads the text of the file.
@@ -123,15 +129,16 @@ mod tests {
     #[test]
     fn what_is_written_is_read_and_resolves_from_the_yaml_file() {
         let cells = vec![("-100_0.osm".to_owned(), [-100.0, 0.0]), ("0_0.osm".to_owned(), [0.0, 0.0])];
-        let metadata = CellMetadata { resolution: [100.0, 100.0], cells };
-        let text = metadata.text();
+        let mut text = Vec::new();
+        CellMetadata::write(&mut text, [100.0, 100.0], cells.into_iter()).unwrap();
+        let text = String::from_utf8(text).unwrap();
         assert_eq!(
             text,
             "x_resolution: 100.0\ny_resolution: 100.0\nlanelet2_map.osm/-100_0.osm: [-100.0, 0.0]\n\
              lanelet2_map.osm/0_0.osm: [0.0, 0.0]\n"
         );
         let read = CellMetadata::read(&text).unwrap();
-        assert_eq!(read.resolution, metadata.resolution);
+        assert_eq!(read.resolution, [100.0, 100.0]);
         assert_eq!(read.cells[0], ("lanelet2_map.osm/-100_0.osm".to_owned(), [-100.0, 0.0]));
     }
 

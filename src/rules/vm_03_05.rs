@@ -57,9 +57,7 @@ fn ends_inside(map: &MapIndex, params: &Params, lane: usize, intersection: &Inte
     let end = lane.end.middle();
     let ring = &intersection.ring;
     let Some(border) = Polyline::new(ring.iter().chain(ring.first()).copied()) else { return false };
-    polygon::contains(ring, end)
-        && border.distance(end) > params.depth
-        && (lane.heights[0] - intersection.height).abs() <= map.thresholds.grade_separation
+    polygon::contains(ring, end) && border.distance(end) > params.depth && map.is_on_level_of(&lane.end, intersection)
 }
 
 fn finding(map: &MapIndex, lane: usize, follower: usize, area: Option<PolygonId>) -> Finding {

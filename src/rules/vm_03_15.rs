@@ -79,6 +79,7 @@ fn beside(map: &MapIndex, params: &Params, at: usize) -> Vec<Finding> {
                 findings.extend(shared_border(map, at, other, own, side));
             } else if !lane.bounds.iter().any(|way| road.bounds.contains(way))
                 && runs_along(params, lane, road, side)
+                && [&lane.start, &lane.end].into_iter().any(|end| map.are_level(at, other, end.middle()))
                 && !behind_kerbs(map, at, [own, theirs])
             {
                 let message = format!("Bicycle lane {} does not share its border with road lane {}.", lane.id, road.id);

@@ -6,12 +6,12 @@ use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 
 use crate::cells::{Cell, Divided, Element, Shared};
 
 /// Files over which ids are spread: one of them is in memory at a time.
-const FILES: usize = 64;
+const FILES: usize = 256;
 
 /// In what tiles do not agree.
 #[derive(Debug, thiserror::Error)]
@@ -106,13 +106,12 @@ impl Agreement {
         }
         let mut twice = Vec::new();
         for path in self.ids.iter().filter(|path| path.exists()) {
-            let mut seen = FxHashSet::default();
-            for id in fs::read(path)?.chunks_exact(8).filter_map(|bytes| bytes.try_into().ok().map(i64::from_le_bytes))
-            {
-                if !seen.insert(id) {
-                    twice.push(id);
-                }
-            }
+            let bytes = fs::read(path)?;
+            let ids = bytes.chunks_exact(8).filter_map(|bytes| bytes.try_into().ok().map(i64::from_le_bytes));
+            // Sorted, because a set takes three times the memory.
+            let mut ids: Vec<i64> = ids.collect();
+            ids.sort_unstable();
+            twice.extend(ids.windows(2).filter_map(|pair| (pair[0] == pair[1]).then_some(pair[0])));
             fs::remove_file(path)?;
         }
         Ok(twice)

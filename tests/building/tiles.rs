@@ -122,7 +122,7 @@ fn the_stages_apart_give_the_same_map() {
     let Joining::Whole(joined) = join(&said, &records, &BTreeSet::new()).unwrap() else {
         panic!("some are built again")
     };
-    joined.files.iter().for_each(|(name, text)| fs::write(map.join(name), text).unwrap());
+    joined.texts().iter().for_each(|(name, text)| fs::write(map.join(name), text).unwrap());
     is_same(&files(&dir.path().join("whole")), &files(&map), "the stages apart");
 
     // An id that two elements want: the tiles in which it stands are built again without it.

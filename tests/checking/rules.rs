@@ -10,9 +10,10 @@ use lanewright::report::draw::{self, Options};
 use lanewright::report::{Report, Sources, TextStyle, full, rule_index};
 use lanewright::requirement::Check;
 use lanewright::rules;
+use lanewright::settings::Settings;
 
 use super::differences::things;
-use crate::common::judging::{beside, info_of, judge_as, load};
+use crate::common::judging::{beside, info_of, judge, judge_as, load};
 use crate::common::{is_fresh, root};
 
 /// Every fault that the domain's specification names, with its severities: error, warning, info.
@@ -232,6 +233,20 @@ fn good_maps_have_no_findings() {
             .collect();
         assert!(said.is_empty(), "{}: {said:#?}", path.display());
     }
+}
+
+#[test]
+fn roads_above_and_below_an_intersection_are_no_part_of_it() {
+    let codes = |name: &str| -> Vec<String> {
+        let (_, loaded) = load(&root().join("tests/rules").join(name));
+        let found = judge(&loaded, &Settings::default());
+        let codes: BTreeSet<String> = found.iter().map(|diagnostic| diagnostic.code.to_string()).collect();
+        codes.into_iter().collect()
+    };
+    // They are connected with nothing. A bridge of which the ramp begins on the level of the intersection lies over its lanelets.
+    assert_eq!(codes("vm-03-05/above.osm"), ["health/island", "vm-03-12/grade-separated-conflict"]);
+    // A tunnel right under a bicycle lane.
+    assert_eq!(codes("vm-03-15/below.osm"), ["health/island"]);
 }
 
 #[test]

@@ -73,7 +73,7 @@ impl ApproachLanes<'_> {
                 if target.turns_back() || lanes.iter().all(|(_, l)| !l.arrows.is_none()) {
                     continue;
                 }
-                ins = vec![if target.turn > 0.0 { 0 } else { lanes.len() - 1 }];
+                ins = vec![outer_lane(&goals, t, target.turn > 0.0)];
             }
             let outs: Vec<usize> = (0..target.arm.out.len()).filter(|&o| target.arm.out[o].kind == kind).collect();
             while ins.len() > outs.len() {
@@ -109,13 +109,20 @@ impl ApproachLanes<'_> {
         }
     }
 
-    /// Leads the nearest lane for all vehicles to roads that are for buses only.
+    /// Leads the nearest lane for all vehicles to roads that are for buses only, and the nearest lane of such a road to wherever
+    /// no lane leads yet, unless it has arrows.
     fn assign_bus_roads(&mut self) {
-        if self.arm.into.is_empty() || self.arm.into.iter().any(|l| l.kind == StripKind::Bus) {
+        let into = &self.arm.into;
+        let busway = into.iter().all(|lane| lane.kind == StripKind::Bus && lane.arrows.is_none());
+        if into.is_empty() || !busway && into.iter().any(|lane| lane.kind == StripKind::Bus) {
             return;
         }
         for target in self.targets.iter().filter(|t| !t.turns_back() && !t.arm.out.is_empty()) {
-            if target.arm.out.iter().all(|lane| lane.kind == StripKind::Bus) {
+            let is_wanted = match busway {
+                true => self.movements.iter().all(|movement| movement.to != target.to),
+                false => target.arm.out.iter().all(|lane| lane.kind == StripKind::Bus),
+            };
+            if is_wanted {
                 let outer = |lanes: &[ArmLane]| if target.turn > 0.0 { 0 } else { lanes.len() - 1 };
                 self.add(target.to, outer(&self.arm.into), outer(&target.arm.out));
             }
@@ -166,8 +173,23 @@ fn lane_goals(lanes: &[(usize, &ArmLane)], targets: &[TurnTarget], kind: StripKi
     goals
 }
 
+/// The outermost lane that reaches a target and crosses no other lane on the way, else the outermost of all.
+fn outer_lane(goals: &[Vec<usize>], target: usize, leftmost: bool) -> usize {
+    let keeps_order = |lane: &usize| {
+        let mut left = goals.iter().take(*lane).flatten();
+        let mut right = goals.iter().skip(lane + 1).flatten();
+        left.all(|goal| *goal <= target) && right.all(|goal| *goal >= target)
+    };
+    let mut lanes = (0..goals.len()).filter(keeps_order);
+    match leftmost {
+        true => lanes.next().unwrap_or(0),
+        false => lanes.next_back().unwrap_or(goals.len() - 1),
+    }
+}
+
 /// A lane and one of its targets to give up, because another lane crosses its way there: first the target with the most lanes
-/// too many, then the one farthest from straight on. `None` if nothing crosses, or no lane and target have others.
+/// too many, then the one farthest from straight on, from the lane that crosses the most others. `None` if nothing crosses, or no
+/// lane and target have others.
 fn crossing_goal(goals: &[Vec<usize>], targets: &[TurnTarget], room: &[usize]) -> Option<(usize, usize)> {
     let users = |target: usize| goals.iter().filter(|g| g.contains(&target)).count();
     let excess = |target: usize| (users(target).saturating_sub(room[target]), targets[target].turn.abs());
@@ -175,9 +197,13 @@ fn crossing_goal(goals: &[Vec<usize>], targets: &[TurnTarget], room: &[usize]) -
     let both = pairs.flat_map(|(left, right)| {
         goals[left].iter().flat_map(move |&t| goals[right].iter().map(move |&u| [(left, t), (right, u)]))
     });
-    let crossing = both.filter(|[(_, t), (_, u)]| t > u).flatten();
-    let spare = crossing.filter(|&(lane, target)| goals[lane].len() > 1 && users(target) > 1);
-    spare.max_by(|a, b| compare(excess(a.1), excess(b.1)).then(b.cmp(a)))
+    let crossing: Vec<(usize, usize)> = both.filter(|[(_, t), (_, u)]| t > u).flatten().collect();
+    let crossings = |goal: &(usize, usize)| crossing.iter().filter(|other| *other == goal).count();
+    let spare = crossing.iter().filter(|&&(lane, target)| goals[lane].len() > 1 && users(target) > 1);
+    let order = |a: &&(usize, usize), b: &&(usize, usize)| {
+        compare(excess(a.1), excess(b.1)).then_with(|| crossings(a).cmp(&crossings(b))).then(b.cmp(a))
+    };
+    spare.max_by(order).copied()
 }
 
 /// The targets of each lane by itself: those of its arrows; without arrows the outer lanes turn, and all go straight on.

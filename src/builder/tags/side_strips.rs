@@ -1,6 +1,6 @@
 //! Runs of strips beside the lanes for cars that become one lanelet: bicycle lanes, shoulders, pedestrian lanes.
 
-use super::cross_section::{CrossSection, StripKind, Travel};
+use super::cross_section::{CrossSection, Strip, StripKind, Travel};
 use std::ops::Range;
 
 /// The widths of a bicycle lane, metres.
@@ -111,12 +111,14 @@ fn with_buffers(section: &CrossSection, mut range: Range<usize>, most: f64) -> R
     range
 }
 
-/// The direction of a run: bicycle lanes have their own; all others run with the nearest lane.
+/// The direction of a run: bicycle lanes have their own; all others run with the nearest lane, be it one for bicycles.
 fn travel(section: &CrossSection, used: StripUse, own: Travel, strips: &Range<usize>) -> Travel {
     if used == StripUse::Bicycle {
         return own;
     }
-    let nearest = section.driven().min_by_key(|(i, _)| i.abs_diff(strips.start));
+    let bicycle = |strip: &Strip| strip.kind == StripKind::Bicycle && strip.travel != Travel::Both;
+    let strips_of_bicycles = section.strips.iter().enumerate().filter(|(_, strip)| bicycle(strip));
+    let nearest = section.driven().chain(strips_of_bicycles).min_by_key(|(i, _)| i.abs_diff(strips.start));
     let beside = nearest.map(|(_, strip)| strip.travel).filter(|travel| *travel != Travel::Both);
     beside.unwrap_or(own)
 }

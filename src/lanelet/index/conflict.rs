@@ -6,8 +6,8 @@ use rstar::{AABB, RTree};
 use rustc_hash::FxHashMap;
 
 use super::lane::drivable_by_vehicle;
-use super::types::{Conflict, LaneTree, MapIndex};
-use super::{Lane, Thresholds};
+use super::types::{Conflict, Intersection, LaneTree, MapIndex};
+use super::{Edge, Lane, Thresholds};
 use crate::geometry::{Point, Polyline, polygon};
 use crate::lanelet::{Bound, Cursor, Lanelet, LaneletId, LaneletMap, LineString, LineStringId, Point as MapPoint};
 use crate::parallel::Finely;
@@ -176,6 +176,21 @@ impl MapIndex<'_> {
     /// Height of a lane abreast of a place, metres: the mean of its two bounds.
     pub fn height(&self, lane: usize, place: Point) -> Option<f64> {
         height(self.map, &self.lanes[lane], place)
+    }
+
+    /// Whether an end of a lane lies on the level of an intersection.
+    pub fn is_on_level_of(&self, edge: &Edge, intersection: &Intersection) -> bool {
+        (self.edge_height(edge) - intersection.height).abs() <= self.thresholds.grade_separation
+    }
+
+    /// Whether two ends of lanes lie on one level, so that one can continue the other.
+    pub fn are_ends_level(&self, one: &Edge, other: &Edge) -> bool {
+        (self.edge_height(one) - self.edge_height(other)).abs() <= self.thresholds.grade_separation
+    }
+
+    /// Height of an end of a lane, metres: that of its left point, 0 where it has none.
+    fn edge_height(&self, edge: &Edge) -> f64 {
+        self.map.points.get(edge.ids[0]).and_then(|point| point.ele()).unwrap_or_default()
     }
 
     /// Whether a lane and a line do not pass over each other at a place; so it is where a height is not known.

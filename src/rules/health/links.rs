@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::geometry::{Point, Vector, angle_between, cross};
-use crate::lanelet::index::{Edge, MapIndex};
+use crate::lanelet::index::MapIndex;
 use crate::lanelet::{LaneletId, PointId};
 
 use super::params::{Params, subject};
@@ -126,7 +126,7 @@ impl<'m> Links<'m> {
                 let (end, heading) = (map.lanes[x].end, map.lanes[x].heading_out()?);
                 let way = start.middle() - end.middle();
                 let half = end.across().norm().min(start.across().norm()) / 2.0;
-                (heading.dot(&way) > 0.0 && cross(heading, way).abs() < half && same_level(map, &end, &start))
+                (heading.dot(&way) > 0.0 && cross(heading, way).abs() < half && map.are_ends_level(&end, &start))
                     .then(|| way.norm())
             };
             let nearest = open.filter_map(|x| Some((ahead(x)?, x))).min_by(|a, b| a.0.total_cmp(&b.0));
@@ -204,10 +204,4 @@ fn exchanged(map: &MapIndex, id: LaneletId, finding: Finding) -> Finding {
 /// Angle between two headings, degrees.
 fn turn(a: Vector, b: Vector) -> f64 {
     angle_between(a, b).abs().to_degrees()
-}
-
-/// Whether two ends lie on one level, so that one can continue the other.
-fn same_level(map: &MapIndex, end: &Edge, start: &Edge) -> bool {
-    let height = |edge: &Edge| map.map.points.get(edge.ids[0]).and_then(|point| point.ele()).unwrap_or_default();
-    (height(end) - height(start)).abs() <= map.thresholds.grade_separation
 }

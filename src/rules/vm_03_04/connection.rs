@@ -69,6 +69,7 @@ fn ending_near(map: &MapIndex, params: &Params, y: usize, start: &Edge) -> Vec<u
             && map.lanes[*x].is_drivable()
             && end.ids != start.ids
             && end.points.iter().zip(start.points).all(|(a, b)| (b - a).norm() < params.near_miss)
+            && map.are_ends_level(end, start)
             && straight_on(map, params, *x, y)
             && !map.are_linked(*x, y)
     };

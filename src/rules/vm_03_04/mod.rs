@@ -66,8 +66,7 @@ fn loose_ends(map: &MapIndex, params: &Params, intersection: &Intersection, traf
     for at in map.lanes_near(low - reach, high + reach) {
         let lane = &map.lanes[at];
         let member = intersection.members.iter().any(|member| member.lane == at);
-        let level = (lane.heights[0] - intersection.height).abs() <= map.thresholds.grade_separation;
-        if member || !lane.vehicle || lane.kind != RoadType::Road || !level {
+        if member || !lane.vehicle || lane.kind != RoadType::Road {
             continue;
         }
         let center = lane.center.as_ref();
@@ -76,6 +75,7 @@ fn loose_ends(map: &MapIndex, params: &Params, intersection: &Intersection, traf
         let starts_here = outline.is_entered(&lane.start, center.map(Polyline::last), back);
         let missed = |edge: &Edge, lists: &[usize], inward: bool| {
             lists.is_empty()
+                && map.is_on_level_of(edge, intersection)
                 && !connection::nearly_continues(map, params, at, edge)
                 && !is_closed(map, intersection, traffic, at, inward)
         };

@@ -43,6 +43,64 @@ fn bicycles_share_the_bus_lanes_of_their_side_of_the_road() {
     }
 }
 
+/// How many lanelets for buses alone turn to the left, go straight on and turn to the right.
+fn bus_turns(map: &LaneletMap) -> [usize; 3] {
+    ["left", "straight", "right"].map(|turn| {
+        let turns = |lanelet: &&Lanelet| {
+            let tags = &lanelet.attributes;
+            tags.is("subtype", "bus_lane") && tags.is("turn_direction", turn)
+        };
+        map.lanelets.iter().filter(turns).count()
+    })
+}
+
+#[test]
+fn buses_turn_from_a_road_of_their_own() {
+    for side in SIDES {
+        let nodes = [(1, 0.0, 0.0, ""), (2, -90.0, 0.0, ""), (3, 90.0, 0.0, ""), (4, 0.0, -90.0, "")];
+        let busway = "highway=service access=no bus=yes oneway=yes";
+        let ways: [(i64, &[i64], &str); 3] =
+            [(12, &[2, 1], busway), (13, &[1, 3], busway), (14, &[1, 4], "highway=residential lanes=2")];
+        let Built { map, settings, .. } = built(&network_of(side, &nodes, &ways), side, "");
+        assert_eq!(found_of_geometry(&map, &settings), Vec::<String>::new(), "{side:?}");
+        // From the west straight on and into the street, from the street to the east.
+        let [left, straight, right] = bus_turns(&map);
+        assert_eq!((straight, left + right), (1, 2), "{side:?}");
+    }
+}
+
+#[test]
+fn a_shoulder_beyond_a_bicycle_lane_against_the_street_runs_with_it() {
+    for (side, kerb) in SIDES.into_iter().zip(["left", "right"]) {
+        let nodes = [(1, -100.0, 0.0, ""), (2, 100.0, 0.0, "")];
+        let tags = format!(
+            "highway=residential oneway=yes lanes=1 oneway:bicycle=no cycleway:{kerb}=lane cycleway:{kerb}:oneway=-1 \
+             parking:both=street_side"
+        );
+        let Built { map, settings, .. } = built(&network_of(side, &nodes, &[(12, &[1, 2], &tags)]), side, "");
+        let shoulders = map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", "road_shoulder")).count();
+        assert_eq!((shoulders, found(&map, &settings)), (2, Vec::new()), "{side:?}");
+    }
+}
+
+#[test]
+fn lanes_keep_their_order_where_a_road_forks() {
+    for side in SIDES {
+        for [lanes, left, right] in [[5, 3, 3], [5, 2, 3], [5, 3, 2], [4, 2, 3], [6, 3, 3], [3, 2, 2]] {
+            let nodes = [(1, 0.0, 0.0, ""), (2, -150.0, 0.0, ""), (3, 150.0, 25.0, ""), (4, 150.0, -25.0, "")];
+            let tags = [lanes, left, right].map(|lanes| format!("highway=trunk oneway=yes lanes={lanes}"));
+            let ways: [(i64, &[i64], &str); 3] =
+                [(12, &[2, 1], &tags[0]), (13, &[1, 3], &tags[1]), (14, &[1, 4], &tags[2])];
+            let Built { map, settings, .. } = built(&network_of(side, &nodes, &ways), side, "");
+            assert_eq!(
+                found_of_geometry(&map, &settings),
+                Vec::<String>::new(),
+                "{side:?} {lanes}: {left} and {right}"
+            );
+        }
+    }
+}
+
 /// Where lanes that go straight on from south to north begin and end, each counted from the left.
 fn northbound(map: &LaneletMap) -> BTreeSet<[usize; 2]> {
     let middle = |lanelet: &Lanelet, last: bool| {

@@ -198,6 +198,29 @@ fn only_who_leaves_private_ground_needs_an_area_at_a_roundabout() {
 }
 
 #[test]
+fn a_street_that_leads_over_a_ring_has_areas_where_it_crosses() {
+    for side in SIDES {
+        let ring = (0..24).map(|i| {
+            let angle = f64::from(i) * std::f64::consts::TAU / 24.0;
+            (i64::from(i) + 1, 60.0 * angle.cos(), 60.0 * angle.sin(), "")
+        });
+        let far = [(31, 180.0, 0.0, ""), (32, -180.0, 0.0, "")];
+        let nodes: Vec<_> = ring.chain(far).collect();
+        let around: Vec<i64> = (1..=24).chain([1]).collect();
+        let ways: [(i64, &[i64], &str); 2] = [
+            (40, &around, "highway=primary junction=roundabout oneway=yes lanes=2"),
+            (41, &[31, 1, 13, 32], "highway=primary oneway=yes lanes=2"),
+        ];
+        let Built { map, settings, .. } = built(&network_of(side, &nodes, &ways), side, "");
+        let mut found = found_of_geometry(&map, &settings);
+        found.retain(|code| code != "vm-03-12/no-conflict");
+        assert_eq!(found, Vec::<String>::new(), "{side:?}");
+        let areas = map.polygons.iter().filter(|polygon| polygon.attributes.is("type", "intersection_area")).count();
+        assert_eq!(areas, 2, "{side:?}");
+    }
+}
+
+#[test]
 fn a_bicycle_lane_lies_at_either_kerb_of_a_one_way_street() {
     for side in SIDES {
         for kerb in ["left", "right"] {
