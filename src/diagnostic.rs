@@ -1,5 +1,6 @@
 //! What is wrong, where, and what to do about it. Knows no rule and no output format.
 
+mod division;
 pub mod fingerprint;
 
 use std::fmt;
@@ -10,6 +11,7 @@ use crate::geometry::Point;
 use crate::projection::LonLat;
 use crate::text::Text;
 pub use crate::text::{SourceSpan, nearest};
+pub use division::{CutPlace, Division, LaneletCut, WayCut};
 
 /// How bad the consequence is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -176,6 +178,8 @@ pub enum Edit {
     CreateStopLine { points: Vec<i64>, element: Subject },
     /// Draw an `intersection_area` with a fresh id over these points, and name it in the tags of these lanelets.
     CreateArea { points: Vec<i64>, lanelets: Vec<i64> },
+    /// Cut ways and the lanelets between them at the same places of a road.
+    Divide(Division),
 }
 
 /// How to mend a finding by machine.

@@ -186,6 +186,20 @@ impl Element {
         self.insert(behind.map_or(0, |at| at + 1), child.clone(), child_text(&child));
     }
 
+    /// The roles in which it names an element, each once.
+    pub fn roles_of(&self, (kind, id): (ElementKind, i64)) -> Vec<String> {
+        let mut roles = Vec::new();
+        for item in &self.items {
+            if let Child::Member(one, named, role) = &item.child
+                && (*one, *named) == (kind, id)
+                && !roles.contains(role)
+            {
+                roles.push(role.clone());
+            }
+        }
+        roles
+    }
+
     /// Makes each child into another; whether one was.
     pub fn replace(&mut self, with: impl Fn(&Child) -> Option<Child>) -> bool {
         let mut any = false;

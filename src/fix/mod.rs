@@ -294,8 +294,9 @@ fn attempt<E>(
     Ok(Some(attempt))
 }
 
-/// How often what follows from a fix is followed by more.
-const MOST_STEPS: usize = 2;
+/// How often what follows from a fix is followed by more: where a lane is cut beside others, its pieces share their borders by turns, since
+/// they have ends in common, and the new borders then get their tags.
+const MOST_STEPS: usize = 4;
 
 /// Makes the fixes of the errors that leading fixes have brought; whether there was one.
 fn follow<E>(

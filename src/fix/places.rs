@@ -110,5 +110,9 @@ fn touched(edit: &Edit) -> Vec<Subject> {
         Edit::CreateStopLine { element, .. } => vec![*element],
         Edit::CreateArea { lanelets, .. } => lanelets.iter().copied().map(Subject::Lanelet).collect(),
         Edit::CreateRegulatoryElement { referrers, .. } => referrers.iter().copied().map(Subject::Lanelet).collect(),
+        Edit::Divide(division) => {
+            let lanelets = division.lanelets.iter().map(|cut| Subject::Lanelet(cut.lanelet));
+            lanelets.chain(division.ways.iter().map(|cut| Subject::LineString(cut.way))).collect()
+        }
     }
 }

@@ -1,5 +1,7 @@
 //! Edits on the files of a map. Fixes that change the same thing are applied in different rounds.
 
+mod division;
+
 use std::collections::BTreeMap;
 
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -216,6 +218,7 @@ impl<'a> TextEdits<'a> {
             Edit::CreateStopLine { .. } | Edit::CreateRegulatoryElement { .. } | Edit::CreateArea { .. } => {
                 claim_for_created(edit, claim);
             }
+            Edit::Divide(division) => self.claim_division(division, claim),
         }
     }
 
@@ -279,6 +282,7 @@ impl<'a> TextEdits<'a> {
                 self.create(subtype, members, referrers)?
             }
             Edit::CreateArea { points, lanelets } => self.create_area(points, lanelets)?,
+            Edit::Divide(division) => self.divide(division)?,
         }
         Some(())
     }

@@ -118,7 +118,8 @@ fn edited_element(edit: &Edit) -> Option<Subject> {
         | Edit::SetVertices { .. }
         | Edit::PlaceBetween { .. }
         | Edit::CreateStopLine { .. }
-        | Edit::ReverseWay { .. } => None,
+        | Edit::ReverseWay { .. }
+        | Edit::Divide(_) => None,
     }
 }
 

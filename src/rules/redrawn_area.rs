@@ -6,6 +6,8 @@ use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::{AreaOutlines, Intersection, MapIndex};
 use crate::text::counted;
 
+use super::far_lanes;
+
 /// Draws areas of a map; gathers the road borders only once an area is drawn.
 pub struct RedrawnAreas<'i, 'm> {
     map: &'i MapIndex<'m>,
@@ -19,7 +21,7 @@ impl<'i, 'm> RedrawnAreas<'i, 'm> {
     }
 
     /// The finding with the outline that runs over the ends of the intersection's lanes and the nodes of road borders; without
-    /// a fix where there is no such outline, or it is the one that the area has.
+    /// a fix where there is no such outline, it is the one that the area has, or a lane reaches far beyond the others.
     pub fn mend(&self, finding: Finding, intersection: &Intersection) -> Finding {
         let lanes: Vec<usize> = intersection.members.iter().map(|member| member.lane).collect();
         let Some(area) = intersection.area.and_then(|id| self.map.map.polygons.get(id)) else { return finding };
@@ -41,6 +43,9 @@ impl<'i, 'm> RedrawnAreas<'i, 'm> {
     }
 
     fn around(&self, lanes: &[usize]) -> Option<Vec<i64>> {
+        if far_lanes::has_far(self.map, lanes) {
+            return None;
+        }
         let outlines = self.outlines.get_or_init(|| AreaOutlines::new(self.map));
         Some(outlines.around(lanes)?.into_iter().map(|id| id.0).collect())
     }

@@ -14,7 +14,7 @@ use crate::lanelet::{Attributes, LaneletId, LineString, LineStringId, PointId, R
 use crate::parallel::Finely;
 
 use super::parallel_bounds::on_two_levels;
-use super::{Rule, one_border};
+use super::{Rule, divided_lanelets, one_border};
 
 /// See `rules/vm-01-03.md`.
 pub struct SharedBorders;
@@ -83,10 +83,10 @@ fn partly(map: &MapIndex, at: usize, mut others: Vec<usize>) -> Finding {
     let finding = Finding::new("partly-shared", Subject::Lanelet(id.0), message);
     let finding = ids.iter().fold(finding, |finding, other| finding.with(Subject::Lanelet(other.0), "neighbour"));
     // One that ends beside it after all, though one border swings out farther than the other.
-    match others.into_iter().find_map(|other| one_border::between(map, [at, other])) {
-        Some((way, edits)) => finding.fixed_by(format!("use way {way} for both"), false, edits),
-        None => finding,
+    if let Some((way, edits)) = others.iter().find_map(|&other| one_border::between(map, [at, other])) {
+        return finding.fixed_by(format!("use way {way} for both"), false, edits);
     }
+    divided_lanelets::beside(map, finding, at, &others)
 }
 
 /// From each point of a barrier to the next, the lower id first.

@@ -9,7 +9,7 @@ use crate::lanelet::LineStringId;
 use crate::lanelet::index::{MapIndex, is_road_border};
 
 use super::parallel_bounds::{ParallelBounds, Reach};
-use super::{Rule, one_border, parallel_bounds};
+use super::{Rule, divided_lanelets, one_border, parallel_bounds};
 
 /// See `rules/vm-01-04.md`.
 pub struct OpposingLanes;
@@ -106,7 +106,9 @@ fn cut_apart(map: &MapIndex, lane: usize, others: &[ParallelBounds]) -> Finding 
     let names: Vec<String> = others.iter().map(|twins| map.lanes[twins.lanes[1]].id.to_string()).collect();
     let message = format!("Lanelet {id} is cut elsewhere than the oncoming lanes beside it: {}.", names.join(", "));
     let finding = Finding::new("cut-apart", Subject::Lanelet(id.0), message);
-    others
-        .iter()
-        .fold(finding, |finding, twins| finding.with(Subject::Lanelet(map.lanes[twins.lanes[1]].id.0), "oncoming lane"))
+    let finding = others.iter().fold(finding, |finding, twins| {
+        finding.with(Subject::Lanelet(map.lanes[twins.lanes[1]].id.0), "oncoming lane")
+    });
+    let oncoming: Vec<usize> = others.iter().map(|twins| twins.lanes[1]).collect();
+    divided_lanelets::beside(map, finding, lane, &oncoming)
 }

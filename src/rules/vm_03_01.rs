@@ -3,14 +3,14 @@
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
+use crate::diagnostic::{Edit, Finding, Fix, Place, Severity, Subject};
 use crate::geometry::polygon::largest_outside;
 use crate::lanelet::index::{AreaOutlines, Intersection, MapIndex, STRAIGHT, U_TURN, Unmarked, declared_area};
 use crate::lanelet::{Lanelet, LineStringId, PointId, PolygonId};
 use crate::parallel::Finely;
 
 use super::redrawn_area::RedrawnAreas;
-use super::{NoParams, Rule};
+use super::{NoParams, Rule, far_lanes};
 
 /// See `rules/vm-03-01.md`.
 pub struct Criteria;
@@ -184,15 +184,15 @@ fn turn_without_area(
         _ => finding,
     };
     Some(match lane.and_then(|lane| unmarked.of_lane(lane)) {
-        Some((intersection, edits)) => marked_by(finding, intersection, edits),
+        Some((_, fix)) => Finding { fix: fix.clone(), ..finding },
         None => finding,
     })
 }
 
-/// The intersections without an area, each with the edits that mark it.
+/// The intersections without an area, each with what marks it.
 struct UnmarkedIntersections<'i, 'm> {
     map: &'i MapIndex<'m>,
-    all: Vec<(Unmarked, Option<Vec<Edit>>)>,
+    all: Vec<(Unmarked, Option<Fix>)>,
     by_lane: FxHashMap<usize, usize>,
 }
 
@@ -202,15 +202,21 @@ impl<'i, 'm> UnmarkedIntersections<'i, 'm> {
         let members = all.iter().enumerate().flat_map(|(at, one)| one.lanes.iter().map(move |&lane| (lane, at)));
         let by_lane = members.collect();
         let outlines = (!all.is_empty()).then(|| AreaOutlines::new(map));
-        let edits = |one: &Unmarked| {
+        let fix = |one: &Unmarked| {
+            // What is not divided yet lies outside of any area.
+            if let Some(division) = far_lanes::division(map, one) {
+                return division;
+            }
             let (points, lanes) = outlines.as_ref()?.around_with_covered(&one.lanes)?;
-            Some(marking(map, &lanes, points))
+            let title =
+                format!("draw the area of the intersection, tag its {} lanelets and say where they turn", lanes.len());
+            Some(Fix { title, safe: false, edits: marking(map, &lanes, points) })
         };
-        let edits: Vec<Option<Vec<Edit>>> = all.par_iter().finely().map(edits).collect();
-        Self { map, all: all.into_iter().zip(edits).collect(), by_lane }
+        let fixes: Vec<Option<Fix>> = all.par_iter().finely().map(fix).collect();
+        Self { map, all: all.into_iter().zip(fixes).collect(), by_lane }
     }
 
-    fn of_lane(&self, lane: usize) -> Option<&(Unmarked, Option<Vec<Edit>>)> {
+    fn of_lane(&self, lane: usize) -> Option<&(Unmarked, Option<Fix>)> {
         self.all.get(*self.by_lane.get(&lane)?)
     }
 
@@ -221,7 +227,7 @@ impl<'i, 'm> UnmarkedIntersections<'i, 'm> {
             lanelet.is_some_and(|lanelet| lanelet.attributes.has("turn_direction"))
         };
         let bare = self.all.iter().filter(move |(one, _)| !one.lanes.iter().any(is_marked));
-        bare.filter_map(|(one, edits)| Some(marked_by(self.unmarked(one)?, one, edits)))
+        bare.filter_map(|(one, fix)| Some(Finding { fix: fix.clone(), ..self.unmarked(one)? }))
     }
 
     fn unmarked(&self, intersection: &Unmarked) -> Option<Finding> {
@@ -240,17 +246,6 @@ impl<'i, 'm> UnmarkedIntersections<'i, 'm> {
             _ => finding,
         })
     }
-}
-
-fn marked_by(finding: Finding, intersection: &Unmarked, edits: &Option<Vec<Edit>>) -> Finding {
-    let Some(edits) = edits else { return finding };
-    let tagged = edits.iter().find_map(|edit| match edit {
-        Edit::CreateArea { lanelets, .. } => Some(lanelets.len()),
-        _ => None,
-    });
-    let count = tagged.unwrap_or(intersection.lanes.len());
-    let title = format!("draw the area of the intersection, tag its {count} lanelets and say where they turn");
-    finding.fixed_by(title, false, edits.clone())
 }
 
 /// The edits that say where lanelets turn that do not say it, and that nobody changes lanes over their virtual bounds, draw the

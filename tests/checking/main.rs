@@ -6,6 +6,7 @@
 mod common;
 mod dead_ends;
 mod differences;
+mod divided_lanelets;
 mod divided_maps;
 #[path = "../fault_injection/mod.rs"]
 mod fault_injection;

@@ -30,6 +30,8 @@ const SHORT_RING: f64 = 200.0;
 pub struct Unmarked {
     /// Its lanes, by their position in `MapIndex::lanes`, sorted.
     pub lanes: Vec<usize>,
+    /// Longer ones that cross these on their level: roads that were not cut there.
+    pub uncut: Vec<usize>,
     /// Middle of the lanes' box.
     pub middle: Point,
     /// Whether all of it is private ground: the aisles of a car park, or a driveway.
@@ -130,13 +132,37 @@ impl MapIndex<'_> {
             let lanelet = self.map.lanelets.get(self.lanes[lane].id);
             lanelet.is_some_and(|lanelet| lanelet.attributes.is("location", "private"))
         };
-        Unmarked { middle: nalgebra::center(&low, &high), private: lanes.iter().all(is_private), crossed, lanes }
+        Unmarked {
+            uncut: self.uncut(&lanes),
+            middle: nalgebra::center(&low, &high),
+            private: lanes.iter().all(is_private),
+            crossed,
+            lanes,
+        }
     }
 
     /// Whether a lane can belong to an intersection that has no area: it is short enough for a movement.
     fn is_free(&self, lane: usize) -> bool {
+        self.lanes[lane].length() <= LONGEST && self.may_be_cut(lane)
+    }
+
+    /// Whether a lane, whatever its length, is one for vehicles outside of any area.
+    fn may_be_cut(&self, lane: usize) -> bool {
         let at = &self.lanes[lane];
-        at.simple && at.is_drivable() && at.length() <= LONGEST && !self.has_area(lane)
+        at.simple && at.is_drivable() && !self.has_area(lane)
+    }
+
+    /// The lanes too long for a movement that cross one of these on its level.
+    fn uncut(&self, lanes: &[usize]) -> Vec<usize> {
+        let of_lane = |&x: &usize| {
+            let long = self.conflicts[x].iter().filter(|conflict| conflict.real && !self.is_free(conflict.other));
+            let crossing = long.filter(move |conflict| self.may_be_cut(conflict.other) && self.meet(x, conflict));
+            crossing.map(|conflict| conflict.other).filter(move |&y| self.is_on_one_level(x, y))
+        };
+        let mut uncut: Vec<usize> = lanes.iter().flat_map(of_lane).collect();
+        uncut.sort_unstable();
+        uncut.dedup();
+        uncut
     }
 
     /// Whether two lanes that overlap come from different approaches: they cross, or join at an angle.

@@ -88,6 +88,11 @@ impl Causes {
                     named.iter().for_each(|id| _ = reach(Subject::Lanelet(*id)));
                     causes.makers.insert(i);
                 }
+                Edit::Divide(division) => {
+                    division.lanelets.iter().for_each(|cut| _ = reach(Subject::Lanelet(cut.lanelet)));
+                    division.ways.iter().for_each(|cut| _ = reach(Subject::LineString(cut.way)));
+                    causes.makers.insert(i);
+                }
             }
         }
         causes
@@ -102,7 +107,10 @@ impl Causes {
         };
         found.extend(points.into_iter().flatten().filter_map(|point| self.points.get(&point.0)).flatten());
         if change == Kind::Added
-            && matches!(subject, Subject::RegulatoryElement(_) | Subject::Polygon(_) | Subject::LineString(_))
+            && matches!(
+                subject,
+                Subject::RegulatoryElement(_) | Subject::Polygon(_) | Subject::LineString(_) | Subject::Lanelet(_)
+            )
         {
             found.extend(&self.makers);
         }
