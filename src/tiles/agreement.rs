@@ -111,7 +111,7 @@ impl Agreement {
             // Sorted, because a set takes three times the memory.
             let mut ids: Vec<i64> = ids.collect();
             ids.sort_unstable();
-            twice.extend(ids.windows(2).filter_map(|pair| (pair[0] == pair[1]).then_some(pair[0])));
+            twice.extend(ids.iter().zip(ids.iter().skip(1)).filter_map(|(id, next)| (id == next).then_some(*id)));
             fs::remove_file(path)?;
         }
         Ok(twice)
