@@ -113,12 +113,12 @@ impl TextEdits<'_> {
             places.push(at);
         }
         places.push(points.len().checked_sub(1)?);
-        if places.windows(2).any(|pair| pair[0] >= pair[1]) {
+        if !places.is_sorted_by(|place, next| place < next) {
             return None;
         }
         let mut ids = Vec::new();
-        for pair in places.windows(2) {
-            let part = points.get(pair[0]..=pair[1])?;
+        for (from, to) in places.iter().zip(places.iter().skip(1)) {
+            let part = points.get(*from..=*to)?;
             let element = self.element_of((ElementKind::Way, way))?;
             if ids.is_empty() {
                 element.set_vertices(part);
@@ -245,13 +245,10 @@ fn piece(mut element: Element, cut: &LaneletCut, at: usize, parts: &Parts) -> El
 
 /// Puts a node between two that follow each other, wherever they do.
 fn insert_between(points: &mut Vec<i64>, [a, b]: [i64; 2], node: i64) {
-    let mut at = 1;
-    while at < points.len() {
-        let pair = [points[at - 1], points[at]];
-        if pair == [a, b] || pair == [b, a] {
-            points.insert(at, node);
-            at += 1;
-        }
-        at += 1;
+    let before = std::mem::take(points);
+    for point in before {
+        let between = points.last().is_some_and(|last| [*last, point] == [a, b] || [*last, point] == [b, a]);
+        points.extend(between.then_some(node));
+        points.push(point);
     }
 }
