@@ -295,7 +295,8 @@ impl Loader<'_> {
                 elements.push(RegulatoryElementId(id));
             } else {
                 let dummies = &mut self.loaded.map.dummies;
-                if dummies.elements.iter().any(|element| element.id.0 == id) {
+                // Relations come by their ids.
+                if dummies.elements.binary_search_by_key(&id, |element| element.id.0).is_ok() {
                     dummies.references.push((LaneletId(relation.id), RegulatoryElementId(id)));
                 }
                 let role = member.role.clone();
@@ -304,9 +305,10 @@ impl Loader<'_> {
         }
         let id = LaneletId(relation.id);
         let LaneletMap { lanelets, dummies, .. } = &mut self.loaded.map;
-        let dummy = dummies.lanelets.iter_mut().find(|lanelet| lanelet.id == id);
-        if let Some(lanelet) = lanelets.get_mut(id).or(dummy) {
+        if let Some(lanelet) = lanelets.get_mut(id) {
             lanelet.regulatory_elements = elements;
+        } else if let Ok(at) = dummies.lanelets.binary_search_by_key(&id, |lanelet| lanelet.id) {
+            dummies.lanelets[at].regulatory_elements = elements;
         }
     }
 }
