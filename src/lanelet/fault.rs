@@ -333,5 +333,22 @@ pub enum Condition {
     PassedOver {
         /// One line.
         message: String,
+        /// Whether Lanelet2's reader says nothing of it.
+        unsaid: bool,
     },
+}
+
+impl Condition {
+    /// Whether Lanelet2 loads such an element without a word, though Autoware cannot use it.
+    pub fn is_unsaid(&self) -> bool {
+        match self {
+            Self::BoundsOpposed { .. } | Self::BoundTooShort { .. } => true,
+            Self::PassedOver { unsaid, .. } => *unsaid,
+            // An empty subtype makes an element without a class.
+            Self::UnknownSubtype { subtype } => subtype.is_empty(),
+            // The constructor counts lanelets only.
+            Self::MemberCount { subtype, limit, .. } => subtype == "right_of_way" && limit.role == "ref_line",
+            _ => false,
+        }
+    }
 }

@@ -204,6 +204,30 @@ impl RegulatoryElement {
     }
 }
 
+/// What Lanelet2 holds and Autoware cannot use: mostly what it puts in the place of what did not load. The map itself has none of
+/// it: only the profile `tier4` looks at it, since the existing validator judges it like the rest.
+#[derive(Clone, Debug, Default)]
+pub struct Dummies {
+    /// Lanelets with a bound of fewer than two points. A bound that is no linestring of the map has none.
+    pub lanelets: Vec<Lanelet>,
+    /// Centre lines of lanelets that did not load, or have one point only.
+    pub centerlines: Vec<(LaneletId, LineStringId)>,
+    /// All members of the elements that refer to what did not load, in file order.
+    pub members: Vec<(RegulatoryElementId, Vec<Member>)>,
+    /// Elements that Lanelet2 takes, though Autoware cannot use them.
+    pub elements: Vec<RegulatoryElement>,
+    /// The lanelets that refer to those.
+    pub references: Vec<(LaneletId, RegulatoryElementId)>,
+}
+
+impl Dummies {
+    /// Whether everything loaded.
+    pub fn is_empty(&self) -> bool {
+        let Self { lanelets, centerlines, members, elements, references: _ } = self;
+        lanelets.is_empty() && centerlines.is_empty() && members.is_empty() && elements.is_empty()
+    }
+}
+
 /// A map: five layers of primitives.
 #[derive(Clone, Debug, Default)]
 pub struct LaneletMap {
@@ -221,6 +245,8 @@ pub struct LaneletMap {
     pub lanelets: PrimitiveLayer<Lanelet>,
     /// Regulatory elements by id.
     pub regulatory_elements: PrimitiveLayer<RegulatoryElement>,
+    /// What did not load.
+    pub dummies: Dummies,
 }
 
 macro_rules! shelved {

@@ -4,16 +4,20 @@ use std::borrow::Cow;
 
 use super::align::align_in_space;
 use super::index::view::{Spot, spot};
-use super::{Bound, Lanelet, LaneletId, LaneletMap};
+use super::{Attributes, Bound, Dummies, Lanelet, LaneletId, LaneletMap, LineString, LineStringId, Target};
 use crate::geometry::Point as Place;
 use crate::projection::{LonLat, Projector};
 
 /// The map with other places or other directions of bounds; `None` where nothing differs.
 ///
 /// The loader reads latitudes and longitudes only: a point without them lies at 0, 0, and `local_x` says nothing. Bounds
-/// are aligned in space, and once more when the map is complete, which turns back some ambiguous ones.
+/// are aligned in space, and once more when the map is complete, which turns back some ambiguous ones. What did not load is there
+/// as a dummy.
 pub fn placed(map: &LaneletMap) -> Option<LaneletMap> {
     let mut own = Cow::Borrowed(map);
+    if !map.dummies.is_empty() {
+        put_dummies(own.to_mut());
+    }
     if map.local {
         let places: Vec<LonLat> = map.points.iter().map(|point| point.lonlat().unwrap_or_default()).collect();
         let found = Projector::in_squares(&places);
@@ -32,6 +36,51 @@ pub fn placed(map: &LaneletMap) -> Option<LaneletMap> {
         Cow::Owned(map) => Some(map),
         Cow::Borrowed(_) => None,
     }
+}
+
+/// Puts lanelets with unusable lines, and elements with members that did not load, where the loader has them.
+fn put_dummies(map: &mut LaneletMap) {
+    let dummies = std::mem::take(&mut map.dummies);
+    for id in lines_of(&dummies) {
+        if !map.linestrings.contains(id) {
+            map.linestrings.insert(LineString { id, points: Vec::new(), attributes: Attributes::new(), span: None });
+        }
+    }
+    let Dummies { lanelets, centerlines, members, elements, references } = dummies;
+    for lanelet in lanelets {
+        map.lanelets.insert(lanelet);
+    }
+    for element in elements {
+        map.regulatory_elements.insert(element);
+    }
+    for (id, element) in references {
+        if let Some(lanelet) = map.lanelets.get_mut(id) {
+            lanelet.regulatory_elements.push(element);
+        }
+    }
+    for (id, line) in centerlines {
+        if let Some(lanelet) = map.lanelets.get_mut(id) {
+            lanelet.centerline = Some(line);
+        }
+    }
+    for (id, members) in members {
+        if let Some(element) = map.regulatory_elements.get_mut(id) {
+            element.members = members;
+        }
+    }
+}
+
+/// All lines that dummies refer to.
+fn lines_of(dummies: &Dummies) -> Vec<LineStringId> {
+    let bounds = dummies.lanelets.iter().flat_map(|lanelet| [lanelet.left.line, lanelet.right.line]);
+    let centers = dummies.centerlines.iter().map(|&(_, line)| line);
+    let members = dummies.members.iter().flat_map(|(_, members)| members);
+    let members = members.chain(dummies.elements.iter().flat_map(|element| &element.members));
+    let lines = members.filter_map(|member| match member.target {
+        Target::LineString(id) => Some(id),
+        _ => None,
+    });
+    bounds.chain(centers).chain(lines).collect()
 }
 
 /// The bounds of a lanelet if they are used in other directions than it says.

@@ -130,6 +130,9 @@ pub enum OddityKind {
     BadCoordinate,
     /// An element without a usable id, a reference or member without target: passed over.
     BadElement,
+    /// As [`Self::BadElement`], of which Lanelet2's reader says nothing: it takes 0 for an id that is missing, the digits at the
+    /// start of a reference for the whole, and leaves out a member without a type.
+    UnsaidElement,
 }
 
 /// One file that was read.

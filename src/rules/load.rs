@@ -43,6 +43,12 @@ fn reversed(map: &MapIndex) -> Option<Finding> {
     Some(Finding::new("reversed", Subject::Map, message).with(first, "first"))
 }
 
+/// What is found, subject and message, of which the loader itself says nothing.
+pub(super) fn unsaid(map: &MapIndex) -> FxHashSet<(Subject, String)> {
+    let faults = map.faults.iter().filter(|fault| fault.condition.is_unsaid());
+    faults.filter_map(|fault| Some((fault.subject, finding(map, fault)?.message))).collect()
+}
+
 /// The finding of a fault; `None` for those of other families.
 fn finding(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
     file(map, fault).or_else(|| bounds(map, fault)).or_else(|| element(map, fault))
@@ -83,7 +89,7 @@ fn file(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
             "format-version",
             format!("format_version {version} is above {supported}, the highest that Autoware supports."),
         ),
-        Condition::PassedOver { message } => found("passed-over", format!("{message}.")),
+        Condition::PassedOver { message, .. } => found("passed-over", format!("{message}.")),
         _ => return None,
     })
 }

@@ -14,6 +14,7 @@ mod first_screen;
 mod fix_of_each_fault;
 mod fixes;
 mod formats;
+mod loader;
 mod malformed_input;
 mod mirror_image;
 mod official_findings;

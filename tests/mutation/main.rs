@@ -3,6 +3,7 @@
 //!
 //! The maps are the sample maps as `build` makes them. A mutation is found if a code that it raises is reported of a primitive
 //! that it touched, and was not reported before. `LANEWRIGHT_SOAK` makes more of them; the table by kind is printed.
+//! `LANEWRIGHT_SLIPS` names a directory for all broken maps, for another program to read.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on must stop")]
 #![allow(missing_docs)]
@@ -157,8 +158,12 @@ fn broken<'a>(bases: &'a [Base], at: usize, kind: &'a Kind) -> impl Iterator<Ite
 
 /// Keeps a map that showed a fault of ours, to be looked at.
 fn keep(base: &Base, kind: &Kind, seed: u64, draft: &Draft) -> String {
+    keep_in(Path::new(env!("CARGO_TARGET_TMPDIR")), base, kind, seed, draft)
+}
+
+fn keep_in(directory: &Path, base: &Base, kind: &Kind, seed: u64, draft: &Draft) -> String {
     let file = format!("{}-{}-{seed}.osm", kind.name.replace(|c: char| !c.is_ascii_alphanumeric(), "_"), base.name);
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(file);
+    let path = directory.join(file);
     std::fs::write(&path, draft.text()).unwrap();
     path.display().to_string()
 }
@@ -195,6 +200,9 @@ fn try_kind(bases: &[Base], at: usize, kind: &Kind) -> Outcome {
     let mut outcome = Outcome { name: kind.name, mutations: 0, raised: BTreeMap::new(), missed: Vec::new() };
     for (base, seed, draft, named) in broken(bases, at, kind) {
         outcome.mutations += 1;
+        if let Some(directory) = std::env::var_os("LANEWRIGHT_SLIPS") {
+            keep_in(Path::new(&directory), base, kind, seed, &draft);
+        }
         let judged = catch_unwind(AssertUnwindSafe(|| base.judge(&draft)));
         let Ok(found) = judged else {
             outcome.missed.push(format!("panicked: {}", keep(base, kind, seed, &draft)));

@@ -3,7 +3,7 @@
 use super::{Loader, SUPPORTED_FORMAT_VERSION};
 use crate::diagnostic::Subject;
 use crate::lanelet::{Condition, LoadFault};
-use crate::osm::{ElementKind, OddityKind};
+use crate::osm::{ElementKind, Oddity, OddityKind};
 
 impl Loader<'_> {
     pub(super) fn file_level_faults(&mut self) {
@@ -11,14 +11,18 @@ impl Loader<'_> {
             self.loaded.faults.push(LoadFault { subject: Subject::Map, span: None, condition });
         }
         let osm = self.osm;
-        for oddity in osm.oddities.iter().filter(|o| o.kind == OddityKind::BadElement) {
+        let passed_over = |o: &&Oddity| matches!(o.kind, OddityKind::BadElement | OddityKind::UnsaidElement);
+        for oddity in osm.oddities.iter().filter(passed_over) {
             let subject = match oddity.element {
                 Some((ElementKind::Node, id)) => Subject::Node(id),
                 Some((ElementKind::Way, id)) => Subject::Way(id),
                 Some((ElementKind::Relation, id)) => Subject::Relation(id),
                 None => Subject::Map,
             };
-            let condition = Condition::PassedOver { message: oddity.message.clone() };
+            let condition = Condition::PassedOver {
+                message: oddity.message.clone(),
+                unsaid: oddity.kind == OddityKind::UnsaidElement,
+            };
             self.fault(subject, &oddity.span, condition);
         }
     }

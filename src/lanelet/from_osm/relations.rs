@@ -6,8 +6,8 @@ use crate::geometry::Point as PlanePoint;
 use crate::lanelet::align::{align, opposed};
 use crate::lanelet::limits::{is_sign, role_limits};
 use crate::lanelet::{
-    Bound, BoundRole, Condition, Lanelet, LaneletId, LineStringId, Member, PointId, PolygonId, RegulatoryElement,
-    RegulatoryElementId, Target,
+    Bound, BoundRole, Condition, Lanelet, LaneletId, LaneletMap, LineStringId, Member, PointId, PolygonId,
+    RegulatoryElement, RegulatoryElementId, Target,
 };
 use crate::osm;
 use crate::osm::{ElementKind, Relation, Text};
@@ -23,6 +23,22 @@ enum Resolved {
     Dummy(Target),
     /// Not a member at all.
     Gone,
+}
+
+/// What a lanelet gets for a role.
+enum Border {
+    /// A line of two points or more.
+    Line(LineStringId),
+    /// A line that a lanelet cannot use, or an empty dummy in its place.
+    Unusable(LineStringId),
+}
+
+impl Border {
+    const fn line(&self) -> LineStringId {
+        match self {
+            Self::Line(id) | Self::Unusable(id) => *id,
+        }
+    }
 }
 
 impl Loader<'_> {
@@ -63,13 +79,23 @@ impl Loader<'_> {
     }
 
     fn lanelet(&mut self, relation: &Relation) {
-        let left = self.bound(relation, BoundRole::Left);
-        let right = self.bound(relation, BoundRole::Right);
-        let centerline = self.bound(relation, BoundRole::Centerline);
-        let (Some(left), Some(right)) = (left, right) else { return };
+        let id = LaneletId(relation.id);
+        let bounds = [BoundRole::Left, BoundRole::Right].map(|role| self.bound(relation, role));
+        let centerline = match self.centerline(relation) {
+            Some(Border::Line(line)) => Some(line),
+            Some(Border::Unusable(line)) => {
+                self.loaded.map.dummies.centerlines.push((id, line));
+                None
+            }
+            None => None,
+        };
+        let [Border::Line(left), Border::Line(right)] = bounds else {
+            let [left, right] = bounds.map(|border| Bound { line: border.line(), inverted: false });
+            self.loaded.map.dummies.lanelets.push(bounded(relation, [left, right], centerline));
+            return;
+        };
         let lines = [self.line(left), self.line(right)];
         let (left_inverted, right_inverted) = align(&lines[0], &lines[1]);
-        let id = LaneletId(relation.id);
         let subject = Subject::Lanelet(relation.id);
         let [mut left_line, mut right_line] = lines;
         if left_inverted {
@@ -86,15 +112,8 @@ impl Loader<'_> {
             let condition = Condition::BothBoundsTurned { left: left.0, right: right.0 };
             self.fault(subject, &relation.span, condition);
         }
-        self.loaded.map.lanelets.insert(Lanelet {
-            id,
-            left: Bound { line: left, inverted: left_inverted },
-            right: Bound { line: right, inverted: right_inverted },
-            centerline,
-            regulatory_elements: Vec::new(),
-            attributes: relation.tags.clone(),
-            span: Some(relation.span.clone()),
-        });
+        let bounds = [Bound { line: left, inverted: left_inverted }, Bound { line: right, inverted: right_inverted }];
+        self.loaded.map.lanelets.insert(bounded(relation, bounds, centerline));
     }
 
     pub(super) fn line(&self, id: LineStringId) -> Vec<PlanePoint> {
@@ -103,26 +122,36 @@ impl Loader<'_> {
         points.iter().filter_map(|p| map.points.get(*p)).map(|p| p.position).collect()
     }
 
-    /// The one line of a role, if it is there and usable; every other case is a fault.
-    fn bound(&mut self, relation: &Relation, role: BoundRole) -> Option<LineStringId> {
+    /// The members of a role, without those that are missing: the loader has already dropped them.
+    fn members_of<'r>(&self, relation: &'r Relation, role: BoundRole) -> Vec<&'r osm::Member> {
+        relation.members.iter().filter(|m| m.role == role.as_str() && self.osm.contains(m.kind, m.id)).collect()
+    }
+
+    fn centerline(&mut self, relation: &Relation) -> Option<Border> {
+        let some = !self.members_of(relation, BoundRole::Centerline).is_empty();
+        some.then(|| self.bound(relation, BoundRole::Centerline))
+    }
+
+    /// The one line of a role; if it is not there or not usable, that is a fault.
+    fn bound(&mut self, relation: &Relation, role: BoundRole) -> Border {
         let subject = Subject::Lanelet(relation.id);
-        // The loader has already dropped what is missing.
-        let members: Vec<&osm::Member> =
-            relation.members.iter().filter(|m| m.role == role.as_str() && self.osm.contains(m.kind, m.id)).collect();
+        let members = self.members_of(relation, role);
+        // Where there is no line, the dummy has the id of the lanelet.
+        let nothing = Border::Unusable(LineStringId(relation.id));
         let &[member] = members.as_slice() else {
-            if role != BoundRole::Centerline || !members.is_empty() {
-                let (count, ways) = (members.len(), members.iter().map(|m| m.id).collect());
-                self.fault(subject, &relation.span, Condition::BoundCount { role, count, ways, meant: None });
-            }
-            return None;
+            let (count, ways) = (members.len(), members.iter().map(|m| m.id).collect());
+            self.fault(subject, &relation.span, Condition::BoundCount { role, count, ways, meant: None });
+            return nothing;
         };
         let (kind, way) = (member.kind, member.id);
         let map = &self.loaded.map;
+        let mut unusable = Border::Unusable(LineStringId(way));
         let condition = if kind != ElementKind::Way {
+            unusable = nothing;
             Condition::BoundIsNotWay { role, kind, id: way }
         } else if let Some(line) = map.linestrings.get(LineStringId(way)) {
             if line.points.len() >= 2 {
-                return Some(line.id);
+                return Border::Line(line.id);
             }
             Condition::BoundTooShort { role, way }
         } else if map.polygons.contains(PolygonId(way)) {
@@ -131,7 +160,7 @@ impl Loader<'_> {
             Condition::BoundDropped { role, way }
         };
         self.fault(subject, &relation.span, condition);
-        None
+        unusable
     }
 
     fn regulatory_element(&mut self, relation: &Relation) {
@@ -157,14 +186,21 @@ impl Loader<'_> {
                 Resolved::Gone => {}
             }
         }
-        if self.creates(relation, &subtype, &known) {
-            self.loaded.map.regulatory_elements.insert(RegulatoryElement {
-                id: RegulatoryElementId(relation.id),
-                subtype,
-                members,
-                attributes: relation.tags.clone(),
-                span: Some(relation.span.clone()),
-            });
+        let before = self.loaded.faults.len();
+        let created = self.creates(relation, &subtype, &known);
+        let held = self.loaded.faults[before..].iter().all(|fault| fault.condition.is_unsaid());
+        let whole: Vec<Member> = known.into_iter().map(|(role, target)| Member { role, target }).collect();
+        let dummies = &mut self.loaded.map.dummies;
+        let id = RegulatoryElementId(relation.id);
+        let (attributes, span) = (relation.tags.clone(), Some(relation.span.clone()));
+        if created {
+            if whole.len() > members.len() {
+                dummies.members.push((id, whole));
+            }
+            let element = RegulatoryElement { id, subtype, members, attributes, span };
+            self.loaded.map.regulatory_elements.insert(element);
+        } else if held {
+            dummies.elements.push(RegulatoryElement { id, subtype, members: whole, attributes, span });
         }
     }
 
@@ -258,13 +294,35 @@ impl Loader<'_> {
             } else if self.loaded.map.regulatory_elements.contains(RegulatoryElementId(id)) {
                 elements.push(RegulatoryElementId(id));
             } else {
+                let dummies = &mut self.loaded.map.dummies;
+                // Relations come by their ids.
+                if dummies.elements.binary_search_by_key(&id, |element| element.id.0).is_ok() {
+                    dummies.references.push((LaneletId(relation.id), RegulatoryElementId(id)));
+                }
                 let role = member.role.clone();
                 self.fault(subject, &relation.span, Condition::MemberDropped { kind, id, role });
             }
         }
-        if let Some(lanelet) = self.loaded.map.lanelets.get_mut(LaneletId(relation.id)) {
+        let id = LaneletId(relation.id);
+        let LaneletMap { lanelets, dummies, .. } = &mut self.loaded.map;
+        if let Some(lanelet) = lanelets.get_mut(id) {
             lanelet.regulatory_elements = elements;
+        } else if let Ok(at) = dummies.lanelets.binary_search_by_key(&id, |lanelet| lanelet.id) {
+            dummies.lanelets[at].regulatory_elements = elements;
         }
+    }
+}
+
+/// A lanelet with these bounds, left and right, and no elements yet.
+fn bounded(relation: &Relation, [left, right]: [Bound; 2], centerline: Option<LineStringId>) -> Lanelet {
+    Lanelet {
+        id: LaneletId(relation.id),
+        left,
+        right,
+        centerline,
+        regulatory_elements: Vec::new(),
+        attributes: relation.tags.clone(),
+        span: Some(relation.span.clone()),
     }
 }
 

@@ -53,7 +53,7 @@ impl<'m> Seen<'m> {
     fn new(map: &'m LaneletMap, lanelet: &'m Lanelet) -> Option<Self> {
         let points = |bound: Bound| map.bound_points(bound).collect::<Vec<_>>();
         let outline = map.outline(lanelet);
-        let finite = outline.len() > 3 && outline.iter().all(|p| p.x.is_finite() && p.y.is_finite());
+        let finite = outline.iter().all(|p| p.x.is_finite() && p.y.is_finite());
         finite.then(|| Self {
             lanelet,
             left: points(lanelet.left),
@@ -79,9 +79,9 @@ impl<'m> Seen<'m> {
         self.tag("subtype") == Some(subtype)
     }
 
-    /// The id in the tag `intersection_area`; `None` if there is none, or no number.
+    /// The id in the tag `intersection_area`; `None` if there is none, no number, or 0, which is no id to Lanelet2.
     pub fn area_tag(&self) -> Option<i64> {
-        leading_integer(self.tag("intersection_area")?)
+        leading_integer(self.tag("intersection_area")?).filter(|&id| id != 0)
     }
 
     /// Its end points: left and right, first and last.
@@ -127,7 +127,9 @@ impl<'m> View<'m> {
                 }
             }
         }
-        let boxes = lanelets.iter().enumerate().map(|(at, seen)| {
+        // A lanelet without points lies nowhere.
+        let somewhere = lanelets.iter().enumerate().filter(|(_, seen)| !seen.outline.is_empty());
+        let boxes = somewhere.map(|(at, seen)| {
             let [low, high] = seen.extent;
             GeomWithData::new(Rectangle::from_corners([low.x, low.y], [high.x, high.y]), at)
         });

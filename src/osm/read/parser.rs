@@ -182,7 +182,7 @@ impl Parser<'_> {
         }
         let span = self.span(at.start, at.end);
         let Some(id) = id else {
-            self.odd(OddityKind::BadElement, None, format!("{kind} without an integer id is passed over"), span);
+            self.odd(OddityKind::UnsaidElement, None, format!("{kind} without an integer id is passed over"), span);
             return Ok(Some(Open::Skipped));
         };
         let tags = Tags::new();
@@ -228,9 +228,10 @@ impl Parser<'_> {
 
     /// `<nd ref="…"/>`.
     fn node_reference(&mut self, tag: &BytesStart<'_>, start: usize, way: &mut Way) -> Result<(), ReadError> {
-        let mut reference = None;
+        let (mut reference, mut digits) = (None, false);
         for attribute in tag.attributes().with_checks(false).flatten().filter(|one| one.key.as_ref() == "ref") {
             reference = attribute.value.trim().parse::<i64>().ok();
+            digits = begins_with_digits(&attribute.value);
         }
         match reference {
             Some(_) if way.nodes.len() >= MAX_REFERENCES => {
@@ -241,7 +242,7 @@ impl Parser<'_> {
             None => {
                 let message = format!("way {} has a node reference that is not a number", way.id);
                 let element = Some((ElementKind::Way, way.id));
-                self.odd(OddityKind::BadElement, element, message, self.span(start, start + 1));
+                self.odd(passed_over(digits), element, message, self.span(start, start + 1));
             }
         }
         Ok(())
@@ -249,10 +250,13 @@ impl Parser<'_> {
 
     /// `<member type="…" ref="…" role="…"/>`.
     fn member(&mut self, tag: &BytesStart<'_>, start: usize, relation: &mut Relation) -> Result<(), ReadError> {
-        let (mut kind, mut reference, mut role) = (None, None, Text::default());
+        let (mut kind, mut reference, mut digits, mut role) = (None, None, false, Text::default());
         for attribute in tag.attributes().with_checks(false).flatten() {
             match attribute.key.as_ref() {
-                "ref" => reference = attribute.value.trim().parse::<i64>().ok(),
+                "ref" => {
+                    reference = attribute.value.trim().parse::<i64>().ok();
+                    digits = begins_with_digits(&attribute.value);
+                }
                 "type" => kind = element_kind(&attribute.value),
                 "role" => role = value(&attribute),
                 _ => {}
@@ -267,7 +271,7 @@ impl Parser<'_> {
             None => {
                 let message = format!("relation {} has a member without type or ref", relation.id);
                 let element = Some((ElementKind::Relation, relation.id));
-                self.odd(OddityKind::BadElement, element, message, self.span(start, start + 1));
+                self.odd(passed_over(kind.is_none() || digits), element, message, self.span(start, start + 1));
             }
         }
         Ok(())
@@ -382,4 +386,14 @@ fn value(attribute: &quick_xml::events::attributes::Attribute<'_>) -> Text {
         Ok(value) => Text::from(value.as_ref()),
         Err(_) => Text::from(attribute.value.as_ref()),
     }
+}
+
+/// The kind of what is passed over, by whether Lanelet2's reader says nothing of it.
+const fn passed_over(unsaid: bool) -> OddityKind {
+    if unsaid { OddityKind::UnsaidElement } else { OddityKind::BadElement }
+}
+
+fn begins_with_digits(text: &str) -> bool {
+    let text = text.trim_start();
+    text.strip_prefix(['+', '-']).unwrap_or(text).starts_with(|first: char| first.is_ascii_digit())
 }

@@ -104,7 +104,8 @@ fn what_has_no_number_is_passed_over_and_named() {
     assert_eq!((data.nodes.len(), data.nodes[0].position), (1, None));
     assert!(data.ways[0].nodes.is_empty() && data.relations[0].members.is_empty());
     let count = |kind| data.oddities.iter().filter(|o| o.kind == kind).count();
-    assert_eq!((count(OddityKind::BadElement), count(OddityKind::BadCoordinate)), (5, 1));
+    assert_eq!((count(OddityKind::BadElement), count(OddityKind::BadCoordinate)), (2, 1));
+    assert_eq!(count(OddityKind::UnsaidElement), 3);
 }
 
 #[test]

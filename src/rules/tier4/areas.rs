@@ -21,10 +21,9 @@ fn lanelet(id: LaneletId) -> Subject {
     Subject::Lanelet(id.0)
 }
 
-/// The intersection areas with their outlines.
+/// The intersection areas with their outlines, which may have two points only.
 fn areas<'a>(view: &'a View<'_>) -> Vec<(&'a Polygon, Vec<Place>)> {
-    let areas = view.polygons("intersection_area").map(|area| (area, view.ring(area)));
-    areas.filter(|(_, ring)| ring.len() > 2).collect()
+    view.polygons("intersection_area").map(|area| (area, view.ring(area))).collect()
 }
 
 /// `intersection_area_dangling_reference`: asks turning lanelets only, and reads the id into 32 bits, 0 if it cannot.
@@ -93,7 +92,7 @@ fn coverage(seen: &Seen, tag: Option<i64>, area: PolygonId, outline: &[Place]) -
 /// `turn_direction_tagging`: a lanelet of which every point lies in an area, or on its outline, has to say where it turns.
 pub fn turn_direction(view: &View, _: &Params) -> Vec<Issue> {
     let mut issues = Vec::new();
-    for (area, outline) in areas(view) {
+    for (area, outline) in areas(view).into_iter().filter(|(_, outline)| outline.len() > 2) {
         let ring = polygon::to_geo(&outline);
         for at in view.near(extent(&outline), 0.0) {
             let seen = &view.lanelets[at];

@@ -18,13 +18,13 @@ mod walkway;
 
 use rayon::prelude::*;
 
-use crate::diagnostic::{Diagnostic, Finding, Severity, Subject};
+use crate::diagnostic::{Diagnostic, Finding, Severity};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::View;
 use crate::lanelet::placed::placed;
 use crate::parallel::Finely;
 
-use super::{Config, ConfigError, Row};
+use super::{Config, ConfigError, Row, load};
 use validator::issue;
 pub use validator::{Issue, Params, PeerSeverity, Validator, missing, validators};
 
@@ -68,9 +68,14 @@ pub fn run(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigErr
     let loading = rows.iter().filter(|row| row.requirement.id == "load");
     let loading = loading.map(|row| super::run_row(map, config, row));
     let mut found = loading.collect::<Result<Vec<_>, ConfigError>>()?.concat();
-    found.iter_mut().filter(|one| is_silent(one) && config.severity(&one.code).is_none()).for_each(|one| {
-        one.severity = Severity::Warning;
-    });
+    // What the validator's loader does not tell of is no error to it.
+    let unsaid = load::unsaid(map);
+    for one in &mut found {
+        let said = !unsaid.contains(&(one.finding.subject, one.finding.message.clone()));
+        if !said && config.severity(&one.code).is_none() {
+            one.severity = Severity::Warning;
+        }
+    }
     let Some(placed) = placed(map.map) else {
         found.extend(validate(map, config)?);
         return Ok(found);
@@ -79,16 +84,10 @@ pub fn run(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigErr
     found.extend(validate(&index, config)?.into_iter().map(|one| {
         // What is found is shown where the map has it, not where the validator's loader puts it.
         let at = crate::lanelet::locate::locate(map.map, one.finding.subject, &one.finding.place);
-        Diagnostic { span: at.span, lonlat: at.lonlat, local: at.local, ..one }
+        // What did not load has no place but there.
+        if at.span.is_none() { one } else { Diagnostic { span: at.span, lonlat: at.lonlat, local: at.local, ..one } }
     }));
     Ok(found)
-}
-
-/// Whether the validator's loader does not tell of a fault: it turns bounds as it finds them, and an element without an id is
-/// one to it.
-fn is_silent(found: &Diagnostic) -> bool {
-    let nameless = found.code == "load/passed-over" && found.finding.subject == Subject::Map;
-    nameless || found.code == "load/align"
 }
 
 /// What the validators find, in the order of the table.
