@@ -6,7 +6,7 @@ use crate::lanelet::LaneletMap;
 use crate::lanelet::index::reaches;
 use crate::osm::{OsmData, Way};
 use crate::parallel::Finely;
-use crate::projection::{Extent, LonLat, Projector};
+use crate::projection::{Extent, Extents, LonLat, Projector};
 use crate::settings::{MergeSettings, Profile, Settings};
 
 use super::assemble::{Assembled, assemble};
@@ -282,9 +282,12 @@ pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights
 /// The box around all nodes of ways that are roads by their tags.
 fn extent(osm: &OsmData) -> Result<Extent, BuildError> {
     let roads = osm.ways.par_iter().finely().filter(|w| w.tags.has("highway"));
-    let around = |w: &Way| Extent::of(w.nodes.iter().filter_map(|&id| osm.node(id)?.position));
-    match roads.filter_map(around).reduce_with(|one, other| one.with(&other)) {
-        Some(extent) => Ok(extent),
+    let around = |w: &Way| {
+        let places = w.nodes.iter().filter_map(|&id| osm.node(id)?.position);
+        places.map(Extents::of).reduce(Extents::with)
+    };
+    match roads.filter_map(around).reduce_with(Extents::with) {
+        Some(extents) => Ok(extents.narrower()),
         None if osm.ways.iter().any(|w| w.tags.has("highway")) => Err(BuildError::NoPlace),
         None => Err(NetworkError::NoRoad { ways: osm.ways.len(), left_out: 0 }.into()),
     }

@@ -21,7 +21,7 @@ pub use infer::{Explained, Twice, infer, residual};
 pub use info::{Info, InfoError, VerticalDatum, read_info, write_info};
 pub use mgrs::{MgrsError, MgrsGrid};
 
-/// A box of longitudes and latitudes, degrees.
+/// A box of longitudes and latitudes, degrees. East of the antimeridian longitudes are beyond 180 where it reaches over it.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Extent {
     /// Its south-western corner.
@@ -33,14 +33,16 @@ pub struct Extent {
 impl Extent {
     /// The smallest box around these places; `None` if there is none.
     pub fn of(places: impl IntoIterator<Item = LonLat>) -> Option<Self> {
-        places.into_iter().map(|p| Self { min: p, max: p }).reduce(|extent, p| extent.with(&p))
+        places.into_iter().map(Extents::of).reduce(Extents::with).map(Extents::narrower)
     }
 
-    /// The smallest box around two.
-    #[must_use]
-    pub fn with(&self, Self { min, max }: &Self) -> Self {
+    fn with(self, Self { min, max }: Self) -> Self {
         let min = LonLat { lon: self.min.lon.min(min.lon), lat: self.min.lat.min(min.lat) };
         Self { min, max: LonLat { lon: self.max.lon.max(max.lon), lat: self.max.lat.max(max.lat) } }
+    }
+
+    fn width(&self) -> f64 {
+        self.max.lon - self.min.lon
     }
 
     /// All of it.
@@ -48,13 +50,44 @@ impl Extent {
 
     /// Whether a place lies in it; its rim belongs to it.
     pub fn contains(&self, place: LonLat) -> bool {
-        (self.min.lon..=self.max.lon).contains(&place.lon) && (self.min.lat..=self.max.lat).contains(&place.lat)
+        let lon = self.min.lon..=self.max.lon;
+        (lon.contains(&place.lon) || lon.contains(&(place.lon + 360.0)))
+            && (self.min.lat..=self.max.lat).contains(&place.lat)
     }
 
     /// Its middle.
     pub fn center(&self) -> LonLat {
-        LonLat { lon: (self.min.lon + self.max.lon) / 2.0, lat: (self.min.lat + self.max.lat) / 2.0 }
+        LonLat { lon: on_earth((self.min.lon + self.max.lon) / 2.0), lat: (self.min.lat + self.max.lat) / 2.0 }
     }
+}
+
+/// The boxes around places with longitudes from -180 to 180 and from 0 to 360 degrees: one of them is the smallest.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Extents([Extent; 2]);
+
+impl Extents {
+    /// Around one place.
+    pub(crate) fn of(place: LonLat) -> Self {
+        let east = if place.lon < 0.0 { LonLat { lon: place.lon + 360.0, ..place } } else { place };
+        Self([place, east].map(|place| Extent { min: place, max: place }))
+    }
+
+    /// Around the places of both; in any order the same.
+    pub(crate) fn with(self, Self([other, other_east]): Self) -> Self {
+        let Self([own, own_east]) = self;
+        Self([own.with(other), own_east.with(other_east)])
+    }
+
+    /// The smaller box.
+    pub(crate) fn narrower(self) -> Extent {
+        let Self([plain, east]) = self;
+        if plain.width() > 180.0 && east.width() < plain.width() { east } else { plain }
+    }
+}
+
+/// A longitude from -180 to 180 degrees.
+fn on_earth(lon: f64) -> f64 {
+    if lon > 180.0 { lon - 360.0 } else { lon }
 }
 
 /// Autoware's scale factor where `map_projector_info.yaml` names none. It is a 32-bit float there, and the difference
@@ -131,7 +164,7 @@ impl Projector {
         let (lat, cos) = (EXTENT_MARGIN / METRES_PER_DEGREE, center.lat.to_radians().cos().max(0.01));
         let lon = lat / cos;
         // Parallels bend in the plane, so the middles of the sides are looked at too.
-        let lons = [extent.min.lon - lon, center.lon, extent.max.lon + lon];
+        let lons = [extent.min.lon - lon, center.lon, on_earth(extent.max.lon + lon)];
         let lats = [extent.min.lat - lat, center.lat, extent.max.lat + lat];
         let places: Vec<LonLat> = lons.iter().flat_map(|&lon| lats.map(|lat| LonLat { lon, lat })).collect();
         let squares: Vec<Option<MgrsGrid>> = Self::squares(&places);
@@ -338,6 +371,17 @@ mod tests {
         assert!(matches!(Projector::for_extent(&around(6.0, 50.0, 0.01)), Projector::TransverseMercator { .. }));
         let empty: [LonLat; 0] = [];
         assert_eq!(Extent::of(empty), None);
+    }
+
+    #[test]
+    fn a_map_over_the_antimeridian_has_its_origin_inside() {
+        let [west, east] = [179.98, -179.99].map(|lon| LonLat { lon, lat: -16.8 });
+        let extent = Extent::of([east, west]).unwrap();
+        assert!(extent.contains(west) && extent.contains(east) && !extent.contains(LonLat { lon: 0.0, lat: -16.8 }));
+        assert!((extent.center().lon - 179.995).abs() < 1e-9);
+        let projector = Projector::for_extent(&extent);
+        let [a, b] = [west, east].map(|place| projector.forward(place, 0.0).unwrap());
+        assert!((b.x - a.x - 0.03 * 106_600.0).abs() < 10.0, "{projector:?} {a} {b}");
     }
 
     #[test]
