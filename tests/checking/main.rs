@@ -22,4 +22,3 @@ mod official_maps;
 mod projections;
 mod rules;
 mod tier4_conformance;
-mod two_way;
