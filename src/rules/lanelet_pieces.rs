@@ -32,12 +32,11 @@ impl Pieces {
     /// What becomes of the lanelet and of what hangs on it.
     pub fn cut(&self, map: &MapIndex) -> Option<LaneletCut> {
         let lanelet = map.map.lanelets.get(map.lanes[self.lane].id)?;
-        let is_named = |element: &&RegulatoryElement| {
-            lanelet.regulatory_elements.contains(&element.id)
-                || element.members.iter().any(|member| member.target == Target::Lanelet(lanelet.id))
-        };
-        let elements = map.map.regulatory_elements.iter().filter(is_named);
-        let elements = elements.map(|element| (element.id.0, self.concerned(map, element)));
+        let own = lanelet.regulatory_elements.iter().filter_map(|id| map.map.regulatory_elements.get(*id));
+        let mut elements: Vec<&RegulatoryElement> = own.chain(map.elements_naming(lanelet.id)).collect();
+        elements.sort_unstable_by_key(|element| element.id);
+        elements.dedup_by_key(|element| element.id);
+        let elements = elements.into_iter().map(|element| (element.id.0, self.concerned(map, element)));
         let some = |(_, pieces): &(i64, Vec<usize>)| pieces.len() < self.outlines.len();
         let area = lanelet.attributes.get("intersection_area");
         let inside = area.and_then(|area| self.inside(map, area));

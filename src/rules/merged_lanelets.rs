@@ -167,7 +167,7 @@ fn inherited(map: &MapIndex, first: &Lanelet, second: &Lanelet) -> Vec<Edit> {
             member: Subject::RegulatoryElement(element.0),
         })
         .collect();
-    for element in &map.map.regulatory_elements {
+    for element in map.elements_naming(second.id) {
         let on = Subject::RegulatoryElement(element.id.0);
         for member in element.members.iter().filter(|member| member.target == Target::Lanelet(second.id)) {
             edits.push(Edit::RemoveMember { on, role: member.role.clone(), member: other });

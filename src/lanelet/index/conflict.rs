@@ -178,19 +178,21 @@ impl MapIndex<'_> {
         height(self.map, &self.lanes[lane], place)
     }
 
-    /// Whether an end of a lane lies on the level of an intersection.
+    /// Whether an end of a lane lies on the level of an intersection; so it is where its height is not known.
     pub fn is_on_level_of(&self, edge: &Edge, intersection: &Intersection) -> bool {
-        (self.edge_height(edge) - intersection.height).abs() <= self.thresholds.grade_separation
+        let height = self.edge_height(edge);
+        height.is_none_or(|height| (height - intersection.height).abs() <= self.thresholds.grade_separation)
     }
 
-    /// Whether two ends of lanes lie on one level, so that one can continue the other.
+    /// Whether two ends of lanes lie on one level, so that one can continue the other; so it is where a height is not known.
     pub fn are_ends_level(&self, one: &Edge, other: &Edge) -> bool {
-        (self.edge_height(one) - self.edge_height(other)).abs() <= self.thresholds.grade_separation
+        let heights = self.edge_height(one).zip(self.edge_height(other));
+        heights.is_none_or(|(a, b)| (a - b).abs() <= self.thresholds.grade_separation)
     }
 
-    /// Height of an end of a lane, metres: that of its left point, 0 where it has none.
-    fn edge_height(&self, edge: &Edge) -> f64 {
-        self.map.points.get(edge.ids[0]).and_then(|point| point.ele()).unwrap_or_default()
+    /// Height of an end of a lane, metres: that of its left point.
+    fn edge_height(&self, edge: &Edge) -> Option<f64> {
+        self.map.points.get(edge.ids[0])?.ele()
     }
 
     /// Whether a lane and a line do not pass over each other at a place; so it is where a height is not known.

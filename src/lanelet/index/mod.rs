@@ -96,6 +96,7 @@ impl<'m> MapIndex<'m> {
             stop_lines: Default::default(),
             tree,
             referrers,
+            naming: Default::default(),
             intersections_of,
             touching,
             view: View::new(map),

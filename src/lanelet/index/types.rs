@@ -12,7 +12,8 @@ use super::view::View;
 use crate::geometry::{Point, Vector, simple_ring};
 use crate::lanelet::right_of_way::{Mover, Relation, yields};
 use crate::lanelet::{
-    LaneletId, LaneletMap, LineStringId, LoadFault, PointId, PolygonId, RegulatoryElementId, TurnDirection,
+    LaneletId, LaneletMap, LineStringId, LoadFault, PointId, PolygonId, RegulatoryElement, RegulatoryElementId, Target,
+    TurnDirection,
 };
 use crate::settings::Settings;
 
@@ -24,6 +25,9 @@ pub(super) type StopLineTree = RTree<GeomWithData<Rectangle<[f64; 2]>, LineStrin
 
 /// Made when the first rule asks.
 pub(super) type StopLines = OnceLock<StopLineTree>;
+
+/// The elements of which a lanelet is a member. Made when the first rule asks: only fixes do.
+pub(super) type Naming = OnceLock<FxHashMap<LaneletId, Vec<RegulatoryElementId>>>;
 
 /// A map with everything that rules look up. Lanelets that did not load correctly are not in `lanes`: the geometric rules skip
 /// them, so that one broken bound does not cause ten findings.
@@ -55,6 +59,7 @@ pub struct MapIndex<'m> {
     pub(super) ending: FxHashMap<[PointId; 2], Vec<usize>>,
     pub(super) way_users: FxHashMap<LineStringId, Vec<usize>>,
     pub(super) referrers: FxHashMap<RegulatoryElementId, Vec<LaneletId>>,
+    pub(super) naming: Naming,
     pub(super) intersections_of: Vec<Vec<usize>>,
     pub(super) touching: Vec<Vec<usize>>,
     pub(super) view: View<'m>,
@@ -100,6 +105,24 @@ impl<'m> MapIndex<'m> {
     /// Lanelets that refer to this element.
     pub fn referrers(&self, element: RegulatoryElementId) -> &[LaneletId] {
         self.referrers.get(&element).map_or(&[], Vec::as_slice)
+    }
+
+    /// Elements of which this lanelet is a member, in the map's order.
+    pub fn elements_naming(&self, lanelet: LaneletId) -> impl Iterator<Item = &'m RegulatoryElement> + '_ {
+        let naming = self.naming.get_or_init(|| {
+            let mut naming: FxHashMap<LaneletId, Vec<RegulatoryElementId>> = FxHashMap::default();
+            for element in &self.map.regulatory_elements {
+                for member in &element.members {
+                    if let Target::Lanelet(id) = member.target {
+                        naming.entry(id).or_default().push(element.id);
+                    }
+                }
+            }
+            naming.values_mut().for_each(Vec::dedup);
+            naming
+        });
+        let elements = naming.get(&lanelet).into_iter().flatten();
+        elements.filter_map(|id| self.map.regulatory_elements.get(*id))
     }
 
     /// Intersections that a lane is part of, by position: more than one where areas overlap.

@@ -162,8 +162,11 @@ impl IntersectionLanelets {
             let by_area = !on_ring(network, intersection, path);
             // A street that joins a ring where another leaves it: their lanes cross within the length of one intersection.
             let leaves_ring = |it: &TurningLanelet| ring_arms(network, intersection, it) == [true, false];
-            // A street that leads straight over a ring crosses what drives along it.
-            let passes = |it: &TurningLanelet| matches!(ring_arms(network, intersection, it), [a, b] if a == b);
+            // What enters or leaves a ring gives way by its rules. A street that leads straight over it crosses what drives along it.
+            let passes = |it: &TurningLanelet| {
+                let [from_ring, onto_ring] = ring_arms(network, intersection, it);
+                from_ring == onto_ring
+            };
             let crosses = |it: &TurningLanelet| ruled || !joins_along(path, it);
             leaves_private_ground(network, intersection, path) && others.len() > 0
                 || by_area && others.clone().any(|it| passes(it) && crosses(it))
