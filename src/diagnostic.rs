@@ -178,6 +178,9 @@ pub enum Edit {
     CreateStopLine { points: Vec<i64>, element: Subject },
     /// Draw an `intersection_area` with a fresh id over these points, and name it in the tags of these lanelets.
     CreateArea { points: Vec<i64>, lanelets: Vec<i64> },
+    /// Create the lanelet of the other direction with a fresh id: between the same bounds, one-way, with the same tags but for
+    /// where it turns, and of the regulatory elements with these.
+    CreateOpposite { lanelet: i64, elements: Vec<i64> },
     /// Cut ways and the lanelets between them at the same places of a road.
     Divide(Division),
 }

@@ -330,7 +330,11 @@ fn change_of(edit: &Edit) -> u8 {
         | Edit::AddMember { .. }
         | Edit::RemoveMember { .. }
         | Edit::SetRole { .. } => 0,
-        Edit::CreateArea { .. } | Edit::CreateRegulatoryElement { .. } | Edit::ReplaceWay { .. } | Edit::Divide(_) => 2,
+        Edit::CreateArea { .. }
+        | Edit::CreateRegulatoryElement { .. }
+        | Edit::CreateOpposite { .. }
+        | Edit::ReplaceWay { .. }
+        | Edit::Divide(_) => 2,
         _ => 1,
     }
 }

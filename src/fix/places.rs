@@ -104,7 +104,7 @@ fn touched(edit: &Edit) -> Vec<Subject> {
         | Edit::RemoveVertex { way, .. }
         | Edit::SetVertices { way, .. }
         | Edit::ReverseWay { way } => vec![*way],
-        Edit::ReplaceWay { lanelet, .. } => vec![Subject::Lanelet(*lanelet)],
+        Edit::ReplaceWay { lanelet, .. } | Edit::CreateOpposite { lanelet, .. } => vec![Subject::Lanelet(*lanelet)],
         Edit::SetPlace { point, .. } | Edit::PlaceBetween { point, .. } => vec![Subject::Point(*point)],
         Edit::Remove { subject } => vec![*subject],
         Edit::CreateStopLine { element, .. } => vec![*element],

@@ -1,6 +1,7 @@
 //! Edits on the files of a map. Fixes that change the same thing are applied in different rounds.
 
 mod division;
+mod opposite;
 
 use std::collections::BTreeMap;
 
@@ -218,8 +219,18 @@ impl<'a> TextEdits<'a> {
             Edit::CreateStopLine { .. } | Edit::CreateRegulatoryElement { .. } | Edit::CreateArea { .. } => {
                 claim_for_created(edit, claim);
             }
+            Edit::CreateOpposite { lanelet, .. } => whole.push((ElementKind::Relation, *lanelet)),
             Edit::Divide(division) => self.claim_division(division, claim),
         }
+    }
+
+    /// Whether a way is part of the outline of a multipolygon, which has to stay closed: no rule knows of it.
+    fn borders_area(&self, way: Subject) -> bool {
+        let is_area = |(kind, id): Key| {
+            let relation = (kind == ElementKind::Relation).then(|| self.osm.relation(id)).flatten();
+            relation.is_some_and(|relation| relation.tags.is("type", "multipolygon"))
+        };
+        key_of(way).is_some_and(|key| key.0 == ElementKind::Way && self.referrers_of(key).any(is_area))
     }
 
     fn referrers_of(&self, key: Key) -> impl Iterator<Item = Key> + '_ {
@@ -254,7 +265,10 @@ impl<'a> TextEdits<'a> {
                 done(self.element(*way)?.insert_vertex(*position, *point))?;
             }
             Edit::RemoveVertex { way, position } => done(self.element(*way)?.remove_vertex(*position))?,
-            Edit::SetVertices { way, points } => self.element(*way)?.set_vertices(points),
+            Edit::SetVertices { way, points } => {
+                done(!self.borders_area(*way))?;
+                self.element(*way)?.set_vertices(points);
+            }
             Edit::ReplaceWay { lanelet, from, to } => {
                 let other = |child: &Child| match child {
                     Child::Member(ElementKind::Way, id, role) if id == from => {
@@ -265,7 +279,10 @@ impl<'a> TextEdits<'a> {
                 done(self.element(Subject::Relation(*lanelet))?.replace(other))?;
             }
             Edit::ReverseWay { way } => self.element(*way)?.reverse_vertices(),
-            Edit::Remove { subject } => self.remove(key_of(*subject)?)?,
+            Edit::Remove { subject } => {
+                done(!self.borders_area(*subject))?;
+                self.remove(key_of(*subject)?)?;
+            }
             Edit::SetPlace { point, place } => self.element(Subject::Point(*point))?.set_place(place.lat, place.lon),
             Edit::PlaceBetween { point, from, to, share } => self.place_between(*point, [*from, *to], *share)?,
             Edit::CreateStopLine { points, element } => {
@@ -282,6 +299,7 @@ impl<'a> TextEdits<'a> {
                 self.create(subtype, members, referrers)?
             }
             Edit::CreateArea { points, lanelets } => self.create_area(points, lanelets)?,
+            Edit::CreateOpposite { lanelet, elements } => self.create_opposite(*lanelet, elements)?,
             Edit::Divide(division) => self.divide(division)?,
         }
         Some(())

@@ -119,6 +119,7 @@ fn edited_element(edit: &Edit) -> Option<Subject> {
         | Edit::PlaceBetween { .. }
         | Edit::CreateStopLine { .. }
         | Edit::ReverseWay { .. }
+        | Edit::CreateOpposite { .. }
         | Edit::Divide(_) => None,
     }
 }

@@ -32,6 +32,7 @@ mod rule;
 mod side_lane;
 mod stop_line_crossings;
 pub mod tier4;
+mod two_way;
 
 mod virtual_light;
 mod vm_01_01;

@@ -8,6 +8,7 @@ use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{Lanelet, LaneletId};
 
+use super::two_way::TwoWay;
 use super::{NoParams, Rule};
 
 /// See `rules/vm-01-01.md`.
@@ -19,6 +20,7 @@ impl Rule for RoadBasics {
     fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
         let mut findings = Vec::new();
         let nearby = NearbyLocations::of(map);
+        let mut two_way = None;
         for lanelet in map.map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", "road")) {
             let (id, on) = (lanelet.id, Subject::Lanelet(lanelet.id.0));
             let said = |key: &str| match lanelet.attributes.get(key) {
@@ -34,8 +36,12 @@ impl Rule for RoadBasics {
             }
             if !lanelet.attributes.is("one_way", "yes") {
                 let message = format!("Road lanelet {id} has {}; it must be yes.", said("one_way"));
-                let edits = vec![Edit::SetTag { on, key: "one_way".into(), value: "yes".into() }];
-                findings.push(Finding::new("one-way", on, message).fixed_by("set one_way=yes", true, edits));
+                let (edits, safe) = two_way.get_or_insert_with(|| TwoWay::of(map)).edits(lanelet);
+                let title = match safe {
+                    true => "set one_way=yes",
+                    false => "set one_way=yes and draw the lanelet of the other direction between the same bounds",
+                };
+                findings.push(Finding::new("one-way", on, message).fixed_by(title, safe, edits));
             }
         }
         findings

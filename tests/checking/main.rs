@@ -22,3 +22,4 @@ mod official_maps;
 mod projections;
 mod rules;
 mod tier4_conformance;
+mod two_way;

@@ -88,6 +88,10 @@ impl Causes {
                     named.iter().for_each(|id| _ = reach(Subject::Lanelet(*id)));
                     causes.makers.insert(i);
                 }
+                Edit::CreateOpposite { lanelet, .. } => {
+                    reach(Subject::Lanelet(*lanelet));
+                    causes.makers.insert(i);
+                }
                 Edit::Divide(division) => {
                     division.lanelets.iter().for_each(|cut| _ = reach(Subject::Lanelet(cut.lanelet)));
                     division.ways.iter().for_each(|cut| _ = reach(Subject::LineString(cut.way)));
