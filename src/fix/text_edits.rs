@@ -224,13 +224,31 @@ impl<'a> TextEdits<'a> {
         }
     }
 
+    fn replace_way(&mut self, lanelet: i64, from: i64, to: i64) -> Option<()> {
+        let other = |child: &Child| match child {
+            Child::Member(ElementKind::Way, id, role) if *id == from => {
+                Some(Child::Member(ElementKind::Way, to, role.clone()))
+            }
+            _ => None,
+        };
+        self.element(Subject::Relation(lanelet))?.replace(other).then_some(())
+    }
+
+    fn set_vertices(&mut self, way: Subject, points: &[i64]) -> Option<()> {
+        if self.borders_area(key_of(way)?) {
+            return None;
+        }
+        self.element(way)?.set_vertices(points);
+        Some(())
+    }
+
     /// Whether a way is part of the outline of a multipolygon, which has to stay closed: no rule knows of it.
-    fn borders_area(&self, way: Subject) -> bool {
+    fn borders_area(&self, way: Key) -> bool {
         let is_area = |(kind, id): Key| {
             let relation = (kind == ElementKind::Relation).then(|| self.osm.relation(id)).flatten();
             relation.is_some_and(|relation| relation.tags.is("type", "multipolygon"))
         };
-        key_of(way).is_some_and(|key| key.0 == ElementKind::Way && self.referrers_of(key).any(is_area))
+        way.0 == ElementKind::Way && self.referrers_of(way).any(is_area)
     }
 
     fn referrers_of(&self, key: Key) -> impl Iterator<Item = Key> + '_ {
@@ -265,24 +283,10 @@ impl<'a> TextEdits<'a> {
                 done(self.element(*way)?.insert_vertex(*position, *point))?;
             }
             Edit::RemoveVertex { way, position } => done(self.element(*way)?.remove_vertex(*position))?,
-            Edit::SetVertices { way, points } => {
-                done(!self.borders_area(*way))?;
-                self.element(*way)?.set_vertices(points);
-            }
-            Edit::ReplaceWay { lanelet, from, to } => {
-                let other = |child: &Child| match child {
-                    Child::Member(ElementKind::Way, id, role) if id == from => {
-                        Some(Child::Member(ElementKind::Way, *to, role.clone()))
-                    }
-                    _ => None,
-                };
-                done(self.element(Subject::Relation(*lanelet))?.replace(other))?;
-            }
+            Edit::SetVertices { way, points } => self.set_vertices(*way, points)?,
+            Edit::ReplaceWay { lanelet, from, to } => self.replace_way(*lanelet, *from, *to)?,
             Edit::ReverseWay { way } => self.element(*way)?.reverse_vertices(),
-            Edit::Remove { subject } => {
-                done(!self.borders_area(*subject))?;
-                self.remove(key_of(*subject)?)?;
-            }
+            Edit::Remove { subject } => self.remove(key_of(*subject)?)?,
             Edit::SetPlace { point, place } => self.element(Subject::Point(*point))?.set_place(place.lat, place.lon),
             Edit::PlaceBetween { point, from, to, share } => self.place_between(*point, [*from, *to], *share)?,
             Edit::CreateStopLine { points, element } => {
@@ -366,6 +370,9 @@ impl<'a> TextEdits<'a> {
     }
 
     fn remove(&mut self, key: Key) -> Option<()> {
+        if self.borders_area(key) {
+            return None;
+        }
         for referrer in self.referrers.get(&key).cloned().unwrap_or_default() {
             // One that was itself removed refers to nothing.
             if let Some(element) = self.element_of(referrer) {
