@@ -1,10 +1,10 @@
 //! Lanelets that are for both directions, of which a lanelet for each is made.
 
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::diagnostic::{Edit, Subject};
 use crate::lanelet::index::MapIndex;
-use crate::lanelet::{Lanelet, PointId};
+use crate::lanelet::{Lanelet, LineStringId, PointId};
 
 /// Regulatory elements that speak of the ground, whichever way one drives over it.
 const OF_GROUND: [&str; 6] =
@@ -15,18 +15,24 @@ pub fn is_two_way(lanelet: &Lanelet) -> bool {
     matches!(lanelet.attributes.get("one_way"), Some("no" | "false" | "0"))
 }
 
-/// Where lanes begin and end, those for both directions at either end.
+/// Where lanes begin and end, those for both directions at either end, and what lies beside each other.
 pub struct TwoWay<'m> {
     map: &'m MapIndex<'m>,
     starts: FxHashSet<[PointId; 2]>,
     ends: FxHashSet<[PointId; 2]>,
+    /// How many lanes have the piece between two points on this side of theirs (0 left, 1 right).
+    beside: FxHashMap<(usize, [PointId; 2]), usize>,
 }
 
 impl<'m> TwoWay<'m> {
     /// Of a map.
     pub fn of(map: &'m MapIndex<'m>) -> Self {
         let (mut starts, mut ends) = (FxHashSet::default(), FxHashSet::default());
+        let mut beside: FxHashMap<(usize, [PointId; 2]), usize> = FxHashMap::default();
         for lane in map.lanes.iter().filter(|lane| lane.is_drivable()) {
+            for piece in pieces(map, lane.bounds) {
+                *beside.entry(piece).or_default() += 1;
+            }
             starts.insert(lane.start.ids);
             ends.insert(lane.end.ids);
             if map.map.lanelets.get(lane.id).is_some_and(is_two_way) {
@@ -34,15 +40,19 @@ impl<'m> TwoWay<'m> {
                 ends.insert(turned(lane.start.ids));
             }
         }
-        Self { map, starts, ends }
+        Self { map, starts, ends, beside }
     }
 
-    /// The edit that creates the lanelet of the other direction; `None` where there is one, or where nothing leads on from there
-    /// and nothing leads there, so that nobody drives that way.
+    /// The edit that creates the lanelet of the other direction; `None` where there is one, between the same bounds or beside it,
+    /// or where nothing leads on from there and nothing leads there, so that nobody drives that way.
     pub fn opposite(&self, lanelet: &Lanelet) -> Option<Edit> {
         let lane = self.map.lanes.get(self.map.lane(lanelet.id)?)?;
         let [start, end] = [lane.end.ids, lane.start.ids].map(turned);
-        if !is_two_way(lanelet) || lane.both_ways || !self.ends.contains(&start) && !self.starts.contains(&end) {
+        // Two lanes that have a line on the same side of theirs are driven in opposite directions.
+        let is_shared = |piece| self.beside.get(&piece).is_some_and(|&lanes| lanes > 1);
+        let is_opposed = pieces(self.map, lane.bounds).any(is_shared);
+        let is_used = self.ends.contains(&start) || self.starts.contains(&end);
+        if !is_two_way(lanelet) || lane.both_ways || is_opposed || !is_used {
             return None;
         }
         let elements = lanelet.regulatory_elements.iter().filter(|id| {
@@ -62,6 +72,18 @@ impl<'m> TwoWay<'m> {
             None => (vec![set], true),
         }
     }
+}
+
+/// The pieces between the points of two bounds, left and right: each with its side and its points, the smaller id first.
+fn pieces<'m>(map: &MapIndex<'m>, bounds: [LineStringId; 2]) -> impl Iterator<Item = (usize, [PointId; 2])> + use<'m> {
+    let lines = bounds.map(|bound| map.map.linestrings.get(bound));
+    lines.into_iter().enumerate().flat_map(|(side, line)| {
+        let points = line.map_or(&[][..], |line| &line.points);
+        points.windows(2).filter_map(move |pair| match *pair {
+            [a, b] => Some((side, [a.min(b), a.max(b)])),
+            _ => None,
+        })
+    })
 }
 
 /// The two points of an end as one sees them who comes from the other side.
