@@ -7,7 +7,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::builder::geojson;
-use crate::builder::network::{NetworkError, is_driven};
+use crate::builder::network::{NetworkError, is_driven, is_highway};
+use crate::builder::streets::heights::{elevation, road_heights};
 use crate::builder::tags::driving_side::{Country, of_place};
 use crate::builder::tags::road_class::DrivingSide;
 use crate::builder::{BuildError, BuildOptions};
@@ -17,7 +18,7 @@ use crate::projection::{Extent, Projector, VerticalDatum, read_info, write_info}
 use crate::report::VERSION;
 use crate::report::failure::Failure;
 use crate::settings::{Settings, Side};
-use crate::tiles::{CutError, Survey, TileFile, TileSize, WayUse};
+use crate::tiles::{CutError, Meaning, Survey, TileFile, TileSize, WayUse};
 
 use super::divided::grid;
 use super::error::{Error, ErrorKind};
@@ -246,10 +247,14 @@ impl Surveyed {
         let options = build_options(settings.clone(), said)?;
         let use_of = |way: &Way| match () {
             () if is_driven(way, &options.roads) => WayUse::Driven,
-            () if way.tags.has("highway") => WayUse::Highway,
+            () if is_highway(way, &options.roads) => WayUse::Highway,
             () => WayUse::Other,
         };
-        let survey = Survey::read(input, &use_of).map_err(unread)?;
+        let meaning = Meaning { use_of: &use_of, elevation: &elevation };
+        let mut survey = Survey::read(input, meaning).map_err(unread)?;
+        if said.dem.is_none() {
+            find_ground(&mut survey);
+        }
         let failed = |error: BuildError| ErrorKind::Build.error(build_failure(error, &name));
         if survey.lanelets > 0 {
             return Err(failed(BuildError::Lanelet2Map { lanelets: survey.lanelets }));
@@ -281,6 +286,15 @@ impl Surveyed {
         };
         let options = BuildOptions { terrain: options.terrain, ..cut.options()? };
         Ok(Self { survey, cut, options })
+    }
+}
+
+/// Finds the ground of all roads between written heights, which may lie any distance away.
+fn find_ground(survey: &mut Survey) {
+    let written = std::mem::take(&mut survey.elevations);
+    if !written.is_empty() {
+        let roads = survey.nodes_of(WayUse::Highway).map(|nodes| nodes.iter().copied());
+        survey.elevations = road_heights(roads, |node| survey.place(node), |node| written.get(&node).copied());
     }
 }
 

@@ -13,7 +13,9 @@ use super::assemble::{Assembled, assemble};
 use super::control::signal_arrows::SignalArrows;
 use super::layout::layout_loop::lay_out;
 use super::network::unreachable_lanes::without_unreachable_lanes;
-use super::network::{NetworkError, NetworkOptions, NetworkReading, RoadKey, RoadNetwork, UNMET_ROAD, road_network};
+use super::network::{
+    NetworkError, NetworkOptions, NetworkReading, RoadKey, RoadNetwork, UNMET_ROAD, is_highway, road_network,
+};
 use super::options::{BuildOptions, Plan};
 use super::postprocess::{grade_separation, tier4, turn_signal, user_elements};
 use super::streets::consolidate::{MergeOverride, OverrideTarget};
@@ -147,7 +149,8 @@ fn read(osm: &OsmData, options: &BuildOptions) -> Result<Read, BuildError> {
     };
     let to_metres = |places: &[LonLat]| projector.forward_all(places);
     let NetworkReading { network, notes } = road_network(osm, &to_metres, &network_options)?;
-    let spots = elevation_tags(osm, &to_metres);
+    let is_road = |way: &Way| is_highway(way, &options.roads);
+    let spots = elevation_tags(osm, &to_metres, is_road, options.terrain.is_none());
     Ok(Read { network, notes, spots, projector })
 }
 

@@ -1,12 +1,15 @@
 //! Copies each element into the files of the tiles that need it.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::OpenOptions;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use rustc_hash::FxHashMap;
+
 use crate::cells::{Cell, CellSets, Ids, NOWHERE, SetId};
-use crate::osm::{DataBlocks, ElementKind, Member, MetaInfo, OsmData, OsmText, ReadError, Relation};
+use crate::osm::{DataBlocks, ElementKind, Member, MetaInfo, Node, OsmData, OsmText, ReadError, Relation};
 use crate::projection::Projector;
 
 use super::reach::{Reach, TileSize, line};
@@ -74,6 +77,7 @@ struct Needs {
     nodes: Vec<SetId>,
     way_ids: Ids,
     ways: Vec<SetId>,
+    elevations: FxHashMap<u32, f64>,
 }
 
 impl Needs {
@@ -93,7 +97,8 @@ impl Needs {
             }
             ways.push(set);
         }
-        Self { sets: reach.sets, node_ids: survey.node_ids, nodes, way_ids: survey.way_ids, ways }
+        let Survey { node_ids, way_ids, elevations, .. } = survey;
+        Self { sets: reach.sets, node_ids, nodes, way_ids, ways, elevations }
     }
 
     fn node(&self, id: i64) -> &[u32] {
@@ -119,11 +124,21 @@ impl Needs {
         tiles
     }
 
+    /// The node with its height in `ele`, where it is known.
+    fn with_elevation<'a>(&self, node: &'a Node) -> Cow<'a, Node> {
+        let known = if self.elevations.is_empty() { None } else { self.node_ids.find(node.id) };
+        let Some(height) = known.and_then(|at| self.elevations.get(&at)) else { return Cow::Borrowed(node) };
+        let mut node = node.clone();
+        node.tags.set("ele", height.to_string());
+        Cow::Owned(node)
+    }
+
     /// Appends the elements of a block to the files of the tiles that need them.
     fn copy(&self, block: &OsmData, files: &[TileFile]) -> Result<(), CutError> {
         let mut texts: BTreeMap<u32, OsmText> = BTreeMap::new();
         for node in &block.nodes {
-            self.node(node.id).iter().for_each(|tile| texts.entry(*tile).or_default().put_node_exactly(node));
+            let node = self.with_elevation(node);
+            self.node(node.id).iter().for_each(|tile| texts.entry(*tile).or_default().put_node_exactly(&node));
         }
         for way in &block.ways {
             self.way(way.id).iter().for_each(|tile| texts.entry(*tile).or_default().put_way(way));

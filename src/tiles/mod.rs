@@ -19,4 +19,4 @@ pub use agreement::{Agreement, Disagreement};
 pub use cut::{CutError, TileFile, cut};
 pub use reach::TileSize;
 pub use record::Record;
-pub use survey::{Survey, WayUse};
+pub use survey::{Meaning, Survey, WayUse};

@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
+use rustc_hash::FxHashMap;
+
 use crate::cells::{Ids, Lists};
-use crate::osm::{DataBlocks, OsmData, ReadError, Way};
+use crate::osm::{DataBlocks, Node, OsmData, ReadError, Way};
 use crate::projection::{Extent, LonLat};
 
 /// What a way is to a builder.
@@ -36,6 +38,17 @@ pub struct Survey {
     pub bounds: Vec<Extent>,
     /// Relations with `type=lanelet`.
     pub lanelets: usize,
+    /// The heights of nodes by their positions, metres, that the tiles get: as far as they are written, if nobody finds others.
+    pub elevations: FxHashMap<u32, f64>,
+}
+
+/// What a builder sees in elements.
+#[derive(Clone, Copy)]
+pub struct Meaning<'a> {
+    /// What a way is to it.
+    pub use_of: &'a dyn Fn(&Way) -> WayUse,
+    /// The height that a node says, metres.
+    pub elevation: &'a dyn Fn(&Node) -> Option<f64>,
 }
 
 impl Survey {
@@ -44,11 +57,11 @@ impl Survey {
     /// # Errors
     ///
     /// If the file cannot be read, or is no OpenStreetMap data.
-    pub fn read(path: &Path, use_of: &(dyn Fn(&Way) -> WayUse + Sync)) -> Result<Self, ReadError> {
+    pub fn read(path: &Path, meaning: Meaning<'_>) -> Result<Self, ReadError> {
         let mut survey = Self::default();
         let mut blocks = DataBlocks::open(path)?;
         while let Some(block) = blocks.next_block()? {
-            survey.add(block, use_of);
+            survey.add(block, meaning);
         }
         for (at, id) in std::mem::take(&mut survey.ahead) {
             if let Some((place, node)) = survey.way_nodes.items_mut().get_mut(at).zip(survey.node_ids.find(id)) {
@@ -61,20 +74,27 @@ impl Survey {
         Ok(survey)
     }
 
-    fn add(&mut self, block: OsmData, use_of: &(dyn Fn(&Way) -> WayUse + Sync)) {
+    fn add(&mut self, block: OsmData, meaning: Meaning<'_>) {
         const NOWHERE: LonLat = LonLat { lon: f64::NAN, lat: f64::NAN };
         self.bounds.extend(block.bounds);
         for node in block.nodes {
             let place = node.position.unwrap_or(NOWHERE);
+            let own = self.places.len() as u32;
             // Of nodes with the same id the last counts.
-            if let Some(first) = self.node_ids.push(node.id).and_then(|first| self.places.get_mut(first as usize)) {
+            let first = self.node_ids.push(node.id);
+            if let Some(first) = first.and_then(|first| self.places.get_mut(first as usize)) {
                 *first = place;
             }
             self.places.push(place);
+            let first = first.unwrap_or(own);
+            match (meaning.elevation)(&node) {
+                Some(height) => drop(self.elevations.insert(first, height)),
+                None => drop(self.elevations.remove(&first)),
+            }
         }
         for way in block.ways {
             self.way_ids.push(way.id);
-            self.ways.push(use_of(&way));
+            self.ways.push((meaning.use_of)(&way));
             let before = self.way_nodes.items();
             let at = |id: &i64| self.node_ids.find(*id).unwrap_or(GONE);
             let found: Vec<u32> = way.nodes.iter().map(at).collect();
@@ -102,7 +122,14 @@ impl Survey {
         Extent::of((0..self.places.len() as u32).filter_map(|node| self.place(node)))
     }
 
-    fn place(&self, node: u32) -> Option<LonLat> {
+    /// The nodes of each way of this use or a greater one, by their positions, in the order of the file.
+    pub fn nodes_of(&self, least: WayUse) -> impl Iterator<Item = &[u32]> {
+        let ways = self.ways.iter().enumerate().filter(move |(_, of)| **of >= least);
+        ways.map(|(way, _)| self.way_nodes.at(way))
+    }
+
+    /// Where a node lies, by its position; `None` where it has no place.
+    pub fn place(&self, node: u32) -> Option<LonLat> {
         self.places.get(node as usize).copied().filter(|place| place.lat.is_finite())
     }
 }

@@ -144,13 +144,11 @@ fn the_stages_apart_give_the_same_map() {
     assert!(join(&said, &records, &contested).is_err(), "a record is missing");
 }
 
-/// Three roads of kilometres meet at a place that a tile between needs for one of them only. The direction in which the others leave
-/// depends on the crossing to which one of them leads without a bend, which lies farther away than the margin.
-#[test]
-fn an_intersection_depends_on_its_roads_however_far_they_run_straight() {
+/// Three roads of kilometres that meet at a place, in a file of a folder that is there; nodes have these tags.
+fn long_roads(folder: &Path, tags: impl Fn(i64) -> &'static str) -> PathBuf {
     let mut drawing = Drawing::default();
     let mut node = |id: i64, [x, y]: [f64; 2]| {
-        drawing.node(id, [format!("{:.7}", 48.0 + y / 111_195.0), format!("{:.7}", 11.0 + x / 74_400.0)], "");
+        drawing.node(id, [format!("{:.7}", 48.0 + y / 111_195.0), format!("{:.7}", 11.0 + x / 74_400.0)], tags(id));
     };
     node(1, [0.0, 0.0]);
     for (k, at) in (1..9).map(|k| (k, k as f64)) {
@@ -166,13 +164,42 @@ fn an_intersection_depends_on_its_roads_however_far_they_run_straight() {
     drawing.way(2, [1].into_iter().chain(21..29), "highway=tertiary");
     drawing.way(3, [1, 30, 31, 32], "highway=tertiary");
     drawing.way(4, [40, 30, 41], "highway=residential");
-    let dir = tempfile::tempdir().unwrap();
-    let input = dir.path().join("roads.osm");
+    let input = folder.join("roads.osm");
     fs::write(&input, drawing.xml()).unwrap();
+    input
+}
+
+/// A tile between needs the place where the roads meet for one of them only. The direction in which the others leave depends on the
+/// crossing to which one of them leads without a bend, which lies farther away than the margin.
+#[test]
+fn an_intersection_depends_on_its_roads_however_far_they_run_straight() {
+    let dir = tempfile::tempdir().unwrap();
+    let input = long_roads(dir.path(), |_| "");
     let whole = in_one_piece(&input);
     for size in [800, 900, 1000, 1100] {
         is_same(&whole, &in_tiles(&input, size), &format!("tiles of {size} m"));
     }
+}
+
+/// Between known heights the ground rises evenly, however many tiles lie between; a road apart is as high as they are on average.
+#[test]
+fn the_ground_lies_between_heights_that_no_tile_sees_together() {
+    let dir = tempfile::tempdir().unwrap();
+    let tags = |id: i64| match id {
+        18 => "ele=300",
+        28 => "ele=420.5 m",
+        _ => "",
+    };
+    let input = long_roads(dir.path(), tags);
+    let whole = in_one_piece(&input);
+    for size in [800, 1100] {
+        is_same(&whole, &in_tiles(&input, size), &format!("tiles of {size} m"));
+    }
+    let text: String = whole.values().map(|bytes| String::from_utf8_lossy(bytes)).collect();
+    let heights =
+        text.split("k=\"ele\" v=\"").skip(1).map(|rest| rest.split('"').next().unwrap().parse::<f64>().unwrap());
+    let [low, high] = heights.fold([f64::MAX, f64::MIN], |[low, high], z| [low.min(z), high.max(z)]);
+    assert!((low - 300.0).abs() < 0.5 && (high - 420.5).abs() < 0.5, "{low} {high}");
 }
 
 /// Towns that hang together, some of them kilometres apart: what one of them decides must not reach the other.

@@ -44,7 +44,7 @@ pub(crate) use connectivity::cross;
 pub use frame::ToMetres;
 pub use index::{IntersectionIx, RoadIx};
 pub use islands::Island;
-pub use read::{NetworkError, NetworkOptions, NetworkReading, UNMET_ROAD, is_driven, road_network};
+pub use read::{NetworkError, NetworkOptions, NetworkReading, UNMET_ROAD, is_driven, is_highway, road_network};
 
 use std::fmt;
 

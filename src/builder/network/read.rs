@@ -179,6 +179,11 @@ pub fn is_driven(way: &Way, roads: &[RoadSettings]) -> bool {
     matches!(classify(corrected.as_ref().unwrap_or(way)), AccessVerdict::Road(_))
 }
 
+/// Whether a way is a road by its tags, for whomever, or driven with the tags that these settings give it.
+pub fn is_highway(way: &Way, roads: &[RoadSettings]) -> bool {
+    way.tags.has("highway") || is_driven(way, roads)
+}
+
 /// The drivable ways in order of their ids, with a note for each road that is left out.
 fn drivable<'a>(osm: &'a OsmData, corrected: &'a FxHashMap<i64, Way>, notes: &mut Vec<Finding>) -> Vec<Drivable<'a>> {
     let verdict = |way: &'a Way| {

@@ -1,4 +1,4 @@
-//! Reads heights of nodes from `ele`, metres.
+//! Reads heights of nodes from `ele`, metres, and finds those between them.
 
 use std::collections::BTreeMap;
 
@@ -7,8 +7,11 @@ use rustc_hash::FxHashMap;
 
 use crate::builder::network::frame::ToMetres;
 use crate::geometry::Point;
-use crate::osm::OsmData;
+use crate::osm::{Node, OsmData, Way};
 use crate::parallel::Finely;
+use crate::projection::LonLat;
+
+use super::road_heights::road_heights;
 
 /// Heights on earth, metres; beyond, the unit is wrong.
 const RANGE: std::ops::RangeInclusive<f64> = -500.0..=9000.0;
@@ -29,28 +32,39 @@ impl ElevationTags {
     }
 }
 
-/// Reads the heights of the nodes of all roads.
-pub fn elevation_tags(osm: &OsmData, to_metres: ToMetres<'_>) -> ElevationTags {
-    let mut spots = ElevationTags::default();
+/// Reads the heights of the nodes of all ways that are roads. If they tell the ground (`is_ground`), those between them are found along the roads.
+pub fn elevation_tags(
+    osm: &OsmData,
+    to_metres: ToMetres<'_>,
+    is_road: impl Fn(&Way) -> bool,
+    is_ground: bool,
+) -> ElevationTags {
     if osm.nodes.par_iter().finely().all(|node| !node.tags.has("ele")) {
-        return spots;
+        return ElevationTags::default();
     }
-    for way in osm.ways.iter().filter(|way| way.tags.has("highway")) {
-        let known = |id: &i64| {
-            let node = osm.node(*id)?;
-            let ele = node.tags.get("ele")?.trim().trim_end_matches('m').trim().parse::<f64>().ok()?;
-            RANGE.contains(&ele).then_some((*id, node.position?, ele))
-        };
-        let known: Vec<_> = way.nodes.iter().filter_map(known).collect();
-        if known.is_empty() {
-            continue;
+    let written = |id: i64| elevation(osm.node(id)?);
+    let roads = || osm.ways.iter().filter(|way| is_road(way));
+    let of_node: FxHashMap<i64, f64> = if is_ground {
+        let place = |id: i64| osm.node(id)?.position;
+        road_heights(roads().map(|way| way.nodes.iter().copied()), place, written)
+    } else {
+        roads().flat_map(|way| &way.nodes).filter_map(|id| Some((*id, written(*id)?))).collect()
+    };
+    let mut of_way = BTreeMap::new();
+    for way in roads() {
+        let known = |id: &i64| Some((osm.node(*id)?.position?, *of_node.get(id)?));
+        let (places, heights): (Vec<LonLat>, Vec<f64>) = way.nodes.iter().filter_map(known).unzip();
+        let finite = |(place, _): &(Point, f64)| place.x.is_finite() && place.y.is_finite();
+        let known: Vec<(Point, f64)> = to_metres(&places).into_iter().zip(heights).filter(finite).collect();
+        if !known.is_empty() {
+            of_way.insert(way.id, known);
         }
-        let places = to_metres(&known.iter().map(|(_, place, _)| *place).collect::<Vec<_>>());
-        let finite = |p: &Point| p.x.is_finite() && p.y.is_finite();
-        let projected: Vec<(Point, f64)> =
-            places.into_iter().zip(&known).map(|(p, (_, _, ele))| (p, *ele)).filter(|(p, _)| finite(p)).collect();
-        spots.of_node.extend(known.iter().map(|(id, _, ele)| (*id, *ele)));
-        spots.of_way.insert(way.id, projected);
     }
-    spots
+    ElevationTags { of_node, of_way }
+}
+
+/// The height that a node's `ele` says, metres.
+pub fn elevation(node: &Node) -> Option<f64> {
+    let ele = node.tags.get("ele")?.trim().trim_end_matches('m').trim().parse().ok()?;
+    RANGE.contains(&ele).then_some(ele)
 }

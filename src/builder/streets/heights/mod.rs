@@ -8,9 +8,11 @@
 mod crossings;
 mod elevation_tags;
 mod grade_limit;
+mod interpolation;
 mod level_at_cuts;
 mod options;
 mod ramps;
+mod road_heights;
 mod surface;
 mod terrain_profile;
 #[cfg(test)]
@@ -31,8 +33,9 @@ use terrain_profile::TerrainProfile;
 
 use rayon::prelude::*;
 
-pub use elevation_tags::{ElevationTags, elevation_tags};
+pub use elevation_tags::{ElevationTags, elevation, elevation_tags};
 pub use level_at_cuts::level_at_cuts;
+pub use road_heights::road_heights;
 pub use surface::{Ground, rounded};
 
 /// Least difference from the height by ground and level that gets a finding, metres.

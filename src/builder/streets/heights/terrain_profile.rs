@@ -1,8 +1,5 @@
 //! The ground along every road, without ramps.
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
 use rayon::prelude::*;
 
 use crate::builder::network::{Road, RoadEnd, RoadNetwork};
@@ -10,6 +7,7 @@ use crate::geometry::Point;
 use crate::parallel::Finely;
 
 use super::HeightOptions;
+use super::interpolation::interpolate;
 
 /// Distance between samples of a terrain model along a road, metres.
 const SAMPLED: f64 = 20.0;
@@ -17,10 +15,6 @@ const SAMPLED: f64 = 20.0;
 const AT_END: f64 = 1.0;
 /// A known height farther from a road's line, metres, is not on it.
 const ASIDE: f64 = 10.0;
-/// Rounds of averaging (Gauss-Seidel) between known heights.
-const SWEEPS: usize = 60;
-/// Lengths are integers of a millimetre, which have an order.
-const PER_METRE: f64 = 1e3;
 
 /// Heights along a road, linear between stations, metres.
 #[derive(Clone, Debug)]
@@ -75,7 +69,7 @@ pub fn terrain_profiles(network: &RoadNetwork, options: &HeightOptions) -> Vec<T
         return network.roads.par_iter().finely().map(level).collect();
     }
     let mut graph = ground_graph(network, options);
-    interpolate(&mut graph, options.ground);
+    interpolate(&mut graph.heights, &graph.near);
     let height = |place: usize| graph.heights[place].unwrap_or(options.ground);
     graph.chains.iter().map(|chain| chain.iter().map(|(station, place)| (*station, height(*place))).collect()).collect()
 }
@@ -128,37 +122,4 @@ fn known(road: &Road, options: &HeightOptions) -> Vec<(f64, f64)> {
     known.sort_by(|a, b| a.0.total_cmp(&b.0));
     known.dedup_by(|b, a| b.0 - a.0 < AT_END);
     known
-}
-
-/// Gives every place a height: first that of the nearest known place along the roads (Dijkstra), then an average between these.
-fn interpolate(graph: &mut GroundGraph, ground: f64) {
-    let fixed: Vec<bool> = graph.heights.iter().map(Option::is_some).collect();
-    let mut open: BinaryHeap<(Reverse<u64>, Reverse<usize>)> =
-        (0..fixed.len()).filter(|i| fixed[*i]).map(|i| (Reverse(0), Reverse(i))).collect();
-    let mut nearest: Vec<Option<u64>> = fixed.iter().map(|fixed| fixed.then_some(0)).collect();
-    while let Some((Reverse(far), Reverse(place))) = open.pop() {
-        if nearest[place] != Some(far) {
-            continue;
-        }
-        for (next, length) in graph.near[place].clone() {
-            let farther = far + (length * PER_METRE).round() as u64;
-            if nearest[next].is_none_or(|known| farther < known) {
-                nearest[next] = Some(farther);
-                graph.heights[next] = graph.heights[place];
-                open.push((Reverse(farther), Reverse(next)));
-            }
-        }
-    }
-    let unknown: Vec<usize> = (0..fixed.len()).filter(|i| !fixed[*i] && nearest[*i].is_some()).collect();
-    for _ in 0..SWEEPS {
-        for &place in &unknown {
-            let weights =
-                graph.near[place].iter().map(|(next, length)| (1.0 / length.max(AT_END), graph.heights[*next]));
-            let (weight, sum) =
-                weights.fold((0.0, 0.0), |(w, s), (by, height)| (w + by, s + by * height.unwrap_or(ground)));
-            if weight > 0.0 {
-                graph.heights[place] = Some(sum / weight);
-            }
-        }
-    }
 }

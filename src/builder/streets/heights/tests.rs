@@ -21,7 +21,7 @@ fn network(nodes: &[(i64, f64, f64, Option<f64>)], ways: &[Way<'_>]) -> (RoadNet
     let tags: Vec<String> = tags.collect();
     let ways: Vec<_> = ways.iter().zip(&tags).map(|((id, nodes, _), tags)| (*id, *nodes, tags.as_str())).collect();
     let osm = hand_drawn::osm(&nodes, &ways);
-    (hand_drawn::network(&osm), elevation_tags(&osm, &hand_drawn::plane))
+    (hand_drawn::network(&osm), elevation_tags(&osm, &hand_drawn::plane, |_| true, true))
 }
 
 /// A road along x from 0 to 1000 m with a bridge from 400 to 460 m, and a road under it.
