@@ -110,7 +110,7 @@ impl Continuations {
         let mut earlier: Vec<Option<usize>> = vec![None; self.nodes.len()];
         let mut is_new = vec![false; self.nodes.len()];
         for (&(at, edge), &node) in &self.of_edge {
-            let was = before.of_edge.get(&(origins.of_end(at), edge));
+            let was = origins.of_end(at).and_then(|at| before.of_edge.get(&(at, edge)));
             match was.filter(|was| before.nodes[**was] == self.nodes[node]) {
                 Some(&was) => {
                     missing[was] -= 1;

@@ -80,6 +80,7 @@ pub fn redraw(
         let range = lanes.range_of(ix);
         let mut road = road_lanes(assembly, network, ix, lines.cut(ix), joins);
         road.begin_at(range.start);
+        lanes.move_behind(ix, range.len(), road.lanes.len());
         lanes.lanes.splice(range, road.lanes);
         lanes.arms[ix] = road.arms;
         lanes.pieces[ix] = vec![road.piece];

@@ -75,6 +75,22 @@ pub struct Arm {
     pub cut: Vec<PointId>,
 }
 
+impl Arm {
+    /// The ends of a road of which nothing is drawn yet.
+    pub(super) fn undrawn(road: RoadIx) -> [Self; 2] {
+        let nothing = Vector::zeros();
+        let arm = |end| Self {
+            at: RoadEnd { road, end },
+            inward: nothing,
+            aim: nothing,
+            into: Vec::new(),
+            out: Vec::new(),
+            cut: Vec::new(),
+        };
+        End::BOTH.map(arm)
+    }
+}
+
 /// All lanes and arms.
 #[derive(Clone, Debug, Default)]
 pub struct Lanes {

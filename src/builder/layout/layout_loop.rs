@@ -3,7 +3,7 @@
 //! How much of a road the lanes at its ends take shows only when they are drawn. A layout makes demands: cuts farther back, roads
 //! that are no roads, cuts at stop lines. Each round meets those of one kind and draws again what that changes. Where a lanelet
 //! runs over the end of a road that is too short to be cut back behind it, no vehicle can wait on that road: it lies inside an
-//! intersection, and the intersections at its ends are one. So it is where a road is too short to be cut back for a turn that a
+//! intersection, and the intersections at its ends are one, if that helps. So it is where a road is too short to be cut back for a turn that a
 //! car can take. A dead end of that kind is left out, and a longer road that no turn joins ends before the intersection.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -38,9 +38,17 @@ pub fn lay_out(
     contested: BTreeSet<i64>,
 ) -> (Layout, Vec<Finding>) {
     let (layout, notes) = Layout::new(network, &kept, contested);
-    let refused = apart.clone();
-    let begun =
-        LayoutLoop { layout, kept, apart, refused, stop_lines: StopLines::Untried, notes, road_notes: Vec::new() };
+    let begun = LayoutLoop {
+        layout,
+        kept,
+        apart,
+        refused: apart.clone(),
+        unmerged: None,
+        merged: Vec::new(),
+        stop_lines: StopLines::Untried,
+        notes,
+        road_notes: Vec::new(),
+    };
     let (ControlFlow::Continue(rounds) | ControlFlow::Break(rounds)) =
         (0..ROUNDS).try_fold(begun, |rounds, _| rounds.meet_demand());
     rounds.finished(heights)
@@ -55,11 +63,25 @@ struct LayoutLoop<'a> {
     apart: &'a FxHashSet<RoadKey>,
     /// These, and roads that could not be merged.
     refused: FxHashSet<RoadKey>,
+    /// How all was before the first roads were merged.
+    unmerged: Option<Unmerged>,
+    /// The roads that were merged since.
+    merged: Vec<RoadKey>,
     stop_lines: StopLines,
     /// What could not be expressed of the network as it is.
     notes: Vec<Finding>,
     /// What became of roads.
     road_notes: Vec<Finding>,
+}
+
+/// What is laid out before any roads are merged.
+#[derive(Clone)]
+struct Unmerged {
+    network: RoadNetwork,
+    kept: Vec<Stations>,
+    road_notes: Vec<Finding>,
+    /// Roads that are not to be merged: the user keeps them apart, or it was of no use.
+    refused: FxHashSet<RoadKey>,
 }
 
 /// How far the layout is with cutting roads where the map says that vehicles stop.
@@ -86,6 +108,9 @@ impl LayoutLoop<'_> {
             let before = NetworkSnapshot::of(&self.layout.network);
             if self.merge_roads() || self.leave_out_dead_ends() || self.end_roads_without_turns() {
                 return ControlFlow::Continue(self.followed(&before));
+            }
+            if let Some(anew) = self.without_useless_merges() {
+                return ControlFlow::Continue(self.begun_anew(&before, anew));
             }
         }
         if self.cut_at_stop_lines() {
@@ -114,6 +139,12 @@ impl LayoutLoop<'_> {
         if roads.is_empty() {
             return false;
         }
+        self.unmerged.get_or_insert_with(|| Unmerged {
+            network: self.layout.network.clone(),
+            kept: self.kept.clone(),
+            road_notes: self.road_notes.clone(),
+            refused: self.apart.clone(),
+        });
         let mut network = std::mem::take(&mut self.layout.network);
         let abreast = roads_abreast(&network, &roads);
         let keys: FxHashSet<RoadKey> = abreast.iter().map(|road| network.road(*road).key).collect();
@@ -130,8 +161,24 @@ impl LayoutLoop<'_> {
         }
         self.layout.network = network;
         self.refused.extend(merges.iter().filter(|note| !note.merged).map(|note| note.key));
+        self.merged.extend(merges.iter().filter(|note| note.merged).map(|note| note.key));
         self.road_notes.extend(merges.iter().filter(|note| note.merged).map(road_inside));
         changed
+    }
+
+    /// All as it was before roads were merged, if some of those merges are to be taken back: roads are merged so that no lanelet
+    /// runs over their ends, and where lanelets still run over roads without room, that was of no use. The intersection has only
+    /// grown, and may have done so from one road to the next.
+    fn without_useless_merges(&mut self) -> Option<Unmerged> {
+        let unmerged = self.unmerged.as_mut()?;
+        let Layout { network, .. } = &self.layout;
+        let crowded = self.layout.overrun().filter(|at| self.layout.left(at.road) < VEHICLE);
+        let nodes = crowded.flat_map(|at| &network.intersection(network.intersection_at(at)).nodes);
+        let nodes: FxHashSet<i64> = nodes.copied().collect();
+        let is_useless = |key: &&RoadKey| [key.first, key.last].iter().any(|node| nodes.contains(node));
+        let before = unmerged.refused.len();
+        unmerged.refused.extend(self.merged.iter().filter(is_useless));
+        (unmerged.refused.len() > before).then(|| unmerged.clone())
     }
 
     /// Leaves out dead ends that no car can turn into; `false` if there are none.
@@ -159,12 +206,24 @@ impl LayoutLoop<'_> {
         changed
     }
 
-    /// Draws what changed since the network was as `before`.
+    /// Draws what changed since the network was as `before`: roads are gone.
     fn followed(mut self, before: &NetworkSnapshot) -> Self {
         let network = std::mem::take(&mut self.layout.network);
         let diff = NetworkDiff::between(before, &network);
-        let kept: Vec<Stations> = (0..network.roads.len()).map(|road| self.kept[diff.of(RoadIx::new(road))]).collect();
-        let (layout, notes) = self.layout.followed((before, &diff), network, &kept);
+        let kept = diff.roads().filter_map(|(_, old)| self.kept.get(old?.position()).copied()).collect();
+        self.drawn_anew((before, &diff), network, kept)
+    }
+
+    /// Begins anew with what was not merged yet, while the network is as `before`.
+    fn begun_anew(self, before: &NetworkSnapshot, Unmerged { network, kept, road_notes, refused }: Unmerged) -> Self {
+        let diff = NetworkDiff::between(before, &network);
+        let begun = Self { merged: Vec::new(), road_notes, refused, ..self };
+        begun.drawn_anew((before, &diff), network, kept)
+    }
+
+    /// Draws what differs in a network from what it was.
+    fn drawn_anew(self, since: (&NetworkSnapshot, &NetworkDiff), network: RoadNetwork, kept: Vec<Stations>) -> Self {
+        let (layout, notes) = self.layout.followed(since, network, &kept);
         Self { layout, kept, notes, ..self }
     }
 

@@ -1,5 +1,4 @@
-//! Maps roads and intersections of a network to those of the network it was made from, so that unchanged parts are not
-//! drawn again.
+//! Maps roads and intersections of a network to those of an earlier state of it, so that unchanged parts are not drawn again.
 
 use rustc_hash::FxHashMap;
 
@@ -29,8 +28,8 @@ impl NetworkSnapshot {
 
 /// The old and new indices of roads and intersections.
 pub struct NetworkDiff {
-    /// The old index by new road.
-    of: Vec<RoadIx>,
+    /// The old index by new road; `None` if there was none.
+    of: Vec<Option<RoadIx>>,
     /// The new index by old road.
     now: Vec<Option<RoadIx>>,
     /// The old index of the same nodes by new intersection.
@@ -40,14 +39,16 @@ pub struct NetworkDiff {
 }
 
 impl NetworkDiff {
-    /// Compares a network with an older one that had all its roads; the roads of both are sorted by key.
+    /// Compares a network with an earlier one; the roads of both are sorted by key.
     pub fn between(before: &NetworkSnapshot, network: &RoadNetwork) -> Self {
         let mut now = vec![None; before.roads.len()];
         let mut of = Vec::with_capacity(network.roads.len());
         for road in &network.roads {
-            let old = before.roads.partition_point(|old| *old < road.key);
-            now[old] = Some(RoadIx::new(of.len()));
-            of.push(RoadIx::new(old));
+            let old = before.roads.binary_search(&road.key).ok();
+            if let Some(old) = old {
+                now[old] = Some(RoadIx::new(of.len()));
+            }
+            of.push(old.map(RoadIx::new));
         }
         let nodes = before.intersections.iter().map(|(nodes, _)| &nodes[..]);
         let known: FxHashMap<&[i64], u32> = nodes.zip(0..).collect();
@@ -56,30 +57,30 @@ impl NetworkDiff {
         let mut diff = Self { of, now, intersections, untouched: Vec::new() };
         let untouched = network.intersections.iter().zip(&diff.intersections).map(|(new, old)| {
             let old_arms = old.map(|old| before.arms(old));
-            old_arms.is_some_and(|old| new.arms.iter().map(|arm| diff.of_end(*arm)).eq(old.iter().copied()))
+            old_arms.is_some_and(|old| new.arms.iter().map(|arm| diff.of_end(*arm)).eq(old.iter().copied().map(Some)))
         });
         diff.untouched = untouched.collect();
         diff
     }
 
-    /// The old index of a road.
-    pub fn of(&self, road: RoadIx) -> RoadIx {
+    /// The old indices of all roads, by their new ones; `None` if a road is new.
+    pub fn roads(&self) -> impl Iterator<Item = (RoadIx, Option<RoadIx>)> {
+        self.of.iter().enumerate().map(|(new, old)| (RoadIx::new(new), *old))
+    }
+
+    /// The old index of a road; `None` if it is new.
+    pub fn of(&self, road: RoadIx) -> Option<RoadIx> {
         self.of[road]
     }
 
-    /// A road end with the old index of its road.
-    pub fn of_end(&self, arm: RoadEnd) -> RoadEnd {
-        RoadEnd { road: self.of(arm.road), ..arm }
+    /// A road end with the old index of its road; `None` if the road is new.
+    pub fn of_end(&self, arm: RoadEnd) -> Option<RoadEnd> {
+        Some(RoadEnd { road: self.of(arm.road)?, ..arm })
     }
 
     /// The new index of an old road; `None` if it is gone.
     pub fn now(&self, road: RoadIx) -> Option<RoadIx> {
         self.now[road]
-    }
-
-    /// The old roads that are gone.
-    pub fn gone(&self) -> impl Iterator<Item = RoadIx> {
-        RoadIx::all(self.now.len()).filter(|old| self.now[*old].is_none())
     }
 
     /// The old index of the intersection with the same nodes.

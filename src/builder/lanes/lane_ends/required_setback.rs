@@ -35,7 +35,7 @@ impl RequiredSetbacks {
         Self::complete(network, least_cuts(network, kept, &joined), none, joined)
     }
 
-    /// The same for a network that followed from the one for which these were found.
+    /// The same for a network that became of the one for which these were found.
     #[must_use]
     pub fn renewed(
         mut self,
@@ -49,12 +49,13 @@ impl RequiredSetbacks {
             let ix = IntersectionIx::new(i);
             let old = origins.untouched(ix)?;
             let mut arms = network.intersection(ix).arms.iter();
-            arms.all(|at| least[at.road][at.end] == self.least[origins.of(at.road)][at.end]).then(|| {
-                let mut setbacks = std::mem::take(&mut self.intersections[old]);
-                let ends = setbacks.required.iter_mut().chain(&mut setbacks.comfort);
-                ends.for_each(|(at, _)| at.road = origins.now(at.road).unwrap_or(at.road));
-                setbacks
-            })
+            arms.all(|at| origins.of(at.road).is_some_and(|old| least[at.road][at.end] == self.least[old][at.end]))
+                .then(|| {
+                    let mut setbacks = std::mem::take(&mut self.intersections[old]);
+                    let ends = setbacks.required.iter_mut().chain(&mut setbacks.comfort);
+                    ends.for_each(|(at, _)| at.road = origins.now(at.road).unwrap_or(at.road));
+                    setbacks
+                })
         });
         let known = known.collect();
         Self::complete(network, least, known, joined)

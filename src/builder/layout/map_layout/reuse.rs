@@ -26,8 +26,8 @@ fn cut_at(arm: &Arm, assembly: &MapBuilder) -> CutAt {
 }
 
 impl Layout {
-    /// The layout of a network that followed from this one when some of its intersections were merged: only roads that end
-    /// elsewhere than before and the lanelets at their ends are drawn again. `before` is what this network was, `kept` are the
+    /// The layout of what became of the network when some of its intersections were merged, or are not merged any more: only roads
+    /// that are new or end elsewhere than before and the lanelets at their ends are drawn again. `before` is what this network was, `kept` are the
     /// stations between which the outlines leave each road of the new one. Also gives the restrictions that cannot be expressed.
     pub(in crate::builder::layout) fn followed(
         self,
@@ -53,12 +53,14 @@ impl Layout {
         let stops = vec![[false; 2]; network.roads.len()];
         let cut_before = |ix: RoadIx| {
             let road = network.road(ix);
-            [road.from, road.to].iter().all(|&at| diff.untouched(at).is_some()).then(|| was.cut(diff.of(ix)))
+            let is_untouched = [road.from, road.to].iter().all(|&at| diff.untouched(at).is_some());
+            diff.of(ix).filter(|_| is_untouched).map(|old| was.cut(old))
         };
         let lines = connection_lines(&network, &needs, &back, &stops, cut_before);
         joins.set_gore_corners(gore_corners(&network, &lines));
         let elsewhere = joins.take_over(&met, diff);
-        roads.retain(|road| elsewhere.contains(road) || was.kept[diff.of(*road)] != lines.kept[*road]);
+        let stays = |road: &RoadIx| diff.of(*road).is_some_and(|old| was.kept[old] == lines.kept[*road]);
+        roads.retain(|road| elsewhere.contains(road) || !stays(road));
         let mut lanes = lanes.reindexed(diff);
         let ends = roads.iter().flat_map(|&road| End::BOTH.map(|end| RoadEnd { road, end }));
         let ends: FxHashMap<RoadEnd, CutAt> = ends.map(|at| (at, cut_at(lanes.arm(at), &assembly))).collect();
@@ -83,7 +85,8 @@ impl Layout {
 
     /// How far the ends of a road are cut back for lanelets that run over them, but where intersections have been merged.
     fn kept_setbacks(&self, diff: &NetworkDiff, network: &RoadNetwork, road: RoadIx) -> [f64; 2] {
-        let back = self.back[diff.of(road)];
+        let Some(old) = diff.of(road) else { return [0.0; 2] };
+        let back = self.back[old];
         let stays = |end: End| diff.of_intersection(network.road(road).intersection(end)).is_some();
         End::BOTH.map(|end| if stays(end) { back[end] } else { 0.0 })
     }
