@@ -1,7 +1,8 @@
 //! Random towns, built and judged by all rules, for layouts that the extracts do not contain. The towns are the same in every run.
 //!
-//! `make test` takes 40 of them, `make soak` (LANEWRIGHT_SOAK=1) ten times as many.
+//! `make test` takes 40 of each kind, `make soak` (LANEWRIGHT_SOAK=1) ten times as many.
 
+mod arterial;
 mod dice;
 mod extras;
 mod plan;
@@ -17,12 +18,18 @@ use lanewright::lanelet::Loaded;
 use crate::common::drawing::osm;
 use crate::common::judging::judge;
 use crate::common::soak;
+use arterial::arterial;
+use dice::Dice;
 use streets::Grid;
 
 /// Towns of the slice.
 const TOWNS: u64 = 40;
 /// In one of so many towns, something may be wrong still: mostly lanes that part and lie on each other, and turns in narrow places.
 const OF: usize = 6;
+
+/// Streets between car parks of the slice, and in one of how many something may be wrong.
+const ARTERIALS: u64 = 40;
+const OF_ARTERIALS: usize = 9;
 
 /// The errors in the map of a town.
 fn errors(xml: &str, left_hand: bool) -> Vec<Diagnostic> {
@@ -63,28 +70,44 @@ fn number(name: &str) -> Option<u64> {
     std::env::var(name).ok()?.parse().ok()
 }
 
-/// To look at towns, `LANEWRIGHT_TOWNS` names a directory for those that are wrong; `LANEWRIGHT_TOWNS_FROM` takes others.
-#[test]
-fn few_towns_have_errors() {
-    let count = if soak() { 10 * TOWNS } else { TOWNS };
+/// Builds worlds of a kind, each from its XML and the side on which people drive; in no more than one `of` so many there are errors.
+/// To look at them, `LANEWRIGHT_TOWNS` names a directory for those that are wrong; `LANEWRIGHT_TOWNS_FROM` takes others.
+fn few_have_errors(kind: &str, count: u64, of: usize, draw: impl Fn(u64) -> (String, bool)) {
+    let count = if soak() { 10 * count } else { count };
     let first = number("LANEWRIGHT_TOWNS_FROM").unwrap_or(0);
     let mut wrong = BTreeSet::new();
     for seed in first..first + count {
-        let mut town = Grid::new(seed);
-        town.furnish();
-        let xml = town.plan.xml(town.dice.between(0.0, 1.5), town.left_hand);
-        let errors = errors(&xml, town.left_hand);
+        let (xml, left_hand) = draw(seed);
+        let errors = errors(&xml, left_hand);
         if errors.is_empty() {
             continue;
         }
         if let Some(dir) = std::env::var_os("LANEWRIGHT_TOWNS") {
-            std::fs::write(std::path::Path::new(&dir).join(format!("town_{seed}.osm")), xml).unwrap();
+            std::fs::write(std::path::Path::new(&dir).join(format!("{kind}_{seed}.osm")), xml).unwrap();
         }
         for error in errors {
             let place = error.lonlat.map(|place| format!("{:.6},{:.6}", place.lat, place.lon));
-            println!("town {seed}: {} {}: {}", error.code, place.unwrap_or_default(), error.finding.message);
+            println!("{kind} {seed}: {} {}: {}", error.code, place.unwrap_or_default(), error.finding.message);
             wrong.insert(seed);
         }
     }
-    assert!(wrong.len() * OF <= count as usize, "{} of {count} towns have errors: {wrong:?}", wrong.len());
+    assert!(wrong.len() * of <= count as usize, "{} of {count} have errors: {wrong:?}", wrong.len());
+}
+
+#[test]
+fn few_towns_have_errors() {
+    few_have_errors("town", TOWNS, OF, |seed| {
+        let mut town = Grid::new(seed);
+        town.furnish();
+        (town.plan.xml(town.dice.between(0.0, 1.5), town.left_hand), town.left_hand)
+    });
+}
+
+#[test]
+fn few_streets_between_car_parks_have_errors() {
+    few_have_errors("arterial", ARTERIALS, OF_ARTERIALS, |seed| {
+        let mut dice = Dice::new(seed);
+        let left_hand = dice.chance(0.5);
+        (arterial(&mut dice).xml(dice.between(0.0, 6.0), left_hand), left_hand)
+    });
 }

@@ -102,7 +102,7 @@ mod tests {
 
     /// Places along the equator, a node each thousandth of a degree.
     fn place(node: i64) -> Option<LonLat> {
-        (node < 100).then(|| LonLat { lon: node as f64 * 1e-3, lat: 0.0 })
+        (node < 100).then_some(LonLat { lon: node as f64 * 1e-3, lat: 0.0 })
     }
 
     #[test]
