@@ -236,6 +236,12 @@ impl OsmData {
         self.oddities.append(&mut part.oddities);
     }
 
+    /// Frees the memory of all elements; the texts of the files stay.
+    pub fn forget_elements(&mut self) {
+        let Self { sources, meta, generator, bounds, oddities, .. } = std::mem::take(self);
+        *self = Self { sources, meta, generator, bounds, oddities, ..Self::default() };
+    }
+
     /// How many nodes, ways and relations there are.
     fn counts(&self) -> [usize; 3] {
         [self.nodes.len(), self.ways.len(), self.relations.len()]
