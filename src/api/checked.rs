@@ -9,7 +9,7 @@ use crate::projection::LonLat;
 use crate::report::failure::Failure;
 use crate::report::{Report, Sources};
 use crate::rules::{self, Config};
-use crate::triage::{self, Baseline, Sorted};
+use crate::triage::{self, Baseline, Sorted, Suppressions};
 
 use super::config::Configuration;
 use super::error::{Error, ErrorKind};
@@ -44,16 +44,19 @@ impl Checked {
     /// Where the baseline cannot be read, or a parameter has a value of the wrong type.
     pub fn of(loaded: Loaded, options: CheckOptions) -> Result<Self, Error> {
         let baseline = options.baseline.as_ref().map(read_baseline).transpose()?;
-        Self::judge(loaded, options.peer_parameters, baseline.as_ref())
+        let suppressions = Suppressions::of(&loaded.settings, &loaded.osm);
+        Self::judge(loaded, suppressions, options.peer_parameters, baseline.as_ref())
     }
 
+    /// Asks for no element of the files.
     pub(crate) fn judge(
         loaded: Loaded,
+        suppressions: Suppressions,
         peer_parameters: Option<BTreeMap<String, toml::Table>>,
         baseline: Option<&Baseline>,
     ) -> Result<Self, Error> {
         let found = judged(&loaded, &Config { peer_parameters, ..Config::from(&loaded.settings) })?;
-        let sorted = triage::sort(found, &loaded.settings, &loaded.osm, &loaded.map, baseline);
+        let sorted = triage::sort(found, &loaded.settings, suppressions, &loaded.map, baseline);
         Ok(Self { loaded, sorted })
     }
 

@@ -12,7 +12,7 @@ use crate::osm::{OsmData, Source};
 use crate::projection::{Projector, VerticalDatum, write_info};
 use crate::report::failure::Failure;
 use crate::rules::{self, Config};
-use crate::triage::{self, Sorted};
+use crate::triage::{self, Sorted, Suppressions};
 
 use super::checked::Checked;
 use super::config::Configuration;
@@ -215,5 +215,5 @@ fn judged(map: &Loaded, osm: &OsmData, projector: &Projector, info: &ProjectorIn
     let found = rules::run(&index, &Config::from(settings))
         .map_err(|error| ErrorKind::Config.error(Failure::new(error.to_string())))?;
     // What somebody has answered for is not mended.
-    Ok(triage::sort(found, settings, osm, &loaded.map, None).left)
+    Ok(triage::sort(found, settings, Suppressions::of(settings, osm), &loaded.map, None).left)
 }

@@ -7,6 +7,7 @@ use crate::api::{Checked, Loaded, read_baseline};
 use crate::diagnostic::Severity;
 use crate::report::failure::Failure;
 use crate::report::{self, Next, Report, Totals};
+use crate::triage::Suppressions;
 
 use super::args::CLEAN;
 use super::check_args::{CheckArgs, FormatArg};
@@ -52,11 +53,14 @@ fn watch(args: &CheckArgs) -> Result<u8, Failure> {
 /// Checks the map and prints what was found.
 fn once(args: &CheckArgs) -> Result<u8, Failure> {
     let progress = Progress::start("reading");
-    let loaded = Loaded::read(args.map.as_path(), &args.config.configuration())?;
+    let mut loaded = Loaded::read(args.map.as_path(), &args.config.configuration())?;
+    let suppressions = Suppressions::of(&loaded.settings, &loaded.osm);
+    // Only fixes ask for the elements again; rules ask the map.
+    loaded.osm.forget_elements();
     let baseline = args.baseline.as_deref().map(|file| read_baseline(&file.into())).transpose()?;
     progress.next("checking");
     let peer_parameters = args.parameters.as_deref().map(tier4::parameters).transpose()?;
-    let checked = Checked::judge(loaded, peer_parameters, baseline.as_ref())?;
+    let checked = Checked::judge(loaded, suppressions, peer_parameters, baseline.as_ref())?;
     drop(progress);
     if let Some(file) = &args.write_baseline {
         return write_baseline(file, &checked);

@@ -98,8 +98,9 @@ impl Loader<'_> {
         if area && way.id > i64::from(i32::MAX) {
             self.fault(subject, &way.span, Condition::PolygonIdTooLarge);
         }
-        let missing: Vec<i64> =
-            way.nodes.iter().copied().filter(|n| !self.osm.contains(ElementKind::Node, *n)).collect();
+        // Every node has become a point.
+        let mut points = self.loaded.map.points.cursor();
+        let missing: Vec<i64> = way.nodes.iter().copied().filter(|&id| points.get(PointId(id)).is_none()).collect();
         for &id in &missing {
             let condition = Condition::MissingReference { kind: ElementKind::Node, id, role: None };
             self.fault(subject, &way.span, condition);

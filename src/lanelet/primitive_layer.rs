@@ -23,6 +23,15 @@ impl<T: Primitive> Default for PrimitiveLayer<T> {
     }
 }
 
+/// All items at once, in their order. No id may be there twice.
+impl<T: Primitive> From<Vec<T>> for PrimitiveLayer<T> {
+    fn from(items: Vec<T>) -> Self {
+        let mut layer = Self { items, index: OnceLock::new() };
+        layer.rebuild_index();
+        layer
+    }
+}
+
 impl<T: Primitive> PrimitiveLayer<T> {
     fn index(&self) -> &Index {
         // One thread builds it: a thread that waited for others here could be given work that needs the same index.

@@ -184,7 +184,12 @@ pub struct OsmData {
 impl OsmData {
     /// The node of this id; the last one where an id repeats.
     pub fn node(&self, id: i64) -> Option<&Node> {
-        self.node_index.get(&id).and_then(|&i| self.nodes.get(i as usize))
+        self.nodes.get(self.node_position(id)?)
+    }
+
+    /// The position in [`OsmData::nodes`] of the node of this id; of the last one where an id repeats.
+    pub fn node_position(&self, id: i64) -> Option<usize> {
+        self.node_index.get(&id).map(|&at| at as usize)
     }
 
     /// The way of this id; the last one where an id repeats.
@@ -229,6 +234,12 @@ impl OsmData {
         self.ways.append(&mut part.ways);
         self.relations.append(&mut part.relations);
         self.oddities.append(&mut part.oddities);
+    }
+
+    /// Frees the memory of all elements; the texts of the files stay.
+    pub fn forget_elements(&mut self) {
+        let Self { sources, meta, generator, bounds, oddities, .. } = std::mem::take(self);
+        *self = Self { sources, meta, generator, bounds, oddities, ..Self::default() };
     }
 
     /// How many nodes, ways and relations there are.

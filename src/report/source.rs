@@ -104,14 +104,20 @@ fn columns(text: &str, lines: &[usize]) -> Vec<(usize, usize)> {
     columns
 }
 
+/// Whether all bytes are letters that a terminal shows, or blanks. It has no way out before the end, so that the processor looks at
+/// many bytes at a time.
+fn is_printable_ascii(piece: &[u8]) -> bool {
+    piece.iter().fold(true, |all, byte| all & matches!(byte, b' '..=b'~' | b'\t' | b'\n' | b'\r'))
+}
+
 /// The text with characters that a terminal would obey replaced by others of the same length.
 fn harmless(text: &str) -> Cow<'_, str> {
     /// Bytes that one thread looks at.
     const CHUNK: usize = 1 << 20;
-    let printable = |b: &u8| matches!(b, b' '..=b'~' | b'\t' | b'\n' | b'\r');
     let harms = |c: char| !matches!(c, '\t' | '\n' | '\r') && !is_plain(c);
-    // Most maps are plain ASCII, which is faster to tell than that no letter does harm.
-    if text.as_bytes().par_chunks(CHUNK).finely().all(|part| part.iter().all(printable)) || !text.contains(harms) {
+    // Most maps, and most lines of the others, are plain ASCII, which is faster to tell than that no letter does harm.
+    let plain = text.as_bytes().par_chunks(CHUNK).finely().all(|part| part.chunks(STRIDE).all(is_printable_ascii));
+    if plain || text.split('\n').all(|line| is_printable_ascii(line.as_bytes()) || !line.contains(harms)) {
         return Cow::Borrowed(text);
     }
     let replaced = |c: char| match c.len_utf8() {

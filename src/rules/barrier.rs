@@ -30,7 +30,7 @@ pub fn all<'m>(map: &MapIndex<'m>) -> Vec<Barrier<'m>> {
 impl<'m> Barrier<'m> {
     fn new(map: &MapIndex<'m>, line: &'m LineString) -> Option<Self> {
         let kind = line.attributes.get("type").filter(|kind| KINDS.contains(kind))?;
-        let points: Vec<_> = line.points.iter().filter_map(|&id| map.map.points.get(id)).collect();
+        let points: Vec<_> = map.map.points.get_each(line.points.iter().copied()).collect();
         let places = Polyline::new(points.iter().map(|point| point.position))?;
         if !places.points().iter().all(|p| p.x.is_finite() && p.y.is_finite()) {
             return None;

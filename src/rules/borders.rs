@@ -1,27 +1,40 @@
 //! The road borders of a map, by place.
 
-use rstar::AABB;
+use std::cell::OnceCell;
+
 use rstar::primitives::{GeomWithData, Line};
+use rstar::{AABB, RTree};
 
 use crate::geometry::{Point, Polyline, Vector, segment_crossing};
-use crate::lanelet::LineStringId;
 use crate::lanelet::index::{MapIndex, is_road_border};
+use crate::lanelet::{LaneletMap, LineStringId};
 
 /// Segments of road borders.
-pub struct Borders(rstar::RTree<GeomWithData<Line<[f64; 2]>, LineStringId>>);
+type Segments = RTree<GeomWithData<Line<[f64; 2]>, LineStringId>>;
 
-impl Borders {
+/// The road borders of a map. They are looked through when something is asked of them first.
+pub struct Borders<'m> {
+    map: &'m LaneletMap,
+    segments: OnceCell<Segments>,
+}
+
+/// The segments of all road borders.
+fn segments(map: &LaneletMap) -> Segments {
+    let borders = map.linestrings.iter().filter(|line| is_road_border(line));
+    let segments = borders.flat_map(|line| {
+        let places = map.points.get_each(line.points.iter().copied()).map(|point| point.position);
+        let places: Vec<Point> = places.filter(|p| p.x.is_finite() && p.y.is_finite()).collect();
+        let pairs: Vec<_> = places.windows(2).map(|pair| (line.id, [pair[0], pair[1]])).collect();
+        pairs
+    });
+    let lines = segments.map(|(id, [a, b])| GeomWithData::new(Line::new([a.x, a.y], [b.x, b.y]), id));
+    RTree::bulk_load(lines.collect())
+}
+
+impl<'m> Borders<'m> {
     /// All of a map.
-    pub fn of(map: &MapIndex) -> Self {
-        let borders = map.map.linestrings.iter().filter(|line| is_road_border(line));
-        let segments = borders.flat_map(|line| {
-            let places = line.points.iter().filter_map(|&id| map.map.points.get(id)).map(|point| point.position);
-            let places: Vec<Point> = places.filter(|p| p.x.is_finite() && p.y.is_finite()).collect();
-            let pairs: Vec<_> = places.windows(2).map(|pair| (line.id, [pair[0], pair[1]])).collect();
-            pairs
-        });
-        let lines = segments.map(|(id, [a, b])| GeomWithData::new(Line::new([a.x, a.y], [b.x, b.y]), id));
-        Self(rstar::RTree::bulk_load(lines.collect()))
+    pub fn of(map: &MapIndex<'m>) -> Self {
+        Self { map: map.map, segments: OnceCell::new() }
     }
 
     /// Where a line first crosses one of the borders that are on its level there, and which.
@@ -42,7 +55,8 @@ impl Borders {
 
     fn hits(&self, a: Point, b: Point) -> Vec<(LineStringId, Point)> {
         let reach = AABB::from_corners([a.x, a.y], [b.x, b.y]);
-        let near = self.0.locate_in_envelope_intersecting(&reach);
+        let segments = self.segments.get_or_init(|| segments(self.map));
+        let near = segments.locate_in_envelope_intersecting(&reach);
         near.filter_map(|found| {
             let [c, d] = [found.geom().from, found.geom().to].map(Point::from);
             segment_crossing(a, b, c, d).map(|(_, _, place)| (found.data, place))

@@ -30,8 +30,8 @@ impl OwnCenterline {
     /// distance (m) of its ends from the edges.
     pub fn of(map: &MapIndex, lane: usize, edge: f64) -> Option<Self> {
         let at = &map.lanes[lane];
-        let way = map.map.linestrings.get(map.map.lanelets.get(at.id)?.centerline?)?;
-        let places = way.points.iter().filter_map(|&id| map.map.points.get(id)).map(|point| point.position);
+        let way = map.map.linestrings.get(at.lanelet.centerline?)?;
+        let places = map.map.points.get_each(way.points.iter().copied()).map(|point| point.position);
         let line = Polyline::new(places.filter(|p| p.x.is_finite() && p.y.is_finite()))?;
         let on =
             |p: Point, [a, b]: [Point; 2]| Polyline::new([a, b]).is_some_and(|edge_line| edge_line.distance(p) <= edge);

@@ -124,7 +124,7 @@ fn stop_lines_before(map: &MapIndex, across: &[(usize, f64)]) -> Vec<LineStringI
         for crossing in crossings(map, &line, 0.0) {
             let gap = across.iter().filter_map(|&(lane, entry)| {
                 let on_it = (lane == crossing.lane).then_some(entry - crossing.station);
-                let before = map.predecessors(lane).contains(&crossing.lane);
+                let before = map.follows(crossing.lane, lane);
                 let length = map.lanes[crossing.lane].length();
                 on_it.or(before.then_some(length - crossing.station + entry))
             });

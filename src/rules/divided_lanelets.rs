@@ -68,7 +68,7 @@ pub fn edits(map: &MapIndex, lane: usize, lines: &[Across]) -> Option<Vec<Edit>>
 impl Cuts<'_, '_> {
     /// Cuts those ways of a lane that are not cut yet, and takes in their other lanes.
     fn add(&mut self, lane: usize) -> Option<()> {
-        let lanelet = self.map.map.lanelets.get(self.map.lanes[lane].id)?;
+        let lanelet = self.map.lanes[lane].lanelet;
         let bounds = [lanelet.left.line, lanelet.right.line];
         for [way, other] in [bounds, [bounds[1], bounds[0]]] {
             if self.ways.contains_key(&way) {
@@ -106,7 +106,7 @@ impl Cuts<'_, '_> {
     /// The pieces of a lane of which all ways are cut; `None` where the lines do not follow each other alike on both sides.
     fn pieces(&self, lane: usize) -> Option<Pieces> {
         let map = self.map;
-        let lanelet = map.map.lanelets.get(map.lanes[lane].id)?;
+        let lanelet = map.lanes[lane].lanelet;
         let mut against = Vec::new();
         let mut orders: Vec<Vec<usize>> = Vec::new();
         let mut sides: Vec<Vec<Vec<Point>>> = Vec::new();

@@ -31,7 +31,7 @@ impl Pieces {
 
     /// What becomes of the lanelet and of what hangs on it.
     pub fn cut(&self, map: &MapIndex) -> Option<LaneletCut> {
-        let lanelet = map.map.lanelets.get(map.lanes[self.lane].id)?;
+        let lanelet = map.lanes[self.lane].lanelet;
         let own = lanelet.regulatory_elements.iter().filter_map(|id| map.map.regulatory_elements.get(*id));
         let mut elements: Vec<&RegulatoryElement> = own.chain(map.elements_naming(lanelet.id)).collect();
         elements.sort_unstable_by_key(|element| element.id);

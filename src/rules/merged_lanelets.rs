@@ -31,8 +31,7 @@ fn chained(map: &MapIndex, lane: usize, follower: usize) -> Option<Vec<Edit>> {
             return None;
         }
         at += 1;
-        let [first, second] = [a, b].map(|lane| map.map.lanelets.get(map.lanes[lane].id));
-        let (first, second) = (first?, second?);
+        let [first, second] = [a, b].map(|lane| map.lanes[lane].lanelet);
         for (into, from) in [(first.left, second.left), (first.right, second.right)] {
             let replaced = |to: LineStringId| {
                 let lanelet = first.id.0;
@@ -56,7 +55,7 @@ fn chained(map: &MapIndex, lane: usize, follower: usize) -> Option<Vec<Edit>> {
                 ([], _) => into,
                 (_, []) => from,
                 (&[x], &[y]) => {
-                    pairs.push(if map.followers(x).contains(&y) { (x, y) } else { (y, x) });
+                    pairs.push(if map.follows(x, y) { (x, y) } else { (y, x) });
                     kept.extend([(into.line, into.line), (from.line, into.line)]);
                     gone.push(from.line);
                     into
@@ -76,7 +75,7 @@ fn chained(map: &MapIndex, lane: usize, follower: usize) -> Option<Vec<Edit>> {
 
 /// The piece before several lanes, or behind them, becomes part of each of them.
 fn fanned(map: &MapIndex, piece: usize, lanes: &[usize], before: bool) -> Option<Vec<Edit>> {
-    let common = map.map.lanelets.get(map.lanes[piece].id)?;
+    let common = map.lanes[piece].lanelet;
     let mut edits = Vec::new();
     let mut grown: BTreeMap<LineStringId, Bound> = BTreeMap::new();
     for &lane in lanes {
@@ -84,7 +83,7 @@ fn fanned(map: &MapIndex, piece: usize, lanes: &[usize], before: bool) -> Option
         if only != [piece] || lane == piece {
             return None;
         }
-        let lanelet = map.map.lanelets.get(map.lanes[lane].id)?;
+        let lanelet = map.lanes[lane].lanelet;
         for (own, other) in [(lanelet.left, common.left), (lanelet.right, common.right)] {
             match grown.get(&own.line) {
                 Some(known) if *known == other => continue,

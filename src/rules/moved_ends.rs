@@ -22,7 +22,7 @@ pub fn onto(map: &MapIndex, lane: usize, line: &StopLine) -> Option<Vec<Edit>> {
             continue;
         }
         let bound = |at: usize| {
-            let lanelet = map.map.lanelets.get(map.lanes[at].id)?;
+            let lanelet = map.lanes[at].lanelet;
             Some(if side == 0 { lanelet.left } else { lanelet.right })
         };
         let (behind, ahead) = (bound(before)?, bound(lane)?);

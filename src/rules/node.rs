@@ -142,7 +142,7 @@ fn neighbouring_heights(map: &MapIndex) -> BTreeMap<PointId, Guess> {
         let mut station = 0.0;
         let mut known: Vec<(f64, f64)> = Vec::new();
         let mut open: FxHashMap<PointId, f64> = FxHashMap::default();
-        let points: Vec<_> = ids.iter().filter_map(|&id| map.map.points.get(id)).collect();
+        let points: Vec<_> = map.map.points.get_each(ids.iter().copied()).collect();
         for (at, point) in points.iter().enumerate() {
             if let Some(before) = at.checked_sub(1).and_then(|before| points.get(before)) {
                 station += (point.position - before.position).norm();
@@ -197,7 +197,7 @@ fn steps(map: &MapIndex, params: &Params) -> Vec<Finding> {
     let bounds = bounds.map(|line| (Subject::LineString(line.id.0), &line.points));
     let mut findings = Vec::new();
     for (subject, ids) in bounds {
-        let points: Vec<_> = ids.iter().filter_map(|&id| map.map.points.get(id)).collect();
+        let points: Vec<_> = map.map.points.get_each(ids.iter().copied()).collect();
         for (at, pair) in points.windows(2).enumerate() {
             let (Some(low), Some(high)) = (pair[0].ele(), pair[1].ele()) else { continue };
             let (step, length) = ((high - low).abs(), (pair[1].position - pair[0].position).norm());

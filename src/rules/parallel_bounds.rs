@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::diagnostic::Edit;
-use crate::geometry::{Polyline, Vector};
+use crate::geometry::{Point, Polyline, Vector};
 use crate::lanelet::LineStringId;
 use crate::lanelet::index::view::boxes_meet;
 use crate::lanelet::index::{Lane, MapIndex, extent};
@@ -36,8 +36,31 @@ pub struct ParallelBounds {
     same_ends: bool,
 }
 
-/// The bounds of a lane, left and right, as lines.
-type Bounds = [Option<Polyline>; 2];
+/// A bound with what is asked of it for each pair.
+pub struct Border {
+    /// Its points.
+    pub line: Polyline,
+    /// How long it is, metres.
+    pub length: f64,
+    /// Corners of its box.
+    pub extent: [Point; 2],
+}
+
+impl Border {
+    /// Measures a bound.
+    pub fn of(line: Polyline) -> Self {
+        Self { length: line.length(), extent: extent(line.points()), line }
+    }
+
+    /// Its box, larger by a distance (m) on all sides.
+    pub fn around(&self, distance: f64) -> [Point; 2] {
+        let ([low, high], margin) = (self.extent, Vector::repeat(distance));
+        [low - margin, high + margin]
+    }
+}
+
+/// The bounds of a lane, left and right.
+type Bounds = [Option<Border>; 2];
 
 impl ParallelBounds {
     /// Which of two lanes' bounds run along each other; `None` if none do, or if the lanes have a way in common.
@@ -49,12 +72,12 @@ impl ParallelBounds {
         let sides = [(0, 0), (0, 1), (1, 0), (1, 1)];
         sides.into_iter().find_map(|(i, j)| {
             let (mine, theirs) = (lines[0][i].as_ref()?, lines[1][j].as_ref()?);
-            let [short, long] = if mine.length() <= theirs.length() { [mine, theirs] } else { [theirs, mine] };
+            let [short, long] = if mine.length <= theirs.length { [mine, theirs] } else { [theirs, mine] };
             if !runs_along(short, long, reach) {
                 return None;
             }
+            let (middle, short, long) = (short.length / 2.0, &short.line, &long.line);
             // Lanes that run the same way lie side by side where one's left is the other's right, and else on each other.
-            let middle = short.length() / 2.0;
             let facing = long.direction(long.project(short.at(middle)).station);
             let opposed = short.direction(middle).dot(&facing) < 0.0;
             let ends = |lane: &Lane, side: usize| [lane.start.ids[side], lane.end.ids[side]];
@@ -64,7 +87,7 @@ impl ParallelBounds {
             (opposed == (i == j)).then(|| Self {
                 lanes: [one, other],
                 ways: [a.bounds[i], b.bounds[j]],
-                lengths: [mine.length(), theirs.length()],
+                lengths: [mine.length, theirs.length],
                 opposed,
                 same_ends: own == other_ends,
             })
@@ -78,16 +101,17 @@ impl ParallelBounds {
     }
 }
 
-/// Whether the required share of a line lies close to another.
-fn runs_along(line: &Polyline, other: &Polyline, reach: Reach) -> bool {
-    let [low, high] = extent(other.points());
-    let margin = Vector::repeat(reach.apart);
-    let around = [low - margin, high + margin];
-    let mut places = line.places(STEP);
+/// Whether the required share of a bound lies close to another.
+fn runs_along(border: &Border, other: &Border, reach: Reach) -> bool {
+    let around = other.around(reach.apart);
+    if !boxes_meet(border.extent, around) {
+        return reach.share <= 0.0;
+    }
+    let mut places = border.line.places(STEP);
     let count = places.len();
     let (mut far, mut hint) = (0, 0);
     places.all(|p| {
-        far += usize::from(!boxes_meet([p; 2], around) || !other.reaches(p, reach.apart, &mut hint));
+        far += usize::from(!boxes_meet([p; 2], around) || !other.line.reaches(p, reach.apart, &mut hint));
         (count - far) as f64 / count as f64 >= reach.share
     })
 }
@@ -106,7 +130,11 @@ pub fn all(
     second: impl Fn(usize) -> bool + Sync,
 ) -> Vec<ParallelBounds> {
     let taking_part = |at: usize| {
-        if first(at) || second(at) { [0, 1].map(|side| map.lanes[at].border(side)) } else { Bounds::default() }
+        if first(at) || second(at) {
+            [0, 1].map(|side| map.lanes[at].border(side).map(Border::of))
+        } else {
+            Bounds::default()
+        }
     };
     let lanes = || (0..map.lanes.len()).into_par_iter().finely();
     let lines: Vec<Bounds> = lanes().map(taking_part).collect();

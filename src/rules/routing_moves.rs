@@ -2,8 +2,8 @@
 
 use rustc_hash::FxHashMap;
 
+use crate::lanelet::Bound;
 use crate::lanelet::index::{MapIndex, allows_lane_change};
-use crate::lanelet::{Bound, Lanelet};
 
 /// The lanes for vehicles and their neighbours in the same direction. Lanes are positions in `MapIndex::lanes`.
 pub struct RoutingMoves<'m> {
@@ -17,16 +17,11 @@ impl<'m> RoutingMoves<'m> {
     pub fn new(map: &'m MapIndex<'m>) -> Self {
         let mut moves = Self { map, by_left: FxHashMap::default(), by_right: FxHashMap::default() };
         for at in (0..map.lanes.len()).filter(|&at| map.lanes[at].vehicle) {
-            if let Some(lanelet) = moves.lanelet(at) {
-                moves.by_left.entry(lanelet.left).or_default().push(at);
-                moves.by_right.entry(lanelet.right).or_default().push(at);
-            }
+            let lanelet = map.lanes[at].lanelet;
+            moves.by_left.entry(lanelet.left).or_default().push(at);
+            moves.by_right.entry(lanelet.right).or_default().push(at);
         }
         moves
-    }
-
-    fn lanelet(&self, at: usize) -> Option<&'m Lanelet> {
-        self.map.map.lanelets.get(self.map.lanes[at].id)
     }
 
     fn across(&self, bound: Bound, lanes: &FxHashMap<Bound, Vec<usize>>) -> Vec<(usize, bool)> {
@@ -36,7 +31,7 @@ impl<'m> RoutingMoves<'m> {
 
     /// Lanes beside one, and whether their common border may be crossed.
     pub fn beside(&self, at: usize) -> Vec<(usize, bool)> {
-        let Some(lanelet) = self.lanelet(at) else { return Vec::new() };
+        let lanelet = self.map.lanes[at].lanelet;
         let mut found = self.across(lanelet.left, &self.by_right);
         found.extend(self.across(lanelet.right, &self.by_left));
         found.retain(|(other, _)| *other != at);
@@ -45,14 +40,12 @@ impl<'m> RoutingMoves<'m> {
 
     /// Lanes beside one on its left, whatever their border.
     pub fn on_the_left(&self, at: usize) -> Vec<usize> {
-        let Some(lanelet) = self.lanelet(at) else { return Vec::new() };
-        self.across(lanelet.left, &self.by_right).into_iter().map(|(other, _)| other).collect()
+        self.across(self.map.lanes[at].lanelet.left, &self.by_right).into_iter().map(|(other, _)| other).collect()
     }
 
     /// Lanes beside one on its right, whatever their border.
     pub fn on_the_right(&self, at: usize) -> Vec<usize> {
-        let Some(lanelet) = self.lanelet(at) else { return Vec::new() };
-        self.across(lanelet.right, &self.by_left).into_iter().map(|(other, _)| other).collect()
+        self.across(self.map.lanes[at].lanelet.right, &self.by_left).into_iter().map(|(other, _)| other).collect()
     }
 
     /// Whether a vehicle can drive on from the end of a lane, or of one that it can change into.

@@ -33,7 +33,11 @@ pub fn crossings(map: &MapIndex, line: &StopLine, extra: f64) -> Vec<StopLineCro
         .filter(|&lane| map.lanes[lane].is_for_cars())
         .filter_map(|lane| crossing(line, &map.lanes[lane], extra).map(|found| StopLineCrossing { lane, ..found }))
         .collect();
-    if found.len() > 1 {
+    // Most maps are flat: where all that may be asked for lies on one level, heights are not.
+    let reaches = found.iter().map(|crossing| map.lanes[crossing.lane].heights);
+    let [low, high] =
+        reaches.fold([line.height; 2], |[low, high], [lowest, highest]| [low.min(lowest), high.max(highest)]);
+    if found.len() > 1 && high - low > map.thresholds.grade_separation {
         // Lines are drawn without heights more often than lanes: the nearest level is theirs, however far it is.
         let height = |crossing: &StopLineCrossing| map.height(crossing.lane, crossing.place).unwrap_or(line.height);
         let heights: Vec<f64> = found.iter().map(height).collect();
@@ -57,7 +61,7 @@ fn crossing(line: &StopLine, lane: &Lane, extra: f64) -> Option<StopLineCrossing
         let (.., place) = near.then(|| segment_crossing(a, b, c, d))??;
         Some(((place - c).norm(), place))
     };
-    let last = center.length();
+    let last = lane.length();
     let before = || {
         let (reached, place) = crossed(center.first() - center.direction(0.0) * SLACK, center.first())?;
         Some((reached - SLACK, place))

@@ -62,8 +62,7 @@ struct NearbyLocations(FxHashMap<LaneletId, &'static str>);
 
 impl NearbyLocations {
     fn of(map: &MapIndex) -> Self {
-        let mut said: Vec<Option<&'static str>> =
-            map.lanes.iter().map(|lane| map.map.lanelets.get(lane.id).and_then(location)).collect();
+        let mut said: Vec<Option<&'static str>> = map.lanes.iter().map(|lane| location(lane.lanelet)).collect();
         let mut nearby = FxHashMap::default();
         if said.iter().all(Option::is_some) {
             return Self(nearby);

@@ -9,11 +9,11 @@ use serde::Deserialize;
 use crate::diagnostic::{Finding, Subject};
 use crate::geometry::{Point, Polyline, Vector, polygon};
 use crate::lanelet::index::view::boxes_meet;
-use crate::lanelet::index::{Lane, MapIndex, extent};
+use crate::lanelet::index::{Lane, MapIndex};
 use crate::lanelet::{Attributes, LaneletId, LineString, LineStringId, PointId, RoadType};
 use crate::parallel::Finely;
 
-use super::parallel_bounds::on_two_levels;
+use super::parallel_bounds::{Border, on_two_levels};
 use super::{Rule, divided_lanelets, one_border};
 
 /// See `rules/vm-01-03.md`.
@@ -40,8 +40,8 @@ impl Rule for SharedBorders {
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         let open = |lane| borders(map, lane, &FxHashSet::default());
-        let mut borders_of: Vec<Vec<Polyline>> = map.lanes.par_iter().finely().map(open).collect();
-        let found = |at: usize, borders_of: &[Vec<Polyline>]| {
+        let mut borders_of: Vec<Vec<Border>> = map.lanes.par_iter().finely().map(open).collect();
+        let found = |at: usize, borders_of: &[Vec<Border>]| {
             along(map, borders_of, params, at).into_iter().map(move |other| (at, other))
         };
         let all = (0..map.lanes.len()).into_par_iter().finely();
@@ -105,7 +105,7 @@ fn step(pair: &[PointId]) -> [PointId; 2] {
 
 /// The bounds over which a lane may lie beside another: no barrier, and none along which one is on the same points, as
 /// kerbs do on virtual bounds in intersections. Bicycle lanes have a rule of their own, and who walks across lies beside nobody.
-fn borders(map: &MapIndex, lane: &Lane, walls: &FxHashSet<[PointId; 2]>) -> Vec<Polyline> {
+fn borders(map: &MapIndex, lane: &Lane, walls: &FxHashSet<[PointId; 2]>) -> Vec<Border> {
     if lane.bicycle || matches!(lane.kind, RoadType::Crosswalk | RoadType::Walkway) {
         return Vec::new();
     }
@@ -115,11 +115,11 @@ fn borders(map: &MapIndex, lane: &Lane, walls: &FxHashSet<[PointId; 2]>) -> Vec<
     };
     let sides = [(lane.bounds[0], &lane.left), (lane.bounds[1], &lane.right)];
     let open = sides.into_iter().filter(|(way, _)| open(*way));
-    open.filter_map(|(_, points)| Polyline::new(points.iter().copied())).collect()
+    open.filter_map(|(_, points)| Polyline::new(points.iter().copied())).map(Border::of).collect()
 }
 
 /// Lanes beside one that have nothing to do with it, but of which a bound runs along one of its own.
-fn along(map: &MapIndex, borders: &[Vec<Polyline>], params: &Params, at: usize) -> Vec<usize> {
+fn along(map: &MapIndex, borders: &[Vec<Border>], params: &Params, at: usize) -> Vec<usize> {
     let lane = &map.lanes[at];
     if borders[at].is_empty() {
         return Vec::new();
@@ -127,7 +127,10 @@ fn along(map: &MapIndex, borders: &[Vec<Polyline>], params: &Params, at: usize) 
     let margin = Vector::repeat(params.gap_most);
     let near = map.lanes_near(lane.extent[0] - margin, lane.extent[1] + margin).into_iter();
     let beside = near.filter(|&other| {
-        let is_candidate = other != at && !are_related(map, at, other) && run_along(map, borders, params, [at, other]);
+        let is_candidate = other != at
+            && !borders[other].is_empty()
+            && !are_related(map, at, other)
+            && run_along(map, borders, params, [at, other]);
         is_candidate && lie_apart(params, lane, &map.lanes[other])
     });
     beside.collect()
@@ -138,18 +141,20 @@ fn along(map: &MapIndex, borders: &[Vec<Polyline>], params: &Params, at: usize) 
 fn are_related(map: &MapIndex, at: usize, other: usize) -> bool {
     let (a, b) = (&map.lanes[at], &map.lanes[other]);
     b.bounds.iter().any(|way| a.bounds.contains(way))
-        || map.followers(at).contains(&other)
-        || map.followers(other).contains(&at)
+        || map.follows(at, other)
+        || map.follows(other, at)
         || on_two_levels(map, a, b)
         || is_strip(a, b)
         || map.in_same_intersection(at, other).is_some()
 }
 
 /// Whether a bound of one lane runs along a bound of the other, between streets in the same direction.
-fn run_along(map: &MapIndex, borders: &[Vec<Polyline>], params: &Params, [at, other]: [usize; 2]) -> bool {
+fn run_along(map: &MapIndex, borders: &[Vec<Border>], params: &Params, [at, other]: [usize; 2]) -> bool {
     let streets = is_street(map, at) && is_street(map, other);
-    let beside = |line: &Polyline, own: &Polyline| {
-        !part(line, own) && runs_along(line, own, params) && !(streets && against(line, own))
+    let beside = |line: &Border, own: &Border| {
+        let around = own.around(params.gap_most);
+        let is_near = boxes_meet(line.extent, around) && !part(&line.line, &own.line);
+        is_near && runs_along(&line.line, own, around, params) && !(streets && against(&line.line, &own.line))
     };
     borders[other].iter().any(|line| borders[at].iter().any(|own| beside(line, own)))
 }
@@ -186,19 +191,13 @@ fn part(line: &Polyline, other: &Polyline) -> bool {
     leaves(line.first(), line.last()) || leaves(line.last(), line.first())
 }
 
-/// Whether enough of a line lies close to another.
-fn runs_along(line: &Polyline, other: &Polyline, params: &Params) -> bool {
-    let [low, high] = extent(other.points());
-    let margin = Vector::repeat(params.gap_most);
-    let around = [low - margin, high + margin];
-    if !boxes_meet(extent(line.points()), around) {
-        return false;
-    }
+/// Whether enough of a line lies close to another, around which this is the box of what is close.
+fn runs_along(line: &Polyline, other: &Border, around: [Point; 2], params: &Params) -> bool {
     let mut places = line.places(STEP);
     let mut may_miss = ((1.0 - params.share_least) * places.len() as f64) as usize;
     let mut hint = 0;
     places.all(|place| {
-        let close = boxes_meet([place; 2], around) && other.reaches(place, params.gap_most, &mut hint);
+        let close = boxes_meet([place; 2], around) && other.line.reaches(place, params.gap_most, &mut hint);
         let missed = !close && may_miss > 0;
         may_miss -= usize::from(missed);
         close || missed

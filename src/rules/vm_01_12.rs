@@ -44,7 +44,7 @@ impl Rule for CenterLineEnds {
 }
 
 fn has_line(map: &MapIndex, lane: usize) -> bool {
-    map.map.lanelets.get(map.lanes[lane].id).is_some_and(|lanelet| lanelet.centerline.is_some())
+    map.lanes[lane].lanelet.centerline.is_some()
 }
 
 fn judge(map: &MapIndex, params: &Params, lane: usize, own: &OwnCenterline, end: End, next: usize) -> Option<Finding> {

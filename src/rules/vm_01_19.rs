@@ -33,15 +33,15 @@ fn judge(map: &MapIndex, params: &Params, walkway: &Lane) -> Vec<Finding> {
     let near = map.lanes_near(walkway.extent[0], walkway.extent[1]);
     let near: Vec<&Lane> = near.into_iter().map(|at| &map.lanes[at]).filter(|lane| lane.simple).collect();
     let mut findings = Vec::new();
-    findings.extend(not_for_people(map, walkway));
+    findings.extend(not_for_people(walkway));
     findings.extend(doubled(params, walkway, &near));
     findings.extend(long(params, walkway, &near));
     findings
 }
 
 /// As soon as one participant is named, the others may not pass.
-fn not_for_people(map: &MapIndex, walkway: &Lane) -> Option<Finding> {
-    let attributes = &map.map.lanelets.get(walkway.id)?.attributes;
+fn not_for_people(walkway: &Lane) -> Option<Finding> {
+    let attributes = &walkway.lanelet.attributes;
     let named = attributes.iter().any(|(key, _)| key.starts_with("participant"));
     let passes = matches!(attributes.get("participant:pedestrian"), Some("yes" | "true" | "1"));
     let general = attributes.iter().any(|(key, value)| key == "participant" && value == "yes");

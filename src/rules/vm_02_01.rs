@@ -75,7 +75,7 @@ const AT_BOUND: f64 = 0.3;
 fn lengthened(map: &MapIndex, finding: Finding, line: &StopLine, lane: usize) -> Finding {
     let edits = || {
         let way = map.map.linestrings.get(line.way)?;
-        let lanelet = map.map.lanelets.get(map.lanes[lane].id)?;
+        let lanelet = map.lanes[lane].lanelet;
         let along = (line.ends[1] - line.ends[0]).try_normalize(Polyline::MERGE)?;
         let [a, b] = [line.ends[0] - along * REACH, line.ends[1] + along * REACH];
         let ends = [(*way.points.first()?, line.ends[0], -along), (*way.points.last()?, line.ends[1], along)];
@@ -117,6 +117,6 @@ fn straightened(map: &MapIndex, finding: Finding, line: &StopLine) -> Finding {
 fn bend(map: &MapIndex, line: &StopLine) -> Option<(f64, Point)> {
     let way = map.map.linestrings.get(line.way)?;
     let straight = Polyline::new(line.ends)?;
-    let places = way.points.iter().filter_map(|&id| map.map.points.get(id)).map(|point| point.position);
+    let places = map.map.points.get_each(way.points.iter().copied()).map(|point| point.position);
     places.map(|p| (straight.distance(p), p)).max_by(|a, b| a.0.total_cmp(&b.0))
 }

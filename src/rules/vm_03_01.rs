@@ -222,10 +222,7 @@ impl<'i, 'm> UnmarkedIntersections<'i, 'm> {
 
     /// One finding for each intersection of which nothing is marked; where a lanelet has `turn_direction`, that says it.
     fn findings(&self) -> impl Iterator<Item = Finding> + '_ {
-        let is_marked = |lane: &usize| {
-            let lanelet = self.map.map.lanelets.get(self.map.lanes[*lane].id);
-            lanelet.is_some_and(|lanelet| lanelet.attributes.has("turn_direction"))
-        };
+        let is_marked = |lane: &usize| self.map.lanes[*lane].lanelet.attributes.has("turn_direction");
         let bare = self.all.iter().filter(move |(one, _)| !one.lanes.iter().any(is_marked));
         bare.filter_map(|(one, fix)| Some(Finding { fix: fix.clone(), ..self.unmarked(one)? }))
     }
@@ -252,7 +249,7 @@ impl<'i, 'm> UnmarkedIntersections<'i, 'm> {
 /// area, and name it in its lanelets.
 fn marking(map: &MapIndex, lanes: &[usize], points: Vec<PointId>) -> Vec<Edit> {
     let label = |&lane: &usize| {
-        let lanelet = map.map.lanelets.get(map.lanes[lane].id)?;
+        let lanelet = map.lanes[lane].lanelet;
         let label = map.label_for(map.lanes[lane].turn(), STRAIGHT, U_TURN).as_str();
         let on = Subject::Lanelet(lanelet.id.0);
         let is_missing = lanelet.attributes.get("turn_direction").is_none_or(str::is_empty);
@@ -289,7 +286,7 @@ fn judge_area(map: &MapIndex, intersection: &Intersection) -> Vec<Finding> {
     }
     if intersection.members.is_empty() {
         // Lanes for buses alone may be all that meets there.
-        let names_it = |&(lane, _): &(usize, f64)| declared_area(map.map, &map.lanes[lane]) == Some(area);
+        let names_it = |&(lane, _): &(usize, f64)| declared_area(&map.lanes[lane]) == Some(area);
         if !intersection.touched.iter().any(names_it) {
             findings.push(Finding::new("orphan-ia", subject, format!("Intersection area {area} holds no lanelet.")));
         }

@@ -72,7 +72,7 @@ fn judge_label(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
     let lane = &map.lanes[at];
     let subject = Subject::Lanelet(lane.id.0);
     let turn = lane.turn();
-    let attributes = &map.map.lanelets.get(lane.id)?.attributes;
+    let attributes = &lane.lanelet.attributes;
     if !attributes.has("turn_direction") {
         let message = format!("Intersection lanelet {} has no turn_direction (it turns {} deg).", lane.id, whole(turn));
         return Some(relabelled(map, params, at, Finding::new("turn-missing", subject, message)));
@@ -176,7 +176,7 @@ fn judge_blinker(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> 
         TurnDirection::Straight => return None,
     };
     let lane = &map.lanes[at];
-    let attributes = &map.map.lanelets.get(lane.id)?.attributes;
+    let attributes = &lane.lanelet.attributes;
     let reach = turn_signal_distance(attributes).unwrap_or_else(|| {
         let speed = speed_limit(attributes).unwrap_or(params.default_speed) / 3.6;
         params.blinker_distance + params.blinker_time * speed

@@ -58,7 +58,7 @@ fn is_guide(map: &MapIndex, line: &LineString) -> bool {
 /// The guide lines inside one intersection: those the user names, and those that lie inside.
 fn guides(map: &MapIndex, intersection: &Intersection, traffic: &Traffic, painted: &[&LineString]) -> Vec<Guide> {
     let of = |line: &LineString| {
-        let places = line.points.iter().filter_map(|&id| map.map.points.get(id)).map(|point| point.position);
+        let places = map.map.points.get_each(line.points.iter().copied()).map(|point| point.position);
         let line_of = Polyline::new(places.filter(|p| p.x.is_finite() && p.y.is_finite()))?;
         Some(Guide { way: line.id, line: line_of })
     };
@@ -81,7 +81,7 @@ fn guides(map: &MapIndex, intersection: &Intersection, traffic: &Traffic, painte
 /// One side of a lanelet that starts where a guide line starts.
 struct Candidate<'a> {
     movement: &'a Movement,
-    lane: &'a Lane,
+    lane: &'a Lane<'a>,
     side: usize,
     bound: Polyline,
     /// The guide line, away from the stop line.

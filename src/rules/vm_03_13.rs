@@ -42,8 +42,7 @@ impl Rule for PrivateAreaAndSidewalk {
 }
 
 fn is_at(map: &MapIndex, lane: usize, location: &str) -> bool {
-    let lanelet = map.map.lanelets.get(map.lanes[lane].id);
-    lanelet.is_some_and(|lanelet| lanelet.attributes.is("location", location))
+    map.lanes[lane].lanelet.attributes.is("location", location)
 }
 
 /// The lanelet that leads from private ground onto the road.

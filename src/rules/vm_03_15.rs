@@ -48,7 +48,7 @@ fn subject(map: &MapIndex, lane: usize) -> Subject {
 /// A road for bicycles only: no lane beside it leads a search there.
 fn invisible(map: &MapIndex, at: usize) -> Option<Finding> {
     let lane = &map.lanes[at];
-    let attributes = &map.map.lanelets.get(lane.id)?.attributes;
+    let attributes = &lane.lanelet.attributes;
     if lane.kind != RoadType::Road || lane.vehicle || !attributes.is("participant:bicycle", "yes") {
         return None;
     }

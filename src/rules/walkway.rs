@@ -6,7 +6,7 @@ use crate::lanelet::LaneletId;
 use crate::lanelet::index::{Lane, MapIndex};
 
 /// From where to where along a walkway lanes lie under it, metres from its start; `None` if none does.
-pub fn crossed<'a>(walkway: &Lane, lanes: impl IntoIterator<Item = &'a Lane>) -> Option<[f64; 2]> {
+pub fn crossed<'a>(walkway: &Lane, lanes: impl IntoIterator<Item = &'a Lane<'a>>) -> Option<[f64; 2]> {
     let center = walkway.center.as_ref()?;
     let stations = lanes.into_iter().flat_map(|lane| {
         let inside = polygon::intersection(&walkway.outline, &lane.outline);

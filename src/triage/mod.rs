@@ -10,14 +10,13 @@ pub use sorted::Sorted;
 use crate::diagnostic::{Diagnostic, Finding, Severity};
 use crate::lanelet::LaneletMap;
 use crate::lanelet::locate::locate;
-use crate::osm::OsmData;
 use crate::requirement::{DocumentError, Requirement};
 use crate::settings::{Settings, most_specific};
 
 use std::sync::LazyLock;
 
 pub use baseline::{Baseline, BaselineError};
-pub use suppress::TAG;
+pub use suppress::{Suppressions, TAG};
 
 /// The document of what this module says.
 ///
@@ -30,16 +29,16 @@ pub fn requirement() -> Result<&'static Requirement, &'static DocumentError> {
     DOCUMENT.as_ref()
 }
 
-/// Takes out what suppressions in the settings or in the map name, then what the baseline knows.
+/// Takes out what suppressions name, then what the baseline knows.
 pub fn sort(
     found: Vec<Diagnostic>,
     settings: &Settings,
-    osm: &OsmData,
+    suppressions: Suppressions,
     map: &LaneletMap,
     baseline: Option<&Baseline>,
 ) -> Sorted {
     let mut sorted = Sorted { left: found, ..Sorted::default() };
-    let mut said = suppress::apply(&mut sorted, settings, osm);
+    let mut said = suppress::apply(&mut sorted, settings, suppressions);
     if let Some(baseline) = baseline {
         said.extend(baseline.apply(&mut sorted, &settings.selection()));
     }

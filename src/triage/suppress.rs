@@ -12,7 +12,12 @@ use super::sorted::element;
 /// The tag of a primitive that lists what is to be passed over: `vm-03-02/turn-mismatch: reason; vm-03-05: reason`.
 pub const TAG: &str = "lanewright:ignore";
 
+/// All suppressions of a map.
+#[derive(Debug)]
+pub struct Suppressions(Vec<Entry>);
+
 /// One suppression of one primitive.
+#[derive(Debug)]
 struct Entry {
     code: String,
     subject: Subject,
@@ -22,10 +27,18 @@ struct Entry {
     used: bool,
 }
 
+impl Suppressions {
+    /// Those of the settings, then those in tags.
+    pub fn of(settings: &Settings, osm: &OsmData) -> Self {
+        let mut entries = of_settings(settings);
+        of_map(osm, &mut entries);
+        Self(entries)
+    }
+}
+
 /// Removes the suppressed findings, and reports suppressions that have no effect or give no reason.
-pub(super) fn apply(sorted: &mut Sorted, settings: &Settings, osm: &OsmData) -> Vec<Finding> {
-    let mut entries = of_settings(settings);
-    of_map(osm, &mut entries);
+pub(super) fn apply(sorted: &mut Sorted, settings: &Settings, suppressions: Suppressions) -> Vec<Finding> {
+    let Suppressions(mut entries) = suppressions;
     let mut of: FxHashMap<Option<(ElementKind, i64)>, Vec<usize>> = FxHashMap::default();
     for (at, entry) in entries.iter().enumerate() {
         of.entry(element(entry.subject)).or_default().push(at);

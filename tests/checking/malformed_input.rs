@@ -10,7 +10,7 @@ use lanewright::projection::{MgrsGrid, Projector};
 use lanewright::report::{self, Report, Sources, TextStyle};
 use lanewright::rules::{self, Config};
 use lanewright::settings::{Document, Settings};
-use lanewright::triage;
+use lanewright::triage::{self, Suppressions};
 use proptest::prelude::*;
 
 use super::fault_injection::{self, ODD, changed, with_value};
@@ -32,7 +32,7 @@ fn judge_whatever(bytes: Vec<u8>) {
         let settings = Settings::default();
         let index = MapIndex::new(&map, &faults, &settings, Thresholds::default());
         let found = rules::run(&index, &Config::default()).unwrap();
-        let sorted = triage::sort(found, &settings, &data, &map, None);
+        let sorted = triage::sort(found, &settings, Suppressions::of(&settings, &data), &map, None);
         let sources = Sources::new(data.sources.iter().map(|source| (source.name.as_str(), source.text.as_str())));
         let to_globe = |points: &[_]| projector.inverse_each(points, |_| 0.0).into_iter().collect();
         let mut report = Report::new(&sorted.left, &sources, &map);

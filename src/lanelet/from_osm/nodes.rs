@@ -3,7 +3,7 @@
 use crate::diagnostic::Subject;
 use crate::geometry::{Point as PlanePoint, Vector};
 use crate::lanelet::{Attributes, Condition, LoadFault, Point, PointId};
-use crate::osm::{ElementKind, Node, Text};
+use crate::osm::{ElementKind, Node, OsmData, Text};
 use crate::projection::{LonLat, MgrsGrid, Projector};
 
 use super::Loader;
@@ -61,6 +61,17 @@ fn heights(nodes: &[Node], projector: &Projector) -> Vec<f64> {
     }
 }
 
+/// The positions of the nodes in the order in which ways run through them, then of the others; of several with one id only that of
+/// the last. Whoever follows a line then finds its points side by side.
+fn along_ways(osm: &OsmData) -> Vec<u32> {
+    let mut waiting = vec![true; osm.nodes.len()];
+    let on_ways = osm.ways.iter().flat_map(|way| &way.nodes).filter_map(|&id| osm.node_position(id));
+    let others = osm.nodes.iter().enumerate().map(|(at, node)| osm.node_position(node.id).unwrap_or(at));
+    let mut order = Vec::with_capacity(osm.nodes.len());
+    order.extend(on_ways.chain(others).filter(|&at| std::mem::take(&mut waiting[at])).map(|at| at as u32));
+    order
+}
+
 /// A point with what only its making knows.
 struct Made {
     point: Point,
@@ -80,11 +91,15 @@ impl Loader<'_> {
         };
         let any_local = nodes.iter().any(|n| n.tags.has("local_x") || n.tags.has("local_y"));
         let mut shift = Shift::default();
+        let mut points = Vec::with_capacity(nodes.len());
         for (node, projected) in nodes.iter().zip(projected) {
             let made = self.made(node, projected);
             self.node_faults(node, &made, any_local, &mut shift);
-            self.loaded.map.points.insert(made.point);
+            points.push(Some(made.point));
         }
+        let mut along = Vec::with_capacity(points.len());
+        along.extend(along_ways(self.osm).into_iter().filter_map(|at| points[at as usize].take()));
+        self.loaded.map.points = along.into();
         shift.settle(&mut self.loaded.faults);
         if shift.explained() {
             self.place_the_lost(projector);

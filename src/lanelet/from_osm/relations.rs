@@ -117,9 +117,7 @@ impl Loader<'_> {
     }
 
     pub(super) fn line(&self, id: LineStringId) -> Vec<PlanePoint> {
-        let map = &self.loaded.map;
-        let points = map.linestrings.get(id).map_or(&[][..], |l| &l.points);
-        points.iter().filter_map(|p| map.points.get(*p)).map(|p| p.position).collect()
+        self.loaded.map.bound_line(Bound { line: id, inverted: false })
     }
 
     /// The members of a role, without those that are missing: the loader has already dropped them.

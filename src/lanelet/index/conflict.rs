@@ -209,8 +209,7 @@ impl MapIndex<'_> {
 
 /// See [`MapIndex::height`].
 fn height(map: &LaneletMap, lane: &Lane, place: Point) -> Option<f64> {
-    let lanelet = map.lanelets.get(lane.id)?;
-    let [left, right] = [lanelet.left, lanelet.right].map(|bound| height_of(map, bound, place));
+    let [left, right] = [lane.lanelet.left, lane.lanelet.right].map(|bound| height_of(map, bound, place));
     Some((left? + right?) / 2.0)
 }
 

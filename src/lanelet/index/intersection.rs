@@ -35,8 +35,8 @@ pub(super) fn intersections(
         .filter(|polygon| polygon.attributes.is("type", "intersection_area"))
         .map(|polygon| of_area(map, polygon, lanes, tree, thresholds))
         .collect();
-    add_far_members(map, lanes, &mut found);
-    found.extend(clusters(map, lanes, conflicts, &found));
+    add_far_members(lanes, &mut found);
+    found.extend(clusters(lanes, conflicts, &found));
     for intersection in &mut found {
         intersection.members.sort_by_key(|member| member.lane);
         intersection.arms = arms(lanes, intersection, thresholds);
@@ -45,8 +45,8 @@ pub(super) fn intersections(
 }
 
 /// The id that a lanelet's tag names, if it is a number.
-pub fn declared_area(map: &LaneletMap, lane: &Lane) -> Option<PolygonId> {
-    map.lanelets.get(lane.id)?.attributes.get("intersection_area")?.parse().ok().map(PolygonId)
+pub fn declared_area(lane: &Lane) -> Option<PolygonId> {
+    lane.lanelet.attributes.get("intersection_area")?.parse().ok().map(PolygonId)
 }
 
 fn of_area(
@@ -79,7 +79,7 @@ fn of_area(
         };
         // Lanes that end on the outline share less than this with it, by rounding.
         let cover = if common > thresholds.raw_conflict { common / lanes[lane].area } else { 0.0 };
-        let declared = declared_area(map, &lanes[lane]) == Some(area.id);
+        let declared = declared_area(&lanes[lane]) == Some(area.id);
         let middle = (lanes[lane].heights[0] + lanes[lane].heights[1]) / 2.0;
         let inside = cover >= thresholds.cover
             && lanes[lane].area > thresholds.least_area
@@ -95,7 +95,7 @@ fn of_area(
 }
 
 /// Lanelets that name an area which they do not even come near.
-fn add_far_members(map: &LaneletMap, lanes: &[Lane], found: &mut [Intersection]) {
+fn add_far_members(lanes: &[Lane], found: &mut [Intersection]) {
     let by_area: FxHashMap<PolygonId, usize> =
         found.iter().enumerate().filter_map(|(at, one)| Some((one.area?, at))).collect();
     let mut known = FxHashSet::default();
@@ -104,7 +104,7 @@ fn add_far_members(map: &LaneletMap, lanes: &[Lane], found: &mut [Intersection])
         known.extend(one.touched.iter().map(|&(lane, _)| (intersection, lane)));
     }
     for (at, lane) in lanes.iter().enumerate() {
-        let Some(&intersection) = declared_area(map, lane).and_then(|area| by_area.get(&area)) else { continue };
+        let Some(&intersection) = declared_area(lane).and_then(|area| by_area.get(&area)) else { continue };
         if known.contains(&(intersection, at)) {
             continue;
         }
@@ -119,19 +119,14 @@ fn add_far_members(map: &LaneletMap, lanes: &[Lane], found: &mut [Intersection])
 
 /// Lanelets with `turn_direction` outside every area, together where they conflict, start or end together. A lanelet
 /// that conflicts with none is no intersection: it only sets the blinker where a lane branches off.
-fn clusters(
-    map: &LaneletMap,
-    lanes: &[Lane],
-    conflicts: &[Vec<Conflict>],
-    known: &[Intersection],
-) -> Vec<Intersection> {
+fn clusters(lanes: &[Lane], conflicts: &[Vec<Conflict>], known: &[Intersection]) -> Vec<Intersection> {
     let mut taken = vec![false; lanes.len()];
     for member in known.iter().flat_map(|intersection| &intersection.members) {
         taken[member.lane] = true;
     }
     let free: Vec<usize> = (0..lanes.len())
         .filter(|&at| !taken[at] && lanes[at].is_drivable())
-        .filter(|&at| map.lanelets.get(lanes[at].id).is_some_and(|l| l.attributes.has("turn_direction")))
+        .filter(|&at| lanes[at].lanelet.attributes.has("turn_direction"))
         .collect();
     let mut groups = UnionFind::new(lanes.len());
     let mut at_edge = FxHashMap::default();

@@ -53,9 +53,11 @@ impl Edge {
 
 /// A lanelet as the rules see it: bounds in the direction of travel, outline, centre line.
 #[derive(Clone, Debug)]
-pub struct Lane {
+pub struct Lane<'m> {
     /// Its id.
     pub id: LaneletId,
+    /// The lanelet.
+    pub lanelet: &'m Lanelet,
     /// The way of each bound, left and right.
     pub bounds: [LineStringId; 2],
     /// The left bound, from start to end.
@@ -72,6 +74,8 @@ pub struct Lane {
     pub heights: [f64; 2],
     /// Midway between the bounds; `None` if there is nothing to halve.
     pub center: Option<Polyline>,
+    length: f64,
+    headings: [Option<Vector>; 2],
     /// Where it starts.
     pub start: Edge,
     /// Where it ends.
@@ -89,9 +93,9 @@ pub struct Lane {
     pub both_ways: bool,
 }
 
-impl Lane {
+impl<'m> Lane<'m> {
     /// From a lanelet of the map; `None` if a bound has fewer than two points or a coordinate is no number.
-    pub fn new(map: &LaneletMap, lanelet: &Lanelet) -> Option<Self> {
+    pub fn new(map: &LaneletMap, lanelet: &'m Lanelet) -> Option<Self> {
         let edge = |left: &crate::lanelet::Point, right: &crate::lanelet::Point| Edge {
             ids: [left.id, right.id],
             points: [left.position, right.position],
@@ -111,13 +115,22 @@ impl Lane {
             .flatten()
             .map(|p| p.ele().unwrap_or(0.0))
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], z| [low.min(z), high.max(z)]);
+        let center = center_line(&left, &right);
+        let length = center.as_ref().map_or(0.0, Polyline::length);
+        let headings = center.as_ref().map_or([None; 2], |center| {
+            let ends = [center.at(HEADING_REACH) - center.first(), center.last() - center.at(length - HEADING_REACH)];
+            ends.map(|along| along.try_normalize(Polyline::MERGE))
+        });
         Some(Self {
             id: lanelet.id,
+            lanelet,
             bounds: [lanelet.left.line, lanelet.right.line],
             area: polygon::signed_area(&outline).abs(),
             extent: extent(&outline),
             heights,
-            center: center_line(&left, &right),
+            headings,
+            length,
+            center,
             start: edge(left_first, right_first),
             end: edge(left_last, right_last),
             kind: RoadType::of(&lanelet.attributes),
@@ -154,19 +167,17 @@ impl Lane {
 
     /// Heading where it starts, over the first metres.
     pub fn heading_in(&self) -> Option<Vector> {
-        let center = self.center.as_ref()?;
-        (center.at(HEADING_REACH) - center.first()).try_normalize(Polyline::MERGE)
+        self.headings[0]
     }
 
     /// Heading where it ends, over the last metres.
     pub fn heading_out(&self) -> Option<Vector> {
-        let center = self.center.as_ref()?;
-        (center.last() - center.at(center.length() - HEADING_REACH)).try_normalize(Polyline::MERGE)
+        self.headings[1]
     }
 
     /// Length of the centre line, metres.
     pub fn length(&self) -> f64 {
-        self.center.as_ref().map_or(0.0, Polyline::length)
+        self.length
     }
 }
 

@@ -39,10 +39,7 @@ pub(super) fn priorities(
 fn gives_way(map: &MapIndex, movements: &[Movement], arm: usize) -> bool {
     let own: Vec<usize> = movements.iter().filter(|movement| movement.from == arm).map(|m| m.lane).collect();
     let before: Vec<usize> = own.iter().flat_map(|&lane| map.predecessors(lane)).copied().collect();
-    let is_private = |lane: &usize| {
-        let lanelet = map.map.lanelets.get(map.lanes[*lane].id);
-        lanelet.is_some_and(|lanelet| lanelet.attributes.is("location", "private"))
-    };
+    let is_private = |lane: &usize| map.lanes[*lane].lanelet.attributes.is("location", "private");
     // A lane into private ground may be private itself, so what leads to it counts.
     let asked = if before.is_empty() { &own } else { &before };
     let signed = |lane: &usize| map.elements(map.lanes[*lane].id, "traffic_sign").any(|sign| map.ranks(sign));

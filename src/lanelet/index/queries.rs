@@ -20,7 +20,7 @@ impl MapIndex<'_> {
 
     /// The `turn_direction` of a lane, if it is one of the three words.
     pub fn turn_direction(&self, lane: usize) -> Option<TurnDirection> {
-        TurnDirection::parse(self.map.lanelets.get(self.lanes[lane].id)?.attributes.get("turn_direction")?)
+        TurnDirection::parse(self.lanes[lane].lanelet.attributes.get("turn_direction")?)
     }
 
     /// The label that fits a turn (degrees, left positive) that is straight up to `straight`: beyond `u_turn` the far
@@ -61,7 +61,7 @@ impl MapIndex<'_> {
     }
 
     /// The lane of an id; `None` if the lanelet is broken or not there.
-    pub fn lane_of(&self, id: LaneletId) -> Option<&Lane> {
+    pub fn lane_of(&self, id: LaneletId) -> Option<&Lane<'_>> {
         self.lane(id).map(|at| &self.lanes[at])
     }
 }

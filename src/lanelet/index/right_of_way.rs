@@ -2,6 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
+use super::lane::Lane;
 use super::priority;
 use super::types::{Intersection, MapIndex, Movement, Rank, Traffic};
 use super::user_names::UserNames;
@@ -100,8 +101,7 @@ impl<'m> MapIndex<'m> {
 
     /// The `right_of_way` elements that have an effect on a lane: it refers to them, and they list it.
     pub fn rights_of_way(&self, lane: usize) -> Vec<&'m RegulatoryElement> {
-        let id = self.lanes[lane].id;
-        let Some(lanelet) = self.map.lanelets.get(id) else { return Vec::new() };
+        let Lane { id, lanelet, .. } = self.lanes[lane];
         let elements = lanelet.regulatory_elements.iter().filter_map(|&at| self.map.regulatory_elements.get(at));
         elements
             .filter(|element| element.subtype == "right_of_way")

@@ -42,7 +42,7 @@ pub struct MapIndex<'m> {
     /// The thresholds that the index was built with.
     pub thresholds: Thresholds,
     /// The sound lanelets in the map's order.
-    pub lanes: Vec<Lane>,
+    pub lanes: Vec<Lane<'m>>,
     /// For every lane those that its outline overlaps, without siblings, followers and neighbours.
     pub conflicts: Vec<Vec<Conflict>>,
     /// The intersections, those with an area first, in the map's order.
@@ -86,9 +86,14 @@ impl<'m> MapIndex<'m> {
         self.ending.get(&self.lanes[lane].start.ids).map_or(&[], Vec::as_slice)
     }
 
+    /// Whether a lane starts with the points with which another one ends.
+    pub fn follows(&self, from: usize, to: usize) -> bool {
+        self.lanes[from].end.ids == self.lanes[to].start.ids
+    }
+
     /// Whether a single lane leads from the end of one to the start of another.
     pub fn are_linked(&self, from: usize, to: usize) -> bool {
-        self.followers(from).iter().any(|&lane| self.followers(lane).contains(&to))
+        self.followers(from).iter().any(|&lane| self.follows(lane, to))
     }
 
     /// Other lanes that start with the same points.

@@ -128,10 +128,7 @@ impl MapIndex<'_> {
     fn unmarked(&self, crossed: bool, lanes: Vec<usize>) -> Unmarked {
         let corners: Vec<Point> = lanes.iter().flat_map(|&lane| self.lanes[lane].extent).collect();
         let [low, high] = extent(&corners);
-        let is_private = |&lane: &usize| {
-            let lanelet = self.map.lanelets.get(self.lanes[lane].id);
-            lanelet.is_some_and(|lanelet| lanelet.attributes.is("location", "private"))
-        };
+        let is_private = |&lane: &usize| self.lanes[lane].lanelet.attributes.is("location", "private");
         Unmarked {
             uncut: self.uncut(&lanes),
             middle: nalgebra::center(&low, &high),

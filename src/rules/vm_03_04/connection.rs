@@ -165,7 +165,7 @@ impl Edges {
 
 /// Adds the edits that exchange the roles of a lanelet's bounds, so that it runs the other way.
 fn turned_around(map: &MapIndex, finding: Finding, lane: usize) -> Finding {
-    let Some(lanelet) = map.map.lanelets.get(map.lanes[lane].id) else { return finding };
+    let lanelet = map.lanes[lane].lanelet;
     let (on, [left, right]) = (finding.subject, [lanelet.left.line, lanelet.right.line]);
     let role = |line: LineStringId, from: &'static str, to: &'static str| Edit::SetRole {
         on,
