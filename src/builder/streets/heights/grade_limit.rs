@@ -376,7 +376,7 @@ impl Spread<'_> {
 }
 
 /// All pairs of different indices below `count`.
-pub fn pairs(count: usize) -> impl Iterator<Item = (usize, usize)> {
+fn pairs(count: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..count).flat_map(|j| (0..j).map(move |i| (i, j)))
 }
 

@@ -6,12 +6,12 @@
 use rayon::prelude::*;
 
 use crate::builder::network::road_end::on_cut;
-use crate::builder::network::{Intersection, Road, RoadEnd, RoadIx, RoadNetwork, Stations};
+use crate::builder::network::{Road, RoadEnd, RoadIx, RoadNetwork, Stations};
 use crate::geometry::{Point, Polyline};
 use crate::parallel::Finely;
 
 use super::crossings::overpasses;
-use super::grade_limit::{EndTies, HeightGraph, SampledHeights, pairs};
+use super::grade_limit::{EndTies, HeightGraph, SampledHeights};
 use super::options::{STEP, TOLERANCE};
 use super::terrain_profile::TerrainProfile;
 use super::{HeightOptions, set_heights, simplified};
@@ -29,15 +29,6 @@ pub fn level_at_cuts(network: &mut RoadNetwork, kept: &[Stations], options: &Hei
     }
     let before: Vec<TerrainProfile> = network.roads.par_iter().finely().map(TerrainProfile::under).collect();
     let climb = |a: RoadEnd, b: RoadEnd| climb(network, kept, options, [a, b]);
-    let has_step = |Intersection { arms, .. }: &Intersection| {
-        let heights: Vec<f64> = arms.iter().map(|arm| before[arm.road].at(kept[arm.road][arm.end])).collect();
-        // Most ends are level.
-        let steps = pairs(arms.len()).map(|(i, j)| ((heights[i] - heights[j]).abs(), arms[i], arms[j]));
-        steps.filter(|(step, ..)| *step > LEAST).any(|(step, a, b)| step > climb(a, b))
-    };
-    if !network.intersections.par_iter().finely().any(has_step) {
-        return Vec::new();
-    }
     let roads = network.roads.par_iter().finely().zip(kept).zip(&before);
     let sampled: Vec<SampledHeights> =
         roads.map(|((road, kept), before)| sampled(road, *kept, before, options)).collect();
