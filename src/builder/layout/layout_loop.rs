@@ -3,8 +3,8 @@
 //! How much of a road the lanes at its ends take shows only when they are drawn. A layout makes demands: cuts farther back, roads
 //! that are no roads, cuts at stop lines. Each round meets those of one kind and draws again what that changes. Where a lanelet
 //! runs over the end of a road that is too short to be cut back behind it, no vehicle can wait on that road: it lies inside an
-//! intersection, and the intersections at its ends are one, if that helps. So it is where a road is too short to be cut back for a turn that a
-//! car can take. A dead end of that kind is left out, and a longer road that no turn joins ends before the intersection.
+//! intersection, and the intersections at its ends are one, if that helps. So it is where a road is too short to be cut back for a
+//! turn that a car can take. A dead end of that kind is left out, and a longer road that no turn joins ends before the intersection.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
@@ -79,6 +79,8 @@ struct LayoutLoop<'a> {
 struct Unmerged {
     network: RoadNetwork,
     kept: Vec<Stations>,
+    /// How far each end of a road is cut back at least, metres.
+    back: Vec<[f64; 2]>,
     road_notes: Vec<Finding>,
     /// Roads that are not to be merged: the user keeps them apart, or it was of no use.
     refused: FxHashSet<RoadKey>,
@@ -142,6 +144,7 @@ impl LayoutLoop<'_> {
         self.unmerged.get_or_insert_with(|| Unmerged {
             network: self.layout.network.clone(),
             kept: self.kept.clone(),
+            back: self.layout.back.clone(),
             road_notes: self.road_notes.clone(),
             refused: self.apart.clone(),
         });
@@ -210,21 +213,19 @@ impl LayoutLoop<'_> {
     fn followed(mut self, before: &NetworkSnapshot) -> Self {
         let network = std::mem::take(&mut self.layout.network);
         let diff = NetworkDiff::between(before, &network);
-        let kept = diff.roads().filter_map(|(_, old)| self.kept.get(old?.position()).copied()).collect();
-        self.drawn_anew((before, &diff), network, kept)
-    }
-
-    /// Begins anew with what was not merged yet, while the network is as `before`.
-    fn begun_anew(self, before: &NetworkSnapshot, Unmerged { network, kept, road_notes, refused }: Unmerged) -> Self {
-        let diff = NetworkDiff::between(before, &network);
-        let begun = Self { merged: Vec::new(), road_notes, refused, ..self };
-        begun.drawn_anew((before, &diff), network, kept)
-    }
-
-    /// Draws what differs in a network from what it was.
-    fn drawn_anew(self, since: (&NetworkSnapshot, &NetworkDiff), network: RoadNetwork, kept: Vec<Stations>) -> Self {
-        let (layout, notes) = self.layout.followed(since, network, &kept);
+        let kept: Vec<Stations> = diff.roads().filter_map(|(_, old)| self.kept.get(old?.position()).copied()).collect();
+        let back = self.layout.kept_setbacks(&diff, &network);
+        let (layout, notes) = self.layout.followed((before, &diff), network, (&kept, back));
         Self { layout, kept, notes, ..self }
+    }
+
+    /// Begins anew with what was not merged yet, while the network is as `before`. All that is kept of the layout since is what would
+    /// be drawn the same: what was of no use in one place decides nothing elsewhere.
+    fn begun_anew(self, before: &NetworkSnapshot, unmerged: Unmerged) -> Self {
+        let Unmerged { network, kept, back, road_notes, refused } = unmerged;
+        let diff = NetworkDiff::between(before, &network);
+        let (layout, notes) = self.layout.followed((before, &diff), network, (&kept, back));
+        Self { layout, kept, notes, road_notes, refused, merged: Vec::new(), ..self }
     }
 
     /// Wants roads cut where the map says that vehicles stop. Around an intersection where more lanelets would run over the ends

@@ -27,16 +27,16 @@ fn cut_at(arm: &Arm, assembly: &MapBuilder) -> CutAt {
 
 impl Layout {
     /// The layout of what became of the network when some of its intersections were merged, or are not merged any more: only roads
-    /// that are new or end elsewhere than before and the lanelets at their ends are drawn again. `before` is what this network was, `kept` are the
-    /// stations between which the outlines leave each road of the new one. Also gives the restrictions that cannot be expressed.
+    /// that are new or end elsewhere than before and the lanelets at their ends are drawn again. `before` is what this network was,
+    /// `kept` are the stations between which the outlines leave each road of the new one, `back` is how far its ends are cut back at
+    /// least, metres. Also gives the restrictions that cannot be expressed.
     pub(in crate::builder::layout) fn followed(
         self,
         (before, diff): (&NetworkSnapshot, &NetworkDiff),
         network: RoadNetwork,
-        kept: &[Stations],
+        (kept, back): (&[Stations], Vec<[f64; 2]>),
     ) -> (Self, Vec<Finding>) {
         let mut roads: Vec<RoadIx> = (0..network.roads.len()).map(RoadIx::new).collect();
-        let back: Vec<[f64; 2]> = roads.iter().map(|road| self.kept_setbacks(diff, &network, *road)).collect();
         let (restrictions, notes) = ResolvedRestrictions::new(&network);
         let Self {
             restrictions: old_restrictions,
@@ -83,11 +83,14 @@ impl Layout {
         (layout, notes)
     }
 
-    /// How far the ends of a road are cut back for lanelets that run over them, but where intersections have been merged.
-    fn kept_setbacks(&self, diff: &NetworkDiff, network: &RoadNetwork, road: RoadIx) -> [f64; 2] {
-        let Some(old) = diff.of(road) else { return [0.0; 2] };
-        let back = self.back[old];
-        let stays = |end: End| diff.of_intersection(network.road(road).intersection(end)).is_some();
-        End::BOTH.map(|end| if stays(end) { back[end] } else { 0.0 })
+    /// How far the ends of roads are cut back at least in what became of the network, metres: as far as before, but where
+    /// intersections have been merged.
+    pub(in crate::builder::layout) fn kept_setbacks(&self, diff: &NetworkDiff, network: &RoadNetwork) -> Vec<[f64; 2]> {
+        let of_road = |(road, old): (RoadIx, Option<RoadIx>)| {
+            let back = old.map_or([0.0; 2], |old| self.back[old]);
+            let stays = |end: End| diff.of_intersection(network.road(road).intersection(end)).is_some();
+            End::BOTH.map(|end| if stays(end) { back[end] } else { 0.0 })
+        };
+        diff.roads().map(of_road).collect()
     }
 }

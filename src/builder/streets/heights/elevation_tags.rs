@@ -32,7 +32,8 @@ impl ElevationTags {
     }
 }
 
-/// Reads the heights of the nodes of all ways that are roads. If they tell the ground (`is_ground`), those between them are found along the roads.
+/// Reads the heights of the nodes of all ways that are roads. If they tell the ground (`is_ground`), those between them are found
+/// along the roads.
 pub fn elevation_tags(
     osm: &OsmData,
     to_metres: ToMetres<'_>,
