@@ -164,14 +164,13 @@ impl IntersectionAssembly<'_> {
         }
     }
 
-    /// For the first arm of each leg the unit direction in which cars head who arrive there, or bicycles where no cars do; `None` where
-    /// nobody does, and for all other arms. Only where vehicles arrive is there a light, or a rank, to be opposite to another.
+    /// For the first arm of each leg the unit direction in which cars head who arrive there; `None` where none do, and for all other
+    /// arms. Only where cars arrive is there a light, or a rank, to be opposite to another.
     pub(super) fn headings(legs: &[usize], paths: &[TurningLanelet]) -> Vec<Option<Vector>> {
-        let heading = |of: usize, for_cars: bool| -> Option<Vector> {
-            let arriving = paths.iter().filter(|path| legs[path.movement.from] == of);
-            let counted = arriving.filter(|path| !for_cars || path.kind != StripKind::Bicycle);
-            counted.map(|path| path.heading).sum::<Vector>().try_normalize(f64::EPSILON)
+        let cars = || paths.iter().filter(|path| path.kind != StripKind::Bicycle);
+        let heading = |of: usize| -> Vector {
+            cars().filter(|path| legs[path.movement.from] == of).map(|path| path.heading).sum()
         };
-        (0..legs.len()).map(|arm| heading(arm, true).or_else(|| heading(arm, false))).collect()
+        (0..legs.len()).map(|arm| heading(arm).try_normalize(f64::EPSILON)).collect()
     }
 }

@@ -221,13 +221,10 @@ fn arm(lanes: &[Lane], middle: Point, edges: Vec<ArmEdge>) -> (f64, Arm) {
     let sum = edges.iter().map(|e| e.edge.middle().coords).sum::<Vector>() / edges.len().max(1) as f64;
     let away = Point::from(sum) - middle;
     let bearing = away.x.atan2(away.y).to_degrees().rem_euclid(360.0);
-    // Where cars arrive, lights are opposite to others by their direction: a bicycle lane may leave the road earlier.
-    let inward = || edges.iter().filter(|e| e.inward).flat_map(|e| &e.lanes).map(|&lane| &lanes[lane]);
-    let direction = |for_cars: bool| -> Option<Vector> {
-        let arriving = inward().filter(|lane| !for_cars || lane.is_for_cars());
-        arriving.filter_map(Lane::heading_in).sum::<Vector>().try_normalize(1e-9)
-    };
-    let heading_in = direction(true).or_else(|| direction(false));
+    // Lights are opposite by the directions of cars: a bicycle lane may leave the road earlier, and bicycles come where no car does.
+    let inward = edges.iter().filter(|e| e.inward).flat_map(|e| &e.lanes).map(|&lane| &lanes[lane]);
+    let headings = inward.filter(|lane| lane.is_for_cars()).filter_map(Lane::heading_in);
+    let heading_in = headings.sum::<Vector>().try_normalize(1e-9);
     let outward =
         edges.iter().filter(|e| !e.inward).flat_map(|e| &e.lanes).filter_map(|&lane| lanes[lane].heading_out());
     // The direction of the road tells better than its place: carriageways of one road lie apart.
