@@ -119,7 +119,7 @@ impl IntersectionAssembly<'_> {
         for (i, arm) in arms.iter().enumerate() {
             let lanes = arm.into.iter().map(|lane| (lane, true)).chain(arm.out.iter().map(|lane| (lane, false)));
             edges.extend(lanes.map(|(lane, inward)| {
-                let for_cars = lane.kind != StripKind::Bicycle;
+                let for_cars = lane.kind == StripKind::Drive;
                 (i, Crossed { edge: place(lane.nodes), inward, for_cars })
             }));
         }
@@ -164,12 +164,12 @@ impl IntersectionAssembly<'_> {
         }
     }
 
-    /// For the first arm of each leg the unit direction in which cars head who arrive there; `None` where none do, and for all other
-    /// arms. Only where cars arrive is there a light, or a rank, to be opposite to another.
+    /// For the first arm of each leg the unit direction in which motor vehicles head that arrive there; `None` where none do, and for
+    /// all other arms. Only where they arrive is there a light, or a rank, to be opposite to another.
     pub(super) fn headings(legs: &[usize], paths: &[TurningLanelet]) -> Vec<Option<Vector>> {
-        let cars = || paths.iter().filter(|path| path.kind != StripKind::Bicycle);
+        let motor = || paths.iter().filter(|path| path.kind != StripKind::Bicycle);
         let heading = |of: usize| -> Vector {
-            cars().filter(|path| legs[path.movement.from] == of).map(|path| path.heading).sum()
+            motor().filter(|path| legs[path.movement.from] == of).map(|path| path.heading).sum()
         };
         (0..legs.len()).map(|arm| heading(arm).try_normalize(f64::EPSILON)).collect()
     }
