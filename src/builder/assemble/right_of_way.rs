@@ -10,7 +10,7 @@ use crate::builder::network::turn_angle::STRAIGHT;
 use crate::builder::network::{Intersection, Road, RoadNetwork};
 use crate::builder::tags::cross_section::StripKind;
 use crate::builder::tags::road_class::{DrivingSide, is_priority_road};
-use crate::geometry::Vector;
+use crate::geometry::{Vector, angle_between};
 use crate::lanelet::index::{Crossed, Edge, Thresholds, legs};
 use crate::lanelet::right_of_way::{Mover, OPPOSITE, Relation, Turn, opposites, yields};
 use crate::lanelet::{PointId, Target};
@@ -138,7 +138,9 @@ impl IntersectionAssembly<'_> {
         movers: &[Mover],
         conflicts: &Conflicts,
     ) {
-        let opposite = opposites(&Self::headings(legs, paths), OPPOSITE);
+        let headings = Self::headings(legs, paths);
+        let opposite = opposites(&headings, OPPOSITE);
+        let legs = legs_by_light(legs, paths, &headings);
         let relation = |x: usize, y: usize| match [x, y].map(|mover| legs[movers[mover].arm]) {
             [a, b] if a == b => Relation::Same,
             [a, b] if opposite[a] == Some(b) => Relation::InPhase,
@@ -164,13 +166,31 @@ impl IntersectionAssembly<'_> {
         }
     }
 
-    /// For the first arm of each leg the unit direction in which motor vehicles head that arrive there; `None` where none do, and for
-    /// all other arms. Only where they arrive is there a light, or a rank, to be opposite to another.
+    /// For the first arm of each leg the unit direction in which cars head that arrive there; `None` where none do, and for all other
+    /// arms. Only where they arrive is there a light, or a rank, to be opposite to another. A road for buses in the middle of a street
+    /// would be the opposite of its cars.
     pub(super) fn headings(legs: &[usize], paths: &[TurningLanelet]) -> Vec<Option<Vector>> {
-        let motor = || paths.iter().filter(|path| path.kind != StripKind::Bicycle);
-        let heading = |of: usize| -> Vector {
-            motor().filter(|path| legs[path.movement.from] == of).map(|path| path.heading).sum()
-        };
-        (0..legs.len()).map(|arm| heading(arm).try_normalize(f64::EPSILON)).collect()
+        (0..legs.len()).map(|leg| heading(legs, paths, leg, StripKind::Drive)).collect()
     }
+}
+
+/// Unit direction in which vehicles of a kind arrive on a leg; `None` where none do.
+fn heading(legs: &[usize], paths: &[TurningLanelet], leg: usize, kind: StripKind) -> Option<Vector> {
+    let arriving = paths.iter().filter(|path| legs[path.movement.from] == leg && path.kind == kind);
+    arriving.map(|path| path.heading).sum::<Vector>().try_normalize(f64::EPSILON)
+}
+
+/// The legs by whose lights vehicles drive. Buses on a road of their own drive with the cars that head the same way: none are told to
+/// ignore those who may be green with them.
+fn legs_by_light(legs: &[usize], paths: &[TurningLanelet], headings: &[Option<Vector>]) -> Vec<usize> {
+    let with_cars = |leg: usize| -> usize {
+        if headings[leg].is_some() {
+            return leg;
+        }
+        let Some(buses) = heading(legs, paths, leg, StripKind::Bus) else { return leg };
+        let off = |(at, cars): (usize, &Option<Vector>)| Some((angle_between(buses, (*cars)?).abs().to_degrees(), at));
+        let nearest = headings.iter().enumerate().filter_map(off).min_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.filter(|(off, _)| *off <= OPPOSITE).map_or(leg, |(_, at)| at)
+    };
+    legs.iter().map(|&leg| with_cars(leg)).collect()
 }
