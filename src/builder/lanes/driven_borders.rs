@@ -55,3 +55,23 @@ fn are_one_line(a: &Polyline, b: &Polyline) -> bool {
     let close = places.filter(|place| long.reaches(*place, APART, &mut hint)).count();
     close as f64 >= SHARE * count as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn most_of_the_shorter_line_lies_along_the_other() {
+        let line = |places: &[[f64; 2]]| Polyline::new(places.iter().map(|[x, y]| Point::new(*x, *y))).unwrap();
+        let border = line(&[[0.0, 0.0], [100.0, 0.0]]);
+        for (shoulder, is_one) in [
+            (line(&[[20.0, 0.3], [60.0, -0.3]]), true),
+            (line(&[[20.0, 0.5], [60.0, 0.5]]), false),
+            (line(&[[20.0, 0.0], [50.0, 0.0], [60.0, 8.0]]), true),
+            (line(&[[20.0, 0.0], [40.0, 0.0], [60.0, 8.0]]), false),
+        ] {
+            assert_eq!(are_one_line(&shoulder, &border), is_one, "{shoulder:?}");
+            assert_eq!(are_one_line(&border, &shoulder), is_one, "{shoulder:?}, the other way around");
+        }
+    }
+}

@@ -28,6 +28,9 @@ const ROUNDS: usize = 200;
 /// many roads away.
 const FARTHEST_STOP_LINES: usize = 8;
 
+/// An island of no more than this, square metres, lies inside an intersection if nobody can wait on the roads around it.
+const SMALL_ISLAND: f64 = 250.0;
+
 /// Draws a network. `kept` are the stations between which the outlines leave each road; roads in `apart` are never merged. Last
 /// the roads are laid at heights that suit their cuts. Also gives what could not be expressed, and what became of roads.
 pub fn lay_out(
@@ -155,12 +158,16 @@ impl LayoutLoop<'_> {
         let (mut changed, mut merges);
         (network, changed, merges) = absorb_roads(network, &roads, left, &ConsolidateOptions::default());
         let too_far = |note: &MergeNote| note.reason == MergeReason::Reach && keys.contains(&note.key);
+        let around_island = |note: &MergeNote| note.reason == MergeReason::Island;
         if changed {
             // These have their turn when nothing else is left.
-            merges.retain(|note| note.merged || !too_far(note));
+            merges.retain(|note| note.merged || !(too_far(note) || around_island(note)));
         } else if merges.iter().any(too_far) {
             let options = ConsolidateOptions { reach: f64::INFINITY, ..ConsolidateOptions::default() };
             (network, changed, merges) = absorb_roads(network, &abreast, left, &options);
+        } else if merges.iter().any(around_island) {
+            let options = ConsolidateOptions { island: SMALL_ISLAND, ..ConsolidateOptions::default() };
+            (network, changed, merges) = absorb_roads(network, &roads, left, &options);
         }
         self.layout.network = network;
         self.refused.extend(merges.iter().filter(|note| !note.merged).map(|note| note.key));

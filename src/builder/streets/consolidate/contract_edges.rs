@@ -132,7 +132,8 @@ fn objection(network: &RoadNetwork, members: &[IntersectionIx], options: &Consol
     if collapses_roundabout(network, members, options) {
         return Some(MergeReason::Roundabout);
     }
-    encloses_island(network, members, &inner_roads(network, members)).then_some(MergeReason::Island)
+    let inner = inner_roads(network, members);
+    encloses_island(network, members, &inner, options.island).then_some(MergeReason::Island)
 }
 
 /// The position of an intersection, and the ends of its inner roads.

@@ -14,8 +14,9 @@ pub const COVER_MOST: f64 = 1.3;
 /// Length of the arms that counts as ground of an intersection, metres: about the trim at a right angle.
 const STUB: f64 = 3.0;
 
-/// Whether the intersections and inner roads, merged, would cover much more than the ground of these roads.
-pub fn encloses_island(network: &RoadNetwork, members: &[IntersectionIx], inner: &[RoadIx]) -> bool {
+/// Whether the intersections and inner roads, merged, would cover much more than the ground of these roads, and more than
+/// `most` square metres beside it.
+pub fn encloses_island(network: &RoadNetwork, members: &[IntersectionIx], inner: &[RoadIx], most: f64) -> bool {
     let before: usize = members.iter().map(|m| network.intersection(*m).inner.len()).sum();
     let nodes: usize = members.iter().map(|m| network.intersection(*m).nodes.len()).sum();
     // Fewer links than nodes make a tree, which encloses nothing.
@@ -23,7 +24,7 @@ pub fn encloses_island(network: &RoadNetwork, members: &[IntersectionIx], inner:
         return false;
     }
     let Some([ground, holes]) = covered(network, members, inner) else { return false };
-    ground + holes > COVER_MOST * ground
+    holes > most && ground + holes > COVER_MOST * ground
 }
 
 /// If a road would close a block of four sides of which two adjacent ones are `joined`: the one of these joined last.

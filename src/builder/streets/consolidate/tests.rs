@@ -86,6 +86,17 @@ fn around_an_island_opposite_sides_are_merged_instead_of_adjacent_ones() {
 }
 
 #[test]
+fn a_small_island_may_lie_inside() {
+    let wide = 19.0;
+    let corners = [(0.0, 0.0), (wide, 0.0), (wide, wide), (0.0, wide)];
+    let island = |most: f64| {
+        let options = ConsolidateOptions { island: most, ..ConsolidateOptions::default() };
+        merge(crossing_at(corners, &[]), &options).0.intersections.iter().filter(|i| i.nodes.len() == 4).count()
+    };
+    assert_eq!([0.0, 400.0].map(island), [0, 1]);
+}
+
+#[test]
 fn its_passages_follow_the_inner_roads() {
     let (merged, _) = merge(crossing_of_dual_carriageways(&[]), &ConsolidateOptions::default());
     let (ix, _) = the_merged(&merged);

@@ -19,6 +19,8 @@ pub struct ConsolidateOptions {
     pub tagged: f64,
     /// Largest extent of a merged intersection.
     pub reach: f64,
+    /// Largest ground between its roads, square metres, that a merged intersection covers however little ground its roads have.
+    pub island: f64,
     /// Most rounds.
     pub rounds: usize,
     /// Decisions of the user.
@@ -34,6 +36,7 @@ impl Default for ConsolidateOptions {
             short_across_median: 18.0,
             tagged: 60.0,
             reach: 90.0,
+            island: 0.0,
             rounds: 8,
             wishes: Vec::new(),
         }
