@@ -15,6 +15,7 @@ mod lanelet_pieces;
 mod load;
 mod merged_lanelets;
 mod moved_ends;
+mod near_nodes;
 mod node;
 mod one_border;
 mod parallel_bounds;
