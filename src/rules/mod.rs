@@ -11,6 +11,7 @@ mod far_lanes;
 mod geoid;
 mod health;
 mod ids;
+mod lane_kinds;
 mod lanelet_pieces;
 mod load;
 mod merged_lanelets;
