@@ -1,6 +1,7 @@
 //! Room 8: roads get lanes, up to where they end before an intersection.
 
 pub(crate) mod border;
+pub(crate) mod driven_borders;
 pub mod gore;
 pub mod lane_ends;
 pub mod lanelet_validity;

@@ -6,6 +6,8 @@
 #[cfg(test)]
 mod tests;
 
+use std::cell::OnceCell;
+
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::{Road, RoadIx, RoadNetwork};
 use crate::builder::tags::cross_section::{StripKind, Travel};
@@ -13,6 +15,7 @@ use crate::builder::tags::side_strips::{StripRun, StripUse, strip_runs};
 use crate::lanelet::{Attributes, Bound, LaneletId};
 use crate::settings::{BesideSettings, BicycleLanes};
 
+use super::driven_borders::DrivenBorders;
 use super::lanelet_validity::is_valid;
 use super::road_lanes::directed;
 use super::types::{Lanes, RoadPiece};
@@ -25,10 +28,19 @@ const CRAWLING: &str = "10";
 /// Adds the side lanes of all roads; gives those for bicycles.
 pub fn side_lanes(assembly: &mut MapBuilder, network: &RoadNetwork, lanes: &Lanes) -> Vec<LaneletId> {
     let mut bicycles = Vec::new();
+    // Most maps have no shoulders.
+    let driven: OnceCell<DrivenBorders> = OnceCell::new();
     for (i, road) in network.roads.iter().enumerate() {
         let runs = strip_runs(&road.section);
         for run in runs.iter().filter(|run| is_drawn(road, run, &network.beside)) {
             for piece in lanes.pieces_of(RoadIx::new(i)) {
+                let others = || driven.get_or_init(|| DrivenBorders::new(assembly, lanes));
+                let sides = [run.strips.start, run.strips.end].map(|edge| piece.borders.get(edge).copied().flatten());
+                let is_copy = |side: Bound| others().run_along(RoadIx::new(i), &assembly.bound_line(side));
+                // A shoulder that lies on another road is none: nobody halts there.
+                if run.used == StripUse::Shoulder && sides.into_iter().flatten().any(is_copy) {
+                    continue;
+                }
                 for &backward in run.directions() {
                     let lanelet = lanelet(assembly, road, piece, (run, backward), &network.beside);
                     bicycles.extend(lanelet.filter(|_| run.used == StripUse::Bicycle));
