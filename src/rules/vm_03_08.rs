@@ -221,13 +221,19 @@ fn judge_lane_ends(map: &MapIndex, params: &Params, area: &Polygon, intersection
         for (Edge { ids, points }, beyond) in ends.into_iter().filter(|(_, beyond)| !beyond.iter().any(is_member)) {
             for (id, place) in ids.into_iter().zip(points).filter(|(id, _)| !vertices.contains(id)) {
                 // A lane that begins or ends inside, with nothing beyond, is vm-03-04's: the outline cannot run there.
-                if !beyond.is_empty() || !is_far_inside(params, intersection, place) {
+                let is_told = beyond.is_empty() && is_told_as_dangling(map, member.lane);
+                if !is_told || !is_far_inside(params, intersection, place) {
                     findings.push(lane_node_missing(params, area, intersection, lane.id, id, place));
                 }
             }
         }
     }
     findings
+}
+
+/// Whether vm-03-04 speaks of a lane that comes from nowhere or leads nowhere.
+fn is_told_as_dangling(map: &MapIndex, lane: usize) -> bool {
+    map.movement(lane).is_some() && map.turn_direction(lane).is_some()
 }
 
 /// Whether a place is inside an outline, and not so close to it that it can become a vertex.

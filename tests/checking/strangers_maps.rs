@@ -175,6 +175,12 @@ fn loose_lane() -> OsmData {
     sheet.road(&[south[2], east[0]], &[south[3], corner, east[1]], "");
     let [loose] = sheet.nodes([[-4.0, -1.0]]);
     sheet.road(&[west[2], east[0]], &[loose, east[1]], "");
+    // A road on which both directions say that people drive on the right.
+    let lines = [197.0, 200.0, 203.0].map(|y| sheet.nodes([[0.0, y], [60.0, y]]));
+    let [low, middle, high] = lines.map(|line| sheet.way(&line, "type=line_thin subtype=solid"));
+    for outer in [low, high] {
+        sheet.lanelet([middle, outer], "subtype=road location=urban speed_limit=40");
+    }
     sheet.drawing.data()
 }
 
