@@ -109,7 +109,8 @@ fn lanes_of_a_motorway_get_the_words_that_autoware_reads() {
         let tag = |key| lanelet.attributes.get(key).map(str::to_owned);
         *kinds.entry([tag("subtype"), tag("participant:vehicle")]).or_default() += 1;
     }
-    let words = |[kind, vehicle]: [&str; 2]| [Some(kind.to_owned()), Some(vehicle.to_owned()).filter(|it| it != "")];
+    let words =
+        |[kind, vehicle]: [&str; 2]| [Some(kind.to_owned()), Some(vehicle.to_owned()).filter(|it| !it.is_empty())];
     let wanted = [(words(["road", "yes"]), 4), (words(["road_shoulder", ""]), 2)];
     assert_eq!(kinds, BTreeMap::from(wanted));
 }
