@@ -267,9 +267,13 @@ const UNSAFE: [&str; 4] =
 /// A lane that comes to an intersection and goes no further, or begins there: it was so before the intersection was marked.
 const LOOSE_ENDS: [&str; 2] = ["vm-03-04/in-lane-dead-end", "vm-03-04/out-lane-unreached"];
 
-/// What the fixes of a batch make part of an intersection.
+/// What only road lanelets are asked: a lane that is called one had the fault before.
+const OF_ROADS: [&str; 2] = ["vm-01-01/", "vm-01-09/"];
+
+/// What the fixes of a batch make part of an intersection, or a road.
 struct Marked {
     lanelets: FxHashSet<i64>,
+    roads: FxHashSet<i64>,
     /// Whether all that the batch does leaves the ends of lanes as they are.
     ends_stay: bool,
 }
@@ -286,11 +290,18 @@ impl Marked {
             let is_made = matches!(edit, CreateArea { .. } | CreateRegulatoryElement { .. } | CreateStopLine { .. });
             is_made || matches!(edit, SetTag { .. } | AddMember { .. })
         };
-        Self { lanelets: lanelets.flatten().copied().collect(), ends_stay: edits().all(leaves_ends) }
+        let roads = edits().filter_map(|edit| match edit {
+            Edit::SetTag { on: Subject::Lanelet(id), key, value } => {
+                (key.as_str() == "subtype" && value.as_str() == "road").then_some(*id)
+            }
+            _ => None,
+        });
+        let ends_stay = edits().all(leaves_ends);
+        Self { lanelets: lanelets.flatten().copied().collect(), roads: roads.collect(), ends_stay }
     }
 
-    /// Whether an error was there before and is only told now, since rules look at lanes of intersections that do not look at
-    /// others: it is about how such a lane is drawn, and not about the area or the tags that the fix has made.
+    /// Whether an error was there before and is only told now, since rules look at roads or lanes of intersections that do not look
+    /// at others: it is about how such a lane is drawn, and not about the area or the tags that the fix has made.
     fn reveal(&self, error: &Diagnostic) -> bool {
         if self.ends_stay && !self.lanelets.is_empty() && LOOSE_ENDS.contains(&error.code.as_str()) {
             return true;
@@ -298,6 +309,10 @@ impl Marked {
         let of_the_fix = ["vm-03-01/", "vm-03-02/", "vm-03-08/"].iter().any(|rule| error.code.starts_with(rule))
             || UNSAFE.contains(&error.code.as_str());
         let finding = &error.finding;
+        let of_roads = OF_ROADS.iter().any(|rule| error.code.starts_with(rule));
+        if of_roads && matches!(finding.subject, Subject::Lanelet(id) if self.roads.contains(&id)) {
+            return true;
+        }
         let mut subjects = std::iter::once(finding.subject).chain(finding.related.iter().map(|one| one.subject));
         let is_marked = |subject| matches!(subject, Subject::Lanelet(id) if self.lanelets.contains(&id));
         !of_the_fix && subjects.any(is_marked)

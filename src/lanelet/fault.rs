@@ -17,6 +17,18 @@ pub struct LoadFault {
     pub condition: Condition,
 }
 
+impl LoadFault {
+    /// Whether it says that local coordinates of the map are metres of another projection than its projector's.
+    pub fn leaves_projector_open(&self) -> bool {
+        match &self.condition {
+            Condition::LocalShifted { .. } | Condition::LocalUnexplained { .. } => true,
+            Condition::ProjectorInfo(InfoFault::AtOdds { .. }) => true,
+            Condition::ProjectorInfo(InfoFault::Missing { needed }) => needed.is_some_and(|it| it != Projector::Local),
+            _ => false,
+        }
+    }
+}
+
 /// A side of a lanelet, or its centre line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum BoundRole {
@@ -303,6 +315,13 @@ pub enum Condition {
         east: f64,
         /// Metres to the north.
         north: f64,
+    },
+    /// Map: `local_x` and `local_y` of most nodes are not where latitude and longitude are, each by another way.
+    LocalUnexplained {
+        /// How many.
+        nodes: usize,
+        /// Metres between the two, at the node where it is most.
+        most: f64,
     },
     /// Node, the first of several: lies in another 100 km square than the projector names, and is folded into it.
     OtherSquare {

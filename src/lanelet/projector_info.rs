@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::diagnostic::{Subject, nearest};
 use crate::osm::OsmData;
-use crate::projection::{Info, LonLat, MgrsGrid, Projector, Twice, infer, read_info};
+use crate::projection::{Explained, Info, LonLat, MgrsGrid, Projector, Twice, infer, read_info, share};
 
 use super::fault::{Condition, InfoFault, LoadFault};
 
@@ -14,6 +14,8 @@ pub const INFO: &str = "map_projector_info.yaml";
 
 /// Local coordinates are explained up to this distance, metres: what editors leave.
 const EXPLAINED: f64 = 0.05;
+/// A projection that explains this share of the nodes (1) is the map's: the others were moved by degrees or by metres alone.
+const NEARLY_ALL: f64 = 0.95;
 /// The shortest distance to an origin that is worth a word to the rules, metres.
 const BESIDE: f64 = 10_000.0;
 /// Mean radius of the earth, metres.
@@ -111,18 +113,19 @@ fn is_like(name: &str) -> bool {
 
 /// The projector that explains the local coordinates where this one does not.
 fn at_odds(osm: &OsmData, projector: &Projector, faults: &mut Vec<LoadFault>) -> Option<Projector> {
-    let mismatch =
-        |fault: &LoadFault| matches!(fault.condition, Condition::LocalShifted { .. } | Condition::LocalMismatch { .. });
-    let shifted = faults.iter().any(|fault| matches!(fault.condition, Condition::LocalShifted { .. }));
-    let points = twice(osm);
-    if !shifted && faults.iter().filter(|fault| mismatch(fault)).count() * 2 <= points.len() {
+    let of_all = |fault: &LoadFault| {
+        matches!(fault.condition, Condition::LocalShifted { .. } | Condition::LocalUnexplained { .. })
+    };
+    if !faults.iter().any(of_all) {
         return None;
     }
-    let best = infer(&points).into_iter().find(|one| one.residual <= EXPLAINED)?.projector;
+    let points = twice(osm);
+    let is_explained = |one: &Explained| share(&points, &one.projector, EXPLAINED) >= NEARLY_ALL;
+    let best = infer(&points).into_iter().find(is_explained)?.projector;
     if best == *projector {
         return None;
     }
-    faults.retain(|fault| !mismatch(fault));
+    faults.retain(|fault| !of_all(fault));
     Some(best)
 }
 

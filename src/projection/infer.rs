@@ -59,10 +59,21 @@ pub fn infer(points: &[Twice]) -> Vec<Explained> {
 
 /// The largest distance between what a projection says and what the map says, metres; infinite where it does not reach.
 pub fn residual(points: &[Twice], projector: &Projector) -> f64 {
+    distances(points, projector).into_iter().fold(0.0, f64::max)
+}
+
+/// The share of the points (1) of which a projection says what the map says, up to a distance (m).
+pub fn share(points: &[Twice], projector: &Projector, distance: f64) -> f64 {
+    let near = distances(points, projector).into_iter().filter(|far| *far <= distance).count();
+    near as f64 / points.len().max(1) as f64
+}
+
+/// The distance between what a projection says of each point and what the map says, metres; infinite where it does not reach.
+fn distances(points: &[Twice], projector: &Projector) -> Vec<f64> {
     let places: Vec<LonLat> = points.iter().map(|point| point.place).collect();
     let said = projector.forward_each(&places, |i| points[i].ele);
     let far = |(point, said): (&Twice, Option<Point>)| said.map_or(f64::INFINITY, |said| (said - point.local).norm());
-    points.iter().zip(said).map(far).fold(0.0, f64::max)
+    points.iter().zip(said).map(far).collect()
 }
 
 /// Where the metres are about 0, if one degree is as long as at the first point.

@@ -17,7 +17,7 @@ use crate::geometry::Point;
 
 use engine::Frame;
 pub use engine::warm_up;
-pub use infer::{Explained, Twice, infer, residual};
+pub use infer::{Explained, Twice, infer, residual, share};
 pub use info::{Info, InfoError, VerticalDatum, read_info, write_info};
 pub use mgrs::{MgrsError, MgrsGrid};
 

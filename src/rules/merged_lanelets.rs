@@ -4,10 +4,12 @@ use std::collections::BTreeMap;
 
 use crate::diagnostic::{Edit, Subject};
 use crate::lanelet::index::{MapIndex, STRAIGHT, U_TURN};
-use crate::lanelet::{Bound, Lanelet, LineStringId, Target};
+use crate::lanelet::{Bound, Lanelet, LineStringId, PointId, Target};
 
 /// More lanes side by side than these are not merged at once.
 const MOST: usize = 12;
+/// Where one centre line ends this close (m) to where the next begins, one node is enough.
+const ONE_PLACE: f64 = 0.05;
 
 /// The edits that let the first lane reach over the second: `None` where somebody has to decide which lanes become one.
 pub fn edits(map: &MapIndex, lane: usize, follower: usize) -> Option<Vec<Edit>> {
@@ -67,6 +69,8 @@ fn chained(map: &MapIndex, lane: usize, follower: usize) -> Option<Vec<Edit>> {
         }
         edits.extend(tags(map, [a, b], first, first, second));
         edits.extend(inherited(map, first, second));
+        edits.extend(centerline(map, first, [first, second]));
+        gone.extend(second.centerline);
         edits.push(Edit::Remove { subject: Subject::Lanelet(second.id.0) });
     }
     edits.extend(gone.into_iter().map(|way| Edit::Remove { subject: Subject::LineString(way.0) }));
@@ -100,11 +104,12 @@ fn fanned(map: &MapIndex, piece: usize, lanes: &[usize], before: bool) -> Option
         let places = if before { [piece, lane] } else { [lane, piece] };
         edits.extend(tags(map, places, lanelet, order[0], order[1]));
         edits.extend(inherited(map, lanelet, common));
+        edits.extend(centerline(map, lanelet, order));
     }
     let mut edits = without_repeats(edits);
     edits.push(Edit::Remove { subject: Subject::Lanelet(common.id.0) });
-    let unused = [common.left, common.right].into_iter().filter(|bound| map.users_of(bound.line) == [piece]);
-    edits.extend(unused.map(|bound| Edit::Remove { subject: Subject::LineString(bound.line.0) }));
+    let bounds = [common.left.line, common.right.line].into_iter().filter(|way| map.users_of(*way) == [piece]);
+    edits.extend(bounds.chain(common.centerline).map(|way| Edit::Remove { subject: Subject::LineString(way.0) }));
     Some(edits)
 }
 
@@ -127,6 +132,20 @@ fn joined(map: &MapIndex, way: Bound, [first, second]: [Bound; 2]) -> Edit {
         points.reverse();
     }
     Edit::SetVertices { way: Subject::LineString(way.line.0), points }
+}
+
+/// The centre line of a lanelet runs over those of two that follow each other; the point that they have in common once.
+fn centerline(map: &MapIndex, onto: &Lanelet, [first, second]: [&Lanelet; 2]) -> Option<Edit> {
+    let points = |lanelet: &Lanelet| Some(&map.map.linestrings.get(lanelet.centerline?)?.points);
+    let (before, behind) = (points(first)?, points(second)?);
+    let is_common = before.last().zip(behind.first()).is_some_and(|(a, b)| a == b || is_one_place(map, *a, *b));
+    let points = before.iter().chain(behind.iter().skip(usize::from(is_common))).map(|id| id.0).collect();
+    Some(Edit::SetVertices { way: Subject::LineString(onto.centerline?.0), points })
+}
+
+fn is_one_place(map: &MapIndex, a: PointId, b: PointId) -> bool {
+    let place = |id| map.map.points.get(id).map(|point| point.position);
+    place(a).zip(place(b)).is_some_and(|(a, b)| (a - b).norm() < ONE_PLACE)
 }
 
 /// The tags that a lanelet has differently as one with another: where it turns, the area that either names, the lower speed.

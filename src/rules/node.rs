@@ -31,9 +31,16 @@ impl Rule for Nodes {
 
     fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
         let heights = neighbouring_heights(map);
+        let is_known = !map.faults.iter().any(LoadFault::leaves_projector_open);
         let faults = map.faults.iter();
         let mut findings: Vec<Finding> = faults
-            .filter_map(|fault| Some(finding(map, params, fault, &heights)?.standing_at(fault.span.clone())))
+            .filter_map(|fault| {
+                let mut finding = finding(map, params, fault, &heights)?.standing_at(fault.span.clone());
+                // Metres of another projection than the other points have would be worse than none.
+                finding.fix =
+                    finding.fix.filter(|_| is_known || !matches!(fault.condition, Condition::PartialLocal { .. }));
+                Some(finding)
+            })
             .collect();
         findings.extend(steps(map, params));
         findings
@@ -89,6 +96,12 @@ fn finding(map: &MapIndex, params: &Params, fault: &LoadFault, heights: &BTreeMa
                 "local_x, local_y of all points are {distance:.2} m from their latitude and longitude ({east:.2} m east, {north:.2} m north)."
             );
             mismatch(params, subject, distance, message)
+        }
+        Condition::LocalUnexplained { nodes, most } => {
+            let message = format!(
+                "local_x, local_y of {nodes} points are up to {most:.2} m from their latitude and longitude, and no projector explains them."
+            );
+            mismatch(params, subject, *most, message)
         }
         Condition::OtherSquare { square, expected, nodes } => {
             let who = match nodes {

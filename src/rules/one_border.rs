@@ -71,14 +71,16 @@ fn ends(map: &MapIndex, way: LineStringId) -> Option<[End; 2]> {
     Some([end(*points.first()?)?, end(*points.last()?)?])
 }
 
-/// Whether two nodes may become one: they lie on one level, and are not the two corners of one end of a lane.
+/// Whether two nodes may become one: they lie on one level, and are neither the two corners of one end of a lane nor the ends of one
+/// bound of it, as of a lane that turns around between two that run against each other: that bound would be a point.
 fn may_become_one(map: &MapIndex, lanes: [usize; 2], from: PointId, to: PointId) -> bool {
     let height = |id| map.map.points.get(id).and_then(|point| point.ele());
     let step = height(from).zip(height(to)).map_or(0.0, |(a, b)| (a - b).abs());
     let next = lanes.iter().flat_map(|&lane| map.followers(lane).iter().chain(map.predecessors(lane)));
     let has_both = |lane: &Lane| {
         let is_both = |ids: [PointId; 2]| ids.contains(&from) && ids.contains(&to);
-        is_both(lane.start.ids) || is_both(lane.end.ids)
+        let [start, end] = [lane.start.ids, lane.end.ids];
+        [start, end, [start[0], end[0]], [start[1], end[1]]].into_iter().any(is_both)
     };
     step <= STEP && !lanes.iter().chain(next).any(|&lane| has_both(&map.lanes[lane]))
 }

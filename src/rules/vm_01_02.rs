@@ -111,7 +111,7 @@ fn judge(map: &MapIndex, line: LineStringId, lanelet: LaneletId) -> Option<Findi
 }
 
 /// The `lane_change` that Lanelet2 reads from the paint: `yes` over a dashed line.
-fn value_of_paint(tags: &Attributes) -> &'static str {
+pub fn value_of_paint(tags: &Attributes) -> &'static str {
     let dashed = matches!(tags.get("type"), Some("line_thin" | "line_thick")) && tags.is("subtype", "dashed");
     if dashed { "yes" } else { "no" }
 }

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 use serde::Deserialize;
 
-use crate::diagnostic::{Finding, Subject};
+use crate::diagnostic::{Edit, Finding, Subject};
 use crate::geometry::{Point, Polyline, Vector, polygon};
 use crate::lanelet::index::view::boxes_meet;
 use crate::lanelet::index::{Lane, MapIndex};
@@ -14,7 +14,7 @@ use crate::lanelet::{Attributes, LaneletId, LineString, LineStringId, PointId, R
 use crate::parallel::Finely;
 
 use super::parallel_bounds::{Border, on_two_levels};
-use super::{Rule, divided_lanelets, one_border};
+use super::{Rule, divided_lanelets, one_border, vm_01_02};
 
 /// See `rules/vm-01-03.md`.
 pub struct SharedBorders;
@@ -63,7 +63,7 @@ impl Rule for SharedBorders {
                 let message = format!("Lanelets {id} and {name} lie side by side but have borders of their own.");
                 let finding = Finding::new("not-shared", Subject::Lanelet(id.0), message);
                 let finding = finding.with(Subject::Lanelet(name.0), "neighbour");
-                findings.push(match one_border::between(map, [at, other]) {
+                findings.push(match one_way_of(map, [at, other]) {
                     Some((way, edits)) => finding.fixed_by(format!("use way {way} for both"), false, edits),
                     None => finding,
                 });
@@ -83,10 +83,24 @@ fn partly(map: &MapIndex, at: usize, mut others: Vec<usize>) -> Finding {
     let finding = Finding::new("partly-shared", Subject::Lanelet(id.0), message);
     let finding = ids.iter().fold(finding, |finding, other| finding.with(Subject::Lanelet(other.0), "neighbour"));
     // One that ends beside it after all, though one border swings out farther than the other.
-    if let Some((way, edits)) = others.iter().find_map(|&other| one_border::between(map, [at, other])) {
+    if let Some((way, edits)) = others.iter().find_map(|&other| one_way_of(map, [at, other])) {
         return finding.fixed_by(format!("use way {way} for both"), false, edits);
     }
     divided_lanelets::beside(map, finding, at, &others)
+}
+
+/// The edits by which two lanes share one border, with the way that stays; where both run one way it says whether it may be crossed, which
+/// nobody asked while it was the edge of one lane alone.
+fn one_way_of(map: &MapIndex, lanes: [usize; 2]) -> Option<(LineStringId, Vec<Edit>)> {
+    let (way, mut edits) = one_border::between(map, lanes)?;
+    let tags = &map.map.linestrings.get(way)?.attributes;
+    let [one, other] = lanes.map(|lane| map.lanes[lane].heading_in());
+    let is_asked = one.zip(other).is_some_and(|(one, other)| one.dot(&other) > 0.0) && !tags.is("type", "virtual");
+    if is_asked && !matches!(tags.get("lane_change"), Some("yes" | "no")) {
+        let (on, value) = (Subject::LineString(way.0), vm_01_02::value_of_paint(tags));
+        edits.push(Edit::SetTag { on, key: "lane_change".into(), value: value.into() });
+    }
+    Some((way, edits))
 }
 
 /// From each point of a barrier to the next, the lower id first.

@@ -6,7 +6,7 @@ use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::Seen;
 
-use super::{NoParams, Rule};
+use super::{NoParams, Rule, lane_kinds};
 use crate::lanelet::index::routing_graph::{Graph, Rules};
 
 /// See `rules/vm-01-20.md`.
@@ -34,7 +34,12 @@ impl Rule for SideBySide {
                 let message =
                     format!("Lanelet {id} ({}) shares a border with lanelet {name} ({}).", kind(seen), kind(neighbour));
                 let finding = Finding::new("neighbours", Subject::Lanelet(id.0), message);
-                findings.push(finding.with(Subject::Lanelet(name.0), "neighbour"));
+                let finding = finding.with(Subject::Lanelet(name.0), "neighbour");
+                let is_foreign = |seen: &Seen| LANES.contains(&lane_kinds::for_autoware(&kind(seen)));
+                findings.push(match is_foreign(seen) && is_foreign(neighbour) {
+                    true => lane_kinds::renamed(view, finding),
+                    false => finding,
+                });
             }
         }
         findings

@@ -7,7 +7,7 @@ use crate::lanelet::LaneletId;
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::{Seen, View};
 
-use super::{NoParams, Rule};
+use super::{NoParams, Rule, lane_kinds};
 use crate::lanelet::index::routing_graph::{Graph, Rules};
 
 /// See `rules/vm-01-21.md`.
@@ -42,6 +42,11 @@ impl Rule for EndToEnd {
             };
             let finding = Finding::new(fault, Subject::Lanelet(id.0), message);
             let finding = finding.with(Subject::Lanelet(next.id().0), "follower");
+            let [own, theirs] = [kind, next.tag("subtype").unwrap_or_default()].map(lane_kinds::for_autoware);
+            if fault == "other-kind" && own == theirs {
+                findings.push(lane_kinds::renamed(view, finding));
+                continue;
+            }
             let between = (fault == "other-kind").then(|| kinds.between(at, next.id()));
             findings.push(match between.flatten() {
                 Some((lanelet, kind)) => {

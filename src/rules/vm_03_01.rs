@@ -170,7 +170,7 @@ fn turn_without_area(
 ) -> Option<Finding> {
     lanelet.attributes.get("turn_direction").filter(|value| !value.is_empty())?;
     let lane = map.lane(lanelet.id);
-    let conflicts = lane.is_some_and(|lane| map.has_real_conflict(lane));
+    let conflicts = lane.is_some_and(|lane| map.meets_others(lane));
     let message = format!("Lanelet {} has turn_direction but belongs to no intersection area.", lanelet.id);
     let finding = Finding::new("turn-without-ia", Subject::Lanelet(lanelet.id.0), message).graded(if conflicts {
         Severity::Error

@@ -216,17 +216,32 @@ fn judge_lane_ends(map: &MapIndex, params: &Params, area: &Polygon, intersection
             continue;
         }
         // The end of a piece inside the box is vm-03-05's.
-        let start = (!map.predecessors(member.lane).iter().any(is_member)).then_some(lane.start);
-        let end = (!map.followers(member.lane).iter().any(is_member)).then_some(lane.end);
-        for Edge { ids, points } in start.into_iter().chain(end) {
-            for (id, place) in ids.into_iter().zip(points) {
-                if !vertices.contains(&id) {
+        let [before, after] = [map.predecessors(member.lane), map.followers(member.lane)];
+        let ends = [(lane.start, before), (lane.end, after)];
+        for (Edge { ids, points }, beyond) in ends.into_iter().filter(|(_, beyond)| !beyond.iter().any(is_member)) {
+            for (id, place) in ids.into_iter().zip(points).filter(|(id, _)| !vertices.contains(id)) {
+                // A lane that begins or ends inside, with nothing beyond, is vm-03-04's: the outline cannot run there.
+                let is_told = beyond.is_empty() && is_told_as_dangling(map, member.lane);
+                if !is_told || !is_far_inside(params, intersection, place) {
                     findings.push(lane_node_missing(params, area, intersection, lane.id, id, place));
                 }
             }
         }
     }
     findings
+}
+
+/// Whether vm-03-04 speaks of a lane that comes from nowhere or leads nowhere.
+fn is_told_as_dangling(map: &MapIndex, lane: usize) -> bool {
+    map.movement(lane).is_some() && map.turn_direction(lane).is_some()
+}
+
+/// Whether a place is inside an outline, and not so close to it that it can become a vertex.
+fn is_far_inside(params: &Params, intersection: &Intersection, place: Point) -> bool {
+    let ring = &intersection.ring;
+    let border = Polyline::new(ring.iter().chain(ring.first()).copied());
+    let is_off = border.is_some_and(|border| border.project(place).offset.abs() > params.insert);
+    is_off && polygon::contains(ring, place)
 }
 
 fn lane_node_missing(

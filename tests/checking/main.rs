@@ -21,5 +21,6 @@ mod official_findings;
 mod official_maps;
 mod projections;
 mod rules;
+mod strangers_maps;
 mod tier4_conformance;
 mod two_way;

@@ -20,7 +20,7 @@ const EXPECTED: [(&str, Severity, [usize; 4]); 23] = [
     ("vm-03-02/turn-missing", Severity::Error, [1, 0, 0, 1]),
     ("vm-03-02/turn-mismatch", Severity::Error, [0, 0, 0, 8]),
     ("vm-03-08/edge-not-border", Severity::Error, [1, 0, 2, 1]),
-    ("vm-03-08/lane-node-missing", Severity::Error, [3, 8, 0, 2]),
+    ("vm-03-08/lane-node-missing", Severity::Error, [3, 6, 0, 2]),
     ("vm-03-04/near-miss", Severity::Error, [1, 0, 0, 1]),
     ("vm-03-04/dangling-il", Severity::Warning, [21, 1, 0, 13]),
     ("vm-03-04/dangling-il", Severity::Error, [0, 0, 0, 0]),

@@ -205,6 +205,8 @@ struct Shift {
     spread: Option<(Vector, Vector)>,
     near: usize,
     far: usize,
+    /// The largest difference, metres.
+    most: f64,
 }
 
 impl Shift {
@@ -213,6 +215,7 @@ impl Shift {
         self.spread = Some((low.inf(&difference), high.sup(&difference)));
         let count = if difference.norm() <= LOCAL_TOLERANCE { &mut self.near } else { &mut self.far };
         *count += 1;
+        self.most = self.most.max(difference.norm());
     }
 
     /// Whether the projector takes latitude and longitude to the local coordinates, of nearly all nodes at the least.
@@ -220,17 +223,20 @@ impl Shift {
         self.near > 10 * self.far
     }
 
-    /// Where all nodes are moved alike, says that once instead of once for each node.
+    /// Where all nodes are moved alike, or most lie elsewhere, says that once instead of once for each node.
     fn settle(&self, faults: &mut Vec<LoadFault>) {
         let Some((low, high)) = self.spread else { return };
         let middle = (low + high) / 2.0;
-        if (high - low).norm() > 2.0 * LOCAL_TOLERANCE || middle.norm() <= LOCAL_TOLERANCE {
-            return;
-        }
+        let is_moved = (high - low).norm() <= 2.0 * LOCAL_TOLERANCE && middle.norm() > LOCAL_TOLERANCE;
+        let condition = match is_moved {
+            true => Condition::LocalShifted { east: middle.x, north: middle.y },
+            // Two that differ tell nothing of the others.
+            false if self.far > self.near.max(2) => Condition::LocalUnexplained { nodes: self.far, most: self.most },
+            false => return,
+        };
         let before = faults.len();
         faults.retain(|f| !matches!(f.condition, Condition::LocalMismatch { .. }));
         if faults.len() < before {
-            let condition = Condition::LocalShifted { east: middle.x, north: middle.y };
             faults.push(LoadFault { subject: Subject::Map, span: None, condition });
         }
     }

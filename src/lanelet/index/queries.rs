@@ -55,11 +55,6 @@ impl MapIndex<'_> {
         self.touching[lane].iter().filter_map(|&at| self.intersections.get(at))
     }
 
-    /// Whether a lane conflicts, as the rules see it, with a lane other than its siblings.
-    pub fn has_real_conflict(&self, lane: usize) -> bool {
-        self.conflicts[lane].iter().any(|conflict| conflict.real)
-    }
-
     /// The lane of an id; `None` if the lanelet is broken or not there.
     pub fn lane_of(&self, id: LaneletId) -> Option<&Lane<'_>> {
         self.lane(id).map(|at| &self.lanes[at])

@@ -2,7 +2,7 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::lane::{Lane, extent};
+use super::lane::{Edge, Lane, extent};
 use super::types::{Conflict, DrivingSide, MapIndex};
 use super::union_find::UnionFind;
 use crate::geometry::{Point, Polyline, Vector, angle_between, segment_crossing};
@@ -14,6 +14,8 @@ const ALONG: f64 = 20.0;
 pub const JOINING: f64 = 30.0;
 /// The middle of a lane this far (m) beside that of another lies at its side.
 const ASIDE: f64 = 1.0;
+/// Ends of lanes that have corners this close (m) lie beside each other, though their bounds are not shared.
+const BESIDE: f64 = 0.5;
 /// A lane longer than this (m) is a road that was not cut where others cross it, and no movement.
 const LONGEST: f64 = 100.0;
 /// Two roads between which nobody turns meet if both are cut at the crossing, into lanes no longer than this (m).
@@ -120,6 +122,13 @@ impl MapIndex<'_> {
         pairs.iter().any(|&(x, y)| road(x) != road(y))
     }
 
+    /// Whether a lane crosses or joins others from other approaches, but for lanes that are a roundabout.
+    pub fn meets_others(&self, lane: usize) -> bool {
+        let met = self.conflicts[lane].iter().filter(|conflict| conflict.real && self.meet(lane, conflict));
+        let mut met = met.map(|conflict| conflict.other).peekable();
+        met.peek().is_some() && !self.is_on_roundabout(lane) && met.any(|other| !self.is_on_roundabout(other))
+    }
+
     /// Whether two lanes end together.
     fn ends_with(&self, x: usize, y: usize) -> bool {
         self.lanes[x].end.ids == self.lanes[y].end.ids
@@ -195,14 +204,19 @@ impl MapIndex<'_> {
         !is_flat || self.leads_over(x, y) || self.leads_over(y, x) || (is_alone(x) && is_alone(y))
     }
 
-    /// Whether a lane from where one starts, or from beside it, ends where the other ends, or beside it.
+    /// Whether a lane from where one starts, or from beside it, leads onto the road of the other: it ends where that one ends, or beside
+    /// it, or beside where it starts.
     fn leads_over(&self, from: usize, to: usize) -> bool {
         let beside = self.lanes[from].bounds.into_iter().flat_map(|way| self.users_of(way)).copied();
         let mut starts = std::iter::once(from).chain(beside);
-        let end = self.lanes[to].end;
-        starts.any(|start| {
-            let mut turns = self.siblings(start).filter(|&turn| turn != from && turn != to);
-            turns.any(|turn| self.lanes[turn].end.ids == end.ids || self.lanes[turn].end.touches(&end))
+        let Lane { start, end, .. } = self.lanes[to];
+        let is_beside = |edge: &Edge, other: &Edge| {
+            let near = |p: &Point| other.points.iter().any(|q| (p - q).norm() <= BESIDE);
+            edge.touches(other) || edge.points.iter().any(near)
+        };
+        starts.any(|lane| {
+            let mut turns = self.siblings(lane).filter(|&turn| turn != from && turn != to);
+            turns.any(|turn| is_beside(&self.lanes[turn].end, &end) || is_beside(&self.lanes[turn].end, &start))
         })
     }
 

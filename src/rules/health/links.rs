@@ -6,6 +6,7 @@ use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::geometry::{Point, Vector, angle_between, cross};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{LaneletId, PointId};
+use crate::rules::near_nodes::Heaps;
 
 use super::params::{Params, subject};
 
@@ -144,17 +145,17 @@ impl<'m> Links<'m> {
         let map = self.map;
         let [near, gap] = self.limits;
         let name = |lane: usize| map.lanes[lane].id;
+        let heaps = Heaps::of(map, self.misses.keys().copied(), near);
         let misses = self.misses.iter().map(|([older, newer], (distance, [x, y], place))| {
             let (a, b) = (name(*x), name(*y));
             let message = format!("Nodes {older} and {newer} are {distance:.3} m apart; {a} and {b} do not connect.");
-            let edits = vec![Edit::MergePoints { from: newer.0, to: older.0 }];
-            Finding::new("near-miss", Subject::Point(newer.0), message)
+            let finding = Finding::new("near-miss", Subject::Point(newer.0), message)
                 .with(Subject::Point(older.0), "node nearby")
                 .with(subject(map, *x), "ends here")
                 .with(subject(map, *y), "starts here")
                 .measured(*distance, near, "m")
-                .at(Place::Point(*place))
-                .fixed_by(format!("use node {older} instead of {newer}"), true, edits)
+                .at(Place::Point(*place));
+            heaps.made_one(finding, [*older, *newer])
         });
         let gaps = self.gaps.iter().map(|&(length, x, y)| {
             let message = format!("Lane {} ends {length:.2} m before lane {} starts.", name(x), name(y));

@@ -11,6 +11,7 @@ use crate::lanelet::index::{Edge, MapIndex};
 use crate::lanelet::{LineStringId, PointId};
 
 use super::params::Params;
+use crate::rules::near_nodes::Heaps;
 
 /// Two nodes that nearly coincide, with the lanes that they keep apart.
 struct Miss {
@@ -95,21 +96,18 @@ impl Misses<'_> {
     /// One finding for each pair of nodes.
     pub fn into_findings(self) -> Vec<Finding> {
         let map = self.map;
+        let heaps = Heaps::of(map, self.pairs.keys().copied(), self.limit);
         let findings = self.pairs.into_iter().map(|([older, newer], miss)| {
             let [a, b] = miss.lanes.map(|lane| map.lanes[lane].id);
             let message =
                 format!("Nodes {older} and {newer} are {:.3} m apart; {a} and {b} do not connect.", miss.distance);
-            Finding::new("near-miss", Subject::Point(newer.0), message)
+            let finding = Finding::new("near-miss", Subject::Point(newer.0), message)
                 .with(Subject::Point(older.0), "node nearby")
                 .with(Subject::Lanelet(a.0), "ends here")
                 .with(Subject::Lanelet(b.0), "starts here")
                 .measured(miss.distance, self.limit, "m")
-                .at(Place::Point(miss.place))
-                .fixed_by(
-                    format!("use node {older} instead of {newer}"),
-                    true,
-                    vec![Edit::MergePoints { from: newer.0, to: older.0 }],
-                )
+                .at(Place::Point(miss.place));
+            heaps.made_one(finding, [older, newer])
         });
         findings.collect()
     }
