@@ -164,11 +164,12 @@ impl IntersectionAssembly<'_> {
         }
     }
 
-    /// For the first arm of each leg the unit direction in which vehicles head who arrive there; `None` where none do, and for all
-    /// other arms. Only where vehicles arrive is there a light, or a rank, to be opposite to another.
+    /// For the first arm of each leg the unit direction in which cars head who arrive there; `None` where none do, and for all other
+    /// arms. Only where cars arrive is there a light, or a rank, to be opposite to another.
     pub(super) fn headings(legs: &[usize], paths: &[TurningLanelet]) -> Vec<Option<Vector>> {
+        let cars = || paths.iter().filter(|path| path.kind != StripKind::Bicycle);
         let heading = |of: usize| -> Vector {
-            paths.iter().filter(|path| legs[path.movement.from] == of).map(|path| path.heading).sum()
+            cars().filter(|path| legs[path.movement.from] == of).map(|path| path.heading).sum()
         };
         (0..legs.len()).map(|arm| heading(arm).try_normalize(f64::EPSILON)).collect()
     }

@@ -7,13 +7,14 @@ use crate::builder::ids::Key;
 use crate::builder::lanes::types::{Arm, Lanes};
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::Island;
+use crate::builder::network::turn_angle::TURNS_BACK;
 use crate::geometry::pose::Pose;
 use crate::geometry::strip_index::StripIndex;
-use crate::geometry::{Point, curve, pose};
+use crate::geometry::{Point, angle_between, curve, pose};
 use crate::lanelet::{Attributes, PointId};
 
 use super::turning_lanelets::{SharedBounds, TurningLanelet};
-use area_ring::{Node, RingUnion, holds, is_simple, nodes, places, runs_beside, union_outline};
+use area_ring::{Node, RingUnion, holds, is_simple, is_simple_ring, nodes, places, runs_beside, union_outline};
 use subtract_islands::subtract_islands;
 
 /// The outline of an intersection as nodes.
@@ -52,7 +53,16 @@ pub fn area_outline(
     (paths, indices): (&[TurningLanelet], &[Option<StripIndex>]),
     islands: &[Island],
 ) -> AreaOutline {
-    let walked = ring_along_arms(assembly, key, arms, bounds);
+    let walked = ring_along_arms(assembly, key, arms, bounds, Kerbs::Rounded);
+    let walked = match is_simple_ring(&walked) {
+        true => walked,
+        // Where two roads turn back on opposite sides, their kerbs may bulge over each other.
+        false => {
+            Some(ring_along_arms(assembly, key.word("straight kerbs"), arms, bounds, Kerbs::StraightWhereTheyTurnBack))
+                .filter(|straight| is_simple_ring(straight))
+                .unwrap_or(walked)
+        }
+    };
     let mut ring: Vec<PointId> = walked.iter().map(|(id, _)| *id).collect();
     let overrun =
         |ring: &[PointId]| -> Vec<usize> { (0..arms.len()).filter(|&i| !runs_along(ring, arms[i])).collect() };
@@ -81,8 +91,22 @@ pub fn area_outline(
     AreaOutline { ring, places, overrun: overrun_arms, lost, yields, covered }
 }
 
+/// How kerbs lead from one road to the next.
+#[derive(Clone, Copy, PartialEq)]
+enum Kerbs {
+    Rounded,
+    /// Straight between two roads of which one leads back along the other.
+    StraightWhereTheyTurnBack,
+}
+
 /// The ring of cuts and the kerbs between them.
-fn ring_along_arms(assembly: &mut MapBuilder, key: Key, arms: &[&Arm], bounds: &SharedBounds) -> Vec<Node> {
+fn ring_along_arms(
+    assembly: &mut MapBuilder,
+    key: Key,
+    arms: &[&Arm],
+    bounds: &SharedBounds,
+    kerbs: Kerbs,
+) -> Vec<Node> {
     let cuts: Vec<Vec<Node>> = arms.iter().map(|arm| nodes(assembly, &arm.cut)).collect();
     let mut ring: Vec<Node> = Vec::new();
     for (i, arm) in arms.iter().enumerate() {
@@ -91,6 +115,7 @@ fn ring_along_arms(assembly: &mut MapBuilder, key: Key, arms: &[&Arm], bounds: &
         let (Some(&from), Some(&to)) = (cuts[i].last(), cuts[next].first()) else { continue };
         ring.extend(match bounds.line(from.0, to.0) {
             Some(line) => line.inner(from.0),
+            None if kerbs == Kerbs::StraightWhereTheyTurnBack && turns_back(arm, arms[next]) => Vec::new(),
             None => corner(assembly, key, [from, to], [arm, arms[next]]),
         });
     }
@@ -99,6 +124,11 @@ fn ring_along_arms(assembly: &mut MapBuilder, key: Key, arms: &[&Arm], bounds: &
         ring.pop();
     }
     ring
+}
+
+/// Whether the kerb from one road to the next turns back.
+fn turns_back(arm: &Arm, next: &Arm) -> bool {
+    angle_between(arm.inward, -next.inward).abs().to_degrees() > TURNS_BACK
 }
 
 /// Whether the ends of an arm's lanes follow each other on the ring, in their order across the road.

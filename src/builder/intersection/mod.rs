@@ -10,3 +10,4 @@ pub mod roundabout;
 pub(crate) mod shared_bounds;
 pub mod turn_centerline;
 pub mod turning_lanelets;
+pub mod undrivable;

@@ -20,7 +20,7 @@ use crate::builder::tags::road_class::DrivingSide;
 use crate::geometry::fillet::Rounding;
 use crate::geometry::pose::Pose;
 use crate::geometry::{Point, Polyline, Vector, angle_between, curve};
-use crate::lanelet::index::{HEADING_REACH, center_line};
+use crate::lanelet::index::{HEADING_REACH, center_line, tangent};
 use crate::lanelet::{Attributes, Bound, LaneletId, LineStringId};
 
 use super::movement_types::Movement;
@@ -44,6 +44,8 @@ pub struct TurningLanelet {
     pub bounds: [LineStringId; 2],
     /// Unit direction over its first metres, as Autoware determines it.
     pub heading: Vector,
+    /// The larger jump of direction between it and the lanes that it joins, degrees.
+    pub corner: f64,
     /// For all motor vehicles, for buses only, or for bicycles.
     pub kind: StripKind,
 }
@@ -261,6 +263,7 @@ impl DrawnMovements {
             lanelet,
             bounds: [left.line, right.line],
             heading: center.as_ref().and_then(heading).unwrap_or(from.pose.heading),
+            corner: center.as_ref().map_or(0.0, |center| corner([from.pose.heading, to.pose.heading], center)),
             turn: center.map_or(0.0, |center| turned(side, &center)),
             outline: left_line.iter().chain(right_line.iter().rev()).copied().collect(),
             kind,
@@ -271,6 +274,17 @@ impl DrawnMovements {
 /// Unit direction of a lanelet over its first metres.
 fn heading(center: &Polyline) -> Option<Vector> {
     (center.at(HEADING_REACH) - center.first()).try_normalize(f64::EPSILON)
+}
+
+/// The larger jump of direction where a lanelet begins and ends between lanes of these headings, degrees. An arc that begins at a
+/// lane is no jump, though its first metres point elsewhere.
+fn corner([into, out]: [Vector; 2], center: &Polyline) -> f64 {
+    let jump = |lane: Vector, line: &Polyline| {
+        let ahead = [heading(line), tangent(line)].into_iter().flatten();
+        ahead.map(|ahead| angle_between(lane, ahead).abs().to_degrees()).fold(f64::INFINITY, f64::min)
+    };
+    let jumps = [jump(into, center), jump(-out, &center.reversed())];
+    jumps.into_iter().filter(|jump| jump.is_finite()).fold(0.0, f64::max)
 }
 
 /// One side of a turning lanelet.

@@ -4,7 +4,7 @@
 //! that are no roads, cuts at stop lines. Each round meets those of one kind and draws again what that changes. Where a lanelet
 //! runs over the end of a road that is too short to be cut back behind it, no vehicle can wait on that road: it lies inside an
 //! intersection, and the intersections at its ends are one, if that helps. So it is where a road is too short to be cut back for a
-//! turn that a car can take. A dead end of that kind is left out, and a longer road that no turn joins ends before the intersection.
+//! turn that a car can take. A dead end of that kind is left out, and so is a loop; a longer road that no turn joins ends before the intersection.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
@@ -184,9 +184,14 @@ impl LayoutLoop<'_> {
         (unmerged.refused.len() > before).then(|| unmerged.clone())
     }
 
-    /// Leaves out dead ends that no car can turn into; `false` if there are none.
+    /// Leaves out dead ends that no car can turn into, loops that lie inside their intersection, and short pieces that lead nowhere;
+    /// `false` if there are none.
     fn leave_out_dead_ends(&mut self) -> bool {
-        let roads = short_dead_ends(&self.layout, self.apart);
+        let mut roads = short_dead_ends(&self.layout, self.apart);
+        roads.extend(loops_inside(&self.layout, self.apart));
+        roads.extend(pieces_without_turns(&self.layout, self.apart));
+        roads.sort_unstable();
+        roads.dedup();
         if roads.is_empty() {
             return false;
         }
@@ -328,6 +333,41 @@ fn short_dead_ends(layout: &Layout, apart: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
     short_links(layout).into_iter().filter(is_left_out).collect()
 }
 
+/// Loops of which less is left than a vehicle is long: at the end of a drive cars turn on such a small place, but there is no lane.
+fn loops_inside(layout: &Layout, apart: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
+    let is_inside = |ix: &RoadIx| {
+        let road = layout.network.road(*ix);
+        road.from == road.to && !road.roundabout && layout.left(*ix) < VEHICLE && !apart.contains(&road.key)
+    };
+    RoadIx::all(layout.network.roads.len()).filter(is_inside).collect()
+}
+
+/// Roads of which less is left than a vehicle is long, without a turn into them or out of them at an end: of those that go on at the
+/// other end all lanes of that end, of dead ends those of one direction.
+fn pieces_without_turns(layout: &Layout, apart: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
+    let network = &layout.network;
+    let mut found = Vec::new();
+    for (at, ways) in network.intersections.iter().zip(&layout.ways) {
+        let paths = ways.as_ref().map_or(&[][..], |ways| &ways.drawn.paths);
+        for (arm, end) in at.arms.iter().enumerate().filter(|_| !paths.is_empty()) {
+            let lanes = layout.lanes.arm(*end);
+            let without = [
+                !lanes.into.is_empty() && paths.iter().all(|path| path.movement.from != arm),
+                !lanes.out.is_empty() && paths.iter().all(|path| path.movement.to != arm),
+            ];
+            let road = network.road(end.road);
+            let leads_nowhere = match ends_here(network, road) {
+                true => without.contains(&true),
+                false => without[0] != lanes.into.is_empty() && without[1] != lanes.out.is_empty(),
+            };
+            if leads_nowhere && layout.left(end.road) < VEHICLE && !apart.contains(&road.key) {
+                found.push(end.road);
+            }
+        }
+    }
+    found
+}
+
 /// Whether two longer roads meet at an end of a road.
 fn is_beside_longer(network: &RoadNetwork, road: &Road) -> bool {
     let longer = |arm: &&RoadEnd| network.road(arm.road).line.length() > road.line.length();
@@ -336,8 +376,9 @@ fn is_beside_longer(network: &RoadNetwork, road: &Road) -> bool {
 
 fn left_out(road: &Road) -> Finding {
     let RoadKey { way, first, last, .. } = road.key;
+    let kind = if road.from == road.to { "loop" } else { "road" };
     let message = format!(
-        "way {way} is not built between nodes {first} and {last}: too little is left of this dead end for a car to turn into it"
+        "way {way} is not built between nodes {first} and {last}: too little is left of this {kind} for a car to turn into it"
     );
     Finding::new("way-skipped", Subject::Way(way), message).graded(Severity::Info)
 }

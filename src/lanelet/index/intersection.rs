@@ -221,8 +221,9 @@ fn arm(lanes: &[Lane], middle: Point, edges: Vec<ArmEdge>) -> (f64, Arm) {
     let sum = edges.iter().map(|e| e.edge.middle().coords).sum::<Vector>() / edges.len().max(1) as f64;
     let away = Point::from(sum) - middle;
     let bearing = away.x.atan2(away.y).to_degrees().rem_euclid(360.0);
-    let headings =
-        edges.iter().filter(|e| e.inward).flat_map(|e| &e.lanes).filter_map(|&lane| lanes[lane].heading_in());
+    // Lights are opposite by the directions of cars: a bicycle lane may leave the road earlier, and bicycles come where no car does.
+    let inward = edges.iter().filter(|e| e.inward).flat_map(|e| &e.lanes).map(|&lane| &lanes[lane]);
+    let headings = inward.filter(|lane| lane.is_for_cars()).filter_map(Lane::heading_in);
     let heading_in = headings.sum::<Vector>().try_normalize(1e-9);
     let outward =
         edges.iter().filter(|e| !e.inward).flat_map(|e| &e.lanes).filter_map(|&lane| lanes[lane].heading_out());

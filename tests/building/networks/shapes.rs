@@ -110,6 +110,27 @@ fn a_dead_end_too_short_for_the_turn_into_it_is_left_out() {
 }
 
 #[test]
+fn a_place_to_turn_around_that_lies_inside_its_intersection_is_left_out() {
+    for side in SIDES {
+        for (radius, roads) in [(4.0, 1), (12.0, 2)] {
+            let place = |i: usize| {
+                let angle = std::f64::consts::TAU * i as f64 / 12.0;
+                (1 + i as i64, radius * angle.cos(), radius * angle.sin(), "")
+            };
+            let nodes: Vec<_> = (0..12).map(place).chain([(13, 90.0, 0.0, "")]).collect();
+            let around: Vec<i64> = (1..=12).chain([1]).collect();
+            let ways: [(i64, &[i64]); 2] = [(14, &around), (15, &[13, 1])];
+            let built = built(&network(side, &nodes, &ways, "highway=service"), side, "");
+            let found = found_of_geometry(&built.map, &built.settings);
+            assert!(roads > 1 || found.is_empty(), "{side:?} {radius}: {found:?}");
+            assert_eq!(built.summary.roads, roads, "{side:?} {radius}");
+            let told = built.notes.iter().any(|note| note.fault == "way-skipped" && note.message.contains("way 14"));
+            assert_eq!(told, roads == 1, "{side:?} {radius}");
+        }
+    }
+}
+
+#[test]
 fn a_crossing_of_narrow_streets_is_no_larger_than_its_turns_need() {
     for side in SIDES {
         // The two halves of a street in line with each other, but for a hair, and at an angle that an eye sees.

@@ -47,6 +47,12 @@ pub(super) fn is_simple(assembly: &MapBuilder, ring: &[PointId]) -> bool {
     simple_ring::faults(&places(assembly, ring), SPIKE, 1).is_empty()
 }
 
+/// Whether a ring neither crosses nor touches itself, and has no spike.
+pub(super) fn is_simple_ring(ring: &[Node]) -> bool {
+    let ring: Vec<Point> = ring.iter().map(|(_, place)| *place).collect();
+    simple_ring::faults(&ring, SPIKE, 1).is_empty()
+}
+
 /// Whether the ring is simple and covers every lanelet, whose `indices` these are.
 pub(super) fn holds(ring: &[Node], paths: &[TurningLanelet], indices: &[Option<StripIndex>]) -> bool {
     let ring: Vec<Point> = ring.iter().map(|(_, place)| *place).collect();

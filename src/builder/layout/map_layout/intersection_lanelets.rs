@@ -11,6 +11,7 @@ use crate::builder::intersection::movement_types::{Movement, Movements};
 use crate::builder::intersection::turning_lanelets::{
     DrawnMovements, TurningLanelet, intersection_key, turning_lanelets,
 };
+use crate::builder::intersection::undrivable::undrivable;
 use crate::builder::lanes::types::{Arm, Lanes};
 use crate::builder::map::map_builder::{MapBuilder, MapPart};
 use crate::builder::network::approach_control::{Control, sign_at};
@@ -125,6 +126,15 @@ impl IntersectionLanelets {
             drawn.dropped.append(&mut dropped);
             drawn.dropped.sort_unstable();
             plan.all = all;
+        }
+        let mut needless = undrivable(&drawn.paths);
+        if !needless.is_empty() {
+            plan.all.retain(|movement| !needless.contains(movement));
+            let mut dropped = std::mem::take(&mut drawn.dropped);
+            (drawn, part) = draw(&plan.all);
+            needless.append(&mut dropped);
+            needless.sort_unstable();
+            drawn.dropped = needless;
         }
         Self {
             plan,

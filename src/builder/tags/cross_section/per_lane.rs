@@ -43,7 +43,13 @@ pub(super) fn per_lane(
     let lists: Vec<_> =
         keys.filter_map(|key| Some((key, entries(get(key)?).map(str::to_owned).collect::<Vec<_>>()))).collect();
     let change = get("change").or_else(|| facts.tags.get("change")).map(str::to_owned);
-    let list = PerLane { lists, change };
+    let mut list = PerLane { lists, change };
+    if list.turn_around_arrows() {
+        let what = format!(
+            "turn:lanes{suffix} would send neighbouring lanes across each other: it is read from right to left"
+        );
+        notes.push(facts.note("lanes-contradict", Severity::Warning, &what));
+    }
     if let Some((first, second)) = list.disagreement(count) {
         let what = format!("{first} and {second} speak of different numbers of lanes{suffix}");
         notes.push(facts.note("lanes-contradict", Severity::Warning, &what));
@@ -117,6 +123,27 @@ impl PerLane {
         }
     }
 
+    /// Turns the list of arrows around if by it neighbouring lanes for cars would cross each other, and the other way around they
+    /// would not: it was written from right to left. Vehicles do turn off across lanes that are not for cars.
+    fn turn_around_arrows(&mut self) -> bool {
+        let is_crossed = |list: &[String]| {
+            let spans: Vec<[usize; 2]> = list.iter().filter_map(|entry| span(arrows(entry))).collect();
+            spans.iter().zip(spans.iter().skip(1)).any(|([left, _], [_, right])| left > right)
+        };
+        let arrows_at = self.lists.iter().position(|(key, list)| *key == "turn:lanes" && is_crossed(list));
+        let (Some(at), true) = (arrows_at, self.lists.iter().all(|(_, list)| self.special_lanes(list.len()) == 0))
+        else {
+            return false;
+        };
+        let Some((_, list)) = self.lists.get_mut(at) else { return false };
+        list.reverse();
+        let is_better = !is_crossed(list);
+        if !is_better {
+            list.reverse();
+        }
+        is_better
+    }
+
     /// Whether the lists name bus lanes.
     pub fn names_buses(&self, count: usize) -> bool {
         BUS.iter().any(|key| self.list(key, count).is_some())
@@ -148,6 +175,22 @@ impl PerLane {
 /// The arrows of one entry of `turn:lanes`.
 fn arrows(entry: &str) -> Arrows {
     entry.split(';').filter_map(|arrow| Arrows::named(arrow.trim())).fold(Arrows::NONE, Arrows::and)
+}
+
+/// The leftmost and the rightmost direction of arrows, by their rank from left to right. A turn back is on either side, and merging
+/// tells of no road.
+fn span(of: Arrows) -> Option<[usize; 2]> {
+    let from_left = [
+        Arrows::SHARP_LEFT,
+        Arrows::LEFT,
+        Arrows::SLIGHT_LEFT,
+        Arrows::THROUGH,
+        Arrows::SLIGHT_RIGHT,
+        Arrows::RIGHT,
+        Arrows::SHARP_RIGHT,
+    ];
+    let has = |arrow: &Arrows| of.has(*arrow);
+    Some([from_left.iter().position(has)?, from_left.iter().rposition(has)?])
 }
 
 /// Whether a vehicle may change to the left and to the right: one entry of `change:lanes`.

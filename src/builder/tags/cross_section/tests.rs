@@ -195,6 +195,22 @@ fn arrows_and_changes() {
 }
 
 #[test]
+fn arrows_that_cross_were_written_from_right_to_left() {
+    let read = |tags: &str| {
+        let road = expect(&format!("oneway=yes {tags}"), "D> D>");
+        [road.section.strips[0].arrows, road.section.strips[1].arrows]
+    };
+    let both = Arrows::THROUGH.and(Arrows::RIGHT);
+    assert_eq!(read("turn:lanes=through;right|left"), [Arrows::LEFT, both]);
+    assert!(slugs("oneway=yes turn:lanes=through;right|left").contains(&"lanes-contradict"));
+    assert_eq!(read("turn:lanes=through;right|right"), [both, Arrows::RIGHT]);
+    assert_eq!(read("turn:lanes=right|through;left"), [Arrows::THROUGH.and(Arrows::LEFT), Arrows::RIGHT]);
+    // Beside a bus lane on the near side, a turn across it is what people drive.
+    let road = expect("oneway=yes turn:lanes=right|through bus:lanes=|designated", "D> B>");
+    assert_eq!(road.section.strips[0].arrows, Arrows::RIGHT);
+}
+
+#[test]
 fn widths() {
     let widths = |text: &str, expected: &str| -> Vec<f64> {
         expect(text, expected).section.strips.iter().map(|s| (s.width * 100.0).round() / 100.0).collect()

@@ -1,0 +1,118 @@
+//! Turning lanelets that no car can drive as they are drawn, though its lanes have other ways on.
+//!
+//! An intersection that was merged of several can have two lanes that no smooth curve joins: it would begin with a corner, or run
+//! across the way from the lane beside it. Where other movements lead on from the first lane and others to the second, nobody needs it.
+
+use crate::builder::tags::cross_section::StripKind;
+use crate::geometry::polygon;
+
+use super::movement_types::Movement;
+use super::turning_lanelets::TurningLanelet;
+
+/// The largest jump of direction, degrees, between a lane and a turning lanelet.
+const CORNER: f64 = 25.0;
+/// Two lanelets that lead to different roads may turn by so many degrees in the wrong order: they are hardly parallel.
+const WRONG_ORDER: f64 = 5.0;
+/// Lanelets that share less than this, square metres, keep clear of each other.
+const CLEAR: f64 = 0.5;
+/// Lanelets that share less than this, square metres, only touch.
+const TOUCHING: f64 = 0.01;
+
+/// The movements that are not to be drawn: of those that begin or end in a corner the sharpest first, then of two that run into each
+/// other the one that turns more, as long as every lane that leads in has a way on and every lane that leads out is reached.
+pub fn undrivable(paths: &[TurningLanelet]) -> Vec<Movement> {
+    let mut left: Vec<&TurningLanelet> = paths.iter().collect();
+    let mut corners: Vec<&TurningLanelet> = paths.iter().filter(|path| path.corner > CORNER).collect();
+    corners.sort_by(|a, b| b.corner.total_cmp(&a.corner).then(a.movement.cmp(&b.movement)));
+    let mut dropped: Vec<Movement> = corners.into_iter().filter_map(|path| drop_needless(&mut left, path)).collect();
+    for (i, a) in paths.iter().enumerate() {
+        for b in paths[i + 1..].iter().take_while(|b| b.movement.from == a.movement.from) {
+            if [a, b].iter().all(|path| !dropped.contains(&path.movement)) && run_into_each_other(a, b) {
+                let [more, less] = if a.turn.abs() > b.turn.abs() { [a, b] } else { [b, a] };
+                dropped.extend(drop_needless(&mut left, more).or_else(|| drop_needless(&mut left, less)));
+            }
+        }
+    }
+    dropped.sort_unstable();
+    dropped
+}
+
+/// Takes a lanelet out of those that are left if its lanes do not need it.
+fn drop_needless(left: &mut Vec<&TurningLanelet>, path: &TurningLanelet) -> Option<Movement> {
+    let movement = path.movement;
+    let others = || left.iter().map(|path| path.movement).filter(|other| *other != movement);
+    let on = others().any(|other| (other.from, other.in_lane) == (movement.from, movement.in_lane));
+    let there = others().any(|other| (other.to, other.out_lane) == (movement.to, movement.out_lane));
+    if !(on && there) {
+        return None;
+    }
+    left.retain(|other| other.movement != movement);
+    Some(movement)
+}
+
+/// Whether two lanelets for all vehicles from lanes side by side change sides, or lie over each other and do not become one. Those for
+/// buses or bicycles are crossed by what turns off beside them.
+fn run_into_each_other(a: &TurningLanelet, b: &TurningLanelet) -> bool {
+    let ([one, other], [from, to]) = ([a, b].map(|path| path.movement), [a, b].map(|path| path.movement.in_lane));
+    let all_vehicles = [a, b].iter().all(|path| path.kind == StripKind::Drive);
+    if !all_vehicles || from.abs_diff(to) != 1 || (one.to, one.out_lane) == (other.to, other.out_lane) {
+        return false;
+    }
+    let [left, right] = if from < to { [a, b] } else { [b, a] };
+    let (l, r) = (left.movement, right.movement);
+    let shared = || polygon::overlap(&a.outline, &b.outline);
+    if l.to == r.to {
+        return l.out_lane > r.out_lane || shared() > CLEAR;
+    }
+    shared() > if left.turn < right.turn - WRONG_ORDER { TOUCHING } else { CLEAR }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::geometry::{Point, Vector};
+    use crate::lanelet::{LaneletId, LineStringId};
+
+    use super::*;
+
+    /// A lanelet of 3 m from one place to another, with this turn and corner, degrees.
+    fn path(lanes: [usize; 4], [from, to]: [[f64; 2]; 2], [turn, corner]: [f64; 2]) -> TurningLanelet {
+        let [from_arm, in_lane, to_arm, out_lane] = lanes;
+        let place = |[x, y]: [f64; 2], aside: f64| Point::new(x, y + aside);
+        TurningLanelet {
+            movement: Movement { from: from_arm, to: to_arm, in_lane, out_lane },
+            lanelet: LaneletId(1),
+            turn,
+            outline: vec![place(from, 1.5), place(to, 1.5), place(to, -1.5), place(from, -1.5)],
+            bounds: [LineStringId(1), LineStringId(2)],
+            heading: Vector::new(1.0, 0.0),
+            corner,
+            kind: StripKind::Drive,
+        }
+    }
+
+    #[test]
+    fn a_lanelet_with_a_corner_is_dropped_where_both_lanes_have_others() {
+        let straight = path([0, 0, 1, 0], [[0.0, 0.0], [20.0, 0.0]], [0.0, 0.0]);
+        let corner = path([0, 0, 2, 0], [[0.0, 0.0], [5.0, 9.0]], [90.0, 40.0]);
+        let other = path([1, 0, 2, 0], [[20.0, 3.0], [5.0, 9.0]], [-90.0, 0.0]);
+        let dropped = |paths: &[TurningLanelet]| undrivable(paths);
+        assert_eq!(dropped(&[straight.clone(), corner.clone(), other.clone()]), [corner.movement]);
+        assert!(dropped(&[straight, corner.clone()]).is_empty(), "nobody else leads to the lane");
+        assert!(dropped(&[corner, other]).is_empty(), "the lane leads nowhere else");
+    }
+
+    #[test]
+    fn of_two_that_change_sides_the_one_that_turns_more_is_dropped() {
+        let places = |from: f64, to: f64| [[0.0, from], [20.0, to]];
+        // The left lane to the right road, the right lane to the left one; others serve all four.
+        let left = path([0, 0, 2, 0], places(3.0, -3.0), [-20.0, 0.0]);
+        let right = path([0, 1, 1, 0], places(0.0, 6.0), [40.0, 0.0]);
+        let others =
+            [path([0, 0, 1, 0], places(3.0, 6.0), [10.0, 0.0]), path([0, 1, 2, 0], places(0.0, -3.0), [-10.0, 0.0])];
+        let mut paths = vec![others[0].clone(), left, right.clone(), others[1].clone()];
+        paths.sort_by_key(|path| path.movement);
+        assert_eq!(undrivable(&paths), [right.movement]);
+        paths.iter_mut().filter(|path| path.movement.in_lane == 1).for_each(|path| path.kind = StripKind::Bus);
+        assert!(undrivable(&paths).is_empty(), "cars turn off across a bus lane");
+    }
+}
