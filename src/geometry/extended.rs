@@ -41,7 +41,7 @@ impl Extended {
         let (first, rest) = (whole.checked_div(by_digits)?, (whole % by_digits) << 2);
         // Two digits more decide how it is rounded.
         let quotient = (first << 2) | (rest / by_digits);
-        let exponent = self.exponent.saturating_sub(by.exponent) - DIGITS.cast_signed() - 2;
+        let exponent = self.exponent.saturating_sub(by.exponent).saturating_sub(DIGITS.cast_signed() + 2);
         Some(Self::rounded(quotient, exponent, !rest.is_multiple_of(by_digits)))
     }
 }
@@ -116,5 +116,7 @@ mod tests {
         assert_eq!((third * Extended::from(3.0)).mantissa, 1 << 63);
         assert!(third > Extended::from(1.0 / 3.0) && tenth < Extended::from(0.1));
         assert_eq!(Extended::from(1.0).over(Extended::ZERO), None);
+        assert_eq!(Extended::ZERO.over(Extended::from(3.0)), Some(Extended::ZERO));
+        assert_eq!(Extended::ZERO * third, Extended::ZERO);
     }
 }

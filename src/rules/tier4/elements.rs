@@ -5,13 +5,13 @@ use std::collections::{BTreeSet, VecDeque};
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::super::element_size::diagonal_of_lines;
 use super::{Issue, Params, issue, layer};
 use crate::diagnostic::Subject;
 use crate::lanelet::index::drawn_centerline::length;
 use crate::lanelet::index::routing_graph::{Graph, Rules};
 use crate::lanelet::index::view::View;
 use crate::lanelet::{LaneletId, LineString, Point, RegulatoryElement};
+use crate::rules::element_size::diagonal_of_lines;
 
 fn element(found: &RegulatoryElement) -> Subject {
     Subject::RegulatoryElement(found.id.0)

@@ -11,25 +11,23 @@ use crate::geometry::{Point as Place, cross, left_of, orientation, polygon, segm
 use crate::lanelet::index::extent;
 use crate::lanelet::index::routing_graph::{Graph, Rules};
 use crate::lanelet::index::view::{Seen, View, covered_by};
-use crate::lanelet::{Bound, LaneletId, Point};
+use crate::lanelet::placed::{Digits, SAME_PLACE};
+use crate::lanelet::{Bound, LaneletId};
 use crate::parallel::Finely;
-use crate::projection::UtmDigits;
 
 /// By this share of its width (1) a lanelet is widened to find what lies beside it.
 const WIDENED: f64 = 0.05;
-/// Places nearer to each other than this (m) are the same, with other digits at the end.
-const SAME: f64 = 1e-4;
 
 /// `border_sharing`.
 pub fn border_sharing(view: &View, params: &Params) -> Vec<Issue> {
     let graph = Graph::new(view, Rules::AnyLane);
     let rank = layer::ranks(view);
     let most = params.number("iou_threshold");
-    let digits = UtmDigits::default();
+    let digits = Digits::default();
     let drawn: Vec<[Vec<Place>; 2]> = view
         .lanelets
         .par_iter()
-        .map(|seen| [&seen.left, &seen.right].map(|bound| bound.iter().map(|point| place(point, &digits)).collect()))
+        .map(|seen| [&seen.left, &seen.right].map(|bound| bound.iter().map(|point| digits.place(point)).collect()))
         .collect();
     let lanes = Lanes { view, graph: &graph, rank: &rank, drawn: &drawn, most };
     let pairs: Vec<(usize, usize)> = (0..view.lanelets.len())
@@ -58,12 +56,6 @@ fn partly(seen: &Seen, mut others: Vec<LaneletId>) -> Issue {
     let id = seen.id();
     let message = format!("Lanelet {id} lies beside {} but is divided elsewhere.", names.join(" "));
     issue(2, Subject::Lanelet(id.0), message)
-}
-
-/// Where a point lies, to the last digit as the validator has it; where the map is projected in another way, as we have it.
-fn place(point: &Point, digits: &UtmDigits) -> Place {
-    let own = point.lonlat().and_then(|lonlat| digits.in_square(lonlat));
-    own.filter(|own| (own - point.position).norm() < SAME).unwrap_or(point.position)
 }
 
 /// The lanelets with what decides which of them lie side by side.
@@ -97,7 +89,7 @@ impl Lanes<'_, '_, '_> {
                 !meant
             }
         };
-        let near = view.near(reach, SAME).into_iter();
+        let near = view.near(reach, SAME_PLACE).into_iter();
         near.filter(|&other| other != at && inside(other) && strange(other)).collect()
     }
 }
@@ -151,6 +143,9 @@ fn widened([left, right]: &[Vec<Place>; 2]) -> Option<Vec<Place>> {
 /// hangs on the last digits of its station, which is why stations are summed and scaled here as they are there: lengths of lines have
 /// more digits than stations.
 fn pushed(line: &[Place], by: f64) -> Option<Vec<Place>> {
+    if line.len() < 2 {
+        return None;
+    }
     let lengths: Vec<f64> = line.windows(2).map(|pair| (pair[1] - pair[0]).norm()).collect();
     let total = lengths.iter().fold(Extended::ZERO, |sum, &length| sum + Extended::from(length));
     let mut ends = Vec::with_capacity(lengths.len());
