@@ -4,6 +4,7 @@
 
 pub mod curve;
 pub mod diverge;
+pub mod extended;
 pub mod fillet;
 pub mod insides;
 pub mod miter;

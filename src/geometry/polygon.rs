@@ -1,5 +1,6 @@
 //! Rings, their areas and their unions. A ring is a list of points, not closed.
 
+use geo::algorithm::bool_ops::FillRule;
 use geo::{Area, BooleanOps, Buffer, Contains, Coord, LineString, MultiPolygon, Polygon};
 
 use super::Point;
@@ -21,7 +22,7 @@ pub fn area_around<'a>(ring: impl Iterator<Item = &'a Point> + Clone) -> f64 {
     ring.zip(next).map(|(a, b)| super::cross(a - origin, b - origin)).sum::<f64>() / 2.0
 }
 
-/// The common area of two rings, square metres. Rings that cross themselves count by the non-zero rule.
+/// The common area of two rings, square metres. Rings that cross themselves count by the even-odd rule.
 pub fn overlap(a: &[Point], b: &[Point]) -> f64 {
     intersection(a, b).unsigned_area()
 }
@@ -239,6 +240,11 @@ impl Moments {
 /// The area that both rings cover.
 pub fn intersection(a: &[Point], b: &[Point]) -> MultiPolygon<f64> {
     to_geo(a).intersection(&to_geo(b))
+}
+
+/// The common area of two rings, square metres. Rings that cross themselves count by the non-zero rule.
+pub fn overlap_of_windings(a: &[Point], b: &[Point]) -> f64 {
+    to_geo(a).intersection_with_fill_rule(&to_geo(b), FillRule::NonZero).unsigned_area()
 }
 
 /// Whether the point lies in the interior of the ring.

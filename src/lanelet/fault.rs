@@ -228,7 +228,7 @@ pub enum Condition {
         /// How many there are of the right kind.
         count: usize,
     },
-    /// Regulatory element: a sign whose type neither `sign_type` nor the first sign's `subtype` tells; creation throws.
+    /// Regulatory element: a sign without `subtype`, or no sign and no `sign_type` either; creation throws.
     SignWithoutType {
         /// `traffic_sign` or `speed_limit`.
         subtype: Text,
@@ -265,6 +265,8 @@ pub enum Condition {
         /// What its members belong to, where it has none and that is plain.
         meant: Option<Text>,
     },
+    /// Relation: `type=multipolygon` without one outer ring, or with a line that closes none.
+    BrokenArea(RingFault),
     /// The id is used again within its kind. Nodes and ways: the last wins; relations: tags of the first, members of all.
     DuplicateId {
         /// Kind of the elements.
@@ -355,6 +357,32 @@ pub enum Condition {
         /// Whether Lanelet2's reader says nothing of it.
         unsaid: bool,
     },
+}
+
+/// What is wrong with the rings of an area.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum RingFault {
+    /// A member is no line.
+    NoLine {
+        /// `outer` or `inner`.
+        role: &'static str,
+        /// What it is.
+        kind: ElementKind,
+        /// Its id.
+        id: i64,
+    },
+    /// No line goes on where one ends.
+    Open {
+        /// `outer` or `inner`.
+        role: &'static str,
+    },
+    /// A ring crosses itself, or goes around nothing.
+    Crossing {
+        /// `outer` or `inner`.
+        role: &'static str,
+    },
+    /// So many outer rings.
+    Rings(usize),
 }
 
 impl Condition {

@@ -1,5 +1,6 @@
 //! Turns the content of a file into the map that Autoware's loader makes of it, and reports what the loader rejects or changes.
 
+mod areas;
 mod duplicate_ids;
 mod file_level;
 mod infer_type;
@@ -18,7 +19,7 @@ pub use nodes::positions;
 pub use relation_type::is_area;
 use std::borrow::Cow;
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// A map and what was wrong with it.
 #[derive(Clone, Debug, Default)]
@@ -37,7 +38,7 @@ pub fn from_osm(osm: &OsmData, projector: &Projector) -> Loaded {
     let repeated = repeated(osm);
     let repeats = duplicate_ids::DuplicateIds::of(osm, &repeated);
     let local = *projector == Projector::Local;
-    let mut loader = Loader { osm, loaded: Loaded::default(), repeated, repeats, local };
+    let mut loader = Loader { osm, loaded: Loaded::default(), repeated, repeats, local, areas: FxHashSet::default() };
     loader.loaded.map.format_version = osm.meta.as_ref().and_then(|m| m.format_version.clone());
     loader.loaded.map.local = local;
     loader.nodes(projector);
@@ -55,6 +56,8 @@ struct Loader<'a> {
     repeated: FxHashMap<(ElementKind, i64), Vec<SourceSpan>>,
     repeats: duplicate_ids::DuplicateIds<'a>,
     local: bool,
+    /// The areas that load.
+    areas: FxHashSet<i64>,
 }
 
 impl Loader<'_> {

@@ -23,7 +23,7 @@ mod to_osm;
 
 pub use attributes::{Attributes, RoadType, TurnDirection};
 pub use cell_metadata::MAP;
-pub use fault::{BoundRole, Condition, InfoFault, LoadFault, Repeat};
+pub use fault::{BoundRole, Condition, InfoFault, LoadFault, Repeat, RingFault};
 pub use from_osm::{Loaded, SUPPORTED_FORMAT_VERSION, from_osm, is_area, positions};
 pub use limits::{RoleLimit, TargetKind, known_subtypes, role_limits};
 pub use open::{

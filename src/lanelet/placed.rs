@@ -4,9 +4,9 @@ use std::borrow::Cow;
 
 use super::align::align_in_space;
 use super::index::view::{Spot, spot};
-use super::{Attributes, Bound, Dummies, Lanelet, LaneletId, LaneletMap, LineString, LineStringId, Target};
+use super::{Attributes, Bound, Dummies, Lanelet, LaneletId, LaneletMap, LineString, LineStringId, Point, Target};
 use crate::geometry::Point as Place;
-use crate::projection::{LonLat, Projector};
+use crate::projection::{LonLat, Projector, UtmDigits};
 
 /// The map with other places or other directions of bounds; `None` where nothing differs.
 ///
@@ -35,6 +35,21 @@ pub fn placed(map: &LaneletMap) -> Option<LaneletMap> {
     match own {
         Cow::Owned(map) => Some(map),
         Cow::Borrowed(_) => None,
+    }
+}
+
+/// Places nearer to each other than this (m) are the same, with other digits at the end.
+pub const SAME_PLACE: f64 = 1e-4;
+
+/// Where points lie to the last digit, as the validator has them.
+#[derive(Default)]
+pub struct Digits(UtmDigits);
+
+impl Digits {
+    /// Where a point lies; where the map is projected in another way than the validator does it, as we have it.
+    pub fn place(&self, point: &Point) -> Place {
+        let own = point.lonlat().and_then(|lonlat| self.0.in_square(lonlat));
+        own.filter(|own| (own - point.position).norm() < SAME_PLACE).unwrap_or(point.position)
     }
 }
 

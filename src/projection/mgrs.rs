@@ -9,7 +9,7 @@ use std::fmt;
 use std::str::FromStr;
 
 /// Side of a square, metres.
-const SQUARE: f64 = 100_000.0;
+pub(super) const SQUARE: f64 = 100_000.0;
 /// Rows repeat after this many squares.
 const ROWS: i16 = 20;
 /// Latitude bands of 8 degrees from 80 degrees south; the last one has 12.

@@ -10,6 +10,7 @@ mod infer;
 mod info;
 mod lon_lat;
 mod mgrs;
+mod utm_digits;
 
 pub use lon_lat::LonLat;
 
@@ -20,6 +21,7 @@ pub use engine::warm_up;
 pub use infer::{Explained, Twice, infer, residual, share};
 pub use info::{Info, InfoError, VerticalDatum, read_info, write_info};
 pub use mgrs::{MgrsError, MgrsGrid};
+pub use utm_digits::UtmDigits;
 
 /// A box of longitudes and latitudes, degrees. East of the antimeridian longitudes are beyond 180 where it reaches over it.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]

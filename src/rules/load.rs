@@ -5,7 +5,8 @@ use rustc_hash::FxHashSet;
 use crate::diagnostic::{Edit, Finding, Place, Subject, nearest};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{
-    BoundRole, Condition, ElementKind, LaneletId, LineStringId, LoadFault, RegulatoryElementId, known_subtypes,
+    BoundRole, Condition, ElementKind, LaneletId, LineStringId, LoadFault, RegulatoryElementId, RingFault,
+    known_subtypes,
 };
 
 use super::{NoParams, Rule};
@@ -81,6 +82,7 @@ fn file(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
                 meant.as_deref(),
             )
         }
+        Condition::BrokenArea(fault) => broken_area(subject, fault),
         Condition::NoFormatVersion => found("format-version", "The map has no MetaInfo format_version.".to_owned()),
         Condition::BadFormatVersion { found: version } => {
             found("format-version", format!("format_version {version} is not of the form 2, 2.0 or 2.0.0."))
@@ -160,8 +162,11 @@ fn element(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
                 false => finding,
             }
         }
-        Condition::SignWithoutType { subtype, .. } => {
-            let message = format!("{subtype} {} has neither sign_type nor a sign with a subtype.", id_of(subject));
+        Condition::SignWithoutType { subtype, sign } => {
+            let message = match sign {
+                Some(sign) => format!("{subtype} {} has sign {sign}, which has no subtype.", id_of(subject)),
+                None => format!("{subtype} {} has neither a sign nor a sign_type.", id_of(subject)),
+            };
             referrers(map, found("re-members", message))
         }
         Condition::StopLinesPerLanelet { lanelets, stop_lines } => {
@@ -183,6 +188,22 @@ fn element(map: &MapIndex, fault: &LoadFault) -> Option<Finding> {
         }
         _ => return None,
     })
+}
+
+/// An area that the loader rejects.
+fn broken_area(subject: Subject, fault: &RingFault) -> Finding {
+    let about = name(subject);
+    let message = match fault {
+        RingFault::NoLine { role, kind, id } => {
+            format!("{about} is a multipolygon of which {role} {kind} {id} is no linestring.")
+        }
+        RingFault::Open { role } => format!("{about} is a multipolygon of which an {role} ring does not close."),
+        RingFault::Crossing { role } => format!("{about} is a multipolygon of which an {role} ring crosses itself."),
+        RingFault::Rings(0) => format!("{about} is a multipolygon without an outer ring."),
+        RingFault::Rings(count) => format!("{about} is a multipolygon with {count} outer rings; one is allowed."),
+    };
+    let finding = Finding::new("area", subject, message);
+    finding.fixed_by("remove the relation, which Autoware does not use", false, vec![Edit::Remove { subject }])
 }
 
 /// Bounds, each with whether it is turned around, that run against each other.

@@ -24,6 +24,7 @@ mod routing_moves;
 
 mod crosswalk_element;
 mod driving_side;
+mod element_size;
 mod opposing_overlap;
 mod phase;
 mod pictures;

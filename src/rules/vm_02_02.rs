@@ -10,6 +10,7 @@ use crate::lanelet::{LineString, LineStringId, RegulatoryElement};
 use crate::text::counted;
 
 use super::Rule;
+use super::element_size::{diagonal_of_lines, too_large};
 use super::stop_line_crossings::{lanes_that_stop, line_of_lanes};
 
 /// See `rules/vm-02-02.md`.
@@ -110,12 +111,11 @@ fn judge(map: &MapIndex, sign: &RegulatoryElement, params: &Params) -> Vec<Findi
         let message = format!("ref_line {} of traffic_sign {id} is no stop_line.", line.id);
         findings.push(retyped(about("line-type", line, message), "stop_line"));
     }
-    let diagonal = view.diagonal(sign);
-    if diagonal > params.max_bounding_box_size {
-        let message = format!("traffic_sign {id} and its lanelets spread over {diagonal:.0} m.");
-        let finding = Finding::new("sign-extent", subject, message);
-        findings.push(finding.measured(diagonal, params.max_bounding_box_size, "m"));
-    }
+    let diagonal = match params.strict {
+        true => diagonal_of_lines(view, sign, &["refers", "ref_line"]),
+        false => Some(view.diagonal(sign)),
+    };
+    findings.extend(too_large("sign-extent", sign, diagonal, params.max_bounding_box_size));
     findings
 }
 

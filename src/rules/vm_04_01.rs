@@ -13,6 +13,7 @@ use crate::lanelet::{LaneletId, LineString, LineStringId, RegulatoryElement};
 use crate::text::counted;
 
 use super::Rule;
+use super::element_size::{diagonal_of_lines, too_large};
 use super::stop_line_crossings::lanes_that_stop;
 
 /// See `rules/vm-04-01.md`.
@@ -27,6 +28,10 @@ pub struct Params {
     everywhere: bool,
     /// Whether to speak of elements without any bulbs.
     bulbs_needed: bool,
+    /// Whether lines in known roles count for the size and nothing else, so that an element without any is too large.
+    lines_only: bool,
+    /// Whether an id below one names no light.
+    ids_above_zero: bool,
 }
 
 impl Rule for TrafficLights {
@@ -94,13 +99,13 @@ fn judge(map: &MapIndex, view: &View, light: &RegulatoryElement, params: &Params
         });
     }
     if params.bulbs_needed || !bulbs.is_empty() {
-        findings.extend(pairing(subject, id.0, &bodies, &bulbs));
+        findings.extend(pairing(subject, id.0, &bodies, &bulbs, params.ids_above_zero));
     }
-    let diagonal = view.diagonal(light);
-    if diagonal > params.max_bounding_box_size {
-        let message = format!("traffic_light {id} and its lanelets spread over {diagonal:.0} m.");
-        findings.push(Finding::new("extent", subject, message).measured(diagonal, params.max_bounding_box_size, "m"));
-    }
+    let diagonal = match params.lines_only {
+        true => diagonal_of_lines(view, light, &["refers", "ref_line", "light_bulbs"]),
+        false => Some(view.diagonal(light)),
+    };
+    findings.extend(too_large("extent", light, diagonal, params.max_bounding_box_size));
     findings
 }
 
@@ -119,7 +124,13 @@ fn obeyed(map: &MapIndex, finding: Finding, light: &RegulatoryElement) -> Findin
 }
 
 /// Each body has its bulbs.
-fn pairing(subject: Subject, id: i64, bodies: &[&LineString], bulbs: &[&LineString]) -> Option<Finding> {
+fn pairing(
+    subject: Subject,
+    id: i64,
+    bodies: &[&LineString],
+    bulbs: &[&LineString],
+    ids_above_zero: bool,
+) -> Option<Finding> {
     let (count, others) = (bodies.len(), bulbs.len());
     if count != others {
         let message = format!("traffic_light {id} has {count} bodies but {others} lines of bulbs.");
@@ -127,7 +138,7 @@ fn pairing(subject: Subject, id: i64, bodies: &[&LineString], bulbs: &[&LineStri
     }
     let own: BTreeSet<i64> = bodies.iter().map(|line| line.id.0).collect();
     let named = bulbs.iter().filter_map(|line| leading_integer(line.attributes.get("traffic_light_id")?));
-    let named: BTreeSet<i64> = named.filter(|id| i32::try_from(*id).is_ok()).collect();
+    let named: BTreeSet<i64> = named.filter(|id| i32::try_from(*id).is_ok() && (*id > 0 || !ids_above_zero)).collect();
     (own != named).then(|| {
         let message = format!("The bulbs of traffic_light {id} do not name its bodies one by one.");
         Finding::new("bulbs-unpaired", subject, message)

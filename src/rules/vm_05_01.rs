@@ -8,10 +8,11 @@ use crate::diagnostic::{Edit, Finding, Subject};
 use crate::geometry::polygon;
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::{Seen, View};
-use crate::lanelet::{LaneletId, RegulatoryElement};
+use crate::lanelet::{LaneletId, LineString, RegulatoryElement, Target};
 
 use super::Rule;
 use super::crosswalk_element;
+use super::element_size::too_large;
 use super::walkway::walking_allowed;
 
 /// See `rules/vm-05-01.md`.
@@ -24,6 +25,8 @@ pub struct Params {
     max_bounding_box_size: f64,
     /// Whether the lanes that refer to an element count as its parts: a long lane is no fault.
     lanes_count: bool,
+    /// Whether a member that follows one which is not what it should be counts without a look.
+    next_is_trusted: bool,
     /// Whether a walkway that a crosswalk element names is wrong: Autoware treats both alike.
     walkways_are_wrong: bool,
     /// Whether each crosswalk is to have a stop line.
@@ -73,7 +76,7 @@ fn judge(map: &MapIndex, element: &RegulatoryElement, params: &Params, idle: &[&
             findings.push(crosswalk_element::divided(map, finding, element, &refers));
         }
     }
-    let lines: Vec<_> = view.lines(element, "ref_line").collect();
+    let lines: Vec<&LineString> = view.lines(element, "ref_line").collect();
     match lines.len() {
         0 if params.stop_line_wanted
             && (params.walkways_are_wrong || refers.iter().any(|seen| seen.is("crosswalk"))) =>
@@ -88,7 +91,7 @@ fn judge(map: &MapIndex, element: &RegulatoryElement, params: &Params, idle: &[&
         }
     }
     let is_crosswalk = |seen: &Seen| seen.is("crosswalk") || (!params.walkways_are_wrong && seen.is("walkway"));
-    let (crosswalks, wrong): (Vec<&Seen>, Vec<&Seen>) = refers.into_iter().partition(|seen| is_crosswalk(seen));
+    let (crosswalks, wrong) = sorted_out(refers, is_crosswalk, params.next_is_trusted);
     findings.extend(wrong.into_iter().map(|seen| {
         let message = format!("Lanelet {} of crosswalk {id} is no crosswalk.", seen.id());
         let finding = Finding::new("refers-type", Subject::Lanelet(seen.id().0), message).with(subject, "element");
@@ -96,20 +99,52 @@ fn judge(map: &MapIndex, element: &RegulatoryElement, params: &Params, idle: &[&
     }));
     findings.extend(crosswalks.iter().filter_map(|seen| on_foot(map, seen, subject)));
     findings.extend(not_crossing(view, element, &crosswalks));
-    for line in lines.into_iter().filter(|line| !line.attributes.is("type", "stop_line")) {
+    let is_stop_line = |line: &LineString| line.attributes.is("type", "stop_line");
+    let (stop_lines, wrong) = sorted_out(lines, is_stop_line, params.next_is_trusted);
+    for line in wrong {
         let message = format!("ref_line {} of crosswalk {id} is no stop_line.", line.id);
         let on = Subject::LineString(line.id.0);
         let edits = vec![Edit::SetTag { on, key: "type".into(), value: "stop_line".into() }];
         let finding = Finding::new("line-type", on, message).with(subject, "element");
         findings.push(finding.fixed_by("set type=stop_line", false, edits));
     }
-    let diagonal = if params.lanes_count { view.diagonal(element) } else { view.spread(element) };
-    if diagonal > params.max_bounding_box_size {
-        let whole = if params.lanes_count { " and its lanelets spread" } else { " spreads" };
-        let message = format!("crosswalk {id}{whole} over {diagonal:.0} m.");
-        findings.push(Finding::new("extent", subject, message).measured(diagonal, params.max_bounding_box_size, "m"));
-    }
+    findings.extend(extent(view, element, params, &crosswalks, &stop_lines));
     findings
+}
+
+/// Members of an element that are what they should be, and those that are not.
+fn sorted_out<T>(members: Vec<&T>, right: impl Fn(&T) -> bool, next_is_trusted: bool) -> (Vec<&T>, Vec<&T>) {
+    let mut trusted = false;
+    members.into_iter().partition(|member| {
+        let stays = trusted || right(member);
+        trusted = next_is_trusted && !stays;
+        stays
+    })
+}
+
+/// Whether the element is too large. Where the lanes count, what is not as it should be does not.
+fn extent(
+    view: &View,
+    element: &RegulatoryElement,
+    params: &Params,
+    crosswalks: &[&Seen],
+    stop_lines: &[&LineString],
+) -> Option<Finding> {
+    let limit = params.max_bounding_box_size;
+    if params.lanes_count {
+        let diagonal = view.diagonal_of(element, |member| match (member.role.as_str(), member.target) {
+            ("refers", Target::Lanelet(id)) => crosswalks.iter().any(|one| one.id() == id),
+            ("ref_line", Target::LineString(id)) => stop_lines.iter().any(|line| line.id == id),
+            ("crosswalk_polygon", Target::Polygon(_)) => true,
+            _ => false,
+        });
+        return too_large("extent", element, diagonal, limit);
+    }
+    let (id, diagonal) = (element.id, view.spread(element));
+    (diagonal > limit).then(|| {
+        let message = format!("crosswalk {id} spreads over {diagonal:.0} m.");
+        Finding::new("extent", Subject::RegulatoryElement(id.0), message).measured(diagonal, limit, "m")
+    })
 }
 
 /// A crosswalk says that people on foot may use it.

@@ -1,30 +1,19 @@
-//! What the rule `load` calls an error under the profile `tier4`, against what the existing validator's loader says of the same
-//! files: its program was run on the map `loader.osm` with one change each, and `loader.json` holds which elements it named.
+//! Small maps with one odd element each, against what the existing validator's program says of the same files: it was run on the
+//! map `loader.osm` with one change each. `loader.json` holds which elements its loader named, what its validators reported besides
+//! what they report of `loader.osm` or no longer, and which validators ended without a result.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
-use lanewright::lanelet::from_osm;
+use lanewright::lanelet::{Loaded, from_osm};
 use lanewright::osm::read_bytes;
 use lanewright::projection::{MgrsGrid, Projector};
 use lanewright::rules::Config;
 use lanewright::settings::{Profile, Settings};
 use serde_json::Value;
 
+use super::tier4_conformance::{Issue, issues_of};
 use crate::common::judging::judge_as;
-
-/// Cases of which the loader tells and we do not: areas that are relations, which Autoware uses nowhere, and signs without
-/// `subtype` though the element has a `sign_type`.
-const UNTOLD: [&str; 9] = [
-    "traffic_sign sign_type with bare",
-    "speed_limit sign_type with bare",
-    "member is broken multipolygon",
-    "multipolygon open",
-    "multipolygon no outer",
-    "multipolygon empty",
-    "multipolygon outer is polygon",
-    "multipolygon outer is node",
-    "multipolygon crossing",
-];
 
 /// The map of a case: lines of the ground left out, lines added.
 fn text(ground: &str, case: &Value) -> String {
@@ -41,12 +30,16 @@ fn half(name: &str) -> (&str, &str) {
     name.split_once(' ').unwrap()
 }
 
-/// What the profile says of a map: subjects of errors, and of all findings of the rule.
-fn told(text: String) -> [BTreeSet<i64>; 2] {
+fn loaded(text: String) -> Loaded {
     let mut data = lanewright::osm::OsmData::default();
     read_bytes(&mut data, "loader.osm", text.into_bytes()).unwrap();
     let grid = data.nodes.iter().find_map(|node| node.position).and_then(MgrsGrid::of).unwrap();
-    let loaded = from_osm(&data, &Projector::mgrs(grid));
+    from_osm(&data, &Projector::mgrs(grid))
+}
+
+/// What the profile says of a map: subjects of errors, and of all findings of the rule.
+fn told(text: String) -> [BTreeSet<i64>; 2] {
+    let loaded = loaded(text);
     let found = judge_as(&loaded, &Settings::default(), &Config { profile: Profile::Tier4, ..Config::default() });
     let found: Vec<_> = found.iter().filter(|one| one.code.starts_with("load/")).collect();
     let errors = found.iter().filter(|one| one.severity == lanewright::diagnostic::Severity::Error);
@@ -71,5 +64,51 @@ fn what_is_an_error_on_loading_is_one_to_the_existing_validators_loader() {
     }
     println!("{} of {} files: no error that the loader does not know", cases.len() - wrong.len(), cases.len());
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    assert_eq!(untold, BTreeSet::from(UNTOLD));
+    assert_eq!(untold, BTreeSet::new());
+}
+
+/// The issues of a case in one of its lists.
+fn expected(case: &Value, key: &str) -> BTreeMap<Issue, usize> {
+    let mut issues = BTreeMap::new();
+    for one in case[key].as_array().into_iter().flatten() {
+        let word = |at: usize| one[at].as_str().unwrap().to_owned();
+        *issues.entry((word(1), word(2), one[3].as_i64().unwrap(), word(0))).or_default() += 1;
+    }
+    issues
+}
+
+/// How often each issue stands in the lists of the validators, but for those that ended without a result.
+fn counted(all: &BTreeMap<String, Vec<Issue>>, ended: &[&str]) -> BTreeMap<Issue, usize> {
+    let mut counts = BTreeMap::new();
+    for (_, issues) in all.iter().filter(|(validator, _)| !ended.contains(&validator.as_str())) {
+        issues.iter().for_each(|issue| *counts.entry(issue.clone()).or_default() += 1);
+    }
+    counts
+}
+
+#[test]
+fn what_is_odd_is_reported_as_the_existing_validators_program_reports_it() {
+    let cases: Vec<Value> = serde_json::from_str(include_str!("loader.json")).unwrap();
+    let ground = include_str!("loader.osm");
+    let all = |text: String| issues_of(&loaded(text), Path::new("loader.osm"));
+    let before = all(ground.to_owned());
+    let mut wrong = Vec::new();
+    for case in &cases {
+        let ended: Vec<&str> =
+            case["ended"].as_array().into_iter().flatten().map(|one| one.as_str().unwrap()).collect();
+        let found = counted(&all(text(ground, case)), &ended);
+        let mut wanted = counted(&before, &ended);
+        for (issue, count) in expected(case, "issues") {
+            *wanted.entry(issue).or_default() += count;
+        }
+        for (issue, count) in expected(case, "no_longer") {
+            *wanted.get_mut(&issue).unwrap() -= count;
+        }
+        wanted.retain(|_, count| *count > 0);
+        if found != wanted {
+            wrong.push(format!("{}:\n  expected {wanted:?}\n  found    {found:?}", case["case"]));
+        }
+    }
+    println!("{} of {} files judged alike", cases.len() - wrong.len(), cases.len());
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }

@@ -18,7 +18,7 @@ use crate::common::needs::shared;
 const OTHERS: usize = 84;
 
 /// Severity, primitive, id and code of an issue.
-type Issue = (String, String, i64, String);
+pub type Issue = (String, String, i64, String);
 
 fn validators() -> Vec<Validator<'static>> {
     tier4::validators()
@@ -32,7 +32,8 @@ fn issues(map: &Path) -> BTreeMap<String, Vec<Issue>> {
     issues_of(&load(map).1, map)
 }
 
-fn issues_of(loaded: &Loaded, map: &Path) -> BTreeMap<String, Vec<Issue>> {
+/// The issues of every validator on a map that is loaded, in order.
+pub fn issues_of(loaded: &Loaded, map: &Path) -> BTreeMap<String, Vec<Issue>> {
     let config = Config { profile: Profile::Tier4, ..Config::default() };
     let found = judge_as(loaded, &Settings::default(), &config);
     let known = validators();

@@ -51,6 +51,11 @@ impl Loader<'_> {
             }
         }
         for relation in &relations {
+            if RelationType::of(&relation.tags) == RelationType::Multipolygon && self.area(relation) {
+                self.areas.insert(relation.id);
+            }
+        }
+        for relation in &relations {
             if RelationType::of(&relation.tags) == RelationType::RegulatoryElement {
                 self.regulatory_element(relation);
             }
@@ -222,7 +227,11 @@ impl Loader<'_> {
                     RelationType::Lanelet => {
                         return here(map.lanelets.contains(LaneletId(id)), Target::Lanelet(LaneletId(id)));
                     }
-                    RelationType::Multipolygon => return Resolved::Gone,
+                    RelationType::Multipolygon if self.areas.contains(&id) => return Resolved::Gone,
+                    RelationType::Multipolygon => {
+                        let kind = member.kind;
+                        Condition::MemberDropped { kind, id, role }
+                    }
                     RelationType::RegulatoryElement => Condition::MemberIsRegulatoryElement { id, role },
                     RelationType::Unknown => {
                         let found = target.tags.get("type").map(Text::from);
@@ -254,13 +263,18 @@ impl Loader<'_> {
                 self.fault(subject, &relation.span, condition);
             }
         }
-        if is_sign(subtype) && !relation.tags.has("sign_type") {
+        if is_sign(subtype) {
             let signs = |(role, target): &(Text, Target)| match target {
                 Target::LineString(LineStringId(id)) | Target::Polygon(PolygonId(id)) if role == "refers" => Some(*id),
                 _ => None,
             };
             let sign = members.iter().find_map(signs);
-            if !sign.and_then(|id| self.osm.way(id)).is_some_and(|way| way.tags.has("subtype")) {
+            // What stands on a sign goes before the tag of the element.
+            let typed = match sign {
+                Some(id) => self.osm.way(id).is_some_and(|way| way.tags.has("subtype")),
+                None => relation.tags.has("sign_type"),
+            };
+            if !typed {
                 let condition = Condition::SignWithoutType { subtype: subtype.clone(), sign };
                 self.fault(subject, &relation.span, condition);
             }

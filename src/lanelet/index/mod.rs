@@ -3,6 +3,7 @@
 
 mod area_outline;
 mod conflict;
+pub mod drawn_centerline;
 mod driving_side;
 mod intersection;
 mod lane;

@@ -3,6 +3,7 @@
 use rustc_hash::FxHashMap;
 
 use super::allows_lane_change;
+use super::drawn_centerline::length_for_routes;
 use super::view::{Seen, View};
 use crate::lanelet::{Bound, Lanelet, LineStringId, PointId};
 
@@ -238,7 +239,7 @@ impl<'v, 'm> Graph<'v, 'm> {
         if !self.passes(from) || !self.passes(to) {
             return None;
         }
-        let length = |at: usize| self.view.lanelets[at].length(self.view.map);
+        let length = |at: usize| length_for_routes(&self.view.lanelets[at]);
         let mut best: FxHashMap<usize, (f64, Option<usize>)> = FxHashMap::from_iter([(from, (0.0, None))]);
         let mut open = std::collections::BTreeSet::from_iter([(0_u64, from)]);
         while let Some((_, at)) = open.pop_first() {

@@ -8,10 +8,11 @@ use rstar::{AABB, RTree};
 use rustc_hash::FxHashMap;
 
 use crate::geometry::insides::insides_meet;
-use crate::geometry::{Point as Place, Polyline, polygon};
+use crate::geometry::{Point as Place, polygon};
 use crate::lanelet::number::leading_integer;
 use crate::lanelet::{
-    Bound, Lanelet, LaneletId, LaneletMap, LineString, Point, Polygon, RegulatoryElement, RegulatoryElementId, Target,
+    Bound, Lanelet, LaneletId, LaneletMap, LineString, Member, Point, Polygon, RegulatoryElement, RegulatoryElementId,
+    Target,
 };
 use crate::parallel::Finely;
 
@@ -91,25 +92,12 @@ impl<'m> Seen<'m> {
 
     /// Share of this lanelet's area (1) that an outline covers.
     pub fn share(&self, outline: &[Place]) -> f64 {
-        polygon::overlap(&self.outline, outline) / self.area
+        polygon::overlap_of_windings(&self.outline, outline) / self.area
     }
 
     /// Whether the insides of both meet. Lanelets that only touch do not.
     pub fn meets(&self, other: &Self) -> bool {
         boxes_meet(self.extent, other.extent) && insides_meet(&self.outline, &other.outline)
-    }
-
-    /// Length of the line midway between its bounds, or of its own centre line, in space.
-    pub fn length(&self, map: &LaneletMap) -> f64 {
-        let own = self.lanelet.centerline.and_then(|id| map.linestrings.get(id));
-        if let Some(line) = own {
-            let points: Vec<&Point> = line.points.iter().filter_map(|&id| map.points.get(id)).collect();
-            return length_in_space(&spaced(&points, points.len().max(2)));
-        }
-        let count = 2 * self.left.len().max(self.right.len());
-        let (left, right) = (spaced(&self.left, count), spaced(&self.right, count));
-        let middle: Vec<_> = left.iter().zip(&right).map(|(a, b)| nalgebra::center(a, b)).collect();
-        length_in_space(&middle)
     }
 }
 
@@ -182,18 +170,23 @@ impl<'m> View<'m> {
 
     /// Diagonal (m) of the box around the members of an element and the lanelets that refer to it.
     pub fn diagonal(&self, element: &RegulatoryElement) -> f64 {
+        self.diagonal_of(element, |_| true).unwrap_or_default()
+    }
+
+    /// The same with the members that count; `None` where neither one of them nor a lanelet has a place.
+    pub fn diagonal_of(&self, element: &RegulatoryElement, counts: impl Fn(&Member) -> bool) -> Option<f64> {
         let referrers = self.referrers(element.id).iter().flat_map(|&at| &self.lanelets[at].outline);
-        diagonal(self.member_places(element).into_iter().chain(referrers.copied()))
+        diagonal(self.member_places(element, counts).into_iter().chain(referrers.copied()))
     }
 
     /// Diagonal (m) of the box around the members of an element.
     pub fn spread(&self, element: &RegulatoryElement) -> f64 {
-        diagonal(self.member_places(element))
+        diagonal(self.member_places(element, |_| true)).unwrap_or_default()
     }
 
-    fn member_places(&self, element: &RegulatoryElement) -> Vec<Place> {
+    fn member_places(&self, element: &RegulatoryElement, counts: impl Fn(&Member) -> bool) -> Vec<Place> {
         let mut places: Vec<Place> = Vec::new();
-        for member in &element.members {
+        for member in element.members.iter().filter(|member| counts(member)) {
             match member.target {
                 Target::Point(id) => places.extend(self.map.points.get(id).map(|point| point.position)),
                 Target::LineString(id) => {
@@ -231,10 +224,10 @@ impl<'m> View<'m> {
     }
 }
 
-fn diagonal(places: impl IntoIterator<Item = Place>) -> f64 {
+fn diagonal(places: impl IntoIterator<Item = Place>) -> Option<f64> {
     let places: Vec<Place> = places.into_iter().collect();
     let [low, high] = extent(&places);
-    if places.is_empty() { 0.0 } else { (high - low).norm() }
+    (!places.is_empty()).then(|| (high - low).norm())
 }
 
 /// Whether two boxes have a point in common.
@@ -253,35 +246,4 @@ pub type Spot = nalgebra::Point3<f64>;
 /// A point with its height.
 pub fn spot(point: &Point) -> Spot {
     Spot::new(point.position.x, point.position.y, point.ele().unwrap_or(0.0))
-}
-
-/// `count` places evenly spread along a line, by its length in the plane.
-fn spaced(points: &[&Point], count: usize) -> Vec<Spot> {
-    let Some(&first) = points.first() else { return Vec::new() };
-    let mut stations = vec![0.0];
-    for pair in points.windows(2) {
-        let last = stations[stations.len() - 1];
-        stations.push(last + (pair[1].position - pair[0].position).norm());
-    }
-    let total = stations[stations.len() - 1];
-    if total <= Polyline::MERGE {
-        return vec![spot(first); count];
-    }
-    let mut segment = 0;
-    (0..count)
-        .map(|i| {
-            let station = total * i as f64 / (count.max(2) - 1) as f64;
-            while segment + 2 < stations.len() && stations[segment + 1] < station {
-                segment += 1;
-            }
-            let length = stations[segment + 1] - stations[segment];
-            let t = if length > 0.0 { ((station - stations[segment]) / length).clamp(0.0, 1.0) } else { 0.0 };
-            let (a, b) = (spot(points[segment]), spot(points[segment + 1]));
-            a + (b - a) * t
-        })
-        .collect()
-}
-
-fn length_in_space(points: &[Spot]) -> f64 {
-    points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
 }

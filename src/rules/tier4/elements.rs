@@ -3,13 +3,15 @@
 
 use std::collections::{BTreeSet, VecDeque};
 
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::{Issue, Params, issue, layer};
 use crate::diagnostic::Subject;
+use crate::lanelet::index::drawn_centerline::length;
 use crate::lanelet::index::routing_graph::{Graph, Rules};
 use crate::lanelet::index::view::View;
 use crate::lanelet::{LaneletId, LineString, Point, RegulatoryElement};
+use crate::rules::element_size::diagonal_of_lines;
 
 fn element(found: &RegulatoryElement) -> Subject {
     Subject::RegulatoryElement(found.id.0)
@@ -73,8 +75,9 @@ fn parts(view: &View, light: &RegulatoryElement, params: &Params) -> Vec<Issue> 
         issues.push(issue(5, element(light), format!("virtual_traffic_light {id} has no refers.")));
     }
     issues.extend(typed(6, "refers", &supported));
-    let (diagonal, limit) = (view.diagonal(light), params.number("max_bounding_box_size"));
-    if diagonal > limit {
+    let limit = params.number("max_bounding_box_size");
+    let diagonal = diagonal_of_lines(view, light, &["start_line", "ref_line", "end_line", "refers"]);
+    if let Some(diagonal) = diagonal.filter(|diagonal| *diagonal > limit) {
         let message =
             format!("virtual_traffic_light {id} and its lanelets spread over {diagonal:.0} m, more than {limit} m.");
         issues.push(issue(7, element(light), message));
@@ -85,6 +88,7 @@ fn parts(view: &View, light: &RegulatoryElement, params: &Params) -> Vec<Issue> 
 /// `turn_signal_distance_overlap`: back along the lanes, an opposite turn of which even the far end is near enough.
 pub fn turn_signal(view: &View, params: &Params) -> Vec<Issue> {
     let graph = Graph::new(view, Rules::Car);
+    let mut lengths: FxHashMap<usize, f64> = FxHashMap::default();
     let mut issues = Vec::new();
     for (at, seen) in view.lanelets.iter().enumerate() {
         let opposite = match seen.tag("turn_direction") {
@@ -95,9 +99,9 @@ pub fn turn_signal(view: &View, params: &Params) -> Vec<Issue> {
         let own = seen.tag("turn_signal_distance").and_then(|value| value.trim().parse().ok());
         let limit = own.unwrap_or_else(|| params.number("default_turn_signal_distance"));
         let mut found = BTreeSet::new();
-        let before = |here: usize, behind: f64| -> Vec<(usize, f64)> {
-            let previous = graph.previous(here).into_iter();
-            previous.map(|before| (before, behind + view.lanelets[before].length(view.map))).collect()
+        let mut before = |here: usize, behind: f64| -> Vec<(usize, f64)> {
+            let mut length = |before| *lengths.entry(before).or_insert_with(|| length(view, &view.lanelets[before]));
+            graph.previous(here).into_iter().map(|before| (before, behind + length(before))).collect()
         };
         let mut open = VecDeque::from(before(at, 0.0));
         // A lanelet counts once, with the length of the way of the fewest lanelets that leads to it.

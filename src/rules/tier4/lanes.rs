@@ -6,11 +6,13 @@ use rayon::prelude::*;
 
 use super::{Issue, Params, issue, layer};
 use crate::diagnostic::Subject;
-use crate::geometry::{Point as Place, cross, left_of, polygon, segment_crossing};
+use crate::geometry::extended::Extended;
+use crate::geometry::{Point as Place, cross, left_of, orientation, polygon, segment_crossing};
 use crate::lanelet::index::extent;
 use crate::lanelet::index::routing_graph::{Graph, Rules};
 use crate::lanelet::index::view::{Seen, View, covered_by};
-use crate::lanelet::{Bound, LaneletId, Point};
+use crate::lanelet::placed::{Digits, SAME_PLACE};
+use crate::lanelet::{Bound, LaneletId};
 use crate::parallel::Finely;
 
 /// By this share of its width (1) a lanelet is widened to find what lies beside it.
@@ -21,10 +23,17 @@ pub fn border_sharing(view: &View, params: &Params) -> Vec<Issue> {
     let graph = Graph::new(view, Rules::AnyLane);
     let rank = layer::ranks(view);
     let most = params.number("iou_threshold");
+    let digits = Digits::default();
+    let drawn: Vec<[Vec<Place>; 2]> = view
+        .lanelets
+        .par_iter()
+        .map(|seen| [&seen.left, &seen.right].map(|bound| bound.iter().map(|point| digits.place(point)).collect()))
+        .collect();
+    let lanes = Lanes { view, graph: &graph, rank: &rank, drawn: &drawn, most };
     let pairs: Vec<(usize, usize)> = (0..view.lanelets.len())
         .into_par_iter()
         .finely()
-        .flat_map_iter(|at| covered(view, &graph, most, at, &rank).into_iter().map(move |other| (at, other)))
+        .flat_map_iter(|at| lanes.covered(at).into_iter().map(move |other| (at, other)))
         .collect();
     let mut issues = Vec::new();
     let mut one_way: BTreeMap<usize, Vec<LaneletId>> = BTreeMap::new();
@@ -49,36 +58,62 @@ fn partly(seen: &Seen, mut others: Vec<LaneletId>) -> Issue {
     issue(2, Subject::Lanelet(id.0), message)
 }
 
-/// Lanelets that have nothing to do with one, but of which a whole bound lies in it, were it a little wider.
-fn covered(view: &View, graph: &Graph, most: f64, at: usize, rank: &[usize]) -> Vec<usize> {
-    let seen = &view.lanelets[at];
-    let Some(outline) = widened(seen) else { return Vec::new() };
-    let reach = extent(&outline);
-    let ring = polygon::to_geo(&outline);
-    let holds = |points: &[&Point]| points.windows(2).all(|pair| lies_in(pair, &outline, &ring));
-    let inside = |other: &Seen| holds(&other.left) || holds(&other.right);
-    let strange = |other: usize| {
-        let opposite = opposite(seen, &view.lanelets[other]);
-        !opposite && !graph.linked_to(at, other, rank) && {
-            let meant = graph.conflict(at, other) && likeness(&outline, &view.lanelets[other].outline) > most;
-            !meant
-        }
-    };
-    let near = view.near(reach, 0.0).into_iter();
-    near.filter(|&other| other != at && inside(&view.lanelets[other]) && strange(other)).collect()
+/// The lanelets with what decides which of them lie side by side.
+struct Lanes<'a, 'v, 'm> {
+    view: &'a View<'m>,
+    graph: &'a Graph<'v, 'm>,
+    /// The order in which they come there.
+    rank: &'a [usize],
+    /// Their bounds, left and right.
+    drawn: &'a [[Vec<Place>; 2]],
+    /// Lanelets that are alike by more than this are meant to lie upon each other.
+    most: f64,
 }
 
-/// Whether a stretch of a bound lies in an outline: between two places where it meets an edge it lies on one side.
-fn lies_in(pair: &[&Point], outline: &[Place], ring: &geo::Polygon<f64>) -> bool {
-    let [a, b] = [pair[0].position, pair[1].position];
+impl Lanes<'_, '_, '_> {
+    /// Lanelets that have nothing to do with one, but of which a whole bound lies in it, were it a little wider.
+    fn covered(&self, at: usize) -> Vec<usize> {
+        let (view, seen) = (self.view, &self.view.lanelets[at]);
+        let Some(outline) = widened(&self.drawn[at]) else { return Vec::new() };
+        let reach = extent(&outline);
+        let ring = polygon::to_geo(&outline);
+        let inside = |other: usize| {
+            let mut bounds = self.drawn[other].iter();
+            bounds.any(|bound| bound.windows(2).all(|pair| lies_in([pair[0], pair[1]], &outline, &ring)))
+        };
+        let strange = |other: usize| {
+            let opposite = opposite(seen, &view.lanelets[other]);
+            !opposite && !self.graph.linked_to(at, other, self.rank) && {
+                let likeness = || likeness(&outline, &view.lanelets[other].outline);
+                let meant = self.graph.conflict(at, other) && likeness() > self.most;
+                !meant
+            }
+        };
+        let near = view.near(reach, SAME_PLACE).into_iter();
+        near.filter(|&other| other != at && inside(other) && strange(other)).collect()
+    }
+}
+
+/// Whether a stretch of a bound lies in an outline: it crosses no edge, and between two places where it meets one it lies on one
+/// side. Whoever crosses an edge is outside before or after, even where an outline crosses itself and both sides are inside.
+fn lies_in([a, b]: [Place; 2], outline: &[Place], ring: &geo::Polygon<f64>) -> bool {
     if !covered_by(a, ring) || !covered_by(b, ring) {
         return false;
     }
-    let edges = outline.iter().zip(outline.iter().cycle().skip(1));
-    let cuts = edges.filter_map(|(&c, &d)| segment_crossing(a, b, c, d)).map(|(t, _, _)| t);
-    let mut cuts: Vec<f64> = cuts.chain([0.0, 1.0]).collect();
+    let mut cuts = vec![0.0, 1.0];
+    for (&c, &d) in outline.iter().zip(outline.iter().cycle().skip(1)) {
+        if crosses([a, b], [c, d]) {
+            return false;
+        }
+        cuts.extend(segment_crossing(a, b, c, d).map(|(t, _, _)| t));
+    }
     cuts.sort_by(f64::total_cmp);
     cuts.windows(2).all(|cut| covered_by(a + (b - a) * f64::midpoint(cut[0], cut[1]), ring))
+}
+
+/// Whether each of two segments has its ends on both sides of the other.
+fn crosses([a, b]: [Place; 2], [c, d]: [Place; 2]) -> bool {
+    orientation(a, b, c) * orientation(a, b, d) < 0.0 && orientation(c, d, a) * orientation(c, d, b) < 0.0
 }
 
 /// Whether two lanelets have a bound in common that they use in opposite directions.
@@ -90,39 +125,40 @@ fn opposite(a: &Seen, b: &Seen) -> bool {
 /// What two outlines have in common, as a share of what either covers.
 fn likeness(a: &[Place], b: &[Place]) -> f64 {
     let [own, other] = [a, b].map(|outline| polygon::signed_area(outline).abs());
-    let common = polygon::overlap(a, b);
+    let common = polygon::overlap_of_windings(a, b);
     common / (own + other - common)
 }
 
 /// The outline of a lanelet moved outward by a share of its width, at the ends as well as at the sides.
-fn widened(seen: &Seen) -> Option<Vec<Place>> {
-    let width = |[a, b]: [&Point; 2]| (a.position - b.position).norm();
-    let [start, end] = seen.ends()?;
-    let by = (width(start) + width(end)) / 2.0 * WIDENED;
-    let places = |points: &[&Point]| points.iter().map(|point| point.position).collect::<Vec<_>>();
-    let (left, mut right) = (places(&seen.left), places(&seen.right));
-    right.reverse();
-    Some(pushed(&left, by)?.into_iter().chain(pushed(&right, by)?).collect())
+fn widened([left, right]: &[Vec<Place>; 2]) -> Option<Vec<Place>> {
+    let [start, end] = [left.first()? - right.first()?, left.last()? - right.last()?];
+    let by = (start.norm() + end.norm()) / 2.0 * WIDENED;
+    let right: Vec<Place> = right.iter().rev().copied().collect();
+    Some(pushed(left, by)?.into_iter().chain(pushed(&right, by)?).collect())
 }
 
 /// A bound with each vertex moved to the left, and made longer at both ends.
 ///
 /// A vertex moves at right angles to one of the segments that meet in it, not halfway between them. Which one that is
-/// hangs on the last digits of its station, which is why stations are summed and scaled here as they are there.
+/// hangs on the last digits of its station, which is why stations are summed and scaled here as they are there: lengths of lines have
+/// more digits than stations.
 fn pushed(line: &[Place], by: f64) -> Option<Vec<Place>> {
+    if line.len() < 2 {
+        return None;
+    }
     let lengths: Vec<f64> = line.windows(2).map(|pair| (pair[1] - pair[0]).norm()).collect();
-    let total: f64 = lengths.iter().sum();
+    let total = lengths.iter().fold(Extended::ZERO, |sum, &length| sum + Extended::from(length));
+    let mut ends = Vec::with_capacity(lengths.len());
     let mut sum = 0.0;
-    let shares = lengths.iter().map(|length| {
-        sum += length / total;
-        sum
-    });
-    let ends: Vec<f64> = if lengths.len() == 1 { vec![total] } else { shares.map(|share| share * total).collect() };
+    for &length in &lengths {
+        sum += f64::from(Extended::from(length).over(total)?);
+        ends.push(Extended::from(sum) * total);
+    }
     let (first, last) = (*line.first()?, *line.last()?);
     let direction = |from: Place, to: Place| (to - from).try_normalize(0.0).unwrap_or_default();
     let moved = line.iter().map(|&p| {
         let (station, aside) = station(line, &lengths, p);
-        let at = ends.iter().position(|&end| end > station).unwrap_or(lengths.len() - 1);
+        let at = ends.iter().position(|&end| end > Extended::from(station)).unwrap_or(lengths.len() - 1);
         let across = left_of(line[at + 1] - line[at]).try_normalize(0.0).unwrap_or_default();
         let mut place = at_station(line, &lengths, station) + across * (aside + by);
         if p == first {
@@ -133,7 +169,7 @@ fn pushed(line: &[Place], by: f64) -> Option<Vec<Place>> {
         }
         place
     });
-    (line.len() > 1 && total > 0.0).then(|| moved.collect())
+    Some(moved.collect())
 }
 
 /// How far along a line one of its own vertices lies, and how far to the left: next to nothing.

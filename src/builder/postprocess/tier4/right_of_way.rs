@@ -74,13 +74,12 @@ impl<'m> LanesSeen<'_, 'm> {
         Some(Owner { at, element, listed, kept })
     }
 
-    /// Of the lanelets that a turn with a light may ignore, those that the validator expects, and those that have green at another
-    /// time all the same: for them a vehicle with green would wait while they wait for red. All, where these are none: the validator
-    /// wants an element on each turn, and the loader one that lists somebody.
+    /// Of the lanelets that a turn with a light may ignore, those that the validator expects; for others that have green at another
+    /// time the vehicle waits without need. Where it expects none of them, all: it wants an element on each turn, and the loader one
+    /// that lists somebody.
     fn kept_by_light(&self, at: usize, listed: &[usize]) -> Vec<usize> {
-        let met = self.wanted(at, Ruled::ByNothing).into_iter();
-        let kept = met.filter(|y| listed.binary_search(y).is_ok() && !self.meets_oncoming_turn(at, *y));
-        let kept: Vec<usize> = kept.collect();
+        let expected = self.wanted(at, Ruled::ByLight).into_iter();
+        let kept: Vec<usize> = expected.filter(|y| listed.binary_search(y).is_ok()).collect();
         if kept.is_empty() { listed.to_vec() } else { kept }
     }
 
