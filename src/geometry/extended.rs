@@ -85,7 +85,9 @@ impl From<f64> for Extended {
 
 impl From<Extended> for f64 {
     fn from(value: Extended) -> Self {
-        value.mantissa as Self * 2_f64.powi(value.exponent)
+        // In two steps: the power alone may be too small for a double.
+        let half = value.exponent / 2;
+        value.mantissa as Self * 2_f64.powi(half) * 2_f64.powi(value.exponent - half)
     }
 }
 

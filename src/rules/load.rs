@@ -202,8 +202,7 @@ fn broken_area(subject: Subject, fault: &RingFault) -> Finding {
         RingFault::Rings(0) => format!("{about} is a multipolygon without an outer ring."),
         RingFault::Rings(count) => format!("{about} is a multipolygon with {count} outer rings; one is allowed."),
     };
-    let finding = Finding::new("area", subject, message);
-    finding.fixed_by("remove the relation, which Autoware does not use", false, vec![Edit::Remove { subject }])
+    Finding::new("area", subject, message)
 }
 
 /// Bounds, each with whether it is turned around, that run against each other.

@@ -25,6 +25,7 @@ const UNRAISED: &[(&str, &[&str])] = &[
         ],
     ),
     ("of the text, before it is a map", &["load/passed-over"]),
+    ("no sample map has areas as relations, which Autoware uses nowhere", &["load/area"]),
     (
         "of a whole map rather than of a place: its network, its side, its heights",
         &[

@@ -159,8 +159,10 @@ fn regulatory_elements_need_what_their_constructor_needs() {
     );
     assert_eq!(changed(subtype, r#"<tag k="subtype" v="road_marking"/>"#), []);
     let sign = Condition::SignWithoutType { subtype: text("traffic_sign"), sign: Some(11) };
-    assert_eq!(changed(subtype, r#"<tag k="subtype" v="traffic_sign"/>"#), [element(sign), gone]);
-    assert_eq!(changed(subtype, r#"<tag k="subtype" v="traffic_sign"/><tag k="sign_type" v="de206"/>"#), []);
+    assert_eq!(changed(subtype, r#"<tag k="subtype" v="traffic_sign"/>"#), [element(sign.clone()), gone.clone()]);
+    // The tag of the element is of no use to a sign that is there.
+    let typed = r#"<tag k="subtype" v="traffic_sign"/><tag k="sign_type" v="de206"/>"#;
+    assert_eq!(changed(subtype, typed), [element(sign), gone]);
     let display = |subtype: &str, at: usize| role_limits(subtype).unwrap()[at].to_string();
     assert_eq!(display("road_marking", 0), "exactly 1");
     assert_eq!(display("right_of_way", 1), "at least 1");

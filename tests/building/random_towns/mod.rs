@@ -25,11 +25,11 @@ use streets::Grid;
 /// Towns of the slice.
 const TOWNS: u64 = 40;
 /// In one of so many towns, something may be wrong still: mostly lanes that part and lie on each other, and turns in narrow places.
-const OF: usize = 6;
+const OF: usize = 10;
 
 /// Streets between car parks of the slice, and in one of how many something may be wrong.
 const ARTERIALS: u64 = 40;
-const OF_ARTERIALS: usize = 9;
+const OF_ARTERIALS: usize = 50;
 
 /// The errors in the map of a town.
 fn errors(xml: &str, left_hand: bool) -> Vec<Diagnostic> {
