@@ -216,7 +216,9 @@ impl MapIndex<'_> {
         };
         starts.any(|lane| {
             let mut turns = self.siblings(lane).filter(|&turn| turn != from && turn != to);
-            turns.any(|turn| is_beside(&self.lanes[turn].end, &end) || is_beside(&self.lanes[turn].end, &start))
+            // Where the other goes on behind the turn itself, the road only forks.
+            let leads_onto = |onto: &Edge| is_beside(onto, &end) || (onto.ids != start.ids && is_beside(onto, &start));
+            turns.any(|turn| leads_onto(&self.lanes[turn].end))
         })
     }
 
