@@ -243,7 +243,7 @@ pub fn intersection(a: &[Point], b: &[Point]) -> MultiPolygon<f64> {
 }
 
 /// The common area of two rings, square metres. Rings that cross themselves count by the non-zero rule.
-pub fn overlap_of_windings(a: &[Point], b: &[Point]) -> f64 {
+pub fn overlap_by_winding(a: &[Point], b: &[Point]) -> f64 {
     to_geo(a).intersection_with_fill_rule(&to_geo(b), FillRule::NonZero).unsigned_area()
 }
 

@@ -6,7 +6,7 @@ use super::align::align_in_space;
 use super::index::view::{Spot, spot};
 use super::{Attributes, Bound, Dummies, Lanelet, LaneletId, LaneletMap, LineString, LineStringId, Point, Target};
 use crate::geometry::Point as Place;
-use crate::projection::{LonLat, Projector, UtmDigits};
+use crate::projection::{ExactUtm, LonLat, Projector};
 
 /// The map with other places or other directions of bounds; `None` where nothing differs.
 ///
@@ -43,9 +43,9 @@ pub const SAME_PLACE: f64 = 1e-4;
 
 /// Where points lie to the last digit, as the validator has them.
 #[derive(Default)]
-pub struct Digits(UtmDigits);
+pub struct ExactPlaces(ExactUtm);
 
-impl Digits {
+impl ExactPlaces {
     /// Where a point lies; where the map is projected in another way than the validator does it, as we have it.
     pub fn place(&self, point: &Point) -> Place {
         let own = point.lonlat().and_then(|lonlat| self.0.in_square(lonlat));

@@ -6,11 +6,11 @@
 mod chebyshev_inverse;
 mod engine;
 mod enu;
+mod exact_utm;
 mod infer;
 mod info;
 mod lon_lat;
 mod mgrs;
-mod utm_digits;
 
 pub use lon_lat::LonLat;
 
@@ -18,10 +18,10 @@ use crate::geometry::Point;
 
 use engine::Frame;
 pub use engine::warm_up;
+pub use exact_utm::ExactUtm;
 pub use infer::{Explained, Twice, infer, residual, share};
 pub use info::{Info, InfoError, VerticalDatum, read_info, write_info};
 pub use mgrs::{MgrsError, MgrsGrid};
-pub use utm_digits::UtmDigits;
 
 /// A box of longitudes and latitudes, degrees. East of the antimeridian longitudes are beyond 180 where it reaches over it.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]

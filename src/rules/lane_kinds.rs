@@ -6,11 +6,11 @@ use crate::lanelet::index::view::View;
 use crate::text::counted;
 
 /// What Lanelet2 calls a lane, and the word for it that Autoware reads.
-const SAME: [(&str, &str); 2] = [("highway", "road"), ("emergency_lane", "road_shoulder")];
+const SYNONYMS: [(&str, &str); 2] = [("highway", "road"), ("emergency_lane", "road_shoulder")];
 
 /// The word that Autoware reads for a kind of lane.
 pub fn for_autoware(kind: &str) -> &str {
-    SAME.into_iter().find(|(theirs, _)| *theirs == kind).map_or(kind, |(_, ours)| ours)
+    SYNONYMS.into_iter().find(|(theirs, _)| *theirs == kind).map_or(kind, |(_, ours)| ours)
 }
 
 /// The finding with the fix that gives all lanes of such a kind the word that Autoware reads: lanes beside and behind each other
@@ -20,8 +20,8 @@ pub fn renamed(view: &View, finding: Finding) -> Finding {
         let lanelets = view.lanelets.iter().filter(move |seen| seen.is(theirs));
         lanelets.flat_map(move |seen| renaming(seen.lanelet, ours))
     };
-    let edits: Vec<Edit> = SAME.into_iter().flat_map(edits_of).collect();
-    let told = SAME.into_iter().filter_map(|(theirs, ours)| {
+    let edits: Vec<Edit> = SYNONYMS.into_iter().flat_map(edits_of).collect();
+    let told = SYNONYMS.into_iter().filter_map(|(theirs, ours)| {
         let count = view.lanelets.iter().filter(|seen| seen.is(theirs)).count();
         (count > 0).then(|| format!("subtype={ours} on {} of subtype {theirs}", counted(count, "lanelet")))
     });

@@ -1,55 +1,47 @@
-//! Nodes that lie close together and were meant to be one: all of a heap at once, however many.
+//! Nodes that lie close together and were meant to be one: all of a cluster at once, however many.
 
-use std::collections::BTreeMap;
+use rustc_hash::FxHashMap;
 
 use crate::diagnostic::{Edit, Finding};
-use crate::geometry::Point;
 use crate::lanelet::PointId;
-use crate::lanelet::index::MapIndex;
+use crate::lanelet::index::{MapIndex, UnionFind};
 
-/// The oldest node that one is to become.
-fn root(older: &BTreeMap<PointId, PointId>, mut id: PointId) -> PointId {
-    while let Some(&next) = older.get(&id) {
-        id = next;
-    }
-    id
+/// Nodes that are to be one, cluster by cluster: the oldest of each, which stays, first.
+pub struct NodeClusters {
+    clusters: Vec<Vec<PointId>>,
+    /// The cluster of each node.
+    of_node: FxHashMap<PointId, usize>,
 }
 
-/// For each of several nodes that are to be one, all of them: the oldest, which stays, first.
-pub struct Heaps(BTreeMap<PointId, Vec<PointId>>);
-
-impl Heaps {
-    /// Those of pairs that are to be one. A heap of which a node is no closer than `limit` (m) to the oldest is none: it would be moved
-    /// farther than any of its findings says.
+impl NodeClusters {
+    /// Those of pairs that are to be one. A cluster of which a node is no closer than `limit` (m) to the oldest is none: it would be
+    /// moved farther than any of its findings says.
     pub fn of(map: &MapIndex, pairs: impl Iterator<Item = [PointId; 2]>, limit: f64) -> Self {
-        let mut older: BTreeMap<PointId, PointId> = BTreeMap::new();
-        let mut ids: Vec<PointId> = Vec::new();
-        for pair in pairs {
-            ids.extend(pair);
-            let [a, b] = pair.map(|id| root(&older, id));
-            if a != b {
-                older.insert(a.max(b), a.min(b));
-            }
-        }
+        let pairs: Vec<[PointId; 2]> = pairs.collect();
+        let mut ids: Vec<PointId> = pairs.iter().flatten().copied().collect();
         ids.sort_unstable();
         ids.dedup();
-        let mut heaps: BTreeMap<PointId, Vec<PointId>> = BTreeMap::new();
-        for id in ids {
-            heaps.entry(root(&older, id)).or_default().push(id);
+        let mut sets = UnionFind::new(ids.len());
+        for [a, b] in &pairs {
+            let [a, b] = [a, b].map(|id| ids.partition_point(|one| one < id));
+            sets.join(a, b);
         }
-        let is_close = |ids: &[PointId]| {
-            let places = ids.iter().filter_map(|&id| Some(map.map.points.get(id)?.position));
-            let all: Vec<Point> = places.collect();
-            all.iter().all(|one| all.first().is_some_and(|first| (one - first).norm() < limit))
+        let mut by_root: Vec<Vec<PointId>> = vec![Vec::new(); ids.len()];
+        ids.iter().enumerate().for_each(|(at, id)| by_root[sets.root(at)].push(*id));
+        let place = |id: &PointId| map.map.points.get(*id).map(|point| point.position);
+        let is_close = |cluster: &Vec<PointId>| {
+            let Some(oldest) = cluster.first().and_then(place) else { return false };
+            cluster.iter().filter_map(place).all(|one| (one - oldest).norm() < limit)
         };
-        heaps.retain(|_, ids| is_close(ids));
-        Self(heaps.into_values().flat_map(|ids| ids.clone().into_iter().map(move |id| (id, ids.clone()))).collect())
+        let clusters: Vec<Vec<PointId>> = by_root.into_iter().filter(is_close).collect();
+        let of_node = clusters.iter().enumerate().flat_map(|(at, cluster)| cluster.iter().map(move |&id| (id, at)));
+        Self { of_node: of_node.collect(), clusters }
     }
 
-    /// The finding that two nodes are to be one, with the fix that makes one of all of their heap.
-    pub fn made_one(&self, finding: Finding, [older, newer]: [PointId; 2]) -> Finding {
-        let pair = vec![older, newer];
-        let (to, from) = self.0.get(&older).unwrap_or(&pair).split_first().unwrap_or((&older, &[]));
+    /// The finding that two nodes are to be one, with the fix that makes one of all of their cluster.
+    pub fn made_one(&self, finding: Finding, pair: [PointId; 2]) -> Finding {
+        let cluster = self.of_node.get(&pair[0]).and_then(|&at| self.clusters.get(at));
+        let [to, from @ ..] = cluster.map_or(&pair[..], Vec::as_slice) else { return finding };
         let edits: Vec<Edit> = from.iter().map(|one| Edit::MergePoints { from: one.0, to: to.0 }).collect();
         let names: Vec<String> = from.iter().map(ToString::to_string).collect();
         finding.fixed_by(format!("use node {to} instead of {}", names.join(", ")), true, edits)

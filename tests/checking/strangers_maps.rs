@@ -1,4 +1,4 @@
-//! Maps as strangers draw them: other words for lanes, heaps of nodes, lanes that join; and what `fix` makes of them.
+//! Maps as strangers draw them: other words for lanes, clusters of nodes, lanes that join; and what `fix` makes of them.
 
 use std::collections::BTreeMap;
 use std::convert::Infallible;
@@ -116,7 +116,7 @@ fn lanes_of_a_motorway_get_the_words_that_autoware_reads() {
 }
 
 /// A lane behind which three others begin, each with nodes of its own at the same places.
-fn heaps() -> OsmData {
+fn clusters() -> OsmData {
     let mut sheet = Sheet::default();
     let [a, b] = sheet.nodes([[0.0, 3.5], [0.0, 0.0]]);
     let [left, right] = sheet.nodes([[40.0, 3.5], [40.0, 0.0]]);
@@ -129,15 +129,15 @@ fn heaps() -> OsmData {
 }
 
 #[test]
-fn a_heap_of_nodes_becomes_one_at_once() {
-    let before = found(&heaps());
+fn a_cluster_of_nodes_becomes_one_at_once() {
+    let before = found(&clusters());
     let fixes = before.iter().filter(|one| one.code == "health/near-miss").filter_map(|one| one.finding.fix.as_ref());
     let titles: BTreeMap<&str, usize> = fixes.fold(BTreeMap::new(), |mut titles, fix| {
         *titles.entry(fix.title.as_str()).or_default() += 1;
         titles
     });
     assert_eq!(titles, BTreeMap::from([("use node 3 instead of 5, 9, 13", 3), ("use node 4 instead of 6, 10, 14", 3)]));
-    let map = map(&mended(heaps()).osm);
+    let map = map(&mended(clusters()).osm);
     let settings = Settings::default();
     let index = MapIndex::new(&map, &[], &settings, Thresholds::default());
     assert_eq!(index.followers(0).len(), 3);

@@ -53,22 +53,22 @@ pub fn area_outline(
     (paths, indices): (&[TurningLanelet], &[Option<StripIndex>]),
     islands: &[Island],
 ) -> AreaOutline {
-    let walked = ring_along_arms(assembly, key, arms, bounds, Kerbs::Rounded);
-    let walked = match is_simple_ring(&walked) {
-        true => walked,
-        // Where two roads turn back on opposite sides, their kerbs may bulge over each other.
-        false => {
-            Some(ring_along_arms(assembly, key.word("straight kerbs"), arms, bounds, Kerbs::StraightWhereTheyTurnBack))
-                .filter(|straight| is_simple_ring(straight))
-                .unwrap_or(walked)
+    let mut walked = ring_along_arms(assembly, key, arms, bounds, Kerbs::Rounded);
+    // Where two roads turn back on opposite sides, their kerbs may bulge over each other.
+    let mut simple = is_simple_ring(&walked);
+    if !simple {
+        let straight =
+            ring_along_arms(assembly, key.word("straight kerbs"), arms, bounds, Kerbs::StraightWhereTheyTurnBack);
+        if is_simple_ring(&straight) {
+            (walked, simple) = (straight, true);
         }
-    };
+    }
     let mut ring: Vec<PointId> = walked.iter().map(|(id, _)| *id).collect();
     let overrun =
         |ring: &[PointId]| -> Vec<usize> { (0..arms.len()).filter(|&i| !runs_along(ring, arms[i])).collect() };
     let mut yields = false;
     let mut overrun_arms = overrun(&ring);
-    if !holds(&walked, paths, indices) {
+    if !(simple && holds(&walked, paths, indices)) {
         let union = RingUnion { ring: &walked, islands: &[], paths, behind: &[] };
         ring = union_outline(assembly, key, &union, arms, bounds);
         overrun_arms = overrun(&ring);

@@ -95,10 +95,9 @@ mod tests {
         let straight = path([0, 0, 1, 0], [[0.0, 0.0], [20.0, 0.0]], [0.0, 0.0]);
         let corner = path([0, 0, 2, 0], [[0.0, 0.0], [5.0, 9.0]], [90.0, 40.0]);
         let other = path([1, 0, 2, 0], [[20.0, 3.0], [5.0, 9.0]], [-90.0, 0.0]);
-        let dropped = |paths: &[TurningLanelet]| undrivable(paths);
-        assert_eq!(dropped(&[straight.clone(), corner.clone(), other.clone()]), [corner.movement]);
-        assert!(dropped(&[straight, corner.clone()]).is_empty(), "nobody else leads to the lane");
-        assert!(dropped(&[corner, other]).is_empty(), "the lane leads nowhere else");
+        assert_eq!(undrivable(&[straight.clone(), corner.clone(), other.clone()]), [corner.movement]);
+        assert!(undrivable(&[straight, corner.clone()]).is_empty(), "nobody else leads to the lane");
+        assert!(undrivable(&[corner, other]).is_empty(), "the lane leads nowhere else");
     }
 
     #[test]

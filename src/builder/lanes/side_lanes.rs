@@ -35,10 +35,7 @@ pub fn side_lanes(assembly: &mut MapBuilder, network: &RoadNetwork, lanes: &Lane
         for run in runs.iter().filter(|run| is_drawn(road, run, &network.beside)) {
             for piece in lanes.pieces_of(RoadIx::new(i)) {
                 let others = || driven.get_or_init(|| DrivenBorders::new(assembly, lanes));
-                let sides = [run.strips.start, run.strips.end].map(|edge| piece.borders.get(edge).copied().flatten());
-                let is_copy = |side: Bound| others().run_along(RoadIx::new(i), &assembly.bound_line(side));
-                // A shoulder that lies on another road is none: nobody halts there.
-                if run.used == StripUse::Shoulder && sides.into_iter().flatten().any(is_copy) {
+                if run.used == StripUse::Shoulder && is_on_other_road(assembly, RoadIx::new(i), piece, run, others()) {
                     continue;
                 }
                 for &backward in run.directions() {
@@ -60,6 +57,18 @@ fn is_drawn(road: &Road, run: &StripRun, settings: &BesideSettings) -> bool {
         StripUse::Shoulder => settings.shoulders,
         StripUse::Pedestrian => settings.pedestrian_lanes,
     }
+}
+
+/// Whether a side of a run lies along the border of a lane of another road: nobody halts there.
+fn is_on_other_road(
+    assembly: &MapBuilder,
+    road: RoadIx,
+    piece: &RoadPiece,
+    run: &StripRun,
+    others: &DrivenBorders,
+) -> bool {
+    let sides = [run.strips.start, run.strips.end].into_iter().filter_map(|edge| *piece.borders.get(edge)?);
+    sides.into_iter().any(|side| others.run_along(road, &assembly.bound_line(side)))
 }
 
 /// Adds the lanelet of a run, unless there is no room for it.

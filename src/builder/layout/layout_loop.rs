@@ -4,23 +4,25 @@
 //! that are no roads, cuts at stop lines. Each round meets those of one kind and draws again what that changes. Where a lanelet
 //! runs over the end of a road that is too short to be cut back behind it, no vehicle can wait on that road: it lies inside an
 //! intersection, and the intersections at its ends are one, if that helps. So it is where a road is too short to be cut back for a
-//! turn that a car can take. A dead end of that kind is left out, and so is a loop; a longer road that no turn joins ends before the intersection.
+//! turn that a car can take. A dead end of that kind is left out, and so is a loop; a longer road that no turn joins ends before the
+//! intersection.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashSet;
 
 use crate::builder::lanes::road_cut::VEHICLE;
 use crate::builder::network::network_diff::{NetworkDiff, NetworkSnapshot};
 use crate::builder::network::unreachable_lanes::end_road_without_turns;
-use crate::builder::network::{Intersection, IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, Stations};
+use crate::builder::network::{IntersectionIx, RoadEnd, RoadKey, RoadNetwork, Stations};
 use crate::builder::streets::consolidate::{ConsolidateOptions, MergeNote, MergeReason, absorb_roads, without_roads};
 use crate::builder::streets::heights::{HeightOptions, level_at_cuts};
-use crate::diagnostic::{Finding, Severity, Subject};
+use crate::diagnostic::Finding;
 
-use super::map_layout::{IntersectionLanelets, Layout};
-use super::short_links::{SETBACK_LEAST, room_for_turns, short_links};
+use super::map_layout::Layout;
+use super::roads_inside::{ends_without_turns, left_out, road_inside, roads_abreast, roads_inside, roads_to_leave_out};
+use super::short_links::{SETBACK_LEAST, room_for_turns};
 
 /// No layout makes more demands than this. Each cuts more off roads, merges some or leaves some out, so that the loop ends by itself.
 const ROUNDS: usize = 200;
@@ -111,7 +113,7 @@ impl LayoutLoop<'_> {
         }
         if matches!(self.stop_lines, StopLines::Untried) {
             let before = NetworkSnapshot::of(&self.layout.network);
-            if self.merge_roads() || self.leave_out_dead_ends() || self.end_roads_without_turns() {
+            if self.merge_roads() || self.leave_out_roads() || self.end_roads_without_turns() {
                 return ControlFlow::Continue(self.followed(&before));
             }
             if let Some(anew) = self.without_useless_merges() {
@@ -191,14 +193,9 @@ impl LayoutLoop<'_> {
         (unmerged.refused.len() > before).then(|| unmerged.clone())
     }
 
-    /// Leaves out dead ends that no car can turn into, loops that lie inside their intersection, and short pieces that lead nowhere;
-    /// `false` if there are none.
-    fn leave_out_dead_ends(&mut self) -> bool {
-        let mut roads = short_dead_ends(&self.layout, self.apart);
-        roads.extend(loops_inside(&self.layout, self.apart));
-        roads.extend(pieces_without_turns(&self.layout, self.apart));
-        roads.sort_unstable();
-        roads.dedup();
+    /// Leaves out roads that lead nowhere; `false` if there are none.
+    fn leave_out_roads(&mut self) -> bool {
+        let roads = roads_to_leave_out(&self.layout, self.apart);
         if roads.is_empty() {
             return false;
         }
@@ -285,115 +282,4 @@ impl LayoutLoop<'_> {
         notes.extend(road_notes);
         (layout, notes)
     }
-}
-
-/// The roads that have no room behind the ways over their ends, or none for the turns there; in order.
-fn roads_inside(layout: &Layout, refused: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
-    let network = &layout.network;
-    let no_room = |road: &RoadIx| {
-        let Some(one) = network.roads.get(road.position()) else { return false };
-        layout.left(*road) < VEHICLE && one.from != one.to && !refused.contains(&one.key)
-    };
-    let leads_on = |road: &RoadIx| !ends_here(network, network.road(*road));
-    let short = short_links(layout).into_iter().filter(leads_on);
-    let mut roads: Vec<RoadIx> = layout.overrun().map(|at| at.road).chain(short).filter(no_room).collect();
-    roads.sort_unstable();
-    roads.dedup();
-    roads
-}
-
-/// Those of these roads, in ascending order, beside which another of them joins the same two intersections. Without room they lie
-/// over each other: whatever the extent of the intersections, nothing can be built between them.
-fn roads_abreast(network: &RoadNetwork, roads: &[RoadIx]) -> Vec<RoadIx> {
-    let ends = |road: RoadIx| {
-        let road = network.road(road);
-        [road.from.min(road.to), road.from.max(road.to)]
-    };
-    let mut counts: FxHashMap<[IntersectionIx; 2], usize> = FxHashMap::default();
-    roads.iter().for_each(|road| *counts.entry(ends(*road)).or_default() += 1);
-    roads.iter().copied().filter(|road| counts[&ends(*road)] > 1).collect()
-}
-
-/// The ends of roads from and to which no lanelet leads, at intersections where some join others.
-fn ends_without_turns(layout: &Layout) -> Vec<RoadEnd> {
-    let of_one = |(at, ways): (&Intersection, &Option<Box<IntersectionLanelets>>)| -> Vec<RoadEnd> {
-        let paths = ways.as_ref().map_or(&[][..], |ways| &ways.drawn.paths);
-        let joined = |arm: usize| paths.iter().any(|path| path.movement.from == arm || path.movement.to == arm);
-        let ends = at.arms.iter().enumerate().filter(|(arm, _)| !paths.is_empty() && !joined(*arm));
-        ends.map(|(_, at)| *at).collect()
-    };
-    layout.network.intersections.iter().zip(&layout.ways).flat_map(of_one).collect()
-}
-
-/// Whether nothing goes on at one end of a road.
-fn ends_here(network: &RoadNetwork, road: &Road) -> bool {
-    [road.from, road.to].iter().any(|&at| network.intersection(at).arms.len() < 2)
-}
-
-/// Dead ends too short for a turn into them that a car can take, where two longer roads meet without them: where all are
-/// short they are what there is.
-fn short_dead_ends(layout: &Layout, apart: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
-    let is_left_out = |road: &RoadIx| {
-        let one = layout.network.road(*road);
-        ends_here(&layout.network, one) && !apart.contains(&one.key) && is_beside_longer(&layout.network, one)
-    };
-    short_links(layout).into_iter().filter(is_left_out).collect()
-}
-
-/// Loops of which less is left than a vehicle is long: at the end of a drive cars turn on such a small place, but there is no lane.
-fn loops_inside(layout: &Layout, apart: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
-    let is_inside = |ix: &RoadIx| {
-        let road = layout.network.road(*ix);
-        road.from == road.to && !road.roundabout && layout.left(*ix) < VEHICLE && !apart.contains(&road.key)
-    };
-    RoadIx::all(layout.network.roads.len()).filter(is_inside).collect()
-}
-
-/// Roads of which less is left than a vehicle is long, without a turn into them or out of them at an end: of those that go on at the
-/// other end all lanes of that end, of dead ends those of one direction.
-fn pieces_without_turns(layout: &Layout, apart: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
-    let network = &layout.network;
-    let mut found = Vec::new();
-    for (at, ways) in network.intersections.iter().zip(&layout.ways) {
-        let paths = ways.as_ref().map_or(&[][..], |ways| &ways.drawn.paths);
-        for (arm, end) in at.arms.iter().enumerate().filter(|_| !paths.is_empty()) {
-            let lanes = layout.lanes.arm(*end);
-            let without = [
-                !lanes.into.is_empty() && paths.iter().all(|path| path.movement.from != arm),
-                !lanes.out.is_empty() && paths.iter().all(|path| path.movement.to != arm),
-            ];
-            let road = network.road(end.road);
-            let leads_nowhere = match ends_here(network, road) {
-                true => without.contains(&true),
-                false => without[0] != lanes.into.is_empty() && without[1] != lanes.out.is_empty(),
-            };
-            if leads_nowhere && layout.left(end.road) < VEHICLE && !apart.contains(&road.key) {
-                found.push(end.road);
-            }
-        }
-    }
-    found
-}
-
-/// Whether two longer roads meet at an end of a road.
-fn is_beside_longer(network: &RoadNetwork, road: &Road) -> bool {
-    let longer = |arm: &&RoadEnd| network.road(arm.road).line.length() > road.line.length();
-    [road.from, road.to].iter().any(|&at| network.intersection(at).arms.iter().filter(longer).count() > 1)
-}
-
-fn left_out(road: &Road) -> Finding {
-    let RoadKey { way, first, last, .. } = road.key;
-    let kind = if road.from == road.to { "loop" } else { "road" };
-    let message = format!(
-        "way {way} is not built between nodes {first} and {last}: too little is left of this {kind} for a car to turn into it"
-    );
-    Finding::new("way-skipped", Subject::Way(way), message).graded(Severity::Info)
-}
-
-fn road_inside(MergeNote { key, left, .. }: &MergeNote) -> Finding {
-    let message = format!(
-        "Of way {} between nodes {} and {} there are {left:.1} m left, too few for the ways at its ends: it lies inside an intersection.",
-        key.way, key.first, key.last
-    );
-    Finding::new("road-inside", Subject::Way(key.way), message).graded(Severity::Info)
 }

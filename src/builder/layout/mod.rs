@@ -2,4 +2,5 @@
 
 pub mod layout_loop;
 pub mod map_layout;
+mod roads_inside;
 pub mod short_links;

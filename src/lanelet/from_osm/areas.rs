@@ -13,14 +13,14 @@ use crate::osm::{ElementKind, Relation};
 use super::Loader;
 
 /// The lines of a role that are not yet part of a ring.
-struct Open {
+struct OpenLines {
     lines: Vec<Option<Vec<PointId>>>,
     /// For each end point the lines that have it, in file order.
     by_end: FxHashMap<PointId, VecDeque<usize>>,
     left: usize,
 }
 
-impl Open {
+impl OpenLines {
     fn new(lines: Vec<Vec<PointId>>) -> Self {
         let mut by_end: FxHashMap<PointId, VecDeque<usize>> = FxHashMap::default();
         for (at, line) in lines.iter().enumerate() {
@@ -73,7 +73,7 @@ impl Loader<'_> {
     /// line that closes none is passed over without a word.
     fn rings(&mut self, relation: &Relation, role: &'static str) -> Option<usize> {
         let (lines, mut told) = self.lines_of(relation, role);
-        let mut open = Open::new(lines);
+        let mut open = OpenLines::new(lines);
         let mut rings = 0;
         for at in 0..open.lines.len() {
             let Some(mut ring) = open.take(at) else { continue };

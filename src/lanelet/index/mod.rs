@@ -34,6 +34,7 @@ pub use thresholds::Thresholds;
 pub use types::{
     Arm, ArmEdge, Conflict, DrivingSide, Intersection, IntersectionMember, MapIndex, Movement, Rank, SideVotes, Traffic,
 };
+pub use union_find::UnionFind;
 pub use unmarked::{JOINING, Unmarked};
 use view::View;
 

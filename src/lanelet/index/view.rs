@@ -92,7 +92,7 @@ impl<'m> Seen<'m> {
 
     /// Share of this lanelet's area (1) that an outline covers.
     pub fn share(&self, outline: &[Place]) -> f64 {
-        polygon::overlap_of_windings(&self.outline, outline) / self.area
+        polygon::overlap_by_winding(&self.outline, outline) / self.area
     }
 
     /// Whether the insides of both meet. Lanelets that only touch do not.

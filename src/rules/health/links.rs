@@ -6,7 +6,7 @@ use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::geometry::{Point, Vector, angle_between, cross};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{LaneletId, PointId};
-use crate::rules::near_nodes::Heaps;
+use crate::rules::near_nodes::NodeClusters;
 
 use super::params::{Params, subject};
 
@@ -145,7 +145,7 @@ impl<'m> Links<'m> {
         let map = self.map;
         let [near, gap] = self.limits;
         let name = |lane: usize| map.lanes[lane].id;
-        let heaps = Heaps::of(map, self.misses.keys().copied(), near);
+        let clusters = NodeClusters::of(map, self.misses.keys().copied(), near);
         let misses = self.misses.iter().map(|([older, newer], (distance, [x, y], place))| {
             let (a, b) = (name(*x), name(*y));
             let message = format!("Nodes {older} and {newer} are {distance:.3} m apart; {a} and {b} do not connect.");
@@ -155,7 +155,7 @@ impl<'m> Links<'m> {
                 .with(subject(map, *y), "starts here")
                 .measured(*distance, near, "m")
                 .at(Place::Point(*place));
-            heaps.made_one(finding, [*older, *newer])
+            clusters.made_one(finding, [*older, *newer])
         });
         let gaps = self.gaps.iter().map(|&(length, x, y)| {
             let message = format!("Lane {} ends {length:.2} m before lane {} starts.", name(x), name(y));

@@ -11,7 +11,7 @@ use crate::geometry::{Point as Place, cross, left_of, orientation, polygon, segm
 use crate::lanelet::index::extent;
 use crate::lanelet::index::routing_graph::{Graph, Rules};
 use crate::lanelet::index::view::{Seen, View, covered_by};
-use crate::lanelet::placed::{Digits, SAME_PLACE};
+use crate::lanelet::placed::{ExactPlaces, SAME_PLACE};
 use crate::lanelet::{Bound, LaneletId};
 use crate::parallel::Finely;
 
@@ -23,11 +23,11 @@ pub fn border_sharing(view: &View, params: &Params) -> Vec<Issue> {
     let graph = Graph::new(view, Rules::AnyLane);
     let rank = layer::ranks(view);
     let most = params.number("iou_threshold");
-    let digits = Digits::default();
+    let exact = ExactPlaces::default();
     let drawn: Vec<[Vec<Place>; 2]> = view
         .lanelets
         .par_iter()
-        .map(|seen| [&seen.left, &seen.right].map(|bound| bound.iter().map(|point| digits.place(point)).collect()))
+        .map(|seen| [&seen.left, &seen.right].map(|bound| bound.iter().map(|point| exact.place(point)).collect()))
         .collect();
     let lanes = Lanes { view, graph: &graph, rank: &rank, drawn: &drawn, most };
     let pairs: Vec<(usize, usize)> = (0..view.lanelets.len())
@@ -125,7 +125,7 @@ fn opposite(a: &Seen, b: &Seen) -> bool {
 /// What two outlines have in common, as a share of what either covers.
 fn likeness(a: &[Place], b: &[Place]) -> f64 {
     let [own, other] = [a, b].map(|outline| polygon::signed_area(outline).abs());
-    let common = polygon::overlap_of_windings(a, b);
+    let common = polygon::overlap_by_winding(a, b);
     common / (own + other - common)
 }
 

@@ -11,7 +11,7 @@ use crate::lanelet::index::{Edge, MapIndex};
 use crate::lanelet::{LineStringId, PointId};
 
 use super::params::Params;
-use crate::rules::near_nodes::Heaps;
+use crate::rules::near_nodes::NodeClusters;
 
 /// Two nodes that nearly coincide, with the lanes that they keep apart.
 struct Miss {
@@ -96,7 +96,7 @@ impl Misses<'_> {
     /// One finding for each pair of nodes.
     pub fn into_findings(self) -> Vec<Finding> {
         let map = self.map;
-        let heaps = Heaps::of(map, self.pairs.keys().copied(), self.limit);
+        let clusters = NodeClusters::of(map, self.pairs.keys().copied(), self.limit);
         let findings = self.pairs.into_iter().map(|([older, newer], miss)| {
             let [a, b] = miss.lanes.map(|lane| map.lanes[lane].id);
             let message =
@@ -107,7 +107,7 @@ impl Misses<'_> {
                 .with(Subject::Lanelet(b.0), "starts here")
                 .measured(miss.distance, self.limit, "m")
                 .at(Place::Point(miss.place));
-            heaps.made_one(finding, [older, newer])
+            clusters.made_one(finding, [older, newer])
         });
         findings.collect()
     }

@@ -53,11 +53,11 @@ pub(super) fn is_simple_ring(ring: &[Node]) -> bool {
     simple_ring::faults(&ring, SPIKE, 1).is_empty()
 }
 
-/// Whether the ring is simple and covers every lanelet, whose `indices` these are.
+/// Whether a simple ring runs clockwise and covers every lanelet, whose `indices` these are.
 pub(super) fn holds(ring: &[Node], paths: &[TurningLanelet], indices: &[Option<StripIndex>]) -> bool {
     let ring: Vec<Point> = ring.iter().map(|(_, place)| *place).collect();
-    let simple = simple_ring::faults(&ring, SPIKE, 1).is_empty() && polygon::signed_area(&ring) < 0.0;
-    let Some(inside) = strips_beside(paths, &ring).filter(|_| simple) else { return false };
+    let clockwise = polygon::signed_area(&ring) < 0.0;
+    let Some(inside) = strips_beside(paths, &ring).filter(|_| clockwise) else { return false };
     let covered = |index: &Option<StripIndex>| index.as_ref().map_or(0.0, |index| index.strips().common_area(&inside));
     paths.iter().zip(indices).all(|(path, index)| covered(index) >= COVERED * area_of(&path.outline))
 }

@@ -114,27 +114,23 @@ impl IntersectionLanelets {
     pub fn draw(site: Site) -> Self {
         let Site { network, lanes, intersection, .. } = site;
         let mut plan = movements(network.side, site.restrictions, lanes, intersection);
-        let draw = |all: &[Movement]| {
+        // Movements that are dropped already stay in the list of those.
+        let draw = |all: &[Movement], dropped: Vec<Movement>| {
             let mut builder = site.builder(MapPart::default());
-            let drawn = turning_lanelets(&mut builder, network, lanes, intersection, all);
+            let mut drawn = turning_lanelets(&mut builder, network, lanes, intersection, all);
+            drawn.dropped.extend(dropped);
+            drawn.dropped.sort_unstable();
             (drawn, builder.into_part())
         };
-        let (mut drawn, mut part) = draw(&plan.all);
+        let (mut drawn, mut part) = draw(&plan.all, Vec::new());
         if let Some(all) = movements_instead(lanes, intersection, &plan.all, &drawn.dropped) {
-            let mut dropped = std::mem::take(&mut drawn.dropped);
-            (drawn, part) = draw(&all);
-            drawn.dropped.append(&mut dropped);
-            drawn.dropped.sort_unstable();
+            (drawn, part) = draw(&all, drawn.dropped);
             plan.all = all;
         }
-        let mut needless = undrivable(&drawn.paths);
+        let needless = undrivable(&drawn.paths);
         if !needless.is_empty() {
             plan.all.retain(|movement| !needless.contains(movement));
-            let mut dropped = std::mem::take(&mut drawn.dropped);
-            (drawn, part) = draw(&plan.all);
-            needless.append(&mut dropped);
-            needless.sort_unstable();
-            drawn.dropped = needless;
+            (drawn, part) = draw(&plan.all, [drawn.dropped, needless].concat());
         }
         Self {
             plan,

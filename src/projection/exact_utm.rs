@@ -64,14 +64,14 @@ fn asinh(x: f64) -> f64 {
 }
 
 /// Easting and northing, of the places of many points.
-pub struct UtmDigits {
+pub struct ExactUtm {
     /// Radius of the meridian, metres.
     radius: f64,
     eccentricity: f64,
     series: [f64; 6],
 }
 
-impl Default for UtmDigits {
+impl Default for ExactUtm {
     fn default() -> Self {
         let n = FLATTENING / (2.0 - FLATTENING);
         let mut power = n;
@@ -85,7 +85,7 @@ impl Default for UtmDigits {
     }
 }
 
-impl UtmDigits {
+impl ExactUtm {
     /// Easting and northing modulo 100 km of a place in its own zone; `None` where there is none.
     pub fn in_square(&self, place: LonLat) -> Option<Point> {
         let zone = zone_of(place)?;
@@ -133,7 +133,7 @@ mod tests {
     /// Places, with what the existing validator makes of them.
     #[test]
     fn places_come_out_to_the_last_digit() {
-        let digits = UtmDigits::default();
+        let exact = ExactUtm::default();
         for (lat, lon, x, y) in [
             (48.123456789012344, 11.567890123456788, 91088.69215700263, 33211.49816905614),
             (47.694737703680254, 17.628135068945866, 97194.3768999991, 85718.40510000009),
@@ -149,19 +149,19 @@ mod tests {
             (64.1466, -21.9426, 54138.376516023825, 13689.868973985314),
             (37.5665, 126.978, 21424.286193708424, 59640.64141244395),
         ] {
-            assert_eq!(digits.in_square(LonLat { lon, lat }), Some(Point::new(x, y)), "{lat} {lon}");
+            assert_eq!(exact.in_square(LonLat { lon, lat }), Some(Point::new(x, y)), "{lat} {lon}");
         }
     }
 
     #[test]
     fn they_are_those_of_the_projector() {
-        let digits = UtmDigits::default();
+        let exact = ExactUtm::default();
         for (lat, lon) in
             [(48.1, 11.5), (-33.86, 151.2), (60.39, 5.32), (78.22, 15.6), (1e-9, -0.01), (0.0, 179.9), (35.2, 139.0)]
         {
             let place = LonLat { lon, lat };
             let projected = Projector::mgrs(MgrsGrid::of(place).unwrap()).forward(place, 0.0).unwrap();
-            let found = digits.in_square(place).unwrap();
+            let found = exact.in_square(place).unwrap();
             assert!((found - projected).norm() < 1e-6, "{lat} {lon}: {found} {projected}");
         }
     }

@@ -1,0 +1,139 @@
+//! Roads that are no roads: of which too little is left between the lanelets at their ends, and that no turn leads to.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::builder::lanes::road_cut::VEHICLE;
+use crate::builder::network::{IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
+use crate::builder::streets::consolidate::MergeNote;
+use crate::diagnostic::{Finding, Severity, Subject};
+
+use super::map_layout::Layout;
+use super::short_links::short_links;
+
+/// The roads that have no room behind the ways over their ends, or none for the turns there; in order.
+pub fn roads_inside(layout: &Layout, refused: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
+    let network = &layout.network;
+    let no_room = |road: &RoadIx| {
+        let Some(one) = network.roads.get(road.position()) else { return false };
+        layout.left(*road) < VEHICLE && one.from != one.to && !refused.contains(&one.key)
+    };
+    let leads_on = |road: &RoadIx| !ends_here(network, network.road(*road));
+    let short = short_links(layout).into_iter().filter(leads_on);
+    let mut roads: Vec<RoadIx> = layout.overrun().map(|at| at.road).chain(short).filter(no_room).collect();
+    roads.sort_unstable();
+    roads.dedup();
+    roads
+}
+
+/// Those of these roads, in ascending order, beside which another of them joins the same two intersections. Without room they lie
+/// over each other: whatever the extent of the intersections, nothing can be built between them.
+pub fn roads_abreast(network: &RoadNetwork, roads: &[RoadIx]) -> Vec<RoadIx> {
+    let ends = |road: RoadIx| {
+        let road = network.road(road);
+        [road.from.min(road.to), road.from.max(road.to)]
+    };
+    let mut counts: FxHashMap<[IntersectionIx; 2], usize> = FxHashMap::default();
+    roads.iter().for_each(|road| *counts.entry(ends(*road)).or_default() += 1);
+    roads.iter().copied().filter(|road| counts[&ends(*road)] > 1).collect()
+}
+
+/// Where a road meets an intersection through which lanelets lead, and which of its directions no turn serves.
+struct ServedEnd {
+    at: RoadEnd,
+    /// Whether its lanes lead in, and whether they lead out.
+    has: [bool; 2],
+    /// Whether a lanelet leads from them, and whether one leads to them.
+    joined: [bool; 2],
+}
+
+/// The ends of all roads at intersections where some are joined.
+fn served_ends(layout: &Layout) -> impl Iterator<Item = ServedEnd> {
+    let drawn = layout.network.intersections.iter().zip(&layout.ways);
+    let drawn = drawn.filter_map(|(at, ways)| Some((at, &ways.as_ref()?.drawn.paths)));
+    drawn.filter(|(_, paths)| !paths.is_empty()).flat_map(move |(at, paths)| {
+        at.arms.iter().enumerate().map(move |(arm, end)| {
+            let lanes = layout.lanes.arm(*end);
+            let joined =
+                [paths.iter().any(|path| path.movement.from == arm), paths.iter().any(|path| path.movement.to == arm)];
+            ServedEnd { at: *end, has: [!lanes.into.is_empty(), !lanes.out.is_empty()], joined }
+        })
+    })
+}
+
+/// The ends of roads from and to which no lanelet leads, at intersections where some join others.
+pub fn ends_without_turns(layout: &Layout) -> Vec<RoadEnd> {
+    served_ends(layout).filter(|end| end.joined == [false; 2]).map(|end| end.at).collect()
+}
+
+/// Whether nothing goes on at one end of a road.
+fn ends_here(network: &RoadNetwork, road: &Road) -> bool {
+    [road.from, road.to].iter().any(|&at| network.intersection(at).arms.len() < 2)
+}
+
+/// Dead ends that no car can turn into, loops that lie inside their intersection, and short pieces that lead nowhere; in order. Roads in
+/// `apart` are none of them.
+pub fn roads_to_leave_out(layout: &Layout, apart: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
+    let mut roads = short_dead_ends(layout, apart);
+    roads.extend(loops_inside(layout, apart));
+    roads.extend(pieces_without_turns(layout, apart));
+    roads.sort_unstable();
+    roads.dedup();
+    roads
+}
+
+/// Dead ends too short for a turn into them that a car can take, where two longer roads meet without them: where all are
+/// short they are what there is.
+fn short_dead_ends(layout: &Layout, apart: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
+    let is_left_out = |road: &RoadIx| {
+        let one = layout.network.road(*road);
+        ends_here(&layout.network, one) && !apart.contains(&one.key) && is_beside_longer(&layout.network, one)
+    };
+    short_links(layout).into_iter().filter(is_left_out).collect()
+}
+
+/// Loops of which less is left than a vehicle is long: at the end of a drive cars turn on such a small place, but there is no lane.
+fn loops_inside(layout: &Layout, apart: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
+    let is_inside = |ix: &RoadIx| {
+        let road = layout.network.road(*ix);
+        road.from == road.to && !road.roundabout && layout.left(*ix) < VEHICLE && !apart.contains(&road.key)
+    };
+    RoadIx::all(layout.network.roads.len()).filter(is_inside).collect()
+}
+
+/// Roads of which less is left than a vehicle is long, without a turn into them or out of them at an end: of those that go on at the
+/// other end all lanes of that end, of dead ends those of one direction.
+fn pieces_without_turns(layout: &Layout, apart: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
+    let leads_nowhere = |end: &ServedEnd| {
+        let road = layout.network.road(end.at.road);
+        let closed = end.has.iter().zip(end.joined).filter(|(has, joined)| **has && !joined).count();
+        let is_closed =
+            if ends_here(&layout.network, road) { closed > 0 } else { closed > 0 && end.joined == [false; 2] };
+        is_closed && layout.left(end.at.road) < VEHICLE && !apart.contains(&road.key)
+    };
+    served_ends(layout).filter(leads_nowhere).map(|end| end.at.road).collect()
+}
+
+/// Whether two longer roads meet at an end of a road.
+fn is_beside_longer(network: &RoadNetwork, road: &Road) -> bool {
+    let longer = |arm: &&RoadEnd| network.road(arm.road).line.length() > road.line.length();
+    [road.from, road.to].iter().any(|&at| network.intersection(at).arms.iter().filter(longer).count() > 1)
+}
+
+/// The note that a road is not built.
+pub fn left_out(road: &Road) -> Finding {
+    let RoadKey { way, first, last, .. } = road.key;
+    let kind = if road.from == road.to { "loop" } else { "road" };
+    let message = format!(
+        "way {way} is not built between nodes {first} and {last}: too little is left of this {kind} for a car to turn into it"
+    );
+    Finding::new("way-skipped", Subject::Way(way), message).graded(Severity::Info)
+}
+
+/// The note that a road lies inside an intersection.
+pub fn road_inside(MergeNote { key, left, .. }: &MergeNote) -> Finding {
+    let message = format!(
+        "Of way {} between nodes {} and {} there are {left:.1} m left, too few for the ways at its ends: it lies inside an intersection.",
+        key.way, key.first, key.last
+    );
+    Finding::new("road-inside", Subject::Way(key.way), message).graded(Severity::Info)
+}
