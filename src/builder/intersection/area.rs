@@ -91,6 +91,10 @@ pub fn area_outline(
     AreaOutline { ring, places, overrun: overrun_arms, lost, yields, covered }
 }
 
+/// A kerb that would bulge out from its chord by more, metres, would enclose ground that no lanelet needs: it is straight, and the
+/// outline leads around the lanelets beyond.
+const BULGE_MOST: f64 = 12.0;
+
 /// How kerbs lead from one road to the next.
 #[derive(Clone, Copy, PartialEq)]
 enum Kerbs {
@@ -139,7 +143,7 @@ fn runs_along(ring: &[PointId], arm: &Arm) -> bool {
     start.is_some_and(|start| ring.iter().cycle().skip(start + 1).zip(line).all(|(a, b)| a == b))
 }
 
-/// The nodes of a rounded kerb between the ends of two cuts, without those ends.
+/// The nodes of a rounded kerb between the ends of two cuts, without those ends; none if it would bulge out.
 fn corner(assembly: &mut MapBuilder, key: Key, [from, to]: [Node; 2], [arm, next]: [&Arm; 2]) -> Vec<Node> {
     let start = Pose { point: from.1, heading: arm.inward };
     let end = Pose { point: to.1, heading: -next.inward };
@@ -147,6 +151,11 @@ fn corner(assembly: &mut MapBuilder, key: Key, [from, to]: [Node; 2], [arm, next
         return Vec::new();
     }
     let line = curve::untangled(&curve::join(start, end).iter().map(|pose| pose.point).collect::<Vec<_>>());
+    // The ring is clockwise, so its outer side is to the left.
+    let along = (end.point - start.point).normalize();
+    if line.iter().any(|p| along.perp(&(p - start.point)) > BULGE_MOST) {
+        return Vec::new();
+    }
     let key = key.word("kerb").number(from.0.0).number(to.0.0);
     let inner = &line[1.min(line.len())..line.len().max(2) - 1];
     inner.iter().enumerate().map(|(i, p)| (assembly.point(key.number(i as i64), *p, 0.0), *p)).collect()

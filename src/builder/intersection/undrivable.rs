@@ -21,9 +21,9 @@ const CLEAR: f64 = 0.5;
 /// Lanelets that share less than this, square metres, only touch.
 const TOUCHING: f64 = 0.01;
 
-/// The movements that are not to be drawn: of those that begin or end in a corner the sharpest first, then those that swing out of the
-/// intersection, then of two that run into each other the one that turns more, as long as every lane that leads in has a way on and
-/// every lane that leads out is reached. `within` are the places at
+/// The movements that are not to be drawn: of those that begin or end in a corner the sharpest first, of those that swing out of the
+/// intersection the farthest first, then of two that run into each other the one that turns more, as long as every lane that leads in
+/// has a way on and every lane that leads out is reached. `within` are the places at
 /// which roads and lanes end, and those of the roads inside.
 pub fn undrivable(paths: &[TurningLanelet], within: impl IntoIterator<Item = Point>) -> Vec<Movement> {
     let mut left: Vec<&TurningLanelet> = paths.iter().collect();
@@ -31,8 +31,10 @@ pub fn undrivable(paths: &[TurningLanelet], within: impl IntoIterator<Item = Poi
     corners.sort_by(|a, b| b.corner.total_cmp(&a.corner).then(a.movement.cmp(&b.movement)));
     let mut dropped: Vec<Movement> = corners.into_iter().filter_map(|path| drop_needless(&mut left, path)).collect();
     let hull = polygon::convex_hull(within);
-    let swinging = paths.iter().filter(|path| !dropped.contains(&path.movement) && swing(&hull, &path.outline) > SWING);
-    dropped.extend(swinging.filter_map(|path| drop_needless(&mut left, path)).collect::<Vec<_>>());
+    let swings = paths.iter().map(|path| (swing(&hull, &path.outline), path)).filter(|(far, _)| *far > SWING);
+    let mut swinging: Vec<_> = swings.filter(|(_, path)| !dropped.contains(&path.movement)).collect();
+    swinging.sort_by(|(a, one), (b, other)| b.total_cmp(a).then(one.movement.cmp(&other.movement)));
+    dropped.extend(swinging.into_iter().filter_map(|(_, path)| drop_needless(&mut left, path)));
     for (i, a) in paths.iter().enumerate() {
         for b in paths[i + 1..].iter().take_while(|b| b.movement.from == a.movement.from) {
             if [a, b].iter().all(|path| !dropped.contains(&path.movement)) && run_into_each_other(a, b) {
