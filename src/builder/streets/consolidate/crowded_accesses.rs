@@ -10,6 +10,8 @@ use crate::lanelet::index::UnionFind;
 
 /// So many of them on intersections between which no vehicle has room are a row. Two are the driveways on both sides of a road.
 const ROW: usize = 3;
+/// A shorter row, metres, may become one intersection.
+const SHORTEST: f64 = 15.0;
 /// A longer dead end, metres, leads somewhere.
 const LONGEST: f64 = 100.0;
 
@@ -28,7 +30,7 @@ pub fn crowded_accesses(network: &RoadNetwork, without_room: &[RoadIx]) -> Vec<R
     for (at, others) in beside {
         rows.entry(joined.root(at.position())).or_default().extend(Access::at(network, at, others));
     }
-    rows.retain(|_, row| row.iter().map(|access| access.roads.len()).sum::<usize>() >= ROW);
+    rows.retain(|_, row| row.iter().map(|access| access.roads.len()).sum::<usize>() >= ROW && spans(network, row));
     let mut crowding: Vec<RoadIx> = rows.values().flat_map(|row| first_to_go(row)).copied().collect();
     crowding.sort_unstable();
     crowding
@@ -65,6 +67,12 @@ fn is_access(network: &RoadNetwork, arm: RoadEnd) -> bool {
     let far = network.intersection(road.intersection(arm.end.other()));
     let minor = !road.public || road.class >= RoadClass::Service;
     minor && far.arms.len() == 1 && !far.map_edge && road.line.length() <= LONGEST
+}
+
+/// Whether two accesses of a row lie farther from each other than one intersection should reach.
+fn spans(network: &RoadNetwork, row: &[Access]) -> bool {
+    let place = |access: &Access| network.intersection(access.at).position;
+    row.iter().any(|a| row.iter().any(|b| (place(a) - place(b)).norm() > SHORTEST))
 }
 
 /// The dead ends of those accesses of a row that come before all beside them. The row is in the order of its intersections.

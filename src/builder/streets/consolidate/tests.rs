@@ -303,7 +303,7 @@ fn a_row_of_driveways_does_not_become_one_intersection() {
     let (left_out, built, largest) = dead_ends_left(street_with_dead_ends(40, 7.0, driveway));
     assert_eq!(left_out + built, 40);
     assert!(
-        built >= 10 && largest <= 2,
+        built >= 10 && largest <= 3,
         "{built} driveways are left, and {largest} nodes make the largest intersection"
     );
     // They have room, or there are only two of them; or they are no dead ends to a house.
