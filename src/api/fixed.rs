@@ -5,19 +5,18 @@ use std::path::{Path, PathBuf};
 use similar::TextDiff;
 
 use crate::diagnostic::{Diagnostic, Subject};
-use crate::fix::{FixError, Mend, Mended, mend};
-use crate::lanelet::index::{MapIndex, Thresholds};
+use crate::fix::{FixError, Judge, Mend, Mended, mend};
 use crate::lanelet::{Condition, INFO, InfoFault, Loaded as FromOsm, ProjectorInfo, from_osm};
-use crate::osm::{OsmData, Source};
+use crate::osm::Source;
 use crate::projection::{Projector, VerticalDatum, write_info};
 use crate::report::failure::Failure;
-use crate::rules::{self, Config};
-use crate::triage::{self, Sorted, Suppressions};
+use crate::triage::Sorted;
 
 use super::checked::Checked;
 use super::config::Configuration;
 use super::error::{Error, ErrorKind};
 use super::files;
+use super::judge::MapJudge;
 use super::load::{Loaded, is_packed};
 
 /// What is mended.
@@ -83,7 +82,9 @@ impl Fixed {
         let needed = ProjectorFile::missing(&loaded).filter(|_| unsafe_too);
         let is_asked_for = |found: &[Diagnostic]| found.iter().any(|one| one.code == PROJECTOR_MISSING);
         let projector_file = match needed {
-            Some(file) if is_asked_for(&judged(&loaded, &loaded.osm, &loaded.projector, &loaded.info)?) => Some(file),
+            Some(file) if is_asked_for(&MapJudge::of(&loaded, &loaded.projector, &loaded.info).whole(&loaded.osm)?) => {
+                Some(file)
+            }
             _ => None,
         };
         let Some(file) = projector_file else {
@@ -196,24 +197,11 @@ pub(crate) fn mended(map: &Loaded, unsafe_too: bool) -> Result<Mended, Error> {
 
 /// The same, with a projector and its file in place of those that the map was read with.
 fn mended_as(map: &Loaded, projector: &Projector, info: &ProjectorInfo, unsafe_too: bool) -> Result<Mended, Error> {
-    let judge = |osm: &OsmData| judged(map, osm, projector, info);
-    mend(map.osm.clone(), unsafe_too, judge).map_err(|error| match error {
+    mend(map.osm.clone(), unsafe_too, MapJudge::of(map, projector, info)).map_err(|error| match error {
         FixError::Judge(error) => error,
         FixError::Read(error) => ErrorKind::Internal.error(
             Failure::new(format!("the mended map cannot be read: {error}"))
                 .help("nothing was changed; please report this"),
         ),
     })
-}
-
-/// What is found in a map, of which these are the texts.
-fn judged(map: &Loaded, osm: &OsmData, projector: &Projector, info: &ProjectorInfo) -> Result<Vec<Diagnostic>, Error> {
-    let settings = &map.settings;
-    let mut loaded = from_osm(osm, projector);
-    info.judge(osm, projector, &mut loaded.faults);
-    let index = MapIndex::new(&loaded.map, &loaded.faults, settings, Thresholds::default());
-    let found = rules::run(&index, &Config::from(settings))
-        .map_err(|error| ErrorKind::Config.error(Failure::new(error.to_string())))?;
-    // What somebody has answered for is not mended.
-    Ok(triage::sort(found, settings, Suppressions::of(settings, osm), &loaded.map, None).left)
 }

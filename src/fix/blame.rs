@@ -198,6 +198,7 @@ pub fn following(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) ->
 }
 
 /// How many errors of each code each element of the files has, and what the errors speak of.
+#[derive(Clone, Default)]
 pub struct ErrorCounts {
     of_each: FxHashMap<(String, Option<Key>), usize>,
     /// By code, the elements of each error that speaks of several.

@@ -75,4 +75,6 @@ pub struct Attempt {
     pub renumbered: FxHashMap<Key, i64>,
     /// Whether fixes that lead to others were followed by these; not where others do harm.
     pub is_followed: bool,
+    /// Where they were, the map without what followed, and what was found in it.
+    pub as_made: Option<(OsmData, Vec<Diagnostic>)>,
 }

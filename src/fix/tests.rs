@@ -186,7 +186,8 @@ fn judge_ids(osm: &OsmData, asked: &std::cell::Cell<usize>) -> Vec<Diagnostic> {
 fn all_nodes_of_a_way_are_renumbered_at_once() {
     let map = MAP.replace("relation id=\"20\"", "relation id=\"200\"");
     let asked = std::cell::Cell::new(0);
-    let mended = mend(read(&map), false, |osm| Ok::<_, std::convert::Infallible>(judge_ids(osm, &asked))).unwrap();
+    let mended =
+        mend(read(&map), false, |osm: &OsmData| Ok::<_, std::convert::Infallible>(judge_ids(osm, &asked))).unwrap();
     assert_eq!((mended.done.len(), mended.refused.len(), mended.left.len()), (4, 0, 1), "{:?}", mended.refused);
     assert_eq!(mended.osm.ways[0].nodes, [201, 202]);
     assert_eq!(mended.osm.relations[0].members[0].id, mended.osm.ways[0].id);
