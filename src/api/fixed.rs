@@ -76,6 +76,15 @@ impl Fixed {
     ///
     /// Where a parameter has a value of the wrong type, or the map is divided into cells.
     pub fn of(loaded: Loaded, unsafe_too: bool) -> Result<Self, Error> {
+        Self::telling(loaded, unsafe_too, &|_, _| {})
+    }
+
+    /// The same, and says now and then how many fixes were made and how many are open.
+    ///
+    /// # Errors
+    ///
+    /// See [`Fixed::of`].
+    pub fn telling(loaded: Loaded, unsafe_too: bool, tell: &dyn Fn(usize, usize)) -> Result<Self, Error> {
         if loaded.divided {
             return Err(ErrorKind::Write.error(undivided("mends")));
         }
@@ -88,10 +97,10 @@ impl Fixed {
             _ => None,
         };
         let Some(file) = projector_file else {
-            let mended = mended(&loaded, unsafe_too)?;
+            let mended = mended_as(&loaded, (&loaded.projector, &loaded.info), unsafe_too, tell)?;
             return Ok(Self { loaded, mended, projector_file: None });
         };
-        let mut mended = mended_as(&loaded, &file.projector, &file.info(), unsafe_too)?;
+        let mut mended = mended_as(&loaded, (&file.projector, &file.info()), unsafe_too, tell)?;
         let title = format!("write {INFO}: {}", file.projector);
         mended.done.insert(0, Mend { code: PROJECTOR_MISSING.to_owned(), subject: Subject::Map, title });
         Ok(Self { loaded, mended, projector_file: Some(file) })
@@ -192,12 +201,17 @@ pub(crate) fn undivided(verb: &str) -> Failure {
 
 /// What a map says, mended.
 pub(crate) fn mended(map: &Loaded, unsafe_too: bool) -> Result<Mended, Error> {
-    mended_as(map, &map.projector, &map.info, unsafe_too)
+    mended_as(map, (&map.projector, &map.info), unsafe_too, &|_, _| {})
 }
 
 /// The same, with a projector and its file in place of those that the map was read with.
-fn mended_as(map: &Loaded, projector: &Projector, info: &ProjectorInfo, unsafe_too: bool) -> Result<Mended, Error> {
-    mend(map.osm.clone(), unsafe_too, MapJudge::of(map, projector, info)).map_err(|error| match error {
+fn mended_as(
+    map: &Loaded,
+    (projector, info): (&Projector, &ProjectorInfo),
+    unsafe_too: bool,
+    tell: &dyn Fn(usize, usize),
+) -> Result<Mended, Error> {
+    mend(map.osm.clone(), unsafe_too, MapJudge::telling(map, projector, info, tell)).map_err(|error| match error {
         FixError::Judge(error) => error,
         FixError::Read(error) => ErrorKind::Internal.error(
             Failure::new(format!("the mended map cannot be read: {error}"))

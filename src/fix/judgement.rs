@@ -5,7 +5,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 use rustc_hash::FxHashMap;
 
-use super::blame::ErrorCounts;
+use super::counts::ErrorCounts;
 use super::nearby::{around, changed};
 use crate::diagnostic::{Diagnostic, Subject};
 use crate::osm::{Node, OsmData};
@@ -36,6 +36,9 @@ pub trait Judge {
         None
     }
 
+    /// Is told now and then how many fixes were made and how many are open.
+    fn tell(&self, _made: usize, _open: usize) {}
+
     /// The place of a code in the order of findings.
     fn rank(&self, _code: &str) -> usize {
         0
@@ -58,7 +61,7 @@ pub struct Known<'a> {
 }
 
 /// More of the map than this is not worth to be judged twice.
-const MOST: f64 = 0.4;
+const MOST: f64 = 0.3;
 
 /// Judges maps one after another.
 pub struct Bench<J> {
@@ -82,6 +85,11 @@ pub enum Confirmed {
 impl<J: Judge> Bench<J> {
     pub fn new(judge: J) -> Self {
         Self { judge, is_guessed: Cell::new(false), is_exact: Cell::new(false) }
+    }
+
+    /// Tells how many fixes were made and how many are open.
+    pub fn tell(&self, made: usize, open: usize) {
+        self.judge.tell(made, open);
     }
 
     /// What is found in a map.

@@ -3,12 +3,14 @@
 
 mod blame;
 mod canonical;
+mod counts;
 mod element;
 mod judgement;
 mod nearby;
 mod order;
 mod places;
 mod proposal;
+mod revealed;
 mod suspects;
 #[cfg(test)]
 mod tests;
@@ -19,8 +21,9 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::cancel;
 use crate::diagnostic::{Diagnostic, Fix};
 use crate::osm::{OsmData, ReadError};
-use blame::{Divided, ErrorCounts};
+use blame::Divided;
 pub use canonical::canonical;
+use counts::ErrorCounts;
 pub use judgement::Judge;
 use judgement::{Bench, Confirmed, Known};
 use order::first_of;
@@ -122,6 +125,7 @@ impl Course {
             if open.is_empty() {
                 return Ok(());
             }
+            bench.tell(self.state.done.len(), open.len());
             let renumbered = round(&mut self.state, &mut self.memory, first_of(open), bench)?;
             if !renumbered.is_empty() {
                 self.known = std::mem::take(&mut self.known).renumbered(&renumbered);
@@ -334,7 +338,8 @@ fn attempt<J: Judge>(
     let make = |one: &Proposal| {
         let (creates, ids) = edits.apply_again(&one.fix, used.remove(&one.mend))?;
         earlier.ids.insert(one.mend.clone(), ids);
-        Some(Proposal { creates, ..one.clone() })
+        let reaches = one.touched().flat_map(|key| edits.made_of(key)).collect();
+        Some(Proposal { creates, reaches, ..one.clone() })
     };
     let done: Vec<Proposal> = batch.iter().filter_map(make).collect();
     if done.is_empty() {
@@ -373,7 +378,8 @@ fn follow<J: Judge>(
     let mut edits = TextEdits::new(&attempt.osm);
     let make = |(leader, one): (usize, Proposal)| {
         let creates = edits.apply(&one.fix)?;
-        Some((leader, Proposal { creates, ..one }))
+        let reaches = one.touched().flat_map(|key| edits.made_of(key)).collect();
+        Some((leader, Proposal { creates, reaches, ..one }))
     };
     let made: Vec<(usize, Proposal)> = following.into_iter().filter_map(make).collect();
     if made.is_empty() {
@@ -394,6 +400,7 @@ fn follow<J: Judge>(
     for (leader, one) in made {
         if let Some(leader) = attempt.done.get_mut(leader) {
             leader.creates.extend(one.creates);
+            leader.reaches.extend(one.reaches);
             leader.followers.push((one.mend, one.fix));
         }
     }

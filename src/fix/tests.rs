@@ -1,6 +1,8 @@
 //! Small files, edited; and a judge that knows one fault.
 
-use super::blame::ErrorCounts;
+mod parts;
+
+use super::counts::ErrorCounts;
 use super::mend;
 use super::text_edits::TextEdits;
 use crate::diagnostic::{Diagnostic, Edit, Finding, Fix, Severity, Subject};
@@ -35,7 +37,10 @@ fn edited(edits: &[Edit]) -> Option<Vec<String>> {
     let mut texts = TextEdits::new(&osm);
     let fix = Fix { title: String::new(), safe: true, edits: edits.to_vec() };
     let made = texts.apply(&fix).is_some();
-    let text = texts.texts().remove(0);
+    let made_of_it = texts.made().unwrap();
+    let text = made_of_it.sources[0].text.clone();
+    let elements = |osm: &OsmData| format!("{:?} {:?} {:?} {:?}", osm.nodes, osm.ways, osm.relations, osm.oddities);
+    assert_eq!(elements(&made_of_it), elements(&read(&text)), "what is edited in memory is what a reader finds");
     if !made {
         assert_eq!(text, MAP, "a fix that cannot be made changes nothing");
         return None;

@@ -251,6 +251,15 @@ impl<'a> TextEdits<'a> {
         way.0 == ElementKind::Way && self.referrers_of(way).any(is_area)
     }
 
+    /// The elements that are made of one: of a node the ways over it and the lanelets between these.
+    pub fn made_of(&self, key: Key) -> Vec<Key> {
+        let mut users: Vec<Key> = self.referrers_of(key).collect();
+        if key.0 == ElementKind::Node {
+            users.extend(self.referrers_of(key).flat_map(|way| self.referrers_of(way)));
+        }
+        users
+    }
+
     fn referrers_of(&self, key: Key) -> impl Iterator<Item = Key> + '_ {
         self.referrers.get(&key).into_iter().flatten().copied()
     }
