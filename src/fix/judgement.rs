@@ -116,7 +116,7 @@ impl<J: Judge> Bench<J> {
         }
         let differences = known.into_iter().map(|known| (known, changed(known.osm, osm)));
         let least = differences.min_by_key(|(_, changed)| changed.len());
-        let near = least.and_then(|(known, changed)| {
+        let near = least.filter(|(_, changed)| !changed.is_empty()).and_then(|(known, changed)| {
             let near = around([known.osm, osm], &changed, |node| self.judge.place(node))?;
             Some((known, near)).filter(|(_, near)| (near.len() as f64) < MOST * size(osm) as f64)
         });

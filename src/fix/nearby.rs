@@ -3,14 +3,17 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::text_edits::{Key, NAMING};
-use crate::osm::{ElementKind, Node, OsmData, Relation, Tags, Way};
+use crate::osm::{ElementKind, Node, OddityKind, OsmData, Relation, Tags, Way};
 
 /// Edge of the squares (m) into which the map is divided: what lies in a square with a change, or in one beside it, is near.
 const SQUARE: f64 = 60.0;
 
 /// The elements that are not the same in two maps.
 pub fn changed(old: &OsmData, new: &OsmData) -> FxHashSet<Key> {
-    let mut changed = FxHashSet::default();
+    // Of elements that share an id it is not told which one has changed.
+    let repeated = [old, new].into_iter().flat_map(|osm| &osm.oddities);
+    let repeated = repeated.filter(|odd| odd.kind == OddityKind::DuplicateId).filter_map(|odd| odd.element);
+    let mut changed: FxHashSet<Key> = repeated.collect();
     for [one, other] in [[old, new], [new, old]] {
         let nodes = one.nodes.iter().filter(|a| !other.node(a.id).is_some_and(|b| same_node(a, b)));
         changed.extend(nodes.map(|a| (ElementKind::Node, a.id)));

@@ -31,7 +31,7 @@ pub struct Marked {
 }
 
 /// The lanelets that a fix makes part of an intersection.
-pub fn marked_by(one: &Proposal) -> impl Iterator<Item = Key> + '_ {
+fn marked_by(one: &Proposal) -> impl Iterator<Item = Key> + '_ {
     let lanelets = one.edits().filter_map(|edit| match edit {
         Edit::CreateArea { lanelets, .. } => Some(lanelets),
         _ => None,

@@ -1,6 +1,7 @@
 //! Edits on the files of a map. Fixes that change the same thing are applied in different rounds.
 
 mod division;
+mod fresh;
 mod ids;
 mod opposite;
 mod written;
