@@ -8,7 +8,7 @@ pub use nearest::nearest;
 pub type Text = compact_str::CompactString;
 
 /// A place in a source file.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SourceSpan {
     /// Which of the map's files, by its index in `OsmData::sources`.
     pub file: u32,

@@ -17,7 +17,7 @@ const WIDEST: u32 = 20_000_000;
 /// `lanewright cut` does (docs/scale.md).
 ///
 /// Args:
-///     input: OpenStreetMap data (.osm, .osm.gz or .osm.pbf), as a path. They are read twice, block by block.
+///     input: OpenStreetMap data (.osm, .osm.gz or .osm.pbf), as a path. They are read once, block by block.
 ///     output: A directory for the data of each tile and `cut.json`, made if it is not there. All is written or nothing.
 ///     tiles: Width and height of a tile, whole metres, a multiple of that of a cell.
 ///     cells: Width and height of a cell of the map, whole metres.

@@ -18,7 +18,7 @@ use crate::projection::{Extent, Projector, VerticalDatum, read_info, write_info}
 use crate::report::VERSION;
 use crate::report::failure::Failure;
 use crate::settings::{Settings, Side};
-use crate::tiles::{CutError, Meaning, Survey, TileFile, TileSize, WayUse};
+use crate::tiles::{Meaning, Survey, SurveyError, TileFile, TileSize, WayUse};
 
 use super::divided::grid;
 use super::error::{Error, ErrorKind};
@@ -131,11 +131,11 @@ pub fn cut(
         }
     }
     tell(&format!("reading {}", input.display()));
-    let Surveyed { survey, mut cut, .. } = Surveyed::new(input, sizes, said)?;
+    let Surveyed { survey, mut cut, .. } = Surveyed::new(input, output, sizes, said)?;
     let mut draft = Draft::new(output).map_err(write)?;
     let folder = draft.folder(TILES).map_err(write)?;
     tell(&format!("cutting {} into tiles", input.display()));
-    let files = cut.write_tiles(input, survey, &folder, output)?;
+    let files = cut.write_tiles(survey, &folder, output)?;
     cut.list(&files).map_err(|error| unwritten(output, &error))?;
     let text = cut.text()?;
     let rest = || -> Result<(), Failure> {
@@ -155,6 +155,11 @@ pub fn cut(
 pub(super) fn unwritten(output: &Path, error: &io::Error) -> Error {
     let failure = Failure::new(format!("cannot write beside {}: {error}", output.display()));
     ErrorKind::Write.error(failure.help("nothing was changed; check the place's permissions and free space"))
+}
+
+/// The nearest folder to an output that is there.
+fn beside(output: &Path) -> &Path {
+    output.ancestors().skip(1).find(|folder| folder.is_dir()).unwrap_or(Path::new("."))
 }
 
 impl Cut {
@@ -205,18 +210,9 @@ impl Cut {
     }
 
     /// Writes the data of all tiles into a folder that is there, for an output.
-    pub(super) fn write_tiles(
-        &self,
-        input: &Path,
-        survey: Survey,
-        folder: &Path,
-        output: &Path,
-    ) -> Result<Vec<TileFile>, Error> {
+    pub(super) fn write_tiles(&self, survey: Survey, folder: &Path, output: &Path) -> Result<Vec<TileFile>, Error> {
         let (_, size) = self.sizes.grids()?;
-        crate::tiles::cut(input, survey, &self.projector()?, size, folder).map_err(|error| match error {
-            CutError::Read(error) => unread(error),
-            CutError::Write(error) => unwritten(output, &error),
-        })
+        crate::tiles::cut(survey, &self.projector()?, size, folder).map_err(|error| unwritten(output, &error))
     }
 
     /// Notes which tiles there are.
@@ -238,8 +234,9 @@ pub(super) struct Surveyed {
 }
 
 impl Surveyed {
-    /// Reads what must be known of all data, and decides what must be the same in all tiles.
-    pub(super) fn new(input: &Path, sizes: TileSizes, said: &LayoutOptions) -> Result<Self, Error> {
+    /// Reads what must be known of all data, and decides what must be the same in all tiles. The elements are kept on the disk of
+    /// the output.
+    pub(super) fn new(input: &Path, output: &Path, sizes: TileSizes, said: &LayoutOptions) -> Result<Self, Error> {
         let name = input.display().to_string();
         refuse_streets(input, &name)?;
         let mut settings = settings(input, &said.configuration).map_err(ErrorKind::Config.of())?;
@@ -251,7 +248,10 @@ impl Surveyed {
             () => WayUse::Other,
         };
         let meaning = Meaning { use_of: &use_of, elevation: &elevation };
-        let mut survey = Survey::read(input, meaning).map_err(unread)?;
+        let mut survey = Survey::read(input, beside(output), meaning).map_err(|error| match error {
+            SurveyError::Read(error) => unread(error),
+            SurveyError::Write(error) => unwritten(output, &error),
+        })?;
         if said.dem.is_none() {
             find_ground(&mut survey);
         }

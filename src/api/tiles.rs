@@ -65,7 +65,7 @@ pub fn build_tiles(
         }
     }
     tell(&format!("reading {}", input.display()));
-    let Surveyed { survey, mut cut, options } = Surveyed::new(input, tiles.sizes, said)?;
+    let Surveyed { survey, mut cut, options } = Surveyed::new(input, output, tiles.sizes, said)?;
     let builder = TileBuilder::with(&cut, options, output)?;
     let unwritten = |error: &std::io::Error| unwritten(output, error);
     let files = match &said.dem {
@@ -78,7 +78,7 @@ pub fn build_tiles(
         Some(files) => files,
         None => {
             tell(&format!("cutting {} into tiles", input.display()));
-            let files = cut.write_tiles(input, survey, &place.data(), output)?;
+            let files = cut.write_tiles(survey, &place.data(), output)?;
             place.keep(&begun, &files).map_err(|error| unwritten(&error))?;
             files
         }

@@ -28,12 +28,13 @@ pub use tags::Tags;
 pub use write::OsmText;
 
 use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
 
 use crate::projection::{Extent, LonLat};
 use crate::text::SourceSpan;
 
 /// The kind of an element.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum ElementKind {
     /// A point.
     Node,
@@ -61,7 +62,7 @@ impl std::fmt::Display for ElementKind {
 }
 
 /// A point with tags.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Node {
     /// The id; may be negative (JOSM).
     pub id: i64,
@@ -69,12 +70,13 @@ pub struct Node {
     pub position: Option<LonLat>,
     /// Tags in file order.
     pub tags: Tags,
-    /// Its position in the file.
+    /// Its position in the file; it is not part of what is serialised.
+    #[serde(skip)]
     pub span: SourceSpan,
 }
 
 /// A list of nodes with tags.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Way {
     /// The id; may be negative (JOSM).
     pub id: i64,
@@ -82,12 +84,13 @@ pub struct Way {
     pub nodes: Vec<i64>,
     /// Tags in file order.
     pub tags: Tags,
-    /// Its position in the file.
+    /// Its position in the file; it is not part of what is serialised.
+    #[serde(skip)]
     pub span: SourceSpan,
 }
 
 /// One member of a relation.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Member {
     /// Kind of the target.
     pub kind: ElementKind,
@@ -98,7 +101,7 @@ pub struct Member {
 }
 
 /// A list of members with tags.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Relation {
     /// The id; may be negative (JOSM).
     pub id: i64,
@@ -106,7 +109,8 @@ pub struct Relation {
     pub members: Vec<Member>,
     /// Tags in file order.
     pub tags: Tags,
-    /// Its position in the file.
+    /// Its position in the file; it is not part of what is serialised.
+    #[serde(skip)]
     pub span: SourceSpan,
 }
 

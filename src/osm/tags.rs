@@ -1,10 +1,11 @@
 //! Key-value pairs of an element, in file order.
 
+use serde::{Deserialize, Serialize};
 use thin_vec::ThinVec;
 
 /// Tags of one element, as a list, since there are few. Where a key repeats, the last value wins, as in Lanelet2's reader. All
 /// keys and values are in one allocation, because a map has more tags than anything else.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tags(ThinVec<u8>);
 
 impl Tags {

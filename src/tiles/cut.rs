@@ -3,28 +3,18 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::OpenOptions;
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use rustc_hash::FxHashMap;
 
 use crate::cells::{Cell, CellSets, Ids, NOWHERE, SetId};
-use crate::osm::{DataBlocks, ElementKind, Member, MetaInfo, Node, OsmData, OsmText, ReadError, Relation};
+use crate::osm::{ElementKind, Member, MetaInfo, Node, OsmText, Relation};
 use crate::projection::Projector;
 
 use super::reach::{Reach, TileSize, line};
+use super::spool::{Elements, Spool};
 use super::survey::Survey;
-
-/// Why data cannot be cut.
-#[derive(Debug, thiserror::Error)]
-pub enum CutError {
-    /// A file cannot be read.
-    #[error(transparent)]
-    Read(#[from] ReadError),
-    /// A file of a tile cannot be written.
-    #[error("cannot write the data of a tile: {0}")]
-    Write(#[from] std::io::Error),
-}
 
 /// The data of one tile.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -42,28 +32,21 @@ impl TileFile {
     }
 }
 
-/// Cuts a file into those of its tiles, in a folder that is there, row by row.
+/// Writes the files of the tiles of some data, in a folder that is there; they are listed row by row.
 ///
 /// # Errors
 ///
-/// If the file cannot be read, or one of the others not be written.
-pub fn cut(
-    file: &Path,
-    survey: Survey,
-    projector: &Projector,
-    size: TileSize,
-    folder: &Path,
-) -> Result<Vec<TileFile>, CutError> {
-    let needs = Needs::of(survey, projector, size);
+/// If one of the files cannot be written.
+pub fn cut(survey: Survey, projector: &Projector, size: TileSize, folder: &Path) -> io::Result<Vec<TileFile>> {
+    let (needs, elements) = Needs::of(survey, projector, size);
     let cells = needs.sets.cells();
     let mut files: Vec<TileFile> =
         cells.iter().map(|tile| TileFile { tile: *tile, path: TileFile::path_in(folder, *tile) }).collect();
     let head = OsmText::head(&MetaInfo::default());
     let append_to_all = |text: OsmText| files.iter().try_for_each(|file| append(&file.path, text.as_bytes()));
     append_to_all(head)?;
-    let mut blocks = DataBlocks::open(file)?;
-    while let Some(block) = blocks.next_block()? {
-        needs.copy(&block, &files)?;
+    for block in elements.blocks()? {
+        needs.copy(&block?, &files)?;
     }
     append_to_all(OsmText::tail())?;
     files.sort_unstable_by_key(|file| file.tile);
@@ -81,7 +64,8 @@ struct Needs {
 }
 
 impl Needs {
-    fn of(mut survey: Survey, projector: &Projector, size: TileSize) -> Self {
+    /// Also gives the elements.
+    fn of(mut survey: Survey, projector: &Projector, size: TileSize) -> (Self, Spool) {
         let places = projector.forward_all(&std::mem::take(&mut survey.places));
         let mut reach = Reach::new(&survey, &places, size);
         let mut nodes: Vec<SetId> =
@@ -97,8 +81,8 @@ impl Needs {
             }
             ways.push(set);
         }
-        let Survey { node_ids, way_ids, elevations, .. } = survey;
-        Self { sets: reach.sets, node_ids, nodes, way_ids, ways, elevations }
+        let Survey { node_ids, way_ids, elevations, elements, .. } = survey;
+        (Self { sets: reach.sets, node_ids, nodes, way_ids, ways, elevations }, elements)
     }
 
     fn node(&self, id: i64) -> &[u32] {
@@ -134,7 +118,7 @@ impl Needs {
     }
 
     /// Appends the elements of a block to the files of the tiles that need them.
-    fn copy(&self, block: &OsmData, files: &[TileFile]) -> Result<(), CutError> {
+    fn copy(&self, block: &Elements, files: &[TileFile]) -> io::Result<()> {
         let mut texts: BTreeMap<u32, OsmText> = BTreeMap::new();
         for node in &block.nodes {
             let node = self.with_elevation(node);
@@ -156,6 +140,6 @@ impl Needs {
     }
 }
 
-fn append(path: &Path, text: &[u8]) -> std::io::Result<()> {
+fn append(path: &Path, text: &[u8]) -> io::Result<()> {
     OpenOptions::new().create(true).append(true).open(path)?.write_all(text)
 }

@@ -6,17 +6,18 @@
 //! all roads that touch the tile, to their ends. And an element in a cell brings along what it refers to, the lanelets of its
 //! intersection, so roads that begin shortly outside the tile count, too.
 //!
-//! The file is read twice: once for ids, places and the nodes of ways ([`Survey`]), once to copy each element into the files of
-//! the tiles that need it ([`cut()`]). While tiles are built, they are held against each other ([`Agreement`]).
+//! The file is read once, block by block: ids, places and the nodes of ways are held ([`Survey`]), the elements go to disk. When all
+//! roads are known, each element is copied from there into the files of the tiles that need it ([`cut()`]). While tiles are built, they are held against each other ([`Agreement`]).
 
 mod agreement;
 mod cut;
 mod reach;
 mod record;
+mod spool;
 mod survey;
 
 pub use agreement::{Agreement, Disagreement};
-pub use cut::{CutError, TileFile, cut};
+pub use cut::{TileFile, cut};
 pub use reach::TileSize;
 pub use record::Record;
-pub use survey::{Meaning, Survey, WayUse};
+pub use survey::{Meaning, Survey, SurveyError, WayUse};

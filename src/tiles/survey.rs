@@ -1,12 +1,26 @@
 //! What must be known of all data before they are cut: ids, places, the nodes of ways.
 
+use std::io;
 use std::path::Path;
 
 use rustc_hash::FxHashMap;
 
 use crate::cells::{Ids, Lists};
-use crate::osm::{DataBlocks, Node, OsmData, ReadError, Way};
+use crate::osm::{DataBlocks, Node, ReadError, Way};
 use crate::projection::{Extent, LonLat};
+
+use super::spool::{Elements, Spool};
+
+/// Why data cannot be taken in.
+#[derive(Debug, thiserror::Error)]
+pub enum SurveyError {
+    /// The file cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The elements cannot be written.
+    #[error("cannot write the elements: {0}")]
+    Write(#[from] io::Error),
+}
 
 /// What a way is to a builder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -22,8 +36,8 @@ pub enum WayUse {
 /// The position of a node that is not there.
 pub(super) const GONE: u32 = u32::MAX;
 
-/// Ids and places of nodes, and the nodes of ways, in the order of the file: some 30 bytes a node.
-#[derive(Debug, Default)]
+/// Ids and places of nodes, and the nodes of ways, in the order of the file: some 30 bytes a node. The elements lie on disk.
+#[derive(Debug)]
 pub struct Survey {
     pub(super) node_ids: Ids,
     /// Not a number where a node has no place.
@@ -40,6 +54,7 @@ pub struct Survey {
     pub lanelets: usize,
     /// The heights of nodes by their positions, metres, that the tiles get: as far as they are written, if nobody finds others.
     pub elevations: FxHashMap<u32, f64>,
+    pub(super) elements: Spool,
 }
 
 /// What a builder sees in elements.
@@ -52,16 +67,19 @@ pub struct Meaning<'a> {
 }
 
 impl Survey {
-    /// Reads a file, XML or PBF.
+    /// Reads a file, XML or PBF, once. Its elements are kept on disk, in a folder that is there.
     ///
     /// # Errors
     ///
-    /// If the file cannot be read, or is no OpenStreetMap data.
-    pub fn read(path: &Path, meaning: Meaning<'_>) -> Result<Self, ReadError> {
-        let mut survey = Self::default();
+    /// If the file cannot be read, or is no OpenStreetMap data, or if the disk is full.
+    pub fn read(path: &Path, folder: &Path, meaning: Meaning<'_>) -> Result<Self, SurveyError> {
+        let mut survey = Self::empty(Spool::new(folder)?);
         let mut blocks = DataBlocks::open(path)?;
         while let Some(block) = blocks.next_block()? {
-            survey.add(block, meaning);
+            survey.bounds.extend(&block.bounds);
+            let elements = Elements::from(block);
+            survey.elements.push(&elements)?;
+            survey.add(&elements, meaning);
         }
         for (at, id) in std::mem::take(&mut survey.ahead) {
             if let Some((place, node)) = survey.way_nodes.items_mut().get_mut(at).zip(survey.node_ids.find(id)) {
@@ -74,10 +92,24 @@ impl Survey {
         Ok(survey)
     }
 
-    fn add(&mut self, block: OsmData, meaning: Meaning<'_>) {
+    fn empty(elements: Spool) -> Self {
+        Self {
+            node_ids: Ids::default(),
+            places: Vec::new(),
+            way_nodes: Lists::default(),
+            way_ids: Ids::default(),
+            ways: Vec::new(),
+            ahead: Vec::new(),
+            bounds: Vec::new(),
+            lanelets: 0,
+            elevations: FxHashMap::default(),
+            elements,
+        }
+    }
+
+    fn add(&mut self, block: &Elements, meaning: Meaning<'_>) {
         const NOWHERE: LonLat = LonLat { lon: f64::NAN, lat: f64::NAN };
-        self.bounds.extend(block.bounds);
-        for node in block.nodes {
+        for node in &block.nodes {
             let place = node.position.unwrap_or(NOWHERE);
             let own = self.places.len() as u32;
             // Of nodes with the same id the last counts.
@@ -87,14 +119,14 @@ impl Survey {
             }
             self.places.push(place);
             let first = first.unwrap_or(own);
-            match (meaning.elevation)(&node) {
+            match (meaning.elevation)(node) {
                 Some(height) => drop(self.elevations.insert(first, height)),
                 None => drop(self.elevations.remove(&first)),
             }
         }
-        for way in block.ways {
+        for way in &block.ways {
             self.way_ids.push(way.id);
-            self.ways.push((meaning.use_of)(&way));
+            self.ways.push((meaning.use_of)(way));
             let before = self.way_nodes.items();
             let at = |id: &i64| self.node_ids.find(*id).unwrap_or(GONE);
             let found: Vec<u32> = way.nodes.iter().map(at).collect();

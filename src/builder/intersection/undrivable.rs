@@ -1,16 +1,19 @@
 //! Turning lanelets that no car can drive as they are drawn, though its lanes have other ways on.
 //!
-//! An intersection that was merged of several can have two lanes that no smooth curve joins: it would begin with a corner, or run
-//! across the way from the lane beside it. Where other movements lead on from the first lane and others to the second, nobody needs it.
+//! An intersection that was merged of several can have two lanes that no smooth curve joins: it would begin with a corner, swing out
+//! far beyond the intersection, or run across the way from the lane beside it. Where other movements lead on from the first lane and
+//! others to the second, nobody needs it.
 
 use crate::builder::tags::cross_section::StripKind;
-use crate::geometry::polygon;
+use crate::geometry::{Point, polygon};
 
 use super::movement_types::Movement;
 use super::turning_lanelets::TurningLanelet;
 
 /// The largest jump of direction, degrees, between a lane and a turning lanelet.
 const CORNER: f64 = 25.0;
+/// A lanelet that reaches farther than this, metres, out of the convex hull of roads and lane ends leaves the intersection.
+const SWING: f64 = 8.0;
 /// Two lanelets that lead to different roads may turn by so many degrees in the wrong order: they are hardly parallel.
 const WRONG_ORDER: f64 = 5.0;
 /// Lanelets that share less than this, square metres, keep clear of each other.
@@ -18,13 +21,18 @@ const CLEAR: f64 = 0.5;
 /// Lanelets that share less than this, square metres, only touch.
 const TOUCHING: f64 = 0.01;
 
-/// The movements that are not to be drawn: of those that begin or end in a corner the sharpest first, then of two that run into each
-/// other the one that turns more, as long as every lane that leads in has a way on and every lane that leads out is reached.
-pub fn undrivable(paths: &[TurningLanelet]) -> Vec<Movement> {
+/// The movements that are not to be drawn: of those that begin or end in a corner the sharpest first, then those that swing out of the
+/// intersection, then of two that run into each other the one that turns more, as long as every lane that leads in has a way on and
+/// every lane that leads out is reached. `within` are the places at
+/// which roads and lanes end, and those of the roads inside.
+pub fn undrivable(paths: &[TurningLanelet], within: impl IntoIterator<Item = Point>) -> Vec<Movement> {
     let mut left: Vec<&TurningLanelet> = paths.iter().collect();
     let mut corners: Vec<&TurningLanelet> = paths.iter().filter(|path| path.corner > CORNER).collect();
     corners.sort_by(|a, b| b.corner.total_cmp(&a.corner).then(a.movement.cmp(&b.movement)));
     let mut dropped: Vec<Movement> = corners.into_iter().filter_map(|path| drop_needless(&mut left, path)).collect();
+    let hull = polygon::convex_hull(within);
+    let swinging = paths.iter().filter(|path| !dropped.contains(&path.movement) && swing(&hull, &path.outline) > SWING);
+    dropped.extend(swinging.filter_map(|path| drop_needless(&mut left, path)).collect::<Vec<_>>());
     for (i, a) in paths.iter().enumerate() {
         for b in paths[i + 1..].iter().take_while(|b| b.movement.from == a.movement.from) {
             if [a, b].iter().all(|path| !dropped.contains(&path.movement)) && run_into_each_other(a, b) {
@@ -35,6 +43,16 @@ pub fn undrivable(paths: &[TurningLanelet]) -> Vec<Movement> {
     }
     dropped.sort_unstable();
     dropped
+}
+
+/// How far points reach out of a convex ring, which is clockwise, metres, measured from the lines of its edges.
+fn swing(hull: &[Point], points: &[Point]) -> f64 {
+    let edges = hull.iter().zip(hull.iter().cycle().skip(1));
+    let beyond = edges.filter_map(|(a, b)| {
+        let along = (b - a).try_normalize(f64::EPSILON)?;
+        Some(points.iter().map(|p| along.perp(&(p - a))).fold(0.0, f64::max))
+    });
+    beyond.fold(0.0, f64::max)
 }
 
 /// Takes a lanelet out of those that are left if its lanes do not need it.
@@ -95,9 +113,23 @@ mod tests {
         let straight = path([0, 0, 1, 0], [[0.0, 0.0], [20.0, 0.0]], [0.0, 0.0]);
         let corner = path([0, 0, 2, 0], [[0.0, 0.0], [5.0, 9.0]], [90.0, 40.0]);
         let other = path([1, 0, 2, 0], [[20.0, 3.0], [5.0, 9.0]], [-90.0, 0.0]);
-        assert_eq!(undrivable(&[straight.clone(), corner.clone(), other.clone()]), [corner.movement]);
-        assert!(undrivable(&[straight, corner.clone()]).is_empty(), "nobody else leads to the lane");
-        assert!(undrivable(&[corner, other]).is_empty(), "the lane leads nowhere else");
+        assert_eq!(undrivable(&[straight.clone(), corner.clone(), other.clone()], []), [corner.movement]);
+        assert!(undrivable(&[straight, corner.clone()], []).is_empty(), "nobody else leads to the lane");
+        assert!(undrivable(&[corner, other], []).is_empty(), "the lane leads nowhere else");
+    }
+
+    #[test]
+    fn a_lanelet_that_swings_out_is_dropped_where_both_lanes_have_others() {
+        let straight = path([0, 0, 1, 0], [[0.0, 0.0], [20.0, 0.0]], [0.0, 0.0]);
+        let other = path([1, 0, 2, 0], [[20.0, 3.0], [5.0, 9.0]], [-90.0, 0.0]);
+        let ends = [[0.0, -2.0], [0.0, 10.0], [20.0, -2.0], [20.0, 10.0]].map(|[x, y]| Point::new(x, y));
+        for (far, dropped) in [(27.0, false), (29.0, true)] {
+            let mut swinging = path([0, 0, 2, 0], [[0.0, 0.0], [5.0, 9.0]], [90.0, 0.0]);
+            swinging.outline.push(Point::new(far, 5.0));
+            let paths = [straight.clone(), swinging.clone(), other.clone()];
+            let expected = if dropped { vec![swinging.movement] } else { Vec::new() };
+            assert_eq!(undrivable(&paths, ends), expected, "{far} m");
+        }
     }
 
     #[test]
@@ -110,8 +142,8 @@ mod tests {
             [path([0, 0, 1, 0], places(3.0, 6.0), [10.0, 0.0]), path([0, 1, 2, 0], places(0.0, -3.0), [-10.0, 0.0])];
         let mut paths = vec![others[0].clone(), left, right.clone(), others[1].clone()];
         paths.sort_by_key(|path| path.movement);
-        assert_eq!(undrivable(&paths), [right.movement]);
+        assert_eq!(undrivable(&paths, []), [right.movement]);
         paths.iter_mut().filter(|path| path.movement.in_lane == 1).for_each(|path| path.kind = StripKind::Bus);
-        assert!(undrivable(&paths).is_empty(), "cars turn off across a bus lane");
+        assert!(undrivable(&paths, []).is_empty(), "cars turn off across a bus lane");
     }
 }

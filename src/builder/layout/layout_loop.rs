@@ -15,8 +15,10 @@ use rustc_hash::FxHashSet;
 use crate::builder::lanes::road_cut::VEHICLE;
 use crate::builder::network::network_diff::{NetworkDiff, NetworkSnapshot};
 use crate::builder::network::unreachable_lanes::end_road_without_turns;
-use crate::builder::network::{IntersectionIx, RoadEnd, RoadKey, RoadNetwork, Stations};
-use crate::builder::streets::consolidate::{ConsolidateOptions, MergeNote, MergeReason, absorb_roads, without_roads};
+use crate::builder::network::{IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork, Stations};
+use crate::builder::streets::consolidate::{
+    ConsolidateOptions, MergeNote, MergeReason, absorb_roads, crowded_accesses, crowds, without_roads,
+};
 use crate::builder::streets::heights::{HeightOptions, level_at_cuts};
 use crate::diagnostic::Finding;
 
@@ -113,7 +115,11 @@ impl LayoutLoop<'_> {
         }
         if matches!(self.stop_lines, StopLines::Untried) {
             let before = NetworkSnapshot::of(&self.layout.network);
-            if self.merge_roads() || self.leave_out_roads() || self.end_roads_without_turns() {
+            if self.leave_out_crowded_accesses()
+                || self.merge_roads()
+                || self.leave_out_roads()
+                || self.end_roads_without_turns()
+            {
                 return ControlFlow::Continue(self.followed(&before));
             }
             if let Some(anew) = self.without_useless_merges() {
@@ -138,6 +144,14 @@ impl LayoutLoop<'_> {
         }
         self.layout.outline();
         self.layout.set_back_overrun_cuts()
+    }
+
+    /// Leaves out the short dead ends of a row that would all become one intersection; `false` if there are none.
+    fn leave_out_crowded_accesses(&mut self) -> bool {
+        let network = &self.layout.network;
+        let mut roads = crowded_accesses(network, &roads_inside(&self.layout, &self.refused));
+        roads.retain(|road| !self.apart.contains(&network.road(*road).key));
+        self.leave_out(&roads, crowds)
     }
 
     /// Merges the intersections at the ends of roads that lie inside; `false` if there are none, or none can be merged.
@@ -195,14 +209,14 @@ impl LayoutLoop<'_> {
 
     /// Leaves out roads that lead nowhere; `false` if there are none.
     fn leave_out_roads(&mut self) -> bool {
-        let roads = roads_to_leave_out(&self.layout, self.apart);
-        if roads.is_empty() {
-            return false;
-        }
+        self.leave_out(&roads_to_leave_out(&self.layout, self.apart), left_out)
+    }
+
+    fn leave_out(&mut self, roads: &[RoadIx], note: impl Fn(&Road) -> Finding) -> bool {
         let network = std::mem::take(&mut self.layout.network);
-        self.road_notes.extend(roads.iter().map(|road| left_out(network.road(*road))));
-        self.layout.network = without_roads(network, &roads);
-        true
+        self.road_notes.extend(roads.iter().map(|road| note(network.road(*road))));
+        self.layout.network = without_roads(network, roads);
+        !roads.is_empty()
     }
 
     /// Ends roads before an intersection where no car can turn into them or out of them; `false` if there are none.

@@ -50,10 +50,11 @@ pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     let network = snap_grid::snap_network(smooth_bends(network));
     let mut cache = PlanCache::default();
     let kept = |network: &RoadNetwork| remaining(network, &options.outline, &mut cache);
-    let (network, merges) = consolidate(network, &options.consolidate, kept);
+    let (network, merges, mut findings) = consolidate(network, &options.consolidate, kept);
     let cut = wanted(&network, &options.outline, &mut cache);
-    let (network, mut findings) = narrow_roads(lay_side_by_side(network, &cut), &cut);
+    let (network, narrowed) = narrow_roads(lay_side_by_side(network, &cut), &cut);
     let (network, steep) = with_heights(network, &cut, &options.heights);
+    findings.extend(narrowed);
     findings.extend(steep);
     let network = with_unique_keys(snap_grid::snap_network(network));
     let (outlines, failed) = outlines_within(&network, &cut, &options.outline, &cache);

@@ -5,6 +5,7 @@
 mod arterial;
 mod dice;
 mod extras;
+mod house_rows;
 mod plan;
 mod streets;
 
@@ -20,6 +21,7 @@ use crate::common::judging::judge;
 use crate::common::soak;
 use arterial::arterial;
 use dice::Dice;
+use house_rows::house_rows;
 use streets::Grid;
 
 /// Towns of the slice.
@@ -30,6 +32,10 @@ const OF: usize = 10;
 /// Streets between car parks of the slice, and in one of how many something may be wrong.
 const ARTERIALS: u64 = 40;
 const OF_ARTERIALS: usize = 50;
+
+/// Streets with rows of houses of the slice. Nothing may be wrong in any of those of the soak.
+const HOUSE_ROWS: u64 = 40;
+const OF_HOUSE_ROWS: usize = 1000;
 
 /// The errors in the map of a town.
 fn errors(xml: &str, left_hand: bool) -> Vec<Diagnostic> {
@@ -109,5 +115,14 @@ fn few_streets_between_car_parks_have_errors() {
         let mut dice = Dice::new(seed);
         let left_hand = dice.chance(0.5);
         (arterial(&mut dice).xml(dice.between(0.0, 6.0), left_hand), left_hand)
+    });
+}
+
+#[test]
+fn no_street_with_rows_of_houses_has_errors() {
+    few_have_errors("house_row", HOUSE_ROWS, OF_HOUSE_ROWS, |seed| {
+        let mut dice = Dice::new(seed);
+        let left_hand = dice.chance(0.5);
+        (house_rows(&mut dice).xml(dice.between(0.0, 6.0), left_hand), left_hand)
     });
 }

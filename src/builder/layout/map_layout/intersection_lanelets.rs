@@ -127,7 +127,11 @@ impl IntersectionLanelets {
             (drawn, part) = draw(&all, drawn.dropped);
             plan.all = all;
         }
-        let needless = undrivable(&drawn.paths);
+        let arms = intersection.arms.iter().map(|at| lanes.arm(*at));
+        let ends = arms.flat_map(|arm| arm.into.iter().chain(&arm.out)).flat_map(|lane| lane.places);
+        let roads = intersection.arms.iter().map(|at| network.road(at.road).place(at.end));
+        let inner = intersection.inner.iter().flat_map(|inner| inner.line.points()).copied();
+        let needless = undrivable(&drawn.paths, ends.chain(roads).chain(inner));
         if !needless.is_empty() {
             plan.all.retain(|movement| !needless.contains(movement));
             (drawn, part) = draw(&plan.all, [drawn.dropped, needless].concat());

@@ -6,6 +6,7 @@
 //! rounds follow until nothing changes.
 
 mod contract_edges;
+mod crowded_accesses;
 mod dual_carriageway;
 pub(crate) mod inner_routes;
 mod island;
@@ -19,9 +20,11 @@ mod tests;
 mod types;
 mod user_overrides;
 
+pub use crowded_accesses::{crowded_accesses, crowds};
 pub use types::{ConsolidateOptions, MergeNote, MergeReason, MergeVerdict};
 
 use crate::builder::network::{RoadIx, RoadNetwork, Stations};
+use crate::diagnostic::Finding;
 
 pub use user_overrides::{MergeOverride, OverrideTarget};
 
@@ -53,17 +56,26 @@ pub fn without_roads(network: RoadNetwork, roads: &[RoadIx]) -> RoadNetwork {
     edit.finish()
 }
 
-/// Merges intersections until nothing changes. `kept` gives the stations between which each road of a network remains
-/// ([`super::outline::Outlines::kept`]).
+/// Merges intersections until nothing changes, but leaves out the short dead ends of a row that would all become one. `kept` gives
+/// the stations between which each road of a network remains ([`super::outline::Outlines::kept`]). Also gives a note for each merge,
+/// and a finding for each road that is left out.
 pub fn consolidate(
     mut network: RoadNetwork,
     options: &ConsolidateOptions,
     mut kept: impl FnMut(&RoadNetwork) -> Vec<Stations>,
-) -> (RoadNetwork, Vec<MergeNote>) {
+) -> (RoadNetwork, Vec<MergeNote>, Vec<Finding>) {
     let mut notes: Vec<MergeNote> = Vec::new();
+    let mut left_out: Vec<Finding> = Vec::new();
     for _ in 0..options.rounds {
         let kept = kept(&network);
         let verdicts = merge_decision::decide(&network, &kept, options);
+        let short = verdicts.iter().filter(|verdict| verdict.merge && verdict.reason == MergeReason::Short);
+        let crowding = crowded_accesses(&network, &short.map(|verdict| verdict.road).collect::<Vec<_>>());
+        if !crowding.is_empty() {
+            left_out.extend(crowding.iter().map(|road| crowds(network.road(*road))));
+            network = join_continuations(without_roads(network, &crowding));
+            continue;
+        }
         let (next, merged, round) = contract_edges::contract(network, &verdicts, options);
         network = next;
         let changed = round.iter().any(|note| note.merged);
@@ -76,5 +88,5 @@ pub fn consolidate(
         }
     }
     notes.sort_by_key(|note| note.key);
-    (network, notes)
+    (network, notes, left_out)
 }

@@ -10,7 +10,9 @@ use super::*;
 
 fn merge(network: RoadNetwork, options: &ConsolidateOptions) -> (RoadNetwork, Vec<MergeNote>) {
     let outline = OutlineOptions::default();
-    consolidate(join_continuations(network), options, |n| remaining(n, &outline, &mut PlanCache::default()))
+    let kept = |n: &RoadNetwork| remaining(n, &outline, &mut PlanCache::default());
+    let (network, notes, _) = consolidate(join_continuations(network), options, kept);
+    (network, notes)
 }
 
 /// Two dual carriageways, 12 m apart, driven on the right: `N-S` on x = 0 (south) and 12 (north), `E-W` on y = 0
@@ -263,4 +265,65 @@ fn the_roads_of_a_roundabout_are_not_merged() {
         ConsolidateOptions { short_on_ring: ConsolidateOptions::default().short, ..ConsolidateOptions::default() };
     let notes = merge(network_of(&around, &ways), &options).1;
     assert!(notes.iter().any(|note| note.merged), "{notes:?}");
+}
+
+/// A street with dead ends `apart` metres from each other, to both sides in turn, each with these tags and so many metres long.
+fn street_with_dead_ends(count: i64, apart: f64, (tags, length): (&str, f64)) -> RoadNetwork {
+    let east = |at: i64| apart * at as f64;
+    let mut nodes = vec![(1, -100.0, 0.0), (2, east(count - 1) + 100.0, 0.0)];
+    for at in 0..count {
+        let side = if at % 2 == 0 { 1.0 } else { -1.0 };
+        nodes.extend([(100 + at, east(at), 0.0), (500 + at, east(at), side * length)]);
+    }
+    let street: Vec<i64> = [1].into_iter().chain((0..count).map(|at| 100 + at)).chain([2]).collect();
+    let dead_ends: Vec<[i64; 2]> = (0..count).map(|at| [100 + at, 500 + at]).collect();
+    let ways = dead_ends.iter().zip(10..).map(|(nodes, id)| (id, &nodes[..], tags));
+    network_of(&nodes, &[(9, &street[..], "highway=residential")].into_iter().chain(ways).collect::<Vec<_>>())
+}
+
+/// The network as it is laid out, and how many roads are left out.
+fn without_crowding(network: RoadNetwork) -> (RoadNetwork, usize) {
+    let outline = OutlineOptions::default();
+    let kept = |n: &RoadNetwork| remaining(n, &outline, &mut PlanCache::default());
+    let (network, _, left_out) = consolidate(join_continuations(network), &ConsolidateOptions::default(), kept);
+    (network, left_out.len())
+}
+
+/// How many roads lead off the street that are not built and how many that are, and how many nodes the largest intersection has.
+fn dead_ends_left(network: RoadNetwork) -> (usize, usize, usize) {
+    let (network, left_out) = without_crowding(network);
+    let built = network.roads.iter().filter(|road| road.key.way >= 10).count();
+    let largest = network.intersections.iter().map(|at| at.nodes.len()).max();
+    (left_out, built, largest.unwrap_or_default())
+}
+
+#[test]
+fn a_row_of_driveways_does_not_become_one_intersection() {
+    let driveway = ("highway=service service=driveway", 25.0);
+    let (left_out, built, largest) = dead_ends_left(street_with_dead_ends(40, 7.0, driveway));
+    assert_eq!(left_out + built, 40);
+    assert!(
+        built >= 10 && largest <= 2,
+        "{built} driveways are left, and {largest} nodes make the largest intersection"
+    );
+    // They have room, or there are only two of them; or they are no dead ends to a house.
+    assert_eq!(dead_ends_left(street_with_dead_ends(40, 14.0, driveway)), (0, 40, 1));
+    assert_eq!(dead_ends_left(street_with_dead_ends(2, 4.0, driveway)), (0, 2, 2));
+    assert_eq!(dead_ends_left(street_with_dead_ends(6, 7.0, ("highway=residential", 25.0))).0, 0);
+    assert_eq!(dead_ends_left(street_with_dead_ends(6, 7.0, ("highway=service", 150.0))).0, 0);
+}
+
+#[test]
+fn which_driveways_of_a_row_are_built_depends_on_those_beside_them() {
+    let driveway = ("highway=service service=driveway", 25.0);
+    let ways = |count: i64| -> Vec<i64> {
+        let (network, _) = without_crowding(street_with_dead_ends(count, 7.0, driveway));
+        let mut ways: Vec<i64> = network.roads.iter().map(|road| road.key.way).filter(|way| *way >= 10).collect();
+        ways.sort_unstable();
+        ways
+    };
+    // A longer row begins with the same ones, up to a few before its end.
+    let (long, longer) = (ways(60), ways(90));
+    let same = long.iter().zip(&longer).take_while(|(a, b)| a == b).last().map(|(way, _)| *way);
+    assert!(same.is_some_and(|way| way >= 10 + 60 - 15), "{same:?}");
 }

@@ -1,0 +1,90 @@
+//! Short dead ends that crowd a road, such as driveways of a row of houses: merged, they would make one intersection of the whole row.
+
+use std::collections::BTreeMap;
+
+use crate::builder::ids::Key;
+use crate::builder::network::{IntersectionIx, Road, RoadEnd, RoadIx, RoadKey, RoadNetwork};
+use crate::builder::tags::road_class::RoadClass;
+use crate::diagnostic::{Finding, Severity, Subject};
+use crate::lanelet::index::UnionFind;
+
+/// So many of them on intersections between which no vehicle has room are a row. Two are the driveways on both sides of a road.
+const ROW: usize = 3;
+/// A longer dead end, metres, leads somewhere.
+const LONGEST: f64 = 100.0;
+
+/// Some short dead ends of each row, where roads without room join the intersections that they lead to; in order. With them left
+/// out, the others of the row have more room, or lie in shorter rows. Which they are depends on those beside them and not on the
+/// whole row: no two beside each other, first those between two others, and private ground before what is public.
+pub fn crowded_accesses(network: &RoadNetwork, without_room: &[RoadIx]) -> Vec<RoadIx> {
+    let mut joined = UnionFind::new(network.intersections.len());
+    let mut beside: BTreeMap<IntersectionIx, Vec<IntersectionIx>> = BTreeMap::new();
+    for road in without_room.iter().map(|road| network.road(*road)).filter(|road| road.from != road.to) {
+        joined.join(road.from.position(), road.to.position());
+        beside.entry(road.from).or_default().push(road.to);
+        beside.entry(road.to).or_default().push(road.from);
+    }
+    let mut rows: BTreeMap<usize, Vec<Access>> = BTreeMap::new();
+    for (at, others) in beside {
+        rows.entry(joined.root(at.position())).or_default().extend(Access::at(network, at, others));
+    }
+    rows.retain(|_, row| row.iter().map(|access| access.roads.len()).sum::<usize>() >= ROW);
+    let mut crowding: Vec<RoadIx> = rows.values().flat_map(|row| first_to_go(row)).copied().collect();
+    crowding.sort_unstable();
+    crowding
+}
+
+/// An intersection that short dead ends lead to.
+struct Access {
+    at: IntersectionIx,
+    /// The dead ends.
+    roads: Vec<RoadIx>,
+    /// Intersections at the other ends of roads without room.
+    beside: Vec<IntersectionIx>,
+    /// The access with the least is the first whose dead ends are left out: whether it lies at the end of a row, whether one of its
+    /// dead ends is public, and a number drawn by lot. `None` if it is an intersection without its dead ends, too.
+    order: Option<(bool, bool, i64)>,
+}
+
+impl Access {
+    /// An intersection with its dead ends; `None` if it has none.
+    fn at(network: &RoadNetwork, at: IntersectionIx, beside: Vec<IntersectionIx>) -> Option<Self> {
+        let intersection = network.intersection(at);
+        let roads: Vec<RoadIx> =
+            intersection.arms.iter().filter(|arm| is_access(network, **arm)).map(|arm| arm.road).collect();
+        let public = roads.iter().any(|road| network.road(*road).public);
+        let lot = Key::new("crowded access").number(intersection.first_node()).new_node();
+        let order = (intersection.arms.len() < roads.len() + 3).then_some((beside.len() < 2, public, lot));
+        (!roads.is_empty()).then_some(Self { at, roads, beside, order })
+    }
+}
+
+/// Whether a short service road or private road leads away from an intersection, and nowhere else.
+fn is_access(network: &RoadNetwork, arm: RoadEnd) -> bool {
+    let road = network.road(arm.road);
+    let far = network.intersection(road.intersection(arm.end.other()));
+    let minor = !road.public || road.class >= RoadClass::Service;
+    minor && far.arms.len() == 1 && !far.map_edge && road.line.length() <= LONGEST
+}
+
+/// The dead ends of those accesses of a row that come before all beside them. The row is in the order of its intersections.
+fn first_to_go(row: &[Access]) -> impl Iterator<Item = &RoadIx> {
+    let order = |at: &IntersectionIx| {
+        let found = row.binary_search_by_key(at, |access| access.at).ok()?;
+        row.get(found)?.order
+    };
+    let comes_first = move |access: &&Access| {
+        let others = access.beside.iter().filter_map(order);
+        access.order.is_some_and(|own| others.min().is_none_or(|other| own < other))
+    };
+    row.iter().filter(comes_first).flat_map(|access| &access.roads)
+}
+
+/// The note that a dead end is not built.
+pub fn crowds(road: &Road) -> Finding {
+    let RoadKey { way, first, last, .. } = road.key;
+    let message = format!(
+        "way {way} is not built between nodes {first} and {last}: it is one of a row of short dead ends that leave no room between them"
+    );
+    Finding::new("way-skipped", Subject::Way(way), message).graded(Severity::Info)
+}
