@@ -2,13 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 
 use super::counts::ErrorCounts;
-use super::places::{ByPlace, keys};
+use super::places::ByPlace;
 use super::proposal::{Attempt, Proposal};
 use super::revealed::Marked;
-use super::text_edits::Key;
 use crate::diagnostic::{Diagnostic, Edit, Fix, Subject};
 
 /// What is to happen to the fixes of a batch, by their positions; nothing, where the batch does no harm.
