@@ -119,7 +119,7 @@ fn a_lane_beside_the_lane_of_the_other_direction_is_one_way() {
          <tag k='speed_limit' v='30'/></relation></osm>",
         nodes.concat()
     );
-    let (mended, map) = mended(osm(text.replace("</osm>", &(beside + "</osm>"))), true);
+    let (mended, map) = mended(osm(text.replace("</osm>", &beside)), true);
     assert!(mended.left.is_empty() && mended.refused.is_empty());
     assert_eq!(counts(&map)[..2], [4, 4], "only the second lanelet is driven both ways");
 }
