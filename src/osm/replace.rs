@@ -73,7 +73,7 @@ impl OsmData {
 
 /// Elements of which two runs, each in the order of the files, stand behind each other.
 fn in_file_order<T>(mut all: Vec<T>, span: impl Fn(&T) -> &SourceSpan) -> Vec<T> {
-    all.sort_by(|a, b| (span(a).file, span(a).start).cmp(&(span(b).file, span(b).start)));
+    all.sort_by_key(|one| (span(one).file, span(one).start));
     all
 }
 

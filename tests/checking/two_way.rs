@@ -121,5 +121,6 @@ fn a_lane_beside_the_lane_of_the_other_direction_is_one_way() {
     );
     let (mended, map) = mended(osm(text.replace("</osm>", &beside)), true);
     assert!(mended.left.is_empty() && mended.refused.is_empty());
-    assert_eq!(counts(&map)[..2], [4, 4], "only the second lanelet is driven both ways");
+    // Nothing leads on from the second one in the other direction, either: the lane beside the first starts elsewhere.
+    assert_eq!(counts(&map)[..2], [3, 3], "no lanelet is made");
 }

@@ -48,7 +48,7 @@ impl TextEdits<'_> {
             text += source.text.get(at..).unwrap_or_default();
             texts.push(text);
         }
-        let last = self.osm.sources.iter().enumerate().last().filter(|_| !self.created.is_empty());
+        let last = self.osm.sources.iter().enumerate().next_back().filter(|_| !self.created.is_empty());
         if let Some(((file, source), text)) = last.zip(texts.last_mut()) {
             let end = text.rfind("</osm>").unwrap_or(text.len());
             let at = text[..end].trim_end().len();
