@@ -5,19 +5,18 @@ use std::path::{Path, PathBuf};
 use similar::TextDiff;
 
 use crate::diagnostic::{Diagnostic, Subject};
-use crate::fix::{FixError, Mend, Mended, mend};
-use crate::lanelet::index::{MapIndex, Thresholds};
+use crate::fix::{FixError, Judge, Mend, Mended, mend};
 use crate::lanelet::{Condition, INFO, InfoFault, Loaded as FromOsm, ProjectorInfo, from_osm};
-use crate::osm::{OsmData, Source};
+use crate::osm::Source;
 use crate::projection::{Projector, VerticalDatum, write_info};
 use crate::report::failure::Failure;
-use crate::rules::{self, Config};
-use crate::triage::{self, Sorted, Suppressions};
+use crate::triage::Sorted;
 
 use super::checked::Checked;
 use super::config::Configuration;
 use super::error::{Error, ErrorKind};
 use super::files;
+use super::judge::MapJudge;
 use super::load::{Loaded, is_packed};
 
 /// What is mended.
@@ -77,20 +76,31 @@ impl Fixed {
     ///
     /// Where a parameter has a value of the wrong type, or the map is divided into cells.
     pub fn of(loaded: Loaded, unsafe_too: bool) -> Result<Self, Error> {
+        Self::telling(loaded, unsafe_too, &|_, _| {})
+    }
+
+    /// The same, and says now and then how many fixes were made and how many are open.
+    ///
+    /// # Errors
+    ///
+    /// See [`Fixed::of`].
+    pub fn telling(loaded: Loaded, unsafe_too: bool, tell: &dyn Fn(usize, usize)) -> Result<Self, Error> {
         if loaded.divided {
             return Err(ErrorKind::Write.error(undivided("mends")));
         }
         let needed = ProjectorFile::missing(&loaded).filter(|_| unsafe_too);
         let is_asked_for = |found: &[Diagnostic]| found.iter().any(|one| one.code == PROJECTOR_MISSING);
         let projector_file = match needed {
-            Some(file) if is_asked_for(&judged(&loaded, &loaded.osm, &loaded.projector, &loaded.info)?) => Some(file),
+            Some(file) if is_asked_for(&MapJudge::of(&loaded, &loaded.projector, &loaded.info).whole(&loaded.osm)?) => {
+                Some(file)
+            }
             _ => None,
         };
         let Some(file) = projector_file else {
-            let mended = mended(&loaded, unsafe_too)?;
+            let mended = mended_as(&loaded, (&loaded.projector, &loaded.info), unsafe_too, tell)?;
             return Ok(Self { loaded, mended, projector_file: None });
         };
-        let mut mended = mended_as(&loaded, &file.projector, &file.info(), unsafe_too)?;
+        let mut mended = mended_as(&loaded, (&file.projector, &file.info()), unsafe_too, tell)?;
         let title = format!("write {INFO}: {}", file.projector);
         mended.done.insert(0, Mend { code: PROJECTOR_MISSING.to_owned(), subject: Subject::Map, title });
         Ok(Self { loaded, mended, projector_file: Some(file) })
@@ -191,29 +201,21 @@ pub(crate) fn undivided(verb: &str) -> Failure {
 
 /// What a map says, mended.
 pub(crate) fn mended(map: &Loaded, unsafe_too: bool) -> Result<Mended, Error> {
-    mended_as(map, &map.projector, &map.info, unsafe_too)
+    mended_as(map, (&map.projector, &map.info), unsafe_too, &|_, _| {})
 }
 
 /// The same, with a projector and its file in place of those that the map was read with.
-fn mended_as(map: &Loaded, projector: &Projector, info: &ProjectorInfo, unsafe_too: bool) -> Result<Mended, Error> {
-    let judge = |osm: &OsmData| judged(map, osm, projector, info);
-    mend(map.osm.clone(), unsafe_too, judge).map_err(|error| match error {
+fn mended_as(
+    map: &Loaded,
+    (projector, info): (&Projector, &ProjectorInfo),
+    unsafe_too: bool,
+    tell: &dyn Fn(usize, usize),
+) -> Result<Mended, Error> {
+    mend(map.osm.clone(), unsafe_too, MapJudge::telling(map, projector, info, tell)).map_err(|error| match error {
         FixError::Judge(error) => error,
         FixError::Read(error) => ErrorKind::Internal.error(
             Failure::new(format!("the mended map cannot be read: {error}"))
                 .help("nothing was changed; please report this"),
         ),
     })
-}
-
-/// What is found in a map, of which these are the texts.
-fn judged(map: &Loaded, osm: &OsmData, projector: &Projector, info: &ProjectorInfo) -> Result<Vec<Diagnostic>, Error> {
-    let settings = &map.settings;
-    let mut loaded = from_osm(osm, projector);
-    info.judge(osm, projector, &mut loaded.faults);
-    let index = MapIndex::new(&loaded.map, &loaded.faults, settings, Thresholds::default());
-    let found = rules::run(&index, &Config::from(settings))
-        .map_err(|error| ErrorKind::Config.error(Failure::new(error.to_string())))?;
-    // What somebody has answered for is not mended.
-    Ok(triage::sort(found, settings, Suppressions::of(settings, osm), &loaded.map, None).left)
 }

@@ -12,6 +12,7 @@ mod error;
 pub(crate) mod files;
 mod fixed;
 mod join;
+mod judge;
 pub(crate) mod layout;
 pub(crate) mod load;
 mod tile;

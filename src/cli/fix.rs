@@ -56,7 +56,8 @@ fn fixed(map: &Path, config: &ConfigArgs, unsafe_too: bool) -> Result<Fixed, Fai
     let progress = Progress::start("reading");
     let loaded = Loaded::read(map, &config.configuration())?;
     progress.next("mending");
-    Ok(Fixed::of(loaded, unsafe_too)?)
+    let tell = |made, open| progress.next(&format!("mending: {made} fixes made, {open} open"));
+    Ok(Fixed::telling(loaded, unsafe_too, &tell)?)
 }
 
 fn told(mended: &Mended) -> String {

@@ -2,15 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 
-use super::places::{ByPlace, keys};
+use super::counts::ErrorCounts;
+use super::places::ByPlace;
 use super::proposal::{Attempt, Proposal};
-use super::text_edits::{Key, key_of};
-use crate::diagnostic::{Diagnostic, Edit, Fix, Severity, Subject};
-
-/// A finding that speaks of more elements than these is about a group of them: others are about one and its neighbour.
-const MANY: usize = 2;
+use super::revealed::Marked;
+use crate::diagnostic::{Diagnostic, Edit, Fix, Subject};
 
 /// What is to happen to the fixes of a batch, by their positions; nothing, where the batch does no harm.
 #[derive(Debug, Default)]
@@ -197,126 +195,12 @@ pub fn following(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) ->
     followers.collect()
 }
 
-/// How many errors of each code each element of the files has, and what the errors speak of.
-pub struct ErrorCounts {
-    of_each: FxHashMap<(String, Option<Key>), usize>,
-    /// By code, the elements of each error that speaks of several.
-    spoken_of: FxHashMap<String, Vec<FxHashSet<Key>>>,
-}
-
-impl ErrorCounts {
-    /// Counts them.
-    pub fn of(found: &[Diagnostic]) -> Self {
-        let mut counts = Self { of_each: FxHashMap::default(), spoken_of: FxHashMap::default() };
-        for one in found.iter().filter(|one| one.severity == Severity::Error) {
-            *counts.of_each.entry((one.code.clone(), key_of(one.finding.subject))).or_default() += 1;
-            if !one.finding.related.is_empty() {
-                counts.spoken_of.entry(one.code.clone()).or_default().push(keys(one).collect());
-            }
-        }
-        counts
-    }
-
-    /// The same, with the new ids of elements that have one.
-    pub fn renumbered(self, fresh: &FxHashMap<Key, i64>) -> Self {
-        if fresh.is_empty() {
-            return self;
-        }
-        let renumber = |(kind, id): Key| (kind, fresh.get(&(kind, id)).copied().unwrap_or(id));
-        let renumber_all = |set: FxHashSet<Key>| set.into_iter().map(renumber).collect();
-        let Self { of_each, spoken_of } = self;
-        Self {
-            of_each: of_each.into_iter().map(|((code, key), count)| ((code, key.map(renumber)), count)).collect(),
-            spoken_of: spoken_of
-                .into_iter()
-                .map(|(code, sets)| (code, sets.into_iter().map(renumber_all).collect()))
-                .collect(),
-        }
-    }
-
-    /// The errors of elements that have more of them than these. One that speaks only of what a single error of its code spoke of
-    /// before is not new: a group has become smaller, and its first element another.
-    pub fn exceeded_by(self, found: &[Diagnostic]) -> Vec<&Diagnostic> {
-        let Self { mut of_each, spoken_of } = self;
-        let errors = found.iter().filter(|one| one.severity == Severity::Error);
-        let is_new = |one: &&Diagnostic| match of_each.get_mut(&(one.code.clone(), key_of(one.finding.subject))) {
-            Some(count) if *count > 0 => {
-                *count -= 1;
-                false
-            }
-            _ => !spoken_of
-                .get(&one.code)
-                .is_some_and(|sets| sets.iter().any(|set| set.len() > MANY && keys(one).all(|key| set.contains(&key)))),
-        };
-        errors.filter(is_new).collect()
-    }
-}
-
 /// The errors that a batch has brought.
 fn new_errors<'a>(before: &[Diagnostic], attempt: &'a Attempt) -> Vec<&'a Diagnostic> {
     let mut errors = ErrorCounts::of(before).renumbered(&attempt.renumbered).exceeded_by(&attempt.left);
     let marked = Marked::by(&attempt.done);
-    errors.retain(|error| !marked.reveal(error));
+    errors.retain(|error| !marked.reveals(error));
     errors
-}
-
-/// Errors by which a vehicle goes where it has to wait: a fix that comes with one is not kept, whatever else it brings to light.
-const UNSAFE: [&str; 4] =
-    ["vm-03-10/yield-unsafe", "vm-03-11/yield-unsafe", "vm-03-11/priority-inverted", "vm-03-11/mutual"];
-
-/// A lane that comes to an intersection and goes no further, or begins there: it was so before the intersection was marked.
-const LOOSE_ENDS: [&str; 2] = ["vm-03-04/in-lane-dead-end", "vm-03-04/out-lane-unreached"];
-
-/// What only road lanelets are asked: a lane that is called one had the fault before.
-const OF_ROADS: [&str; 2] = ["vm-01-01/", "vm-01-09/"];
-
-/// What the fixes of a batch make part of an intersection, or a road.
-struct Marked {
-    lanelets: FxHashSet<i64>,
-    roads: FxHashSet<i64>,
-    /// Whether all that the batch does leaves the ends of lanes as they are.
-    ends_stay: bool,
-}
-
-impl Marked {
-    fn by(done: &[Proposal]) -> Self {
-        let edits = || done.iter().flat_map(Proposal::edits);
-        let lanelets = edits().filter_map(|edit| match edit {
-            Edit::CreateArea { lanelets, .. } => Some(lanelets),
-            _ => None,
-        });
-        let leaves_ends = |edit: &Edit| {
-            use Edit::{AddMember, CreateArea, CreateRegulatoryElement, CreateStopLine, SetTag};
-            let is_made = matches!(edit, CreateArea { .. } | CreateRegulatoryElement { .. } | CreateStopLine { .. });
-            is_made || matches!(edit, SetTag { .. } | AddMember { .. })
-        };
-        let roads = edits().filter_map(|edit| match edit {
-            Edit::SetTag { on: Subject::Lanelet(id), key, value } => {
-                (key.as_str() == "subtype" && value.as_str() == "road").then_some(*id)
-            }
-            _ => None,
-        });
-        let ends_stay = edits().all(leaves_ends);
-        Self { lanelets: lanelets.flatten().copied().collect(), roads: roads.collect(), ends_stay }
-    }
-
-    /// Whether an error was there before and is only told now, since rules look at roads or lanes of intersections that do not look
-    /// at others: it is about how such a lane is drawn, and not about the area or the tags that the fix has made.
-    fn reveal(&self, error: &Diagnostic) -> bool {
-        if self.ends_stay && !self.lanelets.is_empty() && LOOSE_ENDS.contains(&error.code.as_str()) {
-            return true;
-        }
-        let of_the_fix = ["vm-03-01/", "vm-03-02/", "vm-03-08/"].iter().any(|rule| error.code.starts_with(rule))
-            || UNSAFE.contains(&error.code.as_str());
-        let finding = &error.finding;
-        let of_roads = OF_ROADS.iter().any(|rule| error.code.starts_with(rule));
-        if of_roads && matches!(finding.subject, Subject::Lanelet(id) if self.roads.contains(&id)) {
-            return true;
-        }
-        let mut subjects = std::iter::once(finding.subject).chain(finding.related.iter().map(|one| one.subject));
-        let is_marked = |subject| matches!(subject, Subject::Lanelet(id) if self.lanelets.contains(&id));
-        !of_the_fix && subjects.any(is_marked)
-    }
 }
 
 /// The fixes whose finding is there as often as before.

@@ -3,10 +3,14 @@
 
 mod blame;
 mod canonical;
+mod counts;
 mod element;
+mod judgement;
+mod nearby;
 mod order;
 mod places;
 mod proposal;
+mod revealed;
 mod suspects;
 #[cfg(test)]
 mod tests;
@@ -16,17 +20,20 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::cancel;
 use crate::diagnostic::{Diagnostic, Fix};
-use crate::osm::{OsmData, ReadError, Source, read_bytes};
-use blame::{Divided, ErrorCounts};
+use crate::osm::{OsmData, ReadError};
+use blame::Divided;
 pub use canonical::canonical;
+use counts::ErrorCounts;
+pub use judgement::Judge;
+use judgement::{Bench, Confirmed, Known};
 use order::first_of;
 pub use proposal::Mend;
 use proposal::{Attempt, Proposal};
 use suspects::Suspects;
-use text_edits::{Key, TextEdits};
+use text_edits::{IdRange, Key, TextEdits};
 
 /// What came of mending.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Mended {
     /// The map as it is now.
     pub osm: OsmData,
@@ -60,33 +67,29 @@ pub enum FixError<E> {
 /// # Errors
 ///
 /// If `judge` fails, or an edited file cannot be read again.
-pub fn mend<E>(
-    osm: OsmData,
-    unsafe_too: bool,
-    judge: impl Fn(&OsmData) -> Result<Vec<Diagnostic>, E>,
-) -> Result<Mended, FixError<E>> {
-    let judge = |osm: &OsmData| judge(osm).map_err(FixError::Judge);
-    let left = judge(&osm)?;
-    let mut known = ErrorCounts::of(&left);
-    let mut state = Mended { osm, left, done: Vec::new(), refused: Vec::new(), unsafe_left: 0, revealed: 0 };
-    let mut memory = Memory { unsafe_too, ..Memory::default() };
-    let (mut done_before, mut fewest) = (0, usize::MAX);
+pub fn mend<J: Judge>(osm: OsmData, unsafe_too: bool, judge: J) -> Result<Mended, FixError<J::Error>> {
+    let bench = Bench::new(judge);
+    let left = bench.whole(&osm).map_err(FixError::Judge)?;
+    let state = Mended { osm, left, done: Vec::new(), refused: Vec::new(), unsafe_left: 0, revealed: 0 };
+    let mut course = Course::new(state, unsafe_too);
+    let mut sure = course.clone();
     loop {
-        cancel::look();
-        let open = memory.open(&state.left);
-        if open.is_empty() {
-            if state.done.len() == done_before {
-                break;
+        course.run(&bench)?;
+        // What was judged by its surroundings alone is judged as a whole before it is kept for good.
+        match bench.confirm(&course.state.osm, &course.state.left).map_err(FixError::Judge)? {
+            Confirmed::AsIs => {}
+            Confirmed::Otherwise(left) => course.state.left = left,
+            Confirmed::Worse => {
+                course = sure.clone();
+                continue;
             }
-            done_before = state.done.len();
-            if !memory.again(&mut state, &mut fewest) {
-                break;
-            }
-            continue;
         }
-        let renumbered = round(&mut state, &mut memory, first_of(open), &judge)?;
-        known = known.renumbered(&renumbered);
+        sure = course.clone();
+        if !course.goes_on() {
+            break;
+        }
     }
+    let Course { mut state, known, .. } = course;
     let open: FxHashSet<Mend> = state.left.iter().filter_map(Proposal::of).map(|one| one.mend).collect();
     state.refused.retain(|(mend, _)| open.contains(mend));
     state.revealed = known.exceeded_by(&state.left).len();
@@ -95,8 +98,54 @@ pub fn mend<E>(
     Ok(state)
 }
 
+/// How far mending has come.
+#[derive(Clone)]
+struct Course {
+    state: Mended,
+    memory: Memory,
+    /// The errors of the map as it was.
+    known: ErrorCounts,
+    /// How many fixes had been made when fixes were tried again last, and how few findings were left at the least.
+    done_before: usize,
+    fewest: usize,
+}
+
+impl Course {
+    fn new(state: Mended, unsafe_too: bool) -> Self {
+        let known = ErrorCounts::of(&state.left);
+        let memory = Memory { unsafe_too, ..Memory::default() };
+        Self { state, memory, known, done_before: 0, fewest: usize::MAX }
+    }
+
+    /// Makes fixes until none is open that was not tried.
+    fn run<J: Judge>(&mut self, bench: &Bench<J>) -> Result<(), FixError<J::Error>> {
+        loop {
+            cancel::look();
+            let open = self.memory.open(&self.state.left);
+            if open.is_empty() {
+                return Ok(());
+            }
+            bench.tell(self.state.done.len(), open.len());
+            let renumbered = round(&mut self.state, &mut self.memory, first_of(open), bench)?;
+            if !renumbered.is_empty() {
+                self.known = std::mem::take(&mut self.known).renumbered(&renumbered);
+            }
+        }
+    }
+
+    /// Whether there is anything left to be tried, or to be tried again.
+    fn goes_on(&mut self) -> bool {
+        if !self.memory.open(&self.state.left).is_empty() {
+            return true;
+        }
+        let is_changed = self.state.done.len() > self.done_before;
+        self.done_before = self.state.done.len();
+        is_changed && self.memory.again(&mut self.state, &mut self.fewest)
+    }
+}
+
 /// What is known of the fixes so far.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Memory {
     unsafe_too: bool,
     /// Nothing is tried twice, so that two fixes cannot undo each other for ever.
@@ -159,17 +208,18 @@ impl Memory {
 
 /// Makes those fixes of a batch that do no harm together; gives back the new ids of elements. At the least one fix is kept or
 /// refused, or is to be tried with what follows from it.
-fn round<E>(
+fn round<J: Judge>(
     state: &mut Mended,
     memory: &mut Memory,
     mut batch: Vec<Proposal>,
-    judge: &impl Fn(&OsmData) -> Result<Vec<Diagnostic>, FixError<E>>,
-) -> Result<FxHashMap<Key, i64>, FixError<E>> {
+    bench: &Bench<J>,
+) -> Result<FxHashMap<Key, i64>, FixError<J::Error>> {
     let to_blame = std::mem::take(&mut memory.to_blame);
     let mut suspects: Vec<Suspects> = to_blame.into_iter().filter_map(|group| group.divide(&mut batch)).collect();
     let mut is_first = true;
+    let mut earlier = Earlier::default();
     while !batch.is_empty() {
-        let Some(attempt) = attempt(state, memory, &batch, judge)? else {
+        let Some(mut attempt) = attempt(state, memory, &batch, (bench, &mut earlier))? else {
             // Not one of them can be made, though nothing else is changed.
             let all = batch.into_iter().map(|one| (one.mend, "it cannot be made".to_owned()));
             refuse(state, memory, all);
@@ -180,6 +230,7 @@ fn round<E>(
             return Ok(keep(state, memory, attempt, suspects));
         }
         is_first = false;
+        earlier.last = Some(attempt.as_made.take().unwrap_or((attempt.osm, attempt.left)));
         let mut of_each: Vec<Option<Proposal>> = attempt.done.into_iter().map(Some).collect();
         for Divided { kept, put_off, harm } in verdict.divided {
             let mend = |at: usize| Some(of_each.get(at)?.as_ref()?.mend.clone());
@@ -264,29 +315,47 @@ pub fn edited(osm: &OsmData, fix: &Fix) -> Option<Vec<String>> {
     Some(edits.texts())
 }
 
+/// What is known from earlier attempts of a round.
+#[derive(Default)]
+struct Earlier {
+    /// The last one, without what followed from it.
+    last: Option<(OsmData, Vec<Diagnostic>)>,
+    /// The ids that fixes have used.
+    ids: FxHashMap<Mend, IdRange>,
+}
+
 /// Applies those fixes of a batch that do not change the same thing, and with those that lead to others these, too; `None` if
 /// none could be applied.
-fn attempt<E>(
+fn attempt<J: Judge>(
     state: &Mended,
     memory: &Memory,
     batch: &[Proposal],
-    judge: &impl Fn(&OsmData) -> Result<Vec<Diagnostic>, FixError<E>>,
-) -> Result<Option<Attempt>, FixError<E>> {
+    (bench, earlier): (&Bench<J>, &mut Earlier),
+) -> Result<Option<Attempt>, FixError<J::Error>> {
     let mut edits = TextEdits::new(&state.osm);
-    let make = |one: &Proposal| Some(Proposal { creates: edits.apply(&one.fix)?, ..one.clone() });
+    edits.spare(earlier.ids.values().copied());
+    let mut used = std::mem::take(&mut earlier.ids);
+    let make = |one: &Proposal| {
+        let (creates, ids) = edits.apply_again(&one.fix, used.remove(&one.mend))?;
+        earlier.ids.insert(one.mend.clone(), ids);
+        let reaches = one.touched().flat_map(|key| edits.made_of(key)).collect();
+        Some(Proposal { creates, reaches, ..one.clone() })
+    };
     let done: Vec<Proposal> = batch.iter().filter_map(make).collect();
     if done.is_empty() {
         return Ok(None);
     }
     let renumbered = edits.renumbered();
-    let osm = reread(&state.osm.sources, edits.texts()).map_err(FixError::Read)?;
-    let left = judge(&osm)?;
-    let mut attempt = Attempt { osm, left, done, renumbered, is_followed: false };
+    let osm = edits.made().map_err(FixError::Read)?;
+    let known = Known { osm: &state.osm, left: &state.left };
+    let last = earlier.last.as_ref().map(|(osm, left)| Known { osm, left });
+    let left = bench.judged(std::iter::once(known).chain(last), &osm).map_err(FixError::Judge)?;
+    let mut attempt = Attempt { osm, left, done, renumbered, is_followed: false, as_made: None };
     let leads = attempt.done.iter().any(|one| one.leads);
     if leads && !blame::does_other_harm(&state.left, &attempt) {
         attempt.is_followed = true;
         for _ in 0..MOST_STEPS {
-            if !follow(&state.left, memory, &mut attempt, judge)? {
+            if !follow(&state.left, memory, &mut attempt, bench)? {
                 break;
             }
         }
@@ -299,26 +368,29 @@ fn attempt<E>(
 const MOST_STEPS: usize = 4;
 
 /// Makes the fixes of the errors that leading fixes have brought; whether there was one.
-fn follow<E>(
+fn follow<J: Judge>(
     before: &[Diagnostic],
     memory: &Memory,
     attempt: &mut Attempt,
-    judge: &impl Fn(&OsmData) -> Result<Vec<Diagnostic>, FixError<E>>,
-) -> Result<bool, FixError<E>> {
+    bench: &Bench<J>,
+) -> Result<bool, FixError<J::Error>> {
     let following = blame::following(before, attempt, |fix| memory.may(fix));
     let mut edits = TextEdits::new(&attempt.osm);
     let make = |(leader, one): (usize, Proposal)| {
         let creates = edits.apply(&one.fix)?;
-        Some((leader, Proposal { creates, ..one }))
+        let reaches = one.touched().flat_map(|key| edits.made_of(key)).collect();
+        Some((leader, Proposal { creates, reaches, ..one }))
     };
     let made: Vec<(usize, Proposal)> = following.into_iter().filter_map(make).collect();
     if made.is_empty() {
         return Ok(false);
     }
     let renumbered = edits.renumbered();
-    let osm = reread(&attempt.osm.sources, edits.texts()).map_err(FixError::Read)?;
-    attempt.left = judge(&osm)?;
-    attempt.osm = osm;
+    let osm = edits.made().map_err(FixError::Read)?;
+    let known = Known { osm: &attempt.osm, left: &attempt.left };
+    let left = bench.judged([known], &osm).map_err(FixError::Judge)?;
+    let before = (std::mem::replace(&mut attempt.osm, osm), std::mem::replace(&mut attempt.left, left));
+    attempt.as_made.get_or_insert(before);
     for ((kind, _), id) in &mut attempt.renumbered {
         *id = renumbered.get(&(*kind, *id)).copied().unwrap_or(*id);
     }
@@ -328,16 +400,9 @@ fn follow<E>(
     for (leader, one) in made {
         if let Some(leader) = attempt.done.get_mut(leader) {
             leader.creates.extend(one.creates);
+            leader.reaches.extend(one.reaches);
             leader.followers.push((one.mend, one.fix));
         }
     }
     Ok(true)
-}
-
-fn reread(sources: &[Source], texts: Vec<String>) -> Result<OsmData, ReadError> {
-    let mut osm = OsmData::default();
-    for (source, text) in sources.iter().zip(texts) {
-        read_bytes(&mut osm, &source.name, text.into_bytes())?;
-    }
-    Ok(osm)
 }

@@ -6,7 +6,7 @@ use rustc_hash::FxHashMap;
 
 use super::proposal::Proposal;
 use super::text_edits::{Key, key_of};
-use crate::diagnostic::{Diagnostic, Edit, Subject};
+use crate::diagnostic::Diagnostic;
 
 /// An error within this distance (m) of a fix may be its doing: an intersection with its approaches is about as large.
 pub const REACH: f64 = 60.0;
@@ -54,6 +54,14 @@ impl ByPlace {
         found
     }
 
+    /// Whether one of these may have caused an error: it is about what the error speaks of, or within reach. What has no place may be
+    /// anywhere.
+    pub fn has_caused(&self, error: &Diagnostic) -> bool {
+        !self.nowhere.is_empty()
+            || keys(error).any(|key| self.elements.contains_key(&key))
+            || self.around(error).next().is_some()
+    }
+
     /// The fixes within reach of an error.
     pub fn around(&self, error: &Diagnostic) -> impl Iterator<Item = usize> + '_ {
         let place = error.local.map(|place| [place.x, place.y]);
@@ -73,46 +81,13 @@ fn place_of(one: &Proposal) -> Option<[f64; 2]> {
     one.place.filter(|place| place.iter().all(|number| number.is_finite()))
 }
 
-/// What a fix changes, what it has made, and what its finding speaks of.
+/// What a fix changes, what is made of that, what it has made itself, and what its finding speaks of.
 fn elements_of(one: &Proposal) -> impl Iterator<Item = Key> + '_ {
-    let touched = one.edits().flat_map(touched).filter_map(key_of);
-    touched.chain(one.creates.iter().copied()).chain(one.about.iter().copied())
+    one.touched().chain([&one.creates, &one.reaches, &one.about].into_iter().flatten().copied())
 }
 
 /// The elements that a finding speaks of.
 pub fn keys(found: &Diagnostic) -> impl Iterator<Item = Key> + '_ {
     let related = found.finding.related.iter().map(|one| one.subject);
     std::iter::once(found.finding.subject).chain(related).filter_map(key_of)
-}
-
-/// What an edit changes, or makes part of something else.
-fn touched(edit: &Edit) -> Vec<Subject> {
-    match edit {
-        Edit::SetTag { on, .. }
-        | Edit::RemoveTag { on, .. }
-        | Edit::RemoveRepeat { on, .. }
-        | Edit::Renumber { on, .. } => {
-            vec![*on]
-        }
-        Edit::AddMember { on, member, .. }
-        | Edit::RemoveMember { on, member, .. }
-        | Edit::SetRole { on, member, .. } => {
-            vec![*on, *member]
-        }
-        Edit::MergePoints { from, to } => vec![Subject::Point(*from), Subject::Point(*to)],
-        Edit::InsertVertex { way, .. }
-        | Edit::RemoveVertex { way, .. }
-        | Edit::SetVertices { way, .. }
-        | Edit::ReverseWay { way } => vec![*way],
-        Edit::ReplaceWay { lanelet, .. } | Edit::CreateOpposite { lanelet, .. } => vec![Subject::Lanelet(*lanelet)],
-        Edit::SetPlace { point, .. } | Edit::PlaceBetween { point, .. } => vec![Subject::Point(*point)],
-        Edit::Remove { subject } => vec![*subject],
-        Edit::CreateStopLine { element, .. } => vec![*element],
-        Edit::CreateArea { lanelets, .. } => lanelets.iter().copied().map(Subject::Lanelet).collect(),
-        Edit::CreateRegulatoryElement { referrers, .. } => referrers.iter().copied().map(Subject::Lanelet).collect(),
-        Edit::Divide(division) => {
-            let lanelets = division.lanelets.iter().map(|cut| Subject::Lanelet(cut.lanelet));
-            lanelets.chain(division.ways.iter().map(|cut| Subject::LineString(cut.way))).collect()
-        }
-    }
 }

@@ -30,6 +30,8 @@ pub struct Proposal {
     pub about: Vec<Key>,
     /// The elements that it has made, where it was made.
     pub creates: Vec<Key>,
+    /// The elements that are made of what it changes, where it was made.
+    pub reaches: Vec<Key>,
     /// Whether it is made together with the fixes of what it brings.
     pub leads: bool,
     /// The fixes of what it has brought.
@@ -44,12 +46,26 @@ impl Proposal {
         let place = found.local.map(|place| [place.x, place.y]);
         let related = found.finding.related.iter().map(|one| one.subject);
         let about = std::iter::once(found.finding.subject).chain(related).filter_map(key_of).collect();
-        Some(Self { mend, fix, place, about, creates: Vec::new(), leads: false, followers: Vec::new() })
+        Some(Self {
+            mend,
+            fix,
+            place,
+            about,
+            creates: Vec::new(),
+            reaches: Vec::new(),
+            leads: false,
+            followers: Vec::new(),
+        })
     }
 
     /// Whether it draws an area: what it runs over has to be settled first.
     pub fn draws_area(&self) -> bool {
         self.fix.edits.iter().any(|edit| matches!(edit, Edit::CreateArea { .. }))
+    }
+
+    /// The elements that its edits change, or make part of something else.
+    pub fn touched(&self) -> impl Iterator<Item = Key> + '_ {
+        self.edits().flat_map(touched).filter_map(key_of)
     }
 
     /// All edits, its own and those of the fixes that follow from it.
@@ -75,4 +91,38 @@ pub struct Attempt {
     pub renumbered: FxHashMap<Key, i64>,
     /// Whether fixes that lead to others were followed by these; not where others do harm.
     pub is_followed: bool,
+    /// Where they were, the map without what followed, and what was found in it.
+    pub as_made: Option<(OsmData, Vec<Diagnostic>)>,
+}
+
+/// What an edit changes, or makes part of something else.
+fn touched(edit: &Edit) -> Vec<Subject> {
+    match edit {
+        Edit::SetTag { on, .. }
+        | Edit::RemoveTag { on, .. }
+        | Edit::RemoveRepeat { on, .. }
+        | Edit::Renumber { on, .. } => {
+            vec![*on]
+        }
+        Edit::AddMember { on, member, .. }
+        | Edit::RemoveMember { on, member, .. }
+        | Edit::SetRole { on, member, .. } => {
+            vec![*on, *member]
+        }
+        Edit::MergePoints { from, to } => vec![Subject::Point(*from), Subject::Point(*to)],
+        Edit::InsertVertex { way, .. }
+        | Edit::RemoveVertex { way, .. }
+        | Edit::SetVertices { way, .. }
+        | Edit::ReverseWay { way } => vec![*way],
+        Edit::ReplaceWay { lanelet, .. } | Edit::CreateOpposite { lanelet, .. } => vec![Subject::Lanelet(*lanelet)],
+        Edit::SetPlace { point, .. } | Edit::PlaceBetween { point, .. } => vec![Subject::Point(*point)],
+        Edit::Remove { subject } => vec![*subject],
+        Edit::CreateStopLine { element, .. } => vec![*element],
+        Edit::CreateArea { lanelets, .. } => lanelets.iter().copied().map(Subject::Lanelet).collect(),
+        Edit::CreateRegulatoryElement { referrers, .. } => referrers.iter().copied().map(Subject::Lanelet).collect(),
+        Edit::Divide(division) => {
+            let lanelets = division.lanelets.iter().map(|cut| Subject::Lanelet(cut.lanelet));
+            lanelets.chain(division.ways.iter().map(|cut| Subject::LineString(cut.way))).collect()
+        }
+    }
 }

@@ -8,7 +8,7 @@ use super::proposal::{Mend, Proposal};
 use crate::diagnostic::{Diagnostic, Edit};
 
 /// Fixes that were put off, since with those kept they do harm.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Suspects {
     /// Those that were kept.
     pub kept: Vec<Mend>,

@@ -1,10 +1,10 @@
 //! Small files, edited; and a judge that knows one fault.
 
-use super::blame::ErrorCounts;
-use super::mend;
+use super::counts::ErrorCounts;
 use super::text_edits::TextEdits;
+use super::{Judge, mend};
 use crate::diagnostic::{Diagnostic, Edit, Finding, Fix, Severity, Subject};
-use crate::osm::{OsmData, read_bytes};
+use crate::osm::{Node, OsmData, read_bytes};
 
 const MAP: &str = r#"<?xml version="1.0"?>
 <osm version="0.6">
@@ -35,7 +35,10 @@ fn edited(edits: &[Edit]) -> Option<Vec<String>> {
     let mut texts = TextEdits::new(&osm);
     let fix = Fix { title: String::new(), safe: true, edits: edits.to_vec() };
     let made = texts.apply(&fix).is_some();
-    let text = texts.texts().remove(0);
+    let made_of_it = texts.made().unwrap();
+    let text = made_of_it.sources[0].text.clone();
+    let elements = |osm: &OsmData| format!("{:?} {:?} {:?} {:?}", osm.nodes, osm.ways, osm.relations, osm.oddities);
+    assert_eq!(elements(&made_of_it), elements(&read(&text)), "what is edited in memory is what a reader finds");
     if !made {
         assert_eq!(text, MAP, "a fix that cannot be made changes nothing");
         return None;
@@ -186,7 +189,8 @@ fn judge_ids(osm: &OsmData, asked: &std::cell::Cell<usize>) -> Vec<Diagnostic> {
 fn all_nodes_of_a_way_are_renumbered_at_once() {
     let map = MAP.replace("relation id=\"20\"", "relation id=\"200\"");
     let asked = std::cell::Cell::new(0);
-    let mended = mend(read(&map), false, |osm| Ok::<_, std::convert::Infallible>(judge_ids(osm, &asked))).unwrap();
+    let mended =
+        mend(read(&map), false, |osm: &OsmData| Ok::<_, std::convert::Infallible>(judge_ids(osm, &asked))).unwrap();
     assert_eq!((mended.done.len(), mended.refused.len(), mended.left.len()), (4, 0, 1), "{:?}", mended.refused);
     assert_eq!(mended.osm.ways[0].nodes, [201, 202]);
     assert_eq!(mended.osm.relations[0].members[0].id, mended.osm.ways[0].id);
@@ -330,4 +334,80 @@ fn a_group_that_becomes_smaller_is_not_new() {
     let known = || ErrorCounts::of(&[group(&[1, 2, 3, 4])]);
     assert!(known().exceeded_by(&[group(&[2, 3, 4])]).is_empty());
     assert_eq!(known().exceeded_by(&[group(&[2, 3, 5])]).len(), 1);
+}
+
+/// How many places there are, half a kilometre apart, and how many nodes each has.
+const PLACES: i64 = 100;
+const NODES: i64 = 16;
+
+/// Wants `ele` of every node; in one place a node must not have it, which is said of the place.
+struct Places {
+    /// How many nodes it has looked at.
+    looked: std::cell::Cell<usize>,
+    /// Whether it sees that of the whole map only.
+    is_blind: bool,
+}
+
+impl Places {
+    fn found(&self, osm: &OsmData, is_whole: bool) -> Vec<Diagnostic> {
+        self.looked.set(self.looked.get() + osm.nodes.len());
+        let mut found = Vec::new();
+        for node in &osm.nodes {
+            let (place, at) = (node.id / NODES, node.id % NODES);
+            let local = Some(crate::geometry::Point::new(500.0 * place as f64, 0.0));
+            if !node.tags.has("ele") {
+                found.push(Diagnostic { local, ..wants_ele(Subject::Point(node.id)) });
+            } else if (place, at) == (PLACES / 2, 5) && (is_whole || !self.is_blind) {
+                found.push(Diagnostic { local, ..diagnostic("place/fault", Subject::Point(1_000_000 + place), None) });
+            }
+        }
+        found
+    }
+}
+
+impl Judge for &Places {
+    type Error = std::convert::Infallible;
+
+    fn whole(&self, osm: &OsmData) -> Result<Vec<Diagnostic>, std::convert::Infallible> {
+        Ok(self.found(osm, true))
+    }
+
+    fn part(&self, osm: &OsmData) -> Result<Vec<Diagnostic>, std::convert::Infallible> {
+        Ok(self.found(osm, false))
+    }
+
+    fn place(&self, node: &Node) -> Option<[f64; 2]> {
+        node.position.map(|place| [500.0 * place.lon, 0.0])
+    }
+}
+
+fn places() -> OsmData {
+    let node = |id: i64| format!("<node id=\"{id}\" lat=\"0\" lon=\"{}\"/>\n", id / NODES);
+    let nodes: String = (NODES..NODES * (PLACES + 1)).map(node).collect();
+    read(&format!("<osm version=\"0.6\">\n{nodes}</osm>\n"))
+}
+
+#[test]
+fn what_is_far_from_a_change_is_not_judged_again() {
+    let judge = Places { looked: std::cell::Cell::new(0), is_blind: false };
+    let mended = mend(places(), false, &judge).unwrap();
+    let all = PLACES * NODES;
+    assert_eq!((mended.done.len() as i64, mended.refused.len()), (all - 1, 1));
+    // As it was, with all fixes, and two times to be sure; between them the one place is halved four times.
+    let most = 4 * all as usize + all as usize / 2;
+    assert!(judge.looked.get() <= most, "{} nodes looked at, of {all}", judge.looked.get());
+}
+
+#[test]
+fn what_only_the_whole_map_shows_is_not_kept() {
+    let judge = Places { looked: std::cell::Cell::new(0), is_blind: true };
+    // One node lacks `ele` at first, the one that must not have it, so that its place alone is judged.
+    let mut edits = places().sources[0].text.clone();
+    for id in (NODES..NODES * (PLACES + 1)).filter(|id| *id != PLACES / 2 * NODES + 5) {
+        let bare = format!("<node id=\"{id}\" lat=\"0\" lon=\"{}\"/>", id / NODES);
+        edits = edits.replace(&bare, &bare.replace("/>", "><tag k=\"ele\" v=\"0\"/></node>"));
+    }
+    let mended = mend(read(&edits), false, &judge).unwrap();
+    assert_eq!((mended.done.len(), mended.refused.len()), (0, 1));
+    assert_eq!(mended.left.len(), 1, "no error has come");
 }

@@ -1,7 +1,10 @@
 //! Edits on the files of a map. Fixes that change the same thing are applied in different rounds.
 
 mod division;
+mod fresh;
+mod ids;
 mod opposite;
+mod written;
 
 use std::collections::BTreeMap;
 
@@ -10,6 +13,9 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::element::{Child, Element};
 use crate::diagnostic::{Edit, Fix, SourceSpan, Subject};
 use crate::osm::{ElementKind, OddityKind, OsmData, Tags};
+
+pub use ids::IdRange;
+use ids::Ids;
 
 /// An element of a file: its kind and its id.
 pub type Key = (ElementKind, i64);
@@ -79,13 +85,13 @@ pub struct TextEdits<'a> {
     named: FxHashMap<i64, Vec<Key>>,
     /// Positions of elements whose id repeats, in file order.
     repeated: FxHashMap<Key, Vec<&'a SourceSpan>>,
-    last_id: i64,
-    /// The highest id that Autoware can read where it reads 32 bits.
-    last_small: i64,
+    ids: Ids,
+    /// Up to where new ids go, where some were kept for the current fix.
+    limit: Option<Ids>,
 }
 
 /// Tags whose value is the id of a way.
-const NAMING: [&str; 2] = [AREA, "traffic_light_id"];
+pub const NAMING: [&str; 2] = [AREA, "traffic_light_id"];
 
 /// The type of an intersection's area, and the tag in which a lanelet names it.
 const AREA: &str = "intersection_area";
@@ -113,11 +119,6 @@ impl<'a> TextEdits<'a> {
                 named.entry(id).or_default().push(key);
             }
         }
-        let ids = osm.nodes.iter().map(|node| node.id).chain(osm.ways.iter().map(|way| way.id));
-        let ids = ids.chain(osm.relations.iter().map(|relation| relation.id));
-        let small = |id: i64| if id <= i64::from(i32::MAX) { id } else { 0 };
-        let (last_id, last_small) =
-            ids.fold((0, 0), |(last, last_small): (i64, i64), id| (last.max(id), last_small.max(small(id))));
         Self {
             osm,
             edited: BTreeMap::new(),
@@ -129,8 +130,8 @@ impl<'a> TextEdits<'a> {
             referrers,
             named,
             repeated: repeated(osm),
-            last_id,
-            last_small,
+            ids: Ids::last_of(osm),
+            limit: None,
         }
     }
 
@@ -146,7 +147,7 @@ impl<'a> TextEdits<'a> {
         }
         self.journal.clear();
         let (created, renames, renumbered) = (self.created.len(), self.renames.len(), self.renumbered.len());
-        let (last_id, last_small) = (self.last_id, self.last_small);
+        let ids = self.ids;
         if !fix.edits.iter().all(|edit| self.edit(edit).is_some()) {
             for (span, element) in self.journal.drain(..).rev() {
                 match element {
@@ -157,7 +158,7 @@ impl<'a> TextEdits<'a> {
             self.created.truncate(created);
             self.renames.truncate(renames);
             self.renumbered.truncate(renumbered);
-            (self.last_id, self.last_small) = (last_id, last_small);
+            self.ids = ids;
             return None;
         }
         self.claims.add(claim);
@@ -249,6 +250,15 @@ impl<'a> TextEdits<'a> {
             relation.is_some_and(|relation| relation.tags.is("type", "multipolygon"))
         };
         way.0 == ElementKind::Way && self.referrers_of(way).any(is_area)
+    }
+
+    /// The elements that are made of one: of a node the ways over it and the lanelets between these.
+    pub fn made_of(&self, key: Key) -> Vec<Key> {
+        let mut users: Vec<Key> = self.referrers_of(key).collect();
+        if key.0 == ElementKind::Node {
+            users.extend(self.referrers_of(key).flat_map(|way| self.referrers_of(way)));
+        }
+        users
     }
 
     fn referrers_of(&self, key: Key) -> impl Iterator<Item = Key> + '_ {
@@ -356,17 +366,6 @@ impl<'a> TextEdits<'a> {
             }
         }
         Some(())
-    }
-
-    /// An unused id; with `small`, one that fits 31 bits.
-    fn fresh(&mut self, small: bool) -> Option<i64> {
-        if small && self.last_id >= i64::from(i32::MAX) {
-            self.last_small += 1;
-            return (self.last_small <= i64::from(i32::MAX)).then_some(self.last_small);
-        }
-        self.last_id = self.last_id.checked_add(1)?;
-        self.last_small = self.last_small.max(self.last_id);
-        Some(self.last_id)
     }
 
     fn remove(&mut self, key: Key) -> Option<()> {
@@ -504,39 +503,6 @@ impl<'a> TextEdits<'a> {
                 _ => None,
             });
         }
-    }
-
-    /// The files' texts with all edits, in the order of the sources.
-    pub fn texts(mut self) -> Vec<String> {
-        self.rename();
-        let spans = || self.edited.iter().map(|(span, element)| (span, element.as_ref()));
-        let mut texts = Vec::new();
-        for (file, source) in self.osm.sources.iter().enumerate() {
-            let mut text = String::with_capacity(source.text.len());
-            let mut at = 0;
-            for (span, element) in spans().filter(|(span, _)| span.file as usize == file) {
-                let (start, end) = (span.start as usize, span.end as usize);
-                let kept = source.text.get(at..start).unwrap_or_default();
-                match element {
-                    Some(element) => {
-                        text += kept;
-                        text += &element.render();
-                    }
-                    // With the blanks and the line end before it.
-                    None => text += kept.trim_end_matches([' ', '\t']).trim_end_matches(['\r', '\n']),
-                }
-                at = end;
-            }
-            text += source.text.get(at..).unwrap_or_default();
-            texts.push(text);
-        }
-        if let Some(text) = texts.last_mut().filter(|_| !self.created.is_empty()) {
-            let end = text.rfind("</osm>").unwrap_or(text.len());
-            let at = text[..end].trim_end().len();
-            let added: String = self.created.iter().map(|(_, element)| format!("\n  {}", element.render())).collect();
-            text.insert_str(at, &added);
-        }
-        texts
     }
 }
 

@@ -11,6 +11,7 @@ mod limits;
 mod load;
 mod pbf;
 mod read;
+mod replace;
 mod tags;
 mod write;
 
@@ -22,6 +23,7 @@ pub use error::ReadError;
 pub use limits::{limit_input, most_input};
 pub use load::load;
 pub use read::{Block, Blocks, DataBlocks, read_bytes, read_file, read_files};
+pub use replace::Stretch;
 pub use tags::Tags;
 pub use write::OsmText;
 

@@ -23,7 +23,7 @@ fn judge(base: &Base, draft: &Draft, osm: &OsmData) -> Result<Vec<Diagnostic>, C
 
 /// All fixes of a draft.
 fn mended(base: &Base, draft: &Draft) -> Mended {
-    mend(osm(draft.text()), true, |osm| judge(base, draft, osm)).unwrap()
+    mend(osm(draft.text()), true, |osm: &OsmData| judge(base, draft, osm)).unwrap()
 }
 
 /// Takes areas, turns, rights of way and crosswalk elements, as far as the dice say.
@@ -122,7 +122,7 @@ fn whatever_is_taken_fixing_ends_and_makes_no_error() {
             let before = known.get(&error).copied().unwrap_or_default();
             assert!(count <= before, "{} seed {seed}: {error} {before} -> {count}", base.name);
         }
-        let again = mend(once.osm.clone(), true, |osm| judge(base, &draft, osm)).unwrap();
+        let again = mend(once.osm.clone(), true, |osm: &OsmData| judge(base, &draft, osm)).unwrap();
         assert!(again.done.is_empty(), "{} seed {seed}: a second run makes {:?}", base.name, again.done);
     });
 }

@@ -8,6 +8,8 @@ mod cli;
 mod common;
 mod divided;
 mod hostile_input;
+#[cfg(unix)]
+mod interrupted;
 mod pbf;
 #[path = "../fault_injection/pbf.rs"]
 mod pbf_fields;

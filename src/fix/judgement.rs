@@ -1,0 +1,204 @@
+//! Judges a map by what is known of one that differs little: only what lies around the difference is looked at again.
+
+use std::cell::Cell;
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use rustc_hash::FxHashMap;
+
+use super::counts::ErrorCounts;
+use super::nearby::{around, changed};
+use crate::diagnostic::{Diagnostic, Subject};
+use crate::osm::{Node, OsmData};
+
+/// Says what is wrong with a map.
+pub trait Judge {
+    /// Why a map cannot be judged.
+    type Error;
+
+    /// What is found in a map.
+    ///
+    /// # Errors
+    ///
+    /// Where it cannot be judged.
+    fn whole(&self, osm: &OsmData) -> Result<Vec<Diagnostic>, Self::Error>;
+
+    /// What is found in a part of a map that was judged as a whole before.
+    ///
+    /// # Errors
+    ///
+    /// Where it cannot be judged.
+    fn part(&self, osm: &OsmData) -> Result<Vec<Diagnostic>, Self::Error> {
+        self.whole(osm)
+    }
+
+    /// Where a node lies: east and north, metres; `None` where nothing is near anything.
+    fn place(&self, _node: &Node) -> Option<[f64; 2]> {
+        None
+    }
+
+    /// Is told now and then how many fixes were made and how many are open.
+    fn tell(&self, _made: usize, _open: usize) {}
+
+    /// The place of a code in the order of findings.
+    fn rank(&self, _code: &str) -> usize {
+        0
+    }
+}
+
+impl<E, F: Fn(&OsmData) -> Result<Vec<Diagnostic>, E>> Judge for F {
+    type Error = E;
+
+    fn whole(&self, osm: &OsmData) -> Result<Vec<Diagnostic>, E> {
+        self(osm)
+    }
+}
+
+/// A map with what is found in it.
+#[derive(Clone, Copy, Debug)]
+pub struct Known<'a> {
+    pub osm: &'a OsmData,
+    pub left: &'a [Diagnostic],
+}
+
+/// More of the map than this is not worth to be judged twice.
+const MOST: f64 = 0.3;
+
+/// Judges maps one after another.
+pub struct Bench<J> {
+    judge: J,
+    /// Whether a map was judged by its surroundings alone since the last one that was judged as a whole.
+    is_guessed: Cell<bool>,
+    /// Whether that went wrong once.
+    is_exact: Cell<bool>,
+}
+
+/// What comes of judging a map as a whole.
+pub enum Confirmed {
+    /// It is as was thought.
+    AsIs,
+    /// Something else is found, but no error that was not known.
+    Otherwise(Vec<Diagnostic>),
+    /// There are errors that were not known. From now on all maps are judged as a whole.
+    Worse,
+}
+
+impl<J: Judge> Bench<J> {
+    pub fn new(judge: J) -> Self {
+        Self { judge, is_guessed: Cell::new(false), is_exact: Cell::new(false) }
+    }
+
+    /// Tells how many fixes were made and how many are open.
+    pub fn tell(&self, made: usize, open: usize) {
+        self.judge.tell(made, open);
+    }
+
+    /// What is found in a map.
+    ///
+    /// # Errors
+    ///
+    /// Where it cannot be judged.
+    pub fn whole(&self, osm: &OsmData) -> Result<Vec<Diagnostic>, J::Error> {
+        self.judge.whole(osm)
+    }
+
+    /// What is found in a map, by what is known of the one from which it differs least.
+    ///
+    /// # Errors
+    ///
+    /// Where it cannot be judged.
+    pub fn judged<'a>(
+        &self,
+        known: impl IntoIterator<Item = Known<'a>>,
+        osm: &OsmData,
+    ) -> Result<Vec<Diagnostic>, J::Error> {
+        if self.is_exact.get() {
+            return self.whole(osm);
+        }
+        let differences = known.into_iter().map(|known| (known, changed(known.osm, osm)));
+        let least = differences.min_by_key(|(_, changed)| changed.len());
+        let near = least.filter(|(_, changed)| !changed.is_empty()).and_then(|(known, changed)| {
+            let near = around([known.osm, osm], &changed, |node| self.judge.place(node))?;
+            Some((known, near)).filter(|(_, near)| (near.len() as f64) < MOST * size(osm) as f64)
+        });
+        let Some((known, near)) = near else { return self.whole(osm) };
+        self.is_guessed.set(true);
+        let before = self.judge.part(&known.osm.part(&near))?;
+        let after = self.judge.part(&osm.part(&near))?;
+        Ok(changed_by(known.left, before, after, |code| self.judge.rank(code)))
+    }
+
+    /// Judges a map as a whole in which this is thought to be found.
+    ///
+    /// # Errors
+    ///
+    /// Where it cannot be judged.
+    pub fn confirm(&self, osm: &OsmData, left: &[Diagnostic]) -> Result<Confirmed, J::Error> {
+        if !self.is_guessed.replace(false) {
+            return Ok(Confirmed::AsIs);
+        }
+        let found = self.whole(osm)?;
+        if ErrorCounts::of(left).exceeded_by(&found).is_empty() {
+            return Ok(Confirmed::Otherwise(found));
+        }
+        self.is_exact.set(true);
+        Ok(Confirmed::Worse)
+    }
+}
+
+fn size(osm: &OsmData) -> usize {
+    osm.nodes.len() + osm.ways.len() + osm.relations.len()
+}
+
+/// What is found, with what has come in a part of the map and without what has gone.
+fn changed_by(
+    left: &[Diagnostic],
+    before: Vec<Diagnostic>,
+    after: Vec<Diagnostic>,
+    rank: impl Fn(&str) -> usize,
+) -> Vec<Diagnostic> {
+    let mut gone: FxHashMap<u64, Vec<Diagnostic>> = FxHashMap::default();
+    for one in before {
+        gone.entry(hashed(&one)).or_default().push(one);
+    }
+    let mut come: Vec<Diagnostic> = Vec::new();
+    for one in after {
+        let twin = gone.get_mut(&hashed(&one)).and_then(|list| {
+            let at = list.iter().position(|known| is_same(known, &one))?;
+            Some(list.swap_remove(at))
+        });
+        if twin.is_none() {
+            come.push(one);
+        }
+    }
+    let mut take = |one: &Diagnostic, is_twin: fn(&Diagnostic, &Diagnostic) -> bool| {
+        let list = gone.get_mut(&hashed(one))?;
+        let at = list.iter().position(|known| is_twin(known, one))?;
+        Some(list.swap_remove(at))
+    };
+    let stays: Vec<&Diagnostic> = left.iter().filter(|one| take(one, is_same).is_none()).collect();
+    // What the whole map is needed for is said otherwise of a part.
+    let stays = stays.into_iter().filter(|one| take(one, |_, _| true).is_none());
+    let mut all: Vec<Diagnostic> = stays.cloned().collect();
+    all.extend(come);
+    all.sort_by_cached_key(|one| (rank(&one.code), one.finding.subject, one.finding.message.clone()));
+    all
+}
+
+/// By code and subject.
+fn hashed(one: &Diagnostic) -> u64 {
+    let key: (&str, Subject) = (&one.code, one.finding.subject);
+    let mut hasher = DefaultHasher::new();
+    key.hash(&mut hasher);
+    hasher.finish()
+}
+
+/// Whether two findings say the same; where they stand in the file is another matter.
+fn is_same(a: &Diagnostic, b: &Diagnostic) -> bool {
+    let (x, y) = (&a.finding, &b.finding);
+    a.code == b.code
+        && a.severity == b.severity
+        && x.subject == y.subject
+        && x.related == y.related
+        && x.message == y.message
+        && x.fix == y.fix
+}

@@ -1,0 +1,145 @@
+//! What lies around a change of the map: what rules say of the rest does not depend on it.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::text_edits::{Key, NAMING};
+use crate::osm::{ElementKind, Node, OddityKind, OsmData, Relation, Tags, Way};
+
+/// Edge of the squares (m) into which the map is divided: what lies in a square with a change, or in one beside it, is near.
+const SQUARE: f64 = 60.0;
+
+/// The elements that are not the same in two maps.
+pub fn changed(old: &OsmData, new: &OsmData) -> FxHashSet<Key> {
+    // Of elements that share an id it is not told which one has changed.
+    let repeated = [old, new].into_iter().flat_map(|osm| &osm.oddities);
+    let repeated = repeated.filter(|odd| odd.kind == OddityKind::DuplicateId).filter_map(|odd| odd.element);
+    let mut changed: FxHashSet<Key> = repeated.collect();
+    for [one, other] in [[old, new], [new, old]] {
+        let nodes = one.nodes.iter().filter(|a| !other.node(a.id).is_some_and(|b| same_node(a, b)));
+        changed.extend(nodes.map(|a| (ElementKind::Node, a.id)));
+        let ways = one.ways.iter().filter(|a| !other.way(a.id).is_some_and(|b| same_way(a, b)));
+        changed.extend(ways.map(|a| (ElementKind::Way, a.id)));
+        let relations = one.relations.iter().filter(|a| !other.relation(a.id).is_some_and(|b| same_relation(a, b)));
+        changed.extend(relations.map(|a| (ElementKind::Relation, a.id)));
+    }
+    changed
+}
+
+fn same_node(a: &Node, b: &Node) -> bool {
+    a.position == b.position && a.tags == b.tags
+}
+
+fn same_way(a: &Way, b: &Way) -> bool {
+    a.nodes == b.nodes && a.tags == b.tags
+}
+
+fn same_relation(a: &Relation, b: &Relation) -> bool {
+    a.members == b.members && a.tags == b.tags
+}
+
+/// The elements of two maps that lie near these of them, with all that they are made of and that they name. `place` says where a
+/// node lies: east and north, metres. `None` where something has no place.
+pub fn around(
+    maps: [&OsmData; 2],
+    changed: &FxHashSet<Key>,
+    place: impl Fn(&Node) -> Option<[f64; 2]>,
+) -> Option<FxHashSet<Key>> {
+    let square = |node: &Node| place(node).map(|at| at.map(|metres| (metres / SQUARE).floor() as i64));
+    let mut squares: FxHashSet<[i64; 2]> = FxHashSet::default();
+    for osm in maps {
+        let mut parts = Parts::default();
+        changed.iter().for_each(|&key| parts.add(osm, key, DEEP));
+        for id in parts.0.iter().filter(|(kind, _)| *kind == ElementKind::Node).map(|(_, id)| id) {
+            if let Some(node) = osm.node(*id) {
+                let [x, y] = square(node)?;
+                squares.extend((-1..=1).flat_map(|east| (-1..=1).map(move |north| [x + east, y + north])));
+            }
+        }
+    }
+    let mut near: FxHashSet<Key> = changed.clone();
+    for osm in maps {
+        for node in &osm.nodes {
+            if square(node).is_some_and(|at| squares.contains(&at)) {
+                near.insert((ElementKind::Node, node.id));
+            }
+        }
+    }
+    let mut whole = Parts::default();
+    for osm in maps {
+        whole.add_touching(osm, &near);
+    }
+    whole.0.extend(near);
+    Some(whole.0)
+}
+
+/// How deep the elements are followed that a change is made of: an element, its lanelets, their bounds, the nodes of these.
+const DEEP: usize = 3;
+
+/// Deeper than any chain of elements that name each other in an intersection.
+const WHOLE: usize = 64;
+
+/// Elements with all that they are made of.
+#[derive(Default)]
+struct Parts(FxHashSet<Key>);
+
+impl Parts {
+    fn add(&mut self, osm: &OsmData, key: Key, depth: usize) {
+        let mut open = vec![(key, depth)];
+        while let Some((key, depth)) = open.pop() {
+            if !self.0.insert(key) || depth == 0 {
+                continue;
+            }
+            match key.0 {
+                ElementKind::Node => {}
+                ElementKind::Way => {
+                    let nodes = osm.way(key.1).map(|way| way.nodes.as_slice()).unwrap_or_default();
+                    self.0.extend(nodes.iter().map(|&id| (ElementKind::Node, id)));
+                }
+                ElementKind::Relation => {
+                    let Some(relation) = osm.relation(key.1) else { continue };
+                    let members = relation.members.iter().map(|member| (member.kind, member.id));
+                    let named = named(&relation.tags).map(|id| (ElementKind::Way, id));
+                    open.extend(members.chain(named).map(|key| (key, depth - 1)));
+                }
+            }
+        }
+    }
+
+    /// Adds the ways and relations that have a part in what is near, whole, and the lanelets that name an area that is.
+    fn add_touching(&mut self, osm: &OsmData, near: &FxHashSet<Key>) {
+        let mut touching: Vec<Key> = Vec::new();
+        let mut ways: FxHashSet<i64> = FxHashSet::default();
+        for way in &osm.ways {
+            if near.contains(&(ElementKind::Way, way.id))
+                || way.nodes.iter().any(|&id| near.contains(&(ElementKind::Node, id)))
+            {
+                ways.insert(way.id);
+                touching.push((ElementKind::Way, way.id));
+            }
+        }
+        let mut relations: FxHashMap<i64, bool> = FxHashMap::default();
+        for relation in &osm.relations {
+            let is_near = near.contains(&(ElementKind::Relation, relation.id))
+                || named(&relation.tags).any(|id| ways.contains(&id))
+                || relation.members.iter().any(|member| match member.kind {
+                    ElementKind::Way => ways.contains(&member.id),
+                    kind => near.contains(&(kind, member.id)),
+                });
+            relations.insert(relation.id, is_near);
+        }
+        // Elements that name a lanelet which is near.
+        let is_near = |id: &i64| relations.get(id).copied().unwrap_or(false);
+        for relation in &osm.relations {
+            let members = relation.members.iter().filter(|member| member.kind == ElementKind::Relation);
+            if is_near(&relation.id) || members.map(|member| member.id).any(|id| is_near(&id)) {
+                touching.push((ElementKind::Relation, relation.id));
+            }
+        }
+        touching.into_iter().for_each(|key| self.add(osm, key, WHOLE));
+    }
+}
+
+/// The ways that tags name.
+fn named(tags: &Tags) -> impl Iterator<Item = i64> + '_ {
+    NAMING.iter().filter_map(|name| tags.get(name)?.parse().ok())
+}

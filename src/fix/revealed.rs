@@ -1,0 +1,87 @@
+//! Errors that were there before and are only told now, since an intersection was marked or a lane called a road.
+
+use rustc_hash::FxHashSet;
+
+use super::places::{ByPlace, keys};
+use super::proposal::Proposal;
+use super::text_edits::{Key, key_of};
+use crate::diagnostic::{Diagnostic, Edit, Subject};
+
+/// Errors by which a vehicle goes where it has to wait: a fix that comes with one is not kept, whatever else it brings to light.
+const UNSAFE: [&str; 4] =
+    ["vm-03-10/yield-unsafe", "vm-03-11/yield-unsafe", "vm-03-11/priority-inverted", "vm-03-11/mutual"];
+
+/// What is asked of areas and of the tags that go with them: it is about what the fix has made.
+const OF_THE_FIX: [&str; 3] = ["vm-03-01/", "vm-03-02/", "vm-03-08/"];
+
+/// A lane that comes to an intersection and goes no further, or begins there: it was so before the intersection was marked.
+const LOOSE_ENDS: [&str; 2] = ["vm-03-04/in-lane-dead-end", "vm-03-04/out-lane-unreached"];
+
+/// What only road lanelets are asked: a lane that is called one had the fault before.
+const OF_ROADS: [&str; 2] = ["vm-01-01/", "vm-01-09/"];
+
+/// What the fixes of a batch make part of an intersection, or a road.
+pub struct Marked {
+    lanelets: FxHashSet<Key>,
+    roads: FxHashSet<Key>,
+    /// What fixes have made that draw no area.
+    made: FxHashSet<Key>,
+    /// Those that may change where lanes end.
+    movers: ByPlace,
+}
+
+/// The lanelets that a fix makes part of an intersection.
+fn marked_by(one: &Proposal) -> impl Iterator<Item = Key> + '_ {
+    let lanelets = one.edits().filter_map(|edit| match edit {
+        Edit::CreateArea { lanelets, .. } => Some(lanelets),
+        _ => None,
+    });
+    lanelets.flatten().filter_map(|id| key_of(Subject::Lanelet(*id)))
+}
+
+impl Marked {
+    /// Those of a batch.
+    pub fn by(done: &[Proposal]) -> Self {
+        let roads = done.iter().flat_map(Proposal::edits).filter_map(|edit| match edit {
+            Edit::SetTag { on: Subject::Lanelet(id), key, value } => {
+                let is_road = key.as_str() == "subtype" && value.as_str() == "road";
+                key_of(Subject::Lanelet(*id)).filter(|_| is_road)
+            }
+            _ => None,
+        });
+        let made = done.iter().filter(|one| !one.draws_area()).flat_map(|one| one.creates.iter().copied());
+        let movers: Vec<Proposal> = done.iter().filter(|one| !one.edits().all(leaves_ends)).cloned().collect();
+        Self {
+            lanelets: done.iter().flat_map(marked_by).collect(),
+            roads: roads.collect(),
+            made: made.collect(),
+            movers: ByPlace::of(&movers),
+        }
+    }
+
+    /// Whether an error was there before and is only told now, since rules look at roads or lanes of intersections that do not look
+    /// at others: it is about how such a lane is drawn, and not about the area, the tags or the elements that the fixes have made.
+    pub fn reveals(&self, error: &Diagnostic) -> bool {
+        let is_of = |rules: &[&str]| rules.iter().any(|rule| error.code.starts_with(rule));
+        if self.lanelets.is_empty() && self.roads.is_empty() {
+            return false;
+        }
+        if LOOSE_ENDS.contains(&error.code.as_str()) && !self.lanelets.is_empty() && !self.movers.has_caused(error) {
+            return true;
+        }
+        if is_of(&OF_ROADS) && key_of(error.finding.subject).is_some_and(|key| self.roads.contains(&key)) {
+            return true;
+        }
+        let is_of_the_fix = is_of(&OF_THE_FIX)
+            || UNSAFE.contains(&error.code.as_str())
+            || key_of(error.finding.subject).is_some_and(|key| self.made.contains(&key));
+        !is_of_the_fix && keys(error).any(|key| self.lanelets.contains(&key))
+    }
+}
+
+/// Whether an edit leaves the ends of lanes as they are.
+fn leaves_ends(edit: &Edit) -> bool {
+    use Edit::{AddMember, CreateArea, CreateRegulatoryElement, CreateStopLine, SetTag};
+    let is_made = matches!(edit, CreateArea { .. } | CreateRegulatoryElement { .. } | CreateStopLine { .. });
+    is_made || matches!(edit, SetTag { .. } | AddMember { .. })
+}
