@@ -2,12 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::counts::ErrorCounts;
-use super::places::ByPlace;
+use super::places::{ByPlace, keys};
 use super::proposal::{Attempt, Proposal};
-use super::revealed::Marked;
+use super::revealed::{Marked, is_loose_end, marked_by};
+use super::text_edits::Key;
 use crate::diagnostic::{Diagnostic, Edit, Fix, Subject};
 
 /// What is to happen to the fixes of a batch, by their positions; nothing, where the batch does no harm.
@@ -95,7 +96,7 @@ pub fn verdict(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> b
     let shared = suspicion(open.iter().map(|(_, near)| near.as_slice()));
     let own = suspicion(errors.iter().map(|(_, near)| near.as_slice()).filter(|near| near.len() == 1));
     let mut harms = harms(&open, &may);
-    let mut verdict = Verdict::default();
+    let mut verdict = Verdict { refused: worse_by_marking(before, attempt, &may), ..Verdict::default() };
     for group in united(groups.collect()) {
         let harm = group.iter().filter_map(|at| harms.remove(at)).reduce(Harm::and);
         let harm = harm.unwrap_or_else(|| Harm { reason: "the finding stays".to_owned(), mendable: false });
@@ -113,6 +114,33 @@ pub fn verdict(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> b
         }
     }
     verdict
+}
+
+/// The fixes that draw the area of an intersection and bring more to light there than they mend, of what no fix mends: no map is to have
+/// more errors than before.
+fn worse_by_marking(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> bool) -> Vec<(usize, String)> {
+    let draws = attempt.done.iter().enumerate().filter(|(_, one)| one.draws_area());
+    let draws: Vec<(usize, FxHashSet<Key>)> = draws.map(|(at, one)| (at, marked_by(one).collect())).collect();
+    if draws.is_empty() {
+        return Vec::new();
+    }
+    let marked = Marked::by(&attempt.done);
+    let known = ErrorCounts::of(before).renumbered(&attempt.renumbered);
+    let come = known.exceeded_by(&attempt.left).into_iter().filter(|error| marked.reveals(error));
+    let stays = |error: &&Diagnostic| !error.finding.fix.as_ref().is_some_and(&may);
+    let come: Vec<&Diagnostic> = come.filter(stays).filter(|error| !is_loose_end(error)).collect();
+    let gone = ErrorCounts::of(&attempt.left).exceeded_by(before);
+    let refused = draws.into_iter().filter_map(|(at, lanelets)| {
+        let there =
+            |errors: &[&Diagnostic]| errors.iter().filter(|one| keys(one).any(|key| lanelets.contains(&key))).count();
+        let (come_there, gone_there) = (there(&come), there(&gone));
+        let first = come.iter().find(|error| keys(error).any(|key| lanelets.contains(&key)))?;
+        let (code, message) = (&first.code, &first.finding.message);
+        let reason =
+            format!("it brings {come_there} errors to light and mends {gone_there}; the first is {code}: {message}");
+        (come_there > gone_there).then_some((at, reason))
+    });
+    refused.collect()
 }
 
 /// What errors say, by the first fix near each.

@@ -31,12 +31,17 @@ pub struct Marked {
 }
 
 /// The lanelets that a fix makes part of an intersection.
-fn marked_by(one: &Proposal) -> impl Iterator<Item = Key> + '_ {
+pub fn marked_by(one: &Proposal) -> impl Iterator<Item = Key> + '_ {
     let lanelets = one.edits().filter_map(|edit| match edit {
         Edit::CreateArea { lanelets, .. } => Some(lanelets),
         _ => None,
     });
     lanelets.flatten().filter_map(|id| key_of(Subject::Lanelet(*id)))
+}
+
+/// Whether an error is about a lane that comes to an intersection and goes no further, or begins there.
+pub fn is_loose_end(error: &Diagnostic) -> bool {
+    LOOSE_ENDS.contains(&error.code.as_str())
 }
 
 impl Marked {
@@ -66,7 +71,7 @@ impl Marked {
         if self.lanelets.is_empty() && self.roads.is_empty() {
             return false;
         }
-        if LOOSE_ENDS.contains(&error.code.as_str()) && !self.lanelets.is_empty() && !self.movers.has_caused(error) {
+        if is_loose_end(error) && !self.lanelets.is_empty() && !self.movers.has_caused(error) {
             return true;
         }
         if is_of(&OF_ROADS) && key_of(error.finding.subject).is_some_and(|key| self.roads.contains(&key)) {

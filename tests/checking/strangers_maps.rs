@@ -160,8 +160,9 @@ fn a_blinker_where_two_lanes_become_one_is_no_error() {
     assert_eq!(count(&found(&joining_lanes()), "vm-03-01/turn-without-ia"), [0, 2]);
 }
 
-/// A crossing of two one-way roads with a turn, where another lane begins inside, though nothing leads there.
-fn loose_lane() -> OsmData {
+/// A crossing of two one-way roads with a turn over places in these directions from a place in the south-east, degrees, where another
+/// lane begins inside, though nothing leads there.
+fn loose_lane(directions: &[f64]) -> OsmData {
     let mut sheet = Sheet::default();
     let west = sheet.nodes([[-40.0, 2.0], [-40.0, -2.0], [-10.0, 2.0], [-10.0, -2.0]]);
     let east = sheet.nodes([[10.0, 2.0], [10.0, -2.0], [40.0, 2.0], [40.0, -2.0]]);
@@ -170,10 +171,18 @@ fn loose_lane() -> OsmData {
     for [a, b, c, d] in [west, east, south, north] {
         sheet.road(&[a, c], &[b, d], "");
     }
-    let [corner] = sheet.nodes([[6.0, -6.0]]);
+    let mut arc = |radius: f64| -> Vec<i64> {
+        let place = |degrees: &f64| {
+            let (sine, cosine) = degrees.to_radians().sin_cos();
+            [10.0 + radius * cosine, -10.0 + radius * sine]
+        };
+        directions.iter().flat_map(|degrees| sheet.nodes([place(degrees)])).collect()
+    };
+    let [outer, inner] = [arc(12.0), arc(8.0)];
     sheet.road(&[west[2], east[0]], &[west[3], east[1]], "");
     sheet.road(&[south[2], north[0]], &[south[3], north[1]], "");
-    sheet.road(&[south[2], east[0]], &[south[3], corner, east[1]], "");
+    let turn = |from: i64, along: Vec<i64>, to: i64| [vec![from], along, vec![to]].concat();
+    sheet.road(&turn(south[2], outer, east[0]), &turn(south[3], inner, east[1]), "");
     let [loose] = sheet.nodes([[-4.0, -1.0]]);
     sheet.road(&[west[2], east[0]], &[loose, east[1]], "");
     // A road on which both directions say that people drive on the right.
@@ -185,15 +194,27 @@ fn loose_lane() -> OsmData {
     sheet.drawing.data()
 }
 
+/// The directions of a turn that a vehicle can take.
+const ROUND: [f64; 5] = [165.0, 150.0, 135.0, 120.0, 105.0];
+
 #[test]
 fn an_area_is_drawn_though_a_lane_begins_inside() {
-    assert_eq!(count(&found(&loose_lane()), "vm-03-01/unmarked"), [1, 0]);
-    let mended = mended(loose_lane());
+    assert_eq!(count(&found(&loose_lane(&ROUND)), "vm-03-01/unmarked"), [1, 0]);
+    let mended = mended(loose_lane(&ROUND));
     for code in ["vm-03-01/unmarked", "vm-03-01/turn-without-ia", "vm-03-08/lane-node-missing"] {
         assert_eq!(count(&mended.left, code), [0, 0], "{code}");
     }
     // What is wrong with that lane is said once.
     assert_eq!(count(&mended.left, "vm-03-04/dangling-il").iter().sum::<usize>(), 1);
+}
+
+/// The turn has a corner at both ends, which is an error in an intersection alone.
+#[test]
+fn an_area_that_brings_more_to_light_than_it_mends_is_not_drawn() {
+    let mended = mended(loose_lane(&[]));
+    assert_eq!(count(&mended.left, "vm-03-01/unmarked"), [1, 0]);
+    let (_, reason) = mended.refused.iter().find(|(mend, _)| mend.code == "vm-03-01/unmarked").unwrap();
+    assert!(reason.starts_with("it brings 3 errors to light and mends 1"), "{reason}");
 }
 
 /// What is found on nodes of which the local coordinates come from degrees by `to_metres`; in the MGRS square of the first.
