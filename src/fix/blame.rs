@@ -75,8 +75,9 @@ impl Verdict {
 pub fn verdict(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> bool, is_first: bool) -> Verdict {
     let Attempt { left: after, done, .. } = attempt;
     let fixes = ByPlace::of(done);
+    let (brought, revealed) = new_errors(before, attempt);
     let mut errors: Vec<(&Diagnostic, Vec<usize>)> =
-        new_errors(before, attempt).into_iter().map(|error| (error, fixes.near(error))).collect();
+        brought.into_iter().map(|error| (error, fixes.near(error))).collect();
     let leads = |at: usize| done.get(at).is_some_and(|one| one.leads);
     if !attempt.is_followed {
         errors.retain(|(_, near)| !near.iter().any(|&at| leads(at)));
@@ -96,7 +97,7 @@ pub fn verdict(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> b
     let shared = suspicion(open.iter().map(|(_, near)| near.as_slice()));
     let own = suspicion(errors.iter().map(|(_, near)| near.as_slice()).filter(|near| near.len() == 1));
     let mut harms = harms(&open, &may);
-    let mut verdict = Verdict { refused: worse_by_marking(before, attempt, &may), ..Verdict::default() };
+    let mut verdict = Verdict { refused: worse_by_marking(before, attempt, &revealed, &may), ..Verdict::default() };
     for group in united(groups.collect()) {
         let harm = group.iter().filter_map(|at| harms.remove(at)).reduce(Harm::and);
         let harm = harm.unwrap_or_else(|| Harm { reason: "the finding stays".to_owned(), mendable: false });
@@ -116,19 +117,21 @@ pub fn verdict(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> b
     verdict
 }
 
-/// The fixes that draw the area of an intersection and bring more to light there than they mend, of what no fix mends: no map is to have
-/// more errors than before.
-fn worse_by_marking(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> bool) -> Vec<(usize, String)> {
+/// The fixes that draw the area of an intersection and bring more errors to light there than they mend, of those `revealed` that no fix
+/// mends and that are more than the loose end of a lane: no map is to have more errors than before.
+fn worse_by_marking(
+    before: &[Diagnostic],
+    attempt: &Attempt,
+    revealed: &[&Diagnostic],
+    may: impl Fn(&Fix) -> bool,
+) -> Vec<(usize, String)> {
     let draws = attempt.done.iter().enumerate().filter(|(_, one)| one.draws_area());
     let draws: Vec<(usize, FxHashSet<Key>)> = draws.map(|(at, one)| (at, marked_by(one).collect())).collect();
     if draws.is_empty() {
         return Vec::new();
     }
-    let marked = Marked::by(&attempt.done);
-    let known = ErrorCounts::of(before).renumbered(&attempt.renumbered);
-    let come = known.exceeded_by(&attempt.left).into_iter().filter(|error| marked.reveals(error));
-    let stays = |error: &&Diagnostic| !error.finding.fix.as_ref().is_some_and(&may);
-    let come: Vec<&Diagnostic> = come.filter(stays).filter(|error| !is_loose_end(error)).collect();
+    let stays = |error: &&Diagnostic| !is_loose_end(error) && !error.finding.fix.as_ref().is_some_and(&may);
+    let come: Vec<&Diagnostic> = revealed.iter().copied().filter(stays).collect();
     let gone = ErrorCounts::of(&attempt.left).exceeded_by(before);
     let refused = draws.into_iter().filter_map(|(at, lanelets)| {
         let there =
@@ -136,8 +139,9 @@ fn worse_by_marking(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix)
         let (come_there, gone_there) = (there(&come), there(&gone));
         let first = come.iter().find(|error| keys(error).any(|key| lanelets.contains(&key)))?;
         let (code, message) = (&first.code, &first.finding.message);
-        let reason =
-            format!("it brings {come_there} errors to light and mends {gone_there}; the first is {code}: {message}");
+        let reason = format!(
+            "errors that it brings to light: {come_there}, that it mends: {gone_there}; the first is {code}: {message}"
+        );
         (come_there > gone_there).then_some((at, reason))
     });
     refused.collect()
@@ -208,14 +212,14 @@ fn divided(
 pub fn does_other_harm(before: &[Diagnostic], attempt: &Attempt) -> bool {
     let fixes = ByPlace::of(&attempt.done);
     let leads = |at: usize| attempt.done.get(at).is_some_and(|one| one.leads);
-    new_errors(before, attempt).into_iter().any(|error| !fixes.near(error).into_iter().any(leads))
+    new_errors(before, attempt).0.into_iter().any(|error| !fixes.near(error).into_iter().any(leads))
 }
 
 /// The fixes of errors that a batch has brought, each with the position of the fix that leads to it.
 pub fn following(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> bool) -> Vec<(usize, Proposal)> {
     let fixes = ByPlace::of(&attempt.done);
     let leader = |at: &usize| attempt.done.get(*at).is_some_and(|one| one.leads);
-    let followers = new_errors(before, attempt).into_iter().filter_map(|error| {
+    let followers = new_errors(before, attempt).0.into_iter().filter_map(|error| {
         let leader = fixes.near(error).into_iter().find(leader)?;
         let follower = Proposal::of(error).filter(|one| may(&one.fix))?;
         Some((leader, follower))
@@ -223,12 +227,11 @@ pub fn following(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) ->
     followers.collect()
 }
 
-/// The errors that a batch has brought.
-fn new_errors<'a>(before: &[Diagnostic], attempt: &'a Attempt) -> Vec<&'a Diagnostic> {
-    let mut errors = ErrorCounts::of(before).renumbered(&attempt.renumbered).exceeded_by(&attempt.left);
+/// The errors that a batch has brought, and those that it has brought to light.
+fn new_errors<'a>(before: &[Diagnostic], attempt: &'a Attempt) -> (Vec<&'a Diagnostic>, Vec<&'a Diagnostic>) {
+    let errors = ErrorCounts::of(before).renumbered(&attempt.renumbered).exceeded_by(&attempt.left);
     let marked = Marked::by(&attempt.done);
-    errors.retain(|error| !marked.reveals(error));
-    errors
+    errors.into_iter().partition(|error| !marked.reveals(error))
 }
 
 /// The fixes whose finding is there as often as before.

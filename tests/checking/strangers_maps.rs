@@ -214,7 +214,7 @@ fn an_area_that_brings_more_to_light_than_it_mends_is_not_drawn() {
     let mended = mended(loose_lane(&[]));
     assert_eq!(count(&mended.left, "vm-03-01/unmarked"), [1, 0]);
     let (_, reason) = mended.refused.iter().find(|(mend, _)| mend.code == "vm-03-01/unmarked").unwrap();
-    assert!(reason.starts_with("it brings 3 errors to light and mends 1"), "{reason}");
+    assert!(reason.starts_with("errors that it brings to light: 3, that it mends: 1"), "{reason}");
 }
 
 /// What is found on nodes of which the local coordinates come from degrees by `to_metres`; in the MGRS square of the first.

@@ -28,9 +28,8 @@ fn an_interrupted_fix_leaves_the_file_whole() {
         let mut running = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         std::thread::sleep(Duration::from_millis(milliseconds));
         Command::new("kill").args(["-INT", &running.id().to_string()]).stderr(Stdio::null()).status().unwrap();
-        let is_done = running.wait().unwrap().code().is_some();
+        running.wait().unwrap();
         let left = fs::read_to_string(&path).unwrap();
         assert!(left == bad || left == mended, "after {milliseconds} ms the file is neither as it was nor mended");
-        assert!(is_done || milliseconds > 0 || left == bad, "it was stopped before it could begin");
     }
 }
