@@ -75,7 +75,7 @@ impl Verdict {
 pub fn verdict(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> bool, is_first: bool) -> Verdict {
     let Attempt { left: after, done, .. } = attempt;
     let fixes = ByPlace::of(done);
-    let (brought, revealed) = new_errors(before, attempt);
+    let (brought, _) = new_errors(before, attempt);
     let mut errors: Vec<(&Diagnostic, Vec<usize>)> =
         brought.into_iter().map(|error| (error, fixes.near(error))).collect();
     let leads = |at: usize| done.get(at).is_some_and(|one| one.leads);
@@ -97,7 +97,7 @@ pub fn verdict(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> b
     let shared = suspicion(open.iter().map(|(_, near)| near.as_slice()));
     let own = suspicion(errors.iter().map(|(_, near)| near.as_slice()).filter(|near| near.len() == 1));
     let mut harms = harms(&open, &may);
-    let mut verdict = Verdict { refused: worse_by_marking(before, attempt, &revealed, &may), ..Verdict::default() };
+    let mut verdict = Verdict::default();
     for group in united(groups.collect()) {
         let harm = group.iter().filter_map(|at| harms.remove(at)).reduce(Harm::and);
         let harm = harm.unwrap_or_else(|| Harm { reason: "the finding stays".to_owned(), mendable: false });
@@ -117,21 +117,16 @@ pub fn verdict(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> b
     verdict
 }
 
-/// The fixes that draw the area of an intersection and bring more errors to light there than they mend, of those `revealed` that no fix
-/// mends and that are more than the loose end of a lane: no map is to have more errors than before.
-fn worse_by_marking(
-    before: &[Diagnostic],
-    attempt: &Attempt,
-    revealed: &[&Diagnostic],
-    may: impl Fn(&Fix) -> bool,
-) -> Vec<(usize, String)> {
+/// The fixes that draw the area of an intersection and bring more errors to light there than they mend, of those that no fix mends and
+/// that are more than the loose end of a lane; each with the reason.
+pub fn worse_by_marking(before: &[Diagnostic], attempt: &Attempt, may: impl Fn(&Fix) -> bool) -> Vec<(usize, String)> {
     let draws = attempt.done.iter().enumerate().filter(|(_, one)| one.draws_area());
     let draws: Vec<(usize, FxHashSet<Key>)> = draws.map(|(at, one)| (at, marked_by(one).collect())).collect();
     if draws.is_empty() {
         return Vec::new();
     }
     let stays = |error: &&Diagnostic| !is_loose_end(error) && !error.finding.fix.as_ref().is_some_and(&may);
-    let come: Vec<&Diagnostic> = revealed.iter().copied().filter(stays).collect();
+    let come: Vec<&Diagnostic> = new_errors(before, attempt).1.into_iter().filter(stays).collect();
     let gone = ErrorCounts::of(&attempt.left).exceeded_by(before);
     let refused = draws.into_iter().filter_map(|(at, lanelets)| {
         let there =

@@ -19,7 +19,7 @@ mod text_edits;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::cancel;
-use crate::diagnostic::{Diagnostic, Fix};
+use crate::diagnostic::{Diagnostic, Fix, Severity};
 use crate::osm::{OsmData, ReadError};
 use blame::Divided;
 pub use canonical::canonical;
@@ -71,23 +71,12 @@ pub fn mend<J: Judge>(osm: OsmData, unsafe_too: bool, judge: J) -> Result<Mended
     let bench = Bench::new(judge);
     let left = bench.whole(&osm).map_err(FixError::Judge)?;
     let state = Mended { osm, left, done: Vec::new(), refused: Vec::new(), unsafe_left: 0, revealed: 0 };
-    let mut course = Course::new(state, unsafe_too);
-    let mut sure = course.clone();
-    loop {
-        course.run(&bench)?;
-        // What was judged by its surroundings alone is judged as a whole before it is kept for good.
-        match bench.confirm(&course.state.osm, &course.state.left).map_err(FixError::Judge)? {
-            Confirmed::AsIs => {}
-            Confirmed::Otherwise(left) => course.state.left = left,
-            Confirmed::Worse => {
-                course = sure.clone();
-                continue;
-            }
-        }
-        sure = course.clone();
-        if !course.goes_on() {
-            break;
-        }
+    let start = Course::new(state, unsafe_too);
+    let most = count_errors(&start.state.left);
+    let mut course = start.clone().ended(&bench)?;
+    // No map is to have more errors than before.
+    if count_errors(&course.state.left) > most {
+        course = start.sparing().ended(&bench)?;
     }
     let Course { mut state, known, .. } = course;
     let open: FxHashSet<Mend> = state.left.iter().filter_map(Proposal::of).map(|one| one.mend).collect();
@@ -96,6 +85,10 @@ pub fn mend<J: Judge>(osm: OsmData, unsafe_too: bool, judge: J) -> Result<Mended
     state.unsafe_left =
         state.left.iter().filter(|found| found.finding.fix.as_ref().is_some_and(|fix| !fix.safe)).count();
     Ok(state)
+}
+
+fn count_errors(found: &[Diagnostic]) -> usize {
+    found.iter().filter(|one| one.severity == Severity::Error).count()
 }
 
 /// How far mending has come.
@@ -115,6 +108,33 @@ impl Course {
         let known = ErrorCounts::of(&state.left);
         let memory = Memory { unsafe_too, ..Memory::default() };
         Self { state, memory, known, done_before: 0, fewest: usize::MAX }
+    }
+
+    /// The same, but intersections are not marked where that brings more errors to light than it mends.
+    fn sparing(mut self) -> Self {
+        self.memory.spares = true;
+        self
+    }
+
+    /// Makes fixes to the end.
+    fn ended<J: Judge>(mut self, bench: &Bench<J>) -> Result<Self, FixError<J::Error>> {
+        let mut sure = self.clone();
+        loop {
+            self.run(bench)?;
+            // What was judged by its surroundings alone is judged as a whole before it is kept for good.
+            match bench.confirm(&self.state.osm, &self.state.left).map_err(FixError::Judge)? {
+                Confirmed::AsIs => {}
+                Confirmed::Otherwise(left) => self.state.left = left,
+                Confirmed::Worse => {
+                    self = sure.clone();
+                    continue;
+                }
+            }
+            sure = self.clone();
+            if !self.goes_on() {
+                return Ok(self);
+            }
+        }
     }
 
     /// Makes fixes until none is open that was not tried.
@@ -148,6 +168,8 @@ impl Course {
 #[derive(Clone, Default)]
 struct Memory {
     unsafe_too: bool,
+    /// Whether intersections are left unmarked where marking them brings more errors to light than it mends.
+    spares: bool,
     /// Nothing is tried twice, so that two fixes cannot undo each other for ever.
     tried: FxHashSet<Mend>,
     /// Those that brought errors that have fixes: they are tried once more, together with these.
@@ -225,7 +247,10 @@ fn round<J: Judge>(
             refuse(state, memory, all);
             break;
         };
-        let verdict = blame::verdict(&state.left, &attempt, |fix| memory.may(fix), is_first);
+        let mut verdict = blame::verdict(&state.left, &attempt, |fix| memory.may(fix), is_first);
+        if memory.spares {
+            verdict.refused.extend(blame::worse_by_marking(&state.left, &attempt, |fix| memory.may(fix)));
+        }
         if verdict.is_clean() {
             return Ok(keep(state, memory, attempt, suspects));
         }
