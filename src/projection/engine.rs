@@ -23,10 +23,10 @@ pub(super) enum Frame {
         /// 1..=60.
         zone: u8,
     },
-    /// Transverse Mercator.
+    /// Transverse Mercator, northings from the equator.
     Mercator {
-        /// Its zero, on the central meridian.
-        origin: LonLat,
+        /// The central meridian, degrees.
+        meridian: f64,
         /// Scale on the central meridian.
         scale_factor: f32,
     },
@@ -59,10 +59,10 @@ impl Frame {
     fn definition(self) -> String {
         let plane = match self {
             Self::Utm { zone } => format!("+proj=utm +zone={zone}"),
-            Self::Mercator { origin, scale_factor } => {
+            Self::Mercator { meridian, scale_factor } => {
                 // Widened without rounding, as C++ does.
                 let k = f64::from(scale_factor);
-                format!("+proj=tmerc +lon_0={} +lat_0=0 +k={k}", origin.lon)
+                format!("+proj=tmerc +lon_0={meridian} +lat_0=0 +k={k}")
             }
         };
         format!("+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad +step {plane} +ellps=WGS84")
@@ -185,8 +185,7 @@ mod tests {
         let mut hash = 0x1465_0fb0_739d_0383_u64;
         for zone in 1..=60_u8 {
             let middle = -183.0 + 6.0 * f64::from(zone);
-            let origin = LonLat { lon: middle + 0.123, lat: 0.0 };
-            for frame in [Frame::Utm { zone }, Frame::Mercator { origin, scale_factor: 0.9996 }] {
+            for frame in [Frame::Utm { zone }, Frame::Mercator { meridian: middle + 0.123, scale_factor: 0.9996 }] {
                 let spread = |i: u32, prime: u32, most: u32| f64::from(i.wrapping_mul(prime) % most) / f64::from(most);
                 let places: Vec<LonLat> = (0..2000)
                     .map(|i| LonLat {

@@ -38,13 +38,13 @@ pub fn infer(points: &[Twice]) -> Vec<Explained> {
     let Some(first) = points.first() else { return Vec::new() };
     let sample: Vec<Twice> = points.iter().copied().step_by(points.len().div_ceil(FITTED)).collect();
     let start = start(&sample);
-    let fits: [&dyn Fn(LonLat) -> Projector; 4] = [
-        &|origin| Projector::LocalCartesianUtm { origin },
-        &Projector::transverse_mercator,
-        &|origin| Projector::TransverseMercator { origin, scale_factor: 1.0 },
-        &|origin| Projector::LocalCartesian { origin },
+    let fits: [fn(LonLat) -> Projector; 4] = [
+        |origin| Projector::LocalCartesianUtm { origin },
+        Projector::transverse_mercator,
+        |origin| Projector::TransverseMercator { origin, scale_factor: 1.0 },
+        |origin| Projector::LocalCartesian { origin },
     ];
-    let fitted = fits.iter().map(|of| of(fit(&sample, start, of)));
+    let fitted = fits.iter().map(|of| of(fit(&sample, start, *of)));
     let mut found: Vec<Explained> = MgrsGrid::of(first.place)
         .map(Projector::Mgrs)
         .into_iter()
@@ -87,10 +87,15 @@ fn start(points: &[Twice]) -> LonLat {
 }
 
 /// The origin with the least squares, by Gauss and Newton.
-fn fit(points: &[Twice], start: LonLat, of: &dyn Fn(LonLat) -> Projector) -> LonLat {
+fn fit(points: &[Twice], start: LonLat, of: fn(LonLat) -> Projector) -> LonLat {
     let places: Vec<LonLat> = points.iter().map(|point| point.place).collect();
+    let has_zones = matches!(of(start), Projector::LocalCartesianUtm { .. });
     let errors = |origin: LonLat| -> Option<Vec<Vector2<f64>>> {
-        let said = of(origin).forward_each(&places, |i| points[i].ele);
+        // Without zones all meridians are alike: the Earth is turned, since PROJ takes long for a plane on another meridian.
+        let turn = if has_zones { 0.0 } else { start.lon - origin.lon };
+        let turned = |place: &LonLat| LonLat { lon: place.lon + turn, ..*place };
+        let places: Vec<LonLat> = places.iter().map(turned).collect();
+        let said = of(turned(&origin)).forward_each(&places, |i| points[i].ele);
         said.into_iter().zip(points).map(|(said, point)| said.map(|said| said - point.local)).collect()
     };
     let mut origin = start;

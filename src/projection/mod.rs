@@ -211,7 +211,7 @@ impl Projector {
                 Self::relative(frame, origin, places)
             }
             Self::TransverseMercator { origin, scale_factor } => {
-                Self::relative(Some(Frame::Mercator { origin, scale_factor }), origin, places)
+                Self::relative(Some(Frame::Mercator { meridian: origin.lon, scale_factor }), origin, places)
             }
             Self::LocalCartesian { origin } => {
                 places.iter().enumerate().map(|(i, &place)| Some(enu::forward(origin, place, ele(i)))).collect()
@@ -249,7 +249,7 @@ impl Projector {
                 planar(frame, frame.and_then(|f| f.offset(origin)))
             }
             Self::TransverseMercator { origin, scale_factor } => {
-                let frame = Frame::Mercator { origin, scale_factor };
+                let frame = Frame::Mercator { meridian: origin.lon, scale_factor };
                 planar(Some(frame), frame.offset(origin))
             }
             Self::LocalCartesian { origin } => {
@@ -312,7 +312,8 @@ mod tests {
 
     #[test]
     fn the_way_back_is_that_of_proj_to_a_tenth_of_the_last_digit_written() {
-        let frames = [Frame::Utm { zone: 54 }, Frame::Mercator { origin: HERE, scale_factor: DEFAULT_SCALE_FACTOR }];
+        let frames =
+            [Frame::Utm { zone: 54 }, Frame::Mercator { meridian: HERE.lon, scale_factor: DEFAULT_SCALE_FACTOR }];
         for (frame, north) in frames.into_iter().flat_map(|frame| [0.0, 3_900_000.0, 8_000_000.0].map(|y| (frame, y))) {
             let spread = |i: u32, prime: u32| f64::from(i.wrapping_mul(prime) % 20_011);
             let points: Vec<Point> =

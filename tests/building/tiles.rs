@@ -181,6 +181,34 @@ fn an_intersection_depends_on_its_roads_however_far_they_run_straight() {
     }
 }
 
+/// Streets across another one, 12 m apart: without room between them they are merged, and tiles of this size disagreed where that went
+/// on from one to the next.
+#[test]
+fn a_long_row_of_intersections_without_room_between_them_is_no_chain() {
+    if !soak() {
+        return;
+    }
+    const STREETS: i64 = 133;
+    let mut drawing = Drawing::default();
+    let mut node = |id: i64, [x, y]: [f64; 2]| {
+        drawing.node(id, [format!("{:.7}", 49.0 + y / 111_132.0), format!("{:.7}", 8.4 + x / 73_033.0)], "");
+    };
+    let place = |street: i64| 12.0 * (street - 1) as f64;
+    for street in 1..=STREETS {
+        [0.0, 60.0, -60.0].into_iter().zip(0..).for_each(|(y, k)| node(1000 * k + street, [place(street), y]));
+    }
+    node(9001, [-150.0, 0.0]);
+    node(9002, [place(STREETS) + 150.0, 0.0]);
+    drawing.way(1, [9001].into_iter().chain(1..=STREETS).chain([9002]), "highway=tertiary");
+    for street in 1..=STREETS {
+        drawing.way(1000 + street, [1000 + street, street, 2000 + street], "highway=residential");
+    }
+    let dir = tempfile::tempdir().unwrap();
+    let input = dir.path().join("row.osm");
+    fs::write(&input, drawing.xml()).unwrap();
+    is_same(&in_one_piece(&input), &in_tiles(&input, 500), "tiles of 500 m");
+}
+
 /// Between known heights the ground rises evenly, however many tiles lie between; a road apart is as high as they are on average.
 #[test]
 fn the_ground_lies_between_heights_that_no_tile_sees_together() {

@@ -10,6 +10,7 @@ use crate::geometry::Point;
 
 use super::inner_routes::{RestrictionIndex, passages};
 use super::island::{around_corner, encloses_island};
+use super::long_rows::dividing_roads;
 use super::renames::Renames;
 use super::{ConsolidateOptions, MergeNote, MergeReason, MergeVerdict};
 
@@ -56,7 +57,9 @@ struct Clusters {
 /// Grows clusters road by road, the shortest first, so that a limit excludes the longest road and not the whole cluster.
 fn clusters(network: &RoadNetwork, verdicts: &[MergeVerdict], options: &ConsolidateOptions) -> Clusters {
     let mut result = Clusters::default();
-    let mut order: Vec<&MergeVerdict> = verdicts.iter().filter(|v| v.merge).collect();
+    let by_rule = verdicts.iter().filter(|v| v.merge && v.reason != MergeReason::Wish);
+    let dividing = dividing_roads(network, &by_rule.map(|verdict| verdict.road).collect::<Vec<_>>());
+    let mut order: Vec<&MergeVerdict> = verdicts.iter().filter(|v| v.merge && !dividing.contains(&v.road)).collect();
     order.sort_by(|a, b| {
         let rank = |v: &MergeVerdict| (v.reason != MergeReason::Wish, network.road(v.road).key);
         let ((by_rule, key), (other_by_rule, other_key)) = (rank(a), rank(b));
@@ -71,6 +74,7 @@ fn clusters(network: &RoadNetwork, verdicts: &[MergeVerdict], options: &Consolid
         }
         barred.extend(to_bar);
     };
+    result.refused.extend(dividing.into_iter().map(|road| (road, MergeReason::Row)));
     for members in groups.into_groups() {
         let inner = inner_roads(network, &members);
         match contour(network, &members, &inner) {

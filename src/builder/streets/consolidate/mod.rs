@@ -11,6 +11,7 @@ mod dual_carriageway;
 pub(crate) mod inner_routes;
 mod island;
 mod join_roads;
+mod long_rows;
 mod merge_decision;
 mod network_edit;
 mod reasons;

@@ -327,3 +327,37 @@ fn which_driveways_of_a_row_are_built_depends_on_those_beside_them() {
     let same = long.iter().zip(&longer).take_while(|(a, b)| a == b).last().map(|(way, _)| *way);
     assert!(same.is_some_and(|way| way >= 10 + 60 - 15), "{same:?}");
 }
+
+/// Where a street leads across another one, metres: each a little farther from the one before, so that these are merged one after
+/// another.
+fn place_in_row(street: i64) -> f64 {
+    9.0 * street as f64 + 0.0005 * (street * street) as f64
+}
+
+/// The nodes that are one intersection each, where these streets lead across another one; numbered from west to east.
+fn merged_in_a_row(streets: std::ops::Range<i64>) -> Vec<Vec<i64>> {
+    let at = place_in_row;
+    let across = streets.clone().flat_map(|i| [(i, at(i), 0.0), (1000 + i, at(i), 60.0), (2000 + i, at(i), -60.0)]);
+    let ends = [(3001, at(streets.start) - 150.0, 0.0), (3002, at(streets.end) + 150.0, 0.0)];
+    let nodes: Vec<(i64, f64, f64)> = across.chain(ends).collect();
+    let along: Vec<i64> = [3001].into_iter().chain(streets.clone()).chain([3002]).collect();
+    let lines: Vec<[i64; 3]> = streets.clone().map(|i| [1000 + i, i, 2000 + i]).collect();
+    let mut ways: Vec<hand_drawn::DrawnWay<'_>> = vec![(1, &along, "highway=tertiary")];
+    ways.extend(lines.iter().zip(streets).map(|(line, i)| (100 + i, &line[..], "highway=residential")));
+    let (merged, _) = merge(network_of(&nodes, &ways), &ConsolidateOptions::default());
+    merged.intersections.into_iter().map(|i| i.nodes).filter(|nodes| nodes.len() > 1).collect()
+}
+
+/// What is merged depends on nothing farther away than this, metres: as far as tiles look by themselves.
+const FARTHEST: f64 = 400.0;
+
+#[test]
+fn what_is_merged_in_a_row_depends_on_its_surroundings_alone() {
+    let whole = merged_in_a_row(0..140);
+    assert!(whole.len() > 10, "{whole:?}");
+    for first in 1..9 {
+        let far = |nodes: &Vec<i64>| nodes.iter().all(|node| place_in_row(*node) - place_in_row(first) > FARTHEST);
+        let shorter = merged_in_a_row(first..140);
+        assert!(whole.iter().filter(|nodes| far(nodes)).eq(shorter.iter().filter(|nodes| far(nodes))), "from {first}");
+    }
+}

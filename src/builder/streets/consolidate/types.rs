@@ -82,6 +82,8 @@ pub enum MergeReason {
     Island,
     /// Kept apart: the merged intersection would reach too far.
     Reach,
+    /// Kept apart: it divides a long row of intersections without room between them.
+    Row,
     /// Kept apart: an arm would be enclosed by the merged intersection.
     Enclosed,
     /// Kept apart: it ends at the edge of the map or at a dead end.
