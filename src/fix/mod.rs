@@ -98,16 +98,19 @@ struct Course {
     memory: Memory,
     /// The errors of the map as it was.
     known: ErrorCounts,
-    /// How many fixes had been made when fixes were tried again last, and how few findings were left at the least.
-    done_before: usize,
-    fewest: usize,
+    /// How often it was begun anew, and how many fixes had been made then.
+    passes: usize,
+    made_before: usize,
 }
+
+/// Mending is not begun anew more often than this: two fixes may undo each other.
+const PASSES: usize = 8;
 
 impl Course {
     fn new(state: Mended, unsafe_too: bool) -> Self {
         let known = ErrorCounts::of(&state.left);
         let memory = Memory { unsafe_too, ..Memory::default() };
-        Self { state, memory, known, done_before: 0, fewest: usize::MAX }
+        Self { state, memory, known, passes: 0, made_before: 0 }
     }
 
     /// The same, but intersections are not marked where that brings more errors to light than it mends.
@@ -130,11 +133,25 @@ impl Course {
                     continue;
                 }
             }
-            sure = self.clone();
-            if !self.goes_on() {
+            if self.memory.open(&self.state.left).is_empty() && !self.begins_anew() {
                 return Ok(self);
             }
+            sure = self.clone();
         }
+    }
+
+    /// Forgets what was tried, so that a second run finds nothing to do: a fix that did harm may do none now that others are made. `false`
+    /// if nothing was made since.
+    fn begins_anew(&mut self) -> bool {
+        if self.state.done.len() == self.made_before || self.passes == PASSES {
+            return false;
+        }
+        self.passes += 1;
+        self.made_before = self.state.done.len();
+        let Memory { unsafe_too, spares, .. } = self.memory;
+        self.memory = Memory { unsafe_too, spares, ..Memory::default() };
+        self.state.refused.clear();
+        true
     }
 
     /// Makes fixes until none is open that was not tried.
@@ -152,16 +169,6 @@ impl Course {
             }
         }
     }
-
-    /// Whether there is anything left to be tried, or to be tried again.
-    fn goes_on(&mut self) -> bool {
-        if !self.memory.open(&self.state.left).is_empty() {
-            return true;
-        }
-        let is_changed = self.state.done.len() > self.done_before;
-        self.done_before = self.state.done.len();
-        is_changed && self.memory.again(&mut self.state, &mut self.fewest)
-    }
 }
 
 /// What is known of the fixes so far.
@@ -174,10 +181,6 @@ struct Memory {
     tried: FxHashSet<Mend>,
     /// Those that brought errors that have fixes: they are tried once more, together with these.
     leading: FxHashSet<Mend>,
-    /// Where each fix was made, and what it was about.
-    made: Vec<(Option<[f64; 2]>, Vec<Key>)>,
-    /// How many had been made when a fix was refused.
-    refused_at: FxHashMap<Mend, usize>,
     /// Groups of fixes that do harm together, as is known from earlier rounds.
     to_blame: Vec<Suspects>,
 }
@@ -191,40 +194,6 @@ impl Memory {
         let open = left.iter().filter_map(Proposal::of);
         let open = open.filter(|one| self.may(&one.fix) && !self.tried.contains(&one.mend));
         open.map(|one| Proposal { leads: self.leading.contains(&one.mend), ..one }).collect()
-    }
-
-    /// Lets fixes be tried again, so that a second run finds nothing to do: those that did harm, which may do none now that others
-    /// are done near them, and where fewer findings are left than ever, also those whose finding has come back. Whether there
-    /// are any.
-    fn again(&mut self, state: &mut Mended, fewest: &mut usize) -> bool {
-        let refused: FxHashSet<&Mend> = state.refused.iter().map(|(mend, _)| mend).collect();
-        let mut again: Vec<Mend> = Vec::new();
-        for one in state.left.iter().filter_map(Proposal::of).filter(|one| self.tried.contains(&one.mend)) {
-            let is_due = match refused.contains(&one.mend) {
-                true => self.is_changed_near(&one),
-                false => state.left.len() < *fewest,
-            };
-            if is_due {
-                again.push(one.mend);
-            }
-        }
-        *fewest = state.left.len().min(*fewest);
-        for mend in &again {
-            self.tried.remove(mend);
-            self.leading.remove(mend);
-        }
-        state.refused.retain(|(mend, _)| self.tried.contains(mend));
-        !again.is_empty()
-    }
-
-    /// Whether another fix was made near one since it was refused.
-    fn is_changed_near(&self, one: &Proposal) -> bool {
-        let since = self.refused_at.get(&one.mend).copied().unwrap_or(0);
-        self.made.get(since..).unwrap_or_default().iter().any(|(place, about)| {
-            let apart = |(a, b): ([f64; 2], [f64; 2])| (a[0] - b[0]).hypot(a[1] - b[1]);
-            place.zip(one.place).is_none_or(|places| apart(places) <= places::REACH)
-                || about.iter().any(|key| one.about.contains(key))
-        })
     }
 }
 
@@ -284,7 +253,6 @@ fn keep(state: &mut Mended, memory: &mut Memory, attempt: Attempt, suspects: Vec
     let made: FxHashSet<Mend> = attempt.done.iter().map(|one| one.mend.clone()).collect();
     for one in attempt.done {
         memory.tried.insert(one.mend.clone());
-        memory.made.push((one.place, one.about.clone()));
         state.done.extend(one.mends());
     }
     (state.osm, state.left) = (attempt.osm, attempt.left);
@@ -326,7 +294,6 @@ fn twins(left: &[Diagnostic], one: Proposal) -> Vec<Mend> {
 
 fn refuse(state: &mut Mended, memory: &mut Memory, refused: impl Iterator<Item = (Mend, String)>) {
     for (mend, reason) in refused {
-        memory.refused_at.insert(mend.clone(), memory.made.len());
         if memory.tried.insert(mend.clone()) {
             state.refused.push((mend, reason));
         }

@@ -262,14 +262,15 @@ fn judgements_of_places(places: i64) -> usize {
 #[test]
 fn places_with_trouble_do_not_wait_for_each_other() {
     let [few, many] = [2, 100].map(judgements_of_places);
-    // Sixteen nodes are halved four times; each half may be judged, and kept, for each of the two that do harm.
+    // Sixteen nodes are halved four times; each half may be judged, and kept, for each of the two that do harm. In the end these two are
+    // tried once more.
     let halvings = 4;
-    assert!(few <= 2 + 2 * 2 * halvings, "{few} judgements for two places");
+    assert!(few <= 2 + 2 * 2 * halvings + 2, "{few} judgements for two places");
     assert!(many <= 2 * few, "{few} judgements for two places, {many} for a hundred");
 }
 
 /// Fixes that are known to do harm together are not tried together again: where the others of their group do none, the last is blamed
-/// without a further judgement.
+/// without a further judgement, until all are done and it is tried once more.
 #[test]
 fn what_follows_is_not_asked() {
     let osm =
@@ -285,7 +286,7 @@ fn what_follows_is_not_asked() {
     };
     let mended = mend(osm, true, judge).unwrap();
     assert_eq!((mended.done.len(), mended.refused.len()), (1, 1));
-    assert_eq!(asked.get(), 3, "as it is, with both, with one");
+    assert_eq!(asked.get(), 4, "as it is, with both, with one, and the other once more");
 }
 
 /// A node without `ele` wants it; one with `ele` and without `name` wants that. Neither is an error alone for node 3, where a
