@@ -105,20 +105,20 @@ impl<'a> MapJudge<'a> {
             }
         }
     }
+}
 
-    fn found(
-        &self,
-        osm: &OsmData,
-        loaded: &FromOsm,
-        settings: &Settings,
-    ) -> Result<(Vec<Diagnostic>, Option<DrivingSide>), Error> {
-        let index = MapIndex::new(&loaded.map, &loaded.faults, settings, Thresholds::default());
-        let found = rules::run(&index, &Config::from(settings))
-            .map_err(|error| ErrorKind::Config.error(Failure::new(error.to_string())))?;
-        // What somebody has answered for is not mended.
-        let left = triage::sort(found, settings, Suppressions::of(settings, osm), &loaded.map, None).left;
-        Ok((left, index.side.side))
-    }
+/// What is found in a map that is loaded, and the side on which people drive there.
+fn found(
+    osm: &OsmData,
+    loaded: &FromOsm,
+    settings: &Settings,
+) -> Result<(Vec<Diagnostic>, Option<DrivingSide>), Error> {
+    let index = MapIndex::new(&loaded.map, &loaded.faults, settings, Thresholds::default());
+    let found = rules::run(&index, &Config::from(settings))
+        .map_err(|error| ErrorKind::Config.error(Failure::new(error.to_string())))?;
+    // What somebody has answered for is not mended.
+    let left = triage::sort(found, settings, Suppressions::of(settings, osm), &loaded.map, None).left;
+    Ok((left, index.side.side))
 }
 
 impl Judge for MapJudge<'_> {
@@ -127,20 +127,24 @@ impl Judge for MapJudge<'_> {
     fn whole(&self, osm: &OsmData) -> Result<Vec<Diagnostic>, Error> {
         let mut loaded = from_osm(osm, self.projector);
         self.judge_projector(osm, &mut loaded.faults);
-        let (left, side) = self.found(osm, &loaded, &self.map.settings)?;
+        let (left, side) = found(osm, &loaded, &self.map.settings)?;
         self.side.set(side);
         Ok(left)
     }
 
-    fn part(&self, osm: &OsmData) -> Result<Vec<Diagnostic>, Error> {
+    fn parts(&self, parts: [&OsmData; 2]) -> Result<[Vec<Diagnostic>; 2], Error> {
         let driving_side = self.side.get().map(|side| match side {
             DrivingSide::Left => Side::Left,
             DrivingSide::Right => Side::Right,
         });
         let settings =
             Settings { driving_side: driving_side.or(self.map.settings.driving_side), ..self.map.settings.clone() };
+        let projector = self.projector;
         // Whether the projector fits is a matter of the whole map.
-        Ok(self.found(osm, &from_osm(osm, self.projector), &settings)?.0)
+        let judge = |osm: &OsmData| Ok::<_, Error>(found(osm, &from_osm(osm, projector), &settings)?.0);
+        let [a, b] = parts;
+        let (a, b) = rayon::join(|| judge(a), || judge(b));
+        Ok([a?, b?])
     }
 
     fn place(&self, node: &Node) -> Option<[f64; 2]> {

@@ -22,13 +22,13 @@ pub trait Judge {
     /// Where it cannot be judged.
     fn whole(&self, osm: &OsmData) -> Result<Vec<Diagnostic>, Self::Error>;
 
-    /// What is found in a part of a map that was judged as a whole before.
+    /// What is found in each of two parts of maps, of which one was judged as a whole before.
     ///
     /// # Errors
     ///
-    /// Where it cannot be judged.
-    fn part(&self, osm: &OsmData) -> Result<Vec<Diagnostic>, Self::Error> {
-        self.whole(osm)
+    /// Where one cannot be judged.
+    fn parts(&self, [a, b]: [&OsmData; 2]) -> Result<[Vec<Diagnostic>; 2], Self::Error> {
+        Ok([self.whole(a)?, self.whole(b)?])
     }
 
     /// Where a node lies: east and north, metres; `None` where nothing is near anything.
@@ -122,8 +122,7 @@ impl<J: Judge> Bench<J> {
         });
         let Some((known, near)) = near else { return self.whole(osm) };
         self.is_guessed.set(true);
-        let before = self.judge.part(&known.osm.part(&near))?;
-        let after = self.judge.part(&osm.part(&near))?;
+        let [before, after] = self.judge.parts([&known.osm.part(&near), &osm.part(&near)])?;
         Ok(changed_by(known.left, before, after, |code| self.judge.rank(code)))
     }
 

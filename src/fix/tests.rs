@@ -373,8 +373,8 @@ impl Judge for &Places {
         Ok(self.found(osm, true))
     }
 
-    fn part(&self, osm: &OsmData) -> Result<Vec<Diagnostic>, std::convert::Infallible> {
-        Ok(self.found(osm, false))
+    fn parts(&self, parts: [&OsmData; 2]) -> Result<[Vec<Diagnostic>; 2], std::convert::Infallible> {
+        Ok(parts.map(|osm| self.found(osm, false)))
     }
 
     fn place(&self, node: &Node) -> Option<[f64; 2]> {
