@@ -11,6 +11,7 @@ mod draw;
 mod draw_args;
 mod explain;
 mod fix;
+mod fix_pictures;
 mod fmt;
 mod gallery;
 mod geometry;

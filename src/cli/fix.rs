@@ -10,6 +10,7 @@ use crate::report::visible;
 
 use super::args::CLEAN;
 use super::check_args::ConfigArgs;
+use super::fix_pictures;
 use super::output::{self, Progress};
 use clap::Args;
 
@@ -21,6 +22,9 @@ pub struct FixArgs {
     /// Show what would be changed and change nothing; exit code 1 if there is anything
     #[arg(long)]
     pub diff: bool,
+    /// Write pictures of the places that are mended, before and after side by side, and a page to look through
+    #[arg(long, value_name = "DIR")]
+    pub pictures: Option<PathBuf>,
     /// Make fixes that need a look afterwards, too
     #[arg(long)]
     pub r#unsafe: bool,
@@ -34,6 +38,10 @@ const LEFT: u8 = 1;
 /// Mends the map and says what was done.
 pub fn run(args: &FixArgs) -> Result<u8, Failure> {
     let fixed = fixed(&args.map, &args.config, args.r#unsafe)?;
+    if let Some(dir) = &args.pictures {
+        let count = fix_pictures::write(dir, &fixed)?;
+        output::complain(&format!("{}: {count} places\n", dir.join("index.html").display()));
+    }
     if args.diff {
         let diff = fixed.diff();
         output::print(&diff)?;

@@ -6,6 +6,7 @@ use crate::builder::Plan;
 use crate::report::draw;
 use crate::report::draw::sketch::around;
 use crate::report::failure::Failure;
+use crate::report::html::escape;
 
 use super::args::CLEAN;
 use super::draw_args::DrawArgs;
@@ -16,7 +17,7 @@ use crate::api::files;
 /// Look of the page.
 const STYLE: &str = "body{font:15px system-ui,sans-serif;margin:1.5em;background:#f6f6f3;color:#1d2024}\
     section{margin-bottom:2em}figure{display:inline-block;margin:0 1em 0 0}img{max-width:44vw;max-height:80vh;\
-    border:1px solid #c5c9c2}figcaption{font-size:13px}h2{font-size:16px}";
+    border:1px solid #c5c9c2}figcaption{font-size:13px}.wide img{max-width:94vw}h2{font-size:16px}";
 
 /// Draws the stages of every intersection.
 pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
@@ -29,16 +30,22 @@ pub fn run(args: &DrawArgs) -> Result<u8, Failure> {
     Ok(CLEAN)
 }
 
+/// The beginning of a page of pictures; the title is taken as it is.
+pub fn head(title: &str) -> String {
+    format!("<!doctype html><meta charset=\"utf-8\"><title>{title}</title><style>{STYLE}</style><h1>{title}</h1>\n")
+}
+
 /// Writes pictures of all intersections that join three roads or more, or several nodes; returns how many there are.
 fn write(args: &DrawArgs, plan: &Plan, progress: &Progress) -> Result<usize, Failure> {
     let network = &plan.streets.network;
     let shown = |i: &usize| network.intersections[*i].arms.len() >= 3 || network.intersections[*i].nodes.len() > 1;
     let all: Vec<usize> = (0..network.intersections.len()).filter(shown).collect();
-    let title =
-        args.map.as_ref().and_then(|map| map.file_name()).map_or_else(String::new, |name| name.display().to_string());
-    let mut page = format!(
-        "<!doctype html><meta charset=\"utf-8\"><title>{title}</title><style>{STYLE}</style><h1>{title}</h1>\n"
-    );
+    let title = args
+        .map
+        .as_ref()
+        .and_then(|map| map.file_name())
+        .map_or_else(String::new, |name| escape(&name.display().to_string()));
+    let mut page = head(&title);
     let pictures = Pictures::new(args, plan);
     for (done, &at) in all.iter().enumerate() {
         progress.next(&format!("drawing {} of {}", done + 1, all.len()));

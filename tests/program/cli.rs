@@ -358,6 +358,12 @@ fn fix_mends_what_it_can_and_touches_nothing_else() {
         diff.contains("-    <tag k=\"turn_direction\" v=\"right\"/>\n+    <tag k=\"turn_direction\" v=\"left\"/>"),
         "{diff}"
     );
+    lanewright(dir.path(), &["fix", "map", "--diff", "--pictures", "seen"]).exits(1);
+    let seen = |name: &str| fs::read_to_string(dir.path().join("seen").join(name)).unwrap();
+    assert!(seen("index.html").contains("set turn_direction=left") && seen("index.html").contains("src=\"1.svg\""));
+    // One picture, and in it both versions.
+    assert_eq!(seen("1.svg").matches("<svg").count(), 3);
+    assert_eq!(fs::read_dir(dir.path().join("seen")).unwrap().count(), 2);
     assert_eq!(fs::read_to_string(&path).unwrap(), bad, "--diff changes nothing");
     lanewright(dir.path(), &["check", "map"]).exits(1);
     lanewright(dir.path(), &["check", "map", "--fix"]).exits(0);

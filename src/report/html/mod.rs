@@ -26,6 +26,7 @@ use sha2::{Digest, Sha256};
 pub use build_stages::{BuildStages, InputRoad, InputWay, Stage};
 pub use compare::{Earlier, EarlierError};
 pub use fix_preview::{FixPreview, fix_previews};
+pub use pages::escape;
 pub use served::{Served, parcel, served, served_build_stages};
 
 use super::{Report, VERSION, groups};
