@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::draft::{Dice, Draft, members, without};
 use super::{Base, bases, mutations};
-use crate::common::drawing::osm;
+use crate::common::drawing::{Drawing, osm};
 
 fn judge(base: &Base, draft: &Draft, osm: &OsmData) -> Result<Vec<Diagnostic>, ConfigError> {
     let Loaded { map, faults } = from_osm(osm, &draft.projector);
@@ -94,6 +94,30 @@ fn all_marks_of_intersections_are_put_back() {
         };
         assert_eq!(crosswalks(&after), crosswalks(&before), "{name}");
     }
+}
+
+/// Streets for both directions around a small block, with a street to each corner: cars can drive around it as around a roundabout, but
+/// others come towards them inside.
+#[test]
+fn the_crossings_around_a_small_block_are_told() {
+    let mut drawing = Drawing::default();
+    for (at, degrees) in [90.0_f64, 210.0, 330.0].into_iter().enumerate() {
+        for (id, metres) in [(at + 1, 22.0), (at + 11, 120.0)] {
+            let (sine, cosine) = degrees.to_radians().sin_cos();
+            let place = [49.0 + metres * sine / 111_195.0, 8.4 + metres * cosine / 73_000.0];
+            drawing.node(id, place, "");
+        }
+        drawing.way(at + 21, [at + 11, at + 1], "highway=residential");
+    }
+    drawing.way(31, [1, 2, 3, 1], "highway=residential");
+    let folder = tempfile::tempdir().unwrap();
+    let input = folder.path().join("block.osm");
+    std::fs::write(&input, drawing.xml()).unwrap();
+    let base = Base::of(&input);
+    let mut bare = base.draft.clone();
+    take(&mut bare, || true);
+    let found = judge(&base, &bare, &osm(bare.text())).unwrap();
+    assert_eq!(found.iter().filter(|one| one.code == "vm-03-01/unmarked").count(), 3);
 }
 
 /// Errors by code and element.

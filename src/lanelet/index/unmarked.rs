@@ -274,7 +274,16 @@ impl MapIndex<'_> {
             Some(_) => turn > 0.0,
             None => true,
         };
-        far && (self.is_round(ring) || length <= SHORT_RING && !ring.iter().any(|&lane| self.is_crossed(lane)))
+        let is_two_way = ring.iter().any(|&lane| self.has_oncoming_inside(lane, turn > 0.0));
+        far && !is_two_way
+            && (self.is_round(ring) || length <= SHORT_RING && !ring.iter().any(|&lane| self.is_crossed(lane)))
+    }
+
+    /// Whether cars come the other way beside a lane, on its left or on its right: around a small block, and never inside a roundabout.
+    fn has_oncoming_inside(&self, lane: usize, is_left: bool) -> bool {
+        let side = usize::from(!is_left);
+        let inner = self.lanes[lane].bounds[side];
+        self.users_of(inner).iter().any(|&other| other != lane && self.lanes[other].bounds[side] == inner)
     }
 
     /// Whether others do more than join a lane at its end.
