@@ -102,7 +102,7 @@ fn all_marks_of_intersections_are_put_back() {
 fn the_crossings_around_a_small_block_are_told() {
     let mut drawing = Drawing::default();
     for (at, degrees) in [90.0_f64, 210.0, 330.0].into_iter().enumerate() {
-        for (id, metres) in [(at + 1, 22.0), (at + 11, 120.0)] {
+        for (id, metres) in [(at + 1, 17.0), (at + 11, 120.0)] {
             let (sine, cosine) = degrees.to_radians().sin_cos();
             let place = [49.0 + metres * sine / 111_195.0, 8.4 + metres * cosine / 73_000.0];
             drawing.node(id, place, "");
