@@ -134,17 +134,41 @@ def checks(ours, oracle, shared, runs, work):
     return good and linear
 
 
-def fixes(ours, oracle, shared, runs, work):
+MARKS = ("turn_direction", "intersection_area", "lane_change", "location", "one_way", "participant:vehicle")
+
+
+def bare(built, path):
+    """Writes a map as `build` writes them without what is asked of intersections: areas, turns, rights of way, crosswalk elements."""
+    gone = ('v="intersection_area"', 'v="right_of_way"', 'v="crosswalk"')
+    element, removed = [], set()
+    with open(built, encoding="utf-8") as lines, open(path, "w", encoding="utf-8") as output:
+        for line in lines:
+            start = line.lstrip()
+            if any(start.startswith(f'<tag k="{mark}"') for mark in MARKS):
+                continue
+            element.append(line)
+            if start.startswith(("</", "<?", "<osm")) or (len(element) == 1 and start.endswith("/>\n")):
+                text = "".join(element)
+                is_element = any(mark in text for mark in gone) and 'v="lanelet"' not in text
+                removed.update([text.split('id="')[1].split('"')[0]] if is_element else [])
+                output.write("" if is_element else text)
+                element = []
+    with open(path, encoding="utf-8") as lines:
+        kept = [line for line in lines if 'role="regulatory_element"' not in line or line.split('ref="')[1].split('"')[0] not in removed]
+    path.write_text("".join(kept), encoding="utf-8")
+
+
+def fixes(ours, shared, runs, work):
     print("\nMending: `fix --unsafe` in times of `check`\n\n| map | MB | check, s | fix, s | times | aim |\n|---|---:|---:|---:|---:|---|")
     city = work / "city"
-    bare = work / "stripped.osm"
+    stripped = work / "stripped.osm"
     subprocess.check_call([ours, "build", shared / "corpus" / STRIPPED, "-o", city], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    subprocess.check_call([oracle, shared / "tools/restore/strip.py", city / "lanelet2_map.osm", "-o", bare], stdout=subprocess.DEVNULL)
+    bare(city / "lanelet2_map.osm", stripped)
     good = True
     drawn = [path for name in DRAWN for path in sorted((shared / "corpus").glob(f"lanelet2*/{name}.osm"))]
-    for path in [*drawn, bare]:
+    for path in [*drawn, stripped]:
         commands = [([ours, "check", path, "--format", "json"],), ([ours, "fix", path, "--unsafe", "--diff"],)]
-        (check, *_), (fix, *_) = least(commands, runs if path != bare else 1)
+        (check, *_), (fix, *_) = least(commands, runs if path != stripped else 1)
         met = fix <= MENDING * check
         good &= met
         size = path.stat().st_size / 1e6
@@ -162,7 +186,8 @@ def main():
     args = parser.parse_args()
     with tempfile.TemporaryDirectory(dir=os.environ.get("TMPDIR")) as work:
         places = (args.lanewright.resolve(), args.oracle, args.shared.resolve(), args.runs, pathlib.Path(work))
-        good = [streets(*places), checks(*places), cities(*places), fixes(*places)]
+        good = [streets(*places), checks(*places), cities(*places)]
+        good.append(fixes(places[0], *places[2:]))
     sys.exit(0 if all(good) else 1)
 
 

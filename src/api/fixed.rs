@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use similar::TextDiff;
+use imara_diff::{Algorithm, BasicLineDiffPrinter, Diff, InternedInput, UnifiedDiffConfig};
 
 use crate::diagnostic::{Diagnostic, Subject};
 use crate::fix::{FixError, Judge, Mend, Mended, mend};
@@ -118,8 +118,12 @@ impl Fixed {
             .map(|(old, new)| (&old.name, &old.text[..], new))
             .chain(self.projector_file.iter().map(|file| (&file.source.name, "", &file.source)))
             .map(|(name, old, new)| {
-                let lines = TextDiff::from_lines(old, &new.text);
-                lines.unified_diff().context_radius(3).header(name, &new.name).to_string()
+                let lines = InternedInput::new(old, &new.text[..]);
+                let mut diff = Diff::compute(Algorithm::Histogram, &lines);
+                diff.postprocess_lines(&lines);
+                let printer = BasicLineDiffPrinter(&lines.interner);
+                let hunks = diff.unified_diff(&printer, UnifiedDiffConfig::default(), &lines);
+                format!("--- {name}\n+++ {}\n{hunks}", new.name)
             })
             .collect()
     }
