@@ -69,6 +69,9 @@ impl ProjectorFile {
 /// The finding that the file mends.
 const PROJECTOR_MISSING: &str = "projector/missing";
 
+/// The hunks of more changed lines than this are shown as they come.
+const MOST_TIDIED: u32 = 1000;
+
 impl Fixed {
     /// Mends a map.
     ///
@@ -120,7 +123,10 @@ impl Fixed {
             .map(|(name, old, new)| {
                 let lines = InternedInput::new(old, &new.text[..]);
                 let mut diff = Diff::compute(Algorithm::Histogram, &lines);
-                diff.postprocess_lines(&lines);
+                // Hunks that begin where a reader expects it take time in the lines of the map for each.
+                if diff.count_additions() + diff.count_removals() <= MOST_TIDIED {
+                    diff.postprocess_lines(&lines);
+                }
                 let printer = BasicLineDiffPrinter(&lines.interner);
                 let hunks = diff.unified_diff(&printer, UnifiedDiffConfig::default(), &lines);
                 format!("--- {name}\n+++ {}\n{hunks}", new.name)
