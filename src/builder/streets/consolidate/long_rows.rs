@@ -9,9 +9,9 @@ use crate::lanelet::index::UnionFind;
 
 /// Rows that reach no farther than this from a road, metres east, west, north and south, are not divided there. No town that was looked
 /// at has a longer one.
-pub const LONG: f64 = 150.0;
+const LONG: f64 = 150.0;
 /// The sides of the grid's squares, metres.
-pub const SQUARE: f64 = 200.0;
+const SQUARE: f64 = 200.0;
 
 /// Those of these roads on which intersections are kept apart: with the others they would join intersections into a long row, and they
 /// lead from one square of the grid into another. What is merged at one place then depends on no road farther away than the row or the
