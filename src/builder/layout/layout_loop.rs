@@ -28,9 +28,9 @@ use super::short_links::{SETBACK_LEAST, room_for_turns};
 
 /// No layout makes more demands than this. Each cuts more off roads, merges some or leaves some out, so that the loop ends by itself.
 const ROUNDS: usize = 200;
-/// Stop lines that get into the way of a lanelet are left out at its intersection, then also one road farther each time, up to so
-/// many roads away.
-const FARTHEST_STOP_LINES: usize = 8;
+/// Stop lines that get into the way of a lanelet are left out at its intersection, then also one short road farther each time, up to
+/// so many roads away.
+const FARTHEST_STOP_LINES: usize = 6;
 
 /// An island of no more than this, square metres, lies inside an intersection if nobody can wait on the roads around it.
 const SMALL_ISLAND: f64 = 250.0;

@@ -37,6 +37,9 @@ const CLEARING_MOST: f64 = 30.0;
 /// A cut lies this far, metres, behind the lanelet that would run over it.
 const CLEAR: f64 = 0.2;
 
+/// What is drawn at one end of a longer road, metres, does not depend on where its other end is cut.
+const SHORT: f64 = 50.0;
+
 /// A network and what is drawn of it before it is known who goes first at its intersections.
 pub struct Layout {
     /// The network.
@@ -204,21 +207,14 @@ impl Layout {
     }
 
     /// Wants no road up to so many roads away from an intersection cut at its stop lines, and none of them cut back farther than
-    /// `back` says, but for what shows anew; `false` if that was so. What is drawn at both ends of a road depends on where either
-    /// is cut.
+    /// `back` says, but for what shows anew; `false` if that was so. What is drawn at both ends of a short road depends on where
+    /// either is cut; behind a long one all stays as it is.
     pub(super) fn ignore_stop_lines_around(&mut self, at: IntersectionIx, roads: usize, back: &[[f64; 2]]) -> bool {
         let mut changed = false;
-        let (mut rim, mut seen) = (vec![at], FxHashSet::from_iter([at]));
-        for _ in 0..roads {
-            for at in std::mem::take(&mut rim) {
-                for arm in &self.network.intersection(at).arms {
-                    let (stops, own) = (&mut self.stops[arm.road], &mut self.back[arm.road]);
-                    changed |= *stops != [false; 2] || *own != back[arm.road];
-                    (*stops, *own) = ([false; 2], back[arm.road]);
-                    let next = self.network.road(arm.road).intersection(arm.end.other());
-                    rim.extend(seen.insert(next).then_some(next));
-                }
-            }
+        for road in self.network.roads_around(at, roads, SHORT) {
+            let (stops, own) = (&mut self.stops[road], &mut self.back[road]);
+            changed |= *stops != [false; 2] || *own != back[road];
+            (*stops, *own) = ([false; 2], back[road]);
         }
         changed
     }

@@ -46,6 +46,7 @@ pub use index::{IntersectionIx, RoadIx};
 pub use islands::Island;
 pub use read::{NetworkError, NetworkOptions, NetworkReading, UNMET_ROAD, is_driven, is_highway, road_network};
 
+use std::collections::BTreeSet;
 use std::fmt;
 
 /// One of the two ends of a road's line.
@@ -368,5 +369,19 @@ impl RoadNetwork {
     /// The index of the intersection at a road end.
     pub fn intersection_at(&self, arm: RoadEnd) -> IntersectionIx {
         self.road(arm.road).intersection(arm.end)
+    }
+
+    /// The roads up to so many roads away from an intersection, 1 for its own; only roads of at most `short` metres lead farther.
+    pub fn roads_around(&self, at: IntersectionIx, roads: usize, short: f64) -> BTreeSet<RoadIx> {
+        let (mut around, mut rim, mut seen) = (BTreeSet::new(), vec![at], BTreeSet::from([at]));
+        for _ in 0..roads {
+            for arm in std::mem::take(&mut rim).into_iter().flat_map(|at| &self.intersection(at).arms) {
+                around.insert(arm.road);
+                let road = self.road(arm.road);
+                let next = road.intersection(arm.end.other());
+                rim.extend((road.line.length() <= short && seen.insert(next)).then_some(next));
+            }
+        }
+        around
     }
 }

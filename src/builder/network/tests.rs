@@ -567,6 +567,46 @@ fn lanes_that_lead_nowhere_are_told_of() {
     assert_eq!(reachable(&against).1.len(), 0);
 }
 
+/// How far away a road may lie, metres, so that it changes nothing: as far as tiles look by themselves.
+const FAR: f64 = 400.0;
+
+#[test]
+fn a_long_road_does_not_lead_to_roads_around() {
+    let nodes: Vec<(i64, f64, f64, &str)> =
+        [0.0, 40.0, 80.0, 180.0, 220.0].into_iter().zip(1..).map(|(east, node)| (node, east, 0.0, "")).collect();
+    let lines: Vec<[i64; 2]> = (1..5).map(|way| [way, way + 1]).collect();
+    let ways: Vec<(i64, &[i64], &str)> = lines.iter().map(|line| (line[0], &line[..], "")).collect();
+    let network = build(&data(&nodes, &ways)).network;
+    let first = IntersectionIx::all(5).find(|at| network.intersection(*at).nodes == [1]).unwrap();
+    let around = |roads| -> Vec<i64> {
+        network.roads_around(first, roads, 50.0).into_iter().map(|road| network.road(road).key.way).collect()
+    };
+    assert_eq!([around(1), around(2), around(4)], [vec![1], vec![1, 2], vec![1, 2, 3]]);
+}
+
+#[test]
+fn single_tracks_are_directed_one_after_another_up_to_a_length() {
+    // Tracks of 40 m in a row, from way 1 to the last one, at whose end all other roads lead to it.
+    let row = |count: i64| -> Vec<Travel> {
+        let end = count + 1;
+        let at = |node: i64| 40.0 * node as f64;
+        let sides = [(1000, at(end), 40.0, ""), (1001, at(end), -40.0, "")];
+        let nodes: Vec<(i64, f64, f64, &str)> = (1..=end).map(|node| (node, at(node), 0.0, "")).chain(sides).collect();
+        let tracks: Vec<[i64; 2]> = (1..=count).map(|way| [way, way + 1]).collect();
+        let into = [[1000, end], [1001, end]];
+        let mut ways: Vec<(i64, &[i64], &str)> = Vec::new();
+        ways.extend(into.iter().map(|line| (line[0], &line[..], "oneway=yes")));
+        ways.extend(tracks.iter().map(|line| (line[0], &line[..], "lanes=1 width=3")));
+        let (network, _) = reachable(&data(&nodes, &ways));
+        (1..=count).flat_map(|way| travels(&network, way)).collect()
+    };
+    assert_eq!(row(5), [Travel::Backward; 5]);
+    let long = row(30);
+    let directed = long.iter().filter(|travel| **travel == Travel::Backward).count();
+    assert!(directed > 5 && 40.0 * directed as f64 <= FAR, "{directed} tracks of 40 m");
+    assert!(long[..30 - directed].iter().all(|travel| *travel == Travel::Both), "{long:?}");
+}
+
 #[test]
 fn lanes_that_can_only_be_reached_by_turning_back_are_told_of() {
     // A two-way street merges with a one-way street at 10 degrees.

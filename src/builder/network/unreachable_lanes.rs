@@ -12,8 +12,9 @@ use super::road_end::{at_depth, leads_out, outward};
 use super::turn_angle::{STRAIGHT, TURNS_BACK, turn};
 use super::{End, Intersection, IntersectionIx, RoadEnd, RoadIx, RoadKey, RoadNetwork, Stations};
 
-/// Most rounds; each follows a chain of such lanes by one road.
-const ROUNDS: usize = 16;
+/// Roads that are directed one after another, each because of the one before, reach no farther than this, metres, so that their
+/// directions depend on nothing far away.
+const LONGEST_CHAIN: f64 = 300.0;
 /// Distance from the intersection at which the direction of a road is taken, metres.
 const LOOK: f64 = 10.0;
 /// Roads that lie at least so far beside each other, metres, leave room for a turn back from one to the other.
@@ -36,11 +37,8 @@ pub fn without_unreachable_lanes(
     mut network: RoadNetwork,
     mut kept: Vec<Stations>,
 ) -> (RoadNetwork, Vec<Stations>, Vec<Finding>) {
-    for _ in 0..ROUNDS {
-        if !direct_single_tracks(&mut network) {
-            break;
-        }
-    }
+    let mut chains = vec![0.0; network.roads.len()];
+    while direct_single_tracks(&mut network, &mut chains) {}
     let (restrictions, _) = ResolvedRestrictions::new(&network);
     let ends = RoadIx::all(network.roads.len()).flat_map(|road| End::BOTH.map(|end| RoadEnd { road, end }));
     let closed: Vec<ClosedLanes> = ends.flat_map(|at| closed_lanes(&network, &restrictions, at)).collect();
@@ -51,16 +49,21 @@ pub fn without_unreachable_lanes(
     (network, kept, notes)
 }
 
-/// Gives single tracks and two-way lanes the only direction in which they lead on; `false` if there are none.
-fn direct_single_tracks(network: &mut RoadNetwork) -> bool {
-    let remaining: Vec<Option<(usize, Travel)>> =
-        RoadIx::all(network.roads.len()).map(|road| remaining_travel(network, road)).collect();
-    for (road, remaining) in network.roads.iter_mut().zip(&remaining) {
-        if let Some((strip, travel)) = *remaining {
-            road.section.strips[strip].travel = travel;
-        }
+/// Gives single tracks and two-way lanes the only direction in which they lead on; `false` if there are none. `chains` holds for
+/// each road the length, metres, of those that were directed one after another up to it and with it; 0 if it was not.
+fn direct_single_tracks(network: &mut RoadNetwork, chains: &mut [f64]) -> bool {
+    let directed = |road: RoadIx| {
+        let (strip, travel) = remaining_travel(network, road)?;
+        let beside = End::BOTH.into_iter().flat_map(|end| others(network, RoadEnd { road, end }));
+        let before = beside.map(|arm| chains[arm.road.position()]).fold(0.0, f64::max);
+        (before <= LONGEST_CHAIN).then(|| (road, strip, travel, before + network.road(road).line.length()))
+    };
+    let directed: Vec<_> = RoadIx::all(network.roads.len()).filter_map(directed).collect();
+    for &(road, strip, travel, chain) in &directed {
+        network.roads[road].section.strips[strip].travel = travel;
+        chains[road.position()] = chain;
     }
-    remaining.iter().any(Option::is_some)
+    !directed.is_empty()
 }
 
 /// Lanes of one direction of a road that nobody can drive into, or out of, at an end.

@@ -29,6 +29,8 @@ use rustc_hash::FxHashMap;
 const UNCLEAR: f64 = 1.0;
 /// A place of a moved road within this distance, metres, of the line through its neighbours is no vertex of it.
 const STRAIGHT: f64 = 0.001;
+/// The side on which a road is drawn shows up to so many places before and behind.
+const AROUND: usize = 10;
 /// Most rounds; remaining overlaps stay.
 const ROUNDS: usize = 12;
 
@@ -124,8 +126,13 @@ fn pushes<'a>(
     let runs = adjacent.chunk_by(|x, y| x.index + 1 == y.index);
     let runs = runs.filter(|run| road.level == other.level || hints.iter().any(|hint| begins_at_cut(road, run, hint)));
     let overlaps = runs.flat_map(move |run| {
-        let side = hinted_side(road, run, hints).unwrap_or_else(|| drawn_side(run, first));
-        run.iter().map(move |place| (place.index, side, least_distance(road, other) - place.offset * side))
+        let hints = hints.iter().map(|hint| (hint, begins_at_cut(road, run, hint))).collect::<Vec<_>>();
+        run.iter().enumerate().map(move |(i, place)| {
+            let around = &run[i.saturating_sub(AROUND)..(i + AROUND + 1).min(run.len())];
+            let hinted = hinted_side(road.stations[place.index], around, &hints);
+            let side = hinted.unwrap_or_else(|| drawn_side(around, first));
+            (place.index, side, least_distance(road, other) - place.offset * side)
+        })
     });
     overlaps
         .filter(|(.., overlap)| *overlap > TOLERANCE)
@@ -142,19 +149,19 @@ fn begins_at_cut(road: &ShiftedRoad, run: &[AdjacentPlace], hint: &SideHint) -> 
     }
 }
 
-/// The side of the other road along a run of places, by the order of arms at intersections; `None` without hints, or if they
-/// contradict each other. Away from the intersection a hint counts only if the drawn side is unclear.
-fn hinted_side(road: &ShiftedRoad, run: &[AdjacentPlace], hints: &[SideHint]) -> Option<f64> {
-    let unclear = run.iter().all(|adjacent| adjacent.offset.abs() < UNCLEAR);
-    let holds = |hint: &&SideHint| {
-        begins_at_cut(road, run, hint) || unclear && run.iter().any(|place| hint.holds_at(road.stations[place.index]))
-    };
-    let mut sides = hints.iter().filter(holds).map(|hint| hint.side);
+/// The side of the other road at a station, by the order of arms at intersections, each with whether the run begins at its cut; `None`
+/// without hints, or if they contradict each other. Away from the intersection a hint counts only if the side on which the other road
+/// is drawn `around` there is unclear.
+fn hinted_side(station: f64, around: &[AdjacentPlace], hints: &[(&SideHint, bool)]) -> Option<f64> {
+    let mut near = hints.iter().filter(|(hint, _)| hint.holds_at(station)).peekable();
+    near.peek()?;
+    let unclear = around.iter().all(|adjacent| adjacent.offset.abs() < UNCLEAR);
+    let mut sides = near.filter(|(_, begins_at_cut)| *begins_at_cut || unclear).map(|(hint, _)| hint.side);
     let first = sides.next()?;
     sides.all(|side| side == first).then_some(first)
 }
 
-/// The side on which the other road is drawn along a run of places: 1 left, -1 right. If both are drawn on top of each other,
+/// The side on which the other road is drawn along neighbouring places: 1 left, -1 right. If both are drawn on top of each other,
 /// the `first` road of the network goes to the left.
 fn drawn_side(run: &[AdjacentPlace], first: bool) -> f64 {
     let farthest = run.iter().max_by(|x, y| x.offset.abs().total_cmp(&y.offset.abs()));

@@ -13,6 +13,8 @@ use crate::geometry::{Vector, angle_between};
 
 /// Distance from the intersection up to which the order of its arms counts, metres.
 const REACH: f64 = 80.0;
+/// Where roads run beside each other, it counts so much farther, metres.
+const BEYOND: f64 = 120.0;
 /// Distance over which the direction of an arm is taken, metres.
 const LOOK: f64 = 8.0;
 /// Largest angle between arms that run side by side at first, radians: 45 degrees.
@@ -30,9 +32,9 @@ pub struct SideHint {
 }
 
 impl SideHint {
-    /// Whether it holds at this station.
+    /// Whether it holds at this station, or so near that roads still lie as they began.
     pub fn holds_at(&self, station: f64) -> bool {
-        (self.range[0]..=self.range[1]).contains(&station)
+        (self.range[0] - BEYOND..=self.range[1] + BEYOND).contains(&station)
     }
 }
 

@@ -51,3 +51,54 @@ proptest! {
         }
     }
 }
+
+/// How far away a road may lie, metres, so that it changes nothing: as far as tiles look by themselves.
+const FAR: f64 = 400.0;
+
+/// Places closer together than this, metres, are the same: what moves a road fades along it, but has no end.
+const SAME: f64 = 0.001;
+
+/// A road to the east from one place to another, metres, that winds by up to 6 m.
+fn winding(from: f64, to: f64, north: f64) -> impl Strategy<Value = Drawn> {
+    let winds = prop::collection::vec(-3.0..3.0, ((to - from) / 50.0) as usize + 2);
+    (winds, 3.0..9.0).prop_map(move |(winds, width)| {
+        let step = (to - from) / (winds.len() - 1) as f64;
+        let points = winds.into_iter().enumerate().map(|(i, wind)| (from + step * i as f64, north + wind));
+        (points.collect(), width, false, 0, 1)
+    })
+}
+
+/// How far north a line that leads east is at a place, metres.
+fn north_at(line: &Polyline, east: f64) -> f64 {
+    let [from, to] = line.points().array_windows().find(|[from, to]| (from.x..=to.x).contains(&east)).unwrap();
+    from.y + (to.y - from.y) * (east - from.x) / (to.x - from.x)
+}
+
+/// Two or three long roads beside each other, and some beside them that are far away from their middle.
+fn long_and_far() -> impl Strategy<Value = (Vec<Drawn>, Vec<Drawn>)> {
+    let long = prop::collection::vec((0.0..20.0).prop_flat_map(|north| winding(-1500.0, 1500.0, north)), 2..4);
+    let far = (FAR..1400.0, 20.0..300.0, -4.0..24.0, any::<bool>()).prop_flat_map(|(from, length, north, west)| {
+        let [from, to] = if west { [-from - length, -from] } else { [from, from + length] };
+        winding(from, to, north)
+    });
+    (long, prop::collection::vec(far, 1..4))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 32, ..ProptestConfig::default() })]
+
+    #[test]
+    fn roads_are_laid_side_by_side_as_their_surroundings_want((long, far) in long_and_far()) {
+        let middle = |drawn: &[Drawn]| -> Vec<f64> {
+            let roads: Vec<Road> = drawn.iter().enumerate().filter_map(|(i, drawn)| road(i, drawn)).collect();
+            let kept: Vec<Stations> = roads.iter().map(|road| [0.0, road.line.length()]).collect();
+            let laid = lay_side_by_side(RoadNetwork { roads, ..RoadNetwork::default() }, &kept);
+            let near = |road: &Road| (-5..=5).map(|tens| north_at(&road.line, 10.0 * f64::from(tens))).collect::<Vec<f64>>();
+            laid.roads.iter().take(long.len()).flat_map(near).collect()
+        };
+        let all: Vec<Drawn> = long.iter().chain(&far).cloned().collect();
+        for (alone, beside) in middle(&long).iter().zip(&middle(&all)) {
+            prop_assert!((alone - beside).abs() < SAME, "{alone} {beside}");
+        }
+    }
+}
