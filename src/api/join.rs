@@ -92,19 +92,19 @@ fn joined(cut: &Cut, tiles: &[Cell], grid: Grid, records: &Path, contested: &BTr
         Record::load(&file, grid).map_err(|error| Unmade::Said(unread(&file, &error)))
     };
     let mut found = BTreeSet::new();
+    let mut parts = Parts { divided: Divided::empty(grid), settings: None };
+    let mut agreement = Agreement::new(records);
     for tile in tiles {
-        found.extend(record(tile)?.contested);
-    }
-    found.retain(|id| !contested.contains(id));
-    if found.is_empty() {
-        let mut parts = Parts { divided: Divided::empty(grid), settings: None };
-        let mut agreement = Agreement::new(records);
-        for tile in tiles {
-            let Record { mut divided, settings, .. } = record(tile)?;
-            agreement.add(*tile, &mut divided)?;
+        let Record { divided, settings, contested: wanted_twice, .. } = record(tile)?;
+        found.extend(wanted_twice.into_iter().filter(|id| !contested.contains(id)));
+        // What is built anew is compared when that is done.
+        if found.is_empty() {
+            agreement.add(*tile, &divided)?;
             let settings = settings.map(|text| toml::from_str(&text).map_err(io::Error::other)).transpose()?;
             parts.add(divided, settings);
         }
+    }
+    if found.is_empty() {
         found.extend(agreement.finish()?);
         if found.is_empty() {
             return parts.finish(cut).map(|whole| Joining::Whole(Box::new(whole))).map_err(Unmade::Said);

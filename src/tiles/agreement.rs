@@ -1,16 +1,18 @@
 //! Holds tiles against each other: what stands in two is the same in both. Finds ids that two elements have.
 
-use std::collections::BTreeMap;
-use std::collections::hash_map::Entry;
 use std::fs::{self, OpenOptions};
+use std::hash::{Hash, Hasher};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use rustc_hash::FxHashMap;
+use rayon::prelude::*;
+use rustc_hash::FxHasher;
 
 use crate::cells::{Cell, Divided, Element, Shared};
 
-/// Files over which ids are spread: one of them is in memory at a time.
+use super::record::KINDS;
+
+/// Files over which elements are spread by their ids: of few of them at a time all is in memory.
 const FILES: usize = 256;
 
 /// In what tiles do not agree.
@@ -27,94 +29,112 @@ pub enum Disagreement {
     Io(#[from] io::Error),
 }
 
-/// What must be remembered of the tiles that are built.
+/// What must be remembered of the tiles that are built. It lies in files, so that memory does not grow with the map.
 #[derive(Debug)]
 pub struct Agreement {
-    /// What tiles that are built share with tiles to come, by the last of them.
-    open: BTreeMap<Cell, FxHashMap<Element, Open>>,
-    /// The ids of all elements, by their last digits.
-    ids: Vec<PathBuf>,
-}
-
-/// An element that stands in several tiles, some of which are still to be built.
-#[derive(Debug)]
-struct Open {
-    shared: Shared,
-    seen: usize,
+    /// What stands in several tiles, as each of them has it.
+    shared: Spread<5>,
+    /// The ids of all elements.
+    ids: Spread<1>,
 }
 
 impl Agreement {
-    /// Before the first tile. Ids are kept in files in a folder that is there, of which an earlier run may have left some.
+    /// Before the first tile. Files are kept in a folder that is there, of which an earlier run may have left some.
     pub fn new(folder: &Path) -> Self {
-        let ids: Vec<PathBuf> = (0..FILES).map(|file| folder.join(format!("ids_{file}"))).collect();
-        ids.iter().for_each(|path| drop(fs::remove_file(path)));
-        Self { open: BTreeMap::new(), ids }
+        Self { shared: Spread::new(folder, "shared"), ids: Spread::new(folder, "ids") }
     }
 
-    /// Adds a tile, behind those in the rows before and before it in its row.
+    /// Adds a tile; each once, in any order.
     ///
     /// # Errors
     ///
-    /// It disagrees with one of them.
-    pub fn add(&mut self, tile: Cell, divided: &mut Divided) -> Result<(), Disagreement> {
-        let shared = std::mem::take(&mut divided.shared);
-        shared.into_iter().try_for_each(|shared| self.compare(tile, shared))?;
-        self.keep_ids(&divided.own)?;
-        // From here on nobody is to have these.
-        let mut closed = self.open.remove(&tile).into_iter().flatten();
-        let missing = closed.find(|(_, Open { shared, seen })| *seen != shared.tiles.len());
-        missing.map_or(Ok(()), |(element, _)| Err(Disagreement::Element(element)))
-    }
-
-    fn compare(&mut self, tile: Cell, shared: Shared) -> Result<(), Disagreement> {
-        let element = shared.element;
-        let last = shared.tiles.last().copied().unwrap_or(tile);
-        let same = match self.open.entry(last).or_default().entry(element) {
-            Entry::Vacant(place) => {
-                let is_first = shared.tiles.first() == Some(&tile);
-                place.insert(Open { shared, seen: 1 });
-                is_first
-            }
-            Entry::Occupied(mut known) => {
-                known.get_mut().seen += 1;
-                known.get().shared == shared
-            }
-        };
-        if same { Ok(()) } else { Err(Disagreement::Element(element)) }
-    }
-
-    fn keep_ids(&self, own: &[i64]) -> io::Result<()> {
-        let mut bytes = vec![Vec::new(); FILES];
-        for id in own {
-            let of_file = bytes.get_mut(id.rem_euclid(FILES as i64) as usize);
-            of_file.into_iter().for_each(|bytes| bytes.extend_from_slice(&id.to_le_bytes()));
+    /// It cannot be kept, or has an element that is not to stand there.
+    pub fn add(&mut self, tile: Cell, divided: &Divided) -> Result<(), Disagreement> {
+        if let Some(shared) = divided.shared.iter().find(|shared| !shared.tiles.contains(&tile)) {
+            return Err(Disagreement::Element(shared.element));
         }
-        let append = |(path, bytes): (&PathBuf, &Vec<u8>)| {
-            OpenOptions::new().create(true).append(true).open(path)?.write_all(bytes)
-        };
-        self.ids.iter().zip(&bytes).try_for_each(append)
+        self.shared.append(divided.shared.iter().map(sighting))?;
+        self.ids.append(divided.own.iter().map(|id| [id.cast_unsigned()]))?;
+        Ok(())
     }
 
     /// After the last tile: the ids that two elements have, which are far from each other.
     ///
     /// # Errors
     ///
-    /// A tile that was never built was to have an element.
+    /// Tiles have built an element otherwise, or not all of them have it that should.
     pub fn finish(self) -> Result<Vec<i64>, Disagreement> {
-        if let Some(element) = self.open.into_values().flat_map(FxHashMap::into_keys).min() {
+        if let Some(element) = self.shared.of_each_file(first_disagreement)?.into_iter().flatten().min() {
             return Err(Disagreement::Element(element));
         }
-        let mut twice = Vec::new();
-        for path in self.ids.iter().filter(|path| path.exists()) {
-            let bytes = fs::read(path)?;
-            let ids = bytes.chunks_exact(8).filter_map(|bytes| bytes.try_into().ok().map(i64::from_le_bytes));
-            // Sorted, because a set takes three times the memory.
-            let mut ids: Vec<i64> = ids.collect();
-            ids.sort_unstable();
-            twice.extend(ids.iter().zip(ids.iter().skip(1)).filter_map(|(id, next)| (id == next).then_some(*id)));
-            fs::remove_file(path)?;
+        let twice = |ids: Vec<[u64; 1]>| -> Vec<i64> {
+            let pairs = ids.iter().zip(ids.iter().skip(1)).filter(|(id, next)| id == next);
+            pairs.map(|([id], _)| id.cast_signed()).collect()
+        };
+        Ok(self.ids.of_each_file(twice)?.concat())
+    }
+}
+
+/// An element as one of the tiles has it in which it stands: its id, kind and text, the number of these tiles, and which they are.
+fn sighting(Shared { element: (kind, id), text, tiles }: &Shared) -> [u64; 5] {
+    let mut which = FxHasher::default();
+    tiles.hash(&mut which);
+    [id.cast_unsigned(), *kind as u64, *text, tiles.len() as u64, which.finish()]
+}
+
+/// The first element, by ids, of which some sightings differ, or of which there are not as many as tiles in which it stands.
+fn first_disagreement(sorted: Vec<[u64; 5]>) -> Option<Element> {
+    let agree = |of_element: &[[u64; 5]]| match of_element {
+        [first @ [.., tiles, _], others @ ..] => {
+            *tiles == of_element.len() as u64 && others.iter().all(|other| other == first)
         }
-        Ok(twice)
+        [] => true,
+    };
+    let [id, kind, ..] =
+        *sorted.chunk_by(|[a, of_a, ..], [b, of_b, ..]| (a, of_a) == (b, of_b)).find(|one| !agree(one))?.first()?;
+    Some((*KINDS.get(usize::try_from(kind).ok()?)?, id.cast_signed()))
+}
+
+/// Rows of numbers in files, by the first number of each row.
+#[derive(Debug)]
+struct Spread<const N: usize>(Vec<PathBuf>);
+
+impl<const N: usize> Spread<N> {
+    fn new(folder: &Path, name: &str) -> Self {
+        let files: Vec<PathBuf> = (0..FILES).map(|file| folder.join(format!("{name}_{file}"))).collect();
+        files.iter().for_each(|path| drop(fs::remove_file(path)));
+        Self(files)
+    }
+
+    fn append(&self, rows: impl Iterator<Item = [u64; N]>) -> io::Result<()> {
+        let mut bytes = vec![Vec::new(); FILES];
+        for row in rows {
+            let of_file = row.first().and_then(|first| bytes.get_mut(*first as usize % FILES));
+            of_file.into_iter().for_each(|bytes| bytes.extend(row.iter().flat_map(|number| number.to_le_bytes())));
+        }
+        let append = |(path, bytes): (&PathBuf, &Vec<u8>)| {
+            OpenOptions::new().create(true).append(true).open(path)?.write_all(bytes)
+        };
+        self.0.iter().zip(&bytes).filter(|(_, bytes)| !bytes.is_empty()).try_for_each(append)
+    }
+
+    /// What comes of the sorted rows of each file; the files are removed.
+    fn of_each_file<T: Send>(self, result: impl Fn(Vec<[u64; N]>) -> T + Sync) -> io::Result<Vec<T>> {
+        let files: Vec<PathBuf> = self.0.into_iter().filter(|path| path.exists()).collect();
+        let of_file = |path: PathBuf| -> io::Result<T> {
+            let bytes = fs::read(&path)?;
+            fs::remove_file(path)?;
+            let (numbers, _) = bytes.as_chunks::<8>();
+            let mut rows: Vec<[u64; N]> = numbers
+                .chunks_exact(N)
+                .filter_map(|row| <&[[u8; 8]; N]>::try_from(row).ok())
+                .map(|row| row.map(u64::from_le_bytes))
+                .collect();
+            // Sorted, because a set takes three times the memory.
+            rows.sort_unstable();
+            Ok(result(rows))
+        };
+        files.into_par_iter().map(of_file).collect()
     }
 }
 
@@ -138,7 +158,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let mut agreement = Agreement::new(dir.path());
         let empty = || Divided::empty(Grid::new(100).unwrap());
-        let mut add = |(at, tile): (Cell, Option<Divided>)| agreement.add(at, &mut tile.unwrap_or_else(empty));
+        let mut add = |(at, tile): (Cell, Option<Divided>)| agreement.add(at, &tile.unwrap_or_else(empty));
         let added = TILES.into_iter().zip(tiles).try_for_each(&mut add);
         added.and_then(|()| agreement.finish()).map_err(|error| error.to_string())
     }

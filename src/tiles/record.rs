@@ -42,7 +42,8 @@ struct Stored {
     findings: Option<[usize; 3]>,
 }
 
-const KINDS: [ElementKind; 3] = [ElementKind::Node, ElementKind::Way, ElementKind::Relation];
+/// All kinds, by their numbers.
+pub(super) const KINDS: [ElementKind; 3] = [ElementKind::Node, ElementKind::Way, ElementKind::Relation];
 
 impl Record {
     /// Of a tile in which nothing is to be built.

@@ -70,7 +70,8 @@ fn winding(from: f64, to: f64, north: f64) -> impl Strategy<Value = Drawn> {
 
 /// How far north a line that leads east is at a place, metres.
 fn north_at(line: &Polyline, east: f64) -> f64 {
-    let [from, to] = line.points().array_windows().find(|[from, to]| (from.x..=to.x).contains(&east)).unwrap();
+    let mut segments = line.points().iter().zip(line.points().iter().skip(1));
+    let (from, to) = segments.find(|(from, to)| (from.x..=to.x).contains(&east)).unwrap();
     from.y + (to.y - from.y) * (east - from.x) / (to.x - from.x)
 }
 
