@@ -78,7 +78,12 @@ fn run_tiles(args: &BuildArgs, size: u32, options: &LayoutOptions, progress: Pro
     memory::keep(memory::SPARING);
     let sizes = TileSizes { tile: size, cell: args.cells.unwrap_or(CELL), margin: args.margin };
     let tiles = TileOptions { sizes, resume: args.resume };
-    let tiled = build_tiles(&args.input, &args.output, tiles, options, &|doing| progress.next(doing))?;
+    let tell = |doing: &str| {
+        // A tile is done. What it took must not add to what the next one takes.
+        memory::give_back();
+        progress.next(doing);
+    };
+    let tiled = build_tiles(&args.input, &args.output, tiles, options, &tell)?;
     drop(progress);
     let map = args.output.join(MAP);
     let counts = input::counts(&[(tiled.tiles, "tile", "tiles")]);
