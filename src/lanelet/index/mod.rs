@@ -11,6 +11,7 @@ mod priority;
 mod queries;
 mod right_of_way;
 mod road_leg;
+mod roundabout;
 pub mod routing_graph;
 mod stop_line;
 mod thresholds;
@@ -89,6 +90,7 @@ impl<'m> MapIndex<'m> {
             faults,
             settings,
             thresholds,
+            on_roundabout: lanes.iter().map(|_| Default::default()).collect(),
             lanes,
             conflicts,
             intersections,

@@ -7,6 +7,7 @@ use rstar::primitives::{GeomWithData, Rectangle};
 use rustc_hash::FxHashMap;
 
 use super::lane::{Edge, Lane};
+use super::roundabout::OnRoundabout;
 use super::thresholds::Thresholds;
 use super::view::View;
 use crate::geometry::{Point, Vector, simple_ring};
@@ -53,6 +54,7 @@ pub struct MapIndex<'m> {
     pub traffic: Vec<Traffic>,
     pub(super) named: Vec<Vec<usize>>,
     pub(super) stop_lines: StopLines,
+    pub(super) on_roundabout: OnRoundabout,
     pub(super) tree: LaneTree,
     pub(super) by_id: FxHashMap<LaneletId, usize>,
     pub(super) starting: FxHashMap<[PointId; 2], Vec<usize>>,
