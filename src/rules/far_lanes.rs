@@ -43,7 +43,8 @@ fn cuts(map: &MapIndex, lanes: &[usize], lane: usize) -> Vec<Across> {
     let Some([first, last]) = meeting else { return Vec::new() };
     let across = |station: f64| Across { place: center.at(station), along: left_of(center.direction(station)) };
     let mut lines = Vec::new();
-    if starts_alone && first > FAR && !starts_at_stop_line(map, lane) {
+    // Its stop line is where the intersection begins, however wide it is.
+    if starts_alone && first > FAR && !map.starts_at_stop_line(lane) {
         lines.push(stop_line_before(map, lane, first).unwrap_or_else(|| across(first - CLEAR)));
     }
     if ends_alone && center.length() - last > FAR {
@@ -68,12 +69,6 @@ fn met(map: &MapIndex, lanes: &[usize], lane: usize) -> Option<[f64; 2]> {
     let stations = corners.map(|corner| center.project(corner).station);
     let reach = stations.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], s| [low.min(s), high.max(s)]);
     (reach[0] <= reach[1]).then_some(reach)
-}
-
-/// Whether a lane starts at the stop line that it obeys: that is where the intersection begins, however wide it is.
-fn starts_at_stop_line(map: &MapIndex, lane: usize) -> bool {
-    let reach = map.thresholds.stop_line_reach;
-    map.stop_line_of(lane).is_some_and(|line| line.misfit(&map.lanes[lane], reach).distance <= reach)
 }
 
 /// The last stop line across a lane before others meet it.

@@ -29,6 +29,11 @@ impl MapIndex<'_> {
     /// crosses the ways of all.
     pub(super) fn is_ruled_by_roundabout(&self, x: usize, y: usize) -> bool {
         let [a, b] = [x, y].map(|lane| self.ends_on_roundabout(lane));
+        // Who circulates stops for nobody: where there is a stop line, other rules hold.
+        let stops = |lane: usize, ends: [bool; 2]| ends == [true; 2] && self.starts_at_stop_line(lane);
+        if stops(x, a) || stops(y, b) {
+            return false;
+        }
         let passes = |ends: [bool; 2]| ends[0] == ends[1];
         let is_apart = |ends: [bool; 2]| ends == [false; 2];
         let is_crossing = (is_apart(a) && passes(b)) || (is_apart(b) && passes(a));

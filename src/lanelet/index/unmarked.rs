@@ -20,6 +20,8 @@ const ASIDE: f64 = 1.0;
 const BESIDE: f64 = 0.5;
 /// A lane longer than this (m) is a road that was not cut where others cross it, and no movement.
 const LONGEST: f64 = 100.0;
+/// A lane that starts at the stop line of its light may be this long (m): as wide are the largest intersections.
+const LONGEST_RULED: f64 = 150.0;
 /// Two roads between which nobody turns meet if both are cut at the crossing, into lanes no longer than this (m).
 const LONGEST_CROSSING: f64 = 40.0;
 
@@ -163,7 +165,10 @@ impl MapIndex<'_> {
 
     /// Whether a lane can belong to an intersection that has no area: it is short enough for a movement.
     fn is_free(&self, lane: usize) -> bool {
-        self.lanes[lane].length() <= LONGEST && self.may_be_cut(lane)
+        let length = self.lanes[lane].length();
+        let has_light = || self.elements(self.lanes[lane].id, "traffic_light").next().is_some();
+        let is_ruled = || length <= LONGEST_RULED && has_light() && self.starts_at_stop_line(lane);
+        (length <= LONGEST || is_ruled()) && self.may_be_cut(lane)
     }
 
     /// Whether a lane, whatever its length, is one for vehicles outside of any area.
