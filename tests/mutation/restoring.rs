@@ -109,11 +109,12 @@ fn marked_and_found(drawing: &Drawing) -> [usize; 2] {
     [marked, found.iter().filter(|one| one.code == "vm-03-01/unmarked").count()]
 }
 
-/// A closed way of these tags over corners (degrees, metres from the middle), and a street of these from each corner that is named.
-fn ring(corners: &[[f64; 2]], tags: &str, streets: &[(usize, &str)]) -> Drawing {
+/// A closed way of these tags over corners (degrees, metres from the middle), and a street of these from each corner that is named, the
+/// far end of which lies so many degrees farther around and so many metres from the middle.
+fn ring(corners: &[[f64; 2]], tags: &str, streets: &[(usize, &str)], [skew, far]: [f64; 2]) -> Drawing {
     let mut drawing = Drawing::default();
     for (at, [degrees, metres]) in corners.iter().enumerate() {
-        for (id, metres) in [(at + 1, *metres), (at + 51, 120.0)] {
+        for (id, degrees, metres) in [(at + 1, *degrees, *metres), (at + 51, degrees + skew, far)] {
             let (sine, cosine) = degrees.to_radians().sin_cos();
             let place = [49.0 + metres * sine / 111_195.0, 8.4 + metres * cosine / 73_000.0];
             drawing.node(id, place, "");
@@ -134,28 +135,17 @@ fn ring(corners: &[[f64; 2]], tags: &str, streets: &[(usize, &str)]) -> Drawing 
 fn the_crossings_around_a_small_block_are_told() {
     let street = "highway=residential";
     let corners = [90.0, 210.0, 330.0].map(|degrees| [degrees, 17.0]);
-    assert_eq!(marked_and_found(&ring(&corners, street, &[0, 1, 2].map(|at| (at, street)))), [3, 3]);
+    assert_eq!(marked_and_found(&ring(&corners, street, &[0, 1, 2].map(|at| (at, street)), [0.0, 120.0])), [3, 3]);
 }
 
-const CIRCLE: [[f64; 2]; 8] = [
-    [0.0, 15.0],
-    [45.0, 15.0],
-    [90.0, 15.0],
-    [135.0, 15.0],
-    [180.0, 15.0],
-    [225.0, 15.0],
-    [270.0, 15.0],
-    [315.0, 15.0],
-];
-
-/// At a roundabout the rules of the roundabout say who goes first, but who joins it where others leave it crosses their way.
+/// At a roundabout its rules say who goes first. But where a street leads to it askew, who joins it crosses the way of who leaves.
 #[test]
-fn at_a_roundabout_only_the_places_are_told_where_streets_for_both_directions_end() {
+fn at_a_roundabout_only_the_places_are_told_where_cars_that_join_and_leave_cross() {
     let around = "highway=residential junction=roundabout";
-    let both = [0, 2, 4, 6].map(|at| (at, "highway=residential"));
-    assert_eq!(marked_and_found(&ring(&CIRCLE, around, &both)), [4, 4]);
-    let [into, out] = ["highway=residential oneway=yes", "highway=residential oneway=-1"];
-    assert_eq!(marked_and_found(&ring(&CIRCLE, around, &[(0, into), (2, out), (4, into), (6, out)])), [0, 0]);
+    let corners = [0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0].map(|degrees| [degrees, 12.0]);
+    let streets = [0, 2, 4, 6].map(|at| (at, "highway=residential"));
+    assert_eq!(marked_and_found(&ring(&corners, around, &streets, [-80.0, 60.0])), [4, 4]);
+    assert_eq!(marked_and_found(&ring(&corners, around, &streets, [0.0, 60.0])), [0, 0]);
 }
 
 /// One-way aisles around a block of stands are as short as a roundabout, but turn at their corners alone.
@@ -163,7 +153,7 @@ fn at_a_roundabout_only_the_places_are_told_where_streets_for_both_directions_en
 fn aisles_around_a_block_are_no_roundabout() {
     let aisle = "highway=service service=parking_aisle oneway=yes";
     let corners = [[32.0, 30.0], [90.0, 16.0], [148.0, 30.0], [212.0, 30.0], [270.0, 16.0], [328.0, 30.0]];
-    let [marked, found] = marked_and_found(&ring(&corners, aisle, &[(1, aisle), (4, aisle)]));
+    let [marked, found] = marked_and_found(&ring(&corners, aisle, &[(1, aisle), (4, aisle)], [0.0, 120.0]));
     assert!(marked > 0 && marked == found, "{marked} marked, {found} found");
 }
 

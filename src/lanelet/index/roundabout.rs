@@ -24,21 +24,15 @@ const MOST_TURN: f64 = 60.0;
 pub(super) type OnRoundabout = Vec<OnceLock<bool>>;
 
 impl MapIndex<'_> {
-    /// Whether the rules of a roundabout say who goes first where two lanes meet, so that this is no intersection: one of them joins or
-    /// leaves those that circulate. Who joins where another leaves crosses the other's way, and who drives straight over the ring
-    /// crosses the ways of all.
+    /// Whether the rules of a roundabout say who goes first where two lanes meet, so that this is no intersection: both are part of it,
+    /// join it or leave it. But who joins where another leaves crosses the other's way.
     pub(super) fn is_ruled_by_roundabout(&self, x: usize, y: usize) -> bool {
         let [a, b] = [x, y].map(|lane| self.ends_on_roundabout(lane));
         // Who circulates stops for nobody: where there is a stop line, other rules hold.
         let stops = |lane: usize, ends: [bool; 2]| ends == [true; 2] && self.starts_at_stop_line(lane);
-        if stops(x, a) || stops(y, b) {
-            return false;
-        }
-        let passes = |ends: [bool; 2]| ends[0] == ends[1];
-        let is_apart = |ends: [bool; 2]| ends == [false; 2];
-        let is_crossing = (is_apart(a) && passes(b)) || (is_apart(b) && passes(a));
-        let one_joins_where_other_leaves = !passes(a) && b == [a[1], a[0]];
-        !is_crossing && !one_joins_where_other_leaves
+        let one_joins_where_other_leaves = a[0] != a[1] && b == [a[1], a[0]];
+        let are_part = a.contains(&true) && b.contains(&true);
+        are_part && !one_joins_where_other_leaves && !stops(x, a) && !stops(y, b)
     }
 
     /// Whether a lane is part of a roundabout, leaves it or joins it.
