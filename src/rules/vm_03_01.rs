@@ -10,27 +10,20 @@ use crate::lanelet::{Lanelet, LineStringId, PointId, PolygonId};
 use crate::parallel::Finely;
 
 use super::redrawn_area::RedrawnAreas;
-use super::{NoParams, Rule, far_lanes};
+use super::{NoParams, far_lanes};
 
-/// See `rules/vm-03-01.md`.
-pub struct Criteria;
-
-impl Rule for Criteria {
-    type Params = NoParams;
-
-    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        let covers = covers(map);
-        let unmarked = UnmarkedIntersections::of(map);
-        let areas = Areas::of(map);
-        let lanelets = map.map.lanelets.iter();
-        let mut findings: Vec<Finding> =
-            lanelets.filter_map(|lanelet| judge_lanelet(map, lanelet, &covers, &unmarked, &areas)).collect();
-        findings.extend(unmarked.findings());
-        for intersection in &map.intersections {
-            findings.extend(judge_area(map, intersection));
-        }
-        findings
+pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+    let covers = covers(map);
+    let unmarked = UnmarkedIntersections::of(map);
+    let areas = Areas::of(map);
+    let lanelets = map.map.lanelets.iter();
+    let mut findings: Vec<Finding> =
+        lanelets.filter_map(|lanelet| judge_lanelet(map, lanelet, &covers, &unmarked, &areas)).collect();
+    findings.extend(unmarked.findings());
+    for intersection in &map.intersections {
+        findings.extend(judge_area(map, intersection));
     }
+    findings
 }
 
 /// An area and the share of a lane that it covers.

@@ -7,12 +7,8 @@ use crate::geometry::{Point, Vector, cross, polygon};
 use crate::lanelet::RoadType;
 use crate::lanelet::index::{Arm, ArmEdge, Intersection, MapIndex, StopLine};
 
-use super::{Rule, moved_ends};
+use super::ends_at_stop_line;
 
-/// See `rules/vm-03-09.md`.
-pub struct Extent;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -23,31 +19,27 @@ pub struct Params {
     crosswalk_reach: f64,
 }
 
-impl Rule for Extent {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let mut findings = Vec::new();
-        for intersection in map.intersections.iter().filter(|one| one.area.is_some()) {
-            for arm in &intersection.arms {
-                let inward = arm.edges.iter().filter(|edge| edge.inward);
-                for lane in inward.clone().flat_map(|edge| edge.lanes.iter().copied()) {
-                    findings.extend(judge_start(map, params, lane));
-                }
-                // A line on which its own lanes do not start tells nothing about the exits.
-                let aligned = |edge: &ArmEdge| {
-                    let lane = *edge.lanes.first()?;
-                    let misfit = |line: &StopLine| line.misfit(&map.lanes[lane], params.extra);
-                    map.stop_line_of(lane).filter(|line| misfit(line).distance <= params.offset[0])
-                };
-                let lines: Vec<StopLine> = inward.clone().filter_map(aligned).collect();
-                let outward = arm.edges.iter().filter(|edge| !edge.inward);
-                findings.extend(outward.filter_map(|edge| judge_end(map, params, arm, edge, &lines)));
-                findings.extend(inward.flat_map(|edge| crosswalks_outside(map, params, intersection, edge)));
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for intersection in map.intersections.iter().filter(|one| one.area.is_some()) {
+        for arm in &intersection.arms {
+            let inward = arm.edges.iter().filter(|edge| edge.inward);
+            for lane in inward.clone().flat_map(|edge| edge.lanes.iter().copied()) {
+                findings.extend(judge_start(map, params, lane));
             }
+            // A line on which its own lanes do not start tells nothing about the exits.
+            let aligned = |edge: &ArmEdge| {
+                let lane = *edge.lanes.first()?;
+                let misfit = |line: &StopLine| line.misfit(&map.lanes[lane], params.extra);
+                map.stop_line_of(lane).filter(|line| misfit(line).distance <= params.offset[0])
+            };
+            let lines: Vec<StopLine> = inward.clone().filter_map(aligned).collect();
+            let outward = arm.edges.iter().filter(|edge| !edge.inward);
+            findings.extend(outward.filter_map(|edge| judge_end(map, params, arm, edge, &lines)));
+            findings.extend(inward.flat_map(|edge| crosswalks_outside(map, params, intersection, edge)));
         }
-        findings
     }
+    findings
 }
 
 /// The start must lie on the stop line.
@@ -88,7 +80,7 @@ fn judge_start(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
         true => finding.measured(misfit.distance, params.offset[0], "m"),
         false => finding.measured(misfit.angle, params.angle[0], "deg"),
     };
-    Some(match moved_ends::onto(map, at, &line) {
+    Some(match ends_at_stop_line::onto(map, at, &line) {
         Some(edits) => finding.fixed_by("move the ends of the lanes onto the stop line", false, edits),
         None => finding,
     })

@@ -5,41 +5,31 @@ use serde::Deserialize;
 use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::lanelet::index::{Conflict, MapIndex};
 
-use super::Rule;
-
-/// See `rules/vm-03-12.md`.
-pub struct Attention;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
     attention: bool,
 }
 
-impl Rule for Attention {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let mut findings = Vec::new();
-        for lane in (0..map.lanes.len()).filter(|&lane| map.movement(lane).is_some() && map.lanes[lane].vehicle) {
-            if params.attention {
-                findings.push(attention(map, lane));
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for lane in (0..map.lanes.len()).filter(|&lane| map.movement(lane).is_some() && map.lanes[lane].vehicle) {
+        if params.attention {
+            findings.push(attention(map, lane));
+        }
+        findings.extend(no_conflict(map, lane));
+        let (ignored, watched) = (map.ignored(lane), map.attention(lane));
+        for conflict in map.conflicts[lane].iter().filter(|conflict| map.lanes[conflict.other].vehicle) {
+            if ignored.binary_search(&conflict.other).is_err() {
+                findings.extend(sliver(map, lane, conflict));
             }
-            findings.extend(no_conflict(map, lane));
-            let (ignored, watched) = (map.ignored(lane), map.attention(lane));
-            for conflict in map.conflicts[lane].iter().filter(|conflict| map.lanes[conflict.other].vehicle) {
-                if ignored.binary_search(&conflict.other).is_err() {
-                    findings.extend(sliver(map, lane, conflict));
-                }
-                // A straight lane with a light watches nobody.
-                if watched.contains(&conflict.other) {
-                    findings.extend(grade_separated(map, lane, conflict));
-                }
+            // A straight lane with a light watches nobody.
+            if watched.contains(&conflict.other) {
+                findings.extend(grade_separated(map, lane, conflict));
             }
         }
-        findings
     }
+    findings
 }
 
 fn attention(map: &MapIndex, lane: usize) -> Finding {
