@@ -54,6 +54,15 @@ pub struct Kind {
     pub mutate: fn(&Base, &mut Draft, &mut Dice) -> Option<Vec<i64>>,
 }
 
+/// A way to break a map, by its name, the codes of which one must be said, and what it does.
+pub const fn kind(
+    name: &'static str,
+    raises: &'static [&'static str],
+    mutate: fn(&Base, &mut Draft, &mut Dice) -> Option<Vec<i64>>,
+) -> Kind {
+    Kind { name, raises, mutate }
+}
+
 /// A clean map and what is known of it.
 pub struct Base {
     name: String,
