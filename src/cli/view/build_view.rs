@@ -25,10 +25,10 @@ use crate::rules::Config;
 use super::args::ViewArgs;
 use super::downloads;
 use super::edits::Question;
-use super::map_view::requirements;
 use super::server::{Answer, Handler};
 use super::subscriptions::Subscriptions;
 use crate::api::layout::{build_failure, osm_data};
+use crate::api::requirements;
 
 use clap::ValueEnum;
 use rustc_hash::{FxHashMap, FxHashSet};
