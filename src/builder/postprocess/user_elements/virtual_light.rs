@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::builder::control::LIGHT_HEIGHT;
+use crate::builder::control::vehicle_signals::LIGHT_HEIGHT;
 use crate::builder::ids::Key;
 use crate::builder::postprocess::cross_line::{LaneletEnds, cross_line};
 use crate::builder::postprocess::map_editor::MapEditor;
