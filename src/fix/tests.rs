@@ -1,6 +1,6 @@
 //! Small files, edited; and a judge that knows one fault.
 
-use super::counts::ErrorCounts;
+use super::error_counts::ErrorCounts;
 use super::text_edits::TextEdits;
 use super::{Judge, mend};
 use crate::diagnostic::{Diagnostic, Edit, Finding, Fix, Severity, Subject};

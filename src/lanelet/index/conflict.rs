@@ -65,18 +65,18 @@ fn related(x: &Lane, y: &Lane) -> bool {
         || x.start.ids == y.start.ids
 }
 
-/// How far a line or a lanelet reaches.
+/// The extent of a line or a lanelet.
 #[derive(Clone, Copy, Debug)]
 pub struct Reach {
-    /// Its box.
+    /// Its bounding box: the lowest and the highest corner.
     pub extent: [Point; 2],
     /// Its lowest and its highest point, metres.
     pub heights: [f64; 2],
-    /// The way from its first point to its last, metres; nothing sensible for a lanelet.
+    /// The distance from its first point to its last, metres; of a lanelet it has no meaning.
     pub length: f64,
 }
 
-/// How far each line of a map reaches, by its place in the map; `None` for one that has no place.
+/// The extent of each line of a map, by its position in the map; `None` for a line without points.
 pub fn reaches(map: &LaneletMap) -> Vec<Option<Reach>> {
     /// Lines per thread at a time: neighbours in the list also have neighbouring points.
     const CHUNK: usize = 256;
@@ -178,13 +178,13 @@ impl MapIndex<'_> {
         height(self.map, &self.lanes[lane], place)
     }
 
-    /// Whether an end of a lane lies on the level of an intersection; so it is where its height is not known.
+    /// Whether an end of a lane lies on the level of an intersection; `true` if its height is unknown.
     pub fn is_on_level_of(&self, edge: &Edge, intersection: &Intersection) -> bool {
         let height = self.edge_height(edge);
         height.is_none_or(|height| (height - intersection.height).abs() <= self.thresholds.grade_separation)
     }
 
-    /// Whether two ends of lanes lie on one level, so that one can continue the other; so it is where a height is not known.
+    /// Whether two ends of lanes lie on one level, so that one can continue the other; `true` if a height is unknown.
     pub fn are_ends_level(&self, one: &Edge, other: &Edge) -> bool {
         let heights = self.edge_height(one).zip(self.edge_height(other));
         heights.is_none_or(|(a, b)| (a - b).abs() <= self.thresholds.grade_separation)
@@ -195,7 +195,7 @@ impl MapIndex<'_> {
         self.map.points.get(edge.ids[0])?.ele()
     }
 
-    /// Whether a lane and a line do not pass over each other at a place; so it is where a height is not known.
+    /// Whether a lane and a line lie on one level at a place; `true` if a height is unknown.
     pub fn is_level_with(&self, lane: usize, line: LineStringId, place: Point) -> bool {
         let line = height_of(self.map, Bound { line, inverted: false }, place);
         self.height(lane, place).zip(line).is_none_or(|(a, b)| (a - b).abs() <= self.thresholds.grade_separation)

@@ -112,7 +112,7 @@ impl<'m> MapIndex<'m> {
     }
 }
 
-/// Marks the lanes that are driven both ways: another lanelet has the same bounds exchanged.
+/// Marks the lanes that are driven both ways: another lanelet has the same bounds in exchanged roles.
 fn mark_both_ways(lanes: &mut [Lane]) {
     let bounds: FxHashSet<[LineStringId; 2]> = lanes.iter().map(|lane| lane.bounds).collect();
     for lane in lanes {

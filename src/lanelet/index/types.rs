@@ -23,10 +23,10 @@ pub(crate) type LaneTree = RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>;
 /// Stop lines by place.
 pub(super) type StopLineTree = RTree<GeomWithData<Rectangle<[f64; 2]>, LineStringId>>;
 
-/// Made when the first rule asks.
+/// Built on the first request.
 pub(super) type StopLines = OnceLock<StopLineTree>;
 
-/// The elements of which a lanelet is a member. Made when the first rule asks: only fixes do.
+/// The elements of which a lanelet is a member. Built on the first request, because only fixes need it.
 pub(super) type Naming = OnceLock<FxHashMap<LaneletId, Vec<RegulatoryElementId>>>;
 
 /// A map with everything that rules look up. Lanelets that did not load correctly are not in `lanes`: the geometric rules skip

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::counts::ErrorCounts;
-use super::places::{ByPlace, keys};
+use super::error_counts::ErrorCounts;
+use super::fixes_by_place::{ByPlace, keys};
 use super::proposal::{Attempt, Proposal};
 use super::revealed::{Marked, is_loose_end, marked_by};
 use super::text_edits::Key;

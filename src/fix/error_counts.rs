@@ -2,7 +2,7 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::places::keys;
+use super::fixes_by_place::keys;
 use super::text_edits::{Key, key_of};
 use crate::diagnostic::{Diagnostic, Severity};
 
