@@ -5,14 +5,13 @@ use std::convert::Infallible;
 use lanewright::diagnostic::Severity;
 use lanewright::fix::{Mended, mend};
 use lanewright::lanelet::index::{MapIndex, Thresholds};
-use lanewright::lanelet::{Lanelet, LaneletId, LaneletMap, LineStringId, Loaded, PointId, from_osm};
+use lanewright::lanelet::{Lanelet, LaneletId, LaneletMap, LineStringId, PointId};
 use lanewright::osm::OsmData;
-use lanewright::projection::{MgrsGrid, Projector};
 use lanewright::rules::Config;
 use lanewright::settings::Settings;
 
 use crate::common::drawing::{Drawing, osm};
-use crate::common::judging::judge_as;
+use crate::common::judging::{judge_as, loaded};
 use crate::common::root;
 
 /// Lanelet 240 runs west, over 80 m, along two oncoming ones that meet in nodes 31 and 41, at half its length.
@@ -22,11 +21,6 @@ fn drawn(more: &str, in_240: &str) -> OsmData {
     let opened = "<relation id=\"240\">";
     assert!(text.contains(opened));
     osm(text.replace(opened, &format!("{opened}{in_240}")).replace("</osm>", &format!("{more}</osm>")))
-}
-
-fn loaded(data: &OsmData) -> Loaded {
-    let first = data.nodes.iter().find_map(|node| node.position).and_then(MgrsGrid::of);
-    from_osm(data, &first.map_or(Projector::Local, Projector::mgrs))
 }
 
 /// Mended as far as the rules about lanes go; nothing is left, and nothing was refused.

@@ -3,15 +3,14 @@
 use std::convert::Infallible;
 
 use lanewright::fix::{Mended, mend};
+use lanewright::lanelet::LaneletMap;
 use lanewright::lanelet::index::{MapIndex, Thresholds};
-use lanewright::lanelet::{LaneletMap, Loaded, from_osm};
 use lanewright::osm::OsmData;
-use lanewright::projection::{MgrsGrid, Projector};
 use lanewright::rules::Config;
 use lanewright::settings::Settings;
 
 use crate::common::drawing::osm;
-use crate::common::judging::judge_as;
+use crate::common::judging::{judge_as, loaded};
 
 /// Two lanelets of 22 m in a row, with these values of `one_way`, the first with a crosswalk and a traffic light.
 fn drawn(one_way: [&str; 2]) -> OsmData {
@@ -50,11 +49,6 @@ fn drawn(one_way: [&str; 2]) -> OsmData {
         )
     });
     osm(format!("<osm version='0.6'>{nodes}{}{light}{}{}</osm>", ways.concat(), elements.concat(), lanelets.concat()))
-}
-
-fn loaded(data: &OsmData) -> Loaded {
-    let first = data.nodes.iter().find_map(|node| node.position).and_then(MgrsGrid::of);
-    from_osm(data, &first.map_or(Projector::Local, Projector::mgrs))
 }
 
 /// Mended as far as the rule on the direction goes.

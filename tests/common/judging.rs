@@ -26,6 +26,12 @@ pub fn load(path: &Path) -> (OsmData, Loaded) {
     (data, loaded)
 }
 
+/// The map Autoware would make of some data, in the MGRS square of its first node.
+pub fn loaded(data: &OsmData) -> Loaded {
+    let first = data.nodes.iter().find_map(|node| node.position).and_then(MgrsGrid::of);
+    from_osm(data, &first.map_or(Projector::Local, Projector::mgrs))
+}
+
 /// Name and text of the projector's file of a map of the tests: `good.map_projector_info.yaml` beside `good.osm`.
 pub fn info_of(map: &Path) -> Option<(String, String)> {
     let start = format!("{}.", map.file_stem()?.to_string_lossy());
