@@ -3,7 +3,10 @@
 mod claims;
 mod created;
 mod division;
+mod edit_claims;
 mod ids;
+mod keys;
+mod new_ids;
 mod references;
 mod renumbered;
 mod written;
@@ -19,12 +22,9 @@ use crate::osm::{ElementKind, OsmData, Tags};
 use claims::{Claim, Claims};
 pub use ids::IdRange;
 use ids::Ids;
+pub use keys::{Key, key_of};
 pub use references::NAMING;
-use references::References;
-use renumbered::repeated;
-
-/// An element of a file: its kind and its id.
-pub type Key = (ElementKind, i64);
+use references::{References, repeated};
 
 /// Edits on the files that `osm` was read from.
 pub struct TextEdits<'a> {
@@ -46,9 +46,6 @@ pub struct TextEdits<'a> {
     /// Up to where new ids go, where some were kept for the current fix.
     limit: Option<Ids>,
 }
-
-/// The type of an intersection's area, and the tag in which a lanelet names it.
-const AREA: &str = "intersection_area";
 
 impl<'a> TextEdits<'a> {
     /// Without edits.
@@ -114,6 +111,28 @@ impl<'a> TextEdits<'a> {
         }
         self.element(way)?.set_vertices(points);
         Some(())
+    }
+
+    /// Whether a way is part of the outline of a multipolygon, which has to stay closed: no rule knows of it.
+    fn borders_area(&self, way: Key) -> bool {
+        let is_area = |(kind, id): Key| {
+            let relation = (kind == ElementKind::Relation).then(|| self.osm.relation(id)).flatten();
+            relation.is_some_and(|relation| relation.tags.is("type", "multipolygon"))
+        };
+        way.0 == ElementKind::Way && self.referrers_of(way).any(is_area)
+    }
+
+    /// The elements that are made of one: of a node the ways over it and the lanelets between these.
+    pub fn made_of(&self, key: Key) -> Vec<Key> {
+        let mut users: Vec<Key> = self.referrers_of(key).collect();
+        if key.0 == ElementKind::Node {
+            users.extend(self.referrers_of(key).flat_map(|way| self.referrers_of(way)));
+        }
+        users
+    }
+
+    fn referrers_of(&self, key: Key) -> impl Iterator<Item = Key> + '_ {
+        self.references.referrers(key).iter().copied()
     }
 
     /// Makes one edit; `None` where it cannot be made.
@@ -263,18 +282,6 @@ impl<'a> TextEdits<'a> {
             ElementKind::Node => self.osm.node(id).map(|node| &node.span),
             ElementKind::Way => self.osm.way(id).map(|way| &way.span),
             ElementKind::Relation => self.osm.relation(id).map(|relation| &relation.span),
-        }
-    }
-}
-
-/// The element of the file that a subject is.
-pub fn key_of(subject: Subject) -> Option<Key> {
-    match subject {
-        Subject::Map => None,
-        Subject::Point(id) | Subject::Node(id) => Some((ElementKind::Node, id)),
-        Subject::LineString(id) | Subject::Polygon(id) | Subject::Way(id) => Some((ElementKind::Way, id)),
-        Subject::Lanelet(id) | Subject::RegulatoryElement(id) | Subject::Relation(id) => {
-            Some((ElementKind::Relation, id))
         }
     }
 }

@@ -3,6 +3,7 @@
 mod area_element;
 mod barrier;
 mod centerline_ends;
+mod check;
 mod config;
 mod divided_lanelets;
 mod ends_at_stop_line;
@@ -106,15 +107,12 @@ use std::sync::LazyLock;
 pub use config::{Config, ConfigError, vet};
 pub use engine::run;
 
-use serde::de::DeserializeOwned;
+use check::{NoParams, Predicate, judge};
 
 use crate::cancel;
 use crate::diagnostic::{Diagnostic, Finding, Severity};
 use crate::lanelet::index::MapIndex;
 use crate::requirement::{DocumentError, Requirement};
-
-/// How a program judges a requirement.
-type Predicate = fn(&MapIndex, toml::Table) -> Result<Vec<Finding>, toml::de::Error>;
 
 /// One line of the table.
 #[derive(Debug)]
@@ -123,24 +121,6 @@ pub struct Row {
     pub requirement: Requirement,
     /// The predicate; `None` where a requirement needs eyes.
     predicate: Option<Predicate>,
-}
-
-/// For rules without parameters.
-#[derive(Clone, Copy, Debug, serde::Deserialize)]
-#[serde(deny_unknown_fields)]
-struct NoParams {}
-
-/// A rule finds every place where the map breaks one requirement; an empty list is a clean map. It knows neither its number nor its
-/// severity nor how a finding is shown: its document in `rules/` says all three, and the defaults of its parameters.
-type Check<P> = fn(&MapIndex, &P) -> Vec<Finding>;
-
-/// Reads the parameters of a rule and runs it.
-fn judge<P: DeserializeOwned>(
-    check: Check<P>,
-    map: &MapIndex,
-    params: toml::Table,
-) -> Result<Vec<Finding>, toml::de::Error> {
-    Ok(check(map, &toml::Value::Table(params).try_into()?))
 }
 
 macro_rules! predicate {

@@ -1,6 +1,8 @@
 //! Creates new elements.
 
-use super::{AREA, TextEdits, key_of};
+use super::TextEdits;
+use super::keys::key_of;
+use super::references::AREA;
 use crate::diagnostic::Subject;
 use crate::fix::element::{Child, Element};
 use crate::osm::{ElementKind, Text};

@@ -2,8 +2,12 @@
 
 use rustc_hash::FxHashMap;
 
-use super::{AREA, Key, TextEdits};
-use crate::osm::{ElementKind, OsmData};
+use super::keys::Key;
+use crate::diagnostic::SourceSpan;
+use crate::osm::{ElementKind, OddityKind, OsmData};
+
+/// The type of an intersection's area, and the tag in which a lanelet names it.
+pub(super) const AREA: &str = "intersection_area";
 
 /// Tags whose value is the id of a way.
 pub const NAMING: [&str; 2] = [AREA, "traffic_light_id"];
@@ -54,26 +58,17 @@ impl References {
     }
 }
 
-impl TextEdits<'_> {
-    /// Whether a way is part of the outline of a multipolygon, which has to stay closed: no rule knows of it.
-    pub(super) fn borders_area(&self, way: Key) -> bool {
-        let is_area = |(kind, id): Key| {
-            let relation = (kind == ElementKind::Relation).then(|| self.osm.relation(id)).flatten();
-            relation.is_some_and(|relation| relation.tags.is("type", "multipolygon"))
-        };
-        way.0 == ElementKind::Way && self.referrers_of(way).any(is_area)
-    }
-
-    /// The elements that are made of one: of a node the ways over it and the lanelets between these.
-    pub fn made_of(&self, key: Key) -> Vec<Key> {
-        let mut users: Vec<Key> = self.referrers_of(key).collect();
-        if key.0 == ElementKind::Node {
-            users.extend(self.referrers_of(key).flat_map(|way| self.referrers_of(way)));
+/// The positions of the elements whose id repeats, in file order.
+pub(super) fn repeated(osm: &OsmData) -> FxHashMap<Key, Vec<&SourceSpan>> {
+    let twice = osm.oddities.iter().filter(|odd| odd.kind == OddityKind::DuplicateId).filter_map(|odd| odd.element);
+    let mut spans: FxHashMap<Key, Vec<&SourceSpan>> = twice.map(|key| (key, Vec::new())).collect();
+    let nodes = osm.nodes.iter().map(|one| ((ElementKind::Node, one.id), &one.span));
+    let ways = osm.ways.iter().map(|one| ((ElementKind::Way, one.id), &one.span));
+    let relations = osm.relations.iter().map(|one| ((ElementKind::Relation, one.id), &one.span));
+    for (key, span) in nodes.chain(ways).chain(relations) {
+        if let Some(list) = spans.get_mut(&key) {
+            list.push(span);
         }
-        users
     }
-
-    pub(super) fn referrers_of(&self, key: Key) -> impl Iterator<Item = Key> + '_ {
-        self.references.referrers(key).iter().copied()
-    }
+    spans
 }

@@ -2,11 +2,12 @@
 
 use rustc_hash::FxHashMap;
 
+use super::TextEdits;
+use super::keys::{Key, key_of};
 use super::references::NAMING;
-use super::{Key, TextEdits, key_of};
 use crate::diagnostic::{SourceSpan, Subject};
 use crate::fix::element::Child;
-use crate::osm::{ElementKind, OddityKind, OsmData};
+use crate::osm::ElementKind;
 
 impl TextEdits<'_> {
     /// Gives one element of this id another one, and says so in those that refer to it: in all, or in these.
@@ -63,19 +64,4 @@ impl TextEdits<'_> {
             });
         }
     }
-}
-
-/// The positions of the elements whose id repeats, in file order.
-pub(super) fn repeated(osm: &OsmData) -> FxHashMap<Key, Vec<&SourceSpan>> {
-    let twice = osm.oddities.iter().filter(|odd| odd.kind == OddityKind::DuplicateId).filter_map(|odd| odd.element);
-    let mut spans: FxHashMap<Key, Vec<&SourceSpan>> = twice.map(|key| (key, Vec::new())).collect();
-    let nodes = osm.nodes.iter().map(|one| ((ElementKind::Node, one.id), &one.span));
-    let ways = osm.ways.iter().map(|one| ((ElementKind::Way, one.id), &one.span));
-    let relations = osm.relations.iter().map(|one| ((ElementKind::Relation, one.id), &one.span));
-    for (key, span) in nodes.chain(ways).chain(relations) {
-        if let Some(list) = spans.get_mut(&key) {
-            list.push(span);
-        }
-    }
-    spans
 }
