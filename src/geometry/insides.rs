@@ -52,7 +52,6 @@ impl Grid {
 
     fn cell(&self, p: Point) -> Cell {
         // The sum is rounded as in Boost.Geometry.
-        #[allow(clippy::cast_possible_truncation, reason = "hardly more than CELLS")]
         let at = |v: f64, low: f64| (-CELLS / 2.0 + (v - low) * self.fineness).round() as i64;
         [at(p.x, self.low.x), at(p.y, self.low.y)]
     }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use lanewright::builder::{BuildOptions, Built, build};
 use lanewright::geometry::polygon;
-use lanewright::lanelet::{Bound, Lanelet, LaneletMap, LineStringId, PointId, Polygon, RegulatoryElement, Target};
+use lanewright::lanelet::{Bound, Lanelet, LaneletMap, LineStringId, PointId, Polygon, Target};
 use lanewright::osm::read_file;
 
 use crate::common::root;
