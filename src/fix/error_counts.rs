@@ -1,4 +1,4 @@
-//! How many errors of each kind there are, and which ones are new beside them.
+//! The number of errors of each kind, and which errors are new compared with it.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 

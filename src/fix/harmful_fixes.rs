@@ -1,4 +1,4 @@
-//! Which fixes of a batch did harm: those near an error that was not there before, and those that did not mend what they were for.
+//! Finds the fixes of a batch that did harm: those near a new error, and those that did not mend their own finding.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -260,14 +260,11 @@ impl BuildSession {
         let lonlat = node.and_then(|node| node.position);
         let local = lonlat.and_then(|place| self.projector.forward(place, 0.0));
         let found = locate(&built.map, finding.subject, &finding.place);
+        let severity = finding.severity.unwrap_or(Severity::Info);
         Diagnostic {
-            code: format!("build/{}", finding.fault),
-            severity: finding.severity.unwrap_or(Severity::Info),
-            finding: finding.clone(),
-            help: None,
-            span: None,
             lonlat: lonlat.or(found.lonlat),
             local: found.local.or(local),
+            ..Diagnostic::new(format!("build/{}", finding.fault), severity, finding.clone())
         }
     }
 

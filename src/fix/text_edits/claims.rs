@@ -1,4 +1,4 @@
-//! What each fix needs for itself, so that two fixes of one round do not change the same thing.
+//! Claims: what each fix needs for itself, so that two fixes of one round do not change the same thing.
 
 use rustc_hash::FxHashSet;
 

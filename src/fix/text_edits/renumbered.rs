@@ -1,4 +1,4 @@
-//! Gives elements new ids, where ids repeat or nothing can read them.
+//! Gives elements new ids if ids repeat, or if Autoware cannot read them.
 
 use rustc_hash::FxHashMap;
 

@@ -266,7 +266,7 @@ fn the_roads_of_a_roundabout_are_not_merged() {
     assert!(notes.iter().any(|note| note.merged), "{notes:?}");
 }
 
-/// A street with dead ends `apart` metres from each other, to both sides in turn, each with these tags and so many metres long.
+/// A street with dead ends `apart` metres from each other, on alternating sides, each with these tags and this length, metres.
 fn street_with_dead_ends(count: i64, apart: f64, (tags, length): (&str, f64)) -> RoadNetwork {
     let east = |at: i64| apart * at as f64;
     let mut nodes = vec![(1, -100.0, 0.0), (2, east(count - 1) + 100.0, 0.0)];

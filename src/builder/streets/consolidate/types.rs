@@ -14,7 +14,7 @@ pub const SHORT_ACROSS_MEDIAN: f64 = 18.0;
 /// Limits for merging.
 #[derive(Clone, Debug)]
 pub struct ConsolidateOptions {
-    /// As [`SHORT`], for a road of a roundabout: less than a lanelet needs.
+    /// A road of a roundabout with less than this between its cuts, metres, lies inside an intersection: a lanelet needs more.
     pub short_on_ring: f64,
     /// Largest extent of a merged intersection, metres.
     pub reach: f64,
