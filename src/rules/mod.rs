@@ -291,7 +291,7 @@ mod tests {
     fn every_document_parses_and_its_defaults_fit_the_rule() {
         let map = crate::lanelet::LaneletMap::default();
         let settings = crate::settings::Settings::default();
-        let index = MapIndex::new(&map, &[], &settings, Default::default());
+        let index = MapIndex::new(&map, &[], &settings);
         for row in table().unwrap() {
             let Requirement { id, check, .. } = &row.requirement;
             assert_eq!(row.predicate.is_none(), *check == Check::Manual, "{id}");

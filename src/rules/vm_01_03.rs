@@ -149,7 +149,7 @@ fn are_related(map: &MapIndex, at: usize, other: usize) -> bool {
     b.bounds.iter().any(|way| a.bounds.contains(way))
         || map.follows(at, other)
         || map.follows(other, at)
-        || on_two_levels(map, a, b)
+        || on_two_levels(a, b)
         || is_strip(a, b)
         || map.in_same_intersection(at, other).is_some()
 }

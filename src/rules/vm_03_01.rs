@@ -11,6 +11,7 @@ use crate::parallel::Finely;
 
 use super::redrawn_area::RedrawnAreas;
 use super::{NoParams, far_lanes};
+use crate::lanelet::index::thresholds;
 
 pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
     let covers = covers(map);
@@ -56,7 +57,7 @@ fn judge_lanelet(
     // Only where the index counts it in: an overpass above the area is covered, too.
     let inside = map.lane(lanelet.id).and_then(|lane| {
         let areas = map.intersections_of(lane).iter().filter_map(|&at| map.intersections[at].area);
-        let covering = areas.filter(|area| covers.iter().any(|c| c.0 == *area && c.1 >= map.thresholds.cover));
+        let covering = areas.filter(|area| covers.iter().any(|c| c.0 == *area && c.1 >= thresholds::COVER));
         covering.min()
     });
     let subject = Subject::Lanelet(lanelet.id.0);
@@ -78,7 +79,7 @@ fn judge_lanelet(
     };
     let lane = map.lane_of(lanelet.id).filter(|lane| lane.simple)?;
     let share = share_in(covers, named);
-    if share >= map.thresholds.cover {
+    if share >= thresholds::COVER {
         return None;
     }
     if let Some(area) = inside {
@@ -91,7 +92,7 @@ fn judge_lanelet(
     let message = format!("Only {} % of lanelet {} is inside its area {named}.", percent(share), lanelet.id);
     let finding = Finding::new("not-covered", subject, message)
         .with(Subject::Polygon(named.0), "intersection area")
-        .measured(100.0 * share, 100.0 * map.thresholds.cover, "%");
+        .measured(100.0 * share, 100.0 * thresholds::COVER, "%");
     let Some(intersection) = map.intersections.iter().find(|one| one.area == Some(named)) else { return Some(finding) };
     let finding = areas.redrawn.mend(finding, intersection);
     Some(match largest_outside(&lane.outline, &intersection.ring) {
@@ -173,7 +174,7 @@ fn turn_without_area(
     let finding = match covers.first() {
         Some(&(area, share)) if share > 0.0 => finding
             .with(Subject::Polygon(area.0), "nearest intersection area")
-            .measured(100.0 * share, 100.0 * map.thresholds.cover, "%"),
+            .measured(100.0 * share, 100.0 * thresholds::COVER, "%"),
         _ => finding,
     };
     Some(match lane.and_then(|lane| unmarked.of_lane(lane)) {

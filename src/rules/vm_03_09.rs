@@ -8,6 +8,7 @@ use crate::lanelet::RoadType;
 use crate::lanelet::index::{Arm, ArmEdge, Intersection, MapIndex, StopLine};
 
 use super::ends_at_stop_line;
+use crate::lanelet::index::thresholds;
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -158,13 +159,13 @@ fn crosswalks_outside(map: &MapIndex, params: &Params, intersection: &Intersecti
             let of_edge =
                 edge.lanes.iter().map(|&inner| polygon::overlap(&crosswalk.outline, &map.lanes[inner].outline));
             let near = crosswalk.outline.iter().any(|p| (p - edge.edge.middle()).norm() <= params.crosswalk_reach);
-            if !near || outside <= map.thresholds.real_area || outside <= of_edge.fold(0.0, f64::max) {
+            if !near || outside <= thresholds::REAL_AREA || outside <= of_edge.fold(0.0, f64::max) {
                 continue;
             }
             let message = format!("Crosswalk {} lies on lane {} before the stop line.", crosswalk.id, lane.id);
             let finding = Finding::new("crosswalk-outside", Subject::Lanelet(crosswalk.id.0), message)
                 .with(Subject::Lanelet(lane.id.0), "approach")
-                .measured(outside, map.thresholds.real_area, "m2");
+                .measured(outside, thresholds::REAL_AREA, "m2");
             findings.push(match intersection.area {
                 Some(area) => finding.with(Subject::Polygon(area.0), "intersection area"),
                 None => finding,

@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use crate::diagnostic::{Edit, Finding, Place, Subject};
+use crate::lanelet::index::thresholds;
 use crate::lanelet::index::{Conflict, MapIndex};
 
 #[derive(Clone, Debug, Deserialize)]
@@ -66,7 +67,7 @@ fn sliver(map: &MapIndex, lane: usize, conflict: &Conflict) -> Option<Finding> {
     }
     let (a, b) = (map.lanes[lane].id, map.lanes[conflict.other].id);
     let message = format!("{a},{b} overlap only {:.4} m2, yet Autoware treats them as conflicting.", conflict.area);
-    let limit = map.thresholds.real_area;
+    let limit = thresholds::REAL_AREA;
     let finding = Finding::new("sliver", Subject::Lanelet(a.0), message)
         .with(Subject::Lanelet(b.0), "other lanelet")
         .measured(conflict.area, limit, "m2");

@@ -8,6 +8,7 @@ use crate::lanelet::index::MapIndex;
 use super::NoParams;
 use super::right_of_way::{Judged, wiring};
 use super::virtual_light::is_coordinated;
+use crate::lanelet::index::thresholds;
 
 pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
     let mut findings = wiring(map, |id| is_coordinated(map, id));
@@ -37,7 +38,7 @@ fn overlap(map: &MapIndex, lane: usize, other: usize) -> bool {
         return false;
     }
     let area = polygon::overlap(&a.outline, &b.outline);
-    area >= map.thresholds.real_area || area >= map.thresholds.real_share * a.area
+    area >= thresholds::REAL_AREA || area >= thresholds::REAL_SHARE * a.area
 }
 
 /// The light that rules the lanelet.

@@ -6,7 +6,6 @@ use lanewright::builder::{BuildOptions, build};
 use lanewright::diagnostic::Diagnostic;
 use lanewright::lanelet::LaneletMap;
 use lanewright::lanelet::index::MapIndex;
-use lanewright::lanelet::index::Thresholds;
 use lanewright::report::html::{Earlier, Page, html};
 use lanewright::report::{Report, Sources};
 use lanewright::requirement::Requirement;
@@ -56,7 +55,7 @@ fn write(name: &str, turns: usize, earlier: Option<&Earlier>) -> Written {
     let hostile = map.lanelets.get_mut(turning[0]).unwrap();
     hostile.attributes.set("name", EVIL);
     hostile.attributes.set(EVIL, "1");
-    let index = MapIndex::new(&map, &[], &settings, Thresholds::default());
+    let index = MapIndex::new(&map, &[], &settings);
     let mut findings = rules::run(&index, &Config::default()).unwrap();
     findings[0].finding.message += EVIL;
     let requirements: Vec<&Requirement> = rules::table().unwrap().iter().map(|row| &row.requirement).collect();

@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use lanewright::diagnostic::Severity;
 use lanewright::fix::{Mended, mend};
-use lanewright::lanelet::index::{MapIndex, Thresholds};
+use lanewright::lanelet::index::MapIndex;
 use lanewright::lanelet::{Lanelet, LaneletId, LaneletMap, LineStringId, PointId};
 use lanewright::osm::OsmData;
 use lanewright::rules::Config;
@@ -98,7 +98,7 @@ fn lanes_beside_it_are_cut_with_it_and_still_share_its_bounds() {
             assert_eq!(shared, ends(&map, piece).map(|[left, _]| left), "they begin and end together");
         }
         let settings = Settings::default();
-        let index = MapIndex::new(&map, &[], &settings, Thresholds::default());
+        let index = MapIndex::new(&map, &[], &settings);
         let first_beside = index.lane(LaneletId(250)).unwrap();
         let linked = index.followers(first_beside).len() + index.predecessors(first_beside).len();
         assert_eq!(linked, 1, "the piece that kept the id leads to the other one, or follows it");

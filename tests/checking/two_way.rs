@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use lanewright::fix::{Mended, mend};
 use lanewright::lanelet::LaneletMap;
-use lanewright::lanelet::index::{MapIndex, Thresholds};
+use lanewright::lanelet::index::MapIndex;
 use lanewright::osm::OsmData;
 use lanewright::rules::Config;
 use lanewright::settings::Settings;
@@ -67,7 +67,7 @@ fn mended(data: OsmData, unsafe_too: bool) -> (Mended, LaneletMap) {
 /// How many lanelets there are, how many of them are one-way, and how many pairs follow each other.
 fn counts(map: &LaneletMap) -> [usize; 3] {
     let settings = Settings::default();
-    let index = MapIndex::new(map, &[], &settings, Thresholds::default());
+    let index = MapIndex::new(map, &[], &settings);
     let one_way = map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("one_way", "yes")).count();
     let following = (0..index.lanes.len()).map(|lane| index.followers(lane).len()).sum();
     [index.lanes.len(), one_way, following]

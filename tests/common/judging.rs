@@ -4,7 +4,6 @@ use std::path::Path;
 
 use lanewright::diagnostic::Diagnostic;
 use lanewright::lanelet::index::MapIndex;
-use lanewright::lanelet::index::Thresholds;
 use lanewright::lanelet::{Loaded, ProjectorInfo, from_osm};
 use lanewright::osm::{OsmData, read_bytes};
 use lanewright::projection::{MgrsGrid, Projector};
@@ -50,7 +49,7 @@ pub fn judge(loaded: &Loaded, settings: &Settings) -> Vec<Diagnostic> {
 
 /// The findings of all rules as a user wants them.
 pub fn judge_as(loaded: &Loaded, settings: &Settings, config: &Config) -> Vec<Diagnostic> {
-    let index = MapIndex::new(&loaded.map, &loaded.faults, settings, Thresholds::default());
+    let index = MapIndex::new(&loaded.map, &loaded.faults, settings);
     rules::run(&index, config).unwrap()
 }
 

@@ -11,7 +11,7 @@ use crate::builder::network::{Intersection, Road, RoadNetwork};
 use crate::builder::tags::cross_section::StripKind;
 use crate::builder::tags::road_class::{DrivingSide, is_priority_road};
 use crate::geometry::{Vector, angle_between};
-use crate::lanelet::index::{Crossed, Edge, Thresholds, legs};
+use crate::lanelet::index::{Crossed, Edge, legs};
 use crate::lanelet::right_of_way::{Mover, OPPOSITE, Relation, Turn, opposites, yields};
 use crate::lanelet::{PointId, Target};
 
@@ -124,7 +124,7 @@ impl IntersectionAssembly<'_> {
         }
         let crossed: Vec<Crossed> = edges.iter().map(|(_, edge)| *edge).collect();
         let mut first: Vec<usize> = (0..arms.len()).collect();
-        for (&(arm, _), leg) in edges.iter().zip(legs(&crossed, &Thresholds::default())) {
+        for (&(arm, _), leg) in edges.iter().zip(legs(&crossed)) {
             first[arm] = first[arm].min(edges[leg].0);
         }
         first

@@ -11,7 +11,7 @@ use crate::cli::watch::Watched;
 use crate::cli::{report_page, stage};
 use crate::diagnostic::{Diagnostic, Finding, Severity, Subject};
 use crate::geometry::Point;
-use crate::lanelet::index::{MapIndex, Thresholds};
+use crate::lanelet::index::MapIndex;
 use crate::lanelet::locate::locate;
 use crate::osm::OsmData;
 use crate::projection::{Extent, LonLat, Projector};
@@ -243,7 +243,7 @@ impl BuildSession {
     fn diagnostics(&self, built: &Built, data: &OsmData, judged: bool) -> Result<Vec<Diagnostic>, Failure> {
         let mut all = Vec::new();
         if judged {
-            let index = MapIndex::new(&built.map, &[], &built.settings, Thresholds::default());
+            let index = MapIndex::new(&built.map, &[], &built.settings);
             let found = rules::run(&index, &Config::from(&built.settings));
             all.extend(found.map_err(|error| Failure::new(error.to_string()))?);
         }

@@ -7,7 +7,6 @@ use rstar::primitives::{GeomWithData, Rectangle};
 use rustc_hash::FxHashMap;
 
 use super::lane::{Edge, Lane};
-use super::thresholds::Thresholds;
 use super::view::View;
 use crate::geometry::{Point, Vector, simple_ring};
 use crate::lanelet::right_of_way::{Mover, Relation, yields};
@@ -39,8 +38,6 @@ pub struct MapIndex<'m> {
     pub faults: &'m [LoadFault],
     /// What the user or the builder knows in addition.
     pub settings: &'m Settings,
-    /// The thresholds that the index was built with.
-    pub thresholds: Thresholds,
     /// The sound lanelets in the map's order.
     pub lanes: Vec<Lane<'m>>,
     /// For every lane those that its outline overlaps, without siblings, followers and neighbours.
