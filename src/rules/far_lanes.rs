@@ -4,7 +4,7 @@ use super::divided_lanelets::{self, Across};
 use super::stop_line_crossings::crossings;
 use crate::diagnostic::{Edit, Fix};
 use crate::geometry::{Point, left_of, polygon};
-use crate::lanelet::index::{MapIndex, Unmarked};
+use crate::lanelet::index::{Edge, MapIndex, Unmarked};
 
 /// A lane that starts or ends alone farther (m) than this from where others cross or join it is a road that was not cut. Where people
 /// draw areas, none does so by more than 17 m: a wide median, a crosswalk, and the stop line before it.
@@ -36,22 +36,27 @@ pub fn division(map: &MapIndex, intersection: &Unmarked) -> Option<Option<Fix>> 
 fn cuts(map: &MapIndex, lanes: &[usize], lane: usize) -> Vec<Across> {
     let at = &map.lanes[lane];
     let Some(center) = at.center.as_ref().filter(|center| center.length() > FAR) else { return Vec::new() };
-    let (mut starts_alone, mut ends_alone) = (true, true);
-    for other in lanes.iter().filter(|&&other| other != lane).map(|&other| &map.lanes[other]) {
-        starts_alone &= other.start.ids != at.start.ids;
-        ends_alone &= other.end.ids != at.end.ids;
-    }
+    let others = || lanes.iter().filter(|&&other| other != lane).map(|&other| &map.lanes[other]);
+    let starts_alone = is_alone(&at.start, &others().map(|other| other.start).collect::<Vec<_>>());
+    let ends_alone = is_alone(&at.end, &others().map(|other| other.end).collect::<Vec<_>>());
     let meeting = if starts_alone || ends_alone { met(map, lanes, lane) } else { None };
     let Some([first, last]) = meeting else { return Vec::new() };
     let across = |station: f64| Across { place: center.at(station), along: left_of(center.direction(station)) };
     let mut lines = Vec::new();
-    if starts_alone && first > FAR {
+    // Its stop line is where the intersection begins, however wide it is.
+    if starts_alone && first > FAR && !map.starts_at_stop_line(lane) {
         lines.push(stop_line_before(map, lane, first).unwrap_or_else(|| across(first - CLEAR)));
     }
     if ends_alone && center.length() - last > FAR {
         lines.push(across(last + CLEAR));
     }
     lines
+}
+
+/// Whether no other lane starts, or ends, at the edge where one does, nor two of them beside it, on the same cut across their road.
+fn is_alone(edge: &Edge, others: &[Edge]) -> bool {
+    let count_at = |edge: &Edge| others.iter().filter(|other| other.ids == edge.ids).count();
+    !others.iter().any(|other| other.ids == edge.ids || (other.touches(edge) && count_at(other) > 1))
 }
 
 /// Where others of the intersection first and last cross or join a lane, metres from its start.

@@ -160,6 +160,26 @@ fn a_blinker_where_two_lanes_become_one_is_no_error() {
     assert_eq!(count(&found(&joining_lanes()), "vm-03-01/turn-without-ia"), [0, 2]);
 }
 
+/// A road of two lanes that becomes a single lane for both directions.
+fn narrowing_road() -> OsmData {
+    let mut sheet = Sheet::default();
+    let single = sheet.nodes([[-40.0, 1.75], [-40.0, -1.75], [0.0, 1.75], [0.0, -1.75]]);
+    let [high, middle, low] = sheet.nodes([[15.0, 3.5], [15.0, 0.0], [15.0, -3.5]]);
+    let far = sheet.nodes([[60.0, 3.5], [60.0, 0.0], [60.0, -3.5]]);
+    sheet.road(&[single[0], single[2]], &[single[1], single[3]], "");
+    sheet.road(&[single[3], single[1]], &[single[2], single[0]], "");
+    sheet.road(&[single[2], middle], &[single[3], low], "");
+    sheet.road(&[middle, single[3]], &[high, single[2]], "");
+    sheet.road(&[middle, far[1]], &[low, far[2]], "");
+    sheet.road(&[far[1], middle], &[far[0], high], "");
+    sheet.drawing.data()
+}
+
+#[test]
+fn cars_meet_where_a_road_becomes_a_single_lane() {
+    assert_eq!(count(&found(&narrowing_road()), "vm-03-01/unmarked"), [0, 1]);
+}
+
 /// A crossing of two one-way roads with a turn over places in these directions from a place in the south-east, degrees, where another
 /// lane begins inside, though nothing leads there.
 fn loose_lane(directions: &[f64]) -> OsmData {

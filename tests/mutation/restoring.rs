@@ -96,28 +96,75 @@ fn all_marks_of_intersections_are_put_back() {
     }
 }
 
-/// Streets for both directions around a small block, with a street to each corner: cars can drive around it as around a roundabout, but
-/// others come towards them inside.
-#[test]
-fn the_crossings_around_a_small_block_are_told() {
-    let mut drawing = Drawing::default();
-    for (at, degrees) in [90.0_f64, 210.0, 330.0].into_iter().enumerate() {
-        for (id, metres) in [(at + 1, 17.0), (at + 11, 120.0)] {
-            let (sine, cosine) = degrees.to_radians().sin_cos();
-            let place = [49.0 + metres * sine / 111_195.0, 8.4 + metres * cosine / 73_000.0];
-            drawing.node(id, place, "");
-        }
-        drawing.way(at + 21, [at + 11, at + 1], "highway=residential");
-    }
-    drawing.way(31, [1, 2, 3, 1], "highway=residential");
+/// How many intersections the builder marks in a network, and how many are found without the marks.
+fn marked_and_found(drawing: &Drawing) -> [usize; 2] {
     let folder = tempfile::tempdir().unwrap();
-    let input = folder.path().join("block.osm");
+    let input = folder.path().join("ring.osm");
     std::fs::write(&input, drawing.xml()).unwrap();
     let base = Base::of(&input);
     let mut bare = base.draft.clone();
     take(&mut bare, || true);
     let found = judge(&base, &bare, &osm(bare.text())).unwrap();
-    assert_eq!(found.iter().filter(|one| one.code == "vm-03-01/unmarked").count(), 3);
+    let marked = base.draft.lines("intersection_area").count();
+    [marked, found.iter().filter(|one| one.code == "vm-03-01/unmarked").count()]
+}
+
+/// A closed way of these tags over corners (degrees, metres from the middle), and a street of these from each corner that is named.
+fn ring(corners: &[[f64; 2]], tags: &str, streets: &[(usize, &str)]) -> Drawing {
+    let mut drawing = Drawing::default();
+    for (at, [degrees, metres]) in corners.iter().enumerate() {
+        for (id, metres) in [(at + 1, *metres), (at + 51, 120.0)] {
+            let (sine, cosine) = degrees.to_radians().sin_cos();
+            let place = [49.0 + metres * sine / 111_195.0, 8.4 + metres * cosine / 73_000.0];
+            drawing.node(id, place, "");
+        }
+    }
+    for &(at, tags) in streets {
+        // A street that leads in is drawn toward the ring.
+        drawing.way(at + 121, [at + 51, at + 1], tags);
+    }
+    let around: Vec<usize> = (1..=corners.len()).chain([1]).collect();
+    drawing.way(201, around, tags);
+    drawing
+}
+
+/// Streets for both directions around a small block, with a street to each corner: cars can drive around it as around a roundabout, but
+/// others come towards them inside.
+#[test]
+fn the_crossings_around_a_small_block_are_told() {
+    let street = "highway=residential";
+    let corners = [90.0, 210.0, 330.0].map(|degrees| [degrees, 17.0]);
+    assert_eq!(marked_and_found(&ring(&corners, street, &[0, 1, 2].map(|at| (at, street)))), [3, 3]);
+}
+
+const CIRCLE: [[f64; 2]; 8] = [
+    [0.0, 15.0],
+    [45.0, 15.0],
+    [90.0, 15.0],
+    [135.0, 15.0],
+    [180.0, 15.0],
+    [225.0, 15.0],
+    [270.0, 15.0],
+    [315.0, 15.0],
+];
+
+/// At a roundabout the rules of the roundabout say who goes first, but who joins it where others leave it crosses their way.
+#[test]
+fn at_a_roundabout_only_the_places_are_told_where_streets_for_both_directions_end() {
+    let around = "highway=residential junction=roundabout";
+    let both = [0, 2, 4, 6].map(|at| (at, "highway=residential"));
+    assert_eq!(marked_and_found(&ring(&CIRCLE, around, &both)), [4, 4]);
+    let [into, out] = ["highway=residential oneway=yes", "highway=residential oneway=-1"];
+    assert_eq!(marked_and_found(&ring(&CIRCLE, around, &[(0, into), (2, out), (4, into), (6, out)])), [0, 0]);
+}
+
+/// One-way aisles around a block of stands are as short as a roundabout, but turn at their corners alone.
+#[test]
+fn aisles_around_a_block_are_no_roundabout() {
+    let aisle = "highway=service service=parking_aisle oneway=yes";
+    let corners = [[32.0, 30.0], [90.0, 16.0], [148.0, 30.0], [212.0, 30.0], [270.0, 16.0], [328.0, 30.0]];
+    let [marked, found] = marked_and_found(&ring(&corners, aisle, &[(1, aisle), (4, aisle)]));
+    assert!(marked > 0 && marked == found, "{marked} marked, {found} found");
 }
 
 /// Errors by code and element.

@@ -11,6 +11,7 @@ mod priority;
 mod queries;
 mod right_of_way;
 mod road_leg;
+mod roundabout;
 pub mod routing_graph;
 mod stop_line;
 pub mod thresholds;
@@ -87,6 +88,7 @@ impl<'m> MapIndex<'m> {
             map,
             faults,
             settings,
+            on_roundabout: lanes.iter().map(|_| Default::default()).collect(),
             lanes,
             conflicts,
             intersections,

@@ -92,6 +92,12 @@ impl MapIndex<'_> {
         })
     }
 
+    /// Whether a lane starts at the stop line that it obeys.
+    pub fn starts_at_stop_line(&self, lane: usize) -> bool {
+        let reach = thresholds::STOP_LINE_REACH;
+        self.stop_line_of(lane).is_some_and(|line| line.misfit(&self.lanes[lane], reach).distance <= reach)
+    }
+
     /// The stop lines whose boxes meet the one between two corners, by id.
     pub fn stop_lines_near(&self, low: Point, high: Point) -> Vec<StopLine> {
         let reach = AABB::from_corners([low.x, low.y], [high.x, high.y]);

@@ -1,12 +1,14 @@
 //! Intersections that no area marks: lanes that cross or join others from other approaches.
 
+use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::lane::{Edge, Lane, extent};
-use super::types::{Conflict, DrivingSide, MapIndex};
+use super::types::{Conflict, MapIndex};
 use super::union_find::UnionFind;
 use crate::geometry::{Point, Polyline, Vector, angle_between, segment_crossing};
-use crate::lanelet::{LineStringId, PointId, TurnDirection};
+use crate::lanelet::{LineStringId, PointId};
+use crate::parallel::Finely;
 
 /// Lanes whose directions differ by less than this (deg) run along each other: they join like a ramp, or lie on each other.
 const ALONG: f64 = 20.0;
@@ -18,14 +20,10 @@ const ASIDE: f64 = 1.0;
 const BESIDE: f64 = 0.5;
 /// A lane longer than this (m) is a road that was not cut where others cross it, and no movement.
 const LONGEST: f64 = 100.0;
+/// A lane that starts at the stop line of its light may be this long (m): as wide are the largest intersections.
+const LONGEST_RULED: f64 = 150.0;
 /// Two roads between which nobody turns meet if both are cut at the crossing, into lanes no longer than this (m).
 const LONGEST_CROSSING: f64 = 40.0;
-/// A ring of lanes no longer than this (m) is a roundabout if it turns by at least `LEAST_TURN` on each twelfth of its length ...
-const LONGEST_RING: f64 = 800.0;
-/// ... (deg). A circle turns by 30; a block of houses does not turn at all between its corners.
-const LEAST_TURN: f64 = 8.0;
-/// A shorter ring (m) may have any shape, if others only join it and leave it.
-const SHORT_RING: f64 = 200.0;
 
 /// An intersection without an `intersection_area`.
 #[derive(Clone, Debug)]
@@ -42,29 +40,40 @@ pub struct Unmarked {
     pub crossed: bool,
 }
 
+/// Two lanes that overlap and come from different approaches.
+struct Meeting {
+    lanes: [usize; 2],
+    /// Whether both are for cars.
+    cars: bool,
+    /// Whether they join, or lead against each other; else they cross. At a roundabout its rules say who goes first.
+    joins: bool,
+}
+
 impl MapIndex<'_> {
     /// The intersections that no area marks, whether or not their lanelets have a `turn_direction`. Told apart from them, and left
-    /// out: lanes that only branch off, that join as on a ramp, that lie on each other or above each other, and roundabouts.
+    /// out: lanes that only branch off, that join as on a ramp, that lie on each other or above each other, and roundabouts, but for
+    /// places where who joins crosses the way of who leaves.
     pub fn unmarked_intersections(&self) -> Vec<Unmarked> {
         let mut groups = UnionFind::new(self.lanes.len());
         let mut taking_part: FxHashSet<usize> = FxHashSet::default();
         let mut cars_meet: FxHashSet<usize> = FxHashSet::default();
         let mut cars_cross: Vec<(usize, usize)> = Vec::new();
-        let (sure, doubtful): (Vec<_>, Vec<_>) =
-            self.meetings().into_iter().partition(|&(x, y)| self.ends_with(x, y) || self.is_on_one_level(x, y));
-        let are_for_cars = |x: usize, y: usize| [x, y].iter().all(|&lane| self.lanes[lane].is_for_cars());
-        for (x, y) in sure {
+        let is_sure = |one: &Meeting| one.joins || self.is_on_one_level(one.lanes[0], one.lanes[1]);
+        let (sure, doubtful): (Vec<_>, Vec<_>) = self.meetings().into_iter().partition(is_sure);
+        for meeting in sure {
+            let [x, y] = meeting.lanes;
             groups.join(x, y);
             taking_part.extend([x, y]);
-            if are_for_cars(x, y) {
+            if meeting.cars {
                 cars_meet.insert(x);
-                cars_cross.extend((!self.ends_with(x, y)).then_some((x, y)));
+                cars_cross.extend((!meeting.joins).then_some((x, y)));
             }
         }
         // Two lanes that meet others here are not on different levels.
-        for (x, y) in doubtful.into_iter().filter(|(x, y)| taking_part.contains(x) && taking_part.contains(y)) {
+        for meeting in doubtful.into_iter().filter(|one| one.lanes.iter().all(|lane| taking_part.contains(lane))) {
+            let [x, y] = meeting.lanes;
             groups.join(x, y);
-            cars_cross.extend(are_for_cars(x, y).then_some((x, y)));
+            cars_cross.extend(meeting.cars.then_some((x, y)));
         }
         self.add_company(&mut groups, &mut taking_part);
         let mut members: Vec<usize> = taking_part.into_iter().collect();
@@ -80,7 +89,6 @@ impl MapIndex<'_> {
         }
         // A driveway across a bicycle lane is no intersection of roads.
         clusters.retain(|lanes| lanes.iter().any(|lane| cars_meet.contains(lane)));
-        let clusters = clusters.into_iter().filter(|lanes| !lanes.iter().any(|&lane| self.is_on_roundabout(lane)));
         let mut crossings: FxHashMap<usize, Vec<(usize, usize)>> = FxHashMap::default();
         for (x, y) in cars_cross {
             crossings.entry(groups.root(x)).or_default().push((x, y));
@@ -89,22 +97,31 @@ impl MapIndex<'_> {
             let own = lanes.first().and_then(|&lane| crossings.get(&groups.root(lane)));
             own.is_some_and(|pairs| self.lead_apart(lanes, pairs))
         };
-        clusters.map(|lanes| self.unmarked(crossed(&lanes), lanes)).collect()
+        clusters.into_iter().map(|lanes| self.unmarked(crossed(&lanes), lanes)).collect()
     }
 
-    /// The pairs of lanes, at least one of them for cars, that overlap and come from different approaches.
-    fn meetings(&self) -> Vec<(usize, usize)> {
+    /// Where lanes overlap, at least one of them for cars, that come from different approaches, and not as on a roundabout.
+    fn meetings(&self) -> Vec<Meeting> {
         let of_lane = |x: usize| {
             let later = self.conflicts[x].iter().filter(move |conflict| conflict.other > x && conflict.real);
-            let meeting = later.filter(move |conflict| {
+            later.filter_map(move |conflict| {
                 let y = conflict.other;
-                (self.lanes[x].is_for_cars() || self.lanes[y].is_for_cars())
-                    && self.is_free(y)
-                    && self.meet(x, conflict)
-            });
-            meeting.map(move |conflict| (x, conflict.other))
+                let cars = [x, y].map(|lane| self.lanes[lane].is_for_cars());
+                let meet = cars.contains(&true) && self.is_free(y) && self.meet(x, conflict);
+                meet.then(|| Meeting {
+                    lanes: [x, y],
+                    cars: cars == [true; 2],
+                    joins: self.ends_with(x, y) || !self.cross(x, conflict),
+                })
+            })
         };
-        (0..self.lanes.len()).filter(|&x| self.is_free(x)).flat_map(of_lane).collect()
+        let all: Vec<Meeting> = (0..self.lanes.len()).filter(|&x| self.is_free(x)).flat_map(of_lane).collect();
+        let outside = |mut one: Meeting| {
+            let [x, y] = one.lanes;
+            one.joins |= [x, y].into_iter().all(|lane| self.is_at_roundabout(lane));
+            (!self.is_ruled_by_roundabout(x, y)).then_some(one)
+        };
+        all.into_par_iter().finely().filter_map(outside).collect()
     }
 
     /// Whether two lanes of one of these pairs lead to different roads: their ends are not linked, one beside the other. Who joins the
@@ -122,11 +139,10 @@ impl MapIndex<'_> {
         pairs.iter().any(|&(x, y)| road(x) != road(y))
     }
 
-    /// Whether a lane crosses or joins others from other approaches, but for lanes that are a roundabout.
+    /// Whether a lane crosses or joins others from other approaches, and not as on a roundabout.
     pub fn meets_others(&self, lane: usize) -> bool {
         let met = self.conflicts[lane].iter().filter(|conflict| conflict.real && self.meet(lane, conflict));
-        let mut met = met.map(|conflict| conflict.other).peekable();
-        met.peek().is_some() && !self.is_on_roundabout(lane) && met.any(|other| !self.is_on_roundabout(other))
+        met.map(|conflict| conflict.other).any(|other| !self.is_ruled_by_roundabout(lane, other))
     }
 
     /// Whether two lanes end together.
@@ -149,7 +165,10 @@ impl MapIndex<'_> {
 
     /// Whether a lane can belong to an intersection that has no area: it is short enough for a movement.
     fn is_free(&self, lane: usize) -> bool {
-        self.lanes[lane].length() <= LONGEST && self.may_be_cut(lane)
+        let length = self.lanes[lane].length();
+        let has_light = || self.elements(self.lanes[lane].id, "traffic_light").next().is_some();
+        let is_ruled = || length <= LONGEST_RULED && has_light() && self.starts_at_stop_line(lane);
+        (length <= LONGEST || is_ruled()) && self.may_be_cut(lane)
     }
 
     /// Whether a lane, whatever its length, is one for vehicles outside of any area.
@@ -171,20 +190,35 @@ impl MapIndex<'_> {
         uncut
     }
 
-    /// Whether two lanes that overlap come from different approaches: they cross, or join at an angle.
+    /// Whether two lanes that overlap come from different approaches: they cross, join, or lead against each other.
     fn meet(&self, x: usize, conflict: &Conflict) -> bool {
+        self.cross(x, conflict) || lead_head_on(&self.lanes[x], &self.lanes[conflict.other])
+    }
+
+    /// Whether two lanes that overlap cross, or join at an angle.
+    fn cross(&self, x: usize, conflict: &Conflict) -> bool {
         let [a, b] = [x, conflict.other].map(|lane| &self.lanes[lane]);
         let apart = |one: Option<Vector>, other: Option<Vector>| {
             one.zip(other).map_or(0.0, |(one, other)| angle_between(one, other).abs().to_degrees())
         };
         let first = apart(a.heading_in(), b.heading_in());
         if a.end.ids == b.end.ids {
-            return first > JOINING;
+            return first > JOINING || self.is_ruled(x) || self.is_ruled(conflict.other);
         }
         let there = |line: Option<&Polyline>| line.map(|line| line.direction(line.project(conflict.place).station));
         let crossing = apart(there(a.center.as_ref()), there(b.center.as_ref()));
         let is_across = |angle: f64, limit: f64| (limit..180.0 - limit).contains(&angle);
-        is_across(crossing, ALONG) || is_across(first, JOINING) || (crossing > 90.0 && change_sides(a, b))
+        // Who turns off over the lane beside his own crosses it; lanes that go on along each other only change places.
+        let last = apart(a.heading_out(), b.heading_out());
+        let is_parting = (crossing > 90.0 || last > JOINING) && change_sides(a, b);
+        is_across(crossing, ALONG) || is_across(first, JOINING) || is_parting
+    }
+
+    /// Whether a light, or a stop or give-way sign before it, says when who drives here may go.
+    fn is_ruled(&self, lane: usize) -> bool {
+        let ids = || self.predecessors(lane).iter().chain([&lane]).map(|&lane| self.lanes[lane].id);
+        self.elements(self.lanes[lane].id, "traffic_light").next().is_some()
+            || ids().any(|id| self.elements(id, "traffic_sign").any(|sign| self.ranks(sign)))
     }
 
     /// Whether two lanes that cross do so on one level. Where all is drawn at one height, it shows in the lanes that lead from one road
@@ -246,66 +280,19 @@ impl MapIndex<'_> {
         }
     }
 
-    /// Whether the shortest way from a lane back to itself is a roundabout.
-    fn is_on_roundabout(&self, lane: usize) -> bool {
-        let mut before: FxHashMap<usize, usize> = FxHashMap::default();
-        let mut open = std::collections::BTreeSet::from([(0, lane)]);
-        while let Some((metres, at)) = open.pop_first() {
-            for &next in self.followers(at) {
-                if next == lane {
-                    return self.goes_around(&ring(lane, at, &before));
-                }
-                let reached = metres + self.lanes[next].length().ceil() as u64;
-                if reached as f64 <= LONGEST_RING && !before.contains_key(&next) {
-                    before.insert(next, at);
-                    open.insert((reached, next));
-                }
-            }
-        }
-        false
-    }
-
-    /// Whether a ring of lanes runs around an island as roundabouts do.
-    fn goes_around(&self, ring: &[usize]) -> bool {
-        let turn: f64 = ring.iter().map(|&lane| self.lanes[lane].turn()).sum();
-        let length: f64 = ring.iter().map(|&lane| self.lanes[lane].length()).sum();
-        let far = match self.side.side.map(DrivingSide::far_turn) {
-            Some(TurnDirection::Right) => turn < 0.0,
-            Some(_) => turn > 0.0,
-            None => true,
-        };
-        let is_two_way = ring.iter().any(|&lane| self.has_oncoming_inside(lane, turn > 0.0));
-        far && !is_two_way
-            && (self.is_round(ring) || length <= SHORT_RING && !ring.iter().any(|&lane| self.is_crossed(lane)))
-    }
-
-    /// Whether cars come the other way beside a lane, on its left or on its right: around a small block, and never inside a roundabout.
-    fn has_oncoming_inside(&self, lane: usize, is_left: bool) -> bool {
-        let side = usize::from(!is_left);
-        let inner = self.lanes[lane].bounds[side];
-        self.users_of(inner).iter().any(|&other| other != lane && self.lanes[other].bounds[side] == inner)
-    }
-
     /// Whether others do more than join a lane at its end.
-    fn is_crossed(&self, lane: usize) -> bool {
+    pub(super) fn is_crossed(&self, lane: usize) -> bool {
         let mut conflicts = self.conflicts[lane].iter().filter(|conflict| conflict.real);
         let level = |other: usize| self.is_on_one_level(lane, other);
         conflicts.any(|one| !self.ends_with(lane, one.other) && self.meet(lane, one) && level(one.other))
     }
+}
 
-    /// Whether a ring of lanes bends everywhere.
-    fn is_round(&self, ring: &[usize]) -> bool {
-        let centers = ring.iter().filter_map(|&lane| self.lanes[lane].center.as_ref());
-        let mut places: Vec<Point> = centers.flat_map(|center| center.points().iter().copied()).collect();
-        places.extend(places.first().copied());
-        let Some(line) = Polyline::new(places) else { return false };
-        let line = line.resampled_to(24);
-        let chords: Vec<Vector> = line.segments().map(|(from, to)| to - from).collect();
-        let turns = (0..chords.len()).map(|at| angle_between(chords[at], chords[(at + 2) % chords.len()]).to_degrees());
-        let (least, most) =
-            turns.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), turn| (low.min(turn), high.max(turn)));
-        least >= LEAST_TURN || most <= -LEAST_TURN
-    }
+/// Whether one of two lanes starts where the other ends, against it, and their other ends lie apart: a road for both directions becomes
+/// a single lane for both there, or several such lanes meet.
+fn lead_head_on(a: &Lane, b: &Lane) -> bool {
+    let is_against = |one: &Edge, other: &Edge| one.ids == [other.ids[1], other.ids[0]];
+    is_against(&a.end, &b.start) != is_against(&a.start, &b.end)
 }
 
 /// Whether the middle of a lane crosses that of another from one side to the other, as where a road forks and who turns off crosses
@@ -315,17 +302,4 @@ fn change_sides(a: &Lane, b: &Lane) -> bool {
     let [start, end] = [b.start, b.end].map(|edge| center.project(edge.middle()).offset);
     let aside = start * end < 0.0 && start.abs() >= ASIDE && end.abs() >= ASIDE;
     aside && center.segments().any(|(p, q)| other.segments().any(|(r, s)| segment_crossing(p, q, r, s).is_some()))
-}
-
-/// The lanes from one to another, each the follower of the one `before` it.
-fn ring(first: usize, last: usize, before: &FxHashMap<usize, usize>) -> Vec<usize> {
-    let mut ring: Vec<usize> = vec![last];
-    while let Some(&previous) = ring.last().and_then(|at| before.get(at)) {
-        ring.push(previous);
-    }
-    if last != first && ring.last() != Some(&first) {
-        ring.push(first);
-    }
-    ring.reverse();
-    ring
 }
