@@ -1,5 +1,6 @@
 //! A map that is built in tiles on this machine, and written in cells.
 
+use std::cmp::Reverse;
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -129,9 +130,18 @@ impl TileRun<'_> {
         }
     }
 
+    /// The tiles that are not built yet, the largest first: whether memory suffices shows at once, and no thread is left with a large
+    /// one in the end.
+    fn missing(&self) -> Vec<&TileFile> {
+        let tiles = self.files.iter().zip(&self.cut.tiles).filter(|(file, _)| !self.place.has(file.tile));
+        let mut missing: Vec<(&TileFile, u64)> = tiles.map(|(file, cut)| (file, cut.bytes)).collect();
+        missing.sort_by_key(|(_, bytes)| Reverse(*bytes));
+        missing.into_iter().map(|(file, _)| file).collect()
+    }
+
     /// Builds the tiles that are not built yet, as many at a time as there are threads.
     fn build(&self, tell: &(dyn Fn(&str) + Sync)) -> Result<(), Error> {
-        let missing: Vec<&TileFile> = self.files.iter().filter(|file| !self.place.has(file.tile)).collect();
+        let missing = self.missing();
         let threads = rayon::current_num_threads();
         let workers = threads.min(missing.len()).max(1);
         let (next, failed) = (AtomicUsize::new(0), Mutex::new(None));

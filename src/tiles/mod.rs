@@ -7,7 +7,8 @@
 //! intersection, so roads that begin shortly outside the tile count, too.
 //!
 //! The file is read once, block by block: ids, places and the nodes of ways are held ([`Survey`]), the elements go to disk. When all
-//! roads are known, each element is copied from there into the files of the tiles that need it ([`cut()`]). While tiles are built, they are held against each other ([`Agreement`]).
+//! roads are known, each element is copied from there into the files of the tiles that need it ([`cut()`]). When tiles are
+//! joined, they are held against each other ([`Agreement`]).
 
 mod agreement;
 mod cut;

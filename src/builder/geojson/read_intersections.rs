@@ -86,18 +86,7 @@ fn passages(
 
 /// An intersection that the file does not describe: the map ends there.
 fn map_edge(nodes: Vec<i64>, position: Point, arms: Vec<RoadEnd>) -> Intersection {
-    Intersection {
-        nodes,
-        position,
-        arms,
-        map_edge: true,
-        signals: false,
-        all_way_stop: false,
-        circle: None,
-        inner: Vec::new(),
-        passages: None,
-        islands: Vec::new(),
-    }
+    Intersection { map_edge: true, ..Intersection::of_arms(nodes, position, arms) }
 }
 
 /// The arms clockwise: in the order of the file, which must list all; else sorted by the directions in which they leave.

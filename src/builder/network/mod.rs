@@ -283,6 +283,22 @@ pub struct Intersection {
 }
 
 impl Intersection {
+    /// Where nothing but these arms is known.
+    pub(crate) fn of_arms(nodes: Vec<i64>, position: Point, arms: Vec<RoadEnd>) -> Self {
+        Self {
+            nodes,
+            position,
+            arms,
+            map_edge: false,
+            signals: false,
+            all_way_stop: false,
+            circle: None,
+            inner: Vec::new(),
+            passages: None,
+            islands: Vec::new(),
+        }
+    }
+
     /// The smallest id of its nodes, which names it in findings; 0 without nodes.
     pub fn first_node(&self) -> i64 {
         self.nodes.first().copied().unwrap_or_default()

@@ -305,18 +305,13 @@ fn intersections(
             let place = node.and_then(|node| node.position);
             let cut_off = ends.len() == 1 && place.is_some_and(|place| !osm.reaches_beyond(place));
             Intersection {
-                nodes: vec![id],
-                position,
-                arms,
                 map_edge: edges.contains(&id) || cut_off,
                 signals: highway == Some("traffic_signals"),
                 all_way_stop: highway == Some("stop") && osm.node(id).is_some_and(|node| node.tags.is("stop", "all")),
                 circle: highway
                     .filter(|v| matches!(*v, "mini_roundabout" | "turning_circle" | "turning_loop"))
                     .map(Text::from),
-                inner: Vec::new(),
-                passages: None,
-                islands: Vec::new(),
+                ..Intersection::of_arms(vec![id], position, arms)
             }
         })
         .collect()

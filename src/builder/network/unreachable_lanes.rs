@@ -190,18 +190,9 @@ fn detach(network: &mut RoadNetwork, kept: &mut [Stations], at: RoadEnd) -> bool
     kept[at.road][at.end] = station;
     let key = Key::new("closed end").number(way).number(first).number(last).number(i64::from(turn));
     let new = IntersectionIx::new(network.intersections.len());
-    network.intersections.push(Intersection {
-        nodes: vec![key.number(at.end.index() as i64).new_node()],
-        position: network.road(at.road).line.at(station),
-        arms: vec![at],
-        map_edge: false,
-        signals: false,
-        all_way_stop: false,
-        circle: None,
-        inner: Vec::new(),
-        passages: None,
-        islands: Vec::new(),
-    });
+    let nodes = vec![key.number(at.end.index() as i64).new_node()];
+    let position = network.road(at.road).line.at(station);
+    network.intersections.push(Intersection::of_arms(nodes, position, vec![at]));
     network.intersections[old].arms.retain(|arm| *arm != at);
     let road = &mut network.roads[at.road];
     match at.end {

@@ -1,0 +1,87 @@
+//! Barriers end roads, gates make the ground behind them private.
+
+use super::*;
+
+/// A street along the x axis over nodes 1 to 5 with a node 3 of these tags, and a side street at node 5.
+fn street_past(tags: &str) -> NetworkReading {
+    let nodes = [
+        (1, -100.0, 0.0, ""),
+        (2, -50.0, 0.0, ""),
+        (3, 0.0, 0.0, tags),
+        (4, 50.0, 0.0, ""),
+        (5, 100.0, 0.0, ""),
+        (6, 100.0, 50.0, ""),
+    ];
+    build(&data(&nodes, &[(10, &[1, 2, 3, 4, 5], ""), (20, &[5, 6], "")]))
+}
+
+/// Length of every road of way 10 and whether only buses use it.
+fn street_lengths(built: &NetworkReading) -> Vec<(i64, bool)> {
+    let roads = built.network.roads.iter().filter(|road| road.key.way == 10);
+    let bus = |road: &Road| road.section.driven().all(|(_, strip)| strip.kind == StripKind::Bus);
+    let mut lengths: Vec<(i64, bool)> = roads.map(|road| (road.line.length().round() as i64, bus(road))).collect();
+    lengths.sort_unstable();
+    lengths
+}
+
+#[test]
+fn a_road_ends_on_both_sides_of_a_barrier() {
+    for tags in ["barrier=bollard", "barrier=bus_trap access=no", "motor_vehicle=no", "barrier=gate vehicle=no"] {
+        let built = street_past(tags);
+        assert_eq!(street_lengths(&built), [(99, false), (99, false)], "{tags}");
+        assert_eq!(slugs(&built), ["road-closed"], "{tags}");
+        assert_eq!(built.network.intersections.iter().filter(|place| place.arms.len() == 1).count(), 4, "{tags}");
+    }
+    let open = ["barrier=bollard motor_vehicle=yes", "barrier=kerb", "barrier=toll_booth", "access=no", "bicycle=no"];
+    for tags in open {
+        let built = street_past(tags);
+        assert_eq!((street_lengths(&built), slugs(&built)), (vec![(200, false)], vec![]), "{tags}");
+    }
+    for tags in ["barrier=gate", "barrier=lift_gate access=yes"] {
+        let built = street_past(tags);
+        assert_eq!((street_lengths(&built), slugs(&built)), (vec![(200, false)], vec!["gate"]), "{tags}");
+    }
+}
+
+#[test]
+fn ground_behind_a_gate_with_private_access_is_private() {
+    let ways: [(i64, &[i64], &str); 2] = [(10, &[1, 2, 3, 4, 5], ""), (20, &[5, 6], "")];
+    let public = |tags: &str, far: f64| {
+        let nodes = [
+            (1, -far, 0.0, ""),
+            (2, -50.0, 0.0, ""),
+            (3, 0.0, 0.0, tags),
+            (4, 50.0, 0.0, ""),
+            (5, 100.0, 0.0, ""),
+            (6, 100.0, 50.0, ""),
+        ];
+        let built = build(&data(&nodes, &ways));
+        built.network.roads.iter().map(|road| road.public).collect::<Vec<_>>()
+    };
+    assert_eq!(public("barrier=gate access=private", 2000.0), [true, false, false]);
+    assert_eq!(public("barrier=gate", 2000.0), [true, true]);
+    assert_eq!(public("barrier=gate access=private", 100.0), [true; 3], "either side may be the private one");
+}
+
+#[test]
+fn buses_pass_a_barrier_that_lets_them_through() {
+    let built = street_past("barrier=bollard bus=yes");
+    assert_eq!(street_lengths(&built), [(16, true), (92, false), (92, false)]);
+    assert_eq!(built.network.intersections.iter().filter(|place| place.arms.len() == 2).count(), 3);
+}
+
+#[test]
+fn a_barrier_where_roads_meet_ends_all_of_them() {
+    let mut nodes = CROSS;
+    nodes[4].3 = "barrier=bollard";
+    let built = build(&data(&nodes, &[(10, &[1, 5, 3], ""), (20, &[2, 5, 4], "")]));
+    assert_eq!(built.network.roads.len(), 4);
+    assert!(built.network.intersections.iter().all(|place| place.arms.len() == 1));
+    assert!(built.network.roads.iter().all(|road| (road.line.length() - 95.0).abs() < 1e-6));
+    // Between two barriers there is no room for a car.
+    let nodes =
+        [(1, 0.0, 0.0, ""), (2, 50.0, 0.0, "barrier=bollard"), (3, 54.0, 0.0, "barrier=bollard"), (4, 99.0, 0.0, "")];
+    let built = build(&data(&nodes, &[(10, &[1, 2, 3, 4], "")]));
+    assert_eq!(built.network.roads.len(), 2);
+    assert_eq!(slugs(&built), ["road-closed", "road-closed", "way-skipped"]);
+}
