@@ -16,7 +16,6 @@ use lanewright::builder::network::{NetworkOptions, road_network};
 use lanewright::builder::streets::{StreetOptions, streets};
 use lanewright::builder::{BuildOptions, build};
 use lanewright::lanelet::index::MapIndex;
-use lanewright::lanelet::index::Thresholds;
 use lanewright::lanelet::{from_osm, projector_for, to_osm};
 use lanewright::osm::{OsmData, read_bytes};
 use lanewright::projection::Projector;
@@ -105,7 +104,7 @@ fn measure(bytes: &[u8]) -> Times {
         let osm = read(&map);
         let loaded = from_osm(&osm, &projector_for(&osm));
         let settings = Settings::default();
-        let index = MapIndex::new(&loaded.map, &loaded.faults, &settings, Thresholds::default());
+        let index = MapIndex::new(&loaded.map, &loaded.faults, &settings);
         rules::run(&index, &Config::from(&settings)).unwrap().len()
     });
     Times { roads, geometry, build, check }

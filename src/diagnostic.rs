@@ -137,7 +137,7 @@ pub struct Related {
 /// One machine-made change to the map. Each variant's sentence names its fields.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case", tag = "edit")]
-#[expect(missing_docs)]
+#[expect(missing_docs, reason = "the names of fields say it")]
 pub enum Edit {
     /// Set a tag, whatever it was.
     SetTag { on: Subject, key: Text, value: Text },
@@ -298,4 +298,11 @@ pub struct Diagnostic {
     pub lonlat: Option<LonLat>,
     /// The same in local metres.
     pub local: Option<Point>,
+}
+
+impl Diagnostic {
+    /// A diagnostic without help and without a place.
+    pub fn new(code: impl Into<String>, severity: Severity, finding: Finding) -> Self {
+        Self { code: code.into(), severity, finding, help: None, span: None, lonlat: None, local: None }
+    }
 }

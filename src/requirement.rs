@@ -66,7 +66,6 @@ struct Block {
     title: String,
     category: String,
     check: Check,
-    #[serde(default)]
     why: Option<String>,
     source: String,
     edition: String,

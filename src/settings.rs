@@ -27,30 +27,24 @@ pub use suppression::{Origin, PrimitiveKind, Suppression};
 
 use crate::diagnostic::Severity;
 
-/// The whole file. Every key may be missing.
+/// The whole file. Every key may be missing; a key of `None` is not written, because TOML has no word for it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
     /// `left`, `right`, or `auto`: from the map itself.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub driving_side: Option<Side>,
     /// Whose reading of the requirements counts.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub profile: Option<Profile>,
     /// The map's projector; overrules the file beside the map.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub projector: Option<ProjectorType>,
     /// Latitude and longitude of the projector's origin, where it has one.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub origin: Option<[f64; 2]>,
     /// Ids of lanelets of subtype road that are bicycle lanes; a `bicycle_lane` is one by itself.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub bicycle_lanes: Vec<i64>,
     /// Only rules and faults that one of these prefixes names.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub select: Option<Vec<String>>,
     /// No rules and faults that one of these prefixes names, unless a longer one of `select` does.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub ignore: Option<Vec<String>>,
     /// Severities other than the documents', by prefix; the longest prefix decides.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
@@ -65,19 +59,15 @@ pub struct Settings {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub suppress: Vec<Suppression>,
     /// For `build`: how high roads lie.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub heights: Option<HeightSettings>,
     /// For `build`: what is drawn beside the lanes for cars.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub beside: Option<BesideSettings>,
     /// For `build`: what is painted inside intersections.
     #[serde(skip_serializing_if = "InsideSettings::says_nothing")]
     pub inside: InsideSettings,
     /// For `build`: how traffic lights look.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub lights: Option<LightSettings>,
     /// For `build`: what is painted.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub markings: Option<MarkingSettings>,
     /// For `build`: tags of roads that OpenStreetMap lacks, or has wrong.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -152,16 +142,12 @@ impl Settings {
 #[serde(default, deny_unknown_fields)]
 pub struct HeightSettings {
     /// Height of the ground where nothing is known of it, metres above the ellipsoid.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub ground: Option<f64>,
     /// Height from one `layer` to the next, metres.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub layer: Option<f64>,
     /// Steepest ramp, metres per metre.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub grade: Option<f64>,
     /// Steepest road where the ground is steeper than a ramp may be, metres per metre.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub steepest: Option<f64>,
 }
 
@@ -239,10 +225,8 @@ impl std::fmt::Display for ApproachName {
 #[serde(default, deny_unknown_fields)]
 pub struct IntersectionSettings {
     /// Which one: id of its `intersection_area` polygon.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub ia: Option<i64>,
     /// Which one: a place inside it, latitude and longitude.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub at: Option<[f64; 2]>,
     /// Approaches that are green together, phase by phase.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -254,7 +238,6 @@ pub struct IntersectionSettings {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub prohibited: Vec<[ApproachName; 2]>,
     /// For `build`: whether lights have arrows, other than `[lights]` says.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub arrows: Option<bool>,
     /// Lines that are painted inside to lead turns.
     #[serde(skip_serializing_if = "Vec::is_empty")]

@@ -5,7 +5,6 @@
 #[path = "../../tests/fault_injection/mod.rs"]
 mod fault_injection;
 
-use lanewright::lanelet::index::Thresholds;
 use lanewright::lanelet::index::MapIndex;
 use lanewright::lanelet::{Loaded, from_osm};
 use lanewright::osm::{OsmData, read_bytes};
@@ -40,6 +39,6 @@ fuzz_target!(|bytes: &[u8]| {
     let projector = first.filter(|_| choice < 200).map_or(Projector::Local, Projector::mgrs);
     let Loaded { map, faults } = from_osm(&data, &projector);
     let settings = Settings::default();
-    let index = MapIndex::new(&map, &faults, &settings, Thresholds::default());
+    let index = MapIndex::new(&map, &faults, &settings);
     rules::run(&index, &Config::default()).expect("the documents' own parameters fit");
 });

@@ -4,7 +4,6 @@
 
 use std::sync::LazyLock;
 
-use lanewright::lanelet::index::Thresholds;
 use lanewright::lanelet::index::MapIndex;
 use lanewright::lanelet::{Loaded, from_osm};
 use lanewright::osm::{OsmData, read_bytes};
@@ -29,6 +28,6 @@ fuzz_target!(|text: &str| {
         return;
     }
     let Loaded { map, faults } = &*MAP;
-    let index = MapIndex::new(map, faults, &document.settings, Thresholds::default());
+    let index = MapIndex::new(map, faults, &document.settings);
     let _ = rules::run(&index, &Config::from(&document.settings));
 });

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::lanelet::index::{MapIndex, Thresholds};
+use crate::lanelet::index::MapIndex;
 use crate::projection::LonLat;
 use crate::report::failure::Failure;
 use crate::report::{Report, Sources};
@@ -116,7 +116,7 @@ pub fn write_baseline(baseline: &Baseline, file: &Path) -> Result<(), Error> {
 
 /// What the loader and the rules say about a map.
 pub(crate) fn judged(loaded: &Loaded, config: &Config) -> Result<Vec<Diagnostic>, Error> {
-    let index = MapIndex::new(&loaded.map, &loaded.faults, &loaded.settings, Thresholds::default());
+    let index = MapIndex::new(&loaded.map, &loaded.faults, &loaded.settings);
     rules::run(&index, config).map_err(|error| ErrorKind::Config.error(Failure::new(error.to_string())))
 }
 

@@ -169,7 +169,8 @@ fn vetted(document: Document) -> Result<Settings, Failure> {
     Ok(document.settings)
 }
 
-fn requirements() -> Result<Vec<&'static Requirement>, Failure> {
+/// The requirements that findings of `check` may be about.
+pub(crate) fn requirements() -> Result<Vec<&'static Requirement>, Failure> {
     let failed = |error: &dyn std::fmt::Display| Failure::new(error.to_string());
     let rows = rules::table().map_err(|error| failed(error))?;
     let own = triage::requirement().map_err(|error| failed(error))?;

@@ -7,7 +7,7 @@ use rustc_hash::{FxHashMap, FxHasher};
 
 use crate::diagnostic::Diagnostic;
 use crate::fix::Judge;
-use crate::lanelet::index::{DrivingSide, MapIndex, Thresholds};
+use crate::lanelet::index::{DrivingSide, MapIndex};
 use crate::lanelet::{LoadFault, Loaded as FromOsm, ProjectorInfo, from_osm};
 use crate::osm::{Node, OsmData};
 use crate::projection::{LonLat, Projector};
@@ -113,7 +113,7 @@ fn found(
     loaded: &FromOsm,
     settings: &Settings,
 ) -> Result<(Vec<Diagnostic>, Option<DrivingSide>), Error> {
-    let index = MapIndex::new(&loaded.map, &loaded.faults, settings, Thresholds::default());
+    let index = MapIndex::new(&loaded.map, &loaded.faults, settings);
     let found = rules::run(&index, &Config::from(settings))
         .map_err(|error| ErrorKind::Config.error(Failure::new(error.to_string())))?;
     // What somebody has answered for is not mended.

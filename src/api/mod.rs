@@ -25,9 +25,9 @@ pub use built::BuiltMap;
 pub use checked::{CheckOptions, Checked, write_baseline};
 #[cfg(feature = "cli")]
 pub(crate) use checked::{judged, read_baseline};
-#[cfg(feature = "cli")]
-pub(crate) use config::above;
 pub use config::{ConfigSource, Configuration};
+#[cfg(feature = "cli")]
+pub(crate) use config::{above, requirements};
 pub use cut::{Cut, CutTile, DESCRIPTION, MARGIN, TERRAIN, TILES, TileSizes, cut};
 pub use divided::{Joined, merge, split};
 pub use error::{Error, ErrorKind};

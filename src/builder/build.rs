@@ -35,7 +35,7 @@ pub enum BuildError {
     /// Nothing to drive on.
     #[error(transparent)]
     Network(#[from] NetworkError),
-    /// The input is what this program makes.
+    /// The input is a Lanelet2 map.
     #[error("the input is a Lanelet2 map already ({lanelets} lanelets); `check` judges it")]
     Lanelet2Map {
         /// Relations with `type=lanelet`.
@@ -51,13 +51,13 @@ pub enum BuildError {
 pub struct Summary {
     /// Roads between intersections.
     pub roads: usize,
-    /// Intersections that Autoware knows as such: with an `intersection_area`.
+    /// Intersections with an `intersection_area`: Autoware knows no others.
     pub intersections: usize,
     /// Lanelets of all kinds.
     pub lanelets: usize,
     /// Regulatory elements of all kinds.
     pub regulatory_elements: usize,
-    /// What the input did not say.
+    /// Values that were guessed because the input lacks them.
     pub guesses: usize,
 }
 
@@ -68,13 +68,13 @@ pub struct Built {
     pub map: LaneletMap,
     /// How its metres relate to degrees.
     pub projector: Projector,
-    /// What it cannot say itself.
+    /// What the map format cannot express.
     pub settings: Settings,
     /// What was guessed, left out or could not be built as it should.
     pub notes: Vec<Finding>,
     /// How much there is.
     pub summary: Summary,
-    /// Ids that two elements have, and are to have no more.
+    /// Ids that two elements of this map have; the next build gives them to neither.
     pub contested: Vec<i64>,
 }
 
@@ -91,11 +91,12 @@ pub fn build(osm: &OsmData, options: &BuildOptions) -> Result<Built, BuildError>
     Ok(built)
 }
 
-/// Builds a map anew while two elements have the same id, so that neither gets it. Ids are hashes: two polygons have the same once
-/// among tens of thousands of intersections, other elements once among ten thousand maps of a million.
+/// Builds a map again as long as two elements have the same id, so that neither gets it. Ids are hashes: two polygons have the
+/// same id about once among tens of thousands of intersections; other elements about once among ten thousand maps with a million
+/// elements each.
 ///
 /// # Errors
-/// As `build` has it.
+/// The errors of `build`.
 pub fn uncontested<E>(
     known: &BTreeSet<i64>,
     mut build: impl FnMut(&BTreeSet<i64>) -> Result<Built, E>,
@@ -110,12 +111,12 @@ pub fn uncontested<E>(
         contested.extend(&built.contested);
         built = build(&contested)?;
     }
-    // Elements with the same part and place, which there should not be.
+    // Two elements have the same key, which should not happen.
     built.map.drop_repeats();
     Ok(built)
 }
 
-/// Lays out the streets of OpenStreetMap's elements. They are not held longer than they are needed, if they are given away.
+/// Lays out the streets of OpenStreetMap's elements. Elements that are passed by value are freed as soon as they are read.
 ///
 /// # Errors
 /// As [`build`].
@@ -124,7 +125,7 @@ pub fn plan(osm: impl Borrow<OsmData> + Send, options: &BuildOptions) -> Result<
     Ok(rayon::join(|| laid_out(read, options), || drop(osm)).0)
 }
 
-/// What OpenStreetMap's elements say of roads.
+/// The roads of OpenStreetMap's elements.
 struct Read {
     network: RoadNetwork,
     notes: Vec<Finding>,
@@ -192,7 +193,7 @@ fn laid_out(Read { mut network, mut notes, spots, projector }: Read, options: &B
     }
 }
 
-/// A wish of the settings in the metres of the map.
+/// The merge or `keep_apart` of a user, in the metres of the map.
 fn wish(said: &MergeSettings, merge: bool, projector: &Projector) -> MergeOverride {
     let of = match *said {
         MergeSettings { at: Some([lat, lon]), .. } => {
@@ -206,7 +207,8 @@ fn wish(said: &MergeSettings, merge: bool, projector: &Projector) -> MergeOverri
     MergeOverride { of, merge }
 }
 
-/// A road that is to be kept apart lies inside all the same where other roads merge the intersections at its ends.
+/// Findings about roads that the user keeps apart and that lie inside an intersection all the same, because other roads merge the
+/// intersections at their ends.
 fn overruled_wishes(streets: &Streets, merges: &[(MergeSettings, bool)]) -> Vec<Finding> {
     let intersections = &streets.network.intersections;
     let inside: FxHashSet<RoadKey> = intersections.iter().flat_map(|i| &i.inner).map(|inner| inner.key).collect();
@@ -225,12 +227,12 @@ fn overruled_wishes(streets: &Streets, merges: &[(MergeSettings, bool)]) -> Vec<
     told.collect()
 }
 
-/// Where a wish stands, as the begin of a message.
+/// The file and line of a user's entry, as the begin of a message.
 fn place_of(said: &MergeSettings) -> String {
     said.origin.as_ref().map_or_else(String::new, |origin| format!("{}:{}: ", origin.file, origin.line))
 }
 
-/// Slug of the finding about a wish that no road is meant by, or that could not be met.
+/// Slug of the finding about an entry that names no road, or that has no effect.
 pub const UNMET_WISH: &str = "merge-unmet";
 
 fn unmet_wish((said, merge): &(MergeSettings, bool)) -> Finding {
@@ -248,10 +250,10 @@ fn unmet_wish((said, merge): &(MergeSettings, bool)) -> Finding {
         .graded(Severity::Warning)
 }
 
-/// Builds a map from streets; its points know their place in the plane only, until [`LaneletMap::place_on_globe`].
+/// Builds a map from streets. Its points have no longitude and latitude before [`LaneletMap::place_on_globe`].
 pub fn build_plan(Plan { streets, projector, mut notes, guesses, inside, heights, profile, contested }: Plan) -> Built {
     let Streets { network, outlines, merges, findings } = streets;
-    // Only what they leave of the roads is asked for.
+    // Only `outlines.kept` is needed from here on.
     drop(outlines.intersections);
     let (network, kept, unreachable) = without_unreachable_lanes(network, outlines.kept);
     notes.extend(findings);

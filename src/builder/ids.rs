@@ -1,17 +1,17 @@
-//! Ids that stay: derived from the ids of the input and the part an element plays, by a hash that never changes.
+//! Stable ids: a hash, which never changes, of the ids of the input and of the part that an element plays.
 //!
-//! The id of an element depends on its key alone, so that it is the same in any part of the map that is built by itself. An id that
-//! two elements want is contested: it goes to neither of them.
+//! The id of an element depends on its key alone, so that an element has the same id in every tile of the map. An id that belongs
+//! to two keys is contested: neither element gets it.
 
 use std::ops::Range;
 
 /// Ids of polygons: Autoware reads them into 32 bits.
 const SHORT: Range<u64> = 1..1 << 31;
 
-/// All other ids, so that the two can never meet: what a double (and with it JavaScript) holds exactly.
+/// All other ids, apart from those of polygons. Doubles, and so JavaScript, hold them exactly.
 const LONG: Range<u64> = SHORT.end..1 << 53;
 
-/// What identifies an element from one build to the next: words and numbers, hashed.
+/// The hash of the words and numbers that identify an element from one build to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Key(u64);
 
@@ -19,10 +19,10 @@ impl Key {
     /// FNV-1a's offset basis and prime, 64 bits; the finish below mixes the high bits.
     const BASIS: u64 = 0xcbf2_9ce4_8422_2325;
     const PRIME: u64 = 0x0000_0100_0000_01b3;
-    /// What seven bytes that are 0 multiply the hash by.
+    /// The factor by which seven bytes of 0 multiply the hash.
     const ZEROS: u64 = Self::PRIME.wrapping_pow(7);
 
-    /// The key of an element that plays this part.
+    /// The key of elements that play this part.
     pub fn new(part: &str) -> Self {
         Self(Self::BASIS).word(part)
     }
@@ -58,7 +58,7 @@ impl Key {
         self.first_in(SHORT, contested)
     }
 
-    /// The key's place in a range, or where a number added to the key leads if that is contested.
+    /// The id of the key in a range; if that is contested, the id of the key refined by the first number whose id is not.
     fn first_in(self, range: Range<u64>, contested: impl Fn(i64) -> bool) -> i64 {
         let keys = std::iter::once(self).chain((1..).map(|attempt| self.number(attempt)));
         keys.map(|key| key.id_in(range.clone())).find(|id| !contested(*id)).unwrap_or_default()

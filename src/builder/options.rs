@@ -20,15 +20,15 @@ use std::sync::Arc;
 /// What a user wants drawn inside intersections.
 #[derive(Clone, Debug, Default)]
 pub struct Inside {
-    /// In all of them.
+    /// In all intersections.
     pub everywhere: InsideSettings,
     /// How traffic lights look.
     pub lights: LightSettings,
-    /// In single ones.
+    /// In single intersections.
     pub intersections: Vec<IntersectionSettings>,
 }
 
-/// A place in metres; far away from everything where the projection does not reach it.
+/// A place in metres; a place far away from all roads if the projection does not reach it.
 pub fn metres(projector: &Projector, [lat, lon]: Place) -> Point {
     projector.forward(LonLat { lon, lat }, 0.0).unwrap_or(Point::new(f64::MAX.sqrt(), f64::MAX.sqrt()))
 }
@@ -36,31 +36,31 @@ pub fn metres(projector: &Projector, [lat, lon]: Place) -> Point {
 /// What a user may decide about a build.
 #[derive(Clone, Debug, Default)]
 pub struct BuildOptions {
-    /// Which side people drive on; from the place where absent.
+    /// The side on which people drive; without it, that of the country in which the data lies.
     pub driving_side: Option<DrivingSide>,
-    /// The country of all data that these are a part of; from the place where absent.
+    /// The country; without it, that in which the data lies. A tile has the country of the whole data.
     pub country: Option<Country>,
-    /// How to turn degrees into metres; MGRS or a transverse Mercator, whichever suits the place, where absent.
+    /// How degrees become metres; without it, MGRS, or a transverse Mercator if the data does not fit one square.
     pub projector: Option<Projector>,
     /// How roads and intersections are laid out.
     pub streets: StreetOptions,
-    /// The ground; level where absent.
+    /// The ground; without it, the ground is level.
     pub terrain: Option<Arc<Terrain>>,
     /// What is drawn beside the lanes for cars.
     pub beside: BesideSettings,
     /// What is drawn inside intersections.
     pub inside: Inside,
-    /// What is painted where the tags are silent.
+    /// What is painted where the tags do not tell.
     pub markings: MarkingSettings,
-    /// What is assumed of roads where the input is silent.
+    /// What is assumed of roads where the tags do not tell.
     pub assume: Vec<AssumeSettings>,
-    /// Tags that stand in the place of OpenStreetMap's. A file of streets has its lanes already.
+    /// Tags that replace those of OpenStreetMap. A file of streets ignores them.
     pub roads: Vec<RoadSettings>,
-    /// Whose reading of the requirements the map follows where readings differ.
+    /// Whose reading of the requirements the map follows.
     pub profile: Profile,
-    /// Roads that the user decided to merge (`true`) or to keep apart. A file of streets is merged already.
+    /// Roads that the user merges (`true`) or keeps apart (`false`). A file of streets ignores them.
     pub merges: Vec<(MergeSettings, bool)>,
-    /// Ids that two elements want, so that neither gets them.
+    /// Ids that no element gets, because two elements have the same hash.
     pub contested: BTreeSet<i64>,
 }
 
@@ -73,7 +73,7 @@ pub struct Plan {
     pub projector: Projector,
     /// What was guessed or left out.
     pub notes: Vec<Finding>,
-    /// How much of that the input did not say.
+    /// How many of the notes are guesses.
     pub guesses: usize,
     /// What is to be drawn inside intersections.
     pub inside: Inside,

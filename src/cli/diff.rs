@@ -3,7 +3,6 @@
 use std::io::Error;
 use std::path::{Path, PathBuf};
 
-use crate::diagnostic::Severity;
 use crate::lanelet::{Opened, open};
 use crate::projection::LonLat;
 use crate::report::diff::Diff;
@@ -73,17 +72,10 @@ fn page(file: &Path, map: &Path, diff: &Diff, new: &Opened) -> Result<(), Failur
     let to_globe =
         |points: &[_]| -> Option<Vec<LonLat>> { new.projector.inverse_each(points, |_| 0.0).into_iter().collect() };
     let report = Report {
-        diagnostics: &diagnostics,
-        sources: &sources,
-        map: &new.loaded.map,
         requirements: &requirements,
         fail_on: FailOn::Never,
-        show: Severity::Info,
-        cap: None,
-        suppressed: 0,
-        known: 0,
         unproject: Some(&to_globe),
-        root: None,
+        ..Report::new(&diagnostics, &sources, &new.loaded.map)
     };
     let title = map.file_name().map_or_else(|| map.display().to_string(), |name| name.to_string_lossy().into_owned());
     let page = Page { title: &title, path: None, requirements: &requirements, earlier: None, origin: None };

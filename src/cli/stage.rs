@@ -6,7 +6,7 @@ use crate::api::files;
 use crate::builder::network::{IntersectionIx, Road, RoadIx};
 use crate::builder::streets::consolidate::MergeNote;
 use crate::builder::streets::outline::debug_steps::{DebugSteps, trace};
-use crate::builder::streets::outline::{MITER_LIMIT, OutlineCase, OutlineOptions};
+use crate::builder::streets::outline::{MITER_LIMIT, OutlineCase};
 use crate::builder::tags::cross_section::StripKind;
 use crate::builder::{Plan, build_plan};
 use crate::geometry::{Point, Polyline, left_of};
@@ -168,9 +168,8 @@ impl Stage<'_> {
     }
 
     fn traces(&self) -> Vec<DebugSteps> {
-        let options = OutlineOptions::default();
         let network = &self.plan.streets.network;
-        self.intersections().map(|at| trace(network, IntersectionIx::new(at), &options)).collect()
+        self.intersections().map(|at| trace(network, IntersectionIx::new(at))).collect()
     }
 
     fn thicken(&self, sketch: &mut Sketch) {

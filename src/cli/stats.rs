@@ -3,7 +3,7 @@
 use std::io::Error;
 use std::path::PathBuf;
 
-use crate::lanelet::index::{MapIndex, Thresholds};
+use crate::lanelet::index::MapIndex;
 use crate::report::failure::Failure;
 use crate::report::stats::Stats;
 
@@ -34,7 +34,7 @@ pub fn run(args: &StatsArgs) -> Result<u8, Failure> {
     let progress = Progress::start("reading");
     let loaded = Loaded::read(args.map.as_path(), &Configuration::default())?;
     progress.next("measuring");
-    let index = MapIndex::new(&loaded.map, &loaded.faults, &loaded.settings, Thresholds::default());
+    let index = MapIndex::new(&loaded.map, &loaded.faults, &loaded.settings);
     let stats = Stats::of(&index);
     drop(progress);
     output::print_with(|out| match args.format {

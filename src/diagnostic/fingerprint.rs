@@ -43,15 +43,7 @@ mod tests {
     use crate::diagnostic::{Finding, Severity};
 
     fn diagnostic(code: &str, subject: Subject) -> Diagnostic {
-        Diagnostic {
-            code: code.to_owned(),
-            severity: Severity::Error,
-            finding: Finding::new("fault", subject, "message"),
-            help: None,
-            span: None,
-            lonlat: None,
-            local: None,
-        }
+        Diagnostic::new(code, Severity::Error, Finding::new("fault", subject, "message"))
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 use rustc_hash::FxHashMap;
 
-use super::counts::ErrorCounts;
+use super::error_counts::ErrorCounts;
 use super::nearby::{around, changed};
 use crate::diagnostic::{Diagnostic, Subject};
 use crate::osm::{Node, OsmData};

@@ -1,14 +1,14 @@
 //! Makes the edits that findings propose, as the smallest change to the files' own text, and holds each against the rules
 //! again: a fix that brings a new error is not kept.
 
-mod blame;
 mod canonical;
-mod counts;
 mod element;
+mod error_counts;
+mod fixes_by_place;
+mod harmful_fixes;
 mod judgement;
 mod nearby;
 mod order;
-mod places;
 mod proposal;
 mod revealed;
 mod suspects;
@@ -21,9 +21,9 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::cancel;
 use crate::diagnostic::{Diagnostic, Fix, Severity};
 use crate::osm::{OsmData, ReadError};
-use blame::Divided;
 pub use canonical::canonical;
-use counts::ErrorCounts;
+use error_counts::ErrorCounts;
+use harmful_fixes::Divided;
 pub use judgement::Judge;
 use judgement::{Bench, Confirmed, Known};
 use order::first_of;
@@ -216,9 +216,9 @@ fn round<J: Judge>(
             refuse(state, memory, all);
             break;
         };
-        let mut verdict = blame::verdict(&state.left, &attempt, |fix| memory.may(fix), is_first);
+        let mut verdict = harmful_fixes::verdict(&state.left, &attempt, |fix| memory.may(fix), is_first);
         if memory.spares {
-            verdict.refused.extend(blame::worse_by_marking(&state.left, &attempt, |fix| memory.may(fix)));
+            verdict.refused.extend(harmful_fixes::worse_by_marking(&state.left, &attempt, |fix| memory.may(fix)));
         }
         if verdict.is_clean() {
             return Ok(keep(state, memory, attempt, suspects));
@@ -344,7 +344,7 @@ fn attempt<J: Judge>(
     let left = bench.judged(std::iter::once(known).chain(last), &osm).map_err(FixError::Judge)?;
     let mut attempt = Attempt { osm, left, done, renumbered, is_followed: false, as_made: None };
     let leads = attempt.done.iter().any(|one| one.leads);
-    if leads && !blame::does_other_harm(&state.left, &attempt) {
+    if leads && !harmful_fixes::does_other_harm(&state.left, &attempt) {
         attempt.is_followed = true;
         for _ in 0..MOST_STEPS {
             if !follow(&state.left, memory, &mut attempt, bench)? {
@@ -366,7 +366,7 @@ fn follow<J: Judge>(
     attempt: &mut Attempt,
     bench: &Bench<J>,
 ) -> Result<bool, FixError<J::Error>> {
-    let following = blame::following(before, attempt, |fix| memory.may(fix));
+    let following = harmful_fixes::following(before, attempt, |fix| memory.may(fix));
     let mut edits = TextEdits::new(&attempt.osm);
     let make = |(leader, one): (usize, Proposal)| {
         let creates = edits.apply(&one.fix)?;

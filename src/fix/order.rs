@@ -1,6 +1,6 @@
 //! Which fixes go first, place by place.
 
-use super::places::{ByPlace, REACH};
+use super::fixes_by_place::{ByPlace, REACH};
 use super::proposal::{Mend, Proposal};
 
 /// Fixes that are farther apart than this (m) have nothing to do with each other, unless they are about the same elements: what

@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashSet;
 
-use super::places::{ByPlace, keys};
+use super::fixes_by_place::{ByPlace, keys};
 use super::proposal::Proposal;
 use super::text_edits::{Key, key_of};
 use crate::diagnostic::{Diagnostic, Edit, Subject};

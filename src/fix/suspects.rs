@@ -3,7 +3,7 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::blame::Harm;
+use super::harmful_fixes::Harm;
 use super::proposal::{Mend, Proposal};
 use crate::diagnostic::{Diagnostic, Edit};
 

@@ -1,6 +1,6 @@
 //! Small files, edited; and a judge that knows one fault.
 
-use super::counts::ErrorCounts;
+use super::error_counts::ErrorCounts;
 use super::text_edits::TextEdits;
 use super::{Judge, mend};
 use crate::diagnostic::{Diagnostic, Edit, Finding, Fix, Severity, Subject};
@@ -124,15 +124,7 @@ fn fixes_that_reach_for_the_same_wait() {
 fn diagnostic(code: &str, subject: Subject, fix: Option<Fix>) -> Diagnostic {
     let mut finding = Finding::new("fault", subject, "It is so.");
     finding.fix = fix;
-    Diagnostic {
-        code: code.to_owned(),
-        severity: Severity::Error,
-        finding,
-        help: None,
-        span: None,
-        lonlat: None,
-        local: None,
-    }
+    Diagnostic::new(code, Severity::Error, finding)
 }
 
 /// Every node wants `ele`; node 3 must not have it.

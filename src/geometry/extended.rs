@@ -1,10 +1,11 @@
-//! Positive numbers with 64 binary digits, as `long double` of x86 has them: what was computed with them comes out alike, to the
-//! last digit, only where it is computed with as many.
+//! Positive numbers with 64 binary digits, as `long double` has on x86. Results that another program computed with `long double`
+//! are the same to the last digit only if they are computed with the same number of digits.
 
-/// Digits of a mantissa.
+/// The number of binary digits of a mantissa.
 const DIGITS: u32 = 64;
 
-/// `mantissa` times two to the power of `exponent`. The highest bit of a mantissa is set, but for zero. Orders as the number does.
+/// The number `mantissa` times two to the power of `exponent`. The highest bit of a mantissa is set unless it is zero, so that
+/// the derived order is that of the numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Extended {
     exponent: i32,
@@ -12,11 +13,11 @@ pub struct Extended {
 }
 
 impl Extended {
-    /// No metres, no seconds.
+    /// Zero.
     pub const ZERO: Self = Self { exponent: i32::MIN, mantissa: 0 };
 
-    /// Nearest to `digits` times two to the power of `exponent`; the even one of two. `more`: whether further digits follow that
-    /// are not zero.
+    /// The number nearest to `digits` times two to the power of `exponent`; of two equally near, the even one. `more` tells
+    /// whether digits other than zero follow.
     fn rounded(digits: u128, exponent: i32, more: bool) -> Self {
         let excess = u128::BITS - DIGITS;
         let shift = digits.leading_zeros();
@@ -34,12 +35,12 @@ impl Extended {
         }
     }
 
-    /// The quotient; `None` by zero.
+    /// The quotient; `None` if `by` is zero.
     pub fn over(self, by: Self) -> Option<Self> {
         let [own, by_digits] = [self, by].map(|one| u128::from(one.mantissa));
         let whole = own << DIGITS;
         let (first, rest) = (whole.checked_div(by_digits)?, (whole % by_digits) << 2);
-        // Two digits more decide how it is rounded.
+        // Two additional digits decide how the quotient is rounded.
         let quotient = (first << 2) | (rest / by_digits);
         let exponent = self.exponent.saturating_sub(by.exponent).saturating_sub(DIGITS.cast_signed() + 2);
         Some(Self::rounded(quotient, exponent, !rest.is_multiple_of(by_digits)))
@@ -73,7 +74,7 @@ impl std::ops::Mul for Extended {
 }
 
 impl From<f64> for Extended {
-    /// Of a number that is neither negative nor infinite.
+    /// Converts a number that is neither negative nor infinite.
     fn from(value: f64) -> Self {
         let bits = value.abs().to_bits();
         let exponent = i32::from((bits >> 52) as u16);

@@ -1,19 +1,19 @@
-//! Whether the insides of two rings meet, decided as Boost.Geometry decides it for Lanelet2: exactly, but on a grid.
+//! Whether the interiors of two rings meet, decided as Boost.Geometry decides it for Lanelet2: exactly, on a grid.
 
 use super::Point;
 
-/// Cells along the longer side of the box around both rings.
+/// The number of cells along the longer side of the bounding box of both rings.
 const CELLS: f64 = 1e7;
 
 /// A place on the grid; also a vector between two.
 type Cell = [i64; 2];
 
-/// Whether two rings have inner points in common. Their points are first rounded to a grid over both, so that rings which reach
-/// into each other by less than a cell only touch. Rings that cross themselves count by the non-zero rule.
+/// Whether two rings have interior points in common. Their vertices are first rounded to a grid over both, so that rings that
+/// overlap by less than a cell only touch. Rings that cross themselves count by the non-zero rule.
 pub fn insides_meet(a: &[Point], b: &[Point]) -> bool {
     let Some(grid) = Grid::over(a, b) else { return false };
     let [a, b] = [a, b].map(|ring| ring.iter().map(|&p| grid.cell(p)).collect::<Vec<Cell>>());
-    // Rings with nothing inside each other, of which no piece lies outside the other, are the same.
+    // If no piece of either ring lies inside or outside the other, the rings are the same.
     let mut same = true;
     for (ring, other) in [(&a, &b), (&b, &a)] {
         let reach = [0, 1].map(|axis| range(other, axis));
@@ -38,7 +38,7 @@ pub fn insides_meet(a: &[Point], b: &[Point]) -> bool {
 /// The grid over two rings.
 struct Grid {
     low: Point,
-    /// Cells in a metre.
+    /// Cells per metre.
     fineness: f64,
 }
 
@@ -51,8 +51,7 @@ impl Grid {
     }
 
     fn cell(&self, p: Point) -> Cell {
-        // The sum is rounded as it is there.
-        #[allow(clippy::cast_possible_truncation, reason = "hardly more than CELLS")]
+        // The sum is rounded as in Boost.Geometry.
         let at = |v: f64, low: f64| (-CELLS / 2.0 + (v - low) * self.fineness).round() as i64;
         [at(p.x, self.low.x), at(p.y, self.low.y)]
     }
@@ -70,7 +69,7 @@ fn dot(a: Cell, b: Cell) -> i64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
-/// The least and the largest of one coordinate.
+/// The smallest and the largest value of one coordinate.
 fn range(cells: &[Cell], axis: usize) -> [i64; 2] {
     cells.iter().fold([i64::MAX, i64::MIN], |[low, high], cell| [low.min(cell[axis]), high.max(cell[axis])])
 }
@@ -85,8 +84,8 @@ fn edges(ring: &[Cell]) -> impl Iterator<Item = (Cell, Cell)> {
     ring.iter().zip(next).map(|(&from, &to)| (from, to)).filter(|(from, to)| from != to)
 }
 
-/// Where vertices of a ring cut an edge, from its start to its end, in shares of the square of its length; `None` where an edge
-/// of the ring crosses it.
+/// The places on an edge at which vertices of a ring lie, its start and end included, as shares of the square of its length;
+/// `None` if an edge of the ring crosses it.
 fn cuts(from: Cell, to: Cell, ring: &[Cell]) -> Option<Vec<i64>> {
     let along = minus(to, from);
     let mut cuts = vec![0, dot(along, along)];
@@ -108,7 +107,7 @@ fn cuts(from: Cell, to: Cell, ring: &[Cell]) -> Option<Vec<i64>> {
     Some(cuts)
 }
 
-/// Where a place lies.
+/// Where a place lies relative to a ring.
 enum Side {
     In,
     On,
@@ -122,7 +121,7 @@ struct Middle {
 }
 
 impl Middle {
-    /// Of a piece of an edge; `sum` is that of the shares at which it starts and ends.
+    /// The middle of a piece of an edge. `sum` is the sum of the shares at which the piece starts and ends.
     fn of(from: Cell, to: Cell, sum: i64) -> Self {
         let along = minus(to, from);
         let scale = 2 * i128::from(dot(along, along));
@@ -143,7 +142,7 @@ impl Middle {
             if left == 0 && between(0) {
                 return Side::On;
             }
-            // An edge has its lower end and not its upper one.
+            // An edge includes its lower end but not its upper one.
             let up = d[1] > c[1];
             if (from(c, 1) < 0) != (from(d, 1) < 0) && (left > 0) == up {
                 turns += if up { 1 } else { -1 };

@@ -1,4 +1,4 @@
-//! Which way round a lanelet uses its bounds, as Lanelet2's `geometry::align` decides it on loading.
+//! Whether a lanelet uses its bounds in file order or inverted, as Lanelet2's `geometry::align` decides it on loading.
 
 use crate::geometry::{Point, cross};
 use crate::lanelet::index::view::Spot;
@@ -15,8 +15,8 @@ pub fn align(left: &[Point], right: &[Point]) -> (bool, bool) {
     (left_inverted, right_inverted)
 }
 
-/// As [`align`] of bounds in space, which is how the loader has them: heights decide what lies nearest, and where bounds
-/// lie above each other in the plane they are all that there is.
+/// [`align`] of bounds in space, as the loader does it: heights count in the distance to a bound, and alone tell bounds apart
+/// that lie above each other.
 pub fn align_in_space(left: &[Spot], right: &[Spot]) -> (bool, bool) {
     if left.is_empty() || right.is_empty() || (left.len() == 1 && right.len() == 1) {
         return (false, false);
@@ -60,7 +60,7 @@ fn side_in_space(line: &[Spot], p: Spot) -> f64 {
     let is_left = |a: Spot, b: Spot, p: Spot| cross((b - a).xy(), (p - a).xy()) > 0.0;
     let (a, b) = (line[at], line[at + 1]);
     let mut left = is_left(a, b, p);
-    // At a corner the next segment has its say.
+    // At a corner, the next segment counts, too.
     if b == foot
         && let Some(&next) = line.iter().position(|spot| *spot == b).and_then(|found| line.get(found + 1))
         && left != is_left(b, next, p)
@@ -71,7 +71,7 @@ fn side_in_space(line: &[Spot], p: Spot) -> f64 {
     if left { distance } else { -distance }
 }
 
-/// Whether two bounds, each in the direction it is used in, run against one another: `align` was led astray, and the
+/// Whether two bounds, each in the direction in which it is used, run against each other: `align` has chosen wrongly, and the
 /// outline of the lanelet crosses itself.
 pub fn opposed(left: &[Point], right: &[Point]) -> bool {
     let (Some((a, b)), Some((c, d))) = (ends(left), ends(right)) else { return false };
@@ -82,7 +82,8 @@ fn ends(line: &[Point]) -> Option<(Point, Point)> {
     Some((*line.first()?, *line.last()?))
 }
 
-/// Lanelet2's middle: a vertex, or the middle of two. With an even number of vertices, the direction decides which.
+/// The middle of a line as Lanelet2 takes it: a vertex, or the point midway between two. With an even number of vertices it
+/// depends on the direction.
 fn middle(line: &[Point], inverted: bool) -> Option<Point> {
     let half = line.len() / 2;
     match line {

@@ -10,7 +10,7 @@ pub type Attributes = Tags;
 pub enum TurnDirection {
     /// Toward the left.
     Left,
-    /// Neither.
+    /// Straight on.
     Straight,
     /// Toward the right.
     Right,

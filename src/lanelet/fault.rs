@@ -4,7 +4,7 @@ use crate::diagnostic::{SourceSpan, Subject};
 use crate::osm::{ElementKind, Text};
 use crate::projection::{InfoError, LonLat, MgrsGrid, Projector};
 
-use super::limits::RoleLimit;
+use super::element_roles::RoleLimit;
 
 /// Something that does not load, or loads as something other than the file says.
 #[derive(Clone, Debug, PartialEq)]

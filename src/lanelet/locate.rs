@@ -15,7 +15,7 @@ pub struct Located {
     pub span: Option<SourceSpan>,
     /// Middle of the place or of the primitive, local metres.
     pub local: Option<PlanePoint>,
-    /// Its longitude and latitude, as the primitive's points have them; of the nearest point where those do not tell.
+    /// Its longitude and latitude, by those of the primitive's points.
     pub lonlat: Option<LonLat>,
 }
 
@@ -36,15 +36,15 @@ pub fn locate(map: &LaneletMap, subject: Subject, place: &Place) -> Located {
     Located { span: span_of(map, subject), local, lonlat: lonlat_of(&points, local) }
 }
 
-/// Two points farther apart than this, metres, tell how the plane lies on the globe, ...
+/// Two points farther apart than this, metres, tell how the plane is turned against north, ...
 const TELLING: f64 = 1.0;
-/// ... if their distance is the same on both to this part; a projection's scale differs less.
+/// ... if their distances in the plane and on the globe differ by less than this share: the scale of a projection differs less.
 const ALIKE: f64 = 0.01;
 /// Length of a degree of latitude, metres: of a sphere, which is near enough over a lanelet's length.
 const DEGREE: f64 = 111_195.0;
 
-/// Longitude and latitude of a place in the plane: as far from the nearest point as it is there, in the direction that
-/// another point tells.
+/// Longitude and latitude of a place in the plane: those of the nearest point, moved by its distance from there; a second point
+/// tells the direction of north.
 fn lonlat_of(points: &[&Point], local: Option<PlanePoint>) -> Option<LonLat> {
     let far = |p: &Point, from: PlanePoint| (p.position - from).norm_squared();
     let Some(local) = local else { return points.first()?.lonlat() };

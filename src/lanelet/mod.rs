@@ -6,10 +6,10 @@
 pub mod align;
 mod attributes;
 pub mod cell_metadata;
+mod element_roles;
 mod fault;
 mod from_osm;
 pub mod index;
-mod limits;
 pub mod locate;
 pub mod number;
 mod open;
@@ -23,9 +23,9 @@ mod to_osm;
 
 pub use attributes::{Attributes, RoadType, TurnDirection};
 pub use cell_metadata::MAP;
+pub use element_roles::{RoleLimit, TargetKind, known_subtypes, role_limits};
 pub use fault::{BoundRole, Condition, InfoFault, LoadFault, Repeat, RingFault};
 pub use from_osm::{Loaded, SUPPORTED_FORMAT_VERSION, from_osm, is_area, positions};
-pub use limits::{RoleLimit, TargetKind, known_subtypes, role_limits};
 pub use open::{
     OpenError, Opened, ProjectorFrom, files_of, is_lanelet2, is_navigation_osm, locate_files, open, open_bytes,
     projector_for, read_elements,
@@ -204,8 +204,8 @@ impl RegulatoryElement {
     }
 }
 
-/// What Lanelet2 holds and Autoware cannot use: mostly what it puts in the place of what did not load. The map itself has none of
-/// it: only the profile `tier4` looks at it, since the existing validator judges it like the rest.
+/// Primitives that Lanelet2 holds and Autoware cannot use: mostly placeholders for what did not load. They are not in the layers
+/// of the map; only the profile `tier4` looks at them, because the existing validator judges them like all others.
 #[derive(Clone, Debug, Default)]
 pub struct Dummies {
     /// Lanelets with a bound of fewer than two points. A bound that is no linestring of the map has none.

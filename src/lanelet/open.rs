@@ -1,16 +1,16 @@
 //! Opens a map wherever it lies: one file, a directory of `.osm` files, or an Autoware map directory.
 
-use std::ffi::{OsStr, OsString};
+mod error;
+mod map_files;
+
 use std::path::{Path, PathBuf};
 
-use rustc_hash::FxHashSet;
-
-use crate::diagnostic::SourceSpan;
-use crate::osm::{Contradiction, ElementKind, OsmData, ReadError, read_bytes, read_files};
+use crate::osm::{OsmData, read_bytes};
 use crate::projection::{LonLat, MgrsGrid, Projector};
 
-use super::cell_metadata::{CellMetadata, MAP, METADATA, MetadataError};
 use super::{Loaded, ProjectorInfo, from_osm};
+pub use error::OpenError;
+use map_files::MapFiles;
 
 /// A map that was read, with where it came from.
 #[derive(Debug)]
@@ -42,102 +42,13 @@ pub enum ProjectorFrom {
     Map,
 }
 
-/// Why a map cannot be opened.
-#[derive(Debug, thiserror::Error)]
-pub enum OpenError {
-    /// A file cannot be read.
-    #[error(transparent)]
-    Read(#[from] ReadError),
-    /// A directory without maps.
-    #[error("{path} holds no .osm file")]
-    EmptyDirectory {
-        /// The directory.
-        path: PathBuf,
-    },
-    /// Roads for navigation, not lanelets.
-    #[error("{path} is not a Lanelet2 map but a plain OpenStreetMap extract: it has {roads} roads and no lanelet")]
-    Navigation {
-        /// The file or directory.
-        path: PathBuf,
-        /// Ways with `highway`.
-        roads: usize,
-    },
-    /// Cells in which an element is not the same everywhere.
-    #[error("{first} and {second} contradict each other: {kind} {id} is not the same in both{}", .more.map_or(String::new(), |more| format!("; so are {more} more elements")))]
-    Contradiction {
-        /// The file and line where it stands first.
-        first: String,
-        /// The file and line where it stands otherwise.
-        second: String,
-        /// Its kind.
-        kind: ElementKind,
-        /// Its id.
-        id: i64,
-        /// How many more there are, if any.
-        more: Option<usize>,
-    },
-    /// A list of cells that cannot be read.
-    #[error("{path}: {error}")]
-    Metadata {
-        /// The list.
-        path: PathBuf,
-        /// What is wrong with it.
-        error: MetadataError,
-    },
-    /// A list of cells and a folder of cells that do not go together.
-    #[error("{path} names {name}, and there is no such file{}", .more.map_or(String::new(), |more| format!("; so it does {more} more")))]
-    MissingCell {
-        /// The list.
-        path: PathBuf,
-        /// As the list writes it.
-        name: String,
-        /// How many more are missing, if any.
-        more: Option<usize>,
-    },
-    /// A cell that no client would get.
-    #[error("{path} is a cell that {METADATA} does not name")]
-    UnlistedCell {
-        /// The cell.
-        path: PathBuf,
-    },
-    /// Neither lanelets nor roads.
-    #[error("{path} is not a Lanelet2 map: it has no relation with type=lanelet")]
-    NotLanelet2 {
-        /// The file or directory.
-        path: PathBuf,
-    },
-}
-
-impl OpenError {
-    /// A way out, in one line.
-    pub fn help(&self) -> &'static str {
-        match self {
-            Self::Read(error) => error.help(),
-            Self::EmptyDirectory { .. } => {
-                "give an .osm file, a directory of .osm files, or a map directory with lanelet2_map.osm in it"
-            }
-            Self::Navigation { .. } => "make a Lanelet2 map of it first: `lanewright build`",
-            Self::Contradiction { .. } => {
-                "divide the map anew from what the cells were made of: `lanewright split`; cells are never edited one by one"
-            }
-            Self::Metadata { .. } | Self::UnlistedCell { .. } => {
-                "remove what does not belong there, or divide the map anew: `lanewright split` writes cells and their list"
-            }
-            Self::MissingCell { .. } => {
-                "bring the missing cells back, or give the .osm files that are there by themselves, outside a map directory"
-            }
-            Self::NotLanelet2 { .. } => "give a map with lanelets; `lanewright build` makes one from OpenStreetMap",
-        }
-    }
-}
-
 /// The files that [`open`] reads the map from.
 ///
 /// # Errors
 ///
 /// If the directory cannot be listed, or holds no `.osm` file.
 pub fn files_of(path: &Path) -> Result<Vec<PathBuf>, OpenError> {
-    Ok(find(path)?.files)
+    Ok(MapFiles::find(path)?.files)
 }
 
 /// The files that [`open`] reads the map from, and the projector file beside them, without reading the map.
@@ -146,7 +57,7 @@ pub fn files_of(path: &Path) -> Result<Vec<PathBuf>, OpenError> {
 ///
 /// If the directory cannot be listed, or what is in it is no map, or not all of one.
 pub fn locate_files(path: &Path) -> Result<(Vec<PathBuf>, ProjectorInfo), OpenError> {
-    let found = find(path)?;
+    let found = MapFiles::find(path)?;
     found.hold_against_list()?;
     let info = found.info()?;
     Ok((found.files, info))
@@ -168,12 +79,8 @@ pub fn is_navigation_osm(osm: &OsmData) -> bool {
 /// # Errors
 ///
 /// If a file cannot be read, or there is no Lanelet2 map in it.
-///
-/// # Errors
-///
-/// If a file cannot be read, or there is no `.osm` file.
 pub fn open(path: &Path, projector: Option<Projector>) -> Result<Opened, OpenError> {
-    let found = find(path)?;
+    let found = MapFiles::find(path)?;
     let info = match projector {
         Some(_) => ProjectorInfo::overruled(),
         None => found.info()?,
@@ -190,7 +97,7 @@ pub fn open(path: &Path, projector: Option<Projector>) -> Result<Opened, OpenErr
 ///
 /// If a file cannot be read, files contradict each other, or there is no Lanelet2 map in them.
 pub fn read_elements(path: &Path) -> Result<(OsmData, Vec<PathBuf>, ProjectorInfo), OpenError> {
-    let found = find(path)?;
+    let found = MapFiles::find(path)?;
     found.hold_against_list()?;
     let info = found.info()?;
     let osm = found.read(true)?;
@@ -198,29 +105,12 @@ pub fn read_elements(path: &Path) -> Result<(OsmData, Vec<PathBuf>, ProjectorInf
     Ok((osm, found.files, info))
 }
 
-/// Whether cells say the same of each element.
-fn agree(osm: &OsmData, contradictions: &[Contradiction]) -> Result<(), OpenError> {
-    let [Contradiction { kind, id, spans }, more @ ..] = contradictions else { return Ok(()) };
-    let place = |span: &SourceSpan| {
-        let source = osm.sources.get(span.file as usize);
-        let before = source.and_then(|source| source.text.get(..span.start as usize)).unwrap_or_default();
-        format!("{}:{}", source.map_or("", |source| &source.name), before.matches('\n').count() + 1)
-    };
-    let [first, second] = spans.each_ref().map(place);
-    let more = (!more.is_empty()).then_some(more.len());
-    Err(OpenError::Contradiction { first, second, kind: *kind, id: *id, more })
-}
-
 /// Reads and loads a map of one file from its content. `info` is the content of the projector file; `projector` overrules it.
 /// Messages call the map `name`.
 ///
 /// # Errors
 ///
-/// If the content is no Lanelet2 map.
-///
-/// # Errors
-///
-/// If the content is no OpenStreetMap data.
+/// If the content is no OpenStreetMap data, or no Lanelet2 map.
 pub fn open_bytes(
     name: &str,
     bytes: Vec<u8>,
@@ -277,118 +167,12 @@ pub fn projector_for(osm: &OsmData) -> Projector {
     MgrsGrid::of(place).or_else(|| MgrsGrid::of(LonLat::default())).map_or(Projector::Local, Projector::Mgrs)
 }
 
-/// The files of a map, and the directory of its projector file.
-struct Found {
-    files: Vec<PathBuf>,
-    folder: PathBuf,
-    /// Another folder, where that one has none.
-    above: Option<PathBuf>,
-    /// The folder of the cells, where the map is divided.
-    cells: Option<PathBuf>,
-    /// Whether Autoware would load the map from here.
-    autoware: bool,
-}
-
-impl Found {
-    fn info(&self) -> Result<ProjectorInfo, OpenError> {
-        let look = |folder: &Path| {
-            let failed = |source| ReadError::Io { path: folder.to_path_buf(), source };
-            ProjectorInfo::beside(folder, self.autoware).map_err(failed)
-        };
-        let own = look(&self.folder)?;
-        Ok(match &self.above {
-            Some(above) if own.path.is_none() => look(above)?,
-            _ => own,
-        })
-    }
-
-    /// The elements of all files, each once. Cells, and whatever else must be one map, are in the order of ids and may not
-    /// contradict each other.
-    fn read(&self, one_map: bool) -> Result<OsmData, OpenError> {
-        let mut osm = read_files(&self.files)?;
-        let contradictions = osm.leave_out_copies();
-        if one_map && self.files.len() > 1 {
-            agree(&osm, &contradictions)?;
-            osm.sort_by_id();
-        }
-        Ok(osm)
-    }
-
-    /// Whether the list of the cells, where there is one, names all cells and no others.
-    fn hold_against_list(&self) -> Result<(), OpenError> {
-        let Some(cells) = &self.cells else { return Ok(()) };
-        let beside = self.above.as_ref().unwrap_or(&self.folder);
-        let path = beside.join(METADATA);
-        if !path.is_file() {
-            return Ok(());
-        }
-        let failed = |source| ReadError::Io { path: path.clone(), source };
-        let text = String::from_utf8_lossy(&std::fs::read(&path).map_err(failed)?).into_owned();
-        let list = CellMetadata::read(&text).map_err(|error| OpenError::Metadata { path: path.clone(), error })?;
-        let file_of = |name: &str| CellMetadata::file(beside, cells, name);
-        let missing: Vec<&str> =
-            list.cells.iter().map(|(name, _)| name.as_str()).filter(|name| file_of(name).is_none()).collect();
-        if let [name, more @ ..] = missing.as_slice() {
-            let more = (!more.is_empty()).then_some(more.len());
-            return Err(OpenError::MissingCell { path, name: (*name).to_owned(), more });
-        }
-        let listed: FxHashSet<OsString> =
-            list.cells.iter().filter_map(|(name, _)| Some(Path::new(name).file_name()?.to_owned())).collect();
-        match self.files.iter().find(|file| file.file_name().is_some_and(|name| !listed.contains(name))) {
-            Some(file) => Err(OpenError::UnlistedCell { path: file.clone() }),
-            None => Ok(()),
-        }
-    }
-}
-
-fn find(path: &Path) -> Result<Found, OpenError> {
-    if !path.is_dir() {
-        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-        let autoware = path.file_name() == Some(OsStr::new(MAP));
-        // One cell of a divided map.
-        let above = folder.parent().filter(|_| folder.file_name() == Some(OsStr::new(MAP))).map(Path::to_path_buf);
-        return Ok(Found { files: vec![path.to_path_buf()], folder, above, cells: None, autoware });
-    }
-    let folder = path.to_path_buf();
-    for inner in [path.join(MAP), path.join(format!("{MAP}.gz"))] {
-        if inner.is_dir() {
-            let files = files_in(&inner)?;
-            return Ok(Found { files, folder, above: None, cells: Some(inner), autoware: true });
-        }
-        if inner.exists() {
-            return Ok(Found { files: vec![inner], folder, above: None, cells: None, autoware: true });
-        }
-    }
-    let files = files_in(path)?;
-    // `.` and `..` have no name until they are resolved.
-    let full = path.canonicalize().ok().filter(|full| full.file_name() == Some(OsStr::new(MAP)));
-    let above = full.as_ref().and_then(|full| full.parent()).map(Path::to_path_buf);
-    let cells = above.is_some().then(|| folder.clone());
-    Ok(Found { files, folder, autoware: above.is_some(), above, cells })
-}
-
-/// The `.osm` and `.osm.gz` files right in a directory, in the order of their names.
-fn files_in(folder: &Path) -> Result<Vec<PathBuf>, OpenError> {
-    let failed = |source| ReadError::Io { path: folder.to_path_buf(), source };
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(failed)? {
-        let file = entry.map_err(failed)?.path();
-        let name = file.file_name().map(|n| n.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-        if (name.ends_with(".osm") || name.ends_with(".osm.gz")) && file.is_file() {
-            files.push(file);
-        }
-    }
-    if files.is_empty() {
-        return Err(OpenError::EmptyDirectory { path: folder.to_path_buf() });
-    }
-    files.sort();
-    Ok(files)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lanelet::cell_metadata::MAP;
     use crate::lanelet::{Condition, INFO};
+    use crate::osm::ReadError;
     use std::fs;
 
     const NODE: &str = r#"<osm><node id="1" lat="35" lon="139.3"/>"#;

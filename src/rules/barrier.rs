@@ -1,6 +1,7 @@
 //! Lines that people on foot do not pass: guard rails, walls, fences.
 
 use crate::geometry::{Point, Polyline, polygon};
+use crate::lanelet::index::thresholds;
 use crate::lanelet::index::{Lane, MapIndex, extent};
 use crate::lanelet::{LineString, LineStringId};
 
@@ -44,13 +45,13 @@ impl<'m> Barrier<'m> {
     pub fn lanes_near(&self, map: &MapIndex) -> Vec<usize> {
         let [low, high] = extent(self.line.points());
         let mut near = map.lanes_near(low, high);
-        near.retain(|&at| self.on_level(map, &map.lanes[at]));
+        near.retain(|&at| self.on_level(&map.lanes[at]));
         near
     }
 
-    fn on_level(&self, map: &MapIndex, lane: &Lane) -> bool {
+    fn on_level(&self, lane: &Lane) -> bool {
         let [low, high] = lane.heights;
-        let apart = map.thresholds.grade_separation;
+        let apart = thresholds::GRADE_SEPARATION;
         self.height.is_none_or(|height| height >= low - apart && height <= high + apart)
     }
 

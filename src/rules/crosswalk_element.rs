@@ -10,6 +10,7 @@ use crate::lanelet::{LaneletId, LineStringId, RegulatoryElement};
 use crate::text::counted;
 
 use super::stop_line_crossings::crossings;
+use crate::lanelet::index::thresholds;
 
 /// A lane that shares at least this area (m2) with a crosswalk runs over it.
 const CROSSES: f64 = 0.1;
@@ -104,7 +105,7 @@ fn lanes_across(map: &MapIndex, crosswalk: &Seen) -> Vec<(usize, f64)> {
         let (_, place) =
             polygon::common_part(&map.lanes[lane].outline, &crosswalk.outline).filter(|one| one.0 >= CROSSES)?;
         let apart = own.and_then(|own| height(own, place)).zip(height(lane, place));
-        if apart.is_some_and(|(a, b)| (a - b).abs() > map.thresholds.grade_separation) {
+        if apart.is_some_and(|(a, b)| (a - b).abs() > thresholds::GRADE_SEPARATION) {
             return None;
         }
         let center = map.lanes[lane].center.as_ref()?;

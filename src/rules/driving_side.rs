@@ -5,12 +5,6 @@ use serde::Deserialize;
 use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::{DrivingSide, MapIndex};
 
-use super::Rule;
-
-/// See `rules/side.md`.
-pub struct OneSide;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -20,20 +14,16 @@ pub struct Params {
 /// So many of the places that differ are named; more would not fit a line.
 const MOST_NAMED: usize = 5;
 
-impl Rule for OneSide {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let votes = &map.side;
-        let share = votes.left.min(votes.right) as f64 / (votes.left + votes.right).max(1) as f64;
-        if share <= params.share {
-            return Vec::new();
-        }
-        let message = format!("{} places drive on the left, {} on the right.", votes.left, votes.right);
-        let rare = if votes.left < votes.right { DrivingSide::Left } else { DrivingSide::Right };
-        let finding =
-            Finding::new("inconsistent", Subject::Map, message).measured(100.0 * share, 100.0 * params.share, "%");
-        let odd = votes.places.iter().filter(|(_, side)| *side == rare).take(MOST_NAMED);
-        vec![odd.fold(finding, |finding, (lane, _)| finding.with(Subject::Lanelet(lane.0), "other side"))]
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let votes = &map.side;
+    let share = votes.left.min(votes.right) as f64 / (votes.left + votes.right).max(1) as f64;
+    if share <= params.share {
+        return Vec::new();
     }
+    let message = format!("{} places drive on the left, {} on the right.", votes.left, votes.right);
+    let rare = if votes.left < votes.right { DrivingSide::Left } else { DrivingSide::Right };
+    let finding =
+        Finding::new("inconsistent", Subject::Map, message).measured(100.0 * share, 100.0 * params.share, "%");
+    let odd = votes.places.iter().filter(|(_, side)| *side == rare).take(MOST_NAMED);
+    vec![odd.fold(finding, |finding, (lane, _)| finding.with(Subject::Lanelet(lane.0), "other side"))]
 }

@@ -6,21 +6,14 @@ use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{Condition, ElementKind, LoadFault, PolygonId, Repeat};
 
+use super::NoParams;
 use super::load::name;
-use super::{NoParams, Rule};
 
-/// See `rules/ids.md`.
-pub struct Ids;
-
-impl Rule for Ids {
-    type Params = NoParams;
-
-    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        let twice = |fault: &&LoadFault| matches!(fault.condition, Condition::DuplicateId { .. });
-        let twice: FxHashSet<Subject> = map.faults.iter().filter(twice).map(|fault| fault.subject).collect();
-        let faults = map.faults.iter();
-        faults.filter_map(|fault| Some(finding(map, fault, &twice)?.standing_at(fault.span.clone()))).collect()
-    }
+pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+    let twice = |fault: &&LoadFault| matches!(fault.condition, Condition::DuplicateId { .. });
+    let twice: FxHashSet<Subject> = map.faults.iter().filter(twice).map(|fault| fault.subject).collect();
+    let faults = map.faults.iter();
+    faults.filter_map(|fault| Some(finding(map, fault, &twice)?.standing_at(fault.span.clone()))).collect()
 }
 
 fn finding(map: &MapIndex, fault: &LoadFault, twice: &FxHashSet<Subject>) -> Option<Finding> {

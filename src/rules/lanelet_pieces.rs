@@ -2,6 +2,7 @@
 
 use crate::diagnostic::LaneletCut;
 use crate::geometry::{Point, Polyline, polygon};
+use crate::lanelet::index::thresholds;
 use crate::lanelet::index::{MapIndex, center_line};
 use crate::lanelet::{LineStringId, PolygonId, RegulatoryElement, Target};
 
@@ -71,7 +72,7 @@ impl Pieces {
                 _ => None,
             })
             .collect();
-        let pieces = self.on(map, &grounds);
+        let pieces = self.on(&grounds);
         if !pieces.is_empty() {
             return pieces;
         }
@@ -86,9 +87,9 @@ impl Pieces {
     }
 
     /// The pieces that overlap one of some rings by more than a sliver.
-    fn on(&self, map: &MapIndex, rings: &[Vec<Point>]) -> Vec<usize> {
+    fn on(&self, rings: &[Vec<Point>]) -> Vec<usize> {
         let overlaps =
-            |outline: &[Point]| rings.iter().any(|ring| polygon::overlap(outline, ring) > map.thresholds.real_area);
+            |outline: &[Point]| rings.iter().any(|ring| polygon::overlap(outline, ring) > thresholds::REAL_AREA);
         (0..self.outlines.len()).filter(|&at| overlaps(&self.outlines[at])).collect()
     }
 
@@ -113,7 +114,7 @@ impl Pieces {
             let ending = map.followers(self.lane).first().map_or(&[][..], |&next| map.predecessors(next));
             let parting = map.siblings(self.lane).chain(ending.iter().copied()).filter(|&other| other != self.lane);
             let grounds: Vec<Vec<Point>> = parting.map(|other| map.lanes[other].outline.clone()).collect();
-            pieces = self.on(map, &grounds);
+            pieces = self.on(&grounds);
         }
         (!pieces.is_empty()).then_some(pieces)
     }

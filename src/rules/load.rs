@@ -9,18 +9,11 @@ use crate::lanelet::{
     known_subtypes,
 };
 
-use super::{NoParams, Rule};
+use super::NoParams;
 
-/// See `rules/load.md`.
-pub struct Load;
-
-impl Rule for Load {
-    type Params = NoParams;
-
-    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        let findings = map.faults.iter().filter_map(|fault| Some(finding(map, fault)?.standing_at(fault.span.clone())));
-        findings.chain(reversed(map)).collect()
-    }
+pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+    let findings = map.faults.iter().filter_map(|fault| Some(finding(map, fault)?.standing_at(fault.span.clone())));
+    findings.chain(reversed(map)).collect()
 }
 
 /// Lanelets that run against the point order of both bounds. Many valid maps have some, so there is one finding for all of

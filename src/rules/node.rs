@@ -11,13 +11,8 @@ use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{Condition, LoadFault, Point, PointId};
 
-use super::Rule;
 use super::load::name;
 
-/// See `rules/node.md`.
-pub struct Nodes;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -26,25 +21,21 @@ pub struct Params {
     least_step: f64,
 }
 
-impl Rule for Nodes {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let heights = neighbouring_heights(map);
-        let is_known = !map.faults.iter().any(LoadFault::leaves_projector_open);
-        let faults = map.faults.iter();
-        let mut findings: Vec<Finding> = faults
-            .filter_map(|fault| {
-                let mut finding = finding(map, params, fault, &heights)?.standing_at(fault.span.clone());
-                // Metres of another projection than the other points have would be worse than none.
-                finding.fix =
-                    finding.fix.filter(|_| is_known || !matches!(fault.condition, Condition::PartialLocal { .. }));
-                Some(finding)
-            })
-            .collect();
-        findings.extend(steps(map, params));
-        findings
-    }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let heights = neighbouring_heights(map);
+    let is_known = !map.faults.iter().any(LoadFault::leaves_projector_open);
+    let faults = map.faults.iter();
+    let mut findings: Vec<Finding> = faults
+        .filter_map(|fault| {
+            let mut finding = finding(map, params, fault, &heights)?.standing_at(fault.span.clone());
+            // Metres of another projection than the other points have would be worse than none.
+            finding.fix =
+                finding.fix.filter(|_| is_known || !matches!(fault.condition, Condition::PartialLocal { .. }));
+            Some(finding)
+        })
+        .collect();
+    findings.extend(steps(map, params));
+    findings
 }
 
 /// A height for a point that has none.

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use crate::diagnostic::Edit;
 use crate::geometry::{Point, Polyline, Vector};
 use crate::lanelet::LineStringId;
+use crate::lanelet::index::thresholds;
 use crate::lanelet::index::view::boxes_meet;
 use crate::lanelet::index::{Lane, MapIndex, extent};
 use crate::parallel::Finely;
@@ -66,7 +67,7 @@ impl ParallelBounds {
     /// Which of two lanes' bounds run along each other; `None` if none do, or if the lanes have a way in common.
     fn of(map: &MapIndex, [one, other]: [usize; 2], lines: [&Bounds; 2], reach: Reach) -> Option<Self> {
         let (a, b) = (&map.lanes[one], &map.lanes[other]);
-        if a.bounds.iter().any(|way| b.bounds.contains(way)) || on_two_levels(map, a, b) {
+        if a.bounds.iter().any(|way| b.bounds.contains(way)) || on_two_levels(a, b) {
             return None;
         }
         let sides = [(0, 0), (0, 1), (1, 0), (1, 1)];
@@ -117,9 +118,9 @@ fn runs_along(border: &Border, other: &Border, reach: Reach) -> bool {
 }
 
 /// Whether the height ranges of two lanes are so far apart that they cannot be on one level.
-pub fn on_two_levels(map: &MapIndex, a: &Lane, b: &Lane) -> bool {
+pub fn on_two_levels(a: &Lane, b: &Lane) -> bool {
     let gap = (a.heights[0] - b.heights[1]).max(b.heights[0] - a.heights[1]);
-    gap > map.thresholds.grade_separation
+    gap > thresholds::GRADE_SEPARATION
 }
 
 /// All pairs of lanes whose bounds run along each other, where `first` accepts the one, by its position, and `second` the other.

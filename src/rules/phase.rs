@@ -7,18 +7,11 @@ use crate::lanelet::index::{Intersection, MapIndex, Traffic};
 use crate::lanelet::right_of_way::Turn;
 use crate::lanelet::{LineStringId, RegulatoryElementId};
 
-use super::{NoParams, Rule};
+use super::NoParams;
 
-/// See `rules/phase.md`.
-pub struct Phase;
-
-impl Rule for Phase {
-    type Params = NoParams;
-
-    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        let all = map.intersections.iter().zip(&map.traffic);
-        all.flat_map(|(intersection, traffic)| arrows(map, intersection, traffic)).collect()
-    }
+pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+    let all = map.intersections.iter().zip(&map.traffic);
+    all.flat_map(|(intersection, traffic)| arrows(map, intersection, traffic)).collect()
 }
 
 /// The lights of one traffic light element of an approach, and the movements that it rules.

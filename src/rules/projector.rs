@@ -6,12 +6,6 @@ use crate::diagnostic::{Finding, Severity, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{Condition, InfoError, InfoFault};
 
-use super::Rule;
-
-/// See `rules/projector.md`.
-pub struct ProjectorFile;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -19,16 +13,12 @@ pub struct Params {
     lost_origin: f64,
 }
 
-impl Rule for ProjectorFile {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let faults = map.faults.iter().filter_map(|fault| match &fault.condition {
-            Condition::ProjectorInfo(fault) => finding(fault, params),
-            _ => None,
-        });
-        faults.collect()
-    }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let faults = map.faults.iter().filter_map(|fault| match &fault.condition {
+        Condition::ProjectorInfo(fault) => finding(fault, params),
+        _ => None,
+    });
+    faults.collect()
 }
 
 fn finding(fault: &InfoFault, params: &Params) -> Option<Finding> {

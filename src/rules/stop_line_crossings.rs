@@ -2,6 +2,7 @@
 
 use crate::geometry::{Point, Polyline, Vector, segment_crossing};
 use crate::lanelet::LineStringId;
+use crate::lanelet::index::thresholds;
 use crate::lanelet::index::view::boxes_meet;
 use crate::lanelet::index::{Lane, MapIndex, StopLine, extent};
 
@@ -37,14 +38,14 @@ pub fn crossings(map: &MapIndex, line: &StopLine, extra: f64) -> Vec<StopLineCro
     let reaches = found.iter().map(|crossing| map.lanes[crossing.lane].heights);
     let [low, high] =
         reaches.fold([line.height; 2], |[low, high], [lowest, highest]| [low.min(lowest), high.max(highest)]);
-    if found.len() > 1 && high - low > map.thresholds.grade_separation {
+    if found.len() > 1 && high - low > thresholds::GRADE_SEPARATION {
         // Lines are drawn without heights more often than lanes: the nearest level is theirs, however far it is.
         let height = |crossing: &StopLineCrossing| map.height(crossing.lane, crossing.place).unwrap_or(line.height);
         let heights: Vec<f64> = found.iter().map(height).collect();
         let off = |height: &f64| (height - line.height).abs();
         let own = heights.iter().copied().min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(line.height);
         let mut heights = heights.into_iter();
-        found.retain(|_| heights.next().is_some_and(|height| (height - own).abs() <= map.thresholds.grade_separation));
+        found.retain(|_| heights.next().is_some_and(|height| (height - own).abs() <= thresholds::GRADE_SEPARATION));
     }
     found
 }

@@ -8,44 +8,37 @@ use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{Lanelet, LaneletId};
 
+use super::NoParams;
 use super::two_way::TwoWay;
-use super::{NoParams, Rule};
 
-/// See `rules/vm-01-01.md`.
-pub struct RoadBasics;
-
-impl Rule for RoadBasics {
-    type Params = NoParams;
-
-    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        let mut findings = Vec::new();
-        let nearby = NearbyLocations::of(map);
-        let mut two_way = None;
-        for lanelet in map.map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", "road")) {
-            let (id, on) = (lanelet.id, Subject::Lanelet(lanelet.id.0));
-            let said = |key: &str| match lanelet.attributes.get(key) {
-                Some(value) => format!("{key}={value}"),
-                None => format!("no {key}"),
-            };
-            if location(lanelet).is_none() {
-                let message = format!("Road lanelet {id} has {}; it must be urban or private.", said("location"));
-                let (value, reason) = nearby.guess(id);
-                let edits = vec![Edit::SetTag { on, key: "location".into(), value: value.into() }];
-                let title = format!("set location={value}, {reason}");
-                findings.push(Finding::new("location", on, message).fixed_by(title, false, edits));
-            }
-            if !lanelet.attributes.is("one_way", "yes") {
-                let message = format!("Road lanelet {id} has {}; it must be yes.", said("one_way"));
-                let (edits, safe) = two_way.get_or_insert_with(|| TwoWay::of(map)).edits(lanelet);
-                let title = match safe {
-                    true => "set one_way=yes",
-                    false => "set one_way=yes and draw the lanelet of the other direction between the same bounds",
-                };
-                findings.push(Finding::new("one-way", on, message).fixed_by(title, safe, edits));
-            }
+pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let nearby = NearbyLocations::of(map);
+    let mut two_way = None;
+    for lanelet in map.map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", "road")) {
+        let (id, on) = (lanelet.id, Subject::Lanelet(lanelet.id.0));
+        let said = |key: &str| match lanelet.attributes.get(key) {
+            Some(value) => format!("{key}={value}"),
+            None => format!("no {key}"),
+        };
+        if location(lanelet).is_none() {
+            let message = format!("Road lanelet {id} has {}; it must be urban or private.", said("location"));
+            let (value, reason) = nearby.guess(id);
+            let edits = vec![Edit::SetTag { on, key: "location".into(), value: value.into() }];
+            let title = format!("set location={value}, {reason}");
+            findings.push(Finding::new("location", on, message).fixed_by(title, false, edits));
         }
-        findings
+        if !lanelet.attributes.is("one_way", "yes") {
+            let message = format!("Road lanelet {id} has {}; it must be yes.", said("one_way"));
+            let (edits, safe) = two_way.get_or_insert_with(|| TwoWay::of(map)).edits(lanelet);
+            let title = match safe {
+                true => "set one_way=yes",
+                false => "set one_way=yes and draw the lanelet of the other direction between the same bounds",
+            };
+            findings.push(Finding::new("one-way", on, message).fixed_by(title, safe, edits));
+        }
     }
+    findings
 }
 
 /// Where a lanelet says it lies, in one of the two words that count.

@@ -10,12 +10,6 @@ use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::{Attributes, Bound, Lanelet, LaneletId, LineStringId};
 
-use super::Rule;
-
-/// See `rules/vm-01-02.md`.
-pub struct LaneChange;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -23,32 +17,27 @@ pub struct Params {
     virtual_lines: bool,
 }
 
-impl Rule for LaneChange {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let roads = || map.map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", "road"));
-        let side = |bound: Bound| (bound.line, bound.inverted);
-        let lefts: FxHashSet<(LineStringId, bool)> = roads().map(|lanelet| side(lanelet.left)).collect();
-        let between: BTreeMap<LineStringId, LaneletId> = roads()
-            .filter(|lanelet| lefts.contains(&side(lanelet.right)))
-            .map(|lanelet| (lanelet.right.line, lanelet.id))
-            .collect();
-        let beside = map
-            .map
-            .lanelets
-            .iter()
-            .filter(|lanelet| is_for_wheels(lanelet))
-            .flat_map(|lanelet| [lanelet.left, lanelet.right].map(|bound| (bound.line, lanelet.id)));
-        let others: BTreeMap<LineStringId, LaneletId> =
-            beside.filter(|(line, _)| !between.contains_key(line)).collect();
-        let between = between.into_iter().filter_map(|(line, lanelet)| match may_be_silent(map, params, line) {
-            true => judge_other(map, line, lanelet),
-            false => judge(map, line, lanelet),
-        });
-        let others = others.into_iter().filter_map(|(line, lanelet)| judge_other(map, line, lanelet));
-        between.chain(others).collect()
-    }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let roads = || map.map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("subtype", "road"));
+    let side = |bound: Bound| (bound.line, bound.inverted);
+    let lefts: FxHashSet<(LineStringId, bool)> = roads().map(|lanelet| side(lanelet.left)).collect();
+    let between: BTreeMap<LineStringId, LaneletId> = roads()
+        .filter(|lanelet| lefts.contains(&side(lanelet.right)))
+        .map(|lanelet| (lanelet.right.line, lanelet.id))
+        .collect();
+    let beside = map
+        .map
+        .lanelets
+        .iter()
+        .filter(|lanelet| is_for_wheels(lanelet))
+        .flat_map(|lanelet| [lanelet.left, lanelet.right].map(|bound| (bound.line, lanelet.id)));
+    let others: BTreeMap<LineStringId, LaneletId> = beside.filter(|(line, _)| !between.contains_key(line)).collect();
+    let between = between.into_iter().filter_map(|(line, lanelet)| match may_be_silent(map, params, line) {
+        true => judge_other(map, line, lanelet),
+        false => judge(map, line, lanelet),
+    });
+    let others = others.into_iter().filter_map(|(line, lanelet)| judge_other(map, line, lanelet));
+    between.chain(others).collect()
 }
 
 /// Whether a line between lanes of one direction is not painted, and need not say whether it may be crossed.

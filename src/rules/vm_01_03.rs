@@ -14,12 +14,8 @@ use crate::lanelet::{Attributes, LaneletId, LineString, LineStringId, PointId, R
 use crate::parallel::Finely;
 
 use super::parallel_bounds::{Border, on_two_levels};
-use super::{Rule, divided_lanelets, one_border, vm_01_02};
+use super::{divided_lanelets, merged_borders, vm_01_02};
 
-/// See `rules/vm-01-03.md`.
-pub struct SharedBorders;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -35,43 +31,39 @@ const STEP: f64 = 0.5;
 /// An end no farther than this from a line, metres, lies on it: half the width of the paint.
 const ON_LINE: f64 = 0.05;
 
-impl Rule for SharedBorders {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let open = |lane| borders(map, lane, &FxHashSet::default());
-        let mut borders_of: Vec<Vec<Border>> = map.lanes.par_iter().finely().map(open).collect();
-        let found = |at: usize, borders_of: &[Vec<Border>]| {
-            along(map, borders_of, params, at).into_iter().map(move |other| (at, other))
-        };
-        let all = (0..map.lanes.len()).into_par_iter().finely();
-        let mut pairs: Vec<(usize, usize)> = all.flat_map_iter(|at| found(at, &borders_of)).collect();
-        if !pairs.is_empty() {
-            // Few maps come so far: only here it is asked for what is on the bounds.
-            let (walls, first) = (walls(map), pairs.iter().flat_map(|&(at, other)| [at, other]));
-            let lanes: BTreeSet<usize> = first.collect();
-            lanes.iter().for_each(|&at| borders_of[at] = borders(map, &map.lanes[at], &walls));
-            pairs = lanes.iter().flat_map(|&at| found(at, &borders_of)).collect();
-        }
-        let mut findings = Vec::new();
-        let mut one_way: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for &(at, other) in &pairs {
-            let (id, name) = (map.lanes[at].id, map.lanes[other].id);
-            if pairs.binary_search(&(other, at)).is_err() {
-                one_way.entry(at).or_default().push(other);
-            } else if at < other {
-                let message = format!("Lanelets {id} and {name} lie side by side but have borders of their own.");
-                let finding = Finding::new("not-shared", Subject::Lanelet(id.0), message);
-                let finding = finding.with(Subject::Lanelet(name.0), "neighbour");
-                findings.push(match one_way_of(map, [at, other]) {
-                    Some((way, edits)) => finding.fixed_by(format!("use way {way} for both"), false, edits),
-                    None => finding,
-                });
-            }
-        }
-        findings.extend(one_way.into_iter().map(|(at, others)| partly(map, at, others)));
-        findings
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let open = |lane| borders(map, lane, &FxHashSet::default());
+    let mut borders_of: Vec<Vec<Border>> = map.lanes.par_iter().finely().map(open).collect();
+    let found = |at: usize, borders_of: &[Vec<Border>]| {
+        along(map, borders_of, params, at).into_iter().map(move |other| (at, other))
+    };
+    let all = (0..map.lanes.len()).into_par_iter().finely();
+    let mut pairs: Vec<(usize, usize)> = all.flat_map_iter(|at| found(at, &borders_of)).collect();
+    if !pairs.is_empty() {
+        // Few maps come so far: only here it is asked for what is on the bounds.
+        let (walls, first) = (walls(map), pairs.iter().flat_map(|&(at, other)| [at, other]));
+        let lanes: BTreeSet<usize> = first.collect();
+        lanes.iter().for_each(|&at| borders_of[at] = borders(map, &map.lanes[at], &walls));
+        pairs = lanes.iter().flat_map(|&at| found(at, &borders_of)).collect();
     }
+    let mut findings = Vec::new();
+    let mut one_way: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for &(at, other) in &pairs {
+        let (id, name) = (map.lanes[at].id, map.lanes[other].id);
+        if pairs.binary_search(&(other, at)).is_err() {
+            one_way.entry(at).or_default().push(other);
+        } else if at < other {
+            let message = format!("Lanelets {id} and {name} lie side by side but have borders of their own.");
+            let finding = Finding::new("not-shared", Subject::Lanelet(id.0), message);
+            let finding = finding.with(Subject::Lanelet(name.0), "neighbour");
+            findings.push(match one_way_of(map, [at, other]) {
+                Some((way, edits)) => finding.fixed_by(format!("use way {way} for both"), false, edits),
+                None => finding,
+            });
+        }
+    }
+    findings.extend(one_way.into_iter().map(|(at, others)| partly(map, at, others)));
+    findings
 }
 
 fn partly(map: &MapIndex, at: usize, mut others: Vec<usize>) -> Finding {
@@ -92,7 +84,7 @@ fn partly(map: &MapIndex, at: usize, mut others: Vec<usize>) -> Finding {
 /// The edits by which two lanes share one border, with the way that stays; where both run one way it says whether it may be crossed, which
 /// nobody asked while it was the edge of one lane alone.
 fn one_way_of(map: &MapIndex, lanes: [usize; 2]) -> Option<(LineStringId, Vec<Edit>)> {
-    let (way, mut edits) = one_border::between(map, lanes)?;
+    let (way, mut edits) = merged_borders::between(map, lanes)?;
     let tags = &map.map.linestrings.get(way)?.attributes;
     let [one, other] = lanes.map(|lane| map.lanes[lane].heading_in());
     let is_asked = one.zip(other).is_some_and(|(one, other)| one.dot(&other) > 0.0) && !tags.is("type", "virtual");
@@ -157,7 +149,7 @@ fn are_related(map: &MapIndex, at: usize, other: usize) -> bool {
     b.bounds.iter().any(|way| a.bounds.contains(way))
         || map.follows(at, other)
         || map.follows(other, at)
-        || on_two_levels(map, a, b)
+        || on_two_levels(a, b)
         || is_strip(a, b)
         || map.in_same_intersection(at, other).is_some()
 }

@@ -9,12 +9,8 @@ use crate::lanelet::LineStringId;
 use crate::lanelet::index::{MapIndex, is_road_border};
 
 use super::parallel_bounds::{ParallelBounds, Reach};
-use super::{Rule, divided_lanelets, one_border, parallel_bounds};
+use super::{divided_lanelets, merged_borders, parallel_bounds};
 
-/// See `rules/vm-01-04.md`.
-pub struct OpposingLanes;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -24,32 +20,28 @@ pub struct Params {
     step: f64,
 }
 
-impl Rule for OpposingLanes {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let reach = Reach { apart: params.apart, share: params.share };
-        let outside = |at: usize| map.lanes[at].is_for_cars() && map.intersections_of(at).is_empty();
-        let twins = parallel_bounds::all(map, reach, outside, outside);
-        // Of two views of one pair, that of the lane with the longer border.
-        let first = |twins: &ParallelBounds| {
-            let key = |i: usize| (twins.lengths[i], std::cmp::Reverse(map.lanes[twins.lanes[i]].id));
-            key(0) > key(1)
-        };
-        let open = |twins: &ParallelBounds| !twins.ways.iter().any(|&way| is_barrier(map, way));
-        let fits = |one: &ParallelBounds| one.opposed && open(one) && first(one) && !part(map, one, params);
-        let mut by_lane: BTreeMap<usize, Vec<ParallelBounds>> = BTreeMap::new();
-        for one in twins.into_iter().filter(fits) {
-            by_lane.entry(one.lanes[0]).or_default().push(one);
-        }
-        let judged = by_lane.into_iter().flat_map(|(lane, others)| {
-            if others.iter().any(|one| one.lengths[1] < params.even * one.lengths[0]) {
-                return vec![cut_apart(map, lane, &others)];
-            }
-            others.iter().map(|one| not_shared(map, one)).collect()
-        });
-        judged.collect()
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let reach = Reach { apart: params.apart, share: params.share };
+    let outside = |at: usize| map.lanes[at].is_for_cars() && map.intersections_of(at).is_empty();
+    let twins = parallel_bounds::all(map, reach, outside, outside);
+    // Of two views of one pair, that of the lane with the longer border.
+    let first = |twins: &ParallelBounds| {
+        let key = |i: usize| (twins.lengths[i], std::cmp::Reverse(map.lanes[twins.lanes[i]].id));
+        key(0) > key(1)
+    };
+    let open = |twins: &ParallelBounds| !twins.ways.iter().any(|&way| is_barrier(map, way));
+    let fits = |one: &ParallelBounds| one.opposed && open(one) && first(one) && !part(map, one, params);
+    let mut by_lane: BTreeMap<usize, Vec<ParallelBounds>> = BTreeMap::new();
+    for one in twins.into_iter().filter(fits) {
+        by_lane.entry(one.lanes[0]).or_default().push(one);
     }
+    let judged = by_lane.into_iter().flat_map(|(lane, others)| {
+        if others.iter().any(|one| one.lengths[1] < params.even * one.lengths[0]) {
+            return vec![cut_apart(map, lane, &others)];
+        }
+        others.iter().map(|one| not_shared(map, one)).collect()
+    });
+    judged.collect()
 }
 
 /// Whether what a way stands for parts the directions: nobody drives over it.
@@ -93,7 +85,7 @@ fn not_shared(map: &MapIndex, twins: &ParallelBounds) -> Finding {
         .with(Subject::LineString(own.0), "oncoming lane's border");
     match twins.shared(map) {
         Some(edit) => finding.fixed_by(format!("use way {way} for both"), true, vec![edit]),
-        None => match one_border::edits(map, twins.lanes, twins.ways) {
+        None => match merged_borders::edits(map, twins.lanes, twins.ways) {
             Some(edits) => finding.fixed_by("make one way of both, from end to end", false, edits),
             None => finding,
         },

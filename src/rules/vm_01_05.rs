@@ -6,26 +6,19 @@ use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::PointId;
 use crate::lanelet::index::MapIndex;
 
-use super::{NoParams, Rule};
+use super::NoParams;
 
-/// See `rules/vm-01-05.md`.
-pub struct SeparateBounds;
-
-impl Rule for SeparateBounds {
-    type Params = NoParams;
-
-    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        let mut findings = Vec::new();
-        for lanelet in &map.map.lanelets {
-            let left: FxHashSet<PointId> = map.map.bound_points(lanelet.left).map(|point| point.id).collect();
-            let mut right = map.map.bound_points(lanelet.right).map(|point| point.id);
-            if let Some(common) = right.find(|id| left.contains(id)) {
-                let id = lanelet.id;
-                let message = format!("The left and the right bound of lanelet {id} share point {common}.");
-                let finding = Finding::new("shared-point", Subject::Lanelet(id.0), message);
-                findings.push(finding.with(Subject::Point(common.0), "common point"));
-            }
+pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for lanelet in &map.map.lanelets {
+        let left: FxHashSet<PointId> = map.map.bound_points(lanelet.left).map(|point| point.id).collect();
+        let mut right = map.map.bound_points(lanelet.right).map(|point| point.id);
+        if let Some(common) = right.find(|id| left.contains(id)) {
+            let id = lanelet.id;
+            let message = format!("The left and the right bound of lanelet {id} share point {common}.");
+            let finding = Finding::new("shared-point", Subject::Lanelet(id.0), message);
+            findings.push(finding.with(Subject::Point(common.0), "common point"));
         }
-        findings
     }
+    findings
 }

@@ -7,13 +7,8 @@ use crate::geometry::{Point, Polyline, left_of};
 use crate::lanelet::LineStringId;
 use crate::lanelet::index::MapIndex;
 
-use super::Rule;
-use super::borders::Borders;
+use super::road_borders::Borders;
 
-/// See `rules/vm-01-08.md`.
-pub struct RoadEdge;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -24,15 +19,11 @@ pub struct Params {
 /// Steps along a bound between measurements, metres.
 const STEP: f64 = 5.0;
 
-impl Rule for RoadEdge {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let borders = Borders::of(map);
-        let lanes = (0..map.lanes.len()).filter(|&at| map.lanes[at].is_for_cars());
-        let outside = lanes.filter(|&at| map.intersections_of(at).is_empty());
-        outside.flat_map(|at| [0, 1].map(|side| judge(map, params, &borders, at, side))).flatten().collect()
-    }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let borders = Borders::of(map);
+    let lanes = (0..map.lanes.len()).filter(|&at| map.lanes[at].is_for_cars());
+    let outside = lanes.filter(|&at| map.intersections_of(at).is_empty());
+    outside.flat_map(|at| [0, 1].map(|side| judge(map, params, &borders, at, side))).flatten().collect()
 }
 
 /// Whether a bound is the unpainted edge of a lane: nobody else's, and of no colour.

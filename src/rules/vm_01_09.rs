@@ -7,12 +7,6 @@ use crate::lanelet::LaneletId;
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::number::{number, speed_with_unit};
 
-use super::Rule;
-
-/// See `rules/vm-01-09.md`.
-pub struct SpeedLimit;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -22,32 +16,27 @@ pub struct Params {
     numbers_only: bool,
 }
 
-impl Rule for SpeedLimit {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let roads =
-            map.map.lanelets.iter().filter(|one| matches!(one.attributes.get("subtype"), Some("road" | "private")));
-        let limits = roads.filter_map(|lanelet| Some((lanelet.id, lanelet.attributes.get("speed_limit")?)));
-        let findings = limits.filter_map(|(id, said)| {
-            let finding = |fault, message| Some(Finding::new(fault, Subject::Lanelet(id.0), message));
-            let (low, high) = (params.min_speed_limit, params.max_speed_limit);
-            if let Some(speed) = speed_with_unit(said).filter(|speed| *speed > 0.0 && !params.numbers_only) {
-                return Some(with_unit(id, said, speed));
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let roads = map.map.lanelets.iter().filter(|one| matches!(one.attributes.get("subtype"), Some("road" | "private")));
+    let limits = roads.filter_map(|lanelet| Some((lanelet.id, lanelet.attributes.get("speed_limit")?)));
+    let findings = limits.filter_map(|(id, said)| {
+        let finding = |fault, message| Some(Finding::new(fault, Subject::Lanelet(id.0), message));
+        let (low, high) = (params.min_speed_limit, params.max_speed_limit);
+        if let Some(speed) = speed_with_unit(said).filter(|speed| *speed > 0.0 && !params.numbers_only) {
+            return Some(with_unit(id, said, speed));
+        }
+        match number(said) {
+            Some(speed) if speed > 0.0 && (speed < low || speed > high) => {
+                let limit = if speed < low { low } else { high };
+                let message = format!("speed_limit={said} of lanelet {id} is outside {low} to {high} km/h.");
+                Some(finding("speed-range", message)?.measured(speed, limit, "km/h"))
             }
-            match number(said) {
-                Some(speed) if speed > 0.0 && (speed < low || speed > high) => {
-                    let limit = if speed < low { low } else { high };
-                    let message = format!("speed_limit={said} of lanelet {id} is outside {low} to {high} km/h.");
-                    Some(finding("speed-range", message)?.measured(speed, limit, "km/h"))
-                }
-                // C takes `nan` for a number, and no comparison holds it.
-                Some(speed) if speed > 0.0 || speed.is_nan() => None,
-                _ => finding("speed-invalid", format!("speed_limit={said} of lanelet {id} is no positive number.")),
-            }
-        });
-        findings.collect()
-    }
+            // C takes `nan` for a number, and no comparison holds it.
+            Some(speed) if speed > 0.0 || speed.is_nan() => None,
+            _ => finding("speed-invalid", format!("speed_limit={said} of lanelet {id} is no positive number.")),
+        }
+    });
+    findings.collect()
 }
 
 /// A limit that Lanelet2 reads with its unit; other programs that read the map may not.

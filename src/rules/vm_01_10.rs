@@ -8,13 +8,8 @@ use crate::lanelet::Point;
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::{Seen, Spot, View, covered_by, spot};
 
-use super::Rule;
 use super::centerline_ends::centred;
 
-/// See `rules/vm-01-10.md`.
-pub struct CenterLine;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -23,16 +18,12 @@ pub struct Params {
     height_threshold: f64,
 }
 
-impl Rule for CenterLine {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        if map.map.lanelets.iter().all(|lanelet| lanelet.centerline.is_none()) {
-            return Vec::new();
-        }
-        let view = map.view();
-        view.lanelets.iter().flat_map(|seen| judge(view, params, seen)).collect()
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    if map.map.lanelets.iter().all(|lanelet| lanelet.centerline.is_none()) {
+        return Vec::new();
     }
+    let view = map.view();
+    view.lanelets.iter().flat_map(|seen| judge(view, params, seen)).collect()
 }
 
 fn judge(view: &View, params: &Params, seen: &Seen) -> Vec<Finding> {

@@ -5,13 +5,8 @@ use serde::Deserialize;
 use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::lanelet::index::MapIndex;
 
-use super::Rule;
 use super::centerline_ends::{End, OwnCenterline, bend, lane_bend};
 
-/// See `rules/vm-01-11.md`.
-pub struct CenterLinesConnected;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -20,22 +15,18 @@ pub struct Params {
     bend: f64,
 }
 
-impl Rule for CenterLinesConnected {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let own: Vec<Option<OwnCenterline>> =
-            (0..map.lanes.len()).map(|lane| OwnCenterline::of(map, lane, params.edge)).collect();
-        let mut findings = Vec::new();
-        for (lane, line) in own.iter().enumerate() {
-            let Some(line) = line else { continue };
-            for &next in map.followers(lane) {
-                let Some(other) = &own[next] else { continue };
-                findings.extend(judge(map, params, [lane, next], [line, other]));
-            }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let own: Vec<Option<OwnCenterline>> =
+        (0..map.lanes.len()).map(|lane| OwnCenterline::of(map, lane, params.edge)).collect();
+    let mut findings = Vec::new();
+    for (lane, line) in own.iter().enumerate() {
+        let Some(line) = line else { continue };
+        for &next in map.followers(lane) {
+            let Some(other) = &own[next] else { continue };
+            findings.extend(judge(map, params, [lane, next], [line, other]));
         }
-        findings
     }
+    findings
 }
 
 fn judge(map: &MapIndex, params: &Params, lanes: [usize; 2], [line, next]: [&OwnCenterline; 2]) -> Option<Finding> {

@@ -6,13 +6,8 @@ use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::angle_between;
 use crate::lanelet::index::MapIndex;
 
-use super::Rule;
 use super::centerline_ends::{End, OwnCenterline, bend, centred, heading, lane_bend};
 
-/// See `rules/vm-01-12.md`.
-pub struct CenterLineEnds;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -23,24 +18,20 @@ pub struct Params {
     step: f64,
 }
 
-impl Rule for CenterLineEnds {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let mut findings = Vec::new();
-        for lane in 0..map.lanes.len() {
-            let Some(own) = OwnCenterline::of(map, lane, params.edge) else { continue };
-            findings.extend(kink(map, params, lane, &own));
-            for (end, neighbours) in [(End::Start, map.predecessors(lane)), (End::Stop, map.followers(lane))] {
-                // Where one of them has a line of its own, vm-01-11 says where both have to end.
-                let bare: Vec<usize> = neighbours.iter().copied().filter(|&next| !has_line(map, next)).collect();
-                if let ([first, ..], true) = (&bare[..], bare.len() == neighbours.len()) {
-                    findings.extend(judge(map, params, lane, &own, end, *first));
-                }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for lane in 0..map.lanes.len() {
+        let Some(own) = OwnCenterline::of(map, lane, params.edge) else { continue };
+        findings.extend(kink(map, params, lane, &own));
+        for (end, neighbours) in [(End::Start, map.predecessors(lane)), (End::Stop, map.followers(lane))] {
+            // Where one of them has a line of its own, vm-01-11 says where both have to end.
+            let bare: Vec<usize> = neighbours.iter().copied().filter(|&next| !has_line(map, next)).collect();
+            if let ([first, ..], true) = (&bare[..], bare.len() == neighbours.len()) {
+                findings.extend(judge(map, params, lane, &own, end, *first));
             }
         }
-        findings
     }
+    findings
 }
 
 fn has_line(map: &MapIndex, lane: usize) -> bool {

@@ -6,13 +6,9 @@ use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::LineStringId;
 use crate::lanelet::index::MapIndex;
 
+use super::opposing_overlap;
 use super::opposing_overlap::{OpposingOverlap, is_plain, width};
-use super::{Rule, opposing_overlap};
 
-/// See `rules/vm-01-13.md`.
-pub struct WideUnmarkedRoad;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -22,21 +18,14 @@ pub struct Params {
     narrow: f64,
 }
 
-impl Rule for WideUnmarkedRoad {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let partly = |pair: &OpposingOverlap| !pair.swapped && (params.overlap..params.stacked).contains(&pair.share);
-        let mut findings: Vec<Finding> = opposing_overlap::all(map)
-            .iter()
-            .filter(|pair| partly(pair))
-            .map(|pair| overlap(map, params, pair))
-            .collect();
-        for at in (0..map.lanes.len()).filter(|&at| is_plain(map, at)) {
-            findings.extend([0, 1].into_iter().filter_map(|side| beside(map, params, at, side)));
-        }
-        findings
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let partly = |pair: &OpposingOverlap| !pair.swapped && (params.overlap..params.stacked).contains(&pair.share);
+    let mut findings: Vec<Finding> =
+        opposing_overlap::all(map).iter().filter(|pair| partly(pair)).map(|pair| overlap(map, params, pair)).collect();
+    for at in (0..map.lanes.len()).filter(|&at| is_plain(map, at)) {
+        findings.extend([0, 1].into_iter().filter_map(|side| beside(map, params, at, side)));
     }
+    findings
 }
 
 fn overlap(map: &MapIndex, params: &Params, pair: &OpposingOverlap) -> Finding {

@@ -5,13 +5,9 @@ use serde::Deserialize;
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::{Lane, MapIndex};
 
+use super::opposing_overlap;
 use super::opposing_overlap::{OpposingOverlap, width};
-use super::{Rule, opposing_overlap};
 
-/// See `rules/vm-01-14.md`.
-pub struct NarrowSharedRoad;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -20,13 +16,9 @@ pub struct Params {
     list: bool,
 }
 
-impl Rule for NarrowSharedRoad {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let pairs = opposing_overlap::all(map).into_iter().filter(|pair| pair.swapped || pair.share >= params.stacked);
-        pairs.filter_map(|pair| judge(map, params, &pair)).collect()
-    }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let pairs = opposing_overlap::all(map).into_iter().filter(|pair| pair.swapped || pair.share >= params.stacked);
+    pairs.filter_map(|pair| judge(map, params, &pair)).collect()
 }
 
 fn judge(map: &MapIndex, params: &Params, pair: &OpposingOverlap) -> Option<Finding> {

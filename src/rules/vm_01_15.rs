@@ -7,12 +7,8 @@ use crate::lanelet::RoadType;
 use crate::lanelet::index::MapIndex;
 
 use super::parallel_bounds::Reach;
-use super::{Rule, side_lane};
+use super::side_lane;
 
-/// See `rules/vm-01-15.md`.
-pub struct RoadShoulder;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -22,11 +18,7 @@ pub struct Params {
     copies: bool,
 }
 
-impl Rule for RoadShoulder {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let reach = (!params.copies).then_some(Reach { apart: params.apart, share: params.share });
-        side_lane::judge(map, "road_shoulder", RoadType::Shoulder, reach, false)
-    }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let reach = (!params.copies).then_some(Reach { apart: params.apart, share: params.share });
+    side_lane::judge(map, "road_shoulder", RoadType::Shoulder, reach, false)
 }

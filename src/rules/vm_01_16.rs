@@ -7,12 +7,8 @@ use crate::lanelet::RoadType;
 use crate::lanelet::index::MapIndex;
 
 use super::parallel_bounds::Reach;
-use super::{Rule, side_lane};
+use super::side_lane;
 
-/// See `rules/vm-01-16.md`.
-pub struct ShoulderBorder;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -20,11 +16,7 @@ pub struct Params {
     share: f64,
 }
 
-impl Rule for ShoulderBorder {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let reach = Reach { apart: params.apart, share: params.share };
-        side_lane::judge_copies(map, RoadType::Shoulder, "road_shoulder", reach)
-    }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let reach = Reach { apart: params.apart, share: params.share };
+    side_lane::judge_copies(map, RoadType::Shoulder, "road_shoulder", reach)
 }

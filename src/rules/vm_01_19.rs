@@ -7,12 +7,8 @@ use crate::geometry::polygon;
 use crate::lanelet::RoadType;
 use crate::lanelet::index::{Lane, MapIndex};
 
-use super::{Rule, walkway};
+use super::walkway;
 
-/// See `rules/vm-01-19.md`.
-pub struct Walkway;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -20,13 +16,9 @@ pub struct Params {
     doubled: f64,
 }
 
-impl Rule for Walkway {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let walkways = map.lanes.iter().filter(|lane| lane.kind == RoadType::Walkway && lane.simple);
-        walkways.flat_map(|walkway| judge(map, params, walkway)).collect()
-    }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let walkways = map.lanes.iter().filter(|lane| lane.kind == RoadType::Walkway && lane.simple);
+    walkways.flat_map(|walkway| judge(map, params, walkway)).collect()
 }
 
 fn judge(map: &MapIndex, params: &Params, walkway: &Lane) -> Vec<Finding> {

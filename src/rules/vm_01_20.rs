@@ -6,42 +6,35 @@ use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::Seen;
 
-use super::{NoParams, Rule, lane_kinds};
+use super::{NoParams, lane_kinds};
 use crate::lanelet::index::routing_graph::{Graph, Rules};
-
-/// See `rules/vm-01-20.md`.
-pub struct SideBySide;
 
 const LANES: [&str; 4] = ["road", "road_shoulder", "pedestrian_lane", "bicycle_lane"];
 
-impl Rule for SideBySide {
-    type Params = NoParams;
-
-    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        let view = map.view();
-        let graph = Graph::new(view, Rules::AnyLane);
-        let fits = |seen: &Seen| seen.tag("subtype").is_some_and(|subtype| LANES.contains(&subtype));
-        let mut said = FxHashSet::default();
-        let mut findings = Vec::new();
-        for (at, seen) in view.lanelets.iter().enumerate() {
-            for other in [graph.adjacent_left(at), graph.adjacent_right(at)].into_iter().flatten() {
-                let neighbour = &view.lanelets[other];
-                if (fits(seen) && fits(neighbour)) || !said.insert((at.min(other), at.max(other))) {
-                    continue;
-                }
-                let kind = |seen: &Seen| seen.tag("subtype").unwrap_or("nothing").to_owned();
-                let (id, name) = (seen.id(), neighbour.id());
-                let message =
-                    format!("Lanelet {id} ({}) shares a border with lanelet {name} ({}).", kind(seen), kind(neighbour));
-                let finding = Finding::new("neighbours", Subject::Lanelet(id.0), message);
-                let finding = finding.with(Subject::Lanelet(name.0), "neighbour");
-                let is_foreign = |seen: &Seen| LANES.contains(&lane_kinds::for_autoware(&kind(seen)));
-                findings.push(match is_foreign(seen) && is_foreign(neighbour) {
-                    true => lane_kinds::renamed(view, finding),
-                    false => finding,
-                });
+pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+    let view = map.view();
+    let graph = Graph::new(view, Rules::AnyLane);
+    let fits = |seen: &Seen| seen.tag("subtype").is_some_and(|subtype| LANES.contains(&subtype));
+    let mut said = FxHashSet::default();
+    let mut findings = Vec::new();
+    for (at, seen) in view.lanelets.iter().enumerate() {
+        for other in [graph.adjacent_left(at), graph.adjacent_right(at)].into_iter().flatten() {
+            let neighbour = &view.lanelets[other];
+            if (fits(seen) && fits(neighbour)) || !said.insert((at.min(other), at.max(other))) {
+                continue;
             }
+            let kind = |seen: &Seen| seen.tag("subtype").unwrap_or("nothing").to_owned();
+            let (id, name) = (seen.id(), neighbour.id());
+            let message =
+                format!("Lanelet {id} ({}) shares a border with lanelet {name} ({}).", kind(seen), kind(neighbour));
+            let finding = Finding::new("neighbours", Subject::Lanelet(id.0), message);
+            let finding = finding.with(Subject::Lanelet(name.0), "neighbour");
+            let is_foreign = |seen: &Seen| LANES.contains(&lane_kinds::for_autoware(&kind(seen)));
+            findings.push(match is_foreign(seen) && is_foreign(neighbour) {
+                true => lane_kinds::renamed(view, finding),
+                false => finding,
+            });
         }
-        findings
     }
+    findings
 }

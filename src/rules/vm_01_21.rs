@@ -7,57 +7,46 @@ use crate::lanelet::LaneletId;
 use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::{Seen, View};
 
-use super::{NoParams, Rule, lane_kinds};
+use super::{NoParams, lane_kinds};
 use crate::lanelet::index::routing_graph::{Graph, Rules};
 
-/// See `rules/vm-01-21.md`.
-pub struct EndToEnd;
-
-impl Rule for EndToEnd {
-    type Params = NoParams;
-
-    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        let view = map.view();
-        let kinds = Kinds::of(view);
-        let mut findings = Vec::new();
-        for (at, seen) in view.lanelets.iter().enumerate() {
-            let next = &kinds.next[at];
-            let (id, kind) = (seen.id(), seen.tag("subtype").unwrap_or_default());
-            let is_other = |next: &&Seen| next.tag("subtype").unwrap_or_default() != kind;
-            let other = next.iter().map(|&next| &view.lanelets[next]).find(is_other);
-            let first = next.first().map(|&next| &view.lanelets[next]);
-            let (fault, next, message) = match (kind, first, other) {
-                ("crosswalk" | "walkway", Some(next), _) => {
-                    ("follower", next, format!("The {kind} {id} is continued by lanelet {}.", next.id()))
-                }
-                (_, _, Some(next)) => {
-                    let theirs = next.tag("subtype").unwrap_or_default();
-                    (
-                        "other-kind",
-                        next,
-                        format!("The {kind} lanelet {id} is continued by {theirs} lanelet {}.", next.id()),
-                    )
-                }
-                _ => continue,
-            };
-            let finding = Finding::new(fault, Subject::Lanelet(id.0), message);
-            let finding = finding.with(Subject::Lanelet(next.id().0), "follower");
-            let [own, theirs] = [kind, next.tag("subtype").unwrap_or_default()].map(lane_kinds::for_autoware);
-            if fault == "other-kind" && own == theirs {
-                findings.push(lane_kinds::renamed(view, finding));
-                continue;
+pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+    let view = map.view();
+    let kinds = Kinds::of(view);
+    let mut findings = Vec::new();
+    for (at, seen) in view.lanelets.iter().enumerate() {
+        let next = &kinds.next[at];
+        let (id, kind) = (seen.id(), seen.tag("subtype").unwrap_or_default());
+        let is_other = |next: &&Seen| next.tag("subtype").unwrap_or_default() != kind;
+        let other = next.iter().map(|&next| &view.lanelets[next]).find(is_other);
+        let first = next.first().map(|&next| &view.lanelets[next]);
+        let (fault, next, message) = match (kind, first, other) {
+            ("crosswalk" | "walkway", Some(next), _) => {
+                ("follower", next, format!("The {kind} {id} is continued by lanelet {}.", next.id()))
             }
-            let between = (fault == "other-kind").then(|| kinds.between(at, next.id()));
-            findings.push(match between.flatten() {
-                Some((lanelet, kind)) => {
-                    let edits = vec![Edit::SetTag { on: lanelet, key: "subtype".into(), value: kind.into() }];
-                    finding.fixed_by(format!("set subtype={kind} on {lanelet}, as the lanes around it"), false, edits)
-                }
-                None => finding,
-            });
+            (_, _, Some(next)) => {
+                let theirs = next.tag("subtype").unwrap_or_default();
+                ("other-kind", next, format!("The {kind} lanelet {id} is continued by {theirs} lanelet {}.", next.id()))
+            }
+            _ => continue,
+        };
+        let finding = Finding::new(fault, Subject::Lanelet(id.0), message);
+        let finding = finding.with(Subject::Lanelet(next.id().0), "follower");
+        let [own, theirs] = [kind, next.tag("subtype").unwrap_or_default()].map(lane_kinds::for_autoware);
+        if fault == "other-kind" && own == theirs {
+            findings.push(lane_kinds::renamed(view, finding));
+            continue;
         }
-        findings
+        let between = (fault == "other-kind").then(|| kinds.between(at, next.id()));
+        findings.push(match between.flatten() {
+            Some((lanelet, kind)) => {
+                let edits = vec![Edit::SetTag { on: lanelet, key: "subtype".into(), value: kind.into() }];
+                finding.fixed_by(format!("set subtype={kind} on {lanelet}, as the lanes around it"), false, edits)
+            }
+            None => finding,
+        });
     }
+    findings
 }
 
 /// What kinds of lanes go before and after each.

@@ -6,13 +6,9 @@ use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::geometry::{Point, Polyline, segment_crossing};
 use crate::lanelet::index::{MapIndex, StopLine};
 
+use super::stop_line_crossings;
 use super::stop_line_crossings::StopLineCrossing;
-use super::{Rule, stop_line_crossings};
 
-/// See `rules/vm-02-01.md`.
-pub struct StopLineAlignment;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -22,12 +18,8 @@ pub struct Params {
     extra: f64,
 }
 
-impl Rule for StopLineAlignment {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        stop_line_crossings::stop_lines(map).filter_map(|line| judge(map, params, &line)).collect()
-    }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    stop_line_crossings::stop_lines(map).filter_map(|line| judge(map, params, &line)).collect()
 }
 
 fn judge(map: &MapIndex, params: &Params, line: &StopLine) -> Option<Finding> {

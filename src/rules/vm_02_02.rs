@@ -9,14 +9,9 @@ use crate::lanelet::index::view::View;
 use crate::lanelet::{LineString, LineStringId, RegulatoryElement};
 use crate::text::counted;
 
-use super::Rule;
 use super::element_size::{diagonal_of_lines, too_large};
 use super::stop_line_crossings::{lanes_that_stop, line_of_lanes};
 
-/// See `rules/vm-02-02.md`.
-pub struct StopLines;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -27,15 +22,11 @@ pub struct Params {
     everywhere: bool,
 }
 
-impl Rule for StopLines {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let view = map.view();
-        let mut findings = unreferenced(map, view, params);
-        findings.extend(view.elements("traffic_sign").flat_map(|sign| judge(map, sign, params)));
-        findings
-    }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let view = map.view();
+    let mut findings = unreferenced(map, view, params);
+    findings.extend(view.elements("traffic_sign").flat_map(|sign| judge(map, sign, params)));
+    findings
 }
 
 fn unreferenced(map: &MapIndex, view: &View, params: &Params) -> Vec<Finding> {

@@ -10,13 +10,9 @@ use crate::geometry::polygon;
 use crate::lanelet::index::{MapIndex, StopLine};
 use crate::lanelet::{LineStringId, RegulatoryElement, RoadType};
 
+use super::stop_line_crossings;
 use super::stop_line_crossings::StopLineCrossing;
-use super::{Rule, stop_line_crossings};
 
-/// See `rules/vm-02-03.md`.
-pub struct DoubleStopLines;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -31,30 +27,26 @@ const STOPPING: [&str; 2] = ["traffic_light", "traffic_sign"];
 /// A stop line and where it crosses one lane.
 type Crossed = (StopLine, StopLineCrossing);
 
-impl Rule for DoubleStopLines {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let uses = Uses::of(map);
-        let mut by_lane: BTreeMap<usize, Vec<Crossed>> = BTreeMap::new();
-        for line in stop_line_crossings::stop_lines(map) {
-            for crossing in stop_line_crossings::crossings(map, &line, params.extra) {
-                by_lane.entry(crossing.lane).or_default().push((line, crossing));
-            }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let uses = Uses::of(map);
+    let mut by_lane: BTreeMap<usize, Vec<Crossed>> = BTreeMap::new();
+    for line in stop_line_crossings::stop_lines(map) {
+        for crossing in stop_line_crossings::crossings(map, &line, params.extra) {
+            by_lane.entry(crossing.lane).or_default().push((line, crossing));
         }
-        // A pair across several lanes side by side is one finding, that of the first lane.
-        let mut found: BTreeMap<[LineStringId; 2], Finding> = BTreeMap::new();
-        for (lane, mut lines) in by_lane {
-            lines.sort_by(|a, b| a.1.station.total_cmp(&b.1.station).then(a.0.way.cmp(&b.0.way)));
-            for pair in lines.windows(2) {
-                let [first, second] = [&pair[0], &pair[1]];
-                if let Some(finding) = judge(map, params, &uses, lane, first, second) {
-                    found.entry([first.0.way, second.0.way]).or_insert(finding);
-                }
-            }
-        }
-        found.into_values().collect()
     }
+    // A pair across several lanes side by side is one finding, that of the first lane.
+    let mut found: BTreeMap<[LineStringId; 2], Finding> = BTreeMap::new();
+    for (lane, mut lines) in by_lane {
+        lines.sort_by(|a, b| a.1.station.total_cmp(&b.1.station).then(a.0.way.cmp(&b.0.way)));
+        for pair in lines.windows(2) {
+            let [first, second] = [&pair[0], &pair[1]];
+            if let Some(finding) = judge(map, params, &uses, lane, first, second) {
+                found.entry([first.0.way, second.0.way]).or_insert(finding);
+            }
+        }
+    }
+    found.into_values().collect()
 }
 
 /// What stop lines are for.

@@ -8,13 +8,9 @@ use crate::geometry::{Point, Polyline, polygon, segment_crossing};
 use crate::lanelet::index::{Lane, MapIndex};
 use crate::lanelet::{LineStringId, RegulatoryElement};
 
+use super::stop_line_crossings;
 use super::stop_line_crossings::{StopLineCrossing, line_of_lanes};
-use super::{Rule, stop_line_crossings};
 
-/// See `rules/vm-02-04.md`.
-pub struct StopLineUse;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -26,14 +22,10 @@ pub struct Params {
 /// Elements whose stop line is for vehicles, on a lane that refers to them or before it.
 const JUDGED: [&str; 3] = ["traffic_light", "traffic_sign", "crosswalk"];
 
-impl Rule for StopLineUse {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let elements = map.map.regulatory_elements.iter();
-        let judged = elements.filter(|element| JUDGED.contains(&element.subtype.as_str()));
-        judged.flat_map(|element| judge(map, params, element)).collect()
-    }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let elements = map.map.regulatory_elements.iter();
+    let judged = elements.filter(|element| JUDGED.contains(&element.subtype.as_str()));
+    judged.flat_map(|element| judge(map, params, element)).collect()
 }
 
 fn judge(map: &MapIndex, params: &Params, element: &RegulatoryElement) -> Vec<Finding> {

@@ -10,27 +10,21 @@ use crate::lanelet::{Lanelet, LineStringId, PointId, PolygonId};
 use crate::parallel::Finely;
 
 use super::redrawn_area::RedrawnAreas;
-use super::{NoParams, Rule, far_lanes};
+use super::{NoParams, far_lanes};
+use crate::lanelet::index::thresholds;
 
-/// See `rules/vm-03-01.md`.
-pub struct Criteria;
-
-impl Rule for Criteria {
-    type Params = NoParams;
-
-    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        let covers = covers(map);
-        let unmarked = UnmarkedIntersections::of(map);
-        let areas = Areas::of(map);
-        let lanelets = map.map.lanelets.iter();
-        let mut findings: Vec<Finding> =
-            lanelets.filter_map(|lanelet| judge_lanelet(map, lanelet, &covers, &unmarked, &areas)).collect();
-        findings.extend(unmarked.findings());
-        for intersection in &map.intersections {
-            findings.extend(judge_area(map, intersection));
-        }
-        findings
+pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+    let covers = covers(map);
+    let unmarked = UnmarkedIntersections::of(map);
+    let areas = Areas::of(map);
+    let lanelets = map.map.lanelets.iter();
+    let mut findings: Vec<Finding> =
+        lanelets.filter_map(|lanelet| judge_lanelet(map, lanelet, &covers, &unmarked, &areas)).collect();
+    findings.extend(unmarked.findings());
+    for intersection in &map.intersections {
+        findings.extend(judge_area(map, intersection));
     }
+    findings
 }
 
 /// An area and the share of a lane that it covers.
@@ -63,7 +57,7 @@ fn judge_lanelet(
     // Only where the index counts it in: an overpass above the area is covered, too.
     let inside = map.lane(lanelet.id).and_then(|lane| {
         let areas = map.intersections_of(lane).iter().filter_map(|&at| map.intersections[at].area);
-        let covering = areas.filter(|area| covers.iter().any(|c| c.0 == *area && c.1 >= map.thresholds.cover));
+        let covering = areas.filter(|area| covers.iter().any(|c| c.0 == *area && c.1 >= thresholds::COVER));
         covering.min()
     });
     let subject = Subject::Lanelet(lanelet.id.0);
@@ -85,7 +79,7 @@ fn judge_lanelet(
     };
     let lane = map.lane_of(lanelet.id).filter(|lane| lane.simple)?;
     let share = share_in(covers, named);
-    if share >= map.thresholds.cover {
+    if share >= thresholds::COVER {
         return None;
     }
     if let Some(area) = inside {
@@ -98,7 +92,7 @@ fn judge_lanelet(
     let message = format!("Only {} % of lanelet {} is inside its area {named}.", percent(share), lanelet.id);
     let finding = Finding::new("not-covered", subject, message)
         .with(Subject::Polygon(named.0), "intersection area")
-        .measured(100.0 * share, 100.0 * map.thresholds.cover, "%");
+        .measured(100.0 * share, 100.0 * thresholds::COVER, "%");
     let Some(intersection) = map.intersections.iter().find(|one| one.area == Some(named)) else { return Some(finding) };
     let finding = areas.redrawn.mend(finding, intersection);
     Some(match largest_outside(&lane.outline, &intersection.ring) {
@@ -180,7 +174,7 @@ fn turn_without_area(
     let finding = match covers.first() {
         Some(&(area, share)) if share > 0.0 => finding
             .with(Subject::Polygon(area.0), "nearest intersection area")
-            .measured(100.0 * share, 100.0 * map.thresholds.cover, "%"),
+            .measured(100.0 * share, 100.0 * thresholds::COVER, "%"),
         _ => finding,
     };
     Some(match lane.and_then(|lane| unmarked.of_lane(lane)) {

@@ -9,12 +9,6 @@ use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::lanelet::index::{Lane, MapIndex, allows_lane_change};
 use crate::lanelet::{Attributes, LineString, TurnDirection};
 
-use super::Rule;
-
-/// See `rules/vm-03-02.md`.
-pub struct TurnDirectionAndBounds;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -27,45 +21,38 @@ pub struct Params {
     default_speed: f64,
 }
 
-impl Rule for TurnDirectionAndBounds {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let mut findings = Vec::new();
-        for lanelet in &map.map.lanelets {
-            let subject = Subject::Lanelet(lanelet.id.0);
-            if let Some(value) = lanelet.attributes.get("turn_direction")
-                && TurnDirection::parse(value).is_none()
-            {
-                let message =
-                    format!("turn_direction={value} of lanelet {} is not left, right or straight.", lanelet.id);
-                let finding = Finding::new("turn-invalid", subject, message);
-                findings.push(match map.lane(lanelet.id) {
-                    Some(lane) => relabelled(map, params, lane, finding),
-                    None => finding,
-                });
-            }
-            if let Some(value) = lanelet.attributes.get("turn_signal_distance")
-                && turn_signal_distance(&lanelet.attributes).is_none()
-            {
-                let message = format!(
-                    "turn_signal_distance={value} of lanelet {} is not a number of metres, 0 or more.",
-                    lanelet.id
-                );
-                findings.push(Finding::new("turn-signal-distance", subject, message));
-            }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for lanelet in &map.map.lanelets {
+        let subject = Subject::Lanelet(lanelet.id.0);
+        if let Some(value) = lanelet.attributes.get("turn_direction")
+            && TurnDirection::parse(value).is_none()
+        {
+            let message = format!("turn_direction={value} of lanelet {} is not left, right or straight.", lanelet.id);
+            let finding = Finding::new("turn-invalid", subject, message);
+            findings.push(match map.lane(lanelet.id) {
+                Some(lane) => relabelled(map, params, lane, finding),
+                None => finding,
+            });
         }
-        for lane in 0..map.lanes.len() {
-            if !map.intersections_of(lane).is_empty() {
-                findings.extend(judge_label(map, params, lane));
-                if map.has_area(lane) {
-                    findings.extend(judge_bounds(map, &map.lanes[lane]));
-                }
-                findings.extend(judge_blinker(map, params, lane));
-            }
+        if let Some(value) = lanelet.attributes.get("turn_signal_distance")
+            && turn_signal_distance(&lanelet.attributes).is_none()
+        {
+            let message =
+                format!("turn_signal_distance={value} of lanelet {} is not a number of metres, 0 or more.", lanelet.id);
+            findings.push(Finding::new("turn-signal-distance", subject, message));
         }
-        findings
     }
+    for lane in 0..map.lanes.len() {
+        if !map.intersections_of(lane).is_empty() {
+            findings.extend(judge_label(map, params, lane));
+            if map.has_area(lane) {
+                findings.extend(judge_bounds(map, &map.lanes[lane]));
+            }
+            findings.extend(judge_blinker(map, params, lane));
+        }
+    }
+    findings
 }
 
 fn judge_label(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {

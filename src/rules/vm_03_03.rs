@@ -7,12 +7,6 @@ use crate::geometry::{Point, Polyline, Vector, angle_between};
 use crate::lanelet::LineStringId;
 use crate::lanelet::index::{Lane, MapIndex, tangent};
 
-use super::Rule;
-
-/// See `rules/vm-03-03.md`.
-pub struct WidthAndSmoothness;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -33,23 +27,19 @@ const EXACT: f64 = 0.01;
 /// Curvature is measured over steps of this length, metres, as Autoware's paths are.
 const CURVATURE_STEP: f64 = 2.0;
 
-impl Rule for WidthAndSmoothness {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let mut findings = Vec::new();
-        let inside = map.intersections.iter().zip(&map.traffic).filter(|(intersection, _)| intersection.area.is_some());
-        for movement in inside.flat_map(|(_, traffic)| &traffic.movements) {
-            let lane = &map.lanes[movement.lane];
-            let Some(center) = &lane.center else { continue };
-            findings.extend(widths(map, params, movement.lane, center));
-            findings.extend(kinks(map, params, lane, center));
-            findings.extend(curvature(params, lane, center));
-            findings.extend(jaggedness(map, params, movement.lane, center));
-            findings.extend(joints(map, params, movement.lane));
-        }
-        findings
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let inside = map.intersections.iter().zip(&map.traffic).filter(|(intersection, _)| intersection.area.is_some());
+    for movement in inside.flat_map(|(_, traffic)| &traffic.movements) {
+        let lane = &map.lanes[movement.lane];
+        let Some(center) = &lane.center else { continue };
+        findings.extend(widths(map, params, movement.lane, center));
+        findings.extend(kinks(map, params, lane, center));
+        findings.extend(curvature(params, lane, center));
+        findings.extend(jaggedness(map, params, movement.lane, center));
+        findings.extend(joints(map, params, movement.lane));
     }
+    findings
 }
 
 /// Warning beyond the first limit, error beyond the second; `None` within both.

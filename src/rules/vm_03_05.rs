@@ -7,34 +7,26 @@ use crate::geometry::{Polyline, polygon};
 use crate::lanelet::PolygonId;
 use crate::lanelet::index::{Intersection, MapIndex};
 
-use super::{Rule, merged_lanelets};
+use super::merged_lanelets;
 
-/// See `rules/vm-03-05.md`.
-pub struct NoDivision;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
     depth: f64,
 }
 
-impl Rule for NoDivision {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let mut findings = Vec::new();
-        for lane in 0..map.lanes.len() {
-            for &follower in map.followers(lane) {
-                if follower != lane
-                    && let Some(area) = divided(map, params, lane, follower)
-                {
-                    findings.push(finding(map, lane, follower, area));
-                }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for lane in 0..map.lanes.len() {
+        for &follower in map.followers(lane) {
+            if follower != lane
+                && let Some(area) = divided(map, params, lane, follower)
+            {
+                findings.push(finding(map, lane, follower, area));
             }
         }
-        findings
     }
+    findings
 }
 
 /// The area inside which the first lane ends and the second goes on. `Some(None)` is an intersection without one.

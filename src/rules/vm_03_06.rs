@@ -7,12 +7,6 @@ use crate::geometry::{Point, Polyline, angle_between, polygon};
 use crate::lanelet::index::{Intersection, Lane, MapIndex, Movement, Traffic};
 use crate::lanelet::{LineString, LineStringId};
 
-use super::Rule;
-
-/// See `rules/vm-03-06.md`.
-pub struct GuideLines;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -32,19 +26,15 @@ struct Guide {
     line: Polyline,
 }
 
-impl Rule for GuideLines {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let painted: Vec<&LineString> = map.map.linestrings.iter().filter(|line| is_guide(map, line)).collect();
-        let mut findings = Vec::new();
-        for (intersection, traffic) in map.intersections.iter().zip(&map.traffic) {
-            for guide in guides(map, intersection, traffic, &painted) {
-                findings.extend(judge(map, params, traffic, &guide));
-            }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let painted: Vec<&LineString> = map.map.linestrings.iter().filter(|line| is_guide(map, line)).collect();
+    let mut findings = Vec::new();
+    for (intersection, traffic) in map.intersections.iter().zip(&map.traffic) {
+        for guide in guides(map, intersection, traffic, &painted) {
+            findings.extend(judge(map, params, traffic, &guide));
         }
-        findings
     }
+    findings
 }
 
 /// Dashed paint that bounds no lanelet, or a way that says it is a guide line.

@@ -6,12 +6,6 @@ use crate::diagnostic::{Edit, Finding, Place, Severity, Subject};
 use crate::geometry::{Polyline, cross};
 use crate::lanelet::index::{Arm, Intersection, Lane, MapIndex, Movement, Traffic};
 
-use super::Rule;
-
-/// See `rules/vm-03-07.md`.
-pub struct SideBySideStarts;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -23,21 +17,17 @@ pub struct Params {
 /// two lanes straight on are not quite parallel.
 const TURN_NOISE: f64 = 5.0;
 
-impl Rule for SideBySideStarts {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let mut findings = Vec::new();
-        let all = map.intersections.iter().zip(&map.traffic);
-        for (intersection, traffic) in all.filter(|(intersection, _)| intersection.area.is_some()) {
-            for arm in &intersection.arms {
-                for (left, right) in neighbours(map, traffic, arm) {
-                    findings.extend(judge(map, params, intersection, left, right));
-                }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let all = map.intersections.iter().zip(&map.traffic);
+    for (intersection, traffic) in all.filter(|(intersection, _)| intersection.area.is_some()) {
+        for arm in &intersection.arms {
+            for (left, right) in neighbours(map, traffic, arm) {
+                findings.extend(judge(map, params, intersection, left, right));
             }
         }
-        findings
     }
+    findings
 }
 
 /// Movements of an approach from lanes next to each other: left lane, right lane.

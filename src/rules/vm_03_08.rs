@@ -10,13 +10,8 @@ use crate::geometry::{Point, Polyline, Vector, polygon, simple_ring};
 use crate::lanelet::index::{Arm, Edge, Intersection, MapIndex, extent, is_road_border};
 use crate::lanelet::{LaneletId, PointId, Polygon};
 
-use super::Rule;
 use super::redrawn_area::RedrawnAreas;
 
-/// See `rules/vm-03-08.md`.
-pub struct Outline;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -30,24 +25,20 @@ pub struct Params {
 /// More places than this in one broken outline tell nothing new.
 const MOST_PLACES: usize = 10;
 
-impl Rule for Outline {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let allowed = AllowedPoints::of(map);
-        let islands = islands(map);
-        let redrawn = RedrawnAreas::new(map);
-        let mut findings = Vec::new();
-        for intersection in &map.intersections {
-            let Some(area) = intersection.area.and_then(|id| map.map.polygons.get(id)) else { continue };
-            findings.extend(judge_ring(map, params, area, intersection, &redrawn));
-            findings.extend(judge_vertices(map, params, area, intersection, &allowed));
-            findings.extend(judge_lane_ends(map, params, area, intersection));
-            findings.extend(intersection.arms.iter().filter_map(|arm| judge_cut(params, area, arm)));
-            findings.extend(judge_islands(params, area, intersection, &islands));
-        }
-        findings
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let allowed = AllowedPoints::of(map);
+    let islands = islands(map);
+    let redrawn = RedrawnAreas::new(map);
+    let mut findings = Vec::new();
+    for intersection in &map.intersections {
+        let Some(area) = intersection.area.and_then(|id| map.map.polygons.get(id)) else { continue };
+        findings.extend(judge_ring(map, params, area, intersection, &redrawn));
+        findings.extend(judge_vertices(map, params, area, intersection, &allowed));
+        findings.extend(judge_lane_ends(map, params, area, intersection));
+        findings.extend(intersection.arms.iter().filter_map(|arm| judge_cut(params, area, arm)));
+        findings.extend(judge_islands(params, area, intersection, &islands));
     }
+    findings
 }
 
 /// The points an outline may run over.

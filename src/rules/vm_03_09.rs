@@ -7,12 +7,9 @@ use crate::geometry::{Point, Vector, cross, polygon};
 use crate::lanelet::RoadType;
 use crate::lanelet::index::{Arm, ArmEdge, Intersection, MapIndex, StopLine};
 
-use super::{Rule, moved_ends};
+use super::ends_at_stop_line;
+use crate::lanelet::index::thresholds;
 
-/// See `rules/vm-03-09.md`.
-pub struct Extent;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -23,31 +20,27 @@ pub struct Params {
     crosswalk_reach: f64,
 }
 
-impl Rule for Extent {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let mut findings = Vec::new();
-        for intersection in map.intersections.iter().filter(|one| one.area.is_some()) {
-            for arm in &intersection.arms {
-                let inward = arm.edges.iter().filter(|edge| edge.inward);
-                for lane in inward.clone().flat_map(|edge| edge.lanes.iter().copied()) {
-                    findings.extend(judge_start(map, params, lane));
-                }
-                // A line on which its own lanes do not start tells nothing about the exits.
-                let aligned = |edge: &ArmEdge| {
-                    let lane = *edge.lanes.first()?;
-                    let misfit = |line: &StopLine| line.misfit(&map.lanes[lane], params.extra);
-                    map.stop_line_of(lane).filter(|line| misfit(line).distance <= params.offset[0])
-                };
-                let lines: Vec<StopLine> = inward.clone().filter_map(aligned).collect();
-                let outward = arm.edges.iter().filter(|edge| !edge.inward);
-                findings.extend(outward.filter_map(|edge| judge_end(map, params, arm, edge, &lines)));
-                findings.extend(inward.flat_map(|edge| crosswalks_outside(map, params, intersection, edge)));
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for intersection in map.intersections.iter().filter(|one| one.area.is_some()) {
+        for arm in &intersection.arms {
+            let inward = arm.edges.iter().filter(|edge| edge.inward);
+            for lane in inward.clone().flat_map(|edge| edge.lanes.iter().copied()) {
+                findings.extend(judge_start(map, params, lane));
             }
+            // A line on which its own lanes do not start tells nothing about the exits.
+            let aligned = |edge: &ArmEdge| {
+                let lane = *edge.lanes.first()?;
+                let misfit = |line: &StopLine| line.misfit(&map.lanes[lane], params.extra);
+                map.stop_line_of(lane).filter(|line| misfit(line).distance <= params.offset[0])
+            };
+            let lines: Vec<StopLine> = inward.clone().filter_map(aligned).collect();
+            let outward = arm.edges.iter().filter(|edge| !edge.inward);
+            findings.extend(outward.filter_map(|edge| judge_end(map, params, arm, edge, &lines)));
+            findings.extend(inward.flat_map(|edge| crosswalks_outside(map, params, intersection, edge)));
         }
-        findings
     }
+    findings
 }
 
 /// The start must lie on the stop line.
@@ -88,7 +81,7 @@ fn judge_start(map: &MapIndex, params: &Params, at: usize) -> Option<Finding> {
         true => finding.measured(misfit.distance, params.offset[0], "m"),
         false => finding.measured(misfit.angle, params.angle[0], "deg"),
     };
-    Some(match moved_ends::onto(map, at, &line) {
+    Some(match ends_at_stop_line::onto(map, at, &line) {
         Some(edits) => finding.fixed_by("move the ends of the lanes onto the stop line", false, edits),
         None => finding,
     })
@@ -166,13 +159,13 @@ fn crosswalks_outside(map: &MapIndex, params: &Params, intersection: &Intersecti
             let of_edge =
                 edge.lanes.iter().map(|&inner| polygon::overlap(&crosswalk.outline, &map.lanes[inner].outline));
             let near = crosswalk.outline.iter().any(|p| (p - edge.edge.middle()).norm() <= params.crosswalk_reach);
-            if !near || outside <= map.thresholds.real_area || outside <= of_edge.fold(0.0, f64::max) {
+            if !near || outside <= thresholds::REAL_AREA || outside <= of_edge.fold(0.0, f64::max) {
                 continue;
             }
             let message = format!("Crosswalk {} lies on lane {} before the stop line.", crosswalk.id, lane.id);
             let finding = Finding::new("crosswalk-outside", Subject::Lanelet(crosswalk.id.0), message)
                 .with(Subject::Lanelet(lane.id.0), "approach")
-                .measured(outside, map.thresholds.real_area, "m2");
+                .measured(outside, thresholds::REAL_AREA, "m2");
             findings.push(match intersection.area {
                 Some(area) => finding.with(Subject::Polygon(area.0), "intersection area"),
                 None => finding,

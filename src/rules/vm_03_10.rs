@@ -4,36 +4,29 @@ use crate::diagnostic::{Edit, Finding, Severity, Subject};
 use crate::lanelet::index::{MapIndex, Traffic};
 use crate::lanelet::right_of_way::{Relation, Turn};
 
+use super::NoParams;
 use super::right_of_way::{Judged, ruled_by_signal, wiring};
 use super::virtual_light::is_coordinated;
-use super::{NoParams, Rule};
 
-/// See `rules/vm-03-10.md`.
-pub struct RightOfWayWithSignal;
-
-impl Rule for RightOfWayWithSignal {
-    type Params = NoParams;
-
-    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        // Virtual lights have a requirement of their own.
-        let mut findings = wiring(map, |id| ruled_by_signal(map, id) && !is_coordinated(map, id));
-        let wanted = |traffic: &Traffic, x: usize| {
-            let movement = &traffic.movements[x];
-            movement.mover.signalised && !is_coordinated(map, map.lanes[movement.lane].id)
-        };
-        for judged in Judged::all(map, wanted) {
-            findings.extend(judged.multi_re());
-            if judged.traffic.movements[judged.x].mover.turn == Turn::Straight {
-                findings.extend(straight_re(&judged));
-                continue;
-            }
-            findings.extend(re_missing(&judged));
-            findings.extend(yield_missing(&judged));
-            findings.extend(yield_unsafe(&judged));
-            findings.extend(judged.needless());
+pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+    // Virtual lights have a requirement of their own.
+    let mut findings = wiring(map, |id| ruled_by_signal(map, id) && !is_coordinated(map, id));
+    let wanted = |traffic: &Traffic, x: usize| {
+        let movement = &traffic.movements[x];
+        movement.mover.signalised && !is_coordinated(map, map.lanes[movement.lane].id)
+    };
+    for judged in Judged::all(map, wanted) {
+        findings.extend(judged.multi_re());
+        if judged.traffic.movements[judged.x].mover.turn == Turn::Straight {
+            findings.extend(straight_re(&judged));
+            continue;
         }
-        findings
+        findings.extend(re_missing(&judged));
+        findings.extend(yield_missing(&judged));
+        findings.extend(yield_unsafe(&judged));
+        findings.extend(judged.needless());
     }
+    findings
 }
 
 /// Autoware watches nobody for a straight lanelet with a light.

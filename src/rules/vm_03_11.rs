@@ -4,31 +4,24 @@ use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::index::{Intersection, MapIndex, Rank, Traffic};
 use crate::lanelet::right_of_way::{Relation, Turn};
 
+use super::NoParams;
 use super::right_of_way::{Judged, ruled_by_signal, wiring};
 use super::virtual_light::is_coordinated;
-use super::{NoParams, Rule};
 
-/// See `rules/vm-03-11.md`.
-pub struct RightOfWayWithoutSignal;
-
-impl Rule for RightOfWayWithoutSignal {
-    type Params = NoParams;
-
-    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        // Virtual lights have a requirement of their own.
-        let unruled = |id| !ruled_by_signal(map, id) && !is_coordinated(map, id);
-        let mut findings = wiring(map, unruled);
-        for judged in Judged::all(map, |traffic, x| unruled(map.lanes[traffic.movements[x].lane].id)) {
-            findings.extend(judged.multi_re());
-            findings.extend(re_missing(&judged));
-            findings.extend(yield_missing(&judged));
-            findings.extend(judged.ignored.iter().filter_map(|&y| wrongly_ignored(&judged, y)));
-            findings.extend(judged.needless());
-        }
-        let all = map.intersections.iter().zip(&map.traffic);
-        findings.extend(all.filter_map(|(intersection, traffic)| priority_unknown(map, intersection, traffic)));
-        findings
+pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+    // Virtual lights have a requirement of their own.
+    let unruled = |id| !ruled_by_signal(map, id) && !is_coordinated(map, id);
+    let mut findings = wiring(map, unruled);
+    for judged in Judged::all(map, |traffic, x| unruled(map.lanes[traffic.movements[x].lane].id)) {
+        findings.extend(judged.multi_re());
+        findings.extend(re_missing(&judged));
+        findings.extend(yield_missing(&judged));
+        findings.extend(judged.ignored.iter().filter_map(|&y| wrongly_ignored(&judged, y)));
+        findings.extend(judged.needless());
     }
+    let all = map.intersections.iter().zip(&map.traffic);
+    findings.extend(all.filter_map(|(intersection, traffic)| priority_unknown(map, intersection, traffic)));
+    findings
 }
 
 /// `priority` or `minor`, as far as it is known.

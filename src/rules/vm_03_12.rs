@@ -3,43 +3,34 @@
 use serde::Deserialize;
 
 use crate::diagnostic::{Edit, Finding, Place, Subject};
+use crate::lanelet::index::thresholds;
 use crate::lanelet::index::{Conflict, MapIndex};
 
-use super::Rule;
-
-/// See `rules/vm-03-12.md`.
-pub struct Attention;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
     attention: bool,
 }
 
-impl Rule for Attention {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let mut findings = Vec::new();
-        for lane in (0..map.lanes.len()).filter(|&lane| map.movement(lane).is_some() && map.lanes[lane].vehicle) {
-            if params.attention {
-                findings.push(attention(map, lane));
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for lane in (0..map.lanes.len()).filter(|&lane| map.movement(lane).is_some() && map.lanes[lane].vehicle) {
+        if params.attention {
+            findings.push(attention(map, lane));
+        }
+        findings.extend(no_conflict(map, lane));
+        let (ignored, watched) = (map.ignored(lane), map.attention(lane));
+        for conflict in map.conflicts[lane].iter().filter(|conflict| map.lanes[conflict.other].vehicle) {
+            if ignored.binary_search(&conflict.other).is_err() {
+                findings.extend(sliver(map, lane, conflict));
             }
-            findings.extend(no_conflict(map, lane));
-            let (ignored, watched) = (map.ignored(lane), map.attention(lane));
-            for conflict in map.conflicts[lane].iter().filter(|conflict| map.lanes[conflict.other].vehicle) {
-                if ignored.binary_search(&conflict.other).is_err() {
-                    findings.extend(sliver(map, lane, conflict));
-                }
-                // A straight lane with a light watches nobody.
-                if watched.contains(&conflict.other) {
-                    findings.extend(grade_separated(map, lane, conflict));
-                }
+            // A straight lane with a light watches nobody.
+            if watched.contains(&conflict.other) {
+                findings.extend(grade_separated(map, lane, conflict));
             }
         }
-        findings
     }
+    findings
 }
 
 fn attention(map: &MapIndex, lane: usize) -> Finding {
@@ -76,7 +67,7 @@ fn sliver(map: &MapIndex, lane: usize, conflict: &Conflict) -> Option<Finding> {
     }
     let (a, b) = (map.lanes[lane].id, map.lanes[conflict.other].id);
     let message = format!("{a},{b} overlap only {:.4} m2, yet Autoware treats them as conflicting.", conflict.area);
-    let limit = map.thresholds.real_area;
+    let limit = thresholds::REAL_AREA;
     let finding = Finding::new("sliver", Subject::Lanelet(a.0), message)
         .with(Subject::Lanelet(b.0), "other lanelet")
         .measured(conflict.area, limit, "m2");

@@ -7,14 +7,10 @@ use crate::geometry::polygon;
 use crate::lanelet::RoadType;
 use crate::lanelet::index::{Lane, MapIndex};
 
-use super::borders::Borders;
+use super::road_borders::Borders;
+use super::walkway;
 use super::walkway::walking_allowed;
-use super::{Rule, walkway};
 
-/// See `rules/vm-03-13.md`.
-pub struct PrivateAreaAndSidewalk;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -22,23 +18,19 @@ pub struct Params {
     touch: f64,
 }
 
-impl Rule for PrivateAreaAndSidewalk {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let borders = Borders::of(map);
-        let mut findings = Vec::new();
-        for at in (0..map.lanes.len()).filter(|&at| map.lanes[at].vehicle) {
-            findings.extend(judge_exit(map, at));
-            findings.extend(walkway_missing(map, params, &borders, at));
-        }
-        let has_crosswalks = map.map.regulatory_elements.iter().any(|element| element.subtype == "crosswalk");
-        let walkway = |at: &usize| map.lanes[*at].kind == RoadType::Walkway && map.lanes[*at].simple;
-        for at in (0..map.lanes.len()).filter(walkway) {
-            findings.extend(judge_walkway(map, params, at, has_crosswalks));
-        }
-        findings
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let borders = Borders::of(map);
+    let mut findings = Vec::new();
+    for at in (0..map.lanes.len()).filter(|&at| map.lanes[at].vehicle) {
+        findings.extend(judge_exit(map, at));
+        findings.extend(walkway_missing(map, params, &borders, at));
     }
+    let has_crosswalks = map.map.regulatory_elements.iter().any(|element| element.subtype == "crosswalk");
+    let walkway = |at: &usize| map.lanes[*at].kind == RoadType::Walkway && map.lanes[*at].simple;
+    for at in (0..map.lanes.len()).filter(walkway) {
+        findings.extend(judge_walkway(map, params, at, has_crosswalks));
+    }
+    findings
 }
 
 fn is_at(map: &MapIndex, lane: usize, location: &str) -> bool {

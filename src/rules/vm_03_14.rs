@@ -7,12 +7,6 @@ use crate::geometry::{Point, polygon, segment_crossing};
 use crate::lanelet::index::{Intersection, Lane, MapIndex, StopLine};
 use crate::lanelet::{LineStringId, RegulatoryElement, Target};
 
-use super::Rule;
-
-/// See `rules/vm-03-14.md`.
-pub struct RoadMarking;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -20,21 +14,17 @@ pub struct Params {
     extra: f64,
 }
 
-impl Rule for RoadMarking {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let mut findings = Vec::new();
-        let markings = map.map.regulatory_elements.iter().filter(|element| element.subtype == "road_marking");
-        for marking in markings {
-            match shape(map, marking) {
-                Err(finding) => findings.push(*finding),
-                Ok(line) => findings.extend(judge_lanelets(map, params, marking, line)),
-            }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let markings = map.map.regulatory_elements.iter().filter(|element| element.subtype == "road_marking");
+    for marking in markings {
+        match shape(map, marking) {
+            Err(finding) => findings.push(*finding),
+            Ok(line) => findings.extend(judge_lanelets(map, params, marking, line)),
         }
-        findings.extend(unreferenced(map, params));
-        findings
     }
+    findings.extend(unreferenced(map, params));
+    findings
 }
 
 /// Exactly one `refers`, of type stop_line, and no `ref_line`. An element with another number of `refers` does not load.

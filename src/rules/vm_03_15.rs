@@ -8,12 +8,6 @@ use crate::lanelet::index::{DrivingSide, Lane, MapIndex, allows_lane_change, is_
 use crate::lanelet::right_of_way::{Relation, Turn};
 use crate::lanelet::{LineStringId, RoadType};
 
-use super::Rule;
-
-/// See `rules/vm-03-15.md`.
-pub struct BicycleLane;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -24,21 +18,17 @@ pub struct Params {
 /// Lanes whose directions differ by more (deg) do not run beside each other.
 const BESIDE: f64 = 30.0;
 
-impl Rule for BicycleLane {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let mut findings = Vec::new();
-        for at in 0..map.lanes.len() {
-            findings.extend(invisible(map, at));
-            if map.lanes[at].bicycle {
-                findings.extend(beside(map, params, at));
-                findings.extend(followers(map, at));
-                findings.extend(yields(map, at));
-            }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for at in 0..map.lanes.len() {
+        findings.extend(invisible(map, at));
+        if map.lanes[at].bicycle {
+            findings.extend(beside(map, params, at));
+            findings.extend(followers(map, at));
+            findings.extend(yields(map, at));
         }
-        findings
     }
+    findings
 }
 
 fn subject(map: &MapIndex, lane: usize) -> Subject {

@@ -6,31 +6,22 @@ use crate::diagnostic::{Edit, Finding, Place, Subject};
 use crate::lanelet::index::{MapIndex, extent};
 use crate::lanelet::{LaneletId, LineStringId, RegulatoryElement, Target};
 
-use super::Rule;
 use super::virtual_light::{ANCHOR, Broken, Section, lights, sections};
 
-/// See `rules/vm-03-16.md`.
-pub struct VirtualTrafficLight;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
     extent: f64,
 }
 
-impl Rule for VirtualTrafficLight {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let mut findings = Vec::new();
-        for light in lights(map) {
-            findings.extend(types(map, light));
-            findings.extend(order(map, light));
-            findings.extend(too_large(map, params, light));
-        }
-        findings
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for light in lights(map) {
+        findings.extend(types(map, light));
+        findings.extend(order(map, light));
+        findings.extend(too_large(map, params, light));
     }
+    findings
 }
 
 /// A finding about a light.

@@ -5,27 +5,21 @@ use crate::geometry::polygon;
 use crate::lanelet::RegulatoryElement;
 use crate::lanelet::index::MapIndex;
 
+use super::NoParams;
 use super::right_of_way::{Judged, wiring};
 use super::virtual_light::is_coordinated;
-use super::{NoParams, Rule};
+use crate::lanelet::index::thresholds;
 
-/// See `rules/vm-03-17.md`.
-pub struct RightOfWayWithVirtualLight;
-
-impl Rule for RightOfWayWithVirtualLight {
-    type Params = NoParams;
-
-    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        let mut findings = wiring(map, |id| is_coordinated(map, id));
-        for mut judged in Judged::all(map, |traffic, x| is_coordinated(map, map.lanes[traffic.movements[x].lane].id)) {
-            judged.due = everybody(map, judged.lane);
-            findings.extend(judged.multi_re());
-            findings.extend(re_missing(&judged));
-            findings.extend(yields(&judged));
-            findings.extend(judged.needless());
-        }
-        findings
+pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+    let mut findings = wiring(map, |id| is_coordinated(map, id));
+    for mut judged in Judged::all(map, |traffic, x| is_coordinated(map, map.lanes[traffic.movements[x].lane].id)) {
+        judged.due = everybody(map, judged.lane);
+        findings.extend(judged.multi_re());
+        findings.extend(re_missing(&judged));
+        findings.extend(yields(&judged));
+        findings.extend(judged.needless());
     }
+    findings
 }
 
 /// Every lane that a lanelet conflicts with, those that start with it included.
@@ -44,7 +38,7 @@ fn overlap(map: &MapIndex, lane: usize, other: usize) -> bool {
         return false;
     }
     let area = polygon::overlap(&a.outline, &b.outline);
-    area >= map.thresholds.real_area || area >= map.thresholds.real_share * a.area
+    area >= thresholds::REAL_AREA || area >= thresholds::REAL_SHARE * a.area
 }
 
 /// The light that rules the lanelet.

@@ -6,46 +6,39 @@ use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::Point;
 use crate::lanelet::index::MapIndex;
 
+use super::NoParams;
 use super::virtual_light::{Section, lights, sections};
-use super::{NoParams, Rule};
-
-/// See `rules/vm-03-18.md`.
-pub struct SectionsApart;
 
 /// Sections that touch do not overlap; so much (m) is noise.
 const TOUCH: f64 = 0.1;
 
-impl Rule for SectionsApart {
-    type Params = NoParams;
-
-    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        let all: Vec<Section> = lights(map)
-            .flat_map(|light| {
-                let lanes = map.referrers(light.id).iter().filter_map(|&id| map.lane(id));
-                lanes.flat_map(move |lane| sections(map, light, lane).unwrap_or_default())
-            })
-            // Lines out of order are vm-03-16's.
-            .filter(|section| section.start < section.end)
-            .collect();
-        let mut of_lane: FxHashMap<usize, Vec<usize>> = FxHashMap::default();
-        let mut said = FxHashSet::default();
-        let mut findings = Vec::new();
-        for (at, section) in all.iter().enumerate() {
-            for &lane in &section.path {
-                let others = of_lane.entry(lane).or_default();
-                for other in others.iter().map(|&other| &all[other]) {
-                    if other.light.id != section.light.id
-                        && let Some(length) = common(map, section, other)
-                        && said.insert((section.light.id.min(other.light.id), section.light.id.max(other.light.id)))
-                    {
-                        findings.push(finding(map, section, other, lane, length));
-                    }
+pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+    let all: Vec<Section> = lights(map)
+        .flat_map(|light| {
+            let lanes = map.referrers(light.id).iter().filter_map(|&id| map.lane(id));
+            lanes.flat_map(move |lane| sections(map, light, lane).unwrap_or_default())
+        })
+        // Lines out of order are vm-03-16's.
+        .filter(|section| section.start < section.end)
+        .collect();
+    let mut of_lane: FxHashMap<usize, Vec<usize>> = FxHashMap::default();
+    let mut said = FxHashSet::default();
+    let mut findings = Vec::new();
+    for (at, section) in all.iter().enumerate() {
+        for &lane in &section.path {
+            let others = of_lane.entry(lane).or_default();
+            for other in others.iter().map(|&other| &all[other]) {
+                if other.light.id != section.light.id
+                    && let Some(length) = common(map, section, other)
+                    && said.insert((section.light.id.min(other.light.id), section.light.id.max(other.light.id)))
+                {
+                    findings.push(finding(map, section, other, lane, length));
                 }
-                others.push(at);
             }
+            others.push(at);
         }
-        findings
     }
+    findings
 }
 
 /// Over how many metres two sections lie on each other, if a vehicle can drive through both in one go. Ways that part

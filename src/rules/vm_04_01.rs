@@ -12,14 +12,9 @@ use crate::lanelet::number::leading_integer;
 use crate::lanelet::{LaneletId, LineString, LineStringId, RegulatoryElement};
 use crate::text::counted;
 
-use super::Rule;
 use super::element_size::{diagonal_of_lines, too_large};
 use super::stop_line_crossings::lanes_that_stop;
 
-/// See `rules/vm-04-01.md`.
-pub struct TrafficLights;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -34,24 +29,20 @@ pub struct Params {
     ids_above_zero: bool,
 }
 
-impl Rule for TrafficLights {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let view = map.view();
-        let used: FxHashSet<LineStringId> =
-            view.elements("traffic_light").flat_map(|light| light.linestrings("refers")).collect();
-        let bodies = view.map.linestrings.iter().filter(|line| line.attributes.is("type", "traffic_light"));
-        let mut findings: Vec<Finding> = bodies
-            .filter(|line| !used.contains(&line.id))
-            .map(|line| {
-                let message = format!("Traffic light {} belongs to no traffic_light element.", line.id);
-                Finding::new("unreferenced", Subject::LineString(line.id.0), message)
-            })
-            .collect();
-        findings.extend(view.elements("traffic_light").flat_map(|light| judge(map, view, light, params)));
-        findings
-    }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let view = map.view();
+    let used: FxHashSet<LineStringId> =
+        view.elements("traffic_light").flat_map(|light| light.linestrings("refers")).collect();
+    let bodies = view.map.linestrings.iter().filter(|line| line.attributes.is("type", "traffic_light"));
+    let mut findings: Vec<Finding> = bodies
+        .filter(|line| !used.contains(&line.id))
+        .map(|line| {
+            let message = format!("Traffic light {} belongs to no traffic_light element.", line.id);
+            Finding::new("unreferenced", Subject::LineString(line.id.0), message)
+        })
+        .collect();
+    findings.extend(view.elements("traffic_light").flat_map(|light| judge(map, view, light, params)));
+    findings
 }
 
 fn judge(map: &MapIndex, view: &View, light: &RegulatoryElement, params: &Params) -> Vec<Finding> {

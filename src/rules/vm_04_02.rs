@@ -10,15 +10,9 @@ use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::{Seen, View, spot};
 use crate::lanelet::{LineString, LineStringId, Point, RegulatoryElement};
 
-use super::Rule;
-
 /// Referrers whose edges turn away from the first one's by more than this (cosine) do not belong to one light.
 const TOGETHER: f64 = 0.707;
 
-/// See `rules/vm-04-02.md`.
-pub struct PositionAndSize;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -26,16 +20,12 @@ pub struct Params {
     max_height: f64,
 }
 
-impl Rule for PositionAndSize {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let lights = map.map.linestrings.iter().filter(|line| line.attributes.is("type", "traffic_light"));
-        let usual = usual_height(map, params);
-        let mut findings: Vec<Finding> = lights.filter_map(|line| height(line, params, usual)).collect();
-        findings.extend(facing(map.view()));
-        findings
-    }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let lights = map.map.linestrings.iter().filter(|line| line.attributes.is("type", "traffic_light"));
+    let usual = usual_height(map, params);
+    let mut findings: Vec<Finding> = lights.filter_map(|line| height(line, params, usual)).collect();
+    findings.extend(facing(map.view()));
+    findings
 }
 
 /// The middle one of the heights that lights of this map have, metres; else that of a body with three lamps of 30 cm.

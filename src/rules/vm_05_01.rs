@@ -10,15 +10,10 @@ use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::{Seen, View};
 use crate::lanelet::{LaneletId, LineString, RegulatoryElement, Target};
 
-use super::Rule;
 use super::crosswalk_element;
 use super::element_size::too_large;
 use super::walkway::walking_allowed;
 
-/// See `rules/vm-05-01.md`.
-pub struct Crosswalks;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -33,19 +28,15 @@ pub struct Params {
     stop_line_wanted: bool,
 }
 
-impl Rule for Crosswalks {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let view = map.view();
-        let used: FxHashSet<LaneletId> =
-            view.elements("crosswalk").flat_map(|element| element.lanelets("refers")).collect();
-        let crosswalks = view.lanelets.iter().filter(|seen| seen.is("crosswalk"));
-        let idle: Vec<&Seen> = crosswalks.filter(|seen| !used.contains(&seen.id())).collect();
-        let mut findings: Vec<Finding> = idle.iter().map(|seen| unreferenced(map, seen)).collect();
-        findings.extend(view.elements("crosswalk").flat_map(|element| judge(map, element, params, &idle)));
-        findings
-    }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let view = map.view();
+    let used: FxHashSet<LaneletId> =
+        view.elements("crosswalk").flat_map(|element| element.lanelets("refers")).collect();
+    let crosswalks = view.lanelets.iter().filter(|seen| seen.is("crosswalk"));
+    let idle: Vec<&Seen> = crosswalks.filter(|seen| !used.contains(&seen.id())).collect();
+    let mut findings: Vec<Finding> = idle.iter().map(|seen| unreferenced(map, seen)).collect();
+    findings.extend(view.elements("crosswalk").flat_map(|element| judge(map, element, params, &idle)));
+    findings
 }
 
 /// A crosswalk without element; where cars drive over it, the element can be made.

@@ -8,12 +8,6 @@ use crate::lanelet::index::MapIndex;
 use crate::lanelet::index::view::View;
 use crate::lanelet::{LineString, RegulatoryElement};
 
-use super::Rule;
-
-/// See `rules/vm-05-02.md`.
-pub struct PedestrianLights;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -25,13 +19,9 @@ const ON_FOOT: &str = "red_green";
 /// That of a light for vehicles.
 const VEHICLES: &str = "red_yellow_green";
 
-impl Rule for PedestrianLights {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let view = map.view();
-        view.elements("traffic_light").flat_map(|element| judge(view, params, element)).collect()
-    }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let view = map.view();
+    view.elements("traffic_light").flat_map(|element| judge(view, params, element)).collect()
 }
 
 fn judge(view: &View, params: &Params, element: &RegulatoryElement) -> Vec<Finding> {

@@ -9,15 +9,9 @@ use crate::lanelet::index::view::View;
 use crate::lanelet::index::{MapIndex, extent};
 use crate::lanelet::{PointId, Polygon};
 
-use super::Rule;
-
 /// A corner sharper than this (deg) turns back on itself.
 const SPIKE: f64 = 1e-6;
 
-/// See `rules/vm-06-01.md`.
-pub struct BufferZone;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -29,13 +23,9 @@ pub struct Params {
     everywhere: bool,
 }
 
-impl Rule for BufferZone {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let view = map.view();
-        view.polygons("hatched_road_markings").flat_map(|zone| judge(map, view, params, zone)).collect()
-    }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let view = map.view();
+    view.polygons("hatched_road_markings").flat_map(|zone| judge(map, view, params, zone)).collect()
 }
 
 fn judge(map: &MapIndex, view: &View, params: &Params, zone: &Polygon) -> Vec<Finding> {

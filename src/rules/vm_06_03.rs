@@ -3,18 +3,11 @@
 use crate::diagnostic::Finding;
 use crate::lanelet::index::MapIndex;
 
-use super::{NoParams, Rule, area_element};
+use super::{NoParams, area_element};
 
-/// See `rules/vm-06-03.md`.
-pub struct NoStoppingSign;
-
-impl Rule for NoStoppingSign {
-    type Params = NoParams;
-
-    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        let view = map.view();
-        let mut findings = area_element::apart(view, "no_parking_area", &["road"]);
-        findings.extend(area_element::not_told(view, "no_parking_area"));
-        findings
-    }
+pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+    let view = map.view();
+    let mut findings = area_element::apart(view, "no_parking_area", &["road"]);
+    findings.extend(area_element::not_told(view, "no_parking_area"));
+    findings
 }

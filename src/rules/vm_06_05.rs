@@ -3,15 +3,8 @@
 use crate::diagnostic::Finding;
 use crate::lanelet::index::MapIndex;
 
-use super::{NoParams, Rule, area_element};
+use super::{NoParams, area_element};
 
-/// See `rules/vm-06-05.md`.
-pub struct DetectionArea;
-
-impl Rule for DetectionArea {
-    type Params = NoParams;
-
-    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        area_element::judge(map.view(), "detection_area")
-    }
+pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+    area_element::judge(map.view(), "detection_area")
 }

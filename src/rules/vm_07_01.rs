@@ -5,48 +5,38 @@ use serde::Deserialize;
 use crate::diagnostic::{Finding, Place, Subject};
 use crate::lanelet::index::MapIndex;
 
-use super::Rule;
-
-/// See `rules/vm-07-01.md`.
-pub struct Range;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
     least: f64,
 }
 
-impl Rule for Range {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let mut findings = Vec::new();
-        let mut approaches: Vec<usize> = map
-            .traffic
-            .iter()
-            .flat_map(|traffic| &traffic.movements)
-            .flat_map(|movement| map.predecessors(movement.lane))
-            .copied()
-            .filter(|&lane| map.movement(lane).is_none() && map.lanes[lane].is_for_cars())
-            .collect();
-        approaches.sort_unstable();
-        approaches.dedup();
-        for at in approaches {
-            let length = upstream(map, at, params.least);
-            if length >= params.least {
-                continue;
-            }
-            let lane = &map.lanes[at];
-            let message = format!("Approach lane {} is drawn for {length:.1} m only.", lane.id);
-            findings.push(
-                Finding::new("short-approach", Subject::Lanelet(lane.id.0), message)
-                    .measured(length, params.least, "m")
-                    .at(Place::Line(lane.start.points.to_vec())),
-            );
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let mut approaches: Vec<usize> = map
+        .traffic
+        .iter()
+        .flat_map(|traffic| &traffic.movements)
+        .flat_map(|movement| map.predecessors(movement.lane))
+        .copied()
+        .filter(|&lane| map.movement(lane).is_none() && map.lanes[lane].is_for_cars())
+        .collect();
+    approaches.sort_unstable();
+    approaches.dedup();
+    for at in approaches {
+        let length = upstream(map, at, params.least);
+        if length >= params.least {
+            continue;
         }
-        findings
+        let lane = &map.lanes[at];
+        let message = format!("Approach lane {} is drawn for {length:.1} m only.", lane.id);
+        findings.push(
+            Finding::new("short-approach", Subject::Lanelet(lane.id.0), message)
+                .measured(length, params.least, "m")
+                .at(Place::Line(lane.start.points.to_vec())),
+        );
     }
+    findings
 }
 
 /// The length of road (m) that leads to the end of a lane, as far as it matters.

@@ -3,33 +3,26 @@
 use crate::diagnostic::{Edit, Finding, Subject};
 use crate::lanelet::index::MapIndex;
 
+use super::NoParams;
 use super::barrier::KINDS;
-use super::{NoParams, Rule};
 
-/// See `rules/vm-07-02.md`.
-pub struct PedestrianRange;
-
-impl Rule for PedestrianRange {
-    type Params = NoParams;
-
-    fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
-        let polygons = map.map.polygons.iter().filter_map(|polygon| {
-            let kind = polygon.attributes.get("type").filter(|kind| KINDS.contains(kind))?;
-            let on = Subject::Polygon(polygon.id.0);
-            let message = format!("The {kind} {} has area=yes and is no line for Autoware.", polygon.id);
-            let edits = vec![Edit::RemoveTag { on, key: "area".into() }];
-            Some(Finding::new("area", on, message).fixed_by("remove the tag area", false, edits))
-        });
-        let words = map.map.linestrings.iter().filter_map(|line| {
-            let said = line.attributes.get("type")?;
-            let meant = meant(said)?;
-            let on = Subject::LineString(line.id.0);
-            let message = format!("Linestring {} has type={said}; Autoware knows {meant}.", line.id);
-            let edits = vec![Edit::SetTag { on, key: "type".into(), value: meant.into() }];
-            Some(Finding::new("word", on, message).fixed_by(format!("set type={meant}"), true, edits))
-        });
-        polygons.chain(words).collect()
-    }
+pub fn check(map: &MapIndex, _: &NoParams) -> Vec<Finding> {
+    let polygons = map.map.polygons.iter().filter_map(|polygon| {
+        let kind = polygon.attributes.get("type").filter(|kind| KINDS.contains(kind))?;
+        let on = Subject::Polygon(polygon.id.0);
+        let message = format!("The {kind} {} has area=yes and is no line for Autoware.", polygon.id);
+        let edits = vec![Edit::RemoveTag { on, key: "area".into() }];
+        Some(Finding::new("area", on, message).fixed_by("remove the tag area", false, edits))
+    });
+    let words = map.map.linestrings.iter().filter_map(|line| {
+        let said = line.attributes.get("type")?;
+        let meant = meant(said)?;
+        let on = Subject::LineString(line.id.0);
+        let message = format!("Linestring {} has type={said}; Autoware knows {meant}.", line.id);
+        let edits = vec![Edit::SetTag { on, key: "type".into(), value: meant.into() }];
+        Some(Finding::new("word", on, message).fixed_by(format!("set type={meant}"), true, edits))
+    });
+    polygons.chain(words).collect()
 }
 
 /// The word that somebody meant who wrote another: the same letters but for case, blanks and an `s` at the end, or the

@@ -6,12 +6,8 @@ use crate::diagnostic::{Finding, Subject};
 use crate::lanelet::Point;
 use crate::lanelet::index::MapIndex;
 
-use super::{Rule, geoid};
+use super::geoid;
 
-/// See `rules/vm-07-04.md`.
-pub struct EllipsoidalHeight;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -23,28 +19,24 @@ const FLAT: f64 = 0.01;
 /// The share of points, lowest and highest, that does not count for that.
 const OUTLIERS: f64 = 0.1;
 
-impl Rule for EllipsoidalHeight {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let bounds = map.map.linestrings.iter().filter(|line| !map.users_of(line.id).is_empty());
-        let points = bounds.flat_map(|line| &line.points).filter_map(|&id| map.map.points.get(id));
-        let mut places: Vec<[f64; 3]> = points.filter_map(placed).collect();
-        places.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
-        let at = |share: f64| places.get((share * places.len() as f64) as usize).copied();
-        let (Some(low), Some(middle), Some(high)) = (at(OUTLIERS), at(0.5), at(1.0 - OUTLIERS)) else {
-            return Vec::new();
-        };
-        let [ele, lat, lon] = middle;
-        let sea = geoid::above_ellipsoid(lat, lon);
-        if high[0] - low[0] < FLAT || sea - ele <= params.below_sea {
-            return Vec::new();
-        }
-        let message = format!(
-            "The lanes are at ele {ele:.1} m, but the sea is at {sea:.0} m above the ellipsoid here: heights above the sea?"
-        );
-        vec![Finding::new("below-sea", Subject::Map, message).measured(sea - ele, params.below_sea, "m")]
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let bounds = map.map.linestrings.iter().filter(|line| !map.users_of(line.id).is_empty());
+    let points = bounds.flat_map(|line| &line.points).filter_map(|&id| map.map.points.get(id));
+    let mut places: Vec<[f64; 3]> = points.filter_map(placed).collect();
+    places.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    let at = |share: f64| places.get((share * places.len() as f64) as usize).copied();
+    let (Some(low), Some(middle), Some(high)) = (at(OUTLIERS), at(0.5), at(1.0 - OUTLIERS)) else {
+        return Vec::new();
+    };
+    let [ele, lat, lon] = middle;
+    let sea = geoid::above_ellipsoid(lat, lon);
+    if high[0] - low[0] < FLAT || sea - ele <= params.below_sea {
+        return Vec::new();
     }
+    let message = format!(
+        "The lanes are at ele {ele:.1} m, but the sea is at {sea:.0} m above the ellipsoid here: heights above the sea?"
+    );
+    vec![Finding::new("below-sea", Subject::Map, message).measured(sea - ele, params.below_sea, "m")]
 }
 
 /// Height, latitude and longitude of a point that has all three.

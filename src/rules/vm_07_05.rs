@@ -7,12 +7,6 @@ use crate::geometry::angle_between;
 use crate::lanelet::RoadType;
 use crate::lanelet::index::MapIndex;
 
-use super::Rule;
-
-/// See `rules/vm-07-05.md`.
-pub struct BicycleMarks;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -20,32 +14,28 @@ pub struct Params {
     along: f64,
 }
 
-impl Rule for BicycleMarks {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let mut findings = Vec::new();
-        let outside = |at: usize| map.movement(at).is_none();
-        for at in (0..map.lanes.len()).filter(|&at| map.lanes[at].bicycle && outside(at)) {
-            let lane = &map.lanes[at];
-            for conflict in map.conflicts[at].iter().filter(|one| !one.grade_separated && outside(one.other)) {
-                let road = &map.lanes[conflict.other];
-                let headings = lane.heading_in().zip(road.heading_in());
-                let turned = headings.map_or(180.0, |(a, b)| angle_between(a, b).abs().to_degrees());
-                let share = conflict.area / lane.area;
-                if road.kind != RoadType::Road || road.bicycle || turned > params.along || share <= params.share {
-                    continue;
-                }
-                let percent = 100.0 * share;
-                let message = format!("{percent:.0} % of bicycle lane {} lie on road lane {}.", lane.id, road.id);
-                findings.push(
-                    Finding::new("on-road", Subject::Lanelet(lane.id.0), message)
-                        .with(Subject::Lanelet(road.id.0), "road lane")
-                        .measured(percent, 100.0 * params.share, "%")
-                        .at(Place::Point(conflict.place)),
-                );
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let outside = |at: usize| map.movement(at).is_none();
+    for at in (0..map.lanes.len()).filter(|&at| map.lanes[at].bicycle && outside(at)) {
+        let lane = &map.lanes[at];
+        for conflict in map.conflicts[at].iter().filter(|one| !one.grade_separated && outside(one.other)) {
+            let road = &map.lanes[conflict.other];
+            let headings = lane.heading_in().zip(road.heading_in());
+            let turned = headings.map_or(180.0, |(a, b)| angle_between(a, b).abs().to_degrees());
+            let share = conflict.area / lane.area;
+            if road.kind != RoadType::Road || road.bicycle || turned > params.along || share <= params.share {
+                continue;
             }
+            let percent = 100.0 * share;
+            let message = format!("{percent:.0} % of bicycle lane {} lie on road lane {}.", lane.id, road.id);
+            findings.push(
+                Finding::new("on-road", Subject::Lanelet(lane.id.0), message)
+                    .with(Subject::Lanelet(road.id.0), "road lane")
+                    .measured(percent, 100.0 * params.share, "%")
+                    .at(Place::Point(conflict.place)),
+            );
         }
-        findings
     }
+    findings
 }

@@ -7,30 +7,21 @@ use crate::geometry::Vector;
 use crate::lanelet::RoadType;
 use crate::lanelet::index::{Edge, MapIndex};
 
-use super::Rule;
 use super::routing_moves::RoutingMoves;
 
-/// See `rules/vm-07-06.md`.
-pub struct AddedLane;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
     loose: f64,
 }
 
-impl Rule for AddedLane {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let moves = RoutingMoves::new(map);
-        let roads = (0..map.lanes.len()).filter(|&at| {
-            let lane = &map.lanes[at];
-            lane.kind == RoadType::Road && lane.is_for_cars() && map.movement(at).is_none()
-        });
-        roads.flat_map(|at| [added(map, &moves, params, at), dropped(map, &moves, params, at)]).flatten().collect()
-    }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let moves = RoutingMoves::new(map);
+    let roads = (0..map.lanes.len()).filter(|&at| {
+        let lane = &map.lanes[at];
+        lane.kind == RoadType::Road && lane.is_for_cars() && map.movement(at).is_none()
+    });
+    roads.flat_map(|at| [added(map, &moves, params, at), dropped(map, &moves, params, at)]).flatten().collect()
 }
 
 /// A lane that begins beside one that comes from somewhere, and that no lane change leads into.

@@ -7,38 +7,30 @@ use crate::geometry::Point;
 use crate::lanelet::index::view::View;
 use crate::lanelet::index::{DrivingSide, MapIndex};
 
+use super::area_element;
 use super::routing_moves::RoutingMoves;
-use super::{Rule, area_element};
 
-/// See `rules/vm-07-07.md`.
-pub struct BusStopPosition;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
     length: f64,
 }
 
-impl Rule for BusStopPosition {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let view = map.view();
-        let mut findings = area_element::apart(view, "bus_stop_area", &["road", "road_shoulder"]);
-        findings.extend(view.polygons("bus_stop_area").filter_map(|polygon| {
-            let ring = view.ring(polygon);
-            let length = diameter(&ring);
-            (ring.len() > 2 && length < params.length).then(|| {
-                let message = format!("Bus stop area {} is {length:.1} m long.", polygon.id);
-                Finding::new("too-small", Subject::Polygon(polygon.id.0), message)
-                    .measured(length, params.length, "m")
-                    .at(Place::Polygon(ring))
-            })
-        }));
-        findings.extend(mid_road(map, view));
-        findings
-    }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let view = map.view();
+    let mut findings = area_element::apart(view, "bus_stop_area", &["road", "road_shoulder"]);
+    findings.extend(view.polygons("bus_stop_area").filter_map(|polygon| {
+        let ring = view.ring(polygon);
+        let length = diameter(&ring);
+        (ring.len() > 2 && length < params.length).then(|| {
+            let message = format!("Bus stop area {} is {length:.1} m long.", polygon.id);
+            Finding::new("too-small", Subject::Polygon(polygon.id.0), message)
+                .measured(length, params.length, "m")
+                .at(Place::Polygon(ring))
+        })
+    }));
+    findings.extend(mid_road(map, view));
+    findings
 }
 
 /// The greatest distance between two corners, metres.

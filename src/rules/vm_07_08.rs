@@ -7,12 +7,6 @@ use crate::geometry::{Point, angle_between, polygon};
 use crate::lanelet::RoadType;
 use crate::lanelet::index::{Conflict, Lane, MapIndex};
 
-use super::Rule;
-
-/// See `rules/vm-07-08.md`.
-pub struct OverlappingLanes;
-
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -24,31 +18,27 @@ pub struct Params {
 /// Lanes whose directions differ by more (deg) run against each other.
 const OPPOSITE: f64 = 150.0;
 
-impl Rule for OverlappingLanes {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let mut findings = Vec::new();
-        let street = |at: usize| {
-            let lane = &map.lanes[at];
-            lane.kind == RoadType::Road
-                && lane.is_for_cars()
-                && map.movement(at).is_none()
-                && map.intersections_touching(at).next().is_none()
-                && map.turn_direction(at).is_none()
-        };
-        for at in (0..map.lanes.len()).filter(|&at| street(at)) {
-            let behind = map.conflicts[at].iter().filter(|one| one.other > at && one.real && one.area > params.area);
-            for conflict in behind.filter(|one| street(one.other)) {
-                let (lane, other) = (&map.lanes[at], &map.lanes[conflict.other]);
-                if joined(map, at, conflict.other) || shuttle(params, lane, other, conflict.area) {
-                    continue;
-                }
-                findings.push(finding(map, params, at, conflict));
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let street = |at: usize| {
+        let lane = &map.lanes[at];
+        lane.kind == RoadType::Road
+            && lane.is_for_cars()
+            && map.movement(at).is_none()
+            && map.intersections_touching(at).next().is_none()
+            && map.turn_direction(at).is_none()
+    };
+    for at in (0..map.lanes.len()).filter(|&at| street(at)) {
+        let behind = map.conflicts[at].iter().filter(|one| one.other > at && one.real && one.area > params.area);
+        for conflict in behind.filter(|one| street(one.other)) {
+            let (lane, other) = (&map.lanes[at], &map.lanes[conflict.other]);
+            if joined(map, at, conflict.other) || shuttle(params, lane, other, conflict.area) {
+                continue;
             }
+            findings.push(finding(map, params, at, conflict));
         }
-        findings
     }
+    findings
 }
 
 fn finding(map: &MapIndex, params: &Params, at: usize, conflict: &Conflict) -> Finding {

@@ -14,13 +14,10 @@ pub type Place = [f64; 2];
 #[serde(default, deny_unknown_fields)]
 pub struct InsideSettings {
     /// Guide lines between the lanes of a turn that has several; none without it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub guide_lines: Option<bool>,
     /// Stop lines where far turns wait for oncoming traffic; none without it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub stop_lines: Option<bool>,
     /// From every lane a way to each lane of the road that it turns into; none but those that keep lanes apart without it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub fan_out: Option<bool>,
 }
 
@@ -57,7 +54,6 @@ pub struct VirtualLightSettings {
     /// Who asks the infrastructure for leave.
     pub approach: ApproachName,
     /// How far before the stop line a vehicle begins to ask, metres.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<f64>,
     /// Tags by which the infrastructure knows the light.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]

@@ -7,6 +7,5 @@ use serde::{Deserialize, Serialize};
 #[serde(default, deny_unknown_fields)]
 pub struct LightSettings {
     /// Lanes from which all movements go one way have lights with an arrow; they look like all others without it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub arrows: Option<bool>,
 }

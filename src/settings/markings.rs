@@ -8,6 +8,5 @@ use serde::{Deserialize, Serialize};
 pub struct MarkingSettings {
     /// How far before a stop line lanes are no longer changed, metres; 0 for not at all, the usual of the country where
     /// absent.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub before_stop: Option<f64>,
 }

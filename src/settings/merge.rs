@@ -12,10 +12,8 @@ pub struct MergeSettings {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub nodes: Vec<i64>,
     /// Which roads: those made from this OpenStreetMap way.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub way: Option<i64>,
     /// Which road: the one at this place, latitude and longitude.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub at: Option<[f64; 2]>,
     /// Why.
     #[serde(skip_serializing_if = "String::is_empty")]

@@ -63,34 +63,24 @@ pub struct AssumeSettings {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub highway: Vec<Highway>,
     /// ISO 3166-1 code of the country; everywhere where absent.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub country: Option<String>,
     /// Lanes in each direction.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub lanes: Option<u8>,
     /// Speed limit, km/h.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub speed: Option<f64>,
     /// Of a lane for motor vehicles.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub lane_width: Option<f64>,
     /// Of a painted bicycle lane.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub bicycle_lane_width: Option<f64>,
     /// Of a bicycle track behind a kerb.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub bicycle_track_width: Option<f64>,
     /// Of cars parked along the road.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub parking_width: Option<f64>,
     /// Of a shoulder.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub shoulder_width: Option<f64>,
     /// Of a painted strip for people on foot.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub pedestrian_lane_width: Option<f64>,
     /// Of a sidewalk.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub sidewalk_width: Option<f64>,
 }
 

@@ -88,7 +88,6 @@ pub struct Suppression {
     /// Kind of the primitive.
     pub primitive: PrimitiveKind,
     /// Its id, or several; none for the map.
-    #[serde(skip_serializing_if = "Option::is_none")]
     id: Option<Ids>,
     /// Why the finding is right to be there.
     #[serde(default, skip_serializing_if = "String::is_empty")]

@@ -136,15 +136,7 @@ mod tests {
     use crate::diagnostic::Severity;
 
     fn found(code: &str, subject: Subject) -> Diagnostic {
-        Diagnostic {
-            code: code.to_owned(),
-            severity: Severity::Error,
-            finding: Finding::new("x", subject, "x"),
-            help: None,
-            span: None,
-            lonlat: None,
-            local: None,
-        }
+        Diagnostic::new(code, Severity::Error, Finding::new("x", subject, "x"))
     }
 
     #[test]

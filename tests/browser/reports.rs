@@ -3,12 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use lanewright::builder::{BuildOptions, build};
-use lanewright::diagnostic::{Diagnostic, Severity};
+use lanewright::diagnostic::Diagnostic;
 use lanewright::lanelet::LaneletMap;
 use lanewright::lanelet::index::MapIndex;
-use lanewright::lanelet::index::Thresholds;
 use lanewright::report::html::{Earlier, Page, html};
-use lanewright::report::{FailOn, Report, Sources};
+use lanewright::report::{Report, Sources};
 use lanewright::requirement::Requirement;
 use lanewright::rules::{self, Config};
 
@@ -56,24 +55,12 @@ fn write(name: &str, turns: usize, earlier: Option<&Earlier>) -> Written {
     let hostile = map.lanelets.get_mut(turning[0]).unwrap();
     hostile.attributes.set("name", EVIL);
     hostile.attributes.set(EVIL, "1");
-    let index = MapIndex::new(&map, &[], &settings, Thresholds::default());
+    let index = MapIndex::new(&map, &[], &settings);
     let mut findings = rules::run(&index, &Config::default()).unwrap();
     findings[0].finding.message += EVIL;
     let requirements: Vec<&Requirement> = rules::table().unwrap().iter().map(|row| &row.requirement).collect();
     let sources = Sources::new([]);
-    let report = Report {
-        diagnostics: &findings,
-        sources: &sources,
-        map: &map,
-        requirements: &requirements,
-        fail_on: FailOn::Error,
-        show: Severity::Info,
-        cap: None,
-        suppressed: 0,
-        known: 0,
-        unproject: None,
-        root: None,
-    };
+    let report = Report { requirements: &requirements, ..Report::new(&findings, &sources, &map) };
     let page = Page { title: EVIL, path: None, requirements: &requirements, earlier, origin: None };
     let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.html"));
     std::fs::write(&file, html(&report, &page).unwrap()).unwrap();

@@ -9,7 +9,7 @@ use lanewright::report::draw::sketch::beside;
 use lanewright::report::draw::{View, rendered};
 
 use crate::common::program::lanewright;
-use crate::common::{osm_files, root, samples, updating};
+use crate::common::{osm_files, root, samples, stem, updating};
 
 /// The stages that are drawn of every layout.
 const STAGES: [&str; 2] = ["outline", "lanes"];
@@ -26,10 +26,6 @@ const STYLE: &str = "<style>";
 fn places() -> Vec<PathBuf> {
     let own = osm_files(&root().join("tests/street_layouts"));
     samples().into_iter().chain(own).collect()
-}
-
-fn stem(path: &Path) -> String {
-    path.file_stem().unwrap().to_string_lossy().into_owned()
 }
 
 /// The picture as text without the style sheet, which is the same for all; and the style sheet.

@@ -4,10 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use lanewright::builder::{BuildOptions, Built, build};
 use lanewright::geometry::polygon;
-use lanewright::lanelet::{Bound, Lanelet, LaneletMap, LineStringId, PointId, Polygon, RegulatoryElement, Target};
+use lanewright::lanelet::{Bound, Lanelet, LaneletMap, LineStringId, PointId, Polygon, Target};
 use lanewright::osm::read_file;
 
 use crate::common::root;
+use crate::networks::{elements, referrers};
 
 fn built(sample: &str) -> Built {
     let path = root().join("sample_maps").join(sample);
@@ -21,14 +22,6 @@ fn turning(map: &LaneletMap) -> Vec<&Lanelet> {
 fn roads(map: &LaneletMap) -> Vec<&Lanelet> {
     let road = |l: &&Lanelet| l.attributes.is("subtype", "road") && !l.attributes.has("turn_direction");
     map.lanelets.iter().filter(road).collect()
-}
-
-fn elements<'a>(map: &'a LaneletMap, subtype: &str) -> Vec<&'a RegulatoryElement> {
-    map.regulatory_elements.iter().filter(|r| r.subtype == subtype).collect()
-}
-
-fn referrers<'a>(map: &'a LaneletMap, element: &RegulatoryElement) -> Vec<&'a Lanelet> {
-    map.lanelets.iter().filter(|l| l.regulatory_elements.contains(&element.id)).collect()
 }
 
 fn lines(map: &LaneletMap, kind: &str) -> usize {

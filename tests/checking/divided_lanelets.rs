@@ -4,15 +4,14 @@ use std::convert::Infallible;
 
 use lanewright::diagnostic::Severity;
 use lanewright::fix::{Mended, mend};
-use lanewright::lanelet::index::{MapIndex, Thresholds};
-use lanewright::lanelet::{Lanelet, LaneletId, LaneletMap, LineStringId, Loaded, PointId, from_osm};
+use lanewright::lanelet::index::MapIndex;
+use lanewright::lanelet::{Lanelet, LaneletId, LaneletMap, LineStringId, PointId};
 use lanewright::osm::OsmData;
-use lanewright::projection::{MgrsGrid, Projector};
 use lanewright::rules::Config;
 use lanewright::settings::Settings;
 
 use crate::common::drawing::{Drawing, osm};
-use crate::common::judging::judge_as;
+use crate::common::judging::{judge_as, loaded};
 use crate::common::root;
 
 /// Lanelet 240 runs west, over 80 m, along two oncoming ones that meet in nodes 31 and 41, at half its length.
@@ -22,11 +21,6 @@ fn drawn(more: &str, in_240: &str) -> OsmData {
     let opened = "<relation id=\"240\">";
     assert!(text.contains(opened));
     osm(text.replace(opened, &format!("{opened}{in_240}")).replace("</osm>", &format!("{more}</osm>")))
-}
-
-fn loaded(data: &OsmData) -> Loaded {
-    let first = data.nodes.iter().find_map(|node| node.position).and_then(MgrsGrid::of);
-    from_osm(data, &first.map_or(Projector::Local, Projector::mgrs))
 }
 
 /// Mended as far as the rules about lanes go; nothing is left, and nothing was refused.
@@ -104,7 +98,7 @@ fn lanes_beside_it_are_cut_with_it_and_still_share_its_bounds() {
             assert_eq!(shared, ends(&map, piece).map(|[left, _]| left), "they begin and end together");
         }
         let settings = Settings::default();
-        let index = MapIndex::new(&map, &[], &settings, Thresholds::default());
+        let index = MapIndex::new(&map, &[], &settings);
         let first_beside = index.lane(LaneletId(250)).unwrap();
         let linked = index.followers(first_beside).len() + index.predecessors(first_beside).len();
         assert_eq!(linked, 1, "the piece that kept the id leads to the other one, or follows it");

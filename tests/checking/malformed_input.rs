@@ -3,7 +3,6 @@
 
 use lanewright::builder::{BuildOptions, build};
 use lanewright::lanelet::index::MapIndex;
-use lanewright::lanelet::index::Thresholds;
 use lanewright::lanelet::{Loaded, from_osm, to_osm};
 use lanewright::osm::{OsmData, read_bytes};
 use lanewright::projection::{MgrsGrid, Projector};
@@ -30,7 +29,7 @@ fn judge_whatever(bytes: Vec<u8>) {
     for projector in [first.map_or(Projector::Local, Projector::mgrs), Projector::Local] {
         let Loaded { map, faults } = from_osm(&data, &projector);
         let settings = Settings::default();
-        let index = MapIndex::new(&map, &faults, &settings, Thresholds::default());
+        let index = MapIndex::new(&map, &faults, &settings);
         let found = rules::run(&index, &Config::default()).unwrap();
         let sorted = triage::sort(found, &settings, Suppressions::of(&settings, &data), &map, None);
         let sources = Sources::new(data.sources.iter().map(|source| (source.name.as_str(), source.text.as_str())));

@@ -5,7 +5,7 @@ use std::convert::Infallible;
 
 use lanewright::diagnostic::{Diagnostic, Severity};
 use lanewright::fix::{Mended, mend};
-use lanewright::lanelet::index::{MapIndex, Thresholds};
+use lanewright::lanelet::index::MapIndex;
 use lanewright::lanelet::{LaneletMap, ProjectorInfo, from_osm};
 use lanewright::osm::OsmData;
 use lanewright::projection::{LonLat, MgrsGrid, Projector};
@@ -139,7 +139,7 @@ fn a_cluster_of_nodes_becomes_one_at_once() {
     assert_eq!(titles, BTreeMap::from([("use node 3 instead of 5, 9, 13", 3), ("use node 4 instead of 6, 10, 14", 3)]));
     let map = map(&mended(clusters()).osm);
     let settings = Settings::default();
-    let index = MapIndex::new(&map, &[], &settings, Thresholds::default());
+    let index = MapIndex::new(&map, &[], &settings);
     assert_eq!(index.followers(0).len(), 3);
 }
 

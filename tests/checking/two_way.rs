@@ -3,15 +3,14 @@
 use std::convert::Infallible;
 
 use lanewright::fix::{Mended, mend};
-use lanewright::lanelet::index::{MapIndex, Thresholds};
-use lanewright::lanelet::{LaneletMap, Loaded, from_osm};
+use lanewright::lanelet::LaneletMap;
+use lanewright::lanelet::index::MapIndex;
 use lanewright::osm::OsmData;
-use lanewright::projection::{MgrsGrid, Projector};
 use lanewright::rules::Config;
 use lanewright::settings::Settings;
 
 use crate::common::drawing::osm;
-use crate::common::judging::judge_as;
+use crate::common::judging::{judge_as, loaded};
 
 /// Two lanelets of 22 m in a row, with these values of `one_way`, the first with a crosswalk and a traffic light.
 fn drawn(one_way: [&str; 2]) -> OsmData {
@@ -52,11 +51,6 @@ fn drawn(one_way: [&str; 2]) -> OsmData {
     osm(format!("<osm version='0.6'>{nodes}{}{light}{}{}</osm>", ways.concat(), elements.concat(), lanelets.concat()))
 }
 
-fn loaded(data: &OsmData) -> Loaded {
-    let first = data.nodes.iter().find_map(|node| node.position).and_then(MgrsGrid::of);
-    from_osm(data, &first.map_or(Projector::Local, Projector::mgrs))
-}
-
 /// Mended as far as the rule on the direction goes.
 fn mended(data: OsmData, unsafe_too: bool) -> (Mended, LaneletMap) {
     let (settings, config) = (Settings::default(), Config::default());
@@ -73,7 +67,7 @@ fn mended(data: OsmData, unsafe_too: bool) -> (Mended, LaneletMap) {
 /// How many lanelets there are, how many of them are one-way, and how many pairs follow each other.
 fn counts(map: &LaneletMap) -> [usize; 3] {
     let settings = Settings::default();
-    let index = MapIndex::new(map, &[], &settings, Thresholds::default());
+    let index = MapIndex::new(map, &[], &settings);
     let one_way = map.lanelets.iter().filter(|lanelet| lanelet.attributes.is("one_way", "yes")).count();
     let following = (0..index.lanes.len()).map(|lane| index.followers(lane).len()).sum();
     [index.lanes.len(), one_way, following]

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use lanewright::diagnostic::Diagnostic;
 use lanewright::lanelet::index::MapIndex;
-use lanewright::lanelet::index::Thresholds;
 use lanewright::lanelet::{Loaded, ProjectorInfo, from_osm};
 use lanewright::osm::{OsmData, read_bytes};
 use lanewright::projection::{MgrsGrid, Projector};
@@ -26,6 +25,12 @@ pub fn load(path: &Path) -> (OsmData, Loaded) {
     (data, loaded)
 }
 
+/// The map Autoware would make of some data, in the MGRS square of its first node.
+pub fn loaded(data: &OsmData) -> Loaded {
+    let first = data.nodes.iter().find_map(|node| node.position).and_then(MgrsGrid::of);
+    from_osm(data, &first.map_or(Projector::Local, Projector::mgrs))
+}
+
 /// Name and text of the projector's file of a map of the tests: `good.map_projector_info.yaml` beside `good.osm`.
 pub fn info_of(map: &Path) -> Option<(String, String)> {
     let start = format!("{}.", map.file_stem()?.to_string_lossy());
@@ -44,7 +49,7 @@ pub fn judge(loaded: &Loaded, settings: &Settings) -> Vec<Diagnostic> {
 
 /// The findings of all rules as a user wants them.
 pub fn judge_as(loaded: &Loaded, settings: &Settings, config: &Config) -> Vec<Diagnostic> {
-    let index = MapIndex::new(&loaded.map, &loaded.faults, settings, Thresholds::default());
+    let index = MapIndex::new(&loaded.map, &loaded.faults, settings);
     rules::run(&index, config).unwrap()
 }
 

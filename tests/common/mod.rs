@@ -30,6 +30,19 @@ pub fn osm_files(dir: &Path) -> Vec<PathBuf> {
     files
 }
 
+/// What lies in a directory, by name.
+pub fn names(dir: &Path) -> Vec<String> {
+    let mut names: Vec<String> =
+        fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect();
+    names.sort_unstable();
+    names
+}
+
+/// The name of a file without its extension.
+pub fn stem(path: &Path) -> String {
+    path.file_stem().unwrap().to_string_lossy().into_owned()
+}
+
 /// The sample maps, sorted.
 pub fn samples() -> Vec<PathBuf> {
     osm_files(&root().join("sample_maps"))

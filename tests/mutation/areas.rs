@@ -4,127 +4,83 @@ use std::collections::BTreeSet;
 
 use lanewright::geometry::Vector;
 
-use super::Kind;
 use super::draft::{Dice, Draft, bounds, without};
+use super::{Kind, kind};
 
 pub const KINDS: &[Kind] = &[
-    Kind {
-        name: "remove a vertex at a lane's end",
-        raises: &["vm-03-08/lane-node-missing"],
-        mutate: |_, map, dice| {
-            let (area, at) = vertex(map, dice)?;
-            map.way(area).nodes.remove(at);
-            Some(vec![area])
-        },
-    },
-    Kind {
-        name: "shift a vertex inward",
-        raises: &["vm-03-08/edge-not-border"],
-        mutate: |_, map, dice| {
-            let (area, at) = vertex(map, dice)?;
-            let ring = map.line(area);
-            let middle = ring.iter().fold(Vector::zeros(), |sum, p| sum + p.coords) / ring.len() as f64;
-            replace(map, area, at, (middle - ring[at].coords).normalize() * dice.pick([0.5, 1.0, 2.0])?)
-        },
-    },
-    Kind {
-        name: "copy a vertex",
-        raises: &["vm-03-08/edge-not-border"],
-        mutate: |_, map, dice| {
-            let (area, at) = vertex(map, dice)?;
-            replace(map, area, at, Vector::zeros())
-        },
-    },
-    Kind {
-        name: "exchange two vertices",
-        raises: &["vm-03-08/invalid"],
-        mutate: |_, map, dice| {
-            let (area, at) = vertex(map, dice)?;
-            let count = map.way(area).nodes.len();
-            map.way(area).nodes.swap(at, (at + count / 2) % count);
-            Some(vec![area])
-        },
-    },
-    Kind {
-        name: "run over a vertex twice",
-        raises: &["vm-03-08/invalid"],
-        mutate: |_, map, dice| {
-            let (area, at) = vertex(map, dice)?;
-            let nodes = &mut map.way(area).nodes;
-            // At the very end it would only close the ring.
-            let to = at + 1 + dice.below((nodes.len() - at - 1).max(1));
-            let node = nodes[at];
-            if at == 0 && to == nodes.len() {
-                return None;
-            }
-            nodes.insert(to, node);
-            Some(vec![area])
-        },
-    },
-    Kind {
-        name: "close the ring",
-        raises: &["vm-03-08/closed"],
-        mutate: |_, map, dice| {
-            let area = dice.pick(map.lines("intersection_area"))?.id;
-            let first = map.way(area).nodes[0];
-            map.way(area).nodes.push(first);
-            Some(vec![area])
-        },
-    },
-    Kind {
-        name: "cut the area down to two vertices",
-        raises: &["vm-03-08/invalid"],
-        mutate: |_, map, dice| {
-            let area = dice.pick(map.lines("intersection_area"))?.id;
-            map.way(area).nodes.truncate(2);
-            Some(vec![area])
-        },
-    },
-    Kind {
-        name: "drop area=yes of an area",
-        raises: &["vm-03-01/ia-tag-dangling"],
-        mutate: |_, map, dice| {
-            let area = dice.pick(map.lines("intersection_area"))?.id;
-            map.way(area).tags = without(&map.way(area).tags, "area");
-            Some(named(map, area))
-        },
-    },
-    Kind {
-        name: "retype an area",
-        raises: &["vm-03-01/ia-tag-dangling"],
-        mutate: |_, map, dice| {
-            let area = dice.pick(map.lines("intersection_area"))?.id;
-            map.way(area).tags.set("type", "detection_area");
-            Some(named(map, area))
-        },
-    },
-    Kind {
-        name: "forget a whole intersection",
-        raises: &["vm-03-01/turn-without-ia"],
-        mutate: |_, map, dice| {
-            let area = dice.pick(map.lines("intersection_area"))?.id;
-            let lanelets = named(map, area);
-            map.remove(lanewright::osm::ElementKind::Way, area);
-            for &lanelet in &lanelets {
-                map.relation(lanelet).tags = without(&map.relation(lanelet).tags, "intersection_area");
-            }
-            Some(lanelets)
-        },
-    },
-    Kind {
-        name: "forget all marks of an intersection",
-        raises: &["vm-03-01/unmarked"],
-        mutate: |_, map, dice| {
-            let area = dice.pick(map.lines("intersection_area"))?.id;
-            let lanelets = named(map, area);
-            map.remove(lanewright::osm::ElementKind::Way, area);
-            for &lanelet in &lanelets {
-                let tags = without(&map.relation(lanelet).tags, "intersection_area");
-                map.relation(lanelet).tags = without(&tags, "turn_direction");
-            }
-            Some(lanelets)
-        },
-    },
+    kind("remove a vertex at a lane's end", &["vm-03-08/lane-node-missing"], |_, map, dice| {
+        let (area, at) = vertex(map, dice)?;
+        map.way(area).nodes.remove(at);
+        Some(vec![area])
+    }),
+    kind("shift a vertex inward", &["vm-03-08/edge-not-border"], |_, map, dice| {
+        let (area, at) = vertex(map, dice)?;
+        let ring = map.line(area);
+        let middle = ring.iter().fold(Vector::zeros(), |sum, p| sum + p.coords) / ring.len() as f64;
+        replace(map, area, at, (middle - ring[at].coords).normalize() * dice.pick([0.5, 1.0, 2.0])?)
+    }),
+    kind("copy a vertex", &["vm-03-08/edge-not-border"], |_, map, dice| {
+        let (area, at) = vertex(map, dice)?;
+        replace(map, area, at, Vector::zeros())
+    }),
+    kind("exchange two vertices", &["vm-03-08/invalid"], |_, map, dice| {
+        let (area, at) = vertex(map, dice)?;
+        let count = map.way(area).nodes.len();
+        map.way(area).nodes.swap(at, (at + count / 2) % count);
+        Some(vec![area])
+    }),
+    kind("run over a vertex twice", &["vm-03-08/invalid"], |_, map, dice| {
+        let (area, at) = vertex(map, dice)?;
+        let nodes = &mut map.way(area).nodes;
+        // At the very end it would only close the ring.
+        let to = at + 1 + dice.below((nodes.len() - at - 1).max(1));
+        let node = nodes[at];
+        if at == 0 && to == nodes.len() {
+            return None;
+        }
+        nodes.insert(to, node);
+        Some(vec![area])
+    }),
+    kind("close the ring", &["vm-03-08/closed"], |_, map, dice| {
+        let area = dice.pick(map.lines("intersection_area"))?.id;
+        let first = map.way(area).nodes[0];
+        map.way(area).nodes.push(first);
+        Some(vec![area])
+    }),
+    kind("cut the area down to two vertices", &["vm-03-08/invalid"], |_, map, dice| {
+        let area = dice.pick(map.lines("intersection_area"))?.id;
+        map.way(area).nodes.truncate(2);
+        Some(vec![area])
+    }),
+    kind("drop area=yes of an area", &["vm-03-01/ia-tag-dangling"], |_, map, dice| {
+        let area = dice.pick(map.lines("intersection_area"))?.id;
+        map.way(area).tags = without(&map.way(area).tags, "area");
+        Some(named(map, area))
+    }),
+    kind("retype an area", &["vm-03-01/ia-tag-dangling"], |_, map, dice| {
+        let area = dice.pick(map.lines("intersection_area"))?.id;
+        map.way(area).tags.set("type", "detection_area");
+        Some(named(map, area))
+    }),
+    kind("forget a whole intersection", &["vm-03-01/turn-without-ia"], |_, map, dice| {
+        let area = dice.pick(map.lines("intersection_area"))?.id;
+        let lanelets = named(map, area);
+        map.remove(lanewright::osm::ElementKind::Way, area);
+        for &lanelet in &lanelets {
+            map.relation(lanelet).tags = without(&map.relation(lanelet).tags, "intersection_area");
+        }
+        Some(lanelets)
+    }),
+    kind("forget all marks of an intersection", &["vm-03-01/unmarked"], |_, map, dice| {
+        let area = dice.pick(map.lines("intersection_area"))?.id;
+        let lanelets = named(map, area);
+        map.remove(lanewright::osm::ElementKind::Way, area);
+        for &lanelet in &lanelets {
+            let tags = without(&map.relation(lanelet).tags, "intersection_area");
+            map.relation(lanelet).tags = without(&tags, "turn_direction");
+        }
+        Some(lanelets)
+    }),
 ];
 
 /// A vertex of an area where a lane of the intersection ends.

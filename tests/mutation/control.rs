@@ -3,168 +3,116 @@
 use lanewright::geometry::Vector;
 use lanewright::osm::{ElementKind, Member, Relation};
 
-use super::Kind;
 use super::draft::{Draft, bounds, members, relation_member};
+use super::{Kind, kind};
 
 const YIELD_MISSING: &[&str] = &["vm-03-10/yield-missing", "vm-03-11/yield-missing"];
 const MISSING: &[&str] = &["vm-03-10/re-missing", "vm-03-11/re-missing"];
 
 pub const KINDS: &[Kind] = &[
-    Kind {
-        name: "drop a light's stop line",
-        raises: &["vm-03-04/signal-no-stopline"],
-        mutate: |_, map, dice| {
-            let (light, _) = dice.pick(lights(map))?;
-            map.relation(light).members.retain(|member| member.role != "ref_line");
-            Some(vec![light])
-        },
-    },
-    Kind {
-        name: "let a lanelet forget its light",
-        raises: &["vm-03-04/signal-link-missing"],
-        mutate: |_, map, dice| {
-            // Where it is the only one behind the stop line, the whole approach has none, as some have.
-            let (light, lanelet) =
-                dice.pick(lights(map).into_iter().filter(|(light, _)| map.referrers(*light).len() > 1))?;
+    kind("drop a light's stop line", &["vm-03-04/signal-no-stopline"], |_, map, dice| {
+        let (light, _) = dice.pick(lights(map))?;
+        map.relation(light).members.retain(|member| member.role != "ref_line");
+        Some(vec![light])
+    }),
+    kind("let a lanelet forget its light", &["vm-03-04/signal-link-missing"], |_, map, dice| {
+        // Where it is the only one behind the stop line, the whole approach has none, as some have.
+        let (light, lanelet) =
+            dice.pick(lights(map).into_iter().filter(|(light, _)| map.referrers(*light).len() > 1))?;
+        map.relation(lanelet).members.retain(|member| member.id != light);
+        Some(vec![lanelet])
+    }),
+    kind("hang a light on the lane before it", &["vm-03-04/signal-on-in-lane"], |_, map, dice| {
+        let (light, _) = dice.pick(lights(map))?;
+        let behind = map.referrers(light);
+        let before = dice.pick(before(map, behind[0]))?;
+        for lanelet in behind {
             map.relation(lanelet).members.retain(|member| member.id != light);
-            Some(vec![lanelet])
-        },
-    },
-    Kind {
-        name: "hang a light on the lane before it",
-        raises: &["vm-03-04/signal-on-in-lane"],
-        mutate: |_, map, dice| {
-            let (light, _) = dice.pick(lights(map))?;
-            let behind = map.referrers(light);
-            let before = dice.pick(before(map, behind[0]))?;
-            for lanelet in behind {
-                map.relation(lanelet).members.retain(|member| member.id != light);
-            }
-            map.relation(before).members.push(relation_member(light, "regulatory_element"));
-            Some(vec![light])
-        },
-    },
-    Kind {
-        name: "hang a second light on a lanelet",
-        raises: &["vm-03-04/signal-multi"],
-        mutate: |_, map, dice| {
-            let (light, lanelet) = dice.pick(lights(map))?;
-            let (other, _) = dice.pick(lights(map).into_iter().filter(|(other, _)| *other != light))?;
-            map.relation(lanelet).members.push(relation_member(other, "regulatory_element"));
-            Some(vec![lanelet])
-        },
-    },
-    Kind {
-        name: "delete a stop line and its marking",
-        raises: &["vm-03-09/no-stop-line"],
-        mutate: |_, map, dice| {
-            let marking = dice.pick(map.elements("road_marking"))?;
-            let (id, line) = (marking.id, members(marking, "refers").next()?);
-            let lanelets = map.referrers(id);
-            map.remove(ElementKind::Relation, id);
-            map.remove(ElementKind::Way, line);
-            Some(lanelets)
-        },
-    },
-    Kind {
-        name: "delete a signal's stop line",
-        raises: &["vm-03-04/signal-no-stopline"],
-        mutate: |_, map, dice| {
-            let (light, _) = dice.pick(lights(map))?;
-            let line = members(map.relation(light), "ref_line").next()?;
-            map.remove(ElementKind::Way, line);
-            Some(vec![light])
-        },
-    },
-    Kind {
-        name: "delete a marking",
-        raises: &["vm-03-09/no-stop-line"],
-        mutate: |_, map, dice| {
-            // A line at which a sign stops vehicles stays one.
-            let alone = |marking: &&Relation| {
-                let line = members(marking, "refers").next();
-                map.relations.iter().all(|other| members(other, "ref_line").next() != line)
-            };
-            let id = dice.pick(map.elements("road_marking").filter(alone))?.id;
-            let lanelets = map.referrers(id);
-            map.remove(ElementKind::Relation, id);
-            Some(lanelets)
-        },
-    },
-    Kind {
-        name: "retype a marking's stop line",
-        raises: &["vm-03-14/shape"],
-        mutate: |_, map, dice| {
-            let marking = dice.pick(map.elements("road_marking"))?;
-            let (id, line) = (marking.id, members(marking, "refers").next()?);
-            map.way(line).tags.set("type", dice.pick(["line_thin", "pedestrian_marking", "virtual"])?);
-            Some(vec![id])
-        },
-    },
-    Kind {
-        name: "name a marking's line as ref_line, too",
-        raises: &["vm-03-14/shape"],
-        mutate: |_, map, dice| {
-            let id = dice.pick(map.elements("road_marking"))?.id;
-            let mut again = map.relation(id).members.iter().find(|member| member.role == "refers")?.clone();
-            again.role = "ref_line".into();
-            map.relation(id).members.push(again);
-            Some(vec![id])
-        },
-    },
-    Kind {
-        // From the end of a short lane, 2 m are out of its reach: then it has none.
-        name: "move a stop line 2 m back",
-        raises: &["vm-03-09/start-misaligned", "vm-03-09/no-stop-line"],
-        mutate: |_, map, dice| {
-            let line = dice.pick(map.lines("stop_line"))?.id;
-            move_line(map, line, [2.0, 2.0])
-        },
-    },
-    Kind {
-        name: "turn a stop line",
-        raises: &["vm-03-09/start-misaligned"],
-        mutate: |_, map, dice| {
-            let line = dice.pick(map.lines("stop_line"))?.id;
-            let shift = dice.pick([[1.2, 0.0], [0.0, 1.2]])?;
-            move_line(map, line, shift)
-        },
-    },
-    Kind {
-        name: "delete a yield",
-        raises: YIELD_MISSING,
-        mutate: |_, map, dice| {
-            let several = |element: &&Relation| members(element, "yield").count() > 1;
-            let element = dice.pick(map.elements("right_of_way").filter(several))?;
-            let (id, gone) = (element.id, dice.pick(members(element, "yield"))?);
-            map.relation(id).members.retain(|member| member.role != "yield" || member.id != gone);
-            Some(vec![gone])
-        },
-    },
-    Kind {
-        name: "delete a right_of_way",
-        raises: MISSING,
-        mutate: |_, map, dice| {
-            let element = dice.pick(map.elements("right_of_way"))?;
-            let (id, lanelets) = (element.id, members(element, "right_of_way").collect());
-            map.remove(ElementKind::Relation, id);
-            Some(lanelets)
-        },
-    },
-    Kind {
-        name: "let a lanelet forget its right_of_way",
-        raises: &["vm-03-10/not-referenced", "vm-03-11/not-referenced"],
-        mutate: |_, map, dice| {
+        }
+        map.relation(before).members.push(relation_member(light, "regulatory_element"));
+        Some(vec![light])
+    }),
+    kind("hang a second light on a lanelet", &["vm-03-04/signal-multi"], |_, map, dice| {
+        let (light, lanelet) = dice.pick(lights(map))?;
+        let (other, _) = dice.pick(lights(map).into_iter().filter(|(other, _)| *other != light))?;
+        map.relation(lanelet).members.push(relation_member(other, "regulatory_element"));
+        Some(vec![lanelet])
+    }),
+    kind("delete a stop line and its marking", &["vm-03-09/no-stop-line"], |_, map, dice| {
+        let marking = dice.pick(map.elements("road_marking"))?;
+        let (id, line) = (marking.id, members(marking, "refers").next()?);
+        let lanelets = map.referrers(id);
+        map.remove(ElementKind::Relation, id);
+        map.remove(ElementKind::Way, line);
+        Some(lanelets)
+    }),
+    kind("delete a signal's stop line", &["vm-03-04/signal-no-stopline"], |_, map, dice| {
+        let (light, _) = dice.pick(lights(map))?;
+        let line = members(map.relation(light), "ref_line").next()?;
+        map.remove(ElementKind::Way, line);
+        Some(vec![light])
+    }),
+    kind("delete a marking", &["vm-03-09/no-stop-line"], |_, map, dice| {
+        // A line at which a sign stops vehicles stays one.
+        let alone = |marking: &&Relation| {
+            let line = members(marking, "refers").next();
+            map.relations.iter().all(|other| members(other, "ref_line").next() != line)
+        };
+        let id = dice.pick(map.elements("road_marking").filter(alone))?.id;
+        let lanelets = map.referrers(id);
+        map.remove(ElementKind::Relation, id);
+        Some(lanelets)
+    }),
+    kind("retype a marking's stop line", &["vm-03-14/shape"], |_, map, dice| {
+        let marking = dice.pick(map.elements("road_marking"))?;
+        let (id, line) = (marking.id, members(marking, "refers").next()?);
+        map.way(line).tags.set("type", dice.pick(["line_thin", "pedestrian_marking", "virtual"])?);
+        Some(vec![id])
+    }),
+    kind("name a marking's line as ref_line, too", &["vm-03-14/shape"], |_, map, dice| {
+        let id = dice.pick(map.elements("road_marking"))?.id;
+        let mut again = map.relation(id).members.iter().find(|member| member.role == "refers")?.clone();
+        again.role = "ref_line".into();
+        map.relation(id).members.push(again);
+        Some(vec![id])
+    }),
+    // From the end of a short lane, 2 m are out of its reach: then it has none.
+    kind("move a stop line 2 m back", &["vm-03-09/start-misaligned", "vm-03-09/no-stop-line"], |_, map, dice| {
+        let line = dice.pick(map.lines("stop_line"))?.id;
+        move_line(map, line, [2.0, 2.0])
+    }),
+    kind("turn a stop line", &["vm-03-09/start-misaligned"], |_, map, dice| {
+        let line = dice.pick(map.lines("stop_line"))?.id;
+        let shift = dice.pick([[1.2, 0.0], [0.0, 1.2]])?;
+        move_line(map, line, shift)
+    }),
+    kind("delete a yield", YIELD_MISSING, |_, map, dice| {
+        let several = |element: &&Relation| members(element, "yield").count() > 1;
+        let element = dice.pick(map.elements("right_of_way").filter(several))?;
+        let (id, gone) = (element.id, dice.pick(members(element, "yield"))?);
+        map.relation(id).members.retain(|member| member.role != "yield" || member.id != gone);
+        Some(vec![gone])
+    }),
+    kind("delete a right_of_way", MISSING, |_, map, dice| {
+        let element = dice.pick(map.elements("right_of_way"))?;
+        let (id, lanelets) = (element.id, members(element, "right_of_way").collect());
+        map.remove(ElementKind::Relation, id);
+        Some(lanelets)
+    }),
+    kind(
+        "let a lanelet forget its right_of_way",
+        &["vm-03-10/not-referenced", "vm-03-11/not-referenced"],
+        |_, map, dice| {
             let id = dice.pick(map.elements("right_of_way"))?.id;
             let lanelet = dice.pick(map.referrers(id))?;
             map.relation(lanelet).members.retain(|member| member.id != id);
             Some(vec![id])
         },
-    },
-    Kind {
-        name: "give a right_of_way to another lanelet",
-        raises: &["vm-03-10/self-missing", "vm-03-11/self-missing"],
-        mutate: |_, map, dice| {
+    ),
+    kind(
+        "give a right_of_way to another lanelet",
+        &["vm-03-10/self-missing", "vm-03-11/self-missing"],
+        |_, map, dice| {
             let id = dice.pick(map.elements("right_of_way"))?.id;
             let own: Vec<i64> = members(map.relation(id), "right_of_way").collect();
             let other = dice.pick(map.movements().map(|lanelet| lanelet.id).filter(|id| !own.contains(id)))?;
@@ -172,24 +120,20 @@ pub const KINDS: &[Kind] = &[
             member.id = other;
             Some(vec![id])
         },
-    },
-    Kind {
-        name: "hang a second right_of_way on a lanelet",
-        raises: &["vm-03-10/multi-re", "vm-03-11/multi-re"],
-        mutate: |_, map, dice| {
-            let element = dice.pick(map.elements("right_of_way"))?;
-            let (own, lanelet) = (element.id, members(element, "right_of_way").next()?);
-            let mut other = map.relation(own).clone();
-            other.id = map.fresh();
-            map.relation(lanelet).members.push(relation_member(other.id, "regulatory_element"));
-            map.relations.push(other);
-            Some(vec![lanelet])
-        },
-    },
-    Kind {
-        name: "let a lanelet ignore one that goes first",
-        raises: &["vm-03-10/yield-unsafe", "vm-03-11/yield-unsafe", "vm-03-11/mutual", "vm-03-11/priority-inverted"],
-        mutate: |_, map, dice| {
+    ),
+    kind("hang a second right_of_way on a lanelet", &["vm-03-10/multi-re", "vm-03-11/multi-re"], |_, map, dice| {
+        let element = dice.pick(map.elements("right_of_way"))?;
+        let (own, lanelet) = (element.id, members(element, "right_of_way").next()?);
+        let mut other = map.relation(own).clone();
+        other.id = map.fresh();
+        map.relation(lanelet).members.push(relation_member(other.id, "regulatory_element"));
+        map.relations.push(other);
+        Some(vec![lanelet])
+    }),
+    kind(
+        "let a lanelet ignore one that goes first",
+        &["vm-03-10/yield-unsafe", "vm-03-11/yield-unsafe", "vm-03-11/mutual", "vm-03-11/priority-inverted"],
+        |_, map, dice| {
             // Who is told to yield, and has an element of its own that does not name the other.
             let mut pairs = Vec::new();
             for element in map.elements("right_of_way") {
@@ -206,18 +150,18 @@ pub const KINDS: &[Kind] = &[
             map.relation(element).members.push(relation_member(first, "yield"));
             Some(vec![first])
         },
-    },
-    Kind {
-        name: "let a lanelet ignore one that it does not touch",
-        raises: &["vm-03-10/yield-needless", "vm-03-11/yield-needless"],
-        mutate: |base, map, dice| {
+    ),
+    kind(
+        "let a lanelet ignore one that it does not touch",
+        &["vm-03-10/yield-needless", "vm-03-11/yield-needless"],
+        |base, map, dice| {
             let id = dice.pick(map.elements("right_of_way"))?.id;
             let own = members(map.relation(id), "right_of_way").next()?;
             let other = dice.pick(base.untouched.iter().filter(|(one, _)| *one == own))?.1;
             map.relation(id).members.push(relation_member(other, "yield"));
             Some(vec![id])
         },
-    },
+    ),
 ];
 
 /// Lights with the movements that refer to them.
@@ -278,62 +222,38 @@ fn move_line(map: &mut Draft, line: i64, by: [f64; 2]) -> Option<Vec<i64>> {
 
 /// What changes nothing that Autoware would see; nothing must be said of it.
 pub const HARMLESS: &[Kind] = &[
-    Kind {
-        name: "reverse a bound",
-        raises: &[],
-        mutate: |_, map, dice| {
-            let way = dice.pick(map.lanelets().flat_map(bounds))?;
-            map.way(way).nodes.reverse();
-            Some(Vec::new())
-        },
-    },
-    Kind {
-        name: "reverse a stop line or an area",
-        raises: &[],
-        mutate: |_, map, dice| {
-            let way = dice.pick(map.lines("stop_line").chain(map.lines("intersection_area")))?.id;
-            map.way(way).nodes.reverse();
-            Some(Vec::new())
-        },
-    },
-    Kind {
-        name: "shuffle the elements",
-        raises: &[],
-        mutate: |_, map, dice| {
-            dice.shuffle(&mut map.nodes);
-            dice.shuffle(&mut map.ways);
-            dice.shuffle(&mut map.relations);
-            Some(Vec::new())
-        },
-    },
-    Kind {
-        name: "shuffle a relation's members",
-        raises: &[],
-        mutate: |_, map, dice| {
-            let id = dice.pick(&map.relations)?.id;
-            let members: &mut Vec<Member> = &mut map.relation(id).members;
-            dice.shuffle(members);
-            Some(Vec::new())
-        },
-    },
-    Kind {
-        name: "write a note",
-        raises: &[],
-        mutate: |_, map, dice| {
-            let id = dice.pick(&map.relations)?.id;
-            map.relation(id).tags.set("note", "seen on 3 May; \"<&>\"");
-            let id = dice.pick(&map.ways)?.id;
-            map.way(id).tags.set("surveyor", "é");
-            Some(Vec::new())
-        },
-    },
-    Kind {
-        name: "add a node that nothing uses",
-        raises: &[],
-        mutate: |_, map, dice| {
-            let id = dice.pick(&map.nodes)?.id;
-            map.copy_node(id);
-            Some(Vec::new())
-        },
-    },
+    kind("reverse a bound", &[], |_, map, dice| {
+        let way = dice.pick(map.lanelets().flat_map(bounds))?;
+        map.way(way).nodes.reverse();
+        Some(Vec::new())
+    }),
+    kind("reverse a stop line or an area", &[], |_, map, dice| {
+        let way = dice.pick(map.lines("stop_line").chain(map.lines("intersection_area")))?.id;
+        map.way(way).nodes.reverse();
+        Some(Vec::new())
+    }),
+    kind("shuffle the elements", &[], |_, map, dice| {
+        dice.shuffle(&mut map.nodes);
+        dice.shuffle(&mut map.ways);
+        dice.shuffle(&mut map.relations);
+        Some(Vec::new())
+    }),
+    kind("shuffle a relation's members", &[], |_, map, dice| {
+        let id = dice.pick(&map.relations)?.id;
+        let members: &mut Vec<Member> = &mut map.relation(id).members;
+        dice.shuffle(members);
+        Some(Vec::new())
+    }),
+    kind("write a note", &[], |_, map, dice| {
+        let id = dice.pick(&map.relations)?.id;
+        map.relation(id).tags.set("note", "seen on 3 May; \"<&>\"");
+        let id = dice.pick(&map.ways)?.id;
+        map.way(id).tags.set("surveyor", "é");
+        Some(Vec::new())
+    }),
+    kind("add a node that nothing uses", &[], |_, map, dice| {
+        let id = dice.pick(&map.nodes)?.id;
+        map.copy_node(id);
+        Some(Vec::new())
+    }),
 ];

@@ -5,7 +5,6 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use lanewright::diagnostic::{Diagnostic, Severity};
 use lanewright::fix::mend;
 use lanewright::lanelet::index::MapIndex;
-use lanewright::lanelet::index::Thresholds;
 use lanewright::lanelet::{Loaded, from_osm};
 use lanewright::osm::OsmData;
 use lanewright::rules::{self, Config, ConfigError};
@@ -160,7 +159,7 @@ fn worse(base: &Base, draft: &Draft, unsafe_too: bool) -> Vec<Diagnostic> {
     let data = osm(draft.text());
     let judge = |osm: &OsmData| -> Result<Vec<Diagnostic>, ConfigError> {
         let Loaded { map, faults } = from_osm(osm, &draft.projector);
-        let index = MapIndex::new(&map, &faults, &base.settings, Thresholds::default());
+        let index = MapIndex::new(&map, &faults, &base.settings);
         rules::run(&index, &Config::default())
     };
     let mut left = mend(data, unsafe_too, judge).unwrap().left;

@@ -2,46 +2,32 @@
 
 use lanewright::osm::{Relation, Tags, Way};
 
-use super::Kind;
 use super::draft::{Dice, Draft, bounds};
+use super::{Kind, kind};
 
 pub const KINDS: &[Kind] = &[
-    Kind {
-        name: "name a point of a bound twice",
-        raises: &["health/repeated-point"],
-        mutate: |_, map, dice| {
-            let way = dice.pick(map.lanelets().flat_map(bounds))?;
-            let nodes = &mut map.way(way).nodes;
-            let at = dice.below(nodes.len());
-            nodes.insert(at, nodes[at]);
-            Some(vec![way])
-        },
-    },
-    Kind {
-        name: "draw a lanelet twice",
-        raises: &["health/twice"],
-        mutate: |_, map, dice| {
-            let id = dice.pick(map.lanelets())?.id;
-            let again = Relation { id: map.fresh(), ..map.relation(id).clone() };
-            map.relations.push(again);
-            Some(vec![id])
-        },
-    },
-    Kind {
-        name: "draw a fence across a crosswalk",
-        raises: &["vm-05-04/across"],
-        mutate: |_, map, dice| barrier(map, dice, "crosswalk", "fence"),
-    },
-    Kind {
-        name: "draw a guard rail across a lane",
-        raises: &["vm-07-03/on-lane"],
-        mutate: |_, map, dice| barrier(map, dice, "road", "guard_rail"),
-    },
-    Kind {
-        name: "misspell a guard rail",
-        raises: &["vm-07-02/word"],
-        mutate: |_, map, dice| barrier(map, dice, "road", "guardrail").map(|ids| ids[..1].to_vec()),
-    },
+    kind("name a point of a bound twice", &["health/repeated-point"], |_, map, dice| {
+        let way = dice.pick(map.lanelets().flat_map(bounds))?;
+        let nodes = &mut map.way(way).nodes;
+        let at = dice.below(nodes.len());
+        nodes.insert(at, nodes[at]);
+        Some(vec![way])
+    }),
+    kind("draw a lanelet twice", &["health/twice"], |_, map, dice| {
+        let id = dice.pick(map.lanelets())?.id;
+        let again = Relation { id: map.fresh(), ..map.relation(id).clone() };
+        map.relations.push(again);
+        Some(vec![id])
+    }),
+    kind("draw a fence across a crosswalk", &["vm-05-04/across"], |_, map, dice| {
+        barrier(map, dice, "crosswalk", "fence")
+    }),
+    kind("draw a guard rail across a lane", &["vm-07-03/on-lane"], |_, map, dice| {
+        barrier(map, dice, "road", "guard_rail")
+    }),
+    kind("misspell a guard rail", &["vm-07-02/word"], |_, map, dice| {
+        barrier(map, dice, "road", "guardrail").map(|ids| ids[..1].to_vec())
+    }),
 ];
 
 /// A line from one corner of a lanelet to the one opposite; the ids of both.

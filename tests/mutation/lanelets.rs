@@ -3,8 +3,8 @@
 use lanewright::geometry::{Point, Vector};
 use lanewright::osm::{ElementKind, Relation};
 
-use super::Kind;
 use super::draft::{Dice, Draft, bounds, without};
+use super::{Kind, kind};
 
 /// A lanelet that leads the wrong way ends where it should start, and the other way round.
 const UNCONNECTED: &[&str] =
@@ -13,198 +13,128 @@ const UNCONNECTED: &[&str] =
 const UNEVEN: &[&str] = &["vm-03-03/kink", "vm-03-03/jagged", "vm-03-03/width", "vm-03-03/curvature"];
 
 pub const KINDS: &[Kind] = &[
-    Kind {
-        name: "drop turn_direction",
-        raises: &["vm-03-02/turn-missing"],
-        mutate: |_, map, dice| untag(map, dice, "turn_direction"),
-    },
-    Kind {
-        name: "misspell turn_direction",
-        raises: &["vm-03-02/turn-invalid"],
-        mutate: |_, map, dice| {
-            let id = dice.pick(map.movements())?.id;
-            let value = dice.pick(["Left", "rigth", "straight ", "", "none", "left;straight"])?;
-            map.relation(id).tags.set("turn_direction", value);
-            Some(vec![id])
-        },
-    },
-    Kind {
-        name: "label a turn as its opposite",
-        raises: &["vm-03-02/turn-mismatch"],
-        mutate: |base, map, dice| {
-            let id = dice.pick(base.turns.iter().filter(|(_, turn)| turn.abs() > 45.0 && turn.abs() < 150.0))?.0;
-            let tags = &mut map.relation(*id).tags;
-            let other = if tags.is("turn_direction", "left") { "right" } else { "left" };
-            tags.set("turn_direction", other);
-            Some(vec![*id])
-        },
-    },
-    Kind {
-        name: "write a distance that is no number",
-        raises: &["vm-03-02/turn-signal-distance"],
-        mutate: |_, map, dice| {
-            let id = dice.pick(map.movements())?.id;
-            let value = dice.pick(["far", "-1", "", "nan", "15 m"])?;
-            map.relation(id).tags.set("turn_signal_distance", value);
-            Some(vec![id])
-        },
-    },
-    Kind {
-        name: "drop intersection_area",
-        raises: &["vm-03-01/ia-tag-missing"],
-        mutate: |_, map, dice| untag(map, dice, "intersection_area"),
-    },
-    Kind {
-        name: "name an area that is not there",
-        raises: &["vm-03-01/ia-tag-dangling"],
-        mutate: |_, map, dice| {
-            let (id, fresh) = (dice.pick(map.movements())?.id, map.fresh());
-            let value =
-                dice.pick([fresh.to_string(), "0".to_owned(), "east".to_owned(), format!("{}", 1_i64 << 32)])?;
-            map.relation(id).tags.set("intersection_area", value);
-            Some(vec![id])
-        },
-    },
-    Kind {
-        name: "name another intersection's area",
-        raises: &["vm-03-01/ia-tag-wrong"],
-        mutate: |_, map, dice| {
-            let lanelet = dice.pick(map.movements())?;
-            let (id, own) = (lanelet.id, lanelet.tags.get("intersection_area")?.to_owned());
-            let other = dice.pick(map.lines("intersection_area").filter(|way| way.id.to_string() != own))?.id;
-            map.relation(id).tags.set("intersection_area", other.to_string());
-            Some(vec![id])
-        },
-    },
-    Kind {
-        name: "paint a bound",
-        raises: &["vm-03-02/bound-type"],
-        mutate: |_, map, dice| {
-            let way = dice.pick(map.inner_bounds())?;
-            let (kind, subtype) = dice.pick([
-                ("line_thin", "solid"),
-                ("line_thick", "solid"),
-                ("stop_line", "solid"),
-                ("curbstone", "low"),
-            ])?;
-            map.way(way).tags.set("type", kind);
-            map.way(way).tags.set("subtype", subtype);
-            Some(vec![way])
-        },
-    },
-    Kind {
-        name: "drop a bound's type",
-        raises: &["vm-03-02/bound-type"],
-        mutate: |_, map, dice| {
-            let way = dice.pick(map.inner_bounds())?;
-            map.way(way).tags = without(&map.way(way).tags, "type");
-            Some(vec![way])
-        },
-    },
-    Kind {
-        name: "allow a lane change over a bound",
-        raises: &["vm-03-02/lane-change-in-ia"],
-        mutate: |_, map, dice| {
-            let way = dice.pick(map.inner_bounds())?;
-            map.way(way).tags.set("lane_change", "yes");
-            Some(vec![way])
-        },
-    },
-    Kind { name: "split a lanelet", raises: &["vm-03-05/divided"], mutate: split },
-    Kind {
-        name: "delete a lanelet",
-        raises: UNCONNECTED,
-        mutate: |base, map, dice| {
-            let &id = dice.pick(&base.sole)?;
-            map.remove(ElementKind::Relation, id);
-            // The lanes and the area that miss it are named, not the lanelet, which is gone.
-            Some(Vec::new())
-        },
-    },
-    Kind {
-        name: "swap the roles left and right",
-        raises: UNCONNECTED,
-        mutate: |_, map, dice| {
-            let id = dice.pick(map.movements())?.id;
-            for member in &mut map.relation(id).members {
-                member.role = match member.role.as_str() {
-                    "left" => "right".into(),
-                    "right" => "left".into(),
-                    _ => continue,
-                };
-            }
-            Some(vec![id])
-        },
-    },
-    Kind {
-        name: "copy an end node",
-        raises: &["vm-03-04/near-miss", "vm-03-08/lane-node-missing"],
-        mutate: |_, map, dice| apart(map, dice, 0.0),
-    },
-    Kind {
-        name: "tear an end node 0.4 m off",
-        raises: &["vm-03-04/near-miss", "vm-03-08/lane-node-missing"],
-        mutate: |_, map, dice| apart(map, dice, 0.4),
-    },
-    Kind {
-        name: "move a node of a curve 0.4 m sideways",
-        raises: UNEVEN,
-        mutate: |_, map, dice| {
-            let mut places = Vec::new();
-            for way in map.inner_bounds() {
-                let line = map.line(way);
-                // Where nodes stand farther apart, 0.4 m are within the limits of the requirement.
-                let dense =
-                    |at: &usize| (line[*at] - line[at - 1]).norm() < 1.2 && (line[at + 1] - line[*at]).norm() < 1.2;
-                // At the ends a curve that a stretch is missing of may still pass as one.
-                places.extend((2..line.len().saturating_sub(2)).filter(dense).map(|at| (way, at)));
-            }
-            let (way, at) = dice.pick(places)?;
-            let by = normal(&map.line(way)[at - 1..=at + 1]) * dice.pick([0.4, -0.4])?;
-            let node = map.way(way).nodes[at];
-            map.shift(node, by);
-            Some(vec![way].into_iter().chain(map.bounded(way)).collect())
-        },
-    },
-    Kind {
-        name: "let a bound bulge by half a lane",
-        raises: UNEVEN,
-        mutate: |_, map, dice| {
-            let lanelet = dice.pick(map.movements())?;
-            let (left, right) = (map.line(bounds(lanelet)[0]), map.line(bounds(lanelet)[1]));
-            let width = (left[0] - right[0]).norm().min((left[0] - right[right.len() - 1]).norm());
-            let way = dice.pick(bounds(lanelet))?;
+    kind("drop turn_direction", &["vm-03-02/turn-missing"], |_, map, dice| untag(map, dice, "turn_direction")),
+    kind("misspell turn_direction", &["vm-03-02/turn-invalid"], |_, map, dice| {
+        let id = dice.pick(map.movements())?.id;
+        let value = dice.pick(["Left", "rigth", "straight ", "", "none", "left;straight"])?;
+        map.relation(id).tags.set("turn_direction", value);
+        Some(vec![id])
+    }),
+    kind("label a turn as its opposite", &["vm-03-02/turn-mismatch"], |base, map, dice| {
+        let id = dice.pick(base.turns.iter().filter(|(_, turn)| turn.abs() > 45.0 && turn.abs() < 150.0))?.0;
+        let tags = &mut map.relation(*id).tags;
+        let other = if tags.is("turn_direction", "left") { "right" } else { "left" };
+        tags.set("turn_direction", other);
+        Some(vec![*id])
+    }),
+    kind("write a distance that is no number", &["vm-03-02/turn-signal-distance"], |_, map, dice| {
+        let id = dice.pick(map.movements())?.id;
+        let value = dice.pick(["far", "-1", "", "nan", "15 m"])?;
+        map.relation(id).tags.set("turn_signal_distance", value);
+        Some(vec![id])
+    }),
+    kind("drop intersection_area", &["vm-03-01/ia-tag-missing"], |_, map, dice| untag(map, dice, "intersection_area")),
+    kind("name an area that is not there", &["vm-03-01/ia-tag-dangling"], |_, map, dice| {
+        let (id, fresh) = (dice.pick(map.movements())?.id, map.fresh());
+        let value = dice.pick([fresh.to_string(), "0".to_owned(), "east".to_owned(), format!("{}", 1_i64 << 32)])?;
+        map.relation(id).tags.set("intersection_area", value);
+        Some(vec![id])
+    }),
+    kind("name another intersection's area", &["vm-03-01/ia-tag-wrong"], |_, map, dice| {
+        let lanelet = dice.pick(map.movements())?;
+        let (id, own) = (lanelet.id, lanelet.tags.get("intersection_area")?.to_owned());
+        let other = dice.pick(map.lines("intersection_area").filter(|way| way.id.to_string() != own))?.id;
+        map.relation(id).tags.set("intersection_area", other.to_string());
+        Some(vec![id])
+    }),
+    kind("paint a bound", &["vm-03-02/bound-type"], |_, map, dice| {
+        let way = dice.pick(map.inner_bounds())?;
+        let (kind, subtype) =
+            dice.pick([("line_thin", "solid"), ("line_thick", "solid"), ("stop_line", "solid"), ("curbstone", "low")])?;
+        map.way(way).tags.set("type", kind);
+        map.way(way).tags.set("subtype", subtype);
+        Some(vec![way])
+    }),
+    kind("drop a bound's type", &["vm-03-02/bound-type"], |_, map, dice| {
+        let way = dice.pick(map.inner_bounds())?;
+        map.way(way).tags = without(&map.way(way).tags, "type");
+        Some(vec![way])
+    }),
+    kind("allow a lane change over a bound", &["vm-03-02/lane-change-in-ia"], |_, map, dice| {
+        let way = dice.pick(map.inner_bounds())?;
+        map.way(way).tags.set("lane_change", "yes");
+        Some(vec![way])
+    }),
+    kind("split a lanelet", &["vm-03-05/divided"], split),
+    kind("delete a lanelet", UNCONNECTED, |base, map, dice| {
+        let &id = dice.pick(&base.sole)?;
+        map.remove(ElementKind::Relation, id);
+        // The lanes and the area that miss it are named, not the lanelet, which is gone.
+        Some(Vec::new())
+    }),
+    kind("swap the roles left and right", UNCONNECTED, |_, map, dice| {
+        let id = dice.pick(map.movements())?.id;
+        for member in &mut map.relation(id).members {
+            member.role = match member.role.as_str() {
+                "left" => "right".into(),
+                "right" => "left".into(),
+                _ => continue,
+            };
+        }
+        Some(vec![id])
+    }),
+    kind("copy an end node", &["vm-03-04/near-miss", "vm-03-08/lane-node-missing"], |_, map, dice| {
+        apart(map, dice, 0.0)
+    }),
+    kind("tear an end node 0.4 m off", &["vm-03-04/near-miss", "vm-03-08/lane-node-missing"], |_, map, dice| {
+        apart(map, dice, 0.4)
+    }),
+    kind("move a node of a curve 0.4 m sideways", UNEVEN, |_, map, dice| {
+        let mut places = Vec::new();
+        for way in map.inner_bounds() {
             let line = map.line(way);
-            let at = line.len() / 2;
-            let segment = [line[at - 1], line[at]];
-            let middle = nalgebra::center(&segment[0], &segment[1]);
-            let side = normal(&segment) * dice.pick([width / 2.0, -width / 2.0])?;
-            let before = map.way(way).nodes[at - 1];
-            let node = map.copy_node(before);
-            map.shift(node, middle - segment[0] + side);
-            map.way(way).nodes.insert(at, node);
-            Some(map.bounded(way))
-        },
-    },
-    Kind {
-        name: "draw a neighbour's bound a second time",
-        raises: &["vm-03-07/not-shared", "vm-03-15/not-shared"],
-        mutate: |_, map, dice| {
-            let mut pairs = Vec::new();
-            for a in map.movements() {
-                for b in map.movements().filter(|b| bounds(a)[1] == bounds(b)[0]) {
-                    pairs.push((a.id, b.id, bounds(a)[1]));
-                }
+            // Where nodes stand farther apart, 0.4 m are within the limits of the requirement.
+            let dense = |at: &usize| (line[*at] - line[at - 1]).norm() < 1.2 && (line[at + 1] - line[*at]).norm() < 1.2;
+            // At the ends a curve that a stretch is missing of may still pass as one.
+            places.extend((2..line.len().saturating_sub(2)).filter(dense).map(|at| (way, at)));
+        }
+        let (way, at) = dice.pick(places)?;
+        let by = normal(&map.line(way)[at - 1..=at + 1]) * dice.pick([0.4, -0.4])?;
+        let node = map.way(way).nodes[at];
+        map.shift(node, by);
+        Some(vec![way].into_iter().chain(map.bounded(way)).collect())
+    }),
+    kind("let a bound bulge by half a lane", UNEVEN, |_, map, dice| {
+        let lanelet = dice.pick(map.movements())?;
+        let (left, right) = (map.line(bounds(lanelet)[0]), map.line(bounds(lanelet)[1]));
+        let width = (left[0] - right[0]).norm().min((left[0] - right[right.len() - 1]).norm());
+        let way = dice.pick(bounds(lanelet))?;
+        let line = map.line(way);
+        let at = line.len() / 2;
+        let segment = [line[at - 1], line[at]];
+        let middle = nalgebra::center(&segment[0], &segment[1]);
+        let side = normal(&segment) * dice.pick([width / 2.0, -width / 2.0])?;
+        let before = map.way(way).nodes[at - 1];
+        let node = map.copy_node(before);
+        map.shift(node, middle - segment[0] + side);
+        map.way(way).nodes.insert(at, node);
+        Some(map.bounded(way))
+    }),
+    kind("draw a neighbour's bound a second time", &["vm-03-07/not-shared", "vm-03-15/not-shared"], |_, map, dice| {
+        let mut pairs = Vec::new();
+        for a in map.movements() {
+            for b in map.movements().filter(|b| bounds(a)[1] == bounds(b)[0]) {
+                pairs.push((a.id, b.id, bounds(a)[1]));
             }
-            let (a, b, way) = dice.pick(pairs)?;
-            let other = map.copy_way(way);
-            let lanelet = dice.pick([a, b])?;
-            let member =
-                map.relation(lanelet).members.iter_mut().find(|member| member.id == way && member.role != "centerline");
-            member?.id = other;
-            Some(vec![lanelet])
-        },
-    },
+        }
+        let (a, b, way) = dice.pick(pairs)?;
+        let other = map.copy_way(way);
+        let lanelet = dice.pick([a, b])?;
+        let member =
+            map.relation(lanelet).members.iter_mut().find(|member| member.id == way && member.role != "centerline");
+        member?.id = other;
+        Some(vec![lanelet])
+    }),
 ];
 
 fn untag(map: &mut Draft, dice: &mut Dice, key: &str) -> Option<Vec<i64>> {

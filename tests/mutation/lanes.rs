@@ -3,174 +3,122 @@
 use lanewright::geometry::{Point, Vector, cross};
 use lanewright::osm::{ElementKind, Member, Relation, Way};
 
-use super::Kind;
 use super::draft::{Dice, Draft, bounds, members};
+use super::{Kind, kind};
 
 pub const KINDS: &[Kind] = &[
-    Kind {
-        name: "draw the line to oncoming traffic a second time",
-        raises: &["vm-01-04/not-shared"],
-        mutate: |_, map, dice| {
-            let (_, lanelet, way) = dice.pick(oncoming(map))?;
-            let copy = map.copy_way(way);
-            exchange(map, lanelet, way, copy);
-            Some(vec![lanelet])
-        },
-    },
-    Kind {
-        name: "let a lane reach over the line to oncoming traffic",
-        raises: &["vm-01-13/overlap"],
-        mutate: |_, map, dice| {
-            let (other, lanelet, way) = dice.pick(oncoming(map))?;
-            let far = bounds(map.relation(other)).into_iter().find(|&bound| bound != way)?;
-            let toward = toward(&map.line(way), &map.line(far));
-            let copy = moved_copy(map, way, toward * 1.2);
-            exchange(map, lanelet, way, copy);
-            Some(vec![lanelet])
-        },
-    },
-    Kind {
-        name: "lay a lane onto the oncoming one over ways of its own",
-        raises: &["vm-01-14/not-shared"],
-        mutate: |_, map, dice| {
-            let (other, lanelet, _) = dice.pick(oncoming(map))?;
-            let [left, right] = bounds(map.relation(other));
-            let [a, b] = [map.copy_way(left), map.copy_way(right)];
-            let [own_left, own_right] = bounds(map.relation(lanelet));
-            exchange(map, lanelet, own_left, b);
-            exchange(map, lanelet, own_right, a);
-            Some(vec![lanelet, other])
-        },
-    },
-    Kind {
-        name: "let a centre line begin beside the one before it",
-        raises: &["vm-01-11/gap"],
-        mutate: |_, map, dice| {
-            let (first, second) = dice.pick(in_a_row(map))?;
-            let before = center_line(map, first, [0.0, 0.0]);
-            center_line(map, second, [0.6, 0.0]);
-            Some(vec![before])
-        },
-    },
-    Kind {
-        name: "let a centre line end beside the middle",
-        raises: &["vm-01-12/off-middle"],
-        mutate: |_, map, dice| {
-            let (first, _) = dice.pick(in_a_row(map))?;
-            Some(vec![center_line(map, first, [0.0, 0.6])])
-        },
-    },
-    Kind {
-        name: "put a shoulder beside a lane over a way of its own",
-        raises: &["vm-01-16/not-shared"],
-        mutate: |_, map, dice| strip(map, dice, "road_shoulder"),
-    },
-    Kind {
-        name: "put a side strip beside a lane over a way of its own",
-        raises: &["vm-01-18/not-shared"],
-        mutate: |_, map, dice| strip(map, dice, "pedestrian_lane"),
-    },
-    Kind {
-        name: "put a walkway onto a crosswalk",
-        raises: &["vm-01-19/doubled"],
-        mutate: |_, map, dice| {
-            let mut walkway = crosswalk(map, dice)?;
-            walkway.tags.set("subtype", "walkway");
-            let id = walkway.id;
-            map.relations.push(walkway);
-            Some(vec![id])
-        },
-    },
-    Kind {
-        name: "make a walkway for bicycles of a crosswalk",
-        raises: &["vm-01-19/not-for-people"],
-        mutate: |_, map, dice| {
-            let id = dice.pick(map.lanelets().filter(|one| one.tags.is("subtype", "crosswalk")))?.id;
-            let tags = &mut map.relation(id).tags;
-            tags.set("subtype", "walkway");
-            tags.set("participant:pedestrian", "no");
-            tags.set("participant:bicycle", "yes");
-            Some(vec![id])
-        },
-    },
-    Kind {
-        name: "bend a stop line",
-        raises: &["vm-02-01/bent"],
-        mutate: |_, map, dice| {
-            let way = dice.pick(map.lines("stop_line"))?.id;
-            let line = map.line(way);
-            let along = line[1] - line[0];
-            let across = Vector::new(-along.y, along.x).normalize() * dice.pick([0.4, -0.4])?;
-            let first = map.way(way).nodes[0];
-            let node = map.copy_node(first);
-            map.shift(node, along / 2.0 + across);
-            map.way(way).nodes.insert(1, node);
-            Some(vec![way])
-        },
-    },
-    Kind {
-        name: "cut a stop line short",
-        raises: &["vm-02-01/short"],
-        mutate: |_, map, dice| {
-            let way = dice.pick(map.lines("stop_line"))?.id;
-            let (line, nodes) = (map.line(way), map.way(way).nodes.clone());
-            // Of a line across several lanes, a piece of the first: it has to be short in its own lane.
-            let piece = (line[1] - line[0]).normalize();
-            let moved: Vec<i64> = [1.2, 2.0]
-                .iter()
-                .map(|&by| {
-                    let node = map.copy_node(nodes[0]);
-                    map.shift(node, piece * by);
-                    node
-                })
-                .collect();
-            map.way(way).nodes = moved;
-            Some(vec![way])
-        },
-    },
-    Kind {
-        name: "draw a stop line a second time",
-        raises: &["vm-02-03/doubled"],
-        mutate: |_, map, dice| {
-            let way = dice.pick(map.lines("stop_line"))?.id;
-            let copy = map.copy_way(way);
-            Some(vec![way, copy])
-        },
-    },
-    Kind {
-        name: "let a light or sign stop vehicles at a second line",
-        raises: &["vm-02-03/second-line"],
-        mutate: |_, map, dice| {
-            let element = dice.pick(map.elements("traffic_light").chain(map.elements("traffic_sign")))?;
-            let (id, line) = (element.id, members(element, "ref_line").next()?);
-            let others = |one: &&Relation| one.id != id && one.members.iter().any(|member| member.id == line);
-            if map.relations.iter().find(others).is_some() {
-                return None;
-            }
-            let lanelet = *map.referrers(id).first()?;
-            let along = heading(map, lanelet);
-            // Not as far as the crosswalk behind the line.
-            let second = moved_copy(map, line, along * 0.8);
-            let member = map.relation(id).members.iter_mut().find(|member| member.role == "ref_line")?;
-            member.id = second;
-            Some(vec![second])
-        },
-    },
-    Kind {
-        name: "name the stop line of another approach",
-        raises: &["vm-02-04/off-lane"],
-        mutate: |_, map, dice| {
-            let element = dice.pick(map.elements("traffic_light").chain(map.elements("traffic_sign")))?;
-            let (id, own) = (element.id, members(element, "ref_line").next()?);
-            // A line that no lane of the element leads across: the one farthest away.
-            let at = map.line(own)[0];
-            let far = |way: &&Way| (map.line(way.id)[0] - at).norm();
-            let other = map.lines("stop_line").max_by(|a, b| far(a).total_cmp(&far(b)))?.id;
-            let member = map.relation(id).members.iter_mut().find(|member| member.role == "ref_line")?;
-            member.id = other;
-            Some(vec![other])
-        },
-    },
+    kind("draw the line to oncoming traffic a second time", &["vm-01-04/not-shared"], |_, map, dice| {
+        let (_, lanelet, way) = dice.pick(oncoming(map))?;
+        let copy = map.copy_way(way);
+        exchange(map, lanelet, way, copy);
+        Some(vec![lanelet])
+    }),
+    kind("let a lane reach over the line to oncoming traffic", &["vm-01-13/overlap"], |_, map, dice| {
+        let (other, lanelet, way) = dice.pick(oncoming(map))?;
+        let far = bounds(map.relation(other)).into_iter().find(|&bound| bound != way)?;
+        let toward = toward(&map.line(way), &map.line(far));
+        let copy = moved_copy(map, way, toward * 1.2);
+        exchange(map, lanelet, way, copy);
+        Some(vec![lanelet])
+    }),
+    kind("lay a lane onto the oncoming one over ways of its own", &["vm-01-14/not-shared"], |_, map, dice| {
+        let (other, lanelet, _) = dice.pick(oncoming(map))?;
+        let [left, right] = bounds(map.relation(other));
+        let [a, b] = [map.copy_way(left), map.copy_way(right)];
+        let [own_left, own_right] = bounds(map.relation(lanelet));
+        exchange(map, lanelet, own_left, b);
+        exchange(map, lanelet, own_right, a);
+        Some(vec![lanelet, other])
+    }),
+    kind("let a centre line begin beside the one before it", &["vm-01-11/gap"], |_, map, dice| {
+        let (first, second) = dice.pick(in_a_row(map))?;
+        let before = center_line(map, first, [0.0, 0.0]);
+        center_line(map, second, [0.6, 0.0]);
+        Some(vec![before])
+    }),
+    kind("let a centre line end beside the middle", &["vm-01-12/off-middle"], |_, map, dice| {
+        let (first, _) = dice.pick(in_a_row(map))?;
+        Some(vec![center_line(map, first, [0.0, 0.6])])
+    }),
+    kind("put a shoulder beside a lane over a way of its own", &["vm-01-16/not-shared"], |_, map, dice| {
+        strip(map, dice, "road_shoulder")
+    }),
+    kind("put a side strip beside a lane over a way of its own", &["vm-01-18/not-shared"], |_, map, dice| {
+        strip(map, dice, "pedestrian_lane")
+    }),
+    kind("put a walkway onto a crosswalk", &["vm-01-19/doubled"], |_, map, dice| {
+        let mut walkway = crosswalk(map, dice)?;
+        walkway.tags.set("subtype", "walkway");
+        let id = walkway.id;
+        map.relations.push(walkway);
+        Some(vec![id])
+    }),
+    kind("make a walkway for bicycles of a crosswalk", &["vm-01-19/not-for-people"], |_, map, dice| {
+        let id = dice.pick(map.lanelets().filter(|one| one.tags.is("subtype", "crosswalk")))?.id;
+        let tags = &mut map.relation(id).tags;
+        tags.set("subtype", "walkway");
+        tags.set("participant:pedestrian", "no");
+        tags.set("participant:bicycle", "yes");
+        Some(vec![id])
+    }),
+    kind("bend a stop line", &["vm-02-01/bent"], |_, map, dice| {
+        let way = dice.pick(map.lines("stop_line"))?.id;
+        let line = map.line(way);
+        let along = line[1] - line[0];
+        let across = Vector::new(-along.y, along.x).normalize() * dice.pick([0.4, -0.4])?;
+        let first = map.way(way).nodes[0];
+        let node = map.copy_node(first);
+        map.shift(node, along / 2.0 + across);
+        map.way(way).nodes.insert(1, node);
+        Some(vec![way])
+    }),
+    kind("cut a stop line short", &["vm-02-01/short"], |_, map, dice| {
+        let way = dice.pick(map.lines("stop_line"))?.id;
+        let (line, nodes) = (map.line(way), map.way(way).nodes.clone());
+        // Of a line across several lanes, a piece of the first: it has to be short in its own lane.
+        let piece = (line[1] - line[0]).normalize();
+        let moved: Vec<i64> = [1.2, 2.0]
+            .iter()
+            .map(|&by| {
+                let node = map.copy_node(nodes[0]);
+                map.shift(node, piece * by);
+                node
+            })
+            .collect();
+        map.way(way).nodes = moved;
+        Some(vec![way])
+    }),
+    kind("draw a stop line a second time", &["vm-02-03/doubled"], |_, map, dice| {
+        let way = dice.pick(map.lines("stop_line"))?.id;
+        let copy = map.copy_way(way);
+        Some(vec![way, copy])
+    }),
+    kind("let a light or sign stop vehicles at a second line", &["vm-02-03/second-line"], |_, map, dice| {
+        let element = dice.pick(map.elements("traffic_light").chain(map.elements("traffic_sign")))?;
+        let (id, line) = (element.id, members(element, "ref_line").next()?);
+        let others = |one: &&Relation| one.id != id && one.members.iter().any(|member| member.id == line);
+        if map.relations.iter().find(others).is_some() {
+            return None;
+        }
+        let lanelet = *map.referrers(id).first()?;
+        let along = heading(map, lanelet);
+        // Not as far as the crosswalk behind the line.
+        let second = moved_copy(map, line, along * 0.8);
+        let member = map.relation(id).members.iter_mut().find(|member| member.role == "ref_line")?;
+        member.id = second;
+        Some(vec![second])
+    }),
+    kind("name the stop line of another approach", &["vm-02-04/off-lane"], |_, map, dice| {
+        let element = dice.pick(map.elements("traffic_light").chain(map.elements("traffic_sign")))?;
+        let (id, own) = (element.id, members(element, "ref_line").next()?);
+        // A line that no lane of the element leads across: the one farthest away.
+        let at = map.line(own)[0];
+        let far = |way: &&Way| (map.line(way.id)[0] - at).norm();
+        let other = map.lines("stop_line").max_by(|a, b| far(a).total_cmp(&far(b)))?.id;
+        let member = map.relation(id).members.iter_mut().find(|member| member.role == "ref_line")?;
+        member.id = other;
+        Some(vec![other])
+    }),
 ];
 
 /// Road lanelets between intersections.

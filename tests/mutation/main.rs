@@ -34,7 +34,6 @@ use draft::{Dice, Draft};
 use lanewright::builder::{BuildOptions, build};
 use lanewright::diagnostic::{Diagnostic, Severity, Subject};
 use lanewright::lanelet::index::MapIndex;
-use lanewright::lanelet::index::Thresholds;
 use lanewright::lanelet::{Loaded, from_osm, to_osm};
 use lanewright::osm::read_file;
 use lanewright::rules::{self, Config};
@@ -52,6 +51,15 @@ pub struct Kind {
     /// Breaks the map; gives the ids of which one must be named (any if there are none), or `None` where the map has
     /// nothing to break in this way.
     pub mutate: fn(&Base, &mut Draft, &mut Dice) -> Option<Vec<i64>>,
+}
+
+/// A way to break a map, by its name, the codes of which one must be said, and what it does.
+pub const fn kind(
+    name: &'static str,
+    raises: &'static [&'static str],
+    mutate: fn(&Base, &mut Draft, &mut Dice) -> Option<Vec<i64>>,
+) -> Kind {
+    Kind { name, raises, mutate }
 }
 
 /// A clean map and what is known of it.
@@ -84,7 +92,7 @@ impl Base {
         let data = osm(text);
         let draft = Draft::of(&data, built.projector);
         let Loaded { map, faults } = from_osm(&data, &built.projector);
-        let index = MapIndex::new(&map, &faults, &built.settings, Thresholds::default());
+        let index = MapIndex::new(&map, &faults, &built.settings);
         let found = rules::run(&index, &Config::default()).unwrap();
         let name = sample.file_stem().unwrap().to_string_lossy().into_owned();
         let bad: Vec<&Diagnostic> = found.iter().filter(|one| one.severity > Severity::Info).collect();
@@ -126,7 +134,7 @@ impl Base {
     fn judge(&self, draft: &Draft) -> Vec<Diagnostic> {
         let data = osm(draft.text());
         let Loaded { map, faults } = from_osm(&data, &draft.projector);
-        let index = MapIndex::new(&map, &faults, &self.settings, Thresholds::default());
+        let index = MapIndex::new(&map, &faults, &self.settings);
         rules::run(&index, &Config::default()).unwrap()
     }
 

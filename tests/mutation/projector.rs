@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use lanewright::lanelet::index::MapIndex;
-use lanewright::lanelet::index::Thresholds;
 use lanewright::lanelet::{INFO, Loaded, ProjectorInfo, from_osm};
 use lanewright::projection::LonLat;
 use lanewright::projection::{Projector, VerticalDatum, write_info};
@@ -49,7 +48,7 @@ fn said(draft: &Draft, base: &Base, info: Option<(&str, String)>) -> Vec<String>
     let projector = info.projector().unwrap_or_else(|| lanewright::lanelet::projector_for(&data));
     let Loaded { map, mut faults } = from_osm(&data, &projector);
     info.judge(&data, &projector, &mut faults);
-    let index = MapIndex::new(&map, &faults, &base.settings, Thresholds::default());
+    let index = MapIndex::new(&map, &faults, &base.settings);
     rules::run(&index, &Config::default()).unwrap().into_iter().map(|one| one.code).collect()
 }
 

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use lanewright::diagnostic::{Diagnostic, Severity};
 use lanewright::fix::{Mended, mend};
 use lanewright::geometry::polygon;
-use lanewright::lanelet::index::{MapIndex, Thresholds};
+use lanewright::lanelet::index::MapIndex;
 use lanewright::lanelet::{Loaded, from_osm};
 use lanewright::osm::{ElementKind, OsmData};
 use lanewright::rules::{self, Config, ConfigError};
@@ -17,7 +17,7 @@ use crate::common::drawing::{Drawing, osm};
 
 fn judge(base: &Base, draft: &Draft, osm: &OsmData) -> Result<Vec<Diagnostic>, ConfigError> {
     let Loaded { map, faults } = from_osm(osm, &draft.projector);
-    let index = MapIndex::new(&map, &faults, &base.settings, Thresholds::default());
+    let index = MapIndex::new(&map, &faults, &base.settings);
     rules::run(&index, &Config::default())
 }
 

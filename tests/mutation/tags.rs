@@ -3,63 +3,51 @@
 use lanewright::geometry::Vector;
 use lanewright::osm::{ElementKind, Member, Relation, Way};
 
-use super::Kind;
 use super::draft::{Draft, bounds, members, relation_member, without};
+use super::{Kind, kind};
 
 /// A tag of an element that is set to one of the values; without values, it is dropped.
 macro_rules! tag {
     ($name:literal, $raises:expr, $kind:ident, $among:expr, $key:literal, $values:expr) => {
-        Kind {
-            name: $name,
-            raises: $raises,
-            mutate: |_, map, dice| {
-                let among: fn(&Draft) -> Vec<i64> = $among;
-                let values: &[&str] = $values;
-                let id = dice.pick(among(map))?;
-                let tags = &mut map.$kind(id).tags;
-                match dice.pick(values) {
-                    Some(value) => tags.set($key, *value),
-                    None => *tags = without(tags, $key),
-                }
-                Some(vec![id])
-            },
-        }
+        kind($name, $raises, |_, map, dice| {
+            let among: fn(&Draft) -> Vec<i64> = $among;
+            let values: &[&str] = $values;
+            let id = dice.pick(among(map))?;
+            let tags = &mut map.$kind(id).tags;
+            match dice.pick(values) {
+                Some(value) => tags.set($key, *value),
+                None => *tags = without(tags, $key),
+            }
+            Some(vec![id])
+        })
     };
 }
 
 /// The members of a role that are taken from an element; the element is named.
 macro_rules! member {
     ($name:literal, $raises:expr, $subtype:literal, $role:literal) => {
-        Kind {
-            name: $name,
-            raises: $raises,
-            mutate: |_, map, dice| {
-                let has = |one: &&Relation| members(one, $role).next().is_some();
-                let id = dice.pick(map.elements($subtype).filter(has))?.id;
-                map.relation(id).members.retain(|member| member.role != $role);
-                Some(vec![id])
-            },
-        }
+        kind($name, $raises, |_, map, dice| {
+            let has = |one: &&Relation| members(one, $role).next().is_some();
+            let id = dice.pick(map.elements($subtype).filter(has))?.id;
+            map.relation(id).members.retain(|member| member.role != $role);
+            Some(vec![id])
+        })
     };
 }
 
 /// An area of a type that no element refers to.
 macro_rules! area {
     ($name:literal, $raises:expr, $type:literal) => {
-        Kind {
-            name: $name,
-            raises: $raises,
-            mutate: |_, map, dice| {
-                let lane = dice.pick(plain(map))?;
-                let [left, right] = bounds(map.relation(lane));
-                let nodes = [left, right].map(|way| map.way(way).nodes[..2].to_vec());
-                let ring = vec![nodes[0][0], nodes[0][1], nodes[1][1], nodes[1][0]];
-                let id = map.copy_way(left);
-                map.way(id).nodes = ring;
-                map.way(id).tags = [("type", $type), ("area", "yes")].into_iter().collect();
-                Some(vec![id])
-            },
-        }
+        kind($name, $raises, |_, map, dice| {
+            let lane = dice.pick(plain(map))?;
+            let [left, right] = bounds(map.relation(lane));
+            let nodes = [left, right].map(|way| map.way(way).nodes[..2].to_vec());
+            let ring = vec![nodes[0][0], nodes[0][1], nodes[1][1], nodes[1][0]];
+            let id = map.copy_way(left);
+            map.way(id).nodes = ring;
+            map.way(id).tags = [("type", $type), ("area", "yes")].into_iter().collect();
+            Some(vec![id])
+        })
     };
 }
 
@@ -89,18 +77,14 @@ pub const KINDS: &[Kind] = &[
     tag!("write a speed beyond all limits", &["vm-01-09/speed-range"], relation, plain, "speed_limit", &["300"]),
     tag!("make a shoulder of a lane", &["vm-01-21/other-kind"], relation, plain, "subtype", &["road_shoulder"]),
     tag!("retype a stop sign", &["vm-02-02/sign-type"], way, signs, "type", &["pole"]),
-    Kind {
-        name: "retype a sign's line",
-        raises: &["vm-02-02/line-type"],
-        // The type says that it is a stop line, or the subtype.
-        mutate: |_, map, dice| {
-            let id = dice.pick(lines_of(map, "traffic_sign"))?;
-            let tags = &mut map.way(id).tags;
-            *tags = without(tags, "subtype");
-            tags.set("type", "line_thin");
-            Some(vec![id])
-        },
-    },
+    // The type says that it is a stop line, or the subtype.
+    kind("retype a sign's line", &["vm-02-02/line-type"], |_, map, dice| {
+        let id = dice.pick(lines_of(map, "traffic_sign"))?;
+        let tags = &mut map.way(id).tags;
+        *tags = without(tags, "subtype");
+        tags.set("type", "line_thin");
+        Some(vec![id])
+    }),
     tag!("retype a light", &["vm-04-01/body-type", "vm-04-01/unreferenced"], way, lights, "type", &["traffic_sign"]),
     tag!(
         "retype a light's line",
@@ -140,213 +124,147 @@ pub const KINDS: &[Kind] = &[
     area!("watch an area without an element", &["vm-06-05/unreferenced"], "detection_area"),
     area!("stop buses without an element", &["vm-06-06/unreferenced"], "bus_stop_area"),
     area!("hatch a lane", &["vm-06-01/overlap", "vm-06-01/invalid"], "hatched_road_markings"),
-    Kind {
-        name: "let bulbs name a light that is not there",
-        raises: &["vm-04-01/bulbs-unpaired"],
-        mutate: |_, map, dice| {
-            let element = dice.pick(map.elements("traffic_light"))?;
-            let (id, bulbs) = (element.id, members(element, "light_bulbs").next()?);
-            map.way(bulbs).tags.set("traffic_light_id", "7");
-            Some(vec![id])
-        },
-    },
-    Kind {
-        name: "give a light the bulbs of another, too",
-        raises: &["vm-04-01/bulbs-count"],
-        mutate: |_, map, dice| {
-            let element = dice.pick(map.elements("traffic_light"))?;
-            let (id, own) = (element.id, members(element, "light_bulbs").collect::<Vec<_>>());
-            let other = dice.pick(bulbs(map).into_iter().filter(|way| !own.contains(way)))?;
-            map.relation(id).members.push(Member { kind: ElementKind::Way, id: other, role: "light_bulbs".into() });
-            Some(vec![id])
-        },
-    },
-    Kind {
-        name: "turn a light around",
-        raises: &["vm-04-02/reversed"],
-        mutate: |_, map, dice| {
-            let id = dice.pick(drivers_lights(map))?;
-            map.way(id).nodes.reverse();
-            Some(vec![id])
-        },
-    },
-    Kind {
-        name: "draw a light that belongs to nothing",
-        raises: &["vm-04-01/unreferenced"],
-        mutate: |_, map, dice| {
-            let id = dice.pick(lights(map))?;
-            Some(vec![map.copy_way(id)])
-        },
-    },
-    Kind {
-        name: "let all forget a light",
-        raises: &["vm-04-01/idle"],
-        mutate: |_, map, dice| {
-            let id = dice.pick(map.elements("traffic_light"))?.id;
-            map.relations.iter_mut().for_each(|one| one.members.retain(|member| member.id != id));
-            Some(vec![id])
-        },
-    },
-    Kind {
-        name: "delete a crosswalk's element",
-        raises: &["vm-05-01/unreferenced"],
-        mutate: |_, map, dice| {
-            // An element may also refer to a walkway, which needs none where the map has no others.
-            let walks = crosswalks(map);
-            let of_crosswalks =
-                map.elements("crosswalk").filter_map(|one| Some((one.id, members(one, "refers").next()?)));
-            let (id, walk) = dice.pick(of_crosswalks.filter(|(_, walk)| walks.contains(walk)))?;
-            map.remove(ElementKind::Relation, id);
-            Some(vec![walk])
-        },
-    },
-    Kind {
-        name: "give a crosswalk's element a second crosswalk",
-        raises: &["vm-05-01/several-refers"],
-        mutate: |_, map, dice| {
-            let element = dice.pick(map.elements("crosswalk"))?;
-            let (id, own) = (element.id, members(element, "refers").next()?);
-            let other = dice.pick(crosswalks(map).into_iter().filter(|walk| *walk != own))?;
-            map.relation(id).members.push(relation_member(other, "refers"));
-            Some(vec![id])
-        },
-    },
-    Kind {
-        name: "let a crosswalk's element refer to a lane",
-        raises: &["vm-05-01/refers-type"],
-        mutate: |_, map, dice| {
-            let (id, lane) = (dice.pick(map.elements("crosswalk"))?.id, dice.pick(plain(map))?);
-            map.relation(id).members.iter_mut().filter(|member| member.role == "refers").for_each(|one| one.id = lane);
-            Some(vec![id, lane])
-        },
-    },
-    Kind {
-        name: "let a lane that crosses nothing refer to a crosswalk's element",
-        raises: &["vm-05-01/not-crossing"],
-        mutate: |_, map, dice| {
+    kind("let bulbs name a light that is not there", &["vm-04-01/bulbs-unpaired"], |_, map, dice| {
+        let element = dice.pick(map.elements("traffic_light"))?;
+        let (id, bulbs) = (element.id, members(element, "light_bulbs").next()?);
+        map.way(bulbs).tags.set("traffic_light_id", "7");
+        Some(vec![id])
+    }),
+    kind("give a light the bulbs of another, too", &["vm-04-01/bulbs-count"], |_, map, dice| {
+        let element = dice.pick(map.elements("traffic_light"))?;
+        let (id, own) = (element.id, members(element, "light_bulbs").collect::<Vec<_>>());
+        let other = dice.pick(bulbs(map).into_iter().filter(|way| !own.contains(way)))?;
+        map.relation(id).members.push(Member { kind: ElementKind::Way, id: other, role: "light_bulbs".into() });
+        Some(vec![id])
+    }),
+    kind("turn a light around", &["vm-04-02/reversed"], |_, map, dice| {
+        let id = dice.pick(drivers_lights(map))?;
+        map.way(id).nodes.reverse();
+        Some(vec![id])
+    }),
+    kind("draw a light that belongs to nothing", &["vm-04-01/unreferenced"], |_, map, dice| {
+        let id = dice.pick(lights(map))?;
+        Some(vec![map.copy_way(id)])
+    }),
+    kind("let all forget a light", &["vm-04-01/idle"], |_, map, dice| {
+        let id = dice.pick(map.elements("traffic_light"))?.id;
+        map.relations.iter_mut().for_each(|one| one.members.retain(|member| member.id != id));
+        Some(vec![id])
+    }),
+    kind("delete a crosswalk's element", &["vm-05-01/unreferenced"], |_, map, dice| {
+        // An element may also refer to a walkway, which needs none where the map has no others.
+        let walks = crosswalks(map);
+        let of_crosswalks = map.elements("crosswalk").filter_map(|one| Some((one.id, members(one, "refers").next()?)));
+        let (id, walk) = dice.pick(of_crosswalks.filter(|(_, walk)| walks.contains(walk)))?;
+        map.remove(ElementKind::Relation, id);
+        Some(vec![walk])
+    }),
+    kind("give a crosswalk's element a second crosswalk", &["vm-05-01/several-refers"], |_, map, dice| {
+        let element = dice.pick(map.elements("crosswalk"))?;
+        let (id, own) = (element.id, members(element, "refers").next()?);
+        let other = dice.pick(crosswalks(map).into_iter().filter(|walk| *walk != own))?;
+        map.relation(id).members.push(relation_member(other, "refers"));
+        Some(vec![id])
+    }),
+    kind("let a crosswalk's element refer to a lane", &["vm-05-01/refers-type"], |_, map, dice| {
+        let (id, lane) = (dice.pick(map.elements("crosswalk"))?.id, dice.pick(plain(map))?);
+        map.relation(id).members.iter_mut().filter(|member| member.role == "refers").for_each(|one| one.id = lane);
+        Some(vec![id, lane])
+    }),
+    kind(
+        "let a lane that crosses nothing refer to a crosswalk's element",
+        &["vm-05-01/not-crossing"],
+        |_, map, dice| {
             let (id, lane) = (dice.pick(map.elements("crosswalk"))?.id, dice.pick(plain(map))?);
             map.relation(lane).members.push(relation_member(id, "regulatory_element"));
             Some(vec![id, lane])
         },
-    },
-    Kind {
-        name: "take a node for a bound",
-        raises: &["load/bound-not-way"],
-        mutate: |_, map, dice| {
-            let lanelet = dice.pick(map.lanelets())?;
-            let (id, way) = (lanelet.id, bounds(lanelet)[0]);
-            let node = map.way(way).nodes[0];
-            let member = map.relation(id).members.iter_mut().find(|member| member.role == "left")?;
-            *member = Member { kind: ElementKind::Node, id: node, role: "left".into() };
-            Some(vec![id])
-        },
-    },
-    Kind {
-        name: "put an element into an element",
-        raises: &["load/re-member-type"],
-        mutate: |_, map, dice| {
-            let (id, other) = (dice.pick(map.elements("right_of_way"))?.id, dice.pick(map.elements("crosswalk"))?.id);
-            map.relation(id).members.push(relation_member(other, "yield"));
-            Some(vec![id])
-        },
-    },
-    Kind {
-        name: "give a way the id of a node",
-        raises: &["ids/reused"],
-        mutate: |_, map, dice| {
-            let (way, node) = (dice.pick(&map.ways)?.id, dice.pick(&map.nodes)?.id);
-            map.renumber(ElementKind::Way, way, node);
-            Some(vec![node])
-        },
-    },
-    Kind {
-        name: "move a node into another square",
-        raises: &["node/other-square"],
-        mutate: |_, map, dice| {
-            let id = dice.pick(&map.nodes)?.id;
-            let node = map.node(id);
-            if let Some(place) = &mut node.position {
-                place.lat += 1.1;
-            }
-            Some(vec![id])
-        },
-    },
-    Kind {
-        name: "raise one side of a lane by 2 m",
-        raises: &["health/tilt"],
-        mutate: |_, map, dice| {
-            let lane = dice.pick(plain(map))?;
-            let [left, _] = bounds(map.relation(lane));
-            for node in map.way(left).nodes.clone() {
-                let ele: f64 = map.node(node).tags.get("ele")?.parse().ok()?;
-                map.node(node).tags.set("ele", (ele + 2.0).to_string());
-            }
-            Some(map.bounded(left))
-        },
-    },
-    Kind {
-        name: "draw a lanelet of no length",
-        raises: &["health/zero-length"],
-        mutate: |_, map, dice| {
-            let lane = dice.pick(plain(map))?;
-            let own = bounds(map.relation(lane));
-            let id = map.fresh();
-            let copy = Relation { id, ..map.relation(lane).clone() };
-            map.relations.push(copy);
-            for (role, way) in ["left", "right"].into_iter().zip(own) {
-                let short = map.copy_way(way);
-                let first = map.way(way).nodes[0];
-                let second = map.copy_node(first);
-                map.shift(second, Vector::new(0.001, 0.001));
-                map.way(short).nodes = vec![first, second];
-                let members = &mut map.relation(id).members;
-                members.iter_mut().filter(|member| member.role == role).for_each(|member| member.id = short);
-            }
-            Some(vec![id])
-        },
-    },
-    Kind {
-        name: "let a lane end in a point",
-        raises: &["vm-01-05/shared-point"],
-        mutate: |_, map, dice| {
-            let lane = dice.pick(plain(map))?;
-            let [left, right] = bounds(map.relation(lane));
-            let node = *map.way(left).nodes.last()?;
-            let own = map.copy_way(right);
-            // Bounds may run either way: the nearer end.
-            let ends = [map.line(own)[0], *map.line(own).last()?].map(|end| (end - map.place(node)).norm());
-            let nodes = &mut map.way(own).nodes;
-            let at = if ends[0] < ends[1] { 0 } else { nodes.len() - 1 };
-            nodes[at] = node;
-            let members = &mut map.relation(lane).members;
-            members.iter_mut().filter(|member| member.role == "right").for_each(|member| member.id = own);
-            Some(vec![lane])
-        },
-    },
-    Kind {
-        name: "draw a stop line that nothing refers to",
-        raises: &["vm-02-02/unreferenced"],
-        mutate: |_, map, dice| {
-            let lane = dice.pick(plain(map))?;
-            let [left, right] = bounds(map.relation(lane));
-            let first = *map.way(left).nodes.first()?;
-            let ends = [*map.way(right).nodes.first()?, *map.way(right).nodes.last()?];
-            // Bounds may run either way: the nearer end.
-            let away = |node: &i64| (map.place(*node) - map.place(first)).norm();
-            let nodes = vec![first, ends.into_iter().min_by(|a, b| away(a).total_cmp(&away(b)))?];
-            // Not where there is one already, of which it would be a copy.
-            let taken =
-                |way: &Way| way.tags.is("type", "stop_line") && nodes.iter().any(|node| way.nodes.contains(node));
-            if map.ways.iter().any(taken) {
-                return None;
-            }
-            let tags = [("type", "stop_line"), ("subtype", "solid")].into_iter().collect();
-            let way = Way { id: map.fresh(), nodes, tags, ..map.way(left).clone() };
-            let id = way.id;
-            map.ways.push(way);
-            Some(vec![id])
-        },
-    },
+    ),
+    kind("take a node for a bound", &["load/bound-not-way"], |_, map, dice| {
+        let lanelet = dice.pick(map.lanelets())?;
+        let (id, way) = (lanelet.id, bounds(lanelet)[0]);
+        let node = map.way(way).nodes[0];
+        let member = map.relation(id).members.iter_mut().find(|member| member.role == "left")?;
+        *member = Member { kind: ElementKind::Node, id: node, role: "left".into() };
+        Some(vec![id])
+    }),
+    kind("put an element into an element", &["load/re-member-type"], |_, map, dice| {
+        let (id, other) = (dice.pick(map.elements("right_of_way"))?.id, dice.pick(map.elements("crosswalk"))?.id);
+        map.relation(id).members.push(relation_member(other, "yield"));
+        Some(vec![id])
+    }),
+    kind("give a way the id of a node", &["ids/reused"], |_, map, dice| {
+        let (way, node) = (dice.pick(&map.ways)?.id, dice.pick(&map.nodes)?.id);
+        map.renumber(ElementKind::Way, way, node);
+        Some(vec![node])
+    }),
+    kind("move a node into another square", &["node/other-square"], |_, map, dice| {
+        let id = dice.pick(&map.nodes)?.id;
+        let node = map.node(id);
+        if let Some(place) = &mut node.position {
+            place.lat += 1.1;
+        }
+        Some(vec![id])
+    }),
+    kind("raise one side of a lane by 2 m", &["health/tilt"], |_, map, dice| {
+        let lane = dice.pick(plain(map))?;
+        let [left, _] = bounds(map.relation(lane));
+        for node in map.way(left).nodes.clone() {
+            let ele: f64 = map.node(node).tags.get("ele")?.parse().ok()?;
+            map.node(node).tags.set("ele", (ele + 2.0).to_string());
+        }
+        Some(map.bounded(left))
+    }),
+    kind("draw a lanelet of no length", &["health/zero-length"], |_, map, dice| {
+        let lane = dice.pick(plain(map))?;
+        let own = bounds(map.relation(lane));
+        let id = map.fresh();
+        let copy = Relation { id, ..map.relation(lane).clone() };
+        map.relations.push(copy);
+        for (role, way) in ["left", "right"].into_iter().zip(own) {
+            let short = map.copy_way(way);
+            let first = map.way(way).nodes[0];
+            let second = map.copy_node(first);
+            map.shift(second, Vector::new(0.001, 0.001));
+            map.way(short).nodes = vec![first, second];
+            let members = &mut map.relation(id).members;
+            members.iter_mut().filter(|member| member.role == role).for_each(|member| member.id = short);
+        }
+        Some(vec![id])
+    }),
+    kind("let a lane end in a point", &["vm-01-05/shared-point"], |_, map, dice| {
+        let lane = dice.pick(plain(map))?;
+        let [left, right] = bounds(map.relation(lane));
+        let node = *map.way(left).nodes.last()?;
+        let own = map.copy_way(right);
+        // Bounds may run either way: the nearer end.
+        let ends = [map.line(own)[0], *map.line(own).last()?].map(|end| (end - map.place(node)).norm());
+        let nodes = &mut map.way(own).nodes;
+        let at = if ends[0] < ends[1] { 0 } else { nodes.len() - 1 };
+        nodes[at] = node;
+        let members = &mut map.relation(lane).members;
+        members.iter_mut().filter(|member| member.role == "right").for_each(|member| member.id = own);
+        Some(vec![lane])
+    }),
+    kind("draw a stop line that nothing refers to", &["vm-02-02/unreferenced"], |_, map, dice| {
+        let lane = dice.pick(plain(map))?;
+        let [left, right] = bounds(map.relation(lane));
+        let first = *map.way(left).nodes.first()?;
+        let ends = [*map.way(right).nodes.first()?, *map.way(right).nodes.last()?];
+        // Bounds may run either way: the nearer end.
+        let away = |node: &i64| (map.place(*node) - map.place(first)).norm();
+        let nodes = vec![first, ends.into_iter().min_by(|a, b| away(a).total_cmp(&away(b)))?];
+        // Not where there is one already, of which it would be a copy.
+        let taken = |way: &Way| way.tags.is("type", "stop_line") && nodes.iter().any(|node| way.nodes.contains(node));
+        if map.ways.iter().any(taken) {
+            return None;
+        }
+        let tags = [("type", "stop_line"), ("subtype", "solid")].into_iter().collect();
+        let way = Way { id: map.fresh(), nodes, tags, ..map.way(left).clone() };
+        let id = way.id;
+        map.ways.push(way);
+        Some(vec![id])
+    }),
 ];
 
 /// Road lanelets between intersections.

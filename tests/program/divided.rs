@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::common::program::lanewright;
-use crate::common::root;
+use crate::common::{names, root};
 
 /// A directory with a map of one lanelet in `whole`, and its cells of 25 m in `cells`.
 fn place() -> tempfile::TempDir {
@@ -16,13 +16,6 @@ fn place() -> tempfile::TempDir {
     let run = lanewright(dir.path(), &["split", "whole", "-o", "cells", "--size", "25"]).exits(0);
     assert!(run.stdout.starts_with("cells\n") && run.stdout.contains(" cells\n"), "{}", run.stdout);
     dir
-}
-
-fn names(dir: &Path) -> Vec<String> {
-    let mut names: Vec<String> =
-        fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect();
-    names.sort();
-    names
 }
 
 /// The first cells of the map.

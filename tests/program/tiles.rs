@@ -8,7 +8,7 @@ use lanewright::osm::read_file;
 
 use crate::common::needs::shared;
 use crate::common::program::{Run, lanewright};
-use crate::common::root;
+use crate::common::{names, root};
 use crate::pbf_fields as pbf;
 
 /// Builds a file in tiles, with these arguments more, into `out`.
@@ -28,14 +28,6 @@ fn a_map_in_tiles_is_a_map_in_cells() {
     lanewright(dir.path(), &["build", &sample(), "-o", "whole", "--cells", "50"]).exits(0);
     lanewright(dir.path(), &["diff", "whole", "out"]).exits(0);
     build(dir.path(), &sample(), &["--tiles", "800"]).fails_saying(&["is there already", "nothing was changed"]);
-}
-
-/// What lies in a directory, by name.
-fn names(dir: &Path) -> Vec<String> {
-    let mut names: Vec<String> =
-        fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect();
-    names.sort_unstable();
-    names
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Crosswalks: each is drawn where somebody drives over it, and announced to the lanes that it crosses.
+//! Crosswalks: each is drawn if vehicles drive over it, and announced to the lanes that it crosses.
 
 use rustc_hash::FxHashMap;
 
@@ -25,23 +25,23 @@ enum Under<'a> {
     Road,
     /// An intersection in which two roads meet face to face, lane by lane.
     Continuation(&'a Intersection),
-    /// An intersection whose lanelets hear of the crosswalk when they are finished.
+    /// An intersection; the crosswalk is announced to its lanelets when they are finished.
     Intersection(&'a Intersection),
 }
 
 impl Crossings {
-    /// Adds the crosswalks over which somebody drives and announces them to the lanes of roads; also gives a note for each of the
-    /// others.
+    /// Adds the crosswalks over which vehicles drive and announces them to the lanes of roads; also gives a note for each other
+    /// crosswalk.
     pub(super) fn add(
         assembly: &mut MapBuilder,
         network: &RoadNetwork,
         lines: &ConnectionLines,
         lanes: &Lanes,
-        ways: &[Option<Box<IntersectionLanelets>>],
+        turning: &[Option<Box<IntersectionLanelets>>],
     ) -> (Self, Vec<Finding>) {
         let (mut all, mut left_out) = (Self::default(), Vec::new());
         for crossing in &lines.crossings {
-            let Some(under) = under(crossing, network, ways) else {
+            let Some(under) = under(crossing, network, turning) else {
                 left_out.push(idle(crossing, network));
                 continue;
             };
@@ -66,18 +66,18 @@ impl Crossings {
     }
 }
 
-/// What a crosswalk lies over; `None` where nobody drives there.
+/// What a crosswalk lies over; `None` if no vehicle drives there.
 fn under<'a>(
     crossing: &RoadCrossing,
     network: &'a RoadNetwork,
-    ways: &[Option<Box<IntersectionLanelets>>],
+    turning: &[Option<Box<IntersectionLanelets>>],
 ) -> Option<Under<'a>> {
     let Some(end) = crossing.arm else { return Some(Under::Road) };
     let ix = network.road(crossing.road).intersection(end);
     let at = network.intersection(ix);
-    let Some(ways) = &ways[ix] else { return Some(Under::Continuation(at)) };
+    let Some(turning) = &turning[ix] else { return Some(Under::Continuation(at)) };
     let arm = RoadEnd { road: crossing.road, end };
-    ways.lead_over(at, arm, network.beside.bicycle_lanes).then_some(Under::Intersection(at))
+    turning.lead_over(at, arm, network.beside.bicycle_lanes).then_some(Under::Intersection(at))
 }
 
 /// Draws a crosswalk with its lights.
@@ -105,7 +105,7 @@ pub(super) fn announce_to(assembly: &mut MapBuilder, crosswalk: LaneletId, lanel
     announce(assembly, crosswalk, over.iter().map(|(id, outline)| (*id, &outline[..])));
 }
 
-/// A crosswalk over the end of a road from which nobody drives on, and to which nobody comes.
+/// The note that no vehicle drives over a crosswalk at the end of a road.
 fn idle(crossing: &RoadCrossing, network: &RoadNetwork) -> Finding {
     let road = network.road(crossing.road);
     let (node, way) = (crossing.node, road.key.way);

@@ -1,8 +1,8 @@
-//! One intersection: what is told of it, its area, and everything that rules its lanelets.
+//! One intersection: its notes and settings, its area, and everything that rules its lanelets.
 
+use crate::builder::control::controlled_arm::{Approach, ControlledArm};
 use crate::builder::control::signal_arrows::one_way;
 use crate::builder::control::walkway::walkways;
-use crate::builder::control::{Approach, ControlledArm};
 use crate::builder::intersection::area::AreaOutline;
 use crate::builder::intersection::bicycle_lanelets::BicycleMovements;
 use crate::builder::intersection::conflict::{Conflicts, conflicts, strip_indices};
@@ -29,11 +29,11 @@ use super::map_context::MapContext;
 
 use rustc_hash::FxHashSet;
 
-/// A node within this distance, metres, of the line between its neighbours on an outline adds nothing to its shape: a cut bends
-/// by so little where two roads share a corner of it.
+/// A node closer than this, metres, to the line between its neighbours does not change the shape of an outline. Cuts bend by so
+/// little where two roads share a corner.
 const ON_CUT: f64 = 0.05;
 
-/// What is told of one intersection beside the map.
+/// What one intersection adds to the notes and settings of the map.
 #[derive(Default)]
 pub(super) struct IntersectionOutput {
     pub(super) notes: Vec<Finding>,
@@ -42,7 +42,7 @@ pub(super) struct IntersectionOutput {
     pub(super) has_area: bool,
 }
 
-/// One intersection while it is built.
+/// One intersection under construction.
 pub(super) struct IntersectionAssembly<'a> {
     pub(super) context: &'a MapContext<'a>,
     pub(super) assembly: MapBuilder<'a>,
@@ -51,7 +51,7 @@ pub(super) struct IntersectionAssembly<'a> {
     bicycles: BicycleMovements,
 }
 
-/// The lanelets that vehicles take, and which of them are in each other's way.
+/// The lanelets for vehicles, and their conflicts.
 struct Traffic<'a> {
     paths: &'a [TurningLanelet],
     conflicts: &'a Conflicts,
@@ -63,13 +63,13 @@ impl<'a> IntersectionAssembly<'a> {
         context: &'a MapContext,
         below: &'a MapBuilder<'a>,
         intersection: &Intersection,
-        ways: IntersectionLanelets,
+        turning: IntersectionLanelets,
     ) -> (MapPart, IntersectionOutput) {
-        let mut assembly = MapBuilder::resume(below, ways.part);
+        let mut assembly = MapBuilder::resume(below, turning.part);
         assembly.set_ground(context.lanes.ground_of(intersection, below));
-        let mut one = Self { context, assembly, output: IntersectionOutput::default(), bicycles: ways.cycles };
+        let mut one = Self { context, assembly, output: IntersectionOutput::default(), bicycles: turning.bicycles };
         let arms: Vec<&Arm> = intersection.arms.iter().map(|&arm| context.lanes.arm(arm)).collect();
-        let DrawnMovements { paths, dropped, .. } = &ways.drawn;
+        let DrawnMovements { paths, dropped, .. } = &turning.drawn;
         one.note_dropped(intersection, dropped);
         if context.as_roads {
             one.output.bicycle_lanes = one.bicycles.paths.iter().map(|path| path.lanelet.0).collect();
@@ -78,9 +78,9 @@ impl<'a> IntersectionAssembly<'a> {
         one.note_closed(intersection, &arms, &movements);
         one.announce_crosswalks(intersection, paths);
         one.walkways(intersection, paths);
-        if let Some(area) = ways.area {
-            let prohibited = prohibited(&ways.plan, &ways.drawn, &arms);
-            let traffic = Traffic { paths, conflicts: &ways.conflicts.unwrap_or_default() };
+        if let Some(area) = turning.area {
+            let prohibited = prohibited(&turning.plan, &turning.drawn, &arms);
+            let traffic = Traffic { paths, conflicts: &turning.conflicts.unwrap_or_default() };
             one.area(intersection, &arms, traffic, &prohibited, &area);
         }
         (one.assembly.into_part(), one.output)
@@ -100,7 +100,7 @@ impl<'a> IntersectionAssembly<'a> {
         }
     }
 
-    /// Lanes that the input leaves no way into the intersection, or out of it.
+    /// Notes the lanes that no movement leaves or reaches.
     fn note_closed(&mut self, intersection: &Intersection, arms: &[&Arm], movements: &[Movement]) {
         let node = intersection.nodes.first().copied().unwrap_or_default();
         for (i, arm) in arms.iter().enumerate() {
@@ -120,7 +120,7 @@ impl<'a> IntersectionAssembly<'a> {
         }
     }
 
-    /// Everything that makes crossing lanelets an intersection for Autoware.
+    /// Adds everything that makes crossing lanelets an intersection for Autoware.
     fn area(
         &mut self,
         intersection: &Intersection,
@@ -132,7 +132,7 @@ impl<'a> IntersectionAssembly<'a> {
         let id = self.area_polygon(intersection, arms, outline);
         let bicycles = std::mem::take(&mut self.bicycles);
         self.tag_lanelets(intersection, id, traffic.paths.iter().chain(&bicycles.paths));
-        // Only what is a road is watched, has lights, and is yielded to.
+        // Only lanelets of subtype road are watched, have lights, and are yielded to.
         let (with_bicycles, conflicts_with_bicycles);
         let Traffic { paths, conflicts } = if self.context.as_roads && !bicycles.paths.is_empty() {
             with_bicycles = [traffic.paths, &bicycles.paths].concat();
@@ -159,7 +159,7 @@ impl<'a> IntersectionAssembly<'a> {
         self.output.settings = intersection_settings::settings(id, &names, prohibited, &movers);
     }
 
-    /// Adds the polygon of the area, and notes where it is not as it should be.
+    /// Adds the polygon of the area, and notes its faults.
     fn area_polygon(&mut self, intersection: &Intersection, arms: &[&Arm], outline: &AreaOutline) -> PolygonId {
         self.output.has_area = true;
         let id = self.assembly.polygon_id(intersection_key("intersection area", intersection));
@@ -183,8 +183,8 @@ impl<'a> IntersectionAssembly<'a> {
         id
     }
 
-    /// The ring of an area without the nodes on a straight cut at which neither a border nor a lane for cars ends, as between
-    /// two bus lanes: an area needs its nodes only where cars may widen their way, and Autoware knows no others.
+    /// The ring of an area without needless nodes: those on a straight cut at which neither a border nor a lane for cars ends, as
+    /// between two bus lanes. Autoware uses the nodes of an area only for lanes for cars.
     fn without_needless_nodes(&self, arms: &[&Arm], outline: &AreaOutline) -> Vec<PointId> {
         let inner = |arm: &&Arm| arm.cut[1.min(arm.cut.len())..arm.cut.len().max(2) - 1].to_vec();
         let mut needless: FxHashSet<PointId> = arms.iter().flat_map(inner).collect();
@@ -214,8 +214,8 @@ impl<'a> IntersectionAssembly<'a> {
         borders.flat_map(|line| [line.points.first(), line.points.last()]).flatten().copied().chain(ends)
     }
 
-    /// Says of lanelets where they lie and whither they turn. Nothing is painted across an intersection, not even where two roads
-    /// only merge lanes.
+    /// Tags lanelets with their area and turn direction. Nothing is painted across an intersection, not even where two roads only
+    /// merge lanes.
     fn tag_lanelets<'p>(
         &mut self,
         intersection: &Intersection,
@@ -285,7 +285,7 @@ impl<'a> IntersectionAssembly<'a> {
     }
 }
 
-/// Which way a movement goes.
+/// The turn direction of a movement.
 fn direction(path: &TurningLanelet) -> TurnDirection {
     match path.turn {
         turn if turn.abs() <= STRAIGHT => TurnDirection::Straight,
@@ -294,8 +294,8 @@ fn direction(path: &TurningLanelet) -> TurnDirection {
     }
 }
 
-/// Pairs of arms between which there is no movement: those that must not be, and, where there is no room for it, the way
-/// once more around a loop.
+/// Pairs of arms without a movement: those that are prohibited and, if there is no room for it, the movement that leads around a
+/// loop once more.
 fn prohibited(plan: &Movements, drawn: &DrawnMovements, arms: &[&Arm]) -> Vec<(usize, usize)> {
     let is_drawn = |pair: (usize, usize)| drawn.paths.iter().any(|it| (it.movement.from, it.movement.to) == pair);
     let dropped = drawn.dropped.iter().map(|it| (it.from, it.to));

@@ -1,4 +1,4 @@
-//! What OpenStreetMap says of an intersection and the map cannot: goes beside it into `lanewright.toml`.
+//! What OpenStreetMap tells of an intersection and the map cannot express: its entry in `lanewright.toml`.
 
 use crate::builder::lanes::types::{Arm, Lanes};
 use crate::geometry::Vector;
@@ -9,11 +9,11 @@ use crate::settings::{ApproachName, IntersectionSettings};
 /// Compass names, clockwise from north, one for every 45 degrees.
 const COMPASS: [&str; 8] = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
 
-/// A direction this near, degrees, to the border between two sides may be taken for either, by one who measures it on the
-/// lanes.
+/// A direction closer than this, degrees, to the border between two sides has the names of both: measured on the lanes, it may
+/// lie on either side.
 const UNSURE: f64 = 10.0;
 
-/// The sides of the intersection on which an arm may be seen, from the direction in which vehicles come from it.
+/// The sides of the intersection on which an arm may lie, by the direction of its vehicles.
 fn sides(inward: Vector) -> [&'static str; 2] {
     let bearing = (-inward.x).atan2(-inward.y).to_degrees();
     [bearing - UNSURE, bearing + UNSURE].map(|b| COMPASS[(b.rem_euclid(360.0) / 45.0).round() as usize % COMPASS.len()])
@@ -36,7 +36,7 @@ pub fn names(arms: &[&Arm], headings: &[Option<Vector>], lanes: &Lanes) -> Vec<A
         .collect()
 }
 
-/// The settings of one intersection; `None` if there is nothing to say.
+/// The settings of one intersection; `None` if there are none.
 pub fn settings(
     area: PolygonId,
     names: &[ApproachName],

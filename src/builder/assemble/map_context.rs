@@ -12,8 +12,8 @@ pub(super) struct MapContext<'a> {
     pub(super) lanes: &'a Lanes,
     pub(super) crossings: &'a Crossings,
     pub(super) arrows: &'a SignalArrows,
-    /// The ends of roads that have lights because people have some there, in order.
+    /// The ends of roads with pedestrian signals only, which get lights for vehicles, too; in order.
     pub(super) guarded: &'a [RoadEnd],
-    /// Whether lanes for bicycles are written as roads, which others watch and yield to.
+    /// Whether bicycle lanes are lanelets of subtype road, which others watch and yield to.
     pub(super) as_roads: bool,
 }

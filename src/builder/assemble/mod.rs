@@ -39,15 +39,15 @@ pub struct Assembled {
 
 /// Builds the map.
 pub fn assemble(layout: Layout, arrows: &SignalArrows) -> Assembled {
-    // Moved, so that what is not asked for any more goes at once.
-    let Layout { network: owned_network, lines, mut assembly, lanes, ways, .. } = { layout };
+    // By value, so that memory is freed as soon as a part is not needed.
+    let Layout { network: owned_network, lines, mut assembly, lanes, turning, .. } = { layout };
     let network = &owned_network;
-    let lit = mid_block_signals::signalised_crossings(network, &lines, &ways);
-    let (guarded, unguarded) = mid_block_signals::guarded(network, &lines, &lanes, &ways);
-    let lanes = split_before_stop_lines(&mut assembly, network, &lines, &ways, (&lit, &guarded), lanes);
+    let lit = mid_block_signals::signalised_crossings(network, &lines, &turning);
+    let (guarded, unguarded) = mid_block_signals::guarded(network, &lines, &lanes, &turning);
+    let lanes = split_before_stop_lines(&mut assembly, network, &lines, &turning, (&lit, &guarded), lanes);
     let as_roads = network.beside.bicycle_lanes == BicycleLanes::Road;
     let bicycles = side_lanes(&mut assembly, network, &lanes);
-    let (crossings, idle) = Crossings::add(&mut assembly, network, &lines, &lanes, &ways);
+    let (crossings, idle) = Crossings::add(&mut assembly, network, &lines, &lanes, &turning);
     let unlit = mid_block_signals::draw(&mut assembly, network, &lanes, network.side, &lit);
     let mut whole = Assembled { roads: network.roads.len(), ..Assembled::default() };
     whole.settings.driving_side = Some(if network.side == DrivingSide::Left { Side::Left } else { Side::Right });
@@ -56,14 +56,14 @@ pub fn assemble(layout: Layout, arrows: &SignalArrows) -> Assembled {
         whole.settings.bicycle_lanes = bicycles.iter().map(|lanelet| lanelet.0).collect();
     }
     let context = MapContext { network, lanes: &lanes, crossings: &crossings, arrows, guarded: &guarded, as_roads };
-    let passed = network.intersections.iter().zip(ways).filter_map(|(at, ways)| Some((at, ways?)));
-    let (passed, ways): (Vec<&Intersection>, Vec<Box<IntersectionLanelets>>) = passed.unzip();
-    let finish = |(at, ways): (&Intersection, Box<IntersectionLanelets>)| {
-        IntersectionAssembly::finish(&context, &assembly, at, *ways)
+    let passed = network.intersections.iter().zip(turning).filter_map(|(at, turning)| Some((at, turning?)));
+    let (passed, turning): (Vec<&Intersection>, Vec<Box<IntersectionLanelets>>) = passed.unzip();
+    let finish = |(at, turning): (&Intersection, Box<IntersectionLanelets>)| {
+        IntersectionAssembly::finish(&context, &assembly, at, *turning)
     };
-    let room = MapPart::with_room(&assembly, ways.iter().map(|ways| &ways.part));
-    let (parts, outputs) = room.filled(passed.into_iter().zip(ways), finish);
-    // A whole map takes the most memory of all that is made: what it was made from need not stand beside it.
+    let room = MapPart::with_room(&assembly, turning.iter().map(|turning| &turning.part));
+    let (parts, outputs) = room.filled(passed.into_iter().zip(turning), finish);
+    // The whole map takes the most memory, so everything that it was made from is freed meanwhile.
     let done = (crossings, lanes, lines, owned_network);
     whole.map = rayon::join(|| assembly.finish(parts), || drop(done)).0;
     for IntersectionOutput { notes, settings, bicycle_lanes, has_area } in outputs {

@@ -1,4 +1,4 @@
-//! Who goes first at an intersection: what rules its arms, and whom each lanelet may ignore.
+//! Rights of way at an intersection: what controls its arms, which vehicles go first, and which lanelets each lanelet may ignore.
 
 use crate::builder::control::priority_road::{PriorityArm, give_way};
 use crate::builder::ids::Key;
@@ -11,28 +11,28 @@ use crate::builder::network::{Intersection, Road, RoadNetwork};
 use crate::builder::tags::cross_section::StripKind;
 use crate::builder::tags::road_class::{DrivingSide, is_priority_road};
 use crate::geometry::{Vector, angle_between};
-use crate::lanelet::index::{Crossed, Edge, Thresholds, legs};
+use crate::lanelet::index::{Crossed, Edge, legs};
 use crate::lanelet::right_of_way::{Mover, OPPOSITE, Relation, Turn, opposites, yields};
 use crate::lanelet::{PointId, Target};
 
 use super::intersection::IntersectionAssembly;
 
-/// The arms of an intersection as vehicles approach on them.
+/// The approaches of an intersection.
 struct Approaches<'a> {
     network: &'a RoadNetwork,
     arms: &'a [&'a Arm],
-    /// What rules each arm.
+    /// What controls each arm.
     controls: &'a [Control],
     /// For each arm the first one of its leg.
     legs: &'a [usize],
 }
 
 impl Approaches<'_> {
-    /// Whether vehicles on each arm go before those on others; `None` where none leads in that does, or all do.
+    /// Per arm, whether its vehicles go first; `None` if the vehicles of no arm do, or those of all arms.
     fn priorities(&self) -> Option<Vec<bool>> {
         let arms = 0..self.arms.len();
         let on_priority_road = give_way(&arms.clone().map(|arm| self.priority_arm(arm)).collect::<Vec<_>>());
-        // Whoever has no light where others have one gives way to those.
+        // If some arms have lights, the others give way to them.
         let lights = self.controls.contains(&Control::Signals);
         let first = |arm: usize| {
             let unlit = lights && self.controls[arm] != Control::Signals;
@@ -55,7 +55,7 @@ impl Approaches<'_> {
         }
     }
 
-    /// Whether a driveway arrives side by side with a street, as part of its approach.
+    /// Whether a street leads in side by side with a driveway, as part of the same leg.
     fn is_beside_street(&self, arm: usize) -> bool {
         let mut beside = (0..self.arms.len()).filter(|other| self.legs[*other] == self.legs[arm]);
         beside.any(|other| !self.is_private(other) && !self.is_signed(other))
@@ -111,8 +111,7 @@ impl IntersectionAssembly<'_> {
             .collect()
     }
 
-    /// For each arm the first one of its leg: carriageways on both sides of a median, or beside each other, come to the
-    /// intersection as one.
+    /// For each arm, the first arm of its leg. Carriageways on both sides of a median, or side by side, are one leg.
     pub(super) fn legs(&self, arms: &[&Arm]) -> Vec<usize> {
         let place = |ids: [PointId; 2]| Edge { ids, points: ids.map(|id| self.assembly.position(id)) };
         let mut edges: Vec<(usize, Crossed)> = Vec::new();
@@ -125,7 +124,7 @@ impl IntersectionAssembly<'_> {
         }
         let crossed: Vec<Crossed> = edges.iter().map(|(_, edge)| *edge).collect();
         let mut first: Vec<usize> = (0..arms.len()).collect();
-        for (&(arm, _), leg) in edges.iter().zip(legs(&crossed, &Thresholds::default())) {
+        for (&(arm, _), leg) in edges.iter().zip(legs(&crossed)) {
             first[arm] = first[arm].min(edges[leg].0);
         }
         first
@@ -147,11 +146,11 @@ impl IntersectionAssembly<'_> {
             _ => Relation::AntiPhase,
         };
         for (x, path) in paths.iter().enumerate() {
-            // A bus lane is no part of the graph that a car's planner watches.
+            // Autoware's routing graph for cars has no bus lanes, so it does not watch them.
             let watched: Vec<usize> =
                 conflicts.real[x].iter().copied().filter(|&y| paths[y].kind != StripKind::Bus).collect();
             let mut yields = yields(x, movers, &watched, relation);
-            // Lanes that only touch are in nobody's way, but Autoware would wait for them.
+            // Autoware would wait for lanelets that only touch this one.
             if !(movers[x].signalised && movers[x].turn == Turn::Straight) {
                 yields.extend(conflicts.touching(x).filter(|&y| paths[y].kind != StripKind::Bus));
                 yields.sort_unstable();
@@ -166,22 +165,22 @@ impl IntersectionAssembly<'_> {
         }
     }
 
-    /// For the first arm of each leg the unit direction in which cars head that arrive there; `None` where none do, and for all other
-    /// arms. Only where they arrive is there a light, or a rank, to be opposite to another. A road for buses in the middle of a street
-    /// would be the opposite of its cars.
+    /// For the first arm of each leg, the unit direction of the cars that arrive there; `None` if no car arrives, and for all
+    /// other arms. Two legs are opposite only if cars arrive on both: otherwise a bus road in the middle of a street would be
+    /// opposite to the street's own cars.
     pub(super) fn headings(legs: &[usize], paths: &[TurningLanelet]) -> Vec<Option<Vector>> {
         (0..legs.len()).map(|leg| heading(legs, paths, leg, StripKind::Drive)).collect()
     }
 }
 
-/// Unit direction in which vehicles of a kind arrive on a leg; `None` where none do.
+/// The unit direction of the vehicles of one kind that arrive on a leg; `None` if none arrives.
 fn heading(legs: &[usize], paths: &[TurningLanelet], leg: usize, kind: StripKind) -> Option<Vector> {
     let arriving = paths.iter().filter(|path| legs[path.movement.from] == leg && path.kind == kind);
     arriving.map(|path| path.heading).sum::<Vector>().try_normalize(f64::EPSILON)
 }
 
-/// The legs by whose lights vehicles drive. Buses on a road of their own drive with the cars that head the same way: none are told to
-/// ignore those who may be green with them.
+/// For each arm, the leg whose lights its vehicles obey. Buses on a road of their own have green with the cars of the same
+/// direction, so that neither ignores vehicles that may have green at the same time.
 fn legs_by_light(legs: &[usize], paths: &[TurningLanelet], headings: &[Option<Vector>]) -> Vec<usize> {
     let with_cars = |leg: usize| -> usize {
         if headings[leg].is_some() {

@@ -21,7 +21,8 @@ use crate::diagnostic::{Finding, Place, Subject};
 use crate::geometry::{angle_between, left_of};
 use crate::lanelet::right_of_way::OPPOSITE;
 
-use super::{BEHIND, LightShape, PAINTED_LINE, add_light, light_element, stop_line};
+use super::controlled_arm::{BEHIND, PAINTED_LINE, stop_line};
+use super::vehicle_signals::{LightShape, add_light, light_element};
 
 /// The least distance between the stop line and the crosswalk, metres.
 const GAP_LEAST: f64 = 0.5;
@@ -52,7 +53,7 @@ impl SignalisedCrossing {
 pub fn signalised_crossings(
     network: &RoadNetwork,
     lines: &ConnectionLines,
-    ways: &[Option<Box<IntersectionLanelets>>],
+    turning: &[Option<Box<IntersectionLanelets>>],
 ) -> Vec<SignalisedCrossing> {
     let half = CROSSWALK_BREADTH / 2.0;
     let between = lines.crossings.iter().filter(|crossing| crossing.arm.is_none());
@@ -66,7 +67,7 @@ pub fn signalised_crossings(
     }
     for crossing in &mut found {
         let [start, end] = lines.kept[crossing.road];
-        let from = |end, driven| leaves_lights(network, lines, ways, RoadEnd { road: crossing.road, end }, driven);
+        let from = |end, driven| leaves_lights(network, lines, turning, RoadEnd { road: crossing.road, end }, driven);
         crossing.stops = [!from(End::End, end - crossing.span[1]), !from(End::Start, crossing.span[0] - start)];
     }
     found.retain(|crossing| crossing.stops != [false; 2]);
@@ -77,7 +78,7 @@ pub fn signalised_crossings(
 fn leaves_lights(
     network: &RoadNetwork,
     lines: &ConnectionLines,
-    ways: &[Option<Box<IntersectionLanelets>>],
+    turning: &[Option<Box<IntersectionLanelets>>],
     at: RoadEnd,
     driven: f64,
 ) -> bool {
@@ -85,7 +86,7 @@ fn leaves_lights(
     while let Some((at, driven)) = open.pop() {
         let ix = network.road(at.road).intersection(at.end);
         let intersection = network.intersection(ix);
-        let area = ways.get(ix.position()).and_then(|ways| ways.as_ref()?.area.as_ref());
+        let area = turning.get(ix.position()).and_then(|turning| turning.as_ref()?.area.as_ref());
         if driven > BEHIND_LIGHTS || area.is_some() && !intersection.signals {
             continue;
         }
@@ -106,7 +107,7 @@ pub fn guarded(
     network: &RoadNetwork,
     lines: &ConnectionLines,
     lanes: &Lanes,
-    ways: &[Option<Box<IntersectionLanelets>>],
+    turning: &[Option<Box<IntersectionLanelets>>],
 ) -> (Vec<RoadEnd>, Vec<Finding>) {
     let mut crossed: Vec<Vec<(RoadEnd, &RoadCrossing)>> = vec![Vec::new(); network.intersections.len()];
     for crossing in lines.crossings.iter().filter(|crossing| has_lights(network.road(crossing.road), crossing)) {
@@ -115,12 +116,12 @@ pub fn guarded(
         crossed[ix].push((RoadEnd { road: crossing.road, end }, crossing));
     }
     let (mut guarded, mut notes) = (Vec::new(), Vec::new());
-    for ((intersection, ways), crossed) in network.intersections.iter().zip(ways).zip(crossed) {
+    for ((intersection, turning), crossed) in network.intersections.iter().zip(turning).zip(crossed) {
         if crossed.is_empty() || intersection.signals {
             continue;
         }
         let arms: Vec<RoadEnd> = crossed.iter().map(|(at, _)| *at).collect();
-        let has_area = ways.as_ref().is_some_and(|ways| ways.area.is_some());
+        let has_area = turning.as_ref().is_some_and(|turning| turning.area.is_some());
         let main = MainRoad { network, lanes, crossed: &arms }.arms(intersection);
         match main.filter(|_| has_area && !intersection.all_way_stop) {
             Some(main) => guarded.extend(main),

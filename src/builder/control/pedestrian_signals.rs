@@ -7,7 +7,7 @@ use crate::builder::network::Road;
 use crate::geometry::{Point, Vector, left_of};
 use crate::lanelet::{Attributes, LaneletId, LineStringId, Target};
 
-use super::bulbs_of;
+use super::vehicle_signals::bulbs_of;
 
 /// Height of the lower edge of a light above the ground, metres: a tall person walks below.
 const LIGHT_HEIGHT: f64 = 2.1;

@@ -34,12 +34,12 @@ pub fn split_before_stop_lines(
     assembly: &mut MapBuilder,
     network: &RoadNetwork,
     lines: &ConnectionLines,
-    ways: &[Option<Box<IntersectionLanelets>>],
+    turning: &[Option<Box<IntersectionLanelets>>],
     (crossings, guarded): (&[SignalisedCrossing], &[RoadEnd]),
     lanes: Lanes,
 ) -> Lanes {
     let length = usual_length(network);
-    let approaches = approaches(network, ways, guarded, &lanes);
+    let approaches = approaches(network, turning, guarded, &lanes);
     let road_splits = |(i, road): (usize, &Road)| {
         let ix = RoadIx::new(i);
         let crossings = of_road(crossings, ix, |crossing| crossing.road);
@@ -98,17 +98,17 @@ fn usual_length(network: &RoadNetwork) -> f64 {
 /// The ends of roads with a stop line, in order, and the other markings before it.
 fn approaches(
     network: &RoadNetwork,
-    ways: &[Option<Box<IntersectionLanelets>>],
+    turning: &[Option<Box<IntersectionLanelets>>],
     guarded: &[RoadEnd],
     lanes: &Lanes,
 ) -> Vec<(RoadEnd, EdgeMarkings)> {
     let mut found = Vec::new();
-    for (intersection, ways) in network.intersections.iter().zip(ways) {
-        let Some(ways) = ways.as_ref().filter(|ways| ways.area.is_some()) else { continue };
+    for (intersection, turning) in network.intersections.iter().zip(turning) {
+        let Some(turning) = turning.as_ref().filter(|turning| turning.area.is_some()) else { continue };
         let stops = |at: RoadEnd| guarded.binary_search(&at).is_ok() || has_stop_line(network, intersection, at);
         for (i, &at) in intersection.arms.iter().enumerate().filter(|(_, at)| stops(**at)) {
             let leads_on = |lane: usize| {
-                ways.drawn.paths.iter().any(|path| (path.movement.from, path.movement.in_lane) == (i, lane))
+                turning.drawn.paths.iter().any(|path| (path.movement.from, path.movement.in_lane) == (i, lane))
             };
             let markings = approach_markings(network.road(at.road), lanes, lanes.arm(at), leads_on);
             if !markings.is_empty() {

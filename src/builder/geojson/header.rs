@@ -14,11 +14,8 @@ pub const FORMAT: u32 = 1;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Header {
     pub format: u32,
-    #[serde(default)]
     pub driving_side: Option<DrivingSide>,
-    #[serde(default)]
     pub country: Option<Text>,
-    #[serde(default)]
     pub projector: Option<ProjectorShape>,
 }
 

@@ -51,7 +51,7 @@ pub fn read(text: &str, options: &BuildOptions) -> Result<Plan, ReadError> {
     network.fan_out = options.inside.everywhere.fan_out.unwrap_or_default();
     let guesses = notes.len();
     let mut findings = Vec::new();
-    let outlines = read_outlines::outlines(&network, &rings, &options.streets.outline, &mut findings);
+    let outlines = read_outlines::outlines(&network, &rings, &mut findings);
     let streets = Streets { network, outlines, merges: Vec::new(), findings };
     let (inside, heights) = (options.inside.clone(), options.streets.heights.clone());
     Ok(Plan {

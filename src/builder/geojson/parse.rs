@@ -76,9 +76,7 @@ pub fn parse(text: &str, projector: Option<Projector>) -> Result<Parsed, ReadErr
 struct Collection<'a> {
     #[serde(rename = "type", default)]
     kind: Option<Text>,
-    #[serde(default)]
     lanewright: Option<Header>,
-    #[serde(default)]
     units: Option<Text>,
     #[serde(borrow, default)]
     features: Option<Vec<&'a RawValue>>,

@@ -1,9 +1,7 @@
 //! Reads the outlines of a file: finds cuts and kerbs on its polygons, and computes missing outlines.
 
 use crate::builder::network::{End, Intersection, IntersectionIx, Road, RoadEnd, RoadNetwork, Stations};
-use crate::builder::streets::outline::{
-    Outline, OutlineCase, OutlineCut, OutlineOptions, Outlines, outlines as computed,
-};
+use crate::builder::streets::outline::{Outline, OutlineCase, OutlineCut, Outlines, outlines as computed};
 use crate::diagnostic::Finding;
 use crate::geometry::{Point, Polyline, left_of, polygon, segment_crossing};
 
@@ -13,16 +11,11 @@ use super::values::{Rings, cut_of, ring};
 const TOLERANCE: f64 = 1e-3;
 
 /// The outline of every intersection and the rest of every road.
-pub fn outlines(
-    network: &RoadNetwork,
-    rings: &Rings<'_>,
-    options: &OutlineOptions,
-    findings: &mut Vec<Finding>,
-) -> Outlines {
+pub fn outlines(network: &RoadNetwork, rings: &Rings<'_>, findings: &mut Vec<Finding>) -> Outlines {
     let own: Vec<Vec<Point>> =
         rings.intersections.iter().map(|f| f.map_or_else(Vec::new, |f| ring(f.geometry.as_ref()))).collect();
     let lacking = |i: usize| own[i].len() < 3 && !network.intersections[i].map_edge;
-    let substitute = (0..own.len()).any(lacking).then(|| computed(network, options));
+    let substitute = (0..own.len()).any(lacking).then(|| computed(network));
     let substitute = substitute.map(|(outlines, found)| {
         findings.extend(found);
         outlines

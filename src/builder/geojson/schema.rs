@@ -75,23 +75,16 @@ pub struct RoadShape {
     #[serde(rename = "type")]
     pub kind: Type,
     pub id: FeatureId,
-    #[serde(default)]
     pub src: Option<FeatureId>,
-    #[serde(default)]
     pub dst: Option<FeatureId>,
     #[serde(default)]
     pub osm_ids: Vec<i64>,
     #[serde(default = "yes")]
     pub drive: bool,
-    #[serde(default)]
     pub layer: Option<Levels>,
-    #[serde(default)]
     pub width: Option<f64>,
-    #[serde(default)]
     pub length: Option<f64>,
-    #[serde(default)]
     pub trim_start: Option<f64>,
-    #[serde(default)]
     pub trim_end: Option<f64>,
     #[serde(default)]
     pub oblivion: bool,
@@ -99,7 +92,6 @@ pub struct RoadShape {
     pub ends: Vec<EndShape>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<Text>,
-    #[serde(default)]
     pub class: Option<RoadClass>,
     #[serde(default)]
     pub link: bool,
@@ -107,15 +99,12 @@ pub struct RoadShape {
     pub roundabout: bool,
     #[serde(default = "yes")]
     pub public: bool,
-    #[serde(default)]
     pub speed: Option<[f64; 2]>,
-    #[serde(default)]
     pub key: Option<KeyShape>,
     #[serde(default)]
     pub centerline: Vec<FeaturePlace>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub heights: Vec<f64>,
-    #[serde(default)]
     pub kept: Option<[f64; 2]>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub furniture: Vec<FurnitureShape>,
@@ -185,20 +174,15 @@ pub struct FurnitureShape {
 pub struct LaneShape {
     #[serde(rename = "type")]
     pub kind: Type,
-    #[serde(default)]
     pub id: Option<FeatureId>,
     pub road: FeatureId,
-    #[serde(default)]
     pub index: Option<u32>,
     #[serde(default = "yes")]
     pub drive: bool,
-    #[serde(default)]
     pub layer: Option<Levels>,
     #[serde(rename = "kind", default = "drive")]
     pub strip: StripKind,
-    #[serde(default)]
     pub travel: Option<Travel>,
-    #[serde(default)]
     pub width: Option<f64>,
     #[serde(default)]
     pub width_guessed: bool,
@@ -244,9 +228,7 @@ pub struct IntersectionShape {
     pub roads: Vec<FeatureId>,
     #[serde(default = "yes")]
     pub drive: bool,
-    #[serde(default)]
     pub layer: Option<Levels>,
-    #[serde(default)]
     pub case: Option<OutlineCase>,
     #[serde(default)]
     pub terminal: bool,
@@ -254,7 +236,6 @@ pub struct IntersectionShape {
     pub fallback: bool,
     #[serde(default)]
     pub merged_from: Vec<i64>,
-    #[serde(default)]
     pub map_edge: Option<bool>,
     #[serde(default)]
     pub signals: bool,
@@ -262,7 +243,6 @@ pub struct IntersectionShape {
     pub all_way_stop: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub circle: Option<Text>,
-    #[serde(default)]
     pub position: Option<FeaturePlace>,
     #[serde(default)]
     pub arms: Vec<ArmShape>,

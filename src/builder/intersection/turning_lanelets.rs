@@ -169,8 +169,8 @@ impl TurningTags for VehicleTags<'_> {
 }
 
 impl DrawnMovements {
-    /// Frees what only the drawing needs; it takes more memory than the lanelets.
-    pub fn done(&mut self) {
+    /// Frees what only drawing needs; it takes more memory than the lanelets.
+    pub fn drop_outlines(&mut self) {
         self.bounds = SharedBounds::default();
         self.paths.iter_mut().for_each(TurningLanelet::drop_outline);
         self.paths.shrink_to_fit();

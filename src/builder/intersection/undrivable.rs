@@ -14,17 +14,17 @@ use super::turning_lanelets::TurningLanelet;
 const CORNER: f64 = 25.0;
 /// A lanelet that reaches farther than this, metres, out of the convex hull of roads and lane ends leaves the intersection.
 const SWING: f64 = 8.0;
-/// Two lanelets that lead to different roads may turn by so many degrees in the wrong order: they are hardly parallel.
+/// Two lanelets that lead to different roads may turn by this angle, degrees, in the wrong order.
 const WRONG_ORDER: f64 = 5.0;
 /// Lanelets that share less than this, square metres, keep clear of each other.
 const CLEAR: f64 = 0.5;
 /// Lanelets that share less than this, square metres, only touch.
 const TOUCHING: f64 = 0.01;
 
-/// The movements that are not to be drawn: of those that begin or end in a corner the sharpest first, of those that swing out of the
-/// intersection the farthest first, then of two that run into each other the one that turns more, as long as every lane that leads in
-/// has a way on and every lane that leads out is reached. `within` are the places at
-/// which roads and lanes end, and those of the roads inside.
+/// The movements to leave out: first those that begin or end in a corner, the sharpest first; then those that swing out of the
+/// intersection, the farthest first; then of two that run into each other the one that turns more. A movement stays if a lane
+/// that leads in would have no other way on, or a lane that leads out would not be reached. `within` are the places at which
+/// roads and lanes end, and those of the roads inside.
 pub fn undrivable(paths: &[TurningLanelet], within: impl IntoIterator<Item = Point>) -> Vec<Movement> {
     let mut left: Vec<&TurningLanelet> = paths.iter().collect();
     let mut corners: Vec<&TurningLanelet> = paths.iter().filter(|path| path.corner > CORNER).collect();
@@ -57,7 +57,7 @@ fn swing(hull: &[Point], points: &[Point]) -> f64 {
     beyond.fold(0.0, f64::max)
 }
 
-/// Takes a lanelet out of those that are left if its lanes do not need it.
+/// Removes a lanelet from those that are left if its lanes do not need it.
 fn drop_needless(left: &mut Vec<&TurningLanelet>, path: &TurningLanelet) -> Option<Movement> {
     let movement = path.movement;
     let others = || left.iter().map(|path| path.movement).filter(|other| *other != movement);

@@ -1,4 +1,4 @@
-//! The borders of the lanes for vehicles, by place: along those of other roads no shoulder is laid.
+//! The borders of the lanes for vehicles, found by place. No shoulder is drawn along a border of another road.
 
 use crate::builder::map::map_builder::MapBuilder;
 use crate::builder::network::RoadIx;
@@ -8,13 +8,13 @@ use crate::lanelet::index::extent;
 
 use super::types::Lanes;
 
-/// Borders closer than this, metres, are one line: no strip is as narrow ...
+/// Two borders are one line if they are closer to each other than this, metres, which no strip is, ...
 const APART: f64 = 0.35;
-/// ... if this share of the shorter one is so close.
+/// ... along this share of the shorter one.
 const SHARE: f64 = 0.7;
-/// Distance between measurements along a border, metres.
+/// The distance between measurements along a border, metres.
 const STEP: f64 = 1.0;
-/// Side of the cells by which borders are found, metres.
+/// The side of the cells by which borders are found, metres.
 const CELL: f64 = 50.0;
 
 /// The borders of all lanes for vehicles.
@@ -24,7 +24,7 @@ pub struct DrivenBorders {
 }
 
 impl DrivenBorders {
-    /// Of all lanes.
+    /// Collects the borders of all lanes.
     pub fn new(assembly: &MapBuilder, lanes: &Lanes) -> Self {
         let borders = lanes.lanes.iter().flat_map(|lane| [lane.left, lane.right].map(|bound| (lane.road, bound)));
         let placed = borders.filter_map(|(road, bound)| Some((road, Polyline::new(assembly.bound_line(bound))?)));
@@ -33,7 +33,7 @@ impl DrivenBorders {
         Self { borders, cells }
     }
 
-    /// Whether a line at the side of a road runs along a border of a lane of another road: the roads lie over each other there.
+    /// Whether a line at the side of a road runs along the border of a lane of another road, because the two roads overlap.
     pub fn run_along(&self, road: RoadIx, line: &[Point]) -> bool {
         let Some(line) = Polyline::new(line.iter().copied()) else { return false };
         let ([low, high], margin) = (extent(line.points()), Vector::repeat(APART));

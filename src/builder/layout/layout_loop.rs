@@ -1,11 +1,12 @@
 //! The loop that draws a network until every lane ends on the outline of its intersection.
 //!
-//! How much of a road the lanes at its ends take shows only when they are drawn. A layout makes demands: cuts farther back, roads
-//! that are no roads, cuts at stop lines. Each round meets those of one kind and draws again what that changes. Where a lanelet
-//! runs over the end of a road that is too short to be cut back behind it, no vehicle can wait on that road: it lies inside an
-//! intersection, and the intersections at its ends are one, if that helps. So it is where a road is too short to be cut back for a
-//! turn that a car can take. A dead end of that kind is left out, and so is a loop; a longer road that no turn joins ends before the
-//! intersection.
+//! How much of a road the turns at its ends take is known only when they are drawn. A layout then makes demands: some cuts must move
+//! farther back, some roads must be merged or left out, some roads must be cut at their stop lines. Each round meets the demands of
+//! one kind and draws again what that changes.
+//!
+//! A road can be too short to be cut back behind a lanelet that runs over its end, or to be cut back for a turn that a car can take.
+//! No vehicle can wait on such a road: it lies inside an intersection, and the intersections at its ends are merged if that helps. A
+//! dead end or a loop of that kind is left out. A longer road that no turn joins ends before the intersection.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
@@ -26,17 +27,19 @@ use super::map_layout::Layout;
 use super::roads_inside::{ends_without_turns, left_out, road_inside, roads_abreast, roads_inside, roads_to_leave_out};
 use super::short_links::{SETBACK_LEAST, room_for_turns};
 
-/// No layout makes more demands than this. Each cuts more off roads, merges some or leaves some out, so that the loop ends by itself.
+/// The largest number of rounds. No layout needs as many: each round cuts more off roads, merges some or leaves some out, so the loop
+/// ends by itself.
 const ROUNDS: usize = 200;
-/// Stop lines that get into the way of a lanelet are left out at its intersection, then also one short road farther each time, up to
-/// so many roads away.
+/// Stop lines that get into the way of a lanelet are ignored at its intersection, and then in each round one short road farther away,
+/// up to this number of roads.
 const FARTHEST_STOP_LINES: usize = 6;
 
-/// An island of no more than this, square metres, lies inside an intersection if nobody can wait on the roads around it.
+/// An island of at most this area, square metres, lies inside an intersection if no vehicle can wait on the roads around it.
 const SMALL_ISLAND: f64 = 250.0;
 
-/// Draws a network. `kept` are the stations between which the outlines leave each road; roads in `apart` are never merged. Last
-/// the roads are laid at heights that suit their cuts. Also gives what could not be expressed, and what became of roads.
+/// Lays out a network. `kept` are the stations between which the outlines leave each road; roads in `apart` are never merged. At the
+/// end, the heights of the roads are fitted to their cuts. The findings tell which restrictions could not be expressed, and which
+/// roads were merged or left out.
 pub fn lay_out(
     network: RoadNetwork,
     kept: Vec<Stations>,
@@ -70,18 +73,18 @@ struct LayoutLoop<'a> {
     apart: &'a FxHashSet<RoadKey>,
     /// These, and roads that could not be merged.
     refused: FxHashSet<RoadKey>,
-    /// How all was before the first roads were merged.
+    /// The state before the first roads were merged.
     unmerged: Option<Unmerged>,
     /// The roads that were merged since.
     merged: Vec<RoadKey>,
     stop_lines: StopLines,
-    /// What could not be expressed of the network as it is.
+    /// The restrictions of the present network that cannot be expressed.
     notes: Vec<Finding>,
-    /// What became of roads.
+    /// Which roads were merged or left out.
     road_notes: Vec<Finding>,
 }
 
-/// What is laid out before any roads are merged.
+/// What the loop begins with again when merges are taken back.
 #[derive(Clone)]
 struct Unmerged {
     network: RoadNetwork,
@@ -89,15 +92,15 @@ struct Unmerged {
     /// How far each end of a road is cut back at least, metres.
     back: Vec<[f64; 2]>,
     road_notes: Vec<Finding>,
-    /// Roads that are not to be merged: the user keeps them apart, or it was of no use.
+    /// Roads that are not merged: the user keeps them apart, or a merge did not help.
     refused: FxHashSet<RoadKey>,
 }
 
-/// How far the layout is with cutting roads where the map says that vehicles stop.
+/// Whether roads have been cut at the stop lines of the map.
 enum StopLines {
     Untried,
-    /// It was tried on a layout that had these setbacks and whose outlines did not lead along these ends of roads. How far around
-    /// an intersection stop lines have been left out since, in roads.
+    /// They have. `back` are the setbacks of the layout before, and `overrun` the ends of roads along which its outlines did not
+    /// lead; `left_out` tells how many roads around an intersection ignore their stop lines.
     Tried {
         back: Vec<[f64; 2]>,
         overrun: FxHashSet<RoadEnd>,
@@ -107,7 +110,7 @@ enum StopLines {
 }
 
 impl LayoutLoop<'_> {
-    /// Meets the demands of the first kind that there are; breaks where there are none.
+    /// Meets the demands of the first kind that has some; breaks if there are no demands.
     fn meet_demand(mut self) -> ControlFlow<Self, Self> {
         if self.set_back_cuts() {
             self.layout.redraw(&[]);
@@ -133,7 +136,8 @@ impl LayoutLoop<'_> {
         ControlFlow::Break(self)
     }
 
-    /// Wants cuts behind the lanelets that run over them, and with room for turns; where there are none, along the outlines.
+    /// Moves cuts behind the lanelets that run over them, and back to make room for turns; if none moves, back to the outlines. `false`
+    /// if no cut moves.
     fn set_back_cuts(&mut self) -> bool {
         if self.layout.set_back_overlapped_cuts() {
             return true;
@@ -176,7 +180,7 @@ impl LayoutLoop<'_> {
         let too_far = |note: &MergeNote| note.reason == MergeReason::Reach && keys.contains(&note.key);
         let around_island = |note: &MergeNote| note.reason == MergeReason::Island;
         if changed {
-            // These have their turn when nothing else is left.
+            // These are merged when nothing else can be.
             merges.retain(|note| note.merged || !(too_far(note) || around_island(note)));
         } else if merges.iter().any(too_far) {
             let options = ConsolidateOptions { reach: f64::INFINITY, ..ConsolidateOptions::default() };
@@ -192,9 +196,9 @@ impl LayoutLoop<'_> {
         changed
     }
 
-    /// All as it was before roads were merged, if some of those merges are to be taken back: roads are merged so that no lanelet
-    /// runs over their ends, and where lanelets still run over roads without room, that was of no use. The intersection has only
-    /// grown, and may have done so from one road to the next.
+    /// The state before roads were merged, if some merges must be taken back. Roads are merged so that no lanelet runs over their ends.
+    /// Where lanelets still run over roads without room, the merge did not help: the intersection has only grown, perhaps from one
+    /// road to the next.
     fn without_useless_merges(&mut self) -> Option<Unmerged> {
         let unmerged = self.unmerged.as_mut()?;
         let Layout { network, .. } = &self.layout;
@@ -232,7 +236,7 @@ impl LayoutLoop<'_> {
         changed
     }
 
-    /// Draws what changed since the network was as `before`: roads are gone.
+    /// Draws what has changed since the network was `before`: some roads are gone.
     fn followed(mut self, before: &NetworkSnapshot) -> Self {
         let network = std::mem::take(&mut self.layout.network);
         let diff = NetworkDiff::between(before, &network);
@@ -242,8 +246,8 @@ impl LayoutLoop<'_> {
         Self { layout, kept, notes, ..self }
     }
 
-    /// Begins anew with what was not merged yet, while the network is as `before`. All that is kept of the layout since is what would
-    /// be drawn the same: what was of no use in one place decides nothing elsewhere.
+    /// Begins again with the network before the merges; `before` is the present one. Only lanes and lanelets that would be drawn the
+    /// same are kept, so that a merge that did not help in one place decides nothing elsewhere.
     fn begun_anew(self, before: &NetworkSnapshot, unmerged: Unmerged) -> Self {
         let Unmerged { network, kept, back, road_notes, refused } = unmerged;
         let diff = NetworkDiff::between(before, &network);
@@ -251,8 +255,8 @@ impl LayoutLoop<'_> {
         Self { layout, kept, notes, road_notes, refused, merged: Vec::new(), ..self }
     }
 
-    /// Wants roads cut where the map says that vehicles stop. Around an intersection where more lanelets would run over the ends
-    /// of lanes then, all stays as it was: what happens there leaves the rest of the map alone. `false` if nothing is left to try.
+    /// Cuts roads at the stop lines of the map. Around an intersection where more lanelets would then run over the ends of lanes, the
+    /// roads keep their cuts, and the rest of the map is not affected. `false` if nothing is left to try.
     fn cut_at_stop_lines(&mut self) -> bool {
         let layout = &mut self.layout;
         match &mut self.stop_lines {
@@ -287,7 +291,7 @@ impl LayoutLoop<'_> {
         }
     }
 
-    /// The layout with its roads at heights that suit their cuts, and all notes.
+    /// The layout, with the heights of its roads fitted to their cuts, and all findings.
     fn finished(self, heights: &HeightOptions) -> (Layout, Vec<Finding>) {
         let Self { mut layout, mut notes, road_notes, .. } = self;
         layout.outline();

@@ -1,8 +1,8 @@
 //! The lanes of a network and the lanelets through its intersections, as they are drawn and redrawn.
 //!
-//! Where each road is cut follows from the outlines, but how far a turn swings out shows only when it is drawn. A road whose cut
-//! lies under a turn is cut back behind it and drawn again: lanes end where the intersection begins, and their end nodes lie on
-//! its outline.
+//! The outlines tell where each road is cut, but how far a turn swings out is known only when it is drawn. A road whose cut lies
+//! under a turn is cut back behind the turn and drawn again, so that lanes end where the intersection begins, and their end nodes lie
+//! on its outline.
 
 mod intersection_lanelets;
 mod lane_end_overlap;
@@ -37,10 +37,10 @@ const CLEARING_MOST: f64 = 30.0;
 /// A cut lies this far, metres, behind the lanelet that would run over it.
 const CLEAR: f64 = 0.2;
 
-/// What is drawn at one end of a longer road, metres, does not depend on where its other end is cut.
+/// What is drawn at one end of a road longer than this, metres, does not depend on where its other end is cut.
 const SHORT: f64 = 50.0;
 
-/// A network and what is drawn of it before it is known who goes first at its intersections.
+/// A network with its lanes and turning lanelets, before rights of way are decided.
 pub struct Layout {
     /// The network.
     pub network: RoadNetwork,
@@ -55,7 +55,7 @@ pub struct Layout {
     /// Lanes and arms.
     pub lanes: Lanes,
     /// Per intersection its movements and their lanelets; `None` where roads meet face to face or end.
-    pub ways: Vec<Option<Box<IntersectionLanelets>>>,
+    pub turning: Vec<Option<Box<IntersectionLanelets>>>,
     /// How far each end of a road is cut back at least, metres behind its outline.
     pub(super) back: Vec<[f64; 2]>,
     /// Whether each end of a road is cut where the map says that vehicles stop.
@@ -76,18 +76,18 @@ impl Layout {
         joins.set_gore_corners(gore_corners(&network, &lines));
         let mut assembly = MapBuilder::new(contested);
         let lanes = lanes(&mut assembly, &network, &lines, &mut joins);
-        let ways = network.intersections.iter().map(|_| None).collect();
-        let mut layout = Self { network, restrictions, joins, lines, assembly, lanes, ways, back, stops, needs };
+        let turning = network.intersections.iter().map(|_| None).collect();
+        let mut layout = Self { network, restrictions, joins, lines, assembly, lanes, turning, back, stops, needs };
         layout.draw_lanelets();
         (layout, notes)
     }
 
-    /// The connection lines that the setbacks and stop lines of now ask for.
+    /// The connection lines for the present setbacks and stop lines.
     pub(super) fn wanted_lines(&self) -> ConnectionLines {
         connection_lines(&self.network, &self.needs, &self.back, &self.stops, |road| Some(self.lines.cut(road)))
     }
 
-    /// Draws the roads whose cuts have moved, those in `anew`, by their indices in order, and the lanelets at their ends.
+    /// Draws the roads whose cuts have moved and those in `anew`, which are in order of their indices, and the lanelets at their ends.
     pub(super) fn redraw(&mut self, anew: &[RoadIx]) {
         let lines = self.wanted_lines();
         let Self { network, joins, assembly, lanes, .. } = self;
@@ -106,53 +106,58 @@ impl Layout {
     /// roads, which are in order.
     fn drop_lanelets(&mut self, before: &ConnectionLines, redrawn: &FxHashSet<RoadIx>, moved: &[RoadIx]) {
         let kept = &self.lines.kept;
-        for (slot, at) in self.ways.iter_mut().zip(&self.network.intersections) {
+        for (slot, at) in self.turning.iter_mut().zip(&self.network.intersections) {
             let stays = |arm: &RoadEnd| {
                 before.kept[arm.road][arm.end] == kept[arm.road][arm.end] && !redrawn.contains(&arm.road)
             };
             let far_cut_moved = || at.arms.iter().any(|arm| moved.binary_search(&arm.road).is_ok());
             match slot {
-                Some(ways) if at.arms.iter().all(stays) && !(ways.leans && far_cut_moved()) => ways.stood = true,
+                Some(turning) if at.arms.iter().all(stays) && !(turning.depends_on_far_cuts && far_cut_moved()) => {
+                    turning.unchanged = true
+                }
                 _ => *slot = None,
             }
         }
     }
 
-    /// Draws the lanelets that are not drawn yet, and their outlines where no lanelet runs over a cut: else they are drawn again.
+    /// Draws the lanelets that are not drawn yet. An intersection gets its outline, too, unless a lanelet runs over a cut: then its
+    /// lanelets are drawn again.
     fn draw_lanelets(&mut self) {
-        let Self { network, restrictions, joins, lines, assembly, lanes, ways, .. } = self;
-        ways.par_iter_mut().finely().enumerate().filter(|(_, ways)| ways.is_none()).for_each(|(i, slot)| {
+        let Self { network, restrictions, joins, lines, assembly, lanes, turning, .. } = self;
+        turning.par_iter_mut().finely().enumerate().filter(|(_, turning)| turning.is_none()).for_each(|(i, slot)| {
             let at = &network.intersections[i];
             if at.arms.len() < 2 || joins.joined(IntersectionIx::new(i)) {
                 return;
             }
             let site = Site { network, restrictions, lanes, intersection: at, below: assembly };
-            let mut ways = IntersectionLanelets::draw(site);
+            let mut turning = IntersectionLanelets::draw(site);
             if at.arms.len() > 2 {
-                ways.over = lane_end_overlap::depths(network, lines, lanes, assembly, at, &ways.drawn.paths);
+                turning.overlapped_ends =
+                    lane_end_overlap::depths(network, lines, lanes, assembly, at, &turning.drawn.paths);
             }
-            if ways.over.is_empty() {
-                ways = ways.outlined(site);
+            if turning.overlapped_ends.is_empty() {
+                turning = turning.outlined(site);
             }
-            *slot = Some(Box::new(ways));
+            *slot = Some(Box::new(turning));
         });
     }
 
-    /// Outlines the lanelets that are not outlined yet.
+    /// Draws the outlines that are not drawn yet.
     pub(super) fn outline(&mut self) {
-        let Self { network, restrictions, assembly, lanes, ways, .. } = self;
-        let bare =
-            |ways: &Option<Box<IntersectionLanelets>>| ways.as_ref().is_some_and(|ways| ways.conflicts.is_none());
-        let bare = ways.par_iter_mut().finely().zip(&network.intersections).filter(|(ways, _)| bare(ways));
+        let Self { network, restrictions, assembly, lanes, turning, .. } = self;
+        let bare = |turning: &Option<Box<IntersectionLanelets>>| {
+            turning.as_ref().is_some_and(|turning| turning.conflicts.is_none())
+        };
+        let bare = turning.par_iter_mut().finely().zip(&network.intersections).filter(|(turning, _)| bare(turning));
         bare.for_each(|(slot, at)| {
             let site = Site { network, restrictions, lanes, intersection: at, below: assembly };
-            *slot = slot.take().map(|ways| Box::new(ways.outlined(site)));
+            *slot = slot.take().map(|turning| Box::new(turning.outlined(site)));
         });
-        // From here on outlines stay though roads are cut at their other ends.
-        ways.iter_mut().flatten().for_each(|ways| ways.leans = false);
+        // From now on an outline stays when its roads are cut at their other ends.
+        turning.iter_mut().flatten().for_each(|turning| turning.depends_on_far_cuts = false);
     }
 
-    /// Lays roads at the heights that the network has got since, and clears away all that was drawn and is not any more.
+    /// Draws roads again at their new heights, and removes what earlier rounds have drawn and nothing uses.
     pub(super) fn lift(&mut self, roads: &[RoadIx]) {
         if !roads.is_empty() {
             self.joins.forget_points(roads);
@@ -162,7 +167,7 @@ impl Layout {
         self.remove_replaced();
     }
 
-    /// Clears away what was drawn of roads before they were drawn otherwise.
+    /// Removes what earlier rounds have drawn of roads that were drawn again.
     fn remove_replaced(&mut self) {
         let Self { lanes, joins, assembly, .. } = self;
         let lines = lanes.pieces.iter().flatten().flat_map(|piece| piece.borders.iter().flatten());
@@ -173,8 +178,8 @@ impl Layout {
 
     /// The ends of roads whose lanes do not end on the outline around the lanelets there: some lanelet runs over them.
     pub fn overrun(&self) -> impl Iterator<Item = RoadEnd> {
-        self.network.intersections.iter().zip(&self.ways).flat_map(|(at, ways)| {
-            let area = ways.as_ref().and_then(|ways| ways.area.as_ref());
+        self.network.intersections.iter().zip(&self.turning).flat_map(|(at, turning)| {
+            let area = turning.as_ref().and_then(|turning| turning.area.as_ref());
             area.into_iter().flat_map(|area| area.overrun.iter().map(|&arm| at.arms[arm]))
         })
     }
@@ -190,15 +195,20 @@ impl Layout {
         from_cut(self.lines.least[at.road], at.end, self.lines.kept[at.road][at.end])
     }
 
-    /// Wants cuts behind the lanelets that run over them; `false` if all are.
+    /// Moves cuts behind the lanelets that run over them; `false` if none moves.
     pub(super) fn set_back_overlapped_cuts(&mut self) -> bool {
-        let over = self.ways.iter().flatten().filter(|ways| !ways.stood).flat_map(|ways| &ways.over);
+        let over = self
+            .turning
+            .iter()
+            .flatten()
+            .filter(|turning| !turning.unchanged)
+            .flat_map(|turning| &turning.overlapped_ends);
         let behind = |(at, depth): &(RoadEnd, f64)| (*at, (self.setback(*at) + depth + CLEAR).min(BACK_MOST));
         let wanted: Vec<(RoadEnd, f64)> = over.map(behind).collect();
         self.set_back(wanted, TOUCH)
     }
 
-    /// Wants cuts farther back along which the outline does not lead, where their roads have room; `false` if none has.
+    /// Moves cuts farther back along which the outline does not lead, if their roads have room; `false` if none moves.
     pub(super) fn set_back_overrun_cuts(&mut self) -> bool {
         let roomy = |at: &RoadEnd| self.left(at.road) >= ROAD_LEFT + CLEARING;
         let wanted: Vec<(RoadEnd, f64)> =
@@ -206,9 +216,9 @@ impl Layout {
         self.set_back(wanted, 0.0)
     }
 
-    /// Wants no road up to so many roads away from an intersection cut at its stop lines, and none of them cut back farther than
-    /// `back` says, but for what shows anew; `false` if that was so. What is drawn at both ends of a short road depends on where
-    /// either is cut; behind a long one all stays as it is.
+    /// Ignores the stop lines of the roads up to this number of `roads` away from an intersection, and gives these roads the setbacks
+    /// of `back` again; `false` if that changes nothing. The search ends at long roads: what is drawn at one end of them does not
+    /// depend on the cut at the other.
     pub(super) fn ignore_stop_lines_around(&mut self, at: IntersectionIx, roads: usize, back: &[[f64; 2]]) -> bool {
         let mut changed = false;
         for road in self.network.roads_around(at, roads, SHORT) {
@@ -219,7 +229,7 @@ impl Layout {
         changed
     }
 
-    /// Wants ends of roads cut back this far, metres, if that is more than so far by more than `least`; `false` if none is.
+    /// Raises the setbacks of road ends to the `wanted` ones, metres, where these are larger by more than `least`; `false` if none is.
     pub(super) fn set_back(&mut self, wanted: Vec<(RoadEnd, f64)>, least: f64) -> bool {
         let mut changed = false;
         for (at, by) in wanted {

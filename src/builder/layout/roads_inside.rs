@@ -1,4 +1,4 @@
-//! Roads that are no roads: of which too little is left between the lanelets at their ends, and that no turn leads to.
+//! Roads that are merged or left out: too little of them is left between the lanelets at their ends, or no turn leads to them.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -10,7 +10,7 @@ use crate::diagnostic::{Finding, Severity, Subject};
 use super::map_layout::Layout;
 use super::short_links::short_links;
 
-/// The roads that have no room behind the ways over their ends, or none for the turns there; in order.
+/// The roads that are too short to be cut back behind the lanelets over their ends, or for the turns there; in order.
 pub fn roads_inside(layout: &Layout, refused: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
     let network = &layout.network;
     let no_room = |road: &RoadIx| {
@@ -25,8 +25,8 @@ pub fn roads_inside(layout: &Layout, refused: &FxHashSet<RoadKey>) -> Vec<RoadIx
     roads
 }
 
-/// Those of these roads, in ascending order, beside which another of them joins the same two intersections. Without room they lie
-/// over each other: whatever the extent of the intersections, nothing can be built between them.
+/// Those of these roads, in ascending order, that join the same two intersections as another of them. Without room they lie over each
+/// other, so that nothing can be built between the intersections, however large these are.
 pub fn roads_abreast(network: &RoadNetwork, roads: &[RoadIx]) -> Vec<RoadIx> {
     let ends = |road: RoadIx| {
         let road = network.road(road);
@@ -37,7 +37,7 @@ pub fn roads_abreast(network: &RoadNetwork, roads: &[RoadIx]) -> Vec<RoadIx> {
     roads.iter().copied().filter(|road| counts[&ends(*road)] > 1).collect()
 }
 
-/// Where a road meets an intersection through which lanelets lead, and which of its directions no turn serves.
+/// The end of a road at an intersection with lanelets, and which of its directions have turns.
 struct ServedEnd {
     at: RoadEnd,
     /// Whether its lanes lead in, and whether they lead out.
@@ -48,8 +48,8 @@ struct ServedEnd {
 
 /// The ends of all roads at intersections where some are joined.
 fn served_ends(layout: &Layout) -> impl Iterator<Item = ServedEnd> {
-    let drawn = layout.network.intersections.iter().zip(&layout.ways);
-    let drawn = drawn.filter_map(|(at, ways)| Some((at, &ways.as_ref()?.drawn.paths)));
+    let drawn = layout.network.intersections.iter().zip(&layout.turning);
+    let drawn = drawn.filter_map(|(at, turning)| Some((at, &turning.as_ref()?.drawn.paths)));
     drawn.filter(|(_, paths)| !paths.is_empty()).flat_map(move |(at, paths)| {
         at.arms.iter().enumerate().map(move |(arm, end)| {
             let lanes = layout.lanes.arm(*end);
@@ -65,13 +65,13 @@ pub fn ends_without_turns(layout: &Layout) -> Vec<RoadEnd> {
     served_ends(layout).filter(|end| end.joined == [false; 2]).map(|end| end.at).collect()
 }
 
-/// Whether nothing goes on at one end of a road.
+/// Whether a road is a dead end at one of its ends.
 fn ends_here(network: &RoadNetwork, road: &Road) -> bool {
     [road.from, road.to].iter().any(|&at| network.intersection(at).arms.len() < 2)
 }
 
-/// Dead ends that no car can turn into, loops that lie inside their intersection, and short pieces that lead nowhere; in order. Roads in
-/// `apart` are none of them.
+/// The roads to leave out, in order: dead ends that no car can turn into, loops inside their intersection, and short pieces without
+/// turns. Roads in `apart` stay.
 pub fn roads_to_leave_out(layout: &Layout, apart: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
     let mut roads = short_dead_ends(layout, apart);
     roads.extend(loops_inside(layout, apart));
@@ -81,8 +81,8 @@ pub fn roads_to_leave_out(layout: &Layout, apart: &FxHashSet<RoadKey>) -> Vec<Ro
     roads
 }
 
-/// Dead ends too short for a turn into them that a car can take, where two longer roads meet without them: where all are
-/// short they are what there is.
+/// Dead ends that are too short for a turn that a car can take, at intersections where two longer roads meet. If all roads of an
+/// intersection are short, they stay.
 fn short_dead_ends(layout: &Layout, apart: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
     let is_left_out = |road: &RoadIx| {
         let one = layout.network.road(*road);
@@ -91,7 +91,7 @@ fn short_dead_ends(layout: &Layout, apart: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
     short_links(layout).into_iter().filter(is_left_out).collect()
 }
 
-/// Loops of which less is left than a vehicle is long: at the end of a drive cars turn on such a small place, but there is no lane.
+/// Loops of which less is left than the length of a vehicle: cars turn on such a place at the end of a drive, but it has no lanes.
 fn loops_inside(layout: &Layout, apart: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
     let is_inside = |ix: &RoadIx| {
         let road = layout.network.road(*ix);
@@ -100,8 +100,8 @@ fn loops_inside(layout: &Layout, apart: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
     RoadIx::all(layout.network.roads.len()).filter(is_inside).collect()
 }
 
-/// Roads of which less is left than a vehicle is long, without a turn into them or out of them at an end: of those that go on at the
-/// other end all lanes of that end, of dead ends those of one direction.
+/// Roads of which less is left than the length of a vehicle and that lack turns at an end: if the road goes on at its other end, all
+/// turns of that end; if it is a dead end, those of one direction.
 fn pieces_without_turns(layout: &Layout, apart: &FxHashSet<RoadKey>) -> Vec<RoadIx> {
     let leads_nowhere = |end: &ServedEnd| {
         let road = layout.network.road(end.at.road);

@@ -1,4 +1,4 @@
-//! Roads too short for the turns at their ends: no vehicle waits on what is left of them, and none takes the turn.
+//! Roads that are too short for the turns at their ends: no vehicle can wait on them or take the turn.
 
 use crate::builder::intersection::movement_types::Movement;
 use crate::builder::intersection::turning_lanelets::TurningLanelet;
@@ -8,29 +8,29 @@ use crate::geometry::pose::{self, Pose};
 
 use super::map_layout::Layout;
 
-/// A car does not turn on a smaller radius, metres, of the middle of its lane: at full lock a usual one turns on some 4 to 5 m.
+/// The smallest radius of a lane's middle, metres, on which a car can turn: at full lock most cars need 4 to 5 m.
 const CAR_RADIUS: f64 = 4.0;
-/// From this change of direction on, degrees, a turn needs its tangents although the lines of its lanes cross elsewhere ...
+/// From this change of direction, degrees, ...
 const TURN_LEAST: f64 = 45.0;
-/// ... and up to this: beyond it they cross anywhere.
+/// ... up to this a turn needs room for its tangents even if the lines of its lanes do not meet ahead of both.
 const TURN_MOST: f64 = 150.0;
-/// A turn moves a cut by no less than this, metres, and to at most this behind the outline.
+/// A turn moves a cut by at least this, metres.
 pub const SETBACK_LEAST: f64 = 0.2;
 const SETBACK_MOST: f64 = 12.0;
-/// Metres by which lengths of roads may differ that are the same.
+/// Lengths of roads that differ by less than this, metres, are the same.
 const SAME: f64 = 0.05;
 
 /// The tangents of a turn, metres, and its change of direction, radians.
 type TangentsOf = fn(Pose, Pose) -> Option<(f64, f64, f64)>;
 
-/// The roads of which nothing more can be cut off, although a way that begins or ends there bends too tightly for a car for
-/// want of it; in order. The pieces of a roundabout's ring are driven around whatever their length.
+/// The roads that are too short to be cut back for a lanelet that bends too tightly for a car; in order. The pieces of a roundabout's
+/// ring are not among them.
 pub fn short_links(layout: &Layout) -> Vec<RoadIx> {
     let spent = |road: &RoadIx| layout.left(*road) < ROAD_LEFT + SAME && !layout.network.road(*road).roundabout;
     let mut roads: Vec<RoadIx> = Vec::new();
-    for (at, ways) in layout.network.intersections.iter().zip(&layout.ways) {
-        if let Some(ways) = ways.as_ref().filter(|_| at.arms.iter().any(|arm| spent(&arm.road))) {
-            let lacking = lacking(layout, at, &ways.drawn.paths, pose::tangents);
+    for (at, turning) in layout.network.intersections.iter().zip(&layout.turning) {
+        if let Some(turning) = turning.as_ref().filter(|_| at.arms.iter().any(|arm| spent(&arm.road))) {
+            let lacking = lacking(layout, at, &turning.drawn.paths, pose::tangents);
             roads.extend(lacking.map(|(arm, _)| arm.road).filter(spent));
         }
     }
@@ -39,11 +39,11 @@ pub fn short_links(layout: &Layout) -> Vec<RoadIx> {
     roads
 }
 
-/// How far the ends of roads are to be cut back, metres, where a turn bends too tightly for a car and the road has room for it. It is
-/// told once of what is drawn.
+/// The setbacks, metres, of road ends where a turn bends too tightly for a car and the road has room. Each drawn intersection is asked
+/// only once.
 pub fn room_for_turns(layout: &mut Layout) -> Vec<(RoadEnd, f64)> {
     let wanted = unasked(layout);
-    layout.ways.iter_mut().flatten().for_each(|ways| ways.turns_asked = true);
+    layout.turning.iter_mut().flatten().for_each(|turning| turning.turns_asked = true);
     wanted
 }
 
@@ -53,15 +53,15 @@ fn unasked(layout: &Layout) -> Vec<(RoadEnd, f64)> {
         let roomy = room > SETBACK_LEAST && !layout.network.road(at.road).roundabout;
         roomy.then(|| (at, (layout.setback(at) + lack.min(room)).min(SETBACK_MOST)))
     };
-    let all = layout.network.intersections.iter().zip(&layout.ways).flat_map(|(at, ways)| {
-        let drawn = ways.as_ref().filter(|ways| !ways.turns_asked);
-        drawn.into_iter().flat_map(|ways| lacking(layout, at, &ways.drawn.paths, turn_tangents))
+    let all = layout.network.intersections.iter().zip(&layout.turning).flat_map(|(at, turning)| {
+        let drawn = turning.as_ref().filter(|turning| !turning.turns_asked);
+        drawn.into_iter().flat_map(|turning| lacking(layout, at, &turning.drawn.paths, turn_tangents))
     });
     all.filter_map(setback).collect()
 }
 
-/// The tangents of a turn, metres, and its change of direction, radians. One that begins or ends just beyond the place where the
-/// lines of its lanes cross has a negative one.
+/// The tangents of a turn, metres, and its change of direction, radians. A tangent is negative if the turn begins or ends beyond the
+/// place where the lines of its lanes cross.
 fn turn_tangents(from: Pose, to: Pose) -> Option<(f64, f64, f64)> {
     let turns = |turn: f64| (TURN_LEAST..=TURN_MOST).contains(&turn.abs().to_degrees());
     let crossing = pose::crossing(from, to);
@@ -69,7 +69,7 @@ fn turn_tangents(from: Pose, to: Pose) -> Option<(f64, f64, f64)> {
     near.or_else(|| pose::tangents(from, to))
 }
 
-/// The ends of roads at an intersection that were not cut back far enough for a turn from or to them, and by how much, metres.
+/// The ends of roads at an intersection that are not cut back far enough for one of their turns, and how much is missing, metres.
 fn lacking<'a>(
     layout: &'a Layout,
     at: &'a Intersection,

@@ -1,8 +1,8 @@
-//! The map under construction: the id of a primitive follows from its key, so that one that is drawn again takes the place of the
-//! one before.
+//! The map under construction. The id of a primitive depends on its key, so that a primitive that is drawn again replaces the one
+//! before.
 //!
-//! Parts that do not depend on each other are made apart, each over what stands already, and then added in order: the
-//! map is the same as if they had been made one after the other.
+//! Parts that do not depend on each other are made in parallel, each on top of the same map, and then added in order. The map is
+//! the same as if they were made one after the other.
 
 mod partial_maps;
 
@@ -22,11 +22,11 @@ use crate::lanelet::{
 #[derive(Debug, Default)]
 pub struct MapBuilder<'a> {
     part: MapPart,
-    /// What stood before this part was begun.
+    /// The map on top of which this part is made.
     below: Option<&'a MapBuilder<'a>>,
-    /// What points that are added stand on.
+    /// The ground on which new points lie.
     ground: Ground,
-    /// Ids that nobody gets; those of the lowest builder count.
+    /// Ids that no element gets; only the lowest builder has them.
     contested: BTreeSet<i64>,
 }
 
@@ -34,12 +34,12 @@ pub struct MapBuilder<'a> {
 #[derive(Clone, Debug, Default)]
 pub struct MapPart {
     map: LaneletMap,
-    /// Elements to which lanelets from below are to refer.
+    /// Elements to which lanelets of the map below refer.
     carried: Vec<(LaneletId, RegulatoryElementId)>,
 }
 
-/// What stands on a shelf or below. A part that is being drawn mostly asks for what stands below: it needs no index of its own
-/// before it asks for more.
+/// The element of an id in a layer of this part or in the map below. Most lookups are for elements below, so the layer gets no
+/// index before one is needed.
 fn found<'a, T: Primitive>(
     shelf: &'a PrimitiveLayer<T>,
     id: T::Id,
@@ -49,7 +49,7 @@ fn found<'a, T: Primitive>(
 }
 
 impl MapPart {
-    /// The same without room for more.
+    /// The same part without spare memory.
     #[must_use]
     pub fn shrunk(mut self) -> Self {
         self.map.shrink();
@@ -58,22 +58,22 @@ impl MapPart {
 }
 
 impl<'a> MapBuilder<'a> {
-    /// An empty assembly in which nobody gets ids that two elements want.
+    /// An empty map in which no element gets a contested id.
     pub fn new(contested: BTreeSet<i64>) -> Self {
         Self { contested, ..Self::default() }
     }
 
-    /// An empty assembly that knows what stands in another.
+    /// An empty part on top of another map.
     pub fn over(below: &'a MapBuilder<'a>) -> Self {
         Self::resume(below, MapPart::default())
     }
 
-    /// Goes on with a part that was begun over the same assembly.
+    /// Continues a part that was begun on top of the same map.
     pub fn resume(below: &'a MapBuilder<'a>, part: MapPart) -> Self {
         Self { part, below: Some(below), ..Self::default() }
     }
 
-    /// Puts all points that are added from now on on this ground.
+    /// Sets the ground for all points that are added from now on.
     pub fn set_ground(&mut self, ground: Ground) {
         self.ground = ground;
     }
@@ -84,7 +84,7 @@ impl<'a> MapBuilder<'a> {
         Ground::between(self.points_of(points).map(|point| point.map_or_else(Default::default, place)).collect())
     }
 
-    /// Where points lie. Quick where they were made one behind the other and stand below.
+    /// The places of points. It is fast for points of the map below that were added one after the other.
     pub fn positions(&self, ids: &[PointId]) -> Vec<PlanePoint> {
         let points = self.points_of(ids.iter().copied());
         points.map(|point| point.map(|point| point.position).unwrap_or_default()).collect()
@@ -99,17 +99,17 @@ impl<'a> MapBuilder<'a> {
         found(&self.part.map.points, id, || self.below?.point_of(id))
     }
 
-    /// How high a point lies, metres.
+    /// The elevation of a point, metres.
     fn height(&self, id: PointId) -> f64 {
         self.point_of(id).and_then(Point::ele).unwrap_or_default()
     }
 
-    /// What has been added.
+    /// The part that has been added.
     pub fn into_part(self) -> MapPart {
         self.part
     }
 
-    /// Adds parts that were made side by side over this assembly, in order.
+    /// Adds parts that were made on top of this map, in order.
     pub fn add_all(&mut self, parts: Vec<MapPart>) {
         let mut carried = Vec::new();
         let maps = parts.into_iter().map(|part| {
@@ -120,7 +120,7 @@ impl<'a> MapBuilder<'a> {
         carried.into_iter().for_each(|(lanelet, element)| self.carry(lanelet, element));
     }
 
-    /// The whole map, with the parts that were made over this assembly.
+    /// The whole map, with the parts that were made on top of this one.
     pub fn finish(self, parts: MapPart) -> LaneletMap {
         let MapPart { map, carried } = parts;
         let mut whole = Self { part: MapPart { map, carried: Vec::new() }, ..Self::default() };
@@ -136,7 +136,7 @@ impl<'a> MapBuilder<'a> {
         }
     }
 
-    /// Keeps of all that has been added these lines and lanelets, the points of these lines, and these points.
+    /// Removes all lines and lanelets but these, and all points but these and those of the lines.
     pub fn retain(
         &mut self,
         lines: &FxHashSet<LineStringId>,
@@ -150,7 +150,7 @@ impl<'a> MapBuilder<'a> {
         map.points.retain(|point| points.contains(&point.id));
     }
 
-    /// Puts an element on a shelf, in the place of the one that was drawn before; over another assembly nothing is drawn twice.
+    /// Adds an element to a layer. It replaces the one of the same id; on top of another map, no element is drawn twice.
     fn put<T: Primitive>(&mut self, shelf: impl Fn(&mut MapPart) -> &mut PrimitiveLayer<T>, item: T) {
         match self.below {
             Some(_) => shelf(&mut self.part).push(item),
@@ -158,7 +158,7 @@ impl<'a> MapBuilder<'a> {
         }
     }
 
-    /// Makes room for so many more points.
+    /// Reserves room for this number of points more.
     pub fn reserve(&mut self, points: usize) {
         self.part.map.points.reserve(points);
     }

@@ -1,21 +1,21 @@
-//! Points found by where they lie: those closer to each other than the eye can tell are one.
+//! Finds points by their places: points that are nearly at the same place become one.
 
 use crate::geometry::Point;
 use crate::lanelet::PointId;
 
-/// Points of an intersection closer than this, metres, are one: where two bounds cross on a point of each.
+/// Points of an intersection closer than this, metres, are one, such as points of two bounds where these cross.
 const SAME: f64 = 2e-3;
-/// Two to the power of this many cells of that size along either side are one field of the table, a hand's breadth: few points
-/// share one, and most places have all their neighbours in their own.
+/// A field of the table is a square of two to the power of this number of cells along either side (13 cm): few points share a
+/// field, and most places have all their neighbours in their own.
 const FIELD: u32 = 6;
 
 /// Cells of the plane.
 type Cell = (i64, i64);
 
-/// Points by their places.
+/// Points by field.
 #[derive(Clone, Debug, Default)]
 pub struct PointIndex {
-    /// The last point of the fields that fall together here, by its position in `points`; a power of two of them.
+    /// For each slot, the last point of the fields with this slot, by its position in `points`. Their number is a power of two.
     fields: Vec<Option<u32>>,
     points: Vec<Placed>,
 }
@@ -24,12 +24,12 @@ pub struct PointIndex {
 struct Placed {
     place: Point,
     id: PointId,
-    /// The one before in its field, or in one that falls together with it.
+    /// The point before it in the same slot.
     before: Option<u32>,
 }
 
 impl PointIndex {
-    /// The point at a place, which `make` makes if there is none yet, and where it lies.
+    /// The point at a place, and its exact place. `make` makes the point if there is none.
     pub fn at(&mut self, place: Point, make: impl FnOnce() -> PointId) -> (PointId, Point) {
         let home = cell(place);
         if let Some(known) = self.near(place, home) {
@@ -45,7 +45,7 @@ impl PointIndex {
         (id, place)
     }
 
-    /// The point at a place, in the first of the cells around it that has one so near; of two there, the later.
+    /// The point at a place: that in the first cell around it; of two in one cell, the later.
     fn near(&self, place: Point, (x, y): Cell) -> Option<&Placed> {
         if self.points.is_empty() {
             return None;
@@ -58,7 +58,7 @@ impl PointIndex {
                 let placed = &self.points[at as usize];
                 next = placed.before;
                 let apart = placed.place - place;
-                // Few come so near that the root is worth its time.
+                // A root is expensive, and few points are so near.
                 if apart.norm_squared() < 2.0 * SAME * SAME && apart.norm() < SAME {
                     let order = |at: u32| (cell(self.points[at as usize].place), std::cmp::Reverse(at));
                     found = Some(found.map_or(at, |found| if order(at) < order(found) { at } else { found }));
@@ -68,9 +68,9 @@ impl PointIndex {
         found.map(|at| &self.points[at as usize])
     }
 
-    /// Makes room for as many points again.
+    /// Doubles the table.
     fn spread(&mut self) {
-        /// What most intersections have at least.
+        /// Most intersections have at least this number of points.
         const FEW: usize = 256;
         let count = (2 * self.fields.len()).max(FEW);
         self.fields = vec![None; count];
@@ -81,9 +81,9 @@ impl PointIndex {
         }
     }
 
-    /// Where a field stands in the table.
+    /// The slot of a field.
     fn slot(&self, (x, y): Cell) -> usize {
-        /// Odd numbers without a pattern: neighbours come to lie far apart.
+        /// Odd numbers without a pattern, so that neighbours get slots far apart.
         const SPREAD: [u64; 2] = [0x9e37_79b9_7f4a_7c15, 0xc2b2_ae3d_27d4_eb4f];
         let mixed = (x as u64).wrapping_mul(SPREAD[0]) ^ (y as u64).wrapping_mul(SPREAD[1]);
         (mixed >> 32) as usize & (self.fields.len() - 1)
@@ -91,7 +91,7 @@ impl PointIndex {
 }
 
 fn cell(place: Point) -> Cell {
-    // Rounded without `round`, which is a function call where processors may be old.
+    // Faster than `round`, which is a function call on processors without an instruction for it.
     let rounded = |cells: f64| (cells + 0.5_f64.copysign(cells)) as i64;
     (rounded(place.x / SAME), rounded(place.y / SAME))
 }

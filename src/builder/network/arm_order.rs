@@ -45,7 +45,7 @@ pub(crate) fn clockwise<K: Ord>(node: Point, rays: &[Ray<K>]) -> Vec<usize> {
 }
 
 impl<K: Ord> RayOrder<'_, K> {
-    /// The point of a ray at the comparison distance, doubled so many times.
+    /// The point of a ray at the comparison distance after a number of doublings.
     fn sample(&self, ray: usize, doublings: usize) -> Point {
         self.rays[ray].line.at(self.look * f64::from(1_u32 << doublings))
     }

@@ -240,8 +240,8 @@ fn setback(ends: &[PieceEnd], pieces: &[WayPiece], positions: &FxHashMap<i64, Po
     }
 }
 
-/// Ends the piece so many metres earlier, at a new node. Returns the nodes from there to the old end, or `None` if no car's
-/// length would be left.
+/// Ends the piece earlier by a number of metres, at a new node. Returns the nodes from there to the old end, or `None` if less
+/// than the length of a car would be left.
 fn shorten(
     piece: &mut WayPiece,
     end: End,

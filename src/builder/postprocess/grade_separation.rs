@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use crate::builder::ids::Key;
-use crate::lanelet::index::{Reach, Thresholds};
+use crate::lanelet::index::Reach;
 use crate::lanelet::{Lanelet, LaneletId, LaneletMap, Member, RegulatoryElementId, Target, TurnDirection, index};
 
 use super::map_editor::{insert_element, is_taken, right_of_way_of};
@@ -25,7 +25,7 @@ pub fn ignore_other_levels(map: &mut LaneletMap, reaches: &[Option<Reach>]) {
 /// For each lane of an intersection, the lanes on other levels that it would wait for.
 fn passing(map: &LaneletMap, reaches: &[Option<Reach>]) -> BTreeMap<LaneletId, Vec<LaneletId>> {
     let mut passing: BTreeMap<LaneletId, Vec<LaneletId>> = BTreeMap::new();
-    let pairs = index::passing(map, reaches, &Thresholds::default(), |lanelet| may_wait(map, lanelet));
+    let pairs = index::passing(map, reaches, |lanelet| may_wait(map, lanelet));
     for (lane, other) in pairs.into_iter().flat_map(|[x, y]| [(x, y), (y, x)]) {
         if map.lanelets.get(lane).is_some_and(|lanelet| may_wait(map, lanelet)) && !ignores(map, lane, other) {
             passing.entry(lane).or_default().push(other);

@@ -16,15 +16,13 @@ use super::network::{InnerRoad, Intersection, RoadNetwork};
 use alignment::{lay_side_by_side, narrow_roads, smooth_bends};
 use consolidate::{ConsolidateOptions, MergeNote, consolidate, join_continuations};
 use heights::{HeightOptions, with_heights};
-use outline::{OutlineOptions, Outlines, PlanCache, outlines_within, overlaps, remaining, wanted};
+use outline::{Outlines, PlanCache, outlines_within, overlaps, remaining, wanted};
 
 /// Options of the stages.
 #[derive(Clone, Debug, Default)]
 pub struct StreetOptions {
     /// Merging of intersections.
     pub consolidate: ConsolidateOptions,
-    /// The shape of the outlines.
-    pub outline: OutlineOptions,
     /// Heights of the roads.
     pub heights: HeightOptions,
 }
@@ -49,15 +47,15 @@ pub fn streets(network: RoadNetwork, options: &StreetOptions) -> Streets {
     // Snapped now, a road that no stage moves keeps its shape.
     let network = snap_grid::snap_network(smooth_bends(network));
     let mut cache = PlanCache::default();
-    let kept = |network: &RoadNetwork| remaining(network, &options.outline, &mut cache);
+    let kept = |network: &RoadNetwork| remaining(network, &mut cache);
     let (network, merges, mut findings) = consolidate(network, &options.consolidate, kept);
-    let cut = wanted(&network, &options.outline, &mut cache);
+    let cut = wanted(&network, &mut cache);
     let (network, narrowed) = narrow_roads(lay_side_by_side(network, &cut), &cut);
     let (network, steep) = with_heights(network, &cut, &options.heights);
     findings.extend(narrowed);
     findings.extend(steep);
     let network = with_unique_keys(snap_grid::snap_network(network));
-    let (outlines, failed) = outlines_within(&network, &cut, &options.outline, &cache);
+    let (outlines, failed) = outlines_within(&network, &cut, &cache);
     let network = with_arms_in_cut_order(network, &outlines);
     findings.extend(failed);
     let (merged, overlaps) = rayon::join(|| fully_merged(&network), || overlaps(&network, &outlines));

@@ -61,6 +61,18 @@ pub enum Travel {
     Both,
 }
 
+impl Travel {
+    /// The same direction of travel, seen against the road's line.
+    #[must_use]
+    pub fn reversed(self) -> Self {
+        match self {
+            Self::Forward => Self::Backward,
+            Self::Backward => Self::Forward,
+            Self::Both => Self::Both,
+        }
+    }
+}
+
 /// The arrows of a lane as in `turn:lanes`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub struct Arrows(u16);

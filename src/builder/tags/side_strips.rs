@@ -111,7 +111,7 @@ fn with_buffers(section: &CrossSection, mut range: Range<usize>, most: f64) -> R
     range
 }
 
-/// The direction of a run: bicycle lanes have their own; all others run with the nearest lane, be it one for bicycles.
+/// The direction of a run: bicycle lanes have their own; all others have that of the nearest lane, a bicycle lane included.
 fn travel(section: &CrossSection, used: StripUse, own: Travel, strips: &Range<usize>) -> Travel {
     if used == StripUse::Bicycle {
         return own;

@@ -11,7 +11,7 @@ use crate::cli::watch::Watched;
 use crate::cli::{report_page, stage};
 use crate::diagnostic::{Diagnostic, Finding, Severity, Subject};
 use crate::geometry::Point;
-use crate::lanelet::index::{MapIndex, Thresholds};
+use crate::lanelet::index::MapIndex;
 use crate::lanelet::locate::locate;
 use crate::osm::OsmData;
 use crate::projection::{Extent, LonLat, Projector};
@@ -25,10 +25,10 @@ use crate::rules::Config;
 use super::args::ViewArgs;
 use super::downloads;
 use super::edits::Question;
-use super::map_view::requirements;
 use super::server::{Answer, Handler};
 use super::subscriptions::Subscriptions;
 use crate::api::layout::{build_failure, osm_data};
+use crate::api::requirements;
 
 use clap::ValueEnum;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -243,7 +243,7 @@ impl BuildSession {
     fn diagnostics(&self, built: &Built, data: &OsmData, judged: bool) -> Result<Vec<Diagnostic>, Failure> {
         let mut all = Vec::new();
         if judged {
-            let index = MapIndex::new(&built.map, &[], &built.settings, Thresholds::default());
+            let index = MapIndex::new(&built.map, &[], &built.settings);
             let found = rules::run(&index, &Config::from(&built.settings));
             all.extend(found.map_err(|error| Failure::new(error.to_string()))?);
         }
@@ -260,14 +260,11 @@ impl BuildSession {
         let lonlat = node.and_then(|node| node.position);
         let local = lonlat.and_then(|place| self.projector.forward(place, 0.0));
         let found = locate(&built.map, finding.subject, &finding.place);
+        let severity = finding.severity.unwrap_or(Severity::Info);
         Diagnostic {
-            code: format!("build/{}", finding.fault),
-            severity: finding.severity.unwrap_or(Severity::Info),
-            finding: finding.clone(),
-            help: None,
-            span: None,
             lonlat: lonlat.or(found.lonlat),
             local: found.local.or(local),
+            ..Diagnostic::new(format!("build/{}", finding.fault), severity, finding.clone())
         }
     }
 

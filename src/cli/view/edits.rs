@@ -42,7 +42,6 @@ pub struct Question {
     #[serde(default)]
     pub edits: Vec<Edit>,
     /// Latitude and longitude of what is looked at.
-    #[serde(default)]
     pub around: Option<[f64; 2]>,
     /// Whether the answer is wanted at once, without what the rules find: that takes as long as all the rest.
     #[serde(default)]

@@ -9,14 +9,11 @@ use crate::lanelet::from_osm;
 use crate::report::TextStyle;
 use crate::report::failure::Failure;
 use crate::report::html::{FixPreview, Page, Served, fix_previews, parcel, served};
-use crate::requirement::Requirement;
-use crate::rules;
-use crate::triage;
 
 use super::args::ViewArgs;
 use super::server::Handler;
 use super::subscriptions::Subscriptions;
-use crate::api::{CheckOptions, Checked, Loaded, check, mended};
+use crate::api::{CheckOptions, Checked, Loaded, check, mended, requirements};
 
 /// The page of a map's report.
 pub struct Reports {
@@ -59,14 +56,6 @@ impl Reports {
         });
         Ok(Self { page })
     }
-}
-
-/// The requirements whose pages a report may need.
-pub fn requirements() -> Result<Vec<&'static Requirement>, Failure> {
-    let failed = |error: &dyn std::fmt::Display| Failure::new(error.to_string());
-    let rows = rules::table().map_err(|error| failed(error))?;
-    let own = triage::requirement().map_err(|error| failed(error))?;
-    Ok(rows.iter().map(|row| &row.requirement).chain([own]).collect())
 }
 
 /// A map and what was found in it.

@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rustc_hash::FxHashMap;
 
-use super::{Claim, Part, TextEdits};
+use super::TextEdits;
+use super::claims::{Claim, Part};
 use crate::diagnostic::{CutPlace, Division, LaneletCut, WayCut};
 use crate::fix::element::{Child, Element};
 use crate::osm::{ElementKind, Tags};

@@ -1,5 +1,5 @@
-//! Areas: relations of `type=multipolygon`. Autoware uses none, so the map keeps none, but one whose ring does not close keeps the
-//! whole map from being published.
+//! Areas: relations of `type=multipolygon`. Autoware uses none, so the map has none; but Autoware does not publish a map with an
+//! area whose ring does not close.
 
 use std::collections::VecDeque;
 
@@ -51,11 +51,11 @@ impl OpenLines {
 }
 
 impl Loader<'_> {
-    /// Whether the loader makes an area of the relation; what it tells of is a fault.
+    /// Whether the loader makes an area of the relation. What the loader reports becomes a fault.
     pub(super) fn area(&mut self, relation: &Relation) -> bool {
         let outer = self.rings(relation, "outer");
         if outer != Some(1) {
-            // Whoever has no ring because of a line has been told of the line.
+            // If a line is at fault, its fault is reported already.
             if let Some(rings) = outer {
                 self.ring_fault(relation, RingFault::Rings(rings));
             }
@@ -69,8 +69,8 @@ impl Loader<'_> {
         self.fault(Subject::Relation(relation.id), &relation.span, Condition::BrokenArea(fault));
     }
 
-    /// How many rings the lines of a role close; `None` where something is wrong with a line of the role and none closes. A last
-    /// line that closes none is passed over without a word.
+    /// The number of rings that the lines of a role close; `None` if no ring closes and a line of the role has a fault. A last
+    /// line that closes no ring is ignored without a report.
     fn rings(&mut self, relation: &Relation, role: &'static str) -> Option<usize> {
         let (lines, mut told) = self.lines_of(relation, role);
         let mut open = OpenLines::new(lines);
@@ -120,7 +120,7 @@ impl Loader<'_> {
         (lines, told)
     }
 
-    /// Whether a closed line is the outline of one piece of ground.
+    /// Whether a closed line is the outline of a single piece of ground.
     fn goes_round(&self, ring: &[PointId]) -> bool {
         let mut ring: Vec<_> =
             ring.iter().filter_map(|&id| self.loaded.map.points.get(id)).map(|point| point.position).collect();

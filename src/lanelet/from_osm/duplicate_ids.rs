@@ -1,4 +1,4 @@
-//! For several elements with one id: what the last of them is, and which elements refer to it.
+//! Elements that share an id: what the last of them is, and which elements refer to it.
 
 use nalgebra::Vector2;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -12,10 +12,10 @@ use super::relation_type::RelationType;
 
 type Key = (ElementKind, i64);
 
-/// A way runs to one of two places and not to the other if the detour over the other is this many times as long.
+/// A way belongs to one of two nodes with the same id if the detour over the other node is this many times as long.
 const PLAIN: f64 = 3.0;
 
-/// What bears on ids that repeat; empty where none does.
+/// The elements around those with repeated ids; empty if no id repeats.
 pub struct DuplicateIds<'a> {
     osm: &'a OsmData,
     nodes: FxHashMap<i64, Vec<&'a Node>>,
@@ -27,13 +27,13 @@ pub struct DuplicateIds<'a> {
     referrers: FxHashMap<Key, Vec<(i64, &'a str)>>,
     /// Ways that tags name.
     named: FxHashSet<i64>,
-    /// By what they are made of, the first of each.
+    /// The first way over each list of nodes.
     way_of: FxHashMap<&'a [i64], &'a Way>,
     relation_of: FxHashMap<Vec<(ElementKind, i64, &'a str)>, &'a Relation>,
 }
 
 impl<'a> DuplicateIds<'a> {
-    /// For these ids, with the positions of their elements.
+    /// Collects what is needed for these ids, which come with the positions of their elements.
     pub fn of(osm: &'a OsmData, repeated: &FxHashMap<Key, Vec<SourceSpan>>) -> Self {
         let mut all = Self {
             osm,
@@ -112,7 +112,8 @@ impl<'a> DuplicateIds<'a> {
         Repeat::Other { referrers }
     }
 
-    /// How far a way runs from the nodes beside one to it and on, degrees of latitude; `None` where it has no other node.
+    /// The length of a way from the vertex before a node over the node to the vertex behind it, in degrees of latitude; `None` if
+    /// the way has no other node.
     fn detour(&self, way: &Way, node: &Node) -> Option<f64> {
         let here = node.position?;
         let apart = |other: LonLat| {
@@ -148,7 +149,7 @@ impl<'a> DuplicateIds<'a> {
         if kinds[0] == kinds[1] {
             return self.unless_referred(ElementKind::Relation, id);
         }
-        // A role tells a lanelet from an element.
+        // The role tells whether a lanelet or a regulatory element refers to it.
         let mut referrers = Vec::new();
         for &(referrer, role) in self.referrers.get(&(ElementKind::Relation, id)).into_iter().flatten() {
             let element = role == "regulatory_element";

@@ -1,6 +1,6 @@
 //! Infers the missing `type` or `subtype` of a relation from its members.
 
-use crate::lanelet::limits::role_limits;
+use crate::lanelet::element_roles::role_limits;
 use crate::osm::{ElementKind, OsmData, Relation, Text};
 
 /// The `type` of a relation that has none.

@@ -12,7 +12,7 @@ use super::Loader;
 /// farther from latitude and longitude than this (metres) is another place.
 const LOCAL_TOLERANCE: f64 = 0.05;
 
-/// What a tag holds where a number is wanted.
+/// The value of a tag that should be a number.
 enum Number {
     Absent,
     Is(f64),
@@ -53,7 +53,7 @@ fn places(nodes: &[Node]) -> Vec<LonLat> {
     nodes.iter().map(|node| node.position.unwrap_or_default()).collect()
 }
 
-/// Only the tangent plane asks for heights.
+/// Only the projection to a tangent plane depends on heights.
 fn heights(nodes: &[Node], projector: &Projector) -> Vec<f64> {
     match projector {
         Projector::LocalCartesian { .. } => nodes.iter().map(|n| number(n, "ele").value().unwrap_or(0.0)).collect(),
@@ -61,8 +61,8 @@ fn heights(nodes: &[Node], projector: &Projector) -> Vec<f64> {
     }
 }
 
-/// The positions of the nodes in the order in which ways run through them, then of the others; of several with one id only that of
-/// the last. Whoever follows a line then finds its points side by side.
+/// The positions of the nodes in the order in which ways run through them, then of the others; of nodes with the same id only
+/// that of the last. So the points of a line are close together in memory.
 fn along_ways(osm: &OsmData) -> Vec<u32> {
     let mut waiting = vec![true; osm.nodes.len()];
     let on_ways = osm.ways.iter().flat_map(|way| &way.nodes).filter_map(|&id| osm.node_position(id));
@@ -72,7 +72,7 @@ fn along_ways(osm: &OsmData) -> Vec<u32> {
     order
 }
 
-/// A point with what only its making knows.
+/// A point with the values that are needed only to make it.
 struct Made {
     point: Point,
     /// `local_x` and `local_y` as written, each where its tag exists and is a number.
@@ -162,7 +162,7 @@ impl Loader<'_> {
         }
     }
 
-    /// Says of nodes without latitude and longitude where their local coordinates are.
+    /// Adds the place of the local coordinates to the faults of nodes without latitude and longitude.
     fn place_the_lost(&mut self, projector: &Projector) {
         for at in 0..self.loaded.faults.len() {
             let fault = &self.loaded.faults[at];
@@ -218,19 +218,19 @@ impl Shift {
         self.most = self.most.max(difference.norm());
     }
 
-    /// Whether the projector takes latitude and longitude to the local coordinates, of nearly all nodes at the least.
+    /// Whether the projector explains the local coordinates of nearly all nodes.
     fn explained(&self) -> bool {
         self.near > 10 * self.far
     }
 
-    /// Where all nodes are moved alike, or most lie elsewhere, says that once instead of once for each node.
+    /// Replaces the faults of single nodes by one fault of the map if all nodes are shifted alike, or most lie elsewhere.
     fn settle(&self, faults: &mut Vec<LoadFault>) {
         let Some((low, high)) = self.spread else { return };
         let middle = (low + high) / 2.0;
         let is_moved = (high - low).norm() <= 2.0 * LOCAL_TOLERANCE && middle.norm() > LOCAL_TOLERANCE;
         let condition = match is_moved {
             true => Condition::LocalShifted { east: middle.x, north: middle.y },
-            // Two that differ tell nothing of the others.
+            // Two nodes that differ do not tell about the others.
             false if self.far > self.near.max(2) => Condition::LocalUnexplained { nodes: self.far, most: self.most },
             false => return,
         };

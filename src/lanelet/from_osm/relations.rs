@@ -4,7 +4,7 @@
 use crate::diagnostic::Subject;
 use crate::geometry::Point as PlanePoint;
 use crate::lanelet::align::{align, opposed};
-use crate::lanelet::limits::{is_sign, role_limits};
+use crate::lanelet::element_roles::{is_sign, role_limits};
 use crate::lanelet::{
     Bound, BoundRole, Condition, Lanelet, LaneletId, LaneletMap, LineStringId, Member, PointId, PolygonId,
     RegulatoryElement, RegulatoryElementId, Target,
@@ -15,17 +15,17 @@ use crate::osm::{ElementKind, Relation, Text};
 use super::relation_type::RelationType;
 use super::{Loader, infer_type, merged};
 
-/// What a member of a regulatory element turns out to be.
+/// What the loader makes of a member of a regulatory element.
 enum Resolved {
     /// In the map.
     Here(Target),
     /// Known to the loader, though only as an empty dummy.
     Dummy(Target),
-    /// Not a member at all.
+    /// Dropped.
     Gone,
 }
 
-/// What a lanelet gets for a role.
+/// What the loader takes as a bound of a lanelet.
 enum Border {
     /// A line of two points or more.
     Line(LineStringId),
@@ -269,7 +269,7 @@ impl Loader<'_> {
                 _ => None,
             };
             let sign = members.iter().find_map(signs);
-            // What stands on a sign goes before the tag of the element.
+            // The subtype of the sign counts before the tag of the element.
             let typed = match sign {
                 Some(id) => self.osm.way(id).is_some_and(|way| way.tags.has("subtype")),
                 None => relation.tags.has("sign_type"),

@@ -7,6 +7,7 @@ use rstar::{AABB, RTree};
 use rustc_hash::FxHashSet;
 
 use super::queries::is_road_border;
+use super::thresholds;
 use super::types::MapIndex;
 use crate::geometry::{Point, Polyline, polygon, simple_ring};
 use crate::lanelet::PointId;
@@ -107,8 +108,8 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
             let lane = &map.lanes[at];
             let is_free = lane.is_drivable() && lane.simple && !map.has_area(at) && lanes.binary_search(&at).is_err();
             is_free
-                && (lane.heights[0] - height).abs() <= map.thresholds.grade_separation
-                && polygon::common_area(&lane.outline, &ring) >= map.thresholds.cover * lane.area
+                && (lane.heights[0] - height).abs() <= thresholds::GRADE_SEPARATION
+                && polygon::common_area(&lane.outline, &ring) >= thresholds::COVER * lane.area
         };
         map.lanes_near(low, high).into_iter().filter(is_covered).collect()
     }
@@ -156,7 +157,7 @@ impl<'i, 'm> AreaOutlines<'i, 'm> {
         let ring: Vec<Point> = ring.iter().map(|one| one.place).collect();
         let sticks_out = |lane: &usize| {
             let lane = &self.map.lanes[*lane];
-            polygon::common_area(&lane.outline, &ring) < self.map.thresholds.cover * lane.area
+            polygon::common_area(&lane.outline, &ring) < thresholds::COVER * lane.area
         };
         lanes.iter().copied().filter(sticks_out).collect()
     }

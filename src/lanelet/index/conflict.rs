@@ -6,20 +6,16 @@ use rstar::{AABB, RTree};
 use rustc_hash::FxHashMap;
 
 use super::lane::drivable_by_vehicle;
+use super::thresholds;
 use super::types::{Conflict, Intersection, LaneTree, MapIndex};
-use super::{Edge, Lane, Thresholds};
+use super::{Edge, Lane};
 use crate::geometry::{Point, Polyline, polygon};
 use crate::lanelet::{Bound, Cursor, Lanelet, LaneletId, LaneletMap, LineString, LineStringId, Point as MapPoint};
 use crate::parallel::Finely;
 
 /// For every lane its conflicts, by the other's position. Neighbours over a shared way and lanes that follow each
 /// other do not conflict; lanes that start together (siblings) are left out as well.
-pub(super) fn conflicts(
-    map: &LaneletMap,
-    lanes: &[Lane],
-    tree: &LaneTree,
-    thresholds: &Thresholds,
-) -> Vec<Vec<Conflict>> {
+pub(super) fn conflicts(map: &LaneletMap, lanes: &[Lane], tree: &LaneTree) -> Vec<Vec<Conflict>> {
     let pairs: Vec<(usize, usize, f64, Point, bool)> = lanes
         .par_iter()
         .finely()
@@ -39,15 +35,15 @@ pub(super) fn conflicts(
                     return None;
                 }
                 let (area, place) = polygon::common_part(&lane.outline, &other.outline)?;
-                (area > thresholds.raw_conflict)
-                    .then(|| (x, y, area, place, gap(map, lane, other, place) > thresholds.grade_separation))
+                (area > thresholds::RAW_CONFLICT)
+                    .then(|| (x, y, area, place, gap(map, lane, other, place) > thresholds::GRADE_SEPARATION))
             })
         })
         .collect();
     let mut found = vec![Vec::new(); lanes.len()];
     for (x, y, area, place, grade_separated) in pairs {
         for (one, other) in [(x, y), (y, x)] {
-            let large = area / lanes[one].area >= thresholds.real_share || area >= thresholds.real_area;
+            let large = area / lanes[one].area >= thresholds::REAL_SHARE || area >= thresholds::REAL_AREA;
             found[one].push(Conflict { other, area, place, real: large && !grade_separated, grade_separated });
         }
     }
@@ -65,18 +61,18 @@ fn related(x: &Lane, y: &Lane) -> bool {
         || x.start.ids == y.start.ids
 }
 
-/// How far a line or a lanelet reaches.
+/// The extent of a line or a lanelet.
 #[derive(Clone, Copy, Debug)]
 pub struct Reach {
-    /// Its box.
+    /// Its bounding box: the lowest and the highest corner.
     pub extent: [Point; 2],
     /// Its lowest and its highest point, metres.
     pub heights: [f64; 2],
-    /// The way from its first point to its last, metres; nothing sensible for a lanelet.
+    /// The distance from its first point to its last, metres; of a lanelet it has no meaning.
     pub length: f64,
 }
 
-/// How far each line of a map reaches, by its place in the map; `None` for one that has no place.
+/// The extent of each line of a map, by its position in the map; `None` for a line without points.
 pub fn reaches(map: &LaneletMap) -> Vec<Option<Reach>> {
     /// Lines per thread at a time: neighbours in the list also have neighbouring points.
     const CHUNK: usize = 256;
@@ -110,7 +106,6 @@ impl Reach {
 pub fn passing(
     map: &LaneletMap,
     lines: &[Option<Reach>],
-    thresholds: &Thresholds,
     counts: impl Fn(&Lanelet) -> bool + Sync,
 ) -> Vec<[LaneletId; 2]> {
     let lanelets = map.lanelets.as_slice();
@@ -123,7 +118,7 @@ pub fn passing(
     let mut lowest: Vec<f64> = reaches.iter().map(|(_, reach)| reach.heights[0]).collect();
     let middle = lowest.len() / 2;
     let usual = if lowest.is_empty() { 0.0 } else { *lowest.select_nth_unstable_by(middle, f64::total_cmp).1 };
-    let near = 0.49 * thresholds.grade_separation;
+    let near = 0.49 * thresholds::GRADE_SEPARATION;
     let odd = reaches.iter().filter(|(_, reach)| reach.heights.iter().any(|height| (height - usual).abs() > near));
     let boxed = odd.map(|(at, reach)| {
         let [low, high] = reach.extent;
@@ -135,7 +130,7 @@ pub fn passing(
         let near = tree.locate_in_envelope_intersecting(&AABB::from_corners([low.x, low.y], [high.x, high.y]));
         let apart = near.filter(|found| {
             let [low, high] = found.data.1;
-            (high - reach.heights[0]).max(reach.heights[1] - low) > thresholds.grade_separation
+            (high - reach.heights[0]).max(reach.heights[1] - low) > thresholds::GRADE_SEPARATION
         });
         let others = apart.map(|found| found.data.0).filter(|&y| y != x);
         let counted = others.filter(|&y| counts(&lanelets[x]) || counts(&lanelets[y]));
@@ -153,7 +148,7 @@ pub fn passing(
         let (x, y) = (lanes.get(&x)?, lanes.get(&y)?);
         let sound = [x, y].into_iter().all(|lane| lane.simple && lane.is_drivable()) && !related(x, y);
         let (area, place) = sound.then(|| polygon::common_part(&x.outline, &y.outline))??;
-        let apart = area > thresholds.raw_conflict && gap(map, x, y, place) > thresholds.grade_separation;
+        let apart = area > thresholds::RAW_CONFLICT && gap(map, x, y, place) > thresholds::GRADE_SEPARATION;
         apart.then_some([x.id, y.id])
     };
     pairs.par_iter().finely().filter_map(apart).collect()
@@ -178,16 +173,16 @@ impl MapIndex<'_> {
         height(self.map, &self.lanes[lane], place)
     }
 
-    /// Whether an end of a lane lies on the level of an intersection; so it is where its height is not known.
+    /// Whether an end of a lane lies on the level of an intersection; `true` if its height is unknown.
     pub fn is_on_level_of(&self, edge: &Edge, intersection: &Intersection) -> bool {
         let height = self.edge_height(edge);
-        height.is_none_or(|height| (height - intersection.height).abs() <= self.thresholds.grade_separation)
+        height.is_none_or(|height| (height - intersection.height).abs() <= thresholds::GRADE_SEPARATION)
     }
 
-    /// Whether two ends of lanes lie on one level, so that one can continue the other; so it is where a height is not known.
+    /// Whether two ends of lanes lie on one level, so that one can continue the other; `true` if a height is unknown.
     pub fn are_ends_level(&self, one: &Edge, other: &Edge) -> bool {
         let heights = self.edge_height(one).zip(self.edge_height(other));
-        heights.is_none_or(|(a, b)| (a - b).abs() <= self.thresholds.grade_separation)
+        heights.is_none_or(|(a, b)| (a - b).abs() <= thresholds::GRADE_SEPARATION)
     }
 
     /// Height of an end of a lane, metres: that of its left point.
@@ -195,15 +190,15 @@ impl MapIndex<'_> {
         self.map.points.get(edge.ids[0])?.ele()
     }
 
-    /// Whether a lane and a line do not pass over each other at a place; so it is where a height is not known.
+    /// Whether a lane and a line lie on one level at a place; `true` if a height is unknown.
     pub fn is_level_with(&self, lane: usize, line: LineStringId, place: Point) -> bool {
         let line = height_of(self.map, Bound { line, inverted: false }, place);
-        self.height(lane, place).zip(line).is_none_or(|(a, b)| (a - b).abs() <= self.thresholds.grade_separation)
+        self.height(lane, place).zip(line).is_none_or(|(a, b)| (a - b).abs() <= thresholds::GRADE_SEPARATION)
     }
 
     /// The same of two lanes.
     pub fn are_level(&self, one: usize, other: usize, place: Point) -> bool {
-        gap(self.map, &self.lanes[one], &self.lanes[other], place) <= self.thresholds.grade_separation
+        gap(self.map, &self.lanes[one], &self.lanes[other], place) <= thresholds::GRADE_SEPARATION
     }
 }
 

@@ -1,5 +1,5 @@
-//! The middle of a lanelet as Lanelet2 draws it where the map gives none: from end to end it goes on, on one side or the other, to
-//! the point of a bound that lies nearest to where the other bound has been reached and can be seen from there.
+//! The centre line of a lanelet as Lanelet2 draws it if the map has none. Lanelet2 walks along both bounds at once: its next step
+//! leads, on either side, to the nearest point of the bound that can be seen from the point reached on the other bound.
 
 use geo::{Coord, Intersects, Line};
 use rstar::primitives::{GeomWithData, Line as Segment};
@@ -21,7 +21,7 @@ pub fn length(view: &View, seen: &Seen) -> f64 {
     })
 }
 
-/// Length in the plane as routes of Lanelet2 count it: of the left bound, of which not all points are looked at.
+/// The length in the plane that counts for routes of Lanelet2: the length of the left bound, of which Lanelet2 skips some points.
 pub fn length_for_routes(seen: &Seen) -> f64 {
     let step = (seen.left.len() / 10).max(1);
     let points = seen.left.iter().step_by(step).chain(seen.left.last()).map(|point| point.position);
@@ -33,7 +33,7 @@ fn length_in_space(points: &[Spot]) -> f64 {
     points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
 }
 
-/// A bound with what is near what.
+/// A bound with an index of its segments.
 struct Side<'a, 'm> {
     points: &'a [&'m Point],
     by_place: RTree<GeomWithData<[f64; 2], usize>>,
@@ -84,20 +84,20 @@ struct Walk<'a, 'm> {
 }
 
 impl Walk<'_, '_> {
-    /// Whether the middle may go on along a stretch: it leaves the lanelet nowhere.
+    /// Whether a step lies inside the lanelet completely.
     fn is_inside(&self, stretch: [Place; 2]) -> bool {
         let starts_there = |segment: [Place; 2]| same(segment[0], stretch[0]);
         let leaves = |&[a, b]: &[Place; 2]| meet(stretch, [a, b]) && orientation(a, b, stretch[1]) > 0.0;
         !self.sides.iter().any(|side| side.meets(stretch, starts_there)) && !self.ends.iter().any(leaves)
     }
 
-    /// Whether one point can be seen from another: the line between them meets the bound of the former in its end only.
+    /// Whether `point` can be seen from another: the line between them meets the bound of `point` only there.
     fn is_seen(&self, point: Place, from: Place, side: usize) -> bool {
         let ends_there = |segment: [Place; 2]| segment.iter().any(|end| same(*end, point));
         !self.sides[side].meets([from, point], ends_there)
     }
 
-    /// The point of a side behind `passed` that is nearest to where the other side has been reached, and its distance.
+    /// The point of a side behind `passed` that is nearest to the point reached on the other side, and its distance, metres.
     fn next(&self, side: usize, passed: usize, beside: Place, last: Place) -> Option<(usize, f64)> {
         let mut best: Option<(usize, f64)> = None;
         let reached = (beside - last).norm();

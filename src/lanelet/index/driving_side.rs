@@ -1,4 +1,4 @@
-//! On which side of the road people drive, as the map itself shows.
+//! The side of the road on which people drive, as the map shows it.
 
 use rustc_hash::FxHashMap;
 
@@ -8,17 +8,17 @@ use crate::geometry::cross;
 use crate::lanelet::{LineStringId, PointId, RoadType};
 use crate::settings::{Settings, Side};
 
-/// Opposite lanes that share their inner bound vote, and so does every approach with lanes both ways. A lane that is
-/// driven both ways, by two lanelets between the same ways, lies on neither side and shows nothing.
+/// The votes for either side: one for each pair of opposite lanes that share their inner bound, and one for each approach with
+/// lanes in both directions. Two lanelets of opposite directions between the same ways lie on neither side and do not vote.
 pub(super) fn votes(lanes: &[Lane], intersections: &[Intersection], settings: &Settings) -> SideVotes {
     let mut votes = SideVotes::default();
-    // For every bound, by its way and hand, the point from which its first user drives.
+    // For every bound, by its way and by whether it is a left bound, the point from which its first lane drives.
     let mut users: FxHashMap<(LineStringId, usize), PointId> = FxHashMap::default();
     // A path for bicycles or people on foot may lie on either side.
     for lane in lanes.iter().filter(|lane| lane.kind == RoadType::Road && lane.is_for_cars() && !lane.both_ways) {
         for (side, way) in lane.bounds.into_iter().enumerate() {
             let from = lane.start.ids[side];
-            // Lanes that share it on the same hand run against each other, unless they lie on top of each other.
+            // Two lanes with the same left bound, or the same right bound, have opposite directions unless they overlap.
             if *users.entry((way, side)).or_insert(from) != from {
                 votes.add(lane.id, if side == 1 { DrivingSide::Left } else { DrivingSide::Right });
             }

@@ -6,11 +6,12 @@ use rayon::prelude::*;
 use rstar::AABB;
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::Lane;
 use super::lane::extent;
 use super::road_leg::{Crossed, legs};
+use super::thresholds;
 use super::types::{Arm, ArmEdge, Conflict, Intersection, IntersectionMember, LaneTree};
 use super::union_find::UnionFind;
-use super::{Lane, Thresholds};
 use crate::geometry::{Point, Vector, polygon, simple_ring};
 use crate::lanelet::right_of_way::opposites;
 use crate::lanelet::{LaneletMap, PolygonId};
@@ -25,7 +26,6 @@ pub(super) fn intersections(
     lanes: &[Lane],
     tree: &LaneTree,
     conflicts: &[Vec<Conflict>],
-    thresholds: &Thresholds,
 ) -> Vec<Intersection> {
     let mut found: Vec<Intersection> = map
         .polygons
@@ -33,13 +33,13 @@ pub(super) fn intersections(
         .par_iter()
         .finely()
         .filter(|polygon| polygon.attributes.is("type", "intersection_area"))
-        .map(|polygon| of_area(map, polygon, lanes, tree, thresholds))
+        .map(|polygon| of_area(map, polygon, lanes, tree))
         .collect();
     add_far_members(lanes, &mut found);
     found.extend(clusters(lanes, conflicts, &found));
     for intersection in &mut found {
         intersection.members.sort_by_key(|member| member.lane);
-        intersection.arms = arms(lanes, intersection, thresholds);
+        intersection.arms = arms(lanes, intersection);
     }
     found
 }
@@ -49,13 +49,7 @@ pub fn declared_area(lane: &Lane) -> Option<PolygonId> {
     lane.lanelet.attributes.get("intersection_area")?.parse().ok().map(PolygonId)
 }
 
-fn of_area(
-    map: &LaneletMap,
-    area: &crate::lanelet::Polygon,
-    lanes: &[Lane],
-    tree: &LaneTree,
-    thresholds: &Thresholds,
-) -> Intersection {
+fn of_area(map: &LaneletMap, area: &crate::lanelet::Polygon, lanes: &[Lane], tree: &LaneTree) -> Intersection {
     let points: Vec<_> = map.points.get_each(area.points.iter().copied()).collect();
     let closed = points.len() > 1 && points[0].id == points[points.len() - 1].id;
     let open = &points[..points.len() - usize::from(closed)];
@@ -78,12 +72,12 @@ fn of_area(
             false => 0.0,
         };
         // Lanes that end on the outline share less than this with it, by rounding.
-        let cover = if common > thresholds.raw_conflict { common / lanes[lane].area } else { 0.0 };
+        let cover = if common > thresholds::RAW_CONFLICT { common / lanes[lane].area } else { 0.0 };
         let declared = declared_area(&lanes[lane]) == Some(area.id);
         let middle = (lanes[lane].heights[0] + lanes[lane].heights[1]) / 2.0;
-        let inside = cover >= thresholds.cover
-            && lanes[lane].area > thresholds.least_area
-            && (middle - height).abs() <= thresholds.grade_separation;
+        let inside = cover >= thresholds::COVER
+            && lanes[lane].area > thresholds::LEAST_AREA
+            && (middle - height).abs() <= thresholds::GRADE_SEPARATION;
         if lanes[lane].is_drivable() && (declared || inside) {
             members.push(IntersectionMember { lane, declared, cover });
         } else if declared || cover > 0.0 {
@@ -178,7 +172,7 @@ fn clusters(lanes: &[Lane], conflicts: &[Vec<Conflict>], known: &[Intersection])
 
 /// The edges across which vehicles come and go, leg by leg. Where one lanelet of the intersection goes on behind another
 /// there is no leg.
-fn arms(lanes: &[Lane], intersection: &Intersection, thresholds: &Thresholds) -> Vec<Arm> {
+fn arms(lanes: &[Lane], intersection: &Intersection) -> Vec<Arm> {
     let mut edges: Vec<ArmEdge> = Vec::new();
     let mut by_ids = FxHashMap::default();
     let members: Vec<&IntersectionMember> = intersection.members.iter().filter(|member| member.is_inside()).collect();
@@ -202,14 +196,14 @@ fn arms(lanes: &[Lane], intersection: &Intersection, thresholds: &Thresholds) ->
     let crossed: Vec<Crossed> =
         edges.iter().map(|e| Crossed { edge: e.edge, inward: e.inward, for_cars: for_cars(e) }).collect();
     let mut by_leg: BTreeMap<usize, Vec<ArmEdge>> = BTreeMap::new();
-    for (edge, leg) in edges.into_iter().zip(legs(&crossed, thresholds)) {
+    for (edge, leg) in edges.into_iter().zip(legs(&crossed)) {
         by_leg.entry(leg).or_default().push(edge);
     }
     let mut arms: Vec<(f64, Arm)> = by_leg.into_values().map(|edges| arm(lanes, intersection.middle, edges)).collect();
     arms.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut arms: Vec<Arm> = arms.into_iter().map(|(_, arm)| arm).collect();
     let headings: Vec<Option<Vector>> = arms.iter().map(|arm| arm.heading_in).collect();
-    let opposites = opposites(&headings, thresholds.opposite);
+    let opposites = opposites(&headings, thresholds::OPPOSITE);
     for (arm, opposite) in arms.iter_mut().zip(opposites) {
         arm.opposite = opposite;
     }

@@ -14,7 +14,7 @@ mod road_leg;
 mod roundabout;
 pub mod routing_graph;
 mod stop_line;
-mod thresholds;
+pub mod thresholds;
 pub mod tier4_yields;
 mod types;
 mod union_find;
@@ -31,7 +31,6 @@ pub use queries::{allows_lane_change, is_road_border, is_signalised};
 pub use right_of_way::{STRAIGHT, U_TURN};
 pub use road_leg::{Crossed, legs};
 pub use stop_line::{Misfit, StopLine};
-pub use thresholds::Thresholds;
 pub use types::{
     Arm, ArmEdge, Conflict, DrivingSide, Intersection, IntersectionMember, MapIndex, Movement, Rank, SideVotes, Traffic,
 };
@@ -51,7 +50,7 @@ use crate::settings::Settings;
 
 impl<'m> MapIndex<'m> {
     /// Indexes a map. Lanelets whose bounds oppose each other are skipped; a map that was never a file has no faults.
-    pub fn new(map: &'m LaneletMap, faults: &'m [LoadFault], settings: &'m Settings, thresholds: Thresholds) -> Self {
+    pub fn new(map: &'m LaneletMap, faults: &'m [LoadFault], settings: &'m Settings) -> Self {
         let broken: FxHashSet<LaneletId> = faults.iter().filter_map(turned_inside_out).collect();
         let bicycles: FxHashSet<i64> = settings.bicycle_lanes.iter().copied().collect();
         let mut lanes: Vec<Lane> = map
@@ -71,8 +70,8 @@ impl<'m> MapIndex<'m> {
             GeomWithData::new(Rectangle::from_corners([low.x, low.y], [high.x, high.y]), at)
         });
         let tree = RTree::bulk_load(boxes.collect());
-        let conflicts = conflict::conflicts(map, &lanes, &tree, &thresholds);
-        let intersections = intersection::intersections(map, &lanes, &tree, &conflicts, &thresholds);
+        let conflicts = conflict::conflicts(map, &lanes, &tree);
+        let intersections = intersection::intersections(map, &lanes, &tree, &conflicts);
         let side = driving_side::votes(&lanes, &intersections, settings);
         let elements = map
             .lanelets
@@ -89,7 +88,6 @@ impl<'m> MapIndex<'m> {
             map,
             faults,
             settings,
-            thresholds,
             on_roundabout: lanes.iter().map(|_| Default::default()).collect(),
             lanes,
             conflicts,
@@ -114,7 +112,7 @@ impl<'m> MapIndex<'m> {
     }
 }
 
-/// Marks the lanes that are driven both ways: another lanelet has the same bounds exchanged.
+/// Marks the lanes that are driven both ways: another lanelet has the same bounds in exchanged roles.
 fn mark_both_ways(lanes: &mut [Lane]) {
     let bounds: FxHashSet<[LineStringId; 2]> = lanes.iter().map(|lane| lane.bounds).collect();
     for lane in lanes {

@@ -4,6 +4,7 @@ use rustc_hash::FxHashMap;
 
 use super::lane::Lane;
 use super::priority;
+use super::thresholds;
 use super::types::{Intersection, MapIndex, Movement, Rank, Traffic};
 use super::user_names::UserNames;
 use crate::geometry::angle_between;
@@ -77,7 +78,7 @@ fn together(map: &MapIndex, intersection: &Intersection, movements: &[Movement])
     let cross = |a: usize, b: usize| {
         let headings = intersection.arms[a].heading_in.zip(intersection.arms[b].heading_in);
         let angle = headings.map_or(0.0, |(a, b)| angle_between(a, b).abs().to_degrees());
-        angle.min(180.0 - angle) > map.thresholds.shared_light
+        angle.min(180.0 - angle) > thresholds::SHARED_LIGHT
     };
     let shared =
         |a: usize, b: usize| !cross(a, b) && lights[a].iter().any(|light| lights[b].binary_search(light).is_ok());

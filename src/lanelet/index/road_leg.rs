@@ -1,7 +1,8 @@
 //! Road legs: which of the edges around an intersection belong to one approach.
 
+use super::Edge;
+use super::thresholds;
 use super::union_find::UnionFind;
-use super::{Edge, Thresholds};
 use crate::geometry::{Point, Vector};
 
 /// An edge that vehicles cross.
@@ -18,17 +19,17 @@ pub struct Crossed {
 /// Per edge the first edge of its leg. Edges that share a point belong together, and so do those that lie on one line
 /// across the road, as carriageways on both sides of a median do: nearest first, and only as long as cars come on one side
 /// of the leg and go on the other. Roads side by side that each lead both ways are legs of their own.
-pub fn legs(edges: &[Crossed], thresholds: &Thresholds) -> Vec<usize> {
+pub fn legs(edges: &[Crossed]) -> Vec<usize> {
     let mut legs = UnionFind::new(edges.len());
     let mut apart: Vec<(f64, usize, usize)> = Vec::new();
     for a in 0..edges.len() {
         for b in a + 1..edges.len() {
             let [one, other] = [&edges[a].edge, &edges[b].edge];
             if one.touches(other) {
-                if one.angle_to(other) <= thresholds.arm_corner {
+                if one.angle_to(other) <= thresholds::ARM_CORNER {
                     legs.join(a, b);
                 }
-            } else if on_one_line(one, other, thresholds) {
+            } else if on_one_line(one, other) {
                 apart.push(((one.middle() - other.middle()).norm(), a, b));
             }
         }
@@ -46,11 +47,11 @@ pub fn legs(edges: &[Crossed], thresholds: &Thresholds) -> Vec<usize> {
 }
 
 /// Whether two edges lie on one line across a road.
-fn on_one_line(a: &Edge, b: &Edge, thresholds: &Thresholds) -> bool {
-    a.angle_to(b) <= thresholds.arm_angle
-        && (a.middle() - b.middle()).norm() <= thresholds.arm_reach
-        && a.distance_from_line(b.middle()) <= thresholds.arm_line
-        && b.distance_from_line(a.middle()) <= thresholds.arm_line
+fn on_one_line(a: &Edge, b: &Edge) -> bool {
+    a.angle_to(b) <= thresholds::ARM_ANGLE
+        && (a.middle() - b.middle()).norm() <= thresholds::ARM_REACH
+        && a.distance_from_line(b.middle()) <= thresholds::ARM_LINE
+        && b.distance_from_line(a.middle()) <= thresholds::ARM_LINE
 }
 
 /// From one side of a leg to the other, how often lanes in for cars lie beside lanes out.
@@ -86,7 +87,7 @@ mod tests {
             }
         };
         let edges: Vec<Crossed> = edges.iter().map(edge).collect();
-        legs(&edges, &Thresholds::default())
+        legs(&edges)
     }
 
     #[test]

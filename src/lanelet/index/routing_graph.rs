@@ -7,7 +7,7 @@ use super::drawn_centerline::length_for_routes;
 use super::view::{Seen, View};
 use crate::lanelet::{Bound, Lanelet, LineStringId, PointId};
 
-/// Whose graph it is. Lanelet2 decides by the country's traffic rules; the validator brings rules of its own.
+/// The participant and the traffic rules of a graph: Lanelet2's rules of a country, or the validator's own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rules {
     /// A car, by Lanelet2's rules for Germany.
@@ -50,8 +50,8 @@ impl Rules {
         self.said(lanelet, "one_way", true).unwrap_or(self != Self::Pedestrian)
     }
 
-    /// What the tag `KEY`, or `KEY:participant`, says; `None` if no tag begins with the key, and `otherwise` if none of
-    /// those speaks of the participant, or the one that does is no word for yes or no.
+    /// The value of the tag `KEY` or `KEY:participant`; `None` if no tag begins with the key, and `otherwise` if no such tag is
+    /// for the participant, or its value means neither yes nor no.
     fn said(self, lanelet: &Lanelet, key: &str, otherwise: bool) -> Option<bool> {
         let mut named: Vec<(&str, &str)> =
             lanelet.attributes.iter().filter(|(name, _)| name.starts_with(key)).collect();
@@ -92,7 +92,7 @@ impl Vertex {
         Some(Self { seen: at, inverted: false, start, end, left, right })
     }
 
-    /// Whether two lanelets have a bound in common, or one follows the other, be the first driven backwards.
+    /// Whether two lanelets have a bound in common, or one follows the other, the first in either direction.
     fn touches(&self, other: &Self) -> bool {
         let turned = self.against();
         self.left == other.right
@@ -188,9 +188,8 @@ impl<'v, 'm> Graph<'v, 'm> {
         others?.iter().map(|&other| self.vertices[other].seen).find(|&other| other != at)
     }
 
-    /// Whether a lane change leads from one lanelet to another or would, were it allowed, or one follows the other: what
-    /// the graph has an edge for. Of several lanelets to which one may change on the same side it keeps one: the
-    /// last of those that `rank` puts in order.
+    /// Whether the graph has an edge between two lanelets: one follows the other, or a lane change leads from one to the other,
+    /// allowed or not. Of several lanelets beside one on the same side, the graph keeps the last by `rank`.
     pub fn linked_to(&self, x: usize, y: usize, rank: &[usize]) -> bool {
         let (Some(a), Some(b)) = (self.vertex(x), self.vertex(y)) else { return false };
         let last = |others: Option<&Vec<usize>>| {
@@ -214,12 +213,12 @@ impl<'v, 'm> Graph<'v, 'm> {
         self.view.map.linestrings.get(line).is_some_and(allows_lane_change)
     }
 
-    /// Whether two lanelets conflict: both may be passed, they have no bound in common, neither follows the other nor
-    /// starts where the other does, the other way around, and their insides meet.
+    /// Whether two lanelets conflict: both may be passed, their interiors meet, they have no bound in common, neither follows the
+    /// other, and they do not start together in opposite directions.
     pub fn conflict(&self, x: usize, y: usize) -> bool {
         let (Some(a), Some(b)) = (self.vertex(x), self.vertex(y)) else { return false };
         let lanelets = &self.view.lanelets;
-        // A lanelet that is passed both ways is in conflict as soon as it is one way round.
+        // A lanelet for both directions conflicts if it does in one of them.
         let against = self.vertices.get(self.of[y].map_or(0, |at| at + 1)).filter(|other| other.seen == y);
         let apart = |b: &Vertex| !a.touches(b);
         x != y && (apart(b) || against.is_some_and(apart)) && lanelets[x].meets(&lanelets[y])

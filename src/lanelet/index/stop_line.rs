@@ -4,6 +4,7 @@ use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 
 use super::Lane;
+use super::thresholds;
 use super::types::{MapIndex, StopLineTree};
 use crate::geometry::{Point, Polyline, Vector, angle_between};
 use crate::lanelet::{LineString, LineStringId};
@@ -83,17 +84,17 @@ impl MapIndex<'_> {
     pub fn stop_line_of(&self, lane: usize) -> Option<StopLine> {
         self.named_stop_line(lane).or_else(|| {
             let lane = &self.lanes[lane];
-            let reach = self.thresholds.stop_line_reach;
+            let reach = thresholds::STOP_LINE_REACH;
             let [low, high] = super::extent(&lane.start.points);
             let reach = Vector::repeat(reach);
             let near = self.stop_lines_near(low - reach, high + reach);
-            self.nearest(lane, near.into_iter(), self.thresholds.stop_line_overlap)
+            self.nearest(lane, near.into_iter(), thresholds::STOP_LINE_OVERLAP)
         })
     }
 
     /// Whether a lane starts at the stop line that it obeys.
     pub fn starts_at_stop_line(&self, lane: usize) -> bool {
-        let reach = self.thresholds.stop_line_reach;
+        let reach = thresholds::STOP_LINE_REACH;
         self.stop_line_of(lane).is_some_and(|line| line.misfit(&self.lanes[lane], reach).distance <= reach)
     }
 
@@ -126,7 +127,7 @@ impl MapIndex<'_> {
     fn nearest(&self, lane: &Lane, lines: impl Iterator<Item = StopLine>, overlap: f64) -> Option<StopLine> {
         let distance = |line: &StopLine| distance_to(lane.start.middle(), line.ends[0], line.ends[1]);
         lines
-            .filter(|line| distance(line) <= self.thresholds.stop_line_reach && line.overlap(lane) >= overlap)
+            .filter(|line| distance(line) <= thresholds::STOP_LINE_REACH && line.overlap(lane) >= overlap)
             .min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 }

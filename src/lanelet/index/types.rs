@@ -8,7 +8,6 @@ use rustc_hash::FxHashMap;
 
 use super::lane::{Edge, Lane};
 use super::roundabout::OnRoundabout;
-use super::thresholds::Thresholds;
 use super::view::View;
 use crate::geometry::{Point, Vector, simple_ring};
 use crate::lanelet::right_of_way::{Mover, Relation, yields};
@@ -24,10 +23,10 @@ pub(crate) type LaneTree = RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>;
 /// Stop lines by place.
 pub(super) type StopLineTree = RTree<GeomWithData<Rectangle<[f64; 2]>, LineStringId>>;
 
-/// Made when the first rule asks.
+/// Built on the first request.
 pub(super) type StopLines = OnceLock<StopLineTree>;
 
-/// The elements of which a lanelet is a member. Made when the first rule asks: only fixes do.
+/// The elements of which a lanelet is a member. Built on the first request, because only fixes need it.
 pub(super) type Naming = OnceLock<FxHashMap<LaneletId, Vec<RegulatoryElementId>>>;
 
 /// A map with everything that rules look up. Lanelets that did not load correctly are not in `lanes`: the geometric rules skip
@@ -40,8 +39,6 @@ pub struct MapIndex<'m> {
     pub faults: &'m [LoadFault],
     /// What the user or the builder knows in addition.
     pub settings: &'m Settings,
-    /// The thresholds that the index was built with.
-    pub thresholds: Thresholds,
     /// The sound lanelets in the map's order.
     pub lanes: Vec<Lane<'m>>,
     /// For every lane those that its outline overlaps, without siblings, followers and neighbours.

@@ -90,8 +90,8 @@ pub trait Compared {
     fn subject(&self) -> Subject;
     /// What it is, for an element that has no counterpart.
     fn alone(&self, map: &LaneletMap) -> Vec<Fact>;
-    /// What is different in `new`.
-    fn compare(&self, new: &Self, sides: &Sides<'_>) -> Vec<Fact>;
+    /// Adds what is different in `new`.
+    fn compare(&self, new: &Self, sides: &Sides<'_>, facts: &mut Vec<Fact>);
     fn shape(&self, map: &LaneletMap) -> Place;
 }
 
@@ -149,8 +149,7 @@ impl Compared for Point {
         Vec::new()
     }
 
-    fn compare(&self, new: &Self, sides: &Sides<'_>) -> Vec<Fact> {
-        let mut facts = Vec::new();
+    fn compare(&self, new: &Self, sides: &Sides<'_>, facts: &mut Vec<Fact>) {
         let by = (new.position - self.position).norm();
         if by > sides.tolerance {
             facts.push(Fact::Moved { by });
@@ -159,8 +158,7 @@ impl Compared for Point {
         if raised.abs() > sides.tolerance {
             facts.push(Fact::Raised { by: raised });
         }
-        tags(self.attributes(), new.attributes(), &mut facts);
-        facts
+        tags(self.attributes(), new.attributes(), facts);
     }
 
     fn shape(&self, _: &LaneletMap) -> Place {
@@ -177,11 +175,9 @@ impl Compared for LineString {
         is(&self.attributes, Polyline::new(places(map, &self.points)).map(|line| line.length()))
     }
 
-    fn compare(&self, new: &Self, sides: &Sides<'_>) -> Vec<Fact> {
-        let mut facts = Vec::new();
-        points(&self.points, &new.points, sides, &mut facts);
-        tags(&self.attributes, &new.attributes, &mut facts);
-        facts
+    fn compare(&self, new: &Self, sides: &Sides<'_>, facts: &mut Vec<Fact>) {
+        points(&self.points, &new.points, sides, facts);
+        tags(&self.attributes, &new.attributes, facts);
     }
 
     fn shape(&self, map: &LaneletMap) -> Place {
@@ -198,11 +194,9 @@ impl Compared for Polygon {
         is(&self.attributes, None)
     }
 
-    fn compare(&self, new: &Self, sides: &Sides<'_>) -> Vec<Fact> {
-        let mut facts = Vec::new();
-        points(&self.points, &new.points, sides, &mut facts);
-        tags(&self.attributes, &new.attributes, &mut facts);
-        facts
+    fn compare(&self, new: &Self, sides: &Sides<'_>, facts: &mut Vec<Fact>) {
+        points(&self.points, &new.points, sides, facts);
+        tags(&self.attributes, &new.attributes, facts);
     }
 
     fn shape(&self, map: &LaneletMap) -> Place {
@@ -220,8 +214,7 @@ impl Compared for Lanelet {
         is(&self.attributes, Some(f64::midpoint(length(self.left), length(self.right))))
     }
 
-    fn compare(&self, new: &Self, sides: &Sides<'_>) -> Vec<Fact> {
-        let mut facts = Vec::new();
+    fn compare(&self, new: &Self, sides: &Sides<'_>, facts: &mut Vec<Fact>) {
         for (side, old, new) in [("left", self.left, new.left), ("right", self.right, new.right)] {
             if old.line != new.line {
                 facts.push(Fact::Bound { side, old: old.line.0, new: new.line.0 });
@@ -232,13 +225,12 @@ impl Compared for Lanelet {
         facts.extend(sides.moved(&sides.old.outline(self), &sides.new.outline(new)));
         let elements =
             |lanelet: &Self| -> BTreeSet<i64> { lanelet.regulatory_elements.iter().map(|id| id.0).collect() };
-        sets(&elements(self), &elements(new), |sign, id| Fact::Element { sign, id }, &mut facts);
+        sets(&elements(self), &elements(new), |sign, id| Fact::Element { sign, id }, facts);
         let [old_side, new_side] = &sides.relations;
         let of = |of_all: &FxHashMap<LaneletId, BTreeSet<i64>>| of_all.get(&self.id).cloned().unwrap_or_default();
-        sets(&of(&old_side.leads_to), &of(&new_side.leads_to), |sign, id| Fact::LeadsTo { sign, id }, &mut facts);
-        sets(&of(&old_side.over), &of(&new_side.over), |sign, over| Fact::RightOfWay { sign, over }, &mut facts);
-        tags(&self.attributes, &new.attributes, &mut facts);
-        facts
+        sets(&of(&old_side.leads_to), &of(&new_side.leads_to), |sign, id| Fact::LeadsTo { sign, id }, facts);
+        sets(&of(&old_side.over), &of(&new_side.over), |sign, over| Fact::RightOfWay { sign, over }, facts);
+        tags(&self.attributes, &new.attributes, facts);
     }
 
     fn shape(&self, map: &LaneletMap) -> Place {
@@ -255,15 +247,13 @@ impl Compared for RegulatoryElement {
         is(&self.attributes, None)
     }
 
-    fn compare(&self, new: &Self, _: &Sides<'_>) -> Vec<Fact> {
-        let mut facts = Vec::new();
+    fn compare(&self, new: &Self, _: &Sides<'_>, facts: &mut Vec<Fact>) {
         let members = |element: &Self| -> BTreeSet<(String, Subject)> {
             element.members.iter().map(|one| (one.role.to_string(), target(one.target))).collect()
         };
         let fact = |sign, (role, member)| Fact::Member { sign, role, member };
-        sets(&members(self), &members(new), fact, &mut facts);
-        tags(&self.attributes, &new.attributes, &mut facts);
-        facts
+        sets(&members(self), &members(new), fact, facts);
+        tags(&self.attributes, &new.attributes, facts);
     }
 
     fn shape(&self, map: &LaneletMap) -> Place {

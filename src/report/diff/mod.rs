@@ -101,7 +101,8 @@ impl Diff {
                     found.push(change(sides.old, item, Kind::Removed, item.alone(sides.old)));
                 }
                 Some(now) => {
-                    let facts = item.compare(now, sides);
+                    let mut facts = Vec::new();
+                    item.compare(now, sides, &mut facts);
                     if facts.is_empty() {
                         count.same += 1;
                     } else {

@@ -41,15 +41,8 @@ fn lane(subtype: &str, turn: Option<&str>) -> LaneletMap {
 }
 
 fn error_on(subject: Subject) -> Diagnostic {
-    Diagnostic {
-        code: "vm-03-02/turn-missing".to_owned(),
-        severity: Severity::Error,
-        finding: Finding::new("turn-missing", subject, "Lanelet 21 has no turn_direction."),
-        help: None,
-        span: None,
-        lonlat: None,
-        local: None,
-    }
+    let finding = Finding::new("turn-missing", subject, "Lanelet 21 has no turn_direction.");
+    Diagnostic::new("vm-03-02/turn-missing", Severity::Error, finding)
 }
 
 #[test]

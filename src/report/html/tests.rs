@@ -4,7 +4,7 @@ use crate::diagnostic::{Diagnostic, Finding, Place, Severity, Subject};
 use crate::geometry::Point;
 use crate::lanelet::{LaneletMap, LineString, LineStringId, Point as MapPoint, PointId};
 use crate::projection::LonLat;
-use crate::report::{FailOn, Sources};
+use crate::report::Sources;
 
 use super::*;
 
@@ -26,32 +26,14 @@ fn map() -> LaneletMap {
 }
 
 fn diagnostic(id: i64, code: &str, place: LonLat) -> Diagnostic {
-    Diagnostic {
-        code: code.to_owned(),
-        severity: Severity::Error,
-        finding: Finding::new("odd", Subject::LineString(id), EVIL).at(Place::Point(Point::new(12.0, 5.0))),
-        help: Some(EVIL.to_owned()),
-        span: None,
-        lonlat: Some(place),
-        local: None,
-    }
+    let finding = Finding::new("odd", Subject::LineString(id), EVIL).at(Place::Point(Point::new(12.0, 5.0)));
+    let help = Some(EVIL.to_owned());
+    Diagnostic { help, lonlat: Some(place), ..Diagnostic::new(code, Severity::Error, finding) }
 }
 
 fn with_report<T>(diagnostics: &[Diagnostic], make: impl FnOnce(&Report<'_>) -> T) -> T {
     let (map, sources) = (map(), Sources::new([]));
-    make(&Report {
-        diagnostics,
-        sources: &sources,
-        map: &map,
-        requirements: &[],
-        fail_on: FailOn::Error,
-        show: Severity::Info,
-        cap: None,
-        suppressed: 0,
-        known: 0,
-        unproject: None,
-        root: None,
-    })
+    make(&Report::new(diagnostics, &sources, &map))
 }
 
 fn report(diagnostics: &[Diagnostic], earlier: Option<&Earlier>) -> String {

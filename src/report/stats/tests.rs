@@ -2,7 +2,6 @@
 
 use super::*;
 use crate::geometry::Point;
-use crate::lanelet::index::Thresholds;
 use crate::lanelet::{Bound, Lanelet, LaneletId, LineString, LineStringId, Point as MapPoint, PointId};
 use crate::settings::Settings;
 
@@ -40,7 +39,7 @@ fn map() -> LaneletMap {
 #[test]
 fn a_small_map_is_measured() {
     let (map, settings) = (map(), Settings::default());
-    let stats = Stats::of(&MapIndex::new(&map, &[], &settings, Thresholds::default()));
+    let stats = Stats::of(&MapIndex::new(&map, &[], &settings));
     assert_eq!(stats.lanelets["road"], SubtypeStats { count: 3, metres: 30.0 });
     let width = stats.width.unwrap();
     assert!((width.min - 3.5).abs() < 1e-9 && (width.max - 3.5).abs() < 1e-9);
@@ -58,7 +57,7 @@ fn a_small_map_is_measured() {
 #[test]
 fn an_empty_map_has_no_spread() {
     let (map, settings) = (LaneletMap::default(), Settings::default());
-    let stats = Stats::of(&MapIndex::new(&map, &[], &settings, Thresholds::default()));
+    let stats = Stats::of(&MapIndex::new(&map, &[], &settings));
     assert_eq!((stats.width, stats.network.weakly_connected.len()), (None, 0));
     assert!(stats.text().contains("lanes"));
 }

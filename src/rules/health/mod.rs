@@ -10,25 +10,17 @@ mod shape;
 use crate::diagnostic::Finding;
 use crate::lanelet::index::MapIndex;
 
-use super::Rule;
 use super::routing_moves::RoutingMoves;
 
 use params::Params;
 
-/// See `rules/health.md`.
-pub struct Health;
-
-impl Rule for Health {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let moves = RoutingMoves::new(map);
-        let links = links::Links::new(map, params);
-        let mut findings = shape::judge(map, params);
-        findings.extend(borders::judge(map));
-        findings.extend(ends::judge(map, params, &moves, &links));
-        findings.extend(network::judge(map, params));
-        findings.extend(links.into_findings());
-        findings
-    }
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let moves = RoutingMoves::new(map);
+    let links = links::Links::new(map, params);
+    let mut findings = shape::judge(map, params);
+    findings.extend(borders::judge(map));
+    findings.extend(ends::judge(map, params, &moves, &links));
+    findings.extend(network::judge(map, params));
+    findings.extend(links.into_findings());
+    findings
 }

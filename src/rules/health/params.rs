@@ -4,7 +4,6 @@ use crate::diagnostic::Subject;
 use crate::lanelet::index::MapIndex;
 use serde::Deserialize;
 
-/// See the document.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {

@@ -80,7 +80,7 @@ pub fn run(map: &MapIndex, config: &Config) -> Result<Vec<Diagnostic>, ConfigErr
         found.extend(validate(map, config)?);
         return Ok(found);
     };
-    let index = MapIndex::new(&placed, map.faults, map.settings, map.thresholds);
+    let index = MapIndex::new(&placed, map.faults, map.settings);
     found.extend(validate(&index, config)?.into_iter().map(|one| {
         // What is found is shown where the map has it, not where the validator's loader puts it.
         let at = crate::lanelet::locate::locate(map.map, one.finding.subject, &one.finding.place);

@@ -9,28 +9,19 @@ use crate::geometry::{Point, Polyline, Vector, polygon};
 use crate::lanelet::index::{Arm, Edge, Intersection, MapIndex, Traffic};
 use crate::lanelet::{PointId, RoadType};
 
-use super::Rule;
-
 use params::Params;
 use rustc_hash::FxHashSet;
 
-/// See `rules/vm-03-04.md`.
-pub struct AllLanelets;
-
-impl Rule for AllLanelets {
-    type Params = Params;
-
-    fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
-        let misses = connection::near_misses(map, params);
-        let mut findings = connection::dangling(map, params, &misses);
-        findings.extend(misses.into_findings());
-        for (intersection, traffic) in map.intersections.iter().zip(&map.traffic) {
-            findings.extend(loose_ends(map, params, intersection, traffic));
-            findings.extend(movements_missing(map, intersection, traffic));
-        }
-        findings.extend(signal::judge(map, params));
-        findings
+pub fn check(map: &MapIndex, params: &Params) -> Vec<Finding> {
+    let misses = connection::near_misses(map, params);
+    let mut findings = connection::dangling(map, params, &misses);
+    findings.extend(misses.into_findings());
+    for (intersection, traffic) in map.intersections.iter().zip(&map.traffic) {
+        findings.extend(loose_ends(map, params, intersection, traffic));
+        findings.extend(movements_missing(map, intersection, traffic));
     }
+    findings.extend(signal::judge(map, params));
+    findings
 }
 
 /// The outline of an intersection area.

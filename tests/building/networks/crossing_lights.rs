@@ -5,7 +5,7 @@ use lanewright::builder::tags::road_class::DrivingSide;
 use lanewright::geometry::Polyline;
 use lanewright::lanelet::{Lanelet, LaneletId, LaneletMap, LineStringId, RegulatoryElement};
 
-use super::{SIDES, built, elements, found, network, network_of, referring};
+use super::{SIDES, built, elements, found, network, network_of, referrers};
 
 /// A road of 200 m that is crossed at node 2, in two ways if it is to be split there.
 fn crossed(side: DrivingSide, tags: &str, split: bool) -> Built {
@@ -25,7 +25,7 @@ fn drivers(map: &LaneletMap) -> Vec<(&Lanelet, f64)> {
         let places: Vec<_> = line.points.iter().map(|id| map.points.get(*id).unwrap().position).collect();
         let middle = nalgebra::center(&places[0], &places[1]);
         let off = Polyline::new(area.iter().copied().chain([area[0]])).unwrap().distance(middle);
-        let [lane] = referring(map, light)[..] else { panic!("one lane has one stop line") };
+        let [lane] = referrers(map, light)[..] else { panic!("one lane has one stop line") };
         Some((lane, off))
     });
     found.collect()
@@ -68,7 +68,7 @@ fn the_stop_line_lies_before_the_crosswalk_on_the_lane_that_leads_to_it() {
             };
             let (stop, body) =
                 (light.linestrings("ref_line").next().unwrap(), light.linestrings("refers").next().unwrap());
-            let lane = referring(&map, light)[0];
+            let lane = referrers(&map, light)[0];
             let bound = map.bound_line(lane.left);
             let heading = bound[bound.len() - 1] - bound[0];
             assert!((place(body) - place(stop)).dot(&heading) > 0.0, "drivers look ahead");
@@ -95,7 +95,7 @@ fn whoever_has_just_left_an_intersection_with_lights_stops_at_no_other() {
             assert_eq!(found(map, settings), Vec::<String>::new());
             let outside = |light: &&&RegulatoryElement| {
                 light.role("ref_line").next().is_some()
-                    && referring(map, light).iter().all(|lane| !lane.attributes.has("intersection_area"))
+                    && referrers(map, light).iter().all(|lane| !lane.attributes.has("intersection_area"))
             };
             assert_eq!(elements(map, "traffic_light").iter().filter(outside).count(), lights, "{side:?} {road:?}");
             assert!(built.notes.iter().all(|note| note.fault != "crossing-unlit"));
@@ -120,7 +120,7 @@ fn lights_hang_on_the_lanes_between_two_stop_lines() {
                 elements(&map, "traffic_light").into_iter().filter(|light| light.role("ref_line").next().is_some());
             let mut lanes: Vec<LaneletId> = Vec::new();
             for light in lights {
-                let [lane] = referring(&map, light)[..] else { panic!("one lane obeys it") };
+                let [lane] = referrers(&map, light)[..] else { panic!("one lane obeys it") };
                 let line = map.linestrings.get(light.linestrings("ref_line").next().unwrap()).unwrap();
                 let starts = [lane.left, lane.right].map(|bound| map.bound_points(bound).next().unwrap().id);
                 assert_eq!(line.points, starts, "the lane begins at the stop line");

@@ -8,7 +8,7 @@ use lanewright::geometry::Point;
 use lanewright::lanelet::{LaneletMap, LineString, LineStringId, PointId};
 use lanewright::settings::Document;
 
-use super::{SIDES, built, crossing, elements, found, referring, signalised_crossing, undrawn};
+use super::{SIDES, built, crossing, elements, found, referrers, signalised_crossing, undrawn};
 
 const EVERYWHERE: &str = "[inside]\nguide_lines = true\nstop_lines = true\n";
 
@@ -25,7 +25,7 @@ fn far_turns_wait_inside_and_follow_the_line_between_them() {
         assert_eq!(found(&map, &settings), Vec::<String>::new(), "{side:?}");
         assert_eq!((guides(&map).len(), elements(&map, "road_marking").len()), (4, 8), "{side:?}");
         for marking in elements(&map, "road_marking") {
-            let lanes = referring(&map, marking);
+            let lanes = referrers(&map, marking);
             let far = if side == DrivingSide::Right { "left" } else { "right" };
             assert!(lanes.len() == 1 && lanes[0].attributes.is("turn_direction", far));
             let line = map.linestrings.get(marking.linestrings("refers").next().unwrap()).unwrap();
@@ -88,7 +88,7 @@ fn a_stop_line_lies_where_the_settings_have_it() {
     let built = built(&signalised_crossing(side), side, &stop_line(&bare, 0.4, 0.000_002));
     assert_eq!(undrawn(&built), Vec::<&str>::new());
     let markings = elements(&built.map, "road_marking");
-    assert_eq!((markings.len(), referring(&built.map, markings[0]).len()), (1, 1));
+    assert_eq!((markings.len(), referrers(&built.map, markings[0]).len()), (1, 1));
     assert_eq!(found(&built.map, &built.settings), Vec::<String>::new());
 }
 

@@ -81,11 +81,11 @@ fn found_of_geometry(map: &LaneletMap, settings: &Settings) -> Vec<String> {
     found(map, settings).into_iter().filter(|code| !told.contains(&code.as_str())).collect()
 }
 
-fn elements<'a>(map: &'a LaneletMap, subtype: &'a str) -> Vec<&'a RegulatoryElement> {
+pub fn elements<'a>(map: &'a LaneletMap, subtype: &'a str) -> Vec<&'a RegulatoryElement> {
     map.regulatory_elements.iter().filter(|element| element.subtype == subtype).collect()
 }
 
-fn referring<'a>(map: &'a LaneletMap, element: &RegulatoryElement) -> Vec<&'a Lanelet> {
+pub fn referrers<'a>(map: &'a LaneletMap, element: &RegulatoryElement) -> Vec<&'a Lanelet> {
     map.lanelets.iter().filter(|lanelet| lanelet.regulatory_elements.contains(&element.id)).collect()
 }
 

@@ -7,7 +7,7 @@ use lanewright::builder::tags::road_class::DrivingSide;
 use lanewright::lanelet::{LaneletId, LaneletMap, LineStringId, RegulatoryElement, Target};
 use lanewright::settings::{Document, Settings};
 
-use super::{MIDDLE, SIDES, built, crossing, elements, found, network, place, referring, signalised_crossing, undrawn};
+use super::{MIDDLE, SIDES, built, crossing, elements, found, network, place, referrers, signalised_crossing, undrawn};
 
 /// Two crossings of single lanes 90 m apart, with virtual traffic lights at all approaches.
 fn coordinated(side: DrivingSide, more: &str) -> Built {
@@ -44,7 +44,7 @@ fn virtual_traffic_lights_have_all_their_lines() {
         for light in lights {
             let count = |role| light.linestrings(role).count();
             assert_eq!([count("start_line"), count("ref_line"), count("end_line"), count("refers")], [1, 1, 3, 1]);
-            assert_eq!(referring(map, light).len(), 3);
+            assert_eq!(referrers(map, light).len(), 3);
             let anchor = map.linestrings.get(light.linestrings("refers").next().unwrap()).unwrap();
             assert!(anchor.attributes.is("type", "intersection_coordination") && anchor.attributes.has("section"));
         }
@@ -166,7 +166,7 @@ fn arrows(map: &LaneletMap) -> Vec<(Option<&str>, BTreeSet<&str>)> {
     let mut ruled: BTreeMap<LineStringId, BTreeSet<&str>> = BTreeMap::new();
     for element in elements(map, "traffic_light") {
         let bulbs = element.linestrings("light_bulbs").next().unwrap();
-        let lanes = referring(map, element);
+        let lanes = referrers(map, element);
         let ways = lanes.iter().filter_map(|lane| lane.attributes.get("turn_direction"));
         ruled.entry(bulbs).or_default().extend(ways);
     }

@@ -1,4 +1,4 @@
-//! The ways through one intersection, drawn over its lanes, and the outline around them.
+//! The turning lanelets of one intersection, drawn between its lanes, and the outline around them.
 
 use crate::builder::intersection::area::area_ring::covers;
 use crate::builder::intersection::area::{AreaOutline, area_outline};
@@ -22,32 +22,32 @@ use crate::geometry::{angle_between, polygon};
 use crate::lanelet::index::JOINING;
 use crate::settings::BicycleLanes;
 
-/// Ways that share less than this, square metres, only touch.
+/// Lanelets that share less than this, square metres, only touch.
 const TOUCHING: f64 = 0.25;
 
-/// The ways through one intersection.
+/// The turning lanelets of one intersection, for vehicles and for bicycles.
 pub struct IntersectionLanelets {
     /// Which lane leads to which.
     pub plan: Movements,
-    /// The ways as they lie.
+    /// The lanelets for vehicles.
     pub drawn: DrawnMovements,
-    /// Which of them get into each other's way; `None` before they are outlined.
+    /// Which of them conflict; `None` before the outline is drawn.
     pub conflicts: Option<Conflicts>,
-    /// Bicycle lanes that lead in and out, and the ways between them.
-    pub cycles: BicycleMovements,
-    /// The outline around them, where some do that lead neither from nor onto a roundabout.
+    /// Bicycle lanes that lead in and out, and the lanelets between them.
+    pub bicycles: BicycleMovements,
+    /// The outline around all lanelets, if the intersection needs an area.
     pub area: Option<AreaOutline>,
-    /// Their primitives, over those of the lanes.
+    /// The primitives of the lanelets, which use those of the lanes.
     pub part: MapPart,
-    /// Whether they stood in the round before: no way runs over a cut that did not then.
-    pub(in crate::builder::layout) stood: bool,
-    /// Whether it was asked how far their turns want cuts set back. That is asked only where nothing else is wanted in the whole
-    /// map, which must not decide whether it is asked here.
+    /// Whether the lanelets are those of the round before, so that no lanelet runs over another cut than then.
+    pub(in crate::builder::layout) unchanged: bool,
+    /// Whether `room_for_turns` has asked how far the turns need cuts set back. It asks once, in the first round without other demands,
+    /// and demands elsewhere in the map must not change its answer for this intersection.
     pub(in crate::builder::layout) turns_asked: bool,
-    /// The ends of roads that they run over, and how far behind their cuts, metres.
-    pub(super) over: Vec<(RoadEnd, f64)>,
-    /// Whether their outline is another where a road is cut elsewhere at its other end.
-    pub(super) leans: bool,
+    /// The ends of roads that lanelets run over, and how far behind their cuts, metres.
+    pub(super) overlapped_ends: Vec<(RoadEnd, f64)>,
+    /// Whether the outline depends on where the roads are cut at their other ends.
+    pub(super) depends_on_far_cuts: bool,
 }
 
 /// An intersection, and what its lanelets are drawn from.
@@ -70,7 +70,7 @@ struct Outlined {
     part: MapPart,
     area: Option<AreaOutline>,
     bicycles: DrawnMovements,
-    /// Whether the bicycle lanelets lie inside, or cross nothing where there is no outline.
+    /// Whether the bicycle lanelets lie inside the outline; without an outline, whether they cross no other lanelet.
     fits_bicycles: bool,
 }
 
@@ -81,7 +81,7 @@ impl<'a> Site<'a> {
         builder
     }
 
-    /// Draws bicycle lanelets with `add` and the outline around all, if one is wanted, into a part that has the other lanelets.
+    /// Draws bicycle lanelets with `add`, and the outline around all lanelets if one is `wanted`, into a part with the other lanelets.
     fn outline(
         &self,
         part: MapPart,
@@ -110,11 +110,11 @@ impl<'a> Site<'a> {
 }
 
 impl IntersectionLanelets {
-    /// Draws the lanelets of an intersection over what stands.
+    /// Draws the lanelets of an intersection for vehicles.
     pub fn draw(site: Site) -> Self {
         let Site { network, lanes, intersection, .. } = site;
         let mut plan = movements(network.side, site.restrictions, lanes, intersection);
-        // Movements that are dropped already stay in the list of those.
+        // The list of dropped movements keeps those of earlier drawings.
         let draw = |all: &[Movement], dropped: Vec<Movement>| {
             let mut builder = site.builder(MapPart::default());
             let mut drawn = turning_lanelets(&mut builder, network, lanes, intersection, all);
@@ -140,24 +140,24 @@ impl IntersectionLanelets {
             plan,
             drawn,
             conflicts: None,
-            cycles: BicycleMovements::default(),
+            bicycles: BicycleMovements::default(),
             area: None,
             part,
-            stood: false,
+            unchanged: false,
             turns_asked: false,
-            over: Vec::new(),
-            leans: false,
+            overlapped_ends: Vec::new(),
+            depends_on_far_cuts: false,
         }
     }
 
-    /// Whether some lead into the intersection over the end of this road, or out of it.
+    /// Whether a lanelet leads into the intersection, or out of it, over the end of this road.
     pub fn lead_over(&self, intersection: &Intersection, at: RoadEnd, bicycles: BicycleLanes) -> bool {
         let arm = intersection.arms.iter().position(|&arm| arm == at);
         let leads = |path: &TurningLanelet| [Some(path.movement.from), Some(path.movement.to)].contains(&arm);
-        self.drawn.paths.iter().any(leads) || bicycles == BicycleLanes::Road && self.cycles.paths.iter().any(leads)
+        self.drawn.paths.iter().any(leads) || bicycles == BicycleLanes::Road && self.bicycles.paths.iter().any(leads)
     }
 
-    /// Draws the outline around lanelets that were drawn at this site, and bicycle lanelets where they fit into it.
+    /// Draws the outline around the lanelets, and bicycle lanelets if they fit into it.
     #[must_use]
     pub fn outlined(mut self, site: Site) -> Self {
         if self.conflicts.is_some() {
@@ -170,9 +170,9 @@ impl IntersectionLanelets {
         let crossed = (self.drawn.paths.iter().zip(&conflicts.real)).any(|(path, found)| {
             let mut others = found.iter().map(|&other| &self.drawn.paths[other]);
             let by_area = !on_ring(network, intersection, path);
-            // A street that joins a ring where another leaves it: their lanes cross within the length of one intersection.
+            // A street joins a ring where another leaves it: their lanes cross within the length of one intersection.
             let leaves_ring = |it: &TurningLanelet| ring_arms(network, intersection, it) == [true, false];
-            // What enters or leaves a ring gives way by its rules. A street that leads straight over it crosses what drives along it.
+            // Vehicles that enter or leave a ring give way by its rules. A street that leads straight over a ring crosses the vehicles on it.
             let passes = |it: &TurningLanelet| {
                 let [from_ring, onto_ring] = ring_arms(network, intersection, it);
                 from_ring == onto_ring
@@ -183,8 +183,8 @@ impl IntersectionLanelets {
                 || ring_arms(network, intersection, path) == [false, true] && others.any(leaves_ring)
         });
         self.conflicts = Some(conflicts);
-        self.leans = has_bicycle_lanes(network, intersection);
-        let ends = match self.leans {
+        self.depends_on_far_cuts = has_bicycle_lanes(network, intersection);
+        let ends = match self.depends_on_far_cuts {
             true => BicycleLaneEnds::find(below, network, lanes, intersection),
             false => BicycleLaneEnds::default(),
         };
@@ -206,19 +206,19 @@ impl IntersectionLanelets {
             }
             (self.part, self.area) = (outlined.part, outlined.area);
             if !outlined.bicycles.paths.is_empty() {
-                self.cycles = BicycleMovements { ends, paths: outlined.bicycles.paths };
+                self.bicycles = BicycleMovements { ends, paths: outlined.bicycles.paths };
             }
         }
-        self.leans |= self.area.as_ref().is_some_and(|area| area.yields);
-        self.drawn.done();
-        self.cycles.paths.iter_mut().for_each(TurningLanelet::drop_outline);
+        self.depends_on_far_cuts |= self.area.as_ref().is_some_and(|area| area.yields);
+        self.drawn.drop_outlines();
+        self.bicycles.paths.iter_mut().for_each(TurningLanelet::drop_outline);
         self.part = self.part.shrunk();
         self
     }
 }
 
-/// Whether a lanelet leads from a roundabout or onto it. What joins it there does so by the rules of the roundabout, which
-/// Autoware takes from no area.
+/// Whether a lanelet leads from a roundabout or onto it. Vehicles join it by the rules of the roundabout, for which Autoware needs no
+/// area.
 fn on_ring(network: &RoadNetwork, intersection: &Intersection, path: &TurningLanelet) -> bool {
     ring_arms(network, intersection, path) != [false; 2]
 }
@@ -233,18 +233,18 @@ fn is_signed(network: &RoadNetwork, intersection: &Intersection) -> bool {
     intersection.arms.iter().any(|arm| sign_at(network.road(arm.road), arm.end) != Control::None)
 }
 
-/// Whether two lanelets join onto one road side by side, as from a ramp or where a lane ends: nobody crosses the other's way.
+/// Whether two lanelets join one road side by side, as from a ramp or where a lane ends, so that neither crosses the other.
 fn joins_along(path: &TurningLanelet, other: &TurningLanelet) -> bool {
     path.movement.to == other.movement.to && angle_between(path.heading, other.heading).abs().to_degrees() <= JOINING
 }
 
-/// Whether a lanelet leads from private ground onto a public road: Autoware wants to know whither it turns.
+/// Whether a lanelet leads from private ground onto a public road: Autoware needs its turn direction.
 fn leaves_private_ground(network: &RoadNetwork, intersection: &Intersection, path: &TurningLanelet) -> bool {
     let public = [path.movement.from, path.movement.to].map(|arm| network.road(intersection.arms[arm].road).public);
     public == [false, true]
 }
 
-/// Whether two lanelets hardly touch: where nothing rules an intersection, no bicycle lane crosses another lane.
+/// Whether a bicycle lanelet and another lanelet at most touch: in an intersection without an area they must not cross.
 fn apart(cycle: &TurningLanelet, path: &TurningLanelet) -> bool {
     polygon::common_area(&cycle.outline, &path.outline) < TOUCHING
 }

@@ -1,4 +1,4 @@
-//! How far the ways through an intersection run over the ends of its roads.
+//! How far turning lanelets run over the ends of the roads at their intersection.
 
 use crate::builder::intersection::turning_lanelets::TurningLanelet;
 use crate::builder::lanes::road_cut::ConnectionLines;
@@ -8,16 +8,16 @@ use crate::builder::network::road_end::from_cut;
 use crate::builder::network::{End, Intersection, Road, RoadEnd, RoadNetwork, Stations};
 use crate::geometry::{Point, Polyline, Vector, polygon};
 
-/// A way that reaches over a cut by less than this, metres, only touches it.
+/// A lanelet that reaches over a cut by less than this, metres, only touches it.
 pub(super) const TOUCH: f64 = 0.05;
-/// No road is cut back further than this, metres, beyond its outline for the sake of a way beside it: what reaches
-/// further runs along the road and not over its end.
+/// The largest setback of a road, metres behind its outline, for a lanelet that runs over its end: a lanelet that reaches farther runs
+/// along the road.
 pub(super) const BACK_MOST: f64 = 12.0;
 
-/// Outlines are looked at in steps of this length, metres.
+/// The distance between the places at which outlines are measured, metres.
 const STEP: f64 = 0.5;
 
-/// The ends of roads that ways run over, and how far behind their cuts, metres.
+/// The ends of roads that lanelets run over, and how far behind their cuts, metres.
 pub fn depths(
     network: &RoadNetwork,
     lines: &ConnectionLines,
@@ -34,7 +34,7 @@ pub fn depths(
     intersection.arms.iter().map(depth).filter(|(_, depth)| *depth > TOUCH).collect()
 }
 
-/// How far behind the cut of a road, of which the places are given, ways reach, each of which comes with the box around it.
+/// How far behind the cut of a road lanelets reach, metres. `places` are those of the cut; each lanelet comes with its bounding box.
 fn depth(
     road: &Road,
     kept: Stations,
@@ -46,7 +46,7 @@ fn depth(
     let reach = (left - right).norm() + BACK_MOST;
     let (first, last) = road.section.carriageway();
     let (left, right) = (road.section.edge(first), road.section.edge(last));
-    // What lies beside the part in question lies within this of the cut's end.
+    // The ground that is tested lies within this distance of the first place of the cut.
     let near = BACK_MOST + 2.0 * left.abs().max(right.abs()) + TOUCH;
     let Some([low, high]) = behind_cut(road, kept, at.end, left.abs().max(right.abs()) + TOUCH) else { return 0.0 };
     let beyond = |p: &Point| {
@@ -63,7 +63,7 @@ fn depth(
     let own = |arm: usize| intersection.arms[arm] == at;
     paths
         .iter()
-        // What begins or ends here lies on the cut; it reaches behind it only where it turns back.
+        // A lanelet of this arm begins or ends on the cut; it reaches behind the cut only if it turns back.
         .filter(|(path, _)| !(own(path.movement.from) || own(path.movement.to)) || path.turn.abs() > 90.0)
         .filter(|(path, around)| {
             enters(path, around, [low, high]) && path.outline.iter().any(|p| (p - places[0]).norm() < reach)
@@ -74,14 +74,14 @@ fn depth(
         .fold(0.0, f64::max)
 }
 
-/// Whether an edge of a lanelet may run through a box, by the boxes around the lanelet and around the edge.
+/// Whether an edge of a lanelet may run through a box, by the bounding boxes of the lanelet and of the edge.
 fn enters(path: &TurningLanelet, [from, to]: &[Point; 2], [low, high]: [Point; 2]) -> bool {
     let touches = |from: &Point, to: &Point| from.x <= high.x && from.y <= high.y && low.x <= to.x && low.y <= to.y;
     let mut edges = path.outline.iter().zip(path.outline.iter().cycle().skip(1));
     touches(from, to) && edges.any(|(a, b)| touches(&a.inf(b), &a.sup(b)))
 }
 
-/// The box around what lies up to [`BACK_MOST`] behind the cut of a road, `half` metres to either side of its line.
+/// The bounding box of the ground up to [`BACK_MOST`] behind the cut of a road, `half` metres to either side of its line.
 fn behind_cut(road: &Road, kept: Stations, end: End, half: f64) -> Option<[Point; 2]> {
     let [from, to] = match end {
         End::Start => [kept[0], kept[0] + BACK_MOST],

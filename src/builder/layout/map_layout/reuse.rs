@@ -1,4 +1,4 @@
-//! Reuse: the layout of a network becomes that of another that followed from it; only what changes is drawn again.
+//! Reuse: turns the layout of a network into that of a network that was made from it. Only what changes is drawn again.
 
 use rustc_hash::FxHashMap;
 
@@ -18,7 +18,7 @@ use crate::lanelet::PointId;
 
 use super::Layout;
 
-/// The direction in which a road ends, and the nodes on which its lanes do.
+/// The direction of a road at its end, and the nodes at which its lanes end.
 type CutAt = (Vector, Vec<(PointId, Point)>);
 
 fn cut_at(arm: &Arm, assembly: &MapBuilder) -> CutAt {
@@ -26,10 +26,10 @@ fn cut_at(arm: &Arm, assembly: &MapBuilder) -> CutAt {
 }
 
 impl Layout {
-    /// The layout of what became of the network when some of its intersections were merged, or are not merged any more: only roads
-    /// that are new or end elsewhere than before and the lanelets at their ends are drawn again. `before` is what this network was,
-    /// `kept` are the stations between which the outlines leave each road of the new one, `back` is how far its ends are cut back at
-    /// least, metres. Also gives the restrictions that cannot be expressed.
+    /// The layout of a `network` that was made from this one by merging intersections, or by taking merges back. Only roads that are new
+    /// or end elsewhere than before are drawn again, with the lanelets at their ends. `before` is the network of this layout. Of the
+    /// new one, `kept` are the stations between which the outlines leave each road, and `back` the least setbacks, metres. Also gives
+    /// the restrictions that cannot be expressed.
     pub(in crate::builder::layout) fn followed(
         self,
         (before, diff): (&NetworkSnapshot, &NetworkDiff),
@@ -44,7 +44,7 @@ impl Layout {
             lines: was,
             mut assembly,
             lanes,
-            ways: mut known,
+            turning: mut known,
             needs,
             ..
         } = self;
@@ -67,24 +67,23 @@ impl Layout {
         redraw(&mut assembly, &network, &lines, &mut joins, &mut lanes, &roads);
         let standing = |(i, at): (usize, &Intersection)| {
             let old = diff.untouched(IntersectionIx::new(i))?;
-            let mut ways = known[old].take()?;
+            let mut turning = known[old].take()?;
             let redrawn: Vec<_> = at.arms.iter().filter_map(|at| Some((lanes.arm(*at), ends.get(at)?))).collect();
             if redrawn.iter().any(|(arm, before)| cut_at(arm, &assembly) != **before) {
                 return None;
             }
             let restricted = restrictions.concern(&at.arms) || old_restrictions.concern(before.arms(old));
             let asked = !redrawn.is_empty() || restricted;
-            (ways.stood, ways.turns_asked) = (true, true);
-            (!asked || ways.plan == movements(network.side, &restrictions, &lanes, at)).then_some(ways)
+            (turning.unchanged, turning.turns_asked) = (true, true);
+            (!asked || turning.plan == movements(network.side, &restrictions, &lanes, at)).then_some(turning)
         };
-        let ways = network.intersections.iter().enumerate().map(standing).collect();
-        let mut layout = Self { network, restrictions, joins, lines, assembly, lanes, ways, back, stops, needs };
+        let turning = network.intersections.iter().enumerate().map(standing).collect();
+        let mut layout = Self { network, restrictions, joins, lines, assembly, lanes, turning, back, stops, needs };
         layout.draw_lanelets();
         (layout, notes)
     }
 
-    /// How far the ends of roads are cut back at least in what became of the network, metres: as far as before, but where
-    /// intersections have been merged.
+    /// The least setbacks of the roads of a network that was made from this one, metres: as before, but 0 at merged intersections.
     pub(in crate::builder::layout) fn kept_setbacks(&self, diff: &NetworkDiff, network: &RoadNetwork) -> Vec<[f64; 2]> {
         let of_road = |(road, old): (RoadIx, Option<RoadIx>)| {
             let back = old.map_or([0.0; 2], |old| self.back[old]);

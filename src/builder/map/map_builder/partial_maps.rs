@@ -1,5 +1,5 @@
-//! Parts of a map that are made side by side over one assembly and put together in their order as they become ready: what they were
-//! made from is let go meanwhile, and never stands beside the whole.
+//! Parts of a map that are made in parallel on top of one map and put together in order, batch by batch: memory never holds all
+//! parts and the whole map at once.
 
 use rayon::prelude::*;
 
@@ -7,13 +7,13 @@ use crate::parallel::Finely;
 
 use super::{MapBuilder, MapPart};
 
-/// Parts that are made before they are added.
+/// The number of parts that are made before they are added.
 const BATCH: usize = 128;
 
 impl MapPart {
-    /// An empty part with room for what stands in an assembly and in parts that were begun over it; hardly more is added.
+    /// An empty part with room for the elements of a map and of the parts on top of it, and for a few more.
     pub fn with_room<'p>(below: &'p MapBuilder, begun: impl Iterator<Item = &'p Self>) -> Self {
-        /// One element in so many is added.
+        /// One element in this number is added.
         const MORE: usize = 8;
         let (mut points, mut lines, mut lanelets) = (0, 0, 0);
         for part in begun.chain([&below.part]) {
@@ -28,7 +28,7 @@ impl MapPart {
         part
     }
 
-    /// This with the parts that `make` makes of all inputs, many at once, and what else it gives of each.
+    /// Adds the parts that `make` makes of the inputs, in parallel; also gives its other output for each input.
     pub fn filled<T: Send, O: Send>(
         mut self,
         mut inputs: impl Iterator<Item = T>,

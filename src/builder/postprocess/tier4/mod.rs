@@ -2,6 +2,7 @@
 //!
 //! Each change is safe by Autoware's documents: a vehicle drives more slowly than it might, or waits where it need not.
 
+mod bus_lanes;
 mod lanes_seen;
 mod lights;
 mod right_of_way;
@@ -19,6 +20,7 @@ pub fn suit_validator(map: &mut LaneletMap) {
     lower_speed_limits(map);
     drop_give_way_elements(map);
     retag_walkways(map);
+    bus_lanes::retag_bus_lanes(map);
     lights::turn_lights(map);
     right_of_way::suit_validator(map);
 }
@@ -43,7 +45,6 @@ fn drop_give_way_elements(map: &mut LaneletMap) {
     drop_elements(map, &dropped);
 }
 
-/// Makes crosswalks of the walkways that elements announce: to the validator an element of anything else is wrong, and Autoware
 /// treats both alike.
 fn retag_walkways(map: &mut LaneletMap) {
     let elements = map.regulatory_elements.iter().filter(|element| element.subtype == "crosswalk");

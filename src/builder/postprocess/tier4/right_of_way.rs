@@ -75,12 +75,15 @@ impl<'m> LanesSeen<'_, 'm> {
     }
 
     /// Of the lanelets that a turn with a light may ignore, those that the validator expects; for others that have green at another
-    /// time the vehicle waits without need. Where it expects none of them, all: it wants an element on each turn, and the loader one
-    /// that lists somebody.
+    /// time the vehicle waits without need. Where it expects none of them, one: it wants an element on each turn, and the loader one
+    /// that lists somebody. Rather one that Autoware does not watch anyway.
     fn kept_by_light(&self, at: usize, listed: &[usize]) -> Vec<usize> {
         let expected = self.wanted(at, Ruled::ByLight).into_iter();
         let kept: Vec<usize> = expected.filter(|y| listed.binary_search(y).is_ok()).collect();
-        if kept.is_empty() { listed.to_vec() } else { kept }
+        if !kept.is_empty() {
+            return kept;
+        }
+        self.unwatched(at, listed).into_iter().chain(listed.iter().copied()).take(1).collect()
     }
 
     /// The lanelets of each area, by position.
@@ -100,7 +103,8 @@ impl<'m> LanesSeen<'_, 'm> {
             .beside_light(members)
             .or_else(|| shared(members, listed))
             .or_else(|| self.of_no_effect(members, members))
-            .or_else(|| self.of_no_effect(members, &self.behind(members)))?;
+            .or_else(|| self.of_no_effect(members, &self.behind(members)))
+            .or_else(|| self.turn_without_effect(members))?;
         let ids = |lanelets: Vec<usize>| lanelets.into_iter().map(|at| self.view.lanelets[at].id()).collect();
         Some(Added { owners: ids(owners), yielding: ids(yielding) })
     }
@@ -133,6 +137,14 @@ impl<'m> LanesSeen<'_, 'm> {
         let alone = |x: &usize| self.judged(*x) == Judged::Never || self.wanted(*x, Ruled::ByNothing).is_empty();
         let (x, of_x) = owners.iter().find(|(x, of_x)| !of_x.is_empty() && alone(x))?;
         Some((vec![*x], of_x.iter().take(1).copied().collect()))
+    }
+
+    /// A turn with a light that lists a lanelet which Autoware does not watch anyway. The validator asks for an element on each turn with a
+    /// light, and does not expect this lanelet in it: one error instead of two.
+    fn turn_without_effect(&self, members: &[usize]) -> Option<(Vec<usize>, Vec<usize>)> {
+        let others: Vec<usize> = members.iter().copied().chain(self.behind(members)).collect();
+        let mut turns = members.iter().filter(|at| self.judged(**at) == Judged::By(Ruled::ByLight));
+        turns.find_map(|&x| Some((vec![x], vec![*self.unwatched(x, &others).first()?])))
     }
 
     /// Those of `others` that Autoware does not watch for a lanelet.

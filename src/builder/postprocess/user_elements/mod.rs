@@ -13,7 +13,7 @@ mod virtual_light;
 
 use crate::builder::options::{Inside, metres};
 use crate::diagnostic::{Finding, Severity, Subject};
-use crate::lanelet::index::{MapIndex, Thresholds, Traffic};
+use crate::lanelet::index::{MapIndex, Traffic};
 use crate::lanelet::{LaneletMap, LineStringId};
 use crate::projection::Projector;
 use crate::settings::{GuideLine, InsideSettings, IntersectionSettings, Settings};
@@ -40,7 +40,7 @@ pub fn draw(map: &mut LaneletMap, projector: &Projector, inside: &Inside, map_se
     settings.intersection.extend(entries);
     let (traced, mut notes) = trace_guide_lines(map, projector, &settings);
     let elements = {
-        let index = MapIndex::new(map, &[], &settings, Thresholds::default());
+        let index = MapIndex::new(map, &[], &settings);
         let mut elements = Elements { notes: unplaced(&index, projector), ..Elements::default() };
         for (i, intersection) in index.intersections.iter().enumerate() {
             let mut stop_lines = elements.add_intersection(&index, projector, i);
@@ -79,7 +79,7 @@ fn trace_guide_lines(
     let mut editor = MapEditor::new(map, projector);
     let drawn: Vec<_> = found.iter().map(|(_, traced)| traced.draw(&mut editor)).collect();
     let checked: Vec<_> = {
-        let index = MapIndex::new(map, &[], settings, Thresholds::default());
+        let index = MapIndex::new(map, &[], settings);
         found.iter().map(|(_, traced)| traced.check(&index)).collect()
     };
     for (((line, traced), change), result) in found.iter().zip(drawn).zip(checked) {
@@ -105,7 +105,7 @@ fn find_traced_bounds(
     settings: &Settings,
     notes: &mut Vec<Finding>,
 ) -> Vec<(GuideLineIndex, TracedBounds)> {
-    let index = MapIndex::new(map, &[], settings, Thresholds::default());
+    let index = MapIndex::new(map, &[], settings);
     let entries =
         index.traffic.iter().enumerate().flat_map(|(intersection, traffic)| {
             index.entries_of(intersection).iter().map(move |&entry| (traffic, entry))

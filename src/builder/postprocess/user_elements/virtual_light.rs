@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::builder::control::LIGHT_HEIGHT;
+use crate::builder::control::vehicle_signals::LIGHT_HEIGHT;
 use crate::builder::ids::Key;
 use crate::builder::postprocess::cross_line::{LaneletEnds, cross_line};
 use crate::builder::postprocess::map_editor::MapEditor;
@@ -15,6 +15,7 @@ use crate::settings::VirtualLightSettings;
 
 use super::right_of_way_edit;
 use super::stop_line::drivable;
+use crate::lanelet::index::thresholds;
 
 /// The default distance, metres, from the start line to the stop line: a comfortable stop from 50 km/h.
 const DEFAULT_START: f64 = 50.0;
@@ -151,7 +152,7 @@ fn conflicts(map: &MapIndex, lane: usize) -> Vec<LaneletId> {
         let (lane, other) = (&map.lanes[lane], &map.lanes[other]);
         let neighbours = lane.bounds.iter().any(|line| other.bounds.contains(line));
         let area = polygon::overlap(&lane.outline, &other.outline);
-        !neighbours && (area >= map.thresholds.real_area || area >= map.thresholds.real_share * lane.area)
+        !neighbours && (area >= thresholds::REAL_AREA || area >= thresholds::REAL_SHARE * lane.area)
     });
     let all = crossing.map(|conflict| conflict.other).chain(siblings);
     let all: BTreeSet<usize> = all.filter(|&other| map.lanes[other].vehicle).collect();

@@ -12,6 +12,7 @@ use super::inner_routes::{RestrictionIndex, passages};
 use super::island::{around_corner, encloses_island};
 use super::long_rows::dividing_roads;
 use super::renames::Renames;
+use super::types::SHORT_ACROSS_MEDIAN;
 use super::{ConsolidateOptions, MergeNote, MergeReason, MergeVerdict};
 
 /// The network after one round, whether anything merged, and a note for each verdict.
@@ -133,7 +134,7 @@ fn objection(network: &RoadNetwork, members: &[IntersectionIx], options: &Consol
     if too_far {
         return Some(MergeReason::Reach);
     }
-    if collapses_roundabout(network, members, options) {
+    if collapses_roundabout(network, members) {
         return Some(MergeReason::Roundabout);
     }
     let inner = inner_roads(network, members);
@@ -149,7 +150,7 @@ fn extent(intersection: &Intersection) -> Vec<Point> {
 
 /// Whether the intersections contain a whole roundabout that vehicles drive around. A ring too short for them is a painted dot
 /// and one intersection.
-fn collapses_roundabout(network: &RoadNetwork, members: &[IntersectionIx], options: &ConsolidateOptions) -> bool {
+fn collapses_roundabout(network: &RoadNetwork, members: &[IntersectionIx]) -> bool {
     let held: FxHashSet<IntersectionIx> = members.iter().copied().collect();
     let ring: Vec<RoadIx> = members
         .iter()
@@ -165,7 +166,7 @@ fn collapses_roundabout(network: &RoadNetwork, members: &[IntersectionIx], optio
     let length: f64 = ring.iter().map(|ix| network.road(*ix).line.length()).sum();
     let starts: FxHashSet<_> = ring.iter().map(|ix| network.road(*ix).from).collect();
     let closed = !ring.is_empty() && ring.iter().all(|ix| starts.contains(&network.road(*ix).to));
-    closed && length > std::f64::consts::PI * options.short_across_median
+    closed && length > std::f64::consts::PI * SHORT_ACROSS_MEDIAN
 }
 
 /// Every road between two members, except long ones, which lead around a block.

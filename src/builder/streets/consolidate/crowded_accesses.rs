@@ -1,4 +1,5 @@
-//! Short dead ends that crowd a road, such as driveways of a row of houses: merged, they would make one intersection of the whole row.
+//! Short dead ends that crowd a road, such as driveways of a row of houses. If they were merged, the whole row would become one
+//! intersection.
 
 use std::collections::BTreeMap;
 
@@ -8,16 +9,17 @@ use crate::builder::tags::road_class::RoadClass;
 use crate::diagnostic::{Finding, Severity, Subject};
 use crate::lanelet::index::UnionFind;
 
-/// So many of them on intersections between which no vehicle has room are a row. Two are the driveways on both sides of a road.
+/// At least this number of them, at intersections between which no vehicle has room, are a row. Two are the driveways on both
+/// sides of a road.
 const ROW: usize = 3;
-/// A shorter row, metres, may become one intersection.
+/// A row shorter than this, metres, may become one intersection.
 const SHORTEST: f64 = 15.0;
-/// A longer dead end, metres, leads somewhere.
+/// A dead end longer than this, metres, is not left out.
 const LONGEST: f64 = 100.0;
 
-/// Some short dead ends of each row, where roads without room join the intersections that they lead to; in order. With them left
-/// out, the others of the row have more room, or lie in shorter rows. Which they are depends on those beside them and not on the
-/// whole row: no two beside each other, first those between two others, and private ground before what is public.
+/// The dead ends to leave out, in order: some of each row whose intersections are joined by roads without room. Without them, the
+/// others of the row have more room, or are in shorter rows. The choice depends on the neighbours of a dead end and not on the
+/// whole row: no two neighbours are left out, those between two others come first, and private ones before public ones.
 pub fn crowded_accesses(network: &RoadNetwork, without_room: &[RoadIx]) -> Vec<RoadIx> {
     let mut joined = UnionFind::new(network.intersections.len());
     let mut beside: BTreeMap<IntersectionIx, Vec<IntersectionIx>> = BTreeMap::new();
@@ -43,8 +45,9 @@ struct Access {
     roads: Vec<RoadIx>,
     /// Intersections at the other ends of roads without room.
     beside: Vec<IntersectionIx>,
-    /// The access with the least is the first whose dead ends are left out: whether it lies at the end of a row, whether one of its
-    /// dead ends is public, and a number drawn by lot. `None` if it is an intersection without its dead ends, too.
+    /// The dead ends of the access with the smallest order are left out first: whether it lies at the end of a row, whether one
+    /// of its dead ends is public, and a pseudo-random number. `None` if other roads meet at the access, so that it is an
+    /// intersection without its dead ends.
     order: Option<(bool, bool, i64)>,
 }
 

@@ -76,7 +76,7 @@ fn reversed(road: &Road) -> Road {
     let mut features: Vec<Feature> = road
         .features
         .iter()
-        .map(|f| Feature { station: length - f.station, node: f.node, kind: f.kind.map_travel(against) })
+        .map(|f| Feature { station: length - f.station, node: f.node, kind: f.kind.map_travel(Travel::reversed) })
         .collect();
     features.reverse();
     Road {
@@ -95,16 +95,8 @@ fn reversed(road: &Road) -> Road {
 
 /// The cross-section as seen against the line.
 fn reversed_section(section: &CrossSection) -> CrossSection {
-    let strips = section.strips.iter().rev().map(|s| Strip { travel: against(s.travel), ..s.clone() });
+    let strips = section.strips.iter().rev().map(|s| Strip { travel: s.travel.reversed(), ..s.clone() });
     CrossSection { strips: strips.collect() }
-}
-
-fn against(travel: Travel) -> Travel {
-    match travel {
-        Travel::Forward => Travel::Backward,
-        Travel::Backward => Travel::Forward,
-        Travel::Both => Travel::Both,
-    }
 }
 
 /// Whether two roads agree in all that does not depend on the direction of their lines.

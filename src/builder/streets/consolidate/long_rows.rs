@@ -1,5 +1,6 @@
-//! Long rows of intersections without room between them, such as those of streets a few metres apart. Merged one after another, what
-//! becomes of each would depend on where the row begins; so they are divided first, by a grid that lies over the whole plane.
+//! Long rows of intersections without room between them, such as those of streets a few metres apart. If a row were merged from
+//! its begin on, the result at one place would depend on where the row begins. So a grid over the whole plane divides long rows
+//! first.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -7,15 +8,14 @@ use crate::builder::network::{RoadIx, RoadNetwork};
 use crate::geometry::Point;
 use crate::lanelet::index::UnionFind;
 
-/// Rows that reach no farther than this from a road, metres east, west, north and south, are not divided there. No town that was looked
-/// at has a longer one.
+/// A row is divided at a road only if it reaches farther than this from the road, metres east, west, north or south. No row in
+/// the tested towns does.
 const LONG: f64 = 150.0;
 /// The sides of the grid's squares, metres.
 const SQUARE: f64 = 200.0;
 
-/// Those of these roads on which intersections are kept apart: with the others they would join intersections into a long row, and they
-/// lead from one square of the grid into another. What is merged at one place then depends on no road farther away than the row or the
-/// square reaches.
+/// The roads that divide a long row: those that lead from one square of the grid into another. The intersections at their ends
+/// are kept apart, so that merging at one place depends only on roads within the row or the square.
 pub fn dividing_roads(network: &RoadNetwork, roads: &[RoadIx]) -> FxHashSet<RoadIx> {
     let mut joined = UnionFind::new(network.intersections.len());
     for road in roads.iter().map(|road| network.road(*road)) {

@@ -6,10 +6,14 @@ use crate::builder::tags::road_class::RoadClass;
 use crate::geometry::Vector;
 use crate::parallel::Finely;
 
+use super::types::{SHORT, SHORT_ACROSS_MEDIAN, SHORT_BETWEEN_SIGNALS};
 use super::user_overrides::overridden;
 use super::{ConsolidateOptions, MergeReason, MergeVerdict};
 
 use rayon::prelude::*;
+
+/// A longer road with `junction=intersection`, metres, is a tagging mistake.
+const TAGGED: f64 = 60.0;
 
 /// A verdict for every road with a reason to merge it.
 pub fn decide(network: &RoadNetwork, kept: &[Stations], options: &ConsolidateOptions) -> Vec<MergeVerdict> {
@@ -39,7 +43,7 @@ fn verdict(
     if ends.iter().any(|i| i.map_edge || i.arms.len() < 2) {
         return verdict(false, MergeReason::Edge);
     }
-    if reason != MergeReason::Tagged && left > options.short && stops_inside(road) {
+    if reason != MergeReason::Tagged && left > SHORT && stops_inside(road) {
         return verdict(false, MergeReason::OwnStopLine);
     }
     verdict(true, reason)
@@ -47,11 +51,11 @@ fn verdict(
 
 /// Why a road with `left` metres between its cuts should merge; `None` if there is no reason.
 fn reason_to_merge(network: &RoadNetwork, road: &Road, left: f64, options: &ConsolidateOptions) -> Option<MergeReason> {
-    if road.tags.is("junction", "intersection") && road.line.length() <= options.tagged {
+    if road.tags.is("junction", "intersection") && road.line.length() <= TAGGED {
         return Some(MergeReason::Tagged);
     }
     // Vehicles do not wait on a roundabout.
-    let short = if road.roundabout { options.short_on_ring } else { options.short };
+    let short = if road.roundabout { options.short_on_ring } else { SHORT };
     if left < short {
         return Some(MergeReason::Short);
     }
@@ -59,10 +63,10 @@ fn reason_to_merge(network: &RoadNetwork, road: &Road, left: f64, options: &Cons
         return None;
     }
     let [a, b] = [network.intersection(road.from), network.intersection(road.to)];
-    if a.signals && b.signals && left < options.short_between_signals {
+    if a.signals && b.signals && left < SHORT_BETWEEN_SIGNALS {
         return Some(MergeReason::BetweenSignals);
     }
-    (left < options.short_across_median && crosses_median(network, road)).then_some(MergeReason::AcrossMedian)
+    (left < SHORT_ACROSS_MEDIAN && crosses_median(network, road)).then_some(MergeReason::AcrossMedian)
 }
 
 /// Whether a stop line, for either direction, stands on the road between its intersections.

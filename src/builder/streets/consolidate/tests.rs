@@ -3,14 +3,14 @@
 use crate::builder::network::hand_drawn::{self, network_of, restrict};
 use crate::builder::network::road_end::other_end;
 use crate::builder::network::{IntersectionIx, RoadEnd};
-use crate::builder::streets::outline::{OutlineCase, OutlineOptions, PlanCache, outlines, remaining};
+use crate::builder::streets::outline::{OutlineCase, PlanCache, outlines, remaining};
 use crate::builder::tags::cross_section::{StripKind, Travel};
 
+use super::types::SHORT;
 use super::*;
 
 fn merge(network: RoadNetwork, options: &ConsolidateOptions) -> (RoadNetwork, Vec<MergeNote>) {
-    let outline = OutlineOptions::default();
-    let kept = |n: &RoadNetwork| remaining(n, &outline, &mut PlanCache::default());
+    let kept = |n: &RoadNetwork| remaining(n, &mut PlanCache::default());
     let (network, notes, _) = consolidate(join_continuations(network), options, kept);
     (network, notes)
 }
@@ -135,7 +135,7 @@ fn restrictions_over_inner_roads_survive() {
 fn its_outline_is_one_simple_ring_with_all_cuts() {
     let (merged, _) = merge(crossing_of_dual_carriageways(&[]), &ConsolidateOptions::default());
     let (ix, _) = the_merged(&merged);
-    let (outlines, findings) = outlines(&merged, &OutlineOptions::default());
+    let (outlines, findings) = outlines(&merged);
     assert!(findings.is_empty(), "{findings:?}");
     let outline = &outlines.intersections[ix];
     assert_eq!(outline.case, OutlineCase::Merged);
@@ -261,13 +261,12 @@ fn the_roads_of_a_roundabout_are_not_merged() {
     assert!(notes.iter().all(|note| !note.merged), "{notes:?}");
     assert_eq!(merged.roads.iter().filter(|road| road.roundabout).count(), 4);
     // Elsewhere such a short road would lie inside an intersection.
-    let options =
-        ConsolidateOptions { short_on_ring: ConsolidateOptions::default().short, ..ConsolidateOptions::default() };
+    let options = ConsolidateOptions { short_on_ring: SHORT, ..ConsolidateOptions::default() };
     let notes = merge(network_of(&around, &ways), &options).1;
     assert!(notes.iter().any(|note| note.merged), "{notes:?}");
 }
 
-/// A street with dead ends `apart` metres from each other, to both sides in turn, each with these tags and so many metres long.
+/// A street with dead ends `apart` metres from each other, on alternating sides, each with these tags and this length, metres.
 fn street_with_dead_ends(count: i64, apart: f64, (tags, length): (&str, f64)) -> RoadNetwork {
     let east = |at: i64| apart * at as f64;
     let mut nodes = vec![(1, -100.0, 0.0), (2, east(count - 1) + 100.0, 0.0)];
@@ -283,8 +282,7 @@ fn street_with_dead_ends(count: i64, apart: f64, (tags, length): (&str, f64)) ->
 
 /// The network as it is laid out, and how many roads are left out.
 fn without_crowding(network: RoadNetwork) -> (RoadNetwork, usize) {
-    let outline = OutlineOptions::default();
-    let kept = |n: &RoadNetwork| remaining(n, &outline, &mut PlanCache::default());
+    let kept = |n: &RoadNetwork| remaining(n, &mut PlanCache::default());
     let (network, _, left_out) = consolidate(join_continuations(network), &ConsolidateOptions::default(), kept);
     (network, left_out.len())
 }

@@ -4,20 +4,19 @@ use crate::builder::network::{RoadIx, RoadKey};
 
 use super::user_overrides::MergeOverride;
 
-/// Limits for merging, metres unless stated otherwise.
+/// A road with less than this between its cuts, metres, lies inside an intersection: it has no room for a waiting vehicle.
+pub const SHORT: f64 = 5.0;
+/// As [`SHORT`], for a road between two signalised nodes: less than two waiting cars.
+pub const SHORT_BETWEEN_SIGNALS: f64 = 12.0;
+/// As [`SHORT`], for a road across the median of a dual carriageway: less than three waiting cars.
+pub const SHORT_ACROSS_MEDIAN: f64 = 18.0;
+
+/// Limits for merging.
 #[derive(Clone, Debug)]
 pub struct ConsolidateOptions {
-    /// A road with less than this between its cuts lies inside an intersection: it has no room for a waiting vehicle.
-    pub short: f64,
-    /// As `short`, for a road of a roundabout: less than a lanelet needs.
+    /// A road of a roundabout with less than this between its cuts, metres, lies inside an intersection: a lanelet needs more.
     pub short_on_ring: f64,
-    /// As `short`, for a road between two signalised nodes: less than two waiting cars.
-    pub short_between_signals: f64,
-    /// As `short`, for a road across the median of a dual carriageway: less than three waiting cars.
-    pub short_across_median: f64,
-    /// A longer road with `junction=intersection` is a tagging mistake.
-    pub tagged: f64,
-    /// Largest extent of a merged intersection.
+    /// Largest extent of a merged intersection, metres.
     pub reach: f64,
     /// Largest ground between its roads, square metres, that a merged intersection covers however little ground its roads have.
     pub island: f64,
@@ -29,17 +28,7 @@ pub struct ConsolidateOptions {
 
 impl Default for ConsolidateOptions {
     fn default() -> Self {
-        Self {
-            short: 5.0,
-            short_on_ring: 3.0,
-            short_between_signals: 12.0,
-            short_across_median: 18.0,
-            tagged: 60.0,
-            reach: 90.0,
-            island: 0.0,
-            rounds: 8,
-            wishes: Vec::new(),
-        }
+        Self { short_on_ring: 3.0, reach: 90.0, island: 0.0, rounds: 8, wishes: Vec::new() }
     }
 }
 

@@ -25,7 +25,7 @@ use super::options::REACH;
 const UNITS_PER_METRE: f64 = 1e4;
 /// A crossing that lifted its upper road more often lifts itself: the two roads are connected by too short a road.
 const MOST_LIFTS: u32 = 6;
-/// The clearance of such a crossing is reduced in so many steps.
+/// The clearance of such a crossing is reduced in this number of steps.
 const PARTS: i64 = 4;
 
 /// Heights along one road, from end to end.

@@ -7,12 +7,13 @@ use std::collections::BinaryHeap;
 const SWEEPS: usize = 60;
 /// Lengths are integers of a millimetre, which have an order.
 const PER_METRE: f64 = 1e3;
-/// Places closer to each other, metres, count as so far apart.
+/// Places closer to each other than this, metres, count as this far apart.
 const LEAST_LENGTH: f64 = 1.0;
 
-/// Gives every place that a known one can be reached from a value: first that of the nearest known place along the edges (Dijkstra),
-/// then an average of its neighbours by their nearness, so that values change evenly between known places. `near` has the neighbours
-/// of each place, with the lengths of the edges there, metres. Places from which no known one can be reached stay unknown.
+/// Gives a value to every place that is connected to a known one: first that of the nearest known place along the edges
+/// (Dijkstra), then an average of its neighbours, weighted by nearness, so that values change evenly between known places. `near`
+/// has the neighbours of each place with the lengths of the edges, metres. Places without a connection to a known one stay
+/// unknown.
 pub fn interpolate(values: &mut [Option<f64>], near: &[Vec<(usize, f64)>]) {
     let fixed: Vec<bool> = values.iter().map(Option::is_some).collect();
     let mut open: BinaryHeap<(Reverse<u64>, Reverse<usize>)> =

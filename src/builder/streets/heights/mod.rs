@@ -1,9 +1,9 @@
 //! Heights of roads: the ground, and ramps to roads on other levels.
 //!
-//! The ground comes from a terrain model, else from nodes with `ele`, else it is level. A road on a bridge or in a tunnel lies as
-//! many storeys above or below it as its `layer` says, on its whole length; the roads at its ends climb there as steeply as
-//! their class allows. Roads that meet have one height. Last the grades are limited: what is too steep is spread over the
-//! roads around.
+//! The ground comes from nodes with `ele`, else from a terrain model, else it is level. A road on a bridge or in a tunnel lies
+//! `layer` storeys above or below the ground on its whole length; the roads at its ends climb to it as steeply as their class
+//! allows. Roads that meet have the same height there. At the end the grades are limited: a place that is too steep is spread
+//! over the roads around it.
 
 mod crossings;
 mod elevation_tags;

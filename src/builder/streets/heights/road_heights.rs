@@ -1,4 +1,4 @@
-//! Heights of the nodes of roads: those that are written, and between them along the roads.
+//! Heights of the nodes of roads: given ones, and heights interpolated between them along the roads.
 
 use std::hash::Hash;
 
@@ -12,9 +12,9 @@ use super::interpolation::interpolate;
 /// A node of a road, by its number among them, and its place.
 type Placed = (usize, LonLat);
 
-/// The heights of all nodes of roads, metres, from those that are known; none where none is. Between known ones they change evenly
-/// along the roads, however far these lead; what no road joins to a known one is as high as the known ones are on average. `place`
-/// of a node is `None` where it is missing. The same roads in the same order give the same heights.
+/// The heights of all nodes of roads, metres; empty if no height is known. Between known heights they change evenly along the
+/// roads, at any distance. A node that no road connects to a known height gets the mean of the known heights. `place` of a
+/// missing node is `None`. The same roads in the same order give the same heights.
 pub fn road_heights<N: Copy + Eq + Hash>(
     roads: impl IntoIterator<Item: IntoIterator<Item = N>>,
     place: impl Fn(N) -> Option<LonLat>,
@@ -59,7 +59,8 @@ pub fn road_heights<N: Copy + Eq + Hash>(
     numbers.into_iter().map(|(node, number)| (node, heights[number].unwrap_or(mean))).collect()
 }
 
-/// Which nodes end a piece of road between which heights change evenly: those that are known, ends, and where roads meet.
+/// Whether each node ends a piece of road along which heights change evenly: nodes of known height, ends of roads, and nodes
+/// where roads meet.
 fn knots(roads: &[Vec<Placed>], heights: &[Option<f64>]) -> Vec<bool> {
     let mut is_knot: Vec<bool> = heights.iter().map(Option::is_some).collect();
     let mut is_met = vec![false; heights.len()];

@@ -5,7 +5,7 @@ use crate::geometry::{Point, Polyline};
 
 use super::collide::collisions;
 use super::intersection_plan::IntersectionSite;
-use super::{OutlineOptions, uncut};
+use super::uncut;
 
 /// The steps at one intersection.
 #[derive(Clone, Debug)]
@@ -41,8 +41,8 @@ pub struct Hit {
 }
 
 /// The steps of the outline of one intersection.
-pub fn trace(network: &RoadNetwork, ix: IntersectionIx, options: &OutlineOptions) -> DebugSteps {
-    let site = IntersectionSite::new(network, network.intersection(ix), &uncut(network), options);
+pub fn trace(network: &RoadNetwork, ix: IntersectionIx) -> DebugSteps {
+    let site = IntersectionSite::new(network, network.intersection(ix), &uncut(network));
     let (arms, plan) = (site.arms(), &site.plan);
     let mut found = Vec::new();
     let mut farthest = vec![f64::NEG_INFINITY; arms.len()];

@@ -7,9 +7,9 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use crate::geometry::{angle_between, line_crossing};
 
-use super::OutlineOptions;
 use super::collide::{Collision, collisions};
 use super::ring::Corner;
+use super::sizes::{KERB_REACH, LEAST_TRIM, MARGIN, REACH};
 use super::thicken::{Side, ThickenedArm};
 
 /// The trims and corners at one intersection, per arm.
@@ -33,7 +33,7 @@ impl RoadStar {
 }
 
 /// The trims and corners of the arms, which are in clockwise order.
-pub fn star(arms: &[ThickenedArm], options: &OutlineOptions) -> RoadStar {
+pub fn star(arms: &[ThickenedArm]) -> RoadStar {
     let n = arms.len();
     let mut trims = vec![0.0_f64; n];
     let mut corners = vec![Corner::Open; n];
@@ -41,16 +41,16 @@ pub fn star(arms: &[ThickenedArm], options: &OutlineOptions) -> RoadStar {
         for j in i + 1..n {
             let found = collisions(&arms[i], &arms[j]);
             // Roads that diverge at a small angle are cut where a wedge has room; beyond, they run side by side.
-            let reach = options.reach * arms[i].half.max(arms[j].half) * 2.0;
+            let reach = REACH * arms[i].half.max(arms[j].half) * 2.0;
             for c in &found {
                 trims[i] = trims[i].max(c.stations[0].min(reach));
                 trims[j] = trims[j].max(c.stations[1].min(reach));
             }
             if j == i + 1 {
-                corners[i] = corner(&arms[i], &arms[j], &found, false, options);
+                corners[i] = corner(&arms[i], &arms[j], &found, false);
             }
             if i == 0 && j == n - 1 {
-                corners[j] = corner(&arms[j], &arms[i], &found, true, options);
+                corners[j] = corner(&arms[j], &arms[i], &found, true);
             }
         }
     }
@@ -58,7 +58,7 @@ pub fn star(arms: &[ThickenedArm], options: &OutlineOptions) -> RoadStar {
     for i in 0..n {
         let next = (i + 1) % n;
         if let Corner::Collision { along, tangent, .. } = corners[i] {
-            let reach = options.reach * arms[i].half.max(arms[next].half) * 2.0;
+            let reach = REACH * arms[i].half.max(arms[next].half) * 2.0;
             if along[0].max(along[1]) > reach {
                 continue;
             }
@@ -73,14 +73,14 @@ pub fn star(arms: &[ThickenedArm], options: &OutlineOptions) -> RoadStar {
         trims.iter_mut().chain(&mut least).for_each(|trim| *trim = trim.max(taper));
     }
     for trim in trims.iter_mut().chain(&mut least) {
-        *trim = (*trim + options.margin).max(options.least_trim);
+        *trim = (*trim + MARGIN).max(LEAST_TRIM);
     }
     let wedge = (0..n).any(|i| gap(&arms[i], &arms[(i + 1) % n]) < WEDGE);
     RoadStar { least, trims, corners, wedge }
 }
 
 /// The corner from `a` clockwise to `b`: the farthest collision of the facing edges. `swapped` if `found` names `b` first.
-fn corner(a: &ThickenedArm, b: &ThickenedArm, found: &[Collision], swapped: bool, options: &OutlineOptions) -> Corner {
+fn corner(a: &ThickenedArm, b: &ThickenedArm, found: &[Collision], swapped: bool) -> Corner {
     let facing = found.iter().rev().find(|c| match swapped {
         false => c.a == Side::Right && c.b == Side::Left,
         true => c.a == Side::Left && c.b == Side::Right,
@@ -90,7 +90,7 @@ fn corner(a: &ThickenedArm, b: &ThickenedArm, found: &[Collision], swapped: bool
     let leaving = [a.right.direction(along[0]), b.left.direction(along[1])];
     let opening = angle_between(leaving[0], leaving[1]).abs();
     // Distance from the collision at which a kerb of this radius touches both edges.
-    let tangent = (a.kerb.min(b.kerb) / (opening / 2.0).tan()).min(options.kerb_reach * (opening / FRAC_PI_2).min(1.0));
+    let tangent = (a.kerb.min(b.kerb) / (opening / 2.0).tan()).min(KERB_REACH * (opening / FRAC_PI_2).min(1.0));
     Corner::Collision { point: c.point, along, tangent }
 }
 

@@ -12,8 +12,9 @@ use crate::geometry::simple_ring::{faults, without_faults};
 use super::general_outline::RoadStar;
 use super::merged_outline::CutArea;
 use super::ring::Corner;
+use super::sizes::KERB_REACH;
 use super::thicken::{ThickenedArm, outwards};
-use super::{Outline, OutlineCase, OutlineCut, OutlineOptions, general_outline, merged_outline, ring, terminus};
+use super::{Outline, OutlineCase, OutlineCut, general_outline, merged_outline, ring, terminus};
 
 /// Least angle between edges, degrees: smaller ones may coincide after rounding.
 const FOLD: f64 = 1.0;
@@ -36,18 +37,12 @@ impl IntersectionPlan {
         Self { case, star, ground: Vec::new(), outline: None }
     }
 
-    fn of(
-        network: &RoadNetwork,
-        intersection: &Intersection,
-        arms: &[ThickenedArm],
-        within: &[Stations],
-        options: &OutlineOptions,
-    ) -> Self {
+    fn of(network: &RoadNetwork, intersection: &Intersection, arms: &[ThickenedArm], within: &[Stations]) -> Self {
         match arms {
             [_] if intersection.map_edge => Self::new(OutlineCase::MapEdge, RoadStar::terminus(0.0)),
-            [arm] => Self::new(OutlineCase::DeadEnd, RoadStar::terminus(terminus::dead_end(arm, options))),
+            [arm] => Self::new(OutlineCase::DeadEnd, RoadStar::terminus(terminus::dead_end(arm))),
             _ => {
-                let mut star = general_outline::star(arms, options);
+                let mut star = general_outline::star(arms);
                 for (i, arm) in arms.iter().enumerate() {
                     let [least, _] = arm.outwards(within);
                     star.trims[i] = star.trims[i].max(least);
@@ -65,8 +60,8 @@ impl IntersectionPlan {
                 }
                 if plan.outline.is_none() {
                     plan.ground = merged_outline::ground(network, intersection, arms);
-                    plan.star.least = merged_outline::trims(arms, &plan.ground, &plan.star.least, options);
-                    plan.star.trims = merged_outline::trims(arms, &plan.ground, &plan.star.trims, options);
+                    plan.star.least = merged_outline::trims(arms, &plan.ground, &plan.star.least);
+                    plan.star.trims = merged_outline::trims(arms, &plan.ground, &plan.star.trims);
                 }
                 plan
             }
@@ -78,37 +73,26 @@ impl IntersectionPlan {
 pub struct IntersectionSite<'a> {
     network: &'a RoadNetwork,
     pub intersection: &'a Intersection,
-    options: &'a OutlineOptions,
     pub plan: Cow<'a, IntersectionPlan>,
     arms: OnceLock<Vec<ThickenedArm>>,
 }
 
 impl<'a> IntersectionSite<'a> {
     /// Plans an intersection. Every road is cut back at least to its stations in `within`.
-    pub fn new(
-        network: &'a RoadNetwork,
-        intersection: &'a Intersection,
-        within: &[Stations],
-        options: &'a OutlineOptions,
-    ) -> Self {
-        let arms = arms(network, intersection, options);
-        let plan = Cow::Owned(IntersectionPlan::of(network, intersection, &arms, within, options));
-        Self { network, intersection, options, plan, arms: OnceLock::from(arms) }
+    pub fn new(network: &'a RoadNetwork, intersection: &'a Intersection, within: &[Stations]) -> Self {
+        let arms = arms(network, intersection);
+        let plan = Cow::Owned(IntersectionPlan::of(network, intersection, &arms, within));
+        Self { network, intersection, plan, arms: OnceLock::from(arms) }
     }
 
     /// An intersection with a known plan. Its arms are made only if the planned outline does not fit.
-    pub fn known(
-        network: &'a RoadNetwork,
-        intersection: &'a Intersection,
-        plan: &'a IntersectionPlan,
-        options: &'a OutlineOptions,
-    ) -> Self {
-        Self { network, intersection, options, plan: Cow::Borrowed(plan), arms: OnceLock::new() }
+    pub fn known(network: &'a RoadNetwork, intersection: &'a Intersection, plan: &'a IntersectionPlan) -> Self {
+        Self { network, intersection, plan: Cow::Borrowed(plan), arms: OnceLock::new() }
     }
 
     /// Its arms, clockwise.
     pub fn arms(&self) -> &[ThickenedArm] {
-        self.arms.get_or_init(|| arms(self.network, self.intersection, self.options))
+        self.arms.get_or_init(|| arms(self.network, self.intersection))
     }
 
     /// The stations of each arm's cut and of the cut at its other end, metres outwards.
@@ -165,7 +149,7 @@ impl<'a> IntersectionSite<'a> {
         let area = CutArea::new(self.arms(), trims, &ground);
         let (order, sharp) = area.corners(far)?;
         let cuts: Vec<OutlineCut> = order.into_iter().map(|i| area.cuts[i].clone()).collect();
-        let round = sharp.iter().map(|chain| merged_outline::rounded(chain, self.options.kerb_reach)).collect();
+        let round = sharp.iter().map(|chain| merged_outline::rounded(chain, KERB_REACH)).collect();
         [round, sharp].into_iter().find_map(|corners: Vec<Vec<Point>>| {
             let ring = ring::ring(&cuts, &corners);
             is_valid(&ring).then(|| Outline { case: self.plan.case, cuts: cuts.clone(), corners, ring })
@@ -192,8 +176,8 @@ impl<'a> IntersectionSite<'a> {
     }
 }
 
-fn arms(network: &RoadNetwork, intersection: &Intersection, options: &OutlineOptions) -> Vec<ThickenedArm> {
-    intersection.arms.iter().map(|arm| ThickenedArm::new(network, *arm, options)).collect()
+fn arms(network: &RoadNetwork, intersection: &Intersection) -> Vec<ThickenedArm> {
+    intersection.arms.iter().map(|arm| ThickenedArm::new(network, *arm)).collect()
 }
 
 /// The outline of the general method; `None` if it is not a simple polygon.

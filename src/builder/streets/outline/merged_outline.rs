@@ -9,10 +9,11 @@ use crate::builder::network::{Intersection, RoadNetwork};
 use crate::geometry::polygon::{convex_hull, outside, union};
 use crate::geometry::{Point, Polyline, Vector, left_of, orientation};
 
+use super::OutlineCut;
 use super::collide::{collisions_within, crossings};
 use super::ring::{bezier, cuts};
+use super::sizes::{MARGIN, REACH};
 use super::thicken::{MITER_LIMIT, Side, ThickenedArm};
-use super::{OutlineCut, OutlineOptions};
 
 /// Least length of an arm outside the ground that ends the intersection, metres.
 const LEAST_GAP: f64 = 6.0;
@@ -64,23 +65,23 @@ pub fn ribbon(line: &Polyline, half: f64) -> Option<Vec<Point>> {
 }
 
 /// How far each arm must be cut back to leave the ground and the other arms, metres; at least `at_least`.
-pub fn trims(arms: &[ThickenedArm], ground: &[Vec<Point>], at_least: &[f64], options: &OutlineOptions) -> Vec<f64> {
+pub fn trims(arms: &[ThickenedArm], ground: &[Vec<Point>], at_least: &[f64]) -> Vec<f64> {
     let widest = arms.iter().map(|arm| arm.half * 2.0).fold(0.0, f64::max);
     let mut trims: Vec<f64> = arms
         .iter()
         .zip(at_least)
-        .map(|(arm, least)| least.max(exit_station(arm, ground, options.reach * widest) + options.margin))
+        .map(|(arm, least)| least.max(exit_station(arm, ground, REACH * widest) + MARGIN))
         .collect();
     for i in 0..arms.len() {
         for j in i + 1..arms.len() {
-            let reach = options.reach * arms[i].half.max(arms[j].half) * 2.0;
+            let reach = REACH * arms[i].half.max(arms[j].half) * 2.0;
             for c in collisions_within(&arms[i], &arms[j], reach) {
-                trims[i] = trims[i].max(c.stations[0] + options.margin);
-                trims[j] = trims[j].max(c.stations[1] + options.margin);
+                trims[i] = trims[i].max(c.stations[0] + MARGIN);
+                trims[j] = trims[j].max(c.stations[1] + MARGIN);
             }
         }
     }
-    uncover_cuts(arms, ground, &mut trims, options.reach * widest);
+    uncover_cuts(arms, ground, &mut trims, REACH * widest);
     trims
 }
 

@@ -12,6 +12,7 @@ mod merged_outline;
 mod overlap;
 mod plan_cache;
 mod ring;
+mod sizes;
 mod terminus;
 #[cfg(test)]
 mod tests;
@@ -19,7 +20,7 @@ mod thicken;
 mod trim;
 mod types;
 
-pub use types::{Outline, OutlineCase, OutlineCut, OutlineOptions, Outlines};
+pub use types::{Outline, OutlineCase, OutlineCut, Outlines};
 
 use crate::builder::network::{End, Intersection, IntersectionIx, RoadEnd, RoadIx, RoadNetwork, Stations};
 use crate::diagnostic::{Finding, Place, Severity, Subject};
@@ -27,6 +28,7 @@ use crate::geometry::Polyline;
 use crate::parallel::Finely;
 
 use intersection_plan::IntersectionSite;
+use sizes::LEAST_ROAD;
 
 use std::collections::BTreeSet;
 
@@ -39,31 +41,26 @@ pub use thicken::MITER_LIMIT;
 
 /// The stations between which each road remains, metres, if its ends get the trims that they need, without the room for kerbs.
 /// Consolidation decides by them. The first is larger than the second if nothing remains.
-pub fn remaining(network: &RoadNetwork, options: &OutlineOptions, cache: &mut PlanCache) -> Vec<Stations> {
-    let plans = cache.plans(network, options);
+pub fn remaining(network: &RoadNetwork, cache: &mut PlanCache) -> Vec<Stations> {
+    let plans = cache.plans(network);
     stations(network, network.intersections.iter().zip(plans).map(|(i, plan)| (&i.arms[..], &plan.star.least[..])))
 }
 
 /// The stations between which each road remains, metres, if its ends get all the trim that they want, kerbs included.
-pub fn wanted(network: &RoadNetwork, options: &OutlineOptions, cache: &mut PlanCache) -> Vec<Stations> {
-    let plans = cache.plans(network, options);
+pub fn wanted(network: &RoadNetwork, cache: &mut PlanCache) -> Vec<Stations> {
+    let plans = cache.plans(network);
     stations(network, network.intersections.iter().zip(plans).map(|(i, plan)| (&i.arms[..], &plan.star.trims[..])))
 }
 
 /// The outline of every intersection, with a finding for each that needs the fallback.
-pub fn outlines(network: &RoadNetwork, options: &OutlineOptions) -> (Outlines, Vec<Finding>) {
-    outlines_within(network, &uncut(network), options, &PlanCache::default())
+pub fn outlines(network: &RoadNetwork) -> (Outlines, Vec<Finding>) {
+    outlines_within(network, &uncut(network), &PlanCache::default())
 }
 
 /// As [`outlines`], with every road cut back at least to its stations in `within`, and with cached plans.
-pub fn outlines_within(
-    network: &RoadNetwork,
-    within: &[Stations],
-    options: &OutlineOptions,
-    cache: &PlanCache,
-) -> (Outlines, Vec<Finding>) {
-    let sites = cache.sites(network, within, options);
-    let mut cuts = Cuts::new(network, &sites, options);
+pub fn outlines_within(network: &RoadNetwork, within: &[Stations], cache: &PlanCache) -> (Outlines, Vec<Finding>) {
+    let sites = cache.sites(network, within);
+    let mut cuts = Cuts::new(network, &sites);
     let mut closed: Vec<Option<Outline>> = vec![None; sites.len()];
     for _ in 0..WIDENINGS {
         let open = closed.par_iter_mut().finely().zip(&sites).filter(|(outline, _)| outline.is_none());
@@ -95,7 +92,6 @@ const WIDENING: f64 = 1.0;
 /// The cuts of all roads while the outlines close; per road the stations between which it remains.
 struct Cuts<'a> {
     network: &'a RoadNetwork,
-    options: &'a OutlineOptions,
     /// With the trims that the ends need.
     least: Vec<Stations>,
     /// With the trims that they want.
@@ -105,11 +101,11 @@ struct Cuts<'a> {
 }
 
 impl<'a> Cuts<'a> {
-    fn new(network: &'a RoadNetwork, sites: &[IntersectionSite], options: &'a OutlineOptions) -> Self {
+    fn new(network: &'a RoadNetwork, sites: &[IntersectionSite]) -> Self {
         let arms = || network.intersections.iter().map(|i| &i.arms[..]);
         let least = stations(network, arms().zip(sites.iter().map(|site| &site.plan.star.least[..])));
         let wanted = stations(network, arms().zip(sites.iter().map(|site| &site.plan.star.trims[..])));
-        let mut cuts = Self { network, options, least, wanted, kept: Vec::new() };
+        let mut cuts = Self { network, least, wanted, kept: Vec::new() };
         cuts.kept = (0..network.roads.len()).into_par_iter().finely().map(|i| cuts.kept_of(RoadIx::new(i))).collect();
         cuts
     }
@@ -119,7 +115,7 @@ impl<'a> Cuts<'a> {
         let mut changed = Vec::new();
         for RoadEnd { road, end } in site.covered_arms(&self.kept) {
             let mut stations = self.kept[road];
-            if stations[1] - stations[0] < 2.0 * WIDENING + self.options.least_road {
+            if stations[1] - stations[0] < 2.0 * WIDENING + LEAST_ROAD {
                 continue;
             }
             // The other end keeps its cut.
@@ -143,7 +139,7 @@ impl<'a> Cuts<'a> {
         let road = self.network.road(ix);
         let (length, half) = (road.line.length(), road.half_width());
         let trims = |[from, to]: Stations| [from, length - to];
-        let [from, to] = trim::share(length, trims(self.least[ix]), trims(self.wanted[ix]), self.options.least_road);
+        let [from, to] = trim::share(length, trims(self.least[ix]), trims(self.wanted[ix]), LEAST_ROAD);
         let clear = |line: &Polyline, trim: f64| if trim > 0.0 { trim::clear_of_bends(line, trim, half) } else { trim };
         let moved = [clear(&road.line, from), length - clear(&road.line.reversed(), length - to)];
         if moved[0] < moved[1] { moved } else { [from, to] }

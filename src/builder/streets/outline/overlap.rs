@@ -71,7 +71,7 @@ struct Ground<'a> {
 
 /// The shape of a ground.
 enum Shape<'a> {
-    /// A line with so many metres to either side.
+    /// A line with this width to either side, metres.
     Strip(Polyline, f64),
     /// The inside of a ring.
     Area(&'a [Point]),

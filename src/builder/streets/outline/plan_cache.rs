@@ -11,7 +11,7 @@ use crate::parallel::Finely;
 
 use super::intersection_plan::{IntersectionPlan, IntersectionSite};
 use super::thicken::ThickenedArm;
-use super::{OutlineOptions, uncut};
+use super::uncut;
 
 /// The plans of intersections by their surroundings. Each round of consolidation changes few intersections, and later stages do
 /// not move most roads.
@@ -23,16 +23,12 @@ pub struct PlanCache {
 
 impl PlanCache {
     /// The plan of every intersection, for uncut roads.
-    pub(super) fn plans<'m>(
-        &'m mut self,
-        network: &RoadNetwork,
-        options: &OutlineOptions,
-    ) -> impl Iterator<Item = &'m IntersectionPlan> {
+    pub(super) fn plans<'m>(&'m mut self, network: &RoadNetwork) -> impl Iterator<Item = &'m IntersectionPlan> {
         let within = uncut(network);
-        let prints = fingerprints(network, options);
+        let prints = fingerprints(network);
         let unknown =
             prints.par_iter().finely().zip(&network.intersections).filter(|(print, _)| !self.known.contains_key(print));
-        let plan = |intersection| IntersectionSite::new(network, intersection, &within, options).plan.into_owned();
+        let plan = |intersection| IntersectionSite::new(network, intersection, &within).plan.into_owned();
         let new: Vec<(u64, IntersectionPlan)> =
             unknown.map(|(print, intersection)| (*print, plan(intersection))).collect();
         self.known.extend(new);
@@ -40,34 +36,29 @@ impl PlanCache {
     }
 
     /// Every intersection with its plan. Only plans with an outline are reused: the others depend on the cuts in `within`.
-    pub(super) fn sites<'a>(
-        &'a self,
-        network: &'a RoadNetwork,
-        within: &[Stations],
-        options: &'a OutlineOptions,
-    ) -> Vec<IntersectionSite<'a>> {
-        let prints = fingerprints(network, options);
+    pub(super) fn sites<'a>(&'a self, network: &'a RoadNetwork, within: &[Stations]) -> Vec<IntersectionSite<'a>> {
+        let prints = fingerprints(network);
         let site = |(intersection, print): (&'a Intersection, &u64)| match self.known.get(print) {
-            Some(plan) if plan.outline.is_some() => IntersectionSite::known(network, intersection, plan, options),
-            _ => IntersectionSite::new(network, intersection, within, options),
+            Some(plan) if plan.outline.is_some() => IntersectionSite::known(network, intersection, plan),
+            _ => IntersectionSite::new(network, intersection, within),
         };
         network.intersections.par_iter().finely().zip(&prints).map(site).collect()
     }
 }
 
-fn fingerprints(network: &RoadNetwork, options: &OutlineOptions) -> Vec<u64> {
+fn fingerprints(network: &RoadNetwork) -> Vec<u64> {
     let shapes: Vec<u64> = network.roads.par_iter().finely().map(|road| shape(&road.line, road.half_width())).collect();
-    network.intersections.par_iter().finely().map(|i| fingerprint(network, i, &shapes, options)).collect()
+    network.intersections.par_iter().finely().map(|i| fingerprint(network, i, &shapes)).collect()
 }
 
 /// A hash of all that the plan of an intersection depends on; `shapes` are the hashes of the roads' shapes.
-fn fingerprint(network: &RoadNetwork, intersection: &Intersection, shapes: &[u64], options: &OutlineOptions) -> u64 {
+fn fingerprint(network: &RoadNetwork, intersection: &Intersection, shapes: &[u64]) -> u64 {
     let mut print = DefaultHasher::new();
     (&intersection.nodes, intersection.map_edge).hash(&mut print);
     for arm in &intersection.arms {
         let road = network.road(arm.road);
         (arm.end, road.node(arm.end), shapes[arm.road]).hash(&mut print);
-        ThickenedArm::kerb_of(road.class, options).to_bits().hash(&mut print);
+        ThickenedArm::kerb_of(road.class).to_bits().hash(&mut print);
     }
     for inner in &intersection.inner {
         (inner.key.first, inner.key.last, shape(&inner.line, inner.section.width())).hash(&mut print);

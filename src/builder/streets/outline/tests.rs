@@ -8,6 +8,7 @@ use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind, Travel
 use crate::geometry::{Point, Polyline, polygon, simple_ring};
 
 use super::intersection_plan::is_valid;
+use super::sizes::{KERB_RADIUS, MARGIN, REACH};
 use super::*;
 
 /// A road from node 0 at the origin through these points, with its width in metres.
@@ -80,13 +81,12 @@ fn ribbon(network: &RoadNetwork, outlines: &Outlines, road: usize) -> Vec<Point>
 /// Asserts what must hold for every outline.
 fn assert_sound(network: &RoadNetwork) -> Outlines {
     // Without consolidation, which would join the two roads of a bend.
-    let options = OutlineOptions::default();
     let network = smooth_bends(network.clone());
     let mut memory = PlanCache::default();
-    let cut = wanted(&network, &options, &mut memory);
+    let cut = wanted(&network, &mut memory);
     let network = &lay_side_by_side(network, &cut);
-    let (outlines, findings) = outlines_within(network, &cut, &options, &memory);
-    let (forgetful, _) = outlines_within(network, &cut, &options, &PlanCache::default());
+    let (outlines, findings) = outlines_within(network, &cut, &memory);
+    let (forgetful, _) = outlines_within(network, &cut, &PlanCache::default());
     assert_eq!(format!("{:.6?}", outlines), format!("{:.6?}", forgetful), "the cached plan is the new plan");
     assert!(findings.is_empty(), "{findings:?}");
     for (outline, intersection) in outlines.intersections.iter().zip(&network.intersections) {
@@ -124,8 +124,7 @@ fn a_crossing_at_right_angles_has_four_rounded_corners() {
         arm(&[(-50.0, 0.0)], 6.0),
     ]);
     let outlines = assert_sound(&network);
-    let options = OutlineOptions::default();
-    let trim = 3.0 + options.kerb_radius + options.margin;
+    let trim = 3.0 + KERB_RADIUS + MARGIN;
     assert!(outlines.kept.iter().all(|k| (k[0] - trim).abs() < 1e-9), "{:?}", outlines.kept);
     let outline = &outlines.intersections[0];
     assert_eq!(outline.case, OutlineCase::General);
@@ -171,7 +170,7 @@ fn a_ramp_diverges_in_a_wedge() {
     let outlines = assert_sound(&network);
     let outline = &outlines.intersections[0];
     assert_eq!(outline.case, OutlineCase::Ramp);
-    let farthest = OutlineOptions::default().reach * main + 1.0;
+    let farthest = REACH * main + 1.0;
     assert!(outlines.kept.iter().all(|kept| kept[0] < farthest), "{:?}", outlines.kept);
     assert!(polygon::signed_area(&outline.ring).abs() < (main + ramp) * farthest * 1.5);
 }
@@ -193,7 +192,7 @@ fn a_dead_end_is_cut_square() {
     assert_eq!(outlines.intersections[0].case, OutlineCase::DeadEnd);
     assert_eq!(outlines.kept[0], [3.0, 60.0]);
     network.intersections[0].map_edge = true;
-    let (outlines, _) = super::outlines(&network, &OutlineOptions::default());
+    let (outlines, _) = super::outlines(&network);
     assert_eq!(outlines.intersections[0].case, OutlineCase::MapEdge);
     assert_eq!(outlines.kept[0], [0.0, 60.0]);
 }

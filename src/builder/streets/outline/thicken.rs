@@ -1,11 +1,10 @@
 //! Thickens the arms: the two edges of each road, from the intersection outwards.
 
+use super::sizes::{KERB_RADIUS, KERB_RADIUS_MINOR};
 use crate::builder::network::{End, RoadEnd, RoadNetwork, Stations};
 use crate::builder::tags::road_class::RoadClass;
 use crate::geometry::spatial_hash::Bounds;
 use crate::geometry::{Point, Polyline, left_of};
-
-use super::OutlineOptions;
 
 /// Longest miter join as a multiple of the offset; longer ones are bevelled.
 pub const MITER_LIMIT: f64 = 2.0;
@@ -52,19 +51,19 @@ impl Side {
 
 impl ThickenedArm {
     /// The arm at this road end.
-    pub fn new(network: &RoadNetwork, arm: RoadEnd, options: &OutlineOptions) -> Self {
+    pub fn new(network: &RoadNetwork, arm: RoadEnd) -> Self {
         let road = network.road(arm.road);
         let line = match arm.end {
             End::Start => road.line.clone(),
             End::End => road.line.reversed(),
         };
-        Self::from_line(arm, line, road.half_width(), Self::kerb_of(road.class, options))
+        Self::from_line(arm, line, road.half_width(), Self::kerb_of(road.class))
     }
 
     /// Radius of the kerb between roads of this class at a right angle, metres.
-    pub fn kerb_of(class: RoadClass, options: &OutlineOptions) -> f64 {
+    pub fn kerb_of(class: RoadClass) -> f64 {
         let minor = matches!(class, RoadClass::Service | RoadClass::Track);
-        if minor { options.kerb_radius_minor } else { options.kerb_radius }
+        if minor { KERB_RADIUS_MINOR } else { KERB_RADIUS }
     }
 
     /// An arm along `line`, which runs outwards.

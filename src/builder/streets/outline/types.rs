@@ -1,4 +1,4 @@
-//! Outlines, their cuts and options.
+//! Outlines and their cuts.
 
 use crate::builder::network::{RoadEnd, Stations};
 use crate::geometry::Point;
@@ -56,38 +56,4 @@ pub struct Outlines {
     pub kept: Vec<Stations>,
     /// Per intersection.
     pub intersections: Vec<Outline>,
-}
-
-/// Sizes that shape the outlines, metres.
-#[derive(Clone, Debug)]
-pub struct OutlineOptions {
-    /// Radius of the kerb between two roads at a right angle.
-    pub kerb_radius: f64,
-    /// As `kerb_radius` beside a service road or track.
-    pub kerb_radius_minor: f64,
-    /// Most distance of the kerb's tangent points from the collision of the two edges.
-    pub kerb_reach: f64,
-    /// Most trim of roads that diverge at a small angle, as a multiple of the wider road's width: the rest of their overlap is
-    /// not part of the intersection.
-    pub reach: f64,
-    /// Distance between a cut and the collision that it is for, so that corners do not coincide.
-    pub margin: f64,
-    /// Least trim of a road that meets another.
-    pub least_trim: f64,
-    /// Least remaining length of a road that is long enough.
-    pub least_road: f64,
-}
-
-impl Default for OutlineOptions {
-    fn default() -> Self {
-        Self {
-            kerb_radius: 4.0,
-            kerb_radius_minor: 2.5,
-            kerb_reach: 4.0,
-            reach: 2.0,
-            margin: 0.2,
-            least_trim: 0.5,
-            least_road: 1.5,
-        }
-    }
 }

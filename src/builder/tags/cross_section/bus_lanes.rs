@@ -35,7 +35,7 @@ pub(super) fn mark_bus_lanes(facts: &WayFacts<'_>, flow: Flow, lanes: [&mut Vec<
     for (key, right_hand) in sides {
         let here = match facts.side {
             DrivingSide::Right => right_hand,
-            DrivingSide::Left => opposite(right_hand),
+            DrivingSide::Left => right_hand.reversed(),
         };
         match (value(key), flow) {
             (Some("lane"), Flow::TwoWay) => {
@@ -52,14 +52,6 @@ pub(super) fn mark_bus_lanes(facts: &WayFacts<'_>, flow: Flow, lanes: [&mut Vec<
         (Some("lane"), Flow::Backward) => mark(facts, backward, Edge::Near, Travel::Backward),
         (Some("opposite_lane"), _) => against(facts, flow, forward, backward),
         _ => {}
-    }
-}
-
-fn opposite(travel: Travel) -> Travel {
-    match travel {
-        Travel::Forward => Travel::Backward,
-        Travel::Backward => Travel::Forward,
-        Travel::Both => Travel::Both,
     }
 }
 

@@ -1,6 +1,9 @@
-//! New ids: a fix that is made again beside others gets the same ones, so that what the others do is told apart.
+//! New ids. A fix that is made again together with others gets the same ids as before, so that the effects of the others can be
+//! told apart.
 
-use super::{IdRange, Key, TextEdits};
+use super::TextEdits;
+use super::ids::IdRange;
+use super::keys::Key;
 use crate::diagnostic::Fix;
 
 impl TextEdits<'_> {

@@ -1,11 +1,11 @@
-//! Which fixes of a batch did harm: those near an error that was not there before, and those that did not mend what they were for.
+//! Finds the fixes of a batch that did harm: those near a new error, and those that did not mend their own finding.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::counts::ErrorCounts;
-use super::places::{ByPlace, keys};
+use super::error_counts::ErrorCounts;
+use super::fixes_by_place::{ByPlace, keys};
 use super::proposal::{Attempt, Proposal};
 use super::revealed::{Marked, is_loose_end, marked_by};
 use super::text_edits::Key;

@@ -1,4 +1,4 @@
-//! Fixes by place and by the elements that they change or are about.
+//! Finds fixes by place, and by the elements that they change or that their findings name.
 
 use rstar::RTree;
 use rstar::primitives::GeomWithData;

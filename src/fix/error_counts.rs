@@ -1,8 +1,8 @@
-//! How many errors of each kind there are, and which ones are new beside them.
+//! The number of errors of each kind, and which errors are new compared with it.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::places::keys;
+use super::fixes_by_place::keys;
 use super::text_edits::{Key, key_of};
 use crate::diagnostic::{Diagnostic, Severity};
 

@@ -1,0 +1,119 @@
+//! The stop lines, traffic lights and signs of one arm of an intersection, with their regulatory elements.
+
+use crate::builder::ids::Key;
+use crate::builder::lanes::types::{Arm, ArmLane};
+use crate::builder::map::map_builder::MapBuilder;
+use crate::builder::network::approach_control::Control;
+use crate::builder::tags::road_class::DrivingSide;
+use crate::geometry::{Point, left_of};
+use crate::lanelet::{Attributes, LaneletId, LineStringId, PointId, Target, TurnDirection};
+
+use super::vehicle_signals::{LightShape, add_light, light_element};
+
+/// Height of the lower edge of a sign above the road, metres.
+const SIGN_HEIGHT: f64 = 2.0;
+/// Width of a sign, metres.
+const SIGN_SIZE: f64 = 0.6;
+/// Distance of lights behind the far edge of the intersection, metres.
+pub const BEHIND: f64 = 1.0;
+/// The largest distance of lights from the stop line, metres: drivers must see them.
+const LIGHT_REACH: f64 = 50.0;
+
+/// The subtype of a stop line that no sign refers to: its paint.
+pub const PAINTED_LINE: &str = "solid";
+/// The subtype of the stop line of a sign: TIER IV's validator reads there, and Autoware in its type, what it is.
+const SIGN_LINE: &str = "stop_line";
+
+/// A lane that arrives at an intersection, and the lanelets behind its stop line.
+pub struct Approach {
+    /// The lanelet before the stop line.
+    pub lane: LaneletId,
+    /// The lanelets that begin at the stop line.
+    pub behind: Vec<LaneletId>,
+    /// The direction of all of them, if its light has an arrow.
+    pub arrow: Option<TurnDirection>,
+}
+
+/// An arm whose control is drawn.
+pub struct ControlledArm<'a> {
+    /// The arm.
+    pub arm: &'a Arm,
+    /// What controls it.
+    pub control: Control,
+    /// One for each lane that leads in.
+    pub approaches: &'a [Approach],
+    /// The side on which people drive.
+    pub driving: DrivingSide,
+}
+
+impl ControlledArm<'_> {
+    /// Adds the stop lines, lights or signs of the arm and their regulatory elements. `ring` is the outline of the intersection.
+    pub fn draw(&self, assembly: &mut MapBuilder, key: Key, ring: &[Point]) {
+        let lights = match self.control {
+            Control::Signals => self.traffic_lights(assembly, key, ring),
+            _ => vec![None; self.approaches.len()],
+        };
+        for ((lane, approach), light) in self.arm.into.iter().zip(self.approaches).zip(lights) {
+            if approach.behind.is_empty() {
+                continue;
+            }
+            let key = key.number(lane.nodes[0].0).number(lane.nodes[1].0);
+            let sign = self.control.sign();
+            let line = stop_line(assembly, key, lane.nodes, if sign.is_some() { SIGN_LINE } else { PAINTED_LINE });
+            if let Some(light) = light {
+                light_element(assembly, key, light, line, &approach.behind);
+                continue;
+            }
+            if self.control != Control::Stop {
+                // Vehicles stop here only for others.
+                let members = [("refers", Target::LineString(line))];
+                assembly.element(key.word("marking"), "road_marking", &members, &approach.behind);
+            }
+            if let Some(subtype) = sign {
+                let sign = self.sign(assembly, key, lane, subtype);
+                let members = [("refers", Target::LineString(sign)), ("ref_line", Target::LineString(line))];
+                assembly.element(key.word("sign"), "traffic_sign", &members, &[approach.lane]);
+            }
+        }
+    }
+
+    /// Adds lights on the far side of the intersection that face the arm, and their bulbs; gives them by lane. Neighbours with
+    /// the same arrow, or without one, share them; lanes that lead nowhere have none.
+    fn traffic_lights(&self, assembly: &mut MapBuilder, key: Key, ring: &[Point]) -> Vec<Option<[LineStringId; 2]>> {
+        let mut lights = Vec::new();
+        let mut lanes = &self.arm.into[..];
+        for alike in self.approaches.chunk_by(|one, next| one.arrow == next.arrow) {
+            let (own, others) = lanes.split_at(alike.len().min(lanes.len()));
+            lanes = others;
+            let (Some(first), Some(last)) = (own.first(), own.last()) else { continue };
+            let leads_on = alike.iter().any(|approach| !approach.behind.is_empty());
+            let light = leads_on.then(|| {
+                let start = nalgebra::center(&first.pose.point, &last.pose.point);
+                let inward = self.arm.inward;
+                let far = ring.iter().map(|p| (p - start).dot(&inward)).fold(0.0, f64::max);
+                let middle = start + inward * (far + BEHIND).min(LIGHT_REACH);
+                let shape = LightShape::with_arrow(self.driving, middle, inward, alike[0].arrow);
+                add_light(assembly, key.word("light").number(self.arm.at.end as i64).number(first.nodes[0].0), &shape)
+            });
+            lights.extend(own.iter().map(|_| light));
+        }
+        lights
+    }
+
+    /// Adds a sign at the kerb side of a lane.
+    fn sign(&self, assembly: &mut MapBuilder, key: Key, lane: &ArmLane, subtype: &str) -> LineStringId {
+        let right = -left_of(lane.pose.heading);
+        let outward = if self.driving == DrivingSide::Left { -1.0 } else { 1.0 };
+        let middle = lane.pose.point + right * (outward * (lane.width / 2.0 + SIGN_SIZE));
+        let ends = [("left", -0.5), ("right", 0.5)].map(|(name, along)| {
+            assembly.point(key.word("sign").word(name), middle + right * (SIGN_SIZE * along), SIGN_HEIGHT)
+        });
+        let attributes = Attributes::of(&[("type", "traffic_sign"), ("subtype", subtype)]);
+        assembly.line(key.word("sign line"), ends.to_vec(), attributes)
+    }
+}
+
+/// Adds a stop line on the end nodes of a lane.
+pub fn stop_line(assembly: &mut MapBuilder, key: Key, nodes: [PointId; 2], subtype: &str) -> LineStringId {
+    assembly.line(key.word("stop line"), nodes.to_vec(), Attributes::of(&[("type", "stop_line"), ("subtype", subtype)]))
+}
