@@ -1,6 +1,6 @@
 //! Roundabouts, told by the lanes alone: rings around an island, and which lanes join and leave them.
 
-use std::sync::OnceLock;
+use std::collections::BTreeSet;
 
 use rustc_hash::FxHashMap;
 
@@ -19,9 +19,6 @@ const ROUND: f64 = 0.9;
 /// ... or it may be an oval or have a waist, if it turns by no more than this (deg) on any twelfth of its length. The aisles around a
 /// block of stands are neither: they turn at their corners alone.
 const MOST_TURN: f64 = 60.0;
-
-/// For each lane whether it runs around a roundabout, once that was asked.
-pub(super) type OnRoundabout = Vec<OnceLock<bool>>;
 
 impl MapIndex<'_> {
     /// Whether the rules of a roundabout say who goes first where two lanes meet, so that this is no intersection: both are part of it,
@@ -56,7 +53,7 @@ impl MapIndex<'_> {
     /// Whether the shortest way from a lane back to itself is a roundabout.
     fn leads_around_island(&self, lane: usize) -> bool {
         let mut before: FxHashMap<usize, usize> = FxHashMap::default();
-        let mut open = std::collections::BTreeSet::from([(0, lane)]);
+        let mut open = BTreeSet::from([(0, lane)]);
         while let Some((metres, at)) = open.pop_first() {
             for &next in self.followers(at) {
                 if next == lane {

@@ -7,7 +7,6 @@ use rstar::primitives::{GeomWithData, Rectangle};
 use rustc_hash::FxHashMap;
 
 use super::lane::{Edge, Lane};
-use super::roundabout::OnRoundabout;
 use super::view::View;
 use crate::geometry::{Point, Vector, simple_ring};
 use crate::lanelet::right_of_way::{Mover, Relation, yields};
@@ -51,7 +50,8 @@ pub struct MapIndex<'m> {
     pub traffic: Vec<Traffic>,
     pub(super) named: Vec<Vec<usize>>,
     pub(super) stop_lines: StopLines,
-    pub(super) on_roundabout: OnRoundabout,
+    /// For each lane whether it runs around a roundabout, once that was asked.
+    pub(super) on_roundabout: Vec<OnceLock<bool>>,
     pub(super) tree: LaneTree,
     pub(super) by_id: FxHashMap<LaneletId, usize>,
     pub(super) starting: FxHashMap<[PointId; 2], Vec<usize>>,

@@ -2,6 +2,8 @@
 //! a bus lane shares with the lane beside it, because a bus lane is not in its graph. A lane that cars keep clear of is a
 //! `bicycle_lane` to both.
 
+use std::collections::BTreeSet;
+
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::lanelet::index::routing_graph::{Graph, Rules};
@@ -37,21 +39,13 @@ fn retagged(attributes: &Attributes) -> Attributes {
 }
 
 /// The bus lanes to be changed, by position: those that share a bound with a lane that the graph knows, or with one of themselves.
-fn beside_cars(view: &View) -> Vec<usize> {
+fn beside_cars(view: &View) -> BTreeSet<usize> {
     let graph = Graph::new(view, Rules::AnyLane);
-    let known = || view.lanelets.iter().enumerate().filter(|(at, _)| graph.passes(*at)).map(|(_, seen)| seen);
-    let edges = |edge: usize| known().filter_map(move |seen| edge_of(seen, edge)).collect::<FxHashSet<_>>();
-    let [starts, ends] = [0, 1].map(edges);
-    let leads_on = |seen: &Seen| {
-        edge_of(seen, 1).is_some_and(|edge| starts.contains(&edge))
-            || edge_of(seen, 0).is_some_and(|edge| ends.contains(&edge))
-    };
-    let mut by_line: FxHashMap<LineStringId, Vec<usize>> = FxHashMap::default();
-    for (at, seen) in view.lanelets.iter().enumerate().filter(|(_, seen)| seen.is("bus_lane") && !leads_on(seen)) {
-        bounds(seen).into_iter().for_each(|line| by_line.entry(line).or_default().push(at));
-    }
-    let mut lines: Vec<LineStringId> = known().flat_map(bounds).collect();
-    let mut chosen = std::collections::BTreeSet::new();
+    let known: Vec<&Seen> =
+        view.lanelets.iter().enumerate().filter(|(at, _)| graph.passes(*at)).map(|(_, seen)| seen).collect();
+    let mut by_line = apart_from(&known, view);
+    let mut lines: Vec<LineStringId> = known.into_iter().flat_map(bounds).collect();
+    let mut chosen = BTreeSet::new();
     while let Some(line) = lines.pop() {
         for at in by_line.remove(&line).unwrap_or_default() {
             if chosen.insert(at) {
@@ -59,7 +53,21 @@ fn beside_cars(view: &View) -> Vec<usize> {
             }
         }
     }
-    chosen.into_iter().collect()
+    chosen
+}
+
+/// The bus lanes that neither lead to one of these lanelets nor follow one, by their bounds.
+fn apart_from(known: &[&Seen], view: &View) -> FxHashMap<LineStringId, Vec<usize>> {
+    let edges = |edge: usize| known.iter().filter_map(|seen| edge_of(seen, edge)).collect::<FxHashSet<_>>();
+    let [starts, ends] = [0, 1].map(edges);
+    let mut by_line: FxHashMap<LineStringId, Vec<usize>> = FxHashMap::default();
+    for (at, seen) in view.lanelets.iter().enumerate().filter(|(_, seen)| seen.is("bus_lane")) {
+        let leads_to = edge_of(seen, 1).is_some_and(|edge| starts.contains(&edge));
+        if !leads_to && !edge_of(seen, 0).is_some_and(|edge| ends.contains(&edge)) {
+            bounds(seen).into_iter().for_each(|line| by_line.entry(line).or_default().push(at));
+        }
+    }
+    by_line
 }
 
 /// Where a lanelet starts (0) or ends (1): its left and its right point.

@@ -98,12 +98,17 @@ fn shifted_line(road: &Road, shifted: &ShiftedRoad) -> Option<Polyline> {
 /// plane, so that it depends on no place far away.
 fn straightened(line: &Polyline) -> Polyline {
     let square = |place: &Point| (place / STRAIGHT_WITHIN).coords.map(f64::floor);
-    let parts = line.points().chunk_by(|a, b| square(a) == square(b));
-    let points = parts.flat_map(|part| match Polyline::new(part.iter().copied()) {
-        Some(part) => part.straightened(STRAIGHT).points().to_vec(),
-        None => part.to_vec(),
-    });
-    Polyline::new(points).unwrap_or_else(|| line.clone())
+    let mut straight = vec![line.first()];
+    let mut part = straight.clone();
+    for (before, place) in line.segments() {
+        part.push(place);
+        if square(&before) != square(&place) || place == line.last() {
+            let of_part = Polyline::new(part).map(|part| part.straightened(STRAIGHT));
+            straight.extend(of_part.iter().flat_map(|part| part.points().iter().skip(1)));
+            part = vec![place];
+        }
+    }
+    Polyline::new(straight).unwrap_or_else(|| line.clone())
 }
 
 /// The roads that must move, ascending, with the shift of each of their places, metres, left positive.
