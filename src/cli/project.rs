@@ -136,7 +136,7 @@ fn convert(args: &ConvertArgs) -> Result<u8, Failure> {
             file.file_name().map_or_else(String::new, |name| name.to_string_lossy().trim_end_matches(".gz").to_owned())
         })
         .collect();
-    let info = write_info(&to, VerticalDatum::default());
+    let info = write_info(&to, opened.info.datum());
     let mut drafts: Vec<(&str, &[u8])> =
         names.iter().zip(&texts).map(|(name, text)| (name.as_str(), text.as_bytes())).collect();
     drafts.push((INFO, info.as_bytes()));

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::diagnostic::{Subject, nearest};
 use crate::osm::OsmData;
-use crate::projection::{Explained, Info, LonLat, MgrsGrid, Projector, Twice, infer, read_info, share};
+use crate::projection::{Explained, Info, LonLat, MgrsGrid, Projector, Twice, VerticalDatum, infer, read_info, share};
 
 use super::fault::{Condition, InfoFault, LoadFault};
 
@@ -56,6 +56,11 @@ impl ProjectorInfo {
     /// The projector that the file names, or was meant to.
     pub fn projector(&self) -> Option<Projector> {
         self.info.as_ref()?.projector
+    }
+
+    /// What the file says that heights are measured from.
+    pub fn datum(&self) -> VerticalDatum {
+        self.info.as_ref().map_or_else(VerticalDatum::default, |info| info.datum)
     }
 
     /// Whether Autoware reads the file as it is.

@@ -408,7 +408,11 @@ fn a_projection_is_found_and_changed() {
         assert!(told.contains(&format!("map_projector_info.yaml says {to}")), "{told}");
         lanewright(dir.path(), &["check", to]).exits(0);
     }
+    let [heights, back] = ["LocalCartesian", "back"].map(|map| dir.path().join(map).join("map_projector_info.yaml"));
+    let geoid = fs::read_to_string(&heights).unwrap().replace("WGS84", "EGM2008");
+    fs::write(&heights, geoid).unwrap();
     lanewright(dir.path(), &["project", "convert", "LocalCartesian", "--to", "MGRS", "-o", "back"]).exits(0);
+    assert!(fs::read_to_string(back).unwrap().contains("vertical_datum: EGM2008"), "heights stay what they are");
     assert_eq!(lanewright(dir.path(), &["diff", "map", "back"]).exits(0).stdout, "no difference\n");
     let info = dir.path().join("TransverseMercator/map_projector_info.yaml");
     let wrong = fs::read_to_string(&info).unwrap().replace("TransverseMercator", "LocalCartesian");
