@@ -30,12 +30,15 @@ const UNCLEAR: f64 = 1.0;
 /// A place of a moved road within this distance, metres, of the line through its neighbours is no vertex of it.
 const STRAIGHT: f64 = 0.001;
 /// The side of the squares in which that is decided, metres.
-const STRAIGHT_WITHIN: f64 = 100.0;
-/// The side on which a road is drawn shows up to so many places before and behind.
+const STRAIGHT_WITHIN: f64 = 25.0;
+/// The side on which a road is drawn shows up to so many places before and behind; in later rounds at each place by itself.
 const AROUND: usize = 10;
-/// Most rounds; remaining overlaps stay. In each a place depends on those up to 110 m away: 58 m is the length along which the
-/// farthest shift is led back at the steepest slope, 40 m are looked along for the side, 12 m lie between the middles of wide roads.
+/// Most rounds; remaining overlaps stay. In each a place depends on those up to 22 m away: it is moved because of places within 10 m,
+/// and 12 m lie between the middles of wide roads.
 const ROUNDS: usize = 12;
+/// So many rounds pass on all that they move. In them a place depends on those up to 110 m away: the farthest shift is led back over
+/// 58 m at the steepest slope, and the side is looked for along 40 m.
+const PASSED_ON: usize = 1;
 
 /// The network with overlapping roads moved side by side. `kept` has the stations between which each road remains: within the
 /// intersections roads may overlap.
@@ -47,7 +50,13 @@ pub fn lay_side_by_side(mut network: RoadNetwork, kept: &[Stations]) -> RoadNetw
     let mut adjacency = OverlapSearch { roads: &roads.made, hints: &hints }.find(&active, &active);
     let mut surroundings = None;
     for round in 1..=ROUNDS {
-        let targets = targets(&roads.made, &hints, &adjacency);
+        let passes_on = round <= PASSED_ON;
+        let around = if passes_on { AROUND } else { 0 };
+        let mut targets = targets(&roads.made, &hints, &adjacency, around);
+        if !passes_on {
+            targets.iter_mut().for_each(|(road, target)| roads.of(*road).keep_near(target));
+            targets.retain(|(road, target)| roads.of(*road).shift != *target);
+        }
         if targets.is_empty() {
             break;
         }
@@ -55,7 +64,9 @@ pub fn lay_side_by_side(mut network: RoadNetwork, kept: &[Stations]) -> RoadNetw
         for (road, target) in targets {
             roads.of(road).shift_to(&target);
         }
-        moved.extend(align_ends(&mut roads));
+        if passes_on {
+            moved.extend(align_ends(&mut roads));
+        }
         sort_unique(&mut moved);
         if round < ROUNDS {
             let surroundings = surroundings.get_or_insert_with(|| Surroundings::new(&network, &moved));
@@ -112,7 +123,12 @@ fn straightened(line: &Polyline) -> Polyline {
 }
 
 /// The roads that must move, ascending, with the shift of each of their places, metres, left positive.
-fn targets(roads: &FxHashMap<usize, ShiftedRoad>, hints: &SideHints, adjacency: &Adjacency) -> Vec<(usize, Vec<f64>)> {
+fn targets(
+    roads: &FxHashMap<usize, ShiftedRoad>,
+    hints: &SideHints,
+    adjacency: &Adjacency,
+    around: usize,
+) -> Vec<(usize, Vec<f64>)> {
     let mut pairs: Vec<&(usize, usize)> = adjacency.keys().collect();
     pairs.par_sort_unstable();
     let target = |pairs: &[&(usize, usize)]| {
@@ -122,7 +138,7 @@ fn targets(roads: &FxHashMap<usize, ShiftedRoad>, hints: &SideHints, adjacency: 
         let mut most: Option<Vec<[f64; 2]>> = None;
         for &&(a, b) in pairs {
             let hints = hints.get(&(a, b)).map_or(&[][..], Vec::as_slice);
-            for (place, side, push) in pushes(road, &roads[&b], hints, &adjacency[&(a, b)], a < b) {
+            for (place, side, push) in pushes(road, &roads[&b], hints, &adjacency[&(a, b)], (a < b, around)) {
                 let most = most.get_or_insert_with(|| vec![[0.0; 2]; road.base.len()]);
                 let away = &mut most[place][usize::from(side > 0.0)];
                 *away = away.max(push);
@@ -140,7 +156,7 @@ fn pushes<'a>(
     other: &'a ShiftedRoad,
     hints: &'a [SideHint],
     adjacent: &'a [AdjacentPlace],
-    first: bool,
+    (first, around): (bool, usize),
 ) -> impl Iterator<Item = (usize, f64, f64)> {
     let share = road.mobility / (road.mobility + other.mobility);
     let runs = adjacent.chunk_by(|x, y| x.index + 1 == y.index);
@@ -148,7 +164,7 @@ fn pushes<'a>(
     let overlaps = runs.flat_map(move |run| {
         let hints = hints.iter().map(|hint| (hint, begins_at_cut(road, run, hint))).collect::<Vec<_>>();
         run.iter().enumerate().map(move |(i, place)| {
-            let around = &run[i.saturating_sub(AROUND)..(i + AROUND + 1).min(run.len())];
+            let around = &run[i.saturating_sub(around)..(i + around + 1).min(run.len())];
             let hinted = hinted_side(road.stations[place.index], around, &hints);
             let side = hinted.unwrap_or_else(|| drawn_side(around, first));
             (place.index, side, least_distance(road, other) - place.offset * side)

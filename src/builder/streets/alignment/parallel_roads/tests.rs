@@ -58,12 +58,13 @@ proptest! {
     }
 }
 
-/// How far away a road may lie, metres, so that it changes nothing: [`ROUNDS`] of 110 m each, and a square of [`STRAIGHT_WITHIN`].
-const FAR: f64 = 1470.0;
+/// How far away a road may lie, metres, so that it changes nothing: one round of 110 m, eleven of 22 m, and a square of
+/// [`STRAIGHT_WITHIN`].
+const FAR: f64 = 390.0;
 /// What numbers differ by that are computed alike, metres.
 const ROUNDING: f64 = 1e-9;
 /// Half the length of the roads and of what is looked at in their middle, metres.
-const HALF: f64 = 2000.0;
+const HALF: f64 = 1500.0;
 const MIDDLE: f64 = 50.0;
 
 /// A road to the east from one place to another, metres, that winds by up to 6 m.
@@ -120,7 +121,7 @@ proptest! {
 
 #[test]
 fn on_which_side_roads_lie_is_decided_near_by() {
-    // Two roads lie on each other for 4 km. As far away as tiles look by themselves, the second is drawn clearly on the other side of the first.
+    // Two roads lie on each other for 3 km. Far away, the second is drawn clearly on the other side of the first.
     let second_in_the_middle = |far: f64| {
         let first = (vec![(-HALF, 0.0), (HALF, 0.0)], 6.0, false, 0, 1);
         let second = (vec![(-HALF, 0.5), (400.0, 0.5), (500.0, far), (HALF, far)], 6.0, false, 2, 3);
