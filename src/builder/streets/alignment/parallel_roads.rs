@@ -76,7 +76,7 @@ pub fn lay_side_by_side(mut network: RoadNetwork, kept: &[Stations]) -> RoadNetw
     let shifted_roads = roads.made;
     network.roads.par_iter_mut().finely().enumerate().for_each(|(i, road)| {
         if let Some(shifted) = shifted_roads.get(&i)
-            && shifted.shift.iter().any(|s| s.abs() > TOLERANCE)
+            && shifted.noticed().iter().any(|shift| *shift != 0.0)
             && let Some(line) = shifted_line(road, shifted)
         {
             set_line(road, line);
@@ -85,10 +85,16 @@ pub fn lay_side_by_side(mut network: RoadNetwork, kept: &[Stations]) -> RoadNetw
     network
 }
 
-/// The moved line of a road.
+/// The moved line of a road. Where it does not move it stays as it is drawn.
 fn shifted_line(road: &Road, shifted: &ShiftedRoad) -> Option<Polyline> {
+    let shift = shifted.noticed();
+    let is_moved = |place: usize| shift.get(place).is_some_and(|shift| *shift != 0.0);
+    // From a place to the next.
+    let piece_moves = |piece: usize| is_moved(piece) || is_moved(piece + 1);
+    let own = shifted.stations.iter().enumerate();
+    let own = own.filter(|(i, _)| piece_moves(*i) || i.checked_sub(1).is_some_and(piece_moves)).map(|(_, at)| *at);
     let mut stations = road.line.stations();
-    stations.extend(&shifted.stations);
+    stations.extend(own);
     stations.sort_by(f64::total_cmp);
     stations.dedup_by(|a, b| (*a - *b).abs() < 0.01);
     let points = places(&road.line, &stations);
@@ -100,9 +106,17 @@ fn shifted_line(road: &Road, shifted: &ShiftedRoad) -> Option<Polyline> {
         }
         let span = shifted.stations[i + 1] - shifted.stations[i];
         let t = if span > 0.0 { ((s - shifted.stations[i]) / span).clamp(0.0, 1.0) } else { 0.0 };
-        p + n * (shifted.shift[i] + (shifted.shift[i + 1] - shifted.shift[i]) * t)
+        (piece_moves(i), p + n * (shift[i] + (shift[i + 1] - shift[i]) * t))
     });
-    Some(straightened(&eased(&Polyline::new(moved)?, shifted.half)))
+    let moved: Vec<(bool, Point)> = moved.collect();
+    let stretches = moved.chunk_by(|a, b| a.0 == b.0).flat_map(|stretch| {
+        let places = stretch.iter().map(|(_, place)| *place);
+        match Polyline::new(places.clone()).filter(|_| stretch.first().is_some_and(|(moves, _)| *moves)) {
+            Some(line) => straightened(&eased(&line, shifted.half)).into_points(),
+            None => places.collect(),
+        }
+    });
+    Polyline::new(stretches)
 }
 
 /// The line without the places that lie straight between their neighbours. Which of them remain is decided square by square of the

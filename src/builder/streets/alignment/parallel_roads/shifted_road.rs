@@ -95,6 +95,13 @@ impl ShiftedRoad {
         Self { stations, base, normals, shift, kept, half, level: road.level, continued, mobility }
     }
 
+    /// The shifts, metres, without those that are small where all beside them are.
+    pub(super) fn noticed(&self) -> Vec<f64> {
+        let is_large = |i: usize| self.shift.get(i).is_some_and(|shift| shift.abs() > TOLERANCE);
+        let noticed = |i: usize| is_large(i) || is_large(i + 1) || i.checked_sub(1).is_some_and(is_large);
+        self.shift.iter().enumerate().map(|(i, shift)| if noticed(i) { *shift } else { 0.0 }).collect()
+    }
+
     /// The place at one end.
     pub(super) fn end(&self, end: End) -> usize {
         match end {
