@@ -24,9 +24,9 @@ const ASIDE: f64 = 1.0;
 const PIECE: f64 = 2.0;
 /// An approach begins at another split that is nearer than this, metres.
 const NEAR: f64 = 5.0;
-/// Where a road cannot be split, the begin of an approach moves toward the stop line by this, metres,
+/// Where a road cannot be split, the start of an approach moves toward the stop line in steps of this length, metres.
 const STEP: f64 = 0.5;
-/// up to this number of times.
+/// The largest number of these steps.
 const STEPS: usize = 20;
 /// Distances, metres, by which a stop line moves away from a crosswalk, or toward it, until the road can be split there.
 const GAPS: [f64; 7] = [0.0, 0.5, -0.5, 1.0, 1.5, 2.0, -0.8];

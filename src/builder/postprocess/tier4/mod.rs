@@ -45,6 +45,7 @@ fn drop_give_way_elements(map: &mut LaneletMap) {
     drop_elements(map, &dropped);
 }
 
+/// Makes crosswalks of the walkways that elements announce: to the validator an element of anything else is wrong, and Autoware
 /// treats both alike.
 fn retag_walkways(map: &mut LaneletMap) {
     let elements = map.regulatory_elements.iter().filter(|element| element.subtype == "crosswalk");

@@ -47,23 +47,11 @@ fn network(arms: &[Arm]) -> RoadNetwork {
     order.sort_by(|a, b| direction(*a).total_cmp(&direction(*b)));
     let first = order.iter().position(|i| *i == 0).unwrap();
     order.rotate_left(first);
-    let intersection = |node: i64, position, arms, map_edge| Intersection {
-        nodes: vec![node],
-        position,
-        arms,
-        map_edge,
-        signals: false,
-        all_way_stop: false,
-        circle: None,
-        inner: Vec::new(),
-        passages: None,
-        islands: Vec::new(),
-    };
     let centre = order.iter().map(|i| RoadEnd { road: RoadIx(*i as u32), end: End::Start }).collect();
-    let mut intersections = vec![intersection(0, Point::origin(), centre, false)];
+    let mut intersections = vec![Intersection::of_arms(vec![0], Point::origin(), centre)];
     for (i, (node, p)) in ends.into_iter().enumerate() {
         let at = RoadEnd { road: RoadIx::new(i), end: End::End };
-        intersections.push(intersection(node, p, vec![at], true));
+        intersections.push(Intersection { map_edge: true, ..Intersection::of_arms(vec![node], p, vec![at]) });
     }
     RoadNetwork { roads, intersections, ..RoadNetwork::default() }
 }
