@@ -29,7 +29,11 @@ pub(super) fn close(network: &mut RoadNetwork, gates: &FxHashSet<i64>) {
 
 /// The roads that lie behind a gate: the road that leaves it here, and all that are connected with it without another gate
 /// between them. `None` if they are longer than [`MOST`], reach farther than [`REACH`], or the map ends among them.
-fn behind(network: &RoadNetwork, gate: RoadEnd, is_gate: &impl Fn(IntersectionIx) -> bool) -> Option<FxHashSet<RoadIx>> {
+fn behind(
+    network: &RoadNetwork,
+    gate: RoadEnd,
+    is_gate: &impl Fn(IntersectionIx) -> bool,
+) -> Option<FxHashSet<RoadIx>> {
     let place = network.intersection(network.intersection_at(gate)).position;
     let (mut found, mut to_visit, mut length) = (FxHashSet::default(), vec![gate.road], 0.0);
     while let Some(road) = to_visit.pop() {

@@ -8,37 +8,33 @@ mod broad_phase;
 mod overlap_search;
 mod recheck;
 mod shifted_road;
+mod sides;
 #[cfg(test)]
 mod tests;
 
-use crate::builder::network::{End, Road, RoadNetwork, Stations};
+use crate::builder::network::{Road, RoadNetwork, Stations};
 use crate::geometry::{Point, Polyline};
 use crate::parallel::Finely;
 
-use super::side_order::{SideHint, SideHints, side_hints};
+use super::side_order::side_hints;
 use super::{eased, set_line};
 use broad_phase::candidates;
 use overlap_search::{Adjacency, AdjacentPlace, OverlapSearch, least_distance};
 use recheck::{Surroundings, sort_unique};
 use shifted_road::{ShiftedRoad, ShiftedRoads, TOLERANCE, normals, places};
+use sides::Sides;
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-/// Roads drawn closer together than this, metres, may lie on either side of each other: it is a mapper's accuracy.
-const UNCLEAR: f64 = 1.0;
 /// A place of a moved road within this distance, metres, of the line through its neighbours is no vertex of it.
 const STRAIGHT: f64 = 0.001;
 /// The side of the squares in which that is decided, metres.
 const STRAIGHT_WITHIN: f64 = 25.0;
-/// The side on which a road is drawn shows up to so many places before and behind; in later rounds at each place by itself.
-const AROUND: usize = 10;
-/// Most rounds; remaining overlaps stay. In each a place depends on those up to 22 m away: it is moved because of places within 10 m,
-/// and 12 m lie between the middles of wide roads.
+/// Most rounds; remaining overlaps stay. The first passes on all that it moves: in it a place depends on those up to 70 m away, because
+/// the farthest shift is led back over 58 m at the steepest slope, and 12 m lie between the middles of wide roads. In later ones it is
+/// moved because of places within 10 m, and depends on those up to 22 m away.
 const ROUNDS: usize = 12;
-/// So many rounds pass on all that they move. In them a place depends on those up to 110 m away: the farthest shift is led back over
-/// 58 m at the steepest slope, and the side is looked for along 40 m.
-const PASSED_ON: usize = 1;
 
 /// The network with overlapping roads moved side by side. `kept` has the stations between which each road remains: within the
 /// intersections roads may overlap.
@@ -48,11 +44,11 @@ pub fn lay_side_by_side(mut network: RoadNetwork, kept: &[Stations]) -> RoadNetw
     let mut roads = ShiftedRoads { network: &network, kept, made: FxHashMap::default() };
     roads.make(&active);
     let mut adjacency = OverlapSearch { roads: &roads.made, hints: &hints }.find(&active, &active);
+    let sides = Sides::new(&roads.made, &hints, &adjacency);
     let mut surroundings = None;
     for round in 1..=ROUNDS {
-        let passes_on = round <= PASSED_ON;
-        let around = if passes_on { AROUND } else { 0 };
-        let mut targets = targets(&roads.made, &hints, &adjacency, around);
+        let passes_on = round == 1;
+        let mut targets = targets(&roads.made, &sides, &adjacency);
         if !passes_on {
             targets.iter_mut().for_each(|(road, target)| roads.of(*road).keep_near(target));
             targets.retain(|(road, target)| roads.of(*road).shift != *target);
@@ -69,7 +65,7 @@ pub fn lay_side_by_side(mut network: RoadNetwork, kept: &[Stations]) -> RoadNetw
         }
         sort_unique(&mut moved);
         if round < ROUNDS {
-            let surroundings = surroundings.get_or_insert_with(|| Surroundings::new(&network, &moved));
+            let surroundings = surroundings.get_or_insert_with(|| Surroundings::new(&network));
             active = surroundings.update(&mut adjacency, &mut roads, &hints, &active, &moved);
         }
     }
@@ -137,12 +133,7 @@ fn straightened(line: &Polyline) -> Polyline {
 }
 
 /// The roads that must move, ascending, with the shift of each of their places, metres, left positive.
-fn targets(
-    roads: &FxHashMap<usize, ShiftedRoad>,
-    hints: &SideHints,
-    adjacency: &Adjacency,
-    around: usize,
-) -> Vec<(usize, Vec<f64>)> {
+fn targets(roads: &FxHashMap<usize, ShiftedRoad>, sides: &Sides, adjacency: &Adjacency) -> Vec<(usize, Vec<f64>)> {
     let mut pairs: Vec<&(usize, usize)> = adjacency.keys().collect();
     pairs.par_sort_unstable();
     let target = |pairs: &[&(usize, usize)]| {
@@ -150,9 +141,8 @@ fn targets(
         let road = &roads[&index];
         // The most that any neighbour asks for, to the left and to the right.
         let mut most: Option<Vec<[f64; 2]>> = None;
-        for &&(a, b) in pairs {
-            let hints = hints.get(&(a, b)).map_or(&[][..], Vec::as_slice);
-            for (place, side, push) in pushes(road, &roads[&b], hints, &adjacency[&(a, b)], (a < b, around)) {
+        for &&pair in pairs {
+            for (place, side, push) in pushes(roads, sides, pair, &adjacency[&pair]) {
                 let most = most.get_or_insert_with(|| vec![[0.0; 2]; road.base.len()]);
                 let away = &mut most[place][usize::from(side > 0.0)];
                 *away = away.max(push);
@@ -163,63 +153,20 @@ fn targets(
     pairs.par_chunk_by(|x, y| x.0 == y.0).filter_map(target).collect()
 }
 
-/// How far a neighbour pushes a road at the places beside it: place, side of the neighbour (1 left, -1 right), metres. `first` if
-/// the road comes before its neighbour in the network.
+/// How far a neighbour pushes a road at the places beside it: place, side of the neighbour (1 left, -1 right), metres.
 fn pushes<'a>(
-    road: &'a ShiftedRoad,
-    other: &'a ShiftedRoad,
-    hints: &'a [SideHint],
+    roads: &'a FxHashMap<usize, ShiftedRoad>,
+    sides: &'a Sides,
+    pair: (usize, usize),
     adjacent: &'a [AdjacentPlace],
-    (first, around): (bool, usize),
 ) -> impl Iterator<Item = (usize, f64, f64)> {
+    let (road, other) = (&roads[&pair.0], &roads[&pair.1]);
     let share = road.mobility / (road.mobility + other.mobility);
-    let runs = adjacent.chunk_by(|x, y| x.index + 1 == y.index);
-    let runs = runs.filter(|run| road.level == other.level || hints.iter().any(|hint| begins_at_cut(road, run, hint)));
-    let overlaps = runs.flat_map(move |run| {
-        let hints = hints.iter().map(|hint| (hint, begins_at_cut(road, run, hint))).collect::<Vec<_>>();
-        run.iter().enumerate().map(move |(i, place)| {
-            let around = &run[i.saturating_sub(around)..(i + around + 1).min(run.len())];
-            let hinted = hinted_side(road.stations[place.index], around, &hints);
-            let side = hinted.unwrap_or_else(|| drawn_side(around, first));
-            (place.index, side, least_distance(road, other) - place.offset * side)
-        })
-    });
-    overlaps
-        .filter(|(.., overlap)| *overlap > TOLERANCE)
-        .map(move |(place, side, overlap)| (place, side, overlap * share))
-}
-
-/// Whether a run of places begins at the cut of the intersection that the two roads share.
-fn begins_at_cut(road: &ShiftedRoad, run: &[AdjacentPlace], hint: &SideHint) -> bool {
-    let Some([first, last]) = road.kept else { return false };
-    match hint.meets {
-        Some(End::Start) => run.first().is_some_and(|adjacent| adjacent.index == first),
-        Some(End::End) => run.last().is_some_and(|adjacent| adjacent.index == last),
-        None => false,
-    }
-}
-
-/// The side of the other road at a station, by the order of arms at intersections, each with whether the run begins at its cut; `None`
-/// without hints, or if they contradict each other. Away from the intersection a hint counts only if the side on which the other road
-/// is drawn `around` there is unclear.
-fn hinted_side(station: f64, around: &[AdjacentPlace], hints: &[(&SideHint, bool)]) -> Option<f64> {
-    let mut near = hints.iter().filter(|(hint, _)| hint.holds_at(station)).peekable();
-    near.peek()?;
-    let unclear = around.iter().all(|adjacent| adjacent.offset.abs() < UNCLEAR);
-    let mut sides = near.filter(|(_, begins_at_cut)| *begins_at_cut || unclear).map(|(hint, _)| hint.side);
-    let first = sides.next()?;
-    sides.all(|side| side == first).then_some(first)
-}
-
-/// The side on which the other road is drawn along neighbouring places: 1 left, -1 right. If both are drawn on top of each other,
-/// the `first` road of the network goes to the left.
-fn drawn_side(run: &[AdjacentPlace], first: bool) -> f64 {
-    let farthest = run.iter().max_by(|x, y| x.offset.abs().total_cmp(&y.offset.abs()));
-    match farthest {
-        Some(adjacent) if adjacent.offset.abs() > TOLERANCE => adjacent.offset.signum(),
-        Some(adjacent) if adjacent.same_direction && !first => 1.0,
-        _ => -1.0,
-    }
+    let least = least_distance(road, other);
+    let sides = adjacent.iter().filter_map(move |place| Some((place, sides.at(pair, [road, other], place)?)));
+    let overlaps = sides.map(move |(place, side)| (place.index, side, least - place.offset * side));
+    let overlaps = overlaps.filter(|(.., overlap)| *overlap > TOLERANCE);
+    overlaps.map(move |(place, side, overlap)| (place, side, overlap * share))
 }
 
 /// Gives two roads that continue each other the same shift where they meet. Returns the roads that moved.
