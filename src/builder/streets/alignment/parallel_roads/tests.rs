@@ -7,6 +7,7 @@ use crate::builder::tags::cross_section::{CrossSection, Strip, StripKind, Travel
 use crate::geometry::Point;
 
 use super::*;
+use crate::builder::streets::alignment::side_order::SideHints;
 
 /// A road: points, width, whether it is raised, first and last intersection.
 type Drawn = (Vec<(f64, f64)>, f64, bool, u32, u32);
