@@ -131,13 +131,13 @@ impl ShiftedRoad {
     /// pushed, and no end at which one road continues another.
     pub(super) fn keep_near(&self, target: &mut [f64]) {
         let last = target.len() - 1;
-        for i in 0..=last {
+        for (i, target) in target.iter_mut().enumerate() {
             let far = |j: &usize| (self.folded(i) - self.folded(*j)).abs() >= NEAR;
             let before = (0..=i).rev().find(far).or(self.continued[0].then_some(0));
             let after = (i..=last).find(far).or(self.continued[1].then_some(last));
             for fixed in [before, after].into_iter().flatten() {
                 let room = SLOPE * (self.folded(i) - self.folded(fixed)).abs();
-                target[i] = target[i].clamp(self.shift[fixed] - room, self.shift[fixed] + room);
+                *target = target.clamp(self.shift[fixed] - room, self.shift[fixed] + room);
             }
         }
     }
