@@ -21,6 +21,7 @@ pub struct Surroundings {
 }
 
 impl Surroundings {
+    /// Of the roads as they are drawn.
     pub fn new(network: &RoadNetwork) -> Self {
         let bounds = |road: &Road| {
             let ([low, high], reach) = (road.line.bounds(), Vector::repeat(road.half_width() + FARTHEST));
