@@ -1,7 +1,7 @@
 //! The turning lanelets of one intersection, drawn between its lanes, and the outline around them.
 
-use crate::builder::intersection::area::area_ring::covers;
-use crate::builder::intersection::area::{AreaOutline, area_outline};
+use crate::builder::intersection::area_outline::area_ring::covers;
+use crate::builder::intersection::area_outline::{AreaOutline, area_outline};
 use crate::builder::intersection::bicycle_lanelets::{
     BicycleLaneEnds, BicycleMovements, BicycleTurns, has_bicycle_lanes,
 };
